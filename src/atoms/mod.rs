@@ -1,0 +1,1 @@
+//! The scaled-down block of atoms: potential, block, rigid rough indenter, the LAMMPS run and its frames.

@@ -1,0 +1,139 @@
+//! What can go wrong, in the words a user needs: which file or flag, which key, what was found and what would be accepted.
+//!
+//! Every variant belongs to one exit code (`Error::exit_code`), and the texts are the whole message: nothing above
+//! this module adds to them except the word "error".
+
+use std::path::{Path, PathBuf};
+
+/// A result whose error already names its place.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// One thing wrong with a scene, a flag or a file: collected, so that all of them are reported at once.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Complaint {
+    /// Dotted path of the key (`surface.hurst`) or the flag (`--tol`).
+    pub key: String,
+    pub found: String,
+    pub accepted: String,
+}
+
+impl Complaint {
+    pub fn new(key: impl Into<String>, found: impl ToString, accepted: impl Into<String>) -> Self {
+        Complaint { key: key.into(), found: found.to_string(), accepted: accepted.into() }
+    }
+}
+
+impl std::fmt::Display for Complaint {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} = {}; accepted: {}", self.key, self.found, self.accepted)
+    }
+}
+
+/// How a LAMMPS run ended other than well (`Error::Lammps`).
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum LammpsFailure {
+    #[error("it stopped with: {0}")]
+    Message(String),
+    #[error("it ended with exit status {0} and no error message")]
+    Status(i32),
+    #[error("it was killed by signal {0}")]
+    Signal(i32),
+    #[error("its log has no 'Total wall time' line, so it did not finish")]
+    Unfinished,
+    #[error("the atom count changed from {before} to {after}")]
+    AtomCount { before: u64, after: u64 },
+    #[error("it ran past the time limit of {seconds} s")]
+    TimeLimit { seconds: f64 },
+    #[error("it lacks {missing}, which the scene needs")]
+    MissingStyle { missing: String },
+    #[error("{0}")]
+    Output(String),
+}
+
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A scene file or a command line with one or more bad values.
+    #[error("{}", complaints(.place, .list))]
+    Input { place: String, list: Vec<Complaint> },
+    /// A file whose contents are not what they should be.
+    #[error("{}: {found}; accepted: {accepted}", .file.display())]
+    Format { file: PathBuf, found: String, accepted: String },
+    /// A height that is not a finite number, by index (row = y, column = x).
+    #[error("{place}: the height at row {row}, column {column} is {value}; accepted: finite numbers")]
+    Height { place: String, row: usize, column: usize, value: f64 },
+    /// A method was asked for what its card says it does not deliver.
+    #[error("method {method} does not deliver {quantity}: {reason}")]
+    Unsupported { method: &'static str, quantity: &'static str, reason: String },
+    /// A solver stopped short of its tolerance. The partial state is kept in `partial` when there is a run folder.
+    #[error("{method} stopped without converging ({why}) after {iterations} iterations: residual {residual:.3e} of the pressure, asked {tolerance:.1e}{}", kept(.partial))]
+    NotConverged {
+        method: &'static str,
+        why: String,
+        iterations: usize,
+        residual: f64,
+        tolerance: f64,
+        partial: Option<PathBuf>,
+    },
+    /// LAMMPS was started and did not end well.
+    #[error("LAMMPS failed in {}: {failure}", .folder.display())]
+    Lammps { folder: PathBuf, failure: LammpsFailure },
+    /// This machine lacks the memory for what was asked.
+    #[error("{what} needs {:.2} GB of memory and {:.2} GB are available; {advice}", *.need as f64 / 1e9, *.have as f64 / 1e9)]
+    Memory { what: String, need: u64, have: u64, advice: String },
+    /// This machine lacks a program.
+    #[error("{program} was not found; {how}")]
+    MissingProgram { program: String, how: String },
+    #[error("interrupted; the same command goes on from the last finished step")]
+    Interrupted,
+    /// The file system said no.
+    #[error("cannot {doing} {}: {source}", .path.display())]
+    Io { doing: &'static str, path: PathBuf, source: std::io::Error },
+}
+
+fn complaints(place: &str, list: &[Complaint]) -> String {
+    let lines: Vec<String> = list.iter().map(|c| format!("{place}: {c}")).collect();
+    lines.join("\n")
+}
+
+fn kept(partial: &Option<PathBuf>) -> String {
+    partial.as_ref().map_or(String::new(), |p| format!("; the partial result is kept in {}", p.display()))
+}
+
+impl Error {
+    /// A single complaint about a scene file or a command line.
+    pub fn input(
+        place: impl ToString,
+        key: impl Into<String>,
+        found: impl ToString,
+        accepted: impl Into<String>,
+    ) -> Self {
+        Error::Input { place: place.to_string(), list: vec![Complaint::new(key, found, accepted)] }
+    }
+
+    pub fn format(file: impl AsRef<Path>, found: impl ToString, accepted: impl ToString) -> Self {
+        Error::Format { file: file.as_ref().to_path_buf(), found: found.to_string(), accepted: accepted.to_string() }
+    }
+
+    /// For `map_err`: `File::open(p).map_err(Error::io("open", p))`.
+    pub fn io(doing: &'static str, path: impl AsRef<Path>) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.as_ref().to_path_buf();
+        move |source| Error::Io { doing, path, source }
+    }
+
+    /// 2 bad input, 3 not converged, 4 LAMMPS failed, 5 not possible on this machine, 130 interrupted.
+    pub fn exit_code(&self) -> u8 {
+        use std::io::ErrorKind::{OutOfMemory, QuotaExceeded, StorageFull};
+        match self {
+            Error::Input { .. } | Error::Format { .. } | Error::Height { .. } | Error::Unsupported { .. } => 2,
+            Error::NotConverged { .. } => 3,
+            Error::Lammps { .. } => 4,
+            Error::Memory { .. } | Error::MissingProgram { .. } => 5,
+            Error::Io { source, .. } => match source.kind() {
+                StorageFull | QuotaExceeded | OutOfMemory => 5,
+                // A path that does not exist or may not be written is an argument to correct.
+                _ => 2,
+            },
+            Error::Interrupted => 130,
+        }
+    }
+}

@@ -1,0 +1,28 @@
+//! A rough surface from a profile to atoms and back.
+//!
+//! The crate answers one question: *given this rough surface, this load and this adhesion, what touches, and how much
+//! accuracy is lost by asking a cheaper method, or atoms?*
+//!
+//! Data flows one way, and imports run downwards only:
+//!
+//! ```text
+//! cli → pipeline → report → compare → observe → scene → method → atoms, interface, surface → grid, record, units, sys
+//! ```
+//!
+//! * [`scene`]: a TOML file and flags become a checked, hashed, plain description.
+//! * [`surface`]: spectra, synthesis keyed by wave vector, statistics.
+//! * [`interface`]: elastic kernels, adhesion laws, walls.
+//! * [`method`]: the contact solvers behind one trait; they see a `Problem`, never a scene.
+//! * [`atoms`]: potential, block, indenter, the LAMMPS run, its frames.
+//! * [`observe`] and [`compare`]: what a state says, and what two states say about each other.
+//! * [`record`]: files that others read. [`report`]: pictures and pages for people.
+//! * [`pipeline`]: stages, their cache and the run folder.
+
+pub mod atoms;
+pub mod error;
+pub mod record;
+pub mod report;
+pub mod sys;
+pub mod units;
+
+pub use error::{Error, Result};

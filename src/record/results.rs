@@ -1,0 +1,257 @@
+//! `results.json`: everything a run found, in one plain structure.
+//!
+//! The report, the comparison tables and every figure are drawn from this file and the field files it names, so that a
+//! number in a report is never typed and a report can be drawn again without running anything. Paths are relative to
+//! the run folder. Lengths are reduced (unit: the cell's extent in x) unless the name carries a unit; `p_star` is the
+//! mean pressure over E* times the full spectrum's rms gradient.
+
+use serde::{Deserialize, Serialize};
+
+/// Raised when a field changes meaning; a reader refuses a newer one.
+pub const SCHEMA: u32 = 1;
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Results {
+    pub schema: u32,
+    pub name: String,
+    /// One paragraph from the scene, printed at the top of the report.
+    pub description: String,
+    pub scales: ScalesSi,
+    pub surface: SurfaceResults,
+    /// The laboratory-scale problem of the scene.
+    pub continuum: Option<ContinuumResults>,
+    pub atoms: Option<AtomsResults>,
+    pub comparison: Option<ComparisonResults>,
+    pub stages: Vec<StageCost>,
+    /// Sentences a reader must see: unresolved wavelengths, regularised ranges, yield.
+    pub warnings: Vec<String>,
+    /// Papers and data behind the numbers, as printed at the end of the report.
+    pub sources: Vec<String>,
+}
+
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub struct ScalesSi {
+    pub length_m: f64,
+    pub modulus_pa: f64,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct SurfaceResults {
+    /// What made it: "synthesised, seed 1" or the imported file.
+    pub origin: String,
+    pub nx: usize,
+    pub ny: usize,
+    /// Extent in y over extent in x.
+    pub aspect: f64,
+    /// `[ny, nx]` f64 heights, low points touch first, min = 0.
+    pub heights: String,
+    pub statistics: Vec<Statistic>,
+    /// Radial power spectral density; absent `expected` for an imported surface.
+    pub psd: Vec<PsdPoint>,
+}
+
+/// One line of the table "expected against realised".
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Statistic {
+    pub name: String,
+    pub symbol: String,
+    /// Unit of both values, for people ("µm", "nm", "1").
+    pub unit: String,
+    /// Ensemble value of the spectrum; none for an imported surface.
+    pub expected: Option<f64>,
+    pub realised: f64,
+    /// Half-width of the band in which a realisation is expected (two standard deviations), where known.
+    pub band: Option<f64>,
+}
+
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub struct PsdPoint {
+    /// Mode number |n| (wave vector over 2π/L).
+    pub mode: f64,
+    /// Power per mode, units of L².
+    pub realised: f64,
+    pub expected: Option<f64>,
+}
+
+/// Continuum states of one problem along its load path.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct ContinuumResults {
+    pub method: String,
+    /// "half-space" or "layer 0.143 L thick, bonded, nu = 0.30".
+    pub kernel: String,
+    /// "none" or "exponential, gamma = 2e-5 E*L, rho = 2.07e-5 L".
+    pub adhesion: String,
+    /// "hard wall" or the soft wall's name.
+    pub wall: String,
+    pub nx: usize,
+    pub ny: usize,
+    pub states: Vec<StateResults>,
+}
+
+/// One equilibrium.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct StateResults {
+    pub p_star: f64,
+    /// Mean pressure over E*.
+    pub pressure: f64,
+    pub criterion: String,
+    pub contact_fraction: f64,
+    pub contact_fraction_corrected: f64,
+    pub mean_gap: f64,
+    pub patches: usize,
+    pub energy: f64,
+    pub load_error: f64,
+    pub residual: f64,
+    pub complementarity: f64,
+    /// "converged", or why not.
+    pub stop: String,
+    pub iterations: usize,
+    pub fft_pairs: usize,
+    pub seconds: f64,
+    /// `[ny, nx]` files, if stored.
+    pub gap: Option<String>,
+    pub stress: Option<String>,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct AtomsResults {
+    pub potential: String,
+    /// The LAMMPS version line.
+    pub engine: String,
+    pub cells: usize,
+    pub depth_cells: usize,
+    pub a0_angstrom: f64,
+    pub length_angstrom: f64,
+    pub deformable: usize,
+    pub fixed: usize,
+    pub indenter: usize,
+    pub audit: Vec<AuditLine>,
+    pub ladder: Vec<LadderStep>,
+    pub states: Vec<AtomState>,
+}
+
+/// One dimensionless group of the scale-down: what was asked, what the atoms run with, and why they differ if they do.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct AuditLine {
+    pub group: String,
+    pub symbol: String,
+    pub asked: f64,
+    pub used: f64,
+    /// "kept", "changed" or "unreachable".
+    pub verdict: String,
+    pub reason: String,
+}
+
+/// One step of the displacement ladder.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct LadderStep {
+    pub step: usize,
+    /// How far the indenter has come down since the start.
+    pub displacement_angstrom: f64,
+    /// Normal force on the indenter, repulsion positive.
+    pub load_ev_per_angstrom: f64,
+    pub p_star: f64,
+    pub contacts: usize,
+    pub energy_ev: f64,
+    pub force_evaluations: usize,
+    pub max_force_ev_per_angstrom: f64,
+}
+
+/// The atoms at one asked load (interpolated between ladder steps).
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct AtomState {
+    pub p_star: f64,
+    /// Contact atoms of the surface layer over all atoms of that layer.
+    pub contact_fraction: f64,
+    pub contacts: usize,
+    /// Contact atoms that did not start in the surface layer: more than a few mean that material has flowed.
+    pub contacts_below_surface: usize,
+    pub mean_gap_angstrom: f64,
+    /// Mean normal stress over the contact atoms' area.
+    pub contact_stress_gpa: f64,
+    /// `[ny, nx]` u8 and f64 (Å) maps on the comparison grid.
+    pub contact_map: String,
+    pub gap_map: String,
+    /// Extended XYZ of the frame.
+    pub frame: Option<String>,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct ComparisonResults {
+    /// Continuum on the atoms' own heights, kernel and load, with a hard wall.
+    pub hard: ContinuumResults,
+    /// The same with the areal law of the atoms' wall instead of the hard one.
+    pub soft: ContinuumResults,
+    pub loads: Vec<LoadComparison>,
+    /// `[n]` position and gap columns per load, in the section x = L/2.
+    pub sections: Vec<Section>,
+    /// Sentences that say why they differ, each with its numbers.
+    pub findings: Vec<String>,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct LoadComparison {
+    pub p_star: f64,
+    /// Best periodic shift of the atoms' map against the continuum's, pixels (0, 0 when they are registered).
+    pub registration: [i64; 2],
+    pub atoms: CriterionArea,
+    /// One line per continuum criterion, the plain one first.
+    pub continuum: Vec<CriterionMatch>,
+    pub atoms_mean_gap_angstrom: f64,
+    pub continuum_mean_gap_angstrom: f64,
+    pub soft_mean_gap_angstrom: f64,
+    pub atoms_patches: usize,
+    pub continuum_patches: usize,
+    /// rms difference of the gap maps outside both contacts, Å.
+    pub gap_rms_difference_angstrom: f64,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct CriterionArea {
+    pub criterion: String,
+    pub contact_fraction: f64,
+}
+
+/// The continuum's contact under one criterion, against the atoms' contact at the same surface sites.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct CriterionMatch {
+    /// "plain", "threshold" or "soft wall".
+    pub id: String,
+    pub criterion: String,
+    /// Gap below which a site counts as touching, Å.
+    pub threshold_angstrom: f64,
+    pub contact_fraction: f64,
+    pub overlap: Overlap,
+    /// The same numbers for the map shifted by a third and a fifth of the cell: what chance gives.
+    pub shifted: Overlap,
+}
+
+/// Agreement of two boolean maps; the second is the reference. NaN-free: an empty union has Jaccard 1.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Overlap {
+    pub jaccard: f64,
+    pub precision: f64,
+    pub recall: f64,
+    /// Cohen's κ.
+    pub kappa: f64,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Section {
+    pub p_star: f64,
+    /// Position along y over L, rigid surface, and gaps in Å; NaN-free.
+    pub y: Vec<f64>,
+    pub atoms_gap_angstrom: Vec<f64>,
+    pub hard_gap_angstrom: Vec<f64>,
+    pub soft_gap_angstrom: Vec<f64>,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct StageCost {
+    pub name: String,
+    pub key: String,
+    pub seconds: f64,
+    pub peak_rss_bytes: u64,
+    /// Taken from an earlier run with the same key.
+    pub reused: bool,
+}

@@ -1,0 +1,1 @@
+//! Pictures, curves and the page that shows them.
