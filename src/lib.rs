@@ -20,8 +20,13 @@
 
 pub mod atoms;
 pub mod error;
+pub mod grid;
+pub mod interface;
+pub mod method;
+pub mod observe;
 pub mod record;
 pub mod report;
+pub mod surface;
 pub mod sys;
 pub mod units;
 

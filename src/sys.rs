@@ -20,3 +20,80 @@ fn status_kib(key: &str) -> u64 {
 fn kib_after(text: &str, key: &str) -> Option<u64> {
     text.lines().find_map(|l| l.strip_prefix(key))?.split_whitespace().next()?.parse().ok()
 }
+
+/// A row-major matrix lent to threads in blocks of whole columns.
+///
+/// The column pass of a two-dimensional transform is parallel over columns, whose elements are interleaved in memory;
+/// slices cannot express that split. Each block is handed out once, and blocks cover disjoint columns.
+pub struct ColumnBlocks<'a, T> {
+    start: *mut T,
+    rows: usize,
+    stride: usize,
+    width: usize,
+    matrix: std::marker::PhantomData<&'a mut [T]>,
+}
+
+/// The columns `first .. first + width` of every row.
+pub struct ColumnBlock<'a, T> {
+    start: *mut T,
+    rows: usize,
+    stride: usize,
+    first: usize,
+    width: usize,
+    matrix: std::marker::PhantomData<&'a mut [T]>,
+}
+
+// SAFETY: the pointer stands for an exclusive borrow of a slice of T, and is only used through disjoint blocks.
+unsafe impl<T: Send> Sync for ColumnBlocks<'_, T> {}
+
+impl<'a, T: Send> ColumnBlocks<'a, T> {
+    /// Splits `matrix` (rows of `stride` elements) into blocks of `width` columns, the last one narrower if need be.
+    pub fn new(matrix: &'a mut [T], stride: usize, width: usize) -> Self {
+        assert!(stride > 0 && width > 0 && matrix.len().is_multiple_of(stride));
+        let rows = matrix.len() / stride;
+        ColumnBlocks { start: matrix.as_mut_ptr(), rows, stride, width, matrix: std::marker::PhantomData }
+    }
+
+    /// Runs `work` on every block, in parallel, and returns what it gave in the order of the columns.
+    pub fn map_init<S, R: Send>(
+        self,
+        init: impl Fn() -> S + Sync + Send,
+        work: impl Fn(&mut S, ColumnBlock<'_, T>) -> R + Sync + Send,
+    ) -> Vec<R> {
+        use rayon::prelude::*;
+        let this = &self;
+        (0..this.stride.div_ceil(this.width))
+            .into_par_iter()
+            .map_init(init, |state, b| {
+                let first = b * this.width;
+                let block = ColumnBlock {
+                    start: this.start,
+                    rows: this.rows,
+                    stride: this.stride,
+                    first,
+                    width: this.width.min(this.stride - first),
+                    matrix: std::marker::PhantomData,
+                };
+                work(state, block)
+            })
+            .collect()
+    }
+}
+
+impl<T> ColumnBlock<'_, T> {
+    pub fn first(&self) -> usize {
+        self.first
+    }
+
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// This block's part of row `y`.
+    pub fn row(&mut self, y: usize) -> &mut [T] {
+        assert!(y < self.rows);
+        // SAFETY: row y and columns first..first+width lie inside the borrowed matrix, no other block covers these
+        // columns, and `&mut self` keeps this block from lending two rows at once.
+        unsafe { std::slice::from_raw_parts_mut(self.start.add(y * self.stride + self.first), self.width) }
+    }
+}

@@ -1,0 +1,92 @@
+//! The periodic grid, its wave vectors, the real transform on it and sums whose order does not depend on threads.
+
+mod real;
+mod sums;
+mod transform;
+
+pub use real::{Field, Real};
+pub use sums::{block_sums, mean, rms, sum_rows};
+pub use transform::{Filter, Transform};
+
+use std::f64::consts::PI;
+
+/// A periodic, node-centred grid of `ny` rows of `nx` points (x fastest) on a cell of extent `lx` by `ly`, in reduced
+/// units (`lx` is 1 unless a caller says otherwise).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Grid {
+    pub nx: usize,
+    pub ny: usize,
+    pub lx: f64,
+    pub ly: f64,
+}
+
+impl Grid {
+    /// A unit cell in x with square pixels.
+    pub fn unit(nx: usize, ny: usize) -> Self {
+        Grid { nx, ny, lx: 1.0, ly: ny as f64 / nx as f64 }
+    }
+
+    pub fn points(&self) -> usize {
+        self.nx * self.ny
+    }
+
+    pub fn dx(&self) -> f64 {
+        self.lx / self.nx as f64
+    }
+
+    pub fn dy(&self) -> f64 {
+        self.ly / self.ny as f64
+    }
+
+    /// Complex columns of the half spectrum that a real transform keeps.
+    pub fn half(&self) -> usize {
+        self.nx / 2 + 1
+    }
+
+    /// Wave number along x of column `i` of the half spectrum (`0 ..= nx/2`).
+    pub fn qx(&self, i: usize) -> f64 {
+        2.0 * PI / self.lx * i as f64
+    }
+
+    /// Wave number along y of row `j` of the spectrum (FFT order: positive, then negative).
+    pub fn qy(&self, j: usize) -> f64 {
+        2.0 * PI / self.ly * signed_mode(j, self.ny) as f64
+    }
+
+    /// How often column `i` of the half spectrum stands for a mode of the full one: 1 on the axis and on the Nyquist
+    /// column of an even grid, else 2.
+    pub fn column_weight(&self, i: usize) -> f64 {
+        if i == 0 || 2 * i == self.nx { 1.0 } else { 2.0 }
+    }
+
+    /// The largest wave number the grid holds (the corner of the spectrum).
+    pub fn q_max(&self) -> f64 {
+        let (qx, qy) = (self.qx(self.nx / 2), 2.0 * PI / self.ly * (self.ny / 2) as f64);
+        qx.hypot(qy)
+    }
+}
+
+/// Mode number of FFT index `j` of `n`: `0, 1, …, n/2, …, -1` (the Nyquist mode of an even grid is counted positive).
+pub fn signed_mode(j: usize, n: usize) -> i64 {
+    if 2 * j <= n { j as i64 } else { j as i64 - n as i64 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn modes_in_fft_order() {
+        assert_eq!((0..4).map(|j| signed_mode(j, 4)).collect::<Vec<_>>(), [0, 1, 2, -1]);
+        assert_eq!((0..5).map(|j| signed_mode(j, 5)).collect::<Vec<_>>(), [0, 1, 2, -2, -1]);
+    }
+
+    #[test]
+    fn weights_count_every_mode_once() {
+        for nx in [1, 2, 3, 8, 9] {
+            let grid = Grid::unit(nx, 1);
+            let total: f64 = (0..grid.half()).map(|i| grid.column_weight(i)).sum();
+            assert_eq!(total, nx as f64);
+        }
+    }
+}

@@ -1,0 +1,78 @@
+use rustfft::num_traits::{Float, NumAssign};
+
+/// The two precisions of the fields. Sums are always taken in `f64`.
+pub trait Real: rustfft::FftNum + Float + NumAssign + Default + std::iter::Sum {
+    /// Name as in `--precision`.
+    const NAME: &'static str;
+
+    fn of(value: f64) -> Self;
+
+    fn wide(self) -> f64;
+
+    /// The field as a borrow of either precision.
+    fn lend(values: &[Self]) -> Field<'_>;
+}
+
+impl Real for f32 {
+    const NAME: &'static str = "f32";
+
+    fn of(value: f64) -> Self {
+        value as f32
+    }
+
+    fn wide(self) -> f64 {
+        f64::from(self)
+    }
+
+    fn lend(values: &[f32]) -> Field<'_> {
+        Field::F32(values)
+    }
+}
+
+impl Real for f64 {
+    const NAME: &'static str = "f64";
+
+    fn of(value: f64) -> Self {
+        value
+    }
+
+    fn wide(self) -> f64 {
+        self
+    }
+
+    fn lend(values: &[f64]) -> Field<'_> {
+        Field::F64(values)
+    }
+}
+
+/// A borrowed field `[ny, nx]` of either precision.
+#[derive(Debug, Clone, Copy)]
+pub enum Field<'a> {
+    F32(&'a [f32]),
+    F64(&'a [f64]),
+}
+
+impl Field<'_> {
+    pub fn len(&self) -> usize {
+        match self {
+            Field::F32(v) => v.len(),
+            Field::F64(v) => v.len(),
+        }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    #[inline]
+    pub fn at(&self, i: usize) -> f64 {
+        match self {
+            Field::F32(v) => f64::from(v[i]),
+            Field::F64(v) => v[i],
+        }
+    }
+
+    pub fn to_vec(&self) -> Vec<f64> {
+        (0..self.len()).map(|i| self.at(i)).collect()
+    }
+}

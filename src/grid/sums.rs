@@ -1,0 +1,60 @@
+//! Sums whose bits do not depend on the number of threads.
+//!
+//! rayon's own reductions combine in an order that depends on work stealing. Here every row is summed in order, and the
+//! row sums are added in order: the same bits for one thread and for eight.
+
+use super::Real;
+use rayon::prelude::*;
+
+/// `K` sums at once over rows `0..rows`, each row giving its own partial sums.
+pub fn sum_rows<const K: usize>(rows: usize, row: impl Fn(usize) -> [f64; K] + Sync + Send) -> [f64; K] {
+    let partial: Vec<[f64; K]> = (0..rows).into_par_iter().map(row).collect();
+    block_sums(&partial)
+}
+
+/// Adds partial sums in order.
+pub fn block_sums<const K: usize>(partial: &[[f64; K]]) -> [f64; K] {
+    let mut total = [0.0; K];
+    for p in partial {
+        for (t, v) in total.iter_mut().zip(p) {
+            *t += v;
+        }
+    }
+    total
+}
+
+/// Length of the blocks in which a flat field is summed.
+const BLOCK: usize = 4096;
+
+/// Mean of a field.
+pub fn mean<T: Real>(field: &[T]) -> f64 {
+    let [s] = sum_rows(field.len().div_ceil(BLOCK), |b| [block(field, b).iter().map(|v| v.wide()).sum()]);
+    s / field.len() as f64
+}
+
+/// Root mean square deviation of a field from its mean.
+pub fn rms<T: Real>(field: &[T]) -> f64 {
+    let m = mean(field);
+    let [s] = sum_rows(field.len().div_ceil(BLOCK), |b| [block(field, b).iter().map(|v| (v.wide() - m).powi(2)).sum()]);
+    (s / field.len() as f64).sqrt()
+}
+
+fn block<T>(field: &[T], b: usize) -> &[T] {
+    &field[b * BLOCK..field.len().min((b + 1) * BLOCK)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn same_bits_for_any_number_of_threads() {
+        let field: Vec<f64> = (0..100_000).map(|i| (i as f64 * 0.7).sin() * 1e3f64.powi(i % 5)).collect();
+        let on = |n| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
+            pool.install(|| (mean(&field).to_bits(), rms(&field).to_bits()))
+        };
+        assert_eq!(on(1), on(2));
+        assert_eq!(on(1), on(7));
+    }
+}

@@ -1,0 +1,255 @@
+//! The two-dimensional real transform, in three passes: rows, columns (forward, filter, inverse while a column is in
+//! cache), rows.
+//!
+//! A solver owns one half spectrum `[ny, nx/2+1]` and its real fields; nothing here allocates a field. Rows are handed
+//! to the solver one by one through a [`Worker`], so that the pointwise law and the sums run while a row is in cache,
+//! between the inverse rows of one pair and the forward rows of the next.
+
+use super::{Grid, Real};
+use crate::sys::ColumnBlocks;
+use rayon::prelude::*;
+use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use rustfft::num_complex::Complex;
+use rustfft::{Fft, FftPlanner};
+use std::sync::Arc;
+
+/// Columns gathered at once: two cache lines per row in f64. Measured at 4096²: 4 columns cost 1.3 times as much.
+const BLOCK: usize = 8;
+/// Columns of one block lie `ny + PAD` apart, so that a power-of-two height does not map them to the same cache sets.
+const PAD: usize = 8;
+
+/// Plans for one grid, shared by all threads.
+pub struct Transform<T: Real> {
+    grid: Grid,
+    forward_row: Arc<dyn RealToComplex<T>>,
+    inverse_row: Arc<dyn ComplexToReal<T>>,
+    forward_column: Arc<dyn Fft<T>>,
+    inverse_column: Arc<dyn Fft<T>>,
+}
+
+/// One thread's scratch for row transforms, and a row to work in.
+pub struct Worker<'t, T: Real> {
+    transform: &'t Transform<T>,
+    forward_scratch: Vec<Complex<T>>,
+    inverse_scratch: Vec<Complex<T>>,
+    /// A spare real row of `nx` points, for whatever the caller transforms.
+    pub row: Vec<T>,
+}
+
+/// A multiplication in Fourier space, a column at a time.
+pub trait Filter<T: Real>: Sync {
+    /// Multiplies column `i` (all `ny` rows in FFT order), the transform's `1/(nx·ny)` included, and returns what is to be
+    /// summed over the spectrum (0 where nothing is).
+    fn apply(&self, i: usize, column: &mut [Complex<T>]) -> f64;
+}
+
+impl<T: Real, F: Fn(usize, &mut [Complex<T>]) -> f64 + Sync> Filter<T> for F {
+    fn apply(&self, i: usize, column: &mut [Complex<T>]) -> f64 {
+        self(i, column)
+    }
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Direction {
+    Both,
+    Forward,
+    Inverse,
+}
+
+impl<T: Real> Transform<T> {
+    pub fn new(grid: Grid) -> Self {
+        let (mut rows, mut columns) = (RealFftPlanner::new(), FftPlanner::new());
+        Transform {
+            grid,
+            forward_row: rows.plan_fft_forward(grid.nx),
+            inverse_row: rows.plan_fft_inverse(grid.nx),
+            forward_column: columns.plan_fft_forward(grid.ny),
+            inverse_column: columns.plan_fft_inverse(grid.ny),
+        }
+    }
+
+    pub fn grid(&self) -> Grid {
+        self.grid
+    }
+
+    /// A zeroed half spectrum `[ny, nx/2+1]`.
+    pub fn spectrum(&self) -> Vec<Complex<T>> {
+        vec![Complex::default(); self.grid.ny * self.grid.half()]
+    }
+
+    /// Bytes of a half spectrum.
+    pub fn spectrum_bytes(grid: Grid) -> u64 {
+        (grid.ny * grid.half() * size_of::<Complex<T>>()) as u64
+    }
+
+    pub fn worker(&self) -> Worker<'_, T> {
+        Worker {
+            transform: self,
+            forward_scratch: self.forward_row.make_scratch_vec(),
+            inverse_scratch: self.inverse_row.make_scratch_vec(),
+            row: vec![T::default(); self.grid.nx],
+        }
+    }
+
+    /// The column pass: forward, `filter`, inverse. Returns the ordered sum of what the filter returned.
+    pub fn filter_columns(&self, spectrum: &mut [Complex<T>], filter: &impl Filter<T>) -> f64 {
+        self.columns(spectrum, filter, Direction::Both)
+    }
+
+    /// The column pass, forward only, for sums over the spectrum of rows transformed before.
+    pub fn columns_forward(&self, spectrum: &mut [Complex<T>], filter: &impl Filter<T>) -> f64 {
+        self.columns(spectrum, filter, Direction::Forward)
+    }
+
+    /// Real field to half spectrum, un-normalised (`Σ f e^{-iqr}`).
+    pub fn forward(&self, field: &[T], spectrum: &mut [Complex<T>]) {
+        self.forward_filtered(field, spectrum, &|_: usize, _: &mut [Complex<T>]| 0.0);
+    }
+
+    /// As [`Transform::forward`], with `filter` applied to (or merely shown) every column. Returns its ordered sum.
+    pub fn forward_filtered(&self, field: &[T], spectrum: &mut [Complex<T>], filter: &impl Filter<T>) -> f64 {
+        let (nx, half) = (self.grid.nx, self.grid.half());
+        spectrum.par_chunks_mut(half).zip(field.par_chunks(nx)).for_each_init(
+            || self.worker(),
+            |worker, (spec, row)| {
+                worker.row.copy_from_slice(row);
+                worker.forward(spec);
+            },
+        );
+        self.columns(spectrum, filter, Direction::Forward)
+    }
+
+    /// Half spectrum to real field, un-normalised; the spectrum is used up.
+    pub fn inverse(&self, spectrum: &mut [Complex<T>], field: &mut [T]) {
+        let (nx, half) = (self.grid.nx, self.grid.half());
+        self.columns(spectrum, &|_: usize, _: &mut [Complex<T>]| 0.0, Direction::Inverse);
+        spectrum.par_chunks_mut(half).zip(field.par_chunks_mut(nx)).for_each_init(
+            || self.worker(),
+            |worker, (spec, row)| {
+                worker.inverse(spec);
+                row.copy_from_slice(&worker.row);
+            },
+        );
+    }
+
+    fn columns(&self, spectrum: &mut [Complex<T>], filter: &impl Filter<T>, direction: Direction) -> f64 {
+        let (ny, half) = (self.grid.ny, self.grid.half());
+        let stride = ny + PAD;
+        let scratch = self.forward_column.get_inplace_scratch_len().max(self.inverse_column.get_inplace_scratch_len());
+        let buffers = || (vec![Complex::default(); BLOCK * stride], vec![Complex::default(); scratch]);
+        let blocks = ColumnBlocks::new(spectrum, half, BLOCK);
+        let sums = blocks.map_init(buffers, |(columns, scratch), mut block| {
+            let width = block.width();
+            for y in 0..ny {
+                for (c, value) in block.row(y).iter().enumerate() {
+                    columns[c * stride + y] = *value;
+                }
+            }
+            let mut sum = 0.0;
+            for (c, column) in columns.chunks_mut(stride).take(width).enumerate() {
+                let column = &mut column[..ny];
+                if direction != Direction::Inverse {
+                    self.forward_column.process_with_scratch(column, scratch);
+                }
+                sum += filter.apply(block.first() + c, column);
+                if direction != Direction::Forward {
+                    self.inverse_column.process_with_scratch(column, scratch);
+                }
+            }
+            for y in 0..ny {
+                for (c, value) in block.row(y).iter_mut().enumerate() {
+                    *value = columns[c * stride + y];
+                }
+            }
+            sum
+        });
+        sums.iter().sum()
+    }
+}
+
+impl<T: Real> Worker<'_, T> {
+    /// `row` to a row of the spectrum. `row` is used up.
+    pub fn forward(&mut self, spectrum: &mut [Complex<T>]) {
+        self.transform
+            .forward_row
+            .process_with_scratch(&mut self.row, spectrum, &mut self.forward_scratch)
+            .expect("row and spectrum have the plan's lengths");
+    }
+
+    /// A row of the spectrum (used up) to `row`.
+    pub fn inverse(&mut self, spectrum: &mut [Complex<T>]) {
+        // What rounding leaves in the imaginary parts of the zero and Nyquist columns has no real counterpart.
+        spectrum[0].im = T::zero();
+        if self.row.len().is_multiple_of(2) {
+            spectrum[self.row.len() / 2].im = T::zero();
+        }
+        self.transform
+            .inverse_row
+            .process_with_scratch(spectrum, &mut self.row, &mut self.inverse_scratch)
+            .expect("row and spectrum have the plan's lengths");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::signed_mode;
+    use std::f64::consts::PI;
+
+    fn sample(grid: Grid) -> Vec<f64> {
+        (0..grid.points()).map(|i| ((i * i + 7 * i) % 101) as f64 / 17.0 - 2.0).collect()
+    }
+
+    /// Round trip and every coefficient against the direct sum, on even, odd, prime, flat and single-point grids.
+    #[test]
+    fn equals_the_direct_sum() {
+        /// Rounding of a sum of at most 120 terms of size 4.
+        const TOLERANCE: f64 = 1e-11;
+        for (nx, ny) in [(1, 1), (2, 1), (1, 7), (8, 6), (9, 5), (13, 4), (6, 20)] {
+            let grid = Grid::unit(nx, ny);
+            let transform = Transform::<f64>::new(grid);
+            let field = sample(grid);
+            let mut spectrum = transform.spectrum();
+            transform.forward(&field, &mut spectrum);
+            for j in 0..ny {
+                for i in 0..grid.half() {
+                    let mut direct = Complex::new(0.0, 0.0);
+                    for y in 0..ny {
+                        for x in 0..nx {
+                            let phase = -2.0
+                                * PI
+                                * (i as f64 * x as f64 / nx as f64 + signed_mode(j, ny) as f64 * y as f64 / ny as f64);
+                            direct += Complex::from_polar(field[y * nx + x], phase);
+                        }
+                    }
+                    let found: Complex<f64> = spectrum[j * grid.half() + i];
+                    assert!((found - direct).norm() < TOLERANCE, "{nx}x{ny} mode {i},{j}: {found} {direct}");
+                }
+            }
+            let mut back = vec![0.0; grid.points()];
+            transform.inverse(&mut spectrum, &mut back);
+            for (b, f) in back.iter().zip(&field) {
+                assert!((b / grid.points() as f64 - f).abs() < TOLERANCE);
+            }
+        }
+    }
+
+    #[test]
+    fn same_bits_for_any_number_of_threads() {
+        let grid = Grid::unit(96, 50);
+        let run = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                let transform = Transform::<f64>::new(grid);
+                let mut spectrum = transform.spectrum();
+                transform.forward(&sample(grid), &mut spectrum);
+                let sum = transform.filter_columns(&mut spectrum, &|i: usize, column: &mut [Complex<f64>]| {
+                    column.iter().map(|c| c.norm_sqr() * i as f64).sum()
+                });
+                (spectrum.iter().map(|c| (c.re.to_bits(), c.im.to_bits())).collect::<Vec<_>>(), sum.to_bits())
+            })
+        };
+        assert_eq!(run(1), run(2));
+        assert_eq!(run(1), run(5));
+    }
+}

@@ -1,0 +1,167 @@
+//! Surface stiffness of the elastic body, mode by mode: stress amplitude over displacement amplitude, in units of E*.
+//!
+//! The mean mode has no stiffness here: the mean displacement is a gauge that load control leaves free, and a mean gap
+//! does not contain it. What a layer yields as a whole under the mean pressure is [`Layer::compression`].
+
+use serde::{Deserialize, Serialize};
+
+/// Stiffness of one mode. Isotropic in-plane; `q` in units of 1/L, the result in E*/L.
+pub trait Kernel: Copy + Sync + Send {
+    fn stiffness(&self, q: f64) -> f64;
+}
+
+/// Semi-infinite elastic body: `E* q/2`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HalfSpace;
+
+impl Kernel for HalfSpace {
+    #[inline]
+    fn stiffness(&self, q: f64) -> f64 {
+        0.5 * q
+    }
+}
+
+/// What the layer's lower face rests on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Base {
+    /// Bonded to a rigid support: no displacement.
+    Bonded,
+    /// Constant normal stress, no shear stress, as on a perfectly soft support.
+    ConstantStress,
+}
+
+/// Elastic layer of finite thickness (Carbone, Lorenz, Persson & Wohlers, Eur. Phys. J. E 29 (2009) 275).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Layer {
+    /// Thickness over the cell's extent in x.
+    pub thickness: f64,
+    /// Poisson's ratio.
+    pub poisson: f64,
+    pub base: Base,
+}
+
+impl Layer {
+    /// Beyond this `q·t` the correction is below 1e-16 and its hyperbolic functions would overflow soon.
+    const DEEP: f64 = 25.0;
+
+    /// Stiffness over that of a half-space, at `w = q·t`.
+    fn factor(&self, w: f64) -> f64 {
+        if w > Self::DEEP {
+            return 1.0;
+        }
+        let nu = self.poisson;
+        // sinh x - x without cancellation at small x.
+        let sinh_minus = |x: f64| {
+            if x < 1.0 {
+                let x2 = x * x;
+                x * x2 / 6.0
+                    * (1.0
+                        + x2 / 20.0 * (1.0 + x2 / 42.0 * (1.0 + x2 / 72.0 * (1.0 + x2 / 110.0 * (1.0 + x2 / 156.0)))))
+            } else {
+                x.sinh() - x
+            }
+        };
+        match self.base {
+            Base::Bonded => {
+                let numerator = (3.0 - 4.0 * nu) * (2.0 * w).cosh() + 2.0 * w * w - 4.0 * nu * (3.0 - 2.0 * nu) + 5.0;
+                let denominator = (2.0 - 4.0 * nu) * (2.0 * w).sinh() + sinh_minus(2.0 * w);
+                numerator / denominator
+            }
+            Base::ConstantStress => {
+                // cosh 2w - 2w² - 1 = 2 (sinh w - w)(sinh w + w)
+                2.0 * sinh_minus(w) * (w.sinh() + w) / ((2.0 * w).sinh() + 2.0 * w)
+            }
+        }
+    }
+
+    /// How much the whole layer shortens per unit mean pressure (lengths of L per E*): thickness over the uniaxial-strain
+    /// modulus `E*(1-ν)²/(1-2ν)`. Zero for an incompressible or a freely floating layer.
+    pub fn compression(&self) -> f64 {
+        match self.base {
+            Base::Bonded => self.thickness * (1.0 - 2.0 * self.poisson) / (1.0 - self.poisson).powi(2),
+            Base::ConstantStress => 0.0,
+        }
+    }
+}
+
+impl Kernel for Layer {
+    #[inline]
+    fn stiffness(&self, q: f64) -> f64 {
+        if q == 0.0 { 0.0 } else { 0.5 * q * self.factor(q * self.thickness) }
+    }
+}
+
+/// The kernel as a scene chooses it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Elastic {
+    HalfSpace,
+    Layer(Layer),
+}
+
+impl Elastic {
+    /// Stiffness through the chosen kernel, for estimates and tests; solvers are generic over [`Kernel`] instead.
+    pub fn stiffness(&self, q: f64) -> f64 {
+        match self {
+            Elastic::HalfSpace => HalfSpace.stiffness(q),
+            Elastic::Layer(layer) => layer.stiffness(q),
+        }
+    }
+}
+
+impl std::fmt::Display for Elastic {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Elastic::HalfSpace => write!(f, "half-space"),
+            Elastic::Layer(l) => {
+                let base = match l.base {
+                    Base::Bonded => "bonded to a rigid base",
+                    Base::ConstantStress => "on a base of constant stress",
+                };
+                write!(f, "layer {:.4} L thick, ν = {:.3}, {base}", l.thickness, l.poisson)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    #[test]
+    fn thick_layers_are_half_spaces_and_thin_ones_oedometers() {
+        for base in [Base::Bonded, Base::ConstantStress] {
+            let layer = Layer { thickness: 10.0, poisson: 0.3, base };
+            assert!((layer.stiffness(2.0 * PI) / PI - 1.0).abs() < 1e-14);
+        }
+        // Bonded: q·t → 0 leaves the uniaxial-strain modulus over the thickness.
+        for poisson in [0.0, 0.3, 0.45] {
+            let thin = Layer { thickness: 1e-6, poisson, base: Base::Bonded };
+            assert!((thin.stiffness(1.0) * thin.compression() - 1.0).abs() < 1e-8, "{poisson}");
+        }
+        // Constant stress: a plate bends, k = q⁴t³/12 in units of E*.
+        let plate = Layer { thickness: 1e-4, poisson: 0.3, base: Base::ConstantStress };
+        assert!((plate.stiffness(1.0) / (1e-12 / 12.0) - 1.0).abs() < 1e-6);
+    }
+
+    /// Slab of 139.71 Å under a cell of 977.97 Å at ν = 0.3, and a counter-sample 0.15 L thick at ν = 0.5.
+    #[test]
+    fn printed_stiffening_of_the_longest_waves() {
+        let slab = Layer { thickness: 139.71 / 977.97, poisson: 0.3, base: Base::Bonded };
+        for (n, factor) in [(1.0, 2.68), (2.0, 1.42), (5.0, 1.007)] {
+            assert!((slab.factor(2.0 * PI * n * slab.thickness) - factor).abs() < 0.006, "{n}");
+        }
+        let rubber = Layer { thickness: 0.15, poisson: 0.5, base: Base::Bonded };
+        for (n, factor) in [(1.0, 4.61), (2.0, 1.66), (5.0, 1.009)] {
+            assert!((rubber.factor(2.0 * PI * n * 0.15) - factor).abs() < 0.006, "{n}");
+        }
+    }
+
+    #[test]
+    fn no_cancellation_in_thin_incompressible_layers() {
+        // ν = 1/2: k → 3/(4... )·1/(q²t³) in units of E*: the series limit of the bonded kernel.
+        let nearby = |t: f64| Layer { thickness: t, poisson: 0.5, base: Base::Bonded }.stiffness(1.0) * t.powi(3);
+        assert!((nearby(1e-4) / nearby(1e-3) - 1.0).abs() < 1e-5);
+    }
+}

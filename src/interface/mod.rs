@@ -1,0 +1,7 @@
+//! What the two surfaces do to each other and to the elastic body: elastic kernels, adhesion laws, walls.
+
+mod kernel;
+mod law;
+
+pub use kernel::{Base, Elastic, HalfSpace, Kernel, Layer};
+pub use law::{Adhesion, Exponential, HardWall, Law, LennardJonesWall, Wall, WithAdhesion};

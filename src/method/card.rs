@@ -1,0 +1,96 @@
+use serde::Serialize;
+
+/// The curves and maps of the challenge that a method may be asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Quantity {
+    GapField,
+    StressField,
+    ContactMap,
+    PatchPdf,
+    GapPdf,
+    StressPdf,
+    ContactArea,
+    MeanGap,
+    Stiffness,
+}
+
+impl Quantity {
+    pub const ALL: [Quantity; 9] = [
+        Quantity::GapField,
+        Quantity::StressField,
+        Quantity::ContactMap,
+        Quantity::PatchPdf,
+        Quantity::GapPdf,
+        Quantity::StressPdf,
+        Quantity::ContactArea,
+        Quantity::MeanGap,
+        Quantity::Stiffness,
+    ];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Quantity::GapField => "gap field",
+            Quantity::StressField => "stress field",
+            Quantity::ContactMap => "contact map",
+            Quantity::PatchPdf => "patch sizes Pr(a)",
+            Quantity::GapPdf => "gap distribution Pr(u)",
+            Quantity::StressPdf => "stress distribution Pr(σ)",
+            Quantity::ContactArea => "contact area",
+            Quantity::MeanGap => "mean gap",
+            Quantity::Stiffness => "contact stiffness",
+        }
+    }
+}
+
+/// Whether, and on what terms, a quantity is delivered. The reason is printed where a table has an empty cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Support {
+    Full,
+    NoAdhesion,
+    Only(&'static str),
+    No(&'static str),
+}
+
+/// What a method calls contact. Areas are compared only together with it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Criterion {
+    /// Gap exactly zero, where the wall holds the surfaces apart.
+    ZeroGap,
+    /// Any atom of the other body nearer than this.
+    AtomDistance { d_c_angstrom: f64 },
+}
+
+impl std::fmt::Display for Criterion {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Criterion::ZeroGap => write!(f, "zero gap"),
+            Criterion::AtomDistance { d_c_angstrom } => write!(f, "an indenter atom within {d_c_angstrom} Å"),
+        }
+    }
+}
+
+/// What a method is, honestly: read by tables, by the refusal of what it cannot do, and by tests that walk the registry.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Card {
+    pub id: &'static str,
+    /// Name of the approach in the challenge paper.
+    pub paper_name: &'static str,
+    pub family: &'static str,
+    /// "heights", "spectrum" or both.
+    pub needs: &'static str,
+    pub criterion: Criterion,
+    /// Constants fitted to the reference answer; none for a solver of the equations.
+    pub calibrated_on: Option<&'static str>,
+    /// One sentence for tables.
+    pub summary: &'static str,
+    #[serde(serialize_with = "quantities")]
+    pub supports: fn(Quantity) -> Support,
+    pub dois: &'static [&'static str],
+}
+
+fn quantities<S: serde::Serializer>(supports: &fn(Quantity) -> Support, to: S) -> Result<S::Ok, S::Error> {
+    to.collect_map(Quantity::ALL.map(|q| (q, supports(q))))
+}

@@ -1,0 +1,39 @@
+//! Contact solvers behind one trait.
+//!
+//! A method sees a [`Problem`] (grid, heights, kernel, interaction), never a scene; a new method is one file and one line
+//! in [`REGISTRY`]. States are lent, not copied; what a method cannot deliver is a value with a reason.
+
+mod bvm;
+mod card;
+mod gfmd;
+mod operator;
+mod problem;
+
+pub use card::{Card, Criterion, Quantity, Support};
+pub use problem::{Iteration, Load, Plan, Precision, Problem, Run, State, Stop, Watch, unwatched};
+
+use crate::Result;
+
+/// A way of solving the contact problem.
+pub trait ContactMethod: Sync {
+    fn card(&self) -> &'static Card;
+
+    /// Bytes and iterations, before anything is allocated.
+    fn plan(&self, problem: &Problem) -> Plan;
+
+    /// Allocates and starts at first touch.
+    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Box<dyn Run + 'p>>;
+}
+
+/// Every method, in the order in which tables list them.
+pub const REGISTRY: &[&dyn ContactMethod] = &[&gfmd::Gfmd, &bvm::Bvm];
+
+/// The method of that id.
+pub fn find(id: &str) -> Option<&'static dyn ContactMethod> {
+    REGISTRY.iter().find(|m| m.card().id == id).copied()
+}
+
+/// All ids, for messages.
+pub fn ids() -> Vec<&'static str> {
+    REGISTRY.iter().map(|m| m.card().id).collect()
+}

@@ -1,0 +1,358 @@
+//! The energy that every field method minimises, and its gradient, in one transform pair.
+//!
+//! With gap `g`, heights `h`, stiffness `K`, pressure `p` and interaction `v(g)`, the free energy per area is
+//!
+//! ```text
+//! F(g) = ½⟨(g-h) K (g-h)⟩ + p⟨g⟩ + ⟨v(g)⟩,   t = dF/dg = K(g-h) + p + v'(g)
+//! ```
+//!
+//! and an equilibrium has `t = 0` where the gap is open and `t ≥ 0`, the contact stress, where a hard wall closes it.
+//! `K` has no mean mode, so the mean of `t - v'` is the pressure whatever the gap: load balance is a statement about `t`.
+
+use super::{Load, Problem, State, Stop};
+use crate::grid::{Filter, Grid, Real, Transform, block_sums, rms};
+use crate::interface::{Adhesion, Elastic, HalfSpace, HardWall, Kernel, Law, Wall, WithAdhesion};
+use rayon::prelude::*;
+use rustfft::num_complex::Complex;
+use std::time::Instant;
+
+/// Multiplication by the kernel and by the transform's `1/N`; sums `Σ w K |c|²/N²`, which is `⟨f K f⟩`.
+pub(super) struct Stiffness<K> {
+    pub grid: Grid,
+    pub kernel: K,
+}
+
+impl<T: Real, K: Kernel> Filter<T> for Stiffness<K> {
+    fn apply(&self, i: usize, column: &mut [Complex<T>]) -> f64 {
+        let per_point = 1.0 / self.grid.points() as f64;
+        let qx = self.grid.qx(i);
+        let mut sum = 0.0;
+        for (j, c) in column.iter_mut().enumerate() {
+            let qy = self.grid.qy(j);
+            let k = self.kernel.stiffness((qx * qx + qy * qy).sqrt()) * per_point;
+            sum += k * c.norm_sqr().wide();
+            *c = c.scale(T::of(k));
+        }
+        self.grid.column_weight(i) * per_point * sum
+    }
+}
+
+/// Sums over one evaluation, all as means over the grid but `tension`.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Balance {
+    pub elastic: f64,
+    pub interaction: f64,
+    pub mean_gap: f64,
+    /// rms of the KKT residual.
+    pub residual: f64,
+    /// Mean of the KKT residual: what is missing from the load balance.
+    pub imbalance: f64,
+    /// Mean of |t g|.
+    pub complementarity: f64,
+}
+
+/// How a load ended, before it is told as a [`State`].
+pub(super) struct Outcome {
+    pub load: Load,
+    pub stop: Stop,
+    pub iterations: usize,
+    pub pairs_before: f64,
+    pub clock: Instant,
+    pub balance: Balance,
+}
+
+/// Number of sums that [`kkt_row`] gives.
+pub(super) const KKT: usize = 5;
+
+/// Residual of the optimality conditions at one node: the imbalance where the gap may move, else tension only.
+#[inline]
+pub(super) fn kkt<L: Law, T: Real>(gap: T, t: T) -> T {
+    if L::HARD && gap <= T::zero() { t.min(T::zero()) } else { t }
+}
+
+/// Sums of one row: residual², residual, |t g|, g, v(g).
+pub(super) fn kkt_row<L: Law, T: Real>(law: &L, gap: &[T], t: &[T]) -> [f64; KKT] {
+    let mut sum = [0.0; KKT];
+    for (&g, &t) in gap.iter().zip(t) {
+        let r = kkt::<L, T>(g, t).wide();
+        let (g, t) = (g.wide(), t.wide());
+        sum[0] += r * r;
+        sum[1] += r;
+        sum[2] += (t * g).abs();
+        sum[3] += g;
+        if L::ACTIVE {
+            sum[4] += law.energy(g);
+        }
+    }
+    sum
+}
+
+impl Balance {
+    pub fn new(points: usize, elastic: f64, sums: &[f64]) -> Self {
+        let mean = |i: usize| sums[i] / points as f64;
+        Balance {
+            elastic,
+            residual: mean(0).sqrt(),
+            imbalance: mean(1),
+            complementarity: mean(2),
+            mean_gap: mean(3),
+            interaction: mean(4),
+        }
+    }
+
+    pub fn energy(&self, pressure: f64) -> f64 {
+        self.elastic + self.interaction + pressure * self.mean_gap
+    }
+}
+
+/// What the solvers share: heights in working precision, transform, kernel, law, and the pressure of the moment.
+pub(super) struct Operator<'p, T: Real, K, L> {
+    pub problem: &'p Problem<'p>,
+    pub transform: Transform<T>,
+    pub spectrum: Vec<Complex<T>>,
+    pub stiffness: Stiffness<K>,
+    pub law: L,
+    pub heights: Vec<T>,
+    pub rms_height: f64,
+    pub lowest: T,
+    pub pressure: f64,
+    /// Transforms done, in pairs.
+    pub pairs: f64,
+}
+
+/// The load balance that the solvers impose, relative to the pressure. It is met with the last digits of the KKT
+/// residual, so asking for it costs a few iterations; f32 cannot hold it and is asked for its tolerance alone.
+pub const LOAD_BALANCE: f64 = 1e-9;
+
+impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
+    pub fn new(problem: &'p Problem<'p>, kernel: K, law: L) -> Self {
+        let grid = problem.grid;
+        // An offset would cost digits in the transform and in f32; only differences of heights matter.
+        let mean = crate::grid::mean(problem.heights);
+        let heights: Vec<T> = problem.heights.par_iter().map(|h| T::of(h - mean)).collect();
+        let lowest = heights.iter().copied().fold(T::infinity(), T::min);
+        let transform = Transform::new(grid);
+        let spectrum = transform.spectrum();
+        let rms_height = rms(&heights);
+        let stiffness = Stiffness { grid, kernel };
+        Operator {
+            problem,
+            transform,
+            spectrum,
+            stiffness,
+            law,
+            heights,
+            rms_height,
+            lowest,
+            pressure: 0.0,
+            pairs: 0.0,
+        }
+    }
+
+    pub fn set_load(&mut self, load: Load) {
+        let Load::Pressure(p) = load;
+        self.pressure = p;
+    }
+
+    /// The surfaces at first touch: no displacement.
+    pub fn first_touch(&self) -> Vec<T> {
+        self.heights.par_iter().map(|&h| h - self.lowest).collect()
+    }
+
+    /// Gradient `t` at `gap`, one pair. Per row, `update` may first move the gap, and `visit` sees gap and `t`, may keep
+    /// something in `store`, and returns sums beyond those of [`Balance`].
+    pub fn evaluate<const M: usize>(
+        &mut self,
+        gap: &mut [T],
+        store: &mut [T],
+        update: impl Fn(usize, &mut [T]) + Sync,
+        visit: impl Fn(&[T], &[T], &mut [T]) -> [f64; M] + Sync,
+    ) -> (Balance, [f64; M]) {
+        let grid = self.transform.grid();
+        let (nx, half) = (grid.nx, grid.half());
+        self.spectrum
+            .par_chunks_mut(half)
+            .zip(gap.par_chunks_mut(nx))
+            .zip(self.heights.par_chunks(nx))
+            .enumerate()
+            .for_each_init(
+                || self.transform.worker(),
+                |worker, (y, ((spectrum, gap), heights))| {
+                    update(y, gap);
+                    for ((w, &g), &h) in worker.row.iter_mut().zip(gap.iter()).zip(heights) {
+                        *w = g - h;
+                    }
+                    worker.forward(spectrum);
+                },
+            );
+        let elastic = 0.5 * self.transform.filter_columns(&mut self.spectrum, &self.stiffness);
+        let (law, pressure) = (&self.law, T::of(self.pressure));
+        let rows: Vec<([f64; KKT], [f64; M])> = self
+            .spectrum
+            .par_chunks_mut(half)
+            .zip(gap.par_chunks(nx))
+            .zip(store.par_chunks_mut(nx))
+            .map_init(
+                || self.transform.worker(),
+                |worker, ((spectrum, gap), store)| {
+                    worker.inverse(spectrum);
+                    for (t, &g) in worker.row.iter_mut().zip(gap) {
+                        *t += pressure;
+                        if L::ACTIVE {
+                            *t += T::of(law.traction(g.wide()));
+                        }
+                    }
+                    (kkt_row(law, gap, &worker.row), visit(gap, &worker.row, store))
+                },
+            )
+            .collect();
+        self.pairs += 1.0;
+        let (sums, more): (Vec<_>, Vec<_>) = rows.into_iter().unzip();
+        (Balance::new(grid.points(), elastic, &block_sums(&sums)), block_sums(&more))
+    }
+
+    /// `⟨d K d⟩` (half a pair), with `update` giving each row of `d` first, and its sums.
+    pub fn curvature<const M: usize>(
+        &mut self,
+        direction: &mut [T],
+        update: impl Fn(usize, &mut [T]) -> [f64; M] + Sync,
+    ) -> (f64, [f64; M]) {
+        let (nx, half) = (self.transform.grid().nx, self.transform.grid().half());
+        let rows: Vec<[f64; M]> = self
+            .spectrum
+            .par_chunks_mut(half)
+            .zip(direction.par_chunks_mut(nx))
+            .enumerate()
+            .map_init(
+                || self.transform.worker(),
+                |worker, (y, (spectrum, direction))| {
+                    let sums = update(y, direction);
+                    worker.row.copy_from_slice(direction);
+                    worker.forward(spectrum);
+                    sums
+                },
+            )
+            .collect();
+        let curvature = self.transform.columns_forward(&mut self.spectrum, &self.stiffness);
+        self.pairs += 0.5;
+        (curvature, block_sums(&rows))
+    }
+
+    /// Interfacial stress `p + K(g-h)` into `stress`, and the final balance.
+    pub fn stress(&mut self, gap: &mut [T], stress: &mut [T]) -> Balance {
+        let law = self.law;
+        let (balance, _) = self.evaluate(
+            gap,
+            stress,
+            |_, _| {},
+            |gap, t, stress| {
+                for ((s, &t), &g) in stress.iter_mut().zip(t).zip(gap) {
+                    *s = if L::ACTIVE { t - T::of(law.traction(g.wide())) } else { t };
+                }
+                [0.0; 0]
+            },
+        );
+        balance
+    }
+
+    /// The state that observers are lent.
+    pub fn state<'a>(&self, outcome: Outcome, gap: &'a [T], stress: &'a [T]) -> State<'a> {
+        let Outcome { load, stop, iterations, pairs_before, clock, balance } = outcome;
+        let scale = Problem::stress_scale(self.pressure);
+        State {
+            load,
+            gap: T::lend(gap),
+            stress: T::lend(stress),
+            mean_gap: balance.mean_gap,
+            energy: balance.energy(self.pressure),
+            elastic_energy: balance.elastic,
+            interaction_energy: balance.interaction,
+            load_error: balance.imbalance.abs() / scale,
+            residual: balance.residual / scale,
+            // A flat surface has no height to compare with, and no gap either.
+            complementarity: balance.complementarity / (scale * self.rms_height.max(f64::MIN_POSITIVE)),
+            stop,
+            iterations,
+            fft_pairs: self.pairs - pairs_before,
+            seconds: clock.elapsed().as_secs_f64(),
+        }
+    }
+
+    /// Whether a balance meets the tolerance and, in f64, the load balance.
+    pub fn converged(&self, balance: &Balance) -> bool {
+        let scale = Problem::stress_scale(self.pressure);
+        let load = LOAD_BALANCE.max(if T::NAME == "f32" { self.problem.tolerance } else { 0.0 });
+        balance.residual <= self.problem.tolerance * scale && balance.imbalance.abs() <= load * scale
+    }
+
+    /// Upper bound of the curvature of the energy around `gap`: what a safe gradient step is the inverse of. A soft wall is
+    /// taken where it pushes with E* or four times the mean pressure, beyond what contact spots of slope one carry, or
+    /// where it is now, if that is stiffer.
+    pub fn stiffest(&self, gap: &[T]) -> f64 {
+        let law = if L::HARD {
+            self.law.stiffest(0.0)
+        } else {
+            let lowest = gap.iter().copied().fold(T::infinity(), T::min).wide();
+            self.law.stiffest(4.0 * self.pressure.max(0.25)).max(self.law.slope(lowest).abs())
+        };
+        self.problem.stiffest_mode() + law
+    }
+}
+
+/// Notices that a residual no longer falls.
+pub(super) struct Progress {
+    best: f64,
+    since: usize,
+}
+
+impl Progress {
+    /// Iterations without a tenth of improvement after which a residual at the rounding floor is final.
+    const PATIENCE: usize = 100;
+
+    pub fn new() -> Self {
+        Progress { best: f64::INFINITY, since: 0 }
+    }
+
+    /// `Some` when `residual` (over the pressure) has stalled at no more than ten times `floor`.
+    pub fn stalled(&mut self, residual: f64, floor: f64) -> Option<Stop> {
+        if residual < 0.9 * self.best {
+            (self.best, self.since) = (residual, 0);
+        } else {
+            self.since += 1;
+        }
+        (self.since > Self::PATIENCE && self.best < 10.0 * floor).then_some(Stop::RoundingFloor)
+    }
+}
+
+/// Builds a solver for the precision, kernel and law of a problem.
+pub(super) trait Build<'p> {
+    type Built;
+
+    fn build<T: Real, K: Kernel + 'p, L: Law + 'p>(self, operator: Operator<'p, T, K, L>) -> Self::Built;
+}
+
+/// Chooses the types: precision, kernel and law are parameters of the inner loops, not branches in them.
+pub(super) fn dispatch<'p, B: Build<'p>>(problem: &'p Problem<'p>, builder: B) -> B::Built {
+    match problem.precision {
+        super::Precision::F32 => with_kernel::<f32, B>(problem, builder),
+        super::Precision::F64 => with_kernel::<f64, B>(problem, builder),
+    }
+}
+
+fn with_kernel<'p, T: Real, B: Build<'p>>(problem: &'p Problem<'p>, builder: B) -> B::Built {
+    match problem.kernel {
+        Elastic::HalfSpace => with_law::<T, _, B>(problem, HalfSpace, builder),
+        Elastic::Layer(layer) => with_law::<T, _, B>(problem, layer, builder),
+    }
+}
+
+fn with_law<'p, T: Real, K: Kernel + 'p, B: Build<'p>>(problem: &'p Problem<'p>, kernel: K, builder: B) -> B::Built {
+    match (problem.wall, problem.adhesion) {
+        (Wall::Hard, Adhesion::None) => builder.build(Operator::<T, K, _>::new(problem, kernel, HardWall)),
+        (Wall::Hard, Adhesion::Exponential(law)) => builder.build(Operator::<T, K, _>::new(problem, kernel, law)),
+        (Wall::LennardJones(wall), Adhesion::None) => builder.build(Operator::<T, K, _>::new(problem, kernel, wall)),
+        (Wall::LennardJones(wall), Adhesion::Exponential(adhesion)) => {
+            builder.build(Operator::<T, K, _>::new(problem, kernel, WithAdhesion { wall, adhesion }))
+        }
+    }
+}

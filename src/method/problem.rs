@@ -1,0 +1,160 @@
+use crate::Result;
+use crate::grid::{Field, Grid};
+use crate::interface::{Adhesion, Elastic, Wall};
+use serde::{Deserialize, Serialize};
+use std::ops::ControlFlow;
+
+/// Floating-point type of the fields. Sums are always `f64`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum Precision {
+    F32,
+    F64,
+}
+
+impl Precision {
+    pub fn bytes(self) -> u64 {
+        match self {
+            Precision::F32 => 4,
+            Precision::F64 => 8,
+        }
+    }
+
+    /// Unit round-off.
+    pub fn epsilon(self) -> f64 {
+        match self {
+            Precision::F32 => f64::from(f32::EPSILON) / 2.0,
+            Precision::F64 => f64::EPSILON / 2.0,
+        }
+    }
+}
+
+/// A rigid rough surface over an elastic body, in reduced units (L = E* = 1).
+#[derive(Debug, Clone)]
+pub struct Problem<'a> {
+    pub grid: Grid,
+    /// `[ny, nx]`, low points touch first; any offset.
+    pub heights: &'a [f64],
+    pub kernel: Elastic,
+    pub adhesion: Adhesion,
+    pub wall: Wall,
+    pub precision: Precision,
+    /// Largest rms KKT residual over the pressure at which a state counts as converged.
+    pub tolerance: f64,
+    pub max_iterations: usize,
+}
+
+impl Problem<'_> {
+    /// What residuals are divided by: the mean pressure, or a hundredth of E* where there is none.
+    pub fn stress_scale(pressure: f64) -> f64 {
+        if pressure == 0.0 { 0.01 } else { pressure.abs() }
+    }
+
+    /// Stiffness of the stiffest mode of the grid.
+    pub fn stiffest_mode(&self) -> f64 {
+        self.kernel.stiffness(self.grid.q_max())
+    }
+
+    /// rms residual over the pressure below which rounding of the fields alone keeps a solver: the round-off of the
+    /// displacement of the stiffest mode. The factor was measured: f32 at 512² (h_rms = 0.0159 L, p = 0.01 E*) stalls
+    /// between 1.5e-4 and 3e-4, which is 1.4 to 2.7 times the bare product.
+    pub fn rounding_floor(&self, rms_height: f64, pressure: f64) -> f64 {
+        3.0 * self.precision.epsilon() * self.stiffest_mode() * rms_height / Self::stress_scale(pressure)
+    }
+}
+
+/// What is imposed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Load {
+    /// Mean pressure over E*, compression positive.
+    Pressure(f64),
+}
+
+/// What a solve will take, said before it is taken.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Plan {
+    /// Fields and spectra, heights excluded.
+    pub bytes: u64,
+    /// Expected iterations per load, an order of magnitude.
+    pub iterations: usize,
+    /// Transform pairs (forward and inverse) per iteration.
+    pub pairs_per_iteration: f64,
+}
+
+/// Why a solver stopped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stop {
+    Converged,
+    IterationLimit,
+    /// The residual no longer falls and is what rounding of the fields leaves.
+    RoundingFloor,
+    Interrupted,
+}
+
+impl std::fmt::Display for Stop {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Stop::Converged => "converged",
+            Stop::IterationLimit => "iteration limit",
+            Stop::RoundingFloor => "rounding floor of the precision",
+            Stop::Interrupted => "interrupted",
+        })
+    }
+}
+
+/// One equilibrium, lent to observers: at 16384² a field is gigabytes, so nothing here is a copy.
+#[derive(Debug, Clone, Copy)]
+pub struct State<'a> {
+    pub load: Load,
+    /// Gap `g ≥ 0` (hard wall) or `g` from the wall's zero of force (soft wall), units of L.
+    pub gap: Field<'a>,
+    /// Interfacial stress over E*: contact plus adhesive, compression positive; its mean is the pressure.
+    pub stress: Field<'a>,
+    pub mean_gap: f64,
+    /// Free energy per area: elastic + interaction + pressure times mean gap, units of E*·L.
+    pub energy: f64,
+    pub elastic_energy: f64,
+    pub interaction_energy: f64,
+    /// Relative difference between the pressure and the forces that act across the interface (contact where the gap
+    /// is zero, the law elsewhere).
+    pub load_error: f64,
+    /// rms over the grid of the KKT residual (stress imbalance off contact, tension on contact) over the pressure.
+    pub residual: f64,
+    /// Mean of |contact stress · gap| over pressure times rms height.
+    pub complementarity: f64,
+    pub stop: Stop,
+    pub iterations: usize,
+    /// Forward and inverse transforms of the grid, in pairs.
+    pub fft_pairs: f64,
+    pub seconds: f64,
+}
+
+/// A load path: order matters, because compression and decompression differ with adhesion.
+pub trait Run {
+    fn equilibrate(&mut self, load: Load) -> Result<State<'_>>;
+}
+
+/// What a watcher sees of an iteration.
+#[derive(Debug, Clone, Copy)]
+pub struct Iteration {
+    pub iteration: usize,
+    pub residual: f64,
+    pub tolerance: f64,
+}
+
+/// Observes a solver and may stop it.
+pub trait Watch: Sync {
+    fn iteration(&self, step: Iteration) -> ControlFlow<()>;
+}
+
+impl<F: Fn(Iteration) -> ControlFlow<()> + Sync> Watch for F {
+    fn iteration(&self, step: Iteration) -> ControlFlow<()> {
+        self(step)
+    }
+}
+
+/// Nobody watches.
+pub fn unwatched(_: Iteration) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}

@@ -1,0 +1,11 @@
+//! Rough surfaces: the self-affine spectrum, its realisation mode by mode, and what a realisation looks like in numbers.
+//!
+//! Heights are reduced (unit: the cell's extent in x) and low points touch first.
+
+mod spectrum;
+mod statistics;
+mod synthesis;
+
+pub use spectrum::{Amplitudes, Expected, Spectrum};
+pub use statistics::{Moments, PsdBin, Range, moments, psd, range};
+pub use synthesis::{Modes, lower_to_zero};
