@@ -1,0 +1,416 @@
+//! What a scale-down keeps: the dimensionless groups of the laboratory's problem beside those that the atoms run with.
+//!
+//! A group is *kept* if both agree within [`SAME`], *unreachable* if atoms cannot have the value asked for, and
+//! *changed* if they could but this block does not. Every reason holds the number used, with its unit.
+
+use std::f64::consts::{PI, SQRT_2};
+
+use crate::atoms::wall::{CONTACT_DISTANCE_ANGSTROM, Wall};
+use crate::error::Result;
+use crate::record::results::AuditLine;
+use crate::units::{ANGSTROM_M, Scales};
+
+/// Two values are the same group if they agree to this: a tenth of the least deviation that any comparison of atoms and
+/// continuum resolves.
+pub const SAME: f64 = 1e-3;
+/// Measured at rms gradient 1 and four times the reference load: a net of 2.54 Å kept every crystal atom on its side, at
+/// 3.99 Å four atoms got through, at 5.08 Å seventy-eight.
+pub const WIDEST_SPACING_ANGSTROM: f64 = 2.6;
+/// Measured for flats: with 25 or more distinct positions of the crystal's atoms in the net's cell, adhesion is within 1 %
+/// of its areal law for ranges from 0.5 Å; with one position it is off by up to 80 % at 0.2 Å.
+pub const FEWEST_REGISTRIES: usize = 25;
+/// A wave stiffer than the half-space by less than this counts as unaffected by the slab's depth.
+const HALF_SPACE: f64 = 0.02;
+
+/// The numbers of the audit. Lengths reduced (unit: the cell's extent) or in Å as the names say.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AuditInput {
+    pub asked: Asked,
+    pub used: Used,
+}
+
+/// The problem before it was scaled down, without units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Asked {
+    /// Mean pressure over E* times the full spectrum's rms gradient.
+    pub p_star: f64,
+    /// Work of adhesion over E* L; 0 without adhesion.
+    pub gamma: f64,
+    /// Range of the adhesion over L; not read without adhesion.
+    pub rho: f64,
+    /// rms gradient of the full spectrum.
+    pub rms_gradient: f64,
+    /// Shortest wavelength λ_s over L.
+    pub lambda_s: f64,
+    /// Radius R_c = [(⟨h_xx²⟩+⟨h_yy²⟩)/2]^(-1/2) of the full spectrum, over L.
+    pub curvature_radius: f64,
+}
+
+/// The block of atoms.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Used {
+    /// Extent of the cell and depth of the deformable slab, Å.
+    pub length_angstrom: f64,
+    pub depth_angstrom: f64,
+    /// Lattice constant, Å.
+    pub a0_angstrom: f64,
+    /// Contact modulus E* of the block's surface, GPa, and Poisson's ratio for the depth's effect.
+    pub modulus_gpa: f64,
+    pub poisson: f64,
+    /// Mean pressure over E* times `rms_gradient`, as the load will be set.
+    pub p_star: f64,
+    /// Work of adhesion, eV/Å², and its range, Å, as given to the indenter; 0 without adhesion.
+    pub gamma_ev_a2: f64,
+    pub rho_angstrom: f64,
+    /// rms gradient of the whole scaled spectrum, and of what the low-pass leaves.
+    pub rms_gradient: f64,
+    pub resolved_gradient: f64,
+    /// Shortest wavelength that the low-pass leaves, Å.
+    pub lambda_min_angstrom: f64,
+    /// R_c of what the low-pass leaves, Å.
+    pub curvature_radius_angstrom: f64,
+    /// The indenter's atoms: points along x, over the crystal cells along x.
+    pub net_points: usize,
+    pub crystal_cells: usize,
+}
+
+impl Used {
+    fn scales(&self) -> Scales {
+        Scales { length_m: self.length_angstrom * ANGSTROM_M, modulus_pa: self.modulus_gpa * 1e9 }
+    }
+
+    /// Spacing s of the indenter's net, Å.
+    pub fn spacing_angstrom(&self) -> f64 {
+        self.length_angstrom / self.net_points as f64
+    }
+}
+
+/// Audits a scale-down, one line per group.
+///
+/// # Errors
+/// `Error::Input` if the net's spacing or the lattice constant is not positive.
+pub fn audit(input: &AuditInput) -> Result<Vec<AuditLine>> {
+    let AuditInput { asked, used } = input;
+    let wall = Wall::new(used.spacing_angstrom(), used.a0_angstrom)?;
+    let mut lines = vec![load(asked, used)];
+    if asked.gamma > 0.0 || used.gamma_ev_a2 > 0.0 {
+        adhesion(asked, used, &wall, &mut lines)?;
+    }
+    lines.extend(roughness(asked, used));
+    lines.push(depth(used));
+    lines.push(spacing(used));
+    lines.push(registries(used));
+    Ok(lines)
+}
+
+fn line(group: &str, symbol: &str, asked: f64, used: f64, reachable: bool, reason: String) -> AuditLine {
+    let same = (used - asked).abs() <= SAME * asked.abs().max(used.abs());
+    let verdict = match (same, reachable) {
+        (true, _) => "kept",
+        (false, true) => "changed",
+        (false, false) => "unreachable",
+    };
+    AuditLine { group: group.into(), symbol: symbol.into(), asked, used, verdict: verdict.into(), reason }
+}
+
+fn load(asked: &Asked, used: &Used) -> AuditLine {
+    let gpa = used.p_star * used.rms_gradient * used.modulus_gpa;
+    let newton_per_ev = 1e-9 / crate::units::GPA_PER_EV_A3;
+    let force = gpa * 1e9 * newton_per_ev * used.length_angstrom * used.length_angstrom;
+    let reason = format!("mean pressure {gpa:.4} GPa, {force:.1} eV/Å on the indenter");
+    line("load", "p* = p/(E* ḡ)", asked.p_star, used.p_star, true, reason)
+}
+
+fn adhesion(asked: &Asked, used: &Used, wall: &Wall, lines: &mut Vec<AuditLine>) -> Result<()> {
+    let scales = used.scales();
+    let gamma = used.gamma_ev_a2 * crate::units::J_M2_PER_EV_A2;
+    let gamma_reduced = scales.reduced_energy_per_area(gamma);
+    let reason = format!("{gamma:.5} J/m² = {:.4e} eV/Å² between flats, repulsion included", used.gamma_ev_a2);
+    lines.push(line("work of adhesion", "γ/(E* L)", asked.gamma, gamma_reduced, true, reason));
+
+    let rho_asked_angstrom = asked.rho * used.length_angstrom;
+    let gamma_asked = scales.energy_per_area_ev_a2(asked.gamma);
+    // What cannot be had is judged at the adhesion asked for; without any, every range can.
+    let least = if asked.gamma > 0.0 { wall.smallest_range(gamma_asked)? } else { 0.0 };
+    let reachable = rho_asked_angstrom >= least;
+    let rho = used.rho_angstrom;
+    let why = if reachable {
+        format!("{rho_asked_angstrom:.4} Å would be the scaled range; {rho:.4} Å is used")
+    } else {
+        format!(
+            "the scaled range is {rho_asked_angstrom:.4} Å, below the {:.2} Å at which the uncapped exponential outgrows \
+             the Lennard-Jones core and below an atom's thermal vibration of 0.1 to 0.2 Å; {rho:.4} Å is used",
+            (100.0 * least).ceil() / 100.0
+        )
+    };
+    let rho_reduced = rho / used.length_angstrom;
+    lines.push(line("adhesion range", "ρ/L", asked.rho, rho_reduced, reachable, why.clone()));
+
+    let stress = |gamma: f64, rho: f64| if rho > 0.0 { gamma / rho } else { 0.0 };
+    let (stress_asked, stress_used) = (stress(asked.gamma, asked.rho), stress(gamma_reduced, rho_reduced));
+    let reason = format!("largest adhesive stress {:.3} GPa: {why}", stress_used * used.modulus_gpa);
+    lines.push(line("adhesive stress", "γ/(ρ E*)", stress_asked, stress_used, reachable, reason));
+
+    let tabor = |radius: f64, gamma: f64, rho: f64| stress(radius.cbrt() * libm::cbrt(gamma * gamma), rho);
+    let radius_reduced = used.curvature_radius_angstrom / used.length_angstrom;
+    let (t_asked, t_used) =
+        (tabor(asked.curvature_radius, asked.gamma, asked.rho), tabor(radius_reduced, gamma_reduced, rho_reduced));
+    // The range that would keep the Tabor number with the blunter summits that the low-pass leaves.
+    let keeping =
+        if t_asked > 0.0 { tabor(radius_reduced, gamma_reduced, 1.0) / t_asked * used.length_angstrom } else { rho };
+    let reason = format!(
+        "μ_T = R_c^(1/3) (γ/E*)^(2/3)/ρ = {t_used:.3} with R_c = {:.2} Å and ρ = {rho:.4} Å; μ_T = {t_asked:.3} would need \
+         ρ = {keeping:.4} Å",
+        used.curvature_radius_angstrom
+    );
+    lines.push(line("Tabor number", "μ_T", t_asked, t_used, keeping >= least, reason));
+    Ok(())
+}
+
+fn roughness(asked: &Asked, used: &Used) -> [AuditLine; 4] {
+    let bond = used.a0_angstrom / SQRT_2;
+    let lambda_s = asked.lambda_s * used.length_angstrom;
+    let lambda = used.lambda_min_angstrom;
+    let full = format!("rms gradient {:.4} over the whole spectrum, before the low-pass", used.rms_gradient);
+    // An indenter of atoms on a net holds no wave shorter than two spacings, a crystal none shorter than two bonds.
+    let reachable = lambda_s >= (2.0 * bond).max(2.0 * used.spacing_angstrom());
+    let resolved = format!(
+        "rms gradient {:.4} remains of {:.4} in the waves of {lambda:.2} Å and longer",
+        used.resolved_gradient, used.rms_gradient
+    );
+    let bonds = format!(
+        "λ_s = {lambda_s:.3} Å is {:.3} bond lengths a0/√2 = {bond:.3} Å; the shortest wave kept is {:.2}",
+        lambda_s / bond,
+        lambda / bond
+    );
+    let cut = format!("waves below {lambda:.2} Å are left out, {:.2} times λ_s = {lambda_s:.3} Å", lambda / lambda_s);
+    [
+        line("slope", "ḡ", asked.rms_gradient, used.rms_gradient, true, full),
+        line("slope that the atoms see", "ḡ(λ_min)", asked.rms_gradient, used.resolved_gradient, reachable, resolved),
+        line("shortest wave in bonds", "λ_s √2/a0", lambda_s / bond, lambda / bond, reachable, bonds),
+        line("shortest wave", "λ_min/λ_s", 1.0, lambda / lambda_s, reachable, cut),
+    ]
+}
+
+/// Stiffness over that of a half-space of an elastic layer bonded to a rigid base, for a wave with `x` = wave vector times
+/// thickness and Poisson's ratio ν (Johnson, *Contact Mechanics*; Carbone and Mangialardi, J. Mech. Phys. Solids 56 (2008) 684).
+pub fn layer_stiffening(x: f64, poisson: f64) -> f64 {
+    let k = 3.0 - 4.0 * poisson;
+    let rest = 2.0 * x * x + 5.0 - 12.0 * poisson + 8.0 * poisson * poisson;
+    if x > 20.0 {
+        // sinh and cosh of 2x are equal to the last digit from here, and overflow later.
+        return 1.0;
+    }
+    (k * (2.0 * x).cosh() + rest) / (k * (2.0 * x).sinh() - 2.0 * x)
+}
+
+fn depth(used: &Used) -> AuditLine {
+    let ratio = used.depth_angstrom / used.length_angstrom;
+    let stiffening = layer_stiffening(2.0 * PI * ratio, used.poisson);
+    let affected = (1..=1000)
+        .take_while(|n| layer_stiffening(2.0 * PI * ratio * *n as f64, used.poisson) > 1.0 + HALF_SPACE)
+        .count();
+    let reason = format!(
+        "slab {:.1} Å deep, {ratio:.4} of the cell, on a rigid base: the longest wave is {stiffening:.2} times stiffer than on a \
+         half-space, and the {affected} longest by more than 2 %",
+        used.depth_angstrom
+    );
+    // A deeper slab is a matter of cost.
+    line("depth", "stiffness of wave L over half-space", 1.0, stiffening, true, reason)
+}
+
+fn spacing(used: &Used) -> AuditLine {
+    let s = used.spacing_angstrom();
+    let within = s <= WIDEST_SPACING_ANGSTROM;
+    let reason = if within {
+        format!("s = {s:.4} Å, at most {WIDEST_SPACING_ANGSTROM} Å: no crystal atom passes the net at slope 1")
+    } else {
+        format!(
+            "s = {s:.4} Å is above {WIDEST_SPACING_ANGSTROM} Å: on slopes near 1 the net opens beyond 6.5 Å and crystal atoms \
+             pass it"
+        )
+    };
+    let asked = if within { s } else { WIDEST_SPACING_ANGSTROM };
+    line("indenter spacing", "s/d_c", asked / CONTACT_DISTANCE_ANGSTROM, s / CONTACT_DISTANCE_ANGSTROM, true, reason)
+}
+
+/// Number of distinct positions that the atoms of an fcc (100) surface take in the cell of a square net with `points` per
+/// `cells` lattice constants; 1 for a net in register with the crystal.
+pub fn distinct_registries(points: usize, cells: usize) -> usize {
+    let divisor = gcd(points.max(1), cells.max(1));
+    let (p, q) = (points.max(1) / divisor, cells.max(1) / divisor);
+    // Surface atoms sit at (i, j) a0/2 with i + j even, that is at i p/(2q) of a net cell: a residue of i p modulo 2q.
+    let period = 2 * q;
+    let reached = |parity: usize| -> Vec<usize> {
+        let mut r: Vec<usize> = (parity..period).step_by(2).map(|i| i * p % period).collect();
+        r.sort_unstable();
+        r.dedup();
+        r
+    };
+    let (even, odd) = (reached(0), reached(1));
+    let squared = |v: &[usize]| v.len() * v.len();
+    // Residues of even and odd sites are the same set or have nothing in common.
+    if even == odd { squared(&even) } else { squared(&even) + squared(&odd) }
+}
+
+fn gcd(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { gcd(b, a % b) }
+}
+
+fn registries(used: &Used) -> AuditLine {
+    let found = distinct_registries(used.net_points, used.crystal_cells);
+    let enough = found >= FEWEST_REGISTRIES;
+    let divisor = gcd(used.net_points.max(1), used.crystal_cells.max(1));
+    let (p, q) = (used.net_points / divisor, used.crystal_cells / divisor);
+    let reason = if enough {
+        format!("{p} net points per {q} cells put surface atoms at {found} positions in the net's cell: incommensurate")
+    } else {
+        format!(
+            "{p} net points per {q} cells put surface atoms at only {found} positions in the net's cell: commensurate, so that \
+             adhesion and repulsion depend on the registry"
+        )
+    };
+    let asked = if enough { found } else { FEWEST_REGISTRIES };
+    line("lattice mismatch", "positions in the net's cell", asked as f64, found as f64, true, reason)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The challenge and its block of 175 cells, 25 deep, with the adhesion that atoms can carry.
+    fn challenge() -> AuditInput {
+        let a0 = 5.5884;
+        AuditInput {
+            asked: Asked {
+                p_star: 0.01,
+                gamma: 2e-5,
+                rho: 2.071e-5,
+                rms_gradient: 1.0,
+                lambda_s: 1e-3,
+                curvature_radius: 6.0e-4,
+            },
+            used: Used {
+                length_angstrom: 175.0 * a0,
+                depth_angstrom: 25.0 * a0,
+                a0_angstrom: a0,
+                modulus_gpa: 28.57,
+                poisson: 0.3,
+                p_star: 0.01,
+                gamma_ev_a2: 3.48783e-3,
+                rho_angstrom: 0.5,
+                rms_gradient: 1.0,
+                resolved_gradient: 0.564,
+                lambda_min_angstrom: 10.16,
+                curvature_radius_angstrom: 6.1,
+                net_points: 385,
+                crystal_cells: 175,
+            },
+        }
+    }
+
+    fn find<'a>(lines: &'a [AuditLine], group: &str) -> &'a AuditLine {
+        lines.iter().find(|l| l.group == group).unwrap_or_else(|| panic!("no line {group}"))
+    }
+
+    #[test]
+    fn the_challenges_block() {
+        let lines = audit(&challenge()).unwrap();
+        let verdicts: Vec<(&str, &str)> = lines.iter().map(|l| (l.group.as_str(), l.verdict.as_str())).collect();
+        assert_eq!(
+            verdicts,
+            [
+                ("load", "kept"),
+                ("work of adhesion", "kept"),
+                ("adhesion range", "unreachable"),
+                ("adhesive stress", "unreachable"),
+                ("Tabor number", "unreachable"),
+                ("slope", "kept"),
+                ("slope that the atoms see", "unreachable"),
+                ("shortest wave in bonds", "unreachable"),
+                ("shortest wave", "unreachable"),
+                ("depth", "changed"),
+                ("indenter spacing", "kept"),
+                ("lattice mismatch", "kept"),
+            ]
+        );
+        // 0.2857 GPa on (97.797 nm)² is 1705.5 eV/Å; ρ would be 0.0203 Å; γ/(ρE*) = 0.9657; μ_T = 3.0007.
+        assert!(find(&lines, "load").reason.contains("0.2857 GPa, 1705.5 eV/Å"), "{}", find(&lines, "load").reason);
+        assert!(find(&lines, "adhesion range").reason.contains("0.0203 Å"));
+        assert!((find(&lines, "adhesive stress").asked - 0.9657).abs() < 1e-4);
+        let tabor = find(&lines, "Tabor number");
+        assert!((tabor.asked - 3.0007).abs() < 1e-3, "{}", tabor.asked);
+        // (6.1 Å)^(1/3) (19.56e-3 Å)^(2/3)/0.5 Å: DMT-like.
+        assert!((tabor.used - 0.2653).abs() < 1e-3, "{}", tabor.used);
+        assert!(find(&lines, "depth").reason.contains("2.68 times"), "{}", find(&lines, "depth").reason);
+        assert!(lines.iter().all(|l| l.asked.is_finite() && l.used.is_finite()), "JSON holds no infinity");
+    }
+
+    #[test]
+    fn without_adhesion_its_lines_are_absent_and_with_it_only_in_the_atoms_they_say_changed() {
+        let mut input = challenge();
+        input.asked.gamma = 0.0;
+        input.asked.rho = 0.0;
+        let lines = audit(&input).unwrap();
+        assert_eq!(find(&lines, "work of adhesion").verdict, "changed");
+        assert!(lines.iter().all(|l| l.asked.is_finite() && l.used.is_finite()));
+        input.used.gamma_ev_a2 = 0.0;
+        assert!(audit(&input).unwrap().iter().all(|l| !l.group.contains("adhes")));
+    }
+
+    #[test]
+    fn other_blocks_get_other_verdicts() {
+        let mut input = challenge();
+        input.asked.rho = 0.5 / input.used.length_angstrom;
+        input.asked.lambda_s = 10.16 / input.used.length_angstrom;
+        input.used.resolved_gradient = 1.0;
+        input.used.p_star = 0.02;
+        input.used.rms_gradient = 0.5;
+        input.used.net_points = 350;
+        let lines = audit(&input).unwrap();
+        for (group, verdict) in [
+            ("load", "changed"),
+            ("adhesion range", "kept"),
+            ("adhesive stress", "kept"),
+            ("slope", "changed"),
+            ("slope that the atoms see", "kept"),
+            ("shortest wave in bonds", "kept"),
+            ("indenter spacing", "changed"),
+            ("lattice mismatch", "changed"),
+        ] {
+            assert_eq!(find(&lines, group).verdict, verdict, "{group}");
+        }
+        input.used.net_points = 0;
+        assert!(audit(&input).is_err());
+    }
+
+    #[test]
+    fn layer_stiffening_has_its_limits() {
+        // 14 nm under 97.8 nm, ν = 0.3: 2.68 for the longest wave, 1.42 for the second, half-space from the tenth.
+        let x = 2.0 * PI / 7.0;
+        assert!((layer_stiffening(x, 0.3) - 2.68).abs() < 0.005);
+        assert!((layer_stiffening(2.0 * x, 0.3) - 1.42).abs() < 0.005);
+        assert!((layer_stiffening(10.0 * x, 0.3) - 1.0).abs() < 1e-4);
+        assert_eq!(layer_stiffening(1e4, 0.3), 1.0);
+        // A thin layer is compressed uniaxially: stiffness M/t with M = 2μ(1-ν)/(1-2ν), over q E*/2 = q μ/(1-ν).
+        let (thin, nu) = (0.01, 0.3);
+        let expected = 2.0 * (1.0 - nu) * (1.0 - nu) / (1.0 - 2.0 * nu) / thin;
+        assert!((layer_stiffening(thin, nu) / expected - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn registries_are_counted_as_a_search_counts_them() {
+        for (p, q) in [(11, 5), (385, 175), (14, 5), (2, 1), (4, 1), (1, 1), (3, 2), (5, 3), (10, 5), (6, 5)] {
+            let d = gcd(p, q);
+            let (p0, q0) = (p / d, q / d);
+            let mut seen = std::collections::BTreeSet::new();
+            for i in 0..4 * q0 {
+                for j in (0..4 * q0).filter(|j| (i + j) % 2 == 0) {
+                    seen.insert((i * p0 % (2 * q0), j * p0 % (2 * q0)));
+                }
+            }
+            assert_eq!(distinct_registries(p, q), seen.len(), "{p}/{q}");
+        }
+        assert_eq!((distinct_registries(11, 5), distinct_registries(2, 1)), (50, 1));
+    }
+}
