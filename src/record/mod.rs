@@ -1,3 +1,13 @@
-//! Files that others read.
+//! Files that others read: height maps, fields, curves, atoms, recordings, and `results.json`.
+//!
+//! Every writer lands its file by rename ([`land`]), so a reader sees the old file or the whole new one.
 
+pub mod csv;
+pub mod heights;
+pub mod json;
+pub mod land;
+pub mod mcap;
+pub mod npy;
+pub mod reduce;
 pub mod results;
+pub mod xyz;

@@ -5,10 +5,18 @@
 //! the run folder. Lengths are reduced (unit: the cell's extent in x) unless the name carries a unit; `p_star` is the
 //! mean pressure over E* times the full spectrum's rms gradient.
 
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
+
+use super::{json, land};
+use crate::error::{Error, Result};
 
 /// Raised when a field changes meaning; a reader refuses a newer one.
 pub const SCHEMA: u32 = 1;
+
+/// Name of the file in a run folder.
+pub const FILE: &str = "results.json";
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Results {
@@ -27,6 +35,35 @@ pub struct Results {
     pub warnings: Vec<String>,
     /// Papers and data behind the numbers, as printed at the end of the report.
     pub sources: Vec<String>,
+}
+
+impl Results {
+    /// Reads `results.json` of a run folder. A file of a newer schema is refused before its fields are looked at.
+    pub fn read(run_folder: &Path) -> Result<Self> {
+        #[derive(Deserialize)]
+        struct Head {
+            schema: u32,
+        }
+        let path = run_folder.join(FILE);
+        let text = land::read_text(&path)?;
+        let head: Head = serde_json::from_str(&text)
+            .map_err(|e| Error::format(&path, e, "the results of a run, with a number under \"schema\""))?;
+        if head.schema > SCHEMA {
+            let found = format!("schema {}, written by a newer version", head.schema);
+            return Err(Error::format(&path, found, format!("schema {SCHEMA} or older")));
+        }
+        serde_json::from_str(&text).map_err(|e| Error::format(&path, e, format!("results of schema {SCHEMA}")))
+    }
+
+    /// Writes `results.json` into a run folder. A NaN or an infinity has no place in JSON and is refused here, where the
+    /// stage that made it can still be told.
+    pub fn write(&self, run_folder: &Path) -> Result<()> {
+        let path = run_folder.join(FILE);
+        // Such numbers become `null`, which no field of the structure accepts for a number.
+        let readable = serde_json::to_string(self).and_then(|text| serde_json::from_str::<Results>(&text).map(|_| ()));
+        readable.map_err(|e| Error::format(&path, format!("a value that is not finite ({e})"), "finite numbers"))?;
+        json::write(&path, self)
+    }
 }
 
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]

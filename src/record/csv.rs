@@ -1,0 +1,50 @@
+//! Curves as comma-separated columns, for spreadsheets and for `numpy.genfromtxt(..., names=True)`.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use super::land::{land, miscount};
+use crate::error::Result;
+
+/// Writes columns side by side. A header carries its unit in its name (`displacement_angstrom`); numbers are printed
+/// with as many digits as it takes to read the same bits back.
+///
+/// Fails when the columns differ in length or a header holds a comma, a quote or a line break.
+pub fn write(path: &Path, columns: &[(&str, &[f64])]) -> Result<()> {
+    land(path, |w| {
+        let rows = columns.first().map_or(0, |c| c.1.len());
+        for (header, values) in columns {
+            if values.len() != rows {
+                return Err(miscount(&format!("values of {header}"), values.len(), rows));
+            }
+            if header.is_empty() || header.contains([',', '"', '\n', '\r']) {
+                return Err(io::Error::new(io::ErrorKind::InvalidInput, format!("{header:?} is no column name")));
+            }
+        }
+        let headers: Vec<&str> = columns.iter().map(|c| c.0).collect();
+        writeln!(w, "{}", headers.join(","))?;
+        for row in 0..rows {
+            for (i, (_, values)) in columns.iter().enumerate() {
+                write!(w, "{}{:?}", if i == 0 { "" } else { "," }, values[row])?;
+            }
+            writeln!(w)?;
+        }
+        Ok(())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_keep_their_bits_and_their_lengths() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("ladder.csv");
+        write(&path, &[("displacement_angstrom", &[0.1, 0.2]), ("p_star", &[1e-300, 2.0])]).unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert_eq!(text, "displacement_angstrom,p_star\n0.1,1e-300\n0.2,2.0\n");
+        assert!(write(&path, &[("a", &[1.0]), ("b", &[])]).unwrap_err().to_string().contains("0 values of b"));
+        assert!(write(&path, &[("a,b", &[1.0])]).is_err());
+    }
+}

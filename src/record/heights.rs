@@ -1,0 +1,277 @@
+//! Height maps in and out: `.npy` and the challenge's ASCII matrix.
+//!
+//! An ASCII matrix has one line per y, from y = 0, with the heights along x separated by blanks; `#` starts a comment
+//! and blank lines are ignored. Which side touches first cannot be seen in numbers, so the caller declares it; what this
+//! module writes says it in a comment (`# sign: low points touch first`) or, beside `NAME.npy`, in `NAME.npy.json`, and
+//! [`read`] hands it back. Nothing is flipped or shifted unless [`HeightMap::low_first`] is called.
+
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::land::land;
+use super::{json, npy};
+use crate::error::{Error, Result};
+
+/// Which points of a height map meet the flat counterface first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Sign {
+    /// The contact-mechanics challenge: the counterface comes from below.
+    #[serde(rename = "low points touch first")]
+    LowFirst,
+    /// An indenter's summits, or a measured topography seen from above.
+    #[serde(rename = "high points touch first")]
+    HighFirst,
+}
+
+impl Sign {
+    pub fn words(self) -> &'static str {
+        match self {
+            Sign::LowFirst => "low points touch first",
+            Sign::HighFirst => "high points touch first",
+        }
+    }
+}
+
+/// Heights of a periodic cell: row-major `[ny, nx]`, finite, in whatever unit and sign the file has.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeightMap {
+    pub nx: usize,
+    pub ny: usize,
+    pub heights: Vec<f64>,
+}
+
+/// What a file said of itself besides its heights; files from elsewhere say nothing.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Declared {
+    pub sign: Option<Sign>,
+    pub unit: Option<String>,
+}
+
+impl HeightMap {
+    /// Checks shape and finiteness; `place` is named in the error.
+    pub fn new(place: &str, nx: usize, ny: usize, heights: Vec<f64>) -> Result<Self> {
+        if nx == 0 || ny == 0 || nx.checked_mul(ny) != Some(heights.len()) {
+            let found = format!("{} heights for shape [{ny}, {nx}]", heights.len());
+            return Err(Error::format(place, found, "ny·nx heights, at least one"));
+        }
+        match heights.iter().position(|h| !h.is_finite()) {
+            Some(i) => Err(Error::Height { place: place.to_string(), row: i / nx, column: i % nx, value: heights[i] }),
+            None => Ok(HeightMap { nx, ny, heights }),
+        }
+    }
+
+    /// The same surface with low points touching first and min = 0: `h − min h`, or `max h − h` for the other sign.
+    pub fn low_first(mut self, sign: Sign) -> Self {
+        let (low, high) =
+            self.heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
+        for h in &mut self.heights {
+            *h = match sign {
+                Sign::LowFirst => *h - low,
+                Sign::HighFirst => high - *h,
+            };
+        }
+        self
+    }
+}
+
+/// The sidecar of a `.npy` height map.
+#[derive(Debug, Serialize, Deserialize)]
+struct Sidecar {
+    nx: usize,
+    ny: usize,
+    sign: Sign,
+    unit: String,
+    layout: String,
+}
+
+const LAYOUT: &str = "[ny, nx], row = constant y, x fastest";
+
+fn sidecar_path(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_os_string();
+    name.push(".json");
+    PathBuf::from(name)
+}
+
+/// Writes `.npy` (f64, with a JSON sidecar) where the name ends so, and an ASCII matrix otherwise.
+///
+/// `unit` is for readers ("m", "µm", "cell extent in x"). ASCII numbers are read back to the same bits.
+pub fn write(path: &Path, map: &HeightMap, sign: Sign, unit: &str) -> Result<()> {
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npy")) {
+        npy::write(path, map.nx, map.ny, map.heights.iter().copied())?;
+        let sidecar = Sidecar { nx: map.nx, ny: map.ny, sign, unit: unit.to_string(), layout: LAYOUT.to_string() };
+        return json::write(&sidecar_path(path), &sidecar);
+    }
+    land(path, |w| {
+        writeln!(w, "# heights {LAYOUT}; ny = {}, nx = {}", map.ny, map.nx)?;
+        writeln!(w, "# sign: {}", sign.words())?;
+        writeln!(w, "# unit: {}", unit.replace(['\n', '\r'], " "))?;
+        for row in map.heights.chunks_exact(map.nx) {
+            for (x, h) in row.iter().enumerate() {
+                write!(w, "{}{h:e}", if x == 0 { "" } else { " " })?;
+            }
+            writeln!(w)?;
+        }
+        Ok(())
+    })
+}
+
+/// Reads either format (a file that starts as `.npy` files do is one, whatever its name) and what it says of itself.
+///
+/// NaN and infinite heights are [`Error::Height`]; ragged, empty or truncated files [`Error::Format`]. Integer `.npy`
+/// entries are refused: their scale is not known here.
+pub fn read(path: &Path) -> Result<(HeightMap, Declared)> {
+    let file = std::fs::File::open(path).map_err(Error::io("open", path))?;
+    let mut source = BufReader::with_capacity(1 << 18, file);
+    let start = source.fill_buf().map_err(Error::io("read", path))?;
+    if start.starts_with(b"\x93NUMPY") {
+        return read_npy(path);
+    }
+    if start.contains(&0) {
+        return Err(Error::format(path, "a binary file", "a .npy file or an ASCII matrix"));
+    }
+    read_ascii(path, source)
+}
+
+fn read_npy(path: &Path) -> Result<(HeightMap, Declared)> {
+    let field = npy::read(path)?;
+    let map = HeightMap::new(&path.display().to_string(), field.nx, field.ny, field.values)?;
+    let sidecar = sidecar_path(path);
+    if !sidecar.exists() {
+        return Ok((map, Declared::default()));
+    }
+    let said: Sidecar = json::read(&sidecar)?;
+    if (said.nx, said.ny) != (map.nx, map.ny) {
+        let found = format!("shape [{}, {}]", said.ny, said.nx);
+        return Err(Error::format(sidecar, found, format!("the shape of its field, [{}, {}]", map.ny, map.nx)));
+    }
+    Ok((map, Declared { sign: Some(said.sign), unit: Some(said.unit) }))
+}
+
+fn read_ascii(path: &Path, source: impl BufRead) -> Result<(HeightMap, Declared)> {
+    let mut heights = Vec::new();
+    let (mut nx, mut ny) = (0, 0);
+    let mut declared = Declared::default();
+    // Blocks of rows between blank lines: the mark of the other ASCII format, one "x y h" triple a line.
+    let (mut blocks, mut in_block) = (0, false);
+    for (number, line) in (1..).zip(source.lines()) {
+        let line = line.map_err(Error::io("read", path))?;
+        let (text, comment) = line.split_once('#').map_or((line.as_str(), ""), |(t, c)| (t, c.trim()));
+        declared.hear(path, number, comment)?;
+        let before = heights.len();
+        for (x, word) in text.split(|c: char| c.is_whitespace() || c == ',').filter(|w| !w.is_empty()).enumerate() {
+            let h: f64 = word
+                .parse()
+                .map_err(|_| Error::format(path, format!("{word:?} on line {number}, column {}", x + 1), "a number"))?;
+            if !h.is_finite() {
+                return Err(Error::Height { place: path.display().to_string(), row: ny, column: x, value: h });
+            }
+            heights.push(h);
+        }
+        let found = heights.len() - before;
+        if found == 0 {
+            in_block &= !line.trim().is_empty();
+            continue;
+        }
+        if !in_block {
+            (blocks, in_block) = (blocks + 1, true);
+        }
+        if nx != 0 && found != nx {
+            let found = format!("{found} heights on line {number}");
+            return Err(Error::format(path, found, format!("{nx}, as on the lines before (or the file is cut off)")));
+        }
+        (nx, ny) = (found, ny + 1);
+    }
+    if ny == 0 {
+        return Err(Error::format(path, "no heights", "an ASCII matrix, one line per y"));
+    }
+    if nx == 3 && blocks > 1 {
+        let accepted = "a matrix of heights, one line per y (a matrix three wide must have no blank lines)";
+        return Err(Error::format(path, "blocks of three columns, which look like x, y, h", accepted));
+    }
+    Ok((HeightMap::new(&path.display().to_string(), nx, ny, heights)?, declared))
+}
+
+impl Declared {
+    fn hear(&mut self, path: &Path, number: usize, comment: &str) -> Result<()> {
+        if let Some(words) = comment.strip_prefix("sign:").map(str::trim) {
+            let known = [Sign::LowFirst, Sign::HighFirst].into_iter().find(|s| s.words() == words);
+            self.sign = Some(known.ok_or_else(|| {
+                let accepted = "low points touch first, or high points touch first";
+                Error::format(path, format!("sign {words:?} on line {number}"), accepted)
+            })?);
+        }
+        if let Some(unit) = comment.strip_prefix("unit:") {
+            self.unit = Some(unit.trim().to_string());
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn reads(text: &str) -> Result<(HeightMap, Declared)> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("map.txt");
+        std::fs::write(&path, text).unwrap();
+        read(&path)
+    }
+
+    fn complaint(text: &str) -> String {
+        reads(text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn both_formats_come_back_to_the_bit_with_their_sign() {
+        let folder = tempfile::tempdir().unwrap();
+        let map = HeightMap::new("here", 3, 2, vec![0.1, 1.0 / 3.0, -7e-300, 1e22, 5e-324, 0.0]).unwrap();
+        for (name, sign) in [("map.npy", Sign::HighFirst), ("map.txt", Sign::LowFirst)] {
+            let path = folder.path().join(name);
+            write(&path, &map, sign, "µm").unwrap();
+            let (back, declared) = read(&path).unwrap();
+            assert_eq!(back, map);
+            assert_eq!(declared, Declared { sign: Some(sign), unit: Some("µm".into()) });
+        }
+    }
+
+    #[test]
+    fn a_sidecar_of_another_field_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("map.npy");
+        write(&path, &HeightMap::new("here", 2, 2, vec![0.0; 4]).unwrap(), Sign::LowFirst, "m").unwrap();
+        npy::write(&path, 4, 1, [0.0_f64; 4]).unwrap();
+        assert!(read(&path).unwrap_err().to_string().contains("map.npy.json: shape [2, 2]"));
+    }
+
+    #[test]
+    fn ascii_as_people_write_it() {
+        let (map, declared) = reads("# a profile\n1 2.5e0\t3 # first\n# between\n  4,5, 6\n").unwrap();
+        assert_eq!(map, HeightMap { nx: 3, ny: 2, heights: vec![1.0, 2.5, 3.0, 4.0, 5.0, 6.0] });
+        assert_eq!(declared, Declared::default());
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_its_line() {
+        assert!(complaint("1 2\n3\n").contains("1 heights on line 2; accepted: 2"));
+        assert!(complaint("# nothing\n\n").contains("no heights"));
+        assert!(complaint("1 2\n3 oak\n").contains("\"oak\" on line 2, column 2"));
+        assert!(complaint("# sign: both\n1 2\n").contains("line 1"));
+        assert!(complaint("0 0 1\n1 0 2\n\n0 1 3\n1 1 4\n").contains("look like x, y, h"));
+        assert!(complaint("1 2\0\n").contains("binary"));
+        match reads("1 2\n\n3 nan\n") {
+            Err(Error::Height { row: 1, column: 1, value, .. }) => assert!(value.is_nan()),
+            other => panic!("{other:?}"),
+        }
+        assert!(matches!(reads("1 -inf\n"), Err(Error::Height { row: 0, column: 1, .. })));
+    }
+
+    #[test]
+    fn low_points_first_and_never_below_zero() {
+        let map = HeightMap::new("here", 3, 1, vec![-1.0, 0.0, 3.0]).unwrap();
+        assert_eq!(map.clone().low_first(Sign::LowFirst).heights, [0.0, 1.0, 4.0]);
+        assert_eq!(map.low_first(Sign::HighFirst).heights, [4.0, 3.0, 0.0]);
+    }
+}

@@ -1,0 +1,50 @@
+//! JSON files: written whole, read with the place of an error.
+
+use std::io::Write;
+use std::path::Path;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::land::{land, read_text};
+use crate::error::{Error, Result};
+
+/// Writes `value` indented, with a final newline. NaN and infinities become `null`, as JSON has no word for them.
+pub fn write<T: Serialize>(path: &Path, value: &T) -> Result<()> {
+    land(path, |w| {
+        serde_json::to_writer_pretty(&mut *w, value)?;
+        w.write_all(b"\n")
+    })
+}
+
+/// Reads one value; a syntax or type error names file, line and column.
+pub fn read<T: DeserializeOwned>(path: &Path) -> Result<T> {
+    let text = read_text(path)?;
+    serde_json::from_str(&text).map_err(|e| Error::format(path, e, format!("JSON of {}", short_name::<T>())))
+}
+
+fn short_name<T>() -> &'static str {
+    std::any::type_name::<T>().rsplit("::").next().unwrap_or("the expected shape")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Debug, PartialEq, Serialize, serde::Deserialize)]
+    struct Probe {
+        load: f64,
+    }
+
+    #[test]
+    fn what_is_written_is_read_to_the_bit_and_errors_have_a_place() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("probe.json");
+        let probe = Probe { load: 0.1 + 0.2 };
+        write(&path, &probe).unwrap();
+        assert_eq!(read::<Probe>(&path).unwrap(), probe);
+        std::fs::write(&path, "{\n  \"load\": oak\n}").unwrap();
+        let message = read::<Probe>(&path).unwrap_err().to_string();
+        assert!(message.contains("probe.json") && message.contains("line 2") && message.contains("Probe"), "{message}");
+    }
+}

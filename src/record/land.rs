@@ -1,0 +1,93 @@
+//! A file appears under its name only when it is whole.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Result};
+
+/// A file being written beside its final name, gone again unless [`Landing::commit`] is reached.
+pub struct Landing {
+    path: PathBuf,
+    file: BufWriter<tempfile::NamedTempFile>,
+}
+
+impl Landing {
+    /// Opens a temporary file in the folder of `path`, because a rename does not cross file systems.
+    pub fn open(path: &Path) -> Result<Self> {
+        let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".landing-");
+        // The default mode of a temporary file is 0600; these files are for others, so the umask decides.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        let file = builder.tempfile_in(folder).map_err(Error::io("create", path))?;
+        Ok(Landing { path: path.to_path_buf(), file: BufWriter::with_capacity(1 << 18, file) })
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Flushes to the disk and renames: after a power cut the name holds the old contents or the new, never a part.
+    pub fn commit(self) -> Result<()> {
+        let file = self.file.into_inner().map_err(|e| Error::io("write", &self.path)(e.into_error()))?;
+        file.as_file().sync_data().map_err(Error::io("write", &self.path))?;
+        file.persist(&self.path).map_err(|e| Error::io("write", &self.path)(e.error))?;
+        Ok(())
+    }
+}
+
+impl Write for Landing {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Seek for Landing {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.file.seek(to)
+    }
+}
+
+/// Writes `path` in one piece; whatever `fill` reports is told with the file's name.
+pub fn land(path: &Path, fill: impl FnOnce(&mut Landing) -> io::Result<()>) -> Result<()> {
+    let mut landing = Landing::open(path)?;
+    fill(&mut landing).map_err(Error::io("write", path))?;
+    landing.commit()
+}
+
+/// A whole text file, or an error that names it (also when it is not UTF-8).
+pub fn read_text(path: &Path) -> Result<String> {
+    let mut text = String::new();
+    File::open(path).and_then(|mut f| f.read_to_string(&mut text)).map_err(Error::io("read", path))?;
+    Ok(text)
+}
+
+/// "Too few" or "too many" values from an iterator, as an I/O error for [`land`].
+pub(crate) fn miscount(what: &str, given: impl std::fmt::Display, wanted: usize) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidInput, format!("{given} {what} were given where {wanted} belong"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failed_write_leaves_the_old_file_and_no_litter() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        land(&path, |w| w.write_all(b"old")).unwrap();
+        let failed = land(&path, |w| {
+            w.write_all(b"new")?;
+            Err(io::Error::other("the well ran dry"))
+        });
+        assert!(failed.unwrap_err().to_string().contains("the well ran dry"));
+        assert_eq!(read_text(&path).unwrap(), "old");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+}

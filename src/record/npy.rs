@@ -1,0 +1,279 @@
+//! `.npy` fields `[ny, nx]`: row = y, column = x, x fastest.
+//!
+//! Written little-endian in C order, straight from an iterator; read in either order and either byte order. A field is
+//! read row by row where it can be, because the largest is 2 GiB and a picture of it needs one row at a time.
+
+use std::fs::File;
+use std::io::{BufReader, Read, Write};
+use std::path::Path;
+
+use ndarray_npy::npy::header::{Header, Layout};
+
+use super::land::{land, miscount};
+use crate::error::{Error, Result};
+
+/// A map in memory: row-major `[ny, nx]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Field<T> {
+    pub nx: usize,
+    pub ny: usize,
+    pub values: Vec<T>,
+}
+
+/// What a field may hold on disk.
+pub trait Element: Copy {
+    /// As NumPy writes it: `<f8`, `<f4`, `|u1`.
+    const DESCRIPTOR: &'static str;
+    fn put(self, w: &mut impl Write) -> std::io::Result<()>;
+}
+
+impl Element for f64 {
+    const DESCRIPTOR: &'static str = "<f8";
+    fn put(self, w: &mut impl Write) -> std::io::Result<()> {
+        w.write_all(&self.to_le_bytes())
+    }
+}
+
+impl Element for f32 {
+    const DESCRIPTOR: &'static str = "<f4";
+    fn put(self, w: &mut impl Write) -> std::io::Result<()> {
+        w.write_all(&self.to_le_bytes())
+    }
+}
+
+impl Element for u8 {
+    const DESCRIPTOR: &'static str = "|u1";
+    fn put(self, w: &mut impl Write) -> std::io::Result<()> {
+        w.write_all(&[self])
+    }
+}
+
+/// Writes `[ny, nx]` values, row by row from y = 0. Fails when the iterator does not hold exactly `nx·ny` of them.
+pub fn write<T: Element>(path: &Path, nx: usize, ny: usize, values: impl IntoIterator<Item = T>) -> Result<()> {
+    land(path, |w| {
+        let descriptor = format!("'{}'", T::DESCRIPTOR).parse().map_err(std::io::Error::other)?;
+        let header = Header { type_descriptor: descriptor, layout: Layout::Standard, shape: vec![ny, nx] };
+        header.write(&mut *w).map_err(std::io::Error::other)?;
+        let mut count = 0;
+        for value in values {
+            count += 1;
+            if count > nx * ny {
+                return Err(miscount("values", "more", nx * ny));
+            }
+            value.put(w)?;
+        }
+        if count < nx * ny { Err(miscount("values", count, nx * ny)) } else { Ok(()) }
+    })
+}
+
+/// Kind and byte order of one stored number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Stored {
+    F8 { big: bool },
+    F4 { big: bool },
+    U1,
+}
+
+impl Stored {
+    fn bytes(self) -> usize {
+        match self {
+            Stored::F8 { .. } => 8,
+            Stored::F4 { .. } => 4,
+            Stored::U1 => 1,
+        }
+    }
+
+    fn value(self, b: &[u8]) -> f64 {
+        let eight = |b: &[u8]| std::array::from_fn::<u8, 8, _>(|i| b[i]);
+        let four = |b: &[u8]| std::array::from_fn::<u8, 4, _>(|i| b[i]);
+        match self {
+            Stored::F8 { big: false } => f64::from_le_bytes(eight(b)),
+            Stored::F8 { big: true } => f64::from_be_bytes(eight(b)),
+            Stored::F4 { big: false } => f32::from_le_bytes(four(b)).into(),
+            Stored::F4 { big: true } => f32::from_be_bytes(four(b)).into(),
+            Stored::U1 => b[0].into(),
+        }
+    }
+}
+
+/// An open `.npy` file whose header and length have been checked.
+pub struct Reader {
+    pub nx: usize,
+    pub ny: usize,
+    stored: Stored,
+    fortran: bool,
+    source: BufReader<File>,
+    path: std::path::PathBuf,
+}
+
+/// Shapes past this many entries are taken for a damaged header (it is 64 times the largest challenge grid).
+const MOST_ENTRIES: usize = 1 << 34;
+
+impl Reader {
+    /// Opens a field of `<f8`, `>f8`, `<f4`, `>f4`, `|u1` or `|b1` in C or Fortran order.
+    pub fn open(path: &Path) -> Result<Self> {
+        let file = File::open(path).map_err(Error::io("open", path))?;
+        let length = file.metadata().map_err(Error::io("read", path))?.len();
+        let mut source = BufReader::with_capacity(1 << 18, file);
+        let header = Header::from_reader(&mut source).map_err(|e| Error::format(path, e, "a .npy file"))?;
+        let descriptor = header.type_descriptor.to_string();
+        let stored = match descriptor.trim_matches(['\'', '"']) {
+            "<f8" => Stored::F8 { big: false },
+            ">f8" => Stored::F8 { big: true },
+            "<f4" => Stored::F4 { big: false },
+            ">f4" => Stored::F4 { big: true },
+            "|u1" | "|b1" => Stored::U1,
+            other => {
+                let accepted = "float32 or float64 (maps of flags: uint8 or bool); convert with .astype(float)";
+                return Err(Error::format(path, format!("entries of type {other}"), accepted));
+            }
+        };
+        let (ny, nx) = match header.shape[..] {
+            [ny, nx] if ny > 0 && nx > 0 && ny.checked_mul(nx).is_some_and(|n| n <= MOST_ENTRIES) => (ny, nx),
+            _ => return Err(Error::format(path, format!("shape {:?}", header.shape), "two dimensions, [ny, nx]")),
+        };
+        // Before anything is allocated: a damaged header must not ask for more memory than the file could fill.
+        let start = std::io::Seek::stream_position(&mut source).map_err(Error::io("read", path))?;
+        let (have, want) = (length.saturating_sub(start), (nx * ny * stored.bytes()) as u64);
+        if have != want {
+            let found = format!("{have} bytes of data, {} of them", if have < want { "too few" } else { "too many" });
+            return Err(Error::format(path, found, format!("{want} bytes for shape [{ny}, {nx}]")));
+        }
+        Ok(Reader { nx, ny, stored, fortran: header.layout.is_fortran(), source, path: path.to_path_buf() })
+    }
+
+    /// Whether the entries are flags (uint8, bool) rather than floating-point numbers.
+    pub fn holds_flags(&self) -> bool {
+        self.stored == Stored::U1
+    }
+
+    /// Calls `row(y, values)` for y = 0, 1, …; only a Fortran-ordered field is read whole first.
+    pub fn for_each_row(mut self, mut row: impl FnMut(usize, &[f64])) -> Result<()> {
+        if self.fortran {
+            let field = self.whole_transposed()?;
+            field.chunks_exact(self.nx).enumerate().for_each(|(y, values)| row(y, values));
+            return Ok(());
+        }
+        let mut bytes = vec![0; self.nx * self.stored.bytes()];
+        let mut values = vec![0.0; self.nx];
+        for y in 0..self.ny {
+            self.source.read_exact(&mut bytes).map_err(Error::io("read", &self.path))?;
+            for (value, b) in values.iter_mut().zip(bytes.chunks_exact(self.stored.bytes())) {
+                *value = self.stored.value(b);
+            }
+            row(y, &values);
+        }
+        Ok(())
+    }
+
+    fn whole_transposed(&mut self) -> Result<Vec<f64>> {
+        let mut field = vec![0.0; self.nx * self.ny];
+        let mut bytes = vec![0; self.ny * self.stored.bytes()];
+        for x in 0..self.nx {
+            self.source.read_exact(&mut bytes).map_err(Error::io("read", &self.path))?;
+            for (y, b) in bytes.chunks_exact(self.stored.bytes()).enumerate() {
+                field[y * self.nx + x] = self.stored.value(b);
+            }
+        }
+        Ok(field)
+    }
+}
+
+/// Reads a field of floating-point numbers as f64 (flags are refused: they are no heights and no gaps).
+pub fn read(path: &Path) -> Result<Field<f64>> {
+    let reader = Reader::open(path)?;
+    if reader.holds_flags() {
+        return Err(Error::format(path, "entries of type uint8 or bool", "float32 or float64"));
+    }
+    let (nx, ny) = (reader.nx, reader.ny);
+    let mut values = Vec::with_capacity(nx * ny);
+    reader.for_each_row(|_, row| values.extend_from_slice(row))?;
+    Ok(Field { nx, ny, values })
+}
+
+/// Reads a map of flags (uint8 or bool).
+pub fn read_flags(path: &Path) -> Result<Field<u8>> {
+    let reader = Reader::open(path)?;
+    if !reader.holds_flags() {
+        return Err(Error::format(path, "floating-point entries", "uint8 or bool"));
+    }
+    let (nx, ny) = (reader.nx, reader.ny);
+    let mut values = Vec::with_capacity(nx * ny);
+    reader.for_each_row(|_, row| values.extend(row.iter().map(|&v| v as u8)))?;
+    Ok(Field { nx, ny, values })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::{Array2, ShapeBuilder};
+
+    fn scratch() -> (tempfile::TempDir, std::path::PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("field.npy");
+        (folder, path)
+    }
+
+    /// The other writer is ndarray-npy's own, so that both sides of the format are checked.
+    #[test]
+    fn both_orders_and_both_widths_read_alike() {
+        let (_folder, path) = scratch();
+        let c = Array2::from_shape_fn((2, 3), |(y, x)| (10 * y + x) as f64);
+        let wanted = vec![0.0, 1.0, 2.0, 10.0, 11.0, 12.0];
+        ndarray_npy::write_npy(&path, &c).unwrap();
+        assert_eq!(read(&path).unwrap(), Field { nx: 3, ny: 2, values: wanted.clone() });
+        let mut fortran = Array2::<f32>::zeros((2, 3).f());
+        fortran.zip_mut_with(&c, |a, &b| *a = b as f32);
+        ndarray_npy::write_npy(&path, &fortran).unwrap();
+        assert_eq!(read(&path).unwrap().values, wanted);
+        write(&path, 3, 2, c.iter().copied()).unwrap();
+        assert_eq!(ndarray_npy::read_npy::<_, Array2<f64>>(&path).unwrap(), c);
+        write(&path, 3, 2, c.iter().map(|&v| v as u8)).unwrap();
+        assert_eq!(read_flags(&path).unwrap().values, [0, 1, 2, 10, 11, 12]);
+    }
+
+    #[test]
+    fn big_endian_is_read() {
+        let (_folder, path) = scratch();
+        write(&path, 2, 1, [1.5_f64, -2.0]).unwrap();
+        let mut bytes = std::fs::read(&path).unwrap();
+        let at = bytes.windows(3).position(|w| w == b"<f8").unwrap();
+        bytes[at] = b'>';
+        let data = bytes.len() - 16;
+        bytes[data..].chunks_exact_mut(8).for_each(|b| b.reverse());
+        std::fs::write(&path, bytes).unwrap();
+        assert_eq!(read(&path).unwrap().values, [1.5, -2.0]);
+    }
+
+    #[test]
+    fn damaged_or_foreign_files_are_named() {
+        let (_folder, path) = scratch();
+        let says = |expected: &str| {
+            let message = read(&path).unwrap_err().to_string();
+            assert!(message.contains("field.npy") && message.contains(expected), "{message}");
+        };
+        ndarray_npy::write_npy(&path, &Array2::<i64>::zeros((2, 2))).unwrap();
+        says("entries of type <i8");
+        ndarray_npy::write_npy(&path, &ndarray::Array1::<f64>::zeros(4)).unwrap();
+        says("shape [4]");
+        ndarray_npy::write_npy(&path, &Array2::<f64>::zeros((0, 2))).unwrap();
+        says("shape [0, 2]");
+        write(&path, 2, 2, [0.0_f64; 4]).unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        std::fs::write(&path, &whole[..whole.len() - 1]).unwrap();
+        says("31 bytes of data, too few");
+        std::fs::write(&path, b"oak").unwrap();
+        says("accepted: a .npy file");
+        write(&path, 2, 2, [0_u8; 4]).unwrap();
+        says("uint8");
+    }
+
+    #[test]
+    fn a_miscounted_field_is_not_written() {
+        let (_folder, path) = scratch();
+        for count in [3, 5] {
+            assert!(write(&path, 2, 2, std::iter::repeat_n(0.0_f32, count)).is_err());
+        }
+        assert!(!path.exists());
+    }
+}

@@ -1,0 +1,79 @@
+//! Extended XYZ for OVITO and ASE.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use super::land::{land, miscount};
+use crate::error::Result;
+
+/// One atom of a frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Atom<'a> {
+    pub id: u64,
+    /// Chemical symbol or role ("Ca", "Ind"), one word.
+    pub species: &'a str,
+    pub position_angstrom: [f64; 3],
+    pub contact: bool,
+}
+
+/// What the frame is of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame {
+    /// Edges of the orthogonal cell. Periodic in x and y, open in z.
+    pub cell_angstrom: [f64; 3],
+    pub p_star: f64,
+    /// How many atoms follow; the format states it first.
+    pub atoms: usize,
+}
+
+/// Writes one frame, atom by atom: 10⁶ atoms are never held twice. Fails when the count is wrong.
+pub fn write<'a>(path: &Path, frame: Frame, atoms: impl IntoIterator<Item = Atom<'a>>) -> Result<()> {
+    land(path, |w| {
+        let [a, b, c] = frame.cell_angstrom;
+        writeln!(w, "{}", frame.atoms)?;
+        writeln!(
+            w,
+            "Lattice=\"{a} 0 0 0 {b} 0 0 0 {c}\" Properties=species:S:1:pos:R:3:contact:I:1:id:I:1 p_star={} pbc=\"T T F\"",
+            frame.p_star
+        )?;
+        let mut count = 0;
+        for atom in atoms {
+            count += 1;
+            if count > frame.atoms {
+                return Err(miscount("atoms", "more", frame.atoms));
+            }
+            if atom.species.is_empty() || atom.species.contains(char::is_whitespace) {
+                let message = format!("{:?} of atom {} is no species name", atom.species, atom.id);
+                return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
+            }
+            let [x, y, z] = atom.position_angstrom;
+            // 1e-6 Å: a hundredth of what separates touching from not touching in the scaled-down challenge.
+            writeln!(w, "{} {x:.6} {y:.6} {z:.6} {} {}", atom.species, u8::from(atom.contact), atom.id)?;
+        }
+        if count < frame.atoms { Err(miscount("atoms", count, frame.atoms)) } else { Ok(()) }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frame_reads_as_ovito_expects() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("frame.xyz");
+        let frame = Frame { cell_angstrom: [10.0, 20.5, 30.0], p_star: 0.01, atoms: 2 };
+        let atoms = [
+            Atom { id: 7, species: "Ca", position_angstrom: [0.0, 1.25, -2.0], contact: true },
+            Atom { id: 9, species: "Ind", position_angstrom: [9.0, 1e-7, 3.0], contact: false },
+        ];
+        write(&path, frame, atoms).unwrap();
+        let wanted = "2\nLattice=\"10 0 0 0 20.5 0 0 0 30\" \
+                      Properties=species:S:1:pos:R:3:contact:I:1:id:I:1 p_star=0.01 pbc=\"T T F\"\n\
+                      Ca 0.000000 1.250000 -2.000000 1 7\nInd 9.000000 0.000000 3.000000 0 9\n";
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), wanted);
+        assert!(write(&path, frame, atoms.into_iter().take(1)).unwrap_err().to_string().contains("1 atoms were given"));
+        let blank = Atom { species: "C a", ..atoms[0] };
+        assert!(write(&path, frame, [blank, blank]).is_err());
+    }
+}
