@@ -1,1 +1,4 @@
 //! The scaled-down block of atoms: potential, block, rigid rough indenter, the LAMMPS run and its frames.
+
+pub mod block;
+pub mod indenter;
