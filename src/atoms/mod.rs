@@ -4,3 +4,4 @@ pub mod block;
 pub mod contact;
 pub mod dump;
 pub mod indenter;
+pub mod ladder;
