@@ -220,12 +220,11 @@ pub fn evaluations(log: &str) -> BTreeMap<usize, usize> {
     for line in log.lines() {
         if let Some(number) = line.strip_prefix("ladder step ") {
             step = number.trim().parse::<usize>().ok();
-        } else if let (Some(step), Some(rest)) =
-            (step, line.trim_start().strip_prefix("Iterations, force evaluations ="))
+        } else if let Some(step) = step
+            && let Some(rest) = line.trim_start().strip_prefix("Iterations, force evaluations =")
+            && let Some(count) = rest.split_whitespace().nth(1).and_then(|w| w.parse().ok())
         {
-            if let Some(count) = rest.split_whitespace().nth(1).and_then(|w| w.parse().ok()) {
-                counts.insert(step, count);
-            }
+            counts.insert(step, count);
         }
     }
     counts

@@ -3,5 +3,8 @@
 pub mod block;
 pub mod contact;
 pub mod dump;
+pub mod engine;
 pub mod indenter;
+pub mod job;
 pub mod ladder;
+pub mod replay;
