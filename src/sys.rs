@@ -13,6 +13,12 @@ pub fn available_memory_bytes() -> u64 {
         .map_or(u64::MAX, |k| k * 1024)
 }
 
+/// Runs with the superuser's rights; mpirun refuses them unless told.
+pub fn is_root() -> bool {
+    use std::os::unix::fs::MetadataExt;
+    std::fs::metadata("/proc/self").is_ok_and(|m| m.uid() == 0)
+}
+
 fn status_kib(key: &str) -> u64 {
     std::fs::read_to_string("/proc/self/status").ok().and_then(|t| kib_after(&t, key)).unwrap_or(0)
 }
@@ -96,4 +102,36 @@ impl<T> ColumnBlock<'_, T> {
         // columns, and `&mut self` keeps this block from lending two rows at once.
         unsafe { std::slice::from_raw_parts_mut(self.start.add(y * self.stride + self.first), self.width) }
     }
+}
+
+/// Kills a process and everything it started, provided it leads its own process group
+/// (`CommandExt::process_group(0)`). A group that is already gone is no error: that is what was wanted.
+pub fn kill_process_group(leader: u32) {
+    // 0 and 1 would address this process's own group and every process there is.
+    if let Ok(group) = libc::pid_t::try_from(leader)
+        && group > 1
+    {
+        // SAFETY: kill takes two integers and touches no memory of this process.
+        unsafe {
+            libc::kill(-group, libc::SIGKILL);
+        }
+    }
+}
+
+/// Makes the kernel kill the child when the thread that starts it ends, so that a killed program leaves no run behind
+/// that writes on into a folder somebody else has taken over. Elsewhere than on Linux this does nothing.
+pub fn die_with_parent(command: &mut std::process::Command) {
+    #[cfg(target_os = "linux")]
+    {
+        use std::os::unix::process::CommandExt;
+        // SAFETY: between fork and exec only prctl is called, which is async-signal-safe and takes integers.
+        unsafe {
+            command.pre_exec(|| match libc::prctl(libc::PR_SET_PDEATHSIG, libc::SIGKILL) {
+                0 => Ok(()),
+                _ => Err(std::io::Error::last_os_error()),
+            });
+        }
+    }
+    #[cfg(not(target_os = "linux"))]
+    let _ = command;
 }

@@ -1,0 +1,312 @@
+//! The block: a face-centred cubic crystal with a (100) surface, deformable cells above a rigid base.
+//!
+//! Lengths are in Å. Atoms are never held in memory: an id *is* a lattice site, so positions, layers and surface sites are
+//! computed from it. Layers are numbered from the lowest of the base upwards, ids start at 1 and run layer by layer.
+
+use crate::{Error, Result};
+
+/// Height of the lowest layer above the floor of the box, Å. With atoms on the floor itself LAMMPS loses them through
+/// the fixed boundary as soon as one moves.
+pub const FLOOR_GAP_ANGSTROM: f64 = 2.0;
+
+/// Lattice sites stand this share of a cell away from the box faces, in x and y. The nearest site is then a quarter
+/// cell from the periodic boundary and small displacements do not make atoms swap sides between frames.
+const INSET_CELLS: f64 = 0.25;
+
+/// Fewer cells along an edge leave the indenter with fewer than nine points across, which is no rough surface.
+pub const MIN_CELLS: usize = 4;
+
+/// LAMMPS as distributed counts atoms in 32 bits.
+pub const MAX_ATOMS: u64 = i32::MAX as u64;
+
+/// `cells` × `cells` × `depth_cells` deformable cubic cells on `base_layers` rigid layers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Block {
+    pub cells: usize,
+    pub depth_cells: usize,
+    pub base_layers: usize,
+    /// Lattice constant, Å.
+    pub a0: f64,
+}
+
+/// One atom of the block.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Site {
+    pub id: u32,
+    /// Belongs to the rigid base.
+    pub fixed: bool,
+    /// Å.
+    pub position: [f64; 3],
+}
+
+impl Block {
+    /// The base gets as many layers as it takes to be no thinner than `cutoff_angstrom`, the range of the potential.
+    ///
+    /// # Errors
+    /// `Input` when there are too few cells, too many atoms for LAMMPS, or a length that is not positive.
+    pub fn new(cells: usize, depth_cells: usize, a0: f64, cutoff_angstrom: f64) -> Result<Self> {
+        let place = "block of atoms";
+        if cells < MIN_CELLS {
+            return Err(Error::input(place, "atoms.cells", cells, format!("at least {MIN_CELLS}")));
+        }
+        if depth_cells < 1 {
+            return Err(Error::input(place, "atoms.depth_cells", depth_cells, "at least 1"));
+        }
+        for (key, value) in [("lattice constant", a0), ("potential cut-off", cutoff_angstrom)] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(Error::input(place, key, value, "a positive length in angstrom"));
+            }
+        }
+        let base_layers = (cutoff_angstrom / (0.5 * a0)).ceil() as usize;
+        let block = Block { cells, depth_cells, base_layers, a0 };
+        let layers = depth_cells.checked_mul(2).and_then(|d| d.checked_add(base_layers));
+        let per_layer = (cells as u64).checked_mul(cells as u64).and_then(|a| a.checked_mul(2));
+        match layers.zip(per_layer).and_then(|(l, a)| a.checked_mul(l as u64)) {
+            Some(atoms) if atoms <= MAX_ATOMS => Ok(block),
+            _ => Err(Error::input(
+                place,
+                "atoms.cells",
+                format!("{cells} with depth {depth_cells}"),
+                format!("a block of at most {MAX_ATOMS} atoms"),
+            )),
+        }
+    }
+
+    pub fn layers(&self) -> usize {
+        2 * self.depth_cells + self.base_layers
+    }
+
+    pub fn atoms_per_layer(&self) -> u64 {
+        2 * self.cells as u64 * self.cells as u64
+    }
+
+    pub fn deformable(&self) -> u64 {
+        self.atoms_per_layer() * 2 * self.depth_cells as u64
+    }
+
+    pub fn fixed(&self) -> u64 {
+        self.atoms_per_layer() * self.base_layers as u64
+    }
+
+    pub fn atoms(&self) -> u64 {
+        self.deformable() + self.fixed()
+    }
+
+    /// Edge of the periodic cell in x and y, Å.
+    pub fn length(&self) -> f64 {
+        self.cells as f64 * self.a0
+    }
+
+    /// From the top layer of the base, which does not move, to the surface layer, Å: the depth of the elastic layer.
+    pub fn thickness(&self) -> f64 {
+        self.depth_cells as f64 * self.a0
+    }
+
+    /// Height of a layer in the perfect lattice, Å.
+    pub fn layer_z(&self, layer: usize) -> f64 {
+        FLOOR_GAP_ANGSTROM + 0.5 * self.a0 * layer as f64
+    }
+
+    /// Height of the surface layer in the perfect lattice, Å.
+    pub fn top_z(&self) -> f64 {
+        self.layer_z(self.layers() - 1)
+    }
+
+    /// Layer of an atom, `None` for an id that is not of the block.
+    pub fn layer_of(&self, id: u32) -> Option<usize> {
+        let index = u64::from(id).checked_sub(1)?;
+        (index < self.atoms()).then(|| (index / self.atoms_per_layer()) as usize)
+    }
+
+    /// Lattice site of an atom, `None` for an id that is not of the block.
+    pub fn site(&self, id: u32) -> Option<Site> {
+        let layer = self.layer_of(id)?;
+        let rank = ((u64::from(id) - 1) % self.atoms_per_layer()) as usize;
+        let [x, y] = self.layer_xy(layer, rank);
+        Some(Site { id, fixed: layer < self.base_layers, position: [x, y, self.layer_z(layer)] })
+    }
+
+    /// Every atom in order of its id.
+    pub fn sites(&self) -> impl Iterator<Item = Site> + '_ {
+        (1..=self.atoms() as u32).filter_map(|id| self.site(id))
+    }
+
+    pub fn surface(&self) -> SurfaceSites {
+        SurfaceSites { block: *self }
+    }
+
+    fn layer_xy(&self, layer: usize, rank: usize) -> [f64; 2] {
+        self.lattice_xy(layer, (rank / self.cells) as i64, (rank % self.cells) as i64)
+    }
+
+    /// In-plane position of a site of the infinite layer, Å. A layer is a checkerboard of half cells: row t at y = t/2,
+    /// its sites shifted by half a cell in every second row; which rows are shifted alternates from layer to layer.
+    pub(super) fn lattice_xy(&self, layer: usize, row: i64, column: i64) -> [f64; 2] {
+        let shift = 0.5 * (row + layer as i64).rem_euclid(2) as f64;
+        [(column as f64 + shift + INSET_CELLS) * self.a0, (0.5 * row as f64 + INSET_CELLS) * self.a0]
+    }
+}
+
+/// The 2 n² lattice sites of the surface layer: a square lattice of spacing a0/√2, turned by 45°.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfaceSites {
+    block: Block,
+}
+
+impl SurfaceSites {
+    pub fn len(&self) -> usize {
+        self.block.atoms_per_layer() as usize
+    }
+
+    /// Never: a block has at least `MIN_CELLS` cells.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Id of the first surface atom; the others follow without gaps.
+    pub fn first_id(&self) -> u32 {
+        (self.block.atoms() - self.block.atoms_per_layer()) as u32 + 1
+    }
+
+    /// Index (0 ≤ index < len) of a surface atom's site, `None` for any other atom.
+    pub fn index_of(&self, id: u32) -> Option<usize> {
+        let index = id.checked_sub(self.first_id())? as usize;
+        (index < self.len()).then_some(index)
+    }
+
+    /// In-plane position of a site, Å.
+    pub fn xy(&self, index: usize) -> [f64; 2] {
+        self.block.layer_xy(self.block.layers() - 1, index)
+    }
+
+    /// Edge of the periodic cell, Å.
+    pub fn length(&self) -> f64 {
+        self.block.length()
+    }
+
+    /// Index of the site nearest to a point of the plane (periodic): which Voronoi square the point lies in.
+    ///
+    /// In half cells (X, Y) the sites are the integer points with X + Y of one parity, hence integer points of the turned
+    /// coordinates p = (X+Y-c)/2, q = (X-Y-c)/2, whose Voronoi cells are squares along p and q.
+    pub fn nearest(&self, x: f64, y: f64) -> usize {
+        let half = 0.5 * self.block.a0;
+        let parity = ((self.block.layers() - 1) % 2) as f64;
+        let (u, v) = (x / half - 2.0 * INSET_CELLS, y / half - 2.0 * INSET_CELLS);
+        let p = (0.5 * (u + v - parity)).round();
+        let q = (0.5 * (u - v - parity)).round();
+        let across = 2 * self.block.cells as i64;
+        let column = ((p + q + parity) as i64).rem_euclid(across) as usize;
+        let row = ((p - q) as i64).rem_euclid(across) as usize;
+        row * self.block.cells + column / 2
+    }
+
+    /// For every node (x = i·L/nx, y = j·L/ny) of a periodic `[ny, nx]` grid, the index of the nearest site.
+    pub fn onto_grid(&self, nx: usize, ny: usize) -> Vec<usize> {
+        let length = self.block.length();
+        (0..nx * ny)
+            .map(|k| self.nearest((k % nx) as f64 * length / nx as f64, (k / nx) as f64 * length / ny as f64))
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const A0: f64 = 5.5884;
+    const CUTOFF: f64 = 7.015853;
+
+    fn small() -> Block {
+        Block::new(5, 3, A0, CUTOFF).expect("a valid block")
+    }
+
+    #[test]
+    fn the_papers_block_is_counted_without_building_it() {
+        let block = Block::new(175, 25, A0, CUTOFF).expect("valid");
+        assert_eq!(block.deformable(), 3_062_500);
+        assert_eq!(block.base_layers, 3);
+        assert!(block.base_layers as f64 * 0.5 * A0 >= CUTOFF);
+        assert_eq!(block.fixed(), 183_750);
+        assert_eq!(block.surface().len(), 61_250);
+        assert!((block.length() - 977.97).abs() < 1e-9);
+    }
+
+    #[test]
+    fn ids_positions_and_layers_agree() {
+        let block = small();
+        let all: Vec<Site> = block.sites().collect();
+        assert_eq!(all.len() as u64, block.atoms());
+        for (k, site) in all.iter().enumerate() {
+            assert_eq!(site.id as usize, k + 1);
+            assert!(site.position[2] >= FLOOR_GAP_ANGSTROM);
+            assert!(site.position[..2].iter().all(|&c| c > 0.0 && c < block.length()));
+        }
+        assert_eq!(all.iter().filter(|s| s.fixed).count() as u64, block.fixed());
+        let top = block.surface();
+        for index in 0..top.len() {
+            let site = all[top.first_id() as usize - 1 + index];
+            assert_eq!(top.index_of(site.id), Some(index));
+            assert_eq!([site.position[0], site.position[1]], top.xy(index));
+            assert_eq!(site.position[2], block.top_z());
+        }
+        assert_eq!(top.index_of(top.first_id() - 1), None);
+        assert_eq!(block.site(0), None);
+        assert_eq!(block.site(block.atoms() as u32 + 1), None);
+    }
+
+    /// Inside a face-centred cubic crystal every atom has 12 neighbours at a0/√2, and the periodic images fit.
+    #[test]
+    fn it_is_face_centred_cubic() {
+        let block = small();
+        let all: Vec<Site> = block.sites().collect();
+        let l = block.length();
+        let image = |d: f64| d - (d / l).round() * l;
+        for a in &all {
+            let near = all.iter().filter(|b| {
+                let d: Vec<f64> = (0..3).map(|c| a.position[c] - b.position[c]).collect();
+                let r = (image(d[0]).powi(2) + image(d[1]).powi(2) + d[2] * d[2]).sqrt();
+                assert!(r == 0.0 || r > 0.7 * A0, "two atoms {r} apart");
+                r > 0.0 && r < 0.75 * A0
+            });
+            let layer = block.layer_of(a.id).expect("of the block");
+            let expected = if layer == 0 || layer + 1 == block.layers() { 8 } else { 12 };
+            assert_eq!(near.count(), expected);
+        }
+    }
+
+    #[test]
+    fn the_nearest_site_is_the_nearest() {
+        // Both parities of the surface layer.
+        for depth_cutoff in [CUTOFF, 1.9 * A0] {
+            let block = Block::new(4, 2, A0, depth_cutoff).expect("valid");
+            let (top, l) = (block.surface(), block.length());
+            let distance2 = |index: usize, x: f64, y: f64| {
+                let [sx, sy] = top.xy(index);
+                let (dx, dy) = (x - sx, y - sy);
+                (dx - (dx / l).round() * l).powi(2) + (dy - (dy / l).round() * l).powi(2)
+            };
+            for k in 0..61 * 53 {
+                let (x, y) = ((k % 61) as f64 / 61.0 * 2.0 * l - l, (k / 61) as f64 / 53.0 * l);
+                let best = (0..top.len()).map(|i| distance2(i, x, y)).fold(f64::INFINITY, f64::min);
+                assert!(distance2(top.nearest(x, y), x, y) <= best + 1e-9);
+            }
+            for index in 0..top.len() {
+                let [x, y] = top.xy(index);
+                assert_eq!(top.nearest(x, y), index);
+            }
+            // Every site owns an equal share of a fine grid.
+            let mut owned = vec![0usize; top.len()];
+            top.onto_grid(96, 96).into_iter().for_each(|s| owned[s] += 1);
+            assert!(owned.iter().all(|&c| c.abs_diff(96 * 96 / top.len()) <= 24), "{owned:?}");
+        }
+    }
+
+    #[test]
+    fn bad_sizes_are_refused() {
+        assert!(Block::new(3, 6, A0, CUTOFF).is_err());
+        assert!(Block::new(10, 0, A0, CUTOFF).is_err());
+        assert!(Block::new(10, 6, f64::NAN, CUTOFF).is_err());
+        assert!(Block::new(usize::MAX, 6, A0, CUTOFF).is_err());
+        assert!(Block::new(40_000, 25, A0, CUTOFF).is_err());
+    }
+}

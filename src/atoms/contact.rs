@@ -1,0 +1,169 @@
+//! Contact and gap of a frame of atoms under the rigid indenter.
+//!
+//! An atom touches when an indenter atom is nearer than the contact distance. The indenter is a regular periodic grid,
+//! so the few grid points in reach of an atom are known from its coordinates and no neighbour search is needed.
+
+use super::block::SurfaceSites;
+use super::dump::Frame;
+use super::indenter::Indenter;
+use crate::{Error, Result};
+
+/// Which atoms touch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contact {
+    /// Per site of the surface layer: does the atom that started there touch?
+    pub sites: Vec<bool>,
+    /// Touching atoms of the surface layer and below, ascending.
+    pub ids: Vec<u32>,
+    /// Touching atoms that did not start in the surface layer: more than a few mean that material has flowed.
+    pub below_surface: usize,
+}
+
+impl Contact {
+    /// Touching atoms of the surface layer over all atoms of that layer.
+    pub fn fraction(&self) -> f64 {
+        self.sites.iter().filter(|t| **t).count() as f64 / self.sites.len() as f64
+    }
+}
+
+/// Atoms of `frame` nearer than `distance` (Å) to an atom of the indenter, which has come down by `lowered` (Å).
+pub fn contact(frame: &Frame, indenter: &Indenter, lowered: f64, surface: &SurfaceSites, distance: f64) -> Contact {
+    let mut found = Contact { sites: vec![false; surface.len()], ids: Vec::new(), below_surface: 0 };
+    for (id, position) in frame.ids.iter().zip(&frame.positions) {
+        if touches(*position, indenter, lowered, distance) {
+            found.ids.push(*id);
+            match surface.index_of(*id) {
+                Some(index) => found.sites[index] = true,
+                None => found.below_surface += 1,
+            }
+        }
+    }
+    found
+}
+
+fn touches([x, y, z]: [f64; 3], indenter: &Indenter, lowered: f64, distance: f64) -> bool {
+    let (s, n) = (indenter.spacing(), indenter.points());
+    let range = |c: f64| ((c - distance) / s).ceil() as i64..=((c + distance) / s).floor() as i64;
+    let wrap = |k: i64| k.rem_euclid(n as i64) as usize;
+    let base = indenter.start_z() - lowered - z;
+    range(y).any(|row| {
+        let dy = row as f64 * s - y;
+        range(x).any(|column| {
+            let dx = column as f64 * s - x;
+            let dz = base + indenter.heights()[wrap(row) * n + wrap(column)];
+            dx * dx + dy * dy + dz * dz < distance * distance
+        })
+    })
+}
+
+/// Vertical gap per surface site, Å: the indenter's surface above the atom, less `standoff` (the distance at which a
+/// flat wall and a flat crystal would count as touching). `height` gives the indenter's surface as it stands now, at any
+/// point of the plane, Å; atoms are taken where they are, not where they started.
+///
+/// # Errors
+/// `Format` when an atom of the surface layer is missing from the frame.
+pub fn gaps(
+    frame: &Frame,
+    surface: &SurfaceSites,
+    height: impl Fn(f64, f64) -> f64,
+    standoff: f64,
+) -> Result<Vec<f64>> {
+    let l = surface.length();
+    (0..surface.len())
+        .map(|index| {
+            let id = surface.first_id() + index as u32;
+            let [x, y, z] = frame.position(id).ok_or_else(|| {
+                Error::format(&frame.source, format!("no atom {id}"), "every atom of the surface layer")
+            })?;
+            Ok(height(x.rem_euclid(l), y.rem_euclid(l)) - z - standoff)
+        })
+        .collect()
+}
+
+pub fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Values per site, spread over a `[ny, nx]` grid whose nodes belong to the sites in `owners`
+/// ([`SurfaceSites::onto_grid`]).
+pub fn onto_grid<T: Copy>(values: &[T], owners: &[usize]) -> Vec<T> {
+    owners.iter().map(|&site| values[site]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::atoms::block::Block;
+
+    const D_C: f64 = 4.0354;
+    const R_M: f64 = 4.032_671;
+
+    fn shaken(block: &Block) -> Frame {
+        let mut state = 12345u64;
+        let mut noise = || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 33) as f64 / (1u64 << 31) as f64 - 0.5
+        };
+        let l = block.length();
+        let sites: Vec<_> = block.sites().filter(|s| !s.fixed).collect();
+        Frame {
+            source: "made".into(),
+            timestep: 0,
+            time: None,
+            bounds: [[0.0, l], [0.0, l], [0.0, 60.0]],
+            periodic: [true, true, false],
+            ids: sites.iter().map(|s| s.id).collect(),
+            species: Vec::new(),
+            elements: Vec::new(),
+            // Some leave the cell, as they do between two neighbour lists.
+            positions: sites.iter().map(|s| s.position.map(|c| c + 4.0 * noise())).collect(),
+        }
+    }
+
+    #[test]
+    fn contact_agrees_with_every_pair_looked_at() {
+        let block = Block::new(4, 2, 5.5884, 7.0).expect("valid");
+        let heights: Vec<f64> = (0..81).map(|k| ((k * 37) % 41) as f64 / 12.0).collect();
+        let indenter = Indenter::above(&block, 9, heights, R_M).expect("valid");
+        let (frame, surface, l) = (shaken(&block), block.surface(), block.length());
+        let mut met = 0;
+        for lowered in [0.0, 1.0, 2.5, 6.0] {
+            let fast = contact(&frame, &indenter, lowered, &surface, D_C);
+            let mut slow = Vec::new();
+            for (id, p) in frame.ids.iter().zip(&frame.positions) {
+                let near = indenter.positions().any(|w| {
+                    let (dx, dy, dz) = (w[0] - p[0], w[1] - p[1], w[2] - lowered - p[2]);
+                    let (dx, dy) = (dx - (dx / l).round() * l, dy - (dy / l).round() * l);
+                    (dx * dx + dy * dy + dz * dz).sqrt() < D_C
+                });
+                if near {
+                    slow.push(*id);
+                }
+            }
+            assert_eq!(fast.ids, slow);
+            let on_top = slow.iter().filter(|id| surface.index_of(**id).is_some()).count();
+            assert_eq!(fast.below_surface, slow.len() - on_top);
+            assert_eq!(fast.fraction(), on_top as f64 / surface.len() as f64);
+            met += slow.len();
+        }
+        assert!(met > 20, "the test saw only {met} contacts");
+    }
+
+    #[test]
+    fn gaps_are_heights_above_the_atoms() {
+        let block = Block::new(4, 2, 5.5884, 7.0).expect("valid");
+        let mut frame = shaken(&block);
+        let surface = block.surface();
+        let g = gaps(&frame, &surface, |x, y| 50.0 + 0.1 * x - 0.2 * y, 3.9).expect("all there");
+        let k = 5;
+        let [x, y, z] = frame.position(surface.first_id() + k as u32).expect("there");
+        let l = block.length();
+        assert!((g[k] - (50.0 + 0.1 * x.rem_euclid(l) - 0.2 * y.rem_euclid(l) - z - 3.9)).abs() < 1e-12);
+        let owners = surface.onto_grid(8, 6);
+        assert_eq!(onto_grid(&g, &owners)[11], g[owners[11]]);
+        assert_eq!(mean(&[1.0, 3.0]), 2.0);
+        frame.ids.pop();
+        frame.positions.pop();
+        assert!(gaps(&frame, &surface, |_, _| 0.0, 0.0).expect_err("missing").to_string().contains("no atom"));
+    }
+}

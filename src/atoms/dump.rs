@@ -1,0 +1,455 @@
+//! LAMMPS text dumps, read frame by frame.
+//!
+//! What a file holds is decided by its own headers: columns in any order, wrapped, unwrapped or scaled coordinates,
+//! types or element names, any number of frames, plain or compressed with zstd. Image flags are passed over, because
+//! everything here is periodic in x and y. A file that cannot be read faithfully is refused with the reason.
+
+use std::collections::HashMap;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+
+use crate::{Error, Result};
+
+/// Longer lines are no dump; the limit keeps a file without line ends from being read into memory whole.
+const MAX_LINE_BYTES: u64 = 64 * 1024;
+
+/// Room made before the atoms arrive: a header may promise any number.
+const MAX_PROMISE: usize = 1 << 20;
+
+/// One frame, atoms in order of their id.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frame {
+    /// Where it came from, for messages.
+    pub source: PathBuf,
+    pub timestep: u64,
+    /// `ITEM: TIME`, in the units of the run.
+    pub time: Option<f64>,
+    /// Lower and upper bound per axis, Å.
+    pub bounds: [[f64; 2]; 3],
+    pub periodic: [bool; 3],
+    /// Ascending, no id twice.
+    pub ids: Vec<u32>,
+    /// Type number, or index into `elements`; empty when the dump has neither column.
+    pub species: Vec<u32>,
+    /// Element names in order of appearance, when the dump gives names and no types.
+    pub elements: Vec<String>,
+    /// As in the file, not wrapped into the box, Å.
+    pub positions: Vec<[f64; 3]>,
+}
+
+impl Frame {
+    pub fn len(&self) -> usize {
+        self.ids.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.ids.is_empty()
+    }
+
+    /// Position of an atom, `None` if the frame does not have it.
+    pub fn position(&self, id: u32) -> Option<[f64; 3]> {
+        self.ids.binary_search(&id).ok().map(|k| self.positions[k])
+    }
+
+    pub fn length(&self, axis: usize) -> f64 {
+        self.bounds[axis][1] - self.bounds[axis][0]
+    }
+}
+
+/// Frames of a dump, one at a time. After an error nothing more is delivered.
+pub struct DumpReader {
+    source: PathBuf,
+    input: Box<dyn BufRead>,
+    line: Vec<u8>,
+    line_number: u64,
+    truncated: bool,
+    finished: bool,
+}
+
+impl DumpReader {
+    /// # Errors
+    /// `Io` when the file cannot be opened, `Format` for a compression that is not zstd.
+    pub fn open(file: impl AsRef<Path>) -> Result<Self> {
+        let file = file.as_ref();
+        let handle = File::open(file).map_err(Error::io("open", file))?;
+        match file.extension().and_then(|e| e.to_str()) {
+            Some("zst") => {
+                let decoder = zstd::Decoder::new(handle).map_err(Error::io("decompress", file))?;
+                Ok(Self::new(Box::new(BufReader::new(decoder)), file))
+            }
+            Some("gz" | "bin") => {
+                Err(Error::format(file, "a gzip or binary dump", "text, plain or compressed with zstd"))
+            }
+            _ => Ok(Self::new(Box::new(BufReader::new(handle)), file)),
+        }
+    }
+
+    pub fn new(input: Box<dyn BufRead>, source: impl AsRef<Path>) -> Self {
+        let source = source.as_ref().to_path_buf();
+        DumpReader { source, input, line: Vec::new(), line_number: 0, truncated: false, finished: false }
+    }
+
+    /// The file ended inside a frame: what came before is good.
+    pub fn truncated(&self) -> bool {
+        self.truncated
+    }
+
+    /// The next frame, `None` after the last.
+    ///
+    /// # Errors
+    /// `Format`, naming the line, for anything that is not a readable orthogonal frame, a truncated one included.
+    pub fn next_frame(&mut self) -> Result<Option<Frame>> {
+        if self.finished {
+            return Ok(None);
+        }
+        let frame = self.read_frame();
+        self.finished = !matches!(frame, Ok(Some(_)));
+        frame
+    }
+
+    fn read_frame(&mut self) -> Result<Option<Frame>> {
+        let (mut timestep, mut time, mut count, mut bounds) = (None, None, None, None);
+        let mut begun = false;
+        loop {
+            if !self.read_line()? {
+                return if begun { Err(self.cut("in its header".into())) } else { Ok(None) };
+            }
+            let line = self.text()?.to_owned();
+            let Some(item) = line.strip_prefix("ITEM: ") else {
+                if line.trim().is_empty() && !begun {
+                    continue;
+                }
+                return Err(self.bad(&line, "a line that starts with 'ITEM: '"));
+            };
+            begun = true;
+            if item.starts_with("UNITS") {
+                self.header_line()?;
+            } else if item.starts_with("TIMESTEP") {
+                timestep = Some(self.header_value::<u64>("a timestep")?);
+            } else if item.starts_with("TIME") {
+                time = Some(self.header_value::<f64>("a time")?);
+            } else if item.starts_with("NUMBER OF ATOMS") {
+                count = Some(self.header_value::<usize>("a number of atoms")?);
+            } else if let Some(words) = item.strip_prefix("BOX BOUNDS") {
+                bounds = Some(self.read_bounds(words)?);
+            } else if let Some(words) = item.strip_prefix("ATOMS") {
+                let (Some(timestep), Some(count), Some((bounds, periodic))) = (timestep, count, bounds) else {
+                    return Err(self.bad(&line, "TIMESTEP, NUMBER OF ATOMS and BOX BOUNDS before ATOMS"));
+                };
+                let columns = self.columns(words)?;
+                let mut frame = Frame {
+                    source: self.source.clone(),
+                    timestep,
+                    time,
+                    bounds,
+                    periodic,
+                    ids: Vec::with_capacity(count.min(MAX_PROMISE)),
+                    species: Vec::new(),
+                    elements: Vec::new(),
+                    positions: Vec::with_capacity(count.min(MAX_PROMISE)),
+                };
+                self.read_atoms(&columns, count, &mut frame)?;
+                return self.sorted(frame).map(Some);
+            } else {
+                return Err(self.bad(&line, "UNITS, TIME, TIMESTEP, NUMBER OF ATOMS, BOX BOUNDS or ATOMS"));
+            }
+        }
+    }
+
+    fn read_bounds(&mut self, words: &str) -> Result<([[f64; 2]; 3], [bool; 3])> {
+        let words: Vec<&str> = words.split_whitespace().collect();
+        if words.iter().any(|w| matches!(*w, "xy" | "abc" | "origin")) {
+            return Err(
+                self.bad("a triclinic box", "an orthogonal box: sheared cells have no place for a flat contact")
+            );
+        }
+        let mut periodic = [false; 3];
+        for (axis, flag) in periodic.iter_mut().enumerate() {
+            *flag = words.get(axis).is_some_and(|w| *w == "pp");
+        }
+        let mut bounds = [[0.0; 2]; 3];
+        for pair in &mut bounds {
+            let line = self.header_line()?;
+            let values: Vec<f64> = line.split_whitespace().map_while(|w| w.parse().ok()).collect();
+            match values[..] {
+                [low, high] if low.is_finite() && high.is_finite() && low < high => *pair = [low, high],
+                _ => return Err(self.bad(&line, "two finite numbers, the lower bound first")),
+            }
+        }
+        Ok((bounds, periodic))
+    }
+
+    fn columns(&self, words: &str) -> Result<Columns> {
+        let names: Vec<&str> = words.split_whitespace().collect();
+        let find = |name: &str| names.iter().position(|n| *n == name);
+        let Some(id) = find("id") else {
+            return Err(self.bad(words, "an id column"));
+        };
+        let mut axes = [Axis { column: 0, scaled: false }; 3];
+        for (axis, letter) in axes.iter_mut().zip(["x", "y", "z"]) {
+            let choices = [("", false), ("u", false), ("s", true), ("su", true)];
+            let found = choices
+                .iter()
+                .find_map(|(end, scaled)| Some(Axis { column: find(&format!("{letter}{end}"))?, scaled: *scaled }));
+            *axis = found
+                .ok_or_else(|| self.bad(words, &format!("a column {letter}, {letter}u, {letter}s or {letter}su")))?;
+        }
+        let species = match (find("type"), find("element")) {
+            (Some(column), _) => Some((column, false)),
+            (None, Some(column)) => Some((column, true)),
+            (None, None) => None,
+        };
+        Ok(Columns { count: names.len(), id, axes, species })
+    }
+
+    fn read_atoms(&mut self, columns: &Columns, count: usize, frame: &mut Frame) -> Result<()> {
+        let mut names: HashMap<String, u32> = HashMap::new();
+        for done in 0..count {
+            let end = |timestep| format!("(timestep {timestep}) after {done} of {count} atoms");
+            // A line without its end may have lost digits, not only columns.
+            if !self.read_line()? || self.line.last() != Some(&b'\n') {
+                return Err(self.cut(end(frame.timestep)));
+            }
+            let line = self.text()?;
+            let words: Vec<&str> = line.split_whitespace().collect();
+            if words.len() < columns.count {
+                let line = line.to_owned();
+                return Err(self.bad(&line, &format!("{} columns", columns.count)));
+            }
+            let id = words[columns.id].parse::<u32>().ok().filter(|id| *id > 0);
+            let mut position = [0.0; 3];
+            let mut good = id.is_some();
+            for (axis, place) in columns.axes.iter().enumerate() {
+                let value: f64 = words[place.column].parse().unwrap_or(f64::NAN);
+                let [low, high] = frame.bounds[axis];
+                position[axis] = if place.scaled { low + value * (high - low) } else { value };
+                good &= position[axis].is_finite();
+            }
+            let species = match columns.species {
+                None => Some(None),
+                Some((column, false)) => words[column].parse::<u32>().ok().map(Some),
+                Some((column, true)) => {
+                    let next = names.len() as u32;
+                    let name = words[column];
+                    let index = *names.entry(name.to_owned()).or_insert_with(|| {
+                        frame.elements.push(name.to_owned());
+                        next
+                    });
+                    Some(Some(index))
+                }
+            };
+            match (id, species) {
+                (Some(id), Some(species)) if good => {
+                    frame.ids.push(id);
+                    frame.positions.push(position);
+                    frame.species.extend(species);
+                }
+                _ => {
+                    let line = line.to_owned();
+                    return Err(self.bad(&line, "a positive id, a type and finite coordinates"));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn sorted(&self, mut frame: Frame) -> Result<Frame> {
+        if !frame.ids.is_sorted() {
+            let mut order: Vec<usize> = (0..frame.len()).collect();
+            order.sort_by_key(|&k| frame.ids[k]);
+            frame.positions = order.iter().map(|&k| frame.positions[k]).collect();
+            if !frame.species.is_empty() {
+                frame.species = order.iter().map(|&k| frame.species[k]).collect();
+            }
+            frame.ids.sort_unstable();
+        }
+        match frame.ids.windows(2).find(|pair| pair[0] == pair[1]) {
+            Some(pair) => Err(self.bad(&format!("atom {} twice in one frame", pair[0]), "every id once")),
+            None => Ok(frame),
+        }
+    }
+
+    fn header_value<T: std::str::FromStr>(&mut self, what: &str) -> Result<T> {
+        let line = self.header_line()?;
+        line.trim().parse().map_err(|_| self.bad(&line, what))
+    }
+
+    fn header_line(&mut self) -> Result<String> {
+        if !self.read_line()? {
+            return Err(self.cut("in its header".into()));
+        }
+        self.text().map(str::to_owned)
+    }
+
+    /// False at the end of the file.
+    fn read_line(&mut self) -> Result<bool> {
+        self.line.clear();
+        let read = self.input.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', &mut self.line);
+        match read {
+            Ok(bytes) => {
+                self.line_number += 1;
+                if bytes as u64 == MAX_LINE_BYTES && self.line.last() != Some(&b'\n') {
+                    return Err(self.bad("a line without an end", "a text dump"));
+                }
+                Ok(bytes > 0)
+            }
+            // zstd's word for a file that was cut.
+            Err(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => {
+                Err(self.cut("inside its compressed data".into()))
+            }
+            Err(e) => Err(Error::io("read", &self.source)(e)),
+        }
+    }
+
+    fn text(&self) -> Result<&str> {
+        std::str::from_utf8(&self.line)
+            .map(|t| t.trim_end_matches(['\n', '\r']))
+            .map_err(|_| self.bad("bytes that are not text", "a text dump"))
+    }
+
+    fn cut(&mut self, place: String) -> Error {
+        self.truncated = true;
+        Error::format(&self.source, format!("the last frame ends {place}"), "complete frames")
+    }
+
+    fn bad(&self, found: &str, accepted: &str) -> Error {
+        let found: String = found.chars().take(120).collect();
+        Error::format(&self.source, format!("line {}: {}", self.line_number, found.trim()), accepted)
+    }
+}
+
+impl Iterator for DumpReader {
+    type Item = Result<Frame>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.next_frame().transpose()
+    }
+}
+
+/// The one frame of a file that holds one.
+///
+/// # Errors
+/// As [`DumpReader`], and `Format` when there is no frame.
+pub fn read_frame(file: impl AsRef<Path>) -> Result<Frame> {
+    let file = file.as_ref();
+    DumpReader::open(file)?.next_frame()?.ok_or_else(|| Error::format(file, "no frame", "a LAMMPS text dump"))
+}
+
+#[derive(Clone, Copy)]
+struct Axis {
+    column: usize,
+    scaled: bool,
+}
+
+struct Columns {
+    count: usize,
+    id: usize,
+    axes: [Axis; 3],
+    /// Column, and whether it holds element names.
+    species: Option<(usize, bool)>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Cursor;
+
+    const PLAIN: &str = "ITEM: TIMESTEP\n7\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS pp pp ff\n0 10\n-5 15\n0.0e+00 4.0e+01\n\
+                         ITEM: ATOMS id type x y z\n2 1 1.5 -0.25 3\n1 3 1 2 3.5e+00\n";
+
+    fn reader(text: impl Into<Vec<u8>>) -> DumpReader {
+        DumpReader::new(Box::new(Cursor::new(text.into())), "test.dump")
+    }
+
+    fn all(text: &str) -> Result<Vec<Frame>> {
+        reader(text).collect()
+    }
+
+    fn refusal(text: &str) -> String {
+        all(text).expect_err("refused").to_string()
+    }
+
+    #[test]
+    fn unsorted_ids_are_sorted() {
+        let frames = all(PLAIN).expect("good");
+        assert_eq!(frames.len(), 1);
+        let f = &frames[0];
+        assert_eq!((f.timestep, &f.ids[..], &f.species[..]), (7, &[1, 2][..], &[3, 1][..]));
+        assert_eq!(f.position(2), Some([1.5, -0.25, 3.0]));
+        assert_eq!(f.position(3), None);
+        assert_eq!(f.bounds, [[0.0, 10.0], [-5.0, 15.0], [0.0, 40.0]]);
+        assert_eq!(f.periodic, [true, true, false]);
+    }
+
+    #[test]
+    fn columns_are_found_by_name() {
+        let text = "ITEM: UNITS\nmetal\nITEM: TIME\n0.25\nITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n2\n\
+                    ITEM: BOX BOUNDS pp pp ff\n0 10\n-5 15\n0 40\n\
+                    ITEM: ATOMS iz zsu element ys ix id xu\n0 0.5 Ca 0.25 1 4 12.5\n0 0.25 X -0.1 0 3 1\n";
+        let f = &all(text).expect("good")[0];
+        assert_eq!(f.time, Some(0.25));
+        assert_eq!(f.positions, vec![[1.0, -7.0, 10.0], [12.5, 0.0, 20.0]]);
+        assert_eq!((&f.elements[..], &f.species[..]), (&["Ca".to_string(), "X".to_string()][..], &[1, 0][..]));
+    }
+
+    #[test]
+    fn several_frames_and_windows_line_ends() {
+        let twice = format!("{PLAIN}{PLAIN}").replace('\n', "\r\n");
+        assert_eq!(all(&twice).expect("good").len(), 2);
+        assert!(all("").expect("empty").is_empty());
+    }
+
+    #[test]
+    fn a_cut_file_is_said_to_be_cut_wherever_it_was_cut() {
+        let text = format!("{PLAIN}{PLAIN}");
+        for cut in PLAIN.len() + 1..text.len() {
+            let mut reader = reader(&text.as_bytes()[..cut]);
+            assert!(reader.next_frame().expect("first").is_some(), "cut at {cut}");
+            assert!(reader.next_frame().is_err(), "cut at {cut}");
+            assert!(reader.next_frame().expect("ended").is_none());
+            if cut > PLAIN.len() + 130 {
+                assert!(reader.truncated(), "cut at {cut}");
+            }
+        }
+        let short = reader(&PLAIN.as_bytes()[..PLAIN.len() - 5]).next_frame().expect_err("cut");
+        assert!(short.to_string().contains("(timestep 7) after 1 of 2 atoms"), "{short}");
+    }
+
+    #[test]
+    fn what_cannot_be_read_faithfully_is_refused() {
+        let bad = |from: &str, to: &str| refusal(&PLAIN.replacen(from, to, 1));
+        assert!(bad("pp pp ff\n0 10", "xy xz yz pp pp ff\n0 10 0").contains("triclinic"));
+        assert!(bad("pp pp ff\n0 10", "abc origin pp pp ff\n0 10 0 0").contains("triclinic"));
+        assert!(bad("3.5e+00", "nan").contains("line 11"));
+        assert!(bad("3.5e+00", "-inf").contains("finite"));
+        assert!(bad("3.5e+00", "").contains("5 columns"));
+        assert!(bad("ATOMS id", "ATOMS tag").contains("id column"));
+        assert!(bad(" y z", " y q").contains("a column z, zu, zs or zsu"));
+        assert!(bad("2 1 1.5", "1 1 1.5").contains("atom 1 twice"));
+        assert!(bad("2 1 1.5", "-2 1 1.5").contains("positive id"));
+        assert!(bad("2 1 1.5", "2 Ca 1.5").contains("a type"));
+        assert!(bad("0 10", "10 0").contains("lower bound first"));
+        assert!(bad("ITEM: NUMBER OF ATOMS\n2", "ITEM: NUMBER OF ATOMS\n-2").contains("number of atoms"));
+        assert!(bad("ITEM: NUMBER OF ATOMS\n2\n", "").contains("before ATOMS"));
+        assert!(bad("ITEM: TIMESTEP", "ITEM: GRID").contains("line 1"));
+        assert!(refusal("units metal\n").contains("line 1"));
+        assert!(reader(vec![b'x'; 200_000]).next_frame().is_err());
+        assert!(reader(vec![0xff, 0xfe, b'\n']).next_frame().is_err());
+        // More atoms promised than memory holds: the promise is not believed.
+        assert!(bad("ATOMS\n2\n", "ATOMS\n9000000000000000\n").contains("after 2 of"));
+    }
+
+    #[test]
+    fn zstd_is_read_and_a_cut_one_reported() {
+        let folder = tempfile::tempdir().expect("scratch");
+        let file = folder.path().join("frame.dump.zst");
+        let bytes = zstd::encode_all(PLAIN.as_bytes(), 3).expect("compressed");
+        std::fs::write(&file, &bytes).expect("written");
+        assert_eq!(read_frame(&file).expect("good").len(), 2);
+        std::fs::write(&file, &bytes[..bytes.len() / 2]).expect("written");
+        let mut reader = DumpReader::open(&file).expect("opened");
+        assert!(reader.next_frame().is_err() && reader.truncated());
+        assert!(DumpReader::open(folder.path().join("none.dump")).is_err());
+    }
+}

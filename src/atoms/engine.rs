@@ -1,0 +1,488 @@
+//! Running a job: LAMMPS as a child process, watched, stoppable, and believed only when everything says that it went
+//! well.
+//!
+//! What runs a job is an [`Engine`]; beside LAMMPS there is one that replays a recorded run
+//! ([`ReplayEngine`](super::replay::ReplayEngine)), so that order, time-outs and failures are tested in milliseconds.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::File;
+use std::ops::ControlFlow;
+use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use super::job::{Job, SCRIPT_FILE};
+use super::ladder::{self, Ladder, Rung};
+use crate::error::LammpsFailure;
+use crate::record::results::LadderStep;
+use crate::{Error, Result, sys};
+
+/// How often the ladder is looked at: short beside the shortest step (0.1 s for three thousand atoms), and free.
+const POLL: Duration = Duration::from_millis(40);
+
+/// A minimisation that stops short of its force tolerance is within a rounding of the printed three digits above it.
+const FORCE_ROUNDING: f64 = 1.001;
+
+/// What runs a job.
+pub trait Engine: Sync {
+    /// One line for the record: program and version.
+    fn describe(&self) -> &str;
+
+    /// Runs the job, or goes on with it from the last finished step, until its ladder ends. `watch` is called for every
+    /// finished step in order and often in between; `Break` stops the run.
+    ///
+    /// # Errors
+    /// `Interrupted` when `watch` said so, `Lammps` with what was wrong, `Memory`, `MissingProgram`, `Io`.
+    fn run(&self, job: &Job, watch: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<Finished>;
+}
+
+/// Where a run stands.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Progress {
+    /// The step finished last, and whether this is the first call that tells of it.
+    pub rung: Option<Rung>,
+    pub is_new: bool,
+    /// Mean pressure over E* times rms gradient.
+    pub p_star: f64,
+    /// Since this call of `run`, seconds.
+    pub elapsed_s: f64,
+    /// From the last two steps' gain in load and duration; none before there are two.
+    pub remaining_s: Option<f64>,
+}
+
+/// A ladder that has come to its end.
+#[derive(Debug, Clone)]
+pub struct Finished {
+    pub ladder: Ladder,
+    pub steps: Vec<LadderStep>,
+    /// The step it went on from.
+    pub resumed_from: Option<usize>,
+    /// Steps whose largest force is above the tolerance asked.
+    pub unconverged: Vec<usize>,
+    pub seconds: f64,
+}
+
+impl Finished {
+    pub(super) fn collect(job: &Job, resumed_from: Option<usize>, begun: Instant) -> Result<Finished> {
+        let ladder = Ladder::read(&job.folder)?;
+        let evaluations = read_evaluations(&job.folder)?;
+        let settings = &job.record.ladder;
+        let steps = ladder.rungs.iter().map(|r| r.record(settings.load_unit, &evaluations)).collect();
+        let loose = |r: &&Rung| r.max_force > FORCE_ROUNDING * settings.force_tolerance;
+        let unconverged = ladder.rungs.iter().filter(loose).map(|r| r.step).collect();
+        Ok(Finished { ladder, steps, resumed_from, unconverged, seconds: begun.elapsed().as_secs_f64() })
+    }
+}
+
+/// Turns finished steps into calls of `watch`.
+pub(super) struct Watcher<'a> {
+    job: &'a Job,
+    begun: Instant,
+    seen: usize,
+    /// When the steps seen in this run were seen.
+    times: Vec<(Rung, f64)>,
+}
+
+impl<'a> Watcher<'a> {
+    pub(super) fn new(job: &'a Job, begun: Instant, finished: Option<usize>) -> Self {
+        Watcher { job, begun, seen: finished.map_or(0, |k| k + 1), times: Vec::new() }
+    }
+
+    /// One call per new step, or a single one to say that there is none.
+    pub(super) fn tell(
+        &mut self,
+        ladder: &Ladder,
+        watch: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        if ladder.rungs.len() <= self.seen {
+            return watch(self.progress(ladder.last(), false));
+        }
+        for rung in &ladder.rungs[self.seen..] {
+            self.seen += 1;
+            self.times.push((rung.clone(), self.begun.elapsed().as_secs_f64()));
+            watch(self.progress(Some(rung), true))?;
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn progress(&self, rung: Option<&Rung>, is_new: bool) -> Progress {
+        let settings = &self.job.record.ladder;
+        Progress {
+            rung: rung.cloned(),
+            is_new,
+            p_star: rung.map_or(0.0, |r| r.load / settings.load_unit),
+            elapsed_s: self.begun.elapsed().as_secs_f64(),
+            remaining_s: self.remaining(),
+        }
+    }
+
+    /// Steps still to go, if the load rises as in the last step, times the last step's duration. Loads rise faster
+    /// as contact grows, so this errs on the long side.
+    fn remaining(&self) -> Option<f64> {
+        let settings = &self.job.record.ladder;
+        let [.., (before, t0), (last, t1)] = &self.times[..] else { return None };
+        let left = settings.max_steps.saturating_sub(last.step) as f64;
+        let by_load = ((settings.max_load - last.load) / (last.load - before.load)).ceil();
+        let steps = if by_load.is_finite() && by_load >= 0.0 { by_load.min(left) } else { left };
+        Some(steps * (t1 - t0))
+    }
+}
+
+/// LAMMPS, found and asked what it can do.
+#[derive(Debug, Clone)]
+pub struct LammpsEngine {
+    program: PathBuf,
+    description: String,
+    styles: Styles,
+    ranks: usize,
+    time_limit: Option<Duration>,
+}
+
+/// What `lmp -h` lists, by the section's first word in lower case ("pair", "compute").
+#[derive(Debug, Clone, Default, PartialEq)]
+struct Styles {
+    version: String,
+    lists: BTreeMap<String, BTreeSet<String>>,
+}
+
+impl Styles {
+    fn parse(help: &str) -> Styles {
+        let mut styles = Styles::default();
+        let mut section: Option<String> = None;
+        for line in help.lines() {
+            if let Some(version) = line.split_once("Parallel Simulator - ").map(|(_, v)| v) {
+                styles.version = version.trim().to_string();
+            } else if let Some(title) = line.strip_prefix("* ") {
+                section = title.split_whitespace().next().map(str::to_lowercase);
+            } else if line.starts_with("Installed packages") {
+                section = Some("package".into());
+            } else if line.starts_with("List of") {
+                section = None;
+            } else if let Some(name) = &section {
+                styles.lists.entry(name.clone()).or_default().extend(line.split_whitespace().map(str::to_string));
+            }
+        }
+        styles
+    }
+
+    fn has(&self, kind: &str, name: &str) -> bool {
+        self.lists.get(kind).is_some_and(|list| list.contains(name))
+    }
+}
+
+impl LammpsEngine {
+    /// The given program, or `lmp` or `lammps` of the search path.
+    ///
+    /// # Errors
+    /// `MissingProgram` when there is none or it is not LAMMPS.
+    pub fn find(given: Option<&Path>) -> Result<Self> {
+        let how = "install LAMMPS (Debian: apt install lammps) or give its path with --lammps";
+        let missing = |program: &str| Error::MissingProgram { program: program.into(), how: how.into() };
+        let program = match given {
+            Some(path) if path.components().count() > 1 => {
+                path.is_file().then(|| path.to_path_buf()).ok_or_else(|| missing(&path.display().to_string()))?
+            }
+            Some(name) => in_search_path(name).ok_or_else(|| missing(&name.display().to_string()))?,
+            None => ["lmp", "lammps"]
+                .into_iter()
+                .find_map(|name| in_search_path(Path::new(name)))
+                .ok_or_else(|| missing("LAMMPS (lmp or lammps)"))?,
+        };
+        // The working folder of the run is another one.
+        let program = std::path::absolute(&program).map_err(Error::io("find", &program))?;
+        let mut probe = Command::new(&program);
+        probe.arg("-h").env("OMP_NUM_THREADS", "1").env("PAGER", "cat").stdin(Stdio::null());
+        let output = probe.output().map_err(|_| missing(&program.display().to_string()))?;
+        let styles = Styles::parse(&String::from_utf8_lossy(&output.stdout));
+        if styles.lists.is_empty() {
+            return Err(missing(&format!("LAMMPS as {}", program.display())));
+        }
+        let description = format!("LAMMPS {}", styles.version);
+        Ok(LammpsEngine { program, description, styles, ranks: 1, time_limit: None })
+    }
+
+    /// MPI processes. Two are no faster than one below some hundred thousand atoms, and far slower when other
+    /// programs want the cores: waiting ranks spin.
+    ///
+    /// # Errors
+    /// `Input` for more ranks than cores, `MissingProgram` without mpirun.
+    pub fn with_ranks(mut self, ranks: usize) -> Result<Self> {
+        let cores = std::thread::available_parallelism().map_or(1, |c| c.get());
+        if ranks == 0 || ranks > cores {
+            return Err(Error::input("LAMMPS", "ranks", ranks, format!("1 to {cores}, the cores of this machine")));
+        }
+        if ranks > 1 && in_search_path(Path::new("mpirun")).is_none() {
+            let how = "install an MPI (Debian: apt install openmpi-bin) or run one rank".into();
+            return Err(Error::MissingProgram { program: "mpirun".into(), how });
+        }
+        self.ranks = ranks;
+        Ok(self)
+    }
+
+    /// Longest time one call of `run` may take; finished steps stay and the next call goes on.
+    pub fn with_time_limit(mut self, limit: Option<Duration>) -> Self {
+        self.time_limit = limit;
+        self
+    }
+
+    fn check_styles(&self, job: &Job) -> Result<()> {
+        let mut needed = vec![
+            ("pair", "hybrid/overlay"),
+            ("pair", "eam/alloy"),
+            ("pair", "lj/cut"),
+            ("minimize", "cg"),
+            ("compute", "coord/atom"),
+            ("fix", "setforce"),
+        ];
+        if job.record.interaction.adhesion.is_some() {
+            needed.push(("pair", "yukawa"));
+        }
+        match needed.into_iter().find(|(kind, name)| !self.styles.has(kind, name)) {
+            None => Ok(()),
+            Some((kind, name)) => {
+                Err(failed(job, LammpsFailure::MissingStyle { missing: format!("the {kind} style {name}") }))
+            }
+        }
+    }
+
+    fn command(&self, job: &Job, finished: Option<usize>) -> Command {
+        let mut command = if self.ranks > 1 {
+            let mut mpirun = Command::new("mpirun");
+            mpirun.args(["-np", &self.ranks.to_string()]);
+            if sys::is_root() {
+                mpirun.arg("--allow-run-as-root");
+            }
+            mpirun.arg(&self.program);
+            mpirun
+        } else {
+            Command::new(&self.program)
+        };
+        command.args(["-in", SCRIPT_FILE, "-nocite", "-log", &log_name(finished)]);
+        if self.styles.has("pair", "eam/alloy/opt") {
+            // Eight to ten per cent faster.
+            command.args(["-sf", "opt"]);
+        }
+        for (name, value) in job.variables(finished, self.styles.has("dump", "custom/zstd")) {
+            command.args(["-var", name, &value]);
+        }
+        command.current_dir(&job.folder).env("OMP_NUM_THREADS", "1").stdin(Stdio::null()).process_group(0);
+        sys::die_with_parent(&mut command);
+        command
+    }
+}
+
+impl Engine for LammpsEngine {
+    fn describe(&self) -> &str {
+        &self.description
+    }
+
+    fn run(&self, job: &Job, watch: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<Finished> {
+        let begun = Instant::now();
+        let _lock = lock(job)?;
+        self.check_styles(job)?;
+        if is_complete(job)? {
+            let all = Ladder::read(&job.folder)?.last().map(|r| r.step);
+            return Finished::collect(job, all, begun);
+        }
+        let (need, have) = (job.memory_bytes(self.ranks), sys::available_memory_bytes());
+        if need > have {
+            let advice = "take fewer cells or a thinner block".into();
+            return Err(Error::Memory { what: format!("LAMMPS with {} atoms", job.atoms()), need, have, advice });
+        }
+        let finished = ladder::prepare_resume(&job.folder)?;
+        let screen_file = job.folder.join("log.screen");
+        let screen = File::create(&screen_file).map_err(Error::io("create", &screen_file))?;
+        let both = screen.try_clone().map_err(Error::io("create", &screen_file))?;
+        let mut command = self.command(job, finished);
+        let child = command.stdout(screen).stderr(both).spawn().map_err(Error::io("start", &self.program))?;
+        let mut group = Group { child, ended: false };
+        let mut watcher = Watcher::new(job, begun, finished);
+        let status = loop {
+            // In this order, so that a step finished just before the end is still told.
+            let ended = group.child.try_wait().map_err(Error::io("wait for", &self.program))?;
+            if watcher.tell(&Ladder::read(&job.folder)?, watch).is_break() {
+                return Err(Error::Interrupted);
+            }
+            if let Some(status) = ended {
+                group.ended = true;
+                break status;
+            }
+            if let Some(limit) = self.time_limit.filter(|limit| begun.elapsed() > *limit) {
+                return Err(failed(job, LammpsFailure::TimeLimit { seconds: limit.as_secs_f64() }));
+            }
+            std::thread::sleep(POLL);
+        };
+        let read = |name: &str| std::fs::read(job.folder.join(name)).unwrap_or_default();
+        let (log, screen) = (read(&log_name(finished)), read("log.screen"));
+        judge(status, &String::from_utf8_lossy(&log), &String::from_utf8_lossy(&screen)).map_err(|f| failed(job, f))?;
+        check_ladder(job)?;
+        Finished::collect(job, finished, begun)
+    }
+}
+
+/// A child and all it started; killed when this is dropped before the child has ended, whatever the way out.
+struct Group {
+    child: Child,
+    ended: bool,
+}
+
+impl Drop for Group {
+    fn drop(&mut self) {
+        if !self.ended {
+            sys::kill_process_group(self.child.id());
+            // Nothing to do if waiting fails: the group has been killed.
+            let _ = self.child.wait();
+        }
+    }
+}
+
+pub(super) fn failed(job: &Job, failure: LammpsFailure) -> Error {
+    Error::Lammps { folder: job.folder.clone(), failure }
+}
+
+/// Two runs in one folder would write over each other. The lock goes with the process that holds it.
+pub(super) fn lock(job: &Job) -> Result<File> {
+    let path = job.folder.join("job.lock");
+    let file = File::create(&path).map_err(Error::io("create", &path))?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(std::fs::TryLockError::WouldBlock) => {
+            Err(failed(job, LammpsFailure::Output("another program is running this job".into())))
+        }
+        Err(std::fs::TryLockError::Error(e)) => Err(Error::io("lock", &path)(e)),
+    }
+}
+
+/// The ladder has come to its end, and its last frame is there.
+pub(super) fn is_complete(job: &Job) -> Result<bool> {
+    let ladder = Ladder::read(&job.folder)?;
+    Ok(ladder.last().is_some_and(|r| job.is_last(r.step, r.load) && ladder::frame_file(&job.folder, r.step).is_ok()))
+}
+
+/// The ladder must have ended where the job says, with every atom still there.
+pub(super) fn check_ladder(job: &Job) -> Result<()> {
+    let ladder = Ladder::read(&job.folder)?;
+    let before = job.atoms();
+    if let Some(rung) = ladder.rungs.iter().find(|r| r.atoms != before) {
+        return Err(failed(job, LammpsFailure::AtomCount { before, after: rung.atoms }));
+    }
+    if !is_complete(job)? {
+        let reached = ladder.last().map_or("before its first step".to_string(), |r| format!("at step {}", r.step));
+        return Err(failed(job, LammpsFailure::Output(format!("it ended well but its ladder stops {reached}"))));
+    }
+    Ok(())
+}
+
+/// What exit status, log and screen together say.
+pub(super) fn judge(status: ExitStatus, log: &str, screen: &str) -> std::result::Result<(), LammpsFailure> {
+    if let Some(failure) = error_line(log).or_else(|| error_line(screen)) {
+        return Err(failure);
+    }
+    if let Some(signal) = status.signal() {
+        return Err(LammpsFailure::Signal(signal));
+    }
+    match status.code() {
+        Some(0) if log.contains("Total wall time") => Ok(()),
+        Some(0) => Err(LammpsFailure::Unfinished),
+        code => Err(LammpsFailure::Status(code.unwrap_or(-1))),
+    }
+}
+
+/// `ERROR: ...` or `ERROR on proc 3: ...` with the command it stopped at; lost atoms have a failure of their own.
+fn error_line(text: &str) -> Option<LammpsFailure> {
+    let mut lines = text.lines().skip_while(|l| !l.starts_with("ERROR"));
+    let line = lines.next()?.trim();
+    if let Some(counts) = line.split_once("Lost atoms: original ").map(|(_, rest)| rest) {
+        let numbers: Vec<u64> = counts.split_whitespace().filter_map(|w| w.parse().ok()).collect();
+        if let [before, after, ..] = numbers[..] {
+            return Some(LammpsFailure::AtomCount { before, after });
+        }
+    }
+    let message = line.split_once(": ").map_or(line, |(_, rest)| rest);
+    let command = lines.find_map(|l| l.strip_prefix("Last command: "));
+    Some(LammpsFailure::Message(match command {
+        Some(command) => format!("{message}; last command: {}", command.trim()),
+        None => message.to_string(),
+    }))
+}
+
+fn log_name(finished: Option<usize>) -> String {
+    format!("log.{}", finished.map_or(0, |k| k + 1))
+}
+
+/// Force evaluations from all logs of a folder, later runs last.
+fn read_evaluations(folder: &Path) -> Result<BTreeMap<usize, usize>> {
+    let mut logs: Vec<(usize, PathBuf)> = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(Error::io("list", folder))? {
+        let path = entry.map_err(Error::io("list", folder))?.path();
+        let name = path.file_name().and_then(|n| n.to_str());
+        if let Some(first) = name.and_then(|n| n.strip_prefix("log.")).and_then(|n| n.parse().ok()) {
+            logs.push((first, path));
+        }
+    }
+    logs.sort();
+    let mut counts = BTreeMap::new();
+    for (_, path) in logs {
+        let text = std::fs::read(&path).map_err(Error::io("read", &path))?;
+        counts.extend(ladder::evaluations(&String::from_utf8_lossy(&text)));
+    }
+    Ok(counts)
+}
+
+fn in_search_path(name: &Path) -> Option<PathBuf> {
+    use std::os::unix::fs::PermissionsExt;
+    let runs = |p: &PathBuf| std::fs::metadata(p).is_ok_and(|m| m.is_file() && m.permissions().mode() & 0o111 != 0);
+    std::env::split_paths(&std::env::var_os("PATH")?).map(|folder| folder.join(name)).find(runs)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HELP: &str = "\nLarge-scale Atomic/Molecular Massively Parallel Simulator - 29 Sep 2021 - Update 2\n\n\
+                        Installed packages:\n\nMANYBODY OPT \n\nList of individual style options\n\n* Minimize styles:\n\n\
+                        cg              fire\n\n* Pair styles:\n\neam/alloy       hybrid/overlay  lj/cut\n";
+
+    fn status(code: i32) -> ExitStatus {
+        ExitStatus::from_raw(code << 8)
+    }
+
+    #[test]
+    fn the_help_text_says_what_there_is() {
+        let styles = Styles::parse(HELP);
+        assert_eq!(styles.version, "29 Sep 2021 - Update 2");
+        assert!(styles.has("pair", "hybrid/overlay") && styles.has("minimize", "cg") && styles.has("package", "OPT"));
+        assert!(!styles.has("pair", "yukawa") && !styles.has("compute", "coord/atom"));
+    }
+
+    #[test]
+    fn only_a_clean_end_is_believed() {
+        let good = "Loop time\nTotal wall time: 0:00:03\n";
+        assert_eq!(judge(status(0), good, ""), Ok(()));
+        assert_eq!(judge(status(0), "Loop time\n", ""), Err(LammpsFailure::Unfinished));
+        assert_eq!(judge(status(3), good, ""), Err(LammpsFailure::Status(3)));
+        assert_eq!(judge(ExitStatus::from_raw(9), "", ""), Err(LammpsFailure::Signal(9)));
+        let lost = "ERROR: Lost atoms: original 792 current 710 (src/thermo.cpp:439)\nLast command: run 5\n";
+        assert_eq!(judge(status(1), lost, ""), Err(LammpsFailure::AtomCount { before: 792, after: 710 }));
+        let forms = [
+            "ERROR: Unknown command: x (a.cpp:1)\nLast command: x\n",
+            "ERROR on proc 0: Unknown command: x (a.cpp:1)\nLast command: x\n",
+        ];
+        for text in forms {
+            let expected = LammpsFailure::Message("Unknown command: x (a.cpp:1); last command: x".into());
+            assert_eq!(judge(status(1), "", text), Err(expected.clone()));
+            // Even with exit status 0 and a line that says it ended.
+            assert_eq!(judge(status(0), &format!("{text}{good}"), ""), Err(expected));
+        }
+    }
+
+    #[test]
+    fn what_is_not_there_is_said_to_be_missing() {
+        for name in ["no-such-lammps", "/no/such/lammps", "true"] {
+            let error = LammpsEngine::find(Some(Path::new(name))).expect_err("missing");
+            assert_eq!(error.exit_code(), 5);
+            assert!(error.to_string().contains(name) && error.to_string().contains("--lammps"), "{error}");
+        }
+    }
+}

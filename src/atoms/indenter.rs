@@ -1,0 +1,210 @@
+//! The indenter: rigid atoms on a square grid that follows the height profile, above the block.
+//!
+//! Lengths are in Å. Point (i, j) stands at x = i·s, y = j·s, the node of the height map it came from, so that maps of
+//! the continuum and of the atoms share one grid. Low points touch first.
+
+use super::block::Block;
+use crate::{Error, Result};
+
+/// Rigid atoms farther apart than this let block atoms through: at 5.1 Å and unit slope, 78 atoms of 980 in contact had
+/// passed the indenter, at 4.0 Å four, at 2.54 Å none (measured with a lattice of 5.5884 Å).
+pub const MAX_SPACING_ANGSTROM: f64 = 2.6;
+
+/// A grid in step with the lattice shows every point the same registry (adhesion then differs seventeenfold between
+/// atop and hollow). So many different registries along an edge average that away to 1 %.
+pub const MIN_REGISTRIES: usize = 7;
+
+/// Room left at the start between the indenter and the distance at which its first atom touches, Å: more than
+/// rounding in a data file, less than a load step.
+pub const CLEARANCE_ANGSTROM: f64 = 0.05;
+
+/// Points along an edge of the indenter over a block of `cells` cells: 11 on every 5 cells where that fits
+/// (s = 5/11 a0 = 2.5402 Å for a0 = 5.5884 Å), else the coarsest grid no coarser than `MAX_SPACING_ANGSTROM` that
+/// meets at least `MIN_REGISTRIES` registries.
+pub fn grid_points(cells: usize, a0: f64) -> usize {
+    let preferred = cells / 5 * 11;
+    if cells.is_multiple_of(5) && 5.0 / 11.0 * a0 <= MAX_SPACING_ANGSTROM {
+        return preferred;
+    }
+    let mut points = (cells as f64 * a0 / MAX_SPACING_ANGSTROM).ceil() as usize;
+    while points / gcd(points, cells) < MIN_REGISTRIES {
+        points += 1;
+    }
+    points
+}
+
+fn gcd(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { gcd(b, a % b) }
+}
+
+/// Rigid atoms at z = `start_z` + height.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Indenter {
+    points: usize,
+    /// Spacing of the grid, Å.
+    spacing: f64,
+    /// Row-major `[points, points]`, x fastest, Å.
+    heights: Vec<f64>,
+    /// Height of the zero of `heights` at the start, Å.
+    start_z: f64,
+}
+
+impl Indenter {
+    /// Places the profile (row-major `[points, points]`, x fastest, Å, low points touch first) above the block so that
+    /// its first atom is `CLEARANCE_ANGSTROM` short of the distance `touch_angstrom` from the nearest block atom.
+    ///
+    /// # Errors
+    /// `Input` when the number of heights is not points² or the grid is too coarse; `Height` for a height that is not
+    /// finite.
+    pub fn above(block: &Block, points: usize, heights: Vec<f64>, touch_angstrom: f64) -> Result<Self> {
+        let place = "indenter";
+        if points == 0 || heights.len() != points * points {
+            return Err(Error::input(place, "heights", heights.len(), format!("{points} x {points} heights")));
+        }
+        if let Some((k, &value)) = heights.iter().enumerate().find(|(_, h)| !h.is_finite()) {
+            return Err(Error::Height { place: place.into(), row: k / points, column: k % points, value });
+        }
+        let spacing = block.length() / points as f64;
+        if spacing > MAX_SPACING_ANGSTROM {
+            let accepted = format!("a spacing of at most {MAX_SPACING_ANGSTROM} angstrom, or atoms pass between");
+            return Err(Error::input(place, "spacing", spacing, accepted));
+        }
+        let start_z = first_touch(block, points, &heights, touch_angstrom) + CLEARANCE_ANGSTROM;
+        Ok(Indenter { points, spacing, heights, start_z })
+    }
+
+    pub fn points(&self) -> usize {
+        self.points
+    }
+
+    pub fn atoms(&self) -> u64 {
+        self.heights.len() as u64
+    }
+
+    pub fn spacing(&self) -> f64 {
+        self.spacing
+    }
+
+    pub fn heights(&self) -> &[f64] {
+        &self.heights
+    }
+
+    pub fn start_z(&self) -> f64 {
+        self.start_z
+    }
+
+    /// Height of the lowest atom at the start, Å.
+    pub fn lowest_z(&self) -> f64 {
+        self.start_z + self.heights.iter().copied().fold(f64::INFINITY, f64::min)
+    }
+
+    pub fn highest_z(&self) -> f64 {
+        self.start_z + self.heights.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Atoms at the start, rows of constant y from below, x fastest.
+    pub fn positions(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
+        self.heights.iter().enumerate().map(|(k, h)| {
+            let (row, column) = (k / self.points, k % self.points);
+            [column as f64 * self.spacing, row as f64 * self.spacing, self.start_z + h]
+        })
+    }
+}
+
+/// The `start_z` at which the closest pair of an indenter atom and a block atom of the perfect lattice is exactly
+/// `touch` apart. Layers deeper than `touch` cannot be the first to be met.
+fn first_touch(block: &Block, points: usize, heights: &[f64], touch: f64) -> f64 {
+    let spacing = block.length() / points as f64;
+    let deep = ((2.0 * touch / block.a0).ceil() as usize).min(block.layers());
+    let reach = (touch / block.a0).ceil() as i64 + 1;
+    let mut start = f64::NEG_INFINITY;
+    for (k, h) in heights.iter().enumerate() {
+        let (x, y) = ((k % points) as f64 * spacing, (k / points) as f64 * spacing);
+        let cell = |c: f64| (c / block.a0).floor() as i64;
+        for layer in block.layers() - deep..block.layers() {
+            for row in 2 * (cell(y) - reach)..=2 * (cell(y) + reach) + 1 {
+                for column in cell(x) - reach..=cell(x) + reach {
+                    let [sx, sy] = block.lattice_xy(layer, row, column);
+                    let lift2 = touch * touch - (sx - x).powi(2) - (sy - y).powi(2);
+                    if lift2 >= 0.0 {
+                        start = start.max(block.layer_z(layer) + lift2.sqrt() - h);
+                    }
+                }
+            }
+        }
+    }
+    start
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const A0: f64 = 5.5884;
+    const R_M: f64 = 4.032_671;
+    /// Rounding of a distance of 4 Å computed from coordinates of 1000 Å.
+    const ROUNDING: f64 = 1e-9;
+
+    #[test]
+    fn grids_are_fine_and_out_of_step() {
+        assert_eq!(grid_points(175, A0), 385);
+        assert_eq!(grid_points(45, A0), 99);
+        assert_eq!(grid_points(10, A0), 22);
+        for cells in 4..200 {
+            let points = grid_points(cells, A0);
+            assert!(cells as f64 * A0 / points as f64 <= MAX_SPACING_ANGSTROM, "{cells}");
+            assert!(points / gcd(points, cells) >= MIN_REGISTRIES, "{cells}: {points}");
+        }
+    }
+
+    /// Smallest distance between the indenter and the block, the block repeated in the plane.
+    fn closest(block: &Block, indenter: &Indenter) -> f64 {
+        let l = block.length();
+        let mut best = f64::INFINITY;
+        for p in indenter.positions() {
+            for site in block.sites() {
+                let d: Vec<f64> = (0..3).map(|c| p[c] - site.position[c]).collect();
+                let (dx, dy) = (d[0] - (d[0] / l).round() * l, d[1] - (d[1] / l).round() * l);
+                best = best.min((dx * dx + dy * dy + d[2] * d[2]).sqrt());
+            }
+        }
+        best
+    }
+
+    #[test]
+    fn the_first_touch_is_exact() {
+        for (cells, seed) in [(4usize, 1u64), (5, 2), (6, 3)] {
+            let block = Block::new(cells, 2, A0, 7.015853).expect("valid");
+            let points = grid_points(cells, A0);
+            // Steep and jagged on purpose: a multiplicative sequence over 6 Å.
+            let heights: Vec<f64> =
+                (1..=points * points).map(|k| ((k as u64 * 7919 * seed) % 1009) as f64 / 168.0).collect();
+            let indenter = Indenter::above(&block, points, heights.clone(), R_M).expect("valid");
+            assert!(closest(&block, &indenter) > R_M);
+            let touching = Indenter { start_z: indenter.start_z - CLEARANCE_ANGSTROM, ..indenter };
+            assert!((closest(&block, &touching) - R_M).abs() < ROUNDING, "{}", closest(&block, &touching));
+        }
+    }
+
+    #[test]
+    fn low_points_are_nearest_to_the_block() {
+        let block = Block::new(5, 2, A0, 7.0).expect("valid");
+        let mut heights = vec![3.0; 121];
+        heights[12] = 0.0;
+        let indenter = Indenter::above(&block, 11, heights, R_M).expect("valid");
+        let lowest = indenter.positions().min_by(|a, b| a[2].total_cmp(&b[2])).expect("atoms");
+        assert!((lowest[0] - A0 * 5.0 / 11.0).abs() < 1e-12 && (lowest[1] - lowest[0]).abs() < 1e-12);
+        assert_eq!(indenter.lowest_z(), lowest[2]);
+    }
+
+    #[test]
+    fn bad_profiles_are_refused() {
+        let block = Block::new(5, 2, A0, 7.0).expect("valid");
+        assert!(Indenter::above(&block, 11, vec![0.0; 120], R_M).is_err());
+        assert!(Indenter::above(&block, 10, vec![0.0; 100], R_M).is_err());
+        let mut heights = vec![0.0; 121];
+        heights[13] = f64::NAN;
+        let error = Indenter::above(&block, 11, heights, R_M).expect_err("NaN");
+        assert!(error.to_string().contains("row 1, column 2"), "{error}");
+    }
+}

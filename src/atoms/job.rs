@@ -1,0 +1,397 @@
+//! A job folder: everything one LAMMPS run needs, written so that a person can run it by hand as well.
+//!
+//! `block.data` (the atoms), `ladder.in` (the script, the same for every job), `potential.eam.alloy` (a copy) and
+//! `job.json` (all variables and counts). The run adds `ladder.txt`, `frame.K.dump`, `restart.K` and its logs.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::block::{Block, FLOOR_GAP_ANGSTROM};
+use super::indenter::Indenter;
+use super::ladder::LADDER_FILE;
+use crate::{Error, Result};
+
+/// The script that climbs the ladder, documented in `lammps-inputs/README.md`.
+pub const SCRIPT: &str = include_str!("../../lammps-inputs/ladder.in");
+
+pub const DATA_FILE: &str = "block.data";
+pub const SCRIPT_FILE: &str = "ladder.in";
+pub const POTENTIAL_FILE: &str = "potential.eam.alloy";
+pub const RECORD_FILE: &str = "job.json";
+
+/// Empty box above the highest atom of the indenter, Å; the indenter only moves down.
+const HEAD_ROOM_ANGSTROM: f64 = 5.0;
+
+/// Layers of the block in every frame. Contact is decided in the first; two more show where material has flowed.
+const FRAME_LAYERS: f64 = 3.0;
+
+/// Resident memory of one process: 125 MB for 119 151 atoms and 1.93 GB for 3.2 million, rounded up.
+const MEMORY_BASE_BYTES: u64 = 40_000_000;
+const MEMORY_BYTES_PER_ATOM: u64 = 750;
+
+/// One core, potential cut-off 7.0 Å, the `opt` variants: 0.8 to 1.0 µs between 25 thousand and 3.2 million atoms.
+pub const SECONDS_PER_ATOM_EVALUATION: f64 = 0.9e-6;
+
+/// Force evaluations per step of 0.3 Å: 60 to 240 in a cell of 25 nm, from first touch to p/E* = 0.033.
+pub const EVALUATIONS_PER_STEP: f64 = 150.0;
+
+/// How the indenter's atoms act on the block's.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Interaction {
+    /// Lennard-Jones, cut at its minimum and shifted to zero there.
+    pub epsilon_ev: f64,
+    pub sigma_angstrom: f64,
+    pub adhesion: Option<Yukawa>,
+}
+
+impl Interaction {
+    /// The minimum 2^(1/6) σ, beyond which there is no repulsion, Å.
+    pub fn touch_angstrom(&self) -> f64 {
+        2f64.powf(1.0 / 6.0) * self.sigma_angstrom
+    }
+}
+
+/// `amplitude` e^(-κr)/r, the pair form whose sum over a plane of atoms is an exponential.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Yukawa {
+    /// Negative attracts, eV·Å.
+    pub amplitude_ev_angstrom: f64,
+    pub kappa_per_angstrom: f64,
+    pub cutoff_angstrom: f64,
+}
+
+/// How the indenter comes down and when it stops.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Ladder {
+    /// Å per step.
+    pub step_angstrom: f64,
+    /// The ladder ends with the first step whose load is not below this, eV/Å.
+    pub max_load: f64,
+    pub max_steps: usize,
+    /// Largest force component left on a free atom, eV/Å.
+    pub force_tolerance: f64,
+    /// Load at p* = 1: cell area × E* × rms gradient, eV/Å.
+    pub load_unit: f64,
+    /// Distance below which an atom counts as touching, Å.
+    pub contact_angstrom: f64,
+}
+
+/// Contents of `job.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    pub element: String,
+    pub cells: usize,
+    pub depth_cells: usize,
+    pub base_layers: usize,
+    pub a0_angstrom: f64,
+    pub deformable: u64,
+    pub fixed: u64,
+    pub indenter: u64,
+    pub indenter_points: usize,
+    pub indenter_spacing_angstrom: f64,
+    pub indenter_start_z_angstrom: f64,
+    pub frame_depth_angstrom: f64,
+    pub interaction: Interaction,
+    pub ladder: Ladder,
+    /// BLAKE3 of what the run reads: another content makes another run.
+    pub data_hash: String,
+    pub script_hash: String,
+    pub potential_hash: String,
+}
+
+/// A folder ready to run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Job {
+    pub folder: PathBuf,
+    pub record: Record,
+}
+
+impl Job {
+    /// Writes the folder. Steps that an earlier run of exactly this job finished there are kept; those of any other are
+    /// removed.
+    ///
+    /// # Errors
+    /// `Input` for values LAMMPS could not use, `Io`.
+    pub fn write(
+        folder: impl AsRef<Path>,
+        block: &Block,
+        indenter: &Indenter,
+        (potential, element, mass_u): (&Path, &str, f64),
+        interaction: Interaction,
+        ladder: Ladder,
+    ) -> Result<Job> {
+        let folder = folder.as_ref();
+        check(&interaction, &ladder, element, mass_u)?;
+        std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
+        let table = std::fs::read(potential).map_err(Error::io("read", potential))?;
+        let put = |name: &str, bytes: &[u8]| {
+            let file = folder.join(name);
+            std::fs::write(&file, bytes).map_err(Error::io("write", &file))
+        };
+        put(POTENTIAL_FILE, &table)?;
+        put(SCRIPT_FILE, SCRIPT.as_bytes())?;
+        let data = folder.join(DATA_FILE);
+        let data_hash = write_data(&data, block, indenter, mass_u).map_err(Error::io("write", &data))?;
+        let record = Record {
+            element: element.into(),
+            cells: block.cells,
+            depth_cells: block.depth_cells,
+            base_layers: block.base_layers,
+            a0_angstrom: block.a0,
+            deformable: block.deformable(),
+            fixed: block.fixed(),
+            indenter: indenter.atoms(),
+            indenter_points: indenter.points(),
+            indenter_spacing_angstrom: indenter.spacing(),
+            indenter_start_z_angstrom: indenter.start_z(),
+            frame_depth_angstrom: 0.5 * block.a0 * (FRAME_LAYERS - 0.5),
+            interaction,
+            ladder,
+            data_hash,
+            script_hash: blake3::hash(SCRIPT.as_bytes()).to_hex().to_string(),
+            potential_hash: blake3::hash(&table).to_hex().to_string(),
+        };
+        let file = folder.join(RECORD_FILE);
+        let text = serde_json::to_string_pretty(&record).map_err(|e| Error::io("write", &file)(e.into()))?;
+        // Where the ladder ends does not change its steps: asking for more goes on, asking for less stops earlier.
+        let same = Job::open(folder).is_ok_and(|earlier| {
+            let Ladder { max_load, max_steps, load_unit, .. } = record.ladder;
+            let ends = Ladder { max_load, max_steps, load_unit, ..earlier.record.ladder };
+            Record { ladder: ends, ..earlier.record } == record
+        });
+        if !same {
+            remove_states(folder)?;
+        }
+        put(RECORD_FILE, text.as_bytes())?;
+        Ok(Job { folder: folder.to_path_buf(), record })
+    }
+
+    /// A folder that [`Job::write`] made.
+    ///
+    /// # Errors
+    /// `Io`, and `Format` when `job.json` is not one.
+    pub fn open(folder: impl AsRef<Path>) -> Result<Job> {
+        let folder = folder.as_ref().to_path_buf();
+        let file = folder.join(RECORD_FILE);
+        let text = std::fs::read_to_string(&file).map_err(Error::io("read", &file))?;
+        let record = serde_json::from_str(&text).map_err(|e| Error::format(&file, e, "the record of a job"))?;
+        Ok(Job { folder, record })
+    }
+
+    /// Deformable, fixed and indenter atoms together.
+    pub fn atoms(&self) -> u64 {
+        self.record.deformable + self.record.fixed + self.record.indenter
+    }
+
+    /// Resident memory of LAMMPS, all ranks together, bytes.
+    pub fn memory_bytes(&self, ranks: usize) -> u64 {
+        ranks as u64 * MEMORY_BASE_BYTES + self.atoms() * MEMORY_BYTES_PER_ATOM
+    }
+
+    /// One core's time for `steps` steps, seconds: an order of magnitude, before anything is known of the surface.
+    pub fn seconds(&self, steps: usize) -> f64 {
+        self.atoms() as f64 * SECONDS_PER_ATOM_EVALUATION * EVALUATIONS_PER_STEP * steps as f64
+    }
+
+    /// The ladder has come to its end at this step.
+    pub fn is_last(&self, step: usize, load: f64) -> bool {
+        load >= self.record.ladder.max_load || step >= self.record.ladder.max_steps
+    }
+
+    /// `-var` pairs of the script: going on after `finished`, or from the beginning.
+    pub fn variables(&self, finished: Option<usize>, compressed: bool) -> Vec<(&'static str, String)> {
+        let Record { interaction, ladder, .. } = &self.record;
+        let mut list = vec![
+            ("data", DATA_FILE.to_string()),
+            ("potential", POTENTIAL_FILE.to_string()),
+            ("element", self.record.element.clone()),
+            ("epsilon", interaction.epsilon_ev.to_string()),
+            ("sigma", interaction.sigma_angstrom.to_string()),
+            ("dz", ladder.step_angstrom.to_string()),
+            ("max_load", ladder.max_load.to_string()),
+            ("steps", ladder.max_steps.to_string()),
+            ("ftol", ladder.force_tolerance.to_string()),
+            ("contact", ladder.contact_angstrom.to_string()),
+            ("depth", self.record.frame_depth_angstrom.to_string()),
+            ("start", finished.map_or("-1".to_string(), |k| k.to_string())),
+        ];
+        if let Some(yukawa) = interaction.adhesion {
+            list.push(("adhesion", "1".into()));
+            list.push(("amplitude", yukawa.amplitude_ev_angstrom.to_string()));
+            list.push(("kappa", yukawa.kappa_per_angstrom.to_string()));
+            list.push(("reach", yukawa.cutoff_angstrom.to_string()));
+        }
+        if compressed {
+            list.push(("dump_style", "custom/zstd".into()));
+            list.push(("dump_end", "dump.zst".into()));
+        }
+        list
+    }
+}
+
+fn check(interaction: &Interaction, ladder: &Ladder, element: &str, mass_u: f64) -> Result<()> {
+    let place = "LAMMPS job";
+    let mut list = vec![
+        ("epsilon", interaction.epsilon_ev),
+        ("sigma", interaction.sigma_angstrom),
+        ("mass", mass_u),
+        ("step", ladder.step_angstrom),
+        ("largest load", ladder.max_load),
+        ("load at p* = 1", ladder.load_unit),
+        ("force tolerance", ladder.force_tolerance),
+        ("contact distance", ladder.contact_angstrom),
+    ];
+    if let Some(yukawa) = interaction.adhesion {
+        list.push(("kappa", yukawa.kappa_per_angstrom));
+        list.push(("Yukawa cut-off", yukawa.cutoff_angstrom));
+        if !yukawa.amplitude_ev_angstrom.is_finite() {
+            return Err(Error::input(place, "amplitude", yukawa.amplitude_ev_angstrom, "a finite number"));
+        }
+    }
+    for (key, value) in list {
+        if !(value.is_finite() && value > 0.0) {
+            return Err(Error::input(place, key, value, "a positive number"));
+        }
+    }
+    if element.is_empty() || !element.chars().all(|c| c.is_ascii_alphanumeric()) {
+        return Err(Error::input(place, "element", element, "a chemical symbol"));
+    }
+    Ok(())
+}
+
+/// Streams the atoms into a LAMMPS data file and returns the hash of what was written.
+fn write_data(file: &Path, block: &Block, indenter: &Indenter, mass_u: f64) -> io::Result<String> {
+    let mut out =
+        BufWriter::with_capacity(1 << 16, Hashing { file: File::create(file)?, hasher: blake3::Hasher::new() });
+    let length = block.length();
+    writeln!(out, "fcc block {0} x {0} x {1} cells under a rigid indenter", block.cells, block.depth_cells)?;
+    writeln!(out, "\n{} atoms\n3 atom types\n", block.atoms() + indenter.atoms())?;
+    writeln!(out, "0.0 {length:.10} xlo xhi\n0.0 {length:.10} ylo yhi")?;
+    writeln!(out, "0.0 {:.10} zlo zhi\n", indenter.highest_z() + HEAD_ROOM_ANGSTROM)?;
+    // The indenter's mass is never used, but LAMMPS wants one.
+    writeln!(out, "Masses\n\n1 {mass_u} # deformable\n2 {mass_u} # indenter\n3 {mass_u} # base\n\nAtoms # atomic\n")?;
+    for site in block.sites() {
+        let [x, y, z] = site.position;
+        debug_assert!(z >= FLOOR_GAP_ANGSTROM);
+        writeln!(out, "{} {} {x:.10} {y:.10} {z:.10}", site.id, if site.fixed { 3 } else { 1 })?;
+    }
+    for (id, [x, y, z]) in (block.atoms() + 1..).zip(indenter.positions()) {
+        writeln!(out, "{id} 2 {x:.10} {y:.10} {z:.10}")?;
+    }
+    let hashing = out.into_inner().map_err(io::IntoInnerError::into_error)?;
+    Ok(hashing.hasher.finalize().to_hex().to_string())
+}
+
+struct Hashing {
+    file: File,
+    hasher: blake3::Hasher,
+}
+
+impl Write for Hashing {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.file.write(bytes)?;
+        self.hasher.update(&bytes[..written]);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+/// What a run leaves behind: ladder, frames, restart files and logs.
+fn remove_states(folder: &Path) -> Result<()> {
+    for entry in std::fs::read_dir(folder).map_err(Error::io("list", folder))? {
+        let path = entry.map_err(Error::io("list", folder))?.path();
+        let Some(name) = path.file_name().and_then(|n| n.to_str()) else { continue };
+        if name == LADDER_FILE || ["frame.", "restart.", "log."].iter().any(|start| name.starts_with(start)) {
+            std::fs::remove_file(&path).map_err(Error::io("remove", &path))?;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn written(folder: &Path, step: f64) -> Result<Job> {
+        let block = Block::new(5, 1, 5.5884, 7.0)?;
+        let indenter = Indenter::above(&block, 11, vec![0.5; 121], 4.0327)?;
+        let table = folder.join("table");
+        std::fs::write(&table, "a table").map_err(Error::io("write", &table))?;
+        let interaction = Interaction { epsilon_ev: 0.2145, sigma_angstrom: 3.5927, adhesion: None };
+        let ladder = Ladder {
+            step_angstrom: step,
+            max_load: 5.0,
+            max_steps: 10,
+            force_tolerance: 2e-3,
+            load_unit: 100.0,
+            contact_angstrom: 4.0354,
+        };
+        Job::write(folder.join("job"), &block, &indenter, (&table, "Ca", 40.078), interaction, ladder)
+    }
+
+    #[test]
+    fn the_data_file_holds_every_atom_once_and_is_the_same_every_time() {
+        let folder = tempfile::tempdir().expect("scratch");
+        let job = written(folder.path(), 0.3).expect("written");
+        let text = std::fs::read_to_string(job.folder.join(DATA_FILE)).expect("read");
+        assert!(text.contains(&format!("\n{} atoms\n3 atom types\n", job.atoms())));
+        let lines: Vec<&str> = text.lines().skip_while(|l| !l.starts_with("Atoms")).skip(2).collect();
+        assert_eq!(lines.len() as u64, job.atoms());
+        let of = |kind: &str| lines.iter().filter(|l| l.split(' ').nth(1) == Some(kind)).count() as u64;
+        assert_eq!((of("1"), of("2"), of("3")), (job.record.deformable, job.record.indenter, job.record.fixed));
+        assert_eq!(lines[0], "1 3 1.3971000000 1.3971000000 2.0000000000");
+        let hash = job.record.data_hash.clone();
+        assert_eq!(hash, blake3::hash(text.as_bytes()).to_hex().to_string());
+        assert_eq!(written(folder.path(), 0.3).expect("again").record.data_hash, hash);
+        assert_eq!(Job::open(&job.folder).expect("opened"), job);
+    }
+
+    #[test]
+    fn steps_of_the_same_job_are_kept_and_those_of_another_removed() {
+        let folder = tempfile::tempdir().expect("scratch");
+        let job = written(folder.path(), 0.3).expect("written");
+        let ladder = job.folder.join(LADDER_FILE);
+        std::fs::write(&ladder, "").expect("written");
+        written(folder.path(), 0.3).expect("again");
+        assert!(ladder.exists());
+        written(folder.path(), 0.4).expect("another");
+        assert!(!ladder.exists());
+    }
+
+    #[test]
+    fn without_adhesion_no_variable_speaks_of_it() {
+        let folder = tempfile::tempdir().expect("scratch");
+        let mut job = written(folder.path(), 0.3).expect("written");
+        assert!(!job.variables(None, false).iter().any(|(k, _)| matches!(*k, "adhesion" | "kappa")));
+        job.record.interaction.adhesion =
+            Some(Yukawa { amplitude_ev_angstrom: -1.0, kappa_per_angstrom: 2.0, cutoff_angstrom: 7.0 });
+        let list = job.variables(Some(4), true);
+        assert!(list.contains(&("adhesion", "1".into())) && list.contains(&("start", "4".into())));
+        // Every variable is one that the script knows.
+        for (key, _) in list {
+            assert!(SCRIPT.contains(&format!("\nvariable {key} ")), "{key}");
+        }
+    }
+
+    #[test]
+    fn the_papers_block_needs_what_was_measured() {
+        let folder = tempfile::tempdir().expect("scratch");
+        let mut job = written(folder.path(), 0.3).expect("written");
+        (job.record.deformable, job.record.fixed, job.record.indenter) = (3_062_500, 0, 148_225);
+        let gigabytes = job.memory_bytes(1) as f64 / 1e9;
+        assert!((1.9..2.9).contains(&gigabytes), "{gigabytes}");
+    }
+
+    #[test]
+    fn values_without_meaning_are_refused() {
+        let folder = tempfile::tempdir().expect("scratch");
+        assert!(written(folder.path(), 0.0).is_err());
+        assert!(written(folder.path(), f64::NAN).is_err());
+    }
+}

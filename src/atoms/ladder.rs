@@ -1,0 +1,383 @@
+//! What a displacement ladder left behind: its steps, the frames between which an asked load lies, and where to go on.
+//!
+//! `ladder.txt` gets one line per finished step. A line is written after the frame and the restart file of its step are
+//! complete, so a whole line vouches for both, and whatever has no line is debris of an interrupted step.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use super::dump::{Frame, read_frame};
+use crate::record::results::LadderStep;
+use crate::{Error, Result};
+
+pub const LADDER_FILE: &str = "ladder.txt";
+const COLUMNS: usize = 10;
+const ACCEPTED: &str = "step, displacement, load, energy, iterations, largest force, contacts, lowest and mean indenter \
+                        height, atoms";
+
+/// One finished step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rung {
+    pub step: usize,
+    pub displacement_angstrom: f64,
+    /// Normal force on the indenter, repulsion positive, eV/Å.
+    pub load: f64,
+    pub energy_ev: f64,
+    pub iterations: usize,
+    /// Largest force component left on an atom that may move, eV/Å.
+    pub max_force: f64,
+    pub contacts: usize,
+    pub indenter_low_angstrom: f64,
+    pub indenter_mean_angstrom: f64,
+    pub atoms: u64,
+}
+
+impl Rung {
+    /// `load_unit` is the load at p* = 1, eV/Å; `evaluations` come from the log ([`evaluations`]).
+    pub fn record(&self, load_unit: f64, evaluations: &BTreeMap<usize, usize>) -> LadderStep {
+        LadderStep {
+            step: self.step,
+            displacement_angstrom: self.displacement_angstrom,
+            load_ev_per_angstrom: self.load,
+            p_star: self.load / load_unit,
+            contacts: self.contacts,
+            energy_ev: self.energy_ev,
+            // Without a log the iterations are all that is known; the minimiser needs at least one evaluation for each.
+            force_evaluations: evaluations.get(&self.step).copied().unwrap_or(self.iterations),
+            max_force_ev_per_angstrom: self.max_force,
+        }
+    }
+
+    fn parse(line: &str) -> Option<Self> {
+        let words: Vec<&str> = line.split_ascii_whitespace().collect();
+        if words.len() != COLUMNS {
+            return None;
+        }
+        let real = |k: usize| words[k].parse::<f64>().ok().filter(|v| v.is_finite());
+        Some(Rung {
+            step: words[0].parse().ok()?,
+            displacement_angstrom: real(1)?,
+            load: real(2)?,
+            energy_ev: real(3)?,
+            iterations: words[4].parse().ok()?,
+            max_force: real(5)?,
+            contacts: words[6].parse().ok()?,
+            indenter_low_angstrom: real(7)?,
+            indenter_mean_angstrom: real(8)?,
+            atoms: words[9].parse().ok()?,
+        })
+    }
+}
+
+/// The finished steps, 0, 1, 2, ... without gaps.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Ladder {
+    pub rungs: Vec<Rung>,
+}
+
+/// Where an asked load lies: `weight` of step `lower` + 1 and the rest of step `lower`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bracket {
+    pub lower: usize,
+    pub weight: f64,
+}
+
+/// The atoms at an asked load.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Between {
+    pub bracket: Bracket,
+    pub frame: Frame,
+    /// How far the indenter has come down since the start, Å.
+    pub displacement_angstrom: f64,
+    /// Atoms that only one of the two frames holds (they touched in one of them): taken from there as they are.
+    pub one_sided: usize,
+}
+
+impl Ladder {
+    /// A last line that was cut is left out; any other damage is an error.
+    ///
+    /// # Errors
+    /// `Format`, naming the line.
+    pub fn parse(text: &str, file: &Path) -> Result<Self> {
+        let mut rungs = Vec::new();
+        for (k, line) in text.split_inclusive('\n').enumerate() {
+            if !line.ends_with('\n') {
+                break;
+            }
+            match Rung::parse(line) {
+                Some(rung) if rung.step == k => rungs.push(rung),
+                _ => return Err(Error::format(file, format!("line {}: {}", k + 1, line.trim_end()), ACCEPTED)),
+            }
+        }
+        Ok(Ladder { rungs })
+    }
+
+    /// The ladder of a job folder; one that has not begun is empty.
+    ///
+    /// # Errors
+    /// `Io` and `Format`.
+    pub fn read(folder: &Path) -> Result<Self> {
+        let file = folder.join(LADDER_FILE);
+        match std::fs::read_to_string(&file) {
+            Ok(text) => Ladder::parse(&text, &file),
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(Ladder::default()),
+            Err(e) => Err(Error::io("read", &file)(e)),
+        }
+    }
+
+    pub fn last(&self) -> Option<&Rung> {
+        self.rungs.last()
+    }
+
+    /// The first step on which the load rises through `load`: where a machine that controls the load would first stop.
+    /// `None` when the ladder does not reach so far.
+    pub fn bracket(&self, load: f64) -> Option<Bracket> {
+        let lower = self.rungs.windows(2).position(|pair| pair[0].load <= load && load <= pair[1].load)?;
+        let (a, b) = (self.rungs[lower].load, self.rungs[lower + 1].load);
+        Some(Bracket { lower, weight: if b > a { (load - a) / (b - a) } else { 0.0 } })
+    }
+
+    /// Positions and indenter height at `load` (eV/Å), linear in the load between the two steps around it. Steps are
+    /// a fraction of an ångström, so an atom that does not slip moves by far less than the contact distance in between.
+    ///
+    /// # Errors
+    /// `Format` when the ladder does not reach the load or a frame is damaged; `Io` when a frame is missing.
+    pub fn at_load(&self, folder: &Path, load: f64) -> Result<Between> {
+        let bracket = self.bracket(load).ok_or_else(|| {
+            let reached = self.rungs.iter().map(|r| r.load).fold(0.0, f64::max);
+            let found =
+                format!("a ladder from {:.4} to {reached:.4} eV/angstrom", self.rungs.first().map_or(0.0, |r| r.load));
+            Error::format(folder.join(LADDER_FILE), found, format!("one that passes {load:.4} eV/angstrom"))
+        })?;
+        let (a, b) = (&self.rungs[bracket.lower], &self.rungs[bracket.lower + 1]);
+        let (below, above) = (read_frame(frame_file(folder, a.step)?)?, read_frame(frame_file(folder, b.step)?)?);
+        let (frame, one_sided) = interpolate(&below, &above, bracket.weight);
+        let displacement_angstrom =
+            a.displacement_angstrom + bracket.weight * (b.displacement_angstrom - a.displacement_angstrom);
+        Ok(Between { bracket, frame, displacement_angstrom, one_sided })
+    }
+}
+
+/// Positions between two frames of one run; an atom that crossed a periodic face takes the short way. The second value
+/// counts the atoms that only one of them has.
+pub fn interpolate(below: &Frame, above: &Frame, weight: f64) -> (Frame, usize) {
+    let mut frame = Frame { ids: Vec::new(), species: Vec::new(), positions: Vec::new(), ..below.clone() };
+    let (mut i, mut j, mut one_sided) = (0, 0, 0);
+    let mut take = |from: &Frame, k: usize, position: [f64; 3]| {
+        frame.ids.push(from.ids[k]);
+        frame.species.extend(from.species.get(k));
+        frame.positions.push(position);
+    };
+    while i < below.len() || j < above.len() {
+        let (a, b) = (below.ids.get(i).copied().unwrap_or(u32::MAX), above.ids.get(j).copied().unwrap_or(u32::MAX));
+        if a == b && i < below.len() && j < above.len() {
+            let (from, to) = (below.positions[i], above.positions[j]);
+            let mut position = from;
+            for axis in 0..3 {
+                let mut step = to[axis] - from[axis];
+                if below.periodic[axis] {
+                    step -= (step / below.length(axis)).round() * below.length(axis);
+                }
+                position[axis] += weight * step;
+            }
+            take(below, i, position);
+            i += 1;
+            j += 1;
+        } else if j >= above.len() || (i < below.len() && a < b) {
+            take(below, i, below.positions[i]);
+            one_sided += 1;
+            i += 1;
+        } else {
+            take(above, j, above.positions[j]);
+            one_sided += 1;
+            j += 1;
+        }
+    }
+    (frame, one_sided)
+}
+
+/// The frame of a step, plain or compressed, whichever the LAMMPS that ran could write.
+///
+/// # Errors
+/// `Io` when there is neither.
+pub fn frame_file(folder: &Path, step: usize) -> Result<PathBuf> {
+    let plain = folder.join(format!("frame.{step}.dump"));
+    let packed = folder.join(format!("frame.{step}.dump.zst"));
+    if packed.is_file() {
+        return Ok(packed);
+    }
+    if plain.is_file() {
+        return Ok(plain);
+    }
+    Err(Error::io("open", &plain)(std::io::ErrorKind::NotFound.into()))
+}
+
+/// Force evaluations per step, from the log: `Iterations, force evaluations = 12 24` after the marker `ladder step 3`.
+/// A step that was begun twice counts as it was finished.
+pub fn evaluations(log: &str) -> BTreeMap<usize, usize> {
+    let mut counts = BTreeMap::new();
+    let mut step = None;
+    for line in log.lines() {
+        if let Some(number) = line.strip_prefix("ladder step ") {
+            step = number.trim().parse::<usize>().ok();
+        } else if let Some(step) = step
+            && let Some(rest) = line.trim_start().strip_prefix("Iterations, force evaluations =")
+            && let Some(count) = rest.split_whitespace().nth(1).and_then(|w| w.parse().ok())
+        {
+            counts.insert(step, count);
+        }
+    }
+    counts
+}
+
+/// Makes a folder fit to go on: keeps the ladder up to the last step whose frame and restart file are there, removes
+/// everything later, and returns that step. `None` means from the beginning.
+///
+/// # Errors
+/// `Io`, and `Format` for a ladder that is damaged otherwise than by a cut last line.
+pub fn prepare_resume(folder: &Path) -> Result<Option<usize>> {
+    let ladder = Ladder::read(folder)?;
+    let intact = |rung: &&Rung| {
+        let restart = folder.join(format!("restart.{}", rung.step));
+        std::fs::metadata(restart).is_ok_and(|m| m.len() > 0) && frame_file(folder, rung.step).is_ok()
+    };
+    let last = ladder.rungs.iter().rev().find(intact).map(|r| r.step);
+    for entry in std::fs::read_dir(folder).map_err(Error::io("list", folder))? {
+        let path = entry.map_err(Error::io("list", folder))?.path();
+        let Some(name) = path.file_name().and_then(|n| n.to_str()) else { continue };
+        let step = name
+            .strip_prefix("frame.")
+            .or(name.strip_prefix("restart."))
+            .and_then(|rest| rest.split('.').next())
+            .and_then(|number| number.parse::<usize>().ok());
+        if step.is_some_and(|s| last.is_none_or(|last| s > last)) {
+            std::fs::remove_file(&path).map_err(Error::io("remove", &path))?;
+        }
+    }
+    let file = folder.join(LADDER_FILE);
+    if file.is_file() {
+        let text = std::fs::read_to_string(&file).map_err(Error::io("read", &file))?;
+        let keep: usize = text.split_inclusive('\n').take(last.map_or(0, |l| l + 1)).map(str::len).sum();
+        if keep < text.len() {
+            let handle = std::fs::OpenOptions::new().write(true).open(&file).map_err(Error::io("open", &file))?;
+            handle.set_len(keep as u64).map_err(Error::io("shorten", &file))?;
+        }
+    }
+    Ok(last)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(step: usize, load: f64) -> String {
+        format!("{step} {:.6} {load} -100.5 12 1.5e-03 {step} 44.5 45.5 200\n", step as f64 * 0.3)
+    }
+
+    fn ladder(loads: &[f64]) -> Ladder {
+        let text: String = loads.iter().enumerate().map(|(k, l)| line(k, *l)).collect();
+        Ladder::parse(&text, Path::new("ladder.txt")).expect("good")
+    }
+
+    fn frame(atoms: &[(u32, [f64; 3])]) -> Frame {
+        Frame {
+            source: "test".into(),
+            timestep: 0,
+            time: None,
+            bounds: [[0.0, 10.0], [0.0, 10.0], [0.0, 50.0]],
+            periodic: [true, true, false],
+            ids: atoms.iter().map(|a| a.0).collect(),
+            species: vec![1; atoms.len()],
+            elements: Vec::new(),
+            positions: atoms.iter().map(|a| a.1).collect(),
+        }
+    }
+
+    fn dump(folder: &Path, step: usize, z: f64) {
+        let text = format!(
+            "ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS pp pp ff\n0 10\n0 10\n0 50\n\
+             ITEM: ATOMS id type x y z\n1 1 5 5 {z}\n"
+        );
+        std::fs::write(folder.join(format!("frame.{step}.dump")), text).expect("written");
+    }
+
+    #[test]
+    fn a_cut_last_line_is_left_out_and_other_damage_refused() {
+        let text = line(0, 0.0) + &line(1, 1.0);
+        for cut in line(0, 0.0).len()..text.len() {
+            let ladder = Ladder::parse(&text[..cut], Path::new("l")).expect("good");
+            assert_eq!(ladder.rungs.len(), 1, "cut at {cut}");
+        }
+        assert!(Ladder::parse(&line(1, 0.0), Path::new("l")).is_err());
+        assert!(Ladder::parse(&line(0, f64::NAN), Path::new("l")).is_err());
+        assert!(Ladder::parse("what\n", Path::new("l")).expect_err("bad").to_string().contains("line 1"));
+    }
+
+    #[test]
+    fn loads_are_bracketed_at_the_first_rise() {
+        // Adhesion pulls first, and a yield event drops the load.
+        let l = ladder(&[0.0, -1.0, 2.0, 1.5, 4.0]);
+        assert_eq!(l.bracket(1.0), Some(Bracket { lower: 1, weight: 2.0 / 3.0 }));
+        assert_eq!(l.bracket(1.8).map(|b| b.lower), Some(1));
+        assert_eq!(l.bracket(3.0).map(|b| b.lower), Some(3));
+        assert_eq!(l.bracket(4.1), None);
+        assert_eq!(Ladder::default().bracket(0.0), None);
+    }
+
+    #[test]
+    fn positions_are_linear_in_the_load_and_cross_faces_the_short_way() {
+        let below = frame(&[(1, [9.9, 5.0, 20.0]), (2, [1.0, 1.0, 18.0]), (9, [3.0, 3.0, 21.0])]);
+        let above = frame(&[(1, [0.3, 5.4, 19.0]), (4, [2.0, 2.0, 17.0]), (9, [3.0, 3.0, 20.0])]);
+        let (between, one_sided) = interpolate(&below, &above, 0.25);
+        assert_eq!((&between.ids[..], one_sided), (&[1, 2, 4, 9][..], 2));
+        let expected = [10.0, 5.1, 19.75];
+        assert!(between.positions[0].iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12));
+        assert_eq!(between.positions[2], [2.0, 2.0, 17.0]);
+        assert_eq!(between.positions[3], [3.0, 3.0, 20.75]);
+        assert_eq!(interpolate(&below, &above, 0.0).0.position(1), below.position(1));
+    }
+
+    #[test]
+    fn at_a_load_between_two_steps() {
+        let folder = tempfile::tempdir().expect("scratch");
+        (0..3).for_each(|k| dump(folder.path(), k, 20.0 - k as f64));
+        let l = ladder(&[0.0, 2.0, 6.0]);
+        let at = l.at_load(folder.path(), 3.0).expect("reached");
+        assert_eq!(at.frame.position(1), Some([5.0, 5.0, 18.75]));
+        assert!((at.displacement_angstrom - 0.375).abs() < 1e-12);
+        let error = l.at_load(folder.path(), 7.0).expect_err("not reached").to_string();
+        assert!(error.contains("passes 7.0000"), "{error}");
+    }
+
+    #[test]
+    fn going_on_drops_what_was_not_finished() {
+        let folder = tempfile::tempdir().expect("scratch");
+        let path = folder.path();
+        assert_eq!(prepare_resume(path).expect("empty"), None);
+        let whole: String = (0..3).map(|k| line(k, k as f64)).collect();
+        std::fs::write(path.join(LADDER_FILE), format!("{whole}3 0.9 3.")).expect("written");
+        (0..4).for_each(|k| dump(path, k, 20.0));
+        for k in 1..4 {
+            std::fs::write(path.join(format!("restart.{k}")), "state").expect("written");
+        }
+        assert_eq!(prepare_resume(path).expect("good"), Some(2));
+        assert_eq!(std::fs::read_to_string(path.join(LADDER_FILE)).expect("read"), whole);
+        assert!(!path.join("frame.3.dump").exists() && !path.join("restart.3").exists());
+        assert!(path.join("frame.2.dump").exists() && path.join("restart.1").exists());
+        // A lost restart file: one step further back.
+        std::fs::remove_file(path.join("restart.2")).expect("removed");
+        assert_eq!(prepare_resume(path).expect("good"), Some(1));
+        assert_eq!(Ladder::read(path).expect("good").rungs.len(), 2);
+        std::fs::remove_file(path.join("restart.1")).expect("removed");
+        assert_eq!(prepare_resume(path).expect("good"), None);
+        assert!(!path.join("frame.0.dump").exists());
+        assert_eq!(std::fs::read(path.join(LADDER_FILE)).expect("read"), b"");
+    }
+
+    #[test]
+    fn evaluations_belong_to_the_step_before_them() {
+        let log = "print \"ladder step $k\"\nladder step 0\n  Iterations, force evaluations = 12 24\nladder step 1\n\
+                   ladder step 1\n  Iterations, force evaluations = 3 5\nladder step 2\n";
+        assert_eq!(evaluations(log), BTreeMap::from([(0, 24), (1, 5)]));
+    }
+}

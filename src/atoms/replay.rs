@@ -1,0 +1,83 @@
+//! An engine that serves a recorded run step by step, for tests of everything that watches one.
+
+use std::io::Write;
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use super::engine::{Engine, Finished, Progress, Watcher, check_ladder, failed, is_complete, lock};
+use super::job::Job;
+use super::ladder::{self, LADDER_FILE, Ladder};
+use crate::error::LammpsFailure;
+use crate::{Error, Result};
+
+/// Plays the folder of a finished run (`ladder.txt`, frames, logs) into a job's folder.
+#[derive(Debug, Clone)]
+pub struct ReplayEngine {
+    pub recording: PathBuf,
+    /// Time each step takes.
+    pub pace: Duration,
+    pub time_limit: Option<Duration>,
+    /// Fails instead of finishing this step.
+    pub failure: Option<(usize, LammpsFailure)>,
+}
+
+impl ReplayEngine {
+    pub fn new(recording: impl Into<PathBuf>) -> Self {
+        ReplayEngine { recording: recording.into(), pace: Duration::ZERO, time_limit: None, failure: None }
+    }
+
+    fn copy(&self, job: &Job, name: &std::ffi::OsStr) -> Result<()> {
+        let from = self.recording.join(name);
+        std::fs::copy(&from, job.folder.join(name)).map(drop).map_err(Error::io("copy", &from))
+    }
+}
+
+impl Engine for ReplayEngine {
+    fn describe(&self) -> &str {
+        "replay of a recorded LAMMPS run"
+    }
+
+    fn run(&self, job: &Job, watch: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<Finished> {
+        let begun = Instant::now();
+        let _lock = lock(job)?;
+        let played = Ladder::read(&job.folder)?.last().map(|r| r.step);
+        let mut watcher = Watcher::new(job, begun, played);
+        if is_complete(job)? {
+            return Finished::collect(job, played, begun);
+        }
+        let recorded = Ladder::read(&self.recording)?;
+        let source = self.recording.join(LADDER_FILE);
+        let text = std::fs::read_to_string(&source).map_err(Error::io("read", &source))?;
+        let target = job.folder.join(LADDER_FILE);
+        for (rung, line) in recorded.rungs.iter().zip(text.split_inclusive('\n')).skip(played.map_or(0, |k| k + 1)) {
+            std::thread::sleep(self.pace);
+            if let Some(limit) = self.time_limit.filter(|limit| begun.elapsed() > *limit) {
+                return Err(failed(job, LammpsFailure::TimeLimit { seconds: limit.as_secs_f64() }));
+            }
+            if let Some((_, failure)) = self.failure.as_ref().filter(|(step, _)| *step == rung.step) {
+                return Err(failed(job, failure.clone()));
+            }
+            if let Some(name) = ladder::frame_file(&self.recording, rung.step)?.file_name() {
+                self.copy(job, name)?;
+            }
+            let mut out = std::fs::OpenOptions::new()
+                .create(true)
+                .append(true)
+                .open(&target)
+                .map_err(Error::io("open", &target))?;
+            out.write_all(line.as_bytes()).map_err(Error::io("write", &target))?;
+            if watcher.tell(&Ladder::read(&job.folder)?, watch).is_break() {
+                return Err(Error::Interrupted);
+            }
+            if job.is_last(rung.step, rung.load) {
+                break;
+            }
+        }
+        if self.recording.join("log.0").is_file() {
+            self.copy(job, "log.0".as_ref())?;
+        }
+        check_ladder(job)?;
+        Finished::collect(job, played, begun)
+    }
+}
