@@ -55,6 +55,9 @@ pub enum Error {
     /// A scene file or a command line with one or more bad values.
     #[error("{}", complaints(.place, .list))]
     Input { place: String, list: Vec<Complaint> },
+    /// A scene file that is not TOML, or has an unknown key or a value of the wrong type.
+    #[error("{}, line {line} ({text}): {message}", .file.display())]
+    Syntax { file: PathBuf, line: usize, text: String, message: String },
     /// A file whose contents are not what they should be.
     #[error("{}: {found}; accepted: {accepted}", .file.display())]
     Format { file: PathBuf, found: String, accepted: String },
@@ -124,7 +127,11 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         use std::io::ErrorKind::{OutOfMemory, QuotaExceeded, StorageFull};
         match self {
-            Error::Input { .. } | Error::Format { .. } | Error::Height { .. } | Error::Unsupported { .. } => 2,
+            Error::Input { .. }
+            | Error::Syntax { .. }
+            | Error::Format { .. }
+            | Error::Height { .. }
+            | Error::Unsupported { .. } => 2,
             Error::NotConverged { .. } => 3,
             Error::Lammps { .. } => 4,
             Error::Memory { .. } | Error::MissingProgram { .. } => 5,

@@ -19,6 +19,7 @@
 //! * [`pipeline`]: stages, their cache and the run folder.
 
 pub mod atoms;
+pub mod compare;
 pub mod error;
 pub mod grid;
 pub mod interface;
@@ -26,6 +27,7 @@ pub mod method;
 pub mod observe;
 pub mod record;
 pub mod report;
+pub mod scene;
 pub mod surface;
 pub mod sys;
 pub mod units;

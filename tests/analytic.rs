@@ -43,7 +43,7 @@ fn fraction(state: &State, grid: Grid) -> (f64, f64) {
 /// r = p/p_fc, p_fc = π E* A/λ.
 #[test]
 fn westergaard() {
-    /// One node on either side of the contact line.
+    // The fraction may be off by one node on either side of the contact line.
     let n = 1024;
     let amplitude = 0.01;
     let grid = Grid { nx: n, ny: 1, lx: 1.0, ly: 1.0 / n as f64 };

@@ -1,9 +1,6 @@
 //! The scaled-down block of atoms: potential, block, rigid rough indenter, the LAMMPS run and its frames.
 
 pub mod audit;
-pub mod modulus;
-pub mod potential;
-pub mod wall;
 pub mod block;
 pub mod contact;
 pub mod dump;
@@ -11,4 +8,7 @@ pub mod engine;
 pub mod indenter;
 pub mod job;
 pub mod ladder;
+pub mod modulus;
+pub mod potential;
 pub mod replay;
+pub mod wall;

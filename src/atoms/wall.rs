@@ -60,7 +60,7 @@ impl Wall {
     }
 
     /// n_s n₁ 2π, Å⁻⁴: turns ∫ V r dr into energy per area.
-    fn pairs(&self) -> f64 {
+    pub fn pairs(&self) -> f64 {
         let per_area = 2.0 / (self.a0_angstrom * self.a0_angstrom);
         2.0 * PI * per_area / (self.spacing_angstrom * self.spacing_angstrom)
     }

@@ -8,4 +8,4 @@ mod synthesis;
 
 pub use spectrum::{Amplitudes, Expected, Spectrum};
 pub use statistics::{Moments, PsdBin, Range, moments, psd, range};
-pub use synthesis::{Modes, lower_to_zero};
+pub use synthesis::{Modes, lower_to_zero, resample};

@@ -1,0 +1,410 @@
+use super::check::{complaints, cut_offs};
+use super::{Scene, Slope, Surface, SurfaceScene, Touching};
+use crate::atoms::audit::{Asked, AuditInput, Used, audit};
+use crate::atoms::block::Block;
+use crate::atoms::indenter::grid_points;
+use crate::atoms::job::Yukawa;
+use crate::atoms::potential::{CALCIUM, CALCIUM_ELEMENT, CALCIUM_MODULUS_GPA, Potential, SetflHeader};
+use crate::atoms::wall::{self, Wall as AtomWall};
+use crate::grid::Grid;
+use crate::interface::{Adhesion, Base, Elastic, Exponential, Layer, LennardJonesWall, Wall};
+use crate::method::Problem;
+use crate::record::heights::{self, Sign};
+use crate::record::results::AuditLine;
+use crate::surface::{Spectrum, moments, range};
+use crate::units::{GPA_PER_EV_A3, Scales};
+use crate::{Error, Result};
+use std::path::{Path, PathBuf};
+
+/// Poisson's ratio of the calcium-like block for the depth's effect: the Hill average of its elastic constants is 0.298.
+const BLOCK_POISSON: f64 = 0.3;
+
+/// Points of the comparison grid per indenter atom along a side: a quarter of the low-pass's sixteenth wave.
+const MATCHED_REFINEMENT: usize = 4;
+
+/// Low-pass wavelength of the indenter over its spacing: the shortest wave that atoms on a grid still follow.
+const LOW_PASS_SPACINGS: f64 = 4.0;
+
+/// A scene, checked and resolved into reduced numbers.
+#[derive(Debug, Clone)]
+pub struct Case {
+    pub scene: Scene,
+    /// The scene file, for messages and relative paths.
+    pub file: PathBuf,
+    pub scales: Scales,
+    pub surface: Surface,
+    pub grid: Grid,
+    /// rms gradient of the whole spectrum: p* is pressure over E* times this.
+    pub gradient: f64,
+    pub kernel: Elastic,
+    pub adhesion: Adhesion,
+    pub atoms: Option<AtomsCase>,
+    pub warnings: Vec<String>,
+}
+
+/// The adhesion that atoms carry, and what the continuum must carry to be compared with it.
+#[derive(Debug, Clone, Copy)]
+pub struct PairAdhesion {
+    pub pair: Yukawa,
+    /// Work of adhesion and range of two flats, reduced by the block.
+    pub gamma: f64,
+    pub rho: f64,
+    /// Factor on γ in the pair term that makes up for the soft wall.
+    pub calibration: f64,
+}
+
+/// The block of atoms of a case.
+#[derive(Debug, Clone)]
+pub struct AtomsCase {
+    pub block: Block,
+    /// Atoms along a side of the indenter.
+    pub points: usize,
+    pub wall: AtomWall,
+    /// `None`: the shipped calcium-like potential.
+    pub potential: Option<PathBuf>,
+    pub element: String,
+    pub mass_u: f64,
+    pub scales: Scales,
+    pub modulus_gpa: f64,
+    /// Shortest wavelength of the profile, units of L.
+    pub low_pass: f64,
+    /// Factor on the heights: 1 for the literal profile.
+    pub stretch: f64,
+    pub resolved_gradient: f64,
+    /// Load at p* = 1, eV/Å.
+    pub load_unit: f64,
+    pub adhesion: Option<PairAdhesion>,
+    pub audit: Vec<AuditLine>,
+    /// Grid on which the continuum is compared with the atoms.
+    pub matched: Grid,
+    /// First-touch mean gap of the profile, Å: the way the indenter can come down.
+    pub first_touch_gap_angstrom: f64,
+}
+
+impl Case {
+    /// Reads, checks and resolves a scene file.
+    pub fn read(file: &Path) -> Result<Case> {
+        Self::resolve(Scene::read(file)?, file)
+    }
+
+    /// `file` is named in messages and is what relative paths are relative to.
+    pub fn resolve(scene: Scene, file: &Path) -> Result<Case> {
+        let place = file.display().to_string();
+        let list = complaints(&scene);
+        if !list.is_empty() {
+            return Err(Error::Input { place, list });
+        }
+        let mut warnings = Vec::new();
+        let lab = &scene.laboratory;
+        let scales = Scales { length_m: lab.length_um * 1e-6, modulus_pa: lab.contact_modulus_mpa * 1e6 };
+        let surface = surface(&scene, file)?;
+        let (grid, gradient) = match &surface {
+            Surface::Synthesised { modes, spectrum, .. } => {
+                let grid = Grid::unit(scene.surface.grid, scene.surface.grid);
+                if !modes.held_by(grid) {
+                    let kept = spectrum.expected(1.0, 2.0 / grid.nx as f64).rms_gradient;
+                    warnings.push(format!(
+                        "the grid of {0}² points cannot hold λ_s: modes above n = {1} are left out and {kept:.3} of the \
+                         rms gradient {2} is resolved ({3}² points would hold all)",
+                        grid.nx,
+                        (grid.nx - 1) / 2,
+                        spectrum.rms_gradient,
+                        2 * spectrum.largest_modes(1.0).0 + 2
+                    ));
+                }
+                (grid, spectrum.rms_gradient)
+            }
+            Surface::Imported { grid, heights, .. } => (*grid, moments(*grid, heights).rms_gradient),
+        };
+        if gradient == 0.0 {
+            let found = "a flat surface, rms gradient 0";
+            return Err(Error::input(
+                place,
+                "load.p_star",
+                found,
+                "a rough surface: p* is pressure over E* times rms gradient",
+            ));
+        }
+        let adhesion = scene.adhesion.as_ref().map_or(Adhesion::None, |a| {
+            Adhesion::exponential(
+                scales.reduced_energy_per_area(a.work_of_adhesion_mj_m2 * 1e-3),
+                a.range_nm * 1e-9 / scales.length_m,
+            )
+        });
+        if let Adhesion::Exponential(e) = adhesion {
+            warnings.extend(unresolved_adhesion(e, grid));
+        }
+        let kernel = scene.continuum.layer.as_ref().map_or(Elastic::HalfSpace, |l| {
+            Elastic::Layer(Layer { thickness: l.thickness_um / lab.length_um, poisson: l.poisson, base: l.base })
+        });
+        let mut case = Case {
+            scene,
+            file: file.to_path_buf(),
+            scales,
+            surface,
+            grid,
+            gradient,
+            kernel,
+            adhesion,
+            atoms: None,
+            warnings,
+        };
+        if case.scene.atoms.is_some() {
+            case.atoms = Some(AtomsCase::resolve(&case)?);
+            case.warnings.extend(case.atoms.iter().flat_map(|a| a.warnings(case.gradient)));
+        }
+        Ok(case)
+    }
+
+    /// Mean pressures over E* of the load path.
+    pub fn pressures(&self) -> Vec<f64> {
+        self.scene.load.p_star.iter().map(|p| p * self.gradient).collect()
+    }
+
+    /// The laboratory-scale problem on the scene's grid.
+    pub fn problem<'a>(&self, heights: &'a [f64]) -> Problem<'a> {
+        let c = &self.scene.continuum;
+        Problem {
+            grid: self.grid,
+            heights,
+            kernel: self.kernel,
+            adhesion: self.adhesion,
+            wall: Wall::Hard,
+            precision: c.precision,
+            tolerance: c.tolerance_or_default(),
+            max_iterations: c.max_iterations,
+        }
+    }
+
+    /// Path as the scene file means it.
+    pub fn beside(&self, path: &Path) -> PathBuf {
+        beside(&self.file, path)
+    }
+}
+
+fn beside(file: &Path, path: &Path) -> PathBuf {
+    file.parent().unwrap_or(Path::new("")).join(path)
+}
+
+fn surface(scene: &Scene, file: &Path) -> Result<Surface> {
+    let s: &SurfaceScene = &scene.surface;
+    if let Some(path) = &s.heights {
+        let path = beside(file, path);
+        let (map, declared) = heights::read(&path)?;
+        let sign = match s.touching {
+            Some(Touching::HighPoints) => Sign::HighFirst,
+            _ => Sign::LowFirst,
+        };
+        if let Some(says) = declared.sign.filter(|d| *d != sign) {
+            let key = "surface.touching";
+            let found = format!("{:?}, but {} declares that {}", s.touching, path.display(), says.words());
+            return Err(Error::input(file.display(), key, found, "the sign that the height file declares"));
+        }
+        let unit = s.heights_unit_um / scene.laboratory.length_um;
+        let mut map = map.low_first(sign);
+        map.heights.iter_mut().for_each(|h| *h *= unit);
+        return Ok(Surface::imported(map, format!("read from {}", path.display())));
+    }
+    let (lambda_r, lambda_s) = cut_offs(s, scene.laboratory.length_um);
+    let spectrum =
+        Spectrum { hurst: s.hurst, lambda_r, lambda_s, rms_gradient: s.rms_gradient, amplitudes: s.amplitudes };
+    Ok(Surface::synthesised(spectrum, s.seed))
+}
+
+/// Below this cohesive resolution `ρ/√(γ dx/E*)` every node of the contact line is bistable by itself: areas found on
+/// different paths differ by several per cent at 1.0 and by a tenth of one at 1.4.
+pub const COHESIVE_RESOLUTION: f64 = 1.4;
+
+fn unresolved_adhesion(law: Exponential, grid: Grid) -> Option<String> {
+    let c = law.rho / (law.gamma * grid.dx()).sqrt();
+    (c < COHESIVE_RESOLUTION).then(|| {
+        let points = (law.gamma / (law.rho / COHESIVE_RESOLUTION).powi(2)).ceil();
+        format!(
+            "the grid does not resolve the adhesion: ρ/√(γ dx/E*) = {c:.2}, and below {COHESIVE_RESOLUTION} contact \
+             lines are pinned to the grid and the answer depends on the path ({points:.0} points per side would do)"
+        )
+    })
+}
+
+impl AtomsCase {
+    fn resolve(case: &Case) -> Result<AtomsCase> {
+        let place = case.file.display().to_string();
+        let a = case.scene.atoms.as_ref().expect("called for scenes with atoms");
+        let (a0, modulus_gpa, cutoff, mass_u) = match &a.potential {
+            None => {
+                let (symbol, _, mass) = CALCIUM_ELEMENT;
+                if a.element != symbol {
+                    let accepted =
+                        format!("{symbol:?}, the element of the shipped potential, or another atoms.potential");
+                    return Err(Error::input(place, "atoms.element", format!("{:?}", a.element), accepted));
+                }
+                (CALCIUM.a0, CALCIUM_MODULUS_GPA, CALCIUM.rc, mass)
+            }
+            Some(path) => {
+                let path = case.beside(path);
+                let header = SetflHeader::read(&path)?;
+                let element = header.element(&path, &a.element)?;
+                let known = a.lattice_constant_angstrom.zip(a.contact_modulus_gpa);
+                let (a0, modulus) = known.expect("checked: both are given with another potential");
+                (a0, modulus, header.cutoff_angstrom, element.mass_u)
+            }
+        };
+        let block = Block::new(a.cells, a.depth_cells, a0, cutoff)?;
+        if case.grid.lx != case.grid.ly {
+            let found = format!("{} x {} points", case.grid.nx, case.grid.ny);
+            return Err(Error::input(place, "surface.heights", found, "a square cell: the block of atoms is square"));
+        }
+        let points = grid_points(a.cells, a0);
+        let length = block.length();
+        let wall = AtomWall::new(length / points as f64, a0)?;
+        let low_pass_angstrom = a.low_pass_angstrom.unwrap_or(LOW_PASS_SPACINGS * wall.spacing_angstrom);
+        let low_pass = low_pass_angstrom / length;
+        if low_pass_angstrom < 2.0 * wall.spacing_angstrom || low_pass > 1.0 {
+            let accepted =
+                format!("{:.2} (two spacings of the indenter's atoms) to {length:.1} Å", 2.0 * wall.spacing_angstrom);
+            return Err(Error::input(place, "atoms.low_pass_angstrom", low_pass_angstrom, accepted));
+        }
+        let scales = Scales { length_m: length * crate::units::ANGSTROM_M, modulus_pa: modulus_gpa * 1e9 };
+        let matched = Grid::unit(MATCHED_REFINEMENT * points, MATCHED_REFINEMENT * points);
+        let profile = case.surface.heights(matched, low_pass);
+        let resolved = moments(matched, &profile);
+        if resolved.rms_gradient == 0.0 {
+            let found = format!("{low_pass_angstrom} (nothing of the profile is left)");
+            return Err(Error::input(
+                place,
+                "atoms.low_pass_angstrom",
+                found,
+                "a wavelength below the profile's longest",
+            ));
+        }
+        let stretch = match a.slope {
+            Slope::Literal => 1.0,
+            Slope::Renormalised => case.gradient / resolved.rms_gradient,
+        };
+        let load_unit = length * length * scales.stress_ev_a3(1.0) * case.gradient;
+        let adhesion = pair_adhesion(case, a.adhesion_range_angstrom, &wall, scales)?;
+        let (asked_gamma, asked_rho) = match case.adhesion {
+            Adhesion::None => (0.0, 0.0),
+            Adhesion::Exponential(e) => (e.gamma, e.rho),
+        };
+        let (lambda_s, curvature_radius) = match &case.surface {
+            Surface::Synthesised { spectrum, .. } => (spectrum.lambda_s, spectrum.expected(1.0, 0.0).curvature_radius),
+            Surface::Imported { grid, heights, .. } => (2.0 * grid.dx(), moments(*grid, heights).curvature_radius()),
+        };
+        let p_star = case.scene.load.p_star.iter().copied().fold(0.0, f64::max);
+        let audit = audit(&AuditInput {
+            asked: Asked {
+                p_star,
+                gamma: asked_gamma,
+                rho: asked_rho,
+                rms_gradient: case.gradient,
+                lambda_s,
+                curvature_radius,
+            },
+            used: Used {
+                length_angstrom: length,
+                depth_angstrom: block.thickness(),
+                a0_angstrom: a0,
+                modulus_gpa,
+                poisson: BLOCK_POISSON,
+                p_star,
+                gamma_ev_a2: adhesion.map_or(0.0, |p| scales.energy_per_area_ev_a2(p.gamma)),
+                rho_angstrom: if adhesion.is_some() { a.adhesion_range_angstrom } else { 0.0 },
+                rms_gradient: case.gradient,
+                resolved_gradient: resolved.rms_gradient * stretch,
+                lambda_min_angstrom: low_pass_angstrom,
+                curvature_radius_angstrom: resolved.curvature_radius() / stretch * length,
+                net_points: points,
+                crystal_cells: a.cells,
+            },
+        })?;
+        let extent = range(&profile);
+        Ok(AtomsCase {
+            block,
+            points,
+            wall,
+            potential: a.potential.as_ref().map(|p| case.beside(p)),
+            element: a.element.clone(),
+            mass_u,
+            scales,
+            modulus_gpa,
+            low_pass,
+            stretch,
+            resolved_gradient: resolved.rms_gradient * stretch,
+            load_unit,
+            adhesion,
+            audit,
+            matched,
+            first_touch_gap_angstrom: (extent.mean - extent.min) * stretch * length,
+        })
+    }
+
+    /// Heights of the profile in Å on a grid over the block, lowest at 0.
+    pub fn heights_angstrom(&self, surface: &Surface, grid: Grid) -> Vec<f64> {
+        let scale = self.stretch * self.block.length();
+        surface.heights(grid, self.low_pass).into_iter().map(|h| h * scale).collect()
+    }
+
+    /// The block's own elastic layer.
+    pub fn kernel(&self) -> Elastic {
+        let thickness = self.block.thickness() / self.block.length();
+        Elastic::Layer(Layer { thickness, poisson: BLOCK_POISSON, base: Base::Bonded })
+    }
+
+    /// The areal law of the indenter's atoms over the block, reduced.
+    pub fn soft_wall(&self) -> LennardJonesWall {
+        // Areal pressure = 2π n N d V(d): from eV/Å⁴·Å to E*/L · L.
+        let unit = self.block.length() * GPA_PER_EV_A3 / self.modulus_gpa;
+        LennardJonesWall {
+            strength: self.wall.pairs() * self.wall.epsilon_ev * unit,
+            sigma: self.wall.sigma_angstrom / self.block.length(),
+        }
+    }
+
+    /// Adhesion of the continuum to be compared with the atoms, for a hard or for the soft wall.
+    pub fn matched_adhesion(&self, soft: bool) -> Adhesion {
+        self.adhesion
+            .map_or(Adhesion::None, |a| Adhesion::exponential(a.gamma * if soft { a.calibration } else { 1.0 }, a.rho))
+    }
+
+    /// The shipped potential as `setfl` text, where no other is asked for.
+    pub fn shipped_potential() -> Potential {
+        Potential::calcium()
+    }
+
+    fn warnings(&self, gradient: f64) -> Vec<String> {
+        let mut list = Vec::new();
+        if self.stretch != 1.0 {
+            list.push(format!(
+                "the resolved slope of the indenter is scaled up by {:.2} to the whole spectrum's: contact stresses will \
+                 exceed the crystal's strength from the first contact on, and areas will not agree with elasticity",
+                self.stretch
+            ));
+        }
+        if self.resolved_gradient < 0.999 * gradient {
+            list.push(format!(
+                "atoms resolve {:.3} of the rms gradient {gradient}: wavelengths below {:.1} Å are left out, here and in \
+                 the continuum that the atoms are compared with",
+                self.resolved_gradient,
+                self.low_pass * self.block.length()
+            ));
+        }
+        list
+    }
+}
+
+fn pair_adhesion(case: &Case, rho_angstrom: f64, wall: &AtomWall, scales: Scales) -> Result<Option<PairAdhesion>> {
+    let Adhesion::Exponential(law) = case.adhesion else { return Ok(None) };
+    let gamma_ev_a2 = scales.energy_per_area_ev_a2(law.gamma);
+    let pair = wall::Adhesion::new(wall, gamma_ev_a2, rho_angstrom)?;
+    Ok(Some(PairAdhesion {
+        pair: Yukawa {
+            amplitude_ev_angstrom: pair.coefficient_ev_angstrom,
+            kappa_per_angstrom: pair.kappa_per_angstrom(),
+            cutoff_angstrom: pair.cutoff_angstrom,
+        },
+        gamma: law.gamma,
+        rho: rho_angstrom * crate::units::ANGSTROM_M / scales.length_m,
+        calibration: pair.calibration,
+    }))
+}

@@ -1,0 +1,175 @@
+//! What a scene may say. Every complaint is collected, so that a user mends a scene once.
+
+use super::{Scene, SurfaceScene};
+use crate::error::Complaint;
+use crate::method;
+
+struct Complaints(Vec<Complaint>);
+
+impl Complaints {
+    fn unless(&mut self, good: bool, key: &str, found: impl ToString, accepted: &str) {
+        if !good {
+            self.0.push(Complaint::new(key, found, accepted));
+        }
+    }
+
+    /// Positive and finite.
+    fn positive(&mut self, key: &str, value: f64) {
+        self.unless(value.is_finite() && value > 0.0, key, value, "a positive number");
+    }
+}
+
+/// Roll-off and cut-off wavelengths over the cell's extent, whichever way they are given.
+pub(super) fn cut_offs(surface: &SurfaceScene, length_um: f64) -> (f64, f64) {
+    let pick = |um: Option<f64>, mode: Option<f64>, default: f64| match (um, mode) {
+        (Some(um), _) => um / length_um,
+        (None, Some(mode)) => 1.0 / mode,
+        (None, None) => default,
+    };
+    (
+        pick(surface.roll_off_um, surface.roll_off_mode, crate::surface::Spectrum::CHALLENGE.lambda_r),
+        pick(surface.cut_off_um, surface.cut_off_mode, crate::surface::Spectrum::CHALLENGE.lambda_s),
+    )
+}
+
+pub(super) fn complaints(scene: &Scene) -> Vec<Complaint> {
+    let mut c = Complaints(Vec::new());
+    let name_ok = !scene.name.is_empty()
+        && scene.name.chars().all(|ch| ch.is_alphanumeric() || "-_.".contains(ch))
+        && !scene.name.starts_with('.');
+    c.unless(
+        name_ok,
+        "name",
+        format!("{:?}", scene.name),
+        "letters, digits, '-', '_' and '.' (it names the run folder)",
+    );
+    c.positive("laboratory.length_um", scene.laboratory.length_um);
+    c.positive("laboratory.contact_modulus_mpa", scene.laboratory.contact_modulus_mpa);
+    surface(&mut c, scene);
+    loads(&mut c, scene);
+    if let Some(a) = &scene.adhesion {
+        let gamma = a.work_of_adhesion_mj_m2;
+        c.unless(
+            gamma.is_finite() && gamma >= 0.0,
+            "adhesion.work_of_adhesion_mj_m2",
+            gamma,
+            "a number, zero or above",
+        );
+        c.positive("adhesion.range_nm", a.range_nm);
+    }
+    continuum(&mut c, scene);
+    if scene.atoms.is_some() {
+        atoms(&mut c, scene);
+    }
+    c.0
+}
+
+fn surface(c: &mut Complaints, scene: &Scene) {
+    let s = &scene.surface;
+    if s.heights.is_some() {
+        c.unless(
+            s.touching.is_some(),
+            "surface.touching",
+            "not given",
+            "\"low-points\" or \"high-points\": a height file does not say which of its points touch first",
+        );
+        c.positive("surface.heights_unit_um", s.heights_unit_um);
+        return;
+    }
+    c.unless((2..=65_536).contains(&s.grid), "surface.grid", s.grid, "2 to 65536 points per side");
+    c.unless(s.hurst > 0.0 && s.hurst <= 1.0, "surface.hurst", s.hurst, "a Hurst exponent above 0 and up to 1");
+    c.positive("surface.rms_gradient", s.rms_gradient);
+    let both = |a: Option<f64>, b: Option<f64>| a.is_some() && b.is_some();
+    for (wave, mode, um, number) in [
+        ("surface.roll_off_um", "surface.roll_off_mode", s.roll_off_um, s.roll_off_mode),
+        ("surface.cut_off_um", "surface.cut_off_mode", s.cut_off_um, s.cut_off_mode),
+    ] {
+        c.unless(!both(um, number), wave, "given together with its mode number", "one of the two");
+        if let Some(um) = um {
+            c.positive(wave, um);
+        }
+        if let Some(n) = number {
+            c.positive(mode, n);
+        }
+    }
+    let (roll_off, cut_off) = cut_offs(s, scene.laboratory.length_um);
+    c.unless(
+        cut_off <= roll_off || cut_off.is_nan() || roll_off.is_nan(),
+        "surface.cut_off_um",
+        format!("{} (roll-off {})", cut_off * scene.laboratory.length_um, roll_off * scene.laboratory.length_um),
+        "a short cut-off wavelength no longer than the roll-off wavelength",
+    );
+    c.unless(
+        roll_off <= 1.0,
+        "surface.roll_off_um",
+        roll_off * scene.laboratory.length_um,
+        "at most the cell's length",
+    );
+    // The random numbers of a mode are keyed by 32-bit mode numbers; long before that, 1e5 modes a side take minutes.
+    c.unless(cut_off >= 1e-5, "surface.cut_off_um", cut_off * scene.laboratory.length_um, "at least 1e-5 of the cell");
+}
+
+fn loads(c: &mut Complaints, scene: &Scene) {
+    let p = &scene.load.p_star;
+    c.unless(!p.is_empty(), "load.p_star", "[]", "at least one load");
+    for (i, value) in p.iter().enumerate() {
+        c.unless(
+            value.is_finite() && *value > 0.0,
+            &format!("load.p_star[{i}]"),
+            value,
+            "a positive number: without load control by displacement, a pull has no equilibrium",
+        );
+    }
+}
+
+fn continuum(c: &mut Complaints, scene: &Scene) {
+    let m = &scene.continuum;
+    let ids = method::ids().join(", ");
+    c.unless(method::find(&m.method).is_some(), "continuum.method", format!("{:?}", m.method), &ids);
+    if let Some(t) = m.tolerance {
+        c.unless(t > 0.0 && t < 1.0, "continuum.tolerance", t, "a number between 0 and 1");
+    }
+    c.unless(m.max_iterations > 0, "continuum.max_iterations", m.max_iterations, "at least 1");
+    if let Some(layer) = &m.layer {
+        c.positive("continuum.layer.thickness_um", layer.thickness_um);
+        let nu = layer.poisson;
+        c.unless((0.0..=0.5).contains(&nu), "continuum.layer.poisson", nu, "a Poisson's ratio from 0 to 0.5");
+    }
+}
+
+fn atoms(c: &mut Complaints, scene: &Scene) {
+    let Some(a) = &scene.atoms else { return };
+    c.unless((4..=2000).contains(&a.cells), "atoms.cells", a.cells, "4 to 2000 lattice constants");
+    c.unless((1..=1000).contains(&a.depth_cells), "atoms.depth_cells", a.depth_cells, "1 to 1000 lattice constants");
+    c.unless(
+        !a.element.is_empty() && a.element.chars().all(|ch| ch.is_ascii_alphanumeric()),
+        "atoms.element",
+        format!("{:?}", a.element),
+        "a chemical symbol",
+    );
+    for (key, value) in [
+        ("atoms.step_angstrom", Some(a.step_angstrom)),
+        ("atoms.force_tolerance_ev_per_angstrom", Some(a.force_tolerance_ev_per_angstrom)),
+        ("atoms.adhesion_range_angstrom", Some(a.adhesion_range_angstrom)),
+        ("atoms.low_pass_angstrom", a.low_pass_angstrom),
+        ("atoms.lattice_constant_angstrom", a.lattice_constant_angstrom),
+        ("atoms.contact_modulus_gpa", a.contact_modulus_gpa),
+        ("atoms.time_limit_s", a.time_limit_s),
+    ] {
+        if let Some(v) = value {
+            c.positive(key, v);
+        }
+    }
+    c.unless((1..=1024).contains(&a.ranks), "atoms.ranks", a.ranks, "1 to 1024 MPI ranks");
+    for (key, given) in [
+        ("atoms.lattice_constant_angstrom", a.lattice_constant_angstrom.is_some()),
+        ("atoms.contact_modulus_gpa", a.contact_modulus_gpa.is_some()),
+    ] {
+        c.unless(
+            a.potential.is_none() || given,
+            key,
+            "not given",
+            "the value for atoms.potential (`asperity potential --measure` finds it)",
+        );
+    }
+}
