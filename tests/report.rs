@@ -126,6 +126,7 @@ fn atoms(folder: &Path) -> AtomsResults {
         depth_cells: 10,
         a0_angstrom: 5.5884,
         length_angstrom: LENGTH_ANGSTROM,
+        modulus_gpa: Some(28.57),
         deformable: 186_624,
         fixed: 20_736,
         indenter: 10_368,
@@ -178,9 +179,9 @@ fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResults {
     let section = |p_star: f64| Section {
         p_star,
         y: y.clone(),
-        atoms_gap_angstrom: gap(0.0135 + 0.5 * p_star).iter().map(|g| g + 0.2).collect(),
-        hard_gap_angstrom: gap(0.015 + 0.5 * p_star),
-        soft_gap_angstrom: gap(0.014 + 0.5 * p_star),
+        atoms_gap_angstrom: gap(0.0115 + 0.5 * p_star).iter().map(|g| g + 0.2).collect(),
+        hard_gap_angstrom: gap(0.012 + 0.5 * p_star),
+        soft_gap_angstrom: gap(0.0117 + 0.5 * p_star),
     };
     ComparisonResults {
         loads: loads.collect(),
@@ -223,7 +224,7 @@ fn run_folder(folder: &Path) -> Results {
                 statistic("mean curvature", "1/R_c", "1/µm", None, 16.44, None),
             ],
             psd: (1..60)
-                .map(|n| f64::from(n))
+                .map(f64::from)
                 .map(|n| PsdPoint {
                     mode: n,
                     realised: 1e-5 * n.powf(-3.6) * (1.0 + 0.5 * (7.0 * n).sin()),

@@ -159,6 +159,9 @@ pub struct AtomsResults {
     pub depth_cells: usize,
     pub a0_angstrom: f64,
     pub length_angstrom: f64,
+    /// Contact modulus E* of the block, for stresses in GPa; files without it show them in units of E*.
+    #[serde(default)]
+    pub modulus_gpa: Option<f64>,
     pub deformable: usize,
     pub fixed: usize,
     pub indenter: usize,

@@ -55,6 +55,12 @@ pub fn si(value: f64, unit: &str, n: usize) -> String {
     format!("{} {prefix}{unit}", significant(value / scaled, n))
 }
 
+/// [`si`] for a value that a person chose: up to four digits, none of them a needless zero.
+pub fn si_given(value: f64, unit: &str) -> String {
+    let (scaled, prefix) = si_scale(value);
+    format!("{} {prefix}{unit}", trimmed(value / scaled, 4))
+}
+
 /// The factor and prefix [`si`] would use: for axes, whose ticks share one.
 pub fn si_scale(value: f64) -> (f64, &'static str) {
     const PREFIXES: [(f64, &str); 9] = [
@@ -139,6 +145,7 @@ mod tests {
         assert_eq!(si(0.99999, "m", 3), "1.00 m");
         assert_eq!(si(2.857e10, "Pa", 4), "28.57 GPa");
         assert_eq!(si(0.0, "m", 3), "0 m");
+        assert_eq!(si_given(9.7797e-8, "m"), "97.8 nm");
         let times = [0.0, 0.25, 12.34, 99.6, 3599.6, 7300.0].map(duration);
         assert_eq!(times, ["< 1 ms", "250 ms", "12 s", "1 min 40 s", "60 min 00 s", "2 h 02 min"]);
         assert_eq!(memory(1_500_000_000), "1.5 GB");

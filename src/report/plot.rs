@@ -14,7 +14,7 @@ const WIDTH: u32 = 1440;
 const TEXT: i32 = 33;
 const LEGEND_ROW: i32 = 46;
 /// Width of an average character over the font's nominal size, sans-serif; only the legend's line breaks need it.
-const CHARACTER: f64 = 0.50;
+const CHARACTER: f64 = 0.45;
 /// Length of a line sample in the legend, and the room between its entries.
 const SAMPLE: i32 = 84;
 
@@ -138,12 +138,13 @@ impl Plot {
         let (top, frame) = root.split_vertically(legend);
         draw_legend(&top, &rows)?;
         // Room for the longest tick label, which is turned no way: about half a font size per character.
-        let y_room = y.labels().map(|l| l.chars().count()).max().unwrap_or(1) as f64 * CHARACTER * f64::from(TEXT);
+        let y_room =
+            y.labels().map(|l| l.chars().count()).max().unwrap_or(1).max(5) as f64 * CHARACTER * f64::from(TEXT);
         let mut chart = ChartBuilder::on(&frame)
             .margin_right(60)
             .margin_top(14)
-            .x_label_area_size(100)
-            .y_label_area_size(y_room as i32 + 84)
+            .x_label_area_size(92)
+            .y_label_area_size(y_room as i32 + 92)
             .build_cartesian_2d(x.clone(), y.clone())?;
         chart
             .configure_mesh()
@@ -152,6 +153,8 @@ impl Plot {
             .axis_style(BLACK.stroke_width(2))
             .label_style(("sans-serif", TEXT).into_font().color(&BLACK))
             .axis_desc_style(("sans-serif", TEXT + 2).into_font().color(&BLACK))
+            .set_tick_mark_size(LabelAreaPosition::Left, 10)
+            .set_tick_mark_size(LabelAreaPosition::Bottom, 10)
             .x_labels(x.ticks.len())
             .y_labels(y.ticks.len())
             .x_desc(format!("{}{}", self.x_label, x.factor_note()))
@@ -369,7 +372,7 @@ mod tests {
         assert_eq!(labels(Axis::Log, 0.02_f64.log10(), 0.09_f64.log10()), ["0.02", "0.05", "0.1"]);
         let small = Scale::new(Axis::Linear, &[0.0, 3e-5]);
         assert_eq!(small.factor_note(), " × 10⁵");
-        assert!(small.labels().any(|l| l == "1.0"), "{:?}", small.labels().collect::<Vec<_>>());
+        assert!(small.labels().any(|l| l == "1"), "{:?}", small.labels().collect::<Vec<_>>());
         assert_eq!(labels(Axis::Linear, 5.0, 5.0).len(), 5);
     }
 

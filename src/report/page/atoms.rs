@@ -2,11 +2,11 @@
 
 use maud::{Markup, html};
 
-use super::desk::{Desk, figure, table, text};
+use super::desk::{Desk, figure, symbol, table, text};
 use crate::error::Result;
 use crate::record::results::{AtomsResults, AuditLine, LadderStep};
 use crate::report::number::{count, percent, significant, trimmed};
-use crate::report::plot::{ATOMS, Axis, Curve, Plot, Style};
+use crate::report::plot::{ATOMS, Axis, Curve, Plot};
 
 pub fn section(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
     let states = atoms
@@ -27,7 +27,7 @@ pub fn section(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
     let head =
         ["p*", "contact", "contact atoms", "of these below the surface", "mean gap", "stress in the contact", "frame"];
     Ok(html! {
-        p { "The same dimensionless problem on a cell of " (significant(atoms.length_angstrom / 10.0, 4)) " nm: a block of "
+        p { "The same dimensionless problem on a cell of " (trimmed(atoms.length_angstrom / 10.0, 4)) " nm: a block of "
             (atoms.cells) " × " (atoms.cells) " × " (atoms.depth_cells) " lattice cells (lattice constant "
             (trimmed(atoms.a0_angstrom, 5)) " Å), " (count(atoms.deformable)) " atoms that move on " (count(atoms.fixed))
             " that do not, under a rigid rough indenter of " (count(atoms.indenter)) " atoms. Potential: "
@@ -38,7 +38,7 @@ pub fn section(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
         @if !atoms.states.is_empty() {
             h3 { "States at the asked loads" }
             (table(&head, states))
-            p.quiet { "Contact is the share of the surface layer's atoms that touch. More than a few contact atoms from below "
+            p.quiet { "Contact is the share of the surface layer’s atoms that touch. More than a few contact atoms from below "
                 "the surface mean that material has flowed, which no elastic method can follow." }
         }
     })
@@ -54,7 +54,7 @@ fn audit(lines: &[AuditLine]) -> Markup {
                 html! { span.bad { (l.verdict) } }
             };
             vec![
-                html! { (l.group) " " i { (l.symbol) } },
+                html! { (l.group) " " (symbol(&l.symbol)) },
                 text(significant(l.asked, 4)),
                 text(significant(l.used, 4)),
                 verdict,
@@ -64,7 +64,7 @@ fn audit(lines: &[AuditLine]) -> Markup {
         .collect();
     html! {
         p { "The dimensionless groups that make two problems the same: what the scene asks and what the atoms run with. Where "
-            "they differ, the comparison below is made at the atoms' values on both sides." }
+            "they differ, the comparison below is made at the atoms’ values on both sides." }
         (table(&["group", "asked", "used", "verdict", "reason"], rows))
     }
 }
@@ -78,7 +78,7 @@ fn ladder(desk: &Desk, steps: &[LadderStep]) -> Result<Option<Markup>> {
         y_label: y_label.into(),
         curves: vec![Curve {
             label: String::new(),
-            style: Style { ..ATOMS },
+            style: ATOMS,
             points: steps.iter().map(|s| (s.displacement_angstrom, of(s))).collect(),
         }],
         include: vec![],

@@ -10,7 +10,7 @@ use crate::record::results::{
     AtomState, AtomsResults, ComparisonResults, ContinuumResults, CriterionMatch, LoadComparison, Results, Section,
     StateResults,
 };
-use crate::report::number::{count, percent, significant, trimmed};
+use crate::report::number::{count, percent, si, significant, trimmed};
 use crate::report::picture::{self, BLACK, BLUE, LONGEST_SIDE, ORANGE, Range, Rgb};
 use crate::report::plot::{ATOMS, Axis, Curve, HARD, LABORATORY, Plot, SOFT, Style, THRESHOLD, UNCONVERGED};
 
@@ -28,20 +28,26 @@ pub fn matched(load: &LoadComparison) -> Option<&CriterionMatch> {
     ["soft wall", "threshold"].iter().find_map(|id| load.continuum.iter().find(|m| m.id == *id))
 }
 
-pub fn section(desk: &Desk, results: &Results, atoms: &AtomsResults, c: &ComparisonResults) -> Result<Markup> {
-    let (length_m, modulus_pa) = (atoms.length_angstrom * 1e-10, results.scales.modulus_pa);
+pub fn section(desk: &Desk, atoms: &AtomsResults, c: &ComparisonResults) -> Result<Markup> {
+    let units = |s: &StateResults| {
+        let pressure = match atoms.modulus_gpa {
+            Some(e) => si(s.pressure * e * 1e9, "Pa", 3),
+            None => format!("{} E*", significant(s.pressure, 3)),
+        };
+        [pressure, format!("{} Å", significant(s.mean_gap * atoms.length_angstrom, 4))]
+    };
     let mut loads = Vec::new();
     for (i, load) in c.loads.iter().enumerate() {
         loads.push(one_load(desk, atoms, c, load, i + 1)?);
     }
     Ok(html! {
-        p { "Both sides have the same heights, the same load and the same elastic body at the atoms' scale; what differs is "
+        p { "Both sides have the same heights, the same load and the same elastic body at the atoms’ scale; what differs is "
             "the method and what it calls contact. The continuum is solved twice: with a hard wall, and with a soft wall that "
-            "has the areal law of the atoms' interaction." }
+            "has the areal law of the atoms’ interaction." }
         h3 { "Continuum with a hard wall" }
-        (setting(&c.hard)) (states(&c.hard, length_m, modulus_pa))
-        h3 { "Continuum with the atoms' soft wall" }
-        (setting(&c.soft)) (states(&c.soft, length_m, modulus_pa))
+        (setting(&c.hard)) (states(&c.hard, &units))
+        h3 { "Continuum with the atoms’ soft wall" }
+        (setting(&c.soft)) (states(&c.soft, &units))
         @for l in &loads { (l) }
         (sections(desk, &c.sections)?)
     })
@@ -83,14 +89,14 @@ fn continuum_contact(
     load: &LoadComparison,
     m: &CriterionMatch,
 ) -> Result<Option<Contact>> {
-    let (of, wall) = if m.id == "soft wall" { (&c.soft, "soft wall") } else { (&c.hard, "hard wall") };
+    let (of, wall) = if m.id == "soft wall" { (&c.soft, "Soft wall") } else { (&c.hard, "Hard wall") };
     let Some(file) = gap_of(of, load.p_star) else { return Ok(None) };
     let threshold = m.threshold_angstrom / atoms.length_angstrom;
     let map = picture::load(&desk.field(file)?, LONGEST_SIDE, |gap| f64::from(u8::from(gap <= threshold)))?;
     let what = if m.id == "plain" {
-        format!("Continuum, {wall}: gap = 0")
+        format!("{wall}, gap = 0")
     } else {
-        format!("Continuum, {wall}: gap ≤ {} Å", trimmed(m.threshold_angstrom, 3))
+        format!("{wall}, gap ≤ {} Å", trimmed(m.threshold_angstrom, 3))
     };
     Ok(Some(Contact { title: what, map, share: m.contact_fraction }))
 }
@@ -124,7 +130,7 @@ fn contact_maps(
     if let Some((contact, m)) = drawn.last() {
         if (contact.map.nx, contact.map.ny) != (touching.nx, touching.ny) {
             let found = format!("a map of {} × {} cells after reduction", touching.nx, touching.ny);
-            let accepted = format!("the grid of the continuum's gap ({} × {})", contact.map.nx, contact.map.ny);
+            let accepted = format!("the grid of the continuum’s gap ({} × {})", contact.map.nx, contact.map.ny);
             return Err(Error::format(flags, found, accepted));
         }
         let image = desk.picture(
@@ -132,7 +138,7 @@ fn contact_maps(
             "contact maps of continuum and atoms, superposed",
             &picture::superposed(&contact.map, &touching),
         )?;
-        panels.push(panel(&format!("Superposed (“{}” and atoms)", m.id), image, agreement(m)));
+        panels.push(panel("Superposed", image, agreement(m)));
     }
     let rule = if touching.factor > 1 {
         format!(
@@ -157,7 +163,7 @@ fn key([r, g, b]: Rgb, words: &str) -> Markup {
 
 fn agreement(m: &CriterionMatch) -> Markup {
     html! {
-        "κ = " (significant(m.overlap.kappa, 2)) ", Jaccard " (significant(m.overlap.jaccard, 2)) br;
+        "“" (m.id) "” and atoms: κ = " (significant(m.overlap.kappa, 2)) ", Jaccard " (significant(m.overlap.jaccard, 2)) br;
         span.quiet { "shifted map: κ = " (significant(m.shifted.kappa, 2)) ", Jaccard "
             (significant(m.shifted.jaccard, 2)) }
     }
@@ -193,8 +199,8 @@ fn matches(load: &LoadComparison) -> Markup {
     let angstrom = |v: f64| format!("{} Å", significant(v, 4));
     html! {
         (table(&["contact criterion", "contact", "κ", "Jaccard", "precision", "recall"], rows))
-        p.quiet { "In brackets: the same for the shifted map. Precision: share of the continuum's contact that touches in the "
-            "atoms, too; recall: share of the atoms' contact that the continuum finds." }
+        p.quiet { "In brackets: the same for the shifted map. Precision: share of the continuum’s contact that touches in the "
+            "atoms, too; recall: share of the atoms’ contact that the continuum finds." }
         p { "Mean gap: atoms " (angstrom(load.atoms_mean_gap_angstrom)) ", hard wall "
             (angstrom(load.continuum_mean_gap_angstrom)) ", soft wall " (angstrom(load.soft_mean_gap_angstrom))
             ". Patches: " (count(load.atoms_patches)) " in the atoms, " (count(load.continuum_patches))
@@ -215,22 +221,22 @@ fn gap_maps(
     state: &AtomState,
     number: usize,
 ) -> Result<Markup> {
-    let continuum = atoms.length_angstrom * 1e-10;
+    let continuum = atoms.length_angstrom;
     let mut maps = Vec::new();
-    for (title, name, file, metres) in [
+    for (title, name, file, angstrom) in [
         ("Gap, hard wall", "gap-hard", gap_of(&c.hard, load.p_star), continuum),
         ("Gap, soft wall", "gap-soft", gap_of(&c.soft, load.p_star), continuum),
-        ("Gap, atoms", "gap-atoms", Some(state.gap_map.as_str()), 1e-10),
+        ("Gap, atoms", "gap-atoms", Some(state.gap_map.as_str()), 1.0),
     ] {
         if let Some(file) = file {
-            maps.push((title, name, picture::load(&desk.field(file)?, PANEL_SIDE, |v| v * metres)?));
+            maps.push((title, name, picture::load(&desk.field(file)?, PANEL_SIDE, |v| v * angstrom)?));
         }
     }
-    let range = Range::of(maps.iter().flat_map(|m| &m.2.values), CLIPPED);
+    let range = Range { low: 0.0, ..Range::of(maps.iter().flat_map(|m| &m.2.values), CLIPPED) };
     let mut panels = Vec::new();
     for (title, name, small) in &maps {
         let image = desk.picture(&format!("{name}-{number}"), title, &picture::map(small, range))?;
-        panels.push(panel(title, image, colour_bar(range, "m", clipped(small, range))));
+        panels.push(panel(title, image, colour_bar(range, "Å", clipped(small, range))));
     }
     Ok(figure(
         html! { div.panels { @for p in &panels { (p) } } },
@@ -276,7 +282,7 @@ pub fn area(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
             let wanted = c.states.iter().filter(|s| (s.stop == "converged") == converged);
             wanted.map(|s| (s.p_star, 100.0 * s.contact_fraction_corrected)).collect()
         };
-        let label = format!("{}, scene's scale", c.method);
+        let label = format!("{}, scene’s scale", c.method);
         curves.push(Curve { label, style: LABORATORY, points: pick(true) });
         curves.push(Curve { label: "not converged".into(), style: UNCONVERGED, points: pick(false) });
     }
@@ -316,8 +322,8 @@ pub fn area(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
     let Some(svg) = desk.curves("area", &plot)? else { return Ok(None) };
     Ok(Some(figure(
         svg,
-        html! { "Contact share against reduced load. The curve at the scene's own scale is perimeter-corrected; those at the "
-        "atoms' scale are raw shares of the same grid, so that they compare with the atoms." },
+        html! { "Contact share against reduced load. The curve at the scene’s own scale is perimeter-corrected; those at the "
+        "atoms’ scale are raw shares of the same grid, so that they compare with the atoms." },
     )))
 }
 

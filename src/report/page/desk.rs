@@ -60,26 +60,44 @@ pub fn figure(content: Markup, caption: Markup) -> Markup {
 
 /// One of several pictures side by side.
 pub fn panel(title: &str, content: Markup, below: Markup) -> Markup {
-    html! { div.panel { div.panel-title { (title) } (content) div.below { (below) } } }
+    html! { div.panel { @if !title.is_empty() { div.panel-title { (title) } } (content) div.below { (below) } } }
 }
 
-/// A colour bar from `range` (in `unit` without SI prefix, or a bare number).
+/// A colour bar from `range`, whose values are in `unit` already.
 ///
 /// `clipped` says that some values lie above the upper end.
 pub fn colour_bar(range: Range, unit: &str, clipped: bool) -> Markup {
-    let (scale, prefix) = if unit.is_empty() { (1.0, "") } else { si_scale(range.low.abs().max(range.high.abs())) };
-    let end = |v: f64| trimmed(v / scale, 3);
+    const STOPS: u32 = 24;
+    let stops: Vec<String> = (0..=STOPS)
+        .map(|i| picture::colour(f64::from(i) / f64::from(STOPS)))
+        .map(|[r, g, b]| format!("rgb({r},{g},{b})"))
+        .collect();
+    let gradient = format!("background:linear-gradient(to right,{})", stops.join(","));
     html! {
         div.bar {
-            span { (end(range.low)) }
-            svg viewBox="0 0 64 4" preserveAspectRatio="none" role="img" aria-label="colour bar" {
-                @for i in 0..64 {
-                    @let [r, g, b] = picture::colour(f64::from(i) / 63.0);
-                    // A little overlap hides the seams that some viewers draw between neighbours.
-                    rect x=(i) y="0" width="1.1" height="4" fill={ "rgb(" (r) "," (g) "," (b) ")" } {}
-                }
-            }
-            span { @if clipped { "≥ " } (end(range.high)) " " (prefix) (unit) }
+            span { (trimmed(range.low, 3)) }
+            i style=(gradient) {}
+            span { @if clipped { "≥ " } (trimmed(range.high, 3)) " " (unit) }
+        }
+    }
+}
+
+/// [`colour_bar`] with the SI prefix that suits the upper end; values in `unit` without prefix.
+pub fn colour_bar_si(range: Range, unit: &str, clipped: bool) -> Markup {
+    let (scale, prefix) = si_scale(range.low.abs().max(range.high.abs()));
+    let scaled = Range { low: range.low / scale, high: range.high / scale };
+    colour_bar(scaled, &format!("{prefix}{unit}"), clipped)
+}
+
+/// A symbol in italics, `h_rms` with its index set low.
+pub fn symbol(text: &str) -> Markup {
+    let mut parts = text.split('_');
+    let first = parts.next().unwrap_or("");
+    html! {
+        i { (first) }
+        @for part in parts {
+            @let end = part.find(|c: char| !c.is_alphanumeric()).unwrap_or(part.len());
+            sub { (part[..end]) } i { (part[end..]) }
         }
     }
 }

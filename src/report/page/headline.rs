@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::compare::matched;
 use crate::record::results::Results;
-use crate::report::number::{count, duration, memory, percent, si, significant, trimmed};
+use crate::report::number::{count, duration, memory, percent, si, si_given, significant, trimmed};
 
 struct Tile {
     name: String,
@@ -32,7 +32,7 @@ fn tiles(results: &Results) -> Vec<Tile> {
     tiles.push(Tile {
         name: "surface".into(),
         value: format!("{} × {}", count(surface.nx), count(surface.ny)),
-        note: format!("nodes, L = {}", si(results.scales.length_m, "m", 4)),
+        note: format!("nodes, L = {}", si_given(results.scales.length_m, "m")),
     });
     if let Some(s) = results.continuum.as_ref().and_then(|c| c.states.last()) {
         tiles.push(Tile {
@@ -51,7 +51,7 @@ fn tiles(results: &Results) -> Vec<Tile> {
         tiles.push(Tile {
             name: format!("atoms in contact at p* = {}", trimmed(load.p_star, 4)),
             value: percent(load.atoms.contact_fraction),
-            note: plain.map_or(String::new(), |p| format!("plain continuum at the atoms' scale: {p}")),
+            note: plain.map_or(String::new(), |p| format!("plain continuum at the atoms’ scale: {p}")),
         });
         if let Some(m) = matched(load) {
             tiles.push(Tile {
@@ -80,8 +80,8 @@ fn tiles(results: &Results) -> Vec<Tile> {
 
 /// The symbols of this page, each once. Only those that the page uses.
 fn words(results: &Results) -> Markup {
-    let modulus = si(results.scales.modulus_pa, "Pa", 4);
-    let length = si(results.scales.length_m, "m", 4);
+    let modulus = si_given(results.scales.modulus_pa, "Pa");
+    let length = si_given(results.scales.length_m, "m");
     html! {
         h3 { "How to read the numbers" }
         dl {
@@ -89,7 +89,8 @@ fn words(results: &Results) -> Markup {
             dd { "Extent of the periodic cell in x, here " (length) ", and contact modulus E/(1 − ν²), here " (modulus)
                 ". They are the units of length and of stress of the dimensionless problem."
                 @if let Some(atoms) = &results.atoms {
-                    " The atoms solve the same problem on a smaller cell of " (si(atoms.length_angstrom * 1e-10, "m", 4)) "."
+                    " The atoms solve the same problem on a smaller cell of " (si_given(atoms.length_angstrom * 1e-10, "m"))
+                    @if let Some(e) = atoms.modulus_gpa { " with E* = " (trimmed(e, 4)) " GPa" } "."
                 } }
             dt { "p*" }
             dd { "Reduced load: mean pressure over E* times the rms gradient of the surface. Loads are compared in it "

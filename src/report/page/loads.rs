@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::desk::{Desk, colour_bar, figure, panel, table, text};
+use super::desk::{Desk, colour_bar_si, figure, panel, table, text};
 use crate::error::Result;
 use crate::record::reduce::Reduced;
 use crate::record::results::{ContinuumResults, StateResults};
@@ -19,7 +19,7 @@ const LOADS_SHOWN: usize = 4;
 pub fn section(desk: &Desk, continuum: &ContinuumResults) -> Result<Markup> {
     Ok(html! {
         (setting(continuum))
-        (states(continuum, desk.scales.length_m, desk.scales.modulus_pa))
+        (states(continuum, &|s| laboratory(desk, s)))
         (gallery(desk, continuum)?)
     })
 }
@@ -32,22 +32,28 @@ pub fn setting(c: &ContinuumResults) -> Markup {
     }
 }
 
-/// The table of states of a problem whose unit of length is `length_m`.
-pub fn states(c: &ContinuumResults, length_m: f64, modulus_pa: f64) -> Markup {
+/// Mean pressure and mean gap in the units of the scene's own scale.
+fn laboratory(desk: &Desk, s: &StateResults) -> [String; 2] {
+    [si(s.pressure * desk.scales.modulus_pa, "Pa", 3), si(s.mean_gap * desk.scales.length_m, "m", 4)]
+}
+
+/// The table of states; `units` says mean pressure and mean gap of a state in the units that suit its scale.
+pub fn states(c: &ContinuumResults, units: &dyn Fn(&StateResults) -> [String; 2]) -> Markup {
     let rows = c
         .states
         .iter()
         .map(|s| {
+            let [pressure, gap] = units(s);
             vec![
                 text(trimmed(s.p_star, 4)),
-                text(si(s.pressure * modulus_pa, "Pa", 3)),
+                text(pressure),
                 text(percent(s.contact_fraction)),
                 text(percent(s.contact_fraction_corrected)),
-                text(si(s.mean_gap * length_m, "m", 4)),
+                text(gap),
                 text(count(s.patches)),
                 stop(s),
                 text(format!("{} / {}", significant(s.load_error, 2), significant(s.residual, 2))),
-                text(format!("{} ({} FFT pairs)", count(s.iterations), count(s.fft_pairs))),
+                text(format!("{} ({})", count(s.iterations), count(s.fft_pairs))),
                 text(duration(s.seconds)),
             ]
         })
@@ -61,7 +67,7 @@ pub fn states(c: &ContinuumResults, length_m: f64, modulus_pa: f64) -> Markup {
         "patches",
         "solver",
         "error of load / residual",
-        "iterations",
+        "iterations (FFT pairs)",
         "time",
     ];
     let mut criteria: Vec<&str> = c.states.iter().map(|s| s.criterion.as_str()).collect();
@@ -104,8 +110,9 @@ fn gallery(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
         let one = |what: &str, file: &str, name: String, unit: f64, unit_name: &str| -> Result<Markup> {
             let small = picture::load(&desk.field(file)?, PANEL_SIDE, |v| v * unit)?;
             let range = Range::of(&small.values, CLIPPED);
+            let range = if what == "Gap" { Range { low: 0.0, ..range } } else { range };
             let image = desk.picture(&name, &title(what), &picture::map(&small, range))?;
-            Ok(panel(&title(what), image, colour_bar(range, unit_name, clipped(&small, range))))
+            Ok(panel(&title(what), image, colour_bar_si(range, unit_name, clipped(&small, range))))
         };
         let mut pair = Vec::new();
         if let Some(file) = &state.gap {

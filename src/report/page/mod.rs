@@ -54,13 +54,13 @@ fn page(desk: &Desk, results: &Results) -> Result<Markup> {
     let mut add = |anchor, title, body| sections.push(Section { anchor, title, body });
     add("surface", "The surface", surface::section(desk, results)?);
     if let Some(continuum) = &results.continuum {
-        add("loads", "Contact at the scene's own scale", loads::section(desk, continuum)?);
+        add("loads", "Contact at the scene’s own scale", loads::section(desk, continuum)?);
     }
     if let Some(atoms) = &results.atoms {
         add("atoms", "The atoms", atoms::section(desk, atoms)?);
     }
     if let (Some(atoms), Some(comparison)) = (&results.atoms, &results.comparison) {
-        add("comparison", "Continuum against atoms", compare::section(desk, results, atoms, comparison)?);
+        add("comparison", "Continuum against atoms", compare::section(desk, atoms, comparison)?);
     }
     if let Some(plot) = compare::area(desk, results)? {
         add("area", "Contact area against load", plot);

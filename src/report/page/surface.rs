@@ -2,10 +2,10 @@
 
 use maud::{Markup, html};
 
-use super::desk::{Desk, colour_bar, figure, panel, table, text};
+use super::desk::{Desk, colour_bar_si, figure, panel, symbol, table, text};
 use crate::error::{Error, Result};
 use crate::record::results::{Results, Statistic};
-use crate::report::number::{count, si, significant};
+use crate::report::number::{count, si_given, significant};
 use crate::report::picture::{self, LONGEST_SIDE, Range};
 use crate::report::plot::{Axis, Curve, EXPECTED, Plot, REALISED};
 
@@ -26,13 +26,13 @@ pub fn section(desk: &Desk, results: &Results) -> Result<Markup> {
     } else {
         String::new()
     };
-    let [length_x, length_y] = [1.0, surface.aspect].map(|l| si(l * desk.scales.length_m, "m", 4));
+    let [length_x, length_y] = [1.0, surface.aspect].map(|l| si_given(l * desk.scales.length_m, "m"));
     Ok(html! {
         p { (surface.origin) ", on " (count(nx)) " × " (count(ny)) " nodes over a periodic cell of " (length_x) " × "
             (length_y) ". Heights count from the lowest point; the counterface touches the low points first." }
         @if !surface.statistics.is_empty() { (statistics(&surface.statistics)) }
         (figure(
-            panel("", image, colour_bar(range, "m", false)),
+            panel("", image, colour_bar_si(range, "m", false)),
             html! { "Height map; dark is low and touches first. x to the right, y up." (blocks) },
         ))
         @if let Some(psd) = psd(desk, results)? {
@@ -50,7 +50,7 @@ fn statistics(list: &[Statistic]) -> Markup {
             let with_unit = |v: f64| text(format!("{} {unit}", significant(v, 4)).trim_end());
             vec![
                 text(&s.name),
-                html! { i { (s.symbol) } },
+                symbol(&s.symbol),
                 s.expected.map_or(text("–"), with_unit),
                 with_unit(s.realised),
                 s.band.map_or(text("–"), |b| text(format!("± {} {unit}", significant(b, 2)).trim_end())),
