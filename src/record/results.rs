@@ -59,7 +59,7 @@ impl Results {
     /// stage that made it can still be told.
     pub fn write(&self, run_folder: &Path) -> Result<()> {
         let path = run_folder.join(FILE);
-        // Such numbers become `null`, which no field of the structure accepts for a number.
+        // Such numbers become `null`, which no field but an optional one accepts.
         let readable = serde_json::to_string(self).and_then(|text| serde_json::from_str::<Results>(&text).map(|_| ()));
         readable.map_err(|e| Error::format(&path, format!("a value that is not finite ({e})"), "finite numbers"))?;
         json::write(&path, self)
@@ -159,6 +159,9 @@ pub struct AtomsResults {
     pub depth_cells: usize,
     pub a0_angstrom: f64,
     pub length_angstrom: f64,
+    /// Contact modulus E* of the block, for stresses in GPa; files without it show them in units of E*.
+    #[serde(default)]
+    pub modulus_gpa: Option<f64>,
     pub deformable: usize,
     pub fixed: usize,
     pub indenter: usize,

@@ -1,0 +1,155 @@
+//! Numbers as people read them: a stated number of digits, SI prefixes, powers of ten.
+
+const SUPERSCRIPTS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+
+/// `-12` as `⁻¹²`.
+pub fn superscript(exponent: i32) -> String {
+    let digits = exponent.unsigned_abs().to_string();
+    let sign = if exponent < 0 { "⁻" } else { "" };
+    sign.chars().chain(digits.bytes().map(|d| SUPERSCRIPTS[usize::from(d - b'0')])).collect()
+}
+
+/// `x` to `n` significant digits: plain between 10⁻³ and 10⁵, as `1.23×10⁻⁷` outside. Zero is `0`.
+pub fn significant(x: f64, n: usize) -> String {
+    if x == 0.0 {
+        return "0".into();
+    }
+    if !x.is_finite() {
+        return x.to_string();
+    }
+    // Let the formatter round first: 9.996 to three digits is 10.0, with another exponent than 9.996.
+    let rounded = format!("{:.*e}", n.max(1) - 1, x.abs());
+    let (mantissa, exponent) = rounded.split_once('e').unwrap_or((&rounded, "0"));
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    let sign = if x < 0.0 { "−" } else { "" };
+    if (-3..5).contains(&exponent) {
+        let decimals = (n as i32 - 1 - exponent).max(0) as usize;
+        // Digits left of the point that were rounded away stay zero, as `{:.0}` of the rounded value shows them.
+        let value: f64 = rounded.parse().unwrap_or(x.abs());
+        return format!("{sign}{value:.decimals$}");
+    }
+    format!("{sign}{mantissa}×10{}", superscript(exponent))
+}
+
+/// [`significant`] without zeros at the end: for axis ticks and for numbers that a person asked for.
+pub fn trimmed(x: f64, n: usize) -> String {
+    let text = significant(x, n);
+    let (number, power) = text.split_once('×').map_or((text.as_str(), None), |(m, p)| (m, Some(p)));
+    let number =
+        if number.contains('.') { number.trim_end_matches('0').trim_end_matches('.') } else { number }.to_string();
+    match power {
+        Some(power) if number == "1" => power.to_string(),
+        Some(power) => format!("{number}×{power}"),
+        None => number,
+    }
+}
+
+/// A share as a percentage to three digits; below one in a million as a power of ten.
+pub fn percent(share: f64) -> String {
+    format!("{} %", significant(100.0 * share, 3))
+}
+
+/// `value` (in `unit`, without prefix) with the SI prefix that leaves one to three digits before the point.
+pub fn si(value: f64, unit: &str, n: usize) -> String {
+    let (scaled, prefix) = si_scale(value);
+    format!("{} {prefix}{unit}", significant(value / scaled, n))
+}
+
+/// [`si`] for a value that a person chose: up to four digits, none of them a needless zero.
+pub fn si_given(value: f64, unit: &str) -> String {
+    let (scaled, prefix) = si_scale(value);
+    format!("{} {prefix}{unit}", trimmed(value / scaled, 4))
+}
+
+/// The factor and prefix [`si`] would use: for axes, whose ticks share one.
+pub fn si_scale(value: f64) -> (f64, &'static str) {
+    const PREFIXES: [(f64, &str); 9] = [
+        (1e12, "T"),
+        (1e9, "G"),
+        (1e6, "M"),
+        (1e3, "k"),
+        (1.0, ""),
+        (1e-3, "m"),
+        (1e-6, "µ"),
+        (1e-9, "n"),
+        (1e-12, "p"),
+    ];
+    // 0.9995 would print as 1000 of the next smaller unit.
+    let magnitude = value.abs() * 1.0005;
+    if magnitude == 0.0 || !magnitude.is_finite() {
+        return (1.0, "");
+    }
+    PREFIXES.into_iter().find(|p| magnitude >= p.0).unwrap_or(PREFIXES[8])
+}
+
+pub fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 0.0005 => "< 1 ms".into(),
+        s if s < 1.0 => format!("{:.0} ms", 1e3 * s),
+        s if s < 99.5 => format!("{} s", significant(s, 2)),
+        s if s < 3600.0 => format!("{} min {:02} s", s.round() as u64 / 60, s.round() as u64 % 60),
+        s => format!("{} h {:02} min", (s / 60.0).round() as u64 / 60, (s / 60.0).round() as u64 % 60),
+    }
+}
+
+pub fn memory(bytes: u64) -> String {
+    match bytes as f64 {
+        b if b < 1e6 => format!("{:.0} kB", b / 1e3),
+        b if b < 1e9 => format!("{:.0} MB", b / 1e6),
+        b => format!("{:.1} GB", b / 1e9),
+    }
+}
+
+/// 1234567 as `1 234 567`, with spaces that do not break.
+pub fn count(n: usize) -> String {
+    let digits = n.to_string();
+    let mut text = String::new();
+    for (i, d) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) && digits.len() > 4 {
+            text.push('\u{202f}');
+        }
+        text.push(d);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_and_powers() {
+        let cases = [
+            (0.0, "0"),
+            (1.0, "1.00"),
+            (9.996, "10.0"),
+            (0.001234, "0.00123"),
+            (-0.02, "−0.0200"),
+            (12345.0, "12300"),
+            (123456.0, "1.23×10⁵"),
+            (2e-5, "2.00×10⁻⁵"),
+        ];
+        for (x, text) in cases {
+            assert_eq!(significant(x, 3), text);
+        }
+        assert_eq!(trimmed(0.02, 3), "0.02");
+        assert_eq!(trimmed(2e-5, 3), "2×10⁻⁵");
+        assert_eq!(trimmed(1e-5, 3), "10⁻⁵");
+        assert_eq!(trimmed(100.0, 3), "100");
+        assert_eq!(percent(0.03214), "3.21 %");
+    }
+
+    #[test]
+    fn units_times_and_sizes() {
+        assert_eq!(si(1e-4, "m", 3), "100 µm");
+        assert_eq!(si(0.99999, "m", 3), "1.00 m");
+        assert_eq!(si(2.857e10, "Pa", 4), "28.57 GPa");
+        assert_eq!(si(0.0, "m", 3), "0 m");
+        assert_eq!(si_given(9.7797e-8, "m"), "97.8 nm");
+        let times = [0.0, 0.25, 12.34, 99.6, 3599.6, 7300.0].map(duration);
+        assert_eq!(times, ["< 1 ms", "250 ms", "12 s", "1 min 40 s", "60 min 00 s", "2 h 02 min"]);
+        assert_eq!(memory(1_500_000_000), "1.5 GB");
+        assert_eq!(count(3062500), "3\u{202f}062\u{202f}500");
+        assert_eq!(count(1024), "1024");
+    }
+}

@@ -1,0 +1,98 @@
+//! What was run as atoms: the block, the audit of its groups, the ladder down to the loads, the states.
+
+use maud::{Markup, html};
+
+use super::desk::{Desk, figure, symbol, table, text};
+use crate::error::Result;
+use crate::record::results::{AtomsResults, AuditLine, LadderStep};
+use crate::report::number::{count, percent, significant, trimmed};
+use crate::report::plot::{ATOMS, Axis, Curve, Plot};
+
+pub fn section(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
+    let states = atoms
+        .states
+        .iter()
+        .map(|s| {
+            vec![
+                text(trimmed(s.p_star, 4)),
+                text(percent(s.contact_fraction)),
+                text(count(s.contacts)),
+                text(count(s.contacts_below_surface)),
+                text(format!("{} Å", significant(s.mean_gap_angstrom, 4))),
+                text(format!("{} GPa", significant(s.contact_stress_gpa, 3))),
+                html! { @if let Some(frame) = &s.frame { code { (frame) } } @else { "–" } },
+            ]
+        })
+        .collect();
+    let head =
+        ["p*", "contact", "contact atoms", "of these below the surface", "mean gap", "stress in the contact", "frame"];
+    Ok(html! {
+        p { "The same dimensionless problem on a cell of " (trimmed(atoms.length_angstrom / 10.0, 4)) " nm: a block of "
+            (atoms.cells) " × " (atoms.cells) " × " (atoms.depth_cells) " lattice cells (lattice constant "
+            (trimmed(atoms.a0_angstrom, 5)) " Å), " (count(atoms.deformable)) " atoms that move on " (count(atoms.fixed))
+            " that do not, under a rigid rough indenter of " (count(atoms.indenter)) " atoms. Potential: "
+            (atoms.potential) ". Engine: " (atoms.engine) "." }
+        @if !atoms.audit.is_empty() { h3 { "What scaling down kept" } (audit(&atoms.audit)) }
+        h3 { "The way down" }
+        @if let Some(ladder) = ladder(desk, &atoms.ladder)? { (ladder) }
+        @if !atoms.states.is_empty() {
+            h3 { "States at the asked loads" }
+            (table(&head, states))
+            p.quiet { "Contact is the share of the surface layer’s atoms that touch. More than a few contact atoms from below "
+                "the surface mean that material has flowed, which no elastic method can follow." }
+        }
+    })
+}
+
+fn audit(lines: &[AuditLine]) -> Markup {
+    let rows = lines
+        .iter()
+        .map(|l| {
+            let verdict = if l.verdict == "kept" {
+                text("kept")
+            } else {
+                html! { span.bad { (l.verdict) } }
+            };
+            vec![
+                html! { (l.group) " " (symbol(&l.symbol)) },
+                text(significant(l.asked, 4)),
+                text(significant(l.used, 4)),
+                verdict,
+                html! { span.quiet { (l.reason) } },
+            ]
+        })
+        .collect();
+    html! {
+        p { "The dimensionless groups that make two problems the same: what the scene asks and what the atoms run with. Where "
+            "they differ, the comparison below is made at the atoms’ values on both sides." }
+        (table(&["group", "asked", "used", "verdict", "reason"], rows))
+    }
+}
+
+/// Load and number of contacts on the way down, one above the other.
+fn ladder(desk: &Desk, steps: &[LadderStep]) -> Result<Option<Markup>> {
+    let plot = |y_label: &str, of: fn(&LadderStep) -> f64| Plot {
+        x: Axis::Linear,
+        y: Axis::Linear,
+        x_label: "displacement of the indenter (Å)".into(),
+        y_label: y_label.into(),
+        curves: vec![Curve {
+            label: String::new(),
+            style: ATOMS,
+            points: steps.iter().map(|s| (s.displacement_angstrom, of(s))).collect(),
+        }],
+        include: vec![],
+        proportion: 0.36,
+    };
+    let load = desk.curves("ladder-load", &plot("p*", |s| s.p_star))?;
+    let contacts = desk.curves("ladder-contacts", &plot("contact atoms", |s| s.contacts as f64))?;
+    let (Some(load), Some(contacts)) = (load, contacts) else { return Ok(None) };
+    let worst = steps.iter().map(|s| s.max_force_ev_per_angstrom).fold(0.0, f64::max);
+    let evaluations: usize = steps.iter().map(|s| s.force_evaluations).sum();
+    Ok(Some(figure(
+        html! { (load) (contacts) },
+        html! { "The indenter comes down in " (steps.len()) " steps, the block relaxed at each (" (count(evaluations))
+        " force evaluations in all, largest force left " (significant(worst, 2)) " eV/Å). A negative p* is a pull: "
+        "adhesion before there is much contact. States at asked loads lie between steps." },
+    )))
+}

@@ -1,0 +1,341 @@
+//! Continuum and atoms on one surface: contact maps, their agreement, gap sections, areas.
+
+use maud::{Markup, html};
+
+use super::desk::{Desk, colour_bar, figure, panel, table, text};
+use super::loads::{CLIPPED, PANEL_SIDE, clipped, setting, states};
+use crate::error::{Error, Result};
+use crate::record::reduce::Reduced;
+use crate::record::results::{
+    AtomState, AtomsResults, ComparisonResults, ContinuumResults, CriterionMatch, LoadComparison, Results, Section,
+    StateResults,
+};
+use crate::report::number::{count, percent, si, significant, trimmed};
+use crate::report::picture::{self, BLACK, BLUE, LONGEST_SIDE, ORANGE, Range, Rgb};
+use crate::report::plot::{ATOMS, Axis, Curve, HARD, LABORATORY, Plot, SOFT, Style, THRESHOLD, UNCONVERGED};
+
+/// Loads count as the same within this share: a solver meets its load to 10⁻³ or better, loads of a path differ by far more.
+const SAME_LOAD: f64 = 0.01;
+
+/// The state whose load is the asked one.
+pub fn at_load<T>(states: &[T], p_star: f64, of: impl Fn(&T) -> f64) -> Option<&T> {
+    let distance = |s: &T| (of(s) - p_star).abs();
+    states.iter().filter(|s| distance(s) <= SAME_LOAD * p_star.abs()).min_by(|a, b| distance(a).total_cmp(&distance(b)))
+}
+
+/// The criterion that is closest to what atoms call contact: the soft wall's, or else the distance threshold.
+pub fn matched(load: &LoadComparison) -> Option<&CriterionMatch> {
+    ["soft wall", "threshold"].iter().find_map(|id| load.continuum.iter().find(|m| m.id == *id))
+}
+
+pub fn section(desk: &Desk, atoms: &AtomsResults, c: &ComparisonResults) -> Result<Markup> {
+    let units = |s: &StateResults| {
+        let pressure = match atoms.modulus_gpa {
+            Some(e) => si(s.pressure * e * 1e9, "Pa", 3),
+            None => format!("{} E*", significant(s.pressure, 3)),
+        };
+        [pressure, format!("{} Å", significant(s.mean_gap * atoms.length_angstrom, 4))]
+    };
+    let mut loads = Vec::new();
+    for (i, load) in c.loads.iter().enumerate() {
+        loads.push(one_load(desk, atoms, c, load, i + 1)?);
+    }
+    Ok(html! {
+        p { "Both sides have the same heights, the same load and the same elastic body at the atoms’ scale; what differs is "
+            "the method and what it calls contact. The continuum is solved twice: with a hard wall, and with a soft wall that "
+            "has the areal law of the atoms’ interaction." }
+        h3 { "Continuum with a hard wall" }
+        (setting(&c.hard)) (states(&c.hard, &units))
+        h3 { "Continuum with the atoms’ soft wall" }
+        (setting(&c.soft)) (states(&c.soft, &units))
+        @for l in &loads { (l) }
+        (sections(desk, &c.sections)?)
+    })
+}
+
+/// A reduced contact map with the title of its panel.
+struct Contact {
+    title: String,
+    map: Reduced,
+    share: f64,
+}
+
+fn one_load(
+    desk: &Desk,
+    atoms: &AtomsResults,
+    c: &ComparisonResults,
+    load: &LoadComparison,
+    number: usize,
+) -> Result<Markup> {
+    let state = at_load(&atoms.states, load.p_star, |s| s.p_star);
+    Ok(html! {
+        h3 { "Maps at p* = " (trimmed(load.p_star, 4)) }
+        @if let Some(state) = state { (contact_maps(desk, atoms, c, load, state, number)?) }
+        (matches(load))
+        @if let Some(state) = state { (gap_maps(desk, atoms, c, load, state, number)?) }
+    })
+}
+
+/// The gap file of a continuum at a load, if it was stored.
+fn gap_of(c: &ContinuumResults, p_star: f64) -> Option<&str> {
+    at_load(&c.states, p_star, |s: &StateResults| s.p_star)?.gap.as_deref()
+}
+
+/// Contact of a continuum under a criterion: where its gap is not above the threshold (zero for the plain one).
+fn continuum_contact(
+    desk: &Desk,
+    atoms: &AtomsResults,
+    c: &ComparisonResults,
+    load: &LoadComparison,
+    m: &CriterionMatch,
+) -> Result<Option<Contact>> {
+    let (of, wall) = if m.id == "soft wall" { (&c.soft, "Soft wall") } else { (&c.hard, "Hard wall") };
+    let Some(file) = gap_of(of, load.p_star) else { return Ok(None) };
+    let threshold = m.threshold_angstrom / atoms.length_angstrom;
+    let map = picture::load(&desk.field(file)?, LONGEST_SIDE, |gap| f64::from(u8::from(gap <= threshold)))?;
+    let what = if m.id == "plain" {
+        format!("{wall}, gap = 0")
+    } else {
+        format!("{wall}, gap ≤ {} Å", trimmed(m.threshold_angstrom, 3))
+    };
+    Ok(Some(Contact { title: what, map, share: m.contact_fraction }))
+}
+
+fn contact_maps(
+    desk: &Desk,
+    atoms: &AtomsResults,
+    c: &ComparisonResults,
+    load: &LoadComparison,
+    state: &AtomState,
+    number: usize,
+) -> Result<Markup> {
+    let flags = desk.field(&state.contact_map)?;
+    let touching = picture::load(&flags, LONGEST_SIDE, |v| f64::from(u8::from(v != 0.0)))?;
+    let plain = load.continuum.iter().find(|m| m.id == "plain");
+    let best = matched(load);
+    let mut panels = Vec::new();
+    let draw = |name: &str, title: &str, map: &Reduced, colour: Rgb, share: f64| -> Result<Markup> {
+        let image = desk.picture(&format!("{name}-{number}"), title, &picture::contact(map, colour))?;
+        Ok(panel(title, image, html! { (percent(share)) " touches" }))
+    };
+    let mut drawn = Vec::new();
+    for (m, name) in [(plain, "contact-plain"), (best, "contact-matched")] {
+        let Some(m) = m else { continue };
+        if let Some(contact) = continuum_contact(desk, atoms, c, load, m)? {
+            panels.push(draw(name, &contact.title, &contact.map, ORANGE, contact.share)?);
+            drawn.push((contact, m));
+        }
+    }
+    panels.push(draw("contact-atoms", "Atoms", &touching, BLUE, load.atoms.contact_fraction)?);
+    if let Some((contact, m)) = drawn.last() {
+        if (contact.map.nx, contact.map.ny) != (touching.nx, touching.ny) {
+            let found = format!("a map of {} × {} cells after reduction", touching.nx, touching.ny);
+            let accepted = format!("the grid of the continuum’s gap ({} × {})", contact.map.nx, contact.map.ny);
+            return Err(Error::format(flags, found, accepted));
+        }
+        let image = desk.picture(
+            &format!("superposed-{number}"),
+            "contact maps of continuum and atoms, superposed",
+            &picture::superposed(&contact.map, &touching),
+        )?;
+        panels.push(panel("Superposed", image, agreement(m)));
+    }
+    let rule = if touching.factor > 1 {
+        format!(
+            " A picture element is drawn as touching where at least half of its {0} × {0} nodes touch.",
+            touching.factor
+        )
+    } else {
+        String::new()
+    };
+    Ok(figure(
+        html! {
+            div.panels { @for p in &panels { (p) } }
+            div.key { (key(BLACK, "both")) (key(ORANGE, "only the continuum")) (key(BLUE, "only the atoms")) }
+        },
+        html! { "Where the surfaces touch, white where they do not. x to the right, y up." (rule) },
+    ))
+}
+
+fn key([r, g, b]: Rgb, words: &str) -> Markup {
+    html! { span { i style={ "background:rgb(" (r) "," (g) "," (b) ")" } {} (words) } }
+}
+
+fn agreement(m: &CriterionMatch) -> Markup {
+    html! {
+        "“" (m.id) "” and atoms: κ = " (significant(m.overlap.kappa, 2)) ", Jaccard " (significant(m.overlap.jaccard, 2)) br;
+        span.quiet { "shifted map: κ = " (significant(m.shifted.kappa, 2)) ", Jaccard "
+            (significant(m.shifted.jaccard, 2)) }
+    }
+}
+
+fn matches(load: &LoadComparison) -> Markup {
+    let beside = |value: f64, shifted: f64| {
+        html! { (significant(value, 3)) " " span.quiet { "(" (significant(shifted, 2)) ")" } }
+    };
+    let rows = load
+        .continuum
+        .iter()
+        .map(|m| {
+            vec![
+                html! { strong { (m.id) } ": " (m.criterion) },
+                text(percent(m.contact_fraction)),
+                beside(m.overlap.kappa, m.shifted.kappa),
+                beside(m.overlap.jaccard, m.shifted.jaccard),
+                beside(m.overlap.precision, m.shifted.precision),
+                beside(m.overlap.recall, m.shifted.recall),
+            ]
+        })
+        .chain([vec![
+            html! { strong { "atoms" } ": " (load.atoms.criterion) },
+            text(percent(load.atoms.contact_fraction)),
+            html! {},
+            html! {},
+            html! {},
+            html! {},
+        ]])
+        .collect();
+    let [sx, sy] = load.registration;
+    let angstrom = |v: f64| format!("{} Å", significant(v, 4));
+    html! {
+        (table(&["contact criterion", "contact", "κ", "Jaccard", "precision", "recall"], rows))
+        p.quiet { "In brackets: the same for the shifted map. Precision: share of the continuum’s contact that touches in the "
+            "atoms, too; recall: share of the atoms’ contact that the continuum finds." }
+        p { "Mean gap: atoms " (angstrom(load.atoms_mean_gap_angstrom)) ", hard wall "
+            (angstrom(load.continuum_mean_gap_angstrom)) ", soft wall " (angstrom(load.soft_mean_gap_angstrom))
+            ". Patches: " (count(load.atoms_patches)) " in the atoms, " (count(load.continuum_patches))
+            " in the continuum. Outside both contacts the gap maps differ by "
+            (angstrom(load.gap_rms_difference_angstrom)) " (rms). "
+            @if load.registration == [0, 0] { "The maps lie on each other without a shift." }
+            @else { "The maps lie best on each other with the atoms shifted by (" (sx) ", " (sy)
+                ") nodes, so something displaced one of them; the pictures are not shifted." } }
+    }
+}
+
+/// The three gaps in one range of colours.
+fn gap_maps(
+    desk: &Desk,
+    atoms: &AtomsResults,
+    c: &ComparisonResults,
+    load: &LoadComparison,
+    state: &AtomState,
+    number: usize,
+) -> Result<Markup> {
+    let continuum = atoms.length_angstrom;
+    let mut maps = Vec::new();
+    for (title, name, file, angstrom) in [
+        ("Gap, hard wall", "gap-hard", gap_of(&c.hard, load.p_star), continuum),
+        ("Gap, soft wall", "gap-soft", gap_of(&c.soft, load.p_star), continuum),
+        ("Gap, atoms", "gap-atoms", Some(state.gap_map.as_str()), 1.0),
+    ] {
+        if let Some(file) = file {
+            maps.push((title, name, picture::load(&desk.field(file)?, PANEL_SIDE, |v| v * angstrom)?));
+        }
+    }
+    let range = Range { low: 0.0, ..Range::of(maps.iter().flat_map(|m| &m.2.values), CLIPPED) };
+    let mut panels = Vec::new();
+    for (title, name, small) in &maps {
+        let image = desk.picture(&format!("{name}-{number}"), title, &picture::map(small, range))?;
+        panels.push(panel(title, image, colour_bar(range, "Å", clipped(small, range))));
+    }
+    Ok(figure(
+        html! { div.panels { @for p in &panels { (p) } } },
+        html! { "The gap at p* = " (trimmed(load.p_star, 4)) ", in one range of colours; dark is small." },
+    ))
+}
+
+/// Gap profiles along x = L/2, one frame per load.
+fn sections(desk: &Desk, list: &[Section]) -> Result<Markup> {
+    let mut figures = Vec::new();
+    for (i, s) in list.iter().enumerate() {
+        let curve = |label: &str, style: Style, gap: &[f64]| Curve {
+            label: label.into(),
+            style: style.without_marker(),
+            points: s.y.iter().copied().zip(gap.iter().copied()).collect(),
+        };
+        let plot = Plot {
+            x: Axis::Linear,
+            y: Axis::Linear,
+            x_label: "y / L".into(),
+            y_label: "gap (Å)".into(),
+            curves: vec![
+                curve("hard wall", HARD, &s.hard_gap_angstrom),
+                curve("soft wall", SOFT, &s.soft_gap_angstrom),
+                curve("atoms", ATOMS, &s.atoms_gap_angstrom),
+            ],
+            include: vec![],
+            proportion: 0.42,
+        };
+        if let Some(svg) = desk.curves(&format!("section-{}", i + 1), &plot)? {
+            let caption = html! { "The gap along the line x = L/2 at p* = " (trimmed(s.p_star, 4)) "." };
+            figures.push(figure(svg, caption));
+        }
+    }
+    Ok(html! { @if !figures.is_empty() { h3 { "Sections through the gap" } @for f in &figures { (f) } } })
+}
+
+/// Contact share against p*, every method under every criterion; nothing where there is no load at all.
+pub fn area(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
+    let mut curves = Vec::new();
+    if let Some(c) = &results.continuum {
+        let pick = |converged: bool| -> Vec<(f64, f64)> {
+            let wanted = c.states.iter().filter(|s| (s.stop == "converged") == converged);
+            wanted.map(|s| (s.p_star, 100.0 * s.contact_fraction_corrected)).collect()
+        };
+        let label = format!("{}, scene’s scale", c.method);
+        curves.push(Curve { label, style: LABORATORY, points: pick(true) });
+        curves.push(Curve { label: "not converged".into(), style: UNCONVERGED, points: pick(false) });
+    }
+    if let Some(c) = &results.comparison {
+        let mut ids: Vec<&str> = Vec::new();
+        for m in c.loads.iter().flat_map(|l| &l.continuum) {
+            if !ids.contains(&m.id.as_str()) {
+                ids.push(&m.id);
+            }
+        }
+        for id in ids {
+            let of = |l: &LoadComparison| {
+                l.continuum.iter().find(|m| m.id == id).map(|m| (l.p_star, 100.0 * m.contact_fraction))
+            };
+            let (style, label) = match id {
+                "plain" => (HARD, "hard wall, gap = 0".to_string()),
+                "threshold" => (THRESHOLD, "hard wall, gap below threshold".to_string()),
+                "soft wall" => (SOFT, "soft wall, gap below threshold".to_string()),
+                other => (THRESHOLD, other.to_string()),
+            };
+            curves.push(Curve { label, style, points: c.loads.iter().filter_map(of).collect() });
+        }
+    }
+    if let Some(a) = &results.atoms {
+        let points = a.states.iter().map(|s| (s.p_star, 100.0 * s.contact_fraction)).collect();
+        curves.push(Curve { label: "atoms".into(), style: ATOMS, points });
+    }
+    let plot = Plot {
+        x: Axis::Linear,
+        y: Axis::Linear,
+        x_label: "p*".into(),
+        y_label: "contact (%)".into(),
+        curves,
+        include: vec![(0.0, 0.0)],
+        proportion: 0.55,
+    };
+    let Some(svg) = desk.curves("area", &plot)? else { return Ok(None) };
+    Ok(Some(figure(
+        svg,
+        html! { "Contact share against reduced load. The curve at the scene’s own scale is perimeter-corrected; those at the "
+        "atoms’ scale are raw shares of the same grid, so that they compare with the atoms." },
+    )))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_load_is_found_within_its_error_and_not_beyond() {
+        let states = [0.01, 0.0201, 0.04];
+        assert_eq!(at_load(&states, 0.02, |s| *s), Some(&0.0201));
+        assert_eq!(at_load(&states, 0.03, |s| *s), None);
+        assert_eq!(at_load(&states, 0.0, |s| *s), None);
+    }
+}

@@ -1,0 +1,143 @@
+//! Continuum states: the table of loads, maps of gap and stress.
+
+use maud::{Markup, html};
+
+use super::desk::{Desk, colour_bar_si, figure, panel, table, text};
+use crate::error::Result;
+use crate::record::reduce::Reduced;
+use crate::record::results::{ContinuumResults, StateResults};
+use crate::report::number::{count, duration, percent, si, significant, trimmed};
+use crate::report::picture::{self, Range};
+
+/// Pictures of single loads; several stand side by side.
+pub const PANEL_SIDE: usize = 400;
+/// Share of a map that may lie above its colour bar's end.
+pub const CLIPPED: f64 = 0.002;
+/// Loads shown as maps in the page; the others' pictures are only files.
+const LOADS_SHOWN: usize = 4;
+
+pub fn section(desk: &Desk, continuum: &ContinuumResults) -> Result<Markup> {
+    Ok(html! {
+        (setting(continuum))
+        (states(continuum, &|s| laboratory(desk, s)))
+        (gallery(desk, continuum)?)
+    })
+}
+
+/// What was solved, in one line.
+pub fn setting(c: &ContinuumResults) -> Markup {
+    html! {
+        p { "Method " strong { (c.method) } " on " (count(c.nx)) " × " (count(c.ny)) " nodes; elastic body: " (c.kernel)
+            "; adhesion: " (c.adhesion) "; contact: " (c.wall) "." }
+    }
+}
+
+/// Mean pressure and mean gap in the units of the scene's own scale.
+fn laboratory(desk: &Desk, s: &StateResults) -> [String; 2] {
+    [si(s.pressure * desk.scales.modulus_pa, "Pa", 3), si(s.mean_gap * desk.scales.length_m, "m", 4)]
+}
+
+/// The table of states; `units` says mean pressure and mean gap of a state in the units that suit its scale.
+pub fn states(c: &ContinuumResults, units: &dyn Fn(&StateResults) -> [String; 2]) -> Markup {
+    let rows = c
+        .states
+        .iter()
+        .map(|s| {
+            let [pressure, gap] = units(s);
+            vec![
+                text(trimmed(s.p_star, 4)),
+                text(pressure),
+                text(percent(s.contact_fraction)),
+                text(percent(s.contact_fraction_corrected)),
+                text(gap),
+                text(count(s.patches)),
+                stop(s),
+                text(format!("{} / {}", significant(s.load_error, 2), significant(s.residual, 2))),
+                text(format!("{} ({})", count(s.iterations), count(s.fft_pairs))),
+                text(duration(s.seconds)),
+            ]
+        })
+        .collect();
+    let head = [
+        "p*",
+        "mean pressure",
+        "contact",
+        "perimeter-corrected",
+        "mean gap",
+        "patches",
+        "solver",
+        "error of load / residual",
+        "iterations (FFT pairs)",
+        "time",
+    ];
+    let mut criteria: Vec<&str> = c.states.iter().map(|s| s.criterion.as_str()).collect();
+    criteria.dedup();
+    html! {
+        (table(&head, rows))
+        p.quiet { "Contact is counted where: " (criteria.join("; ")) ". The perimeter-corrected share takes off the "
+            "half nodes by which a grid overcounts the rim of every patch. The errors are relative to the load and to "
+            "the mean pressure." }
+    }
+}
+
+fn stop(s: &StateResults) -> Markup {
+    if s.stop == "converged" {
+        text("converged")
+    } else {
+        html! { span.bad { (s.stop) } }
+    }
+}
+
+/// Loads worth a picture: all of them, or a few spread over the path with both ends.
+fn shown(states: &[StateResults]) -> Vec<usize> {
+    let with_maps: Vec<usize> =
+        (0..states.len()).filter(|&i| states[i].gap.is_some() || states[i].stress.is_some()).collect();
+    if with_maps.len() <= LOADS_SHOWN {
+        return with_maps;
+    }
+    (0..LOADS_SHOWN).map(|i| with_maps[i * (with_maps.len() - 1) / (LOADS_SHOWN - 1)]).collect()
+}
+
+fn gallery(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
+    let shown = shown(&c.states);
+    let mut maps = Vec::new();
+    for (i, state) in c.states.iter().enumerate() {
+        let p_star = trimmed(state.p_star, 4);
+        let title = |what: &str| {
+            let mark = if state.stop == "converged" { "" } else { " (not converged)" };
+            format!("{what} at p* = {p_star}{mark}")
+        };
+        let one = |what: &str, file: &str, name: String, unit: f64, unit_name: &str| -> Result<Markup> {
+            let small = picture::load(&desk.field(file)?, PANEL_SIDE, |v| v * unit)?;
+            let range = Range::of(&small.values, CLIPPED);
+            let range = if what == "Gap" { Range { low: 0.0, ..range } } else { range };
+            let image = desk.picture(&name, &title(what), &picture::map(&small, range))?;
+            Ok(panel(&title(what), image, colour_bar_si(range, unit_name, clipped(&small, range))))
+        };
+        let mut pair = Vec::new();
+        if let Some(file) = &state.gap {
+            pair.push(one("Gap", file, format!("gap-{}", i + 1), desk.scales.length_m, "m")?);
+        }
+        if let Some(file) = &state.stress {
+            pair.push(one("Stress", file, format!("stress-{}", i + 1), desk.scales.modulus_pa, "Pa")?);
+        }
+        if shown.contains(&i) {
+            maps.extend(pair);
+        }
+    }
+    if maps.is_empty() {
+        return Ok(html! {});
+    }
+    Ok(figure(
+        html! { div.panels { @for m in &maps { (m) } } },
+        html! {
+            "Gap and normal stress (compression positive; tension, where adhesion pulls, is negative). Dark is low: where the "
+            "gap is darkest the surfaces touch. Large grids are shown as block means, which smooth single peaks."
+            @if shown.len() < c.states.len() { " The other loads are in the folder figures." }
+        },
+    ))
+}
+
+pub fn clipped(small: &Reduced, range: Range) -> bool {
+    small.values.iter().any(|v| *v > range.high)
+}

@@ -1,0 +1,156 @@
+//! One self-contained page: styles, curves and pictures inside it, no script, nothing fetched.
+//!
+//! [`write`] reads `results.json` and the fields that it names and leaves `report.html` and `figures/`. Sections whose
+//! part of the results is absent are left out.
+
+mod atoms;
+mod compare;
+mod desk;
+mod headline;
+mod loads;
+mod surface;
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use crate::error::{Error, Result};
+use crate::record::land::land;
+use crate::record::results::{FILE, Results, StageCost};
+use crate::report::number::{duration, memory};
+use desk::{Desk, table, text};
+
+/// Name of the page in a run folder.
+pub const PAGE: &str = "report.html";
+
+/// Draws the report of a run folder and returns the page's path.
+///
+/// Fails when `results.json` is missing, damaged or of a newer schema, and when a field that it names is missing or has
+/// another shape than the map it is compared with.
+pub fn write(run_folder: &Path) -> Result<PathBuf> {
+    let results = Results::read(run_folder)?;
+    if results.comparison.is_some() && results.atoms.is_none() {
+        return Err(Error::format(run_folder.join(FILE), "a comparison without atoms", "both or neither"));
+    }
+    let figures = run_folder.join("figures");
+    std::fs::create_dir_all(&figures).map_err(Error::io("create", &figures))?;
+    let desk = Desk { folder: run_folder, aspect: results.surface.aspect, scales: results.scales };
+    let page = page(&desk, &results)?.into_string();
+    let path = run_folder.join(PAGE);
+    land(&path, |w| w.write_all(page.as_bytes()))?;
+    Ok(path)
+}
+
+/// A section of the page: anchor, title, contents.
+struct Section {
+    anchor: &'static str,
+    title: &'static str,
+    body: Markup,
+}
+
+fn page(desk: &Desk, results: &Results) -> Result<Markup> {
+    let mut sections = Vec::new();
+    let mut add = |anchor, title, body| sections.push(Section { anchor, title, body });
+    add("surface", "The surface", surface::section(desk, results)?);
+    if let Some(continuum) = &results.continuum {
+        add("loads", "Contact at the scene’s own scale", loads::section(desk, continuum)?);
+    }
+    if let Some(atoms) = &results.atoms {
+        add("atoms", "The atoms", atoms::section(desk, atoms)?);
+    }
+    if let (Some(atoms), Some(comparison)) = (&results.atoms, &results.comparison) {
+        add("comparison", "Continuum against atoms", compare::section(desk, atoms, comparison)?);
+    }
+    if let Some(plot) = compare::area(desk, results)? {
+        add("area", "Contact area against load", plot);
+    }
+    if let Some(c) = results.comparison.as_ref().filter(|c| !c.findings.is_empty()) {
+        add("findings", "Why they differ", html! { ul { @for f in &c.findings { li { (f) } } } });
+    }
+    if !results.stages.is_empty() {
+        add("costs", "What it cost", costs(&results.stages));
+    }
+    if !results.sources.is_empty() {
+        add("sources", "Sources", html! { ol { @for s in &results.sources { li { (linked(s)) } } } });
+    }
+    Ok(html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="generator" content={ "asperity " (env!("CARGO_PKG_VERSION")) };
+                title { (results.name) }
+                style { (PreEscaped(include_str!("style.css"))) }
+            }
+            body {
+                h1 { (results.name) }
+                @if !results.description.is_empty() { p.lead { (results.description) } }
+                nav { @for s in &sections { a href={ "#" (s.anchor) } { (s.title) } } }
+                (headline::section(results))
+                @for s in &sections { section id=(s.anchor) { h2 { (s.title) } (s.body) } }
+                footer { "Drawn by asperity " (env!("CARGO_PKG_VERSION")) " from results.json in the same folder; the figures "
+                    "are there as files, too. No number on this page was typed." }
+            }
+        }
+    })
+}
+
+fn costs(stages: &[StageCost]) -> Markup {
+    let mut rows: Vec<Vec<Markup>> = stages
+        .iter()
+        .map(|s| {
+            vec![
+                text(&s.name),
+                text(duration(s.seconds)),
+                text(memory(s.peak_rss_bytes)),
+                text(if s.reused { "taken from an earlier run" } else { "computed" }),
+                html! { code.quiet { (s.key.get(..12).unwrap_or(&s.key)) } },
+            ]
+        })
+        .collect();
+    let all: f64 = stages.iter().map(|s| s.seconds).sum();
+    let peak = stages.iter().map(|s| s.peak_rss_bytes).max().unwrap_or(0);
+    let bold = |t: String| html! { strong { (t) } };
+    rows.push(vec![bold("all".into()), bold(duration(all)), bold(memory(peak)), html! {}, html! {}]);
+    html! {
+        p { "Wall time and largest resident memory of each stage. A stage is recognised by the key of its inputs; one "
+            "that is taken from an earlier run shows what it cost then." }
+        (table(&["stage", "time", "peak memory", "origin", "key"], rows))
+    }
+}
+
+/// A citation with its DOI or address as a link; both are for the reader to follow, the page fetches nothing.
+fn linked(citation: &str) -> Markup {
+    let words: Vec<Markup> = citation
+        .split_inclusive(char::is_whitespace)
+        .map(|word| {
+            let bare = word.trim();
+            let target = bare.trim_end_matches(['.', ',', ';', ')']);
+            let doi = target.trim_start_matches("doi:").trim_start_matches("DOI:");
+            if target.starts_with("https://") || target.starts_with("http://") {
+                html! { a href=(target) { (target) } (word[target.len()..]) }
+            } else if doi.starts_with("10.") && doi.contains('/') {
+                html! { a href={ "https://doi.org/" (doi) } { (target) } (word[target.len()..]) }
+            } else {
+                html! { (word) }
+            }
+        })
+        .collect();
+    html! { @for w in &words { (w) } }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn citations_become_links_and_nothing_else_does() {
+        let text = linked("Müser et al. (2017) <TL> 65, 118, doi:10.1007/s11249-017-0900-2.").into_string();
+        let link = "<a href=\"https://doi.org/10.1007/s11249-017-0900-2\">doi:10.1007/s11249-017-0900-2</a>.";
+        assert!(text.ends_with(link), "{text}");
+        assert!(text.contains("&lt;TL&gt;"));
+        assert_eq!(linked("10.5 nm and a/b").into_string(), "10.5 nm and a/b");
+    }
+}

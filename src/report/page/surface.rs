@@ -1,0 +1,95 @@
+//! Statistics expected and realised, the height map, the power spectrum.
+
+use maud::{Markup, html};
+
+use super::desk::{Desk, colour_bar_si, figure, panel, symbol, table, text};
+use crate::error::{Error, Result};
+use crate::record::results::{Results, Statistic};
+use crate::report::number::{count, si_given, significant};
+use crate::report::picture::{self, LONGEST_SIDE, Range};
+use crate::report::plot::{Axis, Curve, EXPECTED, Plot, REALISED};
+
+pub fn section(desk: &Desk, results: &Results) -> Result<Markup> {
+    let surface = &results.surface;
+    let path = desk.field(&surface.heights)?;
+    let heights = picture::load(&path, LONGEST_SIDE, |h| h * desk.scales.length_m)?;
+    let (nx, ny) = (surface.nx, surface.ny);
+    // The picture has the file's shape; a table that speaks of another one must not stand beside it.
+    if (heights.nx, heights.ny) != (nx.div_ceil(heights.factor), ny.div_ceil(heights.factor)) {
+        let found = format!("another shape than the {nx} × {ny} nodes of results.json");
+        return Err(Error::format(path, found, format!("[{ny}, {nx}]")));
+    }
+    let range = Range::of(&heights.values, 0.0);
+    let image = desk.picture("heights", "height map, dark is low", &picture::map(&heights, range))?;
+    let blocks = if heights.factor > 1 {
+        format!(" Each picture element is the mean of {0} × {0} nodes.", heights.factor)
+    } else {
+        String::new()
+    };
+    let [length_x, length_y] = [1.0, surface.aspect].map(|l| si_given(l * desk.scales.length_m, "m"));
+    Ok(html! {
+        p { (surface.origin) ", on " (count(nx)) " × " (count(ny)) " nodes over a periodic cell of " (length_x) " × "
+            (length_y) ". Heights count from the lowest point; the counterface touches the low points first." }
+        @if !surface.statistics.is_empty() { (statistics(&surface.statistics)) }
+        (figure(
+            panel("", image, colour_bar_si(range, "m", false)),
+            html! { "Height map; dark is low and touches first. x to the right, y up." (blocks) },
+        ))
+        @if let Some(psd) = psd(desk, results)? {
+            (figure(psd, html! { "Radial power spectral density: what the realisation has against what the spectrum "
+                "prescribes. |n| is the wave number over 2π/L, so |n| = 1 is one wave per cell." }))
+        }
+    })
+}
+
+fn statistics(list: &[Statistic]) -> Markup {
+    let rows = list
+        .iter()
+        .map(|s| {
+            let unit = if s.unit == "1" { "" } else { &s.unit };
+            let with_unit = |v: f64| text(format!("{} {unit}", significant(v, 4)).trim_end());
+            vec![
+                text(&s.name),
+                symbol(&s.symbol),
+                s.expected.map_or(text("–"), with_unit),
+                with_unit(s.realised),
+                s.band.map_or(text("–"), |b| text(format!("± {} {unit}", significant(b, 2)).trim_end())),
+                verdict(s),
+            ]
+        })
+        .collect();
+    html! {
+        (table(&["quantity", "symbol", "expected", "realised", "band", "verdict"], rows))
+        p.quiet { "The band is two standard deviations of what a realisation of this spectrum may have: about one in "
+            "twenty lies outside by chance." }
+    }
+}
+
+fn verdict(s: &Statistic) -> Markup {
+    match (s.expected, s.band) {
+        (Some(expected), Some(band)) if (s.realised - expected).abs() <= band => text("within the band"),
+        (Some(_), Some(_)) => html! { span.bad { "outside the band" } },
+        (Some(expected), None) if expected != 0.0 => {
+            text(format!("{} % off", significant(100.0 * (s.realised - expected).abs() / expected.abs(), 2)))
+        }
+        _ => text("–"),
+    }
+}
+
+fn psd(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
+    let points = &results.surface.psd;
+    let curve = |label: &str, style, points: Vec<(f64, f64)>| Curve { label: label.into(), style, points };
+    let plot = Plot {
+        x: Axis::Log,
+        y: Axis::Log,
+        x_label: "mode number |n|".into(),
+        y_label: "power per mode (L²)".into(),
+        curves: vec![
+            curve("realised", REALISED, points.iter().map(|p| (p.mode, p.realised)).collect()),
+            curve("expected", EXPECTED, points.iter().filter_map(|p| Some((p.mode, p.expected?))).collect()),
+        ],
+        include: vec![],
+        proportion: 0.55,
+    };
+    desk.curves("psd", &plot)
+}

@@ -1,0 +1,201 @@
+//! Maps as PNG: x to the right, y up (the first row of a field is the lowest line of its picture).
+//!
+//! Large maps are reduced by block means, small ones enlarged by whole factors. CIVIDIS grows steadily lighter and the
+//! four colours of a superposition differ in lightness, so that every picture also reads in grey and to colour-blind
+//! eyes.
+
+use std::path::Path;
+
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageEncoder};
+
+use crate::error::{Error, Result};
+use crate::record::npy;
+use crate::record::reduce::{Reduced, Reducer};
+
+pub type Rgb = [u8; 3];
+
+/// Okabe and Ito's colours, in the roles they have on every page.
+pub const WHITE: Rgb = [255, 255, 255];
+pub const BLACK: Rgb = [0, 0, 0];
+pub const ORANGE: Rgb = [230, 159, 0];
+pub const BLUE: Rgb = [0, 114, 178];
+pub const VERMILION: Rgb = [213, 94, 0];
+pub const GREEN: Rgb = [0, 158, 115];
+pub const PURPLE: Rgb = [204, 121, 167];
+
+/// Longest side of a picture, pixels, and the size below which small grids are enlarged.
+pub const LONGEST_SIDE: usize = 800;
+pub const SMALLEST_SIDE: usize = 320;
+
+/// Pixels, row-major from the top, as image files have them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Picture {
+    pub width: usize,
+    pub height: usize,
+    pixels: Vec<Rgb>,
+}
+
+/// Values at the two ends of a colour bar; what lies outside takes the end's colour.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Range {
+    pub low: f64,
+    pub high: f64,
+}
+
+impl Range {
+    /// From the lowest value to the one that a share `1 − clip` of them stays below: single peaks must not darken a
+    /// whole map. Values that are all alike get a range of width one around them.
+    pub fn of<'a>(values: impl IntoIterator<Item = &'a f64>, clip: f64) -> Self {
+        let mut sorted: Vec<f64> = values.into_iter().copied().filter(|v| v.is_finite()).collect();
+        sorted.sort_by(f64::total_cmp);
+        let (Some(&low), Some(&last)) = (sorted.first(), sorted.last()) else {
+            return Range { low: 0.0, high: 1.0 };
+        };
+        let kept = ((1.0 - clip) * sorted.len() as f64).ceil() as usize;
+        let high = sorted[kept.clamp(1, sorted.len()) - 1];
+        // A map that is flat but for a few nodes keeps its peaks.
+        let high = if high > low { high } else { last };
+        if high > low { Range { low, high } } else { Range { low, high: low + 1.0 } }
+    }
+
+    fn share(self, value: f64) -> f64 {
+        ((value - self.low) / (self.high - self.low)).clamp(0.0, 1.0)
+    }
+}
+
+/// The colour of a share between 0 (dark) and 1 (light).
+pub fn colour(share: f64) -> Rgb {
+    let c = colorous::CIVIDIS.eval_continuous(share);
+    [c.r, c.g, c.b]
+}
+
+/// A field file reduced to at most `longest` cells a side, each node passed through `of` first.
+///
+/// One row is in memory at a time, whatever the size of the field.
+pub fn load(path: &Path, longest: usize, of: impl Fn(f64) -> f64) -> Result<Reduced> {
+    let reader = npy::Reader::open(path)?;
+    let mut reducer = Reducer::new(reader.nx, reader.ny, longest);
+    let mut seen = Vec::with_capacity(reader.nx);
+    let mut bad = None;
+    reader.for_each_row(|y, row| {
+        seen.clear();
+        seen.extend(row.iter().map(|&v| of(v)));
+        if let Some(x) = row.iter().position(|v| !v.is_finite()) {
+            bad.get_or_insert((y, x, row[x]));
+        }
+        reducer.add_row(y, &seen);
+    })?;
+    match bad {
+        Some((y, x, value)) => Err(Error::format(path, format!("{value} at row {y}, column {x}"), "finite numbers")),
+        None => Ok(reducer.finish()),
+    }
+}
+
+/// A continuous map in CIVIDIS: dark is low.
+pub fn map(small: &Reduced, range: Range) -> Picture {
+    Picture::from_cells(small.nx, small.ny, |i| colour(range.share(small.values[i])))
+}
+
+/// A cell of a reduced contact map is drawn as touching when at least half of its nodes touch.
+pub fn touches(small: &Reduced, i: usize) -> bool {
+    small.values[i] >= 0.5
+}
+
+/// A contact map, `values` being the touching share of each cell: touching in `colour`, on white.
+pub fn contact(small: &Reduced, colour: Rgb) -> Picture {
+    Picture::from_cells(small.nx, small.ny, |i| if touches(small, i) { colour } else { WHITE })
+}
+
+/// Two contact maps of one shape on top of each other: both black, only the continuum orange, only the atoms blue.
+pub fn superposed(continuum: &Reduced, atoms: &Reduced) -> Picture {
+    Picture::from_cells(continuum.nx, continuum.ny, |i| match (touches(continuum, i), touches(atoms, i)) {
+        (true, true) => BLACK,
+        (true, false) => ORANGE,
+        (false, true) => BLUE,
+        (false, false) => WHITE,
+    })
+}
+
+impl Picture {
+    fn from_cells(nx: usize, ny: usize, colour: impl Fn(usize) -> Rgb) -> Self {
+        let factor = SMALLEST_SIDE.div_ceil(nx.max(ny)).min(LONGEST_SIDE / nx.max(ny).max(1)).max(1);
+        let (width, height) = (nx * factor, ny * factor);
+        let mut pixels = Vec::with_capacity(width * height);
+        for y in (0..ny).rev() {
+            let start = pixels.len();
+            for x in 0..nx {
+                pixels.extend(std::iter::repeat_n(colour(y * nx + x), factor));
+            }
+            for _ in 1..factor {
+                pixels.extend_from_within(start..start + width);
+            }
+        }
+        Picture { width, height, pixels }
+    }
+
+    /// Colour at a pixel counted from the upper left corner.
+    pub fn at(&self, x: usize, y: usize) -> Rgb {
+        self.pixels[y * self.width + x]
+    }
+
+    /// The bytes of a PNG file, 8-bit RGB.
+    pub fn png(&self) -> std::io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        PngEncoder::new_with_quality(&mut bytes, CompressionType::Best, FilterType::Adaptive)
+            .write_image(self.pixels.as_flattened(), self.width as u32, self.height as u32, ExtendedColorType::Rgb8)
+            .map_err(std::io::Error::other)?;
+        Ok(bytes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn small(nx: usize, values: &[f64]) -> Reduced {
+        Reduced { nx, ny: values.len() / nx, factor: 1, values: values.to_vec() }
+    }
+
+    #[test]
+    fn the_first_row_is_at_the_bottom_and_small_maps_are_enlarged() {
+        let picture = map(&small(2, &[0.0, 1.0, 1.0, 1.0]), Range { low: 0.0, high: 1.0 });
+        assert_eq!((picture.width, picture.height), (320, 320));
+        assert_eq!(picture.at(0, 319), colour(0.0));
+        assert_eq!(picture.at(319, 319), colour(1.0));
+        assert_eq!(picture.at(0, 0), colour(1.0));
+    }
+
+    /// Rec. 709 luma of the four colours of a superposition, at least a fifth of the scale apart.
+    #[test]
+    fn a_superposition_reads_in_grey() {
+        let luma = |c: Rgb| 0.2126 * f64::from(c[0]) + 0.7152 * f64::from(c[1]) + 0.0722 * f64::from(c[2]);
+        let greys = [BLACK, BLUE, ORANGE, WHITE].map(luma);
+        assert!(greys.windows(2).all(|w| w[1] - w[0] > 0.2 * 255.0), "{greys:?}");
+        let a = small(4, &[1.0, 1.0, 0.0, 0.4]);
+        let b = small(4, &[0.5, 0.0, 1.0, 0.0]);
+        let picture = superposed(&a, &b);
+        let quarter = picture.width / 4;
+        assert_eq!([0, 1, 2, 3].map(|i| picture.at(i * quarter, 0)), [BLACK, ORANGE, BLUE, WHITE]);
+    }
+
+    #[test]
+    fn a_range_leaves_out_peaks_but_never_collapses() {
+        let mut values: Vec<f64> = (0..1000).map(f64::from).collect();
+        values[7] = 1e9;
+        assert_eq!(Range::of(&values, 0.002), Range { low: 0.0, high: 998.0 });
+        assert_eq!(Range::of(&[2.0; 3], 0.0), Range { low: 2.0, high: 3.0 });
+        let mut flat = [0.0; 1000];
+        flat[1] = 5.0;
+        assert_eq!(Range::of(&flat, 0.01), Range { low: 0.0, high: 5.0 });
+        assert_eq!(Range::of([].iter(), 0.0), Range { low: 0.0, high: 1.0 });
+    }
+
+    #[test]
+    fn a_png_is_one() {
+        let png = contact(&small(3, &[0.0, 1.0, 0.0]), BLACK).png().unwrap();
+        assert!(png.starts_with(b"\x89PNG"));
+        let back = image::load_from_memory(&png).unwrap();
+        assert_eq!((back.width(), back.height()), (321, 107));
+    }
+}

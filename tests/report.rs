@@ -1,0 +1,364 @@
+//! The report of a made-up run: whole, self-contained, and nothing in it that is not in `results.json`.
+
+use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
+
+use asperity::record::npy;
+use asperity::record::results::*;
+use asperity::report;
+
+const N: usize = 64;
+const LENGTH_ANGSTROM: f64 = 400.0;
+
+/// A few waves with fixed phases, heights over L, at x and y over L.
+fn height(x: f64, y: f64) -> f64 {
+    let waves =
+        [(1, 0, 0.3), (1, 2, 1.1), (-2, 3, 2.0), (4, 1, 0.2), (3, -5, 4.0), (6, 5, 5.1), (-8, 3, 0.9), (2, 9, 3.3)];
+    let sum: f64 = waves
+        .iter()
+        .map(|&(kx, ky, phase)| {
+            let k = f64::from(kx * kx + ky * ky).sqrt();
+            (TAU * (f64::from(kx) * x + f64::from(ky) * y) + phase).cos() / k.powf(1.5)
+        })
+        .sum();
+    0.01 * (sum + 2.5)
+}
+
+fn grid(of: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+    (0..N * N).map(|i| of((i % N) as f64 / N as f64, (i / N) as f64 / N as f64)).collect()
+}
+
+fn store(folder: &Path, name: &str, values: &[f64]) -> Option<String> {
+    npy::write(&folder.join(name), N, N, values.iter().copied()).unwrap();
+    Some(name.into())
+}
+
+fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResults {
+    let share = gap.iter().filter(|g| **g == 0.0).count() as f64 / gap.len() as f64;
+    let [gap_file, stress] = files;
+    StateResults {
+        p_star,
+        pressure: 0.08 * p_star,
+        criterion: "gap = 0".into(),
+        contact_fraction: share,
+        contact_fraction_corrected: 0.9 * share,
+        mean_gap: gap.iter().sum::<f64>() / gap.len() as f64,
+        patches: 17,
+        energy: -1e-6,
+        load_error: 2e-4,
+        residual: 7e-5,
+        complementarity: 1e-9,
+        stop: "converged".into(),
+        iterations: 143,
+        fft_pairs: 301,
+        seconds: 1.7,
+        gap: gap_file,
+        stress,
+    }
+}
+
+fn continuum(folder: &Path, name: &str, method: &str, level: f64, stored: [bool; 2]) -> ContinuumResults {
+    let states = [0.01, 0.02].iter().zip(1..).map(|(&p_star, i)| {
+        let gap = grid(|x, y| (height(x, y) - level - 0.5 * p_star).max(0.0));
+        let stress = grid(|x, y| (0.3 * (level + 0.5 * p_star - height(x, y))).max(-1e-4));
+        let files = [
+            stored[0].then(|| store(folder, &format!("{name}-gap-{i}.npy"), &gap)).flatten(),
+            stored[1].then(|| store(folder, &format!("{name}-stress-{i}.npy"), &stress)).flatten(),
+        ];
+        state(p_star, &gap, files)
+    });
+    ContinuumResults {
+        method: method.into(),
+        kernel: "half-space".into(),
+        adhesion: "exponential, γ = 2×10⁻⁵ E*L, ρ = 2.07×10⁻⁵ L".into(),
+        wall: "hard wall".into(),
+        nx: N,
+        ny: N,
+        states: states.collect(),
+    }
+}
+
+fn atoms(folder: &Path) -> AtomsResults {
+    let states = [0.01, 0.02].iter().zip(1..).map(|(&p_star, i)| {
+        // Two nodes off, so that the superposition has all of its colours.
+        let gap = grid(|x, y| LENGTH_ANGSTROM * (height(x + 0.012, y) - 0.0048 - 0.5 * p_star).max(0.0) + 2.0);
+        let flags = gap.iter().map(|g| u8::from(*g < 2.1));
+        let contacts = flags.clone().map(usize::from).sum();
+        npy::write(&folder.join(format!("contact-{i}.npy")), N, N, flags).unwrap();
+        store(folder, &format!("atoms-gap-{i}.npy"), &gap);
+        AtomState {
+            p_star,
+            contact_fraction: contacts as f64 / (N * N) as f64,
+            contacts,
+            contacts_below_surface: 0,
+            mean_gap_angstrom: 9.713,
+            contact_stress_gpa: 1.87,
+            contact_map: format!("contact-{i}.npy"),
+            gap_map: format!("atoms-gap-{i}.npy"),
+            frame: Some(format!("frame-{i}.xyz")),
+        }
+    });
+    let ladder = (0..25).map(|step| {
+        let d = f64::from(step) * 0.2;
+        LadderStep {
+            step: step as usize,
+            displacement_angstrom: d,
+            load_ev_per_angstrom: d * d,
+            p_star: 1.2e-3 * d * d - 0.001 * d,
+            contacts: (12.0 * d * d) as usize,
+            energy_ev: -1e4 + d,
+            force_evaluations: 230,
+            max_force_ev_per_angstrom: 8e-5,
+        }
+    });
+    let line = |group: &str, symbol: &str, asked, used, verdict: &str, reason: &str| AuditLine {
+        group: group.into(),
+        symbol: symbol.into(),
+        asked,
+        used,
+        verdict: verdict.into(),
+        reason: reason.into(),
+    };
+    AtomsResults {
+        potential: "Lennard-Jones, cut at 2.5 σ".into(),
+        engine: "LAMMPS (29 Sep 2021 - Update 2)".into(),
+        cells: 72,
+        depth_cells: 10,
+        a0_angstrom: 5.5884,
+        length_angstrom: LENGTH_ANGSTROM,
+        modulus_gpa: Some(28.57),
+        deformable: 186_624,
+        fixed: 20_736,
+        indenter: 10_368,
+        audit: vec![
+            line("reduced work of adhesion", "γ*", 2e-5, 2e-5, "kept", "set by the depth of the wall's potential"),
+            line(
+                "reduced range",
+                "ρ*",
+                2.07e-5,
+                1.1e-3,
+                "unreachable",
+                "a range below an ångström has no atoms to carry it",
+            ),
+        ],
+        ladder: ladder.collect(),
+        states: states.collect(),
+    }
+}
+
+fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResults {
+    let hard = continuum(folder, "hard", "bccg", 0.005, [true, false]);
+    let soft = continuum(folder, "soft", "gfmd", 0.004, [true, false]);
+    let overlap = |kappa: f64| Overlap { jaccard: 0.8 * kappa, precision: 0.9 * kappa, recall: 0.95 * kappa, kappa };
+    let a_match = |id: &str, threshold_angstrom, contact_fraction, kappa| CriterionMatch {
+        id: id.into(),
+        criterion: format!("gap ≤ {threshold_angstrom} Å"),
+        threshold_angstrom,
+        contact_fraction,
+        overlap: overlap(kappa),
+        shifted: overlap(0.031),
+    };
+    let loads = atoms.states.iter().zip(&hard.states).map(|(a, h)| LoadComparison {
+        p_star: a.p_star,
+        registration: [0, 0],
+        atoms: CriterionArea { criterion: "distance < 3.62 Å".into(), contact_fraction: a.contact_fraction },
+        continuum: vec![
+            a_match("plain", 0.0, h.contact_fraction, 0.71),
+            a_match("threshold", 0.3, 1.3 * h.contact_fraction, 0.78),
+            a_match("soft wall", 0.9, 1.2 * h.contact_fraction, 0.8347),
+        ],
+        atoms_mean_gap_angstrom: 9.713,
+        continuum_mean_gap_angstrom: 9.402,
+        soft_mean_gap_angstrom: 9.655,
+        atoms_patches: 14,
+        continuum_patches: 17,
+        gap_rms_difference_angstrom: 0.214,
+    });
+    let y: Vec<f64> = (0..N).map(|i| i as f64 / N as f64).collect();
+    let gap = |level: f64| y.iter().map(|&y| LENGTH_ANGSTROM * (height(0.5, y) - level).max(0.0)).collect::<Vec<f64>>();
+    let section = |p_star: f64| Section {
+        p_star,
+        y: y.clone(),
+        atoms_gap_angstrom: gap(0.0115 + 0.5 * p_star).iter().map(|g| g + 0.2).collect(),
+        hard_gap_angstrom: gap(0.012 + 0.5 * p_star),
+        soft_gap_angstrom: gap(0.0117 + 0.5 * p_star),
+    };
+    ComparisonResults {
+        loads: loads.collect(),
+        sections: vec![section(0.01), section(0.02)],
+        findings: vec![
+            "Steps: 61 % of the atoms' extra contact lies within one lattice constant of a terrace edge.".into(),
+        ],
+        hard,
+        soft,
+    }
+}
+
+/// A run folder with everything a run may leave.
+fn run_folder(folder: &Path) -> Results {
+    std::fs::create_dir_all(folder).unwrap();
+    store(folder, "heights.npy", &grid(height));
+    let statistic = |name: &str, symbol: &str, unit: &str, expected, realised, band| Statistic {
+        name: name.into(),
+        symbol: symbol.into(),
+        unit: unit.into(),
+        expected,
+        realised,
+        band,
+    };
+    let atoms = atoms(folder);
+    let results = Results {
+        schema: SCHEMA,
+        name: "A made-up <run>".into(),
+        description: "Fields of a few waves, for looking at the report; no solver has seen them.".into(),
+        scales: ScalesSi { length_m: 1e-4, modulus_pa: 25e6 },
+        surface: SurfaceResults {
+            origin: "Synthesised, seed 1".into(),
+            nx: N,
+            ny: N,
+            aspect: 1.0,
+            heights: "heights.npy".into(),
+            statistics: vec![
+                statistic("rms gradient", "ḡ", "1", Some(1.0), 0.98764, Some(0.021)),
+                statistic("rms height", "h_rms", "µm", Some(0.762), 0.701, Some(0.05)),
+                statistic("mean curvature", "1/R_c", "1/µm", None, 16.44, None),
+            ],
+            psd: (1..60)
+                .map(f64::from)
+                .map(|n| PsdPoint {
+                    mode: n,
+                    realised: 1e-5 * n.powf(-3.6) * (1.0 + 0.5 * (7.0 * n).sin()),
+                    expected: Some(1e-5 * n.powf(-3.6)),
+                })
+                .collect(),
+        },
+        continuum: Some(continuum(folder, "laboratory", "gfmd", 0.006, [true, true])),
+        comparison: Some(comparison(folder, &atoms)),
+        atoms: Some(atoms),
+        stages: ["surface", "continuum", "atoms", "compare"]
+            .iter()
+            .zip([0.4, 12.6, 1843.0, 2.2])
+            .map(|(name, seconds)| StageCost {
+                name: (*name).into(),
+                key: "8f3a61c9d2e4b7a0cc".into(),
+                seconds,
+                peak_rss_bytes: 312_000_000,
+                reused: *name == "surface",
+            })
+            .collect(),
+        warnings: vec!["The grid resolves wavelengths down to 3.1 µm; the spectrum goes down to 0.1 µm.".into()],
+        sources: vec!["M. H. Müser et al., Tribology Letters 65 (2017) 118, doi:10.1007/s11249-017-0900-2".into()],
+    };
+    results.write(folder).unwrap();
+    results
+}
+
+/// Kept under `target/tmp` after the test, to be looked at.
+fn kept(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join("report").join(name)
+}
+
+fn page(folder: &Path) -> String {
+    std::fs::read_to_string(report::write(folder).unwrap()).unwrap()
+}
+
+#[test]
+fn a_full_report_is_whole_and_self_contained() {
+    let folder = kept("full");
+    run_folder(&folder);
+    let page = page(&folder);
+    for (attribute, allowed) in [("src=\"", "data:image/png;base64,"), ("href=\"", "#")] {
+        for value in page.split(attribute).skip(1) {
+            let value = &value[..value.find('"').unwrap()];
+            assert!(value.starts_with(allowed) || value.starts_with("https://doi.org/"), "{value}");
+        }
+    }
+    assert!(
+        !page.contains("<script") && !page.contains("<link") && !page.contains("url(") && !page.contains("@import")
+    );
+    assert!(page.contains("A made-up &lt;run&gt;"));
+    for anchor in ["surface", "loads", "atoms", "comparison", "area", "findings", "costs", "sources"] {
+        assert!(page.contains(&format!("<section id=\"{anchor}\">")), "{anchor}");
+    }
+    // Height map, two gaps and two stresses; per load four contact panels and three gaps.
+    assert_eq!(page.matches("<img ").count(), 1 + 4 + 2 * (4 + 3));
+    assert!(page.contains("outside the band") && page.contains("within the band"));
+    assert!(!page.contains("NaN"));
+    for figure in
+        ["heights.png", "psd.svg", "area.svg", "ladder-load.svg", "section-2.svg", "superposed-2.png", "gap-1.png"]
+    {
+        assert!(folder.join("figures").join(figure).exists(), "{figure}");
+    }
+    assert!(std::fs::read_dir(&folder).unwrap().all(|f| !f.unwrap().file_name().to_string_lossy().starts_with('.')));
+}
+
+#[test]
+fn numbers_come_from_the_results() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut results = run_folder(folder.path());
+    let before = page(folder.path());
+    assert_eq!(before, page(folder.path()), "the same results give the same page");
+    assert!(before.contains("κ = 0.83") && !before.contains("κ = 0.42"));
+    results.comparison.as_mut().unwrap().loads[1].continuum[2].overlap.kappa = 0.4199;
+    results.write(folder.path()).unwrap();
+    assert!(page(folder.path()).contains("κ = 0.42"));
+}
+
+#[test]
+fn parts_that_were_not_run_are_left_out() {
+    let folder = kept("continuum-only");
+    let mut results = run_folder(&folder);
+    (results.atoms, results.comparison) = (None, None);
+    results.write(&folder).unwrap();
+    let text = page(&folder);
+    assert!(text.contains("id=\"loads\"") && text.contains("id=\"area\""));
+    assert!(!text.contains("id=\"atoms\"") && !text.contains("Jaccard"));
+    results.continuum = None;
+    (results.stages, results.sources, results.warnings) = (vec![], vec![], vec![]);
+    results.write(&folder).unwrap();
+    let text = page(&folder);
+    assert!(text.contains("id=\"surface\"") && !text.contains("id=\"area\"") && !text.contains("Read these first"));
+    run_folder(&folder);
+}
+
+#[test]
+fn an_unconverged_state_is_marked() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut results = run_folder(folder.path());
+    results.continuum.as_mut().unwrap().states[1].stop = "iteration limit".into();
+    results.write(folder.path()).unwrap();
+    let text = page(folder.path());
+    assert!(text.contains("iteration limit") && text.contains("(not converged)") && text.contains(">\nnot converged"));
+}
+
+#[test]
+fn what_is_missing_or_damaged_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let says = |expected: &[&str]| {
+        let message = report::write(folder.path()).unwrap_err().to_string();
+        assert!(expected.iter().all(|e| message.contains(e)), "{message}");
+    };
+    says(&["results.json", "read"]);
+    let path = folder.path().join("results.json");
+    std::fs::write(&path, "{\"schema\": 99, \"new\": []}").unwrap();
+    says(&["results.json", "schema 99, written by a newer version", "schema 1 or older"]);
+    std::fs::write(&path, "{\"name\": 1}").unwrap();
+    says(&["results.json", "schema"]);
+    std::fs::write(&path, "{\"schema\": 1, \"name\": 1}").unwrap();
+    says(&["results.json", "line 1"]);
+
+    let mut results = run_folder(folder.path());
+    std::fs::remove_file(folder.path().join("atoms-gap-2.npy")).unwrap();
+    says(&["atoms-gap-2.npy"]);
+    npy::write(&folder.path().join("contact-1.npy"), 8, 8, [1_u8; 64]).unwrap();
+    says(&["contact-1.npy", "8 × 8"]);
+    results.surface.heights = "/etc/hostname".into();
+    results.write(folder.path()).unwrap();
+    says(&["/etc/hostname", "inside the run folder"]);
+    results.surface.heights = "heights.npy".into();
+    results.surface.nx = 128;
+    results.write(folder.path()).unwrap();
+    says(&["heights.npy", "another shape"]);
+    results.scales.length_m = f64::NAN;
+    assert!(results.write(folder.path()).unwrap_err().to_string().contains("not finite"));
+}
