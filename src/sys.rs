@@ -135,3 +135,32 @@ pub fn die_with_parent(command: &mut std::process::Command) {
     #[cfg(not(target_os = "linux"))]
     let _ = command;
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::os::unix::process::{CommandExt, ExitStatusExt};
+    use std::process::Command;
+
+    #[test]
+    fn a_group_dies_with_its_members() {
+        let mut shell = Command::new("sh").args(["-c", "sleep 60 & wait"]).process_group(0).spawn().expect("a shell");
+        kill_process_group(shell.id());
+        assert_eq!(shell.wait().expect("waited").signal(), Some(libc::SIGKILL));
+        // Would be this process's own group.
+        kill_process_group(0);
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn a_child_dies_with_the_thread_that_started_it() {
+        let started = std::thread::spawn(|| {
+            let mut command = Command::new("sleep");
+            command.arg("60");
+            die_with_parent(&mut command);
+            command.spawn().expect("a child")
+        });
+        let mut child = started.join().expect("joined");
+        assert_eq!(child.wait().expect("waited").signal(), Some(libc::SIGKILL));
+    }
+}

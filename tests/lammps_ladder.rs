@@ -26,9 +26,9 @@ const MODULUS: f64 = 28.57 / 160.217_663_4;
 /// p/E* at which the ladders here end: two dozen atoms of the surface layer's 200 touch for every hundredth.
 const P_STAR: f64 = 0.02;
 
-/// The first energy-minimised force tolerance leaves the load of a 56 Å cell uncertain by a few 1e-3 eV/Å; a step
-/// changes it by a thousand times that, so "rises" needs no allowance beyond it.
-const LOAD_NOISE: f64 = 5e-3;
+/// A force tolerance of 2e-3 eV/Å leaves the load of this cell uncertain by 2e-2 eV/Å (measured against 2e-4); a step
+/// in contact changes it by more than 1 eV/Å.
+const LOAD_NOISE: f64 = 2e-2;
 
 fn lammps() -> Option<LammpsEngine> {
     match LammpsEngine::find(None) {
@@ -155,6 +155,8 @@ fn a_killed_run_goes_on_through_the_same_states() {
     let finished = engine.run(&broken.job, &mut on).expect("the rest");
     assert!(finished.resumed_from.is_some_and(|k| k >= 5));
     assert_eq!(finished.ladder, expected.ladder);
+    // The logs of the pieces together tell as much as the log of the whole.
+    assert_eq!(serde_json::to_value(&finished.steps).ok(), serde_json::to_value(&expected.steps).ok());
     assert!(results(whole.path(), &expected) == results(killed.path(), &finished), "other bytes after going on");
 }
 

@@ -233,7 +233,10 @@ impl LammpsEngine {
             ("pair", "lj/cut"),
             ("minimize", "cg"),
             ("compute", "coord/atom"),
+            ("compute", "property/atom"),
+            ("compute", "reduce"),
             ("fix", "setforce"),
+            ("fix", "store/state"),
         ];
         if job.record.interaction.adhesion.is_some() {
             needed.push(("pair", "yukawa"));
