@@ -10,8 +10,8 @@ use crate::error::Result;
 use crate::record::results::AuditLine;
 use crate::units::{ANGSTROM_M, Scales};
 
-/// Two values are the same group if they agree to this: a tenth of the least deviation that any comparison of atoms and
-/// continuum resolves.
+/// Two values are the same group if they agree to this: below what any count of atoms resolves, above the rounding of
+/// quoted inputs such as 3.4878e-3 eV/Å².
 pub const SAME: f64 = 1e-3;
 /// Measured at rms gradient 1 and four times the reference load: a net of 2.54 Å kept every crystal atom on its side, at
 /// 3.99 Å four atoms got through, at 5.08 Å seventy-eight.
