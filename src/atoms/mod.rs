@@ -3,4 +3,5 @@
 pub mod audit;
 pub mod modulus;
 pub mod potential;
+pub mod properties;
 pub mod wall;
