@@ -37,7 +37,8 @@ fn wall() -> Wall {
     Wall::new(A0 * CELLS as f64 / POINTS as f64, A0).unwrap()
 }
 
-/// What LAMMPS finds between two flats, per area: Lennard-Jones and Yukawa energy (eV/Å²) and the net's repulsion (eV/Å³).
+/// What LAMMPS finds between two flats, per area: Lennard-Jones and Yukawa energy (eV/Å²) and the net's repulsion
+/// (eV/Å³).
 struct Flats {
     distance: f64,
     repulsion: f64,
@@ -87,8 +88,8 @@ fn the_generated_potential_has_the_stated_properties() {
     assert!(card.deviations(&found).is_empty(), "{}", card.deviations(&found).join("\n"));
 }
 
-/// Bands of the stated values themselves: 1 % where the potential was fitted, and for what was only asked to be sensible
-/// the ranges of experiment and first-principles work for calcium (potentials/README.md).
+/// Bands of the stated values themselves: 1 % where the potential was fitted, and for what was only asked to be
+/// sensible the ranges of experiment and first-principles work for calcium (potentials/README.md).
 #[test]
 fn the_stated_properties_are_those_of_a_crystal_like_calcium() {
     let stated = Card::calcium().unwrap().properties;
@@ -107,8 +108,8 @@ fn the_stated_properties_are_those_of_a_crystal_like_calcium() {
     assert!(stated.unstable_fault_j_m2 > 5.0 * stated.stacking_fault_j_m2);
 }
 
-/// Measured: 50 registries leave 1e-5 of the areal law's average for ranges from 0.5 Å on; at 8 Å with a range of 0.5 Å the
-/// shift at the cut-off, 20 decay lengths out, takes 2e-4.
+/// Measured: 50 registries leave 1e-5 of the areal law's average for ranges from 0.5 Å on; at 8 Å with a range of 0.5 Å
+/// the shift at the cut-off, 20 decay lengths out, takes 2e-4.
 const EXPONENTIAL: f64 = 1e-3;
 
 #[test]
@@ -147,10 +148,11 @@ fn the_calibrated_flats_have_the_work_of_adhesion_asked_for() {
     }
 }
 
-/// Half a per cent was measured down to the disc of radius √(r_m² - d²) = 1.2 Å (d = 3.84 Å) in which an atom is repelled.
+/// Half a per cent was measured down to the disc of radius √(r_m² - d²) = 1.2 Å (d = 3.84 Å) in which an atom is
+/// repelled.
 const REPULSION: f64 = 0.01;
-/// Close to the cut-off few of the 50 registries are repelled at all (16 at 3.95 Å), and the sum is a coarse average: the
-/// pressure was measured 3.7 % low.
+/// Close to the cut-off few of the 50 registries are repelled at all (16 at 3.95 Å), and the sum is a coarse average:
+/// the pressure was measured 3.7 % low.
 const FIRST_TOUCH: (f64, f64) = (3.9, 0.05);
 
 #[test]

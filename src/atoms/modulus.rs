@@ -1,21 +1,21 @@
 //! Contact modulus of a cubic crystal's (001) surface.
 //!
-//! A pressure wave `p cos(q·x)` on a half-space moves its surface by `G₃₃(θ) p/q`, where θ is the direction of the
-//! wave vector. For an isotropic solid `G₃₃ = 2/E*`; a crystal has a different `E*(θ) = 2/G₃₃(θ)` for each direction.
-//! Vlassak and Nix (J. Mech. Phys. Solids 42 (1994) 1223) average the compliance over θ for axisymmetric contacts, and a
-//! surface of isotropic roughness has no other direction to prefer.
+//! A pressure wave `p cos(q·x)` on a half-space moves its surface by `G₃₃(θ) p/q`, where θ is the direction of the wave
+//! vector. For an isotropic solid `G₃₃ = 2/E*`; a crystal has a different `E*(θ) = 2/G₃₃(θ)` for each direction.
+//! Vlassak and Nix (J. Mech. Phys. Solids 42 (1994) 1223) average the compliance over θ for axisymmetric contacts, and
+//! a surface of isotropic roughness has no other direction to prefer.
 //!
-//! `G₃₃ = (L⁻¹)₃₃` with the Barnett-Lothe tensor `L = ⟨Q(ω) - R(ω) T(ω)⁻¹ R(ω)ᵀ⟩`, a mean over the plane of the wave vector
-//! and the normal (Barnett and Lothe, Physica Norvegica 7 (1973) 13; Ting, *Anisotropic Elasticity*, 1996). It equals
-//! the solution by Stroh's eigenvectors and has no degenerate case: the isotropic limit needs no perturbation.
+//! `G₃₃ = (L⁻¹)₃₃` with the Barnett-Lothe tensor `L = ⟨Q(ω) - R(ω) T(ω)⁻¹ R(ω)ᵀ⟩`, a mean over the plane of the wave
+//! vector and the normal (Barnett and Lothe, Physica Norvegica 7 (1973) 13; Ting, *Anisotropic Elasticity*, 1996). It
+//! equals the solution by Stroh's eigenvectors and has no degenerate case: the isotropic limit needs no perturbation.
 
 use nalgebra::Matrix3;
 
 use crate::error::{Complaint, Error, Result};
 
-/// Points of the Barnett-Lothe integral over half a turn, and of the in-plane average over a quarter turn. Both integrands
-/// are smooth and periodic, so that the trapezoidal rule converges exponentially; tests double
-/// both for copper.
+/// Points of the Barnett-Lothe integral over half a turn, and of the in-plane average over a quarter turn. Both
+/// integrands are smooth and periodic, so that the trapezoidal rule converges exponentially; tests double both for
+/// copper.
 const INTEGRAL_POINTS: usize = 256;
 const DIRECTIONS: usize = 64;
 
@@ -59,7 +59,8 @@ impl Cubic {
         })
     }
 
-    /// `E*(θ) = 2/G₃₃(θ)` for a pressure wave on (001) whose wave vector makes the angle `theta` (radians) with \[100\].
+    /// `E*(θ) = 2/G₃₃(θ)` for a pressure wave on (001) whose wave vector makes the angle `theta` (radians) with
+    /// \[100\].
     pub fn directional_modulus(&self, theta: f64) -> f64 {
         self.directional(theta, INTEGRAL_POINTS)
     }

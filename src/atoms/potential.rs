@@ -12,7 +12,8 @@ use crate::error::{Error, Result};
 
 /// Rows of each table. With 4000 the elastic constants that LAMMPS finds are those of the functions to 3e-5.
 const TABLE_ROWS: usize = 4000;
-/// The density axis ends at this many equilibrium densities: a crystal pressed to 0.7 of its lattice constant is at 3.4.
+/// The density axis ends at this many equilibrium densities: a crystal pressed to 0.7 of its lattice constant is at
+/// 3.4.
 const DENSITY_SPAN: f64 = 4.0;
 /// Centre and width (Å) of the Gaussian that only the hcp crystal's √(8/3) shell feels: it makes fcc the ground state
 /// with a cut-off below the fourth fcc shell.

@@ -118,8 +118,8 @@ const SCRIPTS: [(&str, &str); 5] = [
     ("fault.in", include_str!("../../lammps-inputs/properties/fault.in")),
 ];
 
-/// Measures the fcc crystal of `element` in the table `setfl`; `a0_angstrom` is the first guess of the lattice constant.
-/// Scripts, a copy of the table and the logs stay in `folder`, which is made if need be. Seconds on one core.
+/// Measures the fcc crystal of `element` in the table `setfl`; `a0_angstrom` is the first guess of the lattice
+/// constant. Scripts, a copy of the table and the logs stay in `folder`, which is made if need be. Seconds on one core.
 ///
 /// # Errors
 /// `Error::Format` if the table is damaged or lacks the element, `Error::Lammps` if LAMMPS fails or a result is missing,
