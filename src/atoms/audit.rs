@@ -10,14 +10,14 @@ use crate::error::Result;
 use crate::record::results::AuditLine;
 use crate::units::{ANGSTROM_M, Scales};
 
-/// Two values are the same group if they agree to this: a tenth of the least deviation that any comparison of atoms and
-/// continuum resolves.
+/// Two values are the same group if they agree to this: below what any count of atoms resolves, above the rounding of
+/// quoted inputs such as 3.4878e-3 eV/Å².
 pub const SAME: f64 = 1e-3;
-/// Measured at rms gradient 1 and four times the reference load: a net of 2.54 Å kept every crystal atom on its side, at
-/// 3.99 Å four atoms got through, at 5.08 Å seventy-eight.
+/// Measured at rms gradient 1 and four times the reference load: a net of 2.54 Å kept every crystal atom on its side,
+/// at 3.99 Å four atoms got through, at 5.08 Å seventy-eight.
 pub const WIDEST_SPACING_ANGSTROM: f64 = 2.6;
-/// Measured for flats: with 25 or more distinct positions of the crystal's atoms in the net's cell, adhesion is within 1 %
-/// of its areal law for ranges from 0.5 Å; with one position it is off by up to 80 % at 0.2 Å.
+/// Measured for flats: with 25 or more distinct positions of the crystal's atoms in the net's cell, adhesion is within
+/// 1 % of its areal law for ranges from 0.5 Å; with one position it is off by up to 80 % at 0.2 Å.
 pub const FEWEST_REGISTRIES: usize = 25;
 /// A wave stiffer than the half-space by less than this counts as unaffected by the slab's depth.
 const HALF_SPACE: f64 = 0.02;
@@ -192,8 +192,9 @@ fn roughness(asked: &Asked, used: &Used) -> [AuditLine; 4] {
     ]
 }
 
-/// Stiffness over that of a half-space of an elastic layer bonded to a rigid base, for a wave with `x` = wave vector times
-/// thickness and Poisson's ratio ν (Johnson, *Contact Mechanics*; Carbone and Mangialardi, J. Mech. Phys. Solids 56 (2008) 684).
+/// Stiffness over that of a half-space of an elastic layer bonded to a rigid base, for a wave with `x` = wave vector
+/// times thickness and Poisson's ratio ν (Johnson, *Contact Mechanics*; Carbone and Mangialardi, J. Mech. Phys. Solids
+/// 56 (2008) 684).
 pub fn layer_stiffening(x: f64, poisson: f64) -> f64 {
     let k = 3.0 - 4.0 * poisson;
     let rest = 2.0 * x * x + 5.0 - 12.0 * poisson + 8.0 * poisson * poisson;
@@ -234,8 +235,8 @@ fn spacing(used: &Used) -> AuditLine {
     line("indenter spacing", "s/d_c", asked / CONTACT_DISTANCE_ANGSTROM, s / CONTACT_DISTANCE_ANGSTROM, true, reason)
 }
 
-/// Number of distinct positions that the atoms of an fcc (100) surface take in the cell of a square net with `points` per
-/// `cells` lattice constants; 1 for a net in register with the crystal.
+/// Number of distinct positions that the atoms of an fcc (100) surface take in the cell of a square net with `points`
+/// per `cells` lattice constants; 1 for a net in register with the crystal.
 pub fn distinct_registries(points: usize, cells: usize) -> usize {
     let divisor = gcd(points.max(1), cells.max(1));
     let (p, q) = (points.max(1) / divisor, cells.max(1) / divisor);

@@ -10,5 +10,6 @@ pub mod job;
 pub mod ladder;
 pub mod modulus;
 pub mod potential;
+pub mod properties;
 pub mod replay;
 pub mod wall;
