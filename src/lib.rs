@@ -19,12 +19,14 @@
 //! * [`pipeline`]: stages, their cache and the run folder.
 
 pub mod atoms;
+pub mod cli;
 pub mod compare;
 pub mod error;
 pub mod grid;
 pub mod interface;
 pub mod method;
 pub mod observe;
+pub mod pipeline;
 pub mod record;
 pub mod report;
 pub mod scene;

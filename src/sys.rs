@@ -5,6 +5,22 @@ pub fn peak_rss_bytes() -> u64 {
     status_kib("VmHWM:") * 1024
 }
 
+/// Starts the count of [`peak_rss_bytes`] again, where the kernel allows it.
+pub fn reset_peak_rss() {
+    let _ = std::fs::write("/proc/self/clear_refs", "5");
+}
+
+/// Largest resident set of any child that has ended, bytes.
+pub fn children_peak_rss_bytes() -> u64 {
+    // SAFETY: getrusage fills the plain struct it is handed, for which all-zero bytes are a value.
+    let usage = unsafe {
+        let mut usage: libc::rusage = std::mem::zeroed();
+        libc::getrusage(libc::RUSAGE_CHILDREN, &mut usage);
+        usage
+    };
+    usage.ru_maxrss.max(0) as u64 * 1024
+}
+
 /// Memory that can be taken without swapping, bytes (`MemAvailable`); `u64::MAX` where the kernel does not tell.
 pub fn available_memory_bytes() -> u64 {
     std::fs::read_to_string("/proc/meminfo")

@@ -226,8 +226,18 @@ impl LammpsEngine {
         self
     }
 
-    fn check_styles(&self, job: &Job) -> Result<()> {
-        let mut needed = vec![
+    /// The program found.
+    pub fn program(&self) -> &Path {
+        &self.program
+    }
+
+    /// Styles that a ladder needs, with adhesion, and this LAMMPS lacks.
+    pub fn missing_styles(&self) -> Vec<String> {
+        self.missing(true).map(|(kind, name)| format!("the {kind} style {name}")).collect()
+    }
+
+    fn missing(&self, adhesion: bool) -> impl Iterator<Item = (&'static str, &'static str)> {
+        let needed = [
             ("pair", "hybrid/overlay"),
             ("pair", "eam/alloy"),
             ("pair", "lj/cut"),
@@ -238,10 +248,12 @@ impl LammpsEngine {
             ("fix", "setforce"),
             ("fix", "store/state"),
         ];
-        if job.record.interaction.adhesion.is_some() {
-            needed.push(("pair", "yukawa"));
-        }
-        match needed.into_iter().find(|(kind, name)| !self.styles.has(kind, name)) {
+        let adhesive = adhesion.then_some(("pair", "yukawa"));
+        needed.into_iter().chain(adhesive).filter(|(kind, name)| !self.styles.has(kind, name))
+    }
+
+    fn check_styles(&self, job: &Job) -> Result<()> {
+        match self.missing(job.record.interaction.adhesion.is_some()).next() {
             None => Ok(()),
             Some((kind, name)) => {
                 Err(failed(job, LammpsFailure::MissingStyle { missing: format!("the {kind} style {name}") }))

@@ -22,7 +22,7 @@ impl Kernel for HalfSpace {
 }
 
 /// What the layer's lower face rests on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Base {
     /// Bonded to a rigid support: no displacement.

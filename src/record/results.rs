@@ -143,7 +143,7 @@ pub struct StateResults {
     /// "converged", or why not.
     pub stop: String,
     pub iterations: usize,
-    pub fft_pairs: usize,
+    pub fft_pairs: f64,
     pub seconds: f64,
     /// `[ny, nx]` files, if stored.
     pub gap: Option<String>,

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use super::land::{land, miscount};
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// One atom of a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,6 +52,48 @@ pub fn write<'a>(path: &Path, frame: Frame, atoms: impl IntoIterator<Item = Atom
         }
         if count < frame.atoms { Err(miscount("atoms", count, frame.atoms)) } else { Ok(()) }
     })
+}
+
+/// An atom as read back.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReadAtom {
+    pub species: String,
+    pub position_angstrom: [f64; 3],
+    pub contact: bool,
+}
+
+/// Reads a frame that [`write`] wrote.
+///
+/// # Errors
+/// `Io`, and `Format` naming the line that is not what [`write`] writes.
+pub fn read(path: &Path) -> Result<Vec<ReadAtom>> {
+    let text = super::land::read_text(path)?;
+    let wrong = |line: usize, found: &str| {
+        Error::format(
+            path,
+            format!("line {}: {found}", line + 1),
+            "species x y z contact id, as asperity writes frames",
+        )
+    };
+    let parse = |line: &str| -> Option<ReadAtom> {
+        let mut words = line.split_whitespace();
+        let species = words.next()?.to_string();
+        let mut number = || words.next()?.parse::<f64>().ok();
+        let position_angstrom = [number()?, number()?, number()?];
+        Some(ReadAtom { species, position_angstrom, contact: words.next()? == "1" })
+    };
+    let atoms: Vec<ReadAtom> = text
+        .lines()
+        .enumerate()
+        .skip(2)
+        .map(|(k, line)| parse(line).ok_or_else(|| wrong(k, line)))
+        .collect::<Result<_>>()?;
+    let count = text.lines().next().and_then(|l| l.trim().parse().ok());
+    if count == Some(atoms.len()) {
+        Ok(atoms)
+    } else {
+        Err(wrong(0, &format!("{count:?} atoms, {} follow", atoms.len())))
+    }
 }
 
 #[cfg(test)]

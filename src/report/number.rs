@@ -1,4 +1,5 @@
-//! Numbers as people read them: a stated number of digits, SI prefixes, powers of ten.
+//! Numbers as people read them: a stated number of digits, SI prefixes, powers of ten. The space before a unit does not
+//! break.
 
 const SUPERSCRIPTS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
 
@@ -46,19 +47,19 @@ pub fn trimmed(x: f64, n: usize) -> String {
 
 /// A share as a percentage to three digits; below one in a million as a power of ten.
 pub fn percent(share: f64) -> String {
-    format!("{} %", significant(100.0 * share, 3))
+    format!("{}\u{a0}%", significant(100.0 * share, 3))
 }
 
 /// `value` (in `unit`, without prefix) with the SI prefix that leaves one to three digits before the point.
 pub fn si(value: f64, unit: &str, n: usize) -> String {
     let (scaled, prefix) = si_scale(value);
-    format!("{} {prefix}{unit}", significant(value / scaled, n))
+    format!("{}\u{a0}{prefix}{unit}", significant(value / scaled, n))
 }
 
 /// [`si`] for a value that a person chose: up to four digits, none of them a needless zero.
 pub fn si_given(value: f64, unit: &str) -> String {
     let (scaled, prefix) = si_scale(value);
-    format!("{} {prefix}{unit}", trimmed(value / scaled, 4))
+    format!("{}\u{a0}{prefix}{unit}", trimmed(value / scaled, 4))
 }
 
 /// The factor and prefix [`si`] would use: for axes, whose ticks share one.
@@ -85,18 +86,18 @@ pub fn si_scale(value: f64) -> (f64, &'static str) {
 pub fn duration(seconds: f64) -> String {
     match seconds {
         s if s < 0.0005 => "< 1 ms".into(),
-        s if s < 1.0 => format!("{:.0} ms", 1e3 * s),
-        s if s < 99.5 => format!("{} s", significant(s, 2)),
-        s if s < 3600.0 => format!("{} min {:02} s", s.round() as u64 / 60, s.round() as u64 % 60),
-        s => format!("{} h {:02} min", (s / 60.0).round() as u64 / 60, (s / 60.0).round() as u64 % 60),
+        s if s < 1.0 => format!("{:.0}\u{a0}ms", 1e3 * s),
+        s if s < 99.5 => format!("{}\u{a0}s", significant(s, 2)),
+        s if s < 3600.0 => format!("{}\u{a0}min {:02}\u{a0}s", s.round() as u64 / 60, s.round() as u64 % 60),
+        s => format!("{}\u{a0}h {:02}\u{a0}min", (s / 60.0).round() as u64 / 60, (s / 60.0).round() as u64 % 60),
     }
 }
 
 pub fn memory(bytes: u64) -> String {
     match bytes as f64 {
-        b if b < 1e6 => format!("{:.0} kB", b / 1e3),
-        b if b < 1e9 => format!("{:.0} MB", b / 1e6),
-        b => format!("{:.1} GB", b / 1e9),
+        b if b < 1e6 => format!("{:.0}\u{a0}kB", b / 1e3),
+        b if b < 1e9 => format!("{:.0}\u{a0}MB", b / 1e6),
+        b => format!("{:.1}\u{a0}GB", b / 1e9),
     }
 }
 
@@ -136,19 +137,19 @@ mod tests {
         assert_eq!(trimmed(2e-5, 3), "2×10⁻⁵");
         assert_eq!(trimmed(1e-5, 3), "10⁻⁵");
         assert_eq!(trimmed(100.0, 3), "100");
-        assert_eq!(percent(0.03214), "3.21 %");
+        assert_eq!(percent(0.03214), "3.21\u{a0}%");
     }
 
     #[test]
     fn units_times_and_sizes() {
-        assert_eq!(si(1e-4, "m", 3), "100 µm");
-        assert_eq!(si(0.99999, "m", 3), "1.00 m");
-        assert_eq!(si(2.857e10, "Pa", 4), "28.57 GPa");
-        assert_eq!(si(0.0, "m", 3), "0 m");
-        assert_eq!(si_given(9.7797e-8, "m"), "97.8 nm");
-        let times = [0.0, 0.25, 12.34, 99.6, 3599.6, 7300.0].map(duration);
+        assert_eq!(si(1e-4, "m", 3), "100\u{a0}µm");
+        assert_eq!(si(0.99999, "m", 3), "1.00\u{a0}m");
+        assert_eq!(si(2.857e10, "Pa", 4), "28.57\u{a0}GPa");
+        assert_eq!(si(0.0, "m", 3), "0\u{a0}m");
+        assert_eq!(si_given(9.7797e-8, "m"), "97.8\u{a0}nm");
+        let times = [0.0, 0.25, 12.34, 99.6, 3599.6, 7300.0].map(|s| duration(s).replace('\u{a0}', " "));
         assert_eq!(times, ["< 1 ms", "250 ms", "12 s", "1 min 40 s", "60 min 00 s", "2 h 02 min"]);
-        assert_eq!(memory(1_500_000_000), "1.5 GB");
+        assert_eq!(memory(1_500_000_000), "1.5\u{a0}GB");
         assert_eq!(count(3062500), "3\u{202f}062\u{202f}500");
         assert_eq!(count(1024), "1024");
     }

@@ -275,9 +275,13 @@ impl Scale {
         // One value alone gets room on both sides.
         let half = if high > low { 0.0 } else { (0.1 * low.abs()).max(1e-12) };
         let (low, high) = (low - half, high + half);
-        let rough = (high - low) / 5.0;
+        let rough = (high - low) / 6.0;
         let decade = 10f64.powf(rough.log10().floor());
-        let step = [1.0, 2.0, 2.5, 5.0, 10.0].into_iter().map(|m| m * decade).find(|s| *s >= rough).unwrap_or(rough);
+        let step = [1.0, 2.0, 2.5, 5.0, 10.0]
+            .into_iter()
+            .map(|m| m * decade)
+            .find(|s| *s >= 0.999_999 * rough)
+            .unwrap_or(rough);
         let room = 0.03 * (high - low);
         // An axis that starts close to zero starts at zero, and no room is left below data that are never negative.
         let low = if low >= 0.0 && low < 0.3 * high { 0.0 } else { low - room };
@@ -313,7 +317,8 @@ impl Scale {
                 let factor = 10f64.powi(self.power);
                 let step = self.step / factor;
                 // 2.5 needs one decimal more than its decade.
-                let whole = (step / 10f64.powf(step.log10().floor())).fract().abs() < 1e-6;
+                let mantissa = step / 10f64.powf(step.log10().floor());
+                let whole = (mantissa - mantissa.round()).abs() < 1e-6;
                 let decimals = (-(step.log10().floor()) + if whole { 0.0 } else { 1.0 }).max(0.0) as usize;
                 let text = format!("{:.decimals$}", v / factor);
                 // A rounding error below zero must not print as "−0.0".
@@ -372,7 +377,7 @@ mod tests {
         assert_eq!(labels(Axis::Log, 0.02_f64.log10(), 0.09_f64.log10()), ["0.02", "0.05", "0.1"]);
         let small = Scale::new(Axis::Linear, &[0.0, 3e-5]);
         assert_eq!(small.factor_note(), " × 10⁵");
-        assert!(small.labels().any(|l| l == "1"), "{:?}", small.labels().collect::<Vec<_>>());
+        assert!(small.labels().any(|l| l == "1.0"), "{:?}", small.labels().collect::<Vec<_>>());
         assert_eq!(labels(Axis::Linear, 5.0, 5.0).len(), 5);
     }
 

@@ -18,8 +18,8 @@ pub fn section(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
                 text(percent(s.contact_fraction)),
                 text(count(s.contacts)),
                 text(count(s.contacts_below_surface)),
-                text(format!("{} Å", significant(s.mean_gap_angstrom, 4))),
-                text(format!("{} GPa", significant(s.contact_stress_gpa, 3))),
+                text(format!("{}\u{a0}Å", significant(s.mean_gap_angstrom, 4))),
+                text(format!("{}\u{a0}GPa", significant(s.contact_stress_gpa, 3))),
                 html! { @if let Some(frame) = &s.frame { code { (frame) } } @else { "–" } },
             ]
         })

@@ -32,9 +32,9 @@ pub fn section(desk: &Desk, atoms: &AtomsResults, c: &ComparisonResults) -> Resu
     let units = |s: &StateResults| {
         let pressure = match atoms.modulus_gpa {
             Some(e) => si(s.pressure * e * 1e9, "Pa", 3),
-            None => format!("{} E*", significant(s.pressure, 3)),
+            None => format!("{}\u{a0}E*", significant(s.pressure, 3)),
         };
-        [pressure, format!("{} Å", significant(s.mean_gap * atoms.length_angstrom, 4))]
+        [pressure, format!("{}\u{a0}Å", significant(s.mean_gap * atoms.length_angstrom, 4))]
     };
     let mut loads = Vec::new();
     for (i, load) in c.loads.iter().enumerate() {
@@ -96,7 +96,7 @@ fn continuum_contact(
     let what = if m.id == "plain" {
         format!("{wall}, gap = 0")
     } else {
-        format!("{wall}, gap ≤ {} Å", trimmed(m.threshold_angstrom, 3))
+        format!("{wall}, gap ≤ {}\u{a0}Å", trimmed(m.threshold_angstrom, 3))
     };
     Ok(Some(Contact { title: what, map, share: m.contact_fraction }))
 }
@@ -114,19 +114,26 @@ fn contact_maps(
     let plain = load.continuum.iter().find(|m| m.id == "plain");
     let best = matched(load);
     let mut panels = Vec::new();
-    let draw = |name: &str, title: &str, map: &Reduced, colour: Rgb, share: f64| -> Result<Markup> {
+    let draw = |name: &str, title: &str, map: &Reduced, colour: Rgb, below: Markup| -> Result<Markup> {
         let image = desk.picture(&format!("{name}-{number}"), title, &picture::contact(map, colour))?;
-        Ok(panel(title, image, html! { (percent(share)) " touches" }))
+        Ok(panel(title, image, below))
     };
     let mut drawn = Vec::new();
     for (m, name) in [(plain, "contact-plain"), (best, "contact-matched")] {
         let Some(m) = m else { continue };
         if let Some(contact) = continuum_contact(desk, atoms, c, load, m)? {
-            panels.push(draw(name, &contact.title, &contact.map, ORANGE, contact.share)?);
+            panels.push(draw(
+                name,
+                &contact.title,
+                &contact.map,
+                ORANGE,
+                html! { (percent(contact.share)) " touches" },
+            )?);
             drawn.push((contact, m));
         }
     }
-    panels.push(draw("contact-atoms", "Atoms", &touching, BLUE, load.atoms.contact_fraction)?);
+    let atoms_share = html! { (percent(load.atoms.contact_fraction)) " touches (" (load.atoms.criterion) ")" };
+    panels.push(draw("contact-atoms", "Atoms", &touching, BLUE, atoms_share)?);
     if let Some((contact, m)) = drawn.last() {
         if (contact.map.nx, contact.map.ny) != (touching.nx, touching.ny) {
             let found = format!("a map of {} × {} cells after reduction", touching.nx, touching.ny);
@@ -196,7 +203,7 @@ fn matches(load: &LoadComparison) -> Markup {
         ]])
         .collect();
     let [sx, sy] = load.registration;
-    let angstrom = |v: f64| format!("{} Å", significant(v, 4));
+    let angstrom = |v: f64| format!("{}\u{a0}Å", significant(v, 4));
     html! {
         (table(&["contact criterion", "contact", "κ", "Jaccard", "precision", "recall"], rows))
         p.quiet { "In brackets: the same for the shifted map. Precision: share of the continuum’s contact that touches in the "

@@ -49,7 +49,7 @@ impl Desk<'_> {
         let Some(svg) = plot.svg() else { return Ok(None) };
         let path = self.folder.join("figures").join(format!("{name}.svg"));
         land(&path, |w| std::io::Write::write_all(w, svg.as_bytes()))?;
-        Ok(Some(PreEscaped(svg)))
+        Ok(Some(html! { div.curves { (PreEscaped(svg)) } }))
     }
 }
 

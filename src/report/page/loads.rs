@@ -53,7 +53,7 @@ pub fn states(c: &ContinuumResults, units: &dyn Fn(&StateResults) -> [String; 2]
                 text(count(s.patches)),
                 stop(s),
                 text(format!("{} / {}", significant(s.load_error, 2), significant(s.residual, 2))),
-                text(format!("{} ({})", count(s.iterations), count(s.fft_pairs))),
+                text(format!("{} ({})", count(s.iterations), count(s.fft_pairs.round() as usize))),
                 text(duration(s.seconds)),
             ]
         })

@@ -1,0 +1,144 @@
+use super::{listen::Teller, words};
+use crate::atoms::engine::LammpsEngine;
+use crate::atoms::job::Job;
+use crate::pipeline;
+use crate::report::number::{count, percent, significant};
+use crate::scene::{AtomsCase, Case};
+use crate::{Error, Result};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+#[derive(Debug, clap::Subcommand)]
+pub enum Atoms {
+    /// Write a job folder: data file, script, potential, variables. Runs by hand as lammps-inputs/README.md says.
+    Build {
+        /// Scene with [atoms].
+        scene: PathBuf,
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+        #[arg(long)]
+        json: bool,
+    },
+    /// Run a job folder with LAMMPS, or go on with it.
+    Run {
+        /// Folder that `atoms build` wrote.
+        job: PathBuf,
+        /// The LAMMPS program.
+        #[arg(long, value_name = "FILE")]
+        lammps: Option<PathBuf>,
+        #[arg(long, default_value_t = 1)]
+        ranks: usize,
+        /// Seconds after which the run is stopped; the same command goes on.
+        #[arg(long, value_name = "S")]
+        time_limit: Option<f64>,
+        #[arg(long)]
+        json: bool,
+    },
+    /// Read contact, gap and maps at the scene's loads from a job folder that has run.
+    Read {
+        /// The scene that the job was built from.
+        scene: PathBuf,
+        #[arg(long, value_name = "DIR")]
+        job: PathBuf,
+        /// Where maps and frames go. Default: JOB/read.
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+fn block(scene: &Path) -> Result<(Case, AtomsCase)> {
+    let case = Case::read(scene)?;
+    let atoms = case.atoms.clone();
+    match atoms {
+        Some(atoms) => Ok((case, atoms)),
+        None => Err(Error::input(
+            scene.display(),
+            "atoms",
+            "not given",
+            "an [atoms] table (an empty one takes the defaults)",
+        )),
+    }
+}
+
+impl Atoms {
+    pub fn execute(self) -> Result<()> {
+        match self {
+            Atoms::Build { scene, out, json } => {
+                let (case, atoms) = block(&scene)?;
+                let job = pipeline::build_job(&case, &atoms, &out)?;
+                if json {
+                    return words::json_line(&json!({ "out": out, "job": job.record, "audit": atoms.audit }));
+                }
+                let r = &job.record;
+                words::say(&format!(
+                    "{}: {} deformable, {} fixed, {} indenter atoms",
+                    out.display(),
+                    count(r.deformable as usize),
+                    count(r.fixed as usize),
+                    count(r.indenter as usize)
+                ));
+                let rows = atoms.audit.iter().map(|l| {
+                    let (asked, used) = (significant(l.asked, 4), significant(l.used, 4));
+                    vec![l.group.clone(), l.symbol.clone(), asked, used, l.verdict.clone(), l.reason.clone()]
+                });
+                words::say(&words::table(&["group", "symbol", "asked", "used", "verdict", "why"], rows));
+                Ok(())
+            }
+            Atoms::Run { job, lammps, ranks, time_limit, json } => {
+                if let Some(s) = time_limit.filter(|s| !(s.is_finite() && *s > 0.0)) {
+                    return Err(Error::input("command line", "--time-limit", s, "a positive number of seconds"));
+                }
+                let job = Job::open(&job)?;
+                let engine = LammpsEngine::find(lammps.as_deref())?
+                    .with_ranks(ranks)?
+                    .with_time_limit(time_limit.map(Duration::from_secs_f64));
+                let teller = Teller::new();
+                let climbed = pipeline::climb(&engine, &job, &teller)?;
+                drop(teller);
+                if json {
+                    return words::json_line(&climbed);
+                }
+                let rows = climbed.steps.iter().map(|s| {
+                    vec![
+                        s.step.to_string(),
+                        format!("{:.2}", s.displacement_angstrom),
+                        significant(s.load_ev_per_angstrom, 5),
+                        significant(s.p_star, 4),
+                        s.contacts.to_string(),
+                        s.force_evaluations.to_string(),
+                    ]
+                });
+                words::say(&words::table(&["step", "down / Å", "load / eV/Å", "p*", "contacts", "evaluations"], rows));
+                Ok(())
+            }
+            Atoms::Read { scene, job, out, json } => {
+                let (case, atoms) = block(&scene)?;
+                let out = out.unwrap_or_else(|| job.join("read"));
+                std::fs::create_dir_all(&out).map_err(Error::io("create", &out))?;
+                let job = Job::open(&job)?;
+                let found = pipeline::read_atoms(&case, &atoms, &job, &out)?;
+                if json {
+                    return words::json_line(&json!({ "out": out, "states": found.states }));
+                }
+                let rows = found.states.iter().map(|s| {
+                    vec![
+                        s.p_star.to_string(),
+                        s.contacts.to_string(),
+                        percent(s.contact_fraction),
+                        significant(s.mean_gap_angstrom, 4),
+                        significant(s.contact_stress_gpa, 3),
+                    ]
+                });
+                words::say(&words::table(
+                    &["p*", "contacts", "fraction", "mean gap / Å", "contact stress / GPa"],
+                    rows,
+                ));
+                words::say(&format!("maps and frames: {}", out.display()));
+                Ok(())
+            }
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! Progress for people: bars on a terminal, plain lines elsewhere; and Ctrl-C.
+
+use crate::pipeline::Listener;
+use crate::record::results::StageCost;
+use crate::report::number::{duration, memory};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::io::IsTerminal;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, Once};
+use std::time::{Duration, Instant};
+
+static STOPPING: AtomicBool = AtomicBool::new(false);
+static HANDLER: Once = Once::new();
+
+/// Plain lines come no more often than this.
+const QUIET: Duration = Duration::from_secs(5);
+
+/// Resolution of the bar.
+const STEPS: u64 = 1000;
+
+/// Tells stderr.
+pub struct Teller {
+    bar: ProgressBar,
+    terminal: bool,
+    stage: Mutex<(String, Instant)>,
+}
+
+/// Whether the user has asked to stop. The first Ctrl-C asks; the second ends the program at once.
+pub fn stopping() -> bool {
+    HANDLER.call_once(|| {
+        // Failing to install a handler leaves the default behaviour, which stops the program.
+        let _ = ctrlc::set_handler(|| {
+            if STOPPING.swap(true, Ordering::Relaxed) {
+                std::process::exit(130);
+            }
+            eprintln!("stopping after the current step (once more: at once)");
+        });
+    });
+    STOPPING.load(Ordering::Relaxed)
+}
+
+impl Teller {
+    pub fn new() -> Self {
+        stopping();
+        let terminal = std::io::stderr().is_terminal();
+        let bar = if terminal { ProgressBar::new(STEPS) } else { ProgressBar::hidden() };
+        if let Ok(style) = ProgressStyle::with_template("{prefix:>10} [{bar:24}] {elapsed:>4} {wide_msg}") {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        Teller { bar, terminal, stage: Mutex::new((String::new(), Instant::now())) }
+    }
+
+    fn line(&self, text: &str) {
+        if self.terminal {
+            self.bar.suspend(|| eprintln!("{text}"));
+        } else {
+            eprintln!("{text}");
+        }
+    }
+}
+
+impl Listener for Teller {
+    fn begin(&self, stage: &str, what: &str) {
+        *self.stage.lock().unwrap_or_else(|e| e.into_inner()) = (stage.to_string(), Instant::now());
+        self.bar.reset();
+        self.bar.set_prefix(stage.to_string());
+        self.bar.set_message(what.to_string());
+        if !self.terminal {
+            self.line(&format!("{stage:>10}  {what}"));
+        }
+    }
+
+    fn progress(&self, done: Option<f64>, message: &str) {
+        if self.terminal {
+            if let Some(share) = done {
+                self.bar.set_position((share * STEPS as f64) as u64);
+            }
+            self.bar.set_message(message.to_string());
+            return;
+        }
+        let mut stage = self.stage.lock().unwrap_or_else(|e| e.into_inner());
+        if stage.1.elapsed() >= QUIET {
+            stage.1 = Instant::now();
+            self.line(&format!("{:>10}  {message}", stage.0));
+        }
+    }
+
+    fn end(&self, cost: &StageCost) {
+        let how = if cost.reused { "done before in" } else { "done in" };
+        let peak = memory(cost.peak_rss_bytes);
+        self.line(&format!("{:>10}  {how} {}, peak memory {peak}", cost.name, duration(cost.seconds)));
+    }
+
+    fn warn(&self, text: &str) {
+        self.line(&format!("   warning  {text}"));
+    }
+
+    fn stopping(&self) -> bool {
+        stopping()
+    }
+}
+
+impl Drop for Teller {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}

@@ -1,0 +1,107 @@
+//! Commands: plain arguments, resolved once; results on stdout, everything else on stderr.
+
+mod atoms;
+mod doctor;
+mod listen;
+mod methods;
+mod potential;
+mod run;
+mod solve;
+mod surface;
+mod words;
+
+use crate::{Error, Result};
+use clap::{Parser, Subcommand};
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Rough-surface contact from a profile to atoms and back.
+///
+/// Exit codes: 0 ok, 2 bad input, 3 not converged, 4 LAMMPS failed, 5 not possible on this machine, 130 interrupted.
+#[derive(Debug, Parser)]
+#[command(name = "asperity", version, max_term_width = 110)]
+struct Arguments {
+    /// Threads for solvers and surfaces; 0 is all cores. Results do not depend on it.
+    #[arg(long, global = true, default_value_t = 0, value_name = "N")]
+    threads: usize,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run a scene: surface, continuum, atoms, comparison, report. The same command goes on where a killed one stopped.
+    Run(run::Run),
+    /// Make or read a surface; statistics, expected against realised.
+    Surface(surface::Surface),
+    /// Solve the contact of one height map under one load.
+    Solve(solve::Solve),
+    /// Write, measure or check an EAM potential.
+    Potential(potential::Potential),
+    /// Build, run or read the block of atoms of a scene.
+    #[command(subcommand)]
+    Atoms(atoms::Atoms),
+    /// Compare atoms and continuum of a run folder again, and draw its report.
+    Compare(RunFolder),
+    /// Draw the report of a run folder from its results.json.
+    Report(RunFolder),
+    /// List the methods and what each delivers.
+    Methods(methods::Methods),
+    /// Print the JSON Schema of scene files.
+    Schema,
+    /// Say what is installed, what is missing and how to get it.
+    Doctor(doctor::Doctor),
+}
+
+#[derive(Debug, clap::Args)]
+struct RunFolder {
+    /// Folder of a finished run.
+    folder: PathBuf,
+    /// One line of JSON on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command line `arguments` (the program's name first).
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
+    let arguments = match Arguments::try_parse_from(arguments) {
+        Ok(a) => a,
+        Err(e) => {
+            // Help and version are answers; everything else is bad input, told in clap's words.
+            let _ = e.print();
+            return Ok(ExitCode::from(if e.use_stderr() { 2 } else { 0 }));
+        }
+    };
+    rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build_global().map_err(|e| {
+        Error::input("command line", "--threads", arguments.threads, format!("a number of threads ({e})"))
+    })?;
+    match arguments.command {
+        Command::Run(c) => c.execute()?,
+        Command::Surface(c) => c.execute()?,
+        Command::Solve(c) => return c.execute(),
+        Command::Potential(c) => c.execute()?,
+        Command::Atoms(c) => c.execute()?,
+        Command::Compare(c) => {
+            let (results, page) = crate::pipeline::rebuild_comparison(&c.folder)?;
+            if c.json {
+                words::json_line(&serde_json::json!({ "report": page, "comparison": results.comparison }))?;
+            } else {
+                words::comparison(&results);
+                words::say(&format!("report: {}", page.display()));
+            }
+        }
+        Command::Report(c) => {
+            let page = crate::report::write(&c.folder)?;
+            if c.json {
+                words::json_line(&serde_json::json!({ "report": page }))?;
+            } else {
+                words::say(&page.display().to_string());
+            }
+        }
+        Command::Methods(c) => c.execute()?,
+        Command::Schema => words::say(&format!("{:#}", crate::scene::Scene::schema())),
+        Command::Doctor(c) => return c.execute(),
+    }
+    Ok(ExitCode::SUCCESS)
+}

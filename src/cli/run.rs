@@ -1,0 +1,80 @@
+use super::{listen::Teller, words};
+use crate::pipeline;
+use crate::report::number::{duration, memory};
+use crate::scene::Case;
+use crate::{Error, Result};
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+pub struct Run {
+    /// Scene file (TOML).
+    scene: PathBuf,
+    /// Run folder. Default: runs/NAME with the scene's name.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Say what would be done and what it would take, and do nothing.
+    #[arg(long)]
+    dry_run: bool,
+    /// One line of JSON on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Run {
+    pub fn execute(self) -> Result<()> {
+        let case = Case::read(&self.scene)?;
+        if self.dry_run {
+            return self.plan(&case);
+        }
+        let out = self.out.unwrap_or_else(|| PathBuf::from("runs").join(&case.scene.name));
+        let teller = Teller::new();
+        let (results, page) = pipeline::run(&case, &out, &teller)?;
+        drop(teller);
+        if self.json {
+            words::json_line(&serde_json::json!({ "out": out, "report": page, "results": results }))
+        } else {
+            words::results(&results);
+            words::say(&format!("report: {}", page.display()));
+            Ok(())
+        }
+    }
+
+    fn plan(&self, case: &Case) -> Result<()> {
+        let plan = pipeline::plan(case, rayon::current_num_threads())?;
+        if self.json {
+            return words::json_line(&plan);
+        }
+        words::say(&words::table(
+            &["stage", "what", "memory", "time"],
+            plan.stages.iter().map(|s| vec![s.name.into(), s.what.clone(), memory(s.bytes), duration(s.seconds)]),
+        ));
+        words::say(&format!(
+            "memory {}, time about {} (an order of magnitude)",
+            memory(plan.bytes),
+            duration(plan.seconds)
+        ));
+        if let Some(atoms) = plan.atoms {
+            words::say(&format!(
+                "atoms: {} deformable, {} fixed, {} of the indenter",
+                atoms.deformable, atoms.fixed, atoms.indenter
+            ));
+        }
+        for line in &plan.audit {
+            words::say(&format!(
+                "{} ({}): {:.4e} asked, {:.4e} used, {}: {}",
+                line.group, line.symbol, line.asked, line.used, line.verdict, line.reason
+            ));
+        }
+        plan.warnings.iter().for_each(|w| words::say(&format!("warning: {w}")));
+        let have = crate::sys::available_memory_bytes();
+        if plan.bytes > have {
+            return Err(Error::Memory {
+                what: "the scene".into(),
+                need: plan.bytes,
+                have,
+                advice: "a smaller surface.grid or atoms.cells needs less".into(),
+            });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,215 @@
+use super::{listen, words};
+use crate::error::Complaint;
+use crate::grid::Grid;
+use crate::interface::{Adhesion, Base, Elastic, Layer, Wall};
+use crate::method::{self, Iteration, Load, Precision, Problem, Stop};
+use crate::observe::{contact_area, contact_map};
+use crate::record::heights::{self, Sign};
+use crate::record::{json, npy};
+use crate::report::number::{duration, memory, percent, significant};
+use crate::scene::default_tolerance;
+use crate::{Error, Result};
+use serde_json::json;
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Lengths are in the unit of the heights, stresses in the unit of the modulus.
+#[derive(Debug, clap::Args)]
+pub struct Solve {
+    /// Height map: .npy or ASCII matrix. Low points touch first unless --flip.
+    #[arg(long, value_name = "FILE")]
+    heights: PathBuf,
+    /// Extent of the map in x.
+    #[arg(long, default_value_t = 1.0)]
+    length: f64,
+    /// Extent in y. Default: square pixels.
+    #[arg(long)]
+    length_y: Option<f64>,
+    /// Contact modulus E* = E/(1-ν²).
+    #[arg(long, default_value_t = 1.0)]
+    modulus: f64,
+    /// Mean pressure.
+    #[arg(long)]
+    pressure: f64,
+    /// Work of adhesion γ (modulus times length).
+    #[arg(long, default_value_t = 0.0)]
+    gamma: f64,
+    /// Range ρ of the adhesion -γ exp(-g/ρ).
+    #[arg(long)]
+    rho: Option<f64>,
+    /// An id from `asperity methods`.
+    #[arg(long, default_value = "bvm")]
+    method: String,
+    /// Largest rms KKT residual over the pressure. Default: 1e-8 in f64, 1e-3 in f32.
+    #[arg(long)]
+    tol: Option<f64>,
+    #[arg(long, value_enum, default_value_t = Precision::F64)]
+    precision: Precision,
+    #[arg(long, default_value_t = 50_000)]
+    max_iterations: usize,
+    /// High points touch first.
+    #[arg(long)]
+    flip: bool,
+    /// Elastic layer of this thickness instead of the half-space.
+    #[arg(long)]
+    thickness: Option<f64>,
+    /// Poisson's ratio of the layer.
+    #[arg(long, default_value_t = 0.3)]
+    poisson: f64,
+    /// The layer's lower face.
+    #[arg(long, value_enum, default_value_t = Base::Bonded)]
+    base: Base,
+    /// Write gap.npy, stress.npy, contact.npy and solve.json here.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// One line of JSON on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Solve {
+    fn check(&self, tolerance: f64) -> Result<()> {
+        let mut list = Vec::new();
+        let mut positive = |key: &str, value: f64| {
+            if !(value.is_finite() && value > 0.0) {
+                list.push(Complaint::new(key, value, "a positive number"));
+            }
+        };
+        positive("--length", self.length);
+        positive("--modulus", self.modulus);
+        positive("--pressure", self.pressure);
+        positive("--tol", tolerance);
+        [("--length-y", self.length_y), ("--rho", self.rho), ("--thickness", self.thickness)]
+            .into_iter()
+            .for_each(|(key, value)| value.into_iter().for_each(|v| positive(key, v)));
+        if !(self.gamma.is_finite() && self.gamma >= 0.0) {
+            list.push(Complaint::new("--gamma", self.gamma, "zero or a positive number"));
+        }
+        if self.gamma > 0.0 && self.rho.is_none() {
+            list.push(Complaint::new("--rho", "not given", "the range of the adhesion that --gamma asks for"));
+        }
+        if !(0.0..=0.5).contains(&self.poisson) {
+            list.push(Complaint::new("--poisson", self.poisson, "a number from 0 to 0.5"));
+        }
+        if method::find(&self.method).is_none() {
+            list.push(Complaint::new("--method", format!("{:?}", self.method), method::ids().join(", ")));
+        }
+        if list.is_empty() { Ok(()) } else { Err(Error::Input { place: "command line".into(), list }) }
+    }
+
+    pub fn execute(self) -> Result<ExitCode> {
+        let tolerance = self.tol.unwrap_or(default_tolerance(self.precision));
+        self.check(tolerance)?;
+        let method = method::find(&self.method).expect("checked");
+        let (map, declared) = heights::read(&self.heights)?;
+        let sign = if self.flip { Sign::HighFirst } else { Sign::LowFirst };
+        if let Some(says) = declared.sign.filter(|s| *s != sign) {
+            let found = if self.flip { "given" } else { "not given" };
+            let accepted = format!("what {} declares: {}", self.heights.display(), says.words());
+            return Err(Error::input("command line", "--flip", found, accepted));
+        }
+        let mut map = map.low_first(sign);
+        let scale = 1.0 / self.length;
+        map.heights.iter_mut().for_each(|h| *h *= scale);
+        let ly = self.length_y.map_or(map.ny as f64 / map.nx as f64, |y| y / self.length);
+        let grid = Grid { nx: map.nx, ny: map.ny, lx: 1.0, ly };
+        let kernel = self.thickness.map_or(Elastic::HalfSpace, |t| {
+            Elastic::Layer(Layer { thickness: t / self.length, poisson: self.poisson, base: self.base })
+        });
+        let adhesion =
+            Adhesion::exponential(self.gamma / (self.modulus * self.length), self.rho.unwrap_or(1.0) / self.length);
+        let problem = Problem {
+            grid,
+            heights: &map.heights,
+            kernel,
+            adhesion,
+            wall: Wall::Hard,
+            precision: self.precision,
+            tolerance,
+            max_iterations: self.max_iterations,
+        };
+        let (plan, have) = (method.plan(&problem), crate::sys::available_memory_bytes());
+        if plan.bytes > have {
+            let advice = "a coarser map or --precision f32 needs less".into();
+            return Err(Error::Memory { what: self.method.clone(), need: plan.bytes, have, advice });
+        }
+        if let Some(out) = &self.out {
+            std::fs::create_dir_all(out).map_err(Error::io("create", out))?;
+        }
+        let watch = |_: Iteration| if listen::stopping() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+        let mut run = method.start(&problem, &watch)?;
+        let state = run.equilibrate(Load::Pressure(self.pressure / self.modulus))?;
+        let area = contact_area(grid, state.gap, 0.0);
+        let energy = self.modulus * self.length;
+        let line = json!({
+            "method": self.method,
+            "nx": grid.nx,
+            "ny": grid.ny,
+            "precision": self.precision,
+            "threads": rayon::current_num_threads(),
+            "kernel": kernel.to_string(),
+            "adhesion": adhesion.to_string(),
+            "pressure": self.pressure,
+            "criterion": "zero gap",
+            "contact_fraction": area.fraction,
+            "contact_fraction_corrected": area.corrected,
+            "perimeter": area.perimeter / self.length,
+            "mean_gap": state.mean_gap * self.length,
+            "load_error": state.load_error,
+            "residual": state.residual,
+            "tolerance": tolerance,
+            "complementarity": state.complementarity,
+            "energy": state.energy * energy,
+            "elastic_energy": state.elastic_energy * energy,
+            "adhesion_energy": state.interaction_energy * energy,
+            "stop": state.stop.to_string(),
+            "iterations": state.iterations,
+            "fft_pairs": state.fft_pairs,
+            "seconds": state.seconds,
+            "peak_rss_bytes": crate::sys::peak_rss_bytes(),
+        });
+        if let Some(out) = &self.out {
+            let (length, modulus) = (self.length, self.modulus);
+            let n = state.gap.len();
+            npy::write(&out.join("gap.npy"), grid.nx, grid.ny, (0..n).map(|i| state.gap.at(i) * length))?;
+            npy::write(&out.join("stress.npy"), grid.nx, grid.ny, (0..n).map(|i| state.stress.at(i) * modulus))?;
+            npy::write(&out.join("contact.npy"), grid.nx, grid.ny, contact_map(state.gap, 0.0))?;
+            json::write(&out.join("solve.json"), &line)?;
+        }
+        if self.json {
+            words::json_line(&line)?;
+        } else {
+            words::say(&words::table(
+                &["quantity", "value"],
+                [
+                    ("contact (zero gap)", percent(area.fraction)),
+                    ("contact, perimeter-corrected", percent(area.corrected)),
+                    ("mean gap", significant(state.mean_gap * self.length, 6)),
+                    ("energy per area", significant(state.energy * energy, 6)),
+                    ("load error", format!("{:.1e}", state.load_error)),
+                    ("KKT residual over pressure", format!("{:.1e}", state.residual)),
+                    ("stop", state.stop.to_string()),
+                    ("iterations, FFT pairs", format!("{}, {}", state.iterations, state.fft_pairs)),
+                    (
+                        "time, peak memory",
+                        format!("{}, {}", duration(state.seconds), memory(crate::sys::peak_rss_bytes())),
+                    ),
+                ]
+                .map(|(k, v)| vec![k.to_string(), v]),
+            ));
+        }
+        match state.stop {
+            Stop::Converged => Ok(ExitCode::SUCCESS),
+            Stop::Interrupted => Err(Error::Interrupted),
+            stop => Err(Error::NotConverged {
+                method: method.card().id,
+                why: stop.to_string(),
+                iterations: state.iterations,
+                residual: state.residual,
+                tolerance,
+                partial: self.out.map(|o| o.join("gap.npy")),
+            }),
+        }
+    }
+}

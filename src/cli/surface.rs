@@ -1,0 +1,125 @@
+use super::words;
+use crate::Result;
+use crate::pipeline::statistics;
+use crate::record::heights::{self, HeightMap, Sign};
+use crate::scene::{Case, LoadScene, Scene, SurfaceScene, Touching};
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+pub struct Surface {
+    /// Scene whose surface is meant. Without one: the challenge's, changed by the options.
+    scene: Option<PathBuf>,
+    /// Points per side.
+    #[arg(long)]
+    grid: Option<usize>,
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Hurst exponent.
+    #[arg(long)]
+    hurst: Option<f64>,
+    /// Roll-off wavelength, µm.
+    #[arg(long, value_name = "UM")]
+    roll_off_um: Option<f64>,
+    /// Short cut-off wavelength, µm.
+    #[arg(long, value_name = "UM")]
+    cut_off_um: Option<f64>,
+    /// rms gradient of the whole Fourier sum.
+    #[arg(long)]
+    rms_gradient: Option<f64>,
+    /// Height map to read instead (.npy or ASCII matrix), with --touching.
+    #[arg(long, value_name = "FILE")]
+    heights: Option<PathBuf>,
+    /// Which points of the file touch first.
+    #[arg(long, value_enum)]
+    touching: Option<Touching>,
+    /// Unit of the heights in the file, µm.
+    #[arg(long, value_name = "UM")]
+    heights_unit_um: Option<f64>,
+    /// Extent of the cell in x, µm.
+    #[arg(long, value_name = "UM")]
+    length_um: Option<f64>,
+    /// Write heights in µm, low points touching first: .npy, anything else is an ASCII matrix.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// One line of JSON on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Surface {
+    pub fn execute(self) -> Result<()> {
+        let file = self.scene.clone().unwrap_or_else(|| PathBuf::from("command line"));
+        let mut scene = match &self.scene {
+            Some(path) => Scene::read(path)?,
+            None => Scene {
+                name: "surface".into(),
+                description: String::new(),
+                laboratory: Default::default(),
+                surface: SurfaceScene::default(),
+                load: LoadScene { p_star: vec![0.01] },
+                adhesion: None,
+                continuum: Default::default(),
+                atoms: None,
+            },
+        };
+        // A surface has no atoms and no adhesion to be checked.
+        (scene.atoms, scene.adhesion) = (None, None);
+        self.overwrite(&mut scene);
+        let case = Case::resolve(scene, &file)?;
+        case.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+        let heights = case.surface.heights(case.grid, 0.0);
+        let length_um = case.scales.length_m * 1e6;
+        let list = statistics(&case.surface, case.grid, &heights, length_um);
+        if let Some(out) = &self.out {
+            let um = heights.iter().map(|h| h * length_um).collect();
+            let map = HeightMap::new("surface", case.grid.nx, case.grid.ny, um)?;
+            heights::write(out, &map, Sign::LowFirst, "um")?;
+        }
+        if self.json {
+            words::json_line(&serde_json::json!({
+                "origin": case.surface.origin(),
+                "nx": case.grid.nx,
+                "ny": case.grid.ny,
+                "length_um": length_um,
+                "sign": Sign::LowFirst.words(),
+                "out": self.out,
+                "statistics": list,
+                "warnings": case.warnings,
+            }))
+        } else {
+            words::say(&format!(
+                "{}, {} x {} points on {length_um} µm",
+                case.surface.origin(),
+                case.grid.nx,
+                case.grid.ny
+            ));
+            words::say(&words::statistics(&list));
+            if let Some(out) = &self.out {
+                words::say(&format!("heights in µm, {}: {}", Sign::LowFirst.words(), out.display()));
+            }
+            Ok(())
+        }
+    }
+
+    fn overwrite(&self, scene: &mut Scene) {
+        let s = &mut scene.surface;
+        let set = |to: &mut f64, from: Option<f64>| *to = from.unwrap_or(*to);
+        set(&mut s.hurst, self.hurst);
+        set(&mut s.rms_gradient, self.rms_gradient);
+        set(&mut s.heights_unit_um, self.heights_unit_um);
+        set(&mut scene.laboratory.length_um, self.length_um);
+        s.grid = self.grid.unwrap_or(s.grid);
+        s.seed = self.seed.unwrap_or(s.seed);
+        if self.roll_off_um.is_some() {
+            (s.roll_off_um, s.roll_off_mode) = (self.roll_off_um, None);
+        }
+        if self.cut_off_um.is_some() {
+            (s.cut_off_um, s.cut_off_mode) = (self.cut_off_um, None);
+        }
+        if let Some(path) = &self.heights {
+            // A file given here is relative to where the command runs, not to the scene.
+            s.heights = Some(std::path::absolute(path).unwrap_or_else(|_| path.clone()));
+        }
+        s.touching = self.touching.or(s.touching);
+    }
+}

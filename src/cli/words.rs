@@ -1,0 +1,102 @@
+//! Answers on stdout.
+
+use crate::record::results::{Overlap, Results, Statistic};
+use crate::report::number::{percent, significant};
+use crate::{Error, Result};
+use comfy_table::Table;
+use serde::Serialize;
+use std::io::Write;
+
+/// A line on stdout. A reader that has gone away (`| head`) is no error of ours.
+pub fn say(line: &str) {
+    let _ = writeln!(std::io::stdout(), "{line}");
+}
+
+/// One line of JSON on stdout.
+pub fn json_line(value: &impl Serialize) -> Result<()> {
+    let text = serde_json::to_string(value).map_err(|e| Error::format("results", e, "values that JSON can hold"))?;
+    say(&text);
+    Ok(())
+}
+
+/// A table without lines, columns apart.
+pub fn table(header: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> String {
+    let mut table = Table::new();
+    table.load_style(comfy_table::presets::NOTHING);
+    table.set_header(header.to_vec());
+    rows.into_iter().for_each(|row| {
+        table.add_row(row);
+    });
+    table.to_string()
+}
+
+/// Expected against realised.
+pub fn statistics(list: &[Statistic]) -> String {
+    table(
+        &["quantity", "symbol", "expected", "band (2 sd)", "realised", "unit"],
+        list.iter().map(|s| {
+            vec![
+                s.name.clone(),
+                s.symbol.clone(),
+                s.expected.map_or("-".into(), |e| significant(e, 5)),
+                s.band.map_or("-".into(), |b| format!("± {}", significant(b, 2))),
+                significant(s.realised, 5),
+                s.unit.clone(),
+            ]
+        }),
+    )
+}
+
+/// Headline of a run: loads, areas, gaps, and atoms against continuum.
+pub fn results(results: &Results) {
+    if let Some(c) = &results.continuum {
+        let um = results.scales.length_m * 1e6;
+        say(&format!("continuum: {}, {}, adhesion {}, {}", c.method, c.kernel, c.adhesion, c.wall));
+        say(&table(
+            &["p*", "contact", "corrected", "mean gap / µm", "patches", "residual", "FFT pairs", "stop"],
+            c.states.iter().map(|s| {
+                vec![
+                    s.p_star.to_string(),
+                    percent(s.contact_fraction),
+                    percent(s.contact_fraction_corrected),
+                    significant(s.mean_gap * um, 4),
+                    s.patches.to_string(),
+                    format!("{:.1e}", s.residual),
+                    s.fft_pairs.to_string(),
+                    s.stop.clone(),
+                ]
+            }),
+        ));
+    }
+    comparison(results);
+}
+
+/// Atoms against the continuum on their own heights.
+pub fn comparison(results: &Results) {
+    let Some(c) = &results.comparison else { return };
+    let pair = |a: &Overlap, b: &Overlap, of: fn(&Overlap) -> f64| format!("{:.2} ({:.2})", of(a), of(b));
+    say("atoms against the continuum on the same profile, layer and load (in brackets: shifted map)");
+    let rows = c.loads.iter().flat_map(|load| {
+        let atoms = vec![
+            load.p_star.to_string(),
+            format!("atoms: {}", load.atoms.criterion),
+            percent(load.atoms.contact_fraction),
+            "".into(),
+            "".into(),
+            significant(load.atoms_mean_gap_angstrom, 4),
+        ];
+        let lines = load.continuum.iter().map(|m| {
+            let gap = if m.id == "soft wall" { load.soft_mean_gap_angstrom } else { load.continuum_mean_gap_angstrom };
+            vec![
+                "".into(),
+                m.criterion.clone(),
+                percent(m.contact_fraction),
+                pair(&m.overlap, &m.shifted, |o| o.jaccard),
+                pair(&m.overlap, &m.shifted, |o| o.kappa),
+                significant(gap, 4),
+            ]
+        });
+        std::iter::once(atoms).chain(lines.collect::<Vec<_>>())
+    });
+    say(&table(&["p*", "contact counted as", "contact", "Jaccard", "kappa", "mean gap / Å"], rows));
+}

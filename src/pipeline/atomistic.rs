@@ -1,0 +1,256 @@
+//! Stages of the atoms: the potential file, the job folder, the LAMMPS run, and what its frames say.
+
+use super::Listener;
+use crate::atoms::block::SurfaceSites;
+use crate::atoms::contact::{contact, gaps, mean, onto_grid};
+use crate::atoms::engine::{Engine, LammpsEngine, Progress};
+use crate::atoms::indenter::Indenter;
+use crate::atoms::job::{Interaction, Job, Ladder};
+use crate::atoms::ladder;
+use crate::atoms::potential::Potential;
+use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
+use crate::grid::Grid;
+use crate::record::land::land;
+use crate::record::results::{AtomState, AtomsResults, LadderStep};
+use crate::record::{csv, npy, xyz};
+use crate::scene::{AtomsCase, Case};
+use crate::units::GPA_PER_EV_A3;
+use crate::{Error, Result};
+use serde::{Deserialize, Serialize};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Species of the indenter's atoms in frames.
+pub(super) const INDENTER_SPECIES: &str = "Ind";
+
+/// Steps granted beyond the way from first touch to a closed gap.
+const SPARE_STEPS: usize = 40;
+
+/// Writes the job folder of a case: data file, script, potential, variables.
+pub fn build_job(case: &Case, atoms: &AtomsCase, folder: &Path) -> Result<Job> {
+    let scene = case.scene.atoms.as_ref().expect("an atoms case comes from a scene with atoms");
+    std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
+    let potential = potential_file(atoms, folder)?;
+    let grid = Grid::unit(atoms.points, atoms.points);
+    let heights = atoms.heights_angstrom(&case.surface, grid);
+    let interaction = Interaction {
+        epsilon_ev: atoms.wall.epsilon_ev,
+        sigma_angstrom: atoms.wall.sigma_angstrom,
+        adhesion: atoms.adhesion.map(|a| a.pair),
+    };
+    let indenter = Indenter::above(&atoms.block, atoms.points, heights, interaction.touch_angstrom())?;
+    let highest = case.scene.load.p_star.iter().copied().fold(0.0, f64::max);
+    let way = atoms.first_touch_gap_angstrom / scene.step_angstrom;
+    let ladder = Ladder {
+        step_angstrom: scene.step_angstrom,
+        // The step that passes the last asked load is enough to interpolate to it.
+        max_load: highest * atoms.load_unit,
+        max_steps: way.ceil() as usize + SPARE_STEPS,
+        force_tolerance: scene.force_tolerance_ev_per_angstrom,
+        load_unit: atoms.load_unit,
+        contact_angstrom: CONTACT_DISTANCE_ANGSTROM,
+    };
+    Job::write(folder, &atoms.block, &indenter, (&potential, &atoms.element, atoms.mass_u), interaction, ladder)
+}
+
+/// The potential asked for, or the shipped one written beside the job.
+fn potential_file(atoms: &AtomsCase, folder: &Path) -> Result<PathBuf> {
+    if let Some(path) = &atoms.potential {
+        return Ok(path.clone());
+    }
+    let path = folder.join("Ca.eam.alloy");
+    land(&path, |w| Potential::calcium().write_setfl(w))?;
+    Ok(path)
+}
+
+/// LAMMPS as the scene wants it.
+pub fn engine(case: &Case) -> Result<LammpsEngine> {
+    let scene = case.scene.atoms.as_ref().expect("asked for by scenes with atoms");
+    let program = scene.program.as_ref().map(|p| if p.components().count() > 1 { case.beside(p) } else { p.clone() });
+    let engine = LammpsEngine::find(program.as_deref())?.with_ranks(scene.ranks)?;
+    Ok(engine.with_time_limit(scene.time_limit_s.map(Duration::from_secs_f64)))
+}
+
+/// What the LAMMPS stage leaves for the next.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Climbed {
+    pub engine: String,
+    pub steps: Vec<LadderStep>,
+    pub peak_rss_bytes: u64,
+    /// Steps whose largest force is above the tolerance asked.
+    pub unconverged: Vec<usize>,
+}
+
+/// Runs the ladder of a job, or goes on with it.
+pub fn climb(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Result<Climbed> {
+    let highest = job.record.ladder.max_load;
+    let mut watch = |p: Progress| {
+        if let Some(rung) = &p.rung {
+            let eta = p.remaining_s.map_or(String::new(), |s| format!(", about {s:.0} s to go"));
+            let message = format!("step {}, p* = {:.5}, {} atoms in contact{eta}", rung.step, p.p_star, rung.contacts);
+            // The load rises about as the square of the way down.
+            listener.progress(Some((rung.load / highest).clamp(0.0, 1.0).sqrt()), &message);
+        }
+        if listener.stopping() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let finished = engine.run(job, &mut watch)?;
+    if let Some(step) = finished.resumed_from {
+        listener.warn(&format!("went on from load step {step} of an earlier run"));
+    }
+    let column = |value: fn(&LadderStep) -> f64| finished.steps.iter().map(value).collect::<Vec<f64>>();
+    csv::write(
+        &job.folder.join("ladder.csv"),
+        &[
+            ("step", &column(|s| s.step as f64)),
+            ("displacement_angstrom", &column(|s| s.displacement_angstrom)),
+            ("load_ev_per_angstrom", &column(|s| s.load_ev_per_angstrom)),
+            ("p_star", &column(|s| s.p_star)),
+            ("contacts", &column(|s| s.contacts as f64)),
+            ("energy_ev", &column(|s| s.energy_ev)),
+            ("force_evaluations", &column(|s| s.force_evaluations as f64)),
+            ("max_force_ev_per_angstrom", &column(|s| s.max_force_ev_per_angstrom)),
+        ],
+    )?;
+    Ok(Climbed {
+        engine: engine.describe().to_string(),
+        steps: finished.steps,
+        peak_rss_bytes: crate::sys::children_peak_rss_bytes(),
+        unconverged: finished.unconverged,
+    })
+}
+
+/// The indenter's surface between its atoms: bilinear on a fine grid of the same band-limited profile, Å. Sixteen nodes
+/// in the shortest wave leave an error of a hundredth of that wave's amplitude.
+struct Profile<'a> {
+    grid: Grid,
+    heights: &'a [f64],
+    length: f64,
+}
+
+impl Profile<'_> {
+    fn at(&self, x: f64, y: f64) -> f64 {
+        let n = self.grid.nx;
+        let (u, v) = (x / self.length * n as f64, y / self.length * n as f64);
+        let (i, j) = (u.floor(), v.floor());
+        let (fx, fy) = (u - i, v - j);
+        let wrap = |k: f64| (k as i64).rem_euclid(n as i64) as usize;
+        let node = |di: f64, dj: f64| self.heights[wrap(j + dj) * n + wrap(i + di)];
+        (1.0 - fy) * ((1.0 - fx) * node(0.0, 0.0) + fx * node(1.0, 0.0))
+            + fy * ((1.0 - fx) * node(0.0, 1.0) + fx * node(1.0, 1.0))
+    }
+}
+
+/// Reads a job folder that has run, outside a run folder: files are named relative to `out`.
+pub fn read_atoms(case: &Case, atoms: &AtomsCase, job: &Job, out: &Path) -> Result<AtomsResults> {
+    let climbed = Climbed { engine: "unknown".into(), steps: Vec::new(), peak_rss_bytes: 0, unconverged: Vec::new() };
+    read(case, atoms, job, &climbed, out, ".")
+}
+
+/// Reads the atoms at every asked load: contact, gap, maps on the comparison grid, a frame for OVITO.
+pub(super) fn read(
+    case: &Case,
+    atoms: &AtomsCase,
+    job: &Job,
+    climbed: &Climbed,
+    folder: &Path,
+    stage: &str,
+) -> Result<AtomsResults> {
+    let points = Grid::unit(atoms.points, atoms.points);
+    let touch = 2f64.powf(1.0 / 6.0) * atoms.wall.sigma_angstrom;
+    let indenter = Indenter::above(&atoms.block, atoms.points, atoms.heights_angstrom(&case.surface, points), touch)?;
+    let sites = atoms.block.surface();
+    let owners = sites.onto_grid(atoms.matched.nx, atoms.matched.ny);
+    let fine = atoms.heights_angstrom(&case.surface, atoms.matched);
+    // Both grids are shifted to their own lowest node; the indenter stands where its atoms say.
+    let offset = fine[0] - indenter.heights()[0];
+    let profile = Profile { grid: atoms.matched, heights: &fine, length: sites.length() };
+    let rungs = ladder::Ladder::read(&job.folder)?;
+    let mut states = Vec::new();
+    for (i, &p_star) in case.scene.load.p_star.iter().enumerate() {
+        let between = rungs.at_load(&job.folder, p_star * atoms.load_unit)?;
+        let down = between.displacement_angstrom;
+        let touching = contact(&between.frame, &indenter, down, &sites, CONTACT_DISTANCE_ANGSTROM);
+        let surface = |x: f64, y: f64| indenter.start_z() - down + profile.at(x, y) - offset;
+        let gap = gaps(&between.frame, &sites, surface, touch)?;
+        let name = |what: &str, end: &str| format!("load-{}-{what}.{end}", i + 1);
+        let path = |what: &str, end: &str| folder.join(name(what, end));
+        let in_stage = |what: &str, end: &str| format!("{stage}/{}", name(what, end));
+        let flags: Vec<u8> = touching.sites.iter().map(|t| u8::from(*t)).collect();
+        let (nx, ny) = (atoms.matched.nx, atoms.matched.ny);
+        npy::write(&path("contact", "npy"), nx, ny, onto_grid(&flags, &owners))?;
+        npy::write(&path("gap", "npy"), nx, ny, onto_grid(&gap, &owners))?;
+        npy::write(&path("site-contact", "npy"), flags.len(), 1, flags.iter().copied())?;
+        npy::write(&path("site-gap", "npy"), gap.len(), 1, gap.iter().copied())?;
+        frame(&path("frame", "xyz"), &between.frame, &indenter, down, &touching.ids, (&atoms.element, p_star))?;
+        let contacts = touching.ids.len();
+        let area_per_atom = sites.length().powi(2) / sites.len() as f64;
+        let force = p_star * atoms.load_unit;
+        states.push(AtomState {
+            p_star,
+            contact_fraction: touching.fraction(),
+            contacts,
+            contacts_below_surface: touching.below_surface,
+            mean_gap_angstrom: mean(&gap),
+            contact_stress_gpa: if contacts == 0 {
+                0.0
+            } else {
+                force / (contacts as f64 * area_per_atom) * GPA_PER_EV_A3
+            },
+            contact_map: in_stage("contact", "npy"),
+            gap_map: in_stage("gap", "npy"),
+            frame: Some(in_stage("frame", "xyz")),
+        });
+    }
+    Ok(AtomsResults {
+        potential: atoms.potential.as_ref().map_or("shipped calcium-like EAM".into(), |p| p.display().to_string()),
+        engine: climbed.engine.clone(),
+        cells: atoms.block.cells,
+        depth_cells: atoms.block.depth_cells,
+        a0_angstrom: atoms.block.a0,
+        modulus_gpa: Some(atoms.modulus_gpa),
+        length_angstrom: atoms.block.length(),
+        deformable: atoms.block.deformable() as usize,
+        fixed: atoms.block.fixed() as usize,
+        indenter: indenter.atoms() as usize,
+        audit: atoms.audit.clone(),
+        ladder: climbed.steps.clone(),
+        states,
+    })
+}
+
+/// Extended XYZ of the block atoms of a frame and of the indenter.
+fn frame(
+    path: &Path,
+    frame: &crate::atoms::dump::Frame,
+    indenter: &Indenter,
+    down: f64,
+    touching: &[u32],
+    (element, p_star): (&str, f64),
+) -> Result<()> {
+    let first = frame.ids.last().copied().unwrap_or(0) as u64 + 1;
+    let block = frame.ids.iter().zip(&frame.positions).map(|(id, position)| xyz::Atom {
+        id: u64::from(*id),
+        species: element,
+        position_angstrom: *position,
+        contact: touching.binary_search(id).is_ok(),
+    });
+    let rigid = indenter.positions().enumerate().map(|(k, [x, y, z])| xyz::Atom {
+        id: first + k as u64,
+        species: INDENTER_SPECIES,
+        position_angstrom: [x, y, z - down],
+        contact: false,
+    });
+    let info = xyz::Frame {
+        cell_angstrom: [frame.length(0), frame.length(1), frame.length(2)],
+        p_star,
+        atoms: frame.len() + indenter.atoms() as usize,
+    };
+    xyz::write(path, info, block.chain(rigid))
+}
+
+/// Positions over the block's edge of the surface sites, in the order of their contact flags.
+pub(super) fn site_positions(sites: &SurfaceSites) -> impl Iterator<Item = [f64; 2]> {
+    let length = sites.length();
+    (0..sites.len()).map(move |i| sites.xy(i).map(|c| (c / length).rem_euclid(1.0)))
+}

@@ -1,0 +1,248 @@
+//! The continuum on the atoms' own heights, layer and load, and what the two say about each other.
+
+use super::Listener;
+use super::atomistic::site_positions;
+use super::continuum::{Keep, LoadPath, load_path};
+use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
+use crate::compare::{Criteria, Sites, registration, softness_threshold};
+use crate::grid::Field;
+use crate::interface::Wall;
+use crate::method::{Precision, Problem};
+use crate::observe::{Connectivity, along_y, column_at, contact_map, patch_sizes};
+use crate::record::npy;
+use crate::record::results::{
+    AtomState, AtomsResults, ComparisonResults, ContinuumResults, CriterionArea, LoadComparison, Section,
+};
+use crate::scene::{AtomsCase, Case};
+use crate::units::GPA_PER_EV_A3;
+use crate::{Error, Result};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// Position of the section over the cell's extent in x.
+const SECTION: f64 = 0.5;
+
+/// rms KKT residual over the pressure of the matched solutions: gaps to a thousandth of an ångström.
+const MATCHED_TOLERANCE: f64 = 1e-7;
+
+/// Continuum solutions of the atoms' problem, with a hard wall and with the atoms' own.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct Matched {
+    pub hard: ContinuumResults,
+    pub soft: ContinuumResults,
+}
+
+pub(super) fn matched(
+    case: &Case,
+    atoms: &AtomsCase,
+    folder: &Path,
+    stage: &str,
+    listener: &dyn Listener,
+) -> Result<Matched> {
+    let length = atoms.block.length();
+    let heights: Vec<f64> =
+        atoms.heights_angstrom(&case.surface, atoms.matched).into_iter().map(|h| h / length).collect();
+    let loads: Vec<(f64, f64)> = case.scene.load.p_star.iter().copied().zip(case.pressures()).collect();
+    let even_odds = even_odds_gap(atoms) / length;
+    let solve = |wall: Wall, soft: bool, tag: &str, threshold: f64, criterion: &str| {
+        let problem = Problem {
+            grid: atoms.matched,
+            heights: &heights,
+            kernel: atoms.kernel(),
+            adhesion: atoms.matched_adhesion(soft),
+            wall,
+            precision: Precision::F64,
+            tolerance: MATCHED_TOLERANCE,
+            max_iterations: case.scene.continuum.max_iterations,
+        };
+        let path = LoadPath {
+            problem,
+            method: &case.scene.continuum.method,
+            loads: loads.clone(),
+            threshold,
+            criterion: criterion.into(),
+            keep: Keep { gap: true, stress: false },
+        };
+        load_path(&path, folder, stage, tag, listener)
+    };
+    Ok(Matched {
+        hard: solve(Wall::Hard, false, "hard wall, ", 0.0, "zero gap")?,
+        soft: solve(
+            Wall::LennardJones(atoms.soft_wall()),
+            true,
+            "soft wall, ",
+            even_odds,
+            "even odds of an indenter atom within d_c",
+        )?,
+    })
+}
+
+/// Gap, from the wall's zero of force, at which a randomly registered atom has an indenter atom within d_c with even
+/// odds, Å (negative: the wall pushes there already).
+fn even_odds_gap(atoms: &AtomsCase) -> f64 {
+    atoms.wall.distance_at_touch_probability(0.5, CONTACT_DISTANCE_ANGSTROM) - atoms.wall.minimum_angstrom()
+}
+
+/// A stored field of the run folder.
+struct Stored(npy::Field<f64>);
+
+impl Stored {
+    fn read(root: &Path, file: Option<&String>) -> Result<Self> {
+        let file =
+            file.ok_or_else(|| Error::format(root, "a state without its gap field", "a run that stores gaps"))?;
+        Ok(Stored(npy::read(&root.join(file))?))
+    }
+
+    fn field(&self) -> Field<'_> {
+        Field::F64(&self.0.values)
+    }
+}
+
+/// The comparison at every load. `root` is the run folder that the results' file names are relative to.
+pub(super) fn compare(
+    case: &Case,
+    atoms: &AtomsCase,
+    found: &AtomsResults,
+    matched: &Matched,
+    root: &Path,
+) -> Result<ComparisonResults> {
+    let grid = atoms.matched;
+    let length = atoms.block.length();
+    let sites = Sites::new(grid, site_positions(&atoms.block.surface()));
+    let (mut loads, mut sections) = (Vec::new(), Vec::new());
+    for (i, state) in found.states.iter().enumerate() {
+        let (hard, soft) = (&matched.hard.states[i], &matched.soft.states[i]);
+        let (hard_gap, soft_gap) = (Stored::read(root, hard.gap.as_ref())?, Stored::read(root, soft.gap.as_ref())?);
+        let per_site = |what: &str| root.join(state.contact_map.replace("contact.npy", what));
+        let touching: Vec<bool> =
+            npy::read_flags(&per_site("site-contact.npy"))?.values.iter().map(|v| *v != 0).collect();
+        let site_gap = npy::read(&per_site("site-gap.npy"))?.values;
+        let stress =
+            hard.pressure / hard.contact_fraction_corrected.max(hard.contact_fraction / 2.0) * atoms.modulus_gpa;
+        let threshold = softness_threshold(&atoms.wall, stress / GPA_PER_EV_A3);
+        let even_odds = even_odds_gap(atoms) / length;
+        let continuum = vec![
+            sites.judge(hard_gap.field(), 0.0, &touching, Criteria::Plain, length),
+            sites.judge(hard_gap.field(), threshold / length, &touching, Criteria::Threshold, length),
+            sites.judge(soft_gap.field(), even_odds, &touching, Criteria::SoftWall, length),
+        ];
+        let atoms_map = npy::read_flags(&root.join(&state.contact_map))?.values;
+        let soft_map = contact_map(soft_gap.field(), even_odds);
+        let soft_sites = sites.sample(soft_gap.field());
+        let open: Vec<f64> = (0..touching.len())
+            .filter(|&s| !touching[s] && soft_sites[s] > even_odds)
+            .map(|s| site_gap[s] - soft_sites[s] * length)
+            .collect();
+        let rms = (open.iter().map(|d| d * d).sum::<f64>() / open.len().max(1) as f64).sqrt();
+        loads.push(LoadComparison {
+            p_star: state.p_star,
+            registration: registration(grid, &atoms_map, &soft_map),
+            atoms: CriterionArea {
+                criterion: format!("an indenter atom within {CONTACT_DISTANCE_ANGSTROM} Å"),
+                contact_fraction: state.contact_fraction,
+            },
+            continuum,
+            atoms_mean_gap_angstrom: state.mean_gap_angstrom,
+            continuum_mean_gap_angstrom: hard.mean_gap * length,
+            soft_mean_gap_angstrom: soft.mean_gap * length,
+            atoms_patches: patch_sizes(&atoms_map, grid.nx, Connectivity::Eight).len(),
+            continuum_patches: patch_sizes(&soft_map, grid.nx, Connectivity::Eight).len(),
+            gap_rms_difference_angstrom: rms,
+        });
+        let column = column_at(grid, SECTION);
+        let atoms_gap = Stored::read(root, Some(&state.gap_map))?;
+        let line = |field: Field, scale: f64| along_y(grid, field, column).iter().map(|p| p.1 * scale).collect();
+        sections.push(Section {
+            p_star: state.p_star,
+            y: (0..grid.ny).map(|j| j as f64 * grid.dy() / grid.lx).collect(),
+            atoms_gap_angstrom: line(atoms_gap.field(), 1.0),
+            hard_gap_angstrom: line(hard_gap.field(), length),
+            soft_gap_angstrom: line(soft_gap.field(), length),
+        });
+    }
+    let findings = findings(case, atoms, found, matched, &loads);
+    Ok(ComparisonResults { hard: matched.hard.clone(), soft: matched.soft.clone(), loads, sections, findings })
+}
+
+/// Share of contact atoms from below the surface layer from which material is said to have flowed.
+const FLOWED: f64 = 0.02;
+
+/// Why atoms and continuum differ, in sentences with their numbers.
+fn findings(
+    case: &Case,
+    atoms: &AtomsCase,
+    found: &AtomsResults,
+    matched: &Matched,
+    loads: &[LoadComparison],
+) -> Vec<String> {
+    let mut list = Vec::new();
+    let percent = |x: f64| format!("{:.1} %", 100.0 * x);
+    for (i, load) in loads.iter().enumerate() {
+        let [plain, threshold, soft] = &load.continuum[..] else { continue };
+        let deviation = |c: f64| percent(load.atoms.contact_fraction / c - 1.0);
+        list.push(format!(
+            "p* = {}: {} of the surface atoms touch. A hard wall at zero gap has {}, which the atoms exceed by {}; that is \
+             the criterion, not the mechanics: the Lennard-Jones wall gives way by {:.2} Å under the mean contact stress \
+             of {:.1} GPa. Counting gaps below {:.2} Å the hard wall has {} (the atoms deviate by {}); with the atoms' own \
+             wall law the continuum has {} (deviation {}), κ = {:.2} against {:.2} for a shifted map.",
+            load.p_star,
+            percent(load.atoms.contact_fraction),
+            percent(plain.contact_fraction),
+            deviation(plain.contact_fraction),
+            atoms.wall.minimum_angstrom() - atoms.wall.distance_at_pressure(mean_stress(matched, i, atoms) / GPA_PER_EV_A3),
+            mean_stress(matched, i, atoms),
+            threshold.threshold_angstrom,
+            percent(threshold.contact_fraction),
+            deviation(threshold.contact_fraction),
+            percent(soft.contact_fraction),
+            deviation(soft.contact_fraction),
+            soft.overlap.kappa,
+            soft.shifted.kappa,
+        ));
+        if load.registration != [0, 0] {
+            list.push(format!(
+                "p* = {}: the atoms' contact map fits best when shifted by {:?} of {} nodes; the maps should need no shift.",
+                load.p_star, load.registration, atoms.matched.nx
+            ));
+        }
+    }
+    list.push(yield_finding(&found.states));
+    let slab = atoms.kernel().stiffness(std::f64::consts::TAU) / std::f64::consts::PI;
+    list.push(format!(
+        "The block is {:.1} Å deep on a rigid base, which makes the longest wave {slab:.2} times stiffer than on a \
+         half-space; the continuum compared here has the same layer, so this is no part of the difference.",
+        atoms.block.thickness()
+    ));
+    if atoms.resolved_gradient < 0.999 * case.gradient {
+        list.push(format!(
+            "Both see the profile low-passed at {:.1} Å, with a resolved rms gradient of {:.3} instead of {}.",
+            atoms.low_pass * atoms.block.length(),
+            atoms.resolved_gradient,
+            case.gradient
+        ));
+    }
+    list
+}
+
+/// Mean contact stress of the hard-wall solution, GPa.
+fn mean_stress(matched: &Matched, load: usize, atoms: &AtomsCase) -> f64 {
+    let state = &matched.hard.states[load];
+    state.pressure / state.contact_fraction_corrected.max(state.contact_fraction / 2.0) * atoms.modulus_gpa
+}
+
+fn yield_finding(states: &[AtomState]) -> String {
+    let flowed = states.iter().find(|s| s.contacts_below_surface as f64 > FLOWED * s.contacts.max(1) as f64);
+    let hardest = states.iter().map(|s| s.contact_stress_gpa).fold(0.0, f64::max);
+    match flowed {
+        Some(s) => format!(
+            "Material has flowed at p* = {}: {} of {} contact atoms did not start in the surface layer. From there on the \
+             atoms' area is that of a plastic contact, which no elastic continuum follows.",
+            s.p_star, s.contacts_below_surface, s.contacts
+        ),
+        None => format!(
+            "No sign of yield: contact atoms all come from the surface layer (but for at most {} %), at a mean stress over \
+             their area of up to {hardest:.1} GPa.",
+            100.0 * FLOWED
+        ),
+    }
+}

@@ -1,0 +1,129 @@
+use super::Listener;
+use crate::record::json;
+use crate::record::results::StageCost;
+use crate::{Error, Result, sys};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Raised when what a stage writes changes its meaning, so that older folders are not taken for done.
+const FORMAT: u32 = 1;
+
+/// What a stage depends on, hashed: its name, the resolved parameters it reads, the keys of the stages before it, and
+/// the contents of its input files. Never times.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Key(String);
+
+impl Key {
+    /// `parameters` is hashed as canonical JSON (fields in the order of their declaration).
+    pub fn new(stage: &str, parameters: &impl Serialize, after: &[&Key]) -> Result<Key> {
+        let text = serde_json::to_string(parameters)
+            .map_err(|e| Error::format("stage parameters", e, "values that JSON can hold"))?;
+        let mut hasher = blake3::Hasher::new();
+        for part in [stage, &FORMAT.to_string(), env!("CARGO_PKG_VERSION"), &text] {
+            hasher.update(part.as_bytes()).update(&[0]);
+        }
+        for key in after {
+            hasher.update(key.0.as_bytes()).update(&[0]);
+        }
+        Ok(Key(hasher.finalize().to_hex().to_string()))
+    }
+
+    /// Hash of a file's contents, to be part of the parameters.
+    pub fn of_file(path: &Path) -> Result<String> {
+        let mut hasher = blake3::Hasher::new();
+        let file = File::open(path).map_err(Error::io("read", path))?;
+        hasher.update_reader(file).map_err(Error::io("read", path))?;
+        Ok(hasher.finalize().to_hex().to_string())
+    }
+
+    pub fn short(&self) -> &str {
+        &self.0[..12]
+    }
+}
+
+/// Whether what an interrupted attempt at the same key left behind is of use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Leftovers {
+    Remove,
+    Keep,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Done {
+    key: String,
+    seconds: f64,
+    peak_rss_bytes: u64,
+}
+
+/// The folder of one run, locked for as long as this value lives.
+pub struct RunFolder {
+    root: PathBuf,
+    pub costs: Vec<StageCost>,
+    _lock: File,
+}
+
+impl RunFolder {
+    /// Creates the folder if need be and locks it; a second run in the same folder is refused.
+    pub fn open(root: &Path) -> Result<Self> {
+        fs::create_dir_all(root).map_err(Error::io("create the run folder", root))?;
+        let path = root.join(".lock");
+        let lock = File::create(&path).map_err(Error::io("write in the run folder", &path))?;
+        lock.try_lock().map_err(|_| {
+            Error::input(root.display(), "--out", "in use by another run", "a folder that no other run is using")
+        })?;
+        Ok(RunFolder { root: root.to_path_buf(), costs: Vec::new(), _lock: lock })
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.root
+    }
+
+    /// Runs a stage in its folder, or reads what it gave when its key is done already.
+    pub fn stage<T: Serialize + DeserializeOwned>(
+        &mut self,
+        listener: &dyn Listener,
+        (name, what): (&str, &str),
+        key: &Key,
+        leftovers: Leftovers,
+        work: impl FnOnce(&Path) -> Result<T>,
+    ) -> Result<T> {
+        let folder = self.root.join(name);
+        let (done_file, key_file, output_file) =
+            (folder.join("done.json"), folder.join("key.json"), folder.join("output.json"));
+        if let Ok(done) = json::read::<Done>(&done_file)
+            && done.key == key.0
+            && let Ok(output) = json::read::<T>(&output_file)
+        {
+            self.finish(listener, name, key, (done.seconds, done.peak_rss_bytes), true);
+            return Ok(output);
+        }
+        let same = json::read::<String>(&key_file).is_ok_and(|k| k == key.0);
+        if folder.exists() && !(same && leftovers == Leftovers::Keep) {
+            fs::remove_dir_all(&folder).map_err(Error::io("clear", &folder))?;
+        }
+        fs::create_dir_all(&folder).map_err(Error::io("create", &folder))?;
+        json::write(&key_file, &key.0)?;
+        if listener.stopping() {
+            return Err(Error::Interrupted);
+        }
+        listener.begin(name, what);
+        sys::reset_peak_rss();
+        let clock = Instant::now();
+        let output = work(&folder)?;
+        let cost = (clock.elapsed().as_secs_f64(), sys::peak_rss_bytes());
+        json::write(&output_file, &output)?;
+        json::write(&done_file, &Done { key: key.0.clone(), seconds: cost.0, peak_rss_bytes: cost.1 })?;
+        self.finish(listener, name, key, cost, false);
+        Ok(output)
+    }
+
+    fn finish(&mut self, listener: &dyn Listener, name: &str, key: &Key, cost: (f64, u64), reused: bool) {
+        let (seconds, peak_rss_bytes) = cost;
+        let cost = StageCost { name: name.into(), key: key.short().into(), seconds, peak_rss_bytes, reused };
+        listener.end(&cost);
+        self.costs.push(cost);
+    }
+}

@@ -1,0 +1,34 @@
+//! A run: stages in their order, each keyed by what it depends on, all in one folder.
+//!
+//! A stage whose key is found in the folder is not run again, so the same command goes on where a killed one stopped, and
+//! a changed scene repeats only what the change touches.
+
+mod atomistic;
+mod comparison;
+mod continuum;
+mod folder;
+mod plan;
+mod run;
+
+pub use atomistic::{Climbed, build_job, climb, engine, read_atoms};
+pub use continuum::statistics;
+pub use folder::{Key, RunFolder};
+pub use plan::{RunPlan, plan};
+pub use run::{rebuild_comparison, run};
+
+use crate::record::results::StageCost;
+
+/// Hears how a run goes, and may ask it to stop. The words for people are the listener's.
+pub trait Listener: Sync {
+    fn begin(&self, stage: &str, what: &str);
+
+    /// `done` is a share of the stage, where one is known.
+    fn progress(&self, done: Option<f64>, message: &str);
+
+    fn end(&self, cost: &StageCost);
+
+    fn warn(&self, text: &str);
+
+    /// Whether the user wants the run to stop.
+    fn stopping(&self) -> bool;
+}

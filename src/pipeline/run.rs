@@ -1,0 +1,277 @@
+use super::atomistic::{self, Climbed, INDENTER_SPECIES};
+use super::comparison::{self, Matched};
+use super::folder::{Key, Leftovers, RunFolder};
+use super::{Listener, build_job, continuum, engine};
+use crate::atoms::engine::Engine;
+use crate::atoms::job::Job;
+use crate::record::mcap::{CloudAtom, GapMap, LoadScalars, LoadState, Recorder, Scene as Recorded};
+use crate::record::npy;
+use crate::record::results::{AtomsResults, ComparisonResults, Results, SCHEMA, ScalesSi, SurfaceResults};
+use crate::scene::{AtomsCase, Case};
+use crate::{Error, Result, report};
+use std::path::{Path, PathBuf};
+
+/// Runs a case into a folder, all stages, and writes its report. Returns the report's path.
+pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results, PathBuf)> {
+    let mut folder = RunFolder::open(out)?;
+    case.warnings.iter().for_each(|w| listener.warn(w));
+    // What the atoms need is asked for first: a missing program should not cost a solved continuum.
+    let engine = match &case.atoms {
+        Some(_) => Some(engine(case)?),
+        None => None,
+    };
+    let scene_text =
+        toml::to_string_pretty(&case.scene).map_err(|e| Error::format("scene", e, "a scene that TOML can hold"))?;
+    crate::record::land::land(&out.join("scene.toml"), |w| std::io::Write::write_all(w, scene_text.as_bytes()))?;
+    let surface_key = Key::new("surface", &(&case.scene.laboratory, &case.scene.surface, heights_hash(case)?), &[])?;
+    let surface = folder.stage(
+        listener,
+        ("surface", "heights and their statistics"),
+        &surface_key,
+        Leftovers::Remove,
+        |dir| continuum::surface(case, &case.surface.heights(case.grid, 0.0), dir, "surface"),
+    )?;
+    let continuum_key =
+        Key::new("continuum", &(&case.scene.load, &case.scene.adhesion, &case.scene.continuum), &[&surface_key])?;
+    let what = format!("{} on {} x {} points", case.scene.continuum.method, case.grid.nx, case.grid.ny);
+    let solved = folder.stage(listener, ("continuum", &what), &continuum_key, Leftovers::Remove, |dir| {
+        let heights = stored_heights(out, &surface)?;
+        continuum::laboratory(case, &heights, dir, "continuum", listener)
+    })?;
+    let (mut atoms, mut compared) = (None, None);
+    if let (Some(a), Some(engine)) = (&case.atoms, &engine) {
+        let (found, comparison) = atomistic_stages(case, a, engine, &mut folder, &surface_key, listener)?;
+        atoms = Some(found);
+        compared = Some(comparison);
+    }
+    let results = Results {
+        schema: SCHEMA,
+        name: case.scene.name.clone(),
+        description: case.scene.description.clone(),
+        scales: ScalesSi { length_m: case.scales.length_m, modulus_pa: case.scales.modulus_pa },
+        surface,
+        continuum: Some(solved),
+        atoms,
+        comparison: compared,
+        stages: folder.costs.clone(),
+        warnings: case.warnings.clone(),
+        sources: sources(case),
+    };
+    results.write(out)?;
+    let manifest = Manifest::of(case, &results, engine.as_ref().map(|e| e.describe()));
+    crate::record::json::write(&out.join("manifest.json"), &manifest)?;
+    record(case, &results, out)?;
+    let page = report::write(out)?;
+    Ok((results, page))
+}
+
+fn atomistic_stages(
+    case: &Case,
+    a: &AtomsCase,
+    engine: &dyn Engine,
+    folder: &mut RunFolder,
+    surface_key: &Key,
+    listener: &dyn Listener,
+) -> Result<(AtomsResults, ComparisonResults)> {
+    let root = folder.path().to_path_buf();
+    let scene = case.scene.atoms.as_ref().expect("an atoms case comes from a scene with atoms");
+    let block = (scene.cells, scene.depth_cells, scene.slope, scene.low_pass_angstrom, scene.adhesion_range_angstrom);
+    let crystal = (&scene.element, scene.lattice_constant_angstrom, scene.contact_modulus_gpa);
+    let continuum = &case.scene.continuum;
+    let matched_key = Key::new(
+        "matched",
+        &(&case.scene.load, &case.scene.adhesion, &continuum.method, continuum.max_iterations, block, crystal),
+        &[surface_key],
+    )?;
+    let what = format!("continuum on the atoms' heights, {0} x {0} points", a.matched.nx);
+    let matched: Matched = folder.stage(listener, ("matched", &what), &matched_key, Leftovers::Remove, |dir| {
+        comparison::matched(case, a, dir, "matched", listener)
+    })?;
+    let potential = match &a.potential {
+        Some(path) => Key::of_file(path)?,
+        None => "shipped".to_string(),
+    };
+    // Loads are no part of the key: a ladder that went far enough serves any load below its end, and the job's own
+    // record decides which of its steps are still good.
+    let highest = case.scene.load.p_star.iter().copied().fold(0.0, f64::max);
+    let lammps_key = Key::new(
+        "lammps",
+        &(
+            (block, crystal, potential, engine.describe(), highest),
+            (scene.step_angstrom, scene.force_tolerance_ev_per_angstrom, &case.scene.adhesion),
+        ),
+        &[surface_key],
+    )?;
+    let total = a.block.atoms() + (a.points * a.points) as u64;
+    let what = format!("displacement ladder of {total} atoms");
+    let climbed: Climbed = folder.stage(listener, ("lammps", &what), &lammps_key, Leftovers::Keep, |dir| {
+        let job = build_job(case, a, dir)?;
+        atomistic::climb(engine, &job, listener)
+    })?;
+    if let Some(cost) = folder.costs.last_mut().filter(|c| c.name == "lammps") {
+        cost.peak_rss_bytes = cost.peak_rss_bytes.max(climbed.peak_rss_bytes);
+    }
+    for step in &climbed.unconverged {
+        listener.warn(&format!("load step {step} stopped above the force tolerance"));
+    }
+    let atoms_key = Key::new("atoms", &case.scene.load, &[&lammps_key])?;
+    let found = folder.stage(
+        listener,
+        ("atoms", "contact and gap at the asked loads"),
+        &atoms_key,
+        Leftovers::Remove,
+        |dir| atomistic::read(case, a, &Job::open(root.join("lammps"))?, &climbed, dir, "atoms"),
+    )?;
+    let compare_key = Key::new("compare", &(), &[&matched_key, &atoms_key])?;
+    let compared = folder.stage(
+        listener,
+        ("compare", "maps, areas and gaps side by side"),
+        &compare_key,
+        Leftovers::Remove,
+        |_| comparison::compare(case, a, &found, &matched, &root),
+    )?;
+    Ok((found, compared))
+}
+
+/// Compares again what a run folder holds, without solving or running anything, and writes results and report.
+pub fn rebuild_comparison(out: &Path) -> Result<(Results, PathBuf)> {
+    let case = Case::read(&out.join("scene.toml"))?;
+    let mut results = Results::read(out)?;
+    let lacking = || Error::format(out, "a run without atoms", "the folder of a run whose scene has [atoms]");
+    let (a, found) = case.atoms.as_ref().zip(results.atoms.as_ref()).ok_or_else(lacking)?;
+    let earlier = results.comparison.as_ref().ok_or_else(lacking)?;
+    let matched = Matched { hard: earlier.hard.clone(), soft: earlier.soft.clone() };
+    results.comparison = Some(comparison::compare(&case, a, found, &matched, out)?);
+    results.write(out)?;
+    let page = report::write(out)?;
+    Ok((results, page))
+}
+
+fn heights_hash(case: &Case) -> Result<Option<String>> {
+    case.scene.surface.heights.as_ref().map(|p| Key::of_file(&case.beside(p))).transpose()
+}
+
+fn stored_heights(out: &Path, surface: &SurfaceResults) -> Result<Vec<f64>> {
+    Ok(npy::read(&out.join(&surface.heights))?.values)
+}
+
+/// What ran, on what, for how long: `manifest.json`.
+#[derive(serde::Serialize)]
+struct Manifest<'a> {
+    program: String,
+    scene: &'a crate::scene::Scene,
+    engine: Option<&'a str>,
+    threads: usize,
+    peak_rss_bytes: u64,
+    stages: &'a [crate::record::results::StageCost],
+    stops: Vec<&'a str>,
+    warnings: &'a [String],
+}
+
+impl<'a> Manifest<'a> {
+    fn of(case: &'a Case, results: &'a Results, engine: Option<&'a str>) -> Self {
+        Manifest {
+            program: format!("asperity {}", env!("CARGO_PKG_VERSION")),
+            scene: &case.scene,
+            engine,
+            threads: rayon::current_num_threads(),
+            peak_rss_bytes: results.stages.iter().map(|s| s.peak_rss_bytes).max().unwrap_or(0),
+            stages: &results.stages,
+            stops: results.continuum.iter().flat_map(|c| &c.states).map(|s| s.stop.as_str()).collect(),
+            warnings: &results.warnings,
+        }
+    }
+}
+
+fn sources(case: &Case) -> Vec<String> {
+    let mut list = vec![
+        "Müser et al., Meeting the contact-mechanics challenge, Tribology Letters 65 (2017) 118, \
+         doi:10.1007/s11249-017-0900-2: the problem, its surface, methods and units."
+            .to_string(),
+        "Yastrebov, Anciaux & Molinari, J. Mech. Phys. Solids 107 (2017) 469, arXiv:1701.02727: perimeter correction of \
+         the contact area."
+            .to_string(),
+    ];
+    let method = crate::method::find(&case.scene.continuum.method).expect("checked with the scene");
+    let dois = method.card().dois.iter().map(|d| format!("doi:{d}")).collect::<Vec<_>>().join(", ");
+    list.push(format!("Method {} ({}): {dois}.", method.card().id, method.card().paper_name));
+    if case.atoms.is_some() {
+        list.push(
+            "Carbone, Lorenz, Persson & Wohlers, Eur. Phys. J. E 29 (2009) 275, doi:10.1140/epje/i2009-10484-8: elastic \
+             layer of finite thickness."
+                .to_string(),
+        );
+        list.push(
+            "Thompson et al., LAMMPS, Comput. Phys. Commun. 271 (2022) 108171, doi:10.1016/j.cpc.2021.108171: the \
+             molecular statics."
+                .to_string(),
+        );
+        list.push(
+            "The calcium-like potential is asperity's own; potentials/README.md describes fit and properties."
+                .to_string(),
+        );
+    }
+    list
+}
+
+/// The MCAP recording of a run: gaps and scalars per load, the touching atoms as a cloud.
+fn record(case: &Case, results: &Results, out: &Path) -> Result<()> {
+    let length = results.atoms.as_ref().map_or(case.scales.length_m * 1e6, |a| a.length_angstrom);
+    let unit = if results.atoms.is_some() { "Å" } else { "µm" };
+    let scene = Recorded {
+        name: results.name.clone(),
+        length_unit: unit.into(),
+        cell: [length, length * case.grid.ly / case.grid.lx],
+        notes: [("program".to_string(), format!("asperity {}", env!("CARGO_PKG_VERSION")))].into(),
+    };
+    let mut recorder = Recorder::create(&out.join("run.mcap"), scene)?;
+    // With atoms, the continuum that is recorded beside them is the one on their own profile and scale.
+    let continuum = results.comparison.as_ref().map(|c| &c.soft).or(results.continuum.as_ref());
+    for (i, state) in continuum.iter().flat_map(|c| &c.states).enumerate() {
+        let gap = state.gap.as_ref().map(|g| npy::read(&out.join(g))).transpose()?;
+        let scaled: Option<(usize, Vec<f64>)> = gap.map(|g| (g.nx, g.values.iter().map(|v| v * length).collect()));
+        recorder.state(&LoadState {
+            source: "continuum",
+            index: i as u32,
+            scalars: LoadScalars {
+                p_star: state.p_star,
+                contact_fraction: state.contact_fraction,
+                criterion: state.criterion.clone(),
+                mean_gap: state.mean_gap * length,
+                patches: Some(state.patches),
+                energy: Some(state.energy),
+                residual: Some(state.residual),
+            },
+            gap: scaled.as_ref().map(|(nx, gap)| GapMap { nx: *nx, gap }),
+            atoms: &[],
+        })?;
+    }
+    for (i, state) in results.atoms.iter().flat_map(|a| &a.states).enumerate() {
+        let gap = npy::read(&out.join(&state.gap_map))?;
+        let cloud = match &state.frame {
+            Some(frame) => cloud(&out.join(frame))?,
+            None => Vec::new(),
+        };
+        recorder.state(&LoadState {
+            source: "atoms",
+            index: i as u32,
+            scalars: LoadScalars {
+                p_star: state.p_star,
+                contact_fraction: state.contact_fraction,
+                criterion: "indenter atom within d_c".into(),
+                mean_gap: state.mean_gap_angstrom,
+                ..LoadScalars::default()
+            },
+            gap: Some(GapMap { nx: gap.nx, gap: &gap.values }),
+            atoms: &cloud,
+        })?;
+    }
+    recorder.finish()
+}
+
+/// Block atoms of a frame, with their contact flag.
+fn cloud(frame: &Path) -> Result<Vec<CloudAtom>> {
+    let atoms = crate::record::xyz::read(frame)?;
+    let block = atoms.into_iter().filter(|a| a.species != INDENTER_SPECIES);
+    Ok(block.map(|a| CloudAtom { position: a.position_angstrom.map(|c| c as f32), contact: a.contact }).collect())
+}
