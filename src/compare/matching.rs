@@ -77,11 +77,47 @@ impl Criteria {
 
 /// Gap below which a hard-wall solution counts as touched by atoms, Å.
 ///
-/// A Lennard-Jones wall that carries the mean contact stress `pressure` (eV/Å³) has been pressed in by
-/// `r_m - d(pressure)`, so the bodies stand that much closer than a hard wall would let them, and points with a smaller
-/// hard-wall gap touch as well. Touching means an indenter atom within the contact distance, which at random registry
-/// happens with even odds only at a plane distance `d_½` below `r_m`: that part of the approach brings no contact.
-pub fn softness_threshold(wall: &Wall, pressure: f64) -> f64 {
+/// A Lennard-Jones wall that carries the stress σ has been pressed in by `r_m - d(σ)`, so the bodies stand that much closer
+/// than a hard wall would let them, and points with a smaller hard-wall gap touch as well. The stress is the mean over
+/// what touches, which makes the threshold self-consistent: `pressure` (eV/Å³) over `fraction(threshold)`. Touching means
+/// an indenter atom within the contact distance, which at random registry has even odds only at a plane distance `d_½`
+/// below `r_m`: that part of the approach brings no contact. Nothing in it is fitted to the atoms.
+pub fn softness_threshold(wall: &Wall, pressure: f64, fraction: impl Fn(f64) -> f64) -> f64 {
     let even_odds = wall.distance_at_touch_probability(0.5, CONTACT_DISTANCE_ANGSTROM);
-    (even_odds - wall.distance_at_pressure(pressure)).max(0.0)
+    // A larger threshold has a larger area, hence less stress and less approach: one crossing.
+    let (mut low, mut high) = (0.0, even_odds);
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        let touching = fraction(middle);
+        let approach = if touching > 0.0 { even_odds - wall.distance_at_pressure(pressure / touching) } else { high };
+        if approach > middle { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Where the area does not depend on the threshold, the threshold is the wall's approach at that stress.
+    #[test]
+    fn threshold_of_a_flat_punch() {
+        let wall = Wall::new(5.5884 * 5.0 / 11.0, 5.5884).unwrap();
+        let even_odds = wall.distance_at_touch_probability(0.5, CONTACT_DISTANCE_ANGSTROM);
+        let (pressure, fraction) = (3e-3, 0.1);
+        let found = softness_threshold(&wall, pressure, |_| fraction);
+        assert!((found - (even_odds - wall.distance_at_pressure(pressure / fraction))).abs() < 1e-9);
+        // A stress that does not press the wall past even odds brings no further contact.
+        assert!(softness_threshold(&wall, 1e-9, |_| fraction) < 1e-9);
+    }
+
+    /// Samples land on the nearest node, and the shifted map is the map shifted by (1/3, 1/5).
+    #[test]
+    fn sites_sample_the_nearest_node() {
+        let grid = Grid::unit(30, 30);
+        let gap: Vec<f64> = (0..900).map(f64::from).collect();
+        let sites = Sites::new(grid, [[0.0, 0.0], [0.99, 0.5], [0.51 / 30.0, 0.0]].into_iter());
+        assert_eq!(sites.sample(Field::F64(&gap)), [0.0, 15.0 * 30.0, 1.0]);
+        assert_eq!(sites.shifted[0], 6 * 30 + 10);
+    }
 }

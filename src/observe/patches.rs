@@ -64,7 +64,7 @@ mod tests {
 
     fn map(text: &str) -> (Vec<u8>, usize) {
         let rows: Vec<&str> = text.split_whitespace().collect();
-        (rows.concat().bytes().map(|b| b - b'.').map(|b| u8::from(b != 0)).collect(), rows[0].len())
+        (rows.concat().bytes().map(|b| u8::from(b != b'.')).collect(), rows[0].len())
     }
 
     #[test]

@@ -8,7 +8,7 @@ use crate::compare::{Criteria, Sites, registration, softness_threshold};
 use crate::grid::Field;
 use crate::interface::Wall;
 use crate::method::{Precision, Problem};
-use crate::observe::{Connectivity, along_y, column_at, contact_map, patch_sizes};
+use crate::observe::{Connectivity, along_y, column_at, contact_area, contact_map, patch_sizes};
 use crate::record::npy;
 use crate::record::results::{
     AtomState, AtomsResults, ComparisonResults, ContinuumResults, CriterionArea, LoadComparison, Section,
@@ -117,9 +117,8 @@ pub(super) fn compare(
         let touching: Vec<bool> =
             npy::read_flags(&per_site("site-contact.npy"))?.values.iter().map(|v| *v != 0).collect();
         let site_gap = npy::read(&per_site("site-gap.npy"))?.values;
-        let stress =
-            hard.pressure / hard.contact_fraction_corrected.max(hard.contact_fraction / 2.0) * atoms.modulus_gpa;
-        let threshold = softness_threshold(&atoms.wall, stress / GPA_PER_EV_A3);
+        let share = |threshold: f64| contact_area(grid, hard_gap.field(), threshold / length).fraction;
+        let threshold = softness_threshold(&atoms.wall, hard.pressure * atoms.modulus_gpa / GPA_PER_EV_A3, share);
         let even_odds = even_odds_gap(atoms) / length;
         let continuum = vec![
             sites.judge(hard_gap.field(), 0.0, &touching, Criteria::Plain, length),
@@ -177,20 +176,21 @@ fn findings(
 ) -> Vec<String> {
     let mut list = Vec::new();
     let percent = |x: f64| format!("{:.1} %", 100.0 * x);
-    for (i, load) in loads.iter().enumerate() {
+    for (load, state) in loads.iter().zip(&matched.hard.states) {
         let [plain, threshold, soft] = &load.continuum[..] else { continue };
+        let stress = state.pressure * atoms.modulus_gpa / threshold.contact_fraction.max(f64::MIN_POSITIVE);
         let deviation = |c: f64| percent(load.atoms.contact_fraction / c - 1.0);
         list.push(format!(
             "p* = {}: {} of the surface atoms touch. A hard wall at zero gap has {}, which the atoms exceed by {}; that is \
-             the criterion, not the mechanics: the Lennard-Jones wall gives way by {:.2} Å under the mean contact stress \
-             of {:.1} GPa. Counting gaps below {:.2} Å the hard wall has {} (the atoms deviate by {}); with the atoms' own \
+             the criterion, not the mechanics: the Lennard-Jones wall gives way by {:.2} Å under the mean stress of {:.1} GPa \
+             on what touches. Counting gaps below {:.2} Å the hard wall has {} (the atoms deviate by {}); with the atoms' own \
              wall law the continuum has {} (deviation {}), κ = {:.2} against {:.2} for a shifted map.",
             load.p_star,
             percent(load.atoms.contact_fraction),
             percent(plain.contact_fraction),
             deviation(plain.contact_fraction),
-            atoms.wall.minimum_angstrom() - atoms.wall.distance_at_pressure(mean_stress(matched, i, atoms) / GPA_PER_EV_A3),
-            mean_stress(matched, i, atoms),
+            atoms.wall.minimum_angstrom() - atoms.wall.distance_at_pressure(stress / GPA_PER_EV_A3),
+            stress,
             threshold.threshold_angstrom,
             percent(threshold.contact_fraction),
             deviation(threshold.contact_fraction),
@@ -222,12 +222,6 @@ fn findings(
         ));
     }
     list
-}
-
-/// Mean contact stress of the hard-wall solution, GPa.
-fn mean_stress(matched: &Matched, load: usize, atoms: &AtomsCase) -> f64 {
-    let state = &matched.hard.states[load];
-    state.pressure / state.contact_fraction_corrected.max(state.contact_fraction / 2.0) * atoms.modulus_gpa
 }
 
 fn yield_finding(states: &[AtomState]) -> String {

@@ -138,7 +138,7 @@ pub(super) fn load_path(
     let of = path.loads.len();
     let current = std::sync::atomic::AtomicUsize::new(0);
     let watch = |step: Iteration| {
-        if step.iteration % 10 == 0 {
+        if step.iteration.is_multiple_of(10) {
             let load = current.load(std::sync::atomic::Ordering::Relaxed);
             // Residuals fall about exponentially from 1: their logarithm is the share done.
             let share = (step.residual.min(1.0).ln() / step.tolerance.ln()).clamp(0.0, 1.0);

@@ -23,9 +23,10 @@ pub fn at_load<T>(states: &[T], p_star: f64, of: impl Fn(&T) -> f64) -> Option<&
     states.iter().filter(|s| distance(s) <= SAME_LOAD * p_star.abs()).min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 
-/// The criterion that is closest to what atoms call contact: the soft wall's, or else the distance threshold.
+/// The criterion that pictures and headlines use: the hard wall with the softness threshold, which agrees best with what
+/// atoms call contact, or else the soft wall's.
 pub fn matched(load: &LoadComparison) -> Option<&CriterionMatch> {
-    ["soft wall", "threshold"].iter().find_map(|id| load.continuum.iter().find(|m| m.id == *id))
+    ["threshold", "soft wall"].iter().find_map(|id| load.continuum.iter().find(|m| m.id == *id))
 }
 
 pub fn section(desk: &Desk, atoms: &AtomsResults, c: &ComparisonResults) -> Result<Markup> {
