@@ -38,8 +38,8 @@ pub struct Solve {
     /// Range ρ of the adhesion -γ exp(-g/ρ).
     #[arg(long)]
     rho: Option<f64>,
-    /// An id from `asperity methods`.
-    #[arg(long, default_value = "bvm")]
+    /// An id from `asperity methods`, or auto.
+    #[arg(long, default_value = "auto")]
     method: String,
     /// Largest rms KKT residual over the pressure. Default: 1e-8 in f64, 1e-3 in f32.
     #[arg(long)]
@@ -143,7 +143,7 @@ impl Solve {
         let area = contact_area(grid, state.gap, 0.0);
         let energy = self.modulus * self.length;
         let line = json!({
-            "method": self.method,
+            "method": method.card().id,
             "nx": grid.nx,
             "ny": grid.ny,
             "precision": self.precision,

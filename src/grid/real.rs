@@ -1,4 +1,6 @@
+use rayon::prelude::*;
 use rustfft::num_traits::{Float, NumAssign};
+use std::borrow::Cow;
 
 /// The two precisions of the fields. Sums are always taken in `f64`.
 pub trait Real: rustfft::FftNum + Float + NumAssign + Default + std::iter::Sum {
@@ -8,6 +10,10 @@ pub trait Real: rustfft::FftNum + Float + NumAssign + Default + std::iter::Sum {
     fn of(value: f64) -> Self;
 
     fn wide(self) -> f64;
+
+    /// Heights in working precision with what is to be subtracted from them: those given, with their `mean`, where the
+    /// precision is the same, else a converted copy from which it has been subtracted.
+    fn heights(source: &[f64], mean: f64) -> (Cow<'_, [Self]>, Self);
 
     /// The field as a borrow of either precision.
     fn lend(values: &[Self]) -> Field<'_>;
@@ -24,6 +30,10 @@ impl Real for f32 {
         f64::from(self)
     }
 
+    fn heights(source: &[f64], mean: f64) -> (Cow<'_, [f32]>, f32) {
+        (Cow::Owned(source.par_iter().map(|h| (h - mean) as f32).collect()), 0.0)
+    }
+
     fn lend(values: &[f32]) -> Field<'_> {
         Field::F32(values)
     }
@@ -38,6 +48,10 @@ impl Real for f64 {
 
     fn wide(self) -> f64 {
         self
+    }
+
+    fn heights(source: &[f64], mean: f64) -> (Cow<'_, [f64]>, f64) {
+        (Cow::Borrowed(source), mean)
     }
 
     fn lend(values: &[f64]) -> Field<'_> {

@@ -106,6 +106,18 @@ impl<T: Real> Transform<T> {
         self.forward_filtered(field, spectrum, &|_: usize, _: &mut [Complex<T>]| 0.0);
     }
 
+    /// As [`Transform::forward`], of a field whose rows `fill` gives.
+    pub fn forward_of(&self, fill: impl Fn(usize, &mut [T]) + Sync + Send, spectrum: &mut [Complex<T>]) {
+        spectrum.par_chunks_mut(self.grid.half()).enumerate().for_each_init(
+            || self.worker(),
+            |worker, (y, spec)| {
+                fill(y, &mut worker.row);
+                worker.forward(spec);
+            },
+        );
+        self.columns(spectrum, &|_: usize, _: &mut [Complex<T>]| 0.0, Direction::Forward);
+    }
+
     /// As [`Transform::forward`], with `filter` applied to (or merely shown) every column. Returns its ordered sum.
     pub fn forward_filtered(&self, field: &[T], spectrum: &mut [Complex<T>], filter: &impl Filter<T>) -> f64 {
         let (nx, half) = (self.grid.nx, self.grid.half());

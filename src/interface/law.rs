@@ -21,7 +21,17 @@ pub trait Law: Copy + Sync + Send {
 
     /// Upper bound of `|slope|` over the gaps at which the wall pushes with no more than `stress` (units of E*).
     fn stiffest(&self, stress: f64) -> f64;
+
+    /// The law as a mesh of spacing `dx` can carry it without pinning contact lines: its range no shorter than
+    /// [`COHESIVE_RESOLUTION`] times `√(γ dx/E*)`.
+    fn on_mesh(&self, _dx: f64) -> Self {
+        *self
+    }
 }
+
+/// Cohesive resolution `ρ/√(γ dx/E*)` from which on the answer does not depend on the path: solutions found on different
+/// paths differ by several per cent in area at 1.0, and by a tenth of one at 1.4.
+pub const COHESIVE_RESOLUTION: f64 = 1.4;
 
 /// Impenetrable at zero gap, no adhesion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,6 +100,10 @@ impl Law for Exponential {
 
     fn stiffest(&self, _: f64) -> f64 {
         self.gamma / self.rho.powi(2)
+    }
+
+    fn on_mesh(&self, dx: f64) -> Self {
+        Exponential { rho: self.rho.max(COHESIVE_RESOLUTION * (self.gamma * dx).sqrt()), ..*self }
     }
 }
 
@@ -214,6 +228,10 @@ impl<W: Law, A: Law> Law for WithAdhesion<W, A> {
 
     fn stiffest(&self, stress: f64) -> f64 {
         self.wall.stiffest(stress) + self.adhesion.stiffest(stress)
+    }
+
+    fn on_mesh(&self, dx: f64) -> Self {
+        WithAdhesion { wall: self.wall.on_mesh(dx), adhesion: self.adhesion.on_mesh(dx) }
     }
 }
 

@@ -89,14 +89,16 @@ struct Solver<'p, T: Real, K, L> {
 impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
     /// No velocity, and rows of `gap - height` in the spectrum: the start of a step's pair.
     fn rest(&mut self) {
+        self.operator.ready();
         self.velocity.par_iter_mut().for_each(|v| *v = T::zero());
-        let Operator { transform, spectrum, heights, .. } = &mut self.operator;
+        let Operator { transform, spectrum, heights, offset, .. } = &mut self.operator;
+        let offset = *offset;
         let (nx, half) = (transform.grid().nx, transform.grid().half());
         spectrum.par_chunks_mut(half).zip(self.gap.par_chunks(nx)).zip(heights.par_chunks(nx)).for_each_init(
             || transform.worker(),
             |worker, ((spectrum, gap), heights)| {
                 for ((w, &g), &h) in worker.row.iter_mut().zip(gap).zip(heights) {
-                    *w = g - h;
+                    *w = g - (h - offset);
                 }
                 worker.forward(spectrum);
             },
@@ -110,7 +112,8 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
             let Operator { transform, spectrum, stiffness, .. } = &mut self.operator;
             0.5 * transform.filter_columns(spectrum, stiffness)
         };
-        let Operator { transform, spectrum, heights, law, pressure, .. } = &mut self.operator;
+        let Operator { transform, spectrum, heights, offset, law, pressure, .. } = &mut self.operator;
+        let offset = *offset;
         let (nx, half) = (transform.grid().nx, transform.grid().half());
         let (pressure, inertia, step) = (T::of(*pressure), T::of(inertia), T::of(step));
         let rows: Vec<[f64; KKT]> = spectrum
@@ -136,7 +139,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
                         }
                         *v = next - *g;
                         *g = next;
-                        *t = next - h;
+                        *t = next - (h - offset);
                     }
                     worker.forward(spectrum);
                     sums

@@ -5,6 +5,7 @@
 
 mod bvm;
 mod card;
+mod fast;
 mod gfmd;
 mod operator;
 mod problem;
@@ -26,14 +27,17 @@ pub trait ContactMethod: Sync {
 }
 
 /// Every method, in the order in which tables list them.
-pub const REGISTRY: &[&dyn ContactMethod] = &[&gfmd::Gfmd, &bvm::Bvm];
+pub const REGISTRY: &[&dyn ContactMethod] = &[&fast::Fast, &gfmd::Gfmd, &bvm::Bvm];
 
-/// The method of that id.
+/// The method of that id; `auto` is the fastest that delivers fields.
 pub fn find(id: &str) -> Option<&'static dyn ContactMethod> {
+    if id == "auto" {
+        return Some(&fast::Fast);
+    }
     REGISTRY.iter().find(|m| m.card().id == id).copied()
 }
 
 /// All ids, for messages.
 pub fn ids() -> Vec<&'static str> {
-    REGISTRY.iter().map(|m| m.card().id).collect()
+    std::iter::once("auto").chain(REGISTRY.iter().map(|m| m.card().id)).collect()
 }

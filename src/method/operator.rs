@@ -14,6 +14,7 @@ use crate::grid::{Filter, Grid, Real, Transform, block_sums, rms};
 use crate::interface::{Adhesion, Elastic, HalfSpace, HardWall, Kernel, Law, Wall, WithAdhesion};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
+use std::borrow::Cow;
 use std::time::Instant;
 
 /// Multiplication by the kernel and by the transform's `1/N`; sums `Σ w K |c|²/N²`, which is `⟨f K f⟩`.
@@ -109,10 +110,13 @@ impl Balance {
 pub(super) struct Operator<'p, T: Real, K, L> {
     pub problem: &'p Problem<'p>,
     pub transform: Transform<T>,
+    /// Allocated when first used ([`Operator::ready`]).
     pub spectrum: Vec<Complex<T>>,
     pub stiffness: Stiffness<K>,
     pub law: L,
-    pub heights: Vec<T>,
+    pub heights: Cow<'p, [T]>,
+    /// What is to be subtracted from the heights: an offset would cost digits in the transform.
+    pub offset: T,
     pub rms_height: f64,
     pub lowest: T,
     pub pressure: f64,
@@ -120,28 +124,27 @@ pub(super) struct Operator<'p, T: Real, K, L> {
     pub pairs: f64,
 }
 
-/// The load balance that the solvers impose, relative to the pressure. It is met with the last digits of the KKT
-/// residual, so asking for it costs a few iterations; f32 cannot hold it and is asked for its tolerance alone.
+/// The load balance that the solvers impose, relative to the pressure: at the default tolerance of 1e-8 this, and at
+/// looser ones a tenth of the tolerance.
 pub const LOAD_BALANCE: f64 = 1e-9;
+const LOAD_SHARE: f64 = 0.1;
 
 impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
     pub fn new(problem: &'p Problem<'p>, kernel: K, law: L) -> Self {
         let grid = problem.grid;
-        // An offset would cost digits in the transform and in f32; only differences of heights matter.
-        let mean = crate::grid::mean(problem.heights);
-        let heights: Vec<T> = problem.heights.par_iter().map(|h| T::of(h - mean)).collect();
+        let (heights, offset) = T::heights(problem.heights, crate::grid::mean(problem.heights));
         let lowest = heights.iter().copied().fold(T::infinity(), T::min);
         let transform = Transform::new(grid);
-        let spectrum = transform.spectrum();
         let rms_height = rms(&heights);
         let stiffness = Stiffness { grid, kernel };
         Operator {
             problem,
             transform,
-            spectrum,
+            spectrum: Vec::new(),
             stiffness,
             law,
             heights,
+            offset,
             rms_height,
             lowest,
             pressure: 0.0,
@@ -152,6 +155,13 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
     pub fn set_load(&mut self, load: Load) {
         let Load::Pressure(p) = load;
         self.pressure = p;
+    }
+
+    /// Allocates the spectrum.
+    pub fn ready(&mut self) {
+        if self.spectrum.is_empty() {
+            self.spectrum = self.transform.spectrum();
+        }
     }
 
     /// The surfaces at first touch: no displacement.
@@ -168,8 +178,10 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
         update: impl Fn(usize, &mut [T]) + Sync,
         visit: impl Fn(&[T], &[T], &mut [T]) -> [f64; M] + Sync,
     ) -> (Balance, [f64; M]) {
+        self.ready();
         let grid = self.transform.grid();
         let (nx, half) = (grid.nx, grid.half());
+        let offset = self.offset;
         self.spectrum
             .par_chunks_mut(half)
             .zip(gap.par_chunks_mut(nx))
@@ -180,7 +192,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
                 |worker, (y, ((spectrum, gap), heights))| {
                     update(y, gap);
                     for ((w, &g), &h) in worker.row.iter_mut().zip(gap.iter()).zip(heights) {
-                        *w = g - h;
+                        *w = g - (h - offset);
                     }
                     worker.forward(spectrum);
                 },
@@ -278,10 +290,10 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
         }
     }
 
-    /// Whether a balance meets the tolerance and, in f64, the load balance.
+    /// Whether a balance meets the tolerance and the load balance.
     pub fn converged(&self, balance: &Balance) -> bool {
         let scale = Problem::stress_scale(self.pressure);
-        let load = LOAD_BALANCE.max(if T::NAME == "f32" { self.problem.tolerance } else { 0.0 });
+        let load = LOAD_BALANCE.max(LOAD_SHARE * self.problem.tolerance);
         balance.residual <= self.problem.tolerance * scale && balance.imbalance.abs() <= load * scale
     }
 

@@ -184,7 +184,7 @@ pub(super) fn load_path(
         states.push(summary(&state, grid, (p_star, pressure), (path.threshold, &path.criterion), gap, stress));
     }
     Ok(ContinuumResults {
-        method: path.method.into(),
+        method: method.card().id.into(),
         kernel: problem.kernel.to_string(),
         adhesion: problem.adhesion.to_string(),
         wall: problem.wall.to_string(),

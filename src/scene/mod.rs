@@ -141,7 +141,7 @@ pub struct AdhesionScene {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ContinuumScene {
-    /// An id from `asperity methods`.
+    /// An id from `asperity methods`, or "auto".
     pub method: String,
     pub precision: Precision,
     /// Largest rms KKT residual over the pressure. Default: 1e-8 in f64, 1e-3 in f32.
@@ -156,7 +156,7 @@ pub struct ContinuumScene {
 impl Default for ContinuumScene {
     fn default() -> Self {
         ContinuumScene {
-            method: "bvm".into(),
+            method: "auto".into(),
             precision: Precision::F64,
             tolerance: None,
             max_iterations: 50_000,
