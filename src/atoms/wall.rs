@@ -9,6 +9,7 @@
 use std::f64::consts::{PI, SQRT_2};
 
 use crate::error::{Complaint, Error, Result};
+use crate::interface::{Law, LennardJonesWall};
 use crate::units::GPA_PER_EV_A3;
 
 /// Lennard-Jones depth and length of the challenge's indenter.
@@ -60,7 +61,7 @@ impl Wall {
     }
 
     /// n_s n₁ 2π, Å⁻⁴: turns ∫ V r dr into energy per area.
-    pub fn pairs(&self) -> f64 {
+    fn pairs(&self) -> f64 {
         let per_area = 2.0 / (self.a0_angstrom * self.a0_angstrom);
         2.0 * PI * per_area / (self.spacing_angstrom * self.spacing_angstrom)
     }
@@ -71,33 +72,30 @@ impl Wall {
         (0..).map(move |k| d + gap * k as f64).take_while(move |z| *z < reach)
     }
 
+    /// The areal law of one crystal plane, in Å and eV, as the continuum's soft wall has it.
+    pub fn areal_law(&self) -> LennardJonesWall {
+        LennardJonesWall { strength: self.pairs() * self.epsilon_ev, sigma: self.sigma_angstrom }
+    }
+
+    /// A function of the law, at the gaps of all crystal planes within its reach when the first is at distance `d`.
+    fn over_planes(&self, d: f64, of: impl Fn(&LennardJonesWall, f64) -> f64) -> f64 {
+        let (law, m) = (self.areal_law(), self.minimum_angstrom());
+        self.planes(d, m).map(|z| of(&law, z - m)).sum()
+    }
+
     /// Areal energy of the repulsion at the distance `d` > 0, eV/Å².
     pub fn repulsion_energy(&self, d: f64) -> f64 {
-        let (s, m) = (self.sigma_angstrom, self.minimum_angstrom());
-        let one_plane = |z: f64| {
-            let twelve = s.powi(12) * (z.powi(-10) - m.powi(-10)) / 10.0;
-            let six = s.powi(6) * (z.powi(-4) - m.powi(-4)) / 4.0;
-            4.0 * self.epsilon_ev * (twelve - six) + self.epsilon_ev * (m * m - z * z) / 2.0
-        };
-        self.pairs() * self.planes(d, m).map(one_plane).sum::<f64>()
+        self.over_planes(d, |law, gap| law.energy(gap))
     }
 
     /// Areal pressure of the repulsion, eV/Å³: `n_s 2π n₁ d V(d)` summed over planes; zero from r_m on.
     pub fn repulsion_pressure(&self, d: f64) -> f64 {
-        let one_plane = |z: f64| {
-            let x = (self.sigma_angstrom / z).powi(6);
-            z * self.epsilon_ev * (4.0 * (x * x - x) + 1.0)
-        };
-        self.pairs() * self.planes(d, self.minimum_angstrom()).map(one_plane).sum::<f64>()
+        self.over_planes(d, |law, gap| -law.traction(gap))
     }
 
     /// Areal stiffness -dP/dd of the repulsion, eV/Å⁴.
     pub fn repulsion_stiffness(&self, d: f64) -> f64 {
-        let one_plane = |z: f64| {
-            let x = (self.sigma_angstrom / z).powi(6);
-            self.epsilon_ev * (4.0 * (11.0 * x * x - 5.0 * x) - 1.0)
-        };
-        self.pairs() * self.planes(d, self.minimum_angstrom()).map(one_plane).sum::<f64>()
+        self.over_planes(d, |law, gap| law.slope(gap))
     }
 
     /// The distance at which the areal repulsion is `pressure` (eV/Å³), Å; r_m for no pressure or tension.

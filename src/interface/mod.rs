@@ -4,4 +4,4 @@ mod kernel;
 mod law;
 
 pub use kernel::{Base, Elastic, HalfSpace, Kernel, Layer};
-pub use law::{Adhesion, Exponential, HardWall, Law, LennardJonesWall, Wall, WithAdhesion};
+pub use law::{Adhesion, COHESIVE_RESOLUTION, Exponential, HardWall, Law, LennardJonesWall, Wall, WithAdhesion};

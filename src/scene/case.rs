@@ -7,7 +7,7 @@ use crate::atoms::job::Yukawa;
 use crate::atoms::potential::{CALCIUM, CALCIUM_ELEMENT, CALCIUM_MODULUS_GPA, Potential, SetflHeader};
 use crate::atoms::wall::{self, Wall as AtomWall};
 use crate::grid::Grid;
-use crate::interface::{Adhesion, Base, Elastic, Exponential, Layer, LennardJonesWall, Wall};
+use crate::interface::{Adhesion, Base, COHESIVE_RESOLUTION, Elastic, Exponential, Layer, LennardJonesWall, Wall};
 use crate::method::Problem;
 use crate::record::heights::{self, Sign};
 use crate::record::results::AuditLine;
@@ -211,10 +211,6 @@ fn surface(scene: &Scene, file: &Path) -> Result<Surface> {
     Ok(Surface::synthesised(spectrum, s.seed))
 }
 
-/// Below this cohesive resolution `ρ/√(γ dx/E*)` every node of the contact line is bistable by itself: areas found on
-/// different paths differ by several per cent at 1.0 and by a tenth of one at 1.4.
-pub const COHESIVE_RESOLUTION: f64 = 1.4;
-
 fn unresolved_adhesion(law: Exponential, grid: Grid) -> Option<String> {
     let c = law.rho / (law.gamma * grid.dx()).sqrt();
     (c < COHESIVE_RESOLUTION).then(|| {
@@ -353,11 +349,12 @@ impl AtomsCase {
 
     /// The areal law of the indenter's atoms over the block, reduced.
     pub fn soft_wall(&self) -> LennardJonesWall {
-        // Areal pressure = 2π n N d V(d): from eV/Å⁴·Å to E*/L · L.
-        let unit = self.block.length() * GPA_PER_EV_A3 / self.modulus_gpa;
+        let law = self.wall.areal_law();
+        let length = self.block.length();
+        // eV/Å⁴ times Å is a stress; in units of E* and L.
         LennardJonesWall {
-            strength: self.wall.pairs() * self.wall.epsilon_ev * unit,
-            sigma: self.wall.sigma_angstrom / self.block.length(),
+            strength: law.strength * length * GPA_PER_EV_A3 / self.modulus_gpa,
+            sigma: law.sigma / length,
         }
     }
 
