@@ -17,6 +17,9 @@ use crate::report::plot::{ATOMS, Axis, Curve, HARD, LABORATORY, Plot, SOFT, Styl
 /// Loads count as the same within this share: a solver meets its load to 10⁻³ or better, loads of a path differ by far more.
 const SAME_LOAD: f64 = 0.01;
 
+/// Highest over lowest load from which on contact is drawn on logarithmic axes.
+const LONG_PATH: f64 = 30.0;
+
 /// The state whose load is the asked one.
 pub fn at_load<T>(states: &[T], p_star: f64, of: impl Fn(&T) -> f64) -> Option<&T> {
     let distance = |s: &T| (of(s) - p_star).abs();
@@ -373,20 +376,28 @@ pub fn area(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
         let points = a.states.iter().map(|s| (s.p_star, 100.0 * s.contact_fraction)).collect();
         curves.push(Curve { label: "atoms".into(), style: ATOMS, points });
     }
+    let points = || curves.iter().flat_map(|c| &c.points);
+    let span = |of: fn(&(f64, f64)) -> f64| {
+        points().map(of).fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)))
+    };
+    let ((least, most), (smallest, _)) = (span(|p| p.0), span(|p| p.1));
+    // A long load path would crowd its low end into a corner.
+    let axis = if least > 0.0 && smallest > 0.0 && most > LONG_PATH * least { Axis::Log } else { Axis::Linear };
     let plot = Plot {
-        x: Axis::Linear,
-        y: Axis::Linear,
+        x: axis,
+        y: axis,
         x_label: "p*".into(),
         y_label: "contact (%)".into(),
         curves,
-        include: vec![(0.0, 0.0)],
+        include: if axis == Axis::Linear { vec![(0.0, 0.0)] } else { vec![] },
         proportion: 0.55,
     };
     let Some(svg) = desk.curves("area", &plot)? else { return Ok(None) };
     Ok(Some(figure(
         svg,
-        html! { "Contact share against reduced load. The curve at the scene’s own scale is perimeter-corrected; those at the "
-        "atoms’ scale are raw shares of the same grid, so that they compare with the atoms." },
+        html! { "Contact share against reduced load. The curve at the scene’s own scale is perimeter-corrected"
+        @if results.comparison.is_some() { "; those at the atoms’ scale are raw shares of the surface atoms’ sites, so that "
+            "they compare with the atoms" } "." },
     )))
 }
 

@@ -96,7 +96,9 @@ pub fn colour_bar_si(range: Range, unit: &str, clipped: bool) -> Markup {
 
 /// A symbol in italics, `h_rms` with its index set low. Several words are no symbol and stay upright.
 pub fn symbol(text: &str) -> Markup {
-    if text.split(' ').filter(|w| w.chars().filter(char::is_ascii_alphabetic).count() > 2).count() > 1 {
+    if text.split(' ').filter(|w| !w.contains('_') && w.chars().filter(char::is_ascii_alphabetic).count() > 2).count()
+        > 1
+    {
         return html! { span.quiet { "(" (text) ")" } };
     }
     let mut parts = text.split('_');
