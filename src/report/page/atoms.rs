@@ -63,8 +63,8 @@ fn audit(lines: &[AuditLine]) -> Markup {
         })
         .collect();
     html! {
-        p { "The dimensionless groups that make two problems the same: what the scene asks and what the atoms run with. Where "
-            "they differ, the comparison below is made at the atoms’ values on both sides." }
+        p { "The dimensionless groups that make two problems the same: what the scene asks (at its highest load) and what "
+            "the atoms run with. Where they differ, the comparison below is made at the atoms’ values on both sides." }
         (table(&["group", "asked", "used", "verdict", "reason"], rows))
     }
 }

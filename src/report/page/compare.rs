@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::desk::{Desk, colour_bar, figure, panel, table, text};
+use super::desk::{Desk, colour_bar, figure, numbers, panel, panels, table, text};
 use super::loads::{CLIPPED, PANEL_SIDE, clipped, setting, states};
 use crate::error::{Error, Result};
 use crate::record::reduce::Reduced;
@@ -16,6 +16,9 @@ use crate::report::plot::{ATOMS, Axis, Curve, HARD, LABORATORY, Plot, SOFT, Styl
 
 /// Loads count as the same within this share: a solver meets its load to 10⁻³ or better, loads of a path differ by far more.
 const SAME_LOAD: f64 = 0.01;
+
+/// Highest over lowest load from which on contact is drawn on logarithmic axes.
+const LONG_PATH: f64 = 30.0;
 
 /// The state whose load is the asked one.
 pub fn at_load<T>(states: &[T], p_star: f64, of: impl Fn(&T) -> f64) -> Option<&T> {
@@ -44,14 +47,65 @@ pub fn section(desk: &Desk, atoms: &AtomsResults, c: &ComparisonResults) -> Resu
     Ok(html! {
         p { "Both sides have the same heights, the same load and the same elastic body at the atoms’ scale; what differs is "
             "the method and what it calls contact. The continuum is solved twice: with a hard wall, and with a soft wall that "
-            "has the areal law of the atoms’ interaction." }
-        h3 { "Continuum with a hard wall" }
-        (setting(&c.hard)) (states(&c.hard, &units))
-        h3 { "Continuum with the atoms’ soft wall" }
-        (setting(&c.soft)) (states(&c.soft, &units))
+            "has the areal law of the atoms’ interaction. Pictures and headline show the hard wall under the criterion “"
+            (c.loads.first().and_then(matched).map_or("plain", |m| m.id.as_str())) "”." }
+        (overview(c))
         @for l in &loads { (l) }
         (sections(desk, &c.sections)?)
+        h3 { "The continuum solutions: hard wall" }
+        (setting(&c.hard)) (states(&c.hard, &units))
+        h3 { "The continuum solutions: soft wall" }
+        (setting(&c.soft)) (states(&c.soft, &units))
     })
+}
+
+/// All loads in one table: areas under each criterion, and how well the best agrees.
+fn overview(c: &ComparisonResults) -> Markup {
+    let rows = c
+        .loads
+        .iter()
+        .map(|load| {
+            let area = |id: &str| {
+                let found = load.continuum.iter().find(|m| m.id == id);
+                text(found.map_or("–".into(), |m| percent(m.contact_fraction)))
+            };
+            let best = matched(load);
+            vec![
+                text(trimmed(load.p_star, 4)),
+                html! { strong { (percent(load.atoms.contact_fraction)) } },
+                area("plain"),
+                area("threshold"),
+                area("soft wall"),
+                text(best.and_then(|m| deviation(load, m)).map_or("–".into(), signed_percent)),
+                text(best.map_or("–".into(), |m| significant(m.overlap.kappa, 2))),
+                text(best.map_or("–".into(), |m| significant(m.shifted.kappa, 2))),
+            ]
+        })
+        .collect();
+    let head = [
+        "p*",
+        "atoms",
+        "hard wall, zero gap",
+        "hard wall, threshold",
+        "soft wall",
+        "atoms over threshold",
+        "κ",
+        "κ, shifted map",
+    ];
+    html! {
+        (numbers(&head, rows))
+        p.quiet { "Contact under each criterion; the deviation of the atoms and κ are those of the criterion in the pictures." }
+    }
+}
+
+/// How far the atoms' contact exceeds a criterion's, as a share of it; none where that is zero.
+pub fn deviation(load: &LoadComparison, m: &CriterionMatch) -> Option<f64> {
+    (m.contact_fraction > 0.0).then(|| load.atoms.contact_fraction / m.contact_fraction - 1.0)
+}
+
+fn signed_percent(share: f64) -> String {
+    let sign = if share > 0.0 { "+" } else { "" };
+    format!("{sign}{}\u{a0}%", significant(100.0 * share, 2))
 }
 
 /// A reduced contact map with the title of its panel.
@@ -158,7 +212,7 @@ fn contact_maps(
     };
     Ok(figure(
         html! {
-            div.panels { @for p in &panels { (p) } }
+            (self::panels(panels.len(), &panels))
             div.key { (key(BLACK, "both")) (key(ORANGE, "only the continuum")) (key(BLUE, "only the atoms")) }
         },
         html! { "Where the surfaces touch, white where they do not. x to the right, y up." (rule) },
@@ -211,8 +265,8 @@ fn matches(load: &LoadComparison) -> Markup {
             "atoms, too; recall: share of the atoms’ contact that the continuum finds." }
         p { "Mean gap: atoms " (angstrom(load.atoms_mean_gap_angstrom)) ", hard wall "
             (angstrom(load.continuum_mean_gap_angstrom)) ", soft wall " (angstrom(load.soft_mean_gap_angstrom))
-            ". Patches: " (count(load.atoms_patches)) " in the atoms, " (count(load.continuum_patches))
-            " in the continuum. Outside both contacts the gap maps differ by "
+            ". Patches, corners connecting: " (count(load.atoms_patches)) " in the atoms, " (count(load.continuum_patches))
+            " with the soft wall. Outside both contacts the gaps of these two differ by "
             (angstrom(load.gap_rms_difference_angstrom)) " (rms). "
             @if load.registration == [0, 0] { "The maps lie on each other without a shift." }
             @else { "The maps lie best on each other with the atoms shifted by (" (sx) ", " (sy)
@@ -247,8 +301,9 @@ fn gap_maps(
         panels.push(panel(title, image, colour_bar(range, "Å", clipped(small, range))));
     }
     Ok(figure(
-        html! { div.panels { @for p in &panels { (p) } } },
-        html! { "The gap at p* = " (trimmed(load.p_star, 4)) ", in one range of colours; dark is small." },
+        self::panels(panels.len(), &panels),
+        html! { "The gap at p* = " (trimmed(load.p_star, 4)) ", in one range of colours; dark is small. The atoms have one "
+        "value per surface atom." },
     ))
 }
 
@@ -275,7 +330,10 @@ fn sections(desk: &Desk, list: &[Section]) -> Result<Markup> {
             proportion: 0.42,
         };
         if let Some(svg) = desk.curves(&format!("section-{}", i + 1), &plot)? {
-            let caption = html! { "The gap along the line x = L/2 at p* = " (trimmed(s.p_star, 4)) "." };
+            let caption = html! { "The gap along the line x = L/2 at p* = " (trimmed(s.p_star, 4)) "."
+            @if i == 0 { " Gaps of the atoms and of the soft wall count from where the wall’s force begins, so they are "
+                "negative where it pushes; a hard wall stops at zero. The steps are atoms: each stretch of the line has "
+                "the gap of its nearest surface atom." } };
             figures.push(figure(svg, caption));
         }
     }
@@ -318,20 +376,28 @@ pub fn area(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
         let points = a.states.iter().map(|s| (s.p_star, 100.0 * s.contact_fraction)).collect();
         curves.push(Curve { label: "atoms".into(), style: ATOMS, points });
     }
+    let points = || curves.iter().flat_map(|c| &c.points);
+    let span = |of: fn(&(f64, f64)) -> f64| {
+        points().map(of).fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)))
+    };
+    let ((least, most), (smallest, _)) = (span(|p| p.0), span(|p| p.1));
+    // A long load path would crowd its low end into a corner.
+    let axis = if least > 0.0 && smallest > 0.0 && most > LONG_PATH * least { Axis::Log } else { Axis::Linear };
     let plot = Plot {
-        x: Axis::Linear,
-        y: Axis::Linear,
+        x: axis,
+        y: axis,
         x_label: "p*".into(),
         y_label: "contact (%)".into(),
         curves,
-        include: vec![(0.0, 0.0)],
+        include: if axis == Axis::Linear { vec![(0.0, 0.0)] } else { vec![] },
         proportion: 0.55,
     };
     let Some(svg) = desk.curves("area", &plot)? else { return Ok(None) };
     Ok(Some(figure(
         svg,
-        html! { "Contact share against reduced load. The curve at the scene’s own scale is perimeter-corrected; those at the "
-        "atoms’ scale are raw shares of the same grid, so that they compare with the atoms." },
+        html! { "Contact share against reduced load. The curve at the scene’s own scale is perimeter-corrected"
+        @if results.comparison.is_some() { "; those at the atoms’ scale are raw shares of the surface atoms’ sites, so that "
+            "they compare with the atoms" } "." },
     )))
 }
 

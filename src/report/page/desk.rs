@@ -58,6 +58,11 @@ pub fn figure(content: Markup, caption: Markup) -> Markup {
     html! { figure { (content) figcaption { (caption) } } }
 }
 
+/// Pictures side by side, so many in a row.
+pub fn panels(row: usize, panels: &[Markup]) -> Markup {
+    html! { div.panels style={ "--row:" (row.max(1)) } { @for p in panels { (p) } } }
+}
+
 /// One of several pictures side by side.
 pub fn panel(title: &str, content: Markup, below: Markup) -> Markup {
     html! { div.panel { @if !title.is_empty() { div.panel-title { (title) } } (content) div.below { (below) } } }
@@ -89,8 +94,13 @@ pub fn colour_bar_si(range: Range, unit: &str, clipped: bool) -> Markup {
     colour_bar(scaled, &format!("{prefix}{unit}"), clipped)
 }
 
-/// A symbol in italics, `h_rms` with its index set low.
+/// A symbol in italics, `h_rms` with its index set low. Several words are no symbol and stay upright.
 pub fn symbol(text: &str) -> Markup {
+    if text.split(' ').filter(|w| !w.contains('_') && w.chars().filter(char::is_ascii_alphabetic).count() > 2).count()
+        > 1
+    {
+        return html! { span.quiet { "(" (text) ")" } };
+    }
     let mut parts = text.split('_');
     let first = parts.next().unwrap_or("");
     html! {
@@ -104,14 +114,29 @@ pub fn symbol(text: &str) -> Markup {
 
 /// A wide table that scrolls by itself on a narrow window.
 pub fn table(head: &[&str], rows: Vec<Vec<Markup>>) -> Markup {
+    of_class("words", head, rows)
+}
+
+/// [`table`] of numbers, whose cells are not broken.
+pub fn numbers(head: &[&str], rows: Vec<Vec<Markup>>) -> Markup {
+    of_class("numbers", head, rows)
+}
+
+fn of_class(class: &str, head: &[&str], rows: Vec<Vec<Markup>>) -> Markup {
     html! {
         div.scroll {
-            table {
+            table class=(class) {
                 thead { tr { @for h in head { th { (h) } } } }
                 tbody { @for row in &rows { tr { @for cell in row { td { (cell) } } } } }
             }
         }
     }
+}
+
+/// A sentence's beginning.
+pub fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
 pub fn text(content: impl std::fmt::Display) -> Markup {

@@ -2,8 +2,8 @@
 
 use maud::{Markup, html};
 
-use super::compare::matched;
-use crate::record::results::Results;
+use super::compare::{deviation, matched};
+use crate::record::results::{ComparisonResults, ContinuumResults, Results};
 use crate::report::number::{count, duration, memory, percent, si, si_given, significant, trimmed};
 
 struct Tile {
@@ -14,6 +14,7 @@ struct Tile {
 
 pub fn section(results: &Results) -> Markup {
     html! {
+        @for sentence in found(results) { p.found { (sentence) } }
         div.tiles {
             @for t in tiles(results) {
                 div.tile { div.name { (t.name) } div.value { (t.value) } div.note { (t.note) } }
@@ -26,6 +27,66 @@ pub fn section(results: &Results) -> Markup {
     }
 }
 
+/// What was found, in a sentence per scale.
+fn found(results: &Results) -> Vec<String> {
+    let continuum = results.continuum.as_ref().and_then(|c| continuum_found(results, c));
+    let comparison = results.comparison.as_ref().and_then(comparison_found);
+    comparison.into_iter().chain(continuum).collect()
+}
+
+/// `lowest to highest` of values as `show` prints them, or one of them where they print alike.
+fn span(values: impl Iterator<Item = f64>, show: impl Fn(f64) -> String) -> String {
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    let (low, high) = (show(low), show(high));
+    if low == high { low } else { format!("{low} to {high}") }
+}
+
+fn comparison_found(c: &ComparisonResults) -> Option<String> {
+    let judged: Vec<_> = c.loads.iter().filter_map(|l| Some((l, matched(l)?))).collect();
+    let best = judged.first()?.1;
+    let p_star = span(c.loads.iter().map(|l| l.p_star), |p| trimmed(p, 4));
+    let atoms = span(c.loads.iter().map(|l| l.atoms.contact_fraction), percent);
+    let continuum = span(judged.iter().map(|(_, m)| m.contact_fraction), percent);
+    let off = judged.iter().filter_map(|(l, m)| deviation(l, m)).fold(0.0, |a: f64, d| a.max(d.abs()));
+    let kappa = span(judged.iter().map(|(_, m)| m.overlap.kappa), |k| significant(k, 2));
+    let shifted = judged.iter().map(|(_, m)| m.shifted.kappa.abs()).fold(0.0, f64::max);
+    Some(format!(
+        "At p* = {p_star}, {atoms} of the surface atoms touch. The continuum on the same profile has {continuum} under the \
+         criterion “{}”: the areas agree within {}, the maps with κ = {kappa} (at most {} in size for a shifted map).",
+        best.id,
+        percent(off),
+        significant(shifted, 2),
+    ))
+}
+
+fn continuum_found(results: &Results, c: &ContinuumResults) -> Option<String> {
+    let (first, last) = (c.states.first()?, c.states.last()?);
+    let gap = |gap: f64| si(gap * results.scales.length_m, "m", 3);
+    let missed = c.states.iter().filter(|s| s.stop != "converged").count();
+    let stops = if missed == 0 { "all loads converged".into() } else { format!("{missed} loads did not converge") };
+    let scale = if results.atoms.is_some() { "At the scene’s own scale " } else { "" };
+    let path = if c.states.len() == 1 {
+        format!(
+            "{} touches at p* = {}, with a mean gap of {}",
+            percent(first.contact_fraction_corrected),
+            trimmed(first.p_star, 4),
+            gap(first.mean_gap)
+        )
+    } else {
+        format!(
+            "the contact goes from {} to {} and the mean gap from {} to {} between p* = {} and {}",
+            percent(first.contact_fraction_corrected),
+            percent(last.contact_fraction_corrected),
+            gap(first.mean_gap),
+            gap(last.mean_gap),
+            trimmed(first.p_star, 4),
+            trimmed(last.p_star, 4)
+        )
+    };
+    let sentence = format!("{scale}{path} ({}, {}, perimeter-corrected; {stops}).", c.method, first.criterion);
+    Some(super::desk::capitalised(&sentence))
+}
+
 fn tiles(results: &Results) -> Vec<Tile> {
     let mut tiles = Vec::new();
     let surface = &results.surface;
@@ -36,7 +97,11 @@ fn tiles(results: &Results) -> Vec<Tile> {
     });
     if let Some(s) = results.continuum.as_ref().and_then(|c| c.states.last()) {
         tiles.push(Tile {
-            name: format!("touches at p* = {}", trimmed(s.p_star, 4)),
+            name: format!(
+                "contact at p* = {}{}",
+                trimmed(s.p_star, 4),
+                if results.atoms.is_some() { ", scene’s scale" } else { "" }
+            ),
             value: percent(s.contact_fraction_corrected),
             note: format!("of the cell (perimeter-corrected; {} raw)", percent(s.contact_fraction)),
         });
@@ -51,13 +116,18 @@ fn tiles(results: &Results) -> Vec<Tile> {
         tiles.push(Tile {
             name: format!("atoms in contact at p* = {}", trimmed(load.p_star, 4)),
             value: percent(load.atoms.contact_fraction),
-            note: plain.map_or(String::new(), |p| format!("plain continuum at the atoms’ scale: {p}")),
+            note: plain.map_or(String::new(), |p| format!("hard wall at zero gap on the same profile: {p}")),
         });
         if let Some(m) = matched(load) {
             tiles.push(Tile {
                 name: "agreement of the maps".into(),
                 value: format!("κ = {}", significant(m.overlap.kappa, 2)),
-                note: format!("criterion “{}”; a shifted map gives {}", m.id, significant(m.shifted.kappa, 2)),
+                note: format!(
+                    "at p* = {}, criterion “{}”; a shifted map gives {}",
+                    trimmed(load.p_star, 4),
+                    m.id,
+                    significant(m.shifted.kappa, 2)
+                ),
             });
         }
     } else if let Some((atoms, state)) = results.atoms.as_ref().and_then(|a| Some((a, a.states.last()?))) {
@@ -94,14 +164,22 @@ fn words(results: &Results) -> Markup {
                 } }
             dt { "p*" }
             dd { "Reduced load: mean pressure over E* times the rms gradient of the surface. Loads are compared in it "
-                "because contact area grows with p* alike for all surfaces of small slope." }
+                "because contact area grows with p* alike for all surfaces of small slope. The gradient is always that of "
+                "the whole spectrum: on a grid or a block that resolves less of it, more touches at the same p*." }
             dt { "Gap" }
-            dd { "Distance between the two surfaces along z; zero where they touch." }
+            dd { "Distance between the two surfaces along z; zero where they touch. The mean gap is over the whole cell." }
             dt { "Contact" }
             dd { "Share of the cell that touches. It means little without its " em { "criterion" } ": a zero gap for a "
                 "hard wall, a distance below a threshold for atoms, which have no sharp surface. Every number here names "
                 "its criterion." }
-            @if results.comparison.is_some() {
+            @if let Some(load) = results.comparison.as_ref().and_then(|c| c.loads.first()) {
+                dt { "Criteria" }
+                dd { em { "Atoms" } ": " (load.atoms.criterion) " (that distance is d_c). " em { "Plain" } ": the gap at a hard "
+                    "wall is zero. " em { "Threshold" } ": the gap at a hard wall is below what the atoms’ wall gives way "
+                    "under the mean stress of what then touches, less the part of the way on which atoms of a random position "
+                    "are still farther than d_c with better than even odds; nothing in it is fitted to the atoms. "
+                    em { "Soft wall" } ": the continuum has the atoms’ wall law itself, and touches where an atom would be "
+                    "within d_c with even odds." }
                 dt { "κ, Jaccard" }
                 dd { "Agreement of two contact maps site by site. Jaccard is the sites touching in both over those touching "
                     "in either; κ (Cohen) is the agreement beyond chance: 1 for equal maps, 0 for chance. "

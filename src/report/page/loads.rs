@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::desk::{Desk, colour_bar_si, figure, panel, table, text};
+use super::desk::{Desk, colour_bar_si, figure, numbers, panel, panels, text};
 use crate::error::Result;
 use crate::record::reduce::Reduced;
 use crate::record::results::{ContinuumResults, StateResults};
@@ -52,8 +52,10 @@ pub fn states(c: &ContinuumResults, units: &dyn Fn(&StateResults) -> [String; 2]
                 text(gap),
                 text(count(s.patches)),
                 stop(s),
-                text(format!("{} / {}", significant(s.load_error, 2), significant(s.residual, 2))),
-                text(format!("{} ({})", count(s.iterations), count(s.fft_pairs.round() as usize))),
+                text(significant(s.load_error, 2)),
+                text(significant(s.residual, 2)),
+                text(count(s.iterations)),
+                text(count(s.fft_pairs.round() as usize)),
                 text(duration(s.seconds)),
             ]
         })
@@ -62,21 +64,24 @@ pub fn states(c: &ContinuumResults, units: &dyn Fn(&StateResults) -> [String; 2]
         "p*",
         "mean pressure",
         "contact",
-        "perimeter-corrected",
+        "corrected",
         "mean gap",
         "patches",
         "solver",
-        "error of load / residual",
-        "iterations (FFT pairs)",
+        "load error",
+        "residual",
+        "steps",
+        "FFT pairs",
         "time",
     ];
     let mut criteria: Vec<&str> = c.states.iter().map(|s| s.criterion.as_str()).collect();
     criteria.dedup();
     html! {
-        (table(&head, rows))
-        p.quiet { "Contact is counted where: " (criteria.join("; ")) ". The perimeter-corrected share takes off the "
-            "half nodes by which a grid overcounts the rim of every patch. The errors are relative to the load and to "
-            "the mean pressure." }
+        (numbers(&head, rows))
+        p.quiet { "Contact is counted where: " (criteria.join("; ")) ". Corrected: without the parts of nodes by which a "
+            "grid overcounts the rim of every patch. Patches hang together by edges or corners. Load error: what the "
+            "stresses across the interface miss of the load; residual: rms violation of equilibrium over the mean "
+            "pressure. An FFT pair is one transform forth and back." }
     }
 }
 
@@ -87,6 +92,9 @@ fn stop(s: &StateResults) -> Markup {
         html! { span.bad { (s.stop) } }
     }
 }
+
+/// Stresses below this share of the largest are rounding: a colour bar without tension begins at zero.
+const NO_TENSION: f64 = 1e-6;
 
 /// Loads worth a picture: all of them, or a few spread over the path with both ends.
 fn shown(states: &[StateResults]) -> Vec<usize> {
@@ -100,7 +108,7 @@ fn shown(states: &[StateResults]) -> Vec<usize> {
 
 fn gallery(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
     let shown = shown(&c.states);
-    let mut maps = Vec::new();
+    let (mut gaps, mut stresses) = (Vec::new(), Vec::new());
     for (i, state) in c.states.iter().enumerate() {
         let p_star = trimmed(state.p_star, 4);
         let title = |what: &str| {
@@ -110,29 +118,33 @@ fn gallery(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
         let one = |what: &str, file: &str, name: String, unit: f64, unit_name: &str| -> Result<Markup> {
             let small = picture::load(&desk.field(file)?, PANEL_SIDE, |v| v * unit)?;
             let range = Range::of(&small.values, CLIPPED);
-            let range = if what == "Gap" { Range { low: 0.0, ..range } } else { range };
+            let from_zero = what == "Gap" || -range.low < NO_TENSION * range.high;
+            let range = if from_zero { Range { low: 0.0, ..range } } else { range };
             let image = desk.picture(&name, &title(what), &picture::map(&small, range))?;
             Ok(panel(&title(what), image, colour_bar_si(range, unit_name, clipped(&small, range))))
         };
-        let mut pair = Vec::new();
         if let Some(file) = &state.gap {
-            pair.push(one("Gap", file, format!("gap-{}", i + 1), desk.scales.length_m, "m")?);
+            let panel = one("Gap", file, format!("gap-{}", i + 1), desk.scales.length_m, "m")?;
+            gaps.extend(shown.contains(&i).then_some(panel));
         }
         if let Some(file) = &state.stress {
-            pair.push(one("Stress", file, format!("stress-{}", i + 1), desk.scales.modulus_pa, "Pa")?);
-        }
-        if shown.contains(&i) {
-            maps.extend(pair);
+            let panel = one("Stress", file, format!("stress-{}", i + 1), desk.scales.modulus_pa, "Pa")?;
+            stresses.extend(shown.contains(&i).then_some(panel));
         }
     }
-    if maps.is_empty() {
+    if gaps.is_empty() && stresses.is_empty() {
         return Ok(html! {});
     }
+    // A narrow picture says more than a huge one: two loads take half of the page.
+    let row = shown.len().max(3);
     Ok(figure(
-        html! { div.panels { @for m in &maps { (m) } } },
         html! {
-            "Gap and normal stress (compression positive; tension, where adhesion pulls, is negative). Dark is low: where the "
-            "gap is darkest the surfaces touch. Large grids are shown as block means, which smooth single peaks."
+            @for list in [&gaps, &stresses] { @if !list.is_empty() { (panels(row, list)) } }
+        },
+        html! {
+            "Gap (above) and normal stress (below; compression positive, tension, where adhesion pulls, negative). Dark is "
+            "low: where the gap is darkest the surfaces touch. Every map has its own range of colours. Large grids are shown "
+            "as block means, which smooth single peaks."
             @if shown.len() < c.states.len() { " The other loads are in the folder figures." }
         },
     ))

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::desk::{Desk, colour_bar_si, figure, panel, symbol, table, text};
+use super::desk::{Desk, capitalised, colour_bar_si, figure, panel, symbol, table, text};
 use crate::error::{Error, Result};
 use crate::record::results::{Results, Statistic};
 use crate::report::number::{count, si_given, significant};
@@ -28,7 +28,7 @@ pub fn section(desk: &Desk, results: &Results) -> Result<Markup> {
     };
     let [length_x, length_y] = [1.0, surface.aspect].map(|l| si_given(l * desk.scales.length_m, "m"));
     Ok(html! {
-        p { (surface.origin) ", on " (count(nx)) " × " (count(ny)) " nodes over a periodic cell of " (length_x) " × "
+        p { (capitalised(&surface.origin)) ", on " (count(nx)) " × " (count(ny)) " nodes over a periodic cell of " (length_x) " × "
             (length_y) ". Heights count from the lowest point; the counterface touches the low points first." }
         @if !surface.statistics.is_empty() { (statistics(&surface.statistics)) }
         (figure(
@@ -60,8 +60,11 @@ fn statistics(list: &[Statistic]) -> Markup {
         .collect();
     html! {
         (table(&["quantity", "symbol", "expected", "realised", "band", "verdict"], rows))
-        p.quiet { "The band is two standard deviations of what a realisation of this spectrum may have: about one in "
-            "twenty lies outside by chance." }
+        @if list.iter().any(|s| s.expected.is_some()) {
+            p.quiet { "Expected is the ensemble of the whole spectrum, realised is this surface on this grid: what depends on "
+                "waves shorter than two nodes (gradient, curvature) is off by what the grid cannot hold. The band is two "
+                "standard deviations of what a realisation may have: about one in twenty lies outside by chance." }
+        }
     }
 }
 
