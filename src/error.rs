@@ -113,6 +113,17 @@ impl Error {
         Error::Input { place: place.to_string(), list: vec![Complaint::new(key, found, accepted)] }
     }
 
+    /// The same complaints about a value, told of the file and, where it has another name there, the key it came from.
+    pub fn told_of(self, place: impl ToString, key: Option<&str>) -> Self {
+        match self {
+            Error::Input { mut list, .. } => {
+                list.iter_mut().for_each(|c| c.key = key.map_or(std::mem::take(&mut c.key), str::to_string));
+                Error::Input { place: place.to_string(), list }
+            }
+            other => other,
+        }
+    }
+
     pub fn format(file: impl AsRef<Path>, found: impl ToString, accepted: impl ToString) -> Self {
         Error::Format { file: file.as_ref().to_path_buf(), found: found.to_string(), accepted: accepted.to_string() }
     }

@@ -2,6 +2,7 @@
 //!
 //! Where there is no LAMMPS the first kind says so on standard error and passes: the machine cannot decide anything.
 
+use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -34,7 +35,8 @@ fn lammps() -> Option<LammpsEngine> {
     match LammpsEngine::find(None) {
         Ok(engine) => Some(engine),
         Err(error) => {
-            eprintln!("\n*** NOT TESTED: {error} ***\n");
+            // Past the test harness, which swallows what a passing test prints.
+            let _ = writeln!(std::io::stderr(), "\n*** NOT TESTED: {error} ***\n");
             None
         }
     }

@@ -21,6 +21,7 @@ pub enum Atoms {
         json: bool,
     },
     /// Run a job folder with LAMMPS, or go on with it.
+    #[command(allow_negative_numbers = true)]
     Run {
         /// Folder that `atoms build` wrote.
         job: PathBuf,
@@ -117,8 +118,8 @@ impl Atoms {
             Atoms::Read { scene, job, out, json } => {
                 let (case, atoms) = block(&scene)?;
                 let out = out.unwrap_or_else(|| job.join("read"));
-                std::fs::create_dir_all(&out).map_err(Error::io("create", &out))?;
                 let job = Job::open(&job)?;
+                std::fs::create_dir_all(&out).map_err(Error::io("create", &out))?;
                 let found = pipeline::read_atoms(&case, &atoms, &job, &out)?;
                 if json {
                     return words::json_line(&json!({ "out": out, "states": found.states }));

@@ -1,8 +1,8 @@
 use super::{listen::Teller, words};
+use crate::Result;
 use crate::pipeline;
 use crate::report::number::{duration, memory};
 use crate::scene::Case;
-use crate::{Error, Result};
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
@@ -66,15 +66,6 @@ impl Run {
             ));
         }
         plan.warnings.iter().for_each(|w| words::say(&format!("warning: {w}")));
-        let have = crate::sys::available_memory_bytes();
-        if plan.bytes > have {
-            return Err(Error::Memory {
-                what: "the scene".into(),
-                need: plan.bytes,
-                have,
-                advice: "a smaller surface.grid or atoms.cells needs less".into(),
-            });
-        }
-        Ok(())
+        plan.fits()
     }
 }

@@ -15,7 +15,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Lengths are in the unit of the heights, stresses in the unit of the modulus.
+// A negative value is refused by its flag's own check, not taken for a flag.
 #[derive(Debug, clap::Args)]
+#[command(allow_negative_numbers = true)]
 pub struct Solve {
     /// Height map: .npy or ASCII matrix. Low points touch first unless --flip.
     #[arg(long, value_name = "FILE")]

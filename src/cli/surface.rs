@@ -6,6 +6,7 @@ use crate::scene::{Case, LoadScene, Scene, SurfaceScene, Touching};
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
+#[command(allow_negative_numbers = true)]
 pub struct Surface {
     /// Scene whose surface is meant. Without one: the challenge's, changed by the options.
     scene: Option<PathBuf>,

@@ -68,7 +68,17 @@ fn potential_file(atoms: &AtomsCase, folder: &Path) -> Result<PathBuf> {
 pub fn engine(case: &Case) -> Result<LammpsEngine> {
     let scene = case.scene.atoms.as_ref().expect("asked for by scenes with atoms");
     let program = scene.program.as_ref().map(|p| if p.components().count() > 1 { case.beside(p) } else { p.clone() });
-    let engine = LammpsEngine::find(program.as_deref())?.with_ranks(scene.ranks)?;
+    let engine = LammpsEngine::find(program.as_deref()).map_err(|e| match e {
+        Error::MissingProgram { program, .. } => Error::MissingProgram {
+            program,
+            how: format!(
+                "install LAMMPS (Debian: apt-get install lammps) or give its path as atoms.program in {}",
+                case.file.display()
+            ),
+        },
+        other => other,
+    })?;
+    let engine = engine.with_ranks(scene.ranks).map_err(|e| e.told_of(case.file.display(), Some("atoms.ranks")))?;
     Ok(engine.with_time_limit(scene.time_limit_s.map(Duration::from_secs_f64)))
 }
 
@@ -94,7 +104,11 @@ pub fn climb(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Result<
         }
         if listener.stopping() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let finished = engine.run(job, &mut watch)?;
+    let mut finished = engine.run(job, &mut watch)?;
+    // An earlier run may have gone further; what it found there is no part of this answer.
+    let end = finished.steps.iter().position(|s| job.is_last(s.step, s.load_ev_per_angstrom));
+    finished.steps.truncate(end.map_or(usize::MAX, |last| last + 1));
+    finished.unconverged.retain(|step| *step < finished.steps.len());
     if let Some(step) = finished.resumed_from {
         listener.warn(&format!("went on from load step {step} of an earlier run"));
     }

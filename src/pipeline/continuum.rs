@@ -92,6 +92,11 @@ fn spectrum(surface: &Surface, grid: Grid, heights: &[f64]) -> Vec<PsdPoint> {
         .collect()
 }
 
+/// "soft wall, load-1" is for people.
+fn file_name(name: &str) -> String {
+    name.replace(", ", "-").replace(' ', "-")
+}
+
 /// Which of the fields of a state are kept.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Keep {
@@ -160,7 +165,7 @@ pub(super) fn load_path(
         };
         let grid = problem.grid;
         let write = |quantity: &str, field: Field| -> Result<String> {
-            let file = format!("{}-{quantity}.npy", name.replace(' ', "-"));
+            let file = format!("{}-{quantity}.npy", file_name(&name));
             npy::write(&folder.join(&file), grid.nx, grid.ny, (0..field.len()).map(|i| field.at(i)))?;
             Ok(in_stage(stage, &file))
         };
@@ -177,7 +182,7 @@ pub(super) fn load_path(
                     iterations: state.iterations,
                     residual: state.residual,
                     tolerance: problem.tolerance,
-                    partial: Some(folder.join(format!("{}-gap.npy", name.replace(' ', "-")))),
+                    partial: Some(folder.join(format!("{}-gap.npy", file_name(&name)))),
                 });
             }
         }

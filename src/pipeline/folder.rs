@@ -44,11 +44,12 @@ impl Key {
     }
 }
 
-/// Whether what an interrupted attempt at the same key left behind is of use.
+/// Whether what an earlier attempt left behind is of use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Leftovers {
+pub enum Leftovers<'a> {
     Remove,
-    Keep,
+    /// If the attempt was at this key, which may say less than the stage's own.
+    KeepOf(&'a Key),
 }
 
 #[derive(Serialize, Deserialize)]
@@ -87,7 +88,7 @@ impl RunFolder {
         listener: &dyn Listener,
         (name, what): (&str, &str),
         key: &Key,
-        leftovers: Leftovers,
+        leftovers: Leftovers<'_>,
         work: impl FnOnce(&Path) -> Result<T>,
     ) -> Result<T> {
         let folder = self.root.join(name);
@@ -100,12 +101,20 @@ impl RunFolder {
             self.finish(listener, name, key, (done.seconds, done.peak_rss_bytes), true);
             return Ok(output);
         }
-        let same = json::read::<String>(&key_file).is_ok_and(|k| k == key.0);
-        if folder.exists() && !(same && leftovers == Leftovers::Keep) {
+        let kept = match leftovers {
+            Leftovers::Remove => key,
+            Leftovers::KeepOf(part) => part,
+        };
+        let same = json::read::<String>(&key_file).is_ok_and(|k| k == kept.0);
+        if folder.exists() && !(same && leftovers != Leftovers::Remove) {
             fs::remove_dir_all(&folder).map_err(Error::io("clear", &folder))?;
         }
         fs::create_dir_all(&folder).map_err(Error::io("create", &folder))?;
-        json::write(&key_file, &key.0)?;
+        json::write(&key_file, &kept.0)?;
+        // From here on the folder's contents are no longer those of another key.
+        if done_file.exists() {
+            fs::remove_file(&done_file).map_err(Error::io("remove", &done_file))?;
+        }
         if listener.stopping() {
             return Err(Error::Interrupted);
         }

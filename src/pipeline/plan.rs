@@ -1,7 +1,8 @@
 use crate::atoms::job::{EVALUATIONS_PER_STEP, SECONDS_PER_ATOM_EVALUATION};
 use crate::method;
+use crate::record::results::AuditLine;
 use crate::scene::Case;
-use crate::{Result, record::results::AuditLine};
+use crate::{Error, Result};
 use serde::Serialize;
 
 /// Seconds per point and transform pair with everything around it, one thread, f64: 190 ms for a pair at 4096² and half
@@ -36,6 +37,19 @@ pub struct PlannedAtoms {
     pub deformable: u64,
     pub fixed: u64,
     pub indenter: u64,
+}
+
+impl RunPlan {
+    /// # Errors
+    /// `Memory` when this machine has less than the plan takes.
+    pub fn fits(&self) -> Result<()> {
+        let have = crate::sys::available_memory_bytes();
+        if self.bytes <= have {
+            return Ok(());
+        }
+        let advice = "a smaller surface.grid or atoms.cells needs less".into();
+        Err(Error::Memory { what: "the scene".into(), need: self.bytes, have, advice })
+    }
 }
 
 /// Plans a case on `threads` threads.

@@ -6,23 +6,25 @@ use crate::atoms::engine::Engine;
 use crate::atoms::job::Job;
 use crate::record::mcap::{CloudAtom, GapMap, LoadScalars, LoadState, Recorder, Scene as Recorded};
 use crate::record::npy;
-use crate::record::results::{AtomsResults, ComparisonResults, Results, SCHEMA, ScalesSi, SurfaceResults};
+use crate::record::results::{self, AtomsResults, ComparisonResults, Results, SCHEMA, ScalesSi, SurfaceResults};
 use crate::scene::{AtomsCase, Case};
 use crate::{Error, Result, report};
 use std::path::{Path, PathBuf};
 
+const MANIFEST_FILE: &str = "manifest.json";
+const RECORDING_FILE: &str = "run.mcap";
+
 /// Runs a case into a folder, all stages, and writes its report. Returns the report's path.
 pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results, PathBuf)> {
-    let mut folder = RunFolder::open(out)?;
-    case.warnings.iter().for_each(|w| listener.warn(w));
-    // What the atoms need is asked for first: a missing program should not cost a solved continuum.
+    // What the atoms need is asked for first: a missing program should not cost a solved continuum, nor leave a folder.
     let engine = match &case.atoms {
         Some(_) => Some(engine(case)?),
         None => None,
     };
-    let scene_text =
-        toml::to_string_pretty(&case.scene).map_err(|e| Error::format("scene", e, "a scene that TOML can hold"))?;
-    crate::record::land::land(&out.join("scene.toml"), |w| std::io::Write::write_all(w, scene_text.as_bytes()))?;
+    super::plan(case, rayon::current_num_threads())?.fits()?;
+    let mut folder = RunFolder::open(out)?;
+    case.warnings.iter().for_each(|w| listener.warn(w));
+    keep_scene(case, out)?;
     let surface_key = Key::new("surface", &(&case.scene.laboratory, &case.scene.surface, heights_hash(case)?), &[])?;
     let surface = folder.stage(
         listener,
@@ -59,10 +61,29 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
     };
     results.write(out)?;
     let manifest = Manifest::of(case, &results, engine.as_ref().map(|e| e.describe()));
-    crate::record::json::write(&out.join("manifest.json"), &manifest)?;
+    crate::record::json::write(&out.join(MANIFEST_FILE), &manifest)?;
     record(case, &results, out)?;
     let page = report::write(out)?;
     Ok((results, page))
+}
+
+/// Writes the scene into the run folder. Results of another scene that stand there go: `report` and `compare` would
+/// take them for this one's.
+fn keep_scene(case: &Case, out: &Path) -> Result<()> {
+    let text = toml::to_string_pretty(&case.portable_scene())
+        .map_err(|e| Error::format("scene", e, "a scene that TOML can hold"))?;
+    let file = out.join("scene.toml");
+    if std::fs::read_to_string(&file).is_ok_and(|earlier| earlier == text) {
+        return Ok(());
+    }
+    for name in [results::FILE, MANIFEST_FILE, RECORDING_FILE, report::PAGE] {
+        let path = out.join(name);
+        match std::fs::remove_file(&path) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(Error::io("remove", &path)(e)),
+            _ => {}
+        }
+    }
+    crate::record::land::land(&file, |w| std::io::Write::write_all(w, text.as_bytes()))
 }
 
 fn atomistic_stages(
@@ -91,23 +112,24 @@ fn atomistic_stages(
         Some(path) => Key::of_file(path)?,
         None => "shipped".to_string(),
     };
-    // Loads are no part of the key: a ladder that went far enough serves any load below its end, and the job's own
-    // record decides which of its steps are still good.
-    let highest = case.scene.load.p_star.iter().copied().fold(0.0, f64::max);
-    let lammps_key = Key::new(
-        "lammps",
+    // Of the loads only the highest counts, and only for where the ladder ends: its steps serve any end.
+    let ladder_key = Key::new(
+        "ladder",
         &(
-            (block, crystal, potential, engine.describe(), highest),
+            (block, crystal, potential, engine.describe()),
             (scene.step_angstrom, scene.force_tolerance_ev_per_angstrom, &case.scene.adhesion),
         ),
         &[surface_key],
     )?;
+    let highest = case.scene.load.p_star.iter().copied().fold(0.0, f64::max);
+    let lammps_key = Key::new("lammps", &highest, &[&ladder_key])?;
     let total = a.block.atoms() + (a.points * a.points) as u64;
     let what = format!("displacement ladder of {total} atoms");
-    let climbed: Climbed = folder.stage(listener, ("lammps", &what), &lammps_key, Leftovers::Keep, |dir| {
-        let job = build_job(case, a, dir)?;
-        atomistic::climb(engine, &job, listener)
-    })?;
+    let climbed: Climbed =
+        folder.stage(listener, ("lammps", &what), &lammps_key, Leftovers::KeepOf(&ladder_key), |dir| {
+            let job = build_job(case, a, dir)?;
+            atomistic::climb(engine, &job, listener)
+        })?;
     if let Some(cost) = folder.costs.last_mut().filter(|c| c.name == "lammps") {
         cost.peak_rss_bytes = cost.peak_rss_bytes.max(climbed.peak_rss_bytes);
     }
@@ -224,7 +246,7 @@ fn record(case: &Case, results: &Results, out: &Path) -> Result<()> {
         cell: [length, length * case.grid.ly / case.grid.lx],
         notes: [("program".to_string(), format!("asperity {}", env!("CARGO_PKG_VERSION")))].into(),
     };
-    let mut recorder = Recorder::create(&out.join("run.mcap"), scene)?;
+    let mut recorder = Recorder::create(&out.join(RECORDING_FILE), scene)?;
     // With atoms, the continuum that is recorded beside them is the one on their own profile and scale.
     let continuum = results.comparison.as_ref().map(|c| &c.soft).or(results.continuum.as_ref());
     for (i, state) in continuum.iter().flat_map(|c| &c.states).enumerate() {

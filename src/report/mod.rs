@@ -8,4 +8,4 @@ pub mod page;
 pub mod picture;
 pub mod plot;
 
-pub use page::write;
+pub use page::{PAGE, write};

@@ -176,6 +176,20 @@ impl Case {
         }
     }
 
+    /// The scene with its paths made absolute, so that it means the same wherever it is read from.
+    pub fn portable_scene(&self) -> Scene {
+        let whole = |p: &PathBuf| std::path::absolute(self.beside(p)).unwrap_or_else(|_| self.beside(p));
+        let mut scene = self.scene.clone();
+        scene.surface.heights = scene.surface.heights.as_ref().map(whole);
+        if let Some(atoms) = &mut scene.atoms {
+            atoms.potential = atoms.potential.as_ref().map(whole);
+            // A bare name is looked for on the search path.
+            atoms.program =
+                atoms.program.as_ref().map(|p| if p.components().count() > 1 { whole(p) } else { p.clone() });
+        }
+        scene
+    }
+
     /// Path as the scene file means it.
     pub fn beside(&self, path: &Path) -> PathBuf {
         beside(&self.file, path)
@@ -245,7 +259,7 @@ impl AtomsCase {
                 (a0, modulus, header.cutoff_angstrom, element.mass_u)
             }
         };
-        let block = Block::new(a.cells, a.depth_cells, a0, cutoff)?;
+        let block = Block::new(a.cells, a.depth_cells, a0, cutoff).map_err(|e| e.told_of(&place, None))?;
         if case.grid.lx != case.grid.ly {
             let found = format!("{} x {} points", case.grid.nx, case.grid.ny);
             return Err(Error::input(place, "surface.heights", found, "a square cell: the block of atoms is square"));
@@ -278,7 +292,8 @@ impl AtomsCase {
             Slope::Renormalised => case.gradient / resolved.rms_gradient,
         };
         let load_unit = length * length * scales.stress_ev_a3(1.0) * case.gradient;
-        let adhesion = pair_adhesion(case, a.adhesion_range_angstrom, &wall, scales)?;
+        let adhesion = pair_adhesion(case, a.adhesion_range_angstrom, &wall, scales)
+            .map_err(|e| e.told_of(&place, Some("atoms.adhesion_range_angstrom")))?;
         let (asked_gamma, asked_rho) = match case.adhesion {
             Adhesion::None => (0.0, 0.0),
             Adhesion::Exponential(e) => (e.gamma, e.rho),

@@ -92,21 +92,37 @@ fn surface(c: &mut Complaints, scene: &Scene) {
             c.positive(mode, n);
         }
     }
-    let (roll_off, cut_off) = cut_offs(s, scene.laboratory.length_um);
+    let length_um = scene.laboratory.length_um;
+    let (roll_off, cut_off) = cut_offs(s, length_um);
+    // Told by the key and in the number that the scene has.
+    let said =
+        |[um_key, mode_key]: [&'static str; 2], um: Option<f64>, mode: Option<f64>, resolved: f64| match (um, mode) {
+            (None, Some(mode)) => (mode_key, mode),
+            (um, _) => (um_key, um.unwrap_or(resolved * length_um)),
+        };
+    let (roll_off_key, roll_off_said) =
+        said(["surface.roll_off_um", "surface.roll_off_mode"], s.roll_off_um, s.roll_off_mode, roll_off);
+    let (cut_off_key, cut_off_said) =
+        said(["surface.cut_off_um", "surface.cut_off_mode"], s.cut_off_um, s.cut_off_mode, cut_off);
     c.unless(
         cut_off <= roll_off || cut_off.is_nan() || roll_off.is_nan(),
-        "surface.cut_off_um",
-        format!("{} (roll-off {})", cut_off * scene.laboratory.length_um, roll_off * scene.laboratory.length_um),
+        cut_off_key,
+        format!("{cut_off_said} (with {roll_off_key} = {roll_off_said})"),
         "a short cut-off wavelength no longer than the roll-off wavelength",
     );
     c.unless(
         roll_off <= 1.0,
-        "surface.roll_off_um",
-        roll_off * scene.laboratory.length_um,
-        "at most the cell's length",
+        roll_off_key,
+        roll_off_said,
+        "a wavelength of at most the cell's length, a mode of at least 1",
     );
     // The random numbers of a mode are keyed by 32-bit mode numbers; long before that, 1e5 modes a side take minutes.
-    c.unless(cut_off >= 1e-5, "surface.cut_off_um", cut_off * scene.laboratory.length_um, "at least 1e-5 of the cell");
+    c.unless(
+        cut_off >= 1e-5,
+        cut_off_key,
+        cut_off_said,
+        "a wavelength of at least 1e-5 of the cell, a mode of at most 1e5",
+    );
 }
 
 fn loads(c: &mut Complaints, scene: &Scene) {

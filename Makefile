@@ -1,0 +1,34 @@
+# Everything a newcomer needs: `make demo` shows it, `make test` proves it. Both do their own set-up.
+
+# rustup puts cargo here; shells that have not been restarted since do not know.
+export PATH := $(PATH):$(HOME)/.cargo/bin
+
+SCENE := configs/quickstart.toml
+RUN := runs/quickstart
+
+.PHONY: help demo test bench lint
+
+help:
+	@echo "make demo   set up, build, run $(SCENE), say where the report is (a few minutes)"
+	@echo "make test   set up, then every test"
+	@echo "make bench  the benchmarks"
+	@echo "make lint   formatting and clippy"
+
+demo:
+	@scripts/setup.sh
+	cargo build --release --locked
+	target/release/asperity doctor
+	target/release/asperity run $(SCENE) --out $(RUN)
+	@echo
+	@echo "The report is $(CURDIR)/$(RUN)/report.html: open it in a browser."
+
+test:
+	@scripts/setup.sh --tests
+	cargo test --locked
+
+bench:
+	cargo bench --locked
+
+lint:
+	cargo fmt --check
+	cargo clippy --all-targets --locked -- -D warnings
