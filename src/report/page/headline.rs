@@ -52,7 +52,7 @@ fn comparison_found(c: &ComparisonResults) -> Option<String> {
     let shifted = judged.iter().map(|(_, m)| m.shifted.kappa.abs()).fold(0.0, f64::max);
     Some(format!(
         "At p* = {p_star}, {atoms} of the surface atoms touch. The continuum on the same profile has {continuum} under the \
-         criterion “{}”: the areas agree within {}, the maps with κ = {kappa} (at most {} in size for a shifted map).",
+         criterion “{}”: the areas differ by at most {}, the maps agree with κ = {kappa} (at most {} in size for a shifted map).",
         best.id,
         percent(off),
         significant(shifted, 2),
