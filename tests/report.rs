@@ -44,6 +44,7 @@ fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResults {
         contact_fraction_corrected: 0.9 * share,
         mean_gap: gap.iter().sum::<f64>() / gap.len() as f64,
         patches: 17,
+        interaction_energy: 0.0,
         energy: -1e-6,
         load_error: 2e-4,
         residual: 7e-5,

@@ -2,6 +2,7 @@ use super::words;
 use crate::Result;
 use crate::pipeline::statistics;
 use crate::record::heights::{self, HeightMap, Sign};
+use crate::report::number::trimmed;
 use crate::scene::{Case, LoadScene, Scene, SurfaceScene, Touching};
 use std::path::PathBuf;
 
@@ -89,10 +90,11 @@ impl Surface {
             }))
         } else {
             words::say(&format!(
-                "{}, {} x {} points on {length_um} µm",
+                "{}, {} x {} points on {} µm",
                 case.surface.origin(),
                 case.grid.nx,
-                case.grid.ny
+                case.grid.ny,
+                trimmed(length_um, 6)
             ));
             words::say(&words::statistics(&list));
             if let Some(out) = &self.out {

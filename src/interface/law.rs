@@ -72,10 +72,14 @@ impl Exponential {
     /// lies beyond, and the exponential is the dearest pointwise operation.
     const FAR: f64 = 50.0;
 
+    /// Behind a soft wall gaps may be negative. Deeper than this many ranges, which no equilibrium reaches, the attraction
+    /// stays what it is there, so that the wall's repulsion bounds the energy of a wild trial state.
+    const DEEP: f64 = -10.0;
+
     #[inline]
     fn boltzmann(&self, g: f64) -> f64 {
         let x = g / self.rho;
-        if x > Self::FAR { 0.0 } else { (-x).exp() }
+        if x > Self::FAR { 0.0 } else { (-x.max(Self::DEEP)).exp() }
     }
 }
 
@@ -90,12 +94,12 @@ impl Law for Exponential {
 
     #[inline]
     fn energy(&self, g: f64) -> f64 {
-        -self.gamma * self.boltzmann(g)
+        -self.gamma * self.boltzmann(g) * (1.0 + (Self::DEEP - g / self.rho).max(0.0))
     }
 
     #[inline]
     fn slope(&self, g: f64) -> f64 {
-        -self.gamma / self.rho.powi(2) * self.boltzmann(g)
+        if g < Self::DEEP * self.rho { 0.0 } else { -self.gamma / self.rho.powi(2) * self.boltzmann(g) }
     }
 
     fn stiffest(&self, _: f64) -> f64 {
@@ -129,6 +133,13 @@ impl LennardJonesWall {
     /// that a wild trial state has a finite force. At half the pair diameter the wall pushes with thousands of E*.
     fn floor(&self) -> f64 {
         0.5 * self.sigma
+    }
+
+    /// Traction, its slope and the energy at the closest distance that is evaluated.
+    fn at_floor(&self) -> (f64, f64, f64) {
+        let d = self.floor();
+        let (v, dv, energy) = self.pair(d);
+        (-self.strength * d * v, -self.strength * (v + d * dv), self.strength * energy)
     }
 
     /// Gap (negative) at which the wall pushes with `pressure`, by bisection; the pressure falls monotonically with the gap.
@@ -167,8 +178,8 @@ impl Law for LennardJonesWall {
         if g >= 0.0 {
             0.0
         } else if d < self.floor() {
-            let at = self.floor() - self.minimum();
-            self.traction(at) + self.slope(at) * (g - at)
+            let (traction, slope, _) = self.at_floor();
+            traction + slope * (d - self.floor())
         } else {
             -self.strength * d * self.pair(d).0
         }
@@ -179,9 +190,9 @@ impl Law for LennardJonesWall {
         if g >= 0.0 {
             0.0
         } else if d < self.floor() {
-            let at = self.floor() - self.minimum();
-            let x = g - at;
-            self.energy(at) + self.traction(at) * x + 0.5 * self.slope(at) * x * x
+            let (traction, slope, energy) = self.at_floor();
+            let x = d - self.floor();
+            energy + traction * x + 0.5 * slope * x * x
         } else {
             self.strength * self.pair(d).2
         }
@@ -295,10 +306,21 @@ mod tests {
     #[test]
     fn tractions_are_energy_slopes() {
         let adhesion = Exponential { gamma: 2e-5, rho: 2e-2 };
-        derivatives_agree(adhesion, &[0.0, 0.01, 0.05, 0.2]);
+        derivatives_agree(adhesion, &[0.0, 0.01, 0.05, 0.2, -0.15, -0.3]);
         let wall = LennardJonesWall { strength: 30.0, sigma: 0.3 };
         derivatives_agree(wall, &[-0.2, -0.1, -0.03, -0.005, 0.01, -0.3]);
         derivatives_agree(WithAdhesion { wall, adhesion }, &[-0.05, 0.02]);
+    }
+
+    /// Whatever σ rounds to, the law is finite and continuous where its table of distances ends.
+    #[test]
+    fn the_wall_has_no_hole_at_its_floor() {
+        for k in 0..2000 {
+            let wall = LennardJonesWall { strength: 30.0, sigma: 0.01 + 1e-5 * f64::from(k) };
+            let at = wall.floor() - wall.minimum();
+            let (above, below) = (wall.traction(at * (1.0 - 1e-9)), wall.traction(at * (1.0 + 1e-9)));
+            assert!((above / below - 1.0).abs() < 1e-6 && wall.energy(at).is_finite());
+        }
     }
 
     /// σ = 3.5927 Å, ε = 0.2145 eV, wall spacing a0·5/11, fcc(100) with a0 = 5.5884 Å: about 5 GPa at 3.66 Å.

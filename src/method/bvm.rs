@@ -11,7 +11,7 @@ use super::{
 };
 use crate::Result;
 use crate::grid::{Real, Transform};
-use crate::interface::{Kernel, Law};
+use crate::interface::{Adhesion, Kernel, Law, Wall};
 use std::time::Instant;
 
 pub struct Bvm;
@@ -32,7 +32,7 @@ fn supports(_: Quantity) -> Support {
     Support::Full
 }
 
-/// Quarterings of a step into a soft wall that raised the energy.
+/// Quarterings of a step that raised the energy of a law that is not convex.
 const RETREATS: usize = 8;
 
 /// Gradient steps of safe length after a rise of the energy.
@@ -44,7 +44,11 @@ impl ContactMethod for Bvm {
     }
 
     fn plan(&self, problem: &Problem) -> Plan {
-        // Heights, gap, residual and direction in working precision, and one half spectrum.
+        // Gap, residual and direction in working precision, the gap before a step with adhesion, heights where they must
+        // be converted, and one half spectrum.
+        let fields = 3
+            + u64::from(problem.adhesion != Adhesion::None || problem.wall != Wall::Hard)
+            + u64::from(problem.precision == super::Precision::F32);
         let spectrum = match problem.precision {
             super::Precision::F32 => Transform::<f32>::spectrum_bytes(problem.grid),
             super::Precision::F64 => Transform::<f64>::spectrum_bytes(problem.grid),
@@ -52,8 +56,8 @@ impl ContactMethod for Bvm {
         // 101 to 257 iterations were counted for 512² to 2048² at p* = 0.01.
         let iterations = (6.0 * (problem.grid.nx.max(problem.grid.ny) as f64).sqrt()) as usize + 50;
         Plan {
-            bytes: 4 * problem.grid.points() as u64 * problem.precision.bytes() + spectrum,
-            iterations,
+            bytes: fields * problem.grid.points() as u64 * problem.precision.bytes() + spectrum,
+            iterations: iterations * super::adhesion_effort(problem),
             pairs_per_iteration: 1.5,
         }
     }
@@ -72,7 +76,7 @@ impl<'p> Build<'p> for Start<'p> {
         let gap = operator.first_touch();
         let residual = vec![T::default(); gap.len()];
         let direction = vec![T::default(); gap.len()];
-        Box::new(Solver { operator, watch: self.0, gap, residual, direction })
+        Box::new(Solver { operator, watch: self.0, gap, previous: Vec::new(), residual, direction })
     }
 }
 
@@ -80,6 +84,8 @@ struct Solver<'p, T: Real, K, L> {
     operator: Operator<'p, T, K, L>,
     watch: &'p dyn Watch,
     gap: Vec<T>,
+    /// Gap before a step, for laws whose energy is not convex; empty without one.
+    previous: Vec<T>,
     /// KKT residual of the last evaluation; interfacial stress once a load is done.
     residual: Vec<T>,
     direction: Vec<T>,
@@ -182,16 +188,21 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             // Rounding of an energy of order E*·h_rms² must not count as a rise.
             let noise =
                 64.0 * problem.precision.epsilon() * (balance.elastic.abs() + (pressure * balance.mean_gap).abs());
+            if L::ACTIVE {
+                self.previous.clone_from(&self.gap);
+            }
             let (mut new, mut new_rr, mut rr_old) = self.advance(step);
-            if !L::HARD {
-                // Without a bound to project on, a step can be taken back exactly.
-                let mut kept = step;
+            if L::ACTIVE {
+                // The energy is not convex: a step that raises it may have jumped into another valley, where the search
+                // would go on. It is taken back and shortened.
+                let mut shorter = step;
                 for _ in 0..RETREATS {
                     if new.energy(pressure) <= energy + noise {
                         break;
                     }
-                    (new, new_rr, rr_old) = self.advance(-0.75 * kept);
-                    kept *= 0.25;
+                    shorter *= 0.25;
+                    self.gap.copy_from_slice(&self.previous);
+                    (new, new_rr, rr_old) = self.advance(shorter);
                 }
             }
             beta = if rd < 0.0 { ((new_rr - rr_old) / -rd).max(0.0) } else { 0.0 };

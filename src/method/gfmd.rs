@@ -56,7 +56,8 @@ impl ContactMethod for Gfmd {
         };
         Plan {
             bytes: 3 * problem.grid.points() as u64 * problem.precision.bytes() + spectrum,
-            iterations: (40.0 * (problem.grid.nx.max(problem.grid.ny) as f64).sqrt()) as usize,
+            iterations: (40.0 * (problem.grid.nx.max(problem.grid.ny) as f64).sqrt()) as usize
+                * super::adhesion_effort(problem),
             pairs_per_iteration: 1.0,
         }
     }

@@ -325,8 +325,11 @@ impl Progress {
         Progress { best: f64::INFINITY, since: 0 }
     }
 
-    /// `Some` when `residual` (over the pressure) has stalled at no more than ten times `floor`.
+    /// `Some` when `residual` (over the pressure) is no number, or has stalled at no more than ten times `floor`.
     pub fn stalled(&mut self, residual: f64, floor: f64) -> Option<Stop> {
+        if !residual.is_finite() {
+            return Some(Stop::Diverged);
+        }
         if residual < 0.9 * self.best {
             (self.best, self.since) = (residual, 0);
         } else {

@@ -89,6 +89,8 @@ pub enum Stop {
     IterationLimit,
     /// The residual no longer falls and is what rounding of the fields leaves.
     RoundingFloor,
+    /// The state is no longer finite.
+    Diverged,
     Interrupted,
 }
 
@@ -98,6 +100,7 @@ impl std::fmt::Display for Stop {
             Stop::Converged => "converged",
             Stop::IterationLimit => "iteration limit",
             Stop::RoundingFloor => "rounding floor of the precision",
+            Stop::Diverged => "diverged",
             Stop::Interrupted => "interrupted",
         })
     }

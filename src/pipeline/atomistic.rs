@@ -5,7 +5,7 @@ use crate::atoms::block::SurfaceSites;
 use crate::atoms::contact::{contact, gaps, mean, onto_grid};
 use crate::atoms::engine::{Engine, LammpsEngine, Progress};
 use crate::atoms::indenter::Indenter;
-use crate::atoms::job::{Interaction, Job, Ladder};
+use crate::atoms::job::{Interaction, Job, Ladder, POTENTIAL_FILE};
 use crate::atoms::ladder;
 use crate::atoms::potential::Potential;
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
@@ -54,12 +54,12 @@ pub fn build_job(case: &Case, atoms: &AtomsCase, folder: &Path) -> Result<Job> {
     Job::write(folder, &atoms.block, &indenter, (&potential, &atoms.element, atoms.mass_u), interaction, ladder)
 }
 
-/// The potential asked for, or the shipped one written beside the job.
+/// The potential asked for, or the shipped one, written where the job wants it.
 fn potential_file(atoms: &AtomsCase, folder: &Path) -> Result<PathBuf> {
     if let Some(path) = &atoms.potential {
         return Ok(path.clone());
     }
-    let path = folder.join("Ca.eam.alloy");
+    let path = folder.join(POTENTIAL_FILE);
     land(&path, |w| Potential::calcium().write_setfl(w))?;
     Ok(path)
 }
@@ -87,7 +87,6 @@ pub fn engine(case: &Case) -> Result<LammpsEngine> {
 pub struct Climbed {
     pub engine: String,
     pub steps: Vec<LadderStep>,
-    pub peak_rss_bytes: u64,
     /// Steps whose largest force is above the tolerance asked.
     pub unconverged: Vec<usize>,
 }
@@ -126,12 +125,7 @@ pub fn climb(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Result<
             ("max_force_ev_per_angstrom", &column(|s| s.max_force_ev_per_angstrom)),
         ],
     )?;
-    Ok(Climbed {
-        engine: engine.describe().to_string(),
-        steps: finished.steps,
-        peak_rss_bytes: crate::sys::children_peak_rss_bytes(),
-        unconverged: finished.unconverged,
-    })
+    Ok(Climbed { engine: engine.describe().to_string(), steps: finished.steps, unconverged: finished.unconverged })
 }
 
 /// The indenter's surface between its atoms: bilinear on a fine grid of the same band-limited profile, Å. Sixteen nodes
@@ -157,7 +151,7 @@ impl Profile<'_> {
 
 /// Reads a job folder that has run, outside a run folder: files are named relative to `out`.
 pub fn read_atoms(case: &Case, atoms: &AtomsCase, job: &Job, out: &Path) -> Result<AtomsResults> {
-    let climbed = Climbed { engine: "unknown".into(), steps: Vec::new(), peak_rss_bytes: 0, unconverged: Vec::new() };
+    let climbed = Climbed { engine: "unknown".into(), steps: Vec::new(), unconverged: Vec::new() };
     read(case, atoms, job, &climbed, out, ".")
 }
 

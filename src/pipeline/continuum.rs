@@ -117,7 +117,7 @@ pub(super) struct LoadPath<'a> {
 }
 
 /// Equilibria along a load path, fields into `folder`. A state that is not converged is kept beside the others under a
-/// name that says so, and ends the stage with its error.
+/// name that says so, and ends the stage with its error. `tag` tells several paths of one stage apart.
 pub(super) fn load_path(
     path: &LoadPath,
     folder: &Path,
@@ -141,14 +141,22 @@ pub(super) fn load_path(
         });
     }
     let of = path.loads.len();
+    let (said, prefix) = match tag {
+        "" => (String::new(), String::new()),
+        tag => (format!("{tag}: "), format!("{}-", tag.replace(' ', "-"))),
+    };
     let current = std::sync::atomic::AtomicUsize::new(0);
     let watch = |step: Iteration| {
         if step.iteration.is_multiple_of(10) {
             let load = current.load(std::sync::atomic::Ordering::Relaxed);
             // Residuals fall about exponentially from 1: their logarithm is the share done.
             let share = (step.residual.min(1.0).ln() / step.tolerance.ln()).clamp(0.0, 1.0);
-            let message =
-                format!("{tag}load {} of {of}, iteration {}, residual {:.1e}", load + 1, step.iteration, step.residual);
+            let message = format!(
+                "{said}load {} of {of}, iteration {}, residual {:.1e}",
+                load + 1,
+                step.iteration,
+                step.residual
+            );
             listener.progress(Some((load as f64 + share) / of as f64), &message);
         }
         if listener.stopping() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -158,11 +166,8 @@ pub(super) fn load_path(
     for (i, &(p_star, pressure)) in path.loads.iter().enumerate() {
         current.store(i, std::sync::atomic::Ordering::Relaxed);
         let state = run.equilibrate(Load::Pressure(pressure))?;
-        let name = if state.stop == Stop::Converged {
-            format!("{tag}load-{}", i + 1)
-        } else {
-            format!("{tag}partial-{}", i + 1)
-        };
+        let kind = if state.stop == Stop::Converged { "load" } else { "partial" };
+        let name = format!("{prefix}{kind}-{}", i + 1);
         let grid = problem.grid;
         let write = |quantity: &str, field: Field| -> Result<String> {
             let file = format!("{}-{quantity}.npy", file_name(&name));
@@ -219,6 +224,7 @@ fn summary(
         mean_gap: state.mean_gap,
         patches,
         energy: state.energy,
+        interaction_energy: state.interaction_energy,
         load_error: state.load_error,
         residual: state.residual,
         complementarity: state.complementarity,

@@ -130,9 +130,6 @@ fn atomistic_stages(
             let job = build_job(case, a, dir)?;
             atomistic::climb(engine, &job, listener)
         })?;
-    if let Some(cost) = folder.costs.last_mut().filter(|c| c.name == "lammps") {
-        cost.peak_rss_bytes = cost.peak_rss_bytes.max(climbed.peak_rss_bytes);
-    }
     for step in &climbed.unconverged {
         listener.warn(&format!("load step {step} stopped above the force tolerance"));
     }

@@ -137,6 +137,9 @@ pub struct StateResults {
     pub mean_gap: f64,
     pub patches: usize,
     pub energy: f64,
+    /// Part of the energy that is the interaction's; 0 without one.
+    #[serde(default)]
+    pub interaction_energy: f64,
     pub load_error: f64,
     pub residual: f64,
     pub complementarity: f64,

@@ -105,7 +105,7 @@ impl Case {
                     let kept = spectrum.expected(1.0, 2.0 / grid.nx as f64).rms_gradient;
                     warnings.push(format!(
                         "the grid of {0}² points cannot hold λ_s: modes above n = {1} are left out and {kept:.3} of the \
-                         rms gradient {2} is resolved ({3}² points would hold all)",
+                         rms gradient {2:.3} is resolved ({3}² points would hold all)",
                         grid.nx,
                         (grid.nx - 1) / 2,
                         spectrum.rms_gradient,
@@ -395,7 +395,7 @@ impl AtomsCase {
         }
         if self.resolved_gradient < 0.999 * gradient {
             list.push(format!(
-                "atoms resolve {:.3} of the rms gradient {gradient}: wavelengths below {:.1} Å are left out, here and in \
+                "atoms resolve {:.3} of the rms gradient {gradient:.3}: wavelengths below {:.1} Å are left out, here and in \
                  the continuum that the atoms are compared with",
                 self.resolved_gradient,
                 self.low_pass * self.block.length()
