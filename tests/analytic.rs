@@ -1,7 +1,7 @@
 //! Solvers against closed forms and against each other.
 
 use asperity::grid::{Grid, Transform};
-use asperity::interface::{Adhesion, Base, Elastic, Layer, Wall};
+use asperity::interface::{Adhesion, Base, Elastic, Kernel, Layer, Wall};
 use asperity::method::{self, Load, Precision, Problem, State, Stop, unwatched};
 use asperity::observe::contact_area;
 use asperity::surface::{Modes, Spectrum, moments};

@@ -99,9 +99,11 @@ pub enum Elastic {
     Layer(Layer),
 }
 
-impl Elastic {
-    /// Stiffness through the chosen kernel, for estimates and tests; solvers are generic over [`Kernel`] instead.
-    pub fn stiffness(&self, q: f64) -> f64 {
+impl Kernel for Elastic {
+    /// The choice is made mode by mode: beside the root that gives `q` it costs nothing, and solvers are compiled once
+    /// for all kernels.
+    #[inline]
+    fn stiffness(&self, q: f64) -> f64 {
         match self {
             Elastic::HalfSpace => HalfSpace.stiffness(q),
             Elastic::Layer(layer) => layer.stiffness(q),

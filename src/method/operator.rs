@@ -11,7 +11,7 @@
 
 use super::{Load, Problem, State, Stop};
 use crate::grid::{Filter, Grid, Real, Transform, block_sums, rms};
-use crate::interface::{Adhesion, Elastic, HalfSpace, HardWall, Kernel, Law, Wall, WithAdhesion};
+use crate::interface::{Adhesion, HardWall, Kernel, Law, Wall, WithAdhesion};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 use std::borrow::Cow;
@@ -339,35 +339,29 @@ impl Progress {
     }
 }
 
-/// Builds a solver for the precision, kernel and law of a problem.
+/// Builds a solver for the precision and law of a problem.
 pub(super) trait Build<'p> {
     type Built;
 
     fn build<T: Real, K: Kernel + 'p, L: Law + 'p>(self, operator: Operator<'p, T, K, L>) -> Self::Built;
 }
 
-/// Chooses the types: precision, kernel and law are parameters of the inner loops, not branches in them.
+/// Chooses the types: precision and law are parameters of the inner loops, not branches in them.
 pub(super) fn dispatch<'p, B: Build<'p>>(problem: &'p Problem<'p>, builder: B) -> B::Built {
     match problem.precision {
-        super::Precision::F32 => with_kernel::<f32, B>(problem, builder),
-        super::Precision::F64 => with_kernel::<f64, B>(problem, builder),
+        super::Precision::F32 => with_law::<f32, B>(problem, builder),
+        super::Precision::F64 => with_law::<f64, B>(problem, builder),
     }
 }
 
-fn with_kernel<'p, T: Real, B: Build<'p>>(problem: &'p Problem<'p>, builder: B) -> B::Built {
-    match problem.kernel {
-        Elastic::HalfSpace => with_law::<T, _, B>(problem, HalfSpace, builder),
-        Elastic::Layer(layer) => with_law::<T, _, B>(problem, layer, builder),
-    }
-}
-
-fn with_law<'p, T: Real, K: Kernel + 'p, B: Build<'p>>(problem: &'p Problem<'p>, kernel: K, builder: B) -> B::Built {
+fn with_law<'p, T: Real, B: Build<'p>>(problem: &'p Problem<'p>, builder: B) -> B::Built {
+    let kernel = problem.kernel;
     match (problem.wall, problem.adhesion) {
-        (Wall::Hard, Adhesion::None) => builder.build(Operator::<T, K, _>::new(problem, kernel, HardWall)),
-        (Wall::Hard, Adhesion::Exponential(law)) => builder.build(Operator::<T, K, _>::new(problem, kernel, law)),
-        (Wall::LennardJones(wall), Adhesion::None) => builder.build(Operator::<T, K, _>::new(problem, kernel, wall)),
+        (Wall::Hard, Adhesion::None) => builder.build(Operator::<T, _, _>::new(problem, kernel, HardWall)),
+        (Wall::Hard, Adhesion::Exponential(law)) => builder.build(Operator::<T, _, _>::new(problem, kernel, law)),
+        (Wall::LennardJones(wall), Adhesion::None) => builder.build(Operator::<T, _, _>::new(problem, kernel, wall)),
         (Wall::LennardJones(wall), Adhesion::Exponential(adhesion)) => {
-            builder.build(Operator::<T, K, _>::new(problem, kernel, WithAdhesion { wall, adhesion }))
+            builder.build(Operator::<T, _, _>::new(problem, kernel, WithAdhesion { wall, adhesion }))
         }
     }
 }

@@ -1,6 +1,6 @@
 use crate::Result;
 use crate::grid::{Field, Grid};
-use crate::interface::{Adhesion, Elastic, Wall};
+use crate::interface::{Adhesion, Elastic, Kernel, Wall};
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 

@@ -6,7 +6,7 @@ use super::continuum::{Keep, LoadPath, load_path};
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
 use crate::compare::{Criteria, Sites, registration, softness_threshold};
 use crate::grid::Field;
-use crate::interface::Wall;
+use crate::interface::{Kernel, Wall};
 use crate::method::{Precision, Problem};
 use crate::observe::{Connectivity, along_y, column_at, contact_area, contact_map, patch_sizes};
 use crate::record::npy;
