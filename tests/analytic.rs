@@ -264,6 +264,21 @@ fn invariances() {
     assert!((2.0 * g / gap - 1.0).abs() < 1e-8 && a == area, "{g} {gap}");
 }
 
+/// Adhesion only adds a negative term, so the lowest energy with it lies below the lowest without. Where the grid does
+/// not resolve the range (ρ/√(γ dx) = 0.1) there are many equilibria; none that a method ends in may lie above.
+#[test]
+fn unresolved_adhesion_ends_in_no_far_valley() {
+    let (grid, heights) = rough(128, 1.0 / 32.0, 18);
+    let gamma: f64 = 2e-4;
+    let adhesion = Adhesion::exponential(gamma, 0.1 * (gamma / 128.0).sqrt());
+    let plain = solve(&problem(grid, &heights), "bvm", 0.003, |s| s.energy);
+    for id in METHODS {
+        let adhesive = Problem { adhesion, ..problem(grid, &heights) };
+        let energy = solve(&adhesive, id, 0.003, |s| s.energy);
+        assert!(energy < plain, "{id}: {energy} with, {plain} without");
+    }
+}
+
 /// A range far beyond the roughness is a uniform attraction (DMT): the area is that of the larger pressure.
 #[test]
 fn long_range_adhesion_adds_to_the_pressure() {

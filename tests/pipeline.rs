@@ -283,7 +283,7 @@ fn adhesive_atoms_run_to_the_end() {
     }
     let bench = Bench::new();
     let (free, _) = bench.results(&bench.scene("[0.01]", COARSE, ""), "free");
-    let adhesion = "[continuum]\nmethod = \"gfmd\"\n[adhesion]\nwork_of_adhesion_mj_m2 = 50\nrange_nm = 2.071\n";
+    let adhesion = "[adhesion]\nwork_of_adhesion_mj_m2 = 50\nrange_nm = 2.071\n";
     let (sticky, _) = bench.results(&bench.scene("[0.01]", COARSE, adhesion), "sticky");
     let fraction = |r: &Value| r["atoms"]["states"][0]["contact_fraction"].as_f64().expect("a fraction");
     assert!(fraction(&sticky) > fraction(&free), "{} {}", fraction(&sticky), fraction(&free));

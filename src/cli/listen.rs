@@ -22,7 +22,8 @@ const STEPS: u64 = 1000;
 pub struct Teller {
     bar: ProgressBar,
     terminal: bool,
-    stage: Mutex<(String, Instant)>,
+    /// Name of the stage, when it last spoke, and what it said.
+    stage: Mutex<(String, Instant, String)>,
 }
 
 /// Whether the user has asked to stop. The first Ctrl-C asks; the second ends the program at once.
@@ -47,7 +48,7 @@ impl Teller {
         if let Ok(style) = ProgressStyle::with_template("{prefix:>10} [{bar:24}] {elapsed:>4} {wide_msg}") {
             bar.set_style(style.progress_chars("=> "));
         }
-        Teller { bar, terminal, stage: Mutex::new((String::new(), Instant::now())) }
+        Teller { bar, terminal, stage: Mutex::new((String::new(), Instant::now(), String::new())) }
     }
 
     fn line(&self, text: &str) {
@@ -61,7 +62,7 @@ impl Teller {
 
 impl Listener for Teller {
     fn begin(&self, stage: &str, what: &str) {
-        *self.stage.lock().unwrap_or_else(|e| e.into_inner()) = (stage.to_string(), Instant::now());
+        *self.stage.lock().unwrap_or_else(|e| e.into_inner()) = (stage.to_string(), Instant::now(), String::new());
         self.bar.reset();
         self.bar.set_prefix(stage.to_string());
         self.bar.set_message(what.to_string());
@@ -79,8 +80,8 @@ impl Listener for Teller {
             return;
         }
         let mut stage = self.stage.lock().unwrap_or_else(|e| e.into_inner());
-        if stage.1.elapsed() >= QUIET {
-            stage.1 = Instant::now();
+        if stage.1.elapsed() >= QUIET && stage.2 != message {
+            (stage.1, stage.2) = (Instant::now(), message.to_string());
             self.line(&format!("{:>10}  {message}", stage.0));
         }
     }

@@ -42,7 +42,8 @@ impl Run {
     fn plan(&self, case: &Case) -> Result<()> {
         let plan = pipeline::plan(case, rayon::current_num_threads())?;
         if self.json {
-            return words::json_line(&plan);
+            words::json_line(&plan)?;
+            return plan.fits();
         }
         words::say(&words::table(
             &["stage", "what", "memory", "time"],
