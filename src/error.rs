@@ -86,7 +86,7 @@ pub enum Error {
     /// This machine lacks a program.
     #[error("{program} was not found; {how}")]
     MissingProgram { program: String, how: String },
-    #[error("interrupted; the same command goes on from the last finished step")]
+    #[error("interrupted; `run` and `atoms run` go on from what is finished")]
     Interrupted,
     /// The file system said no.
     #[error("cannot {doing} {}: {source}", .path.display())]

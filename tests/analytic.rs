@@ -190,6 +190,68 @@ fn methods_agree_on_a_rough_surface() {
     }
 }
 
+/// Thin bonded layers are stiffest for their longest waves: the methods' steps must be safe for those, too.
+#[test]
+fn methods_agree_on_a_thin_incompressible_layer() {
+    let (grid, heights) = rough(64, 1.0 / 16.0, 3);
+    let layer = Layer { thickness: 0.005, poisson: 0.5, base: Base::Bonded };
+    // Waves a thousand times stiffer than on a half-space cost digits of the residual.
+    let p = Problem { kernel: Elastic::Layer(layer), tolerance: 1e-7, ..problem(grid, &heights) };
+    let [a, others @ ..] = METHODS.map(|id| {
+        let mut run = method::find(id).unwrap().start(&p, &unwatched).unwrap();
+        let state = run.equilibrate(Load::Pressure(0.05)).unwrap();
+        assert_eq!(state.stop, Stop::Converged, "{id}: residual {}", state.residual);
+        state.energy
+    });
+    assert!(others.iter().all(|b| (b / a - 1.0).abs() < 1e-7), "{a} {others:?}");
+}
+
+/// Grids that do not halve evenly, through the nested iteration of `fast`.
+#[test]
+fn nested_grids_need_not_halve() {
+    for (nx, ny) in [(129, 129), (200, 200), (256, 130)] {
+        let grid = Grid::unit(nx, ny);
+        let spectrum = Spectrum { lambda_s: 1.0 / 24.0, ..Spectrum::CHALLENGE };
+        let heights: Vec<f64> = Modes::new(spectrum, 2, grid.ly).heights(grid, 0.0);
+        let [a, b] =
+            ["bvm", "fast"].map(|id| solve(&problem(grid, &heights), id, 0.02, |s| (s.energy, fraction(s, grid))));
+        assert!((a.0 / b.0 - 1.0).abs() < 1e-9 && a.1 == b.1, "{nx} x {ny}: {a:?} {b:?}");
+    }
+}
+
+/// A rough surface on the atoms' soft wall, from first touch, where the wall does not push yet.
+#[test]
+fn methods_agree_on_a_soft_wall() {
+    let (grid, heights) = rough(128, 1.0 / 24.0, 18);
+    let wall = Wall::LennardJones(asperity::interface::LennardJonesWall { strength: 20.0, sigma: 0.0143 });
+    let p = Problem { wall, ..problem(grid, &heights) };
+    let [a, others @ ..] = METHODS.map(|id| solve(&p, id, 0.02, |s| (s.energy, s.mean_gap)));
+    for b in others {
+        assert!((b.0 / a.0 - 1.0).abs() < 1e-7 && (b.1 - a.1).abs() < 1e-7, "{a:?} {others:?}");
+    }
+}
+
+/// What a card declares in full is delivered, and every id is found.
+#[test]
+fn cards_are_honest() {
+    use asperity::method::{Quantity, REGISTRY, Support};
+    let (grid, heights) = rough(128, 1.0 / 24.0, 18);
+    for method in REGISTRY {
+        let card = method.card();
+        assert!(std::ptr::eq(method::find(card.id).unwrap().card(), card));
+        let full = |q: Quantity| (card.supports)(q) == Support::Full;
+        solve(&problem(grid, &heights), card.id, 0.02, |s| {
+            assert_eq!(full(Quantity::GapField), s.gap.len() == grid.points());
+            assert_eq!(full(Quantity::StressField), s.stress.len() == grid.points());
+            assert_eq!(full(Quantity::ContactMap) && full(Quantity::ContactArea), fraction(s, grid).0 > 0.0);
+            assert_eq!(full(Quantity::MeanGap), s.mean_gap > 0.0);
+        });
+        for unfinished in [Quantity::PatchPdf, Quantity::GapPdf, Quantity::StressPdf, Quantity::Stiffness] {
+            assert!(!full(unfinished), "{} has no observer yet", unfinished.name());
+        }
+    }
+}
+
 /// The operator against the direct sum over modes and points.
 #[test]
 fn elastic_stress_equals_the_direct_sum() {

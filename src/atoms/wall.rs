@@ -107,6 +107,10 @@ impl Wall {
         let mut d = m;
         while self.repulsion_pressure(d) < pressure {
             d *= 0.5;
+            if d < SCAN_END * self.sigma_angstrom {
+                // Beyond what the law is kept for: the closest distance there is.
+                return SCAN_END * self.sigma_angstrom;
+            }
         }
         // P falls and is convex, so Newton's steps from the left of the root never pass it.
         for _ in 0..200 {

@@ -1,7 +1,7 @@
 use super::{listen, words};
 use crate::error::Complaint;
 use crate::grid::Grid;
-use crate::interface::{Adhesion, Base, Elastic, Layer, Wall};
+use crate::interface::{Adhesion, Base, COHESIVE_RESOLUTION, Elastic, Layer, Wall};
 use crate::method::{self, Iteration, Load, Precision, Problem, Stop};
 use crate::observe::{contact_area, contact_map};
 use crate::record::heights::{self, Sign};
@@ -62,7 +62,7 @@ pub struct Solve {
     /// The layer's lower face.
     #[arg(long, value_enum, default_value_t = Base::Bonded)]
     base: Base,
-    /// Write gap.npy, stress.npy, contact.npy and solve.json here.
+    /// Write gap.npy, stress.npy, contact.npy and solve.json here; "partial-" goes before the names if not converged.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// One line of JSON on stdout.
@@ -85,6 +85,9 @@ impl Solve {
         [("--length-y", self.length_y), ("--rho", self.rho), ("--thickness", self.thickness)]
             .into_iter()
             .for_each(|(key, value)| value.into_iter().for_each(|v| positive(key, v)));
+        if tolerance >= 1.0 {
+            list.push(Complaint::new("--tol", tolerance, "a number below 1"));
+        }
         if !(self.gamma.is_finite() && self.gamma >= 0.0) {
             list.push(Complaint::new("--gamma", self.gamma, "zero or a positive number"));
         }
@@ -131,6 +134,16 @@ impl Solve {
             tolerance,
             max_iterations: self.max_iterations,
         };
+        let cohesive_resolution = match adhesion {
+            Adhesion::None => None,
+            Adhesion::Exponential(e) => Some(e.rho / (e.gamma * grid.dx().max(grid.dy())).sqrt()),
+        };
+        if let Some(c) = cohesive_resolution.filter(|c| *c < COHESIVE_RESOLUTION) {
+            eprintln!(
+                "warning: the grid does not resolve the adhesion: ρ/√(γ dx/E*) = {c:.2}, and below {COHESIVE_RESOLUTION} \
+                 contact lines are pinned to the grid and the answer depends on the path"
+            );
+        }
         let (plan, have) = (method.plan(&problem), crate::sys::available_memory_bytes());
         if plan.bytes > have {
             let advice = "a coarser map or --precision f32 needs less".into();
@@ -152,6 +165,7 @@ impl Solve {
             "threads": rayon::current_num_threads(),
             "kernel": kernel.to_string(),
             "adhesion": adhesion.to_string(),
+            "cohesive_resolution": cohesive_resolution,
             "pressure": self.pressure,
             "criterion": "zero gap",
             "contact_fraction": area.fraction,
@@ -174,10 +188,13 @@ impl Solve {
         if let Some(out) = &self.out {
             let (length, modulus) = (self.length, self.modulus);
             let n = state.gap.len();
-            npy::write(&out.join("gap.npy"), grid.nx, grid.ny, (0..n).map(|i| state.gap.at(i) * length))?;
-            npy::write(&out.join("stress.npy"), grid.nx, grid.ny, (0..n).map(|i| state.stress.at(i) * modulus))?;
-            npy::write(&out.join("contact.npy"), grid.nx, grid.ny, contact_map(state.gap, 0.0))?;
-            json::write(&out.join("solve.json"), &line)?;
+            // A state that did not converge must not be taken for one that did, by name or by whoever reads the folder.
+            let prefix = if state.stop == Stop::Converged { "" } else { "partial-" };
+            let path = |name: &str| out.join(format!("{prefix}{name}"));
+            npy::write(&path("gap.npy"), grid.nx, grid.ny, (0..n).map(|i| state.gap.at(i) * length))?;
+            npy::write(&path("stress.npy"), grid.nx, grid.ny, (0..n).map(|i| state.stress.at(i) * modulus))?;
+            npy::write(&path("contact.npy"), grid.nx, grid.ny, contact_map(state.gap, 0.0))?;
+            json::write(&path("solve.json"), &line)?;
         }
         if self.json {
             words::json_line(&line)?;
@@ -210,7 +227,7 @@ impl Solve {
                 iterations: state.iterations,
                 residual: state.residual,
                 tolerance,
-                partial: self.out.map(|o| o.join("gap.npy")),
+                partial: self.out.map(|o| o.join("partial-gap.npy")),
             }),
         }
     }

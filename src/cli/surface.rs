@@ -1,9 +1,9 @@
 use super::words;
-use crate::Result;
 use crate::pipeline::statistics;
 use crate::record::heights::{self, HeightMap, Sign};
 use crate::report::number::trimmed;
 use crate::scene::{Case, LoadScene, Scene, SurfaceScene, Touching};
+use crate::{Error, Result};
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
@@ -69,6 +69,12 @@ impl Surface {
         self.overwrite(&mut scene);
         let case = Case::resolve(scene, &file)?;
         case.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+        // Heights, their half spectrum, and the copy that is written.
+        let (need, have) = (3 * 8 * case.grid.points() as u64, crate::sys::available_memory_bytes());
+        if need > have {
+            let what = format!("a surface of {} x {} points", case.grid.nx, case.grid.ny);
+            return Err(Error::Memory { what, need, have, advice: "a smaller --grid needs less".into() });
+        }
         let heights = case.surface.heights(case.grid, 0.0);
         let length_um = case.scales.length_m * 1e6;
         let list = statistics(&case.surface, case.grid, &heights, length_um);

@@ -6,12 +6,11 @@
 //! curvature and a rising energy are answered with gradient steps of safe length.
 
 use super::operator::{Balance, Build, Operator, Outcome, Progress, dispatch, kkt};
-use super::{
-    Card, ContactMethod, Criterion, Iteration, Load, Plan, Problem, Quantity, Run, State, Stop, Support, Watch,
-};
+use super::{Card, ContactMethod, Criterion, Iteration, Load, Plan, Problem, Run, State, Stop, Watch};
 use crate::Result;
 use crate::grid::{Real, Transform};
 use crate::interface::{Adhesion, Kernel, Law, Wall};
+use rayon::prelude::*;
 use std::time::Instant;
 
 pub struct Bvm;
@@ -24,13 +23,9 @@ static CARD: Card = Card {
     criterion: Criterion::ZeroGap,
     calibrated_on: None,
     summary: "gap outside contact as unknown, projected conjugate gradients",
-    supports,
+    supports: super::card::fields,
     dois: &["10.1007/s11249-017-0980-z", "10.1007/s11249-017-0900-2"],
 };
-
-fn supports(_: Quantity) -> Support {
-    Support::Full
-}
 
 /// Quarterings of a step that raised the energy of a law that is not convex.
 const RETREATS: usize = 8;
@@ -186,32 +181,44 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             };
             let energy = balance.energy(pressure);
             // Rounding of an energy of order E*·h_rms² must not count as a rise.
-            let noise =
-                64.0 * problem.precision.epsilon() * (balance.elastic.abs() + (pressure * balance.mean_gap).abs());
+            let noise = 64.0 * problem.precision.epsilon() * balance.magnitude(pressure);
+            let (mut retreated, mut exhausted, was_safe) = (false, false, safe > 0);
             if L::ACTIVE {
-                self.previous.clone_from(&self.gap);
+                self.previous.resize(self.gap.len(), T::zero());
+                self.previous.par_iter_mut().zip(&self.gap).for_each(|(p, &g)| *p = g);
             }
             let (mut new, mut new_rr, mut rr_old) = self.advance(step);
             if L::ACTIVE {
                 // The energy is not convex: a step that raises it may have jumped into another valley, where the search
                 // would go on. It is taken back and shortened.
                 let mut shorter = step;
-                for _ in 0..RETREATS {
+                for retreat in 1..=RETREATS {
                     if new.energy(pressure) <= energy + noise {
                         break;
                     }
-                    shorter *= 0.25;
+                    // The last resort is to stay, and to go on with gradient steps of safe length.
+                    shorter = if retreat == RETREATS { 0.0 } else { 0.25 * shorter };
                     self.gap.copy_from_slice(&self.previous);
                     (new, new_rr, rr_old) = self.advance(shorter);
+                    retreated = true;
+                    exhausted = shorter == 0.0;
                 }
             }
-            beta = if rd < 0.0 { ((new_rr - rr_old) / -rd).max(0.0) } else { 0.0 };
+            // After a retreat the residual before this step is no longer known.
+            beta = if rd < 0.0 && !retreated { ((new_rr - rr_old) / -rd).max(0.0) } else { 0.0 };
             // Rounding of an energy of order E*·h_rms² must not count as a rise.
-            let noise =
-                64.0 * problem.precision.epsilon() * (balance.elastic.abs() + (pressure * balance.mean_gap).abs());
-            safe = if new.energy(pressure) > energy + noise { SAFE_STEPS } else { usize::saturating_sub(safe, 1) };
+            let noise = 64.0 * problem.precision.epsilon() * balance.magnitude(pressure);
+            safe = if retreated || new.energy(pressure) > energy + noise {
+                SAFE_STEPS
+            } else {
+                usize::saturating_sub(safe, 1)
+            };
             balance = new;
             iterations += 1;
+            if exhausted && was_safe {
+                // Not even a gradient step of safe length descends.
+                break if residual <= 10.0 * floor { Stop::RoundingFloor } else { Stop::NoDescent };
+            }
         };
         let balance = self.operator.stress(&mut self.gap, &mut self.residual);
         Ok(self.operator.state(

@@ -94,3 +94,13 @@ pub struct Card {
 fn quantities<S: serde::Serializer>(supports: &fn(Quantity) -> Support, to: S) -> Result<S::Ok, S::Error> {
     to.collect_map(Quantity::ALL.map(|q| (q, supports(q))))
 }
+
+/// What a solver of the fields delivers: the fields, and of their distributions only what the user draws from the stored
+/// fields, since no observer does so yet.
+pub(super) fn fields(quantity: Quantity) -> Support {
+    match quantity {
+        Quantity::PatchPdf | Quantity::GapPdf | Quantity::StressPdf => Support::Only("as stored fields, not yet drawn"),
+        Quantity::Stiffness => Support::Only("as differences between loads"),
+        _ => Support::Full,
+    }
+}

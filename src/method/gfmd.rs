@@ -8,14 +8,11 @@
 //! Westergaard at half its full-contact pressure: contact fraction 0.605 instead of 0.5).
 
 use super::operator::{Balance, Build, KKT, Operator, Outcome, Progress, dispatch, kkt_row};
-use super::{
-    Card, ContactMethod, Criterion, Iteration, Load, Plan, Problem, Quantity, Run, State, Stop, Support, Watch,
-};
+use super::{Card, ContactMethod, Criterion, Iteration, Load, Plan, Problem, Run, State, Stop, Watch};
 use crate::Result;
 use crate::grid::{Real, Transform, block_sums};
 use crate::interface::{Kernel, Law};
 use rayon::prelude::*;
-use std::f64::consts::PI;
 use std::time::Instant;
 
 pub struct Gfmd;
@@ -28,13 +25,9 @@ static CARD: Card = Card {
     criterion: Criterion::ZeroGap,
     calibrated_on: None,
     summary: "damped dynamics of the surface modes, uniform masses; the reference",
-    supports,
+    supports: super::card::fields,
     dois: &["10.1007/s11249-017-0900-2", "10.1103/PhysRevB.74.075420", "10.1007/s11249-013-0288-4"],
 };
-
-fn supports(_: Quantity) -> Support {
-    Support::Full
-}
 
 /// Square of the time step times the highest frequency. Verlet is stable up to 4; the paper's choices are 0.25 to 1.
 /// At 512², p* = 0.01, the step count falls as its root: 1.6 keeps a margin for the wall's kicks.
@@ -163,8 +156,7 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         let floor = problem.rounding_floor(self.operator.rms_height, pressure);
         // Softest modes: the longest wave, and the rigid approach with stiffness dp/dū of about p over half the rms
         // height, as Persson's exponential law has it.
-        let (lx, ly) = (problem.grid.lx, problem.grid.ly);
-        let wave = problem.kernel.stiffness(2.0 * PI / lx.max(ly));
+        let (wave, _) = problem.stiffness_range();
         let approach = scale / (0.5 * self.operator.rms_height).max(f64::MIN_POSITIVE);
         let slowest = wave.min(approach);
         let mut progress = Progress::new();

@@ -22,7 +22,7 @@ pub trait ContactMethod: Sync {
     /// Bytes and iterations, before anything is allocated.
     fn plan(&self, problem: &Problem) -> Plan;
 
-    /// Allocates and starts at first touch.
+    /// Allocates. The first load is reached from first touch, or, by methods that say so, from coarser grids.
     fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Box<dyn Run + 'p>>;
 }
 

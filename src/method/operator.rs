@@ -101,6 +101,11 @@ impl Balance {
         }
     }
 
+    /// Size of the energy's terms, whose rounding must not count as a rise.
+    pub fn magnitude(&self, pressure: f64) -> f64 {
+        self.elastic.abs() + self.interaction.abs() + (pressure * self.mean_gap).abs()
+    }
+
     pub fn energy(&self, pressure: f64) -> f64 {
         self.elastic + self.interaction + pressure * self.mean_gap
     }

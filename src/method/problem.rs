@@ -50,9 +50,20 @@ impl Problem<'_> {
         if pressure == 0.0 { 0.01 } else { pressure.abs() }
     }
 
+    /// Stiffness of the grid's softest and stiffest mode. A bonded layer is stiff for long waves as well as for short
+    /// ones, so both are looked for between the longest wave and the corner of the spectrum.
+    pub fn stiffness_range(&self) -> (f64, f64) {
+        const SAMPLES: i32 = 64;
+        let lowest = std::f64::consts::TAU / self.grid.lx.max(self.grid.ly);
+        let ratio = (self.grid.q_max() / lowest).max(1.0);
+        (0..=SAMPLES)
+            .map(|k| self.kernel.stiffness(lowest * ratio.powf(f64::from(k) / f64::from(SAMPLES))))
+            .fold((f64::INFINITY, 0.0), |(softest, stiffest), k| (softest.min(k), stiffest.max(k)))
+    }
+
     /// Stiffness of the stiffest mode of the grid.
     pub fn stiffest_mode(&self) -> f64 {
-        self.kernel.stiffness(self.grid.q_max())
+        self.stiffness_range().1
     }
 
     /// rms residual over the pressure below which rounding of the fields alone keeps a solver: the round-off of the
@@ -89,6 +100,8 @@ pub enum Stop {
     IterationLimit,
     /// The residual no longer falls and is what rounding of the fields leaves.
     RoundingFloor,
+    /// No step, however short, lowers the energy, and the residual is above what rounding explains.
+    NoDescent,
     /// The state is no longer finite.
     Diverged,
     Interrupted,
@@ -100,6 +113,7 @@ impl std::fmt::Display for Stop {
             Stop::Converged => "converged",
             Stop::IterationLimit => "iteration limit",
             Stop::RoundingFloor => "rounding floor of the precision",
+            Stop::NoDescent => "no descent",
             Stop::Diverged => "diverged",
             Stop::Interrupted => "interrupted",
         })

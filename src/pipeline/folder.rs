@@ -11,6 +11,9 @@ use std::time::Instant;
 /// Raised when what a stage writes changes its meaning, so that older folders are not taken for done.
 const FORMAT: u32 = 1;
 
+/// Locked while a run uses a folder, and what tells a run folder from any other.
+const MARKER: &str = ".asperity";
+
 /// What a stage depends on, hashed: its name, the resolved parameters it reads, the keys of the stages before it, and
 /// the contents of its input files. Never times.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -37,6 +40,12 @@ impl Key {
         let file = File::open(path).map_err(Error::io("read", path))?;
         hasher.update_reader(file).map_err(Error::io("read", path))?;
         Ok(hasher.finalize().to_hex().to_string())
+    }
+
+    /// Hash of the running program, for stages whose results another build may change.
+    pub fn of_program() -> Result<String> {
+        let program = std::env::current_exe().map_err(Error::io("find", "this program"))?;
+        Self::of_file(&program)
     }
 
     pub fn short(&self) -> &str {
@@ -70,7 +79,13 @@ impl RunFolder {
     /// Creates the folder if need be and locks it; a second run in the same folder is refused.
     pub fn open(root: &Path) -> Result<Self> {
         fs::create_dir_all(root).map_err(Error::io("create the run folder", root))?;
-        let path = root.join(".lock");
+        let path = root.join(MARKER);
+        // Stages clear their folders: they must not meet folders that somebody else made.
+        let mut entries = fs::read_dir(root).map_err(Error::io("read the run folder", root))?;
+        if !path.exists() && entries.next().is_some() {
+            let accepted = "a new or empty folder, or that of an earlier run";
+            return Err(Error::input(root.display(), "--out", "a folder with other contents", accepted));
+        }
         let lock = File::create(&path).map_err(Error::io("write in the run folder", &path))?;
         lock.try_lock().map_err(|_| {
             Error::input(root.display(), "--out", "in use by another run", "a folder that no other run is using")
@@ -137,5 +152,25 @@ impl RunFolder {
         let cost = StageCost { name: name.into(), key: key.short().into(), seconds, peak_rss_bytes, reused };
         listener.end(&cost);
         self.costs.push(cost);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Stages clear their folders; a folder that somebody else filled is refused before anything in it is touched.
+    #[test]
+    fn foreign_folders_are_refused_untouched() {
+        let folder = tempfile::tempdir().expect("scratch");
+        let mine = folder.path().join("surface/mine.txt");
+        fs::create_dir_all(mine.parent().expect("has one")).expect("made");
+        fs::write(&mine, "mine").expect("written");
+        assert_eq!(RunFolder::open(folder.path()).err().map(|e| e.exit_code()), Some(2));
+        assert!(mine.exists());
+        let fresh = folder.path().join("fresh");
+        drop(RunFolder::open(&fresh).expect("a new folder"));
+        fs::write(fresh.join("results.json"), "{}").expect("written");
+        assert!(RunFolder::open(&fresh).is_ok(), "its own folder again");
     }
 }

@@ -3,7 +3,8 @@ use super::comparison::{self, Matched};
 use super::folder::{Key, Leftovers, RunFolder};
 use super::{Listener, build_job, continuum, engine};
 use crate::atoms::engine::Engine;
-use crate::atoms::job::Job;
+use crate::atoms::job::{Job, SCRIPT};
+use crate::atoms::potential::CALCIUM;
 use crate::record::mcap::{CloudAtom, GapMap, LoadScalars, LoadState, Recorder, Scene as Recorded};
 use crate::record::npy;
 use crate::record::results::{self, AtomsResults, ComparisonResults, Results, SCHEMA, ScalesSi, SurfaceResults};
@@ -25,7 +26,9 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
     let mut folder = RunFolder::open(out)?;
     case.warnings.iter().for_each(|w| listener.warn(w));
     keep_scene(case, out)?;
-    let surface_key = Key::new("surface", &(&case.scene.laboratory, &case.scene.surface, heights_hash(case)?), &[])?;
+    // A ladder of LAMMPS outlives a new build of this program, whose job folder decides what is still good; results do not.
+    let geometry = Key::new("geometry", &(&case.scene.laboratory, &case.scene.surface, heights_hash(case)?), &[])?;
+    let surface_key = Key::new("surface", &Key::of_program()?, &[&geometry])?;
     let surface = folder.stage(
         listener,
         ("surface", "heights and their statistics"),
@@ -40,9 +43,11 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
         let heights = stored_heights(out, &surface)?;
         continuum::laboratory(case, &heights, dir, "continuum", listener)
     })?;
+    let mut warnings = case.warnings.clone();
     let (mut atoms, mut compared) = (None, None);
     if let (Some(a), Some(engine)) = (&case.atoms, &engine) {
-        let (found, comparison) = atomistic_stages(case, a, engine, &mut folder, &surface_key, listener)?;
+        let keys = [&geometry, &surface_key];
+        let (found, comparison) = atomistic_stages(case, a, engine, &mut folder, keys, listener, &mut warnings)?;
         atoms = Some(found);
         compared = Some(comparison);
     }
@@ -56,7 +61,7 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
         atoms,
         comparison: compared,
         stages: folder.costs.clone(),
-        warnings: case.warnings.clone(),
+        warnings,
         sources: sources(case),
     };
     results.write(out)?;
@@ -91,13 +96,15 @@ fn atomistic_stages(
     a: &AtomsCase,
     engine: &dyn Engine,
     folder: &mut RunFolder,
-    surface_key: &Key,
+    [geometry, surface_key]: [&Key; 2],
     listener: &dyn Listener,
+    warnings: &mut Vec<String>,
 ) -> Result<(AtomsResults, ComparisonResults)> {
     let root = folder.path().to_path_buf();
     let scene = case.scene.atoms.as_ref().expect("an atoms case comes from a scene with atoms");
     let block = (scene.cells, scene.depth_cells, scene.slope, scene.low_pass_angstrom, scene.adhesion_range_angstrom);
-    let crystal = (&scene.element, scene.lattice_constant_angstrom, scene.contact_modulus_gpa);
+    // As resolved: the potential decides them where the scene does not.
+    let crystal = (&scene.element, a.block.a0, a.modulus_gpa);
     let continuum = &case.scene.continuum;
     let matched_key = Key::new(
         "matched",
@@ -110,16 +117,16 @@ fn atomistic_stages(
     })?;
     let potential = match &a.potential {
         Some(path) => Key::of_file(path)?,
-        None => "shipped".to_string(),
+        None => format!("{CALCIUM:?}"),
     };
     // Of the loads only the highest counts, and only for where the ladder ends: its steps serve any end.
     let ladder_key = Key::new(
         "ladder",
         &(
-            (block, crystal, potential, engine.describe()),
+            (block, crystal, potential, engine.describe(), SCRIPT),
             (scene.step_angstrom, scene.force_tolerance_ev_per_angstrom, &case.scene.adhesion),
         ),
-        &[surface_key],
+        &[geometry],
     )?;
     let highest = case.scene.load.p_star.iter().copied().fold(0.0, f64::max);
     let lammps_key = Key::new("lammps", &highest, &[&ladder_key])?;
@@ -131,9 +138,13 @@ fn atomistic_stages(
             atomistic::climb(engine, &job, listener)
         })?;
     for step in &climbed.unconverged {
-        listener.warn(&format!("load step {step} stopped above the force tolerance"));
+        let text = format!(
+            "load step {step} of the atoms stopped above the force tolerance; states interpolated from it are not equilibria"
+        );
+        listener.warn(&text);
+        warnings.push(text);
     }
-    let atoms_key = Key::new("atoms", &case.scene.load, &[&lammps_key])?;
+    let atoms_key = Key::new("atoms", &(&case.scene.load, Key::of_program()?), &[&lammps_key])?;
     let found = folder.stage(
         listener,
         ("atoms", "contact and gap at the asked loads"),
@@ -154,8 +165,9 @@ fn atomistic_stages(
 
 /// Compares again what a run folder holds, without solving or running anything, and writes results and report.
 pub fn rebuild_comparison(out: &Path) -> Result<(Results, PathBuf)> {
-    let case = Case::read(&out.join("scene.toml"))?;
     let mut results = Results::read(out)?;
+    let _locked = RunFolder::open(out)?;
+    let case = Case::read(&out.join("scene.toml"))?;
     let lacking = || Error::format(out, "a run without atoms", "the folder of a run whose scene has [atoms]");
     let (a, found) = case.atoms.as_ref().zip(results.atoms.as_ref()).ok_or_else(lacking)?;
     let earlier = results.comparison.as_ref().ok_or_else(lacking)?;

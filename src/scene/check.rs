@@ -116,12 +116,12 @@ fn surface(c: &mut Complaints, scene: &Scene) {
         roll_off_said,
         "a wavelength of at most the cell's length, a mode of at least 1",
     );
-    // The random numbers of a mode are keyed by 32-bit mode numbers; long before that, 1e5 modes a side take minutes.
+    // The random numbers of a mode are keyed by 32-bit mode numbers; long before that, 1e4 modes a side take half a minute.
     c.unless(
-        cut_off >= 1e-5,
+        cut_off >= 1e-4,
         cut_off_key,
         cut_off_said,
-        "a wavelength of at least 1e-5 of the cell, a mode of at most 1e5",
+        "a wavelength of at least 1e-4 of the cell, a mode of at most 1e4",
     );
 }
 
@@ -177,6 +177,13 @@ fn atoms(c: &mut Complaints, scene: &Scene) {
         }
     }
     c.unless((1..=1024).contains(&a.ranks), "atoms.ranks", a.ranks, "1 to 1024 MPI ranks");
+    for (key, given) in [
+        ("atoms.lattice_constant_angstrom", a.lattice_constant_angstrom),
+        ("atoms.contact_modulus_gpa", a.contact_modulus_gpa),
+    ] {
+        let alone = given.filter(|_| a.potential.is_none());
+        c.unless(alone.is_none(), key, alone.unwrap_or(0.0), "only together with atoms.potential");
+    }
     for (key, given) in [
         ("atoms.lattice_constant_angstrom", a.lattice_constant_angstrom.is_some()),
         ("atoms.contact_modulus_gpa", a.contact_modulus_gpa.is_some()),

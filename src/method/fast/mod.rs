@@ -10,14 +10,11 @@ mod inner;
 mod level;
 
 use super::operator::{Build, Operator, Outcome, Progress, dispatch};
-use super::{
-    Card, ContactMethod, Criterion, Iteration, Load, Plan, Precision, Problem, Quantity, Run, State, Stop, Support,
-    Watch,
-};
+use super::{Card, ContactMethod, Criterion, Iteration, Load, Plan, Precision, Problem, Run, State, Stop, Watch};
 use crate::Result;
 use crate::grid::{Grid, Real, Transform};
 use crate::interface::{Kernel, Law};
-use level::{Level, interpolate};
+use level::{Level, Trial, interpolate};
 use std::borrow::Cow;
 use std::time::Instant;
 
@@ -31,13 +28,9 @@ static CARD: Card = Card {
     criterion: Criterion::ZeroGap,
     calibrated_on: None,
     summary: "nested grids, projected Newton steps preconditioned in Fourier space; the default",
-    supports,
+    supports: super::card::fields,
     dois: &["10.1007/s11249-017-0900-2"],
 };
-
-fn supports(_: Quantity) -> Support {
-    Support::Full
-}
 
 /// Points along a side below which a grid is not halved.
 const COARSEST: usize = 64;
@@ -54,6 +47,16 @@ const FALLBACK: usize = 10;
 /// Shortenings of a step that raises the energy, and their factor.
 const SHORTENINGS: usize = 5;
 const SHORTER: f64 = 0.4;
+/// The same for a gradient step that follows a failed plain one: down to 1e-12 of a step that should already be safe.
+const CAREFUL_SHORTENINGS: usize = 30;
+
+/// Rise of the energy, over the size of its terms, that a falling residual excuses: laws with a wall lose this much in the
+/// difference of their large terms.
+const ENERGY_DIGITS: f64 = 1e-10;
+
+/// Curvature over that of the stiffest mode below which a direction counts as flat: f32 transforms leave 1e-14 of it, and
+/// the softest wave of any grid has 1e-5.
+const FLAT: f64 = 1e-10;
 
 /// Iterations of one linear problem.
 const INNER_LIMIT: usize = 40;
@@ -72,7 +75,8 @@ impl ContactMethod for Fast {
                 Level::<f64, crate::interface::HalfSpace, crate::interface::HardWall>::bytes(problem.grid)
             }
         };
-        Plan { bytes, iterations: 20, pairs_per_iteration: 4.0 }
+        // While the finest level is set up the one below is still there, with the heights of all coarse ones.
+        Plan { bytes: bytes + bytes / 3, iterations: 20, pairs_per_iteration: 4.0 }
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Box<dyn Run + 'p>> {
@@ -200,12 +204,17 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         let law = level.law;
         // The rigid approach is about as stiff as the pressure over half the rms height.
         let mean = scale / (0.5 * self.operator.rms_height).max(f64::MIN_POSITIVE);
+        // A flat surface has no such stiffness; any finite one will do.
+        let mean = mean.min(Problem { grid: level.grid(), ..problem.clone() }.stiffest_mode().max(1.0));
         let floor = problem.rounding_floor(self.operator.rms_height, pressure);
         let mut progress = Progress::new();
         level.inner.step.fill(0.0);
         let mut now = level.trial(0.0);
         level.accept(0.0);
+        let stiffest_mode = Problem { grid: level.grid(), ..problem.clone() }.stiffest_mode();
         let (mut smoothing, mut beta, mut last) = (SMOOTHING, 0.0, f64::INFINITY);
+        // Set by a failed plain step: the next is a gradient step of safe length, shortened as far as it takes.
+        let mut careful = false;
         loop {
             let residual = now.balance.residual / scale;
             let done = if finest { self.operator.converged(&now.balance) } else { residual <= tolerance };
@@ -229,8 +238,15 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
                 if slope >= 0.0 {
                     (slope, curvature) = level.inner.plain(0.0, &level.gap, kernel, &law);
                 }
-                let stiffest = kernel.stiffness(level.grid().q_max()) + law.stiffest(4.0 * pressure.max(0.25));
-                if curvature > 0.0 { -slope / curvature } else { 1.0 / stiffest }
+                let stiffest = stiffest_mode + law.stiffest(4.0 * pressure.max(0.25));
+                // Along the rigid approach there is no curvature but rounding's, from which no length follows.
+                let flat = curvature <= FLAT * stiffest * slope.abs();
+                match flat {
+                    _ if careful => 1.0 / stiffest,
+                    false => -slope / curvature,
+                    true if L::HARD => 1.0 / stiffest,
+                    true => (1.0 / mean).max(1.0 / stiffest),
+                }
             } else {
                 // Forcing term after Eisenstat & Walker: as exact as the last step was successful.
                 let forcing = (residual / last).powi(2).clamp(0.02, 0.3);
@@ -238,23 +254,37 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
                 smoothing = SMOOTHING_AFTER_NEWTON;
                 1.0
             };
-            last = residual;
+            if !plain {
+                last = residual;
+            }
             let energy = now.balance.energy(pressure);
-            let noise =
-                64.0 * problem.precision.epsilon() * (now.balance.elastic + (pressure * now.balance.mean_gap).abs());
+            let noise = 64.0 * problem.precision.epsilon() * now.balance.magnitude(pressure);
             let old_rr = now.rr;
+            // Near the end the energy no longer tells two states apart, but the residual still does.
+            let blind = ENERGY_DIGITS * now.balance.magnitude(pressure);
+            let rises = |next: &Trial| {
+                let rise = next.balance.energy(pressure) - energy;
+                rise > noise && !(next.rr < old_rr && rise < blind)
+            };
             let mut next = level.trial(length);
             let mut tries = 0;
-            while next.balance.energy(pressure) > energy + noise && tries < SHORTENINGS {
+            let shortenings = if careful { CAREFUL_SHORTENINGS } else { SHORTENINGS };
+            while rises(&next) && tries < shortenings {
                 length *= SHORTER;
                 next = level.trial(length);
                 tries += 1;
             }
-            if next.balance.energy(pressure) > energy + noise {
-                smoothing = FALLBACK;
+            if rises(&next) {
+                if careful {
+                    // Not even the gradient descends.
+                    level.trial(0.0);
+                    return if residual <= 10.0 * floor { Stop::RoundingFloor } else { Stop::NoDescent };
+                }
+                (smoothing, careful) = (FALLBACK, plain);
                 (beta, length) = (0.0, 0.0);
                 next = level.trial(0.0);
             } else {
+                careful = false;
                 beta = if plain && tries == 0 { ((next.rr - next.rr_old) / old_rr).max(0.0) } else { 0.0 };
             }
             level.accept(length);
