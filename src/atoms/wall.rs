@@ -98,19 +98,20 @@ impl Wall {
         self.over_planes(d, |law, gap| law.slope(gap))
     }
 
-    /// The distance at which the areal repulsion is `pressure` (eV/Å³), Å; r_m for no pressure or tension.
+    /// The distance at which the areal repulsion is `pressure` (eV/Å³), Å; r_m for no pressure or tension, 0 for more
+    /// than the law has anywhere.
     pub fn distance_at_pressure(&self, pressure: f64) -> f64 {
         let m = self.minimum_angstrom();
         if pressure.is_nan() || pressure <= 0.0 {
             return m;
         }
+        // The law is linear below its floor, so that its pressure is bounded.
+        if pressure >= self.repulsion_pressure(0.0) {
+            return 0.0;
+        }
         let mut d = m;
         while self.repulsion_pressure(d) < pressure {
             d *= 0.5;
-            if d < SCAN_END * self.sigma_angstrom {
-                // Beyond what the law is kept for: the closest distance there is.
-                return SCAN_END * self.sigma_angstrom;
-            }
         }
         // P falls and is convex, so Newton's steps from the left of the root never pass it.
         for _ in 0..200 {
@@ -401,6 +402,9 @@ mod tests {
             assert_eq!(w.distance_at_pressure(none), w.minimum_angstrom());
         }
         assert!(w.distance_at_pressure(1e-300) <= w.minimum_angstrom());
+        for more in [w.repulsion_pressure(0.0), 1e300, f64::INFINITY] {
+            assert_eq!(w.distance_at_pressure(more), 0.0);
+        }
     }
 
     #[test]
