@@ -5,17 +5,16 @@
 
 use std::f64::consts::{PI, SQRT_2};
 
+use super::indenter::{MAX_SPACING_ANGSTROM, gcd};
 use crate::atoms::wall::{CONTACT_DISTANCE_ANGSTROM, Wall};
 use crate::error::Result;
+use crate::interface::{Base, Layer};
 use crate::record::results::AuditLine;
 use crate::units::{ANGSTROM_M, Scales};
 
 /// Two values are the same group if they agree to this: below what any count of atoms resolves, above the rounding of
 /// quoted inputs such as 3.4878e-3 eV/Å².
 pub const SAME: f64 = 1e-3;
-/// Measured at rms gradient 1 and four times the reference load: a net of 2.54 Å kept every crystal atom on its side,
-/// at 3.99 Å four atoms got through, at 5.08 Å seventy-eight.
-pub const WIDEST_SPACING_ANGSTROM: f64 = 2.6;
 /// Measured for flats: with 25 or more distinct positions of the crystal's atoms in the net's cell, adhesion is within
 /// 1 % of its areal law for ranges from 0.5 Å; with one position it is off by up to 80 % at 0.2 Å.
 pub const FEWEST_REGISTRIES: usize = 25;
@@ -192,25 +191,12 @@ fn roughness(asked: &Asked, used: &Used) -> [AuditLine; 4] {
     ]
 }
 
-/// Stiffness over that of a half-space of an elastic layer bonded to a rigid base, for a wave with `x` = wave vector
-/// times thickness and Poisson's ratio ν (Johnson, *Contact Mechanics*; Carbone and Mangialardi, J. Mech. Phys. Solids
-/// 56 (2008) 684).
-pub fn layer_stiffening(x: f64, poisson: f64) -> f64 {
-    let k = 3.0 - 4.0 * poisson;
-    let rest = 2.0 * x * x + 5.0 - 12.0 * poisson + 8.0 * poisson * poisson;
-    if x > 20.0 {
-        // sinh and cosh of 2x are equal to the last digit from here, and overflow later.
-        return 1.0;
-    }
-    (k * (2.0 * x).cosh() + rest) / (k * (2.0 * x).sinh() - 2.0 * x)
-}
-
 fn depth(used: &Used) -> AuditLine {
     let ratio = used.depth_angstrom / used.length_angstrom;
-    let stiffening = layer_stiffening(2.0 * PI * ratio, used.poisson);
-    let affected = (1..=1000)
-        .take_while(|n| layer_stiffening(2.0 * PI * ratio * *n as f64, used.poisson) > 1.0 + HALF_SPACE)
-        .count();
+    let slab = Layer { thickness: ratio, poisson: used.poisson, base: Base::Bonded };
+    let factor = |n: usize| slab.stiffening(2.0 * PI * ratio * n as f64);
+    let stiffening = factor(1);
+    let affected = (1..=1000).take_while(|n| factor(*n) > 1.0 + HALF_SPACE).count();
     let reason = format!(
         "slab {:.1} Å deep, {ratio:.4} of the cell, on a rigid base: the longest wave is {stiffening:.2} times stiffer than on a \
          half-space, and the {affected} longest by more than 2 %",
@@ -222,16 +208,16 @@ fn depth(used: &Used) -> AuditLine {
 
 fn spacing(used: &Used) -> AuditLine {
     let s = used.spacing_angstrom();
-    let within = s <= WIDEST_SPACING_ANGSTROM;
+    let within = s <= MAX_SPACING_ANGSTROM;
     let reason = if within {
-        format!("s = {s:.4} Å, at most {WIDEST_SPACING_ANGSTROM} Å: no crystal atom passes the net at slope 1")
+        format!("s = {s:.4} Å, at most {MAX_SPACING_ANGSTROM} Å: no crystal atom passes the net at slope 1")
     } else {
         format!(
-            "s = {s:.4} Å is above {WIDEST_SPACING_ANGSTROM} Å: on slopes near 1 the net opens beyond 6.5 Å and crystal atoms \
+            "s = {s:.4} Å is above {MAX_SPACING_ANGSTROM} Å: on slopes near 1 the net opens beyond 6.5 Å and crystal atoms \
              pass it"
         )
     };
-    let asked = if within { s } else { WIDEST_SPACING_ANGSTROM };
+    let asked = if within { s } else { MAX_SPACING_ANGSTROM };
     line("indenter spacing", "s/d_c", asked / CONTACT_DISTANCE_ANGSTROM, s / CONTACT_DISTANCE_ANGSTROM, true, reason)
 }
 
@@ -252,10 +238,6 @@ pub fn distinct_registries(points: usize, cells: usize) -> usize {
     let squared = |v: &[usize]| v.len() * v.len();
     // Residues of even and odd sites are the same set or have nothing in common.
     if even == odd { squared(&even) } else { squared(&even) + squared(&odd) }
-}
-
-fn gcd(a: usize, b: usize) -> usize {
-    if b == 0 { a } else { gcd(b, a % b) }
 }
 
 fn registries(used: &Used) -> AuditLine {
@@ -383,20 +365,6 @@ mod tests {
         }
         input.used.net_points = 0;
         assert!(audit(&input).is_err());
-    }
-
-    #[test]
-    fn layer_stiffening_has_its_limits() {
-        // 14 nm under 97.8 nm, ν = 0.3: 2.68 for the longest wave, 1.42 for the second, half-space from the tenth.
-        let x = 2.0 * PI / 7.0;
-        assert!((layer_stiffening(x, 0.3) - 2.68).abs() < 0.005);
-        assert!((layer_stiffening(2.0 * x, 0.3) - 1.42).abs() < 0.005);
-        assert!((layer_stiffening(10.0 * x, 0.3) - 1.0).abs() < 1e-4);
-        assert_eq!(layer_stiffening(1e4, 0.3), 1.0);
-        // A thin layer is compressed uniaxially: stiffness M/t with M = 2μ(1-ν)/(1-2ν), over q E*/2 = q μ/(1-ν).
-        let (thin, nu) = (0.01, 0.3);
-        let expected = 2.0 * (1.0 - nu) * (1.0 - nu) / (1.0 - 2.0 * nu) / thin;
-        assert!((layer_stiffening(thin, nu) / expected - 1.0).abs() < 1e-3);
     }
 
     #[test]

@@ -6,8 +6,8 @@
 use super::block::Block;
 use crate::{Error, Result};
 
-/// Rigid atoms farther apart than this let block atoms through: at 5.1 Å and unit slope, 78 atoms of 980 in contact had
-/// passed the indenter, at 4.0 Å four, at 2.54 Å none (measured with a lattice of 5.5884 Å).
+/// Rigid atoms farther apart than this let block atoms through: at rms gradient 1 and four times the reference load, 78
+/// atoms of 980 in contact had passed a net of 5.1 Å, four one of 4.0 Å, none one of 2.54 Å (a lattice of 5.5884 Å).
 pub const MAX_SPACING_ANGSTROM: f64 = 2.6;
 
 /// A grid in step with the lattice shows every point the same registry (adhesion then differs seventeenfold between
@@ -33,7 +33,7 @@ pub fn grid_points(cells: usize, a0: f64) -> usize {
     points
 }
 
-fn gcd(a: usize, b: usize) -> usize {
+pub(super) fn gcd(a: usize, b: usize) -> usize {
     if b == 0 { a } else { gcd(b, a % b) }
 }
 

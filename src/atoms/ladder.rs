@@ -89,8 +89,6 @@ pub struct Between {
     pub frame: Frame,
     /// How far the indenter has come down since the start, Å.
     pub displacement_angstrom: f64,
-    /// Atoms that only one of the two frames holds (they touched in one of them): taken from there as they are.
-    pub one_sided: usize,
 }
 
 impl Ladder {
@@ -151,18 +149,18 @@ impl Ladder {
         })?;
         let (a, b) = (&self.rungs[bracket.lower], &self.rungs[bracket.lower + 1]);
         let (below, above) = (read_frame(frame_file(folder, a.step)?)?, read_frame(frame_file(folder, b.step)?)?);
-        let (frame, one_sided) = interpolate(&below, &above, bracket.weight);
+        let frame = interpolate(&below, &above, bracket.weight);
         let displacement_angstrom =
             a.displacement_angstrom + bracket.weight * (b.displacement_angstrom - a.displacement_angstrom);
-        Ok(Between { bracket, frame, displacement_angstrom, one_sided })
+        Ok(Between { bracket, frame, displacement_angstrom })
     }
 }
 
-/// Positions between two frames of one run; an atom that crossed a periodic face takes the short way. The second value
-/// counts the atoms that only one of them has.
-pub fn interpolate(below: &Frame, above: &Frame, weight: f64) -> (Frame, usize) {
+/// Positions between two frames of one run; an atom that crossed a periodic face takes the short way, one that only one
+/// of them has (it touched in one of them) stays where it is there.
+pub fn interpolate(below: &Frame, above: &Frame, weight: f64) -> Frame {
     let mut frame = Frame { ids: Vec::new(), species: Vec::new(), positions: Vec::new(), ..below.clone() };
-    let (mut i, mut j, mut one_sided) = (0, 0, 0);
+    let (mut i, mut j) = (0, 0);
     let mut take = |from: &Frame, k: usize, position: [f64; 3]| {
         frame.ids.push(from.ids[k]);
         frame.species.extend(from.species.get(k));
@@ -185,15 +183,13 @@ pub fn interpolate(below: &Frame, above: &Frame, weight: f64) -> (Frame, usize) 
             j += 1;
         } else if j >= above.len() || (i < below.len() && a < b) {
             take(below, i, below.positions[i]);
-            one_sided += 1;
             i += 1;
         } else {
             take(above, j, above.positions[j]);
-            one_sided += 1;
             j += 1;
         }
     }
-    (frame, one_sided)
+    frame
 }
 
 /// The frame of a step, plain or compressed, whichever the LAMMPS that ran could write.
@@ -328,13 +324,13 @@ mod tests {
     fn positions_are_linear_in_the_load_and_cross_faces_the_short_way() {
         let below = frame(&[(1, [9.9, 5.0, 20.0]), (2, [1.0, 1.0, 18.0]), (9, [3.0, 3.0, 21.0])]);
         let above = frame(&[(1, [0.3, 5.4, 19.0]), (4, [2.0, 2.0, 17.0]), (9, [3.0, 3.0, 20.0])]);
-        let (between, one_sided) = interpolate(&below, &above, 0.25);
-        assert_eq!((&between.ids[..], one_sided), (&[1, 2, 4, 9][..], 2));
+        let between = interpolate(&below, &above, 0.25);
+        assert_eq!(between.ids, [1, 2, 4, 9]);
         let expected = [10.0, 5.1, 19.75];
         assert!(between.positions[0].iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12));
         assert_eq!(between.positions[2], [2.0, 2.0, 17.0]);
         assert_eq!(between.positions[3], [3.0, 3.0, 20.75]);
-        assert_eq!(interpolate(&below, &above, 0.0).0.position(1), below.position(1));
+        assert_eq!(interpolate(&below, &above, 0.0).position(1), below.position(1));
     }
 
     #[test]

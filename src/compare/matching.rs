@@ -2,11 +2,13 @@
 
 use super::overlap;
 use crate::atoms::wall::{CONTACT_DISTANCE_ANGSTROM, Wall};
-use crate::grid::{Field, Grid};
+use crate::grid::{Field, Grid, bilinear};
 use crate::record::results::CriterionMatch;
 
-/// Nodes of a grid nearest to the surface sites of the block, and the same after a shift that destroys all registry.
+/// The surface sites of the block on a continuum grid, and the same after a shift that destroys all registry.
 pub struct Sites {
+    grid: Grid,
+    positions: Vec<[f64; 2]>,
     nodes: Vec<usize>,
     shifted: Vec<usize>,
 }
@@ -18,20 +20,27 @@ impl Sites {
             let (i, j) = ((x / grid.dx()).round() as usize % grid.nx, (y / grid.dy()).round() as usize % grid.ny);
             j * grid.nx + i
         };
+        let positions: Vec<[f64; 2]> = sites.collect();
         let (nodes, shifted) =
-            sites.map(|[x, y]| (node(x, y), node((x + 1.0 / 3.0).fract(), (y + 0.2).fract()))).unzip();
-        Sites { nodes, shifted }
+            positions.iter().map(|&[x, y]| (node(x, y), node((x + 1.0 / 3.0).fract(), (y + 0.2).fract()))).unzip();
+        Sites { grid, positions, nodes, shifted }
     }
 
-    /// Values of a field at the sites.
+    /// Values of a field at the sites, between its nodes.
     pub fn sample(&self, field: Field) -> Vec<f64> {
-        self.nodes.iter().map(|&n| field.at(n)).collect()
+        self.positions.iter().map(|&[x, y]| bilinear(self.grid, |n| field.at(n), x, y)).collect()
+    }
+
+    /// Which sites a gap field touches. Read at the nearest node: between a touching node and an open one no gap is zero,
+    /// and interpolation would take the edge from every contact.
+    pub fn touching(&self, gap: Field, threshold: f64) -> Vec<bool> {
+        self.nodes.iter().map(|&n| gap.at(n) <= threshold).collect()
     }
 
     /// The continuum's contact (gap of at most `threshold`) against the atoms' at the same sites.
     pub fn judge(&self, gap: Field, threshold: f64, atoms: &[bool], describe: Criteria, length: f64) -> CriterionMatch {
-        let at = |nodes: &[usize]| nodes.iter().map(|&n| gap.at(n) <= threshold).collect::<Vec<bool>>();
-        let (here, shifted) = (at(&self.nodes), at(&self.shifted));
+        let here = self.touching(gap, threshold);
+        let shifted: Vec<bool> = self.shifted.iter().map(|&n| gap.at(n) <= threshold).collect();
         let threshold_angstrom = threshold * length;
         CriterionMatch {
             id: describe.id().into(),
@@ -111,13 +120,18 @@ mod tests {
         assert!(softness_threshold(&wall, 1e-9, |_| fraction) < 1e-9);
     }
 
-    /// Samples land on the nearest node, and the shifted map is the map shifted by (1/3, 1/5).
+    /// Contact is read at the nearest node, values between nodes; the shifted map is the map shifted by (1/3, 1/5).
     #[test]
-    fn sites_sample_the_nearest_node() {
+    fn sites_read_contact_at_nodes_and_values_between() {
         let grid = Grid::unit(30, 30);
         let gap: Vec<f64> = (0..900).map(f64::from).collect();
         let sites = Sites::new(grid, [[0.0, 0.0], [0.99, 0.5], [0.51 / 30.0, 0.0]].into_iter());
-        assert_eq!(sites.sample(Field::F64(&gap)), [0.0, 15.0 * 30.0, 1.0]);
+        assert_eq!(sites.nodes, [0, 15 * 30, 1]);
+        assert_eq!(sites.touching(Field::F64(&gap), 0.5), [true, false, false]);
+        let values = sites.sample(Field::F64(&gap));
+        for (found, exact) in values.iter().zip([0.0, 450.0 + 0.3 * 29.0, 0.51]) {
+            assert!((found - exact).abs() < 1e-9, "{values:?}");
+        }
         assert_eq!(sites.shifted[0], 6 * 30 + 10);
     }
 }

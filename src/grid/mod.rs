@@ -1,11 +1,13 @@
 //! The periodic grid, its wave vectors, the real transform on it and sums whose order does not depend on threads.
 
+mod interpolate;
 mod real;
 mod sums;
 mod transform;
 
+pub use interpolate::{bilinear, interpolate};
 pub use real::{Field, Real};
-pub use sums::{block_sums, mean, rms, sum_rows};
+pub use sums::{block_sums, lowest, mean, rms, sum_rows};
 pub use transform::{Filter, Transform};
 
 use std::f64::consts::PI;

@@ -32,6 +32,11 @@ pub fn mean<T: Real>(field: &[T]) -> f64 {
     s / field.len() as f64
 }
 
+/// Smallest value of a field; the order of comparisons does not matter.
+pub fn lowest<T: Real>(field: &[T]) -> T {
+    field.par_iter().copied().reduce(T::infinity, T::min)
+}
+
 /// Root mean square deviation of a field from its mean.
 pub fn rms<T: Real>(field: &[T]) -> f64 {
     let m = mean(field);

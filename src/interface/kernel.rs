@@ -46,7 +46,7 @@ impl Layer {
     const DEEP: f64 = 25.0;
 
     /// Stiffness over that of a half-space, at `w = q·t`.
-    fn factor(&self, w: f64) -> f64 {
+    pub fn stiffening(&self, w: f64) -> f64 {
         if w > Self::DEEP {
             return 1.0;
         }
@@ -88,7 +88,7 @@ impl Layer {
 impl Kernel for Layer {
     #[inline]
     fn stiffness(&self, q: f64) -> f64 {
-        if q == 0.0 { 0.0 } else { 0.5 * q * self.factor(q * self.thickness) }
+        if q == 0.0 { 0.0 } else { 0.5 * q * self.stiffening(q * self.thickness) }
     }
 }
 
@@ -152,11 +152,11 @@ mod tests {
     fn printed_stiffening_of_the_longest_waves() {
         let slab = Layer { thickness: 139.71 / 977.97, poisson: 0.3, base: Base::Bonded };
         for (n, factor) in [(1.0, 2.68), (2.0, 1.42), (5.0, 1.007)] {
-            assert!((slab.factor(2.0 * PI * n * slab.thickness) - factor).abs() < 0.006, "{n}");
+            assert!((slab.stiffening(2.0 * PI * n * slab.thickness) - factor).abs() < 0.006, "{n}");
         }
         let rubber = Layer { thickness: 0.15, poisson: 0.5, base: Base::Bonded };
         for (n, factor) in [(1.0, 4.61), (2.0, 1.66), (5.0, 1.009)] {
-            assert!((rubber.factor(2.0 * PI * n * 0.15) - factor).abs() < 0.006, "{n}");
+            assert!((rubber.stiffening(2.0 * PI * n * 0.15) - factor).abs() < 0.006, "{n}");
         }
     }
 

@@ -19,6 +19,11 @@ pub trait Law: Copy + Sync + Send {
     /// Slope of the traction, `dt/dg`: negative where attraction fades with the gap, positive where a soft wall pushes.
     fn slope(&self, g: f64) -> f64;
 
+    /// Gap at which the wall pushes with `stress`: zero for a hard one.
+    fn closest(&self, _stress: f64) -> f64 {
+        0.0
+    }
+
     /// Upper bound of `|slope|` over the gaps at which the wall pushes with no more than `stress` (units of E*).
     fn stiffest(&self, stress: f64) -> f64;
 
@@ -209,6 +214,10 @@ impl Law for LennardJonesWall {
         -self.strength * (v + d * dv)
     }
 
+    fn closest(&self, stress: f64) -> f64 {
+        self.gap_at(stress)
+    }
+
     fn stiffest(&self, stress: f64) -> f64 {
         self.slope(self.gap_at(stress))
     }
@@ -239,7 +248,8 @@ impl<W: Law, A: Law> Law for WithAdhesion<W, A> {
     }
 
     fn stiffest(&self, stress: f64) -> f64 {
-        self.wall.stiffest(stress) + self.adhesion.stiffest(stress)
+        // Behind a soft wall the attraction is steeper than at zero gap.
+        self.wall.stiffest(stress) + self.adhesion.slope(self.wall.closest(stress)).abs()
     }
 
     fn on_mesh(&self, dx: f64) -> Self {

@@ -10,7 +10,7 @@
 //! `K` has no mean mode, so the mean of `t - v'` is the pressure whatever the gap: load balance is a statement about `t`.
 
 use super::{Load, Problem, State, Stop};
-use crate::grid::{Filter, Grid, Real, Transform, block_sums, rms};
+use crate::grid::{Filter, Grid, Real, Transform, block_sums, lowest, rms};
 use crate::interface::{Adhesion, HardWall, Kernel, Law, Wall, WithAdhesion};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
@@ -138,7 +138,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
     pub fn new(problem: &'p Problem<'p>, kernel: K, law: L) -> Self {
         let grid = problem.grid;
         let (heights, offset) = T::heights(problem.heights, crate::grid::mean(problem.heights));
-        let lowest = heights.iter().copied().fold(T::infinity(), T::min);
+        let lowest = lowest(&heights);
         let transform = Transform::new(grid);
         let rms_height = rms(&heights);
         let stiffness = Stiffness { grid, kernel };
@@ -309,7 +309,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
         let law = if L::HARD {
             self.law.stiffest(0.0)
         } else {
-            let lowest = gap.iter().copied().fold(T::infinity(), T::min).wide();
+            let lowest = lowest(gap).wide();
             self.law.stiffest(4.0 * self.pressure.max(0.25)).max(self.law.slope(lowest).abs())
         };
         self.problem.stiffest_mode() + law

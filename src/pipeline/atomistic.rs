@@ -9,7 +9,7 @@ use crate::atoms::job::{Interaction, Job, Ladder, POTENTIAL_FILE};
 use crate::atoms::ladder;
 use crate::atoms::potential::Potential;
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
-use crate::grid::Grid;
+use crate::grid::{Grid, bilinear};
 use crate::record::land::land;
 use crate::record::results::{AtomState, AtomsResults, LadderStep};
 use crate::record::{csv, npy, xyz};
@@ -128,27 +128,6 @@ pub fn climb(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Result<
     Ok(Climbed { engine: engine.describe().to_string(), steps: finished.steps, unconverged: finished.unconverged })
 }
 
-/// The indenter's surface between its atoms: bilinear on a fine grid of the same band-limited profile, Å. Sixteen nodes
-/// in the shortest wave leave an error of a hundredth of that wave's amplitude.
-struct Profile<'a> {
-    grid: Grid,
-    heights: &'a [f64],
-    length: f64,
-}
-
-impl Profile<'_> {
-    fn at(&self, x: f64, y: f64) -> f64 {
-        let n = self.grid.nx;
-        let (u, v) = (x / self.length * n as f64, y / self.length * n as f64);
-        let (i, j) = (u.floor(), v.floor());
-        let (fx, fy) = (u - i, v - j);
-        let wrap = |k: f64| (k as i64).rem_euclid(n as i64) as usize;
-        let node = |di: f64, dj: f64| self.heights[wrap(j + dj) * n + wrap(i + di)];
-        (1.0 - fy) * ((1.0 - fx) * node(0.0, 0.0) + fx * node(1.0, 0.0))
-            + fy * ((1.0 - fx) * node(0.0, 1.0) + fx * node(1.0, 1.0))
-    }
-}
-
 /// Reads a job folder that has run, outside a run folder: files are named relative to `out`.
 pub fn read_atoms(case: &Case, atoms: &AtomsCase, job: &Job, out: &Path) -> Result<AtomsResults> {
     let climbed = Climbed { engine: "unknown".into(), steps: Vec::new(), unconverged: Vec::new() };
@@ -165,21 +144,23 @@ pub(super) fn read(
     stage: &str,
 ) -> Result<AtomsResults> {
     let points = Grid::unit(atoms.points, atoms.points);
-    let touch = 2f64.powf(1.0 / 6.0) * atoms.wall.sigma_angstrom;
+    let touch = atoms.wall.minimum_angstrom();
     let indenter = Indenter::above(&atoms.block, atoms.points, atoms.heights_angstrom(&case.surface, points), touch)?;
     let sites = atoms.block.surface();
     let owners = sites.onto_grid(atoms.matched.nx, atoms.matched.ny);
     let fine = atoms.heights_angstrom(&case.surface, atoms.matched);
     // Both grids are shifted to their own lowest node; the indenter stands where its atoms say.
     let offset = fine[0] - indenter.heights()[0];
-    let profile = Profile { grid: atoms.matched, heights: &fine, length: sites.length() };
+    // The indenter's surface between its atoms: sixteen nodes in the shortest wave leave an error of a hundredth of that
+    // wave's amplitude.
+    let profile = |x: f64, y: f64| bilinear(atoms.matched, |k| fine[k], x / sites.length(), y / sites.length());
     let rungs = ladder::Ladder::read(&job.folder)?;
     let mut states = Vec::new();
     for (i, &p_star) in case.scene.load.p_star.iter().enumerate() {
         let between = rungs.at_load(&job.folder, p_star * atoms.load_unit)?;
         let down = between.displacement_angstrom;
         let touching = contact(&between.frame, &indenter, down, &sites, CONTACT_DISTANCE_ANGSTROM);
-        let surface = |x: f64, y: f64| indenter.start_z() - down + profile.at(x, y) - offset;
+        let surface = |x: f64, y: f64| indenter.start_z() - down + profile(x, y) - offset;
         let gap = gaps(&between.frame, &sites, surface, touch)?;
         let name = |what: &str, end: &str| format!("load-{}-{what}.{end}", i + 1);
         let path = |what: &str, end: &str| folder.join(name(what, end));

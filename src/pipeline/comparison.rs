@@ -3,12 +3,13 @@
 use super::Listener;
 use super::atomistic::site_positions;
 use super::continuum::{Keep, LoadPath, load_path};
+use crate::atoms::contact::onto_grid;
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
 use crate::compare::{Criteria, Sites, registration, softness_threshold};
 use crate::grid::Field;
 use crate::interface::{Kernel, Wall};
 use crate::method::{Precision, Problem};
-use crate::observe::{Connectivity, along_y, column_at, contact_area, contact_map, patch_sizes};
+use crate::observe::{Connectivity, along_y, column_at, contact_area, patch_sizes};
 use crate::record::npy;
 use crate::record::results::{
     AtomState, AtomsResults, ComparisonResults, ContinuumResults, CriterionArea, LoadComparison, Section, StateResults,
@@ -114,7 +115,9 @@ pub(super) fn compare(
 ) -> Result<ComparisonResults> {
     let grid = atoms.matched;
     let length = atoms.block.length();
-    let sites = Sites::new(grid, site_positions(&atoms.block.surface()));
+    let surface = atoms.block.surface();
+    let sites = Sites::new(grid, site_positions(&surface));
+    let owners = surface.onto_grid(grid.nx, grid.ny);
     let (mut loads, mut sections) = (Vec::new(), Vec::new());
     for (i, state) in found.states.iter().enumerate() {
         let (hard, soft) = (&matched.hard.states[i], &matched.soft.states[i]);
@@ -133,7 +136,9 @@ pub(super) fn compare(
             sites.judge(soft_gap.field(), even_odds, &touching, Criteria::SoftWall, length),
         ];
         let atoms_map = npy::read_flags(&root.join(&state.contact_map))?.values;
-        let soft_map = contact_map(soft_gap.field(), even_odds);
+        // At the atoms' resolution: a finer map would have more and smaller patches.
+        let soft_flags: Vec<u8> = sites.touching(soft_gap.field(), even_odds).iter().map(|t| u8::from(*t)).collect();
+        let soft_map: Vec<u8> = onto_grid(&soft_flags, &owners);
         let soft_sites = sites.sample(soft_gap.field());
         let open: Vec<f64> = (0..touching.len())
             .filter(|&s| !touching[s] && soft_sites[s] > even_odds)

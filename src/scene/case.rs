@@ -285,6 +285,12 @@ impl AtomsCase {
         }
         let scales = Scales { length_m: length * crate::units::ANGSTROM_M, modulus_pa: modulus_gpa * 1e9 };
         let matched = Grid::unit(MATCHED_REFINEMENT * points, MATCHED_REFINEMENT * points);
+        // Heights and their spectrum, here already: the audit needs what the low-pass leaves.
+        let (need, have) = (3 * 8 * matched.points() as u64, crate::sys::available_memory_bytes());
+        if need > have {
+            let what = format!("the indenter's profile on {} x {} points", matched.nx, matched.ny);
+            return Err(Error::Memory { what, need, have, advice: "a smaller atoms.cells needs less".into() });
+        }
         let profile = case.surface.heights(matched, low_pass);
         let resolved = moments(matched, &profile);
         if resolved.rms_gradient == 0.0 {

@@ -1,5 +1,5 @@
 use super::{Amplitudes, Spectrum};
-use crate::grid::{Grid, Real, Transform, block_sums, signed_mode};
+use crate::grid::{Grid, Real, Transform, block_sums, interpolate, lowest, signed_mode};
 use rand::{Rng, SeedableRng, rngs::ChaCha8Rng};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
@@ -110,25 +110,12 @@ pub fn resample(from: Grid, heights: &[f64], to: Grid, low_pass: f64) -> Vec<f64
     let mut source = transform.spectrum();
     transform.forward(heights, &mut source);
     let target = Transform::<f64>::new(to);
-    let mut spectrum = target.spectrum();
-    let per_point = 1.0 / from.points() as f64;
-    let below_nyquist = |k: i64, n: usize| 2 * k.unsigned_abs() < n as u64;
-    spectrum.par_chunks_mut(to.half()).enumerate().for_each(|(j, row)| {
-        let ky = signed_mode(j, to.ny);
-        if !(below_nyquist(ky, to.ny) && below_nyquist(ky, from.ny)) {
-            return;
-        }
-        let old = ky.rem_euclid(from.ny as i64) as usize * from.half();
-        for (i, value) in row.iter_mut().enumerate() {
-            let kx = i as i64;
-            let n = (kx as f64).hypot(ky as f64 * to.lx / to.ly);
-            if n > 0.0 && below_nyquist(kx, to.nx) && below_nyquist(kx, from.nx) && n * low_pass <= 1.0 + 1e-9 {
-                *value = source[old + i] * per_point;
-            }
-        }
-    });
     let mut resampled = vec![0.0; to.points()];
-    target.inverse(&mut spectrum, &mut resampled);
+    let kept = |kx: i64, ky: i64| {
+        let n = (kx as f64).hypot(ky as f64 * to.lx / to.ly);
+        n > 0.0 && n * low_pass <= 1.0 + 1e-9
+    };
+    interpolate(&transform, &source, &target, &mut target.spectrum(), &mut resampled, kept);
     resampled
 }
 
@@ -139,7 +126,7 @@ fn uniform(bits: u64) -> f64 {
 
 /// Shifts heights so that the lowest, which touches first, is at 0. Returns what was subtracted.
 pub fn lower_to_zero<T: Real>(heights: &mut [T]) -> f64 {
-    let lowest = heights.iter().copied().fold(T::infinity(), T::min);
+    let lowest = lowest(heights);
     heights.par_iter_mut().for_each(|h| *h -= lowest);
     lowest.wide()
 }

@@ -1,5 +1,5 @@
 use super::inner::Inner;
-use crate::grid::{Grid, Real, Transform, block_sums, signed_mode};
+use crate::grid::{Grid, Real, Transform, block_sums, interpolate, lowest};
 use crate::interface::{Kernel, Law};
 use crate::method::operator::{Balance, KKT, Stiffness, kkt};
 use rayon::prelude::*;
@@ -58,7 +58,7 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
 
     /// No displacement: the surfaces at first touch.
     pub fn touch(&mut self) {
-        let lowest = self.heights.iter().copied().fold(T::infinity(), T::min);
+        let lowest = lowest(&self.heights);
         self.gap = self.heights.par_iter().map(|&h| h - lowest).collect();
     }
 
@@ -68,7 +68,7 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
         gap.par_iter_mut().zip(heights.par_iter()).for_each(|(g, &h)| *g = h - offset - *g);
         from.forward(&gap, &mut spectrum);
         self.gap = vec![T::zero(); self.grid().points()];
-        interpolate(&from, &spectrum, &self.transform, &mut self.spectrum, &mut self.gap);
+        interpolate(&from, &spectrum, &self.transform, &mut self.spectrum, &mut self.gap, |_, _| true);
         let offset = self.offset;
         self.gap.par_iter_mut().zip(self.heights.par_iter()).for_each(|(g, &h)| {
             *g = h - offset - *g;
@@ -158,30 +158,4 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
     pub fn pairs(&self) -> f64 {
         self.pairs + self.inner.pairs
     }
-}
-
-/// The field whose half spectrum on `from` is given, on the grid of `to` by its Fourier series: modes that both grids hold
-/// below their Nyquist modes, the mean included.
-pub(super) fn interpolate<T: Real>(
-    from: &Transform<T>,
-    spectrum: &[Complex<T>],
-    to: &Transform<T>,
-    scratch: &mut [Complex<T>],
-    field: &mut [T],
-) {
-    let (old, new) = (from.grid(), to.grid());
-    let per_point = T::of(1.0 / old.points() as f64);
-    let held = |k: i64, n: usize| k == 0 || 2 * k.unsigned_abs() < n as u64;
-    let columns = (0..new.half().min(old.half())).filter(|&i| held(i as i64, new.nx) && held(i as i64, old.nx)).count();
-    scratch.par_chunks_mut(new.half()).enumerate().for_each(|(j, row)| {
-        row.fill(Complex::default());
-        let ky = signed_mode(j, new.ny);
-        if held(ky, new.ny) && held(ky, old.ny) {
-            let start = ky.rem_euclid(old.ny as i64) as usize * old.half();
-            for (value, source) in row[..columns].iter_mut().zip(&spectrum[start..]) {
-                *value = source.scale(per_point);
-            }
-        }
-    });
-    to.inverse(scratch, field);
 }

@@ -12,9 +12,9 @@ mod level;
 use super::operator::{Build, Operator, Outcome, Progress, dispatch};
 use super::{Card, ContactMethod, Criterion, Iteration, Load, Plan, Precision, Problem, Run, State, Stop, Watch};
 use crate::Result;
-use crate::grid::{Grid, Real, Transform};
+use crate::grid::{Grid, Real, Transform, interpolate};
 use crate::interface::{Kernel, Law};
-use level::{Level, Trial, interpolate};
+use level::{Level, Trial};
 use std::borrow::Cow;
 use std::time::Instant;
 
@@ -188,7 +188,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
             .map(|&grid| {
                 let to = Transform::new(grid);
                 let mut heights = vec![T::zero(); grid.points()];
-                interpolate(transform, &spectrum, &to, &mut to.spectrum(), &mut heights);
+                interpolate(transform, &spectrum, &to, &mut to.spectrum(), &mut heights, |_, _| true);
                 heights
             })
             .collect()

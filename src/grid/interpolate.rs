@@ -1,0 +1,58 @@
+use super::{Grid, Real, Transform, signed_mode};
+use rayon::prelude::*;
+use rustfft::num_complex::Complex;
+
+/// The field whose half spectrum on `from` is given, on the grid of `to` by its Fourier series: the modes (kx, ky), mean
+/// included, that both grids hold below their Nyquist modes and that are `kept`. `scratch` is a spectrum of `to`.
+pub fn interpolate<T: Real>(
+    from: &Transform<T>,
+    spectrum: &[Complex<T>],
+    to: &Transform<T>,
+    scratch: &mut [Complex<T>],
+    field: &mut [T],
+    kept: impl Fn(i64, i64) -> bool + Sync,
+) {
+    let (old, new) = (from.grid(), to.grid());
+    let per_point = T::of(1.0 / old.points() as f64);
+    let held = |k: i64, n: usize| k == 0 || 2 * k.unsigned_abs() < n as u64;
+    let columns = (0..new.half().min(old.half())).filter(|&i| held(i as i64, new.nx) && held(i as i64, old.nx)).count();
+    scratch.par_chunks_mut(new.half()).enumerate().for_each(|(j, row)| {
+        row.fill(Complex::default());
+        let ky = signed_mode(j, new.ny);
+        if held(ky, new.ny) && held(ky, old.ny) {
+            let start = ky.rem_euclid(old.ny as i64) as usize * old.half();
+            for (kx, (value, source)) in row[..columns].iter_mut().zip(&spectrum[start..]).enumerate() {
+                if kept(kx as i64, ky) {
+                    *value = source.scale(per_point);
+                }
+            }
+        }
+    });
+    to.inverse(scratch, field);
+}
+
+/// Value between nodes of the periodic grid at (x, y), linear along each axis between the four nodes around, of which
+/// `node` gives the values.
+pub fn bilinear(grid: Grid, node: impl Fn(usize) -> f64, x: f64, y: f64) -> f64 {
+    let (u, v) = (x / grid.dx(), y / grid.dy());
+    let (i, j) = (u.floor(), v.floor());
+    let (fx, fy) = (u - i, v - j);
+    let wrap = |k: f64, n: usize| (k as i64).rem_euclid(n as i64) as usize;
+    let at = |di: f64, dj: f64| node(wrap(j + dj, grid.ny) * grid.nx + wrap(i + di, grid.nx));
+    (1.0 - fy) * ((1.0 - fx) * at(0.0, 0.0) + fx * at(1.0, 0.0)) + fy * ((1.0 - fx) * at(0.0, 1.0) + fx * at(1.0, 1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A plane is met exactly inside the cell, and the seam joins the last node to the first.
+    #[test]
+    fn bilinear_on_a_plane_and_across_the_seam() {
+        let grid = Grid { nx: 5, ny: 4, lx: 1.0, ly: 2.0 };
+        let node = |k: usize| 3.0 * (k % 5) as f64 - (k / 5) as f64;
+        assert!((bilinear(grid, node, 0.33, 1.2) - (3.0 * 1.65 - 2.4)).abs() < 1e-12);
+        assert!((bilinear(grid, node, 0.9, 0.0) - 6.0).abs() < 1e-12);
+        assert_eq!(bilinear(grid, node, -0.2, -0.5), 12.0 - 3.0);
+    }
+}
