@@ -153,7 +153,7 @@ fn full_contact() {
             transform.forward(&heights, &mut spectrum);
             for j in 0..grid.ny {
                 for i in 0..grid.half() {
-                    let k = Elastic::HalfSpace.stiffness(grid.qx(i).hypot(grid.qy(j))) / grid.points() as f64;
+                    let k = Elastic::HalfSpace.stiffness(grid.qx(i), grid.qy(j)) / grid.points() as f64;
                     spectrum[j * grid.half() + i] *= -k;
                 }
             }

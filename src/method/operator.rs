@@ -30,7 +30,7 @@ impl<T: Real, K: Kernel> Filter<T> for Stiffness<K> {
         let mut sum = 0.0;
         for (j, c) in column.iter_mut().enumerate() {
             let qy = self.grid.qy(j);
-            let k = self.kernel.stiffness((qx * qx + qy * qy).sqrt()) * per_point;
+            let k = self.kernel.stiffness(qx, qy) * per_point;
             sum += k * c.norm_sqr().wide();
             *c = c.scale(T::of(k));
         }

@@ -57,7 +57,7 @@ impl Problem<'_> {
         let lowest = std::f64::consts::TAU / self.grid.lx.max(self.grid.ly);
         let ratio = (self.grid.q_max() / lowest).max(1.0);
         (0..=SAMPLES)
-            .map(|k| self.kernel.stiffness(lowest * ratio.powf(f64::from(k) / f64::from(SAMPLES))))
+            .map(|k| self.kernel.stiffness(lowest * ratio.powf(f64::from(k) / f64::from(SAMPLES)), 0.0))
             .fold((f64::INFINITY, 0.0), |(softest, stiffest), k| (softest.min(k), stiffest.max(k)))
     }
 

@@ -235,7 +235,7 @@ fn findings(
         }
     }
     list.push(yield_finding(&found.states));
-    let slab = atoms.kernel().stiffness(std::f64::consts::TAU) / std::f64::consts::PI;
+    let slab = atoms.kernel().stiffness(std::f64::consts::TAU, 0.0) / std::f64::consts::PI;
     list.push(format!(
         "The block is {:.1} Å deep on a rigid base, which makes the longest wave {slab:.2} times stiffer than on a \
          half-space; the continuum compared here has a layer of the same depth, with isotropic constants in place of the \

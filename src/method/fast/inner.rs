@@ -25,9 +25,13 @@ impl<K: Kernel> Filter<f32> for Metric<K> {
         let mut sum = 0.0;
         for (j, c) in column.iter_mut().enumerate() {
             let qy = self.grid.qy(j);
-            let q = (qx * qx + qy * qy).sqrt();
-            let stiffness = if q == 0.0 { self.mean } else { self.kernel.stiffness(q) };
-            let factor = if !self.inverse { if q == 0.0 { 0.0 } else { stiffness } } else { 1.0 / stiffness };
+            let rigid = qx == 0.0 && qy == 0.0;
+            let factor = match (self.inverse, rigid) {
+                (false, true) => 0.0,
+                (false, false) => self.kernel.stiffness(qx, qy),
+                (true, true) => 1.0 / self.mean,
+                (true, false) => 1.0 / self.kernel.stiffness(qx, qy),
+            };
             sum += factor * c.norm_sqr().wide();
             *c = c.scale((factor * per_point) as f32);
         }
