@@ -64,6 +64,15 @@ impl Surface {
                 atoms: None,
             },
         };
+        if let Some(path) = self.heights.as_ref().filter(|p| !p.exists()) {
+            let accepted = "a height map (.npy or an ASCII matrix)";
+            return Err(Error::input(
+                "command line",
+                "--heights",
+                format!("{} (no such file)", path.display()),
+                accepted,
+            ));
+        }
         // A surface has no atoms and no adhesion to be checked.
         (scene.atoms, scene.adhesion) = (None, None);
         self.overwrite(&mut scene);

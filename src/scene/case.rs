@@ -1,4 +1,4 @@
-use super::check::{complaints, cut_offs};
+use super::check::{complaints, cut_offs, missing_files};
 use super::{Scene, Slope, Surface, SurfaceScene, Touching};
 use crate::atoms::audit::{Asked, AuditInput, Used, audit};
 use crate::atoms::block::Block;
@@ -93,7 +93,7 @@ impl Case {
     /// `file` is named in messages and is what relative paths are relative to.
     pub fn resolve(scene: Scene, file: &Path) -> Result<Case> {
         let place = file.display().to_string();
-        let list = complaints(&scene);
+        let list = [complaints(&scene), missing_files(&scene, file)].concat();
         if !list.is_empty() {
             return Err(Error::Input { place, list });
         }
@@ -205,7 +205,7 @@ impl Case {
     }
 }
 
-fn beside(file: &Path, path: &Path) -> PathBuf {
+pub(super) fn beside(file: &Path, path: &Path) -> PathBuf {
     file.parent().unwrap_or(Path::new("")).join(path)
 }
 
