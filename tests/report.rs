@@ -204,6 +204,7 @@ fn run_folder(folder: &Path) -> Results {
         symbol: symbol.into(),
         unit: unit.into(),
         expected,
+        held: None,
         realised,
         band,
     };

@@ -96,6 +96,9 @@ pub struct Statistic {
     pub unit: String,
     /// Ensemble value of the spectrum; none for an imported surface.
     pub expected: Option<f64>,
+    /// The same of the modes that the grid holds, where it does not hold the whole spectrum.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held: Option<f64>,
     pub realised: f64,
     /// Half-width of the band in which a realisation is expected (two standard deviations), where known.
     pub band: Option<f64>,

@@ -105,7 +105,7 @@ impl Case {
             Surface::Synthesised { modes, spectrum, .. } => {
                 let grid = Grid::unit(scene.surface.grid, scene.surface.grid);
                 if !modes.held_by(grid) {
-                    let kept = spectrum.expected(1.0, 2.0 / grid.nx as f64).rms_gradient;
+                    let kept = spectrum.expected_on(grid).rms_gradient;
                     warnings.push(format!(
                         "the grid of {0}² points cannot hold λ_s: modes above n = {1} are left out and {kept:.3} of the \
                          rms gradient {2:.3} is resolved ({3}² points would hold all)",
