@@ -244,6 +244,7 @@ fn run_folder(folder: &Path) -> Results {
                 name: (*name).into(),
                 key: "8f3a61c9d2e4b7a0cc".into(),
                 seconds,
+                earlier_seconds: 0.0,
                 peak_rss_bytes: 312_000_000,
                 reused: *name == "surface",
             })

@@ -296,7 +296,11 @@ pub struct Section {
 pub struct StageCost {
     pub name: String,
     pub key: String,
+    /// All that was spent on it, earlier attempts included.
     pub seconds: f64,
+    /// What attempts that were stopped had spent on what the last one went on from.
+    #[serde(default)]
+    pub earlier_seconds: f64,
     pub peak_rss_bytes: u64,
     /// Taken from an earlier run with the same key.
     pub reused: bool,
