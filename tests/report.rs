@@ -342,7 +342,7 @@ fn what_is_missing_or_damaged_is_named() {
         let message = report::write(folder.path()).unwrap_err().to_string();
         assert!(expected.iter().all(|e| message.contains(e)), "{message}");
     };
-    says(&["results.json", "read"]);
+    says(&["not a run folder", "results.json and manifest.json are missing"]);
     let path = folder.path().join("results.json");
     std::fs::write(&path, "{\"schema\": 99, \"new\": []}").unwrap();
     says(&["results.json", "schema 99, written by a newer version", "schema 1 or older"]);

@@ -1,6 +1,6 @@
 //! Answers on stdout.
 
-use crate::record::results::{Overlap, Results, Statistic};
+use crate::record::results::{AuditLine, Overlap, Results, Statistic};
 use crate::report::number::{percent, significant};
 use crate::{Error, Result};
 use comfy_table::Table;
@@ -76,7 +76,7 @@ pub fn results(results: &Results) {
                     significant(s.mean_gap * um, 4),
                     s.patches.to_string(),
                     format!("{:.1e}", s.residual),
-                    s.fft_pairs.to_string(),
+                    format!("{:.1}", s.fft_pairs),
                     s.stop.clone(),
                 ]
             }),

@@ -134,7 +134,10 @@ pub(super) fn load_path(
         return Err(Error::Memory {
             what: format!(
                 "{} on {} x {} points in {:?}",
-                path.method, problem.grid.nx, problem.grid.ny, problem.precision
+                method.card().id,
+                problem.grid.nx,
+                problem.grid.ny,
+                problem.precision
             ),
             need: plan.bytes,
             have,
