@@ -56,17 +56,14 @@ pub enum Error {
     #[error("{}", complaints(.place, .list))]
     Input { place: String, list: Vec<Complaint> },
     /// A scene file that is not TOML, or has an unknown key or a value of the wrong type.
-    #[error("{}, line {line} ({text}): {message}", .file.display())]
-    Syntax { file: PathBuf, line: usize, text: String, message: String },
+    #[error("{}{}: {message}", .file.display(), .line.map_or(String::new(), |l| format!(", line {l}")))]
+    Syntax { file: PathBuf, line: Option<usize>, message: String },
     /// A file whose contents are not what they should be.
     #[error("{}: {found}; accepted: {accepted}", .file.display())]
     Format { file: PathBuf, found: String, accepted: String },
     /// A height that is not a finite number, by index (row = y, column = x).
     #[error("{place}: the height at row {row}, column {column} is {value}; accepted: finite numbers")]
     Height { place: String, row: usize, column: usize, value: f64 },
-    /// A method was asked for what its card says it does not deliver.
-    #[error("method {method} does not deliver {quantity}: {reason}")]
-    Unsupported { method: &'static str, quantity: &'static str, reason: String },
     /// A solver stopped short of its tolerance. The partial state is kept in `partial` when there is a run folder.
     #[error("{method} stopped without converging ({why}) after {iterations} iterations: residual {residual:.3e} of the pressure, asked {tolerance:.1e}{}", kept(.partial))]
     NotConverged {
@@ -134,15 +131,12 @@ impl Error {
         move |source| Error::Io { doing, path, source }
     }
 
-    /// 2 bad input, 3 not converged, 4 LAMMPS failed, 5 not possible on this machine, 130 interrupted.
+    /// 2 bad input (also a path that is missing or may not be read or written), 3 not converged, 4 LAMMPS failed, 5 not
+    /// possible on this machine (memory, a full disk, a missing program), 130 interrupted.
     pub fn exit_code(&self) -> u8 {
         use std::io::ErrorKind::{OutOfMemory, QuotaExceeded, StorageFull};
         match self {
-            Error::Input { .. }
-            | Error::Syntax { .. }
-            | Error::Format { .. }
-            | Error::Height { .. }
-            | Error::Unsupported { .. } => 2,
+            Error::Input { .. } | Error::Syntax { .. } | Error::Format { .. } | Error::Height { .. } => 2,
             Error::NotConverged { .. } => 3,
             Error::Lammps { .. } => 4,
             Error::Memory { .. } | Error::MissingProgram { .. } => 5,

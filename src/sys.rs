@@ -140,11 +140,20 @@ pub fn die_with_parent(command: &mut std::process::Command) {
     #[cfg(target_os = "linux")]
     {
         use std::os::unix::process::CommandExt;
-        // SAFETY: between fork and exec only prctl is called, which is async-signal-safe and takes integers.
+        let parent = std::process::id();
+        // SAFETY: between fork and exec only prctl and getppid are called, which are async-signal-safe and take at most
+        // integers; no error made here allocates.
         unsafe {
-            command.pre_exec(|| match libc::prctl(libc::PR_SET_PDEATHSIG, libc::SIGKILL) {
-                0 => Ok(()),
-                _ => Err(std::io::Error::last_os_error()),
+            command.pre_exec(move || {
+                if libc::prctl(libc::PR_SET_PDEATHSIG, libc::SIGKILL) != 0 {
+                    return Err(std::io::Error::last_os_error());
+                }
+                // A parent that ended before prctl sends no signal any more.
+                if std::os::unix::process::parent_id() == parent {
+                    Ok(())
+                } else {
+                    Err(std::io::ErrorKind::NotFound.into())
+                }
             });
         }
     }

@@ -142,6 +142,8 @@ fn the_surface_of_a_scene_is_the_scene_s() {
     let table = predicate::str::contains("rms gradient").and(predicate::str::contains("seed 18"));
     assert!(table.eval(&String::from_utf8_lossy(&plain.stdout)), "{plain:?}");
     assert!(refusal(&["surface", word(&scene), "--hurst", "2"], 2).contains("surface.hurst = 2"));
+    let said = refusal(&["surface", "--heights", "nowhere.npy", "--touching", "low-points"], 2);
+    assert!(said.contains("--heights = nowhere.npy (no such file)"), "{said}");
 }
 
 #[test]
@@ -415,6 +417,82 @@ fn a_run_without_atoms_leaves_a_report() {
     assert!(refusal(&["compare", word(&out)], 2).contains("[atoms]"));
     assert!(refusal(&["report", word(&scratch.path("nowhere"))], 2).contains("nowhere"));
     assert!(refusal(&["atoms", "build", word(&scene), "--out", word(&scratch.path("job"))], 2).contains("atoms"));
+}
+
+#[test]
+fn folders_that_are_no_runs_are_refused() {
+    let scratch = Scratch::new();
+    let (empty, file, nowhere) = (scratch.path("empty"), scratch.path("file"), scratch.path("nowhere"));
+    std::fs::create_dir(&empty).expect("made");
+    std::fs::write(&file, "a file").expect("written");
+    for command in ["report", "compare"] {
+        for (folder, piece) in [
+            (&empty, "results.json and manifest.json are missing"),
+            (&file, "not a run folder but a file"),
+            (&nowhere, "there is no such folder"),
+        ] {
+            let said = refusal(&[command, word(folder)], 2);
+            assert!(said.contains("not a run folder") && said.contains(piece) && said.contains(word(folder)), "{said}");
+        }
+    }
+    assert_eq!(std::fs::read_dir(&empty).expect("there").count(), 0, "something was left in a foreign folder");
+    assert!(!nowhere.exists());
+}
+
+/// Methods are named by their id, also where the scene left the choice to the program, and tables are tables.
+#[test]
+fn plans_and_progress_are_for_people() {
+    let scratch = Scratch::new();
+    let scene = tiny(&scratch, true);
+    let plan = call(&["run", word(&scene), "--dry-run"]);
+    let said = String::from_utf8_lossy(&plan.stdout).into_owned();
+    assert!(said.contains("fast at 2 loads") && !said.contains("auto"), "{said}");
+    // The columns of the audit begin where their heads do.
+    let lines: Vec<Vec<char>> = said.lines().map(|l| l.chars().collect()).collect();
+    let head =
+        lines.iter().position(|l| l.iter().collect::<String>().trim_start().starts_with("group")).expect("a head");
+    let column = said.lines().nth(head).and_then(|l| l.find("verdict")).expect("a column");
+    let audit: Vec<&Vec<char>> = lines[head + 1..].iter().take_while(|l| l.first() == Some(&' ')).collect();
+    assert!(audit.len() > 3, "{said}");
+    for line in audit {
+        assert!(line[column - 1] == ' ' && line[column] != ' ', "{}", line.iter().collect::<String>());
+    }
+    let continuum = call(&["run", word(&tiny(&scratch, false)), "--out", word(&scratch.path("run"))]);
+    let said = stderr(&continuum);
+    assert!(said.contains("fast on 32 x 32 points") && !said.contains("auto"), "{said}");
+    let pairs = String::from_utf8_lossy(&continuum.stdout).into_owned();
+    assert!(pairs.contains("FFT pairs"), "{pairs}");
+}
+
+/// What a coarse grid leaves out of the spectrum is no fault of the surface on it.
+#[test]
+fn a_coarse_grid_is_told_what_it_can_hold() {
+    let told = answer(&["surface", "--grid", "64", "--json"]);
+    let of = |symbol: &str| {
+        let all = told["statistics"].as_array().expect("a list");
+        all.iter().find(|s| s["symbol"] == symbol).unwrap_or_else(|| panic!("no {symbol}")).clone()
+    };
+    for symbol in ["ḡ", "R_c", "m2", "m4"] {
+        let line = of(symbol);
+        assert_relative_eq!(number(&line, "realised"), number(&line, "held"), max_relative = 0.1);
+        assert!((number(&line, "realised") / number(&line, "expected") - 1.0).abs() > 0.3, "{line}");
+    }
+    let fine = answer(&["surface", "--grid", "64", "--cut-off-um", "5", "--json"]);
+    assert!(fine["statistics"].as_array().is_some_and(|all| all.iter().all(|s| s.get("held").is_none())), "{fine}");
+}
+
+#[test]
+fn integer_heights_are_heights() {
+    let scratch = Scratch::new();
+    let height = |i: usize| ((i % 16) * (i / 16) % 7) as i16 - 3;
+    let (whole, real) = (scratch.path("whole.npy"), scratch.path("real.npy"));
+    let map = ndarray::Array2::from_shape_fn((16, 16), |(y, x)| height(16 * y + x));
+    ndarray_npy::write_npy(&whole, &map).expect("written");
+    npy::write(&real, 16, 16, (0..256).map(|i| f64::from(height(i)))).expect("written");
+    let solved = [&whole, &real].map(|file| {
+        lasting(answer(&["solve", "--heights", word(file), "--length", "500", "--pressure", "0.01", "--json"]))
+    });
+    assert_eq!(solved[0], solved[1]);
 }
 
 #[test]

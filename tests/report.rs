@@ -204,6 +204,7 @@ fn run_folder(folder: &Path) -> Results {
         symbol: symbol.into(),
         unit: unit.into(),
         expected,
+        held: None,
         realised,
         band,
     };
@@ -243,6 +244,7 @@ fn run_folder(folder: &Path) -> Results {
                 name: (*name).into(),
                 key: "8f3a61c9d2e4b7a0cc".into(),
                 seconds,
+                earlier_seconds: 0.0,
                 peak_rss_bytes: 312_000_000,
                 reused: *name == "surface",
             })
@@ -340,7 +342,7 @@ fn what_is_missing_or_damaged_is_named() {
         let message = report::write(folder.path()).unwrap_err().to_string();
         assert!(expected.iter().all(|e| message.contains(e)), "{message}");
     };
-    says(&["results.json", "read"]);
+    says(&["not a run folder", "results.json and manifest.json are missing"]);
     let path = folder.path().join("results.json");
     std::fs::write(&path, "{\"schema\": 99, \"new\": []}").unwrap();
     says(&["results.json", "schema 99, written by a newer version", "schema 1 or older"]);

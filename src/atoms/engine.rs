@@ -47,7 +47,7 @@ pub struct Progress {
     pub p_star: f64,
     /// Since this call of `run`, seconds.
     pub elapsed_s: f64,
-    /// From the last two steps' gain in load and duration; none before there are two.
+    /// From the last two steps' gain in load and duration; none before there are two, nor when none is left to go.
     pub remaining_s: Option<f64>,
 }
 
@@ -125,7 +125,7 @@ impl<'a> Watcher<'a> {
         let left = settings.max_steps.saturating_sub(last.step) as f64;
         let by_load = ((settings.max_load - last.load) / (last.load - before.load)).ceil();
         let steps = if by_load.is_finite() && by_load >= 0.0 { by_load.min(left) } else { left };
-        Some(steps * (t1 - t0))
+        (steps >= 1.0).then_some(steps * (t1 - t0))
     }
 }
 
@@ -316,11 +316,12 @@ impl Engine for LammpsEngine {
         let status = loop {
             // In this order, so that a step finished just before the end is still told.
             let ended = group.child.try_wait().map_err(Error::io("wait for", &self.program))?;
+            // Before anything else can fail: the number of a process that was waited for may be given to another.
+            group.ended = ended.is_some();
             if watcher.tell(&Ladder::read(&job.folder)?, watch).is_break() {
                 return Err(Error::Interrupted);
             }
             if let Some(status) = ended {
-                group.ended = true;
                 break status;
             }
             if let Some(limit) = self.time_limit.filter(|limit| begun.elapsed() > *limit) {

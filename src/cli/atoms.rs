@@ -15,8 +15,10 @@ pub enum Atoms {
     Build {
         /// Scene with [atoms].
         scene: PathBuf,
+        /// The job folder to write.
         #[arg(long, value_name = "DIR")]
         out: PathBuf,
+        /// One line of JSON on stdout.
         #[arg(long)]
         json: bool,
     },
@@ -28,11 +30,13 @@ pub enum Atoms {
         /// The LAMMPS program.
         #[arg(long, value_name = "FILE")]
         lammps: Option<PathBuf>,
-        #[arg(long, default_value_t = 1)]
+        /// MPI processes, at most one per core.
+        #[arg(long, default_value_t = 1, value_name = "N")]
         ranks: usize,
         /// Seconds after which the run is stopped; the same command goes on.
         #[arg(long, value_name = "S")]
         time_limit: Option<f64>,
+        /// One line of JSON on stdout.
         #[arg(long)]
         json: bool,
     },
@@ -40,11 +44,13 @@ pub enum Atoms {
     Read {
         /// The scene that the job was built from.
         scene: PathBuf,
+        /// The job folder that has run.
         #[arg(long, value_name = "DIR")]
         job: PathBuf,
         /// Where maps and frames go. Default: JOB/read.
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
+        /// One line of JSON on stdout.
         #[arg(long)]
         json: bool,
     },
@@ -81,11 +87,7 @@ impl Atoms {
                     count(r.fixed as usize),
                     count(r.indenter as usize)
                 ));
-                let rows = atoms.audit.iter().map(|l| {
-                    let (asked, used) = (significant(l.asked, 4), significant(l.used, 4));
-                    vec![l.group.clone(), l.symbol.clone(), asked, used, l.verdict.clone(), l.reason.clone()]
-                });
-                words::say(&words::table(&["group", "symbol", "asked", "used", "verdict", "why"], rows));
+                words::say(&words::audit(&atoms.audit));
                 Ok(())
             }
             Atoms::Run { job, lammps, ranks, time_limit, json } => {

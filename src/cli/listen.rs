@@ -89,7 +89,11 @@ impl Listener for Teller {
     fn end(&self, cost: &StageCost) {
         let how = if cost.reused { "done before in" } else { "done in" };
         let peak = memory(cost.peak_rss_bytes);
-        self.line(&format!("{:>10}  {how} {}, peak memory {peak}", cost.name, duration(cost.seconds)));
+        let parts = match cost.earlier_seconds {
+            0.0 => String::new(),
+            s => format!(" ({} of it in earlier parts)", duration(s)),
+        };
+        self.line(&format!("{:>10}  {how} {}{parts}, peak memory {peak}", cost.name, duration(cost.seconds)));
     }
 
     fn warn(&self, text: &str) {

@@ -9,6 +9,22 @@ pub struct Methods {
     json: bool,
 }
 
+/// Why a quantity is not delivered in full.
+fn reason(support: Support) -> Option<String> {
+    match support {
+        Support::Full => None,
+        Support::NoAdhesion => Some("not with adhesion".into()),
+        Support::Only(terms) => Some(format!("only {terms}")),
+        Support::No(reason) => Some(format!("not delivered: {reason}")),
+    }
+}
+
+fn push_new<'a>(list: &mut Vec<&'a str>, name: &'a str) {
+    if !list.contains(&name) {
+        list.push(name);
+    }
+}
+
 impl Methods {
     pub fn execute(self) -> Result<()> {
         let cards: Vec<_> = REGISTRY.iter().map(|m| m.card()).collect();
@@ -16,28 +32,28 @@ impl Methods {
             return words::json_line(&serde_json::json!({ "methods": cards }));
         }
         words::say(&words::table(
-            &["id", "in the paper", "family", "contact is", "what it does", "does not deliver"],
+            &["id", "in the paper", "family", "contact is", "what it does"],
             cards.iter().map(|c| {
-                let lacking: Vec<String> = Quantity::ALL
-                    .iter()
-                    .filter_map(|q| match (c.supports)(*q) {
-                        Support::Full => None,
-                        Support::NoAdhesion => Some(format!("{} with adhesion", q.name())),
-                        Support::Only(terms) => Some(format!("{} (only {terms})", q.name())),
-                        Support::No(reason) => Some(format!("{} ({reason})", q.name())),
-                    })
-                    .collect();
-                let lacking = if lacking.is_empty() { "-".into() } else { lacking.join(", ") };
-                vec![
-                    c.id.into(),
-                    c.paper_name.into(),
-                    c.family.into(),
-                    c.criterion.to_string(),
-                    c.summary.into(),
-                    lacking,
-                ]
+                vec![c.id.into(), c.paper_name.into(), c.family.into(), c.criterion.to_string(), c.summary.into()]
             }),
         ));
+        // Below the table, once per reason: in a column of their own they would be wider than any screen.
+        let mut limits: Vec<(String, Vec<&str>, Vec<&str>)> = Vec::new();
+        for card in &cards {
+            for quantity in Quantity::ALL {
+                let Some(reason) = reason((card.supports)(quantity)) else { continue };
+                let known = limits.iter().position(|l| l.0 == reason).unwrap_or_else(|| {
+                    limits.push((reason, Vec::new(), Vec::new()));
+                    limits.len() - 1
+                });
+                let (_, quantities, ids) = &mut limits[known];
+                push_new(quantities, quantity.name());
+                push_new(ids, card.id);
+            }
+        }
+        for (reason, quantities, ids) in limits {
+            words::say(&format!("{}: {} {reason}", ids.join(", "), quantities.join(", ")));
+        }
         Ok(())
     }
 }

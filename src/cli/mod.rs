@@ -105,3 +105,27 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
     }
     Ok(ExitCode::SUCCESS)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    /// Arguments without help, as `command argument`, of a command and all below it.
+    fn mute(command: &clap::Command, path: &str) -> Vec<String> {
+        let path = format!("{path} {}", command.get_name());
+        let own = command.get_arguments().filter(|a| a.get_help().is_none_or(|h| h.to_string().trim().is_empty()));
+        let mut list: Vec<String> = own.map(|a| format!("{path} {}", a.get_id())).collect();
+        list.extend(command.get_about().is_none().then(|| path.clone()));
+        list.extend(command.get_subcommands().flat_map(|c| mute(c, &path)));
+        list
+    }
+
+    #[test]
+    fn every_argument_has_help() {
+        let mut all = Arguments::command();
+        all.build();
+        assert_eq!(mute(&all, ""), Vec::<String>::new());
+        assert!(all.find_subcommand("atoms").is_some_and(|c| c.find_subcommand("run").is_some()), "nothing was walked");
+    }
+}

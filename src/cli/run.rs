@@ -1,7 +1,7 @@
 use super::{listen::Teller, words};
 use crate::Result;
 use crate::pipeline;
-use crate::report::number::{duration, memory};
+use crate::report::number::{count, duration, memory};
 use crate::scene::Case;
 use std::path::PathBuf;
 
@@ -57,14 +57,11 @@ impl Run {
         if let Some(atoms) = plan.atoms {
             words::say(&format!(
                 "atoms: {} deformable, {} fixed, {} of the indenter",
-                atoms.deformable, atoms.fixed, atoms.indenter
+                count(atoms.deformable as usize),
+                count(atoms.fixed as usize),
+                count(atoms.indenter as usize)
             ));
-        }
-        for line in &plan.audit {
-            words::say(&format!(
-                "{} ({}): {:.4e} asked, {:.4e} used, {}: {}",
-                line.group, line.symbol, line.asked, line.used, line.verdict, line.reason
-            ));
+            words::say(&words::audit(&plan.audit));
         }
         plan.warnings.iter().for_each(|w| words::say(&format!("warning: {w}")));
         plan.fits()

@@ -23,41 +23,43 @@ pub struct Solve {
     #[arg(long, value_name = "FILE")]
     heights: PathBuf,
     /// Extent of the map in x.
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, value_name = "L")]
     length: f64,
     /// Extent in y. Default: square pixels.
-    #[arg(long)]
+    #[arg(long, value_name = "L")]
     length_y: Option<f64>,
     /// Contact modulus E* = E/(1-ν²).
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, value_name = "E")]
     modulus: f64,
     /// Mean pressure.
-    #[arg(long)]
+    #[arg(long, value_name = "P")]
     pressure: f64,
     /// Work of adhesion γ (modulus times length).
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, default_value_t = 0.0, value_name = "GAMMA")]
     gamma: f64,
     /// Range ρ of the adhesion -γ exp(-g/ρ).
     #[arg(long)]
     rho: Option<f64>,
     /// An id from `asperity methods`, or auto.
-    #[arg(long, default_value = "auto")]
+    #[arg(long, default_value = "auto", value_name = "ID")]
     method: String,
     /// Largest rms KKT residual over the pressure. Default: 1e-8 in f64, 1e-3 in f32.
     #[arg(long)]
     tol: Option<f64>,
+    /// Floating-point type of the fields; sums are always in f64.
     #[arg(long, value_enum, default_value_t = Precision::F64)]
     precision: Precision,
-    #[arg(long, default_value_t = 50_000)]
+    /// Iterations after which the solver gives up.
+    #[arg(long, default_value_t = 50_000, value_name = "N")]
     max_iterations: usize,
     /// High points touch first.
     #[arg(long)]
     flip: bool,
     /// Elastic layer of this thickness instead of the half-space.
-    #[arg(long)]
+    #[arg(long, value_name = "T")]
     thickness: Option<f64>,
     /// Poisson's ratio of the layer.
-    #[arg(long, default_value_t = 0.3)]
+    #[arg(long, default_value_t = 0.3, value_name = "NU")]
     poisson: f64,
     /// The layer's lower face.
     #[arg(long, value_enum, default_value_t = Base::Bonded)]
@@ -147,7 +149,7 @@ impl Solve {
         let (plan, have) = (method.plan(&problem), crate::sys::available_memory_bytes());
         if plan.bytes > have {
             let advice = "a coarser map or --precision f32 needs less".into();
-            return Err(Error::Memory { what: self.method.clone(), need: plan.bytes, have, advice });
+            return Err(Error::Memory { what: method.card().id.into(), need: plan.bytes, have, advice });
         }
         if let Some(out) = &self.out {
             std::fs::create_dir_all(out).map_err(Error::io("create", out))?;
@@ -209,7 +211,7 @@ impl Solve {
                     ("load error", format!("{:.1e}", state.load_error)),
                     ("KKT residual over pressure", format!("{:.1e}", state.residual)),
                     ("stop", state.stop.to_string()),
-                    ("iterations, FFT pairs", format!("{}, {}", state.iterations, state.fft_pairs)),
+                    ("iterations, FFT pairs", format!("{}, {:.1}", state.iterations, state.fft_pairs)),
                     (
                         "time, peak memory",
                         format!("{}, {}", duration(state.seconds), memory(crate::sys::peak_rss_bytes())),

@@ -12,12 +12,13 @@ pub struct Surface {
     /// Scene whose surface is meant. Without one: the challenge's, changed by the options.
     scene: Option<PathBuf>,
     /// Points per side.
-    #[arg(long)]
+    #[arg(long, value_name = "N")]
     grid: Option<usize>,
-    #[arg(long)]
+    /// Seed of the random numbers: the same seed is the same surface on every grid.
+    #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Hurst exponent.
-    #[arg(long)]
+    /// Hurst exponent, above 0 and up to 1.
+    #[arg(long, value_name = "H")]
     hurst: Option<f64>,
     /// Roll-off wavelength, µm.
     #[arg(long, value_name = "UM")]
@@ -26,7 +27,7 @@ pub struct Surface {
     #[arg(long, value_name = "UM")]
     cut_off_um: Option<f64>,
     /// rms gradient of the whole Fourier sum.
-    #[arg(long)]
+    #[arg(long, value_name = "G")]
     rms_gradient: Option<f64>,
     /// Height map to read instead (.npy or ASCII matrix), with --touching.
     #[arg(long, value_name = "FILE")]
@@ -64,6 +65,15 @@ impl Surface {
                 atoms: None,
             },
         };
+        if let Some(path) = self.heights.as_ref().filter(|p| !p.exists()) {
+            let accepted = "a height map (.npy or an ASCII matrix)";
+            return Err(Error::input(
+                "command line",
+                "--heights",
+                format!("{} (no such file)", path.display()),
+                accepted,
+            ));
+        }
         // A surface has no atoms and no adhesion to be checked.
         (scene.atoms, scene.adhesion) = (None, None);
         self.overwrite(&mut scene);

@@ -1,6 +1,6 @@
 //! Answers on stdout.
 
-use crate::record::results::{Overlap, Results, Statistic};
+use crate::record::results::{AuditLine, Overlap, Results, Statistic};
 use crate::report::number::{percent, significant};
 use crate::{Error, Result};
 use comfy_table::Table;
@@ -32,17 +32,31 @@ pub fn table(header: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> St
 
 /// Expected against realised.
 pub fn statistics(list: &[Statistic]) -> String {
+    let coarse = list.iter().any(|s| s.held.is_some());
+    let mut head = vec!["quantity", "symbol", "expected", "band (2 sd)", "realised", "unit"];
+    if coarse {
+        head.splice(2..3, ["whole spectrum", "on this grid"]);
+    }
+    let number = |v: Option<f64>| v.map_or("-".into(), |v| significant(v, 5));
     table(
-        &["quantity", "symbol", "expected", "band (2 sd)", "realised", "unit"],
+        &head,
         list.iter().map(|s| {
-            vec![
-                s.name.clone(),
-                s.symbol.clone(),
-                s.expected.map_or("-".into(), |e| significant(e, 5)),
-                s.band.map_or("-".into(), |b| format!("± {}", significant(b, 2))),
-                significant(s.realised, 5),
-                s.unit.clone(),
-            ]
+            let mut row = vec![s.name.clone(), s.symbol.clone(), number(s.expected)];
+            row.extend(coarse.then(|| number(s.held)));
+            row.push(s.band.map_or("-".into(), |b| format!("± {}", significant(b, 2))));
+            row.extend([significant(s.realised, 5), s.unit.clone()]);
+            row
+        }),
+    )
+}
+
+/// What scaling down keeps.
+pub fn audit(lines: &[AuditLine]) -> String {
+    table(
+        &["group", "symbol", "asked", "used", "verdict", "why"],
+        lines.iter().map(|l| {
+            let (asked, used) = (significant(l.asked, 4), significant(l.used, 4));
+            vec![l.group.clone(), l.symbol.clone(), asked, used, l.verdict.clone(), l.reason.clone()]
         }),
     )
 }
@@ -62,7 +76,7 @@ pub fn results(results: &Results) {
                     significant(s.mean_gap * um, 4),
                     s.patches.to_string(),
                     format!("{:.1e}", s.residual),
-                    s.fft_pairs.to_string(),
+                    format!("{:.1}", s.fft_pairs),
                     s.stop.clone(),
                 ]
             }),

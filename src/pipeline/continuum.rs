@@ -7,7 +7,7 @@ use crate::observe::{Connectivity, contact_area, contact_map, patch_sizes};
 use crate::record::npy;
 use crate::record::results::{ContinuumResults, PsdPoint, StateResults, Statistic, SurfaceResults};
 use crate::scene::{Case, Surface};
-use crate::surface::{moments, psd, range};
+use crate::surface::{Expected, moments, psd, range};
 use crate::{Error, Result};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -31,49 +31,50 @@ pub(super) fn surface(case: &Case, heights: &[f64], folder: &Path, stage: &str) 
     })
 }
 
-/// The table "expected against realised" of heights on their grid. Expected values are those of the whole spectrum.
+/// The table "expected against realised" of heights on their grid. Expected values are those of the whole spectrum, beside
+/// those of the modes that the grid holds, where it does not hold all.
 pub fn statistics(surface: &Surface, grid: Grid, heights: &[f64], length_um: f64) -> Vec<Statistic> {
     let (m, r) = (moments(grid, heights), range(heights));
-    let expected = match surface {
-        Surface::Synthesised { spectrum, .. } => Some(spectrum.expected(grid.ly / grid.lx, 0.0)),
-        Surface::Imported { .. } => None,
+    let (expected, held) = match surface {
+        Surface::Synthesised { spectrum, modes, .. } => (
+            Some(spectrum.expected(grid.ly / grid.lx, 0.0)),
+            (!modes.held_by(grid)).then(|| spectrum.expected_on(grid)),
+        ),
+        Surface::Imported { .. } => (None, None),
     };
-    let line = |name: &str, symbol: &str, unit: &str, expected: Option<f64>, realised: f64, band: Option<f64>| {
-        Statistic { name: name.into(), symbol: symbol.into(), unit: unit.into(), expected, realised, band }
+    let line = |name: &str, symbol: &str, unit: &str, of: Option<&dyn Fn(&Expected) -> f64>, realised: f64| Statistic {
+        name: name.into(),
+        symbol: symbol.into(),
+        unit: unit.into(),
+        expected: of.and_then(|of| expected.as_ref().map(of)),
+        held: of.and_then(|of| held.as_ref().map(of)),
+        realised,
+        band: None,
     };
     let um = length_um;
-    let e = expected.as_ref();
+    let band = held.as_ref().or(expected.as_ref()).map(|e| e.rms_height_band * um);
     vec![
-        line(
-            "rms height",
-            "h_rms",
-            "µm",
-            e.map(|e| e.rms_height * um),
-            m.rms_height * um,
-            e.map(|e| e.rms_height_band * um),
-        ),
-        line("rms gradient", "ḡ", "1", e.map(|e| e.rms_gradient), m.rms_gradient, None),
+        Statistic { band, ..line("rms height", "h_rms", "µm", Some(&|e| e.rms_height * um), m.rms_height * um) },
+        line("rms gradient", "ḡ", "1", Some(&|e| e.rms_gradient), m.rms_gradient),
         line(
             "curvature radius",
             "R_c",
             "nm",
-            e.map(|e| e.curvature_radius * um * 1e3),
+            Some(&|e| e.curvature_radius * um * 1e3),
             m.curvature_radius() * um * 1e3,
-            None,
         ),
-        line("profile moment m0", "m0", "µm²", e.map(|e| e.m0 * um * um), m.m0 * um * um, None),
-        line("profile moment m2", "m2", "1", e.map(|e| e.m2), m.m2, None),
-        line("profile moment m4", "m4", "µm⁻²", e.map(|e| e.m4 / um / um), m.m4 / um / um, None),
-        line("Nayak's bandwidth parameter", "α", "1", e.map(|e| e.nayak()), m.nayak(), None),
-        line("mean minus lowest height (first-touch mean gap)", "h̄ - h_min", "µm", None, (r.mean - r.min) * um, None),
-        line("range of heights", "h_max - h_min", "µm", None, (r.max - r.min) * um, None),
+        line("profile moment m0", "m0", "µm²", Some(&|e| e.m0 * um * um), m.m0 * um * um),
+        line("profile moment m2", "m2", "1", Some(&|e| e.m2), m.m2),
+        line("profile moment m4", "m4", "µm⁻²", Some(&|e| e.m4 / um / um), m.m4 / um / um),
+        line("Nayak's bandwidth parameter", "α", "1", Some(&|e| e.nayak()), m.nayak()),
+        line("mean minus lowest height (first-touch mean gap)", "h̄ - h_min", "µm", None, (r.mean - r.min) * um),
+        line("range of heights", "h_max - h_min", "µm", None, (r.max - r.min) * um),
         line(
             "elastic energy of full contact",
             "U_el",
             "µm E*",
-            e.map(|e| e.full_contact_energy * um),
+            Some(&|e| e.full_contact_energy * um),
             m.full_contact_energy * um,
-            None,
         ),
     ]
 }
@@ -133,7 +134,10 @@ pub(super) fn load_path(
         return Err(Error::Memory {
             what: format!(
                 "{} on {} x {} points in {:?}",
-                path.method, problem.grid.nx, problem.grid.ny, problem.precision
+                method.card().id,
+                problem.grid.nx,
+                problem.grid.ny,
+                problem.precision
             ),
             need: plan.bytes,
             have,

@@ -47,11 +47,10 @@ impl Key {
         let program = std::env::current_exe().map_err(Error::io("find", "this program"))?;
         Self::of_file(&program)
     }
-
-    pub fn short(&self) -> &str {
-        &self.0[..12]
-    }
 }
+
+/// Digits of a key that people are shown.
+const KEY_SHOWN: usize = 12;
 
 /// Whether what an earlier attempt left behind is of use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,9 +63,17 @@ pub enum Leftovers<'a> {
 #[derive(Serialize, Deserialize)]
 struct Done {
     key: String,
+    /// All attempts together, and those before the last one.
     seconds: f64,
+    #[serde(default)]
+    earlier_seconds: f64,
     peak_rss_bytes: u64,
 }
+
+/// Seconds that stopped attempts have spent on what a stage folder holds.
+const SPENT: &str = "spent.json";
+const KEY: &str = "key.json";
+const DONE: &str = "done.json";
 
 /// The folder of one run, locked for as long as this value lives.
 pub struct RunFolder {
@@ -86,10 +93,15 @@ impl RunFolder {
             let accepted = "a new or empty folder, or that of an earlier run";
             return Err(Error::input(root.display(), "--out", "a folder with other contents", accepted));
         }
+        Self::lock(root)
+    }
+
+    /// Locks a folder that is known to be a run's.
+    pub fn lock(root: &Path) -> Result<Self> {
+        let path = root.join(MARKER);
         let lock = File::create(&path).map_err(Error::io("write in the run folder", &path))?;
-        lock.try_lock().map_err(|_| {
-            Error::input(root.display(), "--out", "in use by another run", "a folder that no other run is using")
-        })?;
+        let taken = |_| Error::format(root, "in use by another run", "a folder that no other run is using");
+        lock.try_lock().map_err(taken)?;
         Ok(RunFolder { root: root.to_path_buf(), costs: Vec::new(), _lock: lock })
     }
 
@@ -107,13 +119,12 @@ impl RunFolder {
         work: impl FnOnce(&Path) -> Result<T>,
     ) -> Result<T> {
         let folder = self.root.join(name);
-        let (done_file, key_file, output_file) =
-            (folder.join("done.json"), folder.join("key.json"), folder.join("output.json"));
+        let (done_file, key_file, output_file) = (folder.join(DONE), folder.join(KEY), folder.join("output.json"));
         if let Ok(done) = json::read::<Done>(&done_file)
             && done.key == key.0
             && let Ok(output) = json::read::<T>(&output_file)
         {
-            self.finish(listener, name, key, (done.seconds, done.peak_rss_bytes), true);
+            self.finish(listener, name, &done, true);
             return Ok(output);
         }
         let kept = match leftovers {
@@ -125,6 +136,9 @@ impl RunFolder {
             fs::remove_dir_all(&folder).map_err(Error::io("clear", &folder))?;
         }
         fs::create_dir_all(&folder).map_err(Error::io("create", &folder))?;
+        let earlier = spent(&folder);
+        json::write(&folder.join(SPENT), &earlier)?;
+        // Its time is when this attempt began.
         json::write(&key_file, &kept.0)?;
         // From here on the folder's contents are no longer those of another key.
         if done_file.exists() {
@@ -140,24 +154,91 @@ impl RunFolder {
         let output = work(&folder)?;
         // The kernel tells of the largest child so far: one of this stage, if the number has risen.
         let child = Some(sys::children_peak_rss_bytes()).filter(|c| *c > children_before).unwrap_or(0);
-        let cost = (clock.elapsed().as_secs_f64(), sys::peak_rss_bytes().max(child));
+        let done = Done {
+            key: key.0.clone(),
+            seconds: earlier + clock.elapsed().as_secs_f64(),
+            earlier_seconds: earlier,
+            peak_rss_bytes: sys::peak_rss_bytes().max(child),
+        };
         json::write(&output_file, &output)?;
-        json::write(&done_file, &Done { key: key.0.clone(), seconds: cost.0, peak_rss_bytes: cost.1 })?;
-        self.finish(listener, name, key, cost, false);
+        json::write(&done_file, &done)?;
+        self.finish(listener, name, &done, false);
         Ok(output)
     }
 
-    fn finish(&mut self, listener: &dyn Listener, name: &str, key: &Key, cost: (f64, u64), reused: bool) {
-        let (seconds, peak_rss_bytes) = cost;
-        let cost = StageCost { name: name.into(), key: key.short().into(), seconds, peak_rss_bytes, reused };
+    fn finish(&mut self, listener: &dyn Listener, name: &str, done: &Done, reused: bool) {
+        let cost = StageCost {
+            name: name.into(),
+            key: done.key.get(..KEY_SHOWN).unwrap_or(&done.key).into(),
+            seconds: done.seconds,
+            earlier_seconds: done.earlier_seconds,
+            peak_rss_bytes: done.peak_rss_bytes,
+            reused,
+        };
         listener.end(&cost);
         self.costs.push(cost);
     }
 }
 
+/// What went into a stage folder before this attempt, seconds. A killed attempt leaves no word of its end: it is the time
+/// of its last file, less that of its key, with which it began.
+fn spent(folder: &Path) -> f64 {
+    if let Ok(done) = json::read::<Done>(&folder.join(DONE)) {
+        return done.seconds;
+    }
+    let written = |path: &Path| fs::metadata(path).and_then(|m| m.modified()).ok();
+    let Some(begun) = written(&folder.join(KEY)) else { return 0.0 };
+    let files = fs::read_dir(folder).into_iter().flatten().flatten();
+    let last = files.filter_map(|f| written(&f.path())).max().unwrap_or(begun);
+    let earlier = json::read::<f64>(&folder.join(SPENT)).unwrap_or(0.0);
+    earlier + last.duration_since(begun).map_or(0.0, |d| d.as_secs_f64())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    struct Deaf;
+
+    impl Listener for Deaf {
+        fn begin(&self, _: &str, _: &str) {}
+        fn progress(&self, _: Option<f64>, _: &str) {}
+        fn end(&self, _: &StageCost) {}
+        fn warn(&self, _: &str) {}
+        fn stopping(&self) -> bool {
+            false
+        }
+    }
+
+    /// A stopped attempt counts from its key to its last file; what is done counts as it says.
+    #[test]
+    fn a_stage_that_goes_on_costs_the_sum_of_its_parts() {
+        let scratch = tempfile::tempdir().expect("scratch");
+        let mut run = RunFolder::open(&scratch.path().join("run")).expect("a new folder");
+        let key = |text: &str| Key::new("ladder", &text, &[]).expect("a key");
+        let (part, first, second) = (key("part"), key("first"), key("second"));
+        let stage = |run: &mut RunFolder, key: &Key, fails: bool| {
+            run.stage(&Deaf, ("ladder", "steps"), key, Leftovers::KeepOf(&part), |folder| {
+                let file = File::create(folder.join("steps")).expect("written");
+                let later = std::time::SystemTime::now() + std::time::Duration::from_secs(100);
+                file.set_modified(later).expect("dated");
+                if fails { Err(Error::Interrupted) } else { Ok(0) }
+            })
+        };
+        assert!(stage(&mut run, &first, true).is_err());
+        assert!(stage(&mut run, &first, true).is_err());
+        stage(&mut run, &first, false).expect("done");
+        let cost = run.costs.last().expect("one").clone();
+        assert!((cost.earlier_seconds - 200.0).abs() < 5.0 && cost.seconds >= cost.earlier_seconds, "{cost:?}");
+        // Another end of the same ladder goes on from what is there.
+        stage(&mut run, &second, false).expect("done");
+        let more = run.costs.last().expect("two").clone();
+        assert!(more.earlier_seconds == cost.seconds && !more.reused, "{more:?}");
+        // Nothing of another ladder is left.
+        let other = key("other");
+        run.stage(&Deaf, ("ladder", "steps"), &other, Leftovers::Remove, |_| Ok(0)).expect("done");
+        assert_eq!(run.costs.last().expect("three").earlier_seconds, 0.0);
+    }
 
     /// Stages clear their folders; a folder that somebody else filled is refused before anything in it is touched.
     #[test]

@@ -75,7 +75,7 @@ pub fn plan(case: &Case, threads: usize) -> Result<RunPlan> {
         },
         PlannedStage {
             name: "continuum",
-            what: format!("{} at {loads} loads, {}", case.scene.continuum.method, case.kernel),
+            what: format!("{} at {loads} load{}, {}", method.card().id, if loads == 1 { "" } else { "s" }, case.kernel),
             bytes,
             seconds,
         },
@@ -90,8 +90,10 @@ pub fn plan(case: &Case, threads: usize) -> Result<RunPlan> {
         stages.push(PlannedStage {
             name: "matched",
             what: format!(
-                "continuum on the atoms' heights, {} x {} points, hard and soft wall",
-                a.matched.nx, a.matched.ny
+                "{} on the atoms' heights, {} x {} points, hard and soft wall",
+                method.card().id,
+                a.matched.nx,
+                a.matched.ny
             ),
             bytes: matched_bytes,
             seconds: matched_seconds,

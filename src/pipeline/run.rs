@@ -7,12 +7,13 @@ use crate::atoms::job::{Job, SCRIPT};
 use crate::atoms::potential::CALCIUM;
 use crate::record::mcap::{CloudAtom, GapMap, LoadScalars, LoadState, Recorder, Scene as Recorded};
 use crate::record::npy;
-use crate::record::results::{self, AtomsResults, ComparisonResults, Results, SCHEMA, ScalesSi, SurfaceResults};
+use crate::record::results::{
+    self, AtomsResults, ComparisonResults, MANIFEST_FILE, Results, SCHEMA, ScalesSi, SurfaceResults,
+};
 use crate::scene::{AtomsCase, Case};
 use crate::{Error, Result, report};
 use std::path::{Path, PathBuf};
 
-const MANIFEST_FILE: &str = "manifest.json";
 const RECORDING_FILE: &str = "run.mcap";
 
 /// Runs a case into a folder, all stages, and writes its report. Returns the report's path.
@@ -38,7 +39,7 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
     )?;
     let continuum_key =
         Key::new("continuum", &(&case.scene.load, &case.scene.adhesion, &case.scene.continuum), &[&surface_key])?;
-    let what = format!("{} on {} x {} points", case.scene.continuum.method, case.grid.nx, case.grid.ny);
+    let what = format!("{} on {} x {} points", card(case).id, case.grid.nx, case.grid.ny);
     let solved = folder.stage(listener, ("continuum", &what), &continuum_key, Leftovers::Remove, |dir| {
         let heights = stored_heights(out, &surface)?;
         continuum::laboratory(case, &heights, dir, "continuum", listener)
@@ -111,7 +112,7 @@ fn atomistic_stages(
         &(&case.scene.load, &case.scene.adhesion, &continuum.method, continuum.max_iterations, block, crystal),
         &[surface_key],
     )?;
-    let what = format!("continuum on the atoms' heights, {0} x {0} points", a.matched.nx);
+    let what = format!("{} on the atoms' heights, {1} x {1} points", card(case).id, a.matched.nx);
     let matched: Matched = folder.stage(listener, ("matched", &what), &matched_key, Leftovers::Remove, |dir| {
         comparison::matched(case, a, dir, "matched", listener)
     })?;
@@ -166,7 +167,7 @@ fn atomistic_stages(
 /// Compares again what a run folder holds, without solving or running anything, and writes results and report.
 pub fn rebuild_comparison(out: &Path) -> Result<(Results, PathBuf)> {
     let mut results = Results::read(out)?;
-    let _locked = RunFolder::open(out)?;
+    let _locked = RunFolder::lock(out)?;
     let case = Case::read(&out.join("scene.toml"))?;
     let lacking = || Error::format(out, "a run without atoms", "the folder of a run whose scene has [atoms]");
     let (a, found) = case.atoms.as_ref().zip(results.atoms.as_ref()).ok_or_else(lacking)?;
@@ -184,6 +185,11 @@ fn heights_hash(case: &Case) -> Result<Option<String>> {
 
 fn stored_heights(out: &Path, surface: &SurfaceResults) -> Result<Vec<f64>> {
     Ok(npy::read(&out.join(&surface.heights))?.values)
+}
+
+/// The method that runs, which the scene may have left to the program.
+fn card(case: &Case) -> &'static crate::method::Card {
+    crate::method::find(&case.scene.continuum.method).expect("checked with the scene").card()
 }
 
 /// What ran, on what, for how long: `manifest.json`.
@@ -223,9 +229,9 @@ fn sources(case: &Case) -> Vec<String> {
          the contact area."
             .to_string(),
     ];
-    let method = crate::method::find(&case.scene.continuum.method).expect("checked with the scene");
-    let dois = method.card().dois.iter().map(|d| format!("doi:{d}")).collect::<Vec<_>>().join(", ");
-    list.push(format!("Method {} ({}): {dois}.", method.card().id, method.card().paper_name));
+    let card = card(case);
+    let dois = card.dois.iter().map(|d| format!("doi:{d}")).collect::<Vec<_>>().join(", ");
+    list.push(format!("Method {} ({}): {dois}.", card.id, card.paper_name));
     if case.atoms.is_some() {
         list.push(
             "Carbone, Lorenz, Persson & Wohlers, Eur. Phys. J. E 29 (2009) 275, doi:10.1140/epje/i2009-10484-8: elastic \

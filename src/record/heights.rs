@@ -119,8 +119,8 @@ pub fn write(path: &Path, map: &HeightMap, sign: Sign, unit: &str) -> Result<()>
 
 /// Reads either format (a file that starts as `.npy` files do is one, whatever its name) and what it says of itself.
 ///
-/// NaN and infinite heights are [`Error::Height`]; ragged, empty or truncated files [`Error::Format`]. Integer `.npy`
-/// entries are refused: their scale is not known here.
+/// NaN and infinite heights are [`Error::Height`]; ragged, empty or truncated files [`Error::Format`]. Integers, as many
+/// instruments store them, become the same numbers in f64: their unit is the caller's business, as it is for all others.
 pub fn read(path: &Path) -> Result<(HeightMap, Declared)> {
     let file = std::fs::File::open(path).map_err(Error::io("open", path))?;
     let mut source = BufReader::with_capacity(1 << 18, file);

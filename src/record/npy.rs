@@ -71,15 +71,39 @@ pub fn write<T: Element>(path: &Path, nx: usize, ny: usize, values: impl IntoIte
 enum Stored {
     F8 { big: bool },
     F4 { big: bool },
-    U1,
+    F2 { big: bool },
+    Signed { bytes: usize, big: bool },
+    Unsigned { bytes: usize, big: bool },
+    Flag,
 }
 
 impl Stored {
+    /// From a NumPy descriptor: byte order (`|` where there is none), kind and width.
+    fn named(descriptor: &str) -> Option<Stored> {
+        let big = descriptor.starts_with('>');
+        Some(match descriptor.strip_prefix(['<', '>', '|'])? {
+            "f8" => Stored::F8 { big },
+            "f4" => Stored::F4 { big },
+            "f2" => Stored::F2 { big },
+            "b1" => Stored::Flag,
+            integer => {
+                let bytes = integer.get(1..)?.parse().ok().filter(|n| [1, 2, 4, 8].contains(n))?;
+                match &integer[..1] {
+                    "i" => Stored::Signed { bytes, big },
+                    "u" => Stored::Unsigned { bytes, big },
+                    _ => return None,
+                }
+            }
+        })
+    }
+
     fn bytes(self) -> usize {
         match self {
             Stored::F8 { .. } => 8,
             Stored::F4 { .. } => 4,
-            Stored::U1 => 1,
+            Stored::F2 { .. } => 2,
+            Stored::Signed { bytes, .. } | Stored::Unsigned { bytes, .. } => bytes,
+            Stored::Flag => 1,
         }
     }
 
@@ -91,9 +115,34 @@ impl Stored {
             Stored::F8 { big: true } => f64::from_be_bytes(eight(b)),
             Stored::F4 { big: false } => f32::from_le_bytes(four(b)).into(),
             Stored::F4 { big: true } => f32::from_be_bytes(four(b)).into(),
-            Stored::U1 => b[0].into(),
+            Stored::F2 { big } => half(bits(b, big) as u16),
+            // The sign bit goes to the top and comes back down with the shift.
+            Stored::Signed { bytes, big } => {
+                let unused = 64 - 8 * bytes as u32;
+                (((bits(b, big) << unused) as i64) >> unused) as f64
+            }
+            Stored::Unsigned { big, .. } => bits(b, big) as f64,
+            Stored::Flag => b[0].into(),
         }
     }
+}
+
+/// The bytes of one number as the low bits of a word.
+fn bits(b: &[u8], big: bool) -> u64 {
+    let join = |word: u64, byte: &u8| word << 8 | u64::from(*byte);
+    if big { b.iter().fold(0, join) } else { b.iter().rev().fold(0, join) }
+}
+
+/// IEEE 754 half precision: 1 bit of sign, 5 of exponent, 10 of fraction.
+fn half(word: u16) -> f64 {
+    let (exponent, fraction) = (i32::from(word >> 10 & 31), f64::from(word & 1023));
+    let size = match exponent {
+        0 => fraction * 2f64.powi(-24),
+        31 if fraction == 0.0 => f64::INFINITY,
+        31 => f64::NAN,
+        e => (1.0 + fraction / 1024.0) * 2f64.powi(e - 15),
+    };
+    if word >> 15 == 1 { -size } else { size }
 }
 
 /// An open `.npy` file whose header and length have been checked.
@@ -110,24 +159,19 @@ pub struct Reader {
 const MOST_ENTRIES: usize = 1 << 34;
 
 impl Reader {
-    /// Opens a field of `<f8`, `>f8`, `<f4`, `>f4`, `|u1` or `|b1` in C or Fortran order.
+    /// Opens a field of floating-point numbers (f2, f4, f8), integers (i1 to i8, u1 to u8) or flags (b1), either byte
+    /// order, C or Fortran order.
     pub fn open(path: &Path) -> Result<Self> {
         let file = File::open(path).map_err(Error::io("open", path))?;
         let length = file.metadata().map_err(Error::io("read", path))?.len();
         let mut source = BufReader::with_capacity(1 << 18, file);
         let header = Header::from_reader(&mut source).map_err(|e| Error::format(path, e, "a .npy file"))?;
         let descriptor = header.type_descriptor.to_string();
-        let stored = match descriptor.trim_matches(['\'', '"']) {
-            "<f8" => Stored::F8 { big: false },
-            ">f8" => Stored::F8 { big: true },
-            "<f4" => Stored::F4 { big: false },
-            ">f4" => Stored::F4 { big: true },
-            "|u1" | "|b1" => Stored::U1,
-            other => {
-                let accepted = "float32 or float64 (maps of flags: uint8 or bool); convert with .astype(float)";
-                return Err(Error::format(path, format!("entries of type {other}"), accepted));
-            }
-        };
+        let name = descriptor.trim_matches(['\'', '"']);
+        let stored = Stored::named(name).ok_or_else(|| {
+            let accepted = "real numbers: floating-point or integer, 64 bits at most; convert with .astype(float)";
+            Error::format(path, format!("entries of type {name}"), accepted)
+        })?;
         let (ny, nx) = match header.shape[..] {
             [ny, nx] if ny > 0 && nx > 0 && ny.checked_mul(nx).is_some_and(|n| n <= MOST_ENTRIES) => (ny, nx),
             _ => return Err(Error::format(path, format!("shape {:?}", header.shape), "two dimensions, [ny, nx]")),
@@ -140,11 +184,6 @@ impl Reader {
             return Err(Error::format(path, found, format!("{want} bytes for shape [{ny}, {nx}]")));
         }
         Ok(Reader { nx, ny, stored, fortran: header.layout.is_fortran(), source, path: path.to_path_buf() })
-    }
-
-    /// Whether the entries are flags (uint8, bool) rather than floating-point numbers.
-    pub fn holds_flags(&self) -> bool {
-        self.stored == Stored::U1
     }
 
     /// Calls `row(y, values)` for y = 0, 1, …; only a Fortran-ordered field is read whole first.
@@ -179,11 +218,12 @@ impl Reader {
     }
 }
 
-/// Reads a field of floating-point numbers as f64 (flags are refused: they are no heights and no gaps).
+/// Reads a field of numbers as f64; integers above 2^53 are rounded. Truth values are refused: they are no heights and
+/// no gaps.
 pub fn read(path: &Path) -> Result<Field<f64>> {
     let reader = Reader::open(path)?;
-    if reader.holds_flags() {
-        return Err(Error::format(path, "entries of type uint8 or bool", "float32 or float64"));
+    if reader.stored == Stored::Flag {
+        return Err(Error::format(path, "entries of type bool", "numbers, floating-point or integer"));
     }
     let (nx, ny) = (reader.nx, reader.ny);
     let mut values = Vec::with_capacity(nx * ny);
@@ -194,8 +234,8 @@ pub fn read(path: &Path) -> Result<Field<f64>> {
 /// Reads a map of flags (uint8 or bool).
 pub fn read_flags(path: &Path) -> Result<Field<u8>> {
     let reader = Reader::open(path)?;
-    if !reader.holds_flags() {
-        return Err(Error::format(path, "floating-point entries", "uint8 or bool"));
+    if !matches!(reader.stored, Stored::Flag | Stored::Unsigned { bytes: 1, .. }) {
+        return Err(Error::format(path, "entries that are no flags", "uint8 or bool"));
     }
     let (nx, ny) = (reader.nx, reader.ny);
     let mut values = Vec::with_capacity(nx * ny);
@@ -246,14 +286,52 @@ mod tests {
     }
 
     #[test]
+    fn integers_are_heights() {
+        let (_folder, path) = scratch();
+        fn whole<T: ndarray_npy::WritableElement>(path: &Path, values: [T; 2]) -> Vec<f64> {
+            ndarray_npy::write_npy(path, &Array2::from_shape_vec((1, 2), values.into()).unwrap()).unwrap();
+            read(path).unwrap().values
+        }
+        assert_eq!(whole(&path, [i8::MIN, i8::MAX]), [-128.0, 127.0]);
+        assert_eq!(whole(&path, [i16::MIN, 7]), [-32768.0, 7.0]);
+        assert_eq!(whole(&path, [i32::MIN, -1]), [-2147483648.0, -1.0]);
+        assert_eq!(whole(&path, [i64::MIN, -3]), [-(2f64.powi(63)), -3.0]);
+        assert_eq!(whole(&path, [u8::MAX, 0]), [255.0, 0.0]);
+        assert_eq!(whole(&path, [u16::MAX, 1]), [65535.0, 1.0]);
+        assert_eq!(whole(&path, [u32::MAX, 1]), [4294967295.0, 1.0]);
+        assert_eq!(whole(&path, [u64::MAX, 1]), [2f64.powi(64), 1.0]);
+        // Big-endian, by hand: the descriptor is as long.
+        ndarray_npy::write_npy(&path, &Array2::from_shape_vec((1, 2), vec![0x0100_i16, 0x00FF]).unwrap()).unwrap();
+        let mut bytes = std::fs::read(&path).unwrap();
+        let at = bytes.windows(3).position(|w| w == b"<i2").unwrap();
+        bytes[at] = b'>';
+        std::fs::write(&path, bytes).unwrap();
+        assert_eq!(read(&path).unwrap().values, [1.0, -256.0]);
+    }
+
+    /// Values whose bits are printed with the format: one, the largest, the smallest above zero, a third.
+    #[test]
+    fn half_precision_is_read() {
+        let words = [0x3C00, 0x7BFF, 0x0001, 0x3555, 0xC000];
+        assert_eq!(words.map(half), [1.0, 65504.0, 2f64.powi(-24), 0.333251953125, -2.0]);
+        assert!(half(0x7C00) == f64::INFINITY && half(0x7E00).is_nan());
+        assert_eq!(Stored::named("<f2"), Some(Stored::F2 { big: false }));
+    }
+
+    #[test]
     fn damaged_or_foreign_files_are_named() {
         let (_folder, path) = scratch();
         let says = |expected: &str| {
             let message = read(&path).unwrap_err().to_string();
             assert!(message.contains("field.npy") && message.contains(expected), "{message}");
         };
-        ndarray_npy::write_npy(&path, &Array2::<i64>::zeros((2, 2))).unwrap();
-        says("entries of type <i8");
+        ndarray_npy::write_npy(&path, &Array2::<bool>::default((2, 2))).unwrap();
+        says("entries of type bool");
+        let mut complex = std::fs::read(&path).unwrap();
+        let at = complex.windows(3).position(|w| w == b"|b1").unwrap();
+        complex[at..at + 3].copy_from_slice(b"<c8");
+        std::fs::write(&path, complex).unwrap();
+        says("entries of type <c8");
         ndarray_npy::write_npy(&path, &ndarray::Array1::<f64>::zeros(4)).unwrap();
         says("shape [4]");
         ndarray_npy::write_npy(&path, &Array2::<f64>::zeros((0, 2))).unwrap();
@@ -265,7 +343,9 @@ mod tests {
         std::fs::write(&path, b"oak").unwrap();
         says("accepted: a .npy file");
         write(&path, 2, 2, [0_u8; 4]).unwrap();
-        says("uint8");
+        assert!(read_flags(&path).is_ok());
+        write(&path, 2, 2, [0.0_f32; 4]).unwrap();
+        assert!(read_flags(&path).unwrap_err().to_string().contains("no flags"));
     }
 
     #[test]

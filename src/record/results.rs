@@ -17,6 +17,8 @@ pub const SCHEMA: u32 = 1;
 
 /// Name of the file in a run folder.
 pub const FILE: &str = "results.json";
+/// What ran, on what, for how long, beside it.
+pub const MANIFEST_FILE: &str = "manifest.json";
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Results {
@@ -45,6 +47,9 @@ impl Results {
             schema: u32,
         }
         let path = run_folder.join(FILE);
+        if !path.exists() {
+            return Err(no_run(run_folder));
+        }
         let text = land::read_text(&path)?;
         let head: Head = serde_json::from_str(&text)
             .map_err(|e| Error::format(&path, e, "the results of a run, with a number under \"schema\""))?;
@@ -64,6 +69,18 @@ impl Results {
         readable.map_err(|e| Error::format(&path, format!("a value that is not finite ({e})"), "finite numbers"))?;
         json::write(&path, self)
     }
+}
+
+/// A folder without results, told by what it lacks.
+fn no_run(folder: &Path) -> Error {
+    let missing: Vec<&str> = [FILE, MANIFEST_FILE].into_iter().filter(|f| !folder.join(f).exists()).collect();
+    let verb = if missing.len() > 1 { "are" } else { "is" };
+    let found = match std::fs::metadata(folder) {
+        Err(_) => "not a run folder: there is no such folder".to_string(),
+        Ok(m) if !m.is_dir() => "not a run folder but a file".to_string(),
+        Ok(_) => format!("not a run folder, or one whose run has not ended: {} {verb} missing", missing.join(" and ")),
+    };
+    Error::format(folder, found, "the folder of a run that `asperity run` has finished")
 }
 
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
@@ -96,6 +113,9 @@ pub struct Statistic {
     pub unit: String,
     /// Ensemble value of the spectrum; none for an imported surface.
     pub expected: Option<f64>,
+    /// The same of the modes that the grid holds, where it does not hold the whole spectrum.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held: Option<f64>,
     pub realised: f64,
     /// Half-width of the band in which a realisation is expected (two standard deviations), where known.
     pub band: Option<f64>,
@@ -293,7 +313,11 @@ pub struct Section {
 pub struct StageCost {
     pub name: String,
     pub key: String,
+    /// All that was spent on it, earlier attempts included.
     pub seconds: f64,
+    /// What attempts that were stopped had spent on what the last one went on from.
+    #[serde(default)]
+    pub earlier_seconds: f64,
     pub peak_rss_bytes: u64,
     /// Taken from an earlier run with the same key.
     pub reused: bool,

@@ -1,4 +1,4 @@
-use super::check::{complaints, cut_offs};
+use super::check::{complaints, cut_offs, missing_files};
 use super::{Scene, Slope, Surface, SurfaceScene, Touching};
 use crate::atoms::audit::{Asked, AuditInput, Used, audit};
 use crate::atoms::block::Block;
@@ -93,7 +93,7 @@ impl Case {
     /// `file` is named in messages and is what relative paths are relative to.
     pub fn resolve(scene: Scene, file: &Path) -> Result<Case> {
         let place = file.display().to_string();
-        let list = complaints(&scene);
+        let list = [complaints(&scene), missing_files(&scene, file)].concat();
         if !list.is_empty() {
             return Err(Error::Input { place, list });
         }
@@ -105,7 +105,7 @@ impl Case {
             Surface::Synthesised { modes, spectrum, .. } => {
                 let grid = Grid::unit(scene.surface.grid, scene.surface.grid);
                 if !modes.held_by(grid) {
-                    let kept = spectrum.expected(1.0, 2.0 / grid.nx as f64).rms_gradient;
+                    let kept = spectrum.expected_on(grid).rms_gradient;
                     warnings.push(format!(
                         "the grid of {0}² points cannot hold λ_s: modes above n = {1} are left out and {kept:.3} of the \
                          rms gradient {2:.3} is resolved ({3}² points would hold all)",
@@ -205,7 +205,7 @@ impl Case {
     }
 }
 
-fn beside(file: &Path, path: &Path) -> PathBuf {
+pub(super) fn beside(file: &Path, path: &Path) -> PathBuf {
     file.parent().unwrap_or(Path::new("")).join(path)
 }
 

@@ -3,6 +3,7 @@
 use super::{Scene, SurfaceScene};
 use crate::error::Complaint;
 use crate::method;
+use std::path::Path;
 
 struct Complaints(Vec<Complaint>);
 
@@ -62,6 +63,27 @@ pub(super) fn complaints(scene: &Scene) -> Vec<Complaint> {
         atoms(&mut c, scene);
     }
     c.0
+}
+
+/// Files that a scene names and that are not there: said with the key, which an error on opening them does not know.
+pub(super) fn missing_files(scene: &Scene, file: &Path) -> Vec<Complaint> {
+    let named = [
+        ("surface.heights", scene.surface.heights.as_ref(), "a height map (.npy or an ASCII matrix)"),
+        ("atoms.potential", scene.atoms.as_ref().and_then(|a| a.potential.as_ref()), "an eam/alloy (setfl) file"),
+    ];
+    let complaint = |key: &str, path: &Path, accepted: &str| {
+        let found = super::case::beside(file, path);
+        let why = match std::fs::metadata(&found) {
+            Ok(m) if m.is_dir() => "which is a folder",
+            Ok(_) => return None,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => "where there is no file",
+            // Opening it says more.
+            Err(_) => return None,
+        };
+        let found = format!("{:?}, that is {}, {why}", path.display(), found.display());
+        Some(Complaint::new(key, found, format!("{accepted}, its path relative to the scene file")))
+    };
+    named.into_iter().filter_map(|(key, path, accepted)| complaint(key, path?, accepted)).collect()
 }
 
 fn surface(c: &mut Complaints, scene: &Scene) {

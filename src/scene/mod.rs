@@ -6,6 +6,7 @@
 mod case;
 mod check;
 mod source;
+mod syntax;
 
 pub use case::{AtomsCase, Case, PairAdhesion};
 pub use source::Surface;
@@ -275,12 +276,7 @@ impl Scene {
     }
 
     pub fn parse(text: &str, path: &Path) -> Result<Scene> {
-        toml::from_str(text).map_err(|e| {
-            let start = e.span().map_or(0, |s| s.start.min(text.len()));
-            let line = text[..start].matches('\n').count() + 1;
-            let key = text.lines().nth(line - 1).unwrap_or_default().trim().to_string();
-            Error::Syntax { file: path.to_path_buf(), line, text: key, message: e.message().replace('\n', ", ") }
-        })
+        toml::from_str(text).map_err(|e| syntax::refusal(&e, text, path))
     }
 
     /// JSON Schema of scene files, for editors.

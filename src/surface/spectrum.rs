@@ -1,3 +1,4 @@
+use crate::grid::Grid;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -72,6 +73,16 @@ impl Spectrum {
     /// Ensemble values, by summing over every mode of the cell whose wavelength is at least `low_pass` (0 for all).
     /// The normalisation is always that of the whole spectrum.
     pub fn expected(&self, aspect: f64, low_pass: f64) -> Expected {
+        self.ensemble(aspect, |_, _, n| n * low_pass <= 1.0 + 1e-9)
+    }
+
+    /// The same by summing over the modes that a grid holds, which are those that `Modes::heights` gives it.
+    pub fn expected_on(&self, grid: Grid) -> Expected {
+        let below_nyquist = |k: i64, n: usize| k == 0 || 2 * k < n as i64;
+        self.ensemble(grid.ly / grid.lx, |kx, ky, _| below_nyquist(kx, grid.nx) && below_nyquist(ky, grid.ny))
+    }
+
+    fn ensemble(&self, aspect: f64, kept: impl Fn(i64, i64, f64) -> bool + Sync) -> Expected {
         let (kx_max, ky_max) = self.largest_modes(aspect);
         // A quarter of the lattice with weights: power depends on |q| only.
         let rows: Vec<[f64; 8]> = (0..=ky_max)
@@ -88,7 +99,7 @@ impl Spectrum {
                     let w = if kx == 0 { 1.0 } else { 2.0 } * if ky == 0 { 1.0 } else { 2.0 };
                     let q = 2.0 * PI;
                     sum[0] += w * c * q * q * n2;
-                    if n2.sqrt() * low_pass > 1.0 + 1e-9 {
+                    if !kept(kx, ky, n2.sqrt()) {
                         continue;
                     }
                     sum[1] += w * c;

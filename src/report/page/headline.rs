@@ -167,7 +167,11 @@ fn words(results: &Results) -> Markup {
                 "because contact area grows with p* alike for all surfaces of small slope. The gradient is always that of "
                 "the whole spectrum: on a grid or a block that resolves less of it, more touches at the same p*." }
             dt { "Gap" }
-            dd { "Distance between the two surfaces along z; zero where they touch. The mean gap is over the whole cell." }
+            dd { "Distance between the two surfaces along z; zero where they touch. The mean gap is over the whole cell."
+                @if results.atoms.is_some() {
+                    " Atoms and the soft wall have no surface to touch: there the gap counts from the distance at which the "
+                    "wall’s force begins, and a negative gap means that the atoms are nearer than that, pushed by the load."
+                } }
             dt { "Contact" }
             dd { "Share of the cell that touches. It means little without its " em { "criterion" } ": a zero gap for a "
                 "hard wall, a distance below a threshold for atoms, which have no sharp surface. Every number here names "

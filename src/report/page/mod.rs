@@ -105,7 +105,7 @@ fn costs(stages: &[StageCost]) -> Markup {
                 text(&s.name),
                 text(duration(s.seconds)),
                 text(memory(s.peak_rss_bytes)),
-                text(if s.reused { "taken from an earlier run" } else { "computed" }),
+                text(origin(s)),
                 html! { code.quiet { (s.key.get(..12).unwrap_or(&s.key)) } },
             ]
         })
@@ -116,9 +116,18 @@ fn costs(stages: &[StageCost]) -> Markup {
     rows.push(vec![bold("all".into()), bold(duration(all)), bold(memory(peak)), html! {}, html! {}]);
     html! {
         p { "Wall time and largest resident memory of each stage. A stage is recognised by the key of its inputs; one "
-            "that is taken from an earlier run shows what it cost then." }
+            "that is taken from an earlier run shows what it cost then, and one that went on from where a run was stopped "
+            "the time of all its parts." }
         (table(&["stage", "time", "peak memory", "origin", "key"], rows))
     }
+}
+
+fn origin(stage: &StageCost) -> String {
+    let parts = match stage.earlier_seconds {
+        0.0 => String::new(),
+        s => format!(", {} of it in earlier parts", duration(s)),
+    };
+    format!("{}{parts}", if stage.reused { "taken from an earlier run" } else { "computed" })
 }
 
 /// A citation with its DOI or address as a link; both are for the reader to follow, the page fetches nothing.

@@ -43,33 +43,44 @@ pub fn section(desk: &Desk, results: &Results) -> Result<Markup> {
 }
 
 fn statistics(list: &[Statistic]) -> Markup {
+    let coarse = list.iter().any(|s| s.held.is_some());
     let rows = list
         .iter()
         .map(|s| {
             let unit = if s.unit == "1" { "" } else { &s.unit };
             let with_unit = |v: f64| text(format!("{} {unit}", significant(v, 4)).trim_end());
-            vec![
-                text(&s.name),
-                symbol(&s.symbol),
-                s.expected.map_or(text("–"), with_unit),
+            let mut row = vec![text(&s.name), symbol(&s.symbol), s.expected.map_or(text("–"), with_unit)];
+            row.extend(coarse.then(|| s.held.map_or(text("–"), with_unit)));
+            row.extend([
                 with_unit(s.realised),
                 s.band.map_or(text("–"), |b| text(format!("± {} {unit}", significant(b, 2)).trim_end())),
                 verdict(s),
-            ]
+            ]);
+            row
         })
         .collect();
+    let mut head = vec!["quantity", "symbol", "expected", "realised", "band", "verdict"];
+    if coarse {
+        head.splice(2..3, ["whole spectrum", "on this grid"]);
+    }
     html! {
-        (table(&["quantity", "symbol", "expected", "realised", "band", "verdict"], rows))
+        (table(&head, rows))
+        @if coarse {
+            p.quiet { "Whole spectrum and on this grid are ensemble values: of all waves, and of those that this grid holds. "
+                "The grid leaves out what is shorter than two nodes, and with it much of gradient and curvature; the verdict "
+                "is about the waves that are there." }
+        }
         @if list.iter().any(|s| s.expected.is_some()) {
-            p.quiet { "Expected is the ensemble of the whole spectrum, realised is this surface on this grid: what depends on "
-                "waves shorter than two nodes (gradient, curvature) is off by what the grid cannot hold. The band is two "
-                "standard deviations of what a realisation may have: about one in twenty lies outside by chance." }
+            p.quiet { @if !coarse { "Expected is the ensemble of the spectrum, all of which this grid holds. " }
+                "Realised is this surface. The band is two standard deviations of what a realisation may have: about one "
+                "in twenty lies outside by chance." }
         }
     }
 }
 
+/// The realisation against what its grid lets one expect.
 fn verdict(s: &Statistic) -> Markup {
-    match (s.expected, s.band) {
+    match (s.held.or(s.expected), s.band) {
         (Some(expected), Some(band)) if (s.realised - expected).abs() <= band => text("within the band"),
         (Some(_), Some(_)) => html! { span.bad { "outside the band" } },
         (Some(expected), None) if expected != 0.0 => {
