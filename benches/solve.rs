@@ -2,7 +2,7 @@
 
 use asperity::grid::{Grid, Transform};
 use asperity::interface::{Adhesion, Elastic, Wall};
-use asperity::method::{self, Load, Precision, Problem, unwatched};
+use asperity::method::{self, Goals, Load, Precision, Problem, unwatched};
 use asperity::surface::{Modes, Spectrum};
 use criterion::{Criterion, criterion_group, criterion_main};
 use rustfft::num_complex::Complex;
@@ -35,12 +35,13 @@ fn solve(c: &mut Criterion) {
     for (name, adhesion) in [("", Adhesion::None), (" adhesive", adhesion)] {
         let problem = Problem {
             grid,
-            heights: &heights,
+            heights: (&heights).into(),
             kernel: Elastic::HalfSpace,
             adhesion,
             wall: Wall::Hard,
             precision: Precision::F64,
             tolerance: 1e-6,
+            goals: Goals::default(),
             max_iterations: 20_000,
         };
         for method in method::REGISTRY {

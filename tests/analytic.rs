@@ -2,7 +2,7 @@
 
 use asperity::grid::{Grid, Transform};
 use asperity::interface::{Adhesion, Base, Elastic, Kernel, Layer, Wall};
-use asperity::method::{self, Load, Precision, Problem, State, Stop, unwatched};
+use asperity::method::{self, Goals, Load, Precision, Problem, State, Stop, unwatched};
 use asperity::observe::contact_area;
 use asperity::surface::{Modes, Spectrum, moments};
 use std::f64::consts::PI;
@@ -15,12 +15,13 @@ const LOAD_BALANCE: f64 = 1e-9;
 fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
     Problem {
         grid,
-        heights,
+        heights: heights.into(),
         kernel: Elastic::HalfSpace,
         adhesion: Adhesion::None,
         wall: Wall::Hard,
         precision: Precision::F64,
         tolerance: 1e-9,
+        goals: Goals::default(),
         max_iterations: 200_000,
     }
 }
@@ -317,13 +318,13 @@ fn invariances() {
     let offset: Vec<f64> = heights.iter().map(|h| h + 1e4).collect();
     let transposed: Vec<f64> = (0..64 * 64).map(|i| heights[(i % 64) * 64 + i / 64]).collect();
     for (name, h, tolerance) in [("offset", &offset, 1e-7), ("transposed", &transposed, 1e-9)] {
-        let p = Problem { heights: h, ..base.clone() };
+        let p = Problem { heights: h.into(), ..base.clone() };
         let (g, a) = solve(&p, "bvm", 0.02, |s| (s.mean_gap, fraction(s, grid).0));
         assert!((g / gap - 1.0).abs() < tolerance && a == area, "{name}: {g} {gap}, {a} {area}");
     }
     // In units of 2E*: heights, range and gap halve, γ/(E*L) is a quarter, the pressure over E* halves.
     let half: Vec<f64> = heights.iter().map(|h| 0.5 * h).collect();
-    let p = Problem { heights: &half, adhesion: Adhesion::exponential(gamma / 4.0, rho / 2.0), ..base.clone() };
+    let p = Problem { heights: (&half).into(), adhesion: Adhesion::exponential(gamma / 4.0, rho / 2.0), ..base.clone() };
     let (g, a) = solve(&p, "bvm", 0.01, |s| (s.mean_gap, fraction(s, grid).0));
     assert!((2.0 * g / gap - 1.0).abs() < 1e-8 && a == area, "{g} {gap}");
 }

@@ -2,7 +2,7 @@ use super::{listen, words};
 use crate::error::Complaint;
 use crate::grid::Grid;
 use crate::interface::{Adhesion, Base, COHESIVE_RESOLUTION, Elastic, Layer, Wall};
-use crate::method::{self, Iteration, Load, Precision, Problem, Stop};
+use crate::method::{self, Goals, Iteration, Load, Precision, Problem, Stop};
 use crate::observe::{contact_area, contact_map};
 use crate::record::heights::{self, Sign};
 use crate::record::{json, npy};
@@ -128,12 +128,13 @@ impl Solve {
             Adhesion::exponential(self.gamma / (self.modulus * self.length), self.rho.unwrap_or(1.0) / self.length);
         let problem = Problem {
             grid,
-            heights: &map.heights,
+            heights: (&map.heights).into(),
             kernel,
             adhesion,
             wall: Wall::Hard,
             precision: self.precision,
             tolerance,
+            goals: Goals::default(),
             max_iterations: self.max_iterations,
         };
         let cohesive_resolution = match adhesion {

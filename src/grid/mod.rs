@@ -2,11 +2,13 @@
 
 mod interpolate;
 mod real;
+mod series;
 mod sums;
 mod transform;
 
 pub use interpolate::{bilinear, interpolate};
 pub use real::{Field, Real};
+pub use series::Series;
 pub use sums::{block_sums, lowest, mean, rms, sum_rows};
 pub use transform::{Filter, Transform};
 

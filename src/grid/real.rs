@@ -3,7 +3,7 @@ use rustfft::num_traits::{Float, NumAssign};
 use std::borrow::Cow;
 
 /// The two precisions of the fields. Sums are always taken in `f64`.
-pub trait Real: rustfft::FftNum + Float + NumAssign + Default + std::iter::Sum {
+pub trait Real: rustfft::FftNum + Float + NumAssign + Default + std::iter::Sum + bytemuck::Pod {
     /// Name as in `--precision`.
     const NAME: &'static str;
 

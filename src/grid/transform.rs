@@ -133,8 +133,13 @@ impl<T: Real> Transform<T> {
 
     /// Half spectrum to real field, un-normalised; the spectrum is used up.
     pub fn inverse(&self, spectrum: &mut [Complex<T>], field: &mut [T]) {
+        self.inverse_after(spectrum, field, &|_: usize, _: &mut [Complex<T>]| 0.0);
+    }
+
+    /// As [`Transform::inverse`], with `filter` applied to every column first.
+    pub fn inverse_after(&self, spectrum: &mut [Complex<T>], field: &mut [T], filter: &impl Filter<T>) {
         let (nx, half) = (self.grid.nx, self.grid.half());
-        self.columns(spectrum, &|_: usize, _: &mut [Complex<T>]| 0.0, Direction::Inverse);
+        self.columns(spectrum, filter, Direction::Inverse);
         spectrum.par_chunks_mut(half).zip(field.par_chunks_mut(nx)).for_each_init(
             || self.worker(),
             |worker, (spec, row)| {

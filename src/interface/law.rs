@@ -24,6 +24,11 @@ pub trait Law: Copy + Sync + Send {
         0.0
     }
 
+    /// Range ρ of the attraction; 0 without any.
+    fn range(&self) -> f64 {
+        0.0
+    }
+
     /// Upper bound of `|slope|` over the gaps at which the wall pushes with no more than `stress` (units of E*).
     fn stiffest(&self, stress: f64) -> f64;
 
@@ -110,6 +115,10 @@ impl Law for Exponential {
 
     fn stiffest(&self, _: f64) -> f64 {
         self.gamma / self.rho.powi(2)
+    }
+
+    fn range(&self) -> f64 {
+        self.rho
     }
 
     fn on_mesh(&self, dx: f64) -> Self {
@@ -250,6 +259,10 @@ impl<W: Law, A: Law> Law for WithAdhesion<W, A> {
     fn stiffest(&self, stress: f64) -> f64 {
         // Behind a soft wall the attraction is steeper than at zero gap.
         self.wall.stiffest(stress) + self.adhesion.slope(self.wall.closest(stress)).abs()
+    }
+
+    fn range(&self) -> f64 {
+        self.adhesion.range()
     }
 
     fn on_mesh(&self, dx: f64) -> Self {

@@ -58,20 +58,21 @@ impl ContactMethod for Bvm {
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Box<dyn Run + 'p>> {
-        Ok(dispatch(problem, Start(watch)))
+        Ok(dispatch(problem, Start(problem, watch)))
     }
 }
 
-struct Start<'p>(&'p dyn Watch);
+struct Start<'p>(&'p Problem<'p>, &'p dyn Watch);
 
 impl<'p> Build<'p> for Start<'p> {
     type Built = Box<dyn Run + 'p>;
 
-    fn build<T: Real, K: Kernel + 'p, L: Law + 'p>(self, operator: Operator<'p, T, K, L>) -> Self::Built {
+    fn build<T: Real, K: Kernel + 'p, L: Law + 'p>(self, kernel: K, law: L) -> Self::Built {
+        let operator = Operator::<T, K, L>::new(self.0, kernel, law);
         let gap = operator.first_touch();
         let residual = vec![T::default(); gap.len()];
         let direction = vec![T::default(); gap.len()];
-        Box::new(Solver { operator, watch: self.0, gap, previous: Vec::new(), residual, direction })
+        Box::new(Solver { operator, watch: self.1, gap, previous: Vec::new(), residual, direction })
     }
 }
 
@@ -137,10 +138,14 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
 }
 
 impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
+    fn set_gap(&mut self, gap: &[f64]) {
+        self.gap = gap.iter().map(|&g| T::of(g)).collect();
+    }
+
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
         let clock = Instant::now();
         let pairs_before = self.operator.pairs;
-        self.operator.set_load(load);
+        self.operator.set_load(load, CARD.id)?;
         let problem = self.operator.problem;
         let pressure = self.operator.pressure;
         let scale = Problem::stress_scale(pressure);
@@ -148,23 +153,24 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         let mut progress = Progress::new();
         let (mut balance, ..) = self.advance(0.0);
         let (mut beta, mut safe, mut iterations) = (0.0, 0, 0);
-        let stop = loop {
-            if self.operator.converged(&balance) {
-                break Stop::Converged;
+        let (stop, settled) = loop {
+            let settled = progress.settled(&balance);
+            if self.operator.converged(&balance, &settled) {
+                break (Stop::Converged, settled);
             }
             if iterations >= problem.max_iterations {
-                break Stop::IterationLimit;
+                break (Stop::IterationLimit, settled);
             }
             let residual = balance.residual / scale;
             if let Some(stop) = progress.stalled(residual, floor) {
-                break stop;
+                break (stop, settled);
             }
             if self
                 .watch
                 .iteration(Iteration { iteration: iterations, residual, tolerance: problem.tolerance })
                 .is_break()
             {
-                break Stop::Interrupted;
+                break (Stop::Interrupted, settled);
             }
             let (mut rd, mut curvature) = self.direct(if safe > 0 { 0.0 } else { beta });
             if rd >= 0.0 {
@@ -217,12 +223,13 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             iterations += 1;
             if exhausted && was_safe {
                 // Not even a gradient step of safe length descends.
-                break if residual <= 10.0 * floor { Stop::RoundingFloor } else { Stop::NoDescent };
+                let stop = if residual <= 10.0 * floor { Stop::RoundingFloor } else { Stop::NoDescent };
+                break (stop, settled);
             }
         };
         let balance = self.operator.stress(&mut self.gap, &mut self.residual);
         Ok(self.operator.state(
-            Outcome { load, stop, iterations, pairs_before, clock, balance },
+            Outcome { load, stop, iterations, pairs_before, clock, balance, settled },
             &self.gap,
             &self.residual,
         ))

@@ -56,19 +56,20 @@ impl ContactMethod for Gfmd {
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Box<dyn Run + 'p>> {
-        Ok(dispatch(problem, Start(watch)))
+        Ok(dispatch(problem, Start(problem, watch)))
     }
 }
 
-struct Start<'p>(&'p dyn Watch);
+struct Start<'p>(&'p Problem<'p>, &'p dyn Watch);
 
 impl<'p> Build<'p> for Start<'p> {
     type Built = Box<dyn Run + 'p>;
 
-    fn build<T: Real, K: Kernel + 'p, L: Law + 'p>(self, operator: Operator<'p, T, K, L>) -> Self::Built {
+    fn build<T: Real, K: Kernel + 'p, L: Law + 'p>(self, kernel: K, law: L) -> Self::Built {
+        let operator = Operator::<T, K, L>::new(self.0, kernel, law);
         let gap = operator.first_touch();
         let velocity = vec![T::default(); gap.len()];
-        Box::new(Solver { operator, watch: self.0, gap, velocity })
+        Box::new(Solver { operator, watch: self.1, gap, velocity })
     }
 }
 
@@ -146,10 +147,14 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
 }
 
 impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
+    fn set_gap(&mut self, gap: &[f64]) {
+        self.gap = gap.iter().map(|&g| T::of(g)).collect();
+    }
+
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
         let clock = Instant::now();
         let pairs_before = self.operator.pairs;
-        self.operator.set_load(load);
+        self.operator.set_load(load, CARD.id)?;
         let problem = self.operator.problem;
         let pressure = self.operator.pressure;
         let scale = Problem::stress_scale(pressure);
@@ -162,32 +167,33 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         let mut progress = Progress::new();
         let mut iterations = 0;
         self.rest();
-        let (stop, balance) = loop {
+        let (stop, balance, settled) = loop {
             let step = STEP_SQUARED / self.operator.stiffest(&self.gap);
             let inertia = (-2.0 * DAMPING * (slowest * step).sqrt()).exp();
             let balance = self.step(inertia, step);
-            if self.operator.converged(&balance) {
+            let settled = progress.settled(&balance);
+            if self.operator.converged(&balance, &settled) {
                 // The balance belongs to the state before the step, and an oscillation may have been passing through
                 // its rest position: what counts is the state that is kept.
                 let kept = self.operator.stress(&mut self.gap, &mut self.velocity);
-                if self.operator.converged(&kept) {
-                    break (Stop::Converged, kept);
+                if self.operator.converged(&kept, &settled) {
+                    break (Stop::Converged, kept, settled);
                 }
                 self.rest();
             }
             if iterations >= problem.max_iterations {
-                break (Stop::IterationLimit, balance);
+                break (Stop::IterationLimit, balance, settled);
             }
             let residual = balance.residual / scale;
             if let Some(stop) = progress.stalled(residual, floor) {
-                break (stop, balance);
+                break (stop, balance, settled);
             }
             if self
                 .watch
                 .iteration(Iteration { iteration: iterations, residual, tolerance: problem.tolerance })
                 .is_break()
             {
-                break (Stop::Interrupted, balance);
+                break (Stop::Interrupted, balance, settled);
             }
             iterations += 1;
         };
@@ -197,7 +203,7 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             _ => self.operator.stress(&mut self.gap, &mut self.velocity),
         };
         Ok(self.operator.state(
-            Outcome { load, stop, iterations, pairs_before, clock, balance },
+            Outcome { load, stop, iterations, pairs_before, clock, balance, settled },
             &self.gap,
             &self.velocity,
         ))

@@ -11,7 +11,9 @@ mod operator;
 mod problem;
 
 pub use card::{Card, Criterion, Quantity, Support};
-pub use problem::{Iteration, Load, Plan, Precision, Problem, Run, State, Stop, Watch, unwatched};
+pub use problem::{
+    CoarseState, Goals, Heights, Iteration, Load, Plan, Precision, Problem, Run, Settled, State, Stop, Watch, unwatched,
+};
 
 use crate::Result;
 

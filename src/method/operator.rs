@@ -9,7 +9,8 @@
 //! and an equilibrium has `t = 0` where the gap is open and `t ≥ 0`, the contact stress, where a hard wall closes it.
 //! `K` has no mean mode, so the mean of `t - v'` is the pressure whatever the gap: load balance is a statement about `t`.
 
-use super::{Load, Problem, State, Stop};
+use super::{Heights, Load, Problem, Settled, State, Stop};
+use crate::{Error, Result};
 use crate::grid::{Filter, Grid, Real, Transform, block_sums, lowest, rms};
 use crate::interface::{Adhesion, HardWall, Kernel, Law, Wall, WithAdhesion};
 use rayon::prelude::*;
@@ -44,6 +45,8 @@ pub(super) struct Balance {
     pub elastic: f64,
     pub interaction: f64,
     pub mean_gap: f64,
+    /// Closed nodes.
+    pub contact: f64,
     /// rms of the KKT residual.
     pub residual: f64,
     /// Mean of the KKT residual: what is missing from the load balance.
@@ -60,10 +63,11 @@ pub(super) struct Outcome {
     pub pairs_before: f64,
     pub clock: Instant,
     pub balance: Balance,
+    pub settled: Settled,
 }
 
 /// Number of sums that [`kkt_row`] gives.
-pub(super) const KKT: usize = 5;
+pub(super) const KKT: usize = 6;
 
 /// Residual of the optimality conditions at one node: the imbalance where the gap may move, else tension only.
 #[inline]
@@ -71,7 +75,7 @@ pub(super) fn kkt<L: Law, T: Real>(gap: T, t: T) -> T {
     if L::HARD && gap <= T::zero() { t.min(T::zero()) } else { t }
 }
 
-/// Sums of one row: residual², residual, |t g|, g, v(g).
+/// Sums of one row: residual², residual, |t g|, g, v(g), closed nodes.
 pub(super) fn kkt_row<L: Law, T: Real>(law: &L, gap: &[T], t: &[T]) -> [f64; KKT] {
     let mut sum = [0.0; KKT];
     for (&g, &t) in gap.iter().zip(t) {
@@ -84,6 +88,7 @@ pub(super) fn kkt_row<L: Law, T: Real>(law: &L, gap: &[T], t: &[T]) -> [f64; KKT
         if L::ACTIVE {
             sum[4] += law.energy(g);
         }
+        sum[5] += f64::from(u8::from(g <= 0.0));
     }
     sum
 }
@@ -98,12 +103,19 @@ impl Balance {
             complementarity: mean(2),
             mean_gap: mean(3),
             interaction: mean(4),
+            contact: mean(5),
         }
     }
 
     /// Size of the energy's terms, whose rounding must not count as a rise.
     pub fn magnitude(&self, pressure: f64) -> f64 {
         self.elastic.abs() + self.interaction.abs() + (pressure * self.mean_gap).abs()
+    }
+
+    /// Whether the residual is within the tolerance and the forces balance, both over `scale`.
+    pub fn meets(&self, tolerance: f64, scale: f64) -> bool {
+        let load = LOAD_BALANCE.max(LOAD_SHARE * tolerance);
+        self.residual <= tolerance * scale && self.imbalance.abs() <= load * scale
     }
 
     pub fn energy(&self, pressure: f64) -> f64 {
@@ -131,15 +143,20 @@ pub(super) struct Operator<'p, T: Real, K, L> {
 
 /// The load balance that the solvers impose, relative to the pressure: at the default tolerance of 1e-8 this, and at
 /// looser ones a tenth of the tolerance.
-pub const LOAD_BALANCE: f64 = 1e-9;
+pub(super) const LOAD_BALANCE: f64 = 1e-9;
 const LOAD_SHARE: f64 = 0.1;
 
 impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
     pub fn new(problem: &'p Problem<'p>, kernel: K, law: L) -> Self {
         let grid = problem.grid;
-        let (heights, offset) = T::heights(problem.heights, crate::grid::mean(problem.heights));
-        let lowest = lowest(&heights);
         let transform = Transform::new(grid);
+        let (heights, offset) = match problem.heights {
+            Heights::Nodes(nodes) => T::heights(nodes, crate::grid::mean(nodes)),
+            Heights::Series(series) => {
+                (Cow::Owned(series.converted().on_nodes(&transform, &mut transform.spectrum())), T::zero())
+            }
+        };
+        let lowest = lowest(&heights);
         let rms_height = rms(&heights);
         let stiffness = Stiffness { grid, kernel };
         Operator {
@@ -157,9 +174,21 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
         }
     }
 
-    pub fn set_load(&mut self, load: Load) {
-        let Load::Pressure(p) = load;
-        self.pressure = p;
+    /// # Errors
+    /// `Input` for any load but a pressure that presses, or with adhesion may pull.
+    pub fn set_load(&mut self, load: Load, id: &str) -> Result<()> {
+        let goal = self.problem.goals.energy;
+        match load {
+            Load::Pressure(p) if p > 0.0 || L::ACTIVE => self.pressure = p,
+            Load::Pressure(p) => return Err(refused(id, "pressure", p, "a positive one: nothing holds a pull")),
+            Load::MeanGap(g) => {
+                return Err(refused(id, "mean gap", g, "a pressure; the method `fast` controls the mean gap"));
+            }
+        }
+        match goal {
+            Some(g) => Err(refused(id, "energy goal", g, "none: this method does not bound its energy (`fast` does)")),
+            None => Ok(()),
+        }
     }
 
     /// Allocates the spectrum.
@@ -274,10 +303,12 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
 
     /// The state that observers are lent.
     pub fn state<'a>(&self, outcome: Outcome, gap: &'a [T], stress: &'a [T]) -> State<'a> {
-        let Outcome { load, stop, iterations, pairs_before, clock, balance } = outcome;
+        let Outcome { load, stop, iterations, pairs_before, clock, balance, settled } = outcome;
         let scale = Problem::stress_scale(self.pressure);
         State {
             load,
+            pressure: self.pressure,
+            settled,
             gap: T::lend(gap),
             stress: T::lend(stress),
             mean_gap: balance.mean_gap,
@@ -295,11 +326,10 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
         }
     }
 
-    /// Whether a balance meets the tolerance and the load balance.
-    pub fn converged(&self, balance: &Balance) -> bool {
+    /// Whether a balance meets the tolerance, the load balance and the goals.
+    pub fn converged(&self, balance: &Balance, settled: &Settled) -> bool {
         let scale = Problem::stress_scale(self.pressure);
-        let load = LOAD_BALANCE.max(LOAD_SHARE * self.problem.tolerance);
-        balance.residual <= self.problem.tolerance * scale && balance.imbalance.abs() <= load * scale
+        balance.meets(self.problem.tolerance, scale) && self.problem.goals.met(settled)
     }
 
     /// Upper bound of the curvature of the energy around `gap`: what a safe gradient step is the inverse of. A soft wall is
@@ -316,18 +346,40 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
     }
 }
 
-/// Notices that a residual no longer falls.
+/// A load or goal that a method cannot impose.
+pub(super) fn refused(id: &str, key: &str, found: f64, accepted: &str) -> Error {
+    Error::input(format!("method {id}"), key, found, accepted)
+}
+
+/// Notices that a residual no longer falls, and how much area and mean gap still move.
 pub(super) struct Progress {
     best: f64,
     since: usize,
+    /// Contact fraction and mean gap of every iteration.
+    history: Vec<(f64, f64)>,
 }
 
 impl Progress {
     /// Iterations without a tenth of improvement after which a residual at the rounding floor is final.
     const PATIENCE: usize = 100;
+    /// Iterations before which nothing has settled.
+    const FEWEST: usize = 10;
 
     pub fn new() -> Self {
-        Progress { best: f64::INFINITY, since: 0 }
+        Progress { best: f64::INFINITY, since: 0, history: Vec::new() }
+    }
+
+    /// Notes a state, and says how it compares with the one a fifth of the iterations ago.
+    pub fn settled(&mut self, balance: &Balance) -> Settled {
+        self.history.push((balance.contact, balance.mean_gap));
+        let before = self.history[4 * (self.history.len() - 1) / 5];
+        let enough = self.history.len() >= Self::FEWEST;
+        let drift = |now: f64, then: f64| enough.then(|| (now - then).abs() / now.abs().max(f64::MIN_POSITIVE));
+        Settled {
+            energy: None,
+            area: drift(balance.contact, before.0),
+            mean_gap: drift(balance.mean_gap, before.1),
+        }
     }
 
     /// `Some` when `residual` (over the pressure) is no number, or has stalled at no more than ten times `floor`.
@@ -344,11 +396,11 @@ impl Progress {
     }
 }
 
-/// Builds a solver for the precision and law of a problem.
+/// Builds a solver for the precision, kernel and law of a problem.
 pub(super) trait Build<'p> {
     type Built;
 
-    fn build<T: Real, K: Kernel + 'p, L: Law + 'p>(self, operator: Operator<'p, T, K, L>) -> Self::Built;
+    fn build<T: Real, K: Kernel + 'p, L: Law + 'p>(self, kernel: K, law: L) -> Self::Built;
 }
 
 /// Chooses the types: precision and law are parameters of the inner loops, not branches in them.
@@ -362,11 +414,11 @@ pub(super) fn dispatch<'p, B: Build<'p>>(problem: &'p Problem<'p>, builder: B) -
 fn with_law<'p, T: Real, B: Build<'p>>(problem: &'p Problem<'p>, builder: B) -> B::Built {
     let kernel = problem.kernel;
     match (problem.wall, problem.adhesion) {
-        (Wall::Hard, Adhesion::None) => builder.build(Operator::<T, _, _>::new(problem, kernel, HardWall)),
-        (Wall::Hard, Adhesion::Exponential(law)) => builder.build(Operator::<T, _, _>::new(problem, kernel, law)),
-        (Wall::LennardJones(wall), Adhesion::None) => builder.build(Operator::<T, _, _>::new(problem, kernel, wall)),
+        (Wall::Hard, Adhesion::None) => builder.build::<T, _, _>(kernel, HardWall),
+        (Wall::Hard, Adhesion::Exponential(law)) => builder.build::<T, _, _>(kernel, law),
+        (Wall::LennardJones(wall), Adhesion::None) => builder.build::<T, _, _>(kernel, wall),
         (Wall::LennardJones(wall), Adhesion::Exponential(adhesion)) => {
-            builder.build(Operator::<T, _, _>::new(problem, kernel, WithAdhesion { wall, adhesion }))
+            builder.build::<T, _, _>(kernel, WithAdhesion { wall, adhesion })
         }
     }
 }

@@ -1,5 +1,5 @@
 use crate::Result;
-use crate::grid::{Field, Grid};
+use crate::grid::{Field, Grid, Series};
 use crate::interface::{Adhesion, Elastic, Kernel, Wall};
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
@@ -29,18 +29,73 @@ impl Precision {
     }
 }
 
+/// Where a solver takes the heights from.
+#[derive(Debug, Clone, Copy)]
+pub enum Heights<'a> {
+    /// On the nodes, `[ny, nx]`.
+    Nodes(&'a [f64]),
+    /// The waves that the grid holds of a Fourier series: no field of heights is stored by a method that needs none.
+    Series(&'a Series<f64>),
+}
+
+impl<'a> From<&'a Vec<f64>> for Heights<'a> {
+    fn from(nodes: &'a Vec<f64>) -> Self {
+        Heights::Nodes(nodes)
+    }
+}
+
+impl<'a> From<&'a [f64]> for Heights<'a> {
+    fn from(nodes: &'a [f64]) -> Self {
+        Heights::Nodes(nodes)
+    }
+}
+
+/// Accuracy in physical terms. Each that is given must be met, beside the residual.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Goals {
+    /// Bound on the energy above the minimum, over the energy.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub energy: Option<f64>,
+    /// Relative change of the contact area over the last step, or over the last fifth of the iterations of a method that
+    /// takes many small ones.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub area: Option<f64>,
+    /// The same of the mean gap.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mean_gap: Option<f64>,
+}
+
+impl Goals {
+    /// Whether all that are asked for are met.
+    pub fn met(&self, settled: &Settled) -> bool {
+        let within = |goal: Option<f64>, found: Option<f64>| goal.is_none_or(|g| found.is_some_and(|f| f <= g));
+        within(self.energy, settled.energy) && within(self.area, settled.area) && within(self.mean_gap, settled.mean_gap)
+    }
+}
+
+/// How far a state has settled, in the terms of [`Goals`]; `None` where a method cannot tell.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Settled {
+    pub energy: Option<f64>,
+    pub area: Option<f64>,
+    pub mean_gap: Option<f64>,
+}
+
 /// A rigid rough surface over an elastic body, in reduced units (L = E* = 1).
 #[derive(Debug, Clone)]
 pub struct Problem<'a> {
     pub grid: Grid,
-    /// `[ny, nx]`, low points touch first; any offset.
-    pub heights: &'a [f64],
+    /// Low points touch first; any offset.
+    pub heights: Heights<'a>,
     pub kernel: Elastic,
     pub adhesion: Adhesion,
     pub wall: Wall,
     pub precision: Precision,
     /// Largest rms KKT residual over the pressure at which a state counts as converged.
     pub tolerance: f64,
+    /// What else must have settled.
+    pub goals: Goals,
     pub max_iterations: usize,
 }
 
@@ -79,6 +134,8 @@ impl Problem<'_> {
 pub enum Load {
     /// Mean pressure over E*, compression positive.
     Pressure(f64),
+    /// Mean gap, units of L: the pressure follows. Reaches states that no pressure holds.
+    MeanGap(f64),
 }
 
 /// What a solve will take, said before it is taken.
@@ -104,6 +161,8 @@ pub enum Stop {
     NoDescent,
     /// The state is no longer finite.
     Diverged,
+    /// The surfaces have parted: no equilibrium holds a pull of this size.
+    Detached,
     Interrupted,
 }
 
@@ -115,6 +174,7 @@ impl std::fmt::Display for Stop {
             Stop::RoundingFloor => "rounding floor of the precision",
             Stop::NoDescent => "no descent",
             Stop::Diverged => "diverged",
+            Stop::Detached => "detached",
             Stop::Interrupted => "interrupted",
         })
     }
@@ -124,6 +184,8 @@ impl std::fmt::Display for Stop {
 #[derive(Debug, Clone, Copy)]
 pub struct State<'a> {
     pub load: Load,
+    /// Mean pressure over E*: what was imposed, or what the mean gap needs.
+    pub pressure: f64,
     /// Gap `g ≥ 0` (hard wall) or `g` from the wall's zero of force (soft wall), units of L.
     pub gap: Field<'a>,
     /// Interfacial stress over E*: contact plus adhesive, compression positive; its mean is the pressure.
@@ -140,6 +202,7 @@ pub struct State<'a> {
     pub residual: f64,
     /// Mean of |contact stress · gap| over pressure times rms height.
     pub complementarity: f64,
+    pub settled: Settled,
     pub stop: Stop,
     pub iterations: usize,
     /// Forward and inverse transforms of the grid, in pairs.
@@ -149,7 +212,12 @@ pub struct State<'a> {
 
 /// A load path: order matters, because compression and decompression differ with adhesion.
 pub trait Run {
+    /// # Errors
+    /// `Input` for a load that the method cannot impose.
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>>;
+
+    /// Starts the next load from this gap `[ny, nx]` (units of L) instead of from where the last one ended.
+    fn set_gap(&mut self, gap: &[f64]);
 }
 
 /// What a watcher sees of an iteration.
@@ -160,9 +228,23 @@ pub struct Iteration {
     pub tolerance: f64,
 }
 
+/// The state on a coarser grid, as a nested iteration leaves it.
+#[derive(Debug, Clone, Copy)]
+pub struct CoarseState<'a> {
+    pub grid: Grid,
+    pub gap: Field<'a>,
+    pub mean_gap: f64,
+    pub energy: f64,
+    /// Range of the adhesion there, units of L.
+    pub range: f64,
+}
+
 /// Observes a solver and may stop it.
 pub trait Watch: Sync {
     fn iteration(&self, step: Iteration) -> ControlFlow<()>;
+
+    /// A coarser grid is done.
+    fn level(&self, _state: CoarseState) {}
 }
 
 impl<F: Fn(Iteration) -> ControlFlow<()> + Sync> Watch for F {

@@ -250,7 +250,7 @@ pub(super) fn laboratory(
     listener: &dyn Listener,
 ) -> Result<ContinuumResults> {
     let path = LoadPath {
-        problem: case.problem(heights),
+        problem: case.problem(heights.into()),
         method: &case.scene.continuum.method,
         loads: case.scene.load.p_star.iter().copied().zip(case.pressures()).collect(),
         threshold: 0.0,

@@ -60,7 +60,7 @@ pub fn plan(case: &Case, threads: usize) -> Result<RunPlan> {
     let points = case.grid.points() as f64;
     let heights_bytes = 8 * case.grid.points() as u64;
     let solve = |grid: crate::grid::Grid, of: usize| {
-        let problem = crate::method::Problem { grid, ..case.problem(empty) };
+        let problem = crate::method::Problem { grid, ..case.problem(empty.into()) };
         let p = method.plan(&problem);
         let pairs = p.iterations as f64 * p.pairs_per_iteration * of as f64;
         (p.bytes + 8 * grid.points() as u64, pairs * grid.points() as f64 * SECONDS_PER_POINT_PAIR / threads as f64)

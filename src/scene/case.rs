@@ -8,7 +8,7 @@ use crate::atoms::potential::{CALCIUM, CALCIUM_ELEMENT, CALCIUM_MODULUS_GPA, Pot
 use crate::atoms::wall::{self, Wall as AtomWall};
 use crate::grid::Grid;
 use crate::interface::{Adhesion, Base, COHESIVE_RESOLUTION, Elastic, Exponential, Layer, LennardJonesWall, Wall};
-use crate::method::Problem;
+use crate::method::{Goals, Heights, Problem};
 use crate::record::heights::{self, Sign};
 use crate::record::results::AuditLine;
 use crate::surface::{Spectrum, moments, range};
@@ -171,7 +171,7 @@ impl Case {
     }
 
     /// The laboratory-scale problem on the scene's grid.
-    pub fn problem<'a>(&self, heights: &'a [f64]) -> Problem<'a> {
+    pub fn problem<'a>(&self, heights: Heights<'a>) -> Problem<'a> {
         let c = &self.scene.continuum;
         Problem {
             grid: self.grid,
@@ -181,6 +181,7 @@ impl Case {
             wall: Wall::Hard,
             precision: c.precision,
             tolerance: c.tolerance_or_default(),
+            goals: Goals::default(),
             max_iterations: c.max_iterations,
         }
     }

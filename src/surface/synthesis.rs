@@ -1,5 +1,5 @@
 use super::{Amplitudes, Spectrum};
-use crate::grid::{Grid, Real, Transform, block_sums, interpolate, lowest, signed_mode};
+use crate::grid::{Grid, Real, Transform, block_sums, Series, interpolate, lowest, signed_mode};
 use rand::{Rng, SeedableRng, rngs::ChaCha8Rng};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
@@ -94,6 +94,12 @@ impl Modes {
         let mut heights = vec![T::default(); grid.points()];
         transform.inverse(&mut spectrum, &mut heights);
         heights
+    }
+
+    /// Every mode of the spectrum as a Fourier series, from which heights on any grid follow.
+    pub fn series(&self) -> Series<f64> {
+        let (kx_max, ky_max) = self.spectrum.largest_modes(self.aspect);
+        Series::of_modes(kx_max as usize, ky_max as usize, |kx, ky| self.amplitude(kx, ky))
     }
 
     /// Whether a grid holds every mode of the spectrum.

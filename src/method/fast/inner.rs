@@ -7,14 +7,16 @@
 
 use crate::grid::{Filter, Grid, Real, Transform, block_sums};
 use crate::interface::{Kernel, Law};
+use half::bf16;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 
-/// `K` with `mean` in place of the mean mode's zero, or its inverse.
+/// `K` with `mean` in place of the mean mode's zero, or its inverse. `spring` is the mean mode's own stiffness.
 struct Metric<K> {
     grid: Grid,
     kernel: K,
     mean: f64,
+    spring: f64,
     inverse: bool,
 }
 
@@ -27,7 +29,7 @@ impl<K: Kernel> Filter<f32> for Metric<K> {
             let qy = self.grid.qy(j);
             let rigid = qx == 0.0 && qy == 0.0;
             let factor = match (self.inverse, rigid) {
-                (false, true) => 0.0,
+                (false, true) => self.spring,
                 (false, false) => self.kernel.stiffness(qx, qy),
                 (true, true) => 1.0 / self.mean,
                 (true, false) => 1.0 / self.kernel.stiffness(qx, qy),
@@ -39,63 +41,121 @@ impl<K: Kernel> Filter<f32> for Metric<K> {
     }
 }
 
-/// Working arrays of the steps of one level.
+/// Working arrays of the steps of one level. The spectrum they are transformed in is the level's.
 pub(super) struct Inner {
     transform: Transform<f32>,
-    spectrum: Vec<Complex<f32>>,
-    /// Step: what the gap is to be changed by.
+    /// What the gap is to be changed by.
     pub step: Vec<f32>,
+    /// Part of the step that has been accepted but not yet added to the gap: the next sweep does it on its way.
+    pub pending: f64,
     /// Gradient `t` of the state; residual of the linear problem while it is being solved.
     pub residual: Vec<f32>,
-    pub direction: Vec<f32>,
-    /// Nodes whose gap may change.
-    pub free: Vec<bool>,
+    /// Search direction. Eight digits of it would be of no use, since every product is taken with what is stored. Negative
+    /// zero marks nodes that are held closed.
+    direction: Vec<bf16>,
     pub pairs: f64,
 }
 
+/// The mark of nodes that are held closed.
+const HELD: bf16 = bf16::NEG_ZERO;
+
+#[inline]
+fn is_held(d: bf16) -> bool {
+    d.to_bits() == HELD.to_bits()
+}
+
+/// A direction that is never taken for the mark.
+#[inline]
+fn free(d: f32) -> bf16 {
+    let d = bf16::from_f32(d);
+    if is_held(d) { bf16::ZERO } else { d }
+}
+
+/// The gap after `scale` times a step, in front of the wall.
+#[inline]
+pub(super) fn moved<L: Law, T: Real>(g: T, scale: T, step: f32) -> T {
+    let g = g + scale * T::of(f64::from(step));
+    if L::HARD { g.max(T::zero()) } else { g }
+}
+
+/// Whether a node may move from here: open ones, and closed ones under tension.
+#[inline]
+fn may_move<L: Law, T: Real>(g: T, t: f32) -> bool {
+    !L::HARD || g > T::zero() || t < 0.0
+}
+
+/// What the linear problem is about: the kernel, the law, and the stiffness of a rigid approach.
+#[derive(Clone, Copy)]
+pub(super) struct Body<K, L> {
+    pub kernel: K,
+    pub law: L,
+    /// Stiffness imposed on the mean gap (mean-gap control), 0 under load control.
+    pub spring: f64,
+}
+
 impl Inner {
-    pub fn new(grid: Grid) -> Self {
-        let transform = Transform::<f32>::new(grid);
-        let n = grid.points();
+    /// Without its arrays, which a level does not need before it is improved and after.
+    pub fn idle(grid: Grid) -> Self {
         Inner {
-            spectrum: transform.spectrum(),
-            transform,
-            step: vec![0.0; n],
-            residual: vec![0.0; n],
-            direction: vec![0.0; n],
-            free: vec![false; n],
+            transform: Transform::<f32>::new(grid),
+            step: Vec::new(),
+            pending: 0.0,
+            residual: Vec::new(),
+            direction: Vec::new(),
             pairs: 0.0,
         }
     }
 
+    pub fn allocate(&mut self) {
+        let n = self.transform.grid().points();
+        (self.step, self.residual, self.direction) = (vec![0.0; n], vec![0.0; n], vec![bf16::ZERO; n]);
+    }
+
+    pub fn release(&mut self) {
+        (self.step, self.residual, self.direction) = Default::default();
+    }
+
     /// Bytes for a grid.
     pub fn bytes(grid: Grid) -> u64 {
-        13 * grid.points() as u64 + Transform::<f32>::spectrum_bytes(grid)
+        ((2 * size_of::<f32>() + size_of::<bf16>()) * grid.points()) as u64
+    }
+
+    /// Adds what has been accepted to the gap.
+    pub fn settle<T: Real, L: Law>(&mut self, gap: &mut [T]) {
+        let scale = T::of(std::mem::take(&mut self.pending));
+        gap.par_iter_mut().zip(&self.step).for_each(|(g, &s)| *g = moved::<L, T>(*g, scale, s));
     }
 
     /// Direction `-t + β d` on the free nodes (steepest descent or conjugate gradients in the plain metric), copied to the
     /// step. Returns `⟨t d⟩` and `⟨d H d⟩`; half a pair.
-    pub fn plain<T: Real, K: Kernel, L: Law>(&mut self, beta: f64, gap: &[T], kernel: K, law: &L) -> (f64, f64) {
+    pub fn plain<T: Real, K: Kernel, L: Law>(
+        &mut self,
+        beta: f64,
+        gap: &mut [T],
+        spectrum: &mut [Complex<f32>],
+        body: &Body<K, L>,
+    ) -> (f64, f64) {
         let grid = self.transform.grid();
         let (nx, half, beta) = (grid.nx, grid.half(), beta as f32);
-        let rows: Vec<[f64; 2]> = self
-            .spectrum
+        let pending = T::of(std::mem::take(&mut self.pending));
+        let rows: Vec<[f64; 2]> = spectrum
             .par_chunks_mut(half)
             .zip(self.direction.par_chunks_mut(nx))
             .zip(self.step.par_chunks_mut(nx))
             .zip(self.residual.par_chunks(nx))
-            .zip(self.free.par_chunks(nx))
-            .zip(gap.par_chunks(nx))
+            .zip(gap.par_chunks_mut(nx))
             .map_init(
                 || self.transform.worker(),
-                |worker, (((((spectrum, direction), step), t), free), gap)| {
+                |worker, ((((spectrum, direction), step), t), gap)| {
                     let mut sum = [0.0; 2];
                     for i in 0..direction.len() {
-                        let d = if free[i] { beta * direction[i] - t[i] } else { 0.0 };
-                        (direction[i], step[i], worker.row[i]) = (d, d, d);
+                        gap[i] = moved::<L, T>(gap[i], pending, step[i]);
+                        let moves = may_move::<L, T>(gap[i], t[i]);
+                        let d = if moves { beta * direction[i].to_f32() - t[i] } else { 0.0 };
+                        (direction[i], step[i], worker.row[i]) = (if moves { free(d) } else { HELD }, d, d);
                         sum[0] += f64::from(t[i]) * f64::from(d);
                         if L::ACTIVE && d != 0.0 {
-                            sum[1] += law.slope(gap[i].wide()) * f64::from(d) * f64::from(d);
+                            sum[1] += body.law.slope(gap[i].wide()) * f64::from(d) * f64::from(d);
                         }
                     }
                     worker.forward(spectrum);
@@ -103,8 +163,8 @@ impl Inner {
                 },
             )
             .collect();
-        let metric = Metric { grid, kernel, mean: 0.0, inverse: false };
-        let elastic = self.transform.columns_forward(&mut self.spectrum, &metric);
+        let metric = Metric { grid, kernel: body.kernel, mean: 0.0, spring: body.spring, inverse: false };
+        let elastic = self.transform.columns_forward(spectrum, &metric);
         self.pairs += 0.5;
         let [td, curvature] = block_sums(&rows);
         let n = grid.points() as f64;
@@ -113,64 +173,68 @@ impl Inner {
 
     /// Solves `H x = -t` on the free nodes until the residual has fallen to `forcing` of its first value, into `step`.
     /// `mean` is the stiffness that the preconditioner gives to the mean mode. Stops at negative curvature with what it
-    /// has. Returns the number of iterations; two pairs each.
+    /// has. Two pairs an iteration. Returns `⟨t M⁻¹ t⟩` of the free nodes: half of it bounds, without adhesion, the energy
+    /// above the minimum of these nodes, since the inverse stiffness of a part is less than the part of the inverse.
     pub fn newton<T: Real, K: Kernel, L: Law>(
         &mut self,
-        gap: &[T],
-        kernel: K,
-        law: &L,
+        gap: &mut [T],
+        spectrum: &mut [Complex<f32>],
+        body: &Body<K, L>,
         (mean, forcing, limit): (f64, f64, usize),
-    ) -> usize {
+    ) -> f64 {
         let grid = self.transform.grid();
         let n = grid.points() as f64;
-        let stiffness = Metric { grid, kernel, mean, inverse: false };
-        let inverse = Metric { grid, kernel, mean, inverse: true };
-        let first = self.begin();
-        let mut rz = self.transform.filter_columns(&mut self.spectrum, &inverse);
+        let stiffness = Metric { grid, kernel: body.kernel, mean, spring: body.spring, inverse: false };
+        let inverse = Metric { grid, kernel: body.kernel, mean, spring: body.spring, inverse: true };
+        let first = self.begin::<T, L>(gap, spectrum);
+        let mut rz = self.transform.filter_columns(spectrum, &inverse);
+        let excess = rz;
         let mut beta = 0.0;
         for iteration in 1..=limit {
-            let law_curvature = self.conjugate(beta, gap, law);
-            let elastic = self.transform.filter_columns(&mut self.spectrum, &stiffness);
+            let law_curvature = self.conjugate(beta, gap, spectrum, &body.law);
+            let elastic = self.transform.filter_columns(spectrum, &stiffness);
             let curvature = elastic + law_curvature / n;
             self.pairs += 2.0;
             if curvature <= 0.0 || rz <= 0.0 {
                 if iteration == 1 {
                     // The preconditioned gradient still points downhill; how far is for the line search to find.
-                    self.step.par_iter_mut().zip(&self.direction).for_each(|(x, &d)| *x = d);
+                    self.step.par_iter_mut().zip(&self.direction).for_each(|(x, d)| *x = d.to_f32());
                 }
-                return iteration;
+                break;
             }
             let alpha = rz / curvature;
-            let rr = self.descend(alpha, gap, law);
+            let rr = self.descend(alpha, gap, spectrum, &body.law);
             if rr.sqrt() <= forcing * first.sqrt() || iteration == limit {
-                return iteration;
+                break;
             }
             let old = rz;
-            rz = self.transform.filter_columns(&mut self.spectrum, &inverse);
+            rz = self.transform.filter_columns(spectrum, &inverse);
             beta = rz / old;
         }
-        limit
+        excess
     }
 
-    /// Residual `-t` on the free nodes, its rows into the spectrum; step and direction zero. Returns `Σ r²`.
-    fn begin(&mut self) -> f64 {
+    /// The gap with what is pending, residual `-t` on the free nodes, its rows into the spectrum; step and direction zero.
+    /// Returns `Σ r²`.
+    fn begin<T: Real, L: Law>(&mut self, gap: &mut [T], spectrum: &mut [Complex<f32>]) -> f64 {
         let (nx, half) = (self.transform.grid().nx, self.transform.grid().half());
-        let rows: Vec<[f64; 1]> = self
-            .spectrum
+        let pending = T::of(std::mem::take(&mut self.pending));
+        let rows: Vec<[f64; 1]> = spectrum
             .par_chunks_mut(half)
             .zip(self.residual.par_chunks_mut(nx))
             .zip(self.step.par_chunks_mut(nx))
             .zip(self.direction.par_chunks_mut(nx))
-            .zip(self.free.par_chunks(nx))
+            .zip(gap.par_chunks_mut(nx))
             .map_init(
                 || self.transform.worker(),
-                |worker, ((((spectrum, residual), step), direction), free)| {
-                    step.fill(0.0);
-                    direction.fill(0.0);
+                |worker, ((((spectrum, residual), step), direction), gap)| {
                     let mut sum = 0.0;
-                    for (r, &f) in residual.iter_mut().zip(free) {
-                        *r = if f { -*r } else { 0.0 };
-                        sum += f64::from(*r) * f64::from(*r);
+                    for i in 0..gap.len() {
+                        gap[i] = moved::<L, T>(gap[i], pending, step[i]);
+                        step[i] = 0.0;
+                        let moves = may_move::<L, T>(gap[i], residual[i]);
+                        (residual[i], direction[i]) = if moves { (-residual[i], bf16::ZERO) } else { (0.0, HELD) };
+                        sum += f64::from(residual[i]) * f64::from(residual[i]);
                     }
                     worker.row.copy_from_slice(residual);
                     worker.forward(spectrum);
@@ -184,23 +248,26 @@ impl Inner {
 
     /// Rows of the preconditioned residual back, `d = z + β d` on the free nodes, rows of `d` forward. Returns
     /// `Σ v'' d²`.
-    fn conjugate<T: Real, L: Law>(&mut self, beta: f64, gap: &[T], law: &L) -> f64 {
+    fn conjugate<T: Real, L: Law>(&mut self, beta: f64, gap: &[T], spectrum: &mut [Complex<f32>], law: &L) -> f64 {
         let (nx, half, beta) = (self.transform.grid().nx, self.transform.grid().half(), beta as f32);
-        let rows: Vec<[f64; 1]> = self
-            .spectrum
+        let rows: Vec<[f64; 1]> = spectrum
             .par_chunks_mut(half)
             .zip(self.direction.par_chunks_mut(nx))
-            .zip(self.free.par_chunks(nx))
             .zip(gap.par_chunks(nx))
             .map_init(
                 || self.transform.worker(),
-                |worker, (((spectrum, direction), free), gap)| {
+                |worker, ((spectrum, direction), gap)| {
                     worker.inverse(spectrum);
                     let mut sum = 0.0;
                     for i in 0..direction.len() {
-                        let d = if free[i] { worker.row[i] + beta * direction[i] } else { 0.0 };
-                        (direction[i], worker.row[i]) = (d, d);
-                        if L::ACTIVE && d != 0.0 {
+                        if is_held(direction[i]) {
+                            worker.row[i] = 0.0;
+                            continue;
+                        }
+                        direction[i] = free(worker.row[i] + beta * direction[i].to_f32());
+                        let d = direction[i].to_f32();
+                        worker.row[i] = d;
+                        if L::ACTIVE {
                             sum += law.slope(gap[i].wide()) * f64::from(d) * f64::from(d);
                         }
                     }
@@ -214,32 +281,31 @@ impl Inner {
     }
 
     /// Rows of `K d` back, `x += α d`, `r -= α H d` on the free nodes, rows of `r` forward. Returns `Σ r²`.
-    fn descend<T: Real, L: Law>(&mut self, alpha: f64, gap: &[T], law: &L) -> f64 {
+    fn descend<T: Real, L: Law>(&mut self, alpha: f64, gap: &[T], spectrum: &mut [Complex<f32>], law: &L) -> f64 {
         let (nx, half, alpha) = (self.transform.grid().nx, self.transform.grid().half(), alpha as f32);
-        let rows: Vec<[f64; 1]> = self
-            .spectrum
+        let rows: Vec<[f64; 1]> = spectrum
             .par_chunks_mut(half)
             .zip(self.step.par_chunks_mut(nx))
             .zip(self.residual.par_chunks_mut(nx))
             .zip(self.direction.par_chunks(nx))
-            .zip(self.free.par_chunks(nx))
             .zip(gap.par_chunks(nx))
             .map_init(
                 || self.transform.worker(),
-                |worker, (((((spectrum, step), residual), direction), free), gap)| {
+                |worker, ((((spectrum, step), residual), direction), gap)| {
                     worker.inverse(spectrum);
                     let mut sum = 0.0;
                     for i in 0..step.len() {
-                        if free[i] {
-                            let d = direction[i];
-                            let mut h = worker.row[i];
-                            if L::ACTIVE {
-                                h += law.slope(gap[i].wide()) as f32 * d;
-                            }
-                            step[i] += alpha * d;
-                            residual[i] -= alpha * h;
-                            sum += f64::from(residual[i]) * f64::from(residual[i]);
+                        if is_held(direction[i]) {
+                            continue;
                         }
+                        let d = direction[i].to_f32();
+                        let mut h = worker.row[i];
+                        if L::ACTIVE {
+                            h += law.slope(gap[i].wide()) as f32 * d;
+                        }
+                        step[i] += alpha * d;
+                        residual[i] -= alpha * h;
+                        sum += f64::from(residual[i]) * f64::from(residual[i]);
                     }
                     worker.row.copy_from_slice(residual);
                     worker.forward(spectrum);

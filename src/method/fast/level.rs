@@ -1,24 +1,34 @@
-use super::inner::Inner;
-use crate::grid::{Grid, Real, Transform, block_sums, interpolate, lowest};
+use super::inner::{Body, Inner, moved};
+use crate::grid::{Filter, Grid, Real, Series, Transform, block_sums, lowest};
 use crate::interface::{Kernel, Law};
-use crate::method::operator::{Balance, KKT, Stiffness, kkt};
+use crate::method::operator::{Balance, KKT, kkt, kkt_row};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
-use std::borrow::Cow;
+
+/// Control of the mean gap by a spring that pulls it to a target; under load control there is none.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Spring {
+    pub stiffness: f64,
+    pub target: f64,
+}
 
 /// One grid of the hierarchy: the state on it, and what is needed to improve it.
+///
+/// The heights are nowhere stored on nodes: `K(g - h)` is the transform of the gap minus the heights' Fourier series,
+/// which the column pass subtracts.
 pub(super) struct Level<'h, T: Real, K, L> {
     pub transform: Transform<T>,
-    pub spectrum: Vec<Complex<T>>,
-    pub stiffness: Stiffness<K>,
-    pub law: L,
-    /// The finest level borrows what the problem lends where precisions agree.
-    pub heights: Cow<'h, [T]>,
-    pub offset: T,
+    /// Of the state and, in its first bytes, of the linear problem.
+    spectrum: Vec<Complex<T>>,
+    pub body: Body<K, L>,
+    heights: &'h Series<T>,
     pub gap: Vec<T>,
     pub inner: Inner,
     pub pressure: f64,
+    pub spring: Spring,
     pub pairs: f64,
+    /// Balance of the state that the last improvement ended in.
+    pub last: Balance,
 }
 
 /// A trial state: its balance, and the inner products of its KKT residual with itself and with the one before.
@@ -28,82 +38,156 @@ pub(super) struct Trial {
     pub rr_old: f64,
 }
 
-impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
-    pub fn new(grid: Grid, kernel: K, law: L, (heights, offset): (Cow<'h, [T]>, T), pressure: f64) -> Self {
-        let transform = Transform::new(grid);
-        Level {
-            spectrum: transform.spectrum(),
-            transform,
-            stiffness: Stiffness { grid, kernel },
-            law,
-            gap: Vec::new(),
-            heights,
-            offset,
-            inner: Inner::new(grid),
-            pressure,
-            pairs: 0.0,
+/// Multiplication of the displacement `g - h` by the kernel, from the transform of the gap.
+struct Displaced<'h, T, K> {
+    grid: Grid,
+    kernel: K,
+    heights: &'h Series<T>,
+    spring: Spring,
+}
+
+impl<T: Real, K: Kernel> Filter<T> for Displaced<'_, T, K> {
+    fn apply(&self, i: usize, column: &mut [Complex<T>]) -> f64 {
+        let points = self.grid.points() as f64;
+        let (per_point, qx) = (1.0 / points, self.grid.qx(i));
+        self.heights.add_to(i, self.grid, column, T::of(-points));
+        let mut sum = 0.0;
+        if i == 0 {
+            column[0] -= T::of(points * self.spring.target);
+            sum += self.spring.stiffness * column[0].norm_sqr().wide();
+            column[0] = column[0].scale(T::of(self.spring.stiffness * per_point));
         }
+        for (j, c) in column.iter_mut().enumerate().skip(usize::from(i == 0)) {
+            let k = self.kernel.stiffness(qx, self.grid.qy(j));
+            sum += k * c.norm_sqr().wide();
+            *c = c.scale(T::of(k * per_point));
+        }
+        self.grid.column_weight(i) * per_point * per_point * sum
+    }
+}
+
+impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
+    /// A level whose gap is still to be given.
+    fn empty(grid: Grid, (kernel, law): (K, L), heights: &'h Series<T>, spectrum: Vec<Complex<T>>) -> Self {
+        Level {
+            spectrum,
+            transform: Transform::new(grid),
+            body: Body { kernel, law, spring: 0.0 },
+            heights,
+            gap: Vec::new(),
+            inner: Inner::idle(grid),
+            pressure: 0.0,
+            spring: Spring::default(),
+            pairs: 0.0,
+            last: Balance::default(),
+        }
+    }
+
+    /// No displacement: the surfaces at first touch.
+    pub fn touching(grid: Grid, body: (K, L), heights: &'h Series<T>) -> Self {
+        let transform = Transform::<T>::new(grid);
+        let mut level = Self::empty(grid, body, heights, transform.spectrum());
+        level.gap = heights.on_nodes(&transform, &mut level.spectrum);
+        let least = lowest(&level.gap);
+        level.gap.par_iter_mut().for_each(|g| *g -= least);
+        level
+    }
+
+    /// A given gap.
+    pub fn with_gap(grid: Grid, body: (K, L), heights: &'h Series<T>, gap: Vec<T>) -> Self {
+        let mut level = Self::empty(grid, body, heights, Transform::<T>::new(grid).spectrum());
+        level.gap = gap;
+        level
+    }
+
+    /// Displacement of a coarser level, as its Fourier series, on this grid; the gap is what it leaves open. In Fourier
+    /// space that is the coarse gap where the coarse grid holds the mode, and the heights where it does not.
+    pub fn refined(grid: Grid, law: L, coarse: Level<'h, T, K, L>) -> Self {
+        let Level { transform: from, spectrum: mut known, body, heights, gap, pressure, spring, .. } = coarse;
+        from.forward(&gap, &mut known);
+        drop(gap);
+        let old = from.grid();
+        let held = |k: usize, n: usize| k == 0 || 2 * k < n;
+        let transform = Transform::<T>::new(grid);
+        let mut level = Self::empty(grid, (body.kernel, law), heights, transform.spectrum());
+        level.gap = vec![T::zero(); grid.points()];
+        let per_point = T::of(1.0 / old.points() as f64);
+        // Modes that both grids hold below their Nyquist modes.
+        let top = (0..=grid.ny / 2).rev().find(|&k| held(k, old.ny) && held(k, grid.ny)).unwrap_or(0);
+        let fill = |i: usize, column: &mut [Complex<T>]| {
+            column.fill(Complex::default());
+            heights.add_to(i, grid, column, T::one());
+            if held(i, old.nx) && held(i, grid.nx) {
+                let at = |row: usize| known[row * old.half() + i].scale(per_point);
+                (0..=top).for_each(|k| column[k] = at(k));
+                (1..=top).for_each(|k| column[grid.ny - k] = at(old.ny - k));
+            }
+            0.0
+        };
+        transform.inverse_after(&mut level.spectrum, &mut level.gap, &fill);
+        drop(known);
+        if L::HARD {
+            level.gap.par_iter_mut().for_each(|g| *g = g.max(T::zero()));
+        }
+        (level.pressure, level.spring) = (pressure, spring);
+        level
+    }
+
+    /// Allocates the working arrays.
+    pub fn prepare(&mut self) {
+        self.inner.allocate();
+        self.body.spring = self.spring.stiffness;
     }
 
     pub fn grid(&self) -> Grid {
         self.transform.grid()
     }
 
-    /// Bytes of a level, what it copies of the heights included.
+    /// Bytes of a level, the heights' series left out.
     pub fn bytes(grid: Grid) -> u64 {
-        // Heights are borrowed in f64 and converted in f32.
-        let fields = if T::NAME == "f32" { 2 } else { 1 };
-        fields * (grid.points() * size_of::<T>()) as u64 + Transform::<T>::spectrum_bytes(grid) + Inner::bytes(grid)
+        (grid.points() * size_of::<T>()) as u64 + Transform::<T>::spectrum_bytes(grid) + Inner::bytes(grid)
     }
 
-    /// No displacement: the surfaces at first touch.
-    pub fn touch(&mut self) {
-        let lowest = lowest(&self.heights);
-        self.gap = self.heights.par_iter().map(|&h| h - lowest).collect();
+    fn displaced(&self) -> Displaced<'h, T, K> {
+        Displaced { grid: self.grid(), kernel: self.body.kernel, heights: self.heights, spring: self.spring }
     }
 
-    /// Displacement of a coarser level, as its Fourier series, on this grid; the gap is what it leaves open.
-    pub fn take_over(&mut self, coarse: Level<'_, T, K, L>) {
-        let Level { transform: from, mut spectrum, heights, offset, mut gap, .. } = coarse;
-        gap.par_iter_mut().zip(heights.par_iter()).for_each(|(g, &h)| *g = h - offset - *g);
-        from.forward(&gap, &mut spectrum);
-        self.gap = vec![T::zero(); self.grid().points()];
-        interpolate(&from, &spectrum, &self.transform, &mut self.spectrum, &mut self.gap, |_, _| true);
-        let offset = self.offset;
-        self.gap.par_iter_mut().zip(self.heights.par_iter()).for_each(|(g, &h)| {
-            *g = h - offset - *g;
-            if L::HARD {
-                *g = g.max(T::zero());
-            }
-        });
+    /// See [`Inner::plain`].
+    pub fn plain(&mut self, beta: f64) -> (f64, f64) {
+        let spectrum = bytemuck::cast_slice_mut(&mut self.spectrum);
+        let len = self.transform.grid().ny * self.transform.grid().half();
+        self.inner.plain(beta, &mut self.gap, &mut spectrum[..len], &self.body)
+    }
+
+    /// See [`Inner::newton`].
+    pub fn newton(&mut self, (mean, forcing, limit): (f64, f64, usize)) -> f64 {
+        let spectrum = bytemuck::cast_slice_mut(&mut self.spectrum);
+        let len = self.transform.grid().ny * self.transform.grid().half();
+        self.inner.newton(&mut self.gap, &mut spectrum[..len], &self.body, (mean, forcing, limit))
     }
 
     /// Balance and gradient where the gap is changed by `scale` times the step; the gap itself stays. One pair.
     pub fn trial(&mut self, scale: f64) -> Trial {
         let grid = self.grid();
         let (nx, half) = (grid.nx, grid.half());
-        let (transform, law, offset) = (&self.transform, &self.law, self.offset);
+        let filter = self.displaced();
+        let (transform, law) = (&self.transform, &self.body.law);
         let (pressure, scale) = (T::of(self.pressure), T::of(scale));
-        let moved = |g: T, step: f32| {
-            let g = g + scale * T::of(f64::from(step));
-            if L::HARD { g.max(T::zero()) } else { g }
-        };
         self.spectrum
             .par_chunks_mut(half)
             .zip(self.gap.par_chunks(nx))
-            .zip(self.heights.par_chunks(nx))
             .zip(self.inner.step.par_chunks(nx))
             .for_each_init(
                 || transform.worker(),
-                |worker, (((spectrum, gap), heights), step)| {
+                |worker, ((spectrum, gap), step)| {
                     for (i, w) in worker.row.iter_mut().enumerate() {
-                        *w = moved(gap[i], step[i]) - (heights[i] - offset);
+                        *w = moved::<L, T>(gap[i], scale, step[i]);
                     }
                     worker.forward(spectrum);
                 },
             );
-        let elastic = 0.5 * transform.filter_columns(&mut self.spectrum, &self.stiffness);
-        let rows: Vec<[f64; KKT + 2]> = self
+        let elastic = 0.5 * transform.filter_columns(&mut self.spectrum, &filter);
+        let rows: Vec<[f64; KKT + 1]> = self
             .spectrum
             .par_chunks_mut(half)
             .zip(self.gap.par_chunks(nx))
@@ -113,9 +197,9 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
                 || transform.worker(),
                 |worker, (((spectrum, gap), step), residual)| {
                     worker.inverse(spectrum);
-                    let mut sum = [0.0; KKT + 2];
+                    let mut sum = [0.0; KKT + 1];
                     for i in 0..gap.len() {
-                        let g = moved(gap[i], step[i]);
+                        let g = moved::<L, T>(gap[i], scale, step[i]);
                         let mut t = worker.row[i] + pressure;
                         if L::ACTIVE {
                             t += T::of(law.traction(g.wide()));
@@ -126,6 +210,7 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
                         sum[1] += r;
                         sum[2] += (t.wide() * g.wide()).abs();
                         sum[3] += g.wide();
+                        sum[5] += f64::from(u8::from(g <= T::zero()));
                         sum[KKT] += r * f64::from(old);
                         residual[i] = t.wide() as f32;
                     }
@@ -139,23 +224,60 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
         Trial { balance: Balance::new(grid.points(), elastic, &sums), rr: sums[0] / n, rr_old: sums[KKT] / n }
     }
 
-    /// Makes the last trial the state, and finds which nodes may move from there: open ones, and closed ones under
-    /// tension.
+    /// Makes the last trial the state.
     pub fn accept(&mut self, scale: f64) {
-        let scale = T::of(scale);
-        self.gap.par_iter_mut().zip(&self.inner.step).zip(&self.inner.residual).zip(&mut self.inner.free).for_each(
-            |(((g, &step), &t), free)| {
-                *g += scale * T::of(f64::from(step));
-                if L::HARD {
-                    *g = g.max(T::zero());
-                }
-                *free = !L::HARD || *g > T::zero() || t < 0.0;
-            },
-        );
+        self.inner.pending = scale;
+    }
+
+    /// The gap with what is pending.
+    pub fn settle(&mut self) {
+        self.inner.settle::<T, L>(&mut self.gap);
     }
 
     /// Transforms done, in pairs of this grid.
     pub fn pairs(&self) -> f64 {
         self.pairs + self.inner.pairs
+    }
+
+    /// Interfacial stress `p + K(g - h)` at the gap as it is, with the balance there; one pair. The working arrays go first.
+    pub fn stress(&mut self) -> (Balance, Vec<T>) {
+        self.settle();
+        self.inner.release();
+        let grid = self.grid();
+        let (nx, half) = (grid.nx, grid.half());
+        let filter = self.displaced();
+        let (transform, law) = (&self.transform, &self.body.law);
+        let pressure = T::of(self.pressure);
+        self.spectrum.par_chunks_mut(half).zip(self.gap.par_chunks(nx)).for_each_init(
+            || transform.worker(),
+            |worker, (spectrum, gap)| {
+                worker.row.copy_from_slice(gap);
+                worker.forward(spectrum);
+            },
+        );
+        let elastic = 0.5 * transform.filter_columns(&mut self.spectrum, &filter);
+        let mut stress = vec![T::zero(); grid.points()];
+        let rows: Vec<[f64; KKT]> = self
+            .spectrum
+            .par_chunks_mut(half)
+            .zip(self.gap.par_chunks(nx))
+            .zip(stress.par_chunks_mut(nx))
+            .map_init(
+                || transform.worker(),
+                |worker, ((spectrum, gap), stress)| {
+                    worker.inverse(spectrum);
+                    for ((w, s), &g) in worker.row.iter_mut().zip(stress).zip(gap) {
+                        *w += pressure;
+                        *s = *w;
+                        if L::ACTIVE {
+                            *w += T::of(law.traction(g.wide()));
+                        }
+                    }
+                    kkt_row(law, gap, &worker.row)
+                },
+            )
+            .collect();
+        self.pairs += 1.0;
+        (Balance::new(grid.points(), elastic, &block_sums(&rows)), stress)
     }
 }
