@@ -2,7 +2,7 @@
 
 use asperity::grid::{Grid, Transform};
 use asperity::interface::{Adhesion, Base, Elastic, Kernel, Layer, Wall};
-use asperity::method::{self, Goals, Load, Precision, Problem, State, Stop, unwatched};
+use asperity::method::{self, Goals, Heights, Load, Precision, Problem, State, Stop, unwatched};
 use asperity::observe::contact_area;
 use asperity::surface::{Modes, Spectrum, moments};
 use std::f64::consts::PI;
@@ -324,7 +324,8 @@ fn invariances() {
     }
     // In units of 2E*: heights, range and gap halve, γ/(E*L) is a quarter, the pressure over E* halves.
     let half: Vec<f64> = heights.iter().map(|h| 0.5 * h).collect();
-    let p = Problem { heights: (&half).into(), adhesion: Adhesion::exponential(gamma / 4.0, rho / 2.0), ..base.clone() };
+    let p =
+        Problem { heights: (&half).into(), adhesion: Adhesion::exponential(gamma / 4.0, rho / 2.0), ..base.clone() };
     let (g, a) = solve(&p, "bvm", 0.01, |s| (s.mean_gap, fraction(s, grid).0));
     assert!((2.0 * g / gap - 1.0).abs() < 1e-8 && a == area, "{g} {gap}");
 }
@@ -396,5 +397,117 @@ fn odd_grids() {
                 assert!(fraction(s, grid).0 > 0.0);
             });
         }
+    }
+}
+
+/// A surface given by its Fourier series is the surface on the nodes, whatever part of it the grid holds.
+#[test]
+fn heights_as_a_series() {
+    let spectrum = Spectrum { lambda_s: 1.0 / 24.0, ..Spectrum::CHALLENGE };
+    let modes = Modes::new(spectrum, 7, 1.0);
+    let series = modes.series();
+    for n in [144, 40] {
+        let grid = Grid::unit(n, n);
+        let heights: Vec<f64> = modes.heights(grid, 0.0);
+        for id in METHODS {
+            let nodes = problem(grid, &heights);
+            let waves = Problem { heights: Heights::Series(&series), ..nodes.clone() };
+            let [a, b] = [&nodes, &waves].map(|p| solve(p, id, 0.02, |s| (s.energy, s.mean_gap, fraction(s, grid).0)));
+            assert!(
+                (a.0 / b.0 - 1.0).abs() < 1e-9 && (a.1 / b.1 - 1.0).abs() < 1e-9 && a.2 == b.2,
+                "{id}: {a:?} {b:?}"
+            );
+        }
+    }
+}
+
+/// The mean gap that a pressure leads to, imposed, leads to that pressure; with adhesion also where no pressure would
+/// hold the state.
+#[test]
+fn mean_gap_control_inverts_load_control() {
+    let (grid, heights) = rough(144, 1.0 / 16.0, 5);
+    let gamma: f64 = 2.7e-4;
+    let adhesion = Adhesion::exponential(gamma, 1.4 * (gamma / 144.0).sqrt());
+    for adhesion in [Adhesion::None, adhesion] {
+        let p = Problem { adhesion, ..problem(grid, &heights) };
+        let (gap, energy) = solve(&p, "fast", 0.02, |s| (s.mean_gap, s.energy));
+        let mut run = method::find("fast").unwrap().start(&p, &unwatched).unwrap();
+        let state = run.equilibrate(Load::MeanGap(gap)).unwrap();
+        assert_eq!(state.stop, Stop::Converged);
+        assert!((state.mean_gap / gap - 1.0).abs() < 1e-8, "{adhesion}: {}", state.mean_gap / gap - 1.0);
+        assert!((state.pressure / 0.02 - 1.0).abs() < 1e-6, "{adhesion}: {}", state.pressure);
+        assert!((state.energy / energy - 1.0).abs() < 1e-7);
+        for id in ["gfmd", "bvm"] {
+            let refusal =
+                method::find(id).unwrap().start(&p, &unwatched).unwrap().equilibrate(Load::MeanGap(gap)).err();
+            assert!(refusal.unwrap().to_string().contains("mean gap"));
+        }
+    }
+}
+
+/// Without a push nothing but touch is left, and a pull parts the surfaces; with adhesion, too, once it is large enough.
+#[test]
+fn a_pull_parts_the_surfaces() {
+    let (grid, heights) = rough(128, 1.0 / 16.0, 5);
+    let lowest = heights.iter().copied().fold(f64::INFINITY, f64::min);
+    let p = problem(grid, &heights);
+    let mut run = method::find("fast").unwrap().start(&p, &unwatched).unwrap();
+    let touching = run.equilibrate(Load::Pressure(0.0)).unwrap();
+    assert_eq!((touching.stop, fraction(&touching, grid).0 > 0.0), (Stop::Converged, true));
+    assert!((touching.mean_gap + lowest - asperity::grid::mean(&heights)).abs() < 1e-12);
+    assert_eq!(run.equilibrate(Load::Pressure(-1e-3)).unwrap().stop, Stop::Detached);
+    let gamma: f64 = 2.7e-4;
+    let p = Problem { adhesion: Adhesion::exponential(gamma, 1.4 * (gamma / 128.0).sqrt()), ..p };
+    let mut run = method::find("fast").unwrap().start(&p, &unwatched).unwrap();
+    assert_eq!(run.equilibrate(Load::Pressure(1e-3)).unwrap().stop, Stop::Converged);
+    // Half the largest attraction of two flats, far beyond what the few spots of a rough one hold.
+    assert_eq!(run.equilibrate(Load::Pressure(-0.07)).unwrap().stop, Stop::Detached);
+}
+
+/// Physical goals end a solve sooner than a tight residual, within what they promise.
+#[test]
+fn physical_goals() {
+    let (grid, heights) = rough(256, 1.0 / 32.0, 5);
+    let exact =
+        solve(&problem(grid, &heights), "fast", 0.02, |s| (s.energy, fraction(s, grid).0, s.mean_gap, s.fft_pairs));
+    let goals = Goals { energy: Some(1e-5), area: Some(3e-3), mean_gap: Some(1e-4) };
+    let p = Problem { goals, tolerance: 0.05, ..problem(grid, &heights) };
+    let mut run = method::find("fast").unwrap().start(&p, &unwatched).unwrap();
+    let state = run.equilibrate(Load::Pressure(0.02)).unwrap();
+    assert_eq!(state.stop, Stop::Converged);
+    assert!(state.fft_pairs < 0.7 * exact.3, "{} {}", state.fft_pairs, exact.3);
+    let bound = state.settled.energy.unwrap();
+    let excess = state.energy / exact.0 - 1.0;
+    assert!(excess >= -1e-9 && excess <= bound && bound <= 1e-5, "{excess:e} {bound:e}");
+    assert!((fraction(&state, grid).0 / exact.1 - 1.0).abs() < 3e-3);
+    assert!((state.mean_gap / exact.2 - 1.0).abs() < 1e-4);
+    // A method that cannot bound its energy says so; area and gap it can follow.
+    let refusal = method::find("gfmd").unwrap().start(&p, &unwatched).unwrap().equilibrate(Load::Pressure(0.02)).err();
+    assert!(refusal.unwrap().to_string().contains("energy"));
+    let p = Problem { goals: Goals { energy: None, ..goals }, ..p };
+    for id in ["gfmd", "bvm"] {
+        let mut run = method::find(id).unwrap().start(&p, &unwatched).unwrap();
+        let state = run.equilibrate(Load::Pressure(0.02)).unwrap();
+        assert_eq!(state.stop, Stop::Converged);
+        assert!((fraction(&state, grid).0 / exact.1 - 1.0).abs() < 0.02, "{id}");
+    }
+}
+
+/// A state set from outside is where the next load starts: at its own load, it is the answer.
+#[test]
+fn a_start_from_a_given_gap() {
+    let (grid, heights) = rough(128, 1.0 / 16.0, 5);
+    let gamma: f64 = 2.7e-4;
+    let p = Problem {
+        adhesion: Adhesion::exponential(gamma, 1.4 * (gamma / 128.0).sqrt()),
+        tolerance: 1e-8,
+        ..problem(grid, &heights)
+    };
+    for id in METHODS {
+        let (gap, first) = solve(&p, id, 0.02, |s| (s.gap.to_vec(), s.iterations));
+        let mut run = method::find(id).unwrap().start(&p, &unwatched).unwrap();
+        run.set_gap(&gap);
+        let state = run.equilibrate(Load::Pressure(0.02)).unwrap();
+        assert!(state.stop == Stop::Converged && state.iterations * 5 < first, "{id}: {} {first}", state.iterations);
     }
 }

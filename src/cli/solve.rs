@@ -1,13 +1,14 @@
 use super::{listen, words};
 use crate::error::Complaint;
-use crate::grid::Grid;
+use crate::grid::{Grid, Series};
 use crate::interface::{Adhesion, Base, COHESIVE_RESOLUTION, Elastic, Layer, Wall};
-use crate::method::{self, Goals, Iteration, Load, Precision, Problem, Stop};
+use crate::method::{self, Goals, Heights, Iteration, Load, Precision, Problem, Stop};
 use crate::observe::{contact_area, contact_map};
 use crate::record::heights::{self, Sign};
 use crate::record::{json, npy};
 use crate::report::number::{duration, memory, percent, significant};
 use crate::scene::default_tolerance;
+use crate::surface::{Modes, Spectrum};
 use crate::{Error, Result};
 use serde_json::json;
 use std::ops::ControlFlow;
@@ -20,8 +21,18 @@ use std::process::ExitCode;
 #[command(allow_negative_numbers = true)]
 pub struct Solve {
     /// Height map: .npy or ASCII matrix. Low points touch first unless --flip.
-    #[arg(long, value_name = "FILE")]
-    heights: PathBuf,
+    #[arg(long, value_name = "FILE", required_unless_present = "challenge", conflicts_with = "challenge")]
+    heights: Option<PathBuf>,
+    /// Instead of a map: the challenge's spectrum on N x N points of a cell of extent --length. Its waves are kept, not its
+    /// heights, so that a large grid takes no more memory than the solver.
+    #[arg(long, value_name = "N")]
+    challenge: Option<usize>,
+    /// Seed of the challenge's surface.
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "challenge")]
+    seed: u64,
+    /// Short cut-off wavelength of the challenge's surface over the cell.
+    #[arg(long, value_name = "LAMBDA", default_value_t = Spectrum::CHALLENGE.lambda_s, requires = "challenge")]
+    cut_off: f64,
     /// Extent of the map in x.
     #[arg(long, default_value_t = 1.0, value_name = "L")]
     length: f64,
@@ -47,6 +58,15 @@ pub struct Solve {
     #[arg(long)]
     tol: Option<f64>,
     /// Floating-point type of the fields; sums are always in f64.
+    /// Go on until the energy is within this part of the minimum (a bound that `fast` computes).
+    #[arg(long, value_name = "PART")]
+    energy_goal: Option<f64>,
+    /// Go on until a step changes the contact area by no more than this part.
+    #[arg(long, value_name = "PART")]
+    area_goal: Option<f64>,
+    /// The same for the mean gap.
+    #[arg(long, value_name = "PART")]
+    gap_goal: Option<f64>,
     #[arg(long, value_enum, default_value_t = Precision::F64)]
     precision: Precision,
     /// Iterations after which the solver gives up.
@@ -72,6 +92,12 @@ pub struct Solve {
     json: bool,
 }
 
+/// The surface to be solved for.
+enum Given {
+    Nodes(Grid, Vec<f64>),
+    Series(Grid, Series<f64>),
+}
+
 impl Solve {
     fn check(&self, tolerance: f64) -> Result<()> {
         let mut list = Vec::new();
@@ -84,6 +110,11 @@ impl Solve {
         positive("--modulus", self.modulus);
         positive("--pressure", self.pressure);
         positive("--tol", tolerance);
+        for (key, goal) in
+            [("--energy-goal", self.energy_goal), ("--area-goal", self.area_goal), ("--gap-goal", self.gap_goal)]
+        {
+            goal.into_iter().for_each(|g| positive(key, g));
+        }
         [("--length-y", self.length_y), ("--rho", self.rho), ("--thickness", self.thickness)]
             .into_iter()
             .for_each(|(key, value)| value.into_iter().for_each(|v| positive(key, v)));
@@ -105,22 +136,36 @@ impl Solve {
         if list.is_empty() { Ok(()) } else { Err(Error::Input { place: "command line".into(), list }) }
     }
 
-    pub fn execute(self) -> Result<ExitCode> {
-        let tolerance = self.tol.unwrap_or(default_tolerance(self.precision));
-        self.check(tolerance)?;
-        let method = method::find(&self.method).expect("checked");
-        let (map, declared) = heights::read(&self.heights)?;
+    /// The surface in lengths of the cell.
+    fn given(&self) -> Result<Given> {
+        if let Some(n) = self.challenge {
+            let spectrum = Spectrum { lambda_s: self.cut_off, ..Spectrum::CHALLENGE };
+            return Ok(Given::Series(Grid::unit(n, n), Modes::new(spectrum, self.seed, 1.0).series()));
+        }
+        let file = self.heights.as_ref().expect("clap requires one of the two");
+        let (map, declared) = heights::read(file)?;
         let sign = if self.flip { Sign::HighFirst } else { Sign::LowFirst };
         if let Some(says) = declared.sign.filter(|s| *s != sign) {
             let found = if self.flip { "given" } else { "not given" };
-            let accepted = format!("what {} declares: {}", self.heights.display(), says.words());
+            let accepted = format!("what {} declares: {}", file.display(), says.words());
             return Err(Error::input("command line", "--flip", found, accepted));
         }
         let mut map = map.low_first(sign);
         let scale = 1.0 / self.length;
         map.heights.iter_mut().for_each(|h| *h *= scale);
         let ly = self.length_y.map_or(map.ny as f64 / map.nx as f64, |y| y / self.length);
-        let grid = Grid { nx: map.nx, ny: map.ny, lx: 1.0, ly };
+        Ok(Given::Nodes(Grid { nx: map.nx, ny: map.ny, lx: 1.0, ly }, map.heights))
+    }
+
+    pub fn execute(self) -> Result<ExitCode> {
+        let tolerance = self.tol.unwrap_or(default_tolerance(self.precision));
+        self.check(tolerance)?;
+        let method = method::find(&self.method).expect("checked");
+        let given = self.given()?;
+        let (grid, lent) = match &given {
+            Given::Nodes(grid, nodes) => (*grid, nodes.into()),
+            Given::Series(grid, series) => (*grid, Heights::Series(series)),
+        };
         let kernel = self.thickness.map_or(Elastic::HalfSpace, |t| {
             Elastic::Layer(Layer { thickness: t / self.length, poisson: self.poisson, base: self.base })
         });
@@ -128,13 +173,13 @@ impl Solve {
             Adhesion::exponential(self.gamma / (self.modulus * self.length), self.rho.unwrap_or(1.0) / self.length);
         let problem = Problem {
             grid,
-            heights: (&map.heights).into(),
+            heights: lent,
             kernel,
             adhesion,
             wall: Wall::Hard,
             precision: self.precision,
             tolerance,
-            goals: Goals::default(),
+            goals: Goals { energy: self.energy_goal, area: self.area_goal, mean_gap: self.gap_goal },
             max_iterations: self.max_iterations,
         };
         let cohesive_resolution = match adhesion {
@@ -182,6 +227,7 @@ impl Solve {
             "energy": state.energy * energy,
             "elastic_energy": state.elastic_energy * energy,
             "adhesion_energy": state.interaction_energy * energy,
+            "settled": state.settled,
             "stop": state.stop.to_string(),
             "iterations": state.iterations,
             "fft_pairs": state.fft_pairs,

@@ -10,9 +10,9 @@
 //! `K` has no mean mode, so the mean of `t - v'` is the pressure whatever the gap: load balance is a statement about `t`.
 
 use super::{Heights, Load, Problem, Settled, State, Stop};
-use crate::{Error, Result};
 use crate::grid::{Filter, Grid, Real, Transform, block_sums, lowest, rms};
 use crate::interface::{Adhesion, HardWall, Kernel, Law, Wall, WithAdhesion};
+use crate::{Error, Result};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 use std::borrow::Cow;
@@ -375,11 +375,7 @@ impl Progress {
         let before = self.history[4 * (self.history.len() - 1) / 5];
         let enough = self.history.len() >= Self::FEWEST;
         let drift = |now: f64, then: f64| enough.then(|| (now - then).abs() / now.abs().max(f64::MIN_POSITIVE));
-        Settled {
-            energy: None,
-            area: drift(balance.contact, before.0),
-            mean_gap: drift(balance.mean_gap, before.1),
-        }
+        Settled { energy: None, area: drift(balance.contact, before.0), mean_gap: drift(balance.mean_gap, before.1) }
     }
 
     /// `Some` when `residual` (over the pressure) is no number, or has stalled at no more than ten times `floor`.

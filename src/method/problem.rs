@@ -70,7 +70,9 @@ impl Goals {
     /// Whether all that are asked for are met.
     pub fn met(&self, settled: &Settled) -> bool {
         let within = |goal: Option<f64>, found: Option<f64>| goal.is_none_or(|g| found.is_some_and(|f| f <= g));
-        within(self.energy, settled.energy) && within(self.area, settled.area) && within(self.mean_gap, settled.mean_gap)
+        within(self.energy, settled.energy)
+            && within(self.area, settled.area)
+            && within(self.mean_gap, settled.mean_gap)
     }
 }
 

@@ -1,5 +1,5 @@
 use super::{Amplitudes, Spectrum};
-use crate::grid::{Grid, Real, Transform, block_sums, Series, interpolate, lowest, signed_mode};
+use crate::grid::{Grid, Real, Series, Transform, block_sums, interpolate, lowest, signed_mode};
 use rand::{Rng, SeedableRng, rngs::ChaCha8Rng};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;

@@ -12,8 +12,8 @@ mod level;
 
 use super::operator::{Balance, Build, LOAD_BALANCE, dispatch, refused};
 use super::{
-    Card, CoarseState, ContactMethod, Criterion, Goals, Heights, Load, Plan, Precision, Problem, Run, Settled,
-    State, Stop, Watch,
+    Card, CoarseState, ContactMethod, Criterion, Goals, Heights, Load, Plan, Precision, Problem, Run, Settled, State,
+    Stop, Watch,
 };
 use crate::Result;
 use crate::grid::{Grid, Real, Series};
@@ -207,7 +207,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         (tolerance, goals): (f64, Goals),
         iterations: &mut usize,
     ) -> Ended {
-        let Load::MeanGap(target) = load else { 
+        let Load::MeanGap(target) = load else {
             return self.improve(level, (load, tolerance, goals), iterations);
         };
         // A finer grid has a stiffer stiffest mode.
