@@ -1,7 +1,9 @@
 //! What the two surfaces do to each other and to the elastic body: elastic kernels, adhesion laws, walls.
 
+mod cubic;
 mod kernel;
 mod law;
 
+pub use cubic::{Cubic, CubicHalfSpace};
 pub use kernel::{Base, Elastic, HalfSpace, Kernel, Layer};
 pub use law::{Adhesion, COHESIVE_RESOLUTION, Exponential, HardWall, Law, LennardJonesWall, Wall, WithAdhesion};
