@@ -134,14 +134,11 @@ impl Solve {
             tolerance,
             max_iterations: self.max_iterations,
         };
-        let cohesive_resolution = match adhesion {
-            Adhesion::None => None,
-            Adhesion::Exponential(e) => Some(e.rho / (e.gamma * grid.dx().max(grid.dy())).sqrt()),
-        };
+        let cohesive_resolution = adhesion.cohesive_resolution(grid.dx().max(grid.dy()));
         if let Some(c) = cohesive_resolution.filter(|c| *c < COHESIVE_RESOLUTION) {
             eprintln!(
-                "warning: the grid does not resolve the adhesion: ρ/√(γ dx/E*) = {c:.2}, and below {COHESIVE_RESOLUTION} \
-                 contact lines are pinned to the grid and the answer depends on the path"
+                "warning: the grid does not resolve the adhesion: cohesive resolution {c:.2}, and below \
+                 {COHESIVE_RESOLUTION} contact lines are pinned to the grid and the answer depends on the path"
             );
         }
         let (plan, have) = (method.plan(&problem), crate::sys::available_memory_bytes());

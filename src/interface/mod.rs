@@ -6,4 +6,7 @@ mod law;
 
 pub use cubic::{Cubic, CubicHalfSpace};
 pub use kernel::{Base, Elastic, HalfSpace, Kernel, Layer};
-pub use law::{Adhesion, COHESIVE_RESOLUTION, Exponential, HardWall, Law, LennardJonesWall, Wall, WithAdhesion};
+pub use law::{
+    Adhesion, COHESIVE_RESOLUTION, Dugdale, Exponential, HardWall, Law, LennardJonesWall, PowerLaw93, PowerLawWall,
+    SoftWall, StiffWall, Wall, WithAdhesion,
+};

@@ -7,7 +7,7 @@ use crate::atoms::job::Yukawa;
 use crate::atoms::potential::{CALCIUM, CALCIUM_ELEMENT, CALCIUM_MODULUS_GPA, Potential, SetflHeader};
 use crate::atoms::wall::{self, Wall as AtomWall};
 use crate::grid::Grid;
-use crate::interface::{Adhesion, Base, COHESIVE_RESOLUTION, Elastic, Exponential, Layer, LennardJonesWall, Wall};
+use crate::interface::{Adhesion, Base, COHESIVE_RESOLUTION, Elastic, Layer, LennardJonesWall, Wall};
 use crate::method::Problem;
 use crate::record::heights::{self, Sign};
 use crate::record::results::AuditLine;
@@ -140,9 +140,7 @@ impl Case {
                 a.range_nm * 1e-9 / scales.length_m,
             )
         });
-        if let Adhesion::Exponential(e) = adhesion {
-            warnings.extend(unresolved_adhesion(e, grid));
-        }
+        warnings.extend(unresolved_adhesion(adhesion, grid));
         let kernel = scene.continuum.layer.as_ref().map_or(Elastic::HalfSpace, |l| {
             Elastic::Layer(Layer { thickness: l.thickness_um / lab.length_um, poisson: l.poisson, base: l.base })
         });
@@ -234,15 +232,13 @@ fn surface(scene: &Scene, file: &Path) -> Result<Surface> {
     Ok(Surface::synthesised(spectrum, s.seed))
 }
 
-fn unresolved_adhesion(law: Exponential, grid: Grid) -> Option<String> {
-    let c = law.rho / (law.gamma * grid.dx()).sqrt();
-    (c < COHESIVE_RESOLUTION).then(|| {
-        let points = (law.gamma / (law.rho / COHESIVE_RESOLUTION).powi(2)).ceil();
-        format!(
-            "the grid does not resolve the adhesion: ρ/√(γ dx/E*) = {c:.2}, and below {COHESIVE_RESOLUTION} contact \
-             lines are pinned to the grid and the answer depends on the path ({points:.0} points per side would do)"
-        )
-    })
+fn unresolved_adhesion(adhesion: Adhesion, grid: Grid) -> Option<String> {
+    let c = adhesion.cohesive_resolution(grid.dx()).filter(|c| *c < COHESIVE_RESOLUTION)?;
+    let points = (COHESIVE_RESOLUTION.powi(2) * adhesion.softening()).ceil();
+    Some(format!(
+        "the grid does not resolve the adhesion: cohesive resolution = {c:.2}, and below {COHESIVE_RESOLUTION} contact \
+         lines are pinned to the grid and the answer depends on the path ({points:.0} points per side would do)"
+    ))
 }
 
 impl AtomsCase {
@@ -309,10 +305,7 @@ impl AtomsCase {
         let load_unit = length * length * scales.stress_ev_a3(1.0) * case.gradient;
         let adhesion = pair_adhesion(case, a.adhesion_range_angstrom, &wall, scales)
             .map_err(|e| e.told_of(&place, Some("atoms.adhesion_range_angstrom")))?;
-        let (asked_gamma, asked_rho) = match case.adhesion {
-            Adhesion::None => (0.0, 0.0),
-            Adhesion::Exponential(e) => (e.gamma, e.rho),
-        };
+        let (asked_gamma, asked_rho) = case.adhesion.work_and_range();
         let (lambda_s, curvature_radius) = match &case.surface {
             Surface::Synthesised { spectrum, .. } => (spectrum.lambda_s, spectrum.expected(1.0, 0.0).curvature_radius),
             Surface::Imported { grid, heights, .. } => (2.0 * grid.dx(), moments(*grid, heights).curvature_radius()),
