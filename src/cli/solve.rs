@@ -1,13 +1,13 @@
 use super::{listen, words};
 use crate::error::Complaint;
 use crate::grid::Grid;
-use crate::interface::{Adhesion, Base, COHESIVE_RESOLUTION, Elastic, Layer, Wall};
+use crate::interface::{Base, COHESIVE_RESOLUTION, CubicHalfSpace, Elastic, Layer, StiffWall, Wall};
 use crate::method::{self, Iteration, Load, Precision, Problem, Stop};
 use crate::observe::{contact_area, contact_map};
 use crate::record::heights::{self, Sign};
 use crate::record::{json, npy};
 use crate::report::number::{duration, memory, percent, significant};
-use crate::scene::default_tolerance;
+use crate::scene::{AdhesionLaw, WallKind, default_tolerance};
 use crate::{Error, Result};
 use serde_json::json;
 use std::ops::ControlFlow;
@@ -37,9 +37,18 @@ pub struct Solve {
     /// Work of adhesion γ (modulus times length).
     #[arg(long, default_value_t = 0.0)]
     gamma: f64,
-    /// Range ρ of the adhesion -γ exp(-g/ρ).
+    /// Range ρ of the adhesion.
     #[arg(long)]
     rho: Option<f64>,
+    /// How the attraction fades with the gap.
+    #[arg(long, value_enum, default_value_t = AdhesionLaw::Exponential)]
+    law: AdhesionLaw,
+    /// What keeps the surfaces apart.
+    #[arg(long, value_enum, default_value_t = WallKind::Hard)]
+    wall: WallKind,
+    /// Length by which a stiff wall gives way under a pressure of E*.
+    #[arg(long)]
+    wall_length: Option<f64>,
     /// An id from `asperity methods`, or auto.
     #[arg(long, default_value = "auto")]
     method: String,
@@ -62,6 +71,10 @@ pub struct Solve {
     /// The layer's lower face.
     #[arg(long, value_enum, default_value_t = Base::Bonded)]
     base: Base,
+    /// Elastic constants of a cubic crystal, (001) face with x along [100], instead of an isotropic half-space. Any unit:
+    /// only their ratios matter, E* is --modulus.
+    #[arg(long, value_name = "C11,C12,C44", value_delimiter = ',', num_args = 1)]
+    crystal: Vec<f64>,
     /// Write gap.npy, stress.npy, contact.npy and solve.json here; "partial-" goes before the names if not converged.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -82,9 +95,14 @@ impl Solve {
         positive("--modulus", self.modulus);
         positive("--pressure", self.pressure);
         positive("--tol", tolerance);
-        [("--length-y", self.length_y), ("--rho", self.rho), ("--thickness", self.thickness)]
-            .into_iter()
-            .for_each(|(key, value)| value.into_iter().for_each(|v| positive(key, v)));
+        [
+            ("--length-y", self.length_y),
+            ("--rho", self.rho),
+            ("--thickness", self.thickness),
+            ("--wall-length", self.wall_length),
+        ]
+        .into_iter()
+        .for_each(|(key, value)| value.into_iter().for_each(|v| positive(key, v)));
         if tolerance >= 1.0 {
             list.push(Complaint::new("--tol", tolerance, "a number below 1"));
         }
@@ -93,6 +111,31 @@ impl Solve {
         }
         if self.gamma > 0.0 && self.rho.is_none() {
             list.push(Complaint::new("--rho", "not given", "the range of the adhesion that --gamma asks for"));
+        }
+        match (self.wall, self.wall_length) {
+            (WallKind::Stiff, None) => {
+                list.push(Complaint::new("--wall-length", "not given", "the length by which --wall stiff gives way"));
+            }
+            (WallKind::Hard, Some(length)) => {
+                list.push(Complaint::new("--wall-length", length, "only together with --wall stiff"));
+            }
+            _ => {}
+        }
+        match self.crystal[..] {
+            [] => {}
+            [..] if self.thickness.is_some() => {
+                let accepted = "one of the two: layers are isotropic";
+                list.push(Complaint::new("--crystal", "given together with --thickness", accepted));
+            }
+            [c11, c12, c44] => {
+                if let Err(Error::Input { list: why, .. }) = CubicHalfSpace::new(c11, c12, c44) {
+                    list.extend(why.into_iter().map(|c| Complaint { key: format!("--crystal, {}", c.key), ..c }));
+                }
+            }
+            _ => {
+                let found = format!("{} numbers", self.crystal.len());
+                list.push(Complaint::new("--crystal", found, "three: C11,C12,C44"));
+            }
         }
         if !(0.0..=0.5).contains(&self.poisson) {
             list.push(Complaint::new("--poisson", self.poisson, "a number from 0 to 0.5"));
@@ -119,17 +162,25 @@ impl Solve {
         map.heights.iter_mut().for_each(|h| *h *= scale);
         let ly = self.length_y.map_or(map.ny as f64 / map.nx as f64, |y| y / self.length);
         let grid = Grid { nx: map.nx, ny: map.ny, lx: 1.0, ly };
-        let kernel = self.thickness.map_or(Elastic::HalfSpace, |t| {
-            Elastic::Layer(Layer { thickness: t / self.length, poisson: self.poisson, base: self.base })
-        });
+        let kernel = match (self.thickness, &self.crystal[..]) {
+            (Some(t), _) => {
+                Elastic::Layer(Layer { thickness: t / self.length, poisson: self.poisson, base: self.base })
+            }
+            (None, &[c11, c12, c44]) => Elastic::Cubic(CubicHalfSpace::new(c11, c12, c44)?),
+            (None, _) => Elastic::HalfSpace,
+        };
+        let wall = match self.wall_length {
+            Some(length) => Wall::Stiff(StiffWall { length: length / self.length }),
+            None => Wall::Hard,
+        };
         let adhesion =
-            Adhesion::exponential(self.gamma / (self.modulus * self.length), self.rho.unwrap_or(1.0) / self.length);
+            self.law.adhesion(self.gamma / (self.modulus * self.length), self.rho.unwrap_or(1.0) / self.length);
         let problem = Problem {
             grid,
             heights: &map.heights,
             kernel,
             adhesion,
-            wall: Wall::Hard,
+            wall,
             precision: self.precision,
             tolerance,
             max_iterations: self.max_iterations,
@@ -162,6 +213,7 @@ impl Solve {
             "threads": rayon::current_num_threads(),
             "kernel": kernel.to_string(),
             "adhesion": adhesion.to_string(),
+            "wall": wall.to_string(),
             "cohesive_resolution": cohesive_resolution,
             "pressure": self.pressure,
             "criterion": "zero gap",

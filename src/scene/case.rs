@@ -7,7 +7,9 @@ use crate::atoms::job::Yukawa;
 use crate::atoms::potential::{CALCIUM, CALCIUM_ELEMENT, CALCIUM_MODULUS_GPA, Potential, SetflHeader};
 use crate::atoms::wall::{self, Wall as AtomWall};
 use crate::grid::Grid;
-use crate::interface::{Adhesion, Base, COHESIVE_RESOLUTION, Elastic, Layer, LennardJonesWall, Wall};
+use crate::interface::{
+    Adhesion, Base, COHESIVE_RESOLUTION, CubicHalfSpace, Elastic, Layer, LennardJonesWall, StiffWall, Wall,
+};
 use crate::method::Problem;
 use crate::record::heights::{self, Sign};
 use crate::record::results::AuditLine;
@@ -41,6 +43,7 @@ pub struct Case {
     pub gradient: f64,
     pub kernel: Elastic,
     pub adhesion: Adhesion,
+    pub wall: Wall,
     pub atoms: Option<AtomsCase>,
     pub warnings: Vec<String>,
 }
@@ -135,15 +138,23 @@ impl Case {
             ));
         }
         let adhesion = scene.adhesion.as_ref().map_or(Adhesion::None, |a| {
-            Adhesion::exponential(
+            a.law.adhesion(
                 scales.reduced_energy_per_area(a.work_of_adhesion_mj_m2 * 1e-3),
                 a.range_nm * 1e-9 / scales.length_m,
             )
         });
         warnings.extend(unresolved_adhesion(adhesion, grid));
-        let kernel = scene.continuum.layer.as_ref().map_or(Elastic::HalfSpace, |l| {
-            Elastic::Layer(Layer { thickness: l.thickness_um / lab.length_um, poisson: l.poisson, base: l.base })
-        });
+        let kernel = match (&scene.continuum.layer, &scene.continuum.crystal) {
+            (Some(l), _) => {
+                Elastic::Layer(Layer { thickness: l.thickness_um / lab.length_um, poisson: l.poisson, base: l.base })
+            }
+            (None, Some(c)) => Elastic::Cubic(CubicHalfSpace::new(c.c11_gpa, c.c12_gpa, c.c44_gpa)?),
+            (None, None) => Elastic::HalfSpace,
+        };
+        let wall = match scene.continuum.wall_length_nm {
+            Some(nm) => Wall::Stiff(StiffWall { length: nm * 1e-9 / scales.length_m }),
+            None => Wall::Hard,
+        };
         let mut case = Case {
             scene,
             file: file.to_path_buf(),
@@ -153,6 +164,7 @@ impl Case {
             gradient,
             kernel,
             adhesion,
+            wall,
             atoms: None,
             warnings,
         };
@@ -176,7 +188,7 @@ impl Case {
             heights,
             kernel: self.kernel,
             adhesion: self.adhesion,
-            wall: Wall::Hard,
+            wall: self.wall,
             precision: c.precision,
             tolerance: c.tolerance_or_default(),
             max_iterations: c.max_iterations,
@@ -414,6 +426,7 @@ impl AtomsCase {
 }
 
 fn pair_adhesion(case: &Case, rho_angstrom: f64, wall: &AtomWall, scales: Scales) -> Result<Option<PairAdhesion>> {
+    // Another law is refused with the scene.
     let Adhesion::Exponential(law) = case.adhesion else { return Ok(None) };
     let gamma_ev_a2 = scales.energy_per_area_ev_a2(law.gamma);
     let pair = wall::Adhesion::new(wall, gamma_ev_a2, rho_angstrom)?;
