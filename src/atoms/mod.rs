@@ -8,7 +8,6 @@ pub mod engine;
 pub mod indenter;
 pub mod job;
 pub mod ladder;
-pub mod modulus;
 pub mod potential;
 pub mod properties;
 pub mod replay;

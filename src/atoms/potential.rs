@@ -479,7 +479,7 @@ mod tests {
         for (name, found, asked) in [("C11", c11, 27.8), ("C12", c12, 18.2), ("C44", c44, 16.3)] {
             assert!((found - asked * scale).abs() < FIT_MODULUS_GPA, "{name} = {found}, asked {}", asked * scale);
         }
-        let modulus = crate::atoms::modulus::Cubic::new(c11, c12, c44).unwrap().contact_modulus();
+        let modulus = crate::interface::Cubic::new(c11, c12, c44).unwrap().contact_modulus();
         assert!((modulus - 28.57).abs() < FIT_MODULUS_GPA, "E* = {modulus}");
     }
 

@@ -11,9 +11,9 @@ use std::process::{Command, Stdio};
 
 use serde::{Deserialize, Serialize};
 
-use crate::atoms::modulus::Cubic;
 use crate::atoms::potential::SetflHeader;
 use crate::error::{Error, LammpsFailure, Result};
+use crate::interface::Cubic;
 use crate::units::J_M2_PER_EV_A2;
 
 /// Something that can run a LAMMPS script: a program, or recorded output.

@@ -1,13 +1,13 @@
 use super::{listen, words};
 use crate::error::Complaint;
 use crate::grid::{Grid, Series};
-use crate::interface::{Adhesion, Base, COHESIVE_RESOLUTION, Elastic, Layer, Wall};
+use crate::interface::{Base, COHESIVE_RESOLUTION, CubicHalfSpace, Elastic, Layer, StiffWall, Wall};
 use crate::method::{self, Goals, Heights, Iteration, Load, Precision, Problem, Stop};
 use crate::observe::{contact_area, contact_map};
 use crate::record::heights::{self, Sign};
 use crate::record::{json, npy};
 use crate::report::number::{duration, memory, percent, significant};
-use crate::scene::default_tolerance;
+use crate::scene::{AdhesionLaw, WallKind, default_tolerance};
 use crate::surface::{Modes, Spectrum};
 use crate::{Error, Result};
 use serde_json::json;
@@ -48,9 +48,18 @@ pub struct Solve {
     /// Work of adhesion γ (modulus times length).
     #[arg(long, default_value_t = 0.0, value_name = "GAMMA")]
     gamma: f64,
-    /// Range ρ of the adhesion -γ exp(-g/ρ).
+    /// Range ρ of the adhesion.
     #[arg(long)]
     rho: Option<f64>,
+    /// How the attraction fades with the gap.
+    #[arg(long, value_enum, default_value_t = AdhesionLaw::Exponential)]
+    law: AdhesionLaw,
+    /// What keeps the surfaces apart.
+    #[arg(long, value_enum, default_value_t = WallKind::Hard)]
+    wall: WallKind,
+    /// Length by which a stiff wall gives way under a pressure of E*.
+    #[arg(long)]
+    wall_length: Option<f64>,
     /// An id from `asperity methods`, or auto.
     #[arg(long, default_value = "auto", value_name = "ID")]
     method: String,
@@ -61,12 +70,13 @@ pub struct Solve {
     /// Go on until the energy is within this part of the minimum (a bound that `fast` computes).
     #[arg(long, value_name = "PART")]
     energy_goal: Option<f64>,
-    /// Go on until a step changes the contact area by no more than this part.
+    /// Go on until the contact area is estimated to change by no more than this part.
     #[arg(long, value_name = "PART")]
     area_goal: Option<f64>,
     /// The same for the mean gap.
     #[arg(long, value_name = "PART")]
     gap_goal: Option<f64>,
+    /// Floating-point type of the fields; sums are always f64.
     #[arg(long, value_enum, default_value_t = Precision::F64)]
     precision: Precision,
     /// Iterations after which the solver gives up.
@@ -84,6 +94,10 @@ pub struct Solve {
     /// The layer's lower face.
     #[arg(long, value_enum, default_value_t = Base::Bonded)]
     base: Base,
+    /// Elastic constants of a cubic crystal, (001) face with x along [100], instead of an isotropic half-space. Any unit:
+    /// only their ratios matter, E* is --modulus.
+    #[arg(long, value_name = "C11,C12,C44", value_delimiter = ',', num_args = 1)]
+    crystal: Vec<f64>,
     /// Write gap.npy, stress.npy, contact.npy and solve.json here; "partial-" goes before the names if not converged.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -110,14 +124,17 @@ impl Solve {
         positive("--modulus", self.modulus);
         positive("--pressure", self.pressure);
         positive("--tol", tolerance);
-        for (key, goal) in
-            [("--energy-goal", self.energy_goal), ("--area-goal", self.area_goal), ("--gap-goal", self.gap_goal)]
-        {
-            goal.into_iter().for_each(|g| positive(key, g));
-        }
-        [("--length-y", self.length_y), ("--rho", self.rho), ("--thickness", self.thickness)]
-            .into_iter()
-            .for_each(|(key, value)| value.into_iter().for_each(|v| positive(key, v)));
+        [
+            ("--length-y", self.length_y),
+            ("--rho", self.rho),
+            ("--thickness", self.thickness),
+            ("--wall-length", self.wall_length),
+            ("--energy-goal", self.energy_goal),
+            ("--area-goal", self.area_goal),
+            ("--gap-goal", self.gap_goal),
+        ]
+        .into_iter()
+        .for_each(|(key, value)| value.into_iter().for_each(|v| positive(key, v)));
         if tolerance >= 1.0 {
             list.push(Complaint::new("--tol", tolerance, "a number below 1"));
         }
@@ -126,6 +143,31 @@ impl Solve {
         }
         if self.gamma > 0.0 && self.rho.is_none() {
             list.push(Complaint::new("--rho", "not given", "the range of the adhesion that --gamma asks for"));
+        }
+        match (self.wall, self.wall_length) {
+            (WallKind::Stiff, None) => {
+                list.push(Complaint::new("--wall-length", "not given", "the length by which --wall stiff gives way"));
+            }
+            (WallKind::Hard, Some(length)) => {
+                list.push(Complaint::new("--wall-length", length, "only together with --wall stiff"));
+            }
+            _ => {}
+        }
+        match self.crystal[..] {
+            [] => {}
+            [..] if self.thickness.is_some() => {
+                let accepted = "one of the two: layers are isotropic";
+                list.push(Complaint::new("--crystal", "given together with --thickness", accepted));
+            }
+            [c11, c12, c44] => {
+                if let Err(Error::Input { list: why, .. }) = CubicHalfSpace::new(c11, c12, c44) {
+                    list.extend(why.into_iter().map(|c| Complaint { key: format!("--crystal, {}", c.key), ..c }));
+                }
+            }
+            _ => {
+                let found = format!("{} numbers", self.crystal.len());
+                list.push(Complaint::new("--crystal", found, "three: C11,C12,C44"));
+            }
         }
         if !(0.0..=0.5).contains(&self.poisson) {
             list.push(Complaint::new("--poisson", self.poisson, "a number from 0 to 0.5"));
@@ -166,30 +208,35 @@ impl Solve {
             Given::Nodes(grid, nodes) => (*grid, nodes.into()),
             Given::Series(grid, series) => (*grid, Heights::Series(series)),
         };
-        let kernel = self.thickness.map_or(Elastic::HalfSpace, |t| {
-            Elastic::Layer(Layer { thickness: t / self.length, poisson: self.poisson, base: self.base })
-        });
+        let kernel = match (self.thickness, &self.crystal[..]) {
+            (Some(t), _) => {
+                Elastic::Layer(Layer { thickness: t / self.length, poisson: self.poisson, base: self.base })
+            }
+            (None, &[c11, c12, c44]) => Elastic::Cubic(CubicHalfSpace::new(c11, c12, c44)?),
+            (None, _) => Elastic::HalfSpace,
+        };
+        let wall = match self.wall_length {
+            Some(length) => Wall::Stiff(StiffWall { length: length / self.length }),
+            None => Wall::Hard,
+        };
         let adhesion =
-            Adhesion::exponential(self.gamma / (self.modulus * self.length), self.rho.unwrap_or(1.0) / self.length);
+            self.law.adhesion(self.gamma / (self.modulus * self.length), self.rho.unwrap_or(1.0) / self.length);
         let problem = Problem {
             grid,
             heights: lent,
             kernel,
             adhesion,
-            wall: Wall::Hard,
+            wall,
             precision: self.precision,
             tolerance,
             goals: Goals { energy: self.energy_goal, area: self.area_goal, mean_gap: self.gap_goal },
             max_iterations: self.max_iterations,
         };
-        let cohesive_resolution = match adhesion {
-            Adhesion::None => None,
-            Adhesion::Exponential(e) => Some(e.rho / (e.gamma * grid.dx().max(grid.dy())).sqrt()),
-        };
+        let cohesive_resolution = adhesion.cohesive_resolution(grid.dx().max(grid.dy()));
         if let Some(c) = cohesive_resolution.filter(|c| *c < COHESIVE_RESOLUTION) {
             eprintln!(
-                "warning: the grid does not resolve the adhesion: ρ/√(γ dx/E*) = {c:.2}, and below {COHESIVE_RESOLUTION} \
-                 contact lines are pinned to the grid and the answer depends on the path"
+                "warning: the grid does not resolve the adhesion: cohesive resolution {c:.2}, and below \
+                 {COHESIVE_RESOLUTION} contact lines are pinned to the grid and the answer depends on the path"
             );
         }
         let (plan, have) = (method.plan(&problem), crate::sys::available_memory_bytes());
@@ -213,6 +260,7 @@ impl Solve {
             "threads": rayon::current_num_threads(),
             "kernel": kernel.to_string(),
             "adhesion": adhesion.to_string(),
+            "wall": wall.to_string(),
             "cohesive_resolution": cohesive_resolution,
             "pressure": self.pressure,
             "criterion": "zero gap",

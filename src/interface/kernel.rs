@@ -3,6 +3,7 @@
 //! The mean mode has no stiffness here: the mean displacement is a gauge that load control leaves free, and a mean gap
 //! does not contain it. What a layer yields as a whole under the mean pressure is [`Layer::compression`].
 
+use super::CubicHalfSpace;
 use serde::{Deserialize, Serialize};
 
 /// Stiffness of the mode with the wave vector (qx, qy) in units of 1/L, in E*/L.
@@ -13,7 +14,7 @@ pub trait Kernel: Copy + Sync + Send {
 /// Length of a wave vector. `f64::hypot` guards against overflow, which wave vectors do not need, and costs ten times as
 /// much.
 #[inline]
-fn length(qx: f64, qy: f64) -> f64 {
+pub(super) fn length(qx: f64, qy: f64) -> f64 {
     (qx * qx + qy * qy).sqrt()
 }
 
@@ -105,6 +106,7 @@ impl Kernel for Layer {
 pub enum Elastic {
     HalfSpace,
     Layer(Layer),
+    Cubic(CubicHalfSpace),
 }
 
 impl Kernel for Elastic {
@@ -115,6 +117,7 @@ impl Kernel for Elastic {
         match self {
             Elastic::HalfSpace => HalfSpace.stiffness(qx, qy),
             Elastic::Layer(layer) => layer.stiffness(qx, qy),
+            Elastic::Cubic(crystal) => crystal.stiffness(qx, qy),
         }
     }
 }
@@ -123,6 +126,7 @@ impl std::fmt::Display for Elastic {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Elastic::HalfSpace => write!(f, "half-space"),
+            Elastic::Cubic(c) => write!(f, "half-space of a cubic crystal, (001), Zener ratio {:.3}", c.zener),
             Elastic::Layer(l) => {
                 let base = match l.base {
                     Base::Bonded => "bonded to a rigid base",

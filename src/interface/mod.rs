@@ -1,7 +1,12 @@
 //! What the two surfaces do to each other and to the elastic body: elastic kernels, adhesion laws, walls.
 
+mod cubic;
 mod kernel;
 mod law;
 
+pub use cubic::{Cubic, CubicHalfSpace};
 pub use kernel::{Base, Elastic, HalfSpace, Kernel, Layer};
-pub use law::{Adhesion, COHESIVE_RESOLUTION, Exponential, HardWall, Law, LennardJonesWall, Wall, WithAdhesion};
+pub use law::{
+    Adhesion, COHESIVE_RESOLUTION, Dugdale, Exponential, HardWall, Law, LennardJonesWall, PowerLaw93, PowerLawWall,
+    SoftWall, StiffWall, Wall, WithAdhesion,
+};

@@ -11,7 +11,7 @@
 
 use super::{Heights, Load, Problem, Settled, State, Stop};
 use crate::grid::{Filter, Grid, Real, Transform, block_sums, lowest, rms};
-use crate::interface::{Adhesion, HardWall, Kernel, Law, Wall, WithAdhesion};
+use crate::interface::{Adhesion, HardWall, Kernel, Law, WithAdhesion};
 use crate::{Error, Result};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
@@ -409,11 +409,18 @@ pub(super) fn dispatch<'p, B: Build<'p>>(problem: &'p Problem<'p>, builder: B) -
 
 fn with_law<'p, T: Real, B: Build<'p>>(problem: &'p Problem<'p>, builder: B) -> B::Built {
     let kernel = problem.kernel;
-    match (problem.wall, problem.adhesion) {
-        (Wall::Hard, Adhesion::None) => builder.build::<T, _, _>(kernel, HardWall),
-        (Wall::Hard, Adhesion::Exponential(law)) => builder.build::<T, _, _>(kernel, law),
-        (Wall::LennardJones(wall), Adhesion::None) => builder.build::<T, _, _>(kernel, wall),
-        (Wall::LennardJones(wall), Adhesion::Exponential(adhesion)) => {
+    // Hard walls make no law of their own; soft ones are one law for the compiler.
+    match (problem.wall.soft(), problem.adhesion) {
+        (None, Adhesion::None) => builder.build::<T, _, _>(kernel, HardWall),
+        (None, Adhesion::Exponential(law)) => builder.build::<T, _, _>(kernel, law),
+        (None, Adhesion::Dugdale(law)) => builder.build::<T, _, _>(kernel, law),
+        (None, Adhesion::PowerLaw93(law)) => builder.build::<T, _, _>(kernel, law),
+        (Some(wall), Adhesion::None) => builder.build::<T, _, _>(kernel, wall),
+        (Some(wall), Adhesion::Exponential(adhesion)) => {
+            builder.build::<T, _, _>(kernel, WithAdhesion { wall, adhesion })
+        }
+        (Some(wall), Adhesion::Dugdale(adhesion)) => builder.build::<T, _, _>(kernel, WithAdhesion { wall, adhesion }),
+        (Some(wall), Adhesion::PowerLaw93(adhesion)) => {
             builder.build::<T, _, _>(kernel, WithAdhesion { wall, adhesion })
         }
     }

@@ -57,8 +57,8 @@ pub struct Goals {
     /// Bound on the energy above the minimum, over the energy.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub energy: Option<f64>,
-    /// Relative change of the contact area over the last step, or over the last fifth of the iterations of a method that
-    /// takes many small ones.
+    /// Relative change of the contact area still to come, estimated from its last change and the rate at which the residual
+    /// falls; for a method of many small steps, the change over the last fifth of them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub area: Option<f64>,
     /// The same of the mean gap.

@@ -7,7 +7,9 @@ use crate::atoms::job::Yukawa;
 use crate::atoms::potential::{CALCIUM, CALCIUM_ELEMENT, CALCIUM_MODULUS_GPA, Potential, SetflHeader};
 use crate::atoms::wall::{self, Wall as AtomWall};
 use crate::grid::Grid;
-use crate::interface::{Adhesion, Base, COHESIVE_RESOLUTION, Elastic, Exponential, Layer, LennardJonesWall, Wall};
+use crate::interface::{
+    Adhesion, Base, COHESIVE_RESOLUTION, CubicHalfSpace, Elastic, Layer, LennardJonesWall, StiffWall, Wall,
+};
 use crate::method::{Goals, Heights, Problem};
 use crate::record::heights::{self, Sign};
 use crate::record::results::AuditLine;
@@ -41,6 +43,7 @@ pub struct Case {
     pub gradient: f64,
     pub kernel: Elastic,
     pub adhesion: Adhesion,
+    pub wall: Wall,
     pub atoms: Option<AtomsCase>,
     pub warnings: Vec<String>,
 }
@@ -135,17 +138,23 @@ impl Case {
             ));
         }
         let adhesion = scene.adhesion.as_ref().map_or(Adhesion::None, |a| {
-            Adhesion::exponential(
+            a.law.adhesion(
                 scales.reduced_energy_per_area(a.work_of_adhesion_mj_m2 * 1e-3),
                 a.range_nm * 1e-9 / scales.length_m,
             )
         });
-        if let Adhesion::Exponential(e) = adhesion {
-            warnings.extend(unresolved_adhesion(e, grid));
-        }
-        let kernel = scene.continuum.layer.as_ref().map_or(Elastic::HalfSpace, |l| {
-            Elastic::Layer(Layer { thickness: l.thickness_um / lab.length_um, poisson: l.poisson, base: l.base })
-        });
+        warnings.extend(unresolved_adhesion(adhesion, grid));
+        let kernel = match (&scene.continuum.layer, &scene.continuum.crystal) {
+            (Some(l), _) => {
+                Elastic::Layer(Layer { thickness: l.thickness_um / lab.length_um, poisson: l.poisson, base: l.base })
+            }
+            (None, Some(c)) => Elastic::Cubic(CubicHalfSpace::new(c.c11_gpa, c.c12_gpa, c.c44_gpa)?),
+            (None, None) => Elastic::HalfSpace,
+        };
+        let wall = match scene.continuum.wall_length_nm {
+            Some(nm) => Wall::Stiff(StiffWall { length: nm * 1e-9 / scales.length_m }),
+            None => Wall::Hard,
+        };
         let mut case = Case {
             scene,
             file: file.to_path_buf(),
@@ -155,6 +164,7 @@ impl Case {
             gradient,
             kernel,
             adhesion,
+            wall,
             atoms: None,
             warnings,
         };
@@ -178,7 +188,7 @@ impl Case {
             heights,
             kernel: self.kernel,
             adhesion: self.adhesion,
-            wall: Wall::Hard,
+            wall: self.wall,
             precision: c.precision,
             tolerance: c.tolerance_or_default(),
             goals: Goals::default(),
@@ -235,15 +245,13 @@ fn surface(scene: &Scene, file: &Path) -> Result<Surface> {
     Ok(Surface::synthesised(spectrum, s.seed))
 }
 
-fn unresolved_adhesion(law: Exponential, grid: Grid) -> Option<String> {
-    let c = law.rho / (law.gamma * grid.dx()).sqrt();
-    (c < COHESIVE_RESOLUTION).then(|| {
-        let points = (law.gamma / (law.rho / COHESIVE_RESOLUTION).powi(2)).ceil();
-        format!(
-            "the grid does not resolve the adhesion: ρ/√(γ dx/E*) = {c:.2}, and below {COHESIVE_RESOLUTION} contact \
-             lines are pinned to the grid and the answer depends on the path ({points:.0} points per side would do)"
-        )
-    })
+fn unresolved_adhesion(adhesion: Adhesion, grid: Grid) -> Option<String> {
+    let c = adhesion.cohesive_resolution(grid.dx()).filter(|c| *c < COHESIVE_RESOLUTION)?;
+    let points = (COHESIVE_RESOLUTION.powi(2) * adhesion.softening()).ceil();
+    Some(format!(
+        "the grid does not resolve the adhesion: cohesive resolution = {c:.2}, and below {COHESIVE_RESOLUTION} contact \
+         lines are pinned to the grid and the answer depends on the path ({points:.0} points per side would do)"
+    ))
 }
 
 impl AtomsCase {
@@ -310,10 +318,7 @@ impl AtomsCase {
         let load_unit = length * length * scales.stress_ev_a3(1.0) * case.gradient;
         let adhesion = pair_adhesion(case, a.adhesion_range_angstrom, &wall, scales)
             .map_err(|e| e.told_of(&place, Some("atoms.adhesion_range_angstrom")))?;
-        let (asked_gamma, asked_rho) = match case.adhesion {
-            Adhesion::None => (0.0, 0.0),
-            Adhesion::Exponential(e) => (e.gamma, e.rho),
-        };
+        let (asked_gamma, asked_rho) = case.adhesion.work_and_range();
         let (lambda_s, curvature_radius) = match &case.surface {
             Surface::Synthesised { spectrum, .. } => (spectrum.lambda_s, spectrum.expected(1.0, 0.0).curvature_radius),
             Surface::Imported { grid, heights, .. } => (2.0 * grid.dx(), moments(*grid, heights).curvature_radius()),
@@ -422,6 +427,7 @@ impl AtomsCase {
 }
 
 fn pair_adhesion(case: &Case, rho_angstrom: f64, wall: &AtomWall, scales: Scales) -> Result<Option<PairAdhesion>> {
+    // Another law is refused with the scene.
     let Adhesion::Exponential(law) = case.adhesion else { return Ok(None) };
     let gamma_ev_a2 = scales.energy_per_area_ev_a2(law.gamma);
     let pair = wall::Adhesion::new(wall, gamma_ev_a2, rho_angstrom)?;

@@ -1,7 +1,8 @@
 //! What a scene may say. Every complaint is collected, so that a user mends a scene once.
 
-use super::{Scene, SurfaceScene};
-use crate::error::Complaint;
+use super::{AdhesionLaw, Scene, SurfaceScene, WallKind};
+use crate::error::{Complaint, Error};
+use crate::interface::CubicHalfSpace;
 use crate::method;
 use std::path::Path;
 
@@ -57,6 +58,12 @@ pub(super) fn complaints(scene: &Scene) -> Vec<Complaint> {
             "a number, zero or above",
         );
         c.positive("adhesion.range_nm", a.range_nm);
+        c.unless(
+            a.law == AdhesionLaw::Exponential || scene.atoms.is_none(),
+            "adhesion.law",
+            format!("{:?} with atoms", word(&a.law)),
+            "\"exponential\": the atoms have no other law",
+        );
     }
     continuum(&mut c, scene);
     if scene.atoms.is_some() {
@@ -173,6 +180,43 @@ fn continuum(c: &mut Complaints, scene: &Scene) {
         let nu = layer.poisson;
         c.unless((0.0..=0.5).contains(&nu), "continuum.layer.poisson", nu, "a Poisson's ratio from 0 to 0.5");
     }
+    if let Some(crystal) = &m.crystal {
+        c.unless(
+            m.layer.is_none(),
+            "continuum.crystal",
+            "given together with continuum.layer",
+            "one of the two: layers are isotropic",
+        );
+        // Whether such a crystal is stable, and its stiffness a short series, is for the kernel to say.
+        if let Err(Error::Input { list, .. }) = CubicHalfSpace::new(crystal.c11_gpa, crystal.c12_gpa, crystal.c44_gpa) {
+            for complaint in list {
+                let key = match complaint.key.as_str() {
+                    "C11" => "continuum.crystal.c11_gpa".into(),
+                    "C44" => "continuum.crystal.c44_gpa".into(),
+                    other => format!("continuum.crystal, {other}"),
+                };
+                c.0.push(Complaint { key, ..complaint });
+            }
+        }
+    }
+    match (m.wall, m.wall_length_nm) {
+        (WallKind::Stiff, None) => c.unless(
+            false,
+            "continuum.wall_length_nm",
+            "not given",
+            "the length by which a stiff wall gives way under E*",
+        ),
+        (WallKind::Stiff, Some(length)) => c.positive("continuum.wall_length_nm", length),
+        (WallKind::Hard, Some(length)) => {
+            c.unless(false, "continuum.wall_length_nm", length, "only together with continuum.wall = \"stiff\"")
+        }
+        (WallKind::Hard, None) => {}
+    }
+}
+
+/// A choice as the scene says it.
+fn word(choice: &impl clap::ValueEnum) -> String {
+    choice.to_possible_value().map_or(String::new(), |v| v.get_name().to_string())
 }
 
 fn atoms(c: &mut Complaints, scene: &Scene) {

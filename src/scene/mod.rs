@@ -11,7 +11,7 @@ mod syntax;
 pub use case::{AtomsCase, Case, PairAdhesion};
 pub use source::Surface;
 
-use crate::interface::Base;
+use crate::interface::{Adhesion, Base};
 use crate::method::Precision;
 use crate::surface::Amplitudes;
 use crate::{Error, Result};
@@ -128,14 +128,63 @@ pub struct LoadScene {
     pub p_star: Vec<f64>,
 }
 
-/// Exponential adhesion, energy -γ exp(-g/ρ) per area.
+/// Attraction between the surfaces.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AdhesionScene {
+    #[serde(default)]
+    pub law: AdhesionLaw,
     /// Work of adhesion γ, mJ/m².
     pub work_of_adhesion_mj_m2: f64,
     /// Range ρ, nm.
     pub range_nm: f64,
+}
+
+/// How the attraction fades with the gap g.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum AdhesionLaw {
+    /// Energy -γ exp(-g/ρ) per area, the challenge's.
+    #[default]
+    Exponential,
+    /// Constant stress γ/ρ up to the gap ρ, its edge tapered.
+    Dugdale,
+    /// Lennard-Jones 9-3 traction, g counted from its zero of force.
+    #[serde(rename = "power-9-3")]
+    #[value(name = "power-9-3")]
+    Power93,
+}
+
+impl AdhesionLaw {
+    /// The law with work of adhesion γ (units of E*·L) and range ρ (units of L).
+    pub fn adhesion(self, gamma: f64, rho: f64) -> Adhesion {
+        match self {
+            AdhesionLaw::Exponential => Adhesion::exponential(gamma, rho),
+            AdhesionLaw::Dugdale => Adhesion::dugdale(gamma, rho),
+            AdhesionLaw::Power93 => Adhesion::power_law_93(gamma, rho),
+        }
+    }
+}
+
+/// What keeps the surfaces apart.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum WallKind {
+    /// Gaps are never negative.
+    #[default]
+    Hard,
+    /// Gives way in proportion to the pressure: contact is a gap of zero or below.
+    Stiff,
+}
+
+/// Elastic constants of a cubic crystal under its (001) face, x along [100]. Only their ratios matter: the contact modulus
+/// E* is the laboratory's, and stands for the mean compliance over all in-plane directions.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CrystalScene {
+    pub c11_gpa: f64,
+    pub c12_gpa: f64,
+    pub c44_gpa: f64,
 }
 
 /// How the continuum is solved.
@@ -152,6 +201,13 @@ pub struct ContinuumScene {
     /// A finite elastic layer instead of the half-space.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub layer: Option<LayerScene>,
+    /// The half-space of a cubic crystal instead of an isotropic one. The comparison with atoms keeps its own layer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub crystal: Option<CrystalScene>,
+    pub wall: WallKind,
+    /// Length by which a stiff wall gives way under a pressure of E*, nm; must be given with one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wall_length_nm: Option<f64>,
 }
 
 impl Default for ContinuumScene {
@@ -162,6 +218,9 @@ impl Default for ContinuumScene {
             tolerance: None,
             max_iterations: 50_000,
             layer: None,
+            crystal: None,
+            wall: WallKind::Hard,
+            wall_length_nm: None,
         }
     }
 }

@@ -30,24 +30,28 @@ const FLAT: f64 = 1e-10;
 /// Iterations of one linear problem.
 const INNER_LIMIT: usize = 40;
 
+/// Fall of the residual over a cycle at and above which it says nothing about what is to come.
+const SLOWEST_RATE: f64 = 0.9;
+
 /// A pull is taken to have parted the surfaces where what is left of the attraction, as energy over range, is below this
 /// part of it; in equilibrium the two are of one size.
 const PARTED: f64 = 1e-2;
 
-/// Drift between the state before the last Newton step and now, and the energy that step had in reach.
-#[derive(Default)]
-struct Drift {
-    before: Option<(f64, f64)>,
+/// The state before the last Newton step, and the energy that step had in reach.
+struct Cycle {
+    before: Balance,
     excess: f64,
 }
 
-impl Drift {
+impl Cycle {
+    /// What is still to come, if the next changes shrink as the residual did over the last cycle: a geometric series.
     fn settled(&self, now: &Balance, pressure: f64) -> Settled {
-        let relative = |now: f64, then: f64| (now - then).abs() / now.abs().max(f64::MIN_POSITIVE);
+        let rate = (now.residual / self.before.residual).min(SLOWEST_RATE);
+        let rest = |now: f64, then: f64| (now - then).abs() / now.abs().max(f64::MIN_POSITIVE) * rate / (1.0 - rate);
         Settled {
-            energy: self.before.map(|_| 0.5 * self.excess / now.energy(pressure).abs().max(f64::MIN_POSITIVE)),
-            area: self.before.map(|b| relative(now.contact, b.0)),
-            mean_gap: self.before.map(|b| relative(now.mean_gap, b.1)),
+            energy: Some(0.5 * self.excess / now.energy(pressure).abs().max(f64::MIN_POSITIVE)),
+            area: Some(rest(now.contact, self.before.contact)),
+            mean_gap: Some(rest(now.mean_gap, self.before.mean_gap)),
         }
     }
 }
@@ -69,13 +73,13 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         let mut now = level.trial(0.0);
         level.accept(0.0);
         let (mut smoothing, mut beta, mut last) = (SMOOTHING, 0.0, 0.0);
-        let mut drift = Drift::default();
+        let mut cycle: Option<Cycle> = None;
         // Set by a failed plain step: the next is a gradient step of safe length, shortened as far as it takes.
         let mut careful = false;
         let (stop, settled) = loop {
             let scale = self.scale(load, pressure, &now.balance);
             let residual = now.balance.residual / scale;
-            let settled = drift.settled(&now.balance, pressure);
+            let settled = cycle.as_ref().map_or_else(Settled::default, |c| c.settled(&now.balance, pressure));
             level.last = now.balance;
             if now.balance.meets(tolerance, scale) && goals.met(&settled) {
                 break (Stop::Converged, settled);
@@ -118,10 +122,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
                 // Forcing term after Eisenstat & Walker: as exact as the last step was successful, and no more than the end
                 // needs. The first knows least: 0.02 there costs a third more pairs in all than 0.3.
                 let forcing = (residual / last).powi(2).clamp(0.02, 0.3).max((0.25 * tolerance / residual).min(0.3));
-                drift = Drift {
-                    before: Some((now.balance.contact, now.balance.mean_gap)),
-                    excess: level.newton((mean, forcing, INNER_LIMIT)),
-                };
+                cycle = Some(Cycle { before: now.balance, excess: level.newton((mean, forcing, INNER_LIMIT)) });
                 smoothing = SMOOTHING_AFTER_NEWTON;
                 last = residual;
                 1.0

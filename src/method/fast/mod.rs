@@ -246,7 +246,7 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         // and coarse grids find it sooner than the last load does.
         let warm = L::ACTIVE && !self.gap.is_empty();
         let start = std::mem::take(&mut self.gap);
-        let parted = !L::ACTIVE && matches!(load, Load::Pressure(p) if p <= 0.0);
+        let parted = self.law.range() == 0.0 && matches!(load, Load::Pressure(p) if p <= 0.0);
         let (mut level, ended) = if parted {
             // Nothing but a push keeps the surfaces together; without one they touch, with a pull they part.
             let mut level = Level::touching(problem.grid, (self.kernel, self.law), &self.heights);

@@ -1,4 +1,4 @@
-//! Contact modulus of a cubic crystal's (001) surface.
+//! Surface of a cubic crystal, (001): its contact modulus, and its stiffness wave by wave.
 //!
 //! A pressure wave `p cos(q·x)` on a half-space moves its surface by `G₃₃(θ) p/q`, where θ is the direction of the wave
 //! vector. For an isotropic solid `G₃₃ = 2/E*`; a crystal has a different `E*(θ) = 2/G₃₃(θ)` for each direction.
@@ -11,6 +11,7 @@
 
 use nalgebra::Matrix3;
 
+use super::kernel::{Kernel, length};
 use crate::error::{Complaint, Error, Result};
 
 /// Points of the Barnett-Lothe integral over half a turn, and of the in-plane average over a quarter turn. Both
@@ -92,6 +93,79 @@ impl Cubic {
     }
 }
 
+/// Semi-infinite cubic crystal under its (001) face, x along \[100\]: stiffness `E* q/2 · f(θ)`.
+///
+/// `f(θ) = E*(θ)/E*`, θ the direction of the wave vector and E* the face's contact modulus ([`Cubic::contact_modulus`]), so
+/// that the mean of 1/f over θ is one: a problem's E* stays what an axisymmetric or isotropically rough indenter feels, and
+/// only ratios of the elastic constants matter. By four-fold and mirror symmetry f is a cosine series in 4θ.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CubicHalfSpace {
+    /// Coefficients of cos 4mθ, zero from `terms` on.
+    series: [f64; TERMS],
+    terms: usize,
+    /// Zener's ratio `2 C44/(C11 - C12)`, one for an isotropic solid.
+    pub zener: f64,
+}
+
+/// Most terms of the series: enough for a Zener ratio of 20, and a kernel is passed by value.
+const TERMS: usize = 24;
+/// Directions between \[100\] and \[110\] from which the series is computed.
+const SAMPLES: usize = 128;
+/// What the dropped terms may sum up to, over E*: far below what elastic constants are known to, and still few terms
+/// (9 for copper).
+const SERIES_ACCURACY: f64 = 1e-7;
+
+impl CubicHalfSpace {
+    /// From the elastic constants in any one unit.
+    ///
+    /// # Errors
+    /// `Error::Input` for an unstable crystal, and for one so anisotropic that the series would need more terms.
+    pub fn new(c11: f64, c12: f64, c44: f64) -> Result<Self> {
+        let crystal = Cubic::new(c11, c12, c44)?;
+        let unit = crystal.contact_modulus();
+        // Midpoints of 4θ between 0 and π: the discrete cosine transform of a smooth even periodic function.
+        let phase = |k: usize| std::f64::consts::PI * (k as f64 + 0.5) / SAMPLES as f64;
+        let values: Vec<f64> = (0..SAMPLES).map(|k| crystal.directional_modulus(0.25 * phase(k)) / unit).collect();
+        let coefficient = |m: usize| {
+            let sum: f64 = values.iter().enumerate().map(|(k, f)| f * (m as f64 * phase(k)).cos()).sum();
+            sum * if m == 0 { 1.0 } else { 2.0 } / SAMPLES as f64
+        };
+        let zener = 2.0 * c44 / (c11 - c12);
+        let all: Vec<f64> = (0..SAMPLES).map(coefficient).collect();
+        let lost = |terms: usize| all[terms..].iter().map(|c| c.abs()).sum::<f64>();
+        let Some(terms) = (1..=TERMS).find(|&terms| lost(terms) <= SERIES_ACCURACY) else {
+            let accepted = "a crystal less anisotropic: its stiffness changes too sharply with direction";
+            return Err(Error::input("elastic constants", "2 C44/(C11 - C12)", zener, accepted));
+        };
+        let series = std::array::from_fn(|m| if m < terms { all[m] } else { 0.0 });
+        Ok(CubicHalfSpace { series, terms, zener })
+    }
+
+    /// `f` for a direction with the given cosine of 4θ. `cos 4mθ` is the Chebyshev polynomial `T_m` of it: Clenshaw's
+    /// recurrence.
+    #[inline]
+    fn over_isotropic(&self, cosine: f64) -> f64 {
+        let (mut b1, mut b2) = (0.0, 0.0);
+        for &a in self.series[1..self.terms].iter().rev() {
+            (b1, b2) = (a + 2.0 * cosine * b1 - b2, b1);
+        }
+        self.series[0] + cosine * b1 - b2
+    }
+}
+
+impl Kernel for CubicHalfSpace {
+    #[inline]
+    fn stiffness(&self, qx: f64, qy: f64) -> f64 {
+        let q = length(qx, qy);
+        if q == 0.0 {
+            return 0.0;
+        }
+        // cos 4θ = 2 cos² 2θ - 1, without an angle.
+        let double = (qx * qx - qy * qy) / (q * q);
+        0.5 * q * self.over_isotropic(2.0 * double * double - 1.0)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -146,5 +220,58 @@ mod tests {
         assert!(message.contains("C44 = -1") && message.contains("C11 = 10"), "{message}");
         assert!(Cubic::new(f64::NAN, 1.0, 1.0).is_err());
         assert!(Cubic::new(1.0, -0.6, 1.0).is_err());
+    }
+
+    /// Directions of the plane that are not those of the samples.
+    fn directions() -> impl Iterator<Item = f64> {
+        (0..100).map(|i| 0.0631 * f64::from(i))
+    }
+
+    #[test]
+    fn the_series_is_the_direct_solution() {
+        // Calcium, copper, tungsten (nearly isotropic), potassium chloride (Zener below one), lithium, and harder cases.
+        for (c11, c12, c44) in [
+            (27.8, 18.2, 16.3),
+            (168.4, 121.4, 75.4),
+            (523.0, 203.0, 160.0),
+            (40.7, 7.0, 6.3),
+            (13.5, 11.44, 8.78),
+            (12.0, 11.0, 10.0),
+            (100.0, 10.0, 5.0),
+        ] {
+            let crystal = Cubic::new(c11, c12, c44).unwrap();
+            let kernel = CubicHalfSpace::new(c11, c12, c44).unwrap();
+            let unit = crystal.contact_modulus();
+            for theta in directions() {
+                let q = 7.3;
+                let found = kernel.stiffness(q * theta.cos(), q * theta.sin());
+                let exact = 0.5 * q * crystal.directional_modulus(theta) / unit;
+                assert!((found / exact - 1.0).abs() < 1e-6, "{c11} {c12} {c44} at {theta}: {found} {exact}");
+            }
+            assert_eq!(kernel.stiffness(0.0, 0.0), 0.0);
+        }
+    }
+
+    #[test]
+    fn an_isotropic_crystal_is_the_half_space() {
+        for nu in [-0.4, 0.0, 0.3, 0.49] {
+            let (c44, c12) = (0.5 / (1.0 + nu), nu / ((1.0 + nu) * (1.0 - 2.0 * nu)));
+            let kernel = CubicHalfSpace::new(c12 + 2.0 * c44, c12, c44).unwrap();
+            for theta in directions() {
+                let found = kernel.stiffness(theta.cos(), theta.sin());
+                assert!((found / 0.5 - 1.0).abs() < 1e-7, "ν = {nu}: {found}");
+            }
+        }
+    }
+
+    /// The face's compliance, averaged over directions, is that of the isotropic body it stands in for.
+    #[test]
+    fn the_mean_compliance_is_that_of_the_contact_modulus() {
+        let kernel = CubicHalfSpace::new(168.4, 121.4, 75.4).unwrap();
+        let n = 360;
+        let angle = |i: i32| std::f64::consts::TAU * f64::from(i) / f64::from(n);
+        let mean: f64 =
+            (0..n).map(|i| 0.5 / kernel.stiffness(angle(i).cos(), angle(i).sin())).sum::<f64>() / f64::from(n);
+        assert!((mean - 1.0).abs() < 1e-9, "{mean}");
     }
 }

@@ -1,0 +1,168 @@
+use super::{Dugdale, Exponential, Law, LennardJonesWall, PowerLaw93, PowerLawWall, StiffWall};
+
+/// Adhesion as a problem chooses it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Adhesion {
+    None,
+    Exponential(Exponential),
+    Dugdale(Dugdale),
+    PowerLaw93(PowerLaw93),
+}
+
+/// Zero work of adhesion is no adhesion: the same code path, bit for bit.
+impl Adhesion {
+    pub fn exponential(gamma: f64, rho: f64) -> Self {
+        if gamma == 0.0 { Adhesion::None } else { Adhesion::Exponential(Exponential { gamma, rho }) }
+    }
+
+    /// With the taper [`Dugdale::TAPER`].
+    pub fn dugdale(gamma: f64, rho: f64) -> Self {
+        if gamma == 0.0 { Adhesion::None } else { Adhesion::Dugdale(Dugdale::new(gamma, rho)) }
+    }
+
+    pub fn power_law_93(gamma: f64, rho: f64) -> Self {
+        if gamma == 0.0 { Adhesion::None } else { Adhesion::PowerLaw93(PowerLaw93 { gamma, rho }) }
+    }
+
+    /// Work of adhesion γ (E*·L) and range ρ (L), both zero without adhesion.
+    pub fn work_and_range(&self) -> (f64, f64) {
+        match self {
+            Adhesion::None => (0.0, 0.0),
+            Adhesion::Exponential(a) => (a.gamma, a.rho),
+            Adhesion::Dugdale(a) => (a.gamma, a.rho),
+            Adhesion::PowerLaw93(a) => (a.gamma, a.rho),
+        }
+    }
+
+    /// [`Law::softening`].
+    pub fn softening(&self) -> f64 {
+        match self {
+            Adhesion::None => 0.0,
+            Adhesion::Exponential(a) => a.softening(),
+            Adhesion::Dugdale(a) => a.softening(),
+            Adhesion::PowerLaw93(a) => a.softening(),
+        }
+    }
+
+    /// [`Law::cohesive_resolution`]; `None` without adhesion.
+    pub fn cohesive_resolution(&self, dx: f64) -> Option<f64> {
+        match self {
+            Adhesion::None => None,
+            Adhesion::Exponential(a) => Some(a.cohesive_resolution(dx)),
+            Adhesion::Dugdale(a) => Some(a.cohesive_resolution(dx)),
+            Adhesion::PowerLaw93(a) => Some(a.cohesive_resolution(dx)),
+        }
+    }
+}
+
+impl std::fmt::Display for Adhesion {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (gamma, rho) = self.work_and_range();
+        let constants = format_args!("γ = {gamma:.4e} E*L, ρ = {rho:.4e} L").to_string();
+        match self {
+            Adhesion::None => write!(f, "none"),
+            Adhesion::Exponential(_) => write!(f, "exponential, {constants}"),
+            Adhesion::Dugdale(a) => write!(f, "Dugdale tapered over ±{} ρ, {constants}", a.taper),
+            Adhesion::PowerLaw93(_) => write!(f, "9-3 power law, {constants}"),
+        }
+    }
+}
+
+/// The wall as a problem chooses it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Wall {
+    Hard,
+    LennardJones(LennardJonesWall),
+    /// The repulsive branch of [`PowerLaw93`].
+    PowerLaw(PowerLawWall),
+    Stiff(StiffWall),
+}
+
+impl Wall {
+    /// `None` for the hard wall.
+    pub fn soft(self) -> Option<SoftWall> {
+        match self {
+            Wall::Hard => None,
+            Wall::LennardJones(wall) => Some(SoftWall::LennardJones(wall)),
+            Wall::PowerLaw(wall) => Some(SoftWall::PowerLaw(wall)),
+            Wall::Stiff(wall) => Some(SoftWall::Stiff(wall)),
+        }
+    }
+}
+
+impl std::fmt::Display for Wall {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Wall::Hard => write!(f, "hard wall"),
+            Wall::LennardJones(w) => write!(f, "Lennard-Jones wall, σ = {:.4e} L", w.sigma),
+            Wall::PowerLaw(w) => write!(f, "9-3 power-law wall, γ = {:.4e} E*L, ρ = {:.4e} L", w.gamma, w.rho),
+            Wall::Stiff(w) => write!(f, "stiff wall, ℓ = {:.4e} L", w.length),
+        }
+    }
+}
+
+/// A wall that gives way, as solvers take it. The choice is made node by node: it costs less than the wall's own powers, and
+/// solvers are compiled once for all soft walls instead of once for each with each adhesion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SoftWall {
+    LennardJones(LennardJonesWall),
+    PowerLaw(PowerLawWall),
+    Stiff(StiffWall),
+}
+
+impl Law for SoftWall {
+    const ACTIVE: bool = true;
+    const HARD: bool = false;
+
+    #[inline]
+    fn traction(&self, g: f64) -> f64 {
+        match self {
+            SoftWall::LennardJones(w) => w.traction(g),
+            SoftWall::PowerLaw(w) => w.traction(g),
+            SoftWall::Stiff(w) => w.traction(g),
+        }
+    }
+
+    #[inline]
+    fn energy(&self, g: f64) -> f64 {
+        match self {
+            SoftWall::LennardJones(w) => w.energy(g),
+            SoftWall::PowerLaw(w) => w.energy(g),
+            SoftWall::Stiff(w) => w.energy(g),
+        }
+    }
+
+    #[inline]
+    fn slope(&self, g: f64) -> f64 {
+        match self {
+            SoftWall::LennardJones(w) => w.slope(g),
+            SoftWall::PowerLaw(w) => w.slope(g),
+            SoftWall::Stiff(w) => w.slope(g),
+        }
+    }
+
+    fn closest(&self, stress: f64) -> f64 {
+        match self {
+            SoftWall::LennardJones(w) => w.closest(stress),
+            SoftWall::PowerLaw(w) => w.closest(stress),
+            SoftWall::Stiff(w) => w.closest(stress),
+        }
+    }
+
+    #[inline]
+    fn attraction_ends(&self) -> f64 {
+        match self {
+            SoftWall::LennardJones(w) => w.attraction_ends(),
+            SoftWall::PowerLaw(w) => w.attraction_ends(),
+            SoftWall::Stiff(w) => w.attraction_ends(),
+        }
+    }
+
+    fn steepest(&self, lowest: f64) -> f64 {
+        match self {
+            SoftWall::LennardJones(w) => w.steepest(lowest),
+            SoftWall::PowerLaw(w) => w.steepest(lowest),
+            SoftWall::Stiff(w) => w.steepest(lowest),
+        }
+    }
+}
