@@ -481,7 +481,7 @@ fn physical_goals() {
     assert!(excess >= -1e-9 && excess <= bound && bound <= 1e-5, "{excess:e} {bound:e}");
     assert!((fraction(&state, grid).0 / exact.1 - 1.0).abs() < 3e-3);
     assert!((state.mean_gap / exact.2 - 1.0).abs() < 1e-4);
-    // A method that cannot bound its energy says so; area and gap it can follow.
+    // A method that cannot tell how far its energy is above the minimum says so; area and gap it can follow.
     let refusal = method::find("gfmd").unwrap().start(&p, &unwatched).unwrap().equilibrate(Load::Pressure(0.02)).err();
     assert!(refusal.unwrap().to_string().contains("energy"));
     let p = Problem { goals: Goals { energy: None, ..goals }, ..p };

@@ -66,8 +66,7 @@ pub struct Solve {
     /// Largest rms KKT residual over the pressure. Default: 1e-8 in f64, 1e-3 in f32.
     #[arg(long)]
     tol: Option<f64>,
-    /// Floating-point type of the fields; sums are always in f64.
-    /// Go on until the energy is within this part of the minimum (a bound that `fast` computes).
+    /// Go on until the energy is within this part of the minimum (an estimate from above that `fast` makes).
     #[arg(long, value_name = "PART")]
     energy_goal: Option<f64>,
     /// Go on until the contact area is estimated to change by no more than this part.

@@ -186,7 +186,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
             }
         }
         match goal {
-            Some(g) => Err(refused(id, "energy goal", g, "none: this method does not bound its energy (`fast` does)")),
+            Some(g) => Err(refused(id, "energy goal", g, "none: this method does not estimate its energy above the minimum (`fast` does)")),
             None => Ok(()),
         }
     }

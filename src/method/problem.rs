@@ -54,7 +54,8 @@ impl<'a> From<&'a [f64]> for Heights<'a> {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Goals {
-    /// Bound on the energy above the minimum, over the energy.
+    /// Energy above the minimum, over the energy: what the last Newton step had in reach, times the fall of the residual
+    /// since.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub energy: Option<f64>,
     /// Relative change of the contact area still to come, estimated from its last change and the rate at which the residual

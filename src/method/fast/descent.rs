@@ -44,12 +44,14 @@ struct Cycle {
 }
 
 impl Cycle {
-    /// What is still to come, if the next changes shrink as the residual did over the last cycle: a geometric series.
+    /// What is still to come, if the next changes shrink as the residual did over the last cycle: a geometric series. The
+    /// energy above the minimum, quadratic in the error, falls faster than the residual; that it has fallen as much is
+    /// safe to say.
     fn settled(&self, now: &Balance, pressure: f64) -> Settled {
         let rate = (now.residual / self.before.residual).min(SLOWEST_RATE);
         let rest = |now: f64, then: f64| (now - then).abs() / now.abs().max(f64::MIN_POSITIVE) * rate / (1.0 - rate);
         Settled {
-            energy: Some(0.5 * self.excess / now.energy(pressure).abs().max(f64::MIN_POSITIVE)),
+            energy: Some(0.5 * self.excess * rate / now.energy(pressure).abs().max(f64::MIN_POSITIVE)),
             area: Some(rest(now.contact, self.before.contact)),
             mean_gap: Some(rest(now.mean_gap, self.before.mean_gap)),
         }
