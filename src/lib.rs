@@ -6,7 +6,7 @@
 //! Data flows one way, and imports run downwards only:
 //!
 //! ```text
-//! cli → pipeline → report → compare → observe → scene → method → atoms, interface, surface → grid, record, units, sys
+//! cli → pipeline → report → compare → path → observe → scene → method → atoms, interface, surface → grid, record, units, sys
 //! ```
 //!
 //! * [`scene`]: a TOML file and flags become a checked, hashed, plain description.
@@ -14,6 +14,7 @@
 //! * [`interface`]: elastic kernels, adhesion laws, walls.
 //! * [`method`]: the contact solvers behind one trait; they see a `Problem`, never a scene.
 //! * [`atoms`]: potential, block, indenter, the LAMMPS run, its frames.
+//! * [`path`]: loads one after another, with errors, checkpoints and pull-off.
 //! * [`observe`] and [`compare`]: what a state says, and what two states say about each other.
 //! * [`record`]: files that others read. [`report`]: pictures and pages for people.
 //! * [`pipeline`]: stages, their cache and the run folder.
@@ -26,6 +27,7 @@ pub mod grid;
 pub mod interface;
 pub mod method;
 pub mod observe;
+pub mod path;
 pub mod pipeline;
 pub mod record;
 pub mod report;

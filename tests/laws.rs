@@ -48,7 +48,7 @@ const GAMMA: f64 = 2.7e-4;
 /// A law of work γ whose range has the cohesive resolution `c` on the grid.
 fn resolved(make: fn(f64, f64) -> Adhesion, grid: Grid, c: f64) -> Adhesion {
     // Laws are (γ/ρ) f(g/ρ): the resolution is proportional to the range.
-    let unit = make(GAMMA, 1.0).cohesive_resolution(grid.dx()).expect("an adhesive law");
+    let unit = make(GAMMA, 1.0).resolution_on(grid.dx()).expect("an adhesive law");
     make(GAMMA, c / unit)
 }
 

@@ -53,6 +53,16 @@ fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResults {
         iterations: 143,
         fft_pairs: 301.0,
         seconds: 1.7,
+        way: if p_star > 0.01 { Way::Retract } else { Way::Approach },
+        energy_excess: Some(3e-9),
+        area_drift: Some(1e-4),
+        mean_gap_drift: None,
+        discretisation: Some(Discretisation { area: 0.0234, mean_gap: 0.0017, coarser: [N / 2, N / 2] }),
+        extrapolated: Some(Extrapolated {
+            range: 0.25,
+            area: Estimate { value: 0.0334, error: 0.0003 },
+            mean_gap: Estimate { value: 0.01014, error: 1e-5 },
+        }),
         gap: gap_file,
         stress,
     }
@@ -75,7 +85,15 @@ fn continuum(folder: &Path, name: &str, method: &str, level: f64, stored: [bool;
         wall: "hard wall".into(),
         nx: N,
         ny: N,
+        range: Some(RangeResults { asked: 2.07e-5, used: 8.28e-5, resolution_asked: 0.35, resolution_used: 1.4 }),
+        resolved_gradient: Some(0.71),
         states: states.collect(),
+        pull_off: Some(PullOff {
+            pressure: -0.0021,
+            mean_gap: 0.012,
+            mean_gap_error: 1e-4,
+            curve: vec![[0.010, 0.001], [0.012, -0.0021], [0.016, -0.0007]],
+        }),
     }
 }
 
@@ -285,12 +303,21 @@ fn a_full_report_is_whole_and_self_contained() {
     }
     // Height map, two gaps and two stresses; per load four contact panels and three gaps.
     assert_eq!(page.matches("<img ").count(), 1 + 4 + 2 * (4 + 3));
+    assert!(page.contains(">retract<") && page.contains("± 2.34") && page.contains("enlarged 4.00 times"));
+    assert!(page.contains("3.34") && page.contains("a pull of at most"));
     assert!(page.contains("outside the band") && page.contains("within the band"));
     // Pictures are base64, where any three letters may stand.
     assert!(page.split('"').filter(|part| !part.starts_with("data:")).all(|part| !part.contains("NaN")));
-    for figure in
-        ["heights.png", "psd.svg", "area.svg", "ladder-load.svg", "section-2.svg", "superposed-2.png", "gap-1.png"]
-    {
+    for figure in [
+        "heights.png",
+        "psd.svg",
+        "area.svg",
+        "ladder-load.svg",
+        "section-2.svg",
+        "superposed-2.png",
+        "gap-1.png",
+        "pull-off.svg",
+    ] {
         assert!(folder.join("figures").join(figure).exists(), "{figure}");
     }
     assert!(std::fs::read_dir(&folder).unwrap().all(|f| !f.unwrap().file_name().to_string_lossy().starts_with('.')));

@@ -47,8 +47,6 @@ pub struct Progress {
     pub p_star: f64,
     /// Since this call of `run`, seconds.
     pub elapsed_s: f64,
-    /// From the last two steps' gain in load and duration; none before there are two, nor when none is left to go.
-    pub remaining_s: Option<f64>,
 }
 
 /// A ladder that has come to its end.
@@ -80,13 +78,11 @@ pub(super) struct Watcher<'a> {
     job: &'a Job,
     begun: Instant,
     seen: usize,
-    /// When the steps seen in this run were seen.
-    times: Vec<(Rung, f64)>,
 }
 
 impl<'a> Watcher<'a> {
     pub(super) fn new(job: &'a Job, begun: Instant, finished: Option<usize>) -> Self {
-        Watcher { job, begun, seen: finished.map_or(0, |k| k + 1), times: Vec::new() }
+        Watcher { job, begun, seen: finished.map_or(0, |k| k + 1) }
     }
 
     /// One call per new step, or a single one to say that there is none.
@@ -100,7 +96,6 @@ impl<'a> Watcher<'a> {
         }
         for rung in &ladder.rungs[self.seen..] {
             self.seen += 1;
-            self.times.push((rung.clone(), self.begun.elapsed().as_secs_f64()));
             watch(self.progress(Some(rung), true))?;
         }
         ControlFlow::Continue(())
@@ -113,19 +108,7 @@ impl<'a> Watcher<'a> {
             is_new,
             p_star: rung.map_or(0.0, |r| r.load / settings.load_unit),
             elapsed_s: self.begun.elapsed().as_secs_f64(),
-            remaining_s: self.remaining(),
         }
-    }
-
-    /// Steps still to go, if the load rises as in the last step, times the last step's duration. Loads rise faster
-    /// as contact grows, so this errs on the long side.
-    fn remaining(&self) -> Option<f64> {
-        let settings = &self.job.record.ladder;
-        let [.., (before, t0), (last, t1)] = &self.times[..] else { return None };
-        let left = settings.max_steps.saturating_sub(last.step) as f64;
-        let by_load = ((settings.max_load - last.load) / (last.load - before.load)).ceil();
-        let steps = if by_load.is_finite() && by_load >= 0.0 { by_load.min(left) } else { left };
-        (steps >= 1.0).then_some(steps * (t1 - t0))
     }
 }
 

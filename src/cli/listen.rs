@@ -18,12 +18,36 @@ const QUIET: Duration = Duration::from_secs(5);
 /// Resolution of the bar.
 const STEPS: u64 = 1000;
 
+/// What a stage has told.
+struct Stage {
+    name: String,
+    /// When it last spoke, and what it said.
+    last: (Instant, String),
+    /// When it first said how far it was, and how far that was.
+    first: Option<(Instant, f64)>,
+}
+
+impl Stage {
+    fn new(name: &str) -> Self {
+        Stage { name: name.into(), last: (Instant::now(), String::new()), first: None }
+    }
+
+    /// Time to go, if the rest goes as what was seen did.
+    fn to_go(&mut self, done: f64) -> Option<f64> {
+        let (since, from) = *self.first.get_or_insert((Instant::now(), done));
+        let (seen, seconds) = (done - from, since.elapsed().as_secs_f64());
+        (seen > LEAST_SEEN && seconds > 1.0).then(|| seconds * (1.0 - done) / seen)
+    }
+}
+
+/// Part of a stage from which the time of the rest is told.
+const LEAST_SEEN: f64 = 0.02;
+
 /// Tells stderr.
 pub struct Teller {
     bar: ProgressBar,
     terminal: bool,
-    /// Name of the stage, when it last spoke, and what it said.
-    stage: Mutex<(String, Instant, String)>,
+    stage: Mutex<Stage>,
 }
 
 /// Whether the user has asked to stop. The first Ctrl-C asks; the second ends the program at once.
@@ -48,7 +72,7 @@ impl Teller {
         if let Ok(style) = ProgressStyle::with_template("{prefix:>10} [{bar:24}] {elapsed:>4} {wide_msg}") {
             bar.set_style(style.progress_chars("=> "));
         }
-        Teller { bar, terminal, stage: Mutex::new((String::new(), Instant::now(), String::new())) }
+        Teller { bar, terminal, stage: Mutex::new(Stage::new("")) }
     }
 
     fn line(&self, text: &str) {
@@ -62,7 +86,7 @@ impl Teller {
 
 impl Listener for Teller {
     fn begin(&self, stage: &str, what: &str) {
-        *self.stage.lock().unwrap_or_else(|e| e.into_inner()) = (stage.to_string(), Instant::now(), String::new());
+        *self.stage.lock().unwrap_or_else(|e| e.into_inner()) = Stage::new(stage);
         self.bar.reset();
         self.bar.set_prefix(stage.to_string());
         self.bar.set_message(what.to_string());
@@ -72,17 +96,19 @@ impl Listener for Teller {
     }
 
     fn progress(&self, done: Option<f64>, message: &str) {
+        let mut stage = self.stage.lock().unwrap_or_else(|e| e.into_inner());
+        let to_go = done.and_then(|d| stage.to_go(d));
+        let message = to_go.map_or(message.to_string(), |s| format!("{message}, {} to go", duration(s)));
         if self.terminal {
             if let Some(share) = done {
                 self.bar.set_position((share * STEPS as f64) as u64);
             }
-            self.bar.set_message(message.to_string());
+            self.bar.set_message(message);
             return;
         }
-        let mut stage = self.stage.lock().unwrap_or_else(|e| e.into_inner());
-        if stage.1.elapsed() >= QUIET && stage.2 != message {
-            (stage.1, stage.2) = (Instant::now(), message.to_string());
-            self.line(&format!("{:>10}  {message}", stage.0));
+        if stage.last.0.elapsed() >= QUIET && stage.last.1 != message {
+            self.line(&format!("{:>10}  {message}", stage.name));
+            stage.last = (Instant::now(), message);
         }
     }
 

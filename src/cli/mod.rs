@@ -79,7 +79,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
     match arguments.command {
         Command::Run(c) => c.execute()?,
         Command::Surface(c) => c.execute()?,
-        Command::Solve(c) => return c.execute(),
+        Command::Solve(c) => c.execute()?,
         Command::Potential(c) => c.execute()?,
         Command::Atoms(c) => c.execute()?,
         Command::Compare(c) => {

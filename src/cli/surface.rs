@@ -59,7 +59,7 @@ impl Surface {
                 description: String::new(),
                 laboratory: Default::default(),
                 surface: SurfaceScene::default(),
-                load: LoadScene { p_star: vec![0.01] },
+                load: LoadScene { p_star: vec![0.01], mean_gap_um: Vec::new(), pull_off: false },
                 adhesion: None,
                 continuum: Default::default(),
                 atoms: None,

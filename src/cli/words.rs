@@ -1,6 +1,6 @@
 //! Answers on stdout.
 
-use crate::record::results::{AuditLine, Overlap, Results, Statistic};
+use crate::record::results::{AuditLine, ContinuumResults, Overlap, Results, Statistic};
 use crate::report::number::{percent, significant};
 use crate::{Error, Result};
 use comfy_table::Table;
@@ -81,8 +81,37 @@ pub fn results(results: &Results) {
                 ]
             }),
         ));
+        certainty(c, um);
     }
     comparison(results);
+}
+
+/// What the grid leaves uncertain, and the pull that parts the surfaces.
+fn certainty(c: &ContinuumResults, um: f64) {
+    for s in &c.states {
+        if let Some(d) = s.discretisation {
+            say(&format!(
+                "at p* = {}: from half the points a side contact changes by {}, mean gap by {}",
+                s.p_star,
+                percent(d.area),
+                percent(d.mean_gap)
+            ));
+        }
+        if let Some(e) = s.extrapolated {
+            say(&format!(
+                "at p* = {}, extrapolated to the true range: contact {} ± {}, mean gap {} ± {} µm",
+                s.p_star,
+                percent(e.area.value),
+                percent(e.area.error),
+                significant(e.mean_gap.value * um, 4),
+                significant(e.mean_gap.error * um, 2)
+            ));
+        }
+    }
+    if let Some(p) = &c.pull_off {
+        let (pull, gap) = (significant(-p.pressure, 4), significant(p.mean_gap * um, 4));
+        say(&format!("largest pull {pull} E*, at a mean gap of {gap} µm"));
+    }
 }
 
 /// Atoms against the continuum on their own heights.

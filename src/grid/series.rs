@@ -91,6 +91,28 @@ impl<T: Real> Series<T> {
         (&column[..=top], &column[self.height - top..])
     }
 
+    /// rms gradient of the waves that a grid holds.
+    pub fn rms_gradient(&self, grid: Grid) -> f64 {
+        let columns = (0..self.width.min(grid.half())).into_par_iter();
+        let sums: Vec<f64> = columns
+            .map(|i| {
+                let (up, down) = self.column(i, grid);
+                let qx = grid.qx(i);
+                // Where the two meet the column is whole, in the order of an FFT.
+                let rows = self.height.max(up.len() + down.len());
+                let wave = |j: usize, c: &Complex<T>| {
+                    let qy = std::f64::consts::TAU / grid.ly * signed_mode(j, rows) as f64;
+                    (qx * qx + qy * qy) * c.norm_sqr().wide()
+                };
+                let up_sum: f64 = up.iter().enumerate().map(|(j, c)| wave(j, c)).sum();
+                let first = rows - down.len();
+                let down_sum: f64 = down.iter().enumerate().map(|(j, c)| wave(first + j, c)).sum();
+                grid.column_weight(i) * (up_sum + down_sum)
+            })
+            .collect();
+        sums.iter().sum::<f64>().sqrt()
+    }
+
     /// Sum of `w(kx, j)·|a|²` is a mean square: of the field itself with `w = 1`.
     pub fn rms(&self) -> f64 {
         let grid = self.nodes.unwrap_or(Grid::unit(2 * self.width - 1, self.height));

@@ -194,7 +194,7 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             }
             if self
                 .watch
-                .iteration(Iteration { iteration: iterations, residual, tolerance: problem.tolerance })
+                .iteration(Iteration { iteration: iterations, residual, tolerance: problem.tolerance, share: 1.0 })
                 .is_break()
             {
                 break (Stop::Interrupted, balance, settled);

@@ -12,7 +12,8 @@ mod problem;
 
 pub use card::{Card, Criterion, Quantity, Support};
 pub use problem::{
-    CoarseState, Goals, Heights, Iteration, Load, Plan, Precision, Problem, Run, Settled, State, Stop, Watch, unwatched,
+    CoarseState, Goals, Heights, Iteration, Load, Plan, Precision, Problem, Run, Settled, Snapshot, State, Stop, Watch,
+    unwatched,
 };
 
 use crate::Result;

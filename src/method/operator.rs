@@ -15,6 +15,7 @@ use crate::interface::{Adhesion, HardWall, Kernel, Law, WithAdhesion};
 use crate::{Error, Result};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
+use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::time::Instant;
 
@@ -40,7 +41,7 @@ impl<T: Real, K: Kernel> Filter<T> for Stiffness<K> {
 }
 
 /// Sums over one evaluation, all as means over the grid but `tension`.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(super) struct Balance {
     pub elastic: f64,
     pub interaction: f64,
@@ -186,7 +187,12 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
             }
         }
         match goal {
-            Some(g) => Err(refused(id, "energy goal", g, "none: this method does not estimate its energy above the minimum (`fast` does)")),
+            Some(g) => Err(refused(
+                id,
+                "energy goal",
+                g,
+                "none: this method does not estimate its energy above the minimum (`fast` does)",
+            )),
             None => Ok(()),
         }
     }
@@ -352,8 +358,10 @@ pub(super) fn refused(id: &str, key: &str, found: f64, accepted: &str) -> Error 
 }
 
 /// Notices that a residual no longer falls, and how much area and mean gap still move.
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Progress {
-    best: f64,
+    /// None before the first.
+    best: Option<f64>,
     since: usize,
     /// Contact fraction and mean gap of every iteration.
     history: Vec<(f64, f64)>,
@@ -366,7 +374,7 @@ impl Progress {
     const FEWEST: usize = 10;
 
     pub fn new() -> Self {
-        Progress { best: f64::INFINITY, since: 0, history: Vec::new() }
+        Progress { best: None, since: 0, history: Vec::new() }
     }
 
     /// Notes a state, and says how it compares with the one a fifth of the iterations ago.
@@ -383,12 +391,13 @@ impl Progress {
         if !residual.is_finite() {
             return Some(Stop::Diverged);
         }
-        if residual < 0.9 * self.best {
-            (self.best, self.since) = (residual, 0);
+        let best = self.best.unwrap_or(f64::INFINITY);
+        if residual < 0.9 * best {
+            (self.best, self.since) = (Some(residual), 0);
         } else {
             self.since += 1;
         }
-        (self.since > Self::PATIENCE && self.best < 10.0 * floor).then_some(Stop::RoundingFloor)
+        (self.since > Self::PATIENCE && best < 10.0 * floor).then_some(Stop::RoundingFloor)
     }
 }
 
@@ -409,19 +418,12 @@ pub(super) fn dispatch<'p, B: Build<'p>>(problem: &'p Problem<'p>, builder: B) -
 
 fn with_law<'p, T: Real, B: Build<'p>>(problem: &'p Problem<'p>, builder: B) -> B::Built {
     let kernel = problem.kernel;
-    // Hard walls make no law of their own; soft ones are one law for the compiler.
+    // What most scenes ask for has solvers of its own; the rest shares two, in which laws are chosen node by node. Each
+    // solver that the compiler writes out costs every build.
     match (problem.wall.soft(), problem.adhesion) {
         (None, Adhesion::None) => builder.build::<T, _, _>(kernel, HardWall),
         (None, Adhesion::Exponential(law)) => builder.build::<T, _, _>(kernel, law),
-        (None, Adhesion::Dugdale(law)) => builder.build::<T, _, _>(kernel, law),
-        (None, Adhesion::PowerLaw93(law)) => builder.build::<T, _, _>(kernel, law),
-        (Some(wall), Adhesion::None) => builder.build::<T, _, _>(kernel, wall),
-        (Some(wall), Adhesion::Exponential(adhesion)) => {
-            builder.build::<T, _, _>(kernel, WithAdhesion { wall, adhesion })
-        }
-        (Some(wall), Adhesion::Dugdale(adhesion)) => builder.build::<T, _, _>(kernel, WithAdhesion { wall, adhesion }),
-        (Some(wall), Adhesion::PowerLaw93(adhesion)) => {
-            builder.build::<T, _, _>(kernel, WithAdhesion { wall, adhesion })
-        }
+        (None, law) => builder.build::<T, _, _>(kernel, law),
+        (Some(wall), adhesion) => builder.build::<T, _, _>(kernel, WithAdhesion { wall, adhesion }),
     }
 }

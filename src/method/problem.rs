@@ -1,6 +1,6 @@
-use crate::Result;
 use crate::grid::{Field, Grid, Series};
 use crate::interface::{Adhesion, Elastic, Kernel, Wall};
+use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
@@ -36,6 +36,16 @@ pub enum Heights<'a> {
     Nodes(&'a [f64]),
     /// The waves that the grid holds of a Fourier series: no field of heights is stored by a method that needs none.
     Series(&'a Series<f64>),
+}
+
+impl Heights<'_> {
+    /// rms gradient of the waves that the grid holds.
+    pub fn rms_gradient(&self, grid: Grid) -> f64 {
+        match self {
+            Heights::Nodes(nodes) => Series::<f64>::through(grid, nodes).rms_gradient(grid),
+            Heights::Series(series) => series.rms_gradient(grid),
+        }
+    }
 }
 
 impl<'a> From<&'a Vec<f64>> for Heights<'a> {
@@ -109,13 +119,17 @@ impl Problem<'_> {
     }
 
     /// Stiffness of the grid's softest and stiffest mode. A bonded layer is stiff for long waves as well as for short
-    /// ones, so both are looked for between the longest wave and the corner of the spectrum.
+    /// ones, so both are looked for between the longest wave and the corner of the spectrum; a crystal's depends on the
+    /// direction, so along the axes and the diagonal, between which a cubic one lies.
     pub fn stiffness_range(&self) -> (f64, f64) {
         const SAMPLES: i32 = 64;
+        const DIAGONAL: f64 = std::f64::consts::FRAC_1_SQRT_2;
         let lowest = std::f64::consts::TAU / self.grid.lx.max(self.grid.ly);
         let ratio = (self.grid.q_max() / lowest).max(1.0);
         (0..=SAMPLES)
-            .map(|k| self.kernel.stiffness(lowest * ratio.powf(f64::from(k) / f64::from(SAMPLES)), 0.0))
+            .map(|k| lowest * ratio.powf(f64::from(k) / f64::from(SAMPLES)))
+            .flat_map(|q| [(q, 0.0), (0.0, q), (DIAGONAL * q, DIAGONAL * q)])
+            .map(|(qx, qy)| self.kernel.stiffness(qx, qy))
             .fold((f64::INFINITY, 0.0), |(softest, stiffest), k| (softest.min(k), stiffest.max(k)))
     }
 
@@ -219,6 +233,16 @@ pub trait Run {
     /// `Input` for a load that the method cannot impose.
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>>;
 
+    /// Goes on from a snapshot of the same method and problem when the next load is equilibrated, which must be the one that
+    /// was interrupted. The bits that follow are those that would have followed.
+    ///
+    /// # Errors
+    /// `Input` when the snapshot is not this method's.
+    fn resume(&mut self, grid: Grid, _gap: Vec<f64>, _progress: &serde_json::Value) -> Result<()> {
+        let found = format!("{} x {} points", grid.nx, grid.ny);
+        Err(Error::input("checkpoint", "snapshot", found, "none: this method begins its load anew"))
+    }
+
     /// Starts the next load from this gap `[ny, nx]` (units of L) instead of from where the last one ended.
     fn set_gap(&mut self, gap: &[f64]);
 }
@@ -229,6 +253,25 @@ pub struct Iteration {
     pub iteration: usize,
     pub residual: f64,
     pub tolerance: f64,
+    /// Points of the grid at work over those of the problem's.
+    pub share: f64,
+}
+
+impl Iteration {
+    /// Part of a solve that is done, an estimate: residuals fall about exponentially from 1, and a grid costs what its points
+    /// do, those below it together a third of it.
+    pub fn done(&self) -> f64 {
+        let here = (self.residual.min(1.0).ln() / self.tolerance.ln()).clamp(0.0, 1.0);
+        0.75 * self.share * (1.0 / 3.0 + here)
+    }
+}
+
+/// A solve that can be taken up again: the gap on the grid at work, and what its method knows beside it.
+#[derive(Debug, Clone)]
+pub struct Snapshot<'a> {
+    pub grid: Grid,
+    pub gap: Field<'a>,
+    pub progress: serde_json::Value,
 }
 
 /// The state on a coarser grid, as a nested iteration leaves it.
@@ -240,14 +283,29 @@ pub struct CoarseState<'a> {
     pub energy: f64,
     /// Range of the adhesion there, units of L.
     pub range: f64,
+    /// A coarse grid is left early.
+    pub settled: Settled,
 }
 
 /// Observes a solver and may stop it.
 pub trait Watch: Sync {
     fn iteration(&self, step: Iteration) -> ControlFlow<()>;
 
+    /// Whether the solver is to stop, asked more often than once in an iteration.
+    fn stopping(&self) -> bool {
+        false
+    }
+
     /// A coarser grid is done.
     fn level(&self, _state: CoarseState) {}
+
+    /// Whether the time has come to keep a snapshot. One is offered before a solver stops because it was asked to, too.
+    fn wants_snapshot(&self) -> bool {
+        false
+    }
+
+    /// Where the solve can be taken up again ([`Run::resume`]). Methods without snapshots begin their load anew.
+    fn snapshot(&self, _snapshot: Snapshot) {}
 }
 
 impl<F: Fn(Iteration) -> ControlFlow<()> + Sync> Watch for F {

@@ -96,8 +96,8 @@ pub fn climb(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Result<
     let highest = job.record.ladder.max_load;
     let mut watch = |p: Progress| {
         if let Some(rung) = &p.rung {
-            let eta = p.remaining_s.map_or(String::new(), |s| format!(", about {s:.0} s to go"));
-            let message = format!("step {}, p* = {:.5}, {} atoms in contact{eta}", rung.step, p.p_star, rung.contacts);
+            let atoms = if rung.contacts == 1 { "atom" } else { "atoms" };
+            let message = format!("step {}, p* = {:.5}, {} {atoms} in contact", rung.step, p.p_star, rung.contacts);
             // The load rises about as the square of the way down.
             listener.progress(Some((rung.load / highest).clamp(0.0, 1.0).sqrt()), &message);
         }

@@ -1,13 +1,13 @@
 //! The continuum on the atoms' own heights, layer and load, and what the two say about each other.
 
-use super::Listener;
 use super::atomistic::site_positions;
-use super::continuum::{Keep, LoadPath, load_path};
+use super::continuum::{Asked, Keep, load_path};
+use super::{Key, Listener};
 use crate::atoms::contact::onto_grid;
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
 use crate::compare::{Criteria, Sites, registration, softness_threshold};
 use crate::grid::Field;
-use crate::interface::{Kernel, Wall};
+use crate::interface::{Kernel, RangeChoice, Wall};
 use crate::method::{Goals, Precision, Problem};
 use crate::observe::{Connectivity, along_y, column_at, contact_area, patch_sizes};
 use crate::record::npy;
@@ -38,12 +38,12 @@ pub(super) fn matched(
     atoms: &AtomsCase,
     folder: &Path,
     stage: &str,
+    key: &Key,
     listener: &dyn Listener,
 ) -> Result<Matched> {
     let length = atoms.block.length();
     let heights: Vec<f64> =
         atoms.heights_angstrom(&case.surface, atoms.matched).into_iter().map(|h| h / length).collect();
-    let loads: Vec<(f64, f64)> = case.scene.load.p_star.iter().copied().zip(case.pressures()).collect();
     let even_odds = even_odds_gap(atoms) / length;
     let solve = |wall: Wall, soft: bool, tag: &str, threshold: f64, criterion: &str| {
         let problem = Problem {
@@ -57,15 +57,21 @@ pub(super) fn matched(
             goals: Goals::default(),
             max_iterations: case.scene.continuum.max_iterations,
         };
-        let path = LoadPath {
+        let asked = Asked {
             problem,
             method: &case.scene.continuum.method,
-            loads: loads.clone(),
+            // The pair adhesion is what the atoms have, whatever the grid.
+            range: RangeChoice::True,
+            loads: case.loads(),
+            pull_off: false,
+            start: None,
+            gradient: case.gradient,
+            p_star: &case.scene.load.p_star,
             threshold,
             criterion: criterion.into(),
             keep: Keep { gap: true, stress: false },
         };
-        load_path(&path, folder, stage, tag, listener)
+        load_path(asked, (folder, stage, tag), key, listener)
     };
     Ok(Matched {
         hard: solve(Wall::Hard, false, "hard wall", 0.0, "zero gap")?,

@@ -1,15 +1,16 @@
 //! Stages of the continuum: the surface in numbers, and equilibria along the load path.
 
-use super::Listener;
+use super::{Key, Listener, Progress};
 use crate::grid::{Field, Grid};
-use crate::method::{self, Iteration, Load, Problem, State, Stop};
-use crate::observe::{Connectivity, contact_area, contact_map, patch_sizes};
+use crate::interface::{Adhesion, Law, RangeChoice};
+use crate::method::{self, Heights, Load, Problem, Stop};
+use crate::observe::{Connectivity, contact_map, patch_sizes};
+use crate::path::{Begin, Checkpoint, Keeper, LoadPath, Reached};
 use crate::record::npy;
-use crate::record::results::{ContinuumResults, PsdPoint, StateResults, Statistic, SurfaceResults};
+use crate::record::results::{ContinuumResults, PsdPoint, RangeResults, StateResults, Statistic, SurfaceResults, Way};
 use crate::scene::{Case, Surface};
 use crate::surface::{Expected, moments, psd, range};
 use crate::{Error, Result};
-use std::ops::ControlFlow;
 use std::path::Path;
 
 /// Name of a stage folder's file as `results.json` names it, relative to the run folder.
@@ -106,11 +107,18 @@ pub(super) struct Keep {
 }
 
 /// What to solve, with what, and how its results are labelled.
-pub(super) struct LoadPath<'a> {
+pub(super) struct Asked<'a> {
+    /// With the adhesion as asked for.
     pub problem: Problem<'a>,
     pub method: &'a str,
-    /// p* and the pressure over E* of each load.
-    pub loads: Vec<(f64, f64)>,
+    pub range: RangeChoice,
+    pub loads: Vec<Load>,
+    pub pull_off: bool,
+    /// Gap to start from.
+    pub start: Option<Vec<f64>>,
+    /// Pressure over E* at p* = 1, and the p* of each load as the scene has it; empty under control of the mean gap.
+    pub gradient: f64,
+    pub p_star: &'a [f64],
     /// Gap at and below which a node counts as touching.
     pub threshold: f64,
     pub criterion: String,
@@ -118,110 +126,115 @@ pub(super) struct LoadPath<'a> {
 }
 
 /// Equilibria along a load path, fields into `folder`. A state that is not converged is kept beside the others under a
-/// name that says so, and ends the stage with its error. `tag` tells several paths of one stage apart.
+/// name that says so, and ends the stage with its error. An interrupted path goes on from its checkpoint, which `key` keeps
+/// apart from those of others. `tag` tells several paths of one stage apart.
 pub(super) fn load_path(
-    path: &LoadPath,
-    folder: &Path,
-    stage: &str,
-    tag: &str,
+    asked: Asked,
+    (folder, stage, tag): (&Path, &str, &str),
+    key: &Key,
     listener: &dyn Listener,
 ) -> Result<ContinuumResults> {
-    let method = method::find(path.method).expect("checked with the scene");
-    let problem = &path.problem;
-    let plan = method.plan(problem);
-    let have = crate::sys::available_memory_bytes();
+    let method = method::find(asked.method).expect("checked with the scene");
+    let path = LoadPath::new(asked.problem.clone(), method, asked.range, asked.threshold, &asked.loads);
+    let problem = path.problem();
+    let grid = problem.grid;
+    let (plan, have) = (path.plan(), crate::sys::available_memory_bytes());
     if plan.bytes > have {
         return Err(Error::Memory {
-            what: format!(
-                "{} on {} x {} points in {:?}",
-                method.card().id,
-                problem.grid.nx,
-                problem.grid.ny,
-                problem.precision
-            ),
+            what: format!("{} on {} x {} points in {:?}", method.card().id, grid.nx, grid.ny, problem.precision),
             need: plan.bytes,
             have,
             advice: "a coarser surface.grid or continuum.precision = \"f32\" needs less".into(),
         });
     }
-    let of = path.loads.len();
     let (said, prefix) = match tag {
         "" => (String::new(), String::new()),
         tag => (format!("{tag}: "), format!("{}-", tag.replace(' ', "-"))),
     };
-    let current = std::sync::atomic::AtomicUsize::new(0);
-    let watch = |step: Iteration| {
-        if step.iteration.is_multiple_of(10) {
-            let load = current.load(std::sync::atomic::Ordering::Relaxed);
-            // Residuals fall about exponentially from 1: their logarithm is the share done.
-            let share = (step.residual.min(1.0).ln() / step.tolerance.ln()).clamp(0.0, 1.0);
-            let message = format!(
-                "{said}load {} of {of}, iteration {}, residual {:.1e}",
-                load + 1,
-                step.iteration,
-                step.residual
-            );
-            listener.progress(Some((load as f64 + share) / of as f64), &message);
-        }
-        if listener.stopping() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    };
-    let mut run = method.start(problem, &watch)?;
-    let mut states = Vec::new();
-    for (i, &(p_star, pressure)) in path.loads.iter().enumerate() {
-        current.store(i, std::sync::atomic::Ordering::Relaxed);
-        let state = run.equilibrate(Load::Pressure(pressure))?;
+    let (key, stem) = (key.with(tag), format!("{prefix}checkpoint"));
+    let checkpoint = Checkpoint::find(folder, &stem, &key);
+    let mut states: Vec<StateResults> = Vec::new();
+    for finished in checkpoint.iter().flat_map(|c| &c.finished) {
+        let accepted = "results of loads, as this program writes them";
+        states.push(serde_json::from_value(finished.clone()).map_err(|e| Error::format(folder, e, accepted))?);
+    }
+    let finished = checkpoint.as_ref().map_or(Vec::new(), |c| c.finished.clone());
+    let keeper = Keeper::new(folder, &stem, key, finished);
+    let begin = checkpoint.map(Begin::Checkpoint).or(asked.start.map(Begin::Gap));
+    let watch = Progress::new(listener, Some(&keeper), &said, (states.len(), asked.loads.len()));
+    let pull_off = path.walk(begin, asked.pull_off, &watch, |i, reached| {
+        watch.next();
+        let state = &reached.state;
         let kind = if state.stop == Stop::Converged { "load" } else { "partial" };
         let name = format!("{prefix}{kind}-{}", i + 1);
-        let grid = problem.grid;
         let write = |quantity: &str, field: Field| -> Result<String> {
             let file = format!("{}-{quantity}.npy", file_name(&name));
             npy::write(&folder.join(&file), grid.nx, grid.ny, (0..field.len()).map(|i| field.at(i)))?;
             Ok(in_stage(stage, &file))
         };
-        let partial = state.stop != Stop::Converged;
-        let gap = if path.keep.gap || partial { Some(write("gap", state.gap)?) } else { None };
-        let stress = if path.keep.stress { Some(write("stress", state.stress)?) } else { None };
-        match state.stop {
-            Stop::Converged => {}
-            Stop::Interrupted => return Err(Error::Interrupted),
-            stop => {
-                return Err(Error::NotConverged {
-                    method: method.card().id,
-                    why: stop.to_string(),
-                    iterations: state.iterations,
-                    residual: state.residual,
-                    tolerance: problem.tolerance,
-                    partial: Some(folder.join(format!("{}-gap.npy", file_name(&name)))),
-                });
-            }
+        if state.stop == Stop::Interrupted {
+            keeper.leave(grid, state);
+            return Err(Error::Interrupted);
         }
-        states.push(summary(&state, grid, (p_star, pressure), (path.threshold, &path.criterion), gap, stress));
-    }
+        let partial = state.stop != Stop::Converged;
+        let gap = if asked.keep.gap || partial { Some(write("gap", state.gap)?) } else { None };
+        if partial {
+            return Err(Error::NotConverged {
+                method: method.card().id,
+                why: state.stop.to_string(),
+                iterations: state.iterations,
+                residual: state.residual,
+                tolerance: problem.tolerance,
+                partial: Some(folder.join(format!("{}-gap.npy", file_name(&name)))),
+            });
+        }
+        let stress = if asked.keep.stress { Some(write("stress", state.stress)?) } else { None };
+        let p_star = asked.p_star.get(i).copied().unwrap_or(state.pressure / asked.gradient);
+        let way = match (asked.loads[i], i.checked_sub(1).map(|k| asked.loads[k])) {
+            (Load::Pressure(now), Some(Load::Pressure(before))) if now < before => Way::Retract,
+            (Load::MeanGap(now), Some(Load::MeanGap(before))) if now > before => Way::Retract,
+            _ => Way::Approach,
+        };
+        let found = summary(&reached, grid, (p_star, way), (asked.threshold, &asked.criterion), [gap, stress]);
+        keeper.finish(serde_json::to_value(&found).map_err(|e| Error::format(folder, e, "finite numbers"))?);
+        states.push(found);
+        Ok(())
+    })?;
+    keeper.clear();
+    let (range, spacing) = (problem.adhesion.range(), grid.dx().max(grid.dy()));
+    let resolution = |a: Adhesion| a.resolution_on(spacing);
     Ok(ContinuumResults {
         method: method.card().id.into(),
         kernel: problem.kernel.to_string(),
         adhesion: problem.adhesion.to_string(),
         wall: problem.wall.to_string(),
-        nx: problem.grid.nx,
-        ny: problem.grid.ny,
+        nx: grid.nx,
+        ny: grid.ny,
+        range: resolution(asked.problem.adhesion).zip(resolution(problem.adhesion)).map(|(a, used)| RangeResults {
+            asked: asked.problem.adhesion.range(),
+            used: range,
+            resolution_asked: a,
+            resolution_used: used,
+        }),
+        resolved_gradient: Some(problem.heights.rms_gradient(grid)),
         states,
+        pull_off,
     })
 }
 
 /// A state in numbers.
 fn summary(
-    state: &State,
+    reached: &Reached,
     grid: Grid,
-    (p_star, pressure): (f64, f64),
+    (p_star, way): (f64, Way),
     (threshold, criterion): (f64, &str),
-    gap: Option<String>,
-    stress: Option<String>,
+    [gap, stress]: [Option<String>; 2],
 ) -> StateResults {
-    let area = contact_area(grid, state.gap, threshold);
+    let (state, area) = (&reached.state, &reached.area);
     let patches = patch_sizes(&contact_map(state.gap, threshold), grid.nx, Connectivity::Eight).len();
     StateResults {
         p_star,
-        pressure,
+        pressure: state.pressure,
         criterion: criterion.into(),
         contact_fraction: area.fraction,
         contact_fraction_corrected: area.corrected,
@@ -236,6 +249,12 @@ fn summary(
         iterations: state.iterations,
         fft_pairs: state.fft_pairs,
         seconds: state.seconds,
+        way,
+        energy_excess: state.settled.energy,
+        area_drift: state.settled.area,
+        mean_gap_drift: state.settled.mean_gap,
+        discretisation: reached.discretisation,
+        extrapolated: reached.extrapolated,
         gap,
         stress,
     }
@@ -244,18 +263,45 @@ fn summary(
 /// The laboratory-scale problem of a case.
 pub(super) fn laboratory(
     case: &Case,
-    heights: &[f64],
+    heights: Heights,
     folder: &Path,
     stage: &str,
+    key: &Key,
     listener: &dyn Listener,
 ) -> Result<ContinuumResults> {
-    let path = LoadPath {
-        problem: case.problem(heights.into()),
-        method: &case.scene.continuum.method,
-        loads: case.scene.load.p_star.iter().copied().zip(case.pressures()).collect(),
+    let scene = &case.scene;
+    let start = match &scene.continuum.start {
+        Some(file) => Some(start(&case.beside(file), case.grid)?),
+        None => None,
+    };
+    let asked = Asked {
+        problem: case.problem(heights),
+        method: &scene.continuum.method,
+        range: case.range(),
+        loads: case.loads(),
+        pull_off: scene.load.pull_off,
+        start,
+        gradient: case.gradient,
+        p_star: &scene.load.p_star,
         threshold: 0.0,
         criterion: "zero gap".into(),
         keep: Keep { gap: true, stress: true },
     };
-    load_path(&path, folder, stage, "", listener)
+    load_path(asked, (folder, stage, ""), key, listener)
+}
+
+/// A gap to start from.
+pub fn start(file: &Path, grid: Grid) -> Result<Vec<f64>> {
+    let field = npy::read(file)?;
+    if (field.nx, field.ny) != (grid.nx, grid.ny) {
+        let accepted = format!("{} x {}, the grid of the surface", grid.nx, grid.ny);
+        return Err(Error::format(file, format!("{} x {} values", field.nx, field.ny), accepted));
+    }
+    match field.values.iter().position(|g| !g.is_finite()) {
+        None => Ok(field.values),
+        Some(i) => {
+            let found = format!("{} at row {}, column {}", field.values[i], i / grid.nx, i % grid.nx);
+            Err(Error::format(file, found, "finite gaps"))
+        }
+    }
 }

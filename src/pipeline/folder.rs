@@ -34,6 +34,11 @@ impl Key {
         Ok(Key(hasher.finalize().to_hex().to_string()))
     }
 
+    /// The key as text, told apart by `tag` from others of the same stage.
+    pub fn with(&self, tag: &str) -> String {
+        format!("{} {tag}", self.0)
+    }
+
     /// Hash of a file's contents, to be part of the parameters.
     pub fn of_file(path: &Path) -> Result<String> {
         let mut hasher = blake3::Hasher::new();

@@ -8,12 +8,14 @@ mod comparison;
 mod continuum;
 mod folder;
 mod plan;
+mod progress;
 mod run;
 
 pub use atomistic::{Climbed, build_job, climb, engine, read_atoms};
-pub use continuum::statistics;
+pub use continuum::{start, statistics};
 pub use folder::{Key, RunFolder};
 pub use plan::{RunPlan, plan};
+pub use progress::Progress;
 pub use run::{rebuild_comparison, run};
 
 use crate::record::results::StageCost;

@@ -54,7 +54,7 @@ impl RunPlan {
 
 /// Plans a case on `threads` threads.
 pub fn plan(case: &Case, threads: usize) -> Result<RunPlan> {
-    let loads = case.scene.load.p_star.len();
+    let loads = case.scene.load.count();
     let method = method::find(&case.scene.continuum.method).expect("checked with the scene");
     let empty: &[f64] = &[];
     let points = case.grid.points() as f64;

@@ -5,12 +5,13 @@ use super::{Listener, build_job, continuum, engine};
 use crate::atoms::engine::Engine;
 use crate::atoms::job::{Job, SCRIPT};
 use crate::atoms::potential::CALCIUM;
+use crate::method::Heights;
 use crate::record::mcap::{CloudAtom, GapMap, LoadScalars, LoadState, Recorder, Scene as Recorded};
 use crate::record::npy;
 use crate::record::results::{
     self, AtomsResults, ComparisonResults, MANIFEST_FILE, Results, SCHEMA, ScalesSi, SurfaceResults,
 };
-use crate::scene::{AtomsCase, Case};
+use crate::scene::{AtomsCase, Case, Surface};
 use crate::{Error, Result, report};
 use std::path::{Path, PathBuf};
 
@@ -37,13 +38,29 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
         Leftovers::Remove,
         |dir| continuum::surface(case, &case.surface.heights(case.grid, 0.0), dir, "surface"),
     )?;
-    let continuum_key =
-        Key::new("continuum", &(&case.scene.load, &case.scene.adhesion, &case.scene.continuum), &[&surface_key])?;
+    let start = case.scene.continuum.start.as_ref().map(|p| Key::of_file(&case.beside(p))).transpose()?;
+    let continuum_key = Key::new(
+        "continuum",
+        &(&case.scene.load, &case.scene.adhesion, &case.scene.continuum, start),
+        &[&surface_key],
+    )?;
     let what = format!("{} on {} x {} points", card(case).id, case.grid.nx, case.grid.ny);
-    let solved = folder.stage(listener, ("continuum", &what), &continuum_key, Leftovers::Remove, |dir| {
-        let heights = stored_heights(out, &surface)?;
-        continuum::laboratory(case, &heights, dir, "continuum", listener)
-    })?;
+    let solved =
+        folder.stage(listener, ("continuum", &what), &continuum_key, Leftovers::KeepOf(&continuum_key), |dir| {
+            let (series, nodes);
+            let heights = match &case.surface {
+                // Its waves are the heights, and most often less to hold.
+                Surface::Synthesised { modes, .. } => {
+                    series = modes.series();
+                    Heights::Series(&series)
+                }
+                Surface::Imported { .. } => {
+                    nodes = stored_heights(out, &surface)?;
+                    Heights::Nodes(&nodes)
+                }
+            };
+            continuum::laboratory(case, heights, dir, "continuum", &continuum_key, listener)
+        })?;
     let mut warnings = case.warnings.clone();
     let (mut atoms, mut compared) = (None, None);
     if let (Some(a), Some(engine)) = (&case.atoms, &engine) {
@@ -113,9 +130,10 @@ fn atomistic_stages(
         &[surface_key],
     )?;
     let what = format!("{} on the atoms' heights, {1} x {1} points", card(case).id, a.matched.nx);
-    let matched: Matched = folder.stage(listener, ("matched", &what), &matched_key, Leftovers::Remove, |dir| {
-        comparison::matched(case, a, dir, "matched", listener)
-    })?;
+    let matched: Matched =
+        folder.stage(listener, ("matched", &what), &matched_key, Leftovers::KeepOf(&matched_key), |dir| {
+            comparison::matched(case, a, dir, "matched", &matched_key, listener)
+        })?;
     let potential = match &a.potential {
         Some(path) => Key::of_file(path)?,
         None => format!("{CALCIUM:?}"),

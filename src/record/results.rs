@@ -142,7 +142,75 @@ pub struct ContinuumResults {
     pub wall: String,
     pub nx: usize,
     pub ny: usize,
+    /// Range of the adhesion that the scene asks for and the one that the grid was given, units of L, and how well the grid
+    /// resolves each (ρ/√(γ dx/E*) for the exponential law); none without adhesion.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub range: Option<RangeResults>,
+    /// rms gradient that the grid resolves.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resolved_gradient: Option<f64>,
     pub states: Vec<StateResults>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pull_off: Option<PullOff>,
+}
+
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub struct RangeResults {
+    pub asked: f64,
+    pub used: f64,
+    pub resolution_asked: f64,
+    pub resolution_used: f64,
+}
+
+/// How much the answer changes from the grid of half the points a side to this one, relative. What converges at first order
+/// has as much of an error left, what converges faster has less.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Discretisation {
+    /// Of the perimeter-corrected contact fraction; no less than a third of the correction.
+    pub area: f64,
+    pub mean_gap: f64,
+    /// Points of the coarser grid along x and y.
+    pub coarser: [usize; 2],
+}
+
+/// A number with its error.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    pub value: f64,
+    pub error: f64,
+}
+
+/// What the true range of the adhesion would give, from grids that are each given the shortest they resolve.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Extrapolated {
+    /// The true range over the one that this grid was given.
+    pub range: f64,
+    /// Contact fraction, perimeter-corrected.
+    pub area: Estimate,
+    /// Units of L.
+    pub mean_gap: Estimate,
+}
+
+/// The largest pull that the contact holds.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PullOff {
+    /// Lowest mean pressure of an equilibrium on the way apart, over E*: negative.
+    pub pressure: f64,
+    /// There, units of L.
+    pub mean_gap: f64,
+    /// Half-width of the bracket that the mean gap was left in.
+    pub mean_gap_error: f64,
+    /// Mean gap and pressure of what was passed, in the order of the mean gap.
+    pub curve: Vec<[f64; 2]>,
+}
+
+/// Which way a load was come to: the branch, where adhesion has two.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Way {
+    #[default]
+    Approach,
+    Retract,
 }
 
 /// One equilibrium.
@@ -168,6 +236,22 @@ pub struct StateResults {
     pub iterations: usize,
     pub fft_pairs: f64,
     pub seconds: f64,
+    #[serde(default)]
+    pub way: Way,
+    /// Relative energy above the minimum, and changes of area and mean gap still to come, as the method estimates them; none
+    /// where it cannot.
+    #[serde(default)]
+    pub energy_excess: Option<f64>,
+    #[serde(default)]
+    pub area_drift: Option<f64>,
+    #[serde(default)]
+    pub mean_gap_drift: Option<f64>,
+    /// What the grid leaves uncertain: the change from the grid of half the points a side.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub discretisation: Option<Discretisation>,
+    /// What the true range of the adhesion would give.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub extrapolated: Option<Extrapolated>,
     /// `[ny, nx]` files, if stored.
     pub gap: Option<String>,
     pub stress: Option<String>,

@@ -8,9 +8,9 @@ use crate::atoms::potential::{CALCIUM, CALCIUM_ELEMENT, CALCIUM_MODULUS_GPA, Pot
 use crate::atoms::wall::{self, Wall as AtomWall};
 use crate::grid::Grid;
 use crate::interface::{
-    Adhesion, Base, COHESIVE_RESOLUTION, CubicHalfSpace, Elastic, Layer, LennardJonesWall, StiffWall, Wall,
+    Adhesion, Base, CubicHalfSpace, Elastic, Layer, LennardJonesWall, RangeChoice, StiffWall, Wall,
 };
-use crate::method::{Goals, Heights, Problem};
+use crate::method::{Heights, Load, Problem};
 use crate::record::heights::{self, Sign};
 use crate::record::results::AuditLine;
 use crate::surface::{Spectrum, moments, range};
@@ -143,7 +143,8 @@ impl Case {
                 a.range_nm * 1e-9 / scales.length_m,
             )
         });
-        warnings.extend(unresolved_adhesion(adhesion, grid));
+        let range = scene.adhesion.as_ref().map_or(RangeChoice::default(), |a| a.range);
+        warnings.extend(range.caveat(adhesion, grid.dx()));
         let kernel = match (&scene.continuum.layer, &scene.continuum.crystal) {
             (Some(l), _) => {
                 Elastic::Layer(Layer { thickness: l.thickness_um / lab.length_um, poisson: l.poisson, base: l.base })
@@ -175,12 +176,19 @@ impl Case {
         Ok(case)
     }
 
-    /// Mean pressures over E* of the load path.
-    pub fn pressures(&self) -> Vec<f64> {
-        self.scene.load.p_star.iter().map(|p| p * self.gradient).collect()
+    /// The load path, in reduced numbers.
+    pub fn loads(&self) -> Vec<Load> {
+        let load = &self.scene.load;
+        let pressures = load.p_star.iter().map(|p| Load::Pressure(p * self.gradient));
+        pressures.chain(load.mean_gap_um.iter().map(|g| Load::MeanGap(g * 1e-6 / self.scales.length_m))).collect()
     }
 
-    /// The laboratory-scale problem on the scene's grid.
+    /// Which range grids are given.
+    pub fn range(&self) -> RangeChoice {
+        self.scene.adhesion.as_ref().map_or(RangeChoice::default(), |a| a.range)
+    }
+
+    /// The laboratory-scale problem on the scene's grid, with the adhesion as asked for.
     pub fn problem<'a>(&self, heights: Heights<'a>) -> Problem<'a> {
         let c = &self.scene.continuum;
         Problem {
@@ -191,7 +199,7 @@ impl Case {
             wall: self.wall,
             precision: c.precision,
             tolerance: c.tolerance_or_default(),
-            goals: Goals::default(),
+            goals: c.goals(),
             max_iterations: c.max_iterations,
         }
     }
@@ -201,6 +209,7 @@ impl Case {
         let whole = |p: &PathBuf| std::path::absolute(self.beside(p)).unwrap_or_else(|_| self.beside(p));
         let mut scene = self.scene.clone();
         scene.surface.heights = scene.surface.heights.as_ref().map(whole);
+        scene.continuum.start = scene.continuum.start.as_ref().map(whole);
         if let Some(atoms) = &mut scene.atoms {
             atoms.potential = atoms.potential.as_ref().map(whole);
             // A bare name is looked for on the search path.
@@ -243,15 +252,6 @@ fn surface(scene: &Scene, file: &Path) -> Result<Surface> {
     let spectrum =
         Spectrum { hurst: s.hurst, lambda_r, lambda_s, rms_gradient: s.rms_gradient, amplitudes: s.amplitudes };
     Ok(Surface::synthesised(spectrum, s.seed))
-}
-
-fn unresolved_adhesion(adhesion: Adhesion, grid: Grid) -> Option<String> {
-    let c = adhesion.cohesive_resolution(grid.dx()).filter(|c| *c < COHESIVE_RESOLUTION)?;
-    let points = (COHESIVE_RESOLUTION.powi(2) * adhesion.softening()).ceil();
-    Some(format!(
-        "the grid does not resolve the adhesion: cohesive resolution = {c:.2}, and below {COHESIVE_RESOLUTION} contact \
-         lines are pinned to the grid and the answer depends on the path ({points:.0} points per side would do)"
-    ))
 }
 
 impl AtomsCase {

@@ -76,6 +76,7 @@ pub(super) fn complaints(scene: &Scene) -> Vec<Complaint> {
 pub(super) fn missing_files(scene: &Scene, file: &Path) -> Vec<Complaint> {
     let named = [
         ("surface.heights", scene.surface.heights.as_ref(), "a height map (.npy or an ASCII matrix)"),
+        ("continuum.start", scene.continuum.start.as_ref(), "a gap (.npy)"),
         ("atoms.potential", scene.atoms.as_ref().and_then(|a| a.potential.as_ref()), "an eam/alloy (setfl) file"),
     ];
     let complaint = |key: &str, path: &Path, accepted: &str| {
@@ -156,15 +157,52 @@ fn surface(c: &mut Complaints, scene: &Scene) {
 
 fn loads(c: &mut Complaints, scene: &Scene) {
     let p = &scene.load.p_star;
-    c.unless(!p.is_empty(), "load.p_star", "[]", "at least one load");
+    let gaps = &scene.load.mean_gap_um;
+    c.unless(!(p.is_empty() && gaps.is_empty()), "load.p_star", "[]", "at least one load, or load.mean_gap_um");
+    c.unless(p.is_empty() || gaps.is_empty(), "load.mean_gap_um", "given together with load.p_star", "one of the two");
+    let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion_mj_m2 > 0.0);
+    let atoms = scene.atoms.is_some();
     for (i, value) in p.iter().enumerate() {
         c.unless(
-            value.is_finite() && *value > 0.0,
+            value.is_finite() && (*value > 0.0 || attracts && !atoms),
             &format!("load.p_star[{i}]"),
             value,
-            "a positive number: without load control by displacement, a pull has no equilibrium",
+            "a positive number: nothing but adhesion holds a pull, and atoms are only pressed",
         );
     }
+    for (i, value) in gaps.iter().enumerate() {
+        c.unless(
+            value.is_finite() && *value >= 0.0,
+            &format!("load.mean_gap_um[{i}]"),
+            value,
+            "zero or a positive number",
+        );
+    }
+    c.unless(!(atoms && !gaps.is_empty()), "load.mean_gap_um", "given with atoms", "load.p_star: atoms are pressed");
+    // The ladder of the atoms only goes down, and each load is read on it.
+    let falls = p.windows(2).position(|w| w[1] < w[0]).map(|i| i + 1);
+    if let Some(i) = falls.filter(|_| atoms && attracts) {
+        c.unless(
+            false,
+            &format!("load.p_star[{i}]"),
+            p[i],
+            "no less than the load before: with adhesion the way back is another, and atoms are not unloaded",
+        );
+    }
+    c.unless(
+        !scene.load.pull_off || attracts,
+        "load.pull_off",
+        "true",
+        "an [adhesion] that holds the surfaces together",
+    );
+    let controls = !gaps.is_empty() || scene.load.pull_off;
+    let method = &scene.continuum.method;
+    c.unless(
+        !controls || method::find(method).is_none_or(|m| m.card().id == "fast"),
+        "continuum.method",
+        format!("{method:?}"),
+        "\"fast\" or \"auto\": no other method controls the mean gap, which load.mean_gap_um and load.pull_off need",
+    );
 }
 
 fn continuum(c: &mut Complaints, scene: &Scene) {
@@ -174,6 +212,19 @@ fn continuum(c: &mut Complaints, scene: &Scene) {
     if let Some(t) = m.tolerance {
         c.unless(t > 0.0 && t < 1.0, "continuum.tolerance", t, "a number between 0 and 1");
     }
+    for (key, goal) in [
+        ("continuum.energy_goal", m.energy_goal),
+        ("continuum.area_goal", m.area_goal),
+        ("continuum.mean_gap_goal", m.mean_gap_goal),
+    ] {
+        goal.into_iter().for_each(|g| c.positive(key, g));
+    }
+    c.unless(
+        m.energy_goal.is_none() || method::find(&m.method).is_none_or(|m| m.card().id == "fast"),
+        "continuum.energy_goal",
+        m.energy_goal.unwrap_or(0.0),
+        "none with this method: `fast` estimates its energy above the minimum",
+    );
     c.unless(m.max_iterations > 0, "continuum.max_iterations", m.max_iterations, "at least 1");
     if let Some(layer) = &m.layer {
         c.positive("continuum.layer.thickness_um", layer.thickness_um);

@@ -11,8 +11,8 @@ mod syntax;
 pub use case::{AtomsCase, Case, PairAdhesion};
 pub use source::Surface;
 
-use crate::interface::{Adhesion, Base};
-use crate::method::Precision;
+use crate::interface::{Adhesion, Base, RangeChoice};
+use crate::method::{Goals, Precision};
 use crate::surface::Amplitudes;
 use crate::{Error, Result};
 use schemars::JsonSchema;
@@ -124,8 +124,22 @@ pub enum Touching {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LoadScene {
-    /// Mean pressures over E* times the rms gradient of the whole spectrum, in the order in which they are applied.
+    /// Mean pressures over E* times the rms gradient of the whole spectrum, in the order in which they are applied. With
+    /// adhesion, up and down are different branches, and a pull may be negative.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub p_star: Vec<f64>,
+    /// Mean gaps instead, µm: they reach states that no pressure holds.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub mean_gap_um: Vec<f64>,
+    /// After the last load, pull the surfaces apart and find the largest pull on the way.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub pull_off: bool,
+}
+
+impl LoadScene {
+    pub fn count(&self) -> usize {
+        self.p_star.len() + self.mean_gap_um.len()
+    }
 }
 
 /// Attraction between the surfaces.
@@ -138,6 +152,9 @@ pub struct AdhesionScene {
     pub work_of_adhesion_mj_m2: f64,
     /// Range ρ, nm.
     pub range_nm: f64,
+    /// What is done where the grid is too coarse for it.
+    #[serde(default)]
+    pub range: RangeChoice,
 }
 
 /// How the attraction fades with the gap g.
@@ -198,6 +215,18 @@ pub struct ContinuumScene {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
     pub max_iterations: usize,
+    /// Go on until the energy is within this part of its minimum, as `fast` estimates it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub energy_goal: Option<f64>,
+    /// Go on until the contact area is estimated to change by no more than this part; the same for the mean gap.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub area_goal: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mean_gap_goal: Option<f64>,
+    /// Gap to start the first load from, `.npy` `[ny, nx]` in units of the cell's length, as runs write it. Relative to the
+    /// scene file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start: Option<PathBuf>,
     /// A finite elastic layer instead of the half-space.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub layer: Option<LayerScene>,
@@ -217,6 +246,10 @@ impl Default for ContinuumScene {
             precision: Precision::F64,
             tolerance: None,
             max_iterations: 50_000,
+            energy_goal: None,
+            area_goal: None,
+            mean_gap_goal: None,
+            start: None,
             layer: None,
             crystal: None,
             wall: WallKind::Hard,
@@ -228,6 +261,10 @@ impl Default for ContinuumScene {
 impl ContinuumScene {
     pub fn tolerance_or_default(&self) -> f64 {
         self.tolerance.unwrap_or(default_tolerance(self.precision))
+    }
+
+    pub fn goals(&self) -> Goals {
+        Goals { energy: self.energy_goal, area: self.area_goal, mean_gap: self.mean_gap_goal }
     }
 }
 

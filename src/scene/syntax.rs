@@ -114,12 +114,14 @@ mod tests {
             ("name = \"a\"\nsurface = 3", "line 2: surface = 3; accepted: a table"),
             ("name = \"a\"\n[surface]\n[[load]]\np_star = [1]", "line 3: load = [[load]]; accepted: one table, [load]"),
             ("name = \"a\"\n[surface]", "a.toml: load is missing and has no default"),
-            ("name = \"a\"\n[surface]\n[load]", "line 3: load.p_star is missing and has no default"),
             (
                 "name = \"a\"\n[surface]\n[load]\np_star = [1]\n[continuum.layer]\npoisson = 0.3",
                 "line 5: continuum.layer.thickness_um is missing and has no default",
             ),
-            ("name = \"a\"\n[load]\np_stars = [1]", "line 3: load.p_stars is no key of a scene; accepted: p_star"),
+            (
+                "name = \"a\"\n[load]\np_stars = [1]",
+                "line 3: load.p_stars is no key of a scene; accepted: p_star, mean_gap_um, pull_off",
+            ),
             ("name = \"a\"\n[load]\np_star: 1", "line 3: p_star: 1: key with no value, expected `=`"),
         ] {
             let told = Scene::parse(text, Path::new("a.toml")).expect_err(text).to_string();

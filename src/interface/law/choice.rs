@@ -34,23 +34,62 @@ impl Adhesion {
         }
     }
 
-    /// [`Law::softening`].
-    pub fn softening(&self) -> f64 {
-        match self {
-            Adhesion::None => 0.0,
-            Adhesion::Exponential(a) => a.softening(),
-            Adhesion::Dugdale(a) => a.softening(),
-            Adhesion::PowerLaw93(a) => a.softening(),
+    /// [`Law::cohesive_resolution`]; `None` without adhesion.
+    pub fn resolution_on(&self, dx: f64) -> Option<f64> {
+        (*self != Adhesion::None).then(|| self.cohesive_resolution(dx))
+    }
+}
+
+/// The law at hand, or what no law is.
+macro_rules! of_law {
+    ($self:expr, $law:ident => $value:expr, $none:expr) => {
+        match $self {
+            Adhesion::None => $none,
+            Adhesion::Exponential($law) => $value,
+            Adhesion::Dugdale($law) => $value,
+            Adhesion::PowerLaw93($law) => $value,
         }
+    };
+}
+
+/// Any of the laws, chosen node by node: for those that are not worth a solver of their own.
+impl Law for Adhesion {
+    const ACTIVE: bool = true;
+    const HARD: bool = true;
+
+    #[inline]
+    fn traction(&self, g: f64) -> f64 {
+        of_law!(self, a => a.traction(g), 0.0)
     }
 
-    /// [`Law::cohesive_resolution`]; `None` without adhesion.
-    pub fn cohesive_resolution(&self, dx: f64) -> Option<f64> {
+    #[inline]
+    fn energy(&self, g: f64) -> f64 {
+        of_law!(self, a => a.energy(g), 0.0)
+    }
+
+    #[inline]
+    fn slope(&self, g: f64) -> f64 {
+        of_law!(self, a => a.slope(g), 0.0)
+    }
+
+    fn steepest(&self, lowest: f64) -> f64 {
+        of_law!(self, a => a.steepest(lowest), 0.0)
+    }
+
+    fn range(&self) -> f64 {
+        self.work_and_range().1
+    }
+
+    fn softening(&self) -> f64 {
+        of_law!(self, a => a.softening(), 0.0)
+    }
+
+    fn on_mesh(&self, dx: f64) -> Self {
         match self {
-            Adhesion::None => None,
-            Adhesion::Exponential(a) => Some(a.cohesive_resolution(dx)),
-            Adhesion::Dugdale(a) => Some(a.cohesive_resolution(dx)),
-            Adhesion::PowerLaw93(a) => Some(a.cohesive_resolution(dx)),
+            Adhesion::None => Adhesion::None,
+            Adhesion::Exponential(a) => Adhesion::Exponential(a.on_mesh(dx)),
+            Adhesion::Dugdale(a) => Adhesion::Dugdale(a.on_mesh(dx)),
+            Adhesion::PowerLaw93(a) => Adhesion::PowerLaw93(a.on_mesh(dx)),
         }
     }
 }
@@ -102,7 +141,7 @@ impl std::fmt::Display for Wall {
 }
 
 /// A wall that gives way, as solvers take it. The choice is made node by node: it costs less than the wall's own powers, and
-/// solvers are compiled once for all soft walls instead of once for each with each adhesion.
+/// solvers are compiled once for all soft walls instead of once for each.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SoftWall {
     LennardJones(LennardJonesWall),

@@ -8,6 +8,7 @@ mod dugdale;
 mod exponential;
 mod lennard_jones;
 mod power_law;
+mod range;
 mod stiff;
 
 pub use choice::{Adhesion, SoftWall, Wall};
@@ -15,6 +16,7 @@ pub use dugdale::Dugdale;
 pub use exponential::Exponential;
 pub use lennard_jones::LennardJonesWall;
 pub use power_law::{PowerLaw93, PowerLawWall};
+pub use range::RangeChoice;
 pub use stiff::StiffWall;
 
 /// An interaction energy `v(g)` per area and its traction `dv/dg`: attraction is positive.
@@ -343,7 +345,7 @@ mod tests {
         check(power_law());
         // Without attraction every mesh will do.
         assert_eq!(HardWall.cohesive_resolution(1.0), f64::INFINITY);
-        assert_eq!(Adhesion::None.cohesive_resolution(1.0), None);
+        assert_eq!(Adhesion::None.resolution_on(1.0), None);
     }
 
     /// No work of adhesion is no adhesion, whatever the law.

@@ -5,7 +5,8 @@ use super::{Ended, Solver};
 use crate::grid::Real;
 use crate::interface::{Kernel, Law};
 use crate::method::operator::{Balance, Progress};
-use crate::method::{Goals, Iteration, Load, Problem, Settled, Stop};
+use crate::method::{Goals, Iteration, Load, Problem, Settled, Snapshot, Stop};
+use serde::{Deserialize, Serialize};
 
 /// Plain steps after an interpolation, after a Newton step (whose change of the free set leaves its error at contact lines,
 /// too: with two, 52 pairs instead of 68 bring 2048² to 1e-3 of the pressure), and after a failed line search.
@@ -38,24 +39,44 @@ const SLOWEST_RATE: f64 = 0.9;
 const PARTED: f64 = 1e-2;
 
 /// The state before the last Newton step, and the energy that step had in reach.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Cycle {
     before: Balance,
     excess: f64,
 }
 
 impl Cycle {
-    /// What is still to come, if the next changes shrink as the residual did over the last cycle: a geometric series. The
-    /// energy above the minimum, quadratic in the error, falls faster than the residual; that it has fallen as much is
-    /// safe to say.
+    /// What is still to come, if the next changes shrink as the residual did over the last cycle: a geometric series. Of area
+    /// and mean gap at least as much as the last cycle brought, since long waves, which carry the mean gap, weigh little in
+    /// the residual: without this, 256² stopped 1.5e-4 off at an estimate of 0.6e-4. The energy above the minimum, quadratic
+    /// in the error, falls faster than the residual; that it has fallen as much is safe to say.
     fn settled(&self, now: &Balance, pressure: f64) -> Settled {
         let rate = (now.residual / self.before.residual).min(SLOWEST_RATE);
-        let rest = |now: f64, then: f64| (now - then).abs() / now.abs().max(f64::MIN_POSITIVE) * rate / (1.0 - rate);
+        let rest = |now: f64, then: f64| {
+            (now - then).abs() / now.abs().max(f64::MIN_POSITIVE) * (rate / (1.0 - rate)).max(1.0)
+        };
         Settled {
             energy: Some(0.5 * self.excess * rate / now.energy(pressure).abs().max(f64::MIN_POSITIVE)),
             area: Some(rest(now.contact, self.before.contact)),
             mean_gap: Some(rest(now.mean_gap, self.before.mean_gap)),
         }
     }
+}
+
+/// What a descent knows beside its gap, where no direction is to be kept: there it can be left and taken up again, with the
+/// same bits to follow.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Pause {
+    pub pressure: f64,
+    iterations: usize,
+    /// Of this level; and of those below, in pairs of the problem's grid.
+    pairs: f64,
+    pub earlier_pairs: f64,
+    smoothing: usize,
+    careful: bool,
+    last: f64,
+    cycle: Option<Cycle>,
+    progress: Progress,
 }
 
 impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
@@ -65,19 +86,37 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         level: &mut Level<T, K, L>,
         (load, tolerance, goals): (Load, f64, Goals),
         iterations: &mut usize,
+        resumed: Option<Pause>,
     ) -> Ended {
         let problem = self.problem;
         let pressure = level.pressure;
         let law = level.body.law;
         let stiffest_mode = Problem { grid: level.grid(), ..problem.clone() }.stiffest_mode();
-        let mut progress = Progress::new();
         level.inner.step.fill(0.0);
         let mut now = level.trial(0.0);
         level.accept(0.0);
-        let (mut smoothing, mut beta, mut last) = (SMOOTHING, 0.0, 0.0);
-        let mut cycle: Option<Cycle> = None;
-        // Set by a failed plain step: the next is a gradient step of safe length, shortened as far as it takes.
-        let mut careful = false;
+        // `careful` is set by a failed plain step: the next is a gradient step of safe length, shortened as far as it takes.
+        let Pause { mut smoothing, mut careful, mut last, mut cycle, mut progress, .. } = match resumed {
+            Some(pause) => {
+                *iterations = pause.iterations;
+                level.pairs += pause.pairs;
+                pause
+            }
+            None => Pause {
+                pressure,
+                iterations: 0,
+                pairs: 0.0,
+                earlier_pairs: 0.0,
+                smoothing: SMOOTHING,
+                careful: false,
+                last: 0.0,
+                cycle: None,
+                progress: Progress::new(),
+            },
+        };
+        let mut beta = 0.0;
+        let mut stopping = false;
+        let share = level.grid().points() as f64 / problem.grid.points() as f64;
         let (stop, settled) = loop {
             let scale = self.scale(load, pressure, &now.balance);
             let residual = now.balance.residual / scale;
@@ -90,13 +129,39 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
                 break (Stop::IterationLimit, settled);
             }
             let floor = problem.rounding_floor(self.rms_height, scale);
+            let known = progress.clone();
             if let Some(stop) = progress.stalled(residual, floor) {
                 break (stop, settled);
             }
             if pressure < 0.0 && now.balance.interaction.abs() < PARTED * -pressure * law.range() {
                 break (Stop::Detached, settled);
             }
-            if self.watch.iteration(Iteration { iteration: *iterations, residual, tolerance }).is_break() {
+            stopping |=
+                self.watch.iteration(Iteration { iteration: *iterations, residual, tolerance, share }).is_break()
+                    || self.watch.stopping();
+            // Only the gap is worth a file: with a direction to keep, a few plain steps more cost less.
+            let resumable = beta == 0.0 || smoothing == 0;
+            if resumable && (stopping || self.watch.wants_snapshot()) {
+                level.settle();
+                let (iterations, earlier_pairs, pairs) = (*iterations, self.earlier_pairs.get(), level.pairs());
+                let pause = Pause {
+                    pressure,
+                    iterations,
+                    pairs,
+                    earlier_pairs,
+                    smoothing,
+                    careful,
+                    last,
+                    cycle,
+                    progress: known.clone(),
+                };
+                self.watch.snapshot(Snapshot {
+                    grid: level.grid(),
+                    gap: T::lend(&level.gap),
+                    progress: serde_json::to_value(pause).expect("plain numbers"),
+                });
+            }
+            if resumable && stopping {
                 break (Stop::Interrupted, settled);
             }
             *iterations += 1;
@@ -124,7 +189,16 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
                 // Forcing term after Eisenstat & Walker: as exact as the last step was successful, and no more than the end
                 // needs. The first knows least: 0.02 there costs a third more pairs in all than 0.3.
                 let forcing = (residual / last).powi(2).clamp(0.02, 0.3).max((0.25 * tolerance / residual).min(0.3));
-                cycle = Some(Cycle { before: now.balance, excess: level.newton((mean, forcing, INNER_LIMIT)) });
+                let accuracy = (mean, forcing, INNER_LIMIT);
+                let Some(excess) = level.newton(accuracy, &|| self.watch.stopping()) else {
+                    // The half-done step is given up. What follows it is the state before it, whose gradient must be made again.
+                    level.inner.step.fill(0.0);
+                    now = level.trial(0.0);
+                    progress = known;
+                    *iterations -= 1;
+                    continue;
+                };
+                cycle = Some(Cycle { before: now.balance, excess });
                 smoothing = SMOOTHING_AFTER_NEWTON;
                 last = residual;
                 1.0

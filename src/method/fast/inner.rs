@@ -174,14 +174,16 @@ impl Inner {
     /// Solves `H x = -t` on the free nodes until the residual has fallen to `forcing` of its first value, into `step`.
     /// `mean` is the stiffness that the preconditioner gives to the mean mode. Stops at negative curvature with what it
     /// has. Two pairs an iteration. Returns `⟨t M⁻¹ t⟩` of the free nodes: half of it bounds, without adhesion, the energy
-    /// above the minimum of these nodes, since the inverse stiffness of a part is less than the part of the inverse.
+    /// above the minimum of these nodes, since the inverse stiffness of a part is less than the part of the inverse. `None` where it was stopped: what is in the step is
+    /// then of no use.
     pub fn newton<T: Real, K: Kernel, L: Law>(
         &mut self,
         gap: &mut [T],
         spectrum: &mut [Complex<f32>],
         body: &Body<K, L>,
         (mean, forcing, limit): (f64, f64, usize),
-    ) -> f64 {
+        stopping: &dyn Fn() -> bool,
+    ) -> Option<f64> {
         let grid = self.transform.grid();
         let n = grid.points() as f64;
         let stiffness = Metric { grid, kernel: body.kernel, mean, spring: body.spring, inverse: false };
@@ -191,6 +193,9 @@ impl Inner {
         let excess = rz;
         let mut beta = 0.0;
         for iteration in 1..=limit {
+            if stopping() {
+                return None;
+            }
             let law_curvature = self.conjugate(beta, gap, spectrum, &body.law);
             let elastic = self.transform.filter_columns(spectrum, &stiffness);
             let curvature = elastic + law_curvature / n;
@@ -211,7 +216,7 @@ impl Inner {
             rz = self.transform.filter_columns(spectrum, &inverse);
             beta = rz / old;
         }
-        excess
+        Some(excess)
     }
 
     /// The gap with what is pending, residual `-t` on the free nodes, its rows into the spectrum; step and direction zero.

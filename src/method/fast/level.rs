@@ -160,10 +160,10 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
     }
 
     /// See [`Inner::newton`].
-    pub fn newton(&mut self, (mean, forcing, limit): (f64, f64, usize)) -> f64 {
+    pub fn newton(&mut self, accuracy: (f64, f64, usize), stopping: &dyn Fn() -> bool) -> Option<f64> {
         let spectrum = bytemuck::cast_slice_mut(&mut self.spectrum);
         let len = self.transform.grid().ny * self.transform.grid().half();
-        self.inner.newton(&mut self.gap, &mut spectrum[..len], &self.body, (mean, forcing, limit))
+        self.inner.newton(&mut self.gap, &mut spectrum[..len], &self.body, accuracy, stopping)
     }
 
     /// Balance and gradient where the gap is changed by `scale` times the step; the gap itself stays. One pair.

@@ -15,10 +15,13 @@ use super::{
     Card, CoarseState, ContactMethod, Criterion, Goals, Heights, Load, Plan, Precision, Problem, Run, Settled, State,
     Stop, Watch,
 };
-use crate::Result;
 use crate::grid::{Grid, Real, Series};
 use crate::interface::{HalfSpace, HardWall, Kernel, Law};
+use crate::{Error, Result};
+use descent::Pause;
 use level::{Level, Spring};
+use serde::Deserialize;
+use std::cell::Cell;
 use std::time::Instant;
 
 pub struct Fast;
@@ -85,7 +88,19 @@ impl<'p> Build<'p> for Start<'p> {
         };
         let rms_height = heights.rms();
         let (gap, stress) = (Vec::new(), Vec::new());
-        Box::new(Solver { problem, watch, kernel, law, heights, rms_height, pressure: 0.0, gap, stress })
+        Box::new(Solver {
+            problem,
+            watch,
+            kernel,
+            law,
+            heights,
+            rms_height,
+            pressure: 0.0,
+            gap,
+            stress,
+            earlier_pairs: Cell::new(0.0),
+            resumed: None,
+        })
     }
 }
 
@@ -101,6 +116,10 @@ struct Solver<'p, T: Real, K, L> {
     /// Gap of the last load; empty before the first.
     gap: Vec<T>,
     stress: Vec<T>,
+    /// Pairs that the grids below the one at work have taken, in pairs of the problem's.
+    earlier_pairs: Cell<f64>,
+    /// A state to go on from: its grid, gap and descent.
+    resumed: Option<(Grid, Vec<T>, Pause)>,
 }
 
 /// How a grid was left.
@@ -130,23 +149,43 @@ fn smooth(n: usize) -> usize {
 }
 
 impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
-    /// From the coarsest grid up.
-    fn nested(&self, load: Load, iterations: &mut usize) -> (Level<'_, T, K, L>, Ended) {
+    /// From the coarsest grid up, or from where a solve was left.
+    fn nested(
+        &self,
+        load: Load,
+        iterations: &mut usize,
+        resumed: Option<(Grid, Vec<T>, Pause)>,
+    ) -> (Level<'_, T, K, L>, Ended) {
         let problem = self.problem;
         let mut grids = vec![problem.grid];
         while let Some(next) = coarser(grids[grids.len() - 1]) {
             grids.push(next);
         }
-        let law = |grid: Grid| {
-            if grid == problem.grid { self.law } else { self.law.on_mesh(grid.dx().max(grid.dy())) }
+        let law = |grid: Grid, law: L| {
+            if grid == problem.grid { law } else { law.on_mesh(grid.dx().max(grid.dy())) }
         };
-        let coarsest = grids[grids.len() - 1];
-        let mut level = Level::touching(coarsest, (self.kernel, law(coarsest)), &self.heights);
-        self.set_load(&mut level, load);
-        let mut pairs = 0.0;
-        let mut cut: Option<Ended> = None;
-        for &grid in grids.iter().rev() {
-            if grid != coarsest {
+        let own = self.law;
+        let body = |grid: Grid, kernel: K| (kernel, law(grid, own));
+        let (mut level, mut pause) = match resumed {
+            Some((grid, gap, pause)) => {
+                let mut level = Level::with_gap(grid, body(grid, self.kernel), &self.heights, gap);
+                self.set_load(&mut level, load);
+                level.pressure = pause.pressure;
+                self.earlier_pairs.set(pause.earlier_pairs);
+                (level, Some(pause))
+            }
+            None => {
+                let grid = grids[grids.len() - 1];
+                let mut level = Level::touching(grid, body(grid, self.kernel), &self.heights);
+                self.set_load(&mut level, load);
+                self.earlier_pairs.set(0.0);
+                (level, None)
+            }
+        };
+        let first = level.grid();
+        let (mut cut, mut settled): (Option<Ended>, _) = (None, Settled::default());
+        for &grid in grids.iter().rev().skip_while(|g| **g != first) {
+            if grid != first {
                 level.settle();
                 let balance = level.last;
                 self.watch.level(CoarseState {
@@ -155,9 +194,11 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
                     mean_gap: balance.mean_gap,
                     energy: balance.energy(level.pressure),
                     range: level.body.law.range(),
+                    settled,
                 });
-                pairs += level.pairs() * level.grid().points() as f64 / problem.grid.points() as f64;
-                level = Level::refined(grid, law(grid), level);
+                let share = level.grid().points() as f64 / problem.grid.points() as f64;
+                self.earlier_pairs.set(self.earlier_pairs.get() + level.pairs() * share);
+                level = Level::refined(grid, law(grid, own), level);
             }
             level.prepare();
             let (tolerance, goals) = if grid == problem.grid {
@@ -167,13 +208,13 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
             };
             // Once a coarse grid has been interrupted or has parted, the finer ones only carry its state.
             if cut.is_none() {
-                let ended = self.hold(&mut level, load, (tolerance, goals), iterations);
+                let ended = self.hold(&mut level, load, (tolerance, goals), iterations, pause.take());
+                settled = ended.settled;
                 if grid == problem.grid || matches!(ended.stop, Stop::Interrupted | Stop::Detached) {
                     cut = Some(ended);
                 }
             }
         }
-        level.pairs += pairs;
         (level, cut.expect("the last grid is the problem's"))
     }
 
@@ -206,9 +247,10 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         load: Load,
         (tolerance, goals): (f64, Goals),
         iterations: &mut usize,
+        mut pause: Option<Pause>,
     ) -> Ended {
         let Load::MeanGap(target) = load else {
-            return self.improve(level, (load, tolerance, goals), iterations);
+            return self.improve(level, (load, tolerance, goals), iterations, pause);
         };
         // A finer grid has a stiffer stiffest mode.
         let pressure = level.pressure;
@@ -216,7 +258,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         level.pressure = pressure;
         level.prepare();
         loop {
-            let ended = self.improve(level, (load, tolerance, goals), iterations);
+            let ended = self.improve(level, (load, tolerance, goals), iterations, pause.take());
             let miss = level.last.mean_gap - target;
             level.pressure += level.spring.stiffness * miss;
             let within = LOAD_BALANCE.max(tolerance * LOAD_BALANCE / 1e-8) * self.rms_height.max(target.abs());
@@ -228,6 +270,18 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
 }
 
 impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
+    fn resume(&mut self, grid: Grid, gap: Vec<f64>, progress: &serde_json::Value) -> Result<()> {
+        let pause = Pause::deserialize(progress)
+            .map_err(|e| Error::input("checkpoint", "progress", e, format!("what method {} has written", CARD.id)))?;
+        if gap.len() != grid.points() {
+            let accepted = format!("{} x {} values", grid.nx, grid.ny);
+            return Err(Error::input("checkpoint", "gap", format!("{} values", gap.len()), accepted));
+        }
+        let grid = Grid { nx: grid.nx, ny: grid.ny, ..self.problem.grid };
+        self.resumed = Some((grid, gap.into_iter().map(T::of).collect(), pause));
+        Ok(())
+    }
+
     fn set_gap(&mut self, gap: &[f64]) {
         self.gap = gap.iter().map(|&g| T::of(g)).collect();
     }
@@ -246,24 +300,28 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         // and coarse grids find it sooner than the last load does.
         let warm = L::ACTIVE && !self.gap.is_empty();
         let start = std::mem::take(&mut self.gap);
+        let resumed = self.resumed.take();
         let parted = self.law.range() == 0.0 && matches!(load, Load::Pressure(p) if p <= 0.0);
         let (mut level, ended) = if parted {
             // Nothing but a push keeps the surfaces together; without one they touch, with a pull they part.
+            self.earlier_pairs.set(0.0);
             let mut level = Level::touching(problem.grid, (self.kernel, self.law), &self.heights);
             self.set_load(&mut level, load);
             let stop = if level.pressure < 0.0 { Stop::Detached } else { Stop::Converged };
             (level, Ended { stop, settled: Settled::default() })
-        } else if warm {
+        } else if warm && resumed.is_none() {
+            self.earlier_pairs.set(0.0);
             let mut level = Level::with_gap(problem.grid, (self.kernel, self.law), &self.heights, start);
             self.set_load(&mut level, load);
             level.prepare();
-            let ended = self.hold(&mut level, load, (problem.tolerance, problem.goals), &mut iterations);
+            let ended = self.hold(&mut level, load, (problem.tolerance, problem.goals), &mut iterations, None);
             (level, ended)
         } else {
-            self.nested(load, &mut iterations)
+            self.nested(load, &mut iterations, resumed)
         };
         let (balance, stress) = level.stress();
-        let (gap, pairs, pressure) = (std::mem::take(&mut level.gap), level.pairs(), level.pressure);
+        let (gap, pairs, pressure) =
+            (std::mem::take(&mut level.gap), level.pairs() + self.earlier_pairs.get(), level.pressure);
         drop(level);
         let scale = self.scale(load, pressure, &balance);
         (self.gap, self.stress, self.pressure) = (gap, stress, pressure);

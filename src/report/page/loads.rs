@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 
+use super::certainty;
 use super::desk::{Desk, colour_bar_si, figure, numbers, panel, panels, text};
 use crate::error::Result;
 use crate::record::reduce::Reduced;
@@ -20,6 +21,7 @@ pub fn section(desk: &Desk, continuum: &ContinuumResults) -> Result<Markup> {
     Ok(html! {
         (setting(continuum))
         (states(continuum, &|s| laboratory(desk, s)))
+        (certainty::section(desk, continuum)?)
         (gallery(desk, continuum)?)
     })
 }

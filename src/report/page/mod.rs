@@ -4,6 +4,7 @@
 //! part of the results is absent are left out.
 
 mod atoms;
+mod certainty;
 mod compare;
 mod desk;
 mod headline;

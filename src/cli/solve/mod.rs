@@ -1,23 +1,26 @@
-use super::{listen, words};
+mod told;
+
+use super::{listen::Teller, words};
 use crate::error::Complaint;
 use crate::grid::{Grid, Series};
-use crate::interface::{Base, COHESIVE_RESOLUTION, CubicHalfSpace, Elastic, Layer, StiffWall, Wall};
-use crate::method::{self, Goals, Heights, Iteration, Load, Precision, Problem, Stop};
-use crate::observe::{contact_area, contact_map};
+use crate::interface::{Base, CubicHalfSpace, Elastic, Layer, RangeChoice, StiffWall, Wall};
+use crate::method::{self, Goals, Heights, Load, Precision, Problem, Stop};
+use crate::path::{Begin, Checkpoint, Keeper, LoadPath};
+use crate::pipeline::{Key, Listener, Progress};
 use crate::record::heights::{self, Sign};
-use crate::record::{json, npy};
-use crate::report::number::{duration, memory, percent, significant};
+use crate::report::number::memory;
 use crate::scene::{AdhesionLaw, WallKind, default_tolerance};
 use crate::surface::{Modes, Spectrum};
 use crate::{Error, Result};
 use serde_json::json;
-use std::ops::ControlFlow;
 use std::path::PathBuf;
-use std::process::ExitCode;
+use told::Told;
+
+const CHECKPOINT: &str = "checkpoint";
 
 /// Lengths are in the unit of the heights, stresses in the unit of the modulus.
 // A negative value is refused by its flag's own check, not taken for a flag.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 #[command(allow_negative_numbers = true)]
 pub struct Solve {
     /// Height map: .npy or ASCII matrix. Low points touch first unless --flip.
@@ -42,15 +45,28 @@ pub struct Solve {
     /// Contact modulus E* = E/(1-ν²).
     #[arg(long, default_value_t = 1.0, value_name = "E")]
     modulus: f64,
-    /// Mean pressure.
-    #[arg(long, value_name = "P")]
-    pressure: f64,
+    /// Mean pressure; several, apart by commas, are put on one after another. With adhesion, up and down are different
+    /// branches, and a pull may be negative.
+    #[arg(long, value_name = "P", value_delimiter = ',', num_args = 1, required_unless_present = "mean_gap")]
+    pressure: Vec<f64>,
+    /// Mean gap instead, one or several: reaches states that no pressure holds.
+    #[arg(long, value_name = "G", value_delimiter = ',', num_args = 1, conflicts_with = "pressure")]
+    mean_gap: Vec<f64>,
+    /// After the last load, pull the surfaces apart and find the largest pull on the way.
+    #[arg(long)]
+    pull_off: bool,
+    /// Gap to start from (.npy), in the unit of the heights, as --out writes it.
+    #[arg(long, value_name = "FILE")]
+    start: Option<PathBuf>,
     /// Work of adhesion γ (modulus times length).
     #[arg(long, default_value_t = 0.0, value_name = "GAMMA")]
     gamma: f64,
     /// Range ρ of the adhesion.
     #[arg(long)]
     rho: Option<f64>,
+    /// What is done where the grid is too coarse for that range.
+    #[arg(long, value_enum, default_value_t = RangeChoice::Mesh)]
+    range: RangeChoice,
     /// How the attraction fades with the gap.
     #[arg(long, value_enum, default_value_t = AdhesionLaw::Exponential)]
     law: AdhesionLaw,
@@ -97,10 +113,14 @@ pub struct Solve {
     /// only their ratios matter, E* is --modulus.
     #[arg(long, value_name = "C11,C12,C44", value_delimiter = ',', num_args = 1)]
     crystal: Vec<f64>,
-    /// Write gap.npy, stress.npy, contact.npy and solve.json here; "partial-" goes before the names if not converged.
+    /// Write gap.npy, stress.npy, contact.npy and solve.json here ("load-1-" and so on before the names of several loads,
+    /// "partial-" before those of what did not converge), and checkpoints from which the same command goes on.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// One line of JSON on stdout.
+    /// Say what memory it takes, and do nothing.
+    #[arg(long)]
+    dry_run: bool,
+    /// One line of JSON per load on stdout.
     #[arg(long)]
     json: bool,
 }
@@ -121,7 +141,12 @@ impl Solve {
         };
         positive("--length", self.length);
         positive("--modulus", self.modulus);
-        positive("--pressure", self.pressure);
+        for &p in self.pressure.iter().filter(|p| !p.is_finite() || self.gamma == 0.0) {
+            positive("--pressure", p);
+        }
+        for &g in self.mean_gap.iter().filter(|g| **g != 0.0) {
+            positive("--mean-gap", g);
+        }
         positive("--tol", tolerance);
         [
             ("--length-y", self.length_y),
@@ -142,6 +167,18 @@ impl Solve {
         }
         if self.gamma > 0.0 && self.rho.is_none() {
             list.push(Complaint::new("--rho", "not given", "the range of the adhesion that --gamma asks for"));
+        }
+        if self.pull_off && self.gamma == 0.0 {
+            list.push(Complaint::new(
+                "--pull-off",
+                "given without --gamma",
+                "an adhesion that holds the surfaces together",
+            ));
+        }
+        let controls = self.pull_off || !self.mean_gap.is_empty();
+        if controls && method::find(&self.method).is_some_and(|m| m.card().id != "fast") {
+            let accepted = "fast or auto: no other method controls the mean gap";
+            list.push(Complaint::new("--method", &self.method, accepted));
         }
         match (self.wall, self.wall_length) {
             (WallKind::Stiff, None) => {
@@ -198,15 +235,8 @@ impl Solve {
         Ok(Given::Nodes(Grid { nx: map.nx, ny: map.ny, lx: 1.0, ly }, map.heights))
     }
 
-    pub fn execute(self) -> Result<ExitCode> {
-        let tolerance = self.tol.unwrap_or(default_tolerance(self.precision));
-        self.check(tolerance)?;
-        let method = method::find(&self.method).expect("checked");
-        let given = self.given()?;
-        let (grid, lent) = match &given {
-            Given::Nodes(grid, nodes) => (*grid, nodes.into()),
-            Given::Series(grid, series) => (*grid, Heights::Series(series)),
-        };
+    /// The problem, with the adhesion as asked for.
+    fn problem<'a>(&self, grid: Grid, heights: Heights<'a>, tolerance: f64) -> Result<Problem<'a>> {
         let kernel = match (self.thickness, &self.crystal[..]) {
             (Some(t), _) => {
                 Elastic::Layer(Layer { thickness: t / self.length, poisson: self.poisson, base: self.base })
@@ -218,113 +248,105 @@ impl Solve {
             Some(length) => Wall::Stiff(StiffWall { length: length / self.length }),
             None => Wall::Hard,
         };
-        let adhesion =
-            self.law.adhesion(self.gamma / (self.modulus * self.length), self.rho.unwrap_or(1.0) / self.length);
-        let problem = Problem {
+        let gamma = self.gamma / (self.modulus * self.length);
+        Ok(Problem {
             grid,
-            heights: lent,
+            heights,
             kernel,
-            adhesion,
+            adhesion: self.law.adhesion(gamma, self.rho.unwrap_or(1.0) / self.length),
             wall,
             precision: self.precision,
             tolerance,
             goals: Goals { energy: self.energy_goal, area: self.area_goal, mean_gap: self.gap_goal },
             max_iterations: self.max_iterations,
+        })
+    }
+
+    /// What a checkpoint must be of to be gone on from: this command, and what its files hold.
+    fn key(&self) -> Result<String> {
+        let files = [&self.heights, &self.start].map(|f| f.as_ref().map(|f| Key::of_file(f)).transpose());
+        let [heights, start] = files;
+        let silent = Solve { json: false, ..self.clone() };
+        Ok(Key::new("solve", &(format!("{silent:?}"), heights?, start?), &[])?.with(""))
+    }
+
+    pub fn execute(self) -> Result<()> {
+        let tolerance = self.tol.unwrap_or(default_tolerance(self.precision));
+        self.check(tolerance)?;
+        let method = method::find(&self.method).expect("checked");
+        let given = self.given()?;
+        let (grid, lent) = match &given {
+            Given::Nodes(grid, nodes) => (*grid, nodes.into()),
+            Given::Series(grid, series) => (*grid, Heights::Series(series)),
         };
-        let cohesive_resolution = adhesion.cohesive_resolution(grid.dx().max(grid.dy()));
-        if let Some(c) = cohesive_resolution.filter(|c| *c < COHESIVE_RESOLUTION) {
-            eprintln!(
-                "warning: the grid does not resolve the adhesion: cohesive resolution {c:.2}, and below \
-                 {COHESIVE_RESOLUTION} contact lines are pinned to the grid and the answer depends on the path"
-            );
+        let asked = self.problem(grid, lent, tolerance)?;
+        let pressures = self.pressure.iter().map(|p| Load::Pressure(p / self.modulus));
+        let loads: Vec<Load> = pressures.chain(self.mean_gap.iter().map(|g| Load::MeanGap(g / self.length))).collect();
+        let path = LoadPath::new(asked.clone(), method, self.range, 0.0, &loads);
+        let teller = Teller::new();
+        if let Some(caveat) = self.range.caveat(asked.adhesion, grid.dx().max(grid.dy())) {
+            teller.warn(&caveat);
         }
-        let (plan, have) = (method.plan(&problem), crate::sys::available_memory_bytes());
+        let (plan, have) = (path.plan(), crate::sys::available_memory_bytes());
+        if self.dry_run {
+            if self.json {
+                words::json_line(&json!({ "bytes": plan.bytes, "available_bytes": have }))?;
+            } else {
+                words::say(&format!("{} needs, {} available", memory(plan.bytes), memory(have)));
+            }
+        }
         if plan.bytes > have {
             let advice = "a coarser map or --precision f32 needs less".into();
             return Err(Error::Memory { what: method.card().id.into(), need: plan.bytes, have, advice });
         }
+        if self.dry_run {
+            return Ok(());
+        }
+        let mut told = Told::new(&self, &asked, &path, loads.len());
+        let (mut keeper, mut begin) = (None, None);
         if let Some(out) = &self.out {
             std::fs::create_dir_all(out).map_err(Error::io("create", out))?;
+            let key = self.key()?;
+            let checkpoint = Checkpoint::find(out, CHECKPOINT, &key);
+            let finished = checkpoint.as_ref().map_or(Vec::new(), |c| c.finished.clone());
+            finished.iter().try_for_each(|line| told.again(line))?;
+            keeper = Some(Keeper::new(out, CHECKPOINT, key, finished));
+            begin = checkpoint.map(Begin::Checkpoint);
         }
-        let watch = |_: Iteration| if listen::stopping() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-        let mut run = method.start(&problem, &watch)?;
-        let state = run.equilibrate(Load::Pressure(self.pressure / self.modulus))?;
-        let area = contact_area(grid, state.gap, 0.0);
-        let energy = self.modulus * self.length;
-        let line = json!({
-            "method": method.card().id,
-            "nx": grid.nx,
-            "ny": grid.ny,
-            "precision": self.precision,
-            "threads": rayon::current_num_threads(),
-            "kernel": kernel.to_string(),
-            "adhesion": adhesion.to_string(),
-            "wall": wall.to_string(),
-            "cohesive_resolution": cohesive_resolution,
-            "pressure": self.pressure,
-            "criterion": "zero gap",
-            "contact_fraction": area.fraction,
-            "contact_fraction_corrected": area.corrected,
-            "perimeter": area.perimeter / self.length,
-            "mean_gap": state.mean_gap * self.length,
-            "load_error": state.load_error,
-            "residual": state.residual,
-            "tolerance": tolerance,
-            "complementarity": state.complementarity,
-            "energy": state.energy * energy,
-            "elastic_energy": state.elastic_energy * energy,
-            "adhesion_energy": state.interaction_energy * energy,
-            "settled": state.settled,
-            "stop": state.stop.to_string(),
-            "iterations": state.iterations,
-            "fft_pairs": state.fft_pairs,
-            "seconds": state.seconds,
-            "peak_rss_bytes": crate::sys::peak_rss_bytes(),
-        });
-        if let Some(out) = &self.out {
-            let (length, modulus) = (self.length, self.modulus);
-            let n = state.gap.len();
-            // A state that did not converge must not be taken for one that did, by name or by whoever reads the folder.
-            let prefix = if state.stop == Stop::Converged { "" } else { "partial-" };
-            let path = |name: &str| out.join(format!("{prefix}{name}"));
-            npy::write(&path("gap.npy"), grid.nx, grid.ny, (0..n).map(|i| state.gap.at(i) * length))?;
-            npy::write(&path("stress.npy"), grid.nx, grid.ny, (0..n).map(|i| state.stress.at(i) * modulus))?;
-            npy::write(&path("contact.npy"), grid.nx, grid.ny, contact_map(state.gap, 0.0))?;
-            json::write(&path("solve.json"), &line)?;
+        if let (None, Some(file)) = (&begin, &self.start) {
+            let gap = crate::pipeline::start(file, grid)?;
+            begin = Some(Begin::Gap(gap.into_iter().map(|g| g / self.length).collect()));
         }
-        if self.json {
-            words::json_line(&line)?;
-        } else {
-            words::say(&words::table(
-                &["quantity", "value"],
-                [
-                    ("contact (zero gap)", percent(area.fraction)),
-                    ("contact, perimeter-corrected", percent(area.corrected)),
-                    ("mean gap", significant(state.mean_gap * self.length, 6)),
-                    ("energy per area", significant(state.energy * energy, 6)),
-                    ("load error", format!("{:.1e}", state.load_error)),
-                    ("KKT residual over pressure", format!("{:.1e}", state.residual)),
-                    ("stop", state.stop.to_string()),
-                    ("iterations, FFT pairs", format!("{}, {:.1}", state.iterations, state.fft_pairs)),
-                    (
-                        "time, peak memory",
-                        format!("{}, {}", duration(state.seconds), memory(crate::sys::peak_rss_bytes())),
-                    ),
-                ]
-                .map(|(k, v)| vec![k.to_string(), v]),
-            ));
+        let what = format!("{} on {} x {} points", method.card().id, grid.nx, grid.ny);
+        teller.begin("solve", &what);
+        let watch = Progress::new(&teller, keeper.as_ref(), "", (told.count(), loads.len()));
+        let pulled = path.walk(begin, self.pull_off, &watch, |i, reached| {
+            watch.next();
+            let state = &reached.state;
+            if state.stop == Stop::Interrupted {
+                keeper.iter().for_each(|k| k.leave(grid, state));
+            }
+            let line = told.state(i, &reached)?;
+            match state.stop {
+                Stop::Converged => {
+                    keeper.iter().for_each(|k| k.finish(line.clone()));
+                    Ok(())
+                }
+                Stop::Interrupted => Err(Error::Interrupted),
+                stop => Err(Error::NotConverged {
+                    method: method.card().id,
+                    why: stop.to_string(),
+                    iterations: state.iterations,
+                    residual: state.residual,
+                    tolerance,
+                    partial: self.out.as_ref().map(|o| o.join(told.name(i, "partial-", "gap.npy"))),
+                }),
+            }
+        })?;
+        if let Some(pulled) = pulled {
+            told.pull_off(&pulled)?;
         }
-        match state.stop {
-            Stop::Converged => Ok(ExitCode::SUCCESS),
-            Stop::Interrupted => Err(Error::Interrupted),
-            stop => Err(Error::NotConverged {
-                method: method.card().id,
-                why: stop.to_string(),
-                iterations: state.iterations,
-                residual: state.residual,
-                tolerance,
-                partial: self.out.map(|o| o.join("partial-gap.npy")),
-            }),
-        }
+        keeper.iter().for_each(Keeper::clear);
+        Ok(())
     }
 }

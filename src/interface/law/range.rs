@@ -1,0 +1,45 @@
+use super::{Adhesion, COHESIVE_RESOLUTION, Law};
+use serde::{Deserialize, Serialize};
+
+/// Which range of the adhesion a grid is given.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum RangeChoice {
+    /// The true one, or where the grid is too coarse for it the shortest that does not pin contact lines to the grid.
+    #[default]
+    Mesh,
+    /// The true one on any grid. Where the grid is too coarse, the answer is one of many and depends on the path.
+    True,
+    /// As `mesh`, but on three grids, and from these what the true range would give.
+    Extrapolate,
+}
+
+impl RangeChoice {
+    /// The law that a grid of spacing `dx` is given.
+    pub fn law(self, asked: Adhesion, dx: f64) -> Adhesion {
+        match self {
+            RangeChoice::True => asked,
+            RangeChoice::Mesh | RangeChoice::Extrapolate => asked.on_mesh(dx),
+        }
+    }
+
+    /// What a user should know of an adhesion that the grid does not resolve.
+    pub fn caveat(self, asked: Adhesion, dx: f64) -> Option<String> {
+        let c = asked.resolution_on(dx).filter(|c| *c < COHESIVE_RESOLUTION)?;
+        let points = (COHESIVE_RESOLUTION.powi(2) * asked.softening()).ceil();
+        let stretch = self.law(asked, dx).range() / asked.range();
+        let what = match self {
+            RangeChoice::True => {
+                "below that, contact lines are pinned to the grid and the answer depends on the path".to_string()
+            }
+            RangeChoice::Mesh => format!("the range is enlarged {stretch:.2} times, which reaches it"),
+            RangeChoice::Extrapolate => {
+                format!("the range is enlarged {stretch:.2} times, which reaches it, and the true one extrapolated to")
+            }
+        };
+        Some(format!(
+            "the grid does not resolve the adhesion: cohesive resolution {c:.2}, needed {COHESIVE_RESOLUTION} \
+             ({points:.0} points per side would do): {what}"
+        ))
+    }
+}

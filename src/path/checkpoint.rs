@@ -1,0 +1,152 @@
+//! Files from which an interrupted path goes on.
+
+use crate::grid::{Field, Grid};
+use crate::method::{Run, Snapshot, State};
+use crate::record::{json, npy};
+use crate::{Error, Result};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+/// A solve is kept this often, or less often where keeping it would take more than a twentieth of the time.
+const EVERY: Duration = Duration::from_secs(60);
+const SHARE: u32 = 20;
+
+/// Where a path was left.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Checkpoint {
+    /// What it is a state of: another problem or load path must not go on from it.
+    key: String,
+    /// Results of the loads that are done, as who follows the path has put them.
+    pub finished: Vec<Value>,
+    nx: usize,
+    ny: usize,
+    /// File of the gap `[ny, nx]`, beside this one.
+    gap: String,
+    /// The method's own; `null` where it begins its load anew from the gap.
+    progress: Value,
+    #[serde(skip)]
+    folder: PathBuf,
+}
+
+impl Checkpoint {
+    /// `STEM.json` of a folder, if there is one of this key.
+    pub fn find(folder: &Path, stem: &str, key: &str) -> Option<Checkpoint> {
+        let found: Checkpoint = json::read(&folder.join(format!("{stem}.json"))).ok()?;
+        (found.key == key).then(|| Checkpoint { folder: folder.to_path_buf(), ..found })
+    }
+
+    /// Puts a run where this one was.
+    pub(super) fn resume(&self, run: &mut dyn Run) -> Result<()> {
+        let path = self.folder.join(&self.gap);
+        let field = npy::read(&path)?;
+        if (field.nx, field.ny) != (self.nx, self.ny) {
+            let found = format!("{} x {} values", field.nx, field.ny);
+            return Err(Error::format(&path, found, format!("{} x {}, as its checkpoint says", self.nx, self.ny)));
+        }
+        match &self.progress {
+            Value::Null => {
+                run.set_gap(&field.values);
+                Ok(())
+            }
+            progress => run.resume(Grid::unit(self.nx, self.ny), field.values, progress),
+        }
+    }
+}
+
+/// Writes checkpoints into a folder.
+pub struct Keeper {
+    folder: PathBuf,
+    stem: String,
+    key: String,
+    inner: Mutex<Inner>,
+}
+
+struct Inner {
+    finished: Vec<Value>,
+    /// When the next one is due.
+    due: Instant,
+    /// Files written so far: each has a name of its own, so that the one before is whole until the next one is.
+    count: usize,
+    trouble: Option<Error>,
+    /// Whether the load at hand has been kept.
+    kept: bool,
+}
+
+impl Keeper {
+    /// Writes `STEM.json` and its gap.
+    pub fn new(folder: &Path, stem: &str, key: String, finished: Vec<Value>) -> Self {
+        let inner = Inner { finished, due: Instant::now() + EVERY, count: 0, trouble: None, kept: false };
+        Keeper { folder: folder.to_path_buf(), stem: stem.into(), key, inner: Mutex::new(inner) }
+    }
+
+    fn inner(&self) -> std::sync::MutexGuard<'_, Inner> {
+        self.inner.lock().unwrap_or_else(|e| e.into_inner())
+    }
+
+    /// For [`Watch::wants_snapshot`].
+    pub fn is_due(&self) -> bool {
+        Instant::now() >= self.inner().due
+    }
+
+    /// For [`Watch::snapshot`]. A file that cannot be written is told by [`Keeper::trouble`]: no reason to end a solve.
+    pub fn keep(&self, snapshot: &Snapshot) {
+        self.write(snapshot.grid, snapshot.gap, snapshot.progress.clone());
+    }
+
+    /// A load is done.
+    pub fn finish(&self, result: Value) {
+        let mut inner = self.inner();
+        inner.finished.push(result);
+        inner.kept = false;
+    }
+
+    /// The path stopped in a load whose method has offered no snapshot: its gap is kept.
+    pub fn leave(&self, grid: Grid, state: &State) {
+        let kept = self.inner().kept;
+        if !kept {
+            self.write(grid, state.gap, Value::Null);
+        }
+    }
+
+    /// What went wrong with writing, once.
+    pub fn trouble(&self) -> Option<Error> {
+        self.inner().trouble.take()
+    }
+
+    fn write(&self, grid: Grid, gap: Field, progress: Value) {
+        let clock = Instant::now();
+        let mut inner = self.inner();
+        let name = format!("{}-{}.npy", self.stem, inner.count % 2);
+        inner.count += 1;
+        let path = self.folder.join(&name);
+        let written = match gap {
+            Field::F32(values) => npy::write(&path, grid.nx, grid.ny, values.iter().copied()),
+            Field::F64(values) => npy::write(&path, grid.nx, grid.ny, values.iter().copied()),
+        };
+        let checkpoint = Checkpoint {
+            key: self.key.clone(),
+            finished: inner.finished.clone(),
+            nx: grid.nx,
+            ny: grid.ny,
+            gap: name,
+            progress,
+            folder: PathBuf::new(),
+        };
+        match written.and_then(|()| json::write(&self.folder.join(format!("{}.json", self.stem)), &checkpoint)) {
+            Ok(()) => inner.kept = true,
+            Err(e) => inner.trouble = Some(e),
+        }
+        inner.due = Instant::now() + EVERY.max(SHARE * clock.elapsed());
+    }
+
+    /// The path is done: nothing is to go on from.
+    pub fn clear(&self) {
+        for end in [".json", "-0.npy", "-1.npy"] {
+            // What is not there need not go.
+            let _ = std::fs::remove_file(self.folder.join(format!("{}{end}", self.stem)));
+        }
+    }
+}

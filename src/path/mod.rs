@@ -1,0 +1,172 @@
+//! Load paths: equilibria one after another, on the branch that their order leads to, each with what its grid leaves
+//! uncertain.
+
+mod checkpoint;
+mod coarser;
+mod pull_off;
+
+pub use checkpoint::{Checkpoint, Keeper};
+
+use crate::Result;
+use crate::grid::{Grid, Series};
+use crate::interface::{Adhesion, Law, RangeChoice};
+use crate::method::{ContactMethod, Heights, Load, Plan, Problem, State, Stop, Watch};
+use crate::observe::{ContactArea, contact_area};
+use crate::record::results::{Discretisation, Extrapolated, PullOff};
+use coarser::{Companion, Level, Levels, Silent, coarsened};
+
+/// A problem and the loads that are put on it one after another.
+pub struct LoadPath<'p> {
+    /// With the law that the grid is given.
+    problem: Problem<'p>,
+    asked: Adhesion,
+    method: &'static dyn ContactMethod,
+    range: RangeChoice,
+    threshold: f64,
+    loads: &'p [Load],
+}
+
+/// An equilibrium on the path, or where the path ended.
+pub struct Reached<'a> {
+    pub state: State<'a>,
+    pub area: ContactArea,
+    /// What the grid leaves uncertain; `None` where this state or that of the coarser grid did not converge.
+    pub discretisation: Option<Discretisation>,
+    pub extrapolated: Option<Extrapolated>,
+}
+
+/// Where a path begins, if not at first touch.
+pub enum Begin {
+    /// From a gap `[ny, nx]`, units of L.
+    Gap(Vec<f64>),
+    /// From where it was left.
+    Checkpoint(Checkpoint),
+}
+
+impl<'p> LoadPath<'p> {
+    /// `problem` has the adhesion as asked for; nodes whose gap is at most `threshold` count as contact.
+    pub fn new(
+        problem: Problem<'p>,
+        method: &'static dyn ContactMethod,
+        range: RangeChoice,
+        threshold: f64,
+        loads: &'p [Load],
+    ) -> Self {
+        let asked = problem.adhesion;
+        let adhesion = range.law(asked, problem.grid.dx().max(problem.grid.dy()));
+        LoadPath { problem: Problem { adhesion, ..problem }, asked, method, range, threshold, loads }
+    }
+
+    /// The problem with the law that its grid is given.
+    pub fn problem(&self) -> &Problem<'p> {
+        &self.problem
+    }
+
+    fn extrapolates(&self) -> bool {
+        self.range == RangeChoice::Extrapolate && self.asked != self.problem.adhesion
+    }
+
+    /// Grids that are followed beside the problem's own, finest first. A method that comes by way of coarser grids anyway
+    /// needs none.
+    fn companions(&self) -> Vec<Grid> {
+        let nested = self.method.card().id == coarser::method().card().id;
+        let count = match () {
+            () if self.extrapolates() => coarser::EXTRAPOLATION - 1,
+            () if nested && (self.asked == Adhesion::None || self.loads.len() == 1) => 0,
+            () => 1,
+        };
+        coarser::grids(self.problem.grid, count)
+    }
+
+    /// Memory and work of the path, its coarser grids with it.
+    pub fn plan(&self) -> Plan {
+        let own = self.method.plan(&self.problem);
+        let beside = |&grid: &Grid| coarser::method().plan(&Problem { grid, ..self.problem.clone() }).bytes;
+        let grids = self.companions();
+        let series = match self.problem.heights {
+            Heights::Nodes(nodes) if !grids.is_empty() => size_of_val(nodes) as u64,
+            _ => 0,
+        };
+        Plan { bytes: own.bytes + series + grids.iter().map(beside).sum::<u64>(), ..own }
+    }
+
+    /// Equilibrates load by load; `visit` is given every state. The first that did not converge ends the path. Then, if
+    /// `pulls_off`, the surfaces are pulled apart.
+    ///
+    /// # Errors
+    /// The method's, for a load that it cannot impose; `visit`'s.
+    pub fn walk(
+        &self,
+        begin: Option<Begin>,
+        pulls_off: bool,
+        watch: &dyn Watch,
+        mut visit: impl FnMut(usize, Reached) -> Result<()>,
+    ) -> Result<Option<PullOff>> {
+        let (levels, silent) = (Levels::new(watch, self.threshold), Silent(watch));
+        let grids = self.companions();
+        let made: Series<f64>;
+        let series = match self.problem.heights {
+            Heights::Series(series) => Some(series),
+            Heights::Nodes(nodes) if !grids.is_empty() => {
+                made = Series::through(self.problem.grid, nodes);
+                Some(&made)
+            }
+            Heights::Nodes(_) => None,
+        };
+        let problems: Vec<Problem> =
+            grids.iter().filter_map(|&grid| series.map(|s| coarsened(&self.problem, grid, s, self.asked))).collect();
+        let mut companions = Vec::new();
+        for problem in &problems {
+            companions.push(Companion::start(problem, self.threshold, &silent)?);
+        }
+        let mut run = self.method.start(&self.problem, &levels)?;
+        let first = match begin {
+            None => 0,
+            Some(Begin::Gap(gap)) => {
+                run.set_gap(&gap);
+                0
+            }
+            Some(Begin::Checkpoint(checkpoint)) => {
+                let done = checkpoint.finished.len();
+                for &load in &self.loads[..done] {
+                    for companion in &mut companions {
+                        companion.follow(load)?;
+                    }
+                }
+                checkpoint.resume(&mut *run)?;
+                done
+            }
+        };
+        let mut last = None;
+        for (i, &load) in self.loads.iter().enumerate().skip(first) {
+            let mut coarse: Vec<Level> = Vec::new();
+            for companion in &mut companions {
+                coarse.extend(companion.follow(load)?);
+            }
+            let state = run.equilibrate(load)?;
+            let area = contact_area(self.problem.grid, state.gap, self.threshold);
+            let converged = state.stop == Stop::Converged;
+            let (discretisation, extrapolated) = if converged {
+                let range = self.problem.adhesion.range();
+                let fine = Level::new(self.problem.grid, range, &area, state.mean_gap, state.settled);
+                let below = if companions.is_empty() { levels.take() } else { coarse.first().copied() };
+                let all: Vec<Level> = coarse.iter().rev().copied().chain([fine]).collect();
+                (
+                    below.map(|coarse| coarser::discretisation(&coarse, &fine)),
+                    self.extrapolates().then(|| coarser::extrapolated(self.asked.range(), &all)).flatten(),
+                )
+            } else {
+                (None, None)
+            };
+            last = Some((state.mean_gap, state.pressure));
+            visit(i, Reached { state, area, discretisation, extrapolated })?;
+            if !converged {
+                return Ok(None);
+            }
+        }
+        match last {
+            Some(last) if pulls_off => pull_off::search(&mut *run, &self.problem, last).map(Some),
+            _ => Ok(None),
+        }
+    }
+}

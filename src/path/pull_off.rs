@@ -1,0 +1,115 @@
+use crate::interface::Law;
+use crate::method::{Load, Problem, Run, Stop};
+use crate::record::results::PullOff;
+use crate::{Error, Result};
+
+/// Steps of the mean gap on the way apart: the first, over the mean gap or the range, whichever is larger, and their growth.
+const FIRST_STEP: f64 = 0.02;
+const GROWTH: f64 = 1.2;
+const MOST_STEPS: usize = 200;
+
+/// The way apart ends where nothing touches and the pull has fallen to this part of its largest.
+const PASSED: f64 = 0.3;
+
+/// Golden sections of the bracket of the largest pull: they leave a hundredth of it, and of the curve's height there the
+/// square.
+const SECTIONS: usize = 10;
+const GOLDEN: f64 = 0.618_033_988_749_895;
+
+/// A state on the way.
+#[derive(Clone, Copy)]
+struct Point {
+    mean_gap: f64,
+    pressure: f64,
+}
+
+/// Pulls the surfaces apart from the state `(mean gap, pressure)` that `run` is in. Under control of the mean gap every state
+/// on the way has an equilibrium, those with it that no pull would hold.
+pub(super) fn search(run: &mut dyn Run, problem: &Problem, (mean_gap, pressure): (f64, f64)) -> Result<PullOff> {
+    let range = problem.adhesion.range();
+    if range == 0.0 {
+        return Err(Error::input("pull-off", "adhesion", "none", "an adhesion: nothing else holds surfaces together"));
+    }
+    let mut step = FIRST_STEP * mean_gap.max(range);
+    let mut curve = vec![Point { mean_gap, pressure }];
+    // Gaps of the last two states before the lowest pressure: what the search within the bracket starts from, since a branch
+    // is left only onwards.
+    let mut before: Vec<f64> = Vec::new();
+    let mut last: Vec<f64> = Vec::new();
+    let mut lowest = 0;
+    loop {
+        let mean_gap = curve[curve.len() - 1].mean_gap + step;
+        let (point, gap) = equilibrium(run, problem, mean_gap, None)?;
+        curve.push(point);
+        if point.pressure < curve[lowest].pressure {
+            (lowest, before) = (curve.len() - 1, std::mem::take(&mut last));
+        }
+        // A rough surface lets go summit by summit, and the last may pull the most: the way ends where nothing touches any
+        // more and the pull has faded.
+        let parted = gap.iter().all(|g| *g > 0.0);
+        last = gap;
+        if parted && lowest + 1 < curve.len() && -point.pressure < PASSED * -curve[lowest].pressure {
+            break;
+        }
+        if curve.len() > MOST_STEPS {
+            let found = format!("still a pull of {:.3e} E* at a mean gap of {mean_gap:.3e} L", -curve[lowest].pressure);
+            return Err(Error::input("pull-off", "search", found, "an adhesion that ends"));
+        }
+        step *= GROWTH;
+    }
+    // The lowest is the first state or lies between two.
+    let (mut low, mut high) = (curve[lowest.saturating_sub(1)].mean_gap, curve[lowest + 1].mean_gap);
+    let mut best = curve[lowest];
+    let start = if before.is_empty() { None } else { Some(before) };
+    let mut probe = |mean_gap: f64| -> Result<Point> {
+        let (point, _) = equilibrium(run, problem, mean_gap, start.as_deref())?;
+        if point.pressure < best.pressure {
+            best = point;
+        }
+        curve.push(point);
+        Ok(point)
+    };
+    let mut left = probe(high - GOLDEN * (high - low))?;
+    let mut right = probe(low + GOLDEN * (high - low))?;
+    for _ in 0..SECTIONS {
+        if left.pressure < right.pressure {
+            (high, right) = (right.mean_gap, left);
+            left = probe(high - GOLDEN * (high - low))?;
+        } else {
+            (low, left) = (left.mean_gap, right);
+            right = probe(low + GOLDEN * (high - low))?;
+        }
+    }
+    curve.sort_by(|a, b| a.mean_gap.total_cmp(&b.mean_gap));
+    Ok(PullOff {
+        pressure: best.pressure,
+        mean_gap: best.mean_gap,
+        mean_gap_error: 0.5 * (high - low),
+        curve: curve.iter().map(|p| [p.mean_gap, p.pressure]).collect(),
+    })
+}
+
+/// The state at a mean gap, and its gap.
+fn equilibrium(
+    run: &mut dyn Run,
+    problem: &Problem,
+    mean_gap: f64,
+    start: Option<&[f64]>,
+) -> Result<(Point, Vec<f64>)> {
+    if let Some(gap) = start {
+        run.set_gap(gap);
+    }
+    let state = run.equilibrate(Load::MeanGap(mean_gap))?;
+    match state.stop {
+        Stop::Converged => Ok((Point { mean_gap, pressure: state.pressure }, state.gap.to_vec())),
+        Stop::Interrupted => Err(Error::Interrupted),
+        stop => Err(Error::NotConverged {
+            method: "fast",
+            why: format!("{stop}, on the way to pull-off at a mean gap of {mean_gap:.6e} L"),
+            iterations: state.iterations,
+            residual: state.residual,
+            tolerance: problem.tolerance,
+            partial: None,
+        }),
+    }
+}

@@ -1,0 +1,61 @@
+use super::Listener;
+use crate::method::{Iteration, Snapshot, Watch};
+use crate::path::Keeper;
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Tells a listener how far a load path is, and keeps checkpoints of it.
+pub struct Progress<'a> {
+    listener: &'a dyn Listener,
+    keeper: Option<&'a Keeper>,
+    /// What goes before the words.
+    said: &'a str,
+    done: AtomicUsize,
+    of: usize,
+}
+
+impl<'a> Progress<'a> {
+    /// `done` loads `of` a path are.
+    pub fn new(
+        listener: &'a dyn Listener,
+        keeper: Option<&'a Keeper>,
+        said: &'a str,
+        (done, of): (usize, usize),
+    ) -> Self {
+        Progress { listener, keeper, said, done: AtomicUsize::new(done), of }
+    }
+
+    /// A load is done.
+    pub fn next(&self) {
+        self.done.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+impl Watch for Progress<'_> {
+    fn iteration(&self, step: Iteration) -> ControlFlow<()> {
+        let (load, of) = (self.done.load(Ordering::Relaxed), self.of);
+        let on = if step.share < 1.0 { " on a coarser grid" } else { "" };
+        let part = if load < of { format!("load {} of {of}", load + 1) } else { "pulling off".to_string() };
+        let message = format!("{}{part}, iteration {}{on}, residual {:.1e}", self.said, step.iteration, step.residual);
+        let done = (load < of).then(|| (load as f64 + step.done()) / of as f64);
+        self.listener.progress(done, &message);
+        if let Some(e) = self.keeper.and_then(Keeper::trouble) {
+            self.listener.warn(&format!("no checkpoint: {e}"));
+        }
+        if self.stopping() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    fn stopping(&self) -> bool {
+        self.listener.stopping()
+    }
+
+    fn wants_snapshot(&self) -> bool {
+        self.keeper.is_some_and(Keeper::is_due)
+    }
+
+    fn snapshot(&self, snapshot: Snapshot) {
+        if let Some(keeper) = self.keeper {
+            keeper.keep(&snapshot);
+        }
+    }
+}

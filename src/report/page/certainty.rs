@@ -1,0 +1,82 @@
+//! What the grid leaves uncertain, and the pull that parts the surfaces.
+
+use maud::{Markup, html};
+
+use super::desk::{Desk, figure, numbers, text};
+use crate::error::Result;
+use crate::record::results::{ContinuumResults, StateResults, Way};
+use crate::report::number::{percent, si, significant, trimmed};
+use crate::report::plot::{Axis, Curve, LABORATORY, Plot};
+
+pub fn section(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
+    Ok(html! {
+        @if let Some(r) = c.range.filter(|r| r.used != r.asked) {
+            p { "The adhesion's range of " (si(r.asked * desk.scales.length_m, "m", 3)) " is enlarged "
+                (significant(r.used / r.asked, 3)) " times on this grid, which would not resolve it: cohesive resolution "
+                (significant(r.resolution_asked, 2)) " instead of " (significant(r.resolution_used, 2)) "." }
+        }
+        @if c.states.iter().any(|s| s.discretisation.is_some()) { (table(desk, c)) }
+        (pull_off(desk, c)?)
+    })
+}
+
+fn table(desk: &Desk, c: &ContinuumResults) -> Markup {
+    let extrapolated = c.states.iter().any(|s| s.extrapolated.is_some());
+    let branches = c.states.iter().any(|s| s.way == Way::Retract);
+    let mut head = vec!["p*"];
+    head.extend(branches.then_some("branch"));
+    head.extend(["contact from the coarser grid", "mean gap from the coarser grid", "energy above its minimum"]);
+    if extrapolated {
+        head.extend(["contact at the true range", "mean gap at the true range"]);
+    }
+    let share = |v: Option<f64>| text(v.map_or("–".into(), |v| format!("± {}", percent(v))));
+    let row = |s: &StateResults| {
+        let mut row = vec![text(trimmed(s.p_star, 4))];
+        row.extend(branches.then(|| text(if s.way == Way::Retract { "retract" } else { "approach" })));
+        row.push(share(s.discretisation.map(|d| d.area)));
+        row.push(share(s.discretisation.map(|d| d.mean_gap)));
+        row.push(text(s.energy_excess.map_or("–".into(), |e| significant(e, 2))));
+        if let Some(e) = s.extrapolated {
+            let metres = |v: f64, n: usize| si(v * desk.scales.length_m, "m", n);
+            row.push(text(format!("{} ± {}", percent(e.area.value), percent(e.area.error))));
+            row.push(text(format!("{} ± {}", metres(e.mean_gap.value, 4), metres(e.mean_gap.error, 2))));
+        } else if extrapolated {
+            row.extend([text("–"), text("–")]);
+        }
+        row
+    };
+    html! {
+        (numbers(&head, c.states.iter().map(row).collect()))
+        p.quiet { "From the coarser grid: how much contact (corrected) and mean gap change, relative, from half the points a "
+            "side to this grid; what converges at first order has as much of an error left. Energy above its minimum: "
+            "the method's estimate, relative."
+            @if extrapolated { " At the true range: extrapolated from three grids, each with the shortest range it resolves." } }
+    }
+}
+
+fn pull_off(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
+    let Some(pulled) = &c.pull_off else { return Ok(html! {}) };
+    let (um, kpa) = (desk.scales.length_m * 1e6, desk.scales.modulus_pa * 1e-3);
+    let plot = Plot {
+        x: Axis::Linear,
+        y: Axis::Linear,
+        x_label: "mean gap (µm)".into(),
+        y_label: "mean pressure (kPa)".into(),
+        curves: vec![Curve {
+            label: "on the way apart".into(),
+            style: LABORATORY,
+            points: pulled.curve.iter().map(|[g, p]| (g * um, p * kpa)).collect(),
+        }],
+        include: vec![(pulled.mean_gap * um, 0.0)],
+        proportion: 0.55,
+    };
+    let curve = desk.curves("pull-off", &plot)?;
+    Ok(html! {
+        p { "Pulled apart from there, the surfaces hold a pull of at most "
+            strong { (si(-pulled.pressure * desk.scales.modulus_pa, "Pa", 4)) } ", at a mean gap of "
+            (si(pulled.mean_gap * desk.scales.length_m, "m", 4)) "." }
+        @if let Some(curve) = curve {
+            (figure(curve, html! { "Pressure over mean gap on the way apart. Where it is lowest, a pulled weight lets go." }))
+        }
+    })
+}

@@ -1,0 +1,235 @@
+//! Load paths: branches, what grids leave uncertain, pulling apart, and going on after a stop.
+
+use asperity::grid::Grid;
+use asperity::interface::{Adhesion, COHESIVE_RESOLUTION, Elastic, RangeChoice, Wall};
+use asperity::method::{self, Goals, Heights, Iteration, Load, Precision, Problem, Snapshot, Stop, Watch, unwatched};
+use asperity::path::LoadPath;
+use asperity::record::results::PullOff;
+use asperity::surface::{Modes, Spectrum};
+use std::ops::ControlFlow;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicI64, Ordering};
+
+/// Challenge-like adhesion for a surface with waves down to L/16.
+const GAMMA: f64 = 9e-4;
+
+fn spectrum(short: f64) -> Spectrum {
+    Spectrum { lambda_s: short, ..Spectrum::CHALLENGE }
+}
+
+fn problem(grid: Grid, heights: Heights<'_>, adhesion: Adhesion) -> Problem<'_> {
+    Problem {
+        grid,
+        heights,
+        kernel: Elastic::HalfSpace,
+        adhesion,
+        wall: Wall::Hard,
+        precision: Precision::F64,
+        tolerance: 1e-6,
+        goals: Goals::default(),
+        max_iterations: 5_000,
+    }
+}
+
+/// A state in the numbers that the tests compare.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Found {
+    area: f64,
+    mean_gap: f64,
+    pressure: f64,
+    energy: f64,
+    discretisation: Option<(f64, f64)>,
+    /// Value and error.
+    true_area: Option<(f64, f64)>,
+    true_gap: Option<(f64, f64)>,
+}
+
+fn walk(problem: &Problem, id: &str, range: RangeChoice, loads: &[Load], pulls: bool) -> (Vec<Found>, Option<PullOff>) {
+    let path = LoadPath::new(problem.clone(), method::find(id).expect("a method"), range, 0.0, loads);
+    let mut found = Vec::new();
+    let pulled = path.walk(None, pulls, &unwatched, |_, reached| {
+        let state = &reached.state;
+        assert_eq!(state.stop, Stop::Converged, "{id} at {:?}", state.load);
+        found.push(Found {
+            area: reached.area.corrected,
+            mean_gap: state.mean_gap,
+            pressure: state.pressure,
+            energy: state.energy,
+            discretisation: reached.discretisation.map(|d| (d.area, d.mean_gap)),
+            true_area: reached.extrapolated.map(|e| (e.area.value, e.area.error)),
+            true_gap: reached.extrapolated.map(|e| (e.mean_gap.value, e.mean_gap.error)),
+        });
+        Ok(())
+    });
+    (found, pulled.expect("the path is walked"))
+}
+
+/// What the grid of half the points says of this one's error is of the error's size, whatever the method, with adhesion and
+/// without, at every load.
+#[test]
+fn the_error_of_the_grid_is_told() {
+    /// The change may exceed the error, where it shrinks fast; it may be exceeded by as much as the next finer grid, which
+    /// stands for the truth, itself changes.
+    const AT_LEAST: f64 = 0.5;
+    let modes = Modes::new(spectrum(1.0 / 16.0), 3, 1.0).series();
+    let loads = [0.01, 0.05].map(Load::Pressure);
+    let adhesion = Adhesion::exponential(GAMMA, COHESIVE_RESOLUTION * (GAMMA / 64.0).sqrt());
+    for (adhesion, ids) in [(Adhesion::None, &["fast", "bvm"][..]), (adhesion, &["fast", "gfmd"][..])] {
+        for id in ids {
+            let on = |n: usize| {
+                let p = problem(Grid::unit(n, n), Heights::Series(&modes), adhesion);
+                walk(&p, id, RangeChoice::Mesh, &loads, false).0
+            };
+            for (coarse, fine) in on(128).iter().zip(on(512)) {
+                let (area, gap) = coarse.discretisation.expect("both grids converge");
+                let error = ((coarse.area / fine.area - 1.0).abs(), (coarse.mean_gap / fine.mean_gap - 1.0).abs());
+                assert!(area < 0.3 && gap < 0.02, "{id}: {area} {gap}");
+                assert!(error.0 * AT_LEAST < area, "{id}: area {error:?} {area}");
+                assert!(error.1 * AT_LEAST < gap, "{id}: mean gap {error:?} {gap}");
+            }
+        }
+    }
+}
+
+/// Three grids, each with the range it resolves, give what a grid gives that resolves the true one.
+#[test]
+fn the_true_range_is_extrapolated_to() {
+    let modes = Modes::new(spectrum(1.0 / 16.0), 3, 1.0).series();
+    // Resolved from 1024 points on: 256, 128 and 64 are given ranges of two, 2.8 and four times the true one.
+    let rho = COHESIVE_RESOLUTION * (GAMMA / 1024.0).sqrt();
+    let adhesion = Adhesion::exponential(GAMMA, rho);
+    let load = [Load::Pressure(0.02)];
+    let on = |n: usize, range: RangeChoice| {
+        let p = problem(Grid::unit(n, n), Heights::Series(&modes), adhesion);
+        walk(&p, "fast", range, &load, false).0[0]
+    };
+    let truth = on(1024, RangeChoice::Extrapolate);
+    assert_eq!(truth.true_area, None, "a grid that resolves the range has nothing to extrapolate");
+    let (coarse, mesh) = (on(256, RangeChoice::Extrapolate), on(256, RangeChoice::Mesh));
+    assert_eq!((coarse.area, coarse.mean_gap), (mesh.area, mesh.mean_gap));
+    for (name, found, finest, truth) in [
+        ("area", coarse.true_area, coarse.area, truth.area),
+        ("mean gap", coarse.true_gap, coarse.mean_gap, truth.mean_gap),
+    ] {
+        let (value, error) = found.expect("it is extrapolated");
+        // Nearer to the truth than the finest grid itself, and no farther off than twice what it admits.
+        assert!((value - truth).abs() < 0.5 * (finest - truth).abs(), "{name}: {value} {finest} {truth}");
+        assert!((value - truth).abs() < 2.0 * error, "{name}: {value} ± {error}, {truth}");
+    }
+}
+
+/// Sticky surfaces come down and go up on different branches: on the way back there is more contact at the same load, and
+/// the energy tells that it is the less stable state. Without adhesion there is one branch.
+#[test]
+fn branches_are_followed() {
+    let modes = Modes::new(spectrum(1.0 / 8.0), 3, 1.0).series();
+    let grid = Grid::unit(64, 64);
+    let loads = [0.005, 0.1, 0.005].map(Load::Pressure);
+    let adhesion = Adhesion::exponential(2e-3, 3e-3);
+    let p = problem(grid, Heights::Series(&modes), adhesion);
+    let (sticky, _) = walk(&p, "fast", RangeChoice::True, &loads, false);
+    assert!(sticky[2].area > 2.0 * sticky[0].area && sticky[0].energy < sticky[2].energy, "{sticky:?}");
+    let p = problem(grid, Heights::Series(&modes), Adhesion::None);
+    let (dry, _) = walk(&p, "fast", RangeChoice::True, &loads, false);
+    assert_eq!(dry[0].area, dry[2].area);
+}
+
+/// The largest pull is found from both sides: no mean gap has a lower pressure, just short of it load control has an
+/// equilibrium, and just beyond it the surfaces part.
+#[test]
+fn pulled_apart() {
+    let modes = Modes::new(spectrum(1.0 / 8.0), 3, 1.0).series();
+    let grid = Grid::unit(64, 64);
+    let gamma = 4e-3;
+    let adhesion = Adhesion::exponential(gamma, COHESIVE_RESOLUTION * (gamma / 64.0f64).sqrt());
+    let p = problem(grid, Heights::Series(&modes), adhesion);
+    let (found, pulled) = walk(&p, "fast", RangeChoice::Mesh, &[Load::Pressure(0.01)], true);
+    let pulled = pulled.expect("it was asked for");
+    assert!(pulled.pressure < 0.0 && pulled.mean_gap > found[0].mean_gap, "{pulled:?}");
+    assert!(pulled.curve.iter().all(|[_, p]| *p >= pulled.pressure));
+    assert!(pulled.curve.windows(2).all(|w| w[0][0] < w[1][0]));
+    for (share, expected) in [(0.97, Stop::Converged), (1.03, Stop::Detached)] {
+        let mut run = method::find("fast").expect("it is there").start(&p, &unwatched).expect("it starts");
+        for load in [0.01, 0.5 * pulled.pressure, share * pulled.pressure] {
+            let state = run.equilibrate(Load::Pressure(load)).expect("a load");
+            let last = load < 0.9 * pulled.pressure;
+            assert_eq!(state.stop, if last { expected } else { Stop::Converged }, "{load} {pulled:?}");
+        }
+    }
+    // Nothing to pull at.
+    let p = problem(grid, Heights::Series(&modes), Adhesion::None);
+    let path = LoadPath::new(p, method::find("fast").expect("it is there"), RangeChoice::Mesh, 0.0, &[]);
+    assert!(path.walk(None, true, &unwatched, |_, _| Ok(())).expect("no load, no search").is_none());
+}
+
+/// Once it is armed, stops after a number of iterations and keeps the snapshot.
+#[derive(Default)]
+struct Stopper {
+    /// Iterations to go; negative where it is not armed.
+    left: AtomicI64,
+    kept: Mutex<Option<(Grid, Vec<f64>, serde_json::Value)>>,
+}
+
+impl Watch for Stopper {
+    fn iteration(&self, _: Iteration) -> ControlFlow<()> {
+        match self.left.load(Ordering::Relaxed) {
+            0 => return ControlFlow::Break(()),
+            1.. => self.left.fetch_sub(1, Ordering::Relaxed),
+            _ => 0,
+        };
+        ControlFlow::Continue(())
+    }
+
+    fn snapshot(&self, s: Snapshot) {
+        *self.kept.lock().expect("one thread") = Some((s.grid, s.gap.to_vec(), s.progress));
+    }
+}
+
+/// A solve that goes on from a snapshot, written and read as JSON, ends in the same bits as one that was never stopped:
+/// wherever it was stopped, under both controls, in both precisions, in the first load of a path and in a later one.
+#[test]
+fn a_resumed_solve_has_the_same_bits() {
+    let modes = Modes::new(spectrum(1.0 / 32.0), 3, 1.0).series();
+    let grid = Grid { nx: 256, ny: 192, lx: 1.0, ly: 0.75 };
+    let gamma: f64 = 4e-4;
+    let sticky = Adhesion::exponential(gamma, COHESIVE_RESOLUTION * (gamma / 256.0).sqrt());
+    let fast = method::find("fast").expect("it is there");
+    for (adhesion, precision, path) in [
+        (Adhesion::None, Precision::F64, vec![Load::Pressure(0.02)]),
+        (sticky, Precision::F64, vec![Load::Pressure(0.03), Load::Pressure(0.01)]),
+        (sticky, Precision::F32, vec![Load::Pressure(0.02)]),
+        (sticky, Precision::F64, vec![Load::MeanGap(0.02), Load::MeanGap(0.03)]),
+    ] {
+        let tolerance = if precision == Precision::F32 { 1e-2 } else { 1e-7 };
+        let p = Problem { precision, tolerance, ..problem(grid, Heights::Series(&modes), adhesion) };
+        let mut run = fast.start(&p, &unwatched).expect("it starts");
+        let (last, before) = path.split_last().expect("a load");
+        for load in before {
+            run.equilibrate(*load).expect("a load");
+        }
+        let whole = run.equilibrate(*last).expect("a load");
+        let (gap, stress, iterations) = (whole.gap.to_vec(), whole.stress.to_vec(), whole.iterations);
+        for share in [0.0, 0.3, 0.6, 0.9] {
+            let after = (share * iterations as f64) as i64;
+            let stopper = Stopper { left: AtomicI64::new(-1), ..Stopper::default() };
+            let mut run = fast.start(&p, &stopper).expect("it starts");
+            for load in before {
+                run.equilibrate(*load).expect("a load");
+            }
+            stopper.left.store(after, Ordering::Relaxed);
+            let stopped = run.equilibrate(*last).expect("a load");
+            assert_eq!(stopped.stop, Stop::Interrupted, "{adhesion:?} {last:?} after {after}");
+            drop(run);
+            let (grid, kept, progress) = stopper.kept.into_inner().expect("one thread").expect("a snapshot");
+            let progress = serde_json::from_str(&progress.to_string()).expect("JSON");
+            let mut run = fast.start(&p, &unwatched).expect("it starts");
+            run.resume(grid, kept, &progress).expect("its own snapshot");
+            let state = run.equilibrate(*last).expect("a load");
+            assert_eq!(state.stop, Stop::Converged);
+            assert!(
+                state.gap.to_vec() == gap && state.stress.to_vec() == stress,
+                "{adhesion:?} {last:?} after {after}"
+            );
+        }
+    }
+}

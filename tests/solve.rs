@@ -1,0 +1,141 @@
+//! `asperity solve` along load paths, as a script would call it.
+
+#[path = "common/program.rs"]
+mod program;
+
+use program::{asperity, json_line, stderr};
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// The challenge's spectrum cut at L/16, in the unit of its cell, with an adhesion that 64 points resolve.
+const SURFACE: [&str; 6] = ["solve", "--challenge", "64", "--cut-off", "0.0625", "--json"];
+const STICKY: [&str; 4] = ["--gamma", "9e-4", "--rho", "6e-3"];
+
+fn solve(flags: &[&str]) -> std::process::Output {
+    asperity().args(SURFACE).args(flags).output().expect("started")
+}
+
+/// One JSON object per line.
+fn lines(flags: &[&str]) -> Vec<Value> {
+    let output = solve(flags);
+    assert!(output.status.success(), "{flags:?}: {}", stderr(&output));
+    let text = String::from_utf8(output.stdout).expect("UTF-8");
+    text.lines().map(|l| serde_json::from_str(l).expect("JSON")).collect()
+}
+
+fn number(line: &Value, key: &str) -> f64 {
+    line[key].as_f64().unwrap_or_else(|| panic!("{key} in {line}"))
+}
+
+/// A line per load, files per load; a mean gap that a pressure led to leads back to the pressure.
+#[test]
+fn loads_one_after_another() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let out = scratch.path().join("out");
+    let path = [&STICKY[..], &["--pressure", "0.01,0.03", "--out", out.to_str().expect("UTF-8")]].concat();
+    let states = lines(&path);
+    assert_eq!(states.len(), 2);
+    assert!(number(&states[1], "contact_fraction") > number(&states[0], "contact_fraction"));
+    for (i, state) in states.iter().enumerate() {
+        assert!(state["discretisation"]["area"].as_f64().is_some_and(|d| d > 0.0), "{state}");
+        for name in ["gap.npy", "stress.npy", "contact.npy", "solve.json"] {
+            assert!(out.join(format!("load-{}-{name}", i + 1)).exists(), "{name}");
+        }
+    }
+    assert!(!out.join("checkpoint.json").exists(), "nothing is left to go on with");
+    let gap = number(&states[1], "mean_gap").to_string();
+    let start = out.join("load-1-gap.npy");
+    let back = lines(&[&STICKY[..], &["--mean-gap", &gap, "--start", start.to_str().expect("UTF-8")]].concat());
+    // Both are solved to 1e-8 of the pressure.
+    assert!((number(&back[0], "pressure") / 0.03 - 1.0).abs() < 1e-6, "{}", back[0]);
+}
+
+/// The range that a grid is given is told, and the true one extrapolated to only where it is not resolved.
+#[test]
+fn ranges_are_told() {
+    let asked = |range: &str, rho: &str| {
+        lines(&["--pressure", "0.01", "--gamma", "9e-4", "--rho", rho, "--range", range]).swap_remove(0)
+    };
+    let mesh = asked("mesh", "1e-3");
+    assert_eq!(mesh["range"]["asked"].as_f64(), Some(1e-3));
+    assert!((mesh["range"]["resolution_used"].as_f64().expect("told") - 1.4).abs() < 1e-12, "{mesh}");
+    assert!(number(&mesh, "cohesive_resolution") < 1.0);
+    assert_eq!(asked("true", "1e-3")["range"]["used"].as_f64(), Some(1e-3));
+    let far = asked("extrapolate", "1e-3");
+    let found = &far["extrapolated"]["contact_fraction"];
+    assert!(found["error"].as_f64().is_some_and(|e| e > 0.0), "{far}");
+    assert!(asked("extrapolate", "6e-3")["extrapolated"].is_null());
+    let said = stderr(&solve(&["--pressure", "0.01", "--gamma", "9e-4", "--rho", "1e-3"]));
+    assert!(said.contains("does not resolve the adhesion") && said.contains("enlarged"), "{said}");
+}
+
+#[test]
+fn pulled_off_and_dry_run() {
+    let states = lines(&[&STICKY[..], &["--pressure", "0.01", "--pull-off", "--tol", "1e-6"]].concat());
+    let pull = number(&states[1], "pull_off_pressure");
+    assert!(pull < 0.0, "{}", states[1]);
+    let beyond = (1.1 * pull).to_string();
+    let output = solve(&[&STICKY[..], &["--pressure", &format!("0.01,{beyond}")]].concat());
+    assert_eq!(output.status.code(), Some(3));
+    assert!(stderr(&output).contains("detached"), "{}", stderr(&output));
+    // A plan and nothing else, for a grid that no desk machine holds, too.
+    assert!(number(&json_line(&solve(&["--pressure", "0.01", "--dry-run"])), "bytes") > 0.0);
+    let huge = asperity().args(["solve", "--challenge", "524288", "--pressure", "0.01", "--dry-run"]).output();
+    let huge = huge.expect("started");
+    assert_eq!(huge.status.code(), Some(5), "{}", stderr(&huge));
+    assert!(stderr(&huge).contains("--precision f32 needs less"), "{}", stderr(&huge));
+}
+
+#[test]
+fn what_a_path_cannot_do_is_refused() {
+    let refused = |flags: &[&str], piece: &str| {
+        let output = solve(flags);
+        assert_eq!(output.status.code(), Some(2), "{flags:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains(piece), "{flags:?}: {}", stderr(&output));
+    };
+    refused(&["--pressure", "0.01", "--pull-off"], "--pull-off");
+    refused(&["--mean-gap", "0.01", "--method", "bvm"], "--method = bvm; accepted: fast or auto");
+    refused(&["--mean-gap", "-0.01"], "--mean-gap = -0.01");
+    refused(&["--pressure", "0.01", "--mean-gap", "0.01"], "--mean-gap");
+    refused(&["--pressure", "0.01", "--start", "nowhere.npy"], "nowhere.npy");
+    refused(&["--pressure", "0.01,-0.01"], "--pressure = -0.01");
+}
+
+/// Ctrl-C leaves a checkpoint; the same command goes on from it, tells all loads, and ends in the same bits.
+#[test]
+#[cfg(unix)]
+fn an_interrupted_path_goes_on() {
+    /// A signal comes while the path is being walked if it is sent when the second of this many loads is done.
+    const LOADS: usize = 40;
+    let scratch = tempfile::tempdir().expect("scratch");
+    let loads: Vec<String> = (1..=LOADS).map(|i| (0.002 * i as f64).to_string()).collect();
+    let command = |out: &Path| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_asperity"));
+        command.args(["solve", "--challenge", "128", "--cut-off", "0.0625", "--json", "--tol", "1e-6"]);
+        command.args(STICKY).arg("--pressure").arg(loads.join(",")).arg("--out").arg(out);
+        command
+    };
+    let (whole, stopped) = (scratch.path().join("whole"), scratch.path().join("stopped"));
+    assert!(command(&whole).output().expect("started").status.success());
+    let mut child = command(&stopped).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("started");
+    let clock = Instant::now();
+    while !stopped.join("load-2-solve.json").exists() {
+        assert!(clock.elapsed() < Duration::from_secs(120), "the second load takes for ever");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
+    assert!(sent.success() && child.wait().expect("ended").code() == Some(130));
+    assert!(stopped.join("checkpoint.json").exists() && !stopped.join(format!("load-{LOADS}-gap.npy")).exists());
+    let again = command(&stopped).output().expect("started");
+    assert!(again.status.success(), "{}", stderr(&again));
+    assert_eq!(String::from_utf8_lossy(&again.stdout).lines().count(), LOADS, "every load is told");
+    for i in [2, 3, LOADS] {
+        for name in ["gap.npy", "stress.npy"] {
+            let read = |folder: &Path| std::fs::read(folder.join(format!("load-{i}-{name}"))).expect("written");
+            assert!(read(&whole) == read(&stopped), "load {i}: {name}");
+        }
+    }
+    assert!(!stopped.join("checkpoint.json").exists());
+}
