@@ -33,7 +33,7 @@ impl Stage {
     }
 
     /// Time to go, if the rest goes as what was seen did.
-    fn to_go(&mut self, done: f64) -> Option<f64> {
+    fn remaining(&mut self, done: f64) -> Option<f64> {
         let (since, from) = *self.first.get_or_insert((Instant::now(), done));
         let (seen, seconds) = (done - from, since.elapsed().as_secs_f64());
         (seen > LEAST_SEEN && seconds > 1.0).then(|| seconds * (1.0 - done) / seen)
@@ -97,7 +97,7 @@ impl Listener for Teller {
 
     fn progress(&self, done: Option<f64>, message: &str) {
         let mut stage = self.stage.lock().unwrap_or_else(|e| e.into_inner());
-        let to_go = done.and_then(|d| stage.to_go(d));
+        let to_go = done.and_then(|d| stage.remaining(d));
         let message = to_go.map_or(message.to_string(), |s| format!("{message}, {} to go", duration(s)));
         if self.terminal {
             if let Some(share) = done {

@@ -201,7 +201,7 @@ mod tests {
         let area = |rho: f64| 0.03 - 0.2 * rho + 0.7 * rho * rho;
         let levels: Vec<Level> = [(64, 0.08), (128, 0.06), (256, 0.04)].map(|(n, r)| level(n, r, area(r))).into();
         let found = extrapolated(0.01, &levels).expect("three levels");
-        let line = area(0.04) + 0.03 * (area(0.06) - area(0.04)) / -0.02 * -1.0 * -1.0;
+        let line = area(0.04) - 0.03 * (area(0.06) - area(0.04)) / 0.02;
         assert!((found.area.value - 0.5 * (line + area(0.01))).abs() < 1e-15, "{found:?}");
         assert!((found.area.error - (line - area(0.01)).abs()).abs() < 1e-15);
         assert_eq!((found.range, found.mean_gap), (0.25, Estimate { value: 1.0, error: 0.0 }));

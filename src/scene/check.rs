@@ -178,7 +178,7 @@ fn loads(c: &mut Complaints, scene: &Scene) {
             "zero or a positive number",
         );
     }
-    c.unless(!(atoms && !gaps.is_empty()), "load.mean_gap_um", "given with atoms", "load.p_star: atoms are pressed");
+    c.unless(!atoms || gaps.is_empty(), "load.mean_gap_um", "given with atoms", "load.p_star: atoms are pressed");
     // The ladder of the atoms only goes down, and each load is read on it.
     let falls = p.windows(2).position(|w| w[1] < w[0]).map(|i| i + 1);
     if let Some(i) = falls.filter(|_| atoms && attracts) {
