@@ -198,7 +198,7 @@ impl Case {
             adhesion: self.adhesion,
             wall: self.wall,
             precision: c.precision,
-            tolerance: c.tolerance_or_default(),
+            tolerance: c.tolerance_or_default(self.grid),
             goals: c.goals(),
             max_iterations: c.max_iterations,
         }
