@@ -6,7 +6,7 @@
 //! curvature and a rising energy are answered with gradient steps of safe length.
 
 use super::operator::{Balance, Build, Operator, Outcome, Progress, dispatch, kkt};
-use super::{Card, ContactMethod, Criterion, Iteration, Load, Plan, Problem, Run, State, Stop, Watch};
+use super::{Card, ContactMethod, Criterion, Heights, Iteration, Load, Plan, Problem, Run, State, Stop, Watch};
 use crate::Result;
 use crate::grid::{Real, Transform};
 use crate::interface::{Adhesion, Kernel, Law, Wall};
@@ -40,10 +40,10 @@ impl ContactMethod for Bvm {
 
     fn plan(&self, problem: &Problem) -> Plan {
         // Gap, residual and direction in working precision, the gap before a step with adhesion, heights where they must
-        // be converted, and one half spectrum.
+        // be converted or made from a series, and one half spectrum.
         let fields = 3
             + u64::from(problem.adhesion != Adhesion::None || problem.wall != Wall::Hard)
-            + u64::from(problem.precision == super::Precision::F32);
+            + u64::from(problem.precision == super::Precision::F32 || matches!(problem.heights, Heights::Series(_)));
         let spectrum = match problem.precision {
             super::Precision::F32 => Transform::<f32>::spectrum_bytes(problem.grid),
             super::Precision::F64 => Transform::<f64>::spectrum_bytes(problem.grid),
@@ -164,6 +164,9 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             let residual = balance.residual / scale;
             if let Some(stop) = progress.stalled(residual, floor) {
                 break (stop, settled);
+            }
+            if balance.parted(pressure, self.operator.law.range()) {
+                break (Stop::Detached, settled);
             }
             if self
                 .watch

@@ -192,6 +192,9 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             if let Some(stop) = progress.stalled(residual, floor) {
                 break (stop, balance, settled);
             }
+            if balance.parted(pressure, self.operator.law.range()) {
+                break (Stop::Detached, balance, settled);
+            }
             if self
                 .watch
                 .iteration(Iteration { iteration: iterations, residual, tolerance: problem.tolerance, share: 1.0 })

@@ -67,6 +67,10 @@ pub(super) struct Outcome {
     pub settled: Settled,
 }
 
+/// A pull is taken to have parted the surfaces where what is left of the attraction, as energy over range, is below this
+/// part of it; in equilibrium the two are of one size.
+const PARTED: f64 = 1e-2;
+
 /// Number of sums that [`kkt_row`] gives.
 pub(super) const KKT: usize = 6;
 
@@ -97,9 +101,12 @@ pub(super) fn kkt_row<L: Law, T: Real>(law: &L, gap: &[T], t: &[T]) -> [f64; KKT
 impl Balance {
     pub fn new(points: usize, elastic: f64, sums: &[f64]) -> Self {
         let mean = |i: usize| sums[i] / points as f64;
+        // The clamp of a hard wall makes a closed gap of what is no number, without any residual; the elastic energy does
+        // not forget.
+        let residual = if elastic.is_finite() { mean(0).sqrt() } else { f64::NAN };
         Balance {
             elastic,
-            residual: mean(0).sqrt(),
+            residual,
             imbalance: mean(1),
             complementarity: mean(2),
             mean_gap: mean(3),
@@ -117,6 +124,11 @@ impl Balance {
     pub fn meets(&self, tolerance: f64, scale: f64) -> bool {
         let load = LOAD_BALANCE.max(LOAD_SHARE * tolerance);
         self.residual <= tolerance * scale && self.imbalance.abs() <= load * scale
+    }
+
+    /// Whether a pull has parted the surfaces, for a law of this range.
+    pub fn parted(&self, pressure: f64, range: f64) -> bool {
+        pressure < 0.0 && self.interaction.abs() < PARTED * -pressure * range
     }
 
     pub fn energy(&self, pressure: f64) -> f64 {
@@ -176,11 +188,11 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
     }
 
     /// # Errors
-    /// `Input` for any load but a pressure that presses, or with adhesion may pull.
+    /// `Input` for any load but a pressure that presses, or with adhesion, be the wall soft or hard, may pull.
     pub fn set_load(&mut self, load: Load, id: &str) -> Result<()> {
         let goal = self.problem.goals.energy;
         match load {
-            Load::Pressure(p) if p > 0.0 || L::ACTIVE => self.pressure = p,
+            Load::Pressure(p) if p > 0.0 || self.law.range() > 0.0 => self.pressure = p,
             Load::Pressure(p) => return Err(refused(id, "pressure", p, "a positive one: nothing holds a pull")),
             Load::MeanGap(g) => {
                 return Err(refused(id, "mean gap", g, "a pressure; the method `fast` controls the mean gap"));

@@ -226,6 +226,11 @@ pub fn read(path: &Path) -> Result<Field<f64>> {
         return Err(Error::format(path, "entries of type bool", "numbers, floating-point or integer"));
     }
     let (nx, ny) = (reader.nx, reader.ny);
+    let (need, have) = (8 * (nx * ny) as u64, crate::sys::available_memory_bytes());
+    if need > have {
+        let advice = "a coarser map needs less".into();
+        return Err(Error::Memory { what: format!("reading {}", path.display()), need, have, advice });
+    }
     let mut values = Vec::with_capacity(nx * ny);
     reader.for_each_row(|_, row| values.extend_from_slice(row))?;
     Ok(Field { nx, ny, values })

@@ -107,17 +107,7 @@ impl Case {
         let (grid, gradient) = match &surface {
             Surface::Synthesised { modes, spectrum, .. } => {
                 let grid = Grid::unit(scene.surface.grid, scene.surface.grid);
-                if !modes.held_by(grid) {
-                    let kept = spectrum.expected_on(grid).rms_gradient;
-                    warnings.push(format!(
-                        "the grid of {0}² points cannot hold λ_s: modes above n = {1} are left out and {kept:.3} of the \
-                         rms gradient {2:.3} is resolved ({3}² points would hold all)",
-                        grid.nx,
-                        (grid.nx - 1) / 2,
-                        spectrum.rms_gradient,
-                        2 * spectrum.largest_modes(1.0).0 + 2
-                    ));
-                }
+                warnings.extend(modes.left_out_by(grid));
                 (grid, spectrum.rms_gradient)
             }
             Surface::Imported { grid, heights, .. } => (*grid, moments(*grid, heights).rms_gradient),

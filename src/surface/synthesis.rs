@@ -102,6 +102,21 @@ impl Modes {
         Series::of_modes(kx_max as usize, ky_max as usize, |kx, ky| self.amplitude(kx, ky))
     }
 
+    /// What a grid leaves out of the spectrum, as a warning; `None` if it holds all of it.
+    pub fn left_out_by(&self, grid: Grid) -> Option<String> {
+        (!self.held_by(grid)).then(|| {
+            let kept = self.spectrum.expected_on(grid).rms_gradient;
+            format!(
+                "the grid of {0}² points cannot hold λ_s: modes above n = {1} are left out and {kept:.3} of the rms gradient \
+                 {2:.3} is resolved ({3}² points would hold all)",
+                grid.nx,
+                (grid.nx - 1) / 2,
+                self.spectrum.rms_gradient,
+                2 * self.spectrum.largest_modes(1.0).0 + 2
+            )
+        })
+    }
+
     /// Whether a grid holds every mode of the spectrum.
     pub fn held_by(&self, grid: Grid) -> bool {
         let (kx, ky) = self.spectrum.largest_modes(self.aspect);

@@ -4,7 +4,7 @@ use super::{listen::Teller, words};
 use crate::error::Complaint;
 use crate::grid::{Grid, Series};
 use crate::interface::{Base, CubicHalfSpace, Elastic, Layer, RangeChoice, StiffWall, Wall};
-use crate::method::{self, Goals, Heights, Load, Precision, Problem, Stop};
+use crate::method::{self, ContactMethod, Goals, Heights, Load, Precision, Problem, Stop};
 use crate::path::{Begin, Checkpoint, Keeper, LoadPath};
 use crate::pipeline::{Key, Listener, Progress};
 use crate::record::heights::{self, Sign};
@@ -126,6 +126,12 @@ pub struct Solve {
     json: bool,
 }
 
+/// Points per side of the challenge's surface: past any machine's memory, and far below what overflows.
+const MOST_POINTS: usize = 1 << 20;
+
+/// Shortest cut-off of the challenge's surface over the cell, as in scenes: 1e4 modes a side take half a minute.
+const SHORTEST_CUT_OFF: f64 = 1e-4;
+
 /// The surface to be solved for.
 enum Given {
     Nodes(Grid, Vec<f64>),
@@ -209,6 +215,14 @@ impl Solve {
         if !(0.0..=0.5).contains(&self.poisson) {
             list.push(Complaint::new("--poisson", self.poisson, "a number from 0 to 0.5"));
         }
+        if let Some(n) = self.challenge.filter(|n| !(1..=MOST_POINTS).contains(n)) {
+            list.push(Complaint::new("--challenge", n, format!("1 to {MOST_POINTS} points per side")));
+        }
+        let roll_off = Spectrum::CHALLENGE.lambda_r;
+        if !(SHORTEST_CUT_OFF..=roll_off).contains(&self.cut_off) {
+            let accepted = format!("a number from {SHORTEST_CUT_OFF} to the roll-off's {roll_off}");
+            list.push(Complaint::new("--cut-off", self.cut_off, accepted));
+        }
         if method::find(&self.method).is_none() {
             list.push(Complaint::new("--method", format!("{:?}", self.method), method::ids().join(", ")));
         }
@@ -216,10 +230,12 @@ impl Solve {
     }
 
     /// The surface in lengths of the cell.
-    fn given(&self) -> Result<Given> {
+    fn given(&self, teller: &Teller) -> Result<Given> {
         if let Some(n) = self.challenge {
             let spectrum = Spectrum { lambda_s: self.cut_off, ..Spectrum::CHALLENGE };
-            return Ok(Given::Series(Grid::unit(n, n), Modes::new(spectrum, self.seed, 1.0).series()));
+            let (grid, modes) = (Grid::unit(n, n), Modes::new(spectrum, self.seed, 1.0));
+            modes.left_out_by(grid).iter().for_each(|w| teller.warn(w));
+            return Ok(Given::Series(grid, modes.series()));
         }
         let file = self.heights.as_ref().expect("clap requires one of the two");
         let (map, declared) = heights::read(file)?;
@@ -274,7 +290,8 @@ impl Solve {
     pub fn execute(self) -> Result<()> {
         self.check()?;
         let method = method::find(&self.method).expect("checked");
-        let given = self.given()?;
+        let teller = Teller::new();
+        let given = self.given(&teller)?;
         let (grid, lent) = match &given {
             Given::Nodes(grid, nodes) => (*grid, nodes.into()),
             Given::Series(grid, series) => (*grid, Heights::Series(series)),
@@ -284,7 +301,6 @@ impl Solve {
         let pressures = self.pressure.iter().map(|p| Load::Pressure(p / self.modulus));
         let loads: Vec<Load> = pressures.chain(self.mean_gap.iter().map(|g| Load::MeanGap(g / self.length))).collect();
         let path = LoadPath::new(asked.clone(), method, self.range, 0.0, &loads);
-        let teller = Teller::new();
         if let Some(caveat) = self.range.caveat(asked.adhesion, grid.dx().max(grid.dy())) {
             teller.warn(&caveat);
         }
@@ -297,7 +313,7 @@ impl Solve {
             }
         }
         if plan.bytes > have {
-            let advice = "a coarser map or --precision f32 needs less".into();
+            let advice = fitting(method, &asked, have);
             return Err(Error::Memory { what: method.card().id.into(), need: plan.bytes, have, advice });
         }
         if self.dry_run {
@@ -349,5 +365,25 @@ impl Solve {
         }
         keeper.iter().for_each(Keeper::clear);
         Ok(())
+    }
+}
+
+/// What would fit into the memory that there is, on grids of the problem's shape.
+fn fitting(method: &dyn ContactMethod, problem: &Problem, have: u64) -> String {
+    let Grid { nx, ny, .. } = problem.grid;
+    let of = |precision| {
+        let grid = |n: usize| Grid { nx: n, ny: (n * ny / nx).max(1), ..problem.grid };
+        let fits = |n| method.plan(&Problem { grid: grid(n), precision, ..problem.clone() }).bytes <= have;
+        // Bisection: one more point never needs less.
+        let (mut low, mut high) = (0, nx + 1);
+        while high - low > 1 {
+            let middle = low + (high - low) / 2;
+            if fits(middle) { low = middle } else { high = middle }
+        }
+        format!("{} x {} points", low, if low == 0 { 0 } else { grid(low).ny })
+    };
+    match problem.precision {
+        Precision::F32 => format!("{} fit", of(Precision::F32)),
+        Precision::F64 => format!("{} fit, with --precision f32 {}", of(Precision::F64), of(Precision::F32)),
     }
 }

@@ -43,10 +43,6 @@ const INNER_LIMIT: usize = 40;
 /// Fall of the residual over a cycle at and above which it says nothing about what is to come.
 const SLOWEST_RATE: f64 = 0.9;
 
-/// A pull is taken to have parted the surfaces where what is left of the attraction, as energy over range, is below this
-/// part of it; in equilibrium the two are of one size.
-const PARTED: f64 = 1e-2;
-
 /// The state before the last Newton step, and the energy that step had in reach.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Cycle {
@@ -148,7 +144,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
             if let Some(stop) = progress.stalled(residual, floor) {
                 break (stop, settled);
             }
-            if pressure < 0.0 && now.balance.interaction.abs() < PARTED * -pressure * law.range() {
+            if now.balance.parted(pressure, law.range()) {
                 break (Stop::Detached, settled);
             }
             stopping |=
