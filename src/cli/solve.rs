@@ -248,7 +248,9 @@ impl Solve {
         }
         let watch = |_: Iteration| if listen::stopping() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
         let mut run = method.start(&problem, &watch)?;
+        let cpu_before = crate::sys::cpu_seconds();
         let state = run.equilibrate(Load::Pressure(self.pressure / self.modulus))?;
+        let cpu_seconds = crate::sys::cpu_seconds() - cpu_before;
         let area = contact_area(grid, state.gap, 0.0);
         let energy = self.modulus * self.length;
         let line = json!({
@@ -279,6 +281,8 @@ impl Solve {
             "iterations": state.iterations,
             "fft_pairs": state.fft_pairs,
             "seconds": state.seconds,
+            "cpu_seconds": cpu_seconds,
+            "planned_bytes": plan.bytes,
             "peak_rss_bytes": crate::sys::peak_rss_bytes(),
         });
         if let Some(out) = &self.out {
