@@ -6,12 +6,13 @@ export PATH := $(PATH):$(HOME)/.cargo/bin
 SCENE := configs/quickstart.toml
 RUN := runs/quickstart
 
-.PHONY: help demo test bench lint
+.PHONY: help demo test bench bench-peers lint
 
 help:
 	@echo "make demo   set up, build, run $(SCENE), say where the report is (a few minutes)"
 	@echo "make test   set up, then every test"
 	@echo "make bench  the benchmarks"
+	@echo "make bench-peers  against Tamaas and ContactMechanics from PyPI (half an hour; PEERS=--quick: minutes)"
 	@echo "make lint   formatting and clippy"
 
 demo:
@@ -28,6 +29,12 @@ test:
 
 bench:
 	cargo bench --locked
+	cargo build --release --locked
+	target/release/asperity bench
+
+bench-peers:
+	cargo build --release --locked
+	python3 benches/peers/compare.py --asperity target/release/asperity $(PEERS)
 
 lint:
 	cargo fmt --check

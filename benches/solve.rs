@@ -1,29 +1,75 @@
 //! Times of a transform pair and of whole solves. Compare ratios within one run: machines and their moods differ.
 
-use asperity::grid::{Grid, Transform};
+use asperity::grid::{Grid, Real, Transform};
 use asperity::interface::{Adhesion, Elastic, Wall};
-use asperity::method::{self, Goals, Load, Precision, Problem, unwatched};
+use asperity::method::{self, ContactMethod, Goals, Heights, Load, Precision, Problem, unwatched};
 use asperity::surface::{Modes, Spectrum};
 use criterion::{Criterion, criterion_group, criterion_main};
 use rustfft::num_complex::Complex;
 
-fn transform_pair(c: &mut Criterion) {
+fn pair<T: Real>(c: &mut Criterion) {
+    let name = T::NAME;
     for n in [512, 1024] {
         let grid = Grid::unit(n, n);
-        let transform = Transform::<f64>::new(grid);
-        let mut field = vec![1.0; grid.points()];
+        let transform = Transform::<T>::new(grid);
+        let mut field = vec![T::one(); grid.points()];
         let mut spectrum = transform.spectrum();
-        c.bench_function(&format!("transform pair f64 {n}²"), |b| {
+        let scale = T::of(1.0 / grid.points() as f64);
+        c.bench_function(&format!("transform pair {name} {n}²"), |b| {
             b.iter(|| {
                 transform.forward(&field, &mut spectrum);
                 transform.inverse(&mut spectrum, &mut field);
-                field.iter_mut().for_each(|v| *v /= grid.points() as f64);
+                field.iter_mut().for_each(|v| *v *= scale);
             });
         });
-        c.bench_function(&format!("column pass f64 {n}²"), |b| {
-            b.iter(|| transform.filter_columns(&mut spectrum, &|_: usize, _: &mut [Complex<f64>]| 0.0));
+        c.bench_function(&format!("column pass {name} {n}²"), |b| {
+            b.iter(|| transform.filter_columns(&mut spectrum, &|_: usize, _: &mut [Complex<T>]| 0.0));
         });
     }
+}
+
+fn transform_pair(c: &mut Criterion) {
+    pair::<f32>(c);
+    pair::<f64>(c);
+}
+
+/// The challenge's surface as its waves, which is how large grids are solved; `asperity bench` goes on from here.
+fn challenge(c: &mut Criterion) {
+    let grid = Grid::unit(512, 512);
+    let series = Modes::new(Spectrum::CHALLENGE, 1, 1.0).series();
+    let gamma: f64 = 2e-5;
+    let adhesion = Adhesion::exponential(gamma, 1.4 * (gamma * grid.dx()).sqrt());
+    for (name, adhesion) in [("", Adhesion::None), (" adhesive", adhesion)] {
+        for (precision, tolerance) in [(Precision::F32, 1e-3), (Precision::F64, 1e-8)] {
+            let heights = Heights::Series(&series);
+            let problem = Problem { heights, tolerance, ..plain(grid, adhesion, precision) };
+            let method = method::find("fast").expect("the default");
+            c.bench_function(&format!("fast 512² {precision:?}{name}, p* = 0.01"), |b| {
+                b.iter(|| load(method, &problem))
+            });
+        }
+    }
+}
+
+/// A half-space behind a hard wall, heights still to be given.
+fn plain(grid: Grid, adhesion: Adhesion, precision: Precision) -> Problem<'static> {
+    Problem {
+        grid,
+        heights: Heights::Nodes(&[]),
+        kernel: Elastic::HalfSpace,
+        adhesion,
+        wall: Wall::Hard,
+        precision,
+        tolerance: 1e-6,
+        goals: Goals::default(),
+        max_iterations: 20_000,
+    }
+}
+
+/// Iterations to p* = 0.01.
+fn load(method: &dyn ContactMethod, problem: &Problem) -> usize {
+    let mut run = method.start(problem, &unwatched).expect("a problem of this size starts");
+    run.equilibrate(Load::Pressure(0.01)).map(|s| s.iterations).expect("it converges")
 }
 
 fn solve(c: &mut Criterion) {
@@ -33,25 +79,10 @@ fn solve(c: &mut Criterion) {
     let gamma: f64 = 2.7e-4;
     let adhesion = Adhesion::exponential(gamma, 1.4 * (gamma * grid.dx()).sqrt());
     for (name, adhesion) in [("", Adhesion::None), (" adhesive", adhesion)] {
-        let problem = Problem {
-            grid,
-            heights: (&heights).into(),
-            kernel: Elastic::HalfSpace,
-            adhesion,
-            wall: Wall::Hard,
-            precision: Precision::F64,
-            tolerance: 1e-6,
-            goals: Goals::default(),
-            max_iterations: 20_000,
-        };
+        let problem = Problem { heights: (&heights).into(), ..plain(grid, adhesion, Precision::F64) };
         for method in method::REGISTRY {
             let id = method.card().id;
-            c.bench_function(&format!("{id} 256²{name}, p* = 0.01"), |b| {
-                b.iter(|| {
-                    let mut run = method.start(&problem, &unwatched).expect("a problem of this size starts");
-                    run.equilibrate(Load::Pressure(0.01)).map(|s| s.iterations).expect("it converges")
-                });
-            });
+            c.bench_function(&format!("{id} 256²{name}, p* = 0.01"), |b| b.iter(|| load(*method, &problem)));
         }
     }
 }
@@ -59,6 +90,6 @@ fn solve(c: &mut Criterion) {
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(10);
-    targets = transform_pair, solve
+    targets = transform_pair, solve, challenge
 }
 criterion_main!(benches);

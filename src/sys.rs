@@ -12,13 +12,23 @@ pub fn reset_peak_rss() {
 
 /// Largest resident set of any child that has ended, bytes.
 pub fn children_peak_rss_bytes() -> u64 {
+    usage(libc::RUSAGE_CHILDREN).ru_maxrss.max(0) as u64 * 1024
+}
+
+/// Processor time of this process so far, all its threads together, seconds.
+pub fn cpu_seconds() -> f64 {
+    let usage = usage(libc::RUSAGE_SELF);
+    let seconds = |t: libc::timeval| t.tv_sec as f64 + 1e-6 * t.tv_usec as f64;
+    seconds(usage.ru_utime) + seconds(usage.ru_stime)
+}
+
+fn usage(who: libc::c_int) -> libc::rusage {
     // SAFETY: getrusage fills the plain struct it is handed, for which all-zero bytes are a value.
-    let usage = unsafe {
+    unsafe {
         let mut usage: libc::rusage = std::mem::zeroed();
-        libc::getrusage(libc::RUSAGE_CHILDREN, &mut usage);
+        libc::getrusage(who, &mut usage);
         usage
-    };
-    usage.ru_maxrss.max(0) as u64 * 1024
+    }
 }
 
 /// Memory that can be taken without swapping, bytes (`MemAvailable`); `u64::MAX` where the kernel does not tell.

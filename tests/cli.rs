@@ -109,7 +109,9 @@ impl Scratch {
 /// The numbers of a `solve`, without what differs from run to run.
 fn lasting(mut solved: Value) -> Value {
     let all = solved.as_object_mut().expect("an object");
-    ["seconds", "peak_rss_bytes", "threads"].iter().for_each(|k| assert!(all.remove(*k).is_some(), "{k}"));
+    ["seconds", "cpu_seconds", "peak_rss_bytes", "threads"]
+        .iter()
+        .for_each(|k| assert!(all.remove(*k).is_some(), "{k}"));
     solved
 }
 
@@ -371,6 +373,25 @@ fn methods_schema_and_doctor_answer() {
     assert_eq!(output.status.code(), Some(if told["good"] == true { 0 } else { 5 }));
     let output = call(&["doctor", "--lammps", "/nonexistent/lmp", "--json"]);
     assert_eq!((output.status.code(), json_line(&output)["good"].as_bool()), (Some(5), Some(false)));
+}
+
+#[test]
+fn bench_times_transforms_and_solves() {
+    let told = answer(&["bench", "--sizes", "64", "--repeats", "1", "--threads", "2", "--json"]);
+    let lines = |key: &str| told[key].as_array().expect("a list").clone();
+    assert_eq!(lines("pairs").len(), 4, "two precisions on one thread and on two: {told}");
+    for pair in lines("pairs") {
+        assert!(number(&pair, "seconds") > 0.0 && number(&pair, "cpu_seconds") > 0.0, "{pair}");
+    }
+    assert_eq!(lines("solves").len(), 4, "two precisions, without and with adhesion: {told}");
+    for solve in lines("solves") {
+        assert!(number(&solve, "fft_pairs") > 1.0 && number(&solve, "peak_rss_bytes") > 1e6, "{solve}");
+        assert!(number(&solve, "speed_up") > 0.0, "{solve}");
+        assert_eq!(solve["fft_share"].as_array().map(Vec::len), Some(2), "{solve}");
+    }
+    let said = refusal(&["bench", "--sizes", "512,7", "--repeats", "0"], 2);
+    assert!(said.contains("--sizes = 7; accepted: points per side from 64"), "{said}");
+    assert!(said.contains("--repeats = 0; accepted: 1 or more"), "{said}");
 }
 
 #[test]

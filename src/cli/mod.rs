@@ -1,6 +1,7 @@
 //! Commands: plain arguments, resolved once; results on stdout, everything else on stderr.
 
 mod atoms;
+mod bench;
 mod doctor;
 mod listen;
 mod methods;
@@ -52,6 +53,8 @@ enum Command {
     Schema,
     /// Say what is installed, what is missing and how to get it.
     Doctor(doctor::Doctor),
+    /// Time transforms and solves of the challenge's surface on this machine.
+    Bench(bench::Bench),
 }
 
 #[derive(Debug, clap::Args)]
@@ -102,6 +105,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
         Command::Methods(c) => c.execute()?,
         Command::Schema => words::say(&format!("{:#}", crate::scene::Scene::schema())),
         Command::Doctor(c) => return c.execute(),
+        Command::Bench(c) => return c.execute(),
     }
     Ok(ExitCode::SUCCESS)
 }

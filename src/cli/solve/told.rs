@@ -19,15 +19,19 @@ pub(super) struct Told<'a> {
     asked: Adhesion,
     problem: Problem<'a>,
     resolved_gradient: f64,
+    planned_bytes: u64,
     loads: usize,
     count: usize,
+    /// Processor time up to the state told last, s.
+    cpu: f64,
 }
 
 impl<'a> Told<'a> {
     pub fn new(solve: &'a Solve, asked: &Problem<'a>, path: &LoadPath<'a>, loads: usize) -> Self {
         let problem = path.problem().clone();
         let resolved_gradient = problem.heights.rms_gradient(problem.grid);
-        Told { solve, asked: asked.adhesion, problem, resolved_gradient, loads, count: 0 }
+        let (planned_bytes, cpu) = (path.plan().bytes, crate::sys::cpu_seconds());
+        Told { solve, asked: asked.adhesion, problem, resolved_gradient, planned_bytes, loads, count: 0, cpu }
     }
 
     /// States told so far.
@@ -49,7 +53,8 @@ impl<'a> Told<'a> {
     /// Tells a state, writes its files, and gives its line of JSON.
     pub fn state(&mut self, i: usize, reached: &Reached) -> Result<Value> {
         self.count += 1;
-        let line = self.line(reached);
+        let before = std::mem::replace(&mut self.cpu, crate::sys::cpu_seconds());
+        let line = self.line(reached, self.cpu - before);
         let (solve, state, grid) = (self.solve, &reached.state, self.problem.grid);
         if let Some(out) = &solve.out
             && state.stop != Stop::Interrupted
@@ -71,7 +76,7 @@ impl<'a> Told<'a> {
         Ok(line)
     }
 
-    fn line(&self, reached: &Reached) -> Value {
+    fn line(&self, reached: &Reached, cpu_seconds: f64) -> Value {
         let Reached { state, area, discretisation, extrapolated } = reached;
         let (length, modulus) = (self.solve.length, self.solve.modulus);
         let (problem, grid) = (&self.problem, self.problem.grid);
@@ -116,6 +121,8 @@ impl<'a> Told<'a> {
             "iterations": state.iterations,
             "fft_pairs": state.fft_pairs,
             "seconds": state.seconds,
+            "cpu_seconds": cpu_seconds,
+            "planned_bytes": self.planned_bytes,
             "peak_rss_bytes": crate::sys::peak_rss_bytes(),
         })
     }
