@@ -38,20 +38,26 @@ impl Checkpoint {
         (found.key == key).then(|| Checkpoint { folder: folder.to_path_buf(), ..found })
     }
 
-    /// Puts a run where this one was.
-    pub(super) fn resume(&self, run: &mut dyn Run) -> Result<()> {
+    /// The gap that was kept.
+    pub(super) fn gap(&self) -> Result<Vec<f64>> {
         let path = self.folder.join(&self.gap);
         let field = npy::read(&path)?;
         if (field.nx, field.ny) != (self.nx, self.ny) {
             let found = format!("{} x {} values", field.nx, field.ny);
             return Err(Error::format(&path, found, format!("{} x {}, as its checkpoint says", self.nx, self.ny)));
         }
+        Ok(field.values)
+    }
+
+    /// Puts a run where this one was.
+    pub(super) fn resume(&self, run: &mut dyn Run) -> Result<()> {
+        let gap = self.gap()?;
         match &self.progress {
             Value::Null => {
-                run.set_gap(&field.values);
+                run.set_gap(&gap);
                 Ok(())
             }
-            progress => run.resume(Grid::unit(self.nx, self.ny), field.values, progress),
+            progress => run.resume(Grid::unit(self.nx, self.ny), gap, progress),
         }
     }
 }

@@ -90,6 +90,22 @@ impl<'p> LoadPath<'p> {
         Plan { bytes: own.bytes + series + grids.iter().map(beside).sum::<u64>(), ..own }
     }
 
+    /// This load on the next coarser grid, where nothing on the way has told of it: a solve that started from a given gap, or
+    /// went on from a checkpoint.
+    fn coarse(&self, load: Load, watch: &dyn Watch) -> Result<Option<Level>> {
+        let Some(&grid) = coarser::grids(self.problem.grid, 1).first() else { return Ok(None) };
+        let made: Series<f64>;
+        let series = match self.problem.heights {
+            Heights::Series(series) => series,
+            Heights::Nodes(nodes) => {
+                made = Series::through(self.problem.grid, nodes);
+                &made
+            }
+        };
+        let problem = coarsened(&self.problem, grid, series, self.asked);
+        Companion::start(&problem, self.threshold, watch)?.follow(load)
+    }
+
     /// Equilibrates load by load; `visit` is given every state. The first that did not converge ends the path. Then, if
     /// `pulls_off`, the surfaces are pulled apart.
     ///
@@ -120,6 +136,7 @@ impl<'p> LoadPath<'p> {
             companions.push(Companion::start(problem, self.threshold, &silent)?);
         }
         let mut run = self.method.start(&self.problem, &levels)?;
+        let mut last = None;
         let first = match begin {
             None => 0,
             Some(Begin::Gap(gap)) => {
@@ -133,11 +150,19 @@ impl<'p> LoadPath<'p> {
                         companion.follow(load)?;
                     }
                 }
-                checkpoint.resume(&mut *run)?;
+                if done < self.loads.len() {
+                    checkpoint.resume(&mut *run)?;
+                } else {
+                    // The surfaces were being pulled apart, which is done anew from the last load.
+                    run.set_gap(&checkpoint.gap()?);
+                    if let Some(&load) = self.loads.last() {
+                        let state = run.equilibrate(load)?;
+                        last = Some((state.mean_gap, state.pressure));
+                    }
+                }
                 done
             }
         };
-        let mut last = None;
         for (i, &load) in self.loads.iter().enumerate().skip(first) {
             let mut coarse: Vec<Level> = Vec::new();
             for companion in &mut companions {
@@ -149,7 +174,10 @@ impl<'p> LoadPath<'p> {
             let (discretisation, extrapolated) = if converged {
                 let range = self.problem.adhesion.range();
                 let fine = Level::new(self.problem.grid, range, &area, state.mean_gap, state.settled);
-                let below = if companions.is_empty() { levels.take() } else { coarse.first().copied() };
+                let below = match levels.take().or(coarse.first().copied()) {
+                    None if companions.is_empty() => self.coarse(load, &silent)?,
+                    known => known,
+                };
                 let all: Vec<Level> = coarse.iter().rev().copied().chain([fine]).collect();
                 (
                     below.map(|coarse| coarser::discretisation(&coarse, &fine)),
