@@ -14,10 +14,11 @@ const SMOOTHING: usize = 4;
 const SMOOTHING_AFTER_NEWTON: usize = 2;
 const FALLBACK: usize = 10;
 
-/// Fall of the residual in one plain step up to which the next is plain, too, where the residual is within so many times of
-/// the tolerance: a Newton step takes some ten times as many pairs, and first raises what it then lets fall. At 4096² with
-/// adhesion this brings 85 pairs to 37 (f32, 1e-2); farther from the end it takes more pairs than it saves.
-const WORTH: f64 = 0.8;
+/// Pairs of a plain step.
+const PLAIN_PAIRS: f64 = 1.5;
+
+/// Residual over the tolerance up to which plain steps are trusted to go on as they did: farther off they slow down, and take
+/// half as many pairs again to 1e-8.
 const NEAR: f64 = 4.0;
 
 /// Residual over the tolerance below which nothing can be left even in long waves.
@@ -50,6 +51,28 @@ struct Cycle {
     excess: f64,
 }
 
+/// What has followed the last Newton step: plain steps, in which contact lines come to rest.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct Spell {
+    /// Pairs of the Newton step.
+    newton: f64,
+    /// Residual after it; none before it is known.
+    first: Option<f64>,
+    plain: i32,
+}
+
+impl Spell {
+    /// Whether plain steps promise to reach `tolerance` for fewer pairs than another Newton step would take, if they go on as they
+    /// did on average. A Newton step first raises the residual, by its new contact lines, and then lets it fall: near the end it
+    /// costs more than it brings. At 4096² with adhesion this takes 37 pairs instead of 85 (f32, 1e-2).
+    fn is_promising(&self, residual: f64, tolerance: f64) -> bool {
+        let near = residual > tolerance && residual < NEAR * tolerance;
+        let Some(first) = self.first.filter(|f| near && residual < *f) else { return false };
+        let rate = (residual / first).ln() / f64::from(self.plain);
+        PLAIN_PAIRS * (tolerance / residual).ln() / rate < self.newton
+    }
+}
+
 impl Cycle {
     /// What is still to come, if the next changes shrink as the residual did over the last cycle: a geometric series. Of area
     /// and mean gap at least as much as the last cycle brought, since long waves, which carry the mean gap, weigh little in
@@ -79,9 +102,9 @@ pub(super) struct Pause {
     pub earlier_pairs: f64,
     smoothing: usize,
     careful: bool,
-    /// Residual before the last Newton step, and before the last plain step if it went well.
+    /// Residual before the last Newton step.
     last: f64,
-    before: Option<f64>,
+    spell: Option<Spell>,
     cycle: Option<Cycle>,
     progress: Progress,
 }
@@ -104,7 +127,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         level.accept(0.0);
         let mut untouched = resumed.is_none();
         // `careful` is set by a failed plain step: the next is a gradient step of safe length, shortened as far as it takes.
-        let Pause { mut smoothing, mut careful, mut last, mut before, mut cycle, mut progress, .. } = match resumed {
+        let Pause { mut smoothing, mut careful, mut last, mut spell, mut cycle, mut progress, .. } = match resumed {
             Some(pause) => {
                 *iterations = pause.iterations;
                 level.pairs += pause.pairs;
@@ -118,7 +141,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
                 smoothing: SMOOTHING,
                 careful: false,
                 last: 0.0,
-                before: None,
+                spell: None,
                 cycle: None,
                 progress: Progress::new(),
             },
@@ -150,9 +173,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
             stopping |=
                 self.watch.iteration(Iteration { iteration: *iterations, residual, tolerance, share }).is_break()
                     || self.watch.stopping();
-            let near = residual > tolerance && residual < NEAR * tolerance;
-            let worth = near && before.is_some_and(|b| residual < WORTH * b);
-            let plain = smoothing > 0 || worth;
+            let plain = smoothing > 0 || spell.is_some_and(|s| s.is_promising(residual, tolerance));
             // Only the gap is worth a file: with a direction to keep, a few plain steps more cost less.
             let resumable = beta == 0.0 || !plain;
             if resumable && (stopping || self.watch.wants_snapshot()) {
@@ -166,7 +187,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
                     smoothing,
                     careful,
                     last,
-                    before,
+                    spell,
                     cycle,
                     progress: known.clone(),
                 };
@@ -204,6 +225,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
                 // needs. The first knows least: 0.02 there costs a third more pairs in all than 0.3.
                 let forcing = (residual / last).powi(2).clamp(0.02, 0.3).max((0.25 * tolerance / residual).min(0.3));
                 let accuracy = (mean, forcing, INNER_LIMIT);
+                let pairs = level.pairs();
                 let Some(excess) = level.newton(accuracy, &|| self.watch.stopping()) else {
                     // The half-done step is given up. What follows it is the state before it, whose gradient must be made again.
                     level.inner.step.fill(0.0);
@@ -212,6 +234,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
                     *iterations -= 1;
                     continue;
                 };
+                spell = Some(Spell { newton: level.pairs() - pairs, first: None, plain: 0 });
                 cycle = Some(Cycle { before: now.balance, excess });
                 smoothing = SMOOTHING_AFTER_NEWTON;
                 last = residual;
@@ -241,14 +264,17 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
                     let stop = if residual <= 10.0 * floor { Stop::RoundingFloor } else { Stop::NoDescent };
                     break (stop, settled);
                 }
-                (smoothing, careful, before) = (FALLBACK, plain, None);
+                (smoothing, careful, spell) = (FALLBACK, plain, None);
                 (beta, length) = (0.0, 0.0);
                 next = level.trial(0.0);
             } else {
                 careful = false;
                 let well = plain && tries == 0;
                 beta = if well { ((next.rr - next.rr_old) / old_rr).max(0.0) } else { 0.0 };
-                before = well.then_some(residual);
+                if let Some(spell) = spell.as_mut() {
+                    spell.plain += i32::from(plain);
+                    spell.first = spell.first.or(Some(next.balance.residual / scale));
+                }
             }
             level.accept(length);
             now = next;
