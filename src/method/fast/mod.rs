@@ -145,6 +145,8 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         self.set_load(&mut level, load);
         let mut pairs = 0.0;
         let mut cut: Option<Ended> = None;
+        // A coarse grid, whose stretched range attracts less, may part where the next one holds.
+        let mut parted = false;
         for &grid in grids.iter().rev() {
             if grid != coarsest {
                 level.settle();
@@ -157,7 +159,14 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
                     range: level.body.law.range(),
                 });
                 pairs += level.pairs() * level.grid().points() as f64 / problem.grid.points() as f64;
-                level = Level::refined(grid, law(grid), level);
+                level = if parted {
+                    Level::touching(grid, (self.kernel, law(grid)), &self.heights)
+                } else {
+                    Level::refined(grid, law(grid), level)
+                };
+                if parted {
+                    self.set_load(&mut level, load);
+                }
             }
             level.prepare();
             let (tolerance, goals) = if grid == problem.grid {
@@ -165,10 +174,11 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
             } else {
                 (COARSE_TOLERANCE.max(problem.tolerance), Goals::default())
             };
-            // Once a coarse grid has been interrupted or has parted, the finer ones only carry its state.
+            // Once a coarse grid has been interrupted, the finer ones only carry its state.
             if cut.is_none() {
                 let ended = self.hold(&mut level, load, (tolerance, goals), iterations);
-                if grid == problem.grid || matches!(ended.stop, Stop::Interrupted | Stop::Detached) {
+                parted = ended.stop == Stop::Detached;
+                if grid == problem.grid || ended.stop == Stop::Interrupted {
                     cut = Some(ended);
                 }
             }
