@@ -184,6 +184,8 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         };
         let first = level.grid();
         let (mut cut, mut settled): (Option<Ended>, _) = (None, Settled::default());
+        // A coarse grid, whose stretched range attracts less, may part where the next one holds.
+        let mut parted = false;
         for &grid in grids.iter().rev().skip_while(|g| **g != first) {
             if grid != first {
                 level.settle();
@@ -198,7 +200,13 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
                 });
                 let share = level.grid().points() as f64 / problem.grid.points() as f64;
                 self.earlier_pairs.set(self.earlier_pairs.get() + level.pairs() * share);
-                level = Level::refined(grid, law(grid, own), level);
+                level = if parted {
+                    let mut level = Level::touching(grid, body(grid, self.kernel), &self.heights);
+                    self.set_load(&mut level, load);
+                    level
+                } else {
+                    Level::refined(grid, law(grid, own), level)
+                };
             }
             level.prepare();
             let (tolerance, goals) = if grid == problem.grid {
@@ -206,11 +214,12 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
             } else {
                 (COARSE_TOLERANCE.max(problem.tolerance), Goals::default())
             };
-            // Once a coarse grid has been interrupted or has parted, the finer ones only carry its state.
+            // Once a coarse grid has been interrupted, the finer ones only carry its state.
             if cut.is_none() {
                 let ended = self.hold(&mut level, load, (tolerance, goals), iterations, pause.take());
                 settled = ended.settled;
-                if grid == problem.grid || matches!(ended.stop, Stop::Interrupted | Stop::Detached) {
+                parted = ended.stop == Stop::Detached;
+                if grid == problem.grid || ended.stop == Stop::Interrupted {
                     cut = Some(ended);
                 }
             }

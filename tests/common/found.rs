@@ -1,0 +1,95 @@
+//! States of the solvers, copied for tests that compare many of them.
+
+use asperity::grid::Grid;
+use asperity::interface::{Adhesion, Elastic, Wall};
+use asperity::method::{self, Goals, Load, Precision, Problem, Stop, unwatched};
+use asperity::observe::contact_area;
+use asperity::surface::{Modes, Spectrum};
+
+pub const METHODS: [&str; 3] = ["gfmd", "bvm", "fast"];
+pub const PRECISIONS: [Precision; 2] = [Precision::F64, Precision::F32];
+
+/// The defaults of scenes and of `solve`.
+pub fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
+    Problem {
+        grid,
+        heights: heights.into(),
+        kernel: Elastic::HalfSpace,
+        adhesion: Adhesion::None,
+        wall: Wall::Hard,
+        precision: Precision::F64,
+        tolerance: 1e-8,
+        goals: Goals::default(),
+        max_iterations: 20_000,
+    }
+}
+
+pub fn in_precision<'p>(problem: &Problem<'p>, precision: Precision) -> Problem<'p> {
+    let tolerance = if precision == Precision::F32 { 1e-3 } else { problem.tolerance };
+    Problem { precision, tolerance, ..problem.clone() }
+}
+
+/// A state, as these tests look at it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Found {
+    pub stop: Stop,
+    pub iterations: usize,
+    pub residual: f64,
+    pub area: f64,
+    pub mean_gap: f64,
+    pub energy: f64,
+    pub interaction: f64,
+    pub gap: Vec<f64>,
+    pub stress: Vec<f64>,
+}
+
+impl Found {
+    pub fn lowest_stress(&self) -> f64 {
+        self.stress.iter().copied().fold(f64::INFINITY, f64::min)
+    }
+
+    pub fn is_finite(&self) -> bool {
+        self.gap.iter().chain(&self.stress).chain(&[self.residual, self.energy]).all(|v| v.is_finite())
+    }
+}
+
+/// A path of pressures.
+pub fn path(problem: &Problem, id: &str, pressures: &[f64]) -> Vec<Found> {
+    let mut run = method::find(id).unwrap().start(problem, &unwatched).unwrap();
+    let mut solve = |&p: &f64| {
+        let s = run.equilibrate(Load::Pressure(p)).unwrap();
+        Found {
+            stop: s.stop,
+            iterations: s.iterations,
+            residual: s.residual,
+            area: contact_area(problem.grid, s.gap, 0.0).fraction,
+            mean_gap: s.mean_gap,
+            energy: s.energy,
+            interaction: s.interaction_energy,
+            gap: s.gap.to_vec(),
+            stress: s.stress.to_vec(),
+        }
+    };
+    pressures.iter().map(&mut solve).collect()
+}
+
+/// One pressure, to convergence.
+pub fn solved(problem: &Problem, id: &str, pressure: f64) -> Found {
+    let found = path(problem, id, &[pressure]).remove(0);
+    let Problem { kernel, adhesion, wall, precision, .. } = problem;
+    let what = format!("{id} {precision:?} at {pressure}, {kernel}, {adhesion}, {wall}");
+    assert_eq!(found.stop, Stop::Converged, "{what}: residual {}", found.residual);
+    assert!(found.is_finite(), "{what}");
+    found
+}
+
+pub fn near(a: f64, b: f64, tolerance: f64) -> bool {
+    (a - b).abs() <= tolerance * b.abs()
+}
+
+/// The challenge's surface with a longer cut-off, of which a grid holds every wave.
+pub fn rough(nx: usize, ny: usize, lambda_s: f64, seed: u64) -> (Grid, Vec<f64>) {
+    let grid = Grid::unit(nx, ny);
+    let spectrum = Spectrum { lambda_s, ..Spectrum::CHALLENGE };
+    (grid, Modes::new(spectrum, seed, grid.ly).heights(grid, 0.0))
+}
