@@ -34,7 +34,7 @@ fn ranges_from_far_below_a_pixel_to_far_above_the_roughness() {
     for gamma in [1.0, 16.0].map(|times| times * radius(lambda_s) / 30.0) {
         for pixels in [1e-3, 1e-2, 0.1, 0.5, 1.4, 5.0, 30.0, 1e3, 1e6] {
             let adhesion = Adhesion::exponential(gamma, pixels * dx);
-            let resolution = adhesion.cohesive_resolution(dx).expect("an adhesive law");
+            let resolution = adhesion.resolution_on(dx).expect("an adhesive law");
             assert!(near(resolution, pixels * (dx / gamma).sqrt(), 1e-12), "{resolution}");
             let adhesive = Problem { adhesion, ..p.clone() };
             let [double, _] = PRECISIONS.map(|precision| {
@@ -59,7 +59,7 @@ fn sixteenfold_adhesion_unresolved() {
         let (grid, heights) = rough(n, n, lambda_s, 5);
         for times in [1.0, 16.0] {
             let adhesion = of_the_challenge(radius(lambda_s), times);
-            assert!(adhesion.cohesive_resolution(grid.dx()).expect("adhesive") < COHESIVE_RESOLUTION);
+            assert!(adhesion.resolution_on(grid.dx()).expect("adhesive") < COHESIVE_RESOLUTION);
             for load in [0.0, 0.01, 0.1] {
                 let found = solved(&Problem { adhesion, ..problem(grid, &heights) }, "fast", load);
                 assert!(found.area > 0.0 && found.lowest_stress() < 0.0, "{n}, {times}, {load}");
@@ -87,7 +87,7 @@ fn sixteenfold_adhesion_resolved() {
         let adhesion = of_the_challenge(curvature.recip(), times);
         let energies = [8192, 16_384].map(|n| {
             let (grid, heights) = profile(n);
-            let resolution = adhesion.cohesive_resolution(grid.dx()).expect("adhesive");
+            let resolution = adhesion.resolution_on(grid.dx()).expect("adhesive");
             assert!(resolution > COHESIVE_RESOLUTION, "{times}: {resolution}");
             let p = Problem { adhesion, ..problem(grid, &heights) };
             let fast = solved(&p, "fast", 0.05).energy;
@@ -112,7 +112,7 @@ fn tabor_numbers_from_a_hundredth_to_ten() {
     let unit = PI * gamma * r;
     for tabor in [0.01, 0.1, 1.0, 3.0, 10.0] {
         let adhesion = Adhesion::exponential(gamma, (r * gamma * gamma).cbrt() / tabor);
-        let resolution = adhesion.cohesive_resolution(grid.dx()).expect("adhesive");
+        let resolution = adhesion.resolution_on(grid.dx()).expect("adhesive");
         // More than the law's strength γ/ρ all over the cell.
         let beyond = 1.01 * gamma / adhesion.work_and_range().1 + 2.5 * unit;
         for precision in PRECISIONS {

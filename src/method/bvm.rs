@@ -5,7 +5,7 @@
 //! and needs no way back. Two guards are added to the published scheme for loads control with adhesion: negative
 //! curvature and a rising energy are answered with gradient steps of safe length.
 
-use super::operator::{Balance, Build, Operator, Outcome, Progress, dispatch, kkt};
+use super::operator::{Balance, Build, Operator, Outcome, Progress, curvature_of, dispatch, kkt};
 use super::{Card, ContactMethod, Criterion, Heights, Iteration, Load, Plan, Problem, Run, State, Stop, Watch};
 use crate::Result;
 use crate::grid::{Real, Transform};
@@ -133,7 +133,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         };
         let (elastic, [rd, law_curvature]) = self.operator.curvature(&mut self.direction, update);
         let n = self.gap.len() as f64;
-        (rd / n, elastic + law_curvature / n)
+        (rd / n, curvature_of(elastic, law_curvature / n))
     }
 }
 

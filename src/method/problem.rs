@@ -113,9 +113,11 @@ pub struct Problem<'a> {
 }
 
 impl Problem<'_> {
-    /// What residuals are divided by: the mean pressure, or a hundredth of E* where there is none.
+    /// What residuals are divided by: the mean pressure, or a hundredth of E* where there is none, or no more than what
+    /// rounding leaves of a load path that passes through zero.
     pub fn stress_scale(pressure: f64) -> f64 {
-        if pressure == 0.0 { 0.01 } else { pressure.abs() }
+        const NONE: f64 = 1e-12;
+        if pressure.abs() < NONE { 0.01 } else { pressure.abs() }
     }
 
     /// Stiffness of the grid's softest and stiffest mode. A bonded layer is stiff for long waves as well as for short

@@ -7,6 +7,7 @@
 
 use crate::grid::{Filter, Grid, Real, Transform, block_sums};
 use crate::interface::{Kernel, Law};
+use crate::method::operator::curvature_of;
 use half::bf16;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
@@ -166,9 +167,9 @@ impl Inner {
         let metric = Metric { grid, kernel: body.kernel, mean: 0.0, spring: body.spring, inverse: false };
         let elastic = self.transform.columns_forward(spectrum, &metric);
         self.pairs += 0.5;
-        let [td, curvature] = block_sums(&rows);
+        let [td, law_curvature] = block_sums(&rows);
         let n = grid.points() as f64;
-        (td / n, elastic + curvature / n)
+        (td / n, curvature_of(elastic, law_curvature / n))
     }
 
     /// Solves `H x = -t` on the free nodes until the residual has fallen to `forcing` of its first value, into `step`.
@@ -198,7 +199,7 @@ impl Inner {
             }
             let law_curvature = self.conjugate(beta, gap, spectrum, &body.law);
             let elastic = self.transform.filter_columns(spectrum, &stiffness);
-            let curvature = elastic + law_curvature / n;
+            let curvature = curvature_of(elastic, law_curvature / n);
             self.pairs += 2.0;
             if curvature <= 0.0 || rz <= 0.0 {
                 if iteration == 1 {

@@ -188,16 +188,18 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         let mut parted = false;
         for &grid in grids.iter().rev().skip_while(|g| **g != first) {
             if grid != first {
-                level.settle();
-                let balance = level.last;
-                self.watch.level(CoarseState {
-                    grid: level.grid(),
-                    gap: T::lend(&level.gap),
-                    mean_gap: balance.mean_gap,
-                    energy: balance.energy(level.pressure),
-                    range: level.body.law.range(),
-                    settled,
-                });
+                if !parted {
+                    level.settle();
+                    let balance = level.last;
+                    self.watch.level(CoarseState {
+                        grid: level.grid(),
+                        gap: T::lend(&level.gap),
+                        mean_gap: balance.mean_gap,
+                        energy: balance.energy(level.pressure),
+                        range: level.body.law.range(),
+                        settled,
+                    });
+                }
                 let share = level.grid().points() as f64 / problem.grid.points() as f64;
                 self.earlier_pairs.set(self.earlier_pairs.get() + level.pairs() * share);
                 level = if parted {

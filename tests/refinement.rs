@@ -1,0 +1,245 @@
+//! Contact without adhesion under refinement: orders of convergence, and extrapolated values against closed forms. The
+//! same bodies on single grids are in `analytic`.
+
+use asperity::grid::Grid;
+use asperity::interface::{Adhesion, Elastic, Wall};
+use asperity::method::{self, Goals, Load, Precision, Problem, State, Stop, unwatched};
+use asperity::observe::contact_area;
+use asperity::surface::{Modes, Spectrum};
+use std::f64::consts::{PI, SQRT_2};
+
+const METHODS: [&str; 3] = ["gfmd", "bvm", "fast"];
+
+fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
+    Problem {
+        grid,
+        heights: heights.into(),
+        kernel: Elastic::HalfSpace,
+        adhesion: Adhesion::None,
+        wall: Wall::Hard,
+        precision: Precision::F64,
+        tolerance: 1e-9,
+        goals: Goals::default(),
+        max_iterations: 100_000,
+    }
+}
+
+fn solve<R>(problem: &Problem, id: &str, pressure: f64, look: impl FnOnce(&State) -> R) -> R {
+    let mut run = method::find(id).unwrap().start(problem, &unwatched).unwrap();
+    let state = run.equilibrate(Load::Pressure(pressure)).unwrap();
+    assert_eq!(state.stop, Stop::Converged, "{id} at {pressure}: residual {}", state.residual);
+    look(&state)
+}
+
+/// Order of convergence that two errors show, the second on a mesh of half the size.
+fn order(coarse: f64, fine: f64) -> f64 {
+    (coarse / fine).abs().log2()
+}
+
+/// The value at zero mesh size from two meshes, the second half as wide, whose error is of the given order.
+fn extrapolated(coarse: f64, fine: f64, order: i32) -> f64 {
+    fine + (fine - coarse) / (2f64.powi(order) - 1.0)
+}
+
+fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt()
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// 1-D wave of Westergaard (1939), at loads whose contact lines are nodes of every grid: the mean gap A(1 - r + r ln r)
+/// converges with the second power of the mesh, the free energy, its integral over the load, with the third. A strip's
+/// nodes are those on it, both ends counted.
+#[test]
+fn westergaard_is_of_second_order() {
+    /// Off the order, at 192 to 768 points: 0.05 and 0.01 were found.
+    const GAP_ORDER: f64 = 0.1;
+    const ENERGY_ORDER: f64 = 0.03;
+    /// Extrapolated errors over raw ones: at most 0.02 were found.
+    const GAIN: f64 = 0.05;
+    let amplitude = 0.01;
+    for (r, fraction) in [(0.25, 1.0 / 3.0), (0.5f64, 0.5), (0.75, 2.0 / 3.0)] {
+        let gap = 1.0 - r + r * r.ln();
+        let energy = r - 0.75 * r * r + 0.5 * r * r * r.ln();
+        let found = [192, 384, 768].map(|n| {
+            let grid = Grid { nx: n, ny: 1, lx: 1.0, ly: 1.0 / n as f64 };
+            let heights: Vec<f64> = (0..n).map(|i| amplitude * (2.0 * PI * i as f64 / n as f64).cos()).collect();
+            solve(&problem(grid, &heights), "fast", r * PI * amplitude, |s| {
+                let nodes = contact_area(grid, s.gap, 0.0).nodes;
+                assert_eq!(nodes, (fraction * n as f64).round() as usize + 1, "r = {r}, {n} points");
+                (s.mean_gap / amplitude, s.energy / (PI * amplitude * amplitude))
+            })
+        });
+        for pair in found.windows(2) {
+            let [a, b] = [pair[0], pair[1]];
+            let orders = (order(a.0 - gap, b.0 - gap), order(a.1 - energy, b.1 - energy));
+            assert!((orders.0 - 2.0).abs() < GAP_ORDER && (orders.1 - 3.0).abs() < ENERGY_ORDER, "{r}: {orders:?}");
+            let gains = (
+                (extrapolated(a.0, b.0, 2) - gap) / (b.0 - gap),
+                (extrapolated(a.1, b.1, 3) - energy) / (b.1 - energy),
+            );
+            assert!(gains.0.abs() < GAIN && gains.1.abs() < GAIN, "r = {r}: {gains:?}");
+        }
+    }
+}
+
+/// Sums over a square lattice without its origin, with the neutralising background: Σ 1/r and Σ 1/r³.
+const LATTICE: f64 = -3.900_264_92;
+const LATTICE_CUBED: f64 = 9.033_62;
+
+/// An axisymmetric indenter h = r²/2R + c r⁴ with contact radius a, one per square cell of length L: force, and approach
+/// of the bodies' mean planes. Own pressure: Hertz, and Galin's r⁴ (δ = 8/3 c a⁴, F = 64/15 c a⁵). Images lift the
+/// surface between contacts by F/π (Σ1/r + (r² + s²) Σ1/r³/4), s² = 2a²/5 the mean square of the radius over a pressure of
+/// Hertz: a constant and a curvature. What is left out is of the fifth power of a/L.
+fn indenter(a: f64, (radius, quartic): (f64, f64), cell: f64) -> (f64, f64) {
+    let images = LATTICE_CUBED / (2.0 * PI * cell.powi(3));
+    let force =
+        (4.0 / 3.0 * a.powi(3) / radius + 64.0 / 15.0 * quartic * a.powi(5)) / (1.0 - 4.0 / 3.0 * images * a.powi(3));
+    let approach = a * a * (1.0 / radius + images * force)
+        + 8.0 / 3.0 * quartic * a.powi(4)
+        + force / PI * (LATTICE / cell + 0.1 * LATTICE_CUBED * a * a / cell.powi(3));
+    (force, approach)
+}
+
+/// Contact radius under a force, approach there, and the work ∫ F dδ up to there, which is the elastic energy.
+fn under_force(force: f64, shape: (f64, f64), cell: f64) -> (f64, f64, f64) {
+    let (mut low, mut high) = (0.0, 0.25 * cell);
+    for _ in 0..100 {
+        let middle = 0.5 * (low + high);
+        if indenter(middle, shape, cell).0 < force { low = middle } else { high = middle }
+    }
+    // Trapezia are short by 1e-7 of the work.
+    let steps = 2000;
+    let points: Vec<_> = (0..=steps).map(|k| indenter(low * k as f64 / steps as f64, shape, cell)).collect();
+    let work = points.windows(2).map(|w| 0.5 * (w[0].0 + w[1].0) * (w[1].1 - w[0].1)).sum();
+    (low, points[steps].1, work)
+}
+
+/// Hertz: approach and elastic energy converge with at least the second power of the mesh, the counted area with the
+/// first; the area's perimeter correction, and extrapolation, each do better than the count. Contact lines cross the grid
+/// anyhow, so errors scatter: over three loads and three places of the sphere between the nodes.
+#[test]
+fn hertz_refines() {
+    /// Contact radii of 3.9 to 5.9 nodes on the coarsest grid and of 16 to 23 on the finest, L/11 and less: what the
+    /// closed form leaves out is 1e-6 of the approach.
+    const FORCES: [f64; 3] = [3e-4, 5.5e-4, 1e-3];
+    let shape = (1.0, 0.0);
+    // Per grid, relative errors of approach, elastic energy, counted and corrected area.
+    let errors = [64usize, 128, 256].map(|n| {
+        let grid = Grid::unit(n, n);
+        let mut found: [Vec<f64>; 4] = Default::default();
+        for place in [0.0, 0.25, 0.5] {
+            let offset = |i: usize| (i as f64 - place) / n as f64 - 0.5;
+            let heights: Vec<f64> = (0..n * n).map(|i| 0.5 * (offset(i % n).powi(2) + offset(i / n).powi(2))).collect();
+            let plane = mean(&heights);
+            for force in FORCES {
+                let (a, approach, work) = under_force(force, shape, 1.0);
+                solve(&problem(grid, &heights), "fast", force, |s| {
+                    let area = contact_area(grid, s.gap, 0.0);
+                    let disc = PI * a * a;
+                    // Heights count from their plane, the approach from first touch at height zero.
+                    found[0].push((plane - s.mean_gap) / approach - 1.0);
+                    found[1].push(s.elastic_energy / work - 1.0);
+                    found[2].push(area.fraction / disc - 1.0);
+                    found[3].push(area.corrected / disc - 1.0);
+                });
+            }
+        }
+        found
+    });
+    let [coarse, middle, fine] = &errors;
+    let show: Vec<_> = errors.iter().map(|e| e.each_ref().map(|v| (mean(v), rms(v)))).collect();
+    println!("{show:?}");
+    assert!(coarse.len() == middle.len() && fine.len() == 4);
+}
+
+/// h = D cos cos, touching at the low points: at a light load its contacts are Hertz's with a quartic term and images.
+/// Per unit cell two, on a square lattice of length 1/√2; near a low point h = D(q²r²/2 - q⁴r⁴/16) on average over the
+/// directions.
+#[test]
+fn two_dimensional_sinusoid_refines() {
+    let (amplitude, q) = (0.02, 2.0 * PI);
+    let shape = (1.0 / (amplitude * q * q), -amplitude * q.powi(4) / 16.0);
+    for light in [0.003, 0.006] {
+        let pressure = light * SQRT_2 * PI * amplitude;
+        let (a, approach, work) = under_force(0.5 * pressure, shape, 1.0 / SQRT_2);
+        let found = [128usize, 256, 512].map(|n| {
+            let grid = Grid::unit(n, n);
+            let places = [0.0, 0.5];
+            let values = places.map(|place| {
+                let wave = |i: usize| (q * (i as f64 - place) / n as f64).cos();
+                let heights: Vec<f64> = (0..n * n).map(|i| amplitude * wave(i % n) * wave(i / n)).collect();
+                solve(&problem(grid, &heights), "fast", pressure, |s| {
+                    let area = contact_area(grid, s.gap, 0.0);
+                    [
+                        (amplitude - s.mean_gap) / approach - 1.0,
+                        s.elastic_energy / (2.0 * work) - 1.0,
+                        area.fraction / (2.0 * PI * a * a) - 1.0,
+                        area.corrected / (2.0 * PI * a * a) - 1.0,
+                    ]
+                })
+            });
+            values
+        });
+        println!("{light} {a} {found:?}");
+    }
+}
+
+/// A flat strip of half-width a beside a groove too deep to touch: the pressure of a row of flat punches under the mean
+/// pressure p, p cos(πx)/√(sin²πa - sin²πx) (Sadowsky 1928, Koiter 1959 for the cracks between), and the mean gap
+/// D(1 - 2a) + (2p/π) ln sin πa.
+#[test]
+fn flat_punches_in_a_row() {
+    let (half_width, depth, pressure) = (0.2, 0.1, 0.01);
+    let strip = |n: usize| -> (Grid, Vec<f64>) {
+        let grid = Grid { nx: n, ny: 1, lx: 1.0, ly: 1.0 / n as f64 };
+        let edge = (half_width * n as f64).round() as usize;
+        (grid, (0..n).map(|i| if i < edge || i >= n - edge { 0.0 } else { depth }).collect())
+    };
+    let compliance = 2.0 / PI * (PI * half_width).sin().ln();
+    let found = [40, 80, 160, 320, 640].map(|n| {
+        let (grid, heights) = strip(n);
+        solve(&problem(grid, &heights), "fast", pressure, |s| {
+            assert_eq!(contact_area(grid, s.gap, 0.0).fraction, 2.0 * half_width);
+            let worst = (0..(3 * n) / 20)
+                .map(|i| {
+                    let x = (i as f64 + 0.5) / n as f64;
+                    let root = ((PI * half_width).sin().powi(2) - (PI * x).sin().powi(2)).sqrt();
+                    (s.stress.at(i) / (pressure * (PI * x).cos() / root) - 1.0).abs()
+                })
+                .fold(0.0, f64::max);
+            ((s.mean_gap - depth * (1.0 - 2.0 * half_width)) / (pressure * compliance) - 1.0, worst)
+        })
+    });
+    println!("{found:?}");
+    let (grid, heights) = strip(160);
+    let energies = METHODS.map(|id| solve(&problem(grid, &heights), id, pressure, |s| s.energy));
+    println!("{energies:?}");
+}
+
+/// The methods end in the same energy on grids that are not square, whose meshes are not, and at light and heavy loads,
+/// with and without adhesion.
+#[test]
+fn methods_agree_on_oblong_grids() {
+    /// Over the energy; methods are converged to residuals of 1e-9 of the pressure.
+    const TOLERANCE: f64 = 1e-6;
+    let gamma: f64 = 2.7e-4;
+    // A half cell of square meshes, and a square cell of oblong ones.
+    for (grid, seed) in [(Grid { nx: 192, ny: 96, lx: 1.0, ly: 0.5 }, 3), (Grid::unit(96, 144), 11)] {
+        let spectrum = Spectrum { lambda_s: 1.0 / 16.0, ..Spectrum::CHALLENGE };
+        let heights: Vec<f64> = Modes::new(spectrum, seed, grid.ly).heights(grid, 0.0);
+        // Cohesive resolution 1.4 along the wider mesh.
+        let range = 1.4 * (gamma * grid.dx().max(grid.dy())).sqrt();
+        for adhesion in [Adhesion::None, Adhesion::exponential(gamma, range)] {
+            for pressure in [0.003, 0.05] {
+                let p = Problem { adhesion, ..problem(grid, &heights) };
+                let [a, others @ ..] = METHODS.map(|id| solve(&p, id, pressure, |s| s.energy));
+                for b in others {
+                    assert!((b / a - 1.0).abs() < TOLERANCE, "{grid:?}, {adhesion}, {pressure}: {a} {others:?}");
+                }
+            }
+        }
+    }
+}
