@@ -61,6 +61,7 @@ struct Solved {
     cpu_seconds: f64,
     planned_bytes: u64,
     peak_rss_bytes: u64,
+    stop: String,
 }
 
 /// One transform pair: rows forward, columns forward and back, rows back.
@@ -96,6 +97,8 @@ struct SolveLine {
     planned_bytes: u64,
     /// Of the process, one thread.
     peak_rss_bytes: u64,
+    /// Why the solver stopped.
+    stop: String,
 }
 
 impl Bench {
@@ -211,6 +214,7 @@ impl Bench {
                     fft_share: [pair_cpu[0], pair_cpu[p]].map(|pair| first.fft_pairs * pair / cpu_seconds),
                     planned_bytes: first.planned_bytes,
                     peak_rss_bytes: single.iter().map(|s| s.peak_rss_bytes).max().unwrap_or(0),
+                    stop: first.stop.clone(),
                 });
             }
         }
@@ -270,7 +274,8 @@ fn solve(n: usize, precision: &str, rho: Option<f64>, threads: usize) -> Result<
     command.stdin(Stdio::null()).stderr(Stdio::inherit());
     sys::die_with_parent(&mut command);
     let output = command.output().map_err(Error::io("start", &program))?;
-    if !output.status.success() {
+    // One that stopped short of its tolerance (3) has told its numbers all the same: f32 on large grids may.
+    if !matches!(output.status.code(), Some(0 | 3)) {
         return Ok(Err(ExitCode::from(output.status.code().and_then(|c| u8::try_from(c).ok()).unwrap_or(1))));
     }
     serde_json::from_slice(&output.stdout).map(Ok).map_err(|e| Error::format(&program, e, "the JSON of a solve"))
@@ -315,9 +320,12 @@ fn tell(pairs: &[PairLine], solves: &[SolveLine], all: usize) {
             "share of FFT",
             "plan",
             "peak memory",
+            "stop",
         ],
         solves.iter().map(|s| {
-            let [low, high] = s.fft_share.map(percent);
+            // On grids that fit into the cache f32 is not always the faster one.
+            let [a, b] = s.fft_share;
+            let [low, high] = [a.min(b), a.max(b)].map(percent);
             vec![
                 format!("{}²", s.size),
                 s.precision.into(),
@@ -331,6 +339,7 @@ fn tell(pairs: &[PairLine], solves: &[SolveLine], all: usize) {
                 if low == high { low } else { format!("{low} to {high}") },
                 memory(s.planned_bytes),
                 memory(s.peak_rss_bytes),
+                s.stop.clone(),
             ]
         }),
     ));
