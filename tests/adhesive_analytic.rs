@@ -28,7 +28,14 @@ fn start<'p>(problem: &'p Problem<'p>, id: &str) -> Box<dyn Run + 'p> {
 /// A load of the path that must have its equilibrium.
 fn hold<R>(run: &mut dyn Run, load: Load, look: impl FnOnce(&State) -> R) -> R {
     let state = run.equilibrate(load).unwrap();
-    assert_eq!(state.stop, Stop::Converged, "{load:?}: residual {}", state.residual);
+    assert_eq!(
+        state.stop,
+        Stop::Converged,
+        "{load:?}: residual {}, {} iterations, pressure {}",
+        state.residual,
+        state.iterations,
+        state.pressure
+    );
     look(&state)
 }
 
@@ -103,82 +110,72 @@ fn johnsons_jumps() {
     }
 }
 
+/// At imposed mean gaps, which go through the loads that no pressure control holds.
 #[test]
 fn johnsons_curve() {
-    for alpha in [0.2, 0.4] {
-        let wave = Wave { alpha };
-        for (n, c) in [(256, 1.4), (1024, 1.4), (1024, 2.0), (4096, 2.0), (4096, 4.0)] {
+    // Grid, cohesive resolution, and what may be off: pressures over p_fc, shares of the cell, and the largest pull in
+    // relation to the closed form's. Found: 0.0015, 0.0064, 0.004 and 0.0005, 0.0015, 0.004. Areas lack half a node at
+    // either end of the strip.
+    for (n, c, pressures, areas, pull) in [(1024, 2.0, 0.002, 0.008, 0.006), (4096, 2.0, 0.0007, 0.002, 0.006)] {
+        for alpha in [0.2, 0.4] {
+            let wave = Wave { alpha };
             let heights = Wave::heights(n);
             let problem = wave.problem(&heights, c);
             let mut run = start(&problem, "fast");
-            let t = std::time::Instant::now();
-            let found: Vec<_> = [0.7, 0.6, 0.5, 0.4, 0.3, 0.2]
-                .map(|fraction| {
-                    let (p, gap) = wave.at(fraction);
-                    hold(&mut *run, Load::MeanGap(gap * Wave::AMPLITUDE), |s| {
-                        (s.pressure / (PI * Wave::AMPLITUDE) - p, Wave::fraction(s) - fraction)
-                    })
-                })
-                .into();
-            let mut least = 0f64;
-            for k in 0..16 {
-                let (_, gap) = wave.at(0.23 - 0.01 * f64::from(k));
-                least = least.min(hold(&mut *run, Load::MeanGap(gap * Wave::AMPLITUDE), |s| {
-                    s.pressure / (PI * Wave::AMPLITUDE)
-                }));
+            for fraction in [0.7, 0.6, 0.5, 0.4, 0.3, 0.25] {
+                let (p, gap) = wave.at(fraction);
+                hold(&mut *run, Load::MeanGap(gap * Wave::AMPLITUDE), |s| {
+                    let off = (s.pressure / (PI * Wave::AMPLITUDE) - p, Wave::fraction(s) - fraction);
+                    assert!(off.0.abs() < pressures && off.1.abs() < areas, "{n}, α = {alpha}, {fraction}: {off:?}");
+                });
             }
-            println!("alpha {alpha} n {n} c {c} {found:.4?} least {least:.5} {:?} {:?}", wave.jumps(), t.elapsed());
+            let least = (0..16).map(|k| {
+                let (_, gap) = wave.at(0.23 - 0.01 * f64::from(k));
+                hold(&mut *run, Load::MeanGap(gap * Wave::AMPLITUDE), |s| s.pressure / (PI * Wave::AMPLITUDE))
+            });
+            let off = least.fold(f64::MAX, f64::min) / wave.jumps().0 - 1.0;
+            assert!(off.abs() < pull, "{n}, α = {alpha}: {off}");
         }
     }
 }
 
+/// Under load: the jump to full contact on the way up, the jump out of contact on the way down.
 #[test]
 fn johnsons_loads() {
-    for alpha in [0.2, 0.4] {
+    /// Step of the load near the jump, over p_fc; the jump was found within it of the closed form's.
+    const STEP: f64 = 0.005;
+    /// Share of the pull-off load by which the path goes down there; surfaces were found to part at 1 to 1.025 of it.
+    const PULL_STEP: f64 = 0.01;
+    for (alpha, n, c) in [(0.2, 512, 1.4), (0.4, 512, 2.0), (0.2, 2048, 4.0), (0.4, 2048, 2.8)] {
         let wave = Wave { alpha };
         let (off, jump) = wave.jumps();
-        for (n, c) in [(512, 1.4), (512, 2.0), (2048, 2.8), (2048, 4.0)] {
-            let heights = Wave::heights(n);
-            let problem = wave.problem(&heights, c);
-            let t = std::time::Instant::now();
-            let mut run = start(&problem, "fast");
-            let mut found = vec![];
-            for x in [
-                -0.2, -0.1, -0.05, -0.03, -0.02, -0.015, -0.01, -0.007, -0.005, -0.003, 0.0, 0.003, 0.005, 0.007, 0.01,
-                0.015, 0.02, 0.03, 0.05,
-            ] {
-                let f = hold(&mut *run, Wave::pressure(jump + x), Wave::fraction);
-                found.push((x, f));
-                if f == 1.0 {
-                    break;
-                }
-            }
-            let up = format!("{:?}", &found[found.len() - 2..]);
-            let mut run = start(&problem, "fast");
-            hold(&mut *run, Wave::pressure(0.0), |_| ());
-            hold(&mut *run, Wave::pressure(off * 0.5), |_| ());
-            hold(&mut *run, Wave::pressure(off * 0.8), |_| ());
-            hold(&mut *run, Wave::pressure(off * 0.9), |_| ());
-            let mut x = 0.95;
-            let down = loop {
-                let s = run.equilibrate(Wave::pressure(off * x)).unwrap();
-                if s.stop != Stop::Converged {
-                    break format!("{} {} it {}", s.stop, x, s.iterations);
-                }
-                x += 0.005;
-            };
-            println!("alpha {alpha} n {n} c {c} up {up} down {down} {:?}", t.elapsed());
+        let heights = Wave::heights(n);
+        let problem = wave.problem(&heights, c);
+        let mut run = start(&problem, "fast");
+        let fractions = [-0.2, -0.1, -0.05, -0.02, -0.01, -STEP, STEP]
+            .map(|x| hold(&mut *run, Wave::pressure(jump + x), Wave::fraction));
+        assert!(fractions[5] < 0.9 && fractions[6] == 1.0, "α = {alpha}, {n}, c = {c}: {fractions:?}");
+        let mut run = start(&problem, "fast");
+        for x in [0.0, 0.5, 0.8, 0.9, 0.95, 1.0 - 2.0 * PULL_STEP] {
+            hold(&mut *run, Wave::pressure(x * off), |_| ());
         }
+        let parted = (-1..4).find(|&k| {
+            let load = Wave::pressure((1.0 + f64::from(k) * PULL_STEP) * off);
+            run.equilibrate(load).unwrap().stop == Stop::Detached
+        });
+        assert!(parted.is_some(), "α = {alpha}, {n}, c = {c}");
     }
 }
 
+/// A path must jump where the branch ends and not because a step was long.
 #[test]
 fn a_load_path_stays_on_its_branch() {
+    /// Over p_fc, how far before its branch ends a path may leave it; 0 was found.
+    const EARLY: f64 = 0.001;
     for (id, alpha, n, c, steps) in [
         ("fast", 0.2, 512, 2.0, [0.02, 0.011]),
-        ("fast", 0.4, 512, 1.4, [0.02, 0.011]),
         ("fast", 0.4, 1024, 2.0, [0.02, 0.005]),
-        ("bvm", 0.2, 512, 2.0, [0.02, 0.02]),
+        ("bvm", 0.2, 512, 2.0, [0.02, 0.011]),
         ("bvm", 0.4, 1024, 2.0, [0.02, 0.005]),
     ] {
         let wave = Wave { alpha };
@@ -186,87 +183,142 @@ fn a_load_path_stays_on_its_branch() {
         let heights = Wave::heights(n);
         let problem = wave.problem(&heights, c);
         for step in steps {
-            let t = std::time::Instant::now();
             let mut run = start(&problem, id);
             let mut load = jump - 0.24;
             while hold(&mut *run, Wave::pressure(load), Wave::fraction) < 1.0 {
                 load += step;
             }
-            println!("{id} {alpha} {n} {c} {step}: {} {:?}", load - jump, t.elapsed());
+            let past = load - jump;
+            assert!(past > -EARLY && past < step + EARLY, "{id}, α = {alpha}, steps of {step}: {past}");
         }
     }
 }
 
-/// The paraboloid r²/2R with R = 1.
+/// The paraboloid r²/2R with R = 1 in the middle of the unit cell.
 fn paraboloid(n: usize) -> Vec<f64> {
     let offset = |i: usize| i as f64 / n as f64 - 0.5;
     (0..n * n).map(|i| 0.5 * (offset(i % n).powi(2) + offset(i / n).powi(2))).collect()
 }
 
-/// Images flatten a sphere under a force (compression positive): 1/R_eff = 1/R + 9.03362 F/(2π E* L³).
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Radius of the paraboloid where its images, each under the same force (compression positive), have flattened the surface:
+/// 1/R_eff = 1/R + 9.03362 F/(2π E* L³), with the lattice sum of 1/r³.
 fn flattened(force: f64) -> f64 {
     1.0 / (1.0 + 9.03362 * force / (2.0 * PI))
 }
 
+/// Largest pull over πγR on the paraboloid, scanned over mean gaps whose approaches are given in units of s², s³ = γR²/E*.
+fn pull_off(n: usize, s: f64, adhesion: Adhesion, approaches: impl Iterator<Item = f64>) -> f64 {
+    let grid = Grid::unit(n, n);
+    let heights = paraboloid(n);
+    let plane = mean(&heights);
+    let p = Problem { adhesion, tolerance: 1e-6, ..problem(grid, &heights) };
+    let mut run = start(&p, "fast");
+    let pulls = approaches.map(|approach| {
+        hold(&mut *run, Load::MeanGap(plane - s * s * approach), |state| {
+            -state.pressure / (PI * s.powi(3) * flattened(state.pressure))
+        })
+    });
+    pulls.fold(f64::MIN, f64::max)
+}
+
+/// Johnson, Kendall & Roberts (1971): a pull-off of 3/2 πγR, and a contact radius (9π γR²/2E*)^(1/3) without load.
 #[test]
 fn jkr() {
-    let s = 0.1f64;
+    /// At a Tabor number of 5.1: 1.1 % were found in both, 2.4 % at 3.6.
+    const TOLERANCE: f64 = 0.02;
+    let (n, s) = (512, 0.1f64);
     let gamma = s.powi(3);
-    for (n, c) in [(128usize, 1.4), (256, 1.4), (256, 2.0), (512, 1.4), (512, 2.0)] {
-        let grid = Grid::unit(n, n);
-        let heights = paraboloid(n);
-        let plane = heights.iter().sum::<f64>() / heights.len() as f64;
-        let range = c * (gamma / n as f64).sqrt();
-        let p = Problem { adhesion: Adhesion::exponential(gamma, range), tolerance: 1e-6, ..problem(grid, &heights) };
-        let t = std::time::Instant::now();
-        let mut run = start(&p, "fast");
-        let radius = |s: &State| (contact_area(grid, s.gap, 0.0).corrected / PI).sqrt();
-        let zero = hold(&mut *run, Load::Pressure(0.0), radius) / s;
-        let mut run = start(&p, "fast");
-        let curve: Vec<_> = (0..8)
-            .map(|k| {
-                let gap = plane + s * s * (-0.1 + 0.07 * k as f64);
-                hold(&mut *run, Load::MeanGap(gap), |st| {
-                    (st.pressure / (PI * gamma * flattened(st.pressure)), radius(st) / s)
-                })
-            })
-            .collect();
-        println!(
-            "n {n} c {c} mu {:.3} zero load {zero:.4} {curve:.4?} {:?}",
-            gamma.powf(2.0 / 3.0) / range,
-            t.elapsed()
-        );
-    }
+    let adhesion = Adhesion::exponential(gamma, 1.4 * (gamma / n as f64).sqrt());
+    let pull = pull_off(n, s, adhesion, (0..6).map(|k| 0.1 - 0.07 * f64::from(k)));
+    assert!((pull / 1.5 - 1.0).abs() < TOLERANCE, "pull-off {pull}");
+    let (grid, heights) = (Grid::unit(n, n), paraboloid(n));
+    let p = Problem { adhesion, tolerance: 1e-6, ..problem(grid, &heights) };
+    let area = hold(&mut *start(&p, "fast"), Load::Pressure(0.0), |s| contact_area(grid, s.gap, 0.0).corrected);
+    let radius = (area / PI).sqrt() / s;
+    assert!((radius / (4.5 * PI).cbrt() - 1.0).abs() < TOLERANCE, "radius {radius}");
+}
+
+/// Pull-off over πγR after Maugis (J. Colloid Interface Sci. 150 (1992) 243, eqs. 6.26 to 6.28), for his parameter
+/// λ = (9/2π)^(1/3) μ of the Tabor number μ. With contact radius a in units of (πγR²/K)^(1/3), K = 4E*/3, and the cohesive
+/// zone out to m a.
+fn maugis(tabor: f64) -> f64 {
+    let lambda = (4.5 / PI).cbrt() * tabor;
+    let pull = |a: f64| {
+        let arc = |m: f64| (m * m - 1.0).sqrt().atan();
+        let balance = |m: f64| {
+            let root = (m * m - 1.0).sqrt();
+            0.5 * lambda * a * a * (root + (m * m - 2.0) * arc(m))
+                + 4.0 / 3.0 * lambda * lambda * a * (root * arc(m) - m + 1.0)
+                - 1.0
+        };
+        let (mut low, mut high) = (1.0, 2.0);
+        while balance(high) < 0.0 {
+            high *= 2.0;
+        }
+        for _ in 0..100 {
+            let middle = 0.5 * (low + high);
+            if balance(middle) < 0.0 { low = middle } else { high = middle }
+        }
+        lambda * a * a * ((low * low - 1.0).sqrt() + low * low * arc(low)) - a.powi(3)
+    };
+    (1..3000).map(|k| pull(1e-3 * f64::from(k))).fold(f64::MIN, f64::max)
 }
 
 #[test]
+fn maugis_pull_off() {
+    /// Of the closed form itself: values tabulated to four digits.
+    const TABULATED: f64 = 1e-4;
+    for (lambda, expected) in [(0.1, 1.9506), (0.5, 1.7182), (1.0, 1.6007), (5.0, 1.5063)] {
+        let found = maugis(lambda / (4.5 / PI).cbrt());
+        assert!((found - expected).abs() < TABULATED, "{lambda}: {found}");
+    }
+    /// 1.3 % at a Tabor number of 5, whose cohesive resolution is 1; 0.4 % and less at the others.
+    const TOLERANCE: f64 = 0.02;
+    for (tabor, n, s, from, to) in [
+        (0.1, 256, 0.05f64, 1.0, -1.0),
+        (0.3, 256, 0.05, 1.0, -1.0),
+        (1.0, 256, 0.1, 0.0, -1.0),
+        (3.0, 512, 0.1, 0.0, -0.5),
+        (5.0, 768, 0.1, 0.0, -0.3),
+    ] {
+        let gamma = s.powi(3);
+        let adhesion = Adhesion::dugdale(gamma, s * s / tabor);
+        let steps = 8;
+        let approaches = (0..=steps).map(|k| from + (to - from) * f64::from(k) / f64::from(steps));
+        let pull = pull_off(n, s, adhesion, approaches);
+        let off = pull / maugis(tabor) - 1.0;
+        assert!(off.abs() < TOLERANCE, "μ = {tabor}: {pull}");
+    }
+}
+
+/// A flat strip beside a groove, under tension: it parts where the energy that its edges release is the work of adhesion,
+/// at a mean pull of √(2γE* tan πa) (Kendall 1971, in a row of strips).
+#[test]
 fn kendalls_punch() {
-    let a = 0.2f64;
-    let gamma = 1e-4f64;
-    for depth in [0.02, 0.1, 1.0] {
-        for (n, c) in [(320usize, 1.4), (320, 2.0), (1280, 1.4), (1280, 2.8), (5120, 1.4)] {
-            let grid = Grid { nx: n, ny: 1, lx: 1.0, ly: 1.0 / n as f64 };
-            let half = (a * n as f64).round() as usize;
-            let heights: Vec<f64> = (0..n).map(|i| if i < half || i >= n - half { 0.0 } else { depth }).collect();
-            let rho = c * (gamma / n as f64).sqrt();
-            let p = Problem { adhesion: Adhesion::exponential(gamma, rho), ..problem(grid, &heights) };
-            let exact = (2.0 * gamma * (PI * a).tan()).sqrt();
-            let t = std::time::Instant::now();
-            let mut run = start(&p, "fast");
-            let mut x = 0.205;
-            let end = loop {
-                let s = run.equilibrate(Load::Pressure(-x * exact)).unwrap();
-                let f = contact_area(grid, s.gap, 0.0).fraction;
-                if s.stop != Stop::Converged || f < 0.1 {
-                    break format!("{} {f} at {x:.3} res {:.1e} it {}", s.stop, s.residual, s.iterations);
-                }
-                x += if x < 0.8 { 0.1 } else { 0.01 };
-            };
-            println!(
-                "depth {depth} n {n} c {c} bound stress {:.2}: {end} {:?}",
-                2.0 * a * gamma / rho / exact,
-                t.elapsed()
-            );
+    /// At the singular edges the range is felt: 0.955 to 0.995 of the ideal load at 320 to 1280 points, 1.015 at 5120.
+    const TOLERANCE: f64 = 0.03;
+    const STEP: f64 = 0.01;
+    let (half_width, gamma, n, c) = (0.2f64, 1e-4f64, 1280usize, 1.4);
+    let grid = Grid { nx: n, ny: 1, lx: 1.0, ly: 1.0 / n as f64 };
+    let edge = (half_width * n as f64).round() as usize;
+    let ideal = (2.0 * gamma * (PI * half_width).tan()).sqrt();
+    // How deep the groove is does not matter.
+    for depth in [0.02, 1.0] {
+        let heights: Vec<f64> = (0..n).map(|i| if i < edge || i >= n - edge { 0.0 } else { depth }).collect();
+        let adhesion = Adhesion::exponential(gamma, c * (gamma / n as f64).sqrt());
+        let p = Problem { adhesion, ..problem(grid, &heights) };
+        let mut run = start(&p, "fast");
+        for x in [0.2, 0.5, 0.8, 0.9, 1.0 - TOLERANCE] {
+            hold(&mut *run, Load::Pressure(-x * ideal), |_| ());
         }
+        let parted = (0..)
+            .map(|k| 1.0 - TOLERANCE + STEP * f64::from(k))
+            .take_while(|x| *x < 1.0 + TOLERANCE)
+            .find(|x| run.equilibrate(Load::Pressure(-x * ideal)).unwrap().stop == Stop::Detached);
+        assert!(parted.is_some(), "depth {depth}");
     }
 }

@@ -149,10 +149,21 @@ fn hertz_refines() {
         }
         found
     });
-    let [coarse, middle, fine] = &errors;
-    let show: Vec<_> = errors.iter().map(|e| e.each_ref().map(|v| (mean(v), rms(v)))).collect();
-    println!("{show:?}");
-    assert!(coarse.len() == middle.len() && fine.len() == 4);
+    falls(&errors.map(|found| found.map(|e| rms(&e))));
+}
+
+/// What refinement must bring, from rms errors of approach, elastic energy, counted and corrected area on grids that double.
+fn falls(errors: &[[f64; 4]; 3]) {
+    /// Orders at least: approach and energy (1.85 to 3.0 found), counted area (0.8 to 1.4 found).
+    const ORDER: f64 = 1.7;
+    const AREA_ORDER: f64 = 0.7;
+    /// The corrected area's error over the counted one's at most: 0.2 to 0.65 were found.
+    const CORRECTION: f64 = 0.75;
+    for pair in errors.windows(2) {
+        let orders = [0, 1, 2].map(|i| order(pair[0][i], pair[1][i]));
+        assert!(orders[0] > ORDER && orders[1] > ORDER && orders[2] > AREA_ORDER, "{orders:?} from {errors:?}");
+    }
+    assert!(errors.iter().all(|e| e[3] < CORRECTION * e[2]), "{errors:?}");
 }
 
 /// h = D cos cos, touching at the low points: at a light load its contacts are Hertz's with a quartic term and images.
@@ -162,29 +173,27 @@ fn hertz_refines() {
 fn two_dimensional_sinusoid_refines() {
     let (amplitude, q) = (0.02, 2.0 * PI);
     let shape = (1.0 / (amplitude * q * q), -amplitude * q.powi(4) / 16.0);
-    for light in [0.003, 0.006] {
-        let pressure = light * SQRT_2 * PI * amplitude;
-        let (a, approach, work) = under_force(0.5 * pressure, shape, 1.0 / SQRT_2);
-        let found = [128usize, 256, 512].map(|n| {
-            let grid = Grid::unit(n, n);
-            let places = [0.0, 0.5];
-            let values = places.map(|place| {
+    falls(&[128usize, 256, 512].map(|n| {
+        let grid = Grid::unit(n, n);
+        let mut found: [Vec<f64>; 4] = Default::default();
+        for light in [0.003, 0.006] {
+            let pressure = light * SQRT_2 * PI * amplitude;
+            let (a, approach, work) = under_force(0.5 * pressure, shape, 1.0 / SQRT_2);
+            let discs = 2.0 * PI * a * a;
+            for place in [0.0, 0.25, 0.5] {
                 let wave = |i: usize| (q * (i as f64 - place) / n as f64).cos();
                 let heights: Vec<f64> = (0..n * n).map(|i| amplitude * wave(i % n) * wave(i / n)).collect();
                 solve(&problem(grid, &heights), "fast", pressure, |s| {
                     let area = contact_area(grid, s.gap, 0.0);
-                    [
-                        (amplitude - s.mean_gap) / approach - 1.0,
-                        s.elastic_energy / (2.0 * work) - 1.0,
-                        area.fraction / (2.0 * PI * a * a) - 1.0,
-                        area.corrected / (2.0 * PI * a * a) - 1.0,
-                    ]
-                })
-            });
-            values
-        });
-        println!("{light} {a} {found:?}");
-    }
+                    found[0].push((amplitude - s.mean_gap) / approach - 1.0);
+                    found[1].push(s.elastic_energy / (2.0 * work) - 1.0);
+                    found[2].push(area.fraction / discs - 1.0);
+                    found[3].push(area.corrected / discs - 1.0);
+                });
+            }
+        }
+        found.map(|e| rms(&e))
+    }));
 }
 
 /// A flat strip of half-width a beside a groove too deep to touch: the pressure of a row of flat punches under the mean
@@ -192,6 +201,10 @@ fn two_dimensional_sinusoid_refines() {
 /// D(1 - 2a) + (2p/π) ln sin πa.
 #[test]
 fn flat_punches_in_a_row() {
+    /// Off the first order, which the singular edges leave: 0.003 were found in the mean gap, stresses do a little better.
+    const ORDER: f64 = 0.05;
+    /// Of the energies of methods that are converged to residuals of 1e-9 of the pressure; 1e-15 was found.
+    const AGREEMENT: f64 = 1e-9;
     let (half_width, depth, pressure) = (0.2, 0.1, 0.01);
     let strip = |n: usize| -> (Grid, Vec<f64>) {
         let grid = Grid { nx: n, ny: 1, lx: 1.0, ly: 1.0 / n as f64 };
@@ -213,10 +226,13 @@ fn flat_punches_in_a_row() {
             ((s.mean_gap - depth * (1.0 - 2.0 * half_width)) / (pressure * compliance) - 1.0, worst)
         })
     });
-    println!("{found:?}");
+    for pair in found.windows(2) {
+        let orders = (order(pair[0].0, pair[1].0), order(pair[0].1, pair[1].1));
+        assert!((orders.0 - 1.0).abs() < ORDER && orders.1 > 1.0 - ORDER, "{orders:?} from {found:?}");
+    }
     let (grid, heights) = strip(160);
-    let energies = METHODS.map(|id| solve(&problem(grid, &heights), id, pressure, |s| s.energy));
-    println!("{energies:?}");
+    let [a, others @ ..] = METHODS.map(|id| solve(&problem(grid, &heights), id, pressure, |s| s.energy));
+    assert!(others.iter().all(|b| (b / a - 1.0).abs() < AGREEMENT), "{a} {others:?}");
 }
 
 /// The methods end in the same energy on grids that are not square, whose meshes are not, and at light and heavy loads,

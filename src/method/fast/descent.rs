@@ -167,7 +167,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
             if let Some(stop) = progress.stalled(residual, floor) {
                 break (stop, settled);
             }
-            if now.balance.parted(pressure, law.range()) {
+            if matches!(load, Load::Pressure(_)) && now.balance.parted(pressure, law.range()) {
                 break (Stop::Detached, settled);
             }
             stopping |=

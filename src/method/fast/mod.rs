@@ -44,6 +44,12 @@ const COARSEST: usize = 64;
 /// Residual over the pressure at which a coarse grid is left: a better one leaves the work on the next grid unchanged.
 const COARSE_TOLERANCE: f64 = 1e-2;
 
+/// Corrections of the pressure on a coarse grid, under mean-gap control, after which the next grid may do better.
+const COARSE_CORRECTIONS: usize = 4;
+
+/// Share of E* h_rms/L, which is about what flattens the longest waves, below which a stress is none.
+const NO_STRESS: f64 = 1e-6;
+
 /// Stiffness that mean-gap control gives the mean gap, over the grid's stiffest mode: far above any contact's, so that few
 /// corrections of the pressure bring the mean gap to its target, and no stiffer than what the solver copes with anyway.
 const SPRING: f64 = 0.25;
@@ -230,12 +236,13 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
     }
 
     /// What residuals are divided by. Where the pressure is not imposed it may pass through zero; what the bodies then do to
-    /// each other is of the size of their attraction, for an exponential its energy over its range.
+    /// each other is of the size of their attraction, for an exponential its energy over its range. Once they have parted
+    /// nothing is left.
     fn scale(&self, load: Load, pressure: f64, balance: &Balance) -> f64 {
         let pull = if self.law.range() > 0.0 { balance.interaction.abs() / self.law.range() } else { 0.0 };
         match load {
             Load::Pressure(p) => Problem::stress_scale(p),
-            Load::MeanGap(_) => Problem::stress_scale(pressure.abs() + pull),
+            Load::MeanGap(_) => Problem::stress_scale((pressure.abs() + pull).max(NO_STRESS * self.rms_height)),
         }
     }
 
@@ -268,12 +275,16 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         self.set_load(level, load);
         level.pressure = pressure;
         level.prepare();
+        // Where a coarse mesh pins the contact line, no pressure may hold the asked mean gap.
+        let coarse = level.grid() != self.problem.grid;
+        let mut corrections = 0;
         loop {
             let ended = self.improve(level, (load, tolerance, goals), iterations, pause.take());
             let miss = level.last.mean_gap - target;
             level.pressure += level.spring.stiffness * miss;
             let within = LOAD_BALANCE.max(tolerance * LOAD_BALANCE / 1e-8) * self.rms_height.max(target.abs());
-            if ended.stop != Stop::Converged || miss.abs() <= within {
+            corrections += 1;
+            if ended.stop != Stop::Converged || miss.abs() <= within || coarse && corrections == COARSE_CORRECTIONS {
                 return ended;
             }
         }
