@@ -9,7 +9,7 @@ mod transform;
 pub use interpolate::{bilinear, interpolate};
 pub use real::{Field, Real};
 pub use series::Series;
-pub use sums::{block_sums, lowest, mean, rms, sum_rows};
+pub use sums::{CHUNK, block_sums, dot, lowest, mean, rms, sum_rows, total, vectorised};
 pub use transform::{Filter, Transform};
 
 use std::f64::consts::PI;
@@ -54,7 +54,12 @@ impl Grid {
 
     /// Wave number along y of row `j` of the spectrum (FFT order: positive, then negative).
     pub fn qy(&self, j: usize) -> f64 {
-        2.0 * PI / self.ly * signed_mode(j, self.ny) as f64
+        self.qy_step() * signed_mode(j, self.ny) as f64
+    }
+
+    /// Distance of neighbouring wave numbers along y.
+    pub fn qy_step(&self) -> f64 {
+        2.0 * PI / self.ly
     }
 
     /// How often column `i` of the half spectrum stands for a mode of the full one: 1 on the axis and on the Nyquist

@@ -23,6 +23,47 @@ pub fn block_sums<const K: usize>(partial: &[[f64; K]]) -> [f64; K] {
     total
 }
 
+/// Runs a loop as compiled for the widest vectors that this machine has; `work` must be inlined to gain from it. The bits of
+/// the result are the same on every machine: nothing is contracted or reordered.
+#[inline(always)]
+pub fn vectorised<R>(work: impl FnOnce() -> R) -> R {
+    pulp::Arch::new().dispatch(work)
+}
+
+/// Running sums that one sum is kept in, so that its additions need not wait for each other.
+const LANES: usize = 8;
+
+/// Elements that stay close by between a loop over nodes or modes and the sums over what it gave.
+pub const CHUNK: usize = 64;
+
+/// `Σ a`, in an order of additions that vectors can follow.
+#[inline(always)]
+pub fn total(a: &[f64]) -> f64 {
+    let mut lanes = [0.0; LANES];
+    let a = a.chunks_exact(LANES);
+    let rest: f64 = a.remainder().iter().sum();
+    for a in a {
+        for l in 0..LANES {
+            lanes[l] += a[l];
+        }
+    }
+    lanes.iter().sum::<f64>() + rest
+}
+
+/// `Σ a b`, in an order of additions that vectors can follow.
+#[inline(always)]
+pub fn dot<A: Real, B: Real>(a: &[A], b: &[B]) -> f64 {
+    let mut lanes = [0.0; LANES];
+    let (a, b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+    let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a.wide() * b.wide()).sum();
+    for (a, b) in a.zip(b) {
+        for l in 0..LANES {
+            lanes[l] += a[l].wide() * b[l].wide();
+        }
+    }
+    lanes.iter().sum::<f64>() + rest
+}
+
 /// Length of the blocks in which a flat field is summed.
 const BLOCK: usize = 4096;
 
@@ -51,6 +92,17 @@ fn block<T>(field: &[T], b: usize) -> &[T] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lanes_take_every_element() {
+        for n in [0, 1, 7, 8, 9, 40, 43] {
+            let a: Vec<f32> = (0..n).map(|i| i as f32).collect();
+            let b: Vec<f64> = (0..n).map(|i| f64::from(i) + 1.0).collect();
+            let direct: f64 = (0..n).map(|i| f64::from(i) * (f64::from(i) + 1.0)).sum();
+            assert_eq!(vectorised(|| dot(&a, &b)), direct, "{n}");
+            assert_eq!(vectorised(|| total(&b)), f64::from(n * (n + 1) / 2), "{n}");
+        }
+    }
 
     #[test]
     fn same_bits_for_any_number_of_threads() {

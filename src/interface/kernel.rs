@@ -9,11 +9,19 @@ use serde::{Deserialize, Serialize};
 /// Stiffness of the mode with the wave vector (qx, qy) in units of 1/L, in E*/L.
 pub trait Kernel: Copy + Sync + Send {
     fn stiffness(&self, qx: f64, qy: f64) -> f64;
+
+    /// Stiffness of the modes `(qx, (first + k) step)`, `k` = 0, 1, …: part of a column of the spectrum.
+    #[inline(always)]
+    fn along(&self, qx: f64, first: f64, step: f64, stiffness: &mut [f64]) {
+        for (k, s) in stiffness.iter_mut().enumerate() {
+            *s = self.stiffness(qx, (first + k as f64) * step);
+        }
+    }
 }
 
 /// Length of a wave vector. `f64::hypot` guards against overflow, which wave vectors do not need, and costs ten times as
 /// much.
-#[inline]
+#[inline(always)]
 pub(super) fn length(qx: f64, qy: f64) -> f64 {
     (qx * qx + qy * qy).sqrt()
 }
@@ -23,7 +31,7 @@ pub(super) fn length(qx: f64, qy: f64) -> f64 {
 pub struct HalfSpace;
 
 impl Kernel for HalfSpace {
-    #[inline]
+    #[inline(always)]
     fn stiffness(&self, qx: f64, qy: f64) -> f64 {
         0.5 * length(qx, qy)
     }
@@ -110,14 +118,22 @@ pub enum Elastic {
 }
 
 impl Kernel for Elastic {
-    /// The choice is made mode by mode: beside the root that gives `q` it costs nothing, and solvers are compiled once
-    /// for all kernels.
     #[inline]
     fn stiffness(&self, qx: f64, qy: f64) -> f64 {
         match self {
             Elastic::HalfSpace => HalfSpace.stiffness(qx, qy),
             Elastic::Layer(layer) => layer.stiffness(qx, qy),
             Elastic::Cubic(crystal) => crystal.stiffness(qx, qy),
+        }
+    }
+
+    /// The choice is made here and not by type: solvers are compiled once for all kernels.
+    #[inline(always)]
+    fn along(&self, qx: f64, first: f64, step: f64, stiffness: &mut [f64]) {
+        match self {
+            Elastic::HalfSpace => HalfSpace.along(qx, first, step, stiffness),
+            Elastic::Layer(layer) => layer.along(qx, first, step, stiffness),
+            Elastic::Cubic(crystal) => crystal.along(qx, first, step, stiffness),
         }
     }
 }

@@ -123,13 +123,8 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
                 || transform.worker(),
                 |worker, (((spectrum, gap), velocity), heights)| {
                     worker.inverse(spectrum);
-                    for (t, &g) in worker.row.iter_mut().zip(gap.iter()) {
-                        *t += pressure;
-                        if L::ACTIVE {
-                            *t += T::of(law.traction(g.wide()));
-                        }
-                    }
-                    let sums = kkt_row(law, gap, &worker.row);
+                    worker.row.iter_mut().for_each(|t| *t += pressure);
+                    let sums = kkt_row(law, gap, &mut worker.row);
                     for (((t, g), v), &h) in worker.row.iter_mut().zip(gap).zip(velocity).zip(heights) {
                         let mut next = *g + inertia * *v - step * *t;
                         if L::HARD {

@@ -10,7 +10,7 @@
 //! `K` has no mean mode, so the mean of `t - v'` is the pressure whatever the gap: load balance is a statement about `t`.
 
 use super::{Heights, Load, Problem, Settled, State, Stop};
-use crate::grid::{Filter, Grid, Real, Transform, block_sums, lowest, rms};
+use crate::grid::{CHUNK, Filter, Grid, Real, Transform, block_sums, dot, lowest, rms, total, vectorised};
 use crate::interface::{Adhesion, HardWall, Kernel, Law, WithAdhesion};
 use crate::{Error, Result};
 use rayon::prelude::*;
@@ -83,31 +83,97 @@ pub(super) fn curvature_of(elastic: f64, law: f64) -> f64 {
     if curvature <= SOFTENED * elastic { curvature.min(0.0) } else { curvature }
 }
 
-/// Number of sums that [`kkt_row`] gives.
-pub(super) const KKT: usize = 6;
+/// Number of sums that [`Nodes`] give.
+pub(super) const KKT: usize = 7;
 
 /// Residual of the optimality conditions at one node: the imbalance where the gap may move, else tension only.
-#[inline]
+#[inline(always)]
 pub(super) fn kkt<L: Law, T: Real>(gap: T, t: T) -> T {
     if L::HARD && gap <= T::zero() { t.min(T::zero()) } else { t }
 }
 
-/// Sums of one row: residual², residual, |t g|, g, v(g), closed nodes.
-pub(super) fn kkt_row<L: Law, T: Real>(law: &L, gap: &[T], t: &[T]) -> [f64; KKT] {
-    let mut sum = [0.0; KKT];
-    for (&g, &t) in gap.iter().zip(t) {
-        let r = kkt::<L, T>(g, t).wide();
-        let (g, t) = (g.wide(), t.wide());
-        sum[0] += r * r;
-        sum[1] += r;
-        sum[2] += (t * g).abs();
-        sum[3] += g;
-        if L::ACTIVE {
-            sum[4] += law.energy(g);
-        }
-        sum[5] += f64::from(u8::from(g <= 0.0));
+/// What a law gives at the gaps of a chunk; nothing is computed where all are out of its reach.
+#[inline(always)]
+pub(super) fn each<L: Law>(law: &L, gaps: &[f64; CHUNK], of: impl Fn(&L, f64) -> f64) -> [f64; CHUNK] {
+    let mut values = [0.0; CHUNK];
+    let end = law.vanishes();
+    if L::ACTIVE && gaps.iter().any(|g| *g < end) {
+        values.iter_mut().zip(gaps).for_each(|(v, g)| *v = of(law, *g));
     }
-    sum
+    values
+}
+
+/// A chunk of nodes (the last of a row has fewer): gaps and imbalances in, sums out. Elements past the end are ignored.
+pub(super) struct Nodes<T> {
+    pub gap: [T; CHUNK],
+    /// Stress of body and load, to which [`Nodes::add_to`] adds the law's traction.
+    pub imbalance: [T; CHUNK],
+    /// Residual of an earlier state, for whom it concerns.
+    pub old: [f64; CHUNK],
+}
+
+impl<T: Real> Nodes<T> {
+    #[inline(always)]
+    pub fn new() -> Self {
+        Nodes { gap: [T::zero(); CHUNK], imbalance: [T::zero(); CHUNK], old: [0.0; CHUNK] }
+    }
+
+    /// Adds, for the first `n` nodes, residual², residual, |t g|, g, v(g), closed nodes, residual times the old one.
+    #[inline(always)]
+    pub fn add_to<L: Law>(&mut self, n: usize, law: &L, sums: &mut [f64; KKT]) {
+        let gap = self.gap.map(
+            #[inline(always)]
+            |g| g.wide(),
+        );
+        if L::ACTIVE {
+            let traction = each(
+                law,
+                &gap,
+                #[inline(always)]
+                |law, g| law.traction(g),
+            );
+            self.imbalance.iter_mut().zip(traction).for_each(|(t, traction)| *t += T::of(traction));
+            sums[4] += total(
+                &each(
+                    law,
+                    &gap,
+                    #[inline(always)]
+                    |law, g| law.energy(g),
+                )[..n],
+            );
+        }
+        let (mut residual, mut work, mut closed) = ([0.0; CHUNK], [0.0; CHUNK], [0.0; CHUNK]);
+        for i in 0..CHUNK {
+            let t = self.imbalance[i].wide();
+            residual[i] = kkt::<L, f64>(gap[i], t);
+            work[i] = (t * gap[i]).abs();
+            closed[i] = if gap[i] <= 0.0 { 1.0 } else { 0.0 };
+        }
+        sums[0] += dot(&residual[..n], &residual[..n]);
+        sums[1] += total(&residual[..n]);
+        sums[2] += total(&work[..n]);
+        sums[3] += total(&gap[..n]);
+        sums[5] += total(&closed[..n]);
+        sums[6] += dot(&residual[..n], &self.old[..n]);
+    }
+}
+
+/// Sums of one row; `t`, the stress of body and load, becomes the imbalance by the law's traction.
+pub(super) fn kkt_row<L: Law, T: Real>(law: &L, gap: &[T], t: &mut [T]) -> [f64; KKT] {
+    vectorised(
+        #[inline(always)]
+        || {
+            let mut sums = [0.0; KKT];
+            for (gap, t) in gap.chunks(CHUNK).zip(t.chunks_mut(CHUNK)) {
+                let mut nodes = Nodes::new();
+                nodes.gap[..gap.len()].copy_from_slice(gap);
+                nodes.imbalance[..t.len()].copy_from_slice(t);
+                nodes.add_to(t.len(), law, &mut sums);
+                t.copy_from_slice(&nodes.imbalance[..t.len()]);
+            }
+            sums
+        },
+    )
 }
 
 impl Balance {
@@ -272,13 +338,8 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
                 || self.transform.worker(),
                 |worker, ((spectrum, gap), store)| {
                     worker.inverse(spectrum);
-                    for (t, &g) in worker.row.iter_mut().zip(gap) {
-                        *t += pressure;
-                        if L::ACTIVE {
-                            *t += T::of(law.traction(g.wide()));
-                        }
-                    }
-                    (kkt_row(law, gap, &worker.row), visit(gap, &worker.row, store))
+                    worker.row.iter_mut().for_each(|t| *t += pressure);
+                    (kkt_row(law, gap, &mut worker.row), visit(gap, &worker.row, store))
                 },
             )
             .collect();

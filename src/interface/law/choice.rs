@@ -72,6 +72,10 @@ impl Law for Adhesion {
         of_law!(self, a => a.slope(g), 0.0)
     }
 
+    fn vanishes(&self) -> f64 {
+        of_law!(self, a => a.vanishes(), 0.0)
+    }
+
     fn steepest(&self, lowest: f64) -> f64 {
         of_law!(self, a => a.steepest(lowest), 0.0)
     }
@@ -178,6 +182,11 @@ impl Law for SoftWall {
             SoftWall::PowerLaw(w) => w.slope(g),
             SoftWall::Stiff(w) => w.slope(g),
         }
+    }
+
+    /// All walls end at zero gap.
+    fn vanishes(&self) -> f64 {
+        0.0
     }
 
     fn closest(&self, stress: f64) -> f64 {

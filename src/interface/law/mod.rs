@@ -51,6 +51,11 @@ pub trait Law: Copy + Sync + Send {
         0.0
     }
 
+    /// Gap from which on traction, energy and slope are all zero, to the last bit.
+    fn vanishes(&self) -> f64 {
+        f64::INFINITY
+    }
+
     /// Upper bound of `|slope|` over the gaps from `lowest` on.
     fn steepest(&self, lowest: f64) -> f64;
 
@@ -121,6 +126,10 @@ impl Law for HardWall {
         0.0
     }
 
+    fn vanishes(&self) -> f64 {
+        0.0
+    }
+
     fn steepest(&self, _: f64) -> f64 {
         0.0
     }
@@ -154,6 +163,10 @@ impl<W: Law, A: Law> Law for WithAdhesion<W, A> {
 
     fn closest(&self, stress: f64) -> f64 {
         self.wall.closest(stress)
+    }
+
+    fn vanishes(&self) -> f64 {
+        self.wall.vanishes().max(self.adhesion.vanishes())
     }
 
     fn steepest(&self, lowest: f64) -> f64 {

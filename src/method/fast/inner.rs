@@ -5,9 +5,10 @@
 //! are sums over spectra (`⟨d K d⟩` and `⟨r K⁻¹ r⟩`), known before the rows are transformed back; so a row goes back,
 //! through the pointwise update, and forward again while it is in cache, and the preconditioned residual is never stored.
 
-use crate::grid::{Filter, Grid, Real, Transform, block_sums};
+use super::column::{Factor, multiply};
+use crate::grid::{CHUNK, Filter, Grid, Real, Transform, block_sums, dot, vectorised};
 use crate::interface::{Kernel, Law};
-use crate::method::operator::curvature_of;
+use crate::method::operator::{curvature_of, each};
 use half::bf16;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
@@ -23,22 +24,12 @@ struct Metric<K> {
 
 impl<K: Kernel> Filter<f32> for Metric<K> {
     fn apply(&self, i: usize, column: &mut [Complex<f32>]) -> f64 {
-        let per_point = 1.0 / self.grid.points() as f64;
-        let qx = self.grid.qx(i);
-        let mut sum = 0.0;
-        for (j, c) in column.iter_mut().enumerate() {
-            let qy = self.grid.qy(j);
-            let rigid = qx == 0.0 && qy == 0.0;
-            let factor = match (self.inverse, rigid) {
-                (false, true) => self.spring,
-                (false, false) => self.kernel.stiffness(qx, qy),
-                (true, true) => 1.0 / self.mean,
-                (true, false) => 1.0 / self.kernel.stiffness(qx, qy),
-            };
-            sum += factor * c.norm_sqr().wide();
-            *c = c.scale((factor * per_point) as f32);
-        }
-        self.grid.column_weight(i) * per_point * per_point * sum
+        let factor = if self.inverse {
+            (&self.kernel, Factor::Compliance, 1.0 / self.mean)
+        } else {
+            (&self.kernel, Factor::Stiffness, self.spring)
+        };
+        multiply(factor, self.grid, i, column)
     }
 }
 
@@ -60,29 +51,68 @@ pub(super) struct Inner {
 /// The mark of nodes that are held closed.
 const HELD: bf16 = bf16::NEG_ZERO;
 
-#[inline]
+#[inline(always)]
 fn is_held(d: bf16) -> bool {
     d.to_bits() == HELD.to_bits()
 }
 
-/// A direction that is never taken for the mark.
-#[inline]
+/// The nearest direction that is not the mark. `bf16::from_f32` looks for NaNs on its way, at four times the cost.
+#[inline(always)]
 fn free(d: f32) -> bf16 {
-    let d = bf16::from_f32(d);
-    if is_held(d) { bf16::ZERO } else { d }
+    let bits = d.to_bits();
+    let rounded = (bits.wrapping_add(0x7fff + (bits >> 16 & 1)) >> 16) as u16;
+    bf16::from_bits(if rounded == HELD.to_bits() { 0 } else { rounded })
+}
+
+#[inline(always)]
+fn wide(d: bf16) -> f32 {
+    f32::from_bits(u32::from(d.to_bits()) << 16)
 }
 
 /// The gap after `scale` times a step, in front of the wall.
-#[inline]
+#[inline(always)]
 pub(super) fn moved<L: Law, T: Real>(g: T, scale: T, step: f32) -> T {
     let g = g + scale * T::of(f64::from(step));
     if L::HARD { g.max(T::zero()) } else { g }
 }
 
 /// Whether a node may move from here: open ones, and closed ones under tension.
-#[inline]
+#[inline(always)]
 fn may_move<L: Law, T: Real>(g: T, t: f32) -> bool {
     !L::HARD || g > T::zero() || t < 0.0
+}
+
+/// `v'' d` at the nodes of a chunk.
+#[inline(always)]
+fn forces<T: Real, L: Law>(law: &L, gap: &[T], direction: &[f32; CHUNK]) -> [f64; CHUNK] {
+    if !L::ACTIVE {
+        return [0.0; CHUNK];
+    }
+    let mut gaps = [f64::INFINITY; CHUNK];
+    gaps.iter_mut().zip(gap).for_each(|(wide, g)| *wide = g.wide());
+    let mut forces = each(
+        law,
+        &gaps,
+        #[inline(always)]
+        |law, g| law.slope(g),
+    );
+    forces.iter_mut().zip(direction).for_each(|(f, &d)| *f *= f64::from(d));
+    forces
+}
+
+/// `Σ v'' d²`: what the law takes from the stiffness along a direction.
+#[inline(always)]
+fn softening<T: Real, L: Law>(law: &L, gap: &[T], direction: &[f32]) -> f64 {
+    if !L::ACTIVE {
+        return 0.0;
+    }
+    let mut sum = 0.0;
+    for (gap, direction) in gap.chunks(CHUNK).zip(direction.chunks(CHUNK)) {
+        let mut d = [0.0; CHUNK];
+        d[..direction.len()].copy_from_slice(direction);
+        sum += dot(&forces(law, gap, &d), &d);
+    }
+    sum
 }
 
 /// What the linear problem is about: the kernel, the law, and the stiffness of a rigid approach.
@@ -148,17 +178,31 @@ impl Inner {
             .map_init(
                 || self.transform.worker(),
                 |worker, ((((spectrum, direction), step), t), gap)| {
-                    let mut sum = [0.0; 2];
-                    for i in 0..direction.len() {
-                        gap[i] = moved::<L, T>(gap[i], pending, step[i]);
-                        let moves = may_move::<L, T>(gap[i], t[i]);
-                        let d = if moves { beta * direction[i].to_f32() - t[i] } else { 0.0 };
-                        (direction[i], step[i], worker.row[i]) = (if moves { free(d) } else { HELD }, d, d);
-                        sum[0] += f64::from(t[i]) * f64::from(d);
-                        if L::ACTIVE && d != 0.0 {
-                            sum[1] += body.law.slope(gap[i].wide()) * f64::from(d) * f64::from(d);
-                        }
-                    }
+                    let sum = vectorised(
+                        #[inline(always)]
+                        || {
+                            let row = &mut worker.row[..];
+                            let chunks = direction.chunks_mut(CHUNK).zip(step.chunks_mut(CHUNK)).zip(t.chunks(CHUNK));
+                            for ((((direction, step), t), gap), row) in
+                                chunks.zip(gap.chunks_mut(CHUNK)).zip(row.chunks_mut(CHUNK))
+                            {
+                                let (mut to, mut marked) = ([0.0; CHUNK], [HELD; CHUNK]);
+                                gap.iter_mut().zip(&*step).for_each(|(g, s)| *g = moved::<L, T>(*g, pending, *s));
+                                for ((((to, m), &d), &t), &g) in
+                                    to.iter_mut().zip(&mut marked).zip(&*direction).zip(t).zip(&*gap)
+                                {
+                                    let moves = may_move::<L, T>(g, t);
+                                    *to = if moves { beta * wide(d) - t } else { 0.0 };
+                                    *m = if moves { free(*to) } else { HELD };
+                                }
+                                let n = row.len();
+                                direction.copy_from_slice(&marked[..n]);
+                                step.copy_from_slice(&to[..n]);
+                                row.copy_from_slice(&to[..n]);
+                            }
+                            [dot(t, row), softening(&body.law, gap, row)]
+                        },
+                    );
                     worker.forward(spectrum);
                     sum
                 },
@@ -234,14 +278,19 @@ impl Inner {
             .map_init(
                 || self.transform.worker(),
                 |worker, ((((spectrum, residual), step), direction), gap)| {
-                    let mut sum = 0.0;
-                    for i in 0..gap.len() {
-                        gap[i] = moved::<L, T>(gap[i], pending, step[i]);
-                        step[i] = 0.0;
-                        let moves = may_move::<L, T>(gap[i], residual[i]);
-                        (residual[i], direction[i]) = if moves { (-residual[i], bf16::ZERO) } else { (0.0, HELD) };
-                        sum += f64::from(residual[i]) * f64::from(residual[i]);
-                    }
+                    let sum = vectorised(
+                        #[inline(always)]
+                        || {
+                            gap.iter_mut().zip(&*step).for_each(|(g, s)| *g = moved::<L, T>(*g, pending, *s));
+                            step.fill(0.0);
+                            for ((r, d), &g) in residual.iter_mut().zip(direction).zip(&*gap) {
+                                let moves = may_move::<L, T>(g, *r);
+                                *r = if moves { -*r } else { 0.0 };
+                                *d = if moves { bf16::ZERO } else { HELD };
+                            }
+                            dot(residual, residual)
+                        },
+                    );
                     worker.row.copy_from_slice(residual);
                     worker.forward(spectrum);
                     [sum]
@@ -264,19 +313,18 @@ impl Inner {
                 || self.transform.worker(),
                 |worker, ((spectrum, direction), gap)| {
                     worker.inverse(spectrum);
-                    let mut sum = 0.0;
-                    for i in 0..direction.len() {
-                        if is_held(direction[i]) {
-                            worker.row[i] = 0.0;
-                            continue;
-                        }
-                        direction[i] = free(worker.row[i] + beta * direction[i].to_f32());
-                        let d = direction[i].to_f32();
-                        worker.row[i] = d;
-                        if L::ACTIVE {
-                            sum += law.slope(gap[i].wide()) * f64::from(d) * f64::from(d);
-                        }
-                    }
+                    let sum = vectorised(
+                        #[inline(always)]
+                        || {
+                            let row = &mut worker.row[..];
+                            for (d, r) in direction.iter_mut().zip(&mut *row) {
+                                let held = is_held(*d);
+                                let to = free(*r + beta * wide(*d));
+                                (*d, *r) = if held { (HELD, 0.0) } else { (to, wide(to)) };
+                            }
+                            softening(law, gap, row)
+                        },
+                    );
                     worker.forward(spectrum);
                     [sum]
                 },
@@ -299,20 +347,28 @@ impl Inner {
                 || self.transform.worker(),
                 |worker, ((((spectrum, step), residual), direction), gap)| {
                     worker.inverse(spectrum);
-                    let mut sum = 0.0;
-                    for i in 0..step.len() {
-                        if is_held(direction[i]) {
-                            continue;
-                        }
-                        let d = direction[i].to_f32();
-                        let mut h = worker.row[i];
-                        if L::ACTIVE {
-                            h += law.slope(gap[i].wide()) as f32 * d;
-                        }
-                        step[i] += alpha * d;
-                        residual[i] -= alpha * h;
-                        sum += f64::from(residual[i]) * f64::from(residual[i]);
-                    }
+                    let sum = vectorised(
+                        #[inline(always)]
+                        || {
+                            let chunks =
+                                step.chunks_mut(CHUNK).zip(residual.chunks_mut(CHUNK)).zip(direction.chunks(CHUNK));
+                            for ((((step, residual), direction), gap), row) in
+                                chunks.zip(gap.chunks(CHUNK)).zip(worker.row.chunks(CHUNK))
+                            {
+                                let mut d = [0.0; CHUNK];
+                                d.iter_mut().zip(direction).for_each(|(d, stored)| *d = wide(*stored));
+                                step.iter_mut().zip(&d).for_each(|(s, d)| *s += alpha * d);
+                                let softened = forces(law, gap, &d);
+                                for (((r, &stored), &stress), &soft) in
+                                    residual.iter_mut().zip(direction).zip(row).zip(&softened)
+                                {
+                                    let left = *r - alpha * (stress + soft as f32);
+                                    *r = if is_held(stored) { 0.0 } else { left };
+                                }
+                            }
+                            dot(residual, residual)
+                        },
+                    );
                     worker.row.copy_from_slice(residual);
                     worker.forward(spectrum);
                     [sum]

@@ -1,7 +1,8 @@
+use super::column::{Factor, multiply};
 use super::inner::{Body, Inner, moved};
-use crate::grid::{Filter, Grid, Real, Series, Transform, block_sums, lowest};
+use crate::grid::{CHUNK, Filter, Grid, Real, Series, Transform, block_sums, lowest, vectorised};
 use crate::interface::{Kernel, Law};
-use crate::method::operator::{Balance, KKT, kkt, kkt_row};
+use crate::method::operator::{Balance, KKT, Nodes, kkt, kkt_row};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 
@@ -49,20 +50,11 @@ struct Displaced<'h, T, K> {
 impl<T: Real, K: Kernel> Filter<T> for Displaced<'_, T, K> {
     fn apply(&self, i: usize, column: &mut [Complex<T>]) -> f64 {
         let points = self.grid.points() as f64;
-        let (per_point, qx) = (1.0 / points, self.grid.qx(i));
         self.heights.add_to(i, self.grid, column, T::of(-points));
-        let mut sum = 0.0;
         if i == 0 {
             column[0] -= T::of(points * self.spring.target);
-            sum += self.spring.stiffness * column[0].norm_sqr().wide();
-            column[0] = column[0].scale(T::of(self.spring.stiffness * per_point));
         }
-        for (j, c) in column.iter_mut().enumerate().skip(usize::from(i == 0)) {
-            let k = self.kernel.stiffness(qx, self.grid.qy(j));
-            sum += k * c.norm_sqr().wide();
-            *c = c.scale(T::of(k * per_point));
-        }
-        self.grid.column_weight(i) * per_point * per_point * sum
+        multiply((&self.kernel, Factor::Stiffness, self.spring.stiffness), self.grid, i, column)
     }
 }
 
@@ -180,14 +172,19 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
             .for_each_init(
                 || transform.worker(),
                 |worker, ((spectrum, gap), step)| {
-                    for (i, w) in worker.row.iter_mut().enumerate() {
-                        *w = moved::<L, T>(gap[i], scale, step[i]);
-                    }
+                    vectorised(
+                        #[inline(always)]
+                        || {
+                            for ((w, &g), &s) in worker.row.iter_mut().zip(gap).zip(step) {
+                                *w = moved::<L, T>(g, scale, s);
+                            }
+                        },
+                    );
                     worker.forward(spectrum);
                 },
             );
         let elastic = 0.5 * transform.filter_columns(&mut self.spectrum, &filter);
-        let rows: Vec<[f64; KKT + 1]> = self
+        let rows: Vec<[f64; KKT]> = self
             .spectrum
             .par_chunks_mut(half)
             .zip(self.gap.par_chunks(nx))
@@ -197,31 +194,34 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
                 || transform.worker(),
                 |worker, (((spectrum, gap), step), residual)| {
                     worker.inverse(spectrum);
-                    let mut sum = [0.0; KKT + 1];
-                    for i in 0..gap.len() {
-                        let g = moved::<L, T>(gap[i], scale, step[i]);
-                        let mut t = worker.row[i] + pressure;
-                        if L::ACTIVE {
-                            t += T::of(law.traction(g.wide()));
-                            sum[4] += law.energy(g.wide());
-                        }
-                        let (r, old) = (kkt::<L, T>(g, t).wide(), kkt::<L, f32>(gap[i].wide() as f32, residual[i]));
-                        sum[0] += r * r;
-                        sum[1] += r;
-                        sum[2] += (t.wide() * g.wide()).abs();
-                        sum[3] += g.wide();
-                        sum[5] += f64::from(u8::from(g <= T::zero()));
-                        sum[KKT] += r * f64::from(old);
-                        residual[i] = t.wide() as f32;
-                    }
-                    sum
+                    let row = &worker.row[..];
+                    vectorised(
+                        #[inline(always)]
+                        || {
+                            let mut sums = [0.0; KKT];
+                            let chunks = gap.chunks(CHUNK).zip(step.chunks(CHUNK)).zip(row.chunks(CHUNK));
+                            for (((gap, step), row), residual) in chunks.zip(residual.chunks_mut(CHUNK)) {
+                                let mut nodes = Nodes::new();
+                                for ((to, &g), &s) in nodes.gap.iter_mut().zip(gap).zip(step) {
+                                    *to = moved::<L, T>(g, scale, s);
+                                }
+                                for ((old, g), r) in nodes.old.iter_mut().zip(gap).zip(&*residual) {
+                                    *old = f64::from(kkt::<L, f32>(g.wide() as f32, *r));
+                                }
+                                nodes.imbalance.iter_mut().zip(row).for_each(|(t, &r)| *t = r + pressure);
+                                nodes.add_to(gap.len(), law, &mut sums);
+                                residual.iter_mut().zip(&nodes.imbalance).for_each(|(r, t)| *r = t.wide() as f32);
+                            }
+                            sums
+                        },
+                    )
                 },
             )
             .collect();
         self.pairs += 1.0;
         let sums = block_sums(&rows);
         let n = grid.points() as f64;
-        Trial { balance: Balance::new(grid.points(), elastic, &sums), rr: sums[0] / n, rr_old: sums[KKT] / n }
+        Trial { balance: Balance::new(grid.points(), elastic, &sums), rr: sums[0] / n, rr_old: sums[6] / n }
     }
 
     /// Makes the last trial the state.
@@ -266,14 +266,11 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
                 || transform.worker(),
                 |worker, ((spectrum, gap), stress)| {
                     worker.inverse(spectrum);
-                    for ((w, s), &g) in worker.row.iter_mut().zip(stress).zip(gap) {
+                    for (w, s) in worker.row.iter_mut().zip(stress) {
                         *w += pressure;
                         *s = *w;
-                        if L::ACTIVE {
-                            *w += T::of(law.traction(g.wide()));
-                        }
                     }
-                    kkt_row(law, gap, &worker.row)
+                    kkt_row(law, gap, &mut worker.row)
                 },
             )
             .collect();

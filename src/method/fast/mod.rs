@@ -6,6 +6,7 @@
 //! inverted in Fourier space as preconditioner, masked on both sides. Masking on one side only would have another fixed
 //! point. With adhesion the range follows the mesh from grid to grid, so that no grid pins contact lines.
 
+mod column;
 mod descent;
 mod inner;
 mod level;
