@@ -3,7 +3,7 @@
 //! The mean mode has no stiffness here: the mean displacement is a gauge that load control leaves free, and a mean gap
 //! does not contain it. What a layer yields as a whole under the mean pressure is [`Layer::compression`].
 
-use super::CubicHalfSpace;
+use super::{CubicHalfSpace, NonPeriodic};
 use serde::{Deserialize, Serialize};
 
 /// Stiffness of the mode with the wave vector (qx, qy) in units of 1/L, in E*/L.
@@ -115,6 +115,7 @@ pub enum Elastic {
     HalfSpace,
     Layer(Layer),
     Cubic(CubicHalfSpace),
+    NonPeriodic(NonPeriodic),
 }
 
 impl Kernel for Elastic {
@@ -124,6 +125,7 @@ impl Kernel for Elastic {
             Elastic::HalfSpace => HalfSpace.stiffness(qx, qy),
             Elastic::Layer(layer) => layer.stiffness(qx, qy),
             Elastic::Cubic(crystal) => crystal.stiffness(qx, qy),
+            Elastic::NonPeriodic(patch) => patch.stiffness(qx, qy),
         }
     }
 
@@ -134,6 +136,7 @@ impl Kernel for Elastic {
             Elastic::HalfSpace => HalfSpace.along(qx, first, step, stiffness),
             Elastic::Layer(layer) => layer.along(qx, first, step, stiffness),
             Elastic::Cubic(crystal) => crystal.along(qx, first, step, stiffness),
+            Elastic::NonPeriodic(patch) => patch.along(qx, first, step, stiffness),
         }
     }
 }
@@ -142,6 +145,7 @@ impl std::fmt::Display for Elastic {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Elastic::HalfSpace => write!(f, "half-space"),
+            Elastic::NonPeriodic(_) => write!(f, "half-space, loaded on this patch alone (not periodic)"),
             Elastic::Cubic(c) => write!(f, "half-space of a cubic crystal, (001), Zener ratio {:.3}", c.zener),
             Elastic::Layer(l) => {
                 let base = match l.base {

@@ -3,6 +3,7 @@
 mod cubic;
 mod kernel;
 mod law;
+mod non_periodic;
 
 pub use cubic::{Cubic, CubicHalfSpace};
 pub use kernel::{Base, Elastic, HalfSpace, Kernel, Layer};
@@ -10,3 +11,4 @@ pub use law::{
     Adhesion, COHESIVE_RESOLUTION, Dugdale, Exponential, HardWall, Law, LennardJonesWall, PowerLaw93, PowerLawWall,
     RangeChoice, SoftWall, StiffWall, Wall, WithAdhesion,
 };
+pub use non_periodic::NonPeriodic;

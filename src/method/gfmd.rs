@@ -59,6 +59,7 @@ impl ContactMethod for Gfmd {
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Box<dyn Run + 'p>> {
+        problem.expect_periodic(CARD.id)?;
         Ok(dispatch(problem, Start(problem, watch)))
     }
 }

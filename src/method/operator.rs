@@ -46,6 +46,8 @@ pub(super) struct Balance {
     pub elastic: f64,
     pub interaction: f64,
     pub mean_gap: f64,
+    /// Mean of the gap over the whole cell, on which the load works: the mean gap, unless some of the cell is padding.
+    pub lift: f64,
     /// Closed nodes.
     pub contact: f64,
     /// rms of the KKT residual.
@@ -188,6 +190,7 @@ impl Balance {
             imbalance: mean(1),
             complementarity: mean(2),
             mean_gap: mean(3),
+            lift: mean(3),
             interaction: mean(4),
             contact: mean(5),
         }
@@ -195,7 +198,7 @@ impl Balance {
 
     /// Size of the energy's terms, whose rounding must not count as a rise.
     pub fn magnitude(&self, pressure: f64) -> f64 {
-        self.elastic.abs() + self.interaction.abs() + (pressure * self.mean_gap).abs()
+        self.elastic.abs() + self.interaction.abs() + (pressure * self.lift).abs()
     }
 
     /// Whether the residual is within the tolerance and the forces balance, both over `scale`.
@@ -210,7 +213,7 @@ impl Balance {
     }
 
     pub fn energy(&self, pressure: f64) -> f64 {
-        self.elastic + self.interaction + pressure * self.mean_gap
+        self.elastic + self.interaction + pressure * self.lift
     }
 }
 

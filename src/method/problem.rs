@@ -1,7 +1,8 @@
-use crate::grid::{Field, Grid, Series};
+use crate::grid::{Field, Grid, Series, Transform};
 use crate::interface::{Adhesion, Elastic, Kernel, Wall};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::ops::ControlFlow;
 
 /// Floating-point type of the fields. Sums are always `f64`.
@@ -39,11 +40,14 @@ pub enum Heights<'a> {
 }
 
 impl Heights<'_> {
-    /// rms gradient of the waves that the grid holds.
-    pub fn rms_gradient(&self, grid: Grid) -> f64 {
+    /// On the nodes of a grid: those given, if there are any.
+    pub fn on_nodes(&self, grid: Grid) -> Cow<'_, [f64]> {
         match self {
-            Heights::Nodes(nodes) => Series::<f64>::through(grid, nodes).rms_gradient(grid),
-            Heights::Series(series) => series.rms_gradient(grid),
+            Heights::Nodes(nodes) => Cow::Borrowed(nodes),
+            Heights::Series(series) => {
+                let transform = Transform::new(grid);
+                Cow::Owned(series.on_nodes(&transform, &mut transform.spectrum()))
+            }
         }
     }
 }
@@ -113,6 +117,41 @@ pub struct Problem<'a> {
 }
 
 impl Problem<'_> {
+    /// rms gradient of the waves that the grid holds; of a surface that does not repeat, that of differences between
+    /// neighbouring nodes.
+    pub fn resolved_gradient(&self) -> f64 {
+        let grid = self.grid;
+        if let Elastic::NonPeriodic(_) = self.kernel {
+            let nodes = self.heights.on_nodes(grid);
+            let slopes = |step: usize, d: f64, holds: &dyn Fn(usize) -> bool| {
+                let squares =
+                    (0..nodes.len()).filter(|&i| holds(i)).map(|i| ((nodes[i + step] - nodes[i]) / d).powi(2));
+                let (count, sum) = squares.fold((0usize, 0.0), |(n, sum), s| (n + 1, sum + s));
+                sum / count.max(1) as f64
+            };
+            let along_x = slopes(1, grid.dx(), &|i| (i + 1) % grid.nx != 0);
+            let along_y = slopes(grid.nx, grid.dy(), &|i| i + grid.nx < grid.points());
+            return (along_x + along_y).sqrt();
+        }
+        match self.heights {
+            Heights::Nodes(nodes) => Series::<f64>::through(grid, nodes).rms_gradient(grid),
+            Heights::Series(series) => series.rms_gradient(grid),
+        }
+    }
+
+    /// For methods that solve in one periodic cell.
+    ///
+    /// # Errors
+    /// If the body is not periodic.
+    pub fn expect_periodic(&self, id: &str) -> Result<()> {
+        match self.kernel {
+            Elastic::NonPeriodic(_) => {
+                Err(Error::input(format!("method {id}"), "kernel", "a body that is not periodic", "method fast"))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// What residuals are divided by: the mean pressure, or a hundredth of E* where there is none, or no more than what
     /// rounding leaves of a load path that passes through zero.
     pub fn stress_scale(pressure: f64) -> f64 {

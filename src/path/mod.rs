@@ -9,7 +9,7 @@ pub use checkpoint::{Checkpoint, Keeper};
 
 use crate::Result;
 use crate::grid::{Grid, Series};
-use crate::interface::{Adhesion, Law, RangeChoice};
+use crate::interface::{Adhesion, Elastic, Law, RangeChoice};
 use crate::method::{ContactMethod, Heights, Load, Plan, Problem, State, Stop, Watch};
 use crate::observe::{ContactArea, contact_area};
 use crate::record::results::{Discretisation, Extrapolated, PullOff};
@@ -71,6 +71,8 @@ impl<'p> LoadPath<'p> {
     fn companions(&self) -> Vec<Grid> {
         let nested = self.method.card().id == coarser::method().card().id;
         let count = match () {
+            // Heights of a patch are no periodic series that a coarser grid could take.
+            () if matches!(self.problem.kernel, Elastic::NonPeriodic(_)) => 0,
             () if self.extrapolates() => coarser::EXTRAPOLATION - 1,
             () if nested && (self.asked == Adhesion::None || self.loads.len() == 1) => 0,
             () => 1,
@@ -93,6 +95,9 @@ impl<'p> LoadPath<'p> {
     /// This load on the next coarser grid, where nothing on the way has told of it: a solve that started from a given gap, or
     /// went on from a checkpoint.
     fn coarse(&self, load: Load, watch: &dyn Watch) -> Result<Option<Level>> {
+        if matches!(self.problem.kernel, Elastic::NonPeriodic(_)) {
+            return Ok(None);
+        }
         let Some(&grid) = coarser::grids(self.problem.grid, 1).first() else { return Ok(None) };
         let made: Series<f64>;
         let series = match self.problem.heights {

@@ -216,7 +216,7 @@ pub(super) fn load_path(
             resolution_asked: a,
             resolution_used: used,
         }),
-        resolved_gradient: Some(problem.heights.rms_gradient(grid)),
+        resolved_gradient: Some(problem.resolved_gradient()),
         states,
         pull_off,
     })

@@ -8,7 +8,7 @@ use crate::atoms::potential::{CALCIUM, CALCIUM_ELEMENT, CALCIUM_MODULUS_GPA, Pot
 use crate::atoms::wall::{self, Wall as AtomWall};
 use crate::grid::Grid;
 use crate::interface::{
-    Adhesion, Base, CubicHalfSpace, Elastic, Layer, LennardJonesWall, RangeChoice, StiffWall, Wall,
+    Adhesion, Base, CubicHalfSpace, Elastic, Layer, LennardJonesWall, NonPeriodic, RangeChoice, StiffWall, Wall,
 };
 use crate::method::{Heights, Load, Problem};
 use crate::record::heights::{self, Sign};
@@ -140,6 +140,7 @@ impl Case {
                 Elastic::Layer(Layer { thickness: l.thickness_um / lab.length_um, poisson: l.poisson, base: l.base })
             }
             (None, Some(c)) => Elastic::Cubic(CubicHalfSpace::new(c.c11_gpa, c.c12_gpa, c.c44_gpa)?),
+            (None, None) if !scene.continuum.periodic => Elastic::NonPeriodic(NonPeriodic::of_patch(grid.lx, grid.ly)),
             (None, None) => Elastic::HalfSpace,
         };
         let wall = match scene.continuum.wall_length_nm {

@@ -2,7 +2,7 @@
 
 use super::{AdhesionLaw, Scene, SurfaceScene, WallKind};
 use crate::error::{Complaint, Error};
-use crate::interface::CubicHalfSpace;
+use crate::interface::{CubicHalfSpace, RangeChoice};
 use crate::method;
 use std::path::Path;
 
@@ -226,6 +226,26 @@ fn continuum(c: &mut Complaints, scene: &Scene) {
         "none with this method: `fast` estimates its energy above the minimum",
     );
     c.unless(m.max_iterations > 0, "continuum.max_iterations", m.max_iterations, "at least 1");
+    if !m.periodic {
+        let extrapolates = scene.adhesion.as_ref().is_some_and(|a| a.range == RangeChoice::Extrapolate);
+        for (hinders, what, accepted) in [
+            (scene.atoms.is_some(), "atoms", "true: atoms repeat"),
+            (
+                m.layer.is_some() || m.crystal.is_some(),
+                "continuum.layer or .crystal",
+                "true: only the half-space can do without",
+            ),
+            (method::find(&m.method).is_some_and(|m| m.card().id != "fast"), "this method", "true, or method \"fast\""),
+            (
+                scene.load.pull_off || !scene.load.mean_gap_um.is_empty(),
+                "a mean gap or a pull-off",
+                "true: without images there is only load control",
+            ),
+            (extrapolates, "adhesion.range = \"extrapolate\"", "true, or another range"),
+        ] {
+            c.unless(!hinders, "continuum.periodic", format!("false with {what}"), accepted);
+        }
+    }
     if let Some(layer) = &m.layer {
         c.positive("continuum.layer.thickness_um", layer.thickness_um);
         let nu = layer.poisson;

@@ -228,6 +228,8 @@ pub struct ContinuumScene {
     /// scene file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<PathBuf>,
+    /// Whether the surface repeats. If not, it lies alone on a half-space that is free around it.
+    pub periodic: bool,
     /// A finite elastic layer instead of the half-space.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub layer: Option<LayerScene>,
@@ -251,6 +253,7 @@ impl Default for ContinuumScene {
             area_goal: None,
             mean_gap_goal: None,
             start: None,
+            periodic: true,
             layer: None,
             crystal: None,
             wall: WallKind::Hard,

@@ -3,7 +3,7 @@ mod told;
 use super::{listen::Teller, words};
 use crate::error::Complaint;
 use crate::grid::{Grid, Series};
-use crate::interface::{Base, CubicHalfSpace, Elastic, Layer, RangeChoice, StiffWall, Wall};
+use crate::interface::{Base, CubicHalfSpace, Elastic, Layer, NonPeriodic, RangeChoice, StiffWall, Wall};
 use crate::method::{self, ContactMethod, Goals, Heights, Load, Precision, Problem, Stop};
 use crate::path::{Begin, Checkpoint, Keeper, LoadPath};
 use crate::pipeline::{Key, Listener, Progress};
@@ -101,6 +101,9 @@ pub struct Solve {
     /// High points touch first.
     #[arg(long)]
     flip: bool,
+    /// The map lies alone on a half-space that is free around it, instead of repeating.
+    #[arg(long, conflicts_with_all = ["thickness", "crystal", "mean_gap", "pull_off"])]
+    non_periodic: bool,
     /// Elastic layer of this thickness instead of the half-space.
     #[arg(long, value_name = "T")]
     thickness: Option<f64>,
@@ -187,6 +190,9 @@ impl Solve {
             let accepted = "fast or auto: no other method controls the mean gap";
             list.push(Complaint::new("--method", &self.method, accepted));
         }
+        if self.non_periodic && self.range == RangeChoice::Extrapolate {
+            list.push(Complaint::new("--range", "extrapolate with --non-periodic", "mesh or true"));
+        }
         match (self.wall, self.wall_length) {
             (WallKind::Stiff, None) => {
                 list.push(Complaint::new("--wall-length", "not given", "the length by which --wall stiff gives way"));
@@ -259,6 +265,7 @@ impl Solve {
                 Elastic::Layer(Layer { thickness: t / self.length, poisson: self.poisson, base: self.base })
             }
             (None, &[c11, c12, c44]) => Elastic::Cubic(CubicHalfSpace::new(c11, c12, c44)?),
+            (None, _) if self.non_periodic => Elastic::NonPeriodic(NonPeriodic::of_patch(grid.lx, grid.ly)),
             (None, _) => Elastic::HalfSpace,
         };
         let wall = match self.wall_length {

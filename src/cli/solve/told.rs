@@ -29,7 +29,7 @@ pub(super) struct Told<'a> {
 impl<'a> Told<'a> {
     pub fn new(solve: &'a Solve, asked: &Problem<'a>, path: &LoadPath<'a>, loads: usize) -> Self {
         let problem = path.problem().clone();
-        let resolved_gradient = problem.heights.rms_gradient(problem.grid);
+        let resolved_gradient = problem.resolved_gradient();
         let (planned_bytes, cpu) = (path.plan().bytes, crate::sys::cpu_seconds());
         Told { solve, asked: asked.adhesion, problem, resolved_gradient, planned_bytes, loads, count: 0, cpu }
     }

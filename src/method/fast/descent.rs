@@ -147,7 +147,8 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
             },
         };
         let (mut beta, mut stopping) = (0.0, false);
-        let share = level.grid().points() as f64 / problem.grid.points() as f64;
+        let share = level.grid().points() as f64 / self.cell.grid.points() as f64;
+        let facing = level.window.points() as f64 / level.grid().points() as f64;
         let (stop, settled) = loop {
             let scale = self.scale(load, pressure, &now.balance);
             let residual = now.balance.residual / scale;
@@ -203,7 +204,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
             *iterations += 1;
             // The rigid approach is about as stiff as the pressure over half the rms height. A flat surface has no such
             // stiffness; any finite one will do.
-            let approach = scale / (0.5 * self.rms_height).max(f64::MIN_POSITIVE);
+            let approach = facing * scale / (0.5 * self.rms_height).max(f64::MIN_POSITIVE);
             let mean = approach.min(stiffest_mode.max(1.0)) + level.spring.stiffness;
             let mut length = if plain {
                 smoothing = smoothing.saturating_sub(1);

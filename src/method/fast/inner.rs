@@ -6,9 +6,11 @@
 //! through the pointwise update, and forward again while it is in cache, and the preconditioned residual is never stored.
 
 use super::column::{Factor, multiply};
-use crate::grid::{CHUNK, Filter, Grid, Real, Transform, block_sums, dot, vectorised};
+use super::rows;
+use super::window::Window;
+use crate::grid::{Filter, Grid, Real, Transform, block_sums};
 use crate::interface::{Kernel, Law};
-use crate::method::operator::{curvature_of, each};
+use crate::method::operator::curvature_of;
 use half::bf16;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
@@ -36,6 +38,7 @@ impl<K: Kernel> Filter<f32> for Metric<K> {
 /// Working arrays of the steps of one level. The spectrum they are transformed in is the level's.
 pub(super) struct Inner {
     transform: Transform<f32>,
+    window: Window,
     /// What the gap is to be changed by.
     pub step: Vec<f32>,
     /// Part of the step that has been accepted but not yet added to the gap: the next sweep does it on its way.
@@ -46,73 +49,6 @@ pub(super) struct Inner {
     /// zero marks nodes that are held closed.
     direction: Vec<bf16>,
     pub pairs: f64,
-}
-
-/// The mark of nodes that are held closed.
-const HELD: bf16 = bf16::NEG_ZERO;
-
-#[inline(always)]
-fn is_held(d: bf16) -> bool {
-    d.to_bits() == HELD.to_bits()
-}
-
-/// The nearest direction that is not the mark. `bf16::from_f32` looks for NaNs on its way, at four times the cost.
-#[inline(always)]
-fn free(d: f32) -> bf16 {
-    let bits = d.to_bits();
-    let rounded = (bits.wrapping_add(0x7fff + (bits >> 16 & 1)) >> 16) as u16;
-    bf16::from_bits(if rounded == HELD.to_bits() { 0 } else { rounded })
-}
-
-#[inline(always)]
-fn wide(d: bf16) -> f32 {
-    f32::from_bits(u32::from(d.to_bits()) << 16)
-}
-
-/// The gap after `scale` times a step, in front of the wall.
-#[inline(always)]
-pub(super) fn moved<L: Law, T: Real>(g: T, scale: T, step: f32) -> T {
-    let g = g + scale * T::of(f64::from(step));
-    if L::HARD { g.max(T::zero()) } else { g }
-}
-
-/// Whether a node may move from here: open ones, and closed ones under tension.
-#[inline(always)]
-fn may_move<L: Law, T: Real>(g: T, t: f32) -> bool {
-    !L::HARD || g > T::zero() || t < 0.0
-}
-
-/// `v'' d` at the nodes of a chunk.
-#[inline(always)]
-fn forces<T: Real, L: Law>(law: &L, gap: &[T], direction: &[f32; CHUNK]) -> [f64; CHUNK] {
-    if !L::ACTIVE {
-        return [0.0; CHUNK];
-    }
-    let mut gaps = [f64::INFINITY; CHUNK];
-    gaps.iter_mut().zip(gap).for_each(|(wide, g)| *wide = g.wide());
-    let mut forces = each(
-        law,
-        &gaps,
-        #[inline(always)]
-        |law, g| law.slope(g),
-    );
-    forces.iter_mut().zip(direction).for_each(|(f, &d)| *f *= f64::from(d));
-    forces
-}
-
-/// `Σ v'' d²`: what the law takes from the stiffness along a direction.
-#[inline(always)]
-fn softening<T: Real, L: Law>(law: &L, gap: &[T], direction: &[f32]) -> f64 {
-    if !L::ACTIVE {
-        return 0.0;
-    }
-    let mut sum = 0.0;
-    for (gap, direction) in gap.chunks(CHUNK).zip(direction.chunks(CHUNK)) {
-        let mut d = [0.0; CHUNK];
-        d[..direction.len()].copy_from_slice(direction);
-        sum += dot(&forces(law, gap, &d), &d);
-    }
-    sum
 }
 
 /// What the linear problem is about: the kernel, the law, and the stiffness of a rigid approach.
@@ -126,8 +62,9 @@ pub(super) struct Body<K, L> {
 
 impl Inner {
     /// Without its arrays, which a level does not need before it is improved and after.
-    pub fn idle(grid: Grid) -> Self {
+    pub fn idle(grid: Grid, window: Window) -> Self {
         Inner {
+            window,
             transform: Transform::<f32>::new(grid),
             step: Vec::new(),
             pending: 0.0,
@@ -154,7 +91,11 @@ impl Inner {
     /// Adds what has been accepted to the gap.
     pub fn settle<T: Real, L: Law>(&mut self, gap: &mut [T]) {
         let scale = T::of(std::mem::take(&mut self.pending));
-        gap.par_iter_mut().zip(&self.step).for_each(|(g, &s)| *g = moved::<L, T>(*g, scale, s));
+        let (nx, window) = (self.transform.grid().nx, self.window);
+        if scale != T::zero() {
+            let rows = gap.par_chunks_mut(nx).zip(self.step.par_chunks(nx)).enumerate();
+            rows.for_each(|(y, (gap, step))| rows::settle::<L, T>(window.inside(y, nx), gap, scale, step));
+        }
     }
 
     /// Direction `-t + β d` on the free nodes (steepest descent or conjugate gradients in the plain metric), copied to the
@@ -169,42 +110,22 @@ impl Inner {
         let grid = self.transform.grid();
         let (nx, half, beta) = (grid.nx, grid.half(), beta as f32);
         let pending = T::of(std::mem::take(&mut self.pending));
+        let window = self.window;
         let rows: Vec<[f64; 2]> = spectrum
             .par_chunks_mut(half)
             .zip(self.direction.par_chunks_mut(nx))
             .zip(self.step.par_chunks_mut(nx))
             .zip(self.residual.par_chunks(nx))
             .zip(gap.par_chunks_mut(nx))
+            .enumerate()
             .map_init(
                 || self.transform.worker(),
-                |worker, ((((spectrum, direction), step), t), gap)| {
-                    let sum = vectorised(
-                        #[inline(always)]
-                        || {
-                            let row = &mut worker.row[..];
-                            let chunks = direction.chunks_mut(CHUNK).zip(step.chunks_mut(CHUNK)).zip(t.chunks(CHUNK));
-                            for ((((direction, step), t), gap), row) in
-                                chunks.zip(gap.chunks_mut(CHUNK)).zip(row.chunks_mut(CHUNK))
-                            {
-                                let (mut to, mut marked) = ([0.0; CHUNK], [HELD; CHUNK]);
-                                gap.iter_mut().zip(&*step).for_each(|(g, s)| *g = moved::<L, T>(*g, pending, *s));
-                                for ((((to, m), &d), &t), &g) in
-                                    to.iter_mut().zip(&mut marked).zip(&*direction).zip(t).zip(&*gap)
-                                {
-                                    let moves = may_move::<L, T>(g, t);
-                                    *to = if moves { beta * wide(d) - t } else { 0.0 };
-                                    *m = if moves { free(*to) } else { HELD };
-                                }
-                                let n = row.len();
-                                direction.copy_from_slice(&marked[..n]);
-                                step.copy_from_slice(&to[..n]);
-                                row.copy_from_slice(&to[..n]);
-                            }
-                            [dot(t, row), softening(&body.law, gap, row)]
-                        },
-                    );
+                |worker, (y, ((((spectrum, direction), step), t), gap))| {
+                    let inside = window.inside(y, nx);
+                    let moving = (gap, pending, &mut *step);
+                    let sums = rows::plain(&body.law, inside, moving, (direction, beta, t), &mut worker.row);
                     worker.forward(spectrum);
-                    sum
+                    sums
                 },
             )
             .collect();
@@ -219,8 +140,8 @@ impl Inner {
     /// Solves `H x = -t` on the free nodes until the residual has fallen to `forcing` of its first value, into `step`.
     /// `mean` is the stiffness that the preconditioner gives to the mean mode. Stops at negative curvature with what it
     /// has. Two pairs an iteration. Returns `⟨t M⁻¹ t⟩` of the free nodes: half of it bounds, without adhesion, the energy
-    /// above the minimum of these nodes, since the inverse stiffness of a part is less than the part of the inverse. `None` where it was stopped: what is in the step is
-    /// then of no use.
+    /// above the minimum of these nodes, since the inverse stiffness of a part is less than the part of the inverse. `None`
+    /// where it was stopped: what is in the step is then of no use.
     pub fn newton<T: Real, K: Kernel, L: Law>(
         &mut self,
         gap: &mut [T],
@@ -248,7 +169,7 @@ impl Inner {
             if curvature <= 0.0 || rz <= 0.0 {
                 if iteration == 1 {
                     // The preconditioned gradient still points downhill; how far is for the line search to find.
-                    self.step.par_iter_mut().zip(&self.direction).for_each(|(x, d)| *x = d.to_f32());
+                    self.step.par_iter_mut().zip(&self.direction).for_each(|(x, d)| *x = rows::wide(*d));
                 }
                 break;
             }
@@ -269,28 +190,19 @@ impl Inner {
     fn begin<T: Real, L: Law>(&mut self, gap: &mut [T], spectrum: &mut [Complex<f32>]) -> f64 {
         let (nx, half) = (self.transform.grid().nx, self.transform.grid().half());
         let pending = T::of(std::mem::take(&mut self.pending));
+        let window = self.window;
         let rows: Vec<[f64; 1]> = spectrum
             .par_chunks_mut(half)
             .zip(self.residual.par_chunks_mut(nx))
             .zip(self.step.par_chunks_mut(nx))
             .zip(self.direction.par_chunks_mut(nx))
             .zip(gap.par_chunks_mut(nx))
+            .enumerate()
             .map_init(
                 || self.transform.worker(),
-                |worker, ((((spectrum, residual), step), direction), gap)| {
-                    let sum = vectorised(
-                        #[inline(always)]
-                        || {
-                            gap.iter_mut().zip(&*step).for_each(|(g, s)| *g = moved::<L, T>(*g, pending, *s));
-                            step.fill(0.0);
-                            for ((r, d), &g) in residual.iter_mut().zip(direction).zip(&*gap) {
-                                let moves = may_move::<L, T>(g, *r);
-                                *r = if moves { -*r } else { 0.0 };
-                                *d = if moves { bf16::ZERO } else { HELD };
-                            }
-                            dot(residual, residual)
-                        },
-                    );
+                |worker, (y, ((((spectrum, residual), step), direction), gap))| {
+                    let inside = window.inside(y, nx);
+                    let sum = rows::begin::<L, T>(inside, (gap, pending, step), residual, direction);
                     worker.row.copy_from_slice(residual);
                     worker.forward(spectrum);
                     [sum]
@@ -305,26 +217,18 @@ impl Inner {
     /// `Σ v'' d²`.
     fn conjugate<T: Real, L: Law>(&mut self, beta: f64, gap: &[T], spectrum: &mut [Complex<f32>], law: &L) -> f64 {
         let (nx, half, beta) = (self.transform.grid().nx, self.transform.grid().half(), beta as f32);
+        let window = self.window;
         let rows: Vec<[f64; 1]> = spectrum
             .par_chunks_mut(half)
             .zip(self.direction.par_chunks_mut(nx))
             .zip(gap.par_chunks(nx))
+            .enumerate()
             .map_init(
                 || self.transform.worker(),
-                |worker, ((spectrum, direction), gap)| {
+                |worker, (y, ((spectrum, direction), gap))| {
                     worker.inverse(spectrum);
-                    let sum = vectorised(
-                        #[inline(always)]
-                        || {
-                            let row = &mut worker.row[..];
-                            for (d, r) in direction.iter_mut().zip(&mut *row) {
-                                let held = is_held(*d);
-                                let to = free(*r + beta * wide(*d));
-                                (*d, *r) = if held { (HELD, 0.0) } else { (to, wide(to)) };
-                            }
-                            softening(law, gap, row)
-                        },
-                    );
+                    let inside = window.inside(y, nx);
+                    let sum = rows::conjugate(law, inside, gap, (direction, beta), &mut worker.row);
                     worker.forward(spectrum);
                     [sum]
                 },
@@ -337,38 +241,21 @@ impl Inner {
     /// Rows of `K d` back, `x += α d`, `r -= α H d` on the free nodes, rows of `r` forward. Returns `Σ r²`.
     fn descend<T: Real, L: Law>(&mut self, alpha: f64, gap: &[T], spectrum: &mut [Complex<f32>], law: &L) -> f64 {
         let (nx, half, alpha) = (self.transform.grid().nx, self.transform.grid().half(), alpha as f32);
+        let window = self.window;
         let rows: Vec<[f64; 1]> = spectrum
             .par_chunks_mut(half)
             .zip(self.step.par_chunks_mut(nx))
             .zip(self.residual.par_chunks_mut(nx))
             .zip(self.direction.par_chunks(nx))
             .zip(gap.par_chunks(nx))
+            .enumerate()
             .map_init(
                 || self.transform.worker(),
-                |worker, ((((spectrum, step), residual), direction), gap)| {
+                |worker, (y, ((((spectrum, step), residual), direction), gap))| {
                     worker.inverse(spectrum);
-                    let sum = vectorised(
-                        #[inline(always)]
-                        || {
-                            let chunks =
-                                step.chunks_mut(CHUNK).zip(residual.chunks_mut(CHUNK)).zip(direction.chunks(CHUNK));
-                            for ((((step, residual), direction), gap), row) in
-                                chunks.zip(gap.chunks(CHUNK)).zip(worker.row.chunks(CHUNK))
-                            {
-                                let mut d = [0.0; CHUNK];
-                                d.iter_mut().zip(direction).for_each(|(d, stored)| *d = wide(*stored));
-                                step.iter_mut().zip(&d).for_each(|(s, d)| *s += alpha * d);
-                                let softened = forces(law, gap, &d);
-                                for (((r, &stored), &stress), &soft) in
-                                    residual.iter_mut().zip(direction).zip(row).zip(&softened)
-                                {
-                                    let left = *r - alpha * (stress + soft as f32);
-                                    *r = if is_held(stored) { 0.0 } else { left };
-                                }
-                            }
-                            dot(residual, residual)
-                        },
-                    );
+                    let inside = window.inside(y, nx);
+                    let to = (step, &mut *residual);
+                    let sum = rows::descend(law, inside, gap, (direction, alpha), to, &worker.row);
                     worker.row.copy_from_slice(residual);
                     worker.forward(spectrum);
                     [sum]

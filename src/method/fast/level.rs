@@ -1,8 +1,10 @@
 use super::column::{Factor, multiply};
-use super::inner::{Body, Inner, moved};
-use crate::grid::{CHUNK, Filter, Grid, Real, Series, Transform, block_sums, lowest, vectorised};
+use super::inner::{Body, Inner};
+use super::rows;
+use super::window::{Cell, Window};
+use crate::grid::{Filter, Grid, Real, Series, Transform, block_sums, lowest};
 use crate::interface::{Kernel, Law};
-use crate::method::operator::{Balance, KKT, Nodes, kkt, kkt_row};
+use crate::method::operator::{Balance, KKT};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 
@@ -23,6 +25,8 @@ pub(super) struct Level<'h, T: Real, K, L> {
     spectrum: Vec<Complex<T>>,
     pub body: Body<K, L>,
     heights: &'h Series<T>,
+    cell: Cell,
+    pub window: Window,
     pub gap: Vec<T>,
     pub inner: Inner,
     pub pressure: f64,
@@ -60,14 +64,17 @@ impl<T: Real, K: Kernel> Filter<T> for Displaced<'_, T, K> {
 
 impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
     /// A level whose gap is still to be given.
-    fn empty(grid: Grid, (kernel, law): (K, L), heights: &'h Series<T>, spectrum: Vec<Complex<T>>) -> Self {
+    fn empty(grid: Grid, (kernel, law): (K, L), heights: &'h Series<T>, cell: Cell, spectrum: Vec<Complex<T>>) -> Self {
+        let window = cell.window(grid);
         Level {
+            cell,
+            window,
             spectrum,
             transform: Transform::new(grid),
             body: Body { kernel, law, spring: 0.0 },
             heights,
             gap: Vec::new(),
-            inner: Inner::idle(grid),
+            inner: Inner::idle(grid, window),
             pressure: 0.0,
             spring: Spring::default(),
             pairs: 0.0,
@@ -76,18 +83,20 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
     }
 
     /// No displacement: the surfaces at first touch.
-    pub fn touching(grid: Grid, body: (K, L), heights: &'h Series<T>) -> Self {
+    pub fn touching(grid: Grid, body: (K, L), heights: &'h Series<T>, cell: Cell) -> Self {
         let transform = Transform::<T>::new(grid);
-        let mut level = Self::empty(grid, body, heights, transform.spectrum());
+        let mut level = Self::empty(grid, body, heights, cell, transform.spectrum());
         level.gap = heights.on_nodes(&transform, &mut level.spectrum);
-        let least = lowest(&level.gap);
+        let nx = grid.nx;
+        let rows = level.gap.par_chunks(nx).enumerate();
+        let least = rows.map(|(y, gap)| lowest(&gap[..level.window.inside(y, nx)])).reduce(T::infinity, T::min);
         level.gap.par_iter_mut().for_each(|g| *g -= least);
         level
     }
 
     /// A given gap.
-    pub fn with_gap(grid: Grid, body: (K, L), heights: &'h Series<T>, gap: Vec<T>) -> Self {
-        let mut level = Self::empty(grid, body, heights, Transform::<T>::new(grid).spectrum());
+    pub fn with_gap(grid: Grid, body: (K, L), heights: &'h Series<T>, cell: Cell, gap: Vec<T>) -> Self {
+        let mut level = Self::empty(grid, body, heights, cell, Transform::<T>::new(grid).spectrum());
         level.gap = gap;
         level
     }
@@ -95,13 +104,13 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
     /// Displacement of a coarser level, as its Fourier series, on this grid; the gap is what it leaves open. In Fourier
     /// space that is the coarse gap where the coarse grid holds the mode, and the heights where it does not.
     pub fn refined(grid: Grid, law: L, coarse: Level<'h, T, K, L>) -> Self {
-        let Level { transform: from, spectrum: mut known, body, heights, gap, pressure, spring, .. } = coarse;
+        let Level { transform: from, spectrum: mut known, body, heights, cell, gap, pressure, spring, .. } = coarse;
         from.forward(&gap, &mut known);
         drop(gap);
         let old = from.grid();
         let held = |k: usize, n: usize| k == 0 || 2 * k < n;
         let transform = Transform::<T>::new(grid);
-        let mut level = Self::empty(grid, (body.kernel, law), heights, transform.spectrum());
+        let mut level = Self::empty(grid, (body.kernel, law), heights, cell, transform.spectrum());
         level.gap = vec![T::zero(); grid.points()];
         let per_point = T::of(1.0 / old.points() as f64);
         // Modes that both grids hold below their Nyquist modes.
@@ -119,7 +128,11 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
         transform.inverse_after(&mut level.spectrum, &mut level.gap, &fill);
         drop(known);
         if L::HARD {
-            level.gap.par_iter_mut().for_each(|g| *g = g.max(T::zero()));
+            let window = level.window;
+            let rows = level.gap.par_chunks_mut(grid.nx).enumerate();
+            rows.for_each(|(y, gap)| {
+                gap[..window.inside(y, grid.nx)].iter_mut().for_each(|g| *g = g.max(T::zero()));
+            });
         }
         (level.pressure, level.spring) = (pressure, spring);
         level
@@ -155,7 +168,13 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
     pub fn newton(&mut self, accuracy: (f64, f64, usize), stopping: &dyn Fn() -> bool) -> Option<f64> {
         let spectrum = bytemuck::cast_slice_mut(&mut self.spectrum);
         let len = self.transform.grid().ny * self.transform.grid().half();
-        self.inner.newton(&mut self.gap, &mut spectrum[..len], &self.body, accuracy, stopping)
+        let excess = self.inner.newton(&mut self.gap, &mut spectrum[..len], &self.body, accuracy, stopping);
+        excess.map(|e| e * self.grid().points() as f64 / self.window.points() as f64)
+    }
+
+    /// The pressure on what faces the surface, spread over the whole cell: what takes the mean of the body's stress there.
+    fn spread(&self) -> f64 {
+        self.pressure * self.window.points() as f64 / self.grid().points() as f64
     }
 
     /// Balance and gradient where the gap is changed by `scale` times the step; the gap itself stays. One pair.
@@ -164,64 +183,48 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
         let (nx, half) = (grid.nx, grid.half());
         let filter = self.displaced();
         let (transform, law) = (&self.transform, &self.body.law);
-        let (pressure, scale) = (T::of(self.pressure), T::of(scale));
+        let (pressure, scale) = (T::of(self.spread()), T::of(scale));
+        let window = self.window;
         self.spectrum
             .par_chunks_mut(half)
             .zip(self.gap.par_chunks(nx))
             .zip(self.inner.step.par_chunks(nx))
+            .enumerate()
             .for_each_init(
                 || transform.worker(),
-                |worker, ((spectrum, gap), step)| {
-                    vectorised(
-                        #[inline(always)]
-                        || {
-                            for ((w, &g), &s) in worker.row.iter_mut().zip(gap).zip(step) {
-                                *w = moved::<L, T>(g, scale, s);
-                            }
-                        },
-                    );
+                |worker, (y, ((spectrum, gap), step))| {
+                    rows::shifted::<L, T>(window.inside(y, nx), gap, scale, step, &mut worker.row);
                     worker.forward(spectrum);
                 },
             );
         let elastic = 0.5 * transform.filter_columns(&mut self.spectrum, &filter);
-        let rows: Vec<[f64; KKT]> = self
+        let sums: Vec<[f64; KKT + 1]> = self
             .spectrum
             .par_chunks_mut(half)
             .zip(self.gap.par_chunks(nx))
             .zip(self.inner.step.par_chunks(nx))
             .zip(self.inner.residual.par_chunks_mut(nx))
+            .enumerate()
             .map_init(
                 || transform.worker(),
-                |worker, (((spectrum, gap), step), residual)| {
+                |worker, (y, (((spectrum, gap), step), residual))| {
                     worker.inverse(spectrum);
-                    let row = &worker.row[..];
-                    vectorised(
-                        #[inline(always)]
-                        || {
-                            let mut sums = [0.0; KKT];
-                            let chunks = gap.chunks(CHUNK).zip(step.chunks(CHUNK)).zip(row.chunks(CHUNK));
-                            for (((gap, step), row), residual) in chunks.zip(residual.chunks_mut(CHUNK)) {
-                                let mut nodes = Nodes::new();
-                                for ((to, &g), &s) in nodes.gap.iter_mut().zip(gap).zip(step) {
-                                    *to = moved::<L, T>(g, scale, s);
-                                }
-                                for ((old, g), r) in nodes.old.iter_mut().zip(gap).zip(&*residual) {
-                                    *old = f64::from(kkt::<L, f32>(g.wide() as f32, *r));
-                                }
-                                nodes.imbalance.iter_mut().zip(row).for_each(|(t, &r)| *t = r + pressure);
-                                nodes.add_to(gap.len(), law, &mut sums);
-                                residual.iter_mut().zip(&nodes.imbalance).for_each(|(r, t)| *r = t.wide() as f32);
-                            }
-                            sums
-                        },
-                    )
+                    let inside = window.inside(y, nx);
+                    rows::trial(law, inside, (gap, scale, step), (&worker.row, pressure), residual)
                 },
             )
             .collect();
         self.pairs += 1.0;
-        let sums = block_sums(&rows);
+        let sums = block_sums(&sums);
         let n = grid.points() as f64;
-        Trial { balance: Balance::new(grid.points(), elastic, &sums), rr: sums[0] / n, rr_old: sums[6] / n }
+        Trial { balance: self.balance(elastic, &sums), rr: sums[0] / n, rr_old: sums[KKT - 1] / n }
+    }
+
+    /// Balance per area of what faces the surface, from sums over that and over the free nodes.
+    fn balance(&self, elastic: f64, sums: &[f64; KKT + 1]) -> Balance {
+        let (facing, all) = (self.window.points(), self.grid().points());
+        let per_facing = all as f64 / facing as f64;
+        Balance { lift: (sums[3] + sums[KKT]) / all as f64, ..Balance::new(facing, per_facing * elastic, &sums[..KKT]) }
     }
 
     /// Makes the last trial the state.
@@ -247,7 +250,7 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
         let (nx, half) = (grid.nx, grid.half());
         let filter = self.displaced();
         let (transform, law) = (&self.transform, &self.body.law);
-        let pressure = T::of(self.pressure);
+        let pressure = T::of(self.spread());
         self.spectrum.par_chunks_mut(half).zip(self.gap.par_chunks(nx)).for_each_init(
             || transform.worker(),
             |worker, (spectrum, gap)| {
@@ -257,24 +260,26 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
         );
         let elastic = 0.5 * transform.filter_columns(&mut self.spectrum, &filter);
         let mut stress = vec![T::zero(); grid.points()];
-        let rows: Vec<[f64; KKT]> = self
+        let window = self.window;
+        let sums: Vec<[f64; KKT + 1]> = self
             .spectrum
             .par_chunks_mut(half)
             .zip(self.gap.par_chunks(nx))
             .zip(stress.par_chunks_mut(nx))
+            .enumerate()
             .map_init(
                 || transform.worker(),
-                |worker, ((spectrum, gap), stress)| {
+                |worker, (y, ((spectrum, gap), stress))| {
                     worker.inverse(spectrum);
                     for (w, s) in worker.row.iter_mut().zip(stress) {
                         *w += pressure;
                         *s = *w;
                     }
-                    kkt_row(law, gap, &mut worker.row)
+                    rows::balance(law, window.inside(y, nx), gap, &mut worker.row)
                 },
             )
             .collect();
         self.pairs += 1.0;
-        (Balance::new(grid.points(), elastic, &block_sums(&rows)), stress)
+        (self.balance(elastic, &block_sums(&sums)), stress)
     }
 }

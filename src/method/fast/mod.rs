@@ -10,20 +10,22 @@ mod column;
 mod descent;
 mod inner;
 mod level;
+mod rows;
+mod window;
 
 use super::operator::{Balance, Build, LOAD_BALANCE, dispatch, refused};
 use super::{
     Card, CoarseState, ContactMethod, Criterion, Goals, Heights, Load, Plan, Precision, Problem, Run, Settled, State,
     Stop, Watch,
 };
-use crate::grid::{Grid, Real, Series};
+use crate::grid::{Grid, Real, Series, mean, rms};
 use crate::interface::{HalfSpace, HardWall, Kernel, Law};
 use crate::{Error, Result};
 use descent::Pause;
 use level::{Level, Spring};
 use serde::Deserialize;
-use std::cell::Cell;
 use std::time::Instant;
+use window::Cell;
 
 pub struct Fast;
 
@@ -61,15 +63,16 @@ impl ContactMethod for Fast {
     }
 
     fn plan(&self, problem: &Problem) -> Plan {
+        let grid = Cell::of(problem).grid;
         let (level, real) = match problem.precision {
-            Precision::F32 => (Level::<f32, HalfSpace, HardWall>::bytes(problem.grid), size_of::<f32>()),
-            Precision::F64 => (Level::<f64, HalfSpace, HardWall>::bytes(problem.grid), size_of::<f64>()),
+            Precision::F32 => (Level::<f32, HalfSpace, HardWall>::bytes(grid), size_of::<f32>()),
+            Precision::F64 => (Level::<f64, HalfSpace, HardWall>::bytes(grid), size_of::<f64>()),
         };
         // The series, beside the one lent in the other precision; a series through the nodes is as large as a field, and
         // made from a spectrum in f64.
         let series = match problem.heights {
-            Heights::Series(s) => s.bytes(),
-            Heights::Nodes(_) => (real * problem.grid.points()) as u64,
+            Heights::Series(s) if grid == problem.grid => s.bytes(),
+            _ => (real * grid.points()) as u64,
         };
         Plan { bytes: level + series, iterations: 20, pairs_per_iteration: 4.0 }
     }
@@ -89,42 +92,61 @@ impl<'p> Build<'p> for Start<'p> {
 
     fn build<T: Real, K: Kernel + 'p, L: Law + 'p>(self, kernel: K, law: L) -> Self::Built {
         let Start { problem, watch } = self;
-        let heights = match problem.heights {
-            Heights::Nodes(nodes) => Series::<T>::through(problem.grid, nodes),
-            Heights::Series(series) => series.converted(),
+        let cell = Cell::of(problem);
+        let (heights, rms_height, mean_height) = match problem.heights {
+            heights if cell.is_padded() => {
+                let nodes = heights.on_nodes(problem.grid);
+                let field = cell.continued(&nodes);
+                (Series::through(cell.grid, &field), rms(&nodes), mean(&field))
+            }
+            Heights::Nodes(nodes) => of_wave(Series::<T>::through(problem.grid, nodes)),
+            Heights::Series(series) => of_wave(series.converted()),
         };
-        let rms_height = heights.rms();
         let (gap, stress) = (Vec::new(), Vec::new());
         Box::new(Solver {
             problem,
+            cell,
             watch,
             kernel,
             law,
             heights,
             rms_height,
+            mean_height,
+            patch: Default::default(),
             pressure: 0.0,
             gap,
             stress,
-            earlier_pairs: Cell::new(0.0),
+            earlier_pairs: std::cell::Cell::new(0.0),
             resumed: None,
         })
     }
 }
 
+/// A series with its rms, and with the mean it does not have.
+fn of_wave<T: Real>(series: Series<T>) -> (Series<T>, f64, f64) {
+    let rms = series.rms();
+    (series, rms, 0.0)
+}
+
 struct Solver<'p, T: Real, K, L> {
     problem: &'p Problem<'p>,
+    cell: Cell,
     watch: &'p dyn Watch,
     kernel: K,
     law: L,
     heights: Series<T>,
     rms_height: f64,
+    /// Mean over the padded cell, which the series leaves out.
+    mean_height: f64,
+    /// Gap and stress on the patch, where the cell is padded.
+    patch: (Vec<T>, Vec<T>),
     /// Pressure of the last load: under mean-gap control, where the next one starts from.
     pressure: f64,
     /// Gap of the last load; empty before the first.
     gap: Vec<T>,
     stress: Vec<T>,
     /// Pairs that the grids below the one at work have taken, in pairs of the problem's.
-    earlier_pairs: Cell<f64>,
+    earlier_pairs: std::cell::Cell<f64>,
     /// A state to go on from: its grid, gap and descent.
     resumed: Option<(Grid, Vec<T>, Pause)>,
 }
@@ -164,18 +186,18 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         resumed: Option<(Grid, Vec<T>, Pause)>,
     ) -> (Level<'_, T, K, L>, Ended) {
         let problem = self.problem;
-        let mut grids = vec![problem.grid];
+        let mut grids = vec![self.cell.grid];
         while let Some(next) = coarser(grids[grids.len() - 1]) {
             grids.push(next);
         }
         let law = |grid: Grid, law: L| {
-            if grid == problem.grid { law } else { law.on_mesh(grid.dx().max(grid.dy())) }
+            if grid == self.cell.grid { law } else { law.on_mesh(grid.dx().max(grid.dy())) }
         };
         let own = self.law;
         let body = |grid: Grid, kernel: K| (kernel, law(grid, own));
         let (mut level, mut pause) = match resumed {
             Some((grid, gap, pause)) => {
-                let mut level = Level::with_gap(grid, body(grid, self.kernel), &self.heights, gap);
+                let mut level = Level::with_gap(grid, body(grid, self.kernel), &self.heights, self.cell, gap);
                 self.set_load(&mut level, load);
                 level.pressure = pause.pressure;
                 self.earlier_pairs.set(pause.earlier_pairs);
@@ -183,7 +205,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
             }
             None => {
                 let grid = grids[grids.len() - 1];
-                let mut level = Level::touching(grid, body(grid, self.kernel), &self.heights);
+                let mut level = Level::touching(grid, body(grid, self.kernel), &self.heights, self.cell);
                 self.set_load(&mut level, load);
                 self.earlier_pairs.set(0.0);
                 (level, None)
@@ -198,19 +220,20 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
                 if !parted {
                     level.settle();
                     let balance = level.last;
+                    let cut = self.cell.is_padded().then(|| level.window.cut(&level.gap, level.grid().nx));
                     self.watch.level(CoarseState {
-                        grid: level.grid(),
-                        gap: T::lend(&level.gap),
+                        grid: self.cell.facing(level.grid()),
+                        gap: T::lend(cut.as_ref().unwrap_or(&level.gap)),
                         mean_gap: balance.mean_gap,
                         energy: balance.energy(level.pressure),
                         range: level.body.law.range(),
                         settled,
                     });
                 }
-                let share = level.grid().points() as f64 / problem.grid.points() as f64;
+                let share = level.grid().points() as f64 / self.cell.grid.points() as f64;
                 self.earlier_pairs.set(self.earlier_pairs.get() + level.pairs() * share);
                 level = if parted {
-                    let mut level = Level::touching(grid, body(grid, self.kernel), &self.heights);
+                    let mut level = Level::touching(grid, body(grid, self.kernel), &self.heights, self.cell);
                     self.set_load(&mut level, load);
                     level
                 } else {
@@ -218,7 +241,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
                 };
             }
             level.prepare();
-            let (tolerance, goals) = if grid == problem.grid {
+            let (tolerance, goals) = if grid == self.cell.grid {
                 (problem.tolerance, problem.goals)
             } else {
                 (COARSE_TOLERANCE.max(problem.tolerance), Goals::default())
@@ -228,7 +251,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
                 let ended = self.hold(&mut level, load, (tolerance, goals), iterations, pause.take());
                 settled = ended.settled;
                 parted = ended.stop == Stop::Detached;
-                if grid == problem.grid || ended.stop == Stop::Interrupted {
+                if grid == self.cell.grid || ended.stop == Stop::Interrupted {
                     cut = Some(ended);
                 }
             }
@@ -277,7 +300,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         level.pressure = pressure;
         level.prepare();
         // Where a coarse mesh pins the contact line, no pressure may hold the asked mean gap.
-        let coarse = level.grid() != self.problem.grid;
+        let coarse = level.grid() != self.cell.grid;
         let mut corrections = 0;
         loop {
             let ended = self.improve(level, (load, tolerance, goals), iterations, pause.take());
@@ -300,13 +323,14 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             let accepted = format!("{} x {} values", grid.nx, grid.ny);
             return Err(Error::input("checkpoint", "gap", format!("{} values", gap.len()), accepted));
         }
-        let grid = Grid { nx: grid.nx, ny: grid.ny, ..self.problem.grid };
+        let grid = Grid { nx: grid.nx, ny: grid.ny, ..self.cell.grid };
         self.resumed = Some((grid, gap.into_iter().map(T::of).collect(), pause));
         Ok(())
     }
 
     fn set_gap(&mut self, gap: &[f64]) {
-        self.gap = gap.iter().map(|&g| T::of(g)).collect();
+        let narrow = |gap: &[f64]| gap.iter().map(|&g| T::of(g)).collect();
+        self.gap = if self.cell.is_padded() { narrow(&self.cell.continued(gap)) } else { narrow(gap) };
     }
 
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
@@ -316,6 +340,14 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             && !(g >= 0.0 && g.is_finite())
         {
             return Err(refused(CARD.id, "mean gap", g, "zero or a positive length"));
+        }
+        if matches!(load, Load::MeanGap(_)) && self.cell.is_padded() {
+            return Err(Error::input(
+                "method fast",
+                "load",
+                "a mean gap under a body that is not periodic",
+                "a pressure",
+            ));
         }
         self.stress = Vec::new();
         let mut iterations = 0;
@@ -328,13 +360,13 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         let (mut level, ended) = if parted {
             // Nothing but a push keeps the surfaces together; without one they touch, with a pull they part.
             self.earlier_pairs.set(0.0);
-            let mut level = Level::touching(problem.grid, (self.kernel, self.law), &self.heights);
+            let mut level = Level::touching(self.cell.grid, (self.kernel, self.law), &self.heights, self.cell);
             self.set_load(&mut level, load);
             let stop = if level.pressure < 0.0 { Stop::Detached } else { Stop::Converged };
             (level, Ended { stop, settled: Settled::default() })
         } else if warm && resumed.is_none() {
             self.earlier_pairs.set(0.0);
-            let mut level = Level::with_gap(problem.grid, (self.kernel, self.law), &self.heights, start);
+            let mut level = Level::with_gap(self.cell.grid, (self.kernel, self.law), &self.heights, self.cell, start);
             self.set_load(&mut level, load);
             level.prepare();
             let ended = self.hold(&mut level, load, (problem.tolerance, problem.goals), &mut iterations, None);
@@ -348,14 +380,25 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         drop(level);
         let scale = self.scale(load, pressure, &balance);
         (self.gap, self.stress, self.pressure) = (gap, stress, pressure);
+        let mut energies = (balance.energy(pressure), balance.elastic);
+        let (gap, stress) = if self.cell.is_padded() {
+            let (window, nx) = (self.cell.window(self.cell.grid), self.cell.grid.nx);
+            self.patch = (window.cut(&self.gap, nx), window.cut(&self.stress, nx));
+            // Of the mean mode: its elastic energy, and the load's work on the approach.
+            let (elastic, lift) = self.cell.mean_mode(problem.kernel, pressure);
+            energies = (energies.0 + elastic - pressure * (lift + self.mean_height), energies.1 + elastic);
+            (&self.patch.0, &self.patch.1)
+        } else {
+            (&self.gap, &self.stress)
+        };
         Ok(State {
             load,
             pressure,
-            gap: T::lend(&self.gap),
-            stress: T::lend(&self.stress),
+            gap: T::lend(gap),
+            stress: T::lend(stress),
             mean_gap: balance.mean_gap,
-            energy: balance.energy(pressure),
-            elastic_energy: balance.elastic,
+            energy: energies.0,
+            elastic_energy: energies.1,
             interaction_energy: balance.interaction,
             load_error: balance.imbalance.abs() / scale,
             residual: balance.residual / scale,

@@ -1,0 +1,323 @@
+//! What the sweeps do to a row of nodes, between its transform back and the next one forward: loops written for vectors.
+//!
+//! Under a body that is not periodic only the first nodes of a row, and none of some rows, face the rigid surface. The rest
+//! of the periodic cell is padding, where the body's surface moves freely: the same loops with [`Open`] as the law.
+
+use crate::grid::{CHUNK, Real, dot, vectorised};
+use crate::interface::Law;
+use crate::method::operator::{KKT, Nodes, each, kkt, kkt_row};
+use half::bf16;
+
+/// Neither wall nor attraction.
+#[derive(Clone, Copy)]
+struct Open;
+
+impl Law for Open {
+    const ACTIVE: bool = false;
+    const HARD: bool = false;
+
+    fn traction(&self, _: f64) -> f64 {
+        0.0
+    }
+
+    fn energy(&self, _: f64) -> f64 {
+        0.0
+    }
+
+    fn slope(&self, _: f64) -> f64 {
+        0.0
+    }
+
+    fn steepest(&self, _: f64) -> f64 {
+        0.0
+    }
+}
+
+/// The mark of nodes that are held closed.
+const HELD: bf16 = bf16::NEG_ZERO;
+
+#[inline(always)]
+fn is_held(d: bf16) -> bool {
+    d.to_bits() == HELD.to_bits()
+}
+
+/// The nearest direction that is not the mark. `bf16::from_f32` looks for NaNs on its way, at four times the cost.
+#[inline(always)]
+fn free(d: f32) -> bf16 {
+    let bits = d.to_bits();
+    let rounded = (bits.wrapping_add(0x7fff + (bits >> 16 & 1)) >> 16) as u16;
+    bf16::from_bits(if rounded == HELD.to_bits() { 0 } else { rounded })
+}
+
+#[inline(always)]
+pub(super) fn wide(d: bf16) -> f32 {
+    f32::from_bits(u32::from(d.to_bits()) << 16)
+}
+
+/// The gap after `scale` times a step, in front of the wall.
+#[inline(always)]
+fn moved<L: Law, T: Real>(g: T, scale: T, step: f32) -> T {
+    let g = g + scale * T::of(f64::from(step));
+    if L::HARD { g.max(T::zero()) } else { g }
+}
+
+/// Whether a node may move from here: open ones, and closed ones under tension.
+#[inline(always)]
+fn may_move<L: Law, T: Real>(g: T, t: f32) -> bool {
+    !L::HARD || g > T::zero() || t < 0.0
+}
+
+/// `v'' d` at the nodes of a chunk.
+#[inline(always)]
+fn forces<T: Real, L: Law>(law: &L, gap: &[T], direction: &[f32; CHUNK]) -> [f64; CHUNK] {
+    if !L::ACTIVE {
+        return [0.0; CHUNK];
+    }
+    let mut gaps = [f64::INFINITY; CHUNK];
+    gaps.iter_mut().zip(gap).for_each(|(wide, g)| *wide = g.wide());
+    let mut forces = each(
+        law,
+        &gaps,
+        #[inline(always)]
+        |law, g| law.slope(g),
+    );
+    forces.iter_mut().zip(direction).for_each(|(f, &d)| *f *= f64::from(d));
+    forces
+}
+
+/// `Σ v'' d²`: what the law takes from the stiffness along a direction.
+#[inline(always)]
+fn softening<T: Real, L: Law>(law: &L, gap: &[T], direction: &[f32]) -> f64 {
+    if !L::ACTIVE {
+        return 0.0;
+    }
+    let mut sum = 0.0;
+    for (gap, direction) in gap.chunks(CHUNK).zip(direction.chunks(CHUNK)) {
+        let mut d = [0.0; CHUNK];
+        d[..direction.len()].copy_from_slice(direction);
+        sum += dot(&forces(law, gap, &d), &d);
+    }
+    sum
+}
+
+/// The gap, of which `inside` nodes face the rigid surface, after `scale` times a step.
+pub(super) fn settle<L: Law, T: Real>(inside: usize, gap: &mut [T], scale: T, step: &[f32]) {
+    #[inline(always)]
+    fn part<L: Law, T: Real>(gap: &mut [T], scale: T, step: &[f32]) {
+        gap.iter_mut().zip(step).for_each(|(g, &s)| *g = moved::<L, T>(*g, scale, s));
+    }
+    vectorised(
+        #[inline(always)]
+        || {
+            part::<L, T>(&mut gap[..inside], scale, &step[..inside]);
+            part::<Open, T>(&mut gap[inside..], scale, &step[inside..]);
+        },
+    );
+}
+
+/// As [`settle`], into `row`.
+pub(super) fn shifted<L: Law, T: Real>(inside: usize, gap: &[T], scale: T, step: &[f32], row: &mut [T]) {
+    row.copy_from_slice(gap);
+    settle::<L, T>(inside, row, scale, step);
+}
+
+/// Sums of a trial state, [`KKT`] of them over the nodes that face the surface, the first two and the last of them over the
+/// free ones as well; and of the gap over the free ones. `row` is the stress of the body, `residual` the last state's and
+/// becomes this one's.
+pub(super) fn trial<L: Law, T: Real>(
+    law: &L,
+    inside: usize,
+    (gap, scale, step): (&[T], T, &[f32]),
+    (row, pressure): (&[T], T),
+    residual: &mut [f32],
+) -> [f64; KKT + 1] {
+    #[inline(always)]
+    fn part<L: Law, T: Real>(
+        law: &L,
+        (gap, scale, step): (&[T], T, &[f32]),
+        (row, pressure): (&[T], T),
+        residual: &mut [f32],
+    ) -> [f64; KKT] {
+        let mut sums = [0.0; KKT];
+        let chunks = gap.chunks(CHUNK).zip(step.chunks(CHUNK)).zip(row.chunks(CHUNK));
+        for (((gap, step), row), residual) in chunks.zip(residual.chunks_mut(CHUNK)) {
+            let mut nodes = Nodes::new();
+            for ((to, &g), &s) in nodes.gap.iter_mut().zip(gap).zip(step) {
+                *to = moved::<L, T>(g, scale, s);
+            }
+            for ((old, g), r) in nodes.old.iter_mut().zip(gap).zip(&*residual) {
+                *old = f64::from(kkt::<L, f32>(g.wide() as f32, *r));
+            }
+            nodes.imbalance.iter_mut().zip(row).for_each(|(t, &r)| *t = r + pressure);
+            nodes.add_to(gap.len(), law, &mut sums);
+            residual.iter_mut().zip(&nodes.imbalance).for_each(|(r, t)| *r = t.wide() as f32);
+        }
+        sums
+    }
+    let (facing, padding) = residual.split_at_mut(inside);
+    vectorised(
+        #[inline(always)]
+        || {
+            let here = (&gap[..inside], scale, &step[..inside]);
+            let sums = part(law, here, (&row[..inside], pressure), facing);
+            if padding.is_empty() {
+                return with_free(sums, None);
+            }
+            let there = (&gap[inside..], scale, &step[inside..]);
+            with_free(sums, Some(part(&Open, there, (&row[inside..], pressure), padding)))
+        },
+    )
+}
+
+/// The sums over the nodes that face the surface, with those of the free ones.
+fn with_free(facing: [f64; KKT], free: Option<[f64; KKT]>) -> [f64; KKT + 1] {
+    let mut sums = [0.0; KKT + 1];
+    sums[..KKT].copy_from_slice(&facing);
+    if let Some(free) = free {
+        for k in [0, 1, KKT - 1] {
+            sums[k] += free[k];
+        }
+        sums[KKT] = free[3];
+    }
+    sums
+}
+
+/// Gap with what is `pending`, then direction `-t + β d` on the nodes that may move, copied to step and `row`. Returns
+/// `Σ t d` and `Σ v'' d²`.
+pub(super) fn plain<L: Law, T: Real>(
+    law: &L,
+    inside: usize,
+    (gap, pending, step): (&mut [T], T, &mut [f32]),
+    (direction, beta, t): (&mut [bf16], f32, &[f32]),
+    row: &mut [f32],
+) -> [f64; 2] {
+    #[inline(always)]
+    fn part<L: Law, T: Real>(
+        (gap, step): (&[T], &mut [f32]),
+        (direction, beta, t): (&mut [bf16], f32, &[f32]),
+        row: &mut [f32],
+    ) {
+        let chunks = direction.chunks_mut(CHUNK).zip(step.chunks_mut(CHUNK)).zip(t.chunks(CHUNK));
+        for ((((direction, step), t), gap), row) in chunks.zip(gap.chunks(CHUNK)).zip(row.chunks_mut(CHUNK)) {
+            let (mut to, mut marked) = ([0.0; CHUNK], [HELD; CHUNK]);
+            for ((((to, m), &d), &t), &g) in to.iter_mut().zip(&mut marked).zip(&*direction).zip(t).zip(gap) {
+                let moves = may_move::<L, T>(g, t);
+                *to = if moves { beta * wide(d) - t } else { 0.0 };
+                *m = if moves { free(*to) } else { HELD };
+            }
+            let n = row.len();
+            direction.copy_from_slice(&marked[..n]);
+            step.copy_from_slice(&to[..n]);
+            row.copy_from_slice(&to[..n]);
+        }
+    }
+    settle::<L, T>(inside, gap, pending, step);
+    vectorised(
+        #[inline(always)]
+        || {
+            let ((d, d_free), (s, s_free)) = (direction.split_at_mut(inside), step.split_at_mut(inside));
+            let (facing, padding) = row.split_at_mut(inside);
+            part::<L, T>((&gap[..inside], s), (d, beta, &t[..inside]), facing);
+            part::<Open, T>((&gap[inside..], s_free), (d_free, beta, &t[inside..]), padding);
+            [dot(t, row), softening(law, &gap[..inside], &row[..inside])]
+        },
+    )
+}
+
+/// Gap with what is `pending`; residual of the linear problem, from `t`, on the nodes that may move; step and direction
+/// zero. Returns `Σ r²`.
+pub(super) fn begin<L: Law, T: Real>(
+    inside: usize,
+    (gap, pending, step): (&mut [T], T, &mut [f32]),
+    residual: &mut [f32],
+    direction: &mut [bf16],
+) -> f64 {
+    #[inline(always)]
+    fn part<L: Law, T: Real>(gap: &[T], residual: &mut [f32], direction: &mut [bf16]) {
+        for ((r, d), &g) in residual.iter_mut().zip(direction).zip(gap) {
+            let moves = may_move::<L, T>(g, *r);
+            *r = if moves { -*r } else { 0.0 };
+            *d = if moves { bf16::ZERO } else { HELD };
+        }
+    }
+    settle::<L, T>(inside, gap, pending, step);
+    step.fill(0.0);
+    vectorised(
+        #[inline(always)]
+        || {
+            let ((r, r_free), (d, d_free)) = (residual.split_at_mut(inside), direction.split_at_mut(inside));
+            part::<L, T>(&gap[..inside], r, d);
+            part::<Open, T>(&gap[inside..], r_free, d_free);
+            dot(residual, residual)
+        },
+    )
+}
+
+/// `d = z + β d` on the nodes that are not held, from the preconditioned residual z in `row`, which becomes d. Returns
+/// `Σ v'' d²`.
+pub(super) fn conjugate<L: Law, T: Real>(
+    law: &L,
+    inside: usize,
+    gap: &[T],
+    (direction, beta): (&mut [bf16], f32),
+    row: &mut [f32],
+) -> f64 {
+    vectorised(
+        #[inline(always)]
+        || {
+            for (d, r) in direction.iter_mut().zip(&mut *row) {
+                let held = is_held(*d);
+                let to = free(*r + beta * wide(*d));
+                (*d, *r) = if held { (HELD, 0.0) } else { (to, wide(to)) };
+            }
+            softening(law, &gap[..inside], &row[..inside])
+        },
+    )
+}
+
+/// `x += α d`, `r -= α H d` on the nodes that are not held, from `K d` in `row`. Returns `Σ r²`.
+pub(super) fn descend<L: Law, T: Real>(
+    law: &L,
+    inside: usize,
+    gap: &[T],
+    (direction, alpha): (&[bf16], f32),
+    (step, residual): (&mut [f32], &mut [f32]),
+    row: &[f32],
+) -> f64 {
+    #[inline(always)]
+    fn part<L: Law, T: Real>(
+        law: &L,
+        gap: &[T],
+        (direction, alpha): (&[bf16], f32),
+        (step, residual): (&mut [f32], &mut [f32]),
+        row: &[f32],
+    ) {
+        let chunks = step.chunks_mut(CHUNK).zip(residual.chunks_mut(CHUNK)).zip(direction.chunks(CHUNK));
+        for ((((step, residual), direction), gap), row) in chunks.zip(gap.chunks(CHUNK)).zip(row.chunks(CHUNK)) {
+            let mut d = [0.0; CHUNK];
+            d.iter_mut().zip(direction).for_each(|(d, stored)| *d = wide(*stored));
+            step.iter_mut().zip(&d).for_each(|(s, d)| *s += alpha * d);
+            let softened = forces(law, gap, &d);
+            for (((r, &stored), &stress), &soft) in residual.iter_mut().zip(direction).zip(row).zip(&softened) {
+                let left = *r - alpha * (stress + soft as f32);
+                *r = if is_held(stored) { 0.0 } else { left };
+            }
+        }
+    }
+    vectorised(
+        #[inline(always)]
+        || {
+            let ((s, s_free), (r, r_free)) = (step.split_at_mut(inside), residual.split_at_mut(inside));
+            part(law, &gap[..inside], (&direction[..inside], alpha), (s, r), &row[..inside]);
+            part(&Open, &gap[inside..], (&direction[inside..], alpha), (s_free, r_free), &row[inside..]);
+            dot(residual, residual)
+        },
+    )
+}
+
+/// Sums of a state, as in [`trial`]. `stress` is that of body and load, and becomes the imbalance by the law's traction.
+pub(super) fn balance<L: Law, T: Real>(law: &L, inside: usize, gap: &[T], stress: &mut [T]) -> [f64; KKT + 1] {
+    let (facing, padding) = stress.split_at_mut(inside);
+    let free = if padding.is_empty() { None } else { Some(kkt_row(&Open, &gap[inside..], padding)) };
+    with_free(kkt_row(law, &gap[..inside], facing), free)
+}

@@ -1,0 +1,107 @@
+//! Which nodes face the rigid surface: all of a periodic cell, or those of a patch in the corner of a padded one.
+
+use super::smooth;
+use crate::grid::Grid;
+use crate::interface::Elastic;
+use crate::method::Problem;
+
+/// The periodic cell that a problem is solved in.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Cell {
+    pub grid: Grid,
+    /// From the first to the last node that face the surface, if not all do.
+    patch: Option<(f64, f64)>,
+}
+
+/// Nodes of a grid that face the surface: the first `nx` of the first `ny` rows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Window {
+    pub nx: usize,
+    pub ny: usize,
+}
+
+impl Window {
+    /// How many of the `nx` nodes of row `y` face the surface: the first ones.
+    #[inline]
+    pub fn inside(&self, y: usize, nx: usize) -> usize {
+        if y < self.ny { self.nx.min(nx) } else { 0 }
+    }
+
+    pub fn points(&self) -> usize {
+        self.nx * self.ny
+    }
+
+    /// The values at these nodes of a field on a grid of `nx` points a row.
+    pub fn cut<T: Copy>(&self, field: &[T], nx: usize) -> Vec<T> {
+        field.chunks(nx).take(self.ny).flat_map(|row| row[..self.nx].iter().copied()).collect()
+    }
+}
+
+impl Cell {
+    pub fn of(problem: &Problem) -> Self {
+        let grid = problem.grid;
+        let Elastic::NonPeriodic(kernel) = problem.kernel else { return Cell { grid, patch: None } };
+        let (dx, dy) = (grid.dx(), grid.dy());
+        let padded = |n: usize, d: f64| smooth(n + (kernel.padding() / d).ceil() as usize);
+        let (nx, ny) = (padded(grid.nx, dx), padded(grid.ny, dy));
+        Cell {
+            grid: Grid { nx, ny, lx: nx as f64 * dx, ly: ny as f64 * dy },
+            patch: Some(((grid.nx - 1) as f64 * dx, (grid.ny - 1) as f64 * dy)),
+        }
+    }
+
+    pub fn is_padded(&self) -> bool {
+        self.patch.is_some()
+    }
+
+    /// On a grid of this cell.
+    pub fn window(&self, grid: Grid) -> Window {
+        // What rounding may take from a whole number.
+        const WHOLE: f64 = 1e-6;
+        let nodes = |extent: f64, d: f64| (extent / d + WHOLE) as usize + 1;
+        match self.patch {
+            None => Window { nx: grid.nx, ny: grid.ny },
+            Some((x, y)) => Window { nx: nodes(x, grid.dx()), ny: nodes(y, grid.dy()) },
+        }
+    }
+
+    /// The grid of the nodes that face the surface, on a grid of this cell.
+    pub fn facing(&self, grid: Grid) -> Grid {
+        let Window { nx, ny } = self.window(grid);
+        Grid { nx, ny, lx: nx as f64 * grid.dx(), ly: ny as f64 * grid.dy() }
+    }
+
+    /// A field of the patch, continued over the padding: from one edge to the other around the cell, without a jump.
+    pub fn continued(&self, patch: &[f64]) -> Vec<f64> {
+        let Window { nx, ny } = self.window(self.grid);
+        let blend = |k: usize, from: usize, n: usize, last: f64, first: f64| {
+            let t = (k + 1 - from) as f64 / (n + 1 - from) as f64;
+            last + (first - last) * t * t * (3.0 - 2.0 * t)
+        };
+        let mut field = vec![0.0; self.grid.points()];
+        for (y, row) in patch.chunks(nx).enumerate() {
+            let to = &mut field[y * self.grid.nx..][..self.grid.nx];
+            to[..nx].copy_from_slice(row);
+            for (x, h) in to.iter_mut().enumerate().skip(nx) {
+                *h = blend(x, nx, self.grid.nx, row[nx - 1], row[0]);
+            }
+        }
+        let (rows, padding) = field.split_at_mut(ny * self.grid.nx);
+        let (first, last) = (&rows[..self.grid.nx], &rows[(ny - 1) * self.grid.nx..]);
+        for (k, row) in padding.chunks_mut(self.grid.nx).enumerate() {
+            for (x, h) in row.iter_mut().enumerate() {
+                *h = blend(ny + k, ny, self.grid.ny, last[x], first[x]);
+            }
+        }
+        field
+    }
+
+    /// Elastic energy and approach that the mean pressure adds, per area of the patch: the mean mode's, which no periodic
+    /// body has.
+    pub fn mean_mode(&self, kernel: Elastic, pressure: f64) -> (f64, f64) {
+        let Elastic::NonPeriodic(k) = kernel else { return (0.0, 0.0) };
+        let spread = pressure * self.window(self.grid).points() as f64 / self.grid.points() as f64;
+        let lift = spread * k.mean_compliance();
+        (0.5 * pressure * lift, lift)
+    }
+}
