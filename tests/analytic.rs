@@ -437,6 +437,12 @@ fn mean_gap_control_inverts_load_control() {
         assert!((state.mean_gap / gap - 1.0).abs() < 1e-8, "{adhesion}: {}", state.mean_gap / gap - 1.0);
         assert!((state.pressure / 0.02 - 1.0).abs() < 1e-6, "{adhesion}: {}", state.pressure);
         assert!((state.energy / energy - 1.0).abs() < 1e-7);
+        // Of the state that is given back, at the pressure that is told: the spring's force is counted once.
+        assert!(state.load_error < LOAD_BALANCE && state.residual <= p.tolerance, "{}", state.load_error);
+        let mean = (0..state.stress.len()).map(|i| state.stress.at(i)).sum::<f64>() / state.stress.len() as f64;
+        if adhesion == Adhesion::None {
+            assert!((mean / state.pressure - 1.0).abs() < LOAD_BALANCE, "{mean} {}", state.pressure);
+        }
         for id in ["gfmd", "bvm"] {
             let refusal =
                 method::find(id).unwrap().start(&p, &unwatched).unwrap().equilibrate(Load::MeanGap(gap)).err();

@@ -350,6 +350,23 @@ fn bad_arguments_are_refused_together() {
     for bad in [&["solve", "--heights", file][..], &["solve", "--presure", "1"], &["guess"], &[]] {
         assert_eq!(call(bad).status.code(), Some(2), "{bad:?}");
     }
+    // Flags that would be silently without effect.
+    let challenge = ["solve", "--challenge", "16", "--cut-off", "0.2", "--pressure", "0.1"];
+    for (flags, from) in [
+        (&["--flip"][..], &challenge[..]),
+        (&["--length-y", "1"], &challenge),
+        (&["--rho", "1"], &challenge),
+        (&["--law", "dugdale"], &challenge),
+        (&["--poisson", "0.4"], &challenge),
+        (&["--base", "bonded"], &challenge),
+        (&["--non-periodic", "--thickness", "1"], &challenge),
+    ] {
+        assert_eq!(call(&[from, flags].concat()).status.code(), Some(2), "{flags:?}");
+    }
+    let sticky = ["--gamma", "1e-4", "--rho", "0.1", "--range", "extrapolate"];
+    for more in [&["--start", "nowhere.npy"][..], &["--non-periodic"]] {
+        assert!(refusal(&[&challenge[..], &sticky, more].concat(), 2).contains("--range = extrapolate"));
+    }
     for good in ["--help", "--version"] {
         assert_eq!(call(&[good]).status.code(), Some(0));
     }

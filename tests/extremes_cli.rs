@@ -151,7 +151,8 @@ fn maps_that_are_none() {
     }
     for flag in ["--length", "--length-y", "--modulus", "--pressure", "--rho", "--thickness"] {
         for value in ["0", "-1", "nan", "inf"] {
-            let more = if flag == "--pressure" { vec![] } else { vec!["--pressure", "0.01"] };
+            let mut more = if flag == "--pressure" { vec![] } else { vec!["--pressure", "0.01"] };
+            more.extend(if flag == "--rho" { vec!["--gamma", "1e-3"] } else { vec![] });
             let file = scratch.path().join("fits.txt");
             refused(&self::solve(&file, &[&more[..], &[flag, value]].concat()), 2, &format!("{flag} = "));
         }

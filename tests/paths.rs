@@ -55,9 +55,9 @@ fn walk(problem: &Problem, id: &str, range: RangeChoice, loads: &[Load], pulls: 
             mean_gap: state.mean_gap,
             pressure: state.pressure,
             energy: state.energy,
-            discretisation: reached.discretisation.map(|d| (d.area, d.mean_gap)),
+            discretisation: reached.discretisation.map(|d| (d.area, d.mean_gap.unwrap_or(0.0))),
             true_area: reached.extrapolated.map(|e| (e.area.value, e.area.error)),
-            true_gap: reached.extrapolated.map(|e| (e.mean_gap.value, e.mean_gap.error)),
+            true_gap: reached.extrapolated.and_then(|e| e.mean_gap).map(|g| (g.value, g.error)),
         });
         Ok(())
     });
@@ -156,6 +156,14 @@ fn pulled_apart() {
             assert_eq!(state.stop, if last { expected } else { Stop::Converged }, "{load} {pulled:?}");
         }
     }
+    // From a load next to the largest pull the same is found; behind it there is nothing to find, which is said.
+    let near = [0.01, 0.5 * pulled.pressure, 0.97 * pulled.pressure].map(Load::Pressure);
+    let (_, again) = walk(&p, "fast", RangeChoice::Mesh, &near, true);
+    assert!((again.expect("asked for").pressure / pulled.pressure - 1.0).abs() < 0.01);
+    let behind = [0.0, 3.0 * (pulled.mean_gap - found[0].mean_gap)].map(|d| Load::MeanGap(found[0].mean_gap + d));
+    let path = LoadPath::new(p.clone(), method::find("fast").expect("it is there"), RangeChoice::Mesh, 0.0, &behind);
+    let refused = path.walk(None, true, &unwatched, |_, _| Ok(())).expect_err("refused").to_string();
+    assert!(refused.contains("from which on it falls"), "{refused}");
     // Nothing to pull at.
     let p = problem(grid, Heights::Series(&modes), Adhesion::None);
     let path = LoadPath::new(p, method::find("fast").expect("it is there"), RangeChoice::Mesh, 0.0, &[]);

@@ -57,11 +57,11 @@ fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResults {
         energy_excess: Some(3e-9),
         area_drift: Some(1e-4),
         mean_gap_drift: None,
-        discretisation: Some(Discretisation { area: 0.0234, mean_gap: 0.0017, coarser: [N / 2, N / 2] }),
+        discretisation: Some(Discretisation { area: 0.0234, mean_gap: Some(0.0017), coarser: [N / 2, N / 2] }),
         extrapolated: Some(Extrapolated {
             range: 0.25,
             area: Estimate { value: 0.0334, error: 0.0003 },
-            mean_gap: Estimate { value: 0.01014, error: 1e-5 },
+            mean_gap: Some(Estimate { value: 0.01014, error: 1e-5 }),
         }),
         gap: gap_file,
         stress,

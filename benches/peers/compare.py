@@ -52,7 +52,7 @@ class Case:
 CASES = (
     Case(
         "challenge, complementarity 1e-8", 2048, 1 / 1000, 0.01, MATCHED,
-        {ASPERITY: 3e-7, TAMAAS: 3e-8, CONTACTMECHANICS: 1e-7},
+        {ASPERITY: 1e-7, TAMAAS: 3e-8, CONTACTMECHANICS: 1e-7},
     ),
     Case(
         "challenge, energy 1e-6 and area 0.1 %", 2048, 1 / 1000, 0.01, PHYSICAL,

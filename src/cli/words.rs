@@ -91,20 +91,20 @@ fn certainty(c: &ContinuumResults, um: f64) {
     for s in &c.states {
         if let Some(d) = s.discretisation {
             say(&format!(
-                "at p* = {}: from half the points a side contact changes by {}, mean gap by {}",
+                "at p* = {}: from half the points a side contact changes by {}{}",
                 s.p_star,
                 percent(d.area),
-                percent(d.mean_gap)
+                d.mean_gap.map_or(String::new(), |g| format!(", mean gap by {}", percent(g)))
             ));
         }
         if let Some(e) = s.extrapolated {
+            let gap = e.mean_gap.map(|g| (significant(g.value * um, 4), significant(g.error * um, 2)));
             say(&format!(
-                "at p* = {}, extrapolated to the true range: contact {} ± {}, mean gap {} ± {} µm",
+                "at p* = {}, extrapolated to the true range: contact {} ± {}{}",
                 s.p_star,
                 percent(e.area.value),
                 percent(e.area.error),
-                significant(e.mean_gap.value * um, 4),
-                significant(e.mean_gap.error * um, 2)
+                gap.map_or(String::new(), |(gap, error)| format!(", mean gap {gap} ± {error} µm"))
             ));
         }
     }

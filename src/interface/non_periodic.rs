@@ -7,8 +7,8 @@ use std::sync::OnceLock;
 /// Half-space under a patch, solved for in a periodic cell that holds the patch and padding around it.
 ///
 /// The displacement under a unit force, 1/(πE*r), is cut off at a distance that no two points of the patch have, and before
-/// any image of the patch is reached: inside the patch the periodic sum is the free one, to the last bit (Vico, Greengard &
-/// Ferrando, J. Comput. Phys. 323 (2016) 191). The cut is a smooth one, between 1 and [`NonPeriodic::REACH`] diagonals, so
+/// any image of the patch is reached: inside the patch the periodic sum is the free one (Vico, Greengard & Ferrando, J.
+/// Comput. Phys. 323 (2016) 191), but for a table's 1e-10. The cut is a smooth one, between 1 and [`NonPeriodic::REACH`] diagonals, so
 /// that the compliance (2/E*q) F(q·diagonal) soon is that of the half-space; being a mean of sharp cuts, whose F is ∫J₀, it is
 /// positive for every wave, and has an inverse: the stiffness that solvers need.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,6 +36,7 @@ impl NonPeriodic {
     /// From here on F is 1.
     const END: f64 = 1.04 * Self::BETA / (0.5 * (Self::REACH - 1.0));
 
+    /// Of a patch of these extents, units of L.
     pub fn of_patch(lx: f64, ly: f64) -> Self {
         NonPeriodic { diagonal: lx.hypot(ly) }
     }
@@ -45,7 +46,7 @@ impl NonPeriodic {
         Self::REACH * self.diagonal
     }
 
-    /// Compliance of the mean mode, in L/E*: half of the displacement that a force anywhere in the cell gives in the mean.
+    /// Compliance of the mean mode, in L/E*: the mean displacement under a mean pressure of one.
     pub fn mean_compliance(&self) -> f64 {
         // The cuts lie evenly about their mean.
         (1.0 + Self::REACH) * self.diagonal

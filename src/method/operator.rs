@@ -238,7 +238,7 @@ pub(super) struct Operator<'p, T: Real, K, L> {
 /// The load balance that the solvers impose, relative to the pressure: at the default tolerance of 1e-8 this, and at
 /// looser ones a tenth of the tolerance.
 pub(super) const LOAD_BALANCE: f64 = 1e-9;
-const LOAD_SHARE: f64 = 0.1;
+pub(super) const LOAD_SHARE: f64 = 0.1;
 
 impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
     pub fn new(problem: &'p Problem<'p>, kernel: K, law: L) -> Self {

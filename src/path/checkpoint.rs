@@ -84,7 +84,10 @@ struct Inner {
 impl Keeper {
     /// Writes `STEM.json` and its gap.
     pub fn new(folder: &Path, stem: &str, key: String, finished: Vec<Value>) -> Self {
-        let inner = Inner { finished, due: Instant::now() + EVERY, count: 0, trouble: None, kept: false };
+        // The file of the checkpoint that is gone on from stays until the next one is whole.
+        let first = Checkpoint::find(folder, stem, &key).is_some_and(|c| c.gap.ends_with("-0.npy"));
+        let inner =
+            Inner { finished, due: Instant::now() + EVERY, count: usize::from(first), trouble: None, kept: false };
         Keeper { folder: folder.to_path_buf(), stem: stem.into(), key, inner: Mutex::new(inner) }
     }
 

@@ -10,6 +10,7 @@ use crate::observe::{ContactArea, contact_area};
 use crate::record::results::{Discretisation, Estimate, Extrapolated};
 use std::ops::ControlFlow;
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// Grids that an extrapolation in the range takes, the problem's own among them: a parabola's worth.
 pub(super) const EXTRAPOLATION: usize = 3;
@@ -59,7 +60,7 @@ pub(super) fn discretisation(coarse: &Level, fine: &Level) -> Discretisation {
         area: change(coarse.area, fine.area)
             .max(CORRECTION * change(fine.counted, fine.area))
             .max(coarse.settled.area.unwrap_or(0.0)),
-        mean_gap: change(coarse.mean_gap, fine.mean_gap).max(coarse.settled.mean_gap.unwrap_or(0.0)),
+        mean_gap: Some(change(coarse.mean_gap, fine.mean_gap).max(coarse.settled.mean_gap.unwrap_or(0.0))),
         coarser: [coarse.grid.nx, coarse.grid.ny],
     }
 }
@@ -81,7 +82,7 @@ pub(super) fn extrapolated(range: f64, levels: &[Level]) -> Option<Extrapolated>
         let parabola = line + bend * (range - b.0) * (range - a.0);
         Some(Estimate { value: 0.5 * (line + parabola), error: (line - parabola).abs() })
     };
-    Some(Extrapolated { range: range / fine.range, area: estimate(|l| l.area)?, mean_gap: estimate(|l| l.mean_gap)? })
+    Some(Extrapolated { range: range / fine.range, area: estimate(|l| l.area)?, mean_gap: estimate(|l| l.mean_gap) })
 }
 
 /// Notes the grids that a method comes by, and passes everything on.
@@ -89,11 +90,19 @@ pub(super) struct Levels<'a> {
     watch: &'a dyn Watch,
     threshold: f64,
     passed: Mutex<Vec<Level>>,
+    /// Whether the loads are done, so that nothing is kept any more.
+    done: AtomicBool,
 }
 
 impl<'a> Levels<'a> {
     pub fn new(watch: &'a dyn Watch, threshold: f64) -> Self {
-        Levels { watch, threshold, passed: Mutex::default() }
+        Levels { watch, threshold, passed: Mutex::default(), done: AtomicBool::new(false) }
+    }
+
+    /// Keeps the state after the last load, from which a pull-off is done anew, and no other from now on.
+    pub fn finish(&self, snapshot: Snapshot) {
+        self.watch.snapshot(snapshot);
+        self.done.store(true, Relaxed);
     }
 
     /// The finest since the last call.
@@ -119,11 +128,13 @@ impl Watch for Levels<'_> {
     }
 
     fn wants_snapshot(&self) -> bool {
-        self.watch.wants_snapshot()
+        !self.done.load(Relaxed) && self.watch.wants_snapshot()
     }
 
     fn snapshot(&self, snapshot: Snapshot) {
-        self.watch.snapshot(snapshot);
+        if !self.done.load(Relaxed) {
+            self.watch.snapshot(snapshot);
+        }
     }
 }
 
@@ -204,7 +215,7 @@ mod tests {
         let line = area(0.04) - 0.03 * (area(0.06) - area(0.04)) / 0.02;
         assert!((found.area.value - 0.5 * (line + area(0.01))).abs() < 1e-15, "{found:?}");
         assert!((found.area.error - (line - area(0.01)).abs()).abs() < 1e-15);
-        assert_eq!((found.range, found.mean_gap), (0.25, Estimate { value: 1.0, error: 0.0 }));
+        assert_eq!((found.range, found.mean_gap), (0.25, Some(Estimate { value: 1.0, error: 0.0 })));
         // Two levels have a line, and all of what it adds in doubt.
         let two = extrapolated(0.01, &levels[1..]).expect("two levels");
         assert!((two.area.value - line).abs() < 1e-15 && (two.area.error - (line - area(0.04)).abs()) < 1e-15);
@@ -223,7 +234,7 @@ mod tests {
     #[test]
     fn changes_are_relative() {
         let d = discretisation(&level(64, 0.0, 0.033), &level(128, 0.0, 0.03));
-        assert!((d.area - 0.1).abs() < 1e-12 && d.mean_gap == 0.0 && d.coarser == [64, 64]);
+        assert!((d.area - 0.1).abs() < 1e-12 && d.mean_gap == Some(0.0) && d.coarser == [64, 64]);
         // Equal areas of two grids are no proof: a third of the correction stays in doubt.
         let fine = Level { counted: 0.036, ..level(128, 0.0, 0.03) };
         assert!((discretisation(&level(64, 0.0, 0.03), &fine).area - 0.2 / 3.0).abs() < 1e-12);

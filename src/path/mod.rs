@@ -7,13 +7,14 @@ mod pull_off;
 
 pub use checkpoint::{Checkpoint, Keeper};
 
-use crate::Result;
-use crate::grid::{Grid, Series};
+use crate::grid::{Field, Grid, Series};
 use crate::interface::{Adhesion, Elastic, Law, RangeChoice};
-use crate::method::{ContactMethod, Heights, Load, Plan, Problem, State, Stop, Watch};
+use crate::method::{ContactMethod, Heights, Load, Plan, Problem, Snapshot, State, Stop, Watch};
 use crate::observe::{ContactArea, contact_area};
 use crate::record::results::{Discretisation, Extrapolated, PullOff};
+use crate::{Error, Result};
 use coarser::{Companion, Level, Levels, Silent, coarsened};
+use pull_off::Held;
 
 /// A problem and the loads that are put on it one after another.
 pub struct LoadPath<'p> {
@@ -124,7 +125,9 @@ impl<'p> LoadPath<'p> {
         mut visit: impl FnMut(usize, Reached) -> Result<()>,
     ) -> Result<Option<PullOff>> {
         let (levels, silent) = (Levels::new(watch, self.threshold), Silent(watch));
-        let grids = self.companions();
+        // From a gap that is given, coarser grids might end on another branch.
+        let given = matches!(begin, Some(Begin::Gap(_))) && self.problem.adhesion != Adhesion::None;
+        let grids = if given { Vec::new() } else { self.companions() };
         let made: Series<f64>;
         let series = match self.problem.heights {
             Heights::Series(series) => Some(series),
@@ -162,7 +165,11 @@ impl<'p> LoadPath<'p> {
                     run.set_gap(&checkpoint.gap()?);
                     if let Some(&load) = self.loads.last() {
                         let state = run.equilibrate(load)?;
-                        last = Some((state.mean_gap, state.pressure));
+                        match state.stop {
+                            Stop::Converged => last = Some(Held::of(&state)),
+                            Stop::Interrupted => return Err(Error::Interrupted),
+                            stop => return Err(pull_off::unconverged(&self.problem, &state, stop)),
+                        }
                     }
                 }
                 done
@@ -180,25 +187,38 @@ impl<'p> LoadPath<'p> {
                 let range = self.problem.adhesion.range();
                 let fine = Level::new(self.problem.grid, range, &area, state.mean_gap, state.settled);
                 let below = match levels.take().or(coarse.first().copied()) {
-                    None if companions.is_empty() => self.coarse(load, &silent)?,
+                    None if companions.is_empty() && !given => self.coarse(load, &silent)?,
                     known => known,
                 };
                 let all: Vec<Level> = coarse.iter().rev().copied().chain([fine]).collect();
+                let imposed = matches!(load, Load::MeanGap(_));
+                let keep = |gap: Option<f64>| gap.filter(|_| !imposed);
+                let told = below.map(|coarse| coarser::discretisation(&coarse, &fine));
+                let far = self.extrapolates().then(|| coarser::extrapolated(self.asked.range(), &all)).flatten();
                 (
-                    below.map(|coarse| coarser::discretisation(&coarse, &fine)),
-                    self.extrapolates().then(|| coarser::extrapolated(self.asked.range(), &all)).flatten(),
+                    told.map(|d| Discretisation { mean_gap: keep(d.mean_gap), ..d }),
+                    far.map(|e| Extrapolated { mean_gap: e.mean_gap.filter(|_| !imposed), ..e }),
                 )
             } else {
                 (None, None)
             };
-            last = Some((state.mean_gap, state.pressure));
+            if pulls_off && converged && i + 1 == self.loads.len() {
+                last = Some(Held::of(&state));
+            }
             visit(i, Reached { state, area, discretisation, extrapolated })?;
             if !converged {
                 return Ok(None);
             }
         }
         match last {
-            Some(last) if pulls_off => pull_off::search(&mut *run, &self.problem, last).map(Some),
+            Some(last) if pulls_off => {
+                levels.finish(Snapshot {
+                    grid: self.problem.grid,
+                    gap: Field::F64(&last.gap),
+                    progress: serde_json::Value::Null,
+                });
+                pull_off::search(&mut *run, &self.problem, last).map(Some)
+            }
             _ => Ok(None),
         }
     }

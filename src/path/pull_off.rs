@@ -1,5 +1,5 @@
 use crate::interface::Law;
-use crate::method::{Load, Problem, Run, Stop};
+use crate::method::{Load, Problem, Run, State, Stop};
 use crate::record::results::PullOff;
 use crate::{Error, Result};
 
@@ -23,9 +23,23 @@ struct Point {
     pressure: f64,
 }
 
-/// Pulls the surfaces apart from the state `(mean gap, pressure)` that `run` is in. Under control of the mean gap every state
-/// on the way has an equilibrium, those with it that no pull would hold.
-pub(super) fn search(run: &mut dyn Run, problem: &Problem, (mean_gap, pressure): (f64, f64)) -> Result<PullOff> {
+/// The state that surfaces are pulled apart from.
+pub(super) struct Held {
+    pub mean_gap: f64,
+    pub pressure: f64,
+    pub gap: Vec<f64>,
+}
+
+impl Held {
+    pub fn of(state: &State) -> Self {
+        Held { mean_gap: state.mean_gap, pressure: state.pressure, gap: state.gap.to_vec() }
+    }
+}
+
+/// Pulls the surfaces apart from the state that `run` is in. Under control of the mean gap every state on the way has an
+/// equilibrium, those with it that no pull would hold.
+pub(super) fn search(run: &mut dyn Run, problem: &Problem, from: Held) -> Result<PullOff> {
+    let Held { mean_gap, pressure, gap } = from;
     let range = problem.adhesion.range();
     if range == 0.0 {
         return Err(Error::input("pull-off", "adhesion", "none", "an adhesion: nothing else holds surfaces together"));
@@ -35,7 +49,7 @@ pub(super) fn search(run: &mut dyn Run, problem: &Problem, (mean_gap, pressure):
     // Gaps of the last two states before the lowest pressure: what the search within the bracket starts from, since a branch
     // is left only onwards.
     let mut before: Vec<f64> = Vec::new();
-    let mut last: Vec<f64> = Vec::new();
+    let mut last = gap;
     let mut lowest = 0;
     loop {
         let mean_gap = curve[curve.len() - 1].mean_gap + step;
@@ -57,12 +71,14 @@ pub(super) fn search(run: &mut dyn Run, problem: &Problem, (mean_gap, pressure):
         }
         step *= GROWTH;
     }
-    // The lowest is the first state or lies between two.
-    let (mut low, mut high) = (curve[lowest.saturating_sub(1)].mean_gap, curve[lowest + 1].mean_gap);
+    if lowest == 0 {
+        let found = format!("a pull of {:.3e} E*, from which on it falls", -pressure);
+        return Err(Error::input("pull-off", "last load", found, "one before the largest pull"));
+    }
+    let (mut low, mut high) = (curve[lowest - 1].mean_gap, curve[lowest + 1].mean_gap);
     let mut best = curve[lowest];
-    let start = if before.is_empty() { None } else { Some(before) };
     let mut probe = |mean_gap: f64| -> Result<Point> {
-        let (point, _) = equilibrium(run, problem, mean_gap, start.as_deref())?;
+        let (point, _) = equilibrium(run, problem, mean_gap, Some(&before))?;
         if point.pressure < best.pressure {
             best = point;
         }
@@ -84,7 +100,7 @@ pub(super) fn search(run: &mut dyn Run, problem: &Problem, (mean_gap, pressure):
     Ok(PullOff {
         pressure: best.pressure,
         mean_gap: best.mean_gap,
-        mean_gap_error: 0.5 * (high - low),
+        mean_gap_error: (high - best.mean_gap).max(best.mean_gap - low),
         curve: curve.iter().map(|p| [p.mean_gap, p.pressure]).collect(),
     })
 }
@@ -103,13 +119,17 @@ fn equilibrium(
     match state.stop {
         Stop::Converged => Ok((Point { mean_gap, pressure: state.pressure }, state.gap.to_vec())),
         Stop::Interrupted => Err(Error::Interrupted),
-        stop => Err(Error::NotConverged {
-            method: "fast",
-            why: format!("{stop}, on the way to pull-off at a mean gap of {mean_gap:.6e} L"),
-            iterations: state.iterations,
-            residual: state.residual,
-            tolerance: problem.tolerance,
-            partial: None,
-        }),
+        stop => Err(unconverged(problem, &state, stop)),
+    }
+}
+
+pub(super) fn unconverged(problem: &Problem, state: &State, stop: Stop) -> Error {
+    Error::NotConverged {
+        method: "fast",
+        why: format!("{stop}, on the way to pull-off at a mean gap of {:.6e} L", state.mean_gap),
+        iterations: state.iterations,
+        residual: state.residual,
+        tolerance: problem.tolerance,
+        partial: None,
     }
 }

@@ -94,11 +94,6 @@ fn spectrum(surface: &Surface, grid: Grid, heights: &[f64]) -> Vec<PsdPoint> {
         .collect()
 }
 
-/// "soft wall, load-1" is for people.
-fn file_name(name: &str) -> String {
-    name.replace(", ", "-").replace(' ', "-")
-}
-
 /// Which of the fields of a state are kept.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Keep {
@@ -168,7 +163,7 @@ pub(super) fn load_path(
         let kind = if state.stop == Stop::Converged { "load" } else { "partial" };
         let name = format!("{prefix}{kind}-{}", i + 1);
         let write = |quantity: &str, field: Field| -> Result<String> {
-            let file = format!("{}-{quantity}.npy", file_name(&name));
+            let file = format!("{name}-{quantity}.npy");
             npy::write(&folder.join(&file), grid.nx, grid.ny, (0..field.len()).map(|i| field.at(i)))?;
             Ok(in_stage(stage, &file))
         };
@@ -185,7 +180,7 @@ pub(super) fn load_path(
                 iterations: state.iterations,
                 residual: state.residual,
                 tolerance: problem.tolerance,
-                partial: Some(folder.join(format!("{}-gap.npy", file_name(&name)))),
+                partial: Some(folder.join(format!("{name}-gap.npy"))),
             });
         }
         let stress = if asked.keep.stress { Some(write("stress", state.stress)?) } else { None };

@@ -168,7 +168,8 @@ pub struct RangeResults {
 pub struct Discretisation {
     /// Of the perimeter-corrected contact fraction; no less than a third of the correction.
     pub area: f64,
-    pub mean_gap: f64,
+    /// None where the mean gap was imposed.
+    pub mean_gap: Option<f64>,
     /// Points of the coarser grid along x and y.
     pub coarser: [usize; 2],
 }
@@ -187,8 +188,8 @@ pub struct Extrapolated {
     pub range: f64,
     /// Contact fraction, perimeter-corrected.
     pub area: Estimate,
-    /// Units of L.
-    pub mean_gap: Estimate,
+    /// Units of L; none where it was imposed.
+    pub mean_gap: Option<Estimate>,
 }
 
 /// The largest pull that the contact holds.

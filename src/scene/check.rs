@@ -226,8 +226,14 @@ fn continuum(c: &mut Complaints, scene: &Scene) {
         "none with this method: `fast` estimates its energy above the minimum",
     );
     c.unless(m.max_iterations > 0, "continuum.max_iterations", m.max_iterations, "at least 1");
+    let extrapolates = scene.adhesion.as_ref().is_some_and(|a| a.range == RangeChoice::Extrapolate);
+    c.unless(
+        m.start.is_none() || !extrapolates,
+        "adhesion.range",
+        "\"extrapolate\" with continuum.start",
+        "another range: the coarser grids of an extrapolation cannot start there",
+    );
     if !m.periodic {
-        let extrapolates = scene.adhesion.as_ref().is_some_and(|a| a.range == RangeChoice::Extrapolate);
         for (hinders, what, accepted) in [
             (scene.atoms.is_some(), "atoms", "true: atoms repeat"),
             (

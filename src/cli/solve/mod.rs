@@ -40,7 +40,7 @@ pub struct Solve {
     #[arg(long, default_value_t = 1.0, value_name = "L")]
     length: f64,
     /// Extent in y. Default: square pixels.
-    #[arg(long, value_name = "L")]
+    #[arg(long, value_name = "L", conflicts_with = "challenge")]
     length_y: Option<f64>,
     /// Contact modulus E* = E/(1-ν²).
     #[arg(long, default_value_t = 1.0, value_name = "E")]
@@ -62,13 +62,13 @@ pub struct Solve {
     #[arg(long, default_value_t = 0.0, value_name = "GAMMA")]
     gamma: f64,
     /// Range ρ of the adhesion.
-    #[arg(long)]
+    #[arg(long, requires = "gamma")]
     rho: Option<f64>,
     /// What is done where the grid is too coarse for that range.
     #[arg(long, value_enum, default_value_t = RangeChoice::Mesh)]
     range: RangeChoice,
     /// How the attraction fades with the gap.
-    #[arg(long, value_enum, default_value_t = AdhesionLaw::Exponential)]
+    #[arg(long, value_enum, default_value_t = AdhesionLaw::Exponential, requires = "gamma")]
     law: AdhesionLaw,
     /// What keeps the surfaces apart.
     #[arg(long, value_enum, default_value_t = WallKind::Hard)]
@@ -83,7 +83,7 @@ pub struct Solve {
     /// proportion.
     #[arg(long)]
     tol: Option<f64>,
-    /// Go on until the energy is within this part of the minimum (an estimate from above that `fast` makes).
+    /// Go on until the energy is within this part of the minimum (as `fast` estimates it).
     #[arg(long, value_name = "PART")]
     energy_goal: Option<f64>,
     /// Go on until the contact area is estimated to change by no more than this part.
@@ -99,7 +99,7 @@ pub struct Solve {
     #[arg(long, default_value_t = 50_000, value_name = "N")]
     max_iterations: usize,
     /// High points touch first.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "challenge")]
     flip: bool,
     /// The map lies alone on a half-space that is free around it, instead of repeating.
     #[arg(long, conflicts_with_all = ["thickness", "crystal", "mean_gap", "pull_off"])]
@@ -108,10 +108,10 @@ pub struct Solve {
     #[arg(long, value_name = "T")]
     thickness: Option<f64>,
     /// Poisson's ratio of the layer.
-    #[arg(long, default_value_t = 0.3, value_name = "NU")]
+    #[arg(long, default_value_t = 0.3, value_name = "NU", requires = "thickness")]
     poisson: f64,
     /// The layer's lower face.
-    #[arg(long, value_enum, default_value_t = Base::Bonded)]
+    #[arg(long, value_enum, default_value_t = Base::Bonded, requires = "thickness")]
     base: Base,
     /// Elastic constants of a cubic crystal, (001) face with x along [100], instead of an isotropic half-space. Any unit:
     /// only their ratios matter, E* is --modulus.
@@ -189,6 +189,10 @@ impl Solve {
         if controls && method::find(&self.method).is_some_and(|m| m.card().id != "fast") {
             let accepted = "fast or auto: no other method controls the mean gap";
             list.push(Complaint::new("--method", &self.method, accepted));
+        }
+        if self.start.is_some() && self.range == RangeChoice::Extrapolate {
+            let accepted = "mesh or true: the coarser grids of an extrapolation cannot start there";
+            list.push(Complaint::new("--range", "extrapolate with --start", accepted));
         }
         if self.non_periodic && self.range == RangeChoice::Extrapolate {
             list.push(Complaint::new("--range", "extrapolate with --non-periodic", "mesh or true"));

@@ -107,7 +107,7 @@ impl<'a> Told<'a> {
             "discretisation": discretisation,
             "extrapolated": extrapolated.map(|e| json!({
                 "contact_fraction": e.area,
-                "mean_gap": { "value": e.mean_gap.value * length, "error": e.mean_gap.error * length },
+                "mean_gap": e.mean_gap.map(|g| json!({ "value": g.value * length, "error": g.error * length })),
             })),
             "load_error": state.load_error,
             "residual": state.residual,
@@ -139,14 +139,17 @@ impl<'a> Told<'a> {
         ];
         if let Some(d) = discretisation {
             let [nx, ny] = d.coarser;
-            let change = format!("area {}, mean gap {}, from {nx} x {ny} points", percent(d.area), percent(d.mean_gap));
+            let gap = d.mean_gap.map_or(String::new(), |g| format!(", mean gap {}", percent(g)));
+            let change = format!("area {}{gap}, from {nx} x {ny} points", percent(d.area));
             rows.push(("change with the grid", change));
         }
         if let Some(e) = extrapolated {
             let area = format!("{} ± {}", percent(e.area.value), percent(e.area.error));
-            let (gap, error) = (significant(e.mean_gap.value * length, 6), significant(e.mean_gap.error * length, 2));
             rows.push(("at the true range: contact", area));
-            rows.push(("at the true range: mean gap", format!("{gap} ± {error}")));
+            if let Some(g) = e.mean_gap {
+                let (gap, error) = (significant(g.value * length, 6), significant(g.error * length, 2));
+                rows.push(("at the true range: mean gap", format!("{gap} ± {error}")));
+            }
         }
         rows.extend([
             ("rms gradient on this grid", significant(self.resolved_gradient, 4)),

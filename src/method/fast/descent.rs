@@ -122,6 +122,8 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         let pressure = level.pressure;
         let law = level.body.law;
         let stiffest_mode = Problem { grid: level.grid(), ..problem.clone() }.stiffest_mode();
+        // What the last improvement ended with.
+        level.settle();
         level.inner.step.fill(0.0);
         let mut now = level.trial(0.0);
         level.accept(0.0);

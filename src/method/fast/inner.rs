@@ -139,9 +139,10 @@ impl Inner {
 
     /// Solves `H x = -t` on the free nodes until the residual has fallen to `forcing` of its first value, into `step`.
     /// `mean` is the stiffness that the preconditioner gives to the mean mode. Stops at negative curvature with what it
-    /// has. Two pairs an iteration. Returns `⟨t M⁻¹ t⟩` of the free nodes: half of it bounds, without adhesion, the energy
-    /// above the minimum of these nodes, since the inverse stiffness of a part is less than the part of the inverse. `None`
-    /// where it was stopped: what is in the step is then of no use.
+    /// has. Two pairs an iteration. Returns `⟨t M⁻¹ t⟩` of the free nodes: half of it estimates, without adhesion, the
+    /// energy above the minimum of these nodes: the inverse stiffness of a part is less than the part of the inverse, but for
+    /// the mean mode, to which the preconditioner gives a stiffness. `None` where it was stopped: what is in the step is then
+    /// of no use.
     pub fn newton<T: Real, K: Kernel, L: Law>(
         &mut self,
         gap: &mut [T],

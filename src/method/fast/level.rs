@@ -223,8 +223,13 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
     /// Balance per area of what faces the surface, from sums over that and over the free nodes.
     fn balance(&self, elastic: f64, sums: &[f64; KKT + 1]) -> Balance {
         let (facing, all) = (self.window.points(), self.grid().points());
-        let per_facing = all as f64 / facing as f64;
-        Balance { lift: (sums[3] + sums[KKT]) / all as f64, ..Balance::new(facing, per_facing * elastic, &sums[..KKT]) }
+        let (per_facing, mean) = (all as f64 / facing as f64, self.cell.mean_mode(self.pressure));
+        let balance = Balance::new(facing, per_facing * elastic, &sums[..KKT]);
+        if all == facing {
+            return balance;
+        }
+        let lift = (sums[3] + sums[KKT]) / all as f64 - mean.1;
+        Balance { elastic: balance.elastic + mean.0, lift, ..balance }
     }
 
     /// Makes the last trial the state.

@@ -13,12 +13,12 @@ mod level;
 mod rows;
 mod window;
 
-use super::operator::{Balance, Build, LOAD_BALANCE, dispatch, refused};
+use super::operator::{Balance, Build, LOAD_BALANCE, LOAD_SHARE, dispatch, refused};
 use super::{
     Card, CoarseState, ContactMethod, Criterion, Goals, Heights, Load, Plan, Precision, Problem, Run, Settled, State,
     Stop, Watch,
 };
-use crate::grid::{Grid, Real, Series, mean, rms};
+use crate::grid::{Grid, Real, Series, lowest, mean, rms};
 use crate::interface::{HalfSpace, HardWall, Kernel, Law};
 use crate::{Error, Result};
 use descent::Pause;
@@ -92,12 +92,13 @@ impl<'p> Build<'p> for Start<'p> {
 
     fn build<T: Real, K: Kernel + 'p, L: Law + 'p>(self, kernel: K, law: L) -> Self::Built {
         let Start { problem, watch } = self;
-        let cell = Cell::of(problem);
-        let (heights, rms_height, mean_height) = match problem.heights {
+        let mut cell = Cell::of(problem);
+        let (heights, rms_height) = match problem.heights {
             heights if cell.is_padded() => {
                 let nodes = heights.on_nodes(problem.grid);
                 let field = cell.continued(&nodes);
-                (Series::through(cell.grid, &field), rms(&nodes), mean(&field))
+                cell.mean_height = mean(&field) - lowest(&nodes);
+                (Series::through(cell.grid, &field), rms(&nodes))
             }
             Heights::Nodes(nodes) => of_wave(Series::<T>::through(problem.grid, nodes)),
             Heights::Series(series) => of_wave(series.converted()),
@@ -111,7 +112,6 @@ impl<'p> Build<'p> for Start<'p> {
             law,
             heights,
             rms_height,
-            mean_height,
             patch: Default::default(),
             pressure: 0.0,
             gap,
@@ -122,10 +122,10 @@ impl<'p> Build<'p> for Start<'p> {
     }
 }
 
-/// A series with its rms, and with the mean it does not have.
-fn of_wave<T: Real>(series: Series<T>) -> (Series<T>, f64, f64) {
+/// A series with its rms.
+fn of_wave<T: Real>(series: Series<T>) -> (Series<T>, f64) {
     let rms = series.rms();
-    (series, rms, 0.0)
+    (series, rms)
 }
 
 struct Solver<'p, T: Real, K, L> {
@@ -136,8 +136,6 @@ struct Solver<'p, T: Real, K, L> {
     law: L,
     heights: Series<T>,
     rms_height: f64,
-    /// Mean over the padded cell, which the series leaves out.
-    mean_height: f64,
     /// Gap and stress on the patch, where the cell is padded.
     patch: (Vec<T>, Vec<T>),
     /// Pressure of the last load: under mean-gap control, where the next one starts from.
@@ -214,11 +212,11 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         let first = level.grid();
         let (mut cut, mut settled): (Option<Ended>, _) = (None, Settled::default());
         // A coarse grid, whose stretched range attracts less, may part where the next one holds.
-        let mut parted = false;
+        let (mut parted, mut converged) = (false, false);
         for &grid in grids.iter().rev().skip_while(|g| **g != first) {
             if grid != first {
-                if !parted {
-                    level.settle();
+                level.settle();
+                if converged {
                     let balance = level.last;
                     let cut = self.cell.is_padded().then(|| level.window.cut(&level.gap, level.grid().nx));
                     self.watch.level(CoarseState {
@@ -250,7 +248,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
             if cut.is_none() {
                 let ended = self.hold(&mut level, load, (tolerance, goals), iterations, pause.take());
                 settled = ended.settled;
-                parted = ended.stop == Stop::Detached;
+                (parted, converged) = (ended.stop == Stop::Detached, ended.stop == Stop::Converged);
                 if grid == self.cell.grid || ended.stop == Stop::Interrupted {
                     cut = Some(ended);
                 }
@@ -306,10 +304,13 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
             let ended = self.improve(level, (load, tolerance, goals), iterations, pause.take());
             let miss = level.last.mean_gap - target;
             level.pressure += level.spring.stiffness * miss;
-            let within = LOAD_BALANCE.max(tolerance * LOAD_BALANCE / 1e-8) * self.rms_height.max(target.abs());
+            let within = LOAD_BALANCE.max(LOAD_SHARE * tolerance) * self.rms_height.max(target.abs());
             corrections += 1;
-            if ended.stop != Stop::Converged || miss.abs() <= within || coarse && corrections == COARSE_CORRECTIONS {
+            if ended.stop != Stop::Converged || miss.abs() <= within {
                 return ended;
+            }
+            if coarse && corrections == COARSE_CORRECTIONS {
+                return Ended { stop: Stop::IterationLimit, ..ended };
             }
         }
     }
@@ -374,19 +375,17 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         } else {
             self.nested(load, &mut iterations, resumed)
         };
+        // Its force has become part of the pressure.
+        level.spring = Spring::default();
         let (balance, stress) = level.stress();
         let (gap, pairs, pressure) =
             (std::mem::take(&mut level.gap), level.pairs() + self.earlier_pairs.get(), level.pressure);
         drop(level);
         let scale = self.scale(load, pressure, &balance);
         (self.gap, self.stress, self.pressure) = (gap, stress, pressure);
-        let mut energies = (balance.energy(pressure), balance.elastic);
         let (gap, stress) = if self.cell.is_padded() {
             let (window, nx) = (self.cell.window(self.cell.grid), self.cell.grid.nx);
             self.patch = (window.cut(&self.gap, nx), window.cut(&self.stress, nx));
-            // Of the mean mode: its elastic energy, and the load's work on the approach.
-            let (elastic, lift) = self.cell.mean_mode(problem.kernel, pressure);
-            energies = (energies.0 + elastic - pressure * (lift + self.mean_height), energies.1 + elastic);
             (&self.patch.0, &self.patch.1)
         } else {
             (&self.gap, &self.stress)
@@ -397,8 +396,8 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             gap: T::lend(gap),
             stress: T::lend(stress),
             mean_gap: balance.mean_gap,
-            energy: energies.0,
-            elastic_energy: energies.1,
+            energy: balance.energy(pressure),
+            elastic_energy: balance.elastic,
             interaction_energy: balance.interaction,
             load_error: balance.imbalance.abs() / scale,
             residual: balance.residual / scale,

@@ -11,6 +11,10 @@ pub(super) struct Cell {
     pub grid: Grid,
     /// From the first to the last node that face the surface, if not all do.
     patch: Option<(f64, f64)>,
+    /// Compliance of the mean mode, which no periodic body has.
+    compliance: f64,
+    /// Mean height of the cell over the lowest of the patch, from which the approach counts.
+    pub mean_height: f64,
 }
 
 /// Nodes of a grid that face the surface: the first `nx` of the first `ny` rows.
@@ -40,13 +44,17 @@ impl Window {
 impl Cell {
     pub fn of(problem: &Problem) -> Self {
         let grid = problem.grid;
-        let Elastic::NonPeriodic(kernel) = problem.kernel else { return Cell { grid, patch: None } };
+        let Elastic::NonPeriodic(kernel) = problem.kernel else {
+            return Cell { grid, patch: None, compliance: 0.0, mean_height: 0.0 };
+        };
         let (dx, dy) = (grid.dx(), grid.dy());
         let padded = |n: usize, d: f64| smooth(n + (kernel.padding() / d).ceil() as usize);
         let (nx, ny) = (padded(grid.nx, dx), padded(grid.ny, dy));
         Cell {
             grid: Grid { nx, ny, lx: nx as f64 * dx, ly: ny as f64 * dy },
             patch: Some(((grid.nx - 1) as f64 * dx, (grid.ny - 1) as f64 * dy)),
+            compliance: kernel.mean_compliance(),
+            mean_height: 0.0,
         }
     }
 
@@ -96,12 +104,11 @@ impl Cell {
         field
     }
 
-    /// Elastic energy and approach that the mean pressure adds, per area of the patch: the mean mode's, which no periodic
-    /// body has.
-    pub fn mean_mode(&self, kernel: Elastic, pressure: f64) -> (f64, f64) {
-        let Elastic::NonPeriodic(k) = kernel else { return (0.0, 0.0) };
+    /// Elastic energy of the mean mode under a pressure on the patch, per area of the patch; and what the load's work counts
+    /// from: the mean gap of the cell less this is the approach, negative.
+    pub fn mean_mode(&self, pressure: f64) -> (f64, f64) {
         let spread = pressure * self.window(self.grid).points() as f64 / self.grid.points() as f64;
-        let lift = spread * k.mean_compliance();
-        (0.5 * pressure * lift, lift)
+        let lift = spread * self.compliance;
+        (0.5 * pressure * lift, lift + self.mean_height)
     }
 }

@@ -34,12 +34,13 @@ fn table(desk: &Desk, c: &ContinuumResults) -> Markup {
         let mut row = vec![text(trimmed(s.p_star, 4))];
         row.extend(branches.then(|| text(if s.way == Way::Retract { "retract" } else { "approach" })));
         row.push(share(s.discretisation.map(|d| d.area)));
-        row.push(share(s.discretisation.map(|d| d.mean_gap)));
+        row.push(share(s.discretisation.and_then(|d| d.mean_gap)));
         row.push(text(s.energy_excess.map_or("–".into(), |e| significant(e, 2))));
         if let Some(e) = s.extrapolated {
             let metres = |v: f64, n: usize| si(v * desk.scales.length_m, "m", n);
             row.push(text(format!("{} ± {}", percent(e.area.value), percent(e.area.error))));
-            row.push(text(format!("{} ± {}", metres(e.mean_gap.value, 4), metres(e.mean_gap.error, 2))));
+            let gap = e.mean_gap.map(|g| format!("{} ± {}", metres(g.value, 4), metres(g.error, 2)));
+            row.push(text(gap.unwrap_or("–".into())));
         } else if extrapolated {
             row.extend([text("–"), text("–")]);
         }
