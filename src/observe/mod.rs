@@ -1,9 +1,15 @@
 //! What a state says: contact area, patches, sections. Observers read borrowed fields and keep nothing of them.
 
 mod area;
+mod distribution;
+mod leak;
 mod patches;
 mod section;
 
 pub use area::{ContactArea, contact_area, contact_map};
-pub use patches::{Connectivity, patch_sizes};
+pub use distribution::{
+    Distribution, StressDistribution, gap_distribution, linear_edges, logarithmic_edges, stress_distribution,
+};
+pub use leak::{leak_gap, spans};
+pub use patches::{Connectivity, cumulative_area, patch_sizes, size_distribution, spot_conductance, typical_size};
 pub use section::{along_y, column_at};

@@ -49,6 +49,56 @@ pub fn patch_sizes(map: &[u8], nx: usize, connectivity: Connectivity) -> Vec<usi
     size
 }
 
+/// Share of the contact area in patches of at most each size, from the smallest on: sizes in nodes, CPr (Müser et al. 2017,
+/// eq. 4: weighted by area).
+pub fn cumulative_area(sizes: &[usize]) -> Vec<(usize, f64)> {
+    let mut sorted = sizes.to_vec();
+    sorted.sort_unstable();
+    let total = sorted.iter().sum::<usize>() as f64;
+    let mut curve: Vec<(usize, f64)> = Vec::new();
+    let mut sum = 0;
+    for size in sorted {
+        sum += size;
+        match curve.last_mut() {
+            Some(last) if last.0 == size => last.1 = sum as f64 / total,
+            _ => curve.push((size, sum as f64 / total)),
+        }
+    }
+    curve
+}
+
+/// Size of the patch that a typical point of the contact lies in: where [`cumulative_area`] reaches one half. None without
+/// contact.
+pub fn typical_size(sizes: &[usize]) -> Option<usize> {
+    cumulative_area(sizes).into_iter().find(|(_, share)| *share >= 0.5).map(|(size, _)| size)
+}
+
+/// Pr(a): density of the number of patches over their area, in bins of equal ratio from one node on; unit area per node.
+/// Middle (the geometric one), density, number. Empty bins are left out.
+pub fn size_distribution(sizes: &[usize], per_decade: usize) -> Vec<(f64, f64, usize)> {
+    let largest = sizes.iter().copied().max().unwrap_or(0);
+    // The first bins would hold one whole number or none.
+    let edge = |k: usize| 10f64.powf(k as f64 / per_decade as f64) - 0.5;
+    (0..)
+        .map(|k| (edge(k), edge(k + 1)))
+        .take_while(|(from, _)| *from < largest as f64)
+        .filter_map(|(from, to)| {
+            // Whole numbers in [from, to).
+            let values = (to.ceil() - from.ceil()).max(0.0);
+            let n = sizes.iter().filter(|s| (**s as f64) >= from && (**s as f64) < to).count();
+            (n > 0).then(|| ((from.max(0.5) * to).sqrt(), n as f64 / (values * sizes.len() as f64), n))
+        })
+        .collect()
+}
+
+/// Electrical conductance of patches of the given areas (units of L²) times the resistivity of the bodies (one for both), units
+/// of L: circular spots side by side, each alone between half-spaces, 2a each (Holm, Electric Contacts (1967)). Spots that
+/// feel each other conduct less: together dū/dp over the cell's area gives it, K/E* of the contact stiffness K (Barber,
+/// Proc. R. Soc. A 459 (2003) 53).
+pub fn spot_conductance(areas: impl IntoIterator<Item = f64>) -> f64 {
+    areas.into_iter().map(|a| 2.0 * (a / std::f64::consts::PI).sqrt()).sum()
+}
+
 fn root(parent: &mut [u32], mut l: u32) -> u32 {
     while parent[l as usize] != l {
         // Path halving.
@@ -88,5 +138,37 @@ mod tests {
         assert_eq!(patch_sizes(&m, nx, Connectivity::Four), [4]);
         assert_eq!(patch_sizes(&[1; 12], 3, Connectivity::Four), [12]);
         assert!(patch_sizes(&[0; 12], 3, Connectivity::Four).is_empty());
+    }
+
+    #[test]
+    fn areas_add_up_by_size() {
+        let sizes = [4, 1, 1, 2, 8];
+        let curve = cumulative_area(&sizes);
+        assert_eq!(curve, [(1, 0.125), (2, 0.25), (4, 0.5), (8, 1.0)]);
+        assert_eq!((typical_size(&sizes), typical_size(&[])), (Some(4), None));
+        assert_eq!(typical_size(&[3]), Some(3));
+    }
+
+    /// A power law of exponent 3/2 on a logarithmic scale, and a density that is one as a whole.
+    #[test]
+    fn sizes_have_a_density() {
+        /// Whole numbers in bins of equal ratio.
+        const SLOPE: f64 = 0.03;
+        let number = |a: usize| (1e7 * (a as f64).powf(-1.5)).round() as usize;
+        let sizes: Vec<usize> = (1..=1000).flat_map(|a| std::iter::repeat_n(a, number(a))).collect();
+        let found = size_distribution(&sizes, 5);
+        assert_eq!(found.iter().map(|b| b.2).sum::<usize>(), sizes.len());
+        let (first, last) = (found[3], found[found.len() - 2]);
+        let slope = (last.1 / first.1).ln() / (last.0 / first.0).ln();
+        assert!((slope + 1.5).abs() < SLOPE, "{slope} {found:?}");
+        let single = size_distribution(&[1, 1, 1, 2], 5);
+        assert_eq!((single[0].1, single[0].2, single.last().unwrap().2), (0.75, 3, 1));
+        assert!(size_distribution(&[], 5).is_empty());
+    }
+
+    #[test]
+    fn one_spot_conducts_as_holm_says() {
+        assert!((spot_conductance([std::f64::consts::PI * 0.04]) - 0.4).abs() < 1e-15);
+        assert_eq!(spot_conductance([]), 0.0);
     }
 }

@@ -1,0 +1,175 @@
+use crate::grid::Field;
+use rayon::prelude::*;
+
+/// Height of the even gap that leaks as much, units of the gap's: pressure-driven flow through the space between the
+/// surfaces, with the lubrication conductivity u³ at each node, in the effective medium of Bruggeman (Ann. Phys. 416 (1935)
+/// 636; for leakage Lorenz & Persson, Eur. Phys. J. E 31 (2010) 159): ⟨(u³ - c)/(u³ + c)⟩ = 0 in two dimensions. Zero where
+/// half or more of the nodes, those at gaps of at most `threshold`, are closed: there the effective medium seals.
+pub fn leak_gap(gap: Field, threshold: f64) -> f64 {
+    let open = Classes::of(gap, threshold);
+    if 2 * open.count() <= gap.len() as u64 {
+        return 0.0;
+    }
+    let closed = (gap.len() as u64 - open.count()) as f64;
+    // Falls with c: from open less closed nodes to all of them, negative.
+    let balance = |c: f64| open.0.iter().map(|&(n, k)| n as f64 * (k - c) / (k + c)).sum::<f64>() - closed;
+    let conductivities = open.0.iter().map(|c| c.1);
+    let (mut low, mut high) = (0.0, conductivities.fold(0.0, f64::max));
+    // Halved in the logarithm once the lower end has left zero; 200 steps reach the last bit from any scale.
+    for _ in 0..200 {
+        let middle = if low > 0.0 { (low * high).sqrt() } else { high * 1e-3 };
+        if balance(middle) > 0.0 {
+            low = middle
+        } else {
+            high = middle
+        }
+        if high <= f64::MIN_POSITIVE {
+            break;
+        }
+    }
+    high.cbrt()
+}
+
+/// Open nodes in classes of nearly the same gap: their number and mean u³.
+struct Classes(Vec<(u64, f64)>);
+
+impl Classes {
+    /// Classes per factor of two of the gap. With their means the effective medium is off by the square of their width.
+    const PER_OCTAVE: usize = 64;
+
+    fn of(gap: Field, threshold: f64) -> Self {
+        const BLOCK: usize = 1 << 16;
+        let largest = (0..gap.len()).into_par_iter().map(|i| gap.at(i)).reduce(|| 0.0, f64::max);
+        // Gaps below 2^-60 of the largest leak nothing; they are open all the same.
+        let classes = 60 * Self::PER_OCTAVE;
+        let class = |g: f64| ((largest / g).log2() * Self::PER_OCTAVE as f64).min(classes as f64) as usize;
+        let blocks: Vec<Vec<(usize, u64, f64)>> = (0..gap.len().div_ceil(BLOCK))
+            .into_par_iter()
+            .map(|b| {
+                let mut here = vec![(0u64, 0.0); classes + 1];
+                for g in (b * BLOCK..gap.len().min((b + 1) * BLOCK)).map(|i| gap.at(i)).filter(|g| *g > threshold) {
+                    let (n, sum) = &mut here[class(g)];
+                    *n += 1;
+                    *sum += g.powi(3);
+                }
+                here.into_iter().enumerate().filter(|(_, (n, _))| *n > 0).map(|(k, (n, sum))| (k, n, sum)).collect()
+            })
+            .collect();
+        let mut all = vec![(0, 0.0); classes + 1];
+        for (k, n, sum) in blocks.into_iter().flatten() {
+            all[k].0 += n;
+            all[k].1 += sum;
+        }
+        Classes(all.into_iter().filter(|(n, _)| *n > 0).map(|(n, sum)| (n, sum / n as f64)).collect())
+    }
+
+    fn count(&self) -> u64 {
+        self.0.iter().map(|c| c.0).sum()
+    }
+}
+
+/// Whether the nodes of a map `[ny, nx]` that are `what` (0: open, 1: contact) lead around the periodic cell, along x and
+/// along y.
+pub fn spans(map: &[u8], nx: usize, what: u8, corners: bool) -> [bool; 2] {
+    let ny = map.len() / nx.max(1);
+    let mut forest = Forest((0..map.len() as u32).map(|i| (i, [0, 0])).collect());
+    let mut around = [false; 2];
+    let neighbours: &[(i32, i32)] = if corners { &[(1, 0), (0, 1), (1, 1), (-1, 1)] } else { &[(1, 0), (0, 1)] };
+    let is = |i: usize| (map[i] != 0) == (what != 0);
+    for y in 0..ny {
+        for x in (0..nx).filter(|x| is(y * nx + x)) {
+            for &(dx, dy) in neighbours {
+                let (x1, y1) = ((x as i64 + i64::from(dx)).rem_euclid(nx as i64) as usize, (y + dy as usize) % ny);
+                if is(y1 * nx + x1) {
+                    let wound = forest.join((y * nx + x) as u32, (y1 * nx + x1) as u32, [dx, dy]);
+                    around = [around[0] || wound[0], around[1] || wound[1]];
+                }
+            }
+        }
+    }
+    around
+}
+
+/// Union-find whose nodes know how far they are from their root, along steps between neighbours.
+struct Forest(Vec<(u32, [i32; 2])>);
+
+impl Forest {
+    /// Root of a node, and the way from there to the node.
+    fn root(&mut self, node: u32) -> (u32, [i32; 2]) {
+        let (mut top, mut way) = (node, [0, 0]);
+        while self.0[top as usize].0 != top {
+            let (parent, step) = self.0[top as usize];
+            way = [way[0] + step[0], way[1] + step[1]];
+            top = parent;
+        }
+        // All on the way point to the root from now on.
+        let (mut at, mut left) = (node, way);
+        while at != top {
+            let (parent, step) = std::mem::replace(&mut self.0[at as usize], (top, left));
+            left = [left[0] - step[0], left[1] - step[1]];
+            at = parent;
+        }
+        (top, way)
+    }
+
+    /// Joins two neighbours, the second `step` from the first. If they were joined before, by another way around the cell,
+    /// along which axes.
+    fn join(&mut self, a: u32, b: u32, step: [i32; 2]) -> [bool; 2] {
+        let ((ra, wa), (rb, wb)) = (self.root(a), self.root(b));
+        let way = [wa[0] + step[0] - wb[0], wa[1] + step[1] - wb[1]];
+        if ra == rb {
+            return way.map(|w| w != 0);
+        }
+        self.0[rb as usize] = (ra, way);
+        [false; 2]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn map(text: &str) -> (Vec<u8>, usize) {
+        let rows: Vec<&str> = text.split_whitespace().collect();
+        (rows.concat().bytes().map(|b| u8::from(b != b'.')).collect(), rows[0].len())
+    }
+
+    #[test]
+    fn paths_around_the_cell() {
+        for (text, contact) in [
+            (".... #### .... ....", [true, false]),
+            ("..#. ..#. ..#. ..#.", [false, true]),
+            ("..#. ..#. .... ..#.", [false, false]),
+            // A loop around nothing, and a contact across the seam, go nowhere.
+            ("##.. ##.. .... ....", [false, false]),
+            ("#..# .... .... #..#", [false, false]),
+            // A staircase goes around both.
+            ("##.. .##. ..## #..#", [true, true]),
+        ] {
+            let (m, nx) = map(text);
+            assert_eq!(spans(&m, nx, 1, false), contact, "{text}");
+        }
+        let (m, nx) = map("#... .#.. ..#. ...#");
+        assert_eq!(spans(&m, nx, 1, false), [false, false]);
+        assert_eq!(spans(&m, nx, 1, true), [true, true]);
+        let (m, nx) = map("#### .... #### ....");
+        assert_eq!(spans(&m, nx, 0, false), [true, false]);
+    }
+
+    #[test]
+    fn parallel_plates_and_two_heights_leak_as_they_must() {
+        /// Of the class means: none for one gap; widths of 1 % squared for more.
+        const TOLERANCE: f64 = 1e-9;
+        for g in [1.0, 1e-6, 3e7] {
+            assert!((leak_gap(Field::F64(&[g; 100]), 0.0) / g - 1.0).abs() < TOLERANCE);
+        }
+        // Two conductivities, half of the area each: Keller and Dykhne's √(c₁c₂).
+        let halves: Vec<f64> = (0..100).map(|i| if i % 2 == 0 { 1.0 } else { 4.0 }).collect();
+        assert!((leak_gap(Field::F64(&halves), 0.0) / 2.0 - 1.0).abs() < TOLERANCE);
+        // A share of closed nodes x leaves 1 - 2x of the conductivity.
+        let closed: Vec<f64> = (0..100).map(|i| if i % 5 == 0 { 0.0 } else { 2.0 }).collect();
+        assert!((leak_gap(Field::F64(&closed), 0.0) / (8.0f64 * 0.6).cbrt() - 1.0).abs() < TOLERANCE);
+        let sealed: Vec<f64> = (0..100).map(|i| if i % 2 == 0 { 0.0 } else { 2.0 }).collect();
+        assert_eq!(leak_gap(Field::F64(&sealed), 0.0), 0.0);
+    }
+}
