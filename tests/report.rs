@@ -3,6 +3,8 @@
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
+use asperity::grid::Field;
+use asperity::observe;
 use asperity::record::npy;
 use asperity::record::results::*;
 use asperity::report;
@@ -63,8 +65,35 @@ fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResults {
             area: Estimate { value: 0.0334, error: 0.0003 },
             mean_gap: Some(Estimate { value: 0.01014, error: 1e-5 }),
         }),
+        observed: Some(observed(gap)),
         gap: gap_file,
         stress,
+    }
+}
+
+/// Of the gap's own values; stresses are made up from it.
+fn observed(gap: &[f64]) -> Observed {
+    let stress: Vec<f64> = gap.iter().map(|g| 0.05 - 3.0 * g).collect();
+    let (field, stress) = (Field::F64(gap), Field::F64(&stress));
+    let sizes = observe::patch_sizes(&observe::contact_map(field, 0.0), N, observe::Connectivity::Eight);
+    let stresses = observe::stress_distribution(field, stress, (0.0, true), observe::linear_edges(-0.1, 0.1, 40));
+    let node = 1.0 / (N * N) as f64;
+    Observed {
+        mean_contact_pressure: Some(0.03),
+        gap: observe::gap_distribution(field, 0.0, observe::linear_edges(0.0, 0.04, 40)),
+        gap_logarithmic: observe::gap_distribution(field, 0.0, observe::logarithmic_edges(1e-5, 0.04, 40)),
+        stress: stresses.all,
+        contact_stress: stresses.contact,
+        patch_density: observe::size_distribution(&sizes, 5)
+            .into_iter()
+            .map(|(a, density, n)| [a * node, density / node, n as f64])
+            .collect(),
+        patch_area: observe::cumulative_area(&sizes).into_iter().map(|(a, share)| [a as f64 * node, share]).collect(),
+        typical_patch: observe::typical_size(&sizes).map(|a| a as f64 * node),
+        conductance: 0.123,
+        leak_gap: 0.0,
+        contact_spans: [false, true],
+        gap_spans: [true, true],
     }
 }
 
@@ -298,7 +327,8 @@ fn a_full_report_is_whole_and_self_contained() {
         !page.contains("<script") && !page.contains("<link") && !page.contains("url(") && !page.contains("@import")
     );
     assert!(page.contains("A made-up &lt;run&gt;"));
-    for anchor in ["surface", "loads", "atoms", "comparison", "area", "findings", "costs", "sources"] {
+    assert!(page.contains(">sealed<") && page.contains("along x and y") && page.contains("0.123"));
+    for anchor in ["surface", "loads", "distributions", "atoms", "comparison", "area", "findings", "costs", "sources"] {
         assert!(page.contains(&format!("<section id=\"{anchor}\">")), "{anchor}");
     }
     // Height map, two gaps and two stresses; per load four contact panels and three gaps.
@@ -317,6 +347,10 @@ fn a_full_report_is_whole_and_self_contained() {
         "superposed-2.png",
         "gap-1.png",
         "pull-off.svg",
+        "gap-distribution.svg",
+        "stress-distribution.svg",
+        "patch-sizes.svg",
+        "patch-area.svg",
     ] {
         assert!(folder.join("figures").join(figure).exists(), "{figure}");
     }

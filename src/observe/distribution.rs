@@ -1,8 +1,9 @@
 use crate::grid::Field;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// Shares of the nodes by value, the contact's delta and what lies beyond the bins counted apart: all together one.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Distribution {
     /// Borders of the bins, rising; one more than there are bins.
     pub edges: Vec<f64>,

@@ -1,5 +1,6 @@
 //! Stages of the continuum: the surface in numbers, and equilibria along the load path.
 
+use super::observed::observed;
 use super::{Key, Listener, Progress};
 use crate::grid::{Field, Grid};
 use crate::interface::{Adhesion, Law, RangeChoice};
@@ -190,7 +191,9 @@ pub(super) fn load_path(
             (Load::MeanGap(now), Some(Load::MeanGap(before))) if now > before => Way::Retract,
             _ => Way::Approach,
         };
-        let found = summary(&reached, grid, (p_star, way), (asked.threshold, &asked.criterion), [gap, stress]);
+        let adhesive = problem.adhesion != Adhesion::None;
+        let found =
+            summary(&reached, grid, (p_star, way), (asked.threshold, &asked.criterion, adhesive), [gap, stress]);
         keeper.finish(serde_json::to_value(&found).map_err(|e| Error::format(folder, e, "finite numbers"))?);
         states.push(found);
         Ok(())
@@ -222,7 +225,7 @@ fn summary(
     reached: &Reached,
     grid: Grid,
     (p_star, way): (f64, Way),
-    (threshold, criterion): (f64, &str),
+    (threshold, criterion, adhesive): (f64, &str, bool),
     [gap, stress]: [Option<String>; 2],
 ) -> StateResults {
     let (state, area) = (&reached.state, &reached.area);
@@ -250,6 +253,7 @@ fn summary(
         mean_gap_drift: state.settled.mean_gap,
         discretisation: reached.discretisation,
         extrapolated: reached.extrapolated,
+        observed: Some(observed(grid, state, threshold, adhesive)),
         gap,
         stress,
     }

@@ -7,6 +7,7 @@ mod atomistic;
 mod comparison;
 mod continuum;
 mod folder;
+mod observed;
 mod plan;
 mod progress;
 mod run;

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{json, land};
 use crate::error::{Error, Result};
+use crate::observe::Distribution;
 
 /// Raised when a field changes meaning; a reader refuses a newer one.
 pub const SCHEMA: u32 = 1;
@@ -253,9 +254,38 @@ pub struct StateResults {
     /// What the true range of the adhesion would give.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub extrapolated: Option<Extrapolated>,
+    /// Distributions, patches and what follows from them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub observed: Option<Observed>,
     /// `[ny, nx]` files, if stored.
     pub gap: Option<String>,
     pub stress: Option<String>,
+}
+
+/// What a state says beyond its sums. Lengths in L, areas in L², stresses in E*.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Observed {
+    /// Mean pressure over the contact fraction, as counted; none without contact.
+    pub mean_contact_pressure: Option<f64>,
+    /// Pr(u) in bins of equal width, and of equal ratio; contact is the delta.
+    pub gap: Distribution,
+    pub gap_logarithmic: Distribution,
+    /// Pr(σ), compression positive; without adhesion all nodes out of contact are the delta. And the contact's share of it.
+    pub stress: Distribution,
+    pub contact_stress: Distribution,
+    /// Pr(a): area of a patch, density, number in the bin.
+    pub patch_density: Vec<[f64; 3]>,
+    /// CPr(a): area of a patch, share of the contact in patches up to it.
+    pub patch_area: Vec<[f64; 2]>,
+    /// Where that share is one half.
+    pub typical_patch: Option<f64>,
+    /// Electrical conductance times resistivity, units of L: patches as circular spots side by side.
+    pub conductance: f64,
+    /// Even gap that leaks as much, in Bruggeman's effective medium.
+    pub leak_gap: f64,
+    /// Whether contact (by edges and corners) and gap (by edges) lead around the cell, along x and y.
+    pub contact_spans: [bool; 2],
+    pub gap_spans: [bool; 2],
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]

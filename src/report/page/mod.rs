@@ -7,6 +7,7 @@ mod atoms;
 mod certainty;
 mod compare;
 mod desk;
+mod distributions;
 mod headline;
 mod loads;
 mod surface;
@@ -56,6 +57,9 @@ fn page(desk: &Desk, results: &Results) -> Result<Markup> {
     add("surface", "The surface", surface::section(desk, results)?);
     if let Some(continuum) = &results.continuum {
         add("loads", "Contact at the scene’s own scale", loads::section(desk, continuum)?);
+        if continuum.states.iter().any(|s| s.observed.is_some()) {
+            add("distributions", "Gaps, stresses and patches", distributions::section(desk, continuum)?);
+        }
     }
     if let Some(atoms) = &results.atoms {
         add("atoms", "The atoms", atoms::section(desk, atoms)?);

@@ -1,0 +1,55 @@
+use crate::grid::Grid;
+use crate::method::State;
+use crate::observe::{
+    Connectivity, contact_map, cumulative_area, gap_distribution, leak_gap, linear_edges, logarithmic_edges,
+    patch_sizes, size_distribution, spans, spot_conductance, stress_distribution, typical_size,
+};
+use crate::record::results::Observed;
+
+/// Bins of equal width.
+const BINS: usize = 120;
+/// Bins of the gap on a logarithmic scale, and how far below the largest gap they begin.
+const PER_DECADE: usize = 12;
+const DECADES: usize = 6;
+/// Bins of patch sizes, per decade.
+const SIZES_PER_DECADE: usize = 5;
+/// The upper end of bins over the largest value, so that this one falls into the last.
+const ABOVE: f64 = 1.0 + 1e-9;
+
+/// Distributions, patches and what follows from them. A node is in contact at a gap of at most `threshold`.
+pub(super) fn observed(grid: Grid, state: &State, threshold: f64, adhesive: bool) -> Observed {
+    let map = contact_map(state.gap, threshold);
+    let sizes = patch_sizes(&map, grid.nx, Connectivity::Eight);
+    let node = grid.dx() * grid.dy();
+    let nodes = 0..state.gap.len();
+    let largest = nodes.clone().map(|i| state.gap.at(i)).fold(0.0, f64::max);
+    let stresses = nodes.map(|i| state.stress.at(i));
+    let (least, most) = stresses.fold((0.0, 0.0), |(a, b): (f64, f64), s| (a.min(s), b.max(s)));
+    // A surface that is closed, or free of stress, has no scale of its own; any will do.
+    let top = if largest > 0.0 { ABOVE * largest } else { 1.0 };
+    let width = if most > least { ABOVE * (most - least) } else { 1.0 };
+    let stress =
+        stress_distribution(state.gap, state.stress, (threshold, adhesive), linear_edges(least, least + width, BINS));
+    let touching = sizes.iter().sum::<usize>() as f64 / grid.points() as f64;
+    Observed {
+        mean_contact_pressure: (touching > 0.0).then_some(state.pressure / touching),
+        gap: gap_distribution(state.gap, threshold, linear_edges(0.0, top, BINS)),
+        gap_logarithmic: gap_distribution(
+            state.gap,
+            threshold,
+            logarithmic_edges(top * 10f64.powi(-(DECADES as i32)), top, PER_DECADE * DECADES),
+        ),
+        stress: stress.all,
+        contact_stress: stress.contact,
+        patch_density: size_distribution(&sizes, SIZES_PER_DECADE)
+            .into_iter()
+            .map(|(a, density, n)| [a * node, density / node, n as f64])
+            .collect(),
+        patch_area: cumulative_area(&sizes).into_iter().map(|(a, share)| [a as f64 * node, share]).collect(),
+        typical_patch: typical_size(&sizes).map(|a| a as f64 * node),
+        conductance: spot_conductance(sizes.iter().map(|&a| a as f64 * node)),
+        leak_gap: leak_gap(state.gap, threshold),
+        contact_spans: spans(&map, grid.nx, 1, true),
+        gap_spans: spans(&map, grid.nx, 0, false),
+    }
+}

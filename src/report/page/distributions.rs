@@ -1,0 +1,155 @@
+//! Distributions of gap, stress and patch sizes, and what follows from them.
+
+use maud::{Markup, html};
+
+use super::desk::{Desk, figure, numbers, text};
+use crate::error::Result;
+use crate::observe::Distribution;
+use crate::record::results::{ContinuumResults, Observed, StateResults};
+use crate::report::number::{percent, si, significant, trimmed};
+use crate::report::plot::{self, Axis, Curve, Dash, Marker, Plot, Style};
+
+/// Loads drawn, spread over the path.
+const LOADS: usize = 4;
+
+/// Looks of the loads, from the first to the last: colour and dashes say the same.
+const LOOKS: [Style; LOADS] = [
+    Style { marker: Marker::None, ..plot::ATOMS },
+    Style { marker: Marker::None, ..plot::HARD },
+    Style { dash: Dash::Dotted, marker: Marker::None, ..plot::SOFT },
+    Style { dash: Dash::Solid, marker: Marker::None, ..plot::LABORATORY },
+];
+
+/// Slope of the number of patches over their area that the challenge's submissions found.
+const SIZE_EXPONENT: f64 = -1.45;
+
+pub fn section(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
+    let all: Vec<(&StateResults, &Observed)> =
+        c.states.iter().filter_map(|s| s.observed.as_ref().map(|o| (s, o))).collect();
+    if all.is_empty() {
+        return Ok(html! {});
+    }
+    let n = all.len();
+    let shown: Vec<usize> =
+        if n <= LOADS { (0..n).collect() } else { (0..LOADS).map(|i| i * (n - 1) / (LOADS - 1)).collect() };
+    let (um, kpa) = (desk.scales.length_m * 1e6, desk.scales.modulus_pa * 1e-3);
+    let curves = |points: &dyn Fn(&Observed) -> Vec<(f64, f64)>| -> Vec<Curve> {
+        let curve = |(look, &i): (&Style, &usize)| Curve {
+            label: format!("p* = {}", trimmed(all[i].0.p_star, 4)),
+            style: *look,
+            points: points(all[i].1),
+        };
+        LOOKS.iter().zip(&shown).map(curve).collect()
+    };
+    let plot = |axes: (Axis, Axis), labels: (&str, &str), curves: Vec<Curve>| Plot {
+        x: axes.0,
+        y: axes.1,
+        x_label: labels.0.into(),
+        y_label: labels.1.into(),
+        curves,
+        include: Vec::new(),
+        proportion: 0.55,
+    };
+    let gaps = plot(
+        (Axis::Log, Axis::Log),
+        ("gap (µm)", "probability density (1/µm)"),
+        curves(&|o| density(&o.gap_logarithmic, um)),
+    );
+    let stresses = plot(
+        (Axis::Linear, Axis::Log),
+        ("stress (kPa), compression positive", "probability density (1/kPa)"),
+        curves(&|o| density(&o.stress, kpa)),
+    );
+    let mut sizes = curves(&|o| o.patch_density.iter().map(|[a, d, _]| (a * um * um, d / (um * um))).collect());
+    sizes.extend(slope(&sizes));
+    let sizes = plot((Axis::Log, Axis::Log), ("area of a patch (µm²)", "density of patches (1/µm²)"), sizes);
+    let shares = plot(
+        (Axis::Log, Axis::Linear),
+        ("area of a patch (µm²)", "share of the contact in patches up to it"),
+        curves(&|o| o.patch_area.iter().map(|[a, share]| (a * um * um, *share)).collect()),
+    );
+    let mut figures = Vec::new();
+    for (name, plot, caption) in [
+        ("gap-distribution", gaps, "Distribution of the gap where the surfaces do not touch; the rest is contact."),
+        (
+            "stress-distribution",
+            stresses,
+            "Distribution of the normal stress. Without adhesion nodes out of contact, all at zero, are left out; with it \
+             they are the part under tension.",
+        ),
+        ("patch-sizes", sizes, "How many patches of contact there are of a size, over all patches."),
+        (
+            "patch-area",
+            shares,
+            "How much of the contact lies in patches of at most a size: a typical point of it at one half.",
+        ),
+    ] {
+        if let Some(curve) = desk.curves(name, &plot)? {
+            figures.push(figure(curve, html! { (caption) }));
+        }
+    }
+    Ok(html! {
+        (table(desk, &all))
+        @for f in &figures { (f) }
+    })
+}
+
+/// Middle and density of the bins, per unit of what `unit` converts to.
+fn density(d: &Distribution, unit: f64) -> Vec<(f64, f64)> {
+    d.density().into_iter().map(|(middle, density)| (middle * unit, density / unit)).collect()
+}
+
+/// A line of the exponent found by the challenge, above the last load's patches.
+fn slope(curves: &[Curve]) -> Option<Curve> {
+    let points = &curves.last()?.points;
+    let (first, last) = (points.first()?, points.last()?);
+    let at = |a: f64| (a, 3.0 * first.1 * (a / first.0).powf(SIZE_EXPONENT));
+    (last.0 > first.0).then(|| Curve {
+        label: "slope −1.45 (Müser et al. 2017)".into(),
+        style: plot::EXPECTED,
+        points: vec![at(first.0), at(last.0)],
+    })
+}
+
+fn table(desk: &Desk, all: &[(&StateResults, &Observed)]) -> Markup {
+    let length = desk.scales.length_m;
+    let axes = |[x, y]: [bool; 2]| match (x, y) {
+        (true, true) => "along x and y",
+        (true, false) => "along x",
+        (false, true) => "along y",
+        _ => "no",
+    };
+    let rows = all
+        .iter()
+        .map(|(s, o)| {
+            let pressure = o.mean_contact_pressure.map_or("–".into(), |p| si(p * desk.scales.modulus_pa, "Pa", 3));
+            let patch = o.typical_patch.map_or("–".into(), |a| significant(a * length * length * 1e12, 3));
+            vec![
+                text(trimmed(s.p_star, 4)),
+                text(pressure),
+                text(patch),
+                text(significant(o.conductance, 3)),
+                text(if o.leak_gap > 0.0 { si(o.leak_gap * length, "m", 3) } else { "sealed".into() }),
+                text(axes(o.contact_spans)),
+                text(axes(o.gap_spans)),
+                text(percent(o.gap.delta)),
+            ]
+        })
+        .collect();
+    let head = [
+        "p*",
+        "mean contact pressure",
+        "typical patch (µm²)",
+        "conductance",
+        "leaks as a gap of",
+        "contact spans",
+        "gap spans",
+        "contact",
+    ];
+    html! {
+        (numbers(&head, rows))
+        p.quiet { "Typical patch: half of the contact lies in patches up to this size. Conductance: of the patches as circular "
+            "spots side by side, over that of a cube of the cell's extent. Leaks as a gap of: the even gap of the same flow, by the effective "
+            "medium, which seals at half contact. Spans: leads around the periodic cell, contact by edges and corners, gap by edges." }
+    }
+}
