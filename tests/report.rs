@@ -65,6 +65,7 @@ fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResults {
             area: Estimate { value: 0.0334, error: 0.0003 },
             mean_gap: Some(Estimate { value: 0.01014, error: 1e-5 }),
         }),
+        stiffness: Some(0.345),
         observed: Some(observed(gap)),
         gap: gap_file,
         stress,
@@ -327,7 +328,9 @@ fn a_full_report_is_whole_and_self_contained() {
         !page.contains("<script") && !page.contains("<link") && !page.contains("url(") && !page.contains("@import")
     );
     assert!(page.contains("A made-up &lt;run&gt;"));
-    assert!(page.contains(">sealed<") && page.contains("along x and y") && page.contains("0.123"));
+    assert!(
+        page.contains(">sealed<") && page.contains("along x and y") && page.contains("0.123") && page.contains("0.345")
+    );
     for anchor in ["surface", "loads", "distributions", "atoms", "comparison", "area", "findings", "costs", "sources"] {
         assert!(page.contains(&format!("<section id=\"{anchor}\">")), "{anchor}");
     }

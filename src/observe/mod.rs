@@ -5,6 +5,7 @@ mod distribution;
 mod leak;
 mod patches;
 mod section;
+mod stiffness;
 
 pub use area::{ContactArea, contact_area, contact_map};
 pub use distribution::{
@@ -13,3 +14,4 @@ pub use distribution::{
 pub use leak::{leak_gap, spans};
 pub use patches::{Connectivity, cumulative_area, patch_sizes, size_distribution, spot_conductance, typical_size};
 pub use section::{along_y, column_at};
+pub use stiffness::stiffness;

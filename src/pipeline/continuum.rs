@@ -5,7 +5,7 @@ use super::{Key, Listener, Progress};
 use crate::grid::{Field, Grid};
 use crate::interface::{Adhesion, Law, RangeChoice};
 use crate::method::{self, Heights, Load, Problem, Stop};
-use crate::observe::{Connectivity, contact_map, patch_sizes};
+use crate::observe::{Connectivity, contact_map, patch_sizes, stiffness};
 use crate::path::{Begin, Checkpoint, Keeper, LoadPath, Reached};
 use crate::record::npy;
 use crate::record::results::{ContinuumResults, PsdPoint, RangeResults, StateResults, Statistic, SurfaceResults, Way};
@@ -199,6 +199,7 @@ pub(super) fn load_path(
         Ok(())
     })?;
     keeper.clear();
+    stiffen(&mut states);
     let (range, spacing) = (problem.adhesion.range(), grid.dx().max(grid.dy()));
     let resolution = |a: Adhesion| a.resolution_on(spacing);
     Ok(ContinuumResults {
@@ -218,6 +219,21 @@ pub(super) fn load_path(
         states,
         pull_off,
     })
+}
+
+/// Contact stiffness along each branch. The load that a path turns at belongs to both, and is told for the first.
+fn stiffen(states: &mut [StateResults]) {
+    let mut first = 0;
+    while first < states.len() {
+        let way = states.get(first + 1).map_or(states[first].way, |s| s.way);
+        let length = 1 + states[first + 1..].iter().take_while(|s| s.way == way).count();
+        let branch = &mut states[first..first + length];
+        let points: Vec<(f64, f64)> = branch.iter().map(|s| (s.pressure, s.mean_gap)).collect();
+        for (state, k) in branch.iter_mut().zip(stiffness(&points)) {
+            state.stiffness = state.stiffness.or(k);
+        }
+        first += if first + length == states.len() { length } else { length - 1 }.max(1);
+    }
 }
 
 /// A state in numbers.
@@ -253,6 +269,7 @@ fn summary(
         mean_gap_drift: state.settled.mean_gap,
         discretisation: reached.discretisation,
         extrapolated: reached.extrapolated,
+        stiffness: None,
         observed: Some(observed(grid, state, threshold, adhesive)),
         gap,
         stress,

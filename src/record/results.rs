@@ -254,6 +254,9 @@ pub struct StateResults {
     /// What the true range of the adhesion would give.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub extrapolated: Option<Extrapolated>,
+    /// Contact stiffness dp/dū, E*/L, from the neighbouring loads of the same branch.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<f64>,
     /// Distributions, patches and what follows from them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub observed: Option<Observed>,

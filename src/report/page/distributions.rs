@@ -128,7 +128,9 @@ fn table(desk: &Desk, all: &[(&StateResults, &Observed)]) -> Markup {
                 text(trimmed(s.p_star, 4)),
                 text(pressure),
                 text(patch),
+                text(s.stiffness.map_or("–".into(), |k| si(k * desk.scales.modulus_pa / length, "Pa/m", 3))),
                 text(significant(o.conductance, 3)),
+                text(s.stiffness.map_or("–".into(), |k| significant(k, 3))),
                 text(if o.leak_gap > 0.0 { si(o.leak_gap * length, "m", 3) } else { "sealed".into() }),
                 text(axes(o.contact_spans)),
                 text(axes(o.gap_spans)),
@@ -140,7 +142,9 @@ fn table(desk: &Desk, all: &[(&StateResults, &Observed)]) -> Markup {
         "p*",
         "mean contact pressure",
         "typical patch (µm²)",
-        "conductance",
+        "contact stiffness",
+        "conductance of spots",
+        "of the whole",
         "leaks as a gap of",
         "contact spans",
         "gap spans",
@@ -148,8 +152,9 @@ fn table(desk: &Desk, all: &[(&StateResults, &Observed)]) -> Markup {
     ];
     html! {
         (numbers(&head, rows))
-        p.quiet { "Typical patch: half of the contact lies in patches up to this size. Conductance: of the patches as circular "
-            "spots side by side, over that of a cube of the cell's extent. Leaks as a gap of: the even gap of the same flow, by the effective "
+        p.quiet { "Typical patch: half of the contact lies in patches up to this size. Contact stiffness: change of "
+            "the mean pressure with the mean gap, from the neighbouring loads. Conductance: of the patches as circular spots side by side, and of the whole from the stiffness, in which spots "
+            "feel each other; both over that of a cube of the cell's extent. Leaks as a gap of: the even gap of the same flow, by the effective "
             "medium, which seals at half contact. Spans: leads around the periodic cell, contact by edges and corners, gap by edges." }
     }
 }

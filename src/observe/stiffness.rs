@@ -1,0 +1,58 @@
+/// Contact stiffness dp/dū (units of pressure over length, positive) at each point of a branch, from its neighbours: the slope
+/// of the mean gap over ln p of the parabola through three, of the line through two at the ends, times p. Points `(p, ū)` in
+/// the order of the branch; none where a pressure is not positive, where neighbours do not differ, and for a point alone.
+///
+/// ū falls nearly linearly with ln p where p* is small, so that loads a factor of three apart still serve.
+pub fn stiffness(branch: &[(f64, f64)]) -> Vec<Option<f64>> {
+    let slope = |a: usize, b: usize| {
+        let (run, rise) = ((branch[b].0 / branch[a].0).ln(), branch[b].1 - branch[a].1);
+        (branch[a].0 > 0.0 && branch[b].0 > 0.0 && run != 0.0).then(|| (rise / run, run))
+    };
+    (0..branch.len())
+        .map(|i| {
+            let before = i.checked_sub(1).and_then(|a| slope(a, i));
+            let after = (i + 1 < branch.len()).then(|| slope(i, i + 1)).flatten();
+            let per_log = match (before, after) {
+                (Some((s, h)), Some((t, k))) => (s * k + t * h) / (h + k),
+                (Some((s, _)), None) | (None, Some((s, _))) => s,
+                (None, None) => return None,
+            };
+            (per_log != 0.0).then(|| -branch[i].0 / per_log)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn logarithms_and_parabolas_of_them_are_exact() {
+        /// Rounding.
+        const TOLERANCE: f64 = 1e-12;
+        let loads = [0.001, 0.004, 0.01, 0.02];
+        let logarithmic: Vec<(f64, f64)> = loads.iter().map(|p: &f64| (*p, 0.1 - 0.3 * p.ln())).collect();
+        for (k, p) in stiffness(&logarithmic).iter().zip(loads) {
+            assert!((k.expect("a neighbour") / (p / 0.3) - 1.0).abs() < TOLERANCE);
+        }
+        // With curvature, where there are neighbours on both sides; downwards as well.
+        let mut curved: Vec<(f64, f64)> =
+            loads.iter().map(|p: &f64| (*p, -0.3 * p.ln() + 0.01 * p.ln().powi(2))).collect();
+        for _ in 0..2 {
+            for (k, (p, _)) in stiffness(&curved).iter().zip(&curved).skip(1).take(2) {
+                let expected = p / (0.3 - 0.02 * p.ln());
+                assert!((k.expect("neighbours") / expected - 1.0).abs() < TOLERANCE);
+            }
+            curved.reverse();
+        }
+    }
+
+    #[test]
+    fn where_there_is_none() {
+        assert_eq!(stiffness(&[(0.1, 1.0)]), [None]);
+        assert_eq!(stiffness(&[(0.1, 1.0), (0.1, 0.9)]), [None, None]);
+        assert_eq!(stiffness(&[(0.1, 0.0), (0.2, 0.0)]), [None, None]);
+        assert_eq!(stiffness(&[(-0.1, 1.0), (0.0, 0.9), (0.1, 0.8)]), [None, None, None]);
+        assert!(stiffness(&[]).is_empty());
+    }
+}
