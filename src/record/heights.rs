@@ -1,4 +1,4 @@
-//! Height maps in and out: `.npy` and the challenge's ASCII matrix.
+//! Height maps in and out: `.npy`, the challenge's ASCII matrix, and its blocks of `x y h` lines.
 //!
 //! An ASCII matrix has one line per y, from y = 0, with the heights along x separated by blanks; `#` starts a comment
 //! and blank lines are ignored. Which side touches first cannot be seen in numbers, so the caller declares it; what this
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::land::land;
-use super::{json, npy};
+use super::{json, npy, triples};
 use crate::error::{Error, Result};
 
 /// Which points of a height map meet the flat counterface first.
@@ -153,8 +153,8 @@ fn read_ascii(path: &Path, source: impl BufRead) -> Result<(HeightMap, Declared)
     let mut heights = Vec::new();
     let (mut nx, mut ny) = (0, 0);
     let mut declared = Declared::default();
-    // Blocks of rows between blank lines: the mark of the other ASCII format, one "x y h" triple a line.
-    let (mut blocks, mut in_block) = (0, false);
+    // Rows of each block between blank lines: the mark of the other ASCII format, one "x y h" triple a line.
+    let (mut blocks, mut in_block): (Vec<usize>, _) = (Vec::new(), false);
     for (number, line) in (1..).zip(source.lines()) {
         let line = line.map_err(Error::io("read", path))?;
         let (text, comment) = line.split_once('#').map_or((line.as_str(), ""), |(t, c)| (t, c.trim()));
@@ -175,8 +175,10 @@ fn read_ascii(path: &Path, source: impl BufRead) -> Result<(HeightMap, Declared)
             continue;
         }
         if !in_block {
-            (blocks, in_block) = (blocks + 1, true);
+            blocks.push(0);
+            in_block = true;
         }
+        *blocks.last_mut().expect("the one of this line") += 1;
         if nx != 0 && found != nx {
             let found = format!("{found} heights on line {number}");
             return Err(Error::format(path, found, format!("{nx}, as on the lines before (or the file is cut off)")));
@@ -186,9 +188,9 @@ fn read_ascii(path: &Path, source: impl BufRead) -> Result<(HeightMap, Declared)
     if ny == 0 {
         return Err(Error::format(path, "no heights", "an ASCII matrix, one line per y"));
     }
-    if nx == 3 && blocks > 1 {
-        let accepted = "a matrix of heights, one line per y (a matrix three wide must have no blank lines)";
-        return Err(Error::format(path, "blocks of three columns, which look like x, y, h", accepted));
+    // A matrix three wide must have no blank lines.
+    if nx == 3 && blocks.len() > 1 {
+        return Ok((triples::map(path, &heights, &blocks)?, declared));
     }
     Ok((HeightMap::new(&path.display().to_string(), nx, ny, heights)?, declared))
 }
@@ -253,13 +255,33 @@ mod tests {
         assert_eq!(declared, Declared::default());
     }
 
+    /// Blocks of constant y, and of constant x, are the same map, rows of constant y.
+    #[test]
+    fn triples_are_laid_by_their_coordinates() {
+        let map = HeightMap { nx: 3, ny: 2, heights: vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0] };
+        let rows = "# x y h\n0 0 1\n.5 0 2\n1 0 3\n\n0 .5 4\n.5 .5 5\n1 .5 6\n";
+        let columns = "2 7 1\n2 8 4\n \n3 7 2\n3 8 5\n\n4 7 3\n4 8 6\n\n";
+        assert_eq!((reads(rows).unwrap().0, reads(columns).unwrap().0), (map.clone(), map));
+    }
+
     #[test]
     fn what_is_wrong_is_named_with_its_line() {
         assert!(complaint("1 2\n3\n").contains("1 heights on line 2; accepted: 2"));
         assert!(complaint("# nothing\n\n").contains("no heights"));
         assert!(complaint("1 2\n3 oak\n").contains("\"oak\" on line 2, column 2"));
         assert!(complaint("# sign: both\n1 2\n").contains("line 1"));
-        assert!(complaint("0 0 1\n1 0 2\n\n0 1 3\n1 1 4\n").contains("look like x, y, h"));
+        for (text, says) in [
+            ("0 0 1\n1 0 2\n\n0 1 3\n", "1 lines in block 2 and 2 in the first"),
+            ("0 0 1\n1 0 2\n\n0 2 3\n1 2 4\n", "accepted: the same spacing along x and y"),
+            ("1 0 1\n0 0 2\n\n1 1 3\n0 1 4\n", "coordinates that do not rise"),
+            (
+                "0 0 1\n1 0 2\n2 0 0\n\n0 1 3\n1.5 1 4\n2 1 0\n",
+                "x = 1.5e0, y = 1e0 in line 2 of block 2; accepted: 1e0 and 1e0",
+            ),
+            ("0 0 1\n\n0 1 3\n", "2 blocks of 1 lines"),
+        ] {
+            assert!(complaint(text).contains(says), "{}", complaint(text));
+        }
         assert!(complaint("1 2\0\n").contains("binary"));
         match reads("1 2\n\n3 nan\n") {
             Err(Error::Height { row: 1, column: 1, value, .. }) => assert!(value.is_nan()),

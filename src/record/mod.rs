@@ -10,4 +10,5 @@ pub mod mcap;
 pub mod npy;
 pub mod reduce;
 pub mod results;
+mod triples;
 pub mod xyz;
