@@ -157,7 +157,8 @@ fn pulled_apart() {
         }
     }
     // From a load next to the largest pull the same is found; behind it there is nothing to find, which is said.
-    let near = [0.01, 0.5 * pulled.pressure, 0.97 * pulled.pressure].map(Load::Pressure);
+    // Closer to it than the first step of the mean gap is wide.
+    let near = [0.01, 0.5 * pulled.pressure, 0.97 * pulled.pressure, 0.99 * pulled.pressure].map(Load::Pressure);
     let (_, again) = walk(&p, "fast", RangeChoice::Mesh, &near, true);
     assert!((again.expect("asked for").pressure / pulled.pressure - 1.0).abs() < 0.01);
     let behind = [0.0, 3.0 * (pulled.mean_gap - found[0].mean_gap)].map(|d| Load::MeanGap(found[0].mean_gap + d));

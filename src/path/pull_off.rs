@@ -6,6 +6,9 @@ use crate::{Error, Result};
 /// Steps of the mean gap on the way apart: the first, over the mean gap or the range, whichever is larger, and their growth.
 const FIRST_STEP: f64 = 0.02;
 const GROWTH: f64 = 1.2;
+/// By how much the first is shortened where the pull falls from the start, and over the mean gap when that is believed.
+const SHORTER: f64 = 0.2;
+const SHORTEST_STEP: f64 = 1e-5;
 const MOST_STEPS: usize = 200;
 
 /// The way apart ends where nothing touches and the pull has fallen to this part of its largest.
@@ -44,12 +47,14 @@ pub(super) fn search(run: &mut dyn Run, problem: &Problem, from: Held) -> Result
     if range == 0.0 {
         return Err(Error::input("pull-off", "adhesion", "none", "an adhesion: nothing else holds surfaces together"));
     }
-    let mut step = FIRST_STEP * mean_gap.max(range);
+    let mut first_step = FIRST_STEP * mean_gap.max(range);
+    let mut step = first_step;
     let mut curve = vec![Point { mean_gap, pressure }];
     // Gaps of the last two states before the lowest pressure: what the search within the bracket starts from, since a branch
     // is left only onwards.
     let mut before: Vec<f64> = Vec::new();
-    let mut last = gap;
+    let start = gap;
+    let mut last = start.clone();
     let mut lowest = 0;
     loop {
         let mean_gap = curve[curve.len() - 1].mean_gap + step;
@@ -62,6 +67,15 @@ pub(super) fn search(run: &mut dyn Run, problem: &Problem, from: Held) -> Result
         // more and the pull has faded.
         let parted = gap.iter().all(|g| *g > 0.0);
         last = gap;
+        // From a load close to the largest pull the first step may lead past it.
+        if curve.len() == 2 && lowest == 0 && first_step > SHORTEST_STEP * mean_gap {
+            first_step *= SHORTER;
+            step = first_step;
+            curve.truncate(1);
+            run.set_gap(&start);
+            last.clone_from(&start);
+            continue;
+        }
         if parted && lowest + 1 < curve.len() && -point.pressure < PASSED * -curve[lowest].pressure {
             break;
         }

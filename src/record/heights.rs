@@ -188,6 +188,13 @@ fn read_ascii(path: &Path, source: impl BufRead) -> Result<(HeightMap, Declared)
     if ny == 0 {
         return Err(Error::format(path, "no heights", "an ASCII matrix, one line per y"));
     }
+    // Lists without blank lines, as instruments write them.
+    if nx == 3
+        && blocks.len() == 1
+        && let Some(map) = triples::list(path, &heights)
+    {
+        return Ok((map, declared));
+    }
     // A matrix three wide must have no blank lines.
     if nx == 3 && blocks.len() > 1 {
         return Ok((triples::map(path, &heights, &blocks)?, declared));
@@ -261,7 +268,12 @@ mod tests {
         let map = HeightMap { nx: 3, ny: 2, heights: vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0] };
         let rows = "# x y h\n0 0 1\n.5 0 2\n1 0 3\n\n0 .5 4\n.5 .5 5\n1 .5 6\n";
         let columns = "2 7 1\n2 8 4\n \n3 7 2\n3 8 5\n\n4 7 3\n4 8 6\n\n";
-        assert_eq!((reads(rows).unwrap().0, reads(columns).unwrap().0), (map.clone(), map));
+        let bare = |text: &str| text.replace("\n \n", "\n").replace("\n\n", "\n");
+        for text in [rows, columns, &bare(rows), &bare(columns)] {
+            assert_eq!(reads(text).unwrap().0, map, "{text}");
+        }
+        // Three columns that are on no even grid are a matrix.
+        assert_eq!(reads("0 0 1\n0 1 2\n0 3 1\n1 0 1\n").unwrap().0.nx, 3);
     }
 
     #[test]

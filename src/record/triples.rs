@@ -5,6 +5,15 @@ use std::path::Path;
 /// Share of a spacing by which a coordinate may be off its place: what writers round away.
 const OFF: f64 = 1e-2;
 
+/// A height map from lines of `x y h` without blank lines between its blocks, if that is what three columns are: if they lie
+/// on an even grid. Heights alone do not.
+pub(super) fn list(path: &Path, values: &[f64]) -> Option<HeightMap> {
+    let lines = values.len() / 3;
+    let stays = (0..2).find(|&k| lines > 1 && values[k] == values[3 + k])?;
+    let n = (0..lines).take_while(|l| values[3 * l + stays] == values[stays]).count();
+    (lines.is_multiple_of(n)).then(|| map(path, values, &vec![n; lines / n]).ok()).flatten()
+}
+
 /// A height map from lines of `x y h` in blocks apart by blank lines, as gnuplot takes them and the challenge's surface is
 /// given: one coordinate is constant in a block, the other runs in even steps, upwards, the same in all blocks. Which is
 /// which is seen from the numbers. `blocks` are the numbers of lines.

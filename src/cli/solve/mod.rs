@@ -336,6 +336,11 @@ impl Solve {
             std::fs::create_dir_all(out).map_err(Error::io("create", out))?;
             let key = self.key()?;
             let checkpoint = Checkpoint::find(out, CHECKPOINT, &key);
+            if checkpoint.is_none() && out.join(format!("{CHECKPOINT}.json")).exists() {
+                let found = format!("{} (holds what another solve was interrupted with)", out.display());
+                let accepted = "another folder, or that solve's own command to finish it";
+                return Err(Error::input("command line", "--out", found, accepted));
+            }
             let finished = checkpoint.as_ref().map_or(Vec::new(), |c| c.finished.clone());
             finished.iter().try_for_each(|line| told.again(line))?;
             keeper = Some(Keeper::new(out, CHECKPOINT, key, finished));

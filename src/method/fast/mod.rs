@@ -50,8 +50,9 @@ const COARSE_TOLERANCE: f64 = 1e-2;
 /// Corrections of the pressure on a coarse grid, under mean-gap control, after which the next grid may do better.
 const COARSE_CORRECTIONS: usize = 4;
 
-/// Share of E* h_rms/L, which is about what flattens the longest waves, below which a stress is none.
-const NO_STRESS: f64 = 1e-6;
+/// Shares of E* h_rms/L, which is about what flattens the longest waves: a stress below the first is none, one above the
+/// second is one.
+const NO_STRESS: [f64; 2] = [1e-6, 1e-2];
 
 /// Stiffness that mean-gap control gives the mean gap, over the grid's stiffest mode: far above any contact's, so that few
 /// corrections of the pressure bring the mean gap to its target, and no stiffer than what the solver copes with anyway.
@@ -264,7 +265,13 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         let pull = if self.law.range() > 0.0 { balance.interaction.abs() / self.law.range() } else { 0.0 };
         match load {
             Load::Pressure(p) => Problem::stress_scale(p),
-            Load::MeanGap(_) => Problem::stress_scale((pressure.abs() + pull).max(NO_STRESS * self.rms_height)),
+            Load::MeanGap(target) => {
+                // Where rounding leaves more than the tolerance asks for, there is no stress either.
+                let height = self.rms_height.max(target);
+                let rounded = 10.0 * self.problem.rounding_floor(height, 1.0) / self.problem.tolerance;
+                let [least, most] = NO_STRESS.map(|share| share * height);
+                Problem::stress_scale((pressure.abs() + pull).max(rounded.clamp(least, most)))
+            }
         }
     }
 
