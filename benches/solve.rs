@@ -1,8 +1,8 @@
 //! Times of a transform pair and of whole solves. Compare ratios within one run: machines and their moods differ.
 
 use asperity::grid::{Grid, Real, Transform};
-use asperity::interface::{Adhesion, Elastic, Wall};
-use asperity::method::{self, ContactMethod, Goals, Heights, Load, Precision, Problem, unwatched};
+use asperity::interface::Adhesion;
+use asperity::method::{self, ContactMethod, Heights, Load, Precision, Problem, unwatched};
 use asperity::surface::{Modes, Spectrum};
 use criterion::{Criterion, criterion_group, criterion_main};
 use rustfft::num_complex::Complex;
@@ -53,17 +53,7 @@ fn challenge(c: &mut Criterion) {
 
 /// A half-space behind a hard wall, heights still to be given.
 fn plain(grid: Grid, adhesion: Adhesion, precision: Precision) -> Problem<'static> {
-    Problem {
-        grid,
-        heights: Heights::Nodes(&[]),
-        kernel: Elastic::HalfSpace,
-        adhesion,
-        wall: Wall::Hard,
-        precision,
-        tolerance: 1e-6,
-        goals: Goals::default(),
-        max_iterations: 20_000,
-    }
+    Problem { adhesion, precision, tolerance: 1e-6, max_iterations: 20_000, ..Problem::new(grid, Heights::Nodes(&[])) }
 }
 
 /// Iterations to p* = 0.01.

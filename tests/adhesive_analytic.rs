@@ -1,24 +1,14 @@
 //! Adhesive contact against closed forms: Johnson's wave, the sphere of Johnson, Kendall & Roberts and of Maugis, Kendall's
 //! flat punch. Under loads that rise and fall: with adhesion it is the path that says where a contact jumps.
 
-use asperity::grid::Grid;
-use asperity::interface::{Adhesion, Elastic, Wall};
-use asperity::method::{self, Goals, Load, Precision, Problem, Run, State, Stop, unwatched};
+use asperity::grid::{Grid, mean};
+use asperity::interface::Adhesion;
+use asperity::method::{self, Load, Problem, Run, State, Stop, unwatched};
 use asperity::observe::contact_area;
 use std::f64::consts::PI;
 
 fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
-    Problem {
-        grid,
-        heights: heights.into(),
-        kernel: Elastic::HalfSpace,
-        adhesion: Adhesion::None,
-        wall: Wall::Hard,
-        precision: Precision::F64,
-        tolerance: 1e-7,
-        goals: Goals::default(),
-        max_iterations: 5_000,
-    }
+    Problem { tolerance: 1e-7, max_iterations: 5_000, ..Problem::new(grid, heights) }
 }
 
 fn start<'p>(problem: &'p Problem<'p>, id: &str) -> Box<dyn Run + 'p> {
@@ -198,10 +188,6 @@ fn a_load_path_stays_on_its_branch() {
 fn paraboloid(n: usize) -> Vec<f64> {
     let offset = |i: usize| i as f64 / n as f64 - 0.5;
     (0..n * n).map(|i| 0.5 * (offset(i % n).powi(2) + offset(i / n).powi(2))).collect()
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
 }
 
 /// Radius of the paraboloid where its images, each under the same force (compression positive), have flattened the surface:

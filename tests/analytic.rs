@@ -13,17 +13,7 @@ const METHODS: [&str; 3] = ["gfmd", "bvm", "fast"];
 const LOAD_BALANCE: f64 = 1e-9;
 
 fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
-    Problem {
-        grid,
-        heights: heights.into(),
-        kernel: Elastic::HalfSpace,
-        adhesion: Adhesion::None,
-        wall: Wall::Hard,
-        precision: Precision::F64,
-        tolerance: 1e-9,
-        goals: Goals::default(),
-        max_iterations: 200_000,
-    }
+    Problem { tolerance: 1e-9, max_iterations: 200_000, ..Problem::new(grid, heights) }
 }
 
 fn solve<R>(problem: &Problem, id: &str, pressure: f64, look: impl FnOnce(&State) -> R) -> R {

@@ -8,24 +8,14 @@ use asperity::interface::{
     Adhesion, CubicHalfSpace, Dugdale, Elastic, Exponential, Law, PowerLaw93, PowerLawWall, StiffWall, Wall,
     WithAdhesion,
 };
-use asperity::method::{self, Goals, Load, Precision, Problem, State, Stop, unwatched};
+use asperity::method::{self, Load, Problem, State, Stop, unwatched};
 use asperity::observe::contact_area;
 use asperity::surface::{Modes, Spectrum};
 
 const METHODS: [&str; 3] = ["gfmd", "bvm", "fast"];
 
 fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
-    Problem {
-        grid,
-        heights: heights.into(),
-        kernel: Elastic::HalfSpace,
-        adhesion: Adhesion::None,
-        wall: Wall::Hard,
-        precision: Precision::F64,
-        tolerance: 1e-9,
-        goals: Goals::default(),
-        max_iterations: 20_000,
-    }
+    Problem { tolerance: 1e-9, max_iterations: 20_000, ..Problem::new(grid, heights) }
 }
 
 fn solve<R>(problem: &Problem, id: &str, pressure: f64, look: impl FnOnce(&State) -> R) -> R {

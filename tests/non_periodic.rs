@@ -1,23 +1,14 @@
 //! A patch on a half-space that is free around it: Hertz's sphere, wherever it lies, and adhesion.
 
 use asperity::grid::Grid;
-use asperity::interface::{Adhesion, Elastic, NonPeriodic, Wall};
-use asperity::method::{self, Goals, Load, Precision, Problem, State, Stop, unwatched};
+use asperity::interface::{Adhesion, Elastic, NonPeriodic};
+use asperity::method::{self, Load, Problem, State, Stop, unwatched};
 use asperity::observe::contact_area;
 use std::f64::consts::PI;
 
 fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
-    Problem {
-        grid,
-        heights: heights.into(),
-        kernel: Elastic::NonPeriodic(NonPeriodic::of_patch(grid.lx, grid.ly)),
-        adhesion: Adhesion::None,
-        wall: Wall::Hard,
-        precision: Precision::F64,
-        tolerance: 1e-9,
-        goals: Goals::default(),
-        max_iterations: 10_000,
-    }
+    let kernel = Elastic::NonPeriodic(NonPeriodic::of_patch(grid.lx, grid.ly));
+    Problem { kernel, tolerance: 1e-9, max_iterations: 10_000, ..Problem::new(grid, heights) }
 }
 
 fn solve<R>(problem: &Problem, load: f64, look: impl FnOnce(&State) -> R) -> R {

@@ -1,8 +1,8 @@
 //! Load paths: branches, what grids leave uncertain, pulling apart, and going on after a stop.
 
 use asperity::grid::Grid;
-use asperity::interface::{Adhesion, COHESIVE_RESOLUTION, Elastic, RangeChoice, Wall};
-use asperity::method::{self, Goals, Heights, Iteration, Load, Precision, Problem, Snapshot, Stop, Watch, unwatched};
+use asperity::interface::{Adhesion, COHESIVE_RESOLUTION, RangeChoice};
+use asperity::method::{self, Heights, Iteration, Load, Precision, Problem, Snapshot, Stop, Watch, unwatched};
 use asperity::path::LoadPath;
 use asperity::record::results::PullOff;
 use asperity::surface::{Modes, Spectrum};
@@ -18,17 +18,7 @@ fn spectrum(short: f64) -> Spectrum {
 }
 
 fn problem(grid: Grid, heights: Heights<'_>, adhesion: Adhesion) -> Problem<'_> {
-    Problem {
-        grid,
-        heights,
-        kernel: Elastic::HalfSpace,
-        adhesion,
-        wall: Wall::Hard,
-        precision: Precision::F64,
-        tolerance: 1e-6,
-        goals: Goals::default(),
-        max_iterations: 5_000,
-    }
+    Problem { adhesion, tolerance: 1e-6, max_iterations: 5_000, ..Problem::new(grid, heights) }
 }
 
 /// A state in the numbers that the tests compare.

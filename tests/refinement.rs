@@ -1,9 +1,9 @@
 //! Contact without adhesion under refinement: orders of convergence, and extrapolated values against closed forms. The
 //! same bodies on single grids are in `analytic`.
 
-use asperity::grid::Grid;
-use asperity::interface::{Adhesion, Elastic, Wall};
-use asperity::method::{self, Goals, Load, Precision, Problem, State, Stop, unwatched};
+use asperity::grid::{Grid, mean};
+use asperity::interface::Adhesion;
+use asperity::method::{self, Load, Problem, State, Stop, unwatched};
 use asperity::observe::contact_area;
 use asperity::surface::{Modes, Spectrum};
 use std::f64::consts::{PI, SQRT_2};
@@ -11,17 +11,7 @@ use std::f64::consts::{PI, SQRT_2};
 const METHODS: [&str; 3] = ["gfmd", "bvm", "fast"];
 
 fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
-    Problem {
-        grid,
-        heights: heights.into(),
-        kernel: Elastic::HalfSpace,
-        adhesion: Adhesion::None,
-        wall: Wall::Hard,
-        precision: Precision::F64,
-        tolerance: 1e-9,
-        goals: Goals::default(),
-        max_iterations: 100_000,
-    }
+    Problem { tolerance: 1e-9, max_iterations: 100_000, ..Problem::new(grid, heights) }
 }
 
 fn solve<R>(problem: &Problem, id: &str, pressure: f64, look: impl FnOnce(&State) -> R) -> R {
@@ -43,10 +33,6 @@ fn extrapolated(coarse: f64, fine: f64, order: i32) -> f64 {
 
 fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt()
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
 }
 
 /// 1-D wave of Westergaard (1939), at loads whose contact lines are nodes of every grid: the mean gap A(1 - r + r ln r)

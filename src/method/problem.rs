@@ -1,5 +1,6 @@
 use crate::grid::{Field, Grid, Series, Transform};
 use crate::interface::{Adhesion, Elastic, Kernel, Wall};
+use crate::surface::patch_gradient;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -116,22 +117,29 @@ pub struct Problem<'a> {
     pub max_iterations: usize,
 }
 
-impl Problem<'_> {
+impl<'a> Problem<'a> {
+    /// Heights `[ny, nx]` (units of L) or waves on a hard half-space without adhesion, in f64, to a residual of 1e-8 of the
+    /// pressure.
+    pub fn new(grid: Grid, heights: impl Into<Heights<'a>>) -> Self {
+        Problem {
+            grid,
+            heights: heights.into(),
+            kernel: Elastic::HalfSpace,
+            adhesion: Adhesion::None,
+            wall: Wall::Hard,
+            precision: Precision::F64,
+            tolerance: 1e-8,
+            goals: Goals::default(),
+            max_iterations: 50_000,
+        }
+    }
+
     /// rms gradient of the waves that the grid holds; of a surface that does not repeat, that of differences between
     /// neighbouring nodes.
     pub fn resolved_gradient(&self) -> f64 {
         let grid = self.grid;
         if let Elastic::NonPeriodic(_) = self.kernel {
-            let nodes = self.heights.on_nodes(grid);
-            let slopes = |step: usize, d: f64, holds: &dyn Fn(usize) -> bool| {
-                let squares =
-                    (0..nodes.len()).filter(|&i| holds(i)).map(|i| ((nodes[i + step] - nodes[i]) / d).powi(2));
-                let (count, sum) = squares.fold((0usize, 0.0), |(n, sum), s| (n + 1, sum + s));
-                sum / count.max(1) as f64
-            };
-            let along_x = slopes(1, grid.dx(), &|i| (i + 1) % grid.nx != 0);
-            let along_y = slopes(grid.nx, grid.dy(), &|i| i + grid.nx < grid.points());
-            return (along_x + along_y).sqrt();
+            return patch_gradient(grid, &self.heights.on_nodes(grid));
         }
         match self.heights {
             Heights::Nodes(nodes) => Series::<f64>::through(grid, nodes).rms_gradient(grid),

@@ -128,11 +128,7 @@ impl Forest {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn map(text: &str) -> (Vec<u8>, usize) {
-        let rows: Vec<&str> = text.split_whitespace().collect();
-        (rows.concat().bytes().map(|b| u8::from(b != b'.')).collect(), rows[0].len())
-    }
+    use crate::observe::drawn;
 
     #[test]
     fn paths_around_the_cell() {
@@ -146,13 +142,13 @@ mod tests {
             // A staircase goes around both.
             ("##.. .##. ..## #..#", [true, true]),
         ] {
-            let (m, nx) = map(text);
+            let (m, nx) = drawn(text);
             assert_eq!(spans(&m, nx, 1, false), contact, "{text}");
         }
-        let (m, nx) = map("#... .#.. ..#. ...#");
+        let (m, nx) = drawn("#... .#.. ..#. ...#");
         assert_eq!(spans(&m, nx, 1, false), [false, false]);
         assert_eq!(spans(&m, nx, 1, true), [true, true]);
-        let (m, nx) = map("#### .... #### ....");
+        let (m, nx) = drawn("#### .... #### ....");
         assert_eq!(spans(&m, nx, 0, false), [true, false]);
     }
 

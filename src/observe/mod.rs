@@ -7,6 +7,13 @@ mod patches;
 mod section;
 mod stiffness;
 
+/// A map `[ny, nx]` and its width, drawn in words: dots are open, all else is contact.
+#[cfg(test)]
+fn drawn(text: &str) -> (Vec<u8>, usize) {
+    let rows: Vec<&str> = text.split_whitespace().collect();
+    (rows.concat().bytes().map(|b| u8::from(b != b'.')).collect(), rows[0].len())
+}
+
 pub use area::{ContactArea, contact_area, contact_map};
 pub use distribution::{
     Distribution, StressDistribution, gap_distribution, linear_edges, logarithmic_edges, stress_distribution,

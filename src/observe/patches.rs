@@ -111,15 +111,11 @@ fn root(parent: &mut [u32], mut l: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn map(text: &str) -> (Vec<u8>, usize) {
-        let rows: Vec<&str> = text.split_whitespace().collect();
-        (rows.concat().bytes().map(|b| u8::from(b != b'.')).collect(), rows[0].len())
-    }
+    use crate::observe::drawn;
 
     #[test]
     fn patches_join_across_the_seam_and_at_corners() {
-        let (m, nx) = map("#...# ..... .##.. ...#. #....");
+        let (m, nx) = drawn("#...# ..... .##.. ...#. #....");
         let mut four = patch_sizes(&m, nx, Connectivity::Four);
         four.sort();
         // The corner pair joins across x; the node below it joins across y; the diagonal is apart.
@@ -131,10 +127,10 @@ mod tests {
 
     #[test]
     fn checkerboard_stripe_and_full() {
-        let (m, nx) = map("#.#. .#.# #.#. .#.#");
+        let (m, nx) = drawn("#.#. .#.# #.#. .#.#");
         assert_eq!(patch_sizes(&m, nx, Connectivity::Four), [1; 8]);
         assert_eq!(patch_sizes(&m, nx, Connectivity::Eight), [8]);
-        let (m, nx) = map(".... #### .... ....");
+        let (m, nx) = drawn(".... #### .... ....");
         assert_eq!(patch_sizes(&m, nx, Connectivity::Four), [4]);
         assert_eq!(patch_sizes(&[1; 12], 3, Connectivity::Four), [12]);
         assert!(patch_sizes(&[0; 12], 3, Connectivity::Four).is_empty());

@@ -13,7 +13,7 @@ use crate::interface::{
 use crate::method::{Heights, Load, Problem};
 use crate::record::heights::{self, Sign};
 use crate::record::results::AuditLine;
-use crate::surface::{Spectrum, moments, range};
+use crate::surface::{Spectrum, moments, patch_gradient, range};
 use crate::units::{GPA_PER_EV_A3, Scales};
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
@@ -109,6 +109,9 @@ impl Case {
                 let grid = Grid::unit(scene.surface.grid, scene.surface.grid);
                 warnings.extend(modes.left_out_by(grid));
                 (grid, spectrum.rms_gradient)
+            }
+            Surface::Imported { grid, heights, .. } if !scene.continuum.periodic => {
+                (*grid, patch_gradient(*grid, heights))
             }
             Surface::Imported { grid, heights, .. } => (*grid, moments(*grid, heights).rms_gradient),
         };

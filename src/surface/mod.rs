@@ -7,5 +7,5 @@ mod statistics;
 mod synthesis;
 
 pub use spectrum::{Amplitudes, Expected, Spectrum};
-pub use statistics::{Moments, PsdBin, Range, moments, psd, range};
+pub use statistics::{Moments, PsdBin, Range, moments, patch_gradient, psd, range};
 pub use synthesis::{Modes, lower_to_zero, resample};

@@ -1,8 +1,7 @@
 //! States of the solvers, copied for tests that compare many of them.
 
 use asperity::grid::Grid;
-use asperity::interface::{Adhesion, Elastic, Wall};
-use asperity::method::{self, Goals, Load, Precision, Problem, Stop, unwatched};
+use asperity::method::{self, Load, Precision, Problem, Stop, unwatched};
 use asperity::observe::contact_area;
 use asperity::surface::{Modes, Spectrum};
 
@@ -11,17 +10,7 @@ pub const PRECISIONS: [Precision; 2] = [Precision::F64, Precision::F32];
 
 /// The defaults of scenes and of `solve`.
 pub fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
-    Problem {
-        grid,
-        heights: heights.into(),
-        kernel: Elastic::HalfSpace,
-        adhesion: Adhesion::None,
-        wall: Wall::Hard,
-        precision: Precision::F64,
-        tolerance: 1e-8,
-        goals: Goals::default(),
-        max_iterations: 20_000,
-    }
+    Problem { max_iterations: 20_000, ..Problem::new(grid, heights) }
 }
 
 pub fn in_precision<'p>(problem: &Problem<'p>, precision: Precision) -> Problem<'p> {
