@@ -29,7 +29,7 @@ pub struct Surface {
     /// rms gradient of the whole Fourier sum.
     #[arg(long, value_name = "G")]
     rms_gradient: Option<f64>,
-    /// Height map to read instead (.npy, ASCII matrix or blocks of x y h lines), with --touching.
+    /// Height map to read instead (.npy, ASCII matrix or lines of x y h), with --touching.
     #[arg(long, value_name = "FILE")]
     heights: Option<PathBuf>,
     /// Which points of the file touch first.

@@ -95,11 +95,9 @@ fn quantities<S: serde::Serializer>(supports: &fn(Quantity) -> Support, to: S) -
     to.collect_map(Quantity::ALL.map(|q| (q, supports(q))))
 }
 
-/// What a solver of the fields delivers: the fields, and of their distributions only what the user draws from the stored
-/// fields, since no observer does so yet.
+/// What a solver of the fields delivers: the fields and all that follows from them, the stiffness from neighbouring loads.
 pub(super) fn fields(quantity: Quantity) -> Support {
     match quantity {
-        Quantity::PatchPdf | Quantity::GapPdf | Quantity::StressPdf => Support::Only("as stored fields, not yet drawn"),
         Quantity::Stiffness => Support::Only("as differences between loads"),
         _ => Support::Full,
     }

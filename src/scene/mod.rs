@@ -81,7 +81,8 @@ pub struct SurfaceScene {
     /// rms gradient of the whole Fourier sum.
     pub rms_gradient: f64,
     pub amplitudes: Amplitudes,
-    /// A height map to use instead: `.npy`, an ASCII matrix with one row per line, or blocks of x y h lines. Relative to the scene file.
+    /// A height map to use instead: `.npy`, an ASCII matrix with one row per line, or lines of x y h. Relative to the scene
+    /// file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub heights: Option<PathBuf>,
     /// Unit of the heights in the file, µm.

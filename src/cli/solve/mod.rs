@@ -23,7 +23,7 @@ const CHECKPOINT: &str = "checkpoint";
 #[derive(Debug, Clone, clap::Args)]
 #[command(allow_negative_numbers = true)]
 pub struct Solve {
-    /// Height map: .npy, ASCII matrix or blocks of x y h lines. Low points touch first unless --flip.
+    /// Height map: .npy, ASCII matrix or lines of x y h. Low points touch first unless --flip.
     #[arg(long, value_name = "FILE", required_unless_present = "challenge", conflicts_with = "challenge")]
     heights: Option<PathBuf>,
     /// Instead of a map: the challenge's spectrum on N x N points of a cell of extent --length. Its waves are kept, not its
