@@ -21,6 +21,7 @@
 
 pub mod atoms;
 pub mod cli;
+pub mod challenge;
 pub mod compare;
 pub mod error;
 pub mod grid;

@@ -2,6 +2,7 @@
 
 mod atoms;
 mod bench;
+mod challenge;
 mod doctor;
 mod listen;
 mod methods;
@@ -19,7 +20,7 @@ use std::process::ExitCode;
 
 /// Rough-surface contact from a profile to atoms and back.
 ///
-/// Exit codes: 0 ok, 2 bad input, 3 not converged, 4 LAMMPS failed, 5 not possible on this machine, 130 interrupted.
+/// Exit codes: 0 ok, 1 a statement of the challenge failed, 2 bad input, 3 not converged, 4 LAMMPS failed, 5 not possible on this machine, 130 interrupted.
 #[derive(Debug, Parser)]
 #[command(name = "asperity", version, max_term_width = 110)]
 struct Arguments {
@@ -38,6 +39,8 @@ enum Command {
     Surface(surface::Surface),
     /// Solve the contact of one height map under one load.
     Solve(solve::Solve),
+    /// Solve the contact-mechanics challenge's problem and hold its paper's statements against what is found.
+    Challenge(challenge::Challenge),
     /// Write, measure or check an EAM potential.
     Potential(potential::Potential),
     /// Build, run or read the block of atoms of a scene.
@@ -83,6 +86,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
         Command::Run(c) => c.execute()?,
         Command::Surface(c) => c.execute()?,
         Command::Solve(c) => c.execute()?,
+        Command::Challenge(c) => return c.execute(),
         Command::Potential(c) => c.execute()?,
         Command::Atoms(c) => c.execute()?,
         Command::Compare(c) => {

@@ -2,7 +2,7 @@ use super::words;
 use crate::pipeline::statistics;
 use crate::record::heights::{self, HeightMap, Sign};
 use crate::report::number::trimmed;
-use crate::scene::{Case, LoadScene, Scene, SurfaceScene, Touching};
+use crate::scene::{Case, LoadScene, REFERENCE_LOAD, Scene, SurfaceScene, Touching};
 use crate::{Error, Result};
 use std::path::PathBuf;
 
@@ -59,9 +59,10 @@ impl Surface {
                 description: String::new(),
                 laboratory: Default::default(),
                 surface: SurfaceScene::default(),
-                load: LoadScene { p_star: vec![0.01], mean_gap_um: Vec::new(), pull_off: false },
+                load: LoadScene { p_star: vec![REFERENCE_LOAD], ..LoadScene::default() },
                 adhesion: None,
                 continuum: Default::default(),
+                challenge: None,
                 atoms: None,
             },
         };

@@ -1,6 +1,6 @@
 //! Answers on stdout.
 
-use crate::record::results::{AuditLine, ContinuumResults, Overlap, Results, Statistic};
+use crate::record::results::{AuditLine, ContinuumResults, Overlap, Results, Statistic, Verdict};
 use crate::report::number::{percent, significant};
 use crate::{Error, Result};
 use comfy_table::Table;
@@ -59,6 +59,14 @@ pub fn audit(lines: &[AuditLine]) -> String {
             vec![l.group.clone(), l.symbol.clone(), asked, used, l.verdict.clone(), l.reason.clone()]
         }),
     )
+}
+
+pub fn verdict(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Pass => "pass",
+        Verdict::Fail => "FAIL",
+        Verdict::NotJudged => "not judged",
+    }
 }
 
 /// Headline of a run: loads, areas, gaps, and atoms against continuum.

@@ -2,6 +2,7 @@
 
 mod area;
 mod distribution;
+mod hysteresis;
 mod leak;
 mod patches;
 mod section;
@@ -18,6 +19,7 @@ pub use area::{ContactArea, contact_area, contact_map};
 pub use distribution::{
     Distribution, StressDistribution, gap_distribution, linear_edges, logarithmic_edges, stress_distribution,
 };
+pub use hysteresis::hysteresis_work;
 pub use leak::{leak_gap, spans};
 pub use patches::{Connectivity, cumulative_area, patch_sizes, size_distribution, spot_conductance, typical_size};
 pub use section::{along_y, column_at};

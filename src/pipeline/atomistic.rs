@@ -40,7 +40,7 @@ pub fn build_job(case: &Case, atoms: &AtomsCase, folder: &Path) -> Result<Job> {
         adhesion: atoms.adhesion.map(|a| a.pair),
     };
     let indenter = Indenter::above(&atoms.block, atoms.points, heights, interaction.touch_angstrom())?;
-    let highest = case.scene.load.p_star.iter().copied().fold(0.0, f64::max);
+    let highest = case.p_star.iter().copied().fold(0.0, f64::max);
     let way = atoms.first_touch_gap_angstrom / scene.step_angstrom;
     let ladder = Ladder {
         step_angstrom: scene.step_angstrom,
@@ -156,7 +156,7 @@ pub(super) fn read(
     let profile = |x: f64, y: f64| bilinear(atoms.matched, |k| fine[k], x / sites.length(), y / sites.length());
     let rungs = ladder::Ladder::read(&job.folder)?;
     let mut states = Vec::new();
-    for (i, &p_star) in case.scene.load.p_star.iter().enumerate() {
+    for (i, &p_star) in case.p_star.iter().enumerate() {
         let between = rungs.at_load(&job.folder, p_star * atoms.load_unit)?;
         let down = between.displacement_angstrom;
         let touching = contact(&between.frame, &indenter, down, &sites, CONTACT_DISTANCE_ANGSTROM);

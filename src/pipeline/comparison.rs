@@ -66,10 +66,11 @@ pub(super) fn matched(
             pull_off: false,
             start: None,
             gradient: case.gradient,
-            p_star: &case.scene.load.p_star,
+            p_star: &case.p_star,
+            there: None,
             threshold,
             criterion: criterion.into(),
-            keep: Keep { gap: true, stress: false },
+            keep: &|_| Keep { gap: true, stress: false },
         };
         load_path(asked, (folder, stage, tag), key, listener)
     };

@@ -4,12 +4,12 @@ use super::observed::observed;
 use super::{Key, Listener, Progress};
 use crate::grid::{Field, Grid};
 use crate::interface::{Adhesion, Law, RangeChoice};
-use crate::method::{self, Heights, Load, Problem, Stop};
-use crate::observe::{Connectivity, contact_map, patch_sizes, stiffness};
+use crate::method::{self, Goals, Heights, Load, Problem, Stop};
+use crate::observe::{Connectivity, contact_map, hysteresis_work, patch_sizes, stiffness};
 use crate::path::{Begin, Checkpoint, Keeper, LoadPath, Reached};
 use crate::record::npy;
-use crate::record::results::{ContinuumResults, PsdPoint, RangeResults, StateResults, Statistic, SurfaceResults, Way};
-use crate::scene::{Case, Surface};
+use crate::record::results::{ContinuumResults, Hanging, PsdPoint, RangeResults, StateResults, Statistic, SurfaceResults, Way};
+use crate::scene::{Case, REFERENCE_LOAD, Surface};
 use crate::surface::{Expected, moments, psd, range};
 use crate::{Error, Result};
 use std::path::Path;
@@ -115,10 +115,13 @@ pub(super) struct Asked<'a> {
     /// Pressure over E* at p* = 1, and the p* of each load as the scene has it; empty under control of the mean gap.
     pub gradient: f64,
     pub p_star: &'a [f64],
+    /// How many loads come before the way back, where there is one.
+    pub there: Option<usize>,
     /// Gap at and below which a node counts as touching.
     pub threshold: f64,
     pub criterion: String,
-    pub keep: Keep,
+    /// Which fields of the state at a load p* are kept.
+    pub keep: &'a dyn Fn(f64) -> Keep,
 }
 
 /// Equilibria along a load path, fields into `folder`. A state that is not converged is kept beside the others under a
@@ -173,7 +176,9 @@ pub(super) fn load_path(
             return Err(Error::Interrupted);
         }
         let partial = state.stop != Stop::Converged;
-        let gap = if asked.keep.gap || partial { Some(write("gap", state.gap)?) } else { None };
+        let p_star = asked.p_star.get(i).copied().unwrap_or(state.pressure / asked.gradient);
+        let keep = (asked.keep)(p_star);
+        let gap = if keep.gap || partial { Some(write("gap", state.gap)?) } else { None };
         if partial {
             return Err(Error::NotConverged {
                 method: method.card().id,
@@ -184,8 +189,7 @@ pub(super) fn load_path(
                 partial: Some(folder.join(format!("{name}-gap.npy"))),
             });
         }
-        let stress = if asked.keep.stress { Some(write("stress", state.stress)?) } else { None };
-        let p_star = asked.p_star.get(i).copied().unwrap_or(state.pressure / asked.gradient);
+        let stress = if keep.stress { Some(write("stress", state.stress)?) } else { None };
         let way = match (asked.loads[i], i.checked_sub(1).map(|k| asked.loads[k])) {
             (Load::Pressure(now), Some(Load::Pressure(before))) if now < before => Way::Retract,
             (Load::MeanGap(now), Some(Load::MeanGap(before))) if now > before => Way::Retract,
@@ -200,6 +204,7 @@ pub(super) fn load_path(
     })?;
     keeper.clear();
     stiffen(&mut states);
+    let hysteresis_work = asked.there.map(|there| compare_ways(&mut states, there));
     let (range, spacing) = (problem.adhesion.range(), grid.dx().max(grid.dy()));
     let resolution = |a: Adhesion| a.resolution_on(spacing);
     Ok(ContinuumResults {
@@ -217,6 +222,7 @@ pub(super) fn load_path(
         }),
         resolved_gradient: Some(problem.resolved_gradient()),
         states,
+        hysteresis_work,
         pull_off,
     })
 }
@@ -234,6 +240,22 @@ fn stiffen(states: &mut [StateResults]) {
         }
         first += if first + length == states.len() { length } else { length - 1 }.max(1);
     }
+}
+
+/// Tells the states on the way back how far they are from those of the way there. Returns the work that the loop takes.
+fn compare_ways(states: &mut [StateResults], there: usize) -> f64 {
+    let change = |now: f64, then: f64| if now == then { 0.0 } else { (now - then) / then.abs().max(f64::MIN_POSITIVE) };
+    for back in there..states.len() {
+        let Some(same) = (2 * there).checked_sub(back + 2) else { break };
+        let (area, mean_gap) = (states[same].contact_fraction, states[same].mean_gap);
+        let state = &mut states[back];
+        state.hangs = Some(Hanging {
+            area: change(state.contact_fraction, area),
+            mean_gap: change(state.mean_gap, mean_gap),
+        });
+    }
+    let path: Vec<(f64, f64)> = states.iter().map(|s| (s.pressure, s.mean_gap)).collect();
+    hysteresis_work(&path)
 }
 
 /// A state in numbers.
@@ -270,40 +292,79 @@ fn summary(
         discretisation: reached.discretisation,
         extrapolated: reached.extrapolated,
         stiffness: None,
+        hangs: None,
         observed: Some(observed(grid, state, threshold, adhesive)),
         gap,
         stress,
     }
 }
 
-/// The laboratory-scale problem of a case.
+/// A problem at laboratory scale.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Variant {
+    /// What the scene asks for.
+    Asked,
+    /// Its loads there, without adhesion.
+    Without,
+    /// Its loads there, with another range of the adhesion, nm.
+    Range(f64),
+    /// Its reference load, without adhesion, by the method that is compared with.
+    Second,
+}
+
+/// Solves a case, or a variant of it, at its loads.
 pub(super) fn laboratory(
     case: &Case,
+    variant: Variant,
     heights: Heights,
-    folder: &Path,
-    stage: &str,
+    (folder, stage, tag): (&Path, &str, &str),
     key: &Key,
     listener: &dyn Listener,
 ) -> Result<ContinuumResults> {
     let scene = &case.scene;
+    let asked = variant == Variant::Asked;
     let start = match &scene.continuum.start {
-        Some(file) => Some(start(&case.beside(file), case.grid)?),
-        None => None,
+        Some(file) if asked => Some(start(&case.beside(file), case.grid)?),
+        _ => None,
     };
+    let mut problem = case.problem(heights);
+    let (mut loads, mut p_star) = (case.loads(), case.p_star.as_slice());
+    if !asked {
+        loads.truncate(case.loads_there());
+        p_star = &p_star[..p_star.len().min(loads.len())];
+    }
+    let mut method = scene.continuum.method.as_str();
+    match variant {
+        Variant::Asked => {}
+        Variant::Without => problem.adhesion = Adhesion::None,
+        Variant::Range(nm) => problem.adhesion = case.adhesion_of_range(nm),
+        Variant::Second => {
+            problem.adhesion = Adhesion::None;
+            // What only the default method estimates is no goal of another.
+            problem.goals = Goals::default();
+            method = scene.challenge.as_ref().map_or(method, |c| &c.second_method);
+            (loads, p_star) = (vec![Load::Pressure(REFERENCE_LOAD * case.gradient)], &[REFERENCE_LOAD]);
+        }
+    }
+    let maps = matches!(variant, Variant::Asked | Variant::Without);
     let asked = Asked {
-        problem: case.problem(heights),
-        method: &scene.continuum.method,
+        problem,
+        method,
         range: case.range(),
-        loads: case.loads(),
-        pull_off: scene.load.pull_off,
+        loads,
+        pull_off: asked && scene.load.pull_off,
         start,
         gradient: case.gradient,
-        p_star: &scene.load.p_star,
+        p_star,
+        there: (asked && scene.load.and_back).then(|| case.loads_there()),
         threshold: 0.0,
         criterion: "zero gap".into(),
-        keep: Keep { gap: true, stress: true },
+        keep: &|p_star| {
+            let keep = maps && case.keeps_maps(p_star);
+            Keep { gap: keep, stress: keep }
+        },
     };
-    load_path(asked, (folder, stage, ""), key, listener)
+    load_path(asked, (folder, stage, tag), key, listener)
 }
 
 /// A gap to start from.

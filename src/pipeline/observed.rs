@@ -4,7 +4,7 @@ use crate::observe::{
     Connectivity, contact_map, cumulative_area, gap_distribution, leak_gap, linear_edges, logarithmic_edges,
     patch_sizes, size_distribution, spans, spot_conductance, stress_distribution, typical_size,
 };
-use crate::record::results::Observed;
+use crate::record::results::{Compressive, Observed};
 
 /// Bins of equal width.
 const BINS: usize = 120;
@@ -30,6 +30,17 @@ pub(super) fn observed(grid: Grid, state: &State, threshold: f64, adhesive: bool
     let width = if most > least { ABOVE * (most - least) } else { 1.0 };
     let stress =
         stress_distribution(state.gap, state.stress, (threshold, adhesive), linear_edges(least, least + width, BINS));
+    let compressive = adhesive.then(|| {
+        let under: Vec<u8> = (0..state.gap.len())
+            .map(|i| u8::from(state.gap.at(i) <= threshold && state.stress.at(i) > 0.0))
+            .collect();
+        let sizes = patch_sizes(&under, grid.nx, Connectivity::Eight);
+        Compressive {
+            fraction: sizes.iter().sum::<usize>() as f64 / grid.points() as f64,
+            patches: sizes.len(),
+            typical_patch: typical_size(&sizes).map(|a| a as f64 * node),
+        }
+    });
     let touching = sizes.iter().sum::<usize>() as f64 / grid.points() as f64;
     Observed {
         mean_contact_pressure: (touching > 0.0).then_some(state.pressure / touching),
@@ -47,6 +58,7 @@ pub(super) fn observed(grid: Grid, state: &State, threshold: f64, adhesive: bool
             .collect(),
         patch_area: cumulative_area(&sizes).into_iter().map(|(a, share)| [a as f64 * node, share]).collect(),
         typical_patch: typical_size(&sizes).map(|a| a as f64 * node),
+        compressive,
         conductance: spot_conductance(sizes.iter().map(|&a| a as f64 * node)),
         leak_gap: leak_gap(state.gap, threshold),
         contact_spans: spans(&map, grid.nx, 1, true),

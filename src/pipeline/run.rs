@@ -1,6 +1,7 @@
 use super::atomistic::{self, Climbed, INDENTER_SPECIES};
 use super::comparison::{self, Matched};
 use super::folder::{Key, Leftovers, RunFolder};
+use super::continuum::Variant;
 use super::{Listener, build_job, continuum, engine};
 use crate::atoms::engine::Engine;
 use crate::atoms::job::{Job, SCRIPT};
@@ -11,8 +12,8 @@ use crate::record::npy;
 use crate::record::results::{
     self, AtomsResults, ComparisonResults, MANIFEST_FILE, Results, SCHEMA, ScalesSi, SurfaceResults,
 };
-use crate::scene::{AtomsCase, Case, Surface};
-use crate::{Error, Result, report};
+use crate::scene::{AdhesionScene, AtomsCase, Case, Surface};
+use crate::{Error, Result, challenge, report};
 use std::path::{Path, PathBuf};
 
 const RECORDING_FILE: &str = "run.mcap";
@@ -39,14 +40,22 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
         |dir| continuum::surface(case, &case.surface.heights(case.grid, 0.0), dir, "surface"),
     )?;
     let start = case.scene.continuum.start.as_ref().map(|p| Key::of_file(&case.beside(p))).transpose()?;
-    let continuum_key = Key::new(
-        "continuum",
-        &(&case.scene.load, &case.scene.adhesion, &case.scene.continuum, start),
-        &[&surface_key],
-    )?;
-    let what = format!("{} on {} x {} points", card(case).id, case.grid.nx, case.grid.ny);
-    let solved =
-        folder.stage(listener, ("continuum", &what), &continuum_key, Leftovers::KeepOf(&continuum_key), |dir| {
+    let scene = &case.scene;
+    let (nx, ny) = (case.grid.nx, case.grid.ny);
+    // What is solved beside the asked problem changes nothing in it.
+    let alone = scene.adhesion.clone().map(|a| AdhesionScene { without_too: false, other_ranges_nm: vec![], ..a });
+    let mut solve = |name: &str, tag: &str, method: &str, variant: Variant| {
+        let key = match variant {
+            Variant::Asked => Key::new(name, &(&scene.load, &alone, &scene.continuum, &start), &[&surface_key]),
+            Variant::Without => Key::new(name, &(&scene.load, &scene.continuum), &[&surface_key]),
+            Variant::Range(nm) => Key::new(name, &(&scene.load, &alone, nm, &scene.continuum), &[&surface_key]),
+            Variant::Second => Key::new(name, &(&scene.challenge, &scene.continuum), &[&surface_key]),
+        }?;
+        let what = match tag {
+            "" => format!("{method} on {nx} x {ny} points"),
+            tag => format!("{method} on {nx} x {ny} points, {tag}"),
+        };
+        folder.stage(listener, (name, &what), &key, Leftovers::KeepOf(&key), |dir| {
             let (series, nodes);
             let heights = match &case.surface {
                 // Its waves are the heights, and most often less to hold.
@@ -59,8 +68,26 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
                     Heights::Nodes(&nodes)
                 }
             };
-            continuum::laboratory(case, heights, dir, "continuum", &continuum_key, listener)
-        })?;
+            continuum::laboratory(case, variant, heights, (dir, name, ""), &key, listener)
+        })
+    };
+    let method = card(case).id;
+    let solved = solve("continuum", "", method, Variant::Asked)?;
+    let mut without = None;
+    let beside = scene.challenge.is_some() || scene.adhesion.as_ref().is_some_and(|a| a.without_too);
+    if beside {
+        without = Some(solve("without", "without adhesion", method, Variant::Without)?);
+    }
+    let mut other_ranges = Vec::new();
+    for &nm in scene.adhesion.iter().flat_map(|a| &a.other_ranges_nm) {
+        let name = format!("range-{nm}-nm");
+        other_ranges.push(solve(&name, &format!("range {nm} nm"), method, Variant::Range(nm))?);
+    }
+    let mut second = None;
+    if let Some(challenge) = &scene.challenge {
+        let tag = "the reference load without adhesion";
+        second = Some(solve("second", tag, &challenge.second_method, Variant::Second)?);
+    }
     let mut warnings = case.warnings.clone();
     let (mut atoms, mut compared) = (None, None);
     if let (Some(a), Some(engine)) = (&case.atoms, &engine) {
@@ -69,19 +96,26 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
         atoms = Some(found);
         compared = Some(comparison);
     }
-    let results = Results {
+    let mut results = Results {
         schema: SCHEMA,
         name: case.scene.name.clone(),
         description: case.scene.description.clone(),
         scales: ScalesSi { length_m: case.scales.length_m, modulus_pa: case.scales.modulus_pa },
         surface,
         continuum: Some(solved),
+        without,
+        other_ranges,
+        second,
+        acceptance: Vec::new(),
         atoms,
         comparison: compared,
         stages: folder.costs.clone(),
         warnings,
         sources: sources(case),
     };
+    if scene.challenge.is_some() {
+        results.acceptance = challenge::judge(&results);
+    }
     results.write(out)?;
     let manifest = Manifest::of(case, &results, engine.as_ref().map(|e| e.describe()));
     crate::record::json::write(&out.join(MANIFEST_FILE), &manifest)?;
@@ -147,7 +181,7 @@ fn atomistic_stages(
         ),
         &[geometry],
     )?;
-    let highest = case.scene.load.p_star.iter().copied().fold(0.0, f64::max);
+    let highest = case.p_star.iter().copied().fold(0.0, f64::max);
     let lammps_key = Key::new("lammps", &highest, &[&ladder_key])?;
     let total = a.block.atoms() + (a.points * a.points) as u64;
     let what = format!("displacement ladder of {total} atoms");

@@ -31,6 +31,18 @@ pub struct Results {
     pub surface: SurfaceResults,
     /// The laboratory-scale problem of the scene.
     pub continuum: Option<ContinuumResults>,
+    /// The loads there, without adhesion.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub without: Option<ContinuumResults>,
+    /// The loads there, with other ranges of the adhesion.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub other_ranges: Vec<ContinuumResults>,
+    /// The reference load without adhesion, by the method that is compared with.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub second: Option<ContinuumResults>,
+    /// What the challenge says, held against what was found.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub acceptance: Vec<Judged>,
     pub atoms: Option<AtomsResults>,
     pub comparison: Option<ComparisonResults>,
     pub stages: Vec<StageCost>,
@@ -151,8 +163,41 @@ pub struct ContinuumResults {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resolved_gradient: Option<f64>,
     pub states: Vec<StateResults>,
+    /// What a loop of loads, there and back, takes per area: -∮ p dū, units of E* L.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hysteresis_work: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pull_off: Option<PullOff>,
+}
+
+/// A statement of the challenge and what was found.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Judged {
+    /// "S07", as in docs/challenge.md.
+    pub id: String,
+    pub statement: String,
+    /// For people ("µm", "%", "1").
+    pub unit: String,
+    #[serde(default)]
+    pub value: Option<f64>,
+    #[serde(default)]
+    pub reference: Option<f64>,
+    /// Lowest and highest value that agree, where there are such.
+    #[serde(default)]
+    pub tolerance: Option<[Option<f64>; 2]>,
+    pub verdict: Verdict,
+    /// Where the tolerance comes from, or why nothing is judged.
+    pub reason: String,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Verdict {
+    #[serde(rename = "pass")]
+    Pass,
+    #[serde(rename = "fail")]
+    Fail,
+    #[serde(rename = "not judged")]
+    NotJudged,
 }
 
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
@@ -257,12 +302,31 @@ pub struct StateResults {
     /// Contact stiffness dp/dū, E*/L, from the neighbouring loads of the same branch.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness: Option<f64>,
+    /// Relative changes of contact fraction and mean gap from the same load on the way there, for loads on the way back.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hangs: Option<Hanging>,
     /// Distributions, patches and what follows from them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub observed: Option<Observed>,
     /// `[ny, nx]` files, if stored.
     pub gap: Option<String>,
     pub stress: Option<String>,
+}
+
+/// How far a state on the way back is from that of the same load on the way there.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Hanging {
+    pub area: f64,
+    pub mean_gap: f64,
+}
+
+/// Contact counted where the stress is compressive, as methods that smear the wall or the adhesion have it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Compressive {
+    pub fraction: f64,
+    pub patches: usize,
+    /// Half of it lies in patches up to this area; none without contact.
+    pub typical_patch: Option<f64>,
 }
 
 /// What a state says beyond its sums. Lengths in L, areas in L², stresses in E*.
@@ -282,6 +346,9 @@ pub struct Observed {
     pub patch_area: Vec<[f64; 2]>,
     /// Where that share is one half.
     pub typical_patch: Option<f64>,
+    /// With adhesion, where parts of the contact are under tension; without, contact and compression are one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub compressive: Option<Compressive>,
     /// Electrical conductance times resistivity, units of L: patches as circular spots side by side.
     pub conductance: f64,
     /// Even gap that leaks as much, in Bruggeman's effective medium.

@@ -1,5 +1,5 @@
 use super::check::{complaints, cut_offs, missing_files};
-use super::{Scene, Slope, Surface, SurfaceScene, Touching};
+use super::{AdhesionScene, Scene, Slope, Surface, SurfaceScene, Touching};
 use crate::atoms::audit::{Asked, AuditInput, Used, audit};
 use crate::atoms::block::Block;
 use crate::atoms::indenter::grid_points;
@@ -41,6 +41,8 @@ pub struct Case {
     pub grid: Grid,
     /// rms gradient of the whole spectrum: p* is pressure over E* times this.
     pub gradient: f64,
+    /// Every load in its order, the way back with them; empty under control of the mean gap.
+    pub p_star: Vec<f64>,
     pub kernel: Elastic,
     pub adhesion: Adhesion,
     pub wall: Wall,
@@ -130,12 +132,7 @@ impl Case {
                  a wrong unit of length"
             ));
         }
-        let adhesion = scene.adhesion.as_ref().map_or(Adhesion::None, |a| {
-            a.law.adhesion(
-                scales.reduced_energy_per_area(a.work_of_adhesion_mj_m2 * 1e-3),
-                a.range_nm * 1e-9 / scales.length_m,
-            )
-        });
+        let adhesion = scene.adhesion.as_ref().map_or(Adhesion::None, |a| adhesion(a, a.range_nm, scales));
         let range = scene.adhesion.as_ref().map_or(RangeChoice::default(), |a| a.range);
         warnings.extend(range.caveat(adhesion, grid.dx()));
         let kernel = match (&scene.continuum.layer, &scene.continuum.crystal) {
@@ -151,6 +148,7 @@ impl Case {
             None => Wall::Hard,
         };
         let mut case = Case {
+            p_star: scene.load.p_star_path(),
             scene,
             file: file.to_path_buf(),
             scales,
@@ -172,14 +170,31 @@ impl Case {
 
     /// The load path, in reduced numbers.
     pub fn loads(&self) -> Vec<Load> {
-        let load = &self.scene.load;
-        let pressures = load.p_star.iter().map(|p| Load::Pressure(p * self.gradient));
-        pressures.chain(load.mean_gap_um.iter().map(|g| Load::MeanGap(g * 1e-6 / self.scales.length_m))).collect()
+        let pressures = self.p_star.iter().map(|p| Load::Pressure(p * self.gradient));
+        let gaps = self.scene.load.mean_gap_path();
+        pressures.chain(gaps.iter().map(|g| Load::MeanGap(g * 1e-6 / self.scales.length_m))).collect()
+    }
+
+    /// Whether the maps of a load are kept.
+    pub fn keeps_maps(&self, p_star: f64) -> bool {
+        let close = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b.abs();
+        self.scene.load.maps_at.as_ref().is_none_or(|list| list.iter().any(|p| close(p_star, *p)))
+    }
+
+    /// How many of the loads come before the way back.
+    pub fn loads_there(&self) -> usize {
+        let count = self.scene.load.count();
+        if self.scene.load.and_back { count.div_ceil(2) } else { count }
     }
 
     /// Which range grids are given.
     pub fn range(&self) -> RangeChoice {
         self.scene.adhesion.as_ref().map_or(RangeChoice::default(), |a| a.range)
+    }
+
+    /// The scene's adhesion with another range.
+    pub fn adhesion_of_range(&self, nm: f64) -> Adhesion {
+        self.scene.adhesion.as_ref().map_or(Adhesion::None, |a| adhesion(a, nm, self.scales))
     }
 
     /// The laboratory-scale problem on the scene's grid, with the adhesion as asked for.
@@ -217,6 +232,12 @@ impl Case {
     pub fn beside(&self, path: &Path) -> PathBuf {
         beside(&self.file, path)
     }
+}
+
+/// The law of a scene, with a range that may be another than its own.
+fn adhesion(a: &AdhesionScene, range_nm: f64, scales: Scales) -> Adhesion {
+    let gamma = scales.reduced_energy_per_area(a.work_of_adhesion_mj_m2 * 1e-3);
+    a.law.adhesion(gamma, range_nm * 1e-9 / scales.length_m)
 }
 
 pub(super) fn beside(file: &Path, path: &Path) -> PathBuf {
@@ -317,7 +338,7 @@ impl AtomsCase {
             Surface::Synthesised { spectrum, .. } => (spectrum.lambda_s, spectrum.expected(1.0, 0.0).curvature_radius),
             Surface::Imported { grid, heights, .. } => (2.0 * grid.dx(), moments(*grid, heights).curvature_radius()),
         };
-        let p_star = case.scene.load.p_star.iter().copied().fold(0.0, f64::max);
+        let p_star = case.p_star.iter().copied().fold(0.0, f64::max);
         let audit = audit(&AuditInput {
             asked: Asked {
                 p_star,

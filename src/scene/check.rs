@@ -49,6 +49,7 @@ pub(super) fn complaints(scene: &Scene) -> Vec<Complaint> {
     c.positive("laboratory.contact_modulus_mpa", scene.laboratory.contact_modulus_mpa);
     surface(&mut c, scene);
     loads(&mut c, scene);
+    challenge(&mut c, scene);
     if let Some(a) = &scene.adhesion {
         let gamma = a.work_of_adhesion_mj_m2;
         c.unless(
@@ -58,6 +59,9 @@ pub(super) fn complaints(scene: &Scene) -> Vec<Complaint> {
             "a number, zero or above",
         );
         c.positive("adhesion.range_nm", a.range_nm);
+        for (i, range) in a.other_ranges_nm.iter().enumerate() {
+            c.positive(&format!("adhesion.other_ranges_nm[{i}]"), *range);
+        }
         c.unless(
             a.law == AdhesionLaw::Exponential || scene.atoms.is_none(),
             "adhesion.law",
@@ -158,8 +162,22 @@ fn surface(c: &mut Complaints, scene: &Scene) {
 fn loads(c: &mut Complaints, scene: &Scene) {
     let p = &scene.load.p_star;
     let gaps = &scene.load.mean_gap_um;
-    c.unless(!(p.is_empty() && gaps.is_empty()), "load.p_star", "[]", "at least one load, or load.mean_gap_um");
-    c.unless(p.is_empty() || gaps.is_empty(), "load.mean_gap_um", "given together with load.p_star", "one of the two");
+    let range = &scene.load.p_star_range;
+    let given = [!p.is_empty(), range.is_some(), !gaps.is_empty()].into_iter().filter(|g| *g).count();
+    c.unless(given > 0, "load.p_star", "[]", "at least one load, or load.p_star_range, or load.mean_gap_um");
+    c.unless(
+        given < 2,
+        if gaps.is_empty() { "load.p_star_range" } else { "load.mean_gap_um" },
+        "given together with other loads",
+        "one of load.p_star, load.p_star_range and load.mean_gap_um",
+    );
+    if let Some(r) = range {
+        c.positive("load.p_star_range.from", r.from);
+        c.positive("load.p_star_range.to", r.to);
+        c.unless(r.from != r.to, "load.p_star_range.to", r.to, "another load than .from");
+        let per_decade = r.per_decade;
+        c.unless((1..=100).contains(&per_decade), "load.p_star_range.per_decade", per_decade, "1 to 100 loads");
+    }
     let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion_mj_m2 > 0.0);
     let atoms = scene.atoms.is_some();
     for (i, value) in p.iter().enumerate() {
@@ -189,6 +207,22 @@ fn loads(c: &mut Complaints, scene: &Scene) {
             "no less than the load before: with adhesion the way back is another, and atoms are not unloaded",
         );
     }
+    for (i, value) in scene.load.maps_at.iter().flatten().enumerate() {
+        let known = scene.load.p_star_path().iter().any(|p| (p - value).abs() <= 1e-9 * p.abs());
+        c.unless(known, &format!("load.maps_at[{i}]"), value, "one of the loads p*");
+    }
+    c.unless(
+        scene.load.maps_at.is_none() || !atoms,
+        "load.maps_at",
+        "given with atoms",
+        "nothing: atoms are compared with the maps of every load",
+    );
+    c.unless(
+        !scene.load.and_back || attracts && !atoms,
+        "load.and_back",
+        "true",
+        "an [adhesion], without which the way back is the way there, and no [atoms], which are not unloaded",
+    );
     c.unless(
         !scene.load.pull_off || attracts,
         "load.pull_off",
@@ -289,6 +323,39 @@ fn continuum(c: &mut Complaints, scene: &Scene) {
         }
         (WallKind::Hard, None) => {}
     }
+}
+
+/// The challenge's statements are about its own problem.
+fn challenge(c: &mut Complaints, scene: &Scene) {
+    let Some(challenge) = &scene.challenge else { return };
+    let ids = method::ids().join(", ");
+    let second = &challenge.second_method;
+    c.unless(method::find(second).is_some(), "challenge.second_method", format!("{second:?}"), &ids);
+    let (lab, s, a, m) = (&scene.laboratory, &scene.surface, &scene.adhesion, &scene.continuum);
+    let own = |given: f64, its: f64| (given / its - 1.0).abs() < 1e-9;
+    c.unless(own(lab.length_um, 100.0), "laboratory.length_um", lab.length_um, "100 with [challenge]");
+    let modulus = lab.contact_modulus_mpa;
+    c.unless(own(modulus, 25.0), "laboratory.contact_modulus_mpa", modulus, "25 with [challenge]");
+    if s.heights.is_none() {
+        let (lambda_r, lambda_s) = cut_offs(s, lab.length_um);
+        let its = crate::surface::Spectrum::CHALLENGE;
+        for (key, given, own_value) in [
+            ("surface.hurst", s.hurst, its.hurst),
+            ("surface.roll_off_um", lambda_r * lab.length_um, its.lambda_r * 100.0),
+            ("surface.cut_off_um", lambda_s * lab.length_um, its.lambda_s * 100.0),
+            ("surface.rms_gradient", s.rms_gradient, its.rms_gradient),
+        ] {
+            c.unless(own(given, own_value), key, given, &format!("{own_value} with [challenge]"));
+        }
+    }
+    let its = a.as_ref().is_some_and(|a| {
+        own(a.work_of_adhesion_mj_m2, 50.0) && own(a.range_nm, 2.071) && a.law == AdhesionLaw::Exponential
+    });
+    c.unless(its, "adhesion", "another than the challenge's", "50 mJ/m² over 2.071 nm, exponential, with [challenge]");
+    let plain = m.layer.is_none() && m.crystal.is_none() && m.periodic && m.wall == WallKind::Hard;
+    c.unless(plain, "continuum", "another body or wall", "a periodic half-space and a hard wall with [challenge]");
+    let reference = scene.load.p_star_path().iter().any(|p| own(*p, super::REFERENCE_LOAD));
+    c.unless(reference, "load.p_star", "without 0.01", "loads with 0.01, the reference of [challenge]");
 }
 
 /// A choice as the scene says it.

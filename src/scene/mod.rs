@@ -38,6 +38,9 @@ pub struct Scene {
     pub adhesion: Option<AdhesionScene>,
     #[serde(default)]
     pub continuum: ContinuumScene,
+    /// Left out: nothing is judged.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub challenge: Option<ChallengeScene>,
     /// Left out: no atoms are built or run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub atoms: Option<AtomsScene>,
@@ -123,24 +126,73 @@ pub enum Touching {
     HighPoints,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LoadScene {
     /// Mean pressures over E* times the rms gradient of the whole spectrum, in the order in which they are applied. With
     /// adhesion, up and down are different branches, and a pull may be negative.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub p_star: Vec<f64>,
+    /// Such loads at equal ratios instead of a list.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub p_star_range: Option<LoadRange>,
     /// Mean gaps instead, µm: they reach states that no pressure holds.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub mean_gap_um: Vec<f64>,
+    /// Then the same loads the other way round: with adhesion the way back is another.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub and_back: bool,
+    /// Loads p* whose maps of gap and stress are kept. Default: all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub maps_at: Option<Vec<f64>>,
     /// After the last load, pull the surfaces apart and find the largest pull on the way.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub pull_off: bool,
 }
 
+/// Loads at equal ratios.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LoadRange {
+    pub from: f64,
+    pub to: f64,
+    /// Loads per factor of ten; both ends are among the loads, so that the ratio may be a little smaller.
+    pub per_decade: usize,
+}
+
+impl LoadRange {
+    fn loads(&self) -> Vec<f64> {
+        let decades = (self.to / self.from).log10();
+        let steps = (decades.abs() * self.per_decade as f64 - 1e-9).ceil().max(1.0);
+        // Powers of ten to the last digit, where the range holds them.
+        let at = |k: f64| self.from * 10f64.powf(decades * k / steps);
+        (0..=steps as usize).map(|k| if k as f64 == steps { self.to } else { at(k as f64) }).collect()
+    }
+}
+
 impl LoadScene {
+    /// The loads `p*` in the order of their application, the way back with them; none under control of the mean gap.
+    pub fn p_star_path(&self) -> Vec<f64> {
+        let up = self.p_star_range.map_or_else(|| self.p_star.clone(), |r| r.loads());
+        self.there_and_back(up)
+    }
+
+    /// The mean gaps, µm, likewise.
+    pub fn mean_gap_path(&self) -> Vec<f64> {
+        self.there_and_back(self.mean_gap_um.clone())
+    }
+
+    fn there_and_back(&self, mut path: Vec<f64>) -> Vec<f64> {
+        if self.and_back {
+            path.extend_from_within(..path.len().saturating_sub(1));
+            let there = path.len().div_ceil(2);
+            path[there..].reverse();
+        }
+        path
+    }
+
     pub fn count(&self) -> usize {
-        self.p_star.len() + self.mean_gap_um.len()
+        self.p_star_path().len() + self.mean_gap_path().len()
     }
 }
 
@@ -157,6 +209,29 @@ pub struct AdhesionScene {
     /// What is done where the grid is too coarse for it.
     #[serde(default)]
     pub range: RangeChoice,
+    /// Solve the same loads without adhesion, too.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub without_too: bool,
+    /// Further ranges, nm, for which the loads are solved (not the way back): area and mean gap against Tabor's parameter.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub other_ranges_nm: Vec<f64>,
+}
+
+/// Mean pressure over E* times the rms gradient to which the challenge's statements refer.
+pub const REFERENCE_LOAD: f64 = 0.01;
+
+/// Judge the results by the contact-mechanics challenge's statements. Scales, spectrum and adhesion must be the challenge's.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ChallengeScene {
+    /// Solves the reference load without adhesion once more, to compare stresses with; an id from `asperity methods`.
+    pub second_method: String,
+}
+
+impl Default for ChallengeScene {
+    fn default() -> Self {
+        ChallengeScene { second_method: "bvm".into() }
+    }
 }
 
 /// How the attraction fades with the gap g.

@@ -1,0 +1,194 @@
+//! The contact-mechanics challenge (Müser et al. 2017): what its paper states, held against what a run found.
+//!
+//! Statements are numbered as in `docs/challenge.md`. What a grid or a run cannot tell is not judged, with the reason; it is
+//! never a pass.
+
+mod area;
+mod gap;
+mod patches;
+mod setting;
+mod stress;
+
+use crate::observe::Distribution;
+use crate::record::results::{ContinuumResults, Judged, Observed, Results, StateResults, Verdict, Way};
+use crate::scene::REFERENCE_LOAD;
+
+/// Largest dx γ/(ρ² E*) at which adhesion is no stiffer than the stiffest wave of the grid, along an axis.
+pub const MESH_LIMIT: f64 = std::f64::consts::FRAC_PI_2;
+
+/// Holds the statements against results of a run whose scene has `[challenge]`.
+pub fn judge(results: &Results) -> Vec<Judged> {
+    let Some(sight) = Sight::of(results) else { return Vec::new() };
+    [setting::judge, area::judge, gap::judge, stress::judge, patches::judge].into_iter().flat_map(|j| j(&sight)).collect()
+}
+
+/// A run, as its judges see it.
+struct Sight<'a> {
+    results: &'a Results,
+    /// With adhesion: all loads; and why this says nothing of the challenge's adhesion, if so.
+    adhesive: &'a ContinuumResults,
+    unresolved: Option<String>,
+    /// Without.
+    plain: &'a ContinuumResults,
+    length_um: f64,
+    /// dx γ/(ρ² E*) for the range asked for and the one used.
+    mesh: [f64; 2],
+}
+
+impl<'a> Sight<'a> {
+    fn of(results: &'a Results) -> Option<Self> {
+        let (adhesive, plain) = (results.continuum.as_ref()?, results.without.as_ref()?);
+        let range = adhesive.range?;
+        let dx = 1.0 / adhesive.nx as f64;
+        let mesh = [range.asked, range.used].map(|rho| dx * setting::GAMMA / (rho * rho));
+        let unresolved = (mesh[1] > MESH_LIMIT).then(|| {
+            format!(
+                "the grid pins contact lines: dx γ/(ρ² E*) = {:.1}, at most π/2 would do; `--regularise` gives the grid a range \
+                 that it resolves",
+                mesh[1]
+            )
+        });
+        let length_um = results.scales.length_m * 1e6;
+        Some(Sight { results, adhesive, unresolved, plain, length_um, mesh })
+    }
+
+    /// Whether the surface came from a file, and so is the challenge's own, if it is what it should be.
+    fn is_imported(&self) -> bool {
+        self.results.surface.psd.iter().all(|p| p.expected.is_none())
+    }
+
+    /// The states on the way there.
+    fn there(c: &ContinuumResults) -> impl Iterator<Item = &StateResults> {
+        c.states.iter().filter(|s| s.way == Way::Approach)
+    }
+
+    fn at_reference(c: &ContinuumResults) -> Option<&StateResults> {
+        Self::there(c).find(|s| (s.p_star / REFERENCE_LOAD - 1.0).abs() < 1e-6)
+    }
+
+    /// What was observed at the reference load, with adhesion and without.
+    fn observed(&self) -> Option<[&Observed; 2]> {
+        let of = |c| Self::at_reference(c)?.observed.as_ref();
+        Some([of(self.adhesive)?, of(self.plain)?])
+    }
+
+    /// Judges a statement about adhesion, where the grid carries it.
+    fn of_adhesion(&self, item: Statement, judge: impl FnOnce(Statement) -> Judged) -> Judged {
+        match &self.unresolved {
+            Some(reason) => item.not_judged(reason),
+            None => judge(item),
+        }
+    }
+}
+
+/// A statement about to be judged.
+#[derive(Clone, Copy)]
+struct Statement {
+    id: &'static str,
+    text: &'static str,
+    unit: &'static str,
+}
+
+impl Statement {
+    fn new(id: &'static str, text: &'static str, unit: &'static str) -> Self {
+        Statement { id, text, unit }
+    }
+
+    fn judged(self, verdict: Verdict, reason: impl Into<String>) -> Judged {
+        Judged {
+            id: self.id.into(),
+            statement: self.text.into(),
+            unit: self.unit.into(),
+            value: None,
+            reference: None,
+            tolerance: None,
+            verdict,
+            reason: reason.into(),
+        }
+    }
+
+    fn not_judged(self, reason: impl Into<String>) -> Judged {
+        self.judged(Verdict::NotJudged, reason)
+    }
+
+    /// Passes within `low` to `high`.
+    fn within(self, value: Option<f64>, reference: f64, [low, high]: [f64; 2], reason: impl Into<String>) -> Judged {
+        let Some(value) = value.filter(|v| v.is_finite()) else {
+            return self.not_judged("the run holds too few loads, or too little contact, to tell");
+        };
+        let verdict = if (low..=high).contains(&value) { Verdict::Pass } else { Verdict::Fail };
+        let told = |end: f64| Some(end).filter(|e| e.is_finite());
+        Judged {
+            value: Some(value),
+            reference: Some(reference),
+            tolerance: Some([told(low), told(high)]),
+            ..self.judged(verdict, reason)
+        }
+    }
+
+    /// Passes from `reference` on upwards.
+    fn at_least(self, value: Option<f64>, reference: f64, reason: impl Into<String>) -> Judged {
+        self.within(value, reference, [reference, f64::INFINITY], reason)
+    }
+
+    /// Passes within `reference` plus and minus `width`.
+    fn near(self, value: Option<f64>, reference: f64, width: f64, reason: impl Into<String>) -> Judged {
+        self.within(value, reference, [reference - width, reference + width], reason)
+    }
+}
+
+/// Share of what is counted, delta apart, that lies below `x`; linear within a bin.
+fn share_below(d: &Distribution, x: f64) -> f64 {
+    let within = |i: usize| {
+        let (a, b) = (d.edges[i], d.edges[i + 1]);
+        d.shares[i] * ((x - a) / (b - a)).clamp(0.0, 1.0)
+    };
+    d.below + (0..d.shares.len()).map(within).sum::<f64>()
+}
+
+/// Slope, offset and coefficient of determination of the straight line through points; none for fewer than three.
+fn line(points: &[(f64, f64)]) -> Option<(f64, f64, f64)> {
+    if points.len() < 3 {
+        return None;
+    }
+    let n = points.len() as f64;
+    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / n;
+    let (x, y) = (mean(|p| p.0), mean(|p| p.1));
+    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+    for p in points {
+        xx += (p.0 - x).powi(2);
+        xy += (p.0 - x) * (p.1 - y);
+        yy += (p.1 - y).powi(2);
+    }
+    (xx > 0.0).then(|| (xy / xx, y - xy / xx * x, if yy > 0.0 { xy * xy / (xx * yy) } else { 1.0 }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_found() {
+        let (slope, offset, r2) = line(&[(0.0, 1.0), (1.0, 3.0), (3.0, 7.0)]).unwrap();
+        assert!((slope - 2.0).abs() < 1e-12 && (offset - 1.0).abs() < 1e-12 && (r2 - 1.0).abs() < 1e-12);
+        assert!(line(&[(0.0, 1.0), (1.0, 3.0)]).is_none());
+        assert!(line(&[(1.0, 1.0), (1.0, 3.0), (1.0, 2.0)]).is_none());
+    }
+
+    #[test]
+    fn shares_run_from_none_to_all() {
+        let d = Distribution { edges: vec![0.0, 1.0, 3.0], shares: vec![0.2, 0.4], delta: 0.4, below: 0.0, above: 0.0 };
+        for (x, share) in [(-1.0, 0.0), (0.5, 0.1), (1.0, 0.2), (2.0, 0.4), (9.0, 0.6)] {
+            assert!((share_below(&d, x) - share).abs() < 1e-12, "{x}");
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_told_is_no_pass() {
+        let item = Statement::new("S00", "nothing", "1");
+        assert_eq!(item.near(None, 1.0, 0.1, "").verdict, Verdict::NotJudged);
+        assert_eq!(item.near(Some(f64::NAN), 1.0, 0.1, "").verdict, Verdict::NotJudged);
+        assert_eq!(item.near(Some(1.05), 1.0, 0.1, "").verdict, Verdict::Pass);
+        assert_eq!(item.near(Some(1.2), 1.0, 0.1, "").verdict, Verdict::Fail);
+    }
+}

@@ -1,0 +1,123 @@
+//! Interfacial stresses and their distribution.
+
+use super::{Sight, Statement, share_below};
+use crate::observe::Distribution;
+use crate::record::results::{Judged, Observed};
+use libm::erf;
+
+/// What a residual of 1e-4 of the pressure leaves at single nodes, over γ/ρ.
+const BOUND: f64 = 1e-2;
+/// "O(10 %)" between two solvers.
+const CLOSE: f64 = 0.1;
+/// A curve through symbols in a figure: on 1024² to 4096² 13 to 12 % of the contact lie elsewhere.
+const BY_EYE: f64 = 0.15;
+
+pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
+    let pull = sight.adhesive.range.map(|r| super::setting::GAMMA / r.used);
+    let observed = sight.observed();
+    // Elsewhere the residual, in proportion to the pressure, outweighs the tension.
+    let tension = observed.and_then(|[with, _]| with.stress.edges.first().copied());
+    let reference = Sight::at_reference(sight.plain);
+    let form = reference.zip(observed).map(|(s, [_, plain])| persson_distance(s.pressure, &plain.contact_stress));
+    let second = sight.results.second.as_ref().and_then(|c| c.states.first()?.observed.as_ref());
+    let apart = second.zip(observed).map(|(second, [_, plain])| distance(&second.contact_stress, &plain.contact_stress));
+    let s24 = Statement::new("S24", "Pr(σ) of contact without adhesion, two methods: largest difference of shares", "1");
+    vec![
+        Statement::new("S14", "largest tension at the reference load, over γ/ρ", "1").within(
+            tension.zip(pull).map(|(t, p)| -t / p),
+            1.0,
+            [0.0, 1.0 + BOUND],
+            "a bound: the wall only pushes",
+        ),
+        Statement::new("S22", "Pr(σ) of contact without adhesion against two Gaussians: largest difference of shares", "1").within(
+            form,
+            0.0,
+            [0.0, BY_EYE],
+            "Persson's form, with the variance that gives the area found",
+        ),
+        sight.of_adhesion(Statement::new("S23a", "contact under tension, of all contact, with adhesion", "%"), |item| {
+            item.within(observed.and_then(|[with, _]| under_tension(with)), 50.0, [1.0, 99.0], "\"reaching into tension\"")
+        }),
+        sight.of_adhesion(
+            Statement::new("S23b", "Pr(σ) out of contact, just below zero over half of the largest tension", "1"),
+            |item| {
+                let peak = observed.and_then(|[with, _]| peak(with));
+                item.at_least(peak, 1.0, "a peak at σ → 0⁻ from the gap")
+            },
+        ),
+        match second {
+            Some(_) => s24.within(apart, 0.0, [0.0, CLOSE], "\"O(10 %)\""),
+            None => s24.not_judged("one method ran"),
+        },
+    ]
+}
+
+fn under_tension(o: &Observed) -> Option<f64> {
+    let compressive = o.compressive?;
+    (o.gap.delta > 0.0).then(|| 100.0 * (1.0 - compressive.fraction / o.gap.delta))
+}
+
+/// Density of the tension out of contact in the bin below zero, over that at half of the largest.
+fn peak(o: &Observed) -> Option<f64> {
+    let edges = &o.stress.edges;
+    let outside = |i: usize| (o.stress.shares[i] - o.contact_stress.shares[i]) / (edges[i + 1] - edges[i]);
+    let bin = |x: f64| (0..edges.len() - 1).find(|&i| edges[i + 1] >= x);
+    // The last bin that holds no compression.
+    let zero = edges.iter().rposition(|e| *e <= 0.0)?.checked_sub(1)?;
+    let half = bin(0.5 * edges[0])?;
+    (half < zero && outside(half) > 0.0).then(|| outside(zero) / outside(half))
+}
+
+/// Largest difference of the shares below any stress, each of its own total.
+fn distance(a: &Distribution, b: &Distribution) -> f64 {
+    let total = |d: &Distribution| d.shares.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    let apart = |x: &f64| (share_below(a, *x) / total(a) - share_below(b, *x) / total(b)).abs();
+    a.edges.iter().chain(&b.edges).map(apart).fold(0.0, f64::max)
+}
+
+/// The same to Persson's Pr(σ), a Gaussian around the pressure minus its mirror image, whose variance is chosen such that
+/// its integral is the area.
+fn persson_distance(pressure: f64, contact: &Distribution) -> f64 {
+    let area: f64 = contact.shares.iter().sum();
+    // erf(t) = area, and t = p/√(2v).
+    let (mut low, mut high) = (0.0, 6.0);
+    for _ in 0..80 {
+        let t = 0.5 * (low + high);
+        if erf(t) < area { low = t } else { high = t }
+    }
+    let width = pressure / low.max(f64::MIN_POSITIVE);
+    let below = |s: f64| {
+        let whole = erf(pressure / width);
+        0.5 * (erf((s - pressure) / width) + whole) - 0.5 * (erf((s + pressure) / width) - whole)
+    };
+    let apart = |x: &f64| (share_below(contact, *x) - below(x.max(0.0))).abs() / area.max(f64::MIN_POSITIVE);
+    contact.edges.iter().map(apart).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(density: impl Fn(f64) -> f64) -> Distribution {
+        let edges: Vec<f64> = (0..=400).map(|i| f64::from(i) * 0.01).collect();
+        let shares: Vec<f64> = edges.windows(2).map(|e| density(0.5 * (e[0] + e[1])) * 0.01).collect();
+        let delta = 1.0 - shares.iter().sum::<f64>();
+        Distribution { edges, shares, delta, below: 0.0, above: 0.0 }
+    }
+
+    #[test]
+    fn perssons_form_is_its_own() {
+        let (p, v) = (0.1, 0.25_f64);
+        let gauss = |x: f64| (-x * x / (2.0 * v)).exp() / (2.0 * std::f64::consts::PI * v).sqrt();
+        let form = of(|s| gauss(s - p) - gauss(s + p));
+        assert!(persson_distance(p, &form) < 1e-3);
+        assert!(persson_distance(p, &of(|s| if s < 0.2 { 0.5 } else { 0.0 })) > 0.3);
+    }
+
+    #[test]
+    fn equal_shapes_are_close_whatever_their_sizes() {
+        let (a, b) = (of(|s| (-s).exp() * 0.1), of(|s| (-s).exp() * 0.2));
+        assert!(distance(&a, &b) < 1e-12);
+        assert!(distance(&a, &of(|s| (-3.0 * s).exp())) > 0.2);
+    }
+}

@@ -1,0 +1,135 @@
+use super::{listen::Teller, words};
+use crate::challenge::MESH_LIMIT;
+use crate::interface::RangeChoice;
+use crate::pipeline;
+use crate::record::results::{Judged, Results, Verdict};
+use crate::report::number::{count, significant};
+use crate::scene::{Case, Scene, Touching};
+use crate::{Error, Result};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// The scene that this command runs, with what its options change.
+const SCENE: &str = include_str!("../../configs/challenge.toml");
+const SCENE_NAME: &str = "configs/challenge.toml";
+
+/// Unit of lengths in the challenge's own files, µm.
+const FILE_UNIT_UM: f64 = 100.0;
+
+#[derive(Debug, clap::Args)]
+pub struct Challenge {
+    /// Points a side of a surface made from the spectrum.
+    #[arg(long, value_name = "N", default_value_t = 2048)]
+    grid: usize,
+    /// Seed of such a surface.
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// The challenge's own surface, in any of its formats, instead.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["seed"])]
+    heights: Option<PathBuf>,
+    /// Unit of the heights in that file, µm; the challenge's own is 0.1 mm.
+    #[arg(long, value_name = "UM", default_value_t = FILE_UNIT_UM, requires = "heights")]
+    heights_unit_um: f64,
+    /// Which points of that file touch first.
+    #[arg(long, value_enum, default_value = "low-points", requires = "heights")]
+    touching: Touching,
+    /// Give a grid that does not resolve the adhesion's range the shortest that it does. Without, the range is the
+    /// challenge's own, what depends on it is not judged on such a grid, and the way back, which would be the grid's, is left
+    /// out.
+    #[arg(long)]
+    regularise: bool,
+    /// Run folder. Default: runs/challenge-N, with -regularised.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// One line of JSON on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Challenge {
+    /// Exit code 1 where a statement failed.
+    pub fn execute(self) -> Result<ExitCode> {
+        let case = Case::resolve(self.scene()?, Path::new(SCENE_NAME))?;
+        let out = self.out.clone().unwrap_or_else(|| {
+            let kind = if self.regularise { "-regularised" } else { "" };
+            PathBuf::from("runs").join(format!("challenge-{}{kind}", case.grid.nx))
+        });
+        let teller = Teller::new();
+        let (results, page) = pipeline::run(&case, &out, &teller)?;
+        drop(teller);
+        let failed = results.acceptance.iter().any(|j| j.verdict == Verdict::Fail);
+        if self.json {
+            words::json_line(&serde_json::json!({
+                "out": out,
+                "report": page,
+                "grid": [case.grid.nx, case.grid.ny],
+                "surface": results.surface.origin,
+                "acceptance": results.acceptance,
+            }))?;
+        } else {
+            words::say(&format!("{}, {} x {} points", results.surface.origin, case.grid.nx, case.grid.ny));
+            if self.heights.is_none() {
+                words::say("a surface with the challenge's spectrum, not the challenge's own: --heights FILE reads that");
+            }
+            words::results(&results);
+            words::say(&table(&results.acceptance));
+            words::say(&tally(&results));
+            words::say(&format!("report: {}", page.display()));
+        }
+        Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+    }
+
+    fn scene(&self) -> Result<Scene> {
+        let mut scene = Scene::parse(SCENE, Path::new(SCENE_NAME))?;
+        let s = &mut scene.surface;
+        s.grid = self.grid;
+        s.seed = self.seed.unwrap_or(s.seed);
+        if let Some(path) = &self.heights {
+            if !path.exists() {
+                let found = format!("{} (no such file)", path.display());
+                return Err(Error::input("command line", "--heights", found, "the challenge's surface"));
+            }
+            s.heights = Some(std::path::absolute(path).unwrap_or_else(|_| path.clone()));
+            (s.heights_unit_um, s.touching) = (self.heights_unit_um, Some(self.touching));
+        }
+        if let Some(a) = scene.adhesion.as_mut().filter(|_| !self.regularise) {
+            a.range = RangeChoice::True;
+            let (length, modulus) = (scene.laboratory.length_um * 1e-6, scene.laboratory.contact_modulus_mpa * 1e6);
+            let stiff = a.work_of_adhesion_mj_m2 * 1e-3 / modulus / (a.range_nm * 1e-9).powi(2);
+            // Of a file the grid is known once it is read; none of the distributed ones resolves the range.
+            scene.load.and_back = self.heights.is_none() && length / self.grid as f64 * stiff <= MESH_LIMIT;
+        }
+        Ok(scene)
+    }
+}
+
+fn table(list: &[Judged]) -> String {
+    let number = |v: f64| significant(v, 4);
+    words::table(
+        &["", "statement", "value", "reference", "accepted", "unit", "verdict", "why"],
+        list.iter().map(|j| {
+            let accepted = match j.tolerance {
+                Some([Some(low), Some(high)]) => format!("{} to {}", number(low), number(high)),
+                Some([Some(low), None]) => format!("from {}", number(low)),
+                Some([None, Some(high)]) => format!("up to {}", number(high)),
+                _ => "-".into(),
+            };
+            vec![
+                j.id.clone(),
+                j.statement.clone(),
+                j.value.map_or("-".into(), number),
+                j.reference.map_or("-".into(), number),
+                accepted,
+                if j.unit == "1" { String::new() } else { j.unit.clone() },
+                words::verdict(j.verdict).into(),
+                j.reason.clone(),
+            ]
+        }),
+    )
+}
+
+/// How many of each verdict.
+fn tally(results: &Results) -> String {
+    let of = |v: Verdict| count(results.acceptance.iter().filter(|j| j.verdict == v).count());
+    format!("{} pass, {} fail, {} not judged", of(Verdict::Pass), of(Verdict::Fail), of(Verdict::NotJudged))
+}

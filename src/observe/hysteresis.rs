@@ -1,0 +1,29 @@
+/// What a loop of loads takes per area, -∮ p dū: `path` has pressure and mean gap in the order of the loads, there and back, and
+/// is closed at the load that it begins with. Trapezoids over the mean gap; where the way back is the way there they cancel
+/// exactly, however far apart the loads are.
+pub fn hysteresis_work(path: &[(f64, f64)]) -> f64 {
+    let piece = |a: &(f64, f64), b: &(f64, f64)| 0.5 * (a.0 + b.0) * (a.1 - b.1);
+    let open: f64 = path.windows(2).map(|w| piece(&w[0], &w[1])).sum();
+    open + path.last().zip(path.first()).map_or(0.0, |(last, first)| piece(last, first))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_area_of_the_loop() {
+        /// Rounding.
+        const TOLERANCE: f64 = 1e-15;
+        // Down at pressure 2, up at pressure 1: a rectangle of height 1 and width 0.5, with steps between.
+        let loop_of = [(1.0, 1.0), (2.0, 1.0), (2.0, 0.5), (1.0, 0.5)];
+        assert!((hysteresis_work(&loop_of) - 0.5).abs() < TOLERANCE);
+        let there = [(0.1, 1.0), (0.3, 0.4), (1.0, 0.1)];
+        let back = [(0.3, 0.4), (0.1, 1.0)];
+        assert!(hysteresis_work(&[&there[..], &back[..]].concat()).abs() < TOLERANCE);
+        // On the way back the surfaces hang together: the gap is smaller, and work is lost.
+        let hanging = [(0.3, 0.3), (0.1, 0.8)];
+        assert!(hysteresis_work(&[&there[..], &hanging[..]].concat()) > 0.0);
+        assert_eq!(hysteresis_work(&[]), 0.0);
+    }
+}
