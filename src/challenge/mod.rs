@@ -16,10 +16,19 @@ use crate::scene::REFERENCE_LOAD;
 /// Largest dx γ/(ρ² E*) at which adhesion is no stiffer than the stiffest wave of the grid, along an axis.
 pub const MESH_LIMIT: f64 = std::f64::consts::FRAC_PI_2;
 
+/// Share of the rms gradient from which on a grid tells what the shortest waves do.
+const HELD: f64 = 0.97;
+
+/// Exponent of the density of contact patches over their area.
+pub const SIZE_EXPONENT: f64 = -1.45;
+
 /// Holds the statements against results of a run whose scene has `[challenge]`.
 pub fn judge(results: &Results) -> Vec<Judged> {
     let Some(sight) = Sight::of(results) else { return Vec::new() };
-    [setting::judge, area::judge, gap::judge, stress::judge, patches::judge].into_iter().flat_map(|j| j(&sight)).collect()
+    [setting::judge, area::judge, gap::judge, stress::judge, patches::judge]
+        .into_iter()
+        .flat_map(|j| j(&sight))
+        .collect()
 }
 
 /// A run, as its judges see it.
@@ -78,6 +87,21 @@ impl<'a> Sight<'a> {
             Some(reason) => item.not_judged(reason),
             None => judge(item),
         }
+    }
+
+    /// Judges a statement about the surface's shortest waves, where the grid holds them.
+    fn of_roughness(&self, item: Statement, judge: impl FnOnce(Statement) -> Judged) -> Judged {
+        match self.plain.resolved_gradient {
+            Some(g) if g < HELD => {
+                item.not_judged(format!("the grid resolves {g:.2} of the rms gradient: 2002 points a side do all"))
+            }
+            _ => judge(item),
+        }
+    }
+
+    /// Judges a statement about both.
+    fn of_both(&self, item: Statement, judge: impl FnOnce(Statement) -> Judged) -> Judged {
+        self.of_adhesion(item, |item| self.of_roughness(item, judge))
     }
 }
 

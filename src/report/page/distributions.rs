@@ -3,6 +3,7 @@
 use maud::{Markup, html};
 
 use super::desk::{Desk, figure, numbers, text};
+use crate::challenge::SIZE_EXPONENT;
 use crate::error::Result;
 use crate::observe::Distribution;
 use crate::record::results::{ContinuumResults, Observed, StateResults};
@@ -19,9 +20,6 @@ const LOOKS: [Style; LOADS] = [
     Style { dash: Dash::Dotted, marker: Marker::None, ..plot::SOFT },
     Style { dash: Dash::Solid, marker: Marker::None, ..plot::LABORATORY },
 ];
-
-/// Slope of the number of patches over their area that the challenge's submissions found.
-const SIZE_EXPONENT: f64 = -1.45;
 
 pub fn section(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
     let all: Vec<(&StateResults, &Observed)> =

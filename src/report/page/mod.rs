@@ -5,6 +5,7 @@
 
 mod atoms;
 mod certainty;
+mod challenge;
 mod compare;
 mod desk;
 mod distributions;
@@ -54,6 +55,10 @@ struct Section {
 fn page(desk: &Desk, results: &Results) -> Result<Markup> {
     let mut sections = Vec::new();
     let mut add = |anchor, title, body| sections.push(Section { anchor, title, body });
+    if !results.acceptance.is_empty() {
+        add("acceptance", "The challenge’s statements", challenge::verdicts(&results.acceptance));
+        add("challenge", "The challenge’s figures", challenge::curves(desk, results)?);
+    }
     add("surface", "The surface", surface::section(desk, results)?);
     if let Some(continuum) = &results.continuum {
         add("loads", "Contact at the scene’s own scale", loads::section(desk, continuum)?);

@@ -1,0 +1,263 @@
+//! The challenge's statements and their verdicts, and its curves: figures 1 and 4 to 12 of its paper in their order.
+
+use maud::{Markup, html};
+
+use super::desk::{Desk, figure, table, text};
+use crate::challenge::SIZE_EXPONENT;
+use crate::error::Result;
+use crate::grid::{Field, Grid};
+use crate::observe::{Distribution, along_y, column_at};
+use crate::record::npy;
+use crate::record::results::{ContinuumResults, Judged, Observed, Results, StateResults, Verdict, Way};
+use crate::report::number::significant;
+use crate::report::plot::{self, Axis, Curve, Dash, Marker, Plot, Style};
+use crate::scene::REFERENCE_LOAD;
+
+const WITH: Style = plot::ATOMS;
+const BACK: Style = Style { dash: Dash::Dotted, marker: Marker::Ring, ..plot::ATOMS };
+const WITHOUT: Style = plot::HARD;
+const THEORY: Style = plot::EXPECTED;
+const PART: Style = Style { dash: Dash::Dotted, marker: Marker::None, ..plot::SOFT };
+
+/// Position of the sections, over L.
+const SECTION: f64 = 0.5;
+/// Points of a drawn formula.
+const FINE: usize = 200;
+
+/// Statements, what was found, verdicts.
+pub fn verdicts(list: &[Judged]) -> Markup {
+    let of = |v: Verdict| list.iter().filter(|j| j.verdict == v).count();
+    let rows = list
+        .iter()
+        .map(|j| {
+            let unit = if j.unit == "1" { "" } else { &j.unit };
+            let value = |v: f64| format!("{} {unit}", significant(v, 4));
+            let accepted = match j.tolerance {
+                Some([Some(low), Some(high)]) => format!("{} … {}", significant(low, 4), value(high)),
+                Some([Some(low), None]) => format!("from {}", value(low)),
+                Some([None, Some(high)]) => format!("up to {}", value(high)),
+                _ => "–".into(),
+            };
+            vec![
+                text(&j.id),
+                text(&j.statement),
+                text(j.value.map_or("–".into(), value)),
+                text(j.reference.map_or("–".into(), value)),
+                text(accepted),
+                match j.verdict {
+                    Verdict::Pass => text("pass"),
+                    Verdict::Fail => html! { span.bad { "fail" } },
+                    Verdict::NotJudged => html! { span.quiet { "not judged" } },
+                },
+                text(&j.reason),
+            ]
+        })
+        .collect();
+    html! {
+        p { (of(Verdict::Pass)) " of the challenge’s statements pass, " (of(Verdict::Fail)) " fail, "
+            (of(Verdict::NotJudged)) " are not judged, for the reason given." }
+        (table(&["", "statement", "found", "reference", "accepted", "verdict", "why"], rows))
+    }
+}
+
+/// The curves of the paper.
+pub fn curves(desk: &Desk, results: &Results) -> Result<Markup> {
+    let (Some(with), Some(without)) = (&results.continuum, &results.without) else { return Ok(html! {}) };
+    let mut figures = Vec::new();
+    for (number, plot, caption) in [
+        (1, spectrum(results), "Spectrum of the surface: realised and prescribed."),
+        (4, section(desk, with, without, Quantity::Gap)?, "Gap along y at x = L/2, at the reference load."),
+        (
+            5,
+            section(desk, with, without, Quantity::Stress)?,
+            "Interfacial stress along the same section; tension is negative.",
+        ),
+        (6, sizes(desk, with, without), "Pr(a): density of patches of an area, at the reference load."),
+        (
+            7,
+            shares(desk, with, without),
+            "CPr(a): share of the contact in patches up to an area, at the reference load.",
+        ),
+        (8, gaps(desk, with, without), "Pr(u): distribution of the gap out of contact, at the reference load."),
+        (9, stresses(with, without), "Pr(σ): distribution of the interfacial stress, at the reference load."),
+        (10, area(with, without), "Relative contact area (perimeter-corrected) against load."),
+        (11, contact_pressure(with, without), "Mean contact pressure against load, there and back."),
+        (
+            12,
+            mean_gap(desk, results, with, without),
+            "Mean gap against load; the arrow’s height is the rigid first touch.",
+        ),
+    ] {
+        if let Some(curve) = desk.curves(&format!("figure-{number:02}"), &plot)? {
+            figures.push(figure(curve, html! { "Figure " (number) " of the challenge. " (caption) }));
+        }
+    }
+    Ok(html! {
+        p { "The curves that the challenge’s paper shows, from this run: with its adhesion, without, and on the way back. "
+            "Loads are p* = p/(E* ḡ), the reference load is p* = 0.01." }
+        @for f in &figures { (f) }
+    })
+}
+
+fn curve(label: &str, style: Style, points: Vec<(f64, f64)>) -> Curve {
+    Curve { label: label.into(), style, points }
+}
+
+fn plot(axes: (Axis, Axis), labels: (&str, &str), curves: Vec<Curve>) -> Plot {
+    Plot {
+        x: axes.0,
+        y: axes.1,
+        x_label: labels.0.into(),
+        y_label: labels.1.into(),
+        curves,
+        include: Vec::new(),
+        proportion: 0.6,
+    }
+}
+
+fn reference(c: &ContinuumResults) -> Option<&StateResults> {
+    c.states.iter().find(|s| s.way == Way::Approach && (s.p_star / REFERENCE_LOAD - 1.0).abs() < 1e-6)
+}
+
+/// Points of what was observed at the reference load, with adhesion and without.
+fn observed(
+    with: &ContinuumResults,
+    without: &ContinuumResults,
+    of: &dyn Fn(&Observed) -> Vec<(f64, f64)>,
+) -> Vec<Curve> {
+    let pick = |c| reference(c).and_then(|s| s.observed.as_ref()).map(of).unwrap_or_default();
+    vec![
+        curve("with adhesion", WITH.without_marker(), pick(with)),
+        curve("without", WITHOUT.without_marker(), pick(without)),
+    ]
+}
+
+fn spectrum(results: &Results) -> Plot {
+    let points = &results.surface.psd;
+    plot(
+        (Axis::Log, Axis::Log),
+        ("wave number |q| L/2π", "C(q) (L²)"),
+        vec![
+            curve("realised", plot::REALISED, points.iter().map(|p| (p.mode, p.realised)).collect()),
+            curve("prescribed", THEORY, points.iter().filter_map(|p| Some((p.mode, p.expected?))).collect()),
+        ],
+    )
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Quantity {
+    Gap,
+    Stress,
+}
+
+fn section(desk: &Desk, with: &ContinuumResults, without: &ContinuumResults, what: Quantity) -> Result<Plot> {
+    let um = desk.scales.length_m * 1e6;
+    let unit = if what == Quantity::Gap { um } else { 1.0 };
+    let along = |c: &ContinuumResults| -> Result<Vec<(f64, f64)>> {
+        let Some(state) = reference(c) else { return Ok(Vec::new()) };
+        let Some(file) = (if what == Quantity::Gap { &state.gap } else { &state.stress }) else {
+            return Ok(Vec::new());
+        };
+        let map = npy::read(&desk.field(file)?)?;
+        let grid = Grid { nx: map.nx, ny: map.ny, lx: 1.0, ly: desk.aspect };
+        let points = along_y(grid, Field::F64(&map.values), column_at(grid, SECTION));
+        Ok(points.into_iter().map(|(y, v)| (y * um, v * unit)).collect())
+    };
+    let curves = vec![
+        curve("with adhesion", WITH.without_marker(), along(with)?),
+        curve("without", WITHOUT.without_marker(), along(without)?),
+    ];
+    let label = if what == Quantity::Gap { "gap u (µm)" } else { "stress σ/E* ḡ" };
+    Ok(plot((Axis::Linear, Axis::Linear), ("y (µm)", label), curves))
+}
+
+fn sizes(desk: &Desk, with: &ContinuumResults, without: &ContinuumResults) -> Plot {
+    let um2 = (desk.scales.length_m * 1e6).powi(2);
+    let points = |o: &Observed| o.patch_density.iter().map(|[a, d, _]| (a * um2, d / um2)).collect::<Vec<_>>();
+    let mut curves = observed(with, without, &points);
+    // Through the middle of what was found.
+    if let Some(middle) = curves[0].points.get(curves[0].points.len() / 2).copied() {
+        let at = |p: &(f64, f64)| (p.0, middle.1 * (p.0 / middle.0).powf(SIZE_EXPONENT));
+        let line = curves[0].points.iter().map(at).collect();
+        curves.push(curve("a^−1.45", THEORY, line));
+    }
+    plot((Axis::Log, Axis::Log), ("area of a patch a (µm²)", "Pr(a) (1/µm²)"), curves)
+}
+
+fn shares(desk: &Desk, with: &ContinuumResults, without: &ContinuumResults) -> Plot {
+    let um2 = (desk.scales.length_m * 1e6).powi(2);
+    let points = |o: &Observed| o.patch_area.iter().map(|[a, share]| (a * um2, *share)).collect();
+    plot((Axis::Log, Axis::Linear), ("area of a patch a (µm²)", "CPr(a)"), observed(with, without, &points))
+}
+
+fn density(d: &Distribution, unit: f64) -> Vec<(f64, f64)> {
+    d.density().into_iter().map(|(middle, density)| (middle * unit, density / unit)).collect()
+}
+
+fn gaps(desk: &Desk, with: &ContinuumResults, without: &ContinuumResults) -> Plot {
+    let um = desk.scales.length_m * 1e6;
+    let curves = observed(with, without, &|o| density(&o.gap_logarithmic, um));
+    plot((Axis::Log, Axis::Log), ("gap u (µm)", "Pr(u) (1/µm)"), curves)
+}
+
+fn stresses(with: &ContinuumResults, without: &ContinuumResults) -> Plot {
+    let mut curves = observed(with, without, &|o| density(&o.stress, 1.0));
+    if let Some(o) = reference(with).and_then(|s| s.observed.as_ref()) {
+        curves.push(curve("with adhesion, contact only", PART, density(&o.contact_stress, 1.0)));
+    }
+    plot((Axis::Linear, Axis::Log), ("stress σ/E* ḡ", "Pr(σ) E* ḡ"), curves)
+}
+
+/// States of one way as points.
+fn branch(c: &ContinuumResults, way: Way, of: impl Fn(&StateResults) -> f64) -> Vec<(f64, f64)> {
+    let mut list: Vec<(f64, f64)> = c.states.iter().filter(|s| s.way == way).map(|s| (s.p_star, of(s))).collect();
+    // The load at which the path turns belongs to both ways.
+    if way == Way::Retract && !list.is_empty() {
+        let turn = c.states.iter().rfind(|s| s.way == Way::Approach);
+        list.splice(0..0, turn.map(|s| (s.p_star, of(s))));
+    }
+    list
+}
+
+/// With adhesion there and back, and without.
+fn branches(with: &ContinuumResults, without: &ContinuumResults, of: impl Fn(&StateResults) -> f64) -> Vec<Curve> {
+    vec![
+        curve("with adhesion", WITH, branch(with, Way::Approach, &of)),
+        curve("with adhesion, way back", BACK, branch(with, Way::Retract, &of)),
+        curve("without", WITHOUT, branch(without, Way::Approach, &of)),
+    ]
+}
+
+/// A formula over the loads of a curve.
+fn formula(label: &str, over: &[Curve], axis: Axis, of: impl Fn(f64) -> f64) -> Curve {
+    let loads = || over.iter().flat_map(|c| &c.points).map(|p| p.0);
+    let (low, high) = (loads().fold(f64::INFINITY, f64::min), loads().fold(0.0, f64::max));
+    let at = |i: usize| {
+        let share = i as f64 / FINE as f64;
+        let p = if axis == Axis::Log { low * (high / low).powf(share) } else { low + share * (high - low) };
+        (p, of(p))
+    };
+    curve(label, THEORY, if low < high { (0..=FINE).map(at).collect() } else { Vec::new() })
+}
+
+fn area(with: &ContinuumResults, without: &ContinuumResults) -> Plot {
+    let mut curves = branches(with, without, |s| s.contact_fraction_corrected);
+    let root = std::f64::consts::PI.sqrt();
+    curves.push(formula("erf(√π p*)", &curves, Axis::Log, |p| libm::erf(root * p)));
+    plot((Axis::Log, Axis::Log), ("load p*", "relative contact area a_r"), curves)
+}
+
+fn contact_pressure(with: &ContinuumResults, without: &ContinuumResults) -> Plot {
+    let curves = branches(with, without, |s| s.p_star / s.contact_fraction_corrected);
+    plot((Axis::Log, Axis::Linear), ("load p*", "mean contact pressure p/(a_r E* ḡ)"), curves)
+}
+
+fn mean_gap(desk: &Desk, results: &Results, with: &ContinuumResults, without: &ContinuumResults) -> Plot {
+    let um = desk.scales.length_m * 1e6;
+    let mut curves = branches(with, without, |s| s.mean_gap * um);
+    curves.push(formula("0.3 µm exp(−8 p*)", &curves, Axis::Linear, |p| 0.3 * (-8.0 * p).exp()));
+    let touch = results.surface.statistics.iter().find(|s| s.symbol == "h̄ - h_min").map(|s| s.realised);
+    let arrow = Style { dash: Dash::None, marker: Marker::Triangle, ..plot::SOFT };
+    curves.extend(touch.map(|h| curve("rigid first touch", arrow, vec![(0.0, h)])));
+    plot((Axis::Linear, Axis::Log), ("load p*", "mean gap ū (µm)"), curves)
+}

@@ -1,0 +1,105 @@
+//! The challenge as a command: solved, judged, drawn; what a grid cannot tell is not judged.
+
+#[path = "common/program.rs"]
+mod program;
+
+use program::{asperity, json_line, stderr};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+fn challenge(out: &Path, flags: &[&str]) -> (Option<i32>, Value) {
+    let output = asperity().args(["challenge", "--json", "--out"]).arg(out).args(flags).output().expect("started");
+    assert!(matches!(output.status.code(), Some(0 | 1)), "{}", stderr(&output));
+    (output.status.code(), json_line(&output))
+}
+
+fn verdicts(said: &Value) -> BTreeMap<String, (String, Option<f64>)> {
+    let list = said["acceptance"].as_array().expect("a list");
+    list.iter()
+        .map(|j| {
+            assert!(!j["reason"].as_str().expect("a reason").is_empty() || j["verdict"] == "pass", "{j}");
+            let text = |key: &str| j[key].as_str().expect("text").to_string();
+            (text("id"), (text("verdict"), j["value"].as_f64()))
+        })
+        .collect()
+}
+
+/// Statements that say nothing of adhesion, and hold on any grid.
+const ALWAYS: [&str; 12] = ["S01", "S02", "S03", "S04a", "S04b", "S04c", "S07a", "S07b", "S09", "S12", "S13", "S24"];
+/// Statements that a grid tells which carries the adhesion; and those that need the surface's shortest waves as well.
+const OF_ADHESION: [&str; 6] = ["S05", "S08", "S21a", "S21b", "S23a", "S23b"];
+const OF_BOTH: [&str; 6] = ["S06", "S10", "S15", "S17a", "S17b", "S18"];
+
+#[test]
+fn a_grid_that_carries_the_adhesion_is_judged() {
+    let out = tempfile::tempdir().expect("a folder");
+    let folder = out.path().join("run");
+    let (code, said) = challenge(&folder, &["--grid", "256", "--regularise"]);
+    let found = verdicts(&said);
+    assert_eq!(found["MESH"].0, "pass");
+    for id in ALWAYS {
+        assert_eq!(found[id].0, "pass", "{id}: {:?}", found[id]);
+    }
+    for id in OF_ADHESION {
+        assert_ne!(found[id].0, "not judged", "{id}");
+    }
+    // Half of the gradient lies in waves that it does not hold.
+    for id in ["S04d", "S11a", "S11b", "S16"].iter().chain(&OF_BOTH) {
+        assert_eq!(found[*id].0, "not judged", "{id}");
+    }
+    assert_eq!(code == Some(1), found.values().any(|(v, _)| v == "fail"), "the exit code tells of failures");
+
+    let results: Value = serde_json::from_str(&std::fs::read_to_string(folder.join("results.json")).unwrap()).unwrap();
+    let states = |of: &str| results[of]["states"].as_array().expect("states").clone();
+    let (with, without) = (states("continuum"), states("without"));
+    assert_eq!((with.len(), without.len()), (23, 12), "there and back with adhesion, there without");
+    assert!(with.iter().skip(12).all(|s| s["way"] == "retract" && s["hangs"]["area"].is_number()));
+    assert!(with.iter().take(12).all(|s| s["way"] == "approach" && s["hangs"].is_null()));
+    assert!(results["continuum"]["hysteresis_work"].is_number());
+    let kept = with.iter().filter(|s| s["gap"].is_string()).map(|s| s["p_star"].as_f64().unwrap());
+    assert!(kept.clone().count() == 2 && kept.clone().all(|p| p == 0.01), "maps at the reference load, both ways");
+    for (with, without) in with.iter().zip(&without) {
+        let area = |s: &Value| s["contact_fraction"].as_f64().unwrap();
+        assert!(area(with) >= area(without), "adhesion takes no contact away");
+        assert!(without["observed"]["compressive"].is_null());
+        assert!(with["observed"]["compressive"]["fraction"].as_f64().unwrap() <= area(with));
+    }
+    for number in [1, 4, 5, 6, 7, 8, 9, 10, 11, 12] {
+        let figure = folder.join(format!("figures/figure-{number:02}.svg"));
+        let text = std::fs::read_to_string(&figure).unwrap_or_else(|e| panic!("{}: {e}", figure.display()));
+        assert!(text.starts_with("<svg") && text.contains("</svg>"));
+    }
+    let page = std::fs::read_to_string(folder.join("report.html")).unwrap();
+    assert!(page.contains("The challenge’s statements") && page.contains("Figure 12 of the challenge"));
+}
+
+#[test]
+fn a_grid_that_pins_contact_lines_judges_no_adhesion() {
+    let out = tempfile::tempdir().expect("a folder");
+    let (_, said) = challenge(&out.path().join("run"), &["--grid", "128", "--seed", "2"]);
+    let found = verdicts(&said);
+    for id in OF_ADHESION.iter().chain(&OF_BOTH).chain(&["MESH"]) {
+        assert_eq!(found[*id].0, "not judged", "{id}");
+    }
+    assert_eq!(found["S14"].0, "pass", "a bound that holds on any grid");
+    assert!(said["surface"].as_str().unwrap().contains("seed 2"));
+}
+
+/// An imported surface is held against what was printed of the challenge's own.
+#[test]
+fn another_surface_is_not_the_challenges_own() {
+    let out = tempfile::tempdir().expect("a folder");
+    let file = out.path().join("heights.npy");
+    let made = asperity().args(["surface", "--grid", "64", "--out"]).arg(&file).output().expect("started");
+    assert!(made.status.success(), "{}", stderr(&made));
+    let heights = file.to_str().unwrap();
+    let (code, said) =
+        challenge(&out.path().join("run"), &["--heights", heights, "--heights-unit-um", "1", "--regularise"]);
+    let found = verdicts(&said);
+    assert_eq!((code, found["S04a"].0.as_str()), (Some(1), "fail"));
+    assert!(found["S04a"].1.is_some_and(|h| (0.5..1.0).contains(&h)), "in µm: {:?}", found["S04a"]);
+    let none = asperity().args(["challenge", "--heights", "nowhere.h5"]).output().expect("started");
+    assert_eq!(none.status.code(), Some(2));
+    assert!(stderr(&none).contains("--heights = nowhere.h5 (no such file)"), "{}", stderr(&none));
+}
