@@ -63,6 +63,7 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
                     series = modes.series();
                     Heights::Series(&series)
                 }
+                Surface::Fourier { modes, .. } => Heights::Series(modes.series()),
                 Surface::Imported { .. } => {
                     nodes = stored_heights(out, &surface)?;
                     Heights::Nodes(&nodes)

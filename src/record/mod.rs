@@ -4,6 +4,7 @@
 
 pub mod csv;
 pub mod heights;
+pub mod import;
 pub mod json;
 pub mod land;
 pub mod mcap;

@@ -1,0 +1,37 @@
+use crate::error::Complaint;
+use crate::record::import::{Asked, Fourier};
+
+/// What the contents of a surface file cannot tell.
+#[derive(Debug, Clone, clap::Args)]
+pub struct FileFlags {
+    /// Name of the array, in a file that holds several (.npz, HDF5, NetCDF).
+    #[arg(long, value_name = "NAME")]
+    pub dataset: Option<String>,
+    /// What four columns qX qY Re Im are; must be said for them.
+    #[arg(long, value_enum)]
+    pub fourier: Option<Fourier>,
+    /// Points per side of the grid whose transform the coefficients are, with --fourier fftw.
+    #[arg(long, value_name = "N")]
+    pub fourier_points: Option<usize>,
+}
+
+impl FileFlags {
+    pub fn asked(&self) -> Asked<'_> {
+        Asked { dataset: self.dataset.as_deref(), fourier: self.fourier }
+    }
+
+    pub fn are_waves(&self) -> bool {
+        matches!(self.fourier, Some(Fourier::Series | Fourier::Fftw))
+    }
+
+    pub fn check(&self, list: &mut Vec<Complaint>) {
+        let transform = self.fourier == Some(Fourier::Fftw);
+        let found = self.fourier_points.map_or("not given".to_string(), |n| n.to_string());
+        if self.fourier_points.is_some() != transform {
+            let accepted = "points per side of the transform's grid with --fourier fftw, and only with it";
+            list.push(Complaint::new("--fourier-points", found, accepted));
+        } else if self.fourier_points.is_some_and(|n| !(2..=65_536).contains(&n)) {
+            list.push(Complaint::new("--fourier-points", found, "2 to 65536 points per side"));
+        }
+    }
+}
