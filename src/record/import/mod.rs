@@ -142,7 +142,8 @@ pub fn holds_numbers(path: &Path) -> Result<bool> {
     }
     let text = String::from_utf8_lossy(start);
     let mut lines = text.lines().map(|l| l.split('#').next().unwrap_or("").trim()).filter(|l| !l.is_empty());
-    Ok(lines.next().is_some_and(|l| l.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c))))
+    // Every scene begins with a table or a key.
+    Ok(lines.next().is_some_and(|l| !l.starts_with('[') && !l.contains('=')))
 }
 
 enum Kind {
