@@ -228,6 +228,8 @@ fn what_is_damaged_or_ambiguous_is_refused() {
     refused(&solve(&["--fourier", "series"]), "--grid", &["not given", "at least 7"]);
     refused(&solve(&["--grid", "8"]), "--grid", &["only together with --fourier"]);
     refused(&solve(&["--fourier", "fftw", "--grid", "8"]), "--fourier-points", &["not given"]);
+    let challenge = ["solve", "--challenge", "16", "--pressure", "1", "--cut-off", "0.2", "--fourier", "series"];
+    refused(&asperity().args(challenge).output().expect("started"), "--fourier", &["only together with a file"]);
 }
 
 /// Bad twins of text, made here: one thing changed in a good file.

@@ -21,10 +21,20 @@ impl FileFlags {
     }
 
     pub fn are_waves(&self) -> bool {
-        matches!(self.fourier, Some(Fourier::Series | Fourier::Fftw))
+        self.fourier.is_some_and(Fourier::are_waves)
     }
 
-    pub fn check(&self, list: &mut Vec<Complaint>) {
+    /// `file` says whether there is one that these flags could be of.
+    pub fn check(&self, file: bool, list: &mut Vec<Complaint>) {
+        for (key, given) in [("--dataset", self.dataset.is_some()), ("--fourier", self.fourier.is_some())] {
+            if given && !file {
+                list.push(Complaint::new(
+                    key,
+                    "given without a file",
+                    "only together with a file of heights or coefficients",
+                ));
+            }
+        }
         let transform = self.fourier == Some(Fourier::Fftw);
         let found = self.fourier_points.map_or("not given".to_string(), |n| n.to_string());
         if self.fourier_points.is_some() != transform {

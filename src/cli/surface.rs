@@ -2,7 +2,7 @@ use super::file::FileFlags;
 use super::words;
 use crate::pipeline::statistics;
 use crate::record::heights::{self, HeightMap, Sign};
-use crate::record::import::holds_numbers;
+use crate::record::import::{Fourier, holds_numbers};
 use crate::report::number::trimmed;
 use crate::scene::{Case, LoadScene, REFERENCE_LOAD, Scene, SurfaceScene, Touching};
 use crate::{Error, Result};
@@ -94,7 +94,8 @@ impl Surface {
         // A surface has no atoms and no adhesion to be checked.
         (scene.atoms, scene.adhesion) = (None, None);
         self.overwrite(&mut scene);
-        if let (Some(n), Some(path), false) = (self.grid, &scene.surface.heights, self.file.are_waves()) {
+        let waves = scene.surface.fourier.is_some_and(Fourier::are_waves);
+        if let (Some(n), Some(path), false) = (self.grid, &scene.surface.heights, waves) {
             let accepted = format!("none: {} is a height map with points of its own", path.display());
             return Err(Error::input("command line", "--grid", n, accepted));
         }
@@ -161,12 +162,16 @@ impl Surface {
             s.heights = Some(std::path::absolute(path).unwrap_or_else(|_| path.clone()));
         }
         s.touching = self.touching.or(s.touching);
-        if self.heights.is_some() || self.file.fourier.is_some() {
-            (s.fourier, s.fourier_points) = (self.file.fourier, self.file.fourier_points);
-        } else {
-            s.fourier_points = self.file.fourier_points.or(s.fourier_points);
+        if self.heights.is_some() {
+            // What the scene says of its own file is not true of another.
+            (s.dataset, s.fourier, s.fourier_points, s.low_pass_um) = Default::default();
+        }
+        if self.file.fourier.is_some() {
+            s.fourier_points = None;
         }
         s.dataset = self.file.dataset.clone().or(s.dataset.take());
+        s.fourier = self.file.fourier.or(s.fourier);
+        s.fourier_points = self.file.fourier_points.or(s.fourier_points);
         s.low_pass_um = self.low_pass_um.or(s.low_pass_um);
     }
 }

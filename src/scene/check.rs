@@ -122,7 +122,7 @@ fn surface(c: &mut Complaints, scene: &Scene) {
             s.fourier_points.unwrap_or(0),
             "2 to 65536 points per side",
         );
-        let waves = transform || s.fourier == Some(Fourier::Series);
+        let waves = s.fourier.is_some_and(Fourier::are_waves);
         if let Some(um) = s.low_pass_um {
             c.positive("surface.low_pass_um", um);
             c.unless(waves, "surface.low_pass_um", um, "only together with surface.fourier");

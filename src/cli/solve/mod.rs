@@ -182,7 +182,7 @@ impl Solve {
         ]
         .into_iter()
         .for_each(|(key, value)| value.into_iter().for_each(|v| positive(key, v)));
-        self.flags.check(&mut list);
+        self.flags.check(self.challenge.is_none(), &mut list);
         for (key, found) in [("--grid", self.grid.map(|n| n as f64)), ("--low-pass", self.low_pass)] {
             if let Some(found) = found.filter(|_| !self.flags.are_waves()) {
                 list.push(Complaint::new(

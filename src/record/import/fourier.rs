@@ -14,9 +14,14 @@ pub struct Wave {
 /// Largest wave number that is read. A grid that holds it has 65537 points a side.
 const LARGEST: f64 = 32_768.0;
 
-/// Whether four columns could be waves: all of the first two are whole numbers.
+/// Whether four columns could be waves: all of the first two are whole numbers, and most lines are of a wave of their own.
 pub(super) fn may_be(columns: &[f64]) -> bool {
-    columns.chunks_exact(4).all(|line| whole(line[0]).is_some() && whole(line[1]).is_some())
+    let pair = |line: &[f64]| Some((whole(line[0])?, whole(line[1])?));
+    let Some(mut pairs) = columns.chunks_exact(4).map(pair).collect::<Option<Vec<_>>>() else { return false };
+    let lines = pairs.len();
+    pairs.sort_unstable();
+    pairs.dedup();
+    2 * pairs.len() > lines
 }
 
 fn whole(value: f64) -> Option<i32> {

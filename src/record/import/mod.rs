@@ -34,6 +34,12 @@ pub enum Fourier {
     None,
 }
 
+impl Fourier {
+    pub fn are_waves(self) -> bool {
+        self != Fourier::None
+    }
+}
+
 /// What the contents of a file cannot tell.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Asked<'a> {
@@ -80,7 +86,7 @@ pub fn read(path: &Path, asked: Asked) -> Result<Found> {
         let found = format!("--dataset (surface.dataset) = {name:?} for a file without names");
         return Err(Error::format(path, found, "the name only with .npz, HDF5 or NetCDF"));
     }
-    let waves = matches!(asked.fourier, Some(Fourier::Series | Fourier::Fftw));
+    let waves = asked.fourier.is_some_and(Fourier::are_waves);
     let found = match kind {
         Kind::Npy => {
             let (map, declared) = heights::read_npy(path)?;
