@@ -20,8 +20,8 @@
 //! * [`pipeline`]: stages, their cache and the run folder.
 
 pub mod atoms;
-pub mod cli;
 pub mod challenge;
+pub mod cli;
 pub mod compare;
 pub mod error;
 pub mod grid;

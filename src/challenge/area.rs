@@ -24,13 +24,12 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
     // What the surface has above the grid's shortest wave touches nowhere: loads count in what is resolved.
     let gradient = sight.plain.resolved_gradient.unwrap_or(1.0);
     let load = |s: &StateResults| s.pressure / gradient;
-    let worst = |list: &[f64], aim: f64| list.iter().copied().max_by(|a, b| (a / aim - 1.0).abs().total_cmp(&(b / aim - 1.0).abs()));
+    let worst = |list: &[f64], aim: f64| {
+        list.iter().copied().max_by(|a, b| (a / aim - 1.0).abs().total_cmp(&(b / aim - 1.0).abs()))
+    };
     let ratios: Vec<f64> = plain.iter().filter(|s| area(s) < PROPORTIONAL).map(|s| area(s) / load(s)).collect();
-    let law: Vec<f64> = plain
-        .iter()
-        .filter(|s| s.p_star < ALL)
-        .map(|s| area(s) / libm::erf(PI.sqrt() * load(s)))
-        .collect();
+    let law: Vec<f64> =
+        plain.iter().filter(|s| s.p_star < ALL).map(|s| area(s) / libm::erf(PI.sqrt() * load(s))).collect();
     let raised: Vec<f64> = adhesive
         .iter()
         .filter(|s| (FEW_PER_CENT[0]..FEW_PER_CENT[1]).contains(&area(s)))
@@ -46,9 +45,10 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
     let lowest: Vec<f64> = plain.iter().filter(|s| s.p_star < 0.0101).map(|s| load(s) / area(s)).collect();
     let first = adhesive.iter().find(|s| (s.p_star / 1e-3 - 1.0).abs() < 0.05).map(|s| 100.0 * area(s));
     vec![
-        sight.of_adhesion(Statement::new("S05", "adhesion raises the contact area, at a few per cent of contact", "1"), |item| {
-            item.near(worst(&raised, 1.5), 1.5, 0.2, "\"roughly 50 %\"; the load farthest from it")
-        }),
+        sight.of_adhesion(
+            Statement::new("S05", "adhesion raises the contact area, at a few per cent of contact", "1"),
+            |item| item.near(worst(&raised, 1.5), 1.5, 0.2, "\"roughly 50 %\"; the load farthest from it"),
+        ),
         sight.of_adhesion(Statement::new("S06", "contact at the reference load, with adhesion", "%"), |item| {
             item.near(at_reference.map(|a| 100.0 * a), 3.0, 0.5, "\"3 %\", to half of its digit")
         }),
@@ -64,9 +64,10 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
             SYMBOL_SIZE,
             "symbol size; the load farthest from it",
         ),
-        sight.of_adhesion(Statement::new("S08", "mean contact pressure, largest over smallest, p* = 0.001 … 0.1", "1"), |item| {
-            item.within(spread, 1.0, [1.0, 1.5], "\"changes by less than 50 %\"")
-        }),
+        sight.of_adhesion(
+            Statement::new("S08", "mean contact pressure, largest over smallest, p* = 0.001 … 0.1", "1"),
+            |item| item.within(spread, 1.0, [1.0, 1.5], "\"changes by less than 50 %\""),
+        ),
         Statement::new("S09", "mean contact pressure without adhesion at small loads", "E* ḡ").near(
             worst(&lowest, 0.5),
             0.5,

@@ -39,9 +39,7 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
     let far = distributions.map(|[with, without]| {
         let (shares, edges) = ((share_below(with, FAR_UM / um), share_below(without, FAR_UM / um)), &without.edges);
         let beyond = edges.iter().filter(|e| **e * um > FAR_UM);
-        let apart = |x: f64| {
-            ((share_below(with, x) - shares.0) - (share_below(without, x) - shares.1)).abs()
-        };
+        let apart = |x: f64| ((share_below(with, x) - shares.0) - (share_below(without, x) - shares.1)).abs();
         beyond.map(|e| apart(*e)).fold(0.0, f64::max)
     });
     let near = distributions.zip(sight.adhesive.range).map(|([with, without], range)| {
@@ -60,12 +58,8 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
             STIFFNESS[1],
             "scatter of surfaces with this spectrum, and loads a factor of three apart",
         ),
-        Statement::new("S11a", "slope of ln ū over p*, p* = 0.137 … 1, with adhesion where the grid carries it", "1").near(
-            falling.map(|l| l.0),
-            -8.0,
-            1.0,
-            "\"exp(-8 p*)\", to its digit",
-        ),
+        Statement::new("S11a", "slope of ln ū over p*, p* = 0.137 … 1, with adhesion where the grid carries it", "1")
+            .near(falling.map(|l| l.0), -8.0, 1.0, "\"exp(-8 p*)\", to its digit"),
         Statement::new("S11b", "prefactor of exp(-8 p*)", "µm").within(
             falling.map(|l| l.1.exp()),
             0.3,
@@ -79,9 +73,14 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
             "\"roughly logarithmic\"",
         ),
         s13,
-        sight.of_adhesion(Statement::new("S21a", "Pr(u) with adhesion against without, u > 0.1 µm: largest difference of shares", "1"), |item| {
-            item.within(far, 0.0, [0.0, EQUAL], "the curves lie on each other")
-        }),
+        sight.of_adhesion(
+            Statement::new(
+                "S21a",
+                "Pr(u) with adhesion against without, u > 0.1 µm: largest difference of shares",
+                "1",
+            ),
+            |item| item.within(far, 0.0, [0.0, EQUAL], "the curves lie on each other"),
+        ),
         sight.of_adhesion(Statement::new("S21b", "gaps below the range ρ, with adhesion over without", "1"), |item| {
             item.within(near, 0.0, [0.0, 1.0], "adhesion suppresses the smallest gaps")
         }),

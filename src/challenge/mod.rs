@@ -19,7 +19,10 @@ pub const MESH_LIMIT: f64 = std::f64::consts::FRAC_PI_2;
 /// Holds the statements against results of a run whose scene has `[challenge]`.
 pub fn judge(results: &Results) -> Vec<Judged> {
     let Some(sight) = Sight::of(results) else { return Vec::new() };
-    [setting::judge, area::judge, gap::judge, stress::judge, patches::judge].into_iter().flat_map(|j| j(&sight)).collect()
+    [setting::judge, area::judge, gap::judge, stress::judge, patches::judge]
+        .into_iter()
+        .flat_map(|j| j(&sight))
+        .collect()
 }
 
 /// A run, as its judges see it.

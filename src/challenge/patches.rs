@@ -21,7 +21,8 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
     let node_um2 = um2 / (sight.adhesive.nx * sight.adhesive.ny) as f64;
     let exponent = with.and_then(|o| exponent(o, SMALLEST_NODES * node_um2 / um2));
     let typical = with.and_then(|o| o.typical_patch).map(|a| a * um2);
-    let fifth = with.map(|o| o.patch_area.iter().take_while(|[a, _]| a * um2 <= FIFTH_UM2).last().map_or(0.0, |[_, s]| *s));
+    let fifth =
+        with.map(|o| o.patch_area.iter().take_while(|[a, _]| a * um2 <= FIFTH_UM2).last().map_or(0.0, |[_, s]| *s));
     let compressive = with.and_then(|o| o.compressive?.typical_patch).map(|a| a * um2);
     let spacing = node_um2.sqrt();
     let s16 = Statement::new("S16", "most probable patch", "nm²");
@@ -30,14 +31,19 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
             item.near(exponent, 1.45, 0.15, "from 16 nodes to the typical patch, with adhesion, at the reference load")
         }),
         if spacing > FINE_UM {
-            s16.not_judged(format!("needs nodes {:.0} nm apart, these are {:.0} nm; the paper names 100 and 1000 nm²", 1e3 * FINE_UM, 1e3 * spacing))
+            s16.not_judged(format!(
+                "needs nodes {:.0} nm apart, these are {:.0} nm; the paper names 100 and 1000 nm²",
+                1e3 * FINE_UM,
+                1e3 * spacing
+            ))
         } else {
             let most = with.and_then(|o| o.patch_density.iter().max_by(|a, b| a[1].total_cmp(&b[1])));
             s16.within(most.map(|[a, ..]| a * um2 * 1e6), 316.0, [100.0, 1000.0], "the paper names 100 and 1000 nm²")
         },
-        sight.of_adhesion(Statement::new("S17a", "typical patch: half of the contact lies in patches up to it", "µm²"), |item| {
-            item.within(typical, 3.0, [2.0, 4.5], "a factor of 1.5")
-        }),
+        sight.of_adhesion(
+            Statement::new("S17a", "typical patch: half of the contact lies in patches up to it", "µm²"),
+            |item| item.within(typical, 3.0, [2.0, 4.5], "a factor of 1.5"),
+        ),
         sight.of_adhesion(Statement::new("S17b", "contact in patches up to 1 µm²", "1"), |item| {
             item.near(fifth, 0.2, 0.07, "\"20 %\", with adhesion, at the reference load")
         }),

@@ -56,18 +56,25 @@ fn mesh(sight: &Sight) -> Judged {
         MESH_LIMIT,
         [0.0, MESH_LIMIT],
         if used < asked {
-            format!("met by a longer range; the challenge's own would have {asked:.1} here, and needs 29687 points a side")
+            format!(
+                "met by a longer range; the challenge's own would have {asked:.1} here, and needs 29687 points a side"
+            )
         } else {
             "the challenge's own range".to_string()
         },
     );
     match judged.verdict {
-        Verdict::Fail => Judged { verdict: Verdict::NotJudged, reason: sight.unresolved.clone().unwrap_or_default(), ..judged },
+        Verdict::Fail => {
+            Judged { verdict: Verdict::NotJudged, reason: sight.unresolved.clone().unwrap_or_default(), ..judged }
+        }
         _ => judged,
     }
 }
 
-fn heights(sight: &Sight, (id, text, symbol, printed, alike): &(&'static str, &'static str, &str, [f64; 2], [f64; 2])) -> Judged {
+fn heights(
+    sight: &Sight,
+    (id, text, symbol, printed, alike): &(&'static str, &'static str, &str, [f64; 2], [f64; 2]),
+) -> Judged {
     let found = sight.results.surface.statistics.iter().find(|s| s.symbol == *symbol);
     let unit = if *symbol == "R_c" { "nm" } else { "µm" };
     let item = Statement::new(id, text, unit);
@@ -76,7 +83,12 @@ fn heights(sight: &Sight, (id, text, symbol, printed, alike): &(&'static str, &'
         return item.not_judged("the grid does not hold the whole spectrum: 2002 points a side do");
     }
     if sight.is_imported() {
-        return item.near(Some(found.realised), printed[0], printed[1], "the paper's own surface, to the last printed digit");
+        return item.near(
+            Some(found.realised),
+            printed[0],
+            printed[1],
+            "the paper's own surface, to the last printed digit",
+        );
     }
     item.near(
         Some(found.realised),

@@ -20,8 +20,10 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
     let reference = Sight::at_reference(sight.plain);
     let form = reference.zip(observed).map(|(s, [_, plain])| persson_distance(s.pressure, &plain.contact_stress));
     let second = sight.results.second.as_ref().and_then(|c| c.states.first()?.observed.as_ref());
-    let apart = second.zip(observed).map(|(second, [_, plain])| distance(&second.contact_stress, &plain.contact_stress));
-    let s24 = Statement::new("S24", "Pr(σ) of contact without adhesion, two methods: largest difference of shares", "1");
+    let apart =
+        second.zip(observed).map(|(second, [_, plain])| distance(&second.contact_stress, &plain.contact_stress));
+    let s24 =
+        Statement::new("S24", "Pr(σ) of contact without adhesion, two methods: largest difference of shares", "1");
     vec![
         Statement::new("S14", "largest tension at the reference load, over γ/ρ", "1").within(
             tension.zip(pull).map(|(t, p)| -t / p),
@@ -29,15 +31,23 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
             [0.0, 1.0 + BOUND],
             "a bound: the wall only pushes",
         ),
-        Statement::new("S22", "Pr(σ) of contact without adhesion against two Gaussians: largest difference of shares", "1").within(
-            form,
-            0.0,
-            [0.0, BY_EYE],
-            "Persson's form, with the variance that gives the area found",
+        Statement::new(
+            "S22",
+            "Pr(σ) of contact without adhesion against two Gaussians: largest difference of shares",
+            "1",
+        )
+        .within(form, 0.0, [0.0, BY_EYE], "Persson's form, with the variance that gives the area found"),
+        sight.of_adhesion(
+            Statement::new("S23a", "contact under tension, of all contact, with adhesion", "%"),
+            |item| {
+                item.within(
+                    observed.and_then(|[with, _]| under_tension(with)),
+                    50.0,
+                    [1.0, 99.0],
+                    "\"reaching into tension\"",
+                )
+            },
         ),
-        sight.of_adhesion(Statement::new("S23a", "contact under tension, of all contact, with adhesion", "%"), |item| {
-            item.within(observed.and_then(|[with, _]| under_tension(with)), 50.0, [1.0, 99.0], "\"reaching into tension\"")
-        }),
         sight.of_adhesion(
             Statement::new("S23b", "Pr(σ) out of contact, just below zero over half of the largest tension", "1"),
             |item| {

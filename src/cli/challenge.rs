@@ -69,7 +69,9 @@ impl Challenge {
         } else {
             words::say(&format!("{}, {} x {} points", results.surface.origin, case.grid.nx, case.grid.ny));
             if self.heights.is_none() {
-                words::say("a surface with the challenge's spectrum, not the challenge's own: --heights FILE reads that");
+                words::say(
+                    "a surface with the challenge's spectrum, not the challenge's own: --heights FILE reads that",
+                );
             }
             words::results(&results);
             words::say(&table(&results.acceptance));

@@ -8,7 +8,9 @@ use crate::method::{self, Goals, Heights, Load, Problem, Stop};
 use crate::observe::{Connectivity, contact_map, hysteresis_work, patch_sizes, stiffness};
 use crate::path::{Begin, Checkpoint, Keeper, LoadPath, Reached};
 use crate::record::npy;
-use crate::record::results::{ContinuumResults, Hanging, PsdPoint, RangeResults, StateResults, Statistic, SurfaceResults, Way};
+use crate::record::results::{
+    ContinuumResults, Hanging, PsdPoint, RangeResults, StateResults, Statistic, SurfaceResults, Way,
+};
 use crate::scene::{Case, REFERENCE_LOAD, Surface};
 use crate::surface::{Expected, moments, psd, range};
 use crate::{Error, Result};
@@ -249,10 +251,8 @@ fn compare_ways(states: &mut [StateResults], there: usize) -> f64 {
         let Some(same) = (2 * there).checked_sub(back + 2) else { break };
         let (area, mean_gap) = (states[same].contact_fraction, states[same].mean_gap);
         let state = &mut states[back];
-        state.hangs = Some(Hanging {
-            area: change(state.contact_fraction, area),
-            mean_gap: change(state.mean_gap, mean_gap),
-        });
+        state.hangs =
+            Some(Hanging { area: change(state.contact_fraction, area), mean_gap: change(state.mean_gap, mean_gap) });
     }
     let path: Vec<(f64, f64)> = states.iter().map(|s| (s.pressure, s.mean_gap)).collect();
     hysteresis_work(&path)

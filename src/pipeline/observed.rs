@@ -31,9 +31,8 @@ pub(super) fn observed(grid: Grid, state: &State, threshold: f64, adhesive: bool
     let stress =
         stress_distribution(state.gap, state.stress, (threshold, adhesive), linear_edges(least, least + width, BINS));
     let compressive = adhesive.then(|| {
-        let under: Vec<u8> = (0..state.gap.len())
-            .map(|i| u8::from(state.gap.at(i) <= threshold && state.stress.at(i) > 0.0))
-            .collect();
+        let under: Vec<u8> =
+            (0..state.gap.len()).map(|i| u8::from(state.gap.at(i) <= threshold && state.stress.at(i) > 0.0)).collect();
         let sizes = patch_sizes(&under, grid.nx, Connectivity::Eight);
         Compressive {
             fraction: sizes.iter().sum::<usize>() as f64 / grid.points() as f64,

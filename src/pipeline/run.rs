@@ -1,7 +1,7 @@
 use super::atomistic::{self, Climbed, INDENTER_SPECIES};
 use super::comparison::{self, Matched};
-use super::folder::{Key, Leftovers, RunFolder};
 use super::continuum::Variant;
+use super::folder::{Key, Leftovers, RunFolder};
 use super::{Listener, build_job, continuum, engine};
 use crate::atoms::engine::Engine;
 use crate::atoms::job::{Job, SCRIPT};

@@ -14,13 +14,15 @@ results = json.loads((folder / "results.json").read_text())
 states = results["continuum"]["states"]
 length, modulus = results["scales"]["length_m"], results["scales"]["modulus_pa"]
 n = results["surface"]["nx"]
+stored = [k for k, s in enumerate(states) if s.get("gap")]
+along = "load" if len(stored) == len(states) else "map_load"
 
 # Maps and curves as the run's other files have them, in SI units.
 maps = {
     "heights": np.load(folder / results["surface"]["heights"]) * length,
-    "gap": np.array([np.load(folder / s["gap"]) for s in states]) * length,
-    "stress": np.array([np.load(folder / s["stress"]) for s in states]) * modulus,
-    "contact": np.array([np.load(folder / s["gap"]) <= 0 for s in states]).astype("u1"),
+    "gap": np.array([np.load(folder / states[k]["gap"]) for k in stored]) * length,
+    "stress": np.array([np.load(folder / states[k]["stress"]) for k in stored]) * modulus,
+    "contact": np.array([np.load(folder / states[k]["gap"]) <= 0 for k in stored]).astype("u1"),
 }
 curves = {
     "p_star": [s["p_star"] for s in states],
@@ -37,7 +39,7 @@ with h5py.File(folder / "results.nc") as file:
     for name, expected in (maps | curves).items():
         np.testing.assert_allclose(file[name][...], expected, rtol=1e-15, err_msg=name)
     assert file["contact"].dtype == "u1" and file["gap"].dtype == "<f8"
-    assert [d.keys() for d in file["gap"].dims] == [["load"], ["y"], ["x"]]
+    assert [d.keys() for d in file["gap"].dims] == [[along], ["y"], ["x"]]
     assert file["x"].is_scale and len(file["x"].attrs["REFERENCE_LIST"]) >= 4
     np.testing.assert_allclose(file["gap"].dims[2]["x"][...], x, rtol=1e-15)
     # h5py hands texts of NetCDF files out as bytes.
@@ -47,15 +49,17 @@ with h5py.File(folder / "results.nc") as file:
 
 with xarray.open_dataset(folder / "results.nc", engine="h5netcdf") as data:
     assert data.attrs["description"] == results["description"]
-    assert data.gap.dims == ("load", "y", "x") and data.heights.dims == ("y", "x") and data.p_star.dims == ("load",)
+    assert data.gap.dims == (along, "y", "x") and data.heights.dims == ("y", "x") and data.p_star.dims == ("load",)
     assert list(data["load"].values) == [1.0, 2.0, 3.0]
     for name, unit in units.items():
         assert data[name].attrs["units"] == unit, name
         assert data[name].attrs["long_name"], name
     np.testing.assert_allclose(data.x.values, x, rtol=1e-15)
-    at = data.gap.sel(load=2).sel(x=x[5], y=x[7], method="nearest")
-    np.testing.assert_allclose(float(at), maps["gap"][1, 7, 5], rtol=1e-15)
-    np.testing.assert_allclose(data.contact.mean(("y", "x")), curves["contact_fraction"], rtol=1e-12)
+    np.testing.assert_array_equal(data[along].values, [k + 1 for k in stored])
+    at = data.gap.sel({along: 2}).sel(x=x[5], y=x[7], method="nearest")
+    np.testing.assert_allclose(float(at), maps["gap"][stored.index(1), 7, 5], rtol=1e-15)
+    fractions = [states[k]["contact_fraction"] for k in stored]
+    np.testing.assert_allclose(data.contact.mean(("y", "x")), fractions, rtol=1e-12)
     # Densities times widths, and the delta of the contact, are all nodes: bins of equal width.
     for name in ("gap", "stress"):
         middle, density = data[f"{name}_middle"].values, data[f"{name}_density"].values
@@ -71,7 +75,7 @@ with xarray.open_dataset(folder / "results.nc", engine="h5netcdf") as data:
     assert "criterion" in data.contact_fraction.attrs
 
 with netCDF4.Dataset(folder / "results.nc") as data:
-    assert data.variables["gap"].dimensions == ("load", "y", "x")
+    assert data.variables["gap"].dimensions == (along, "y", "x")
     assert data.dimensions["x"].size == n
     np.testing.assert_allclose(data.variables["gap"][...], maps["gap"], rtol=1e-15)
 

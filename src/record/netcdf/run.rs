@@ -12,7 +12,6 @@ use std::path::{Path, PathBuf};
 /// Name of the file in a run folder.
 pub const FILE: &str = "results.nc";
 
-const MAP: [&str; 3] = ["load", "y", "x"];
 const ATOMS_MAP: [&str; 3] = ["atoms_load", "atoms_y", "atoms_x"];
 
 /// Writes `results.nc` into a run folder, from its results and the fields that they name.
@@ -145,24 +144,30 @@ fn curves(c: &ContinuumResults, length: f64, modulus: f64) -> Vec<Variable> {
     variables
 }
 
-/// Fields of the continuum, if they are stored for every load.
+/// Fields of the continuum: along `load` if they are stored for every load, else along the loads that they are stored for.
 fn maps(folder: &Path, c: &ContinuumResults, length: f64, modulus: f64) -> Vec<Variable> {
-    let files = |of: fn(&StateResults) -> Option<&String>| -> Option<Vec<PathBuf>> {
-        c.states.iter().map(|s| of(s).map(|file| folder.join(file))).collect()
+    let stored: Vec<(usize, &StateResults)> =
+        c.states.iter().enumerate().filter(|(_, s)| s.gap.is_some() && s.stress.is_some()).collect();
+    if stored.is_empty() {
+        return Vec::new();
+    }
+    let files = |of: fn(&StateResults) -> Option<&String>| -> Vec<PathBuf> {
+        stored.iter().filter_map(|(_, s)| of(s)).map(|file| folder.join(file)).collect()
     };
+    let (gaps, stresses) = (files(|s| s.gap.as_ref()), files(|s| s.stress.as_ref()));
     let mut list = Vec::new();
-    if let Some(gaps) = files(|s| s.gap.as_ref()) {
-        list.push(Variable::new("gap", &MAP, Data::Scaled(gaps.clone(), length), "m", "gap between the surfaces"));
-        let contact = Data::AtMostZero(gaps);
-        list.push(
-            Variable::new("contact", &MAP, contact, "1", "1 where the surfaces touch")
-                .with("criterion", Attribute::Text("zero gap".into())),
-        );
+    let along = if stored.len() == c.states.len() { "load" } else { "map_load" };
+    if along == "map_load" {
+        let numbers = Data::Numbers(stored.iter().map(|(i, _)| (i + 1) as f64).collect());
+        list.push(Variable::new(along, &[along], numbers, "1", "number of a load whose maps are kept"));
     }
-    if let Some(stresses) = files(|s| s.stress.as_ref()) {
-        let data = Data::Scaled(stresses, modulus);
-        list.push(Variable::new("stress", &MAP, data, "Pa", "interfacial stress, compression positive"));
-    }
+    let map = |name, data, units, long_name| Variable::new(name, &[along, "y", "x"], data, units, long_name);
+    list.push(map("gap", Data::Scaled(gaps.clone(), length), "m", "gap between the surfaces"));
+    list.push(
+        map("contact", Data::AtMostZero(gaps), "1", "1 where the surfaces touch")
+            .with("criterion", Attribute::Text("zero gap".into())),
+    );
+    list.push(map("stress", Data::Scaled(stresses, modulus), "Pa", "interfacial stress, compression positive"));
     list
 }
 
