@@ -3,7 +3,8 @@
 # LAMMPS. Asks nothing. Where everything is there already it touches neither apt nor the network.
 #
 #   scripts/setup.sh           LAMMPS must be there in the end
-#   scripts/setup.sh --tests   without LAMMPS it says so loudly and goes on: those tests skip themselves
+#   scripts/setup.sh --tests   without LAMMPS it says so loudly and goes on: those tests skip themselves; makes a Python
+#                              environment beside it, with what opens results.nc, and says the same without one
 set -eu
 
 case "${1-}" in
@@ -24,7 +25,15 @@ if ! has cargo; then
     exit 1
 fi
 
+# What opens results.nc as its readers would (tests/python.rs); kept under target/, where `cargo clean` finds it.
+python=target/python
+python_packages="h5py h5netcdf netCDF4 xarray"
+has_python() { "$python/bin/python" -c "import h5py, h5netcdf, netCDF4, xarray" >/dev/null 2>&1; }
+has_venv() { has python3 && python3 -c "import venv, ensurepip" >/dev/null 2>&1; }
+wants_python() { [ "$need_lammps" = no ] && ! has_python; }
+
 packages=""
+wants_python && ! has_venv && packages="$packages python3-venv"
 has_compiler || packages="$packages build-essential"
 has_lammps || packages="$packages lammps"
 
@@ -57,12 +66,30 @@ if [ -n "$packages" ]; then
     install $packages || true
 fi
 
+if wants_python && has_venv; then
+    echo "setup: making $python with $python_packages" >&2
+    # shellcheck disable=SC2086 # a list of words
+    python3 -m venv "$python" && "$python/bin/pip" install --quiet --disable-pip-version-check $python_packages ||
+        echo "setup: $python could not be made" >&2
+fi
+
 if ! has_compiler; then
     echo "setup: no C compiler (cc, ar); on Debian: apt-get install build-essential" >&2
     exit 1
 fi
+if wants_python; then
+    cat >&2 <<'WORDS'
+
+*********************************************************************************
+***  No Python environment with h5py, h5netcdf, netCDF4 and xarray could be   ***
+***  made in target/python: WHAT results.nc IS TO PYTHON IS NOT TESTED.       ***
+***  On Debian: apt-get install python3-venv, and a way to PyPI               ***
+*********************************************************************************
+
+WORDS
+fi
 if has_lammps; then
-    echo "setup: everything is there" >&2
+    if wants_python; then :; else echo "setup: everything is there" >&2; fi
 elif [ "$need_lammps" = no ]; then
     cat >&2 <<'WORDS'
 

@@ -332,7 +332,7 @@ fn a_failed_run_leaves_no_results_of_another_scene() {
     let output = bench.run(&bench.scene("[0.1]", COARSE, "program = \"./lmp\"\n"), "run");
     assert_eq!(output.status.code(), Some(4), "{}", stderr(&output));
     assert!(stderr(&output).contains("it stopped with: Out of luck"), "{}", stderr(&output));
-    for file in ["results.json", "report.html", "manifest.json", "run.mcap"] {
+    for file in ["results.json", "report.html", "manifest.json", "run.mcap", "results.nc"] {
         assert!(!bench.path("run").join(file).exists(), "{file} of the scene before is still there");
     }
 }

@@ -4,6 +4,7 @@ mod atoms;
 mod bench;
 mod challenge;
 mod doctor;
+mod file;
 mod listen;
 mod methods;
 mod potential;
@@ -38,7 +39,7 @@ enum Command {
     /// Make or read a surface; statistics, expected against realised.
     Surface(surface::Surface),
     /// Solve the contact of one height map under one load.
-    Solve(solve::Solve),
+    Solve(Box<solve::Solve>),
     /// Solve the contact-mechanics challenge's problem and hold its paper's statements against what is found.
     Challenge(challenge::Challenge),
     /// Write, measure or check an EAM potential.

@@ -1,6 +1,8 @@
+use super::file::FileFlags;
 use super::words;
 use crate::pipeline::statistics;
 use crate::record::heights::{self, HeightMap, Sign};
+use crate::record::import::{Fourier, holds_numbers};
 use crate::report::number::trimmed;
 use crate::scene::{Case, LoadScene, REFERENCE_LOAD, Scene, SurfaceScene, Touching};
 use crate::{Error, Result};
@@ -9,9 +11,11 @@ use std::path::PathBuf;
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true)]
 pub struct Surface {
-    /// Scene whose surface is meant. Without one: the challenge's, changed by the options.
-    scene: Option<PathBuf>,
-    /// Points per side.
+    /// Scene whose surface is meant, or a file of heights or of Fourier coefficients, as --heights names one. Without any: the
+    /// challenge's, changed by the options.
+    #[arg(value_name = "SCENE|FILE")]
+    given: Option<PathBuf>,
+    /// Points per side; a height map has its own.
     #[arg(long, value_name = "N")]
     grid: Option<usize>,
     /// Seed of the random numbers: the same seed is the same surface on every grid.
@@ -29,9 +33,14 @@ pub struct Surface {
     /// rms gradient of the whole Fourier sum.
     #[arg(long, value_name = "G")]
     rms_gradient: Option<f64>,
-    /// Height map to read instead (.npy, ASCII matrix or lines of x y h), with --touching.
+    /// File to read instead, with --touching: .npy, .npz, HDF5, NetCDF, ASCII matrix, lines of x y h, or Fourier coefficients.
     #[arg(long, value_name = "FILE")]
     heights: Option<PathBuf>,
+    #[command(flatten)]
+    file: FileFlags,
+    /// Shortest wavelength that is kept of Fourier coefficients, µm.
+    #[arg(long, value_name = "UM")]
+    low_pass_um: Option<f64>,
     /// Which points of the file touch first.
     #[arg(long, value_enum)]
     touching: Option<Touching>,
@@ -50,9 +59,16 @@ pub struct Surface {
 }
 
 impl Surface {
-    pub fn execute(self) -> Result<()> {
-        let file = self.scene.clone().unwrap_or_else(|| PathBuf::from("command line"));
-        let mut scene = match &self.scene {
+    pub fn execute(mut self) -> Result<()> {
+        if let Some(path) = self.given.take_if(|p| p.exists() && holds_numbers(p).unwrap_or(false)) {
+            if let Some(heights) = &self.heights {
+                let found = format!("{} beside {}", heights.display(), path.display());
+                return Err(Error::input("command line", "--heights", found, "one file of heights"));
+            }
+            self.heights = Some(path);
+        }
+        let file = self.given.clone().unwrap_or_else(|| PathBuf::from("command line"));
+        let mut scene = match &self.given {
             Some(path) => Scene::read(path)?,
             None => Scene {
                 name: "surface".into(),
@@ -67,7 +83,7 @@ impl Surface {
             },
         };
         if let Some(path) = self.heights.as_ref().filter(|p| !p.exists()) {
-            let accepted = "a height map (.npy or an ASCII matrix)";
+            let accepted = "a file of heights or of their Fourier coefficients";
             return Err(Error::input(
                 "command line",
                 "--heights",
@@ -78,6 +94,11 @@ impl Surface {
         // A surface has no atoms and no adhesion to be checked.
         (scene.atoms, scene.adhesion) = (None, None);
         self.overwrite(&mut scene);
+        let waves = scene.surface.fourier.is_some_and(Fourier::are_waves);
+        if let (Some(n), Some(path), false) = (self.grid, &scene.surface.heights, waves) {
+            let accepted = format!("none: {} is a height map with points of its own", path.display());
+            return Err(Error::input("command line", "--grid", n, accepted));
+        }
         let case = Case::resolve(scene, &file)?;
         case.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
         // Heights, their half spectrum, and the copy that is written.
@@ -141,5 +162,16 @@ impl Surface {
             s.heights = Some(std::path::absolute(path).unwrap_or_else(|_| path.clone()));
         }
         s.touching = self.touching.or(s.touching);
+        if self.heights.is_some() {
+            // What the scene says of its own file is not true of another.
+            (s.dataset, s.fourier, s.fourier_points, s.low_pass_um) = Default::default();
+        }
+        if self.file.fourier.is_some() {
+            s.fourier_points = None;
+        }
+        s.dataset = self.file.dataset.clone().or(s.dataset.take());
+        s.fourier = self.file.fourier.or(s.fourier);
+        s.fourier_points = self.file.fourier_points.or(s.fourier_points);
+        s.low_pass_um = self.low_pass_um.or(s.low_pass_um);
     }
 }

@@ -54,6 +54,19 @@ impl<T: Real> Series<T> {
         Series { coefficients, width, height, nodes: Some(grid) }
     }
 
+    /// Only the waves (kx, ky) that are wanted.
+    pub fn kept(&self, wanted: impl Fn(i64, i64) -> bool + Sync) -> Self {
+        let mut series = self.clone();
+        series.coefficients.par_chunks_mut(self.height).enumerate().for_each(|(kx, column)| {
+            for (j, value) in column.iter_mut().enumerate() {
+                if !wanted(kx as i64, signed_mode(j, self.height)) {
+                    *value = Complex::default();
+                }
+            }
+        });
+        series
+    }
+
     pub fn converted<U: Real>(&self) -> Series<U> {
         let convert = |c: &Complex<T>| Complex::new(U::of(c.re.wide()), U::of(c.im.wide()));
         Series {

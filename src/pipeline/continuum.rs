@@ -44,7 +44,7 @@ pub fn statistics(surface: &Surface, grid: Grid, heights: &[f64], length_um: f64
             Some(spectrum.expected(grid.ly / grid.lx, 0.0)),
             (!modes.held_by(grid)).then(|| spectrum.expected_on(grid)),
         ),
-        Surface::Imported { .. } => (None, None),
+        Surface::Imported { .. } | Surface::Fourier { .. } => (None, None),
     };
     let line = |name: &str, symbol: &str, unit: &str, of: Option<&dyn Fn(&Expected) -> f64>, realised: f64| Statistic {
         name: name.into(),
@@ -89,7 +89,7 @@ fn spectrum(surface: &Surface, grid: Grid, heights: &[f64]) -> Vec<PsdPoint> {
             let scale = spectrum.expected(grid.ly / grid.lx, 0.0).power_scale;
             Some(move |n: f64| spectrum.relative_power(n) * scale)
         }
-        Surface::Imported { .. } => None,
+        Surface::Imported { .. } | Surface::Fourier { .. } => None,
     };
     let bins = psd(grid, heights, |n| power.as_ref().map_or(0.0, |p| p(n)));
     bins.iter()

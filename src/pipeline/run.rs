@@ -8,10 +8,10 @@ use crate::atoms::job::{Job, SCRIPT};
 use crate::atoms::potential::CALCIUM;
 use crate::method::Heights;
 use crate::record::mcap::{CloudAtom, GapMap, LoadScalars, LoadState, Recorder, Scene as Recorded};
-use crate::record::npy;
 use crate::record::results::{
     self, AtomsResults, ComparisonResults, MANIFEST_FILE, Results, SCHEMA, ScalesSi, SurfaceResults,
 };
+use crate::record::{netcdf, npy};
 use crate::scene::{AdhesionScene, AtomsCase, Case, Surface};
 use crate::{Error, Result, challenge, report};
 use std::path::{Path, PathBuf};
@@ -63,6 +63,7 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
                     series = modes.series();
                     Heights::Series(&series)
                 }
+                Surface::Fourier { modes, .. } => Heights::Series(modes.series()),
                 Surface::Imported { .. } => {
                     nodes = stored_heights(out, &surface)?;
                     Heights::Nodes(&nodes)
@@ -119,6 +120,7 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
     results.write(out)?;
     let manifest = Manifest::of(case, &results, engine.as_ref().map(|e| e.describe()));
     crate::record::json::write(&out.join(MANIFEST_FILE), &manifest)?;
+    netcdf::run::write_run(out, &results)?;
     record(case, &results, out)?;
     let page = report::write(out)?;
     Ok((results, page))
@@ -133,7 +135,7 @@ fn keep_scene(case: &Case, out: &Path) -> Result<()> {
     if std::fs::read_to_string(&file).is_ok_and(|earlier| earlier == text) {
         return Ok(());
     }
-    for name in [results::FILE, MANIFEST_FILE, RECORDING_FILE, report::PAGE] {
+    for name in [results::FILE, MANIFEST_FILE, netcdf::run::FILE, RECORDING_FILE, report::PAGE] {
         let path = out.join(name);
         match std::fs::remove_file(&path) {
             Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(Error::io("remove", &path)(e)),

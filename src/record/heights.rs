@@ -117,7 +117,8 @@ pub fn write(path: &Path, map: &HeightMap, sign: Sign, unit: &str) -> Result<()>
     })
 }
 
-/// Reads either format (a file that starts as `.npy` files do is one, whatever its name) and what it says of itself.
+/// Reads either format (a file that starts as `.npy` files do is one, whatever its name) and what it says of itself. More
+/// formats are [`super::import`]'s.
 ///
 /// NaN and infinite heights are [`Error::Height`]; ragged, empty or truncated files [`Error::Format`]. Integers, as many
 /// instruments store them, become the same numbers in f64: their unit is the caller's business, as it is for all others.
@@ -129,12 +130,23 @@ pub fn read(path: &Path) -> Result<(HeightMap, Declared)> {
         return read_npy(path);
     }
     if start.contains(&0) {
-        return Err(Error::format(path, "a binary file", "a .npy file or an ASCII matrix"));
+        return Err(Error::format(path, "a binary file of a kind that is not known", KINDS));
     }
-    read_ascii(path, source)
+    let (map, declared, _) = read_ascii(path, source)?;
+    Ok((map, declared))
 }
 
-fn read_npy(path: &Path) -> Result<(HeightMap, Declared)> {
+/// What a file of heights may be.
+pub(super) const KINDS: &str = "text (a matrix, lines of x y h, or qX qY Re Im), .npy, .npz, HDF5 or NetCDF";
+
+/// How text gave its heights.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Layout {
+    Matrix,
+    Triples,
+}
+
+pub(super) fn read_npy(path: &Path) -> Result<(HeightMap, Declared)> {
     let field = npy::read(path)?;
     let map = HeightMap::new(&path.display().to_string(), field.nx, field.ny, field.values)?;
     let sidecar = sidecar_path(path);
@@ -149,7 +161,7 @@ fn read_npy(path: &Path) -> Result<(HeightMap, Declared)> {
     Ok((map, Declared { sign: Some(said.sign), unit: Some(said.unit) }))
 }
 
-fn read_ascii(path: &Path, source: impl BufRead) -> Result<(HeightMap, Declared)> {
+pub(super) fn read_ascii(path: &Path, source: impl BufRead) -> Result<(HeightMap, Declared, Layout)> {
     let mut heights = Vec::new();
     let (mut nx, mut ny) = (0, 0);
     let mut declared = Declared::default();
@@ -193,13 +205,13 @@ fn read_ascii(path: &Path, source: impl BufRead) -> Result<(HeightMap, Declared)
         && blocks.len() == 1
         && let Some(map) = triples::list(path, &heights)
     {
-        return Ok((map, declared));
+        return Ok((map, declared, Layout::Triples));
     }
     // A matrix three wide must have no blank lines.
     if nx == 3 && blocks.len() > 1 {
-        return Ok((triples::map(path, &heights, &blocks)?, declared));
+        return Ok((triples::map(path, &heights, &blocks)?, declared, Layout::Triples));
     }
-    Ok((HeightMap::new(&path.display().to_string(), nx, ny, heights)?, declared))
+    Ok((HeightMap::new(&path.display().to_string(), nx, ny, heights)?, declared, Layout::Matrix))
 }
 
 impl Declared {

@@ -4,9 +4,11 @@
 
 pub mod csv;
 pub mod heights;
+pub mod import;
 pub mod json;
 pub mod land;
 pub mod mcap;
+pub mod netcdf;
 pub mod npy;
 pub mod reduce;
 pub mod results;

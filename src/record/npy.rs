@@ -68,7 +68,7 @@ pub fn write<T: Element>(path: &Path, nx: usize, ny: usize, values: impl IntoIte
 
 /// Kind and byte order of one stored number.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Stored {
+pub(super) enum Stored {
     F8 { big: bool },
     F4 { big: bool },
     F2 { big: bool },
@@ -97,7 +97,7 @@ impl Stored {
         })
     }
 
-    fn bytes(self) -> usize {
+    pub(super) fn bytes(self) -> usize {
         match self {
             Stored::F8 { .. } => 8,
             Stored::F4 { .. } => 4,
@@ -107,7 +107,7 @@ impl Stored {
         }
     }
 
-    fn value(self, b: &[u8]) -> f64 {
+    pub(super) fn value(self, b: &[u8]) -> f64 {
         let eight = |b: &[u8]| std::array::from_fn::<u8, 8, _>(|i| b[i]);
         let four = |b: &[u8]| std::array::from_fn::<u8, 4, _>(|i| b[i]);
         match self {
@@ -145,18 +145,29 @@ fn half(word: u16) -> f64 {
     if word >> 15 == 1 { -size } else { size }
 }
 
-/// An open `.npy` file whose header and length have been checked.
-pub struct Reader {
+/// An open `.npy` file, or one inside another, whose header and length have been checked.
+pub struct Reader<R = BufReader<File>> {
     pub nx: usize,
     pub ny: usize,
     stored: Stored,
     fortran: bool,
-    source: BufReader<File>,
+    source: R,
     path: std::path::PathBuf,
 }
 
 /// Shapes past this many entries are taken for a damaged header (it is 64 times the largest challenge grid).
 const MOST_ENTRIES: usize = 1 << 34;
+
+/// What passes through it, counted.
+struct Counted<'a, R>(&'a mut R, u64);
+
+impl<R: Read> Read for Counted<'_, R> {
+    fn read(&mut self, bytes: &mut [u8]) -> std::io::Result<usize> {
+        let n = self.0.read(bytes)?;
+        self.1 += n as u64;
+        Ok(n)
+    }
+}
 
 impl Reader {
     /// Opens a field of floating-point numbers (f2, f4, f8), integers (i1 to i8, u1 to u8) or flags (b1), either byte
@@ -164,8 +175,16 @@ impl Reader {
     pub fn open(path: &Path) -> Result<Self> {
         let file = File::open(path).map_err(Error::io("open", path))?;
         let length = file.metadata().map_err(Error::io("read", path))?.len();
-        let mut source = BufReader::with_capacity(1 << 18, file);
-        let header = Header::from_reader(&mut source).map_err(|e| Error::format(path, e, "a .npy file"))?;
+        Self::of(BufReader::with_capacity(1 << 18, file), length, path)
+    }
+}
+
+impl<R: Read> Reader<R> {
+    /// The same from `length` bytes of a source; `path` is named in errors.
+    pub(super) fn of(mut source: R, length: u64, path: &Path) -> Result<Self> {
+        let mut counted = Counted(&mut source, 0);
+        let header = Header::from_reader(&mut counted).map_err(|e| Error::format(path, e, "a .npy file"))?;
+        let start = counted.1;
         let descriptor = header.type_descriptor.to_string();
         let name = descriptor.trim_matches(['\'', '"']);
         let stored = Stored::named(name).ok_or_else(|| {
@@ -177,7 +196,6 @@ impl Reader {
             _ => return Err(Error::format(path, format!("shape {:?}", header.shape), "two dimensions, [ny, nx]")),
         };
         // Before anything is allocated: a damaged header must not ask for more memory than the file could fill.
-        let start = std::io::Seek::stream_position(&mut source).map_err(Error::io("read", path))?;
         let (have, want) = (length.saturating_sub(start), (nx * ny * stored.bytes()) as u64);
         if have != want {
             let found = format!("{have} bytes of data, {} of them", if have < want { "too few" } else { "too many" });
@@ -205,6 +223,18 @@ impl Reader {
         Ok(())
     }
 
+    /// The whole field as [`read`] gives it.
+    pub(super) fn numbers(self) -> Result<Field<f64>> {
+        if self.stored == Stored::Flag {
+            return Err(Error::format(&self.path, "entries of type bool", "numbers, floating-point or integer"));
+        }
+        let (nx, ny) = (self.nx, self.ny);
+        fits(&self.path, 8 * (nx * ny) as u64)?;
+        let mut values = Vec::with_capacity(nx * ny);
+        self.for_each_row(|_, row| values.extend_from_slice(row))?;
+        Ok(Field { nx, ny, values })
+    }
+
     fn whole_transposed(&mut self) -> Result<Vec<f64>> {
         let mut field = vec![0.0; self.nx * self.ny];
         let mut bytes = vec![0; self.ny * self.stored.bytes()];
@@ -221,19 +251,14 @@ impl Reader {
 /// Reads a field of numbers as f64; integers above 2^53 are rounded. Truth values are refused: they are no heights and
 /// no gaps.
 pub fn read(path: &Path) -> Result<Field<f64>> {
-    let reader = Reader::open(path)?;
-    if reader.stored == Stored::Flag {
-        return Err(Error::format(path, "entries of type bool", "numbers, floating-point or integer"));
-    }
-    let (nx, ny) = (reader.nx, reader.ny);
-    let (need, have) = (8 * (nx * ny) as u64, crate::sys::available_memory_bytes());
-    if need > have {
-        let advice = "a coarser map needs less".into();
-        return Err(Error::Memory { what: format!("reading {}", path.display()), need, have, advice });
-    }
-    let mut values = Vec::with_capacity(nx * ny);
-    reader.for_each_row(|_, row| values.extend_from_slice(row))?;
-    Ok(Field { nx, ny, values })
+    Reader::open(path)?.numbers()
+}
+
+/// Refuses what would not fit into memory.
+pub(super) fn fits(path: &Path, need: u64) -> Result<()> {
+    let have = crate::sys::available_memory_bytes();
+    let (what, advice) = (format!("reading {}", path.display()), "a coarser map needs less".into());
+    if need > have { Err(Error::Memory { what, need, have, advice }) } else { Ok(()) }
 }
 
 /// Reads a map of flags (uint8 or bool).

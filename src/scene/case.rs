@@ -1,5 +1,5 @@
 use super::check::{complaints, cut_offs, missing_files};
-use super::{AdhesionScene, Scene, Slope, Surface, SurfaceScene, Touching};
+use super::{AdhesionScene, FileAsked, Scene, Slope, Surface, SurfaceScene, Touching};
 use crate::atoms::audit::{Asked, AuditInput, Used, audit};
 use crate::atoms::block::Block;
 use crate::atoms::indenter::grid_points;
@@ -11,7 +11,8 @@ use crate::interface::{
     Adhesion, Base, CubicHalfSpace, Elastic, Layer, LennardJonesWall, NonPeriodic, RangeChoice, StiffWall, Wall,
 };
 use crate::method::{Heights, Load, Problem};
-use crate::record::heights::{self, Sign};
+use crate::record::heights::Sign;
+use crate::record::import::Asked as AskedOfFile;
 use crate::record::results::AuditLine;
 use crate::surface::{Spectrum, moments, patch_gradient, range};
 use crate::units::{GPA_PER_EV_A3, Scales};
@@ -111,6 +112,16 @@ impl Case {
                 let grid = Grid::unit(scene.surface.grid, scene.surface.grid);
                 warnings.extend(modes.left_out_by(grid));
                 (grid, spectrum.rms_gradient)
+            }
+            Surface::Fourier { modes, .. } => {
+                let n = scene.surface.grid;
+                if !modes.held_by(Grid::unit(n, n)) {
+                    let least = modes.smallest_grid();
+                    let accepted =
+                        format!("at least {least}, which holds every wave, or surface.low_pass_um that leaves fewer");
+                    return Err(Error::input(place, "surface.grid", n, accepted));
+                }
+                (Grid::unit(n, n), modes.rms_gradient())
             }
             Surface::Imported { grid, heights, .. } if !scene.continuum.periodic => {
                 (*grid, patch_gradient(*grid, heights))
@@ -248,20 +259,25 @@ fn surface(scene: &Scene, file: &Path) -> Result<Surface> {
     let s: &SurfaceScene = &scene.surface;
     if let Some(path) = &s.heights {
         let path = beside(file, path);
-        let (map, declared) = heights::read(&path)?;
         let sign = match s.touching {
             Some(Touching::HighPoints) => Sign::HighFirst,
             _ => Sign::LowFirst,
         };
-        if let Some(says) = declared.sign.filter(|d| *d != sign) {
-            let key = "surface.touching";
-            let found = format!("{:?}, but {} declares that {}", s.touching, path.display(), says.words());
-            return Err(Error::input(file.display(), key, found, "the sign that the height file declares"));
-        }
-        let unit = s.heights_unit_um / scene.laboratory.length_um;
-        let mut map = map.low_first(sign);
-        map.heights.iter_mut().for_each(|h| *h *= unit);
-        return Ok(Surface::imported(map, format!("read from {}", path.display())));
+        let length_um = scene.laboratory.length_um;
+        return Surface::read(
+            &path,
+            FileAsked {
+                asked: AskedOfFile { dataset: s.dataset.as_deref(), fourier: s.fourier },
+                fourier_points: s.fourier_points,
+                sign,
+                unit: s.heights_unit_um / length_um,
+                low_pass: s.low_pass_um.map_or(0.0, |um| um / length_um),
+                low_pass_key: "surface.low_pass_um",
+                sign_key: ("surface.touching", &format!("{:?}", s.touching)),
+                place: &file.display().to_string(),
+                unit_words: &format!("in units of {} µm", s.heights_unit_um),
+            },
+        );
     }
     let (lambda_r, lambda_s) = cut_offs(s, scene.laboratory.length_um);
     let spectrum =
@@ -337,6 +353,10 @@ impl AtomsCase {
         let (lambda_s, curvature_radius) = match &case.surface {
             Surface::Synthesised { spectrum, .. } => (spectrum.lambda_s, spectrum.expected(1.0, 0.0).curvature_radius),
             Surface::Imported { grid, heights, .. } => (2.0 * grid.dx(), moments(*grid, heights).curvature_radius()),
+            Surface::Fourier { modes, .. } => {
+                let heights = modes.heights(case.grid, 0.0);
+                (modes.shortest(), moments(case.grid, &heights).curvature_radius())
+            }
         };
         let p_star = case.p_star.iter().copied().fold(0.0, f64::max);
         let audit = audit(&AuditInput {

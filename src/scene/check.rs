@@ -4,6 +4,7 @@ use super::{AdhesionLaw, Scene, SurfaceScene, WallKind};
 use crate::error::{Complaint, Error};
 use crate::interface::{CubicHalfSpace, RangeChoice};
 use crate::method;
+use crate::record::import::Fourier;
 use std::path::Path;
 
 struct Complaints(Vec<Complaint>);
@@ -79,7 +80,7 @@ pub(super) fn complaints(scene: &Scene) -> Vec<Complaint> {
 /// Files that a scene names and that are not there: said with the key, which an error on opening them does not know.
 pub(super) fn missing_files(scene: &Scene, file: &Path) -> Vec<Complaint> {
     let named = [
-        ("surface.heights", scene.surface.heights.as_ref(), "a height map (.npy or an ASCII matrix)"),
+        ("surface.heights", scene.surface.heights.as_ref(), "a file of heights or of their Fourier coefficients"),
         ("continuum.start", scene.continuum.start.as_ref(), "a gap (.npy)"),
         ("atoms.potential", scene.atoms.as_ref().and_then(|a| a.potential.as_ref()), "an eam/alloy (setfl) file"),
     ];
@@ -108,7 +109,34 @@ fn surface(c: &mut Complaints, scene: &Scene) {
             "\"low-points\" or \"high-points\": a height file does not say which of its points touch first",
         );
         c.positive("surface.heights_unit_um", s.heights_unit_um);
+        let transform = s.fourier == Some(Fourier::Fftw);
+        c.unless(
+            s.fourier_points.is_some() == transform,
+            "surface.fourier_points",
+            s.fourier_points.map_or("not given".into(), |n| n.to_string()),
+            "points per side of the transform's grid with surface.fourier = \"fftw\", and only with it",
+        );
+        c.unless(
+            s.fourier_points.is_none_or(|n| (2..=65_536).contains(&n)),
+            "surface.fourier_points",
+            s.fourier_points.unwrap_or(0),
+            "2 to 65536 points per side",
+        );
+        let waves = s.fourier.is_some_and(Fourier::are_waves);
+        if let Some(um) = s.low_pass_um {
+            c.positive("surface.low_pass_um", um);
+            c.unless(waves, "surface.low_pass_um", um, "only together with surface.fourier");
+        }
+        c.unless(!waves || (2..=65_536).contains(&s.grid), "surface.grid", s.grid, "2 to 65536 points per side");
         return;
+    }
+    for (key, given) in [
+        ("surface.dataset", s.dataset.is_some()),
+        ("surface.fourier", s.fourier.is_some()),
+        ("surface.fourier_points", s.fourier_points.is_some()),
+        ("surface.low_pass_um", s.low_pass_um.is_some()),
+    ] {
+        c.unless(!given, key, "given", "only together with surface.heights, which names a file");
     }
     c.unless((2..=65_536).contains(&s.grid), "surface.grid", s.grid, "2 to 65536 points per side");
     c.unless(s.hurst > 0.0 && s.hurst <= 1.0, "surface.hurst", s.hurst, "a Hurst exponent above 0 and up to 1");

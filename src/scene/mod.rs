@@ -9,11 +9,12 @@ mod source;
 mod syntax;
 
 pub use case::{AtomsCase, Case, PairAdhesion};
-pub use source::Surface;
+pub use source::{FileAsked, Surface};
 
 use crate::grid::Grid;
 use crate::interface::{Adhesion, Base, RangeChoice};
 use crate::method::{Goals, Precision};
+use crate::record::import::Fourier;
 use crate::surface::Amplitudes;
 use crate::{Error, Result};
 use schemars::JsonSchema;
@@ -66,7 +67,8 @@ impl Default for Laboratory {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SurfaceScene {
-    /// Points per side of the grid on which the continuum is solved (a synthesised surface; an imported one has its own).
+    /// Points per side of the grid on which the continuum is solved (a synthesised surface, or one from Fourier coefficients;
+    /// a height map has its own).
     pub grid: usize,
     pub seed: u64,
     /// Hurst exponent H, 0 < H ≤ 1.
@@ -84,12 +86,24 @@ pub struct SurfaceScene {
     /// rms gradient of the whole Fourier sum.
     pub rms_gradient: f64,
     pub amplitudes: Amplitudes,
-    /// A height map to use instead: `.npy`, an ASCII matrix with one row per line, or lines of x y h. Relative to the scene
-    /// file.
+    /// A file to use instead: a height map (`.npy`, `.npz`, HDF5, NetCDF, an ASCII matrix with one row per line, or lines of
+    /// x y h), or Fourier coefficients qX qY Re Im (text, or an array of four columns). Relative to the scene file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub heights: Option<PathBuf>,
     /// Unit of the heights in the file, µm.
     pub heights_unit_um: f64,
+    /// Name of the array, in a file that holds several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dataset: Option<String>,
+    /// What four columns qX qY Re Im are; must be said for them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fourier: Option<Fourier>,
+    /// Points per side of the grid whose transform `"fftw"` coefficients are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fourier_points: Option<usize>,
+    /// Shortest wavelength that is kept of Fourier coefficients, µm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub low_pass_um: Option<f64>,
     /// Which points of the file touch first; must be said for a file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub touching: Option<Touching>,
@@ -111,6 +125,10 @@ impl Default for SurfaceScene {
             amplitudes: Amplitudes::Gaussian,
             heights: None,
             heights_unit_um: 1.0,
+            dataset: None,
+            fourier: None,
+            fourier_points: None,
+            low_pass_um: None,
             touching: None,
         }
     }

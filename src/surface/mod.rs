@@ -2,10 +2,12 @@
 //!
 //! Heights are reduced (unit: the cell's extent in x) and low points touch first.
 
+mod fourier;
 mod spectrum;
 mod statistics;
 mod synthesis;
 
+pub use fourier::FourierModes;
 pub use spectrum::{Amplitudes, Expected, Spectrum};
 pub use statistics::{Moments, PsdBin, Range, moments, patch_gradient, psd, range};
 pub use synthesis::{Modes, lower_to_zero, resample};

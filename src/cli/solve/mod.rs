@@ -1,15 +1,15 @@
 mod told;
 
-use super::{listen::Teller, words};
+use super::{file::FileFlags, listen::Teller, words};
 use crate::error::Complaint;
 use crate::grid::{Grid, Series};
 use crate::interface::{Base, CubicHalfSpace, Elastic, Layer, NonPeriodic, RangeChoice, StiffWall, Wall};
 use crate::method::{self, ContactMethod, Goals, Heights, Load, Precision, Problem, Stop};
 use crate::path::{Begin, Checkpoint, Keeper, LoadPath};
 use crate::pipeline::{Key, Listener, Progress};
-use crate::record::heights::{self, Sign};
+use crate::record::heights::Sign;
 use crate::report::number::memory;
-use crate::scene::{AdhesionLaw, WallKind, default_tolerance};
+use crate::scene::{AdhesionLaw, FileAsked, Surface, WallKind, default_tolerance};
 use crate::surface::{Modes, Spectrum};
 use crate::{Error, Result};
 use serde_json::json;
@@ -23,9 +23,21 @@ const CHECKPOINT: &str = "checkpoint";
 #[derive(Debug, Clone, clap::Args)]
 #[command(allow_negative_numbers = true)]
 pub struct Solve {
-    /// Height map: .npy, ASCII matrix or lines of x y h. Low points touch first unless --flip.
-    #[arg(long, value_name = "FILE", required_unless_present = "challenge", conflicts_with = "challenge")]
+    /// File of heights or of Fourier coefficients, as --heights names one.
+    #[arg(required_unless_present_any = ["challenge", "heights"], conflicts_with_all = ["challenge", "heights"])]
+    file: Option<PathBuf>,
+    /// Height map (.npy, .npz, HDF5, NetCDF, ASCII matrix or lines of x y h), or Fourier coefficients qX qY Re Im. Low points
+    /// touch first unless --flip.
+    #[arg(long, value_name = "FILE", conflicts_with = "challenge")]
     heights: Option<PathBuf>,
+    #[command(flatten)]
+    flags: FileFlags,
+    /// Points per side for Fourier coefficients; a height map has its own.
+    #[arg(long, value_name = "N", conflicts_with = "challenge")]
+    grid: Option<usize>,
+    /// Shortest wavelength that is kept of Fourier coefficients.
+    #[arg(long, value_name = "LAMBDA", conflicts_with = "challenge")]
+    low_pass: Option<f64>,
     /// Instead of a map: the challenge's spectrum on N x N points of a cell of extent --length. Its waves are kept, not its
     /// heights, so that a large grid takes no more memory than the solver.
     #[arg(long, value_name = "N")]
@@ -159,6 +171,7 @@ impl Solve {
         }
         [
             ("--length-y", self.length_y),
+            ("--low-pass", self.low_pass),
             ("--rho", self.rho),
             ("--tol", self.tol),
             ("--thickness", self.thickness),
@@ -169,6 +182,22 @@ impl Solve {
         ]
         .into_iter()
         .for_each(|(key, value)| value.into_iter().for_each(|v| positive(key, v)));
+        self.flags.check(self.challenge.is_none(), &mut list);
+        for (key, found) in [("--grid", self.grid.map(|n| n as f64)), ("--low-pass", self.low_pass)] {
+            if let Some(found) = found.filter(|_| !self.flags.are_waves()) {
+                list.push(Complaint::new(
+                    key,
+                    found,
+                    "only together with --fourier: a height map has points of its own",
+                ));
+            }
+        }
+        if let Some(y) = self.length_y.filter(|_| self.flags.are_waves()) {
+            list.push(Complaint::new("--length-y", y, "none: the cell of Fourier coefficients is square"));
+        }
+        if let Some(n) = self.grid.filter(|n| !(1..=MOST_POINTS).contains(n)) {
+            list.push(Complaint::new("--grid", n, format!("1 to {MOST_POINTS} points per side")));
+        }
         if let Some(tolerance) = self.tol.filter(|t| *t >= 1.0) {
             list.push(Complaint::new("--tol", tolerance, "a number below 1"));
         }
@@ -247,19 +276,43 @@ impl Solve {
             modes.left_out_by(grid).iter().for_each(|w| teller.warn(w));
             return Ok(Given::Series(grid, modes.series()));
         }
-        let file = self.heights.as_ref().expect("clap requires one of the two");
-        let (map, declared) = heights::read(file)?;
-        let sign = if self.flip { Sign::HighFirst } else { Sign::LowFirst };
-        if let Some(says) = declared.sign.filter(|s| *s != sign) {
-            let found = if self.flip { "given" } else { "not given" };
-            let accepted = format!("what {} declares: {}", file.display(), says.words());
-            return Err(Error::input("command line", "--flip", found, accepted));
+        let file = self.surface_file().expect("clap requires one of the two");
+        let surface = Surface::read(
+            file,
+            FileAsked {
+                asked: self.flags.asked(),
+                fourier_points: self.flags.fourier_points,
+                sign: if self.flip { Sign::HighFirst } else { Sign::LowFirst },
+                unit: 1.0 / self.length,
+                low_pass: self.low_pass.map_or(0.0, |l| l / self.length),
+                low_pass_key: "--low-pass",
+                sign_key: ("--flip", if self.flip { "given" } else { "not given" }),
+                place: "command line",
+                unit_words: "as they are",
+            },
+        )?;
+        match surface {
+            Surface::Imported { grid, heights, .. } => {
+                let ly = self.length_y.map_or(grid.ly, |y| y / self.length);
+                Ok(Given::Nodes(Grid { ly, ..grid }, heights))
+            }
+            Surface::Fourier { modes, .. } => {
+                let n = self.grid.unwrap_or(0);
+                if !modes.held_by(Grid::unit(n.max(1), n.max(1))) {
+                    let found = self.grid.map_or("not given".into(), |n| n.to_string());
+                    let least = modes.smallest_grid();
+                    let accepted =
+                        format!("at least {least}, which holds every wave, or a --low-pass that leaves fewer");
+                    return Err(Error::input("command line", "--grid", found, accepted));
+                }
+                Ok(Given::Series(Grid::unit(n, n), modes.into_series()))
+            }
+            Surface::Synthesised { .. } => unreachable!("files are no spectra"),
         }
-        let mut map = map.low_first(sign);
-        let scale = 1.0 / self.length;
-        map.heights.iter_mut().for_each(|h| *h *= scale);
-        let ly = self.length_y.map_or(map.ny as f64 / map.nx as f64, |y| y / self.length);
-        Ok(Given::Nodes(Grid { nx: map.nx, ny: map.ny, lx: 1.0, ly }, map.heights))
+    }
+
+    fn surface_file(&self) -> Option<&std::path::Path> {
+        self.file.as_ref().or(self.heights.as_ref()).map(PathBuf::as_path)
     }
 
     /// The problem, with the adhesion as asked for.
@@ -292,7 +345,8 @@ impl Solve {
 
     /// What a checkpoint must be of to be gone on from: this command, and what its files hold.
     fn key(&self) -> Result<String> {
-        let files = [&self.heights, &self.start].map(|f| f.as_ref().map(|f| Key::of_file(f)).transpose());
+        let files = [&self.surface_file().map(PathBuf::from), &self.start]
+            .map(|f| f.as_ref().map(|f| Key::of_file(f)).transpose());
         let [heights, start] = files;
         let silent = Solve { json: false, ..self.clone() };
         Ok(Key::new("solve", &(format!("{silent:?}"), heights?, start?), &[])?.with(""))

@@ -1,0 +1,62 @@
+use super::Asked;
+use crate::error::{Error, Result};
+use crate::record::heights::HeightMap;
+use std::path::Path;
+
+/// Names that heights go by, where a file holds several arrays.
+const USUAL: [&str; 3] = ["heights", "surface", "topography"];
+
+/// The array that is meant: the one that is asked for, the only one, or the only one with a usual name. `names` are those of
+/// the two-dimensional arrays of numbers.
+pub(super) fn choose<'a>(path: &Path, names: &'a [String], asked: Asked) -> Result<&'a str> {
+    let list = names.join(", ");
+    let last = |name: &str| name.rsplit('/').next().unwrap_or(name).to_string();
+    if let Some(wanted) = asked.dataset {
+        let found = names.iter().find(|n| n.trim_start_matches('/') == wanted.trim_start_matches('/'));
+        return found.map(String::as_str).ok_or_else(|| {
+            let accepted =
+                if names.is_empty() { "a file with a two-dimensional array of numbers".into() } else { list };
+            Error::format(path, format!("no two-dimensional array of numbers named {wanted:?}"), accepted)
+        });
+    }
+    let usual: Vec<&String> = names.iter().filter(|n| USUAL.contains(&last(n).as_str())).collect();
+    match (names, &usual[..]) {
+        ([], _) => Err(Error::format(path, "no two-dimensional array of numbers", "a file with one")),
+        ([only], _) => Ok(only),
+        (_, [only]) => Ok(only),
+        _ => {
+            let found = format!("{} two-dimensional arrays ({list})", names.len());
+            Err(Error::format(path, found, "the name of one of them as --dataset (surface.dataset)"))
+        }
+    }
+}
+
+/// Which index of a stored array is x.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Order {
+    /// `[y, x]`, as everywhere in this program.
+    RowsOfX,
+    /// `[x, y]`, as SurfaceTopography and ContactMechanics have it.
+    RowsOfY,
+}
+
+impl Order {
+    pub(super) fn words(self) -> &'static str {
+        match self {
+            Order::RowsOfX => "[ny, nx]",
+            Order::RowsOfY => "[nx, ny], the first index is x",
+        }
+    }
+}
+
+/// A map from an array `[first, second]` in C order.
+pub(super) fn map(path: &Path, [first, second]: [usize; 2], values: Vec<f64>, order: Order) -> Result<HeightMap> {
+    let place = path.display().to_string();
+    match order {
+        Order::RowsOfX => HeightMap::new(&place, second, first, values),
+        Order::RowsOfY => {
+            let turned = (0..values.len()).map(|i| values[i % first * second + i / first]).collect();
+            HeightMap::new(&place, first, second, turned)
+        }
+    }
+}

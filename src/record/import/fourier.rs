@@ -1,0 +1,84 @@
+use crate::error::{Error, Result};
+use std::io::BufRead;
+use std::path::Path;
+
+/// One line `qX qY Re Im`: wave numbers in units of 2π over the cell's extent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wave {
+    pub kx: i32,
+    pub ky: i32,
+    pub re: f64,
+    pub im: f64,
+}
+
+/// Largest wave number that is read. A grid that holds it has 65537 points a side.
+const LARGEST: f64 = 32_768.0;
+
+/// Whether four columns could be waves: all of the first two are whole numbers, and most lines are of a wave of their own.
+pub(super) fn may_be(columns: &[f64]) -> bool {
+    let pair = |line: &[f64]| Some((whole(line[0])?, whole(line[1])?));
+    let Some(mut pairs) = columns.chunks_exact(4).map(pair).collect::<Option<Vec<_>>>() else { return false };
+    let lines = pairs.len();
+    pairs.sort_unstable();
+    pairs.dedup();
+    2 * pairs.len() > lines
+}
+
+fn whole(value: f64) -> Option<i32> {
+    (value.fract() == 0.0 && value.abs() <= LARGEST).then_some(value as i32)
+}
+
+/// Waves from four columns; `n` of the message counts lines from 1.
+pub(super) fn of_columns(path: &Path, columns: &[f64]) -> Result<Vec<Wave>> {
+    let lines = columns.chunks_exact(4).zip(1..);
+    lines.map(|(line, n)| wave(path, n, [line[0], line[1], line[2], line[3]])).collect()
+}
+
+fn wave(path: &Path, line: usize, [kx, ky, re, im]: [f64; 4]) -> Result<Wave> {
+    let mode = |name: &str, value: f64| {
+        whole(value).ok_or_else(|| {
+            let accepted = format!("whole numbers up to {LARGEST} in size, in units of 2π over the cell's extent");
+            Error::format(path, format!("{name} = {value} on line {line}"), accepted)
+        })
+    };
+    for (name, value) in [("Re", re), ("Im", im)] {
+        if !value.is_finite() {
+            return Err(Error::format(path, format!("{name} = {value} on line {line}"), "finite numbers"));
+        }
+    }
+    Ok(Wave { kx: mode("qX", kx)?, ky: mode("qY", ky)?, re, im })
+}
+
+/// Waves from lines of text; `#` starts a comment. One line is held at a time.
+pub(super) fn read_text(path: &Path, mut source: impl BufRead) -> Result<Vec<Wave>> {
+    let mut waves = Vec::new();
+    let (mut text, mut number) = (String::new(), 0);
+    loop {
+        text.clear();
+        number += 1;
+        if source.read_line(&mut text).map_err(Error::io("read", path))? == 0 {
+            break;
+        }
+        let words = text.split('#').next().unwrap_or("");
+        let mut columns = [0.0; 4];
+        let mut count = 0;
+        for word in words.split(|c: char| c.is_whitespace() || c == ',').filter(|w| !w.is_empty()) {
+            let value: f64 = word.parse().map_err(|_| {
+                Error::format(path, format!("{word:?} on line {number}, column {}", count + 1), "a number")
+            })?;
+            if let Some(column) = columns.get_mut(count) {
+                *column = value;
+            }
+            count += 1;
+        }
+        match count {
+            0 => {}
+            4 => waves.push(wave(path, number, columns)?),
+            _ => {
+                let found = format!("{count} numbers on line {number}");
+                return Err(Error::format(path, found, "four, qX qY Re Im (or the file is cut off)"));
+            }
+        }
+    }
+    if waves.is_empty() { Err(Error::format(path, "no waves", "lines of qX qY Re Im")) } else { Ok(waves) }
+}

@@ -1,0 +1,47 @@
+use super::Found;
+use crate::error::{Error, Result};
+use crate::record::heights::{self, HeightMap, Layout};
+use std::io::BufRead;
+use std::path::Path;
+
+/// How far a repeated edge may be from the first, over the range of heights: what writers round away.
+const OFF: f64 = 1e-5;
+
+/// Points along x and y from a first line `#nx ny`, if that is what a file starts with.
+pub(super) fn header(start: &[u8]) -> Option<(usize, usize)> {
+    let line = start.split(|b| *b == b'\n').next()?;
+    let words = std::str::from_utf8(line).ok()?.strip_prefix('#')?;
+    let mut numbers = words.split_whitespace().map(|w| w.parse::<usize>().ok());
+    match (numbers.next(), numbers.next(), numbers.next()) {
+        (Some(Some(nx)), Some(Some(ny)), None) if nx > 0 && ny > 0 => Some((nx, ny)),
+        _ => None,
+    }
+}
+
+/// A `konfig` file of contMech: `#nx ny`, then lines of `x y h` in blocks, whose last line and last block repeat the first
+/// because the cell does.
+pub(super) fn read(path: &Path, source: impl BufRead, nx: usize, ny: usize) -> Result<Found> {
+    let (map, declared, layout) = heights::read_ascii(path, source)?;
+    if layout != Layout::Triples || (map.nx, map.ny) != (nx + 1, ny + 1) {
+        let found = match layout {
+            Layout::Triples => format!("{} x {} points after the header #{nx} {ny}", map.nx, map.ny),
+            Layout::Matrix => format!("lines of {} numbers after the header #{nx} {ny}", map.nx),
+        };
+        let accepted =
+            format!("lines of x y h on {} x {} points: the first row and column again at the end", nx + 1, ny + 1);
+        return Err(Error::format(path, found, accepted));
+    }
+    let at = |x: usize, y: usize| map.heights[y * map.nx + x];
+    let (low, high) = map.heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
+    let edges = (0..=ny).map(|y| (nx, y)).chain((0..=nx).map(|x| (x, ny)));
+    for (x, y) in edges {
+        let first = at(x % nx, y % ny);
+        if (at(x, y) - first).abs() > OFF * (high - low) {
+            let found = format!("{:e} at the repeated point x = {x}, y = {y}", at(x, y));
+            return Err(Error::format(path, found, format!("{first:e}, the height that it repeats")));
+        }
+    }
+    let heights = (0..nx * ny).map(|i| at(i % nx, i / nx)).collect();
+    let map = HeightMap::new(&path.display().to_string(), nx, ny, heights)?;
+    Ok(Found::map(map, declared, "konfig of contMech, lines of x y h"))
+}

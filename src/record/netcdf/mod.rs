@@ -1,0 +1,226 @@
+//! NetCDF-4 files: arrays with named dimensions, coordinates, units and attributes, which are HDF5 files as well.
+//!
+//! xarray opens one with `xarray.open_dataset(path, engine="h5netcdf")`, h5py as any HDF5 file with dimension scales. All
+//! sizes are known before the first byte, so that a file is written from front to back and no map is held: fields come row by
+//! row from the `.npy` files of a run.
+//!
+//! The layout follows the HDF5 file format specification, version 3.0, in its oldest form (superblock 0, object headers 1),
+//! and appendix "NetCDF-4 format" of the NetCDF user's guide for dimensions.
+
+mod layout;
+pub mod run;
+
+use super::land::land;
+use super::npy::Reader;
+use crate::error::{Error, Result};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// A message of an object header holds at most 64 KiB.
+const LONGEST_TEXT: usize = 60_000;
+
+/// What is said beside numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Attribute {
+    Text(String),
+    Number(f64),
+}
+
+/// Where the numbers of a variable come from.
+#[derive(Debug, Clone)]
+pub enum Data {
+    Numbers(Vec<f64>),
+    /// Maps `[ny, nx]` one after another, times a factor.
+    Scaled(Vec<PathBuf>, f64),
+    /// 1 where the maps are at most zero, else 0; as bytes.
+    AtMostZero(Vec<PathBuf>),
+    /// Maps of flags; as bytes.
+    Flags(Vec<PathBuf>),
+}
+
+impl Data {
+    fn bytes_each(&self) -> usize {
+        match self {
+            Data::Numbers(_) | Data::Scaled(..) => 8,
+            Data::AtMostZero(_) | Data::Flags(_) => 1,
+        }
+    }
+}
+
+/// An array in row-major order. One of a single dimension of its own name is that dimension's coordinate.
+#[derive(Debug, Clone)]
+pub struct Variable {
+    pub name: String,
+    pub dimensions: Vec<String>,
+    pub data: Data,
+    pub attributes: Vec<(String, Attribute)>,
+}
+
+impl Variable {
+    /// With its unit ("1" for none) and what it is.
+    pub fn new(name: &str, dimensions: &[&str], data: Data, units: &str, long_name: &str) -> Self {
+        let text = |key: &str, value: &str| (key.to_string(), Attribute::Text(value.to_string()));
+        let dimensions = dimensions.iter().map(|d| d.to_string()).collect();
+        let attributes = vec![text("units", units), text("long_name", long_name)];
+        Variable { name: name.into(), dimensions, data, attributes }
+    }
+
+    pub fn with(mut self, key: &str, value: Attribute) -> Self {
+        self.attributes.push((key.into(), value));
+        self
+    }
+}
+
+/// Writes a file. Every dimension must have its coordinate among the variables, of numbers; that is where its size is from.
+///
+/// # Errors
+/// A dimension without a coordinate, a variable whose numbers do not fill its dimensions, maps of another shape than they
+/// declare.
+pub fn write(path: &Path, attributes: &[(String, Attribute)], variables: &[Variable]) -> Result<()> {
+    let texts = variables.iter().flat_map(|v| &v.attributes).chain(attributes);
+    if let Some((name, _)) = texts.into_iter().find(|(_, a)| matches!(a, Attribute::Text(t) if t.len() > LONGEST_TEXT))
+    {
+        return Err(Error::format(
+            path,
+            format!("attribute {name} of more than {LONGEST_TEXT} bytes"),
+            "a shorter text",
+        ));
+    }
+    let shapes: Vec<Vec<u64>> = variables.iter().map(|v| shape(path, variables, v)).collect::<Result<_>>()?;
+    let head = layout::head(attributes, variables, &shapes);
+    land(path, |w| {
+        w.write_all(&head)?;
+        for (variable, shape) in variables.iter().zip(&shapes) {
+            let bytes = put(w, &variable.data, shape)
+                .map_err(|e| io::Error::new(e.kind(), format!("variable {}: {e}", variable.name)))?;
+            w.write_all(&[0; 8][..layout::padding(bytes)])?;
+        }
+        Ok(())
+    })
+}
+
+fn shape(path: &Path, variables: &[Variable], of: &Variable) -> Result<Vec<u64>> {
+    let size = |dimension: &String| {
+        let coordinate = variables.iter().find(|v| v.name == *dimension && v.dimensions == [dimension.as_str()]);
+        match coordinate.map(|c| &c.data) {
+            Some(Data::Numbers(values)) if !values.is_empty() => Ok(values.len() as u64),
+            _ => {
+                let found = format!("variable {} along {dimension}", of.name);
+                Err(Error::format(path, found, "dimensions that have a coordinate"))
+            }
+        }
+    };
+    let shape: Vec<u64> = of.dimensions.iter().map(size).collect::<Result<_>>()?;
+    let count: u64 = shape.iter().product();
+    let holds = match &of.data {
+        Data::Numbers(values) => values.len() as u64 == count,
+        Data::Scaled(files, _) | Data::AtMostZero(files) | Data::Flags(files) => {
+            shape.len() >= 2 && shape[..shape.len() - 2].iter().product::<u64>() == files.len() as u64
+        }
+    };
+    let found = || format!("values of {} that do not fill its dimensions {shape:?}", of.name);
+    if holds { Ok(shape) } else { Err(Error::format(path, found(), "as many as they have points")) }
+}
+
+/// Writes the numbers of a variable and returns how many bytes they are.
+fn put(w: &mut impl Write, data: &Data, shape: &[u64]) -> io::Result<u64> {
+    let count: u64 = shape.iter().product();
+    let (files, of): (_, Box<dyn Fn(f64) -> f64>) = match data {
+        Data::Numbers(values) => {
+            values.iter().try_for_each(|v| w.write_all(&v.to_le_bytes()))?;
+            return Ok(8 * count);
+        }
+        Data::Scaled(files, factor) => (files, Box::new(move |v| v * factor)),
+        Data::AtMostZero(files) => (files, Box::new(|v| f64::from(u8::from(v <= 0.0)))),
+        Data::Flags(files) => (files, Box::new(|v| v)),
+    };
+    let map = [shape[shape.len() - 2], shape[shape.len() - 1]];
+    let wide = data.bytes_each() == 8;
+    let mut bytes = Vec::new();
+    for file in files {
+        let reader = Reader::open(file).map_err(io::Error::other)?;
+        if [reader.ny as u64, reader.nx as u64] != map {
+            let found = format!("{} is [{}, {}], not {map:?}", file.display(), reader.ny, reader.nx);
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, found));
+        }
+        let mut written = Ok(());
+        reader
+            .for_each_row(|_, row| {
+                bytes.clear();
+                for &value in row {
+                    if wide { bytes.extend(of(value).to_le_bytes()) } else { bytes.push(of(value) as u8) }
+                }
+                if written.is_ok() {
+                    written = w.write_all(&bytes);
+                }
+            })
+            .map_err(io::Error::other)?;
+        written?;
+    }
+    Ok(count * data.bytes_each() as u64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::npy;
+
+    fn numbers(name: &str, dimensions: &[&str], values: &[f64]) -> Variable {
+        Variable::new(name, dimensions, Data::Numbers(values.to_vec()), "m", "what it is")
+    }
+
+    /// Read back by another implementation of the format.
+    #[test]
+    fn another_reader_finds_names_numbers_and_units() {
+        let folder = tempfile::tempdir().unwrap();
+        let maps: Vec<PathBuf> = (0..2).map(|k| folder.path().join(format!("{k}.npy"))).collect();
+        for (k, map) in maps.iter().enumerate() {
+            npy::write(map, 3, 2, (0..6).map(|i| (10 * k) as f64 + f64::from(i) - 1.0)).unwrap();
+        }
+        let axes = ["load", "y", "x"];
+        let path = folder.path().join("results.nc");
+        let variables = [
+            numbers("x", &["x"], &[0.0, 1.0, 2.0]),
+            numbers("y", &["y"], &[0.0, 1.0]),
+            numbers("load", &["load"], &[0.1, 0.2]),
+            numbers("curve", &["load"], &[5.0, f64::NAN]).with("answer", Attribute::Number(42.0)),
+            Variable::new("gap", &axes, Data::Scaled(maps.clone(), 0.5), "m", "gap"),
+            Variable::new("contact", &axes, Data::AtMostZero(maps), "1", "contact"),
+            numbers("scalar", &[], &[7.0]),
+        ];
+        let title = [("title".to_string(), Attribute::Text("Übersicht".into()))];
+        write(&path, &title, &variables).unwrap();
+        let file = netcdf_reader::NcFile::open(&path).unwrap();
+        assert!(
+            matches!(&file.global_attribute("title").unwrap().value, netcdf_reader::NcAttrValue::Chars(t) if t == "Übersicht")
+        );
+        let gap = file.variable("gap").unwrap();
+        assert_eq!(gap.dimensions().iter().map(|d| d.name.as_str()).collect::<Vec<_>>(), axes);
+        let values: Vec<f64> = file.read_variable_as_f64("gap").unwrap().iter().copied().collect();
+        assert_eq!(values, [-0.5, 0.0, 0.5, 1.0, 1.5, 2.0, 4.5, 5.0, 5.5, 6.0, 6.5, 7.0]);
+        let contact: Vec<f64> = file.read_variable_as_f64("contact").unwrap().iter().copied().collect();
+        assert_eq!(contact, [1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!(file.read_variable_as_f64("scalar").unwrap().iter().copied().collect::<Vec<_>>(), [7.0]);
+    }
+
+    #[test]
+    fn what_does_not_fit_is_not_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("results.nc");
+        let says = |variables: &[Variable], piece: &str| {
+            let message = write(&path, &[], variables).unwrap_err().to_string();
+            assert!(message.contains("results.nc") && message.contains(piece), "{message}");
+            assert!(!path.exists());
+        };
+        let x = numbers("x", &["x"], &[0.0, 1.0]);
+        says(&[numbers("a", &["x"], &[1.0, 2.0])], "variable a along x");
+        says(&[x.clone(), numbers("a", &["x"], &[1.0])], "values of a that do not fill");
+        let map = folder.path().join("map.npy");
+        npy::write(&map, 3, 2, [0.0_f64; 6]).unwrap();
+        let y = numbers("y", &["y"], &[0.0, 1.0]);
+        says(
+            &[x, y, Variable::new("m", &["y", "x"], Data::Scaled(vec![map], 1.0), "m", "map")],
+            "is [2, 3], not [2, 2]",
+        );
+    }
+}

@@ -1,0 +1,289 @@
+//! A finished run as one file: maps with their coordinates, curves and distributions, in SI units.
+
+use super::{Attribute, Data, Variable, write};
+use crate::error::Result;
+use crate::observe::Distribution;
+use crate::record::heights::Sign;
+use crate::record::npy::Reader;
+use crate::record::results::{AtomsResults, ContinuumResults, Observed, Results, StateResults, SurfaceResults, Way};
+use crate::units::ANGSTROM_M;
+use std::path::{Path, PathBuf};
+
+/// Name of the file in a run folder.
+pub const FILE: &str = "results.nc";
+
+const ATOMS_MAP: [&str; 3] = ["atoms_load", "atoms_y", "atoms_x"];
+
+/// Writes `results.nc` into a run folder, from its results and the fields that they name.
+pub fn write_run(folder: &Path, results: &Results) -> Result<()> {
+    let text = |key: &str, value: &str| (key.to_string(), Attribute::Text(value.to_string()));
+    let mut attributes = vec![
+        text("title", &results.name),
+        text("description", &results.description),
+        text("source", &format!("asperity {}", env!("CARGO_PKG_VERSION"))),
+        text("references", &results.sources.join("\n")),
+        ("length_m".to_string(), Attribute::Number(results.scales.length_m)),
+        ("contact_modulus_pa".to_string(), Attribute::Number(results.scales.modulus_pa)),
+    ];
+    let (length, modulus) = (results.scales.length_m, results.scales.modulus_pa);
+    let mut list = surface(folder, &results.surface, length);
+    if let Some(continuum) = &results.continuum {
+        let words = [("method", &continuum.method), ("kernel", &continuum.kernel)];
+        let words = words.into_iter().chain([("adhesion", &continuum.adhesion), ("wall", &continuum.wall)]);
+        attributes.extend(words.map(|(key, value)| text(key, value)));
+        list.extend(curves(continuum, length, modulus));
+        list.extend(maps(folder, continuum, length, modulus));
+        list.extend(distributions(&continuum.states, length, modulus));
+    }
+    if let Some(atoms) = &results.atoms {
+        list.extend(of_atoms(folder, atoms)?);
+    }
+    write(&folder.join(FILE), &attributes, &list)
+}
+
+/// A coordinate of `n` numbers from `first` on.
+fn counter(name: &str, first: usize, n: usize, long_name: &str) -> Variable {
+    let numbers = (first..first + n).map(|i| i as f64).collect();
+    Variable::new(name, &[name], Data::Numbers(numbers), "1", long_name)
+}
+
+/// Positions of `n` nodes over an extent.
+fn axis(name: &str, n: usize, extent: f64) -> Variable {
+    let at = (0..n).map(|i| i as f64 * extent / n as f64).collect();
+    Variable::new(name, &[name], Data::Numbers(at), "m", &format!("position along {}", &name[name.len() - 1..]))
+}
+
+fn surface(folder: &Path, s: &SurfaceResults, length: f64) -> Vec<Variable> {
+    let file = vec![folder.join(&s.heights)];
+    // A stack of one map is the map.
+    let heights = Variable::new("heights", &["y", "x"], Data::Scaled(file, length), "m", "height of the rigid surface")
+        .with("sign", Attribute::Text(Sign::LowFirst.words().into()))
+        .with("origin", Attribute::Text(s.origin.clone()));
+    let mut list = vec![axis("x", s.nx, length), axis("y", s.ny, length * s.aspect), heights];
+    if !s.psd.is_empty() {
+        let mode = s.psd.iter().map(|p| p.mode).collect();
+        let square = length * length;
+        let psd = |values: Vec<f64>, name, long| Variable::new(name, &["mode"], Data::Numbers(values), "m2", long);
+        list.push(Variable::new("mode", &["mode"], Data::Numbers(mode), "1", "wave number |q| L/2π"));
+        list.push(psd(s.psd.iter().map(|p| p.realised * square).collect(), "psd", "mean |a|² of the waves, realised"));
+        if s.psd.iter().any(|p| p.expected.is_some()) {
+            let expected = s.psd.iter().map(|p| p.expected.map_or(f64::NAN, |e| e * square)).collect();
+            list.push(psd(expected, "psd_expected", "mean |a|² of the waves, as the spectrum has it"));
+        }
+    }
+    list
+}
+
+/// One number per load; what a state does not know is NaN, and a curve that no state knows is left out.
+fn curves(c: &ContinuumResults, length: f64, modulus: f64) -> Vec<Variable> {
+    type Of = fn(&StateResults) -> Option<f64>;
+    let list: [(&str, f64, &str, &str, Of); 20] = [
+        ("p_star", 1.0, "1", "mean pressure over E* times rms gradient", |s| Some(s.p_star)),
+        ("pressure", modulus, "Pa", "mean pressure", |s| Some(s.pressure)),
+        ("contact_fraction", 1.0, "1", "relative contact area, counted", |s| Some(s.contact_fraction)),
+        ("contact_fraction_corrected", 1.0, "1", "relative contact area, perimeter-corrected", |s| {
+            Some(s.contact_fraction_corrected)
+        }),
+        ("mean_gap", length, "m", "mean gap", |s| Some(s.mean_gap)),
+        ("stiffness", modulus / length, "Pa m-1", "contact stiffness dp/du from neighbouring loads", |s| s.stiffness),
+        ("energy", modulus * length, "J m-2", "energy per area", |s| Some(s.energy)),
+        ("interaction_energy", modulus * length, "J m-2", "energy per area of the interaction", |s| {
+            Some(s.interaction_energy)
+        }),
+        ("patches", 1.0, "1", "number of contact patches", |s| Some(s.patches as f64)),
+        ("retracting", 1.0, "1", "1 where the load was come to on the way apart", |s| {
+            Some(f64::from(u8::from(s.way == Way::Retract)))
+        }),
+        ("residual", 1.0, "1", "rms KKT residual over the pressure", |s| Some(s.residual)),
+        ("load_error", 1.0, "1", "relative error of the load", |s| Some(s.load_error)),
+        ("contact_fraction_change", 1.0, "1", "relative change of the area from half the points a side", |s| {
+            s.discretisation.map(|d| d.area)
+        }),
+        ("mean_gap_change", 1.0, "1", "relative change of the mean gap from half the points a side", |s| {
+            s.discretisation.and_then(|d| d.mean_gap)
+        }),
+        ("contact_fraction_extrapolated", 1.0, "1", "area at the true range of the adhesion, corrected", |s| {
+            s.extrapolated.map(|e| e.area.value)
+        }),
+        ("mean_gap_extrapolated", length, "m", "mean gap at the true range of the adhesion", |s| {
+            s.extrapolated.and_then(|e| e.mean_gap).map(|g| g.value)
+        }),
+        ("mean_contact_pressure", modulus, "Pa", "mean pressure on what touches", |s| {
+            s.observed.as_ref().and_then(|o| o.mean_contact_pressure)
+        }),
+        ("typical_patch", length * length, "m2", "area of the patches up to which half the contact lies", |s| {
+            s.observed.as_ref().and_then(|o| o.typical_patch)
+        }),
+        ("conductance", length, "m", "electrical conductance times resistivity, patches as spots", |s| {
+            s.observed.as_ref().map(|o| o.conductance)
+        }),
+        ("leak_gap", length, "m", "even gap that leaks as much", |s| s.observed.as_ref().map(|o| o.leak_gap)),
+    ];
+    let mut variables = vec![counter("load", 1, c.states.len(), "number of the load, in the order of application")];
+    for (name, factor, units, long_name, of) in list {
+        let values: Vec<Option<f64>> = c.states.iter().map(of).collect();
+        if values.iter().any(Option::is_some) {
+            let numbers = values.iter().map(|v| v.map_or(f64::NAN, |v| v * factor)).collect();
+            variables.push(Variable::new(name, &["load"], Data::Numbers(numbers), units, long_name));
+        }
+    }
+    let criterion = c.states.first().map_or(String::new(), |s| s.criterion.clone());
+    for v in variables.iter_mut().filter(|v| v.name.starts_with("contact_fraction")) {
+        v.attributes.push(("criterion".into(), Attribute::Text(criterion.clone())));
+    }
+    if let Some(p) = c.pull_off.as_ref().filter(|p| !p.curve.is_empty()) {
+        let column = |k: usize, factor: f64| Data::Numbers(p.curve.iter().map(|point| point[k] * factor).collect());
+        let along = ["pull_off_point"];
+        variables.push(counter(along[0], 0, p.curve.len(), "points passed on the way apart"));
+        variables.push(Variable::new("pull_off_mean_gap", &along, column(0, length), "m", "mean gap on the way apart"));
+        variables.push(
+            Variable::new("pull_off_pressure", &along, column(1, modulus), "Pa", "mean pressure on the way apart")
+                .with("lowest_pa", Attribute::Number(p.pressure * modulus)),
+        );
+    }
+    variables
+}
+
+/// Fields of the continuum: along `load` if they are stored for every load, else along the loads that they are stored for.
+fn maps(folder: &Path, c: &ContinuumResults, length: f64, modulus: f64) -> Vec<Variable> {
+    let stored: Vec<(usize, &StateResults)> =
+        c.states.iter().enumerate().filter(|(_, s)| s.gap.is_some() && s.stress.is_some()).collect();
+    if stored.is_empty() {
+        return Vec::new();
+    }
+    let files = |of: fn(&StateResults) -> Option<&String>| -> Vec<PathBuf> {
+        stored.iter().filter_map(|(_, s)| of(s)).map(|file| folder.join(file)).collect()
+    };
+    let (gaps, stresses) = (files(|s| s.gap.as_ref()), files(|s| s.stress.as_ref()));
+    let mut list = Vec::new();
+    let along = if stored.len() == c.states.len() { "load" } else { "map_load" };
+    if along == "map_load" {
+        let numbers = Data::Numbers(stored.iter().map(|(i, _)| (i + 1) as f64).collect());
+        list.push(Variable::new(along, &[along], numbers, "1", "number of a load whose maps are kept"));
+    }
+    let map = |name, data, units, long_name| Variable::new(name, &[along, "y", "x"], data, units, long_name);
+    list.push(map("gap", Data::Scaled(gaps.clone(), length), "m", "gap between the surfaces"));
+    list.push(
+        map("contact", Data::AtMostZero(gaps), "1", "1 where the surfaces touch")
+            .with("criterion", Attribute::Text("zero gap".into())),
+    );
+    list.push(map("stress", Data::Scaled(stresses, modulus), "Pa", "interfacial stress, compression positive"));
+    list
+}
+
+/// Rows of different length side by side, the short ones filled up with NaN.
+fn ragged(rows: &[Vec<f64>], width: usize) -> Data {
+    let filled =
+        |row: &Vec<f64>| row.iter().copied().chain(std::iter::repeat(f64::NAN)).take(width).collect::<Vec<_>>();
+    Data::Numbers(rows.iter().flat_map(filled).collect())
+}
+
+/// Probability densities and patches, one row per load.
+fn distributions(states: &[StateResults], length: f64, modulus: f64) -> Vec<Variable> {
+    type Of = fn(&Observed) -> &Distribution;
+    let known: Vec<Option<&Observed>> = states.iter().map(|s| s.observed.as_ref()).collect();
+    if known.iter().all(Option::is_none) {
+        return Vec::new();
+    }
+    let mut list = Vec::new();
+    // Rows of one column of what each load knows, along a dimension that is made for them.
+    let mut table = |dimension: &str, columns: &[(&str, &str, &str, Vec<Vec<f64>>)]| {
+        let width = columns.iter().flat_map(|c| &c.3).map(Vec::len).max().unwrap_or(0);
+        if width > 0 {
+            list.push(counter(dimension, 0, width, "number of the bin"));
+            list.extend(columns.iter().map(|(name, units, long, rows)| {
+                Variable::new(name, &["load", dimension], ragged(rows, width), units, long)
+            }));
+        }
+    };
+    let rows = |of: &dyn Fn(&Observed) -> Vec<f64>| -> Vec<Vec<f64>> {
+        known.iter().map(|o| o.map_or(Vec::new(), of)).collect()
+    };
+    let of: [(&str, f64, &str, &str, Of); 4] = [
+        ("gap", length, "m", "m-1", |o| &o.gap),
+        ("gap_logarithmic", length, "m", "m-1", |o| &o.gap_logarithmic),
+        ("stress", modulus, "Pa", "Pa-1", |o| &o.stress),
+        ("contact_stress", modulus, "Pa", "Pa-1", |o| &o.contact_stress),
+    ];
+    for (name, factor, units, inverse, of) in of {
+        let middle = rows(&|o| of(o).density().iter().map(|d| d.0 * factor).collect());
+        let density = rows(&|o| of(o).density().iter().map(|d| d.1 / factor).collect());
+        table(
+            &format!("{name}_bin"),
+            &[
+                (&format!("{name}_middle"), units, "middle of the bin", middle),
+                (&format!("{name}_density"), inverse, "probability density, of all nodes", density),
+            ],
+        );
+    }
+    let square = length * length;
+    table(
+        "patch_bin",
+        &[
+            ("patch_area", "m2", "area of a patch", rows(&|o| o.patch_density.iter().map(|p| p[0] * square).collect())),
+            (
+                "patch_density",
+                "m-2",
+                "probability density",
+                rows(&|o| o.patch_density.iter().map(|p| p[1] / square).collect()),
+            ),
+            ("patch_count", "1", "patches in the bin", rows(&|o| o.patch_density.iter().map(|p| p[2]).collect())),
+        ],
+    );
+    table(
+        "patch_rank",
+        &[
+            (
+                "patch_area_ranked",
+                "m2",
+                "area of a patch",
+                rows(&|o| o.patch_area.iter().map(|p| p[0] * square).collect()),
+            ),
+            (
+                "patch_share",
+                "1",
+                "share of the contact in patches up to it",
+                rows(&|o| o.patch_area.iter().map(|p| p[1]).collect()),
+            ),
+        ],
+    );
+    list
+}
+
+/// Maps and curves of the atoms, on the grid on which they are compared.
+fn of_atoms(folder: &Path, atoms: &AtomsResults) -> Result<Vec<Variable>> {
+    let mut list = Vec::new();
+    if let Some(first) = atoms.states.first() {
+        let map = Reader::open(&folder.join(&first.gap_map))?;
+        let extent = atoms.length_angstrom * ANGSTROM_M;
+        list.push(axis("atoms_x", map.nx, extent));
+        list.push(axis("atoms_y", map.ny, extent * map.ny as f64 / map.nx as f64));
+        list.push(counter("atoms_load", 1, atoms.states.len(), "number of the load"));
+        let curve =
+            |of: fn(&crate::record::results::AtomState) -> f64| Data::Numbers(atoms.states.iter().map(of).collect());
+        let along = ["atoms_load"];
+        list.push(Variable::new("atoms_p_star", &along, curve(|s| s.p_star), "1", "load over E* times rms gradient"));
+        let contact = "share of the surface atoms that touch";
+        list.push(Variable::new("atoms_contact_fraction", &along, curve(|s| s.contact_fraction), "1", contact));
+        let gap = curve(|s| s.mean_gap_angstrom * ANGSTROM_M);
+        list.push(Variable::new("atoms_mean_gap", &along, gap, "m", "mean gap of the atoms"));
+        let files = |of: fn(&crate::record::results::AtomState) -> &String| -> Vec<PathBuf> {
+            atoms.states.iter().map(|s| folder.join(of(s))).collect()
+        };
+        let gaps = Data::Scaled(files(|s| &s.gap_map), ANGSTROM_M);
+        list.push(Variable::new("atoms_gap", &ATOMS_MAP, gaps, "m", "gap of the nearest surface atom"));
+        let flags = Data::Flags(files(|s| &s.contact_map));
+        list.push(Variable::new("atoms_contact", &ATOMS_MAP, flags, "1", "1 where the nearest surface atom touches"));
+    }
+    if !atoms.ladder.is_empty() {
+        let step =
+            |of: fn(&crate::record::results::LadderStep) -> f64| Data::Numbers(atoms.ladder.iter().map(of).collect());
+        let along = ["ladder_step"];
+        list.push(counter(along[0], 0, atoms.ladder.len(), "step of the displacement ladder"));
+        let down = step(|s| s.displacement_angstrom * ANGSTROM_M);
+        list.push(Variable::new("ladder_displacement", &along, down, "m", "descent of the indenter"));
+        list.push(Variable::new("ladder_p_star", &along, step(|s| s.p_star), "1", "load over E* times rms gradient"));
+        list.push(Variable::new("ladder_contacts", &along, step(|s| s.contacts as f64), "1", "atoms that touch"));
+    }
+    Ok(list)
+}
