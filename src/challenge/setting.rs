@@ -9,13 +9,51 @@ pub(super) const GAMMA: f64 = 2e-5;
 /// Curvature radius that the paper prints, over L.
 const CURVATURE_RADIUS: f64 = 60e-9 / 1e-4;
 
-/// Statistics of the challenge's own surface as printed, with half of the last digit; and of surfaces like it: mean and three
-/// standard deviations of seeds 1 to 24 on 2048² (`docs/challenge.md`).
-const HEIGHTS: [(&str, &str, &str, [f64; 2], [f64; 2]); 4] = [
-    ("S04a", "rms height", "h_rms", [0.762, 5e-4], [0.7825, 0.10]),
-    ("S04b", "mean minus lowest height", "h̄ - h_min", [2.633, 5e-4], [2.94, 0.7]),
-    ("S04c", "range of heights", "h_max - h_min", [5.642, 5e-4], [5.84, 1.1]),
-    ("S04d", "curvature radius", "R_c", [60.0, 0.5], [60.13, 1.5]),
+/// A statistic of heights: as printed of the challenge's own surface, with half of the last digit; and of surfaces like it,
+/// with three standard deviations.
+struct Statistic {
+    id: &'static str,
+    text: &'static str,
+    symbol: &'static str,
+    unit: &'static str,
+    printed: [f64; 2],
+    alike: [f64; 2],
+}
+
+/// Surfaces like it: seeds 1 to 24 on 2048² (`docs/challenge.md`), the rms height as the ensemble has it.
+const HEIGHTS: [Statistic; 4] = [
+    Statistic {
+        id: "S04a",
+        text: "rms height",
+        symbol: "h_rms",
+        unit: "µm",
+        printed: [0.762, 5e-4],
+        alike: [0.7825, 0.10],
+    },
+    Statistic {
+        id: "S04b",
+        text: "mean minus lowest height",
+        symbol: "h̄ - h_min",
+        unit: "µm",
+        printed: [2.633, 5e-4],
+        alike: [2.94, 0.7],
+    },
+    Statistic {
+        id: "S04c",
+        text: "range of heights",
+        symbol: "h_max - h_min",
+        unit: "µm",
+        printed: [5.642, 5e-4],
+        alike: [5.84, 1.1],
+    },
+    Statistic {
+        id: "S04d",
+        text: "curvature radius",
+        symbol: "R_c",
+        unit: "nm",
+        printed: [60.0, 0.5],
+        alike: [60.13, 1.5],
+    },
 ];
 
 pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
@@ -44,7 +82,7 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
         1e-4,
         range.map_or(String::new(), |r| format!("at the range that the grid is given: {:.4}", GAMMA / r[1])),
     ));
-    list.extend(HEIGHTS.iter().map(|h| heights(sight, h)));
+    list.extend(HEIGHTS.iter().map(|of| heights(sight, of)));
     list
 }
 
@@ -71,29 +109,18 @@ fn mesh(sight: &Sight) -> Judged {
     }
 }
 
-fn heights(
-    sight: &Sight,
-    (id, text, symbol, printed, alike): &(&'static str, &'static str, &str, [f64; 2], [f64; 2]),
-) -> Judged {
-    let found = sight.results.surface.statistics.iter().find(|s| s.symbol == *symbol);
-    let unit = if *symbol == "R_c" { "nm" } else { "µm" };
-    let item = Statement::new(id, text, unit);
+fn heights(sight: &Sight, of: &Statistic) -> Judged {
+    let found = sight.results.surface.statistics.iter().find(|s| s.symbol == of.symbol);
+    let item = Statement::new(of.id, of.text, of.unit);
     let Some(found) = found else { return item.not_judged("the surface has no such statistic") };
     if found.held.zip(found.expected).is_some_and(|(held, whole)| (held / whole - 1.0).abs() > 0.01) {
         return item.not_judged("the grid does not hold the whole spectrum: 2002 points a side do");
     }
+    let ([printed, digit], [alike, width]) = (of.printed, of.alike);
     if sight.is_imported() {
-        return item.near(
-            Some(found.realised),
-            printed[0],
-            printed[1],
-            "the paper's own surface, to the last printed digit",
-        );
+        return item.near(Some(found.realised), printed, digit, "the paper's own surface, to the last printed digit");
     }
-    item.near(
-        Some(found.realised),
-        alike[0],
-        alike[1],
-        format!("three standard deviations of surfaces with this spectrum; the paper's own has {} {unit}", printed[0]),
-    )
+    let reason =
+        format!("three standard deviations of surfaces with this spectrum; the paper's own has {printed} {}", of.unit);
+    item.near(Some(found.realised), alike, width, reason)
 }
