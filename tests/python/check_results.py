@@ -47,6 +47,14 @@ with h5py.File(folder / "results.nc") as file:
     assert file.attrs["description"].decode() == results["description"]
     assert file.attrs["length_m"] == length
 
+    # What is solved beside the asked problem lies beside it, along loads of its own.
+    for prefix, beside in (("without_", results.get("without")), ("range_1_", (results.get("other_ranges") or [None])[0])):
+        assert (f"{prefix}mean_gap" in file) == (beside is not None)
+        if beside:
+            gaps = [s["mean_gap"] * length for s in beside["states"]]
+            np.testing.assert_allclose(file[f"{prefix}mean_gap"][...], gaps, rtol=1e-15)
+            assert [list(d.keys()) for d in file[f"{prefix}mean_gap"].dims] == [[f"{prefix}load"]]
+
 with xarray.open_dataset(folder / "results.nc", engine="h5netcdf") as data:
     assert data.attrs["description"] == results["description"]
     assert data.gap.dims == (along, "y", "x") and data.heights.dims == ("y", "x") and data.p_star.dims == ("load",)

@@ -69,6 +69,13 @@ impl Variable {
         self.attributes.push((key.into(), value));
         self
     }
+
+    /// Under a name of its own, along dimensions of its own but for those that are `shared`.
+    pub fn prefixed(mut self, prefix: &str, shared: &[&str]) -> Self {
+        self.name.insert_str(0, prefix);
+        self.dimensions.iter_mut().filter(|d| !shared.contains(&d.as_str())).for_each(|d| d.insert_str(0, prefix));
+        self
+    }
 }
 
 /// Writes a file. Every dimension must have its coordinate among the variables, of numbers; that is where its size is from.

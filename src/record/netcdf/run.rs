@@ -5,7 +5,9 @@ use crate::error::Result;
 use crate::observe::Distribution;
 use crate::record::heights::Sign;
 use crate::record::npy::Reader;
-use crate::record::results::{AtomsResults, ContinuumResults, Observed, Results, StateResults, SurfaceResults, Way};
+use crate::record::results::{
+    AtomsResults, ContinuumResults, Judged, Observed, Results, StateResults, SurfaceResults, Verdict, Way,
+};
 use crate::units::ANGSTROM_M;
 use std::path::{Path, PathBuf};
 
@@ -31,14 +33,40 @@ pub fn write_run(folder: &Path, results: &Results) -> Result<()> {
         let words = [("method", &continuum.method), ("kernel", &continuum.kernel)];
         let words = words.into_iter().chain([("adhesion", &continuum.adhesion), ("wall", &continuum.wall)]);
         attributes.extend(words.map(|(key, value)| text(key, value)));
-        list.extend(curves(continuum, length, modulus));
-        list.extend(maps(folder, continuum, length, modulus));
-        list.extend(distributions(&continuum.states, length, modulus));
+        list.extend(solved(folder, continuum, length, modulus));
+    }
+    let ranges = results.other_ranges.iter().enumerate().map(|(i, c)| (format!("range_{}_", i + 1), c));
+    let beside = results.without.iter().map(|c| ("without_".to_string(), c)).chain(ranges);
+    for (prefix, c) in beside.chain(results.second.iter().map(|c| ("second_".to_string(), c))) {
+        attributes
+            .extend([text(&format!("{prefix}method"), &c.method), text(&format!("{prefix}adhesion"), &c.adhesion)]);
+        list.extend(solved(folder, c, length, modulus).into_iter().map(|v| v.prefixed(&prefix, &["x", "y"])));
+    }
+    if !results.acceptance.is_empty() {
+        let said = |j: &Judged| {
+            let verdict = match j.verdict {
+                Verdict::Pass => "pass",
+                Verdict::Fail => "fail",
+                Verdict::NotJudged => "not judged",
+            };
+            let value = j.value.map_or(String::new(), |v| format!(" {v}"));
+            format!("{}{value}: {verdict}", j.id)
+        };
+        let lines: Vec<String> = results.acceptance.iter().map(said).collect();
+        attributes.push(text("acceptance", &lines.join("\n")));
     }
     if let Some(atoms) = &results.atoms {
         list.extend(of_atoms(folder, atoms)?);
     }
     write(&folder.join(FILE), &attributes, &list)
+}
+
+/// All that is known of one load path.
+fn solved(folder: &Path, c: &ContinuumResults, length: f64, modulus: f64) -> Vec<Variable> {
+    let mut list = curves(c, length, modulus);
+    list.extend(maps(folder, c, length, modulus));
+    list.extend(distributions(&c.states, length, modulus));
+    list
 }
 
 /// A coordinate of `n` numbers from `first` on.
@@ -77,7 +105,7 @@ fn surface(folder: &Path, s: &SurfaceResults, length: f64) -> Vec<Variable> {
 /// One number per load; what a state does not know is NaN, and a curve that no state knows is left out.
 fn curves(c: &ContinuumResults, length: f64, modulus: f64) -> Vec<Variable> {
     type Of = fn(&StateResults) -> Option<f64>;
-    let list: [(&str, f64, &str, &str, Of); 20] = [
+    let list: [(&str, f64, &str, &str, Of); 24] = [
         ("p_star", 1.0, "1", "mean pressure over E* times rms gradient", |s| Some(s.p_star)),
         ("pressure", modulus, "Pa", "mean pressure", |s| Some(s.pressure)),
         ("contact_fraction", 1.0, "1", "relative contact area, counted", |s| Some(s.contact_fraction)),
@@ -113,6 +141,22 @@ fn curves(c: &ContinuumResults, length: f64, modulus: f64) -> Vec<Variable> {
         }),
         ("typical_patch", length * length, "m2", "area of the patches up to which half the contact lies", |s| {
             s.observed.as_ref().and_then(|o| o.typical_patch)
+        }),
+        ("compressive_fraction", 1.0, "1", "relative contact area under compression, counted", |s| {
+            s.observed.as_ref().and_then(|o| Some(o.compressive?.fraction))
+        }),
+        ("compressive_typical_patch", length * length, "m2", "typical patch of the contact under compression", |s| {
+            s.observed.as_ref().and_then(|o| o.compressive?.typical_patch)
+        }),
+        (
+            "hanging_contact_fraction",
+            1.0,
+            "1",
+            "relative change of the area from the same load on the way there",
+            |s| s.hangs.map(|h| h.area),
+        ),
+        ("hanging_mean_gap", 1.0, "1", "relative change of the mean gap from the same load on the way there", |s| {
+            s.hangs.map(|h| h.mean_gap)
         }),
         ("conductance", length, "m", "electrical conductance times resistivity, patches as spots", |s| {
             s.observed.as_ref().map(|o| o.conductance)
