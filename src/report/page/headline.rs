@@ -94,10 +94,10 @@ fn continuum_found(results: &Results, c: &ContinuumResults) -> Option<String> {
 fn turned(c: &ContinuumResults) -> Option<(&StateResults, &StateResults)> {
     let pair = |i: usize| {
         let back = &c.states[i];
-        let there = c.states[..i].iter().filter(|s| s.way == Way::Approach);
+        let mut there = c.states[..i].iter().filter(|s| s.way == Way::Approach);
         let same = |s: &&StateResults| (s.p_star - back.p_star).abs() <= SAME_LOAD * back.p_star.abs();
         (back.way == Way::Retract && back.stop == "converged").then_some(())?;
-        let there = there.filter(same).next_back()?;
+        let there = there.rfind(same)?;
         // Without hysteresis there is one branch, and nothing to tell.
         let alike = percent(there.contact_fraction_corrected) == percent(back.contact_fraction_corrected);
         (!alike).then_some((there, back))
