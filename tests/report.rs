@@ -72,6 +72,7 @@ fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResults {
             mean_gap: Some(Estimate { value: 0.01014, error: 1e-5 }),
         }),
         stiffness: Some(0.345),
+        hangs: None,
         observed: Some(observed(gap)),
         gap: gap_file,
         stress,
@@ -99,6 +100,7 @@ fn observed(gap: &[f64]) -> Observed {
         typical_patch: observe::typical_size(&sizes).map(|a| a as f64 * node),
         conductance: 0.123,
         leak_gap: 0.0,
+        compressive: None,
         contact_spans: [false, true],
         gap_spans: [true, true],
     }
@@ -139,6 +141,7 @@ fn continuum(folder: &Path, name: &str, method: &str, level: f64, stored: [bool;
             curve: vec![[0.010, 0.001], [0.012, -0.0021], [0.016, -0.0007]],
         }),
         pull_off_failure: None,
+        hysteresis_work: None,
     }
 }
 
@@ -301,6 +304,10 @@ fn run_folder(folder: &Path) -> Results {
                 .collect(),
         },
         continuum: Some(continuum(folder, "laboratory", "gfmd", 0.009, [true, true])),
+        without: None,
+        other_ranges: vec![],
+        second: None,
+        acceptance: vec![],
         comparison: Some(comparison(folder, &atoms)),
         atoms: Some(atoms),
         stages: ["surface", "continuum", "atoms", "compare"]

@@ -172,7 +172,7 @@ fn an_interrupted_path_goes_on() {
     };
     let (whole, stopped) = (scratch.path().join("whole"), scratch.path().join("stopped"));
     assert!(command(&whole).output().expect("started").status.success());
-    let mut child = command(&stopped).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("started");
+    let child = command(&stopped).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("started");
     let clock = Instant::now();
     while !stopped.join("load-2-solve.json").exists() {
         assert!(clock.elapsed() < Duration::from_secs(120), "the second load takes for ever");
