@@ -55,9 +55,9 @@ pub enum Error {
     /// A scene file or a command line with one or more bad values.
     #[error("{}", complaints(.place, .list))]
     Input { place: String, list: Vec<Complaint> },
-    /// A scene file that is not TOML, or has an unknown key or a value of the wrong type.
-    #[error("{}{}: {message}", .file.display(), .line.map_or(String::new(), |l| format!(", line {l}")))]
-    Syntax { file: PathBuf, line: Option<usize>, message: String },
+    /// A scene file that is not TOML, or has unknown or missing keys or values of the wrong type: each with its line.
+    #[error("{}", lines(.file, .list))]
+    Syntax { file: PathBuf, list: Vec<(Option<usize>, String)> },
     /// A file whose contents are not what they should be.
     #[error("{}: {found}; accepted: {accepted}", .file.display())]
     Format { file: PathBuf, found: String, accepted: String },
@@ -74,6 +74,9 @@ pub enum Error {
         tolerance: f64,
         partial: Option<PathBuf>,
     },
+    /// The loads of a run were solved and its report stands, but the surfaces were not pulled apart.
+    #[error("the pull-off was not found: {why}; the loads before it are in {}", .kept.display())]
+    PullOff { why: String, kept: PathBuf },
     /// LAMMPS was started and did not end well.
     #[error("LAMMPS failed in {}: {failure}", .folder.display())]
     Lammps { folder: PathBuf, failure: LammpsFailure },
@@ -92,6 +95,12 @@ pub enum Error {
 
 fn complaints(place: &str, list: &[Complaint]) -> String {
     let lines: Vec<String> = list.iter().map(|c| format!("{place}: {c}")).collect();
+    lines.join("\n")
+}
+
+fn lines(file: &Path, list: &[(Option<usize>, String)]) -> String {
+    let place = |line: &Option<usize>| line.map_or(String::new(), |l| format!(", line {l}"));
+    let lines: Vec<String> = list.iter().map(|(l, text)| format!("{}{}: {text}", file.display(), place(l))).collect();
     lines.join("\n")
 }
 
@@ -137,7 +146,7 @@ impl Error {
         use std::io::ErrorKind::{OutOfMemory, QuotaExceeded, StorageFull};
         match self {
             Error::Input { .. } | Error::Syntax { .. } | Error::Format { .. } | Error::Height { .. } => 2,
-            Error::NotConverged { .. } => 3,
+            Error::NotConverged { .. } | Error::PullOff { .. } => 3,
             Error::Lammps { .. } => 4,
             Error::Memory { .. } | Error::MissingProgram { .. } => 5,
             Error::Io { source, .. } => match source.kind() {

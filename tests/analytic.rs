@@ -517,3 +517,32 @@ fn a_start_from_a_given_gap() {
         assert!(state.stop == Stop::Converged && state.iterations * 5 < first, "{id}: {} {first}", state.iterations);
     }
 }
+
+/// Full contact begins where the pressure outweighs the largest pull that the surface's shape asks of a node: of a wave of
+/// amplitude A, at π A over its length (Westergaard). On a rough surface the solver touches everywhere above it and not below.
+#[test]
+fn full_contact_begins_at_its_pressure() {
+    /// Rounding of one transform.
+    const EXACT: f64 = 1e-12;
+    let amplitude = 0.01;
+    let wave = |k: f64| -> Vec<f64> {
+        (0..64).map(|i| amplitude * (1.0 - (2.0 * PI * k * f64::from(i) / 64.0).cos())).collect()
+    };
+    let line = Grid { nx: 64, ny: 1, lx: 1.0, ly: 1.0 / 64.0 };
+    for k in [1.0, 4.0] {
+        let heights = wave(k);
+        let found = Problem::new(line, &heights).full_contact_pressure();
+        assert!((found / (PI * amplitude * k) - 1.0).abs() < EXACT, "{found}");
+    }
+    let (grid, heights) = rough(64, 1.0 / 16.0, 3);
+    let problem = Problem::new(grid, &heights);
+    let full = problem.full_contact_pressure();
+    let mut run = method::find("fast").unwrap().start(&problem, &unwatched).unwrap();
+    for (share, all) in [(1.001, true), (0.99, false)] {
+        let state = run.equilibrate(Load::Pressure(share * full)).unwrap();
+        assert_eq!(state.stop, Stop::Converged);
+        assert_eq!(contact_area(grid, state.gap, 0.0).fraction == 1.0, all, "{share}");
+    }
+    let refused = run.equilibrate(Load::MeanGap(0.0)).map(|s| s.stop).expect_err("refused").to_string();
+    assert!(refused.contains("only pressures close all of the gap"), "{refused}");
+}

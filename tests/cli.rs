@@ -457,6 +457,28 @@ fn a_run_without_atoms_leaves_a_report() {
     assert!(refusal(&["atoms", "build", word(&scene), "--out", word(&scratch.path("job"))], 2).contains("atoms"));
 }
 
+/// A pull-off that is not found costs no load: results and report stand, and say so, and the command ends as not converged.
+#[test]
+fn a_failing_pull_off_keeps_the_loads() {
+    let scratch = Scratch::new();
+    let (scene, out) = (scratch.path("behind.toml"), scratch.path("run"));
+    // The second mean gap lies behind the largest pull.
+    let text = "name = \"behind\"\n[surface]\ngrid = 64\ncut_off_mode = 8\nroll_off_mode = 4\n[load]\nmean_gap_um = [5, 11]\n\
+                pull_off = true\n[adhesion]\nwork_of_adhesion_mj_m2 = 5000\nrange_nm = 1200\n[continuum]\ntolerance = 1e-6\n";
+    std::fs::write(&scene, text).expect("written");
+    for attempt in ["solved", "taken from the run before"] {
+        let output = call(&["run", word(&scene), "--out", word(&out), "--json"]);
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(3), "{attempt}: {said}");
+        assert!(said.contains("the pull-off was not found") && said.contains("report.html"), "{attempt}: {said}");
+        let continuum = &json_line(&output)["results"]["continuum"];
+        assert_eq!(continuum["states"].as_array().map(Vec::len), Some(2), "{attempt}: {continuum}");
+        assert!(continuum["pull_off_failure"].as_str().is_some_and(|w| w.contains("from which on it falls")));
+    }
+    let page = std::fs::read_to_string(out.join("report.html")).expect("drawn");
+    assert!(page.contains("The pull-off was not found"));
+}
+
 #[test]
 fn folders_that_are_no_runs_are_refused() {
     let scratch = Scratch::new();

@@ -59,13 +59,20 @@ fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResults {
         energy_excess: Some(3e-9),
         area_drift: Some(1e-4),
         mean_gap_drift: None,
-        discretisation: Some(Discretisation { area: 0.0234, mean_gap: Some(0.0017), coarser: [N / 2, N / 2] }),
+        discretisation: Some(Discretisation {
+            area: Some(0.0234),
+            area_is_bound: false,
+            mean_gap: Some(0.0017),
+            mean_gap_is_bound: true,
+            coarser: [N / 2, N / 2],
+        }),
         extrapolated: Some(Extrapolated {
             range: 0.25,
             area: Estimate { value: 0.0334, error: 0.0003 },
             mean_gap: Some(Estimate { value: 0.01014, error: 1e-5 }),
         }),
         stiffness: Some(0.345),
+        hangs: None,
         observed: Some(observed(gap)),
         gap: gap_file,
         stress,
@@ -93,6 +100,7 @@ fn observed(gap: &[f64]) -> Observed {
         typical_patch: observe::typical_size(&sizes).map(|a| a as f64 * node),
         conductance: 0.123,
         leak_gap: 0.0,
+        compressive: None,
         contact_spans: [false, true],
         gap_spans: [true, true],
     }
@@ -115,15 +123,25 @@ fn continuum(folder: &Path, name: &str, method: &str, level: f64, stored: [bool;
         wall: "hard wall".into(),
         nx: N,
         ny: N,
-        range: Some(RangeResults { asked: 2.07e-5, used: 8.28e-5, resolution_asked: 0.35, resolution_used: 1.4 }),
+        range: Some(RangeResults {
+            gamma: Some(2e-5),
+            asked: 2.07e-5,
+            used: 8.28e-5,
+            resolution_asked: 0.35,
+            resolution_used: 1.4,
+        }),
         resolved_gradient: Some(0.71),
         states: states.collect(),
         pull_off: Some(PullOff {
             pressure: -0.0021,
             mean_gap: 0.012,
+            pressure_error: Some(3e-4),
             mean_gap_error: 1e-4,
+            coarser: Some([N / 2, N / 2]),
             curve: vec![[0.010, 0.001], [0.012, -0.0021], [0.016, -0.0007]],
         }),
+        pull_off_failure: None,
+        hysteresis_work: None,
     }
 }
 
@@ -264,6 +282,8 @@ fn run_folder(folder: &Path) -> Results {
         scales: ScalesSi { length_m: 1e-4, modulus_pa: 25e6 },
         surface: SurfaceResults {
             origin: "Synthesised, seed 1".into(),
+            periodic: true,
+            note: String::new(),
             nx: N,
             ny: N,
             aspect: 1.0,
@@ -277,12 +297,17 @@ fn run_folder(folder: &Path) -> Results {
                 .map(f64::from)
                 .map(|n| PsdPoint {
                     mode: n,
-                    realised: 1e-5 * n.powf(-3.6) * (1.0 + 0.5 * (7.0 * n).sin()),
+                    // From 50 on nothing but rounding.
+                    realised: if n < 50.0 { 1e-5 * n.powf(-3.6) * (1.0 + 0.5 * (7.0 * n).sin()) } else { 1e-37 },
                     expected: Some(1e-5 * n.powf(-3.6)),
                 })
                 .collect(),
         },
         continuum: Some(continuum(folder, "laboratory", "gfmd", 0.009, [true, true])),
+        without: None,
+        other_ranges: vec![],
+        second: None,
+        acceptance: vec![],
         comparison: Some(comparison(folder, &atoms)),
         atoms: Some(atoms),
         stages: ["surface", "continuum", "atoms", "compare"]
@@ -318,14 +343,18 @@ fn a_full_report_is_whole_and_self_contained() {
     let folder = kept("full");
     run_folder(&folder);
     let page = page(&folder);
-    for (attribute, allowed) in [("src=\"", "data:image/png;base64,"), ("href=\"", "#")] {
+    for (attribute, allowed) in [("src=\"", "nothing has one"), ("href=\"", "#")] {
         for value in page.split(attribute).skip(1) {
             let value = &value[..value.find('"').unwrap()];
-            assert!(value.starts_with(allowed) || value.starts_with("https://doi.org/"), "{value}");
+            let inside = value.starts_with(allowed) || value.starts_with("data:image/png;base64,");
+            assert!(inside || value.starts_with("https://doi.org/"), "{value}");
         }
     }
     assert!(
-        !page.contains("<script") && !page.contains("<link") && !page.contains("url(") && !page.contains("@import")
+        !page.contains("<script")
+            && !page.contains("<link")
+            && !page.replace("url(#", "").contains("url(")
+            && !page.contains("@import")
     );
     assert!(page.contains("A made-up &lt;run&gt;"));
     assert!(
@@ -334,9 +363,19 @@ fn a_full_report_is_whole_and_self_contained() {
     for anchor in ["surface", "loads", "distributions", "atoms", "comparison", "area", "findings", "costs", "sources"] {
         assert!(page.contains(&format!("<section id=\"{anchor}\">")), "{anchor}");
     }
-    // Height map, two gaps and two stresses; per load four contact panels and three gaps.
-    assert_eq!(page.matches("<img ").count(), 1 + 4 + 2 * (4 + 3));
-    assert!(page.contains(">retract<") && page.contains("± 2.34") && page.contains("enlarged 4.00 times"));
+    // Height map, two contacts, gaps and stresses; per load of the comparison four contact panels and three gaps. Each has
+    // its axes, and all but contact maps their colours.
+    assert_eq!(page.matches("<image ").count(), 1 + 6 + 2 * (4 + 3));
+    assert_eq!(page.matches(">x (µm)<").count(), 7);
+    assert_eq!(page.matches(">x (nm)<").count(), 2 * (4 + 3));
+    assert_eq!(page.matches("<linearGradient id=").count(), 1 + 4 + 2 * 3);
+    assert!(
+        page.contains("below 0.170")
+            && page.contains("work γ = 50.00")
+            && page.contains("2.070\u{a0}nm asked for, 8.280")
+    );
+    assert!(page.contains("going in") && page.contains("coming back"));
+    assert!(page.contains(">retract<") && page.contains(">2.34") && page.contains("enlarged 4.00 times"));
     assert!(page.contains("3.34") && page.contains("a pull of at most"));
     assert!(page.contains("outside the band") && page.contains("within the band"));
     // Pictures are base64, where any three letters may stand.
@@ -349,6 +388,9 @@ fn a_full_report_is_whole_and_self_contained() {
         "section-2.svg",
         "superposed-2.png",
         "gap-1.png",
+        "gap-1.svg",
+        "contact-2.svg",
+        "mean-gap.svg",
         "pull-off.svg",
         "gap-distribution.svg",
         "stress-distribution.svg",
@@ -370,6 +412,60 @@ fn numbers_come_from_the_results() {
     results.comparison.as_mut().unwrap().loads[1].continuum[1].overlap.kappa = 0.4199;
     results.write(folder.path()).unwrap();
     assert!(page(folder.path()).contains("κ = 0.42"));
+}
+
+/// The headline names the lowest and the highest of a path that goes up and down, and both branches where they meet again.
+#[test]
+fn a_path_up_and_down_is_told_by_its_extremes() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut results = run_folder(folder.path());
+    (results.atoms, results.comparison) = (None, None);
+    let c = results.continuum.as_mut().unwrap();
+    let of = |p_star: f64, area: f64, way: Way| StateResults {
+        contact_fraction_corrected: area,
+        mean_gap: 0.01 - 0.1 * p_star,
+        p_star,
+        way,
+        ..c.states[0].clone()
+    };
+    let (up, down) = (Way::Approach, Way::Retract);
+    c.states = vec![of(0.01, 0.05, up), of(0.04, 0.22, up), of(0.01, 0.08, down), of(0.002, 0.03, down)];
+    c.pull_off = None;
+    c.pull_off_failure = Some("fast stopped".into());
+    results.write(folder.path()).unwrap();
+    let page = page(folder.path()).replace('\u{a0}', " ");
+    let told = "At p* = 0.002 to 0.04 the mean gap is 600 nm to 980 nm and the contact 3.00 % to 22.0 %; at p* = 0.01 it is 5.00 % \
+                going in and 8.00 % coming back";
+    assert!(page.contains(told), "{}", &page[page.find("class=\"found\"").unwrap()..][..600]);
+    assert!(page.contains("perimeter-corrected; at p* = 0.01 5.00 % going in, 8.00 % coming back"));
+    assert!(page.contains("The pull-off was not found: ") && page.contains("fast stopped"));
+    let curves = std::fs::read_to_string(folder.path().join("figures/mean-gap.svg")).unwrap();
+    assert!(curves.contains("going in") && curves.contains("coming back") && curves.contains("mean gap (nm)"));
+}
+
+/// A state of parted surfaces has no numbers, and waves that are not there have no point.
+#[test]
+fn what_means_nothing_is_not_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut results = run_folder(folder.path());
+    (results.atoms, results.comparison) = (None, None);
+    let points = |folder: &Path| {
+        let psd = std::fs::read_to_string(folder.join("figures/psd.svg")).unwrap();
+        (psd.matches("<circle").count(), psd.contains("10⁻³⁰"))
+    };
+    page(folder.path());
+    // Those of modes 1 to 49, and one in the legend.
+    assert_eq!(points(folder.path()), (50, false));
+    let c = results.continuum.as_mut().unwrap();
+    c.states[1].stop = "detached".into();
+    c.states[1].load_error = 123.0;
+    results.surface.periodic = false;
+    results.surface.note = "Heights that do not repeat.".into();
+    results.write(folder.path()).unwrap();
+    let page = page(folder.path());
+    assert!(page.contains(">detached<") && !page.contains(">123<") && page.contains("<td>–</td>"));
+    assert!(page.contains("over a patch that does not repeat,") && page.contains("Heights that do not repeat."));
+    assert!(!page.contains("periodic cell of"));
 }
 
 #[test]

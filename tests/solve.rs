@@ -45,6 +45,21 @@ fn loads_one_after_another() {
         }
     }
     assert!(!out.join("checkpoint.json").exists(), "nothing is left to go on with");
+    // What is finished is told again, times and all, and for people, too.
+    let again = solve(&path);
+    let told = String::from_utf8_lossy(&again.stdout).into_owned();
+    let lines_again: Vec<Value> = told.lines().map(|l| serde_json::from_str(l).expect("JSON")).collect();
+    assert!(lines_again == states && stderr(&again).contains("finished already"), "{}", stderr(&again));
+    let words: Vec<&str> = [&SURFACE[..], &path].concat().into_iter().filter(|f| *f != "--json").collect();
+    let people = asperity().args(words).output().expect("started");
+    let said = String::from_utf8_lossy(&people.stdout).into_owned();
+    assert!(
+        stderr(&people).contains("finished already") && said.matches("range used on this grid").count() == 2,
+        "{said}"
+    );
+    // Not without its fields.
+    std::fs::remove_file(out.join("load-2-gap.npy")).expect("removed");
+    assert!(!stderr(&solve(&path)).contains("finished already") && out.join("load-2-gap.npy").exists());
     let gap = number(&states[1], "mean_gap").to_string();
     let start = out.join("load-1-gap.npy");
     let back = lines(&[&STICKY[..], &["--mean-gap", &gap, "--start", start.to_str().expect("UTF-8")]].concat());
@@ -63,10 +78,16 @@ fn ranges_are_told() {
     assert!((mesh["range"]["resolution_used"].as_f64().expect("told") - 1.4).abs() < 1e-12, "{mesh}");
     assert!(number(&mesh, "cohesive_resolution") < 1.0);
     assert_eq!(asked("true", "1e-3")["range"]["used"].as_f64(), Some(1e-3));
-    let far = asked("extrapolate", "1e-3");
+    let far = asked("extrapolate", "4e-3");
     let found = &far["extrapolated"]["contact_fraction"];
     assert!(found["error"].as_f64().is_some_and(|e| e > 0.0), "{far}");
     assert!(asked("extrapolate", "6e-3")["extrapolated"].is_null());
+    // Where the three grids tell nothing of it, that is told.
+    let lost = ["--pressure", "0.01", "--gamma", "9e-4", "--rho", "1e-3", "--range", "extrapolate"];
+    assert!(lines(&lost)[0]["extrapolated"].is_null());
+    let words: Vec<&str> = SURFACE.into_iter().filter(|f| *f != "--json").chain(lost).collect();
+    let people = asperity().args(words).output().expect("started");
+    assert!(String::from_utf8_lossy(&people.stdout).contains("at the true range"), "{people:?}");
     let said = stderr(&solve(&["--pressure", "0.01", "--gamma", "9e-4", "--rho", "1e-3"]));
     assert!(said.contains("does not resolve the adhesion") && said.contains("enlarged"), "{said}");
 }
@@ -80,12 +101,43 @@ fn pulled_off_and_dry_run() {
     let output = solve(&[&STICKY[..], &["--pressure", &format!("0.01,{beyond}")]].concat());
     assert_eq!(output.status.code(), Some(3));
     assert!(stderr(&output).contains("detached"), "{}", stderr(&output));
+    // The pull has an error, and parted surfaces have no numbers for people.
+    assert!(number(&states[1], "pull_off_pressure_error") > 0.0 && states[1]["coarser"][0] == 32, "{}", states[1]);
+    let plain: Vec<&str> = SURFACE.into_iter().filter(|f| *f != "--json").collect();
+    let pressures = format!("0.01,{beyond}");
+    let people = asperity().args(plain).args(STICKY).args(["--pressure", &pressures]).output().expect("started");
+    let said = String::from_utf8_lossy(&people.stdout).into_owned();
+    let last = &said[said.rfind("mean pressure").expect("a table")..];
+    let row = |name: &str| last.lines().find(|l| l.trim_start().starts_with(name)).map(|l| l.trim_end().ends_with('–'));
+    assert_eq!(["contact (zero gap)", "mean gap", "KKT residual"].map(row), [Some(true); 3], "{said}");
     // A plan and nothing else, for a grid that no desk machine holds, too.
     assert!(number(&json_line(&solve(&["--pressure", "0.01", "--dry-run"])), "bytes") > 0.0);
     let huge = asperity().args(["solve", "--challenge", "524288", "--pressure", "0.01", "--dry-run"]).output();
     let huge = huge.expect("started");
     assert_eq!(huge.status.code(), Some(5), "{}", stderr(&huge));
     assert!(stderr(&huge).contains("with --precision f32"), "{}", stderr(&huge));
+}
+
+/// What a plan counts: coarser grids beside the solver, and what is held on the way apart. What is said to fit does.
+#[test]
+fn plans_count_what_is_held_beside_the_solver() {
+    let planned = |more: &[&str]| number(&json_line(&solve(&[&STICKY[..], &["--dry-run"], more].concat())), "bytes");
+    let (one, two) = (planned(&["--pressure", "0.01"]), planned(&["--pressure", "0.01,0.02"]));
+    let apart = planned(&["--pressure", "0.01,0.02", "--pull-off"]);
+    assert!(two > one && apart >= two + 4.0 * 8.0 * 64.0 * 64.0, "{one} {two} {apart}");
+    let many = |n: &str| {
+        let flags = ["--pressure", "0.01,0.02", "--pull-off", "--dry-run"];
+        asperity().args(["solve", "--challenge", n]).args(STICKY).args(flags).output().expect("started")
+    };
+    let huge = many("524288");
+    let said = stderr(&huge);
+    assert_eq!(huge.status.code(), Some(5), "{said}");
+    let advice = said.rsplit_once("; ").expect("an advice").1;
+    let fits: f64 = advice.split(' ').next().and_then(|n| n.parse().ok()).expect("points per side");
+    // A little less: the memory that is free changes.
+    let smaller = many(&format!("{:.0}", 0.95 * fits));
+    assert!(smaller.status.success(), "{fits}: {}", stderr(&smaller));
+    assert!(String::from_utf8_lossy(&smaller.stdout).contains(" of memory; "), "{smaller:?}");
 }
 
 #[test]
@@ -98,6 +150,7 @@ fn what_a_path_cannot_do_is_refused() {
     refused(&["--pressure", "0.01", "--pull-off"], "--pull-off");
     refused(&["--mean-gap", "0.01", "--method", "bvm"], "--method = bvm; accepted: fast or auto");
     refused(&["--mean-gap", "-0.01"], "--mean-gap = -0.01");
+    refused(&["--mean-gap", "0.01,0"], "--mean-gap = 0; accepted: a positive gap; all of the surface touches from");
     refused(&["--pressure", "0.01", "--mean-gap", "0.01"], "--mean-gap");
     refused(&["--pressure", "0.01", "--start", "nowhere.npy"], "nowhere.npy");
     refused(&["--pressure", "0.01,-0.01"], "--pressure = -0.01");
@@ -119,17 +172,23 @@ fn an_interrupted_path_goes_on() {
     };
     let (whole, stopped) = (scratch.path().join("whole"), scratch.path().join("stopped"));
     assert!(command(&whole).output().expect("started").status.success());
-    let mut child = command(&stopped).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("started");
+    let child = command(&stopped).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("started");
     let clock = Instant::now();
     while !stopped.join("load-2-solve.json").exists() {
         assert!(clock.elapsed() < Duration::from_secs(120), "the second load takes for ever");
         std::thread::sleep(Duration::from_millis(5));
     }
     let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
-    assert!(sent.success() && child.wait().expect("ended").code() == Some(130));
+    let ended = child.wait_with_output().expect("ended");
+    assert!(sent.success() && ended.status.code() == Some(130));
+    // Where it was interrupted is no result.
+    let told = String::from_utf8_lossy(&ended.stdout).into_owned();
+    assert!(told.lines().count() >= 2 && told.lines().all(|l| l.contains("\"stop\":\"converged\"")), "{told}");
     assert!(stopped.join("checkpoint.json").exists() && !stopped.join(format!("load-{LOADS}-gap.npy")).exists());
     let again = command(&stopped).output().expect("started");
     assert!(again.status.success(), "{}", stderr(&again));
+    let from = format!("going on from load {} of {LOADS}", told.lines().count() + 1);
+    assert!(stderr(&again).contains(&from), "{from}: {}", stderr(&again));
     assert_eq!(String::from_utf8_lossy(&again.stdout).lines().count(), LOADS, "every load is told");
     for i in [2, 3, LOADS] {
         for name in ["gap.npy", "stress.npy"] {

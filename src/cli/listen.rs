@@ -75,6 +75,11 @@ impl Teller {
         Teller { bar, terminal, stage: Mutex::new(Stage::new("")) }
     }
 
+    /// Something worth a line of its own, whatever the stage.
+    pub fn note(&self, text: &str) {
+        self.line(&format!("      note  {text}"));
+    }
+
     fn line(&self, text: &str) {
         if self.terminal {
             self.bar.suspend(|| eprintln!("{text}"));

@@ -1,8 +1,8 @@
 use super::{listen::Teller, words};
-use crate::Result;
 use crate::pipeline;
 use crate::report::number::{count, duration, memory};
 use crate::scene::Case;
+use crate::{Error, Result};
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
@@ -31,11 +31,14 @@ impl Run {
         let (results, page) = pipeline::run(&case, &out, &teller)?;
         drop(teller);
         if self.json {
-            words::json_line(&serde_json::json!({ "out": out, "report": page, "results": results }))
+            words::json_line(&serde_json::json!({ "out": out, "report": page, "results": results }))?;
         } else {
             words::results(&results);
             words::say(&format!("report: {}", page.display()));
-            Ok(())
+        }
+        match results.continuum.and_then(|c| c.pull_off_failure) {
+            Some(why) => Err(Error::PullOff { why, kept: page }),
+            None => Ok(()),
         }
     }
 
@@ -50,7 +53,7 @@ impl Run {
             plan.stages.iter().map(|s| vec![s.name.into(), s.what.clone(), memory(s.bytes), duration(s.seconds)]),
         ));
         words::say(&format!(
-            "memory {}, time about {} (an order of magnitude)",
+            "needs {} of memory and about {} (an order of magnitude)",
             memory(plan.bytes),
             duration(plan.seconds)
         ));

@@ -109,7 +109,7 @@ impl Surface {
         }
         let heights = case.surface.heights(case.grid, 0.0);
         let length_um = case.scales.length_m * 1e6;
-        let list = statistics(&case.surface, case.grid, &heights, length_um);
+        let list = statistics(&case, &heights);
         if let Some(out) = &self.out {
             let um = heights.iter().map(|h| h * length_um).collect();
             let map = HeightMap::new("surface", case.grid.nx, case.grid.ny, um)?;

@@ -1,7 +1,7 @@
 //! Answers on stdout.
 
 use crate::record::results::{AuditLine, ContinuumResults, Overlap, Results, Statistic, Verdict};
-use crate::report::number::{percent, significant};
+use crate::report::number::{change, percent, significant, trimmed};
 use crate::{Error, Result};
 use comfy_table::Table;
 use serde::Serialize;
@@ -78,7 +78,7 @@ pub fn results(results: &Results) {
             &["p*", "contact", "corrected", "mean gap / µm", "patches", "residual", "FFT pairs", "stop"],
             c.states.iter().map(|s| {
                 vec![
-                    s.p_star.to_string(),
+                    trimmed(s.p_star, 4),
                     percent(s.contact_fraction),
                     percent(s.contact_fraction_corrected),
                     significant(s.mean_gap * um, 4),
@@ -96,29 +96,36 @@ pub fn results(results: &Results) {
 
 /// What the grid leaves uncertain, and the pull that parts the surfaces.
 fn certainty(c: &ContinuumResults, um: f64) {
+    if let Some(r) = c.range {
+        let gamma = r.gamma.map_or(String::new(), |g| format!("work γ = {} E*L, ", significant(g, 4)));
+        let [asked, used] = [r.asked, r.used].map(|r| significant(r * um * 1e3, 4));
+        say(&format!("adhesion: {gamma}range ρ = {asked} nm asked for, {used} nm used"));
+    }
     for s in &c.states {
         if let Some(d) = s.discretisation {
             say(&format!(
-                "at p* = {}: from half the points a side contact changes by {}{}",
-                s.p_star,
-                percent(d.area),
-                d.mean_gap.map_or(String::new(), |g| format!(", mean gap by {}", percent(g)))
+                "at p* = {}: relative change from half the points a side: contact {}, mean gap {}",
+                trimmed(s.p_star, 4),
+                change(d.area, d.area_is_bound),
+                change(d.mean_gap, d.mean_gap_is_bound),
             ));
         }
         if let Some(e) = s.extrapolated {
             let gap = e.mean_gap.map(|g| (significant(g.value * um, 4), significant(g.error * um, 2)));
             say(&format!(
-                "at p* = {}, extrapolated to the true range: contact {} ± {}{}",
-                s.p_star,
-                percent(e.area.value),
-                percent(e.area.error),
+                "at p* = {}, extrapolated to the true range: contact ({} ± {}) % of the cell{}",
+                trimmed(s.p_star, 4),
+                significant(100.0 * e.area.value, 3),
+                significant(100.0 * e.area.error, 2),
                 gap.map_or(String::new(), |(gap, error)| format!(", mean gap {gap} ± {error} µm"))
             ));
         }
     }
     if let Some(p) = &c.pull_off {
-        let (pull, gap) = (significant(-p.pressure, 4), significant(p.mean_gap * um, 4));
-        say(&format!("largest pull {pull} E*, at a mean gap of {gap} µm"));
+        let error = |e: f64| format!(" ± {}", significant(e, 2));
+        let pull = significant(-p.pressure, 4) + &p.pressure_error.map_or(String::new(), error);
+        let gap = significant(p.mean_gap * um, 4) + &error(p.mean_gap_error * um);
+        say(&format!("largest pull ({pull}) E*, at a mean gap of ({gap}) µm"));
     }
 }
 

@@ -2,6 +2,7 @@ use crate::grid::{Field, Grid, Series, Transform};
 use crate::interface::{Adhesion, Elastic, Kernel, Wall};
 use crate::surface::patch_gradient;
 use crate::{Error, Result};
+use rustfft::num_complex::Complex;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::ops::ControlFlow;
@@ -145,6 +146,26 @@ impl<'a> Problem<'a> {
             Heights::Nodes(nodes) => Series::<f64>::through(grid, nodes).rms_gradient(grid),
             Heights::Series(series) => series.rms_gradient(grid),
         }
+    }
+
+    /// Least mean pressure, over E*, at which a hard wall without adhesion is touched everywhere: there the body has the
+    /// surface's shape, and the stress that this takes pulls at no node.
+    pub fn full_contact_pressure(&self) -> f64 {
+        let (grid, kernel) = (self.grid, self.kernel);
+        let transform = Transform::<f64>::new(grid);
+        let mut spectrum = transform.spectrum();
+        let mut field = self.heights.on_nodes(grid).into_owned();
+        let points = grid.points() as f64;
+        transform.forward_filtered(&field, &mut spectrum, &|i: usize, column: &mut [Complex<f64>]| {
+            for (j, c) in column.iter_mut().enumerate() {
+                let (qx, qy) = (grid.qx(i), grid.qy(j));
+                // The mean of the stress is the pressure that is asked for.
+                *c *= if (qx, qy) == (0.0, 0.0) { 0.0 } else { kernel.stiffness(qx, qy) / points };
+            }
+            0.0
+        });
+        transform.inverse(&mut spectrum, &mut field);
+        field.into_iter().fold(0.0, f64::max)
     }
 
     /// For methods that solve in one periodic cell.

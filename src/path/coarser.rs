@@ -1,13 +1,14 @@
 //! What grids coarser than the problem's say about its error.
 
-use crate::Result;
+use super::pull_off::{self, Held};
 use crate::grid::{Grid, Series};
 use crate::interface::{Law, RangeChoice};
 use crate::method::{
     CoarseState, ContactMethod, Goals, Heights, Iteration, Load, Problem, Run, Settled, Snapshot, Stop, Watch, find,
 };
 use crate::observe::{ContactArea, contact_area};
-use crate::record::results::{Discretisation, Estimate, Extrapolated};
+use crate::record::results::{Discretisation, Estimate, Extrapolated, PullOff};
+use crate::{Error, Result};
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
@@ -53,36 +54,86 @@ impl Level {
 /// lie between 0.098 and 0.16, where the printed one is 0.118, and areas of two grids may agree by chance.
 const CORRECTION: f64 = 1.0 / 3.0;
 
-/// The change from a coarser grid, or what that grid was still to change by, if that is more.
-pub(super) fn discretisation(coarse: &Level, fine: &Level) -> Discretisation {
-    let change = |c: f64, f: f64| if f == c { 0.0 } else { (f - c).abs() / f.abs().max(f64::MIN_POSITIVE) };
+/// Nodes of the coarser grid below which a contact has no relative change: one more or less of them is a tenth of it.
+const FEW_NODES: f64 = 10.0;
+
+/// Part of the rms height below which a mean gap has none.
+const CLOSED: f64 = 1e-6;
+
+/// The change from a coarser grid. Where that grid was still to change by more than the two differ, their difference says
+/// little: the sum of both is a bound.
+pub(super) fn discretisation(coarse: &Level, fine: &Level, rms_height: f64) -> Discretisation {
+    let told = |c: f64, f: f64, least: f64, settled: Option<f64>| {
+        let (difference, to_come) = ((f - c).abs(), settled.unwrap_or(0.0) * c.abs());
+        let bound = to_come > difference.max(least);
+        (if bound { difference.max(least) + to_come } else { difference.max(least) } / f.abs(), bound)
+    };
+    let least = CORRECTION * (fine.counted - fine.area).abs();
+    let area = told(coarse.area, fine.area, least, coarse.settled.area);
+    let gap = told(coarse.mean_gap, fine.mean_gap, 0.0, coarse.settled.mean_gap);
+    let touches = fine.area * coarse.grid.points() as f64 >= FEW_NODES;
+    let open = fine.mean_gap > CLOSED * rms_height;
     Discretisation {
-        area: change(coarse.area, fine.area)
-            .max(CORRECTION * change(fine.counted, fine.area))
-            .max(coarse.settled.area.unwrap_or(0.0)),
-        mean_gap: Some(change(coarse.mean_gap, fine.mean_gap).max(coarse.settled.mean_gap.unwrap_or(0.0))),
+        area: touches.then_some(area.0),
+        area_is_bound: touches && area.1,
+        mean_gap: open.then_some(gap.0),
+        mean_gap_is_bound: open && gap.1,
         coarser: [coarse.grid.nx, coarse.grid.ny],
     }
 }
 
-/// What a range would give that is shorter than those of `levels`, which go from coarse to fine. The value is half-way between the line through the last two and the parabola through the
-/// last three: on the challenge's spectrum the truth lies between them or beside them by less than they differ, and their
-/// difference is the error.
-pub(super) fn extrapolated(range: f64, levels: &[Level]) -> Option<Extrapolated> {
+/// Part of the finest grid's rms gradient that the coarsest must hold for the three to be of one surface.
+const HELD: f64 = 0.9;
+
+/// Whether a coarse grid holds the waves that matter.
+pub(super) fn holds(series: &Series<f64>, coarse: Grid, fine: Grid) -> bool {
+    series.rms_gradient(coarse) >= HELD * series.rms_gradient(fine)
+}
+
+/// By which factor the last step may be off the one that a line through the range predicts.
+const IN_STEP: f64 = 1.5;
+
+/// Part of the way from the finest grid that stays in doubt even where the three are in step.
+const IN_DOUBT: f64 = 0.5;
+
+/// What a range would give that is shorter than those of `levels`, which go from coarse to fine; `held` says that the
+/// coarsest holds the surface. The value is half-way between the line through the last two and the parabola through the
+/// last three. Its error is their difference, or half of the way from the finest grid, if that is more. Where the three are
+/// not in step (the changes have different signs, or are not about as the ranges), or are not of one surface, all of the
+/// way and all that the grids differ by are added. The area's has a third of the perimeter correction in addition.
+///
+/// None where the error is as large as the value: such grids tell nothing.
+pub(super) fn extrapolated(range: f64, levels: &[Level], held: bool) -> Option<Extrapolated> {
     let fine = levels.last()?;
-    let estimate = |of: fn(&Level) -> f64| {
+    let estimate = |of: fn(&Level) -> f64, least: f64| {
         let points: Vec<(f64, f64)> = levels.iter().map(|l| (l.range, of(l))).collect();
         let [.., a, b] = points[..] else { return None };
-        let line = b.1 + (range - b.0) * (b.1 - a.1) / (b.0 - a.0);
+        let slope = (b.1 - a.1) / (b.0 - a.0);
+        let line = b.1 + (range - b.0) * slope;
         let Some(&c) = points.len().checked_sub(3).map(|i| &points[i]) else {
-            return Some(Estimate { value: line, error: (line - b.1).abs() });
+            return Some(Estimate { value: line, error: (line - b.1).abs() + (b.1 - a.1).abs() + least });
         };
         // Newton's form, from the finest point on.
-        let bend = ((b.1 - a.1) / (b.0 - a.0) - (a.1 - c.1) / (a.0 - c.0)) / (b.0 - c.0);
+        let before = (a.1 - c.1) / (a.0 - c.0);
+        let bend = (slope - before) / (b.0 - c.0);
         let parabola = line + bend * (range - b.0) * (range - a.0);
-        Some(Estimate { value: 0.5 * (line + parabola), error: (line - parabola).abs() })
+        let value = 0.5 * (line + parabola);
+        let (differ, way) = ((line - parabola).abs(), (value - b.1).abs());
+        let in_step =
+            slope == before || (slope * before > 0.0 && (1.0 / IN_STEP..=IN_STEP).contains(&(slope / before)));
+        let error = if held && in_step {
+            differ.max(IN_DOUBT * way)
+        } else {
+            // Over a way that is short beside the ranges of the grids, not all of that.
+            let share = ((b.0 - range) / (IN_DOUBT * (c.0 - b.0))).min(1.0);
+            differ + way.max(share * ((b.1 - a.1).abs() + (a.1 - c.1).abs()))
+        };
+        Some(Estimate { value, error: error + least })
     };
-    Some(Extrapolated { range: range / fine.range, area: estimate(|l| l.area)?, mean_gap: estimate(|l| l.mean_gap) })
+    let known = |e: &Estimate| e.error < e.value;
+    let area = estimate(|l| l.area, CORRECTION * (fine.counted - fine.area).abs()).filter(known)?;
+    let mean_gap = estimate(|l| l.mean_gap, 0.0).filter(known);
+    Some(Extrapolated { range: range / fine.range, area, mean_gap })
 }
 
 /// Notes the grids that a method comes by, and passes everything on.
@@ -176,11 +227,14 @@ pub(super) struct Companion<'s> {
     problem: &'s Problem<'s>,
     run: Box<dyn Run + 's>,
     threshold: f64,
+    /// The last state, for one that is to be pulled apart from it.
+    held: Option<Held>,
+    holds: bool,
 }
 
 impl<'s> Companion<'s> {
-    pub fn start(problem: &'s Problem<'s>, threshold: f64, watch: &'s dyn Watch) -> Result<Self> {
-        Ok(Companion { problem, run: method().start(problem, watch)?, threshold })
+    pub fn start(problem: &'s Problem<'s>, threshold: f64, holds: bool, watch: &'s dyn Watch) -> Result<Self> {
+        Ok(Companion { problem, run: method().start(problem, watch)?, threshold, held: None, holds })
     }
 
     /// `None` where this grid has no equilibrium to offer, or no time: the problem's own solve stops at once then, and keeps
@@ -188,12 +242,24 @@ impl<'s> Companion<'s> {
     pub fn follow(&mut self, load: Load) -> Result<Option<Level>> {
         let grid = self.problem.grid;
         let state = self.run.equilibrate(load)?;
+        self.held = (self.holds && state.stop == Stop::Converged).then(|| Held::of(&state));
         match state.stop {
             Stop::Converged => {
                 let area = contact_area(grid, state.gap, self.threshold);
                 Ok(Some(Level::new(grid, self.problem.adhesion.range(), &area, state.mean_gap, state.settled)))
             }
             _ => Ok(None),
+        }
+    }
+
+    /// The largest pull of this grid; `None` where it has none to tell of.
+    pub fn pull_off(&mut self) -> Result<Option<(Grid, PullOff)>> {
+        let Some(held) = self.held.take() else { return Ok(None) };
+        match pull_off::search(&mut *self.run, self.problem, held) {
+            Ok(found) => Ok(Some((self.problem.grid, found))),
+            // What the problem's own grid has found stands without it.
+            Err(Error::NotConverged { .. } | Error::Input { .. }) => Ok(None),
+            Err(e) => Err(e),
         }
     }
 }
@@ -206,20 +272,40 @@ mod tests {
         Level { grid: Grid::unit(n, n), range, counted: area, area, mean_gap: 1.0, settled: Settled::default() }
     }
 
-    /// A parabola in the range is met half-way between its chord and itself, with their distance as the error.
+    /// A parabola in the range is met half-way between its chord and itself, with their distance as the error if that is
+    /// more than half of the way.
     #[test]
     fn a_parabola_is_extrapolated() {
         let area = |rho: f64| 0.03 - 0.2 * rho + 0.7 * rho * rho;
         let levels: Vec<Level> = [(64, 0.08), (128, 0.06), (256, 0.04)].map(|(n, r)| level(n, r, area(r))).into();
-        let found = extrapolated(0.01, &levels).expect("three levels");
+        let found = extrapolated(0.01, &levels, true).expect("three levels");
         let line = area(0.04) - 0.03 * (area(0.06) - area(0.04)) / 0.02;
-        assert!((found.area.value - 0.5 * (line + area(0.01))).abs() < 1e-15, "{found:?}");
-        assert!((found.area.error - (line - area(0.01)).abs()).abs() < 1e-15);
+        let value = 0.5 * (line + area(0.01));
+        assert!((found.area.value - value).abs() < 1e-15, "{found:?}");
+        let error = (line - area(0.01)).abs().max(0.5 * (value - area(0.04)).abs());
+        assert!((found.area.error - error).abs() < 1e-15);
         assert_eq!((found.range, found.mean_gap), (0.25, Some(Estimate { value: 1.0, error: 0.0 })));
-        // Two levels have a line, and all of what it adds in doubt.
-        let two = extrapolated(0.01, &levels[1..]).expect("two levels");
-        assert!((two.area.value - line).abs() < 1e-15 && (two.area.error - (line - area(0.04)).abs()) < 1e-15);
-        assert!(extrapolated(0.01, &levels[2..]).is_none());
+        assert!(extrapolated(0.01, &levels[2..], true).is_none());
+    }
+
+    /// All of the way is in doubt where grids do not hold the surface, or go up and then down, or where there are but two;
+    /// and nothing is told where that is all of the value.
+    #[test]
+    fn doubt_is_told() {
+        let of = |areas: [f64; 3]| -> Vec<Level> {
+            [(64, 0.08), (128, 0.06), (256, 0.04)].iter().zip(areas).map(|(&(n, r), a)| level(n, r, a)).collect()
+        };
+        let steady = of([0.20, 0.21, 0.22]);
+        let error = |levels: &[Level], held: bool| extrapolated(0.02, levels, held).map(|e| e.area.error);
+        let close = |found: Option<f64>, expected: f64| {
+            assert!(found.is_some_and(|f| (f - expected).abs() < 1e-12), "{found:?} {expected}");
+        };
+        close(error(&steady, true), 0.005);
+        close(error(&steady, false), 0.02);
+        close(error(&steady[1..], true), 0.02);
+        // Line and parabola end at 0.23 and 0.25.
+        close(error(&of([0.22, 0.21, 0.22]), true), 0.02 + 0.02);
+        assert_eq!(error(&of([0.02, 0.22, 0.21]), true), None);
     }
 
     #[test]
@@ -233,10 +319,27 @@ mod tests {
 
     #[test]
     fn changes_are_relative() {
-        let d = discretisation(&level(64, 0.0, 0.033), &level(128, 0.0, 0.03));
-        assert!((d.area - 0.1).abs() < 1e-12 && d.mean_gap == Some(0.0) && d.coarser == [64, 64]);
+        let d = discretisation(&level(64, 0.0, 0.033), &level(128, 0.0, 0.03), 1.0);
+        let relative = |d: Discretisation| d.area.expect("enough touches");
+        assert!((relative(d) - 0.1).abs() < 1e-12 && d.mean_gap == Some(0.0) && d.coarser == [64, 64]);
         // Equal areas of two grids are no proof: a third of the correction stays in doubt.
         let fine = Level { counted: 0.036, ..level(128, 0.0, 0.03) };
-        assert!((discretisation(&level(64, 0.0, 0.03), &fine).area - 0.2 / 3.0).abs() < 1e-12);
+        assert!((relative(discretisation(&level(64, 0.0, 0.03), &fine, 1.0)) - 0.2 / 3.0).abs() < 1e-12);
+    }
+
+    /// What the coarser grid was still to change by is no error of the finer one: it makes a bound of the change. What is
+    /// next to nothing has no relative change.
+    #[test]
+    fn an_unsettled_coarser_grid_gives_a_bound() {
+        let settled = Settled { energy: None, area: Some(0.04), mean_gap: Some(1e-9) };
+        let coarse = Level { mean_gap: 1.1, settled, ..level(64, 0.0, 0.0301) };
+        let d = discretisation(&coarse, &level(128, 0.0, 0.03), 1.0);
+        assert!(d.area_is_bound && !d.mean_gap_is_bound && d.coarser == [64, 64], "{d:?}");
+        assert!(d.area.is_some_and(|a| (a - (0.0001 + 0.04 * 0.0301) / 0.03).abs() < 1e-12), "{d:?}");
+        assert!(d.mean_gap.is_some_and(|g| (g - 0.1).abs() < 1e-12), "{d:?}");
+        let touching = discretisation(&level(64, 0.0, 9e-4), &level(128, 0.0, 1e-4), 1.0);
+        assert_eq!((touching.area, touching.area_is_bound), (None, false));
+        let closed = Level { mean_gap: 1e-9, ..level(128, 0.0, 1.0) };
+        assert_eq!(discretisation(&coarse, &closed, 1.0).mean_gap, None);
     }
 }

@@ -7,7 +7,7 @@ mod pull_off;
 
 pub use checkpoint::{Checkpoint, Keeper};
 
-use crate::grid::{Field, Grid, Series};
+use crate::grid::{Field, Grid, Series, rms};
 use crate::interface::{Adhesion, Elastic, Law, RangeChoice};
 use crate::method::{ContactMethod, Heights, Load, Plan, Problem, Snapshot, State, Stop, Watch};
 use crate::observe::{ContactArea, contact_area};
@@ -69,28 +69,32 @@ impl<'p> LoadPath<'p> {
 
     /// Grids that are followed beside the problem's own, finest first. A method that comes by way of coarser grids anyway
     /// needs none.
-    fn companions(&self) -> Vec<Grid> {
+    fn companions(&self, pulls_off: bool) -> Vec<Grid> {
         let nested = self.method.card().id == coarser::method().card().id;
         let count = match () {
             // Heights of a patch are no periodic series that a coarser grid could take.
             () if matches!(self.problem.kernel, Elastic::NonPeriodic(_)) => 0,
             () if self.extrapolates() => coarser::EXTRAPOLATION - 1,
-            () if nested && (self.asked == Adhesion::None || self.loads.len() == 1) => 0,
+            // The way apart is followed on a coarser grid, too: a pull-off has no other measure of the grid's error.
+            () if nested && !pulls_off && (self.asked == Adhesion::None || self.loads.len() == 1) => 0,
             () => 1,
         };
         coarser::grids(self.problem.grid, count)
     }
 
-    /// Memory and work of the path, its coarser grids with it.
-    pub fn plan(&self) -> Plan {
+    /// Memory and work of the path, its coarser grids and what is kept on the way apart with it.
+    pub fn plan(&self, pulls_off: bool) -> Plan {
         let own = self.method.plan(&self.problem);
         let beside = |&grid: &Grid| coarser::method().plan(&Problem { grid, ..self.problem.clone() }).bytes;
-        let grids = self.companions();
+        let grids = self.companions(pulls_off);
+        let field = (size_of::<f64>() * self.problem.grid.points()) as u64;
+        // A series through the nodes is as large as they are.
         let series = match self.problem.heights {
-            Heights::Nodes(nodes) if !grids.is_empty() => size_of_val(nodes) as u64,
+            Heights::Nodes(_) if !grids.is_empty() => field,
             _ => 0,
         };
-        Plan { bytes: own.bytes + series + grids.iter().map(beside).sum::<u64>(), ..own }
+        let held = if pulls_off { pull_off::FIELDS * field } else { 0 };
+        Plan { bytes: own.bytes + series + held + grids.iter().map(beside).sum::<u64>(), ..own }
     }
 
     /// This load on the next coarser grid, where nothing on the way has told of it: a solve that started from a given gap, or
@@ -109,7 +113,7 @@ impl<'p> LoadPath<'p> {
             }
         };
         let problem = coarsened(&self.problem, grid, series, self.asked);
-        Companion::start(&problem, self.threshold, watch)?.follow(load)
+        Companion::start(&problem, self.threshold, false, watch)?.follow(load)
     }
 
     /// Equilibrates load by load; `visit` is given every state. The first that did not converge ends the path. Then, if
@@ -127,7 +131,7 @@ impl<'p> LoadPath<'p> {
         let (levels, silent) = (Levels::new(watch, self.threshold), Silent(watch));
         // From a gap that is given, coarser grids might end on another branch.
         let given = matches!(begin, Some(Begin::Gap(_))) && self.problem.adhesion != Adhesion::None;
-        let grids = if given { Vec::new() } else { self.companions() };
+        let grids = if given { Vec::new() } else { self.companions(pulls_off) };
         let made: Series<f64>;
         let series = match self.problem.heights {
             Heights::Series(series) => Some(series),
@@ -141,8 +145,15 @@ impl<'p> LoadPath<'p> {
             grids.iter().filter_map(|&grid| series.map(|s| coarsened(&self.problem, grid, s, self.asked))).collect();
         let mut companions = Vec::new();
         for problem in &problems {
-            companions.push(Companion::start(problem, self.threshold, &silent)?);
+            // Of the coarser grids only the finest is pulled apart, too.
+            let holds = pulls_off && companions.is_empty();
+            companions.push(Companion::start(problem, self.threshold, holds, &silent)?);
         }
+        let held = grids.last().zip(series).is_some_and(|(&g, s)| coarser::holds(s, g, self.problem.grid));
+        let rms_height = match self.problem.heights {
+            Heights::Nodes(nodes) => rms(nodes),
+            Heights::Series(series) => series.rms(),
+        };
         let mut run = self.method.start(&self.problem, &levels)?;
         let mut last = None;
         let first = match begin {
@@ -193,8 +204,8 @@ impl<'p> LoadPath<'p> {
                 let all: Vec<Level> = coarse.iter().rev().copied().chain([fine]).collect();
                 let imposed = matches!(load, Load::MeanGap(_));
                 let keep = |gap: Option<f64>| gap.filter(|_| !imposed);
-                let told = below.map(|coarse| coarser::discretisation(&coarse, &fine));
-                let far = self.extrapolates().then(|| coarser::extrapolated(self.asked.range(), &all)).flatten();
+                let told = below.map(|coarse| coarser::discretisation(&coarse, &fine, rms_height));
+                let far = self.extrapolates().then(|| coarser::extrapolated(self.asked.range(), &all, held)).flatten();
                 (
                     told.map(|d| Discretisation { mean_gap: keep(d.mean_gap), ..d }),
                     far.map(|e| Extrapolated { mean_gap: e.mean_gap.filter(|_| !imposed), ..e }),
@@ -217,7 +228,12 @@ impl<'p> LoadPath<'p> {
                     gap: Field::F64(&last.gap),
                     progress: serde_json::Value::Null,
                 });
-                pull_off::search(&mut *run, &self.problem, last).map(Some)
+                let found = pull_off::search(&mut *run, &self.problem, last)?;
+                let coarse = companions.first_mut().map(Companion::pull_off).transpose()?.flatten();
+                Ok(Some(match coarse {
+                    Some((grid, pull)) => pull_off::compared(found, grid, pull),
+                    None => found,
+                }))
             }
             _ => Ok(None),
         }

@@ -1,3 +1,4 @@
+use crate::grid::Grid;
 use crate::interface::Law;
 use crate::method::{Load, Problem, Run, State, Stop};
 use crate::record::results::PullOff;
@@ -18,6 +19,10 @@ const PASSED: f64 = 0.3;
 /// square.
 const SECTIONS: usize = 10;
 const GOLDEN: f64 = 0.618_033_988_749_895;
+
+/// Fields in f64 that a search holds at most: where it began, the state at hand, the one before it and the one before the
+/// largest pull.
+pub(super) const FIELDS: u64 = 4;
 
 /// A state on the way.
 #[derive(Clone, Copy)]
@@ -115,8 +120,21 @@ pub(super) fn search(run: &mut dyn Run, problem: &Problem, from: Held) -> Result
         pressure: best.pressure,
         mean_gap: best.mean_gap,
         mean_gap_error: (high - best.mean_gap).max(best.mean_gap - low),
+        pressure_error: Some(left.pressure.max(right.pressure) - best.pressure),
+        coarser: None,
         curve: curve.iter().map(|p| [p.mean_gap, p.pressure]).collect(),
     })
+}
+
+/// What was found, with the change from a coarser grid as its error where that is the larger one.
+pub(super) fn compared(found: PullOff, grid: Grid, coarse: PullOff) -> PullOff {
+    let change = (found.pressure - coarse.pressure).abs();
+    PullOff {
+        pressure_error: found.pressure_error.map(|bracket| bracket.max(change)),
+        mean_gap_error: found.mean_gap_error.max((found.mean_gap - coarse.mean_gap).abs()),
+        coarser: Some([grid.nx, grid.ny]),
+        ..found
+    }
 }
 
 /// The state at a mean gap, and its gap.

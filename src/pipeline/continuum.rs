@@ -12,7 +12,7 @@ use crate::record::results::{
     ContinuumResults, Hanging, PsdPoint, RangeResults, StateResults, Statistic, SurfaceResults, Way,
 };
 use crate::scene::{Case, REFERENCE_LOAD, Surface};
-use crate::surface::{Expected, moments, psd, range};
+use crate::surface::{Expected, moments, patch_moments, psd, range, windowed};
 use crate::{Error, Result};
 use std::path::Path;
 
@@ -24,20 +24,33 @@ fn in_stage(stage: &str, file: &str) -> String {
 /// Statistics of heights, expected against realised, and their spectrum; heights go to `heights.npy`.
 pub(super) fn surface(case: &Case, heights: &[f64], folder: &Path, stage: &str) -> Result<SurfaceResults> {
     npy::write(&folder.join("heights.npy"), case.grid.nx, case.grid.ny, heights.iter().copied())?;
+    let patch = case.lies_alone();
+    let note = "Heights that do not repeat: moments are those of the nodes and of the differences between neighbours, none of \
+                them across an edge; the spectrum is that of the heights about their mean plane under a Hann window.";
     Ok(SurfaceResults {
         origin: case.surface.origin(),
+        periodic: !patch,
+        note: if patch { note.into() } else { String::new() },
         nx: case.grid.nx,
         ny: case.grid.ny,
         aspect: case.grid.ly / case.grid.lx,
         heights: in_stage(stage, "heights.npy"),
-        statistics: statistics(&case.surface, case.grid, heights, case.scales.length_m * 1e6),
-        psd: spectrum(&case.surface, case.grid, heights),
+        statistics: statistics(case, heights),
+        psd: if patch {
+            spectrum(&case.surface, case.grid, &windowed(case.grid, heights))
+        } else {
+            spectrum(&case.surface, case.grid, heights)
+        },
     })
 }
 
 /// The table "expected against realised" of heights on their grid. Expected values are those of the whole spectrum, beside
 /// those of the modes that the grid holds, where it does not hold all.
-pub fn statistics(surface: &Surface, grid: Grid, heights: &[f64], length_um: f64) -> Vec<Statistic> {
+pub fn statistics(case: &Case, heights: &[f64]) -> Vec<Statistic> {
+    let (surface, grid, um) = (&case.surface, case.grid, case.scales.length_m * 1e6);
+    if case.lies_alone() {
+        return patch_statistics(grid, heights, um);
+    }
     let (m, r) = (moments(grid, heights), range(heights));
     let (expected, held) = match surface {
         Surface::Synthesised { spectrum, modes, .. } => (
@@ -55,7 +68,6 @@ pub fn statistics(surface: &Surface, grid: Grid, heights: &[f64], length_um: f64
         realised,
         band: None,
     };
-    let um = length_um;
     let band = held.as_ref().or(expected.as_ref()).map(|e| e.rms_height_band * um);
     vec![
         Statistic { band, ..line("rms height", "h_rms", "µm", Some(&|e| e.rms_height * um), m.rms_height * um) },
@@ -81,6 +93,34 @@ pub fn statistics(surface: &Surface, grid: Grid, heights: &[f64], length_um: f64
             m.full_contact_energy * um,
         ),
     ]
+}
+
+/// The same of heights that do not repeat, of which nothing is expected.
+fn patch_statistics(grid: Grid, heights: &[f64], um: f64) -> Vec<Statistic> {
+    let (m, r) = (patch_moments(grid, heights), range(heights));
+    let lines = [
+        ("rms height about the mean", "h_rms", "µm", m.rms_height * um),
+        ("rms gradient between neighbours", "ḡ", "1", m.rms_gradient),
+        ("curvature radius", "R_c", "nm", m.m4.sqrt().recip() * um * 1e3),
+        ("profile moment m2", "m2", "1", m.m2),
+        ("profile moment m4", "m4", "µm⁻²", m.m4 / um / um),
+        ("mean minus lowest height (first-touch mean gap)", "h̄ - h_min", "µm", (r.mean - r.min) * um),
+        ("range of heights", "h_max - h_min", "µm", (r.max - r.min) * um),
+    ];
+    lines
+        .into_iter()
+        // A map without curvature has no radius of it.
+        .filter(|line| line.3.is_finite())
+        .map(|(name, symbol, unit, realised)| Statistic {
+            name: name.into(),
+            symbol: symbol.into(),
+            unit: unit.into(),
+            expected: None,
+            held: None,
+            realised,
+            band: None,
+        })
+        .collect()
 }
 
 fn spectrum(surface: &Surface, grid: Grid, heights: &[f64]) -> Vec<PsdPoint> {
@@ -139,7 +179,7 @@ pub(super) fn load_path(
     let path = LoadPath::new(asked.problem.clone(), method, asked.range, asked.threshold, &asked.loads);
     let problem = path.problem();
     let grid = problem.grid;
-    let (plan, have) = (path.plan(), crate::sys::available_memory_bytes());
+    let (plan, have) = (path.plan(asked.pull_off), crate::sys::available_memory_bytes());
     if plan.bytes > have {
         return Err(Error::Memory {
             what: format!("{} on {} x {} points in {:?}", method.card().id, grid.nx, grid.ny, problem.precision),
@@ -163,7 +203,7 @@ pub(super) fn load_path(
     let keeper = Keeper::new(folder, &stem, key, finished);
     let begin = checkpoint.map(Begin::Checkpoint).or(asked.start.map(Begin::Gap));
     let watch = Progress::new(listener, Some(&keeper), &said, (states.len(), asked.loads.len()));
-    let pull_off = path.walk(begin, asked.pull_off, &watch, |i, reached| {
+    let walked = path.walk(begin, asked.pull_off, &watch, |i, reached| {
         watch.next();
         let state = &reached.state;
         let kind = if state.stop == Stop::Converged { "load" } else { "partial" };
@@ -178,6 +218,13 @@ pub(super) fn load_path(
             return Err(Error::Interrupted);
         }
         let partial = state.stop != Stop::Converged;
+        let extrapolates = asked.range == RangeChoice::Extrapolate && asked.problem.adhesion != problem.adhesion;
+        if extrapolates && !partial && reached.extrapolated.is_none() {
+            listener.warn(&format!(
+                "load {}: what the true range would give cannot be told, three grids as coarse as these differ by too much",
+                i + 1
+            ));
+        }
         let p_star = asked.p_star.get(i).copied().unwrap_or(state.pressure / asked.gradient);
         let keep = (asked.keep)(p_star);
         let gap = if keep.gap || partial { Some(write("gap", state.gap)?) } else { None };
@@ -203,7 +250,18 @@ pub(super) fn load_path(
         keeper.finish(serde_json::to_value(&found).map_err(|e| Error::format(folder, e, "finite numbers"))?);
         states.push(found);
         Ok(())
-    })?;
+    });
+    let (pull_off, pull_off_failure) = match walked {
+        Ok(found) => (found, None),
+        // All loads are done and stand by themselves; only the way apart did not end well.
+        Err(why @ (Error::NotConverged { .. } | Error::Input { .. }))
+            if asked.pull_off && states.len() == asked.loads.len() =>
+        {
+            listener.warn(&format!("the pull-off was not found: {why}"));
+            (None, Some(why.to_string()))
+        }
+        Err(e) => return Err(e),
+    };
     keeper.clear();
     stiffen(&mut states);
     let hysteresis_work = asked.there.map(|there| compare_ways(&mut states, there));
@@ -219,6 +277,7 @@ pub(super) fn load_path(
         range: resolution(asked.problem.adhesion).zip(resolution(problem.adhesion)).map(|(a, used)| RangeResults {
             asked: asked.problem.adhesion.range(),
             used: range,
+            gamma: Some(problem.adhesion.work_and_range().0),
             resolution_asked: a,
             resolution_used: used,
         }),
@@ -226,6 +285,7 @@ pub(super) fn load_path(
         states,
         hysteresis_work,
         pull_off,
+        pull_off_failure,
     })
 }
 

@@ -1,5 +1,6 @@
 use crate::atoms::job::{EVALUATIONS_PER_STEP, SECONDS_PER_ATOM_EVALUATION};
 use crate::method;
+use crate::path::LoadPath;
 use crate::record::results::AuditLine;
 use crate::scene::Case;
 use crate::{Error, Result};
@@ -65,7 +66,12 @@ pub fn plan(case: &Case, threads: usize) -> Result<RunPlan> {
         let pairs = p.iterations as f64 * p.pairs_per_iteration * of as f64;
         (p.bytes + 8 * grid.points() as u64, pairs * grid.points() as f64 * SECONDS_PER_POINT_PAIR / threads as f64)
     };
-    let (bytes, seconds) = solve(case.grid, loads);
+    let (own, seconds) = solve(case.grid, loads);
+    // Coarser grids that the path takes with it, and what a pull-off holds.
+    let (problem, path) = (case.problem(empty.into()), case.loads());
+    let alone = method.plan(&problem).bytes;
+    let beside = LoadPath::new(problem, method, case.range(), 0.0, &path).plan(case.scene.load.pull_off).bytes;
+    let bytes = own + (beside - alone);
     let mut stages = vec![
         PlannedStage {
             name: "surface",

@@ -110,11 +110,22 @@ pub struct SurfaceResults {
     pub ny: usize,
     /// Extent in y over extent in x.
     pub aspect: f64,
+    /// Whether the cell repeats. If not, statistics and spectrum are those of a patch: see [`Self::note`].
+    #[serde(default = "repeats")]
+    pub periodic: bool,
+    /// What statistics and spectrum assume, where that is not the periodic cell.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub note: String,
     /// `[ny, nx]` f64 heights, low points touch first, min = 0.
     pub heights: String,
     pub statistics: Vec<Statistic>,
     /// Radial power spectral density; absent `expected` for an imported surface.
     pub psd: Vec<PsdPoint>,
+}
+
+/// Files without the word are of the time when all cells did.
+fn repeats() -> bool {
+    true
 }
 
 /// One line of the table "expected against realised".
@@ -168,6 +179,9 @@ pub struct ContinuumResults {
     pub hysteresis_work: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pull_off: Option<PullOff>,
+    /// Why there is none, where one was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pull_off_failure: Option<String>,
 }
 
 /// A statement of the challenge and what was found.
@@ -202,20 +216,30 @@ pub enum Verdict {
 
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct RangeResults {
+    /// Work of adhesion, units of E*·L; none in files that tell it only in words.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gamma: Option<f64>,
     pub asked: f64,
     pub used: f64,
     pub resolution_asked: f64,
     pub resolution_used: f64,
 }
 
-/// How much the answer changes from the grid of half the points a side to this one, relative. What converges at first order
-/// has as much of an error left, what converges faster has less.
+/// How much the answer changes from the grid of half the points a side to this one, over the value on this one. What
+/// converges at first order has as much of an error left, what converges faster has less.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Discretisation {
-    /// Of the perimeter-corrected contact fraction; no less than a third of the correction.
-    pub area: f64,
-    /// None where the mean gap was imposed.
+    /// Of the perimeter-corrected contact fraction; no less than a third of the correction. None where so little touches
+    /// that its share of a change says nothing.
+    pub area: Option<f64>,
+    /// Whether the area's is only a bound: the coarser grid was left while it was still to change by more than the grids
+    /// differ.
+    #[serde(default)]
+    pub area_is_bound: bool,
+    /// None where the mean gap was imposed, or is next to nothing.
     pub mean_gap: Option<f64>,
+    #[serde(default)]
+    pub mean_gap_is_bound: bool,
     /// Points of the coarser grid along x and y.
     pub coarser: [usize; 2],
 }
@@ -245,8 +269,15 @@ pub struct PullOff {
     pub pressure: f64,
     /// There, units of L.
     pub mean_gap: f64,
-    /// Half-width of the bracket that the mean gap was left in.
+    /// Change of the pressure from the grid of half the points a side, or within the last bracket if that is more; none in
+    /// files that do not tell it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pressure_error: Option<f64>,
+    /// The same of the mean gap.
     pub mean_gap_error: f64,
+    /// Points of the coarser grid along x and y; none where only the bracket is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coarser: Option<[usize; 2]>,
     /// Mean gap and pressure of what was passed, in the order of the mean gap.
     pub curve: Vec<[f64; 2]>,
 }

@@ -50,6 +50,17 @@ pub fn percent(share: f64) -> String {
     format!("{}\u{a0}%", significant(100.0 * share, 3))
 }
 
+/// A relative change, or a bound of one; above a hundred per cent its size says nothing more.
+pub fn change(relative: Option<f64>, is_bound: bool) -> String {
+    match relative {
+        None => "–".into(),
+        Some(c) if c > 1.0 && !is_bound => "more than 100\u{a0}%".into(),
+        Some(c) if c > 1.0 => "–".into(),
+        Some(c) if is_bound => format!("below {}", percent(c)),
+        Some(c) => percent(c),
+    }
+}
+
 /// `value` (in `unit`, without prefix) with the SI prefix that leaves one to three digits before the point.
 pub fn si(value: f64, unit: &str, n: usize) -> String {
     let (scaled, prefix) = si_scale(value);

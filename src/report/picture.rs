@@ -70,6 +70,14 @@ pub fn colour(share: f64) -> Rgb {
     [c.r, c.g, c.b]
 }
 
+/// Darkest share of the ramp beside a contact in black, from which it differs in grey, too.
+const DARKEST: f64 = 0.3;
+
+/// The colour of a share where black is contact.
+pub fn over_contact(share: f64) -> Rgb {
+    colour(DARKEST + (1.0 - DARKEST) * share)
+}
+
 /// A field file reduced to at most `longest` cells a side, each node passed through `of` first.
 ///
 /// One row is in memory at a time, whatever the size of the field.
@@ -95,6 +103,13 @@ pub fn load(path: &Path, longest: usize, of: impl Fn(f64) -> f64) -> Result<Redu
 /// A continuous map in CIVIDIS: dark is low.
 pub fn map(small: &Reduced, range: Range) -> Picture {
     Picture::from_cells(small.nx, small.ny, |i| colour(range.share(small.values[i])))
+}
+
+/// A gap with its contact (the touching share of each cell) in black: dark is near.
+pub fn gap(small: &Reduced, range: Range, contact: &Reduced) -> Picture {
+    Picture::from_cells(small.nx, small.ny, |i| {
+        if touches(contact, i) { BLACK } else { over_contact(range.share(small.values[i])) }
+    })
 }
 
 /// A cell of a reduced contact map is drawn as touching when at least half of its nodes touch.
@@ -177,6 +192,17 @@ mod tests {
         let picture = superposed(&a, &b);
         let quarter = picture.width / 4;
         assert_eq!([0, 1, 2, 3].map(|i| picture.at(i * quarter, 0)), [BLACK, ORANGE, BLUE, WHITE]);
+    }
+
+    /// Contact is darker than any gap by a sixth of the scale.
+    #[test]
+    fn contact_reads_in_grey() {
+        let luma = |c: Rgb| 0.2126 * f64::from(c[0]) + 0.7152 * f64::from(c[1]) + 0.0722 * f64::from(c[2]);
+        let steps: Vec<f64> = (0..=20).map(|i| luma(over_contact(f64::from(i) / 20.0))).collect();
+        assert!(steps[0] > 255.0 / 6.0 && steps.windows(2).all(|w| w[1] > w[0]), "{steps:?}");
+        let range = Range { low: 0.0, high: 1.0 };
+        let picture = gap(&small(2, &[0.0, 0.0, 1.0, 1.0]), range, &small(2, &[1.0, 0.0, 0.0, 0.0]));
+        assert_eq!([picture.at(0, 319), picture.at(319, 319)], [BLACK, over_contact(0.0)]);
     }
 
     #[test]

@@ -59,6 +59,9 @@ pub const HARD: Style = Style { colour: picture::ORANGE, dash: Dash::Dashed, mar
 pub const THRESHOLD: Style = Style { colour: picture::GREEN, dash: Dash::Dashed, marker: Marker::Ring };
 pub const SOFT: Style = Style { colour: picture::VERMILION, dash: Dash::Dotted, marker: Marker::Triangle };
 pub const LABORATORY: Style = Style { colour: picture::BLACK, dash: Dash::Solid, marker: Marker::Square };
+/// The way back of a load path, and what is pointed out on a curve.
+pub const BACK: Style = Style { colour: picture::VERMILION, dash: Dash::Dashed, marker: Marker::Ring };
+pub const POINTED_OUT: Style = Style { colour: picture::VERMILION, dash: Dash::None, marker: Marker::Disc };
 pub const EXPECTED: Style = Style { colour: picture::BLACK, dash: Dash::Dashed, marker: Marker::None };
 pub const REALISED: Style = Style { colour: picture::BLUE, dash: Dash::None, marker: Marker::Disc };
 pub const UNCONVERGED: Style = Style { colour: picture::PURPLE, dash: Dash::None, marker: Marker::Cross };
@@ -248,6 +251,9 @@ fn draw_legend(area: &Area, rows: &[Vec<(i32, &Curve)>]) -> Drawn {
     Ok(())
 }
 
+/// Decades of an axis below which multiples of the powers of ten are labelled, too.
+const FEW_DECADES: f64 = 3.0;
+
 /// An axis with its ends and ticks, in axis coordinates.
 #[derive(Debug, Clone, PartialEq)]
 struct Scale {
@@ -303,15 +309,18 @@ impl Scale {
             (first - 1..=last).flat_map(|d| of.iter().map(move |m| f64::from(d) + m.log10())).filter(within).collect()
         };
         let decades = (first..=last).filter(|d| (d - first) % every == 0).map(f64::from).collect::<Vec<f64>>();
-        // Under two decades the powers of ten alone say too little.
-        let ticks = if last - first < 1 { multiples(&[1.0, 2.0, 5.0]) } else { decades };
+        // Under three decades the powers of ten alone say too little.
+        let ticks = if high - low < FEW_DECADES { multiples(&[1.0, 2.0, 5.0]) } else { decades };
         let minor = if every == 1 { multiples(&[2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]) } else { Vec::new() };
         Scale { axis: Axis::Log, low, high, ticks, minor, step: 1.0, power: 0 }
     }
 
     fn label(&self, v: f64) -> String {
         match self.axis {
-            Axis::Log if v.fract() == 0.0 && !(-2.0..=4.0).contains(&v) => format!("10{}", superscript(v as i32)),
+            // Beside its multiples a power of ten is written as they are.
+            Axis::Log if self.high - self.low >= FEW_DECADES && v.fract() == 0.0 && !(-2.0..=4.0).contains(&v) => {
+                format!("10{}", superscript(v as i32))
+            }
             Axis::Log => trimmed(10f64.powf(v), 2),
             Axis::Linear => {
                 let factor = 10f64.powi(self.power);
@@ -374,6 +383,8 @@ mod tests {
         assert_eq!(labels(Axis::Linear, -1.0, 1.0), ["−1.0", "−0.5", "0", "0.5", "1.0"]);
         assert_eq!(labels(Axis::Log, -1.0, 2.0), ["0.1", "1", "10", "100"]);
         assert_eq!(labels(Axis::Log, -8.0, -5.0), ["10⁻⁸", "10⁻⁷", "10⁻⁶", "10⁻⁵"]);
+        let path = ["0.001", "0.002", "0.005", "0.01", "0.02", "0.05", "0.1", "0.2"];
+        assert_eq!(labels(Axis::Log, -3.0, 0.3_f64.log10()), path);
         assert_eq!(labels(Axis::Log, 0.02_f64.log10(), 0.09_f64.log10()), ["0.02", "0.05", "0.1"]);
         let small = Scale::new(Axis::Linear, &[0.0, 3e-5]);
         assert_eq!(small.factor_note(), " × 10⁵");

@@ -172,11 +172,32 @@ impl Case {
             atoms: None,
             warnings,
         };
+        case.refuse_closed()?;
         if case.scene.atoms.is_some() {
             case.atoms = Some(AtomsCase::resolve(&case)?);
             case.warnings.extend(case.atoms.iter().flat_map(|a| a.warnings(case.gradient)));
         }
         Ok(case)
+    }
+
+    /// Behind a hard wall a mean gap of zero is reached by any pressure from one on, so that it asks for none.
+    fn refuse_closed(&self) -> Result<()> {
+        let zero = self.scene.load.mean_gap_um.iter().position(|g| *g == 0.0);
+        let Some(i) = zero.filter(|_| self.wall == Wall::Hard) else { return Ok(()) };
+        let mut accepted = "a positive number".to_string();
+        // Heights, a spectrum and the stress.
+        let fits = 3 * 8 * self.grid.points() as u64 <= crate::sys::available_memory_bytes();
+        if self.adhesion == Adhesion::None && fits {
+            let heights = self.surface.heights(self.grid, 0.0);
+            let full = self.problem((&heights).into()).full_contact_pressure() / self.gradient;
+            accepted += &format!("; all of the surface touches from load.p_star = {full} on");
+        }
+        Err(Error::input(self.file.display(), format!("load.mean_gap_um[{i}]"), 0, accepted))
+    }
+
+    /// Whether the surface is a map that does not repeat. One made from its spectrum does, whatever lies around it.
+    pub fn lies_alone(&self) -> bool {
+        !self.scene.continuum.periodic && matches!(self.surface, Surface::Imported { .. })
     }
 
     /// The load path, in reduced numbers.

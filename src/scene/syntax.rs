@@ -1,14 +1,95 @@
 //! A scene that TOML or its types refuse, told in the words of scenes: which key, what stands there, what is accepted.
 
+use super::Scene;
 use crate::Error;
+use serde::Deserialize;
 use std::ops::Range;
 use std::path::Path;
-use toml::de::{DeTable, DeValue};
+use toml::Spanned;
+use toml::de::{DeArray, DeTable, DeValue};
 
 /// Longest piece of the file that a message repeats.
 const REPEATED: usize = 60;
 
-pub(super) fn refusal(error: &toml::de::Error, text: &str, file: &Path) -> Error {
+/// All that the types of a scene have to say against a text. They stop at the first, so what was told of is made good in
+/// the tree, and the tree is read again.
+pub(super) fn refusal(first: toml::de::Error, text: &str, file: &Path) -> Error {
+    let mut list = vec![told(&first, text)];
+    let mut error = first;
+    if let Ok(mut tree) = DeTable::parse(text) {
+        while mended(tree.get_mut(), &error, text) {
+            match Scene::deserialize(toml::de::Deserializer::from(tree.clone())) {
+                Ok(_) => break,
+                Err(next) => error = next,
+            }
+            let complaint = told(&error, text);
+            // What cannot be made good would be told for ever.
+            if list.contains(&complaint) {
+                break;
+            }
+            list.push(complaint);
+        }
+    }
+    // In the order of the file; what is missing has no line and comes last.
+    list.sort_by_key(|(line, _)| line.unwrap_or(usize::MAX));
+    Error::Syntax { file: file.to_path_buf(), list }
+}
+
+/// Takes what an error is about out of the tree, or puts something of the right kind in its place. Whether that was done.
+fn mended<'i>(tree: &mut DeTable<'i>, error: &toml::de::Error, text: &str) -> bool {
+    let span = error.span().filter(|s| text.get(s.clone()).is_some()).unwrap_or(0..0);
+    let path = if span.is_empty() { None } else { key_at(tree, &span) };
+    let message = error.message();
+    if let Some(field) = message.strip_prefix("missing field ") {
+        let field = field.trim_matches('`').to_string();
+        // The tables and the text that a scene must have; every other key without a default is a number.
+        let value = match field.as_str() {
+            "name" => DeValue::String("mended".into()),
+            "surface" | "load" => DeValue::Table(DeTable::new()),
+            _ => number(),
+        };
+        let Some(table) = table_at(tree, path.as_deref()) else { return false };
+        return table.insert(Spanned::new(0..0, field.into()), Spanned::new(0..0, value)).is_none();
+    }
+    let Some(path) = path else { return false };
+    let (above, key) = path.rsplit_once('.').map_or((None, path.as_str()), |(above, key)| (Some(above), key));
+    // An entry of a list stands for the list.
+    let (key, in_list) = key.split_once('[').map_or((key, false), |(key, _)| (key, true));
+    let Some(table) = table_at(tree, above) else { return false };
+    let stand_in = match message.rsplit_once(", expected ") {
+        _ if in_list => Some(DeValue::Array(DeArray::new())),
+        Some((what, _)) if what.starts_with("unknown field") => None,
+        Some((_, "f32" | "f64" | "usize" | "u8" | "u16" | "u32" | "u64" | "i8" | "i16" | "i32" | "i64")) => {
+            Some(number())
+        }
+        Some((_, "a string")) => Some(DeValue::String("mended".into())),
+        Some((_, "a sequence")) => Some(DeValue::Array(DeArray::new())),
+        Some((_, kind)) if kind.starts_with("struct ") => Some(DeValue::Table(DeTable::new())),
+        _ => None,
+    };
+    let Some(old) = table.remove(key) else { return false };
+    // Keys that must be there get a value; all others do without.
+    if let Some(value) = stand_in {
+        table.insert(Spanned::new(0..0, key.to_string().into()), Spanned::new(old.span(), value));
+    }
+    true
+}
+
+/// A number that serves as a whole one, too.
+fn number<'i>() -> DeValue<'i> {
+    DeValue::parse("1").expect("a number of TOML").into_inner()
+}
+
+/// The table at a dotted path.
+fn table_at<'t, 'i>(tree: &'t mut DeTable<'i>, path: Option<&str>) -> Option<&'t mut DeTable<'i>> {
+    path.into_iter().flat_map(|p| p.split('.')).try_fold(tree, |table, key| match table.get_mut(key)?.get_mut() {
+        DeValue::Table(inner) => Some(inner),
+        _ => None,
+    })
+}
+
+/// One error in the words of scenes, with its line.
+fn told(error: &toml::de::Error, text: &str) -> (Option<usize>, String) {
     let span = error.span().filter(|s| text.get(s.clone()).is_some()).unwrap_or(0..0);
     let found = short(&text[span.clone()]);
     let line = 1 + text[..span.start].matches('\n').count();
@@ -37,8 +118,7 @@ pub(super) fn refusal(error: &toml::de::Error, text: &str, file: &Path) -> Error
         let whole = text.lines().nth(line - 1).unwrap_or_default();
         format!("{}: {}", short(whole), message.replace('\n', ", "))
     };
-    let line = (!span.is_empty() || !message.starts_with("missing field")).then_some(line);
-    Error::Syntax { file: file.to_path_buf(), line, message: told }
+    ((!span.is_empty() || !message.starts_with("missing field")).then_some(line), told)
 }
 
 /// Dotted path of what stands at `span`: a key, a value, an entry of a list, or a table by its header.
@@ -89,6 +169,32 @@ mod tests {
     use crate::scene::Scene;
     use std::path::Path;
 
+    /// Types, unknown keys and missing ones, in the order of the file.
+    #[test]
+    fn all_complaints_come_at_once() {
+        let text = "name = 3\nlaod = 1\n[surface]\ngrid = \"many\"\nhurts = 0.8\nhurst = \"x\"\n[adhesion]\nrange_nm = true\n\
+                    law = \"sticky\"\n[continuum]\nmethod = 1\nperiodic = \"no\"\n[load]\np_star = [1, \"x\", \"y\"]\n";
+        let told = Scene::parse(text, Path::new("a.toml")).expect_err("refused").to_string();
+        let begins = [
+            "line 1: name = 3;",
+            "line 2: laod is no key",
+            "line 4: surface.grid = \"many\";",
+            "line 5: surface.hurts is no key",
+            "line 6: surface.hurst = \"x\";",
+            "line 7: adhesion.work_of_adhesion_mj_m2 is missing",
+            "line 8: adhesion.range_nm = true;",
+            "line 9: adhesion.law = \"sticky\";",
+            "line 11: continuum.method = 1;",
+            "line 12: continuum.periodic = \"no\";",
+            "line 14: load.p_star[1] = \"x\";",
+        ];
+        let lines: Vec<&str> = told.lines().collect();
+        assert_eq!(lines.len(), begins.len(), "{told}");
+        for (line, begin) in lines.iter().zip(begins) {
+            assert!(line.strip_prefix("a.toml, ").is_some_and(|l| l.starts_with(begin)), "{told}");
+        }
+    }
+
     #[test]
     fn no_word_of_rust_reaches_the_user() {
         let whole = "a whole number, zero or above";
@@ -125,7 +231,8 @@ mod tests {
             ("name = \"a\"\n[load]\np_star: 1", "line 3: p_star: 1: key with no value, expected `=`"),
         ] {
             let told = Scene::parse(text, Path::new("a.toml")).expect_err(text).to_string();
-            assert!(told.starts_with("a.toml") && told.ends_with(expected), "{told}");
+            assert!(told.lines().all(|l| l.starts_with("a.toml")), "{told}");
+            assert!(told.lines().any(|l| l.ends_with(expected)), "{told}");
         }
     }
 }

@@ -3,11 +3,13 @@
 //! Heights are reduced (unit: the cell's extent in x) and low points touch first.
 
 mod fourier;
+mod patch;
 mod spectrum;
 mod statistics;
 mod synthesis;
 
 pub use fourier::FourierModes;
+pub use patch::{PatchMoments, patch_moments, windowed};
 pub use spectrum::{Amplitudes, Expected, Spectrum};
 pub use statistics::{Moments, PsdBin, Range, moments, patch_gradient, psd, range};
 pub use synthesis::{Modes, lower_to_zero, resample};

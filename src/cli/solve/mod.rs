@@ -1,17 +1,19 @@
+mod finished;
 mod told;
 
 use super::{file::FileFlags, listen::Teller, words};
 use crate::error::Complaint;
 use crate::grid::{Grid, Series};
-use crate::interface::{Base, CubicHalfSpace, Elastic, Layer, NonPeriodic, RangeChoice, StiffWall, Wall};
-use crate::method::{self, ContactMethod, Goals, Heights, Load, Precision, Problem, Stop};
+use crate::interface::{Adhesion, Base, CubicHalfSpace, Elastic, Layer, NonPeriodic, RangeChoice, StiffWall, Wall};
+use crate::method::{self, Goals, Heights, Load, Precision, Problem, Stop};
 use crate::path::{Begin, Checkpoint, Keeper, LoadPath};
 use crate::pipeline::{Key, Listener, Progress};
 use crate::record::heights::Sign;
 use crate::report::number::memory;
-use crate::scene::{AdhesionLaw, FileAsked, Surface, WallKind, default_tolerance};
+use crate::scene::{AdhesionLaw, FileAsked, Surface, SurfaceScene, WallKind, default_tolerance};
 use crate::surface::{Modes, Spectrum};
 use crate::{Error, Result};
+use finished::Finished;
 use serde_json::json;
 use std::path::PathBuf;
 use told::Told;
@@ -42,8 +44,8 @@ pub struct Solve {
     /// heights, so that a large grid takes no more memory than the solver.
     #[arg(long, value_name = "N")]
     challenge: Option<usize>,
-    /// Seed of the challenge's surface.
-    #[arg(long, value_name = "N", default_value_t = 1, requires = "challenge")]
+    /// Seed of the challenge's surface; without it the one of scenes.
+    #[arg(long, value_name = "N", default_value_t = SurfaceScene::default().seed, requires = "challenge")]
     seed: u64,
     /// Short cut-off wavelength of the challenge's surface over the cell.
     #[arg(long, value_name = "LAMBDA", default_value_t = Spectrum::CHALLENGE.lambda_s, requires = "challenge")]
@@ -343,6 +345,19 @@ impl Solve {
         })
     }
 
+    /// A mean gap of zero is reached by any pressure from one on, so that it asks for none.
+    fn refuse_closed(&self, problem: &Problem) -> Result<()> {
+        if problem.wall != Wall::Hard || !self.mean_gap.contains(&0.0) {
+            return Ok(());
+        }
+        let mut accepted = "a positive gap".to_string();
+        if problem.adhesion == Adhesion::None {
+            let full = problem.full_contact_pressure() * self.modulus;
+            accepted += &format!("; all of the surface touches from --pressure {full} on");
+        }
+        Err(Error::input("command line", "--mean-gap", 0, accepted))
+    }
+
     /// What a checkpoint must be of to be gone on from: this command, and what its files hold.
     fn key(&self) -> Result<String> {
         let files = [&self.surface_file().map(PathBuf::from), &self.start]
@@ -350,6 +365,11 @@ impl Solve {
         let [heights, start] = files;
         let silent = Solve { json: false, ..self.clone() };
         Ok(Key::new("solve", &(format!("{silent:?}"), heights?, start?), &[])?.with(""))
+    }
+
+    /// The same for a finished solve, which another build of the program would do anew.
+    fn finished_key(&self) -> Result<String> {
+        Ok(format!("{} {}", self.key()?, Key::of_program()?))
     }
 
     pub fn execute(self) -> Result<()> {
@@ -369,16 +389,25 @@ impl Solve {
         if let Some(caveat) = self.range.caveat(asked.adhesion, grid.dx().max(grid.dy())) {
             teller.warn(&caveat);
         }
-        let (plan, have) = (path.plan(), crate::sys::available_memory_bytes());
+        self.refuse_closed(&asked)?;
+        let (plan, have) = (path.plan(self.pull_off), crate::sys::available_memory_bytes());
         if self.dry_run {
             if self.json {
                 words::json_line(&json!({ "bytes": plan.bytes, "available_bytes": have }))?;
             } else {
-                words::say(&format!("{} needs, {} available", memory(plan.bytes), memory(have)));
+                words::say(&format!(
+                    "{} on {} x {} points needs {} of memory; {} are available",
+                    method.card().id,
+                    grid.nx,
+                    grid.ny,
+                    memory(plan.bytes),
+                    memory(have)
+                ));
             }
         }
         if plan.bytes > have {
-            let advice = fitting(method, &asked, have);
+            let bytes = |problem| LoadPath::new(problem, method, self.range, 0.0, &loads).plan(self.pull_off).bytes;
+            let advice = fitting(bytes, &asked, have);
             return Err(Error::Memory { what: method.card().id.into(), need: plan.bytes, have, advice });
         }
         if self.dry_run {
@@ -386,8 +415,15 @@ impl Solve {
         }
         let mut told = Told::new(&self, &asked, &path, loads.len());
         let (mut keeper, mut begin) = (None, None);
+        let solved_by = if self.out.is_some() { self.finished_key()? } else { String::new() };
         if let Some(out) = &self.out {
             std::fs::create_dir_all(out).map_err(Error::io("create", out))?;
+            let fields = (0..loads.len()).map(|i| told.name(i, "", "gap.npy"));
+            if let Some(finished) = Finished::find(out, &solved_by, fields.collect::<Vec<_>>()) {
+                teller.note(&format!("finished already: this is what {} holds", out.display()));
+                finished.states.into_iter().try_for_each(|line| told.again(line))?;
+                return finished.pull_off.iter().try_for_each(|line| told.pull_off_again(line));
+            }
             let key = self.key()?;
             let checkpoint = Checkpoint::find(out, CHECKPOINT, &key);
             if checkpoint.is_none() && out.join(format!("{CHECKPOINT}.json")).exists() {
@@ -396,7 +432,14 @@ impl Solve {
                 return Err(Error::input("command line", "--out", found, accepted));
             }
             let finished = checkpoint.as_ref().map_or(Vec::new(), |c| c.finished.clone());
-            finished.iter().try_for_each(|line| told.again(line))?;
+            if checkpoint.is_some() {
+                teller.note(&match finished.len() {
+                    n if n < loads.len() => format!("going on from load {} of {}", n + 1, loads.len()),
+                    _ => "going on with the pull-off".to_string(),
+                });
+            }
+            finished.iter().try_for_each(|line| told.again(line.clone()))?;
+            Finished::forget(out);
             keeper = Some(Keeper::new(out, CHECKPOINT, key, finished));
             begin = checkpoint.map(Begin::Checkpoint);
         }
@@ -406,20 +449,23 @@ impl Solve {
         }
         let what = format!("{} on {} x {} points", method.card().id, grid.nx, grid.ny);
         teller.begin("solve", &what);
-        let watch = Progress::new(&teller, keeper.as_ref(), "", (told.count(), loads.len()));
+        let watch = Progress::new(&teller, keeper.as_ref(), "", (told.lines.len(), loads.len()));
         let pulled = path.walk(begin, self.pull_off, &watch, |i, reached| {
             watch.next();
             let state = &reached.state;
             if state.stop == Stop::Interrupted {
+                // Where it happened to be is no result.
                 keeper.iter().for_each(|k| k.leave(grid, state));
+                return Err(Error::Interrupted);
             }
             let line = told.state(i, &reached)?;
             match state.stop {
                 Stop::Converged => {
-                    keeper.iter().for_each(|k| k.finish(line.clone()));
+                    if let Some(k) = &keeper {
+                        k.finish(line);
+                    }
                     Ok(())
                 }
-                Stop::Interrupted => Err(Error::Interrupted),
                 stop => Err(Error::NotConverged {
                     method: method.card().id,
                     why: stop.to_string(),
@@ -430,20 +476,22 @@ impl Solve {
                 }),
             }
         })?;
-        if let Some(pulled) = pulled {
-            told.pull_off(&pulled)?;
+        let pulled = pulled.map(|p| told.pull_off(&p)).transpose()?;
+        if let Some(out) = &self.out {
+            Finished::write(out, solved_by, told.lines, pulled)?;
         }
         keeper.iter().for_each(Keeper::clear);
         Ok(())
     }
 }
 
-/// What would fit into the memory that there is, on grids of the problem's shape.
-fn fitting(method: &dyn ContactMethod, problem: &Problem, have: u64) -> String {
+/// What would fit into the memory that there is, on grids of the problem's shape; `bytes` plans a problem and all that is
+/// held beside it.
+fn fitting<'p>(bytes: impl Fn(Problem<'p>) -> u64, problem: &Problem<'p>, have: u64) -> String {
     let Grid { nx, ny, .. } = problem.grid;
     let of = |precision| {
         let grid = |n: usize| Grid { nx: n, ny: (n * ny / nx).max(1), ..problem.grid };
-        let fits = |n| method.plan(&Problem { grid: grid(n), precision, ..problem.clone() }).bytes <= have;
+        let fits = |n| bytes(Problem { grid: grid(n), precision, ..problem.clone() }) <= have;
         // Bisection: one more point never needs less.
         let (mut low, mut high) = (0, nx + 1);
         while high - low > 1 {

@@ -3,13 +3,14 @@
 use super::Solve;
 use crate::Result;
 use crate::cli::words;
-use crate::interface::{Adhesion, Law};
+use crate::interface::{Adhesion, Law, RangeChoice};
 use crate::method::{Problem, Stop};
 use crate::observe::contact_map;
 use crate::path::{LoadPath, Reached};
-use crate::record::results::PullOff;
+use crate::record::results::{Discretisation, PullOff};
 use crate::record::{json, npy};
-use crate::report::number::{duration, memory, percent, significant};
+use crate::report::number::{change, duration, memory, percent, significant};
+use serde::Deserialize;
 use serde_json::{Value, json};
 
 /// Tells one solve's states in the units of its command line.
@@ -21,7 +22,8 @@ pub(super) struct Told<'a> {
     resolved_gradient: f64,
     planned_bytes: u64,
     loads: usize,
-    count: usize,
+    /// What was told so far, a line per state.
+    pub lines: Vec<Value>,
     /// Processor time up to the state told last, s.
     cpu: f64,
 }
@@ -30,13 +32,8 @@ impl<'a> Told<'a> {
     pub fn new(solve: &'a Solve, asked: &Problem<'a>, path: &LoadPath<'a>, loads: usize) -> Self {
         let problem = path.problem().clone();
         let resolved_gradient = problem.resolved_gradient();
-        let (planned_bytes, cpu) = (path.plan().bytes, crate::sys::cpu_seconds());
-        Told { solve, asked: asked.adhesion, problem, resolved_gradient, planned_bytes, loads, count: 0, cpu }
-    }
-
-    /// States told so far.
-    pub fn count(&self) -> usize {
-        self.count
+        let (planned_bytes, cpu) = (path.plan(solve.pull_off).bytes, crate::sys::cpu_seconds());
+        Told { solve, asked: asked.adhesion, problem, resolved_gradient, planned_bytes, loads, lines: Vec::new(), cpu }
     }
 
     /// Name of a file of load `i`.
@@ -44,21 +41,27 @@ impl<'a> Told<'a> {
         if self.loads == 1 { format!("{prefix}{name}") } else { format!("{prefix}load-{}-{name}", i + 1) }
     }
 
-    /// A state that was found before the solve was interrupted.
-    pub fn again(&mut self, line: &Value) -> Result<()> {
-        self.count += 1;
-        if self.solve.json { words::json_line(line) } else { Ok(()) }
+    /// A state that was found before, by an interrupted solve or by a finished one.
+    pub fn again(&mut self, line: Value) -> Result<()> {
+        self.tell(line)
+    }
+
+    fn tell(&mut self, line: Value) -> Result<()> {
+        if self.solve.json {
+            words::json_line(&line)?;
+        } else {
+            words::say(&table(&line, self.solve.range));
+        }
+        self.lines.push(line);
+        Ok(())
     }
 
     /// Tells a state, writes its files, and gives its line of JSON.
     pub fn state(&mut self, i: usize, reached: &Reached) -> Result<Value> {
-        self.count += 1;
         let before = std::mem::replace(&mut self.cpu, crate::sys::cpu_seconds());
         let line = self.line(reached, self.cpu - before);
         let (solve, state, grid) = (self.solve, &reached.state, self.problem.grid);
-        if let Some(out) = &solve.out
-            && state.stop != Stop::Interrupted
-        {
+        if let Some(out) = &solve.out {
             let (length, modulus, n) = (solve.length, solve.modulus, state.gap.len());
             // A state that did not converge must not be taken for one that did, by name or by whoever reads the folder.
             let prefix = if state.stop == Stop::Converged { "" } else { "partial-" };
@@ -68,11 +71,7 @@ impl<'a> Told<'a> {
             npy::write(&path("contact.npy"), grid.nx, grid.ny, contact_map(state.gap, 0.0))?;
             json::write(&path("solve.json"), &line)?;
         }
-        if solve.json {
-            words::json_line(&line)?;
-        } else {
-            words::say(&self.table(reached));
-        }
+        self.tell(line.clone())?;
         Ok(line)
     }
 
@@ -91,6 +90,7 @@ impl<'a> Told<'a> {
             "kernel": problem.kernel.to_string(),
             "adhesion": problem.adhesion.to_string(),
             "wall": problem.wall.to_string(),
+            "gamma": self.asked.work_and_range().0 * energy,
             "cohesive_resolution": self.asked.resolution_on(spacing),
             "range": problem.adhesion.resolution_on(spacing).map(|used| json!({
                 "asked": self.asked.range() * length,
@@ -127,65 +127,103 @@ impl<'a> Told<'a> {
         })
     }
 
-    fn table(&self, reached: &Reached) -> String {
-        let Reached { state, area, discretisation, extrapolated } = reached;
-        let (length, modulus) = (self.solve.length, self.solve.modulus);
-        let mut rows = vec![
-            ("mean pressure", significant(state.pressure * modulus, 6)),
-            ("contact (zero gap)", percent(area.fraction)),
-            ("contact, perimeter-corrected", percent(area.corrected)),
-            ("mean gap", significant(state.mean_gap * length, 6)),
-            ("energy per area", significant(state.energy * modulus * length, 6)),
-        ];
-        if let Some(d) = discretisation {
-            let [nx, ny] = d.coarser;
-            let gap = d.mean_gap.map_or(String::new(), |g| format!(", mean gap {}", percent(g)));
-            let change = format!("area {}{gap}, from {nx} x {ny} points", percent(d.area));
-            rows.push(("change with the grid", change));
-        }
-        if let Some(e) = extrapolated {
-            let area = format!("{} ± {}", percent(e.area.value), percent(e.area.error));
-            rows.push(("at the true range: contact", area));
-            if let Some(g) = e.mean_gap {
-                let (gap, error) = (significant(g.value * length, 6), significant(g.error * length, 2));
-                rows.push(("at the true range: mean gap", format!("{gap} ± {error}")));
-            }
-        }
-        rows.extend([
-            ("rms gradient on this grid", significant(self.resolved_gradient, 4)),
-            ("load error", format!("{:.1e}", state.load_error)),
-            ("KKT residual over pressure", format!("{:.1e}", state.residual)),
-            ("stop", state.stop.to_string()),
-            ("iterations, FFT pairs", format!("{}, {:.1}", state.iterations, state.fft_pairs)),
-            ("time, peak memory", format!("{}, {}", duration(state.seconds), memory(crate::sys::peak_rss_bytes()))),
-        ]);
-        words::table(&["quantity", "value"], rows.into_iter().map(|(k, v)| vec![k.to_string(), v]))
-    }
-
-    pub fn pull_off(&self, found: &PullOff) -> Result<()> {
+    /// Tells the largest pull, writes its file, and gives its line of JSON.
+    pub fn pull_off(&self, found: &PullOff) -> Result<Value> {
         let (length, modulus) = (self.solve.length, self.solve.modulus);
         let curve: Vec<[f64; 2]> = found.curve.iter().map(|[g, p]| [g * length, p * modulus]).collect();
         let line = json!({
             "pull_off_pressure": found.pressure * modulus,
+            "pull_off_pressure_error": found.pressure_error.map(|e| e * modulus),
             "mean_gap": found.mean_gap * length,
             "mean_gap_error": found.mean_gap_error * length,
+            "coarser": found.coarser,
             "curve": curve,
         });
         if let Some(out) = &self.solve.out {
             json::write(&out.join("pull-off.json"), &line)?;
         }
+        self.pull_off_again(&line)?;
+        Ok(line)
+    }
+
+    /// The line of a pull-off.
+    pub fn pull_off_again(&self, line: &Value) -> Result<()> {
         if self.solve.json {
-            return words::json_line(&line);
+            return words::json_line(line);
         }
-        let gap = (significant(found.mean_gap * length, 4), significant(found.mean_gap_error * length, 2));
-        words::say(&words::table(
-            &["quantity", "value"],
-            [
-                ("largest pull", significant(-found.pressure * modulus, 6)),
-                ("at the mean gap", format!("{} ± {}", gap.0, gap.1)),
-            ]
-            .map(|(k, v)| vec![k.to_string(), v]),
-        ));
+        let number = |key: &str| line[key].as_f64();
+        let with_error = |value: f64, error: Option<f64>, digits: usize| {
+            let error = error.map_or(String::new(), |e| format!(" ± {}", significant(e, 2)));
+            format!("{}{error}", significant(value, digits))
+        };
+        let pull = with_error(-number("pull_off_pressure").unwrap_or(f64::NAN), number("pull_off_pressure_error"), 6);
+        let gap = with_error(number("mean_gap").unwrap_or(f64::NAN), number("mean_gap_error"), 4);
+        let from = match &line["coarser"] {
+            Value::Array(points) => format!("the change from {} x {} points", points[0], points[1]),
+            _ => "the last bracket on this grid; what the grid leaves is not known".to_string(),
+        };
+        let rows = [("largest pull", pull), ("at the mean gap", gap), ("the errors are", from)];
+        words::say(&words::table(&["quantity", "value"], rows.map(|(k, v)| vec![k.to_string(), v])));
         Ok(())
     }
+}
+
+/// A state for people, from its line of JSON.
+fn table(line: &Value, range: RangeChoice) -> String {
+    let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
+    let plain = |key: &str, digits: usize| significant(number(&line[key]), digits);
+    let power = |key: &str| format!("{:.1e}", number(&line[key]));
+    // Surfaces that have parted are nowhere: where the solver gave them up says nothing.
+    let parted = line["stop"] == Stop::Detached.to_string();
+    let of_contact = |text: String| if parted { "–".to_string() } else { text };
+    let mut rows = vec![
+        ("mean pressure", plain("pressure", 6)),
+        ("contact (zero gap)", of_contact(percent(number(&line["contact_fraction"])))),
+        ("contact, perimeter-corrected", of_contact(percent(number(&line["contact_fraction_corrected"])))),
+        ("mean gap", of_contact(plain("mean_gap", 6))),
+        ("energy per area", of_contact(plain("energy", 6))),
+    ];
+    if let Ok(d) = Discretisation::deserialize(&line["discretisation"]) {
+        let [nx, ny] = d.coarser;
+        let gap = change(d.mean_gap, d.mean_gap_is_bound);
+        let area = change(d.area, d.area_is_bound);
+        rows.push(("relative change of contact", format!("{area}, from {nx} x {ny} points")));
+        rows.push(("relative change of the mean gap", gap));
+    }
+    let enlarged = line["range"]["asked"] != line["range"]["used"];
+    if range == RangeChoice::Extrapolate && enlarged && !parted && line["extrapolated"].is_null() {
+        rows.push(("at the true range", "cannot be told: three grids as coarse as these differ by too much".into()));
+    }
+    if let Some(e) = line["extrapolated"].as_object() {
+        let of = |key: &str| e.get(key).map(|v| (number(&v["value"]), number(&v["error"])));
+        if let Some((area, error)) = of("contact_fraction") {
+            let told = format!("{} ± {} % of the cell", significant(100.0 * area, 3), significant(100.0 * error, 2));
+            rows.push(("at the true range: contact", told));
+        }
+        if let Some((gap, error)) = of("mean_gap").filter(|g| g.0.is_finite()) {
+            rows.push(("at the true range: mean gap", format!("{} ± {}", significant(gap, 6), significant(error, 2))));
+        }
+    }
+    if let Some(range) = line["range"].as_object() {
+        let of = |key: &str| range.get(key).map_or(f64::NAN, number);
+        rows.push(("work of adhesion", plain("gamma", 4)));
+        rows.push(("range of adhesion asked for", significant(of("asked"), 4)));
+        rows.push(("range used on this grid", significant(of("used"), 4)));
+    }
+    rows.extend([
+        ("rms gradient on this grid", plain("resolved_gradient", 4)),
+        ("load error", of_contact(power("load_error"))),
+        ("KKT residual over pressure", of_contact(power("residual"))),
+        ("stop", line["stop"].as_str().unwrap_or_default().to_string()),
+        ("iterations, FFT pairs", format!("{}, {:.1}", line["iterations"], number(&line["fft_pairs"]))),
+        (
+            "time, peak memory",
+            format!(
+                "{}, {}",
+                duration(number(&line["seconds"])),
+                memory(line["peak_rss_bytes"].as_u64().unwrap_or_default())
+            ),
+        ),
+    ]);
+    words::table(&["quantity", "value"], rows.into_iter().map(|(k, v)| vec![k.to_string(), v]))
 }

@@ -345,9 +345,10 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         let clock = Instant::now();
         let problem = self.problem;
         if let Load::MeanGap(g) = load
-            && !(g >= 0.0 && g.is_finite())
+            && !(g.is_finite() && (g > 0.0 || g == 0.0 && !L::HARD))
         {
-            return Err(refused(CARD.id, "mean gap", g, "zero or a positive length"));
+            let accepted = "a positive length: behind a hard wall only pressures close all of the gap";
+            return Err(refused(CARD.id, "mean gap", g, accepted));
         }
         if matches!(load, Load::MeanGap(_)) && self.cell.is_padded() {
             return Err(Error::input(

@@ -125,7 +125,7 @@ fn curves(c: &ContinuumResults, length: f64, modulus: f64) -> Vec<Variable> {
         ("residual", 1.0, "1", "rms KKT residual over the pressure", |s| Some(s.residual)),
         ("load_error", 1.0, "1", "relative error of the load", |s| Some(s.load_error)),
         ("contact_fraction_change", 1.0, "1", "relative change of the area from half the points a side", |s| {
-            s.discretisation.map(|d| d.area)
+            s.discretisation.and_then(|d| d.area)
         }),
         ("mean_gap_change", 1.0, "1", "relative change of the mean gap from half the points a side", |s| {
             s.discretisation.and_then(|d| d.mean_gap)

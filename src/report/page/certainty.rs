@@ -5,17 +5,28 @@ use maud::{Markup, html};
 use super::desk::{Desk, figure, numbers, text};
 use crate::error::Result;
 use crate::record::results::{ContinuumResults, StateResults, Way};
-use crate::report::number::{percent, si, significant, trimmed};
-use crate::report::plot::{Axis, Curve, LABORATORY, Plot};
+use crate::report::number::{change, si, significant, trimmed};
+use crate::report::plot::{Axis, Curve, LABORATORY, POINTED_OUT, Plot};
 
 pub fn section(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
     Ok(html! {
+        @if let Some(r) = c.range {
+            p { "Adhesion: "
+                @if let Some(gamma) = r.gamma {
+                    "work γ = " (significant(gamma * desk.scales.modulus_pa * desk.scales.length_m * 1e3, 4)) " mJ/m², "
+                }
+                "range ρ = " (si(r.asked * desk.scales.length_m, "m", 4)) " asked for, "
+                (si(r.used * desk.scales.length_m, "m", 4)) " used." }
+        }
         @if let Some(r) = c.range.filter(|r| r.used != r.asked) {
             p { "The adhesion's range of " (si(r.asked * desk.scales.length_m, "m", 3)) " is enlarged "
                 (significant(r.used / r.asked, 3)) " times on this grid, which would not resolve it: cohesive resolution "
                 (significant(r.resolution_asked, 2)) " instead of " (significant(r.resolution_used, 2)) "." }
         }
         @if c.states.iter().any(|s| s.discretisation.is_some()) { (table(desk, c)) }
+        @if let Some(why) = &c.pull_off_failure {
+            p { span.bad { "The pull-off was not found: " } (why) ". The loads above are whole without it." }
+        }
         (pull_off(desk, c)?)
     })
 }
@@ -25,20 +36,21 @@ fn table(desk: &Desk, c: &ContinuumResults) -> Markup {
     let branches = c.states.iter().any(|s| s.way == Way::Retract);
     let mut head = vec!["p*"];
     head.extend(branches.then_some("branch"));
-    head.extend(["contact from the coarser grid", "mean gap from the coarser grid", "energy above its minimum"]);
+    head.extend(["relative change of contact", "relative change of mean gap", "energy above its minimum"]);
     if extrapolated {
         head.extend(["contact at the true range", "mean gap at the true range"]);
     }
-    let share = |v: Option<f64>| text(v.map_or("–".into(), |v| format!("± {}", percent(v))));
     let row = |s: &StateResults| {
         let mut row = vec![text(trimmed(s.p_star, 4))];
         row.extend(branches.then(|| text(if s.way == Way::Retract { "retract" } else { "approach" })));
-        row.push(share(s.discretisation.map(|d| d.area)));
-        row.push(share(s.discretisation.and_then(|d| d.mean_gap)));
+        let d = s.discretisation;
+        row.push(text(change(d.and_then(|d| d.area), d.is_some_and(|d| d.area_is_bound))));
+        row.push(text(change(d.and_then(|d| d.mean_gap), d.is_some_and(|d| d.mean_gap_is_bound))));
         row.push(text(s.energy_excess.map_or("–".into(), |e| significant(e, 2))));
         if let Some(e) = s.extrapolated {
             let metres = |v: f64, n: usize| si(v * desk.scales.length_m, "m", n);
-            row.push(text(format!("{} ± {}", percent(e.area.value), percent(e.area.error))));
+            let [area, error] = [(e.area.value, 3), (e.area.error, 2)].map(|(v, n)| significant(100.0 * v, n));
+            row.push(text(format!("({area} ± {error})\u{a0}% of the cell")));
             let gap = e.mean_gap.map(|g| format!("{} ± {}", metres(g.value, 4), metres(g.error, 2)));
             row.push(text(gap.unwrap_or("–".into())));
         } else if extrapolated {
@@ -48,10 +60,12 @@ fn table(desk: &Desk, c: &ContinuumResults) -> Markup {
     };
     html! {
         (numbers(&head, c.states.iter().map(row).collect()))
-        p.quiet { "From the coarser grid: how much contact (corrected) and mean gap change, relative, from half the points a "
-            "side to this grid; what converges at first order has as much of an error left. Energy above its minimum: "
-            "the method's estimate, relative."
-            @if extrapolated { " At the true range: extrapolated from three grids, each with the shortest range it resolves." } }
+        p.quiet { "Relative change: of contact (corrected) and mean gap from half the points a side to this grid, over the value "
+            "on this one; what converges at first order has as much of an error left. “Below” where the coarser grid was left "
+            "with more to change than the two differ by; – where there is next to nothing that could change. Energy above its "
+            "minimum: the method's estimate, relative."
+            @if extrapolated { " At the true range: extrapolated from three grids, each with the shortest range it resolves; "
+                "the errors are absolute, of the contact in percentage points; – where they would be as large as the value." } }
     }
 }
 
@@ -63,19 +77,32 @@ fn pull_off(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
         y: Axis::Linear,
         x_label: "mean gap (µm)".into(),
         y_label: "mean pressure (kPa)".into(),
-        curves: vec![Curve {
-            label: "on the way apart".into(),
-            style: LABORATORY,
-            points: pulled.curve.iter().map(|[g, p]| (g * um, p * kpa)).collect(),
-        }],
+        curves: vec![
+            Curve {
+                label: "on the way apart".into(),
+                style: LABORATORY,
+                points: pulled.curve.iter().map(|[g, p]| (g * um, p * kpa)).collect(),
+            },
+            Curve {
+                label: "largest pull".into(),
+                style: POINTED_OUT,
+                points: vec![(pulled.mean_gap * um, pulled.pressure * kpa)],
+            },
+        ],
         include: vec![(pulled.mean_gap * um, 0.0)],
         proportion: 0.55,
     };
     let curve = desk.curves("pull-off", &plot)?;
     Ok(html! {
         p { "Pulled apart from there, the surfaces hold a pull of at most "
-            strong { (si(-pulled.pressure * desk.scales.modulus_pa, "Pa", 4)) } ", at a mean gap of "
-            (si(pulled.mean_gap * desk.scales.length_m, "m", 4)) "." }
+            strong { (si(-pulled.pressure * desk.scales.modulus_pa, "Pa", 4)) }
+            @if let Some(error) = pulled.pressure_error { " ± " (si(error * desk.scales.modulus_pa, "Pa", 2)) }
+            ", at a mean gap of " (si(pulled.mean_gap * desk.scales.length_m, "m", 4)) " ± "
+            (si(pulled.mean_gap_error * desk.scales.length_m, "m", 2)) ". "
+            @match pulled.coarser {
+                Some([nx, ny]) => { "The errors are the changes from a grid of " (nx) " × " (ny) " nodes." }
+                None => { "The errors are what the search on this grid leaves; what the grid itself leaves is not known." }
+            } }
         @if let Some(curve) = curve {
             (figure(curve, html! { "Pressure over mean gap on the way apart. Where it is lowest, a pulled weight lets go." }))
         }

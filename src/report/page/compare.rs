@@ -2,23 +2,21 @@
 
 use maud::{Markup, html};
 
-use super::desk::{Desk, colour_bar, figure, numbers, panel, panels, table, text};
+use super::desk::{Desk, figure, numbers, panel, panels, table, text};
 use super::loads::{CLIPPED, PANEL_SIDE, clipped, setting, states};
 use crate::error::{Error, Result};
 use crate::record::reduce::Reduced;
 use crate::record::results::{
-    AtomState, AtomsResults, ComparisonResults, ContinuumResults, CriterionMatch, LoadComparison, Results, Section,
-    StateResults,
+    AtomState, AtomsResults, ComparisonResults, ContinuumResults, CriterionMatch, LoadComparison, Section, StateResults,
 };
+use crate::report::map::Legend;
 use crate::report::number::{count, percent, si, significant, trimmed};
 use crate::report::picture::{self, BLACK, BLUE, LONGEST_SIDE, ORANGE, Range, Rgb};
-use crate::report::plot::{ATOMS, Axis, Curve, HARD, LABORATORY, Plot, SOFT, Style, THRESHOLD, UNCONVERGED};
+use crate::report::plot::{ATOMS, Axis, Curve, HARD, Plot, SOFT, Style};
+use crate::units::ANGSTROM_M;
 
 /// Loads count as the same within this share: a solver meets its load to 10⁻³ or better, loads of a path differ by far more.
-const SAME_LOAD: f64 = 0.01;
-
-/// Highest over lowest load from which on contact is drawn on logarithmic axes.
-const LONG_PATH: f64 = 30.0;
+pub const SAME_LOAD: f64 = 0.01;
 
 /// The state whose load is the asked one.
 pub fn at_load<T>(states: &[T], p_star: f64, of: impl Fn(&T) -> f64) -> Option<&T> {
@@ -164,13 +162,15 @@ fn contact_maps(
     state: &AtomState,
     number: usize,
 ) -> Result<Markup> {
+    let length_m = atoms.length_angstrom * ANGSTROM_M;
     let flags = desk.field(&state.contact_map)?;
     let touching = picture::load(&flags, LONGEST_SIDE, |v| f64::from(u8::from(v != 0.0)))?;
     let plain = load.continuum.iter().find(|m| m.id == "plain");
     let best = matched(load);
     let mut panels = Vec::new();
     let draw = |name: &str, title: &str, map: &Reduced, colour: Rgb, below: Markup| -> Result<Markup> {
-        let image = desk.picture(&format!("{name}-{number}"), title, &picture::contact(map, colour))?;
+        let names = (format!("{name}-{number}"), title);
+        let image = desk.map((&names.0, names.1), &picture::contact(map, colour), length_m, Legend::None)?;
         Ok(panel(title, image, below))
     };
     let mut drawn = Vec::new();
@@ -195,10 +195,11 @@ fn contact_maps(
             let accepted = format!("the grid of the continuum’s gap ({} × {})", contact.map.nx, contact.map.ny);
             return Err(Error::format(flags, found, accepted));
         }
-        let image = desk.picture(
-            &format!("superposed-{number}"),
-            "contact maps of continuum and atoms, superposed",
+        let image = desk.map(
+            (&format!("superposed-{number}"), "contact maps of continuum and atoms, superposed"),
             &picture::superposed(&contact.map, &touching),
+            length_m,
+            Legend::None,
         )?;
         panels.push(panel("Superposed", image, agreement(m)));
     }
@@ -283,27 +284,37 @@ fn gap_maps(
     state: &AtomState,
     number: usize,
 ) -> Result<Markup> {
-    let continuum = atoms.length_angstrom;
+    let length = atoms.length_angstrom;
+    let threshold = |id: &str| load.continuum.iter().find(|m| m.id == id).map_or(0.0, |m| m.threshold_angstrom);
     let mut maps = Vec::new();
-    for (title, name, file, angstrom) in [
-        ("Gap, hard wall", "gap-hard", gap_of(&c.hard, load.p_star), continuum),
-        ("Gap, soft wall", "gap-soft", gap_of(&c.soft, load.p_star), continuum),
-        ("Gap, atoms", "gap-atoms", Some(state.gap_map.as_str()), 1.0),
+    for (title, name, file, id) in [
+        ("Gap, hard wall", "gap-hard", gap_of(&c.hard, load.p_star), "plain"),
+        ("Gap, soft wall", "gap-soft", gap_of(&c.soft, load.p_star), "soft wall"),
     ] {
         if let Some(file) = file {
-            maps.push((title, name, picture::load(&desk.field(file)?, PANEL_SIDE, |v| v * angstrom)?));
+            let (file, closed) = (desk.field(file)?, threshold(id));
+            let small = picture::load(&file, PANEL_SIDE, |v| v * length)?;
+            let contact = picture::load(&file, PANEL_SIDE, |v| f64::from(u8::from(v * length <= closed)))?;
+            maps.push((title, name, small, contact));
         }
     }
+    let gap = picture::load(&desk.field(&state.gap_map)?, PANEL_SIDE, |v| v)?;
+    let contact = picture::load(&desk.field(&state.contact_map)?, PANEL_SIDE, |v| f64::from(u8::from(v != 0.0)))?;
+    maps.push(("Gap, atoms", "gap-atoms", gap, contact));
     let range = Range { low: 0.0, ..Range::of(maps.iter().flat_map(|m| &m.2.values), CLIPPED) };
     let mut panels = Vec::new();
-    for (title, name, small) in &maps {
-        let image = desk.picture(&format!("{name}-{number}"), title, &picture::map(small, range))?;
-        panels.push(panel(title, image, colour_bar(range, "Å", clipped(small, range))));
+    for (title, name, small, contact) in &maps {
+        let legend = Legend::OverContact { range, unit: "Å".into(), clipped: clipped(small, range) };
+        let names = (format!("{name}-{number}"), *title);
+        let drawn = picture::gap(small, range, contact);
+        let image = desk.map((&names.0, names.1), &drawn, length * ANGSTROM_M, legend)?;
+        panels.push(panel(title, image, html! {}));
     }
     Ok(figure(
         self::panels(panels.len(), &panels),
-        html! { "The gap at p* = " (trimmed(load.p_star, 4)) ", in one range of colours; dark is small. The atoms have one "
-        "value per surface atom." },
+        html! { "The gap at p* = " (trimmed(load.p_star, 4)) ", in one range of colours; dark is small, black is what "
+        "touches (hard wall: zero gap; soft wall and atoms: by their own criteria above). The atoms have one value per "
+        "surface atom." },
     ))
 }
 
@@ -338,67 +349,6 @@ fn sections(desk: &Desk, list: &[Section]) -> Result<Markup> {
         }
     }
     Ok(html! { @if !figures.is_empty() { h3 { "Sections through the gap" } @for f in &figures { (f) } } })
-}
-
-/// Contact share against p*, every method under every criterion; nothing where there is no load at all.
-pub fn area(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
-    let mut curves = Vec::new();
-    if let Some(c) = &results.continuum {
-        let pick = |converged: bool| -> Vec<(f64, f64)> {
-            let wanted = c.states.iter().filter(|s| (s.stop == "converged") == converged);
-            wanted.map(|s| (s.p_star, 100.0 * s.contact_fraction_corrected)).collect()
-        };
-        let label = format!("{}, scene’s scale", c.method);
-        curves.push(Curve { label, style: LABORATORY, points: pick(true) });
-        curves.push(Curve { label: "not converged".into(), style: UNCONVERGED, points: pick(false) });
-    }
-    if let Some(c) = &results.comparison {
-        let mut ids: Vec<&str> = Vec::new();
-        for m in c.loads.iter().flat_map(|l| &l.continuum) {
-            if !ids.contains(&m.id.as_str()) {
-                ids.push(&m.id);
-            }
-        }
-        for id in ids {
-            let of = |l: &LoadComparison| {
-                l.continuum.iter().find(|m| m.id == id).map(|m| (l.p_star, 100.0 * m.contact_fraction))
-            };
-            let (style, label) = match id {
-                "plain" => (HARD, "hard wall, gap = 0".to_string()),
-                "threshold" => (THRESHOLD, "hard wall, gap below threshold".to_string()),
-                "soft wall" => (SOFT, "soft wall, gap below threshold".to_string()),
-                other => (THRESHOLD, other.to_string()),
-            };
-            curves.push(Curve { label, style, points: c.loads.iter().filter_map(of).collect() });
-        }
-    }
-    if let Some(a) = &results.atoms {
-        let points = a.states.iter().map(|s| (s.p_star, 100.0 * s.contact_fraction)).collect();
-        curves.push(Curve { label: "atoms".into(), style: ATOMS, points });
-    }
-    let points = || curves.iter().flat_map(|c| &c.points);
-    let span = |of: fn(&(f64, f64)) -> f64| {
-        points().map(of).fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)))
-    };
-    let ((least, most), (smallest, _)) = (span(|p| p.0), span(|p| p.1));
-    // A long load path would crowd its low end into a corner.
-    let axis = if least > 0.0 && smallest > 0.0 && most > LONG_PATH * least { Axis::Log } else { Axis::Linear };
-    let plot = Plot {
-        x: axis,
-        y: axis,
-        x_label: "p*".into(),
-        y_label: "contact (%)".into(),
-        curves,
-        include: if axis == Axis::Linear { vec![(0.0, 0.0)] } else { vec![] },
-        proportion: 0.55,
-    };
-    let Some(svg) = desk.curves("area", &plot)? else { return Ok(None) };
-    Ok(Some(figure(
-        svg,
-        html! { "Contact share against reduced load. The curve at the scene’s own scale is perimeter-corrected"
-        @if results.comparison.is_some() { "; those at the atoms’ scale are raw shares of the surface atoms’ sites, so that "
-            "they compare with the atoms" } "." },
-    )))
 }
 
 #[cfg(test)]

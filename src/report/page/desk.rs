@@ -2,15 +2,13 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, PreEscaped, html};
 
 use crate::error::{Error, Result};
 use crate::record::land::land;
 use crate::record::results::{FILE, ScalesSi};
-use crate::report::number::{si_scale, trimmed};
-use crate::report::picture::{self, Picture, Range};
+use crate::report::map::{self, Framed, Legend};
+use crate::report::picture::Picture;
 use crate::report::plot::Plot;
 
 /// The run folder, and what all its pictures share.
@@ -32,16 +30,31 @@ impl Desk<'_> {
         Ok(self.folder.join(name))
     }
 
-    /// Writes `figures/NAME.png` and returns the picture itself, not a link to it.
-    pub fn picture(&self, name: &str, alt: &str, picture: &Picture) -> Result<Markup> {
-        let path = self.folder.join("figures").join(format!("{name}.png"));
-        let png = picture.png().map_err(Error::io("write", &path))?;
-        land(&path, |w| std::io::Write::write_all(w, &png))?;
-        let source = format!("data:image/png;base64,{}", STANDARD.encode(&png));
-        Ok(html! {
-            img src=(source) alt=(alt) width=(picture.width) height=(picture.height)
-                style={ "aspect-ratio:1/" (self.aspect) };
-        })
+    /// Writes the bare `figures/NAME.png`, and `figures/NAME.svg` with axes and colour bar, which is returned. The cell is
+    /// `length_m` wide.
+    pub fn map(&self, (name, alt): (&str, &str), picture: &Picture, length_m: f64, legend: Legend) -> Result<Markup> {
+        self.framed((name, alt), picture, length_m, legend, map::IN_A_ROW)
+    }
+
+    /// [`Self::map`] of a picture that stands alone.
+    pub fn large_map(&self, names: (&str, &str), picture: &Picture, length_m: f64, legend: Legend) -> Result<Markup> {
+        self.framed(names, picture, length_m, legend, map::ALONE)
+    }
+
+    fn framed(
+        &self,
+        (name, alt): (&str, &str),
+        picture: &Picture,
+        length_m: f64,
+        legend: Legend,
+        width: f64,
+    ) -> Result<Markup> {
+        let path = |end: &str| self.folder.join("figures").join(format!("{name}.{end}"));
+        let png = picture.png().map_err(Error::io("write", path("png")))?;
+        land(&path("png"), |w| std::io::Write::write_all(w, &png))?;
+        let svg = Framed { name, alt, png: &png, cell_m: [length_m, self.aspect * length_m], legend, width }.svg();
+        land(&path("svg"), |w| std::io::Write::write_all(w, svg.as_bytes()))?;
+        Ok(PreEscaped(svg))
     }
 
     /// Writes `figures/NAME.svg` and returns it; nothing where there is nothing to show.
@@ -66,32 +79,6 @@ pub fn panels(row: usize, panels: &[Markup]) -> Markup {
 /// One of several pictures side by side.
 pub fn panel(title: &str, content: Markup, below: Markup) -> Markup {
     html! { div.panel { @if !title.is_empty() { div.panel-title { (title) } } (content) div.below { (below) } } }
-}
-
-/// A colour bar from `range`, whose values are in `unit` already.
-///
-/// `clipped` says that some values lie above the upper end.
-pub fn colour_bar(range: Range, unit: &str, clipped: bool) -> Markup {
-    const STOPS: u32 = 24;
-    let stops: Vec<String> = (0..=STOPS)
-        .map(|i| picture::colour(f64::from(i) / f64::from(STOPS)))
-        .map(|[r, g, b]| format!("rgb({r},{g},{b})"))
-        .collect();
-    let gradient = format!("background:linear-gradient(to right,{})", stops.join(","));
-    html! {
-        div.bar {
-            span { (trimmed(range.low, 3)) }
-            i style=(gradient) {}
-            span { @if clipped { "≥ " } (trimmed(range.high, 3)) " " (unit) }
-        }
-    }
-}
-
-/// [`colour_bar`] with the SI prefix that suits the upper end; values in `unit` without prefix.
-pub fn colour_bar_si(range: Range, unit: &str, clipped: bool) -> Markup {
-    let (scale, prefix) = si_scale(range.low.abs().max(range.high.abs()));
-    let scaled = Range { low: range.low / scale, high: range.high / scale };
-    colour_bar(scaled, &format!("{prefix}{unit}"), clipped)
 }
 
 /// A symbol in italics, `h_rms` with its index set low. Several words are no symbol and stay upright.

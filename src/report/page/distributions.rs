@@ -3,6 +3,7 @@
 use maud::{Markup, html};
 
 use super::desk::{Desk, figure, numbers, text};
+use super::loads::back;
 use crate::challenge::SIZE_EXPONENT;
 use crate::error::Result;
 use crate::observe::Distribution;
@@ -33,7 +34,7 @@ pub fn section(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
     let (um, kpa) = (desk.scales.length_m * 1e6, desk.scales.modulus_pa * 1e-3);
     let curves = |points: &dyn Fn(&Observed) -> Vec<(f64, f64)>| -> Vec<Curve> {
         let curve = |(look, &i): (&Style, &usize)| Curve {
-            label: format!("p* = {}", trimmed(all[i].0.p_star, 4)),
+            label: format!("p* = {}{}", trimmed(all[i].0.p_star, 4), back(all[i].0)),
             style: *look,
             points: points(all[i].1),
         };
@@ -123,7 +124,7 @@ fn table(desk: &Desk, all: &[(&StateResults, &Observed)]) -> Markup {
             let pressure = o.mean_contact_pressure.map_or("–".into(), |p| si(p * desk.scales.modulus_pa, "Pa", 3));
             let patch = o.typical_patch.map_or("–".into(), |a| significant(a * length * length * 1e12, 3));
             vec![
-                text(trimmed(s.p_star, 4)),
+                html! { (trimmed(s.p_star, 4)) (back(s)) },
                 text(pressure),
                 text(patch),
                 text(s.stiffness.map_or("–".into(), |k| si(k * desk.scales.modulus_pa / length, "Pa/m", 3))),

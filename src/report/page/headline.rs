@@ -2,8 +2,8 @@
 
 use maud::{Markup, html};
 
-use super::compare::{deviation, matched};
-use crate::record::results::{ComparisonResults, ContinuumResults, Results};
+use super::compare::{SAME_LOAD, deviation, matched};
+use crate::record::results::{ComparisonResults, ContinuumResults, Results, StateResults, Way};
 use crate::report::number::{count, duration, memory, percent, si, si_given, significant, trimmed};
 
 struct Tile {
@@ -60,11 +60,12 @@ fn comparison_found(c: &ComparisonResults) -> Option<String> {
 }
 
 fn continuum_found(results: &Results, c: &ContinuumResults) -> Option<String> {
-    let (first, last) = (c.states.first()?, c.states.last()?);
+    let first = c.states.first()?;
     let gap = |gap: f64| si(gap * results.scales.length_m, "m", 3);
     let missed = c.states.iter().filter(|s| s.stop != "converged").count();
     let stops = if missed == 0 { "all loads converged".into() } else { format!("{missed} loads did not converge") };
     let scale = if results.atoms.is_some() { "At the scene’s own scale " } else { "" };
+    let of = |pick: fn(&StateResults) -> f64| c.states.iter().filter(|s| s.stop != "detached").map(pick);
     let path = if c.states.len() == 1 {
         format!(
             "{} touches at p* = {}, with a mean gap of {}",
@@ -73,18 +74,35 @@ fn continuum_found(results: &Results, c: &ContinuumResults) -> Option<String> {
             gap(first.mean_gap)
         )
     } else {
-        format!(
-            "the contact goes from {} to {} and the mean gap from {} to {} between p* = {} and {}",
-            percent(first.contact_fraction_corrected),
-            percent(last.contact_fraction_corrected),
-            gap(first.mean_gap),
-            gap(last.mean_gap),
-            trimmed(first.p_star, 4),
-            trimmed(last.p_star, 4)
-        )
+        let loads = span(of(|s| s.p_star), |p| trimmed(p, 4));
+        let contact = span(of(|s| s.contact_fraction_corrected), percent);
+        let both = turned(c).map_or(String::new(), |(there, back)| {
+            format!(
+                "; at p* = {} it is {} going in and {} coming back",
+                trimmed(back.p_star, 4),
+                percent(there.contact_fraction_corrected),
+                percent(back.contact_fraction_corrected)
+            )
+        });
+        format!("at p* = {loads} the mean gap is {} and the contact {contact}{both}", span(of(|s| s.mean_gap), gap))
     };
     let sentence = format!("{scale}{path} ({}, {}, perimeter-corrected; {stops}).", c.method, first.criterion);
     Some(super::desk::capitalised(&sentence))
+}
+
+/// The last load of the way back that was put on before on the way in, and what it was then.
+fn turned(c: &ContinuumResults) -> Option<(&StateResults, &StateResults)> {
+    let pair = |i: usize| {
+        let back = &c.states[i];
+        let mut there = c.states[..i].iter().filter(|s| s.way == Way::Approach);
+        let same = |s: &&StateResults| (s.p_star - back.p_star).abs() <= SAME_LOAD * back.p_star.abs();
+        (back.way == Way::Retract && back.stop == "converged").then_some(())?;
+        let there = there.rfind(same)?;
+        // Without hysteresis there is one branch, and nothing to tell.
+        let alike = percent(there.contact_fraction_corrected) == percent(back.contact_fraction_corrected);
+        (!alike).then_some((there, back))
+    };
+    (0..c.states.len()).rev().find_map(pair)
 }
 
 fn tiles(results: &Results) -> Vec<Tile> {
@@ -95,21 +113,38 @@ fn tiles(results: &Results) -> Vec<Tile> {
         value: format!("{} × {}", count(surface.nx), count(surface.ny)),
         note: format!("nodes, L = {}", si_given(results.scales.length_m, "m")),
     });
-    if let Some(s) = results.continuum.as_ref().and_then(|c| c.states.last()) {
+    if let Some(c) = results.continuum.as_ref().filter(|c| !c.states.is_empty()) {
+        let of = |pick: fn(&StateResults) -> f64| c.states.iter().filter(|s| s.stop != "detached").map(pick);
+        let loads = span(of(|s| s.p_star), |p| trimmed(p, 4));
+        let branches = |pick: fn(&StateResults) -> f64, show: &dyn Fn(f64) -> String| {
+            turned(c).map_or(String::new(), |(there, back)| {
+                let load = trimmed(back.p_star, 4);
+                format!("; at p* = {load} {} going in, {} coming back", show(pick(there)), show(pick(back)))
+            })
+        };
+        let scale = if results.atoms.is_some() { ", scene’s scale" } else { "" };
+        let (contact, gap) = (|s: &StateResults| s.contact_fraction_corrected, |s: &StateResults| s.mean_gap);
+        let length = |g: f64| si(g * results.scales.length_m, "m", 3);
+        let pressure = span(of(|s| s.pressure), |p| si(p * results.scales.modulus_pa, "Pa", 3));
         tiles.push(Tile {
-            name: format!(
-                "contact at p* = {}{}",
-                trimmed(s.p_star, 4),
-                if results.atoms.is_some() { ", scene’s scale" } else { "" }
-            ),
-            value: percent(s.contact_fraction_corrected),
-            note: format!("of the cell (perimeter-corrected; {} raw)", percent(s.contact_fraction)),
+            name: format!("contact at p* = {loads}{scale}"),
+            value: span(of(contact), percent),
+            note: format!("of the cell, perimeter-corrected{}", branches(contact, &percent)),
         });
         tiles.push(Tile {
-            name: format!("mean gap at p* = {}", trimmed(s.p_star, 4)),
-            value: si(s.mean_gap * results.scales.length_m, "m", 3),
-            note: format!("under {}", si(s.pressure * results.scales.modulus_pa, "Pa", 3)),
+            name: format!("mean gap at p* = {loads}{scale}"),
+            value: span(of(gap), length),
+            note: format!("under {pressure}{}", branches(gap, &length)),
         });
+        if let Some(p) = &c.pull_off {
+            let of = |p: f64, n: usize| si(p * results.scales.modulus_pa, "Pa", n);
+            let error = p.pressure_error.map_or(String::new(), |e| format!("± {}, ", of(e, 2)));
+            tiles.push(Tile {
+                name: "largest pull".into(),
+                value: of(-p.pressure, 3),
+                note: format!("{error}at a mean gap of {}", length(p.mean_gap)),
+            });
+        }
     }
     if let Some(load) = results.comparison.as_ref().and_then(|c| c.loads.last()) {
         let plain = load.continuum.first().map(|m| percent(m.contact_fraction));
@@ -156,7 +191,7 @@ fn words(results: &Results) -> Markup {
         h3 { "How to read the numbers" }
         dl {
             dt { "L, E*" }
-            dd { "Extent of the periodic cell in x, here " (length) ", and contact modulus E/(1 − ν²), here " (modulus)
+            dd { "Extent of the cell in x, here " (length) ", and contact modulus E/(1 − ν²), here " (modulus)
                 ". They are the units of length and of stress of the dimensionless problem."
                 @if let Some(atoms) = &results.atoms {
                     " The atoms solve the same problem on a smaller cell of " (si_given(atoms.length_angstrom * 1e-10, "m"))

@@ -3,12 +3,13 @@
 use maud::{Markup, html};
 
 use super::certainty;
-use super::desk::{Desk, colour_bar_si, figure, numbers, panel, panels, text};
+use super::desk::{Desk, figure, numbers, panel, panels, text};
 use crate::error::Result;
 use crate::record::reduce::Reduced;
-use crate::record::results::{ContinuumResults, StateResults};
+use crate::record::results::{ContinuumResults, StateResults, Way};
+use crate::report::map::Legend;
 use crate::report::number::{count, duration, percent, si, significant, trimmed};
-use crate::report::picture::{self, Range};
+use crate::report::picture::{self, BLACK, Range};
 
 /// Pictures of single loads; several stand side by side.
 pub const PANEL_SIDE: usize = 400;
@@ -46,16 +47,18 @@ pub fn states(c: &ContinuumResults, units: &dyn Fn(&StateResults) -> [String; 2]
         .iter()
         .map(|s| {
             let [pressure, gap] = units(s);
+            // Surfaces that have parted are nowhere: where the solver gave them up says nothing.
+            let told = |number: String| text(if s.stop == "detached" { "–".into() } else { number });
             vec![
-                text(trimmed(s.p_star, 4)),
+                html! { (trimmed(s.p_star, 4)) (back(s)) },
                 text(pressure),
-                text(percent(s.contact_fraction)),
-                text(percent(s.contact_fraction_corrected)),
-                text(gap),
-                text(count(s.patches)),
+                told(percent(s.contact_fraction)),
+                told(percent(s.contact_fraction_corrected)),
+                told(gap),
+                told(count(s.patches)),
                 stop(s),
-                text(significant(s.load_error, 2)),
-                text(significant(s.residual, 2)),
+                told(significant(s.load_error, 2)),
+                told(significant(s.residual, 2)),
                 text(count(s.iterations)),
                 text(count(s.fft_pairs.round() as usize)),
                 text(duration(s.seconds)),
@@ -87,6 +90,11 @@ pub fn states(c: &ContinuumResults, units: &dyn Fn(&StateResults) -> [String; 2]
     }
 }
 
+/// What tells a load on the way back from the same one on the way in.
+pub fn back(s: &StateResults) -> &'static str {
+    if s.way == Way::Retract { " (back)" } else { "" }
+}
+
 fn stop(s: &StateResults) -> Markup {
     if s.stop == "converged" {
         text("converged")
@@ -110,28 +118,36 @@ fn shown(states: &[StateResults]) -> Vec<usize> {
 
 fn gallery(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
     let shown = shown(&c.states);
-    let (mut gaps, mut stresses) = (Vec::new(), Vec::new());
+    let (mut contacts, mut gaps, mut stresses) = (Vec::new(), Vec::new(), Vec::new());
+    let length_m = desk.scales.length_m;
     for (i, state) in c.states.iter().enumerate() {
         let p_star = trimmed(state.p_star, 4);
         let title = |what: &str| {
             let mark = if state.stop == "converged" { "" } else { " (not converged)" };
-            format!("{what} at p* = {p_star}{mark}")
-        };
-        let one = |what: &str, file: &str, name: String, unit: f64, unit_name: &str| -> Result<Markup> {
-            let small = picture::load(&desk.field(file)?, PANEL_SIDE, |v| v * unit)?;
-            let range = Range::of(&small.values, CLIPPED);
-            let from_zero = what == "Gap" || -range.low < NO_TENSION * range.high;
-            let range = if from_zero { Range { low: 0.0, ..range } } else { range };
-            let image = desk.picture(&name, &title(what), &picture::map(&small, range))?;
-            Ok(panel(&title(what), image, colour_bar_si(range, unit_name, clipped(&small, range))))
+            format!("{what} at p* = {p_star}{}{mark}", back(state))
         };
         if let Some(file) = &state.gap {
-            let panel = one("Gap", file, format!("gap-{}", i + 1), desk.scales.length_m, "m")?;
-            gaps.extend(shown.contains(&i).then_some(panel));
+            let file = desk.field(file)?;
+            let small = picture::load(&file, PANEL_SIDE, |v| v * length_m)?;
+            let contact = picture::load(&file, PANEL_SIDE, |v| f64::from(u8::from(v <= 0.0)))?;
+            let range = Range { low: 0.0, ..Range::of(&small.values, CLIPPED) };
+            let legend = Legend::over_contact(range, "m", clipped(&small, range));
+            let names = (format!("gap-{}", i + 1), title("Gap"));
+            let image = desk.map((&names.0, &names.1), &picture::gap(&small, range, &contact), length_m, legend)?;
+            gaps.extend(shown.contains(&i).then(|| panel(&names.1, image, html! {})));
+            let names = (format!("contact-{}", i + 1), title("Contact"));
+            let image = desk.map((&names.0, &names.1), &picture::contact(&contact, BLACK), length_m, Legend::None)?;
+            let share = html! { (percent(state.contact_fraction)) " touches (black)" };
+            contacts.extend(shown.contains(&i).then(|| panel(&names.1, image, share)));
         }
         if let Some(file) = &state.stress {
-            let panel = one("Stress", file, format!("stress-{}", i + 1), desk.scales.modulus_pa, "Pa")?;
-            stresses.extend(shown.contains(&i).then_some(panel));
+            let small = picture::load(&desk.field(file)?, PANEL_SIDE, |v| v * desk.scales.modulus_pa)?;
+            let range = Range::of(&small.values, CLIPPED);
+            let range = if -range.low < NO_TENSION * range.high { Range { low: 0.0, ..range } } else { range };
+            let legend = Legend::ramp(range, "Pa", clipped(&small, range));
+            let names = (format!("stress-{}", i + 1), title("Stress"));
+            let image = desk.map((&names.0, &names.1), &picture::map(&small, range), length_m, legend)?;
+            stresses.extend(shown.contains(&i).then(|| panel(&names.1, image, html! {})));
         }
     }
     if gaps.is_empty() && stresses.is_empty() {
@@ -141,12 +157,12 @@ fn gallery(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
     let row = shown.len().max(3);
     Ok(figure(
         html! {
-            @for list in [&gaps, &stresses] { @if !list.is_empty() { (panels(row, list)) } }
+            @for list in [&contacts, &gaps, &stresses] { @if !list.is_empty() { (panels(row, list)) } }
         },
         html! {
-            "Gap (above) and normal stress (below; compression positive, tension, where adhesion pulls, negative). Dark is "
-            "low: where the gap is darkest the surfaces touch. Every map has its own range of colours. Large grids are shown "
-            "as block means, which smooth single peaks."
+            "Where the surfaces touch; the gap, black where it is zero; the normal stress (compression positive, tension, "
+            "where adhesion pulls, negative). Dark is low. Every map has its own range of colours. Large grids are shown as "
+            "block means, which smooth single peaks, and as touching where at least half of a block touches."
             @if shown.len() < c.states.len() { " The other loads are in the folder figures." }
         },
     ))

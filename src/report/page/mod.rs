@@ -7,6 +7,7 @@ mod atoms;
 mod certainty;
 mod challenge;
 mod compare;
+mod curves;
 mod desk;
 mod distributions;
 mod headline;
@@ -72,8 +73,8 @@ fn page(desk: &Desk, results: &Results) -> Result<Markup> {
     if let (Some(atoms), Some(comparison)) = (&results.atoms, &results.comparison) {
         add("comparison", "Continuum against atoms", compare::section(desk, atoms, comparison)?);
     }
-    if let Some(plot) = compare::area(desk, results)? {
-        add("area", "Contact area against load", plot);
+    if let Some(plots) = curves::section(desk, results)? {
+        add("area", "Contact and mean gap against load", plots);
     }
     if let Some(c) = results.comparison.as_ref().filter(|c| !c.findings.is_empty()) {
         add("findings", "Why they differ", html! { ul { @for f in &c.findings { li { (f) } } } });

@@ -2,9 +2,10 @@
 
 use maud::{Markup, html};
 
-use super::desk::{Desk, capitalised, colour_bar_si, figure, panel, symbol, table, text};
+use super::desk::{Desk, capitalised, figure, panel, symbol, table, text};
 use crate::error::{Error, Result};
 use crate::record::results::{Results, Statistic};
+use crate::report::map::Legend;
 use crate::report::number::{count, si_given, significant};
 use crate::report::picture::{self, LONGEST_SIDE, Range};
 use crate::report::plot::{Axis, Curve, EXPECTED, Plot, REALISED};
@@ -20,24 +21,30 @@ pub fn section(desk: &Desk, results: &Results) -> Result<Markup> {
         return Err(Error::format(path, found, format!("[{ny}, {nx}]")));
     }
     let range = Range::of(&heights.values, 0.0);
-    let image = desk.picture("heights", "height map, dark is low", &picture::map(&heights, range))?;
+    let legend = Legend::ramp(range, "m", false);
+    let names = ("heights", "height map, dark is low");
+    let image = desk.large_map(names, &picture::map(&heights, range), desk.scales.length_m, legend)?;
     let blocks = if heights.factor > 1 {
         format!(" Each picture element is the mean of {0} × {0} nodes.", heights.factor)
     } else {
         String::new()
     };
+    let expected = surface.psd.iter().any(|p| p.expected.is_some());
     let [length_x, length_y] = [1.0, surface.aspect].map(|l| si_given(l * desk.scales.length_m, "m"));
     Ok(html! {
-        p { (capitalised(&surface.origin)) ", on " (count(nx)) " × " (count(ny)) " nodes over a periodic cell of " (length_x) " × "
+        p { (capitalised(&surface.origin)) ", on " (count(nx)) " × " (count(ny)) " nodes over a " (if surface.periodic { "periodic cell" } else { "patch that does not repeat," }) " of " (length_x) " × "
             (length_y) ". Heights count from the lowest point; the counterface touches the low points first." }
         @if !surface.statistics.is_empty() { (statistics(&surface.statistics)) }
+        @if !surface.note.is_empty() { p.quiet { (surface.note) } }
         (figure(
-            panel("", image, colour_bar_si(range, "m", false)),
+            panel("", image, html! {}),
             html! { "Height map; dark is low and touches first. x to the right, y up." (blocks) },
         ))
         @if let Some(psd) = psd(desk, results)? {
-            (figure(psd, html! { "Radial power spectral density: what the realisation has against what the spectrum "
-                "prescribes. |n| is the wave number over 2π/L, so |n| = 1 is one wave per cell." }))
+            (figure(psd, html! { "Radial power spectral density"
+                @if expected { ": what the realisation has against what the spectrum prescribes" } ". |n| is the wave number "
+                "over 2π/L, so |n| = 1 is one wave per cell."
+                @if !surface.periodic { " Of the patch under a window: below |n| = 2 it tells of the window, too." } }))
         }
     })
 }
@@ -84,14 +91,23 @@ fn verdict(s: &Statistic) -> Markup {
         (Some(expected), Some(band)) if (s.realised - expected).abs() <= band => text("within the band"),
         (Some(_), Some(_)) => html! { span.bad { "outside the band" } },
         (Some(expected), None) if expected != 0.0 => {
-            text(format!("{} % off", significant(100.0 * (s.realised - expected).abs() / expected.abs(), 2)))
+            let off = (s.realised - expected).abs() / expected.abs();
+            // What is scaled to its value is off by rounding.
+            text(if off < 1e-9 { "met".into() } else { format!("{} % off", significant(100.0 * off, 2)) })
         }
         _ => text("–"),
     }
 }
 
+/// Power over the largest below which it is rounding: that of double precision is 10⁻³² a mode, and the challenge's spectrum
+/// falls to 10⁻¹⁴ on the largest grids.
+const ROUNDING: f64 = 1e-24;
+
 fn psd(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
     let points = &results.surface.psd;
+    // Waves that are not there have the power of rounding errors.
+    let largest = points.iter().map(|p| p.realised).fold(0.0, f64::max);
+    let there = points.iter().filter(|p| p.realised > ROUNDING * largest);
     let curve = |label: &str, style, points: Vec<(f64, f64)>| Curve { label: label.into(), style, points };
     let plot = Plot {
         x: Axis::Log,
@@ -99,7 +115,7 @@ fn psd(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
         x_label: "mode number |n|".into(),
         y_label: "power per mode (L²)".into(),
         curves: vec![
-            curve("realised", REALISED, points.iter().map(|p| (p.mode, p.realised)).collect()),
+            curve("realised", REALISED, there.map(|p| (p.mode, p.realised)).collect()),
             curve("expected", EXPECTED, points.iter().filter_map(|p| Some((p.mode, p.expected?))).collect()),
         ],
         include: vec![],

@@ -1,0 +1,129 @@
+//! Contact and mean gap against load, branch by branch.
+
+use maud::{Markup, html};
+
+use super::desk::{Desk, figure};
+use crate::error::Result;
+use crate::record::results::{ContinuumResults, LoadComparison, Results, StateResults, Way};
+use crate::report::number::si_scale;
+use crate::report::plot::{ATOMS, Axis, BACK, Curve, HARD, LABORATORY, Plot, SOFT, Style, THRESHOLD, UNCONVERGED};
+
+/// Highest over lowest load from which on contact is drawn on logarithmic axes.
+const LONG_PATH: f64 = 30.0;
+
+/// Both figures; nothing where there is no load at all.
+pub fn section(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
+    let area = area(desk, results)?;
+    let gap = match &results.continuum {
+        Some(c) => mean_gap(desk, c)?,
+        None => None,
+    };
+    Ok((area.is_some() || gap.is_some()).then(|| html! { @for figure in [area, gap].iter().flatten() { (figure) } }))
+}
+
+/// Curves of a load path, one per branch, each from the state that its branch begins with; what is not converged apart.
+fn branches(c: &ContinuumResults, label: &str, of: &dyn Fn(&StateResults) -> (f64, f64)) -> Vec<Curve> {
+    let converged: Vec<&StateResults> = c.states.iter().filter(|s| s.stop == "converged").collect();
+    let both = converged.iter().any(|s| s.way == Way::Retract);
+    let mut curves: Vec<Curve> = Vec::new();
+    let mut last: Option<&StateResults> = None;
+    for state in converged {
+        if last.is_none_or(|l| l.way != state.way) {
+            let (style, name) = match state.way {
+                Way::Approach => (LABORATORY, if both { format!("{label}, going in") } else { label.to_string() }),
+                Way::Retract => (BACK, format!("{label}, coming back")),
+            };
+            // One entry in the legend for all stretches of a branch.
+            let known = curves.iter().any(|c| c.label == name);
+            let label = if known { String::new() } else { name };
+            curves.push(Curve { label, style, points: last.iter().map(|l| of(l)).collect() });
+        }
+        if let Some(curve) = curves.last_mut() {
+            curve.points.push(of(state));
+        }
+        last = Some(state);
+    }
+    let missed = c.states.iter().filter(|s| s.stop != "converged" && s.stop != "detached");
+    curves.push(Curve { label: "not converged".into(), style: UNCONVERGED, points: missed.map(of).collect() });
+    curves
+}
+
+/// Contact share against p*, every method under every criterion.
+fn area(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
+    let mut curves = Vec::new();
+    if let Some(c) = &results.continuum {
+        let label = format!("{}, scene’s scale", c.method);
+        curves.extend(branches(c, &label, &|s| (s.p_star, 100.0 * s.contact_fraction_corrected)));
+    }
+    if let Some(c) = &results.comparison {
+        let mut ids: Vec<&str> = Vec::new();
+        for m in c.loads.iter().flat_map(|l| &l.continuum) {
+            if !ids.contains(&m.id.as_str()) {
+                ids.push(&m.id);
+            }
+        }
+        for id in ids {
+            let of = |l: &LoadComparison| {
+                l.continuum.iter().find(|m| m.id == id).map(|m| (l.p_star, 100.0 * m.contact_fraction))
+            };
+            let (style, label): (Style, String) = match id {
+                "plain" => (HARD, "hard wall, gap = 0".into()),
+                "threshold" => (THRESHOLD, "hard wall, gap below threshold".into()),
+                "soft wall" => (SOFT, "soft wall, gap below threshold".into()),
+                other => (THRESHOLD, other.into()),
+            };
+            curves.push(Curve { label, style, points: c.loads.iter().filter_map(of).collect() });
+        }
+    }
+    if let Some(a) = &results.atoms {
+        let points = a.states.iter().map(|s| (s.p_star, 100.0 * s.contact_fraction)).collect();
+        curves.push(Curve { label: "atoms".into(), style: ATOMS, points });
+    }
+    let points = || curves.iter().flat_map(|c| &c.points);
+    let span = |of: fn(&(f64, f64)) -> f64| {
+        points().map(of).fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)))
+    };
+    let ((least, most), (smallest, _)) = (span(|p| p.0), span(|p| p.1));
+    // A long load path would crowd its low end into a corner.
+    let axis = if least > 0.0 && smallest > 0.0 && most > LONG_PATH * least { Axis::Log } else { Axis::Linear };
+    let plot = Plot {
+        x: axis,
+        y: axis,
+        x_label: "p*".into(),
+        y_label: "contact (%)".into(),
+        curves,
+        include: if axis == Axis::Linear { vec![(0.0, 0.0)] } else { vec![] },
+        proportion: 0.55,
+    };
+    let Some(svg) = desk.curves("area", &plot)? else { return Ok(None) };
+    Ok(Some(figure(
+        svg,
+        html! { "Contact share against reduced load. The curve at the scene’s own scale is perimeter-corrected"
+        @if results.comparison.is_some() { "; those at the atoms’ scale are raw shares of the surface atoms’ sites, so that "
+            "they compare with the atoms" } "." },
+    )))
+}
+
+/// Mean gap against the logarithm of the load, in which rough surfaces fall about straight; on a linear axis where some
+/// loads are pulls.
+fn mean_gap(desk: &Desk, c: &ContinuumResults) -> Result<Option<Markup>> {
+    let highest = c.states.iter().map(|s| s.mean_gap).fold(0.0, f64::max) * desk.scales.length_m;
+    let (scale, prefix) = si_scale(highest);
+    let curves = branches(c, &c.method, &|s| (s.p_star, s.mean_gap * desk.scales.length_m / scale));
+    let pressed = c.states.iter().all(|s| s.p_star > 0.0);
+    let plot = Plot {
+        x: if pressed { Axis::Log } else { Axis::Linear },
+        y: Axis::Linear,
+        x_label: "p*".into(),
+        y_label: format!("mean gap ({prefix}m)"),
+        curves,
+        include: vec![],
+        proportion: 0.55,
+    };
+    let Some(svg) = desk.curves("mean-gap", &plot)? else { return Ok(None) };
+    Ok(Some(figure(
+        svg,
+        html! { "Mean gap against reduced load at the scene’s own scale."
+        @if pressed { " On the logarithmic axis a rough surface under light load falls about straight." } },
+    )))
+}
