@@ -32,7 +32,10 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
     let s13 = match first_touch {
         Some(h) if sight.is_imported() => s13.near(Some(h), 2.633, 5e-4, "the paper's arrow, to its last digit"),
         // No load may hold the surfaces farther apart than where they first touch.
-        Some(h) => s13.at_least(Some(h), widest, "this surface's own; no load may hold the surfaces farther apart"),
+        Some(h) => {
+            let reason = "this surface's own; no load may hold the surfaces farther apart";
+            s13.within(Some(h), h, [widest, f64::INFINITY], reason)
+        }
         None => s13.not_judged("the surface has no such statistic"),
     };
     let distributions = sight.observed().map(|pair| pair.map(|o| &o.gap_logarithmic));

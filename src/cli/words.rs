@@ -1,7 +1,8 @@
 //! Answers on stdout.
 
 use crate::record::results::{AuditLine, ContinuumResults, Overlap, Results, Statistic, Verdict};
-use crate::report::number::{change, percent, significant, trimmed};
+use crate::report::branch::way_back;
+use crate::report::number::{change, percent, si, significant, trimmed};
 use crate::{Error, Result};
 use comfy_table::Table;
 use serde::Serialize;
@@ -74,24 +75,49 @@ pub fn results(results: &Results) {
     if let Some(c) = &results.continuum {
         let um = results.scales.length_m * 1e6;
         say(&format!("continuum: {}, {}, adhesion {}, {}", c.method, c.kernel, c.adhesion, c.wall));
-        say(&table(
-            &["p*", "contact", "corrected", "mean gap / µm", "patches", "residual", "FFT pairs", "stop"],
-            c.states.iter().map(|s| {
-                vec![
-                    trimmed(s.p_star, 4),
-                    percent(s.contact_fraction),
-                    percent(s.contact_fraction_corrected),
-                    significant(s.mean_gap * um, 4),
-                    s.patches.to_string(),
-                    format!("{:.1e}", s.residual),
-                    format!("{:.1}", s.fft_pairs),
-                    s.stop.clone(),
-                ]
-            }),
-        ));
+        states(c, um);
         certainty(c, um);
+        let work = results.scales.modulus_pa * results.scales.length_m;
+        way_back(c, |w| si(w * work, "J/m²", 3)).iter().for_each(|said| say(said));
+    }
+    let ranges = results.other_ranges.iter().map(|c| (format!("adhesion {}", c.adhesion), c));
+    let without = results.without.iter().map(|c| ("without adhesion".to_string(), c));
+    for (what, c) in without.chain(ranges) {
+        say(&format!("{what}:"));
+        states(c, results.scales.length_m * 1e6);
     }
     comparison(results);
+}
+
+/// Loads of a path, with what half of the points a side would change.
+fn states(c: &ContinuumResults, um: f64) {
+    let known = c.states.iter().any(|s| s.discretisation.is_some());
+    let mut head = vec!["p*", "contact", "corrected", "mean gap / µm", "patches", "residual", "FFT pairs", "stop"];
+    if known {
+        head.extend(["grid: contact", "grid: mean gap"]);
+    }
+    say(&table(
+        &head,
+        c.states.iter().map(|s| {
+            let mut row = vec![
+                trimmed(s.p_star, 4),
+                percent(s.contact_fraction),
+                percent(s.contact_fraction_corrected),
+                significant(s.mean_gap * um, 4),
+                s.patches.to_string(),
+                format!("{:.1e}", s.residual),
+                format!("{:.1}", s.fft_pairs),
+                s.stop.clone(),
+            ];
+            if let Some(d) = s.discretisation {
+                row.extend([change(d.area, d.area_is_bound), change(d.mean_gap, d.mean_gap_is_bound)]);
+            }
+            row
+        }),
+    ));
+    if known {
+        say("grid: relative change from half the points a side, corrected contact and mean gap");
+    }
 }
 
 /// What the grid leaves uncertain, and the pull that parts the surfaces.
@@ -102,14 +128,6 @@ fn certainty(c: &ContinuumResults, um: f64) {
         say(&format!("adhesion: {gamma}range ρ = {asked} nm asked for, {used} nm used"));
     }
     for s in &c.states {
-        if let Some(d) = s.discretisation {
-            say(&format!(
-                "at p* = {}: relative change from half the points a side: contact {}, mean gap {}",
-                trimmed(s.p_star, 4),
-                change(d.area, d.area_is_bound),
-                change(d.mean_gap, d.mean_gap_is_bound),
-            ));
-        }
         if let Some(e) = s.extrapolated {
             let gap = e.mean_gap.map(|g| (significant(g.value * um, 4), significant(g.error * um, 2)));
             say(&format!(

@@ -351,6 +351,16 @@ pub struct Hanging {
     pub mean_gap: f64,
 }
 
+impl Hanging {
+    /// What solvers leave of an area is below this.
+    const NOTHING: f64 = 1e-3;
+
+    /// Whether the two states are different ones: this hangs on the branch that it came by.
+    pub fn is_another(&self) -> bool {
+        self.area.abs() > Self::NOTHING
+    }
+}
+
 /// Contact counted where the stress is compressive, as methods that smear the wall or the adhesion have it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Compressive {

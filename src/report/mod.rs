@@ -3,7 +3,8 @@
 //! Everything shown comes from `results.json` and the field files that it names: a report can be drawn again, and looks
 //! the same, without running anything.
 
-pub mod map;
+pub mod branch;
+mod map;
 pub mod number;
 pub mod page;
 pub mod picture;

@@ -1,20 +1,24 @@
-//! The challenge's statements and their verdicts, and its curves: figures 1 and 4 to 12 of its paper in their order.
+//! The challenge's statements and their verdicts, and figures 1 to 12 of its paper.
 
 use maud::{Markup, html};
 
-use super::desk::{Desk, figure, table, text};
+use super::compare::key;
+use super::desk::{Desk, figure, panel, panels, table, text};
 use crate::challenge::SIZE_EXPONENT;
 use crate::error::Result;
 use crate::grid::{Field, Grid};
 use crate::observe::{Distribution, along_y, column_at};
 use crate::record::npy;
+use crate::record::reduce::Reduced;
 use crate::record::results::{ContinuumResults, Judged, Observed, Results, StateResults, Verdict, Way};
+use crate::report::map::Legend;
 use crate::report::number::significant;
+use crate::report::picture::{self, BLACK, BLUE, LONGEST_SIDE, ORANGE, Picture, Range};
 use crate::report::plot::{self, Axis, Curve, Dash, Marker, Plot, Style};
 use crate::scene::REFERENCE_LOAD;
 
 const WITH: Style = plot::ATOMS;
-const BACK: Style = Style { dash: Dash::Dotted, marker: Marker::Ring, ..plot::ATOMS };
+const BACK: Style = plot::BACK;
 const WITHOUT: Style = plot::HARD;
 const THEORY: Style = plot::EXPECTED;
 const PART: Style = Style { dash: Dash::Dotted, marker: Marker::None, ..plot::SOFT };
@@ -60,10 +64,10 @@ pub fn verdicts(list: &[Judged]) -> Markup {
     }
 }
 
-/// The curves of the paper.
-pub fn curves(desk: &Desk, results: &Results) -> Result<Markup> {
+/// The figures of the paper.
+pub fn figures(desk: &Desk, results: &Results) -> Result<Markup> {
     let (Some(with), Some(without)) = (&results.continuum, &results.without) else { return Ok(html! {}) };
-    let mut figures = Vec::new();
+    let mut drawn = Vec::new();
     for (number, plot, caption) in [
         (1, spectrum(results), "Spectrum of the surface: realised and prescribed."),
         (4, section(desk, with, without, Quantity::Gap)?, "Gap along y at x = L/2, at the reference load."),
@@ -82,21 +86,48 @@ pub fn curves(desk: &Desk, results: &Results) -> Result<Markup> {
         (9, stresses(with, without), "Pr(σ): distribution of the interfacial stress, at the reference load."),
         (10, area(with, without), "Relative contact area (perimeter-corrected) against load."),
         (11, contact_pressure(with, without), "Mean contact pressure against load, there and back."),
-        (
-            12,
-            mean_gap(desk, results, with, without),
-            "Mean gap against load; the arrow’s height is the rigid first touch.",
-        ),
+        (12, mean_gap(desk, results, with, without), "Mean gap against load; the triangle is the rigid first touch."),
     ] {
-        if let Some(curve) = desk.curves(&format!("figure-{number:02}"), &plot)? {
-            figures.push(figure(curve, html! { "Figure " (number) " of the challenge. " (caption) }));
-        }
+        drawn.extend(desk.curves(&format!("figure-{number:02}"), &plot)?.map(|curve| (number, curve, caption)));
     }
+    let heights = picture::load(&desk.field(&results.surface.heights)?, LONGEST_SIDE, |h| h * desk.scales.length_m)?;
+    let range = Range::of(&heights.values, 0.0);
+    let legend = Legend::ramp(range, "m", false);
+    let names = ("figure-02", "height map of the challenge’s surface");
+    let map = desk.large_map(names, &picture::map(&heights, range), desk.scales.length_m, legend)?;
+    drawn.push((2, map, "The surface; dark areas touch first."));
+    if let Some(maps) = contacts(desk, with, without)? {
+        drawn.push((3, maps, "True contact at the reference load, without adhesion and with it, and both superposed."));
+    }
+    drawn.sort_by_key(|(number, ..)| *number);
     Ok(html! {
-        p { "The curves that the challenge’s paper shows, from this run: with its adhesion, without, and on the way back. "
+        p { "The figures of the challenge’s paper, from this run: with its adhesion, without, and on the way back. "
             "Loads are p* = p/(E* ḡ), the reference load is p* = 0.01." }
-        @for f in &figures { (f) }
+        @for (number, drawing, caption) in &drawn {
+            (figure(drawing.clone(), html! { "Figure " (number) " of the challenge. " (caption) }))
+        }
     })
+}
+
+fn contacts(desk: &Desk, with: &ContinuumResults, without: &ContinuumResults) -> Result<Option<Markup>> {
+    let of = |c: &ContinuumResults| -> Result<Option<Reduced>> {
+        let Some(file) = reference(c).and_then(|s| s.gap.as_deref()) else { return Ok(None) };
+        picture::load(&desk.field(file)?, LONGEST_SIDE, |gap| f64::from(u8::from(gap <= 0.0))).map(Some)
+    };
+    let (Some(plain), Some(adhesive)) = (of(without)?, of(with)?) else { return Ok(None) };
+    let draw = |part: &str, title: &str, picture: &Picture| -> Result<Markup> {
+        let name = format!("figure-03-{part}");
+        Ok(panel(title, desk.map((&name, title), picture, desk.scales.length_m, Legend::None)?, html! {}))
+    };
+    let maps = [
+        draw("without", "Without adhesion", &picture::contact(&plain, ORANGE))?,
+        draw("with", "With adhesion", &picture::contact(&adhesive, BLUE))?,
+        draw("superposed", "Superposed", &picture::superposed(&plain, &adhesive))?,
+    ];
+    Ok(Some(html! {
+        (panels(maps.len(), &maps))
+        div.key { (key(BLACK, "both")) (key(ORANGE, "only without")) (key(BLUE, "only with adhesion")) }
+    }))
 }
 
 fn curve(label: &str, style: Style, points: Vec<(f64, f64)>) -> Curve {

@@ -220,7 +220,7 @@ fn contact_maps(
     ))
 }
 
-fn key([r, g, b]: Rgb, words: &str) -> Markup {
+pub fn key([r, g, b]: Rgb, words: &str) -> Markup {
     html! { span { i style={ "background:rgb(" (r) "," (g) "," (b) ")" } {} (words) } }
 }
 

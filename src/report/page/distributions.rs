@@ -15,7 +15,7 @@ use crate::report::plot::{self, Axis, Curve, Dash, Marker, Plot, Style};
 const LOADS: usize = 4;
 
 /// Looks of the loads, from the first to the last: colour and dashes say the same.
-const LOOKS: [Style; LOADS] = [
+pub const LOOKS: [Style; LOADS] = [
     Style { marker: Marker::None, ..plot::ATOMS },
     Style { marker: Marker::None, ..plot::HARD },
     Style { dash: Dash::Dotted, marker: Marker::None, ..plot::SOFT },

@@ -7,6 +7,7 @@ use super::desk::{Desk, figure, numbers, panel, panels, text};
 use crate::error::Result;
 use crate::record::reduce::Reduced;
 use crate::record::results::{ContinuumResults, StateResults, Way};
+use crate::report::branch::way_back;
 use crate::report::map::Legend;
 use crate::report::number::{count, duration, percent, si, significant, trimmed};
 use crate::report::picture::{self, BLACK, Range};
@@ -19,9 +20,11 @@ pub const CLIPPED: f64 = 0.002;
 const LOADS_SHOWN: usize = 4;
 
 pub fn section(desk: &Desk, continuum: &ContinuumResults) -> Result<Markup> {
+    let work = desk.scales.modulus_pa * desk.scales.length_m;
     Ok(html! {
         (setting(continuum))
         (states(continuum, &|s| laboratory(desk, s)))
+        @if let Some(said) = way_back(continuum, |w| si(w * work, "J/m²", 3)) { p { (said) } }
         (certainty::section(desk, continuum)?)
         (gallery(desk, continuum)?)
     })

@@ -12,6 +12,7 @@ mod desk;
 mod distributions;
 mod headline;
 mod loads;
+mod ranges;
 mod surface;
 
 use std::io::Write;
@@ -58,7 +59,7 @@ fn page(desk: &Desk, results: &Results) -> Result<Markup> {
     let mut add = |anchor, title, body| sections.push(Section { anchor, title, body });
     if !results.acceptance.is_empty() {
         add("acceptance", "The challenge’s statements", challenge::verdicts(&results.acceptance));
-        add("challenge", "The challenge’s figures", challenge::curves(desk, results)?);
+        add("challenge", "The challenge’s figures", challenge::figures(desk, results)?);
     }
     add("surface", "The surface", surface::section(desk, results)?);
     if let Some(continuum) = &results.continuum {
@@ -66,6 +67,9 @@ fn page(desk: &Desk, results: &Results) -> Result<Markup> {
         if continuum.states.iter().any(|s| s.observed.is_some()) {
             add("distributions", "Gaps, stresses and patches", distributions::section(desk, continuum)?);
         }
+    }
+    if !results.other_ranges.is_empty() {
+        add("ranges", "Range of the adhesion", ranges::section(desk, results)?);
     }
     if let Some(atoms) = &results.atoms {
         add("atoms", "The atoms", atoms::section(desk, atoms)?);

@@ -1,0 +1,103 @@
+//! Area and mean gap against the range of the adhesion.
+
+use maud::{Markup, html};
+
+use super::desk::{Desk, figure, numbers, text};
+use super::distributions::LOOKS;
+use crate::error::Result;
+use crate::record::results::{ContinuumResults, Results, StateResults, Way};
+use crate::report::number::{percent, si, significant, trimmed};
+use crate::report::plot::{Axis, Curve, Marker, Plot, Style};
+
+pub fn section(desk: &Desk, results: &Results) -> Result<Markup> {
+    let Some(tabor) = Tabor::of(results) else { return Ok(html! {}) };
+    let mut solved: Vec<(f64, &ContinuumResults)> = results
+        .continuum
+        .iter()
+        .chain(&results.other_ranges)
+        .filter_map(|c| Some((tabor.of_range(c.range?.used), c)))
+        .collect();
+    solved.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let there = |c: &ContinuumResults, p: f64| -> Option<StateResults> {
+        c.states.iter().find(|s| s.way == Way::Approach && s.p_star == p).cloned()
+    };
+    let loads: Vec<f64> = results.other_ranges[0].states.iter().map(|s| s.p_star).collect();
+    let n = loads.len();
+    let shown: Vec<f64> = if n <= LOOKS.len() {
+        loads.clone()
+    } else {
+        (0..LOOKS.len()).map(|i| loads[i * (n - 1) / (LOOKS.len() - 1)]).collect()
+    };
+    let curves = |of: &dyn Fn(&StateResults) -> f64| -> Vec<Curve> {
+        let curve = |(look, &p): (&Style, &f64)| Curve {
+            label: format!("p* = {}", trimmed(p, 4)),
+            style: Style { marker: Marker::Disc, ..*look },
+            points: solved.iter().filter_map(|(mu, c)| Some((*mu, of(&there(c, p)?)))).collect(),
+        };
+        LOOKS.iter().zip(&shown).map(curve).collect()
+    };
+    let um = desk.scales.length_m * 1e6;
+    let mut figures = Vec::new();
+    for (name, label, curves, caption) in [
+        (
+            "area-of-range",
+            "relative contact area",
+            curves(&|s| s.contact_fraction_corrected),
+            "Contact area, perimeter-corrected, against Tabor’s parameter: short ranges to the right.",
+        ),
+        ("mean-gap-of-range", "mean gap (µm)", curves(&|s| s.mean_gap * um), "Mean gap likewise."),
+    ] {
+        let plot = Plot {
+            x: Axis::Log,
+            y: Axis::Log,
+            x_label: "Tabor parameter".into(),
+            y_label: label.into(),
+            curves,
+            include: Vec::new(),
+            proportion: 0.55,
+        };
+        figures.extend(desk.curves(name, &plot)?.map(|c| figure(c, html! { (caption) })));
+    }
+    let rows = solved
+        .iter()
+        .flat_map(|(mu, c)| {
+            let range = c.range.map_or(0.0, |r| r.used);
+            let resolved = c.range.map_or(0.0, |r| r.resolution_used);
+            c.states.iter().filter(|s| s.way == Way::Approach).map(move |s| {
+                vec![
+                    text(si(range * desk.scales.length_m, "m", 4)),
+                    text(significant(*mu, 3)),
+                    text(significant(resolved, 3)),
+                    text(trimmed(s.p_star, 4)),
+                    text(percent(s.contact_fraction_corrected)),
+                    text(si(s.mean_gap * desk.scales.length_m, "m", 4)),
+                ]
+            })
+        })
+        .collect();
+    Ok(html! {
+        p { "The loads on the way there, solved with the same work of adhesion over other ranges. Tabor’s parameter is "
+            "(R_c γ²/(E*² ρ³))^1/3 with the surface’s curvature radius R_c, " (si(tabor.radius * desk.scales.length_m, "m", 4))
+            ", and the range that the grid was given." }
+        @for f in &figures { (f) }
+        (numbers(&["range", "Tabor parameter", "resolution", "p*", "contact, corrected", "mean gap"], rows))
+    })
+}
+
+struct Tabor {
+    /// R_c and γ, units of L and E* L.
+    radius: f64,
+    gamma: f64,
+}
+
+impl Tabor {
+    fn of(results: &Results) -> Option<Self> {
+        let gamma = results.other_ranges.first()?.range?.gamma?;
+        let radius = results.surface.statistics.iter().find(|s| s.symbol == "R_c")?;
+        Some(Tabor { radius: radius.realised * 1e-9 / results.scales.length_m, gamma })
+    }
+
+    fn of_range(&self, range: f64) -> f64 {
+        (self.radius * self.gamma * self.gamma).cbrt() / range
+    }
+}
