@@ -4,7 +4,8 @@
 #
 #   scripts/setup.sh           LAMMPS must be there in the end
 #   scripts/setup.sh --tests   without LAMMPS it says so loudly and goes on: those tests skip themselves; makes a Python
-#                              environment beside it, with what opens results.nc, and says the same without one
+#                              environment beside it, with what opens results.nc, and installs Chromium, in which the report
+#                              is looked at, and says the same without them
 set -eu
 
 case "${1-}" in
@@ -32,7 +33,11 @@ has_python() { "$python/bin/python" -c "import h5py, h5netcdf, netCDF4, xarray" 
 has_venv() { has python3 && python3 -c "import venv, ensurepip" >/dev/null 2>&1; }
 wants_python() { [ "$need_lammps" = no ] && ! has_python; }
 
+has_browser() { has chromium || has chromium-browser || has google-chrome; }
+wants_browser() { [ "$need_lammps" = no ] && ! has_browser; }
+
 packages=""
+wants_browser && packages="$packages chromium"
 wants_python && ! has_venv && packages="$packages python3-venv"
 has_compiler || packages="$packages build-essential"
 has_lammps || packages="$packages lammps"
@@ -88,8 +93,18 @@ if wants_python; then
 
 WORDS
 fi
+if wants_browser; then
+    cat >&2 <<'WORDS'
+
+*********************************************************************************
+***  Chromium is missing and could not be installed: THE REPORT IS NOT TESTED ***
+***  IN A BROWSER. On Debian: apt-get install chromium                        ***
+*********************************************************************************
+
+WORDS
+fi
 if has_lammps; then
-    if wants_python; then :; else echo "setup: everything is there" >&2; fi
+    if wants_python || wants_browser; then :; else echo "setup: everything is there" >&2; fi
 elif [ "$need_lammps" = no ]; then
     cat >&2 <<'WORDS'
 
