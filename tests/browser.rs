@@ -5,7 +5,7 @@
 #[path = "common/program.rs"]
 mod program;
 
-use program::{asperity, stderr};
+use program::{asperity, json_line, stderr};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -57,9 +57,9 @@ fn a_report_is_whole_in_a_browser() {
     let Some(chromium) = chromium() else { return };
     let scratch = tempfile::tempdir().expect("scratch");
     let run = scratch.path().join("run");
-    let args = ["challenge", "--grid", "64", "--regularise", "--out"];
+    let args = ["challenge", "--grid", "64", "--regularise", "--json", "--out"];
     let output = asperity().args(args).arg(&run).output().expect("started");
-    let page = run.join("report.html");
+    let page = PathBuf::from(json_line(&output)["report"].as_str().expect("a report"));
     let html = std::fs::read_to_string(&page).unwrap_or_else(|e| panic!("{e}: {}", stderr(&output)));
     let checked = scratch.path().join("checked.html");
     std::fs::write(&checked, html.replace("</body>", &format!("{CHECK}</body>"))).expect("written");

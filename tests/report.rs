@@ -142,6 +142,7 @@ fn continuum(folder: &Path, name: &str, method: &str, level: f64, stored: [bool;
         }),
         pull_off_failure: None,
         hysteresis_work: None,
+        percolation: Some([0.2, 0.3]),
     }
 }
 

@@ -264,6 +264,7 @@ pub(super) fn load_path(
     };
     keeper.clear();
     stiffen(&mut states);
+    let percolation = percolation(&states);
     let hysteresis_work = asked.there.map(|there| compare_ways(&mut states, there));
     let (range, spacing) = (problem.adhesion.range(), grid.dx().max(grid.dy()));
     let resolution = |a: Adhesion| a.resolution_on(spacing);
@@ -284,6 +285,7 @@ pub(super) fn load_path(
         resolved_gradient: Some(problem.resolved_gradient()),
         states,
         hysteresis_work,
+        percolation,
         pull_off,
         pull_off_failure,
     })
@@ -302,6 +304,16 @@ fn stiffen(states: &mut [StateResults]) {
         }
         first += if first + length == states.len() { length } else { length - 1 }.max(1);
     }
+}
+
+/// The last load on the way there whose gap leads around the cell along x and y, and the first after it whose gap does not.
+fn percolation(states: &[StateResults]) -> Option<[f64; 2]> {
+    let there: Vec<(f64, bool)> = states
+        .iter()
+        .take_while(|s| s.way == Way::Approach)
+        .filter_map(|s| Some((s.p_star, s.observed.as_ref()?.gap_spans == [true; 2])))
+        .collect();
+    there.windows(2).rfind(|w| w[0].1 && !w[1].1).map(|w| [w[0].0, w[1].0])
 }
 
 /// Tells the states on the way back how far they are from those of the way there. Returns the work that the loop takes.

@@ -177,6 +177,10 @@ pub struct ContinuumResults {
     /// What a loop of loads, there and back, takes per area: -∮ p dū, units of E* L.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hysteresis_work: Option<f64>,
+    /// Loads p* on the way there between which the gap stops to lead around the cell along x and along y: the percolation load
+    /// lies between them. None where the path does not hold it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub percolation: Option<[f64; 2]>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pull_off: Option<PullOff>,
     /// Why there is none, where one was asked for.
