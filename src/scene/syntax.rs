@@ -226,7 +226,8 @@ mod tests {
             ),
             (
                 "name = \"a\"\n[load]\np_stars = [1]",
-                "line 3: load.p_stars is no key of a scene; accepted: p_star, mean_gap_um, pull_off",
+                "line 3: load.p_stars is no key of a scene; accepted: p_star, p_star_range, mean_gap_um, and_back, \
+                 maps_at, pull_off",
             ),
             ("name = \"a\"\n[load]\np_star: 1", "line 3: p_star: 1: key with no value, expected `=`"),
         ] {
