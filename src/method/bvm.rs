@@ -232,8 +232,9 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             }
         };
         let balance = self.operator.stress(&mut self.gap, &mut self.residual);
+        let pairs = self.operator.pairs - pairs_before;
         Ok(self.operator.state(
-            Outcome { load, stop, iterations, pairs_before, clock, balance, settled },
+            Outcome { load, stop, iterations, pairs, clock, balance, settled },
             &self.gap,
             &self.residual,
         ))

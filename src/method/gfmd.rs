@@ -205,8 +205,9 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             Stop::Converged => balance,
             _ => self.operator.stress(&mut self.gap, &mut self.velocity),
         };
+        let pairs = self.operator.pairs - pairs_before;
         Ok(self.operator.state(
-            Outcome { load, stop, iterations, pairs_before, clock, balance, settled },
+            Outcome { load, stop, iterations, pairs, clock, balance, settled },
             &self.gap,
             &self.velocity,
         ))

@@ -63,10 +63,42 @@ pub(super) struct Outcome {
     pub load: Load,
     pub stop: Stop,
     pub iterations: usize,
-    pub pairs_before: f64,
+    /// Transforms done for it.
+    pub pairs: f64,
     pub clock: Instant,
     pub balance: Balance,
     pub settled: Settled,
+}
+
+impl Outcome {
+    /// The state that observers are lent, at a pressure; residuals are told over `scale`.
+    pub fn state<'a, T: Real>(
+        self,
+        (pressure, scale, rms_height): (f64, f64, f64),
+        gap: &'a [T],
+        stress: &'a [T],
+    ) -> State<'a> {
+        let Outcome { load, stop, iterations, pairs, clock, balance, settled } = self;
+        State {
+            load,
+            pressure,
+            settled,
+            gap: T::lend(gap),
+            stress: T::lend(stress),
+            mean_gap: balance.mean_gap,
+            energy: balance.energy(pressure),
+            elastic_energy: balance.elastic,
+            interaction_energy: balance.interaction,
+            load_error: balance.imbalance.abs() / scale,
+            residual: balance.residual / scale,
+            // A flat surface has no height to compare with, and no gap either.
+            complementarity: balance.complementarity / (scale * rms_height.max(f64::MIN_POSITIVE)),
+            stop,
+            iterations,
+            fft_pairs: pairs,
+            seconds: clock.elapsed().as_secs_f64(),
+        }
+    }
 }
 
 /// A pull is taken to have parted the surfaces where what is left of the attraction, as energy over range, is below this
@@ -397,27 +429,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
 
     /// The state that observers are lent.
     pub fn state<'a>(&self, outcome: Outcome, gap: &'a [T], stress: &'a [T]) -> State<'a> {
-        let Outcome { load, stop, iterations, pairs_before, clock, balance, settled } = outcome;
-        let scale = Problem::stress_scale(self.pressure);
-        State {
-            load,
-            pressure: self.pressure,
-            settled,
-            gap: T::lend(gap),
-            stress: T::lend(stress),
-            mean_gap: balance.mean_gap,
-            energy: balance.energy(self.pressure),
-            elastic_energy: balance.elastic,
-            interaction_energy: balance.interaction,
-            load_error: balance.imbalance.abs() / scale,
-            residual: balance.residual / scale,
-            // A flat surface has no height to compare with, and no gap either.
-            complementarity: balance.complementarity / (scale * self.rms_height.max(f64::MIN_POSITIVE)),
-            stop,
-            iterations,
-            fft_pairs: self.pairs - pairs_before,
-            seconds: clock.elapsed().as_secs_f64(),
-        }
+        outcome.state((self.pressure, Problem::stress_scale(self.pressure), self.rms_height), gap, stress)
     }
 
     /// Whether a balance meets the tolerance, the load balance and the goals.

@@ -131,10 +131,7 @@ impl Keeper {
         let name = format!("{}-{}.npy", self.stem, inner.count % 2);
         inner.count += 1;
         let path = self.folder.join(&name);
-        let written = match gap {
-            Field::F32(values) => npy::write(&path, grid.nx, grid.ny, values.iter().copied()),
-            Field::F64(values) => npy::write(&path, grid.nx, grid.ny, values.iter().copied()),
-        };
+        let written = npy::write_field(&path, grid.nx, grid.ny, gap, 1.0);
         let checkpoint = Checkpoint {
             key: self.key.clone(),
             finished: inner.finished.clone(),

@@ -210,7 +210,7 @@ pub(super) fn load_path(
         let name = format!("{prefix}{kind}-{}", i + 1);
         let write = |quantity: &str, field: Field| -> Result<String> {
             let file = format!("{name}-{quantity}.npy");
-            npy::write(&folder.join(&file), grid.nx, grid.ny, (0..field.len()).map(|i| field.at(i)))?;
+            npy::write_field(&folder.join(&file), grid.nx, grid.ny, field, 1.0)?;
             Ok(in_stage(stage, &file))
         };
         if state.stop == Stop::Interrupted {

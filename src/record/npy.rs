@@ -11,6 +11,7 @@ use ndarray_npy::npy::header::{Header, Layout};
 
 use super::land::{land, miscount};
 use crate::error::{Error, Result};
+use crate::grid;
 
 /// A map in memory: row-major `[ny, nx]`.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,6 +65,20 @@ pub fn write<T: Element>(path: &Path, nx: usize, ny: usize, values: impl IntoIte
         }
         if count < nx * ny { Err(miscount("values", count, nx * ny)) } else { Ok(()) }
     })
+}
+
+/// Writes a field times `unit`, in the precision that it has. A positive value stays positive: that tells an open gap from
+/// contact.
+pub fn write_field(path: &Path, nx: usize, ny: usize, field: grid::Field, unit: f64) -> Result<()> {
+    let narrow = |v: &f32| {
+        let scaled = f64::from(*v) * unit;
+        let rounded = scaled as f32;
+        if rounded == 0.0 && scaled > 0.0 { f32::MIN_POSITIVE } else { rounded }
+    };
+    match field {
+        grid::Field::F32(values) => write(path, nx, ny, values.iter().map(narrow)),
+        grid::Field::F64(values) => write(path, nx, ny, values.iter().map(|v| v * unit)),
+    }
 }
 
 /// Kind and byte order of one stored number.
@@ -300,6 +315,18 @@ mod tests {
         assert_eq!(ndarray_npy::read_npy::<_, Array2<f64>>(&path).unwrap(), c);
         write(&path, 3, 2, c.iter().map(|&v| v as u8)).unwrap();
         assert_eq!(read_flags(&path).unwrap().values, [0, 1, 2, 10, 11, 12]);
+    }
+
+    /// What a solver in f32 does not know is not stored, and what is open does not close by rounding.
+    #[test]
+    fn fields_keep_their_precision() {
+        let (_folder, path) = scratch();
+        write_field(&path, 3, 1, grid::Field::F32(&[0.0, 1e-30, 2.5]), 1e-12).unwrap();
+        assert!(std::fs::read(&path).unwrap().windows(3).any(|w| w == b"<f4"));
+        let read_back = read(&path).unwrap().values;
+        assert!(read_back[0] == 0.0 && read_back[1] > 0.0 && (read_back[2] / 2.5e-12 - 1.0).abs() < 1e-7);
+        write_field(&path, 2, 1, grid::Field::F64(&[0.1, 3.0]), 2.0).unwrap();
+        assert_eq!(read(&path).unwrap().values, [0.2, 6.0]);
     }
 
     #[test]

@@ -62,12 +62,12 @@ impl<'a> Told<'a> {
         let line = self.line(reached, self.cpu - before);
         let (solve, state, grid) = (self.solve, &reached.state, self.problem.grid);
         if let Some(out) = &solve.out {
-            let (length, modulus, n) = (solve.length, solve.modulus, state.gap.len());
+            let (length, modulus) = (solve.length, solve.modulus);
             // A state that did not converge must not be taken for one that did, by name or by whoever reads the folder.
             let prefix = if state.stop == Stop::Converged { "" } else { "partial-" };
             let path = |name: &str| out.join(self.name(i, prefix, name));
-            npy::write(&path("gap.npy"), grid.nx, grid.ny, (0..n).map(|i| state.gap.at(i) * length))?;
-            npy::write(&path("stress.npy"), grid.nx, grid.ny, (0..n).map(|i| state.stress.at(i) * modulus))?;
+            npy::write_field(&path("gap.npy"), grid.nx, grid.ny, state.gap, length)?;
+            npy::write_field(&path("stress.npy"), grid.nx, grid.ny, state.stress, modulus)?;
             npy::write(&path("contact.npy"), grid.nx, grid.ny, contact_map(state.gap, 0.0))?;
             json::write(&path("solve.json"), &line)?;
         }

@@ -118,170 +118,275 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         iterations: &mut usize,
         resumed: Option<Pause>,
     ) -> Ended {
-        let problem = self.problem;
+        let mut descent = Descent::begin(self, level, (load, tolerance), iterations, resumed);
+        loop {
+            let settled = descent.settled();
+            if let Some(stop) = descent.ended(&goals, &settled) {
+                return Ended { stop, settled };
+            }
+            let plain = descent.takes_plain_step();
+            if descent.leaves(plain) {
+                return Ended { stop: Stop::Interrupted, settled };
+            }
+            *descent.iterations += 1;
+            let length = if plain { descent.plain_step() } else { descent.newton_step() };
+            if let Some(stop) = length.and_then(|length| descent.advance(length, plain)) {
+                return Ended { stop, settled };
+            }
+        }
+    }
+}
+
+/// Iterations on one grid, as they stand.
+struct Descent<'a, 'p, 'h, T: Real, K, L> {
+    solver: &'a Solver<'p, T, K, L>,
+    level: &'a mut Level<'h, T, K, L>,
+    load: Load,
+    tolerance: f64,
+    iterations: &'a mut usize,
+    pressure: f64,
+    stiffest_mode: f64,
+    /// The state: the last trial that was accepted.
+    now: Trial,
+    /// Nothing has been done to the state that was given.
+    untouched: bool,
+    /// Plain steps that are still to be taken.
+    smoothing: usize,
+    /// Set by a failed plain step: the next is a gradient step of safe length, shortened as far as it takes.
+    careful: bool,
+    /// Residual before the last Newton step.
+    last: f64,
+    spell: Option<Spell>,
+    cycle: Option<Cycle>,
+    progress: Progress,
+    /// The same before it heard of this iteration.
+    known: Progress,
+    /// Share of the last direction in the next plain one.
+    beta: f64,
+    stopping: bool,
+}
+
+impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
+    fn begin(
+        solver: &'a Solver<'p, T, K, L>,
+        level: &'a mut Level<'h, T, K, L>,
+        (load, tolerance): (Load, f64),
+        iterations: &'a mut usize,
+        resumed: Option<Pause>,
+    ) -> Self {
         let pressure = level.pressure;
-        let law = level.body.law;
-        let stiffest_mode = Problem { grid: level.grid(), ..problem.clone() }.stiffest_mode();
+        let stiffest_mode = Problem { grid: level.grid(), ..solver.problem.clone() }.stiffest_mode();
         // What the last improvement ended with.
         level.settle();
         level.inner.step.fill(0.0);
-        let mut now = level.trial(0.0);
+        let now = level.trial(0.0);
         level.accept(0.0);
-        let mut untouched = resumed.is_none();
-        // `careful` is set by a failed plain step: the next is a gradient step of safe length, shortened as far as it takes.
-        let Pause { mut smoothing, mut careful, mut last, mut spell, mut cycle, mut progress, .. } = match resumed {
-            Some(pause) => {
-                *iterations = pause.iterations;
-                level.pairs += pause.pairs;
-                pause
-            }
-            None => Pause {
-                pressure,
-                iterations: 0,
-                pairs: 0.0,
-                earlier_pairs: 0.0,
-                smoothing: SMOOTHING,
-                careful: false,
-                last: 0.0,
-                spell: None,
-                cycle: None,
-                progress: Progress::new(),
-            },
+        let untouched = resumed.is_none();
+        let fresh = Pause {
+            pressure,
+            iterations: *iterations,
+            pairs: 0.0,
+            earlier_pairs: 0.0,
+            smoothing: SMOOTHING,
+            careful: false,
+            last: 0.0,
+            spell: None,
+            cycle: None,
+            progress: Progress::new(),
         };
-        let (mut beta, mut stopping) = (0.0, false);
-        let share = level.grid().points() as f64 / self.cell.grid.points() as f64;
-        let facing = level.window.points() as f64 / level.grid().points() as f64;
-        let (stop, settled) = loop {
-            let scale = self.scale(load, pressure, &now.balance);
-            let residual = now.balance.residual / scale;
-            let settled = cycle.as_ref().map_or_else(Settled::default, |c| c.settled(&now.balance, pressure));
-            level.last = now.balance;
-            // Plain steps alone may bring the residual down and leave the long waves, and the mean gap with them, where they are:
-            // at 4096² and a residual of 2 % it was 5e-4 off. A start that is good as it is needs no step at all.
-            let whole = cycle.is_some() || std::mem::take(&mut untouched) || residual < NEGLIGIBLE * tolerance;
-            if whole && now.balance.meets(tolerance, scale) && goals.met(&settled) {
-                break (Stop::Converged, settled);
-            }
-            if *iterations >= problem.max_iterations {
-                break (Stop::IterationLimit, settled);
-            }
-            let floor = problem.rounding_floor(self.rms_height, scale);
-            let known = progress.clone();
-            if let Some(stop) = progress.stalled(residual, floor) {
-                break (stop, settled);
-            }
-            if matches!(load, Load::Pressure(_)) && now.balance.parted(pressure, law.range()) {
-                break (Stop::Detached, settled);
-            }
-            stopping |=
-                self.watch.iteration(Iteration { iteration: *iterations, residual, tolerance, share }).is_break()
-                    || self.watch.stopping();
-            let plain = smoothing > 0 || spell.is_some_and(|s| s.is_promising(residual, tolerance));
-            // Only the gap is worth a file: with a direction to keep, a few plain steps more cost less.
-            let resumable = beta == 0.0 || !plain;
-            if resumable && (stopping || self.watch.wants_snapshot()) {
-                level.settle();
-                let (iterations, earlier_pairs, pairs) = (*iterations, self.earlier_pairs.get(), level.pairs());
-                let pause = Pause {
-                    pressure,
-                    iterations,
-                    pairs,
-                    earlier_pairs,
-                    smoothing,
-                    careful,
-                    last,
-                    spell,
-                    cycle,
-                    progress: known.clone(),
-                };
-                self.watch.snapshot(Snapshot {
-                    grid: level.grid(),
-                    gap: T::lend(&level.gap),
-                    progress: serde_json::to_value(pause).expect("plain numbers"),
-                });
-            }
-            if resumable && stopping {
-                break (Stop::Interrupted, settled);
-            }
-            *iterations += 1;
-            // The rigid approach is about as stiff as the pressure over half the rms height. A flat surface has no such
-            // stiffness; any finite one will do.
-            let approach = facing * scale / (0.5 * self.rms_height).max(f64::MIN_POSITIVE);
-            let mean = approach.min(stiffest_mode.max(1.0)) + level.spring.stiffness;
-            let mut length = if plain {
-                smoothing = smoothing.saturating_sub(1);
-                let (mut slope, mut curvature) = level.plain(beta);
-                if slope >= 0.0 {
-                    (slope, curvature) = level.plain(0.0);
-                }
-                let stiffest = stiffest_mode + law.stiffest(4.0 * pressure.max(0.25));
-                // Along the rigid approach there is no curvature but rounding's, from which no length follows.
-                let flat = curvature <= FLAT * stiffest * slope.abs();
-                match flat {
-                    _ if careful => 1.0 / stiffest,
-                    false => -slope / curvature,
-                    true if L::HARD => 1.0 / stiffest,
-                    true => (1.0 / mean).max(1.0 / stiffest),
-                }
-            } else {
-                // Forcing term after Eisenstat & Walker: as exact as the last step was successful, and no more than the end
-                // needs. The first knows least: 0.02 there costs a third more pairs in all than 0.3.
-                let forcing = (residual / last).powi(2).clamp(0.02, 0.3).max((0.25 * tolerance / residual).min(0.3));
-                let accuracy = (mean, forcing, INNER_LIMIT);
-                let pairs = level.pairs();
-                let Some(excess) = level.newton(accuracy, &|| self.watch.stopping()) else {
-                    // The half-done step is given up. What follows it is the state before it, whose gradient must be made again.
-                    level.inner.step.fill(0.0);
-                    now = level.trial(0.0);
-                    progress = known;
-                    *iterations -= 1;
-                    continue;
-                };
-                spell = Some(Spell { newton: level.pairs() - pairs, first: None, plain: 0 });
-                cycle = Some(Cycle { before: now.balance, excess });
-                smoothing = SMOOTHING_AFTER_NEWTON;
-                last = residual;
-                1.0
+        let Pause { smoothing, careful, last, spell, cycle, progress, iterations: done, pairs, .. } =
+            resumed.unwrap_or(fresh);
+        *iterations = done;
+        level.pairs += pairs;
+        Descent {
+            solver,
+            level,
+            load,
+            tolerance,
+            iterations,
+            pressure,
+            stiffest_mode,
+            now,
+            untouched,
+            smoothing,
+            careful,
+            last,
+            spell,
+            cycle,
+            known: progress.clone(),
+            progress,
+            beta: 0.0,
+            stopping: false,
+        }
+    }
+
+    /// What residuals are divided by.
+    fn scale(&self) -> f64 {
+        self.solver.scale(self.load, self.pressure, &self.now.balance)
+    }
+
+    fn residual(&self) -> f64 {
+        self.now.balance.residual / self.scale()
+    }
+
+    /// Residual that rounding leaves.
+    fn floor(&self) -> f64 {
+        self.solver.problem.rounding_floor(self.solver.rms_height, self.scale())
+    }
+
+    fn settled(&self) -> Settled {
+        self.cycle.as_ref().map_or_else(Settled::default, |c| c.settled(&self.now.balance, self.pressure))
+    }
+
+    /// Whether and why there is nothing more to be done.
+    fn ended(&mut self, goals: &Goals, settled: &Settled) -> Option<Stop> {
+        let (scale, residual) = (self.scale(), self.residual());
+        let (solver, balance) = (self.solver, self.now.balance);
+        self.level.last = balance;
+        // Plain steps alone may bring the residual down and leave the long waves, and the mean gap with them, where they are:
+        // at 4096² and a residual of 2 % it was 5e-4 off. A start that is good as it is needs no step at all.
+        let whole =
+            self.cycle.is_some() || std::mem::take(&mut self.untouched) || residual < NEGLIGIBLE * self.tolerance;
+        if whole && balance.meets(self.tolerance, scale) && goals.met(settled) {
+            return Some(Stop::Converged);
+        }
+        if *self.iterations >= solver.problem.max_iterations {
+            return Some(Stop::IterationLimit);
+        }
+        self.known = self.progress.clone();
+        let floor = self.floor();
+        if let Some(stop) = self.progress.stalled(residual, floor) {
+            return Some(stop);
+        }
+        let parted =
+            matches!(self.load, Load::Pressure(_)) && balance.parted(self.pressure, self.level.body.law.range());
+        parted.then_some(Stop::Detached)
+    }
+
+    fn takes_plain_step(&self) -> bool {
+        self.smoothing > 0 || self.spell.is_some_and(|s| s.is_promising(self.residual(), self.tolerance))
+    }
+
+    /// Tells the watch how it goes; keeps the state where that is asked for; true where the watch wants to stop here. Only the
+    /// gap is worth a file: with a direction to keep, a few plain steps more cost less.
+    fn leaves(&mut self, plain: bool) -> bool {
+        let (watch, residual) = (self.solver.watch, self.residual());
+        let share = self.level.grid().points() as f64 / self.solver.cell.grid.points() as f64;
+        let step = Iteration { iteration: *self.iterations, residual, tolerance: self.tolerance, share };
+        self.stopping |= watch.iteration(step).is_break() || watch.stopping();
+        let resumable = self.beta == 0.0 || !plain;
+        if resumable && (self.stopping || watch.wants_snapshot()) {
+            self.level.settle();
+            let pause = Pause {
+                pressure: self.pressure,
+                iterations: *self.iterations,
+                pairs: self.level.pairs(),
+                earlier_pairs: self.solver.earlier_pairs.get(),
+                smoothing: self.smoothing,
+                careful: self.careful,
+                last: self.last,
+                spell: self.spell,
+                cycle: self.cycle,
+                progress: self.known.clone(),
             };
-            let energy = now.balance.energy(pressure);
-            let noise = 64.0 * problem.precision.epsilon() * now.balance.magnitude(pressure);
-            let old_rr = now.rr;
-            // Near the end the energy no longer tells two states apart, but the residual still does.
-            let blind = ENERGY_DIGITS * now.balance.magnitude(pressure);
-            let rises = |next: &Trial| {
-                let rise = next.balance.energy(pressure) - energy;
-                rise > noise && !(next.rr < old_rr && rise < blind)
-            };
-            let mut next = level.trial(length);
-            let mut tries = 0;
-            let shortenings = if careful { CAREFUL_SHORTENINGS } else { SHORTENINGS };
-            while rises(&next) && tries < shortenings {
-                length *= SHORTER;
-                next = level.trial(length);
-                tries += 1;
-            }
-            if rises(&next) {
-                if careful {
-                    // Not even the gradient descends.
-                    level.trial(0.0);
-                    let stop = if residual <= 10.0 * floor { Stop::RoundingFloor } else { Stop::NoDescent };
-                    break (stop, settled);
-                }
-                (smoothing, careful, spell) = (FALLBACK, plain, None);
-                (beta, length) = (0.0, 0.0);
-                next = level.trial(0.0);
-            } else {
-                careful = false;
-                let well = plain && tries == 0;
-                beta = if well { ((next.rr - next.rr_old) / old_rr).max(0.0) } else { 0.0 };
-                if let Some(spell) = spell.as_mut() {
-                    spell.plain += i32::from(plain);
-                    spell.first = spell.first.or(Some(next.balance.residual / scale));
-                }
-            }
-            level.accept(length);
-            now = next;
+            watch.snapshot(Snapshot {
+                grid: self.level.grid(),
+                gap: T::lend(&self.level.gap),
+                progress: serde_json::to_value(pause).expect("plain numbers"),
+            });
+        }
+        resumable && self.stopping
+    }
+
+    /// Stiffness of the rigid approach: about the pressure over half the rms height. A flat surface has no such stiffness; any
+    /// finite one will do.
+    fn mean_stiffness(&self) -> f64 {
+        let facing = self.level.window.points() as f64 / self.level.grid().points() as f64;
+        let approach = facing * self.scale() / (0.5 * self.solver.rms_height).max(f64::MIN_POSITIVE);
+        approach.min(self.stiffest_mode.max(1.0)) + self.level.spring.stiffness
+    }
+
+    /// A direction of conjugate gradients in the plain metric, and how far to go along it.
+    fn plain_step(&mut self) -> Option<f64> {
+        self.smoothing = self.smoothing.saturating_sub(1);
+        let (mut slope, mut curvature) = self.level.plain(self.beta);
+        if slope >= 0.0 {
+            (slope, curvature) = self.level.plain(0.0);
+        }
+        let stiffest = self.stiffest_mode + self.level.body.law.stiffest(4.0 * self.pressure.max(0.25));
+        // Along the rigid approach there is no curvature but rounding's, from which no length follows.
+        let flat = curvature <= FLAT * stiffest * slope.abs();
+        Some(match flat {
+            _ if self.careful => 1.0 / stiffest,
+            false => -slope / curvature,
+            true if L::HARD => 1.0 / stiffest,
+            true => (1.0 / self.mean_stiffness()).max(1.0 / stiffest),
+        })
+    }
+
+    /// The step of Newton's method on the free set. None where it was stopped half-way and given up: what follows it is the
+    /// state before it, whose gradient is made again.
+    fn newton_step(&mut self) -> Option<f64> {
+        let residual = self.residual();
+        // Forcing term after Eisenstat & Walker: as exact as the last step was successful, and no more than the end needs. The
+        // first knows least: 0.02 there costs a third more pairs in all than 0.3.
+        let forcing = (residual / self.last).powi(2).clamp(0.02, 0.3).max((0.25 * self.tolerance / residual).min(0.3));
+        let accuracy = (self.mean_stiffness(), forcing, INNER_LIMIT);
+        let (pairs, watch) = (self.level.pairs(), self.solver.watch);
+        let Some(excess) = self.level.newton(accuracy, &|| watch.stopping()) else {
+            self.level.inner.step.fill(0.0);
+            self.now = self.level.trial(0.0);
+            self.progress = self.known.clone();
+            *self.iterations -= 1;
+            return None;
         };
-        Ended { stop, settled }
+        self.spell = Some(Spell { newton: self.level.pairs() - pairs, first: None, plain: 0 });
+        self.cycle = Some(Cycle { before: self.now.balance, excess });
+        self.smoothing = SMOOTHING_AFTER_NEWTON;
+        self.last = residual;
+        Some(1.0)
+    }
+
+    /// Goes along the direction as far as the energy falls. A stop where not even the gradient descends.
+    fn advance(&mut self, mut length: f64, plain: bool) -> Option<Stop> {
+        let (pressure, balance, old_rr) = (self.pressure, self.now.balance, self.now.rr);
+        let energy = balance.energy(pressure);
+        let noise = 64.0 * self.solver.problem.precision.epsilon() * balance.magnitude(pressure);
+        // Near the end the energy no longer tells two states apart, but the residual still does.
+        let blind = ENERGY_DIGITS * balance.magnitude(pressure);
+        let rises = |next: &Trial| {
+            let rise = next.balance.energy(pressure) - energy;
+            rise > noise && !(next.rr < old_rr && rise < blind)
+        };
+        let mut next = self.level.trial(length);
+        let mut tries = 0;
+        let shortenings = if self.careful { CAREFUL_SHORTENINGS } else { SHORTENINGS };
+        while rises(&next) && tries < shortenings {
+            length *= SHORTER;
+            next = self.level.trial(length);
+            tries += 1;
+        }
+        if rises(&next) {
+            if self.careful {
+                self.level.trial(0.0);
+                let rounded = self.residual() <= 10.0 * self.floor();
+                return Some(if rounded { Stop::RoundingFloor } else { Stop::NoDescent });
+            }
+            (self.smoothing, self.careful, self.spell) = (FALLBACK, plain, None);
+            (self.beta, length) = (0.0, 0.0);
+            next = self.level.trial(0.0);
+        } else {
+            self.careful = false;
+            let well = plain && tries == 0;
+            self.beta = if well { ((next.rr - next.rr_old) / old_rr).max(0.0) } else { 0.0 };
+            let scale = self.scale();
+            if let Some(spell) = self.spell.as_mut() {
+                spell.plain += i32::from(plain);
+                spell.first = spell.first.or(Some(next.balance.residual / scale));
+            }
+        }
+        self.level.accept(length);
+        self.now = next;
+        None
     }
 }

@@ -13,7 +13,7 @@ mod level;
 mod rows;
 mod window;
 
-use super::operator::{Balance, Build, LOAD_BALANCE, LOAD_SHARE, dispatch, refused};
+use super::operator::{Balance, Build, LOAD_BALANCE, LOAD_SHARE, Outcome, dispatch, refused};
 use super::{
     Card, CoarseState, ContactMethod, Criterion, Goals, Heights, Load, Plan, Precision, Problem, Run, Settled, State,
     Stop, Watch,
@@ -398,24 +398,8 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         } else {
             (&self.gap, &self.stress)
         };
-        Ok(State {
-            load,
-            pressure,
-            gap: T::lend(gap),
-            stress: T::lend(stress),
-            mean_gap: balance.mean_gap,
-            energy: balance.energy(pressure),
-            elastic_energy: balance.elastic,
-            interaction_energy: balance.interaction,
-            load_error: balance.imbalance.abs() / scale,
-            residual: balance.residual / scale,
-            // A flat surface has no height to compare with, and no gap either.
-            complementarity: balance.complementarity / (scale * self.rms_height.max(f64::MIN_POSITIVE)),
-            settled: ended.settled,
-            stop: ended.stop,
-            iterations,
-            fft_pairs: pairs,
-            seconds: clock.elapsed().as_secs_f64(),
-        })
+        let Ended { stop, settled } = ended;
+        let outcome = Outcome { load, stop, iterations, pairs, clock, balance, settled };
+        Ok(outcome.state((pressure, scale, self.rms_height), gap, stress))
     }
 }
