@@ -77,6 +77,9 @@ pub enum Error {
     /// The loads of a run were solved and its report stands, but the surfaces were not pulled apart.
     #[error("the pull-off was not found: {why}; the loads before it are in {}", .kept.display())]
     PullOff { why: String, kept: PathBuf },
+    /// What was asked for was solved and its report stands, but not all that was to be solved beside it.
+    #[error("{why}; the rest is in {}", .kept.display())]
+    Beside { why: String, kept: PathBuf },
     /// LAMMPS was started and did not end well.
     #[error("LAMMPS failed in {}: {failure}", .folder.display())]
     Lammps { folder: PathBuf, failure: LammpsFailure },
@@ -146,7 +149,7 @@ impl Error {
         use std::io::ErrorKind::{OutOfMemory, QuotaExceeded, StorageFull};
         match self {
             Error::Input { .. } | Error::Syntax { .. } | Error::Format { .. } | Error::Height { .. } => 2,
-            Error::NotConverged { .. } | Error::PullOff { .. } => 3,
+            Error::NotConverged { .. } | Error::PullOff { .. } | Error::Beside { .. } => 3,
             Error::Lammps { .. } => 4,
             Error::Memory { .. } | Error::MissingProgram { .. } => 5,
             Error::Io { source, .. } => match source.kind() {

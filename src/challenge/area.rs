@@ -1,6 +1,6 @@
 //! Contact area and mean contact pressure.
 
-use super::{Sight, Statement};
+use super::{Sight, Statement, cover};
 use crate::record::results::{Judged, StateResults};
 use std::f64::consts::PI;
 
@@ -10,6 +10,8 @@ const ALL: f64 = 1.001;
 const PROPORTIONAL: f64 = 0.2;
 /// "A few per cent" of contact.
 const FEW_PER_CENT: [f64; 2] = [0.01, 0.05];
+/// Loads p* over which the mean contact pressure hardly changes: two of the paper's three decades.
+const SPAN: [f64; 2] = [1e-3, 0.1];
 /// "Within the symbol size" of the paper's figure.
 const SYMBOL_SIZE: f64 = 0.2;
 
@@ -19,8 +21,8 @@ fn area(s: &StateResults) -> f64 {
 }
 
 pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
-    let plain: Vec<&StateResults> = Sight::there(sight.plain).filter(|s| area(s) > 0.0).collect();
-    let adhesive: Vec<&StateResults> = Sight::there(sight.adhesive).filter(|s| area(s) > 0.0).collect();
+    let plain: Vec<&StateResults> = Sight::touching(sight.plain).collect();
+    let adhesive: Vec<&StateResults> = Sight::touching(sight.adhesive).collect();
     // What the surface has above the grid's shortest wave touches nowhere: loads count in what is resolved.
     let gradient = sight.plain.resolved_gradient.unwrap_or(1.0);
     let load = |s: &StateResults| s.pressure / gradient;
@@ -38,14 +40,14 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
     let at_reference = Sight::at_reference(sight.adhesive).map(area);
     let pressures: Vec<f64> =
         adhesive.iter().filter(|s| (9.9e-4..0.1001).contains(&s.p_star)).map(|s| s.pressure / area(s)).collect();
-    let spread = (pressures.len() > 2).then(|| {
+    let spread = cover(adhesive.iter().map(|s| s.p_star), SPAN).then(|| {
         let (least, most) = pressures.iter().fold((f64::INFINITY, 0.0_f64), |(l, m), p| (l.min(*p), m.max(*p)));
         most / least
     });
     let lowest: Vec<f64> = plain.iter().filter(|s| s.p_star < 0.0101).map(|s| load(s) / area(s)).collect();
     let first = adhesive.iter().find(|s| (s.p_star / 1e-3 - 1.0).abs() < 0.05).map(|s| 100.0 * area(s));
     vec![
-        sight.of_adhesion(
+        sight.of_both(
             Statement::new("S05", "adhesion raises the contact area, at a few per cent of contact", "1"),
             |item| item.near(worst(&raised, 1.5), 1.5, 0.2, "\"roughly 50 %\"; the load farthest from it"),
         ),
@@ -64,7 +66,7 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
             SYMBOL_SIZE,
             "symbol size; the load farthest from it",
         ),
-        sight.of_adhesion(
+        sight.of_both(
             Statement::new("S08", "mean contact pressure, largest over smallest, p* = 0.001 … 0.1", "1"),
             |item| item.within(spread, 1.0, [1.0, 1.5], "\"changes by less than 50 %\""),
         ),
@@ -75,7 +77,7 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
             "15 %; the load farthest from it, up to p* = 0.01",
         ),
         sight.of_both(Statement::new("S10", "contact at p* = 0.001, with adhesion", "%"), |item| {
-            item.within(first, 0.3, [0.2, 0.45], "an order of magnitude: a factor of 1.5")
+            item.within(first, 0.3, [0.2, 0.45], "\"0.3 %\", to a factor of 1.5")
         }),
     ]
 }

@@ -19,6 +19,9 @@ pub const MESH_LIMIT: f64 = std::f64::consts::FRAC_PI_2;
 /// Share of the rms gradient from which on a grid tells what the shortest waves do.
 const HELD: f64 = 0.97;
 
+/// Nodes in contact from which on a load's area is the surface's and not single pixels'.
+const ENOUGH_NODES: f64 = 500.0;
+
 /// Exponent of the density of contact patches over their area.
 pub const SIZE_EXPONENT: f64 = -1.45;
 
@@ -71,6 +74,12 @@ impl<'a> Sight<'a> {
         c.states.iter().filter(|s| s.way == Way::Approach)
     }
 
+    /// States on the way there with enough contact to say something.
+    fn touching(c: &ContinuumResults) -> impl Iterator<Item = &StateResults> {
+        let nodes = (c.nx * c.ny) as f64;
+        Self::there(c).filter(move |s| s.contact_fraction * nodes >= ENOUGH_NODES && s.contact_fraction_corrected > 0.0)
+    }
+
     fn at_reference(c: &ContinuumResults) -> Option<&StateResults> {
         Self::there(c).find(|s| (s.p_star / REFERENCE_LOAD - 1.0).abs() < 1e-6)
     }
@@ -81,11 +90,18 @@ impl<'a> Sight<'a> {
         Some([of(self.adhesive)?, of(self.plain)?])
     }
 
-    /// Judges a statement about adhesion, where the grid carries it.
+    /// Judges a statement about adhesion, where the grid carries it; with a longer range than the challenge's it is said.
     fn of_adhesion(&self, item: Statement, judge: impl FnOnce(Statement) -> Judged) -> Judged {
-        match &self.unresolved {
-            Some(reason) => item.not_judged(reason),
-            None => judge(item),
+        if let Some(reason) = &self.unresolved {
+            return item.not_judged(reason);
+        }
+        let judged = judge(item);
+        match self.adhesive.range.filter(|r| r.used > r.asked) {
+            Some(r) => {
+                let reason = format!("{}; at Tabor parameter {:.2}", judged.reason, setting::tabor(r.used));
+                Judged { reason, ..judged }
+            }
+            None => judged,
         }
     }
 
@@ -168,6 +184,13 @@ fn share_below(d: &Distribution, x: f64) -> f64 {
         d.shares[i] * ((x - a) / (b - a)).clamp(0.0, 1.0)
     };
     d.below + (0..d.shares.len()).map(within).sum::<f64>()
+}
+
+/// Whether loads reach from one end of a span to the other.
+fn cover(loads: impl Iterator<Item = f64>, [from, to]: [f64; 2]) -> bool {
+    let few_per_cent = 1.05;
+    let (least, most) = loads.fold((f64::INFINITY, 0.0_f64), |(l, m), p| (l.min(p), m.max(p)));
+    least <= from * few_per_cent && most * few_per_cent >= to
 }
 
 /// Slope, offset and coefficient of determination of the straight line through points; none for fewer than three.

@@ -27,7 +27,7 @@ const HEIGHTS: [Statistic; 4] = [
         text: "rms height",
         symbol: "h_rms",
         unit: "µm",
-        printed: [0.762, 5e-4],
+        printed: [0.762, HALF_A_DIGIT],
         alike: [0.7825, 0.10],
     },
     Statistic {
@@ -35,7 +35,7 @@ const HEIGHTS: [Statistic; 4] = [
         text: "mean minus lowest height",
         symbol: "h̄ - h_min",
         unit: "µm",
-        printed: [2.633, 5e-4],
+        printed: [2.633, HALF_A_DIGIT],
         alike: [2.94, 0.7],
     },
     Statistic {
@@ -43,7 +43,7 @@ const HEIGHTS: [Statistic; 4] = [
         text: "range of heights",
         symbol: "h_max - h_min",
         unit: "µm",
-        printed: [5.642, 5e-4],
+        printed: [5.642, HALF_A_DIGIT],
         alike: [5.84, 1.1],
     },
     Statistic {
@@ -52,14 +52,29 @@ const HEIGHTS: [Statistic; 4] = [
         symbol: "R_c",
         unit: "nm",
         printed: [60.0, 0.5],
-        alike: [60.13, 1.5],
+        alike: [60.13, 0.4],
     },
 ];
+
+/// Half of the last digit printed of heights, µm.
+pub(super) const HALF_A_DIGIT: f64 = 5e-4;
+/// Mean radius of the surface's summits (random-field theory), µm.
+const SUMMIT_RADIUS_UM: f64 = 0.040;
+
+/// How far an extreme may lie above the highest of the nodes around it, µm.
+pub(super) fn sampling(sight: &Sight) -> f64 {
+    let spacing = sight.length_um / sight.adhesive.nx as f64;
+    spacing * spacing / (4.0 * SUMMIT_RADIUS_UM)
+}
+
+/// Tabor's parameter at a range, units of L.
+pub(super) fn tabor(rho: f64) -> f64 {
+    (CURVATURE_RADIUS * GAMMA * GAMMA).cbrt() / rho
+}
 
 pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
     let mut list = vec![mesh(sight)];
     let range = sight.adhesive.range.as_ref().map(|r| [r.asked, r.used]);
-    let tabor = |rho: f64| (CURVATURE_RADIUS * GAMMA * GAMMA).cbrt() / rho;
     list.push(Statement::new("S01", "Tabor parameter", "1").near(
         range.map(|r| tabor(r[0])),
         3.0007,
@@ -68,12 +83,10 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
     ));
     let modulus = sight.results.scales.modulus_pa;
     let pressure = Sight::at_reference(sight.adhesive).map(|s| s.pressure * modulus * 1e-3);
-    // The gradient of a file is 1 to the digits that were printed of it.
-    let width = if sight.is_imported() { 2.5 } else { 250.0 * 1e-6 };
     list.push(Statement::new("S02", "pressure at the reference load p* = 0.01", "kPa").near(
         pressure,
         modulus * REFERENCE_LOAD * 1e-3,
-        width,
+        250.0 * 1e-6,
         "E* ḡ p*",
     ));
     list.push(Statement::new("S03", "largest adhesive stress γ/ρ", "E* ḡ").near(
@@ -118,7 +131,11 @@ fn heights(sight: &Sight, of: &Statistic) -> Judged {
     }
     let ([printed, digit], [alike, width]) = (of.printed, of.alike);
     if sight.is_imported() {
-        return item.near(Some(found.realised), printed, digit, "the paper's own surface, to the last printed digit");
+        let extreme = if of.symbol.contains('-') { sampling(sight) } else { 0.0 };
+        return sight.of_roughness(item, |item| {
+            let reason = "the paper's own surface, to the last printed digit and what lies between nodes";
+            item.near(Some(found.realised), printed, digit + extreme, reason)
+        });
     }
     let reason =
         format!("three standard deviations of surfaces with this spectrum; the paper's own has {printed} {}", of.unit);

@@ -1,4 +1,4 @@
-use super::{listen::Teller, words};
+use super::{file::FileFlags, listen::Teller, words};
 use crate::challenge::MESH_LIMIT;
 use crate::interface::RangeChoice;
 use crate::pipeline;
@@ -18,9 +18,9 @@ const FILE_UNIT_UM: f64 = 100.0;
 
 #[derive(Debug, clap::Args)]
 pub struct Challenge {
-    /// Points a side of a surface made from the spectrum.
-    #[arg(long, value_name = "N", default_value_t = 2048)]
-    grid: usize,
+    /// Points a side of a surface made from the spectrum, or from Fourier coefficients. Default: 2048.
+    #[arg(long, value_name = "N")]
+    grid: Option<usize>,
     /// Seed of such a surface.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
@@ -33,6 +33,8 @@ pub struct Challenge {
     /// Which points of that file touch first.
     #[arg(long, value_enum, default_value = "low-points", requires = "heights")]
     touching: Touching,
+    #[command(flatten)]
+    file: FileFlags,
     /// Give a grid that does not resolve the adhesion's range the shortest that it does. Without, the range is the
     /// challenge's own, what depends on it is not judged on such a grid, and the way back, which would be the grid's, is left
     /// out.
@@ -78,13 +80,16 @@ impl Challenge {
             words::say(&tally(&results));
             words::say(&format!("report: {}", page.display()));
         }
+        if !results.failures.is_empty() {
+            return Err(Error::Beside { why: results.failures.join("; "), kept: page });
+        }
         Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
     }
 
     fn scene(&self) -> Result<Scene> {
         let mut scene = Scene::parse(SCENE, Path::new(SCENE_NAME))?;
         let s = &mut scene.surface;
-        s.grid = self.grid;
+        s.grid = self.grid.unwrap_or(s.grid);
         s.seed = self.seed.unwrap_or(s.seed);
         if let Some(path) = &self.heights {
             if !path.exists() {
@@ -93,13 +98,24 @@ impl Challenge {
             }
             s.heights = Some(std::path::absolute(path).unwrap_or_else(|_| path.clone()));
             (s.heights_unit_um, s.touching) = (self.heights_unit_um, Some(self.touching));
+            (s.dataset, s.fourier) = (self.file.dataset.clone(), self.file.fourier);
+            s.fourier_points = self.file.fourier_points;
+            if let Some(n) = self.grid.filter(|_| !self.file.are_waves()) {
+                let accepted = format!("none: {} is a height map with points of its own", path.display());
+                return Err(Error::input("command line", "--grid", n, accepted));
+            }
+        }
+        let mut complaints = Vec::new();
+        self.file.check(self.heights.is_some(), &mut complaints);
+        if !complaints.is_empty() {
+            return Err(Error::Input { place: "command line".into(), list: complaints });
         }
         if let Some(a) = scene.adhesion.as_mut().filter(|_| !self.regularise) {
             a.range = RangeChoice::True;
             let (length, modulus) = (scene.laboratory.length_um * 1e-6, scene.laboratory.contact_modulus_mpa * 1e6);
             let stiff = a.work_of_adhesion_mj_m2 * 1e-3 / modulus / (a.range_nm * 1e-9).powi(2);
             // Of a file the grid is known once it is read; none of the distributed ones resolves the range.
-            scene.load.and_back = self.heights.is_none() && length / self.grid as f64 * stiff <= MESH_LIMIT;
+            scene.load.and_back = self.heights.is_none() && length / scene.surface.grid as f64 * stiff <= MESH_LIMIT;
         }
         Ok(scene)
     }

@@ -38,7 +38,8 @@ impl Run {
         }
         match results.continuum.and_then(|c| c.pull_off_failure) {
             Some(why) => Err(Error::PullOff { why, kept: page }),
-            None => Ok(()),
+            None if results.failures.is_empty() => Ok(()),
+            None => Err(Error::Beside { why: results.failures.join("; "), kept: page }),
         }
     }
 

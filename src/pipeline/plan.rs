@@ -1,4 +1,5 @@
 use crate::atoms::job::{EVALUATIONS_PER_STEP, SECONDS_PER_ATOM_EVALUATION};
+use crate::interface::Adhesion;
 use crate::method;
 use crate::path::LoadPath;
 use crate::record::results::AuditLine;
@@ -86,6 +87,29 @@ pub fn plan(case: &Case, threads: usize) -> Result<RunPlan> {
             seconds,
         },
     ];
+    let scene = &case.scene;
+    let there = case.loads_there();
+    let mut variant = |name: &'static str, what: String, method: &dyn method::ContactMethod, loads: usize| {
+        let problem = crate::method::Problem { adhesion: Adhesion::None, ..case.problem(empty.into()) };
+        let p = method.plan(&problem);
+        let pairs = p.iterations as f64 * p.pairs_per_iteration * loads as f64;
+        let bytes = p.bytes.max(own);
+        stages.push(PlannedStage {
+            name,
+            what,
+            bytes,
+            seconds: pairs * points * SECONDS_PER_POINT_PAIR / threads as f64,
+        });
+    };
+    if scene.challenge.is_some() || scene.adhesion.as_ref().is_some_and(|a| a.without_too) {
+        variant("without", format!("{} without adhesion, {there} loads", method.card().id), method, there);
+    }
+    for nm in scene.adhesion.iter().flat_map(|a| &a.other_ranges_nm) {
+        variant("range", format!("{} with a range of {nm} nm, {there} loads", method.card().id), method, there);
+    }
+    if let Some(second) = scene.challenge.as_ref().and_then(|c| method::find(&c.second_method)) {
+        variant("second", format!("{} at the reference load, without adhesion", second.card().id), second, 1);
+    }
     let mut atoms = None;
     if let (Some(a), Some(scene)) = (&case.atoms, &case.scene.atoms) {
         let indenter = (a.points * a.points) as u64;

@@ -44,11 +44,16 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
     let (nx, ny) = (case.grid.nx, case.grid.ny);
     // What is solved beside the asked problem changes nothing in it.
     let alone = scene.adhesion.clone().map(|a| AdhesionScene { without_too: false, other_ranges_nm: vec![], ..a });
+    let there =
+        (&case.p_star[..case.loads_there().min(case.p_star.len())], &scene.load.mean_gap_um, &scene.load.maps_at);
     let mut solve = |name: &str, tag: &str, method: &str, variant: Variant| {
         let key = match variant {
             Variant::Asked => Key::new(name, &(&scene.load, &alone, &scene.continuum, &start), &[&surface_key]),
-            Variant::Without => Key::new(name, &(&scene.load, &scene.continuum), &[&surface_key]),
-            Variant::Range(nm) => Key::new(name, &(&scene.load, &alone, nm, &scene.continuum), &[&surface_key]),
+            Variant::Without => Key::new(name, &(&there, &scene.continuum), &[&surface_key]),
+            Variant::Range(nm) => {
+                let of_range = alone.clone().map(|a| AdhesionScene { range_nm: nm, ..a });
+                Key::new(name, &(&there, of_range, &scene.continuum), &[&surface_key])
+            }
             Variant::Second => Key::new(name, &(&scene.challenge, &scene.continuum), &[&surface_key]),
         }?;
         let what = match tag {
@@ -74,22 +79,33 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
     };
     let method = card(case).id;
     let solved = solve("continuum", "", method, Variant::Asked)?;
+    let mut failures = Vec::new();
+    // What does not converge beside the asked problem takes nothing from it.
+    let mut beside = |name: &str, tag: &str, method: &str, variant: Variant| match solve(name, tag, method, variant) {
+        Ok(found) => Ok(Some(found)),
+        Err(e @ Error::NotConverged { .. }) => {
+            let failure = format!("{tag}: {e}");
+            listener.warn(&failure);
+            failures.push(failure);
+            Ok(None)
+        }
+        Err(e) => Err(e),
+    };
     let mut without = None;
-    let beside = scene.challenge.is_some() || scene.adhesion.as_ref().is_some_and(|a| a.without_too);
-    if beside {
-        without = Some(solve("without", "without adhesion", method, Variant::Without)?);
+    if scene.challenge.is_some() || scene.adhesion.as_ref().is_some_and(|a| a.without_too) {
+        without = beside("without", "without adhesion", method, Variant::Without)?;
     }
     let mut other_ranges = Vec::new();
     for &nm in scene.adhesion.iter().flat_map(|a| &a.other_ranges_nm) {
         let name = format!("range-{nm}-nm");
-        other_ranges.push(solve(&name, &format!("range {nm} nm"), method, Variant::Range(nm))?);
+        other_ranges.extend(beside(&name, &format!("range {nm} nm"), method, Variant::Range(nm))?);
     }
     let mut second = None;
     if let Some(challenge) = &scene.challenge {
         let tag = "the reference load without adhesion";
-        second = Some(solve("second", tag, &challenge.second_method, Variant::Second)?);
+        second = beside("second", tag, &challenge.second_method, Variant::Second)?;
     }
-    let mut warnings = case.warnings.clone();
+    let mut warnings: Vec<String> = case.warnings.iter().chain(&failures).cloned().collect();
     let (mut atoms, mut compared) = (None, None);
     if let (Some(a), Some(engine)) = (&case.atoms, &engine) {
         let keys = [&geometry, &surface_key];
@@ -107,6 +123,7 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
         without,
         other_ranges,
         second,
+        failures,
         acceptance: Vec::new(),
         atoms,
         comparison: compared,
@@ -160,9 +177,11 @@ fn atomistic_stages(
     // As resolved: the potential decides them where the scene does not.
     let crystal = (&scene.element, a.block.a0, a.modulus_gpa);
     let continuum = &case.scene.continuum;
+    // The atoms' own range is in `block`; of the scene's adhesion they have the work, and the ratio of the ranges is audited.
+    let pair = case.scene.adhesion.as_ref().map(|a| (a.work_of_adhesion_mj_m2, a.range_nm, a.law));
     let matched_key = Key::new(
         "matched",
-        &(&case.scene.load, &case.scene.adhesion, &continuum.method, continuum.max_iterations, block, crystal),
+        &(&case.scene.load, pair, &continuum.method, continuum.max_iterations, block, crystal),
         &[surface_key],
     )?;
     let what = format!("{} on the atoms' heights, {1} x {1} points", card(case).id, a.matched.nx);
@@ -179,7 +198,7 @@ fn atomistic_stages(
         "ladder",
         &(
             (block, crystal, potential, engine.describe(), SCRIPT),
-            (scene.step_angstrom, scene.force_tolerance_ev_per_angstrom, &case.scene.adhesion),
+            (scene.step_angstrom, scene.force_tolerance_ev_per_angstrom, pair),
         ),
         &[geometry],
     )?;

@@ -40,6 +40,9 @@ pub struct Results {
     /// The reference load without adhesion, by the method that is compared with.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second: Option<ContinuumResults>,
+    /// What was to be solved beside the asked problem and could not be, and why.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub failures: Vec<String>,
     /// What the challenge says, held against what was found.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub acceptance: Vec<Judged>,

@@ -137,6 +137,8 @@ impl Case {
                 "a rough surface: p* is pressure over E* times rms gradient",
             ));
         }
+        // A coarse file of the challenge's surface lacks gradient, not load.
+        let gradient = if scene.challenge.is_some() { Spectrum::CHALLENGE.rms_gradient } else { gradient };
         if gradient > STEEP {
             warnings.push(format!(
                 "the rms gradient is {gradient:.3}: the theory is one of small slopes, and so steep a surface is more likely \

@@ -1,6 +1,6 @@
 //! What a scene may say. Every complaint is collected, so that a user mends a scene once.
 
-use super::{AdhesionLaw, Scene, SurfaceScene, WallKind};
+use super::{AdhesionLaw, LoadRange, Scene, SurfaceScene, WallKind};
 use crate::error::{Complaint, Error};
 use crate::interface::{CubicHalfSpace, RangeChoice};
 use crate::method;
@@ -61,7 +61,9 @@ pub(super) fn complaints(scene: &Scene) -> Vec<Complaint> {
         );
         c.positive("adhesion.range_nm", a.range_nm);
         for (i, range) in a.other_ranges_nm.iter().enumerate() {
-            c.positive(&format!("adhesion.other_ranges_nm[{i}]"), *range);
+            let key = format!("adhesion.other_ranges_nm[{i}]");
+            c.positive(&key, *range);
+            c.unless(!a.other_ranges_nm[..i].contains(range) && *range != a.range_nm, &key, range, "another range");
         }
         c.unless(
             a.law == AdhesionLaw::Exponential || scene.atoms.is_none(),
@@ -203,6 +205,13 @@ fn loads(c: &mut Complaints, scene: &Scene) {
         c.positive("load.p_star_range.from", r.from);
         c.positive("load.p_star_range.to", r.to);
         c.unless(r.from != r.to, "load.p_star_range.to", r.to, "another load than .from");
+        let decades = (r.to.log10() - r.from.log10()).abs();
+        c.unless(
+            !(decades > LoadRange::DECADES),
+            "load.p_star_range.to",
+            format!("{:e}", r.to),
+            &format!("a load within {} decades of .from", LoadRange::DECADES),
+        );
         let per_decade = r.per_decade;
         c.unless((1..=100).contains(&per_decade), "load.p_star_range.per_decade", per_decade, "1 to 100 loads");
     }
@@ -359,6 +368,13 @@ fn challenge(c: &mut Complaints, scene: &Scene) {
     let ids = method::ids().join(", ");
     let second = &challenge.second_method;
     c.unless(method::find(second).is_some(), "challenge.second_method", format!("{second:?}"), &ids);
+    let same = |a: &str, b: &str| method::find(a).zip(method::find(b)).is_some_and(|(a, b)| a.card().id == b.card().id);
+    c.unless(
+        !same(second, &scene.continuum.method),
+        "challenge.second_method",
+        format!("{second:?}"),
+        "another method than continuum.method",
+    );
     let (lab, s, a, m) = (&scene.laboratory, &scene.surface, &scene.adhesion, &scene.continuum);
     let own = |given: f64, its: f64| (given / its - 1.0).abs() < 1e-9;
     c.unless(own(lab.length_um, 100.0), "laboratory.length_um", lab.length_um, "100 with [challenge]");

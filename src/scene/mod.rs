@@ -179,8 +179,15 @@ pub struct LoadRange {
 }
 
 impl LoadRange {
+    /// Widest range of loads that means anything.
+    pub const DECADES: f64 = 20.0;
+
+    /// The loads; none where the ends are no positive numbers.
     fn loads(&self) -> Vec<f64> {
-        let decades = (self.to / self.from).log10();
+        let decades = self.to.log10() - self.from.log10();
+        if !(decades.is_finite() && decades.abs() <= Self::DECADES) {
+            return Vec::new();
+        }
         let steps = (decades.abs() * self.per_decade as f64 - 1e-9).ceil().max(1.0);
         // Powers of ten to the last digit, where the range holds them.
         let at = |k: f64| self.from * 10f64.powf(decades * k / steps);
