@@ -7,6 +7,7 @@
 mod program;
 
 use program::{asperity, json_line, stderr};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -19,7 +20,9 @@ fn python() -> Option<PathBuf> {
             .output()
             .is_ok_and(|o| o.status.success());
     if !ready {
-        eprintln!(
+        // Written to the stream itself, which the harness does not hold back.
+        let _ = writeln!(
+            std::io::stderr(),
             "\n***** {} lacks h5py, xarray, h5netcdf or netCDF4: results.nc IS NOT CHECKED *****\n***** scripts/setup.sh --tests makes it where PyPI can be reached *****\n",
             path.display()
         );

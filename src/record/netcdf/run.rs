@@ -33,6 +33,12 @@ pub fn write_run(folder: &Path, results: &Results) -> Result<()> {
         let words = [("method", &continuum.method), ("kernel", &continuum.kernel)];
         let words = words.into_iter().chain([("adhesion", &continuum.adhesion), ("wall", &continuum.wall)]);
         attributes.extend(words.map(|(key, value)| text(key, value)));
+        let number = |key: &str, value: f64| (key.to_string(), Attribute::Number(value));
+        attributes.extend(continuum.range.map(|r| number("range_m", r.used * length)));
+        attributes.extend(continuum.hysteresis_work.map(|w| number("hysteresis_work_j_m2", w * modulus * length)));
+        if let Some([open, sealed]) = continuum.percolation {
+            attributes.extend([number("percolates_to_p_star", open), number("sealed_from_p_star", sealed)]);
+        }
         list.extend(solved(folder, continuum, length, modulus));
     }
     let ranges = results.other_ranges.iter().enumerate().map(|(i, c)| (format!("range_{}_", i + 1), c));
@@ -40,6 +46,7 @@ pub fn write_run(folder: &Path, results: &Results) -> Result<()> {
     for (prefix, c) in beside.chain(results.second.iter().map(|c| ("second_".to_string(), c))) {
         attributes
             .extend([text(&format!("{prefix}method"), &c.method), text(&format!("{prefix}adhesion"), &c.adhesion)]);
+        attributes.extend(c.range.map(|r| (format!("{prefix}range_m"), Attribute::Number(r.used * length))));
         list.extend(solved(folder, c, length, modulus).into_iter().map(|v| v.prefixed(&prefix, &["x", "y"])));
     }
     if !results.acceptance.is_empty() {

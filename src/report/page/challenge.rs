@@ -274,7 +274,10 @@ fn formula(label: &str, over: &[Curve], axis: Axis, of: impl Fn(f64) -> f64) -> 
 fn area(with: &ContinuumResults, without: &ContinuumResults) -> Plot {
     let mut curves = branches(with, without, |s| s.contact_fraction_corrected);
     let root = std::f64::consts::PI.sqrt();
-    curves.push(formula("erf(√π p*)", &curves, Axis::Log, |p| libm::erf(root * p)));
+    // As statement S07 has it: the load counts in the gradient that the grid resolves.
+    let gradient = without.resolved_gradient.unwrap_or(1.0);
+    let label = if gradient > 0.99 { "erf(√π p*)".into() } else { format!("erf(√π p*/{gradient:.2})") };
+    curves.push(formula(&label, &curves, Axis::Log, |p| libm::erf(root * p / gradient)));
     plot((Axis::Log, Axis::Log), ("load p*", "relative contact area a_r"), curves)
 }
 

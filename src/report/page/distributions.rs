@@ -91,7 +91,7 @@ pub fn section(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
         (table(desk, &all))
         @if let Some([open, sealed]) = c.percolation {
             p { "The gap leads around the cell along both axes up to p* = " (trimmed(open, 4)) " and no longer from p* = "
-                (trimmed(sealed, 4)) " on: the percolation load lies between, where a leak ends that the effective medium, which seals "
+                (trimmed(sealed, 4)) " on: the percolation load lies between. There a leak ends, along one axis at least, that the effective medium, which seals "
                 "at half contact, does not know." }
         }
         @for f in &figures { (f) }

@@ -18,21 +18,24 @@ pub fn section(desk: &Desk, results: &Results) -> Result<Markup> {
         .filter_map(|c| Some((tabor.of_range(c.range?.used), c)))
         .collect();
     solved.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let there = |c: &ContinuumResults, p: f64| -> Option<StateResults> {
-        c.states.iter().find(|s| s.way == Way::Approach && s.p_star == p).cloned()
-    };
-    let loads: Vec<f64> = results.other_ranges[0].states.iter().map(|s| s.p_star).collect();
-    let n = loads.len();
-    let shown: Vec<f64> = if n <= LOOKS.len() {
-        loads.clone()
+    // Loads in their order: where mean gaps are imposed, pressures are the answer.
+    let n = results.other_ranges[0].states.len();
+    let shown: Vec<usize> = if n <= LOOKS.len() {
+        (0..n).collect()
     } else {
-        (0..LOOKS.len()).map(|i| loads[i * (n - 1) / (LOOKS.len() - 1)]).collect()
+        (0..LOOKS.len()).map(|i| i * (n - 1) / (LOOKS.len() - 1)).collect()
+    };
+    let imposed = |k: usize| {
+        let of = |c: &&ContinuumResults| c.states.get(k).map(|s| s.p_star);
+        let mut known = solved.iter().map(|(_, c)| *c).collect::<Vec<_>>().into_iter();
+        let first = known.next().as_ref().and_then(of);
+        known.all(|c| of(&c) == first).then_some(first).flatten()
     };
     let curves = |of: &dyn Fn(&StateResults) -> f64| -> Vec<Curve> {
-        let curve = |(look, &p): (&Style, &f64)| Curve {
-            label: format!("p* = {}", trimmed(p, 4)),
+        let curve = |(look, &k): (&Style, &usize)| Curve {
+            label: imposed(k).map_or_else(|| format!("load {}", k + 1), |p| format!("p* = {}", trimmed(p, 4))),
             style: Style { marker: Marker::Disc, ..*look },
-            points: solved.iter().filter_map(|(mu, c)| Some((*mu, of(&there(c, p)?)))).collect(),
+            points: solved.iter().filter_map(|(mu, c)| Some((*mu, of(c.states.get(k)?)))).collect(),
         };
         LOOKS.iter().zip(&shown).map(curve).collect()
     };
