@@ -20,7 +20,7 @@ struct Statistic {
     alike: [f64; 2],
 }
 
-/// Surfaces like it: seeds 1 to 24 on 2048² (`docs/challenge.md`), the rms height as the ensemble has it.
+/// Surfaces like it: seeds 1 to 24 on 2048² (`docs/challenge.md`).
 const HEIGHTS: [Statistic; 4] = [
     Statistic {
         id: "S04a",
@@ -28,7 +28,7 @@ const HEIGHTS: [Statistic; 4] = [
         symbol: "h_rms",
         unit: "µm",
         printed: [0.762, HALF_A_DIGIT],
-        alike: [0.7825, 0.10],
+        alike: [0.778, 0.066],
     },
     Statistic {
         id: "S04b",

@@ -2,8 +2,6 @@ use super::{file::FileFlags, listen::Teller, words};
 use crate::challenge::MESH_LIMIT;
 use crate::interface::RangeChoice;
 use crate::pipeline;
-use crate::record::results::{Judged, Results, Verdict};
-use crate::report::number::{count, significant};
 use crate::scene::{Case, Scene, Touching};
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
@@ -11,7 +9,10 @@ use std::process::ExitCode;
 
 /// The scene that this command runs, with what its options change.
 const SCENE: &str = include_str!("../../configs/challenge.toml");
-const SCENE_NAME: &str = "configs/challenge.toml";
+const SCENE_NAME: &str = "command line";
+
+/// Points a side below which the challenge's surface is hardly one.
+const COARSEST: usize = 32;
 
 /// Unit of lengths in the challenge's own files, µm.
 const FILE_UNIT_UM: f64 = 100.0;
@@ -40,7 +41,7 @@ pub struct Challenge {
     /// out.
     #[arg(long)]
     regularise: bool,
-    /// Run folder. Default: runs/challenge-N, with -regularised.
+    /// Run folder. Default: runs/challenge-N, with the seed or the file's name where one is given, and -regularised.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// One line of JSON on stdout.
@@ -53,13 +54,15 @@ impl Challenge {
     pub fn execute(self) -> Result<ExitCode> {
         let case = Case::resolve(self.scene()?, Path::new(SCENE_NAME))?;
         let out = self.out.clone().unwrap_or_else(|| {
+            let file = self.heights.as_ref().and_then(|p| p.file_stem()).map(|s| format!("-{}", s.to_string_lossy()));
+            let seed = self.seed.map(|s| format!("-seed-{s}"));
             let kind = if self.regularise { "-regularised" } else { "" };
-            PathBuf::from("runs").join(format!("challenge-{}{kind}", case.grid.nx))
+            let which = file.or(seed).unwrap_or_default();
+            PathBuf::from("runs").join(format!("challenge-{}{which}{kind}", case.grid.nx))
         });
         let teller = Teller::new();
         let (results, page) = pipeline::run(&case, &out, &teller)?;
         drop(teller);
-        let failed = results.acceptance.iter().any(|j| j.verdict == Verdict::Fail);
         if self.json {
             words::json_line(&serde_json::json!({
                 "out": out,
@@ -76,20 +79,18 @@ impl Challenge {
                 );
             }
             words::results(&results);
-            words::say(&table(&results.acceptance));
-            words::say(&tally(&results));
             words::say(&format!("report: {}", page.display()));
         }
-        if !results.failures.is_empty() {
-            return Err(Error::Beside { why: results.failures.join("; "), kept: page });
-        }
-        Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+        words::ended(&results, page)
     }
 
     fn scene(&self) -> Result<Scene> {
         let mut scene = Scene::parse(SCENE, Path::new(SCENE_NAME))?;
         let s = &mut scene.surface;
         s.grid = self.grid.unwrap_or(s.grid);
+        if s.grid < COARSEST {
+            return Err(Error::input("command line", "--grid", s.grid, format!("at least {COARSEST} points a side")));
+        }
         s.seed = self.seed.unwrap_or(s.seed);
         if let Some(path) = &self.heights {
             if !path.exists() {
@@ -119,35 +120,4 @@ impl Challenge {
         }
         Ok(scene)
     }
-}
-
-fn table(list: &[Judged]) -> String {
-    let number = |v: f64| significant(v, 4);
-    words::table(
-        &["", "statement", "value", "reference", "accepted", "unit", "verdict", "why"],
-        list.iter().map(|j| {
-            let accepted = match j.tolerance {
-                Some([Some(low), Some(high)]) => format!("{} to {}", number(low), number(high)),
-                Some([Some(low), None]) => format!("from {}", number(low)),
-                Some([None, Some(high)]) => format!("up to {}", number(high)),
-                _ => "-".into(),
-            };
-            vec![
-                j.id.clone(),
-                j.statement.clone(),
-                j.value.map_or("-".into(), number),
-                j.reference.map_or("-".into(), number),
-                accepted,
-                if j.unit == "1" { String::new() } else { j.unit.clone() },
-                words::verdict(j.verdict).into(),
-                j.reason.clone(),
-            ]
-        }),
-    )
-}
-
-/// How many of each verdict.
-fn tally(results: &Results) -> String {
-    let of = |v: Verdict| count(results.acceptance.iter().filter(|j| j.verdict == v).count());
-    format!("{} pass, {} fail, {} not judged", of(Verdict::Pass), of(Verdict::Fail), of(Verdict::NotJudged))
 }

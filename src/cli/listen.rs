@@ -1,5 +1,6 @@
 //! Progress for people: bars on a terminal, plain lines elsewhere; and Ctrl-C.
 
+use super::words;
 use crate::pipeline::Listener;
 use crate::record::results::StageCost;
 use crate::report::number::{duration, memory};
@@ -58,7 +59,7 @@ pub fn stopping() -> bool {
             if STOPPING.swap(true, Ordering::Relaxed) {
                 std::process::exit(130);
             }
-            eprintln!("stopping after the current step (once more: at once)");
+            words::mutter("stopping after the current step (once more: at once)");
         });
     });
     STOPPING.load(Ordering::Relaxed)
@@ -82,9 +83,9 @@ impl Teller {
 
     fn line(&self, text: &str) {
         if self.terminal {
-            self.bar.suspend(|| eprintln!("{text}"));
+            self.bar.suspend(|| words::mutter(text));
         } else {
-            eprintln!("{text}");
+            words::mutter(text);
         }
     }
 }

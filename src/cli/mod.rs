@@ -84,7 +84,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
         Error::input("command line", "--threads", arguments.threads, format!("a number of threads ({e})"))
     })?;
     match arguments.command {
-        Command::Run(c) => c.execute()?,
+        Command::Run(c) => return c.execute(),
         Command::Surface(c) => c.execute()?,
         Command::Solve(c) => c.execute()?,
         Command::Challenge(c) => return c.execute(),

@@ -1,9 +1,10 @@
 use super::{listen::Teller, words};
+use crate::Result;
 use crate::pipeline;
 use crate::report::number::{count, duration, memory};
 use crate::scene::Case;
-use crate::{Error, Result};
 use std::path::PathBuf;
+use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
 pub struct Run {
@@ -21,10 +22,10 @@ pub struct Run {
 }
 
 impl Run {
-    pub fn execute(self) -> Result<()> {
+    pub fn execute(self) -> Result<ExitCode> {
         let case = Case::read(&self.scene)?;
         if self.dry_run {
-            return self.plan(&case);
+            return self.plan(&case).map(|()| ExitCode::SUCCESS);
         }
         let out = self.out.unwrap_or_else(|| PathBuf::from("runs").join(&case.scene.name));
         let teller = Teller::new();
@@ -36,11 +37,7 @@ impl Run {
             words::results(&results);
             words::say(&format!("report: {}", page.display()));
         }
-        match results.continuum.and_then(|c| c.pull_off_failure) {
-            Some(why) => Err(Error::PullOff { why, kept: page }),
-            None if results.failures.is_empty() => Ok(()),
-            None => Err(Error::Beside { why: results.failures.join("; "), kept: page }),
-        }
+        words::ended(&results, page)
     }
 
     fn plan(&self, case: &Case) -> Result<()> {

@@ -100,7 +100,7 @@ impl Surface {
             return Err(Error::input("command line", "--grid", n, accepted));
         }
         let case = Case::resolve(scene, &file)?;
-        case.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+        case.warnings.iter().for_each(|w| words::mutter(&format!("warning: {w}")));
         // Heights, their half spectrum, and the copy that is written.
         let (need, have) = (3 * 8 * case.grid.points() as u64, crate::sys::available_memory_bytes());
         if need > have {

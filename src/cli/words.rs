@@ -1,16 +1,23 @@
 //! Answers on stdout.
 
-use crate::record::results::{AuditLine, ContinuumResults, Overlap, Results, Statistic, Verdict};
+use crate::record::results::{AuditLine, ContinuumResults, Judged, Overlap, Results, Statistic, Verdict, Way};
 use crate::report::branch::way_back;
 use crate::report::number::{change, percent, si, significant, trimmed};
 use crate::{Error, Result};
 use comfy_table::Table;
 use serde::Serialize;
 use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
 
 /// A line on stdout. A reader that has gone away (`| head`) is no error of ours.
 pub fn say(line: &str) {
     let _ = writeln!(std::io::stdout(), "{line}");
+}
+
+/// A line on stderr, likewise.
+pub fn mutter(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
 }
 
 /// One line of JSON on stdout.
@@ -62,7 +69,7 @@ pub fn audit(lines: &[AuditLine]) -> String {
     )
 }
 
-pub fn verdict(verdict: Verdict) -> &'static str {
+fn verdict(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Pass => "pass",
         Verdict::Fail => "FAIL",
@@ -86,6 +93,10 @@ pub fn results(results: &Results) {
         say(&format!("{what}:"));
         states(c, results.scales.length_m * 1e6);
     }
+    if !results.acceptance.is_empty() {
+        say(&acceptance(&results.acceptance));
+        say(&tally(&results.acceptance));
+    }
     comparison(results);
 }
 
@@ -100,7 +111,7 @@ fn states(c: &ContinuumResults, um: f64) {
         &head,
         c.states.iter().map(|s| {
             let mut row = vec![
-                trimmed(s.p_star, 4),
+                trimmed(s.p_star, 4) + if s.way == Way::Retract { " (back)" } else { "" },
                 percent(s.contact_fraction),
                 percent(s.contact_fraction_corrected),
                 significant(s.mean_gap * um, 4),
@@ -175,4 +186,49 @@ pub fn comparison(results: &Results) {
         std::iter::once(atoms).chain(lines.collect::<Vec<_>>())
     });
     say(&table(&["p*", "contact counted as", "contact", "Jaccard", "kappa", "mean gap / Å"], rows));
+}
+
+/// The challenge's statements.
+fn acceptance(list: &[Judged]) -> String {
+    let number = |v: f64| significant(v, 4);
+    table(
+        &["", "statement", "value", "reference", "accepted", "unit", "verdict", "why"],
+        list.iter().map(|j| {
+            let accepted = match j.tolerance {
+                Some([Some(low), Some(high)]) => format!("{} to {}", number(low), number(high)),
+                Some([Some(low), None]) => format!("from {}", number(low)),
+                Some([None, Some(high)]) => format!("up to {}", number(high)),
+                _ => "-".into(),
+            };
+            vec![
+                j.id.clone(),
+                j.statement.clone(),
+                j.value.map_or("-".into(), number),
+                j.reference.map_or("-".into(), number),
+                accepted,
+                if j.unit == "1" { String::new() } else { j.unit.clone() },
+                verdict(j.verdict).into(),
+                j.reason.clone(),
+            ]
+        }),
+    )
+}
+
+/// How many of each verdict.
+fn tally(list: &[Judged]) -> String {
+    let of = |v: Verdict| list.iter().filter(|j| j.verdict == v).count();
+    format!("{} pass, {} fail, {} not judged", of(Verdict::Pass), of(Verdict::Fail), of(Verdict::NotJudged))
+}
+
+/// How a run ends that has left its report: not all that was to be solved beside it was, or a statement of the challenge
+/// failed (exit code 1), or well.
+pub fn ended(results: &Results, page: PathBuf) -> Result<ExitCode> {
+    if let Some(why) = results.continuum.as_ref().and_then(|c| c.pull_off_failure.clone()) {
+        return Err(Error::PullOff { why, kept: page });
+    }
+    if !results.failures.is_empty() {
+        return Err(Error::Beside { why: results.failures.join("; "), kept: page });
+    }
+    let failed = results.acceptance.iter().any(|j| j.verdict == Verdict::Fail);
+    Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }

@@ -302,18 +302,20 @@ fn sources(case: &Case) -> Vec<String> {
          the contact area."
             .to_string(),
     ];
-    let card = card(case);
-    list.push(if card.paper_name == "-" {
-        format!(
-            "Method {}: asperity's own (version {}), described in docs/methods.md; its equations are those of the \
-             challenge.",
-            card.id,
-            env!("CARGO_PKG_VERSION")
-        )
-    } else {
-        let dois = card.dois.iter().map(|d| format!("doi:{d}")).collect::<Vec<_>>().join(", ");
-        format!("Method {} ({}): {dois}.", card.id, card.paper_name)
-    });
+    let second = case.scene.challenge.as_ref().and_then(|c| crate::method::find(&c.second_method));
+    for card in std::iter::once(card(case)).chain(second.map(|m| m.card())) {
+        list.push(if card.paper_name == "-" {
+            format!(
+                "Method {}: asperity's own (version {}), described in docs/methods.md; its equations are those of the \
+                 challenge.",
+                card.id,
+                env!("CARGO_PKG_VERSION")
+            )
+        } else {
+            let dois = card.dois.iter().map(|d| format!("doi:{d}")).collect::<Vec<_>>().join(", ");
+            format!("Method {} ({}): {dois}.", card.id, card.paper_name)
+        });
+    }
     if case.atoms.is_some() {
         list.push(
             "Carbone, Lorenz, Persson & Wohlers, Eur. Phys. J. E 29 (2009) 275, doi:10.1140/epje/i2009-10484-8: elastic \

@@ -15,7 +15,7 @@ const LONG_PATH: f64 = 30.0;
 pub fn section(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
     let area = area(desk, results)?;
     let gap = match &results.continuum {
-        Some(c) => mean_gap(desk, c)?,
+        Some(c) => mean_gap(desk, c, results.without.as_ref())?,
         None => None,
     };
     Ok((area.is_some() || gap.is_some()).then(|| html! { @for figure in [area, gap].iter().flatten() { (figure) } }))
@@ -54,6 +54,10 @@ fn area(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
     if let Some(c) = &results.continuum {
         let label = format!("{}, scene’s scale", c.method);
         curves.extend(branches(c, &label, &|s| (s.p_star, 100.0 * s.contact_fraction_corrected)));
+    }
+    if let Some(c) = &results.without {
+        let points = c.states.iter().map(|s| (s.p_star, 100.0 * s.contact_fraction_corrected)).collect();
+        curves.push(Curve { label: "without adhesion".into(), style: HARD, points });
     }
     if let Some(c) = &results.comparison {
         let mut ids: Vec<&str> = Vec::new();
@@ -106,10 +110,15 @@ fn area(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
 
 /// Mean gap against the logarithm of the load, in which rough surfaces fall about straight; on a linear axis where some
 /// loads are pulls.
-fn mean_gap(desk: &Desk, c: &ContinuumResults) -> Result<Option<Markup>> {
+fn mean_gap(desk: &Desk, c: &ContinuumResults, without: Option<&ContinuumResults>) -> Result<Option<Markup>> {
     let highest = c.states.iter().map(|s| s.mean_gap).fold(0.0, f64::max) * desk.scales.length_m;
     let (scale, prefix) = si_scale(highest);
-    let curves = branches(c, &c.method, &|s| (s.p_star, s.mean_gap * desk.scales.length_m / scale));
+    let mut curves = branches(c, &c.method, &|s| (s.p_star, s.mean_gap * desk.scales.length_m / scale));
+    curves.extend(without.map(|c| Curve {
+        label: "without adhesion".into(),
+        style: HARD,
+        points: c.states.iter().map(|s| (s.p_star, s.mean_gap * desk.scales.length_m / scale)).collect(),
+    }));
     let pressed = c.states.iter().all(|s| s.p_star > 0.0);
     let plot = Plot {
         x: if pressed { Axis::Log } else { Axis::Linear },

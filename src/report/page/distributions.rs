@@ -7,7 +7,7 @@ use super::loads::back;
 use crate::challenge::SIZE_EXPONENT;
 use crate::error::Result;
 use crate::observe::Distribution;
-use crate::record::results::{ContinuumResults, Observed, StateResults};
+use crate::record::results::{ContinuumResults, Observed, StateResults, Way};
 use crate::report::number::{percent, si, significant, trimmed};
 use crate::report::plot::{self, Axis, Curve, Dash, Marker, Plot, Style};
 
@@ -23,8 +23,12 @@ pub const LOOKS: [Style; LOADS] = [
 ];
 
 pub fn section(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
-    let all: Vec<(&StateResults, &Observed)> =
-        c.states.iter().filter_map(|s| s.observed.as_ref().map(|o| (s, o))).collect();
+    let all: Vec<(&StateResults, &Observed)> = c
+        .states
+        .iter()
+        .filter(|s| s.way == Way::Approach)
+        .filter_map(|s| s.observed.as_ref().map(|o| (s, o)))
+        .collect();
     if all.is_empty() {
         return Ok(html! {});
     }

@@ -166,7 +166,9 @@ fn gallery(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
             "Where the surfaces touch; the gap, black where it is zero; the normal stress (compression positive, tension, "
             "where adhesion pulls, negative). Dark is low. Every map has its own range of colours. Large grids are shown as "
             "block means, which smooth single peaks, and as touching where at least half of a block touches."
-            @if shown.len() < c.states.len() { " The other loads are in the folder figures." }
+            @if shown.len() < c.states.iter().filter(|s| s.gap.is_some() || s.stress.is_some()).count() {
+                " The other maps are in the folder figures."
+            }
         },
     ))
 }
