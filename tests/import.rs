@@ -76,6 +76,29 @@ fn integers_are_the_numbers_of_their_file() {
     assert!(map.heights.iter().enumerate().map(off).fold(0.0, f64::max) < THOUSANDTHS);
 }
 
+/// Thousandths about an offset, packed into two bytes, become heights again.
+#[test]
+fn packed_heights_are_scaled_and_shifted() {
+    for (name, unit) in [("packed.nc", Some("um")), ("packed4.nc", None), ("packed.h5", None)] {
+        let found = import::read(&fixture(name), Asked::default()).expect(name);
+        assert_eq!(found.declared.unit.as_deref(), unit, "{name}");
+        let Content::Map(map) = found.content else { panic!("{name}") };
+        assert_eq!((map.nx, map.ny), (NX, NY), "{name}");
+        let off = |(i, h): (usize, &f64)| (h - height(i % NX, i / NX)).abs();
+        assert!(map.heights.iter().enumerate().map(off).fold(0.0, f64::max) < THOUSANDTHS, "{name}");
+    }
+}
+
+/// Links in circles are followed once, with and without a name.
+#[test]
+fn links_in_circles_come_to_an_end() {
+    for dataset in [None, Some("deep/surface"), Some("/deep/hard3/soft1/deep/surface")] {
+        let found = import::read(&fixture("circles.h5"), Asked { dataset, fourier: None }).expect("read");
+        let Content::Map(map) = found.content else { panic!("a map") };
+        assert!((map.heights[1] - height(1, 0)).abs() < DOUBLE);
+    }
+}
+
 /// The surface of the fixtures' coefficients at any place of the cell, lowest node of the grid at 0.
 fn waves(n: usize) -> Vec<f64> {
     let at = |i: usize| {
@@ -190,6 +213,18 @@ fn what_is_damaged_or_ambiguous_is_refused() {
         ("truncated.h5", &[], &["damaged"]),
         ("truncated.nc", &[], &["damaged"]),
         ("holes.nc", &[], &["no height at [4, 1]"]),
+        ("unwritten-f4.nc", &[], &["no height at [2, 3] of heights", "stands for a missing one"]),
+        ("unwritten-f8.nc", &[], &["no height at [2, 3]"]),
+        ("unwritten-i2.nc", &[], &["no height at [2, 3] of heights (-32767,"]),
+        ("unwritten-i4.nc", &[], &["no height at [2, 3] of heights (-2147483647,"]),
+        ("unwritten4-f4.nc", &[], &["no height at [2, 3]"]),
+        ("fill-i1.nc", &[], &["no height at [2, 3] of heights (-1,"]),
+        ("fill-i2.nc", &[], &["no height at [2, 3] of heights (9999,"]),
+        ("fill-u4.nc", &[], &["no height at [2, 3] of heights (4000000000,"]),
+        ("fill-i8.nc", &[], &["no height at [2, 3] of heights (-1099511627776,"]),
+        ("packed-words.nc", &[], &["scale_factor of heights = \"0.001\"", "one finite number"]),
+        ("circles.h5", &["--dataset", "deep/hard0/none"], &["named \"deep/hard0/none\"", "accepted: deep/surface"]),
+        ("large-chunk.h5", &[], &["in chunks of 8192x8192 (536870912 bytes)", "h5repack -l surface:CHUNK=4x6"]),
         ("plain.h5", &["--grid", "8"], &["--grid = 8", "is a height map"]),
         ("square.npy", &["--dataset", "a"], &["without names"]),
         ("series.dat", &[], &["qX qY Re Im, or a map 4 points wide", "--fourier"]),

@@ -5,6 +5,7 @@
 //! ([`Asked`]). Which points touch first, and the unit, are the caller's business, as they are for every height map.
 
 mod array;
+mod attributes;
 mod fourier;
 mod hdf5;
 mod konfig;
