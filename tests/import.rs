@@ -76,6 +76,29 @@ fn integers_are_the_numbers_of_their_file() {
     assert!(map.heights.iter().enumerate().map(off).fold(0.0, f64::max) < THOUSANDTHS);
 }
 
+/// Thousandths about an offset, packed into two bytes, become heights again.
+#[test]
+fn packed_heights_are_scaled_and_shifted() {
+    for (name, unit) in [("packed.nc", Some("um")), ("packed4.nc", None), ("packed.h5", None)] {
+        let found = import::read(&fixture(name), Asked::default()).expect(name);
+        assert_eq!(found.declared.unit.as_deref(), unit, "{name}");
+        let Content::Map(map) = found.content else { panic!("{name}") };
+        assert_eq!((map.nx, map.ny), (NX, NY), "{name}");
+        let off = |(i, h): (usize, &f64)| (h - height(i % NX, i / NX)).abs();
+        assert!(map.heights.iter().enumerate().map(off).fold(0.0, f64::max) < THOUSANDTHS, "{name}");
+    }
+}
+
+/// Links in circles are followed once, with and without a name.
+#[test]
+fn links_in_circles_come_to_an_end() {
+    for dataset in [None, Some("deep/surface"), Some("/deep/hard3/soft1/deep/surface")] {
+        let found = import::read(&fixture("circles.h5"), Asked { dataset, fourier: None }).expect("read");
+        let Content::Map(map) = found.content else { panic!("a map") };
+        assert!((map.heights[1] - height(1, 0)).abs() < DOUBLE);
+    }
+}
+
 /// The surface of the fixtures' coefficients at any place of the cell, lowest node of the grid at 0.
 fn waves(n: usize) -> Vec<f64> {
     let at = |i: usize| {
@@ -190,6 +213,18 @@ fn what_is_damaged_or_ambiguous_is_refused() {
         ("truncated.h5", &[], &["damaged"]),
         ("truncated.nc", &[], &["damaged"]),
         ("holes.nc", &[], &["no height at [4, 1]"]),
+        ("unwritten-f4.nc", &[], &["no height at [2, 3] of heights", "stands for a missing one"]),
+        ("unwritten-f8.nc", &[], &["no height at [2, 3]"]),
+        ("unwritten-i2.nc", &[], &["no height at [2, 3] of heights (-32767,"]),
+        ("unwritten-i4.nc", &[], &["no height at [2, 3] of heights (-2147483647,"]),
+        ("unwritten4-f4.nc", &[], &["no height at [2, 3]"]),
+        ("fill-i1.nc", &[], &["no height at [2, 3] of heights (-1,"]),
+        ("fill-i2.nc", &[], &["no height at [2, 3] of heights (9999,"]),
+        ("fill-u4.nc", &[], &["no height at [2, 3] of heights (4000000000,"]),
+        ("fill-i8.nc", &[], &["no height at [2, 3] of heights (-1099511627776,"]),
+        ("packed-words.nc", &[], &["scale_factor of heights = \"0.001\"", "one finite number"]),
+        ("circles.h5", &["--dataset", "deep/hard0/none"], &["named \"deep/hard0/none\"", "accepted: deep/surface"]),
+        ("large-chunk.h5", &[], &["in chunks of 8192x8192 (536870912 bytes)", "h5repack -l surface:CHUNK=4x6"]),
         ("plain.h5", &["--grid", "8"], &["--grid = 8", "is a height map"]),
         ("square.npy", &["--dataset", "a"], &["without names"]),
         ("series.dat", &[], &["qX qY Re Im, or a map 4 points wide", "--fourier"]),
@@ -272,4 +307,60 @@ fn a_map_four_points_wide_is_one_when_it_is_said() {
     assert!(read(None).is_err());
     let Content::Map(map) = read(Some(Fourier::None)).expect("a map").content else { panic!("a map") };
     assert_eq!((map.nx, map.ny), (4, 3));
+}
+
+/// Text that is heights or is not, each with what is said of it.
+#[test]
+fn text_is_taken_for_what_it_is() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let path = scratch.path().join("some.txt");
+    let read = |bytes: &[u8], fourier| {
+        std::fs::write(&path, bytes).expect("written");
+        import::read(&path, Asked { dataset: None, fourier }).map(|found| match found.content {
+            Content::Map(map) => [map.nx, map.ny],
+            Content::Waves(waves) => [waves.len(), 0],
+        })
+    };
+    let matrix = "1 2 3 4 5\n2 3 4 5 6\n3 4 5 6 9\n";
+    for header in ["", "\u{feff}", "# 5 3\n", "# 3 5\n", "\u{feff}# 5 3\n", "# 18446744073709551615 3\n"] {
+        assert_eq!(read(format!("{header}{matrix}").as_bytes(), None).expect(header), [5, 3]);
+    }
+    assert!(read(format!("# 5 4\n{matrix}").as_bytes(), None).is_err());
+    assert_eq!(read("\u{feff}0 1 1 0\n".as_bytes(), Some(Fourier::Series)).expect("waves"), [1, 0]);
+    let latin = b"# unit: \xb5m\n1 2\n3 4\n";
+    for fourier in [None, Some(Fourier::Series)] {
+        let said = read(latin, fourier).unwrap_err();
+        assert!(said.to_string().contains("line 1 is not UTF-8; accepted: text in UTF-8 or ASCII"), "{said}");
+        assert_eq!(said.exit_code(), 2);
+    }
+    // The last line of x y h is missing: no map three points wide, unless it is said to be one.
+    let list = b"0 0 1\n1 0 2\n2 0 3\n0 1 4\n1 1 5\n";
+    let said = read(list, None).unwrap_err().to_string();
+    assert!(said.contains("2 lines in block 2 and 3 in the first") && said.contains("--fourier none"), "{said}");
+    assert_eq!(read(list, Some(Fourier::None)).expect("said"), [3, 5]);
+    assert_eq!(read(b"0 1 4\n1 1 5\n2 1 6\n0 0 1\n1 0 2\n2 0 3\n", None).expect("downwards"), [3, 2]);
+    let said = read(b"1e308 0\n-1e308 0\n", None).unwrap_err().to_string();
+    assert!(said.contains("heights from -1e308 to 1e308"), "{said}");
+}
+
+/// A unit that a file declares is not overruled; `solve` has lengths in whatever unit the file does.
+#[test]
+fn a_declared_unit_is_compared() {
+    let nm = &["--heights-unit-um", "0.001"];
+    refused(
+        &surface("packed.nc", nm),
+        "command line",
+        &[
+            "surface.heights_unit_um (--heights-unit-um) = 0.001; accepted: 1, as ",
+            "packed.nc declares its heights in um",
+        ],
+    );
+    let scratch = tempfile::tempdir().expect("scratch");
+    let path = scratch.path().join("nm.txt");
+    std::fs::write(&path, "# unit: nm\n1 2\n3 4\n").expect("written");
+    let path = path.to_str().expect("UTF-8");
+    refused(&surface(path, &[]), "command line", &["accepted: 0.001, as "]);
+    assert!(surface(path, nm).status.success());
+    let solve = asperity().args(["solve", path, "--pressure", "0.1", "--json"]).output().expect("started");
+    assert!(solve.status.success(), "{}", stderr(&solve));
 }

@@ -101,8 +101,8 @@ impl Surface {
         }
         let case = Case::resolve(scene, &file)?;
         case.warnings.iter().for_each(|w| words::mutter(&format!("warning: {w}")));
-        // Heights, their half spectrum, and the copy that is written.
-        let (need, have) = (3 * 8 * case.grid.points() as u64, crate::sys::available_memory_bytes());
+        // Heights, their half spectrum while it is transformed, and the copy that is written.
+        let (need, have) = (4 * 8 * case.grid.points() as u64, crate::sys::available_memory_bytes());
         if need > have {
             let what = format!("a surface of {} x {} points", case.grid.nx, case.grid.ny);
             return Err(Error::Memory { what, need, have, advice: "a smaller --grid needs less".into() });

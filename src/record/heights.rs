@@ -50,16 +50,22 @@ pub struct Declared {
 }
 
 impl HeightMap {
-    /// Checks shape and finiteness; `place` is named in the error.
+    /// Checks shape and finiteness, also that of the range; `place` is named in the error.
     pub fn new(place: &str, nx: usize, ny: usize, heights: Vec<f64>) -> Result<Self> {
         if nx == 0 || ny == 0 || nx.checked_mul(ny) != Some(heights.len()) {
             let found = format!("{} heights for shape [{ny}, {nx}]", heights.len());
             return Err(Error::format(place, found, "ny·nx heights, at least one"));
         }
-        match heights.iter().position(|h| !h.is_finite()) {
-            Some(i) => Err(Error::Height { place: place.to_string(), row: i / nx, column: i % nx, value: heights[i] }),
-            None => Ok(HeightMap { nx, ny, heights }),
+        if let Some(i) = heights.iter().position(|h| !h.is_finite()) {
+            return Err(Error::Height { place: place.to_string(), row: i / nx, column: i % nx, value: heights[i] });
         }
+        let (low, high) = heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
+        if !(high - low).is_finite() {
+            // Low points are put at 0, which would make infinities of the others.
+            let found = format!("heights from {low:e} to {high:e}");
+            return Err(Error::format(place, found, "heights whose range is a finite number"));
+        }
+        Ok(HeightMap { nx, ny, heights })
     }
 
     /// The same surface with low points touching first and min = 0: `h − min h`, or `max h − h` for the other sign.
@@ -132,12 +138,27 @@ pub fn read(path: &Path) -> Result<(HeightMap, Declared)> {
     if start.contains(&0) {
         return Err(Error::format(path, "a binary file of a kind that is not known", KINDS));
     }
-    let (map, declared, _) = read_ascii(path, source)?;
+    if start.starts_with(BOM) {
+        source.consume(BOM.len());
+    }
+    let (map, declared, _) = read_ascii(path, source, false)?;
     Ok((map, declared))
 }
 
 /// What a file of heights may be.
 pub(super) const KINDS: &str = "text (a matrix, lines of x y h, or qX qY Re Im), .npy, .npz, HDF5 or NetCDF";
+
+/// What some editors put before UTF-8.
+pub(super) const BOM: &[u8] = b"\xEF\xBB\xBF";
+
+/// A line of text that could not be read.
+pub(super) fn unread(path: &Path, line: usize, e: std::io::Error) -> Error {
+    if e.kind() == std::io::ErrorKind::InvalidData {
+        let accepted = "text in UTF-8 or ASCII (iconv -f LATIN1 -t UTF-8 makes it of Latin-1)";
+        return Error::format(path, format!("line {line} is not UTF-8"), accepted);
+    }
+    Error::io("read", path)(e)
+}
 
 /// How text gave its heights.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -161,14 +182,19 @@ pub(super) fn read_npy(path: &Path) -> Result<(HeightMap, Declared)> {
     Ok((map, Declared { sign: Some(said.sign), unit: Some(said.unit) }))
 }
 
-pub(super) fn read_ascii(path: &Path, source: impl BufRead) -> Result<(HeightMap, Declared, Layout)> {
+/// `heights_only` says that three columns are heights, whatever they look like.
+pub(super) fn read_ascii(
+    path: &Path,
+    source: impl BufRead,
+    heights_only: bool,
+) -> Result<(HeightMap, Declared, Layout)> {
     let mut heights = Vec::new();
     let (mut nx, mut ny) = (0, 0);
     let mut declared = Declared::default();
     // Rows of each block between blank lines: the mark of the other ASCII format, one "x y h" triple a line.
     let (mut blocks, mut in_block): (Vec<usize>, _) = (Vec::new(), false);
     for (number, line) in (1..).zip(source.lines()) {
-        let line = line.map_err(Error::io("read", path))?;
+        let line = line.map_err(|e| unread(path, number, e))?;
         let (text, comment) = line.split_once('#').map_or((line.as_str(), ""), |(t, c)| (t, c.trim()));
         declared.hear(path, number, comment)?;
         let before = heights.len();
@@ -202,19 +228,32 @@ pub(super) fn read_ascii(path: &Path, source: impl BufRead) -> Result<(HeightMap
     }
     // Lists without blank lines, as instruments write them.
     if nx == 3
+        && !heights_only
         && blocks.len() == 1
         && let Some(map) = triples::list(path, &heights)
     {
-        return Ok((map, declared, Layout::Triples));
+        return Ok((map?, declared, Layout::Triples));
     }
-    // A matrix three wide must have no blank lines.
-    if nx == 3 && blocks.len() > 1 {
+    // A matrix three wide must have no blank lines, or be said to be one.
+    if nx == 3 && !heights_only && blocks.len() > 1 {
         return Ok((triples::map(path, &heights, &blocks)?, declared, Layout::Triples));
     }
     Ok((HeightMap::new(&path.display().to_string(), nx, ny, heights)?, declared, Layout::Matrix))
 }
 
 impl Declared {
+    /// The declared unit in µm, where it is one of the lengths that files name.
+    pub fn unit_um(&self) -> Option<f64> {
+        match self.unit.as_deref()?.trim() {
+            "m" => Some(1e6),
+            "mm" => Some(1e3),
+            // The sign of micro, and the letter mu.
+            "um" | "\u{b5}m" | "\u{3bc}m" => Some(1.0),
+            "nm" => Some(1e-3),
+            _ => None,
+        }
+    }
+
     fn hear(&mut self, path: &Path, number: usize, comment: &str) -> Result<()> {
         if let Some(words) = comment.strip_prefix("sign:").map(str::trim) {
             let known = [Sign::LowFirst, Sign::HighFirst].into_iter().find(|s| s.words() == words);
@@ -284,8 +323,33 @@ mod tests {
         for text in [rows, columns, &bare(rows), &bare(columns)] {
             assert_eq!(reads(text).unwrap().0, map, "{text}");
         }
-        // Three columns that are on no even grid are a matrix.
-        assert_eq!(reads("0 0 1\n0 1 2\n0 3 1\n1 0 1\n").unwrap().0.nx, 3);
+        // Downwards, x, y or both.
+        for text in ["0 1 4\n1 1 5\n2 1 6\n0 0 1\n1 0 2\n2 0 3\n", "2 1 6\n1 1 5\n0 1 4\n\n2 0 3\n1 0 2\n0 0 1\n"] {
+            assert_eq!(reads(text).unwrap().0, map, "{text}");
+        }
+    }
+
+    /// Coordinates that are not quite those of an even grid never become heights; heights that are none of a grid do.
+    #[test]
+    fn three_columns_are_a_matrix_only_where_they_are_no_coordinates() {
+        let grid = |skip: usize| -> String {
+            (0..12).filter(|i| *i != skip).map(|i| format!("{} {} {}\n", i % 4, i / 4, i * i % 7)).collect()
+        };
+        assert_eq!(reads(&grid(12)).unwrap().0.nx, 4);
+        for (text, says) in [
+            ("0 0 1\n0 1 2\n0 3 1\n1 0 1\n".to_string(), "1 lines in block 2 and 3 in the first"),
+            (grid(11), "3 lines in block 3 and 4 in the first"),
+            (grid(5), "3 lines in block 2"),
+            (grid(12).replace("2 1 ", "2.2 1 "), "x = 2.2e0"),
+            ("0 0 1\n1 1 2\n1 0 2\n0 1 4\n".into(), "neither stays"),
+        ] {
+            let told = complaint(&text);
+            assert!(told.contains(says) && told.contains("--fourier none"), "{told}");
+        }
+        let heights = ["1 2 3\n4 5 6\n", "0 0 1\n0 0 2\n0 1 1\n1 0 1\n", "1 5 2\n3 4 8\n2 2 1\n5 9 2\n7 1 1\n"];
+        for text in heights {
+            assert_eq!(reads(text).unwrap().0.nx, 3, "{text}");
+        }
     }
 
     #[test]
@@ -297,7 +361,7 @@ mod tests {
         for (text, says) in [
             ("0 0 1\n1 0 2\n\n0 1 3\n", "1 lines in block 2 and 2 in the first"),
             ("0 0 1\n1 0 2\n\n0 2 3\n1 2 4\n", "accepted: the same spacing along x and y"),
-            ("1 0 1\n0 0 2\n\n1 1 3\n0 1 4\n", "coordinates that do not rise"),
+            ("1 0 1\n0 0 2\n\n1 0 3\n0 0 4\n", "coordinates that stay"),
             (
                 "0 0 1\n1 0 2\n2 0 0\n\n0 1 3\n1.5 1 4\n2 1 0\n",
                 "x = 1.5e0, y = 1e0 in line 2 of block 2; accepted: 1e0 and 1e0",
@@ -307,6 +371,10 @@ mod tests {
             assert!(complaint(text).contains(says), "{}", complaint(text));
         }
         assert!(complaint("1 2\0\n").contains("binary"));
+        assert!(
+            complaint("1 1e308\n-1e308 0\n").contains("heights from -1e308 to 1e308; accepted: heights whose range")
+        );
+        assert_eq!(reads("\u{feff}1 2\n3 4\n").unwrap().0.heights, [1.0, 2.0, 3.0, 4.0]);
         match reads("1 2\n\n3 nan\n") {
             Err(Error::Height { row: 1, column: 1, value, .. }) => assert!(value.is_nan()),
             other => panic!("{other:?}"),

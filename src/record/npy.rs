@@ -239,12 +239,16 @@ impl<R: Read> Reader<R> {
     }
 
     /// The whole field as [`read`] gives it.
-    pub(super) fn numbers(self) -> Result<Field<f64>> {
+    pub(super) fn numbers(mut self) -> Result<Field<f64>> {
         if self.stored == Stored::Flag {
             return Err(Error::format(&self.path, "entries of type bool", "numbers, floating-point or integer"));
         }
         let (nx, ny) = (self.nx, self.ny);
         fits(&self.path, 8 * (nx * ny) as u64)?;
+        if self.fortran {
+            // No second copy of a field that is whole already.
+            return Ok(Field { nx, ny, values: self.whole_transposed()? });
+        }
         let mut values = Vec::with_capacity(nx * ny);
         self.for_each_row(|_, row| values.extend_from_slice(row))?;
         Ok(Field { nx, ny, values })

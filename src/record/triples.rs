@@ -5,18 +5,80 @@ use std::path::Path;
 /// Share of a spacing by which a coordinate may be off its place: what writers round away.
 const OFF: f64 = 1e-2;
 
-/// A height map from lines of `x y h` without blank lines between its blocks, if that is what three columns are: if they lie
-/// on an even grid. Heights alone do not.
-pub(super) fn list(path: &Path, values: &[f64]) -> Option<HeightMap> {
-    let lines = values.len() / 3;
-    let stays = (0..2).find(|&k| lines > 1 && values[k] == values[3 + k])?;
-    let n = (0..lines).take_while(|l| values[3 * l + stays] == values[stays]).count();
-    (lines.is_multiple_of(n)).then(|| map(path, values, &vec![n; lines / n]).ok()).flatten()
+/// A height map from lines of `x y h` without blank lines between its blocks, or what is wrong with them, where the first two
+/// columns are coordinates; nothing where they are heights.
+pub(super) fn list(path: &Path, values: &[f64]) -> Option<Result<HeightMap>> {
+    if values.len() < 12 {
+        return None;
+    }
+    let columns = [0, 1].map(|k| levels(values.iter().skip(k).step_by(3).copied()));
+    let stays = (0..2).find(|&k| columns[k].0[0] == columns[k].0[1]);
+    let runs: Vec<usize> =
+        stays.map_or(Vec::new(), |k| columns[k].0.chunk_by(|a, b| a == b).map(<[usize]>::len).collect());
+    let read = if runs.is_empty() {
+        let found = "coordinates of which neither stays from the first line to the second";
+        Err(Error::format(path, found, "lines of x y h that run along x or along y"))
+    } else {
+        map(path, values, &runs)
+    };
+    match read {
+        Err(Error::Format { file, found, accepted }) if runs_along(&runs, stays, values) || lattice(&columns) => {
+            let or = "or --fourier none (surface.fourier) where all three columns are heights";
+            Some(Err(Error::Format {
+                file,
+                found: format!("lines of x y h with {found}"),
+                accepted: format!("{accepted}; {or}"),
+            }))
+        }
+        Err(_) => None,
+        whole => Some(whole),
+    }
+}
+
+/// Which of its distinct values each entry has, counted upwards, and how many there are. Values closer than a quarter of the
+/// widest gap are one: coordinates have gaps of a spacing and, in between, those of rounding.
+fn levels(column: impl Iterator<Item = f64>) -> (Vec<usize>, usize) {
+    let column: Vec<f64> = column.collect();
+    let mut order: Vec<usize> = (0..column.len()).collect();
+    order.sort_by(|&a, &b| column[a].total_cmp(&column[b]));
+    let gaps: Vec<f64> = order.windows(2).map(|w| column[w[1]] - column[w[0]]).collect();
+    let widest = gaps.iter().copied().fold(0.0, f64::max);
+    let (mut of, mut level) = (vec![0; column.len()], 0);
+    for (gap, &entry) in gaps.iter().zip(&order[1..]) {
+        level += usize::from(*gap > 0.25 * widest);
+        of[entry] = level;
+    }
+    (of, level + 1)
+}
+
+/// Whether one column stays in runs while the other goes one way in each of them: what heights hardly do.
+fn runs_along(runs: &[usize], stays: Option<usize>, values: &[f64]) -> bool {
+    let Some(other) = stays.map(|k| 1 - k) else { return false };
+    if runs.len() < 2 || runs[..runs.len() - 1].iter().any(|n| *n < 2) {
+        return false;
+    }
+    let up = values[3 + other] > values[other];
+    let mut line = 0;
+    runs.iter().all(|n| {
+        let run: Vec<f64> = (line..line + n).map(|l| values[3 * l + other]).collect();
+        line += n;
+        run.windows(2).all(|w| if up { w[1] > w[0] } else { w[1] < w[0] })
+    })
+}
+
+/// Whether the pairs are distinct points of a lattice of which they fill more than a half. Heights fall upon one another, or
+/// are on a lattice as wide as there are lines.
+fn lattice(columns: &[(Vec<usize>, usize); 2]) -> bool {
+    let [(x, nx), (y, ny)] = columns;
+    let mut pairs: Vec<_> = x.iter().zip(y).collect();
+    pairs.sort_unstable();
+    pairs.dedup();
+    *nx > 1 && *ny > 1 && pairs.len() == x.len() && 2 * x.len() > nx * ny
 }
 
 /// A height map from lines of `x y h` in blocks apart by blank lines, as gnuplot takes them and the challenge's surface is
-/// given: one coordinate is constant in a block, the other runs in even steps, upwards, the same in all blocks. Which is
-/// which is seen from the numbers. `blocks` are the numbers of lines.
+/// given: one coordinate is constant in a block, the other runs in even steps, up or down, the same in all blocks. Which is
+/// which is seen from the numbers; the map has both upwards. `blocks` are the numbers of lines.
 ///
 /// # Errors
 /// Blocks of different lengths, coordinates off an even grid, other spacings along x than along y.
@@ -32,18 +94,19 @@ pub(super) fn map(path: &Path, values: &[f64], blocks: &[usize]) -> Result<Heigh
     }
     let at = |block: usize, line: usize, column: usize| values[3 * (block * n + line) + column];
     // The coordinate that runs within a block: 0 is x, 1 is y.
-    let runs = usize::from(at(0, 0, 0) == at(0, 1, 0));
+    let moves = |column: usize| (at(0, n - 1, column) - at(0, 0, column)).abs();
+    let runs = usize::from(moves(0) < moves(1));
     let stays = 1 - runs;
     let (first, origin) = (at(0, 0, runs), at(0, 0, stays));
     let (step, stride) =
         ((at(0, n - 1, runs) - first) / (n - 1) as f64, (at(m - 1, 0, stays) - origin) / (m - 1) as f64);
-    if !(step > 0.0 && stride > 0.0) {
+    if ![step, stride].iter().all(|s| s.is_finite() && *s != 0.0) {
         return wrong(
-            format!("coordinates that do not rise (steps of {step:e} in a block, {stride:e} between blocks)"),
-            "x and y that rise in even steps, one in a block, the other from block to block",
+            format!("coordinates that stay (steps of {step:e} in a block, {stride:e} between blocks)"),
+            "x and y in even steps, one in a block, the other from block to block",
         );
     }
-    if (step / stride - 1.0).abs() > OFF {
+    if ((step / stride).abs() - 1.0).abs() > OFF {
         let found = format!("spacings of {step:e} in a block and {stride:e} between blocks");
         return wrong(found, "the same spacing along x and y");
     }
@@ -51,7 +114,7 @@ pub(super) fn map(path: &Path, values: &[f64], blocks: &[usize]) -> Result<Heigh
         for line in 0..n {
             let place = [first + line as f64 * step, origin + block as f64 * stride];
             let found = [at(block, line, runs), at(block, line, stays)];
-            if (0..2).any(|k| (found[k] - place[k]).abs() > OFF * step) {
+            if (0..2).any(|k| (found[k] - place[k]).abs() > OFF * step.abs()) {
                 let names = if runs == 0 { ["x", "y"] } else { ["y", "x"] };
                 return wrong(
                     format!(
@@ -69,7 +132,9 @@ pub(super) fn map(path: &Path, values: &[f64], blocks: &[usize]) -> Result<Heigh
         }
     }
     let (nx, ny) = if runs == 0 { (n, m) } else { (m, n) };
-    let height = |x: usize, y: usize| if runs == 0 { at(y, x, 2) } else { at(x, y, 2) };
+    let up = |step: f64, i: usize, n: usize| if step > 0.0 { i } else { n - 1 - i };
+    let upwards = |block: usize, line: usize| at(up(stride, block, m), up(step, line, n), 2);
+    let height = |x: usize, y: usize| if runs == 0 { upwards(y, x) } else { upwards(x, y) };
     let heights = (0..nx * ny).map(|i| height(i % nx, i / nx)).collect();
     HeightMap::new(&path.display().to_string(), nx, ny, heights)
 }

@@ -297,6 +297,7 @@ fn surface(scene: &Scene, file: &Path) -> Result<Surface> {
                 low_pass: s.low_pass_um.map_or(0.0, |um| um / length_um),
                 low_pass_key: "surface.low_pass_um",
                 sign_key: ("surface.touching", &format!("{:?}", s.touching)),
+                unit_um: Some((s.heights_unit_um, "surface.heights_unit_um (--heights-unit-um)")),
                 place: &file.display().to_string(),
                 unit_words: &format!("in units of {} µm", s.heights_unit_um),
             },

@@ -41,11 +41,16 @@ pub struct FileAsked<'a> {
     pub low_pass_key: &'a str,
     /// The sign's key and what it says, for a file that declares another.
     pub sign_key: (&'a str, &'a str),
+    /// The heights' unit in µm and its key, where they have one: a file that declares another is refused.
+    pub unit_um: Option<(f64, &'a str)>,
     /// Named in complaints about the keys.
     pub place: &'a str,
     /// How the unit is told.
     pub unit_words: &'a str,
 }
+
+/// Share by which a unit may be off the one that a file declares.
+const UNIT_OFF: f64 = 1e-9;
 
 impl Surface {
     pub fn synthesised(spectrum: Spectrum, seed: u64) -> Self {
@@ -55,7 +60,7 @@ impl Surface {
     /// Reads a file, lowest point at 0, low points touching first.
     ///
     /// # Errors
-    /// Those of [`import::read`] and [`FourierModes::new`], a declared sign that is not the one asked for, waves that the
+    /// Those of [`import::read`] and [`FourierModes::new`], a declared sign or unit that is not the one asked for, waves that the
     /// transform's own grid does not hold, a low pass for what has no waves.
     pub fn read(path: &Path, ask: FileAsked) -> Result<Self> {
         let found = import::read(path, ask.asked)?;
@@ -63,6 +68,13 @@ impl Surface {
             let (key, value) = ask.sign_key;
             let accepted = format!("what {} declares: {}", path.display(), says.words());
             return Err(Error::input(ask.place, key, value, accepted));
+        }
+        if let (Some((um, key)), Some(says)) = (ask.unit_um, found.declared.unit_um())
+            && (um / says - 1.0).abs() > UNIT_OFF
+        {
+            let unit = found.declared.unit.as_deref().unwrap_or_default();
+            let accepted = format!("{says}, as {} declares its heights in {unit}", path.display());
+            return Err(Error::input(ask.place, key, um, accepted));
         }
         let declared = found.declared.unit.map_or(String::new(), |u| format!(" (the file declares {u:?})"));
         let told = |what: String| {

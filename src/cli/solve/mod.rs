@@ -289,6 +289,8 @@ impl Solve {
                 low_pass: self.low_pass.map_or(0.0, |l| l / self.length),
                 low_pass_key: "--low-pass",
                 sign_key: ("--flip", if self.flip { "given" } else { "not given" }),
+                // Lengths are in the file's own unit.
+                unit_um: None,
                 place: "command line",
                 unit_words: "as they are",
             },

@@ -1,4 +1,5 @@
 use crate::error::{Error, Result};
+use crate::record::heights::unread;
 use std::io::BufRead;
 use std::path::Path;
 
@@ -56,7 +57,7 @@ pub(super) fn read_text(path: &Path, mut source: impl BufRead) -> Result<Vec<Wav
     loop {
         text.clear();
         number += 1;
-        if source.read_line(&mut text).map_err(Error::io("read", path))? == 0 {
+        if source.read_line(&mut text).map_err(|e| unread(path, number, e))? == 0 {
             break;
         }
         let words = text.split('#').next().unwrap_or("");

@@ -1,14 +1,18 @@
 use super::array::{self, Order, choose};
-use super::netcdf::{order_and_unit, refuse_missing};
-use super::{Asked, Found};
+use super::attributes::{Array, Attributes};
+use super::{Asked, Found, netcdf};
 use crate::error::{Error, Result};
 use crate::record::heights::Declared;
 use crate::record::npy::{Stored, fits};
-use hdf5_reader::{ByteOrder, Datatype, Hdf5File};
+use hdf5_reader::{ByteOrder, DEFAULT_MAX_CHUNK_BYTES, Dataset, Datatype, Hdf5File};
+use std::collections::{HashSet, VecDeque};
 use std::path::Path;
 
-/// Groups within groups that are looked into: links may go in circles.
-const DEPTH: usize = 8;
+/// Groups that are looked into for data sets, each once: links may go in circles and multiply.
+const MOST_GROUPS: usize = 10_000;
+
+/// Points per side of the chunks that are advised: 8 MiB of doubles.
+const ADVISED_CHUNK: u64 = 1024;
 
 /// One two-dimensional data set of an HDF5 file, NetCDF-4 included: `[ny, nx]` unless its dimensions are named x and y.
 pub(super) fn read(path: &Path, asked: Asked) -> Result<Found> {
@@ -16,50 +20,100 @@ pub(super) fn read(path: &Path, asked: Asked) -> Result<Found> {
         Error::format(path, format!("damaged, or not to be understood ({e})"), "an HDF5 file")
     };
     let file = Hdf5File::open(path).map_err(damaged)?;
-    let mut names = Vec::new();
-    collect(&file.root_group().map_err(damaged)?, "", DEPTH, &mut names).map_err(damaged)?;
-    let name = choose(path, &names, asked)?;
-    let dataset = file.dataset(name).map_err(damaged)?;
-    let stored = stored(dataset.dtype()).ok_or_else(|| {
-        let found = format!("data set {name} of a type that is no real number");
-        Error::format(path, found, "floating-point or integer numbers, 64 bits at most")
-    })?;
+    // What is asked for is opened without a look at the rest, however many groups there are.
+    let direct = asked.dataset.and_then(|name| Some((name, file.dataset(name).ok().filter(map_like)?)));
+    let names;
+    let (name, dataset) = match direct {
+        Some((name, dataset)) => (name.trim_start_matches('/'), dataset),
+        None => {
+            names = collect(path, &file)?;
+            let name = choose(path, &names, asked)?;
+            (name, file.dataset(name).map_err(damaged)?)
+        }
+    };
+    let stored = stored(dataset.dtype()).expect("chosen among numbers");
     let shape = [dataset.shape()[0] as usize, dataset.shape()[1] as usize];
+    refuse_large_chunks(path, name, &dataset, stored)?;
     // As bytes, and as numbers.
     let count = dataset.num_elements().map_err(damaged)?;
     fits(path, count.saturating_mul(stored.bytes() as u64 + 8))?;
     let bytes = dataset.read_raw_bytes().map_err(damaged)?;
-    let values: Vec<f64> = bytes.chunks_exact(stored.bytes()).map(|b| stored.value(b)).collect();
+    let mut values: Vec<f64> = bytes.chunks_exact(stored.bytes()).map(|b| stored.value(b)).collect();
     drop(bytes);
-    // Plain HDF5 does not name its dimensions.
-    let (mut order, mut unit) = (Order::RowsOfX, None);
-    if let Ok(file) = netcdf_reader::NcFile::open(path)
+    // Plain HDF5 does not name its dimensions, and knows no fill values but those that it declares.
+    let is_netcdf = dataset.attribute("DIMENSION_LIST").is_ok();
+    let mut order = Order::RowsOfX;
+    if is_netcdf
+        && let Ok(file) = netcdf_reader::NcFile::open(path)
         && let Ok(variable) = file.variable(name)
     {
-        (order, unit) = order_and_unit(variable);
-        refuse_missing(path, variable, &values)?;
+        order = netcdf::order(variable);
     }
+    let attributes = attributes(&dataset);
+    attributes.unpack(&Array { path, name, width: shape[1], stored }, &mut values, is_netcdf)?;
     let map = array::map(path, shape, values, order)?;
-    let declared = Declared { sign: None, unit };
+    let declared = Declared { sign: None, unit: attributes.unit() };
     Ok(Found::map(map, declared, format!("HDF5 data set {name} {}", order.words())))
 }
 
-fn collect(
-    group: &hdf5_reader::group::Group,
-    above: &str,
-    depth: usize,
-    names: &mut Vec<String>,
-) -> hdf5_reader::error::Result<()> {
-    let (groups, datasets) = group.members()?;
-    for d in datasets {
-        if d.ndim() == 2 && d.shape().iter().all(|n| *n > 0) && stored(d.dtype()).is_some() {
-            names.push(format!("{above}{}", d.name()));
+fn map_like(d: &Dataset) -> bool {
+    d.ndim() == 2 && d.shape().iter().all(|n| *n > 0) && stored(d.dtype()).is_some()
+}
+
+/// Names of the data sets that may be meant, those of the root first.
+fn collect(path: &Path, file: &Hdf5File) -> Result<Vec<String>> {
+    let damaged = |e: hdf5_reader::error::Error| {
+        let accepted = "an HDF5 file, or a data set of it as --dataset (surface.dataset)";
+        Error::format(path, format!("damaged, or not to be understood ({e})"), accepted)
+    };
+    let root = file.root_group().map_err(damaged)?;
+    let mut seen = HashSet::from([root.address()]);
+    let mut waiting = VecDeque::from([(root, String::new())]);
+    let mut names = Vec::new();
+    while let Some((group, above)) = waiting.pop_front() {
+        let (groups, datasets) = group.members().map_err(damaged)?;
+        names.extend(datasets.iter().filter(|d| map_like(d)).map(|d| format!("{above}{}", d.name())));
+        for g in groups {
+            if !seen.insert(g.address()) {
+                continue;
+            }
+            if seen.len() > MOST_GROUPS {
+                let accepted = "the name of a two-dimensional data set as --dataset (surface.dataset)";
+                return Err(Error::format(path, format!("more than {MOST_GROUPS} groups"), accepted));
+            }
+            let below = format!("{above}{}/", g.name());
+            waiting.push_back((g, below));
         }
     }
-    for g in groups.iter().filter(|_| depth > 0) {
-        collect(g, &format!("{above}{}/", g.name()), depth - 1, names)?;
+    Ok(names)
+}
+
+/// The reader takes chunks up to a limit, and its words for larger ones say nothing of what to do.
+fn refuse_large_chunks(path: &Path, name: &str, dataset: &Dataset, stored: Stored) -> Result<()> {
+    let Some(chunks) = dataset.chunks() else { return Ok(()) };
+    let bytes = chunks.iter().fold(stored.bytes() as u64, |n, c| n.saturating_mul((*c).into()));
+    if bytes <= DEFAULT_MAX_CHUNK_BYTES as u64 {
+        return Ok(());
     }
-    Ok(())
+    let times = |list: Vec<u64>| list.iter().map(u64::to_string).collect::<Vec<_>>().join("x");
+    let found =
+        format!("data set {name} in chunks of {} ({bytes} bytes)", times(chunks.iter().map(|c| (*c).into()).collect()));
+    let advised = times(dataset.shape().iter().map(|n| ADVISED_CHUNK.min(*n)).collect());
+    let accepted = format!("chunks up to {DEFAULT_MAX_CHUNK_BYTES} bytes: h5repack -l {name}:CHUNK={advised} OLD NEW");
+    Err(Error::format(path, found, accepted))
+}
+
+fn attributes(dataset: &Dataset) -> Attributes {
+    let mut all = Attributes::default();
+    for a in dataset.attributes() {
+        if let Some(kind) = stored(&a.datatype) {
+            let numbers = a.raw_data.chunks_exact(kind.bytes()).map(|b| kind.value(b)).collect();
+            all.numbers.insert(a.name, numbers);
+        } else if let Ok(words) = a.read_string() {
+            all.words.insert(a.name, words);
+        }
+    }
+    all
 }
 
 fn stored(kind: &Datatype) -> Option<Stored> {

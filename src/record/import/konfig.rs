@@ -13,7 +13,7 @@ pub(super) fn header(start: &[u8]) -> Option<(usize, usize)> {
     let words = std::str::from_utf8(line).ok()?.strip_prefix('#')?;
     let mut numbers = words.split_whitespace().map(|w| w.parse::<usize>().ok());
     match (numbers.next(), numbers.next(), numbers.next()) {
-        (Some(Some(nx)), Some(Some(ny)), None) if nx > 0 && ny > 0 => Some((nx, ny)),
+        (Some(Some(nx)), Some(Some(ny)), None) if nx > 0 && ny > 0 && nx.max(ny) < usize::MAX => Some((nx, ny)),
         _ => None,
     }
 }
@@ -21,7 +21,11 @@ pub(super) fn header(start: &[u8]) -> Option<(usize, usize)> {
 /// A `konfig` file of contMech: `#nx ny`, then lines of `x y h` in blocks, whose last line and last block repeat the first
 /// because the cell does.
 pub(super) fn read(path: &Path, source: impl BufRead, nx: usize, ny: usize) -> Result<Found> {
-    let (map, declared, layout) = heights::read_ascii(path, source)?;
+    let (map, declared, layout) = heights::read_ascii(path, source, false)?;
+    // Writers of plain matrices put the shape first, too, in either order.
+    if layout == Layout::Matrix && [(nx, ny), (ny, nx)].contains(&(map.nx, map.ny)) {
+        return Ok(Found::map(map, declared, "text, one line per y"));
+    }
     if layout != Layout::Triples || (map.nx, map.ny) != (nx + 1, ny + 1) {
         let found = match layout {
             Layout::Triples => format!("{} x {} points after the header #{nx} {ny}", map.nx, map.ny),

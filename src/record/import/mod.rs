@@ -5,6 +5,7 @@
 //! ([`Asked`]). Which points touch first, and the unit, are the caller's business, as they are for every height map.
 
 mod array;
+mod attributes;
 mod fourier;
 mod hdf5;
 mod konfig;
@@ -13,7 +14,7 @@ mod npz;
 
 pub use fourier::Wave;
 
-use super::heights::{self, Declared, HeightMap, KINDS, Layout};
+use super::heights::{self, BOM, Declared, HeightMap, KINDS, Layout};
 use crate::error::{Error, Result};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -30,7 +31,7 @@ pub enum Fourier {
     /// What a forward transform of FFTW (r2c or c2c, exp(-iq·r), not normalised) gives for heights on n x n points: the
     /// coefficients of the series times n².
     Fftw,
-    /// No waves: a height map that is four points wide.
+    /// No waves: all columns are heights, be they four, or three of which two look like coordinates.
     None,
 }
 
@@ -81,6 +82,9 @@ pub fn read(path: &Path, asked: Asked) -> Result<Found> {
     let mut source = BufReader::with_capacity(1 << 18, file);
     let start = source.fill_buf().map_err(Error::io("read", path))?;
     let kind = kind(start);
+    if start.starts_with(BOM) {
+        source.consume(BOM.len());
+    }
     let named = matches!(kind, Kind::Npz | Kind::Hdf5 | Kind::Netcdf);
     if let Some(name) = asked.dataset.filter(|_| !named) {
         let found = format!("--dataset (surface.dataset) = {name:?} for a file without names");
@@ -101,7 +105,7 @@ pub fn read(path: &Path, asked: Asked) -> Result<Found> {
             Found { content: Content::Waves(waves), declared: Declared::default(), layout: "text, qX qY Re Im".into() }
         }
         Kind::Text => {
-            let (map, declared, layout) = heights::read_ascii(path, source)?;
+            let (map, declared, layout) = heights::read_ascii(path, source, asked.fourier == Some(Fourier::None))?;
             let words = match layout {
                 Layout::Matrix => "text, one line per y",
                 Layout::Triples => "text, lines of x y h",
@@ -146,7 +150,7 @@ pub fn holds_numbers(path: &Path) -> Result<bool> {
     if !matches!(kind(start), Kind::Text) {
         return Ok(true);
     }
-    let text = String::from_utf8_lossy(start);
+    let text = String::from_utf8_lossy(start.strip_prefix(BOM).unwrap_or(start));
     let mut lines = text.lines().map(|l| l.split('#').next().unwrap_or("").trim()).filter(|l| !l.is_empty());
     // Every scene begins with a table or a key.
     Ok(lines.next().is_some_and(|l| !l.starts_with('[') && !l.contains('=')))
@@ -174,6 +178,6 @@ fn kind(start: &[u8]) -> Kind {
     } else if start.contains(&0) {
         Kind::Binary
     } else {
-        konfig::header(start).map_or(Kind::Text, |(nx, ny)| Kind::Konfig { nx, ny })
+        konfig::header(start.strip_prefix(BOM).unwrap_or(start)).map_or(Kind::Text, |(nx, ny)| Kind::Konfig { nx, ny })
     }
 }

@@ -1,0 +1,125 @@
+use crate::error::{Error, Result};
+use crate::record::npy::Stored;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// What stands beside the numbers of an array, NetCDF's or HDF5's, and tells heights from what is stored.
+#[derive(Debug, Default)]
+pub(super) struct Attributes {
+    pub(super) numbers: BTreeMap<String, Vec<f64>>,
+    pub(super) words: BTreeMap<String, String>,
+}
+
+impl Attributes {
+    pub(super) fn unit(&self) -> Option<String> {
+        ["units", "unit"].iter().find_map(|a| self.words.get(*a).cloned())
+    }
+
+    /// Makes heights of stored numbers, in place: refuses what stands for a missing one, then scales and shifts. `unwritten`
+    /// says whether NetCDF's own fill values, which no attribute names, stand for what was never written.
+    pub(super) fn unpack(&self, array: &Array, values: &mut [f64], unwritten: bool) -> Result<()> {
+        let sign = self.sign(array.stored);
+        let told = |name: &str| -> Vec<f64> {
+            let list = self.numbers.get(name).map_or(&[][..], Vec::as_slice);
+            list.iter().map(|v| sign.apply(narrowed(*v, array.stored))).collect()
+        };
+        let fill = told("_FillValue");
+        let own = (unwritten && fill.is_empty()).then(|| default_fill(array.stored)).flatten();
+        let missing: Vec<f64> = fill.into_iter().chain(told("missing_value")).chain(own).collect();
+        let (low, high) = match told("valid_range")[..] {
+            [low, high] => (low, high),
+            _ => (
+                told("valid_min").first().copied().unwrap_or(f64::NEG_INFINITY),
+                told("valid_max").first().copied().unwrap_or(f64::INFINITY),
+            ),
+        };
+        let (scale, offset) = (self.factor(array, "scale_factor", 1.0)?, self.factor(array, "add_offset", 0.0)?);
+        for (i, value) in values.iter_mut().enumerate() {
+            // Stored numbers are compared, not heights: that is how the attributes are meant.
+            let raw = sign.apply(*value);
+            let why = if missing.contains(&raw) {
+                "that stands for a missing one"
+            } else if raw < low || raw > high {
+                "outside of its valid range"
+            } else {
+                *value = raw * scale + offset;
+                continue;
+            };
+            let place = format!("[{}, {}] of {}", i / array.width, i % array.width, array.name);
+            let found = format!("no height at {place} ({raw}, {why})");
+            return Err(Error::format(array.path, found, "heights at all points; fill them in before"));
+        }
+        Ok(())
+    }
+
+    fn factor(&self, array: &Array, name: &str, default: f64) -> Result<f64> {
+        let wrong = |found: String| {
+            let found = format!("{name} of {} = {found}", array.name);
+            Err(Error::format(array.path, found, "one finite number, for scale_factor another than 0"))
+        };
+        if let Some(text) = self.words.get(name) {
+            return wrong(format!("{text:?}"));
+        }
+        match self.numbers.get(name).map(Vec::as_slice) {
+            None => Ok(default),
+            Some([v]) if v.is_finite() && (*v != 0.0 || default == 0.0) => Ok(*v),
+            Some(list) => wrong(format!("{list:?}")),
+        }
+    }
+
+    /// The classic format has no unsigned integers and says `_Unsigned` instead.
+    fn sign(&self, stored: Stored) -> Sign {
+        let says = |word: &str| self.words.get("_Unsigned").is_some_and(|w| w.eq_ignore_ascii_case(word));
+        match stored {
+            Stored::Signed { bytes, .. } if says("true") => Sign::Unsigned(2f64.powi(8 * bytes as i32)),
+            Stored::Unsigned { bytes, .. } if says("false") => Sign::Signed(2f64.powi(8 * bytes as i32)),
+            _ => Sign::AsStored,
+        }
+    }
+}
+
+/// The array whose attributes they are, as messages name it.
+pub(super) struct Array<'a> {
+    pub path: &'a Path,
+    pub name: &'a str,
+    pub width: usize,
+    pub stored: Stored,
+}
+
+/// How stored integers are to be taken; the number is that of their values.
+#[derive(Clone, Copy)]
+enum Sign {
+    AsStored,
+    Unsigned(f64),
+    Signed(f64),
+}
+
+impl Sign {
+    fn apply(self, value: f64) -> f64 {
+        match self {
+            Sign::Unsigned(count) if value < 0.0 => value + count,
+            Sign::Signed(count) if value >= count / 2.0 => value - count,
+            _ => value,
+        }
+    }
+}
+
+/// An attribute in double precision means the float that is nearest to it where floats are stored.
+fn narrowed(value: f64, stored: Stored) -> f64 {
+    if matches!(stored, Stored::F4 { .. }) { f64::from(value as f32) } else { value }
+}
+
+/// NetCDF's `NC_FILL_…`: what the library leaves where nothing was written. It has none for single bytes.
+fn default_fill(stored: Stored) -> Option<f64> {
+    Some(match stored {
+        Stored::F8 { .. } => 15.0 * 2f64.powi(119),
+        Stored::F4 { .. } => f64::from(15.0 * 2f32.powi(119)),
+        Stored::Signed { bytes: 2, .. } => -32_767.0,
+        Stored::Signed { bytes: 4, .. } => -2_147_483_647.0,
+        Stored::Signed { bytes: 8, .. } => -9_223_372_036_854_775_806_f64,
+        Stored::Unsigned { bytes: 2, .. } => 65_535.0,
+        Stored::Unsigned { bytes: 4, .. } => 4_294_967_295.0,
+        Stored::Unsigned { bytes: 8, .. } => 18_446_744_073_709_551_614_f64,
+        _ => return None,
+    })
+}
