@@ -46,15 +46,17 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
     let alone = scene.adhesion.clone().map(|a| AdhesionScene { without_too: false, other_ranges_nm: vec![], ..a });
     let there =
         (&case.p_star[..case.loads_there().min(case.p_star.len())], &scene.load.mean_gap_um, &scene.load.maps_at);
+    // What p* = 1 is: with [challenge] not what a file's own gradient makes of it.
+    let unit = case.gradient;
     let mut solve = |name: &str, tag: &str, method: &str, variant: Variant| {
         let key = match variant {
-            Variant::Asked => Key::new(name, &(&scene.load, &alone, &scene.continuum, &start), &[&surface_key]),
-            Variant::Without => Key::new(name, &(&there, &scene.continuum), &[&surface_key]),
+            Variant::Asked => Key::new(name, &(&scene.load, &alone, &scene.continuum, &start, unit), &[&surface_key]),
+            Variant::Without => Key::new(name, &(&there, &scene.continuum, unit), &[&surface_key]),
             Variant::Range(nm) => {
                 let of_range = alone.clone().map(|a| AdhesionScene { range_nm: nm, ..a });
-                Key::new(name, &(&there, of_range, &scene.continuum), &[&surface_key])
+                Key::new(name, &(&there, of_range, &scene.continuum, unit), &[&surface_key])
             }
-            Variant::Second => Key::new(name, &(&scene.challenge, &scene.continuum), &[&surface_key]),
+            Variant::Second => Key::new(name, &(&scene.challenge, &scene.continuum, unit), &[&surface_key]),
         }?;
         let what = match tag {
             "" => format!("{method} on {nx} x {ny} points"),
