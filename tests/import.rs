@@ -339,6 +339,9 @@ fn text_is_taken_for_what_it_is() {
     assert!(said.contains("2 lines in block 2 and 3 in the first") && said.contains("--fourier none"), "{said}");
     assert_eq!(read(list, Some(Fourier::None)).expect("said"), [3, 5]);
     assert_eq!(read(b"0 1 4\n1 1 5\n2 1 6\n0 0 1\n1 0 2\n2 0 3\n", None).expect("downwards"), [3, 2]);
+    // A map four points wide whose heights are whole numbers, but no waves.
+    let wide: String = (0..12).map(|i| format!("{} {} {}\n", i % 4, i / 4, i * i % 7)).collect();
+    assert_eq!(read(wide.as_bytes(), None).expect("a list"), [4, 3]);
     let said = read(b"1e308 0\n-1e308 0\n", None).unwrap_err().to_string();
     assert!(said.contains("heights from -1e308 to 1e308"), "{said}");
 }

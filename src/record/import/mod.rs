@@ -106,11 +106,11 @@ pub fn read(path: &Path, asked: Asked) -> Result<Found> {
         }
         Kind::Text => {
             let (map, declared, layout) = heights::read_ascii(path, source, asked.fourier == Some(Fourier::None))?;
-            let words = match layout {
-                Layout::Matrix => "text, one line per y",
-                Layout::Triples => "text, lines of x y h",
-            };
-            Found::map(map, declared, words)
+            if layout == Layout::Triples {
+                // Coordinates have said what it is, also of a map four points wide.
+                return Ok(Found::map(map, declared, "text, lines of x y h"));
+            }
+            Found::map(map, declared, "text, one line per y")
         }
         Kind::Konfig { nx, ny } => konfig::read(path, source, nx, ny)?,
     };
