@@ -58,7 +58,11 @@ fn plain(grid: Grid, adhesion: Adhesion, precision: Precision) -> Problem<'stati
 
 /// Iterations to p* = 0.01.
 fn load(method: &dyn ContactMethod, problem: &Problem) -> usize {
-    let mut run = method.start(problem, &unwatched).expect("a problem of this size starts");
+    let mut run = method
+        .start(problem, &unwatched)
+        .expect("a problem of this size starts")
+        .solver()
+        .expect("a problem of this size starts");
     run.equilibrate(Load::Pressure(0.01)).map(|s| s.iterations).expect("it converges")
 }
 

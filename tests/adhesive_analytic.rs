@@ -12,7 +12,7 @@ fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
 }
 
 fn start<'p>(problem: &'p Problem<'p>, id: &str) -> Box<dyn Run + 'p> {
-    method::find(id).unwrap().start(problem, &unwatched).unwrap()
+    method::find(id).unwrap().start(problem, &unwatched).unwrap().solver().unwrap()
 }
 
 /// A load of the path that must have its equilibrium.

@@ -19,7 +19,7 @@ fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
 }
 
 fn solve<R>(problem: &Problem, id: &str, pressure: f64, look: impl FnOnce(&State) -> R) -> R {
-    let mut run = method::find(id).unwrap().start(problem, &unwatched).unwrap();
+    let mut run = method::find(id).unwrap().start(problem, &unwatched).unwrap().solver().unwrap();
     let state = run.equilibrate(Load::Pressure(pressure)).unwrap();
     let Problem { kernel, adhesion, wall, .. } = problem;
     assert_eq!(state.stop, Stop::Converged, "{id}, {kernel}, {adhesion}, {wall}: residual {}", state.residual);

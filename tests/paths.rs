@@ -150,7 +150,12 @@ fn pulled_apart() {
     assert!((error / (pulled.pressure - coarser.pressure).abs() - 1.0).abs() < 1e-2, "{error} {coarser:?}");
     assert!((pulled.pressure - finer.pressure).abs() < error, "{} ± {error}, {}", pulled.pressure, finer.pressure);
     for (share, expected) in [(0.97, Stop::Converged), (1.03, Stop::Detached)] {
-        let mut run = method::find("fast").expect("it is there").start(&p, &unwatched).expect("it starts");
+        let mut run = method::find("fast")
+            .expect("it is there")
+            .start(&p, &unwatched)
+            .expect("it starts")
+            .solver()
+            .expect("it starts");
         for load in [0.01, 0.5 * pulled.pressure, share * pulled.pressure] {
             let state = run.equilibrate(Load::Pressure(load)).expect("a load");
             let last = load < 0.9 * pulled.pressure;
@@ -212,7 +217,7 @@ fn a_resumed_solve_has_the_same_bits() {
     ] {
         let tolerance = if precision == Precision::F32 { 1e-2 } else { 1e-7 };
         let p = Problem { precision, tolerance, ..problem(grid, Heights::Series(&modes), adhesion) };
-        let mut run = fast.start(&p, &unwatched).expect("it starts");
+        let mut run = fast.start(&p, &unwatched).expect("it starts").solver().expect("it starts");
         let (last, before) = path.split_last().expect("a load");
         for load in before {
             run.equilibrate(*load).expect("a load");
@@ -222,7 +227,7 @@ fn a_resumed_solve_has_the_same_bits() {
         for share in [0.0, 0.3, 0.6, 0.9] {
             let after = (share * iterations as f64) as i64;
             let stopper = Stopper { left: AtomicI64::new(-1), ..Stopper::default() };
-            let mut run = fast.start(&p, &stopper).expect("it starts");
+            let mut run = fast.start(&p, &stopper).expect("it starts").solver().expect("it starts");
             for load in before {
                 run.equilibrate(*load).expect("a load");
             }
@@ -232,7 +237,7 @@ fn a_resumed_solve_has_the_same_bits() {
             drop(run);
             let (grid, kept, progress) = stopper.kept.into_inner().expect("one thread").expect("a snapshot");
             let progress = serde_json::from_str(&progress.to_string()).expect("JSON");
-            let mut run = fast.start(&p, &unwatched).expect("it starts");
+            let mut run = fast.start(&p, &unwatched).expect("it starts").solver().expect("it starts");
             run.resume(grid, kept, &progress).expect("its own snapshot");
             let state = run.equilibrate(*last).expect("a load");
             assert_eq!(state.stop, Stop::Converged);

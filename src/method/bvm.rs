@@ -6,7 +6,10 @@
 //! curvature and a rising energy are answered with gradient steps of safe length.
 
 use super::operator::{Balance, Build, Operator, Outcome, Progress, curvature_of, dispatch, kkt};
-use super::{Card, ContactMethod, Criterion, Heights, Iteration, Load, Plan, Problem, Run, State, Stop, Watch};
+use super::{
+    Card, ContactMethod, Criterion, Heights, Iteration, Kind, Load, Needs, Plan, Problem, Run, Started, State, Stop,
+    Watch,
+};
 use crate::Result;
 use crate::grid::{Real, Transform};
 use crate::interface::{Adhesion, Kernel, Law, Wall};
@@ -19,7 +22,8 @@ static CARD: Card = Card {
     id: "bvm",
     paper_name: "FFT-BVM",
     family: "boundary value",
-    needs: "heights",
+    kind: Kind::Solver,
+    needs: Needs::Heights,
     criterion: Criterion::ZeroGap,
     calibrated_on: None,
     summary: "gap outside contact as unknown, projected conjugate gradients",
@@ -57,9 +61,9 @@ impl ContactMethod for Bvm {
         }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Box<dyn Run + 'p>> {
+    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
         problem.expect_periodic(CARD.id)?;
-        Ok(dispatch(problem, Start(problem, watch)))
+        Ok(Started::Solver(dispatch(problem, Start(problem, watch))))
     }
 }
 

@@ -53,12 +53,41 @@ pub enum Support {
     No(&'static str),
 }
 
+/// Whether the fields of a state are in equilibrium.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// Solves for the fields, and says how far from equilibrium it stopped.
+    Solver,
+    /// Tells of the contact without solving for its fields.
+    Estimate,
+}
+
+/// What a method is given of the surface, and it is given nothing else.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Needs {
+    Heights,
+    /// Power by wave number ([`crate::surface::Power`]).
+    Spectrum,
+}
+
 /// What a method calls contact. Areas are compared only together with it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Criterion {
     /// Gap exactly zero, where the wall holds the surfaces apart.
     ZeroGap,
+    /// Interfacial stress that presses.
+    CompressiveStress,
+    /// Undeformed bodies moved into each other: the bearing area, grown by what the method says of it.
+    Overlap,
+    /// Spots of single asperities.
+    Spots,
+    /// A share without a place: what a theory calls contact.
+    Statistical,
+    /// Gap below what light tells from none.
+    Optical { gap_nm: f64 },
     /// Any atom of the other body nearer than this.
     AtomDistance { d_c_angstrom: f64 },
 }
@@ -67,6 +96,11 @@ impl std::fmt::Display for Criterion {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Criterion::ZeroGap => write!(f, "zero gap"),
+            Criterion::CompressiveStress => write!(f, "compressive stress"),
+            Criterion::Overlap => write!(f, "overlap of the undeformed bodies"),
+            Criterion::Spots => write!(f, "spots of single asperities"),
+            Criterion::Statistical => write!(f, "a share, without a place"),
+            Criterion::Optical { gap_nm } => write!(f, "a gap below {gap_nm} nm at the scale of the experiment"),
             Criterion::AtomDistance { d_c_angstrom } => write!(f, "an indenter atom within {d_c_angstrom} Å"),
         }
     }
@@ -79,8 +113,8 @@ pub struct Card {
     /// Name of the approach in the challenge paper.
     pub paper_name: &'static str,
     pub family: &'static str,
-    /// "heights", "spectrum" or both.
-    pub needs: &'static str,
+    pub kind: Kind,
+    pub needs: Needs,
     pub criterion: Criterion,
     /// Constants fitted to the reference answer; none for a solver of the equations.
     pub calibrated_on: Option<&'static str>,

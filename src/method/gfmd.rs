@@ -8,7 +8,9 @@
 //! Westergaard at half its full-contact pressure: contact fraction 0.605 instead of 0.5).
 
 use super::operator::{Balance, Build, KKT, Operator, Outcome, Progress, dispatch, kkt_row};
-use super::{Card, ContactMethod, Criterion, Iteration, Load, Plan, Problem, Run, State, Stop, Watch};
+use super::{
+    Card, ContactMethod, Criterion, Iteration, Kind, Load, Needs, Plan, Problem, Run, Started, State, Stop, Watch,
+};
 use crate::Result;
 use crate::grid::{Real, Transform, block_sums};
 use crate::interface::{Kernel, Law};
@@ -21,7 +23,8 @@ static CARD: Card = Card {
     id: "gfmd",
     paper_name: "GFMD",
     family: "boundary value",
-    needs: "heights",
+    kind: Kind::Solver,
+    needs: Needs::Heights,
     criterion: Criterion::ZeroGap,
     calibrated_on: None,
     summary: "damped dynamics of the surface modes, uniform masses; the reference",
@@ -58,9 +61,9 @@ impl ContactMethod for Gfmd {
         }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Box<dyn Run + 'p>> {
+    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
         problem.expect_periodic(CARD.id)?;
-        Ok(dispatch(problem, Start(problem, watch)))
+        Ok(Started::Solver(dispatch(problem, Start(problem, watch))))
     }
 }
 

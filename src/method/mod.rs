@@ -5,16 +5,21 @@
 
 mod bvm;
 mod card;
+mod estimate;
 mod fast;
 mod gfmd;
 mod operator;
 mod problem;
+mod settings;
 
-pub use card::{Card, Criterion, Quantity, Support};
+pub use card::{Card, Criterion, Kind, Needs, Quantity, Support};
+pub use estimate::{Estimate, Estimator, Started};
 pub use problem::{
     CoarseState, Goals, Heights, Iteration, Load, Plan, Precision, Problem, Run, Settled, Snapshot, State, Stop, Watch,
     unwatched,
 };
+
+pub use settings::Settings;
 
 use crate::Result;
 
@@ -26,7 +31,7 @@ pub trait ContactMethod: Sync {
     fn plan(&self, problem: &Problem) -> Plan;
 
     /// Allocates. The first load is reached from first touch, or, by methods that say so, from coarser grids.
-    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Box<dyn Run + 'p>>;
+    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>>;
 }
 
 /// Every method, in the order in which tables list them.

@@ -1,6 +1,7 @@
+use super::Settings;
 use crate::grid::{Field, Grid, Series, Transform};
 use crate::interface::{Adhesion, Elastic, Kernel, Wall};
-use crate::surface::patch_gradient;
+use crate::surface::{Power, patch_gradient};
 use crate::{Error, Result};
 use rustfft::num_complex::Complex;
 use serde::{Deserialize, Serialize};
@@ -105,8 +106,10 @@ pub struct Settled {
 #[derive(Debug, Clone)]
 pub struct Problem<'a> {
     pub grid: Grid,
-    /// Low points touch first; any offset.
+    /// Low points touch first; any offset. None for methods that need none of them.
     pub heights: Heights<'a>,
+    /// For methods that need this instead of heights.
+    pub power: Option<&'a Power>,
     pub kernel: Elastic,
     pub adhesion: Adhesion,
     pub wall: Wall,
@@ -116,6 +119,7 @@ pub struct Problem<'a> {
     /// What else must have settled.
     pub goals: Goals,
     pub max_iterations: usize,
+    pub settings: Settings,
 }
 
 impl<'a> Problem<'a> {
@@ -132,7 +136,22 @@ impl<'a> Problem<'a> {
             tolerance: 1e-8,
             goals: Goals::default(),
             max_iterations: 50_000,
+            settings: Settings::default(),
+            power: None,
         }
+    }
+
+    /// The same for methods that need no more of a surface than its power by wave number.
+    pub fn of_power(grid: Grid, power: &'a Power) -> Self {
+        Problem { power: Some(power), ..Problem::new(grid, &[][..]) }
+    }
+
+    /// The power of the surface, for a method that needs it.
+    ///
+    /// # Errors
+    /// If it was not given.
+    pub fn expect_power(&self, id: &str) -> Result<&'a Power> {
+        self.power.ok_or_else(|| Error::input(format!("method {id}"), "spectrum", "not given", "that of the surface"))
     }
 
     /// rms gradient of the waves that the grid holds; of a surface that does not repeat, that of differences between

@@ -4,7 +4,7 @@ use super::pull_off::{self, Held};
 use crate::grid::{Grid, Series};
 use crate::interface::{Law, RangeChoice};
 use crate::method::{
-    CoarseState, ContactMethod, Goals, Heights, Iteration, Load, Problem, Run, Settled, Snapshot, Stop, Watch, find,
+    CoarseState, ContactMethod, Heights, Iteration, Load, Problem, Run, Settled, Snapshot, Stop, Watch, find,
 };
 use crate::observe::{ContactArea, contact_area};
 use crate::record::results::{Discretisation, Estimate, Extrapolated, PullOff};
@@ -210,15 +210,13 @@ pub(super) fn coarsened<'s>(
     law: crate::interface::Adhesion,
 ) -> Problem<'s> {
     Problem {
-        grid,
-        heights: Heights::Series(heights),
         kernel: problem.kernel,
         adhesion: RangeChoice::Mesh.law(law, grid.dx().max(grid.dy())),
         wall: problem.wall,
         precision: problem.precision,
         tolerance: TOLERANCE.max(problem.tolerance),
-        goals: Goals::default(),
         max_iterations: problem.max_iterations,
+        ..Problem::new(grid, Heights::Series(heights))
     }
 }
 
@@ -234,7 +232,7 @@ pub(super) struct Companion<'s> {
 
 impl<'s> Companion<'s> {
     pub fn start(problem: &'s Problem<'s>, threshold: f64, holds: bool, watch: &'s dyn Watch) -> Result<Self> {
-        Ok(Companion { problem, run: method().start(problem, watch)?, threshold, held: None, holds })
+        Ok(Companion { problem, run: method().start(problem, watch)?.solver()?, threshold, held: None, holds })
     }
 
     /// `None` where this grid has no equilibrium to offer, or no time: the problem's own solve stops at once then, and keeps

@@ -154,7 +154,7 @@ impl<'p> LoadPath<'p> {
             Heights::Nodes(nodes) => rms(nodes),
             Heights::Series(series) => series.rms(),
         };
-        let mut run = self.method.start(&self.problem, &levels)?;
+        let mut run = self.method.start(&self.problem, &levels)?.solver()?;
         let mut last = None;
         let first = match begin {
             None => 0,

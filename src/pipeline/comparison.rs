@@ -8,7 +8,7 @@ use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
 use crate::compare::{Criteria, Sites, registration, softness_threshold};
 use crate::grid::Field;
 use crate::interface::{Kernel, RangeChoice, Wall};
-use crate::method::{Goals, Precision, Problem};
+use crate::method::{Precision, Problem};
 use crate::observe::{Connectivity, along_y, column_at, contact_area, patch_sizes};
 use crate::record::npy;
 use crate::record::results::{
@@ -47,15 +47,13 @@ pub(super) fn matched(
     let even_odds = even_odds_gap(atoms) / length;
     let solve = |wall: Wall, soft: bool, tag: &str, threshold: f64, criterion: &str| {
         let problem = Problem {
-            grid: atoms.matched,
-            heights: (&heights).into(),
             kernel: atoms.kernel(),
             adhesion: atoms.matched_adhesion(soft),
             wall,
             precision: Precision::F64,
             tolerance: MATCHED_TOLERANCE,
-            goals: Goals::default(),
             max_iterations: case.scene.continuum.max_iterations,
+            ..Problem::new(atoms.matched, &heights)
         };
         let asked = Asked {
             problem,

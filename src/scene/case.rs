@@ -235,8 +235,6 @@ impl Case {
     pub fn problem<'a>(&self, heights: Heights<'a>) -> Problem<'a> {
         let c = &self.scene.continuum;
         Problem {
-            grid: self.grid,
-            heights,
             kernel: self.kernel,
             adhesion: self.adhesion,
             wall: self.wall,
@@ -244,6 +242,7 @@ impl Case {
             tolerance: c.tolerance_or_default(self.grid),
             goals: c.goals(),
             max_iterations: c.max_iterations,
+            ..Problem::new(self.grid, heights)
         }
     }
 

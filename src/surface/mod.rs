@@ -4,12 +4,14 @@
 
 mod fourier;
 mod patch;
+mod power;
 mod spectrum;
 mod statistics;
 mod synthesis;
 
 pub use fourier::FourierModes;
 pub use patch::{PatchMoments, patch_moments, windowed};
+pub use power::{Power, Shell};
 pub use spectrum::{Amplitudes, Expected, Spectrum};
 pub use statistics::{Moments, PsdBin, Range, moments, patch_gradient, psd, range};
 pub use synthesis::{Modes, lower_to_zero, resample};

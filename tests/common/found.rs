@@ -44,7 +44,7 @@ impl Found {
 
 /// A path of pressures.
 pub fn path(problem: &Problem, id: &str, pressures: &[f64]) -> Vec<Found> {
-    let mut run = method::find(id).unwrap().start(problem, &unwatched).unwrap();
+    let mut run = method::find(id).unwrap().start(problem, &unwatched).unwrap().solver().unwrap();
     let mut solve = |&p: &f64| {
         let s = run.equilibrate(Load::Pressure(p)).unwrap();
         Found {

@@ -335,8 +335,6 @@ impl Solve {
         };
         let gamma = self.gamma / (self.modulus * self.length);
         Ok(Problem {
-            grid,
-            heights,
             kernel,
             adhesion: self.law.adhesion(gamma, self.rho.unwrap_or(1.0) / self.length),
             wall,
@@ -344,6 +342,7 @@ impl Solve {
             tolerance,
             goals: Goals { energy: self.energy_goal, area: self.area_goal, mean_gap: self.gap_goal },
             max_iterations: self.max_iterations,
+            ..Problem::new(grid, heights)
         })
     }
 

@@ -15,8 +15,8 @@ mod window;
 
 use super::operator::{Balance, Build, LOAD_BALANCE, LOAD_SHARE, Outcome, dispatch, refused};
 use super::{
-    Card, CoarseState, ContactMethod, Criterion, Goals, Heights, Load, Plan, Precision, Problem, Run, Settled, State,
-    Stop, Watch,
+    Card, CoarseState, ContactMethod, Criterion, Goals, Heights, Kind, Load, Needs, Plan, Precision, Problem, Run,
+    Settled, Started, State, Stop, Watch,
 };
 use crate::grid::{Grid, Real, Series, lowest, mean, rms};
 use crate::interface::{HalfSpace, HardWall, Kernel, Law};
@@ -33,7 +33,8 @@ static CARD: Card = Card {
     id: "fast",
     paper_name: "-",
     family: "boundary value",
-    needs: "heights",
+    kind: Kind::Solver,
+    needs: Needs::Heights,
     criterion: Criterion::ZeroGap,
     calibrated_on: None,
     summary: "nested grids, projected Newton steps preconditioned in Fourier space; the default",
@@ -78,8 +79,8 @@ impl ContactMethod for Fast {
         Plan { bytes: level + series, iterations: 20, pairs_per_iteration: 4.0 }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Box<dyn Run + 'p>> {
-        Ok(dispatch(problem, Start { problem, watch }))
+    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
+        Ok(Started::Solver(dispatch(problem, Start { problem, watch })))
     }
 }
 
