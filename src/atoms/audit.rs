@@ -8,6 +8,7 @@ use std::f64::consts::{PI, SQRT_2};
 use super::indenter::{MAX_SPACING_ANGSTROM, gcd};
 use crate::atoms::wall::{CONTACT_DISTANCE_ANGSTROM, Wall};
 use crate::error::Result;
+use crate::interface;
 use crate::interface::{Base, Layer};
 use crate::record::results::AuditLine;
 use crate::units::{ANGSTROM_M, Scales};
@@ -150,7 +151,7 @@ fn adhesion(asked: &Asked, used: &Used, wall: &Wall, lines: &mut Vec<AuditLine>)
     let reason = format!("largest adhesive stress {:.3} GPa: {why}", stress_used * used.modulus_gpa);
     lines.push(line("adhesive stress", "γ/(ρ E*)", stress_asked, stress_used, reachable, reason));
 
-    let tabor = |radius: f64, gamma: f64, rho: f64| stress(radius.cbrt() * libm::cbrt(gamma * gamma), rho);
+    let tabor = |radius: f64, gamma: f64, rho: f64| stress(interface::tabor(radius, gamma, 1.0), rho);
     let radius_reduced = used.curvature_radius_angstrom / used.length_angstrom;
     let (t_asked, t_used) =
         (tabor(asked.curvature_radius, asked.gamma, asked.rho), tabor(radius_reduced, gamma_reduced, rho_reduced));

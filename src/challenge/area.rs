@@ -1,6 +1,6 @@
 //! Contact area and mean contact pressure.
 
-use super::{Sight, Statement, cover};
+use super::{Sight, Statement, cover, reference};
 use crate::record::results::{Judged, StateResults};
 use std::f64::consts::PI;
 
@@ -37,7 +37,7 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
         .filter(|s| (FEW_PER_CENT[0]..FEW_PER_CENT[1]).contains(&area(s)))
         .filter_map(|s| Some(area(s) / area(plain.iter().find(|p| p.p_star == s.p_star)?)))
         .collect();
-    let at_reference = Sight::at_reference(sight.adhesive).map(area);
+    let at_reference = reference(sight.adhesive).map(area);
     let pressures: Vec<f64> =
         adhesive.iter().filter(|s| (9.9e-4..0.1001).contains(&s.p_star)).map(|s| s.pressure / area(s)).collect();
     let spread = cover(adhesive.iter().map(|s| s.p_star), SPAN).then(|| {

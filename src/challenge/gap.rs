@@ -1,7 +1,7 @@
 //! Mean gap, stiffness and the distribution of gaps.
 
-use super::{Sight, Statement, cover, line, setting, share_below};
-use crate::record::results::Judged;
+use super::{Sight, Statement, cover, line, reference, setting, share_below};
+use crate::record::results::{FIRST_TOUCH, Judged};
 
 /// Mean gap at the reference load, µm, and three standard deviations: seeds 1 to 24 on 512² (`docs/challenge.md`).
 const MEAN_GAP: [f64; 2] = [1.037, 0.105];
@@ -27,8 +27,8 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
         |span: &std::ops::Range<f64>| cover(Sight::there(held).map(|s| s.p_star), [span.start, 0.99 * span.end]);
     let falling = covered(&EXPONENTIAL).then(|| line(&points(&EXPONENTIAL, &|p, u| (p, u.ln())))).flatten();
     let logarithmic = covered(&LOGARITHMIC).then(|| line(&points(&LOGARITHMIC, &|p, u| (p.ln(), u)))).flatten();
-    let first_touch = sight.results.surface.statistics.iter().find(|s| s.symbol == "h̄ - h_min").map(|s| s.realised);
-    let reference = Sight::at_reference(sight.plain);
+    let first_touch = sight.results.surface.statistic(FIRST_TOUCH).map(|s| s.realised);
+    let reference = reference(sight.plain);
     let s13 = Statement::new("S13", "mean gap at first touch: the mean height", "µm");
     let s13 = match first_touch {
         Some(h) if sight.is_imported() => sight.of_roughness(s13, |item| {

@@ -8,6 +8,8 @@ mod gap;
 mod patches;
 mod setting;
 mod stress;
+#[cfg(test)]
+mod tests;
 
 use crate::observe::Distribution;
 use crate::record::results::{ContinuumResults, Judged, Observed, Results, StateResults, Verdict, Way};
@@ -32,6 +34,11 @@ pub fn judge(results: &Results) -> Vec<Judged> {
         .into_iter()
         .flat_map(|j| j(&sight))
         .collect()
+}
+
+/// The state at the challenge's reference load, on the way there.
+pub fn reference(c: &ContinuumResults) -> Option<&StateResults> {
+    Sight::there(c).find(|s| (s.p_star / REFERENCE_LOAD - 1.0).abs() < 1e-6)
 }
 
 /// A run, as its judges see it.
@@ -80,13 +87,9 @@ impl<'a> Sight<'a> {
         Self::there(c).filter(move |s| s.contact_fraction * nodes >= ENOUGH_NODES && s.contact_fraction_corrected > 0.0)
     }
 
-    fn at_reference(c: &ContinuumResults) -> Option<&StateResults> {
-        Self::there(c).find(|s| (s.p_star / REFERENCE_LOAD - 1.0).abs() < 1e-6)
-    }
-
     /// What was observed at the reference load, with adhesion and without.
     fn observed(&self) -> Option<[&Observed; 2]> {
-        let of = |c| Self::at_reference(c)?.observed.as_ref();
+        let of = |c| reference(c)?.observed.as_ref();
         Some([of(self.adhesive)?, of(self.plain)?])
     }
 
@@ -211,7 +214,7 @@ fn line(points: &[(f64, f64)]) -> Option<(f64, f64, f64)> {
 }
 
 #[cfg(test)]
-mod tests {
+mod arithmetic {
     use super::*;
 
     #[test]

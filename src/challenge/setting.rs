@@ -1,13 +1,14 @@
 //! The problem itself: scales, adhesion, surface.
 
-use super::{MESH_LIMIT, Sight, Statement};
-use crate::record::results::{Judged, Verdict};
+use super::{MESH_LIMIT, Sight, Statement, reference};
+use crate::interface;
+use crate::record::results::{CURVATURE_RADIUS, FIRST_TOUCH, HEIGHT_RANGE, Judged, RMS_HEIGHT, Verdict};
 use crate::scene::REFERENCE_LOAD;
 
 /// γ/(E* L): 50 mJ/m² on 25 MPa and 0.1 mm.
 pub(super) const GAMMA: f64 = 2e-5;
 /// Curvature radius that the paper prints, over L.
-const CURVATURE_RADIUS: f64 = 60e-9 / 1e-4;
+const PRINTED_RADIUS: f64 = 60e-9 / 1e-4;
 
 /// A statistic of heights: as printed of the challenge's own surface, with half of the last digit; and of surfaces like it,
 /// with three standard deviations.
@@ -25,7 +26,7 @@ const HEIGHTS: [Statistic; 4] = [
     Statistic {
         id: "S04a",
         text: "rms height",
-        symbol: "h_rms",
+        symbol: RMS_HEIGHT,
         unit: "µm",
         printed: [0.762, HALF_A_DIGIT],
         alike: [0.778, 0.066],
@@ -33,7 +34,7 @@ const HEIGHTS: [Statistic; 4] = [
     Statistic {
         id: "S04b",
         text: "mean minus lowest height",
-        symbol: "h̄ - h_min",
+        symbol: FIRST_TOUCH,
         unit: "µm",
         printed: [2.633, HALF_A_DIGIT],
         alike: [2.94, 0.7],
@@ -41,7 +42,7 @@ const HEIGHTS: [Statistic; 4] = [
     Statistic {
         id: "S04c",
         text: "range of heights",
-        symbol: "h_max - h_min",
+        symbol: HEIGHT_RANGE,
         unit: "µm",
         printed: [5.642, HALF_A_DIGIT],
         alike: [5.84, 1.1],
@@ -49,7 +50,7 @@ const HEIGHTS: [Statistic; 4] = [
     Statistic {
         id: "S04d",
         text: "curvature radius",
-        symbol: "R_c",
+        symbol: CURVATURE_RADIUS,
         unit: "nm",
         printed: [60.0, 0.5],
         alike: [60.13, 0.4],
@@ -69,7 +70,7 @@ pub(super) fn sampling(sight: &Sight) -> f64 {
 
 /// Tabor's parameter at a range, units of L.
 pub(super) fn tabor(rho: f64) -> f64 {
-    (CURVATURE_RADIUS * GAMMA * GAMMA).cbrt() / rho
+    interface::tabor(PRINTED_RADIUS, GAMMA, rho)
 }
 
 pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
@@ -82,7 +83,7 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
         range.map_or(String::new(), |r| format!("at the range that the grid is given: {:.2}", tabor(r[1]))),
     ));
     let modulus = sight.results.scales.modulus_pa;
-    let pressure = Sight::at_reference(sight.adhesive).map(|s| s.pressure * modulus * 1e-3);
+    let pressure = reference(sight.adhesive).map(|s| s.pressure * modulus * 1e-3);
     list.push(Statement::new("S02", "pressure at the reference load p* = 0.01", "kPa").near(
         pressure,
         modulus * REFERENCE_LOAD * 1e-3,
@@ -123,7 +124,7 @@ fn mesh(sight: &Sight) -> Judged {
 }
 
 fn heights(sight: &Sight, of: &Statistic) -> Judged {
-    let found = sight.results.surface.statistics.iter().find(|s| s.symbol == of.symbol);
+    let found = sight.results.surface.statistic(of.symbol);
     let item = Statement::new(of.id, of.text, of.unit);
     let Some(found) = found else { return item.not_judged("the surface has no such statistic") };
     if found.held.zip(found.expected).is_some_and(|(held, whole)| (held / whole - 1.0).abs() > 0.01) {

@@ -1,6 +1,6 @@
 //! Interfacial stresses and their distribution.
 
-use super::{Sight, Statement, share_below};
+use super::{Sight, Statement, reference, share_below};
 use crate::observe::Distribution;
 use crate::record::results::{Judged, Observed};
 use libm::erf;
@@ -15,7 +15,7 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
     let observed = sight.observed();
     // Elsewhere the residual, in proportion to the pressure, outweighs the tension.
     let tension = observed.and_then(|[with, _]| with.stress.edges.first().copied());
-    let reference = Sight::at_reference(sight.plain);
+    let reference = reference(sight.plain);
     let form = reference.zip(observed).map(|(s, [_, plain])| persson_distance(s.pressure, &plain.contact_stress));
     let second = sight.results.second.as_ref().and_then(|c| c.states.first()?.observed.as_ref());
     let apart =

@@ -69,14 +69,6 @@ pub fn audit(lines: &[AuditLine]) -> String {
     )
 }
 
-fn verdict(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Pass => "pass",
-        Verdict::Fail => "FAIL",
-        Verdict::NotJudged => "not judged",
-    }
-}
-
 /// Headline of a run: loads, areas, gaps, and atoms against continuum.
 pub fn results(results: &Results) {
     if let Some(c) = &results.continuum {
@@ -194,20 +186,14 @@ fn acceptance(list: &[Judged]) -> String {
     table(
         &["", "statement", "value", "reference", "accepted", "unit", "verdict", "why"],
         list.iter().map(|j| {
-            let accepted = match j.tolerance {
-                Some([Some(low), Some(high)]) => format!("{} to {}", number(low), number(high)),
-                Some([Some(low), None]) => format!("from {}", number(low)),
-                Some([None, Some(high)]) => format!("up to {}", number(high)),
-                _ => "-".into(),
-            };
             vec![
                 j.id.clone(),
                 j.statement.clone(),
                 j.value.map_or("-".into(), number),
                 j.reference.map_or("-".into(), number),
-                accepted,
+                j.accepted(number).unwrap_or("-".into()),
                 if j.unit == "1" { String::new() } else { j.unit.clone() },
-                verdict(j.verdict).into(),
+                if j.verdict == Verdict::Fail { "FAIL".into() } else { j.verdict.to_string() },
                 j.reason.clone(),
             ]
         }),

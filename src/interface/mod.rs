@@ -9,6 +9,6 @@ pub use cubic::{Cubic, CubicHalfSpace};
 pub use kernel::{Base, Elastic, HalfSpace, Kernel, Layer};
 pub use law::{
     Adhesion, COHESIVE_RESOLUTION, Dugdale, Exponential, HardWall, Law, LennardJonesWall, PowerLaw93, PowerLawWall,
-    RangeChoice, SoftWall, StiffWall, Wall, WithAdhesion,
+    RangeChoice, SoftWall, StiffWall, Wall, WithAdhesion, tabor,
 };
 pub use non_periodic::NonPeriodic;

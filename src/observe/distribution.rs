@@ -31,6 +31,11 @@ impl Distribution {
         self.edges.windows(2).zip(&self.shares).map(bin).collect()
     }
 
+    /// The same with values in a unit of which one of this distribution's is `unit`.
+    pub fn density_in(&self, unit: f64) -> Vec<(f64, f64)> {
+        self.density().into_iter().map(|(middle, density)| (middle * unit, density / unit)).collect()
+    }
+
     /// What all shares add up to: one.
     pub fn total(&self) -> f64 {
         self.shares.iter().sum::<f64>() + self.delta + self.below + self.above

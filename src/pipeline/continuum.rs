@@ -5,11 +5,12 @@ use super::{Key, Listener, Progress};
 use crate::grid::{Field, Grid};
 use crate::interface::{Adhesion, Law, RangeChoice};
 use crate::method::{self, Goals, Heights, Load, Problem, Stop};
-use crate::observe::{Connectivity, contact_map, hysteresis_work, patch_sizes, stiffness};
+use crate::observe::{hysteresis_work, stiffness};
 use crate::path::{Begin, Checkpoint, Keeper, LoadPath, Reached};
 use crate::record::npy;
 use crate::record::results::{
-    ContinuumResults, Hanging, PsdPoint, RangeResults, StateResults, Statistic, SurfaceResults, Way,
+    CURVATURE_RADIUS, ContinuumResults, FIRST_TOUCH, HEIGHT_RANGE, Hanging, PsdPoint, RMS_HEIGHT, RangeResults,
+    StateResults, Statistic, SurfaceResults, Way,
 };
 use crate::scene::{Case, REFERENCE_LOAD, Surface};
 use crate::surface::{Expected, moments, patch_moments, psd, range, windowed};
@@ -70,11 +71,11 @@ pub fn statistics(case: &Case, heights: &[f64]) -> Vec<Statistic> {
     };
     let band = held.as_ref().or(expected.as_ref()).map(|e| e.rms_height_band * um);
     vec![
-        Statistic { band, ..line("rms height", "h_rms", "µm", Some(&|e| e.rms_height * um), m.rms_height * um) },
+        Statistic { band, ..line("rms height", RMS_HEIGHT, "µm", Some(&|e| e.rms_height * um), m.rms_height * um) },
         line("rms gradient", "ḡ", "1", Some(&|e| e.rms_gradient), m.rms_gradient),
         line(
             "curvature radius",
-            "R_c",
+            CURVATURE_RADIUS,
             "nm",
             Some(&|e| e.curvature_radius * um * 1e3),
             m.curvature_radius() * um * 1e3,
@@ -83,8 +84,8 @@ pub fn statistics(case: &Case, heights: &[f64]) -> Vec<Statistic> {
         line("profile moment m2", "m2", "1", Some(&|e| e.m2), m.m2),
         line("profile moment m4", "m4", "µm⁻²", Some(&|e| e.m4 / um / um), m.m4 / um / um),
         line("Nayak's bandwidth parameter", "α", "1", Some(&|e| e.nayak()), m.nayak()),
-        line("mean minus lowest height (first-touch mean gap)", "h̄ - h_min", "µm", None, (r.mean - r.min) * um),
-        line("range of heights", "h_max - h_min", "µm", None, (r.max - r.min) * um),
+        line("mean minus lowest height (first-touch mean gap)", FIRST_TOUCH, "µm", None, (r.mean - r.min) * um),
+        line("range of heights", HEIGHT_RANGE, "µm", None, (r.max - r.min) * um),
         line(
             "elastic energy of full contact",
             "U_el",
@@ -99,13 +100,13 @@ pub fn statistics(case: &Case, heights: &[f64]) -> Vec<Statistic> {
 fn patch_statistics(grid: Grid, heights: &[f64], um: f64) -> Vec<Statistic> {
     let (m, r) = (patch_moments(grid, heights), range(heights));
     let lines = [
-        ("rms height about the mean", "h_rms", "µm", m.rms_height * um),
+        ("rms height about the mean", RMS_HEIGHT, "µm", m.rms_height * um),
         ("rms gradient between neighbours", "ḡ", "1", m.rms_gradient),
-        ("curvature radius", "R_c", "nm", m.m4.sqrt().recip() * um * 1e3),
+        ("curvature radius", CURVATURE_RADIUS, "nm", m.m4.sqrt().recip() * um * 1e3),
         ("profile moment m2", "m2", "1", m.m2),
         ("profile moment m4", "m4", "µm⁻²", m.m4 / um / um),
-        ("mean minus lowest height (first-touch mean gap)", "h̄ - h_min", "µm", (r.mean - r.min) * um),
-        ("range of heights", "h_max - h_min", "µm", (r.max - r.min) * um),
+        ("mean minus lowest height (first-touch mean gap)", FIRST_TOUCH, "µm", (r.mean - r.min) * um),
+        ("range of heights", HEIGHT_RANGE, "µm", (r.max - r.min) * um),
     ];
     lines
         .into_iter()
@@ -344,7 +345,7 @@ fn summary(
     [gap, stress]: [Option<String>; 2],
 ) -> StateResults {
     let (state, area) = (&reached.state, &reached.area);
-    let patches = patch_sizes(&contact_map(state.gap, threshold), grid.nx, Connectivity::Eight).len();
+    let observed = observed(grid, state, threshold, adhesive);
     StateResults {
         p_star,
         pressure: state.pressure,
@@ -352,7 +353,7 @@ fn summary(
         contact_fraction: area.fraction,
         contact_fraction_corrected: area.corrected,
         mean_gap: state.mean_gap,
-        patches,
+        patches: observed.patches(),
         energy: state.energy,
         interaction_energy: state.interaction_energy,
         load_error: state.load_error,
@@ -370,7 +371,7 @@ fn summary(
         extrapolated: reached.extrapolated,
         stiffness: None,
         hangs: None,
-        observed: Some(observed(grid, state, threshold, adhesive)),
+        observed: Some(observed),
         gap,
         stress,
     }

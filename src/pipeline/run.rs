@@ -14,6 +14,7 @@ use crate::record::results::{
 use crate::record::{netcdf, npy};
 use crate::scene::{AdhesionScene, AtomsCase, Case, Surface};
 use crate::{Error, Result, challenge, report};
+use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
 
 const RECORDING_FILE: &str = "run.mcap";
@@ -48,6 +49,8 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
         (&case.p_star[..case.loads_there().min(case.p_star.len())], &scene.load.mean_gap_um, &scene.load.maps_at);
     // What p* = 1 is: with [challenge] not what a file's own gradient makes of it.
     let unit = case.gradient;
+    // Made or read by the first stage that solves, if any does.
+    let (series, nodes) = (OnceCell::new(), OnceCell::new());
     let mut solve = |name: &str, tag: &str, method: &str, variant: Variant| {
         let key = match variant {
             Variant::Asked => Key::new(name, &(&scene.load, &alone, &scene.continuum, &start, unit), &[&surface_key]),
@@ -63,17 +66,15 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
             tag => format!("{method} on {nx} x {ny} points, {tag}"),
         };
         folder.stage(listener, (name, &what), &key, Leftovers::KeepOf(&key), |dir| {
-            let (series, nodes);
             let heights = match &case.surface {
                 // Its waves are the heights, and most often less to hold.
-                Surface::Synthesised { modes, .. } => {
-                    series = modes.series();
-                    Heights::Series(&series)
-                }
+                Surface::Synthesised { modes, .. } => Heights::Series(series.get_or_init(|| modes.series())),
                 Surface::Fourier { modes, .. } => Heights::Series(modes.series()),
                 Surface::Imported { .. } => {
-                    nodes = stored_heights(out, &surface)?;
-                    Heights::Nodes(&nodes)
+                    if nodes.get().is_none() {
+                        let _ = nodes.set(stored_heights(out, &surface)?);
+                    }
+                    Heights::Nodes(nodes.get().expect("just set"))
                 }
             };
             continuum::laboratory(case, variant, heights, (dir, name, ""), &key, listener)

@@ -126,6 +126,19 @@ pub struct SurfaceResults {
     pub psd: Vec<PsdPoint>,
 }
 
+/// Symbols of [`Statistic`]s that others look up.
+pub const RMS_HEIGHT: &str = "h_rms";
+pub const CURVATURE_RADIUS: &str = "R_c";
+pub const FIRST_TOUCH: &str = "h̄ - h_min";
+pub const HEIGHT_RANGE: &str = "h_max - h_min";
+
+impl SurfaceResults {
+    /// The statistic with a symbol, if the surface has it.
+    pub fn statistic(&self, symbol: &str) -> Option<&Statistic> {
+        self.statistics.iter().find(|s| s.symbol == symbol)
+    }
+}
+
 /// Files without the word are of the time when all cells did.
 fn repeats() -> bool {
     true
@@ -219,6 +232,28 @@ pub enum Verdict {
     Fail,
     #[serde(rename = "not judged")]
     NotJudged,
+}
+
+impl Judged {
+    /// The values that agree, in words; none where no value would.
+    pub fn accepted(&self, number: impl Fn(f64) -> String) -> Option<String> {
+        Some(match self.tolerance? {
+            [Some(low), Some(high)] => format!("{} to {}", number(low), number(high)),
+            [Some(low), None] => format!("from {}", number(low)),
+            [None, Some(high)] => format!("up to {}", number(high)),
+            [None, None] => return None,
+        })
+    }
+}
+
+impl std::fmt::Display for Verdict {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Verdict::Pass => "pass",
+            Verdict::Fail => "fail",
+            Verdict::NotJudged => "not judged",
+        })
+    }
 }
 
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
@@ -404,6 +439,13 @@ pub struct Observed {
     /// Whether contact (by edges and corners) and gap (by edges) lead around the cell, along x and y.
     pub contact_spans: [bool; 2],
     pub gap_spans: [bool; 2],
+}
+
+impl Observed {
+    /// How many patches there are.
+    pub fn patches(&self) -> usize {
+        self.patch_density.iter().map(|[.., n]| *n as usize).sum()
+    }
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]

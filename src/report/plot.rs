@@ -101,6 +101,12 @@ pub struct Plot {
 }
 
 impl Plot {
+    /// A frame of the usual proportion around what its curves show; labels with their units, x before y.
+    pub fn new((x, y): (Axis, Axis), (x_label, y_label): (&str, &str), curves: Vec<Curve>) -> Self {
+        let (x_label, y_label) = (x_label.into(), y_label.into());
+        Plot { x, y, x_label, y_label, curves, include: Vec::new(), proportion: 0.55 }
+    }
+
     /// The SVG text, or nothing when no curve has a point to show.
     pub fn svg(&self) -> Option<String> {
         let curves: Vec<Curve> = self.curves.iter().filter_map(|c| self.shown(c)).collect();

@@ -16,7 +16,7 @@ pub use dugdale::Dugdale;
 pub use exponential::Exponential;
 pub use lennard_jones::LennardJonesWall;
 pub use power_law::{PowerLaw93, PowerLawWall};
-pub use range::RangeChoice;
+pub use range::{RangeChoice, tabor};
 pub use stiff::StiffWall;
 
 /// An interaction energy `v(g)` per area and its traction `dv/dg`: attraction is positive.

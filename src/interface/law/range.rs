@@ -1,6 +1,12 @@
 use super::{Adhesion, COHESIVE_RESOLUTION, Law};
 use serde::{Deserialize, Serialize};
 
+/// Tabor's parameter (R γ²/(E*² ρ³))^(1/3) of a curvature radius and a range, units of L, and a work of adhesion, E* L:
+/// how far a contact is from one whose adhesion has no range (Tabor, J. Colloid Interface Sci. 58 (1977) 2).
+pub fn tabor(radius: f64, gamma: f64, rho: f64) -> f64 {
+    libm::cbrt(radius) * libm::cbrt(gamma * gamma) / rho
+}
+
 /// Which range of the adhesion a grid is given.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]

@@ -6,7 +6,7 @@ use crate::observe::Distribution;
 use crate::record::heights::Sign;
 use crate::record::npy::Reader;
 use crate::record::results::{
-    AtomsResults, ContinuumResults, Judged, Observed, Results, StateResults, SurfaceResults, Verdict, Way,
+    AtomsResults, ContinuumResults, Judged, Observed, Results, StateResults, SurfaceResults, Way,
 };
 use crate::units::ANGSTROM_M;
 use std::path::{Path, PathBuf};
@@ -51,13 +51,8 @@ pub fn write_run(folder: &Path, results: &Results) -> Result<()> {
     }
     if !results.acceptance.is_empty() {
         let said = |j: &Judged| {
-            let verdict = match j.verdict {
-                Verdict::Pass => "pass",
-                Verdict::Fail => "fail",
-                Verdict::NotJudged => "not judged",
-            };
             let value = j.value.map_or(String::new(), |v| format!(" {v}"));
-            format!("{}{value}: {verdict}", j.id)
+            format!("{}{value}: {}", j.id, j.verdict)
         };
         let lines: Vec<String> = results.acceptance.iter().map(said).collect();
         attributes.push(text("acceptance", &lines.join("\n")));

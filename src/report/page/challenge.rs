@@ -3,22 +3,21 @@
 use maud::{Markup, html};
 
 use super::compare::key;
+use super::curves::branches;
 use super::desk::{Desk, figure, panel, panels, table, text};
-use crate::challenge::SIZE_EXPONENT;
+use crate::challenge::{SIZE_EXPONENT, reference};
 use crate::error::Result;
-use crate::grid::{Field, Grid};
-use crate::observe::{Distribution, along_y, column_at};
+use crate::grid::Grid;
+use crate::observe::column_at;
 use crate::record::npy;
 use crate::record::reduce::Reduced;
-use crate::record::results::{ContinuumResults, Judged, Observed, Results, StateResults, Verdict, Way};
+use crate::record::results::{ContinuumResults, FIRST_TOUCH, Judged, Observed, Results, StateResults, Verdict};
 use crate::report::map::Legend;
 use crate::report::number::significant;
 use crate::report::picture::{self, BLACK, BLUE, LONGEST_SIDE, ORANGE, Picture, Range};
 use crate::report::plot::{self, Axis, Curve, Dash, Marker, Plot, Style};
-use crate::scene::REFERENCE_LOAD;
 
 const WITH: Style = plot::ATOMS;
-const BACK: Style = plot::BACK;
 const WITHOUT: Style = plot::HARD;
 const THEORY: Style = plot::EXPECTED;
 const PART: Style = Style { dash: Dash::Dotted, marker: Marker::None, ..plot::SOFT };
@@ -36,22 +35,16 @@ pub fn verdicts(list: &[Judged]) -> Markup {
         .map(|j| {
             let unit = if j.unit == "1" { "" } else { &j.unit };
             let value = |v: f64| format!("{} {unit}", significant(v, 4));
-            let accepted = match j.tolerance {
-                Some([Some(low), Some(high)]) => format!("{} … {}", significant(low, 4), value(high)),
-                Some([Some(low), None]) => format!("from {}", value(low)),
-                Some([None, Some(high)]) => format!("up to {}", value(high)),
-                _ => "–".into(),
-            };
             vec![
                 text(&j.id),
                 text(&j.statement),
                 text(j.value.map_or("–".into(), value)),
                 text(j.reference.map_or("–".into(), value)),
-                text(accepted),
+                text(j.accepted(value).unwrap_or("–".into())),
                 match j.verdict {
-                    Verdict::Pass => text("pass"),
-                    Verdict::Fail => html! { span.bad { "fail" } },
-                    Verdict::NotJudged => html! { span.quiet { "not judged" } },
+                    Verdict::Pass => text(j.verdict),
+                    Verdict::Fail => html! { span.bad { (j.verdict) } },
+                    Verdict::NotJudged => html! { span.quiet { (j.verdict) } },
                 },
                 text(&j.reason),
             ]
@@ -104,7 +97,7 @@ pub fn figures(desk: &Desk, results: &Results) -> Result<Markup> {
         p { "The figures of the challenge’s paper, from this run: with its adhesion, without, and on the way back. "
             "Loads are p* = p/(E* ḡ), the reference load is p* = 0.01." }
         @for (number, drawing, caption) in &drawn {
-            (figure(drawing.clone(), html! { "Figure " (number) " of the challenge. " (caption) }))
+            (figure(drawing.clone(), html! { (caption) " (The paper’s figure " (number) ".)" }))
         }
     })
 }
@@ -134,22 +127,6 @@ fn curve(label: &str, style: Style, points: Vec<(f64, f64)>) -> Curve {
     Curve { label: label.into(), style, points }
 }
 
-fn plot(axes: (Axis, Axis), labels: (&str, &str), curves: Vec<Curve>) -> Plot {
-    Plot {
-        x: axes.0,
-        y: axes.1,
-        x_label: labels.0.into(),
-        y_label: labels.1.into(),
-        curves,
-        include: Vec::new(),
-        proportion: 0.6,
-    }
-}
-
-fn reference(c: &ContinuumResults) -> Option<&StateResults> {
-    c.states.iter().find(|s| s.way == Way::Approach && (s.p_star / REFERENCE_LOAD - 1.0).abs() < 1e-6)
-}
-
 /// Points of what was observed at the reference load, with adhesion and without.
 fn observed(
     with: &ContinuumResults,
@@ -165,7 +142,7 @@ fn observed(
 
 fn spectrum(results: &Results) -> Plot {
     let points = &results.surface.psd;
-    plot(
+    Plot::new(
         (Axis::Log, Axis::Log),
         ("wave number |q| L/2π", "C(q) (L²)"),
         vec![
@@ -189,17 +166,20 @@ fn section(desk: &Desk, with: &ContinuumResults, without: &ContinuumResults, wha
         let Some(file) = (if what == Quantity::Gap { &state.gap } else { &state.stress }) else {
             return Ok(Vec::new());
         };
-        let map = npy::read(&desk.field(file)?)?;
+        // Row by row: a map may be far larger than its one column.
+        let map = npy::Reader::open(&desk.field(file)?)?;
         let grid = Grid { nx: map.nx, ny: map.ny, lx: 1.0, ly: desk.aspect };
-        let points = along_y(grid, Field::F64(&map.values), column_at(grid, SECTION));
-        Ok(points.into_iter().map(|(y, v)| (y * um, v * unit)).collect())
+        let column = column_at(grid, SECTION);
+        let mut points = Vec::with_capacity(grid.ny);
+        map.for_each_row(|y, row| points.push((y as f64 * grid.dy() * um, row[column] * unit)))?;
+        Ok(points)
     };
     let curves = vec![
         curve("with adhesion", WITH.without_marker(), along(with)?),
         curve("without", WITHOUT.without_marker(), along(without)?),
     ];
     let label = if what == Quantity::Gap { "gap u (µm)" } else { "stress σ/E* ḡ" };
-    Ok(plot((Axis::Linear, Axis::Linear), ("y (µm)", label), curves))
+    Ok(Plot::new((Axis::Linear, Axis::Linear), ("y (µm)", label), curves))
 }
 
 fn sizes(desk: &Desk, with: &ContinuumResults, without: &ContinuumResults) -> Plot {
@@ -212,51 +192,35 @@ fn sizes(desk: &Desk, with: &ContinuumResults, without: &ContinuumResults) -> Pl
         let line = curves[0].points.iter().map(at).collect();
         curves.push(curve("a^−1.45", THEORY, line));
     }
-    plot((Axis::Log, Axis::Log), ("area of a patch a (µm²)", "Pr(a) (1/µm²)"), curves)
+    Plot::new((Axis::Log, Axis::Log), ("area of a patch a (µm²)", "Pr(a) (1/µm²)"), curves)
 }
 
 fn shares(desk: &Desk, with: &ContinuumResults, without: &ContinuumResults) -> Plot {
     let um2 = (desk.scales.length_m * 1e6).powi(2);
     let points = |o: &Observed| o.patch_area.iter().map(|[a, share]| (a * um2, *share)).collect();
-    plot((Axis::Log, Axis::Linear), ("area of a patch a (µm²)", "CPr(a)"), observed(with, without, &points))
-}
-
-fn density(d: &Distribution, unit: f64) -> Vec<(f64, f64)> {
-    d.density().into_iter().map(|(middle, density)| (middle * unit, density / unit)).collect()
+    Plot::new((Axis::Log, Axis::Linear), ("area of a patch a (µm²)", "CPr(a)"), observed(with, without, &points))
 }
 
 fn gaps(desk: &Desk, with: &ContinuumResults, without: &ContinuumResults) -> Plot {
     let um = desk.scales.length_m * 1e6;
-    let curves = observed(with, without, &|o| density(&o.gap_logarithmic, um));
-    plot((Axis::Log, Axis::Log), ("gap u (µm)", "Pr(u) (1/µm)"), curves)
+    let curves = observed(with, without, &|o| o.gap_logarithmic.density_in(um));
+    Plot::new((Axis::Log, Axis::Log), ("gap u (µm)", "Pr(u) (1/µm)"), curves)
 }
 
 fn stresses(with: &ContinuumResults, without: &ContinuumResults) -> Plot {
-    let mut curves = observed(with, without, &|o| density(&o.stress, 1.0));
+    let mut curves = observed(with, without, &|o| o.stress.density_in(1.0));
     if let Some(o) = reference(with).and_then(|s| s.observed.as_ref()) {
-        curves.push(curve("with adhesion, contact only", PART, density(&o.contact_stress, 1.0)));
+        curves.push(curve("with adhesion, contact only", PART, o.contact_stress.density_in(1.0)));
     }
-    plot((Axis::Linear, Axis::Log), ("stress σ/E* ḡ", "Pr(σ) E* ḡ"), curves)
-}
-
-/// States of one way as points.
-fn branch(c: &ContinuumResults, way: Way, of: impl Fn(&StateResults) -> f64) -> Vec<(f64, f64)> {
-    let mut list: Vec<(f64, f64)> = c.states.iter().filter(|s| s.way == way).map(|s| (s.p_star, of(s))).collect();
-    // The load at which the path turns belongs to both ways.
-    if way == Way::Retract && !list.is_empty() {
-        let turn = c.states.iter().rfind(|s| s.way == Way::Approach);
-        list.splice(0..0, turn.map(|s| (s.p_star, of(s))));
-    }
-    list
+    Plot::new((Axis::Linear, Axis::Log), ("stress σ/E* ḡ", "Pr(σ) E* ḡ"), curves)
 }
 
 /// With adhesion there and back, and without.
-fn branches(with: &ContinuumResults, without: &ContinuumResults, of: impl Fn(&StateResults) -> f64) -> Vec<Curve> {
-    vec![
-        curve("with adhesion", WITH, branch(with, Way::Approach, &of)),
-        curve("with adhesion, way back", BACK, branch(with, Way::Retract, &of)),
-        curve("without", WITHOUT, branch(without, Way::Approach, &of)),
-    ]
+fn paths(with: &ContinuumResults, without: &ContinuumResults, of: impl Fn(&StateResults) -> f64) -> Vec<Curve> {
+    let point = |s: &StateResults| (s.p_star, of(s));
+    let mut curves = branches(with, ("with adhesion", WITH), &point);
+    curves.extend(branches(without, ("without", WITHOUT), &point));
+    curves
 }
 
 /// A formula over the loads of a curve.
@@ -272,26 +236,26 @@ fn formula(label: &str, over: &[Curve], axis: Axis, of: impl Fn(f64) -> f64) -> 
 }
 
 fn area(with: &ContinuumResults, without: &ContinuumResults) -> Plot {
-    let mut curves = branches(with, without, |s| s.contact_fraction_corrected);
+    let mut curves = paths(with, without, |s| s.contact_fraction_corrected);
     let root = std::f64::consts::PI.sqrt();
     // As statement S07 has it: the load counts in the gradient that the grid resolves.
     let gradient = without.resolved_gradient.unwrap_or(1.0);
     let label = if gradient > 0.99 { "erf(√π p*)".into() } else { format!("erf(√π p*/{gradient:.2})") };
     curves.push(formula(&label, &curves, Axis::Log, |p| libm::erf(root * p / gradient)));
-    plot((Axis::Log, Axis::Log), ("load p*", "relative contact area a_r"), curves)
+    Plot::new((Axis::Log, Axis::Log), ("load p*", "relative contact area a_r"), curves)
 }
 
 fn contact_pressure(with: &ContinuumResults, without: &ContinuumResults) -> Plot {
-    let curves = branches(with, without, |s| s.p_star / s.contact_fraction_corrected);
-    plot((Axis::Log, Axis::Linear), ("load p*", "mean contact pressure p/(a_r E* ḡ)"), curves)
+    let curves = paths(with, without, |s| s.p_star / s.contact_fraction_corrected);
+    Plot::new((Axis::Log, Axis::Linear), ("load p*", "mean contact pressure p/(a_r E* ḡ)"), curves)
 }
 
 fn mean_gap(desk: &Desk, results: &Results, with: &ContinuumResults, without: &ContinuumResults) -> Plot {
     let um = desk.scales.length_m * 1e6;
-    let mut curves = branches(with, without, |s| s.mean_gap * um);
+    let mut curves = paths(with, without, |s| s.mean_gap * um);
     curves.push(formula("0.3 µm exp(−8 p*)", &curves, Axis::Linear, |p| 0.3 * (-8.0 * p).exp()));
-    let touch = results.surface.statistics.iter().find(|s| s.symbol == "h̄ - h_min").map(|s| s.realised);
+    let touch = results.surface.statistic(FIRST_TOUCH).map(|s| s.realised);
     let arrow = Style { dash: Dash::None, marker: Marker::Triangle, ..plot::SOFT };
     curves.extend(touch.map(|h| curve("rigid first touch", arrow, vec![(0.0, h)])));
-    plot((Axis::Linear, Axis::Log), ("load p*", "mean gap ū (µm)"), curves)
+    Plot::new((Axis::Linear, Axis::Log), ("load p*", "mean gap ū (µm)"), curves)
 }

@@ -22,7 +22,11 @@ pub fn section(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
 }
 
 /// Curves of a load path, one per branch, each from the state that its branch begins with; what is not converged apart.
-fn branches(c: &ContinuumResults, label: &str, of: &dyn Fn(&StateResults) -> (f64, f64)) -> Vec<Curve> {
+pub fn branches(
+    c: &ContinuumResults,
+    (label, look): (&str, Style),
+    of: &dyn Fn(&StateResults) -> (f64, f64),
+) -> Vec<Curve> {
     let converged: Vec<&StateResults> = c.states.iter().filter(|s| s.stop == "converged").collect();
     let both = converged.iter().any(|s| s.way == Way::Retract);
     let mut curves: Vec<Curve> = Vec::new();
@@ -30,7 +34,7 @@ fn branches(c: &ContinuumResults, label: &str, of: &dyn Fn(&StateResults) -> (f6
     for state in converged {
         if last.is_none_or(|l| l.way != state.way) {
             let (style, name) = match state.way {
-                Way::Approach => (LABORATORY, if both { format!("{label}, going in") } else { label.to_string() }),
+                Way::Approach => (look, if both { format!("{label}, going in") } else { label.to_string() }),
                 Way::Retract => (BACK, format!("{label}, coming back")),
             };
             // One entry in the legend for all stretches of a branch.
@@ -53,7 +57,7 @@ fn area(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
     let mut curves = Vec::new();
     if let Some(c) = &results.continuum {
         let label = format!("{}, scene’s scale", c.method);
-        curves.extend(branches(c, &label, &|s| (s.p_star, 100.0 * s.contact_fraction_corrected)));
+        curves.extend(branches(c, (&label, LABORATORY), &|s| (s.p_star, 100.0 * s.contact_fraction_corrected)));
     }
     if let Some(c) = &results.without {
         let points = c.states.iter().map(|s| (s.p_star, 100.0 * s.contact_fraction_corrected)).collect();
@@ -90,15 +94,8 @@ fn area(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
     let ((least, most), (smallest, _)) = (span(|p| p.0), span(|p| p.1));
     // A long load path would crowd its low end into a corner.
     let axis = if least > 0.0 && smallest > 0.0 && most > LONG_PATH * least { Axis::Log } else { Axis::Linear };
-    let plot = Plot {
-        x: axis,
-        y: axis,
-        x_label: "p*".into(),
-        y_label: "contact (%)".into(),
-        curves,
-        include: if axis == Axis::Linear { vec![(0.0, 0.0)] } else { vec![] },
-        proportion: 0.55,
-    };
+    let include = if axis == Axis::Linear { vec![(0.0, 0.0)] } else { vec![] };
+    let plot = Plot { include, ..Plot::new((axis, axis), ("p*", "contact (%)"), curves) };
     let Some(svg) = desk.curves("area", &plot)? else { return Ok(None) };
     Ok(Some(figure(
         svg,
@@ -113,22 +110,15 @@ fn area(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
 fn mean_gap(desk: &Desk, c: &ContinuumResults, without: Option<&ContinuumResults>) -> Result<Option<Markup>> {
     let highest = c.states.iter().map(|s| s.mean_gap).fold(0.0, f64::max) * desk.scales.length_m;
     let (scale, prefix) = si_scale(highest);
-    let mut curves = branches(c, &c.method, &|s| (s.p_star, s.mean_gap * desk.scales.length_m / scale));
+    let mut curves = branches(c, (&c.method, LABORATORY), &|s| (s.p_star, s.mean_gap * desk.scales.length_m / scale));
     curves.extend(without.map(|c| Curve {
         label: "without adhesion".into(),
         style: HARD,
         points: c.states.iter().map(|s| (s.p_star, s.mean_gap * desk.scales.length_m / scale)).collect(),
     }));
     let pressed = c.states.iter().all(|s| s.p_star > 0.0);
-    let plot = Plot {
-        x: if pressed { Axis::Log } else { Axis::Linear },
-        y: Axis::Linear,
-        x_label: "p*".into(),
-        y_label: format!("mean gap ({prefix}m)"),
-        curves,
-        include: vec![],
-        proportion: 0.55,
-    };
+    let axis = if pressed { Axis::Log } else { Axis::Linear };
+    let plot = Plot::new((axis, Axis::Linear), ("p*", &format!("mean gap ({prefix}m)")), curves);
     let Some(svg) = desk.curves("mean-gap", &plot)? else { return Ok(None) };
     Ok(Some(figure(
         svg,

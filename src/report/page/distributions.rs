@@ -6,7 +6,6 @@ use super::desk::{Desk, figure, numbers, text};
 use super::loads::back;
 use crate::challenge::SIZE_EXPONENT;
 use crate::error::Result;
-use crate::observe::Distribution;
 use crate::record::results::{ContinuumResults, Observed, StateResults, Way};
 use crate::report::number::{percent, si, significant, trimmed};
 use crate::report::plot::{self, Axis, Curve, Dash, Marker, Plot, Style};
@@ -44,29 +43,20 @@ pub fn section(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
         };
         LOOKS.iter().zip(&shown).map(curve).collect()
     };
-    let plot = |axes: (Axis, Axis), labels: (&str, &str), curves: Vec<Curve>| Plot {
-        x: axes.0,
-        y: axes.1,
-        x_label: labels.0.into(),
-        y_label: labels.1.into(),
-        curves,
-        include: Vec::new(),
-        proportion: 0.55,
-    };
-    let gaps = plot(
+    let gaps = Plot::new(
         (Axis::Log, Axis::Log),
         ("gap (µm)", "probability density (1/µm)"),
-        curves(&|o| density(&o.gap_logarithmic, um)),
+        curves(&|o| o.gap_logarithmic.density_in(um)),
     );
-    let stresses = plot(
+    let stresses = Plot::new(
         (Axis::Linear, Axis::Log),
         ("stress (kPa), compression positive", "probability density (1/kPa)"),
-        curves(&|o| density(&o.stress, kpa)),
+        curves(&|o| o.stress.density_in(kpa)),
     );
     let mut sizes = curves(&|o| o.patch_density.iter().map(|[a, d, _]| (a * um * um, d / (um * um))).collect());
     sizes.extend(slope(&sizes));
-    let sizes = plot((Axis::Log, Axis::Log), ("area of a patch (µm²)", "density of patches (1/µm²)"), sizes);
-    let shares = plot(
+    let sizes = Plot::new((Axis::Log, Axis::Log), ("area of a patch (µm²)", "density of patches (1/µm²)"), sizes);
+    let shares = Plot::new(
         (Axis::Log, Axis::Linear),
         ("area of a patch (µm²)", "share of the contact in patches up to it"),
         curves(&|o| o.patch_area.iter().map(|[a, share]| (a * um * um, *share)).collect()),
@@ -100,11 +90,6 @@ pub fn section(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
         }
         @for f in &figures { (f) }
     })
-}
-
-/// Middle and density of the bins, per unit of what `unit` converts to.
-fn density(d: &Distribution, unit: f64) -> Vec<(f64, f64)> {
-    d.density().into_iter().map(|(middle, density)| (middle * unit, density / unit)).collect()
 }
 
 /// A line of the exponent found by the challenge, above the last load's patches.

@@ -5,7 +5,8 @@ use maud::{Markup, html};
 use super::desk::{Desk, figure, numbers, text};
 use super::distributions::LOOKS;
 use crate::error::Result;
-use crate::record::results::{ContinuumResults, Results, StateResults, Way};
+use crate::interface::tabor;
+use crate::record::results::{CURVATURE_RADIUS, ContinuumResults, Results, StateResults, Way};
 use crate::report::number::{percent, si, significant, trimmed};
 use crate::report::plot::{Axis, Curve, Marker, Plot, Style};
 
@@ -50,15 +51,7 @@ pub fn section(desk: &Desk, results: &Results) -> Result<Markup> {
         ),
         ("mean-gap-of-range", "mean gap (µm)", curves(&|s| s.mean_gap * um), "Mean gap likewise."),
     ] {
-        let plot = Plot {
-            x: Axis::Log,
-            y: Axis::Log,
-            x_label: "Tabor parameter".into(),
-            y_label: label.into(),
-            curves,
-            include: Vec::new(),
-            proportion: 0.55,
-        };
+        let plot = Plot::new((Axis::Log, Axis::Log), ("Tabor parameter", label), curves);
         figures.extend(desk.curves(name, &plot)?.map(|c| figure(c, html! { (caption) })));
     }
     let rows = solved
@@ -96,11 +89,11 @@ struct Tabor {
 impl Tabor {
     fn of(results: &Results) -> Option<Self> {
         let gamma = results.other_ranges.first()?.range?.gamma?;
-        let radius = results.surface.statistics.iter().find(|s| s.symbol == "R_c")?;
+        let radius = results.surface.statistic(CURVATURE_RADIUS)?;
         Some(Tabor { radius: radius.realised * 1e-9 / results.scales.length_m, gamma })
     }
 
     fn of_range(&self, range: f64) -> f64 {
-        (self.radius * self.gamma * self.gamma).cbrt() / range
+        tabor(self.radius, self.gamma, range)
     }
 }

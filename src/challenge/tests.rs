@@ -1,0 +1,282 @@
+//! Every judge, on made-up results that agree with the paper in all it states: one number changed must change a verdict.
+
+use super::*;
+use crate::record::results::{
+    CURVATURE_RADIUS, Compressive, FIRST_TOUCH, HEIGHT_RANGE, PsdPoint, RMS_HEIGHT, RangeResults, ScalesSi, Statistic,
+    SurfaceResults,
+};
+use std::f64::consts::PI;
+
+/// Loads p*: those of configs/challenge.toml.
+const LOADS: [f64; 12] = [1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.14, 0.2, 0.4, 0.7, 1.0];
+/// Length of the cell, µm.
+const UM: f64 = 100.0;
+/// γ/ρ of the challenge.
+const PULL: f64 = 2e-5 / 2.071e-5;
+
+/// The paper's mean gap, µm: exponential at high loads, and with its logarithm where that ends.
+fn mean_gap_um(p: f64) -> f64 {
+    let turn: f64 = 0.137;
+    let there = 0.3 * (-8.0 * turn).exp();
+    if p >= turn { 0.3 * (-8.0 * p).exp() } else { there + (1.037 - there) * (turn / p).ln() / (turn / 0.01).ln() }
+}
+
+fn distribution(from: f64, to: f64, delta: f64, density: impl Fn(f64) -> f64) -> Distribution {
+    let edges = crate::observe::linear_edges(from, to, 200);
+    let raw: Vec<f64> = edges.windows(2).map(|e| density(0.5 * (e[0] + e[1])).max(0.0)).collect();
+    let whole: f64 = raw.iter().sum();
+    let shares = raw.iter().map(|r| r * (1.0 - delta) / whole).collect();
+    Distribution { edges, shares, delta, below: 0.0, above: 0.0 }
+}
+
+/// What is observed of contact that covers a share of the cell.
+fn observed(area: f64, adhesive: bool) -> Observed {
+    let um2 = UM * UM;
+    let contact = |s: f64| if s > 0.0 { s * (-s * s).exp() } else { 0.0 };
+    let mut contact_stress = distribution(-PULL, 4.0, 1.0 - area, contact);
+    contact_stress.delta = 0.0;
+    // Out of contact all is tension, the more of it the nearer to zero.
+    let open = distribution(-PULL, 4.0, 0.0, |s| if s < 0.0 { (8.0 * s).exp() } else { 0.0 });
+    let mut stress = contact_stress.clone();
+    stress.shares.iter_mut().zip(&open.shares).for_each(|(all, o)| *all += (1.0 - area) * o);
+    // Adhesion takes from the smallest gaps.
+    let gap = |u: f64| (-u / 1e-2).exp() * if adhesive { 1.0 - 0.5 * (-u / 5e-5).exp() } else { 1.0 };
+    let linear = distribution(0.0, 0.05, area, gap);
+    let sizes: Vec<f64> = (0..30).map(|k| 5e-4 * 10f64.powf(f64::from(k) / 6.0)).collect();
+    let cumulative = |a: f64| if a <= 3.0 { 0.5 * (a / 3.0).powf(0.83) } else { 1.0 - 0.5 * (3.0 / a) };
+    Observed {
+        mean_contact_pressure: Some(0.5),
+        gap: linear.clone(),
+        gap_logarithmic: linear,
+        stress,
+        contact_stress,
+        patch_density: sizes.iter().map(|a| [a / um2, a.powf(SIZE_EXPONENT) * um2, 100.0]).collect(),
+        patch_area: sizes.iter().map(|&a| [a / um2, cumulative(a)]).collect(),
+        typical_patch: Some(3.0 / um2),
+        compressive: Some(Compressive { fraction: 0.6 * area, patches: 10, typical_patch: Some(1.0 / um2) }),
+        conductance: 1.0,
+        leak_gap: 1e-3,
+        contact_spans: [false; 2],
+        gap_spans: [true; 2],
+    }
+}
+
+fn solved(adhesive: bool) -> ContinuumResults {
+    let states = LOADS.map(|p| {
+        let plain = libm::erf(PI.sqrt() * p);
+        let area = if adhesive { (1.5 * plain).min(1.0) } else { plain };
+        StateResults {
+            p_star: p,
+            pressure: p,
+            criterion: "zero gap".into(),
+            contact_fraction: area,
+            contact_fraction_corrected: area,
+            mean_gap: mean_gap_um(p) / UM,
+            patches: 3000,
+            energy: 0.0,
+            interaction_energy: 0.0,
+            load_error: 0.0,
+            residual: 0.0,
+            complementarity: 0.0,
+            stop: "converged".into(),
+            iterations: 1,
+            fft_pairs: 1.0,
+            seconds: 1.0,
+            way: Way::Approach,
+            energy_excess: None,
+            area_drift: None,
+            mean_gap_drift: None,
+            discretisation: None,
+            extrapolated: None,
+            stiffness: Some(2.785),
+            hangs: None,
+            observed: Some(observed(area, adhesive)),
+            gap: None,
+            stress: None,
+        }
+    });
+    let rho = 2.071e-5;
+    let range = RangeResults { gamma: Some(2e-5), asked: rho, used: rho, resolution_asked: 1.4, resolution_used: 1.4 };
+    ContinuumResults {
+        method: "fast".into(),
+        kernel: "half-space".into(),
+        adhesion: String::new(),
+        wall: "hard wall".into(),
+        nx: 1 << 15,
+        ny: 1 << 15,
+        range: adhesive.then_some(range),
+        resolved_gradient: Some(1.0),
+        states: states.into(),
+        hysteresis_work: None,
+        percolation: None,
+        pull_off: None,
+        pull_off_failure: None,
+    }
+}
+
+/// A run of the paper's own surface that finds what the paper says.
+fn agreeing() -> Results {
+    let statistic = |symbol: &str, realised: f64| Statistic {
+        name: symbol.into(),
+        symbol: symbol.into(),
+        unit: String::new(),
+        expected: None,
+        held: None,
+        realised,
+        band: None,
+    };
+    let heights = [(RMS_HEIGHT, 0.762), (FIRST_TOUCH, 2.633), (HEIGHT_RANGE, 5.642), (CURVATURE_RADIUS, 60.0)];
+    Results {
+        schema: 1,
+        name: String::new(),
+        description: String::new(),
+        scales: ScalesSi { length_m: 1e-4, modulus_pa: 25e6 },
+        surface: SurfaceResults {
+            origin: String::new(),
+            nx: 1 << 15,
+            ny: 1 << 15,
+            aspect: 1.0,
+            periodic: true,
+            note: String::new(),
+            heights: String::new(),
+            statistics: heights.map(|(symbol, value)| statistic(symbol, value)).into(),
+            psd: vec![PsdPoint { mode: 1.0, realised: 1.0, expected: None }],
+        },
+        continuum: Some(solved(true)),
+        without: Some(solved(false)),
+        other_ranges: Vec::new(),
+        second: Some(solved(false)).map(|c| ContinuumResults { states: c.states[3..4].to_vec(), ..c }),
+        failures: Vec::new(),
+        acceptance: Vec::new(),
+        atoms: None,
+        comparison: None,
+        stages: Vec::new(),
+        warnings: Vec::new(),
+        sources: Vec::new(),
+    }
+}
+
+fn verdict(results: &Results, id: &str) -> Verdict {
+    judge(results).into_iter().find(|j| j.id == id).unwrap_or_else(|| panic!("no {id}")).verdict
+}
+
+/// No limit follows from the paper's words.
+const NEVER_JUDGED: &str = "S22";
+
+#[test]
+fn what_agrees_with_the_paper_passes() {
+    for j in judge(&agreeing()) {
+        assert_eq!(j.verdict, if j.id == NEVER_JUDGED { Verdict::NotJudged } else { Verdict::Pass }, "{j:?}");
+    }
+}
+
+type Change = fn(&mut Results);
+
+fn with(r: &mut Results) -> &mut ContinuumResults {
+    r.continuum.as_mut().expect("made up")
+}
+
+fn without(r: &mut Results) -> &mut ContinuumResults {
+    r.without.as_mut().expect("made up")
+}
+
+fn at(c: &mut ContinuumResults, p: f64) -> &mut StateResults {
+    c.states.iter_mut().find(|s| s.p_star == p).expect("one of the loads")
+}
+
+fn seen(c: &mut ContinuumResults) -> &mut Observed {
+    at(c, 0.01).observed.as_mut().expect("made up")
+}
+
+fn grow(c: &mut ContinuumResults, factor: f64) {
+    c.states.iter_mut().for_each(|s| s.contact_fraction_corrected *= factor);
+}
+
+fn steepen(r: &mut Results, slope: f64) {
+    with(r).states.iter_mut().for_each(|s| s.mean_gap *= (-slope * s.p_star).exp());
+}
+
+#[test]
+fn one_number_changed_fails_a_statement() {
+    let changes: &[(&str, Change)] = &[
+        ("S01", |r| with(r).range.as_mut().unwrap().asked *= 1.001),
+        ("S02", |r| at(with(r), 0.01).pressure *= 1.00001),
+        ("S03", |r| with(r).range.as_mut().unwrap().asked *= 0.999),
+        ("S04a", |r| r.surface.statistics[0].realised += 0.001),
+        // What lies between the nodes is allowed for: 0.06 nm here.
+        ("S04b", |r| r.surface.statistics[1].realised += 0.001),
+        ("S04c", |r| r.surface.statistics[2].realised += 0.001),
+        ("S04d", |r| r.surface.statistics[3].realised += 0.6),
+        ("S05", |r| grow(with(r), 1.15)),
+        ("S06", |r| at(with(r), 0.01).contact_fraction_corrected = 0.036),
+        ("S07a", |r| at(without(r), 5e-3).contact_fraction_corrected *= 1.25),
+        ("S07b", |r| at(without(r), 0.4).contact_fraction_corrected *= 0.75),
+        ("S08", |r| at(with(r), 0.1).contact_fraction_corrected *= 0.6),
+        ("S09", |r| at(without(r), 2e-3).contact_fraction_corrected *= 1.25),
+        ("S10", |r| at(with(r), 1e-3).contact_fraction_corrected *= 1.6),
+        ("A01", |r| at(without(r), 0.01).mean_gap *= 1.12),
+        ("A02", |r| at(without(r), 0.01).stiffness = Some(3.3)),
+        ("S11a", |r| steepen(r, 1.1)),
+        ("S11b", |r| with(r).states.iter_mut().for_each(|s| s.mean_gap *= 1.6)),
+        ("S12", |r| at(with(r), 0.02).mean_gap *= 1.6),
+        ("S13", |r| r.surface.statistics[1].realised += 0.001),
+        ("S14", |r| seen(with(r)).stress.edges[0] *= 1.02),
+        ("S15", |r| seen(with(r)).patch_density.iter_mut().for_each(|[a, d, _]| *d *= a.powf(-0.2))),
+        ("S16", |r| seen(with(r)).patch_density.iter_mut().for_each(|[_, d, _]| *d = d.recip())),
+        ("S17a", |r| seen(with(r)).typical_patch = Some(5e-4)),
+        ("S17b", |r| seen(with(r)).patch_area.iter_mut().for_each(|[_, share]| *share *= 0.5)),
+        ("S18", |r| seen(with(r)).compressive.as_mut().unwrap().typical_patch = Some(2.2e-4)),
+        ("S21a", |r| {
+            // A tenth of all gaps, from far to near.
+            let d = &mut seen(with(r)).gap_logarithmic;
+            let far = d.edges.iter().position(|e| *e > 0.01).unwrap();
+            d.shares[far] += 0.1;
+            d.shares[far + 60] -= 0.1;
+        }),
+        ("S21b", |r| seen(with(r)).gap_logarithmic.shares[0] *= 3.0),
+        ("S23a", |r| seen(with(r)).compressive.as_mut().unwrap().fraction = 0.0),
+        ("S23b", |r| {
+            let o = seen(with(r));
+            let zero = o.stress.edges.iter().rposition(|e| *e <= 0.0).unwrap();
+            o.stress.shares[zero - 1] = 1e-9;
+        }),
+        ("S24", |r| {
+            let o = r.second.as_mut().unwrap().states[0].observed.as_mut().unwrap();
+            o.contact_stress.shares.rotate_right(12);
+        }),
+    ];
+    for (id, change) in changes {
+        let mut results = agreeing();
+        assert_eq!(verdict(&results, id), Verdict::Pass, "{id}");
+        change(&mut results);
+        assert_eq!(verdict(&results, id), Verdict::Fail, "{id} does not notice");
+    }
+    let judged: Vec<String> = judge(&agreeing()).into_iter().map(|j| j.id).collect();
+    for id in judged.iter().filter(|id| *id != NEVER_JUDGED && *id != "MESH") {
+        assert!(changes.iter().any(|(known, _)| known == id), "{id} has no change that it must notice");
+    }
+}
+
+/// A grid that pins contact lines says nothing of adhesion; one that holds too little of the roughness nothing of that.
+#[test]
+fn what_a_grid_cannot_tell_is_not_judged() {
+    // And the most probable patch needs fine nodes.
+    let of_adhesion =
+        ["MESH", "S16", "S05", "S06", "S08", "S10", "S15", "S17a", "S17b", "S18", "S21a", "S21b", "S23a", "S23b"];
+    let mut coarse = agreeing();
+    with(&mut coarse).nx = 2048;
+    for j in judge(&coarse) {
+        let expected = of_adhesion.contains(&j.id.as_str()) || j.id == NEVER_JUDGED;
+        assert_eq!(j.verdict == Verdict::NotJudged, expected, "{j:?}");
+    }
+    let of_roughness =
+        ["S04a", "S04d", "S05", "S06", "S08", "S10", "S11a", "S11b", "S13", "S15", "S17a", "S17b", "S18"];
+    let mut smooth = agreeing();
+    without(&mut smooth).resolved_gradient = Some(0.9);
+    for id in of_roughness {
+        assert_eq!(verdict(&smooth, id), Verdict::NotJudged, "{id}");
+    }
+    let mut one = agreeing();
+    one.second = None;
+    assert_eq!(verdict(&one, "S24"), Verdict::NotJudged);
+}
