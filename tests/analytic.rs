@@ -229,9 +229,10 @@ fn methods_agree_on_a_soft_wall() {
 /// What a card declares in full is delivered, and every id is found.
 #[test]
 fn cards_are_honest() {
-    use asperity::method::{Quantity, REGISTRY, Support};
+    use asperity::method::{Kind, Quantity, REGISTRY, Support};
     let (grid, heights) = rough(128, 1.0 / 24.0, 18);
-    for method in REGISTRY {
+    // Those that estimate are held to theirs in tests/methods.rs.
+    for method in REGISTRY.iter().filter(|m| m.card().kind == Kind::Solver) {
         let card = method.card();
         assert!(std::ptr::eq(method::find(card.id).unwrap().card(), card));
         let full = |q: Quantity| (card.supports)(q) == Support::Full;

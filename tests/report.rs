@@ -308,6 +308,7 @@ fn run_folder(folder: &Path) -> Results {
         without: None,
         other_ranges: vec![],
         second: None,
+        methods: vec![],
         failures: Vec::new(),
         acceptance: vec![],
         comparison: Some(comparison(folder, &atoms)),

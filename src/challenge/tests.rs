@@ -146,6 +146,7 @@ fn agreeing() -> Results {
         without: Some(solved(false)),
         other_ranges: Vec::new(),
         second: Some(solved(false)).map(|c| ContinuumResults { states: c.states[3..4].to_vec(), ..c }),
+        methods: Vec::new(),
         failures: Vec::new(),
         acceptance: Vec::new(),
         atoms: None,

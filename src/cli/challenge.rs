@@ -44,6 +44,9 @@ pub struct Challenge {
     /// Run folder. Default: runs/challenge-N, with the seed or the file's name where one is given, and -regularised.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Further methods that are given the same loads: ids from `asperity methods` apart by commas, or all.
+    #[arg(long, value_name = "IDS", value_delimiter = ',', num_args = 1)]
+    also: Vec<String>,
     /// One line of JSON on stdout.
     #[arg(long)]
     json: bool,
@@ -92,6 +95,7 @@ impl Challenge {
             return Err(Error::input("command line", "--grid", s.grid, format!("at least {COARSEST} points a side")));
         }
         s.seed = self.seed.unwrap_or(s.seed);
+        scene.continuum.also.extend(self.also.iter().cloned());
         if let Some(path) = &self.heights {
             if !path.exists() {
                 let found = format!("{} (no such file)", path.display());

@@ -1,12 +1,15 @@
 use super::words;
 use crate::Result;
-use crate::method::{Quantity, REGISTRY, Support};
+use crate::method::{Card, Quantity, REGISTRY, Support};
 
 #[derive(Debug, clap::Args)]
 pub struct Methods {
     /// One line of JSON on stdout.
     #[arg(long)]
     json: bool,
+    /// The table as it stands in the README.
+    #[arg(long, conflicts_with = "json")]
+    markdown: bool,
 }
 
 /// Why a quantity is not delivered in full.
@@ -30,6 +33,10 @@ impl Methods {
         let cards: Vec<_> = REGISTRY.iter().map(|m| m.card()).collect();
         if self.json {
             return words::json_line(&serde_json::json!({ "methods": cards }));
+        }
+        if self.markdown {
+            words::say(&markdown(&cards));
+            return Ok(());
         }
         words::say(&words::table(
             &["id", "in the paper", "family", "contact is", "what it does"],
@@ -56,4 +63,16 @@ impl Methods {
         }
         Ok(())
     }
+}
+
+/// Cards as a table of Markdown; a star marks constants that were fitted.
+fn markdown(cards: &[&Card]) -> String {
+    let line = |c: &&Card| {
+        let (fitted, name) = (if c.calibrated_on.is_some() { "*" } else { "" }, c.paper_name);
+        let name = if name == "-" { "–" } else { name };
+        format!("| `{}`{fitted} | {name} | {} | {} | {} |", c.id, c.family, c.criterion, c.summary)
+    };
+    let head =
+        ["| id | in the paper | family | contact is | what it does |", "|---|---|---|---|---|"].map(String::from);
+    head.into_iter().chain(cards.iter().map(line)).collect::<Vec<_>>().join("\n")
 }

@@ -2,7 +2,7 @@ use super::{listen::Teller, words};
 use crate::Result;
 use crate::pipeline;
 use crate::report::number::{count, duration, memory};
-use crate::scene::Case;
+use crate::scene::{Case, Scene};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -16,6 +16,9 @@ pub struct Run {
     /// Say what would be done and what it would take, and do nothing.
     #[arg(long)]
     dry_run: bool,
+    /// Further methods that are given the same loads: ids from `asperity methods` apart by commas, or all.
+    #[arg(long, value_name = "IDS", value_delimiter = ',', num_args = 1)]
+    also: Vec<String>,
     /// One line of JSON on stdout.
     #[arg(long)]
     json: bool,
@@ -23,7 +26,9 @@ pub struct Run {
 
 impl Run {
     pub fn execute(self) -> Result<ExitCode> {
-        let case = Case::read(&self.scene)?;
+        let mut scene = Scene::read(&self.scene)?;
+        scene.continuum.also.extend(self.also.iter().cloned());
+        let case = Case::resolve(scene, &self.scene)?;
         if self.dry_run {
             return self.plan(&case).map(|()| ExitCode::SUCCESS);
         }

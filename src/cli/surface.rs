@@ -78,6 +78,7 @@ impl Surface {
                 load: LoadScene { p_star: vec![REFERENCE_LOAD], ..LoadScene::default() },
                 adhesion: None,
                 continuum: Default::default(),
+                methods: Default::default(),
                 challenge: None,
                 atoms: None,
             },

@@ -1,8 +1,9 @@
 //! Answers on stdout.
 
+use crate::record::methods::MethodResults;
 use crate::record::results::{AuditLine, ContinuumResults, Judged, Overlap, Results, Statistic, Verdict, Way};
 use crate::report::branch::way_back;
-use crate::report::number::{change, percent, si, significant, trimmed};
+use crate::report::number::{change, duration, percent, si, significant, trimmed};
 use crate::{Error, Result};
 use comfy_table::Table;
 use serde::Serialize;
@@ -85,11 +86,41 @@ pub fn results(results: &Results) {
         say(&format!("{what}:"));
         states(c, results.scales.length_m * 1e6);
     }
+    if !results.methods.is_empty() {
+        methods(&results.methods, results.scales.length_m * 1e6);
+    }
     if !results.acceptance.is_empty() {
         say(&acceptance(&results.acceptance));
         say(&tally(&results.acceptance));
     }
     comparison(results);
+}
+
+/// What methods beside the scene's own found, a line per load.
+fn methods(list: &[MethodResults], um: f64) {
+    let dash = || "-".to_string();
+    let lines = list.iter().flat_map(|m| {
+        let name = if m.adhesive { m.method.clone() } else { format!("{}, without adhesion", m.method) };
+        m.states.iter().map(move |s| {
+            vec![
+                name.clone(),
+                trimmed(s.p_star, 4),
+                percent(s.contact_fraction),
+                s.contact_fraction_corrected.map_or_else(dash, percent),
+                s.mean_gap.map_or_else(dash, |g| significant(g * um, 4)),
+                s.patches.map_or_else(dash, |n| n.to_string()),
+                s.typical_patch.map_or_else(dash, |a| significant(a * um * um, 3)),
+                duration(s.seconds),
+            ]
+        })
+    });
+    let head = ["method", "p*", "contact", "corrected", "mean gap / µm", "patches", "typical / µm²", "time"];
+    say(&table(&head, lines));
+    for m in list {
+        if let Some(why) = &m.refusal {
+            say(&format!("{} tells nothing: {why}", m.method));
+        }
+    }
 }
 
 /// Loads of a path, with what half of the points a side would change.

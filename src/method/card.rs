@@ -28,6 +28,21 @@ impl Quantity {
         Quantity::Stiffness,
     ];
 
+    /// As JSON names it.
+    pub fn id(self) -> &'static str {
+        match self {
+            Quantity::GapField => "gap_field",
+            Quantity::StressField => "stress_field",
+            Quantity::ContactMap => "contact_map",
+            Quantity::PatchPdf => "patch_pdf",
+            Quantity::GapPdf => "gap_pdf",
+            Quantity::StressPdf => "stress_pdf",
+            Quantity::ContactArea => "contact_area",
+            Quantity::MeanGap => "mean_gap",
+            Quantity::Stiffness => "stiffness",
+        }
+    }
+
     pub fn name(self) -> &'static str {
         match self {
             Quantity::GapField => "gap field",
@@ -123,6 +138,22 @@ pub struct Card {
     #[serde(serialize_with = "quantities")]
     pub supports: fn(Quantity) -> Support,
     pub dois: &'static [&'static str],
+}
+
+impl Card {
+    /// Whether adhesion is something that the method knows.
+    pub fn knows_adhesion(&self) -> bool {
+        matches!((self.supports)(Quantity::ContactArea), Support::Full | Support::Only(_))
+    }
+
+    /// Why a quantity is not delivered of a problem, with adhesion or without.
+    pub fn why_not(&self, quantity: Quantity, adhesive: bool) -> Option<&'static str> {
+        match (self.supports)(quantity) {
+            Support::No(reason) => Some(reason),
+            Support::NoAdhesion if adhesive => Some("not with adhesion"),
+            _ => None,
+        }
+    }
 }
 
 fn quantities<S: serde::Serializer>(supports: &fn(Quantity) -> Support, to: S) -> Result<S::Ok, S::Error> {

@@ -3,6 +3,7 @@
 //! A method sees a [`Problem`] (grid, heights, kernel, interaction), never a scene; a new method is one file and one line
 //! in [`REGISTRY`]. States are lent, not copied; what a method cannot deliver is a value with a reason.
 
+pub mod all_atom;
 mod bvm;
 mod card;
 mod estimate;
@@ -35,7 +36,7 @@ pub trait ContactMethod: Sync {
 }
 
 /// Every method, in the order in which tables list them.
-pub const REGISTRY: &[&dyn ContactMethod] = &[&fast::Fast, &gfmd::Gfmd, &bvm::Bvm];
+pub const REGISTRY: &[&dyn ContactMethod] = &[&fast::Fast, &gfmd::Gfmd, &bvm::Bvm, &all_atom::AllAtom];
 
 /// The method of that id; `auto` is the fastest that delivers fields.
 pub fn find(id: &str) -> Option<&'static dyn ContactMethod> {

@@ -154,6 +154,14 @@ impl<'a> Problem<'a> {
         self.power.ok_or_else(|| Error::input(format!("method {id}"), "spectrum", "not given", "that of the surface"))
     }
 
+    /// Power by wave number of its heights, of the waves that the grid holds.
+    pub fn power_of_heights(&self) -> Power {
+        match self.heights {
+            Heights::Nodes(nodes) => Power::of_nodes(self.grid, nodes),
+            Heights::Series(series) => Power::of_series(series, self.grid),
+        }
+    }
+
     /// rms gradient of the waves that the grid holds; of a surface that does not repeat, that of differences between
     /// neighbouring nodes.
     pub fn resolved_gradient(&self) -> f64 {

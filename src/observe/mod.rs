@@ -6,6 +6,7 @@ mod hysteresis;
 mod leak;
 mod patches;
 mod section;
+mod spots;
 mod stiffness;
 
 /// A map `[ny, nx]` and its width, drawn in words: dots are open, all else is contact.
@@ -23,4 +24,5 @@ pub use hysteresis::hysteresis_work;
 pub use leak::{leak_gap, spans};
 pub use patches::{Connectivity, cumulative_area, patch_sizes, size_distribution, spot_conductance, typical_size};
 pub use section::{along_y, column_at};
+pub use spots::Spots;
 pub use stiffness::stiffness;

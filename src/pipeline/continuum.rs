@@ -388,6 +388,8 @@ pub(super) enum Variant {
     Range(f64),
     /// Its reference load, without adhesion, by the method that is compared with.
     Second,
+    /// Its loads there by another method, with its adhesion or without.
+    Beside(&'static str, bool),
 }
 
 /// Solves a case, or a variant of it, at its loads.
@@ -412,6 +414,7 @@ pub(super) fn laboratory(
         p_star = &p_star[..p_star.len().min(loads.len())];
     }
     let mut method = scene.continuum.method.as_str();
+    let mut range = case.range();
     match variant {
         Variant::Asked => {}
         Variant::Without => problem.adhesion = Adhesion::None,
@@ -423,12 +426,23 @@ pub(super) fn laboratory(
             method = scene.challenge.as_ref().map_or(method, |c| &c.second_method);
             (loads, p_star) = (vec![Load::Pressure(REFERENCE_LOAD * case.gradient)], &[REFERENCE_LOAD]);
         }
+        Variant::Beside(id, adhesive) => {
+            if !adhesive {
+                problem.adhesion = Adhesion::None;
+            }
+            if id != method::find(method).map_or("", |m| m.card().id) {
+                problem.goals = Goals::default();
+            }
+            // The error of the range is estimated once, by the scene's own method.
+            range = if range == RangeChoice::Extrapolate { RangeChoice::Mesh } else { range };
+            method = id;
+        }
     }
-    let maps = matches!(variant, Variant::Asked | Variant::Without);
+    let maps = matches!(variant, Variant::Asked | Variant::Without | Variant::Beside(..));
     let asked = Asked {
         problem,
         method,
-        range: case.range(),
+        range,
         loads,
         pull_off: asked && scene.load.pull_off,
         start,

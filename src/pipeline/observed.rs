@@ -12,9 +12,23 @@ const BINS: usize = 120;
 const PER_DECADE: usize = 12;
 const DECADES: usize = 6;
 /// Bins of patch sizes, per decade.
-const SIZES_PER_DECADE: usize = 5;
+pub(super) const SIZES_PER_DECADE: usize = 5;
 /// The upper end of bins over the largest value, so that this one falls into the last.
 const ABOVE: f64 = 1.0 + 1e-9;
+
+/// Bins of the gap on a logarithmic scale, for gaps up to a largest.
+pub(super) fn gap_edges(largest: f64) -> Vec<f64> {
+    // A surface that is closed has no scale of its own; any will do.
+    let top = if largest > 0.0 { ABOVE * largest } else { 1.0 };
+    logarithmic_edges(top * 10f64.powi(-(DECADES as i32)), top, PER_DECADE * DECADES)
+}
+
+/// Bins of stresses, from a least to a largest.
+pub(super) fn stress_edges(least: f64, most: f64) -> Vec<f64> {
+    // The same of a surface free of stress.
+    let width = if most > least { ABOVE * (most - least) } else { 1.0 };
+    linear_edges(least, least + width, BINS)
+}
 
 /// Distributions, patches and what follows from them. A node is in contact at a gap of at most `threshold`.
 pub(super) fn observed(grid: Grid, state: &State, threshold: f64, adhesive: bool) -> Observed {
@@ -25,11 +39,8 @@ pub(super) fn observed(grid: Grid, state: &State, threshold: f64, adhesive: bool
     let largest = nodes.clone().map(|i| state.gap.at(i)).fold(0.0, f64::max);
     let stresses = nodes.map(|i| state.stress.at(i));
     let (least, most) = stresses.fold((0.0, 0.0), |(a, b): (f64, f64), s| (a.min(s), b.max(s)));
-    // A surface that is closed, or free of stress, has no scale of its own; any will do.
-    let top = if largest > 0.0 { ABOVE * largest } else { 1.0 };
-    let width = if most > least { ABOVE * (most - least) } else { 1.0 };
-    let stress =
-        stress_distribution(state.gap, state.stress, (threshold, adhesive), linear_edges(least, least + width, BINS));
+    let logarithmic = gap_edges(largest);
+    let stress = stress_distribution(state.gap, state.stress, (threshold, adhesive), stress_edges(least, most));
     let compressive = adhesive.then(|| {
         let under: Vec<u8> =
             (0..state.gap.len()).map(|i| u8::from(state.gap.at(i) <= threshold && state.stress.at(i) > 0.0)).collect();
@@ -43,12 +54,8 @@ pub(super) fn observed(grid: Grid, state: &State, threshold: f64, adhesive: bool
     let touching = sizes.iter().sum::<usize>() as f64 / grid.points() as f64;
     Observed {
         mean_contact_pressure: (touching > 0.0).then_some(state.pressure / touching),
-        gap: gap_distribution(state.gap, threshold, linear_edges(0.0, top, BINS)),
-        gap_logarithmic: gap_distribution(
-            state.gap,
-            threshold,
-            logarithmic_edges(top * 10f64.powi(-(DECADES as i32)), top, PER_DECADE * DECADES),
-        ),
+        gap: gap_distribution(state.gap, threshold, linear_edges(0.0, logarithmic[logarithmic.len() - 1], BINS)),
+        gap_logarithmic: gap_distribution(state.gap, threshold, logarithmic),
         stress: stress.all,
         contact_stress: stress.contact,
         patch_density: size_distribution(&sizes, SIZES_PER_DECADE)

@@ -73,20 +73,20 @@ pub fn plan(case: &Case, threads: usize) -> Result<RunPlan> {
     let alone = method.plan(&problem).bytes;
     let beside = LoadPath::new(problem, method, case.range(), 0.0, &path).plan(case.scene.load.pull_off).bytes;
     let bytes = own + (beside - alone);
-    let mut stages = vec![
-        PlannedStage {
-            name: "surface",
-            what: format!("{} x {} heights, statistics", case.grid.nx, case.grid.ny),
-            bytes: 3 * heights_bytes,
-            seconds: 40e-9 * points,
-        },
-        PlannedStage {
+    let mut stages = vec![PlannedStage {
+        name: "surface",
+        what: format!("{} x {} heights, statistics", case.grid.nx, case.grid.ny),
+        bytes: 3 * heights_bytes,
+        seconds: 40e-9 * points,
+    }];
+    if case.solves() {
+        stages.push(PlannedStage {
             name: "continuum",
             what: format!("{} at {loads} load{}, {}", method.card().id, if loads == 1 { "" } else { "s" }, case.kernel),
             bytes,
             seconds,
-        },
-    ];
+        });
+    }
     let scene = &case.scene;
     let there = case.loads_there();
     let mut variant = |name: &'static str, what: String, method: &dyn method::ContactMethod, loads: usize| {
@@ -101,7 +101,7 @@ pub fn plan(case: &Case, threads: usize) -> Result<RunPlan> {
             seconds: pairs * points * SECONDS_PER_POINT_PAIR / threads as f64,
         });
     };
-    if scene.challenge.is_some() || scene.adhesion.as_ref().is_some_and(|a| a.without_too) {
+    if case.solves() && case.solves_without() {
         variant("without", format!("{} without adhesion, {there} loads", method.card().id), method, there);
     }
     for nm in scene.adhesion.iter().flat_map(|a| &a.other_ranges_nm) {
@@ -109,6 +109,17 @@ pub fn plan(case: &Case, threads: usize) -> Result<RunPlan> {
     }
     if let Some(second) = scene.challenge.as_ref().and_then(|c| method::find(&c.second_method)) {
         variant("second", format!("{} at the reference load, without adhesion", second.card().id), second, 1);
+    }
+    for beside in super::methods::all(case) {
+        let adhesion = if beside.adhesive { case.adhesion } else { Adhesion::None };
+        let p = beside.method.plan(&crate::method::Problem { adhesion, ..case.problem(empty.into()) });
+        let pairs = p.iterations as f64 * p.pairs_per_iteration * there as f64;
+        stages.push(PlannedStage {
+            name: "method",
+            what: format!("{}, {there} loads", beside.words()),
+            bytes: p.bytes + heights_bytes,
+            seconds: pairs * points * SECONDS_PER_POINT_PAIR / threads as f64,
+        });
     }
     let mut atoms = None;
     if let (Some(a), Some(scene)) = (&case.atoms, &case.scene.atoms) {

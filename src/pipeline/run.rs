@@ -2,17 +2,18 @@ use super::atomistic::{self, Climbed, INDENTER_SPECIES};
 use super::comparison::{self, Matched};
 use super::continuum::Variant;
 use super::folder::{Key, Leftovers, RunFolder};
-use super::{Listener, build_job, continuum, engine};
+use super::{Listener, build_job, continuum, engine, methods};
 use crate::atoms::engine::Engine;
 use crate::atoms::job::{Job, SCRIPT};
 use crate::atoms::potential::CALCIUM;
-use crate::method::Heights;
+use crate::method::{Heights, all_atom};
 use crate::record::mcap::{CloudAtom, GapMap, LoadScalars, LoadState, Recorder, Scene as Recorded};
+use crate::record::methods::MethodResults;
 use crate::record::results::{
     self, AtomsResults, ComparisonResults, MANIFEST_FILE, Results, SCHEMA, ScalesSi, SurfaceResults,
 };
 use crate::record::{netcdf, npy};
-use crate::scene::{AdhesionScene, AtomsCase, Case, Surface};
+use crate::scene::{AdhesionScene, AtomsCase, Case, ContinuumScene, Surface};
 use crate::{Error, Result, challenge, report};
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
@@ -47,44 +48,51 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
     let alone = scene.adhesion.clone().map(|a| AdhesionScene { without_too: false, other_ranges_nm: vec![], ..a });
     let there =
         (&case.p_star[..case.loads_there().min(case.p_star.len())], &scene.load.mean_gap_um, &scene.load.maps_at);
+    // Methods beside it change nothing in it either.
+    let own = ContinuumScene { also: Vec::new(), ..scene.continuum.clone() };
     // What p* = 1 is: with [challenge] not what a file's own gradient makes of it.
     let unit = case.gradient;
     // Made or read by the first stage that solves, if any does.
     let (series, nodes) = (OnceCell::new(), OnceCell::new());
-    let mut solve = |name: &str, tag: &str, method: &str, variant: Variant| {
+    let heights = || -> Result<Heights> {
+        Ok(match &case.surface {
+            // Its waves are the heights, and most often less to hold.
+            Surface::Synthesised { modes, .. } => Heights::Series(series.get_or_init(|| modes.series())),
+            Surface::Fourier { modes, .. } => Heights::Series(modes.series()),
+            Surface::Imported { .. } => {
+                if nodes.get().is_none() {
+                    let _ = nodes.set(stored_heights(out, &surface)?);
+                }
+                Heights::Nodes(nodes.get().expect("just set"))
+            }
+        })
+    };
+    let solve = |folder: &mut RunFolder, name: &str, tag: &str, method: &str, variant: Variant| {
         let key = match variant {
-            Variant::Asked => Key::new(name, &(&scene.load, &alone, &scene.continuum, &start, unit), &[&surface_key]),
-            Variant::Without => Key::new(name, &(&there, &scene.continuum, unit), &[&surface_key]),
+            Variant::Asked => Key::new(name, &(&scene.load, &alone, &own, &start, unit), &[&surface_key]),
+            Variant::Without => Key::new(name, &(&there, &own, unit), &[&surface_key]),
             Variant::Range(nm) => {
                 let of_range = alone.clone().map(|a| AdhesionScene { range_nm: nm, ..a });
-                Key::new(name, &(&there, of_range, &scene.continuum, unit), &[&surface_key])
+                Key::new(name, &(&there, of_range, &own, unit), &[&surface_key])
             }
-            Variant::Second => Key::new(name, &(&scene.challenge, &scene.continuum, unit), &[&surface_key]),
+            Variant::Beside(..) => unreachable!("methods beside have stages of their own"),
+            Variant::Second => Key::new(name, &(&scene.challenge, &own, unit), &[&surface_key]),
         }?;
         let what = match tag {
             "" => format!("{method} on {nx} x {ny} points"),
             tag => format!("{method} on {nx} x {ny} points, {tag}"),
         };
         folder.stage(listener, (name, &what), &key, Leftovers::KeepOf(&key), |dir| {
-            let heights = match &case.surface {
-                // Its waves are the heights, and most often less to hold.
-                Surface::Synthesised { modes, .. } => Heights::Series(series.get_or_init(|| modes.series())),
-                Surface::Fourier { modes, .. } => Heights::Series(modes.series()),
-                Surface::Imported { .. } => {
-                    if nodes.get().is_none() {
-                        let _ = nodes.set(stored_heights(out, &surface)?);
-                    }
-                    Heights::Nodes(nodes.get().expect("just set"))
-                }
-            };
-            continuum::laboratory(case, variant, heights, (dir, name, ""), &key, listener)
+            continuum::laboratory(case, variant, heights()?, (dir, name, ""), &key, listener)
         })
     };
-    let method = card(case).id;
-    let solved = solve("continuum", "", method, Variant::Asked)?;
+    let method = case.method().id;
+    let solved = case.solves().then(|| solve(&mut folder, "continuum", "", method, Variant::Asked)).transpose()?;
     let mut failures = Vec::new();
     // What does not converge beside the asked problem takes nothing from it.
-    let mut beside = |name: &str, tag: &str, method: &str, variant: Variant| match solve(name, tag, method, variant) {
+    let mut beside = |folder: &mut RunFolder, name: &str, tag: &str, method: &str, variant: Variant| match solve(
+        folder, name, tag, method, variant,
+    ) {
         Ok(found) => Ok(Some(found)),
         Err(e @ Error::NotConverged { .. }) => {
             let failure = format!("{tag}: {e}");
@@ -95,26 +103,37 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
         Err(e) => Err(e),
     };
     let mut without = None;
-    if scene.challenge.is_some() || scene.adhesion.as_ref().is_some_and(|a| a.without_too) {
-        without = beside("without", "without adhesion", method, Variant::Without)?;
+    if case.solves() && case.solves_without() {
+        without = beside(&mut folder, "without", "without adhesion", method, Variant::Without)?;
     }
     let mut other_ranges = Vec::new();
     for &nm in scene.adhesion.iter().flat_map(|a| &a.other_ranges_nm) {
         let name = format!("range-{nm}-nm");
-        other_ranges.extend(beside(&name, &format!("range {nm} nm"), method, Variant::Range(nm))?);
+        other_ranges.extend(beside(&mut folder, &name, &format!("range {nm} nm"), method, Variant::Range(nm))?);
     }
     let mut second = None;
     if let Some(challenge) = &scene.challenge {
         let tag = "the reference load without adhesion";
-        second = beside("second", tag, &challenge.second_method, Variant::Second)?;
+        second = beside(&mut folder, "second", tag, &challenge.second_method, Variant::Second)?;
+    }
+    let mut told = Vec::new();
+    for other in methods::all(case) {
+        let stage = other.stage();
+        let key = Key::new(&stage, &(&there, &alone, &own, &scene.methods, unit), &[&surface_key])?;
+        let what = format!("{} on {nx} x {ny} points", other.words());
+        told.push(folder.stage(listener, (&stage, &what), &key, Leftovers::KeepOf(&key), |dir| {
+            methods::run(case, other, heights()?, (dir, &stage), &key, listener)
+        })?);
     }
     let mut warnings: Vec<String> = case.warnings.iter().chain(&failures).cloned().collect();
     let (mut atoms, mut compared) = (None, None);
     if let (Some(a), Some(engine)) = (&case.atoms, &engine) {
         let keys = [&geometry, &surface_key];
-        let (found, comparison) = atomistic_stages(case, a, engine, &mut folder, keys, listener, &mut warnings)?;
+        let (found, comparison, as_method) =
+            atomistic_stages(case, a, engine, &mut folder, keys, listener, &mut warnings)?;
         atoms = Some(found);
         compared = Some(comparison);
+        told.extend(as_method);
     }
     let mut results = Results {
         schema: SCHEMA,
@@ -122,10 +141,11 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
         description: case.scene.description.clone(),
         scales: ScalesSi { length_m: case.scales.length_m, modulus_pa: case.scales.modulus_pa },
         surface,
-        continuum: Some(solved),
+        continuum: solved,
         without,
         other_ranges,
         second,
+        methods: told,
         failures,
         acceptance: Vec::new(),
         atoms,
@@ -173,7 +193,7 @@ fn atomistic_stages(
     [geometry, surface_key]: [&Key; 2],
     listener: &dyn Listener,
     warnings: &mut Vec<String>,
-) -> Result<(AtomsResults, ComparisonResults)> {
+) -> Result<(AtomsResults, ComparisonResults, Option<MethodResults>)> {
     let root = folder.path().to_path_buf();
     let scene = case.scene.atoms.as_ref().expect("an atoms case comes from a scene with atoms");
     let block = (scene.cells, scene.depth_cells, scene.slope, scene.low_pass_angstrom, scene.adhesion_range_angstrom);
@@ -187,7 +207,7 @@ fn atomistic_stages(
         &(&case.scene.load, pair, &continuum.method, continuum.max_iterations, block, crystal),
         &[surface_key],
     )?;
-    let what = format!("{} on the atoms' heights, {1} x {1} points", card(case).id, a.matched.nx);
+    let what = format!("{} on the atoms' heights, {1} x {1} points", case.method().id, a.matched.nx);
     let matched: Matched =
         folder.stage(listener, ("matched", &what), &matched_key, Leftovers::KeepOf(&matched_key), |dir| {
             comparison::matched(case, a, dir, "matched", &matched_key, listener)
@@ -237,7 +257,22 @@ fn atomistic_stages(
         Leftovers::Remove,
         |_| comparison::compare(case, a, &found, &matched, &root),
     )?;
-    Ok((found, compared))
+    let told = match methods::wants_atoms(case) {
+        false => None,
+        true => {
+            let seconds = folder.costs.iter().filter(|c| c.name == "lammps").map(|c| c.seconds).sum();
+            let stage = format!("method-{}", all_atom::ID);
+            let key = Key::new(&stage, &(), &[&atoms_key])?;
+            Some(folder.stage(
+                listener,
+                (&stage, "the atoms as one of the methods"),
+                &key,
+                Leftovers::Remove,
+                |dir| methods::of_atoms(case, &found, seconds, (&root, dir, &stage)),
+            )?)
+        }
+    };
+    Ok((found, compared, told))
 }
 
 /// Compares again what a run folder holds, without solving or running anything, and writes results and report.
@@ -261,11 +296,6 @@ fn heights_hash(case: &Case) -> Result<Option<String>> {
 
 fn stored_heights(out: &Path, surface: &SurfaceResults) -> Result<Vec<f64>> {
     Ok(npy::read(&out.join(&surface.heights))?.values)
-}
-
-/// The method that runs, which the scene may have left to the program.
-fn card(case: &Case) -> &'static crate::method::Card {
-    crate::method::find(&case.scene.continuum.method).expect("checked with the scene").card()
 }
 
 /// What ran, on what, for how long: `manifest.json`.
@@ -306,7 +336,14 @@ fn sources(case: &Case) -> Vec<String> {
             .to_string(),
     ];
     let second = case.scene.challenge.as_ref().and_then(|c| crate::method::find(&c.second_method));
-    for card in std::iter::once(card(case)).chain(second.map(|m| m.card())) {
+    let beside = case.methods_beside();
+    let cards = std::iter::once(case.method()).chain(second.map(|m| m.card())).chain(beside.iter().map(|m| m.card()));
+    let mut named: Vec<&str> = Vec::new();
+    for card in cards {
+        if named.contains(&card.id) {
+            continue;
+        }
+        named.push(card.id);
         list.push(if card.paper_name == "-" {
             format!(
                 "Method {}: asperity's own (version {}), described in docs/methods.md; its equations are those of the \

@@ -8,6 +8,7 @@ pub mod import;
 pub mod json;
 pub mod land;
 pub mod mcap;
+pub mod methods;
 pub mod netcdf;
 pub mod npy;
 pub mod reduce;

@@ -9,6 +9,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::methods::MethodResults;
 use super::{json, land};
 use crate::error::{Error, Result};
 use crate::observe::Distribution;
@@ -40,6 +41,9 @@ pub struct Results {
     /// The reference load without adhesion, by the method that is compared with.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second: Option<ContinuumResults>,
+    /// What other methods tell of the same loads.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub methods: Vec<MethodResults>,
     /// What was to be solved beside the asked problem and could not be, and why.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub failures: Vec<String>,

@@ -18,6 +18,8 @@ pub type Rgb = [u8; 3];
 /// Okabe and Ito's colours, in the roles they have on every page.
 pub const WHITE: Rgb = [255, 255, 255];
 pub const BLACK: Rgb = [0, 0, 0];
+/// What others are held against.
+pub const GREY: Rgb = [140, 140, 140];
 pub const ORANGE: Rgb = [230, 159, 0];
 pub const BLUE: Rgb = [0, 114, 178];
 pub const VERMILION: Rgb = [213, 94, 0];

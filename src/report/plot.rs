@@ -10,7 +10,9 @@ use super::number::{superscript, trimmed};
 use super::picture::{self, Rgb};
 
 /// The backend rounds coordinates to whole units; at twice the displayed size the steps are below half a pixel.
-const WIDTH: u32 = 1440;
+pub const WHOLE: u32 = 1440;
+/// The same for one of several side by side, whose text is not to shrink with it.
+pub const PANEL: u32 = 640;
 const TEXT: i32 = 33;
 const LEGEND_ROW: i32 = 46;
 /// Width of an average character over the font's nominal size, sans-serif; only the legend's line breaks need it.
@@ -98,13 +100,15 @@ pub struct Plot {
     pub include: Vec<(f64, f64)>,
     /// Height over width of the whole figure.
     pub proportion: f64,
+    /// [`WHOLE`] or [`PANEL`].
+    pub width: u32,
 }
 
 impl Plot {
     /// A frame of the usual proportion around what its curves show; labels with their units, x before y.
     pub fn new((x, y): (Axis, Axis), (x_label, y_label): (&str, &str), curves: Vec<Curve>) -> Self {
         let (x_label, y_label) = (x_label.into(), y_label.into());
-        Plot { x, y, x_label, y_label, curves, include: Vec::new(), proportion: 0.55 }
+        Plot { x, y, x_label, y_label, curves, include: Vec::new(), proportion: 0.55, width: WHOLE }
     }
 
     /// The SVG text, or nothing when no curve has a point to show.
@@ -139,10 +143,10 @@ impl Plot {
     }
 
     fn draw(&self, text: &mut String, curves: &[Curve], x: &Scale, y: &Scale) -> Drawn {
-        let rows = legend_rows(curves);
+        let rows = legend_rows(curves, self.width);
         let legend = LEGEND_ROW * rows.len() as i32 + 10;
-        let height = (self.proportion * f64::from(WIDTH)) as i32 + legend;
-        let root = SVGBackend::with_string(text, (WIDTH, height as u32)).into_drawing_area();
+        let height = (self.proportion * f64::from(self.width)) as i32 + legend;
+        let root = SVGBackend::with_string(text, (self.width, height as u32)).into_drawing_area();
         root.fill(&plotters::style::WHITE)?;
         let (top, frame) = root.split_vertically(legend);
         draw_legend(&top, &rows)?;
@@ -212,12 +216,12 @@ fn mark(area: &Area, (x, y): (i32, i32), style: Style) -> Drawn {
 }
 
 /// Entries of the legend, broken into rows that fit.
-fn legend_rows(curves: &[Curve]) -> Vec<Vec<(i32, &Curve)>> {
+fn legend_rows(curves: &[Curve], whole: u32) -> Vec<Vec<(i32, &Curve)>> {
     let mut rows: Vec<Vec<(i32, &Curve)>> = Vec::new();
-    let mut at = WIDTH as i32;
+    let mut at = whole as i32;
     for curve in curves.iter().filter(|c| !c.label.is_empty()) {
         let width = SAMPLE + 16 + (curve.label.chars().count() as f64 * CHARACTER * f64::from(TEXT)) as i32 + 44;
-        if at + width > WIDTH as i32 - 20 {
+        if at + width > whole as i32 - 20 {
             rows.push(Vec::new());
             at = 30;
         }
@@ -400,14 +404,9 @@ mod tests {
 
     #[test]
     fn a_plot_shows_what_it_can_and_nothing_of_the_rest() {
-        let plot = |points: Vec<(f64, f64)>| Plot {
-            x: Axis::Log,
-            y: Axis::Linear,
-            x_label: "mode".into(),
-            y_label: "a < b".into(),
-            curves: vec![Curve { label: "atoms & wall".into(), style: ATOMS, points }],
-            include: vec![],
-            proportion: 0.5,
+        let plot = |points: Vec<(f64, f64)>| {
+            let curves = vec![Curve { label: "atoms & wall".into(), style: ATOMS, points }];
+            Plot::new((Axis::Log, Axis::Linear), ("mode", "a < b"), curves)
         };
         let svg = plot(vec![(1.0, 2.0), (10.0, 4.0), (0.0, 1.0), (5.0, f64::NAN)]).svg().unwrap();
         assert_eq!(svg.matches("<circle").count(), 3, "two points and one in the legend");

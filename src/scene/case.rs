@@ -1,5 +1,5 @@
 use super::check::{complaints, cut_offs, missing_files};
-use super::{AdhesionScene, FileAsked, Scene, Slope, Surface, SurfaceScene, Touching};
+use super::{ALL_METHODS, AdhesionScene, FileAsked, Scene, Slope, Surface, SurfaceScene, Touching};
 use crate::atoms::audit::{Asked, AuditInput, Used, audit};
 use crate::atoms::block::Block;
 use crate::atoms::indenter::grid_points;
@@ -10,7 +10,7 @@ use crate::grid::Grid;
 use crate::interface::{
     Adhesion, Base, CubicHalfSpace, Elastic, Layer, LennardJonesWall, NonPeriodic, RangeChoice, StiffWall, Wall,
 };
-use crate::method::{Heights, Load, Problem};
+use crate::method::{self, Card, ContactMethod, Heights, Kind, Load, Problem, REGISTRY};
 use crate::record::heights::Sign;
 use crate::record::import::Asked as AskedOfFile;
 use crate::record::results::AuditLine;
@@ -221,6 +221,30 @@ impl Case {
         if self.scene.load.and_back { count.div_ceil(2) } else { count }
     }
 
+    /// Whether the loads are solved without the scene's adhesion, too.
+    pub fn solves_without(&self) -> bool {
+        self.scene.challenge.is_some() || self.scene.adhesion.as_ref().is_some_and(|a| a.without_too)
+    }
+
+    /// Whether the scene's own method solves for the fields. One that estimates runs as those beside it do.
+    pub fn solves(&self) -> bool {
+        self.method().kind == Kind::Solver
+    }
+
+    /// Card of the scene's own method.
+    pub fn method(&self) -> &'static Card {
+        method::find(&self.scene.continuum.method).expect("checked with the scene").card()
+    }
+
+    /// Methods that are given the same loads beside the scene's own, in the order of the registry.
+    pub fn methods_beside(&self) -> Vec<&'static dyn ContactMethod> {
+        let (own, also) = (self.method().id, &self.scene.continuum.also);
+        let wanted =
+            |id: &str| also.iter().any(|a| a == ALL_METHODS || method::find(a).is_some_and(|m| m.card().id == id));
+        let runs = |id: &str| if id == own { !self.solves() } else { wanted(id) };
+        REGISTRY.iter().copied().filter(|m| runs(m.card().id)).collect()
+    }
+
     /// Which range grids are given.
     pub fn range(&self) -> RangeChoice {
         self.scene.adhesion.as_ref().map_or(RangeChoice::default(), |a| a.range)
@@ -242,6 +266,7 @@ impl Case {
             tolerance: c.tolerance_or_default(self.grid),
             goals: c.goals(),
             max_iterations: c.max_iterations,
+            settings: self.scene.methods,
             ..Problem::new(self.grid, heights)
         }
     }

@@ -1,9 +1,9 @@
 //! What a scene may say. Every complaint is collected, so that a user mends a scene once.
 
-use super::{AdhesionLaw, LoadRange, Scene, SurfaceScene, WallKind};
+use super::{ALL_METHODS, AdhesionLaw, LoadRange, Scene, SurfaceScene, WallKind};
 use crate::error::{Complaint, Error};
 use crate::interface::{CubicHalfSpace, RangeChoice};
-use crate::method;
+use crate::method::{self, Kind};
 use crate::record::import::Fourier;
 use std::path::Path;
 
@@ -282,6 +282,11 @@ fn continuum(c: &mut Complaints, scene: &Scene) {
     let m = &scene.continuum;
     let ids = method::ids().join(", ");
     c.unless(method::find(&m.method).is_some(), "continuum.method", format!("{:?}", m.method), &ids);
+    for (i, id) in m.also.iter().enumerate() {
+        let known = id == ALL_METHODS || method::find(id).is_some();
+        c.unless(known, &format!("continuum.also[{i}]"), format!("{id:?}"), &format!("{ALL_METHODS}, {ids}"));
+    }
+    estimates(c, scene);
     if let Some(t) = m.tolerance {
         c.unless(t > 0.0 && t < 1.0, "continuum.tolerance", t, "a number between 0 and 1");
     }
@@ -361,6 +366,30 @@ fn continuum(c: &mut Complaints, scene: &Scene) {
             c.unless(false, "continuum.wall_length_nm", length, "only together with continuum.wall = \"stiff\"")
         }
         (WallKind::Hard, None) => {}
+    }
+}
+
+/// What only solvers of the fields can do, asked of a method that estimates.
+fn estimates(c: &mut Complaints, scene: &Scene) {
+    let m = &scene.continuum;
+    if method::find(&m.method).is_none_or(|m| m.card().kind == Kind::Solver) {
+        return;
+    }
+    let extrapolates = scene.adhesion.as_ref().is_some_and(|a| a.range == RangeChoice::Extrapolate);
+    for (asked, key) in [
+        (scene.atoms.is_some(), "[atoms]"),
+        (scene.challenge.is_some(), "[challenge]"),
+        (scene.load.and_back, "load.and_back"),
+        (m.start.is_some(), "continuum.start"),
+        (extrapolates, "adhesion.range = \"extrapolate\""),
+        (scene.adhesion.as_ref().is_some_and(|a| !a.other_ranges_nm.is_empty()), "adhesion.other_ranges_nm"),
+    ] {
+        c.unless(
+            !asked,
+            "continuum.method",
+            format!("{:?} with {key}", m.method),
+            "a method that solves for the fields; others go under continuum.also",
+        );
     }
 }
 

@@ -13,7 +13,7 @@ pub use source::{FileAsked, Surface};
 
 use crate::grid::Grid;
 use crate::interface::{Adhesion, Base, RangeChoice};
-use crate::method::{Goals, Precision};
+use crate::method::{Goals, Precision, Settings};
 use crate::record::import::Fourier;
 use crate::surface::Amplitudes;
 use crate::{Error, Result};
@@ -39,12 +39,19 @@ pub struct Scene {
     pub adhesion: Option<AdhesionScene>,
     #[serde(default)]
     pub continuum: ContinuumScene,
+    /// What single methods are told beside the problem.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub methods: Settings,
     /// Left out: nothing is judged.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub challenge: Option<ChallengeScene>,
     /// Left out: no atoms are built or run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub atoms: Option<AtomsScene>,
+}
+
+fn is_default(settings: &Settings) -> bool {
+    *settings == Settings::default()
 }
 
 /// Scales of the continuum problem. The defaults are the challenge's.
@@ -242,6 +249,9 @@ pub struct AdhesionScene {
     pub other_ranges_nm: Vec<f64>,
 }
 
+/// What `continuum.also` calls every method that there is.
+pub const ALL_METHODS: &str = "all";
+
 /// Mean pressure over E* times the rms gradient to which the challenge's statements refer.
 pub const REFERENCE_LOAD: f64 = 0.01;
 
@@ -312,6 +322,9 @@ pub struct CrystalScene {
 pub struct ContinuumScene {
     /// An id from `asperity methods`, or "auto".
     pub method: String,
+    /// Further methods that are given the same loads, on the way there, or "all".
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub also: Vec<String>,
     pub precision: Precision,
     /// Largest rms KKT residual over the pressure. Default: 1e-8 in f64; in f32 1e-3, from 1024 points a side on in proportion.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -347,6 +360,7 @@ impl Default for ContinuumScene {
     fn default() -> Self {
         ContinuumScene {
             method: "auto".into(),
+            also: Vec::new(),
             precision: Precision::F64,
             tolerance: None,
             max_iterations: 50_000,

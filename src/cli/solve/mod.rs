@@ -1,3 +1,4 @@
+mod estimated;
 mod finished;
 mod told;
 
@@ -5,7 +6,7 @@ use super::{file::FileFlags, listen::Teller, words};
 use crate::error::Complaint;
 use crate::grid::{Grid, Series};
 use crate::interface::{Adhesion, Base, CubicHalfSpace, Elastic, Layer, NonPeriodic, RangeChoice, StiffWall, Wall};
-use crate::method::{self, Goals, Heights, Load, Precision, Problem, Stop};
+use crate::method::{self, Goals, Heights, Kind, Load, Precision, Problem, Settings, Stop};
 use crate::path::{Begin, Checkpoint, Keeper, LoadPath};
 use crate::pipeline::{Key, Listener, Progress};
 use crate::record::heights::Sign;
@@ -93,6 +94,9 @@ pub struct Solve {
     /// An id from `asperity methods`, or auto.
     #[arg(long, default_value = "auto", value_name = "ID")]
     method: String,
+    /// A setting of a method as KEY=VALUE, such as winkler.wavelength=0.0034; `asperity schema` lists them under methods.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
     /// Largest rms KKT residual over the pressure. Default: 1e-8 in f64; in f32 1e-3, from 1024 points a side on in
     /// proportion.
     #[arg(long)]
@@ -216,8 +220,12 @@ impl Solve {
                 "an adhesion that holds the surfaces together",
             ));
         }
+        let estimates = method::find(&self.method).is_some_and(|m| m.card().kind == Kind::Estimate);
+        if estimates {
+            list.extend(estimated::complaints(self));
+        }
         let controls = self.pull_off || !self.mean_gap.is_empty();
-        if controls && method::find(&self.method).is_some_and(|m| m.card().id != "fast") {
+        if controls && !estimates && method::find(&self.method).is_some_and(|m| m.card().id != "fast") {
             let accepted = "fast or auto: no other method controls the mean gap";
             list.push(Complaint::new("--method", &self.method, accepted));
         }
@@ -342,7 +350,22 @@ impl Solve {
             tolerance,
             goals: Goals { energy: self.energy_goal, area: self.area_goal, mean_gap: self.gap_goal },
             max_iterations: self.max_iterations,
+            settings: self.settings()?,
             ..Problem::new(grid, heights)
+        })
+    }
+
+    /// What methods are told beside the problem.
+    fn settings(&self) -> Result<Settings> {
+        // Dotted keys of TOML are just what is given.
+        toml::from_str(&self.set.join("\n")).map_err(|e| {
+            let found = format!("{} ({})", self.set.join(" "), e.message());
+            Error::input(
+                "command line",
+                "--set",
+                found,
+                "METHOD.KEY=VALUE, as `asperity schema` lists them under methods",
+            )
         })
     }
 
@@ -386,6 +409,9 @@ impl Solve {
         let asked = self.problem(grid, lent, tolerance)?;
         let pressures = self.pressure.iter().map(|p| Load::Pressure(p / self.modulus));
         let loads: Vec<Load> = pressures.chain(self.mean_gap.iter().map(|g| Load::MeanGap(g / self.length))).collect();
+        if method.card().kind == Kind::Estimate {
+            return estimated::run(&self, method, &asked, &loads, &teller);
+        }
         let path = LoadPath::new(asked.clone(), method, self.range, 0.0, &loads);
         if let Some(caveat) = self.range.caveat(asked.adhesion, grid.dx().max(grid.dy())) {
             teller.warn(&caveat);

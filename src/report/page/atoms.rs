@@ -71,18 +71,11 @@ fn audit(lines: &[AuditLine]) -> Markup {
 
 /// Load and number of contacts on the way down, one above the other.
 fn ladder(desk: &Desk, steps: &[LadderStep]) -> Result<Option<Markup>> {
-    let plot = |y_label: &str, of: fn(&LadderStep) -> f64| Plot {
-        x: Axis::Linear,
-        y: Axis::Linear,
-        x_label: "displacement of the indenter (Å)".into(),
-        y_label: y_label.into(),
-        curves: vec![Curve {
-            label: String::new(),
-            style: ATOMS,
-            points: steps.iter().map(|s| (s.displacement_angstrom, of(s))).collect(),
-        }],
-        include: vec![],
-        proportion: 0.36,
+    let plot = |y_label: &str, of: fn(&LadderStep) -> f64| {
+        let points = steps.iter().map(|s| (s.displacement_angstrom, of(s))).collect();
+        let curves = vec![Curve { label: String::new(), style: ATOMS, points }];
+        let labels = ("displacement of the indenter (Å)", y_label);
+        Plot { proportion: 0.36, ..Plot::new((Axis::Linear, Axis::Linear), labels, curves) }
     };
     let load = desk.curves("ladder-load", &plot("p*", |s| s.p_star))?;
     let contacts = desk.curves("ladder-contacts", &plot("contact atoms", |s| s.contacts as f64))?;

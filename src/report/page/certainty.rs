@@ -72,26 +72,21 @@ fn table(desk: &Desk, c: &ContinuumResults) -> Markup {
 fn pull_off(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
     let Some(pulled) = &c.pull_off else { return Ok(html! {}) };
     let (um, kpa) = (desk.scales.length_m * 1e6, desk.scales.modulus_pa * 1e-3);
-    let plot = Plot {
-        x: Axis::Linear,
-        y: Axis::Linear,
-        x_label: "mean gap (µm)".into(),
-        y_label: "mean pressure (kPa)".into(),
-        curves: vec![
-            Curve {
-                label: "on the way apart".into(),
-                style: LABORATORY,
-                points: pulled.curve.iter().map(|[g, p]| (g * um, p * kpa)).collect(),
-            },
-            Curve {
-                label: "largest pull".into(),
-                style: POINTED_OUT,
-                points: vec![(pulled.mean_gap * um, pulled.pressure * kpa)],
-            },
-        ],
-        include: vec![(pulled.mean_gap * um, 0.0)],
-        proportion: 0.55,
-    };
+    let curves = vec![
+        Curve {
+            label: "on the way apart".into(),
+            style: LABORATORY,
+            points: pulled.curve.iter().map(|[g, p]| (g * um, p * kpa)).collect(),
+        },
+        Curve {
+            label: "largest pull".into(),
+            style: POINTED_OUT,
+            points: vec![(pulled.mean_gap * um, pulled.pressure * kpa)],
+        },
+    ];
+    let labels = ("mean gap (µm)", "mean pressure (kPa)");
+    let include = vec![(pulled.mean_gap * um, 0.0)];
+    let plot = Plot { include, ..Plot::new((Axis::Linear, Axis::Linear), labels, curves) };
     let curve = desk.curves("pull-off", &plot)?;
     Ok(html! {
         p { "Pulled apart from there, the surfaces hold a pull of at most "

@@ -5,11 +5,9 @@ use maud::{Markup, html};
 use super::compare::key;
 use super::curves::branches;
 use super::desk::{Desk, figure, panel, panels, table, text};
+use super::methods::column;
 use crate::challenge::{SIZE_EXPONENT, reference};
 use crate::error::Result;
-use crate::grid::Grid;
-use crate::observe::column_at;
-use crate::record::npy;
 use crate::record::reduce::Reduced;
 use crate::record::results::{ContinuumResults, FIRST_TOUCH, Judged, Observed, Results, StateResults, Verdict};
 use crate::report::map::Legend;
@@ -22,8 +20,6 @@ const WITHOUT: Style = plot::HARD;
 const THEORY: Style = plot::EXPECTED;
 const PART: Style = Style { dash: Dash::Dotted, marker: Marker::None, ..plot::SOFT };
 
-/// Position of the sections, over L.
-const SECTION: f64 = 0.5;
 /// Points of a drawn formula.
 const FINE: usize = 200;
 
@@ -166,13 +162,7 @@ fn section(desk: &Desk, with: &ContinuumResults, without: &ContinuumResults, wha
         let Some(file) = (if what == Quantity::Gap { &state.gap } else { &state.stress }) else {
             return Ok(Vec::new());
         };
-        // Row by row: a map may be far larger than its one column.
-        let map = npy::Reader::open(&desk.field(file)?)?;
-        let grid = Grid { nx: map.nx, ny: map.ny, lx: 1.0, ly: desk.aspect };
-        let column = column_at(grid, SECTION);
-        let mut points = Vec::with_capacity(grid.ny);
-        map.for_each_row(|y, row| points.push((y as f64 * grid.dy() * um, row[column] * unit)))?;
-        Ok(points)
+        column(desk, Some(file), unit)
     };
     let curves = vec![
         curve("with adhesion", WITH.without_marker(), along(with)?),

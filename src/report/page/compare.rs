@@ -327,19 +327,12 @@ fn sections(desk: &Desk, list: &[Section]) -> Result<Markup> {
             style: style.without_marker(),
             points: s.y.iter().copied().zip(gap.iter().copied()).collect(),
         };
-        let plot = Plot {
-            x: Axis::Linear,
-            y: Axis::Linear,
-            x_label: "y / L".into(),
-            y_label: "gap (Å)".into(),
-            curves: vec![
-                curve("hard wall", HARD, &s.hard_gap_angstrom),
-                curve("soft wall", SOFT, &s.soft_gap_angstrom),
-                curve("atoms", ATOMS, &s.atoms_gap_angstrom),
-            ],
-            include: vec![],
-            proportion: 0.42,
-        };
+        let curves = vec![
+            curve("hard wall", HARD, &s.hard_gap_angstrom),
+            curve("soft wall", SOFT, &s.soft_gap_angstrom),
+            curve("atoms", ATOMS, &s.atoms_gap_angstrom),
+        ];
+        let plot = Plot { proportion: 0.42, ..Plot::new((Axis::Linear, Axis::Linear), ("y / L", "gap (Å)"), curves) };
         if let Some(svg) = desk.curves(&format!("section-{}", i + 1), &plot)? {
             let caption = html! { "The gap along the line x = L/2 at p* = " (trimmed(s.p_star, 4)) "."
             @if i == 0 { " Gaps of the atoms and of the soft wall count from where the wall’s force begins, so they are "

@@ -12,6 +12,7 @@ mod desk;
 mod distributions;
 mod headline;
 mod loads;
+mod methods;
 mod ranges;
 mod surface;
 
@@ -70,6 +71,9 @@ fn page(desk: &Desk, results: &Results) -> Result<Markup> {
     }
     if !results.other_ranges.is_empty() {
         add("ranges", "Range of the adhesion", ranges::section(desk, results)?);
+    }
+    if !results.methods.is_empty() {
+        add("methods", "Methods side by side", methods::section(desk, results)?);
     }
     if let Some(atoms) = &results.atoms {
         add("atoms", "The atoms", atoms::section(desk, atoms)?);

@@ -109,17 +109,10 @@ fn psd(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
     let largest = points.iter().map(|p| p.realised).fold(0.0, f64::max);
     let there = points.iter().filter(|p| p.realised > ROUNDING * largest);
     let curve = |label: &str, style, points: Vec<(f64, f64)>| Curve { label: label.into(), style, points };
-    let plot = Plot {
-        x: Axis::Log,
-        y: Axis::Log,
-        x_label: "mode number |n|".into(),
-        y_label: "power per mode (L²)".into(),
-        curves: vec![
-            curve("realised", REALISED, there.map(|p| (p.mode, p.realised)).collect()),
-            curve("expected", EXPECTED, points.iter().filter_map(|p| Some((p.mode, p.expected?))).collect()),
-        ],
-        include: vec![],
-        proportion: 0.55,
-    };
+    let curves = vec![
+        curve("realised", REALISED, there.map(|p| (p.mode, p.realised)).collect()),
+        curve("expected", EXPECTED, points.iter().filter_map(|p| Some((p.mode, p.expected?))).collect()),
+    ];
+    let plot = Plot::new((Axis::Log, Axis::Log), ("mode number |n|", "power per mode (L²)"), curves);
     desk.curves("psd", &plot)
 }

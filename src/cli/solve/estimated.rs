@@ -1,0 +1,183 @@
+//! Loads by a method that estimates instead of solving for the fields.
+
+use super::Solve;
+use crate::cli::{listen::Teller, words};
+use crate::error::Complaint;
+use crate::grid::Field;
+use crate::interface::Adhesion;
+use crate::method::{ContactMethod, Estimate, Load, Needs, Problem, Quantity, Stop};
+use crate::pipeline::{Progress, state_of};
+use crate::record::{json, npy};
+use crate::report::number::{duration, memory, percent, significant};
+use crate::{Error, Result};
+use serde_json::{Value, json};
+
+/// What only a solver can do.
+pub(super) fn complaints(solve: &Solve) -> Vec<Complaint> {
+    let accepted = "not with this method: it does not solve for the fields";
+    [
+        ("--pull-off", solve.pull_off),
+        ("--mean-gap", !solve.mean_gap.is_empty()),
+        ("--start", solve.start.is_some()),
+        ("--energy-goal", solve.energy_goal.is_some()),
+        ("--area-goal", solve.area_goal.is_some()),
+        ("--gap-goal", solve.gap_goal.is_some()),
+    ]
+    .into_iter()
+    .filter(|(_, given)| *given)
+    .map(|(key, _)| Complaint::new(key, "given", accepted))
+    .collect()
+}
+
+pub(super) fn run(
+    solve: &Solve,
+    method: &'static dyn ContactMethod,
+    asked: &Problem,
+    loads: &[Load],
+    teller: &Teller,
+) -> Result<()> {
+    let card = method.card();
+    let power = (card.needs == Needs::Spectrum).then(|| asked.power_of_heights());
+    let given = match &power {
+        // What it does not need it is not given.
+        Some(power) => Problem { power: Some(power), heights: (&[][..]).into(), ..asked.clone() },
+        None => asked.clone(),
+    };
+    let (plan, have) = (method.plan(&given), crate::sys::available_memory_bytes());
+    let grid = asked.grid;
+    if solve.dry_run {
+        if solve.json {
+            words::json_line(&json!({ "bytes": plan.bytes, "available_bytes": have }))?;
+        } else {
+            let (need, there) = (memory(plan.bytes), memory(have));
+            words::say(&format!(
+                "{} on {} x {} points needs {need} of memory; {there} are available",
+                card.id, grid.nx, grid.ny
+            ));
+        }
+    }
+    if plan.bytes > have {
+        let advice = "a coarser grid needs less".into();
+        return Err(Error::Memory { what: card.id.into(), need: plan.bytes, have, advice });
+    }
+    if solve.dry_run {
+        return Ok(());
+    }
+    if let Some(out) = &solve.out {
+        std::fs::create_dir_all(out).map_err(Error::io("create", out))?;
+    }
+    let watch = Progress::new(teller, None, "", (0, loads.len()));
+    let mut run = method.start(&given, &watch)?.estimator()?;
+    let resolved_gradient = asked.resolved_gradient();
+    for (i, &load) in loads.iter().enumerate() {
+        let cpu = crate::sys::cpu_seconds();
+        let found = run.estimate(load)?;
+        match found.stop {
+            Stop::Converged => {}
+            Stop::Interrupted => return Err(Error::Interrupted),
+            stop => {
+                return Err(Error::NotConverged {
+                    method: card.id,
+                    why: stop.to_string(),
+                    iterations: found.iterations,
+                    residual: found.load_error,
+                    tolerance: given.tolerance,
+                    partial: None,
+                });
+            }
+        }
+        let mut line = line(solve, &given, &found);
+        line["method"] = json!(card.id);
+        line["criterion"] = json!(card.criterion.to_string());
+        line["calibrated_on"] = json!(card.calibrated_on);
+        line["resolved_gradient"] = json!(resolved_gradient);
+        line["cpu_seconds"] = json!(crate::sys::cpu_seconds() - cpu);
+        line["planned_bytes"] = json!(plan.bytes);
+        let adhesive = given.adhesion != Adhesion::None;
+        line["missing"] = Quantity::ALL
+            .into_iter()
+            .filter_map(|q| Some((q.id().to_string(), Value::from(card.why_not(q, adhesive)?))))
+            .collect();
+        if let Some(out) = &solve.out {
+            let name = |name: &str| if loads.len() == 1 { name.into() } else { format!("load-{}-{name}", i + 1) };
+            for (file, field, unit) in
+                [("gap.npy", found.gap, solve.length), ("stress.npy", found.stress, solve.modulus)]
+            {
+                if let Some(field) = field {
+                    npy::write_field(&out.join(name(file)), grid.nx, grid.ny, Field::F64(field), unit)?;
+                }
+            }
+            if let Some(map) = found.contact {
+                npy::write(&out.join(name("contact.npy")), grid.nx, grid.ny, map.iter().copied())?;
+            }
+            json::write(&out.join(name("solve.json")), &line)?;
+        }
+        if solve.json {
+            words::json_line(&line)?;
+        } else {
+            words::say(&table(&line));
+        }
+        watch.next();
+    }
+    Ok(())
+}
+
+fn line(solve: &Solve, problem: &Problem, found: &Estimate) -> Value {
+    let (length, modulus, grid) = (solve.length, solve.modulus, problem.grid);
+    let state = state_of(problem, found.pressure, found);
+    json!({
+        "nx": grid.nx,
+        "ny": grid.ny,
+        "kernel": problem.kernel.to_string(),
+        "adhesion": problem.adhesion.to_string(),
+        "pressure": found.pressure * modulus,
+        "contact_fraction": state.contact_fraction,
+        "contact_fraction_corrected": state.contact_fraction_corrected,
+        "mean_gap": state.mean_gap.map(|g| g * length),
+        "stiffness": state.stiffness.map(|k| k * modulus / length),
+        "patches": state.patches,
+        "typical_patch": state.typical_patch.map(|a| a * length * length),
+        "load_error": state.load_error,
+        "stop": state.stop,
+        "iterations": state.iterations,
+        "fft_pairs": state.fft_pairs,
+        "seconds": state.seconds,
+        "peak_rss_bytes": crate::sys::peak_rss_bytes(),
+    })
+}
+
+/// A state for people, from its line of JSON.
+fn table(line: &Value) -> String {
+    let missing = |quantity: &str| match line["missing"][quantity].as_str() {
+        Some(reason) => format!("– ({reason})"),
+        None => "–".to_string(),
+    };
+    let or_reason = |key: &str, quantity: &str, show: &dyn Fn(f64) -> String| {
+        line[key].as_f64().map_or_else(|| missing(quantity), show)
+    };
+    let plain = |v: f64| significant(v, 6);
+    let text = |key: &str| line[key].as_str().unwrap_or_default().to_string();
+    let mut rows = vec![
+        ("method", text("method")),
+        ("mean pressure", or_reason("pressure", "", &plain)),
+        ("contact is", text("criterion")),
+        ("contact", or_reason("contact_fraction", "contact_area", &percent)),
+    ];
+    if let Some(corrected) = line["contact_fraction_corrected"].as_f64() {
+        rows.push(("contact, perimeter-corrected", percent(corrected)));
+    }
+    rows.extend([
+        ("mean gap", or_reason("mean_gap", "mean_gap", &plain)),
+        ("typical patch", or_reason("typical_patch", "patch_pdf", &plain)),
+        ("rms gradient on this grid", or_reason("resolved_gradient", "", &|v| significant(v, 4))),
+        ("load error", or_reason("load_error", "", &|v| format!("{v:.1e}"))),
+        ("time, peak memory", {
+            let bytes = line["peak_rss_bytes"].as_u64().unwrap_or_default();
+            format!("{}, {}", duration(line["seconds"].as_f64().unwrap_or_default()), memory(bytes))
+        }),
+    ]);
+    if let Some(fitted) = line["calibrated_on"].as_str() {
+        rows.push(("its constants are fitted to", fitted.to_string()));
+    }
+    words::table(&["quantity", "value"], rows.into_iter().map(|(k, v)| vec![k.to_string(), v]))
+}

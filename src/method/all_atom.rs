@@ -1,0 +1,52 @@
+//! All-atom simulation: the scaled-down problem on a block of atoms, run by LAMMPS (Solhjoo & Vakis's submission).
+//!
+//! A problem of the continuum says nothing of the block, its potential or where LAMMPS may write, so this method runs where a
+//! scene says these, under `[atoms]`; the card lets tables and reports treat it as one of the methods.
+
+use super::{Card, ContactMethod, Criterion, Kind, Needs, Plan, Problem, Quantity, Started, Support, Watch};
+use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
+use crate::{Error, Result};
+
+pub struct AllAtom;
+
+/// Its id, by which a run with atoms finds it.
+pub const ID: &str = "all-atom";
+
+static CARD: Card = Card {
+    id: ID,
+    paper_name: "all-atom MD",
+    family: "molecular simulation",
+    kind: Kind::Estimate,
+    needs: Needs::Heights,
+    criterion: Criterion::AtomDistance { d_c_angstrom: CONTACT_DISTANCE_ANGSTROM },
+    calibrated_on: None,
+    summary: "LAMMPS on a scaled-down block, for scenes with [atoms]",
+    supports: |quantity| match quantity {
+        Quantity::StressField | Quantity::StressPdf => {
+            Support::No("forces act on atoms; no stress is averaged from them")
+        }
+        Quantity::Stiffness => Support::Only("as differences between loads"),
+        _ => Support::Full,
+    },
+    dois: &["10.1016/j.cpc.2021.108171", "10.1007/s11249-017-0900-2"],
+};
+
+impl ContactMethod for AllAtom {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn plan(&self, _problem: &Problem) -> Plan {
+        // Nothing of the problem's own grid: what the block takes is planned with the scene.
+        Plan { bytes: 0, iterations: 0, pairs_per_iteration: 0.0 }
+    }
+
+    fn start<'p>(&self, _problem: &'p Problem<'p>, _watch: &'p dyn Watch) -> Result<Started<'p>> {
+        Err(Error::input(
+            format!("method {ID}"),
+            "atoms",
+            "a problem of the continuum alone",
+            "a scene with [atoms], for `asperity run`",
+        ))
+    }
+}

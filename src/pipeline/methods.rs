@@ -1,0 +1,280 @@
+//! Methods beside the scene's own, at the same loads: solvers as the scene's is run, and those that estimate.
+
+use super::continuum::{Variant, laboratory};
+use super::observed::{SIZES_PER_DECADE, gap_edges, stress_edges};
+use super::{Key, Listener, Progress};
+use crate::grid::{Field, Grid};
+use crate::interface::Adhesion;
+use crate::method::{Card, ContactMethod, Estimate, Heights, Kind, Needs, Problem, Quantity, Stop, all_atom};
+use crate::observe::{
+    Connectivity, Spots, contact_area, gap_distribution, patch_sizes, stiffness, stress_distribution,
+};
+use crate::record::methods::{MethodResults, MethodState, Missing, states_of};
+use crate::record::npy;
+use crate::record::results::AtomsResults;
+use crate::scene::Case;
+use crate::{Error, Result};
+use std::path::Path;
+
+/// A method, and whether it is given the scene's adhesion.
+#[derive(Clone, Copy)]
+pub(super) struct Beside {
+    pub method: &'static dyn ContactMethod,
+    pub adhesive: bool,
+}
+
+impl Beside {
+    /// Name of its stage and folder.
+    pub fn stage(&self) -> String {
+        format!("method-{}{}", self.method.card().id, if self.adhesive { "" } else { "-without" })
+    }
+
+    pub fn words(&self) -> String {
+        format!("{}{}", self.method.card().id, if self.adhesive { "" } else { ", without adhesion" })
+    }
+}
+
+/// All that run beside the scene's own method: each with the scene's adhesion, if it knows any, and without where that is
+/// asked for or all that it knows.
+pub(super) fn all(case: &Case) -> Vec<Beside> {
+    let attracts = case.adhesion != Adhesion::None;
+    let without = !attracts || case.solves_without();
+    let of = |method: &'static dyn ContactMethod| {
+        let knows = attracts && method.card().knows_adhesion();
+        let with = knows.then_some(Beside { method, adhesive: true });
+        with.into_iter().chain((without || !knows).then_some(Beside { method, adhesive: false }))
+    };
+    let atoms = |m: &&'static dyn ContactMethod| case.atoms.is_some() && m.card().id == all_atom::ID;
+    case.methods_beside().into_iter().filter(|m| !atoms(m)).flat_map(of).collect()
+}
+
+/// Whether the atoms that a case runs are to stand among the methods.
+pub(super) fn wants_atoms(case: &Case) -> bool {
+    case.atoms.is_some() && case.methods_beside().iter().any(|m| m.card().id == all_atom::ID)
+}
+
+/// The atoms of a run as one of the methods; `seconds` is what LAMMPS took.
+pub(super) fn of_atoms(
+    case: &Case,
+    atoms: &AtomsResults,
+    seconds: f64,
+    (root, folder, stage): (&Path, &Path, &str),
+) -> Result<MethodResults> {
+    let card = all_atom::AllAtom.card();
+    let adhesive = case.adhesion != Adhesion::None;
+    let mut results = nothing(card, adhesive);
+    results.cpu_seconds = seconds;
+    for (i, s) in atoms.states.iter().enumerate() {
+        let map = npy::read(&root.join(&s.contact_map))?;
+        let contact: Vec<u8> = map.values.iter().map(|v| *v as u8).collect();
+        // Gaps count from where the wall's force begins, and are negative where it pushes.
+        let gap = npy::read(&root.join(&s.gap_map))?
+            .values
+            .iter()
+            .map(|g| (g / atoms.length_angstrom).max(0.0))
+            .collect::<Vec<_>>();
+        let grid = Grid::unit(map.nx, map.ny);
+        let problem = Problem { adhesion: case.adhesion, ..Problem::new(grid, &[][..]) };
+        let pressure = s.p_star * case.gradient;
+        let found = Estimate {
+            contact_fraction: s.contact_fraction,
+            mean_gap: Some(s.mean_gap_angstrom / atoms.length_angstrom),
+            contact: Some(&contact),
+            gap: Some(&gap),
+            ..Estimate::at(pressure)
+        };
+        let mut state = state_of(&problem, s.p_star, &found);
+        // Sites of atoms have no rim to be corrected for.
+        state.contact_fraction_corrected = None;
+        let file = format!("load-{}-gap.npy", i + 1);
+        npy::write(&folder.join(&file), grid.nx, grid.ny, gap.iter().copied())?;
+        state.gap_map = Some(format!("{stage}/{file}"));
+        state.contact_map = Some(s.contact_map.clone());
+        results.states.push(state);
+    }
+    stiffen(&mut results.states);
+    Ok(results)
+}
+
+/// What a card says, and no state yet.
+fn nothing(card: &'static Card, adhesive: bool) -> MethodResults {
+    let missing = Quantity::ALL.into_iter().filter_map(|q| {
+        card.why_not(q, adhesive).map(|reason| Missing { quantity: q.id().into(), reason: reason.into() })
+    });
+    MethodResults {
+        method: card.id.into(),
+        paper_name: card.paper_name.into(),
+        criterion: card.criterion.to_string(),
+        calibrated_on: card.calibrated_on.map(Into::into),
+        adhesive,
+        refusal: None,
+        missing: missing.collect(),
+        states: Vec::new(),
+        planned_bytes: 0,
+        cpu_seconds: 0.0,
+    }
+}
+
+/// Contact stiffness from neighbouring loads, where the method has none of its own.
+fn stiffen(states: &mut [MethodState]) {
+    let points: Option<Vec<(f64, f64)>> = states.iter().map(|s| Some((s.pressure, s.mean_gap?))).collect();
+    for (state, k) in states.iter_mut().zip(stiffness(&points.unwrap_or_default())) {
+        state.stiffness = state.stiffness.or(k);
+    }
+}
+
+/// Runs a method at the loads on the way there. What it refuses, or does not bring to an end, is told in its results.
+pub(super) fn run(
+    case: &Case,
+    beside: Beside,
+    heights: Heights,
+    (folder, stage): (&Path, &str),
+    key: &Key,
+    listener: &dyn Listener,
+) -> Result<MethodResults> {
+    let (method, adhesive) = (beside.method, beside.adhesive);
+    let card = method.card();
+    let adhesion = if adhesive { case.adhesion } else { Adhesion::None };
+    let asked = Problem { adhesion, ..case.problem(heights) };
+    let power = (card.needs == Needs::Spectrum).then(|| asked.power_of_heights());
+    let problem = match &power {
+        // What it does not need it is not given.
+        Some(power) => Problem { power: Some(power), heights: (&[][..]).into(), ..asked },
+        None => asked,
+    };
+    let cpu = crate::sys::cpu_seconds();
+    let mut results = MethodResults { planned_bytes: method.plan(&problem).bytes, ..nothing(card, adhesive) };
+    let ended = match card.kind {
+        Kind::Solver => {
+            laboratory(case, Variant::Beside(card.id, adhesive), heights, (folder, stage, ""), key, listener)
+                .map(|c| results.states = states_of(&c))
+        }
+        Kind::Estimate => estimate(case, method, &problem, (folder, stage), listener, &mut results.states),
+    };
+    match ended {
+        Ok(()) => {}
+        Err(e @ (Error::Input { .. } | Error::NotConverged { .. } | Error::Memory { .. })) => {
+            let why = e.to_string().replace('\n', " ");
+            listener.warn(&format!("{}: {why}", beside.words()));
+            results.refusal = Some(why);
+        }
+        Err(e) => return Err(e),
+    }
+    results.cpu_seconds = crate::sys::cpu_seconds() - cpu;
+    Ok(results)
+}
+
+/// Estimates load by load.
+fn estimate(
+    case: &Case,
+    method: &'static dyn ContactMethod,
+    problem: &Problem,
+    (folder, stage): (&Path, &str),
+    listener: &dyn Listener,
+    states: &mut Vec<MethodState>,
+) -> Result<()> {
+    let (id, need, have) = (method.card().id, method.plan(problem).bytes, crate::sys::available_memory_bytes());
+    if need > have {
+        let advice = "a coarser surface.grid needs less".into();
+        return Err(Error::Memory { what: id.into(), need, have, advice });
+    }
+    let mut loads = case.loads();
+    loads.truncate(case.loads_there());
+    let watch = Progress::new(listener, None, "", (0, loads.len()));
+    let mut run = method.start(problem, &watch)?.estimator()?;
+    for (i, &load) in loads.iter().enumerate() {
+        let found = run.estimate(load)?;
+        match found.stop {
+            Stop::Converged => {}
+            Stop::Interrupted => return Err(Error::Interrupted),
+            stop => {
+                return Err(Error::NotConverged {
+                    method: id,
+                    why: stop.to_string(),
+                    iterations: found.iterations,
+                    residual: found.load_error,
+                    tolerance: problem.tolerance,
+                    partial: None,
+                });
+            }
+        }
+        let p_star = case.p_star.get(i).copied().unwrap_or(found.pressure / case.gradient);
+        let mut state = state_of(problem, p_star, &found);
+        if case.keeps_maps(p_star) {
+            let grid = problem.grid;
+            let name = |quantity: &str| format!("load-{}-{quantity}.npy", i + 1);
+            for (quantity, field, kept) in
+                [("gap", found.gap, &mut state.gap_map), ("stress", found.stress, &mut state.stress_map)]
+            {
+                if let Some(field) = field {
+                    let file = name(quantity);
+                    npy::write_field(&folder.join(&file), grid.nx, grid.ny, Field::F64(field), 1.0)?;
+                    *kept = Some(format!("{stage}/{file}"));
+                }
+            }
+            if let Some(map) = found.contact {
+                let file = name("contact");
+                npy::write(&folder.join(&file), grid.nx, grid.ny, map.iter().copied())?;
+                state.contact_map = Some(format!("{stage}/{file}"));
+            }
+        }
+        states.push(state);
+        watch.next();
+    }
+    stiffen(states);
+    Ok(())
+}
+
+/// An estimate in numbers: what it lends as fields is counted, what it tells itself is kept.
+pub fn state_of(problem: &Problem, p_star: f64, e: &Estimate) -> MethodState {
+    let grid = problem.grid;
+    let node = grid.dx() * grid.dy();
+    // Zero where a node touches, as observers of gaps have it.
+    let open: Option<Vec<f64>> = match (e.contact, e.gap) {
+        (Some(map), _) => Some(map.iter().map(|&m| if m == 0 { 1.0 } else { 0.0 }).collect()),
+        (None, Some(gap)) => Some(gap.to_vec()),
+        _ => None,
+    };
+    let touching = open.as_ref().map(|open| Field::F64(open));
+    let spots = e.patches.as_ref().map(|areas| Spots::new(areas.iter().copied())).or_else(|| {
+        let map = touching.map(|open| crate::observe::contact_map(open, 0.0))?;
+        let sizes = patch_sizes(&map, grid.nx, Connectivity::Eight);
+        Some(Spots::new(sizes.into_iter().map(|nodes| nodes as f64 * node)))
+    });
+    let largest = |field: &[f64]| field.iter().copied().fold(0.0, f64::max);
+    let gap = e
+        .gap_distribution
+        .clone()
+        .or_else(|| e.gap.map(|gap| gap_distribution(Field::F64(gap), 0.0, gap_edges(largest(gap)))));
+    let adhesive = problem.adhesion != Adhesion::None;
+    let stress = e.stress_distribution.clone().or_else(|| {
+        let stress = e.stress?;
+        let edges = stress_edges(stress.iter().copied().fold(0.0, f64::min), largest(stress));
+        Some(stress_distribution(touching?, Field::F64(stress), (0.0, adhesive), edges))
+    });
+    let corrected = touching.filter(|_| e.patches.is_none()).map(|open| contact_area(grid, open, 0.0).corrected);
+    MethodState {
+        p_star,
+        pressure: e.pressure,
+        contact_fraction: e.contact_fraction,
+        contact_fraction_corrected: corrected,
+        mean_gap: e.mean_gap,
+        stiffness: e.stiffness,
+        patches: spots.as_ref().map(Spots::count),
+        typical_patch: spots.as_ref().and_then(Spots::typical),
+        typical_patch_compressive: None,
+        patch_density: spots.as_ref().map_or(Vec::new(), |s| s.distribution(SIZES_PER_DECADE)),
+        patch_area: spots.as_ref().map_or(Vec::new(), Spots::cumulative),
+        gap,
+        stress: stress.as_ref().map(|s| s.all.clone()),
+        contact_stress: stress.map(|s| s.contact),
+        gap_map: None,
+        stress_map: None,
+        contact_map: None,
+        load_error: e.load_error,
+        stop: e.stop.to_string(),
+        iterations: e.iterations,
+        fft_pairs: e.fft_pairs,
+        seconds: e.seconds,
+    }
+}

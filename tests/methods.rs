@@ -1,0 +1,165 @@
+//! Every method of the registry, run from one scene: what its card declares it delivers, what it does not it refuses with
+//! the card's reason, and none is given what it says it does not need.
+
+#[path = "common/program.rs"]
+mod program;
+
+use asperity::grid::Grid;
+use asperity::method::{Kind, Needs, Problem, Quantity, REGISTRY, Started, Support, unwatched};
+use asperity::record::methods::{MethodResults, MethodState};
+use asperity::surface::{Modes, Power, Spectrum};
+use program::{asperity, json_line, stderr};
+use std::path::Path;
+
+/// A 128² scene of which the grid holds every wave, at loads that touch with some nodes and do not close the gap.
+const SCENE: &str = "name = \"methods\"\n[surface]\ngrid = 128\ncut_off_um = 4.0\n[load]\np_star = [0.005, 0.01, 0.02]\n\
+                     [continuum]\nalso = [\"all\"]\n";
+const ADHESION: &str = "[adhesion]\nwork_of_adhesion_mj_m2 = 50\nrange_nm = 100.0\nwithout_too = true\n";
+
+/// Methods that need more than a surface and a load; their refusal says what.
+const NEED_MORE: [&str; 1] = ["all-atom"];
+
+fn run(scene: &str) -> Vec<MethodResults> {
+    let folder = tempfile::tempdir().expect("scratch");
+    let file = folder.path().join("methods.toml");
+    std::fs::write(&file, scene).expect("written");
+    let out = folder.path().join("out");
+    let output = asperity().arg("run").arg(&file).arg("--out").arg(&out).arg("--json").output().expect("started");
+    assert!(output.status.success(), "{}", stderr(&output));
+    let told = json_line(&output)["results"]["methods"].clone();
+    let found: Vec<MethodResults> = serde_json::from_value(told).expect("results of methods");
+    for state in found.iter().flat_map(|m| &m.states) {
+        maps_exist(&out, state);
+    }
+    let page = std::fs::read_to_string(out.join("report.html")).expect("a report");
+    for m in &found {
+        let titles = page.matches(&format!("{}: {}", m.method, m.paper_name)).count();
+        assert_eq!(titles, 9, "a panel of {} in each of figures 4 to 12", m.method);
+        // Where all is refused that is the reason for every empty cell; a contact map has none of its own.
+        let reasons = m.missing.iter().filter(|missing| missing.quantity != Quantity::ContactMap.id());
+        let reasons: Vec<&String> = m.refusal.as_ref().map_or(reasons.map(|m| &m.reason).collect(), |why| vec![why]);
+        for reason in reasons {
+            let escaped = reason.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
+            assert!(page.contains(&escaped), "{}: {reason} is not said in the report", m.method);
+        }
+    }
+    found
+}
+
+fn maps_exist(out: &Path, state: &MethodState) {
+    for map in [&state.gap_map, &state.stress_map, &state.contact_map].into_iter().flatten() {
+        assert!(out.join(map).exists(), "{map}");
+    }
+}
+
+fn delivers(s: &MethodState, quantity: Quantity) -> bool {
+    match quantity {
+        Quantity::GapField => s.gap_map.is_some(),
+        Quantity::StressField => s.stress_map.is_some(),
+        Quantity::ContactMap => s.contact_map.is_some() || s.gap_map.is_some(),
+        Quantity::PatchPdf => !s.patch_area.is_empty() && !s.patch_density.is_empty(),
+        Quantity::GapPdf => s.gap.is_some(),
+        Quantity::StressPdf => s.stress.is_some(),
+        Quantity::ContactArea => s.contact_fraction > 0.0,
+        Quantity::MeanGap => s.mean_gap.is_some_and(|g| g > 0.0),
+        Quantity::Stiffness => s.stiffness.is_some_and(|k| k > 0.0),
+    }
+}
+
+#[test]
+fn cards_say_what_is_delivered() {
+    for (scene, adhesion) in [(SCENE.to_string(), false), (format!("{SCENE}{ADHESION}"), true)] {
+        let found = run(&scene);
+        // The scene's own, `fast`, is not beside itself.
+        for method in REGISTRY.iter().filter(|m| m.card().id != "fast") {
+            let card = method.card();
+            let runs: Vec<&MethodResults> = found.iter().filter(|m| m.method == card.id).collect();
+            let expected = if adhesion && card.knows_adhesion() { vec![true, false] } else { vec![false] };
+            assert_eq!(runs.iter().map(|r| r.adhesive).collect::<Vec<_>>(), expected, "{}", card.id);
+            for run in runs {
+                if NEED_MORE.contains(&card.id) {
+                    assert!(run.refusal.is_some() && run.states.is_empty(), "{}", card.id);
+                    continue;
+                }
+                assert_eq!(run.refusal, None, "{}", card.id);
+                assert_eq!(run.states.len(), 3, "{}", card.id);
+                for quantity in Quantity::ALL {
+                    let said = run.missing.iter().find(|m| m.quantity == quantity.id()).map(|m| m.reason.as_str());
+                    let delivered = run.states.iter().all(|s| delivers(s, quantity));
+                    let what = format!("{}, adhesion {}: {}", card.id, run.adhesive, quantity.name());
+                    match (card.supports)(quantity) {
+                        Support::No(reason) => {
+                            assert_eq!(said, Some(reason), "{what}");
+                            assert!(!run.states.iter().any(|s| delivers(s, quantity)), "{what} is delivered");
+                        }
+                        Support::NoAdhesion if run.adhesive => {
+                            assert!(said.is_some(), "{what}");
+                            assert!(!run.states.iter().any(|s| delivers(s, quantity)), "{what} is delivered");
+                        }
+                        _ => assert!(delivered && said.is_none(), "{what} is not delivered"),
+                    }
+                }
+                for s in &run.states {
+                    assert!(s.load_error < 1e-6, "{}: load error {}", card.id, s.load_error);
+                    for d in s.gap.iter().chain(&s.stress) {
+                        assert!((d.total() - 1.0).abs() < 1e-9, "{}: shares add up to {}", card.id, d.total());
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A method that needs a spectrum runs without a single height, and one that needs heights without a spectrum; given the
+/// other alone it says what is missing.
+#[test]
+fn no_method_needs_what_its_card_does_not_say() {
+    let spectrum = Spectrum { lambda_s: 1.0 / 25.0, ..Spectrum::CHALLENGE };
+    let grid = Grid::unit(128, 128);
+    let power = Power::expected(&spectrum, 1.0);
+    let heights = Modes::new(spectrum, 18, 1.0).heights::<f64>(grid, 0.0);
+    for method in REGISTRY.iter().filter(|m| !NEED_MORE.contains(&m.card().id)) {
+        let card = method.card();
+        let problem = match card.needs {
+            Needs::Heights => Problem::new(grid, &heights),
+            Needs::Spectrum => Problem::of_power(grid, &power),
+        };
+        let kind = match method.start(&problem, &unwatched).unwrap_or_else(|e| panic!("{}: {e}", card.id)) {
+            Started::Solver(_) => Kind::Solver,
+            Started::Estimator(_) => Kind::Estimate,
+        };
+        assert_eq!(kind, card.kind, "{}", card.id);
+        if card.needs == Needs::Spectrum {
+            let problem = Problem::new(grid, &heights);
+            let refusal = method.start(&problem, &unwatched).err().map(|e| e.to_string()).unwrap_or_default();
+            assert!(refusal.contains("spectrum"), "{}: {refusal}", card.id);
+        }
+    }
+}
+
+/// `solve` takes any method; what only a solver can do is refused in a line that names the flag.
+#[test]
+fn solve_takes_methods_that_estimate() {
+    for method in REGISTRY.iter().filter(|m| !NEED_MORE.contains(&m.card().id) && m.card().kind == Kind::Estimate) {
+        let id = method.card().id;
+        let command = ["solve", "--challenge", "128", "--cut-off", "0.04", "--pressure", "0.01", "--json", "--method"];
+        let output = asperity().args(command).arg(id).output().expect("started");
+        assert!(output.status.success(), "{id}: {}", stderr(&output));
+        let line = json_line(&output);
+        assert_eq!(line["method"], id);
+        assert!(line["contact_fraction"].as_f64().is_some_and(|a| a > 0.0 && a < 1.0), "{id}: {line}");
+        let pull = ["--pull-off", "--gamma", "1e-5", "--rho", "1e-3"];
+        let output = asperity().args(command).arg(id).args(pull).output().expect("started");
+        assert_eq!(output.status.code(), Some(2), "{id}");
+        assert!(stderr(&output).contains("--pull-off"), "{id}: {}", stderr(&output));
+    }
+}
+
+/// The README's table is what `asperity methods --markdown` prints.
+#[test]
+fn the_readme_has_the_cards() {
+    let output = asperity().args(["methods", "--markdown"]).output().expect("started");
+    let table = String::from_utf8(output.stdout).expect("UTF-8");
+    let readme = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).expect("a README");
+    assert!(output.status.success() && readme.contains(table.trim()), "put this into the README:\n{table}");
+}
