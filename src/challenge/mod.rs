@@ -27,6 +27,22 @@ const ENOUGH_NODES: f64 = 500.0;
 /// Exponent of the density of contact patches over their area.
 pub const SIZE_EXPONENT: f64 = -1.45;
 
+/// Statements that the set-up keeps or breaks, whatever is solved.
+const OF_THE_SETTING: [&str; 3] = ["S01", "S02", "S03"];
+
+/// How many of each verdict, in words.
+pub fn tally(list: &[Judged]) -> String {
+    let of = |v: Verdict| list.iter().filter(|j| j.verdict == v).count();
+    let set = |j: &&Judged| j.verdict == Verdict::Pass && OF_THE_SETTING.contains(&j.id.as_str());
+    format!(
+        "{} pass ({} of them of the set-up alone), {} fail, {} not judged",
+        of(Verdict::Pass),
+        list.iter().filter(set).count(),
+        of(Verdict::Fail),
+        of(Verdict::NotJudged)
+    )
+}
+
 /// Holds the statements against results of a run whose scene has `[challenge]`.
 pub fn judge(results: &Results) -> Vec<Judged> {
     let Some(sight) = Sight::of(results) else { return Vec::new() };

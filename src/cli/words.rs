@@ -91,7 +91,7 @@ pub fn results(results: &Results) {
     }
     if !results.acceptance.is_empty() {
         say(&acceptance(&results.acceptance));
-        say(&tally(&results.acceptance));
+        say(&crate::challenge::tally(&results.acceptance));
     }
     comparison(results);
 }
@@ -229,12 +229,6 @@ fn acceptance(list: &[Judged]) -> String {
             ]
         }),
     )
-}
-
-/// How many of each verdict.
-fn tally(list: &[Judged]) -> String {
-    let of = |v: Verdict| list.iter().filter(|j| j.verdict == v).count();
-    format!("{} pass, {} fail, {} not judged", of(Verdict::Pass), of(Verdict::Fail), of(Verdict::NotJudged))
 }
 
 /// How a run ends that has left its report: not all that was to be solved beside it was, or a statement of the challenge

@@ -448,7 +448,7 @@ pub(super) fn laboratory(
         start,
         gradient: case.gradient,
         p_star,
-        there: (asked && scene.load.and_back).then(|| case.loads_there()),
+        there: (asked && scene.load.comes_back()).then(|| case.loads_there()),
         threshold: 0.0,
         criterion: "zero gap".into(),
         keep: &|p_star| {

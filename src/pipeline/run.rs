@@ -10,7 +10,7 @@ use crate::method::{Heights, all_atom};
 use crate::record::mcap::{CloudAtom, GapMap, LoadScalars, LoadState, Recorder, Scene as Recorded};
 use crate::record::methods::MethodResults;
 use crate::record::results::{
-    self, AtomsResults, ComparisonResults, MANIFEST_FILE, Results, SCHEMA, ScalesSi, SurfaceResults,
+    self, AtomsResults, ComparisonResults, ContinuumResults, MANIFEST_FILE, Results, SCHEMA, ScalesSi, SurfaceResults,
 };
 use crate::record::{netcdf, npy};
 use crate::scene::{AdhesionScene, AtomsCase, Case, ContinuumScene, Surface};
@@ -106,8 +106,19 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
     if case.solves() && case.solves_without() {
         without = beside(&mut folder, "without", "without adhesion", method, Variant::Without)?;
     }
-    let mut other_ranges = Vec::new();
+    let mut other_ranges: Vec<ContinuumResults> = Vec::new();
+    let mut alike = Vec::new();
+    let mut used: Vec<f64> = vec![case.range_used(case.adhesion)];
     for &nm in scene.adhesion.iter().flat_map(|a| &a.other_ranges_nm) {
+        let range = case.range_used(case.adhesion_of_range(nm));
+        if used.contains(&range) {
+            let text =
+                format!("range {nm} nm: this grid is given the same range for it as for another; it is solved once");
+            listener.warn(&text);
+            alike.push(text);
+            continue;
+        }
+        used.push(range);
         let name = format!("range-{nm}-nm");
         other_ranges.extend(beside(&mut folder, &name, &format!("range {nm} nm"), method, Variant::Range(nm))?);
     }
@@ -125,7 +136,7 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
             methods::run(case, other, heights()?, (dir, &stage), &key, listener)
         })?);
     }
-    let mut warnings: Vec<String> = case.warnings.iter().chain(&failures).cloned().collect();
+    let mut warnings: Vec<String> = case.warnings.iter().chain(&alike).chain(&failures).cloned().collect();
     let (mut atoms, mut compared) = (None, None);
     if let (Some(a), Some(engine)) = (&case.atoms, &engine) {
         let keys = [&geometry, &surface_key];

@@ -8,7 +8,7 @@ use crate::atoms::potential::{CALCIUM, CALCIUM_ELEMENT, CALCIUM_MODULUS_GPA, Pot
 use crate::atoms::wall::{self, Wall as AtomWall};
 use crate::grid::Grid;
 use crate::interface::{
-    Adhesion, Base, CubicHalfSpace, Elastic, Layer, LennardJonesWall, NonPeriodic, RangeChoice, StiffWall, Wall,
+    Adhesion, Base, CubicHalfSpace, Elastic, Law, Layer, LennardJonesWall, NonPeriodic, RangeChoice, StiffWall, Wall,
 };
 use crate::method::{self, Card, ContactMethod, Heights, Kind, Load, Problem, REGISTRY};
 use crate::record::heights::Sign;
@@ -218,7 +218,7 @@ impl Case {
     /// How many of the loads come before the way back.
     pub fn loads_there(&self) -> usize {
         let count = self.scene.load.count();
-        if self.scene.load.and_back { count.div_ceil(2) } else { count }
+        if self.scene.load.comes_back() { count.div_ceil(2) } else { count }
     }
 
     /// Whether the loads are solved without the scene's adhesion, too.
@@ -253,6 +253,11 @@ impl Case {
     /// The scene's adhesion with another range.
     pub fn adhesion_of_range(&self, nm: f64) -> Adhesion {
         self.scene.adhesion.as_ref().map_or(Adhesion::None, |a| adhesion(a, nm, self.scales))
+    }
+
+    /// The range that the grid is given of a law, units of L.
+    pub fn range_used(&self, adhesion: Adhesion) -> f64 {
+        self.range().law(adhesion, self.grid.dx().max(self.grid.dy())).range()
     }
 
     /// The laboratory-scale problem on the scene's grid, with the adhesion as asked for.

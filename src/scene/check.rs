@@ -248,7 +248,11 @@ fn loads(c: &mut Complaints, scene: &Scene) {
     }
     for (i, value) in scene.load.maps_at.iter().flatten().enumerate() {
         let known = scene.load.p_star_path().iter().any(|p| (p - value).abs() <= 1e-9 * p.abs());
-        c.unless(known, &format!("load.maps_at[{i}]"), value, "one of the loads p*");
+        let path = scene.load.p_star_path();
+        let loads: Vec<String> = path.iter().take(MOST_NAMED).map(|p| p.to_string()).collect();
+        let more = if path.len() > MOST_NAMED { ", …" } else { "" };
+        let accepted = format!("one of the loads p*: {}{more}", loads.join(", "));
+        c.unless(known, &format!("load.maps_at[{i}]"), value, &accepted);
     }
     c.unless(
         scene.load.maps_at.is_none() || !atoms,
@@ -392,6 +396,9 @@ fn estimates(c: &mut Complaints, scene: &Scene) {
         );
     }
 }
+
+/// Loads that a message names.
+const MOST_NAMED: usize = 24;
 
 /// The challenge's statements are about its own problem.
 fn challenge(c: &mut Complaints, scene: &Scene) {

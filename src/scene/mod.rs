@@ -223,6 +223,14 @@ impl LoadScene {
         path
     }
 
+    /// Whether the path rises to its highest load and comes back by the same ones, asked for or given so.
+    pub fn comes_back(&self) -> bool {
+        let path = self.p_star_path();
+        let (half, n) = (path.len() / 2, path.len());
+        let mirrored = n % 2 == 1 && n > 1 && path.iter().eq(path.iter().rev());
+        self.and_back || mirrored && path[..=half].is_sorted_by(|a, b| a < b)
+    }
+
     pub fn count(&self) -> usize {
         self.p_star_path().len() + self.mean_gap_path().len()
     }
@@ -498,5 +506,20 @@ impl Scene {
     /// JSON Schema of scene files, for editors.
     pub fn schema() -> serde_json::Value {
         schemars::schema_for!(Scene).to_value()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_path_comes_back_if_its_loads_are_a_mirror_image() {
+        let comes_back = |p_star: &[f64]| LoadScene { p_star: p_star.to_vec(), ..LoadScene::default() }.comes_back();
+        assert!(comes_back(&[0.01, 0.02, 0.05, 0.02, 0.01]));
+        for path in [&[0.01][..], &[0.01, 0.02], &[0.01, 0.02, 0.01, 0.02], &[0.02, 0.01, 0.02], &[0.01, 0.03, 0.02]] {
+            assert!(!comes_back(path), "{path:?}");
+        }
+        assert!(LoadScene { p_star: vec![0.01, 0.02], and_back: true, ..LoadScene::default() }.comes_back());
     }
 }

@@ -8,6 +8,9 @@ const UNDEFINED: u64 = u64::MAX;
 const SMALLEST_HEAP: usize = 4096;
 
 /// Kinds of messages of an object header.
+/// Characters of an attribute: four bytes each at most, and a header's message has 65 535 bytes.
+const LONGEST_TEXT: usize = 16_000;
+
 const DATASPACE: u16 = 0x01;
 const LINK_INFO: u16 = 0x02;
 const DATATYPE: u16 = 0x03;
@@ -214,7 +217,11 @@ fn attribute(name: &str, value: &Attribute) -> Vec<u8> {
     match value {
         Attribute::Number(number) => raw_attribute(name, &F64, &[], &number.to_le_bytes()),
         Attribute::Text(text) => {
-            // UTF-8, ended by a zero.
+            // UTF-8, ended by a zero. What no header could hold is cut, and says so.
+            let text = match text.char_indices().nth(LONGEST_TEXT) {
+                Some((end, _)) => format!("{} …", &text[..end]),
+                None => text.clone(),
+            };
             let bytes = [text.as_bytes(), &[0]].concat();
             let mut kind = vec![0x13, 0x10, 0, 0];
             kind.extend((bytes.len() as u32).to_le_bytes());

@@ -6,7 +6,7 @@ use super::compare::key;
 use super::curves::branches;
 use super::desk::{Desk, figure, panel, panels, table, text};
 use super::methods::column;
-use crate::challenge::{SIZE_EXPONENT, reference};
+use crate::challenge::{SIZE_EXPONENT, reference, tally};
 use crate::error::Result;
 use crate::record::reduce::Reduced;
 use crate::record::results::{ContinuumResults, FIRST_TOUCH, Judged, Observed, Results, StateResults, Verdict};
@@ -25,7 +25,6 @@ const FINE: usize = 200;
 
 /// Statements, what was found, verdicts.
 pub fn verdicts(list: &[Judged]) -> Markup {
-    let of = |v: Verdict| list.iter().filter(|j| j.verdict == v).count();
     let rows = list
         .iter()
         .map(|j| {
@@ -47,8 +46,7 @@ pub fn verdicts(list: &[Judged]) -> Markup {
         })
         .collect();
     html! {
-        p { (of(Verdict::Pass)) " of the challenge’s statements pass, " (of(Verdict::Fail)) " fail, "
-            (of(Verdict::NotJudged)) " are not judged, for the reason given." }
+        p { "The challenge’s statements: " (tally(list)) ", for the reason given." }
         (table(&["", "statement", "found", "reference", "accepted", "verdict", "why"], rows))
     }
 }

@@ -84,7 +84,10 @@ fn continuum_found(results: &Results, c: &ContinuumResults) -> Option<String> {
                 percent(back.contact_fraction_corrected)
             )
         });
-        format!("at p* = {loads} the mean gap is {} and the contact {contact}{both}", span(of(|s| s.mean_gap), gap))
+        format!(
+            "at p* = {loads} the mean gap is {} and the contact {contact}{both}",
+            span(of(|s| -s.mean_gap), |g| gap(-g))
+        )
     };
     let sentence = format!("{scale}{path} ({}, {}, perimeter-corrected; {stops}).", c.method, first.criterion);
     Some(super::desk::capitalised(&sentence))
