@@ -20,11 +20,11 @@ pub enum SummitFit {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SummitCurvature {
-    /// Their mean.
+    /// Their geometric mean: a round spot of this curvature is nearest to the elliptic one (Greenwood, Wear 261 (2006) 191).
     #[default]
-    Mean,
-    /// Their geometric mean.
     Geometric,
+    /// Their mean.
+    Mean,
 }
 
 /// A summit as the paraboloid `height + r²/(2 radius)` about (x, y).
@@ -74,7 +74,7 @@ pub fn summits(grid: Grid, heights: &[f64], fit: SummitFit, curvature: SummitCur
 fn summit(grid: Grid, heights: &[f64], node: usize, shape: Shape, curvature: SummitCurvature) -> Summit {
     let (mut mean, mut gauss) = (shape.mean(), shape.gauss());
     if mean <= 0.0 {
-        // A summit narrower than the stencil, or a plateau: what the neighbours rise by tells, of which one does.
+        // A summit narrower than the stencil, or a plateau: what the neighbours rise by tells, of which one does; so does the mean where the form is a saddle.
         let z = stencil(grid, heights, node);
         let rise = |k: usize| {
             let (x, y) = ((k % 3) as f64 - 1.0, (k / 3) as f64 - 1.0);

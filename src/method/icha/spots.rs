@@ -90,6 +90,15 @@ impl Spots {
         displacement(r, spot.spot, spot.radius) + spot.load() * self.images.displacement(d)
     }
 
+    /// What the change of a spot adds to [`Spots::by`].
+    fn change(&self, old: &Asperity, new: &Asperity, (x, y): (f64, f64)) -> f64 {
+        let d = self.images.shortest((x - new.x, y - new.y));
+        let r = (d.0 * d.0 + d.1 * d.1).sqrt();
+        let before = if old.spot == 0.0 { 0.0 } else { displacement(r, old.spot, old.radius) };
+        let after = if new.spot == 0.0 { 0.0 } else { displacement(r, new.spot, new.radius) };
+        after - before + (new.load() - old.load()) * self.images.displacement(d)
+    }
+
     /// Displacement by all spots at the place of one, but its own; by its own images, too.
     fn lowered(&self, k: usize) -> f64 {
         let place = (self.all[k].x, self.all[k].y);
@@ -133,8 +142,7 @@ impl Spots {
             self.all[k] = new;
             for &j in &candidates {
                 if j != k {
-                    let place = (self.all[j].x, self.all[j].y);
-                    let by = self.by(&new, place) - self.by(&old, place);
+                    let by = self.change(&old, &new, (self.all[j].x, self.all[j].y));
                     self.all[j].lowered += by;
                 }
             }
