@@ -74,7 +74,7 @@ fn solve(c: &mut Criterion) {
     let adhesion = Adhesion::exponential(gamma, 1.4 * (gamma * grid.dx()).sqrt());
     for (name, adhesion) in [("", Adhesion::None), (" adhesive", adhesion)] {
         let problem = Problem { heights: (&heights).into(), ..plain(grid, adhesion, Precision::F64) };
-        for method in method::REGISTRY {
+        for method in method::REGISTRY.iter().filter(|m| m.card().kind == method::Kind::Solver) {
             let id = method.card().id;
             c.bench_function(&format!("{id} 256²{name}, p* = 0.01"), |b| b.iter(|| load(*method, &problem)));
         }

@@ -1,11 +1,13 @@
 //! The periodic grid, its wave vectors, the real transform on it and sums whose order does not depend on threads.
 
+mod distance;
 mod interpolate;
 mod real;
 mod series;
 mod sums;
 mod transform;
 
+pub use distance::{NOWHERE, nearest, separation};
 pub use interpolate::{bilinear, interpolate};
 pub use real::{Field, Real};
 pub use series::Series;

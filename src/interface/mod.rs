@@ -1,11 +1,13 @@
 //! What the two surfaces do to each other and to the elastic body: elastic kernels, adhesion laws, walls.
 
 mod cubic;
+mod images;
 mod kernel;
 mod law;
 mod non_periodic;
 
 pub use cubic::{Cubic, CubicHalfSpace};
+pub use images::Images;
 pub use kernel::{Base, Elastic, HalfSpace, Kernel, Layer};
 pub use law::{
     Adhesion, COHESIVE_RESOLUTION, Dugdale, Exponential, HardWall, Law, LennardJonesWall, PowerLaw93, PowerLawWall,

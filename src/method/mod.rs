@@ -3,15 +3,21 @@
 //! A method sees a [`Problem`] (grid, heights, kernel, interaction), never a scene; a new method is one file and one line
 //! in [`REGISTRY`]. States are lent, not copied; what a method cannot deliver is a value with a reason.
 
+mod accepts;
 pub mod all_atom;
 mod bvm;
 mod card;
 mod estimate;
+mod experiment;
 mod fast;
 mod gfmd;
+mod icha;
 mod operator;
 mod problem;
 mod settings;
+mod spots;
+mod srgw;
+mod winkler;
 
 pub use card::{Card, Criterion, Kind, Needs, Quantity, Support};
 pub use estimate::{Estimate, Estimator, Started};
@@ -20,7 +26,11 @@ pub use problem::{
     unwatched,
 };
 
+pub use experiment::{ExperimentSettings, Groups};
+pub use icha::IchaSettings;
 pub use settings::Settings;
+pub use srgw::SrgwSettings;
+pub use winkler::WinklerSettings;
 
 use crate::Result;
 
@@ -36,7 +46,16 @@ pub trait ContactMethod: Sync {
 }
 
 /// Every method, in the order in which tables list them.
-pub const REGISTRY: &[&dyn ContactMethod] = &[&fast::Fast, &gfmd::Gfmd, &bvm::Bvm, &all_atom::AllAtom];
+pub const REGISTRY: &[&dyn ContactMethod] = &[
+    &fast::Fast,
+    &gfmd::Gfmd,
+    &bvm::Bvm,
+    &winkler::Winkler,
+    &srgw::Srgw,
+    &icha::Icha,
+    &experiment::Experiment,
+    &all_atom::AllAtom,
+];
 
 /// The method of that id; `auto` is the fastest that delivers fields.
 pub fn find(id: &str) -> Option<&'static dyn ContactMethod> {

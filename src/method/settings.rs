@@ -1,6 +1,12 @@
+use super::{ExperimentSettings, IchaSettings, SrgwSettings, WinklerSettings};
 use serde::{Deserialize, Serialize};
 
 /// What single methods may be told beside the problem, a table each; the defaults are the challenge's.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-pub struct Settings {}
+pub struct Settings {
+    pub winkler: WinklerSettings,
+    pub srgw: SrgwSettings,
+    pub icha: IchaSettings,
+    pub experiment: ExperimentSettings,
+}

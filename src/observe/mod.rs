@@ -22,7 +22,10 @@ pub use distribution::{
 };
 pub use hysteresis::hysteresis_work;
 pub use leak::{leak_gap, spans};
-pub use patches::{Connectivity, cumulative_area, patch_sizes, size_distribution, spot_conductance, typical_size};
+pub use patches::{
+    Connectivity, NO_PATCH, Patches, cumulative_area, patch_sizes, patches, size_distribution, spot_conductance,
+    typical_size,
+};
 pub use section::{along_y, column_at};
 pub use spots::Spots;
 pub use stiffness::stiffness;

@@ -7,12 +7,52 @@ pub enum Connectivity {
     Eight,
 }
 
+/// Nodes that belong to no patch.
+pub const NO_PATCH: u32 = u32::MAX;
+
+/// Which patch each node of a map lies in.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Patches {
+    /// Number of the patch, `[ny, nx]`, [`NO_PATCH`] without contact. Patches are in the order of their first node.
+    pub label: Vec<u32>,
+    /// Nodes of each patch.
+    pub sizes: Vec<usize>,
+}
+
+/// Connected patches of a map `[ny, nx]` (nonzero = contact) on the periodic cell.
+pub fn patches(map: &[u8], nx: usize, connectivity: Connectivity) -> Patches {
+    let (mut label, mut parent) = forest(map, nx, connectivity);
+    // A patch's smallest label is its root and that of its first node, so it is met before the others.
+    let mut number = vec![NO_PATCH; parent.len()];
+    let mut sizes = Vec::new();
+    for l in label.iter_mut().filter(|l| **l != NO_PATCH) {
+        let r = root(&mut parent, *l) as usize;
+        if number[r] == NO_PATCH {
+            number[r] = sizes.len() as u32;
+            sizes.push(0);
+        }
+        *l = number[r];
+        sizes[*l as usize] += 1;
+    }
+    Patches { label, sizes }
+}
+
 /// Sizes in nodes of the connected patches of a map `[ny, nx]` (nonzero = contact) on the periodic cell, in the order of
-/// their first node. Two-pass union-find over contact nodes only.
+/// their first node.
 pub fn patch_sizes(map: &[u8], nx: usize, connectivity: Connectivity) -> Vec<usize> {
+    let (_, mut parent) = forest(map, nx, connectivity);
+    let mut size = vec![0; parent.len()];
+    for l in 0..parent.len() as u32 {
+        size[root(&mut parent, l) as usize] += 1;
+    }
+    size.retain(|s| *s > 0);
+    size
+}
+
+/// Two-pass union-find over contact nodes only: the label of each node, and the parent of each label.
+fn forest(map: &[u8], nx: usize, connectivity: Connectivity) -> (Vec<u32>, Vec<u32>) {
     let ny = map.len() / nx.max(1);
-    const NONE: u32 = u32::MAX;
-    let mut label = vec![NONE; map.len()];
+    let mut label = vec![NO_PATCH; map.len()];
     let mut parent: Vec<u32> = Vec::new();
     for (i, _) in map.iter().enumerate().filter(|(_, m)| **m != 0) {
         label[i] = parent.len() as u32;
@@ -21,13 +61,13 @@ pub fn patch_sizes(map: &[u8], nx: usize, connectivity: Connectivity) -> Vec<usi
     for y in 0..ny {
         for x in 0..nx {
             let here = label[y * nx + x];
-            if here == NONE {
+            if here == NO_PATCH {
                 continue;
             }
             let (right, left, below) = ((x + 1) % nx, (x + nx - 1) % nx, (y + 1) % ny);
             let mut join = |x: usize, y: usize| {
                 let other = label[y * nx + x];
-                if other != NONE {
+                if other != NO_PATCH {
                     let (a, b) = (root(&mut parent, here), root(&mut parent, other));
                     // The smaller label stays, so patches keep the order of their first node.
                     parent[a.max(b) as usize] = a.min(b);
@@ -41,12 +81,7 @@ pub fn patch_sizes(map: &[u8], nx: usize, connectivity: Connectivity) -> Vec<usi
             }
         }
     }
-    let mut size = vec![0; parent.len()];
-    for l in 0..parent.len() as u32 {
-        size[root(&mut parent, l) as usize] += 1;
-    }
-    size.retain(|s| *s > 0);
-    size
+    (label, parent)
 }
 
 /// Share of the contact area in patches of at most each size, from the smallest on: sizes in nodes, CPr (Müser et al. 2017,
@@ -134,6 +169,21 @@ mod tests {
         assert_eq!(patch_sizes(&m, nx, Connectivity::Four), [4]);
         assert_eq!(patch_sizes(&[1; 12], 3, Connectivity::Four), [12]);
         assert!(patch_sizes(&[0; 12], 3, Connectivity::Four).is_empty());
+    }
+
+    /// Labels agree with sizes, patch by patch, and nodes without contact have none.
+    #[test]
+    fn labels_number_the_patches() {
+        let (m, nx) = drawn("#...# ..... .##.. ...#. #....");
+        let found = patches(&m, nx, Connectivity::Eight);
+        assert_eq!(found.sizes, patch_sizes(&m, nx, Connectivity::Eight));
+        for (patch, size) in found.sizes.iter().enumerate() {
+            assert_eq!(found.label.iter().filter(|l| **l == patch as u32).count(), *size);
+        }
+        assert!(found.label.iter().zip(&m).all(|(l, m)| (*l == NO_PATCH) == (*m == 0)));
+        // Corners join across the seam; the other patch crosses a corner, too.
+        assert_eq!((found.label[0], found.label[4], found.label[20]), (0, 0, 0));
+        assert_eq!((found.label[11], found.label[18]), (1, 1));
     }
 
     #[test]

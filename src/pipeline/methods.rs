@@ -237,8 +237,7 @@ pub fn state_of(problem: &Problem, p_star: f64, e: &Estimate) -> MethodState {
     };
     let touching = open.as_ref().map(|open| Field::F64(open));
     let spots = e.patches.as_ref().map(|areas| Spots::new(areas.iter().copied())).or_else(|| {
-        let map = touching.map(|open| crate::observe::contact_map(open, 0.0))?;
-        let sizes = patch_sizes(&map, grid.nx, Connectivity::Eight);
+        let sizes = patch_sizes(e.contact?, grid.nx, Connectivity::Eight);
         Some(Spots::new(sizes.into_iter().map(|nodes| nodes as f64 * node)))
     });
     let largest = |field: &[f64]| field.iter().copied().fold(0.0, f64::max);
@@ -252,7 +251,7 @@ pub fn state_of(problem: &Problem, p_star: f64, e: &Estimate) -> MethodState {
         let edges = stress_edges(stress.iter().copied().fold(0.0, f64::min), largest(stress));
         Some(stress_distribution(touching?, Field::F64(stress), (0.0, adhesive), edges))
     });
-    let corrected = touching.filter(|_| e.patches.is_none()).map(|open| contact_area(grid, open, 0.0).corrected);
+    let corrected = touching.filter(|_| e.contact.is_some()).map(|open| contact_area(grid, open, 0.0).corrected);
     MethodState {
         p_star,
         pressure: e.pressure,

@@ -7,6 +7,7 @@ mod patch;
 mod power;
 mod spectrum;
 mod statistics;
+mod summits;
 mod synthesis;
 
 pub use fourier::FourierModes;
@@ -14,4 +15,5 @@ pub use patch::{PatchMoments, patch_moments, windowed};
 pub use power::{Power, Shell};
 pub use spectrum::{Amplitudes, Expected, Spectrum};
 pub use statistics::{Moments, PsdBin, Range, moments, patch_gradient, psd, range};
+pub use summits::{Summit, SummitCurvature, SummitFit, summits};
 pub use synthesis::{Modes, lower_to_zero, resample};

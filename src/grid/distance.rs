@@ -1,0 +1,147 @@
+//! The nearest marked node of every node, on the periodic cell.
+//!
+//! Exact Euclidean distances in two passes over the field, one along each axis (Felzenszwalb & Huttenlocher, Theory of
+//! Computing 8 (2012) 415): down the columns the nearest marked row, then along each row the lower envelope of the
+//! parabolas that stand on the columns' answers. Time is linear in the nodes.
+
+use super::Grid;
+use rayon::prelude::*;
+
+/// No node is marked.
+pub const NOWHERE: u32 = u32::MAX;
+
+/// For each node `[ny, nx]` the index of the nearest marked one (nonzero in `map`); [`NOWHERE`] if none is.
+pub fn nearest(grid: Grid, map: &[u8]) -> Vec<u32> {
+    let (nx, ny) = (grid.nx, grid.ny);
+    let mut found = nearest_rows(nx, ny, map);
+    let (dx, dy) = (grid.dx(), grid.dy());
+    found.par_chunks_mut(nx).enumerate().for_each_init(Envelope::default, |envelope, (y, row)| {
+        // Squares of the distances along y, of columns that have a marked node.
+        let column = |x: usize| {
+            (row[x] != NOWHERE).then(|| {
+                let d = dy * around(row[x] as usize, y, ny);
+                d * d
+            })
+        };
+        envelope.raise(nx, dx, column);
+        let rows: Vec<u32> = row.to_vec();
+        for (x, out) in row.iter_mut().enumerate() {
+            if let Some(from) = envelope.lowest_at(x as i64, dx) {
+                let from = from.rem_euclid(nx as i64) as usize;
+                *out = rows[from] * nx as u32 + from as u32;
+            }
+        }
+    });
+    found
+}
+
+/// Shortest way from node `from` to node `to` on the periodic cell, units of L.
+pub fn separation(grid: Grid, from: usize, to: usize) -> (f64, f64) {
+    let along = |a: usize, b: usize, n: usize, d: f64| {
+        let steps = super::signed_mode((b + n - a) % n, n);
+        d * steps as f64
+    };
+    (along(from % grid.nx, to % grid.nx, grid.nx, grid.dx()), along(from / grid.nx, to / grid.nx, grid.ny, grid.dy()))
+}
+
+/// Steps between two of `n` places on a ring.
+fn around(a: usize, b: usize, n: usize) -> f64 {
+    let d = a.abs_diff(b);
+    d.min(n - d) as f64
+}
+
+/// For each node the nearest row in its column with a marked node; of two as near, the one reached by rising rows.
+fn nearest_rows(nx: usize, ny: usize, map: &[u8]) -> Vec<u32> {
+    let mut rows = vec![NOWHERE; nx * ny];
+    // Twice around each way: the first round knows nothing of what lies behind the seam.
+    let mut last = vec![NOWHERE; nx];
+    for y in (0..ny).chain(0..ny) {
+        for x in 0..nx {
+            if map[y * nx + x] != 0 {
+                last[x] = y as u32;
+            }
+            rows[y * nx + x] = last[x];
+        }
+    }
+    for y in (0..ny).rev().chain((0..ny).rev()) {
+        for x in 0..nx {
+            if map[y * nx + x] != 0 {
+                last[x] = y as u32;
+            }
+            let row = &mut rows[y * nx + x];
+            if last[x] != NOWHERE && around(last[x] as usize, y, ny) < around(*row as usize, y, ny) {
+                *row = last[x];
+            }
+        }
+    }
+    rows
+}
+
+/// Lower envelope of parabolas `(x dx - k dx)² + f(k)` along a row and half a row to either side of it.
+#[derive(Default)]
+struct Envelope {
+    /// Column, its f, and from where on (in columns) its parabola is the lowest.
+    parts: Vec<(i64, f64, f64)>,
+    at: usize,
+}
+
+impl Envelope {
+    fn raise(&mut self, nx: usize, dx: f64, f: impl Fn(usize) -> Option<f64>) {
+        self.parts.clear();
+        self.at = 0;
+        let (n, half) = (nx as i64, nx as i64 / 2 + 1);
+        for k in -half..n + half {
+            let Some(height) = f(k.rem_euclid(n) as usize) else { continue };
+            let mut from = f64::NEG_INFINITY;
+            while let Some(&(last, last_height, last_from)) = self.parts.last() {
+                // Where the new parabola passes below the last one.
+                let (a, b) = (last as f64, k as f64);
+                from = 0.5 * (a + b) + (height - last_height) / (2.0 * dx * dx * (b - a));
+                if from > last_from {
+                    break;
+                }
+                self.parts.pop();
+                from = f64::NEG_INFINITY;
+            }
+            self.parts.push((k, height, from));
+        }
+    }
+
+    /// Column whose parabola is the lowest at column x; asked for with rising x.
+    fn lowest_at(&mut self, x: i64, dx: f64) -> Option<i64> {
+        while self.at + 1 < self.parts.len() && self.parts[self.at + 1].2 <= x as f64 {
+            self.at += 1;
+        }
+        // Where parabolas meet, rounding may leave a neighbour of the lowest.
+        let value = |part: &(i64, f64, f64)| (dx * (x - part.0) as f64).powi(2) + part.1;
+        let near = self.parts.get(self.at.saturating_sub(1)..self.parts.len().min(self.at + 2))?;
+        near.iter().min_by(|a, b| value(a).total_cmp(&value(b))).map(|part| part.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against all pairs, on square and oblong pixels, with few and with many marked nodes.
+    #[test]
+    fn distances_are_those_of_all_pairs() {
+        for (nx, ny, ly) in [(17, 12, 12.0 / 17.0), (16, 16, 0.4), (1, 9, 2.0), (8, 1, 0.1)] {
+            let grid = Grid { nx, ny, lx: 1.0, ly };
+            for every in [1, 3, 11, 60] {
+                let map: Vec<u8> = (0..nx * ny).map(|i| u8::from((i * i + 7 * i) % every == 0 || i == 5)).collect();
+                let square = |i: usize, j: usize| {
+                    let (x, y) = separation(grid, i, j);
+                    x * x + y * y
+                };
+                for (i, &found) in nearest(grid, &map).iter().enumerate() {
+                    let marked = (0..map.len()).filter(|&j| map[j] != 0);
+                    let exact = marked.map(|j| square(i, j)).fold(f64::INFINITY, f64::min);
+                    assert!(map[found as usize] != 0);
+                    assert!((square(i, found as usize) - exact).abs() < 1e-14, "{nx}x{ny} node {i}");
+                }
+            }
+        }
+        assert!(nearest(Grid::unit(4, 3), &[0; 12]).iter().all(|f| *f == NOWHERE));
+    }
+}

@@ -1,0 +1,90 @@
+//! What a method that knows one situation alone asks of a problem, each refused in one line.
+
+use super::{Load, Problem};
+use crate::grid::{Grid, lowest, mean};
+use crate::interface::{Adhesion, Elastic, Wall};
+use crate::surface::{Summit, SummitCurvature, SummitFit};
+use crate::{Error, Result};
+use std::borrow::Cow;
+
+fn refuse<T>(id: &str, key: &str, found: impl ToString, accepted: &str) -> Result<T> {
+    Err(Error::input(format!("method {id}"), key, found, accepted))
+}
+
+/// A wall that no gap enters.
+pub(super) fn hard_wall(problem: &Problem, id: &str) -> Result<()> {
+    match problem.wall {
+        Wall::Hard => Ok(()),
+        wall => refuse(id, "wall", wall, "a hard wall"),
+    }
+}
+
+/// A periodic, isotropic half-space: what the closed forms of single asperities are of.
+pub(super) fn half_space(problem: &Problem, id: &str) -> Result<()> {
+    problem.expect_periodic(id)?;
+    match problem.kernel {
+        Elastic::HalfSpace => Ok(()),
+        kernel => refuse(id, "kernel", kernel, "a half-space"),
+    }
+}
+
+pub(super) fn no_adhesion(problem: &Problem, id: &str) -> Result<()> {
+    match problem.adhesion {
+        Adhesion::None => Ok(()),
+        adhesion => refuse(id, "adhesion", adhesion, "none: this method models no adhesion"),
+    }
+}
+
+/// A pressure; one that pulls only from methods in which something holds it.
+pub(super) fn pressure(load: Load, holds_pull: bool, id: &str) -> Result<f64> {
+    match load {
+        Load::Pressure(p) if p.is_finite() && (p > 0.0 || holds_pull) => Ok(p),
+        Load::Pressure(p) => refuse(id, "pressure", p, "a positive one: nothing holds a pull"),
+        Load::MeanGap(g) => refuse(id, "mean gap", g, "a pressure; the method `fast` controls the mean gap"),
+    }
+}
+
+/// A setting that must be a positive, finite length or number.
+pub(super) fn positive(value: f64, id: &str, key: &str) -> Result<f64> {
+    if value > 0.0 && value.is_finite() { Ok(value) } else { refuse(id, key, value, "a positive number") }
+}
+
+/// Heights on the nodes, from the lowest on: an offset would cost digits.
+pub(super) fn from_lowest<'p>(problem: &Problem<'p>) -> Cow<'p, [f64]> {
+    let nodes = match problem.heights {
+        super::Heights::Nodes(nodes) => Cow::Borrowed(nodes),
+        heights => Cow::Owned(heights.on_nodes(problem.grid).into_owned()),
+    };
+    let low = lowest(&nodes);
+    if low == 0.0 {
+        return nodes;
+    }
+    let mut nodes = nodes.into_owned();
+    nodes.iter_mut().for_each(|h| *h -= low);
+    Cow::Owned(nodes)
+}
+
+/// The undeformed gap: heights less the approach `depth`, zero where bodies overlap; and its mean.
+pub(super) fn undeformed_gap(heights: &[f64], depth: f64, gap: &mut Vec<f64>) -> f64 {
+    gap.clear();
+    gap.extend(heights.iter().map(|h| (h - depth).max(0.0)));
+    mean(gap)
+}
+
+/// The surface's summits, from the first to touch on.
+///
+/// # Errors
+/// If there are none.
+pub(super) fn summits(
+    grid: Grid,
+    heights: &[f64],
+    (fit, curvature): (SummitFit, SummitCurvature),
+    id: &str,
+) -> Result<Vec<Summit>> {
+    let mut found = crate::surface::summits(grid, heights, fit, curvature);
+    if found.is_empty() {
+        return refuse(id, "surface", "without a summit", "one that is not flat");
+    }
+    found.sort_by(|a, b| a.height.total_cmp(&b.height));
+    Ok(found)
+}

@@ -1,0 +1,306 @@
+//! The laboratory's submission as a model: a printed surface a thousand times larger, pressed onto a sheet of rubber, of which a
+//! camera sees where light crosses (Bennett, Harris, Schulze, Urueña, McGhee, Pitenis, Müser, Angelini & Sawyer, Tribology
+//! Letters 65 (2017) 134; section 3 of Müser et al., Tribology Letters 65 (2017) 118).
+//!
+//! The heights lose what the printer does not draw (a box average over its resolution, exact by Fourier), the body is an
+//! incompressible layer bonded to its support, contact is what a camera's pixel has for the larger part closer than light
+//! crosses, and gaps are those of a displacement that image correlation averages over its window. The contact itself is solved
+//! for by the method `fast`. Not in the model: the edges of the sheet and of the print (the cell repeats), friction, viscosity.
+//!
+//! Scaled up a thousand times at the same E*ḡ the groups are kept but those of adhesion: the work of rubber, 50 mJ/m² over a
+//! cell of 0.1 m, is the challenge's γ/(E*L) = 2·10⁻⁵ at E* = 25 kPa, and less on what is stiffer; a range of molecules is
+//! then far below that of the challenge, ρ/L = 2·10⁻⁵. [`ExperimentSettings::groups`] tells. The model takes the adhesion of
+//! the problem.
+
+use super::{
+    Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Plan, Problem, Quantity, Started, Support,
+    Watch, accepts, fast,
+};
+use crate::grid::{Grid, Transform};
+use crate::interface::{Base, Elastic, Layer};
+use crate::{Error, Result};
+use rustfft::num_complex::Complex;
+use serde::{Deserialize, Serialize};
+use std::time::Instant;
+
+pub struct Experiment;
+
+static CARD: Card = Card {
+    id: "experiment",
+    paper_name: "Experiment (scaled up by 1000)",
+    family: "laboratory",
+    kind: Kind::Estimate,
+    needs: Needs::Heights,
+    criterion: Criterion::Optical { gap_nm: 150.0 },
+    calibrated_on: None,
+    summary: "printed surface, bonded rubber layer and camera around the method fast",
+    supports,
+    dois: &["10.1007/s11249-017-0900-2"],
+};
+
+fn supports(quantity: Quantity) -> Support {
+    match quantity {
+        Quantity::ContactMap | Quantity::ContactArea | Quantity::PatchPdf => {
+            Support::Only("camera's pixels that light crosses; no edges")
+        }
+        Quantity::GapField | Quantity::GapPdf | Quantity::MeanGap => {
+            Support::Only("by digital image correlation; no edges")
+        }
+        Quantity::Stiffness => Support::Only("as differences between loads"),
+        Quantity::StressField | Quantity::StressPdf => Support::No("light tells of contact, not of stress"),
+    }
+}
+
+/// Settings of the method `experiment`; lengths in units of L, which is 0.1 m in the laboratory.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct ExperimentSettings {
+    /// The printer's resolution, over which heights are averaged: 16 µm. 0 for none.
+    pub print: f64,
+    /// The camera's pixel: 4900 along a side (36.3 megapixels). 0 for none.
+    pub pixel: f64,
+    /// Gap below which light crosses: 0.15 µm, between 0.1 and 0.2.
+    pub optical_gap: f64,
+    /// Thickness of the rubber: 15 mm.
+    pub thickness: f64,
+    /// Poisson's ratio of the rubber.
+    pub poisson: f64,
+    /// Window over which image correlation averages displacements. Our choice: 0.5 mm, some 24 pixels. 0 for none.
+    pub correlation: f64,
+}
+
+impl Default for ExperimentSettings {
+    fn default() -> Self {
+        ExperimentSettings {
+            print: 1.6e-4,
+            pixel: 1.0 / 4900.0,
+            optical_gap: 1.5e-6,
+            thickness: 0.15,
+            poisson: 0.5,
+            correlation: 5e-3,
+        }
+    }
+}
+
+/// What must be alike for two scales to show the same contact, of a laboratory's materials.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Groups {
+    /// γ/(E*·L).
+    pub work: f64,
+    /// ρ/L.
+    pub range: f64,
+    /// Tabor's parameter R_c^(1/3) (γ/E*)^(2/3)/ρ.
+    pub tabor: f64,
+    /// Layer over the cell, printer's resolution and camera's pixel over the shortest wavelength.
+    pub thickness: f64,
+    pub print_per_lambda_s: f64,
+    pub pixel_per_lambda_s: f64,
+    /// Optical gap over the range of the challenge's adhesion, ρ = 2.071·10⁻⁵ L.
+    pub optical_gap_per_range: f64,
+}
+
+impl ExperimentSettings {
+    /// The groups of a surface with λ_s and R_c (units of L) printed in a cell of `cell_m` metres, on a rubber of E* in pascal,
+    /// a work of adhesion in J/m² and a range in metres.
+    pub fn groups(
+        &self,
+        (lambda_s, curvature_radius): (f64, f64),
+        cell_m: f64,
+        modulus_pa: f64,
+        work_j_per_m2: f64,
+        range_m: f64,
+    ) -> Groups {
+        const CHALLENGE_RANGE: f64 = 2.071e-5;
+        let (work, range) = (work_j_per_m2 / (modulus_pa * cell_m), range_m / cell_m);
+        Groups {
+            work,
+            range,
+            tabor: (curvature_radius * work * work).cbrt() / range,
+            thickness: self.thickness,
+            print_per_lambda_s: self.print / lambda_s,
+            pixel_per_lambda_s: self.pixel / lambda_s,
+            optical_gap_per_range: self.optical_gap / CHALLENGE_RANGE,
+        }
+    }
+
+    fn layer(&self) -> Elastic {
+        Elastic::Layer(Layer { thickness: self.thickness, poisson: self.poisson, base: Base::Bonded })
+    }
+
+    fn check(&self) -> Result<()> {
+        accepts::positive(self.thickness, CARD.id, "experiment.thickness")?;
+        let lengths = [
+            ("print", self.print),
+            ("pixel", self.pixel),
+            ("optical_gap", self.optical_gap),
+            ("correlation", self.correlation),
+        ];
+        for (key, value) in lengths {
+            if !(value >= 0.0 && value.is_finite()) {
+                let key = format!("experiment.{key}");
+                return Err(Error::input("method experiment", key, value, "a length of at least 0"));
+            }
+        }
+        if !(0.0..=0.5).contains(&self.poisson) {
+            return Err(Error::input("method experiment", "experiment.poisson", self.poisson, "0 to 0.5"));
+        }
+        Ok(())
+    }
+}
+
+impl ContactMethod for Experiment {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn plan(&self, problem: &Problem) -> Plan {
+        // What the solver takes, printed heights, the last gap to go on from, the gap told, and the map.
+        let inner = fast::Fast.plan(&Problem { heights: (&[][..]).into(), ..problem.clone() });
+        Plan { bytes: inner.bytes + (3 * 8 + 1) * problem.grid.points() as u64, ..inner }
+    }
+
+    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
+        accepts::half_space(problem, CARD.id)?;
+        accepts::hard_wall(problem, CARD.id)?;
+        problem.settings.experiment.check()?;
+        let grid = problem.grid;
+        let mut printed = accepts::from_lowest(problem).into_owned();
+        box_average(grid, &mut printed, problem.settings.experiment.print);
+        let (last, contact, gap) = (Vec::new(), Vec::new(), Vec::new());
+        Ok(Started::Estimator(Box::new(Laboratory { problem, watch, printed, last, contact, gap })))
+    }
+}
+
+struct Laboratory<'p> {
+    problem: &'p Problem<'p>,
+    watch: &'p dyn Watch,
+    printed: Vec<f64>,
+    /// True gap of the last load, from which the next goes on.
+    last: Vec<f64>,
+    contact: Vec<u8>,
+    gap: Vec<f64>,
+}
+
+impl Estimator for Laboratory<'_> {
+    fn estimate(&mut self, load: Load) -> Result<Estimate<'_>> {
+        let clock = Instant::now();
+        let settings = self.problem.settings.experiment;
+        let grid = self.problem.grid;
+        let adhesive = self.problem.adhesion != crate::interface::Adhesion::None;
+        let pressure = accepts::pressure(load, adhesive, CARD.id)?;
+        let inner = Problem { heights: (&self.printed).into(), kernel: settings.layer(), ..self.problem.clone() };
+        let mut run = fast::Fast.start(&inner, self.watch)?.solver()?;
+        if adhesive && !self.last.is_empty() {
+            run.set_gap(&self.last);
+        }
+        let state = run.equilibrate(Load::Pressure(pressure))?;
+        let found = Estimate {
+            mean_gap: Some(state.mean_gap),
+            load_error: state.load_error,
+            stop: state.stop,
+            iterations: state.iterations,
+            fft_pairs: state.fft_pairs,
+            ..Estimate::at(pressure)
+        };
+        self.last = state.gap.to_vec();
+        drop(run);
+        self.contact = photograph(grid, &self.last, settings.optical_gap, settings.pixel);
+        self.gap = correlated(grid, &self.printed, &self.last, settings.correlation);
+        let touching = self.contact.iter().map(|c| usize::from(*c)).sum::<usize>();
+        Ok(Estimate {
+            contact_fraction: touching as f64 / grid.points() as f64,
+            contact: Some(&self.contact),
+            gap: Some(&self.gap),
+            seconds: clock.elapsed().as_secs_f64(),
+            ..found
+        })
+    }
+}
+
+/// Averages a field over a box of this width about every place, exactly for the waves that the grid holds.
+fn box_average(grid: Grid, field: &mut [f64], width: f64) {
+    if width == 0.0 {
+        return;
+    }
+    let transform = Transform::<f64>::new(grid);
+    let mut spectrum = transform.spectrum();
+    let sinc = |q: f64| if q == 0.0 { 1.0 } else { (0.5 * q * width).sin() / (0.5 * q * width) };
+    let per_point = 1.0 / grid.points() as f64;
+    transform.forward_filtered(field, &mut spectrum, &|i: usize, column: &mut [Complex<f64>]| {
+        let along_x = sinc(grid.qx(i)) * per_point;
+        column.iter_mut().enumerate().for_each(|(j, c)| *c *= along_x * sinc(grid.qy(j)));
+        0.0
+    });
+    transform.inverse(&mut spectrum, field);
+}
+
+/// 1 on the nodes of those of the camera's pixels that have the larger part of their nodes closer than `optical_gap`.
+/// Nodes farther apart than pixels are told one by one.
+fn photograph(grid: Grid, gap: &[f64], optical_gap: f64, pixel: f64) -> Vec<u8> {
+    let close: Vec<u8> = gap.iter().map(|g| u8::from(*g <= optical_gap)).collect();
+    let pixels = |l: f64, n: usize| if pixel > 0.0 { ((l / pixel).round() as usize).clamp(1, n) } else { n };
+    let (px, py) = (pixels(grid.lx, grid.nx), pixels(grid.ly, grid.ny));
+    if (px, py) == (grid.nx, grid.ny) {
+        return close;
+    }
+    // Nodes stand in the middle of what they stand for.
+    let at = |i: usize| ((i / grid.nx) * py / grid.ny) * px + (i % grid.nx) * px / grid.nx;
+    let mut counts = vec![[0u32; 2]; px * py];
+    for (i, c) in close.iter().enumerate() {
+        let count = &mut counts[at(i)];
+        count[0] += 1;
+        count[1] += u32::from(*c);
+    }
+    (0..gap.len()).map(|i| u8::from(2 * counts[at(i)][1] > counts[at(i)][0])).collect()
+}
+
+/// The gap between the printed heights and the body's displacement averaged over the window; nowhere below zero.
+fn correlated(grid: Grid, printed: &[f64], gap: &[f64], window: f64) -> Vec<f64> {
+    let mut displaced: Vec<f64> = printed.iter().zip(gap).map(|(h, g)| h - g).collect();
+    box_average(grid, &mut displaced, window);
+    printed.iter().zip(displaced).map(|(h, u)| (h - u).max(0.0)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::{PI, TAU};
+
+    /// A wave loses what a box takes of it, along both axes, and the mean nothing.
+    #[test]
+    fn a_box_average_of_waves() {
+        let grid = Grid { nx: 24, ny: 20, lx: 1.0, ly: 0.6 };
+        let wave = |i: usize| (TAU * 3.0 * (i % 24) as f64 / 24.0).cos() * (TAU * (i / 24) as f64 / 20.0).cos();
+        let mut field: Vec<f64> = (0..480).map(|i| 2.0 + wave(i)).collect();
+        box_average(grid, &mut field, 0.1);
+        let sinc = |x: f64| x.sin() / x;
+        let kept = sinc(0.3 * PI) * sinc(0.1 * PI / 0.6);
+        for (i, f) in field.iter().enumerate() {
+            assert!((f - 2.0 - kept * wave(i)).abs() < 1e-14);
+        }
+    }
+
+    /// Pixels of two by two nodes: three of four make contact, two do not.
+    #[test]
+    fn pixels_go_with_the_larger_part() {
+        let grid = Grid::unit(4, 4);
+        let gap = [0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0];
+        let seen = photograph(grid, &gap, 0.5, 0.5);
+        assert_eq!(seen, [1, 1, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]);
+        let one_by_one: Vec<u8> = gap.iter().map(|g| u8::from(*g == 0.0)).collect();
+        assert_eq!(photograph(grid, &gap, 0.5, 0.01), one_by_one);
+    }
+
+    /// Scaled up to 0.1 m: the challenge's work on rubber of 25 kPa, eighty times less on 2.1 MPa.
+    #[test]
+    fn groups_of_the_laboratory() {
+        let settings = ExperimentSettings::default();
+        let groups = |modulus: f64, range: f64| settings.groups((1e-3, 6e-4), 0.1, modulus, 0.05, range);
+        let soft = groups(25e3, 2.071e-6);
+        assert!((soft.work / 2e-5 - 1.0).abs() < 1e-12 && (soft.tabor - 3.0007).abs() < 1e-3, "{soft:?}");
+        assert!((groups(2.1e6, 1e-9).work * 84.0 / 2e-5 - 1.0).abs() < 1e-12);
+        assert!((soft.print_per_lambda_s - 0.16).abs() < 1e-12 && soft.optical_gap_per_range < 0.1);
+        // A molecular range is JKR's limit.
+        assert!(groups(25e3, 1e-9).tabor > 1e3);
+    }
+}

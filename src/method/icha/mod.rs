@@ -1,0 +1,223 @@
+//! Interacting and coalescing Hertzian asperities (Afferrante, Carbone & Demelio, Wear 278-279 (2012) 28; Afferrante,
+//! Bottiglione, Putignano, Persson & Carbone, Tribology Letters 66 (2018) 75).
+//!
+//! Every summit is a Hertzian sphere whose approach is lessened by what all other spots lower the body by; spots that
+//! overlap become one of the same area and load. The load rises in small steps, since what has merged stays so. Displacements
+//! are those of the periodic half-space: to the closed form of one spot come its images by Ewald's sum, and the mean
+//! displacement is zero. So the mean gap is the mean height less the approach, which the published method, whose approach
+//! has no zero, does not give; it counts as gap also what bodies away from summits overlap by.
+
+mod spots;
+
+use super::spots::{Spot, paint};
+use super::{
+    Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Plan, Problem, Quantity,
+    Started, Stop, Support, Watch, accepts,
+};
+use crate::grid::{Grid, mean};
+use crate::surface::{SummitCurvature, SummitFit};
+use crate::{Error, Result};
+use serde::{Deserialize, Serialize};
+use spots::{Asperity, Spots};
+use std::time::Instant;
+
+pub struct Icha;
+
+static CARD: Card = Card {
+    id: "icha",
+    paper_name: "ICHA (interacting and coalescing Hertzian asperities)",
+    family: "single asperities",
+    kind: Kind::Estimate,
+    needs: Needs::Heights,
+    criterion: Criterion::Spots,
+    calibrated_on: None,
+    summary: "Hertzian summits that lower the body for each other and merge where they overlap",
+    supports,
+    dois: &["10.1007/s11249-017-0900-2", "10.1007/s11249-018-1026-x"],
+};
+
+fn supports(quantity: Quantity) -> Support {
+    match quantity {
+        Quantity::ContactArea => Support::NoAdhesion,
+        Quantity::PatchPdf => Support::Only("discs that have merged, without adhesion"),
+        Quantity::MeanGap => Support::Only("from the approach, without adhesion; overlap beside summits not prevented"),
+        Quantity::StressField | Quantity::StressPdf => Support::Only("profiles of spots, without adhesion"),
+        Quantity::Stiffness => Support::Only("as differences between loads"),
+        Quantity::ContactMap => Support::No("spots are areas, not nodes"),
+        Quantity::GapField | Quantity::GapPdf => Support::No("the gap is known at summits alone"),
+    }
+}
+
+/// Settings of the method `icha`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct IchaSettings {
+    /// Where the curvatures of summits come from.
+    pub fit: SummitFit,
+    /// Which one number stands for the two principal curvatures.
+    pub curvature: SummitCurvature,
+    /// Steps of the load per decade, from a millionth of E*; spots merge after each.
+    pub steps_per_decade: u32,
+    /// Share of its change that a spot makes at once.
+    pub relaxation: f64,
+}
+
+impl Default for IchaSettings {
+    fn default() -> Self {
+        IchaSettings {
+            fit: SummitFit::default(),
+            curvature: SummitCurvature::default(),
+            steps_per_decade: 8,
+            relaxation: 0.7,
+        }
+    }
+}
+
+/// Pressure of the first step, over E*: below what the first summit of a surface worth the method carries alone.
+const FIRST: f64 = 1e-6;
+
+/// Largest change of a spot's radius in a sweep, over the largest radius, and load balance at which a load is in equilibrium.
+const SETTLED: f64 = 1e-7;
+
+/// The same of the steps on the way to it, which only tell what merges.
+const ON_THE_WAY: f64 = 1e-5;
+
+/// Summits beyond which pairs are too many, since each feels every other: time grows as the number of spots times that of
+/// summits within their reach. The challenge's whole spectrum has 170 000.
+const MOST: usize = 200_000;
+
+impl ContactMethod for Icha {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn plan(&self, problem: &Problem) -> Plan {
+        // Heights from the lowest on and stress, and an asperity for some 20 nodes; of the Fourier fit a field and a
+        // spectrum more.
+        let fourier = u64::from(problem.settings.icha.fit == SummitFit::Fourier);
+        let per_point = 2 * 8 + 16 * fourier + 6;
+        Plan { bytes: per_point * problem.grid.points() as u64, iterations: 1000, pairs_per_iteration: 0.0 }
+    }
+
+    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
+        accepts::half_space(problem, CARD.id)?;
+        accepts::hard_wall(problem, CARD.id)?;
+        accepts::no_adhesion(problem, CARD.id)?;
+        let settings = problem.settings.icha;
+        let refuse = |key: &str, found: f64, accepted: &str| Error::input("method icha", key, found, accepted);
+        if !(settings.relaxation > 0.0 && settings.relaxation <= 1.0) {
+            return Err(refuse("icha.relaxation", settings.relaxation, "above 0 and at most 1"));
+        }
+        if settings.steps_per_decade == 0 {
+            return Err(refuse("icha.steps_per_decade", 0.0, "a positive number"));
+        }
+        let heights = accepts::from_lowest(problem);
+        let summits = accepts::summits(problem.grid, &heights, (settings.fit, settings.curvature), CARD.id)?;
+        if summits.len() > MOST {
+            let accepted = format!("at most {MOST}: all feel all others");
+            return Err(Error::input("method icha", "summits", summits.len(), accepted));
+        }
+        let fresh = Spots::new(problem.grid, &summits);
+        Ok(Started::Estimator(Box::new(Path {
+            problem,
+            watch,
+            mean_height: mean(&heights),
+            spots: fresh.clone(),
+            fresh,
+            step: 0,
+            stress: Vec::new(),
+        })))
+    }
+}
+
+struct Path<'p> {
+    problem: &'p Problem<'p>,
+    watch: &'p dyn Watch,
+    /// Over the lowest node.
+    mean_height: f64,
+    fresh: Spots,
+    /// At the last step of the load.
+    spots: Spots,
+    /// Steps that it has taken.
+    step: i32,
+    stress: Vec<f64>,
+}
+
+impl Path<'_> {
+    fn step_pressure(&self, step: i32) -> f64 {
+        FIRST * 10f64.powf(f64::from(step) / f64::from(self.problem.settings.icha.steps_per_decade))
+    }
+
+    /// Equilibrium at a pressure, with all merged that overlaps. Counts sweeps on.
+    fn settle(&self, spots: &mut Spots, (target, tolerance): (f64, f64), sweeps: &mut usize) -> Stop {
+        let relaxation = self.problem.settings.icha.relaxation;
+        let mut residual = 1.0;
+        loop {
+            spots.refresh();
+            loop {
+                if *sweeps >= self.problem.max_iterations {
+                    return Stop::IterationLimit;
+                }
+                let step = Iteration { iteration: *sweeps, residual, tolerance, share: 1.0 };
+                if self.watch.iteration(step).is_break() {
+                    return Stop::Interrupted;
+                }
+                let moved = spots.sweep(target, relaxation);
+                *sweeps += 1;
+                residual = moved.change.max((moved.pressure / target - 1.0).abs());
+                if !residual.is_finite() {
+                    return Stop::Diverged;
+                }
+                if residual <= tolerance {
+                    break;
+                }
+            }
+            if !spots.merge() {
+                return Stop::Converged;
+            }
+        }
+    }
+
+    /// Steps of the load up to a pressure. What the steps before it leave is kept for the next load.
+    fn raise(&mut self, target: f64) -> (Spots, Stop, usize) {
+        let mut sweeps = 0;
+        if self.step > 0 && self.step_pressure(self.step - 1) > target {
+            (self.spots, self.step) = (self.fresh.clone(), 0);
+        }
+        let mut spots = self.spots.clone();
+        while self.step_pressure(self.step) < target {
+            let stop = self.settle(&mut spots, (self.step_pressure(self.step), ON_THE_WAY), &mut sweeps);
+            if stop != Stop::Converged {
+                return (spots, stop, sweeps);
+            }
+            self.step += 1;
+            self.spots = spots.clone();
+        }
+        let stop = self.settle(&mut spots, (target, SETTLED), &mut sweeps);
+        (spots, stop, sweeps)
+    }
+}
+
+impl Estimator for Path<'_> {
+    fn estimate(&mut self, load: Load) -> Result<Estimate<'_>> {
+        let clock = Instant::now();
+        let pressure = accepts::pressure(load, false, CARD.id)?;
+        let (spots, stop, iterations) = self.raise(pressure);
+        let Grid { lx, ly, .. } = spots.grid;
+        let touching: Vec<Asperity> = spots.all.iter().copied().filter(|s| s.spot > 0.0).collect();
+        let painted = touching.iter().map(|s| Spot { x: s.x, y: s.y, radius: s.spot, press: s.load(), pull: 0.0 });
+        paint(spots.grid, painted, &mut self.stress);
+        let patches: Vec<f64> = touching.iter().map(Asperity::area).collect();
+        Ok(Estimate {
+            contact_fraction: (patches.iter().sum::<f64>() / (lx * ly)).min(1.0),
+            mean_gap: Some((self.mean_height - spots.depth).max(0.0)),
+            stress: Some(&self.stress),
+            patches: Some(patches),
+            load_error: (mean(&self.stress) / pressure - 1.0).abs(),
+            stop,
+            iterations,
+            seconds: clock.elapsed().as_secs_f64(),
+            ..Estimate::at(pressure)
+        })
+    }
+}

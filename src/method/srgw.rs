@@ -1,0 +1,245 @@
+//! Spatially resolved Greenwood-Williamson with JKR summits (Müser et al., Tribology Letters 65 (2017) 118, section 3; Greenwood
+//! & Williamson, Proc. R. Soc. A 295 (1966) 300; Johnson, Kendall & Roberts, Proc. R. Soc. A 324 (1971) 301).
+//!
+//! Every summit of the surface is a sphere on a body that knows of no other; all feel one rigid approach. With adhesion a
+//! summit jumps into contact where it touches (δ = 0), since JKR knows no force at a distance, and holds on to the body
+//! down to its least approach: what touches is remembered along the load path. The gap is the undeformed one.
+
+use super::spots::{Jkr, Spot, hertz_load, paint};
+use super::{
+    Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Plan, Problem, Quantity,
+    Started, Stop, Support, Watch, accepts,
+};
+use crate::Result;
+use crate::grid::{Grid, mean, sum_rows};
+use crate::surface::{Summit, SummitCurvature, SummitFit};
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+use std::f64::consts::PI;
+use std::time::Instant;
+
+pub struct Srgw;
+
+static CARD: Card = Card {
+    id: "srgw",
+    paper_name: "SRGW (spatially resolved Greenwood-Williamson)",
+    family: "single asperities",
+    kind: Kind::Estimate,
+    needs: Needs::Heights,
+    criterion: Criterion::Spots,
+    calibrated_on: None,
+    summary: "every summit a JKR sphere of its own, at one approach",
+    supports,
+    dois: &["10.1007/s11249-017-0900-2", "10.1098/rspa.1966.0242", "10.1098/rspa.1971.0141"],
+};
+
+fn supports(quantity: Quantity) -> Support {
+    match quantity {
+        Quantity::ContactArea => Support::Only("sum of spots, which may overlap; adhesion as JKR"),
+        Quantity::PatchPdf => Support::Only("a spot for each summit; adhesion as JKR"),
+        Quantity::GapField | Quantity::GapPdf | Quantity::MeanGap => Support::Only("undeformed gap"),
+        Quantity::StressField | Quantity::StressPdf => Support::Only("profiles of spots, added where they overlap"),
+        Quantity::Stiffness => Support::Only("as differences between loads"),
+        Quantity::ContactMap => Support::No("spots are areas, not nodes"),
+    }
+}
+
+/// Settings of the method `srgw`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct SrgwSettings {
+    /// Where the curvatures of summits come from.
+    pub fit: SummitFit,
+    /// Which one number stands for the two principal curvatures.
+    pub curvature: SummitCurvature,
+}
+
+/// Load balance at which the search for the approach ends, relative.
+const BALANCE: f64 = 1e-12;
+
+/// Load balance at which an approach is an answer, relative: halving ends in rounding of the approach.
+const ANSWER: f64 = 1e-8;
+
+/// Places on the way to the last summit's detachment at which a pull is looked for.
+const PLACES: usize = 4096;
+
+/// The search is over where the approach has no more digits.
+const HALVINGS: usize = 200;
+
+/// Summits that are summed in order, at once.
+const BLOCK: usize = 256;
+
+impl ContactMethod for Srgw {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn plan(&self, problem: &Problem) -> Plan {
+        // Heights from the lowest on, gap and stress, and a summit for some 20 nodes; of the Fourier fit a spectrum more.
+        let fourier = u64::from(problem.settings.srgw.fit == SummitFit::Fourier);
+        let per_point = 3 * 8 + 16 * fourier + 4;
+        Plan { bytes: per_point * problem.grid.points() as u64, iterations: 50, pairs_per_iteration: 0.0 }
+    }
+
+    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
+        accepts::half_space(problem, CARD.id)?;
+        accepts::hard_wall(problem, CARD.id)?;
+        let heights = accepts::from_lowest(problem);
+        let settings = problem.settings.srgw;
+        let summits = accepts::summits(problem.grid, &heights, (settings.fit, settings.curvature), CARD.id)?;
+        let jkr = Jkr { gamma: problem.adhesion.work_and_range().0 };
+        let depth = summits[0].height;
+        let reach = summits.iter().map(|s| jkr.least_approach(s.radius)).fold(0.0, f64::min);
+        let asperities = Asperities { grid: problem.grid, touching: vec![false; summits.len()], summits, jkr, reach };
+        let (gap, stress) = (Vec::new(), Vec::new());
+        Ok(Started::Estimator(Box::new(Path { watch, heights, asperities, depth, gap, stress })))
+    }
+}
+
+struct Asperities {
+    grid: Grid,
+    /// From the first to touch on.
+    summits: Vec<Summit>,
+    jkr: Jkr,
+    /// Approach below which no summit holds on.
+    reach: f64,
+    /// What touched at the end of the last load.
+    touching: Vec<bool>,
+}
+
+impl Asperities {
+    /// Radius of a summit's spot at an approach to which the surfaces came from that of the last load.
+    fn radius(&self, k: usize, depth: f64) -> Option<f64> {
+        let Summit { height, radius, .. } = self.summits[k];
+        let approach = depth - height;
+        let touches = approach >= 0.0 || self.touching[k];
+        if touches { self.jkr.radius(approach, radius) } else { None }
+    }
+
+    /// Summits that may touch: the first ones.
+    fn candidates(&self, depth: f64) -> usize {
+        self.summits.partition_point(|s| s.height <= depth - self.reach)
+    }
+
+    /// Mean pressure at an approach.
+    fn pressure(&self, depth: f64) -> f64 {
+        let n = self.candidates(depth);
+        let [load] = sum_rows(n.div_ceil(BLOCK), |b| {
+            let block = b * BLOCK..n.min((b + 1) * BLOCK);
+            let load = |k: usize| self.radius(k, depth).map_or(0.0, |a| self.jkr.load(a, self.summits[k].radius));
+            [block.map(load).sum::<f64>()]
+        });
+        load / (self.grid.lx * self.grid.ly)
+    }
+
+    /// Two approaches, the first with a pressure of at most `target` and the second of at least, on the way that the
+    /// surfaces take from `depth`; none if they part before.
+    fn bracket(&self, depth: f64, target: f64) -> Option<(f64, f64)> {
+        let last = self.summits.len() - 1;
+        let mut step = 1e-6 * (self.summits[last].height - self.summits[0].height + self.summits[0].radius);
+        let (mut low, mut high) = (depth, depth);
+        if self.pressure(depth) < target {
+            while self.pressure(high) < target {
+                low = high;
+                high += step;
+                step *= 2.0;
+            }
+            return Some((low, high));
+        }
+        if target > 0.0 {
+            while self.pressure(low) > target {
+                high = low;
+                low -= step;
+                step *= 2.0;
+            }
+            return Some((low, high));
+        }
+        // A pull is held in a well before the pull-off, which long steps would pass.
+        let end = self.summits[0].height + self.reach;
+        let place = |k: usize| depth + (end - depth) * k as f64 / PLACES as f64;
+        (1..=PLACES)
+            .find(|&k| self.pressure(place(k)) <= target && self.holds(place(k)))
+            .map(|k| (place(k), place(k - 1)))
+    }
+
+    fn holds(&self, depth: f64) -> bool {
+        (0..self.candidates(depth)).any(|k| self.radius(k, depth).is_some())
+    }
+}
+
+struct Path<'p> {
+    watch: &'p dyn Watch,
+    /// From the lowest on.
+    heights: Cow<'p, [f64]>,
+    asperities: Asperities,
+    /// Approach at the end of the last load, from the lowest node on; that of first touch before the first.
+    depth: f64,
+    gap: Vec<f64>,
+    stress: Vec<f64>,
+}
+
+impl Path<'_> {
+    /// Halves the bracket. Forces fall at jumps into contact and rise at detachments, each against the way of the search,
+    /// so the pressure is continuous where the halves close in. With adhesion it may be met more than once within the
+    /// drop of one summit's jump: one of these approaches is found.
+    fn search(&self, (mut low, mut high): (f64, f64), target: f64) -> (f64, Stop, usize) {
+        let scale = Problem::stress_scale(target);
+        for iteration in 0..HALVINGS {
+            let depth = 0.5 * (low + high);
+            let found = self.asperities.pressure(depth);
+            let residual = (found - target).abs() / scale;
+            if residual <= BALANCE || depth <= low || depth >= high {
+                let stop = if residual <= ANSWER { Stop::Converged } else { Stop::RoundingFloor };
+                return (depth, stop, iteration);
+            }
+            let step = Iteration { iteration, residual, tolerance: BALANCE, share: 1.0 };
+            if self.watch.iteration(step).is_break() {
+                return (depth, Stop::Interrupted, iteration);
+            }
+            if found < target { low = depth } else { high = depth }
+        }
+        (0.5 * (low + high), Stop::IterationLimit, HALVINGS)
+    }
+}
+
+impl Estimator for Path<'_> {
+    fn estimate(&mut self, load: Load) -> Result<Estimate<'_>> {
+        let clock = Instant::now();
+        let adhesive = self.asperities.jkr.gamma > 0.0;
+        let pressure = accepts::pressure(load, adhesive, CARD.id)?;
+        let (depth, stop, iterations) = match self.asperities.bracket(self.depth, pressure) {
+            Some(bracket) => self.search(bracket, pressure),
+            // Parted: nothing touches, and the next load begins at first touch.
+            None => {
+                self.asperities.touching.fill(false);
+                (self.asperities.summits[0].height.min(0.0) + 2.0 * self.asperities.reach, Stop::Detached, PLACES)
+            }
+        };
+        let asperities = &mut self.asperities;
+        let grid = asperities.grid;
+        let radii: Vec<Option<f64>> = (0..asperities.summits.len()).map(|k| asperities.radius(k, depth)).collect();
+        let jkr = asperities.jkr;
+        let spots: Vec<Spot> = (asperities.summits.iter().zip(&radii))
+            .filter_map(|(s, a)| {
+                a.map(|a| Spot { x: s.x, y: s.y, radius: a, press: hertz_load(a, s.radius), pull: jkr.pull(a) })
+            })
+            .collect();
+        asperities.touching.iter_mut().zip(&radii).for_each(|(t, a)| *t = a.is_some());
+        self.depth = if stop == Stop::Detached { asperities.summits[0].height } else { depth };
+        paint(grid, spots.iter().copied(), &mut self.stress);
+        let patches: Vec<f64> = spots.iter().map(|s| PI * s.radius.powi(2)).collect();
+        let mean_gap = accepts::undeformed_gap(&self.heights, depth, &mut self.gap);
+        Ok(Estimate {
+            contact_fraction: (patches.iter().sum::<f64>() / (grid.lx * grid.ly)).min(1.0),
+            mean_gap: Some(mean_gap),
+            gap: Some(&self.gap),
+            stress: Some(&self.stress),
+            patches: Some(patches),
+            load_error: (mean(&self.stress) - pressure).abs() / Problem::stress_scale(pressure),
+            stop,
+            iterations,
+            seconds: clock.elapsed().as_secs_f64(),
+            ..Estimate::at(pressure)
+        })
+    }
+}

@@ -1,0 +1,254 @@
+//! Patches of overlap grown to twice their area.
+
+use crate::grid::{Grid, nearest, separation};
+use crate::observe::{Connectivity, NO_PATCH, patches};
+use rayon::prelude::*;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+/// Grows the patches of `map` `[ny, nx]` node by node, the nearest to the patch first, until each has twice its area.
+/// Patches that meet (edges or corners) are one from then on, with one area to double. What is no room for in the cell of
+/// all that is nearest to a patch is taken from its neighbour's, as if the two had met. The nodes of contact become twice
+/// what they were, or all.
+///
+/// `O(N log N)`: one distance transform, one sort of each patch's surroundings, and one queue of patches.
+pub(super) fn double(grid: Grid, map: &mut [u8]) {
+    let cores = patches(map, grid.nx, Connectivity::Eight);
+    if cores.sizes.is_empty() || 2 * cores.sizes.iter().sum::<usize>() >= map.len() {
+        let all = u8::from(!cores.sizes.is_empty());
+        map.iter_mut().for_each(|m| *m = all);
+        return;
+    }
+    Growth::new(grid, map, cores.label, &cores.sizes).run(map);
+}
+
+/// Nodes outside of the cores, grouped by the patch that is nearest, the nearest first.
+struct Cells {
+    order: Vec<u32>,
+    /// Where each patch's nodes begin in `order`, and where the last one's end.
+    start: Vec<usize>,
+    /// Nearest node of a core.
+    nearest: Vec<u32>,
+}
+
+impl Cells {
+    fn new(grid: Grid, map: &[u8], label: &[u32], count: usize) -> Self {
+        let nearest = nearest(grid, map);
+        let outside = |i: &usize| map[*i] == 0;
+        let mut start = vec![0; count + 1];
+        for i in (0..map.len()).filter(outside) {
+            start[label[nearest[i] as usize] as usize + 1] += 1;
+        }
+        for k in 0..count {
+            start[k + 1] += start[k];
+        }
+        let mut order = vec![0; start[count]];
+        let mut next = start.clone();
+        for i in (0..map.len()).filter(outside) {
+            let place = &mut next[label[nearest[i] as usize] as usize];
+            order[*place] = i as u32;
+            *place += 1;
+        }
+        let mut rest: &mut [u32] = &mut order;
+        let mut cells = Vec::with_capacity(count);
+        for k in 0..count {
+            let (cell, others) = rest.split_at_mut(start[k + 1] - start[k]);
+            cells.push(cell);
+            rest = others;
+        }
+        cells.into_par_iter().for_each(|cell| cell.sort_unstable_by_key(|&i| (square(grid, &nearest, i), i)));
+        Cells { order, start, nearest }
+    }
+}
+
+/// Square of the distance to the nearest core, as bits that order like the number, which is not negative.
+fn square(grid: Grid, nearest: &[u32], i: u32) -> u64 {
+    let (x, y) = separation(grid, i as usize, nearest[i as usize] as usize);
+    (x * x + y * y).to_bits()
+}
+
+struct Growth {
+    grid: Grid,
+    cells: Cells,
+    /// Patch that a node of contact belongs to.
+    label: Vec<u32>,
+    /// Patches that have met have one root.
+    parent: Vec<u32>,
+    /// Of roots: nodes still to be added, and patches that wait because there were none.
+    room: Vec<usize>,
+    parked: Vec<Vec<u32>>,
+    cursor: Vec<usize>,
+    /// Square of the distance, node, patch.
+    queue: BinaryHeap<Reverse<(u64, u32, u32)>>,
+}
+
+impl Growth {
+    fn new(grid: Grid, map: &[u8], label: Vec<u32>, sizes: &[usize]) -> Self {
+        let cells = Cells::new(grid, map, &label, sizes.len());
+        let cursor = cells.start[..sizes.len()].to_vec();
+        let mut growth = Growth {
+            grid,
+            cells,
+            label,
+            parent: (0..sizes.len() as u32).collect(),
+            room: sizes.to_vec(),
+            parked: vec![Vec::new(); sizes.len()],
+            cursor,
+            queue: BinaryHeap::new(),
+        };
+        (0..sizes.len() as u32).for_each(|patch| growth.enqueue(patch));
+        growth
+    }
+
+    fn root(&mut self, mut patch: u32) -> u32 {
+        while self.parent[patch as usize] != patch {
+            // Path halving.
+            self.parent[patch as usize] = self.parent[self.parent[patch as usize] as usize];
+            patch = self.parent[patch as usize];
+        }
+        patch
+    }
+
+    /// The next node of a patch's cell, if any is left.
+    fn enqueue(&mut self, patch: u32) {
+        let at = self.cursor[patch as usize];
+        if at < self.cells.start[patch as usize + 1] {
+            let node = self.cells.order[at];
+            self.queue.push(Reverse((square(self.grid, &self.cells.nearest, node), node, patch)));
+        }
+    }
+
+    fn meet(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.root(a), self.root(b));
+        if a == b {
+            return;
+        }
+        let (kept, lost) = (a.min(b), a.max(b));
+        self.parent[lost as usize] = kept;
+        self.room[kept as usize] += self.room[lost as usize];
+        let mut waiting = std::mem::take(&mut self.parked[lost as usize]);
+        waiting.append(&mut self.parked[kept as usize]);
+        if self.room[kept as usize] > 0 {
+            waiting.into_iter().for_each(|patch| self.enqueue(patch));
+        } else {
+            self.parked[kept as usize] = waiting;
+        }
+    }
+
+    fn run(mut self, map: &mut [u8]) {
+        while let Some(Reverse((_, node, patch))) = self.queue.pop() {
+            let root = self.root(patch) as usize;
+            if self.room[root] == 0 {
+                self.parked[root].push(patch);
+                continue;
+            }
+            self.room[root] -= 1;
+            let i = node as usize;
+            map[i] = 1;
+            self.label[i] = patch;
+            self.cursor[patch as usize] += 1;
+            self.enqueue(patch);
+            let around = neighbours(self.grid, i);
+            for j in around {
+                if self.label[j] != NO_PATCH {
+                    self.meet(patch, self.label[j]);
+                }
+            }
+            // The last node of a cell is the farthest, so it lies at another's border.
+            if self.cursor[patch as usize] == self.cells.start[patch as usize + 1] {
+                for j in around {
+                    let root = self.root(patch);
+                    if self.room[root as usize] > 0 {
+                        let core = self.cells.nearest[j] as usize;
+                        self.meet(patch, self.label[core]);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Neighbours by edge and corner on the periodic cell; on a cell one node wide a node is its own.
+fn neighbours(grid: Grid, i: usize) -> [usize; 8] {
+    let (nx, ny) = (grid.nx, grid.ny);
+    let (x, y) = (i % nx, i / nx);
+    let (left, right) = ((x + nx - 1) % nx, (x + 1) % nx);
+    let (up, down) = (nx * ((y + ny - 1) % ny), nx * ((y + 1) % ny));
+    let row = nx * y;
+    [up + left, up + x, up + right, row + left, row + right, down + left, down + x, down + right]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::observe::patch_sizes;
+
+    fn with(grid: Grid, inside: impl Fn(usize, usize) -> bool) -> Vec<u8> {
+        (0..grid.points()).map(|i| u8::from(inside(i % grid.nx, i / grid.nx))).collect()
+    }
+
+    /// A disc across the seam becomes the disc of twice the area: no node of contact is farther than one outside.
+    #[test]
+    fn a_disc_becomes_a_larger_disc() {
+        let grid = Grid::unit(96, 96);
+        let r2 = |x: usize, y: usize| {
+            let (x, y) = separation(grid, 0, y * 96 + x);
+            x * x + y * y
+        };
+        let mut map = with(grid, |x, y| r2(x, y) < 0.15f64.powi(2));
+        let core: usize = map.iter().map(|m| usize::from(*m)).sum();
+        double(grid, &mut map);
+        assert_eq!(map.iter().map(|m| usize::from(*m)).sum::<usize>(), 2 * core);
+        let radius = |wanted: u8| {
+            (0..96 * 96).filter(move |&i| map[i] == wanted).map(|i| r2(i % 96, i / 96).sqrt()).collect::<Vec<_>>()
+        };
+        let (outer, inner) = (radius.clone()(1), radius(0));
+        let (outer, inner) = (outer.into_iter().fold(0.0, f64::max), inner.into_iter().fold(1.0, f64::min));
+        assert!(
+            (outer / (0.15 * 2f64.sqrt()) - 1.0).abs() < 1.0 / 14.0 && inner > outer - grid.dx(),
+            "{outer} {inner}"
+        );
+    }
+
+    /// Whatever the map, twice its nodes or all of them, cores kept; patches far apart each double on their own.
+    #[test]
+    fn areas_double() {
+        let grid = Grid::unit(60, 48);
+        for (every, seed) in [(3, 1), (7, 5), (29, 2), (211, 3)] {
+            let core: Vec<u8> = with(grid, |x, y| (x * x * (y + seed) + 13 * y * y + x) % every == 0);
+            let before: usize = core.iter().map(|m| usize::from(*m)).sum();
+            let mut map = core.clone();
+            double(grid, &mut map);
+            let after: usize = map.iter().map(|m| usize::from(*m)).sum();
+            assert_eq!(after, (2 * before).min(grid.points()), "every {every}");
+            assert!(core.iter().zip(&map).all(|(c, m)| m >= c));
+        }
+        let mut map = with(grid, |x, y| (x < 4 && y < 5) || ((30..36).contains(&x) && (20..29).contains(&y)));
+        double(grid, &mut map);
+        assert_eq!(patch_sizes(&map, 60, Connectivity::Eight), [40, 108]);
+        let mut none = vec![0; grid.points()];
+        double(grid, &mut none);
+        assert!(none.iter().all(|m| *m == 0));
+    }
+
+    /// A small patch close to a large one is met by it: one patch of twice the area of both, the small one in its midst.
+    #[test]
+    fn patches_that_meet_grow_as_one() {
+        let grid = Grid::unit(64, 64);
+        let mut map = with(grid, |x, y| ((10..30).contains(&x) && (10..30).contains(&y)) || (x, y) == (32, 20));
+        double(grid, &mut map);
+        assert_eq!(patch_sizes(&map, 64, Connectivity::Eight), [802]);
+    }
+
+    /// A patch between two others that are soon done goes on in their cells.
+    #[test]
+    fn no_room_in_the_cell() {
+        let grid = Grid::unit(9, 9);
+        // A cross of single nodes fences a block of nodes in.
+        let mut map = with(grid, |x, y| {
+            ((3..6).contains(&x) && (3..6).contains(&y)) || [(1, 4), (7, 4), (4, 1), (4, 7)].contains(&(x, y))
+        });
+        double(grid, &mut map);
+        assert_eq!(map.iter().map(|m| usize::from(*m)).sum::<usize>(), 26);
+    }
+}
