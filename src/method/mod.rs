@@ -7,7 +7,9 @@ mod bvm;
 mod card;
 mod estimate;
 mod fast;
+mod fields;
 mod gfmd;
+mod gfmd_fire;
 mod operator;
 mod problem;
 mod settings;
@@ -35,7 +37,7 @@ pub trait ContactMethod: Sync {
 }
 
 /// Every method, in the order in which tables list them.
-pub const REGISTRY: &[&dyn ContactMethod] = &[&fast::Fast, &gfmd::Gfmd, &bvm::Bvm];
+pub const REGISTRY: &[&dyn ContactMethod] = &[&fast::Fast, &gfmd::Gfmd, &bvm::Bvm, &gfmd_fire::GfmdFire];
 
 /// The method of that id; `auto` is the fastest that delivers fields.
 pub fn find(id: &str) -> Option<&'static dyn ContactMethod> {
