@@ -59,6 +59,18 @@ impl Convolution {
     }
 }
 
+impl Symbol {
+    /// The largest value, as it is kept.
+    pub fn most(&self) -> f64 {
+        self.0.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Another symbol, from the values of this one as they are kept, `1/N` included.
+    pub fn map(&self, of: impl Fn(f64) -> f64) -> Symbol {
+        Symbol(self.0.iter().map(|&v| of(v)).collect())
+    }
+}
+
 /// Mean of the product of two fields.
 pub(super) fn inner(a: &[f64], b: &[f64]) -> f64 {
     let n = a.len();

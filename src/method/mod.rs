@@ -3,10 +3,13 @@
 //! A method sees a [`Problem`] (grid, heights, kernel, interaction), never a scene; a new method is one file and one line
 //! in [`REGISTRY`]. States are lent, not copied; what a method cannot deliver is a value with a reason.
 
+mod bem_bspline;
+mod bicgstab;
 mod bvm;
 mod card;
 mod estimate;
 mod fast;
+mod fft_ia;
 mod fields;
 mod gfmd;
 mod gfmd_fire;
@@ -14,8 +17,11 @@ mod operator;
 mod problem;
 mod settings;
 
+pub use bem_bspline::BemBsplineSettings;
+pub use bicgstab::BicgstabSettings;
 pub use card::{Card, Criterion, Kind, Needs, Quantity, Support};
 pub use estimate::{Estimate, Estimator, Started};
+pub use fft_ia::FftIaSettings;
 pub use problem::{
     CoarseState, Goals, Heights, Iteration, Load, Plan, Precision, Problem, Run, Settled, Snapshot, State, Stop, Watch,
     unwatched,
@@ -37,7 +43,15 @@ pub trait ContactMethod: Sync {
 }
 
 /// Every method, in the order in which tables list them.
-pub const REGISTRY: &[&dyn ContactMethod] = &[&fast::Fast, &gfmd::Gfmd, &bvm::Bvm, &gfmd_fire::GfmdFire];
+pub const REGISTRY: &[&dyn ContactMethod] = &[
+    &fast::Fast,
+    &gfmd::Gfmd,
+    &bvm::Bvm,
+    &gfmd_fire::GfmdFire,
+    &fft_ia::FftIa,
+    &bicgstab::Bicgstab,
+    &bem_bspline::BemBspline,
+];
 
 /// The method of that id; `auto` is the fastest that delivers fields.
 pub fn find(id: &str) -> Option<&'static dyn ContactMethod> {
