@@ -344,6 +344,10 @@ impl Run for Solver<'_> {
             if balance.meets(problem.tolerance, scale) && problem.goals.met(&settled) {
                 break (Stop::Converged, balance, settled);
             }
+            // Before all else: surfaces that part never come to rest.
+            if balance.parted(pressure, self.law.range()) {
+                break (Stop::Detached, balance, settled);
+            }
             match round {
                 Round::Interrupted => break (Stop::Interrupted, balance, settled),
                 Round::NoDescent if residual <= 10.0 * floor => break (Stop::RoundingFloor, balance, settled),
@@ -355,9 +359,6 @@ impl Run for Solver<'_> {
             }
             if let Some(stop) = progress.stalled(residual, floor) {
                 break (stop, balance, settled);
-            }
-            if balance.parted(pressure, self.law.range()) {
-                break (Stop::Detached, balance, settled);
             }
             let seen = Iteration { iteration: iterations, residual, tolerance: problem.tolerance, share: 1.0 };
             if self.watch.iteration(seen).is_break() {
