@@ -271,8 +271,7 @@ impl Run for Solver<'_> {
             let Solver { gap, contact, .. } = self;
             each(gap, |i, g| if contact[i] > 0.0 { 0.0 } else { g.max(0.0) });
             self.pull();
-            let Solver { gap, heights, stress, traction, adhesive, contact, convolution, stiffness, direction, .. } =
-                self;
+            let Solver { gap, heights, stress, traction, adhesive, convolution, stiffness, direction, .. } = self;
             each(direction, |i, _| gap[i] - heights[i]);
             convolution.apply(stiffness, direction, stress);
             let elastic = 0.5 * inner(direction, stress);
@@ -310,7 +309,6 @@ impl Run for Solver<'_> {
             }
             let share = self.relaxation;
             each(adhesive, |i, a| a + share * (traction[i] - a));
-            let _ = contact;
         };
         let Solver { stress, contact, adhesive, .. } = self;
         each(stress, |i, _| contact[i] - adhesive[i]);
