@@ -5,12 +5,17 @@
 
 mod accepts;
 pub mod all_atom;
+mod bem_bspline;
+mod bicgstab;
 mod bvm;
 mod card;
 mod estimate;
 mod experiment;
 mod fast;
+mod fft_ia;
+mod fields;
 mod gfmd;
+mod gfmd_fire;
 mod icha;
 mod operator;
 mod problem;
@@ -19,8 +24,11 @@ mod spots;
 mod srgw;
 mod winkler;
 
+pub use bem_bspline::BemBsplineSettings;
+pub use bicgstab::BicgstabSettings;
 pub use card::{Card, Criterion, Kind, Needs, Quantity, Support};
 pub use estimate::{Estimate, Estimator, Started};
+pub use fft_ia::FftIaSettings;
 pub use problem::{
     CoarseState, Goals, Heights, Iteration, Load, Plan, Precision, Problem, Run, Settled, Snapshot, State, Stop, Watch,
     unwatched,
@@ -50,6 +58,10 @@ pub const REGISTRY: &[&dyn ContactMethod] = &[
     &fast::Fast,
     &gfmd::Gfmd,
     &bvm::Bvm,
+    &gfmd_fire::GfmdFire,
+    &fft_ia::FftIa,
+    &bicgstab::Bicgstab,
+    &bem_bspline::BemBspline,
     &winkler::Winkler,
     &srgw::Srgw,
     &icha::Icha,

@@ -1,10 +1,16 @@
-use super::{ExperimentSettings, IchaSettings, SrgwSettings, WinklerSettings};
+use super::{
+    BemBsplineSettings, BicgstabSettings, ExperimentSettings, FftIaSettings, IchaSettings, SrgwSettings,
+    WinklerSettings,
+};
 use serde::{Deserialize, Serialize};
 
-/// What single methods may be told beside the problem, a table each; the defaults are the challenge's.
+/// What single methods may be told beside the problem, a table each under their ids; the defaults are the challenge's.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Settings {
+    pub fft_ia: FftIaSettings,
+    pub bicgstab: BicgstabSettings,
+    pub bem_bspline: BemBsplineSettings,
     pub winkler: WinklerSettings,
     pub srgw: SrgwSettings,
     pub icha: IchaSettings,

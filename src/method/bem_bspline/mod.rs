@@ -1,0 +1,399 @@
+//! Boundary elements with cubic B-splines and an augmented Lagrangian (Vorlaufer & Vernes, in Müser et al., Tribology Letters
+//! 65 (2017) 118, BEM+B).
+//!
+//! The displacement is a periodic cubic spline with one coefficient a node. Coefficients and nodal values determine each
+//! other wave by wave, `u = b c` with `b = Π(2 + cos qΔ)/3`, so the unknowns here are the nodal gaps. A spline is not one
+//! wave but that wave and its aliases, with amplitudes `Π sinc⁴(qΔ/2)` of the coefficient; the elastic energy is that of
+//! all of them up to the second, which makes the stiffness of a nodal wave
+//!
+//! ```text
+//! K(q) = Σ_m k(q + 2πm/Δ) Π sinc⁸((q + 2πm/Δ)Δ/2) / b(q)²,   |m_x|, |m_y| ≤ 2
+//! ```
+//!
+//! which is that of the body for long waves, to the fourth order, and about half of it for the shortest. Of the roughness
+//! only the waves that the splines follow are kept, λ ≥ 4Δ by default (the paper: λ > L/256 on 1024 nodes); gaps are those
+//! of the surface that is left. Overlap is kept out at the nodes by multipliers, `λ ← max(0, λ - r g)`, each round minimised
+//! by Newton steps from conjugate gradients. Adhesion acts at the nodes; where trial states overlap it stays what it is at
+//! contact.
+
+mod newton;
+
+use super::fields::{self, Convolution, Symbol, add, each, inner, means};
+use super::operator::{Balance, Outcome, Progress};
+use super::{
+    Card, ContactMethod, Criterion, Iteration, Kind, Load, Needs, Plan, Problem, Run, Started, State, Stop, Watch,
+};
+use crate::grid::{Grid, rms};
+use crate::interface::{Adhesion, Elastic, Kernel, Law, Wall};
+use crate::{Error, Result};
+use newton::Newton;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
+use std::time::Instant;
+
+pub struct BemBspline;
+
+static CARD: Card = Card {
+    id: "bem-bspline",
+    paper_name: "BEM+B",
+    family: "boundary value",
+    kind: Kind::Solver,
+    needs: Needs::Heights,
+    criterion: Criterion::ZeroGap,
+    calibrated_on: None,
+    summary: "cubic splines, augmented Lagrangian, roughness from four mesh spacings on",
+    supports: super::card::fields,
+    dois: &["10.1007/s11249-017-0900-2"],
+};
+
+/// What `bem-bspline` may be told.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct BemBsplineSettings {
+    /// Shortest wave of the roughness that is kept, in spacings of the mesh; 2 keeps all.
+    pub shortest: f64,
+    /// Penalty r over the stiffness of the stiffest wave.
+    pub penalty: f64,
+}
+
+impl Default for BemBsplineSettings {
+    fn default() -> Self {
+        BemBsplineSettings { shortest: 4.0, penalty: 2.0 }
+    }
+}
+
+/// Aliases of a wave on either side.
+const ALIASES: i32 = 2;
+
+/// Residual of a round over that of the state before it.
+const ROUND: f64 = 0.1;
+
+/// Relative residual of an inner system at least.
+const FORCING: f64 = 1e-2;
+
+/// Halvings of a step that raises the energy, and the decrease over the promised one that it must keep.
+const RETREATS: usize = 30;
+const ARMIJO: f64 = 1e-4;
+
+/// `sin(x)/x` to the fourth power.
+fn sinc4(x: f64) -> f64 {
+    if x == 0.0 { 1.0 } else { (x.sin() / x).powi(4) }
+}
+
+/// Stiffness of a wave of nodal values that a cubic spline joins.
+fn stiffness(kernel: Elastic, grid: Grid, qx: f64, qy: f64) -> f64 {
+    let nodal = |q: f64, d: f64| (2.0 + (q * d).cos()) / 3.0;
+    let mut sum = 0.0;
+    for (mx, my) in (-ALIASES..=ALIASES).flat_map(|mx| (-ALIASES..=ALIASES).map(move |my| (mx, my))) {
+        let (kx, ky) = (qx + 2.0 * PI * f64::from(mx) / grid.dx(), qy + 2.0 * PI * f64::from(my) / grid.dy());
+        let amplitude = sinc4(0.5 * kx * grid.dx()) * sinc4(0.5 * ky * grid.dy());
+        sum += kernel.stiffness(kx, ky) * amplitude * amplitude;
+    }
+    sum / (nodal(qx, grid.dx()) * nodal(qy, grid.dy())).powi(2)
+}
+
+impl ContactMethod for BemBspline {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn plan(&self, problem: &Problem) -> Plan {
+        let grid = problem.grid;
+        // Heights, multipliers, gap, the gap before, gradient, step, stress, traction and scratch, beside the inner solver's;
+        // stiffness and conditioner.
+        let fields = 9 + Newton::FIELDS;
+        let bytes = (fields * grid.points() * size_of::<f64>()) as u64 + Convolution::bytes(grid, 2);
+        let iterations = 40 * super::adhesion_effort(problem);
+        Plan { bytes, iterations, pairs_per_iteration: 40.0 }
+    }
+
+    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
+        let refused =
+            |key: &str, found: String, accepted: &str| Error::input("method bem-bspline", key, found, accepted);
+        let mut heights = fields::heights(problem, CARD.id)?;
+        if problem.wall != Wall::Hard {
+            return Err(refused("wall", problem.wall.to_string(), "the hard wall"));
+        }
+        let BemBsplineSettings { shortest, penalty } = problem.settings.bem_bspline;
+        if !(shortest >= 2.0 && shortest.is_finite()) {
+            return Err(refused("settings.bem_bspline.shortest", shortest.to_string(), "2 spacings or more"));
+        }
+        if !(penalty > 0.0 && penalty.is_finite()) {
+            return Err(refused("settings.bem_bspline.penalty", penalty.to_string(), "a positive number"));
+        }
+        let (grid, kernel) = (problem.grid, problem.kernel);
+        let mut convolution = Convolution::new(grid);
+        // Waves of two spacings along an axis and shorter ones across are kept as they are when all are asked for.
+        if shortest > 2.0 {
+            let most = 2.0 * PI / (shortest * grid.dx().max(grid.dy())) * (1.0 + f64::EPSILON);
+            let kept = convolution.symbol(|qx, qy| f64::from(u8::from(qx.hypot(qy) <= most)));
+            let all = heights.clone();
+            convolution.apply(&kept, &all, &mut heights);
+        }
+        let symbol = convolution.symbol(|qx, qy| stiffness(kernel, grid, qx, qy));
+        let points = grid.points() as f64;
+        let stiffest = points * symbol.most();
+        let zero = || vec![0.0; heights.len()];
+        let ground = crate::grid::lowest(&heights);
+        Ok(Started::Solver(Box::new(Solver {
+            problem,
+            watch,
+            law: problem.adhesion,
+            rms_height: rms(&heights),
+            convolution,
+            condition: symbol.map(|k| k),
+            stiffness: symbol,
+            penalty: penalty * stiffest.max(1.0),
+            start: Begin::Touch,
+            newton: Newton::new(heights.len()),
+            gap: heights.iter().map(|h| h - ground).collect(),
+            multiplier: zero(),
+            before: zero(),
+            gradient: zero(),
+            scratch: zero(),
+            step: zero(),
+            stress: zero(),
+            traction: zero(),
+            heights,
+        })))
+    }
+}
+
+struct Solver<'p> {
+    problem: &'p Problem<'p>,
+    watch: &'p dyn Watch,
+    law: Adhesion,
+    heights: Vec<f64>,
+    rms_height: f64,
+    convolution: Convolution,
+    stiffness: Symbol,
+    condition: Symbol,
+    /// r, in E*/L.
+    penalty: f64,
+    start: Begin,
+    newton: Newton,
+    gap: Vec<f64>,
+    multiplier: Vec<f64>,
+    before: Vec<f64>,
+    gradient: Vec<f64>,
+    scratch: Vec<f64>,
+    step: Vec<f64>,
+    /// Of body and load.
+    stress: Vec<f64>,
+    traction: Vec<f64>,
+}
+
+/// Where a load begins.
+enum Begin {
+    /// At first touch.
+    Touch,
+    /// At a gap from outside.
+    Given,
+    /// Where the last one ended.
+    Before,
+}
+
+/// How a round ended.
+enum Round {
+    Done,
+    NoDescent,
+    Interrupted,
+}
+
+impl Solver<'_> {
+    /// Stress and traction of the gap, and the elastic and the law's energy.
+    fn respond(&mut self, pressure: f64) -> (f64, f64) {
+        let Solver { heights, gap, stress, traction, convolution, stiffness, law, scratch, .. } = self;
+        let displacement = scratch;
+        each(displacement, |i, _| gap[i] - heights[i]);
+        convolution.apply(stiffness, displacement, stress);
+        let elastic = 0.5 * inner(displacement, stress);
+        each(stress, |_, s| s + pressure);
+        each(traction, |i, _| law.traction(gap[i].max(0.0)));
+        let [energy] = means(gap.len(), |i| [law.energy(gap[i].max(0.0)) + law.traction(0.0) * gap[i].min(0.0)]);
+        (elastic, energy)
+    }
+
+    /// The augmented energy and, in `gradient`, its slope.
+    fn augmented(&mut self, pressure: f64) -> f64 {
+        let (elastic, energy) = self.respond(pressure);
+        let Solver { gap, stress, traction, gradient, multiplier, penalty, .. } = self;
+        let r = *penalty;
+        each(gradient, |i, _| stress[i] + traction[i] - (multiplier[i] - r * gap[i]).max(0.0));
+        let [lift, held] = means(gap.len(), |i| [gap[i], (multiplier[i] - r * gap[i]).max(0.0).powi(2)]);
+        elastic + energy + pressure * lift + 0.5 * held / r
+    }
+
+    /// Minimises the augmented energy until its slope is `goal` (rms).
+    fn round(&mut self, pressure: f64, goal: f64, iterations: &mut usize) -> Round {
+        let mut energy = self.augmented(pressure);
+        let r = self.penalty;
+        loop {
+            let slope = inner(&self.gradient, &self.gradient).sqrt();
+            if slope <= goal || *iterations >= self.problem.max_iterations {
+                return Round::Done;
+            }
+            if self.watch.stopping() {
+                return Round::Interrupted;
+            }
+            *iterations += 1;
+            let Solver { gap, multiplier, condition, stiffness, problem, newton, gradient, step, scratch, .. } = self;
+            let (law, convolution) = (self.law, &mut self.convolution);
+            // Curvature of multipliers and law, node by node.
+            each(scratch, |i, _| {
+                let held = if multiplier[i] > r * gap[i] { r } else { 0.0 };
+                held + if gap[i] > 0.0 { law.slope(gap[i]) } else { 0.0 }
+            });
+            // What multipliers and law add on average; never softer than the longest wave.
+            let [mean] = means(gap.len(), |i| [scratch[i].max(0.0)]);
+            let shift = mean.max(problem.stiffness_range().0);
+            let points = problem.grid.points() as f64;
+            *condition = stiffness.map(|k| 1.0 / (points * (points * k + shift)));
+            newton.step(gradient, step, FORCING.max(0.5 * goal / slope), |conditioner, d, to| {
+                if conditioner {
+                    convolution.apply(condition, d, to);
+                } else {
+                    convolution.apply(stiffness, d, to);
+                    each(to, |i, t| t + scratch[i] * d[i]);
+                }
+            });
+            if !self.search(pressure, &mut energy) {
+                return Round::NoDescent;
+            }
+        }
+    }
+
+    /// Goes along the step until the energy falls.
+    fn search(&mut self, pressure: f64, energy: &mut f64) -> bool {
+        self.before.copy_from_slice(&self.gap);
+        let promised = -inner(&self.gradient, &self.step);
+        // Rounding of energies, which must not count as a rise.
+        let noise = 64.0 * f64::EPSILON * (energy.abs() + (pressure * self.rms_height).abs());
+        let mut share = 1.0;
+        for _ in 0..RETREATS {
+            add(&mut self.gap, share, &self.step);
+            let next = self.augmented(pressure);
+            if next <= *energy - ARMIJO * share * promised + noise {
+                *energy = next;
+                return true;
+            }
+            self.gap.copy_from_slice(&self.before);
+            share *= 0.5;
+        }
+        *energy = self.augmented(pressure);
+        false
+    }
+
+    /// Rigid surfaces that overlap until the penalty carries the pressure, for a first load; multipliers that hold a gap, for
+    /// one that was given.
+    fn begin(&mut self, pressure: f64) {
+        match self.start {
+            Begin::Given => {
+                self.respond(pressure);
+                let Solver { gap, stress, traction, multiplier, .. } = self;
+                each(multiplier, |i, _| if gap[i] <= 0.0 { (stress[i] + traction[i]).max(0.0) } else { 0.0 });
+            }
+            Begin::Touch if pressure > 0.0 => {
+                let Solver { heights, gap, penalty, .. } = self;
+                let lowest = crate::grid::lowest(heights);
+                let (mut apart, mut together) = (lowest, lowest + pressure * heights.len() as f64 / *penalty);
+                // Sixty halvings reach the last bit.
+                for _ in 0..60 {
+                    let middle = 0.5 * (apart + together);
+                    let [held] = means(heights.len(), |i| [*penalty * (middle - heights[i]).max(0.0)]);
+                    if held > pressure { together = middle } else { apart = middle }
+                }
+                each(gap, |i, _| heights[i] - together);
+            }
+            _ => {}
+        }
+        self.start = Begin::Before;
+    }
+
+    /// Moves the multipliers, and closes the gap where they hold it: what is lent.
+    fn close(&mut self, pressure: f64) -> Balance {
+        let Solver { gap, multiplier, penalty, .. } = self;
+        let r = *penalty;
+        each(multiplier, |i, m| (m - r * gap[i]).max(0.0));
+        each(gap, |i, g| if multiplier[i] > 0.0 { 0.0 } else { g.max(0.0) });
+        let energies = self.respond(pressure);
+        fields::balance(&self.gap, &self.stress, &self.traction, true, energies)
+    }
+}
+
+impl Run for Solver<'_> {
+    fn set_gap(&mut self, gap: &[f64]) {
+        self.gap.copy_from_slice(gap);
+        self.start = Begin::Given;
+    }
+
+    fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
+        let clock = Instant::now();
+        let problem = self.problem;
+        let pressure = fields::pressure(load, self.law.range() > 0.0, CARD.id)?;
+        let scale = Problem::stress_scale(pressure);
+        let floor = problem.rounding_floor(self.rms_height, pressure);
+        let pairs_before = self.convolution.pairs;
+        self.begin(pressure);
+        let (mut progress, mut iterations, mut goal) = (Progress::new(), 0, ROUND);
+        let (stop, balance, settled) = loop {
+            let round = self.round(pressure, goal * scale, &mut iterations);
+            let balance = self.close(pressure);
+            let settled = progress.settled(&balance);
+            let residual = balance.residual / scale;
+            if balance.meets(problem.tolerance, scale) && problem.goals.met(&settled) {
+                break (Stop::Converged, balance, settled);
+            }
+            // Before all else: surfaces that part never come to rest.
+            if balance.parted(pressure, self.law.range()) {
+                break (Stop::Detached, balance, settled);
+            }
+            match round {
+                Round::Interrupted => break (Stop::Interrupted, balance, settled),
+                Round::NoDescent if residual <= 10.0 * floor => break (Stop::RoundingFloor, balance, settled),
+                Round::NoDescent => break (Stop::NoDescent, balance, settled),
+                Round::Done => {}
+            }
+            if iterations >= problem.max_iterations {
+                break (Stop::IterationLimit, balance, settled);
+            }
+            if let Some(stop) = progress.stalled(residual, floor) {
+                break (stop, balance, settled);
+            }
+            let seen = Iteration { iteration: iterations, residual, tolerance: problem.tolerance, share: 1.0 };
+            if self.watch.iteration(seen).is_break() {
+                break (Stop::Interrupted, balance, settled);
+            }
+            // No more exact than the multipliers are.
+            goal = (ROUND * residual).min(goal).max(0.1 * problem.tolerance);
+        };
+        let pairs = self.convolution.pairs - pairs_before;
+        let outcome = Outcome { load, stop, iterations, pairs, clock, balance, settled };
+        Ok(outcome.state((pressure, scale, self.rms_height), &self.gap, &self.stress))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A wave through the nodes is `sinc⁴/b = 1 - φ⁴/720` of the spline's, φ = qΔ, and the aliases add less: long waves lose
+    /// φ⁴/360 of their stiffness. The shortest is half itself and half its first alias.
+    #[test]
+    fn stiffness_of_splines() {
+        let grid = Grid::unit(64, 64);
+        let ratio = |k: f64| {
+            let q = 2.0 * PI * k;
+            stiffness(Elastic::HalfSpace, grid, q, 0.0) / (0.5 * q) - 1.0
+        };
+        for k in [1.0, 2.0, 4.0] {
+            let phi: f64 = 2.0 * PI * k / 64.0;
+            // The next term is of the relative size φ²/5, the aliases' of φ³/100.
+            assert!((ratio(k) * -360.0 / phi.powi(4) - 1.0).abs() < 0.25 * phi * phi, "{k}: {}", ratio(k));
+        }
+        let nyquist = 2.0 * (2.0 / PI).powi(8) * 9.0;
+        let more = 2.0 * 3.0 * (2.0 / (3.0 * PI)).powi(8) * 9.0;
+        assert!((1.0 + ratio(32.0) - nyquist - more).abs() < 1e-5, "{} {nyquist}", 1.0 + ratio(32.0));
+        assert!(stiffness(Elastic::HalfSpace, grid, 0.0, 0.0).abs() < 1e-60);
+    }
+}

@@ -1,0 +1,325 @@
+//! Newton's method on a smooth law, its linear systems solved by stabilised bi-conjugate gradients (Wu, in Müser et al.,
+//! Tribology Letters 65 (2017) 118, BICGSTAB).
+//!
+//! Wall and cohesion are one law, the 9-3 traction `(8γ/3ρ)[(ρ/z)⁹ - (ρ/z)³]` of eq. (3) of that paper (which calls it an
+//! energy) at the distance `z = g + ρ`; `g` is counted from the zero of force and is what is lent, so that contact, the
+//! stress that presses, is `g < 0`. In place of an exponential law of range ρ the range is 1.026 ρ, which leaves the largest
+//! tension γ/ρ. Without adhesion only the repulsive branch is left, with a range in mesh spacings: the hard wall is its
+//! limit.
+//!
+//! `F(g) = K(g-h) + p + t(g) = 0` is solved by steps `(K + t')d = -F`, the inner systems conditioned by `1/(k(q) + c)`.
+//! A step is taken only as far as distances stay positive and the energy falls, and is replaced by the conditioned
+//! gradient where it leads uphill: with attraction `K + t'` may be indefinite. The first load is reached by continuation in
+//! the range, from about the rms height down.
+
+mod inner;
+
+use super::fields::{Convolution, Symbol, each, inner as product, means};
+use super::operator::{Balance, Outcome, Progress};
+use super::{
+    Card, ContactMethod, Criterion, Iteration, Kind, Load, Needs, Plan, Problem, Run, Started, State, Stop, Watch,
+    fields,
+};
+use crate::grid::rms;
+use crate::interface::{Adhesion, Kernel, Law, PowerLaw93, PowerLawWall, Wall, WithAdhesion};
+use crate::{Error, Result};
+use inner::BiCgStab;
+use serde::{Deserialize, Serialize};
+use std::time::Instant;
+
+pub struct Bicgstab;
+
+static CARD: Card = Card {
+    id: "bicgstab",
+    paper_name: "BICGSTAB",
+    family: "boundary value",
+    kind: Kind::Solver,
+    needs: Needs::Heights,
+    criterion: Criterion::CompressiveStress,
+    calibrated_on: None,
+    summary: "9-3 law as wall and cohesion, Newton with stabilised bi-conjugate gradients",
+    supports: super::card::fields,
+    dois: &["10.1007/s11249-017-0900-2"],
+};
+
+/// What `bicgstab` may be told.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct BicgstabSettings {
+    /// Range of the wall without adhesion, in spacings of the mesh.
+    pub wall: f64,
+    /// Stress `γ/ρ` of the wall without adhesion, units of E*.
+    pub strength: f64,
+    /// With adhesion the range is enlarged until the mesh resolves the law at least so well, `1/√(dx · softening/E*)`; 0
+    /// leaves it as it is.
+    pub resolution: f64,
+}
+
+impl Default for BicgstabSettings {
+    /// The resolution is met by what replaces an exponential law that was itself fitted to the mesh (1.28).
+    fn default() -> Self {
+        BicgstabSettings { wall: 0.25, strength: 1.0, resolution: 1.25 }
+    }
+}
+
+/// Range of the 9-3 law over that of the exponential one with the same γ and the same largest tension.
+const SAME_TENSION: f64 = 1.026_4;
+
+/// Part of its distance from the singularity that a node may lose in one step.
+const CLOSER: f64 = 0.6;
+
+/// Relative residual of an inner system at most, and its iterations.
+const FORCING: f64 = 0.1;
+const INNER_MOST: usize = 200;
+
+/// Residual over the pressure at which a range of the continuation is left for the next, a half of it.
+const STAGE: f64 = 1e-2;
+
+/// Halvings of a step that raises the energy, and the decrease over the promised one that it must keep.
+const RETREATS: usize = 30;
+const ARMIJO: f64 = 1e-4;
+
+impl ContactMethod for Bicgstab {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn plan(&self, problem: &Problem) -> Plan {
+        let grid = problem.grid;
+        // Heights, gap, the gap before, trial, step, stress, traction, forces and slopes, beside the inner solver's.
+        let bytes = ((9 + BiCgStab::FIELDS) * grid.points() * size_of::<f64>()) as u64 + Convolution::bytes(grid, 2);
+        // Newton steps, of which each takes tens of inner iterations of four pairs.
+        Plan { bytes, iterations: 15 * super::adhesion_effort(problem), pairs_per_iteration: 160.0 }
+    }
+
+    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
+        let refused = |key: &str, found: String, accepted: &str| Error::input("method bicgstab", key, found, accepted);
+        let heights = fields::heights(problem, CARD.id)?;
+        if problem.wall != Wall::Hard {
+            return Err(refused("wall", problem.wall.to_string(), "the hard wall, in whose place the 9-3 law is"));
+        }
+        let settings = problem.settings.bicgstab;
+        for (key, value) in [("wall", settings.wall), ("strength", settings.strength)] {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(refused(&format!("settings.bicgstab.{key}"), value.to_string(), "a positive number"));
+            }
+        }
+        if !(settings.resolution >= 0.0 && settings.resolution.is_finite()) {
+            let found = settings.resolution.to_string();
+            return Err(refused("settings.bicgstab.resolution", found, "zero or a positive number"));
+        }
+        let dx = problem.grid.dx();
+        let (gamma, rho) = match problem.adhesion {
+            Adhesion::None => {
+                let rho = settings.wall * dx;
+                let wall = move |rho| PowerLawWall { gamma: settings.strength * rho, rho };
+                return Ok(Started::Solver(Box::new(Solver::new(problem, watch, heights, rho, wall))));
+            }
+            Adhesion::Exponential(a) => (a.gamma, SAME_TENSION * a.rho),
+            Adhesion::PowerLaw93(a) => (a.gamma, a.rho),
+            other @ Adhesion::Dugdale(_) => {
+                return Err(refused("adhesion", other.to_string(), "none, the exponential or the 9-3 law"));
+            }
+        };
+        let asked = PowerLaw93 { gamma, rho };
+        let rho = rho * (settings.resolution / asked.cohesive_resolution(dx)).max(1.0);
+        let law = move |rho| WithAdhesion { wall: PowerLawWall { gamma, rho }, adhesion: PowerLaw93 { gamma, rho } };
+        Ok(Started::Solver(Box::new(Solver::new(problem, watch, heights, rho, law))))
+    }
+}
+
+struct Solver<'p, L, M> {
+    problem: &'p Problem<'p>,
+    watch: &'p dyn Watch,
+    /// The law of a range, and the range that is asked for.
+    law_of: M,
+    rho: f64,
+    law: L,
+    heights: Vec<f64>,
+    rms_height: f64,
+    convolution: Convolution,
+    stiffness: Symbol,
+    condition: Symbol,
+    newton: BiCgStab,
+    gap: Vec<f64>,
+    trial: Vec<f64>,
+    step: Vec<f64>,
+    /// Of body and load.
+    stress: Vec<f64>,
+    traction: Vec<f64>,
+    /// -F.
+    force: Vec<f64>,
+    slope: Vec<f64>,
+    /// Whether there is a gap to start from.
+    begun: bool,
+}
+
+impl<'p, L: Law, M: Fn(f64) -> L> Solver<'p, L, M> {
+    fn new(problem: &'p Problem<'p>, watch: &'p dyn Watch, heights: Vec<f64>, rho: f64, law_of: M) -> Self {
+        let convolution = Convolution::new(problem.grid);
+        let kernel = problem.kernel;
+        let stiffness = convolution.symbol(|qx, qy| kernel.stiffness(qx, qy));
+        let zero = || vec![0.0; heights.len()];
+        Solver {
+            problem,
+            watch,
+            law: law_of(rho),
+            law_of,
+            rho,
+            rms_height: rms(&heights),
+            condition: stiffness.map(|k| k),
+            stiffness,
+            convolution,
+            newton: BiCgStab::new(heights.len()),
+            gap: zero(),
+            trial: zero(),
+            step: zero(),
+            stress: zero(),
+            traction: zero(),
+            force: zero(),
+            slope: zero(),
+            begun: false,
+            heights,
+        }
+    }
+
+    /// Stress, traction, forces and what they are short of, at the gap.
+    fn evaluate(&mut self, pressure: f64) -> Balance {
+        let Solver { heights, gap, trial, stress, traction, force, convolution, stiffness, law, .. } = self;
+        each(trial, |i, _| gap[i] - heights[i]);
+        convolution.apply(stiffness, trial, stress);
+        let elastic = 0.5 * product(trial, stress);
+        each(stress, |_, s| s + pressure);
+        each(traction, |i, _| law.traction(gap[i]));
+        each(force, |i, _| -(stress[i] + traction[i]));
+        let [energy] = means(gap.len(), |i| [law.energy(gap[i])]);
+        fields::balance(gap, stress, traction, false, (elastic, energy))
+    }
+
+    /// The rigid surfaces where the law carries the pressure.
+    fn rigid(&mut self, pressure: f64) {
+        let Solver { heights, gap, law, .. } = self;
+        let ends = heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        let (mut apart, mut together) = (ends.0, ends.1 + self.rho);
+        // Sixty halvings reach the last bit.
+        for _ in 0..60 {
+            let middle = 0.5 * (apart + together);
+            let [carried] = means(heights.len(), |i| [-law.traction(heights[i] - middle)]);
+            if carried > pressure { together = middle } else { apart = middle }
+        }
+        each(gap, |i, _| heights[i] - together);
+    }
+
+    /// One Newton step from a balance; false where nothing lowers the energy.
+    fn advance(&mut self, balance: &mut Balance, pressure: f64, rho: f64, forcing: f64) -> bool {
+        let Solver { gap, slope, step, force, convolution, stiffness, condition, newton, law, problem, .. } = self;
+        each(slope, |i, _| law.slope(gap[i]));
+        let [mean] = means(slope.len(), |i| [slope[i].max(0.0)]);
+        // What the law adds on average; never softer than the longest wave.
+        let shift = mean.max(problem.stiffness_range().0);
+        let points = problem.grid.points() as f64;
+        // The symbols hold k/N, and the conditioner is to hold 1/(N(k + c)).
+        *condition = stiffness.map(|k| 1.0 / (points * (points * k + shift)));
+        let both = std::cell::RefCell::new(convolution);
+        newton.solve(
+            force,
+            step,
+            (forcing, INNER_MOST),
+            |y, to| both.borrow_mut().apply(condition, y, to),
+            |y, to| {
+                both.borrow_mut().apply(stiffness, y, to);
+                each(to, |i, t| t + slope[i] * y[i]);
+            },
+        );
+        let mut promised = product(force, step);
+        if !(promised > 0.0 && promised.is_finite()) {
+            both.borrow_mut().apply(condition, force, step);
+            promised = product(force, step);
+        }
+        let (energy, before) = (balance.energy(pressure), self.gap.clone());
+        let noise = 64.0 * f64::EPSILON * balance.magnitude(pressure);
+        let mut share = 1.0;
+        for _ in 0..RETREATS {
+            let Solver { gap, step, .. } = self;
+            // Distances stay positive.
+            each(gap, |i, _| (before[i] + share * step[i]).max(-rho + (1.0 - CLOSER) * (before[i] + rho)));
+            *balance = self.evaluate(pressure);
+            if balance.energy(pressure) <= energy - ARMIJO * share * promised + noise {
+                return true;
+            }
+            share *= 0.5;
+        }
+        self.gap.copy_from_slice(&before);
+        *balance = self.evaluate(pressure);
+        false
+    }
+}
+
+impl<L: Law, M: Fn(f64) -> L> Run for Solver<'_, L, M> {
+    fn set_gap(&mut self, gap: &[f64]) {
+        self.gap.copy_from_slice(gap);
+        self.begun = true;
+    }
+
+    fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
+        let clock = Instant::now();
+        let problem = self.problem;
+        let pressure = fields::pressure(load, self.law.range() > 0.0, CARD.id)?;
+        let scale = Problem::stress_scale(pressure);
+        let pairs_before = self.convolution.pairs;
+        // Continuation in the range: halved from about the rms height down to the one that is asked for.
+        let mut rho = self.rho;
+        if !self.begun && pressure > 0.0 {
+            while 2.0 * rho <= self.rms_height {
+                rho *= 2.0;
+            }
+            self.law = (self.law_of)(rho);
+            self.rigid(pressure);
+        } else if !self.begun {
+            let ground = crate::grid::lowest(&self.heights);
+            let Solver { gap, heights, .. } = self;
+            each(gap, |i, _| heights[i] - ground);
+        }
+        self.begun = true;
+        let floor = problem.rounding_floor(self.rms_height, pressure);
+        let (mut progress, mut iterations) = (Progress::new(), 0);
+        let mut balance = self.evaluate(pressure);
+        let (stop, settled) = loop {
+            let settled = progress.settled(&balance);
+            let (last, residual) = (rho <= self.rho, balance.residual / scale);
+            if last && balance.meets(problem.tolerance, scale) && problem.goals.met(&settled) {
+                break (Stop::Converged, settled);
+            }
+            if iterations >= problem.max_iterations {
+                break (Stop::IterationLimit, settled);
+            }
+            if !residual.is_finite() {
+                break (Stop::Diverged, settled);
+            }
+            if balance.parted(pressure, self.law.range()) {
+                break (Stop::Detached, settled);
+            }
+            let seen = Iteration { iteration: iterations, residual, tolerance: problem.tolerance, share: 1.0 };
+            if self.watch.stopping() || self.watch.iteration(seen).is_break() {
+                break (Stop::Interrupted, settled);
+            }
+            if !last && residual <= STAGE {
+                // What presses goes on pressing as it does: distances shrink with the range.
+                rho = (0.5 * rho).max(self.rho);
+                self.law = (self.law_of)(rho);
+                each(&mut self.gap, |_, g| if g < 0.0 { 0.5 * g } else { g });
+                (balance, progress) = (self.evaluate(pressure), Progress::new());
+                continue;
+            }
+            let forcing = FORCING.min(residual).max(0.1 * problem.tolerance);
+            iterations += 1;
+            if !self.advance(&mut balance, pressure, rho, forcing) {
+                let stop = if residual <= 10.0 * floor { Stop::RoundingFloor } else { Stop::NoDescent };
+                break (stop, settled);
+            }
+        };
+        let pairs = self.convolution.pairs - pairs_before;
+        let outcome = Outcome { load, stop, iterations, pairs, clock, balance, settled };
+        Ok(outcome.state((pressure, scale, self.rms_height), &self.gap, &self.stress))
+    }
+}

@@ -1,0 +1,319 @@
+//! Boundary elements with integrated adhesion: the pressure of the contact and that of the adhesion are two fields, each
+//! positive, found in turn (Medina & Dini, International Journal of Solids and Structures 51 (2014) 2620; the challenge's
+//! FFT-IA).
+//!
+//! With stress `σ = p_c - p_a` and compliance `C = 1/K` the gap is `g = h - δ + Cσ`. For a given `p_a` the contact
+//! pressure minimises `½⟨p_c C p_c⟩ + ⟨p_c (h - C p_a)⟩` among fields that are nowhere negative and carry `p + ⟨p_a⟩`: the
+//! constrained conjugate gradients of Polonsky & Keer (Wear 231 (1999) 206), whose approach δ is what closes the gap under
+//! contact on average. Then `p_a` is moved part of the way to what the law pulls with at that gap, and so on, the inner
+//! search never more exact than the outer one needs. The pull of a node is that of the linear surface around it,
+//! integrated exactly ([`element`]), so it is smooth where a pointwise law jumps from node to node.
+
+mod element;
+
+use super::fields::{Convolution, Symbol, add, each, inner, means};
+use super::operator::{Outcome, Progress};
+use super::{
+    Card, ContactMethod, Criterion, Iteration, Kind, Load, Needs, Plan, Problem, Run, Started, State, Stop, Watch,
+    fields,
+};
+use crate::grid::{lowest, rms};
+use crate::interface::{Adhesion, Exponential, Kernel, Wall};
+use crate::{Error, Result};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::time::Instant;
+
+pub struct FftIa;
+
+static CARD: Card = Card {
+    id: "fft-ia",
+    paper_name: "FFT-IA",
+    family: "boundary value",
+    kind: Kind::Solver,
+    needs: Needs::Heights,
+    criterion: Criterion::CompressiveStress,
+    calibrated_on: None,
+    summary: "contact and adhesive pressure in turn, adhesion integrated over the elements",
+    supports: super::card::fields,
+    dois: &["10.1007/s11249-017-0900-2"],
+};
+
+/// What `fft-ia` may be told.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct FftIaSettings {
+    /// Share of the way that the adhesive pressure goes to what the law asks at the present gap, above 0 and up to 1.
+    pub relaxation: f64,
+}
+
+impl Default for FftIaSettings {
+    fn default() -> Self {
+        FftIaSettings { relaxation: 0.3 }
+    }
+}
+
+/// How much smaller than the outer change the error of the inner search is made.
+const INNER: f64 = 0.1;
+
+/// Inner iterations before the adhesive pressure is looked at again.
+const INNER_MOST: usize = 400;
+
+impl ContactMethod for FftIa {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn plan(&self, problem: &Problem) -> Plan {
+        let grid = problem.grid;
+        // Heights, both pressures, gap, direction, its response, stress and traction; stiffness and compliance.
+        let bytes = 8 * (grid.points() * size_of::<f64>()) as u64 + Convolution::bytes(grid, 2);
+        let iterations = (12.0 * (grid.nx.max(grid.ny) as f64).sqrt()) as usize * super::adhesion_effort(problem);
+        Plan { bytes, iterations, pairs_per_iteration: 2.0 }
+    }
+
+    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
+        let refused = |key: &str, found: String, accepted: &str| Error::input("method fft-ia", key, found, accepted);
+        let heights = fields::heights(problem, CARD.id)?;
+        if problem.wall != Wall::Hard {
+            return Err(refused("wall", problem.wall.to_string(), "the hard wall"));
+        }
+        let law = match problem.adhesion {
+            Adhesion::None => None,
+            Adhesion::Exponential(law) => Some(law),
+            other => return Err(refused("adhesion", other.to_string(), "none or the exponential law")),
+        };
+        let relaxation = problem.settings.fft_ia.relaxation;
+        if !(relaxation > 0.0 && relaxation <= 1.0) {
+            return Err(refused("settings.fft_ia.relaxation", relaxation.to_string(), "above 0 and up to 1"));
+        }
+        let convolution = Convolution::new(problem.grid);
+        let kernel = problem.kernel;
+        let stiffness = convolution.symbol(|qx, qy| kernel.stiffness(qx, qy));
+        // The mean has no stiffness, and no compliance that a gap would show: the approach is free.
+        let points = (problem.grid.points() as f64).powi(2);
+        let compliance = stiffness.map(|k| if k > 0.0 { 1.0 / (points * k) } else { 0.0 });
+        let zero = || vec![0.0; heights.len()];
+        Ok(Started::Solver(Box::new(Solver {
+            problem,
+            watch,
+            law,
+            relaxation,
+            rms_height: rms(&heights),
+            convolution,
+            stiffness,
+            compliance,
+            contact: zero(),
+            adhesive: zero(),
+            gap: zero(),
+            direction: zero(),
+            response: zero(),
+            stress: zero(),
+            traction: zero(),
+            given: None,
+            heights,
+        })))
+    }
+}
+
+struct Solver<'p> {
+    problem: &'p Problem<'p>,
+    watch: &'p dyn Watch,
+    law: Option<Exponential>,
+    relaxation: f64,
+    heights: Vec<f64>,
+    rms_height: f64,
+    convolution: Convolution,
+    stiffness: Symbol,
+    compliance: Symbol,
+    /// p_c and p_a.
+    contact: Vec<f64>,
+    adhesive: Vec<f64>,
+    gap: Vec<f64>,
+    direction: Vec<f64>,
+    response: Vec<f64>,
+    /// `p_c - p_a`, and for the balance the stress of the body at the gap that is lent.
+    stress: Vec<f64>,
+    traction: Vec<f64>,
+    /// A gap to start from.
+    given: Option<Vec<f64>>,
+}
+
+/// How an inner search ended.
+enum Inner {
+    Done(usize),
+    Interrupted,
+    /// Nothing presses: the adhesion pulls with less than the load.
+    Apart,
+}
+
+impl Solver<'_> {
+    /// Gap of the present pressures but for the approach, which is then what closes it under contact on average.
+    fn approach(&mut self) -> f64 {
+        let Solver { convolution, compliance, contact, adhesive, stress, gap, heights, .. } = self;
+        each(stress, |i, _| contact[i] - adhesive[i]);
+        convolution.apply(compliance, stress, gap);
+        add(gap, 1.0, heights);
+        let [closed, sum] = means(gap.len(), |i| if contact[i] > 0.0 { [1.0, gap[i]] } else { [0.0; 2] });
+        if closed > 0.0 { sum / closed } else { lowest(gap) }
+    }
+
+    /// Polonsky & Keer's search for the contact pressure that carries `target`, until gaps err by no more than
+    /// `tolerance`.
+    fn contact(&mut self, target: f64, tolerance: f64) -> Inner {
+        if target <= 0.0 {
+            return Inner::Apart;
+        }
+        let carried = means(self.contact.len(), |i| [self.contact[i]])[0];
+        if carried > 0.0 {
+            each(&mut self.contact, |_, p| p * target / carried);
+        } else {
+            self.contact.fill(target);
+        }
+        self.direction.fill(0.0);
+        let mut approach = self.approach();
+        each(&mut self.gap, |_, g| g - approach);
+        let (mut before, mut conjugate) = (1.0, false);
+        for iteration in 0..INNER_MOST {
+            if self.watch.stopping() {
+                return Inner::Interrupted;
+            }
+            let Solver { contact, gap, direction, response, convolution, compliance, .. } = self;
+            // Errors: gap under contact, overlap elsewhere.
+            let [closed, square, overlap] = means(gap.len(), |i| {
+                let g = gap[i];
+                if contact[i] > 0.0 { [1.0, g * g, 0.0] } else { [0.0, 0.0, g.min(0.0).powi(2)] }
+            });
+            if (square + overlap).sqrt() <= tolerance {
+                return Inner::Done(iteration);
+            }
+            let beta = if conjugate { square / before } else { 0.0 };
+            before = square;
+            each(direction, |i, d| if contact[i] > 0.0 { gap[i] + beta * d } else { 0.0 });
+            convolution.apply(compliance, direction, response);
+            let [middle] = means(gap.len(), |i| [if contact[i] > 0.0 { response[i] } else { 0.0 }]);
+            let middle = middle / closed;
+            let [along, curvature] = means(gap.len(), |i| {
+                if contact[i] > 0.0 { [gap[i] * direction[i], (response[i] - middle) * direction[i]] } else { [0.0; 2] }
+            });
+            let step = if curvature > 0.0 { along / curvature } else { 0.0 };
+            // Pressures that would pull are none; overlaps outside begin to press.
+            let [grown] = means(gap.len(), |i| [f64::from(u8::from(contact[i] <= 0.0 && gap[i] < 0.0))]);
+            each(contact, |i, p| {
+                if p > 0.0 {
+                    (p - step * direction[i]).max(0.0)
+                } else if gap[i] < 0.0 {
+                    -step * gap[i]
+                } else {
+                    0.0
+                }
+            });
+            conjugate = grown == 0.0;
+            let [carried] = means(contact.len(), |i| [contact[i]]);
+            if carried > 0.0 {
+                each(contact, |_, p| p * target / carried);
+            } else {
+                contact.fill(target);
+            }
+            approach = self.approach();
+            each(&mut self.gap, |_, g| g - approach);
+        }
+        Inner::Done(INNER_MOST)
+    }
+
+    /// The law's pull at the present gap, which is none below zero.
+    fn pull(&mut self) {
+        let Solver { law, gap, traction, problem, .. } = self;
+        match law {
+            None => traction.fill(0.0),
+            Some(law) => {
+                traction
+                    .par_iter_mut()
+                    .enumerate()
+                    .for_each(|(i, t)| *t = element::traction(problem.grid, *law, gap, i));
+            }
+        }
+    }
+}
+
+impl Run for Solver<'_> {
+    fn set_gap(&mut self, gap: &[f64]) {
+        self.given = Some(gap.to_vec());
+    }
+
+    fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
+        let clock = Instant::now();
+        let problem = self.problem;
+        let pressure = fields::pressure(load, self.law.is_some(), CARD.id)?;
+        let scale = Problem::stress_scale(pressure);
+        let pairs_before = self.convolution.pairs;
+        if let Some(gap) = self.given.take() {
+            // The pressures that hold it.
+            let displacement: Vec<f64> = gap.iter().zip(&self.heights).map(|(g, h)| g - h).collect();
+            self.convolution.apply(&self.stiffness, &displacement, &mut self.stress);
+            self.gap = gap;
+            self.pull();
+            self.adhesive.copy_from_slice(&self.traction);
+            let Solver { contact, stress, adhesive, gap, .. } = self;
+            each(contact, |i, _| if gap[i] <= 0.0 { (stress[i] + pressure + adhesive[i]).max(0.0) } else { 0.0 });
+        }
+        let floor = problem.rounding_floor(self.rms_height, pressure);
+        let mut progress = Progress::new();
+        let (mut iterations, mut change) = (0, 1.0_f64);
+        let stiffest = problem.stiffest_mode();
+        let (stop, balance, settled) = loop {
+            let [pulled] = means(self.adhesive.len(), |i| [self.adhesive[i]]);
+            // As exact as the adhesive pressure, and in the end as the tolerance: an error of the gap is one of stress by the
+            // stiffness of some wave.
+            let wanted = (INNER * change).clamp(0.1 * problem.tolerance, 1e-2) * scale / stiffest;
+            let inner_stop = self.contact(pressure + pulled, wanted);
+            // What is lent: closed where something presses, open elsewhere.
+            let Solver { gap, contact, .. } = self;
+            each(gap, |i, g| if contact[i] > 0.0 { 0.0 } else { g.max(0.0) });
+            self.pull();
+            let Solver { gap, heights, stress, traction, adhesive, convolution, stiffness, direction, .. } = self;
+            each(direction, |i, _| gap[i] - heights[i]);
+            convolution.apply(stiffness, direction, stress);
+            let elastic = 0.5 * inner(direction, stress);
+            each(stress, |_, s| s + pressure);
+            let [energy] = match self.law {
+                None => [0.0],
+                Some(law) => means(gap.len(), |i| [element::energy(problem.grid, law, gap, i)]),
+            };
+            let balance = fields::balance(gap, stress, traction, true, (elastic, energy));
+            let [missing] = means(gap.len(), |i| [(traction[i] - adhesive[i]).powi(2)]);
+            change = missing.sqrt() / scale;
+            let residual = balance.residual / scale;
+            let settled = progress.settled(&balance);
+            match inner_stop {
+                Inner::Apart => break (Stop::Detached, balance, settled),
+                Inner::Interrupted => break (Stop::Interrupted, balance, settled),
+                Inner::Done(n) => iterations += n + 1,
+            }
+            if balance.meets(problem.tolerance, scale) && problem.goals.met(&settled) {
+                break (Stop::Converged, balance, settled);
+            }
+            if iterations >= problem.max_iterations {
+                break (Stop::IterationLimit, balance, settled);
+            }
+            if let Some(stop) = progress.stalled(residual, floor) {
+                break (stop, balance, settled);
+            }
+            let step = Iteration { iteration: iterations, residual, tolerance: problem.tolerance, share: 1.0 };
+            if self.watch.iteration(step).is_break() {
+                break (Stop::Interrupted, balance, settled);
+            }
+            // Without adhesion only the inner search is left, which goes on where it was, more exactly.
+            if self.law.is_none() {
+                change = (INNER * residual).min(0.1 * change.max(wanted * stiffest / scale));
+            }
+            let share = self.relaxation;
+            each(adhesive, |i, a| a + share * (traction[i] - a));
+        };
+        let Solver { stress, contact, adhesive, .. } = self;
+        each(stress, |i, _| contact[i] - adhesive[i]);
+        let pairs = self.convolution.pairs - pairs_before;
+        let outcome = Outcome { load, stop, iterations, pairs, clock, balance, settled };
+        Ok(outcome.state((pressure, scale, self.rms_height), &self.gap, &self.stress))
+    }
+}

@@ -1,0 +1,191 @@
+//! Whole fields at once, for solvers that keep them so: convolutions with a symbol, inner products in a fixed order, what
+//! every such solver refuses, and the optimality of a gap. Nothing here is shared with the row-wise operator of `bvm`,
+//! `fast` and `gfmd` but the transform.
+
+use super::operator::{Balance, refused};
+use super::{Load, Precision, Problem};
+use crate::grid::{Grid, Transform, dot, mean, sum_rows};
+use crate::{Error, Result};
+use rayon::prelude::*;
+use rustfft::num_complex::Complex;
+
+/// Elements that one thread sums or moves at a time.
+const BLOCK: usize = 4096;
+
+/// Multiplies fields by real symbols in Fourier space.
+pub(super) struct Convolution {
+    transform: Transform<f64>,
+    spectrum: Vec<Complex<f64>>,
+    /// Transforms done, in pairs.
+    pub pairs: f64,
+}
+
+/// A real symbol on the half spectrum, `[nx/2+1][ny]`, the transform's `1/N` included.
+pub(super) struct Symbol(Vec<f64>);
+
+impl Convolution {
+    pub fn new(grid: Grid) -> Self {
+        let transform = Transform::new(grid);
+        let spectrum = transform.spectrum();
+        Convolution { transform, spectrum, pairs: 0.0 }
+    }
+
+    /// Bytes of a convolution and of `symbols` symbols.
+    pub fn bytes(grid: Grid, symbols: u64) -> u64 {
+        Transform::<f64>::spectrum_bytes(grid) + symbols * (grid.half() * grid.ny * size_of::<f64>()) as u64
+    }
+
+    /// The symbol with the values `of(qx, qy)`.
+    pub fn symbol(&self, of: impl Fn(f64, f64) -> f64 + Sync) -> Symbol {
+        let grid = self.transform.grid();
+        let per_point = 1.0 / grid.points() as f64;
+        let mut values = vec![0.0; grid.half() * grid.ny];
+        values.par_chunks_mut(grid.ny).enumerate().for_each(|(i, column)| {
+            column.iter_mut().enumerate().for_each(|(j, v)| *v = per_point * of(grid.qx(i), grid.qy(j)));
+        });
+        Symbol(values)
+    }
+
+    /// `into` becomes the convolution of `field`.
+    pub fn apply(&mut self, symbol: &Symbol, field: &[f64], into: &mut [f64]) {
+        let ny = self.transform.grid().ny;
+        let filter = |i: usize, column: &mut [Complex<f64>]| {
+            column.iter_mut().zip(&symbol.0[i * ny..]).for_each(|(c, &s)| *c = c.scale(s));
+            0.0
+        };
+        self.transform.forward_filtered(field, &mut self.spectrum, &filter);
+        self.transform.inverse(&mut self.spectrum, into);
+        self.pairs += 1.0;
+    }
+}
+
+impl Symbol {
+    /// The largest value, as it is kept.
+    pub fn most(&self) -> f64 {
+        self.0.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Another symbol, from the values of this one as they are kept, `1/N` included.
+    pub fn map(&self, of: impl Fn(f64) -> f64) -> Symbol {
+        Symbol(self.0.iter().map(|&v| of(v)).collect())
+    }
+}
+
+/// Mean of the product of two fields.
+pub(super) fn inner(a: &[f64], b: &[f64]) -> f64 {
+    let n = a.len();
+    let block = |k: usize| k * BLOCK..n.min((k + 1) * BLOCK);
+    let [sum] = sum_rows(n.div_ceil(BLOCK), |k| [dot(&a[block(k)], &b[block(k)])]);
+    sum / n as f64
+}
+
+/// `to += factor · what`.
+pub(super) fn add(to: &mut [f64], factor: f64, what: &[f64]) {
+    to.par_chunks_mut(BLOCK)
+        .zip(what.par_chunks(BLOCK))
+        .for_each(|(to, what)| to.iter_mut().zip(what).for_each(|(t, w)| *t += factor * w));
+}
+
+/// Every element of `to` becomes `of` its place and value.
+pub(super) fn each(to: &mut [f64], of: impl Fn(usize, f64) -> f64 + Sync) {
+    to.par_chunks_mut(BLOCK).enumerate().for_each(|(k, to)| {
+        to.iter_mut().enumerate().for_each(|(i, t)| *t = of(k * BLOCK + i, *t));
+    });
+}
+
+/// `K` means over the grid of what every place gives.
+pub(super) fn means<const K: usize>(n: usize, of: impl Fn(usize) -> [f64; K] + Sync + Send) -> [f64; K] {
+    let sums = sum_rows(n.div_ceil(BLOCK), |k| {
+        let mut sums = [0.0; K];
+        for i in k * BLOCK..n.min((k + 1) * BLOCK) {
+            sums.iter_mut().zip(of(i)).for_each(|(s, v)| *s += v);
+        }
+        sums
+    });
+    sums.map(|s| s / n as f64)
+}
+
+/// Heights without their mean, for a method that works in f64 on one periodic cell.
+///
+/// # Errors
+/// `Input` for another precision, a body that is not periodic, or a goal that the method cannot judge.
+pub(super) fn heights(problem: &Problem, id: &str) -> Result<Vec<f64>> {
+    problem.expect_periodic(id)?;
+    if problem.precision != Precision::F64 {
+        return Err(Error::input(format!("method {id}"), "precision", "f32", "f64"));
+    }
+    if let Some(goal) = problem.goals.energy {
+        let accepted = "none: this method does not estimate its energy above the minimum (`fast` does)";
+        return Err(refused(id, "energy goal", goal, accepted));
+    }
+    let mut heights = problem.heights.on_nodes(problem.grid).into_owned();
+    let middle = mean(&heights);
+    each(&mut heights, |_, h| h - middle);
+    Ok(heights)
+}
+
+/// The pressure that a load imposes: one that presses, or with attraction any.
+///
+/// # Errors
+/// `Input` for any other load.
+pub(super) fn pressure(load: Load, attracts: bool, id: &str) -> Result<f64> {
+    match load {
+        Load::Pressure(p) if p > 0.0 || attracts => Ok(p),
+        Load::Pressure(p) => Err(refused(id, "pressure", p, "a positive one: nothing holds a pull")),
+        Load::MeanGap(g) => Err(refused(id, "mean gap", g, "a pressure; the method `fast` controls the mean gap")),
+    }
+}
+
+/// What a gap is short of equilibrium: `stress` is that of body and load, `traction` the law's attraction. Behind a hard
+/// wall closed nodes may press.
+pub(super) fn balance(
+    gap: &[f64],
+    stress: &[f64],
+    traction: &[f64],
+    hard: bool,
+    (elastic, law): (f64, f64),
+) -> Balance {
+    let [square, missing, work, mean_gap, contact] = means(gap.len(), |i| {
+        let (g, t) = (gap[i], stress[i] + traction[i]);
+        let residual = if hard && g <= 0.0 { t.min(0.0) } else { t };
+        [residual * residual, residual, (t * g).abs(), g, f64::from(u8::from(g <= 0.0))]
+    });
+    Balance {
+        elastic,
+        interaction: law,
+        mean_gap,
+        lift: mean_gap,
+        contact,
+        residual: if elastic.is_finite() { square.sqrt() } else { f64::NAN },
+        imbalance: missing,
+        complementarity: work,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    /// A wave is multiplied by its symbol; means and products are those of a direct sum.
+    #[test]
+    fn waves_are_scaled_by_their_symbol() {
+        let grid = Grid { nx: 12, ny: 10, lx: 1.0, ly: 0.5 };
+        let wave = |i: usize| {
+            let (x, y) = ((i % 12) as f64 / 12.0, (i / 12) as f64 / 10.0);
+            (2.0 * PI * (3.0 * x - 2.0 * y)).cos() + 0.25
+        };
+        let field: Vec<f64> = (0..grid.points()).map(wave).collect();
+        let mut convolution = Convolution::new(grid);
+        let symbol = convolution.symbol(|qx, qy| 0.5 * qx.hypot(qy));
+        let mut found = vec![0.0; field.len()];
+        convolution.apply(&symbol, &field, &mut found);
+        let k = 0.5 * (6.0 * PI).hypot(8.0 * PI);
+        for (f, v) in found.iter().zip(&field) {
+            assert!((f - k * (v - 0.25)).abs() < 1e-12, "{f} {v}");
+        }
+        assert!((inner(&found, &field) - 0.5 * k).abs() < 1e-12);
+        let [m, s] = means(field.len(), |i| [field[i], field[i] * field[i]]);
+        assert!((m - 0.25).abs() < 1e-14 && (s - inner(&field, &field)).abs() < 1e-14);
+    }
+}
