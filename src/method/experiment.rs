@@ -27,7 +27,7 @@ pub struct Experiment;
 
 static CARD: Card = Card {
     id: "experiment",
-    paper_name: "Experiment (scaled up by 1000)",
+    paper_name: "experiment",
     family: "laboratory",
     kind: Kind::Estimate,
     needs: Needs::Heights,

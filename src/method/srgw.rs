@@ -22,7 +22,7 @@ pub struct Srgw;
 
 static CARD: Card = Card {
     id: "srgw",
-    paper_name: "SRGW (spatially resolved Greenwood-Williamson)",
+    paper_name: "SRGW",
     family: "single asperities",
     kind: Kind::Estimate,
     needs: Needs::Heights,

@@ -233,7 +233,8 @@ pub fn state_of(problem: &Problem, p_star: f64, e: &Estimate) -> MethodState {
     let open: Option<Vec<f64>> = match (e.contact, e.gap) {
         (Some(map), _) => Some(map.iter().map(|&m| if m == 0 { 1.0 } else { 0.0 }).collect()),
         (None, Some(gap)) => Some(gap.to_vec()),
-        _ => None,
+        // What presses touches.
+        (None, None) => e.stress.map(|stress| stress.iter().map(|s| if *s > 0.0 { 0.0 } else { 1.0 }).collect()),
     };
     let touching = open.as_ref().map(|open| Field::F64(open));
     let spots = e.patches.as_ref().map(|areas| Spots::new(areas.iter().copied())).or_else(|| {

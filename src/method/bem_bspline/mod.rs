@@ -116,10 +116,10 @@ impl ContactMethod for BemBspline {
         }
         let BemBsplineSettings { shortest, penalty } = problem.settings.bem_bspline;
         if !(shortest >= 2.0 && shortest.is_finite()) {
-            return Err(refused("settings.bem_bspline.shortest", shortest.to_string(), "2 spacings or more"));
+            return Err(refused("bem-bspline.shortest", shortest.to_string(), "2 spacings or more"));
         }
         if !(penalty > 0.0 && penalty.is_finite()) {
-            return Err(refused("settings.bem_bspline.penalty", penalty.to_string(), "a positive number"));
+            return Err(refused("bem-bspline.penalty", penalty.to_string(), "a positive number"));
         }
         let (grid, kernel) = (problem.grid, problem.kernel);
         let mut convolution = Convolution::new(grid);

@@ -101,12 +101,12 @@ impl ContactMethod for Bicgstab {
         let settings = problem.settings.bicgstab;
         for (key, value) in [("wall", settings.wall), ("strength", settings.strength)] {
             if !(value > 0.0 && value.is_finite()) {
-                return Err(refused(&format!("settings.bicgstab.{key}"), value.to_string(), "a positive number"));
+                return Err(refused(&format!("bicgstab.{key}"), value.to_string(), "a positive number"));
             }
         }
         if !(settings.resolution >= 0.0 && settings.resolution.is_finite()) {
             let found = settings.resolution.to_string();
-            return Err(refused("settings.bicgstab.resolution", found, "zero or a positive number"));
+            return Err(refused("bicgstab.resolution", found, "zero or a positive number"));
         }
         let dx = problem.grid.dx();
         let (gamma, rho) = match problem.adhesion {

@@ -85,7 +85,7 @@ impl ContactMethod for FftIa {
         };
         let relaxation = problem.settings.fft_ia.relaxation;
         if !(relaxation > 0.0 && relaxation <= 1.0) {
-            return Err(refused("settings.fft_ia.relaxation", relaxation.to_string(), "above 0 and up to 1"));
+            return Err(refused("fft-ia.relaxation", relaxation.to_string(), "above 0 and up to 1"));
         }
         let convolution = Convolution::new(problem.grid);
         let kernel = problem.kernel;

@@ -25,7 +25,7 @@ pub struct Icha;
 
 static CARD: Card = Card {
     id: "icha",
-    paper_name: "ICHA (interacting and coalescing Hertzian asperities)",
+    paper_name: "ICHA",
     family: "single asperities",
     kind: Kind::Estimate,
     needs: Needs::Heights,

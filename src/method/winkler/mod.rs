@@ -23,7 +23,7 @@ pub struct Winkler;
 
 static CARD: Card = Card {
     id: "winkler",
-    paper_name: "Winkler (bearing area with dilation)",
+    paper_name: "Winkler",
     family: "bearing area",
     kind: Kind::Estimate,
     needs: Needs::Heights,
