@@ -229,11 +229,14 @@ fn methods_agree_on_a_soft_wall() {
 /// What a card declares in full is delivered, and every id is found.
 #[test]
 fn cards_are_honest() {
-    use asperity::method::{Quantity, REGISTRY, Support};
+    use asperity::method::{Kind, Quantity, REGISTRY, Support};
     let (grid, heights) = rough(128, 1.0 / 24.0, 18);
     for method in REGISTRY {
         let card = method.card();
         assert!(std::ptr::eq(method::find(card.id).unwrap().card(), card));
+        if card.kind != Kind::Solver {
+            continue;
+        }
         let full = |q: Quantity| (card.supports)(q) == Support::Full;
         solve(&problem(grid, &heights), card.id, 0.02, |s| {
             assert_eq!(full(Quantity::GapField), s.gap.len() == grid.points());

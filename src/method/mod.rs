@@ -8,9 +8,16 @@ mod card;
 mod estimate;
 mod fast;
 mod gfmd;
+mod ms_archard;
 mod operator;
+mod persson;
 mod problem;
+mod quadrature;
+mod random;
+mod rl_archard;
+mod scgw;
 mod settings;
+mod sinusoid;
 
 pub use card::{Card, Criterion, Kind, Needs, Quantity, Support};
 pub use estimate::{Estimate, Estimator, Started};
@@ -19,6 +26,9 @@ pub use problem::{
     unwatched,
 };
 
+pub use ms_archard::MsArchardSettings;
+pub use persson::{Form, PerssonSettings};
+pub use rl_archard::RlArchardSettings;
 pub use settings::Settings;
 
 use crate::Result;
@@ -35,7 +45,15 @@ pub trait ContactMethod: Sync {
 }
 
 /// Every method, in the order in which tables list them.
-pub const REGISTRY: &[&dyn ContactMethod] = &[&fast::Fast, &gfmd::Gfmd, &bvm::Bvm];
+pub const REGISTRY: &[&dyn ContactMethod] = &[
+    &fast::Fast,
+    &gfmd::Gfmd,
+    &bvm::Bvm,
+    &persson::Persson,
+    &scgw::Scgw,
+    &ms_archard::MsArchard,
+    &rl_archard::RlArchard,
+];
 
 /// The method of that id; `auto` is the fastest that delivers fields.
 pub fn find(id: &str) -> Option<&'static dyn ContactMethod> {
