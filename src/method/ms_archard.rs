@@ -34,7 +34,7 @@ static CARD: Card = Card {
 
 fn supports(quantity: Quantity) -> Support {
     match quantity {
-        Quantity::ContactArea | Quantity::MeanGap => Support::Only("by the bands that settings.ms_archard.ratio makes"),
+        Quantity::ContactArea | Quantity::MeanGap => Support::Only("in the bands of settings.ms_archard.ratio"),
         Quantity::GapField | Quantity::StressField | Quantity::ContactMap => Support::No("knows no places"),
         Quantity::PatchPdf => Support::No("knows no patches"),
         Quantity::GapPdf | Quantity::StressPdf => Support::No("tells of means only"),

@@ -2,7 +2,7 @@
 
 use super::roughening::{Band, Opening, Rules, gap_sum, share};
 use crate::observe::{Distribution, linear_edges};
-use std::f64::consts::SQRT_2;
+use std::f64::consts::{PI, SQRT_2};
 
 /// Bins of equal width.
 pub(super) const BINS: usize = 120;
@@ -16,17 +16,18 @@ const LEAST_LOST: f64 = 1e-3;
 /// What loses contact when waves are added.
 struct Parted {
     share: f64,
-    /// Its gap without the shorter waves.
+    /// Middle of the Gaussian.
     gap: f64,
-    /// rms height of these.
+    /// Its standard deviation: the rms height of the shorter waves.
     rough: f64,
 }
 
 /// Pr(u), and how often the opening was asked.
 ///
 /// Where a band's waves part the surfaces, the gap on average is what keeps the mean over all that touched before: the
-/// difference between the volumes before and after, `ū A`, over the lost area. Shorter waves make of it a Gaussian, and of
-/// its part below zero the mirror image.
+/// difference between the volumes before and after, `ū A`, over the lost area. Shorter waves make of it a Gaussian, whose part
+/// below zero is mirrored. As published the mirror adds to the mean; here the Gaussian is moved until it does not, so that
+/// the distribution's mean is the mean gap.
 pub(super) fn gap_distribution(
     bands: &[Band],
     c: f64,
@@ -58,7 +59,7 @@ pub(super) fn gap_distribution(
         // Half of the bands themselves: gaps open while they are added.
         let own: f64 = bands[longer..=k].iter().map(|b| b.height).sum();
         let gap = ((open - left) / lost).max(0.0);
-        parted.push(Parted { share: lost, gap, rough: (shorter + 0.5 * own).max(0.0).sqrt() });
+        parted.push(Parted::of(lost, gap, (shorter + 0.5 * own).max(0.0).sqrt()));
         (touching, open, longer) = (after, left, k + 1);
     }
     let top = parted.iter().map(|p| p.gap + REACH * p.rough).fold(0.0, f64::max);
@@ -70,6 +71,31 @@ pub(super) fn gap_distribution(
 }
 
 impl Parted {
+    /// Halvings to the last bit.
+    const HALVINGS: usize = 60;
+
+    /// With the mean of the mirrored Gaussian at the gap on average. Where it is so small that no Gaussian of this width has
+    /// such a mirrored mean, a narrower one about zero has.
+    fn of(share: f64, gap: f64, rough: f64) -> Self {
+        if gap <= rough * (2.0 / PI).sqrt() {
+            return Parted { share, gap: 0.0, rough: gap * (0.5 * PI).sqrt() };
+        }
+        let (mut low, mut high) = (0.0, gap);
+        for _ in 0..Self::HALVINGS {
+            let centre = 0.5 * (low + high);
+            if (Parted { share, gap: centre, rough }).mean() < gap { low = centre } else { high = centre }
+        }
+        Parted { share, gap: high, rough }
+    }
+
+    fn mean(&self) -> f64 {
+        if self.rough == 0.0 {
+            return self.gap;
+        }
+        let x = self.gap / (SQRT_2 * self.rough);
+        self.rough * (2.0 / PI).sqrt() * (-x * x).exp() + self.gap * libm::erf(x)
+    }
+
     /// Share of these gaps that is below `u`.
     fn up_to(&self, u: f64) -> f64 {
         let width = (SQRT_2 * self.rough).max(f64::MIN_POSITIVE);

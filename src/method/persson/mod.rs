@@ -41,7 +41,7 @@ static CARD: Card = Card {
     dois: &["10.1063/1.1388626", "10.1103/PhysRevLett.99.125502", "10.1007/s11249-017-0900-2"],
 };
 
-const JKR: &str = "with adhesion without range";
+const JKR: &str = "in the limit of adhesion without range";
 
 fn supports(quantity: Quantity) -> Support {
     match quantity {
