@@ -6,7 +6,7 @@ use crate::surface::Power;
 use crate::{Error, Result};
 
 /// Anisotropy of the power above which a surface is no isotropic random one. Realisations of the challenge's spectrum at
-/// 128² to 512² have up to 0.1, ridges have 1.
+/// 128² to 512² have less than 0.2, ridges have 1.
 const MOST_ANISOTROPIC: f64 = 0.3;
 
 fn refuse<T>(id: &str, key: &str, found: impl ToString, accepted: impl Into<String>) -> Result<T> {

@@ -56,7 +56,8 @@ pub struct RlArchardSettings {
 /// Where the layer begins by default.
 const CUT_OFF: usize = 32;
 
-/// Points of the coarse grid along the shortest wave: contact areas are within a tenth of those of twice as many.
+/// Points of the coarse grid along the shortest wave, of which mean gaps ask no more. Areas are counted as they are: a grid
+/// overcounts them by some per cent, and the layer's share evens most of it out.
 const POINTS_PER_WAVE: usize = 4;
 
 /// Waves along x that a grid holds below its Nyquist modes, along both axes.
@@ -116,7 +117,7 @@ impl ContactMethod for RlArchard {
         if gradient.is_nan() || gradient <= 0.0 {
             return refuse("heights", "no waves".into(), "a rough surface".into());
         }
-        // Half a mode more than the cut-off keeps the waves of exactly its length.
+        // Rounding keeps the waves of exactly the cut-off's length.
         let aspect = grid.lx / grid.ly;
         let long = series.kept(|kx, ky| (kx as f64).hypot(ky as f64 * aspect) <= modes as f64 + 1e-9);
         let coarse = coarse(grid, modes);
@@ -190,7 +191,6 @@ mod tests {
         assert!((layer.flat - 1.286).abs() < 1e-3, "{}", layer.flat);
     }
 
-    /// The sinusoid's own summit density, of which the layer is made, is not Nayak's: its curvature is kept.
     #[test]
     fn grids_hold_what_they_hold() {
         assert_eq!(held(Grid::unit(64, 64)), 31);

@@ -32,10 +32,13 @@ const TABLE: [[f64; 3]; 20] = [
 ];
 
 /// π (3/8π)^(2/3): two Hertz contacts in λ², each of curvature D k².
-const FIRST_AREA: f64 = 0.761_578_797_7;
+const FIRST_AREA: f64 = 0.761618473172;
 
 /// 32√2·3^(5/2)/(360 π²): two penny-shaped gaps in λ², whose edges bear no tension.
-const LAST_GAP: f64 = 0.198_535_6;
+const LAST_GAP: f64 = 0.198548160047;
+
+/// (9π⁴/8)^(1/3): how far Hertz contacts are pressed in, over D and the pressure to 2/3.
+const FIRST_DENT: f64 = 4.785390000314;
 
 /// Share of the area in contact.
 pub(super) fn share(pressure: f64) -> f64 {
@@ -48,7 +51,19 @@ pub(super) fn share(pressure: f64) -> f64 {
 
 /// Mean gap over D.
 pub(super) fn mean_gap(pressure: f64) -> f64 {
-    if pressure >= 1.0 { 0.0 } else { between(pressure.cbrt(), 2) * (1.0 - pressure).powf(2.5) }
+    if pressure >= 1.0 {
+        return 0.0;
+    }
+    let t = pressure.cbrt();
+    let [end, _, value] = TABLE[1];
+    let column = if t < end {
+        // Hertz, and a cubic term, of the images for the most part, that meets the table.
+        let cubic = (value - 1.0 + FIRST_DENT * end * end) / (end * end * end);
+        1.0 - FIRST_DENT * t * t + cubic * t * t * t
+    } else {
+        between(t, 2)
+    };
+    column * (1.0 - pressure).powf(2.5)
 }
 
 /// A column at a cube root of the pressure: cubics between the table's, of slopes that leave no overshoot (Fritsch & Carlson,
@@ -60,7 +75,7 @@ fn between(t: f64, column: usize) -> f64 {
     let rise = |k: usize| (TABLE[k + 1][column] - TABLE[k][column]) / step(k);
     let slope = |k: usize| {
         if k == 0 {
-            // Neither column has a linear term in t.
+            // Areas have no linear term in t.
             return 0.0;
         }
         if k > last {
@@ -104,7 +119,7 @@ mod tests {
     fn first_touch_is_hertzian() {
         for x in [1e-6f64, 1e-5, 1e-4] {
             let exact = (9.0 * PI.powi(4) / 8.0f64).cbrt() * x.powf(2.0 / 3.0) - 3.90026 * x;
-            assert!(((1.0 - mean_gap(x)) / exact - 1.0).abs() < 0.08, "{x}: {} {exact}", 1.0 - mean_gap(x));
+            assert!(((1.0 - mean_gap(x)) / exact - 1.0).abs() < 0.005, "{x}: {} {exact}", 1.0 - mean_gap(x));
             assert!((share(x) / (FIRST_AREA * x.powf(2.0 / 3.0)) - 1.0).abs() < 0.01);
         }
     }
@@ -161,13 +176,14 @@ mod tests {
         (sums.0 / offsets.len() as f64, sums.1 / offsets.len() as f64)
     }
 
-    /// On nodes of the table and between them. 160² nodes leave half a per cent of the area.
+    /// On nodes of the table and between them. 160² nodes leave half a per cent of the area, and the table's step shows where
+    /// patches merge, about t = 0.62: 1.1 per cent.
     #[test]
     fn this_solver_finds_the_table() {
         for t in [0.4f64, 0.575, 0.625, 0.7, 0.925] {
             let x = t.powi(3);
             let (area, gap) = solved(160, x, &[0.0, 0.21, 0.43]);
-            assert!((share(x) / area - 1.0).abs() < 0.01, "{t}: {} {area}", share(x));
+            assert!((share(x) / area - 1.0).abs() < 0.015, "{t}: {} {area}", share(x));
             assert!((mean_gap(x) - gap).abs() < 1e-3, "{t}: {} {gap}", mean_gap(x));
         }
     }

@@ -250,8 +250,7 @@ mod tests {
     const FINE: Mesh = Mesh { growth: 0.03, stress: 0.006 };
 
     fn cascade(gamma: f64, handed: bool, mesh: Mesh) -> Cascade {
-        let spectrum = Spectrum { lambda_s: 0.004, ..Spectrum::CHALLENGE };
-        Cascade::new(&bands(&Power::expected(&spectrum, 1.0)), PURE, gamma, 0.45, handed, mesh)
+        Cascade::new(&bands(&Power::expected(&Spectrum::CHALLENGE, 1.0)), PURE, gamma, 0.45, handed, mesh)
     }
 
     fn never() -> bool {

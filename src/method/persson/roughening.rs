@@ -49,7 +49,7 @@ pub(super) fn relaxed(gamma: f64, share: f64) -> f64 {
 
 /// `F(x) = ∫ [γ + 3 (1-γ) erf²t] exp(-t²) dt/t` from x to ∞, the pressures' part of the mean gap.
 ///
-/// `F + γ ln x` is smooth: a table of it with its exact slopes, between which a cubic errs by 1e-12.
+/// `F + γ ln x` is smooth: a table of it with its exact slopes, between which a cubic errs by 1e-11.
 pub(super) struct Opening {
     gamma: f64,
     /// Values and slopes times the step.
@@ -137,7 +137,14 @@ pub(super) fn gap_sum(bands: &[Band], c: f64, pressure: f64, rules: &Rules, part
         let (from, to) = ((band.before - first.before).max(0.0), band.after() - first.before);
         let rule = rules.of((to - from) / from.max(f64::MIN_POSITIVE));
         asked += rule.len();
-        sum += band.q * band.height / band.gradient * integral(rule, from.sqrt(), to.sqrt(), |g| part(x / g));
+        let (from, to) = (from.sqrt(), to.sqrt());
+        let over = if from == 0.0 {
+            // g = g₁ t³ has many points where the part is a logarithm.
+            integral(rule, 0.0, 1.0, |t| 3.0 * t * t * to * part(x / (to * t * t * t)))
+        } else {
+            integral(rule, from, to, |g| part(x / g))
+        };
+        sum += band.q * band.height / band.gradient * over;
     }
     (0.5 * FRAC_2_SQRT_PI * c * sum, asked)
 }
@@ -171,7 +178,7 @@ mod tests {
         for (x2, e1) in [(0.01, 4.037_929_576_538_114), (0.25, 1.044_282_634_443_738_2), (1.0, 0.219_383_934_395_520_3)]
         {
             let found = opening.at(f64::sqrt(x2));
-            assert!((found - 0.5 * e1).abs() < 1e-12, "{x2}: {found} {}", 0.5 * e1);
+            assert!((found - 0.5 * e1).abs() < 1e-11, "{x2}: {found} {}", 0.5 * e1);
         }
         let (at, x) = (|x: f64| Opening::new(0.45).at(x), 0.731);
         let slope = (at(x + 1e-4) - at(x - 1e-4)) / 2e-4;
@@ -179,8 +186,7 @@ mod tests {
         assert!((slope + opening.fall(x) / x).abs() < 1e-7, "{slope}");
     }
 
-    /// Without anything but its logarithm the opening is a sum that is known: one band from nothing gives
-    /// `∫ F(c p/g) dg = g F(x) - ∫ ...`, here against a fine trapezium.
+    /// One band with nothing before it, against many midpoints.
     #[test]
     fn one_band_is_integrated_from_nothing() {
         let band = Band { q: 7.0, height: 0.3, gradient: 0.64, before: 0.0 };
@@ -194,8 +200,7 @@ mod tests {
                 .map(|t| 2.4 * t * t * opening.at(PURE * p / (0.8 * t.powi(3))) / f64::from(n))
                 .sum();
             let exact = PURE / PI.sqrt() * band.q * band.height / band.gradient * sum;
-            // Twenty-four points leave a millionth of what a logarithm has near nothing.
-            assert!((found / exact - 1.0).abs() < 1e-4, "{p}: {found} {exact}");
+            assert!((found / exact - 1.0).abs() < 1e-5, "{p}: {found} {exact}");
         }
     }
 }
