@@ -235,6 +235,9 @@ fn cards_are_honest() {
     for method in REGISTRY.iter().filter(|m| m.card().kind == Kind::Solver) {
         let card = method.card();
         assert!(std::ptr::eq(method::find(card.id).unwrap().card(), card));
+        if card.kind != Kind::Solver {
+            continue;
+        }
         let full = |q: Quantity| (card.supports)(q) == Support::Full;
         solve(&problem(grid, &heights), card.id, 0.02, |s| {
             assert_eq!(full(Quantity::GapField), s.gap.len() == grid.points());

@@ -3,11 +3,15 @@
 use super::{Load, Problem};
 use crate::grid::{Grid, lowest, mean};
 use crate::interface::{Adhesion, Elastic, Wall};
-use crate::surface::{Summit, SummitCurvature, SummitFit};
+use crate::surface::{Power, Summit, SummitCurvature, SummitFit};
 use crate::{Error, Result};
 use std::borrow::Cow;
 
-fn refuse<T>(id: &str, key: &str, found: impl ToString, accepted: &str) -> Result<T> {
+/// Anisotropy of the power above which a surface is no isotropic random one. Realisations of the challenge's spectrum at
+/// 128² to 512² have less than 0.2, ridges have 1.
+const MOST_ANISOTROPIC: f64 = 0.3;
+
+fn refuse<T>(id: &str, key: &str, found: impl ToString, accepted: impl Into<String>) -> Result<T> {
     Err(Error::input(format!("method {id}"), key, found, accepted))
 }
 
@@ -87,4 +91,23 @@ pub(super) fn summits(
     }
     found.sort_by(|a, b| a.height.total_cmp(&b.height));
     Ok(found)
+}
+
+/// The power of a surface alike in all directions, on a half-space under a hard wall.
+///
+/// # Errors
+/// `Input`, in one line.
+pub(super) fn isotropic_power<'a>(problem: &Problem<'a>, id: &str) -> Result<&'a Power> {
+    half_space(problem, id)?;
+    hard_wall(problem, id)?;
+    let power = problem.expect_power(id)?;
+    let finite = power.shells.iter().all(|s| [s.q, s.height, s.gradient, s.curvature].iter().all(|v| v.is_finite()));
+    if !finite || power.rms_gradient().is_nan() || power.rms_gradient() <= 0.0 {
+        return refuse(id, "spectrum", "no power", "waves of some height");
+    }
+    if power.anisotropy > MOST_ANISOTROPIC {
+        let accepted = format!("up to {MOST_ANISOTROPIC}: surfaces alike in all directions");
+        return refuse(id, "spectrum.anisotropy", format!("{:.2}", power.anisotropy), accepted);
+    }
+    Ok(power)
 }

@@ -17,9 +17,15 @@ mod fields;
 mod gfmd;
 mod gfmd_fire;
 mod icha;
+mod ms_archard;
 mod operator;
+mod persson;
 mod problem;
+mod quadrature;
+mod rl_archard;
+mod scgw;
 mod settings;
+mod sinusoid;
 mod spots;
 mod srgw;
 mod winkler;
@@ -36,6 +42,9 @@ pub use problem::{
 
 pub use experiment::{ExperimentSettings, Groups};
 pub use icha::IchaSettings;
+pub use ms_archard::MsArchardSettings;
+pub use persson::{Form, PerssonSettings};
+pub use rl_archard::RlArchardSettings;
 pub use settings::Settings;
 pub use srgw::SrgwSettings;
 pub use winkler::WinklerSettings;
@@ -65,6 +74,10 @@ pub const REGISTRY: &[&dyn ContactMethod] = &[
     &winkler::Winkler,
     &srgw::Srgw,
     &icha::Icha,
+    &persson::Persson,
+    &scgw::Scgw,
+    &ms_archard::MsArchard,
+    &rl_archard::RlArchard,
     &experiment::Experiment,
     &all_atom::AllAtom,
 ];

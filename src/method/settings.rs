@@ -1,6 +1,6 @@
 use super::{
-    BemBsplineSettings, BicgstabSettings, ExperimentSettings, FftIaSettings, IchaSettings, SrgwSettings,
-    WinklerSettings,
+    BemBsplineSettings, BicgstabSettings, ExperimentSettings, FftIaSettings, IchaSettings, MsArchardSettings,
+    PerssonSettings, RlArchardSettings, SrgwSettings, WinklerSettings,
 };
 use serde::{Deserialize, Serialize};
 
@@ -14,5 +14,8 @@ pub struct Settings {
     pub winkler: WinklerSettings,
     pub srgw: SrgwSettings,
     pub icha: IchaSettings,
+    pub persson: PerssonSettings,
+    pub ms_archard: MsArchardSettings,
+    pub rl_archard: RlArchardSettings,
     pub experiment: ExperimentSettings,
 }

@@ -267,13 +267,14 @@ fn cell(desk: &Desk, kind: &Kind, own: &Own, runs: Vec<&MethodResults>) -> Resul
             found.push(Curve { label: String::new(), style, points });
         }
     }
+    let quantity = kind.needs.id();
+    let mut reasons: Vec<String> = Vec::new();
+    for run in &runs {
+        let missing = run.missing.iter().find(|m| m.quantity == quantity).map(|m| m.reason.clone());
+        reasons.extend(run.refusal.clone().or(missing).filter(|why| !reasons.contains(why)));
+    }
     if found.is_empty() {
-        let quantity = kind.needs.id();
-        let reason = |run: &&MethodResults| {
-            let missing = run.missing.iter().find(|m| m.quantity == quantity).map(|m| m.reason.clone());
-            run.refusal.clone().or(missing)
-        };
-        let why = runs.iter().find_map(reason).unwrap_or_else(|| "its maps are not kept at this load".into());
+        let why = if reasons.is_empty() { "its maps are not kept at this load".into() } else { reasons.join("; ") };
         return Ok(panel(&title, html! { p.empty { (why) } }, html! {}));
     }
     let mut curves = Vec::new();
@@ -288,7 +289,11 @@ fn cell(desk: &Desk, kind: &Kind, own: &Own, runs: Vec<&MethodResults>) -> Resul
     curves.extend(found);
     let plot = Plot { width: PANEL, proportion: 0.75, ..Plot::new(kind.axes, kind.labels, curves) };
     let drawn = desk.curves(&format!("methods-{}-{}", kind.name, first.method), &plot)?;
-    Ok(panel(&title, drawn.unwrap_or_else(|| html! { p.empty { "nothing that these axes could show" } }), html! {}))
+    Ok(panel(
+        &title,
+        drawn.unwrap_or_else(|| html! { p.empty { "nothing that these axes could show" } }),
+        html! { (reasons.join("; ")) },
+    ))
 }
 
 /// What of an axis is shown: around what the scene's own method found, if it found anything.

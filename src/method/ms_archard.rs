@@ -1,0 +1,193 @@
+//! Asperities on asperities: bands of wavelengths, each a two-dimensional sinusoid pressed by what the longer ones leave it to
+//! bear (Jackson & Streator, Wear 261 (2006) 1337, after Archard, Proc. R. Soc. A 243 (1957) 190).
+//!
+//! A band of rms height σ and rms gradient g is a wave of amplitude 2σ that is flat at the pressure E* g. It touches a share
+//! of the area in contact at longer waves, which is then pressed harder by as much. Adhesion adds to the pressure on a band
+//! what the law pulls at the band's mean gap; the state is the one that is reached from first touch.
+
+use super::accepts;
+use super::sinusoid;
+use super::{
+    Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Plan, Problem, Quantity, Started, Stop,
+    Support, Watch,
+};
+use crate::interface::{Adhesion, Law};
+use crate::surface::Power;
+use crate::{Error, Result};
+use serde::{Deserialize, Serialize};
+use std::time::Instant;
+
+pub struct MsArchard;
+
+static CARD: Card = Card {
+    id: "ms-archard",
+    paper_name: "MS-Archard",
+    family: "stacked waves",
+    kind: Kind::Estimate,
+    needs: Needs::Spectrum,
+    criterion: Criterion::Statistical,
+    calibrated_on: Some("contact at p* = 0.01 with adhesion, and where it jumps to full (band ratio 5)"),
+    summary: "a sinusoid for each band of wavelengths, the shorter on what the longer leave in contact",
+    supports,
+    dois: &["10.1007/s11249-017-0900-2"],
+};
+
+fn supports(quantity: Quantity) -> Support {
+    match quantity {
+        Quantity::ContactArea | Quantity::MeanGap => Support::Only("with bands as wide as ms-archard.ratio says"),
+        Quantity::GapField | Quantity::StressField | Quantity::ContactMap => Support::No("knows no places"),
+        Quantity::PatchPdf => Support::No("knows no patches"),
+        Quantity::GapPdf | Quantity::StressPdf => Support::No("tells of means only"),
+        Quantity::Stiffness => Support::Only("as differences between loads"),
+    }
+}
+
+/// What `ms-archard` may be told.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct MsArchardSettings {
+    /// Longest wave of a band over its shortest, above 1. With 5 the challenge's surface, adhesive, jumps into full contact
+    /// from a third in contact, as the paper has it; in octaves it does from a tenth.
+    pub ratio: f64,
+}
+
+impl Default for MsArchardSettings {
+    fn default() -> Self {
+        MsArchardSettings { ratio: 5.0 }
+    }
+}
+
+/// Ratio of the bands' ends at most: a million wavelengths fit one band.
+const WIDEST: f64 = 1e6;
+
+impl ContactMethod for MsArchard {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn plan(&self, problem: &Problem) -> Plan {
+        let shells = problem.power.map_or(0, |p| p.shells.len());
+        Plan { bytes: (shells * size_of::<Band>()) as u64, iterations: shells, pairs_per_iteration: 0.0 }
+    }
+
+    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
+        let power = accepts::isotropic_power(problem, CARD.id)?;
+        let refuse = |key: &str, found: String, accepted: &str| {
+            Err(Error::input(format!("method {}", CARD.id), key, found, accepted))
+        };
+        let ratio = problem.settings.ms_archard.ratio;
+        if !(ratio > 1.0 && ratio <= WIDEST) {
+            return refuse("settings.ms_archard.ratio", ratio.to_string(), "above 1 and at most 1e6");
+        }
+        if let Adhesion::PowerLaw93(_) = problem.adhesion {
+            return refuse(
+                "adhesion",
+                problem.adhesion.to_string(),
+                "a law that pulls hardest at no gap: exponential, Dugdale or none",
+            );
+        }
+        Ok(Started::Estimator(Box::new(Stack { bands: bands(power, ratio), adhesion: problem.adhesion, watch })))
+    }
+}
+
+/// A band as a wave.
+#[derive(Debug, Clone, Copy)]
+struct Band {
+    amplitude: f64,
+    /// Its rms gradient, and over E* the pressure that flattens it.
+    gradient: f64,
+}
+
+/// The shells in bands of wave numbers, from the longest wave there is.
+fn bands(power: &Power, ratio: f64) -> Vec<Band> {
+    /// The longest waves of a cell may differ in the last bits of their shell's mean.
+    const ROUNDING: f64 = 1.0 - 1e-9;
+    let mut sums: Vec<(f64, f64)> = Vec::new();
+    let mut end = 0.0;
+    for shell in &power.shells {
+        if sums.is_empty() {
+            end = shell.q * ROUNDING * ratio;
+        }
+        let mut starts = sums.is_empty();
+        while shell.q >= end {
+            end *= ratio;
+            starts = true;
+        }
+        if starts {
+            sums.push((0.0, 0.0));
+        }
+        let sum = sums.last_mut().expect("a band has begun");
+        sum.0 += shell.height;
+        sum.1 += shell.gradient;
+    }
+    sums.iter().map(|(h, g)| Band { amplitude: 2.0 * h.sqrt(), gradient: g.sqrt() }).collect()
+}
+
+struct Stack<'p> {
+    bands: Vec<Band>,
+    adhesion: Adhesion,
+    watch: &'p dyn Watch,
+}
+
+/// Pressures over that of full contact that are tried for the first balance, in steps of their cube roots, and halvings from
+/// there to the last bit.
+const TRIED: usize = 400;
+const HALVINGS: usize = 60;
+
+impl Band {
+    /// What pulls at a pressure over the band's own of full contact.
+    fn pull(&self, x: f64, adhesion: &Adhesion) -> f64 {
+        adhesion.traction(self.amplitude * sinusoid::mean_gap(x))
+    }
+
+    /// Pressure on the wave, over that of full contact, under a pressure from outside; with adhesion the smallest that
+    /// balances both, which is where contact that grows comes to rest. Also how many were tried.
+    fn pressed(&self, pressure: f64, adhesion: &Adhesion) -> (f64, usize) {
+        if *adhesion == Adhesion::None {
+            return ((pressure / self.gradient).min(1.0), 1);
+        }
+        let balanced = |x: f64| x * self.gradient >= pressure + self.pull(x, adhesion);
+        let root = |k: usize| (k as f64 / TRIED as f64).powi(3);
+        let Some(k) = (1..=TRIED).find(|&k| balanced(root(k))) else { return (1.0, TRIED) };
+        let (mut low, mut high) = (root(k - 1), root(k));
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if balanced(middle) { high = middle } else { low = middle }
+        }
+        (high, k + HALVINGS)
+    }
+}
+
+impl Estimator for Stack<'_> {
+    fn estimate(&mut self, load: Load) -> Result<Estimate<'_>> {
+        let clock = Instant::now();
+        let pressure = accepts::pressure(load, false, CARD.id)?;
+        let (mut share, mut gap, mut iterations) = (1.0, 0.0, 0);
+        let (mut on_band, mut pulled) = (pressure, 0.0);
+        let mut stop = Stop::Converged;
+        for band in &self.bands {
+            if self.watch.stopping() {
+                stop = Stop::Interrupted;
+                break;
+            }
+            let (x, tried) = band.pressed(on_band, &self.adhesion);
+            iterations += tried;
+            // The gap inside what touched at longer waves, which is all that this band is on.
+            gap += share * band.amplitude * sinusoid::mean_gap(x);
+            let pull = band.pull(x, &self.adhesion);
+            pulled += share * pull;
+            let touching = sinusoid::share(x);
+            share *= touching;
+            on_band = (on_band + pull) / touching;
+        }
+        Ok(Estimate {
+            contact_fraction: share,
+            mean_gap: Some(gap),
+            load_error: ((on_band * share - pulled) / pressure - 1.0).abs(),
+            stop,
+            iterations,
+            seconds: clock.elapsed().as_secs_f64(),
+            ..Estimate::at(pressure)
+        })
+    }
+}

@@ -1,0 +1,203 @@
+//! Long waves solved, short ones a layer on top: the surface is passed through a low-pass filter and solved without
+//! adhesion on a grid that is just fine enough for it, and what that leaves in contact is pressed against one sinusoid that
+//! has the density of summits and the rms curvature of the whole surface (after Rostami & Streator, as in Müser et al. 2017).
+//!
+//! The paper's version solves a one-dimensional equivalent of the long waves; here they are solved as they are.
+
+use super::accepts;
+use super::sinusoid;
+use super::{
+    Card, ContactMethod, Criterion, Estimate, Estimator, Heights, Kind, Load, Needs, Plan, Problem, Quantity, Started,
+    Support, Watch,
+};
+use crate::grid::{Grid, Series, Transform};
+use crate::interface::Adhesion;
+use crate::observe::contact_area;
+use crate::surface::Power;
+use crate::{Error, Result};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
+use std::time::Instant;
+
+pub struct RlArchard;
+
+static CARD: Card = Card {
+    id: "rl-archard",
+    paper_name: "RL-Archard",
+    family: "stacked waves",
+    kind: Kind::Estimate,
+    needs: Needs::Heights,
+    criterion: Criterion::Statistical,
+    calibrated_on: None,
+    summary: "the long waves solved, the short ones one sinusoid on what these leave in contact",
+    supports,
+    dois: &["10.1007/s11249-017-0900-2"],
+};
+
+fn supports(quantity: Quantity) -> Support {
+    match quantity {
+        Quantity::ContactArea => Support::NoAdhesion,
+        Quantity::MeanGap => Support::Only("that of the long waves, without adhesion"),
+        Quantity::Stiffness => Support::Only("as differences between loads"),
+        Quantity::GapField | Quantity::StressField | Quantity::GapPdf => Support::No("without its short waves"),
+        Quantity::ContactMap | Quantity::PatchPdf => Support::No("the layer's contact has no places"),
+        Quantity::StressPdf => Support::No("tells of means only"),
+    }
+}
+
+/// What `rl-archard` may be told.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct RlArchardSettings {
+    /// Shortest wave that is solved for, as the number of waves along the cell's x. 32 by default, or what the grid holds.
+    pub cut_off_modes: Option<usize>,
+}
+
+/// Where the layer begins by default.
+const CUT_OFF: usize = 32;
+
+/// Points of the coarse grid along the shortest wave, of which mean gaps ask no more. Areas are counted as they are: a grid
+/// overcounts them by some per cent, and the layer's share evens most of it out.
+const POINTS_PER_WAVE: usize = 4;
+
+/// Waves along x that a grid holds below its Nyquist modes, along both axes.
+fn held(grid: Grid) -> usize {
+    let along_y = (grid.ny as f64 - 1.0) / 2.0 * grid.lx / grid.ly;
+    (grid.nx.saturating_sub(1) / 2).min(along_y as usize)
+}
+
+fn coarse(grid: Grid, modes: usize) -> Grid {
+    let nx = POINTS_PER_WAVE * modes;
+    Grid { nx, ny: ((nx as f64 * grid.ly / grid.lx).ceil() as usize).max(1), ..grid }
+}
+
+impl ContactMethod for RlArchard {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn plan(&self, problem: &Problem) -> Plan {
+        let modes = problem.settings.rl_archard.cut_off_modes.unwrap_or(CUT_OFF.min(held(problem.grid))).max(1);
+        let grid = coarse(problem.grid, modes);
+        let field = |grid: Grid| 8 * grid.points() as u64;
+        let solver = super::fast::Fast.plan(&Problem { grid, ..problem.clone() });
+        // The series through the nodes with the spectrum it is made from, and once more as it is cut.
+        let series = match problem.heights {
+            Heights::Nodes(_) => 3 * Transform::<f64>::spectrum_bytes(problem.grid),
+            Heights::Series(series) => series.bytes(),
+        };
+        Plan { bytes: series.max(solver.bytes) + field(grid), ..solver }
+    }
+
+    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
+        accepts::half_space(problem, CARD.id)?;
+        accepts::hard_wall(problem, CARD.id)?;
+        let refuse = |key: &str, found: String, accepted: String| {
+            Err(Error::input(format!("method {}", CARD.id), key, found, accepted))
+        };
+        if problem.adhesion != Adhesion::None {
+            return refuse("adhesion", problem.adhesion.to_string(), "none: its waves do not attract".into());
+        }
+        let grid = problem.grid;
+        let most = held(grid);
+        let modes = problem.settings.rl_archard.cut_off_modes.unwrap_or(CUT_OFF.min(most));
+        if modes == 0 || modes > most {
+            let accepted = format!("1 to {most}, which the grid of {} x {} points holds", grid.nx, grid.ny);
+            return refuse("settings.rl_archard.cut_off_modes", modes.to_string(), accepted);
+        }
+        let own;
+        let series = match problem.heights {
+            Heights::Nodes(nodes) => {
+                own = Series::<f64>::through(grid, nodes);
+                &own
+            }
+            Heights::Series(series) => series,
+        };
+        let power = Power::of_series(series, grid);
+        let gradient = power.rms_gradient();
+        if gradient.is_nan() || gradient <= 0.0 {
+            return refuse("heights", "no waves".into(), "a rough surface".into());
+        }
+        // Rounding keeps the waves of exactly the cut-off's length.
+        let aspect = grid.lx / grid.ly;
+        let long = series.kept(|kx, ky| (kx as f64).hypot(ky as f64 * aspect) <= modes as f64 + 1e-9);
+        let coarse = coarse(grid, modes);
+        let transform = Transform::<f64>::new(coarse);
+        let heights = long.on_nodes(&transform, &mut transform.spectrum());
+        Ok(Started::Estimator(Box::new(Layered { heights, grid: coarse, layer: Layer::of(&power), problem, watch })))
+    }
+}
+
+/// One sinusoid D cos cos with the surface's density of summits and its rms curvature.
+#[derive(Debug, Clone, Copy)]
+struct Layer {
+    /// Pressure that flattens it, units of E*.
+    flat: f64,
+}
+
+impl Layer {
+    fn of(power: &Power) -> Self {
+        let (_, m2, m4) = power.moments();
+        // Nayak's summits per area; the sinusoid has two in a wavelength squared.
+        let summits = m4 / (6.0 * 3f64.sqrt() * PI * m2);
+        let k2 = 2.0 * PI * PI * summits;
+        // Its mean square of h_xx is D² k⁴/4, its rms gradient D k/√2.
+        let amplitude = 2.0 * m4.sqrt() / k2;
+        Layer { flat: amplitude * (0.5 * k2).sqrt() }
+    }
+}
+
+struct Layered<'p> {
+    /// The long waves, on the coarse grid.
+    heights: Vec<f64>,
+    grid: Grid,
+    layer: Layer,
+    problem: &'p Problem<'p>,
+    watch: &'p dyn Watch,
+}
+
+impl Estimator for Layered<'_> {
+    fn estimate(&mut self, load: Load) -> Result<Estimate<'_>> {
+        let clock = Instant::now();
+        let pressure = accepts::pressure(load, false, CARD.id)?;
+        let problem = Problem { grid: self.grid, heights: Heights::Nodes(&self.heights), ..self.problem.clone() };
+        let mut run = super::fast::Fast.start(&problem, self.watch)?.solver()?;
+        let state = run.equilibrate(Load::Pressure(pressure))?;
+        let long = contact_area(self.grid, state.gap, 0.0).fraction;
+        // Nothing touches where a solve was stopped early.
+        let layer = if long > 0.0 { sinusoid::share(pressure / long / self.layer.flat) } else { 0.0 };
+        let points = self.grid.points() as f64 / self.problem.grid.points() as f64;
+        Ok(Estimate {
+            contact_fraction: long * layer,
+            mean_gap: Some(state.mean_gap),
+            load_error: state.load_error,
+            stop: state.stop,
+            iterations: state.iterations,
+            fft_pairs: state.fft_pairs * points,
+            seconds: clock.elapsed().as_secs_f64(),
+            ..Estimate::at(pressure)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface::Spectrum;
+
+    /// The challenge's layer: 16.94 summits in a square micrometre and 60 nm of curvature radius are flat at 1.286 E*.
+    #[test]
+    fn the_challenges_layer() {
+        let layer = Layer::of(&Power::expected(&Spectrum::CHALLENGE, 1.0));
+        assert!((layer.flat - 1.286).abs() < 1e-3, "{}", layer.flat);
+    }
+
+    #[test]
+    fn grids_hold_what_they_hold() {
+        assert_eq!(held(Grid::unit(64, 64)), 31);
+        assert_eq!(held(Grid::unit(65, 65)), 32);
+        assert_eq!(held(Grid::unit(64, 32)), 31);
+        assert_eq!(held(Grid { nx: 64, ny: 32, lx: 1.0, ly: 1.0 }), 15);
+        assert_eq!(held(Grid::unit(1, 1)), 0);
+    }
+}
