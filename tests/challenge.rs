@@ -71,7 +71,7 @@ fn a_grid_that_carries_the_adhesion_is_judged() {
         assert!(text.starts_with("<svg") && text.contains("</svg>"));
     }
     let page = std::fs::read_to_string(folder.join("report.html")).unwrap();
-    assert!(page.contains("The challenge’s statements") && page.contains("Figure 12 of the challenge"));
+    assert!(page.contains("The challenge’s statements") && page.contains("The paper’s figure 12"));
 }
 
 #[test]

@@ -89,6 +89,10 @@ pub(super) fn summits(
     if found.is_empty() {
         return refuse(id, "surface", "without a summit", "one that is not flat");
     }
+    if let Some(flat) = found.iter().find(|s| !s.radius.is_finite()) {
+        let place = format!("a summit without a radius at x = {:.4}, y = {:.4} L: a plateau", flat.x, flat.y);
+        return refuse(id, "surface", place, "rounded summits");
+    }
     found.sort_by(|a, b| a.height.total_cmp(&b.height));
     Ok(found)
 }

@@ -17,7 +17,7 @@ use super::{
     Watch, accepts, fast,
 };
 use crate::grid::{Grid, Transform};
-use crate::interface::{Base, Elastic, Layer};
+use crate::interface::{Adhesion, Base, Elastic, Layer, RangeChoice};
 use crate::{Error, Result};
 use rustfft::num_complex::Complex;
 use serde::{Deserialize, Serialize};
@@ -186,9 +186,12 @@ impl Estimator for Laboratory<'_> {
         let clock = Instant::now();
         let settings = self.problem.settings.experiment;
         let grid = self.problem.grid;
-        let adhesive = self.problem.adhesion != crate::interface::Adhesion::None;
+        let adhesive = self.problem.adhesion != Adhesion::None;
         let pressure = accepts::pressure(load, adhesive, CARD.id)?;
-        let inner = Problem { heights: (&self.printed).into(), kernel: settings.layer(), ..self.problem.clone() };
+        // A range that the grid does not carry would pin contact lines to it, here as in the solver alone.
+        let adhesion = RangeChoice::Mesh.law(self.problem.adhesion, grid.dx().max(grid.dy()));
+        let (heights, kernel) = ((&self.printed).into(), settings.layer());
+        let inner = Problem { heights, kernel, adhesion, ..self.problem.clone() };
         let mut run = fast::Fast.start(&inner, self.watch)?.solver()?;
         if adhesive && !self.last.is_empty() {
             run.set_gap(&self.last);

@@ -77,7 +77,7 @@ impl ContactMethod for MsArchard {
         };
         let ratio = problem.settings.ms_archard.ratio;
         if !(ratio > 1.0 && ratio <= WIDEST) {
-            return refuse("settings.ms_archard.ratio", ratio.to_string(), "above 1 and at most 1e6");
+            return refuse("ms-archard.ratio", ratio.to_string(), "above 1 and at most 1e6");
         }
         if let Adhesion::PowerLaw93(_) = problem.adhesion {
             return refuse(

@@ -155,10 +155,22 @@ impl<'a> Problem<'a> {
     }
 
     /// Power by wave number of its heights, of the waves that the grid holds.
-    pub fn power_of_heights(&self) -> Power {
+    ///
+    /// # Errors
+    /// `Memory` where the series through nodes would not fit.
+    pub fn power_of_heights(&self) -> Result<Power> {
         match self.heights {
-            Heights::Nodes(nodes) => Power::of_nodes(self.grid, nodes),
-            Heights::Series(series) => Power::of_series(series, self.grid),
+            Heights::Series(series) => Ok(Power::of_series(series, self.grid)),
+            Heights::Nodes(nodes) => {
+                // A spectrum and the series that is read from it.
+                let (need, have) =
+                    (2 * Transform::<f64>::spectrum_bytes(self.grid), crate::sys::available_memory_bytes());
+                if need > have {
+                    let advice = "a coarser grid needs less".into();
+                    return Err(Error::Memory { what: "the spectrum of the heights".into(), need, have, advice });
+                }
+                Ok(Power::of_nodes(self.grid, nodes))
+            }
         }
     }
 

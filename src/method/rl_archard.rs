@@ -77,7 +77,7 @@ impl ContactMethod for RlArchard {
     }
 
     fn plan(&self, problem: &Problem) -> Plan {
-        let modes = problem.settings.rl_archard.cut_off_modes.unwrap_or(CUT_OFF.min(held(problem.grid))).max(1);
+        let modes = problem.settings.rl_archard.cut_off_modes.unwrap_or(CUT_OFF).min(held(problem.grid)).max(1);
         let grid = coarse(problem.grid, modes);
         let field = |grid: Grid| 8 * grid.points() as u64;
         let solver = super::fast::Fast.plan(&Problem { grid, ..problem.clone() });
@@ -103,7 +103,7 @@ impl ContactMethod for RlArchard {
         let modes = problem.settings.rl_archard.cut_off_modes.unwrap_or(CUT_OFF.min(most));
         if modes == 0 || modes > most {
             let accepted = format!("1 to {most}, which the grid of {} x {} points holds", grid.nx, grid.ny);
-            return refuse("settings.rl_archard.cut_off_modes", modes.to_string(), accepted);
+            return refuse("rl-archard.cut_off_modes", modes.to_string(), accepted);
         }
         let own;
         let series = match problem.heights {

@@ -5,7 +5,9 @@ use super::observed::{SIZES_PER_DECADE, gap_edges, stress_edges};
 use super::{Key, Listener, Progress};
 use crate::grid::{Field, Grid};
 use crate::interface::Adhesion;
-use crate::method::{Card, ContactMethod, Estimate, Heights, Kind, Needs, Problem, Quantity, Stop, all_atom};
+use crate::method::{
+    Card, ContactMethod, Criterion, Estimate, Heights, Kind, Needs, Problem, Quantity, Stop, all_atom,
+};
 use crate::observe::{
     Connectivity, Spots, contact_area, gap_distribution, patch_sizes, stiffness, stress_distribution,
 };
@@ -38,9 +40,9 @@ impl Beside {
 /// asked for or all that it knows.
 pub(super) fn all(case: &Case) -> Vec<Beside> {
     let attracts = case.adhesion != Adhesion::None;
-    let without = !attracts || case.solves_without();
+    let without = !attracts || case.wants_without();
     let of = |method: &'static dyn ContactMethod| {
-        let knows = attracts && method.card().knows_adhesion();
+        let knows = attracts && method.card().knows_adhesion() && method.card().id != all_atom::ID;
         let with = knows.then_some(Beside { method, adhesive: true });
         with.into_iter().chain((without || !knows).then_some(Beside { method, adhesive: false }))
     };
@@ -104,7 +106,11 @@ fn nothing(card: &'static Card, adhesive: bool) -> MethodResults {
     MethodResults {
         method: card.id.into(),
         paper_name: card.paper_name.into(),
-        criterion: card.criterion.to_string(),
+        criterion: match (card.kind, card.criterion) {
+            // Maps of solvers are counted alike; what presses is told beside them.
+            (Kind::Solver, Criterion::CompressiveStress) => "zero gap, beside compressive stress".into(),
+            (_, criterion) => criterion.to_string(),
+        },
         calibrated_on: card.calibrated_on.map(Into::into),
         adhesive,
         refusal: None,
@@ -134,9 +140,13 @@ pub(super) fn run(
 ) -> Result<MethodResults> {
     let (method, adhesive) = (beside.method, beside.adhesive);
     let card = method.card();
+    if card.id == all_atom::ID {
+        // Those of a scene with atoms stand with the methods after they have run.
+        return Ok(MethodResults { refusal: Some("runs in scenes with [atoms]".into()), ..nothing(card, adhesive) });
+    }
     let adhesion = if adhesive { case.adhesion } else { Adhesion::None };
     let asked = Problem { adhesion, ..case.problem(heights) };
-    let power = (card.needs == Needs::Spectrum).then(|| asked.power_of_heights());
+    let power = (card.needs == Needs::Spectrum).then(|| asked.power_of_heights()).transpose()?;
     let problem = match &power {
         // What it does not need it is not given.
         Some(power) => Problem { power: Some(power), heights: (&[][..]).into(), ..asked },
@@ -252,7 +262,10 @@ pub fn state_of(problem: &Problem, p_star: f64, e: &Estimate) -> MethodState {
         let edges = stress_edges(stress.iter().copied().fold(0.0, f64::min), largest(stress));
         Some(stress_distribution(touching?, Field::F64(stress), (0.0, adhesive), edges))
     });
-    let corrected = touching.filter(|_| e.contact.is_some()).map(|open| contact_area(grid, open, 0.0).corrected);
+    // What overlaps is counted without a bias; a map that a solver made has its rim.
+    let corrected = touching
+        .filter(|_| e.contact.is_some() && e.fft_pairs > 0.0)
+        .map(|open| contact_area(grid, open, 0.0).corrected);
     MethodState {
         p_star,
         pressure: e.pressure,

@@ -116,7 +116,10 @@ pub fn plan(case: &Case, threads: usize) -> Result<RunPlan> {
         let pairs = p.iterations as f64 * p.pairs_per_iteration * there as f64;
         stages.push(PlannedStage {
             name: "method",
-            what: format!("{}, {there} loads", beside.words()),
+            what: match beside.method.card().kind {
+                method::Kind::Solver => format!("{}, {there} loads", beside.words()),
+                method::Kind::Estimate => format!("{}, {there} loads (its time is not foreseen)", beside.words()),
+            },
             bytes: p.bytes + heights_bytes,
             seconds: pairs * points * SECONDS_PER_POINT_PAIR / threads as f64,
         });

@@ -69,14 +69,16 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
     };
     let solve = |folder: &mut RunFolder, name: &str, tag: &str, method: &str, variant: Variant| {
         let key = match variant {
-            Variant::Asked => Key::new(name, &(&scene.load, &alone, &own, &start, unit), &[&surface_key]),
-            Variant::Without => Key::new(name, &(&there, &own, unit), &[&surface_key]),
+            Variant::Asked => {
+                Key::new(name, &(&scene.load, &alone, &own, &scene.methods, &start, unit), &[&surface_key])
+            }
+            Variant::Without => Key::new(name, &(&there, &own, &scene.methods, unit), &[&surface_key]),
             Variant::Range(nm) => {
                 let of_range = alone.clone().map(|a| AdhesionScene { range_nm: nm, ..a });
-                Key::new(name, &(&there, of_range, &own, unit), &[&surface_key])
+                Key::new(name, &(&there, of_range, &own, &scene.methods, unit), &[&surface_key])
             }
             Variant::Beside(..) => unreachable!("methods beside have stages of their own"),
-            Variant::Second => Key::new(name, &(&scene.challenge, &own, unit), &[&surface_key]),
+            Variant::Second => Key::new(name, &(&scene.challenge, &own, &scene.methods, unit), &[&surface_key]),
         }?;
         let what = match tag {
             "" => format!("{method} on {nx} x {ny} points"),
@@ -215,7 +217,7 @@ fn atomistic_stages(
     let pair = case.scene.adhesion.as_ref().map(|a| (a.work_of_adhesion_mj_m2, a.range_nm, a.law));
     let matched_key = Key::new(
         "matched",
-        &(&case.scene.load, pair, &continuum.method, continuum.max_iterations, block, crystal),
+        &(&case.scene.load, pair, &continuum.method, &case.scene.methods, continuum.max_iterations, block, crystal),
         &[surface_key],
     )?;
     let what = format!("{} on the atoms' heights, {1} x {1} points", case.method().id, a.matched.nx);

@@ -221,8 +221,15 @@ impl Case {
         if self.scene.load.comes_back() { count.div_ceil(2) } else { count }
     }
 
-    /// Whether the loads are solved without the scene's adhesion, too.
+    /// Whether the loads are solved without the scene's adhesion, too: where that is asked for, and where a method beside knows
+    /// no adhesion and is to be held against something.
     pub fn solves_without(&self) -> bool {
+        let attracts = self.scene.adhesion.is_some();
+        self.wants_without() || attracts && self.methods_beside().iter().any(|m| !m.card().knows_adhesion())
+    }
+
+    /// Whether all that solves or estimates does so without the scene's adhesion, too.
+    pub fn wants_without(&self) -> bool {
         self.scene.challenge.is_some() || self.scene.adhesion.as_ref().is_some_and(|a| a.without_too)
     }
 

@@ -4,8 +4,8 @@ use super::Solve;
 use crate::cli::{listen::Teller, words};
 use crate::error::Complaint;
 use crate::grid::Field;
-use crate::interface::Adhesion;
-use crate::method::{ContactMethod, Estimate, Load, Needs, Problem, Quantity, Stop};
+use crate::interface::{Adhesion, RangeChoice};
+use crate::method::{ContactMethod, Estimate, Load, Needs, Precision, Problem, Quantity, Stop};
 use crate::pipeline::{Progress, state_of};
 use crate::record::{json, npy};
 use crate::report::number::{duration, memory, percent, significant};
@@ -22,6 +22,8 @@ pub(super) fn complaints(solve: &Solve) -> Vec<Complaint> {
         ("--energy-goal", solve.energy_goal.is_some()),
         ("--area-goal", solve.area_goal.is_some()),
         ("--gap-goal", solve.gap_goal.is_some()),
+        ("--precision f32", solve.precision == Precision::F32),
+        ("--range extrapolate", solve.range == RangeChoice::Extrapolate),
     ]
     .into_iter()
     .filter(|(_, given)| *given)
@@ -37,7 +39,7 @@ pub(super) fn run(
     teller: &Teller,
 ) -> Result<()> {
     let card = method.card();
-    let power = (card.needs == Needs::Spectrum).then(|| asked.power_of_heights());
+    let power = (card.needs == Needs::Spectrum).then(|| asked.power_of_heights()).transpose()?;
     let given = match &power {
         // What it does not need it is not given.
         Some(power) => Problem { power: Some(power), heights: (&[][..]).into(), ..asked.clone() },
@@ -130,6 +132,8 @@ fn line(solve: &Solve, problem: &Problem, found: &Estimate) -> Value {
         "ny": grid.ny,
         "kernel": problem.kernel.to_string(),
         "adhesion": problem.adhesion.to_string(),
+        "gamma": problem.adhesion.work_and_range().0 * modulus * length,
+        "range": problem.adhesion.work_and_range().1 * length,
         "pressure": found.pressure * modulus,
         "contact_fraction": state.contact_fraction,
         "contact_fraction_corrected": state.contact_fraction_corrected,
@@ -165,6 +169,10 @@ fn table(line: &Value) -> String {
     ];
     if let Some(corrected) = line["contact_fraction_corrected"].as_f64() {
         rows.push(("contact, perimeter-corrected", percent(corrected)));
+    }
+    if line["gamma"].as_f64().is_some_and(|g| g > 0.0) {
+        rows.push(("work of adhesion", or_reason("gamma", "", &|g| significant(g, 4))));
+        rows.push(("range of adhesion", or_reason("range", "", &|r| significant(r, 4))));
     }
     rows.extend([
         ("mean gap", or_reason("mean_gap", "mean_gap", &plain)),

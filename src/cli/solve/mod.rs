@@ -357,8 +357,13 @@ impl Solve {
 
     /// What methods are told beside the problem.
     fn settings(&self) -> Result<Settings> {
-        // Dotted keys of TOML are just what is given.
-        toml::from_str(&self.set.join("\n")).map_err(|e| {
+        // Dotted keys of TOML are just what is given, but for the quotes of words.
+        let quoted = |given: &String| match given.split_once('=') {
+            Some((key, value)) if given.parse::<toml::Table>().is_err() => format!("{key} = {:?}", value.trim()),
+            _ => given.clone(),
+        };
+        let lines: Vec<String> = self.set.iter().map(quoted).collect();
+        toml::from_str(&lines.join("\n")).map_err(|e| {
             let found = format!("{} ({})", self.set.join(" "), e.message());
             Error::input(
                 "command line",

@@ -33,9 +33,7 @@ static CARD: Card = Card {
     kind: Kind::Estimate,
     needs: Needs::Spectrum,
     criterion: Criterion::Statistical,
-    calibrated_on: Some(
-        "the factor γ = 0.45 of the elastic energy, on solved mean gaps (settings.persson.energy_factor)",
-    ),
+    calibrated_on: Some("the factor γ = 0.45 of the elastic energy, on solved mean gaps (persson.energy_factor)"),
     summary: "stress in contact spread wave by wave; from the power alone",
     supports,
     dois: &["10.1063/1.1388626", "10.1103/PhysRevLett.99.125502", "10.1007/s11249-017-0900-2"],
@@ -108,7 +106,7 @@ impl ContactMethod for Persson {
         let PerssonSettings { form, energy_factor } = problem.settings.persson;
         if !(energy_factor > 0.0 && energy_factor <= 1.0) {
             let place = format!("method {}", CARD.id);
-            let key = "settings.persson.energy_factor";
+            let key = "persson.energy_factor";
             return Err(Error::input(place, key, energy_factor, "above 0 and at most 1"));
         }
         let bands = bands(power);

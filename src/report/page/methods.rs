@@ -25,6 +25,8 @@ const WITHOUT: Style = plot::HARD;
 const ROW: usize = 3;
 /// Position of the sections, over L.
 const SECTION: f64 = 0.5;
+/// Stresses over the mean pressure below which a line has none.
+const NOISE: f64 = 1e-3;
 /// How far a panel shows what lies beyond the scene's own curve: so many decades, or times its extent.
 const BEYOND_DECADES: f64 = 1.0;
 const BEYOND: f64 = 0.5;
@@ -180,7 +182,7 @@ pub fn section(desk: &Desk, results: &Results) -> Result<Markup> {
         @if let Some(p) = p_star { p { "At p* = " (trimmed(p, 4)) ". Deviations are from " (own_name(results))
             " Areas count as each method’s own criterion has it; where contact is a map of nodes they are perimeter-corrected." } }
         (table(desk, results, &own))
-        p.quiet { "Blue disks: with the scene’s adhesion; orange squares: without. A panel without curves says why." }
+        p.quiet { "Blue, solid: with the scene’s adhesion; orange, dashed: without. What a method does not tell, its panel says why." }
         @for f in &figures { (f) }
     })
 }
@@ -199,10 +201,32 @@ fn table(desk: &Desk, results: &Results, own: &Own) -> Markup {
     let off = |found: f64, reference: Option<f64>| match reference.filter(|r| *r != 0.0) {
         None => String::new(),
         Some(r) if (found / r - 1.0).abs() < 0.005 => " (0 %)".into(),
-        Some(r) => format!(" ({:+.0} %)", 100.0 * (found / r - 1.0)),
+        Some(r) => format!(" ({:+.0} %)", 100.0 * (found / r - 1.0)).replace('-', "−"),
+    };
+    let grid = |adhesive: bool| {
+        let solved = results.continuum.iter().chain(&results.without).find(|c| c.range.is_some() == adhesive)?;
+        let change =
+            solved.states.iter().find(|s| Some(s.p_star) == at_reference(own.like(adhesive)).map(|s| s.p_star));
+        change?.discretisation?.area
+    };
+    let own_row = |adhesive: bool| {
+        let s = at_reference(own.like(adhesive))?;
+        let error = grid(adhesive).map_or(String::new(), |e| format!(" ± {} by the grid", percent(e * s.area())));
+        Some(vec![
+            html! { strong { (results.continuum.as_ref().map_or("", |c| &c.method)) } },
+            text(if adhesive { "with" } else { "without" }),
+            text("zero gap"),
+            html! { (percent(s.area())) span.quiet { (error) } },
+            text(s.mean_gap.map_or("–".into(), |g| format!("{} µm", significant(g * um, 3)))),
+            text(s.stiffness.map_or("–".into(), |k| significant(k, 3))),
+            text(s.typical_patch.map_or("–".into(), |a| format!("{} µm²", significant(a * um * um, 3)))),
+            text(""),
+        ])
     };
     let row = |m: &MethodResults| {
         let (here, reference) = (at_reference(&m.states), at_reference(own.like(m.adhesive)));
+        // A method that ended early is not held against another load.
+        let reference = reference.filter(|r| here.is_some_and(|h| h.p_star == r.p_star));
         type Of<'a> = &'a dyn Fn(&MethodState) -> Option<f64>;
         let with = |quantity: Quantity, of: Of, show: &dyn Fn(f64) -> String| match here.and_then(of) {
             Some(v) => html! { (show(v)) span.quiet { (off(v, reference.and_then(of))) } },
@@ -216,15 +240,14 @@ fn table(desk: &Desk, results: &Results, own: &Own) -> Markup {
             text(if m.adhesive { "with" } else { "without" }),
             text(&m.criterion),
         ];
-        match &m.refusal {
-            Some(why) if m.states.is_empty() => cells.push(html! { span.quiet { (why) } }),
-            _ => cells.extend([
+        if !m.states.is_empty() {
+            cells.extend([
                 with(Quantity::ContactArea, &|s| Some(s.area()), &percent),
                 with(Quantity::MeanGap, &|s| s.mean_gap, &|g| format!("{} µm", significant(g * um, 3))),
                 with(Quantity::Stiffness, &|s| s.stiffness, &|k| significant(k, 3)),
                 with(Quantity::PatchPdf, &|s| s.typical_patch, &|a| format!("{} µm²", significant(a * um * um, 3))),
                 text(duration(m.cpu_seconds)),
-            ]),
+            ]);
         }
         cells
     };
@@ -249,7 +272,10 @@ fn table(desk: &Desk, results: &Results, own: &Own) -> Markup {
         "CPU, all loads",
     ];
     html! {
-        (desk::table(&head, results.methods.iter().map(row).collect()))
+        (desk::table(&head, [true, false].into_iter().filter_map(own_row).chain(results.methods.iter().map(row)).collect()))
+        @for m in &results.methods {
+            @if let Some(why) = &m.refusal { p.quiet { (m.method) @if !m.adhesive { " without adhesion" } " tells nothing: " (why) "." } }
+        }
         @if !fitted.is_empty() { p.quiet { "* has constants that were fitted. " (fitted.join("; ")) "." } }
     }
 }
@@ -274,7 +300,11 @@ fn cell(desk: &Desk, kind: &Kind, own: &Own, runs: Vec<&MethodResults>) -> Resul
         reasons.extend(run.refusal.clone().or(missing).filter(|why| !reasons.contains(why)));
     }
     if found.is_empty() {
-        let why = if reasons.is_empty() { "its maps are not kept at this load".into() } else { reasons.join("; ") };
+        let why = if reasons.is_empty() {
+            "its maps are not kept at this load, or have nothing on this line".into()
+        } else {
+            reasons.join("; ")
+        };
         return Ok(panel(&title, html! { p.empty { (why) } }, html! {}));
     }
     let mut curves = Vec::new();
@@ -317,7 +347,12 @@ fn points(desk: &Desk, kind: &Kind, states: &[MethodState]) -> Result<Vec<(f64, 
     let Some(here) = at_reference(states) else { return Ok(Vec::new()) };
     Ok(match kind.number {
         4 => column(desk, here.gap_map.as_deref(), um)?,
-        5 => column(desk, here.stress_map.as_deref(), 1.0)?,
+        5 => {
+            let found = column(desk, here.stress_map.as_deref(), 1.0)?;
+            // A line that touches nowhere has what rounding leaves of stresses, and nothing to be drawn.
+            let most = found.iter().map(|p| p.1.abs()).fold(0.0, f64::max);
+            if most < NOISE * here.pressure.abs() { Vec::new() } else { found }
+        }
         6 => here.patch_density.iter().map(|[a, d, _]| (a * um * um, d / (um * um))).collect(),
         7 => here.patch_area.iter().map(|[a, share]| (a * um * um, *share)).collect(),
         8 => here.gap.as_ref().map_or(Vec::new(), |d| d.density_in(um)),
