@@ -11,6 +11,7 @@ mod potential;
 mod run;
 mod solve;
 mod surface;
+mod tradeoff;
 mod words;
 
 use crate::{Error, Result};
@@ -42,6 +43,8 @@ enum Command {
     Solve(Box<solve::Solve>),
     /// Solve the contact-mechanics challenge's problem and hold its paper's statements against what is found.
     Challenge(challenge::Challenge),
+    /// Measure what accuracy costs: methods, grids, precisions and tolerances against one reference, on a scene.
+    Tradeoff(tradeoff::Tradeoff),
     /// Write, measure or check an EAM potential.
     Potential(potential::Potential),
     /// Build, run or read the block of atoms of a scene.
@@ -88,6 +91,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
         Command::Surface(c) => c.execute()?,
         Command::Solve(c) => c.execute()?,
         Command::Challenge(c) => return c.execute(),
+        Command::Tradeoff(c) => return c.execute(),
         Command::Potential(c) => c.execute()?,
         Command::Atoms(c) => c.execute()?,
         Command::Compare(c) => {
