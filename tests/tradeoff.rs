@@ -219,3 +219,49 @@ fn bad_flags_are_refused() {
         assert!(!bench.out("refused").exists(), "{flags:?} left a folder");
     }
 }
+
+/// What a table says is told again as a setting, a cost and a command that runs; what it cannot say is refused.
+#[test]
+fn advice_comes_from_the_table() {
+    let bench = Bench::new(SCENE);
+    let told = bench.table("run", &["--methods", "fast,gfmd", "--grids", "32,64,128"]);
+    let table = bench.out("run").join(FILE);
+    let advise = |scene: &Path, flags: &[&str]| {
+        let mut command = asperity();
+        command.arg("advise").arg(scene).arg("--table").arg(&table).args(["--quantity", "mean_gap"]).args(flags);
+        command.output().expect("started")
+    };
+    let output = advise(&bench.scene, &["--error", "50%", "--json"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let advice = json_line(&output);
+    let (method, grid) = (advice["method"].as_str().expect("a method"), advice["grid"].as_u64().expect("a grid"));
+    let is = |p: &&Point| p.setting.method == method && p.setting.nx as u64 == grid;
+    assert!(told.points.iter().any(|p| is(&p)), "{advice}");
+    assert!(
+        advice["expected_error"].as_f64().is_some_and(|e| e <= 0.5) && advice["extrapolated"] == serde_json::json!([])
+    );
+    // The command runs.
+    let command = advice["command"].as_str().expect("a command");
+    let words: Vec<&str> = command.split(' ').skip(1).collect();
+    let out = bench.out("advised");
+    let output = asperity().args(words).arg("--out").arg(&out).output().expect("started");
+    assert!(output.status.success(), "{command}: {}", stderr(&output));
+    // People are told the same.
+    let output = advise(&bench.scene, &["--budget", "1h"]);
+    assert!(String::from_utf8_lossy(&output.stdout).contains("asperity run"), "{}", stderr(&output));
+    // Waves of a quarter of the length need finer grids than were measured.
+    let fine = bench.out("fine.toml");
+    std::fs::write(&fine, SCENE.replace("4.0", "0.5")).expect("written");
+    let output = advise(&fine, &["--error", "5%"]);
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(stderr(&output).contains("--extrapolate"), "{}", stderr(&output));
+    let output = advise(&fine, &["--error", "5%", "--extrapolate"]);
+    assert!(String::from_utf8_lossy(&output.stdout).contains("beyond what was measured"), "{}", stderr(&output));
+    for (flags, accepted) in
+        [(["--error", "0"], "5%"), (["--error", "1e-9%"], "at least"), (["--budget", "1us"], "10m")]
+    {
+        let output = advise(&bench.scene, &flags);
+        assert_eq!(output.status.code(), Some(2), "{flags:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains(flags[0]) && stderr(&output).contains(accepted), "{}", stderr(&output));
+    }
+}

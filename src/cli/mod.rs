@@ -1,5 +1,6 @@
 //! Commands: plain arguments, resolved once; results on stdout, everything else on stderr.
 
+mod advise;
 mod atoms;
 mod bench;
 mod challenge;
@@ -45,6 +46,8 @@ enum Command {
     Challenge(challenge::Challenge),
     /// Measure what accuracy costs: methods, grids, precisions and tolerances against one reference, on a scene.
     Tradeoff(tradeoff::Tradeoff),
+    /// Say which setting is the cheapest that is accurate enough, or the most accurate within a time, from measured tables.
+    Advise(advise::Advise),
     /// Write, measure or check an EAM potential.
     Potential(potential::Potential),
     /// Build, run or read the block of atoms of a scene.
@@ -92,6 +95,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
         Command::Solve(c) => c.execute()?,
         Command::Challenge(c) => return c.execute(),
         Command::Tradeoff(c) => return c.execute(),
+        Command::Advise(c) => c.execute()?,
         Command::Potential(c) => c.execute()?,
         Command::Atoms(c) => c.execute()?,
         Command::Compare(c) => {

@@ -2,6 +2,7 @@
 //! from the other beside what it cost.
 
 pub mod accuracy;
+pub mod advice;
 pub mod frontier;
 mod matching;
 mod overlap;

@@ -21,7 +21,7 @@ pub use methods::state_of;
 pub use plan::{RunPlan, plan};
 pub use progress::Progress;
 pub use run::{rebuild_comparison, run};
-pub use tradeoff::{AskedOfLadder, tradeoff};
+pub use tradeoff::{AskedOfLadder, shortest_wave, tradeoff};
 
 use crate::record::results::StageCost;
 

@@ -159,6 +159,15 @@ impl Tradeoff {
         Some(point.errors.get(&measure)?.max(least.copied().unwrap_or(0.0)))
     }
 
+    /// Grids of a method in one precision and to one tolerance: those that it ran on most grids in, of equally many the first.
+    pub fn grids(&self, method: &str) -> Vec<&Point> {
+        let told = |p: &&Point| p.setting.method == method && p.refusal.is_none();
+        let how = |p: &Point| (p.setting.precision.clone(), p.setting.tolerance);
+        let alike = |a: &Point| self.points.iter().filter(told).filter(|b| how(b) == how(a)).collect::<Vec<_>>();
+        let all = self.points.iter().filter(told).map(alike);
+        all.reduce(|a, b| if b.len() > a.len() { b } else { a }).unwrap_or_default()
+    }
+
     /// Writes `tradeoff.json` and `tradeoff.csv` into a run folder.
     pub fn write(&self, folder: &Path) -> Result<()> {
         json::write(&folder.join(FILE), self)?;

@@ -240,7 +240,7 @@ fn truth(bench: &mut Bench, case: &Case, adhesive: bool, n: usize, out: &Path) -
 }
 
 /// Shortest wave of a surface, over L; of a map two of its spacings.
-fn shortest_wave(surface: &Surface) -> f64 {
+pub fn shortest_wave(surface: &Surface) -> f64 {
     match surface {
         Surface::Synthesised { spectrum, .. } => spectrum.lambda_s,
         Surface::Fourier { modes, .. } => modes.shortest(),

@@ -1,6 +1,6 @@
 //! How what a method costs grows with its grid, beside the paper's own figures.
 
-use super::{charts, dash, grids, grows, methods};
+use super::{charts, dash, grows, methods};
 use crate::compare::frontier::Growth;
 use crate::error::Result;
 use crate::record::tradeoff::{Point, Tradeoff};
@@ -34,7 +34,7 @@ pub fn section(desk: &Desk, told: &Tradeoff) -> Result<Markup> {
     let mut curves = Vec::new();
     let mut rows = Vec::new();
     for (method, _) in methods(told) {
-        let points = grids(told, method);
+        let points = told.grids(method);
         let style = Style { dash: Dash::Solid, ..charts::style(method) };
         let places = points.iter().map(|p| ((p.setting.nx * p.setting.ny) as f64, p.cost.cpu_seconds)).collect();
         curves.push(Curve { label: method.into(), style, points: places });

@@ -73,20 +73,10 @@ fn methods(told: &Tradeoff) -> Vec<(&str, bool)> {
     list
 }
 
-/// Grids of a method in the precision and to the tolerance that all are compared in: those it has most grids of.
-fn grids<'a>(told: &'a Tradeoff, method: &str) -> Vec<&'a Point> {
-    let of = |p: &&Point| p.setting.method == method && p.refusal.is_none();
-    let how = |p: &'a Point| (&p.setting.precision, p.setting.tolerance);
-    let series = |a: &'a Point| told.points.iter().filter(of).filter(|b| how(b) == how(a)).collect::<Vec<_>>();
-    // Of equally many the first.
-    let all = told.points.iter().filter(of).map(series);
-    all.reduce(|a, b| if b.len() > a.len() { b } else { a }).unwrap_or_default()
-}
-
 /// How the processor time of a method grows with the points of its grids.
 fn grows(told: &Tradeoff, method: &str) -> Option<Growth> {
     let of = |p: &&Point| ((p.setting.nx * p.setting.ny) as f64, p.cost.cpu_seconds);
-    growth(&grids(told, method).iter().map(of).collect::<Vec<_>>())
+    growth(&told.grids(method).iter().map(of).collect::<Vec<_>>())
 }
 
 fn dash() -> Markup {
