@@ -89,7 +89,7 @@ pub enum Error {
     /// This machine lacks a program.
     #[error("{program} was not found; {how}")]
     MissingProgram { program: String, how: String },
-    #[error("interrupted; `run`, `atoms run` and `solve --out` go on from what is finished")]
+    #[error("interrupted; `run`, `tradeoff`, `atoms run` and `solve --out` go on from what is finished")]
     Interrupted,
     /// The file system said no.
     #[error("cannot {doing} {}: {source}", .path.display())]

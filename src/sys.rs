@@ -10,6 +10,16 @@ pub fn reset_peak_rss() {
     let _ = std::fs::write("/proc/self/clear_refs", "5");
 }
 
+/// Gives memory that was freed back to the system, where the allocator keeps it: what is measured next is then not found
+/// there already.
+pub fn return_freed_memory() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    // SAFETY: malloc_trim takes an integer and touches only memory that nobody holds.
+    unsafe {
+        libc::malloc_trim(0);
+    }
+}
+
 /// Largest resident set of any child that has ended, bytes.
 pub fn children_peak_rss_bytes() -> u64 {
     usage(libc::RUSAGE_CHILDREN).ru_maxrss.max(0) as u64 * 1024

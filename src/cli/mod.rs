@@ -1,5 +1,6 @@
 //! Commands: plain arguments, resolved once; results on stdout, everything else on stderr.
 
+mod advise;
 mod atoms;
 mod bench;
 mod challenge;
@@ -11,6 +12,7 @@ mod potential;
 mod run;
 mod solve;
 mod surface;
+mod tradeoff;
 mod words;
 
 use crate::{Error, Result};
@@ -42,6 +44,10 @@ enum Command {
     Solve(Box<solve::Solve>),
     /// Solve the contact-mechanics challenge's problem and hold its paper's statements against what is found.
     Challenge(challenge::Challenge),
+    /// Measure what accuracy costs: methods, grids, precisions and tolerances against one reference, on a scene.
+    Tradeoff(tradeoff::Tradeoff),
+    /// Say which setting is the cheapest that is accurate enough, or the most accurate within a time, from measured tables.
+    Advise(advise::Advise),
     /// Write, measure or check an EAM potential.
     Potential(potential::Potential),
     /// Build, run or read the block of atoms of a scene.
@@ -88,6 +94,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
         Command::Surface(c) => c.execute()?,
         Command::Solve(c) => c.execute()?,
         Command::Challenge(c) => return c.execute(),
+        Command::Tradeoff(c) => return c.execute(),
+        Command::Advise(c) => c.execute()?,
         Command::Potential(c) => c.execute()?,
         Command::Atoms(c) => c.execute()?,
         Command::Compare(c) => {

@@ -1,8 +1,10 @@
 use super::{listen::Teller, words};
-use crate::Result;
+use crate::method::Precision;
 use crate::pipeline;
+use crate::record::import::Fourier;
 use crate::report::number::{count, duration, memory};
 use crate::scene::{Case, Scene};
+use crate::{Error, Result};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -19,6 +21,18 @@ pub struct Run {
     /// Further methods that are given the same loads: ids from `asperity methods` apart by commas, or all.
     #[arg(long, value_name = "IDS", value_delimiter = ',', num_args = 1)]
     also: Vec<String>,
+    /// Points a side, instead of surface.grid.
+    #[arg(long, value_name = "N")]
+    grid: Option<usize>,
+    /// An id from `asperity methods`, instead of continuum.method.
+    #[arg(long, value_name = "ID")]
+    method: Option<String>,
+    /// Instead of continuum.precision.
+    #[arg(long, value_enum)]
+    precision: Option<Precision>,
+    /// Instead of continuum.tolerance.
+    #[arg(long, value_name = "SHARE")]
+    tolerance: Option<f64>,
     /// One line of JSON on stdout.
     #[arg(long)]
     json: bool,
@@ -28,6 +42,7 @@ impl Run {
     pub fn execute(self) -> Result<ExitCode> {
         let mut scene = Scene::read(&self.scene)?;
         scene.continuum.also.extend(self.also.iter().cloned());
+        self.overrule(&mut scene)?;
         let case = Case::resolve(scene, &self.scene)?;
         if self.dry_run {
             return self.plan(&case).map(|()| ExitCode::SUCCESS);
@@ -43,6 +58,21 @@ impl Run {
             words::say(&format!("report: {}", page.display()));
         }
         words::ended(&results, page)
+    }
+
+    /// Flags that stand for keys of the scene, and are checked as those are.
+    fn overrule(&self, scene: &mut Scene) -> Result<()> {
+        let waves = scene.surface.fourier.is_some_and(Fourier::are_waves);
+        if let (Some(n), Some(file)) = (self.grid, scene.surface.heights.as_ref().filter(|_| !waves)) {
+            let accepted = format!("none: {} is a height map with points of its own", file.display());
+            return Err(Error::input("command line", "--grid", n, accepted));
+        }
+        let c = &mut scene.continuum;
+        scene.surface.grid = self.grid.unwrap_or(scene.surface.grid);
+        c.method = self.method.clone().unwrap_or(std::mem::take(&mut c.method));
+        c.precision = self.precision.unwrap_or(c.precision);
+        c.tolerance = self.tolerance.or(c.tolerance);
+        Ok(())
     }
 
     fn plan(&self, case: &Case) -> Result<()> {

@@ -1,5 +1,9 @@
-//! What two states say about each other: contact maps at the atoms' surface sites, registration, gaps.
+//! What two states say about each other: contact maps at the atoms' surface sites, registration, gaps, and how far the one is
+//! from the other beside what it cost.
 
+pub mod accuracy;
+pub mod advice;
+pub mod frontier;
 mod matching;
 mod overlap;
 mod registration;

@@ -52,7 +52,7 @@ impl Level {
 
 /// Part of the perimeter correction that an area is in doubt by whatever coarser grids say: factors fitted to solved contacts
 /// lie between 0.098 and 0.16, where the printed one is 0.118, and areas of two grids may agree by chance.
-const CORRECTION: f64 = 1.0 / 3.0;
+pub const CORRECTION: f64 = 1.0 / 3.0;
 
 /// Nodes of the coarser grid below which a contact has no relative change: one more or less of them is a tenth of it.
 const FEW_NODES: f64 = 10.0;

@@ -6,6 +6,7 @@ mod coarser;
 mod pull_off;
 
 pub use checkpoint::{Checkpoint, Keeper};
+pub use coarser::CORRECTION;
 
 use crate::grid::{Field, Grid, Series, rms};
 use crate::interface::{Adhesion, Elastic, Law, RangeChoice};

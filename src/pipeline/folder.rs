@@ -114,6 +114,11 @@ impl RunFolder {
         &self.root
     }
 
+    /// Whether a stage is done.
+    pub fn holds(&self, name: &str, key: &Key) -> bool {
+        json::read::<Done>(&self.root.join(name).join(DONE)).is_ok_and(|done| done.key == key.0)
+    }
+
     /// Runs a stage in its folder, or reads what it gave when its key is done already.
     pub fn stage<T: Serialize + DeserializeOwned>(
         &mut self,

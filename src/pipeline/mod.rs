@@ -12,6 +12,7 @@ mod observed;
 mod plan;
 mod progress;
 mod run;
+mod tradeoff;
 
 pub use atomistic::{Climbed, build_job, climb, engine, read_atoms};
 pub use continuum::{start, statistics};
@@ -20,6 +21,7 @@ pub use methods::state_of;
 pub use plan::{RunPlan, plan};
 pub use progress::Progress;
 pub use run::{rebuild_comparison, run};
+pub use tradeoff::{AskedOfLadder, shortest_wave, tradeoff};
 
 use crate::record::results::StageCost;
 

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 /// Seconds per point and transform pair with everything around it, one thread, f64: 190 ms for a pair at 4096² and half
 /// as much again for vector passes. An order of magnitude for `--dry-run`, no promise.
-const SECONDS_PER_POINT_PAIR: f64 = 17e-9;
+pub(super) const SECONDS_PER_POINT_PAIR: f64 = 17e-9;
 
 /// Share of the first-touch mean gap that is closed at a few per cent of p*: ū falls from 2.63 to 0.58 µm at p* = 0.03.
 const CLOSED: f64 = 0.8;

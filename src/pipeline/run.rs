@@ -181,7 +181,7 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
 
 /// Writes the scene into the run folder. Results of another scene that stand there go: `report` and `compare` would
 /// take them for this one's.
-fn keep_scene(case: &Case, out: &Path) -> Result<()> {
+pub(super) fn keep_scene(case: &Case, out: &Path) -> Result<()> {
     let text = toml::to_string_pretty(&case.portable_scene())
         .map_err(|e| Error::format("scene", e, "a scene that TOML can hold"))?;
     let file = out.join("scene.toml");
@@ -303,7 +303,7 @@ pub fn rebuild_comparison(out: &Path) -> Result<(Results, PathBuf)> {
     Ok((results, page))
 }
 
-fn heights_hash(case: &Case) -> Result<Option<String>> {
+pub(super) fn heights_hash(case: &Case) -> Result<Option<String>> {
     case.scene.surface.heights.as_ref().map(|p| Key::of_file(&case.beside(p))).transpose()
 }
 

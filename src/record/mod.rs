@@ -13,5 +13,6 @@ pub mod netcdf;
 pub mod npy;
 pub mod reduce;
 pub mod results;
+pub mod tradeoff;
 mod triples;
 pub mod xyz;

@@ -10,4 +10,4 @@ pub mod page;
 pub mod picture;
 pub mod plot;
 
-pub use page::{PAGE, write};
+pub use page::{PAGE, write, write_tradeoff};

@@ -44,8 +44,37 @@ pub enum Marker {
     Disc,
     Ring,
     Square,
+    Frame,
     Triangle,
+    OpenTriangle,
+    Down,
+    OpenDown,
+    Diamond,
+    OpenDiamond,
     Cross,
+    Plus,
+    Star,
+    Target,
+}
+
+impl Marker {
+    /// Those that a print in grey tells apart, filled and open ones in turn.
+    pub const DISTINCT: [Marker; 14] = [
+        Marker::Disc,
+        Marker::Frame,
+        Marker::Triangle,
+        Marker::OpenDiamond,
+        Marker::Cross,
+        Marker::Square,
+        Marker::Ring,
+        Marker::Down,
+        Marker::OpenTriangle,
+        Marker::Plus,
+        Marker::Diamond,
+        Marker::OpenDown,
+        Marker::Star,
+        Marker::Target,
+    ];
 }
 
 /// How one curve looks. The constants below keep one look per thing through all figures of a report.
@@ -195,21 +224,44 @@ fn mark(area: &Area, (x, y): (i32, i32), style: Style) -> Drawn {
     const R: i32 = 9;
     let fill = style.shape(1).filled();
     let square = |r: i32| vec![(x - r, y - r), (x + r, y - r), (x + r, y + r), (x - r, y + r)];
+    let triangle = |up: i32| vec![(x, y - up * (R + 2)), (x + R + 1, y + up * R), (x - R - 1, y + up * R)];
+    let diamond = || vec![(x, y - R - 3), (x + R + 3, y), (x, y + R + 3), (x - R - 3, y)];
+    let open = |mut outline: Vec<(i32, i32)>| -> Drawn {
+        area.draw(&Polygon::new(outline.clone(), plotters::style::WHITE.filled()))?;
+        outline.push(outline[0]);
+        Ok(area.draw(&PathElement::new(outline, style.shape(4)))?)
+    };
+    let strokes = |ends: &[[(i32, i32); 2]]| -> Drawn {
+        for line in ends {
+            area.draw(&PathElement::new(line.to_vec(), style.shape(5)))?;
+        }
+        Ok(())
+    };
+    let cross = [[(x - R, y - R), (x + R, y + R)], [(x + R, y - R), (x - R, y + R)]];
+    let plus = [[(x, y - R - 2), (x, y + R + 2)], [(x - R - 2, y), (x + R + 2, y)]];
     match style.marker {
         Marker::None => (),
         Marker::Disc => area.draw(&Circle::new((x, y), R, fill))?,
-        Marker::Ring => {
+        Marker::Ring | Marker::Target => {
             area.draw(&Circle::new((x, y), R, plotters::style::WHITE.filled()))?;
             area.draw(&Circle::new((x, y), R, style.shape(4)))?;
+            if style.marker == Marker::Target {
+                area.draw(&Circle::new((x, y), R / 3, fill))?;
+            }
         }
         Marker::Square => area.draw(&Polygon::new(square(R - 1), fill))?,
-        Marker::Triangle => {
-            area.draw(&Polygon::new(vec![(x, y - R - 2), (x + R + 1, y + R), (x - R - 1, y + R)], fill))?
-        }
-        Marker::Cross => {
-            let ends = square(R);
-            area.draw(&PathElement::new(vec![ends[0], ends[2]], style.shape(5)))?;
-            area.draw(&PathElement::new(vec![ends[1], ends[3]], style.shape(5)))?;
+        Marker::Frame => open(square(R - 1))?,
+        Marker::Triangle => area.draw(&Polygon::new(triangle(1), fill))?,
+        Marker::OpenTriangle => open(triangle(1))?,
+        Marker::Down => area.draw(&Polygon::new(triangle(-1), fill))?,
+        Marker::OpenDown => open(triangle(-1))?,
+        Marker::Diamond => area.draw(&Polygon::new(diamond(), fill))?,
+        Marker::OpenDiamond => open(diamond())?,
+        Marker::Cross => strokes(&cross)?,
+        Marker::Plus => strokes(&plus)?,
+        Marker::Star => {
+            strokes(&cross)?;
+            strokes(&plus)?;
         }
     }
     Ok(())

@@ -1,7 +1,7 @@
 //! One self-contained page: styles, curves and pictures inside it, no script, nothing fetched.
 //!
 //! [`write`] reads `results.json` and the fields that it names and leaves `report.html` and `figures/`. Sections whose
-//! part of the results is absent are left out.
+//! part of the results is absent are left out. [`write_tradeoff`] does the same of `tradeoff.json`.
 
 mod atoms;
 mod certainty;
@@ -15,6 +15,7 @@ mod loads;
 mod methods;
 mod ranges;
 mod surface;
+mod tradeoff;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -24,6 +25,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use crate::error::{Error, Result};
 use crate::record::land::land;
 use crate::record::results::{FILE, Results, StageCost};
+use crate::record::tradeoff::Tradeoff;
 use crate::report::number::{duration, memory};
 use desk::{Desk, table, text};
 
@@ -35,14 +37,29 @@ pub const PAGE: &str = "report.html";
 /// Fails when `results.json` is missing, damaged or of a newer schema, and when a field that it names is missing or has
 /// another shape than the map it is compared with.
 pub fn write(run_folder: &Path) -> Result<PathBuf> {
+    if !run_folder.join(FILE).exists() && run_folder.join(crate::record::tradeoff::FILE).exists() {
+        return write_tradeoff(run_folder);
+    }
     let results = Results::read(run_folder)?;
     if results.comparison.is_some() && results.atoms.is_none() {
         return Err(Error::format(run_folder.join(FILE), "a comparison without atoms", "both or neither"));
     }
+    let desk = Desk { folder: run_folder, aspect: results.surface.aspect, scales: results.scales };
+    place(run_folder, || page(&desk, &results))
+}
+
+/// Draws the report of a ladder of methods from its `tradeoff.json`.
+pub fn write_tradeoff(run_folder: &Path) -> Result<PathBuf> {
+    let told = Tradeoff::read(&run_folder.join(crate::record::tradeoff::FILE))?;
+    let desk = Desk { folder: run_folder, aspect: told.ny as f64 / told.nx as f64, scales: told.scales };
+    place(run_folder, || tradeoff::page(&desk, &told))
+}
+
+/// Makes room for figures, and lands the page.
+fn place(run_folder: &Path, page: impl FnOnce() -> Result<Markup>) -> Result<PathBuf> {
     let figures = run_folder.join("figures");
     std::fs::create_dir_all(&figures).map_err(Error::io("create", &figures))?;
-    let desk = Desk { folder: run_folder, aspect: results.surface.aspect, scales: results.scales };
-    let page = page(&desk, &results)?.into_string();
+    let page = page()?.into_string();
     let path = run_folder.join(PAGE);
     land(&path, |w| w.write_all(page.as_bytes()))?;
     Ok(path)
@@ -93,27 +110,32 @@ fn page(desk: &Desk, results: &Results) -> Result<Markup> {
     if !results.sources.is_empty() {
         add("sources", "Sources", html! { ol { @for s in &results.sources { li { (linked(s)) } } } });
     }
-    Ok(html! {
+    Ok(document((&results.name, &results.description), headline::section(results), &sections, FILE))
+}
+
+/// A whole page: its name and what is said below it, what stands at its top, its sections; `from` is the file it is drawn from.
+fn document((name, lead): (&str, &str), top: Markup, sections: &[Section], from: &str) -> Markup {
+    html! {
         (DOCTYPE)
         html lang="en" {
             head {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="generator" content={ "asperity " (env!("CARGO_PKG_VERSION")) };
-                title { (results.name) }
+                title { (name) }
                 style { (PreEscaped(include_str!("style.css"))) }
             }
             body {
-                h1 { (results.name) }
-                @if !results.description.is_empty() { p.lead { (results.description) } }
-                nav { @for s in &sections { a href={ "#" (s.anchor) } { (s.title) } } }
-                (headline::section(results))
-                @for s in &sections { section id=(s.anchor) { h2 { (s.title) } (s.body) } }
-                footer { "Drawn by asperity " (env!("CARGO_PKG_VERSION")) " from results.json in the same folder; the figures "
+                h1 { (name) }
+                @if !lead.is_empty() { p.lead { (lead) } }
+                nav { @for s in sections { a href={ "#" (s.anchor) } { (s.title) } } }
+                (top)
+                @for s in sections { section id=(s.anchor) { h2 { (s.title) } (s.body) } }
+                footer { "Drawn by asperity " (env!("CARGO_PKG_VERSION")) " from " (from) " in the same folder; the figures "
                     "are there as files, too. No number on this page was typed." }
             }
         }
-    })
+    }
 }
 
 fn costs(stages: &[StageCost]) -> Markup {

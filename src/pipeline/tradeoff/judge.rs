@@ -1,0 +1,138 @@
+//! Errors of what a setting told, against the reference.
+
+use super::bench::Measured;
+use crate::Result;
+use crate::compare::accuracy::{
+    Masses, decades, finest_error, map_l2, map_mismatch, relative, richardson, rms, wasserstein,
+};
+use crate::observe::Distribution;
+use crate::path::CORRECTION;
+use crate::record::methods::MethodState;
+use crate::record::npy;
+use crate::record::tradeoff::{Errors, Extrapolation, LoadErrors, Measure, ReferenceLoad};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Errors of the maps of a load, which are found while the maps are there.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub struct MapErrors {
+    gap: Option<f64>,
+    contact: Option<f64>,
+}
+
+/// Contact of a state: the map of its own, or where its gap is closed.
+fn contact(root: &Path, state: &MethodState) -> Result<Option<npy::Field<f64>>> {
+    if let Some(file) = &state.contact_map {
+        return npy::read(&root.join(file)).map(Some);
+    }
+    let Some(file) = &state.gap_map else { return Ok(None) };
+    let mut map = npy::read(&root.join(file))?;
+    map.values.iter_mut().for_each(|g| *g = f64::from(u8::from(*g <= 0.0)));
+    Ok(Some(map))
+}
+
+/// Maps of a state against those of the reference, where both were kept.
+pub fn maps(root: &Path, found: &MethodState, reference: &MethodState) -> Result<MapErrors> {
+    let gap = match (&found.gap_map, &reference.gap_map, reference.mean_gap) {
+        (Some(a), Some(b), Some(scale)) => map_l2(&npy::read(&root.join(a))?, &npy::read(&root.join(b))?, scale),
+        _ => None,
+    };
+    let contact = match (contact(root, found)?, contact(root, reference)?) {
+        (Some(a), Some(b)) => map_mismatch(&a, &b),
+        _ => None,
+    };
+    Ok(MapErrors { gap, contact })
+}
+
+fn number(state: &MethodState, measure: Measure) -> Option<f64> {
+    match measure {
+        Measure::ContactArea => Some(state.area()),
+        Measure::MeanGap => state.mean_gap,
+        Measure::Stiffness => state.stiffness,
+        _ => None,
+    }
+}
+
+/// The reference's numbers load by load, from its grids, coarse to fine.
+pub fn numbers(levels: &[&[MethodState]]) -> Vec<ReferenceLoad> {
+    let finest = levels.last().copied().unwrap_or_default();
+    let of = |(i, state): (usize, &MethodState)| {
+        let mut numbers = BTreeMap::new();
+        for measure in Measure::NUMBERS {
+            let values: Option<Vec<f64>> =
+                levels.iter().map(|states| states.get(i).and_then(|s| number(s, measure))).collect();
+            // Where a coarser grid does not tell, the finest stands alone.
+            let values = values.unwrap_or_else(|| number(state, measure).into_iter().collect());
+            if let Some(mut found) = richardson(&values) {
+                if let Some(u) = found.uncertainty.as_mut().filter(|_| measure == Measure::ContactArea) {
+                    *u = u.max(CORRECTION * (state.contact_fraction - state.area()).abs());
+                }
+                numbers.insert(measure, found);
+            }
+        }
+        ReferenceLoad { p_star: state.p_star, numbers }
+    };
+    finest.iter().enumerate().map(of).collect()
+}
+
+/// Errors load by load.
+pub fn errors(found: &Measured, reference: &Measured, numbers: &[ReferenceLoad], gradient: f64) -> Vec<LoadErrors> {
+    let states = found.results.states.iter().zip(&reference.results.states).zip(numbers);
+    states
+        .enumerate()
+        .map(|(i, ((state, truth), load))| LoadErrors {
+            p_star: truth.p_star,
+            errors: of_load(state, truth, &load.numbers, found.maps.get(i).copied().unwrap_or_default(), gradient),
+        })
+        .collect()
+}
+
+fn of_load(
+    state: &MethodState,
+    truth: &MethodState,
+    numbers: &BTreeMap<Measure, Extrapolation>,
+    maps: MapErrors,
+    gradient: f64,
+) -> Errors {
+    let distance = |a: &Option<Distribution>, b: &Option<Distribution>, lowest: Option<f64>, scale: f64| {
+        let moved = wasserstein(&Masses::of(a.as_ref()?, lowest), &Masses::of(b.as_ref()?, lowest))?;
+        Some(moved / scale)
+    };
+    let of = |measure: Measure| match measure {
+        Measure::ContactArea | Measure::MeanGap | Measure::Stiffness => {
+            relative(number(state, measure)?, numbers.get(&measure)?.value)
+        }
+        Measure::GapMap => maps.gap,
+        Measure::ContactMap => maps.contact,
+        Measure::GapPdf => distance(&state.gap, &truth.gap, Some(0.0), truth.mean_gap?),
+        Measure::StressPdf => distance(&state.stress, &truth.stress, None, gradient),
+        Measure::PatchArea => {
+            wasserstein(&Masses::of_patches(&state.patch_area), &Masses::of_patches(&truth.patch_area))
+        }
+        Measure::TypicalPatch => decades(state.typical_patch?, truth.typical_patch?),
+    };
+    let told = |m: Measure| of(m).filter(|e| e.is_finite()).map(|e| (m, e));
+    Measure::ALL.into_iter().filter_map(told).collect()
+}
+
+/// Root mean square over the loads that tell.
+pub fn over_loads<'a>(loads: impl Iterator<Item = &'a Errors> + Clone) -> Errors {
+    let of = |m: Measure| rms(&loads.clone().filter_map(|e| e.get(&m).copied()).collect::<Vec<_>>()).map(|e| (m, e));
+    Measure::ALL.into_iter().filter_map(of).collect()
+}
+
+/// What is uncertain of the reference: of numbers what their grids tell, of all else what is left to come by the errors of the
+/// grids of half and of a quarter of the points, in this order.
+pub fn uncertainty(numbers: &[ReferenceLoad], coarser: &[Vec<LoadErrors>]) -> Vec<LoadErrors> {
+    let of = |(i, load): (usize, &ReferenceLoad)| {
+        let error = |grid: usize, m: Measure| coarser.get(grid)?.get(i)?.errors.get(&m).copied();
+        let told = |m: Measure| match load.numbers.get(&m) {
+            Some(n) => Some((n.uncertainty? / n.value).abs()),
+            None => error(0, m).map(|half| finest_error(error(1, m), half)),
+        };
+        let known = |m: Measure| told(m).filter(|e| e.is_finite()).map(|e| (m, e));
+        LoadErrors { p_star: load.p_star, errors: Measure::ALL.into_iter().filter_map(known).collect() }
+    };
+    numbers.iter().enumerate().map(of).collect()
+}

@@ -1,0 +1,223 @@
+//! The settings that are run, in the order of what they tell.
+
+use crate::method::{ContactMethod, Heights, Kind, Precision, Problem};
+use crate::pipeline::methods::Beside;
+use crate::pipeline::plan::SECONDS_PER_POINT_PAIR;
+use crate::record::tradeoff::Setting;
+use crate::scene::{Case, Scene, Surface, default_tolerance};
+use crate::{Error, Result};
+
+/// Tolerances beside the scene's own, over the pressure: from one that leaves areas in doubt to that of the reference.
+const TOLERANCES: [f64; 4] = [1e-2, 1e-4, 1e-6, 1e-8];
+
+/// Largest tolerance of the reference: the default of f64.
+pub const REFERENCE_TOLERANCE: f64 = 1e-8;
+
+/// Points a side below which a grid holds no surface worth a comparison.
+pub const COARSEST: usize = 16;
+
+/// Grids below the scene's that are run where none are asked for, each of half the points a side.
+const GRIDS_BELOW: usize = 2;
+
+/// Exponent of a cost in the number of points, for settings that are not yet run: that of the paper's own figures (1 min at 1k
+/// a side, 1 h at 4k, three weeks at 32k).
+const GROWTH: f64 = 1.5;
+
+/// A method on a grid, in a precision, to a tolerance.
+#[derive(Clone, Copy)]
+pub struct Rung {
+    pub beside: Beside,
+    /// Points in x.
+    pub n: usize,
+    pub precision: Precision,
+    pub tolerance: f64,
+}
+
+impl Rung {
+    pub fn id(&self) -> &'static str {
+        self.beside.method.card().id
+    }
+
+    /// Name of its stage and folder.
+    pub fn stage(&self) -> String {
+        let adhesive = if self.beside.adhesive { "-adhesive" } else { "" };
+        format!("point-{}{adhesive}-{}-{}-{:e}", self.id(), self.n, word(self.precision), self.tolerance)
+    }
+
+    pub fn words(&self) -> String {
+        let with = if self.beside.adhesive { " with adhesion" } else { "" };
+        format!("{}{with}, {} points a side, {} to {:e}", self.id(), self.n, word(self.precision), self.tolerance)
+    }
+
+    pub fn setting(&self, ny: usize) -> Setting {
+        Setting {
+            method: self.id().into(),
+            adhesive: self.beside.adhesive,
+            nx: self.n,
+            ny,
+            precision: word(self.precision).into(),
+            tolerance: self.tolerance,
+        }
+    }
+
+    pub fn is_of(&self, other: &Rung) -> bool {
+        self.id() == other.id() && self.beside.adhesive == other.beside.adhesive
+    }
+
+    pub fn planned_bytes(&self, case: &Case) -> u64 {
+        self.beside.method.plan(&problem(case, &self.beside)).bytes
+    }
+
+    /// Seconds, from what is measured of the same method, or, before anything is, from what it plans. An order of magnitude.
+    pub fn expected_seconds(&self, measured: &[(Rung, f64)], case: &Case) -> f64 {
+        let step = |r: &Rung| (self.n as f64 / r.n as f64).ln();
+        let same = measured.iter().filter(|(r, _)| self.is_of(r));
+        let nearest = same.min_by(|(a, _), (b, _)| step(a).abs().total_cmp(&step(b).abs()));
+        match nearest {
+            Some((r, seconds)) => {
+                // Towards coarser grids a cost may fall more slowly.
+                let exponent = if self.n > r.n { GROWTH } else { 1.0 };
+                seconds * (2.0 * exponent * step(r)).exp()
+            }
+            None => {
+                let plan = self.beside.method.plan(&problem(case, &self.beside));
+                let pairs = plan.iterations as f64 * plan.pairs_per_iteration * case.loads_there() as f64;
+                let threads = rayon::current_num_threads() as f64;
+                pairs * case.grid.points() as f64 * SECONDS_PER_POINT_PAIR / threads
+            }
+        }
+    }
+}
+
+/// What a method is asked to plan.
+fn problem<'a>(case: &Case, beside: &Beside) -> Problem<'a> {
+    let problem = case.problem(Heights::Nodes(&[]));
+    if beside.adhesive { problem } else { Problem { adhesion: crate::interface::Adhesion::None, ..problem } }
+}
+
+/// As JSON names it.
+pub fn word(precision: Precision) -> &'static str {
+    match precision {
+        Precision::F32 => "f32",
+        Precision::F64 => "f64",
+    }
+}
+
+/// The scene as all settings have it: its surface, loads and adhesion, and nothing that is solved beside.
+pub fn bare(case: &Case) -> Scene {
+    let mut scene = case.scene.clone();
+    scene.atoms = None;
+    scene.load.pull_off = false;
+    let c = &mut scene.continuum;
+    (c.method, c.start) = ("auto".into(), None);
+    c.also.clear();
+    // A tolerance is what all methods can be asked for.
+    (c.energy_goal, c.area_goal, c.mean_gap_goal) = (None, None, None);
+    if let Some(a) = &mut scene.adhesion {
+        (a.without_too, a.other_ranges_nm) = (false, Vec::new());
+    }
+    scene
+}
+
+/// A case on another grid.
+///
+/// # Errors
+/// If the grid does not hold the surface, or is none of a height map.
+pub fn at(case: &Case, rung: &Rung) -> Result<Case> {
+    let mut found = on_grid(case, rung.n)?;
+    found.scene.continuum.precision = rung.precision;
+    found.scene.continuum.tolerance = Some(rung.tolerance);
+    Ok(found)
+}
+
+/// A case of as many points in x.
+pub fn on_grid(case: &Case, n: usize) -> Result<Case> {
+    let own = case.grid;
+    if n == own.nx {
+        return Ok(case.clone());
+    }
+    match &case.surface {
+        Surface::Imported { .. } => {
+            let ny = n * own.ny / own.nx;
+            let even = n < own.nx && own.nx.is_multiple_of(n) && ny * (own.nx / n) == own.ny;
+            if !even || case.lies_alone() {
+                let accepted = if case.lies_alone() {
+                    format!("{}, the map's own: heights that do not repeat are on no other grid", own.nx)
+                } else {
+                    format!("{}, the map's own, or that over a whole number which divides both of its sides", own.nx)
+                };
+                return Err(Error::input(case.file.display(), "--grids", n, accepted));
+            }
+            let mut found = case.clone();
+            (found.grid.nx, found.grid.ny) = (n, ny);
+            Ok(found)
+        }
+        _ => {
+            let mut scene = case.scene.clone();
+            scene.surface.grid = n;
+            Case::resolve(scene, &case.file)
+        }
+    }
+}
+
+/// Grids of a ladder whose reference has `n` points in x, none asked for: that one and those of half the points.
+pub fn default_grids(n: usize) -> Vec<usize> {
+    halves(n, GRIDS_BELOW)
+}
+
+/// A number and its halves, as long as they are whole and not too coarse.
+pub fn halves(n: usize, count: usize) -> Vec<usize> {
+    let half = |n: &usize| (n.is_multiple_of(2) && n / 2 >= COARSEST).then_some(n / 2);
+    std::iter::successors(Some(n), half).take(count + 1).collect()
+}
+
+/// The tolerance at which methods and grids are compared: the scene's, or the default.
+pub fn base_tolerance(case: &Case) -> f64 {
+    match (case.scene.continuum.precision, case.scene.continuum.tolerance) {
+        (Precision::F64, Some(t)) => t,
+        _ => default_tolerance(Precision::F64, case.grid),
+    }
+}
+
+/// Other precisions and tolerances of a setting; methods that estimate have none.
+pub fn refinements(rung: &Rung, case: &Case) -> Vec<Rung> {
+    let method: &dyn ContactMethod = rung.beside.method;
+    if method.card().kind == Kind::Estimate {
+        return Vec::new();
+    }
+    let single = Rung { precision: Precision::F32, tolerance: default_tolerance(Precision::F32, case.grid), ..*rung };
+    let others = TOLERANCES.into_iter().filter(|t| *t != rung.tolerance);
+    std::iter::once(single).chain(others.map(|tolerance| Rung { tolerance, ..*rung })).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grids_halve_as_long_as_they_can() {
+        assert_eq!(halves(128, 2), [128, 64, 32]);
+        assert_eq!(halves(40, 5), [40, 20]);
+        assert_eq!(halves(81, 2), [81]);
+    }
+
+    /// A setting that is measured tells of its neighbours; finer ones are expected to cost what the paper's grids did.
+    #[test]
+    fn costs_are_expected_from_the_nearest() {
+        let scene = "name = \"t\"\n[surface]\ngrid = 64\n[load]\np_star = [0.01]\n";
+        let file = std::path::Path::new("t.toml");
+        let case = Case::resolve(Scene::parse(scene, file).expect("a scene"), file).expect("a case");
+        let method = crate::method::find("gfmd").expect("registered");
+        let rung = |n: usize| Rung {
+            beside: Beside { method, adhesive: false },
+            n,
+            precision: Precision::F64,
+            tolerance: 1e-8,
+        };
+        let measured = [(rung(32), 1.0), (rung(64), 6.0)];
+        assert!((rung(128).expected_seconds(&measured, &case) / 48.0 - 1.0).abs() < 1e-12);
+        assert!((rung(16).expected_seconds(&measured, &case) / 0.25 - 1.0).abs() < 1e-12);
+        assert!(rung(64).expected_seconds(&[], &case) > 0.0);
+        assert_eq!(refinements(&rung(64), &case).len(), 4);
+    }
+}

@@ -1,0 +1,249 @@
+//! What accuracy costs: a ladder of methods, grids, precisions and tolerances against one reference, each setting a stage.
+
+mod bench;
+mod judge;
+mod ladder;
+
+use super::methods::Beside;
+use super::{Listener, run};
+use crate::interface::Adhesion;
+use crate::method::ContactMethod;
+use crate::method::Precision;
+use crate::record::results::ScalesSi;
+use crate::record::tradeoff::{LeftOut, LoadErrors, Point, Reference, ReferenceLoad, SCHEMA, Tradeoff};
+use crate::scene::{Case, Surface};
+use crate::{Error, Result, report};
+use bench::{Bench, Measured};
+use ladder::{COARSEST, REFERENCE_TOLERANCE, Rung};
+use std::path::{Path, PathBuf};
+
+/// Grids of the reference: three show whether there is an order to extrapolate with.
+const LEVELS_BELOW: usize = 2;
+
+/// Most points a side that a grid may have, as in scenes.
+const FINEST: usize = 65_536;
+
+/// What a ladder is made of.
+pub struct AskedOfLadder {
+    pub methods: Vec<&'static dyn ContactMethod>,
+    /// Points a side, each a divisor of the reference's. Default: the scene's, its half and its quarter.
+    pub grids: Option<Vec<usize>>,
+    /// Points a side of the reference. Default: the scene's.
+    pub reference: Option<usize>,
+    /// Wall time for all settings, those of earlier runs in the same folder among them, s.
+    pub budget_seconds: Option<f64>,
+    pub repeats: usize,
+}
+
+/// The reference, and what its grids tell of its errors.
+struct Truth {
+    rung: Rung,
+    measured: Measured,
+    ny: usize,
+    numbers: Vec<ReferenceLoad>,
+    uncertainty: Vec<LoadErrors>,
+    coarser: Vec<usize>,
+}
+
+/// Runs the ladder of a case into a folder, and draws its page. Returns the page's path.
+///
+/// # Errors
+/// Grids that do not fit each other; a reference that tells nothing.
+pub fn tradeoff(
+    case: &Case,
+    asked: &AskedOfLadder,
+    out: &Path,
+    listener: &dyn Listener,
+) -> Result<(Tradeoff, PathBuf)> {
+    let case = Case::resolve(ladder::bare(case), &case.file)?;
+    let mut warnings = case.warnings.clone();
+    let (reference, grids) = grids(&case, asked, &mut warnings)?;
+    let attracts = case.adhesion != Adhesion::None;
+    let besides: Vec<Beside> = asked
+        .methods
+        .iter()
+        .map(|&method| Beside { method, adhesive: attracts && method.card().knows_adhesion() })
+        .collect();
+    let without: Vec<&str> = besides.iter().filter(|b| attracts && !b.adhesive).map(|b| b.method.card().id).collect();
+    if !without.is_empty() {
+        warnings.push(format!(
+            "{}: knowing no adhesion, compared with the solution without it, and not with that of the scene",
+            without.join(", ")
+        ));
+    }
+    let mut bench = Bench::open(&case, asked, out, listener)?;
+    warnings.iter().for_each(|w| listener.warn(w));
+    run::keep_scene(&case, out)?;
+    let mut truths = Vec::new();
+    for adhesive in [true, false] {
+        if besides.iter().any(|b| b.adhesive == adhesive) {
+            truths.push(truth(&mut bench, &case, adhesive, reference, out)?);
+        }
+    }
+    let of = |rung: &Rung| truths.iter().find(|t| t.rung.beside.adhesive == rung.beside.adhesive);
+    let climbed = bench.climb(&besides, &grids, &truths)?;
+    let cost = |c: &crate::record::tradeoff::Cost, truth: &Truth| crate::record::tradeoff::Cost {
+        of_reference: c.cpu_seconds / truth.measured.cost.cpu_seconds.max(f64::MIN_POSITIVE),
+        ..*c
+    };
+    let point = |(rung, found): &(Rung, Measured)| {
+        let truth = of(rung)?;
+        let is_reference = rung.stage() == truth.rung.stage();
+        let loads = match &found.results.refusal {
+            Some(_) => Vec::new(),
+            None if is_reference => truth.uncertainty.clone(),
+            None => judge::errors(found, &truth.measured, &truth.numbers, case.gradient),
+        };
+        let card = rung.beside.method.card();
+        Some(Point {
+            setting: rung.setting(found.ny),
+            paper_name: card.paper_name.into(),
+            criterion: card.criterion.to_string(),
+            calibrated_on: card.calibrated_on.map(Into::into),
+            is_reference,
+            refusal: found.results.refusal.clone(),
+            missing: found.results.missing.clone(),
+            cost: cost(&found.cost, truth),
+            errors: judge::over_loads(loads.iter().map(|l| &l.errors)),
+            loads,
+        })
+    };
+    let mut points: Vec<Point> = climbed.done.iter().filter_map(point).collect();
+    // As tables list them: the registry's order, fine grids first.
+    let place = |p: &Point| besides.iter().position(|b| b.method.card().id == p.setting.method);
+    points.sort_by_key(|p| (place(p), std::cmp::Reverse(p.setting.nx)));
+    let left_out = climbed.left_out.into_iter().map(|(rung, reason)| {
+        let ny = rung.n * case.grid.ny / case.grid.nx;
+        LeftOut { setting: rung.setting(ny), reason }
+    });
+    let told = Tradeoff {
+        schema: SCHEMA,
+        name: case.scene.name.clone(),
+        scales: ScalesSi { length_m: case.scales.length_m, modulus_pa: case.scales.modulus_pa },
+        surface: case.surface.origin(),
+        gradient: case.gradient,
+        shortest_wave: shortest_wave(&case.surface),
+        nx: case.grid.nx,
+        ny: case.grid.ny,
+        p_star: case.p_star[..case.loads_there().min(case.p_star.len())].to_vec(),
+        kernel: case.kernel.to_string(),
+        adhesion: case.adhesion.to_string(),
+        program: format!("asperity {}", env!("CARGO_PKG_VERSION")),
+        threads: rayon::current_num_threads(),
+        repeats: asked.repeats,
+        budget_seconds: asked.budget_seconds,
+        spent_seconds: bench.spent_seconds(),
+        references: truths
+            .iter()
+            .map(|t| Reference {
+                setting: t.rung.setting(t.ny),
+                cost: cost(&t.measured.cost, t),
+                coarser: t.coarser.clone(),
+                loads: t.numbers.clone(),
+                uncertainty: judge::over_loads(t.uncertainty.iter().map(|l| &l.errors)),
+            })
+            .collect(),
+        points,
+        left_out: left_out.collect(),
+        warnings,
+    };
+    told.write(out)?;
+    let page = report::write_tradeoff(out)?;
+    Ok((told, page))
+}
+
+/// Points a side of the reference, and of the ladder from the grid that methods are asked on first to the coarsest.
+fn grids(case: &Case, asked: &AskedOfLadder, warnings: &mut Vec<String>) -> Result<(usize, Vec<usize>)> {
+    const PLACE: &str = "command line";
+    let own = case.grid.nx;
+    let reference = asked.reference.unwrap_or(own);
+    let range = |key: &str, n: usize| match (COARSEST..=FINEST).contains(&n) {
+        true => Ok(()),
+        false => Err(Error::input(PLACE, key, n, format!("{COARSEST} to {FINEST} points a side"))),
+    };
+    if asked.reference.is_some() {
+        range("--reference", reference)?;
+        if matches!(case.surface, Surface::Imported { .. }) && reference != own {
+            let accepted = format!("{own}, the map's own: a height map has no finer grid");
+            return Err(Error::input(PLACE, "--reference", reference, accepted));
+        }
+        if asked.grids.is_none() && !reference.is_multiple_of(own) {
+            let accepted = format!("a multiple of the scene's {own} points a side, or --grids that divide it");
+            return Err(Error::input(PLACE, "--reference", reference, accepted));
+        }
+    }
+    let mut list = Vec::new();
+    match &asked.grids {
+        Some(given) => {
+            for &n in given {
+                range("--grids", n)?;
+                if !reference.is_multiple_of(n) {
+                    let accepted =
+                        format!("divisors of the reference's {reference} points a side: nodes must coincide");
+                    return Err(Error::input(PLACE, "--grids", n, accepted));
+                }
+                ladder::on_grid(case, n).map_err(|e| e.told_of(PLACE, Some("--grids")))?;
+                if !list.contains(&n) {
+                    list.push(n);
+                }
+            }
+        }
+        None => {
+            for n in ladder::default_grids(own) {
+                match ladder::on_grid(case, n) {
+                    Ok(_) => list.push(n),
+                    Err(e) => warnings.push(format!("no grid of {n} points a side: {e}")),
+                }
+            }
+        }
+    }
+    list.sort_unstable_by(|a, b| b.cmp(a));
+    // The scene's own grid first, if it is among them; what is finer comes with the other grids.
+    if let Some(i) = list.iter().position(|n| *n == own) {
+        list[..=i].rotate_right(1);
+    }
+    Ok((reference, list))
+}
+
+/// Solves the reference and the grids below it.
+fn truth(bench: &mut Bench, case: &Case, adhesive: bool, n: usize, out: &Path) -> Result<Truth> {
+    let fast = crate::method::find("fast").expect("it is registered");
+    let tolerance = ladder::base_tolerance(case).min(REFERENCE_TOLERANCE);
+    let at = |n: usize| Rung { beside: Beside { method: fast, adhesive }, n, precision: Precision::F64, tolerance };
+    let rung = at(n);
+    let measured = bench.measure(&rung, None, None)?;
+    if let Some(why) = &measured.results.refusal {
+        let why = format!("the reference ({}) tells nothing: {why}", rung.words());
+        return Err(Error::Beside { why, kept: out.to_path_buf() });
+    }
+    let key = bench.reference_key(&rung)?;
+    let mut levels = Vec::new();
+    for n in ladder::halves(n, LEVELS_BELOW).into_iter().skip(1) {
+        // A grid that does not hold the surface's waves, or did not converge, tells nothing.
+        if ladder::on_grid(case, n).is_err() {
+            break;
+        }
+        let found = bench.measure(&at(n), Some((&measured, &key)), None)?;
+        if found.results.refusal.is_some() {
+            break;
+        }
+        levels.push((n, found));
+    }
+    levels.reverse();
+    let states: Vec<_> =
+        levels.iter().map(|(_, m)| m).chain([&measured]).map(|m| m.results.states.as_slice()).collect();
+    let numbers = judge::numbers(&states);
+    let below = levels.iter().rev().map(|(_, m)| judge::errors(m, &measured, &numbers, case.gradient));
+    let uncertainty = judge::uncertainty(&numbers, &below.collect::<Vec<_>>());
+    let coarser = levels.iter().map(|(n, _)| *n).collect();
+    Ok(Truth { rung, ny: measured.ny, measured, numbers, uncertainty, coarser })
+}
+
+/// Shortest wave of a surface, over L; of a map two of its spacings.
+pub fn shortest_wave(surface: &Surface) -> f64 {
+    match surface {
+        Surface::Synthesised { spectrum, .. } => spectrum.lambda_s,
+        Surface::Fourier { modes, .. } => modes.shortest(),
+        Surface::Imported { grid, .. } => 2.0 * grid.dx(),
+    }
+}

@@ -1,0 +1,324 @@
+//! `tradeoff.json` and `tradeoff.csv`: what settings of methods cost, and how far what they tell is from a reference.
+
+use super::json;
+use super::land::land;
+use super::methods::Missing;
+use super::results::ScalesSi;
+use crate::error::{Error, Result};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::Path;
+
+/// Raised when a field changes meaning; a reader refuses a newer one.
+pub const SCHEMA: u32 = 1;
+pub const FILE: &str = "tradeoff.json";
+pub const CSV_FILE: &str = "tradeoff.csv";
+
+/// What is compared with the reference.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Measure {
+    ContactArea,
+    MeanGap,
+    Stiffness,
+    GapMap,
+    ContactMap,
+    GapPdf,
+    StressPdf,
+    PatchArea,
+    TypicalPatch,
+}
+
+impl Measure {
+    pub const ALL: [Measure; 9] = [
+        Measure::ContactArea,
+        Measure::MeanGap,
+        Measure::Stiffness,
+        Measure::GapMap,
+        Measure::ContactMap,
+        Measure::GapPdf,
+        Measure::StressPdf,
+        Measure::PatchArea,
+        Measure::TypicalPatch,
+    ];
+
+    /// Numbers, of which the reference has an extrapolated value.
+    pub const NUMBERS: [Measure; 3] = [Measure::ContactArea, Measure::MeanGap, Measure::Stiffness];
+
+    /// As JSON and flags name it.
+    pub fn id(self) -> &'static str {
+        match self {
+            Measure::ContactArea => "contact_area",
+            Measure::MeanGap => "mean_gap",
+            Measure::Stiffness => "stiffness",
+            Measure::GapMap => "gap_map",
+            Measure::ContactMap => "contact_map",
+            Measure::GapPdf => "gap_pdf",
+            Measure::StressPdf => "stress_pdf",
+            Measure::PatchArea => "patch_area",
+            Measure::TypicalPatch => "typical_patch",
+        }
+    }
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Measure::ContactArea => "contact area",
+            Measure::MeanGap => "mean gap",
+            Measure::Stiffness => "contact stiffness",
+            Measure::GapMap => "gap map",
+            Measure::ContactMap => "contact map",
+            Measure::GapPdf => "gap distribution Pr(u)",
+            Measure::StressPdf => "stress distribution Pr(σ)",
+            Measure::PatchArea => "patch sizes CPr(a)",
+            Measure::TypicalPatch => "typical patch",
+        }
+    }
+
+    /// How its error is counted.
+    pub fn error(self) -> &'static str {
+        match self {
+            Measure::ContactArea => "relative deviation, perimeter-corrected where contact is a map of nodes",
+            Measure::MeanGap | Measure::Stiffness => "relative deviation",
+            Measure::GapMap => "root mean square difference at the nodes that both grids have, over the mean gap",
+            Measure::ContactMap => "one less Jaccard’s index of the contact maps at the nodes that both grids have",
+            Measure::GapPdf => "Wasserstein’s distance over the mean gap",
+            Measure::StressPdf => "Wasserstein’s distance over E*ḡ",
+            Measure::PatchArea => "Wasserstein’s distance in decades of area",
+            Measure::TypicalPatch => "decades between the areas",
+        }
+    }
+
+    /// Whether errors are decades and not shares of a whole.
+    pub fn in_decades(self) -> bool {
+        matches!(self, Measure::PatchArea | Measure::TypicalPatch)
+    }
+
+    /// An error as large as a relative deviation by this share.
+    pub fn like_relative(self, share: f64) -> f64 {
+        if self.in_decades() { (1.0 + share).log10() } else { share }
+    }
+
+    /// What a method must deliver for it, as its card and [`Missing`] name it.
+    pub fn quantity(self) -> &'static str {
+        match self {
+            Measure::ContactArea => "contact_area",
+            Measure::MeanGap => "mean_gap",
+            Measure::Stiffness => "stiffness",
+            Measure::GapMap => "gap_field",
+            Measure::ContactMap => "contact_map",
+            Measure::GapPdf => "gap_pdf",
+            Measure::StressPdf => "stress_pdf",
+            Measure::PatchArea | Measure::TypicalPatch => "patch_pdf",
+        }
+    }
+}
+
+/// Errors by what they are of; what a method does not tell is absent.
+pub type Errors = BTreeMap<Measure, f64>;
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Tradeoff {
+    pub schema: u32,
+    pub name: String,
+    pub scales: ScalesSi,
+    /// Where the surface is from, its rms gradient, and its shortest wave over L.
+    pub surface: String,
+    pub gradient: f64,
+    pub shortest_wave: f64,
+    /// Grid of the scene.
+    pub nx: usize,
+    pub ny: usize,
+    /// Loads p* there; empty under control of the mean gap.
+    pub p_star: Vec<f64>,
+    pub kernel: String,
+    pub adhesion: String,
+    pub program: String,
+    pub threads: usize,
+    /// Runs of each setting, of which the cheapest counts.
+    pub repeats: usize,
+    /// Wall time that was granted, and what all that was asked for has taken, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub budget_seconds: Option<f64>,
+    pub spent_seconds: f64,
+    /// With the scene's adhesion and without, as the methods need them.
+    pub references: Vec<Reference>,
+    pub points: Vec<Point>,
+    pub left_out: Vec<LeftOut>,
+    pub warnings: Vec<String>,
+}
+
+impl Tradeoff {
+    pub fn reference(&self, adhesive: bool) -> Option<&Reference> {
+        self.references.iter().find(|r| r.setting.adhesive == adhesive)
+    }
+
+    /// An error of a point that can be relied on: one below what is uncertain of the reference is no smaller than that.
+    pub fn error(&self, point: &Point, measure: Measure) -> Option<f64> {
+        let least = self.reference(point.setting.adhesive)?.uncertainty.get(&measure);
+        Some(point.errors.get(&measure)?.max(least.copied().unwrap_or(0.0)))
+    }
+
+    /// Grids of a method in one precision and to one tolerance: those that it ran on most grids in, of equally many the first.
+    pub fn grids(&self, method: &str) -> Vec<&Point> {
+        let told = |p: &&Point| p.setting.method == method && p.refusal.is_none();
+        let how = |p: &Point| (p.setting.precision.clone(), p.setting.tolerance);
+        let alike = |a: &Point| self.points.iter().filter(told).filter(|b| how(b) == how(a)).collect::<Vec<_>>();
+        let all = self.points.iter().filter(told).map(alike);
+        all.reduce(|a, b| if b.len() > a.len() { b } else { a }).unwrap_or_default()
+    }
+
+    /// Writes `tradeoff.json` and `tradeoff.csv` into a run folder.
+    pub fn write(&self, folder: &Path) -> Result<()> {
+        json::write(&folder.join(FILE), self)?;
+        land(&folder.join(CSV_FILE), |w| {
+            let errors: Vec<&str> = Measure::ALL.iter().map(|m| m.id()).collect();
+            writeln!(w, "{COLUMNS},{}", errors.join(","))?;
+            for p in &self.points {
+                let (s, c) = (&p.setting, &p.cost);
+                write!(w, "{},{},{},{},{},{:?},", s.method, s.adhesive, s.nx, s.ny, s.precision, s.tolerance)?;
+                write!(w, "{:?},{:?},{:?},", c.wall_seconds, c.cpu_seconds, c.of_reference)?;
+                write!(w, "{:?},{},{},{}", c.fft_pairs, c.iterations, c.planned_bytes, c.measured_bytes)?;
+                for m in Measure::ALL {
+                    write!(w, ",{}", p.errors.get(&m).map_or(String::new(), |e| format!("{e:?}")))?;
+                }
+                writeln!(w)?;
+            }
+            Ok(())
+        })
+    }
+
+    /// # Errors
+    /// A file that is no table of this program, or one of a newer program.
+    pub fn read(file: &Path) -> Result<Self> {
+        let found: Self = json::read(file)?;
+        if found.schema > SCHEMA {
+            let accepted = format!("a schema of at most {SCHEMA}: this program is older than the file");
+            return Err(Error::format(file, format!("schema {}", found.schema), accepted));
+        }
+        Ok(found)
+    }
+}
+
+/// Columns before those of the errors.
+const COLUMNS: &str = "method,adhesive,nx,ny,precision,tolerance,wall_seconds,cpu_seconds,cpu_of_reference,fft_pairs,\
+                       iterations,planned_bytes,measured_bytes";
+
+/// A method and how it is asked.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Setting {
+    pub method: String,
+    /// Whether it was given the scene's adhesion.
+    pub adhesive: bool,
+    pub nx: usize,
+    pub ny: usize,
+    pub precision: String,
+    pub tolerance: f64,
+}
+
+/// What a setting took for all loads, with what any run counts of its states: the least of its repeats.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Cost {
+    pub wall_seconds: f64,
+    pub cpu_seconds: f64,
+    /// Processor time over the reference's.
+    pub of_reference: f64,
+    /// Of all loads.
+    pub fft_pairs: f64,
+    pub iterations: usize,
+    pub planned_bytes: u64,
+    /// What the largest resident set rose by, and the set that it rose from.
+    pub measured_bytes: u64,
+    pub resident_before_bytes: u64,
+}
+
+/// The solution that others are held against.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Reference {
+    #[serde(flatten)]
+    pub setting: Setting,
+    pub cost: Cost,
+    /// Points a side in x of the coarser grids that it was extrapolated from, coarse to fine.
+    pub coarser: Vec<usize>,
+    pub loads: Vec<ReferenceLoad>,
+    /// What is uncertain of it, in the terms of errors, root mean square over the loads: the way of the extrapolation, or the
+    /// change from half of the points a side. Absent where no coarser grid tells.
+    pub uncertainty: Errors,
+}
+
+/// A number as grids of ever more points tell it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Extrapolation {
+    pub value: f64,
+    /// Of the finest grid.
+    pub finest: f64,
+    /// The way from the finest grid to the value, or, where nothing was extrapolated, from the one before; none of one grid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub uncertainty: Option<f64>,
+    /// Power of the spacing with which the changes shrink, where it is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub order: Option<f64>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ReferenceLoad {
+    pub p_star: f64,
+    /// Contact area as a share, mean gap in L, stiffness in E*/L.
+    pub numbers: BTreeMap<Measure, Extrapolation>,
+}
+
+/// One setting of the ladder.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Point {
+    #[serde(flatten)]
+    pub setting: Setting,
+    pub paper_name: String,
+    pub criterion: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub calibrated_on: Option<String>,
+    /// The solution that others are held against; its errors are what is uncertain of it.
+    pub is_reference: bool,
+    /// Why it tells nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub refusal: Option<String>,
+    pub missing: Vec<Missing>,
+    pub cost: Cost,
+    /// Root mean square over the loads.
+    pub errors: Errors,
+    pub loads: Vec<LoadErrors>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LoadErrors {
+    pub p_star: f64,
+    pub errors: Errors,
+}
+
+/// A setting of the ladder that was not run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LeftOut {
+    #[serde(flatten)]
+    pub setting: Setting,
+    pub reason: String,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_those_of_json() {
+        for m in Measure::ALL {
+            assert_eq!(serde_json::to_value(m).expect("a word"), m.id());
+            assert!(crate::method::Quantity::ALL.iter().any(|q| q.id() == m.quantity()), "{m:?}");
+        }
+        let errors = Errors::from([(Measure::GapPdf, 0.25)]);
+        assert_eq!(serde_json::to_string(&errors).expect("a map"), "{\"gap_pdf\":0.25}");
+    }
+
+    #[test]
+    fn a_fifth_is_a_fifth_in_decades() {
+        assert_eq!(Measure::MeanGap.like_relative(0.2), 0.2);
+        assert!((Measure::TypicalPatch.like_relative(0.2) - 1.2f64.log10()).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,82 @@
+//! One chart per quantity: what settings err by against what they cost, and those that none beats in both.
+
+use super::methods;
+use crate::compare::frontier::front;
+use crate::error::Result;
+use crate::method::REGISTRY;
+use crate::record::tradeoff::{Measure, Point, Tradeoff};
+use crate::report::page::desk::{Desk, capitalised, figure};
+use crate::report::picture::{self, Rgb};
+use crate::report::plot::{Axis, Curve, Dash, Marker, Plot, Style};
+use maud::{Markup, html};
+
+/// Least cost that a chart shows, s: below, clocks of processors count nothing.
+const LEAST_SECONDS: f64 = 1e-4;
+
+/// Factor that a chart's axis of errors goes beyond them on both sides: alike errors are to look alike.
+const ROOM: f64 = 1.6;
+
+const COLOURS: [Rgb; 6] =
+    [picture::BLUE, picture::VERMILION, picture::GREEN, picture::PURPLE, picture::ORANGE, picture::BLACK];
+const FRONT: Style = Style { colour: picture::BLACK, dash: Dash::Solid, marker: Marker::None };
+const UNCERTAIN: Style = Style { colour: picture::GREY, dash: Dash::Dashed, marker: Marker::None };
+const UNCERTAIN_WITHOUT: Style = Style { dash: Dash::Dotted, ..UNCERTAIN };
+
+/// A method's marker and colour on every page, whatever else was run: by its place in the registry.
+pub fn style(method: &str) -> Style {
+    let place = REGISTRY.iter().position(|m| m.card().id == method).unwrap_or(REGISTRY.len());
+    let marker = Marker::DISTINCT[place % Marker::DISTINCT.len()];
+    Style { colour: COLOURS[place % COLOURS.len()], dash: Dash::None, marker }
+}
+
+pub fn section(desk: &Desk, told: &Tradeoff) -> Result<Markup> {
+    let mut figures = Vec::new();
+    for measure in Measure::ALL {
+        if let Some(drawn) = chart(desk, told, measure)? {
+            let caption = html! { (capitalised(measure.name())) ": " (measure.error()) "." };
+            figures.push(figure(drawn, caption));
+        }
+    }
+    Ok(html! {
+        p { "Each mark is a setting: a grid, a precision and a tolerance of one method. The line joins those that no other beats "
+            "in both, grey lines are what is uncertain of the reference. Methods that tell nothing of a quantity are missing "
+            "there; the reasons are in the " a href="#settings" { "list of settings" } "." }
+        @for f in &figures { (f) }
+    })
+}
+
+fn chart(desk: &Desk, told: &Tradeoff, measure: Measure) -> Result<Option<Markup>> {
+    let place = |p: &Point| Some((p.cost.cpu_seconds.max(LEAST_SECONDS), told.error(p, measure).filter(|e| *e > 0.0)?));
+    let all: Vec<(f64, f64)> = told.points.iter().filter_map(place).collect();
+    let (Some(least), Some(most)) =
+        (all.iter().map(|p| p.0).reduce(f64::min), all.iter().map(|p| p.0).reduce(f64::max))
+    else {
+        return Ok(None);
+    };
+    let mut curves = Vec::new();
+    for r in &told.references {
+        if let Some(&u) = r.uncertainty.get(&measure).filter(|u| **u > 0.0) {
+            let (label, style) = match told.references.len() {
+                1 => ("uncertain of the reference", UNCERTAIN),
+                _ if r.setting.adhesive => ("uncertain of the reference", UNCERTAIN),
+                _ => ("of that without adhesion", UNCERTAIN_WITHOUT),
+            };
+            curves.push(Curve { label: label.into(), style, points: vec![(least, u), (most, u)] });
+        }
+    }
+    let points = front(&all).into_iter().map(|i| all[i]).collect();
+    curves.push(Curve { label: "best for its cost".into(), style: FRONT, points });
+    for (method, adhesive) in methods(told) {
+        let of = |p: &&Point| p.setting.method == method && p.setting.adhesive == adhesive;
+        let points: Vec<(f64, f64)> = told.points.iter().filter(of).filter_map(place).collect();
+        if !points.is_empty() {
+            curves.push(Curve { label: method.into(), style: style(method), points });
+        }
+    }
+    let label = format!("error: {}{}", measure.name(), if measure.in_decades() { " (decades)" } else { "" });
+    let errors = || all.iter().map(|p| p.1);
+    let ends = [errors().fold(f64::INFINITY, f64::min) / ROOM, errors().fold(0.0, f64::max) * ROOM];
+    let include = ends.map(|e| (least, e)).to_vec();
+    let plot = Plot { include, ..Plot::new((Axis::Log, Axis::Log), ("processor time (s)", &label), curves) };
+    desk.curves(&format!("tradeoff-{}", measure.id().replace('_', "-")), &plot)
+}

@@ -1,0 +1,84 @@
+//! The page of a ladder of methods: error against cost, what is cheapest, how costs grow.
+
+mod charts;
+mod costs;
+mod tables;
+
+use super::desk::{Desk, text};
+use super::{Section, document};
+use crate::compare::frontier::{Growth, growth};
+use crate::error::Result;
+use crate::record::tradeoff::{FILE, Point, Setting, Tradeoff};
+use crate::report::number::{duration, trimmed};
+use maud::{Markup, html};
+
+pub fn page(desk: &Desk, told: &Tradeoff) -> Result<Markup> {
+    let mut sections = Vec::new();
+    let mut add = |anchor, title, body| sections.push(Section { anchor, title, body });
+    add("front", "Error against cost", charts::section(desk, told)?);
+    add("cheapest", "The cheapest that is good enough", tables::cheapest(told));
+    add("growth", "How costs grow", costs::section(desk, told)?);
+    add("reference", "The reference", tables::references(told));
+    add("settings", "All settings", tables::settings(told));
+    if !told.left_out.is_empty() {
+        add("left-out", "What was left out", tables::left_out(told));
+    }
+    add("sources", "Sources", html! { ol { li { (super::linked(costs::SOURCE)) } } });
+    let name = format!("{}: accuracy and its cost", told.name);
+    Ok(document((&name, &lead(told)), top(told), &sections, FILE))
+}
+
+fn lead(told: &Tradeoff) -> String {
+    let settings = told.points.iter().filter(|p| p.refusal.is_none()).count();
+    let (methods, loads) = (methods(told).len(), told.p_star.len().max(1));
+    let many = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
+    let against = told.references.first().map_or("nothing".into(), |r| {
+        format!("{} in {} on {} × {} points", r.setting.method, r.setting.precision, r.setting.nx, r.setting.ny)
+    });
+    let (settings, methods, loads) = (many(settings, "setting"), many(methods, "method"), many(loads, "load"));
+    format!("{settings} of {methods}, each at {loads}, against {against}.")
+}
+
+fn top(told: &Tradeoff) -> Markup {
+    let loads: Vec<String> = told.p_star.iter().map(|p| trimmed(*p, 4)).collect();
+    html! {
+        @if !told.warnings.is_empty() {
+            div.warnings { h3 { "Read these first" } ul { @for w in &told.warnings { li { (w) } } } }
+        }
+        p { "Surface " (told.surface) "; " (told.kernel) "; adhesion " (told.adhesion)
+            @if !loads.is_empty() { "; loads p* = " (loads.join(", ")) } ". On " (told.threads)
+            @if told.threads == 1 { " thread" } @else { " threads" } ", the least of "
+            (told.repeats) @if told.repeats == 1 { " run" } @else { " runs" } " each; " (duration(told.spent_seconds)) " in all"
+            @if let Some(b) = told.budget_seconds { " of a budget of " (duration(b)) } "." }
+        p { "Costs are those of all loads, with what any run counts of its states (distributions, patches, maps, and the coarser "
+            "grid that solvers follow for their error): seconds of processor time, all threads together. Errors are root mean "
+            "squares over the loads, against the reference; none is told that is smaller than what is uncertain of the "
+            "reference itself." }
+    }
+}
+
+/// A setting in few words.
+fn words(s: &Setting) -> String {
+    format!("{}, {} points a side, {} to\u{a0}{}", s.method, s.nx, s.precision, trimmed(s.tolerance, 2))
+}
+
+/// The methods that told something, in the order of the table, with whether they had adhesion.
+fn methods(told: &Tradeoff) -> Vec<(&str, bool)> {
+    let mut list: Vec<(&str, bool)> = Vec::new();
+    for p in told.points.iter().filter(|p| p.refusal.is_none()) {
+        if !list.contains(&(&p.setting.method, p.setting.adhesive)) {
+            list.push((&p.setting.method, p.setting.adhesive));
+        }
+    }
+    list
+}
+
+/// How the processor time of a method grows with the points of its grids.
+fn grows(told: &Tradeoff, method: &str) -> Option<Growth> {
+    let of = |p: &&Point| ((p.setting.nx * p.setting.ny) as f64, p.cost.cpu_seconds);
+    growth(&told.grids(method).iter().map(of).collect::<Vec<_>>())
+}
+
+fn dash() -> Markup {
+    text("–")
+}

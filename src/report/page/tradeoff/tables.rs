@@ -1,0 +1,165 @@
+//! What is cheapest, what the reference is, and every setting.
+
+use super::{dash, words};
+use crate::compare::frontier::cheapest as least;
+use crate::record::tradeoff::{Measure, Point, Tradeoff};
+use crate::report::number::{count, duration, memory, percent, significant, trimmed};
+use crate::report::page::desk::{capitalised, numbers, table, text};
+use maud::{Markup, html};
+
+/// Classes of error, as relative deviations. An order of magnitude is what is ten times too small: for errors in decades, one.
+const CLASSES: [(&str, f64); 4] = [("1 %", 0.01), ("5 %", 0.05), ("20 %", 0.2), ("an order of magnitude", 0.9)];
+
+/// Limit of a class for a measure.
+fn limit(measure: Measure, share: f64) -> f64 {
+    if measure.in_decades() && share == CLASSES[3].1 { 1.0 } else { measure.like_relative(share) }
+}
+
+/// An error as people read it.
+pub fn shown(measure: Measure, error: f64) -> String {
+    if measure.in_decades() { format!("{} dec", significant(error, 2)) } else { percent_of(error) }
+}
+
+fn percent_of(error: f64) -> String {
+    // Three digits of an error say more than it does.
+    if error < 1e-6 { percent(error) } else { format!("{}\u{a0}%", significant(100.0 * error, 2)) }
+}
+
+/// The cheapest setting of each class.
+pub fn cheapest(told: &Tradeoff) -> Markup {
+    let rows = Measure::ALL.into_iter().filter_map(|measure| {
+        let known: Vec<(&Point, f64)> = told.points.iter().filter_map(|p| Some((p, told.error(p, measure)?))).collect();
+        let points: Vec<(f64, f64)> = known.iter().map(|(p, e)| (p.cost.cpu_seconds, *e)).collect();
+        let cell = |(_, share): &(&str, f64)| match least(&points, limit(measure, *share)) {
+            None => dash(),
+            Some(i) => {
+                let (p, error) = known[i];
+                html! {
+                    (words(&p.setting)) @if p.calibrated_on.is_some() { "*" } br;
+                    span.quiet { (duration(p.cost.cpu_seconds)) ", error " (shown(measure, error)) }
+                }
+            }
+        };
+        (!points.is_empty())
+            .then(|| std::iter::once(text(capitalised(measure.name()))).chain(CLASSES.iter().map(cell)).collect())
+    });
+    let head: Vec<&str> = std::iter::once("quantity").chain(CLASSES.iter().map(|c| c.0)).collect();
+    html! {
+        p { "Processor time of all loads. Errors in decades are held against the same ratios: 5 % is a factor of 1.05, an order "
+            "of magnitude a factor of ten; of other errors an order of magnitude is 90 %. * has constants that were fitted." }
+        (table(&head, rows.collect()))
+    }
+}
+
+/// What all is held against, load by load.
+pub fn references(told: &Tradeoff) -> Markup {
+    let um = told.scales.length_m * 1e6;
+    html! {
+        @for r in &told.references {
+            h3 { (words(&r.setting))
+                @if told.references.len() > 1 { (if r.setting.adhesive { ", with adhesion" } else { ", without adhesion" }) } }
+            p { "Processor time " (duration(r.cost.cpu_seconds)) ", wall " (duration(r.cost.wall_seconds)) ", "
+                (significant(r.cost.fft_pairs, 3)) " FFT pairs. "
+                @if r.coarser.is_empty() { "No coarser grid tells how far it is from convergence." }
+                @else { "Grids below it: " (r.coarser.iter().map(|n| n.to_string()).collect::<Vec<_>>().join(", "))
+                    " points a side. Numbers are extrapolated where three grids show an order, and uncertain by the way that this "
+                    "goes; where they show none, the finest grid’s number stands and is uncertain by the last change. Maps and \
+                     distributions are uncertain by what is left to come where errors fall from grid to grid as they did on these, \
+                     at most with the second order; of one grid below, with the first." } }
+            @let rows = r.loads.iter().map(|l| {
+                let cell = |m: Measure, unit: f64, name: &str| match l.numbers.get(&m) {
+                    None => dash(),
+                    Some(n) => {
+                        let error = n.uncertainty.map_or(" (no error)".to_string(), |u| format!(" ± {}", significant(u * unit, 2)));
+                        let order = n.order.map_or(String::new(), |o| format!(", order {}", significant(o, 2)));
+                        text(format!("{}{error}{name}{order}", significant(n.value * unit, 5)))
+                    }
+                };
+                vec![
+                    text(trimmed(l.p_star, 4)),
+                    cell(Measure::ContactArea, 100.0, "\u{a0}%"),
+                    cell(Measure::MeanGap, um, "\u{a0}µm"),
+                    cell(Measure::Stiffness, 1.0, "\u{a0}E*/L"),
+                ]
+            });
+            (numbers(&["p*", "contact", "mean gap", "stiffness"], rows.collect()))
+            @let of = |m: Measure| r.uncertainty.get(&m).map(|u| format!("{} {}", m.name(), shown(m, *u)));
+            p.quiet { "Uncertain, over the loads: " (Measure::ALL.into_iter().filter_map(of).collect::<Vec<_>>().join("; ")) "." }
+        }
+    }
+}
+
+/// Every setting with its cost and its errors.
+pub fn settings(told: &Tradeoff) -> Markup {
+    let both = told.references.len() > 1;
+    let row = |p: &Point| {
+        let (s, c) = (&p.setting, &p.cost);
+        let mut cells = vec![
+            html! { (s.method) @if p.calibrated_on.is_some() { "*" } @if p.is_reference { " (reference)" }
+            @if both { (if s.adhesive { ", adhesion" } else { ", without" }) } },
+            text(s.nx),
+            text(format!("{} {}", s.precision, trimmed(s.tolerance, 2))),
+            text(duration(c.cpu_seconds)),
+            text(format!("{}×", significant(c.of_reference, 2))),
+            text(duration(c.wall_seconds)),
+            text(count(c.fft_pairs.round() as usize)),
+            text(memory(c.planned_bytes)),
+            text(memory(c.measured_bytes)),
+        ];
+        cells.extend(Measure::ALL.map(|m| p.errors.get(&m).map_or_else(dash, |e| text(shown(m, *e)))));
+        cells
+    };
+    let head = [
+        "method",
+        "points a side",
+        "to",
+        "CPU",
+        "of reference",
+        "wall",
+        "FFT pairs",
+        "planned",
+        "measured",
+        "area",
+        "mean gap",
+        "stiffness",
+        "gap map",
+        "contact map",
+        "Pr(u)",
+        "Pr(σ)",
+        "CPr(a)",
+        "typical patch",
+    ];
+    let mut reasons: Vec<(String, Vec<&str>)> = Vec::new();
+    let mut tell = |why: String, method| match reasons.iter_mut().find(|r| r.0 == why) {
+        Some((_, methods)) if methods.contains(&method) => {}
+        Some((_, methods)) => methods.push(method),
+        None => reasons.push((why, vec![method])),
+    };
+    for p in &told.points {
+        let method = p.setting.method.as_str();
+        match &p.refusal {
+            Some(why) => tell(why.clone(), method),
+            None => p.missing.iter().for_each(|m| {
+                let quantity = Measure::ALL.iter().find(|q| q.quantity() == m.quantity);
+                if let Some(q) = quantity {
+                    tell(format!("{}: {}", q.name(), m.reason), method);
+                }
+            }),
+        }
+    }
+    html! {
+        p { "Errors as they are, even below what is uncertain of the reference; those of the reference itself are what is uncertain "
+            "of it. Measured memory is what the resident set rose by." }
+        (numbers(&head, told.points.iter().filter(|p| p.refusal.is_none()).map(row).collect()))
+        @if !reasons.is_empty() {
+            h3 { "Not told" }
+            ul { @for (why, methods) in &reasons { li { (methods.join(", ")) ": " (why) } } }
+        }
+    }
+}
+
+/// Settings that were not run, apart by their reasons.
+pub fn left_out(told: &Tradeoff) -> Markup {
+    let rows = told.left_out.iter().map(|l| vec![text(words(&l.setting)), text(&l.reason)]);
+    table(&["setting", "why"], rows.collect())
+}
