@@ -437,7 +437,7 @@ fn a_path_up_and_down_is_told_by_its_extremes() {
     c.pull_off_failure = Some("fast stopped".into());
     results.write(folder.path()).unwrap();
     let page = page(folder.path()).replace('\u{a0}', " ");
-    let told = "At p* = 0.002 to 0.04 the mean gap is 600 nm to 980 nm and the contact 3.00 % to 22.0 %; at p* = 0.01 it is 5.00 % \
+    let told = "At p* = 0.002 to 0.04 the mean gap is 980 nm to 600 nm and the contact 3.00 % to 22.0 %; at p* = 0.01 it is 5.00 % \
                 going in and 8.00 % coming back";
     assert!(page.contains(told), "{}", &page[page.find("class=\"found\"").unwrap()..][..600]);
     assert!(page.contains("perimeter-corrected; at p* = 0.01 5.00 % going in, 8.00 % coming back"));

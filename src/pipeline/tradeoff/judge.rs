@@ -26,7 +26,9 @@ fn contact(root: &Path, state: &MethodState) -> Result<Option<npy::Field<f64>>> 
     if let Some(file) = &state.contact_map {
         return npy::read(&root.join(file)).map(Some);
     }
-    let Some(file) = &state.gap_map else { return Ok(None) };
+    // An estimate that lends no map of its contact knows none: where undeformed bodies overlap is not where they touch.
+    let of_solver = state.contact_fraction_corrected.is_some();
+    let Some(file) = state.gap_map.as_ref().filter(|_| of_solver) else { return Ok(None) };
     let mut map = npy::read(&root.join(file))?;
     map.values.iter_mut().for_each(|g| *g = f64::from(u8::from(*g <= 0.0)));
     Ok(Some(map))
