@@ -2,7 +2,6 @@
 //! what the challenge says of them.
 
 #[path = "common/found.rs"]
-#[allow(dead_code)]
 mod found;
 
 use asperity::grid::{Field, Grid, separation};
@@ -126,6 +125,17 @@ fn springs_know_the_load_by_the_gradient() {
     let b = one(&problem(grid, &double), "winkler", 0.06);
     assert_eq!(a.contact, b.contact);
     assert!(near(b.mean_gap, 2.0 * a.mean_gap, 1e-12) && a.area > 0.01 && a.area < 0.9);
+}
+
+/// The same of spots that merge: steps of the load are of p*, so that they merge in the same order.
+#[test]
+fn spots_know_the_load_by_the_gradient() {
+    let (grid, heights) = rough(128, 128, 1.0 / 24.0, 4);
+    let double: Vec<f64> = heights.iter().map(|h| 2.0 * h).collect();
+    let a = one(&problem(grid, &heights), "icha", 0.03);
+    let b = one(&problem(grid, &double), "icha", 0.06);
+    assert_eq!(a.patches.len(), b.patches.len());
+    assert!(near(b.area, a.area, 1e-9) && near(b.mean_gap, 2.0 * a.mean_gap, 1e-9) && a.area > 0.01);
 }
 
 /// Calibrated at p* = 0.01 the area is met there to the nodes; S27: below, it falls with less than the power 0.95 of the load,

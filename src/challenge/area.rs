@@ -1,7 +1,8 @@
 //! Contact area and mean contact pressure.
 
 use super::{Sight, Statement, cover, reference};
-use crate::record::results::{Judged, StateResults};
+use crate::record::judged::Judged;
+use crate::record::results::StateResults;
 use std::f64::consts::PI;
 
 /// Loads, p*, of the law for all pressures without adhesion.

@@ -1,7 +1,8 @@
 //! Mean gap, stiffness and the distribution of gaps.
 
 use super::{Sight, Statement, cover, line, reference, setting, share_below};
-use crate::record::results::{FIRST_TOUCH, Judged};
+use crate::record::judged::Judged;
+use crate::record::results::FIRST_TOUCH;
 
 /// Mean gap at the reference load, µm, and three standard deviations: seeds 1 to 24 on 512² (`docs/challenge.md`).
 const MEAN_GAP: [f64; 2] = [1.037, 0.105];

@@ -12,7 +12,8 @@ mod stress;
 mod tests;
 
 use crate::observe::Distribution;
-use crate::record::results::{ContinuumResults, Judged, Observed, Results, StateResults, Verdict, Way};
+use crate::record::judged::{Judged, Verdict};
+use crate::record::results::{ContinuumResults, Observed, Results, StateResults, Way};
 use crate::scene::REFERENCE_LOAD;
 
 /// Largest dx γ/(ρ² E*) at which adhesion is no stiffer than the stiffest wave of the grid, along an axis.

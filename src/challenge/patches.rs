@@ -1,7 +1,8 @@
 //! Sizes of contact patches.
 
 use super::{SIZE_EXPONENT, Sight, Statement, line};
-use crate::record::results::{Judged, Observed};
+use crate::record::judged::Judged;
+use crate::record::results::Observed;
 
 /// Smallest patch of the fit, nodes: below it a patch's size is its pixels'.
 const SMALLEST_NODES: f64 = 16.0;

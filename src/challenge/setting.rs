@@ -2,7 +2,8 @@
 
 use super::{MESH_LIMIT, Sight, Statement, reference};
 use crate::interface;
-use crate::record::results::{CURVATURE_RADIUS, FIRST_TOUCH, HEIGHT_RANGE, Judged, RMS_HEIGHT, Verdict};
+use crate::record::judged::{Judged, Verdict};
+use crate::record::results::{CURVATURE_RADIUS, FIRST_TOUCH, HEIGHT_RANGE, RMS_HEIGHT};
 use crate::scene::REFERENCE_LOAD;
 
 /// γ/(E* L): 50 mJ/m² on 25 MPa and 0.1 mm.

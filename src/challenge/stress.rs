@@ -2,7 +2,8 @@
 
 use super::{Sight, Statement, reference, share_below};
 use crate::observe::Distribution;
-use crate::record::results::{Judged, Observed};
+use crate::record::judged::Judged;
+use crate::record::results::Observed;
 use libm::erf;
 
 /// What a residual of 1e-4 of the pressure leaves at single nodes, over γ/ρ.

@@ -1,7 +1,8 @@
 //! Answers on stdout.
 
+use crate::record::judged::{Judged, Verdict};
 use crate::record::methods::MethodResults;
-use crate::record::results::{AuditLine, ContinuumResults, Judged, Overlap, Results, Statistic, Verdict, Way};
+use crate::record::results::{AuditLine, ContinuumResults, Overlap, Results, Statistic, Way};
 use crate::report::branch::way_back;
 use crate::report::number::{change, duration, percent, si, significant, trimmed};
 use crate::{Error, Result};

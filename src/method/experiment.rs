@@ -9,8 +9,7 @@
 //!
 //! Scaled up a thousand times at the same E*ḡ the groups are kept but those of adhesion: the work of rubber, 50 mJ/m² over a
 //! cell of 0.1 m, is the challenge's γ/(E*L) = 2·10⁻⁵ at E* = 25 kPa, and less on what is stiffer; a range of molecules is
-//! then far below that of the challenge, ρ/L = 2·10⁻⁵. [`ExperimentSettings::groups`] tells. The model takes the adhesion of
-//! the problem.
+//! then far below that of the challenge, ρ/L = 2·10⁻⁵. The model takes the adhesion of the problem.
 
 use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Plan, Problem, Quantity, Started, Support,
@@ -82,47 +81,7 @@ impl Default for ExperimentSettings {
     }
 }
 
-/// What must be alike for two scales to show the same contact, of a laboratory's materials.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Groups {
-    /// γ/(E*·L).
-    pub work: f64,
-    /// ρ/L.
-    pub range: f64,
-    /// Tabor's parameter R_c^(1/3) (γ/E*)^(2/3)/ρ.
-    pub tabor: f64,
-    /// Layer over the cell, printer's resolution and camera's pixel over the shortest wavelength.
-    pub thickness: f64,
-    pub print_per_lambda_s: f64,
-    pub pixel_per_lambda_s: f64,
-    /// Optical gap over the range of the challenge's adhesion, ρ = 2.071·10⁻⁵ L.
-    pub optical_gap_per_range: f64,
-}
-
 impl ExperimentSettings {
-    /// The groups of a surface with λ_s and R_c (units of L) printed in a cell of `cell_m` metres, on a rubber of E* in pascal,
-    /// a work of adhesion in J/m² and a range in metres.
-    pub fn groups(
-        &self,
-        (lambda_s, curvature_radius): (f64, f64),
-        cell_m: f64,
-        modulus_pa: f64,
-        work_j_per_m2: f64,
-        range_m: f64,
-    ) -> Groups {
-        const CHALLENGE_RANGE: f64 = 2.071e-5;
-        let (work, range) = (work_j_per_m2 / (modulus_pa * cell_m), range_m / cell_m);
-        Groups {
-            work,
-            range,
-            tabor: (curvature_radius * work * work).cbrt() / range,
-            thickness: self.thickness,
-            print_per_lambda_s: self.print / lambda_s,
-            pixel_per_lambda_s: self.pixel / lambda_s,
-            optical_gap_per_range: self.optical_gap / CHALLENGE_RANGE,
-        }
-    }
-
     fn layer(&self) -> Elastic {
         Elastic::Layer(Layer { thickness: self.thickness, poisson: self.poisson, base: Base::Bonded })
     }
@@ -292,18 +251,5 @@ mod tests {
         assert_eq!(seen, [1, 1, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]);
         let one_by_one: Vec<u8> = gap.iter().map(|g| u8::from(*g == 0.0)).collect();
         assert_eq!(photograph(grid, &gap, 0.5, 0.01), one_by_one);
-    }
-
-    /// Scaled up to 0.1 m: the challenge's work on rubber of 25 kPa, eighty times less on 2.1 MPa.
-    #[test]
-    fn groups_of_the_laboratory() {
-        let settings = ExperimentSettings::default();
-        let groups = |modulus: f64, range: f64| settings.groups((1e-3, 6e-4), 0.1, modulus, 0.05, range);
-        let soft = groups(25e3, 2.071e-6);
-        assert!((soft.work / 2e-5 - 1.0).abs() < 1e-12 && (soft.tabor - 3.0007).abs() < 1e-3, "{soft:?}");
-        assert!((groups(2.1e6, 1e-9).work * 84.0 / 2e-5 - 1.0).abs() < 1e-12);
-        assert!((soft.print_per_lambda_s - 0.16).abs() < 1e-12 && soft.optical_gap_per_range < 0.1);
-        // A molecular range is JKR's limit.
-        assert!(groups(25e3, 1e-9).tabor > 1e3);
     }
 }

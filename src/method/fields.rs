@@ -3,7 +3,7 @@
 //! `fast` and `gfmd` but the transform.
 
 use super::operator::{Balance, refused};
-use super::{Load, Precision, Problem};
+use super::{Precision, Problem};
 use crate::grid::{Grid, Transform, dot, mean, sum_rows};
 use crate::{Error, Result};
 use rayon::prelude::*;
@@ -65,6 +65,11 @@ impl Symbol {
         self.0.iter().copied().fold(f64::NEG_INFINITY, f64::max)
     }
 
+    /// Becomes another symbol of the same grid, value by value as they are kept, `1/N` included.
+    pub fn set(&mut self, from: &Symbol, of: impl Fn(f64) -> f64) {
+        self.0.iter_mut().zip(&from.0).for_each(|(to, &v)| *to = of(v));
+    }
+
     /// Another symbol, from the values of this one as they are kept, `1/N` included.
     pub fn map(&self, of: impl Fn(f64) -> f64) -> Symbol {
         Symbol(self.0.iter().map(|&v| of(v)).collect())
@@ -122,18 +127,6 @@ pub(super) fn heights(problem: &Problem, id: &str) -> Result<Vec<f64>> {
     let middle = mean(&heights);
     each(&mut heights, |_, h| h - middle);
     Ok(heights)
-}
-
-/// The pressure that a load imposes: one that presses, or with attraction any.
-///
-/// # Errors
-/// `Input` for any other load.
-pub(super) fn pressure(load: Load, attracts: bool, id: &str) -> Result<f64> {
-    match load {
-        Load::Pressure(p) if p > 0.0 || attracts => Ok(p),
-        Load::Pressure(p) => Err(refused(id, "pressure", p, "a positive one: nothing holds a pull")),
-        Load::MeanGap(g) => Err(refused(id, "mean gap", g, "a pressure; the method `fast` controls the mean gap")),
-    }
 }
 
 /// What a gap is short of equilibrium: `stress` is that of body and load, `traction` the law's attraction. Behind a hard

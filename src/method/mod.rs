@@ -40,7 +40,7 @@ pub use problem::{
     unwatched,
 };
 
-pub use experiment::{ExperimentSettings, Groups};
+pub use experiment::ExperimentSettings;
 pub use icha::IchaSettings;
 pub use ms_archard::MsArchardSettings;
 pub use persson::{Form, PerssonSettings};

@@ -163,7 +163,7 @@ impl Estimator for Stack<'_> {
         let clock = Instant::now();
         let pressure = accepts::pressure(load, false, CARD.id)?;
         let (mut share, mut gap, mut iterations) = (1.0, 0.0, 0);
-        let (mut on_band, mut pulled) = (pressure, 0.0);
+        let (mut on_band, mut unbalanced) = (pressure, 0.0_f64);
         let mut stop = Stop::Converged;
         for band in &self.bands {
             if self.watch.stopping() {
@@ -175,7 +175,9 @@ impl Estimator for Stack<'_> {
             // The gap inside what touched at longer waves, which is all that this band is on.
             gap += share * band.amplitude * sinusoid::mean_gap(x);
             let pull = band.pull(x, &self.adhesion);
-            pulled += share * pull;
+            if x < 1.0 {
+                unbalanced = unbalanced.max((x * band.gradient / (on_band + pull) - 1.0).abs());
+            }
             let touching = sinusoid::share(x);
             share *= touching;
             on_band = (on_band + pull) / touching;
@@ -183,7 +185,7 @@ impl Estimator for Stack<'_> {
         Ok(Estimate {
             contact_fraction: share,
             mean_gap: Some(gap),
-            load_error: ((on_band * share - pulled) / pressure - 1.0).abs(),
+            load_error: unbalanced,
             stop,
             iterations,
             seconds: clock.elapsed().as_secs_f64(),

@@ -3,10 +3,12 @@
 
 mod checkpoint;
 mod coarser;
+mod estimates;
 mod pull_off;
 
 pub use checkpoint::{Checkpoint, Keeper};
 pub use coarser::CORRECTION;
+pub use estimates::Given;
 
 use crate::grid::{Field, Grid, Series, rms};
 use crate::interface::{Adhesion, Elastic, Law, RangeChoice};

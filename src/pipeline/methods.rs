@@ -5,17 +5,17 @@ use super::observed::{SIZES_PER_DECADE, gap_edges, stress_edges};
 use super::{Key, Listener, Progress};
 use crate::grid::{Field, Grid};
 use crate::interface::Adhesion;
-use crate::method::{
-    Card, ContactMethod, Criterion, Estimate, Heights, Kind, Needs, Problem, Quantity, Stop, all_atom,
-};
+use crate::method::{Card, ContactMethod, Criterion, Estimate, Heights, Kind, Problem, Quantity, all_atom};
 use crate::observe::{
     Connectivity, Spots, contact_area, gap_distribution, patch_sizes, stiffness, stress_distribution,
 };
+use crate::path::Given;
 use crate::record::methods::{MethodResults, MethodState, Missing, states_of};
 use crate::record::npy;
 use crate::record::results::AtomsResults;
 use crate::scene::Case;
 use crate::{Error, Result};
+use std::borrow::Cow;
 use std::path::Path;
 
 /// A method, and whether it is given the scene's adhesion.
@@ -85,9 +85,7 @@ pub(super) fn of_atoms(
             gap: Some(&gap),
             ..Estimate::at(pressure)
         };
-        let mut state = state_of(&problem, s.p_star, &found);
-        // Sites of atoms have no rim to be corrected for.
-        state.contact_fraction_corrected = None;
+        let mut state = state_of(card, &problem, s.p_star, &found);
         let file = format!("load-{}-gap.npy", i + 1);
         npy::write(&folder.join(&file), grid.nx, grid.ny, gap.iter().copied())?;
         state.gap_map = Some(format!("{stage}/{file}"));
@@ -145,21 +143,19 @@ pub(super) fn run(
         return Ok(MethodResults { refusal: Some("runs in scenes with [atoms]".into()), ..nothing(card, adhesive) });
     }
     let adhesion = if adhesive { case.adhesion } else { Adhesion::None };
-    let asked = Problem { adhesion, ..case.problem(heights) };
-    let power = (card.needs == Needs::Spectrum).then(|| asked.power_of_heights()).transpose()?;
-    let problem = match &power {
-        // What it does not need it is not given.
-        Some(power) => Problem { power: Some(power), heights: (&[][..]).into(), ..asked },
-        None => asked,
-    };
     let cpu = crate::sys::cpu_seconds();
-    let mut results = MethodResults { planned_bytes: method.plan(&problem).bytes, ..nothing(card, adhesive) };
+    let asked = Problem { adhesion, ..case.problem(heights) };
+    let mut results = nothing(card, adhesive);
     let ended = match card.kind {
         Kind::Solver => {
+            results.planned_bytes = method.plan(&asked).bytes;
             laboratory(case, Variant::Beside(card.id, adhesive), heights, (folder, stage, ""), key, listener)
                 .map(|c| results.states = states_of(&c))
         }
-        Kind::Estimate => estimate(case, method, &problem, (folder, stage), listener, &mut results.states),
+        Kind::Estimate => Given::new(asked, method).and_then(|given| {
+            results.planned_bytes = given.plan().bytes;
+            estimate(case, &given, (folder, stage), listener, &mut results.states)
+        }),
     };
     match ended {
         Ok(()) => {}
@@ -177,39 +173,17 @@ pub(super) fn run(
 /// Estimates load by load.
 fn estimate(
     case: &Case,
-    method: &'static dyn ContactMethod,
-    problem: &Problem,
+    given: &Given,
     (folder, stage): (&Path, &str),
     listener: &dyn Listener,
     states: &mut Vec<MethodState>,
 ) -> Result<()> {
-    let (id, need, have) = (method.card().id, method.plan(problem).bytes, crate::sys::available_memory_bytes());
-    if need > have {
-        let advice = "a coarser surface.grid needs less".into();
-        return Err(Error::Memory { what: id.into(), need, have, advice });
-    }
     let mut loads = case.loads();
     loads.truncate(case.loads_there());
     let watch = Progress::new(listener, None, "", (0, loads.len()));
-    let mut run = method.start(problem, &watch)?.estimator()?;
-    for (i, &load) in loads.iter().enumerate() {
-        let found = run.estimate(load)?;
-        match found.stop {
-            Stop::Converged => {}
-            Stop::Interrupted => return Err(Error::Interrupted),
-            stop => {
-                return Err(Error::NotConverged {
-                    method: id,
-                    why: stop.to_string(),
-                    iterations: found.iterations,
-                    residual: found.load_error,
-                    tolerance: problem.tolerance,
-                    partial: None,
-                });
-            }
-        }
+    given.walk(&loads, &watch, |i, problem, found| {
         let p_star = case.p_star.get(i).copied().unwrap_or(found.pressure / case.gradient);
-        let mut state = state_of(problem, p_star, &found);
+        let mut state = state_of(given.card(), problem, p_star, found);
         if case.keeps_maps(p_star) {
             let grid = problem.grid;
             let name = |quantity: &str| format!("load-{}-{quantity}.npy", i + 1);
@@ -230,19 +204,20 @@ fn estimate(
         }
         states.push(state);
         watch.next();
-    }
+        Ok(())
+    })?;
     stiffen(states);
     Ok(())
 }
 
 /// An estimate in numbers: what it lends as fields is counted, what it tells itself is kept.
-pub fn state_of(problem: &Problem, p_star: f64, e: &Estimate) -> MethodState {
+pub fn state_of(card: &Card, problem: &Problem, p_star: f64, e: &Estimate) -> MethodState {
     let grid = problem.grid;
     let node = grid.dx() * grid.dy();
     // Zero where a node touches, as observers of gaps have it.
-    let open: Option<Vec<f64>> = match (e.contact, e.gap) {
+    let open: Option<Cow<[f64]>> = match (e.contact, e.gap) {
         (Some(map), _) => Some(map.iter().map(|&m| if m == 0 { 1.0 } else { 0.0 }).collect()),
-        (None, Some(gap)) => Some(gap.to_vec()),
+        (None, Some(gap)) => Some(gap.into()),
         // What presses touches.
         (None, None) => e.stress.map(|stress| stress.iter().map(|s| if *s > 0.0 { 0.0 } else { 1.0 }).collect()),
     };
@@ -262,10 +237,10 @@ pub fn state_of(problem: &Problem, p_star: f64, e: &Estimate) -> MethodState {
         let edges = stress_edges(stress.iter().copied().fold(0.0, f64::min), largest(stress));
         Some(stress_distribution(touching?, Field::F64(stress), (0.0, adhesive), edges))
     });
-    // What overlaps is counted without a bias; a map that a solver made has its rim.
-    let corrected = touching
-        .filter(|_| e.contact.is_some() && e.fft_pairs > 0.0)
-        .map(|open| contact_area(grid, open, 0.0).corrected);
+    // A small gap that was solved for has a rim of nodes counted too much; what overlaps is counted without a bias.
+    let of_gaps = matches!(card.criterion, Criterion::ZeroGap | Criterion::Optical { .. });
+    let corrected =
+        touching.filter(|_| e.contact.is_some() && of_gaps).map(|open| contact_area(grid, open, 0.0).corrected);
     MethodState {
         p_star,
         pressure: e.pressure,

@@ -6,6 +6,7 @@ pub mod csv;
 pub mod heights;
 pub mod import;
 pub mod json;
+pub mod judged;
 pub mod land;
 pub mod mcap;
 pub mod methods;

@@ -9,6 +9,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::judged::Judged;
 use super::methods::MethodResults;
 use super::{json, land};
 use crate::error::{Error, Result};
@@ -206,58 +207,6 @@ pub struct ContinuumResults {
     /// Why there is none, where one was asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pull_off_failure: Option<String>,
-}
-
-/// A statement of the challenge and what was found.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Judged {
-    /// "S07", as in docs/challenge.md.
-    pub id: String,
-    pub statement: String,
-    /// For people ("µm", "%", "1").
-    pub unit: String,
-    #[serde(default)]
-    pub value: Option<f64>,
-    #[serde(default)]
-    pub reference: Option<f64>,
-    /// Lowest and highest value that agree, where there are such.
-    #[serde(default)]
-    pub tolerance: Option<[Option<f64>; 2]>,
-    pub verdict: Verdict,
-    /// Where the tolerance comes from, or why nothing is judged.
-    pub reason: String,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Verdict {
-    #[serde(rename = "pass")]
-    Pass,
-    #[serde(rename = "fail")]
-    Fail,
-    #[serde(rename = "not judged")]
-    NotJudged,
-}
-
-impl Judged {
-    /// The values that agree, in words; none where no value would.
-    pub fn accepted(&self, number: impl Fn(f64) -> String) -> Option<String> {
-        Some(match self.tolerance? {
-            [Some(low), Some(high)] => format!("{} to {}", number(low), number(high)),
-            [Some(low), None] => format!("from {}", number(low)),
-            [None, Some(high)] => format!("up to {}", number(high)),
-            [None, None] => return None,
-        })
-    }
-}
-
-impl std::fmt::Display for Verdict {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Verdict::Pass => "pass",
-            Verdict::Fail => "fail",
-            Verdict::NotJudged => "not judged",
-        })
-    }
 }
 
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]

@@ -1,21 +1,13 @@
 //! States of the solvers, copied for tests that compare many of them.
 
 use asperity::grid::Grid;
-use asperity::method::{self, Load, Precision, Problem, Stop, unwatched};
+use asperity::method::{self, Load, Problem, State, Stop, unwatched};
 use asperity::observe::contact_area;
 use asperity::surface::{Modes, Spectrum};
-
-pub const METHODS: [&str; 3] = ["gfmd", "bvm", "fast"];
-pub const PRECISIONS: [Precision; 2] = [Precision::F64, Precision::F32];
 
 /// The defaults of scenes and of `solve`.
 pub fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
     Problem { max_iterations: 20_000, ..Problem::new(grid, heights) }
-}
-
-pub fn in_precision<'p>(problem: &Problem<'p>, precision: Precision) -> Problem<'p> {
-    let tolerance = if precision == Precision::F32 { 1e-3 } else { problem.tolerance };
-    Problem { precision, tolerance, ..problem.clone() }
 }
 
 /// A state, as these tests look at it.
@@ -24,6 +16,7 @@ pub struct Found {
     pub stop: Stop,
     pub iterations: usize,
     pub residual: f64,
+    pub load_error: f64,
     pub area: f64,
     pub mean_gap: f64,
     pub energy: f64,
@@ -33,8 +26,19 @@ pub struct Found {
 }
 
 impl Found {
-    pub fn lowest_stress(&self) -> f64 {
-        self.stress.iter().copied().fold(f64::INFINITY, f64::min)
+    pub fn of(grid: Grid, s: &State) -> Self {
+        Found {
+            stop: s.stop,
+            iterations: s.iterations,
+            residual: s.residual,
+            load_error: s.load_error,
+            area: contact_area(grid, s.gap, 0.0).fraction,
+            mean_gap: s.mean_gap,
+            energy: s.energy,
+            interaction: s.interaction_energy,
+            gap: s.gap.to_vec(),
+            stress: s.stress.to_vec(),
+        }
     }
 
     pub fn is_finite(&self) -> bool {
@@ -45,21 +49,7 @@ impl Found {
 /// A path of pressures.
 pub fn path(problem: &Problem, id: &str, pressures: &[f64]) -> Vec<Found> {
     let mut run = method::find(id).unwrap().start(problem, &unwatched).unwrap().solver().unwrap();
-    let mut solve = |&p: &f64| {
-        let s = run.equilibrate(Load::Pressure(p)).unwrap();
-        Found {
-            stop: s.stop,
-            iterations: s.iterations,
-            residual: s.residual,
-            area: contact_area(problem.grid, s.gap, 0.0).fraction,
-            mean_gap: s.mean_gap,
-            energy: s.energy,
-            interaction: s.interaction_energy,
-            gap: s.gap.to_vec(),
-            stress: s.stress.to_vec(),
-        }
-    };
-    pressures.iter().map(&mut solve).collect()
+    pressures.iter().map(|&p| Found::of(problem.grid, &run.equilibrate(Load::Pressure(p)).unwrap())).collect()
 }
 
 /// One pressure, to convergence.

@@ -5,7 +5,8 @@ use crate::cli::{listen::Teller, words};
 use crate::error::Complaint;
 use crate::grid::Field;
 use crate::interface::{Adhesion, RangeChoice};
-use crate::method::{ContactMethod, Estimate, Load, Needs, Precision, Problem, Quantity, Stop};
+use crate::method::{Card, ContactMethod, Estimate, Load, Precision, Problem, Quantity};
+use crate::path::Given;
 use crate::pipeline::{Progress, state_of};
 use crate::record::{json, npy};
 use crate::report::number::{duration, memory, percent, significant};
@@ -39,13 +40,8 @@ pub(super) fn run(
     teller: &Teller,
 ) -> Result<()> {
     let card = method.card();
-    let power = (card.needs == Needs::Spectrum).then(|| asked.power_of_heights()).transpose()?;
-    let given = match &power {
-        // What it does not need it is not given.
-        Some(power) => Problem { power: Some(power), heights: (&[][..]).into(), ..asked.clone() },
-        None => asked.clone(),
-    };
-    let (plan, have) = (method.plan(&given), crate::sys::available_memory_bytes());
+    let given = Given::new(asked.clone(), method)?;
+    let (plan, have) = (given.plan(), crate::sys::available_memory_bytes());
     let grid = asked.grid;
     if solve.dry_run {
         if solve.json {
@@ -58,10 +54,6 @@ pub(super) fn run(
             ));
         }
     }
-    if plan.bytes > have {
-        let advice = "a coarser grid needs less".into();
-        return Err(Error::Memory { what: card.id.into(), need: plan.bytes, have, advice });
-    }
     if solve.dry_run {
         return Ok(());
     }
@@ -69,33 +61,18 @@ pub(super) fn run(
         std::fs::create_dir_all(out).map_err(Error::io("create", out))?;
     }
     let watch = Progress::new(teller, None, "", (0, loads.len()));
-    let mut run = method.start(&given, &watch)?.estimator()?;
     let resolved_gradient = asked.resolved_gradient();
-    for (i, &load) in loads.iter().enumerate() {
-        let cpu = crate::sys::cpu_seconds();
-        let found = run.estimate(load)?;
-        match found.stop {
-            Stop::Converged => {}
-            Stop::Interrupted => return Err(Error::Interrupted),
-            stop => {
-                return Err(Error::NotConverged {
-                    method: card.id,
-                    why: stop.to_string(),
-                    iterations: found.iterations,
-                    residual: found.load_error,
-                    tolerance: given.tolerance,
-                    partial: None,
-                });
-            }
-        }
-        let mut line = line(solve, &given, &found);
+    let mut cpu = crate::sys::cpu_seconds();
+    given.walk(loads, &watch, |i, problem, found| {
+        let before = std::mem::replace(&mut cpu, crate::sys::cpu_seconds());
+        let mut line = line(solve, card, problem, found);
         line["method"] = json!(card.id);
         line["criterion"] = json!(card.criterion.to_string());
         line["calibrated_on"] = json!(card.calibrated_on);
         line["resolved_gradient"] = json!(resolved_gradient);
-        line["cpu_seconds"] = json!(crate::sys::cpu_seconds() - cpu);
+        line["cpu_seconds"] = json!(cpu - before);
         line["planned_bytes"] = json!(plan.bytes);
-        let adhesive = given.adhesion != Adhesion::None;
+        let adhesive = problem.adhesion != Adhesion::None;
         line["missing"] = Quantity::ALL
             .into_iter()
             .filter_map(|q| Some((q.id().to_string(), Value::from(card.why_not(q, adhesive)?))))
@@ -120,13 +97,13 @@ pub(super) fn run(
             words::say(&table(&line));
         }
         watch.next();
-    }
-    Ok(())
+        Ok(())
+    })
 }
 
-fn line(solve: &Solve, problem: &Problem, found: &Estimate) -> Value {
+fn line(solve: &Solve, card: &Card, problem: &Problem, found: &Estimate) -> Value {
     let (length, modulus, grid) = (solve.length, solve.modulus, problem.grid);
-    let state = state_of(problem, found.pressure, found);
+    let state = state_of(card, problem, found.pressure, found);
     json!({
         "nx": grid.nx,
         "ny": grid.ny,

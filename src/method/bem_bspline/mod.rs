@@ -22,6 +22,7 @@ use super::fields::{self, Convolution, Symbol, add, each, inner, means};
 use super::operator::{Balance, Outcome, Progress};
 use super::{
     Card, ContactMethod, Criterion, Iteration, Kind, Load, Needs, Plan, Problem, Run, Started, State, Stop, Watch,
+    accepts,
 };
 use crate::grid::{Grid, rms};
 use crate::interface::{Adhesion, Elastic, Kernel, Law, Wall};
@@ -248,7 +249,7 @@ impl Solver<'_> {
             let [mean] = means(gap.len(), |i| [scratch[i].max(0.0)]);
             let shift = mean.max(problem.stiffness_range().0);
             let points = problem.grid.points() as f64;
-            *condition = stiffness.map(|k| 1.0 / (points * (points * k + shift)));
+            condition.set(stiffness, |k| 1.0 / (points * (points * k + shift)));
             newton.step(gradient, step, FORCING.max(0.5 * goal / slope), |conditioner, d, to| {
                 if conditioner {
                     convolution.apply(condition, d, to);
@@ -330,7 +331,7 @@ impl Run for Solver<'_> {
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
         let clock = Instant::now();
         let problem = self.problem;
-        let pressure = fields::pressure(load, self.law.range() > 0.0, CARD.id)?;
+        let pressure = accepts::pressure(load, self.law.range() > 0.0, CARD.id)?;
         let scale = Problem::stress_scale(pressure);
         let floor = problem.rounding_floor(self.rms_height, pressure);
         let pairs_before = self.convolution.pairs;

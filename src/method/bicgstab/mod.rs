@@ -18,7 +18,7 @@ use super::fields::{Convolution, Symbol, each, inner as product, means};
 use super::operator::{Balance, Outcome, Progress};
 use super::{
     Card, ContactMethod, Criterion, Iteration, Kind, Load, Needs, Plan, Problem, Run, Started, State, Stop, Watch,
-    fields,
+    accepts, fields,
 };
 use crate::grid::rms;
 use crate::interface::{Adhesion, Kernel, Law, PowerLaw93, PowerLawWall, Wall, WithAdhesion};
@@ -219,7 +219,7 @@ impl<'p, L: Law, M: Fn(f64) -> L> Solver<'p, L, M> {
         let shift = mean.max(problem.stiffness_range().0);
         let points = problem.grid.points() as f64;
         // The symbols hold k/N, and the conditioner is to hold 1/(N(k + c)).
-        *condition = stiffness.map(|k| 1.0 / (points * (points * k + shift)));
+        condition.set(stiffness, |k| 1.0 / (points * (points * k + shift)));
         let both = std::cell::RefCell::new(convolution);
         newton.solve(
             force,
@@ -264,7 +264,7 @@ impl<L: Law, M: Fn(f64) -> L> Run for Solver<'_, L, M> {
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
         let clock = Instant::now();
         let problem = self.problem;
-        let pressure = fields::pressure(load, self.law.range() > 0.0, CARD.id)?;
+        let pressure = accepts::pressure(load, self.law.range() > 0.0, CARD.id)?;
         let scale = Problem::stress_scale(pressure);
         let pairs_before = self.convolution.pairs;
         // Continuation in the range: halved from about the rms height down to the one that is asked for.

@@ -15,7 +15,7 @@ use super::fields::{Convolution, Symbol, add, each, inner, means};
 use super::operator::{Outcome, Progress};
 use super::{
     Card, ContactMethod, Criterion, Iteration, Kind, Load, Needs, Plan, Problem, Run, Started, State, Stop, Watch,
-    fields,
+    accepts, fields,
 };
 use crate::grid::{lowest, rms};
 use crate::interface::{Adhesion, Exponential, Kernel, Wall};
@@ -110,7 +110,7 @@ impl ContactMethod for FftIa {
             response: zero(),
             stress: zero(),
             traction: zero(),
-            given: None,
+            given: false,
             heights,
         })))
     }
@@ -136,7 +136,7 @@ struct Solver<'p> {
     stress: Vec<f64>,
     traction: Vec<f64>,
     /// A gap to start from.
-    given: Option<Vec<f64>>,
+    given: bool,
 }
 
 /// How an inner search ended.
@@ -238,20 +238,21 @@ impl Solver<'_> {
 
 impl Run for Solver<'_> {
     fn set_gap(&mut self, gap: &[f64]) {
-        self.given = Some(gap.to_vec());
+        self.gap.copy_from_slice(gap);
+        self.given = true;
     }
 
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
         let clock = Instant::now();
         let problem = self.problem;
-        let pressure = fields::pressure(load, self.law.is_some(), CARD.id)?;
+        let pressure = accepts::pressure(load, self.law.is_some(), CARD.id)?;
         let scale = Problem::stress_scale(pressure);
         let pairs_before = self.convolution.pairs;
-        if let Some(gap) = self.given.take() {
+        if std::mem::take(&mut self.given) {
             // The pressures that hold it.
-            let displacement: Vec<f64> = gap.iter().zip(&self.heights).map(|(g, h)| g - h).collect();
-            self.convolution.apply(&self.stiffness, &displacement, &mut self.stress);
-            self.gap = gap;
+            let Solver { heights, gap, stress, adhesive, convolution, stiffness, .. } = self;
+            each(adhesive, |i, _| gap[i] - heights[i]);
+            convolution.apply(stiffness, adhesive, stress);
             self.pull();
             self.adhesive.copy_from_slice(&self.traction);
             let Solver { contact, stress, adhesive, gap, .. } = self;

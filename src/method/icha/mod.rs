@@ -56,7 +56,7 @@ pub struct IchaSettings {
     pub fit: SummitFit,
     /// Which one number stands for the two principal curvatures.
     pub curvature: SummitCurvature,
-    /// Steps of the load per decade, from a millionth of E*; spots merge after each.
+    /// Steps of the load per decade, from p* = 10⁻⁶ on; spots merge after each. At most 1000.
     pub steps_per_decade: u32,
     /// Share of its change that a spot makes at once.
     pub relaxation: f64,
@@ -73,7 +73,7 @@ impl Default for IchaSettings {
     }
 }
 
-/// Pressure of the first step, over E*: below what the first summit of a surface worth the method carries alone.
+/// p* of the first step: below what the first summit of a surface worth the method carries alone.
 const FIRST: f64 = 1e-6;
 
 /// Largest change of a spot's radius in a sweep, over the largest radius, and load balance at which a load is in equilibrium.
@@ -108,8 +108,8 @@ impl ContactMethod for Icha {
         if !(settings.relaxation > 0.0 && settings.relaxation <= 1.0) {
             return Err(refuse("icha.relaxation", settings.relaxation, "above 0 and at most 1"));
         }
-        if settings.steps_per_decade == 0 {
-            return Err(refuse("icha.steps_per_decade", 0.0, "a positive number"));
+        if !(1..=1000).contains(&settings.steps_per_decade) {
+            return Err(refuse("icha.steps_per_decade", f64::from(settings.steps_per_decade), "1 to 1000"));
         }
         let heights = accepts::from_lowest(problem);
         let summits = accepts::summits(problem.grid, &heights, (settings.fit, settings.curvature), CARD.id)?;
@@ -122,6 +122,7 @@ impl ContactMethod for Icha {
             problem,
             watch,
             mean_height: mean(&heights),
+            first: FIRST * problem.resolved_gradient(),
             spots: fresh.clone(),
             fresh,
             step: 0,
@@ -135,6 +136,8 @@ struct Path<'p> {
     watch: &'p dyn Watch,
     /// Over the lowest node.
     mean_height: f64,
+    /// Pressure of the first step.
+    first: f64,
     fresh: Spots,
     /// At the last step of the load.
     spots: Spots,
@@ -145,7 +148,7 @@ struct Path<'p> {
 
 impl Path<'_> {
     fn step_pressure(&self, step: i32) -> f64 {
-        FIRST * 10f64.powf(f64::from(step) / f64::from(self.problem.settings.icha.steps_per_decade))
+        self.first * 10f64.powf(f64::from(step) / f64::from(self.problem.settings.icha.steps_per_decade))
     }
 
     /// Equilibrium at a pressure, with all merged that overlaps. Counts sweeps on.

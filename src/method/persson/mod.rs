@@ -112,7 +112,7 @@ impl ContactMethod for Persson {
         let bands = bands(power);
         let (work, _) = problem.adhesion.work_and_range();
         let c = form.constant();
-        let cascade = |gamma: f64| Cascade::new(&bands, c, gamma, energy_factor, true, Mesh::USUAL);
+        let cascade = |gamma: f64| Cascade::new(&bands, c, gamma, energy_factor, Mesh::USUAL);
         let cascades = (work > 0.0).then(|| [cascade(work), cascade(0.0)]);
         Ok(Started::Estimator(Box::new(Theory {
             gradient: power.rms_gradient(),

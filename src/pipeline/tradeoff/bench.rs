@@ -135,8 +135,9 @@ impl<'a> Bench<'a> {
             let root = dir.parent().unwrap_or(dir);
             let found = measured(rung, &case, series, (dir, &stage), &key, repeats, &listener)?;
             let Some((reference, _)) = reference else { return Ok(found) };
+            let kind = rung.beside.method.card().kind;
             let pairs = found.results.states.iter().zip(&reference.results.states);
-            let maps = pairs.map(|(a, b)| judge::maps(root, a, b)).collect::<Result<_>>()?;
+            let maps = pairs.map(|(a, b)| judge::maps(root, kind, a, b)).collect::<Result<_>>()?;
             let states = &found.results.states;
             for map in states.iter().flat_map(|s| [&s.gap_map, &s.stress_map, &s.contact_map]).flatten() {
                 let path = root.join(map);

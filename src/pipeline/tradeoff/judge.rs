@@ -5,6 +5,7 @@ use crate::Result;
 use crate::compare::accuracy::{
     Masses, decades, finest_error, map_l2, map_mismatch, relative, richardson, rms, wasserstein,
 };
+use crate::method::Kind;
 use crate::observe::Distribution;
 use crate::path::CORRECTION;
 use crate::record::methods::MethodState;
@@ -21,26 +22,25 @@ pub struct MapErrors {
     contact: Option<f64>,
 }
 
-/// Contact of a state: the map of its own, or where its gap is closed.
-fn contact(root: &Path, state: &MethodState) -> Result<Option<npy::Field<f64>>> {
+/// Contact of a state: the map of its own, or where the gap that a solver found is closed.
+fn contact(root: &Path, kind: Kind, state: &MethodState) -> Result<Option<npy::Field<f64>>> {
     if let Some(file) = &state.contact_map {
         return npy::read(&root.join(file)).map(Some);
     }
-    // An estimate that lends no map of its contact knows none: where undeformed bodies overlap is not where they touch.
-    let of_solver = state.contact_fraction_corrected.is_some();
-    let Some(file) = state.gap_map.as_ref().filter(|_| of_solver) else { return Ok(None) };
+    // Where undeformed bodies overlap, as in the gaps of estimates, is not where they touch.
+    let Some(file) = state.gap_map.as_ref().filter(|_| kind == Kind::Solver) else { return Ok(None) };
     let mut map = npy::read(&root.join(file))?;
     map.values.iter_mut().for_each(|g| *g = f64::from(u8::from(*g <= 0.0)));
     Ok(Some(map))
 }
 
-/// Maps of a state against those of the reference, where both were kept.
-pub fn maps(root: &Path, found: &MethodState, reference: &MethodState) -> Result<MapErrors> {
+/// Maps of a state of a method of this kind against those of the reference, which was solved, where both were kept.
+pub fn maps(root: &Path, kind: Kind, found: &MethodState, reference: &MethodState) -> Result<MapErrors> {
     let gap = match (&found.gap_map, &reference.gap_map, reference.mean_gap) {
         (Some(a), Some(b), Some(scale)) => map_l2(&npy::read(&root.join(a))?, &npy::read(&root.join(b))?, scale),
         _ => None,
     };
-    let contact = match (contact(root, found)?, contact(root, reference)?) {
+    let contact = match (contact(root, kind, found)?, contact(root, Kind::Solver, reference)?) {
         (Some(a), Some(b)) => map_mismatch(&a, &b),
         _ => None,
     };

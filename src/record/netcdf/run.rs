@@ -4,10 +4,9 @@ use super::{Attribute, Data, Variable, write};
 use crate::error::Result;
 use crate::observe::Distribution;
 use crate::record::heights::Sign;
+use crate::record::judged::Judged;
 use crate::record::npy::Reader;
-use crate::record::results::{
-    AtomsResults, ContinuumResults, Judged, Observed, Results, StateResults, SurfaceResults, Way,
-};
+use crate::record::results::{AtomsResults, ContinuumResults, Observed, Results, StateResults, SurfaceResults, Way};
 use crate::units::ANGSTROM_M;
 use std::path::{Path, PathBuf};
 

@@ -31,10 +31,28 @@ const NOISE: f64 = 1e-3;
 const BEYOND_DECADES: f64 = 1.0;
 const BEYOND: f64 = 0.5;
 
+/// What is drawn of a method.
+#[derive(Clone, Copy)]
+enum Shown {
+    /// Along the section.
+    Gap,
+    Stress,
+    /// Pr(a), CPr(a), Pr(u), Pr(σ).
+    Sizes,
+    Shares,
+    Gaps,
+    Stresses,
+    /// Against the load.
+    Area,
+    Pressure,
+    MeanGap,
+}
+
 /// A figure of the paper, for one method in each panel.
-struct Kind {
+struct Figure {
     /// Number in the paper.
     number: usize,
+    shows: Shown,
     name: &'static str,
     caption: &'static str,
     needs: Quantity,
@@ -44,9 +62,10 @@ struct Kind {
     path: bool,
 }
 
-const KINDS: [Kind; 9] = [
-    Kind {
+const FIGURES: [Figure; 9] = [
+    Figure {
         number: 4,
+        shows: Shown::Gap,
         name: "gap-section",
         caption: "Gap along y at x = L/2",
         needs: Quantity::GapField,
@@ -54,8 +73,9 @@ const KINDS: [Kind; 9] = [
         labels: ("y (µm)", "gap u (µm)"),
         path: false,
     },
-    Kind {
+    Figure {
         number: 5,
+        shows: Shown::Stress,
         name: "stress-section",
         caption: "Interfacial stress along y at x = L/2",
         needs: Quantity::StressField,
@@ -63,8 +83,9 @@ const KINDS: [Kind; 9] = [
         labels: ("y (µm)", "stress σ/E*"),
         path: false,
     },
-    Kind {
+    Figure {
         number: 6,
+        shows: Shown::Sizes,
         name: "patch-sizes",
         caption: "Pr(a), density of patches of an area",
         needs: Quantity::PatchPdf,
@@ -72,8 +93,9 @@ const KINDS: [Kind; 9] = [
         labels: ("area a (µm²)", "Pr(a) (1/µm²)"),
         path: false,
     },
-    Kind {
+    Figure {
         number: 7,
+        shows: Shown::Shares,
         name: "patch-area",
         caption: "CPr(a), share of the contact in patches up to an area",
         needs: Quantity::PatchPdf,
@@ -81,8 +103,9 @@ const KINDS: [Kind; 9] = [
         labels: ("area a (µm²)", "CPr(a)"),
         path: false,
     },
-    Kind {
+    Figure {
         number: 8,
+        shows: Shown::Gaps,
         name: "gaps",
         caption: "Pr(u), distribution of the gap out of contact",
         needs: Quantity::GapPdf,
@@ -90,8 +113,9 @@ const KINDS: [Kind; 9] = [
         labels: ("gap u (µm)", "Pr(u) (1/µm)"),
         path: false,
     },
-    Kind {
+    Figure {
         number: 9,
+        shows: Shown::Stresses,
         name: "stresses",
         caption: "Pr(σ), distribution of the interfacial stress",
         needs: Quantity::StressPdf,
@@ -99,8 +123,9 @@ const KINDS: [Kind; 9] = [
         labels: ("stress σ/E*", "Pr(σ) E*"),
         path: false,
     },
-    Kind {
+    Figure {
         number: 10,
+        shows: Shown::Area,
         name: "area",
         caption: "Relative contact area against load",
         needs: Quantity::ContactArea,
@@ -108,8 +133,9 @@ const KINDS: [Kind; 9] = [
         labels: ("load p*", "area a_r"),
         path: true,
     },
-    Kind {
+    Figure {
         number: 11,
+        shows: Shown::Pressure,
         name: "contact-pressure",
         caption: "Mean contact pressure against load",
         needs: Quantity::ContactArea,
@@ -117,8 +143,9 @@ const KINDS: [Kind; 9] = [
         labels: ("load p*", "p/(a_r E* ḡ)"),
         path: true,
     },
-    Kind {
+    Figure {
         number: 12,
+        shows: Shown::MeanGap,
         name: "mean-gap",
         caption: "Mean gap against load",
         needs: Quantity::MeanGap,
@@ -165,7 +192,7 @@ pub fn section(desk: &Desk, results: &Results) -> Result<Markup> {
     }
     let p_star = results.methods.iter().find_map(|m| at_reference(&m.states)).map(|s| s.p_star);
     let mut figures = Vec::new();
-    for kind in &KINDS {
+    for kind in &FIGURES {
         let mut drawn = Vec::new();
         for id in &ids {
             drawn.push(cell(desk, kind, &own, results.methods.iter().filter(|m| m.method == *id).collect())?);
@@ -281,7 +308,7 @@ fn table(desk: &Desk, results: &Results, own: &Own) -> Markup {
 }
 
 /// Panel of a method, or the reason why it is empty.
-fn cell(desk: &Desk, kind: &Kind, own: &Own, runs: Vec<&MethodResults>) -> Result<Markup> {
+fn cell(desk: &Desk, kind: &Figure, own: &Own, runs: Vec<&MethodResults>) -> Result<Markup> {
     let Some(first) = runs.first() else { return Ok(html! {}) };
     let title = format!("{}: {}", first.method, first.paper_name);
     let mut found = Vec::new();
@@ -339,27 +366,27 @@ fn bounds(axis: Axis, own: &[Curve], of: fn(&(f64, f64)) -> f64) -> [f64; 2] {
 }
 
 /// What a figure shows of a method.
-fn points(desk: &Desk, kind: &Kind, states: &[MethodState]) -> Result<Vec<(f64, f64)>> {
+fn points(desk: &Desk, kind: &Figure, states: &[MethodState]) -> Result<Vec<(f64, f64)>> {
     let um = desk.scales.length_m * 1e6;
     let along = |of: &dyn Fn(&MethodState) -> Option<f64>| -> Vec<(f64, f64)> {
         states.iter().filter_map(|s| Some((s.p_star, of(s)?))).collect()
     };
     let Some(here) = at_reference(states) else { return Ok(Vec::new()) };
-    Ok(match kind.number {
-        4 => column(desk, here.gap_map.as_deref(), um)?,
-        5 => {
+    Ok(match kind.shows {
+        Shown::Gap => column(desk, here.gap_map.as_deref(), um)?,
+        Shown::Stress => {
             let found = column(desk, here.stress_map.as_deref(), 1.0)?;
             // A line that touches nowhere has what rounding leaves of stresses, and nothing to be drawn.
             let most = found.iter().map(|p| p.1.abs()).fold(0.0, f64::max);
             if most < NOISE * here.pressure.abs() { Vec::new() } else { found }
         }
-        6 => here.patch_density.iter().map(|[a, d, _]| (a * um * um, d / (um * um))).collect(),
-        7 => here.patch_area.iter().map(|[a, share]| (a * um * um, *share)).collect(),
-        8 => here.gap.as_ref().map_or(Vec::new(), |d| d.density_in(um)),
-        9 => here.stress.as_ref().map_or(Vec::new(), |d| d.density_in(1.0)),
-        10 => along(&|s| Some(s.area())),
-        11 => along(&|s| (s.area() > 0.0).then(|| s.p_star / s.area())),
-        _ => along(&|s| s.mean_gap.map(|g| g * um)),
+        Shown::Sizes => here.patch_density.iter().map(|[a, d, _]| (a * um * um, d / (um * um))).collect(),
+        Shown::Shares => here.patch_area.iter().map(|[a, share]| (a * um * um, *share)).collect(),
+        Shown::Gaps => here.gap.as_ref().map_or(Vec::new(), |d| d.density_in(um)),
+        Shown::Stresses => here.stress.as_ref().map_or(Vec::new(), |d| d.density_in(1.0)),
+        Shown::Area => along(&|s| Some(s.area())),
+        Shown::Pressure => along(&|s| (s.area() > 0.0).then(|| s.p_star / s.area())),
+        Shown::MeanGap => along(&|s| s.mean_gap.map(|g| g * um)),
     })
 }
 

@@ -1,0 +1,11 @@
+//! What a case at the extremes is tried with.
+
+use asperity::method::{Precision, Problem};
+
+pub const METHODS: [&str; 3] = ["gfmd", "bvm", "fast"];
+pub const PRECISIONS: [Precision; 2] = [Precision::F64, Precision::F32];
+
+pub fn in_precision<'p>(problem: &Problem<'p>, precision: Precision) -> Problem<'p> {
+    let tolerance = if precision == Precision::F32 { 1e-3 } else { problem.tolerance };
+    Problem { precision, tolerance, ..problem.clone() }
+}
