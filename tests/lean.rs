@@ -98,8 +98,8 @@ fn what_is_not_asked_for_costs_nothing() {
     assert_eq!(few.len(), 2);
     for (a, b) in all.iter().zip(&few) {
         assert_eq!((a.mean_gap, a.contact_fraction, a.fft_pairs), (b.mean_gap, b.contact_fraction, b.fft_pairs));
-        assert!(a.observed.is_some() && a.discretisation.is_some() && a.gap.is_some() && a.stress.is_some());
-        assert!(b.observed.is_none() && b.discretisation.is_none() && b.gap.is_none() && b.stress.is_none());
+        assert!(a.observed.is_some() && a.discretisation.is_some() && a.gap.is_some() && a.stress.is_some(), "{a:?}");
+        assert!(b.observed.is_none() && b.gap.is_none() && b.stress.is_none(), "{b:?}");
     }
     // No map on the disk, and the transforms are those of the loads, but for what starts a solver.
     let maps = |c: &Counted| c.files.iter().filter(|f| f.ends_with(".npy")).count();
