@@ -29,6 +29,7 @@ static CARD: Card = Card {
         _ => Support::Full,
     },
     dois: &["10.1016/j.cpc.2021.108171", "10.1007/s11249-017-0900-2"],
+    papers: &[],
 };
 
 impl ContactMethod for AllAtom {

@@ -29,6 +29,7 @@ static CARD: Card = Card {
     summary: "gap outside contact as unknown, projected conjugate gradients",
     supports: super::card::fields,
     dois: &["10.1007/s11249-017-0980-z", "10.1007/s11249-017-0900-2"],
+    papers: &[],
 };
 
 /// Quarterings of a step that raised the energy of a law that is not convex.

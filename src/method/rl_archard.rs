@@ -32,6 +32,7 @@ static CARD: Card = Card {
     summary: "the long waves solved, the short ones one sinusoid on what these leave in contact",
     supports,
     dois: &["10.1007/s11249-017-0900-2"],
+    papers: &[],
 };
 
 fn supports(quantity: Quantity) -> Support {

@@ -26,6 +26,7 @@ static CARD: Card = Card {
     summary: "Hertz contacts on the summits of a Gaussian surface; from three moments",
     supports,
     dois: &["10.1007/s11249-017-0900-2"],
+    papers: &["Carbone, J. Mech. Phys. Solids 57 (2009) 1093", "Nayak, J. Lubr. Technol. 93 (1971) 398"],
 };
 
 fn supports(quantity: Quantity) -> Support {

@@ -31,6 +31,7 @@ static CARD: Card = Card {
     summary: "every summit a JKR sphere of its own, at one approach",
     supports,
     dois: &["10.1007/s11249-017-0900-2", "10.1098/rspa.1966.0242", "10.1098/rspa.1971.0141"],
+    papers: &[],
 };
 
 fn supports(quantity: Quantity) -> Support {

@@ -1,3 +1,4 @@
+use crate::interface::Adhesion;
 use crate::method::{Card, ContactMethod, Estimate, Load, Needs, Plan, Problem, Stop, Watch};
 use crate::surface::Power;
 use crate::{Error, Result};
@@ -24,6 +25,15 @@ impl<'a> Given<'a> {
             Some(power) => Problem { power: Some(power), heights: (&[][..]).into(), ..self.asked.clone() },
             None => self.asked.clone(),
         }
+    }
+
+    pub fn method(&self) -> &'static dyn ContactMethod {
+        self.method
+    }
+
+    /// The law that the method works with, where it is not the problem's own.
+    pub fn changed_adhesion(&self) -> Option<Adhesion> {
+        Some(self.method.adhesion(&self.asked)).filter(|used| *used != self.asked.adhesion)
     }
 
     pub fn card(&self) -> &'static Card {

@@ -1,11 +1,11 @@
 //! Methods beside the scene's own, at the same loads: solvers as the scene's is run, and those that estimate.
 
-use super::continuum::{Variant, laboratory};
+use super::continuum::{Variant, laboratory, range_results};
 use super::observed::{SIZES_PER_DECADE, gap_edges, stress_edges};
 use super::{Key, Listener, Progress};
 use crate::grid::{Field, Grid};
 use crate::interface::Adhesion;
-use crate::method::{Card, ContactMethod, Criterion, Estimate, Heights, Kind, Problem, Quantity, all_atom};
+use crate::method::{Card, ContactMethod, Criterion, Estimate, Heights, Kind, Problem, Quantity, Settings, all_atom};
 use crate::observe::{
     Connectivity, Spots, contact_area, gap_distribution, patch_sizes, stiffness, stress_distribution,
 };
@@ -64,7 +64,7 @@ pub(super) fn of_atoms(
 ) -> Result<MethodResults> {
     let card = all_atom::AllAtom.card();
     let adhesive = case.adhesion != Adhesion::None;
-    let mut results = nothing(card, adhesive);
+    let mut results = nothing(&all_atom::AllAtom, &case.scene.methods, adhesive);
     results.cpu_seconds = seconds;
     for (i, s) in atoms.states.iter().enumerate() {
         let map = npy::read(&root.join(&s.contact_map))?;
@@ -96,21 +96,19 @@ pub(super) fn of_atoms(
     Ok(results)
 }
 
-/// What a card says, and no state yet.
-fn nothing(card: &'static Card, adhesive: bool) -> MethodResults {
+/// What a method says of itself under these settings, and no state yet.
+fn nothing(method: &dyn ContactMethod, settings: &Settings, adhesive: bool) -> MethodResults {
+    let card = method.card();
     let missing = Quantity::ALL.into_iter().filter_map(|q| {
         card.why_not(q, adhesive).map(|reason| Missing { quantity: q.id().into(), reason: reason.into() })
     });
     MethodResults {
         method: card.id.into(),
         paper_name: card.paper_name.into(),
-        criterion: match (card.kind, card.criterion) {
-            // Maps of solvers are counted alike; what presses is told beside them.
-            (Kind::Solver, Criterion::CompressiveStress) => "zero gap, beside compressive stress".into(),
-            (_, criterion) => criterion.to_string(),
-        },
-        calibrated_on: card.calibrated_on.map(Into::into),
+        criterion: method.criterion(settings).to_string(),
+        calibrated_on: method.calibrated_on(settings).map(Into::into),
         adhesive,
+        range: None,
         refusal: None,
         missing: missing.collect(),
         states: Vec::new(),
@@ -138,22 +136,23 @@ pub(super) fn run(
 ) -> Result<MethodResults> {
     let (method, adhesive) = (beside.method, beside.adhesive);
     let card = method.card();
+    let mut results = nothing(method, &case.scene.methods, adhesive);
     if card.id == all_atom::ID {
         // Those of a scene with atoms stand with the methods after they have run.
-        return Ok(MethodResults { refusal: Some("runs in scenes with [atoms]".into()), ..nothing(card, adhesive) });
+        return Ok(MethodResults { refusal: Some("runs in scenes with [atoms]".into()), ..results });
     }
     let adhesion = if adhesive { case.adhesion } else { Adhesion::None };
     let cpu = crate::sys::cpu_seconds();
     let asked = Problem { adhesion, ..case.problem(heights) };
-    let mut results = nothing(card, adhesive);
     let ended = match card.kind {
         Kind::Solver => {
             results.planned_bytes = method.plan(&asked).bytes;
             laboratory(case, Variant::Beside(card.id, adhesive), heights, (folder, stage, ""), key, listener)
-                .map(|c| results.states = states_of(&c))
+                .map(|c| (results.states, results.range) = (states_of(&c), c.range))
         }
         Kind::Estimate => Given::new(asked, method).and_then(|given| {
             results.planned_bytes = given.plan().bytes;
+            results.range = given.changed_adhesion().and_then(|used| range_results(adhesion, used, case.grid));
             estimate(case, &given, (folder, stage), listener, &mut results.states)
         }),
     };
@@ -246,6 +245,7 @@ pub fn state_of(card: &Card, problem: &Problem, p_star: f64, e: &Estimate) -> Me
         pressure: e.pressure,
         contact_fraction: e.contact_fraction,
         contact_fraction_corrected: corrected,
+        contact_fraction_compressive: None,
         mean_gap: e.mean_gap,
         stiffness: e.stiffness,
         patches: spots.as_ref().map(Spots::count),

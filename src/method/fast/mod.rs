@@ -40,6 +40,7 @@ static CARD: Card = Card {
     summary: "nested grids, projected Newton steps preconditioned in Fourier space; the default",
     supports: super::card::fields,
     dois: &["10.1007/s11249-017-0900-2"],
+    papers: &[],
 };
 
 /// Points along a side below which a grid is not halved.

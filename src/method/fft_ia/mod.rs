@@ -32,11 +32,12 @@ static CARD: Card = Card {
     family: "boundary value",
     kind: Kind::Solver,
     needs: Needs::Heights,
-    criterion: Criterion::CompressiveStress,
+    criterion: Criterion::ZeroGapBesideStress,
     calibrated_on: None,
     summary: "contact and adhesive pressure in turn, adhesion integrated over the elements",
     supports: super::card::fields,
-    dois: &["10.1007/s11249-017-0900-2"],
+    dois: &["10.1007/s11249-017-0900-2", "10.1016/S0043-1648(99)00113-1"],
+    papers: &["Medina & Dini, Int. J. Solids Struct. 51 (2014) 2620"],
 };
 
 /// What `fft-ia` may be told.

@@ -38,6 +38,7 @@ static CARD: Card = Card {
     summary: "an independent second GFMD: own transform, fast inertial relaxation",
     supports: super::card::fields,
     dois: &["10.1007/s11249-017-0900-2", "10.1103/PhysRevLett.97.170201"],
+    papers: &["Zhou, Moseler & Müser, Phys. Rev. B 99 (2019) 144103"],
 };
 
 /// Square of the time step times the stiffest curvature. The step of velocity, then place, is stable up to 4.

@@ -34,6 +34,7 @@ static CARD: Card = Card {
     summary: "Hertzian summits that lower the body for each other and merge where they overlap",
     supports,
     dois: &["10.1007/s11249-017-0900-2", "10.1007/s11249-018-1026-x"],
+    papers: &["Afferrante, Carbone & Demelio, Wear 278-279 (2012) 28"],
 };
 
 fn supports(quantity: Quantity) -> Support {

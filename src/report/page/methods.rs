@@ -10,7 +10,7 @@ use crate::observe::column_at;
 use crate::record::methods::{MethodResults, MethodState, states_of};
 use crate::record::npy;
 use crate::record::results::{ContinuumResults, Results};
-use crate::report::number::{duration, percent, significant, trimmed};
+use crate::report::number::{duration, percent, si, significant, trimmed};
 use crate::report::picture;
 use crate::report::plot::{self, Axis, Curve, Dash, Marker, PANEL, Plot, Style};
 use crate::scene::REFERENCE_LOAD;
@@ -242,7 +242,7 @@ fn table(desk: &Desk, results: &Results, own: &Own) -> Markup {
         Some(vec![
             html! { strong { (results.continuum.as_ref().map_or("", |c| &c.method)) } },
             text(if adhesive { "with" } else { "without" }),
-            text("zero gap"),
+            text(results.continuum.iter().flat_map(|c| &c.states).next().map_or("", |s| &s.criterion)),
             html! { (percent(s.area())) span.quiet { (error) } },
             text(s.mean_gap.map_or("–".into(), |g| format!("{} µm", significant(g * um, 3)))),
             text(s.stiffness.map_or("–".into(), |k| significant(k, 3))),
@@ -269,7 +269,12 @@ fn table(desk: &Desk, results: &Results, own: &Own) -> Markup {
         ];
         if !m.states.is_empty() {
             cells.extend([
-                with(Quantity::ContactArea, &|s| Some(s.area()), &percent),
+                html! {
+                    (with(Quantity::ContactArea, &|s| Some(s.area()), &percent))
+                    @if let Some(presses) = here.and_then(|s| s.contact_fraction_compressive) {
+                        span.quiet { " (" (percent(presses)) " under compression)" }
+                    }
+                },
                 with(Quantity::MeanGap, &|s| s.mean_gap, &|g| format!("{} µm", significant(g * um, 3))),
                 with(Quantity::Stiffness, &|s| s.stiffness, &|k| significant(k, 3)),
                 with(Quantity::PatchPdf, &|s| s.typical_patch, &|a| format!("{} µm²", significant(a * um * um, 3))),
@@ -302,6 +307,10 @@ fn table(desk: &Desk, results: &Results, own: &Own) -> Markup {
         (desk::table(&head, [true, false].into_iter().filter_map(own_row).chain(results.methods.iter().map(row)).collect()))
         @for m in &results.methods {
             @if let Some(why) = &m.refusal { p.quiet { (m.method) @if !m.adhesive { " without adhesion" } " tells nothing: " (why) "." } }
+        }
+        @for (m, range) in results.methods.iter().filter_map(|m| Some((m, m.range?))).filter(|(_, r)| r.used != r.asked) {
+            p.quiet { (m.method) " works with a range of the adhesion of " (si(range.used * desk.scales.length_m, "m", 3))
+                " on this grid, where " (si(range.asked * desk.scales.length_m, "m", 3)) " is asked for." }
         }
         @if !fitted.is_empty() { p.quiet { "* has constants that were fitted. " (fitted.join("; ")) "." } }
     }
