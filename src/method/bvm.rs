@@ -59,6 +59,7 @@ impl ContactMethod for Bvm {
             bytes: fields * problem.grid.points() as u64 * problem.precision.bytes() + spectrum,
             iterations: iterations * super::adhesion_effort(problem),
             pairs_per_iteration: 1.5,
+            seconds: 0.0,
         }
     }
 

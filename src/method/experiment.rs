@@ -192,6 +192,11 @@ impl Estimator for Laboratory<'_> {
             ..found
         })
     }
+
+    /// With adhesion a load begins at the gap of the one before.
+    fn pass(&mut self, load: Load) -> Result<()> {
+        if self.problem.adhesion != Adhesion::None { self.estimate(load).map(|_| ()) } else { Ok(()) }
+    }
 }
 
 /// Averages a field over a box of this width about every place, exactly for the waves that the grid holds.

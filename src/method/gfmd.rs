@@ -59,6 +59,7 @@ impl ContactMethod for Gfmd {
             iterations: (40.0 * (problem.grid.nx.max(problem.grid.ny) as f64).sqrt()) as usize
                 * super::adhesion_effort(problem),
             pairs_per_iteration: 1.0,
+            seconds: 0.0,
         }
     }
 

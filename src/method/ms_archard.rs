@@ -64,6 +64,9 @@ const FITTED: f64 = 5.0;
 /// Ratio of the bands' ends at most: a million wavelengths fit one band.
 const WIDEST: f64 = 1e6;
 
+/// Processor time of a load, measured by `asperity bench --methods`; an order of magnitude.
+const SECONDS: f64 = 1e-3;
+
 impl ContactMethod for MsArchard {
     fn card(&self) -> &'static Card {
         &CARD
@@ -74,8 +77,9 @@ impl ContactMethod for MsArchard {
     }
 
     fn plan(&self, problem: &Problem) -> Plan {
-        let shells = problem.power.map_or(0, |p| p.shells.len());
-        Plan { bytes: (shells * size_of::<Band>()) as u64, iterations: shells, pairs_per_iteration: 0.0 }
+        let shells = problem.shells();
+        let bytes = (shells * size_of::<Band>()) as u64;
+        Plan { bytes, iterations: shells, pairs_per_iteration: 0.0, seconds: SECONDS }
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {

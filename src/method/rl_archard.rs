@@ -87,7 +87,10 @@ impl ContactMethod for RlArchard {
             Heights::Nodes(_) => 3 * Transform::<f64>::spectrum_bytes(problem.grid),
             Heights::Series(series) => series.bytes(),
         };
-        Plan { bytes: series.max(solver.bytes) + field(grid), ..solver }
+        // In pairs of the problem's grid, as all plans have them.
+        let share = grid.points() as f64 / problem.grid.points() as f64;
+        let pairs_per_iteration = solver.pairs_per_iteration * share;
+        Plan { bytes: series.max(solver.bytes) + field(grid), pairs_per_iteration, ..solver }
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {

@@ -40,13 +40,16 @@ fn supports(quantity: Quantity) -> Support {
     }
 }
 
+/// Processor time of a load, measured by `asperity bench --methods`; an order of magnitude.
+const SECONDS: f64 = 1e-2;
+
 impl ContactMethod for Scgw {
     fn card(&self) -> &'static Card {
         &CARD
     }
 
     fn plan(&self, _: &Problem) -> Plan {
-        Plan { bytes: (16 * (HEIGHTS + CURVATURES)) as u64, iterations: 50, pairs_per_iteration: 0.0 }
+        Plan { bytes: (16 * (HEIGHTS + CURVATURES)) as u64, iterations: 50, pairs_per_iteration: 0.0, seconds: SECONDS }
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {

@@ -11,12 +11,12 @@ use crate::observe::{
 };
 use crate::path::Given;
 use crate::record::methods::{MethodResults, MethodState, Missing, states_of};
-use crate::record::npy;
 use crate::record::results::AtomsResults;
+use crate::record::{json, npy};
 use crate::scene::Case;
 use crate::{Error, Result};
 use std::borrow::Cow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A method, and whether it is given the scene's adhesion.
 #[derive(Clone, Copy)]
@@ -150,8 +150,8 @@ pub(super) fn run(
             laboratory(case, Variant::Beside(card.id, adhesive), heights, (folder, stage, ""), key, listener)
                 .map(|c| (results.states, results.range) = (states_of(&c), c.range))
         }
-        Kind::Estimate => Given::new(asked, method).and_then(|given| {
-            results.planned_bytes = given.plan().bytes;
+        Kind::Estimate => Given::new(asked.clone(), method).and_then(|given| {
+            results.planned_bytes = Given::plan(&asked, method).bytes;
             results.range = given.changed_adhesion().and_then(|used| range_results(adhesion, used, case.grid));
             estimate(case, &given, (folder, stage), listener, &mut results.states)
         }),
@@ -165,8 +165,17 @@ pub(super) fn run(
         }
         Err(e) => return Err(e),
     }
+    for i in 0..case.loads_there() {
+        // What is not there need not go.
+        let _ = std::fs::remove_file(finished(folder, i));
+    }
     results.cpu_seconds = crate::sys::cpu_seconds() - cpu;
     Ok(results)
+}
+
+/// File of a load that is done, until all are: a method that was killed goes on after it.
+fn finished(folder: &Path, i: usize) -> PathBuf {
+    folder.join(format!("load-{}.json", i + 1))
 }
 
 /// Estimates load by load.
@@ -179,8 +188,9 @@ fn estimate(
 ) -> Result<()> {
     let mut loads = case.loads();
     loads.truncate(case.loads_there());
-    let watch = Progress::new(listener, None, "", (0, loads.len()));
-    given.walk(&loads, &watch, |i, problem, found| {
+    states.extend((0..loads.len()).map_while(|i| json::read::<MethodState>(&finished(folder, i)).ok()));
+    let watch = Progress::new(listener, None, "", (states.len(), loads.len()));
+    given.walk((&loads, states.len()), &watch, |i, problem, found| {
         let p_star = case.p_star.get(i).copied().unwrap_or(found.pressure / case.gradient);
         let mut state = state_of(given.card(), problem, p_star, found);
         if case.keeps_maps(p_star) {
@@ -201,6 +211,7 @@ fn estimate(
                 state.contact_map = Some(format!("{stage}/{file}"));
             }
         }
+        json::write(&finished(folder, i), &state)?;
         states.push(state);
         watch.next();
         Ok(())

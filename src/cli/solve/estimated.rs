@@ -40,8 +40,7 @@ pub(super) fn run(
     teller: &Teller,
 ) -> Result<()> {
     let card = method.card();
-    let given = Given::new(asked.clone(), method)?;
-    let (plan, have) = (given.plan(), crate::sys::available_memory_bytes());
+    let (plan, have) = (Given::plan(asked, method), crate::sys::available_memory_bytes());
     let grid = asked.grid;
     if solve.dry_run {
         if solve.json {
@@ -62,9 +61,12 @@ pub(super) fn run(
     }
     let watch = Progress::new(teller, None, "", (0, loads.len()));
     let resolved_gradient = asked.resolved_gradient();
+    let growth = crate::sys::Growth::begin();
     let mut cpu = crate::sys::cpu_seconds();
-    given.walk(loads, &watch, |i, problem, found| {
-        let before = std::mem::replace(&mut cpu, crate::sys::cpu_seconds());
+    let given = Given::new(asked.clone(), method)?;
+    given.walk((loads, 0), &watch, |i, problem, found| {
+        // Before anything is counted in what was found.
+        let (before, measured) = (std::mem::replace(&mut cpu, crate::sys::cpu_seconds()), growth.bytes());
         let mut line = line(solve, method, problem, found);
         line["method"] = json!(card.id);
         line["criterion"] = json!(method.criterion(&problem.settings).to_string());
@@ -72,6 +74,8 @@ pub(super) fn run(
         line["resolved_gradient"] = json!(resolved_gradient);
         line["cpu_seconds"] = json!(cpu - before);
         line["planned_bytes"] = json!(plan.bytes);
+        line["measured_bytes"] = json!(measured);
+        line["peak_rss_bytes"] = json!(growth.peak_bytes());
         let adhesive = problem.adhesion != Adhesion::None;
         line["missing"] = Quantity::ALL
             .into_iter()
@@ -124,7 +128,6 @@ fn line(solve: &Solve, method: &dyn ContactMethod, problem: &Problem, found: &Es
         "iterations": state.iterations,
         "fft_pairs": state.fft_pairs,
         "seconds": state.seconds,
-        "peak_rss_bytes": crate::sys::peak_rss_bytes(),
     })
 }
 

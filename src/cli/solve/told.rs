@@ -10,6 +10,7 @@ use crate::path::{LoadPath, Reached};
 use crate::record::results::{Discretisation, PullOff};
 use crate::record::{json, npy};
 use crate::report::number::{change, duration, memory, percent, significant};
+use crate::sys::Growth;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -23,6 +24,7 @@ pub(super) struct Told<'a> {
     criterion: String,
     resolved_gradient: f64,
     planned_bytes: u64,
+    growth: Growth,
     loads: usize,
     /// What was told so far, a line per state.
     pub lines: Vec<Value>,
@@ -34,7 +36,8 @@ impl<'a> Told<'a> {
     pub fn new(solve: &'a Solve, asked: &Problem<'a>, path: &LoadPath<'a>, loads: usize) -> Self {
         let problem = path.problem().clone();
         let resolved_gradient = problem.resolved_gradient();
-        let (planned_bytes, cpu) = (path.plan(solve.pull_off).bytes, crate::sys::cpu_seconds());
+        let planned_bytes = path.plan(solve.pull_off).bytes;
+        let (growth, cpu) = (Growth::begin(), crate::sys::cpu_seconds());
         Told {
             solve,
             asked: asked.adhesion,
@@ -43,6 +46,7 @@ impl<'a> Told<'a> {
             problem,
             resolved_gradient,
             planned_bytes,
+            growth,
             loads,
             lines: Vec::new(),
             cpu,
@@ -138,7 +142,8 @@ impl<'a> Told<'a> {
             "seconds": state.seconds,
             "cpu_seconds": cpu_seconds,
             "planned_bytes": self.planned_bytes,
-            "peak_rss_bytes": crate::sys::peak_rss_bytes(),
+            "measured_bytes": self.growth.bytes(),
+            "peak_rss_bytes": self.growth.peak_bytes(),
         })
     }
 

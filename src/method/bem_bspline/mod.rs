@@ -113,7 +113,7 @@ impl ContactMethod for BemBspline {
         let fields = 9 + Newton::FIELDS;
         let bytes = (fields * grid.points() * size_of::<f64>()) as u64 + Convolution::bytes(grid, 2);
         let iterations = 40 * super::adhesion_effort(problem);
-        Plan { bytes, iterations, pairs_per_iteration: 40.0 }
+        Plan { bytes, iterations, pairs_per_iteration: 40.0, seconds: 0.0 }
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {

@@ -107,7 +107,7 @@ impl ContactMethod for Bicgstab {
         // Heights, gap, the gap before, trial, step, stress, traction, forces and slopes, beside the inner solver's.
         let bytes = ((9 + BiCgStab::FIELDS) * grid.points() * size_of::<f64>()) as u64 + Convolution::bytes(grid, 2);
         // Newton steps, of which each takes tens of inner iterations of four pairs.
-        Plan { bytes, iterations: 15 * super::adhesion_effort(problem), pairs_per_iteration: 160.0 }
+        Plan { bytes, iterations: 15 * super::adhesion_effort(problem), pairs_per_iteration: 160.0, seconds: 0.0 }
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {

@@ -77,7 +77,7 @@ impl ContactMethod for Fast {
             Heights::Series(s) if grid == problem.grid => s.bytes(),
             _ => (real * grid.points()) as u64,
         };
-        Plan { bytes: level + series, iterations: 20, pairs_per_iteration: 4.0 }
+        Plan { bytes: level + series, iterations: 20, pairs_per_iteration: 4.0, seconds: 0.0 }
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {

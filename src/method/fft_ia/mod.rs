@@ -70,7 +70,7 @@ impl ContactMethod for FftIa {
         // Heights, both pressures, gap, direction, its response, stress and traction; stiffness and compliance.
         let bytes = 8 * (grid.points() * size_of::<f64>()) as u64 + Convolution::bytes(grid, 2);
         let iterations = (12.0 * (grid.nx.max(grid.ny) as f64).sqrt()) as usize * super::adhesion_effort(problem);
-        Plan { bytes, iterations, pairs_per_iteration: 2.0 }
+        Plan { bytes, iterations, pairs_per_iteration: 2.0, seconds: 0.0 }
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {

@@ -87,6 +87,10 @@ const ON_THE_WAY: f64 = 1e-5;
 /// summits within their reach. The challenge's whole spectrum has 170 000.
 const MOST: usize = 200_000;
 
+/// Processor time of a load over the points to this power, measured by `asperity bench --methods`; an order of magnitude.
+const SECONDS_PER_POINT: f64 = 4e-10;
+const EXPONENT: f64 = 2.0;
+
 impl ContactMethod for Icha {
     fn card(&self) -> &'static Card {
         &CARD
@@ -97,7 +101,9 @@ impl ContactMethod for Icha {
         // spectrum more.
         let fourier = u64::from(problem.settings.icha.fit == SummitFit::Fourier);
         let per_point = 2 * 8 + 16 * fourier + 6;
-        Plan { bytes: per_point * problem.grid.points() as u64, iterations: 1000, pairs_per_iteration: 0.0 }
+        let points = problem.grid.points();
+        let seconds = SECONDS_PER_POINT * (points as f64).powf(EXPONENT);
+        Plan { bytes: per_point * points as u64, iterations: 1000, pairs_per_iteration: 0.0, seconds }
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {

@@ -95,6 +95,11 @@ impl Default for PerssonSettings {
     }
 }
 
+/// Processor time of a load per band, without adhesion and with it, measured by `asperity bench --methods`; an order of
+/// magnitude.
+const SECONDS_PER_BAND: f64 = 2e-5;
+const SECONDS_PER_BAND_OF_CASCADE: f64 = 1.5e-4;
+
 impl ContactMethod for Persson {
     fn card(&self) -> &'static Card {
         &CARD
@@ -105,11 +110,13 @@ impl ContactMethod for Persson {
     }
 
     fn plan(&self, problem: &Problem) -> Plan {
-        let bands = problem.power.map_or(0, |p| p.shells.len() + 64);
+        let bands = problem.shells() + 64;
         // Bands, the table of the opening, what parts and its bins, and a sweep of the stress.
         let fields = (bands * (size_of::<Band>() + 32) + 16 * 1700 + 8 * 4 * gaps::BINS) as u64;
-        let sweeps = if problem.adhesion == Adhesion::None { 0 } else { Cascade::bytes(bands) };
-        Plan { bytes: fields + sweeps, iterations: bands * bands, pairs_per_iteration: 0.0 }
+        let adhesive = problem.adhesion != Adhesion::None;
+        let sweeps = if adhesive { Cascade::bytes(bands) } else { 0 };
+        let seconds = bands as f64 * if adhesive { SECONDS_PER_BAND_OF_CASCADE } else { SECONDS_PER_BAND };
+        Plan { bytes: fields + sweeps, iterations: bands * bands, pairs_per_iteration: 0.0, seconds }
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {

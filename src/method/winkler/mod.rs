@@ -67,6 +67,9 @@ const REACHED: f64 = 0.1;
 /// Load balance, relative: Newton's steps end in rounding.
 const BALANCE: f64 = 1e-13;
 
+/// Processor time of a load, measured by `asperity bench --methods`; an order of magnitude.
+const SECONDS_PER_POINT: f64 = 5e-7;
+
 impl ContactMethod for Winkler {
     fn card(&self) -> &'static Card {
         &CARD
@@ -85,7 +88,9 @@ impl ContactMethod for Winkler {
     fn plan(&self, problem: &Problem) -> Plan {
         // Heights from the lowest on, gap and stress, the map, labels and their parents, nearest nodes and their order.
         let per_point = 3 * 8 + 1 + 4 * 4;
-        Plan { bytes: per_point * problem.grid.points() as u64, iterations: 10, pairs_per_iteration: 0.0 }
+        let points = problem.grid.points();
+        let seconds = SECONDS_PER_POINT * points as f64;
+        Plan { bytes: per_point * points as u64, iterations: 10, pairs_per_iteration: 0.0, seconds }
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
