@@ -12,7 +12,7 @@ pub use interpolate::{bilinear, interpolate};
 pub use real::{Field, Real};
 pub use series::Series;
 pub use sums::{CHUNK, block_sums, dot, lowest, mean, rms, sum_rows, total, vectorised};
-pub use transform::{Filter, Transform};
+pub use transform::{Filter, Transform, transformed_nodes};
 
 use std::f64::consts::PI;
 

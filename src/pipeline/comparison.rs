@@ -69,6 +69,7 @@ pub(super) fn matched(
             threshold,
             criterion: criterion.into(),
             keep: &|_| Keep { gap: true, stress: false },
+            wants: case.wants(),
         };
         load_path(asked, (folder, stage, tag), key, listener)
     };
