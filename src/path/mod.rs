@@ -72,6 +72,15 @@ impl<'p> LoadPath<'p> {
         &self.problem
     }
 
+    pub fn method(&self) -> &'static dyn ContactMethod {
+        self.method
+    }
+
+    /// The law that the method works with there.
+    pub fn adhesion(&self) -> Adhesion {
+        self.method.adhesion(&self.problem)
+    }
+
     fn extrapolates(&self) -> bool {
         self.range == RangeChoice::Extrapolate && self.asked != self.problem.adhesion
     }

@@ -277,16 +277,7 @@ pub(super) fn load_path(
     stiffen(&mut states);
     let percolation = percolation(&states);
     let hysteresis_work = asked.there.map(|there| compare_ways(&mut states, there));
-    let (used, spacing) = (problem.adhesion.range(), grid.dx().max(grid.dy()));
-    let resolution = |a: Adhesion| a.resolution_on(spacing);
-    let range =
-        resolution(asked.problem.adhesion).zip(resolution(problem.adhesion)).map(|(a, resolved)| RangeResults {
-            asked: asked.problem.adhesion.range(),
-            used,
-            gamma: Some(problem.adhesion.work_and_range().0),
-            resolution_asked: a,
-            resolution_used: resolved,
-        });
+    let range = range_results(asked.problem.adhesion, path.adhesion(), grid);
     let rms_height = problem.heights.rms();
     for state in &mut states {
         state.budget = budget(problem, rms_height, range.as_ref(), state);
@@ -294,7 +285,7 @@ pub(super) fn load_path(
     Ok(ContinuumResults {
         method: method.card().id.into(),
         kernel: problem.kernel.to_string(),
-        adhesion: problem.adhesion.to_string(),
+        adhesion: path.adhesion().to_string(),
         wall: problem.wall.to_string(),
         nx: grid.nx,
         ny: grid.ny,
@@ -305,6 +296,19 @@ pub(super) fn load_path(
         percolation,
         pull_off,
         pull_off_failure,
+    })
+}
+
+/// The range of a law as it was asked for and as it was used; none without adhesion.
+pub(super) fn range_results(asked: Adhesion, used: Adhesion, grid: Grid) -> Option<RangeResults> {
+    let spacing = grid.dx().max(grid.dy());
+    let (resolution_asked, resolution_used) = asked.resolution_on(spacing).zip(used.resolution_on(spacing))?;
+    Some(RangeResults {
+        gamma: Some(used.work_and_range().0),
+        asked: asked.range(),
+        used: used.range(),
+        resolution_asked,
+        resolution_used,
     })
 }
 
@@ -456,6 +460,7 @@ pub(super) fn laboratory(
             method = id;
         }
     }
+    let criterion = method::find(method).expect("checked with the scene").criterion(&problem.settings).to_string();
     let maps = matches!(variant, Variant::Asked | Variant::Without | Variant::Beside(..));
     let asked = Asked {
         problem,
@@ -468,7 +473,7 @@ pub(super) fn laboratory(
         p_star,
         there: (asked && scene.load.comes_back()).then(|| case.loads_there()),
         threshold: 0.0,
-        criterion: "zero gap".into(),
+        criterion,
         keep: &|p_star| {
             let keep = maps && case.keeps_maps(p_star);
             Keep { gap: keep, stress: keep }

@@ -371,8 +371,9 @@ fn sources(case: &Case) -> Vec<String> {
                 env!("CARGO_PKG_VERSION")
             )
         } else {
-            let dois = card.dois.iter().map(|d| format!("doi:{d}")).collect::<Vec<_>>().join(", ");
-            format!("Method {} ({}): {dois}.", card.id, card.paper_name)
+            let dois = card.dois.iter().map(|d| format!("doi:{d}"));
+            let named = dois.chain(card.papers.iter().map(|p| p.to_string())).collect::<Vec<_>>().join("; ");
+            format!("Method {} ({}): {named}.", card.id, card.paper_name)
         });
     }
     if case.atoms.is_some() {

@@ -216,7 +216,7 @@ pub struct ContinuumResults {
     pub pull_off_failure: Option<String>,
 }
 
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RangeResults {
     /// Work of adhesion, units of E*·L; none in files that tell it only in words.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -302,9 +302,7 @@ fn measured(
     };
     let mut best: Option<Measured> = None;
     for _ in 0..repeats {
-        sys::return_freed_memory();
-        sys::reset_peak_rss();
-        let before = sys::peak_rss_bytes();
+        let growth = sys::Growth::begin();
         let (clock, cpu) = (Instant::now(), sys::cpu_seconds());
         let results = methods::run(case, rung.beside, heights, (dir, stage), key, listener)?;
         let cost = Cost {
@@ -314,8 +312,8 @@ fn measured(
             fft_pairs: results.states.iter().map(|s| s.fft_pairs).sum(),
             iterations: results.states.iter().map(|s| s.iterations).sum(),
             planned_bytes: results.planned_bytes,
-            measured_bytes: sys::peak_rss_bytes().saturating_sub(before),
-            resident_before_bytes: before,
+            measured_bytes: growth.bytes(),
+            resident_before_bytes: growth.before_bytes(),
         };
         let refused = results.refusal.is_some();
         match &mut best {

@@ -2,6 +2,7 @@
 
 use crate::interface::{Base, Elastic, Layer};
 use crate::method::{ContactMethod, Heights, Kind, Precision, Problem};
+use crate::path::Given;
 use crate::pipeline::methods::Beside;
 use crate::pipeline::plan::SECONDS_PER_POINT_PAIR;
 use crate::record::tradeoff::Setting;
@@ -74,7 +75,7 @@ impl Rung {
     }
 
     pub fn planned_bytes(&self, case: &Case) -> u64 {
-        self.beside.method.plan(&problem(case, &self.beside)).bytes
+        Given::plan(&problem(case, &self.beside), self.beside.method).bytes
     }
 
     /// Seconds, from what is measured of the same method, or, before anything is, from what it plans. An order of magnitude.
@@ -90,9 +91,10 @@ impl Rung {
             }
             None => {
                 let plan = self.beside.method.plan(&problem(case, &self.beside));
-                let pairs = plan.iterations as f64 * plan.pairs_per_iteration * case.loads_there() as f64;
+                let pairs = plan.iterations as f64 * plan.pairs_per_iteration;
                 let threads = rayon::current_num_threads() as f64;
-                pairs * case.grid.points() as f64 * SECONDS_PER_POINT_PAIR / threads
+                let of_pairs = pairs * case.grid.points() as f64 * SECONDS_PER_POINT_PAIR / threads;
+                case.loads_there() as f64 * (of_pairs + plan.seconds)
             }
         }
     }

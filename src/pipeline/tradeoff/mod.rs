@@ -132,8 +132,8 @@ pub fn tradeoff(
         Some(Point {
             setting: rung.setting(found.ny),
             paper_name: card.paper_name.into(),
-            criterion: card.criterion.to_string(),
-            calibrated_on: card.calibrated_on.map(Into::into),
+            criterion: found.results.criterion.clone(),
+            calibrated_on: found.results.calibrated_on.clone(),
             is_reference,
             refusal: found.results.refusal.clone(),
             missing: found.results.missing.clone(),
