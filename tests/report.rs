@@ -164,6 +164,11 @@ fn atoms(folder: &Path) -> AtomsResults {
             contact_map: format!("contact-{i}.npy"),
             gap_map: format!("atoms-gap-{i}.npy"),
             frame: Some(format!("frame-{i}.xyz")),
+            indenter_shift_angstrom: 0.0,
+            ways: Vec::new(),
+            sensitivity: Vec::new(),
+            stress: None,
+            plastic: None,
         }
     });
     let ladder = (0..25).map(|step| {
@@ -211,6 +216,7 @@ fn atoms(folder: &Path) -> AtomsResults {
         ],
         ladder: ladder.collect(),
         states: states.collect(),
+        plasticity: None,
     }
 }
 
@@ -241,6 +247,9 @@ fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResults {
         atoms_patches: 14,
         continuum_patches: 17,
         gap_rms_difference_angstrom: 0.214,
+        versions: Vec::new(),
+        against_distance: Vec::new(),
+        against_gap: Vec::new(),
     });
     let y: Vec<f64> = (0..N).map(|i| i as f64 / N as f64).collect();
     let gap = |level: f64| y.iter().map(|&y| LENGTH_ANGSTROM * (height(0.5, y) - level).max(0.0)).collect::<Vec<f64>>();
@@ -250,6 +259,7 @@ fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResults {
         atoms_gap_angstrom: gap(0.0095 + 0.1 * p_star).iter().map(|g| g + 0.2).collect(),
         hard_gap_angstrom: gap(0.010 + 0.1 * p_star),
         soft_gap_angstrom: gap(0.0097 + 0.1 * p_star),
+        full_gap_angstrom: Vec::new(),
     };
     ComparisonResults {
         loads: loads.collect(),
@@ -257,6 +267,7 @@ fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResults {
         findings: vec![
             "Steps: 61 % of the atoms' extra contact lies within one lattice constant of a terrace edge.".into(),
         ],
+        full: None,
         hard,
         soft,
     }

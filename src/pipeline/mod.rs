@@ -12,7 +12,9 @@ mod observed;
 mod plan;
 mod progress;
 mod run;
+mod touching;
 mod tradeoff;
+mod versions;
 
 pub use atomistic::{Climbed, build_job, climb, engine, read_atoms};
 pub use continuum::{start, statistics};
