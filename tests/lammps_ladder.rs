@@ -13,7 +13,7 @@ use asperity::atoms::contact::contact;
 use asperity::atoms::dump::read_frame;
 use asperity::atoms::engine::{Engine, Finished, LammpsEngine, Progress};
 use asperity::atoms::indenter::{Indenter, grid_points};
-use asperity::atoms::job::{Interaction, Job, Ladder as Settings, Yukawa};
+use asperity::atoms::job::{FRAME_LAYERS, Interaction, Job, Ladder as Settings, Yukawa};
 use asperity::atoms::ladder::frame_file;
 use asperity::atoms::replay::ReplayEngine;
 use asperity::error::LammpsFailure;
@@ -73,6 +73,7 @@ fn setting(folder: &Path, adhesion: Option<Yukawa>) -> Setting {
         force_tolerance: 2e-3,
         load_unit,
         contact_angstrom: D_C,
+        frame_layers: FRAME_LAYERS,
     };
     let job = Job::write(folder, &block, &indenter, (&potential(), "Ca", MASS_U), interaction, settings)
         .expect("a written job");

@@ -26,7 +26,7 @@ pub const RECORD_FILE: &str = "job.json";
 const HEAD_ROOM_ANGSTROM: f64 = 5.0;
 
 /// Layers of the block in every frame. Contact is decided in the first; two more show where material has flowed.
-const FRAME_LAYERS: f64 = 3.0;
+pub const FRAME_LAYERS: usize = 3;
 
 /// Resident memory of one process, with the positions kept for the start of the next step: 143 MB for 119 151 atoms,
 /// of which some 40 are the program.
@@ -106,6 +106,13 @@ pub struct Ladder {
     pub load_unit: f64,
     /// Distance below which an atom counts as touching, Å.
     pub contact_angstrom: f64,
+    /// Layers of the block, from the top, in every frame.
+    #[serde(default = "frame_layers")]
+    pub frame_layers: usize,
+}
+
+fn frame_layers() -> usize {
+    FRAME_LAYERS
 }
 
 /// Contents of `job.json`.
@@ -176,7 +183,7 @@ impl Job {
             indenter_points: indenter.points(),
             indenter_spacing_angstrom: indenter.spacing(),
             indenter_start_z_angstrom: indenter.start_z(),
-            frame_depth_angstrom: 0.5 * block.a0 * (FRAME_LAYERS - 0.5),
+            frame_depth_angstrom: 0.5 * block.a0 * (ladder.frame_layers as f64 - 0.5),
             interaction,
             ladder,
             data_hash,
@@ -360,6 +367,7 @@ mod tests {
             force_tolerance: 2e-3,
             load_unit: 100.0,
             contact_angstrom: 4.0354,
+            frame_layers: FRAME_LAYERS,
         };
         Job::write(folder.join("job"), &block, &indenter, (&table, "Ca", 40.078), interaction, ladder)
     }

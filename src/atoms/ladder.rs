@@ -130,9 +130,7 @@ impl Ladder {
     /// The first step on which the load rises through `load`: where a machine that controls the load would first stop.
     /// `None` when the ladder does not reach so far.
     pub fn bracket(&self, load: f64) -> Option<Bracket> {
-        let lower = self.rungs.windows(2).position(|pair| pair[0].load <= load && load <= pair[1].load)?;
-        let (a, b) = (self.rungs[lower].load, self.rungs[lower + 1].load);
-        Some(Bracket { lower, weight: weight(a, b, load) })
+        bracket(&self.rungs.iter().map(|r| r.load).collect::<Vec<f64>>(), load)
     }
 
     /// Positions and indenter height at `load` (eV/Å), linear in the way between the two steps around it. Steps are
@@ -149,11 +147,20 @@ impl Ladder {
         })?;
         let (a, b) = (&self.rungs[bracket.lower], &self.rungs[bracket.lower + 1]);
         let (below, above) = (read_frame(frame_file(folder, a.step)?)?, read_frame(frame_file(folder, b.step)?)?);
-        let frame = interpolate(&below, &above, bracket.weight);
-        let displacement_angstrom =
-            a.displacement_angstrom + bracket.weight * (b.displacement_angstrom - a.displacement_angstrom);
-        Ok(Between { bracket, frame, displacement_angstrom })
+        Ok(between(bracket, &below, &above, [a.displacement_angstrom, b.displacement_angstrom]))
     }
+}
+
+/// The first of several loads, in their order, from which on `load` is passed.
+pub fn bracket(loads: &[f64], load: f64) -> Option<Bracket> {
+    let lower = loads.windows(2).position(|pair| pair[0] <= load && load <= pair[1])?;
+    Some(Bracket { lower, weight: weight(loads[lower], loads[lower + 1], load) })
+}
+
+/// The atoms on the way between two frames, whose indenters have come down by `ends` (Å).
+pub fn between(bracket: Bracket, below: &Frame, above: &Frame, ends: [f64; 2]) -> Between {
+    let frame = interpolate(below, above, bracket.weight);
+    Between { bracket, frame, displacement_angstrom: ends[0] + bracket.weight * (ends[1] - ends[0]) }
 }
 
 /// Share of the way from a step with load `a` to one with load `b` at which the load is reached: it rises about as the square

@@ -3,16 +3,18 @@
 use super::touching::Reader;
 use super::{Listener, touching};
 use crate::atoms::block::SurfaceSites;
+use crate::atoms::dump::read_frame;
 use crate::atoms::engine::{Engine, LammpsEngine, Progress};
+use crate::atoms::foreign::Foreign;
 use crate::atoms::indenter::Indenter;
-use crate::atoms::job::{Job, Ladder, POTENTIAL_FILE};
-use crate::atoms::ladder;
+use crate::atoms::job::{FRAME_LAYERS, Job, Ladder, POTENTIAL_FILE};
 use crate::atoms::potential::Potential;
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
+use crate::atoms::{ladder, order};
 use crate::grid::Grid;
 use crate::record::csv;
 use crate::record::land::land;
-use crate::record::results::{AtomState, AtomsResults, LadderStep};
+use crate::record::results::{AtomState, AtomsResults, LadderStep, PlasticState, PlasticityResults};
 use crate::scene::{AtomsCase, Case};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -42,6 +44,8 @@ pub fn build_job(case: &Case, atoms: &AtomsCase, folder: &Path) -> Result<Job> {
         force_tolerance: scene.force_tolerance_ev_per_angstrom,
         load_unit: atoms.load_unit,
         contact_angstrom: CONTACT_DISTANCE_ANGSTROM,
+        // Slip begins at any depth below the contact.
+        frame_layers: if scene.plasticity { 2 * atoms.block.depth_cells } else { FRAME_LAYERS },
     };
     Job::write(folder, &atoms.block, &indenter, (&potential, &atoms.element, atoms.mass_u), interaction, ladder)
 }
@@ -120,6 +124,25 @@ pub fn climb(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Result<
     Ok(Climbed { engine: engine.describe().to_string(), steps: finished.steps, unconverged: finished.unconverged })
 }
 
+/// Reads frames of the scene's block from any LAMMPS: files are named relative to `out`.
+pub fn read_frames(
+    case: &Case,
+    atoms: &AtomsCase,
+    files: &[PathBuf],
+    out: &Path,
+    warn: &mut dyn FnMut(&str),
+) -> Result<(Foreign, AtomsResults)> {
+    let reader = Reader::new(case, atoms, out, ".")?;
+    let frames = Foreign::scan(files, &atoms.block, &reader.indenter, &touching::interaction(atoms), warn)?;
+    let mut states = Vec::new();
+    for (i, &p_star) in case.p_star.iter().enumerate() {
+        states.push(reader.state(i + 1, p_star, &frames.at_load(p_star * atoms.load_unit)?)?);
+    }
+    let climbed = Climbed { engine: "unknown".into(), steps: Vec::new(), unconverged: Vec::new() };
+    let found = results(atoms, &reader, &climbed, states);
+    Ok((frames, found))
+}
+
 /// Reads a job folder that has run, outside a run folder: files are named relative to `out`.
 pub fn read_atoms(case: &Case, atoms: &AtomsCase, job: &Job, out: &Path) -> Result<AtomsResults> {
     let climbed = Climbed { engine: "unknown".into(), steps: Vec::new(), unconverged: Vec::new() };
@@ -141,7 +164,45 @@ pub(super) fn read(
     for (i, &p_star) in case.p_star.iter().enumerate() {
         states.push(reader.state(i + 1, p_star, &rungs.at_load(&job.folder, p_star * atoms.load_unit)?)?);
     }
-    Ok(results(atoms, &reader, climbed, states))
+    let scene = case.scene.atoms.as_ref().expect("an atoms case comes from a scene with atoms");
+    let plasticity = scene.plasticity.then(|| plasticity(atoms, job, &rungs, &mut states)).transpose()?;
+    Ok(AtomsResults { plasticity, ..results(atoms, &reader, climbed, states) })
+}
+
+/// Counts the atoms that have left the crystal's order at every step, and tells the states.
+fn plasticity(
+    atoms: &AtomsCase,
+    job: &Job,
+    rungs: &ladder::Ladder,
+    states: &mut [AtomState],
+) -> Result<PlasticityResults> {
+    let mut steps: Vec<[f64; 2]> = Vec::new();
+    for rung in &rungs.rungs {
+        let frame = read_frame(ladder::frame_file(&job.folder, rung.step)?)?;
+        steps.push([rung.load / atoms.load_unit, order::disordered(&frame, &atoms.block)?.len() as f64]);
+        if job.is_last(rung.step, rung.load) {
+            break;
+        }
+    }
+    let atom_nm3 = 1e-3 * atoms.block.a0.powi(3) / 4.0;
+    for state in states.iter_mut() {
+        let distance = |s: &[f64; 2]| (s[0] - state.p_star).abs();
+        let nearest = steps.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        state.plastic = nearest.map(|s| PlasticState { atoms: s[1] as usize, volume_nm3: s[1] * atom_nm3 });
+    }
+    let first_yield = steps.iter().find(|s| s[1] > order::NOISE as f64).map(|s| s[0]);
+    let beyond: Vec<f64> = first_yield.map_or(Vec::new(), |p| {
+        states.iter().filter(|s| s.p_star >= p && s.contacts > 0).map(|s| s.contact_stress_gpa).collect()
+    });
+    Ok(PlasticityResults {
+        atoms: order::looked_at(&atoms.block) as usize,
+        masked_layers: order::MASKED_LAYERS,
+        threshold: order::THRESHOLD,
+        noise: order::NOISE,
+        steps,
+        first_yield,
+        hardness_gpa: (!beyond.is_empty()).then(|| beyond.iter().sum::<f64>() / beyond.len() as f64),
+    })
 }
 
 /// What is told of the atoms, with the states that were read.

@@ -13,7 +13,8 @@ use crate::method::{Precision, Problem};
 use crate::observe::{Connectivity, along_y, column_at, patch_sizes};
 use crate::record::npy;
 use crate::record::results::{
-    AtomState, AtomsResults, ComparisonResults, ContinuumResults, CriterionArea, LoadComparison, Section, StateResults,
+    AtomState, AtomsResults, ComparisonResults, ContinuumResults, CriterionArea, LoadComparison, PlasticityResults,
+    Section, StateResults,
 };
 use crate::scene::{AtomsCase, Case};
 use crate::units::GPA_PER_EV_A3;
@@ -303,6 +304,17 @@ fn sides(
     Ok(list)
 }
 
+fn below_surface(p: &PlasticityResults) -> String {
+    match p.first_yield {
+        None => {
+            format!("Nor has the crystal slipped below it: at no step have more than {} atoms left its order.", p.noise)
+        }
+        Some(load) => {
+            format!("Below it the crystal first yields at p* = {load:.4}: from there on elasticity is not its law.")
+        }
+    }
+}
+
 /// Deviation of the matched area up to which the criterion is said to explain the difference.
 const EXPLAINED: f64 = 0.15;
 
@@ -362,7 +374,7 @@ fn findings(
             ));
         }
     }
-    list.push(yield_finding(&found.states));
+    list.push(yield_finding(&found.states, found.plasticity.as_ref()));
     let slab = atoms.kernel().stiffness(std::f64::consts::TAU, 0.0) / std::f64::consts::PI;
     list.push(format!(
         "The block is {:.1} Å deep on a rigid base, which makes the longest wave {slab:.2} times stiffer than on a \
@@ -381,7 +393,7 @@ fn findings(
     list
 }
 
-fn yield_finding(states: &[AtomState]) -> String {
+fn yield_finding(states: &[AtomState], plasticity: Option<&PlasticityResults>) -> String {
     let flowed = states.iter().find(|s| s.contacts_below_surface as f64 > FLOWED * s.contacts.max(1) as f64);
     let hardest = states.iter().map(|s| s.contact_stress_gpa).fold(0.0, f64::max);
     match flowed {
@@ -392,8 +404,12 @@ fn yield_finding(states: &[AtomState]) -> String {
         ),
         None => format!(
             "Contact atoms come from the surface layer (but for at most {} %), at a mean stress over their area of up to \
-             {hardest:.1} GPa: no sign that material has flowed at the surface. Slip below it is not looked for.",
-            100.0 * FLOWED
+             {hardest:.1} GPa: no sign that material has flowed at the surface. {}",
+            100.0 * FLOWED,
+            match plasticity {
+                None => "Slip below it is not looked for.".to_string(),
+                Some(p) => below_surface(p),
+            }
         ),
     }
 }

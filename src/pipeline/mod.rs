@@ -16,7 +16,7 @@ mod touching;
 mod tradeoff;
 mod versions;
 
-pub use atomistic::{Climbed, build_job, climb, engine, read_atoms};
+pub use atomistic::{Climbed, build_job, climb, engine, read_atoms, read_frames};
 pub use continuum::{start, statistics};
 pub use folder::{Key, RunFolder};
 pub use methods::state_of;

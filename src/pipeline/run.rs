@@ -235,7 +235,7 @@ fn atomistic_stages(
         "ladder",
         &(
             (block, crystal, potential, engine.describe(), SCRIPT),
-            (scene.step_angstrom, scene.force_tolerance_ev_per_angstrom, pair),
+            (scene.step_angstrom, scene.force_tolerance_ev_per_angstrom, scene.plasticity, pair),
         ),
         &[geometry],
     )?;

@@ -43,6 +43,7 @@ pub fn section(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
                 "the surface mean that material has flowed, which no elastic method can follow." }
         }
         (criteria::section(desk, atoms)?)
+        (criteria::plasticity(desk, atoms)?)
     })
 }
 

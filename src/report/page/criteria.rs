@@ -47,6 +47,49 @@ fn name(id: &str) -> &str {
     }
 }
 
+/// Where the atoms leave elasticity; nothing where it was not asked for.
+pub fn plasticity(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
+    let Some(p) = &atoms.plasticity else { return Ok(html! {}) };
+    let points = p.steps.iter().map(|s| (s[0], s[1])).collect();
+    let curves = vec![Curve { label: String::new(), style: ATOMS, points }];
+    let plot = Plot {
+        proportion: 0.36,
+        ..Plot::new((Axis::Linear, Axis::Linear), ("p*", "atoms out of the crystal"), curves)
+    };
+    let rows = atoms
+        .states
+        .iter()
+        .filter_map(|s| {
+            let plastic = s.plastic?;
+            Some(vec![
+                text(trimmed(s.p_star, 4)),
+                text(count(plastic.atoms)),
+                text(format!("{}\u{a0}nm³", significant(plastic.volume_nm3, 3))),
+                text(format!("{}\u{a0}GPa", significant(s.contact_stress_gpa, 3))),
+            ])
+        })
+        .collect();
+    let words = html! { "Atoms whose twelve nearest neighbours no longer lie opposite each other (centro-symmetry above "
+    (p.threshold) " a0²), of the " (count(p.atoms)) " below the uppermost " (p.masked_layers) " layers, at every step of the "
+    "ladder." };
+    Ok(html! {
+        h3 { "Where the atoms leave elasticity" }
+        p {
+            @match p.first_yield {
+                Some(load) => {
+                    "The crystal first yields at p* = " strong { (significant(load, 3)) } ": there more than " (p.noise)
+                    " atoms have left its order."
+                    @if let Some(h) = p.hardness_gpa { " Beyond it the mean stress over the touching atoms is " (significant(h, 3))
+                        " GPa, an estimate of the hardness." }
+                },
+                None => { "At no step have more than " (p.noise) " atoms left the crystal’s order: the block stays elastic." },
+            }
+        }
+        @if let Some(svg) = desk.curves("plasticity", &plot)? { (figure(svg, words)) }
+        (numbers(&["p*", "atoms out of the crystal", "their volume", "stress in the contact"], rows))
+    })
+}
+
 /// The smoothed normal stress of every load, in one range of colours each.
 fn stresses(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
     let mut drawn = Vec::new();
