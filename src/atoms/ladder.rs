@@ -4,9 +4,11 @@
 //! complete, so a whole line vouches for both, and whatever has no line is debris of an interrupted step.
 
 use std::collections::BTreeMap;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::dump::{Frame, read_frame};
+use crate::record::land::land;
 use crate::record::results::LadderStep;
 use crate::{Error, Result};
 
@@ -241,8 +243,73 @@ pub fn evaluations(log: &str) -> BTreeMap<usize, usize> {
     counts
 }
 
-/// Makes a folder fit to go on: keeps the ladder up to the last step whose frame and restart file are there, removes
-/// everything later, and returns that step. `None` means from the beginning.
+/// Looks at what a step has left as soon as it is finished: LAMMPS does not notice a frame that a full disk has cut. The hash of
+/// its restart file is kept in `restart.K.b3`, so that damage is seen before the run goes on from it.
+///
+/// # Errors
+/// `Format` for a frame that is not complete; `Io`.
+pub fn vouch(folder: &Path, step: usize) -> Result<()> {
+    read_frame(frame_file(folder, step)?)?;
+    // With steps shorter than the look-out the file may be gone: two later ones stand for it.
+    if let Some(hash) = hash_of(&folder.join(format!("restart.{step}")))? {
+        land(&hash_file(folder, step), |w| w.write_all(hash.as_bytes()))?;
+    }
+    if let Some(old) = step.checked_sub(2) {
+        remove(&hash_file(folder, old))?;
+    }
+    Ok(())
+}
+
+/// Takes back all steps from `step` on.
+///
+/// # Errors
+/// As [`prepare_resume`].
+pub fn take_back(folder: &Path, step: usize) -> Result<()> {
+    for kept in [format!("frame.{step}.dump"), format!("frame.{step}.dump.zst"), format!("restart.{step}")] {
+        remove(&folder.join(kept))?;
+    }
+    shorten(folder, step)?;
+    prepare_resume(folder).map(drop)
+}
+
+fn hash_file(folder: &Path, step: usize) -> PathBuf {
+    folder.join(format!("restart.{step}.b3"))
+}
+
+/// BLAKE3 of a file, as text; none where there is no file.
+fn hash_of(file: &Path) -> Result<Option<String>> {
+    let mut hasher = blake3::Hasher::new();
+    match std::fs::File::open(file).and_then(|mut f| std::io::copy(&mut f, &mut hasher)) {
+        Ok(_) => Ok(Some(hasher.finalize().to_hex().to_string())),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(e) => Err(Error::io("read", file)(e)),
+    }
+}
+
+fn remove(file: &Path) -> Result<()> {
+    match std::fs::remove_file(file) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::io("remove", file)(e)),
+        _ => Ok(()),
+    }
+}
+
+/// Keeps the first `steps` lines of the ladder.
+fn shorten(folder: &Path, steps: usize) -> Result<()> {
+    let file = folder.join(LADDER_FILE);
+    if file.is_file() {
+        let text = std::fs::read_to_string(&file).map_err(Error::io("read", &file))?;
+        let keep: usize = text.split_inclusive('\n').take(steps).map(str::len).sum();
+        if keep < text.len() {
+            let handle = std::fs::OpenOptions::new().write(true).open(&file).map_err(Error::io("open", &file))?;
+            handle.set_len(keep as u64).map_err(Error::io("shorten", &file))?;
+        }
+    }
+    Ok(())
+}
+
+/// Makes a folder fit to go on: keeps the ladder up to the last step whose frame can be read and whose restart file is what
+/// was written (one without a kept hash is believed), removes everything later, and returns that step. `None` means from the
+/// beginning.
 ///
 /// # Errors
 /// `Io`, and `Format` for a ladder that is damaged otherwise than by a cut last line.
@@ -250,7 +317,11 @@ pub fn prepare_resume(folder: &Path) -> Result<Option<usize>> {
     let ladder = Ladder::read(folder)?;
     let intact = |rung: &&Rung| {
         let restart = folder.join(format!("restart.{}", rung.step));
-        std::fs::metadata(restart).is_ok_and(|m| m.len() > 0) && frame_file(folder, rung.step).is_ok()
+        let written = std::fs::read_to_string(hash_file(folder, rung.step)).ok();
+        let sound = || written.is_none_or(|hash| hash_of(&restart).is_ok_and(|found| found == Some(hash)));
+        std::fs::metadata(&restart).is_ok_and(|m| m.len() > 0)
+            && sound()
+            && frame_file(folder, rung.step).and_then(read_frame).is_ok()
     };
     let last = ladder.rungs.iter().rev().find(intact).map(|r| r.step);
     for entry in std::fs::read_dir(folder).map_err(Error::io("list", folder))? {
@@ -265,15 +336,7 @@ pub fn prepare_resume(folder: &Path) -> Result<Option<usize>> {
             std::fs::remove_file(&path).map_err(Error::io("remove", &path))?;
         }
     }
-    let file = folder.join(LADDER_FILE);
-    if file.is_file() {
-        let text = std::fs::read_to_string(&file).map_err(Error::io("read", &file))?;
-        let keep: usize = text.split_inclusive('\n').take(last.map_or(0, |l| l + 1)).map(str::len).sum();
-        if keep < text.len() {
-            let handle = std::fs::OpenOptions::new().write(true).open(&file).map_err(Error::io("open", &file))?;
-            handle.set_len(keep as u64).map_err(Error::io("shorten", &file))?;
-        }
-    }
+    shorten(folder, last.map_or(0, |l| l + 1))?;
     Ok(last)
 }
 
@@ -381,7 +444,14 @@ mod tests {
         std::fs::remove_file(path.join("restart.2")).expect("removed");
         assert_eq!(prepare_resume(path).expect("good"), Some(1));
         assert_eq!(Ladder::read(path).expect("good").rungs.len(), 2);
-        std::fs::remove_file(path.join("restart.1")).expect("removed");
+        // One that is not what was written: it is not gone on from.
+        vouch(path, 1).expect("whole");
+        assert_eq!(prepare_resume(path).expect("good"), Some(1));
+        std::fs::write(path.join("restart.0"), "older").expect("written");
+        std::fs::write(path.join("restart.1"), "stale").expect("written");
+        assert_eq!(prepare_resume(path).expect("good"), Some(0));
+        assert!(!path.join("restart.1.b3").exists());
+        std::fs::remove_file(path.join("restart.0")).expect("removed");
         assert_eq!(prepare_resume(path).expect("good"), None);
         assert!(!path.join("frame.0.dump").exists());
         assert_eq!(std::fs::read(path.join(LADDER_FILE)).expect("read"), b"");
