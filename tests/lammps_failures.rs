@@ -97,7 +97,7 @@ fn what_lammps_says_is_passed_on() {
 
     job.record.ladder.step_angstrom = f64::NAN;
     let step = said(&engine, &job);
-    assert!(step.contains("it stopped with") && step.contains("NaN"), "{step}");
+    assert!(step.contains("its ladder cannot be read") && step.contains("0 nan"), "{step}");
     job.record.ladder.step_angstrom = 0.2;
 
     std::fs::rename(folder.path().join("potential.eam.alloy"), folder.path().join("gone")).expect("moved");
@@ -133,9 +133,9 @@ fn a_run_that_was_killed_or_timed_out_goes_on() {
     });
     assert!(killed.contains("killed by signal 9"), "{killed}");
 
-    // The limit acts at the first iteration of a later step.
-    let timed =
-        with_script(&engine, &job, MINIMIZE, "if \"$k > 2\" then \"timer timeout 0:00:00 every 1\"\nminimize      0.0");
+    // The limit has passed when the fourth step begins to relax.
+    let timer = "if \"$k > 2\" then \"timer timeout 0:00:01 every 1\" \"shell sleep 2\"\nminimize      0.0";
+    let timed = with_script(&engine, &job, MINIMIZE, timer);
     assert!(timed.contains("timer timeout") && timed.contains("goes on from the last step"), "{timed}");
 
     let finished = engine.run(&job, &mut on).expect("the rest");
@@ -155,10 +155,11 @@ fn a_full_disk_is_said_and_what_it_cut_is_done_again() {
     let expected = engine.run(&job(whole.path()), &mut on).expect("a clean run");
     let packed = frame_file(whole.path(), 3).expect("a frame").extension().is_some_and(|e| e == "zst");
     let job = job(folder.path());
+    let path = folder.path();
     let at_first = |name: String| {
         move |p: Progress| {
             if p.is_new && p.rung.is_some_and(|r| r.step == 0) {
-                fill(folder.path(), &name);
+                fill(path, &name);
             }
             ControlFlow::Continue(())
         }
@@ -166,8 +167,8 @@ fn a_full_disk_is_said_and_what_it_cut_is_done_again() {
     // LAMMPS notices this one itself...
     let restart = told(&engine, &job, &mut at_first("restart.3".into()));
     assert!(restart.contains("I/O error while writing restart"), "{restart}");
-    std::fs::remove_dir_all(folder.path()).expect("removed");
-    let job = self::job(folder.path());
+    std::fs::remove_dir_all(path).expect("removed");
+    let job = self::job(path);
     // ...and writes a frame into nothing without a word.
     let end = if packed { ".zst" } else { "" };
     let frame = told(&engine, &job, &mut at_first(format!("frame.3.dump{end}")));

@@ -302,7 +302,14 @@ impl Engine for LammpsEngine {
             let ended = group.child.try_wait().map_err(Error::io("wait for", &self.program))?;
             // Before anything else can fail: the number of a process that was waited for may be given to another.
             group.ended = ended.is_some();
-            let ladder = Ladder::read(&job.folder)?;
+            let ladder = match Ladder::read(&job.folder) {
+                Err(e @ Error::Format { .. }) => {
+                    drop(group);
+                    ladder::take_back(&job.folder, vouched)?;
+                    return Err(failed(job, LammpsFailure::Output(format!("its ladder cannot be read: {e}"))));
+                }
+                other => other?,
+            };
             for rung in ladder.rungs.iter().skip(vouched) {
                 if let Err(e) = ladder::vouch(&job.folder, rung.step) {
                     drop(group);
@@ -387,7 +394,7 @@ pub(super) fn check_ladder(job: &Job) -> Result<()> {
 /// What exit status, log and screen together say.
 pub(super) fn judge(status: ExitStatus, log: &str, screen: &str) -> std::result::Result<(), LammpsFailure> {
     // Whatever else went wrong did so after it; the step in which it was reached is not finished.
-    if log.contains("Wall time limit reached") || log.contains("walltime limit reached") {
+    if log.contains("Wall time limit reached") {
         let text = "its script's time limit (timer timeout) was reached; the same command goes on from the last step";
         return Err(LammpsFailure::Output(text.into()));
     }

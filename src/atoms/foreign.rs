@@ -287,7 +287,7 @@ mod tests {
             "{told:?}"
         );
         // With nothing before it there is nothing to read.
-        let error = scan(&[put(folder.path(), "cut", two[..two.len() - 40].as_bytes())]).expect_err("no frame");
+        let error = scan(&[put(folder.path(), "cut", &two.as_bytes()[..two.len() - 40])]).expect_err("no frame");
         assert!(error.to_string().contains("ends (timestep 400)"), "{error}");
         let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
         packed.write_all((one + &two).as_bytes()).expect("packed");

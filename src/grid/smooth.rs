@@ -54,7 +54,7 @@ fn weights(centre: f64, width: f64, n: usize) -> Vec<(usize, f64)> {
         .collect();
     let sum: f64 = list.iter().map(|l| l.1).sum();
     // Narrower than the grid can show: all on the nearest node.
-    if !(sum > 0.0) {
+    if sum.is_nan() || sum <= 0.0 {
         return vec![((centre.round() as i64).rem_euclid(n as i64) as usize, 1.0)];
     }
     list.iter_mut().for_each(|l| l.1 /= sum);

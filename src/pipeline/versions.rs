@@ -76,7 +76,7 @@ pub(super) fn versions(
     length_angstrom: f64,
 ) -> Vec<Version> {
     let all = |of: fn(&Side) -> &Vec<f64>| {
-        let values = sides.iter().flat_map(move |s| of(s));
+        let values = sides.iter().flat_map(of);
         values.fold((0.0, 0.0), |(a, b): (f64, f64), v| (a.min(*v), b.max(*v)))
     };
     let edges = |(least, most): (f64, f64), bins| {
