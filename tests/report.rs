@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 
 use asperity::grid::Field;
 use asperity::observe::{self, Distribution, linear_edges};
+use asperity::record::budget::{Part, Source};
 use asperity::record::npy;
 use asperity::record::results::*;
+use asperity::record::tradeoff::Measure;
 use asperity::report;
 
 const N: usize = 64;
@@ -45,7 +47,7 @@ fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResults {
         contact_fraction: share,
         contact_fraction_corrected: 0.9 * share,
         mean_gap: gap.iter().sum::<f64>() / gap.len() as f64,
-        patches: 17,
+        patches: Some(17),
         interaction_energy: 0.0,
         energy: -1e-6,
         load_error: 2e-4,
@@ -71,6 +73,12 @@ fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResults {
             area: Estimate { value: 0.0334, error: 0.0003 },
             mean_gap: Some(Estimate { value: 0.01014, error: 1e-5 }),
         }),
+        budget: vec![
+            Part { quantity: Measure::ContactArea, source: Source::Grid, relative: Some(0.0234), is_bound: false },
+            Part { quantity: Measure::ContactArea, source: Source::Criterion, relative: Some(0.0078), is_bound: false },
+            Part { quantity: Measure::MeanGap, source: Source::Range, relative: None, is_bound: false },
+            Part { quantity: Measure::MeanGap, source: Source::Solver, relative: Some(1e-7), is_bound: false },
+        ],
         stiffness: Some(0.345),
         hangs: None,
         observed: Some(observed(gap)),
@@ -299,7 +307,7 @@ fn run_folder(folder: &Path) -> Results {
             nx: N,
             ny: N,
             aspect: 1.0,
-            heights: "heights.npy".into(),
+            heights: Some("heights.npy".into()),
             statistics: vec![
                 statistic("rms gradient", "ḡ", "1", Some(1.0), 0.98764, Some(0.021)),
                 statistic("rms height", "h_rms", "µm", Some(0.762), 0.701, Some(0.05)),
@@ -315,6 +323,7 @@ fn run_folder(folder: &Path) -> Results {
                 })
                 .collect(),
         },
+        accuracy: None,
         continuum: Some(continuum(folder, "laboratory", "gfmd", 0.009, [true, true])),
         without: None,
         other_ranges: vec![],
@@ -333,6 +342,7 @@ fn run_folder(folder: &Path) -> Results {
                 seconds,
                 earlier_seconds: 0.0,
                 peak_rss_bytes: 312_000_000,
+                transformed_nodes: 0,
                 reused: *name == "surface",
             })
             .collect(),
@@ -390,6 +400,8 @@ fn a_full_report_is_whole_and_self_contained() {
     );
     assert!(page.contains("going in") && page.contains("coming back"));
     assert!(page.contains(">retract<") && page.contains(">2.34") && page.contains("enlarged 4.00 times"));
+    // Three quarters of what is known of the area are the grid's; what is not known is said.
+    assert!(page.contains("width:75.000%") && page.contains("not known") && page.contains("Contact area, 3.12"));
     assert!(page.contains("3.34") && page.contains("a pull of at most"));
     assert!(page.contains("outside the band") && page.contains("within the band"));
     // Pictures are base64, where any three letters may stand.
@@ -596,10 +608,10 @@ fn what_is_missing_or_damaged_is_named() {
     says(&["atoms-gap-2.npy"]);
     npy::write(&folder.path().join("contact-1.npy"), 8, 8, [1_u8; 64]).unwrap();
     says(&["contact-1.npy", "8 × 8"]);
-    results.surface.heights = "/etc/hostname".into();
+    results.surface.heights = Some("/etc/hostname".into());
     results.write(folder.path()).unwrap();
     says(&["/etc/hostname", "inside the run folder"]);
-    results.surface.heights = "heights.npy".into();
+    results.surface.heights = Some("heights.npy".into());
     results.surface.nx = 128;
     results.write(folder.path()).unwrap();
     says(&["heights.npy", "another shape"]);

@@ -1,5 +1,5 @@
 use super::Settings;
-use crate::grid::{Field, Grid, Series, Transform};
+use crate::grid::{Field, Grid, Series, Transform, rms};
 use crate::interface::{Adhesion, Elastic, Kernel, Wall};
 use crate::surface::{Power, patch_gradient};
 use crate::{Error, Result};
@@ -43,6 +43,14 @@ pub enum Heights<'a> {
 }
 
 impl Heights<'_> {
+    /// Root mean square about the mean.
+    pub fn rms(&self) -> f64 {
+        match self {
+            Heights::Nodes(nodes) => rms(nodes),
+            Heights::Series(series) => series.rms(),
+        }
+    }
+
     /// On the nodes of a grid: those given, if there are any.
     pub fn on_nodes(&self, grid: Grid) -> Cow<'_, [f64]> {
         match self {

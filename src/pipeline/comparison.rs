@@ -78,6 +78,7 @@ pub(super) fn matched(
                 threshold,
                 criterion: criterion.into(),
                 keep: &|_| Keep { gap: true, stress: true },
+                wants: case.wants(),
             };
             load_path(asked, (folder, stage, tag), key, listener)
         };

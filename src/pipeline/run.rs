@@ -8,6 +8,7 @@ use crate::atoms::engine::Engine;
 use crate::atoms::job::{Job, SCRIPT};
 use crate::atoms::potential::CALCIUM;
 use crate::method::{Heights, all_atom};
+use crate::record::advice::Chosen;
 use crate::record::mcap::{CloudAtom, GapMap, LoadScalars, LoadState, Recorder, Scene as Recorded};
 use crate::record::methods::MethodResults;
 use crate::record::results::{
@@ -34,7 +35,7 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
     keep_scene(case, out)?;
     // A ladder of LAMMPS outlives a new build of this program, whose job folder decides what is still good; results do not.
     let geometry = Key::new("geometry", &(&case.scene.laboratory, &case.scene.surface, heights_hash(case)?), &[])?;
-    let surface_key = Key::new("surface", &Key::of_program()?, &[&geometry])?;
+    let surface_key = Key::new("surface", &(Key::of_program()?, case.wants()), &[&geometry])?;
     let surface = folder.stage(
         listener,
         ("surface", "heights and their statistics"),
@@ -52,7 +53,7 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
     // Methods beside it change nothing in it either.
     let own = ContinuumScene { also: Vec::new(), ..scene.continuum.clone() };
     // What p* = 1 is: with [challenge] not what a file's own gradient makes of it.
-    let unit = case.gradient;
+    let unit = (case.gradient, case.wants());
     // Made or read by the first stage that solves, if any does.
     let (series, nodes) = (OnceCell::new(), OnceCell::new());
     let heights = || -> Result<Heights> {
@@ -155,6 +156,7 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
         description: case.scene.description.clone(),
         scales: ScalesSi { length_m: case.scales.length_m, modulus_pa: case.scales.modulus_pa },
         surface,
+        accuracy: case.chosen.clone(),
         continuum: solved,
         without,
         other_ranges,
@@ -313,7 +315,8 @@ pub(super) fn heights_hash(case: &Case) -> Result<Option<String>> {
 }
 
 fn stored_heights(out: &Path, surface: &SurfaceResults) -> Result<Vec<f64>> {
-    Ok(npy::read(&out.join(&surface.heights))?.values)
+    let file = surface.heights.as_ref().expect("maps that were read are kept");
+    Ok(npy::read(&out.join(file))?.values)
 }
 
 /// What ran, on what, for how long: `manifest.json`.
@@ -322,6 +325,8 @@ struct Manifest<'a> {
     program: String,
     scene: &'a crate::scene::Scene,
     engine: Option<&'a str>,
+    /// How the scene's accuracy chose grid, method, precision and tolerance.
+    accuracy: Option<&'a Chosen>,
     threads: usize,
     peak_rss_bytes: u64,
     stages: &'a [crate::record::results::StageCost],
@@ -335,6 +340,7 @@ impl<'a> Manifest<'a> {
             program: format!("asperity {}", env!("CARGO_PKG_VERSION")),
             scene: &case.scene,
             engine,
+            accuracy: results.accuracy.as_ref(),
             threads: rayon::current_num_threads(),
             peak_rss_bytes: results.stages.iter().map(|s| s.peak_rss_bytes).max().unwrap_or(0),
             stages: &results.stages,
@@ -417,7 +423,7 @@ fn record(case: &Case, results: &Results, out: &Path) -> Result<()> {
                 contact_fraction: state.contact_fraction,
                 criterion: state.criterion.clone(),
                 mean_gap: state.mean_gap * length,
-                patches: Some(state.patches),
+                patches: state.patches,
                 energy: Some(state.energy),
                 residual: Some(state.residual),
             },

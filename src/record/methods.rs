@@ -94,7 +94,7 @@ impl MethodState {
             contact_fraction_corrected: Some(s.contact_fraction_corrected),
             mean_gap: Some(s.mean_gap),
             stiffness: s.stiffness,
-            patches: Some(s.patches),
+            patches: s.patches,
             typical_patch: o.and_then(|o| o.typical_patch),
             typical_patch_compressive: o.and_then(|o| o.compressive?.typical_patch),
             patch_density: o.map_or(Vec::new(), |o| o.patch_density.clone()),

@@ -9,7 +9,9 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::advice::Chosen;
 pub use super::atomistic::{AtomStress, ContactWay, PlasticState, PlasticityResults, Version};
+use super::budget::Part;
 use super::judged::Judged;
 use super::methods::MethodResults;
 use super::{json, land};
@@ -32,6 +34,9 @@ pub struct Results {
     pub description: String,
     pub scales: ScalesSi,
     pub surface: SurfaceResults,
+    /// How the scene's accuracy chose grid, method, precision and tolerance.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<Chosen>,
     /// The laboratory-scale problem of the scene.
     pub continuum: Option<ContinuumResults>,
     /// The loads there, without adhesion.
@@ -126,7 +131,9 @@ pub struct SurfaceResults {
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub note: String,
     /// `[ny, nx]` f64 heights, low points touch first, min = 0.
-    pub heights: String,
+    /// Absent where no map was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heights: Option<String>,
     pub statistics: Vec<Statistic>,
     /// Radial power spectral density; absent `expected` for an imported surface.
     pub psd: Vec<PsdPoint>,
@@ -297,7 +304,8 @@ pub struct StateResults {
     pub contact_fraction: f64,
     pub contact_fraction_corrected: f64,
     pub mean_gap: f64,
-    pub patches: usize,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub patches: Option<usize>,
     pub energy: f64,
     /// Part of the energy that is the interaction's; 0 without one.
     #[serde(default)]
@@ -326,6 +334,9 @@ pub struct StateResults {
     /// What the true range of the adhesion would give.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub extrapolated: Option<Extrapolated>,
+    /// What area and mean gap are uncertain by, part by part.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub budget: Vec<Part>,
     /// Contact stiffness dp/dū, E*/L, from the neighbouring loads of the same branch.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness: Option<f64>,
@@ -579,6 +590,9 @@ pub struct StageCost {
     #[serde(default)]
     pub earlier_seconds: f64,
     pub peak_rss_bytes: u64,
+    /// Nodes that went through a transform, forward or inverse.
+    #[serde(default)]
+    pub transformed_nodes: u64,
     /// Taken from an earlier run with the same key.
     pub reused: bool,
 }

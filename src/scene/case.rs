@@ -1,5 +1,5 @@
 use super::check::{complaints, cut_offs, missing_files};
-use super::{ALL_METHODS, AdhesionScene, FileAsked, Scene, Slope, Surface, SurfaceScene, Touching};
+use super::{ALL_METHODS, AdhesionScene, FileAsked, Scene, Slope, Surface, SurfaceScene, Touching, Wants};
 use crate::atoms::audit::{Asked, AuditInput, Used, audit};
 use crate::atoms::block::Block;
 use crate::atoms::indenter::grid_points;
@@ -11,6 +11,7 @@ use crate::interface::{
     Adhesion, Base, CubicHalfSpace, Elastic, Law, Layer, LennardJonesWall, NonPeriodic, RangeChoice, StiffWall, Wall,
 };
 use crate::method::{self, Card, ContactMethod, Heights, Kind, Load, Problem, REGISTRY};
+use crate::record::advice::Chosen;
 use crate::record::heights::Sign;
 use crate::record::import::Asked as AskedOfFile;
 use crate::record::results::AuditLine;
@@ -52,6 +53,8 @@ pub struct Case {
     pub adhesion: Adhesion,
     pub wall: Wall,
     pub atoms: Option<AtomsCase>,
+    /// How the scene's accuracy was resolved, where it asks for one.
+    pub chosen: Option<Chosen>,
     pub warnings: Vec<String>,
 }
 
@@ -179,6 +182,7 @@ impl Case {
             adhesion,
             wall,
             atoms: None,
+            chosen: None,
             warnings,
         };
         case.refuse_closed()?;
@@ -216,10 +220,15 @@ impl Case {
         pressures.chain(gaps.iter().map(|g| Load::MeanGap(g * 1e-6 / self.scales.length_m))).collect()
     }
 
+    /// What is kept and counted: what an accuracy is asked of needs, or everything.
+    pub fn wants(&self) -> Wants {
+        self.scene.accuracy.as_ref().map_or(Wants::EVERYTHING, |a| Wants::of(a.quantity))
+    }
+
     /// Whether the maps of a load are kept.
     pub fn keeps_maps(&self, p_star: f64) -> bool {
         let close = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b.abs();
-        self.scene.load.maps_at.as_ref().is_none_or(|list| list.iter().any(|p| close(p_star, *p)))
+        self.wants().maps && self.scene.load.maps_at.as_ref().is_none_or(|list| list.iter().any(|p| close(p_star, *p)))
     }
 
     /// How many of the loads come before the way back.
@@ -296,6 +305,9 @@ impl Case {
         let mut scene = self.scene.clone();
         scene.surface.heights = scene.surface.heights.as_ref().map(whole);
         scene.continuum.start = scene.continuum.start.as_ref().map(whole);
+        if let Some(accuracy) = &mut scene.accuracy {
+            accuracy.tables = accuracy.tables.iter().map(whole).collect();
+        }
         if let Some(atoms) = &mut scene.atoms {
             atoms.potential = atoms.potential.as_ref().map(whole);
             // A bare name is looked for on the search path.

@@ -7,9 +7,11 @@ mod case;
 mod check;
 mod source;
 mod syntax;
+mod wants;
 
 pub use case::{AtomsCase, Case, PairAdhesion};
 pub use source::{FileAsked, Surface};
+pub use wants::{AccuracyScene, Wants};
 
 use crate::grid::Grid;
 use crate::interface::{Adhesion, Base, RangeChoice};
@@ -42,6 +44,9 @@ pub struct Scene {
     /// What single methods are told beside the problem.
     #[serde(default, skip_serializing_if = "is_default")]
     pub methods: Settings,
+    /// Left out: grid, method, precision and tolerance are those of the scene.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<AccuracyScene>,
     /// Left out: nothing is judged.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub challenge: Option<ChallengeScene>,

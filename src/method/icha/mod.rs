@@ -9,6 +9,7 @@
 
 mod spots;
 
+use super::operator::refused;
 use super::spots::{Spot, paint};
 use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Plan, Problem, Quantity,
@@ -208,6 +209,12 @@ impl Estimator for Path<'_> {
         let (spots, stop, iterations) = self.raise(pressure);
         let Grid { lx, ly, .. } = spots.grid;
         let touching: Vec<Asperity> = spots.all.iter().copied().filter(|s| s.spot > 0.0).collect();
+        // Summits so wide that one of them takes in the whole cell are none.
+        let widest = touching.iter().map(|s| s.spot).fold(0.0, f64::max);
+        if !(widest < lx.max(ly)) {
+            let accepted = "a smaller one, or a surface of more summits: a single spot has become as large as the cell";
+            return Err(refused(CARD.id, "pressure", pressure, accepted));
+        }
         let painted = touching.iter().map(|s| Spot { x: s.x, y: s.y, radius: s.spot, press: s.load(), pull: 0.0 });
         paint(spots.grid, painted, &mut self.stress);
         let patches: Vec<f64> = touching.iter().map(Asperity::area).collect();

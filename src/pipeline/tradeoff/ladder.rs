@@ -1,5 +1,6 @@
 //! The settings that are run, in the order of what they tell.
 
+use crate::interface::{Base, Elastic, Layer};
 use crate::method::{ContactMethod, Heights, Kind, Precision, Problem};
 use crate::pipeline::methods::Beside;
 use crate::pipeline::plan::SECONDS_PER_POINT_PAIR;
@@ -12,6 +13,9 @@ const TOLERANCES: [f64; 4] = [1e-2, 1e-4, 1e-6, 1e-8];
 
 /// Largest tolerance of the reference: the default of f64.
 pub const REFERENCE_TOLERANCE: f64 = 1e-8;
+
+/// Poisson's ratio of layers that stand for a half-space: that of the atoms' block.
+const SLAB_POISSON: f64 = 0.3;
 
 /// Points a side below which a grid holds no surface worth a comparison.
 pub const COARSEST: usize = 16;
@@ -31,6 +35,8 @@ pub struct Rung {
     pub n: usize,
     pub precision: Precision,
     pub tolerance: f64,
+    /// Thickness over L of a bonded layer in place of the half-space.
+    pub slab: Option<f64>,
 }
 
 impl Rung {
@@ -41,12 +47,14 @@ impl Rung {
     /// Name of its stage and folder.
     pub fn stage(&self) -> String {
         let adhesive = if self.beside.adhesive { "-adhesive" } else { "" };
-        format!("point-{}{adhesive}-{}-{}-{:e}", self.id(), self.n, word(self.precision), self.tolerance)
+        let slab = self.slab.map_or(String::new(), |t| format!("-slab-{t}"));
+        format!("point-{}{adhesive}-{}-{}-{:e}{slab}", self.id(), self.n, word(self.precision), self.tolerance)
     }
 
     pub fn words(&self) -> String {
         let with = if self.beside.adhesive { " with adhesion" } else { "" };
-        format!("{}{with}, {} points a side, {} to {:e}", self.id(), self.n, word(self.precision), self.tolerance)
+        let slab = self.slab.map_or(String::new(), |t| format!(", a layer of {t} L"));
+        format!("{}{with}, {} points a side, {} to {:e}{slab}", self.id(), self.n, word(self.precision), self.tolerance)
     }
 
     pub fn setting(&self, ny: usize) -> Setting {
@@ -57,6 +65,7 @@ impl Rung {
             ny,
             precision: word(self.precision).into(),
             tolerance: self.tolerance,
+            slab: self.slab,
         }
     }
 
@@ -106,7 +115,7 @@ pub fn word(precision: Precision) -> &'static str {
 /// The scene as all settings have it: its surface, loads and adhesion, and nothing that is solved beside.
 pub fn bare(case: &Case) -> Scene {
     let mut scene = case.scene.clone();
-    scene.atoms = None;
+    (scene.atoms, scene.accuracy) = (None, None);
     scene.load.pull_off = false;
     let c = &mut scene.continuum;
     (c.method, c.start) = ("auto".into(), None);
@@ -127,6 +136,9 @@ pub fn at(case: &Case, rung: &Rung) -> Result<Case> {
     let mut found = on_grid(case, rung.n)?;
     found.scene.continuum.precision = rung.precision;
     found.scene.continuum.tolerance = Some(rung.tolerance);
+    if let Some(thickness) = rung.slab {
+        found.kernel = Elastic::Layer(Layer { thickness, poisson: SLAB_POISSON, base: Base::Bonded });
+    }
     Ok(found)
 }
 
@@ -213,6 +225,7 @@ mod tests {
             n,
             precision: Precision::F64,
             tolerance: 1e-8,
+            slab: None,
         };
         let measured = [(rung(32), 1.0), (rung(64), 6.0)];
         assert!((rung(128).expected_seconds(&measured, &case) / 48.0 - 1.0).abs() < 1e-12);
