@@ -14,10 +14,12 @@ mod observed;
 mod plan;
 mod progress;
 mod run;
+mod touching;
 mod tradeoff;
+mod versions;
 
 pub use accuracy::{Unserved, advise, settle};
-pub use atomistic::{Climbed, build_job, climb, engine, read_atoms};
+pub use atomistic::{Climbed, build_job, climb, engine, read_atoms, read_frames};
 pub use continuum::{start, statistics};
 pub use folder::{Key, RunFolder};
 pub use methods::state_of;

@@ -1,7 +1,8 @@
-use super::atomistic::{self, Climbed, INDENTER_SPECIES};
+use super::atomistic::{self, Climbed};
 use super::comparison::{self, Matched};
 use super::continuum::Variant;
 use super::folder::{Key, Leftovers, RunFolder};
+use super::touching::INDENTER_SPECIES;
 use super::{Listener, build_job, continuum, engine, methods};
 use crate::atoms::engine::Engine;
 use crate::atoms::job::{Job, SCRIPT};
@@ -236,7 +237,7 @@ fn atomistic_stages(
         "ladder",
         &(
             (block, crystal, potential, engine.describe(), SCRIPT),
-            (scene.step_angstrom, scene.force_tolerance_ev_per_angstrom, pair),
+            (scene.step_angstrom, scene.force_tolerance_ev_per_angstrom, scene.plasticity, pair),
         ),
         &[geometry],
     )?;
@@ -256,7 +257,11 @@ fn atomistic_stages(
         listener.warn(&text);
         warnings.push(text);
     }
-    let atoms_key = Key::new("atoms", &(&case.scene.load, Key::of_program()?), &[&lammps_key])?;
+    let atoms_key = Key::new(
+        "atoms",
+        &(&case.scene.load, a.contact_force, a.stress_width_angstrom, Key::of_program()?),
+        &[&lammps_key],
+    )?;
     let found = folder.stage(
         listener,
         ("atoms", "contact and gap at the asked loads"),
@@ -298,7 +303,7 @@ pub fn rebuild_comparison(out: &Path) -> Result<(Results, PathBuf)> {
     let lacking = || Error::format(out, "a run without atoms", "the folder of a run whose scene has [atoms]");
     let (a, found) = case.atoms.as_ref().zip(results.atoms.as_ref()).ok_or_else(lacking)?;
     let earlier = results.comparison.as_ref().ok_or_else(lacking)?;
-    let matched = Matched { hard: earlier.hard.clone(), soft: earlier.soft.clone() };
+    let matched = Matched { full: earlier.full.clone(), hard: earlier.hard.clone(), soft: earlier.soft.clone() };
     results.comparison = Some(comparison::compare(&case, a, found, &matched, out)?);
     results.write(out)?;
     let page = report::write(out)?;

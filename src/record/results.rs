@@ -10,6 +10,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::advice::Chosen;
+pub use super::atomistic::{AtomStress, ContactWay, PlasticState, PlasticityResults, Version};
 use super::budget::Part;
 use super::judged::Judged;
 use super::methods::MethodResults;
@@ -430,6 +431,9 @@ pub struct AtomsResults {
     pub audit: Vec<AuditLine>,
     pub ladder: Vec<LadderStep>,
     pub states: Vec<AtomState>,
+    /// Only where the scene asks for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plasticity: Option<PlasticityResults>,
 }
 
 /// One dimensionless group of the scale-down: what was asked, what the atoms run with, and why they differ if they do.
@@ -476,10 +480,26 @@ pub struct AtomState {
     pub gap_map: String,
     /// Extended XYZ of the frame.
     pub frame: Option<String>,
+    /// How much farther than interpolated the indenter stands, so that the atoms carry the load, Å.
+    #[serde(default)]
+    pub indenter_shift_angstrom: f64,
+    /// The contact area under each criterion.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ways: Vec<ContactWay>,
+    /// Contact distance d_c, Å, and the contact fraction that it would give.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sensitivity: Vec<[f64; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stress: Option<AtomStress>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plastic: Option<PlasticState>,
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct ComparisonResults {
+    /// Continuum on the full heights of the scene's grid, with the atoms' kernel and load and a hard wall; none in older files.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub full: Option<ContinuumResults>,
     /// Continuum on the atoms' own heights, kernel and load, with a hard wall.
     pub hard: ContinuumResults,
     /// The same with the areal law of the atoms' wall instead of the hard one.
@@ -506,6 +526,15 @@ pub struct LoadComparison {
     pub continuum_patches: usize,
     /// rms difference of the gap maps outside both contacts, Å.
     pub gap_rms_difference_angstrom: f64,
+    /// The same quantities of each version of the problem, from the full heights to the atoms.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub versions: Vec<Version>,
+    /// Contact against the contact distance: d_c (Å), fractions of atoms, matched hard wall and soft wall.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub against_distance: Vec<[f64; 4]>,
+    /// Contact of the hard and of the soft wall against the gap up to which a point counts: gap (Å), two fractions.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub against_gap: Vec<[f64; 3]>,
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -546,6 +575,9 @@ pub struct Section {
     pub atoms_gap_angstrom: Vec<f64>,
     pub hard_gap_angstrom: Vec<f64>,
     pub soft_gap_angstrom: Vec<f64>,
+    /// Of the continuum on the full heights; empty in older files.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub full_gap_angstrom: Vec<f64>,
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]

@@ -26,6 +26,10 @@ const BLOCK_POISSON: f64 = 0.3;
 /// Points of the comparison grid per indenter atom along a side: a quarter of the low-pass's sixteenth wave.
 const MATCHED_REFINEMENT: usize = 4;
 
+/// Normal force from which an atom counts as loaded over the largest force that an equilibrium leaves: below, one cannot be
+/// told from the other.
+const CONTACT_FORCE_TOLERANCES: f64 = 10.0;
+
 /// Low-pass wavelength of the indenter over its spacing: the shortest wave that atoms on a grid still follow.
 const LOW_PASS_SPACINGS: f64 = 4.0;
 
@@ -89,6 +93,9 @@ pub struct AtomsCase {
     pub audit: Vec<AuditLine>,
     /// Grid on which the continuum is compared with the atoms.
     pub matched: Grid,
+    /// Normal force from which an atom counts as loaded, eV/Å, and width of the Gaussian of the stress field, Å.
+    pub contact_force: f64,
+    pub stress_width_angstrom: f64,
     /// First-touch mean gap of the profile, Å: the way the indenter can come down.
     pub first_touch_gap_angstrom: f64,
 }
@@ -474,6 +481,10 @@ impl AtomsCase {
             adhesion,
             audit,
             matched,
+            contact_force: a
+                .contact_force_ev_per_angstrom
+                .unwrap_or(CONTACT_FORCE_TOLERANCES * a.force_tolerance_ev_per_angstrom),
+            stress_width_angstrom: a.stress_width_angstrom.unwrap_or(a0),
             first_touch_gap_angstrom: (extent.mean - extent.min) * stretch * length,
         })
     }

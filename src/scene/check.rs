@@ -480,6 +480,8 @@ fn atoms(c: &mut Complaints, scene: &Scene) {
         ("atoms.low_pass_angstrom", a.low_pass_angstrom),
         ("atoms.lattice_constant_angstrom", a.lattice_constant_angstrom),
         ("atoms.contact_modulus_gpa", a.contact_modulus_gpa),
+        ("atoms.contact_force_ev_per_angstrom", a.contact_force_ev_per_angstrom),
+        ("atoms.stress_width_angstrom", a.stress_width_angstrom),
         ("atoms.time_limit_s", a.time_limit_s),
     ] {
         if let Some(v) = value {

@@ -456,6 +456,15 @@ pub struct AtomsScene {
     pub force_tolerance_ev_per_angstrom: f64,
     /// Range of the pair adhesion, Å: what atoms can carry where the scaled range is shorter than their softness.
     pub adhesion_range_angstrom: f64,
+    /// Normal force from which an atom counts as loaded, eV/Å. Default: ten times the largest force that an equilibrium leaves.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact_force_ev_per_angstrom: Option<f64>,
+    /// Standard deviation of the Gaussian that makes a stress field of the indenter's forces, Å. Default: the lattice constant.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stress_width_angstrom: Option<f64>,
+    /// Count the atoms that leave the crystal's order, at every step: frames then hold the whole deformable block.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub plasticity: bool,
     /// MPI ranks.
     pub ranks: usize,
     /// Wall-clock limit of the LAMMPS stage, s.
@@ -480,6 +489,9 @@ impl Default for AtomsScene {
             step_angstrom: 0.3,
             force_tolerance_ev_per_angstrom: 2e-3,
             adhesion_range_angstrom: 0.5,
+            contact_force_ev_per_angstrom: None,
+            stress_width_angstrom: None,
+            plasticity: false,
             ranks: 1,
             time_limit_s: None,
             program: None,
