@@ -6,6 +6,7 @@ pub use table::{Line, Table, Tables};
 
 use super::accuracy::rms;
 use super::frontier::growth;
+use crate::method::{Kind, find};
 use crate::record::advice::Advice;
 use crate::record::tradeoff::Measure;
 
@@ -116,6 +117,13 @@ fn candidate((tables, table): (&[Table], &Table), line: &Line, target: &Target, 
     if ratio.max(1.0 / ratio) > LIKE_WAVES * (1.0 + SAME) {
         let [asked, had] = [target.shortest_wave, table.shortest_wave].map(|w| (1.0 / w).round());
         extrapolated.push(format!("waves down to L/{asked}, where L/{had} was measured"));
+    }
+    // What an estimate leaves out is not a matter of its grid.
+    let estimates = find(&s.method).is_some_and(|m| m.card().kind == Kind::Estimate);
+    if estimates && !same(ratio, 1.0) {
+        let [asked, had] = [target.shortest_wave, table.shortest_wave].map(|w| (1.0 / w).round());
+        extrapolated
+            .push(format!("{}, which estimates, on waves down to L/{asked}, where L/{had} was measured", s.method));
     }
     if grows.is_none() && !same(asked, points(line)) {
         extrapolated
@@ -275,6 +283,11 @@ mod tests {
         assert!(finest.grid == 512 && finest.extrapolated[0].contains("512"), "{finest:?}");
         let far = Target { p_star: vec![0.5], kernel: "layer".into(), ..target(0.04) };
         assert!(candidates(&[table()], &far, Measure::MeanGap).iter().all(|a| a.extrapolated.len() == 2));
+        // What an estimate leaves out is another thing on another surface.
+        let mut estimate = table();
+        estimate.lines.iter_mut().for_each(|l| l.setting.method = "persson".into());
+        let beyond = |wave: f64| candidates(&[estimate.clone()], &target(wave), Measure::MeanGap)[0].extrapolated.len();
+        assert_eq!([beyond(0.04), beyond(0.02)], [0, 1]);
         // Waves of another world, and a scene with adhesion in a table without.
         let own_grid = Some(256);
         let other = Target { own_grid, ..target(0.2) };
