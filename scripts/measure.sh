@@ -14,7 +14,7 @@ ladder() { # name, scene, flags
     tables="$tables $folder/tradeoff.json"
 }
 # The first is what docs/trade-off-ladders.md tells of.
-ladder fast configs/measured/waves-32.toml --methods fast --grids 512,256,128,64,32 --reference 1024 --slabs 0.05,0.1,0.143,0.2,0.5 --repeats 3
+ladder fast configs/measured/waves-32.toml --methods fast --grids 1024,512,256,128,64,32 --reference 2048 --slabs 0.05,0.1,0.143,0.2,0.5 --repeats 3
 for seed in 1 2 3; do
     ladder "waves-32-$seed" configs/measured/waves-32.toml --seed $seed --grids 512,256,128,64,32 --reference 1024 --budget 6m
 done
