@@ -106,7 +106,7 @@ fn target(case: &Case) -> Target {
 fn accepted(known: &[Advice], beyond: &[Advice], measure: Measure, limit: Limit) -> String {
     if let Some(a) = choose(beyond, measure, limit) {
         return format!(
-            "what was measured; going beyond it would take {} on {} points a side ({})",
+            "what was measured; --extrapolate (in a scene accuracy.extrapolate = true) would take {} on {} points a side ({})",
             a.method,
             a.grid,
             a.extrapolated.join("; ")
