@@ -74,7 +74,7 @@ fn setting(folder: &Path, adhesion: Option<Yukawa>) -> Setting {
         load_unit,
         contact_angstrom: D_C,
     };
-    let job = Job::write(folder, &block, &indenter, (&potential(), "Ca", MASS_U), interaction, settings)
+    let job = Job::write(folder, &block, &indenter, (&potential(), "Ca", MASS_U), interaction, settings, None)
         .expect("a written job");
     Setting { block, indenter, job }
 }

@@ -1,7 +1,8 @@
 //! A job folder: everything one LAMMPS run needs, written so that a person can run it by hand as well.
 //!
-//! `block.data` (the atoms), `ladder.in` (the script, the same for every job), `potential.eam.alloy` (a copy) and
-//! `job.json` (all variables and counts). The run adds `ladder.txt`, `frame.K.dump`, `restart.K` and its logs.
+//! `block.data` (the atoms), `ladder.in` or `continuum.in` with what they include (the scripts, the same for every job),
+//! `potential.eam.alloy` (a copy) and `job.json` (all variables and counts); `move.K.dump` where the continuum says where to
+//! start. The run adds `ladder.txt`, `frame.K.dump`, `restart.K` and its logs.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -12,13 +13,40 @@ use serde::{Deserialize, Serialize};
 use super::block::{Block, FLOOR_GAP_ANGSTROM};
 use super::indenter::Indenter;
 use super::ladder::LADDER_FILE;
+use super::start::{Approach, Loads};
 use crate::{Error, Result};
 
-/// The script that climbs the ladder, documented in `lammps-inputs/README.md`.
-pub const SCRIPT: &str = include_str!("../../lammps-inputs/ladder.in");
+/// Scripts of a run, documented in `lammps-inputs/README.md`: the one that LAMMPS is given, and those that it includes.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Script {
+    pub file: &'static str,
+    pub text: &'static str,
+}
+
+/// Climbs the ladder from first touch.
+pub const LADDER: Script = Script { file: "ladder.in", text: include_str!("../../lammps-inputs/ladder.in") };
+
+/// Goes from load to load as the continuum does.
+pub const CONTINUUM: Script = Script { file: "continuum.in", text: include_str!("../../lammps-inputs/continuum.in") };
+
+/// What both include.
+const INCLUDED: [Script; 2] = [
+    Script { file: "setup.in", text: include_str!("../../lammps-inputs/setup.in") },
+    Script { file: "finish.in", text: include_str!("../../lammps-inputs/finish.in") },
+];
+
+impl Script {
+    /// Hash of the script with what it includes.
+    pub fn hash(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        for part in [self.text].into_iter().chain(INCLUDED.map(|s| s.text)) {
+            hasher.update(part.as_bytes());
+        }
+        hasher.finalize().to_hex().to_string()
+    }
+}
 
 pub const DATA_FILE: &str = "block.data";
-pub const SCRIPT_FILE: &str = "ladder.in";
 pub const POTENTIAL_FILE: &str = "potential.eam.alloy";
 pub const RECORD_FILE: &str = "job.json";
 
@@ -40,6 +68,15 @@ pub const SECONDS_PER_ATOM_EVALUATION: f64 = 0.45e-6;
 /// Force evaluations per step of 0.3 Å: 31 at first touch, 120 to 160 in contact, up to 430 where slip begins (cell of
 /// 25 nm, ladder to p/E* = 0.033).
 pub const EVALUATIONS_PER_STEP: f64 = 160.0;
+
+/// Force evaluations of one load that starts from the continuum. Waves of the whole depth settle last, so that they grow with
+/// it: 75 to 120 with 6 cells, 210 to 220 with 12, while the block is elastic. Loads at which the crystal yields take
+/// several times as many (1145 with 12 cells at p/E* = 0.03).
+pub fn evaluations_from_continuum(block: &Block) -> f64 {
+    EVALUATIONS_PER_CELL_OF_DEPTH * block.depth_cells as f64
+}
+
+const EVALUATIONS_PER_CELL_OF_DEPTH: f64 = 18.0;
 
 /// Resident memory of LAMMPS for so many atoms, all ranks together, bytes.
 pub fn memory_bytes(atoms: u64, ranks: usize) -> u64 {
@@ -104,6 +141,9 @@ pub struct Record {
     pub frame_depth_angstrom: f64,
     pub interaction: Interaction,
     pub ladder: Ladder,
+    /// Loads one by one, each started from the continuum; without them the indenter comes down step by step.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub loads: Option<Loads>,
     /// BLAKE3 of what the run reads: another content makes another run.
     pub data_hash: String,
     pub script_hash: String,
@@ -119,7 +159,7 @@ pub struct Job {
 
 impl Job {
     /// Writes the folder. Steps that an earlier run of exactly this job finished there are kept; those of any other are
-    /// removed.
+    /// removed. With `approaches` (in rising order of their loads) each load starts from where they say the atoms are.
     ///
     /// # Errors
     /// `Input` for values LAMMPS could not use, `Io`.
@@ -130,6 +170,7 @@ impl Job {
         (potential, element, mass_u): (&Path, &str, f64),
         interaction: Interaction,
         ladder: Ladder,
+        approaches: Option<&[Approach]>,
     ) -> Result<Job> {
         let folder = folder.as_ref();
         check(&interaction, &ladder, element, mass_u)?;
@@ -140,9 +181,12 @@ impl Job {
             std::fs::write(&file, bytes).map_err(Error::io("write", &file))
         };
         put(POTENTIAL_FILE, &table)?;
-        put(SCRIPT_FILE, SCRIPT.as_bytes())?;
+        let script = if approaches.is_some() { CONTINUUM } else { LADDER };
+        put(script.file, script.text.as_bytes())?;
+        INCLUDED.iter().try_for_each(|s| put(s.file, s.text.as_bytes()))?;
         let data = folder.join(DATA_FILE);
         let data_hash = write_data(&data, block, indenter, mass_u).map_err(Error::io("write", &data))?;
+        let loads = approaches.map(|list| Loads::write(folder, block, indenter, mass_u, list)).transpose()?;
         let record = Record {
             element: element.into(),
             cells: block.cells,
@@ -158,8 +202,9 @@ impl Job {
             frame_depth_angstrom: 0.5 * block.a0 * (FRAME_LAYERS - 0.5),
             interaction,
             ladder,
+            loads,
             data_hash,
-            script_hash: blake3::hash(SCRIPT.as_bytes()).to_hex().to_string(),
+            script_hash: script.hash(),
             potential_hash: blake3::hash(&table).to_hex().to_string(),
         };
         let file = folder.join(RECORD_FILE);
@@ -168,7 +213,11 @@ impl Job {
         let same = Job::open(folder).is_ok_and(|earlier| {
             let Ladder { max_load, max_steps, load_unit, .. } = record.ladder;
             let ends = Ladder { max_load, max_steps, load_unit, ..earlier.record.ladder };
-            Record { ladder: ends, ..earlier.record } == record
+            let agree = match (&record.loads, &earlier.record.loads) {
+                (Some(now), Some(then)) => now.agrees(then),
+                (now, then) => now == then,
+            };
+            agree && Record { ladder: ends, loads: record.loads.clone(), ..earlier.record } == record
         });
         if !same {
             remove_states(folder)?;
@@ -206,11 +255,19 @@ impl Job {
 
     /// The ladder has come to its end at this step.
     pub fn is_last(&self, step: usize, load: f64) -> bool {
-        load >= self.record.ladder.max_load || step >= self.record.ladder.max_steps
+        match &self.record.loads {
+            Some(asked) => step >= asked.loads.len(),
+            None => load >= self.record.ladder.max_load || step >= self.record.ladder.max_steps,
+        }
+    }
+
+    /// The script that LAMMPS is given.
+    pub fn script(&self) -> Script {
+        if self.record.loads.is_some() { CONTINUUM } else { LADDER }
     }
 
     /// `-var` pairs of the script: going on after `finished`, or from the beginning.
-    pub fn variables(&self, finished: Option<usize>, compressed: bool) -> Vec<(&'static str, String)> {
+    pub fn variables(&self, finished: Option<usize>, compressed: bool) -> Vec<(String, String)> {
         let Record { interaction, ladder, .. } = &self.record;
         let mut list = vec![
             ("data", DATA_FILE.to_string()),
@@ -218,9 +275,6 @@ impl Job {
             ("element", self.record.element.clone()),
             ("epsilon", interaction.epsilon_ev.to_string()),
             ("sigma", interaction.sigma_angstrom.to_string()),
-            ("dz", ladder.step_angstrom.to_string()),
-            ("max_load", ladder.max_load.to_string()),
-            ("steps", ladder.max_steps.to_string()),
             ("ftol", ladder.force_tolerance.to_string()),
             ("contact", ladder.contact_angstrom.to_string()),
             ("depth", self.record.frame_depth_angstrom.to_string()),
@@ -236,7 +290,13 @@ impl Job {
             list.push(("dump_style", "custom/zstd".into()));
             list.push(("dump_end", "dump.zst".into()));
         }
-        list
+        if self.record.loads.is_none() {
+            list.push(("dz", ladder.step_angstrom.to_string()));
+            list.push(("max_load", ladder.max_load.to_string()));
+            list.push(("steps", ladder.max_steps.to_string()));
+        }
+        let own = self.record.loads.iter().flat_map(Loads::variables);
+        list.into_iter().map(|(key, value)| (key.to_string(), value)).chain(own).collect()
     }
 }
 
@@ -293,12 +353,13 @@ fn write_data(file: &Path, block: &Block, indenter: &Indenter, mass_u: f64) -> i
     Ok(hashing.hasher.finalize().to_hex().to_string())
 }
 
-struct Hashing {
-    file: File,
-    hasher: blake3::Hasher,
+/// Hashes what it writes.
+pub(super) struct Hashing<W> {
+    pub file: W,
+    pub hasher: blake3::Hasher,
 }
 
-impl Write for Hashing {
+impl<W: Write> Write for Hashing<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let written = self.file.write(bytes)?;
         self.hasher.update(&bytes[..written]);
@@ -340,7 +401,7 @@ mod tests {
             load_unit: 100.0,
             contact_angstrom: 4.0354,
         };
-        Job::write(folder.join("job"), &block, &indenter, (&table, "Ca", 40.078), interaction, ladder)
+        Job::write(folder.join("job"), &block, &indenter, (&table, "Ca", 40.078), interaction, ladder, None)
     }
 
     #[test]
@@ -376,14 +437,14 @@ mod tests {
     fn without_adhesion_no_variable_speaks_of_it() {
         let folder = tempfile::tempdir().expect("scratch");
         let mut job = written(folder.path(), 0.3).expect("written");
-        assert!(!job.variables(None, false).iter().any(|(k, _)| matches!(*k, "adhesion" | "kappa")));
+        assert!(!job.variables(None, false).iter().any(|(k, _)| matches!(k.as_str(), "adhesion" | "kappa")));
         job.record.interaction.adhesion =
             Some(Yukawa { amplitude_ev_angstrom: -1.0, kappa_per_angstrom: 2.0, cutoff_angstrom: 7.0 });
         let list = job.variables(Some(4), true);
-        assert!(list.contains(&("adhesion", "1".into())) && list.contains(&("start", "4".into())));
+        assert!(list.contains(&("adhesion".into(), "1".into())) && list.contains(&("start".into(), "4".into())));
         // Every variable is one that the script knows.
         for (key, _) in list {
-            assert!(SCRIPT.contains(&format!("\nvariable {key} ")), "{key}");
+            assert!(LADDER.text.contains(&format!("\nvariable {key} ")), "{key}");
         }
     }
 

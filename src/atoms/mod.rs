@@ -11,4 +11,5 @@ pub mod ladder;
 pub mod potential;
 pub mod properties;
 pub mod replay;
+pub mod start;
 pub mod wall;

@@ -1,6 +1,7 @@
 //! Stages of the atoms: the potential file, the job folder, the LAMMPS run, and what its frames say.
 
-use super::Listener;
+use super::approach::approaches;
+use super::{Key, Listener, comparison};
 use crate::atoms::block::SurfaceSites;
 use crate::atoms::contact::{contact, gaps, mean, onto_grid};
 use crate::atoms::engine::{Engine, LammpsEngine, Progress};
@@ -11,9 +12,9 @@ use crate::atoms::potential::Potential;
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
 use crate::grid::{Grid, bilinear};
 use crate::record::land::land;
-use crate::record::results::{AtomState, AtomsResults, LadderStep};
+use crate::record::results::{AtomState, AtomsResults, ContinuumResults, LadderStep};
 use crate::record::{csv, npy, xyz};
-use crate::scene::{AtomsCase, Case};
+use crate::scene::{AtomsCase, Case, Start};
 use crate::units::GPA_PER_EV_A3;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -27,8 +28,30 @@ pub(super) const INDENTER_SPECIES: &str = "Ind";
 /// Steps granted beyond the way from first touch to a closed gap.
 const SPARE_STEPS: usize = 40;
 
-/// Writes the job folder of a case: data file, script, potential, variables.
-pub fn build_job(case: &Case, atoms: &AtomsCase, folder: &Path) -> Result<Job> {
+/// Folder, inside a job's, of the continuum that says where its atoms start.
+const CONTINUUM: &str = "continuum";
+
+/// Writes the job folder of a case: data file, script, potential, variables; and the moves to each load, for which the
+/// continuum is solved first.
+pub fn build_job(case: &Case, atoms: &AtomsCase, folder: &Path, listener: &dyn Listener) -> Result<Job> {
+    if atoms.start == Start::Touch {
+        return write_job(case, atoms, folder, None);
+    }
+    let inside = folder.join(CONTINUUM);
+    std::fs::create_dir_all(&inside).map_err(Error::io("create", &inside))?;
+    let key = Key::new(CONTINUUM, &case.portable_scene(), &[])?;
+    let solved = comparison::soft(case, atoms, (&inside, CONTINUUM), &key, listener)?;
+    write_job(case, atoms, folder, Some((&solved, folder)))
+}
+
+/// Writes the job folder, with the solved continuum and the folder that its file names are relative to, if the loads start
+/// from it.
+pub(super) fn write_job(
+    case: &Case,
+    atoms: &AtomsCase,
+    folder: &Path,
+    solved: Option<(&ContinuumResults, &Path)>,
+) -> Result<Job> {
     let scene = case.scene.atoms.as_ref().expect("an atoms case comes from a scene with atoms");
     std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
     let potential = potential_file(atoms, folder)?;
@@ -41,9 +64,9 @@ pub fn build_job(case: &Case, atoms: &AtomsCase, folder: &Path) -> Result<Job> {
     };
     let indenter = Indenter::above(&atoms.block, atoms.points, heights, interaction.touch_angstrom())?;
     let highest = case.p_star.iter().copied().fold(0.0, f64::max);
-    let way = atoms.first_touch_gap_angstrom / scene.step_angstrom;
+    let way = atoms.first_touch_gap_angstrom / scene.step_or_default();
     let ladder = Ladder {
-        step_angstrom: scene.step_angstrom,
+        step_angstrom: scene.step_or_default(),
         // The step that passes the last asked load is enough to interpolate to it.
         max_load: highest * atoms.load_unit,
         max_steps: way.ceil() as usize + SPARE_STEPS,
@@ -51,7 +74,9 @@ pub fn build_job(case: &Case, atoms: &AtomsCase, folder: &Path) -> Result<Job> {
         load_unit: atoms.load_unit,
         contact_angstrom: CONTACT_DISTANCE_ANGSTROM,
     };
-    Job::write(folder, &atoms.block, &indenter, (&potential, &atoms.element, atoms.mass_u), interaction, ladder)
+    let approaches = solved.map(|s| approaches(case, atoms, &indenter, s)).transpose()?;
+    let crystal = (potential.as_path(), atoms.element.as_str(), atoms.mass_u);
+    Job::write(folder, &atoms.block, &indenter, crystal, interaction, ladder, approaches.as_deref())
 }
 
 /// The potential asked for, or the shipped one, written where the job wants it.
@@ -97,9 +122,16 @@ pub fn climb(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Result<
     let mut watch = |p: Progress| {
         if let Some(rung) = &p.rung {
             let atoms = if rung.contacts == 1 { "atom" } else { "atoms" };
-            let message = format!("step {}, p* = {:.5}, {} {atoms} in contact", rung.step, p.p_star, rung.contacts);
-            // The load rises about as the square of the way down.
-            listener.progress(Some((rung.load / highest).clamp(0.0, 1.0).sqrt()), &message);
+            let found = format!("p* = {:.5}, {} {atoms} in contact", p.p_star, rung.contacts);
+            let (done, step) = match &job.record.loads {
+                Some(asked) => {
+                    let of = asked.loads.len();
+                    (rung.step as f64 / of as f64, format!("load {} of {of}", rung.step))
+                }
+                // The load rises about as the square of the way down.
+                None => ((rung.load / highest).clamp(0.0, 1.0).sqrt(), format!("step {}", rung.step)),
+            };
+            listener.progress(Some(done), &format!("{step}, {found}"));
         }
         if listener.stopping() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };

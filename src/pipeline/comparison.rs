@@ -41,47 +41,76 @@ pub(super) fn matched(
     key: &Key,
     listener: &dyn Listener,
 ) -> Result<Matched> {
+    let hard = Matching { wall: Wall::Hard, soft: false, tag: "hard wall", threshold: 0.0, criterion: "zero gap" };
+    Ok(Matched {
+        hard: solve(case, atoms, hard, (folder, stage), key, listener)?,
+        soft: soft(case, atoms, (folder, stage), key, listener)?,
+    })
+}
+
+/// The continuum with the atoms' own wall, at every load; its gaps are stored in the folder.
+pub(super) fn soft(
+    case: &Case,
+    atoms: &AtomsCase,
+    place: (&Path, &str),
+    key: &Key,
+    listener: &dyn Listener,
+) -> Result<ContinuumResults> {
+    let matching = Matching {
+        wall: Wall::LennardJones(atoms.soft_wall()),
+        soft: true,
+        tag: "soft wall",
+        threshold: even_odds_gap(atoms) / atoms.block.length(),
+        criterion: "even odds of an indenter atom within d_c",
+    };
+    solve(case, atoms, matching, place, key, listener)
+}
+
+/// What is solved for the comparison, and what it calls contact.
+struct Matching {
+    wall: Wall,
+    soft: bool,
+    tag: &'static str,
+    threshold: f64,
+    criterion: &'static str,
+}
+
+fn solve(
+    case: &Case,
+    atoms: &AtomsCase,
+    matching: Matching,
+    (folder, stage): (&Path, &str),
+    key: &Key,
+    listener: &dyn Listener,
+) -> Result<ContinuumResults> {
     let length = atoms.block.length();
     let heights: Vec<f64> =
         atoms.heights_angstrom(&case.surface, atoms.matched).into_iter().map(|h| h / length).collect();
-    let even_odds = even_odds_gap(atoms) / length;
-    let solve = |wall: Wall, soft: bool, tag: &str, threshold: f64, criterion: &str| {
-        let problem = Problem {
-            kernel: atoms.kernel(),
-            adhesion: atoms.matched_adhesion(soft),
-            wall,
-            precision: Precision::F64,
-            tolerance: MATCHED_TOLERANCE,
-            max_iterations: case.scene.continuum.max_iterations,
-            ..Problem::new(atoms.matched, &heights)
-        };
-        let asked = Asked {
-            problem,
-            method: &case.scene.continuum.method,
-            // The pair adhesion is what the atoms have, whatever the grid.
-            range: RangeChoice::True,
-            loads: case.loads(),
-            pull_off: false,
-            start: None,
-            gradient: case.gradient,
-            p_star: &case.p_star,
-            there: None,
-            threshold,
-            criterion: criterion.into(),
-            keep: &|_| Keep { gap: true, stress: false },
-        };
-        load_path(asked, (folder, stage, tag), key, listener)
+    let problem = Problem {
+        kernel: atoms.kernel(),
+        adhesion: atoms.matched_adhesion(matching.soft),
+        wall: matching.wall,
+        precision: Precision::F64,
+        tolerance: MATCHED_TOLERANCE,
+        max_iterations: case.scene.continuum.max_iterations,
+        ..Problem::new(atoms.matched, &heights)
     };
-    Ok(Matched {
-        hard: solve(Wall::Hard, false, "hard wall", 0.0, "zero gap")?,
-        soft: solve(
-            Wall::LennardJones(atoms.soft_wall()),
-            true,
-            "soft wall",
-            even_odds,
-            "even odds of an indenter atom within d_c",
-        )?,
-    })
+    let asked = Asked {
+        problem,
+        method: &case.scene.continuum.method,
+        // The pair adhesion is what the atoms have, whatever the grid.
+        range: RangeChoice::True,
+        loads: case.loads(),
+        pull_off: false,
+        start: None,
+        gradient: case.gradient,
+        p_star: &case.p_star,
+        there: None,
+        threshold: matching.threshold,
+        criterion: matching.criterion.into(),
+        keep: &|_| Keep { gap: true, stress: false },
+    };
+    load_path(asked, (folder, stage, matching.tag), key, listener)
 }
 
 /// Gap, from the wall's zero of force, at which a randomly registered atom has an indenter atom within d_c with even

@@ -3,6 +3,7 @@
 //! A stage whose key is found in the folder is not run again, so the same command goes on where a killed one stopped, and
 //! a changed scene repeats only what the change touches.
 
+mod approach;
 mod atomistic;
 mod comparison;
 mod continuum;
