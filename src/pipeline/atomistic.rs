@@ -6,7 +6,7 @@ use crate::atoms::block::SurfaceSites;
 use crate::atoms::contact::{contact, gaps, mean, onto_grid};
 use crate::atoms::engine::{Engine, LammpsEngine, Progress};
 use crate::atoms::indenter::Indenter;
-use crate::atoms::job::{Interaction, Job, Ladder, POTENTIAL_FILE};
+use crate::atoms::job::{Interaction, Job, Ladder, POTENTIAL_FILE, evaluations_from_continuum};
 use crate::atoms::ladder;
 use crate::atoms::potential::Potential;
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
@@ -116,22 +116,33 @@ pub struct Climbed {
     pub unconverged: Vec<usize>,
 }
 
+/// Share of a load that its iterations are taken for at most: some loads take several times as many as usual.
+const NEARLY: f64 = 0.9;
+
 /// Runs the ladder of a job, or goes on with it.
 pub fn climb(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Result<Climbed> {
     let highest = job.record.ladder.max_load;
+    let usual = evaluations_from_continuum(job.record.cells);
     let mut watch = |p: Progress| {
         if let Some(rung) = &p.rung {
             let atoms = if rung.contacts == 1 { "atom" } else { "atoms" };
             let found = format!("p* = {:.5}, {} {atoms} in contact", p.p_star, rung.contacts);
-            let (done, step) = match &job.record.loads {
+            match &job.record.loads {
                 Some(asked) => {
-                    let of = asked.loads.len();
-                    (rung.step as f64 / of as f64, format!("load {} of {of}", rung.step))
+                    let (of, next) = (asked.loads.len(), rung.step + 1);
+                    let part = (p.iterations as f64 / usual).min(NEARLY);
+                    let within = if next > of || p.is_new { 0.0 } else { part };
+                    let now =
+                        if next > of { String::new() } else { format!(", iteration {} of the next", p.iterations) };
+                    let done = (rung.step as f64 + within) / of as f64;
+                    listener.progress(Some(done), &format!("load {} of {of}, {found}{now}", rung.step));
                 }
                 // The load rises about as the square of the way down.
-                None => ((rung.load / highest).clamp(0.0, 1.0).sqrt(), format!("step {}", rung.step)),
-            };
-            listener.progress(Some(done), &format!("{step}, {found}"));
+                None => {
+                    let done = (rung.load / highest).clamp(0.0, 1.0).sqrt();
+                    listener.progress(Some(done), &format!("step {}, {found}", rung.step));
+                }
+            }
         }
         if listener.stopping() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };

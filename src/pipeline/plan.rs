@@ -144,7 +144,7 @@ pub fn plan(case: &Case, threads: usize) -> Result<RunPlan> {
             }
             Start::Continuum => {
                 let loads = loads_of_atoms(&case.p_star);
-                let evaluations = evaluations_from_continuum(&a.block) * loads as f64;
+                let evaluations = evaluations_from_continuum(a.block.cells) * loads as f64;
                 (evaluations, format!("{loads} load{} from the continuum", if loads == 1 { "" } else { "s" }))
             }
         };
@@ -163,7 +163,7 @@ pub fn plan(case: &Case, threads: usize) -> Result<RunPlan> {
         stages.push(PlannedStage {
             name: "lammps",
             what: format!("{total} atoms, {way}, about {evaluations:.0} force evaluations"),
-            bytes: crate::atoms::job::memory_bytes(total, scene.ranks),
+            bytes: crate::atoms::job::memory_bytes(total, scene.ranks, a.start == Start::Touch),
             seconds: total as f64 * SECONDS_PER_ATOM_EVALUATION * evaluations / scene.ranks as f64,
         });
         stages.push(PlannedStage {
