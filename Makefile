@@ -6,13 +6,15 @@ export PATH := $(PATH):$(HOME)/.cargo/bin
 SCENE := configs/quickstart.toml
 RUN := runs/quickstart
 
-.PHONY: help demo test bench bench-peers lint
+.PHONY: help demo test bench bench-peers measured advice-proof lint
 
 help:
 	@echo "make demo   set up, build, run $(SCENE), say where the report is (a few minutes)"
 	@echo "make test   set up, then every test"
 	@echo "make bench  the benchmarks"
 	@echo "make bench-peers  against Tamaas and ContactMechanics from PyPI (half an hour; PEERS=--quick: minutes)"
+	@echo "make measured  the tables that advise reads, and the ladders of docs/trade-off-ladders.md (an hour on two idle cores)"
+	@echo "make advice-proof  advice against what is found on five other seeds and two other spectra (half an hour)"
 	@echo "make lint   formatting and clippy"
 
 demo:
@@ -35,6 +37,14 @@ bench:
 bench-peers:
 	cargo build --release --locked
 	python3 benches/peers/compare.py --asperity target/release/asperity $(PEERS)
+
+measured:
+	cargo build --release --locked
+	scripts/measure.sh target/release/asperity
+
+advice-proof:
+	cargo build --release --locked
+	scripts/prove-advice.sh target/release/asperity
 
 lint:
 	cargo fmt --check

@@ -20,6 +20,37 @@ pub fn return_freed_memory() {
     }
 }
 
+/// Memory that a piece of work takes beyond what was there before it.
+pub struct Growth {
+    before: u64,
+    earlier_peak: u64,
+}
+
+impl Growth {
+    /// What was freed goes back to the system first: it would be found there again, and not be counted.
+    pub fn begin() -> Self {
+        let earlier_peak = peak_rss_bytes();
+        return_freed_memory();
+        reset_peak_rss();
+        Growth { before: peak_rss_bytes(), earlier_peak }
+    }
+
+    /// Resident when it began, bytes.
+    pub fn before_bytes(&self) -> u64 {
+        self.before
+    }
+
+    /// The most beyond that since, bytes.
+    pub fn bytes(&self) -> u64 {
+        peak_rss_bytes().saturating_sub(self.before)
+    }
+
+    /// Peak of the process, bytes, what came before included.
+    pub fn peak_bytes(&self) -> u64 {
+        peak_rss_bytes().max(self.earlier_peak)
+    }
+}
+
 /// Largest resident set of any child that has ended, bytes.
 pub fn children_peak_rss_bytes() -> u64 {
     usage(libc::RUSAGE_CHILDREN).ru_maxrss.max(0) as u64 * 1024

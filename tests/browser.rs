@@ -19,7 +19,7 @@ const load = source => new Promise(done => {
   picture.onerror = () => done(String(source).slice(0, 60));
   picture.src = source;
 });
-const blank = [...document.querySelectorAll("svg")].filter(s => s.getBoundingClientRect().height < 20).length;
+const blank = [...document.querySelectorAll("svg")].filter(s => !s.closest("details:not([open])") && s.getBoundingClientRect().height < 20).length;
 const wide = document.documentElement.scrollWidth > document.documentElement.clientWidth + 1;
 Promise.all(all.map(load)).then(results => {
   const failed = results.filter(r => r);

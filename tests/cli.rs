@@ -109,7 +109,7 @@ impl Scratch {
 /// The numbers of a `solve`, without what differs from run to run.
 fn lasting(mut solved: Value) -> Value {
     let all = solved.as_object_mut().expect("an object");
-    ["seconds", "cpu_seconds", "peak_rss_bytes", "threads"]
+    ["seconds", "cpu_seconds", "measured_bytes", "peak_rss_bytes", "threads"]
         .iter()
         .for_each(|k| assert!(all.remove(*k).is_some(), "{k}"));
     solved
@@ -409,6 +409,15 @@ fn bench_times_transforms_and_solves() {
     let said = refusal(&["bench", "--sizes", "512,7", "--repeats", "0"], 2);
     assert!(said.contains("--sizes = 7; accepted: points per side from 64"), "{said}");
     assert!(said.contains("--repeats = 0; accepted: 1 or more"), "{said}");
+    let asked = ["bench", "--methods", "bvm,winkler,scgw", "--cut-off", "0.04", "--sizes", "64,128", "--repeats", "1"];
+    let told = answer(&[&asked[..], &["--json"]].concat());
+    let methods = told["methods"].as_array().expect("a list");
+    assert_eq!(methods.iter().map(|m| m["method"].as_str()).collect::<Vec<_>>(), ["bvm", "winkler", "scgw"].map(Some));
+    for m in methods {
+        assert_eq!(m["runs"].as_array().map(Vec::len), Some(2), "{m}");
+        assert!(m["runs"].as_array().is_some_and(|runs| runs.iter().all(|r| number(r, "cpu_seconds") >= 0.0)), "{m}");
+    }
+    assert!(refusal(&["bench", "--methods", "bvn"], 2).contains("--methods = bvn; accepted: all, auto, fast"));
 }
 
 #[test]

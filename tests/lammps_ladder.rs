@@ -12,9 +12,11 @@ use asperity::atoms::block::Block;
 use asperity::atoms::contact::contact;
 use asperity::atoms::dump::read_frame;
 use asperity::atoms::engine::{Engine, Finished, LammpsEngine, Progress};
+use asperity::atoms::forces::felt;
 use asperity::atoms::indenter::{Indenter, grid_points};
-use asperity::atoms::job::{Interaction, Job, Ladder as Settings, Yukawa};
+use asperity::atoms::job::{FRAME_LAYERS, Interaction, Job, Ladder as Settings, Yukawa};
 use asperity::atoms::ladder::frame_file;
+use asperity::atoms::order::{NOISE, disordered};
 use asperity::atoms::replay::ReplayEngine;
 use asperity::error::LammpsFailure;
 
@@ -30,6 +32,9 @@ const P_STAR: f64 = 0.02;
 /// A force tolerance of 2e-3 eV/Å leaves the load of this cell uncertain by 2e-2 eV/Å (measured against 2e-4); a step
 /// in contact changes it by more than 1 eV/Å.
 const LOAD_NOISE: f64 = 2e-2;
+
+/// A frame's load against LAMMPS's own: relative, and what six decimals leave of a wall of 1 eV/Å² per pair, eV/Å.
+const SAME_LOAD: (f64, f64) = (1e-6, 1e-5);
 
 fn lammps() -> Option<LammpsEngine> {
     match LammpsEngine::find(None) {
@@ -54,13 +59,18 @@ struct Setting {
 
 /// 10 × 10 × 6 cells under two crossed waves: peaks of 2.4 Å, no two atoms of the indenter alike.
 fn setting(folder: &Path, adhesion: Option<Yukawa>) -> Setting {
+    steeper(folder, adhesion, 1.0, FRAME_LAYERS)
+}
+
+/// The same with steeper waves, and more layers in the frames.
+fn steeper(folder: &Path, adhesion: Option<Yukawa>, factor: f64, frame_layers: usize) -> Setting {
     let block = Block::new(10, 6, A0, CUTOFF).expect("valid");
     let points = grid_points(block.cells, A0);
     let wave = |k: f64| (2.0 * std::f64::consts::PI * k / points as f64).sin();
     let heights = (0..points * points)
         .map(|k| {
             let (x, y) = ((k % points) as f64, (k / points) as f64);
-            1.2 + 0.7 * wave(x + 0.3) + 0.3 * wave(2.0 * y - x) + 0.2 * wave(3.0 * y + 0.7)
+            factor * (1.2 + 0.7 * wave(x + 0.3) + 0.3 * wave(2.0 * y - x) + 0.2 * wave(3.0 * y + 0.7))
         })
         .collect();
     let interaction = Interaction { epsilon_ev: 0.2145, sigma_angstrom: 3.5927, adhesion };
@@ -73,6 +83,7 @@ fn setting(folder: &Path, adhesion: Option<Yukawa>) -> Setting {
         force_tolerance: 2e-3,
         load_unit,
         contact_angstrom: D_C,
+        frame_layers,
     };
     let job = Job::write(folder, &block, &indenter, (&potential(), "Ca", MASS_U), interaction, settings, None)
         .expect("a written job");
@@ -122,6 +133,9 @@ fn the_ladder_rises_and_contact_is_what_lammps_counts() {
         let frame = read_frame(frame_file(folder.path(), rung.step).expect("a frame")).expect("good");
         let found = contact(&frame, &indenter, rung.displacement_angstrom, &surface, D_C);
         assert_eq!(found.ids.len(), rung.contacts, "step {}", rung.step);
+        let load = felt(&frame, &indenter, rung.displacement_angstrom, &job.record.interaction, 0.0).load();
+        let slack = SAME_LOAD.0 * rung.load.abs() + SAME_LOAD.1;
+        assert!((load - rung.load).abs() < slack, "step {}: {load} for {}", rung.step, rung.load);
         most = most.max(rung.contacts);
     }
     assert!(most > 20, "only {most} contacts");
@@ -167,10 +181,33 @@ fn adhesion_pulls_before_it_pushes() {
     let Some(engine) = lammps() else { return };
     let folder = tempfile::tempdir().expect("scratch");
     let weak = Yukawa { amplitude_ev_angstrom: -60.0, kappa_per_angstrom: 2.0, cutoff_angstrom: 7.0 };
-    let mut job = setting(folder.path(), Some(weak)).job;
+    let Setting { indenter, mut job, .. } = setting(folder.path(), Some(weak));
     job.record.ladder.max_steps = 1;
     let finished = engine.run(&job, &mut on).expect("a clean run");
+    for rung in &finished.ladder.rungs {
+        let frame = read_frame(frame_file(folder.path(), rung.step).expect("a frame")).expect("good");
+        let load = felt(&frame, &indenter, rung.displacement_angstrom, &job.record.interaction, 0.0).load();
+        assert!((load - rung.load).abs() < SAME_LOAD.0 * rung.load.abs() + SAME_LOAD.1, "{load} for {}", rung.load);
+    }
     assert!(finished.ladder.rungs[0].load < -1e-3, "{}", finished.ladder.rungs[0].load);
+}
+
+/// Waves with an rms gradient of about 0.1 leave the crystal elastic, ten times as steep ones press atoms out of their places.
+#[test]
+fn a_steep_profile_yields_and_a_gentle_one_does_not() {
+    let Some(engine) = lammps() else { return };
+    for (factor, yields) in [(1.0, false), (10.0, true)] {
+        let folder = tempfile::tempdir().expect("scratch");
+        let Setting { block, job, .. } = steeper(folder.path(), None, factor, 2 * 6);
+        let finished = engine.run(&job, &mut on).expect("a clean run");
+        let frame = |step| read_frame(frame_file(folder.path(), step).expect("a frame")).expect("good");
+        let left = |step| disordered(&frame(step), &block).expect("every atom").len();
+        assert_eq!(left(0), 0, "before contact");
+        let last = finished.ladder.last().expect("steps").step;
+        let found = left(last);
+        assert_eq!(found > NOISE, yields, "slope x {factor}: {found} atoms at step {last}");
+        assert!(yields || found == 0, "{found}");
+    }
 }
 
 #[test]

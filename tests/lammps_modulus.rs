@@ -5,7 +5,7 @@ mod lammps;
 
 use asperity::atoms::block::Block;
 use asperity::atoms::indenter::{Indenter, grid_points};
-use asperity::atoms::job::{Interaction, Job, Ladder};
+use asperity::atoms::job::{FRAME_LAYERS, Interaction, Job, Ladder};
 use asperity::atoms::potential::{CALCIUM, CALCIUM_MODULUS_GPA};
 use asperity::atoms::properties::{LmpCommand, RunScript};
 use asperity::interface::{Base, Kernel, Layer};
@@ -36,6 +36,7 @@ fn modulus(folder: &Path, pressure: f64, amplitude: f64) -> f64 {
         force_tolerance: 1e-6,
         load_unit: load,
         contact_angstrom: 4.0354,
+        frame_layers: FRAME_LAYERS,
     };
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let table = root.join("potentials/Ca.eam.alloy");

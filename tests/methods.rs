@@ -4,9 +4,14 @@
 #[path = "common/program.rs"]
 mod program;
 
+use asperity::Error;
 use asperity::grid::Grid;
-use asperity::method::{Card, Kind, Needs, Problem, Quantity, REGISTRY, Started, Support, unwatched};
+use asperity::method::{self, Card, Kind, Needs, Problem, Quantity, REGISTRY, Started, Support, unwatched};
+use asperity::pipeline::{self, Listener};
+use asperity::record::json;
 use asperity::record::methods::{MethodResults, MethodState};
+use asperity::record::results::{Results, StageCost};
+use asperity::scene::Case;
 use asperity::surface::{Modes, Power, Spectrum};
 use program::{asperity, json_line, stderr};
 use std::path::Path;
@@ -38,7 +43,8 @@ fn run(scene: &str) -> Vec<MethodResults> {
     let page = std::fs::read_to_string(out.join("report.html")).expect("a report");
     for m in &found {
         let titles = page.matches(&format!("{}: {}", m.method, m.paper_name)).count();
-        assert_eq!(titles, 9, "a panel of {} in each of figures 4 to 12", m.method);
+        // In each of figures 4 to 9 at each of three loads, and in figures 10 to 12.
+        assert_eq!(titles, 6 * 3 + 3, "{} is in every figure or said not to be", m.method);
         // Where all is refused that is the reason for every empty cell; a contact map has none of its own.
         let reasons = m.missing.iter().filter(|missing| missing.quantity != Quantity::ContactMap.id());
         let reasons: Vec<&String> = m.refusal.as_ref().map_or(reasons.map(|m| &m.reason).collect(), |why| vec![why]);
@@ -168,6 +174,115 @@ fn solve_takes_methods_that_estimate() {
         assert_eq!(output.status.code(), Some(2), "{id}");
         assert!(stderr(&output).contains("--pull-off"), "{id}: {}", stderr(&output));
     }
+}
+
+/// Settings that move a criterion or take the place of a fitted constant are told, by the method and by `solve`.
+#[test]
+fn what_methods_say_of_themselves_follows_settings() {
+    let told = |id: &str, set: Option<&str>| {
+        let command = ["solve", "--challenge", "128", "--cut-off", "0.04", "--pressure", "0.01", "--json", "--method"];
+        let set = set.map(|s| ["--set".to_string(), format!("{id}.{s}")]);
+        let output = asperity().args(command).arg(id).args(set.iter().flatten()).output().expect("started");
+        assert!(output.status.success(), "{id}: {}", stderr(&output));
+        json_line(&output)
+    };
+    assert!(told("experiment", None)["criterion"].as_str().is_some_and(|c| c.contains(" 150 nm")));
+    assert!(told("experiment", Some("optical_gap=2e-6"))["criterion"].as_str().is_some_and(|c| c.contains(" 200 nm")));
+    for (id, given) in
+        [("winkler", "wavelength=0.005"), ("ms-archard", "ratio=2"), ("persson", "energy_factor=1"), ("srgw", "")]
+    {
+        let card = method::find(id).expect("an id").card();
+        assert_eq!(told(id, None)["calibrated_on"].as_str(), card.calibrated_on, "{id}");
+        if !given.is_empty() {
+            assert!(card.calibrated_on.is_some() && told(id, Some(given))["calibrated_on"].is_null(), "{id}");
+        }
+    }
+    let to_area = told("winkler", Some("calibrate_to=0.05"));
+    assert!(to_area["calibrated_on"].as_str().is_some_and(|c| c.contains("calibrate_to")), "{to_area}");
+}
+
+/// A range that the grid does not carry well enough: `bicgstab` tells the one that it used, in results and in `solve`; `fft-ia` tells
+/// where the gap is closed and where the stress presses.
+#[test]
+fn ranges_that_are_used_and_stresses_that_press_are_told() {
+    let scene = SCENE.replace("\"all\"", "\"bicgstab\", \"fft-ia\"");
+    let scene = format!(
+        "{scene}[adhesion]\nwork_of_adhesion_mj_m2 = 50\nrange_nm = 100.0\n[methods.bicgstab]\nresolution = 4\n"
+    );
+    let folder = tempfile::tempdir().expect("scratch");
+    let file = folder.path().join("ranges.toml");
+    std::fs::write(&file, scene.replace("[0.005, 0.01, 0.02]", "[0.02]")).expect("written");
+    let out = folder.path().join("out");
+    let output = asperity().arg("run").arg(&file).arg("--out").arg(&out).arg("--json").output().expect("started");
+    assert!(output.status.success(), "{}", stderr(&output));
+    let results = json_line(&output)["results"].clone();
+    let found: Vec<MethodResults> = serde_json::from_value(results["methods"].clone()).expect("results of methods");
+    let of = |id: &str| found.iter().find(|m| m.method == id && m.adhesive).expect("ran");
+    let range = of("bicgstab").range.expect("a range");
+    assert!((range.resolution_used - 4.0).abs() < 1e-9 && range.used > 1.3 * range.asked, "{range:?}");
+    assert_eq!(of("bicgstab").criterion, "compressive stress");
+    let taken = of("fft-ia").range.expect("a range");
+    assert_eq!(taken.used, taken.asked);
+    assert_eq!(results["continuum"]["range"]["used"], results["continuum"]["range"]["asked"]);
+    assert_eq!(of("fft-ia").criterion, "zero gap, beside compressive stress");
+    let state = &of("fft-ia").states[0];
+    let presses = state.contact_fraction_compressive.expect("with adhesion");
+    assert!(presses > 0.0 && presses < state.contact_fraction, "{presses} {}", state.contact_fraction);
+    let page = std::fs::read_to_string(out.join("report.html")).expect("a report");
+    assert!(page.contains("bicgstab works with a range of the adhesion of"));
+    let grid = ["solve", "--challenge", "128", "--cut-off", "0.04", "--pressure", "0.02", "--gamma", "2e-5"];
+    let law = ["--rho", "1e-3", "--json", "--method", "bicgstab", "--set", "bicgstab.resolution=4"];
+    let output = asperity().args(grid).args(law).output().expect("started");
+    assert!(output.status.success(), "{}", stderr(&output));
+    let line = json_line(&output);
+    let [asked, used] = ["asked", "used"].map(|k| line["range"][k].as_f64().expect("a length"));
+    assert!((used / range.used - 1.0).abs() < 1e-9 && (asked / range.asked - 1.0).abs() < 1e-9, "{line}");
+    assert!(line["contact_fraction_compressive"].as_f64().is_some_and(|c| c > 0.0), "{line}");
+}
+
+/// Hears nothing, and stops a run once a file is there.
+struct Until(std::path::PathBuf);
+
+impl Listener for Until {
+    fn begin(&self, _: &str, _: &str) {}
+    fn progress(&self, _: Option<f64>, _: &str) {}
+    fn end(&self, _: &StageCost) {}
+    fn warn(&self, _: &str) {}
+    fn stopping(&self) -> bool {
+        self.0.exists()
+    }
+}
+
+/// A run that is stopped goes on after the last load that an estimate has finished, to the bits of one left alone, with
+/// adhesion by which a load remembers the one before, too.
+#[test]
+fn finished_loads_of_estimates_are_kept() {
+    let scene = SCENE.replace("\"all\"", "\"srgw\"").replace("= 128", "= 64").replace("4.0", "8.0") + ADHESION;
+    let folder = tempfile::tempdir().expect("scratch");
+    let file = folder.path().join("kept.toml");
+    std::fs::write(&file, scene).expect("written");
+    let case = Case::read(&file).expect("a case");
+    let never = Until(folder.path().join("never"));
+    let (whole, _) = pipeline::run(&case, &folder.path().join("whole"), &never).expect("a run");
+    let out = folder.path().join("stopped");
+    let second = out.join("method-srgw").join("load-2.json");
+    let stopped = pipeline::run(&case, &out, &Until(second.clone()));
+    assert!(matches!(stopped, Err(Error::Interrupted)), "{:?}", stopped.map(|_| ()));
+    // What is told of a load in the end is what was kept of it.
+    let mark = |name: &str| {
+        let path = second.with_file_name(name);
+        let mut state: MethodState = json::read(&path).expect("kept");
+        state.seconds = 1234.5;
+        json::write(&path, &state).expect("written");
+    };
+    ["load-1.json", "load-2.json"].into_iter().for_each(mark);
+    let (found, _) = pipeline::run(&case, &out, &never).expect("a run");
+    let states = |r: &Results| r.methods[0].states.clone();
+    let seconds: Vec<bool> = states(&found).iter().map(|s| s.seconds == 1234.5).collect();
+    assert_eq!(seconds, [true, true, false]);
+    let timeless = |r: &Results| states(r).into_iter().map(|s| MethodState { seconds: 0.0, ..s }).collect::<Vec<_>>();
+    assert!(found.methods[0].adhesive && timeless(&found) == timeless(&whole));
+    assert!(!second.exists(), "loads are in the results now");
 }
 
 /// The README's table is what `asperity methods --markdown` prints.

@@ -4,9 +4,11 @@ use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 use asperity::grid::Field;
-use asperity::observe;
+use asperity::observe::{self, Distribution, linear_edges};
+use asperity::record::budget::{Part, Source};
 use asperity::record::npy;
 use asperity::record::results::*;
+use asperity::record::tradeoff::Measure;
 use asperity::report;
 
 const N: usize = 64;
@@ -45,7 +47,7 @@ fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResults {
         contact_fraction: share,
         contact_fraction_corrected: 0.9 * share,
         mean_gap: gap.iter().sum::<f64>() / gap.len() as f64,
-        patches: 17,
+        patches: Some(17),
         interaction_energy: 0.0,
         energy: -1e-6,
         load_error: 2e-4,
@@ -71,6 +73,12 @@ fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResults {
             area: Estimate { value: 0.0334, error: 0.0003 },
             mean_gap: Some(Estimate { value: 0.01014, error: 1e-5 }),
         }),
+        budget: vec![
+            Part { quantity: Measure::ContactArea, source: Source::Grid, relative: Some(0.0234), is_bound: false },
+            Part { quantity: Measure::ContactArea, source: Source::Criterion, relative: Some(0.0078), is_bound: false },
+            Part { quantity: Measure::MeanGap, source: Source::Range, relative: None, is_bound: false },
+            Part { quantity: Measure::MeanGap, source: Source::Solver, relative: Some(1e-7), is_bound: false },
+        ],
         stiffness: Some(0.345),
         hangs: None,
         observed: Some(observed(gap)),
@@ -164,6 +172,11 @@ fn atoms(folder: &Path) -> AtomsResults {
             contact_map: format!("contact-{i}.npy"),
             gap_map: format!("atoms-gap-{i}.npy"),
             frame: Some(format!("frame-{i}.xyz")),
+            indenter_shift_angstrom: 0.0,
+            ways: Vec::new(),
+            sensitivity: Vec::new(),
+            stress: None,
+            plastic: None,
         }
     });
     let ladder = (0..25).map(|step| {
@@ -211,6 +224,7 @@ fn atoms(folder: &Path) -> AtomsResults {
         ],
         ladder: ladder.collect(),
         states: states.collect(),
+        plasticity: None,
     }
 }
 
@@ -241,6 +255,9 @@ fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResults {
         atoms_patches: 14,
         continuum_patches: 17,
         gap_rms_difference_angstrom: 0.214,
+        versions: Vec::new(),
+        against_distance: Vec::new(),
+        against_gap: Vec::new(),
     });
     let y: Vec<f64> = (0..N).map(|i| i as f64 / N as f64).collect();
     let gap = |level: f64| y.iter().map(|&y| LENGTH_ANGSTROM * (height(0.5, y) - level).max(0.0)).collect::<Vec<f64>>();
@@ -250,6 +267,7 @@ fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResults {
         atoms_gap_angstrom: gap(0.0095 + 0.1 * p_star).iter().map(|g| g + 0.2).collect(),
         hard_gap_angstrom: gap(0.010 + 0.1 * p_star),
         soft_gap_angstrom: gap(0.0097 + 0.1 * p_star),
+        full_gap_angstrom: Vec::new(),
     };
     ComparisonResults {
         loads: loads.collect(),
@@ -257,6 +275,7 @@ fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResults {
         findings: vec![
             "Steps: 61 % of the atoms' extra contact lies within one lattice constant of a terrace edge.".into(),
         ],
+        full: None,
         hard,
         soft,
     }
@@ -288,7 +307,7 @@ fn run_folder(folder: &Path) -> Results {
             nx: N,
             ny: N,
             aspect: 1.0,
-            heights: "heights.npy".into(),
+            heights: Some("heights.npy".into()),
             statistics: vec![
                 statistic("rms gradient", "ḡ", "1", Some(1.0), 0.98764, Some(0.021)),
                 statistic("rms height", "h_rms", "µm", Some(0.762), 0.701, Some(0.05)),
@@ -304,6 +323,7 @@ fn run_folder(folder: &Path) -> Results {
                 })
                 .collect(),
         },
+        accuracy: None,
         continuum: Some(continuum(folder, "laboratory", "gfmd", 0.009, [true, true])),
         without: None,
         other_ranges: vec![],
@@ -322,6 +342,7 @@ fn run_folder(folder: &Path) -> Results {
                 seconds,
                 earlier_seconds: 0.0,
                 peak_rss_bytes: 312_000_000,
+                transformed_nodes: 0,
                 reused: *name == "surface",
             })
             .collect(),
@@ -379,6 +400,8 @@ fn a_full_report_is_whole_and_self_contained() {
     );
     assert!(page.contains("going in") && page.contains("coming back"));
     assert!(page.contains(">retract<") && page.contains(">2.34") && page.contains("enlarged 4.00 times"));
+    // Three quarters of what is known of the area are the grid's; what is not known is said.
+    assert!(page.contains("width:75.000%") && page.contains("not known") && page.contains("Contact area, 3.12"));
     assert!(page.contains("3.34") && page.contains("a pull of at most"));
     assert!(page.contains("outside the band") && page.contains("within the band"));
     // Pictures are base64, where any three letters may stand.
@@ -403,6 +426,72 @@ fn a_full_report_is_whole_and_self_contained() {
         assert!(folder.join("figures").join(figure).exists(), "{figure}");
     }
     assert!(std::fs::read_dir(&folder).unwrap().all(|f| !f.unwrap().file_name().to_string_lossy().starts_with('.')));
+}
+
+/// A distribution of equal shares.
+fn even(to: f64) -> Distribution {
+    Distribution { edges: linear_edges(0.0, to, 10), shares: vec![0.09; 10], delta: 0.1, below: 0.0, above: 0.0 }
+}
+
+#[test]
+fn criteria_versions_and_yield_are_told_and_drawn() {
+    let folder = kept("atoms");
+    let mut results = run_folder(&folder);
+    let atoms = results.atoms.as_mut().unwrap();
+    for (i, state) in atoms.states.iter_mut().enumerate() {
+        let way = |id: &str, share: f64| ContactWay {
+            id: id.into(),
+            criterion: format!("what is {id}"),
+            atoms: 77,
+            contact_fraction: share,
+        };
+        state.ways = vec![way("distance", 0.1), way("area", 0.0981)];
+        let map = store(&folder, &format!("atoms-stress-{i}.npy"), &grid(|x, y| 3.0 * height(x, y).max(0.0))).unwrap();
+        state.stress = Some(AtomStress { width_angstrom: 5.5884, load_error: 2e-16, highest_gpa: 4.321, map });
+        state.plastic = Some(PlasticState { atoms: 19 * i, volume_nm3: 0.83 * i as f64 });
+    }
+    atoms.plasticity = Some(PlasticityResults {
+        atoms: 170_000,
+        masked_layers: 2,
+        threshold: 0.06,
+        noise: 3,
+        steps: vec![[0.0, 0.0], [0.0137, 5.0], [0.02, 19.0]],
+        first_yield: Some(0.0137),
+        hardness_gpa: Some(2.417),
+    });
+    let comparison = results.comparison.as_mut().unwrap();
+    for load in &mut comparison.loads {
+        let version = |(id, fraction): (&&str, f64)| Version {
+            id: (*id).into(),
+            criterion: "some".into(),
+            contact_fraction: fraction,
+            mean_gap_angstrom: 9.2,
+            contact_stress_gpa: Some(5.1),
+            patches: 12,
+            typical_patch_nm2: Some(3.3),
+            patch_area: vec![[1.0, 0.3], [3.3, 1.0]],
+            gap: even(20.0),
+            stress: even(8.0),
+        };
+        let ids = ["full heights", "hard wall", "matched", "soft wall", "atoms"];
+        load.versions = ids.iter().zip([0.03, 0.05, 0.08, 0.07, 0.09]).map(version).collect();
+        load.against_distance =
+            (0..15).map(|k| 3.83 + 0.04 * f64::from(k)).map(|d| [d, d - 3.8, d - 3.82, d - 3.83]).collect();
+        load.against_gap =
+            (0..15).map(|k| 0.04 * f64::from(k) - 0.2).map(|d| [d, d.max(0.0), 0.3 * (d + 0.2)]).collect();
+    }
+    results.write(&folder).unwrap();
+    let page = page(&folder);
+    assert!(
+        page.contains("what is area") && page.contains("9.81") && page.contains("5.588 Å") && page.contains("4.32 GPa")
+    );
+    assert!(page.contains("first yields at p* = <strong>0.0137</strong>") && page.contains("2.42 GPa"));
+    assert!(page.contains("\nfirst yield\n") && page.contains("full heights, zero gap"));
+    for figure in
+        ["plasticity", "stress-atoms-2", "versions-area", "versions-stress-1", "against-distance-2", "against-gap-1"]
+    {
+        assert!(folder.join(format!("figures/{figure}.svg")).exists(), "{figure}");
+    }
 }
 
 #[test]
@@ -519,10 +608,10 @@ fn what_is_missing_or_damaged_is_named() {
     says(&["atoms-gap-2.npy"]);
     npy::write(&folder.path().join("contact-1.npy"), 8, 8, [1_u8; 64]).unwrap();
     says(&["contact-1.npy", "8 × 8"]);
-    results.surface.heights = "/etc/hostname".into();
+    results.surface.heights = Some("/etc/hostname".into());
     results.write(folder.path()).unwrap();
     says(&["/etc/hostname", "inside the run folder"]);
-    results.surface.heights = "heights.npy".into();
+    results.surface.heights = Some("heights.npy".into());
     results.surface.nx = 128;
     results.write(folder.path()).unwrap();
     says(&["heights.npy", "another shape"]);

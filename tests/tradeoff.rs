@@ -119,7 +119,7 @@ fn errors_fall_with_the_grid() {
     assert!(single.setting.nx == 128 && error(single, Measure::GapMap) < error(middle, Measure::GapMap));
     let loose = told.points.iter().find(|p| p.setting.tolerance == 1e-2).expect("a loose tolerance");
     assert!(loose.cost.fft_pairs < fine.cost.fft_pairs, "{loose:?}");
-    assert_eq!(told.points.len(), 3 + 4, "grids, and f32 and three tolerances on the scene's");
+    assert_eq!(told.points.len(), 3 + 5, "grids, and f32 to two and f64 to three more tolerances on the scene's");
     // Every point has its line in the CSV, and every line as many cells as the first.
     let csv = std::fs::read_to_string(bench.out("run").join("tradeoff.csv")).expect("a CSV");
     let cells: Vec<usize> = csv.lines().map(|l| l.split(',').count()).collect();

@@ -28,30 +28,39 @@ impl Contact {
 
 /// Atoms of `frame` nearer than `distance` (Å) to an atom of the indenter, which has come down by `lowered` (Å).
 pub fn contact(frame: &Frame, indenter: &Indenter, lowered: f64, surface: &SurfaceSites, distance: f64) -> Contact {
+    chosen(frame, surface, |k| within(frame.positions[k], indenter, lowered, distance).next().is_some())
+}
+
+/// Contact of the atoms that a criterion chooses, by their place in the frame.
+pub fn chosen(frame: &Frame, surface: &SurfaceSites, touches: impl Fn(usize) -> bool) -> Contact {
     let mut found = Contact { sites: vec![false; surface.len()], ids: Vec::new(), below_surface: 0 };
-    for (id, position) in frame.ids.iter().zip(&frame.positions) {
-        if touches(*position, indenter, lowered, distance) {
-            found.ids.push(*id);
-            match surface.index_of(*id) {
-                Some(index) => found.sites[index] = true,
-                None => found.below_surface += 1,
-            }
+    for (_, id) in frame.ids.iter().enumerate().filter(|(k, _)| touches(*k)) {
+        found.ids.push(*id);
+        match surface.index_of(*id) {
+            Some(index) => found.sites[index] = true,
+            None => found.below_surface += 1,
         }
     }
     found
 }
 
-fn touches([x, y, z]: [f64; 3], indenter: &Indenter, lowered: f64, distance: f64) -> bool {
+/// Vectors from an atom to the atoms of the indenter, which has come down by `lowered` (Å), that are nearer than `reach` (Å).
+pub(super) fn within(
+    [x, y, z]: [f64; 3],
+    indenter: &Indenter,
+    lowered: f64,
+    reach: f64,
+) -> impl Iterator<Item = [f64; 3]> + '_ {
     let (s, n) = (indenter.spacing(), indenter.points());
-    let range = |c: f64| ((c - distance) / s).ceil() as i64..=((c + distance) / s).floor() as i64;
-    let wrap = |k: i64| k.rem_euclid(n as i64) as usize;
+    let range = move |c: f64| ((c - reach) / s).ceil() as i64..=((c + reach) / s).floor() as i64;
+    let wrap = move |k: i64| k.rem_euclid(n as i64) as usize;
     let base = indenter.start_z() - lowered - z;
-    range(y).any(|row| {
+    range(y).flat_map(move |row| {
         let dy = row as f64 * s - y;
-        range(x).any(|column| {
+        range(x).filter_map(move |column| {
             let dx = column as f64 * s - x;
             let dz = base + indenter.heights()[wrap(row) * n + wrap(column)];
-            dx * dx + dy * dy + dz * dz < distance * distance
+            (dx * dx + dy * dy + dz * dz < reach * reach).then_some([dx, dy, dz])
         })
     })
 }

@@ -1,13 +1,15 @@
 //! LAMMPS text dumps, read frame by frame.
 //!
 //! What a file holds is decided by its own headers: columns in any order, wrapped, unwrapped or scaled coordinates,
-//! types or element names, any number of frames, plain or compressed with zstd. Image flags are passed over, because
+//! types or element names, any number of frames, plain or compressed with gzip or zstd. Image flags are passed over, because
 //! everything here is periodic in x and y. A file that cannot be read faithfully is refused with the reason.
 
 use std::collections::HashMap;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
+
+use flate2::bufread::MultiGzDecoder;
 
 use crate::{Error, Result};
 
@@ -16,6 +18,13 @@ const MAX_LINE_BYTES: u64 = 64 * 1024;
 
 /// Room made before the atoms arrive: a header may promise any number.
 const MAX_PROMISE: usize = 1 << 20;
+
+/// First bytes of compressed files.
+const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
+const GZIP: [u8; 2] = [0x1f, 0x8b];
+
+/// LAMMPS's systems of units with lengths in Å.
+const LENGTHS_IN_ANGSTROM: [&str; 2] = ["metal", "real"];
 
 /// One frame, atoms in order of their id.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,20 +78,24 @@ pub struct DumpReader {
 
 impl DumpReader {
     /// # Errors
-    /// `Io` when the file cannot be opened, `Format` for a compression that is not zstd.
+    /// `Io` when the file cannot be opened, `Format` for a binary dump.
     pub fn open(file: impl AsRef<Path>) -> Result<Self> {
         let file = file.as_ref();
         let handle = File::open(file).map_err(Error::io("open", file))?;
-        match file.extension().and_then(|e| e.to_str()) {
-            Some("zst") => {
-                let decoder = zstd::Decoder::new(handle).map_err(Error::io("decompress", file))?;
-                Ok(Self::new(Box::new(BufReader::new(decoder)), file))
-            }
-            Some("gz" | "bin") => {
-                Err(Error::format(file, "a gzip or binary dump", "text, plain or compressed with zstd"))
-            }
-            _ => Ok(Self::new(Box::new(BufReader::new(handle)), file)),
+        let mut raw = BufReader::new(handle);
+        let start = raw.fill_buf().map_err(Error::io("read", file))?;
+        if start.starts_with(&ZSTD) {
+            let decoder = zstd::Decoder::with_buffer(raw).map_err(Error::io("decompress", file))?;
+            return Ok(Self::new(Box::new(BufReader::new(decoder)), file));
         }
+        if start.starts_with(&GZIP) {
+            // Several parts, where LAMMPS has appended.
+            return Ok(Self::new(Box::new(BufReader::new(MultiGzDecoder::new(raw))), file));
+        }
+        if start.contains(&0) {
+            return Err(Error::format(file, "a binary dump", "text, plain or compressed with gzip or zstd"));
+        }
+        Ok(Self::new(Box::new(raw), file))
     }
 
     pub fn new(input: Box<dyn BufRead>, source: impl AsRef<Path>) -> Self {
@@ -124,7 +137,12 @@ impl DumpReader {
             };
             begun = true;
             if item.starts_with("UNITS") {
-                self.header_line()?;
+                let units = self.header_line()?;
+                if !LENGTHS_IN_ANGSTROM.contains(&units.trim()) {
+                    return Err(
+                        self.bad(&format!("units {units}"), "units metal or real, whose lengths are in angstrom")
+                    );
+                }
             } else if item.starts_with("TIMESTEP") {
                 timestep = Some(self.header_value::<u64>("a timestep")?);
             } else if item.starts_with("TIME") {
@@ -294,7 +312,7 @@ impl DumpReader {
                 }
                 Ok(bytes > 0)
             }
-            // zstd's word for a file that was cut.
+            // The word of both for a file that was cut.
             Err(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => {
                 Err(self.cut("inside its compressed data".into()))
             }

@@ -320,12 +320,29 @@ impl Engine for LammpsEngine {
         let child = command.stdout(screen).stderr(both).spawn().map_err(Error::io("start", &self.program))?;
         let mut group = Group { child, ended: false };
         let mut watcher = Watcher::new(job, begun, finished);
+        let mut vouched = finished.map_or(0, |k| k + 1);
         let status = loop {
             // In this order, so that a step finished just before the end is still told.
             let ended = group.child.try_wait().map_err(Error::io("wait for", &self.program))?;
             // Before anything else can fail: the number of a process that was waited for may be given to another.
             group.ended = ended.is_some();
-            let ladder = Ladder::read(&job.folder)?;
+            let ladder = match Ladder::read(&job.folder) {
+                Err(e @ Error::Format { .. }) => {
+                    drop(group);
+                    ladder::take_back(&job.folder, vouched)?;
+                    return Err(failed(job, LammpsFailure::Output(format!("its ladder cannot be read: {e}"))));
+                }
+                other => other?,
+            };
+            for rung in ladder.rungs.iter().skip(vouched) {
+                if let Err(e) = ladder::vouch(&job.folder, rung.step) {
+                    drop(group);
+                    ladder::take_back(&job.folder, rung.step)?;
+                    let what = format!("what step {} left is not complete ({e}); is the disk full?", rung.step);
+                    return Err(failed(job, LammpsFailure::Output(what)));
+                }
+                vouched = rung.step + 1;
+            }
             watcher.hear(&ladder, &job.folder.join(log_name(finished)));
             if watcher.tell(&ladder, watch).is_break() {
                 return Err(Error::Interrupted);
@@ -401,6 +418,11 @@ pub(super) fn check_ladder(job: &Job) -> Result<()> {
 
 /// What exit status, log and screen together say.
 pub(super) fn judge(status: ExitStatus, log: &str, screen: &str) -> std::result::Result<(), LammpsFailure> {
+    // Whatever else went wrong did so after it; the step in which it was reached is not finished.
+    if log.contains("Wall time limit reached") {
+        let text = "its script's time limit (timer timeout) was reached; the same command goes on from the last step";
+        return Err(LammpsFailure::Output(text.into()));
+    }
     if let Some(failure) = error_line(log).or_else(|| error_line(screen)) {
         return Err(failure);
     }

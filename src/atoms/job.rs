@@ -54,7 +54,7 @@ pub const RECORD_FILE: &str = "job.json";
 const HEAD_ROOM_ANGSTROM: f64 = 5.0;
 
 /// Layers of the block in every frame. Contact is decided in the first; two more show where material has flowed.
-const FRAME_LAYERS: f64 = 3.0;
+pub const FRAME_LAYERS: usize = 3;
 
 /// Resident memory of one process at its largest, of which some 40 MB are the program. From the continuum: 129, 399 and 2351 MB for
 /// 119 151, 509 004 and 3 394 475 atoms. From first touch positions are kept for the start of the next step: 143 MB for
@@ -100,6 +100,27 @@ impl Interaction {
     pub fn touch_angstrom(&self) -> f64 {
         2f64.powf(1.0 / 6.0) * self.sigma_angstrom
     }
+
+    /// Beyond this distance two atoms do not feel each other, Å.
+    pub fn reach_angstrom(&self) -> f64 {
+        self.adhesion.map_or(0.0, |y| y.cutoff_angstrom).max(self.touch_angstrom())
+    }
+
+    /// Force between two atoms over their distance, eV/Å², repulsion positive; `square` is the distance's, Å².
+    pub fn force_over_distance(&self, square: f64) -> f64 {
+        let touch = self.touch_angstrom();
+        let mut force = 0.0;
+        if square < touch * touch {
+            let s6 = (self.sigma_angstrom * self.sigma_angstrom / square).powi(3);
+            force += 24.0 * self.epsilon_ev * (2.0 * s6 * s6 - s6) / square;
+        }
+        if let Some(y) = self.adhesion.filter(|y| square < y.cutoff_angstrom * y.cutoff_angstrom) {
+            let r = square.sqrt();
+            let value = y.amplitude_ev_angstrom * (-y.kappa_per_angstrom * r).exp() / r;
+            force += value * (y.kappa_per_angstrom + 1.0 / r) / r;
+        }
+        force
+    }
 }
 
 /// `amplitude` e^(-κr)/r, the pair form whose sum over a plane of atoms is an exponential.
@@ -125,6 +146,13 @@ pub struct Ladder {
     pub load_unit: f64,
     /// Distance below which an atom counts as touching, Å.
     pub contact_angstrom: f64,
+    /// Layers of the block, from the top, in every frame.
+    #[serde(default = "frame_layers")]
+    pub frame_layers: usize,
+}
+
+fn frame_layers() -> usize {
+    FRAME_LAYERS
 }
 
 /// Contents of `job.json`.
@@ -202,7 +230,7 @@ impl Job {
             indenter_points: indenter.points(),
             indenter_spacing_angstrom: indenter.spacing(),
             indenter_start_z_angstrom: indenter.start_z(),
-            frame_depth_angstrom: 0.5 * block.a0 * (FRAME_LAYERS - 0.5),
+            frame_depth_angstrom: 0.5 * block.a0 * (ladder.frame_layers as f64 - 0.5),
             interaction,
             ladder,
             loads,
@@ -403,6 +431,7 @@ mod tests {
             force_tolerance: 2e-3,
             load_unit: 100.0,
             contact_angstrom: 4.0354,
+            frame_layers: FRAME_LAYERS,
         };
         Job::write(folder.join("job"), &block, &indenter, (&table, "Ca", 40.078), interaction, ladder, None)
     }

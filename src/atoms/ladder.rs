@@ -4,10 +4,12 @@
 //! complete, so a whole line vouches for both, and whatever has no line is debris of an interrupted step.
 
 use std::collections::BTreeMap;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::dump::{Frame, read_frame};
 use super::start::LOAD_TOLERANCE;
+use crate::record::land::land;
 use crate::record::results::LadderStep;
 use crate::{Error, Result};
 
@@ -77,7 +79,7 @@ pub struct Ladder {
     pub rungs: Vec<Rung>,
 }
 
-/// Where an asked load lies: `weight` of step `lower` + 1 and the rest of step `lower`.
+/// Where an asked load lies on the way down: `weight` of step `lower` + 1 and the rest of step `lower`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bracket {
     pub lower: usize,
@@ -134,15 +136,11 @@ impl Ladder {
     /// not reach so far.
     pub fn bracket(&self, load: f64) -> Option<Bracket> {
         let hit = self.rungs.iter().position(|r| (r.load - load).abs() <= LOAD_TOLERANCE * load.abs());
-        if let Some(lower) = hit {
-            return Some(Bracket { lower, weight: 0.0 });
-        }
-        let lower = self.rungs.windows(2).position(|pair| pair[0].load <= load && load <= pair[1].load)?;
-        let (a, b) = (self.rungs[lower].load, self.rungs[lower + 1].load);
-        Some(Bracket { lower, weight: if b > a { (load - a) / (b - a) } else { 0.0 } })
+        let there = hit.map(|lower| Bracket { lower, weight: 0.0 });
+        there.or_else(|| bracket(&self.rungs.iter().map(|r| r.load).collect::<Vec<f64>>(), load))
     }
 
-    /// Positions and indenter height at `load` (eV/Å), linear in the load between the two steps around it. Steps are
+    /// Positions and indenter height at `load` (eV/Å), linear in the way between the two steps around it. Steps are
     /// a fraction of an ångström, so an atom that does not slip moves by far less than the contact distance in between.
     ///
     /// # Errors
@@ -161,11 +159,28 @@ impl Ladder {
         }
         let b = &self.rungs[bracket.lower + 1];
         let above = read_frame(frame_file(folder, b.step)?)?;
-        let frame = interpolate(&below, &above, bracket.weight);
-        let displacement_angstrom =
-            a.displacement_angstrom + bracket.weight * (b.displacement_angstrom - a.displacement_angstrom);
-        Ok(Between { bracket, frame, displacement_angstrom })
+        Ok(between(bracket, &below, &above, [a.displacement_angstrom, b.displacement_angstrom]))
     }
+}
+
+/// The first of several loads, in their order, from which on `load` is passed.
+pub fn bracket(loads: &[f64], load: f64) -> Option<Bracket> {
+    let lower = loads.windows(2).position(|pair| pair[0] <= load && load <= pair[1])?;
+    Some(Bracket { lower, weight: weight(loads[lower], loads[lower + 1], load) })
+}
+
+/// The atoms on the way between two frames, whose indenters have come down by `ends` (Å).
+pub fn between(bracket: Bracket, below: &Frame, above: &Frame, ends: [f64; 2]) -> Between {
+    let frame = interpolate(below, above, bracket.weight);
+    Between { bracket, frame, displacement_angstrom: ends[0] + bracket.weight * (ends[1] - ends[0]) }
+}
+
+/// Share of the way from a step with load `a` to one with load `b` at which the load is reached: it rises about as the square
+/// of the way. Where it begins with a pull it is taken as linear. Measured on the quickstart with every second step left out:
+/// the indenter is then 0.01 Å from where the left-out step has it, against 0.04 Å with a linear load.
+pub fn weight(a: f64, b: f64, load: f64) -> f64 {
+    let (a, b, load) = if a >= 0.0 { (a.sqrt(), b.sqrt(), load.sqrt()) } else { (a, b, load) };
+    if b > a { (load - a) / (b - a) } else { 0.0 }
 }
 
 /// Positions between two frames of one run; an atom that crossed a periodic face takes the short way, one that only one
@@ -239,8 +254,73 @@ pub fn evaluations(log: &str) -> BTreeMap<usize, usize> {
     counts
 }
 
-/// Makes a folder fit to go on: keeps the ladder up to the last step whose frame and restart file are there, removes
-/// everything later, and returns that step. `None` means from the beginning.
+/// Looks at what a step has left as soon as it is finished: LAMMPS does not notice a frame that a full disk has cut. The hash of
+/// its restart file is kept in `restart.K.b3`, so that damage is seen before the run goes on from it.
+///
+/// # Errors
+/// `Format` for a frame that is not complete; `Io`.
+pub fn vouch(folder: &Path, step: usize) -> Result<()> {
+    read_frame(frame_file(folder, step)?)?;
+    // With steps shorter than the look-out the file may be gone: two later ones stand for it.
+    if let Some(hash) = hash_of(&folder.join(format!("restart.{step}")))? {
+        land(&hash_file(folder, step), |w| w.write_all(hash.as_bytes()))?;
+    }
+    if let Some(old) = step.checked_sub(2) {
+        remove(&hash_file(folder, old))?;
+    }
+    Ok(())
+}
+
+/// Takes back all steps from `step` on.
+///
+/// # Errors
+/// As [`prepare_resume`].
+pub fn take_back(folder: &Path, step: usize) -> Result<()> {
+    for kept in [format!("frame.{step}.dump"), format!("frame.{step}.dump.zst"), format!("restart.{step}")] {
+        remove(&folder.join(kept))?;
+    }
+    shorten(folder, step)?;
+    prepare_resume(folder).map(drop)
+}
+
+fn hash_file(folder: &Path, step: usize) -> PathBuf {
+    folder.join(format!("restart.{step}.b3"))
+}
+
+/// BLAKE3 of a file, as text; none where there is no file.
+fn hash_of(file: &Path) -> Result<Option<String>> {
+    let mut hasher = blake3::Hasher::new();
+    match std::fs::File::open(file).and_then(|mut f| std::io::copy(&mut f, &mut hasher)) {
+        Ok(_) => Ok(Some(hasher.finalize().to_hex().to_string())),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(e) => Err(Error::io("read", file)(e)),
+    }
+}
+
+fn remove(file: &Path) -> Result<()> {
+    match std::fs::remove_file(file) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::io("remove", file)(e)),
+        _ => Ok(()),
+    }
+}
+
+/// Keeps the first `steps` lines of the ladder.
+fn shorten(folder: &Path, steps: usize) -> Result<()> {
+    let file = folder.join(LADDER_FILE);
+    if file.is_file() {
+        let text = std::fs::read_to_string(&file).map_err(Error::io("read", &file))?;
+        let keep: usize = text.split_inclusive('\n').take(steps).map(str::len).sum();
+        if keep < text.len() {
+            let handle = std::fs::OpenOptions::new().write(true).open(&file).map_err(Error::io("open", &file))?;
+            handle.set_len(keep as u64).map_err(Error::io("shorten", &file))?;
+        }
+    }
+    Ok(())
+}
+
+/// Makes a folder fit to go on: keeps the ladder up to the last step whose frame can be read and whose restart file is what
+/// was written (one without a kept hash is believed), removes everything later, and returns that step. `None` means from the
+/// beginning.
 ///
 /// # Errors
 /// `Io`, and `Format` for a ladder that is damaged otherwise than by a cut last line.
@@ -248,7 +328,11 @@ pub fn prepare_resume(folder: &Path) -> Result<Option<usize>> {
     let ladder = Ladder::read(folder)?;
     let intact = |rung: &&Rung| {
         let restart = folder.join(format!("restart.{}", rung.step));
-        std::fs::metadata(restart).is_ok_and(|m| m.len() > 0) && frame_file(folder, rung.step).is_ok()
+        let written = std::fs::read_to_string(hash_file(folder, rung.step)).ok();
+        let sound = || written.is_none_or(|hash| hash_of(&restart).is_ok_and(|found| found == Some(hash)));
+        std::fs::metadata(&restart).is_ok_and(|m| m.len() > 0)
+            && sound()
+            && frame_file(folder, rung.step).and_then(read_frame).is_ok()
     };
     let last = ladder.rungs.iter().rev().find(intact).map(|r| r.step);
     for entry in std::fs::read_dir(folder).map_err(Error::io("list", folder))? {
@@ -263,15 +347,7 @@ pub fn prepare_resume(folder: &Path) -> Result<Option<usize>> {
             std::fs::remove_file(&path).map_err(Error::io("remove", &path))?;
         }
     }
-    let file = folder.join(LADDER_FILE);
-    if file.is_file() {
-        let text = std::fs::read_to_string(&file).map_err(Error::io("read", &file))?;
-        let keep: usize = text.split_inclusive('\n').take(last.map_or(0, |l| l + 1)).map(str::len).sum();
-        if keep < text.len() {
-            let handle = std::fs::OpenOptions::new().write(true).open(&file).map_err(Error::io("open", &file))?;
-            handle.set_len(keep as u64).map_err(Error::io("shorten", &file))?;
-        }
-    }
+    shorten(folder, last.map_or(0, |l| l + 1))?;
     Ok(last)
 }
 
@@ -334,7 +410,7 @@ mod tests {
     }
 
     #[test]
-    fn positions_are_linear_in_the_load_and_cross_faces_the_short_way() {
+    fn positions_are_linear_in_the_way_and_cross_faces_the_short_way() {
         let below = frame(&[(1, [9.9, 5.0, 20.0]), (2, [1.0, 1.0, 18.0]), (9, [3.0, 3.0, 21.0])]);
         let above = frame(&[(1, [0.3, 5.4, 19.0]), (4, [2.0, 2.0, 17.0]), (9, [3.0, 3.0, 20.0])]);
         let between = interpolate(&below, &above, 0.25);
@@ -352,8 +428,10 @@ mod tests {
         (0..3).for_each(|k| dump(folder.path(), k, 20.0 - k as f64));
         let l = ladder(&[0.0, 2.0, 6.0]);
         let at = l.at_load(folder.path(), 3.0).expect("reached");
-        assert_eq!(at.frame.position(1), Some([5.0, 5.0, 18.75]));
-        assert!((at.displacement_angstrom - 0.375).abs() < 1e-12);
+        let w = (3f64.sqrt() - 2f64.sqrt()) / (6f64.sqrt() - 2f64.sqrt());
+        let [_, _, z] = at.frame.position(1).expect("there");
+        assert!((z - (19.0 - w)).abs() < 1e-12 && (w - 0.307).abs() < 1e-3);
+        assert!((at.displacement_angstrom - 0.3 * (1.0 + w)).abs() < 1e-12);
         let error = l.at_load(folder.path(), 7.0).expect_err("not reached").to_string();
         assert!(error.contains("passes 7.0000"), "{error}");
     }
@@ -377,7 +455,14 @@ mod tests {
         std::fs::remove_file(path.join("restart.2")).expect("removed");
         assert_eq!(prepare_resume(path).expect("good"), Some(1));
         assert_eq!(Ladder::read(path).expect("good").rungs.len(), 2);
-        std::fs::remove_file(path.join("restart.1")).expect("removed");
+        // One that is not what was written: it is not gone on from.
+        vouch(path, 1).expect("whole");
+        assert_eq!(prepare_resume(path).expect("good"), Some(1));
+        std::fs::write(path.join("restart.0"), "older").expect("written");
+        std::fs::write(path.join("restart.1"), "stale").expect("written");
+        assert_eq!(prepare_resume(path).expect("good"), Some(0));
+        assert!(!path.join("restart.1.b3").exists());
+        std::fs::remove_file(path.join("restart.0")).expect("removed");
         assert_eq!(prepare_resume(path).expect("good"), None);
         assert!(!path.join("frame.0.dump").exists());
         assert_eq!(std::fs::read(path.join(LADDER_FILE)).expect("read"), b"");

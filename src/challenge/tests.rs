@@ -72,7 +72,8 @@ fn solved(adhesive: bool) -> ContinuumResults {
             contact_fraction: area,
             contact_fraction_corrected: area,
             mean_gap: mean_gap_um(p) / UM,
-            patches: 3000,
+            patches: Some(3000),
+            budget: Vec::new(),
             energy: 0.0,
             interaction_energy: 0.0,
             load_error: 0.0,
@@ -127,6 +128,7 @@ fn agreeing() -> Results {
     };
     let heights = [(RMS_HEIGHT, 0.762), (FIRST_TOUCH, 2.633), (HEIGHT_RANGE, 5.642), (CURVATURE_RADIUS, 60.0)];
     Results {
+        accuracy: None,
         schema: 1,
         name: String::new(),
         description: String::new(),
@@ -138,7 +140,7 @@ fn agreeing() -> Results {
             aspect: 1.0,
             periodic: true,
             note: String::new(),
-            heights: String::new(),
+            heights: None,
             statistics: heights.map(|(symbol, value)| statistic(symbol, value)).into(),
             psd: vec![PsdPoint { mode: 1.0, realised: 1.0, expected: None }],
         },

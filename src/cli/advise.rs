@@ -1,12 +1,13 @@
-use super::{tradeoff, words};
-use crate::compare::advice::{Advice, Limit, Target, candidates, choose};
-use crate::interface::Adhesion;
-use crate::pipeline::shortest_wave;
-use crate::record::tradeoff::{FILE, Measure, Tradeoff};
-use crate::report::number::{duration, significant};
-use crate::scene::{Case, Surface};
+use super::{listen::Teller, tradeoff, words};
+use crate::compare::advice::{Limit, Table, Tables};
+use crate::pipeline::{self, Trial, Unserved};
+use crate::record::advice::Advice;
+use crate::record::tradeoff::{FILE, Measure};
+use crate::report::number::{duration, error_of, percent, significant};
+use crate::scene::{Case, Scene, Surface};
 use crate::{Error, Result};
 use std::path::PathBuf;
+use std::process::ExitCode;
 
 const PLACE: &str = "command line";
 
@@ -15,53 +16,72 @@ pub struct Advise {
     /// Scene file (TOML) that is to be run.
     scene: PathBuf,
     /// What is to be accurate: contact_area, mean_gap, stiffness, gap_map, contact_map, gap_pdf, stress_pdf, patch_area or
-    /// typical_patch.
-    #[arg(long, value_name = "WHAT")]
-    quantity: String,
-    /// Error that is good enough, as 5% or 0.05; the cheapest setting within it is told.
-    #[arg(long, value_name = "SHARE", required_unless_present = "budget", conflicts_with = "budget")]
-    error: Option<String>,
+    /// typical_patch. With --prove several, apart by commas.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',', num_args = 1, required = true)]
+    quantity: Vec<String>,
+    /// Error that is good enough, as 5% or 0.05; the cheapest setting within it is told. With --prove several, apart by commas.
+    #[arg(
+        long,
+        value_name = "SHARE",
+        value_delimiter = ',',
+        num_args = 1,
+        required_unless_present = "budget",
+        conflicts_with = "budget"
+    )]
+    error: Vec<String>,
     /// Wall time that there is, as 30s, 10m or 2h; the most accurate setting within it is told.
     #[arg(long, value_name = "TIME")]
     budget: Option<String>,
-    /// Tables of `asperity tradeoff`, apart by commas. Default: that of the scene's own runs/NAME-tradeoff.
+    /// Tables of `asperity tradeoff` or `asperity collect`, apart by commas. Default: that of the scene's own
+    /// runs/NAME-tradeoff, or, where there is none, those that come with the program.
     #[arg(long, value_name = "FILES", value_delimiter = ',', num_args = 1)]
     table: Vec<PathBuf>,
     /// Advise beyond what was measured, too, and say what of it is.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "prove")]
     extrapolate: bool,
+    /// Run what is advised for every error of every quantity and hold it against a reference. Exit code 1 if fewer than nine
+    /// in ten settings err by no more than asked for.
+    #[arg(long, conflicts_with = "budget")]
+    prove: bool,
+    /// With --prove: seeds of the surfaces that are tried, apart by commas. Default: the scene's own.
+    #[arg(long, value_name = "LIST", value_delimiter = ',', num_args = 1, requires = "prove")]
+    seeds: Vec<u64>,
+    /// With --prove: where the runs go. Default: runs/NAME-proof with the scene's name.
+    #[arg(long, value_name = "DIR", requires = "prove")]
+    out: Option<PathBuf>,
     /// One line of JSON on stdout.
     #[arg(long)]
     json: bool,
 }
 
+/// Share of settings that must keep what was asked for.
+const KEPT: f64 = 0.9;
+
 impl Advise {
-    pub fn execute(self) -> Result<()> {
-        let measure = Measure::ALL.into_iter().find(|m| m.id() == self.quantity).ok_or_else(|| {
-            let accepted = Measure::ALL.map(Measure::id).join(", ");
-            Error::input(PLACE, "--quantity", &self.quantity, accepted)
-        })?;
-        let (limit, flag, asked) = match (&self.error, &self.budget) {
-            (Some(text), _) => (Limit::Error(share(text)?), "--error", text),
+    pub fn execute(self) -> Result<ExitCode> {
+        let measures = self.quantity.iter().map(|q| measure(q)).collect::<Result<Vec<_>>>()?;
+        let errors = self.error.iter().map(|e| share(e)).collect::<Result<Vec<_>>>()?;
+        if self.prove {
+            return self.prove(&measures, &errors);
+        }
+        let ([measure], [_] | []) = (&measures[..], &errors[..]) else {
+            let accepted = "one quantity and one error, or --prove";
+            return Err(Error::input(
+                PLACE,
+                "--quantity",
+                format!("{} of them", measures.len().max(errors.len())),
+                accepted,
+            ));
+        };
+        let (limit, flag, asked) = match (errors.first(), &self.budget) {
+            (Some(share), _) => (Limit::Error(*share), "--error", &self.error[0]),
             (None, Some(text)) => (Limit::Seconds(tradeoff::seconds("--budget", text)?), "--budget", text),
             (None, None) => return Err(Error::input(PLACE, "--error", "not given", "an error, or --budget")),
         };
         let case = Case::read(&self.scene)?;
-        let files = match self.table.is_empty() {
-            true => vec![PathBuf::from("runs").join(format!("{}-tradeoff", case.scene.name)).join(FILE)],
-            false => self.table.clone(),
-        };
-        if let Some(file) = files.iter().find(|f| !f.exists()) {
-            let accepted = format!("a table that `asperity tradeoff {}` wrote", self.scene.display());
-            return Err(Error::input(PLACE, "--table", format!("{} (no such file)", file.display()), accepted));
-        }
-        let tables = files.iter().map(|f| Tradeoff::read(f)).collect::<Result<Vec<_>>>()?;
-        let all = candidates(&tables, &target(&case), measure);
-        let (known, beyond): (Vec<Advice>, Vec<Advice>) =
-            all.into_iter().partition(|a| self.extrapolate || a.extrapolated.is_empty());
-        let Some(advice) = choose(&known, measure, limit) else {
-            return Err(Error::input(PLACE, flag, asked, accepted(&known, &beyond, measure, limit)));
-        };
+        let tables = self.tables(&case)?;
+        let advice = pipeline::advise(&tables, &case, *measure, limit, self.extrapolate)
+            .map_err(|Unserved(accepted)| Error::input(PLACE, flag, asked, accepted))?;
         // A height map has its own grid.
         let grid = match case.surface {
             Surface::Imported { .. } => String::new(),
@@ -76,14 +96,60 @@ impl Advise {
         );
         if self.json {
             let mut told =
-                serde_json::to_value(advice).map_err(|e| Error::format("advice", e, "values that JSON can hold"))?;
+                serde_json::to_value(&advice).map_err(|e| Error::format("advice", e, "values that JSON can hold"))?;
             told["quantity"] = measure.id().into();
             told["command"] = command.into();
-            return words::json_line(&told);
+            words::json_line(&told)?;
+        } else {
+            say(&advice, *measure);
+            words::say(&command);
         }
-        say(advice, measure);
-        words::say(&command);
-        Ok(())
+        Ok(ExitCode::SUCCESS)
+    }
+
+    fn prove(&self, measures: &[Measure], errors: &[f64]) -> Result<ExitCode> {
+        let scene = Scene::read(&self.scene)?;
+        let seeds = if self.seeds.is_empty() { vec![scene.surface.seed] } else { self.seeds.clone() };
+        let root = self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(format!("{}-proof", scene.name)));
+        std::fs::create_dir_all(&root).map_err(Error::io("create", &root))?;
+        let mut trials: Vec<Trial> = Vec::new();
+        for seed in seeds {
+            let mut scene = scene.clone();
+            scene.surface.seed = seed;
+            let case = Case::resolve(scene, &self.scene)?;
+            let teller = Teller::new();
+            let out = root.join(format!("seed-{seed}"));
+            trials.extend(pipeline::prove(&case, &self.tables(&case)?, (measures, errors), &out, &teller)?);
+        }
+        let known: Vec<bool> = trials.iter().filter_map(Trial::met).collect();
+        let kept = known.iter().filter(|met| **met).count();
+        if self.json {
+            words::json_line(
+                &serde_json::json!({ "kept": kept, "advised": known.len(), "asked": trials.len(), "trials": trials }),
+            )?;
+        } else {
+            say_trials(&trials);
+            words::say(&format!(
+                "{kept} of {} advised settings err by no more than asked for; {} were refused",
+                known.len(),
+                trials.len() - known.len()
+            ));
+        }
+        let enough = !known.is_empty() && kept as f64 >= KEPT * known.len() as f64;
+        Ok(if enough { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    }
+    /// Those given, else those measured on this scene here, else those of the program.
+    fn tables(&self, case: &Case) -> Result<Vec<Table>> {
+        if let Some(file) = self.table.iter().find(|f| !f.exists()) {
+            let accepted = format!("a table that `asperity tradeoff {}` wrote", self.scene.display());
+            return Err(Error::input(PLACE, "--table", format!("{} (no such file)", file.display()), accepted));
+        }
+        let own = PathBuf::from("runs").join(format!("{}-tradeoff", case.scene.name)).join(FILE);
+        let files = if self.table.is_empty() && own.exists() { vec![own] } else { self.table.clone() };
+        if files.is_empty() {
+            return Ok(Tables::shipped().tables);
+        }
+        Ok(files.iter().map(|f| Tables::read(f)).collect::<Result<Vec<_>>>()?.concat())
     }
 }
 
@@ -94,50 +160,41 @@ fn share(text: &str) -> Result<f64> {
     found.ok_or_else(|| Error::input(PLACE, "--error", text, "a share above zero, as 5% or 0.05"))
 }
 
-fn target(case: &Case) -> Target {
-    Target {
-        shortest_wave: shortest_wave(&case.surface),
-        own_grid: matches!(case.surface, Surface::Imported { .. }).then_some(case.grid.nx),
-        aspect: case.grid.ny as f64 / case.grid.nx as f64,
-        adhesive: case.adhesion != Adhesion::None,
-        kernel: case.kernel.to_string(),
-        p_star: case.p_star[..case.loads_there().min(case.p_star.len())].to_vec(),
-    }
+/// A quantity by its id.
+fn measure(id: &str) -> Result<Measure> {
+    Measure::ALL.into_iter().find(|m| m.id() == id).ok_or_else(|| {
+        let accepted = Measure::ALL.map(Measure::id).join(", ");
+        Error::input(PLACE, "--quantity", id, accepted)
+    })
 }
 
-/// What the tables would serve instead.
-fn accepted(known: &[Advice], beyond: &[Advice], measure: Measure, limit: Limit) -> String {
-    if let Some(a) = choose(beyond, measure, limit) {
-        return format!(
-            "what was measured; --extrapolate would take {} on {} points a side ({})",
-            a.method,
-            a.grid,
-            a.extrapolated.join("; ")
-        );
-    }
-    let best = choose(known, measure, Limit::Seconds(f64::INFINITY));
-    match (limit, best) {
-        (_, None) => {
-            format!("a table with the {} of such a scene; what is given has none, or beyond it alone", measure.name())
-        }
-        (Limit::Error(_), Some(a)) => {
-            format!("at least {}, the least that the tables have", tradeoff::shown(measure, a.expected_error))
-        }
-        (Limit::Seconds(_), Some(_)) => {
-            let least = known.iter().map(|a| a.expected_seconds).fold(f64::INFINITY, f64::min);
-            format!("at least {}, the least that the tables have", duration(least))
-        }
-    }
+fn say_trials(trials: &[Trial]) {
+    let head = ["surface", "quantity", "asked", "advised", "expected", "found", "reference ±", "kept"];
+    let row = |t: &Trial| {
+        let error = |e: Option<f64>| e.map_or("-".into(), |e| error_of(t.quantity, e));
+        let setting = |a: &Advice| format!("{} {}, {} to {:e}", a.method, a.grid, a.precision, a.tolerance);
+        vec![
+            t.surface.clone(),
+            t.quantity.name().into(),
+            percent(t.asked),
+            t.advice.as_ref().map_or_else(|| t.refusal.clone().unwrap_or_default(), setting),
+            error(t.advice.as_ref().map(|a| a.expected_error)),
+            error(t.found),
+            error(t.uncertainty),
+            t.met().map_or("-".into(), |met| if met { "yes".into() } else { "no".to_string() }),
+        ]
+    };
+    words::say(&words::table(&head, trials.iter().map(row)));
 }
 
 fn say(a: &Advice, measure: Measure) {
     words::say(&format!("{} on {} points a side, {} to {:e}", a.method, a.grid, a.precision, a.tolerance));
-    let range = a.error_range.map(|e| tradeoff::shown(measure, e));
-    let uncertain = a.reference_uncertainty.map_or("not known".into(), |u| tradeoff::shown(measure, u));
+    let range = a.error_range.map(|e| error_of(measure, e));
+    let surfaces = if a.surfaces == 1 { "one surface".into() } else { format!("{} surfaces", a.surfaces) };
     words::say(&format!(
-        "{}: expected to err by {} ({} to {} over the loads; the reference is uncertain by {uncertain})",
+        "{}: expected to err by {} ({} to {} at single loads), as measured on {surfaces}",
         measure.name(),
-        tradeoff::shown(measure, a.expected_error),
+        error_of(measure, a.expected_error),
         range[0],
         range[1]
     ));

@@ -40,14 +40,18 @@ pub enum Atoms {
         #[arg(long)]
         json: bool,
     },
-    /// Read contact, gap and maps at the scene's loads from a job folder that has run.
+    /// Read contact, gap, stress and maps at the scene's loads from a job folder that has run, or from frames of any LAMMPS.
     Read {
         /// The scene that the job was built from.
         scene: PathBuf,
         /// The job folder that has run.
-        #[arg(long, value_name = "DIR")]
-        job: PathBuf,
-        /// Where maps and frames go. Default: JOB/read.
+        #[arg(long, value_name = "DIR", conflicts_with = "frames", required_unless_present = "frames")]
+        job: Option<PathBuf>,
+        /// Text dumps (plain, gzip or zstd) of the job's atoms, one or several frames each, in the order of the run. Each needs
+        /// the block's surface layer and an atom of the indenter.
+        #[arg(long, value_name = "FILE", num_args = 1..)]
+        frames: Vec<PathBuf>,
+        /// Where maps and frames go. Default: JOB/read, or read beside the first file.
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
         /// One line of JSON on stdout.
@@ -120,12 +124,35 @@ impl Atoms {
                 words::say(&words::table(&["step", "down / Å", "load / eV/Å", "p*", "contacts", "evaluations"], rows));
                 Ok(())
             }
-            Atoms::Read { scene, job, out, json } => {
+            Atoms::Read { scene, job, frames, out, json } => {
                 let (case, atoms) = block(&scene)?;
-                let out = out.unwrap_or_else(|| job.join("read"));
-                let job = Job::open(&job)?;
-                std::fs::create_dir_all(&out).map_err(Error::io("create", &out))?;
-                let found = pipeline::read_atoms(&case, &atoms, &job, &out)?;
+                let beside = || frames[0].parent().map_or(PathBuf::new(), Path::to_path_buf);
+                let out = out.unwrap_or_else(|| job.clone().unwrap_or_else(beside).join("read"));
+                let make = || std::fs::create_dir_all(&out).map_err(Error::io("create", &out));
+                let found = match job {
+                    Some(job) => {
+                        let job = Job::open(&job)?;
+                        make()?;
+                        pipeline::read_atoms(&case, &atoms, &job, &out)?
+                    }
+                    None => {
+                        make()?;
+                        let teller = Teller::new();
+                        let (places, found) =
+                            pipeline::read_frames(&case, &atoms, &frames, &out, &mut |w| teller.warn(w))?;
+                        drop(teller);
+                        if !json {
+                            let loads = places.places.iter().map(|p| {
+                                let file = p.file.display().to_string();
+                                let down = format!("{:.4}", p.displacement_angstrom);
+                                let p_star = significant(p.load / atoms.load_unit, 4);
+                                vec![file, p.timestep.to_string(), down, significant(p.load, 6), p_star]
+                            });
+                            words::say(&words::table(&["file", "timestep", "down / Å", "load / eV/Å", "p*"], loads));
+                        }
+                        found
+                    }
+                };
                 if json {
                     return words::json_line(&json!({ "out": out, "states": found.states }));
                 }
@@ -136,10 +163,15 @@ impl Atoms {
                         percent(s.contact_fraction),
                         significant(s.mean_gap_angstrom, 4),
                         significant(s.contact_stress_gpa, 3),
+                        s.ways
+                            .iter()
+                            .map(|w| format!("{} {}", w.id, percent(w.contact_fraction)))
+                            .collect::<Vec<_>>()
+                            .join(", "),
                     ]
                 });
                 words::say(&words::table(
-                    &["p*", "contacts", "fraction", "mean gap / Å", "contact stress / GPa"],
+                    &["p*", "contacts", "fraction", "mean gap / Å", "contact stress / GPa", "by criterion"],
                     rows,
                 ));
                 words::say(&format!("maps and frames: {}", out.display()));

@@ -4,6 +4,7 @@ mod advise;
 mod atoms;
 mod bench;
 mod challenge;
+mod collect;
 mod doctor;
 mod file;
 mod listen;
@@ -48,6 +49,7 @@ enum Command {
     Tradeoff(tradeoff::Tradeoff),
     /// Say which setting is the cheapest that is accurate enough, or the most accurate within a time, from measured tables.
     Advise(advise::Advise),
+    Collect(collect::Collect),
     /// Write, measure or check an EAM potential.
     Potential(potential::Potential),
     /// Build, run or read the block of atoms of a scene.
@@ -95,7 +97,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
         Command::Solve(c) => c.execute()?,
         Command::Challenge(c) => return c.execute(),
         Command::Tradeoff(c) => return c.execute(),
-        Command::Advise(c) => c.execute()?,
+        Command::Advise(c) => return c.execute(),
+        Command::Collect(c) => c.execute()?,
         Command::Potential(c) => c.execute()?,
         Command::Atoms(c) => c.execute()?,
         Command::Compare(c) => {

@@ -43,7 +43,10 @@ impl Run {
         let mut scene = Scene::read(&self.scene)?;
         scene.continuum.also.extend(self.also.iter().cloned());
         self.overrule(&mut scene)?;
-        let case = Case::resolve(scene, &self.scene)?;
+        let case = pipeline::settle(scene, &self.scene)?;
+        if let Some(chosen) = &case.chosen {
+            words::mutter(&words::chosen(chosen));
+        }
         if self.dry_run {
             return self.plan(&case).map(|()| ExitCode::SUCCESS);
         }
@@ -62,6 +65,16 @@ impl Run {
 
     /// Flags that stand for keys of the scene, and are checked as those are.
     fn overrule(&self, scene: &mut Scene) -> Result<()> {
+        let flags = [
+            ("--grid", self.grid.is_some()),
+            ("--method", self.method.is_some()),
+            ("--precision", self.precision.is_some()),
+            ("--tolerance", self.tolerance.is_some()),
+        ];
+        if let (Some(_), Some((flag, _))) = (&scene.accuracy, flags.iter().find(|f| f.1)) {
+            let accepted = format!("none: [accuracy] of {} chooses it", self.scene.display());
+            return Err(Error::input("command line", *flag, "given", accepted));
+        }
         let waves = scene.surface.fourier.is_some_and(Fourier::are_waves);
         if let (Some(n), Some(file)) = (self.grid, scene.surface.heights.as_ref().filter(|_| !waves)) {
             let accepted = format!("none: {} is a height map with points of its own", file.display());

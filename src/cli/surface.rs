@@ -71,6 +71,7 @@ impl Surface {
         let mut scene = match &self.given {
             Some(path) => Scene::read(path)?,
             None => Scene {
+                accuracy: None,
                 name: "surface".into(),
                 description: String::new(),
                 laboratory: Default::default(),
@@ -92,8 +93,8 @@ impl Surface {
                 accepted,
             ));
         }
-        // A surface has no atoms and no adhesion to be checked.
-        (scene.atoms, scene.adhesion) = (None, None);
+        // A surface has no atoms and no adhesion to be checked, and nothing is solved on it.
+        (scene.atoms, scene.adhesion, scene.accuracy) = (None, None, None);
         self.overwrite(&mut scene);
         let waves = scene.surface.fourier.is_some_and(Fourier::are_waves);
         if let (Some(n), Some(path), false) = (self.grid, &scene.surface.heights, waves) {

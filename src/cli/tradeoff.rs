@@ -2,8 +2,8 @@ use super::{listen::Teller, words};
 use crate::method::{self, ContactMethod, REGISTRY};
 use crate::pipeline::{self, AskedOfLadder};
 use crate::record::tradeoff::{Measure, Point, Tradeoff as Told};
-use crate::report::number::{duration, memory, significant, trimmed};
-use crate::scene::{ALL_METHODS, Case};
+use crate::report::number::{duration, error_of, memory, significant, trimmed};
+use crate::scene::{ALL_METHODS, Case, Scene};
 use crate::{Error, Result};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -29,10 +29,16 @@ pub struct Tradeoff {
     /// Points a side of the reference, `fast` in f64. Default: the scene's.
     #[arg(long, value_name = "N")]
     reference: Option<usize>,
+    /// Instead of surface.seed.
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
     /// Time for all settings, as 90s, 10m or 2h, those done before in this folder among them: the most telling come first, and
     /// what is left out is listed. The reference is solved in any case. Default: no limit.
     #[arg(long, value_name = "TIME")]
     budget: Option<String>,
+    /// Thicknesses over L of bonded layers that stand for the scene's half-space, apart by commas: what a finite slab costs.
+    #[arg(long, value_name = "LIST", value_delimiter = ',', num_args = 1)]
+    slabs: Vec<f64>,
     /// Runs of each setting, of which the cheapest counts.
     #[arg(long, value_name = "N", default_value_t = 1)]
     repeats: usize,
@@ -47,8 +53,17 @@ impl Tradeoff {
         if !(1..=MOST_REPEATS).contains(&self.repeats) {
             return Err(Error::input(PLACE, "--repeats", self.repeats, format!("1 to {MOST_REPEATS} runs")));
         }
+        if let Some(t) = self.slabs.iter().find(|t| !(t.is_finite() && **t > 0.0)) {
+            return Err(Error::input(PLACE, "--slabs", t, "thicknesses above zero, over the cell's length"));
+        }
         let methods = methods(&self.methods)?;
-        let case = Case::read(&self.scene)?;
+        let mut scene = Scene::read(&self.scene)?;
+        if let (Some(seed), Some(file)) = (self.seed, &scene.surface.heights) {
+            let accepted = format!("none: {} has the heights", file.display());
+            return Err(Error::input(PLACE, "--seed", seed, accepted));
+        }
+        scene.surface.seed = self.seed.unwrap_or(scene.surface.seed);
+        let case = Case::resolve(scene, &self.scene)?;
         let out = self.out.unwrap_or_else(|| PathBuf::from("runs").join(format!("{}-tradeoff", case.scene.name)));
         let asked = AskedOfLadder {
             methods,
@@ -56,6 +71,8 @@ impl Tradeoff {
             reference: self.reference,
             budget_seconds,
             repeats: self.repeats,
+            exact: None,
+            slabs: self.slabs,
         };
         let teller = Teller::new();
         let (told, page) = pipeline::tradeoff(&case, &asked, &out, &teller)?;
@@ -122,7 +139,7 @@ fn say(told: &Told) {
         ));
         let told: Vec<String> = Measure::ALL
             .iter()
-            .filter_map(|m| r.uncertainty.get(m).map(|u| format!("{} {}", m.name(), shown(*m, *u))))
+            .filter_map(|m| r.uncertainty.get(m).map(|u| format!("{} {}", m.name(), error_of(*m, *u))))
             .collect();
         words::say(&format!("  uncertain by: {}", if told.is_empty() { "not known".into() } else { told.join(", ") }));
     }
@@ -133,14 +150,18 @@ fn say(told: &Told) {
     let row = |p: &Point| {
         let s = &p.setting;
         let mut cells = vec![
-            if p.is_reference { format!("{} (reference)", s.method) } else { s.method.clone() },
+            match s.slab {
+                Some(t) => format!("{} (layer of {} L)", s.method, trimmed(t, 3)),
+                None if p.is_reference => format!("{} (reference)", s.method),
+                None => s.method.clone(),
+            },
             s.nx.to_string(),
             format!("{} {}", s.precision, trimmed(s.tolerance, 2)),
             duration(p.cost.cpu_seconds),
             significant(p.cost.of_reference, 2),
             memory(p.cost.measured_bytes),
         ];
-        cells.extend(COLUMNS.map(|m| p.errors.get(&m).map_or("-".into(), |e| shown(m, *e))));
+        cells.extend(COLUMNS.map(|m| p.errors.get(&m).map_or("-".into(), |e| error_of(m, *e))));
         cells
     };
     words::say(&words::table(&head, told.points.iter().filter(|p| p.refusal.is_none()).map(row)));
@@ -156,15 +177,6 @@ fn say(told: &Told) {
         words::say(&format!("left out: {} on {}, {} to {:e}: {}", s.method, s.nx, s.precision, s.tolerance, l.reason));
     }
     told.warnings.iter().for_each(|w| words::say(&format!("warning: {w}")));
-}
-
-/// An error in the unit that is usual for it.
-pub fn shown(measure: Measure, error: f64) -> String {
-    if measure.in_decades() {
-        format!("{} decades", significant(error, 2))
-    } else {
-        format!("{} %", significant(100.0 * error, 2))
-    }
 }
 
 #[cfg(test)]

@@ -1,10 +1,11 @@
 //! Answers on stdout.
 
+use crate::record::advice::Chosen;
 use crate::record::judged::{Judged, Verdict};
 use crate::record::methods::MethodResults;
 use crate::record::results::{AuditLine, ContinuumResults, Overlap, Results, Statistic, Way};
 use crate::report::branch::way_back;
-use crate::report::number::{change, duration, percent, si, significant, trimmed};
+use crate::report::number::{change, duration, error_of, percent, si, significant, trimmed};
 use crate::{Error, Result};
 use comfy_table::Table;
 use serde::Serialize;
@@ -124,6 +125,25 @@ fn methods(list: &[MethodResults], um: f64) {
     }
 }
 
+/// What a scene's accuracy was resolved into.
+pub fn chosen(c: &Chosen) -> String {
+    let a = &c.advice;
+    let asked = match (c.error, c.budget_s) {
+        (Some(share), _) => format!("within {} %", significant(100.0 * share, 3)),
+        (None, s) => format!("as well as {} allow", duration(s.unwrap_or(0.0))),
+    };
+    format!(
+        "{} {asked}: {} on {} points a side, {} to {:e}; expected to err by {} and to take {}",
+        c.quantity.name(),
+        a.method,
+        a.grid,
+        a.precision,
+        a.tolerance,
+        error_of(c.quantity, a.expected_error),
+        duration(a.expected_seconds)
+    )
+}
+
 /// Loads of a path, with what half of the points a side would change.
 fn states(c: &ContinuumResults, um: f64) {
     let known = c.states.iter().any(|s| s.discretisation.is_some());
@@ -139,7 +159,7 @@ fn states(c: &ContinuumResults, um: f64) {
                 percent(s.contact_fraction),
                 percent(s.contact_fraction_corrected),
                 significant(s.mean_gap * um, 4),
-                s.patches.to_string(),
+                s.patches.map_or("-".into(), |n| n.to_string()),
                 format!("{:.1e}", s.residual),
                 format!("{:.1}", s.fft_pairs),
                 s.stop.clone(),

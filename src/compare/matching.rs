@@ -1,7 +1,7 @@
 //! Contact of a continuum solution under the criteria that make it comparable with atoms.
 
 use super::overlap;
-use crate::atoms::wall::{CONTACT_DISTANCE_ANGSTROM, Wall};
+use crate::atoms::wall::Wall;
 use crate::grid::{Field, Grid, bilinear};
 use crate::record::results::CriterionMatch;
 
@@ -89,10 +89,10 @@ impl Criteria {
 /// A Lennard-Jones wall that carries the stress σ has been pressed in by `r_m - d(σ)`, so the bodies stand that much closer
 /// than a hard wall would let them, and points with a smaller hard-wall gap touch as well. The stress is the mean over
 /// what touches, which makes the threshold self-consistent: `pressure` (eV/Å³) over `fraction(threshold)`. Touching means
-/// an indenter atom within the contact distance, which at random registry has even odds only at a plane distance `d_½`
+/// an indenter atom within the contact distance `d_c` (Å), which at random registry has even odds only at a plane distance `d_½`
 /// below `r_m`: that part of the approach brings no contact. Nothing in it is fitted to the atoms.
-pub fn softness_threshold(wall: &Wall, pressure: f64, fraction: impl Fn(f64) -> f64) -> f64 {
-    let even_odds = wall.distance_at_touch_probability(0.5, CONTACT_DISTANCE_ANGSTROM);
+pub fn softness_threshold(wall: &Wall, d_c: f64, pressure: f64, fraction: impl Fn(f64) -> f64) -> f64 {
+    let even_odds = wall.distance_at_touch_probability(0.5, d_c);
     // A larger threshold has a larger area, hence less stress and less approach: one crossing.
     let (mut low, mut high) = (0.0, even_odds);
     for _ in 0..40 {
@@ -107,6 +107,7 @@ pub fn softness_threshold(wall: &Wall, pressure: f64, fraction: impl Fn(f64) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
 
     /// Where the area does not depend on the threshold, the threshold is the wall's approach at that stress.
     #[test]
@@ -114,10 +115,10 @@ mod tests {
         let wall = Wall::new(5.5884 * 5.0 / 11.0, 5.5884).unwrap();
         let even_odds = wall.distance_at_touch_probability(0.5, CONTACT_DISTANCE_ANGSTROM);
         let (pressure, fraction) = (3e-3, 0.1);
-        let found = softness_threshold(&wall, pressure, |_| fraction);
+        let found = softness_threshold(&wall, CONTACT_DISTANCE_ANGSTROM, pressure, |_| fraction);
         assert!((found - (even_odds - wall.distance_at_pressure(pressure / fraction))).abs() < 1e-9);
         // A stress that does not press the wall past even odds brings no further contact.
-        assert!(softness_threshold(&wall, 1e-9, |_| fraction) < 1e-9);
+        assert!(softness_threshold(&wall, CONTACT_DISTANCE_ANGSTROM, 1e-9, |_| fraction) < 1e-9);
     }
 
     /// Contact is read at the nearest node, values between nodes; the shifted map is the map shifted by (1/3, 1/5).

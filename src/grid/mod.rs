@@ -4,6 +4,7 @@ mod distance;
 mod interpolate;
 mod real;
 mod series;
+mod smooth;
 mod sums;
 mod transform;
 
@@ -11,8 +12,9 @@ pub use distance::{NOWHERE, nearest, separation};
 pub use interpolate::{bilinear, interpolate};
 pub use real::{Field, Real};
 pub use series::Series;
+pub use smooth::{smoothed, spread};
 pub use sums::{CHUNK, block_sums, dot, lowest, mean, rms, sum_rows, total, vectorised};
-pub use transform::{Filter, Transform};
+pub use transform::{Filter, Transform, transformed_nodes};
 
 use std::f64::consts::PI;
 

@@ -138,24 +138,25 @@ impl<T: Real> Series<T> {
         sums.iter().sum::<f64>().sqrt()
     }
 
-    /// Values on the nodes of a transform's grid, by way of `spectrum`.
-    pub fn on_nodes(&self, transform: &Transform<T>, spectrum: &mut [Complex<T>]) -> Vec<T> {
+    /// Values on the nodes of a transform's grid, by way of `spectrum`, in the transform's precision.
+    pub fn on_nodes<U: Real>(&self, transform: &Transform<U>, spectrum: &mut [Complex<U>]) -> Vec<U> {
         let grid = transform.grid();
-        let mut field = vec![T::default(); grid.points()];
+        let mut field = vec![U::default(); grid.points()];
         spectrum.par_iter_mut().for_each(|c| *c = Complex::default());
-        transform.inverse_after(spectrum, &mut field, &|i: usize, column: &mut [Complex<T>]| {
-            self.add_to(i, grid, column, T::one());
+        transform.inverse_after(spectrum, &mut field, &|i: usize, column: &mut [Complex<U>]| {
+            self.add_to(i, grid, column, U::one());
             0.0
         });
         field
     }
 
     /// Adds `factor` times the series to column `i` of a spectrum.
-    pub fn add_to(&self, i: usize, grid: Grid, column: &mut [Complex<T>], factor: T) {
+    pub fn add_to<U: Real>(&self, i: usize, grid: Grid, column: &mut [Complex<U>], factor: U) {
         let (up, down) = self.column(i, grid);
         let start = column.len() - down.len();
-        column.iter_mut().zip(up).for_each(|(c, a)| *c += a.scale(factor));
-        column[start..].iter_mut().zip(down).for_each(|(c, a)| *c += a.scale(factor));
+        let scaled = |a: &Complex<T>| Complex::new(U::of(a.re.wide()), U::of(a.im.wide())).scale(factor);
+        column.iter_mut().zip(up).for_each(|(c, a)| *c += scaled(a));
+        column[start..].iter_mut().zip(down).for_each(|(c, a)| *c += scaled(a));
     }
 }
 
@@ -192,7 +193,7 @@ mod tests {
         let base = Grid::unit(12, 10);
         let through = Series::<f64>::through(base, &direct(base, 4));
         for (grid, held) in [(base, 4), (Grid::unit(9, 7), 4), (Grid::unit(8, 6), 3), (Grid::unit(16, 4), 1)] {
-            let transform = Transform::new(grid);
+            let transform = Transform::<f64>::new(grid);
             for series in [&modes, &through] {
                 let found = series.on_nodes(&transform, &mut transform.spectrum());
                 // (0, 2) is at the Nyquist mode of four points, like all shorter waves.

@@ -29,6 +29,7 @@ static CARD: Card = Card {
         _ => Support::Full,
     },
     dois: &["10.1016/j.cpc.2021.108171", "10.1007/s11249-017-0900-2"],
+    papers: &[],
 };
 
 impl ContactMethod for AllAtom {
@@ -38,7 +39,7 @@ impl ContactMethod for AllAtom {
 
     fn plan(&self, _problem: &Problem) -> Plan {
         // Nothing of the problem's own grid: what the block takes is planned with the scene.
-        Plan { bytes: 0, iterations: 0, pairs_per_iteration: 0.0 }
+        Plan { bytes: 0, iterations: 0, pairs_per_iteration: 0.0, seconds: 0.0 }
     }
 
     fn start<'p>(&self, _problem: &'p Problem<'p>, _watch: &'p dyn Watch) -> Result<Started<'p>> {

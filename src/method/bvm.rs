@@ -29,6 +29,7 @@ static CARD: Card = Card {
     summary: "gap outside contact as unknown, projected conjugate gradients",
     supports: super::card::fields,
     dois: &["10.1007/s11249-017-0980-z", "10.1007/s11249-017-0900-2"],
+    papers: &[],
 };
 
 /// Quarterings of a step that raised the energy of a law that is not convex.
@@ -58,6 +59,7 @@ impl ContactMethod for Bvm {
             bytes: fields * problem.grid.points() as u64 * problem.precision.bytes() + spectrum,
             iterations: iterations * super::adhesion_effort(problem),
             pairs_per_iteration: 1.5,
+            seconds: 0.0,
         }
     }
 

@@ -95,6 +95,8 @@ pub enum Criterion {
     ZeroGap,
     /// Interfacial stress that presses.
     CompressiveStress,
+    /// Gap exactly zero; where the stress presses is told beside it.
+    ZeroGapBesideStress,
     /// Undeformed bodies moved into each other: the bearing area, grown by what the method says of it.
     Overlap,
     /// Spots of single asperities.
@@ -112,6 +114,7 @@ impl std::fmt::Display for Criterion {
         match self {
             Criterion::ZeroGap => write!(f, "zero gap"),
             Criterion::CompressiveStress => write!(f, "compressive stress"),
+            Criterion::ZeroGapBesideStress => write!(f, "zero gap, beside compressive stress"),
             Criterion::Overlap => write!(f, "overlap of the undeformed bodies"),
             Criterion::Spots => write!(f, "spots of single asperities"),
             Criterion::Statistical => write!(f, "a share, without a place"),
@@ -130,14 +133,17 @@ pub struct Card {
     pub family: &'static str,
     pub kind: Kind,
     pub needs: Needs,
+    /// With default settings ([`ContactMethod::criterion`](super::ContactMethod::criterion) with others).
     pub criterion: Criterion,
-    /// Constants fitted to the reference answer; none for a solver of the equations.
+    /// Constants fitted to the reference answer, with default settings; none for a solver of the equations.
     pub calibrated_on: Option<&'static str>,
     /// One sentence for tables.
     pub summary: &'static str,
     #[serde(serialize_with = "quantities")]
     pub supports: fn(Quantity) -> Support,
     pub dois: &'static [&'static str],
+    /// Sources whose DOI is not known here: authors, journal, volume, year, page.
+    pub papers: &'static [&'static str],
 }
 
 impl Card {

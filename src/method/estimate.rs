@@ -62,6 +62,15 @@ pub trait Estimator {
     /// # Errors
     /// `Input` for a load that the method cannot impose.
     fn estimate(&mut self, load: Load) -> Result<Estimate<'_>>;
+
+    /// Goes past a load whose estimate is known from before, so that the bits of the next one are those that would have
+    /// followed. A method that remembers nothing of its loads has nothing to do.
+    ///
+    /// # Errors
+    /// As [`Estimator::estimate`].
+    fn pass(&mut self, _load: Load) -> Result<()> {
+        Ok(())
+    }
 }
 
 /// What has begun: a method of one kind or of the other, as its card says.

@@ -12,8 +12,8 @@
 //! then far below that of the challenge, ρ/L = 2·10⁻⁵. The model takes the adhesion of the problem.
 
 use super::{
-    Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Plan, Problem, Quantity, Started, Support,
-    Watch, accepts, fast,
+    Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Plan, Problem, Quantity, Settings, Started,
+    Support, Watch, accepts, fast,
 };
 use crate::grid::{Grid, Transform};
 use crate::interface::{Adhesion, Base, Elastic, Layer, RangeChoice};
@@ -24,17 +24,22 @@ use std::time::Instant;
 
 pub struct Experiment;
 
+/// Side of the print, and gap below which light crosses, between 100 and 200 nm.
+const LENGTH_NM: f64 = 1e8;
+const OPTICAL_GAP_NM: f64 = 150.0;
+
 static CARD: Card = Card {
     id: "experiment",
     paper_name: "experiment",
     family: "laboratory",
     kind: Kind::Estimate,
     needs: Needs::Heights,
-    criterion: Criterion::Optical { gap_nm: 150.0 },
+    criterion: Criterion::Optical { gap_nm: OPTICAL_GAP_NM },
     calibrated_on: None,
     summary: "printed surface, bonded rubber layer and camera around the method fast",
     supports,
     dois: &["10.1007/s11249-017-0900-2"],
+    papers: &["Bennett et al., Tribology Letters 65 (2017) 134"],
 };
 
 fn supports(quantity: Quantity) -> Support {
@@ -73,7 +78,7 @@ impl Default for ExperimentSettings {
         ExperimentSettings {
             print: 1.6e-4,
             pixel: 1.0 / 4900.0,
-            optical_gap: 1.5e-6,
+            optical_gap: OPTICAL_GAP_NM / LENGTH_NM,
             thickness: 0.15,
             poisson: 0.5,
             correlation: 5e-3,
@@ -112,6 +117,17 @@ impl ContactMethod for Experiment {
         &CARD
     }
 
+    fn criterion(&self, settings: &Settings) -> Criterion {
+        // To a thousandth of a nanometre: a length in units of L has digits that rounding left.
+        let gap_nm = (settings.experiment.optical_gap * LENGTH_NM * 1e3).round() / 1e3;
+        Criterion::Optical { gap_nm }
+    }
+
+    fn adhesion(&self, problem: &Problem) -> Adhesion {
+        // A range that the grid does not carry would pin contact lines to it, here as in the solver alone.
+        RangeChoice::Mesh.law(problem.adhesion, problem.grid.dx().max(problem.grid.dy()))
+    }
+
     fn plan(&self, problem: &Problem) -> Plan {
         // What the solver takes, printed heights, the last gap to go on from, the gap told, and the map.
         let inner = fast::Fast.plan(&Problem { heights: (&[][..]).into(), ..problem.clone() });
@@ -147,8 +163,7 @@ impl Estimator for Laboratory<'_> {
         let grid = self.problem.grid;
         let adhesive = self.problem.adhesion != Adhesion::None;
         let pressure = accepts::pressure(load, adhesive, CARD.id)?;
-        // A range that the grid does not carry would pin contact lines to it, here as in the solver alone.
-        let adhesion = RangeChoice::Mesh.law(self.problem.adhesion, grid.dx().max(grid.dy()));
+        let adhesion = Experiment.adhesion(self.problem);
         let (heights, kernel) = ((&self.printed).into(), settings.layer());
         let inner = Problem { heights, kernel, adhesion, ..self.problem.clone() };
         let mut run = fast::Fast.start(&inner, self.watch)?.solver()?;
@@ -176,6 +191,11 @@ impl Estimator for Laboratory<'_> {
             seconds: clock.elapsed().as_secs_f64(),
             ..found
         })
+    }
+
+    /// With adhesion a load begins at the gap of the one before.
+    fn pass(&mut self, load: Load) -> Result<()> {
+        if self.problem.adhesion != Adhesion::None { self.estimate(load).map(|_| ()) } else { Ok(()) }
     }
 }
 

@@ -30,6 +30,7 @@ static CARD: Card = Card {
     summary: "damped dynamics of the surface modes, uniform masses; the reference",
     supports: super::card::fields,
     dois: &["10.1007/s11249-017-0900-2", "10.1103/PhysRevB.74.075420", "10.1007/s11249-013-0288-4"],
+    papers: &[],
 };
 
 /// Square of the time step times the highest frequency. Verlet is stable up to 4; the paper's choices are 0.25 to 1.
@@ -58,6 +59,7 @@ impl ContactMethod for Gfmd {
             iterations: (40.0 * (problem.grid.nx.max(problem.grid.ny) as f64).sqrt()) as usize
                 * super::adhesion_effort(problem),
             pairs_per_iteration: 1.0,
+            seconds: 0.0,
         }
     }
 

@@ -50,10 +50,27 @@ pub use srgw::SrgwSettings;
 pub use winkler::WinklerSettings;
 
 use crate::Result;
+use crate::interface::Adhesion;
 
 /// A way of solving the contact problem.
 pub trait ContactMethod: Sync {
     fn card(&self) -> &'static Card;
+
+    /// What counts as contact under these settings: what the card says, unless a setting moves it.
+    fn criterion(&self, _settings: &Settings) -> Criterion {
+        self.card().criterion
+    }
+
+    /// What constants were fitted to under these settings: what the card says, unless a setting takes the place of a
+    /// constant.
+    fn calibrated_on(&self, _settings: &Settings) -> Option<&'static str> {
+        self.card().calibrated_on
+    }
+
+    /// Law of the adhesion that the method works with: the problem's, unless it changes it for the grid.
+    fn adhesion(&self, problem: &Problem) -> Adhesion {
+        problem.adhesion
+    }
 
     /// Bytes and iterations, before anything is allocated.
     fn plan(&self, problem: &Problem) -> Plan;
@@ -97,5 +114,5 @@ pub fn ids() -> Vec<&'static str> {
 
 /// How many times more iterations adhesion takes that the grid does not resolve: 4 to 10 on 512² at the challenge's.
 fn adhesion_effort(problem: &Problem) -> usize {
-    if problem.adhesion == crate::interface::Adhesion::None { 1 } else { 6 }
+    if problem.adhesion == Adhesion::None { 1 } else { 6 }
 }

@@ -8,8 +8,8 @@
 use super::accepts;
 use super::sinusoid;
 use super::{
-    Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Plan, Problem, Quantity, Started, Stop,
-    Support, Watch,
+    Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Plan, Problem, Quantity, Settings, Started,
+    Stop, Support, Watch,
 };
 use crate::interface::{Adhesion, Law};
 use crate::surface::Power;
@@ -29,7 +29,8 @@ static CARD: Card = Card {
     calibrated_on: Some("contact at p* = 0.01 with adhesion, and where it jumps to full (band ratio 5)"),
     summary: "a sinusoid for each band of wavelengths, the shorter on what the longer leave in contact",
     supports,
-    dois: &["10.1007/s11249-017-0900-2"],
+    dois: &["10.1007/s11249-017-0900-2", "10.1098/rspa.1957.0214"],
+    papers: &["Jackson & Streator, Wear 261 (2006) 1337"],
 };
 
 fn supports(quantity: Quantity) -> Support {
@@ -53,21 +54,32 @@ pub struct MsArchardSettings {
 
 impl Default for MsArchardSettings {
     fn default() -> Self {
-        MsArchardSettings { ratio: 5.0 }
+        MsArchardSettings { ratio: FITTED }
     }
 }
 
+/// Ratio of the bands' ends that was chosen for what the card says.
+const FITTED: f64 = 5.0;
+
 /// Ratio of the bands' ends at most: a million wavelengths fit one band.
 const WIDEST: f64 = 1e6;
+
+/// Processor time of a load, measured by `asperity bench --methods`; an order of magnitude.
+const SECONDS: f64 = 1e-3;
 
 impl ContactMethod for MsArchard {
     fn card(&self) -> &'static Card {
         &CARD
     }
 
+    fn calibrated_on(&self, settings: &Settings) -> Option<&'static str> {
+        if settings.ms_archard.ratio == FITTED { CARD.calibrated_on } else { None }
+    }
+
     fn plan(&self, problem: &Problem) -> Plan {
-        let shells = problem.power.map_or(0, |p| p.shells.len());
-        Plan { bytes: (shells * size_of::<Band>()) as u64, iterations: shells, pairs_per_iteration: 0.0 }
+        let shells = problem.shells();
+        let bytes = (shells * size_of::<Band>()) as u64;
+        Plan { bytes, iterations: shells, pairs_per_iteration: 0.0, seconds: SECONDS }
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {

@@ -278,9 +278,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
         let transform = Transform::new(grid);
         let (heights, offset) = match problem.heights {
             Heights::Nodes(nodes) => T::heights(nodes, crate::grid::mean(nodes)),
-            Heights::Series(series) => {
-                (Cow::Owned(series.converted().on_nodes(&transform, &mut transform.spectrum())), T::zero())
-            }
+            Heights::Series(series) => (Cow::Owned(series.on_nodes(&transform, &mut transform.spectrum())), T::zero()),
         };
         let lowest = lowest(&heights);
         let rms_height = rms(&heights);

@@ -1,5 +1,5 @@
 use super::Settings;
-use crate::grid::{Field, Grid, Series, Transform};
+use crate::grid::{Field, Grid, Series, Transform, rms};
 use crate::interface::{Adhesion, Elastic, Kernel, Wall};
 use crate::surface::{Power, patch_gradient};
 use crate::{Error, Result};
@@ -43,6 +43,14 @@ pub enum Heights<'a> {
 }
 
 impl Heights<'_> {
+    /// Root mean square about the mean.
+    pub fn rms(&self) -> f64 {
+        match self {
+            Heights::Nodes(nodes) => rms(nodes),
+            Heights::Series(series) => series.rms(),
+        }
+    }
+
     /// On the nodes of a grid: those given, if there are any.
     pub fn on_nodes(&self, grid: Grid) -> Cow<'_, [f64]> {
         match self {
@@ -154,6 +162,20 @@ impl<'a> Problem<'a> {
         self.power.ok_or_else(|| Error::input(format!("method {id}"), "spectrum", "not given", "that of the surface"))
     }
 
+    /// Shells of its power, or of that of its grid, where it is not taken yet.
+    pub fn shells(&self) -> usize {
+        let Grid { nx, ny, lx, ly } = self.grid;
+        self.power.map_or((0.5 * (nx as f64).hypot(ny as f64 * lx / ly)).ceil() as usize, |p| p.shells.len())
+    }
+
+    /// Bytes that [`Problem::power_of_heights`] takes: of nodes a spectrum, and the series that is read from it.
+    pub fn power_bytes(&self) -> u64 {
+        match self.heights {
+            Heights::Series(_) => 0,
+            Heights::Nodes(_) => 2 * Transform::<f64>::spectrum_bytes(self.grid),
+        }
+    }
+
     /// Power by wave number of its heights, of the waves that the grid holds.
     ///
     /// # Errors
@@ -162,9 +184,7 @@ impl<'a> Problem<'a> {
         match self.heights {
             Heights::Series(series) => Ok(Power::of_series(series, self.grid)),
             Heights::Nodes(nodes) => {
-                // A spectrum and the series that is read from it.
-                let (need, have) =
-                    (2 * Transform::<f64>::spectrum_bytes(self.grid), crate::sys::available_memory_bytes());
+                let (need, have) = (self.power_bytes(), crate::sys::available_memory_bytes());
                 if need > have {
                     let advice = "a coarser grid needs less".into();
                     return Err(Error::Memory { what: "the spectrum of the heights".into(), need, have, advice });
@@ -273,6 +293,9 @@ pub struct Plan {
     pub iterations: usize,
     /// Transform pairs (forward and inverse) per iteration.
     pub pairs_per_iteration: f64,
+    /// Processor time of a load beside its transforms, s, an order of magnitude: constants times points, as
+    /// `asperity bench --methods` measures them.
+    pub seconds: f64,
 }
 
 /// Why a solver stopped.

@@ -32,6 +32,7 @@ static CARD: Card = Card {
     summary: "the long waves solved, the short ones one sinusoid on what these leave in contact",
     supports,
     dois: &["10.1007/s11249-017-0900-2"],
+    papers: &[],
 };
 
 fn supports(quantity: Quantity) -> Support {
@@ -86,7 +87,10 @@ impl ContactMethod for RlArchard {
             Heights::Nodes(_) => 3 * Transform::<f64>::spectrum_bytes(problem.grid),
             Heights::Series(series) => series.bytes(),
         };
-        Plan { bytes: series.max(solver.bytes) + field(grid), ..solver }
+        // In pairs of the problem's grid, as all plans have them.
+        let share = grid.points() as f64 / problem.grid.points() as f64;
+        let pairs_per_iteration = solver.pairs_per_iteration * share;
+        Plan { bytes: series.max(solver.bytes) + field(grid), pairs_per_iteration, ..solver }
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {

@@ -26,6 +26,7 @@ static CARD: Card = Card {
     summary: "Hertz contacts on the summits of a Gaussian surface; from three moments",
     supports,
     dois: &["10.1007/s11249-017-0900-2"],
+    papers: &["Carbone, J. Mech. Phys. Solids 57 (2009) 1093", "Nayak, J. Lubr. Technol. 93 (1971) 398"],
 };
 
 fn supports(quantity: Quantity) -> Support {
@@ -39,13 +40,16 @@ fn supports(quantity: Quantity) -> Support {
     }
 }
 
+/// Processor time of a load, measured by `asperity bench --methods`; an order of magnitude.
+const SECONDS: f64 = 1e-2;
+
 impl ContactMethod for Scgw {
     fn card(&self) -> &'static Card {
         &CARD
     }
 
     fn plan(&self, _: &Problem) -> Plan {
-        Plan { bytes: (16 * (HEIGHTS + CURVATURES)) as u64, iterations: 50, pairs_per_iteration: 0.0 }
+        Plan { bytes: (16 * (HEIGHTS + CURVATURES)) as u64, iterations: 50, pairs_per_iteration: 0.0, seconds: SECONDS }
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {

@@ -1,3 +1,4 @@
+use crate::interface::Adhesion;
 use crate::method::{Card, ContactMethod, Estimate, Load, Needs, Plan, Problem, Stop, Watch};
 use crate::surface::Power;
 use crate::{Error, Result};
@@ -11,9 +12,23 @@ pub struct Given<'a> {
 }
 
 impl<'a> Given<'a> {
+    /// What a method takes of a problem, its power where it needs that, before anything is taken.
+    pub fn plan(asked: &Problem, method: &dyn ContactMethod) -> Plan {
+        let own = method.plan(asked);
+        match method.card().needs {
+            Needs::Heights => own,
+            Needs::Spectrum => Plan { bytes: own.bytes + asked.power_bytes(), ..own },
+        }
+    }
+
     /// # Errors
-    /// `Memory` where the power of the heights cannot be taken.
+    /// `Memory` before anything is taken.
     pub fn new(asked: Problem<'a>, method: &'static dyn ContactMethod) -> Result<Self> {
+        let (need, have) = (Self::plan(&asked, method).bytes, crate::sys::available_memory_bytes());
+        if need > have {
+            let what = method.card().id.into();
+            return Err(Error::Memory { what, need, have, advice: "a coarser grid needs less".into() });
+        }
         let power = (method.card().needs == Needs::Spectrum).then(|| asked.power_of_heights()).transpose()?;
         Ok(Given { asked, method, power })
     }
@@ -26,31 +41,38 @@ impl<'a> Given<'a> {
         }
     }
 
+    pub fn method(&self) -> &'static dyn ContactMethod {
+        self.method
+    }
+
+    /// The law that the method works with, where it is not the problem's own.
+    pub fn changed_adhesion(&self) -> Option<Adhesion> {
+        Some(self.method.adhesion(&self.asked)).filter(|used| *used != self.asked.adhesion)
+    }
+
     pub fn card(&self) -> &'static Card {
         self.method.card()
     }
 
-    pub fn plan(&self) -> Plan {
-        self.method.plan(&self.problem())
-    }
-
-    /// Estimates load by load; `visit` is given each with the problem. The first that is none ends the path.
+    /// Estimates load by load, but for the first `known` ones; `visit` is given each with the problem. The first that is none
+    /// ends the path.
     ///
     /// # Errors
-    /// The method's, for what it cannot do; `Memory` before anything is taken; `NotConverged`; `visit`'s.
+    /// The method's, for what it cannot do; `NotConverged`; `visit`'s.
     pub fn walk(
         &self,
-        loads: &[Load],
+        (loads, known): (&[Load], usize),
         watch: &dyn Watch,
         mut visit: impl FnMut(usize, &Problem, &Estimate) -> Result<()>,
     ) -> Result<()> {
         let problem = self.problem();
-        let (id, need, have) = (self.method.card().id, self.plan().bytes, crate::sys::available_memory_bytes());
-        if need > have {
-            return Err(Error::Memory { what: id.into(), need, have, advice: "a coarser grid needs less".into() });
-        }
+        let id = self.method.card().id;
         let mut run = self.method.start(&problem, watch)?.estimator()?;
-        for (i, &load) in loads.iter().enumerate() {
+        // After the last load nothing follows.
+        if known < loads.len() {
+            loads[..known].iter().try_for_each(|&load| run.pass(load))?;
+        }
+        for (i, &load) in loads.iter().enumerate().skip(known) {
             let found = run.estimate(load)?;
             match found.stop {
                 Stop::Converged => visit(i, &problem, &found)?,

@@ -10,7 +10,7 @@ pub use checkpoint::{Checkpoint, Keeper};
 pub use coarser::CORRECTION;
 pub use estimates::Given;
 
-use crate::grid::{Field, Grid, Series, rms};
+use crate::grid::{Field, Grid, Series};
 use crate::interface::{Adhesion, Elastic, Law, RangeChoice};
 use crate::method::{ContactMethod, Heights, Load, Plan, Problem, Snapshot, State, Stop, Watch};
 use crate::observe::{ContactArea, contact_area};
@@ -28,6 +28,7 @@ pub struct LoadPath<'p> {
     range: RangeChoice,
     threshold: f64,
     loads: &'p [Load],
+    tells_error: bool,
 }
 
 /// An equilibrium on the path, or where the path ended.
@@ -58,12 +59,26 @@ impl<'p> LoadPath<'p> {
     ) -> Self {
         let asked = problem.adhesion;
         let adhesion = range.law(asked, problem.grid.dx().max(problem.grid.dy()));
-        LoadPath { problem: Problem { adhesion, ..problem }, asked, method, range, threshold, loads }
+        LoadPath { problem: Problem { adhesion, ..problem }, asked, method, range, threshold, loads, tells_error: true }
+    }
+
+    /// Without grids that are followed for nothing but the error of the problem's own.
+    pub fn without_error(self) -> Self {
+        LoadPath { tells_error: false, ..self }
     }
 
     /// The problem with the law that its grid is given.
     pub fn problem(&self) -> &Problem<'p> {
         &self.problem
+    }
+
+    pub fn method(&self) -> &'static dyn ContactMethod {
+        self.method
+    }
+
+    /// The law that the method works with there.
+    pub fn adhesion(&self) -> Adhesion {
+        self.method.adhesion(&self.problem)
     }
 
     fn extrapolates(&self) -> bool {
@@ -78,6 +93,7 @@ impl<'p> LoadPath<'p> {
             // Heights of a patch are no periodic series that a coarser grid could take.
             () if matches!(self.problem.kernel, Elastic::NonPeriodic(_)) => 0,
             () if self.extrapolates() => coarser::EXTRAPOLATION - 1,
+            () if !self.tells_error => 0,
             // The way apart is followed on a coarser grid, too: a pull-off has no other measure of the grid's error.
             () if nested && !pulls_off && (self.asked == Adhesion::None || self.loads.len() == 1) => 0,
             () => 1,
@@ -103,7 +119,7 @@ impl<'p> LoadPath<'p> {
     /// This load on the next coarser grid, where nothing on the way has told of it: a solve that started from a given gap, or
     /// went on from a checkpoint.
     fn coarse(&self, load: Load, watch: &dyn Watch) -> Result<Option<Level>> {
-        if matches!(self.problem.kernel, Elastic::NonPeriodic(_)) {
+        if !self.tells_error || matches!(self.problem.kernel, Elastic::NonPeriodic(_)) {
             return Ok(None);
         }
         let Some(&grid) = coarser::grids(self.problem.grid, 1).first() else { return Ok(None) };
@@ -153,10 +169,7 @@ impl<'p> LoadPath<'p> {
             companions.push(Companion::start(problem, self.threshold, holds, &silent)?);
         }
         let held = grids.last().zip(series).is_some_and(|(&g, s)| coarser::holds(s, g, self.problem.grid));
-        let rms_height = match self.problem.heights {
-            Heights::Nodes(nodes) => rms(nodes),
-            Heights::Series(series) => series.rms(),
-        };
+        let rms_height = self.problem.heights.rms();
         let mut run = self.method.start(&self.problem, &levels)?.solver()?;
         let mut last = None;
         let first = match begin {

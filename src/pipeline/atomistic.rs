@@ -1,29 +1,27 @@
 //! Stages of the atoms: the potential file, the job folder, the LAMMPS run, and what its frames say.
 
 use super::approach::approaches;
-use super::{Key, Listener, comparison};
+use super::touching::Reader;
+use super::{Key, Listener, comparison, touching};
 use crate::atoms::block::SurfaceSites;
-use crate::atoms::contact::{contact, gaps, mean, onto_grid};
+use crate::atoms::dump::read_frame;
 use crate::atoms::engine::{Engine, LammpsEngine, Progress};
+use crate::atoms::foreign::Foreign;
 use crate::atoms::indenter::Indenter;
-use crate::atoms::job::{Interaction, Job, Ladder, POTENTIAL_FILE, evaluations_from_continuum};
-use crate::atoms::ladder;
+use crate::atoms::job::{FRAME_LAYERS, Job, Ladder, POTENTIAL_FILE, evaluations_from_continuum};
 use crate::atoms::potential::Potential;
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
-use crate::grid::{Grid, bilinear};
+use crate::atoms::{ladder, order};
+use crate::grid::Grid;
+use crate::record::csv;
 use crate::record::land::land;
-use crate::record::results::{AtomState, AtomsResults, ContinuumResults, LadderStep};
-use crate::record::{csv, npy, xyz};
+use crate::record::results::{AtomState, AtomsResults, ContinuumResults, LadderStep, PlasticState, PlasticityResults};
 use crate::scene::{AtomsCase, Case, Start};
-use crate::units::GPA_PER_EV_A3;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-
-/// Species of the indenter's atoms in frames.
-pub(super) const INDENTER_SPECIES: &str = "Ind";
 
 /// Steps granted beyond the way from first touch to a closed gap.
 const SPARE_STEPS: usize = 40;
@@ -57,11 +55,7 @@ pub(super) fn write_job(
     let potential = potential_file(atoms, folder)?;
     let grid = Grid::unit(atoms.points, atoms.points);
     let heights = atoms.heights_angstrom(&case.surface, grid);
-    let interaction = Interaction {
-        epsilon_ev: atoms.wall.epsilon_ev,
-        sigma_angstrom: atoms.wall.sigma_angstrom,
-        adhesion: atoms.adhesion.map(|a| a.pair),
-    };
+    let interaction = touching::interaction(atoms);
     let indenter = Indenter::above(&atoms.block, atoms.points, heights, interaction.touch_angstrom())?;
     let highest = case.p_star.iter().copied().fold(0.0, f64::max);
     let way = atoms.first_touch_gap_angstrom / scene.step_or_default();
@@ -73,6 +67,8 @@ pub(super) fn write_job(
         force_tolerance: scene.force_tolerance_ev_per_angstrom,
         load_unit: atoms.load_unit,
         contact_angstrom: CONTACT_DISTANCE_ANGSTROM,
+        // Slip begins at any depth below the contact.
+        frame_layers: if scene.plasticity { 2 * atoms.block.depth_cells } else { FRAME_LAYERS },
     };
     let approaches = solved.map(|s| approaches(case, atoms, &indenter, s)).transpose()?;
     let crystal = (potential.as_path(), atoms.element.as_str(), atoms.mass_u);
@@ -171,6 +167,25 @@ pub fn climb(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Result<
     Ok(Climbed { engine: engine.describe().to_string(), steps: finished.steps, unconverged: finished.unconverged })
 }
 
+/// Reads frames of the scene's block from any LAMMPS: files are named relative to `out`.
+pub fn read_frames(
+    case: &Case,
+    atoms: &AtomsCase,
+    files: &[PathBuf],
+    out: &Path,
+    warn: &mut dyn FnMut(&str),
+) -> Result<(Foreign, AtomsResults)> {
+    let reader = Reader::new(case, atoms, out, ".")?;
+    let frames = Foreign::scan(files, &atoms.block, &reader.indenter, &touching::interaction(atoms), warn)?;
+    let mut states = Vec::new();
+    for (i, &p_star) in case.p_star.iter().enumerate() {
+        states.push(reader.state(i + 1, p_star, &frames.at_load(p_star * atoms.load_unit)?)?);
+    }
+    let climbed = Climbed { engine: "unknown".into(), steps: Vec::new(), unconverged: Vec::new() };
+    let found = results(atoms, &reader, &climbed, states);
+    Ok((frames, found))
+}
+
 /// Reads a job folder that has run, outside a run folder: files are named relative to `out`.
 pub fn read_atoms(case: &Case, atoms: &AtomsCase, job: &Job, out: &Path) -> Result<AtomsResults> {
     let climbed = Climbed { engine: "unknown".into(), steps: Vec::new(), unconverged: Vec::new() };
@@ -186,55 +201,56 @@ pub(super) fn read(
     folder: &Path,
     stage: &str,
 ) -> Result<AtomsResults> {
-    let points = Grid::unit(atoms.points, atoms.points);
-    let touch = atoms.wall.minimum_angstrom();
-    let indenter = Indenter::above(&atoms.block, atoms.points, atoms.heights_angstrom(&case.surface, points), touch)?;
-    let sites = atoms.block.surface();
-    let owners = sites.onto_grid(atoms.matched.nx, atoms.matched.ny);
-    let fine = atoms.heights_angstrom(&case.surface, atoms.matched);
-    // Both grids are shifted to their own lowest node; the indenter stands where its atoms say.
-    let offset = fine[0] - indenter.heights()[0];
-    // The indenter's surface between its atoms: sixteen nodes in the shortest wave leave an error of a hundredth of that
-    // wave's amplitude.
-    let profile = |x: f64, y: f64| bilinear(atoms.matched, |k| fine[k], x / sites.length(), y / sites.length());
+    let reader = Reader::new(case, atoms, folder, stage)?;
     let rungs = ladder::Ladder::read(&job.folder)?;
     let mut states = Vec::new();
     for (i, &p_star) in case.p_star.iter().enumerate() {
-        let between = rungs.at_load(&job.folder, p_star * atoms.load_unit)?;
-        let down = between.displacement_angstrom;
-        let touching = contact(&between.frame, &indenter, down, &sites, CONTACT_DISTANCE_ANGSTROM);
-        let surface = |x: f64, y: f64| indenter.start_z() - down + profile(x, y) - offset;
-        let gap = gaps(&between.frame, &sites, surface, touch)?;
-        let name = |what: &str, end: &str| format!("load-{}-{what}.{end}", i + 1);
-        let path = |what: &str, end: &str| folder.join(name(what, end));
-        let in_stage = |what: &str, end: &str| format!("{stage}/{}", name(what, end));
-        let flags: Vec<u8> = touching.sites.iter().map(|t| u8::from(*t)).collect();
-        let (nx, ny) = (atoms.matched.nx, atoms.matched.ny);
-        npy::write(&path("contact", "npy"), nx, ny, onto_grid(&flags, &owners))?;
-        npy::write(&path("gap", "npy"), nx, ny, onto_grid(&gap, &owners))?;
-        npy::write(&path("site-contact", "npy"), flags.len(), 1, flags.iter().copied())?;
-        npy::write(&path("site-gap", "npy"), gap.len(), 1, gap.iter().copied())?;
-        frame(&path("frame", "xyz"), &between.frame, &indenter, down, &touching.ids, (&atoms.element, p_star))?;
-        let contacts = touching.ids.len();
-        let area_per_atom = sites.length().powi(2) / sites.len() as f64;
-        let force = p_star * atoms.load_unit;
-        states.push(AtomState {
-            p_star,
-            contact_fraction: touching.fraction(),
-            contacts,
-            contacts_below_surface: touching.below_surface,
-            mean_gap_angstrom: mean(&gap),
-            contact_stress_gpa: if contacts == 0 {
-                0.0
-            } else {
-                force / (contacts as f64 * area_per_atom) * GPA_PER_EV_A3
-            },
-            contact_map: in_stage("contact", "npy"),
-            gap_map: in_stage("gap", "npy"),
-            frame: Some(in_stage("frame", "xyz")),
-        });
+        states.push(reader.state(i + 1, p_star, &rungs.at_load(&job.folder, p_star * atoms.load_unit)?)?);
     }
-    Ok(AtomsResults {
+    let scene = case.scene.atoms.as_ref().expect("an atoms case comes from a scene with atoms");
+    let plasticity = scene.plasticity.then(|| plasticity(atoms, job, &rungs, &mut states)).transpose()?;
+    Ok(AtomsResults { plasticity, ..results(atoms, &reader, climbed, states) })
+}
+
+/// Counts the atoms that have left the crystal's order at every step, and tells the states.
+fn plasticity(
+    atoms: &AtomsCase,
+    job: &Job,
+    rungs: &ladder::Ladder,
+    states: &mut [AtomState],
+) -> Result<PlasticityResults> {
+    let mut steps: Vec<[f64; 2]> = Vec::new();
+    for rung in &rungs.rungs {
+        let frame = read_frame(ladder::frame_file(&job.folder, rung.step)?)?;
+        steps.push([rung.load / atoms.load_unit, order::disordered(&frame, &atoms.block)?.len() as f64]);
+        if job.is_last(rung.step, rung.load) {
+            break;
+        }
+    }
+    let atom_nm3 = 1e-3 * atoms.block.a0.powi(3) / 4.0;
+    for state in states.iter_mut() {
+        let distance = |s: &[f64; 2]| (s[0] - state.p_star).abs();
+        let nearest = steps.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        state.plastic = nearest.map(|s| PlasticState { atoms: s[1] as usize, volume_nm3: s[1] * atom_nm3 });
+    }
+    let first_yield = steps.iter().find(|s| s[1] > order::NOISE as f64).map(|s| s[0]);
+    let beyond: Vec<f64> = first_yield.map_or(Vec::new(), |p| {
+        states.iter().filter(|s| s.p_star >= p && s.contacts > 0).map(|s| s.contact_stress_gpa).collect()
+    });
+    Ok(PlasticityResults {
+        atoms: order::looked_at(&atoms.block) as usize,
+        masked_layers: order::MASKED_LAYERS,
+        threshold: order::THRESHOLD,
+        noise: order::NOISE,
+        steps,
+        first_yield,
+        hardness_gpa: (!beyond.is_empty()).then(|| beyond.iter().sum::<f64>() / beyond.len() as f64),
+    })
+}
+
+/// What is told of the atoms, with the states that were read.
+fn results(atoms: &AtomsCase, reader: &Reader, climbed: &Climbed, states: Vec<AtomState>) -> AtomsResults {
+    AtomsResults {
         potential: atoms.potential.as_ref().map_or("shipped calcium-like EAM".into(), |p| p.display().to_string()),
         engine: climbed.engine.clone(),
         cells: atoms.block.cells,
@@ -244,41 +260,12 @@ pub(super) fn read(
         length_angstrom: atoms.block.length(),
         deformable: atoms.block.deformable() as usize,
         fixed: atoms.block.fixed() as usize,
-        indenter: indenter.atoms() as usize,
+        indenter: reader.indenter.atoms() as usize,
         audit: atoms.audit.clone(),
         ladder: climbed.steps.clone(),
         states,
-    })
-}
-
-/// Extended XYZ of the block atoms of a frame and of the indenter.
-fn frame(
-    path: &Path,
-    frame: &crate::atoms::dump::Frame,
-    indenter: &Indenter,
-    down: f64,
-    touching: &[u32],
-    (element, p_star): (&str, f64),
-) -> Result<()> {
-    let first = frame.ids.last().copied().unwrap_or(0) as u64 + 1;
-    let block = frame.ids.iter().zip(&frame.positions).map(|(id, position)| xyz::Atom {
-        id: u64::from(*id),
-        species: element,
-        position_angstrom: *position,
-        contact: touching.binary_search(id).is_ok(),
-    });
-    let rigid = indenter.positions().enumerate().map(|(k, [x, y, z])| xyz::Atom {
-        id: first + k as u64,
-        species: INDENTER_SPECIES,
-        position_angstrom: [x, y, z - down],
-        contact: false,
-    });
-    let info = xyz::Frame {
-        cell_angstrom: [frame.length(0), frame.length(1), frame.length(2)],
-        p_star,
-        atoms: frame.len() + indenter.atoms() as usize,
-    };
-    xyz::write(path, info, block.chain(rigid))
+        plasticity: None,
+    }
 }
 
 /// Positions over the block's edge of the surface sites, in the order of their contact flags.

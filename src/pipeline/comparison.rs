@@ -2,17 +2,19 @@
 
 use super::atomistic::site_positions;
 use super::continuum::{Asked, Keep, load_path};
+use super::versions::{Side, Solved, Units, versions};
 use super::{Key, Listener};
 use crate::atoms::contact::onto_grid;
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
 use crate::compare::{Criteria, Sites, registration, softness_threshold};
-use crate::grid::Field;
+use crate::grid::{Field, Grid, bilinear};
 use crate::interface::{Kernel, RangeChoice, Wall};
 use crate::method::{Precision, Problem};
-use crate::observe::{Connectivity, along_y, column_at, contact_area, patch_sizes};
+use crate::observe::{Connectivity, along_y, column_at, patch_sizes};
 use crate::record::npy;
 use crate::record::results::{
-    AtomState, AtomsResults, ComparisonResults, ContinuumResults, CriterionArea, LoadComparison, Section, StateResults,
+    AtomState, AtomsResults, ComparisonResults, ContinuumResults, CriterionArea, LoadComparison, PlasticityResults,
+    Section, StateResults,
 };
 use crate::scene::{AtomsCase, Case};
 use crate::units::GPA_PER_EV_A3;
@@ -26,9 +28,13 @@ const SECTION: f64 = 0.5;
 /// rms KKT residual over the pressure of the matched solutions: gaps to a thousandth of an ångström.
 const MATCHED_TOLERANCE: f64 = 1e-8;
 
-/// Continuum solutions of the atoms' problem, with a hard wall and with the atoms' own.
+/// Continuum solutions of the atoms' load on their layer: on the full heights, on the atoms' heights with a hard wall, and with
+/// the atoms' own wall.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Matched {
+    /// None in a run folder of an earlier version.
+    #[serde(default)]
+    pub full: Option<ContinuumResults>,
     pub hard: ContinuumResults,
     pub soft: ContinuumResults,
 }
@@ -42,8 +48,21 @@ pub(super) fn matched(
     listener: &dyn Listener,
 ) -> Result<Matched> {
     let hard = Matching { wall: Wall::Hard, soft: false, tag: "hard wall", threshold: 0.0, criterion: "zero gap" };
+    // The scene's own grid, which holds more of the spectrum than atoms do; neither low-passed nor scaled up.
+    let whole = case.surface.heights(case.grid, 0.0);
+    let full = Matching { tag: "full heights", ..hard };
+    let full = match solve(case, atoms, (case.grid, &whole), full, (folder, stage), key, listener) {
+        // Beside the others: what does not converge here takes nothing from them.
+        Err(e @ Error::NotConverged { .. }) => {
+            listener.warn(&format!("the continuum on the full heights is left out: {e}"));
+            None
+        }
+        other => Some(other?),
+    };
+    let heights = atoms_heights(case, atoms);
     Ok(Matched {
-        hard: solve(case, atoms, hard, (folder, stage), key, listener)?,
+        full,
+        hard: solve(case, atoms, (atoms.matched, &heights), hard, (folder, stage), key, listener)?,
         soft: soft(case, atoms, (folder, stage), key, listener)?,
     })
 }
@@ -60,13 +79,20 @@ pub(super) fn soft(
         wall: Wall::LennardJones(atoms.soft_wall()),
         soft: true,
         tag: "soft wall",
-        threshold: even_odds_gap(atoms) / atoms.block.length(),
+        threshold: even_odds_gap(atoms, CONTACT_DISTANCE_ANGSTROM) / atoms.block.length(),
         criterion: "even odds of an indenter atom within d_c",
     };
-    solve(case, atoms, matching, place, key, listener)
+    solve(case, atoms, (atoms.matched, &atoms_heights(case, atoms)), matching, place, key, listener)
+}
+
+/// Heights that the atoms resolve, units of L, on the grid of the comparison.
+fn atoms_heights(case: &Case, atoms: &AtomsCase) -> Vec<f64> {
+    let length = atoms.block.length();
+    atoms.heights_angstrom(&case.surface, atoms.matched).into_iter().map(|h| h / length).collect()
 }
 
 /// What is solved for the comparison, and what it calls contact.
+#[derive(Clone, Copy)]
 struct Matching {
     wall: Wall,
     soft: bool,
@@ -78,14 +104,12 @@ struct Matching {
 fn solve(
     case: &Case,
     atoms: &AtomsCase,
+    (grid, heights): (Grid, &[f64]),
     matching: Matching,
     (folder, stage): (&Path, &str),
     key: &Key,
     listener: &dyn Listener,
 ) -> Result<ContinuumResults> {
-    let length = atoms.block.length();
-    let heights: Vec<f64> =
-        atoms.heights_angstrom(&case.surface, atoms.matched).into_iter().map(|h| h / length).collect();
     let problem = Problem {
         kernel: atoms.kernel(),
         adhesion: atoms.matched_adhesion(matching.soft),
@@ -93,7 +117,7 @@ fn solve(
         precision: Precision::F64,
         tolerance: MATCHED_TOLERANCE,
         max_iterations: case.scene.continuum.max_iterations,
-        ..Problem::new(atoms.matched, &heights)
+        ..Problem::new(grid, heights)
     };
     let asked = Asked {
         problem,
@@ -108,15 +132,16 @@ fn solve(
         there: None,
         threshold: matching.threshold,
         criterion: matching.criterion.into(),
-        keep: &|_| Keep { gap: true, stress: false },
+        keep: &|_| Keep { gap: true, stress: true },
+        wants: case.wants(),
     };
     load_path(asked, (folder, stage, matching.tag), key, listener)
 }
 
-/// Gap, from the wall's zero of force, at which a randomly registered atom has an indenter atom within d_c with even
+/// Gap, from the wall's zero of force, at which a randomly registered atom has an indenter atom within `d_c` (Å) with even
 /// odds, Å (negative: the wall pushes there already).
-fn even_odds_gap(atoms: &AtomsCase) -> f64 {
-    atoms.wall.distance_at_touch_probability(0.5, CONTACT_DISTANCE_ANGSTROM) - atoms.wall.minimum_angstrom()
+fn even_odds_gap(atoms: &AtomsCase, d_c: f64) -> f64 {
+    atoms.wall.distance_at_touch_probability(0.5, d_c) - atoms.wall.minimum_angstrom()
 }
 
 /// What presses the bodies together, over E*: the load and the mean attraction of the hard-wall solution, which for an
@@ -127,6 +152,21 @@ fn squeeze(atoms: &AtomsCase, hard: &StateResults) -> f64 {
 
 /// A stored field of the run folder.
 struct Stored(npy::Field<f64>);
+
+/// Shares of a gap field up to any threshold, after one sort.
+struct Shares(Vec<f64>);
+
+impl Shares {
+    fn of(gap: &Stored) -> Self {
+        let mut sorted = gap.0.values.clone();
+        sorted.sort_unstable_by(f64::total_cmp);
+        Shares(sorted)
+    }
+
+    fn up_to(&self, threshold: f64) -> f64 {
+        self.0.partition_point(|g| *g <= threshold) as f64 / self.0.len() as f64
+    }
+}
 
 impl Stored {
     fn read(root: &Path, file: Option<&String>) -> Result<Self> {
@@ -161,15 +201,31 @@ pub(super) fn compare(
         let touching: Vec<bool> =
             npy::read_flags(&per_site("site-contact.npy"))?.values.iter().map(|v| *v != 0).collect();
         let site_gap = npy::read(&per_site("site-gap.npy"))?.values;
-        let share = |threshold: f64| contact_area(grid, hard_gap.field(), threshold / length).fraction;
-        let threshold =
-            softness_threshold(&atoms.wall, squeeze(atoms, hard) * atoms.modulus_gpa / GPA_PER_EV_A3, share);
-        let even_odds = even_odds_gap(atoms) / length;
+        let (hard_shares, soft_shares) = (Shares::of(&hard_gap), Shares::of(&soft_gap));
+        let squeezed = squeeze(atoms, hard) * atoms.modulus_gpa / GPA_PER_EV_A3;
+        let share = |threshold: f64| hard_shares.up_to(threshold / length);
+        let threshold_at = |d_c: f64| softness_threshold(&atoms.wall, d_c, squeezed, share);
+        let threshold = threshold_at(CONTACT_DISTANCE_ANGSTROM);
+        let even_odds = even_odds_gap(atoms, CONTACT_DISTANCE_ANGSTROM) / length;
         let continuum = vec![
             sites.judge(hard_gap.field(), 0.0, &touching, Criteria::Plain, length),
             sites.judge(hard_gap.field(), threshold / length, &touching, Criteria::Threshold, length),
             sites.judge(soft_gap.field(), even_odds, &touching, Criteria::SoftWall, length),
         ];
+        // Read at the sites, as the atoms are.
+        let site_share = |gap: Field, threshold: f64| {
+            let touching = sites.touching(gap, threshold / length);
+            touching.iter().filter(|t| **t).count() as f64 / touching.len() as f64
+        };
+        let against_distance = state.sensitivity.iter().map(|&[d, fraction]| {
+            let soft = site_share(soft_gap.field(), even_odds_gap(atoms, d));
+            [d, fraction, site_share(hard_gap.field(), threshold_at(d)), soft]
+        });
+        let against_gap = state.sensitivity.iter().map(|&[d, _]| {
+            let gap = d - atoms.wall.minimum_angstrom();
+            [gap, share(gap), soft_shares.up_to(gap / length)]
+        });
+        let sides = sides(case, atoms, matched, (i, state), (&sites, threshold, even_odds), root)?;
         let atoms_map = npy::read_flags(&root.join(&state.contact_map))?.values;
         // At the atoms' resolution: a finer map would have more and smaller patches.
         let soft_flags: Vec<u8> = sites.touching(soft_gap.field(), even_odds).iter().map(|t| u8::from(*t)).collect();
@@ -194,6 +250,9 @@ pub(super) fn compare(
             atoms_patches: patch_sizes(&atoms_map, grid.nx, Connectivity::Eight).len(),
             continuum_patches: patch_sizes(&soft_map, grid.nx, Connectivity::Eight).len(),
             gap_rms_difference_angstrom: rms,
+            versions: versions(sides, (grid, &owners), hard.pressure * atoms.modulus_gpa, length),
+            against_distance: against_distance.collect(),
+            against_gap: against_gap.collect(),
         });
         let column = column_at(grid, SECTION);
         let atoms_gap = Stored::read(root, Some(&state.gap_map))?;
@@ -204,10 +263,90 @@ pub(super) fn compare(
             atoms_gap_angstrom: line(atoms_gap.field(), 1.0),
             hard_gap_angstrom: line(hard_gap.field(), length),
             soft_gap_angstrom: line(soft_gap.field(), length),
+            full_gap_angstrom: match &matched.full {
+                Some(full) => full_section(case.grid, &Stored::read(root, full.states[i].gap.as_ref())?, grid, length),
+                None => Vec::new(),
+            },
         });
     }
     let findings = findings(case, atoms, found, matched, &loads);
-    Ok(ComparisonResults { hard: matched.hard.clone(), soft: matched.soft.clone(), loads, sections, findings })
+    let full = matched.full.clone();
+    Ok(ComparisonResults { full, hard: matched.hard.clone(), soft: matched.soft.clone(), loads, sections, findings })
+}
+
+/// The gap of the full heights along the section, at the nodes of the comparison grid, Å.
+fn full_section(own: Grid, gap: &Stored, grid: Grid, length: f64) -> Vec<f64> {
+    let at = |j: usize| bilinear(own, |k| gap.field().at(k), SECTION, j as f64 * grid.dy()) * length;
+    (0..grid.ny).map(at).collect()
+}
+
+/// Every version of the problem at the load `i`. Versions whose stress was not kept (run folders of an earlier version) are
+/// left out.
+fn sides(
+    case: &Case,
+    atoms: &AtomsCase,
+    matched: &Matched,
+    (i, state): (usize, &AtomState),
+    (sites, threshold, even_odds): (&Sites, f64, f64),
+    root: &Path,
+) -> Result<Vec<Side>> {
+    let units = Units {
+        length_angstrom: atoms.block.length(),
+        modulus_gpa: atoms.modulus_gpa,
+        width_angstrom: atoms.stress_width_angstrom,
+    };
+    let mut list = Vec::new();
+    let fine = Sites::new(case.grid, site_positions(&atoms.block.surface()));
+    let (hard, soft) = (threshold / units.length_angstrom, even_odds);
+    let below = |wall: &str, gap: f64| format!("{wall} wall, gap below {gap:.3} Å");
+    let zero = || "hard wall, zero gap".to_string();
+    let criteria = [
+        (matched.full.as_ref(), &fine, case.grid, vec![("full heights", zero(), 0.0)]),
+        (
+            Some(&matched.hard),
+            sites,
+            atoms.matched,
+            vec![("hard wall", zero(), 0.0), ("matched", below("hard", threshold), hard)],
+        ),
+        (
+            Some(&matched.soft),
+            sites,
+            atoms.matched,
+            vec![("soft wall", below("soft", soft * units.length_angstrom), soft)],
+        ),
+    ];
+    for (of, sites, grid, criteria) in criteria {
+        let Some(found) = of.map(|c| &c.states[i]).filter(|s| s.stress.is_some()) else { continue };
+        let (gap, stress) = (Stored::read(root, found.gap.as_ref())?, Stored::read(root, found.stress.as_ref())?);
+        let solved = Solved { sites, grid, gap: gap.field(), stress: stress.field(), mean_gap: found.mean_gap };
+        let smooth = solved.smooth(units);
+        for (id, criterion, at) in criteria {
+            list.push(solved.side(id, criterion, at, smooth.clone(), units));
+        }
+    }
+    if let Some(stress) = &state.stress {
+        let per_site = |what: &str| root.join(state.contact_map.replace("contact.npy", what));
+        list.push(Side {
+            id: "atoms",
+            criterion: format!("an indenter atom within {CONTACT_DISTANCE_ANGSTROM} Å"),
+            touching: npy::read_flags(&per_site("site-contact.npy"))?.values.iter().map(|v| *v != 0).collect(),
+            gap: npy::read(&per_site("site-gap.npy"))?.values,
+            mean_gap_angstrom: state.mean_gap_angstrom,
+            stress: npy::read(&root.join(&stress.map))?.values,
+        });
+    }
+    Ok(list)
+}
+
+fn below_surface(p: &PlasticityResults) -> String {
+    match p.first_yield {
+        None => {
+            format!("Nor has the crystal slipped below it: at no step have more than {} atoms left its order.", p.noise)
+        }
+        Some(load) => {
+            format!("Below it the crystal first yields at p* = {load:.4}: from there on elasticity is not its law.")
+        }
+    }
 }
 
 /// Deviation of the matched area up to which the criterion is said to explain the difference.
@@ -269,7 +408,7 @@ fn findings(
             ));
         }
     }
-    list.push(yield_finding(&found.states));
+    list.push(yield_finding(&found.states, found.plasticity.as_ref()));
     let slab = atoms.kernel().stiffness(std::f64::consts::TAU, 0.0) / std::f64::consts::PI;
     list.push(format!(
         "The block is {:.1} Å deep on a rigid base, which makes the longest wave {slab:.2} times stiffer than on a \
@@ -288,7 +427,7 @@ fn findings(
     list
 }
 
-fn yield_finding(states: &[AtomState]) -> String {
+fn yield_finding(states: &[AtomState], plasticity: Option<&PlasticityResults>) -> String {
     let flowed = states.iter().find(|s| s.contacts_below_surface as f64 > FLOWED * s.contacts.max(1) as f64);
     let hardest = states.iter().map(|s| s.contact_stress_gpa).fold(0.0, f64::max);
     match flowed {
@@ -299,8 +438,12 @@ fn yield_finding(states: &[AtomState]) -> String {
         ),
         None => format!(
             "Contact atoms come from the surface layer (but for at most {} %), at a mean stress over their area of up to \
-             {hardest:.1} GPa: no sign that material has flowed at the surface. Slip below it is not looked for.",
-            100.0 * FLOWED
+             {hardest:.1} GPa: no sign that material has flowed at the surface. {}",
+            100.0 * FLOWED,
+            match plasticity {
+                None => "Slip below it is not looked for.".to_string(),
+                Some(p) => below_surface(p),
+            }
         ),
     }
 }

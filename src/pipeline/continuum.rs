@@ -1,5 +1,6 @@
 //! Stages of the continuum: the surface in numbers, and equilibria along the load path.
 
+use super::budget::budget;
 use super::observed::observed;
 use super::{Key, Listener, Progress};
 use crate::grid::{Field, Grid};
@@ -9,10 +10,10 @@ use crate::observe::{hysteresis_work, stiffness};
 use crate::path::{Begin, Checkpoint, Keeper, LoadPath, Reached};
 use crate::record::npy;
 use crate::record::results::{
-    CURVATURE_RADIUS, ContinuumResults, FIRST_TOUCH, HEIGHT_RANGE, Hanging, PsdPoint, RMS_HEIGHT, RangeResults,
-    StateResults, Statistic, SurfaceResults, Way,
+    CURVATURE_RADIUS, ContinuumResults, FIRST_TOUCH, HEIGHT_RANGE, Hanging, Observed, PsdPoint, RMS_HEIGHT,
+    RangeResults, StateResults, Statistic, SurfaceResults, Way,
 };
-use crate::scene::{Case, REFERENCE_LOAD, Surface};
+use crate::scene::{Case, REFERENCE_LOAD, Surface, Wants};
 use crate::surface::{Expected, moments, patch_moments, psd, range, windowed};
 use crate::{Error, Result};
 use std::path::Path;
@@ -24,7 +25,12 @@ fn in_stage(stage: &str, file: &str) -> String {
 
 /// Statistics of heights, expected against realised, and their spectrum; heights go to `heights.npy`.
 pub(super) fn surface(case: &Case, heights: &[f64], folder: &Path, stage: &str) -> Result<SurfaceResults> {
-    npy::write(&folder.join("heights.npy"), case.grid.nx, case.grid.ny, heights.iter().copied())?;
+    let wants = case.wants();
+    // Heights that were read are solved from there.
+    let kept = wants.maps || matches!(case.surface, Surface::Imported { .. });
+    if kept {
+        npy::write(&folder.join("heights.npy"), case.grid.nx, case.grid.ny, heights.iter().copied())?;
+    }
     let patch = case.lies_alone();
     let note = "Heights that do not repeat: moments are those of the nodes and of the differences between neighbours, none of \
                 them across an edge; the spectrum is that of the heights about their mean plane under a Hann window.";
@@ -35,9 +41,11 @@ pub(super) fn surface(case: &Case, heights: &[f64], folder: &Path, stage: &str) 
         nx: case.grid.nx,
         ny: case.grid.ny,
         aspect: case.grid.ly / case.grid.lx,
-        heights: in_stage(stage, "heights.npy"),
-        statistics: statistics(case, heights),
-        psd: if patch {
+        heights: kept.then(|| in_stage(stage, "heights.npy")),
+        statistics: if wants.spectrum { statistics(case, heights) } else { Vec::new() },
+        psd: if !wants.spectrum {
+            Vec::new()
+        } else if patch {
             spectrum(&case.surface, case.grid, &windowed(case.grid, heights))
         } else {
             spectrum(&case.surface, case.grid, heights)
@@ -165,6 +173,7 @@ pub(super) struct Asked<'a> {
     pub criterion: String,
     /// Which fields of the state at a load p* are kept.
     pub keep: &'a dyn Fn(f64) -> Keep,
+    pub wants: Wants,
 }
 
 /// Equilibria along a load path, fields into `folder`. A state that is not converged is kept beside the others under a
@@ -178,6 +187,7 @@ pub(super) fn load_path(
 ) -> Result<ContinuumResults> {
     let method = method::find(asked.method).expect("checked with the scene");
     let path = LoadPath::new(asked.problem.clone(), method, asked.range, asked.threshold, &asked.loads);
+    let path = if asked.wants.grid_error { path } else { path.without_error() };
     let problem = path.problem();
     let grid = problem.grid;
     let (plan, have) = (path.plan(asked.pull_off), crate::sys::available_memory_bytes());
@@ -202,7 +212,7 @@ pub(super) fn load_path(
     }
     let finished = checkpoint.as_ref().map_or(Vec::new(), |c| c.finished.clone());
     let keeper = Keeper::new(folder, &stem, key, finished);
-    let begin = checkpoint.map(Begin::Checkpoint).or(asked.start.map(Begin::Gap));
+    let begin = checkpoint.map(Begin::Checkpoint).or(asked.start.clone().map(Begin::Gap));
     let watch = Progress::new(listener, Some(&keeper), &said, (states.len(), asked.loads.len()));
     let walked = path.walk(begin, asked.pull_off, &watch, |i, reached| {
         watch.next();
@@ -247,7 +257,7 @@ pub(super) fn load_path(
         };
         let adhesive = problem.adhesion != Adhesion::None;
         let found =
-            summary(&reached, grid, (p_star, way), (asked.threshold, &asked.criterion, adhesive), [gap, stress]);
+            summary(&asked, &reached, grid, (p_star, way), adhesive, [gap, stress]);
         keeper.finish(serde_json::to_value(&found).map_err(|e| Error::format(folder, e, "finite numbers"))?);
         states.push(found);
         Ok(())
@@ -267,28 +277,38 @@ pub(super) fn load_path(
     stiffen(&mut states);
     let percolation = percolation(&states);
     let hysteresis_work = asked.there.map(|there| compare_ways(&mut states, there));
-    let (range, spacing) = (problem.adhesion.range(), grid.dx().max(grid.dy()));
-    let resolution = |a: Adhesion| a.resolution_on(spacing);
+    let range = range_results(asked.problem.adhesion, path.adhesion(), grid);
+    let rms_height = problem.heights.rms();
+    for state in &mut states {
+        state.budget = budget(problem, rms_height, range.as_ref(), state);
+    }
     Ok(ContinuumResults {
         method: method.card().id.into(),
         kernel: problem.kernel.to_string(),
-        adhesion: problem.adhesion.to_string(),
+        adhesion: path.adhesion().to_string(),
         wall: problem.wall.to_string(),
         nx: grid.nx,
         ny: grid.ny,
-        range: resolution(asked.problem.adhesion).zip(resolution(problem.adhesion)).map(|(a, used)| RangeResults {
-            asked: asked.problem.adhesion.range(),
-            used: range,
-            gamma: Some(problem.adhesion.work_and_range().0),
-            resolution_asked: a,
-            resolution_used: used,
-        }),
+        range,
         resolved_gradient: Some(problem.resolved_gradient()),
         states,
         hysteresis_work,
         percolation,
         pull_off,
         pull_off_failure,
+    })
+}
+
+/// The range of a law as it was asked for and as it was used; none without adhesion.
+pub(super) fn range_results(asked: Adhesion, used: Adhesion, grid: Grid) -> Option<RangeResults> {
+    let spacing = grid.dx().max(grid.dy());
+    let (resolution_asked, resolution_used) = asked.resolution_on(spacing).zip(used.resolution_on(spacing))?;
+    Some(RangeResults {
+        gamma: Some(used.work_and_range().0),
+        asked: asked.range(),
+        used: used.range(),
+        resolution_asked,
+        resolution_used,
     })
 }
 
@@ -338,22 +358,23 @@ fn compare_ways(states: &mut [StateResults], there: usize) -> f64 {
 
 /// A state in numbers.
 fn summary(
+    asked: &Asked,
     reached: &Reached,
     grid: Grid,
     (p_star, way): (f64, Way),
-    (threshold, criterion, adhesive): (f64, &str, bool),
+    adhesive: bool,
     [gap, stress]: [Option<String>; 2],
 ) -> StateResults {
     let (state, area) = (&reached.state, &reached.area);
-    let observed = observed(grid, state, threshold, adhesive);
+    let observed = asked.wants.distributions.then(|| observed(grid, state, asked.threshold, adhesive));
     StateResults {
         p_star,
         pressure: state.pressure,
-        criterion: criterion.into(),
+        criterion: asked.criterion.clone(),
         contact_fraction: area.fraction,
         contact_fraction_corrected: area.corrected,
         mean_gap: state.mean_gap,
-        patches: observed.patches(),
+        patches: observed.as_ref().map(Observed::patches),
         energy: state.energy,
         interaction_energy: state.interaction_energy,
         load_error: state.load_error,
@@ -369,9 +390,10 @@ fn summary(
         mean_gap_drift: state.settled.mean_gap,
         discretisation: reached.discretisation,
         extrapolated: reached.extrapolated,
+        budget: Vec::new(),
         stiffness: None,
         hangs: None,
-        observed: Some(observed),
+        observed,
         gap,
         stress,
     }
@@ -438,6 +460,7 @@ pub(super) fn laboratory(
             method = id;
         }
     }
+    let criterion = method::find(method).expect("checked with the scene").criterion(&problem.settings).to_string();
     let maps = matches!(variant, Variant::Asked | Variant::Without | Variant::Beside(..));
     let asked = Asked {
         problem,
@@ -450,11 +473,12 @@ pub(super) fn laboratory(
         p_star,
         there: (asked && scene.load.comes_back()).then(|| case.loads_there()),
         threshold: 0.0,
-        criterion: "zero gap".into(),
+        criterion,
         keep: &|p_star| {
             let keep = maps && case.keeps_maps(p_star);
             Keep { gap: keep, stress: keep }
         },
+        wants: case.wants(),
     };
     load_path(asked, (folder, stage, tag), key, listener)
 }

@@ -1,4 +1,5 @@
 use super::Listener;
+use crate::grid::transformed_nodes;
 use crate::record::json;
 use crate::record::results::StageCost;
 use crate::{Error, Result, sys};
@@ -73,6 +74,8 @@ struct Done {
     #[serde(default)]
     earlier_seconds: f64,
     peak_rss_bytes: u64,
+    #[serde(default)]
+    transformed_nodes: u64,
 }
 
 /// Seconds that stopped attempts have spent on what a stage folder holds.
@@ -160,7 +163,7 @@ impl RunFolder {
         listener.begin(name, what);
         sys::reset_peak_rss();
         let children_before = sys::children_peak_rss_bytes();
-        let clock = Instant::now();
+        let (clock, before) = (Instant::now(), transformed_nodes());
         let output = work(&folder)?;
         // The kernel tells of the largest child so far: one of this stage, if the number has risen.
         let child = Some(sys::children_peak_rss_bytes()).filter(|c| *c > children_before).unwrap_or(0);
@@ -169,6 +172,7 @@ impl RunFolder {
             seconds: earlier + clock.elapsed().as_secs_f64(),
             earlier_seconds: earlier,
             peak_rss_bytes: sys::peak_rss_bytes().max(child),
+            transformed_nodes: transformed_nodes() - before,
         };
         json::write(&output_file, &output)?;
         json::write(&done_file, &done)?;
@@ -183,6 +187,7 @@ impl RunFolder {
             seconds: done.seconds,
             earlier_seconds: done.earlier_seconds,
             peak_rss_bytes: done.peak_rss_bytes,
+            transformed_nodes: done.transformed_nodes,
             reused,
         };
         listener.end(&cost);

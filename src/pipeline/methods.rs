@@ -1,22 +1,22 @@
 //! Methods beside the scene's own, at the same loads: solvers as the scene's is run, and those that estimate.
 
-use super::continuum::{Variant, laboratory};
+use super::continuum::{Variant, laboratory, range_results};
 use super::observed::{SIZES_PER_DECADE, gap_edges, stress_edges};
 use super::{Key, Listener, Progress};
 use crate::grid::{Field, Grid};
 use crate::interface::Adhesion;
-use crate::method::{Card, ContactMethod, Criterion, Estimate, Heights, Kind, Problem, Quantity, all_atom};
+use crate::method::{Card, ContactMethod, Criterion, Estimate, Heights, Kind, Problem, Quantity, Settings, all_atom};
 use crate::observe::{
     Connectivity, Spots, contact_area, gap_distribution, patch_sizes, stiffness, stress_distribution,
 };
 use crate::path::Given;
 use crate::record::methods::{MethodResults, MethodState, Missing, states_of};
-use crate::record::npy;
 use crate::record::results::AtomsResults;
+use crate::record::{json, npy};
 use crate::scene::Case;
 use crate::{Error, Result};
 use std::borrow::Cow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A method, and whether it is given the scene's adhesion.
 #[derive(Clone, Copy)]
@@ -64,7 +64,7 @@ pub(super) fn of_atoms(
 ) -> Result<MethodResults> {
     let card = all_atom::AllAtom.card();
     let adhesive = case.adhesion != Adhesion::None;
-    let mut results = nothing(card, adhesive);
+    let mut results = nothing(&all_atom::AllAtom, &case.scene.methods, adhesive);
     results.cpu_seconds = seconds;
     for (i, s) in atoms.states.iter().enumerate() {
         let map = npy::read(&root.join(&s.contact_map))?;
@@ -96,21 +96,19 @@ pub(super) fn of_atoms(
     Ok(results)
 }
 
-/// What a card says, and no state yet.
-fn nothing(card: &'static Card, adhesive: bool) -> MethodResults {
+/// What a method says of itself under these settings, and no state yet.
+fn nothing(method: &dyn ContactMethod, settings: &Settings, adhesive: bool) -> MethodResults {
+    let card = method.card();
     let missing = Quantity::ALL.into_iter().filter_map(|q| {
         card.why_not(q, adhesive).map(|reason| Missing { quantity: q.id().into(), reason: reason.into() })
     });
     MethodResults {
         method: card.id.into(),
         paper_name: card.paper_name.into(),
-        criterion: match (card.kind, card.criterion) {
-            // Maps of solvers are counted alike; what presses is told beside them.
-            (Kind::Solver, Criterion::CompressiveStress) => "zero gap, beside compressive stress".into(),
-            (_, criterion) => criterion.to_string(),
-        },
-        calibrated_on: card.calibrated_on.map(Into::into),
+        criterion: method.criterion(settings).to_string(),
+        calibrated_on: method.calibrated_on(settings).map(Into::into),
         adhesive,
+        range: None,
         refusal: None,
         missing: missing.collect(),
         states: Vec::new(),
@@ -138,22 +136,23 @@ pub(super) fn run(
 ) -> Result<MethodResults> {
     let (method, adhesive) = (beside.method, beside.adhesive);
     let card = method.card();
+    let mut results = nothing(method, &case.scene.methods, adhesive);
     if card.id == all_atom::ID {
         // Those of a scene with atoms stand with the methods after they have run.
-        return Ok(MethodResults { refusal: Some("runs in scenes with [atoms]".into()), ..nothing(card, adhesive) });
+        return Ok(MethodResults { refusal: Some("runs in scenes with [atoms]".into()), ..results });
     }
     let adhesion = if adhesive { case.adhesion } else { Adhesion::None };
     let cpu = crate::sys::cpu_seconds();
     let asked = Problem { adhesion, ..case.problem(heights) };
-    let mut results = nothing(card, adhesive);
     let ended = match card.kind {
         Kind::Solver => {
             results.planned_bytes = method.plan(&asked).bytes;
             laboratory(case, Variant::Beside(card.id, adhesive), heights, (folder, stage, ""), key, listener)
-                .map(|c| results.states = states_of(&c))
+                .map(|c| (results.states, results.range) = (states_of(&c), c.range))
         }
-        Kind::Estimate => Given::new(asked, method).and_then(|given| {
-            results.planned_bytes = given.plan().bytes;
+        Kind::Estimate => Given::new(asked.clone(), method).and_then(|given| {
+            results.planned_bytes = Given::plan(&asked, method).bytes;
+            results.range = given.changed_adhesion().and_then(|used| range_results(adhesion, used, case.grid));
             estimate(case, &given, (folder, stage), listener, &mut results.states)
         }),
     };
@@ -166,8 +165,17 @@ pub(super) fn run(
         }
         Err(e) => return Err(e),
     }
+    for i in 0..case.loads_there() {
+        // What is not there need not go.
+        let _ = std::fs::remove_file(finished(folder, i));
+    }
     results.cpu_seconds = crate::sys::cpu_seconds() - cpu;
     Ok(results)
+}
+
+/// File of a load that is done, until all are: a method that was killed goes on after it.
+fn finished(folder: &Path, i: usize) -> PathBuf {
+    folder.join(format!("load-{}.json", i + 1))
 }
 
 /// Estimates load by load.
@@ -180,8 +188,9 @@ fn estimate(
 ) -> Result<()> {
     let mut loads = case.loads();
     loads.truncate(case.loads_there());
-    let watch = Progress::new(listener, None, "", (0, loads.len()));
-    given.walk(&loads, &watch, |i, problem, found| {
+    states.extend((0..loads.len()).map_while(|i| json::read::<MethodState>(&finished(folder, i)).ok()));
+    let watch = Progress::new(listener, None, "", (states.len(), loads.len()));
+    given.walk((&loads, states.len()), &watch, |i, problem, found| {
         let p_star = case.p_star.get(i).copied().unwrap_or(found.pressure / case.gradient);
         let mut state = state_of(given.card(), problem, p_star, found);
         if case.keeps_maps(p_star) {
@@ -202,6 +211,7 @@ fn estimate(
                 state.contact_map = Some(format!("{stage}/{file}"));
             }
         }
+        json::write(&finished(folder, i), &state)?;
         states.push(state);
         watch.next();
         Ok(())
@@ -246,6 +256,7 @@ pub fn state_of(card: &Card, problem: &Problem, p_star: f64, e: &Estimate) -> Me
         pressure: e.pressure,
         contact_fraction: e.contact_fraction,
         contact_fraction_corrected: corrected,
+        contact_fraction_compressive: None,
         mean_gap: e.mean_gap,
         stiffness: e.stiffness,
         patches: spots.as_ref().map(Spots::count),

@@ -3,8 +3,10 @@
 //! A stage whose key is found in the folder is not run again, so the same command goes on where a killed one stopped, and
 //! a changed scene repeats only what the change touches.
 
+mod accuracy;
 mod approach;
 mod atomistic;
+mod budget;
 mod comparison;
 mod continuum;
 mod folder;
@@ -13,16 +15,19 @@ mod observed;
 mod plan;
 mod progress;
 mod run;
+mod touching;
 mod tradeoff;
+mod versions;
 
-pub use atomistic::{Climbed, build_job, climb, engine, read_atoms};
+pub use accuracy::{Unserved, advise, settle};
+pub use atomistic::{Climbed, build_job, climb, engine, read_atoms, read_frames};
 pub use continuum::{start, statistics};
 pub use folder::{Key, RunFolder};
 pub use methods::state_of;
 pub use plan::{RunPlan, plan};
 pub use progress::Progress;
 pub use run::{rebuild_comparison, run};
-pub use tradeoff::{AskedOfLadder, shortest_wave, tradeoff};
+pub use tradeoff::{AskedOfLadder, Trial, prove, shortest_wave, tradeoff};
 
 use crate::record::results::StageCost;
 

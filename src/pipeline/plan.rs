@@ -1,7 +1,7 @@
 use crate::atoms::job::{EVALUATIONS_PER_STEP, SECONDS_PER_ATOM_EVALUATION, evaluations_from_continuum};
 use crate::interface::Adhesion;
 use crate::method;
-use crate::path::LoadPath;
+use crate::path::{Given, LoadPath};
 use crate::record::results::AuditLine;
 use crate::scene::{Case, Start};
 use crate::{Error, Result};
@@ -120,16 +120,14 @@ pub fn plan(case: &Case, threads: usize) -> Result<RunPlan> {
     }
     for beside in super::methods::all(case) {
         let adhesion = if beside.adhesive { case.adhesion } else { Adhesion::None };
-        let p = beside.method.plan(&crate::method::Problem { adhesion, ..case.problem(empty.into()) });
+        let p = Given::plan(&crate::method::Problem { adhesion, ..case.problem(empty.into()) }, beside.method);
         let pairs = p.iterations as f64 * p.pairs_per_iteration * there as f64;
         stages.push(PlannedStage {
             name: "method",
-            what: match beside.method.card().kind {
-                method::Kind::Solver => format!("{}, {there} loads", beside.words()),
-                method::Kind::Estimate => format!("{}, {there} loads (its time is not foreseen)", beside.words()),
-            },
+            what: format!("{}, {there} loads", beside.words()),
             bytes: p.bytes + heights_bytes,
-            seconds: pairs * points * SECONDS_PER_POINT_PAIR / threads as f64,
+            // Sums of estimates are on one thread, or nearly so.
+            seconds: pairs * points * SECONDS_PER_POINT_PAIR / threads as f64 + p.seconds * there as f64,
         });
     }
     let mut atoms = None;

@@ -1,12 +1,14 @@
-use super::atomistic::{self, Climbed, INDENTER_SPECIES};
+use super::atomistic::{self, Climbed};
 use super::comparison::{self, Matched};
 use super::continuum::Variant;
 use super::folder::{Key, Leftovers, RunFolder};
+use super::touching::INDENTER_SPECIES;
 use super::{Listener, continuum, engine, methods};
 use crate::atoms::engine::Engine;
 use crate::atoms::job::{CONTINUUM, Job, LADDER};
 use crate::atoms::potential::CALCIUM;
 use crate::method::{Heights, all_atom};
+use crate::record::advice::Chosen;
 use crate::record::mcap::{CloudAtom, GapMap, LoadScalars, LoadState, Recorder, Scene as Recorded};
 use crate::record::methods::MethodResults;
 use crate::record::results::{
@@ -33,7 +35,7 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
     keep_scene(case, out)?;
     // A ladder of LAMMPS outlives a new build of this program, whose job folder decides what is still good; results do not.
     let geometry = Key::new("geometry", &(&case.scene.laboratory, &case.scene.surface, heights_hash(case)?), &[])?;
-    let surface_key = Key::new("surface", &Key::of_program()?, &[&geometry])?;
+    let surface_key = Key::new("surface", &(Key::of_program()?, case.wants()), &[&geometry])?;
     let surface = folder.stage(
         listener,
         ("surface", "heights and their statistics"),
@@ -51,7 +53,7 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
     // Methods beside it change nothing in it either.
     let own = ContinuumScene { also: Vec::new(), ..scene.continuum.clone() };
     // What p* = 1 is: with [challenge] not what a file's own gradient makes of it.
-    let unit = case.gradient;
+    let unit = (case.gradient, case.wants());
     // Made or read by the first stage that solves, if any does.
     let (series, nodes) = (OnceCell::new(), OnceCell::new());
     let heights = || -> Result<Heights> {
@@ -154,6 +156,7 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
         description: case.scene.description.clone(),
         scales: ScalesSi { length_m: case.scales.length_m, modulus_pa: case.scales.modulus_pa },
         surface,
+        accuracy: case.chosen.clone(),
         continuum: solved,
         without,
         other_ranges,
@@ -238,7 +241,7 @@ fn atomistic_stages(
         "ladder",
         &(
             (block, crystal, potential, engine.describe(), script.hash()),
-            (step, scene.force_tolerance_ev_per_angstrom, pair),
+            (step, scene.force_tolerance_ev_per_angstrom, scene.plasticity, pair),
         ),
         &[geometry],
     )?;
@@ -267,7 +270,11 @@ fn atomistic_stages(
         listener.warn(&text);
         warnings.push(text);
     }
-    let atoms_key = Key::new("atoms", &(&case.scene.load, Key::of_program()?), &[&lammps_key])?;
+    let atoms_key = Key::new(
+        "atoms",
+        &(&case.scene.load, a.contact_force, a.stress_width_angstrom, Key::of_program()?),
+        &[&lammps_key],
+    )?;
     let found = folder.stage(
         listener,
         ("atoms", "contact and gap at the asked loads"),
@@ -309,7 +316,7 @@ pub fn rebuild_comparison(out: &Path) -> Result<(Results, PathBuf)> {
     let lacking = || Error::format(out, "a run without atoms", "the folder of a run whose scene has [atoms]");
     let (a, found) = case.atoms.as_ref().zip(results.atoms.as_ref()).ok_or_else(lacking)?;
     let earlier = results.comparison.as_ref().ok_or_else(lacking)?;
-    let matched = Matched { hard: earlier.hard.clone(), soft: earlier.soft.clone() };
+    let matched = Matched { full: earlier.full.clone(), hard: earlier.hard.clone(), soft: earlier.soft.clone() };
     results.comparison = Some(comparison::compare(&case, a, found, &matched, out)?);
     results.write(out)?;
     let page = report::write(out)?;
@@ -321,7 +328,8 @@ pub(super) fn heights_hash(case: &Case) -> Result<Option<String>> {
 }
 
 fn stored_heights(out: &Path, surface: &SurfaceResults) -> Result<Vec<f64>> {
-    Ok(npy::read(&out.join(&surface.heights))?.values)
+    let file = surface.heights.as_ref().expect("maps that were read are kept");
+    Ok(npy::read(&out.join(file))?.values)
 }
 
 /// What ran, on what, for how long: `manifest.json`.
@@ -330,6 +338,8 @@ struct Manifest<'a> {
     program: String,
     scene: &'a crate::scene::Scene,
     engine: Option<&'a str>,
+    /// How the scene's accuracy chose grid, method, precision and tolerance.
+    accuracy: Option<&'a Chosen>,
     threads: usize,
     peak_rss_bytes: u64,
     stages: &'a [crate::record::results::StageCost],
@@ -343,6 +353,7 @@ impl<'a> Manifest<'a> {
             program: format!("asperity {}", env!("CARGO_PKG_VERSION")),
             scene: &case.scene,
             engine,
+            accuracy: results.accuracy.as_ref(),
             threads: rayon::current_num_threads(),
             peak_rss_bytes: results.stages.iter().map(|s| s.peak_rss_bytes).max().unwrap_or(0),
             stages: &results.stages,
@@ -378,8 +389,9 @@ fn sources(case: &Case) -> Vec<String> {
                 env!("CARGO_PKG_VERSION")
             )
         } else {
-            let dois = card.dois.iter().map(|d| format!("doi:{d}")).collect::<Vec<_>>().join(", ");
-            format!("Method {} ({}): {dois}.", card.id, card.paper_name)
+            let dois = card.dois.iter().map(|d| format!("doi:{d}"));
+            let named = dois.chain(card.papers.iter().map(|p| p.to_string())).collect::<Vec<_>>().join("; ");
+            format!("Method {} ({}): {named}.", card.id, card.paper_name)
         });
     }
     if case.atoms.is_some() {
@@ -425,7 +437,7 @@ fn record(case: &Case, results: &Results, out: &Path) -> Result<()> {
                 contact_fraction: state.contact_fraction,
                 criterion: state.criterion.clone(),
                 mean_gap: state.mean_gap * length,
-                patches: Some(state.patches),
+                patches: state.patches,
                 energy: Some(state.energy),
                 residual: Some(state.residual),
             },

@@ -1,6 +1,6 @@
 //! What methods tell that run beside the scene's own, in the terms of `results.json`.
 
-use super::results::{ContinuumResults, StateResults, Way};
+use super::results::{ContinuumResults, RangeResults, StateResults, Way};
 use crate::observe::Distribution;
 use serde::{Deserialize, Serialize};
 
@@ -16,6 +16,9 @@ pub struct MethodResults {
     pub calibrated_on: Option<String>,
     /// Whether it was given the scene's adhesion.
     pub adhesive: bool,
+    /// Range of the adhesion that it was asked for and that it used; of an estimate only where these differ.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub range: Option<RangeResults>,
     /// Why it tells nothing, where it refused the scene or did not converge.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub refusal: Option<String>,
@@ -45,6 +48,9 @@ pub struct MethodState {
     /// Less what a grid counts at the rim of patches, for methods whose contact is a map of nodes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact_fraction_corrected: Option<f64>,
+    /// Nodes in contact whose stress presses, for solvers with adhesion.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact_fraction_compressive: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mean_gap: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -92,9 +98,10 @@ impl MethodState {
             pressure: s.pressure,
             contact_fraction: s.contact_fraction,
             contact_fraction_corrected: Some(s.contact_fraction_corrected),
+            contact_fraction_compressive: o.and_then(|o| Some(o.compressive?.fraction)),
             mean_gap: Some(s.mean_gap),
             stiffness: s.stiffness,
-            patches: Some(s.patches),
+            patches: s.patches,
             typical_patch: o.and_then(|o| o.typical_patch),
             typical_patch_compressive: o.and_then(|o| o.compressive?.typical_patch),
             patch_density: o.map_or(Vec::new(), |o| o.patch_density.clone()),

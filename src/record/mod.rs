@@ -2,6 +2,9 @@
 //!
 //! Every writer lands its file by rename ([`land`]), so a reader sees the old file or the whole new one.
 
+pub mod advice;
+pub mod atomistic;
+pub mod budget;
 pub mod csv;
 pub mod heights;
 pub mod import;

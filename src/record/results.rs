@@ -9,6 +9,9 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::advice::Chosen;
+pub use super::atomistic::{AtomStress, ContactWay, PlasticState, PlasticityResults, Version};
+use super::budget::Part;
 use super::judged::Judged;
 use super::methods::MethodResults;
 use super::{json, land};
@@ -31,6 +34,9 @@ pub struct Results {
     pub description: String,
     pub scales: ScalesSi,
     pub surface: SurfaceResults,
+    /// How the scene's accuracy chose grid, method, precision and tolerance.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<Chosen>,
     /// The laboratory-scale problem of the scene.
     pub continuum: Option<ContinuumResults>,
     /// The loads there, without adhesion.
@@ -125,7 +131,9 @@ pub struct SurfaceResults {
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub note: String,
     /// `[ny, nx]` f64 heights, low points touch first, min = 0.
-    pub heights: String,
+    /// Absent where no map was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heights: Option<String>,
     pub statistics: Vec<Statistic>,
     /// Radial power spectral density; absent `expected` for an imported surface.
     pub psd: Vec<PsdPoint>,
@@ -209,7 +217,7 @@ pub struct ContinuumResults {
     pub pull_off_failure: Option<String>,
 }
 
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RangeResults {
     /// Work of adhesion, units of E*·L; none in files that tell it only in words.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -296,7 +304,8 @@ pub struct StateResults {
     pub contact_fraction: f64,
     pub contact_fraction_corrected: f64,
     pub mean_gap: f64,
-    pub patches: usize,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub patches: Option<usize>,
     pub energy: f64,
     /// Part of the energy that is the interaction's; 0 without one.
     #[serde(default)]
@@ -325,6 +334,9 @@ pub struct StateResults {
     /// What the true range of the adhesion would give.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub extrapolated: Option<Extrapolated>,
+    /// What area and mean gap are uncertain by, part by part.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub budget: Vec<Part>,
     /// Contact stiffness dp/dū, E*/L, from the neighbouring loads of the same branch.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness: Option<f64>,
@@ -419,6 +431,9 @@ pub struct AtomsResults {
     pub audit: Vec<AuditLine>,
     pub ladder: Vec<LadderStep>,
     pub states: Vec<AtomState>,
+    /// Only where the scene asks for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plasticity: Option<PlasticityResults>,
 }
 
 /// One dimensionless group of the scale-down: what was asked, what the atoms run with, and why they differ if they do.
@@ -465,10 +480,26 @@ pub struct AtomState {
     pub gap_map: String,
     /// Extended XYZ of the frame.
     pub frame: Option<String>,
+    /// How much farther than interpolated the indenter stands, so that the atoms carry the load, Å.
+    #[serde(default)]
+    pub indenter_shift_angstrom: f64,
+    /// The contact area under each criterion.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ways: Vec<ContactWay>,
+    /// Contact distance d_c, Å, and the contact fraction that it would give.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sensitivity: Vec<[f64; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stress: Option<AtomStress>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plastic: Option<PlasticState>,
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct ComparisonResults {
+    /// Continuum on the full heights of the scene's grid, with the atoms' kernel and load and a hard wall; none in older files.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub full: Option<ContinuumResults>,
     /// Continuum on the atoms' own heights, kernel and load, with a hard wall.
     pub hard: ContinuumResults,
     /// The same with the areal law of the atoms' wall instead of the hard one.
@@ -495,6 +526,15 @@ pub struct LoadComparison {
     pub continuum_patches: usize,
     /// rms difference of the gap maps outside both contacts, Å.
     pub gap_rms_difference_angstrom: f64,
+    /// The same quantities of each version of the problem, from the full heights to the atoms.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub versions: Vec<Version>,
+    /// Contact against the contact distance: d_c (Å), fractions of atoms, matched hard wall and soft wall.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub against_distance: Vec<[f64; 4]>,
+    /// Contact of the hard and of the soft wall against the gap up to which a point counts: gap (Å), two fractions.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub against_gap: Vec<[f64; 3]>,
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -535,6 +575,9 @@ pub struct Section {
     pub atoms_gap_angstrom: Vec<f64>,
     pub hard_gap_angstrom: Vec<f64>,
     pub soft_gap_angstrom: Vec<f64>,
+    /// Of the continuum on the full heights; empty in older files.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub full_gap_angstrom: Vec<f64>,
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -547,6 +590,9 @@ pub struct StageCost {
     #[serde(default)]
     pub earlier_seconds: f64,
     pub peak_rss_bytes: u64,
+    /// Nodes that went through a transform, forward or inverse.
+    #[serde(default)]
+    pub transformed_nodes: u64,
     /// Taken from an earlier run with the same key.
     pub reused: bool,
 }

@@ -16,7 +16,7 @@ pub const FILE: &str = "tradeoff.json";
 pub const CSV_FILE: &str = "tradeoff.csv";
 
 /// What is compared with the reference.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Measure {
     ContactArea,
@@ -154,14 +154,18 @@ impl Tradeoff {
     }
 
     /// An error of a point that can be relied on: one below what is uncertain of the reference is no smaller than that.
+    /// None of a slab, which is another problem than that of the scene.
     pub fn error(&self, point: &Point, measure: Measure) -> Option<f64> {
+        if point.setting.slab.is_some() {
+            return None;
+        }
         let least = self.reference(point.setting.adhesive)?.uncertainty.get(&measure);
         Some(point.errors.get(&measure)?.max(least.copied().unwrap_or(0.0)))
     }
 
     /// Grids of a method in one precision and to one tolerance: those that it ran on most grids in, of equally many the first.
     pub fn grids(&self, method: &str) -> Vec<&Point> {
-        let told = |p: &&Point| p.setting.method == method && p.refusal.is_none();
+        let told = |p: &&Point| p.setting.method == method && p.setting.slab.is_none() && p.refusal.is_none();
         let how = |p: &Point| (p.setting.precision.clone(), p.setting.tolerance);
         let alike = |a: &Point| self.points.iter().filter(told).filter(|b| how(b) == how(a)).collect::<Vec<_>>();
         let all = self.points.iter().filter(told).map(alike);
@@ -177,6 +181,7 @@ impl Tradeoff {
             for p in &self.points {
                 let (s, c) = (&p.setting, &p.cost);
                 write!(w, "{},{},{},{},{},{:?},", s.method, s.adhesive, s.nx, s.ny, s.precision, s.tolerance)?;
+                write!(w, "{},", s.slab.map_or(String::new(), |t| format!("{t:?}")))?;
                 write!(w, "{:?},{:?},{:?},", c.wall_seconds, c.cpu_seconds, c.of_reference)?;
                 write!(w, "{:?},{},{},{}", c.fft_pairs, c.iterations, c.planned_bytes, c.measured_bytes)?;
                 for m in Measure::ALL {
@@ -201,7 +206,7 @@ impl Tradeoff {
 }
 
 /// Columns before those of the errors.
-const COLUMNS: &str = "method,adhesive,nx,ny,precision,tolerance,wall_seconds,cpu_seconds,cpu_of_reference,fft_pairs,\
+const COLUMNS: &str = "method,adhesive,nx,ny,precision,tolerance,slab,wall_seconds,cpu_seconds,cpu_of_reference,fft_pairs,\
                        iterations,planned_bytes,measured_bytes";
 
 /// A method and how it is asked.
@@ -214,6 +219,9 @@ pub struct Setting {
     pub ny: usize,
     pub precision: String,
     pub tolerance: f64,
+    /// Thickness over L of a bonded layer in place of the scene's half-space, whose error this is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slab: Option<f64>,
 }
 
 /// What a setting took for all loads, with what any run counts of its states: the least of its repeats.

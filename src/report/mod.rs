@@ -4,6 +4,7 @@
 //! the same, without running anything.
 
 pub mod branch;
+pub mod ladders;
 mod map;
 pub mod number;
 pub mod page;

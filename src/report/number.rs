@@ -1,6 +1,8 @@
 //! Numbers as people read them: a stated number of digits, SI prefixes, powers of ten. The space before a unit does not
 //! break.
 
+use crate::record::tradeoff::Measure;
+
 const SUPERSCRIPTS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
 
 /// `-12` as `⁻¹²`.
@@ -48,6 +50,15 @@ pub fn trimmed(x: f64, n: usize) -> String {
 /// A share as a percentage to three digits; below one in a million as a power of ten.
 pub fn percent(share: f64) -> String {
     format!("{}\u{a0}%", significant(100.0 * share, 3))
+}
+
+/// An error of a measure in the unit that is usual for it.
+pub fn error_of(measure: Measure, error: f64) -> String {
+    if measure.in_decades() {
+        format!("{} decades", significant(error, 2))
+    } else {
+        format!("{}\u{a0}%", significant(100.0 * error, 2))
+    }
 }
 
 /// A relative change, or a bound of one; above a hundred per cent its size says nothing more.

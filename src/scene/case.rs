@@ -1,5 +1,5 @@
 use super::check::{complaints, cut_offs, missing_files};
-use super::{ALL_METHODS, AdhesionScene, FileAsked, Scene, Slope, Start, Surface, SurfaceScene, Touching};
+use super::{ALL_METHODS, AdhesionScene, FileAsked, Scene, Slope, Start, Surface, SurfaceScene, Touching, Wants};
 use crate::atoms::audit::{Asked, AuditInput, Used, audit};
 use crate::atoms::block::Block;
 use crate::atoms::engine::caveat;
@@ -12,6 +12,7 @@ use crate::interface::{
     Adhesion, Base, CubicHalfSpace, Elastic, Law, Layer, LennardJonesWall, NonPeriodic, RangeChoice, StiffWall, Wall,
 };
 use crate::method::{self, Card, ContactMethod, Heights, Kind, Load, Problem, REGISTRY};
+use crate::record::advice::Chosen;
 use crate::record::heights::Sign;
 use crate::record::import::Asked as AskedOfFile;
 use crate::record::results::AuditLine;
@@ -25,6 +26,10 @@ const BLOCK_POISSON: f64 = 0.3;
 
 /// Points of the comparison grid per indenter atom along a side: a quarter of the low-pass's sixteenth wave.
 const MATCHED_REFINEMENT: usize = 4;
+
+/// Normal force from which an atom counts as loaded over the largest force that an equilibrium leaves: below, one cannot be
+/// told from the other.
+const CONTACT_FORCE_TOLERANCES: f64 = 10.0;
 
 /// Low-pass wavelength of the indenter over its spacing: the shortest wave that atoms on a grid still follow.
 const LOW_PASS_SPACINGS: f64 = 4.0;
@@ -49,6 +54,8 @@ pub struct Case {
     pub adhesion: Adhesion,
     pub wall: Wall,
     pub atoms: Option<AtomsCase>,
+    /// How the scene's accuracy was resolved, where it asks for one.
+    pub chosen: Option<Chosen>,
     pub warnings: Vec<String>,
 }
 
@@ -88,6 +95,9 @@ pub struct AtomsCase {
     pub audit: Vec<AuditLine>,
     /// Grid on which the continuum is compared with the atoms.
     pub matched: Grid,
+    /// Normal force from which an atom counts as loaded, eV/Å, and width of the Gaussian of the stress field, Å.
+    pub contact_force: f64,
+    pub stress_width_angstrom: f64,
     /// First-touch mean gap of the profile, Å: the way the indenter can come down.
     pub first_touch_gap_angstrom: f64,
 }
@@ -174,6 +184,7 @@ impl Case {
             adhesion,
             wall,
             atoms: None,
+            chosen: None,
             warnings,
         };
         case.refuse_closed()?;
@@ -212,10 +223,15 @@ impl Case {
         pressures.chain(gaps.iter().map(|g| Load::MeanGap(g * 1e-6 / self.scales.length_m))).collect()
     }
 
+    /// What is kept and counted: what an accuracy is asked of needs, or everything.
+    pub fn wants(&self) -> Wants {
+        self.scene.accuracy.as_ref().map_or(Wants::EVERYTHING, |a| Wants::of(a.quantity))
+    }
+
     /// Whether the maps of a load are kept.
     pub fn keeps_maps(&self, p_star: f64) -> bool {
         let close = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b.abs();
-        self.scene.load.maps_at.as_ref().is_none_or(|list| list.iter().any(|p| close(p_star, *p)))
+        self.wants().maps && self.scene.load.maps_at.as_ref().is_none_or(|list| list.iter().any(|p| close(p_star, *p)))
     }
 
     /// How many of the loads come before the way back.
@@ -292,6 +308,9 @@ impl Case {
         let mut scene = self.scene.clone();
         scene.surface.heights = scene.surface.heights.as_ref().map(whole);
         scene.continuum.start = scene.continuum.start.as_ref().map(whole);
+        if let Some(accuracy) = &mut scene.accuracy {
+            accuracy.tables = accuracy.tables.iter().map(whole).collect();
+        }
         if let Some(atoms) = &mut scene.atoms {
             atoms.potential = atoms.potential.as_ref().map(whole);
             // A bare name is looked for on the search path.
@@ -470,6 +489,10 @@ impl AtomsCase {
             adhesion,
             audit,
             matched,
+            contact_force: a
+                .contact_force_ev_per_angstrom
+                .unwrap_or(CONTACT_FORCE_TOLERANCES * a.force_tolerance_ev_per_angstrom),
+            stress_width_angstrom: a.stress_width_angstrom.unwrap_or(a0),
             first_touch_gap_angstrom: (extent.mean - extent.min) * stretch * length,
         })
     }

@@ -51,6 +51,7 @@ pub(super) fn complaints(scene: &Scene) -> Vec<Complaint> {
     surface(&mut c, scene);
     loads(&mut c, scene);
     challenge(&mut c, scene);
+    accuracy(&mut c, scene);
     if let Some(a) = &scene.adhesion {
         let gamma = a.work_of_adhesion_mj_m2;
         c.unless(
@@ -79,6 +80,21 @@ pub(super) fn complaints(scene: &Scene) -> Vec<Complaint> {
     c.0
 }
 
+fn accuracy(c: &mut Complaints, scene: &Scene) {
+    let Some(a) = &scene.accuracy else { return };
+    let given = [a.error.is_some(), a.budget_s.is_some()];
+    let found = if given == [true; 2] { "error and budget_s" } else { "neither error nor budget_s" };
+    c.unless(given[0] != given[1], "accuracy", found, "one of error (0.05) and budget_s (30)");
+    a.error.iter().for_each(|e| c.positive("accuracy.error", *e));
+    a.budget_s.iter().for_each(|s| c.positive("accuracy.budget_s", *s));
+    c.unless(
+        scene.challenge.is_none(),
+        "challenge",
+        "with [accuracy]",
+        "none: its statements need all that is counted",
+    );
+}
+
 /// Files that a scene names and that are not there: said with the key, which an error on opening them does not know.
 pub(super) fn missing_files(scene: &Scene, file: &Path) -> Vec<Complaint> {
     let named = [
@@ -86,6 +102,8 @@ pub(super) fn missing_files(scene: &Scene, file: &Path) -> Vec<Complaint> {
         ("continuum.start", scene.continuum.start.as_ref(), "a gap (.npy)"),
         ("atoms.potential", scene.atoms.as_ref().and_then(|a| a.potential.as_ref()), "an eam/alloy (setfl) file"),
     ];
+    let tables = scene.accuracy.iter().flat_map(|a| &a.tables);
+    let named = named.into_iter().chain(tables.map(|t| ("accuracy.tables", Some(t), "a table of asperity tradeoff")));
     let complaint = |key: &str, path: &Path, accepted: &str| {
         let found = super::case::beside(file, path);
         let why = match std::fs::metadata(&found) {
@@ -98,7 +116,7 @@ pub(super) fn missing_files(scene: &Scene, file: &Path) -> Vec<Complaint> {
         let found = format!("{:?}, that is {}, {why}", path.display(), found.display());
         Some(Complaint::new(key, found, format!("{accepted}, its path relative to the scene file")))
     };
-    named.into_iter().filter_map(|(key, path, accepted)| complaint(key, path?, accepted)).collect()
+    named.filter_map(|(key, path, accepted)| complaint(key, path?, accepted)).collect()
 }
 
 fn surface(c: &mut Complaints, scene: &Scene) {
@@ -462,6 +480,8 @@ fn atoms(c: &mut Complaints, scene: &Scene) {
         ("atoms.low_pass_angstrom", a.low_pass_angstrom),
         ("atoms.lattice_constant_angstrom", a.lattice_constant_angstrom),
         ("atoms.contact_modulus_gpa", a.contact_modulus_gpa),
+        ("atoms.contact_force_ev_per_angstrom", a.contact_force_ev_per_angstrom),
+        ("atoms.stress_width_angstrom", a.stress_width_angstrom),
         ("atoms.time_limit_s", a.time_limit_s),
     ] {
         if let Some(v) = value {

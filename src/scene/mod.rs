@@ -7,9 +7,11 @@ mod case;
 mod check;
 mod source;
 mod syntax;
+mod wants;
 
 pub use case::{AtomsCase, Case, PairAdhesion};
 pub use source::{FileAsked, Surface};
+pub use wants::{AccuracyScene, Wants};
 
 use crate::grid::Grid;
 use crate::interface::{Adhesion, Base, RangeChoice};
@@ -42,6 +44,9 @@ pub struct Scene {
     /// What single methods are told beside the problem.
     #[serde(default, skip_serializing_if = "is_default")]
     pub methods: Settings,
+    /// Left out: grid, method, precision and tolerance are those of the scene.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<AccuracyScene>,
     /// Left out: nothing is judged.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub challenge: Option<ChallengeScene>,
@@ -456,6 +461,15 @@ pub struct AtomsScene {
     pub force_tolerance_ev_per_angstrom: f64,
     /// Range of the pair adhesion, Å: what atoms can carry where the scaled range is shorter than their softness.
     pub adhesion_range_angstrom: f64,
+    /// Normal force from which an atom counts as loaded, eV/Å. Default: ten times the largest force that an equilibrium leaves.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact_force_ev_per_angstrom: Option<f64>,
+    /// Standard deviation of the Gaussian that makes a stress field of the indenter's forces, Å. Default: the lattice constant.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stress_width_angstrom: Option<f64>,
+    /// Count the atoms that leave the crystal's order, at every step: frames then hold the whole deformable block.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub plasticity: bool,
     /// MPI ranks.
     pub ranks: usize,
     /// Wall-clock limit of the LAMMPS stage, s.
@@ -481,6 +495,9 @@ impl Default for AtomsScene {
             step_angstrom: None,
             force_tolerance_ev_per_angstrom: 2e-3,
             adhesion_range_angstrom: 0.5,
+            contact_force_ev_per_angstrom: None,
+            stress_width_angstrom: None,
+            plasticity: false,
             ranks: 1,
             time_limit_s: None,
             program: None,

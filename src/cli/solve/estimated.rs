@@ -5,7 +5,7 @@ use crate::cli::{listen::Teller, words};
 use crate::error::Complaint;
 use crate::grid::Field;
 use crate::interface::{Adhesion, RangeChoice};
-use crate::method::{Card, ContactMethod, Estimate, Load, Precision, Problem, Quantity};
+use crate::method::{ContactMethod, Estimate, Load, Precision, Problem, Quantity};
 use crate::path::Given;
 use crate::pipeline::{Progress, state_of};
 use crate::record::{json, npy};
@@ -40,8 +40,7 @@ pub(super) fn run(
     teller: &Teller,
 ) -> Result<()> {
     let card = method.card();
-    let given = Given::new(asked.clone(), method)?;
-    let (plan, have) = (given.plan(), crate::sys::available_memory_bytes());
+    let (plan, have) = (Given::plan(asked, method), crate::sys::available_memory_bytes());
     let grid = asked.grid;
     if solve.dry_run {
         if solve.json {
@@ -62,16 +61,21 @@ pub(super) fn run(
     }
     let watch = Progress::new(teller, None, "", (0, loads.len()));
     let resolved_gradient = asked.resolved_gradient();
+    let growth = crate::sys::Growth::begin();
     let mut cpu = crate::sys::cpu_seconds();
-    given.walk(loads, &watch, |i, problem, found| {
-        let before = std::mem::replace(&mut cpu, crate::sys::cpu_seconds());
-        let mut line = line(solve, card, problem, found);
+    let given = Given::new(asked.clone(), method)?;
+    given.walk((loads, 0), &watch, |i, problem, found| {
+        // Before anything is counted in what was found.
+        let (before, measured) = (std::mem::replace(&mut cpu, crate::sys::cpu_seconds()), growth.bytes());
+        let mut line = line(solve, method, problem, found);
         line["method"] = json!(card.id);
-        line["criterion"] = json!(card.criterion.to_string());
-        line["calibrated_on"] = json!(card.calibrated_on);
+        line["criterion"] = json!(method.criterion(&problem.settings).to_string());
+        line["calibrated_on"] = json!(method.calibrated_on(&problem.settings));
         line["resolved_gradient"] = json!(resolved_gradient);
         line["cpu_seconds"] = json!(cpu - before);
         line["planned_bytes"] = json!(plan.bytes);
+        line["measured_bytes"] = json!(measured);
+        line["peak_rss_bytes"] = json!(growth.peak_bytes());
         let adhesive = problem.adhesion != Adhesion::None;
         line["missing"] = Quantity::ALL
             .into_iter()
@@ -101,16 +105,17 @@ pub(super) fn run(
     })
 }
 
-fn line(solve: &Solve, card: &Card, problem: &Problem, found: &Estimate) -> Value {
+fn line(solve: &Solve, method: &dyn ContactMethod, problem: &Problem, found: &Estimate) -> Value {
     let (length, modulus, grid) = (solve.length, solve.modulus, problem.grid);
-    let state = state_of(card, problem, found.pressure, found);
+    let state = state_of(method.card(), problem, found.pressure, found);
+    let used = method.adhesion(problem);
     json!({
         "nx": grid.nx,
         "ny": grid.ny,
         "kernel": problem.kernel.to_string(),
-        "adhesion": problem.adhesion.to_string(),
+        "adhesion": used.to_string(),
         "gamma": problem.adhesion.work_and_range().0 * modulus * length,
-        "range": problem.adhesion.work_and_range().1 * length,
+        "range": used.work_and_range().1 * length,
         "pressure": found.pressure * modulus,
         "contact_fraction": state.contact_fraction,
         "contact_fraction_corrected": state.contact_fraction_corrected,
@@ -123,7 +128,6 @@ fn line(solve: &Solve, card: &Card, problem: &Problem, found: &Estimate) -> Valu
         "iterations": state.iterations,
         "fft_pairs": state.fft_pairs,
         "seconds": state.seconds,
-        "peak_rss_bytes": crate::sys::peak_rss_bytes(),
     })
 }
 

@@ -4,23 +4,27 @@ use super::Solve;
 use crate::Result;
 use crate::cli::words;
 use crate::interface::{Adhesion, Law, RangeChoice};
-use crate::method::{Problem, Stop};
+use crate::method::{Problem, State, Stop};
 use crate::observe::contact_map;
 use crate::path::{LoadPath, Reached};
 use crate::record::results::{Discretisation, PullOff};
 use crate::record::{json, npy};
 use crate::report::number::{change, duration, memory, percent, significant};
+use crate::sys::Growth;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
 /// Tells one solve's states in the units of its command line.
 pub(super) struct Told<'a> {
     solve: &'a Solve,
-    /// As asked for, and as the grid was given it.
+    /// As asked for, and as the method worked with it on this grid.
     asked: Adhesion,
+    used: Adhesion,
     problem: Problem<'a>,
+    criterion: String,
     resolved_gradient: f64,
     planned_bytes: u64,
+    growth: Growth,
     loads: usize,
     /// What was told so far, a line per state.
     pub lines: Vec<Value>,
@@ -32,8 +36,21 @@ impl<'a> Told<'a> {
     pub fn new(solve: &'a Solve, asked: &Problem<'a>, path: &LoadPath<'a>, loads: usize) -> Self {
         let problem = path.problem().clone();
         let resolved_gradient = problem.resolved_gradient();
-        let (planned_bytes, cpu) = (path.plan(solve.pull_off).bytes, crate::sys::cpu_seconds());
-        Told { solve, asked: asked.adhesion, problem, resolved_gradient, planned_bytes, loads, lines: Vec::new(), cpu }
+        let planned_bytes = path.plan(solve.pull_off).bytes;
+        let (growth, cpu) = (Growth::begin(), crate::sys::cpu_seconds());
+        Told {
+            solve,
+            asked: asked.adhesion,
+            used: path.adhesion(),
+            criterion: path.method().criterion(&problem.settings).to_string(),
+            problem,
+            resolved_gradient,
+            planned_bytes,
+            growth,
+            loads,
+            lines: Vec::new(),
+            cpu,
+        }
     }
 
     /// Name of a file of load `i`.
@@ -88,20 +105,22 @@ impl<'a> Told<'a> {
             "precision": problem.precision,
             "threads": rayon::current_num_threads(),
             "kernel": problem.kernel.to_string(),
-            "adhesion": problem.adhesion.to_string(),
+            "adhesion": self.used.to_string(),
             "wall": problem.wall.to_string(),
             "gamma": self.asked.work_and_range().0 * energy,
             "cohesive_resolution": self.asked.resolution_on(spacing),
-            "range": problem.adhesion.resolution_on(spacing).map(|used| json!({
+            "range": self.used.resolution_on(spacing).map(|used| json!({
                 "asked": self.asked.range() * length,
-                "used": problem.adhesion.range() * length,
+                "used": self.used.range() * length,
                 "resolution_used": used,
             })),
             "resolved_gradient": self.resolved_gradient,
             "pressure": state.pressure * modulus,
-            "criterion": "zero gap",
+            "criterion": self.criterion,
             "contact_fraction": area.fraction,
             "contact_fraction_corrected": area.corrected,
+            // Without adhesion all that touches presses.
+            "contact_fraction_compressive": (self.asked != Adhesion::None).then(|| pressed(state)),
             "perimeter": area.perimeter / length,
             "mean_gap": state.mean_gap * length,
             "discretisation": discretisation,
@@ -123,7 +142,8 @@ impl<'a> Told<'a> {
             "seconds": state.seconds,
             "cpu_seconds": cpu_seconds,
             "planned_bytes": self.planned_bytes,
-            "peak_rss_bytes": crate::sys::peak_rss_bytes(),
+            "measured_bytes": self.growth.bytes(),
+            "peak_rss_bytes": self.growth.peak_bytes(),
         })
     }
 
@@ -168,6 +188,12 @@ impl<'a> Told<'a> {
     }
 }
 
+/// Share of the nodes that touch and press.
+fn pressed(state: &State) -> f64 {
+    let (n, presses) = (state.gap.len(), |i: &usize| state.gap.at(*i) <= 0.0 && state.stress.at(*i) > 0.0);
+    (0..n).filter(presses).count() as f64 / n as f64
+}
+
 /// A state for people, from its line of JSON.
 fn table(line: &Value, range: RangeChoice) -> String {
     let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
@@ -176,13 +202,16 @@ fn table(line: &Value, range: RangeChoice) -> String {
     // Surfaces that have parted are nowhere: where the solver gave them up says nothing.
     let parted = line["stop"] == Stop::Detached.to_string();
     let of_contact = |text: String| if parted { "–".to_string() } else { text };
+    let counted = format!("contact ({})", line["criterion"].as_str().unwrap_or_default());
     let mut rows = vec![
         ("mean pressure", plain("pressure", 6)),
-        ("contact (zero gap)", of_contact(percent(number(&line["contact_fraction"])))),
+        (counted.as_str(), of_contact(percent(number(&line["contact_fraction"])))),
         ("contact, perimeter-corrected", of_contact(percent(number(&line["contact_fraction_corrected"])))),
-        ("mean gap", of_contact(plain("mean_gap", 6))),
-        ("energy per area", of_contact(plain("energy", 6))),
     ];
+    if let Some(presses) = line["contact_fraction_compressive"].as_f64() {
+        rows.push(("of it under compression", of_contact(percent(presses))));
+    }
+    rows.extend([("mean gap", of_contact(plain("mean_gap", 6))), ("energy per area", of_contact(plain("energy", 6)))]);
     if let Ok(d) = Discretisation::deserialize(&line["discretisation"]) {
         let [nx, ny] = d.coarser;
         let gap = change(d.mean_gap, d.mean_gap_is_bound);

@@ -21,8 +21,8 @@ mod newton;
 use super::fields::{self, Convolution, Symbol, add, each, inner, means};
 use super::operator::{Balance, Outcome, Progress};
 use super::{
-    Card, ContactMethod, Criterion, Iteration, Kind, Load, Needs, Plan, Problem, Run, Started, State, Stop, Watch,
-    accepts,
+    Card, ContactMethod, Criterion, Iteration, Kind, Load, Needs, Plan, Problem, Quantity, Run, Started, State, Stop,
+    Support, Watch, accepts,
 };
 use crate::grid::{Grid, rms};
 use crate::interface::{Adhesion, Elastic, Kernel, Law, Wall};
@@ -43,9 +43,17 @@ static CARD: Card = Card {
     criterion: Criterion::ZeroGap,
     calibrated_on: None,
     summary: "cubic splines, augmented Lagrangian, roughness from four mesh spacings on",
-    supports: super::card::fields,
+    supports,
     dois: &["10.1007/s11249-017-0900-2"],
+    papers: &[],
 };
+
+fn supports(quantity: Quantity) -> Support {
+    match quantity {
+        Quantity::Stiffness => super::card::fields(quantity),
+        _ => Support::Only("of roughness from bem-bspline.shortest mesh spacings on"),
+    }
+}
 
 /// What `bem-bspline` may be told.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -105,7 +113,7 @@ impl ContactMethod for BemBspline {
         let fields = 9 + Newton::FIELDS;
         let bytes = (fields * grid.points() * size_of::<f64>()) as u64 + Convolution::bytes(grid, 2);
         let iterations = 40 * super::adhesion_effort(problem);
-        Plan { bytes, iterations, pairs_per_iteration: 40.0 }
+        Plan { bytes, iterations, pairs_per_iteration: 40.0, seconds: 0.0 }
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {

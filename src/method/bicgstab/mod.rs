@@ -17,8 +17,8 @@ mod inner;
 use super::fields::{Convolution, Symbol, each, inner as product, means};
 use super::operator::{Balance, Outcome, Progress};
 use super::{
-    Card, ContactMethod, Criterion, Iteration, Kind, Load, Needs, Plan, Problem, Run, Started, State, Stop, Watch,
-    accepts, fields,
+    Card, ContactMethod, Criterion, Iteration, Kind, Load, Needs, Plan, Problem, Quantity, Run, Started, State, Stop,
+    Support, Watch, accepts, fields,
 };
 use crate::grid::rms;
 use crate::interface::{Adhesion, Kernel, Law, PowerLaw93, PowerLawWall, Wall, WithAdhesion};
@@ -38,9 +38,23 @@ static CARD: Card = Card {
     criterion: Criterion::CompressiveStress,
     calibrated_on: None,
     summary: "9-3 law as wall and cohesion, Newton with stabilised bi-conjugate gradients",
-    supports: super::card::fields,
-    dois: &["10.1007/s11249-017-0900-2"],
+    supports,
+    dois: &["10.1007/s11249-017-0900-2", "10.1137/0913035"],
+    papers: &[],
 };
+
+fn supports(quantity: Quantity) -> Support {
+    match quantity {
+        Quantity::GapField | Quantity::GapPdf | Quantity::MeanGap => {
+            Support::Only("from the zero of force of a wall that gives way")
+        }
+        Quantity::ContactArea | Quantity::ContactMap | Quantity::PatchPdf => {
+            Support::Only("where a wall that gives way presses")
+        }
+        Quantity::StressField | Quantity::StressPdf => Support::Only("with a range that the mesh resolves"),
+        Quantity::Stiffness => super::card::fields(quantity),
+    }
+}
 
 /// What `bicgstab` may be told.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -84,12 +98,16 @@ impl ContactMethod for Bicgstab {
         &CARD
     }
 
+    fn adhesion(&self, problem: &Problem) -> Adhesion {
+        carried(problem).map_or(problem.adhesion, Adhesion::PowerLaw93)
+    }
+
     fn plan(&self, problem: &Problem) -> Plan {
         let grid = problem.grid;
         // Heights, gap, the gap before, trial, step, stress, traction, forces and slopes, beside the inner solver's.
         let bytes = ((9 + BiCgStab::FIELDS) * grid.points() * size_of::<f64>()) as u64 + Convolution::bytes(grid, 2);
         // Newton steps, of which each takes tens of inner iterations of four pairs.
-        Plan { bytes, iterations: 15 * super::adhesion_effort(problem), pairs_per_iteration: 160.0 }
+        Plan { bytes, iterations: 15 * super::adhesion_effort(problem), pairs_per_iteration: 160.0, seconds: 0.0 }
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
@@ -108,24 +126,32 @@ impl ContactMethod for Bicgstab {
             let found = settings.resolution.to_string();
             return Err(refused("bicgstab.resolution", found, "zero or a positive number"));
         }
-        let dx = problem.grid.dx();
-        let (gamma, rho) = match problem.adhesion {
+        let PowerLaw93 { gamma, rho } = match problem.adhesion {
             Adhesion::None => {
-                let rho = settings.wall * dx;
+                let rho = settings.wall * problem.grid.dx();
                 let wall = move |rho| PowerLawWall { gamma: settings.strength * rho, rho };
                 return Ok(Started::Solver(Box::new(Solver::new(problem, watch, heights, rho, wall))));
             }
-            Adhesion::Exponential(a) => (a.gamma, SAME_TENSION * a.rho),
-            Adhesion::PowerLaw93(a) => (a.gamma, a.rho),
-            other @ Adhesion::Dugdale(_) => {
-                return Err(refused("adhesion", other.to_string(), "none, the exponential or the 9-3 law"));
-            }
+            other => match carried(problem) {
+                Some(law) => law,
+                None => return Err(refused("adhesion", other.to_string(), "none, the exponential or the 9-3 law")),
+            },
         };
-        let asked = PowerLaw93 { gamma, rho };
-        let rho = rho * (settings.resolution / asked.cohesive_resolution(dx)).max(1.0);
         let law = move |rho| WithAdhesion { wall: PowerLawWall { gamma, rho }, adhesion: PowerLaw93 { gamma, rho } };
         Ok(Started::Solver(Box::new(Solver::new(problem, watch, heights, rho, law))))
     }
+}
+
+/// The 9-3 law in place of the problem's, of a range that the mesh resolves; none without adhesion and for a law that is
+/// refused.
+fn carried(problem: &Problem) -> Option<PowerLaw93> {
+    let asked = match problem.adhesion {
+        Adhesion::Exponential(a) => PowerLaw93 { gamma: a.gamma, rho: SAME_TENSION * a.rho },
+        Adhesion::PowerLaw93(a) => a,
+        Adhesion::None | Adhesion::Dugdale(_) => return None,
+    };
+    let enlarged = problem.settings.bicgstab.resolution / asked.cohesive_resolution(problem.grid.dx());
+    Some(PowerLaw93 { rho: asked.rho * enlarged.max(1.0), ..asked })
 }
 
 struct Solver<'p, L, M> {

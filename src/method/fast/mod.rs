@@ -40,6 +40,7 @@ static CARD: Card = Card {
     summary: "nested grids, projected Newton steps preconditioned in Fourier space; the default",
     supports: super::card::fields,
     dois: &["10.1007/s11249-017-0900-2"],
+    papers: &[],
 };
 
 /// Points along a side below which a grid is not halved.
@@ -76,7 +77,7 @@ impl ContactMethod for Fast {
             Heights::Series(s) if grid == problem.grid => s.bytes(),
             _ => (real * grid.points()) as u64,
         };
-        Plan { bytes: level + series, iterations: 20, pairs_per_iteration: 4.0 }
+        Plan { bytes: level + series, iterations: 20, pairs_per_iteration: 4.0, seconds: 0.0 }
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {

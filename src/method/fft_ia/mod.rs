@@ -32,11 +32,12 @@ static CARD: Card = Card {
     family: "boundary value",
     kind: Kind::Solver,
     needs: Needs::Heights,
-    criterion: Criterion::CompressiveStress,
+    criterion: Criterion::ZeroGapBesideStress,
     calibrated_on: None,
     summary: "contact and adhesive pressure in turn, adhesion integrated over the elements",
     supports: super::card::fields,
-    dois: &["10.1007/s11249-017-0900-2"],
+    dois: &["10.1007/s11249-017-0900-2", "10.1016/S0043-1648(99)00113-1"],
+    papers: &["Medina & Dini, Int. J. Solids Struct. 51 (2014) 2620"],
 };
 
 /// What `fft-ia` may be told.
@@ -69,7 +70,7 @@ impl ContactMethod for FftIa {
         // Heights, both pressures, gap, direction, its response, stress and traction; stiffness and compliance.
         let bytes = 8 * (grid.points() * size_of::<f64>()) as u64 + Convolution::bytes(grid, 2);
         let iterations = (12.0 * (grid.nx.max(grid.ny) as f64).sqrt()) as usize * super::adhesion_effort(problem);
-        Plan { bytes, iterations, pairs_per_iteration: 2.0 }
+        Plan { bytes, iterations, pairs_per_iteration: 2.0, seconds: 0.0 }
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {

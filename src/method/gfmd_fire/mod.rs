@@ -38,6 +38,7 @@ static CARD: Card = Card {
     summary: "an independent second GFMD: own transform, fast inertial relaxation",
     supports: super::card::fields,
     dois: &["10.1007/s11249-017-0900-2", "10.1103/PhysRevLett.97.170201"],
+    papers: &["Zhou, Moseler & Müser, Phys. Rev. B 99 (2019) 144103"],
 };
 
 /// Square of the time step times the stiffest curvature. The step of velocity, then place, is stable up to 4.
@@ -60,7 +61,7 @@ impl ContactMethod for GfmdFire {
         // Heights without their mean, gap, velocity and imbalance.
         let bytes = 4 * (grid.points() * size_of::<f64>()) as u64 + Plane::bytes(grid);
         let iterations = (60.0 * (grid.nx.max(grid.ny) as f64).sqrt()) as usize * super::adhesion_effort(problem);
-        Plan { bytes, iterations, pairs_per_iteration: 1.0 }
+        Plan { bytes, iterations, pairs_per_iteration: 1.0, seconds: 0.0 }
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {

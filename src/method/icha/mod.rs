@@ -9,6 +9,7 @@
 
 mod spots;
 
+use super::operator::refused;
 use super::spots::{Spot, paint};
 use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Plan, Problem, Quantity,
@@ -34,6 +35,7 @@ static CARD: Card = Card {
     summary: "Hertzian summits that lower the body for each other and merge where they overlap",
     supports,
     dois: &["10.1007/s11249-017-0900-2", "10.1007/s11249-018-1026-x"],
+    papers: &["Afferrante, Carbone & Demelio, Wear 278-279 (2012) 28"],
 };
 
 fn supports(quantity: Quantity) -> Support {
@@ -86,6 +88,10 @@ const ON_THE_WAY: f64 = 1e-5;
 /// summits within their reach. The challenge's whole spectrum has 170 000.
 const MOST: usize = 200_000;
 
+/// Processor time of a load over the points to this power, measured by `asperity bench --methods`; an order of magnitude.
+const SECONDS_PER_POINT: f64 = 4e-10;
+const EXPONENT: f64 = 2.0;
+
 impl ContactMethod for Icha {
     fn card(&self) -> &'static Card {
         &CARD
@@ -96,7 +102,9 @@ impl ContactMethod for Icha {
         // spectrum more.
         let fourier = u64::from(problem.settings.icha.fit == SummitFit::Fourier);
         let per_point = 2 * 8 + 16 * fourier + 6;
-        Plan { bytes: per_point * problem.grid.points() as u64, iterations: 1000, pairs_per_iteration: 0.0 }
+        let points = problem.grid.points();
+        let seconds = SECONDS_PER_POINT * (points as f64).powf(EXPONENT);
+        Plan { bytes: per_point * points as u64, iterations: 1000, pairs_per_iteration: 0.0, seconds }
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
@@ -208,6 +216,12 @@ impl Estimator for Path<'_> {
         let (spots, stop, iterations) = self.raise(pressure);
         let Grid { lx, ly, .. } = spots.grid;
         let touching: Vec<Asperity> = spots.all.iter().copied().filter(|s| s.spot > 0.0).collect();
+        // Summits so wide that one of them takes in the whole cell are none.
+        let widest = touching.iter().map(|s| s.spot).fold(0.0, f64::max);
+        if widest >= lx.max(ly) {
+            let accepted = "a smaller one, or a surface of more summits: a single spot has become as large as the cell";
+            return Err(refused(CARD.id, "pressure", pressure, accepted));
+        }
         let painted = touching.iter().map(|s| Spot { x: s.x, y: s.y, radius: s.spot, press: s.load(), pull: 0.0 });
         paint(spots.grid, painted, &mut self.stress);
         let patches: Vec<f64> = touching.iter().map(Asperity::area).collect();

@@ -11,7 +11,7 @@ mod growth;
 
 use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Plan, Problem, Quantity,
-    Started, Stop, Support, Watch, accepts,
+    Settings, Started, Stop, Support, Watch, accepts,
 };
 use crate::grid::{mean, sum_rows};
 use crate::{Error, Result};
@@ -28,10 +28,11 @@ static CARD: Card = Card {
     kind: Kind::Estimate,
     needs: Needs::Heights,
     criterion: Criterion::Overlap,
-    calibrated_on: Some("contact area of the reference at p* = 0.01 (spring length λ, unless set)"),
+    calibrated_on: Some("contact area of the reference at p* = 0.01 (spring length λ)"),
     summary: "independent springs; patches of overlap grown to twice their area",
     supports,
     dois: &["10.1007/s11249-017-0900-2"],
+    papers: &[],
 };
 
 fn supports(quantity: Quantity) -> Support {
@@ -66,15 +67,30 @@ const REACHED: f64 = 0.1;
 /// Load balance, relative: Newton's steps end in rounding.
 const BALANCE: f64 = 1e-13;
 
+/// Processor time of a load, measured by `asperity bench --methods`; an order of magnitude.
+const SECONDS_PER_POINT: f64 = 5e-7;
+
 impl ContactMethod for Winkler {
     fn card(&self) -> &'static Card {
         &CARD
     }
 
+    fn calibrated_on(&self, settings: &Settings) -> Option<&'static str> {
+        match settings.winkler {
+            WinklerSettings { wavelength: Some(_), .. } => None,
+            WinklerSettings { calibrate_to: Some(_), .. } => {
+                Some("the contact area at p* = 0.01 that winkler.calibrate_to gives (spring length λ)")
+            }
+            _ => CARD.calibrated_on,
+        }
+    }
+
     fn plan(&self, problem: &Problem) -> Plan {
         // Heights from the lowest on, gap and stress, the map, labels and their parents, nearest nodes and their order.
         let per_point = 3 * 8 + 1 + 4 * 4;
-        Plan { bytes: per_point * problem.grid.points() as u64, iterations: 10, pairs_per_iteration: 0.0 }
+        let points = problem.grid.points();
+        let seconds = SECONDS_PER_POINT * points as f64;
+        Plan { bytes: per_point * points as u64, iterations: 10, pairs_per_iteration: 0.0, seconds }
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {

@@ -2,7 +2,7 @@
 
 use super::judge::{self, MapErrors};
 use super::ladder::{self, Rung};
-use super::{AskedOfLadder, Truth};
+use super::{AskedOfLadder, Exact, Truth};
 use crate::grid::Series;
 use crate::method::{Heights, Precision};
 use crate::pipeline::folder::{Key, Leftovers, RunFolder};
@@ -110,7 +110,8 @@ impl<'a> Bench<'a> {
         let s = &case.scene;
         let problem = (&s.laboratory, &s.surface, &s.load, &s.adhesion, &s.continuum, &s.methods, case.gradient);
         // A cost is that of a number of threads.
-        let how = (rung.beside.adhesive, rung.id(), case.grid.nx, self.repeats, rayon::current_num_threads());
+        let how =
+            (rung.beside.adhesive, rung.id(), case.grid.nx, rung.slab, self.repeats, rayon::current_num_threads());
         Key::new(&rung.stage(), &(problem, how, &self.common), reference.as_slice())
     }
 
@@ -190,11 +191,25 @@ impl<'a> Bench<'a> {
         }
     }
 
+    /// The settings of a list, in its order.
+    pub fn measure_all(&mut self, besides: &[Beside], list: &[Exact], truths: &[Truth]) -> Result<Climbed> {
+        let mut climbed = Climbed::default();
+        for e in list {
+            for &beside in besides.iter().filter(|b| b.method.card().id == e.method) {
+                let rung = Rung { beside, n: e.n, precision: e.precision, tolerance: e.tolerance, slab: None };
+                let Some(truth) = truths.iter().find(|t| t.rung.beside.adhesive == beside.adhesive) else { continue };
+                let why = self.attempt(rung, truth, 1.0, &mut climbed)?;
+                climbed.left_out.extend(why.map(|w| (rung, w)));
+            }
+        }
+        Ok(climbed)
+    }
+
     /// Every method once, on the first of `grids` or the next one that fits; then on the other grids, coarse ones first; then
     /// in other precisions and to other tolerances.
-    pub fn climb(&mut self, besides: &[Beside], grids: &[usize], truths: &[Truth]) -> Result<Climbed> {
+    pub fn climb(&mut self, besides: &[Beside], grids: &[usize], slabs: &[f64], truths: &[Truth]) -> Result<Climbed> {
         let tolerance = ladder::base_tolerance(self.case);
-        let rung = |&beside: &Beside, n: usize| Rung { beside, n, precision: Precision::F64, tolerance };
+        let rung = |&beside: &Beside, n: usize| Rung { beside, n, precision: Precision::F64, tolerance, slab: None };
         let truth = |rung: &Rung| truths.iter().find(|t| t.rung.beside.adhesive == rung.beside.adhesive);
         let mut climbed = Climbed::default();
         // What did not fit is not tried again.
@@ -230,6 +245,10 @@ impl<'a> Bench<'a> {
                     climbed.left_out.extend(skipped.into_iter().map(|r| (r, none.to_string())));
                 }
             }
+        }
+        for t in truths {
+            let layer = |&thickness: &f64| Rung { n: main, slab: Some(thickness), ..t.rung };
+            refined.extend(slabs.iter().map(layer));
         }
         self.cheap_first(&mut refined)?;
         for r in others.into_iter().chain(refined) {
@@ -283,9 +302,7 @@ fn measured(
     };
     let mut best: Option<Measured> = None;
     for _ in 0..repeats {
-        sys::return_freed_memory();
-        sys::reset_peak_rss();
-        let before = sys::peak_rss_bytes();
+        let growth = sys::Growth::begin();
         let (clock, cpu) = (Instant::now(), sys::cpu_seconds());
         let results = methods::run(case, rung.beside, heights, (dir, stage), key, listener)?;
         let cost = Cost {
@@ -295,8 +312,8 @@ fn measured(
             fft_pairs: results.states.iter().map(|s| s.fft_pairs).sum(),
             iterations: results.states.iter().map(|s| s.iterations).sum(),
             planned_bytes: results.planned_bytes,
-            measured_bytes: sys::peak_rss_bytes().saturating_sub(before),
-            resident_before_bytes: before,
+            measured_bytes: growth.bytes(),
+            resident_before_bytes: growth.before_bytes(),
         };
         let refused = results.refusal.is_some();
         match &mut best {

@@ -1,6 +1,8 @@
 //! The settings that are run, in the order of what they tell.
 
+use crate::interface::{Base, Elastic, Layer};
 use crate::method::{ContactMethod, Heights, Kind, Precision, Problem};
+use crate::path::Given;
 use crate::pipeline::methods::Beside;
 use crate::pipeline::plan::SECONDS_PER_POINT_PAIR;
 use crate::record::tradeoff::Setting;
@@ -12,6 +14,9 @@ const TOLERANCES: [f64; 4] = [1e-2, 1e-4, 1e-6, 1e-8];
 
 /// Largest tolerance of the reference: the default of f64.
 pub const REFERENCE_TOLERANCE: f64 = 1e-8;
+
+/// Poisson's ratio of layers that stand for a half-space: that of the atoms' block.
+const SLAB_POISSON: f64 = 0.3;
 
 /// Points a side below which a grid holds no surface worth a comparison.
 pub const COARSEST: usize = 16;
@@ -31,6 +36,8 @@ pub struct Rung {
     pub n: usize,
     pub precision: Precision,
     pub tolerance: f64,
+    /// Thickness over L of a bonded layer in place of the half-space.
+    pub slab: Option<f64>,
 }
 
 impl Rung {
@@ -41,12 +48,14 @@ impl Rung {
     /// Name of its stage and folder.
     pub fn stage(&self) -> String {
         let adhesive = if self.beside.adhesive { "-adhesive" } else { "" };
-        format!("point-{}{adhesive}-{}-{}-{:e}", self.id(), self.n, word(self.precision), self.tolerance)
+        let slab = self.slab.map_or(String::new(), |t| format!("-slab-{t}"));
+        format!("point-{}{adhesive}-{}-{}-{:e}{slab}", self.id(), self.n, word(self.precision), self.tolerance)
     }
 
     pub fn words(&self) -> String {
         let with = if self.beside.adhesive { " with adhesion" } else { "" };
-        format!("{}{with}, {} points a side, {} to {:e}", self.id(), self.n, word(self.precision), self.tolerance)
+        let slab = self.slab.map_or(String::new(), |t| format!(", a layer of {t} L"));
+        format!("{}{with}, {} points a side, {} to {:e}{slab}", self.id(), self.n, word(self.precision), self.tolerance)
     }
 
     pub fn setting(&self, ny: usize) -> Setting {
@@ -57,6 +66,7 @@ impl Rung {
             ny,
             precision: word(self.precision).into(),
             tolerance: self.tolerance,
+            slab: self.slab,
         }
     }
 
@@ -65,7 +75,7 @@ impl Rung {
     }
 
     pub fn planned_bytes(&self, case: &Case) -> u64 {
-        self.beside.method.plan(&problem(case, &self.beside)).bytes
+        Given::plan(&problem(case, &self.beside), self.beside.method).bytes
     }
 
     /// Seconds, from what is measured of the same method, or, before anything is, from what it plans. An order of magnitude.
@@ -81,9 +91,10 @@ impl Rung {
             }
             None => {
                 let plan = self.beside.method.plan(&problem(case, &self.beside));
-                let pairs = plan.iterations as f64 * plan.pairs_per_iteration * case.loads_there() as f64;
+                let pairs = plan.iterations as f64 * plan.pairs_per_iteration;
                 let threads = rayon::current_num_threads() as f64;
-                pairs * case.grid.points() as f64 * SECONDS_PER_POINT_PAIR / threads
+                let of_pairs = pairs * case.grid.points() as f64 * SECONDS_PER_POINT_PAIR / threads;
+                case.loads_there() as f64 * (of_pairs + plan.seconds)
             }
         }
     }
@@ -106,7 +117,7 @@ pub fn word(precision: Precision) -> &'static str {
 /// The scene as all settings have it: its surface, loads and adhesion, and nothing that is solved beside.
 pub fn bare(case: &Case) -> Scene {
     let mut scene = case.scene.clone();
-    scene.atoms = None;
+    (scene.atoms, scene.accuracy) = (None, None);
     scene.load.pull_off = false;
     let c = &mut scene.continuum;
     (c.method, c.start) = ("auto".into(), None);
@@ -127,6 +138,9 @@ pub fn at(case: &Case, rung: &Rung) -> Result<Case> {
     let mut found = on_grid(case, rung.n)?;
     found.scene.continuum.precision = rung.precision;
     found.scene.continuum.tolerance = Some(rung.tolerance);
+    if let Some(thickness) = rung.slab {
+        found.kernel = Elastic::Layer(Layer { thickness, poisson: SLAB_POISSON, base: Base::Bonded });
+    }
     Ok(found)
 }
 
@@ -185,9 +199,11 @@ pub fn refinements(rung: &Rung, case: &Case) -> Vec<Rung> {
     if method.card().kind == Kind::Estimate {
         return Vec::new();
     }
-    let single = Rung { precision: Precision::F32, tolerance: default_tolerance(Precision::F32, case.grid), ..*rung };
+    // At light loads round-off keeps f32 from its usual tolerance.
+    let single = [default_tolerance(Precision::F32, case.grid), TOLERANCES[0]];
+    let single = single.map(|tolerance| Rung { precision: Precision::F32, tolerance, ..*rung });
     let others = TOLERANCES.into_iter().filter(|t| *t != rung.tolerance);
-    std::iter::once(single).chain(others.map(|tolerance| Rung { tolerance, ..*rung })).collect()
+    single.into_iter().chain(others.map(|tolerance| Rung { tolerance, ..*rung })).collect()
 }
 
 #[cfg(test)]
@@ -213,11 +229,12 @@ mod tests {
             n,
             precision: Precision::F64,
             tolerance: 1e-8,
+            slab: None,
         };
         let measured = [(rung(32), 1.0), (rung(64), 6.0)];
         assert!((rung(128).expected_seconds(&measured, &case) / 48.0 - 1.0).abs() < 1e-12);
         assert!((rung(16).expected_seconds(&measured, &case) / 0.25 - 1.0).abs() < 1e-12);
         assert!(rung(64).expected_seconds(&[], &case) > 0.0);
-        assert_eq!(refinements(&rung(64), &case).len(), 4);
+        assert_eq!(refinements(&rung(64), &case).len(), 5);
     }
 }

@@ -3,10 +3,11 @@
 mod bench;
 mod judge;
 mod ladder;
+mod proof;
 
 use super::methods::Beside;
 use super::{Listener, run};
-use crate::interface::Adhesion;
+use crate::interface::{Adhesion, Elastic};
 use crate::method::ContactMethod;
 use crate::method::Precision;
 use crate::record::results::ScalesSi;
@@ -15,6 +16,7 @@ use crate::scene::{Case, Surface};
 use crate::{Error, Result, report};
 use bench::{Bench, Measured};
 use ladder::{COARSEST, REFERENCE_TOLERANCE, Rung};
+pub use proof::{Trial, prove};
 use std::path::{Path, PathBuf};
 
 /// Grids of the reference: three show whether there is an order to extrapolate with.
@@ -33,6 +35,28 @@ pub struct AskedOfLadder {
     /// Wall time for all settings, those of earlier runs in the same folder among them, s.
     pub budget_seconds: Option<f64>,
     pub repeats: usize,
+    /// These settings alone, on grids that need not divide the reference's.
+    pub exact: Option<Vec<Exact>>,
+    /// Thicknesses over L of bonded layers in place of the half-space, by the reference's method on the scene's grid.
+    pub slabs: Vec<f64>,
+}
+
+/// A setting.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Exact {
+    pub method: String,
+    pub n: usize,
+    pub precision: Precision,
+    pub tolerance: f64,
+}
+
+impl Exact {
+    /// Whether a point was measured in it.
+    pub fn is_of(&self, point: &Point) -> bool {
+        let s = &point.setting;
+        (&s.method, s.nx, s.precision.as_str(), s.tolerance)
+            == (&self.method, self.n, ladder::word(self.precision), self.tolerance)
+    }
 }
 
 /// The reference, and what its grids tell of its errors.
@@ -56,8 +80,15 @@ pub fn tradeoff(
     listener: &dyn Listener,
 ) -> Result<(Tradeoff, PathBuf)> {
     let case = Case::resolve(ladder::bare(case), &case.file)?;
+    if !asked.slabs.is_empty() && case.kernel != Elastic::HalfSpace {
+        let accepted = format!("a scene of a half-space that layers stand for, not of a {}", case.kernel);
+        return Err(Error::input("command line", "--slabs", "given", accepted));
+    }
     let mut warnings = case.warnings.clone();
-    let (reference, grids) = grids(&case, asked, &mut warnings)?;
+    let (reference, grids) = match &asked.exact {
+        Some(list) => (asked.reference.unwrap_or(case.grid.nx), list.iter().map(|e| e.n).collect()),
+        None => grids(&case, asked, &mut warnings)?,
+    };
     let attracts = case.adhesion != Adhesion::None;
     let besides: Vec<Beside> = asked
         .methods
@@ -81,7 +112,10 @@ pub fn tradeoff(
         }
     }
     let of = |rung: &Rung| truths.iter().find(|t| t.rung.beside.adhesive == rung.beside.adhesive);
-    let climbed = bench.climb(&besides, &grids, &truths)?;
+    let climbed = match &asked.exact {
+        Some(list) => bench.measure_all(&besides, list, &truths)?,
+        None => bench.climb(&besides, &grids, &asked.slabs, &truths)?,
+    };
     let cost = |c: &crate::record::tradeoff::Cost, truth: &Truth| crate::record::tradeoff::Cost {
         of_reference: c.cpu_seconds / truth.measured.cost.cpu_seconds.max(f64::MIN_POSITIVE),
         ..*c
@@ -98,8 +132,8 @@ pub fn tradeoff(
         Some(Point {
             setting: rung.setting(found.ny),
             paper_name: card.paper_name.into(),
-            criterion: card.criterion.to_string(),
-            calibrated_on: card.calibrated_on.map(Into::into),
+            criterion: found.results.criterion.clone(),
+            calibrated_on: found.results.calibrated_on.clone(),
             is_reference,
             refusal: found.results.refusal.clone(),
             missing: found.results.missing.clone(),
@@ -111,7 +145,7 @@ pub fn tradeoff(
     let mut points: Vec<Point> = climbed.done.iter().filter_map(point).collect();
     // As tables list them: the registry's order, fine grids first.
     let place = |p: &Point| besides.iter().position(|b| b.method.card().id == p.setting.method);
-    points.sort_by_key(|p| (place(p), std::cmp::Reverse(p.setting.nx)));
+    points.sort_by_key(|p| (place(p), p.setting.slab.is_some(), std::cmp::Reverse(p.setting.nx)));
     let left_out = climbed.left_out.into_iter().map(|(rung, reason)| {
         let ny = rung.n * case.grid.ny / case.grid.nx;
         LeftOut { setting: rung.setting(ny), reason }
@@ -209,7 +243,13 @@ fn grids(case: &Case, asked: &AskedOfLadder, warnings: &mut Vec<String>) -> Resu
 fn truth(bench: &mut Bench, case: &Case, adhesive: bool, n: usize, out: &Path) -> Result<Truth> {
     let fast = crate::method::find("fast").expect("it is registered");
     let tolerance = ladder::base_tolerance(case).min(REFERENCE_TOLERANCE);
-    let at = |n: usize| Rung { beside: Beside { method: fast, adhesive }, n, precision: Precision::F64, tolerance };
+    let at = |n: usize| Rung {
+        beside: Beside { method: fast, adhesive },
+        n,
+        precision: Precision::F64,
+        tolerance,
+        slab: None,
+    };
     let rung = at(n);
     let measured = bench.measure(&rung, None, None)?;
     if let Some(why) = &measured.results.refusal {

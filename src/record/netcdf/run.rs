@@ -83,12 +83,15 @@ fn axis(name: &str, n: usize, extent: f64) -> Variable {
 }
 
 fn surface(folder: &Path, s: &SurfaceResults, length: f64) -> Vec<Variable> {
-    let file = vec![folder.join(&s.heights)];
-    // A stack of one map is the map.
-    let heights = Variable::new("heights", &["y", "x"], Data::Scaled(file, length), "m", "height of the rigid surface")
-        .with("sign", Attribute::Text(Sign::LowFirst.words().into()))
-        .with("origin", Attribute::Text(s.origin.clone()));
-    let mut list = vec![axis("x", s.nx, length), axis("y", s.ny, length * s.aspect), heights];
+    let mut list = vec![axis("x", s.nx, length), axis("y", s.ny, length * s.aspect)];
+    if let Some(file) = &s.heights {
+        // A stack of one map is the map.
+        let file = Data::Scaled(vec![folder.join(file)], length);
+        let heights = Variable::new("heights", &["y", "x"], file, "m", "height of the rigid surface")
+            .with("sign", Attribute::Text(Sign::LowFirst.words().into()))
+            .with("origin", Attribute::Text(s.origin.clone()));
+        list.push(heights);
+    }
     if !s.psd.is_empty() {
         let mode = s.psd.iter().map(|p| p.mode).collect();
         let square = length * length;
@@ -119,7 +122,7 @@ fn curves(c: &ContinuumResults, length: f64, modulus: f64) -> Vec<Variable> {
         ("interaction_energy", modulus * length, "J m-2", "energy per area of the interaction", |s| {
             Some(s.interaction_energy)
         }),
-        ("patches", 1.0, "1", "number of contact patches", |s| Some(s.patches as f64)),
+        ("patches", 1.0, "1", "number of contact patches", |s| s.patches.map(|n| n as f64)),
         ("retracting", 1.0, "1", "1 where the load was come to on the way apart", |s| {
             Some(f64::from(u8::from(s.way == Way::Retract)))
         }),

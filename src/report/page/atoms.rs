@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 
+use super::criteria;
 use super::desk::{Desk, figure, symbol, table, text};
 use crate::error::Result;
 use crate::record::results::{AtomsResults, AuditLine, LadderStep};
@@ -41,6 +42,8 @@ pub fn section(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
             p.quiet { "Contact is the share of the surface layer’s atoms that touch. More than a few contact atoms from below "
                 "the surface mean that material has flowed, which no elastic method can follow." }
         }
+        (criteria::section(desk, atoms)?)
+        (criteria::plasticity(desk, atoms)?)
     })
 }
 

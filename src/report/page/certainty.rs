@@ -2,11 +2,14 @@
 
 use maud::{Markup, html};
 
-use super::desk::{Desk, figure, numbers, text};
+use super::desk::{Desk, capitalised, figure, numbers, text};
 use crate::error::Result;
+use crate::record::budget::Source;
 use crate::record::results::{ContinuumResults, StateResults, Way};
-use crate::report::number::{change, si, significant, trimmed};
+use crate::record::tradeoff::Measure;
+use crate::report::number::{change, percent, si, significant, trimmed};
 use crate::report::plot::{Axis, Curve, LABORATORY, POINTED_OUT, Plot};
+use crate::scene::REFERENCE_LOAD;
 
 pub fn section(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
     Ok(html! {
@@ -24,6 +27,7 @@ pub fn section(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
                 (significant(r.resolution_asked, 2)) " instead of " (significant(r.resolution_used, 2)) "." }
         }
         @if c.states.iter().any(|s| s.discretisation.is_some()) { (table(desk, c)) }
+        (budgets(c))
         @if let Some(why) = &c.pull_off_failure {
             p { span.bad { "The pull-off was not found: " } (why) ". The loads above are whole without it." }
         }
@@ -66,6 +70,61 @@ fn table(desk: &Desk, c: &ContinuumResults) -> Markup {
             "minimum: the method's estimate, relative."
             @if extrapolated { " At the true range: extrapolated from three grids, each with the shortest range it resolves; "
                 "the errors are absolute, of the contact in percentage points; – where they would be as large as the value." } }
+    }
+}
+
+/// Colours of the parts of a bar, in the order of [`Source::ALL`].
+const COLOURS: [&str; 5] = ["#0072b2", "#cc79a7", "#009e73", "#e69f00", "#56b4e9"];
+
+/// What area and mean gap are uncertain by: bars for the load nearest to the reference, numbers for all.
+fn budgets(c: &ContinuumResults) -> Markup {
+    let near = |s: &&StateResults| (s.p_star / REFERENCE_LOAD).ln().abs();
+    let known = c.states.iter().filter(|s| !s.budget.is_empty() && s.p_star > 0.0);
+    let Some(shown) = known.min_by(|a, b| near(a).total_cmp(&near(b))) else { return html! {} };
+    let quantities = [Measure::ContactArea, Measure::MeanGap];
+    let row = |s: &StateResults, quantity: Measure| {
+        let part = |source: Source| match s.budget.iter().find(|p| p.quantity == quantity && p.source == source) {
+            None => text("–"),
+            Some(p) => p.relative.map_or_else(|| text("not known"), |r| text(change(Some(r), p.is_bound))),
+        };
+        let mut cells = vec![text(trimmed(s.p_star, 4)), text(quantity.name())];
+        cells.extend(Source::ALL.map(part));
+        cells
+    };
+    let head: Vec<&str> = ["p*", "of"].into_iter().chain(Source::ALL.map(Source::name)).collect();
+    html! {
+        h3 { "What the numbers are uncertain by" }
+        p.key { @for (source, colour) in Source::ALL.iter().zip(COLOURS) {
+            span { i style={ "background:" (colour) } {} (source.name()) }
+        } }
+        @for quantity in quantities { (bar(shown, quantity)) }
+        details {
+            summary { "All loads" }
+            (numbers(&head, c.states.iter().flat_map(|s| quantities.map(|q| row(s, q))).collect()))
+        }
+        p.quiet { "At p* = " (trimmed(shown.p_star, 4)) ", over the value. Grid: the change from half the points a side. Solver and "
+            "precision: what would change if the residual, or the round-off of the fields, were a change of the load. Contact "
+            "criterion: a third of the perimeter correction. What is not known has no part in a bar." }
+    }
+}
+
+/// One quantity's parts side by side, as shares of their sum.
+fn bar(s: &StateResults, quantity: Measure) -> Markup {
+    let parts: Vec<(Source, f64)> =
+        s.budget.iter().filter(|p| p.quantity == quantity).filter_map(|p| Some((p.source, p.relative?))).collect();
+    let total: f64 = parts.iter().map(|p| p.1).sum();
+    let colour =
+        |source: Source| Source::ALL.iter().zip(COLOURS).find(|(s, _)| **s == source).map_or("", |(_, colour)| colour);
+    html! {
+        @if total > 0.0 {
+            div.budget {
+                span { (capitalised(quantity.name())) ", " (percent(total)) }
+                div { @for (source, share) in &parts {
+                    i style={ "width:" (format!("{:.3}", 100.0 * share / total)) "%;background:" (colour(*source)) }
+                        title={ (source.name()) " " (percent(*share)) } {}
+                } }
+            }
+        }
     }
 }
 

@@ -78,12 +78,14 @@ pub fn figures(desk: &Desk, results: &Results) -> Result<Markup> {
     ] {
         drawn.extend(desk.curves(&format!("figure-{number:02}"), &plot)?.map(|curve| (number, curve, caption)));
     }
-    let heights = picture::load(&desk.field(&results.surface.heights)?, LONGEST_SIDE, |h| h * desk.scales.length_m)?;
-    let range = Range::of(&heights.values, 0.0);
-    let legend = Legend::ramp(range, "m", false);
-    let names = ("figure-02", "height map of the challenge’s surface");
-    let map = desk.large_map(names, &picture::map(&heights, range), desk.scales.length_m, legend)?;
-    drawn.push((2, map, "The surface; dark areas touch first."));
+    if let Some(file) = &results.surface.heights {
+        let heights = picture::load(&desk.field(file)?, LONGEST_SIDE, |h| h * desk.scales.length_m)?;
+        let range = Range::of(&heights.values, 0.0);
+        let legend = Legend::ramp(range, "m", false);
+        let names = ("figure-02", "height map of the challenge’s surface");
+        let map = desk.large_map(names, &picture::map(&heights, range), desk.scales.length_m, legend)?;
+        drawn.push((2, map, "The surface; dark areas touch first."));
+    }
     if let Some(maps) = contacts(desk, with, without)? {
         drawn.push((3, maps, "True contact at the reference load, without adhesion and with it, and both superposed."));
     }

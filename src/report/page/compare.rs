@@ -4,6 +4,7 @@ use maud::{Markup, html};
 
 use super::desk::{Desk, figure, numbers, panel, panels, table, text};
 use super::loads::{CLIPPED, PANEL_SIDE, clipped, setting, states};
+use super::{criteria, versions};
 use crate::error::{Error, Result};
 use crate::record::reduce::Reduced;
 use crate::record::results::{
@@ -12,7 +13,7 @@ use crate::record::results::{
 use crate::report::map::Legend;
 use crate::report::number::{count, percent, si, significant, trimmed};
 use crate::report::picture::{self, BLACK, BLUE, LONGEST_SIDE, ORANGE, Range, Rgb};
-use crate::report::plot::{ATOMS, Axis, Curve, HARD, Plot, SOFT, Style};
+use crate::report::plot::{ATOMS, Axis, Curve, HARD, LABORATORY, Plot, SOFT, Style};
 use crate::units::ANGSTROM_M;
 
 /// Loads count as the same within this share: a solver meets its load to 10⁻³ or better, loads of a path differ by far more.
@@ -49,7 +50,10 @@ pub fn section(desk: &Desk, atoms: &AtomsResults, c: &ComparisonResults) -> Resu
             (c.loads.first().and_then(matched).map_or("plain", |m| m.id.as_str())) "”." }
         (overview(c))
         @for l in &loads { (l) }
+        (versions::section(desk, c)?)
+        (criteria::sensitivity(desk, c)?)
         (sections(desk, &c.sections)?)
+        @if let Some(full) = &c.full { h3 { "The continuum solutions: full heights" } (setting(full)) (states(full, &units)) }
         h3 { "The continuum solutions: hard wall" }
         (setting(&c.hard)) (states(&c.hard, &units))
         h3 { "The continuum solutions: soft wall" }
@@ -327,11 +331,14 @@ fn sections(desk: &Desk, list: &[Section]) -> Result<Markup> {
             style: style.without_marker(),
             points: s.y.iter().copied().zip(gap.iter().copied()).collect(),
         };
-        let curves = vec![
+        let mut curves = vec![
             curve("hard wall", HARD, &s.hard_gap_angstrom),
             curve("soft wall", SOFT, &s.soft_gap_angstrom),
             curve("atoms", ATOMS, &s.atoms_gap_angstrom),
         ];
+        if !s.full_gap_angstrom.is_empty() {
+            curves.insert(0, curve("full heights", LABORATORY, &s.full_gap_angstrom));
+        }
         let plot = Plot { proportion: 0.42, ..Plot::new((Axis::Linear, Axis::Linear), ("y / L", "gap (Å)"), curves) };
         if let Some(svg) = desk.curves(&format!("section-{}", i + 1), &plot)? {
             let caption = html! { "The gap along the line x = L/2 at p* = " (trimmed(s.p_star, 4)) "."

@@ -4,9 +4,11 @@ use maud::{Markup, html};
 
 use super::desk::{Desk, figure};
 use crate::error::Result;
-use crate::record::results::{ContinuumResults, LoadComparison, Results, StateResults, Way};
+use crate::record::results::{AtomState, AtomsResults, ContinuumResults, LoadComparison, Results, StateResults, Way};
 use crate::report::number::si_scale;
-use crate::report::plot::{ATOMS, Axis, BACK, Curve, HARD, LABORATORY, Plot, SOFT, Style, THRESHOLD, UNCONVERGED};
+use crate::report::plot::{
+    ATOMS, Axis, BACK, Curve, HARD, LABORATORY, Marker, POINTED_OUT, Plot, SOFT, Style, THRESHOLD, UNCONVERGED,
+};
 
 /// Highest over lowest load from which on contact is drawn on logarithmic axes.
 const LONG_PATH: f64 = 30.0;
@@ -86,6 +88,11 @@ fn area(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
     if let Some(a) = &results.atoms {
         let points = a.states.iter().map(|s| (s.p_star, 100.0 * s.contact_fraction)).collect();
         curves.push(Curve { label: "atoms".into(), style: ATOMS, points });
+        curves.extend(first_yield(a).map(|point| Curve {
+            label: "first yield".into(),
+            style: Style { marker: Marker::Star, ..POINTED_OUT },
+            points: vec![point],
+        }));
     }
     let points = || curves.iter().flat_map(|c| &c.points);
     let span = |of: fn(&(f64, f64)) -> f64| {
@@ -103,6 +110,21 @@ fn area(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
         @if results.comparison.is_some() { "; those at the atoms’ scale are raw shares of the surface atoms’ sites, so that "
             "they compare with the atoms" } "." },
     )))
+}
+
+/// p* of first yield and the atoms' contact there (%), between the loads around it.
+fn first_yield(a: &AtomsResults) -> Option<(f64, f64)> {
+    let p_star = a.plasticity.as_ref()?.first_yield?;
+    let area = |s: &AtomState| 100.0 * s.contact_fraction;
+    let above = a.states.iter().position(|s| s.p_star >= p_star)?;
+    let (s1, (p0, a0)) = (
+        &a.states[above],
+        match above {
+            0 => (0.0, 0.0),
+            k => (a.states[k - 1].p_star, area(&a.states[k - 1])),
+        },
+    );
+    Some((p_star, a0 + (area(s1) - a0) * (p_star - p0) / (s1.p_star - p0)))
 }
 
 /// Mean gap against the logarithm of the load, in which rough surfaces fall about straight; on a linear axis where some

@@ -3,8 +3,9 @@
 use maud::{Markup, html};
 
 use super::compare::{SAME_LOAD, deviation, matched};
+use crate::record::advice::Chosen;
 use crate::record::results::{ComparisonResults, ContinuumResults, Results, StateResults, Way};
-use crate::report::number::{count, duration, memory, percent, si, si_given, significant, trimmed};
+use crate::report::number::{count, duration, error_of, memory, percent, si, si_given, significant, trimmed};
 
 struct Tile {
     name: String,
@@ -15,6 +16,7 @@ struct Tile {
 pub fn section(results: &Results) -> Markup {
     html! {
         @for sentence in found(results) { p.found { (sentence) } }
+        @if let Some(c) = &results.accuracy { p { (chosen(c)) } }
         div.tiles {
             @for t in tiles(results) {
                 div.tile { div.name { (t.name) } div.value { (t.value) } div.note { (t.note) } }
@@ -25,6 +27,30 @@ pub fn section(results: &Results) -> Markup {
         }
         (words(results))
     }
+}
+
+/// What the scene's accuracy was resolved into.
+fn chosen(c: &Chosen) -> String {
+    let a = &c.advice;
+    let asked = match (c.error, c.budget_s) {
+        (Some(share), _) => format!("within {}", percent(share)),
+        (None, s) => format!("as well as {} allow", duration(s.unwrap_or(0.0))),
+    };
+    let beyond = if a.extrapolated.is_empty() {
+        String::new()
+    } else {
+        format!(" Beyond what was measured: {}.", a.extrapolated.join("; "))
+    };
+    format!(
+        "Asked for: the {} {asked}. Measured tables ({}) chose {} on {} points a side, {} to {:e}: expected to err by {}.{beyond} What          this needs none of was neither kept nor counted.",
+        c.quantity.name(),
+        c.tables,
+        a.method,
+        a.grid,
+        a.precision,
+        a.tolerance,
+        error_of(c.quantity, a.expected_error)
+    )
 }
 
 /// What was found, in a sentence per scale.

@@ -58,7 +58,7 @@ pub fn states(c: &ContinuumResults, units: &dyn Fn(&StateResults) -> [String; 2]
                 told(percent(s.contact_fraction)),
                 told(percent(s.contact_fraction_corrected)),
                 told(gap),
-                told(count(s.patches)),
+                s.patches.map_or_else(|| text("–"), |n| told(count(n))),
                 stop(s),
                 told(significant(s.load_error, 2)),
                 told(significant(s.residual, 2)),

@@ -10,7 +10,7 @@ use crate::observe::column_at;
 use crate::record::methods::{MethodResults, MethodState, states_of};
 use crate::record::npy;
 use crate::record::results::{ContinuumResults, Results};
-use crate::report::number::{duration, percent, significant, trimmed};
+use crate::report::number::{duration, percent, si, significant, trimmed};
 use crate::report::picture;
 use crate::report::plot::{self, Axis, Curve, Dash, Marker, PANEL, Plot, Style};
 use crate::scene::REFERENCE_LOAD;
@@ -21,8 +21,9 @@ const OWN_WITHOUT: Style = Style { dash: Dash::Dashed, ..OWN };
 const WITH: Style = plot::ATOMS;
 const WITHOUT: Style = plot::HARD;
 
-/// Panels in a row.
-const ROW: usize = 3;
+/// Panels in a row, and height over width of each.
+const ROW: usize = 4;
+const PROPORTION: f64 = 0.7;
 /// Position of the sections, over L.
 const SECTION: f64 = 0.5;
 /// Stresses over the mean pressure below which a line has none.
@@ -58,7 +59,7 @@ struct Figure {
     needs: Quantity,
     axes: (Axis, Axis),
     labels: (&'static str, &'static str),
-    /// Of all loads, or of the reference load alone.
+    /// Against the load, or of a load.
     path: bool,
 }
 
@@ -176,10 +177,28 @@ impl Own {
     }
 }
 
-/// The reference load's state, or where the path has none the one next to it.
-fn at_reference(states: &[MethodState]) -> Option<&MethodState> {
-    let off = |s: &MethodState| (s.p_star.max(f64::MIN_POSITIVE) / REFERENCE_LOAD).ln().abs();
-    states.iter().min_by(|a, b| off(a).total_cmp(&off(b)))
+/// Loads whose figures are drawn, beside the tables of all: more make a page that browsers are slow with.
+const DRAWN: usize = 4;
+
+fn at(states: &[MethodState], p_star: f64) -> Option<&MethodState> {
+    states.iter().find(|s| s.p_star == p_star)
+}
+
+/// The loads of all methods, in their order, and which of them is nearest the reference load.
+fn loads(results: &Results) -> (Vec<f64>, usize) {
+    let mut loads: Vec<f64> = results.methods.iter().flat_map(|m| &m.states).map(|s| s.p_star).collect();
+    loads.sort_by(f64::total_cmp);
+    loads.dedup();
+    let off = |p: f64| (p.max(f64::MIN_POSITIVE) / REFERENCE_LOAD).ln().abs();
+    let nearest = (0..loads.len()).min_by(|&a, &b| off(loads[a]).total_cmp(&off(loads[b]))).unwrap_or(0);
+    (loads, nearest)
+}
+
+/// Whether figures of a load are drawn: of the nearest to the reference, and of others at even distances.
+fn is_drawn(k: usize, nearest: usize, count: usize) -> bool {
+    let others = DRAWN - 1;
+    let place = if k < nearest { k } else { k.saturating_sub(1) };
+    count <= DRAWN || k == nearest || (0..others).any(|d| place == d * (count - 2) / (others - 1))
 }
 
 pub fn section(desk: &Desk, results: &Results) -> Result<Markup> {
@@ -190,27 +209,52 @@ pub fn section(desk: &Desk, results: &Results) -> Result<Markup> {
             ids.push(&m.method);
         }
     }
-    let p_star = results.methods.iter().find_map(|m| at_reference(&m.states)).map(|s| s.p_star);
-    let mut figures = Vec::new();
-    for kind in &FIGURES {
-        let mut drawn = Vec::new();
+    let draw = |kind: &Figure, load: Option<(usize, f64)>| -> Result<Markup> {
+        let (mut drawn, mut empty): (Vec<Markup>, Vec<(String, Vec<String>)>) = Default::default();
         for id in &ids {
-            drawn.push(cell(desk, kind, &own, results.methods.iter().filter(|m| m.method == *id).collect())?);
+            let runs = results.methods.iter().filter(|m| m.method == *id).collect();
+            match cell(desk, kind, load, &own, runs)? {
+                Cell::Panel(panel) => drawn.push(panel),
+                Cell::Empty { title, why } => match empty.iter_mut().find(|e| e.0 == why) {
+                    Some((_, titles)) => titles.push(title),
+                    None => empty.push((why, vec![title])),
+                },
+            }
         }
-        let load = match p_star {
-            Some(p) if !kind.path => format!(", at p* = {}", trimmed(p, 4)),
-            _ => String::new(),
+        let of = load.map_or(String::new(), |(_, p)| format!(", at p* = {}", trimmed(p, 4)));
+        let caption = html! {
+            (kind.caption) (of) ". Grey: " (own_name(results)) " (The paper’s figure " (kind.number) ".)"
+            @for (why, titles) in &empty { br; "Not in it (" (why) "): " (titles.join(", ")) "." }
         };
-        let caption =
-            html! { (kind.caption) (load) ". Grey: " (own_name(results)) " (The paper’s figure " (kind.number) ".)" };
-        figures.push(figure(panels(ROW, &drawn), caption));
+        Ok(figure(panels(ROW, &drawn), caption))
+    };
+    let (loads, nearest) = loads(results);
+    let mut of_loads = Vec::new();
+    for (k, &p) in loads.iter().enumerate() {
+        let mut figures = Vec::new();
+        for kind in FIGURES.iter().filter(|f| !f.path && is_drawn(k, nearest, loads.len())) {
+            figures.push(draw(kind, Some((k, p)))?);
+        }
+        of_loads.push(html! {
+            details open[k == nearest] {
+                summary { "p* = " (trimmed(p, 4)) @if figures.is_empty() { " (table only)" } }
+                (table(desk, results, &own, p))
+                @for f in &figures { (f) }
+            }
+        });
+    }
+    let mut paths = Vec::new();
+    for kind in FIGURES.iter().filter(|f| f.path || loads.is_empty()) {
+        paths.push(draw(kind, None)?);
     }
     Ok(html! {
-        @if let Some(p) = p_star { p { "At p* = " (trimmed(p, 4)) ". Deviations are from " (own_name(results))
-            " Areas count as each method’s own criterion has it; where contact is a map of nodes they are perimeter-corrected." } }
-        (table(desk, results, &own))
-        p.quiet { "Blue, solid: with the scene’s adhesion; orange, dashed: without. What a method does not tell, its panel says why." }
-        @for f in &figures { (f) }
+        p { "Deviations are from " (own_name(results))
+            " Areas count as each method’s own criterion has it; where contact is a map of nodes they are perimeter-corrected." }
+        p.quiet { "Blue, solid: with the scene’s adhesion; orange, dashed: without. Below a figure stands what it does not show, and why." }
+        @if loads.is_empty() { (table(desk, results, &own, REFERENCE_LOAD)) }
+        @for load in &of_loads { (load) }
+        (notes(desk, results))
+        @for f in &paths { (f) }
     })
 }
 
@@ -223,7 +267,8 @@ fn own_name(results: &Results) -> String {
     }
 }
 
-fn table(desk: &Desk, results: &Results, own: &Own) -> Markup {
+/// The numbers of a load.
+fn table(desk: &Desk, results: &Results, own: &Own, p_star: f64) -> Markup {
     let um = desk.scales.length_m * 1e6;
     let off = |found: f64, reference: Option<f64>| match reference.filter(|r| *r != 0.0) {
         None => String::new(),
@@ -232,17 +277,15 @@ fn table(desk: &Desk, results: &Results, own: &Own) -> Markup {
     };
     let grid = |adhesive: bool| {
         let solved = results.continuum.iter().chain(&results.without).find(|c| c.range.is_some() == adhesive)?;
-        let change =
-            solved.states.iter().find(|s| Some(s.p_star) == at_reference(own.like(adhesive)).map(|s| s.p_star));
-        change?.discretisation?.area
+        solved.states.iter().find(|s| s.p_star == p_star)?.discretisation?.area
     };
     let own_row = |adhesive: bool| {
-        let s = at_reference(own.like(adhesive))?;
+        let s = at(own.like(adhesive), p_star)?;
         let error = grid(adhesive).map_or(String::new(), |e| format!(" ± {} by the grid", percent(e * s.area())));
         Some(vec![
             html! { strong { (results.continuum.as_ref().map_or("", |c| &c.method)) } },
             text(if adhesive { "with" } else { "without" }),
-            text("zero gap"),
+            text(results.continuum.iter().flat_map(|c| &c.states).next().map_or("", |s| &s.criterion)),
             html! { (percent(s.area())) span.quiet { (error) } },
             text(s.mean_gap.map_or("–".into(), |g| format!("{} µm", significant(g * um, 3)))),
             text(s.stiffness.map_or("–".into(), |k| significant(k, 3))),
@@ -251,9 +294,7 @@ fn table(desk: &Desk, results: &Results, own: &Own) -> Markup {
         ])
     };
     let row = |m: &MethodResults| {
-        let (here, reference) = (at_reference(&m.states), at_reference(own.like(m.adhesive)));
-        // A method that ended early is not held against another load.
-        let reference = reference.filter(|r| here.is_some_and(|h| h.p_star == r.p_star));
+        let (here, reference) = (at(&m.states, p_star), at(own.like(m.adhesive), p_star));
         type Of<'a> = &'a dyn Fn(&MethodState) -> Option<f64>;
         let with = |quantity: Quantity, of: Of, show: &dyn Fn(f64) -> String| match here.and_then(of) {
             Some(v) => html! { (show(v)) span.quiet { (off(v, reference.and_then(of))) } },
@@ -267,9 +308,16 @@ fn table(desk: &Desk, results: &Results, own: &Own) -> Markup {
             text(if m.adhesive { "with" } else { "without" }),
             text(&m.criterion),
         ];
-        if !m.states.is_empty() {
+        if here.is_none() && !m.states.is_empty() {
+            cells.push(html! { span.quiet { "ended before this load" } });
+        } else if here.is_some() {
             cells.extend([
-                with(Quantity::ContactArea, &|s| Some(s.area()), &percent),
+                html! {
+                    (with(Quantity::ContactArea, &|s| Some(s.area()), &percent))
+                    @if let Some(presses) = here.and_then(|s| s.contact_fraction_compressive) {
+                        span.quiet { " (" (percent(presses)) " under compression)" }
+                    }
+                },
                 with(Quantity::MeanGap, &|s| s.mean_gap, &|g| format!("{} µm", significant(g * um, 3))),
                 with(Quantity::Stiffness, &|s| s.stiffness, &|k| significant(k, 3)),
                 with(Quantity::PatchPdf, &|s| s.typical_patch, &|a| format!("{} µm²", significant(a * um * um, 3))),
@@ -278,16 +326,6 @@ fn table(desk: &Desk, results: &Results, own: &Own) -> Markup {
         }
         cells
     };
-    let fitted: Vec<String> = results
-        .methods
-        .iter()
-        .filter_map(|m| m.calibrated_on.as_ref().map(|what| format!("{}: {what}", m.method)))
-        .fold(Vec::new(), |mut all, line| {
-            if !all.contains(&line) {
-                all.push(line);
-            }
-            all
-        });
     let head = [
         "method",
         "adhesion",
@@ -298,22 +336,46 @@ fn table(desk: &Desk, results: &Results, own: &Own) -> Markup {
         "typical patch",
         "CPU, all loads",
     ];
+    desk::table(&head, [true, false].into_iter().filter_map(own_row).chain(results.methods.iter().map(row)).collect())
+}
+
+/// What holds at all loads: refusals, ranges, fits.
+fn notes(desk: &Desk, results: &Results) -> Markup {
+    let fitted: Vec<String> = results
+        .methods
+        .iter()
+        .filter_map(|m| m.calibrated_on.as_ref().map(|what| format!("{}: {what}", m.method)))
+        .fold(Vec::new(), |mut all, line| {
+            if !all.contains(&line) {
+                all.push(line);
+            }
+            all
+        });
     html! {
-        (desk::table(&head, [true, false].into_iter().filter_map(own_row).chain(results.methods.iter().map(row)).collect()))
         @for m in &results.methods {
             @if let Some(why) = &m.refusal { p.quiet { (m.method) @if !m.adhesive { " without adhesion" } " tells nothing: " (why) "." } }
+        }
+        @for (m, range) in results.methods.iter().filter_map(|m| Some((m, m.range?))).filter(|(_, r)| r.used != r.asked) {
+            p.quiet { (m.method) " works with a range of the adhesion of " (si(range.used * desk.scales.length_m, "m", 3))
+                " on this grid, where " (si(range.asked * desk.scales.length_m, "m", 3)) " is asked for." }
         }
         @if !fitted.is_empty() { p.quiet { "* has constants that were fitted. " (fitted.join("; ")) "." } }
     }
 }
 
-/// Panel of a method, or the reason why it is empty.
-fn cell(desk: &Desk, kind: &Figure, own: &Own, runs: Vec<&MethodResults>) -> Result<Markup> {
-    let Some(first) = runs.first() else { return Ok(html! {}) };
+/// What a figure has of a method.
+enum Cell {
+    Panel(Markup),
+    Empty { title: String, why: String },
+}
+
+/// Panel of a method at a load, or of all loads, or the reason why there is none.
+fn cell(desk: &Desk, kind: &Figure, load: Option<(usize, f64)>, own: &Own, runs: Vec<&MethodResults>) -> Result<Cell> {
+    let first = runs.first().expect("ids are those of runs");
     let title = format!("{}: {}", first.method, first.paper_name);
     let mut found = Vec::new();
     for run in &runs {
-        let points = points(desk, kind, &run.states)?;
+        let points = points(desk, kind, load, &run.states)?;
         if !points.is_empty() {
             let style = if run.adhesive { WITH } else { WITHOUT };
             let style = if kind.path { style } else { style.without_marker() };
@@ -332,11 +394,11 @@ fn cell(desk: &Desk, kind: &Figure, own: &Own, runs: Vec<&MethodResults>) -> Res
         } else {
             reasons.join("; ")
         };
-        return Ok(panel(&title, html! { p.empty { (why) } }, html! {}));
+        return Ok(Cell::Empty { title, why });
     }
     let mut curves = Vec::new();
     for (style, states) in [(OWN, &own.with), (OWN_WITHOUT, &own.without)] {
-        curves.push(Curve { label: String::new(), style, points: points(desk, kind, states)? });
+        curves.push(Curve { label: String::new(), style, points: points(desk, kind, load, states)? });
     }
     let bounds = [bounds(kind.axes.0, &curves, |p| p.0), bounds(kind.axes.1, &curves, |p| p.1)];
     for curve in &mut found {
@@ -344,13 +406,12 @@ fn cell(desk: &Desk, kind: &Figure, own: &Own, runs: Vec<&MethodResults>) -> Res
         curve.points.retain(|p| inside(p.0, bounds[0]) && inside(p.1, bounds[1]));
     }
     curves.extend(found);
-    let plot = Plot { width: PANEL, proportion: 0.75, ..Plot::new(kind.axes, kind.labels, curves) };
-    let drawn = desk.curves(&format!("methods-{}-{}", kind.name, first.method), &plot)?;
-    Ok(panel(
-        &title,
-        drawn.unwrap_or_else(|| html! { p.empty { "nothing that these axes could show" } }),
-        html! { (reasons.join("; ")) },
-    ))
+    let plot = Plot { width: PANEL, proportion: PROPORTION, ..Plot::new(kind.axes, kind.labels, curves) };
+    let of_load = load.map_or(String::new(), |(k, _)| format!("-load-{}", k + 1));
+    Ok(match desk.curves(&format!("methods-{}-{}{of_load}", kind.name, first.method), &plot)? {
+        Some(drawn) => Cell::Panel(panel(&title, drawn, html! { (reasons.join("; ")) })),
+        None => Cell::Empty { title, why: "nothing that these axes could show".into() },
+    })
 }
 
 /// What of an axis is shown: around what the scene's own method found, if it found anything.
@@ -365,13 +426,19 @@ fn bounds(axis: Axis, own: &[Curve], of: fn(&(f64, f64)) -> f64) -> [f64; 2] {
     }
 }
 
-/// What a figure shows of a method.
-fn points(desk: &Desk, kind: &Figure, states: &[MethodState]) -> Result<Vec<(f64, f64)>> {
+/// What a figure shows of a method, at a load where it is one of a load.
+fn points(desk: &Desk, kind: &Figure, load: Option<(usize, f64)>, states: &[MethodState]) -> Result<Vec<(f64, f64)>> {
     let um = desk.scales.length_m * 1e6;
     let along = |of: &dyn Fn(&MethodState) -> Option<f64>| -> Vec<(f64, f64)> {
         states.iter().filter_map(|s| Some((s.p_star, of(s)?))).collect()
     };
-    let Some(here) = at_reference(states) else { return Ok(Vec::new()) };
+    match kind.shows {
+        Shown::Area => return Ok(along(&|s| Some(s.area()))),
+        Shown::Pressure => return Ok(along(&|s| (s.area() > 0.0).then(|| s.p_star / s.area()))),
+        Shown::MeanGap => return Ok(along(&|s| s.mean_gap.map(|g| g * um))),
+        _ => {}
+    }
+    let Some(here) = load.and_then(|(_, p)| at(states, p)) else { return Ok(Vec::new()) };
     Ok(match kind.shows {
         Shown::Gap => column(desk, here.gap_map.as_deref(), um)?,
         Shown::Stress => {
@@ -384,9 +451,7 @@ fn points(desk: &Desk, kind: &Figure, states: &[MethodState]) -> Result<Vec<(f64
         Shown::Shares => here.patch_area.iter().map(|[a, share]| (a * um * um, *share)).collect(),
         Shown::Gaps => here.gap.as_ref().map_or(Vec::new(), |d| d.density_in(um)),
         Shown::Stresses => here.stress.as_ref().map_or(Vec::new(), |d| d.density_in(1.0)),
-        Shown::Area => along(&|s| Some(s.area())),
-        Shown::Pressure => along(&|s| (s.area() > 0.0).then(|| s.p_star / s.area())),
-        Shown::MeanGap => along(&|s| s.mean_gap.map(|g| g * um)),
+        Shown::Area | Shown::Pressure | Shown::MeanGap => unreachable!("against the load, above"),
     })
 }
 

@@ -7,6 +7,7 @@ mod atoms;
 mod certainty;
 mod challenge;
 mod compare;
+mod criteria;
 mod curves;
 mod desk;
 mod distributions;
@@ -16,6 +17,7 @@ mod methods;
 mod ranges;
 mod surface;
 mod tradeoff;
+mod versions;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};

@@ -12,9 +12,29 @@ use crate::report::plot::{Axis, Curve, EXPECTED, Plot, REALISED};
 
 pub fn section(desk: &Desk, results: &Results) -> Result<Markup> {
     let surface = &results.surface;
-    let path = desk.field(&surface.heights)?;
-    let heights = picture::load(&path, LONGEST_SIDE, |h| h * desk.scales.length_m)?;
     let (nx, ny) = (surface.nx, surface.ny);
+    let map = surface.heights.as_ref().map(|file| map(desk, file, [nx, ny])).transpose()?;
+    let expected = surface.psd.iter().any(|p| p.expected.is_some());
+    let [length_x, length_y] = [1.0, surface.aspect].map(|l| si_given(l * desk.scales.length_m, "m"));
+    Ok(html! {
+        p { (capitalised(&surface.origin)) ", on " (count(nx)) " × " (count(ny)) " nodes over a " (if surface.periodic { "periodic cell" } else { "patch that does not repeat," }) " of " (length_x) " × "
+            (length_y) ". Heights count from the lowest point; the counterface touches the low points first." }
+        @if !surface.statistics.is_empty() { (statistics(&surface.statistics)) }
+        @if !surface.note.is_empty() { p.quiet { (surface.note) } }
+        @if let Some(map) = map { (map) }
+        @if let Some(psd) = psd(desk, results)? {
+            (figure(psd, html! { "Radial power spectral density"
+                @if expected { ": what the realisation has against what the spectrum prescribes" } ". |n| is the wave number "
+                "over 2π/L, so |n| = 1 is one wave per cell."
+                @if !surface.periodic { " Of the patch under a window: below |n| = 2 it tells of the window, too." } }))
+        }
+    })
+}
+
+/// The heights as a picture.
+fn map(desk: &Desk, file: &str, [nx, ny]: [usize; 2]) -> Result<Markup> {
+    let path = desk.field(file)?;
+    let heights = picture::load(&path, LONGEST_SIDE, |h| h * desk.scales.length_m)?;
     // The picture has the file's shape; a table that speaks of another one must not stand beside it.
     if (heights.nx, heights.ny) != (nx.div_ceil(heights.factor), ny.div_ceil(heights.factor)) {
         let found = format!("another shape than the {nx} × {ny} nodes of results.json");
@@ -29,24 +49,10 @@ pub fn section(desk: &Desk, results: &Results) -> Result<Markup> {
     } else {
         String::new()
     };
-    let expected = surface.psd.iter().any(|p| p.expected.is_some());
-    let [length_x, length_y] = [1.0, surface.aspect].map(|l| si_given(l * desk.scales.length_m, "m"));
-    Ok(html! {
-        p { (capitalised(&surface.origin)) ", on " (count(nx)) " × " (count(ny)) " nodes over a " (if surface.periodic { "periodic cell" } else { "patch that does not repeat," }) " of " (length_x) " × "
-            (length_y) ". Heights count from the lowest point; the counterface touches the low points first." }
-        @if !surface.statistics.is_empty() { (statistics(&surface.statistics)) }
-        @if !surface.note.is_empty() { p.quiet { (surface.note) } }
-        (figure(
-            panel("", image, html! {}),
-            html! { "Height map; dark is low and touches first. x to the right, y up." (blocks) },
-        ))
-        @if let Some(psd) = psd(desk, results)? {
-            (figure(psd, html! { "Radial power spectral density"
-                @if expected { ": what the realisation has against what the spectrum prescribes" } ". |n| is the wave number "
-                "over 2π/L, so |n| = 1 is one wave per cell."
-                @if !surface.periodic { " Of the patch under a window: below |n| = 2 it tells of the window, too." } }))
-        }
-    })
+    Ok(figure(
+        panel("", image, html! {}),
+        html! { "Height map; dark is low and touches first. x to the right, y up." (blocks) },
+    ))
 }
 
 fn statistics(list: &[Statistic]) -> Markup {

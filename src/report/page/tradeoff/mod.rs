@@ -59,7 +59,8 @@ fn top(told: &Tradeoff) -> Markup {
 
 /// A setting in few words.
 fn words(s: &Setting) -> String {
-    format!("{}, {} points a side, {} to\u{a0}{}", s.method, s.nx, s.precision, trimmed(s.tolerance, 2))
+    let slab = s.slab.map_or(String::new(), |t| format!(", a layer of {} L", trimmed(t, 3)));
+    format!("{}, {} points a side, {} to\u{a0}{}{slab}", s.method, s.nx, s.precision, trimmed(s.tolerance, 2))
 }
 
 /// The methods that told something, in the order of the table, with whether they had adhesion.

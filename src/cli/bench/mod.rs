@@ -1,8 +1,12 @@
+mod methods;
+
 use super::words;
 use crate::error::Complaint;
 use crate::grid::{Grid, Real, Transform};
 use crate::interface::COHESIVE_RESOLUTION;
+use crate::method;
 use crate::report::number::{memory, percent, significant};
+use crate::scene::ALL_METHODS;
 use crate::sys;
 use crate::{Error, Result};
 use rayon::prelude::*;
@@ -39,6 +43,13 @@ pub struct Bench {
     /// Points per side.
     #[arg(long, value_name = "N,N,...", value_delimiter = ',', num_args = 1, default_values_t = [512, 1024, 2048])]
     sizes: Vec<usize>,
+    /// Methods instead: time, planned and measured memory of each on the challenge's surface at p* = 0.01 without adhesion,
+    /// and how the time grows with the points; ids from `asperity methods`, or all.
+    #[arg(long, value_name = "ID,ID,...", value_delimiter = ',', num_args = 1)]
+    methods: Vec<String>,
+    /// With --methods: shortest wave of the surface over the cell.
+    #[arg(long, value_name = "LAMBDA", default_value_t = 0.001, requires = "methods")]
+    cut_off: f64,
     /// Rounds, of which medians are taken.
     #[arg(long, value_name = "N", default_value_t = 3)]
     repeats: usize,
@@ -114,11 +125,21 @@ impl Bench {
         if self.repeats == 0 {
             list.push(Complaint::new("--repeats", self.repeats, "1 or more"));
         }
+        let unknown = |id: &&String| *id != ALL_METHODS && method::find(id).is_none();
+        list.extend(
+            self.methods
+                .iter()
+                .filter(unknown)
+                .map(|id| Complaint::new("--methods", id, format!("{ALL_METHODS}, {}", method::ids().join(", ")))),
+        );
         if list.is_empty() { Ok(()) } else { Err(Error::Input { place: "command line".into(), list }) }
     }
 
     pub fn execute(self) -> Result<ExitCode> {
         self.check()?;
+        if !self.methods.is_empty() {
+            return methods::measure(&self);
+        }
         let all = rayon::current_num_threads();
         let (mut pairs, mut solves) = (Vec::new(), Vec::new());
         for &n in &self.sizes {
@@ -353,16 +374,20 @@ fn tell(pairs: &[PairLine], solves: &[SolveLine], all: usize) {
 mod tests {
     use super::*;
 
+    fn asked(sizes: Vec<usize>, repeats: usize) -> Bench {
+        Bench { sizes, repeats, methods: Vec::new(), cut_off: 0.001, json: true }
+    }
+
     #[test]
     fn bad_arguments_are_told_together() {
-        let refused = Bench { sizes: vec![512, 0, 63, 65_537], repeats: 0, json: false }.check().unwrap_err();
+        let refused = asked(vec![512, 0, 63, 65_537], 0).check().unwrap_err();
         assert_eq!(refused.exit_code(), 2);
         let said = refused.to_string();
         for line in ["--sizes = 0;", "--sizes = 63;", "--sizes = 65537;", "--repeats = 0; accepted: 1 or more"] {
             assert!(said.contains(line), "{said}");
         }
         assert!(!said.contains("512;"), "{said}");
-        assert!(Bench { sizes: vec![64, 65_536], repeats: 1, json: true }.check().is_ok());
+        assert!(asked(vec![64, 65_536], 1).check().is_ok());
     }
 
     /// The challenge's own range from the grid on that resolves it, which is between 91 000 and 92 000 points per side.

@@ -1,0 +1,252 @@
+//! Atoms that have left the crystal's order: centro-symmetry of the twelve nearest neighbours (Kelchner, Plimpton & Hamilton,
+//! Phys. Rev. B 58 (1998) 11085, with the pairs as LAMMPS chooses them).
+//!
+//! P = Σ |r_i + r_j|² over the six most opposite pairs of the twelve nearest neighbours. An evenly strained fcc crystal has P = 0
+//! however large the strain, which under a contact is up to a fifth; a common-neighbour analysis with a fixed cut-off takes
+//! such strains for another crystal. In a stacking fault P = a0²/2, around a partial dislocation about a0²/8, at a free
+//! (100) surface 3 a0²/2.
+
+use super::block::Block;
+use super::dump::Frame;
+use crate::{Error, Result};
+use rayon::prelude::*;
+
+const NEIGHBOURS: usize = 12;
+
+/// P over a0² from which an atom has left the order: half of what a partial dislocation shows. Elastic ladders (8 nm, resolved
+/// slope 0.21, p* up to 0.054) stay below 0.01 under the masked layers.
+pub const THRESHOLD: f64 = 0.06;
+
+/// Layers from the top that are not looked at. The first has no neighbours above, and under the second the contact's strain
+/// changes so fast from atom to atom that P reaches 0.055 a0² in an elastic state (p* = 0.054 at 8 nm).
+pub const MASKED_LAYERS: usize = 2;
+
+/// So many atoms are no yield yet: one point defect. Elastic steps show none.
+pub const NOISE: usize = 3;
+
+/// Atoms of the frame that have left the order, ascending; [`looked_at`] says how many were asked.
+///
+/// # Errors
+/// `Format` when an atom of the deformable block is missing from the frame.
+pub fn disordered(frame: &Frame, block: &Block) -> Result<Vec<u32>> {
+    let per_layer = block.atoms_per_layer() as u32;
+    let first = block.fixed() as u32 + 1;
+    let last = block.atoms() as u32;
+    let missing = (first..=last).find(|id| frame.position(*id).is_none());
+    if let Some(id) = missing {
+        let accepted = "every deformable atom (atoms.plasticity = true makes frames that have them)";
+        return Err(Error::format(&frame.source, format!("no atom {id}"), accepted));
+    }
+    // The base does not move; its top layer is the lowest deformable atoms' neighbours.
+    let below = (first - per_layer..first).filter_map(|id| block.site(id)).map(|s| s.position);
+    let start = frame.ids.partition_point(|id| *id < first);
+    let count = (last - first + 1) as usize;
+    let points: Vec<[f64; 3]> = below.chain(frame.positions[start..start + count].iter().copied()).collect();
+    let bins = Bins::new(&points, block.length(), block.a0);
+    let limit = THRESHOLD * block.a0 * block.a0;
+    let deep = count - MASKED_LAYERS.min(2 * block.depth_cells) * per_layer as usize;
+    let found = (0..deep).into_par_iter().filter(|k| {
+        let own = per_layer as usize + k;
+        centro_symmetry(&mut bins.around(&points, own)) > limit
+    });
+    Ok(found.map(|k| first + k as u32).collect())
+}
+
+/// How many atoms of a block are looked at.
+pub fn looked_at(block: &Block) -> u64 {
+    block.deformable() - MASKED_LAYERS.min(2 * block.depth_cells) as u64 * block.atoms_per_layer()
+}
+
+/// P of an atom whose neighbours (at least those within reach) are at `near` relative to it; infinite with fewer than twelve.
+fn centro_symmetry(near: &mut [[f64; 3]]) -> f64 {
+    let square = |v: &[f64; 3]| v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    if near.len() < NEIGHBOURS {
+        return f64::INFINITY;
+    }
+    near.select_nth_unstable_by(NEIGHBOURS - 1, |a, b| square(a).total_cmp(&square(b)));
+    let nearest = &near[..NEIGHBOURS];
+    let mut sums = [0.0; NEIGHBOURS * (NEIGHBOURS - 1) / 2];
+    let pairs = (0..NEIGHBOURS).flat_map(|i| (i + 1..NEIGHBOURS).map(move |j| (i, j)));
+    for (sum, (i, j)) in sums.iter_mut().zip(pairs) {
+        let (a, b) = (nearest[i], nearest[j]);
+        *sum = square(&[a[0] + b[0], a[1] + b[1], a[2] + b[2]]);
+    }
+    sums.select_nth_unstable_by(NEIGHBOURS / 2 - 1, f64::total_cmp);
+    let six = &mut sums[..NEIGHBOURS / 2];
+    // In order, so that the sum does not depend on how they were selected.
+    six.sort_unstable_by(f64::total_cmp);
+    six.iter().sum()
+}
+
+/// Points by cubic bins no narrower than a lattice constant: the twelve neighbours, at 0.71 of it, are in the 27 around.
+struct Bins {
+    length: f64,
+    across: i64,
+    /// Lowest bin along z, and how many.
+    floor: i64,
+    levels: i64,
+    width: f64,
+    /// Points in the order of their bins, and where each bin begins.
+    order: Vec<u32>,
+    begin: Vec<u32>,
+}
+
+impl Bins {
+    fn new(points: &[[f64; 3]], length: f64, least: f64) -> Self {
+        let across = ((length / least).floor() as i64).max(3);
+        let width = length / across as f64;
+        let level = |p: &[f64; 3]| (p[2] / width).floor() as i64;
+        let floor = points.iter().map(level).min().unwrap_or(0);
+        let levels = points.iter().map(level).max().unwrap_or(0) - floor + 1;
+        let mut bins = Bins { length, across, floor, levels, width, order: Vec::new(), begin: Vec::new() };
+        let own: Vec<usize> = points.iter().map(|p| bins.index(bins.bin(p))).collect();
+        let mut begin = vec![0u32; (across * across * levels) as usize + 1];
+        own.iter().for_each(|b| begin[b + 1] += 1);
+        (1..begin.len()).for_each(|b| begin[b] += begin[b - 1]);
+        let (mut next, mut order) = (begin.clone(), vec![0u32; points.len()]);
+        for (k, b) in own.iter().enumerate() {
+            order[next[*b] as usize] = k as u32;
+            next[*b] += 1;
+        }
+        (bins.order, bins.begin) = (order, begin);
+        bins
+    }
+
+    fn bin(&self, p: &[f64; 3]) -> [i64; 3] {
+        let along = |c: f64| ((c.rem_euclid(self.length) / self.width) as i64).min(self.across - 1);
+        [along(p[0]), along(p[1]), (p[2] / self.width).floor() as i64 - self.floor]
+    }
+
+    fn index(&self, [i, j, k]: [i64; 3]) -> usize {
+        ((k * self.across + j) * self.across + i) as usize
+    }
+
+    /// All points in the 27 bins around a point, relative to it.
+    fn around(&self, points: &[[f64; 3]], own: usize) -> Vec<[f64; 3]> {
+        let at = points[own];
+        let [i, j, k] = self.bin(&at);
+        let mut near = Vec::with_capacity(128);
+        for level in (k - 1).max(0)..(k + 2).min(self.levels) {
+            for row in j - 1..=j + 1 {
+                for column in i - 1..=i + 1 {
+                    let bin = self.index([column.rem_euclid(self.across), row.rem_euclid(self.across), level]);
+                    let range = self.begin[bin] as usize..self.begin[bin + 1] as usize;
+                    for &other in self.order[range].iter().filter(|o| **o as usize != own) {
+                        let p = points[other as usize];
+                        let image = |d: f64| d - (d / self.length).round() * self.length;
+                        near.push([image(p[0] - at[0]), image(p[1] - at[1]), p[2] - at[2]]);
+                    }
+                }
+            }
+        }
+        near
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const A0: f64 = 5.5884;
+
+    fn block() -> Block {
+        Block::new(4, 5, A0, 7.0).expect("valid")
+    }
+
+    fn frame(block: &Block, moved: impl Fn(usize, [f64; 3]) -> [f64; 3]) -> Frame {
+        let l = block.length();
+        let sites: Vec<_> = block.sites().filter(|s| !s.fixed).collect();
+        Frame {
+            source: "made".into(),
+            timestep: 0,
+            time: None,
+            bounds: [[0.0, l], [0.0, l], [0.0, 80.0]],
+            periodic: [true, true, false],
+            ids: sites.iter().map(|s| s.id).collect(),
+            species: Vec::new(),
+            elements: Vec::new(),
+            positions: sites
+                .iter()
+                .map(|s| moved(block.layer_of(s.id).expect("of the block") - block.base_layers, s.position))
+                .collect(),
+        }
+    }
+
+    #[test]
+    fn a_perfect_crystal_has_order_up_to_its_masked_surface() {
+        let block = block();
+        assert!(disordered(&frame(&block, |_, p| p), &block).expect("complete").is_empty());
+        assert_eq!(looked_at(&block), 8 * 32);
+        // The surface shows as soon as it is looked at: the top layer lacks four of twelve.
+        let points: Vec<[f64; 3]> = block.sites().map(|s| s.position).collect();
+        let bins = Bins::new(&points, block.length(), A0);
+        let p = |own: usize| centro_symmetry(&mut bins.around(&points, own)) / (A0 * A0);
+        assert!(p(points.len() - 1) > 1.0, "{}", p(points.len() - 1));
+        assert!(p(points.len() / 2) < 1e-20, "{}", p(points.len() / 2));
+    }
+
+    #[test]
+    fn strain_is_no_disorder_and_a_slipped_plane_is() {
+        let block = block();
+        // Deep layers as they are, the upper ones pressed together by 15 %: what changes is at the border.
+        let z0 = block.layer_z(block.base_layers);
+        let pressed = frame(&block, |_, [x, y, z]| [x, y, z0 + 0.85 * (z - z0)]);
+        let found = disordered(&pressed, &block).expect("complete");
+        assert!(found.iter().all(|id| block.layer_of(*id) == Some(block.base_layers)), "{found:?}");
+        // The upper half slipped by half a lattice vector is fcc again but for nothing; by a quarter it is not.
+        for (slip, disorder) in [(0.5, 0), (0.25, 2 * 32)] {
+            let slipped = frame(&block, |layer, [x, y, z]| {
+                let d = if layer >= 5 { slip * A0 } else { 0.0 };
+                [x + d, y + d, z]
+            });
+            assert_eq!(disordered(&slipped, &block).expect("complete").len(), disorder, "{slip}");
+        }
+        // A vacancy leaves twelve neighbours with eleven opposite ones.
+        let mut hole = frame(&block, |_, p| p);
+        hole.positions[5 * 32 + 7][2] += 60.0;
+        assert_eq!(disordered(&hole, &block).expect("complete").len(), 13);
+    }
+
+    /// The two planes of an intrinsic stacking fault in a stack of close-packed layers, ...ABCABC|BCABC...
+    #[test]
+    fn a_stacking_fault_has_two_planes_of_half_a_squared_lattice_constant() {
+        let (n, rise) = (6i64, A0 / 3f64.sqrt());
+        let near = A0 / 2f64.sqrt();
+        let at = |layer: usize, i: i64, j: i64, stack: &[u8]| {
+            let shift = f64::from(stack[layer] - b'A') / 3.0;
+            let (u, v) = (i as f64 + shift, j as f64 + shift);
+            [near * (u + 0.5 * v), near * v * 0.75f64.sqrt(), rise * layer as f64]
+        };
+        let stack = b"ABCABCBCABCA";
+        let value = |layer: usize| {
+            let own = at(layer, 0, 0, stack);
+            let mut around = Vec::new();
+            for l in layer - 1..=layer + 1 {
+                for i in -n..=n {
+                    for j in -n..=n {
+                        let p = at(l, i, j, stack);
+                        let d = [p[0] - own[0], p[1] - own[1], p[2] - own[2]];
+                        if d != [0.0; 3] {
+                            around.push(d);
+                        }
+                    }
+                }
+            }
+            centro_symmetry(&mut around) / (A0 * A0)
+        };
+        let found: Vec<f64> = (2..10).map(value).collect();
+        for (layer, p) in (2..10).zip(&found) {
+            let expected = if layer == 5 || layer == 6 { 0.5 } else { 0.0 };
+            assert!((p - expected).abs() < 1e-12, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn a_frame_of_the_top_layers_is_refused() {
+        let block = block();
+        let mut top = frame(&block, |_, p| p);
+        top.ids.drain(..32);
+        top.positions.drain(..32);
+        assert!(disordered(&top, &block).expect_err("incomplete").to_string().contains("plasticity = true"));
+    }
+}

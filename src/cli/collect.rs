@@ -1,0 +1,38 @@
+use crate::Result;
+use crate::compare::advice::Tables;
+use crate::record::land::land;
+use crate::record::tradeoff::Tradeoff;
+use crate::report::ladders;
+use std::io::Write;
+use std::path::PathBuf;
+
+const HEAD: &str = "# What the grid, the tolerance, the precision and a finite slab cost\n\nMade by `make measured`, on the surface of \
+                    `configs/measured/waves-32.toml`: root mean square errors over its loads.\n\n";
+
+/// Puts tables of `asperity tradeoff` into one file, as `asperity advise --table` and [accuracy] read it.
+#[derive(Debug, clap::Args)]
+pub struct Collect {
+    /// tradeoff.json of one run folder or several, or files that this command wrote.
+    #[arg(required = true)]
+    tables: Vec<PathBuf>,
+    /// Where they go.
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Where the ladders of `fast` of the first tradeoff.json go, as Markdown.
+    #[arg(long, value_name = "FILE")]
+    ladders: Option<PathBuf>,
+    /// Said in the file: the command that measured them, and on what.
+    #[arg(long, value_name = "TEXT", default_value = "asperity tradeoff")]
+    made_by: String,
+}
+
+impl Collect {
+    pub fn execute(self) -> Result<()> {
+        if let Some(file) = &self.ladders {
+            let told = Tradeoff::read(&self.tables[0])?;
+            land(file, |w| write!(w, "{HEAD}{}", ladders::markdown(&told, "fast")))?;
+        }
+        let tables = self.tables.iter().map(|f| Tables::read(f)).collect::<Result<Vec<_>>>()?.concat();
+        Tables::new(self.made_by, tables).write(&self.out)
+    }
+}

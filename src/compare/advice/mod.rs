@@ -1,0 +1,320 @@
+//! Which setting to take for a scene, from what was measured on others.
+
+mod table;
+
+pub use table::{Line, Table, Tables};
+
+use super::accuracy::rms;
+use super::frontier::growth;
+use crate::method::{Kind, find};
+use crate::record::advice::Advice;
+use crate::record::tradeoff::Measure;
+
+/// Exponent of a cost in the number of points where a table has one grid of a method: that of the paper's own figures (1 min at
+/// 1k points a side, 1 h at 4k, three weeks at 32k).
+const GROWTH: f64 = 1.5;
+
+/// Share by which points or loads may lie beyond those measured and count as the same.
+const SAME: f64 = 1e-6;
+
+/// Factor by which the shortest wave of a surface may differ from that of a measured one. Errors are carried over at equal
+/// points per shortest wave, which keeps those of areas; of gaps, which live on the long waves, it keeps a bound where the
+/// measured surface has fewer waves, and less than that where it has more.
+const LIKE_WAVES: f64 = 4.0;
+
+/// The scene that is to be solved.
+#[derive(Debug, Clone)]
+pub struct Target {
+    /// Shortest wave of its surface over L.
+    pub shortest_wave: f64,
+    /// Points a side of a surface that has its own grid.
+    pub own_grid: Option<usize>,
+    /// Extent in y over that in x.
+    pub aspect: f64,
+    pub kernel: String,
+    /// In words, for what is told of it; none where there is none.
+    pub adhesion: Option<String>,
+    pub p_star: Vec<f64>,
+}
+
+/// What is asked for: an error, as a relative deviation, or a time, s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Limit {
+    Error(f64),
+    Seconds(f64),
+}
+
+/// All that the tables know of a quantity, for a target: points per shortest wave are kept. Of a setting that several surfaces
+/// were measured in, the larger error and cost.
+pub fn candidates(tables: &[Table], target: &Target, measure: Measure) -> Vec<Advice> {
+    let mut found: Vec<Advice> = Vec::new();
+    let each = tables.iter().flat_map(|t| t.lines.iter().map(move |l| (t, l)));
+    for advice in each.filter_map(|(t, l)| candidate((tables, t), l, target, measure)) {
+        match found.iter_mut().find(|a| alike(a, &advice)) {
+            Some(earlier) => join(earlier, &advice),
+            None => found.push(advice),
+        }
+    }
+    found
+}
+
+/// Whether two advise the same setting, both within what was measured or both beyond.
+fn alike(a: &Advice, b: &Advice) -> bool {
+    (&a.method, a.grid, &a.precision, a.extrapolated.is_empty())
+        == (&b.method, b.grid, &b.precision, b.extrapolated.is_empty())
+        && a.tolerance == b.tolerance
+}
+
+fn join(a: &mut Advice, b: &Advice) {
+    let ends = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+    a.expected_error = a.expected_error.max(b.expected_error);
+    a.error_range = ends(a.error_range, b.error_range);
+    if b.expected_seconds > a.expected_seconds {
+        (a.expected_seconds, a.exponent, a.threads) = (b.expected_seconds, b.exponent, b.threads);
+    }
+    a.seconds_range = a.seconds_range.zip(b.seconds_range).map(|(a, b)| ends(a, b));
+    a.surfaces += b.surfaces;
+    for why in &b.extrapolated {
+        if !a.extrapolated.contains(why) {
+            a.extrapolated.push(why.clone());
+        }
+    }
+}
+
+fn candidate((tables, table): (&[Table], &Table), line: &Line, target: &Target, measure: Measure) -> Option<Advice> {
+    let s = &line.setting;
+    if s.adhesive != target.adhesion.is_some() {
+        return None;
+    }
+    let errors = at_loads(table, line.errors.get(&measure)?, &target.p_star)?;
+    let exact = s.nx as f64 * table.shortest_wave / target.shortest_wave;
+    let same = |a: f64, b: f64| (a / b - 1.0).abs() < SAME;
+    let grid = match target.own_grid {
+        Some(own) => own,
+        None if same(exact, s.nx as f64) => s.nx,
+        None => transformable(exact * (1.0 - SAME)),
+    };
+    // A grid that is given may have more points a wave than was measured, and none fewer.
+    if (grid as f64) < exact * (1.0 - SAME) {
+        return None;
+    }
+    let asked = grid as f64 * grid as f64 * target.aspect;
+    let points = |l: &Line| (l.setting.nx * l.setting.ny) as f64;
+    let grids = table.grids(&s.method, s.adhesive);
+    let sizes: Vec<(f64, f64)> = grids.iter().map(|l| (points(l), l.seconds)).collect();
+    let grows = growth(&sizes);
+    let mut extrapolated = Vec::new();
+    let measured = || tables.iter().flat_map(|t| &t.lines).filter(|l| l.setting.method == s.method).map(points);
+    let (least, most) = (measured().fold(f64::INFINITY, f64::min), measured().fold(0.0, f64::max));
+    if asked > most * (1.0 + SAME) || asked < least * (1.0 - SAME) {
+        let sides = [least, most].map(|n| n.sqrt().round());
+        extrapolated.push(format!(
+            "{grid} points a side, where {} was measured on {} to {} a side",
+            s.method, sides[0], sides[1]
+        ));
+    }
+    let ratio = table.shortest_wave / target.shortest_wave;
+    if ratio.max(1.0 / ratio) > LIKE_WAVES * (1.0 + SAME) {
+        let [asked, had] = [target.shortest_wave, table.shortest_wave].map(|w| (1.0 / w).round());
+        extrapolated.push(format!("waves down to L/{asked}, where L/{had} was measured"));
+    }
+    // What an estimate leaves out is not a matter of its grid.
+    let estimates = find(&s.method).is_some_and(|m| m.card().kind == Kind::Estimate);
+    if estimates && !same(ratio, 1.0) {
+        let [asked, had] = [target.shortest_wave, table.shortest_wave].map(|w| (1.0 / w).round());
+        extrapolated
+            .push(format!("{}, which estimates, on waves down to L/{asked}, where L/{had} was measured", s.method));
+    }
+    if grows.is_none() && !same(asked, points(line)) {
+        extrapolated
+            .push(format!("{} was measured on one grid: its cost is taken to grow as the paper's did", s.method));
+    }
+    let ends = |of: &[f64]| of.iter().fold((f64::INFINITY, 0.0f64), |(a, b), p| (a.min(*p), b.max(*p)));
+    let (low, high) = ends(&table.p_star);
+    if target.p_star.iter().any(|p| *p < low * (1.0 - SAME) || *p > high * (1.0 + SAME)) {
+        let (from, to) = ends(&target.p_star);
+        extrapolated.push(format!("loads p* of {from} to {to}, where {low} to {high} were measured"));
+    }
+    if table.kernel != target.kernel {
+        extrapolated.push(format!("{}, where {} was measured", target.kernel, table.kernel));
+    }
+    if let Some(adhesion) = target.adhesion.as_ref().filter(|a| **a != table.adhesion) {
+        extrapolated.push(format!("{adhesion}, where {} was measured", table.adhesion));
+    }
+    let step = asked / points(line);
+    let part = target.p_star.len().max(1) as f64 / table.p_star.len().max(1) as f64;
+    let expected = line.seconds * part * step.powf(grows.map_or(GROWTH, |g| g.exponent));
+    let spread = if same(step, 1.0) { Some(1.0) } else { grows.and_then(|g| g.error).map(|e| step.powf(e)) };
+    Some(Advice {
+        method: s.method.clone(),
+        grid,
+        precision: s.precision.clone(),
+        tolerance: s.tolerance,
+        expected_error: rms(&errors)?,
+        error_range: errors.iter().fold([f64::INFINITY, 0.0], |[a, b], e| [a.min(*e), b.max(*e)]),
+        expected_seconds: expected,
+        seconds_range: spread.map(|f| [expected / f.max(1.0 / f), expected * f.max(1.0 / f)]),
+        exponent: grows.map(|g| g.exponent),
+        threads: table.threads,
+        surfaces: 1,
+        extrapolated,
+    })
+}
+
+/// Errors at the loads of a target: of each the larger one of the measured loads about it. None where one of these tells nothing.
+fn at_loads(table: &Table, errors: &[Option<f64>], loads: &[f64]) -> Option<Vec<f64>> {
+    let known: Vec<(f64, Option<f64>)> = table.p_star.iter().copied().zip(errors.iter().copied()).collect();
+    if known.is_empty() || loads.is_empty() {
+        return errors.iter().copied().collect();
+    }
+    let at = |&p: &f64| {
+        let below = known.iter().filter(|k| k.0 <= p * (1.0 + SAME)).max_by(|a, b| a.0.total_cmp(&b.0));
+        let above = known.iter().filter(|k| k.0 >= p * (1.0 - SAME)).min_by(|a, b| a.0.total_cmp(&b.0));
+        let about = [below.or(above)?.1?, above.or(below)?.1?];
+        Some(about[0].max(about[1]))
+    };
+    loads.iter().map(at).collect()
+}
+
+/// The cheapest within an error, or of least error within a time; of equal ones the cheaper.
+pub fn choose(candidates: &[Advice], measure: Measure, limit: Limit) -> Option<&Advice> {
+    let cheaper = |a: &&Advice, b: &&Advice| a.expected_seconds.total_cmp(&b.expected_seconds);
+    match limit {
+        Limit::Error(share) => {
+            let within = measure.like_relative(share) * (1.0 + SAME);
+            candidates.iter().filter(|a| a.expected_error <= within).min_by(cheaper)
+        }
+        Limit::Seconds(s) => candidates
+            .iter()
+            .filter(|a| a.expected_seconds <= s)
+            .min_by(|a, b| a.expected_error.total_cmp(&b.expected_error).then(cheaper(a, b))),
+    }
+}
+
+/// The next whole even number from `least` on whose only factors are 2, 3 and 5: what transforms are fast on.
+fn transformable(least: f64) -> usize {
+    let smooth = |n: &usize| {
+        let mut rest = *n;
+        for factor in [2, 3, 5] {
+            while rest.is_multiple_of(factor) {
+                rest /= factor;
+            }
+        }
+        rest == 1 && n.is_multiple_of(2)
+    };
+    (least.ceil().max(2.0) as usize..).find(smooth).expect("powers of two have no end")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::tradeoff::Setting;
+    use std::collections::BTreeMap;
+
+    /// Errors that fall with the grid's points a side and rise with the load, costs that grow as its points to the power of 1.2.
+    fn table() -> Table {
+        let line = |nx: usize, method: &str, factor: f64| Line {
+            setting: Setting {
+                method: method.into(),
+                adhesive: false,
+                nx,
+                ny: nx,
+                precision: "f64".into(),
+                tolerance: 1e-8,
+                slab: None,
+            },
+            seconds: factor * ((nx * nx) as f64).powf(1.2) / 1e4,
+            errors: BTreeMap::from([(Measure::MeanGap, vec![Some(3.2 / nx as f64), Some(6.4 / nx as f64)])]),
+        };
+        Table {
+            name: "t".into(),
+            surface: String::new(),
+            shortest_wave: 0.04,
+            p_star: vec![0.01, 0.1],
+            kernel: "half-space".into(),
+            adhesion: "none".into(),
+            program: String::new(),
+            threads: 2,
+            lines: [64, 128, 256].iter().flat_map(|&n| [line(n, "fast", 1.0), line(n, "slow", 10.0)]).collect(),
+        }
+    }
+
+    fn target(shortest_wave: f64) -> Target {
+        Target {
+            shortest_wave,
+            own_grid: None,
+            aspect: 1.0,
+            kernel: "half-space".into(),
+            adhesion: None,
+            p_star: vec![0.02],
+        }
+    }
+
+    /// On the measured surface the cheapest setting is that of the table, at half its cost for half of the loads, with the error
+    /// of the worse of the two loads about the asked one.
+    #[test]
+    fn the_cheapest_within_an_error_and_the_best_within_a_time() {
+        let all = candidates(&[table()], &target(0.04), Measure::MeanGap);
+        let best = choose(&all, Measure::MeanGap, Limit::Error(0.06)).expect("one");
+        assert_eq!((best.method.as_str(), best.grid, best.expected_error), ("fast", 128, 0.05));
+        let cost = 0.5 * 16384f64.powf(1.2) / 1e4;
+        assert!((best.expected_seconds / cost - 1.0).abs() < 1e-12 && best.extrapolated.is_empty(), "{best:?}");
+        assert!(choose(&all, Measure::MeanGap, Limit::Error(0.024)).is_none());
+        assert_eq!(choose(&all, Measure::MeanGap, Limit::Error(0.025)).map(|a| a.grid), Some(256));
+        let light = Target { p_star: vec![0.01], ..target(0.04) };
+        let all_light = candidates(&[table()], &light, Measure::MeanGap);
+        assert_eq!(choose(&all_light, Measure::MeanGap, Limit::Error(0.03)).map(|a| a.grid), Some(128));
+        let within = choose(&all, Measure::MeanGap, Limit::Seconds(1.01 * cost)).expect("one");
+        assert_eq!((within.method.as_str(), within.grid), ("fast", 128));
+        assert!(choose(&all, Measure::MeanGap, Limit::Seconds(1e-3)).is_none());
+        assert!(candidates(&[table()], &target(0.04), Measure::Stiffness).is_empty());
+    }
+
+    /// Waves of half the length need twice the points a side, and cost what the fitted exponent says.
+    #[test]
+    fn points_per_wave_are_kept() {
+        let all = candidates(&[table()], &target(0.02), Measure::MeanGap);
+        let best = choose(&all, Measure::MeanGap, Limit::Error(0.06)).expect("one");
+        assert_eq!((best.grid, best.extrapolated.len()), (256, 0));
+        assert!((best.expected_seconds / (0.5 * 65536f64.powf(1.2) / 1e4) - 1.0).abs() < 1e-9, "{best:?}");
+        assert!(best.exponent.is_some_and(|e| (e - 1.2).abs() < 1e-9));
+        // Beyond the finest grid that was measured it is an extrapolation, and says so.
+        let finest = choose(&all, Measure::MeanGap, Limit::Error(0.03)).expect("one");
+        assert!(finest.grid == 512 && finest.extrapolated[0].contains("512"), "{finest:?}");
+        let far = Target { p_star: vec![0.5], kernel: "layer".into(), ..target(0.04) };
+        assert!(candidates(&[table()], &far, Measure::MeanGap).iter().all(|a| a.extrapolated.len() == 2));
+        // What an estimate leaves out is another thing on another surface.
+        let mut estimate = table();
+        estimate.lines.iter_mut().for_each(|l| l.setting.method = "persson".into());
+        let beyond = |wave: f64| candidates(&[estimate.clone()], &target(wave), Measure::MeanGap)[0].extrapolated.len();
+        assert_eq!([beyond(0.04), beyond(0.02)], [0, 1]);
+        // Waves of another world, and a scene with adhesion in a table without.
+        let own_grid = Some(256);
+        let other = Target { own_grid, ..target(0.2) };
+        assert!(candidates(&[table()], &other, Measure::MeanGap)[0].extrapolated[0].contains("waves"));
+        let sticky = Target { adhesion: Some("exponential".into()), ..target(0.04) };
+        assert!(candidates(&[table()], &sticky, Measure::MeanGap).is_empty());
+    }
+
+    /// Of two surfaces the worse error and the larger cost count.
+    #[test]
+    fn surfaces_join() {
+        let mut worse = table();
+        for line in &mut worse.lines {
+            line.seconds *= 2.0;
+            line.errors.values_mut().flatten().flatten().for_each(|e| *e *= 1.5);
+        }
+        let all = candidates(&[table(), worse], &target(0.04), Measure::MeanGap);
+        let one = all.iter().find(|a| a.grid == 128 && a.method == "fast").expect("one");
+        assert_eq!((all.len(), one.surfaces), (6, 2));
+        assert!(
+            (one.expected_error - 0.075).abs() < 1e-12
+                && (one.expected_seconds - 16384f64.powf(1.2) / 1e4).abs() < 1e-9
+        );
+    }
+
+    #[test]
+    fn grids_suit_transforms() {
+        assert_eq!([127.9, 129.0, 2.0, 256.0, 257.0].map(transformable), [128, 144, 2, 256, 270]);
+    }
+}

@@ -1,0 +1,250 @@
+//! What was measured of one surface, as advice needs it: settings with their costs and their errors load by load.
+
+use crate::record::json;
+use crate::record::land::land;
+use crate::record::tradeoff::{Measure, Point, Setting, Tradeoff};
+use crate::{Error, Result};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::Path;
+
+/// Errors load by load; `null` where a load tells nothing.
+type ByLoad = Vec<Option<f64>>;
+
+/// Digits that errors and costs keep in a table.
+const DIGITS: usize = 3;
+
+/// Raised when a field changes meaning; a reader refuses a newer one.
+const SCHEMA: u32 = 1;
+
+/// The tables that are part of the program: `make measured` writes them.
+const SHIPPED: &str = include_str!("../../../data/measured.json");
+
+/// A file of tables.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Tables {
+    pub schema: u32,
+    /// The command that made it, and what it ran on.
+    pub made_by: String,
+    pub tables: Vec<Table>,
+}
+
+impl Tables {
+    pub fn new(made_by: String, tables: Vec<Table>) -> Tables {
+        Tables { schema: SCHEMA, made_by, tables }
+    }
+
+    /// What was measured on the shipped scenes.
+    pub fn shipped() -> Tables {
+        serde_json::from_str(SHIPPED).expect("a file of this program, read by its tests")
+    }
+
+    /// Tables of a file: of one like the shipped one, or `tradeoff.json`.
+    ///
+    /// # Errors
+    /// A file that is neither, or one of a newer program.
+    pub fn read(file: &Path) -> Result<Vec<Table>> {
+        let found: serde_json::Value = json::read(file)?;
+        if found.get("points").is_some() {
+            return Tradeoff::read(file).map(|told| vec![Table::of(&told)]);
+        }
+        let accepted = "tables of this program: a tradeoff.json, or what asperity collect wrote";
+        let found: Tables = serde_json::from_value(found).map_err(|e| Error::format(file, e, accepted))?;
+        if found.schema > SCHEMA {
+            let accepted = format!("a schema of at most {SCHEMA}: this program is older than the file");
+            return Err(Error::format(file, format!("schema {}", found.schema), accepted));
+        }
+        Ok(found.tables)
+    }
+
+    /// Writes the file, a setting a line.
+    pub fn write(&self, file: &Path) -> Result<()> {
+        land(file, |w| {
+            let made_by = serde_json::to_string(&self.made_by)?;
+            writeln!(w, "{{\"schema\": {}, \"made_by\": {made_by}, \"tables\": [", self.schema)?;
+            for (i, table) in self.tables.iter().enumerate() {
+                let head = serde_json::to_string(&Table { lines: Vec::new(), ..table.clone() })?;
+                writeln!(w, "{}", head.strip_suffix("]}").unwrap_or(&head))?;
+                for (k, line) in table.lines.iter().enumerate() {
+                    let comma = if k + 1 == table.lines.len() { "" } else { "," };
+                    writeln!(w, "  {}{comma}", serde_json::to_string(line)?)?;
+                }
+                writeln!(w, "]}}{}", if i + 1 == self.tables.len() { "" } else { "," })?;
+            }
+            writeln!(w, "]}}")
+        })
+    }
+}
+
+/// Settings measured on one surface.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Table {
+    pub name: String,
+    /// Where the surface is from, and its shortest wave over L.
+    pub surface: String,
+    pub shortest_wave: f64,
+    /// Loads; empty under control of the mean gap.
+    pub p_star: Vec<f64>,
+    pub kernel: String,
+    pub adhesion: String,
+    pub program: String,
+    pub threads: usize,
+    pub lines: Vec<Line>,
+}
+
+/// A setting, what it took for all loads, and how far it was from the reference.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Line {
+    #[serde(flatten)]
+    pub setting: Setting,
+    /// Wall time, s.
+    pub seconds: f64,
+    /// No less than what is uncertain of the reference, and no less than those of settings that are finer in every way: an error
+    /// that happens to change its sign between two grids is small by chance.
+    pub errors: BTreeMap<Measure, ByLoad>,
+}
+
+impl Table {
+    /// What a ladder measured, without what it could not tell.
+    pub fn of(told: &Tradeoff) -> Table {
+        let tells = |p: &&Point| p.refusal.is_none() && p.setting.slab.is_none() && !p.loads.is_empty();
+        let known: Vec<&Point> = told.points.iter().filter(tells).collect();
+        let lines = known.iter().map(|p| Line {
+            setting: p.setting.clone(),
+            // On a machine with other work the clock runs longer than all threads together.
+            seconds: rounded(p.cost.wall_seconds.min(p.cost.cpu_seconds), DIGITS),
+            errors: Measure::ALL.into_iter().filter_map(|m| Some((m, reliable(&known, p, m)?))).collect(),
+        });
+        Table {
+            name: told.name.clone(),
+            surface: told.surface.clone(),
+            shortest_wave: told.shortest_wave,
+            p_star: told.p_star.clone(),
+            kernel: told.kernel.clone(),
+            adhesion: told.adhesion.clone(),
+            program: told.program.clone(),
+            threads: told.threads,
+            lines: lines.collect(),
+        }
+    }
+
+    /// Lines of a method on grids in one precision and to one tolerance: those of which there are most.
+    pub fn grids(&self, method: &str, adhesive: bool) -> Vec<&Line> {
+        let of = |l: &&Line| l.setting.method == method && l.setting.adhesive == adhesive;
+        let how = |l: &Line| (l.setting.precision.clone(), l.setting.tolerance);
+        let alike = |a: &Line| self.lines.iter().filter(of).filter(|b| how(b) == how(a)).collect::<Vec<_>>();
+        let all = self.lines.iter().filter(of).map(alike);
+        all.reduce(|a, b| if b.len() > a.len() { b } else { a }).unwrap_or_default()
+    }
+}
+
+/// To so many digits, as they are printed.
+fn rounded(value: f64, digits: usize) -> f64 {
+    format!("{value:.0$e}", digits - 1).parse().unwrap_or(value)
+}
+
+/// Whether a setting is as fine as another in every way.
+fn as_fine(a: &Setting, b: &Setting) -> bool {
+    let single = |s: &Setting| s.precision == "f32";
+    (&a.method, a.adhesive) == (&b.method, b.adhesive)
+        && a.nx >= b.nx
+        && a.tolerance <= b.tolerance
+        && (single(b) || !single(a))
+}
+
+/// Errors of a point load by load, those by chance left out. None of what it does not tell.
+fn reliable(known: &[&Point], point: &Point, measure: Measure) -> Option<ByLoad> {
+    let found = |p: &Point, i: usize| p.loads.get(i)?.errors.get(&measure).copied();
+    let reference = known.iter().find(|p| p.is_reference && p.setting.adhesive == point.setting.adhesive);
+    let at = |i: usize| {
+        found(point, i)?;
+        let finer = known.iter().filter(|p| as_fine(&p.setting, &point.setting));
+        let largest = finer.chain(reference).filter_map(|p| found(p, i)).fold(0.0, f64::max);
+        Some(rounded(largest, DIGITS))
+    };
+    let errors: ByLoad = (0..point.loads.len()).map(at).collect();
+    errors.iter().any(Option::is_some).then_some(errors)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::results::ScalesSi;
+    use crate::record::tradeoff::{Cost, Errors, LoadErrors, SCHEMA};
+
+    fn told(errors: &[(usize, f64, bool)]) -> Tradeoff {
+        let point = |&(nx, error, is_reference): &(usize, f64, bool)| Point {
+            setting: Setting {
+                method: "fast".into(),
+                adhesive: false,
+                nx,
+                ny: nx,
+                precision: "f64".into(),
+                tolerance: 1e-8,
+                slab: None,
+            },
+            paper_name: String::new(),
+            criterion: String::new(),
+            calibrated_on: None,
+            is_reference,
+            refusal: None,
+            missing: Vec::new(),
+            cost: Cost { wall_seconds: 0.123_456, cpu_seconds: 0.2, ..Cost::default() },
+            errors: Errors::new(),
+            loads: vec![LoadErrors { p_star: 0.01, errors: Errors::from([(Measure::MeanGap, error)]) }],
+        };
+        Tradeoff {
+            schema: SCHEMA,
+            name: "t".into(),
+            scales: ScalesSi { length_m: 1e-4, modulus_pa: 2.5e7 },
+            surface: "one".into(),
+            gradient: 1.0,
+            shortest_wave: 0.04,
+            nx: 256,
+            ny: 256,
+            p_star: vec![0.01],
+            kernel: "half-space".into(),
+            adhesion: "none".into(),
+            program: String::new(),
+            threads: 2,
+            repeats: 1,
+            budget_seconds: None,
+            spent_seconds: 0.0,
+            references: Vec::new(),
+            points: errors.iter().map(point).collect(),
+            left_out: Vec::new(),
+            warnings: Vec::new(),
+        }
+    }
+
+    /// An error that is small between two of another sign is no merit of its grid, nor is one below the reference's own.
+    #[test]
+    fn errors_by_chance_do_not_count() {
+        let table = Table::of(&told(&[(64, 0.04, false), (128, 0.0001, false), (256, 0.02, false), (512, 0.03, true)]));
+        let errors: Vec<f64> = table.lines.iter().filter_map(|l| l.errors[&Measure::MeanGap][0]).collect();
+        assert_eq!(errors, [0.04, 0.03, 0.03, 0.03]);
+        assert_eq!(table.lines[0].seconds, 0.123);
+    }
+
+    #[test]
+    fn a_file_is_read_as_it_was_written() {
+        let folder = tempfile::tempdir().expect("scratch");
+        let file = folder.path().join("tables.json");
+        let tables =
+            vec![Table::of(&told(&[(64, 0.04, false), (128, 0.01, true)])), Table::of(&told(&[(32, 0.5, true)]))];
+        Tables::new("by \"hand\"".into(), tables.clone()).write(&file).expect("written");
+        assert_eq!(Tables::read(&file).expect("read"), tables);
+        std::fs::write(&file, "{\"schema\": 99, \"made_by\": \"\", \"tables\": []}").expect("written");
+        assert!(Tables::read(&file).is_err_and(|e| e.to_string().contains("99")));
+        std::fs::write(&file, "[]").expect("written");
+        assert!(Tables::read(&file).is_err_and(|e| e.to_string().contains("asperity collect")));
+    }
+
+    #[test]
+    fn the_shipped_tables_are_read() {
+        let shipped = Tables::shipped();
+        assert!(!shipped.tables.is_empty() && !shipped.made_by.is_empty());
+        assert!(shipped.tables.iter().all(|t| !t.lines.is_empty()));
+    }
+}

@@ -1,0 +1,128 @@
+//! The accuracy that a scene asks for, resolved into grid, method, precision and tolerance by measured tables.
+
+use super::shortest_wave;
+use crate::compare::advice::{Limit, Table, Tables, Target, candidates, choose};
+use crate::interface::Adhesion;
+use crate::method::Precision;
+use crate::record::advice::{Advice, Chosen};
+use crate::record::tradeoff::Measure;
+use crate::report::number::{duration, error_of};
+use crate::scene::{AccuracyScene, Case, ContinuumScene, Scene, Surface, SurfaceScene};
+use crate::{Error, Result};
+use std::path::Path;
+
+/// What the tables would serve instead of a setting that they do not have.
+pub struct Unserved(pub String);
+
+/// A case as its scene asks for it; where that is an accuracy, with the setting that was chosen.
+///
+/// # Errors
+/// Bad input; an accuracy beside a grid, a method, a precision or a tolerance, or one that the tables do not support.
+pub fn settle(mut scene: Scene, file: &Path) -> Result<Case> {
+    let Some(asked) = scene.accuracy.clone() else { return Case::resolve(scene, file) };
+    refuse_both(&scene, file)?;
+    let case = Case::resolve(scene.clone(), file)?;
+    let (tables, made_by) = tables(&asked, &case)?;
+    let limit = match (asked.error, asked.budget_s) {
+        (Some(share), _) => Limit::Error(share),
+        (None, Some(s)) => Limit::Seconds(s),
+        (None, None) => unreachable!("checked with the scene"),
+    };
+    let advice = advise(&tables, &case, asked.quantity, limit, asked.extrapolate).map_err(|Unserved(accepted)| {
+        let (key, found) = match limit {
+            Limit::Error(e) => ("accuracy.error", e),
+            Limit::Seconds(s) => ("accuracy.budget_s", s),
+        };
+        Error::input(file.display(), key, found, accepted)
+    })?;
+    if !matches!(case.surface, Surface::Imported { .. }) {
+        scene.surface.grid = advice.grid;
+    }
+    let c = &mut scene.continuum;
+    c.method = advice.method.clone();
+    c.precision = if advice.precision == "f32" { Precision::F32 } else { Precision::F64 };
+    c.tolerance = Some(advice.tolerance);
+    let chosen =
+        Chosen { quantity: asked.quantity, error: asked.error, budget_s: asked.budget_s, tables: made_by, advice };
+    Ok(Case { chosen: Some(chosen), ..Case::resolve(scene, file)? })
+}
+
+/// A scene says what it wants or how to get it, not both.
+fn refuse_both(scene: &Scene, file: &Path) -> Result<()> {
+    let (c, d) = (&scene.continuum, ContinuumScene::default());
+    let given = [
+        ("surface.grid", scene.surface.grid != SurfaceScene::default().grid),
+        ("continuum.method", c.method != d.method),
+        ("continuum.precision", c.precision != d.precision),
+        ("continuum.tolerance", c.tolerance.is_some()),
+    ];
+    match given.iter().find(|(_, given)| *given) {
+        None => Ok(()),
+        Some((key, _)) => {
+            let accepted = "none with [accuracy], which chooses it; or no [accuracy]";
+            Err(Error::input(file.display(), *key, "given", accepted))
+        }
+    }
+}
+
+fn tables(asked: &AccuracyScene, case: &Case) -> Result<(Vec<Table>, String)> {
+    if asked.tables.is_empty() {
+        let shipped = Tables::shipped();
+        return Ok((shipped.tables, format!("those of the program, made by {}", shipped.made_by)));
+    }
+    let mut list = Vec::new();
+    for file in &asked.tables {
+        list.extend(Tables::read(&case.beside(file))?);
+    }
+    let names: Vec<String> = asked.tables.iter().map(|t| t.display().to_string()).collect();
+    Ok((list, names.join(", ")))
+}
+
+/// The setting for a case: within what was measured, or, if told so, beyond it.
+pub fn advise(
+    tables: &[Table],
+    case: &Case,
+    measure: Measure,
+    limit: Limit,
+    extrapolate: bool,
+) -> std::result::Result<Advice, Unserved> {
+    let all = candidates(tables, &target(case), measure);
+    let (known, beyond): (Vec<Advice>, Vec<Advice>) =
+        all.into_iter().partition(|a| extrapolate || a.extrapolated.is_empty());
+    choose(&known, measure, limit).cloned().ok_or_else(|| Unserved(accepted(&known, &beyond, measure, limit)))
+}
+
+fn target(case: &Case) -> Target {
+    Target {
+        shortest_wave: shortest_wave(&case.surface),
+        own_grid: matches!(case.surface, Surface::Imported { .. }).then_some(case.grid.nx),
+        aspect: case.grid.ny as f64 / case.grid.nx as f64,
+        kernel: case.kernel.to_string(),
+        adhesion: (case.adhesion != Adhesion::None).then(|| case.adhesion.to_string()),
+        p_star: case.p_star[..case.loads_there().min(case.p_star.len())].to_vec(),
+    }
+}
+
+fn accepted(known: &[Advice], beyond: &[Advice], measure: Measure, limit: Limit) -> String {
+    if let Some(a) = choose(beyond, measure, limit) {
+        return format!(
+            "what was measured; going beyond it would take {} on {} points a side ({})",
+            a.method,
+            a.grid,
+            a.extrapolated.join("; ")
+        );
+    }
+    let best = choose(known, measure, Limit::Seconds(f64::INFINITY));
+    match (limit, best) {
+        (_, None) => {
+            format!("a table with the {} of such a scene; what is given has none, or beyond it alone", measure.name())
+        }
+        (Limit::Error(_), Some(a)) => {
+            format!("at least {}, the least that the tables have", error_of(measure, a.expected_error))
+        }
+        (Limit::Seconds(_), Some(_)) => {
+            let least = known.iter().map(|a| a.expected_seconds).fold(f64::INFINITY, f64::min);
+            format!("at least {}, the least that the tables have", duration(least))
+        }
+    }
+}

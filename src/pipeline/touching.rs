@@ -1,0 +1,188 @@
+//! The atoms at one load: contact under each criterion, gap, stress field, maps on the comparison grid.
+
+use crate::Result;
+use crate::atoms::contact::{Contact, chosen, gaps, mean, onto_grid};
+use crate::atoms::dump::Frame;
+use crate::atoms::forces::{Felt, felt, lowered_to};
+use crate::atoms::indenter::Indenter;
+use crate::atoms::job::Interaction;
+use crate::atoms::ladder::Between;
+use crate::atoms::voronoi;
+use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
+use crate::grid::{Grid, bilinear, spread};
+use crate::record::results::{AtomState, AtomStress, ContactWay};
+use crate::record::{npy, xyz};
+use crate::scene::{AtomsCase, Case};
+use crate::units::GPA_PER_EV_A3;
+use std::path::Path;
+
+/// Species of the indenter's atoms in frames.
+pub(super) const INDENTER_SPECIES: &str = "Ind";
+
+/// Contact distances over the distance at which the wall's force begins, of the curve that tells what d_c decides.
+const DISTANCES: (f64, f64, usize) = (0.95, 1.1, 15);
+
+/// How the indenter's atoms act on the block's.
+pub(super) fn interaction(atoms: &AtomsCase) -> Interaction {
+    Interaction {
+        epsilon_ev: atoms.wall.epsilon_ev,
+        sigma_angstrom: atoms.wall.sigma_angstrom,
+        adhesion: atoms.adhesion.map(|a| a.pair),
+    }
+}
+
+/// Where contact is read: the block and its indenter, and where files go.
+pub(super) struct Reader<'a> {
+    atoms: &'a AtomsCase,
+    pub indenter: Indenter,
+    interaction: Interaction,
+    owners: Vec<usize>,
+    fine: Vec<f64>,
+    folder: &'a Path,
+    /// Name of the stage in the run folder, before the files' names in the results.
+    stage: &'a str,
+}
+
+impl<'a> Reader<'a> {
+    pub fn new(case: &Case, atoms: &'a AtomsCase, folder: &'a Path, stage: &'a str) -> Result<Self> {
+        let points = Grid::unit(atoms.points, atoms.points);
+        let heights = atoms.heights_angstrom(&case.surface, points);
+        Ok(Reader {
+            atoms,
+            indenter: Indenter::above(&atoms.block, atoms.points, heights, atoms.wall.minimum_angstrom())?,
+            interaction: interaction(atoms),
+            owners: atoms.block.surface().onto_grid(atoms.matched.nx, atoms.matched.ny),
+            fine: atoms.heights_angstrom(&case.surface, atoms.matched),
+            folder,
+            stage,
+        })
+    }
+
+    /// The state at a load, its maps and its frame written; `number` names the files.
+    pub fn state(&self, number: usize, p_star: f64, between: &Between) -> Result<AtomState> {
+        let (atoms, frame) = (self.atoms, &between.frame);
+        let (sites, touch) = (atoms.block.surface(), atoms.wall.minimum_angstrom());
+        let force = p_star * atoms.load_unit;
+        let down = lowered_to(frame, &self.indenter, between.displacement_angstrom, &self.interaction, force)?;
+        let felt = felt(frame, &self.indenter, down, &self.interaction, DISTANCES.1 * touch);
+        let near = |distance: f64| chosen(frame, &sites, |k| felt.nearest[k] < distance);
+        let touching = near(CONTACT_DISTANCE_ANGSTROM);
+        // Both grids are shifted to their own lowest node; the indenter stands where its atoms say. Between them its
+        // surface is read off a grid with sixteen nodes in the shortest wave: an error of a hundredth of that wave's amplitude.
+        let (length, offset) = (sites.length(), self.fine[0] - self.indenter.heights()[0]);
+        let profile = |x: f64, y: f64| bilinear(atoms.matched, |k| self.fine[k], x / length, y / length);
+        let gap = gaps(frame, &sites, |x, y| self.indenter.start_z() - down + profile(x, y) - offset, touch)?;
+        let stress = self.stress(frame, &felt);
+        let flags: Vec<u8> = touching.sites.iter().map(|t| u8::from(*t)).collect();
+        let (nx, ny) = (atoms.matched.nx, atoms.matched.ny);
+        let name = |what: &str, end: &str| format!("load-{number}-{what}.{end}");
+        let path = |what: &str, end: &str| self.folder.join(name(what, end));
+        let in_stage = |what: &str, end: &str| format!("{}/{}", self.stage, name(what, end));
+        npy::write(&path("contact", "npy"), nx, ny, onto_grid(&flags, &self.owners))?;
+        npy::write(&path("gap", "npy"), nx, ny, onto_grid(&gap, &self.owners))?;
+        npy::write(&path("stress", "npy"), nx, ny, stress.iter().copied())?;
+        npy::write(&path("site-contact", "npy"), flags.len(), 1, flags.iter().copied())?;
+        npy::write(&path("site-gap", "npy"), gap.len(), 1, gap.iter().copied())?;
+        write_frame(&path("frame", "xyz"), frame, &self.indenter, down, &touching.ids, (&atoms.element, p_star))?;
+        let contacts = touching.ids.len();
+        let area_per_atom = length.powi(2) / sites.len() as f64;
+        let (from, to, n) = DISTANCES;
+        let distances = (0..n).map(|k| touch * (from + (to - from) * k as f64 / (n - 1) as f64));
+        Ok(AtomState {
+            p_star,
+            contact_fraction: touching.fraction(),
+            contacts,
+            contacts_below_surface: touching.below_surface,
+            mean_gap_angstrom: mean(&gap),
+            contact_stress_gpa: if contacts == 0 {
+                0.0
+            } else {
+                force / (contacts as f64 * area_per_atom) * GPA_PER_EV_A3
+            },
+            contact_map: in_stage("contact", "npy"),
+            gap_map: in_stage("gap", "npy"),
+            frame: Some(in_stage("frame", "xyz")),
+            indenter_shift_angstrom: down - between.displacement_angstrom,
+            ways: self.ways(frame, &felt, &touching),
+            sensitivity: distances.map(|d| [d, near(d).fraction()]).collect(),
+            stress: Some(AtomStress {
+                width_angstrom: atoms.stress_width_angstrom,
+                load_error: mean(&stress) / GPA_PER_EV_A3 * length.powi(2) / force - 1.0,
+                highest_gpa: stress.iter().copied().fold(0.0, f64::max),
+                map: in_stage("stress", "npy"),
+            }),
+            plastic: None,
+        })
+    }
+
+    /// Normal stress on the comparison grid, GPa: the forces spread by the scene's Gaussian.
+    fn stress(&self, frame: &Frame, felt: &Felt) -> Vec<f64> {
+        let length = self.atoms.block.length();
+        let forces = frame.positions.iter().zip(&felt.normal).filter(|(_, f)| **f != 0.0);
+        let reduced = forces.map(|([x, y, _], f)| ([x / length, y / length], f / length.powi(2) * GPA_PER_EV_A3));
+        spread(self.atoms.matched, reduced, self.atoms.stress_width_angstrom / length)
+    }
+
+    fn ways(&self, frame: &Frame, felt: &Felt, touching: &Contact) -> Vec<ContactWay> {
+        let (sites, least) = (self.atoms.block.surface(), self.atoms.contact_force);
+        let way = |id: &str, criterion: String, found: &Contact| ContactWay {
+            id: id.into(),
+            criterion,
+            atoms: found.ids.len(),
+            contact_fraction: found.fraction(),
+        };
+        let pressed = chosen(frame, &sites, |k| felt.normal[k] > 0.0);
+        let loaded = chosen(frame, &sites, |k| felt.normal[k] > least);
+        // The surface as it is now: the layer that was on top, and what touches from below it.
+        let on_top = |id: &u32| sites.index_of(*id).is_some() || touching.ids.binary_search(id).is_ok();
+        let (ids, points): (Vec<u32>, Vec<[f64; 2]>) = frame
+            .ids
+            .iter()
+            .zip(&frame.positions)
+            .filter(|(id, _)| on_top(id))
+            .map(|(id, [x, y, _])| (*id, [*x, *y]))
+            .unzip();
+        let shares = voronoi::shares(&points, sites.length());
+        let area: f64 =
+            ids.iter().zip(shares).filter(|(id, _)| touching.ids.binary_search(id).is_ok()).map(|p| p.1).sum();
+        vec![
+            way("distance", format!("an indenter atom within {CONTACT_DISTANCE_ANGSTROM} Å"), touching),
+            way("pressed", "the indenter's normal force presses".into(), &pressed),
+            way("loaded", format!("the indenter presses with more than {least} eV/Å"), &loaded),
+            ContactWay {
+                contact_fraction: area / sites.length().powi(2),
+                ..way("area", "Voronoi share of the atoms within the distance".into(), touching)
+            },
+        ]
+    }
+}
+
+/// Extended XYZ of the block atoms of a frame and of the indenter.
+fn write_frame(
+    path: &Path,
+    frame: &Frame,
+    indenter: &Indenter,
+    down: f64,
+    touching: &[u32],
+    (element, p_star): (&str, f64),
+) -> Result<()> {
+    let first = frame.ids.last().copied().unwrap_or(0) as u64 + 1;
+    let block = frame.ids.iter().zip(&frame.positions).map(|(id, position)| xyz::Atom {
+        id: u64::from(*id),
+        species: element,
+        position_angstrom: *position,
+        contact: touching.binary_search(id).is_ok(),
+    });
+    let rigid = indenter.positions().enumerate().map(|(k, [x, y, z])| xyz::Atom {
+        id: first + k as u64,
+        species: INDENTER_SPECIES,
+        position_angstrom: [x, y, z - down],
+        contact: false,
+    });
+    let info = xyz::Frame {
+        cell_angstrom: [frame.length(0), frame.length(1), frame.length(2)],
+        p_star,
+        atoms: frame.len() + indenter.atoms() as usize,
+    };
+    xyz::write(path, info, block.chain(rigid))
+}

@@ -1,0 +1,102 @@
+//! What is advised, held against what is found: on surfaces that no table has seen.
+
+use super::{AskedOfLadder, Exact, shortest_wave, tradeoff};
+use crate::Result;
+use crate::compare::advice::{Limit, Table};
+use crate::method::{self, Precision};
+use crate::pipeline::{Listener, Unserved, advise};
+use crate::record::advice::Advice;
+use crate::record::tradeoff::{Measure, Point, Tradeoff};
+use crate::scene::{Case, Surface};
+use serde::Serialize;
+use std::path::Path;
+
+/// Points per shortest wave of the reference: twice those of the finest settings that the shipped tables have.
+const REFERENCE_POINTS: f64 = 32.0;
+
+/// An error that was asked for, and what came of it.
+#[derive(Debug, Clone, Serialize)]
+pub struct Trial {
+    pub surface: String,
+    pub quantity: Measure,
+    pub asked: f64,
+    /// None where the tables do not serve it, for a reason.
+    pub advice: Option<Advice>,
+    pub refusal: Option<String>,
+    /// Root mean square over the loads, and what is uncertain of the reference. None where the setting told nothing.
+    pub found: Option<f64>,
+    pub uncertainty: Option<f64>,
+}
+
+impl Trial {
+    /// Whether the advised setting errs by no more than asked for. Not known of what was not advised.
+    pub fn met(&self) -> Option<bool> {
+        self.advice.as_ref().map(|_| self.found.is_some_and(|e| e <= self.quantity.like_relative(self.asked)))
+    }
+}
+
+/// Asks for every error of every quantity on a case's surface, runs what is advised into a folder, and holds it against a
+/// reference there.
+///
+/// # Errors
+/// Those of a ladder.
+pub fn prove(
+    case: &Case,
+    tables: &[Table],
+    (quantities, errors): (&[Measure], &[f64]),
+    out: &Path,
+    listener: &dyn Listener,
+) -> Result<Vec<Trial>> {
+    let mut trials = Vec::new();
+    let mut exact: Vec<Exact> = Vec::new();
+    for &quantity in quantities {
+        for &asked in errors {
+            let served = advise(tables, case, quantity, Limit::Error(asked), false);
+            let (advice, refusal) = match served {
+                Ok(advice) => (Some(advice), None),
+                Err(Unserved(why)) => (None, Some(why)),
+            };
+            if let Some(setting) = advice.as_ref().map(exact_of).filter(|s| !exact.contains(s)) {
+                exact.push(setting);
+            }
+            let surface = case.surface.origin();
+            trials.push(Trial { surface, quantity, asked, advice, refusal, found: None, uncertainty: None });
+        }
+    }
+    if exact.is_empty() {
+        return Ok(trials);
+    }
+    let finest = exact.iter().map(|e| e.n).max().unwrap_or(0);
+    let waves = (REFERENCE_POINTS / shortest_wave(&case.surface)).ceil() as usize;
+    let reference = match case.surface {
+        Surface::Imported { .. } => case.grid.nx,
+        _ => waves.max(2 * finest).next_power_of_two(),
+    };
+    let methods = method::REGISTRY.iter().copied().filter(|m| exact.iter().any(|e| e.method == m.card().id)).collect();
+    let asked = AskedOfLadder {
+        methods,
+        grids: None,
+        reference: Some(reference),
+        budget_seconds: None,
+        repeats: 1,
+        exact: Some(exact),
+        slabs: Vec::new(),
+    };
+    let (told, _) = tradeoff(case, &asked, out, listener)?;
+    for trial in &mut trials {
+        let Some(setting) = trial.advice.as_ref().map(exact_of) else { continue };
+        let point = told.points.iter().find(|p| setting.is_of(p));
+        trial.found = point.and_then(|p| p.errors.get(&trial.quantity).copied());
+        trial.uncertainty = point.and_then(|p| uncertainty(&told, p, trial.quantity));
+    }
+    Ok(trials)
+}
+
+fn uncertainty(told: &Tradeoff, point: &Point, measure: Measure) -> Option<f64> {
+    told.reference(point.setting.adhesive)?.uncertainty.get(&measure).copied()
+}
+
+fn exact_of(advice: &Advice) -> Exact {
+    let precision = if advice.precision == "f32" { Precision::F32 } else { Precision::F64 };
+    Exact { method: advice.method.clone(), n: advice.grid, precision, tolerance: advice.tolerance }
+}

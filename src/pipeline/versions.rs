@@ -1,0 +1,142 @@
+//! The versions of one problem side by side: the continuum on the full heights and on those that atoms resolve, under each
+//! criterion, and the atoms. All are read at the block's surface sites, and their stresses smoothed alike.
+
+use crate::atoms::contact::onto_grid;
+use crate::compare::Sites;
+use crate::grid::{Field, Grid, smoothed};
+use crate::observe::{
+    Connectivity, Distribution, cumulative_area, gap_distribution, linear_edges, patch_sizes, typical_size,
+};
+use crate::record::results::Version;
+use crate::units::ANGSTROM_M;
+
+/// Bins of the gaps: some seventy sites each at 25 nm.
+const GAP_BINS: usize = 60;
+const STRESS_BINS: usize = 80;
+/// The upper end of bins over the largest value, so that this one falls into the last.
+const ABOVE: f64 = 1.0 + 1e-9;
+
+/// One version, before its distributions are counted.
+pub(super) struct Side {
+    pub id: &'static str,
+    pub criterion: String,
+    /// Per surface site.
+    pub touching: Vec<bool>,
+    /// Å, per surface site.
+    pub gap: Vec<f64>,
+    pub mean_gap_angstrom: f64,
+    /// Smoothed, GPa, on the nodes of the version's own grid.
+    pub stress: Vec<f64>,
+}
+
+/// A continuum solution of the same load.
+pub(super) struct Solved<'a> {
+    pub sites: &'a Sites,
+    pub grid: Grid,
+    /// Units of L and of E*.
+    pub gap: Field<'a>,
+    pub stress: Field<'a>,
+    pub mean_gap: f64,
+}
+
+/// What turns reduced numbers into the atoms' units.
+#[derive(Clone, Copy)]
+pub(super) struct Units {
+    pub length_angstrom: f64,
+    pub modulus_gpa: f64,
+    /// Of the Gaussian, Å.
+    pub width_angstrom: f64,
+}
+
+impl Solved<'_> {
+    /// Smoothed normal stress, GPa.
+    pub fn smooth(&self, units: Units) -> Vec<f64> {
+        let stress: Vec<f64> = (0..self.grid.points()).map(|i| self.stress.at(i) * units.modulus_gpa).collect();
+        smoothed(self.grid, &stress, units.width_angstrom / units.length_angstrom)
+    }
+
+    /// Contact where the gap is at most `threshold` (units of L).
+    pub fn side(&self, id: &'static str, criterion: String, threshold: f64, stress: Vec<f64>, units: Units) -> Side {
+        Side {
+            id,
+            criterion,
+            touching: self.sites.touching(self.gap, threshold),
+            gap: self.sites.sample(self.gap).into_iter().map(|g| g * units.length_angstrom).collect(),
+            mean_gap_angstrom: self.mean_gap * units.length_angstrom,
+            stress,
+        }
+    }
+}
+
+/// All versions of a load under `pressure_gpa`, with common bins. `owners` are the sites of the nodes of `grid`.
+pub(super) fn versions(
+    sides: Vec<Side>,
+    (grid, owners): (Grid, &[usize]),
+    pressure_gpa: f64,
+    length_angstrom: f64,
+) -> Vec<Version> {
+    let all = |of: fn(&Side) -> &Vec<f64>| {
+        let values = sides.iter().flat_map(of);
+        values.fold((0.0, 0.0), |(a, b): (f64, f64), v| (a.min(*v), b.max(*v)))
+    };
+    let edges = |(least, most): (f64, f64), bins| {
+        let top = if most > least { least + ABOVE * (most - least) } else { least + 1.0 };
+        linear_edges(least, top, bins)
+    };
+    let (gap_edges, stress_edges) = (edges(all(|s| &s.gap), GAP_BINS), edges(all(|s| &s.stress), STRESS_BINS));
+    let node_nm2 = grid.dx() * grid.dy() * (length_angstrom * ANGSTROM_M * 1e9).powi(2);
+    let version = |side: Side| {
+        let flags: Vec<u8> = side.touching.iter().map(|t| u8::from(*t)).collect();
+        let sizes = patch_sizes(&onto_grid(&flags, owners), grid.nx, Connectivity::Eight);
+        let fraction = side.touching.iter().filter(|t| **t).count() as f64 / side.touching.len() as f64;
+        Version {
+            id: side.id.into(),
+            criterion: side.criterion,
+            contact_fraction: fraction,
+            mean_gap_angstrom: side.mean_gap_angstrom,
+            contact_stress_gpa: (fraction > 0.0).then(|| pressure_gpa / fraction),
+            patches: sizes.len(),
+            typical_patch_nm2: typical_size(&sizes).map(|a| a as f64 * node_nm2),
+            patch_area: cumulative_area(&sizes).into_iter().map(|(a, share)| [a as f64 * node_nm2, share]).collect(),
+            gap: open_gaps(&side.gap, &side.touching, gap_edges.clone()),
+            stress: gap_distribution(Field::F64(&side.stress), f64::NEG_INFINITY, stress_edges.clone()),
+        }
+    };
+    sides.into_iter().map(version).collect()
+}
+
+/// Gaps where nothing touches; what touches is the delta, whatever its gap.
+fn open_gaps(gap: &[f64], touching: &[bool], edges: Vec<f64>) -> Distribution {
+    let open: Vec<f64> = gap.iter().zip(touching).map(|(g, t)| if *t { f64::NEG_INFINITY } else { *g }).collect();
+    gap_distribution(Field::F64(&open), f64::NEG_INFINITY, edges)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_version_counts_all_of_its_sites_in_the_same_bins() {
+        let grid = Grid::unit(4, 4);
+        let owners: Vec<usize> = (0..16).collect();
+        let side = |id, shift: f64, criterion: &str| Side {
+            id,
+            criterion: criterion.into(),
+            touching: (0..16).map(|k| k < 3 || k == 10).collect(),
+            gap: (0..16).map(|k| f64::from(k) - 2.0 + shift).collect(),
+            mean_gap_angstrom: 3.0,
+            stress: (0..16).map(|k| f64::from(k % 4) * 0.5).collect(),
+        };
+        let found = versions(vec![side("hard wall", 0.0, "a"), side("atoms", 0.5, "b")], (grid, &owners), 2.0, 100.0);
+        for v in &found {
+            assert_eq!((v.gap.delta, v.gap.below, v.gap.above), (0.25, 0.0, 0.0));
+            assert!((v.gap.total() - 1.0).abs() < 1e-12 && (v.stress.total() - 1.0).abs() < 1e-12);
+            assert_eq!((v.contact_fraction, v.contact_stress_gpa), (0.25, Some(8.0)));
+            // A row of three sites, and one that touches its rim by a corner only across the seam: 10 nm over 4 nodes a side.
+            assert_eq!((v.patches, v.typical_patch_nm2), (2, Some(3.0 * 6.25)));
+            assert_eq!(v.patch_area.last(), Some(&[3.0 * 6.25, 1.0]));
+        }
+        assert_eq!(found[0].gap.edges, found[1].gap.edges);
+        assert_ne!(found[0].gap.shares, found[1].gap.shares);
+    }
+}

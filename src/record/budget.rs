@@ -1,0 +1,46 @@
+//! What the numbers of a state are uncertain by, part by part.
+
+use super::tradeoff::Measure;
+use serde::{Deserialize, Serialize};
+
+/// Where an uncertainty comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Source {
+    /// The grid: the change from half of the points a side.
+    Grid,
+    /// Adhesion over a longer range than asked for, which the grid resolves.
+    Range,
+    /// What the solver left of the residual, as a change of the load by as much.
+    Solver,
+    /// Round-off of the fields, likewise.
+    Precision,
+    /// What counts as contact at the rim of patches: a third of the perimeter correction.
+    Criterion,
+}
+
+impl Source {
+    pub const ALL: [Source; 5] = [Source::Grid, Source::Range, Source::Solver, Source::Precision, Source::Criterion];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Source::Grid => "grid",
+            Source::Range => "range of the adhesion",
+            Source::Solver => "solver",
+            Source::Precision => "precision",
+            Source::Criterion => "contact criterion",
+        }
+    }
+}
+
+/// One part of what a quantity is uncertain by.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Part {
+    pub quantity: Measure,
+    pub source: Source,
+    /// Over the value; none where it is not known.
+    pub relative: Option<f64>,
+    /// Whether that is only a bound.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub is_bound: bool,
+}

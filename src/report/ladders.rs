@@ -1,0 +1,64 @@
+//! The ladders of one method as Markdown: what its grid, its tolerance, its precision and a finite slab cost in accuracy.
+
+use super::number::{duration, error_of, significant};
+use crate::record::tradeoff::{Measure, Point, Tradeoff};
+
+/// Columns of errors.
+const COLUMNS: [Measure; 7] = [
+    Measure::ContactArea,
+    Measure::MeanGap,
+    Measure::Stiffness,
+    Measure::GapMap,
+    Measure::ContactMap,
+    Measure::GapPdf,
+    Measure::StressPdf,
+];
+
+/// Tables of a method's points, each of a ladder in which one thing changes from the setting of the reference.
+pub fn markdown(told: &Tradeoff, method: &str) -> String {
+    let known: Vec<&Point> = told.points.iter().filter(|p| p.setting.method == method && p.refusal.is_none()).collect();
+    let grids: Vec<&Point> = told.grids(method);
+    let Some(base) = grids.first().map(|p| &p.setting) else { return String::new() };
+    let of = |p: &&&Point, n: usize| p.setting.nx == n && p.setting.slab.is_none();
+    // Tolerances and precisions are those of one grid: that with most of them.
+    let settings = |n: usize| known.iter().filter(|p| of(p, n)).count();
+    let n = grids.iter().map(|p| p.setting.nx).max_by_key(|n| settings(*n)).unwrap_or(base.nx);
+    let mut tolerances: Vec<&Point> =
+        known.iter().filter(|p| of(p, n) && p.setting.precision == base.precision).copied().collect();
+    tolerances.sort_by(|a, b| b.setting.tolerance.total_cmp(&a.setting.tolerance));
+    let precisions: Vec<&Point> =
+        known.iter().filter(|p| of(p, n) && p.setting.precision != base.precision).copied().collect();
+    let mut slabs: Vec<&Point> = known.iter().filter(|p| p.setting.slab.is_some()).copied().collect();
+    slabs.sort_by(|a, b| a.setting.slab.partial_cmp(&b.setting.slab).unwrap_or(std::cmp::Ordering::Equal));
+    let mut coarse_first = grids.clone();
+    coarse_first.sort_by_key(|p| p.setting.nx);
+    let wave = |p: &Point| significant(p.setting.nx as f64 * told.shortest_wave, 3);
+    let mut text = String::new();
+    let head = ["points a side", "per shortest wave"].map(str::to_string);
+    table(&mut text, "Grid", &head, &coarse_first, &|p| vec![p.setting.nx.to_string(), wave(p)]);
+    let tolerance = |p: &Point| vec![format!("{:e}", p.setting.tolerance)];
+    table(&mut text, "Tolerance", &[format!("tolerance on {n} points a side")], &tolerances, &tolerance);
+    let precision = |p: &Point| vec![format!("{} to {:e}", p.setting.precision, p.setting.tolerance)];
+    table(&mut text, "Precision", &[format!("precision on {n} points a side")], &precisions, &precision);
+    let slab = |p: &Point| vec![p.setting.slab.map_or(String::new(), |t| significant(t, 3))];
+    table(&mut text, "Finite slab", &["thickness / L".to_string()], &slabs, &slab);
+    text
+}
+
+fn table(text: &mut String, title: &str, head: &[String], points: &[&Point], of: &dyn Fn(&Point) -> Vec<String>) {
+    if points.is_empty() {
+        return;
+    }
+    let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
+    let names = COLUMNS.map(|m| m.name().to_string());
+    text.push_str(&format!("### {title}\n\n"));
+    text.push_str(&line(head.iter().cloned().chain(["CPU".into()]).chain(names).collect()));
+    text.push_str(&line(vec!["---".into(); head.len() + 1 + COLUMNS.len()]));
+    for p in points {
+        let error = |m: Measure| p.errors.get(&m).map_or("–".into(), |e| error_of(m, *e));
+        text.push_str(&line(
+            of(p).into_iter().chain([duration(p.cost.cpu_seconds)]).chain(COLUMNS.map(error)).collect(),
+        ));
+    }
+    text.push('\n');
+}

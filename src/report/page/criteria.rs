@@ -1,0 +1,166 @@
+//! The atoms' contact under several criteria, how much the contact distance decides, and their stress.
+
+use maud::{Markup, html};
+
+use super::desk::{Desk, capitalised, figure, numbers, panel, panels, text};
+use super::loads::PANEL_SIDE;
+use crate::error::Result;
+use crate::record::results::{AtomsResults, ComparisonResults, LoadComparison};
+use crate::report::map::Legend;
+use crate::report::number::{count, percent, significant, trimmed};
+use crate::report::picture::{self, Range};
+use crate::report::plot::{ATOMS, Axis, Curve, HARD, PANEL, Plot, SOFT, Style, THRESHOLD};
+use crate::units::ANGSTROM_M;
+
+/// Contact under each criterion and the stress; nothing where the results are of an earlier version.
+pub fn section(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
+    let told: Vec<_> = atoms.states.iter().filter(|s| !s.ways.is_empty()).collect();
+    let Some(first) = told.first() else { return Ok(html! {}) };
+    let mut head = vec!["p*"];
+    head.extend(first.ways.iter().map(|w| name(&w.id)));
+    let rows = told
+        .iter()
+        .map(|s| {
+            let shares = s.ways.iter().map(|w| {
+                html! { (percent(w.contact_fraction)) " " span.quiet { "(" (count(w.atoms)) ")" } }
+            });
+            [text(trimmed(s.p_star, 4))].into_iter().chain(shares).collect()
+        })
+        .collect();
+    Ok(html! {
+        h3 { "Contact, several ways" }
+        (numbers(&head, rows))
+        p.quiet {
+            @for (i, w) in first.ways.iter().enumerate() {
+                @if i > 0 { " " } em { (capitalised(name(&w.id))) } ": " (w.criterion) "."
+            }
+            " In brackets the touching atoms, those from below the surface layer among them."
+        }
+        (stresses(desk, atoms)?)
+    })
+}
+
+fn name(id: &str) -> &str {
+    match id {
+        "area" => "Voronoi area",
+        other => other,
+    }
+}
+
+/// Where the atoms leave elasticity; nothing where it was not asked for.
+pub fn plasticity(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
+    let Some(p) = &atoms.plasticity else { return Ok(html! {}) };
+    let points = p.steps.iter().map(|s| (s[0], s[1])).collect();
+    let curves = vec![Curve { label: String::new(), style: ATOMS, points }];
+    let plot = Plot {
+        proportion: 0.36,
+        ..Plot::new((Axis::Linear, Axis::Linear), ("p*", "atoms out of the crystal"), curves)
+    };
+    let rows = atoms
+        .states
+        .iter()
+        .filter_map(|s| {
+            let plastic = s.plastic?;
+            Some(vec![
+                text(trimmed(s.p_star, 4)),
+                text(count(plastic.atoms)),
+                text(format!("{}\u{a0}nm³", significant(plastic.volume_nm3, 3))),
+                text(format!("{}\u{a0}GPa", significant(s.contact_stress_gpa, 3))),
+            ])
+        })
+        .collect();
+    let words = html! { "Atoms whose twelve nearest neighbours no longer lie opposite each other (centro-symmetry above "
+    (p.threshold) " a0²), of the " (count(p.atoms)) " below the uppermost " (p.masked_layers) " layers, at every step of the "
+    "ladder." };
+    Ok(html! {
+        h3 { "Where the atoms leave elasticity" }
+        p {
+            @match p.first_yield {
+                Some(load) => {
+                    "The crystal first yields at p* = " strong { (significant(load, 3)) } ": there more than " (p.noise)
+                    " atoms have left its order."
+                    @if let Some(h) = p.hardness_gpa { " Beyond it the mean stress over the touching atoms is " (significant(h, 3))
+                        " GPa, an estimate of the hardness." }
+                },
+                None => { "At no step have more than " (p.noise) " atoms left the crystal’s order: the block stays elastic." },
+            }
+        }
+        @if let Some(svg) = desk.curves("plasticity", &plot)? { (figure(svg, words)) }
+        (numbers(&["p*", "atoms out of the crystal", "their volume", "stress in the contact"], rows))
+    })
+}
+
+/// The smoothed normal stress of every load, in one range of colours each.
+fn stresses(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
+    let mut drawn = Vec::new();
+    let (mut width, mut worst) = (0.0, 0.0_f64);
+    for (i, state) in atoms.states.iter().enumerate() {
+        let Some(stress) = &state.stress else { continue };
+        (width, worst) = (stress.width_angstrom, worst.max(stress.load_error.abs()));
+        let small = picture::load(&desk.field(&stress.map)?, PANEL_SIDE, |v| v)?;
+        let range = Range { low: 0.0, ..Range::of(&small.values, 0.0) };
+        let legend = Legend::Ramp { range, unit: "GPa".into(), clipped: false };
+        let title = format!("p* = {}", trimmed(state.p_star, 4));
+        let names = (format!("stress-atoms-{}", i + 1), format!("normal stress of the atoms at {title}"));
+        let picture = picture::map(&small, range);
+        let image = desk.map((&names.0, &names.1), &picture, atoms.length_angstrom * ANGSTROM_M, legend)?;
+        let below = html! { "at most " (significant(stress.highest_gpa, 3)) " GPa" };
+        drawn.push(panel(&title, image, below));
+    }
+    if drawn.is_empty() {
+        return Ok(html! {});
+    }
+    Ok(figure(
+        panels(drawn.len().min(3), &drawn),
+        html! { "Normal stress: the indenter’s force on each atom, spread by a Gaussian with a standard deviation of "
+        (trimmed(width, 4)) " Å. The field carries the load to " (significant(worst, 1)) " of it." },
+    ))
+}
+
+/// How much of the atoms’ area is their contact distance, beside how much of the continuum's is the gap that counts.
+pub fn sensitivity(desk: &Desk, c: &ComparisonResults) -> Result<Markup> {
+    let mut figures = Vec::new();
+    for (i, load) in c.loads.iter().enumerate() {
+        if load.against_distance.is_empty() {
+            continue;
+        }
+        let panel_of = |name: &str, title: &str, x_label: &str, curves: Vec<Curve>| -> Result<Option<Markup>> {
+            let plot = Plot {
+                width: PANEL,
+                proportion: 0.8,
+                include: vec![(curves[0].points[0].0, 0.0), (curves[0].points[0].0, top(load))],
+                ..Plot::new((Axis::Linear, Axis::Linear), (x_label, "contact (%)"), curves)
+            };
+            Ok(desk.curves(&format!("{name}-{}", i + 1), &plot)?.map(|svg| panel(title, svg, html! {})))
+        };
+        let distance = |label: &str, style: Style, k: usize| {
+            curve(label, style, load.against_distance.iter().map(|row| (row[0], 100.0 * row[k])).collect())
+        };
+        let gap = |label: &str, style: Style, k: usize| {
+            curve(label, style, load.against_gap.iter().map(|row| (row[0], 100.0 * row[k])).collect())
+        };
+        let by_distance =
+            vec![distance("atoms", ATOMS, 1), distance("hard, matched", THRESHOLD, 2), distance("soft", SOFT, 3)];
+        let by_gap = vec![gap("hard wall", HARD, 1), gap("soft wall", SOFT, 2)];
+        let both = [
+            panel_of("against-distance", "Contact distance", "contact distance (Å)", by_distance)?,
+            panel_of("against-gap", "Gap that counts", "gap up to which a point counts (Å)", by_gap)?,
+        ];
+        let drawn: Vec<Markup> = both.into_iter().flatten().collect();
+        let caption = html! { "Contact at p* = " (trimmed(load.p_star, 4)) @if i == 0 { ", left against the distance d_c from 0.95 to 1.1 of "
+        "that at which the wall’s force begins, the continuum matched to each; right the continuum’s against the gap up to which a "
+        "point counts, over the same lengths. Where the left curves are steep, the criterion decides the area." } @else { "." } };
+        figures.push(figure(panels(2, &drawn), caption));
+    }
+    Ok(html! { @if !figures.is_empty() { h3 { "What the criterion decides" } @for f in &figures { (f) } } })
+}
+
+fn curve(label: &str, style: Style, points: Vec<(f64, f64)>) -> Curve {
+    Curve { label: label.into(), style: style.without_marker(), points }
+}
+
+/// One vertical axis for both panels.
+fn top(load: &LoadComparison) -> f64 {
+    let rows = load.against_distance.iter().flat_map(|r| &r[1..]).chain(load.against_gap.iter().flat_map(|r| &r[1..]));
+    100.0 * rows.copied().fold(0.0, f64::max)
+}

@@ -1,0 +1,126 @@
+//! The versions of the compared problem side by side: what each step from the full heights to the atoms changes.
+
+use maud::{Markup, html};
+
+use super::desk::{Desk, figure, numbers, panel, panels, text};
+use crate::error::Result;
+use crate::record::results::{ComparisonResults, LoadComparison, Version};
+use crate::report::number::{count, percent, significant, trimmed};
+use crate::report::plot::{ATOMS, Axis, Curve, HARD, LABORATORY, PANEL, Plot, SOFT, Style, THRESHOLD};
+
+/// Look and name of a version.
+fn look(id: &str) -> (Style, &'static str) {
+    match id {
+        "full heights" => (LABORATORY, "full heights, zero gap"),
+        "hard wall" => (HARD, "atoms’ heights, zero gap"),
+        "matched" => (THRESHOLD, "atoms’ heights, matched gap"),
+        "soft wall" => (SOFT, "atoms’ heights, soft wall"),
+        _ => (ATOMS, "atoms"),
+    }
+}
+
+/// Nothing where the results are of an earlier version.
+pub fn section(desk: &Desk, c: &ComparisonResults) -> Result<Markup> {
+    let loads: Vec<&LoadComparison> = c.loads.iter().filter(|l| !l.versions.is_empty()).collect();
+    if loads.is_empty() {
+        return Ok(html! {});
+    }
+    let along = |of: &dyn Fn(&Version) -> f64| -> Vec<Curve> {
+        let versions = loads.iter().flat_map(|l| &l.versions);
+        let mut ids: Vec<&str> = Vec::new();
+        versions.for_each(|v| {
+            if !ids.contains(&v.id.as_str()) {
+                ids.push(&v.id)
+            }
+        });
+        let points = |id: &str| -> Vec<(f64, f64)> {
+            loads.iter().filter_map(|l| Some((l.p_star, of(l.versions.iter().find(|v| v.id == id)?)))).collect()
+        };
+        let curve = |id: &&str| Curve { label: look(id).1.into(), style: look(id).0, points: points(id) };
+        // With the matched criterion nothing but what counts as contact changes.
+        ids.iter().map(curve).collect()
+    };
+    let area = Plot {
+        include: vec![(0.0, 0.0)],
+        ..Plot::new((Axis::Linear, Axis::Linear), ("p*", "contact (%)"), along(&|v| 100.0 * v.contact_fraction))
+    };
+    let gap = Plot::new((Axis::Log, Axis::Linear), ("p*", "mean gap (Å)"), along(&|v| v.mean_gap_angstrom));
+    let mut figures = Vec::new();
+    for (name, plot, caption) in [
+        ("versions-area", area, "Contact of each version at the block’s surface sites."),
+        ("versions-gap", gap, "Mean gap of each version; matching the criterion does not change it."),
+    ] {
+        figures.extend(desk.curves(name, &plot)?.map(|svg| figure(svg, html! { (caption) })));
+    }
+    let mut each = Vec::new();
+    for (i, load) in loads.iter().enumerate() {
+        each.push(one_load(desk, load, i + 1)?);
+    }
+    Ok(html! {
+        h3 { "From the full heights to the atoms" }
+        p { "The same load and the same elastic layer, changed one step at a time: the heights of the scene’s grid; the heights that "
+            "atoms resolve; on these the gap that counts as contact; the atoms’ wall law in place of the hard wall; the atoms. All "
+            "are read at the block’s surface sites, and all stresses are smoothed by the Gaussian that makes a field of the "
+            "atoms’ forces." }
+        (table(&loads))
+        @for f in &figures { (f) }
+        @for e in &each { (e) }
+    })
+}
+
+fn table(loads: &[&LoadComparison]) -> Markup {
+    let mut rows = Vec::new();
+    for load in loads {
+        for (k, v) in load.versions.iter().enumerate() {
+            rows.push(vec![
+                text(if k == 0 { trimmed(load.p_star, 4) } else { String::new() }),
+                html! { strong { (look(&v.id).1) } },
+                text(percent(v.contact_fraction)),
+                text(format!("{}\u{a0}Å", significant(v.mean_gap_angstrom, 4))),
+                text(v.contact_stress_gpa.map_or("–".into(), |s| format!("{}\u{a0}GPa", significant(s, 3)))),
+                text(count(v.patches)),
+                text(v.typical_patch_nm2.map_or("–".into(), |a| format!("{}\u{a0}nm²", significant(a, 3)))),
+            ]);
+        }
+    }
+    let head = ["p*", "version", "contact", "mean gap", "stress in the contact", "patches", "typical patch"];
+    html! {
+        (numbers(&head, rows))
+        p.quiet { "Typical patch: half of the contact lies in patches up to this area." }
+    }
+}
+
+/// Distributions of gap, stress and patch area at one load.
+fn one_load(desk: &Desk, load: &LoadComparison, number: usize) -> Result<Markup> {
+    let curves = |of: &dyn Fn(&Version) -> Vec<(f64, f64)>, left_out: &str| -> Vec<Curve> {
+        let shown = load.versions.iter().filter(|v| v.id != left_out);
+        let curve =
+            |v: &Version| Curve { label: look(&v.id).1.into(), style: look(&v.id).0.without_marker(), points: of(v) };
+        shown.map(curve).collect()
+    };
+    let density = |points: Vec<(f64, f64)>| points.into_iter().filter(|p| p.1 > 0.0).collect();
+    let log = (Axis::Linear, Axis::Log);
+    let gaps = Plot::new(log, ("gap (Å)", "density (1/Å)"), curves(&|v| density(v.gap.density()), ""));
+    // The criterion does not change the stress.
+    let stress =
+        Plot::new(log, ("stress (GPa)", "density (1/GPa)"), curves(&|v| density(v.stress.density()), "matched"));
+    let patches = Plot::new(
+        (Axis::Log, Axis::Linear),
+        ("area of a patch (nm²)", "share of the contact"),
+        curves(&|v| v.patch_area.iter().map(|[a, share]| (*a, *share)).collect(), ""),
+    );
+    let mut drawn = Vec::new();
+    for (title, name, plot) in [
+        ("Gap", "versions-gaps", gaps),
+        ("Normal stress", "versions-stress", stress),
+        ("Patches up to an area", "versions-patches", patches),
+    ] {
+        let plot = Plot { width: PANEL, proportion: 0.8, ..plot };
+        drawn.extend(desk.curves(&format!("{name}-{number}"), &plot)?.map(|svg| panel(title, svg, html! {})));
+    }
+    Ok(figure(
+        panels(drawn.len(), &drawn),
+        html! { "Distributions at p* = " (trimmed(load.p_star, 4)) ": of the gap where nothing touches, of the smoothed stress over the "
+        "whole cell, and the share of the contact in patches of at most an area." },
+    ))
+}
