@@ -46,7 +46,7 @@ fn job(folder: &Path) -> Job {
         frame_layers: FRAME_LAYERS,
     };
     let potential = Path::new(env!("CARGO_MANIFEST_DIR")).join("potentials/Ca.eam.alloy");
-    Job::write(folder, &block, &indenter, (&potential, "Ca", 40.078), interaction, ladder).expect("a written job")
+    Job::write(folder, &block, &indenter, (&potential, "Ca", 40.078), interaction, ladder, None).expect("a written job")
 }
 
 fn on(_: Progress) -> ControlFlow<()> {

@@ -2,6 +2,9 @@
 //!
 //! Without a program `lmp` on the search path these tests say so on standard error and prove nothing.
 
+#[path = "common/table.rs"]
+mod table;
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -188,4 +191,56 @@ fn failures_of_lammps_are_told_apart() {
         other => panic!("{other}"),
     }
     assert!(results(folder.path(), "RES early nan\n").is_err());
+}
+
+/// Rounding of some fifty terms an atom, of which forces are the small differences; measured 4e-15 and 2e-13.
+const ROUNDING: f64 = 1e-8;
+
+/// 500 atoms shaken by up to a quarter of an ångström along each axis, no two alike.
+#[test]
+fn lammps_evaluates_the_table_as_the_table_says() {
+    let Some(lammps) = lammps("lammps_evaluates_the_table_as_the_table_says") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let (cells, mut state) = (5, 2017u64);
+    let mut shake = || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        0.5 * ((state >> 33) as f64 / (1u64 << 31) as f64 - 0.5)
+    };
+    let length = cells as f64 * A0;
+    let mut text = format!("shaken\n\n{} atoms\n1 atom types\n\n", 4 * cells * cells * cells);
+    for axis in ["x", "y", "z"] {
+        text += &format!("0 {length:.16} {axis}lo {axis}hi\n");
+    }
+    text += "\nMasses\n\n1 40.078\n\nAtoms # atomic\n\n";
+    let basis = [[0.0, 0.0, 0.0], [0.5, 0.5, 0.0], [0.5, 0.0, 0.5], [0.0, 0.5, 0.5]];
+    for k in 0..4 * cells * cells * cells {
+        let (site, cell) = (basis[k % 4], [k / 4 % cells, k / 4 / cells % cells, k / 4 / cells / cells]);
+        let at: Vec<f64> = (0..3).map(|c| (cell[c] as f64 + site[c] + 0.25) * A0 + shake()).collect();
+        text += &format!("{} 1 {:.12} {:.12} {:.12}\n", k + 1, at[0], at[1], at[2]);
+    }
+    let data = folder.path().join("shaken.data");
+    std::fs::write(&data, text).unwrap();
+    let table = Path::new(env!("CARGO_MANIFEST_DIR")).join("potentials/Ca.eam.alloy");
+    let vars = [
+        ("data", data.display().to_string()),
+        ("potential", table.display().to_string()),
+        ("element", "Ca".to_string()),
+    ];
+    let printed = lammps.run(folder.path(), &input("forces.in"), &vars).unwrap();
+    let energy = results(folder.path(), &printed).unwrap()["energy"];
+    // Atoms where LAMMPS has them.
+    let dumped = std::fs::read_to_string(folder.path().join("forces.txt")).unwrap();
+    let rows: Vec<Vec<f64>> =
+        dumped.lines().skip(9).map(|l| l.split_whitespace().map(|w| w.parse().unwrap()).collect()).collect();
+    let positions: Vec<[f64; 3]> = rows.iter().map(|r| [r[1], r[2], r[3]]).collect();
+    let (expected, forces) = table::Table::read(&table).evaluate(&positions, length);
+    let largest = forces.iter().flatten().fold(0.0f64, |a, f| a.max(f.abs()));
+    let worst = rows.iter().zip(&forces).flat_map(|(r, f)| (0..3).map(move |c| (r[4 + c] - f[c]).abs()));
+    let worst = worst.fold(0.0, f64::max) / largest;
+    eprintln!(
+        "energy {energy} eV, off by {:.1e}; largest force {largest} eV/Å, off by {worst:.1e}",
+        energy / expected - 1.0
+    );
+    assert_eq!(rows.len(), 500);
+    assert!(largest > 0.5 && (energy / expected - 1.0).abs() < ROUNDING && worst < ROUNDING);
 }

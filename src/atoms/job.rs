@@ -1,7 +1,8 @@
 //! A job folder: everything one LAMMPS run needs, written so that a person can run it by hand as well.
 //!
-//! `block.data` (the atoms), `ladder.in` (the script, the same for every job), `potential.eam.alloy` (a copy) and
-//! `job.json` (all variables and counts). The run adds `ladder.txt`, `frame.K.dump`, `restart.K` and its logs.
+//! `block.data` (the atoms), `ladder.in` or `continuum.in` with what they include (the scripts, the same for every job),
+//! `potential.eam.alloy` (a copy) and `job.json` (all variables and counts); `move.K.dump` where the continuum says where to
+//! start. The run adds `ladder.txt`, `frame.K.dump`, `restart.K` and its logs.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -12,13 +13,40 @@ use serde::{Deserialize, Serialize};
 use super::block::{Block, FLOOR_GAP_ANGSTROM};
 use super::indenter::Indenter;
 use super::ladder::LADDER_FILE;
+use super::start::{Approach, Loads};
 use crate::{Error, Result};
 
-/// The script that climbs the ladder, documented in `lammps-inputs/README.md`.
-pub const SCRIPT: &str = include_str!("../../lammps-inputs/ladder.in");
+/// Scripts of a run, documented in `lammps-inputs/README.md`: the one that LAMMPS is given, and those that it includes.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Script {
+    pub file: &'static str,
+    pub text: &'static str,
+}
+
+/// Climbs the ladder from first touch.
+pub const LADDER: Script = Script { file: "ladder.in", text: include_str!("../../lammps-inputs/ladder.in") };
+
+/// Goes from load to load as the continuum does.
+pub const CONTINUUM: Script = Script { file: "continuum.in", text: include_str!("../../lammps-inputs/continuum.in") };
+
+/// What both include.
+const INCLUDED: [Script; 2] = [
+    Script { file: "setup.in", text: include_str!("../../lammps-inputs/setup.in") },
+    Script { file: "finish.in", text: include_str!("../../lammps-inputs/finish.in") },
+];
+
+impl Script {
+    /// Hash of the script with what it includes.
+    pub fn hash(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        for part in [self.text].into_iter().chain(INCLUDED.map(|s| s.text)) {
+            hasher.update(part.as_bytes());
+        }
+        hasher.finalize().to_hex().to_string()
+    }
+}
 
 pub const DATA_FILE: &str = "block.data";
-pub const SCRIPT_FILE: &str = "ladder.in";
 pub const POTENTIAL_FILE: &str = "potential.eam.alloy";
 pub const RECORD_FILE: &str = "job.json";
 
@@ -28,10 +56,12 @@ const HEAD_ROOM_ANGSTROM: f64 = 5.0;
 /// Layers of the block in every frame. Contact is decided in the first; two more show where material has flowed.
 pub const FRAME_LAYERS: usize = 3;
 
-/// Resident memory of one process, with the positions kept for the start of the next step: 143 MB for 119 151 atoms,
-/// of which some 40 are the program.
+/// Resident memory of one process at its largest, of which some 40 MB are the program. From the continuum: 129, 399 and 2351 MB for
+/// 119 151, 509 004 and 3 394 475 atoms. From first touch positions are kept for the start of the next step: 143 MB for
+/// 119 151.
 const MEMORY_BASE_BYTES: u64 = 40_000_000;
-const MEMORY_BYTES_PER_ATOM: u64 = 870;
+const MEMORY_BYTES_PER_ATOM: u64 = 700;
+const MEMORY_BYTES_PER_ATOM_OF_A_LADDER: u64 = 870;
 
 /// One core of an EPYC server, potential cut-off 7.0 Å, the `opt` variants: 0.42 to 0.43 µs over three whole ladders of
 /// 119 151 atoms. Relaxing rarely rebuilds a neighbour list, so this is half of what a step of dynamics takes.
@@ -41,9 +71,19 @@ pub const SECONDS_PER_ATOM_EVALUATION: f64 = 0.45e-6;
 /// 25 nm, ladder to p/E* = 0.033).
 pub const EVALUATIONS_PER_STEP: f64 = 160.0;
 
-/// Resident memory of LAMMPS for so many atoms, all ranks together, bytes.
-pub fn memory_bytes(atoms: u64, ranks: usize) -> u64 {
-    ranks as u64 * MEMORY_BASE_BYTES + atoms * MEMORY_BYTES_PER_ATOM
+/// Force evaluations of one load that starts from the continuum. The longest waves settle last, so that they grow with the
+/// size: on average 71, 219 and 358 with 15, 45 and 90 cells, where p/E* = 0.003, 0.01 and (but for the last) 0.03 were asked.
+const EVALUATIONS_PER_CELL: f64 = 4.5;
+
+/// Force evaluations of one load that starts from the continuum.
+pub fn evaluations_from_continuum(cells: usize) -> f64 {
+    EVALUATIONS_PER_CELL * cells as f64
+}
+
+/// Resident memory of LAMMPS for so many atoms, all ranks together, bytes; `steps` from first touch, or loads from the continuum.
+pub fn memory_bytes(atoms: u64, ranks: usize, steps: bool) -> u64 {
+    let per_atom = if steps { MEMORY_BYTES_PER_ATOM_OF_A_LADDER } else { MEMORY_BYTES_PER_ATOM };
+    ranks as u64 * MEMORY_BASE_BYTES + atoms * per_atom
 }
 
 /// How the indenter's atoms act on the block's.
@@ -132,6 +172,9 @@ pub struct Record {
     pub frame_depth_angstrom: f64,
     pub interaction: Interaction,
     pub ladder: Ladder,
+    /// Loads one by one, each started from the continuum; without them the indenter comes down step by step.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub loads: Option<Loads>,
     /// BLAKE3 of what the run reads: another content makes another run.
     pub data_hash: String,
     pub script_hash: String,
@@ -147,7 +190,7 @@ pub struct Job {
 
 impl Job {
     /// Writes the folder. Steps that an earlier run of exactly this job finished there are kept; those of any other are
-    /// removed.
+    /// removed. With `approaches` (in rising order of their loads) each load starts from where they say the atoms are.
     ///
     /// # Errors
     /// `Input` for values LAMMPS could not use, `Io`.
@@ -158,6 +201,7 @@ impl Job {
         (potential, element, mass_u): (&Path, &str, f64),
         interaction: Interaction,
         ladder: Ladder,
+        approaches: Option<&[Approach]>,
     ) -> Result<Job> {
         let folder = folder.as_ref();
         check(&interaction, &ladder, element, mass_u)?;
@@ -168,9 +212,12 @@ impl Job {
             std::fs::write(&file, bytes).map_err(Error::io("write", &file))
         };
         put(POTENTIAL_FILE, &table)?;
-        put(SCRIPT_FILE, SCRIPT.as_bytes())?;
+        let script = if approaches.is_some() { CONTINUUM } else { LADDER };
+        put(script.file, script.text.as_bytes())?;
+        INCLUDED.iter().try_for_each(|s| put(s.file, s.text.as_bytes()))?;
         let data = folder.join(DATA_FILE);
         let data_hash = write_data(&data, block, indenter, mass_u).map_err(Error::io("write", &data))?;
+        let loads = approaches.map(|list| Loads::write(folder, block, indenter, mass_u, list)).transpose()?;
         let record = Record {
             element: element.into(),
             cells: block.cells,
@@ -186,8 +233,9 @@ impl Job {
             frame_depth_angstrom: 0.5 * block.a0 * (ladder.frame_layers as f64 - 0.5),
             interaction,
             ladder,
+            loads,
             data_hash,
-            script_hash: blake3::hash(SCRIPT.as_bytes()).to_hex().to_string(),
+            script_hash: script.hash(),
             potential_hash: blake3::hash(&table).to_hex().to_string(),
         };
         let file = folder.join(RECORD_FILE);
@@ -196,7 +244,11 @@ impl Job {
         let same = Job::open(folder).is_ok_and(|earlier| {
             let Ladder { max_load, max_steps, load_unit, .. } = record.ladder;
             let ends = Ladder { max_load, max_steps, load_unit, ..earlier.record.ladder };
-            Record { ladder: ends, ..earlier.record } == record
+            let agree = match (&record.loads, &earlier.record.loads) {
+                (Some(now), Some(then)) => now.agrees(then),
+                (now, then) => now == then,
+            };
+            agree && Record { ladder: ends, loads: record.loads.clone(), ..earlier.record } == record
         });
         if !same {
             remove_states(folder)?;
@@ -224,7 +276,7 @@ impl Job {
 
     /// Resident memory of LAMMPS, all ranks together, bytes.
     pub fn memory_bytes(&self, ranks: usize) -> u64 {
-        memory_bytes(self.atoms(), ranks)
+        memory_bytes(self.atoms(), ranks, self.record.loads.is_none())
     }
 
     /// One core's time for `steps` steps, seconds: an order of magnitude, before anything is known of the surface.
@@ -234,11 +286,19 @@ impl Job {
 
     /// The ladder has come to its end at this step.
     pub fn is_last(&self, step: usize, load: f64) -> bool {
-        load >= self.record.ladder.max_load || step >= self.record.ladder.max_steps
+        match &self.record.loads {
+            Some(asked) => step >= asked.loads.len(),
+            None => load >= self.record.ladder.max_load || step >= self.record.ladder.max_steps,
+        }
+    }
+
+    /// The script that LAMMPS is given.
+    pub fn script(&self) -> Script {
+        if self.record.loads.is_some() { CONTINUUM } else { LADDER }
     }
 
     /// `-var` pairs of the script: going on after `finished`, or from the beginning.
-    pub fn variables(&self, finished: Option<usize>, compressed: bool) -> Vec<(&'static str, String)> {
+    pub fn variables(&self, finished: Option<usize>, compressed: bool) -> Vec<(String, String)> {
         let Record { interaction, ladder, .. } = &self.record;
         let mut list = vec![
             ("data", DATA_FILE.to_string()),
@@ -246,9 +306,6 @@ impl Job {
             ("element", self.record.element.clone()),
             ("epsilon", interaction.epsilon_ev.to_string()),
             ("sigma", interaction.sigma_angstrom.to_string()),
-            ("dz", ladder.step_angstrom.to_string()),
-            ("max_load", ladder.max_load.to_string()),
-            ("steps", ladder.max_steps.to_string()),
             ("ftol", ladder.force_tolerance.to_string()),
             ("contact", ladder.contact_angstrom.to_string()),
             ("depth", self.record.frame_depth_angstrom.to_string()),
@@ -264,7 +321,13 @@ impl Job {
             list.push(("dump_style", "custom/zstd".into()));
             list.push(("dump_end", "dump.zst".into()));
         }
-        list
+        if self.record.loads.is_none() {
+            list.push(("dz", ladder.step_angstrom.to_string()));
+            list.push(("max_load", ladder.max_load.to_string()));
+            list.push(("steps", ladder.max_steps.to_string()));
+        }
+        let own = self.record.loads.iter().flat_map(Loads::variables);
+        list.into_iter().map(|(key, value)| (key.to_string(), value)).chain(own).collect()
     }
 }
 
@@ -321,12 +384,13 @@ fn write_data(file: &Path, block: &Block, indenter: &Indenter, mass_u: f64) -> i
     Ok(hashing.hasher.finalize().to_hex().to_string())
 }
 
-struct Hashing {
-    file: File,
-    hasher: blake3::Hasher,
+/// Hashes what it writes.
+pub(super) struct Hashing<W> {
+    pub file: W,
+    pub hasher: blake3::Hasher,
 }
 
-impl Write for Hashing {
+impl<W: Write> Write for Hashing<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let written = self.file.write(bytes)?;
         self.hasher.update(&bytes[..written]);
@@ -369,7 +433,7 @@ mod tests {
             contact_angstrom: 4.0354,
             frame_layers: FRAME_LAYERS,
         };
-        Job::write(folder.join("job"), &block, &indenter, (&table, "Ca", 40.078), interaction, ladder)
+        Job::write(folder.join("job"), &block, &indenter, (&table, "Ca", 40.078), interaction, ladder, None)
     }
 
     #[test]
@@ -405,14 +469,14 @@ mod tests {
     fn without_adhesion_no_variable_speaks_of_it() {
         let folder = tempfile::tempdir().expect("scratch");
         let mut job = written(folder.path(), 0.3).expect("written");
-        assert!(!job.variables(None, false).iter().any(|(k, _)| matches!(*k, "adhesion" | "kappa")));
+        assert!(!job.variables(None, false).iter().any(|(k, _)| matches!(k.as_str(), "adhesion" | "kappa")));
         job.record.interaction.adhesion =
             Some(Yukawa { amplitude_ev_angstrom: -1.0, kappa_per_angstrom: 2.0, cutoff_angstrom: 7.0 });
         let list = job.variables(Some(4), true);
-        assert!(list.contains(&("adhesion", "1".into())) && list.contains(&("start", "4".into())));
+        assert!(list.contains(&("adhesion".into(), "1".into())) && list.contains(&("start".into(), "4".into())));
         // Every variable is one that the script knows.
         for (key, _) in list {
-            assert!(SCRIPT.contains(&format!("\nvariable {key} ")), "{key}");
+            assert!(LADDER.text.contains(&format!("\nvariable {key} ")), "{key}");
         }
     }
 
@@ -422,8 +486,10 @@ mod tests {
         let mut job = written(folder.path(), 0.3).expect("written");
         (job.record.deformable, job.record.fixed, job.record.indenter) = (3_062_500, 0, 148_225);
         let gigabytes = job.memory_bytes(1) as f64 / 1e9;
-        // Between the 1.93 GB of a run without kept positions and half as much again.
         assert!((1.93..2.9).contains(&gigabytes), "{gigabytes}");
+        // That of the scene, base and all, was measured with 2.35 GB.
+        let measured = memory_bytes(3_394_475, 1, false) as f64 / 2.351e9;
+        assert!((0.8..1.2).contains(&measured), "{measured}");
     }
 
     #[test]

@@ -8,6 +8,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::dump::{Frame, read_frame};
+use super::start::LOAD_TOLERANCE;
 use crate::record::land::land;
 use crate::record::results::LadderStep;
 use crate::{Error, Result};
@@ -58,7 +59,8 @@ impl Rung {
         let real = |k: usize| words[k].parse::<f64>().ok().filter(|v| v.is_finite());
         Some(Rung {
             step: words[0].parse().ok()?,
-            displacement_angstrom: real(1)?,
+            // The rounding of coordinates in a file may print a zero below zero.
+            displacement_angstrom: real(1)? + 0.0,
             load: real(2)?,
             energy_ev: real(3)?,
             iterations: words[4].parse().ok()?,
@@ -129,10 +131,13 @@ impl Ladder {
         self.rungs.last()
     }
 
-    /// The first step on which the load rises through `load`: where a machine that controls the load would first stop.
-    /// `None` when the ladder does not reach so far.
+    /// A step that has the load to within [`LOAD_TOLERANCE`], as it is where loads are asked for one by one; else the first on
+    /// which the load rises through `load`: where a machine that controls the load would first stop. `None` when the ladder does
+    /// not reach so far.
     pub fn bracket(&self, load: f64) -> Option<Bracket> {
-        bracket(&self.rungs.iter().map(|r| r.load).collect::<Vec<f64>>(), load)
+        let hit = self.rungs.iter().position(|r| (r.load - load).abs() <= LOAD_TOLERANCE * load.abs());
+        let there = hit.map(|lower| Bracket { lower, weight: 0.0 });
+        there.or_else(|| bracket(&self.rungs.iter().map(|r| r.load).collect::<Vec<f64>>(), load))
     }
 
     /// Positions and indenter height at `load` (eV/Å), linear in the way between the two steps around it. Steps are
@@ -147,8 +152,13 @@ impl Ladder {
                 format!("a ladder from {:.4} to {reached:.4} eV/angstrom", self.rungs.first().map_or(0.0, |r| r.load));
             Error::format(folder.join(LADDER_FILE), found, format!("one that passes {load:.4} eV/angstrom"))
         })?;
-        let (a, b) = (&self.rungs[bracket.lower], &self.rungs[bracket.lower + 1]);
-        let (below, above) = (read_frame(frame_file(folder, a.step)?)?, read_frame(frame_file(folder, b.step)?)?);
+        let a = &self.rungs[bracket.lower];
+        let below = read_frame(frame_file(folder, a.step)?)?;
+        if bracket.weight == 0.0 {
+            return Ok(Between { bracket, frame: below, displacement_angstrom: a.displacement_angstrom });
+        }
+        let b = &self.rungs[bracket.lower + 1];
+        let above = read_frame(frame_file(folder, b.step)?)?;
         Ok(between(bracket, &below, &above, [a.displacement_angstrom, b.displacement_angstrom]))
     }
 }
@@ -226,18 +236,19 @@ pub fn frame_file(folder: &Path, step: usize) -> Result<PathBuf> {
 }
 
 /// Force evaluations per step, from the log: `Iterations, force evaluations = 12 24` after the marker `ladder step 3`.
-/// A step that was begun twice counts as it was finished.
+/// All minimisations of a step count; one that was begun twice counts as it was finished.
 pub fn evaluations(log: &str) -> BTreeMap<usize, usize> {
     let mut counts = BTreeMap::new();
     let mut step = None;
     for line in log.lines() {
         if let Some(number) = line.strip_prefix("ladder step ") {
             step = number.trim().parse::<usize>().ok();
+            step.map(|s| counts.remove(&s));
         } else if let Some(step) = step
             && let Some(rest) = line.trim_start().strip_prefix("Iterations, force evaluations =")
-            && let Some(count) = rest.split_whitespace().nth(1).and_then(|w| w.parse().ok())
+            && let Some(count) = rest.split_whitespace().nth(1).and_then(|w| w.parse::<usize>().ok())
         {
-            counts.insert(step, count);
+            *counts.entry(step).or_insert(0) += count;
         }
     }
     counts
@@ -459,7 +470,7 @@ mod tests {
 
     #[test]
     fn evaluations_belong_to_the_step_before_them() {
-        let log = "print \"ladder step $k\"\nladder step 0\n  Iterations, force evaluations = 12 24\nladder step 1\n\
+        let log = "print \"ladder step $k\"\nladder step 0\n  Iterations, force evaluations = 6 14\n  Iterations, force evaluations = 6 10\nladder step 1\n\
                    ladder step 1\n  Iterations, force evaluations = 3 5\nladder step 2\n";
         assert_eq!(evaluations(log), BTreeMap::from([(0, 24), (1, 5)]));
     }

@@ -14,5 +14,6 @@ pub mod order;
 pub mod potential;
 pub mod properties;
 pub mod replay;
+pub mod start;
 pub mod voronoi;
 pub mod wall;

@@ -75,6 +75,9 @@ pub const CALCIUM: Parameters = Parameters {
 /// 0.006 GPa (`asperity potential --measure`).
 pub const CALCIUM_MODULUS_GPA: f64 = 28.57;
 
+/// Its elastic constant C11, GPa (potentials/Ca.toml): what a layer of it resists even compression with.
+pub const CALCIUM_C11_GPA: f64 = 30.54;
+
 /// Element, atomic number and mass (u) written into the table.
 pub const CALCIUM_ELEMENT: (&str, u32, f64) = ("Ca", 20, 40.078);
 

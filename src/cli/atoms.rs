@@ -1,5 +1,5 @@
 use super::{listen::Teller, words};
-use crate::atoms::engine::LammpsEngine;
+use crate::atoms::engine::{LammpsEngine, caveat};
 use crate::atoms::job::Job;
 use crate::pipeline::{self, Listener};
 use crate::report::number::{count, percent, significant};
@@ -79,7 +79,9 @@ impl Atoms {
         match self {
             Atoms::Build { scene, out, json } => {
                 let (case, atoms) = block(&scene)?;
-                let job = pipeline::build_job(&case, &atoms, &out)?;
+                let teller = Teller::new();
+                let job = pipeline::build_job(&case, &atoms, &out, &teller)?;
+                drop(teller);
                 if json {
                     return words::json_line(&json!({ "out": out, "job": job.record, "audit": atoms.audit }));
                 }
@@ -103,6 +105,7 @@ impl Atoms {
                     .with_ranks(ranks)?
                     .with_time_limit(time_limit.map(Duration::from_secs_f64));
                 let teller = Teller::new();
+                caveat(ranks, job.atoms()).iter().for_each(|c| teller.warn(c));
                 let climbed = pipeline::climb(&engine, &job, &teller)?;
                 drop(teller);
                 if json {

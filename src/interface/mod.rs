@@ -2,12 +2,14 @@
 
 mod cubic;
 mod images;
+mod interior;
 mod kernel;
 mod law;
 mod non_periodic;
 
 pub use cubic::{Cubic, CubicHalfSpace};
 pub use images::Images;
+pub use interior::Interior;
 pub use kernel::{Base, Elastic, HalfSpace, Kernel, Layer};
 pub use law::{
     Adhesion, COHESIVE_RESOLUTION, Dugdale, Exponential, HardWall, Law, LennardJonesWall, PowerLaw93, PowerLawWall,

@@ -1,21 +1,22 @@
 //! Stages of the atoms: the potential file, the job folder, the LAMMPS run, and what its frames say.
 
+use super::approach::approaches;
 use super::touching::Reader;
-use super::{Listener, touching};
+use super::{Key, Listener, comparison, touching};
 use crate::atoms::block::SurfaceSites;
 use crate::atoms::dump::read_frame;
 use crate::atoms::engine::{Engine, LammpsEngine, Progress};
 use crate::atoms::foreign::Foreign;
 use crate::atoms::indenter::Indenter;
-use crate::atoms::job::{FRAME_LAYERS, Job, Ladder, POTENTIAL_FILE};
+use crate::atoms::job::{FRAME_LAYERS, Job, Ladder, POTENTIAL_FILE, evaluations_from_continuum};
 use crate::atoms::potential::Potential;
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
 use crate::atoms::{ladder, order};
 use crate::grid::Grid;
 use crate::record::csv;
 use crate::record::land::land;
-use crate::record::results::{AtomState, AtomsResults, LadderStep, PlasticState, PlasticityResults};
-use crate::scene::{AtomsCase, Case};
+use crate::record::results::{AtomState, AtomsResults, ContinuumResults, LadderStep, PlasticState, PlasticityResults};
+use crate::scene::{AtomsCase, Case, Start};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
@@ -25,8 +26,30 @@ use std::time::Duration;
 /// Steps granted beyond the way from first touch to a closed gap.
 const SPARE_STEPS: usize = 40;
 
-/// Writes the job folder of a case: data file, script, potential, variables.
-pub fn build_job(case: &Case, atoms: &AtomsCase, folder: &Path) -> Result<Job> {
+/// Folder, inside a job's, of the continuum that says where its atoms start.
+const CONTINUUM: &str = "continuum";
+
+/// Writes the job folder of a case: data file, script, potential, variables; and the moves to each load, for which the
+/// continuum is solved first.
+pub fn build_job(case: &Case, atoms: &AtomsCase, folder: &Path, listener: &dyn Listener) -> Result<Job> {
+    if atoms.start == Start::Touch {
+        return write_job(case, atoms, folder, None);
+    }
+    let inside = folder.join(CONTINUUM);
+    std::fs::create_dir_all(&inside).map_err(Error::io("create", &inside))?;
+    let key = Key::new(CONTINUUM, &case.portable_scene(), &[])?;
+    let solved = comparison::soft(case, atoms, (&inside, CONTINUUM), &key, listener)?;
+    write_job(case, atoms, folder, Some((&solved, folder)))
+}
+
+/// Writes the job folder, with the solved continuum and the folder that its file names are relative to, if the loads start
+/// from it.
+pub(super) fn write_job(
+    case: &Case,
+    atoms: &AtomsCase,
+    folder: &Path,
+    solved: Option<(&ContinuumResults, &Path)>,
+) -> Result<Job> {
     let scene = case.scene.atoms.as_ref().expect("an atoms case comes from a scene with atoms");
     std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
     let potential = potential_file(atoms, folder)?;
@@ -35,9 +58,9 @@ pub fn build_job(case: &Case, atoms: &AtomsCase, folder: &Path) -> Result<Job> {
     let interaction = touching::interaction(atoms);
     let indenter = Indenter::above(&atoms.block, atoms.points, heights, interaction.touch_angstrom())?;
     let highest = case.p_star.iter().copied().fold(0.0, f64::max);
-    let way = atoms.first_touch_gap_angstrom / scene.step_angstrom;
+    let way = atoms.first_touch_gap_angstrom / scene.step_or_default();
     let ladder = Ladder {
-        step_angstrom: scene.step_angstrom,
+        step_angstrom: scene.step_or_default(),
         // The step that passes the last asked load is enough to interpolate to it.
         max_load: highest * atoms.load_unit,
         max_steps: way.ceil() as usize + SPARE_STEPS,
@@ -47,7 +70,9 @@ pub fn build_job(case: &Case, atoms: &AtomsCase, folder: &Path) -> Result<Job> {
         // Slip begins at any depth below the contact.
         frame_layers: if scene.plasticity { 2 * atoms.block.depth_cells } else { FRAME_LAYERS },
     };
-    Job::write(folder, &atoms.block, &indenter, (&potential, &atoms.element, atoms.mass_u), interaction, ladder)
+    let approaches = solved.map(|s| approaches(case, atoms, &indenter, s)).transpose()?;
+    let crystal = (potential.as_path(), atoms.element.as_str(), atoms.mass_u);
+    Job::write(folder, &atoms.block, &indenter, crystal, interaction, ladder, approaches.as_deref())
 }
 
 /// The potential asked for, or the shipped one, written where the job wants it.
@@ -87,15 +112,33 @@ pub struct Climbed {
     pub unconverged: Vec<usize>,
 }
 
+/// Share of a load that its iterations are taken for at most: some loads take several times as many as usual.
+const NEARLY: f64 = 0.9;
+
 /// Runs the ladder of a job, or goes on with it.
 pub fn climb(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Result<Climbed> {
     let highest = job.record.ladder.max_load;
+    let usual = evaluations_from_continuum(job.record.cells);
     let mut watch = |p: Progress| {
         if let Some(rung) = &p.rung {
             let atoms = if rung.contacts == 1 { "atom" } else { "atoms" };
-            let message = format!("step {}, p* = {:.5}, {} {atoms} in contact", rung.step, p.p_star, rung.contacts);
-            // The load rises about as the square of the way down.
-            listener.progress(Some((rung.load / highest).clamp(0.0, 1.0).sqrt()), &message);
+            let found = format!("p* = {:.5}, {} {atoms} in contact", p.p_star, rung.contacts);
+            match &job.record.loads {
+                Some(asked) => {
+                    let (of, next) = (asked.loads.len(), rung.step + 1);
+                    let part = (p.iterations as f64 / usual).min(NEARLY);
+                    let within = if next > of || p.is_new { 0.0 } else { part };
+                    let now =
+                        if next > of { String::new() } else { format!(", iteration {} of the next", p.iterations) };
+                    let done = (rung.step as f64 + within) / of as f64;
+                    listener.progress(Some(done), &format!("load {} of {of}, {found}{now}", rung.step));
+                }
+                // The load rises about as the square of the way down.
+                None => {
+                    let done = (rung.load / highest).clamp(0.0, 1.0).sqrt();
+                    listener.progress(Some(done), &format!("step {}, {found}", rung.step));
+                }
+            }
         }
         if listener.stopping() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };

@@ -47,62 +47,95 @@ pub(super) fn matched(
     key: &Key,
     listener: &dyn Listener,
 ) -> Result<Matched> {
-    let length = atoms.block.length();
-    let heights: Vec<f64> =
-        atoms.heights_angstrom(&case.surface, atoms.matched).into_iter().map(|h| h / length).collect();
-    let even_odds = even_odds_gap(atoms, CONTACT_DISTANCE_ANGSTROM) / length;
+    let hard = Matching { wall: Wall::Hard, soft: false, tag: "hard wall", threshold: 0.0, criterion: "zero gap" };
     // The scene's own grid, which holds more of the spectrum than atoms do; neither low-passed nor scaled up.
     let whole = case.surface.heights(case.grid, 0.0);
-    let solve =
-        |(grid, heights): (Grid, &[f64]), wall: Wall, soft: bool, tag: &str, threshold: f64, criterion: &str| {
-            let problem = Problem {
-                kernel: atoms.kernel(),
-                adhesion: atoms.matched_adhesion(soft),
-                wall,
-                precision: Precision::F64,
-                tolerance: MATCHED_TOLERANCE,
-                max_iterations: case.scene.continuum.max_iterations,
-                ..Problem::new(grid, heights)
-            };
-            let asked = Asked {
-                problem,
-                method: &case.scene.continuum.method,
-                // The pair adhesion is what the atoms have, whatever the grid.
-                range: RangeChoice::True,
-                loads: case.loads(),
-                pull_off: false,
-                start: None,
-                gradient: case.gradient,
-                p_star: &case.p_star,
-                there: None,
-                threshold,
-                criterion: criterion.into(),
-                keep: &|_| Keep { gap: true, stress: true },
-                wants: case.wants(),
-            };
-            load_path(asked, (folder, stage, tag), key, listener)
-        };
-    let atoms_own = (atoms.matched, heights.as_slice());
-    // Beside the others: what does not converge here takes nothing from them.
-    let full = match solve((case.grid, &whole), Wall::Hard, false, "full heights", 0.0, "zero gap") {
+    let full = Matching { tag: "full heights", ..hard };
+    let full = match solve(case, atoms, (case.grid, &whole), full, (folder, stage), key, listener) {
+        // Beside the others: what does not converge here takes nothing from them.
         Err(e @ Error::NotConverged { .. }) => {
             listener.warn(&format!("the continuum on the full heights is left out: {e}"));
             None
         }
         other => Some(other?),
     };
+    let heights = atoms_heights(case, atoms);
     Ok(Matched {
         full,
-        hard: solve(atoms_own, Wall::Hard, false, "hard wall", 0.0, "zero gap")?,
-        soft: solve(
-            atoms_own,
-            Wall::LennardJones(atoms.soft_wall()),
-            true,
-            "soft wall",
-            even_odds,
-            "even odds of an indenter atom within d_c",
-        )?,
+        hard: solve(case, atoms, (atoms.matched, &heights), hard, (folder, stage), key, listener)?,
+        soft: soft(case, atoms, (folder, stage), key, listener)?,
     })
+}
+
+/// The continuum with the atoms' own wall, at every load; its gaps are stored in the folder.
+pub(super) fn soft(
+    case: &Case,
+    atoms: &AtomsCase,
+    place: (&Path, &str),
+    key: &Key,
+    listener: &dyn Listener,
+) -> Result<ContinuumResults> {
+    let matching = Matching {
+        wall: Wall::LennardJones(atoms.soft_wall()),
+        soft: true,
+        tag: "soft wall",
+        threshold: even_odds_gap(atoms, CONTACT_DISTANCE_ANGSTROM) / atoms.block.length(),
+        criterion: "even odds of an indenter atom within d_c",
+    };
+    solve(case, atoms, (atoms.matched, &atoms_heights(case, atoms)), matching, place, key, listener)
+}
+
+/// Heights that the atoms resolve, units of L, on the grid of the comparison.
+fn atoms_heights(case: &Case, atoms: &AtomsCase) -> Vec<f64> {
+    let length = atoms.block.length();
+    atoms.heights_angstrom(&case.surface, atoms.matched).into_iter().map(|h| h / length).collect()
+}
+
+/// What is solved for the comparison, and what it calls contact.
+#[derive(Clone, Copy)]
+struct Matching {
+    wall: Wall,
+    soft: bool,
+    tag: &'static str,
+    threshold: f64,
+    criterion: &'static str,
+}
+
+fn solve(
+    case: &Case,
+    atoms: &AtomsCase,
+    (grid, heights): (Grid, &[f64]),
+    matching: Matching,
+    (folder, stage): (&Path, &str),
+    key: &Key,
+    listener: &dyn Listener,
+) -> Result<ContinuumResults> {
+    let problem = Problem {
+        kernel: atoms.kernel(),
+        adhesion: atoms.matched_adhesion(matching.soft),
+        wall: matching.wall,
+        precision: Precision::F64,
+        tolerance: MATCHED_TOLERANCE,
+        max_iterations: case.scene.continuum.max_iterations,
+        ..Problem::new(grid, heights)
+    };
+    let asked = Asked {
+        problem,
+        method: &case.scene.continuum.method,
+        // The pair adhesion is what the atoms have, whatever the grid.
+        range: RangeChoice::True,
+        loads: case.loads(),
+        pull_off: false,
+        start: None,
+        gradient: case.gradient,
+        p_star: &case.p_star,
+        there: None,
+        threshold: matching.threshold,
+        criterion: matching.criterion.into(),
+        keep: &|_| Keep { gap: true, stress: true },
+        wants: case.wants(),
+    };
+    load_path(asked, (folder, stage, matching.tag), key, listener)
 }
 
 /// Gap, from the wall's zero of force, at which a randomly registered atom has an indenter atom within `d_c` (Å) with even

@@ -4,6 +4,7 @@
 //! a changed scene repeats only what the change touches.
 
 mod accuracy;
+mod approach;
 mod atomistic;
 mod budget;
 mod comparison;

@@ -1,9 +1,9 @@
-use crate::atoms::job::{EVALUATIONS_PER_STEP, SECONDS_PER_ATOM_EVALUATION};
+use crate::atoms::job::{EVALUATIONS_PER_STEP, SECONDS_PER_ATOM_EVALUATION, evaluations_from_continuum};
 use crate::interface::Adhesion;
 use crate::method;
 use crate::path::{Given, LoadPath};
 use crate::record::results::AuditLine;
-use crate::scene::Case;
+use crate::scene::{Case, Start};
 use crate::{Error, Result};
 use serde::Serialize;
 
@@ -52,6 +52,14 @@ impl RunPlan {
         let advice = "a smaller surface.grid or atoms.cells needs less".into();
         Err(Error::Memory { what: "the scene".into(), need: self.bytes, have, advice })
     }
+}
+
+/// Loads, each counted once.
+fn loads_of_atoms(p_star: &[f64]) -> usize {
+    let mut loads = p_star.to_vec();
+    loads.sort_by(f64::total_cmp);
+    loads.dedup();
+    loads.len()
 }
 
 /// Plans a case on `threads` threads.
@@ -127,7 +135,17 @@ pub fn plan(case: &Case, threads: usize) -> Result<RunPlan> {
         let indenter = (a.points * a.points) as u64;
         let counts = PlannedAtoms { deformable: a.block.deformable(), fixed: a.block.fixed(), indenter };
         let total = counts.deformable + counts.fixed + counts.indenter;
-        let steps = CLOSED * a.first_touch_gap_angstrom / scene.step_angstrom;
+        let (evaluations, way) = match a.start {
+            Start::Touch => {
+                let steps = CLOSED * a.first_touch_gap_angstrom / scene.step_or_default();
+                (EVALUATIONS_PER_STEP * steps, format!("about {steps:.0} steps of {} Å", scene.step_or_default()))
+            }
+            Start::Continuum => {
+                let loads = loads_of_atoms(&case.p_star);
+                let evaluations = evaluations_from_continuum(a.block.cells) * loads as f64;
+                (evaluations, format!("{loads} load{} from the continuum", if loads == 1 { "" } else { "s" }))
+            }
+        };
         let (matched_bytes, matched_seconds) = solve(a.matched, 2 * loads);
         stages.push(PlannedStage {
             name: "matched",
@@ -142,9 +160,9 @@ pub fn plan(case: &Case, threads: usize) -> Result<RunPlan> {
         });
         stages.push(PlannedStage {
             name: "lammps",
-            what: format!("{total} atoms, about {steps:.0} steps of {} Å", scene.step_angstrom),
-            bytes: crate::atoms::job::memory_bytes(total, scene.ranks),
-            seconds: total as f64 * SECONDS_PER_ATOM_EVALUATION * EVALUATIONS_PER_STEP * steps / scene.ranks as f64,
+            what: format!("{total} atoms, {way}, about {evaluations:.0} force evaluations"),
+            bytes: crate::atoms::job::memory_bytes(total, scene.ranks, a.start == Start::Touch),
+            seconds: total as f64 * SECONDS_PER_ATOM_EVALUATION * evaluations / scene.ranks as f64,
         });
         stages.push(PlannedStage {
             name: "atoms",

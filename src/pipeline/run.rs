@@ -3,9 +3,9 @@ use super::comparison::{self, Matched};
 use super::continuum::Variant;
 use super::folder::{Key, Leftovers, RunFolder};
 use super::touching::INDENTER_SPECIES;
-use super::{Listener, build_job, continuum, engine, methods};
+use super::{Listener, continuum, engine, methods};
 use crate::atoms::engine::Engine;
-use crate::atoms::job::{Job, SCRIPT};
+use crate::atoms::job::{CONTINUUM, Job, LADDER};
 use crate::atoms::potential::CALCIUM;
 use crate::method::{Heights, all_atom};
 use crate::record::advice::Chosen;
@@ -15,7 +15,7 @@ use crate::record::results::{
     self, AtomsResults, ComparisonResults, ContinuumResults, MANIFEST_FILE, Results, SCHEMA, ScalesSi, SurfaceResults,
 };
 use crate::record::{netcdf, npy};
-use crate::scene::{AdhesionScene, AtomsCase, Case, ContinuumScene, Surface};
+use crate::scene::{AdhesionScene, AtomsCase, Case, ContinuumScene, Start, Surface};
 use crate::{Error, Result, challenge, report};
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
@@ -232,22 +232,35 @@ fn atomistic_stages(
         Some(path) => Key::of_file(path)?,
         None => format!("{CALCIUM:?}"),
     };
-    // Of the loads only the highest counts, and only for where the ladder ends: its steps serve any end.
+    // The job folder knows which of its steps serve other loads than they were made for.
+    let (script, step) = match a.start {
+        Start::Continuum => (CONTINUUM, None),
+        Start::Touch => (LADDER, Some(scene.step_or_default())),
+    };
     let ladder_key = Key::new(
         "ladder",
         &(
-            (block, crystal, potential, engine.describe(), SCRIPT),
-            (scene.step_angstrom, scene.force_tolerance_ev_per_angstrom, scene.plasticity, pair),
+            (block, crystal, potential, engine.describe(), script.hash()),
+            (step, scene.force_tolerance_ev_per_angstrom, scene.plasticity, pair),
         ),
         &[geometry],
     )?;
-    let highest = case.p_star.iter().copied().fold(0.0, f64::max);
-    let lammps_key = Key::new("lammps", &highest, &[&ladder_key])?;
     let total = a.block.atoms() + (a.points * a.points) as u64;
-    let what = format!("displacement ladder of {total} atoms");
+    let (lammps_key, what) = match a.start {
+        Start::Continuum => (
+            Key::new("lammps", &case.p_star, &[&ladder_key, &matched_key])?,
+            format!("loads of {total} atoms, each from the continuum's solution"),
+        ),
+        Start::Touch => {
+            // Of the loads only the highest counts, and only for where the ladder ends.
+            let highest = case.p_star.iter().copied().fold(0.0, f64::max);
+            (Key::new("lammps", &highest, &[&ladder_key])?, format!("displacement ladder of {total} atoms"))
+        }
+    };
     let climbed: Climbed =
         folder.stage(listener, ("lammps", &what), &lammps_key, Leftovers::KeepOf(&ladder_key), |dir| {
-            let job = build_job(case, a, dir)?;
+            let solved = (a.start == Start::Continuum).then_some((&matched.soft, root.as_path()));
+            let job = atomistic::write_job(case, a, dir, solved)?;
             atomistic::climb(engine, &job, listener)
         })?;
     for step in &climbed.unconverged {

@@ -1,10 +1,11 @@
 use super::check::{complaints, cut_offs, missing_files};
-use super::{ALL_METHODS, AdhesionScene, FileAsked, Scene, Slope, Surface, SurfaceScene, Touching, Wants};
+use super::{ALL_METHODS, AdhesionScene, FileAsked, Scene, Slope, Start, Surface, SurfaceScene, Touching, Wants};
 use crate::atoms::audit::{Asked, AuditInput, Used, audit};
 use crate::atoms::block::Block;
+use crate::atoms::engine::caveat;
 use crate::atoms::indenter::grid_points;
 use crate::atoms::job::Yukawa;
-use crate::atoms::potential::{CALCIUM, CALCIUM_ELEMENT, CALCIUM_MODULUS_GPA, Potential, SetflHeader};
+use crate::atoms::potential::{CALCIUM, CALCIUM_C11_GPA, CALCIUM_ELEMENT, CALCIUM_MODULUS_GPA, Potential, SetflHeader};
 use crate::atoms::wall::{self, Wall as AtomWall};
 use crate::grid::Grid;
 use crate::interface::{
@@ -87,6 +88,7 @@ pub struct AtomsCase {
     /// Factor on the heights: 1 for the literal profile.
     pub stretch: f64,
     pub resolved_gradient: f64,
+    pub start: Start,
     /// Load at p* = 1, eV/Å.
     pub load_unit: f64,
     pub adhesion: Option<PairAdhesion>,
@@ -188,7 +190,8 @@ impl Case {
         case.refuse_closed()?;
         if case.scene.atoms.is_some() {
             case.atoms = Some(AtomsCase::resolve(&case)?);
-            case.warnings.extend(case.atoms.iter().flat_map(|a| a.warnings(case.gradient)));
+            let ranks = case.scene.atoms.as_ref().map_or(1, |a| a.ranks);
+            case.warnings.extend(case.atoms.iter().flat_map(|a| a.warnings(case.gradient, ranks)));
         }
         Ok(case)
     }
@@ -477,6 +480,11 @@ impl AtomsCase {
             low_pass,
             stretch,
             resolved_gradient: resolved.rms_gradient * stretch,
+            start: a.start.unwrap_or(if adhesion.is_some() || a.step_angstrom.is_some() {
+                Start::Touch
+            } else {
+                Start::Continuum
+            }),
             load_unit,
             adhesion,
             audit,
@@ -497,8 +505,21 @@ impl AtomsCase {
 
     /// The block's own elastic layer.
     pub fn kernel(&self) -> Elastic {
+        Elastic::Layer(self.layer())
+    }
+
+    pub fn layer(&self) -> Layer {
         let thickness = self.block.thickness() / self.block.length();
-        Elastic::Layer(Layer { thickness, poisson: BLOCK_POISSON, base: Base::Bonded })
+        Layer { thickness, poisson: BLOCK_POISSON, base: Base::Bonded }
+    }
+
+    /// What the block shortens as a whole under a mean pressure of E*, units of L. C11 is known of the shipped potential.
+    pub fn compression(&self) -> f64 {
+        let layer = self.layer();
+        match self.potential {
+            None => layer.thickness * self.modulus_gpa / CALCIUM_C11_GPA,
+            Some(_) => layer.compression(),
+        }
     }
 
     /// The areal law of the indenter's atoms over the block, reduced.
@@ -523,8 +544,9 @@ impl AtomsCase {
         Potential::calcium()
     }
 
-    fn warnings(&self, gradient: f64) -> Vec<String> {
-        let mut list = Vec::new();
+    fn warnings(&self, gradient: f64, ranks: usize) -> Vec<String> {
+        let atoms = self.block.atoms() + (self.points * self.points) as u64;
+        let mut list: Vec<String> = caveat(ranks, atoms).into_iter().collect();
         if self.stretch != 1.0 {
             list.push(format!(
                 "the resolved slope of the indenter is scaled up by {:.2} to the whole spectrum's: contact stresses will \

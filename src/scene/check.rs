@@ -1,6 +1,6 @@
 //! What a scene may say. Every complaint is collected, so that a user mends a scene once.
 
-use super::{ALL_METHODS, AdhesionLaw, LoadRange, Scene, SurfaceScene, WallKind};
+use super::{ALL_METHODS, AdhesionLaw, LoadRange, Scene, Start, SurfaceScene, WallKind};
 use crate::error::{Complaint, Error};
 use crate::interface::{CubicHalfSpace, RangeChoice};
 use crate::method::{self, Kind};
@@ -474,7 +474,7 @@ fn atoms(c: &mut Complaints, scene: &Scene) {
         "a chemical symbol",
     );
     for (key, value) in [
-        ("atoms.step_angstrom", Some(a.step_angstrom)),
+        ("atoms.step_angstrom", a.step_angstrom),
         ("atoms.force_tolerance_ev_per_angstrom", Some(a.force_tolerance_ev_per_angstrom)),
         ("atoms.adhesion_range_angstrom", Some(a.adhesion_range_angstrom)),
         ("atoms.low_pass_angstrom", a.low_pass_angstrom),
@@ -488,6 +488,19 @@ fn atoms(c: &mut Complaints, scene: &Scene) {
             c.positive(key, v);
         }
     }
+    let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion_mj_m2 > 0.0);
+    c.unless(
+        !(attracts && a.start == Some(Start::Continuum)),
+        "atoms.start",
+        "\"continuum\"",
+        "\"touch\" with adhesion: which state is reached depends on the way there",
+    );
+    c.unless(
+        !(a.start == Some(Start::Continuum) && a.step_angstrom.is_some()),
+        "atoms.step_angstrom",
+        a.step_angstrom.unwrap_or(0.0),
+        "only together with atoms.start = \"touch\": from the continuum there are no steps",
+    );
     c.unless((1..=1024).contains(&a.ranks), "atoms.ranks", a.ranks, "1 to 1024 MPI ranks");
     for (key, given) in [
         ("atoms.lattice_constant_angstrom", a.lattice_constant_angstrom),

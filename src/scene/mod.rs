@@ -450,8 +450,13 @@ pub struct AtomsScene {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub low_pass_angstrom: Option<f64>,
     pub slope: Slope,
-    /// Descent of the indenter per load step, Å.
-    pub step_angstrom: f64,
+    /// Where the atoms start from at each load. Default: the continuum's solution; with adhesion, where the way matters, and with
+    /// a step, first touch.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start: Option<Start>,
+    /// Descent of the indenter per load step from first touch, Å. Default: 0.3.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step_angstrom: Option<f64>,
     /// Largest force on any atom in an equilibrium, eV/Å.
     pub force_tolerance_ev_per_angstrom: f64,
     /// Range of the pair adhesion, Å: what atoms can carry where the scaled range is shorter than their softness.
@@ -486,7 +491,8 @@ impl Default for AtomsScene {
             contact_modulus_gpa: None,
             low_pass_angstrom: None,
             slope: Slope::Literal,
-            step_angstrom: 0.3,
+            start: None,
+            step_angstrom: None,
             force_tolerance_ev_per_angstrom: 2e-3,
             adhesion_range_angstrom: 0.5,
             contact_force_ev_per_angstrom: None,
@@ -499,6 +505,12 @@ impl Default for AtomsScene {
     }
 }
 
+impl AtomsScene {
+    pub fn step_or_default(&self) -> f64 {
+        self.step_angstrom.unwrap_or(0.3)
+    }
+}
+
 /// What happens to the gradient that atoms cannot resolve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -507,6 +519,16 @@ pub enum Slope {
     Literal,
     /// The resolved gradient is scaled back to the whole spectrum's: contact stresses exceed the crystal's strength at once.
     Renormalised,
+}
+
+/// Where the atoms of a load start from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Start {
+    /// The continuum's solution at that load: the indenter then finds its height under the load itself.
+    Continuum,
+    /// First touch: the indenter comes down step by step, and the asked loads lie between two steps.
+    Touch,
 }
 
 impl Scene {

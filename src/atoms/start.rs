@@ -1,0 +1,367 @@
+//! Where the continuum says that the atoms of a pressed block are: every deformable atom displaced by the elastic layer's own
+//! field at its depth, under the pressure that the continuum finds on the indenter's profile.
+//!
+//! The field is evaluated one atomic layer at a time. The sites of a layer are two square lattices of `cells` × `cells`, so
+//! that six small transforms give all three components on all of them, waves beyond the lattices' own included.
+
+use std::f64::consts::TAU;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use rustfft::num_complex::Complex;
+use serde::{Deserialize, Serialize};
+
+use super::block::Block;
+use super::indenter::Indenter;
+use super::job::Hashing;
+use crate::grid::{Grid, Transform, mean, signed_mode};
+use crate::interface::{Kernel, Layer};
+use crate::{Error, Result};
+
+/// Shortest wave of the field, lattice constants: two rows of atoms. A limit of 1.4 leaves the force evaluations of a block of
+/// 25 nm as they are (230), one of 2 those of a block of 8 nm (69 to 81 against 78 to 84).
+const SHORTEST_WAVE_CELLS: f64 = 1.0;
+
+/// Mass of an indenter atom under load control, over that of a block atom. The indenter then swings on its contacts ten times
+/// faster than the block below, and the load is met to 1e-3 after some fifty steps. With a tenth of this the steps were too
+/// long for it: not settled after 250, where this was after 190 (25 nm, p/E* = 0.01).
+pub const INDENTER_MASS: f64 = 0.01;
+
+/// How far the load may be from the one asked for, relative: contact areas are proportional to it.
+pub const LOAD_TOLERANCE: f64 = 1e-3;
+
+/// An elastic layer under a pressure on its surface. Lengths are in units of the cell's, stresses in units of E*.
+#[derive(Debug, Clone)]
+pub struct Pressed {
+    layer: Layer,
+    /// What the whole layer shortens per unit mean pressure.
+    compression: f64,
+    mean: f64,
+    /// One of each pair (k, -k).
+    modes: Vec<Mode>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Mode {
+    kx: i64,
+    ky: i64,
+    pressure: Complex<f64>,
+}
+
+/// A load and where the continuum has the bodies under it.
+#[derive(Debug, Clone)]
+pub struct Approach {
+    /// eV/Å.
+    pub load: f64,
+    pub pressed: Pressed,
+    /// How far the indenter has come down since the start of the job, Å.
+    pub lowered_angstrom: f64,
+}
+
+/// What a job keeps of its loads; part of `job.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Loads {
+    /// Height of the indenter's lowest atom in the data file, Å.
+    pub high_angstrom: f64,
+    pub indenter_mass_u: f64,
+    /// Resistance of the whole block to even compression, eV/Å².
+    pub spring_ev_per_angstrom2: f64,
+    /// In rising order.
+    pub loads: Vec<LoadAsked>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LoadAsked {
+    /// eV/Å.
+    pub load: f64,
+    /// Way down from the load before, Å.
+    pub lower_angstrom: f64,
+    /// BLAKE3 of the file that moves the atoms from the load before.
+    pub move_hash: String,
+}
+
+/// Moves of the atoms to load `k` (from 1) from the one before.
+pub fn move_file(k: usize) -> String {
+    format!("move.{k}.dump")
+}
+
+impl Pressed {
+    /// The layer under the pressure that goes with a contact's `gap` over `heights` (both `[ny, nx]` on `grid`, units of L) at
+    /// the mean pressure `mean`; waves that the `block` cannot follow are left out.
+    pub fn under(
+        block: &Block,
+        (layer, compression): (Layer, f64),
+        grid: Grid,
+        (gap, heights): (&[f64], &[f64]),
+        pressure: f64,
+    ) -> Self {
+        let transform = Transform::<f64>::new(grid);
+        let mut spectrum = transform.spectrum();
+        let lowered = mean(gap) - mean(heights);
+        transform.forward_of(
+            |y, row| {
+                let first = y * grid.nx;
+                row.iter_mut().enumerate().for_each(|(x, u)| *u = gap[first + x] - heights[first + x] - lowered);
+            },
+            &mut spectrum,
+        );
+        let most = block.cells as f64 / SHORTEST_WAVE_CELLS;
+        let mut modes = Vec::new();
+        for j in 0..grid.ny {
+            let ky = signed_mode(j, grid.ny);
+            for kx in 0..grid.half() as i64 {
+                let first_of_pair = kx > 0 || ky > 0;
+                let held = 2 * kx < grid.nx as i64 && 2 * ky.abs() < grid.ny as i64;
+                let k = ((kx * kx + ky * ky) as f64).sqrt();
+                if first_of_pair && held && k <= most {
+                    let stiffness = layer.stiffness(TAU * kx as f64, TAU * ky as f64);
+                    let sunk = spectrum[j * grid.half() + kx as usize] / grid.points() as f64;
+                    modes.push(Mode { kx, ky, pressure: sunk * stiffness });
+                }
+            }
+        }
+        Pressed { layer, compression, mean: pressure, modes }
+    }
+
+    /// What is to be added to `before` to be this; of the same grid and block.
+    pub fn since(&self, before: &Pressed) -> Pressed {
+        let modes = self.modes.iter().zip(&before.modes);
+        Pressed {
+            mean: self.mean - before.mean,
+            modes: modes.map(|(a, b)| Mode { pressure: a.pressure - b.pressure, ..*a }).collect(),
+            ..*self
+        }
+    }
+
+    /// How far the surface has come down as a whole, units of L.
+    pub fn compressed(&self) -> f64 {
+        self.mean * self.compression
+    }
+
+    /// Displacements of the atoms of a layer of the block in the order of their ids, Å.
+    ///
+    /// # Errors
+    /// `Input` for a layer that is not bonded to its base, which the block's is.
+    fn of_layer(&self, block: &Block, index: usize, transform: &Transform<f64>) -> Result<Vec<[f64; 3]>> {
+        let (n, length) = (block.cells, block.length());
+        let z = (block.layer_z(index) - block.layer_z(block.base_layers - 1)) / length;
+        let even = -self.mean * self.compression * z / self.layer.thickness;
+        let bonded = || Error::input("block of atoms", "layer", "not bonded to its base", "a bonded layer");
+        let inside = self.modes.iter().map(|m| {
+            let k = ((m.kx * m.kx + m.ky * m.ky) as f64).sqrt();
+            let inside = self.layer.interior(TAU * k, z).ok_or_else(bonded)?;
+            let aside = m.pressure * Complex::i() * inside.aside / k;
+            Ok((*m, [aside * m.kx as f64, aside * m.ky as f64, -m.pressure * inside.down]))
+        });
+        let inside: Vec<(Mode, [Complex<f64>; 3])> = inside.collect::<Result<_>>()?;
+        let mut moved = vec![[0.0; 3]; block.atoms_per_layer() as usize];
+        let (half, mut spectrum, mut field) = (n / 2 + 1, transform.spectrum(), vec![0.0; n * n]);
+        for odd in 0..2 {
+            // Rows of one parity are a square lattice with this first site.
+            let [x, y] = block.lattice_xy(index, odd as i64, 0).map(|c| TAU * c / length);
+            for axis in 0..3 {
+                spectrum.fill(Complex::default());
+                for (m, u) in &inside {
+                    let value = u[axis] * Complex::from_polar(1.0, m.kx as f64 * x + m.ky as f64 * y);
+                    for (kx, ky, value) in [(m.kx, m.ky, value), (-m.kx, -m.ky, value.conj())] {
+                        // On the lattice a wave is the same as one that is shorter by its points.
+                        let [i, j] = [kx, ky].map(|k| k.rem_euclid(n as i64) as usize);
+                        if i < half {
+                            spectrum[j * half + i] += value;
+                        }
+                    }
+                }
+                transform.inverse(&mut spectrum, &mut field);
+                for (j, row) in field.chunks(n).enumerate() {
+                    let first = (2 * j + odd) * n;
+                    let even = if axis == 2 { even } else { 0.0 };
+                    moved[first..first + n].iter_mut().zip(row).for_each(|(to, u)| to[axis] = (u + even) * length);
+                }
+            }
+        }
+        Ok(moved)
+    }
+
+    /// Writes the displacements of all deformable atoms, Å, in the columns of velocities of a LAMMPS dump, which is how a script
+    /// can read a vector for each atom. Returns the file's hash.
+    ///
+    /// # Errors
+    /// `Io`.
+    pub fn write_moves(&self, block: &Block, path: &Path) -> Result<String> {
+        let mut file = crate::record::land::Landing::open(path)?;
+        let transform = Transform::new(Grid::unit(block.cells, block.cells));
+        let hashing = Hashing { file: &mut file, hasher: blake3::Hasher::new() };
+        let mut out = BufWriter::with_capacity(1 << 18, hashing);
+        let failed = |e: io::Error| Error::io("write", path)(e);
+        let length = block.length();
+        let top = block.top_z();
+        write!(
+            out,
+            "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n{}\nITEM: BOX BOUNDS pp pp ff\n0 {length}\n0 {length}\n0 {top}\n\
+             ITEM: ATOMS id vx vy vz\n",
+            block.deformable()
+        )
+        .map_err(failed)?;
+        let mut id = block.fixed() + 1;
+        for index in block.base_layers..block.layers() {
+            for [x, y, z] in self.of_layer(block, index, &transform)? {
+                writeln!(out, "{id} {x:.6} {y:.6} {z:.6}").map_err(failed)?;
+                id += 1;
+            }
+        }
+        let hash = out.into_inner().map_err(|e| failed(e.into_error()))?.hasher.finalize();
+        file.commit()?;
+        Ok(hash.to_hex().to_string())
+    }
+}
+
+impl Approach {
+    /// `standoff_angstrom`: distance between the indenter's and the surface atoms' planes at zero gap. `offset_angstrom`: what
+    /// `heights` (of the gap, units of L) are above the indenter's own.
+    pub fn new(
+        block: &Block,
+        indenter: &Indenter,
+        (load, pressed): (f64, Pressed),
+        (gap, heights): (&[f64], &[f64]),
+        (standoff_angstrom, offset_angstrom): (f64, f64),
+    ) -> Self {
+        let apart = (mean(gap) - mean(heights) - pressed.compressed()) * block.length();
+        let stands = block.top_z() + standoff_angstrom + apart + offset_angstrom;
+        Approach { load, pressed, lowered_angstrom: indenter.start_z() - stands }
+    }
+}
+
+impl Loads {
+    /// Writes the moves to every load of the list, which rises, into a job folder.
+    ///
+    /// # Errors
+    /// `Io`.
+    pub fn write(folder: &Path, block: &Block, indenter: &Indenter, mass_u: f64, list: &[Approach]) -> Result<Self> {
+        let mut loads = Vec::with_capacity(list.len());
+        for (k, approach) in list.iter().enumerate() {
+            let before = k.checked_sub(1).map(|b| &list[b]);
+            let file = folder.join(move_file(k + 1));
+            let move_hash = match before {
+                Some(b) => approach.pressed.since(&b.pressed).write_moves(block, &file)?,
+                None => approach.pressed.write_moves(block, &file)?,
+            };
+            let lower_angstrom = approach.lowered_angstrom - before.map_or(0.0, |b| b.lowered_angstrom);
+            loads.push(LoadAsked { load: approach.load, lower_angstrom, move_hash });
+        }
+        let stiffness = |a: &Approach| a.load / (a.pressed.compressed() * block.length());
+        Ok(Loads {
+            high_angstrom: indenter.lowest_z(),
+            indenter_mass_u: INDENTER_MASS * mass_u,
+            spring_ev_per_angstrom2: list.first().map_or(f64::MAX, stiffness),
+            loads,
+        })
+    }
+
+    /// Whether one list begins with the other: then what a run has done for the one serves the other.
+    pub fn agrees(&self, other: &Loads) -> bool {
+        let length = self.loads.len().min(other.loads.len());
+        let first = |l: &Loads| Loads { loads: l.loads[..length].to_vec(), ..*l };
+        first(self) == first(other)
+    }
+
+    /// `-var` pairs of the script.
+    pub fn variables(&self) -> Vec<(String, String)> {
+        let mut list = vec![
+            ("high".to_string(), self.high_angstrom.to_string()),
+            ("steps".to_string(), self.loads.len().to_string()),
+            ("spring".to_string(), self.spring_ev_per_angstrom2.to_string()),
+            ("light".to_string(), self.indenter_mass_u.to_string()),
+            ("off".to_string(), LOAD_TOLERANCE.to_string()),
+        ];
+        for (k, asked) in self.loads.iter().enumerate() {
+            list.push((format!("load{}", k + 1), asked.load.to_string()));
+            list.push((format!("lower{}", k + 1), asked.lower_angstrom.to_string()));
+        }
+        list
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::interface::Base;
+
+    const A0: f64 = 5.5884;
+
+    fn block() -> Block {
+        Block::new(6, 3, A0, 7.0).expect("valid")
+    }
+
+    /// A gap over a flat profile that is one wave, cosine of `phase` at the origin, and the field it asks for.
+    fn wave(block: &Block, (kx, ky): (f64, f64), phase: f64) -> (Pressed, impl Fn(f64, f64) -> f64) {
+        let grid = Grid::unit(24, 24);
+        let value = move |x: f64, y: f64| 0.01 * (TAU * (kx * x + ky * y) + phase).cos();
+        let at = |k: usize| value((k % 24) as f64 / 24.0, (k / 24) as f64 / 24.0);
+        let gap: Vec<f64> = (0..grid.points()).map(|k| 0.2 + at(k)).collect();
+        let layer = Layer { thickness: block.thickness() / block.length(), poisson: 0.3, base: Base::Bonded };
+        (Pressed::under(block, (layer, 0.4), grid, (&gap, &vec![0.0; grid.points()]), 0.02), value)
+    }
+
+    /// Waves longer and shorter than the two lattices of a layer hold, along any direction.
+    #[test]
+    fn surface_atoms_go_where_the_surface_goes_and_the_base_stays() {
+        let block = block();
+        let transform = Transform::new(Grid::unit(6, 6));
+        for (k, phase) in
+            [((1.0, 0.0), 0.3), ((0.0, 2.0), 1.0), ((3.0, -4.0), 0.7), ((5.0, 1.0), 2.0), ((-2.0, 5.0), 0.1)]
+        {
+            let (pressed, sunk) = wave(&block, k, phase);
+            let moved = pressed.of_layer(&block, block.layers() - 1, &transform).expect("bonded");
+            for (index, found) in moved.iter().enumerate() {
+                let [x, y] = block.surface().xy(index).map(|c| c / block.length());
+                let expected = -(sunk(x, y) + 0.02 * 0.4) * block.length();
+                assert!((found[2] - expected).abs() < 1e-10, "{k:?} {index}: {found:?} {expected}");
+            }
+            let base = pressed.of_layer(&block, block.base_layers - 1, &transform).expect("bonded");
+            assert!(base.iter().flatten().all(|u| u.abs() < 1e-12));
+        }
+    }
+
+    /// Atoms between are displaced by the interior field, sideways a quarter wave ahead.
+    #[test]
+    fn inside_the_layers_field_moves_them() {
+        let block = block();
+        let (k, phase, index) = ((2.0, 1.0), 0.4, block.base_layers + 3);
+        let (pressed, _) = wave(&block, k, phase);
+        let moved = pressed.of_layer(&block, index, &Transform::new(Grid::unit(6, 6))).expect("bonded");
+        let q = TAU * 5f64.sqrt();
+        let z = (block.layer_z(index) - block.layer_z(block.base_layers - 1)) / block.length();
+        let inside = pressed.layer.interior(q, z).expect("bonded");
+        let top = pressed.layer.interior(q, pressed.layer.thickness).expect("bonded").down;
+        let first = 1 + block.fixed() as u32 + (index - block.base_layers) as u32 * block.atoms_per_layer() as u32;
+        for (rank, found) in moved.iter().enumerate() {
+            let [x, y, _] = block.site(first + rank as u32).expect("of the block").position.map(|c| c / block.length());
+            let angle = TAU * (k.0 * x + k.1 * y) + phase;
+            let down = 0.01 * inside.down / top * angle.cos() + 0.02 * 0.4 * z / pressed.layer.thickness;
+            let aside = -0.01 * inside.aside / top * angle.sin();
+            let expected = [aside * k.0 / 5f64.sqrt(), aside * k.1 / 5f64.sqrt(), -down].map(|u| u * block.length());
+            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-10), "{rank}: {found:?} {expected:?}");
+        }
+    }
+
+    #[test]
+    fn moves_are_written_for_every_deformable_atom_and_add_up() {
+        let block = block();
+        let folder = tempfile::tempdir().expect("scratch");
+        let read = |pressed: &Pressed| -> Vec<(u64, [f64; 3])> {
+            let file = folder.path().join(move_file(1));
+            let hash = pressed.write_moves(&block, &file).expect("written");
+            let text = std::fs::read_to_string(&file).expect("read");
+            assert_eq!(hash, blake3::hash(text.as_bytes()).to_hex().to_string());
+            let words = text.lines().skip(9).map(|l| l.split(' ').map(|w| w.parse().expect("a number")).collect());
+            words.map(|w: Vec<f64>| (w[0] as u64, [w[1], w[2], w[3]])).collect()
+        };
+        let (a, b) = (wave(&block, (1.0, 2.0), 0.0).0, wave(&block, (1.0, 2.0), 1.5).0);
+        let (first, second, between) = (read(&a), read(&b), read(&b.since(&a)));
+        assert!(first.iter().map(|f| f.0).eq(block.fixed() + 1..=block.atoms()));
+        for ((f, s), d) in first.iter().zip(&second).zip(&between) {
+            // Six decimals each.
+            assert!((0..3).all(|c| (f.1[c] + d.1[c] - s.1[c]).abs() < 1.6e-6));
+        }
+    }
+}

@@ -1,0 +1,134 @@
+//! What a pressure on a bonded layer does inside it: the displacement at every depth, mode by mode.
+//!
+//! A pressure `p e^{iqx}` without shear on an isotropic layer that sticks to a rigid base leaves, at the height `z` above the
+//! base, the displacements of Papkovich and Neuber's potentials `B = a cosh qz + b sinh qz` and
+//! `β = (3-4ν)(a/q) sinh qz`, which vanish at the base as they stand; `a` and `b` follow from the two stresses at the surface.
+//! With `w = qt`, `t` the thickness,
+//!
+//! ```text
+//! a = (1-2ν) sinh w - w cosh w,   b = 2(1-ν) cosh w + w sinh w,   Δ = 4(1-ν)² + (3-4ν) sinh² w + w²
+//! down   = (1-ν)^-1 /(qΔ) [(3-4ν) b sinh qz - qz (a sinh qz + b cosh qz)]
+//! aside  = i (1-ν)^-1 /(qΔ) [qz (a cosh qz + b sinh qz) + (3-4ν) a sinh qz]
+//! ```
+//!
+//! in units of `p/E*` with `2G = E*(1-ν)`. At the surface `down` is the compliance of the bonded [`Layer`] (Carbone, Lorenz,
+//! Persson & Wohlers 2009), and under a deep one both are the half-space's
+//! `(2/q)[1 + qd/2(1-ν)] e^{-qd}` and `i (2/q)[(1-2ν) - qd]/2(1-ν) e^{-qd}` at the depth `d`.
+
+use super::{Base, Layer};
+
+/// Displacement amplitudes under a unit pressure amplitude, units of L per E*.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interior {
+    /// Towards the base, in phase with the pressure.
+    pub down: f64,
+    /// Along the wave vector, a quarter wave ahead: the displacement there is `i aside` times the pressure.
+    pub aside: f64,
+}
+
+impl Layer {
+    /// Displacements at the height `z` above the base (0 to the thickness) under a pressure wave of wave number `q` > 0; `None`
+    /// for a layer that is not bonded.
+    pub fn interior(&self, q: f64, z: f64) -> Option<Interior> {
+        if self.base != Base::Bonded {
+            return None;
+        }
+        let (nu, w, x) = (self.poisson, q * self.thickness, q * z);
+        let (k, shear, press) = (3.0 - 4.0 * nu, 1.0 - 2.0 * nu, 2.0 * (1.0 - nu));
+        // Hyperbolic functions of w and x over e^w and e^x, and those of w - x over e^(w+x), so that nothing overflows.
+        let (e_w, e_x) = ((-2.0 * w).exp(), (-2.0 * x).exp());
+        let (sinh_w, cosh_w) = (-0.5 * (-2.0 * w).exp_m1(), 0.5 * (1.0 + e_w));
+        let sinh_x = -0.5 * (-2.0 * x).exp_m1();
+        let (sinh_deep, cosh_deep) = (-0.5 * e_x * (2.0 * (x - w)).exp_m1(), 0.5 * (e_x + e_w));
+        // a and b inserted, so that what is as large as w times the answer has cancelled.
+        let down = k * sinh_x * (press * cosh_w + (w - x) * sinh_w) - x * (press * cosh_deep + w * sinh_deep);
+        let aside = k * sinh_x * (shear * sinh_w - (w - x) * cosh_w) + x * (shear * sinh_deep - w * cosh_deep);
+        let delta = k * sinh_w * sinh_w + (4.0 * (1.0 - nu).powi(2) + w * w) * e_w;
+        let unit = (x - w).exp() / ((1.0 - nu) * q * delta);
+        Some(Interior { down: unit * down, aside: unit * aside })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::interface::Kernel;
+
+    fn layer(poisson: f64) -> Layer {
+        Layer { thickness: 0.143, poisson, base: Base::Bonded }
+    }
+
+    fn at(layer: &Layer, q: f64, z: f64) -> Interior {
+        layer.interior(q, z).expect("bonded")
+    }
+
+    #[test]
+    fn the_surface_moves_as_the_kernel_says_and_the_base_not_at_all() {
+        for poisson in [0.0, 0.3, 0.45] {
+            let layer = layer(poisson);
+            for q in [0.01, 1.0, 6.0, 40.0, 174.0, 176.0, 1e4] {
+                let compliance = 1.0 / layer.stiffness(q, 0.0);
+                let top = at(&layer, q, layer.thickness);
+                assert!(
+                    (top.down / compliance - 1.0).abs() < 1e-12,
+                    "ν = {poisson}, q = {q}: {} {compliance}",
+                    top.down
+                );
+                let base = at(&layer, q, 0.0);
+                assert!(base.down.abs() < 1e-15 * compliance && base.aside.abs() < 1e-15 * compliance);
+            }
+        }
+        assert_eq!(Layer { base: Base::ConstantStress, ..layer(0.3) }.interior(1.0, 0.1), None);
+    }
+
+    /// Central differences with a step of 1e-4 of the wave are good to 1e-7; the stresses are told over the pressure.
+    const DIFFERENCES: f64 = 1e-6;
+
+    /// The displacements `u = -down`, `v = i aside` (up, along) obey the equations of equilibrium inside, and the stresses at the
+    /// surface are the pressure and no shear.
+    #[test]
+    fn it_is_in_equilibrium_under_the_pressure_alone() {
+        for (nu, q) in [(0.3, 3.0), (0.3, 20.0), (0.1, 9.0)] {
+            let layer = layer(nu);
+            let (two_g, t) = (1.0 - nu, layer.thickness);
+            let lambda = two_g * nu / (1.0 - 2.0 * nu);
+            let step = 1e-4 / q;
+            let up = |z: f64| -at(&layer, q, z).down;
+            let along = |z: f64| at(&layer, q, z).aside;
+            let slope = |f: &dyn Fn(f64) -> f64, z: f64| (f(z + step) - f(z - step)) / (2.0 * step);
+            // With e^{iqx}: ∂x(i aside) = -q aside, ∂x(up) = iq up.
+            let normal = |z: f64| (lambda + two_g) * slope(&up, z) - lambda * q * along(z);
+            let shear = |z: f64| 0.5 * two_g * (slope(&along, z) + q * up(z));
+            let side = |z: f64| -(lambda + two_g) * q * along(z) + lambda * slope(&up, z);
+            // The formulas go on above the surface, which is all that the differences need.
+            assert!((normal(t) + 1.0).abs() < DIFFERENCES, "{nu} {q}: {}", normal(t));
+            assert!(shear(t).abs() < DIFFERENCES, "{nu} {q}: {}", shear(t));
+            for z in [0.2 * t, 0.5 * t, 0.9 * t] {
+                // Second differences lose half of the digits.
+                let wide = 1e-3 / q;
+                let d = |f: &dyn Fn(f64) -> f64| (f(z + wide) - f(z - wide)) / (2.0 * wide);
+                assert!((d(&normal) - q * shear(z)).abs() < 1e-4 * q, "{nu} {q} {z}: {}", d(&normal));
+                assert!((d(&shear) + q * side(z)).abs() < 1e-4 * q, "{nu} {q} {z}");
+            }
+        }
+    }
+
+    #[test]
+    fn deep_layers_are_half_spaces_and_thin_ones_oedometers() {
+        let nu = 0.3;
+        let deep = Layer { thickness: 12.0, poisson: nu, base: Base::Bonded };
+        let q: f64 = 5.0;
+        for d in [0.0, 0.1, 0.4, 1.0] {
+            let found = at(&deep, q, deep.thickness - d);
+            let fades = (-q * d).exp() / ((1.0 - nu) * q);
+            assert!((found.down / (fades * (2.0 * (1.0 - nu) + q * d)) - 1.0).abs() < 1e-10, "{d}");
+            assert!((found.aside - fades * ((1.0 - 2.0 * nu) - q * d)).abs() < 1e-10 * fades, "{d}");
+        }
+        // A wave much longer than the layer is thick compresses it evenly.
+        let thin = Layer { thickness: 1e-4, poisson: nu, base: Base::Bonded };
+        for share in [0.25, 0.5, 1.0] {
+            let found = at(&thin, 1e-3, share * thin.thickness).down;
+            assert!((found / (share * thin.compression()) - 1.0).abs() < 1e-6, "{share}: {found}");
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! The way of the atoms from load to load, as the continuum goes it.
+
+use super::continuum::start;
+use crate::atoms::block::Block;
+use crate::atoms::indenter::Indenter;
+use crate::atoms::start::{Approach, Pressed};
+use crate::record::results::ContinuumResults;
+use crate::scene::{AtomsCase, Case};
+use crate::{Error, Result};
+use std::path::Path;
+
+/// Every load once, rising, with where `solved` (the continuum with the atoms' own wall, whose gaps are stored under `root`)
+/// has atoms and indenter.
+pub(super) fn approaches(
+    case: &Case,
+    atoms: &AtomsCase,
+    indenter: &Indenter,
+    (solved, root): (&ContinuumResults, &Path),
+) -> Result<Vec<Approach>> {
+    let (grid, block): (_, &Block) = (atoms.matched, &atoms.block);
+    let length = block.length();
+    let fine = atoms.heights_angstrom(&case.surface, grid);
+    // Both profiles are shifted to the lowest of their own nodes.
+    let offset = fine[0] - indenter.heights()[0];
+    let heights: Vec<f64> = fine.iter().map(|h| h / length).collect();
+    let mut order: Vec<usize> = (0..case.p_star.len()).collect();
+    order.sort_by(|&a, &b| case.p_star[a].total_cmp(&case.p_star[b]));
+    order.dedup_by(|&mut a, &mut b| case.p_star[a] == case.p_star[b]);
+    let approach = |&i: &usize| {
+        let file = solved.states.get(i).and_then(|s| s.gap.as_ref());
+        let file = file.ok_or_else(|| Error::format(root, "a load without its gap", "the gaps of every load"))?;
+        let gap = start(&root.join(file), grid)?;
+        let pressure = case.p_star[i] * case.gradient;
+        let body = (atoms.layer(), atoms.compression());
+        let pressed = Pressed::under(block, body, grid, (&gap, &heights), pressure);
+        let standoff = (atoms.wall.minimum_angstrom(), offset);
+        Ok(Approach::new(block, indenter, (case.p_star[i] * atoms.load_unit, pressed), (&gap, &heights), standoff))
+    };
+    order.iter().map(approach).collect()
+}
