@@ -470,6 +470,9 @@ pub struct AtomsScene {
     /// Count the atoms that leave the crystal's order, at every step: frames then hold the whole deformable block.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub plasticity: bool,
+    /// Solve the matched continuum on a half-space, too, and tell what the block's finite depth makes of contact and mean gap.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub depth_error: bool,
     /// MPI ranks.
     pub ranks: usize,
     /// Wall-clock limit of the LAMMPS stage, s.
@@ -498,6 +501,7 @@ impl Default for AtomsScene {
             contact_force_ev_per_angstrom: None,
             stress_width_angstrom: None,
             plasticity: false,
+            depth_error: false,
             ranks: 1,
             time_limit_s: None,
             program: None,
