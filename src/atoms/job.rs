@@ -12,8 +12,9 @@ use serde::{Deserialize, Serialize};
 
 use super::block::{Block, FLOOR_GAP_ANGSTROM};
 use super::indenter::Indenter;
-use super::ladder::LADDER_FILE;
+use super::ladder::{LADDER_FILE, Rung};
 use super::start::{Approach, Loads};
+use super::unload::MOST_RISEN_ANGSTROM;
 use crate::{Error, Result};
 
 /// Scripts of a run, documented in `lammps-inputs/README.md`: the one that LAMMPS is given, and those that it includes.
@@ -50,7 +51,7 @@ pub const DATA_FILE: &str = "block.data";
 pub const POTENTIAL_FILE: &str = "potential.eam.alloy";
 pub const RECORD_FILE: &str = "job.json";
 
-/// Empty box above the highest atom of the indenter, Å; the indenter only moves down.
+/// Empty box above the highest atom of an indenter that only moves down, Å.
 const HEAD_ROOM_ANGSTROM: f64 = 5.0;
 
 /// Layers of the block in every frame. Contact is decided in the first; two more show where material has flowed.
@@ -132,7 +133,7 @@ pub struct Yukawa {
     pub cutoff_angstrom: f64,
 }
 
-/// How the indenter comes down and when it stops.
+/// How the indenter comes down, when it stops, and whether it goes back.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Ladder {
     /// Å per step.
@@ -149,6 +150,9 @@ pub struct Ladder {
     /// Layers of the block, from the top, in every frame.
     #[serde(default = "frame_layers")]
     pub frame_layers: usize,
+    /// From first touch: after the highest load the indenter rises until nothing touches.
+    #[serde(default)]
+    pub unload: bool,
 }
 
 fn frame_layers() -> usize {
@@ -190,7 +194,7 @@ pub struct Job {
 
 impl Job {
     /// Writes the folder. Steps that an earlier run of exactly this job finished there are kept; those of any other are
-    /// removed. With `approaches` (in rising order of their loads) each load starts from where they say the atoms are.
+    /// removed. With `approaches` (loads that rise, and may fall again) each load starts from where they say the atoms are.
     ///
     /// # Errors
     /// `Input` for values LAMMPS could not use, `Io`.
@@ -216,7 +220,8 @@ impl Job {
         put(script.file, script.text.as_bytes())?;
         INCLUDED.iter().try_for_each(|s| put(s.file, s.text.as_bytes()))?;
         let data = folder.join(DATA_FILE);
-        let data_hash = write_data(&data, block, indenter, mass_u).map_err(Error::io("write", &data))?;
+        let data_hash =
+            write_data(&data, block, (indenter, ladder.unload), mass_u).map_err(Error::io("write", &data))?;
         let loads = approaches.map(|list| Loads::write(folder, block, indenter, mass_u, list)).transpose()?;
         let record = Record {
             element: element.into(),
@@ -240,10 +245,14 @@ impl Job {
         };
         let file = folder.join(RECORD_FILE);
         let text = serde_json::to_string_pretty(&record).map_err(|e| Error::io("write", &file)(e.into()))?;
-        // Where the ladder ends does not change its steps: asking for more goes on, asking for less stops earlier.
+        // Where a way down ends does not change its steps: asking for more goes on, asking for less stops earlier. A way back is
+        // another one from every load.
         let same = Job::open(folder).is_ok_and(|earlier| {
             let Ladder { max_load, max_steps, load_unit, .. } = record.ladder;
-            let ends = Ladder { max_load, max_steps, load_unit, ..earlier.record.ladder };
+            let ends = match earlier.record.ladder {
+                there_and_back if there_and_back.unload => there_and_back,
+                down => Ladder { max_load, max_steps, load_unit, ..down },
+            };
             let agree = match (&record.loads, &earlier.record.loads) {
                 (Some(now), Some(then)) => now.agrees(then),
                 (now, then) => now == then,
@@ -284,21 +293,13 @@ impl Job {
         self.atoms() as f64 * SECONDS_PER_ATOM_EVALUATION * EVALUATIONS_PER_STEP * steps as f64
     }
 
-    /// The ladder has come to its end at this step.
-    pub fn is_last(&self, step: usize, load: f64) -> bool {
-        match &self.record.loads {
-            Some(asked) => step >= asked.loads.len(),
-            None => load >= self.record.ladder.max_load || step >= self.record.ladder.max_steps,
-        }
-    }
-
     /// The script that LAMMPS is given.
     pub fn script(&self) -> Script {
         if self.record.loads.is_some() { CONTINUUM } else { LADDER }
     }
 
-    /// `-var` pairs of the script: going on after `finished`, or from the beginning.
-    pub fn variables(&self, finished: Option<usize>, compressed: bool) -> Vec<(String, String)> {
+    /// `-var` pairs of the script: going on after the steps `done`, or from the beginning.
+    pub fn variables(&self, done: &[Rung], compressed: bool) -> Vec<(String, String)> {
         let Record { interaction, ladder, .. } = &self.record;
         let mut list = vec![
             ("data", DATA_FILE.to_string()),
@@ -309,7 +310,7 @@ impl Job {
             ("ftol", ladder.force_tolerance.to_string()),
             ("contact", ladder.contact_angstrom.to_string()),
             ("depth", self.record.frame_depth_angstrom.to_string()),
-            ("start", finished.map_or("-1".to_string(), |k| k.to_string())),
+            ("start", done.last().map_or("-1".to_string(), |r| r.step.to_string())),
         ];
         if let Some(yukawa) = interaction.adhesion {
             list.push(("adhesion", "1".into()));
@@ -325,6 +326,9 @@ impl Job {
             list.push(("dz", ladder.step_angstrom.to_string()));
             list.push(("max_load", ladder.max_load.to_string()));
             list.push(("steps", ladder.max_steps.to_string()));
+            if ladder.unload {
+                list.extend(self.variables_of_the_way_back(done));
+            }
         }
         let own = self.record.loads.iter().flat_map(Loads::variables);
         list.into_iter().map(|(key, value)| (key.to_string(), value)).chain(own).collect()
@@ -361,15 +365,16 @@ fn check(interaction: &Interaction, ladder: &Ladder, element: &str, mass_u: f64)
     Ok(())
 }
 
-/// Streams the atoms into a LAMMPS data file and returns the hash of what was written.
-fn write_data(file: &Path, block: &Block, indenter: &Indenter, mass_u: f64) -> io::Result<String> {
+/// Streams the atoms into a LAMMPS data file, with room above for an indenter that `rises`; returns the hash of what was written.
+fn write_data(file: &Path, block: &Block, (indenter, rises): (&Indenter, bool), mass_u: f64) -> io::Result<String> {
     let mut out =
         BufWriter::with_capacity(1 << 16, Hashing { file: File::create(file)?, hasher: blake3::Hasher::new() });
     let length = block.length();
     writeln!(out, "fcc block {0} x {0} x {1} cells under a rigid indenter", block.cells, block.depth_cells)?;
     writeln!(out, "\n{} atoms\n3 atom types\n", block.atoms() + indenter.atoms())?;
     writeln!(out, "0.0 {length:.10} xlo xhi\n0.0 {length:.10} ylo yhi")?;
-    writeln!(out, "0.0 {:.10} zlo zhi\n", indenter.highest_z() + HEAD_ROOM_ANGSTROM)?;
+    let room = HEAD_ROOM_ANGSTROM + if rises { MOST_RISEN_ANGSTROM } else { 0.0 };
+    writeln!(out, "0.0 {:.10} zlo zhi\n", indenter.highest_z() + room)?;
     // The indenter's mass is never used, but LAMMPS wants one.
     writeln!(out, "Masses\n\n1 {mass_u} # deformable\n2 {mass_u} # indenter\n3 {mass_u} # base\n\nAtoms # atomic\n")?;
     for site in block.sites() {
@@ -432,6 +437,7 @@ mod tests {
             load_unit: 100.0,
             contact_angstrom: 4.0354,
             frame_layers: FRAME_LAYERS,
+            unload: false,
         };
         Job::write(folder.join("job"), &block, &indenter, (&table, "Ca", 40.078), interaction, ladder, None)
     }
@@ -469,11 +475,11 @@ mod tests {
     fn without_adhesion_no_variable_speaks_of_it() {
         let folder = tempfile::tempdir().expect("scratch");
         let mut job = written(folder.path(), 0.3).expect("written");
-        assert!(!job.variables(None, false).iter().any(|(k, _)| matches!(k.as_str(), "adhesion" | "kappa")));
+        assert!(!job.variables(&[], false).iter().any(|(k, _)| matches!(k.as_str(), "adhesion" | "kappa")));
         job.record.interaction.adhesion =
             Some(Yukawa { amplitude_ev_angstrom: -1.0, kappa_per_angstrom: 2.0, cutoff_angstrom: 7.0 });
-        let list = job.variables(Some(4), true);
-        assert!(list.contains(&("adhesion".into(), "1".into())) && list.contains(&("start".into(), "4".into())));
+        let list = job.variables(&[], true);
+        assert!(list.contains(&("adhesion".into(), "1".into())) && list.contains(&("start".into(), "-1".into())));
         // Every variable is one that the script knows.
         for (key, _) in list {
             assert!(LADDER.text.contains(&format!("\nvariable {key} ")), "{key}");

@@ -15,5 +15,6 @@ pub mod potential;
 pub mod properties;
 pub mod replay;
 pub mod start;
+pub mod unload;
 pub mod voronoi;
 pub mod wall;

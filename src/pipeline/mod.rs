@@ -17,6 +17,7 @@ mod progress;
 mod run;
 mod touching;
 mod tradeoff;
+mod unloading;
 mod versions;
 
 pub use accuracy::{Unserved, advise, settle};

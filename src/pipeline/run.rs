@@ -252,9 +252,11 @@ fn atomistic_stages(
             format!("loads of {total} atoms, each from the continuum's solution"),
         ),
         Start::Touch => {
-            // Of the loads only the highest counts, and only for where the ladder ends.
+            // Of the loads only the highest counts, and only for where the ladder ends or turns.
             let highest = case.p_star.iter().copied().fold(0.0, f64::max);
-            (Key::new("lammps", &highest, &[&ladder_key])?, format!("displacement ladder of {total} atoms"))
+            let way = if a.unload { ", there and back" } else { "" };
+            let key = Key::new("lammps", &(highest, a.unload), &[&ladder_key])?;
+            (key, format!("displacement ladder of {total} atoms{way}"))
         }
     };
     let climbed: Climbed =

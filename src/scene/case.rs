@@ -89,6 +89,8 @@ pub struct AtomsCase {
     pub stretch: f64,
     pub resolved_gradient: f64,
     pub start: Start,
+    /// Whether there is a way back from the highest load.
+    pub unload: bool,
     /// Load at p* = 1, eV/Å.
     pub load_unit: f64,
     pub adhesion: Option<PairAdhesion>,
@@ -485,6 +487,7 @@ impl AtomsCase {
             } else {
                 Start::Continuum
             }),
+            unload: case.scene.load.comes_back() || case.scene.load.pull_off,
             load_unit,
             adhesion,
             audit,

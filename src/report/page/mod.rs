@@ -17,6 +17,7 @@ mod methods;
 mod ranges;
 mod surface;
 mod tradeoff;
+mod unloading;
 mod versions;
 
 use std::io::Write;
