@@ -68,11 +68,20 @@ fn told(engine: &LammpsEngine, job: &Job, watch: &mut dyn FnMut(Progress) -> Con
 
 /// Replaces a line of the script for one failing run.
 fn with_script(engine: &LammpsEngine, job: &Job, line: &str, by: &str) -> String {
+    watched_with_script(engine, job, (line, by), &mut on)
+}
+
+fn watched_with_script(
+    engine: &LammpsEngine,
+    job: &Job,
+    (line, by): (&str, &str),
+    watch: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> String {
     let script = job.folder.join("ladder.in");
     let text = std::fs::read_to_string(&script).expect("read");
     assert!(text.contains(line), "{line}");
     std::fs::write(&script, text.replacen(line, by, 1)).expect("written");
-    let message = said(engine, job);
+    let message = told(engine, job, watch);
     std::fs::write(&script, text).expect("written");
     message
 }
@@ -125,7 +134,9 @@ fn a_run_that_was_killed_or_timed_out_goes_on() {
     let (whole, folder) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
     let expected = engine.run(&job(whole.path()), &mut on).expect("a clean run");
     let job = job(folder.path());
-    let killed = told(&engine, &job, &mut |p| {
+    // It waits before its fourth step, or it might have run on past that before it is found and killed.
+    let wait = "if \"$k > 2\" then \"shell sleep 60\"\nminimize      0.0";
+    let killed = watched_with_script(&engine, &job, (MINIMIZE, wait), &mut |p| {
         if p.is_new && p.rung.is_some_and(|r| r.step == 1) {
             let pid = process_of(folder.path()).expect("LAMMPS runs");
             assert!(Command::new("kill").args(["-9", &pid]).status().expect("kill").success());

@@ -233,13 +233,21 @@ fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResults {
     let hard = continuum(folder, "hard", "bccg", 0.0085, [true, false]);
     let soft = continuum(folder, "soft", "gfmd", 0.007, [true, false]);
     let overlap = |kappa: f64| Overlap { jaccard: 0.8 * kappa, precision: 0.9 * kappa, recall: 0.95 * kappa, kappa };
-    let a_match = |id: &str, threshold_angstrom, contact_fraction, kappa| CriterionMatch {
+    let maps = ["plain", "raised", "soft wall"].map(|id| {
+        let name = format!("continuum-{id}.npy");
+        let reach = if id == "plain" { 0.0 } else { 0.002 };
+        let flags = grid(|x, y| f64::from(u8::from(height(x, y) <= 0.0085 + reach)));
+        npy::write(&folder.join(&name), N, N, flags.iter().map(|f| *f as u8)).unwrap();
+        (id, name)
+    });
+    let a_match = |id: &str, raised_angstrom, contact_fraction, kappa| CriterionMatch {
         id: id.into(),
-        criterion: format!("gap ≤ {threshold_angstrom} Å"),
-        threshold_angstrom,
+        criterion: format!("raised by {raised_angstrom} Å"),
+        raised_angstrom,
         contact_fraction,
         overlap: overlap(kappa),
         shifted: overlap(0.031),
+        map: maps.iter().find(|m| m.0 == id).map(|m| m.1.clone()),
     };
     let loads = atoms.states.iter().zip(&hard.states).map(|(a, h)| LoadComparison {
         p_star: a.p_star,
@@ -247,8 +255,8 @@ fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResults {
         atoms: CriterionArea { criterion: "distance < 3.62 Å".into(), contact_fraction: a.contact_fraction },
         continuum: vec![
             a_match("plain", 0.0, h.contact_fraction, 0.71),
-            a_match("threshold", 0.3, 1.3 * h.contact_fraction, 0.78),
-            a_match("soft wall", 0.9, 1.2 * h.contact_fraction, 0.8347),
+            a_match("raised", 0.3, 1.3 * h.contact_fraction, 0.78),
+            a_match("soft wall", 0.0, 1.2 * h.contact_fraction, 0.8347),
         ],
         atoms_mean_gap_angstrom: 9.713,
         continuum_mean_gap_angstrom: 9.402,
@@ -511,7 +519,7 @@ fn criteria_versions_and_yield_are_told_and_drawn() {
             gap: even(20.0),
             stress: even(8.0),
         };
-        let ids = ["full heights", "hard wall", "matched", "soft wall", "atoms"];
+        let ids = ["full heights", "hard wall", "raised", "soft wall", "atoms"];
         load.versions = ids.iter().zip([0.03, 0.05, 0.08, 0.07, 0.09]).map(version).collect();
         load.against_distance =
             (0..15).map(|k| 3.83 + 0.04 * f64::from(k)).map(|d| [d, d - 3.8, d - 3.82, d - 3.83]).collect();

@@ -65,6 +65,26 @@ pub(super) fn within(
     })
 }
 
+/// How far an atom at `place` could rise before the first atom of the indenter (as it stands at the start) is at `distance`
+/// from it, Å: not above zero where one is that near already, infinite where none is above.
+pub fn clearance([x, y, z]: [f64; 3], indenter: &Indenter, distance: f64) -> f64 {
+    let (s, n) = (indenter.spacing(), indenter.points());
+    let range = |c: f64| ((c - distance) / s).ceil() as i64..=((c + distance) / s).floor() as i64;
+    let wrap = |k: i64| k.rem_euclid(n as i64) as usize;
+    let mut least = f64::INFINITY;
+    for row in range(y) {
+        for column in range(x) {
+            let aside = (row as f64 * s - y).powi(2) + (column as f64 * s - x).powi(2);
+            let reach = distance * distance - aside;
+            if reach >= 0.0 {
+                let above = indenter.start_z() + indenter.heights()[wrap(row) * n + wrap(column)] - z;
+                least = least.min(above - reach.sqrt());
+            }
+        }
+    }
+    least
+}
+
 /// Vertical gap per surface site, Å: the indenter's surface above the atom, less `standoff` (the distance at which a
 /// flat wall and a flat crystal would count as touching). `height` gives the indenter's surface as it stands now, at any
 /// point of the plane, Å; atoms are taken where they are, not where they started.
@@ -126,6 +146,20 @@ mod tests {
             elements: Vec::new(),
             // Some leave the cell, as they do between two neighbour lists.
             positions: sites.iter().map(|s| s.position.map(|c| c + 4.0 * noise())).collect(),
+        }
+    }
+
+    /// An atom that has risen by its clearance is exactly at the distance from the indenter, and not nearer.
+    #[test]
+    fn clearance_is_the_way_up_to_the_contact_distance() {
+        let block = Block::new(4, 2, 5.5884, 7.0).expect("valid");
+        let heights: Vec<f64> = (0..81).map(|k| ((k * 37) % 41) as f64 / 12.0).collect();
+        let indenter = Indenter::above(&block, 9, heights, R_M).expect("valid");
+        for position in shaken(&block).positions {
+            let [x, y, z] = position;
+            let rise = clearance(position, &indenter, D_C);
+            let near = |by: f64| within([x, y, z + by], &indenter, 0.0, D_C).next().is_some();
+            assert!(near(rise + 1e-9) && !near(rise - 1e-9), "{position:?}: {rise}");
         }
     }
 

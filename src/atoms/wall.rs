@@ -6,7 +6,7 @@
 //! 2πr dr`, hence `P = -dE/dd = n_s Σ_planes 2π n₁ z V(z)`. A net that is incommensurate with the crystal realises the
 //! average in every small patch. Units: Å, eV; pressures in eV/Å³, repulsion positive.
 
-use std::f64::consts::{PI, SQRT_2};
+use std::f64::consts::PI;
 
 use crate::error::{Complaint, Error, Result};
 use crate::interface::{Law, LennardJonesWall};
@@ -123,44 +123,6 @@ impl Wall {
             }
         }
         d
-    }
-
-    /// Probability that a surface atom at the distance `d` below the net, at a random registry, is nearer than
-    /// `contact_distance` (Å) to an atom of the net: the disc of radius √(d_c² - d²) around a net atom, clipped to its
-    /// square cell, over s².
-    pub fn touch_probability(&self, d: f64, contact_distance: f64) -> f64 {
-        let square = contact_distance * contact_distance - d * d;
-        if square <= 0.0 {
-            return 0.0;
-        }
-        let (radius, half) = (square.sqrt(), 0.5 * self.spacing_angstrom);
-        let area = if radius <= half {
-            PI * square
-        } else if radius >= SQRT_2 * half {
-            return 1.0;
-        } else {
-            let segment = square * (half / radius).acos() - half * (square - half * half).sqrt();
-            PI * square - 4.0 * segment
-        };
-        area / (self.spacing_angstrom * self.spacing_angstrom)
-    }
-
-    /// The distance at which [`Wall::touch_probability`] is `probability`, Å; one half is the threshold that makes a
-    /// continuum's contact area comparable with the atoms' count. Probabilities that d = 0 does not reach give 0.
-    pub fn distance_at_touch_probability(&self, probability: f64, contact_distance: f64) -> f64 {
-        let (mut near, mut far) = (0.0, contact_distance);
-        if self.touch_probability(near, contact_distance) < probability {
-            return 0.0;
-        }
-        for _ in 0..60 {
-            let middle = 0.5 * (near + far);
-            if self.touch_probability(middle, contact_distance) < probability {
-                far = middle;
-            } else {
-                near = middle;
-            }
-        }
-        0.5 * (near + far)
     }
 
     /// The smallest adhesion range this wall can carry with the work of adhesion `gamma` (eV/Å²), Å, to 1 %: 0.207 Å
@@ -405,30 +367,6 @@ mod tests {
         for more in [w.repulsion_pressure(0.0), 1e300, f64::INFINITY] {
             assert_eq!(w.distance_at_pressure(more), 0.0);
         }
-    }
-
-    #[test]
-    fn touch_probability_is_the_clipped_disc() {
-        let (w, dc) = (wall(), CONTACT_DISTANCE_ANGSTROM);
-        assert_eq!(w.touch_probability(dc, dc), 0.0);
-        assert_eq!(w.touch_probability(3.0, dc), 1.0);
-        // Against counting registries on a fine grid; 1e-3 is the grid's perimeter error with 400 x 400 points.
-        let s = w.spacing_angstrom;
-        for d in [3.99, 3.92, 3.8, 3.75, 3.67] {
-            let n = 400;
-            let at = |i: usize| ((i as f64 + 0.5) / n as f64 - 0.5) * s;
-            let hits = (0..n * n).filter(|i| at(i % n).hypot(at(i / n)).hypot(d) < dc).count();
-            let counted = hits as f64 / (n * n) as f64;
-            assert!((w.touch_probability(d, dc) - counted).abs() < 1e-3, "{d}: {counted}");
-        }
-        // At one half the disc lies inside the cell, so d² = d_c² - s²/(2π).
-        let half = w.distance_at_touch_probability(0.5, dc);
-        assert!((half - (dc * dc - s * s / (2.0 * PI)).sqrt()).abs() < 1e-12);
-        assert!((half - 3.906).abs() < 5e-4);
-        let most = w.distance_at_touch_probability(0.95, dc);
-        assert!((w.touch_probability(most, dc) - 0.95).abs() < 1e-9);
-        // A net so coarse that half of the atoms can never touch.
-        assert_eq!(Wall::new(20.0, 5.5884).unwrap().distance_at_touch_probability(0.5, dc), 0.0);
     }
 
     #[test]

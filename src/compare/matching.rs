@@ -5,7 +5,7 @@ use crate::atoms::wall::Wall;
 use crate::grid::{Field, Grid, bilinear};
 use crate::record::results::CriterionMatch;
 
-/// The surface sites of the block on a continuum grid, and the same after a shift that destroys all registry.
+/// The surface sites of the block on a continuum grid, and where each comes to lie after a shift that destroys all registry.
 pub struct Sites {
     grid: Grid,
     positions: Vec<[f64; 2]>,
@@ -14,16 +14,23 @@ pub struct Sites {
 }
 
 impl Sites {
-    /// `sites` are lattice positions over the block's edge, in [0, 1).
-    pub fn new(grid: Grid, sites: impl Iterator<Item = [f64; 2]>) -> Self {
+    /// `sites` are lattice positions over the block's edge, in [0, 1); `owners` names the nearest of them for every node.
+    pub fn new(grid: Grid, sites: impl Iterator<Item = [f64; 2]>, owners: &[usize]) -> Self {
         let node = |x: f64, y: f64| {
             let (i, j) = ((x / grid.dx()).round() as usize % grid.nx, (y / grid.dy()).round() as usize % grid.ny);
             j * grid.nx + i
         };
         let positions: Vec<[f64; 2]> = sites.collect();
-        let (nodes, shifted) =
-            positions.iter().map(|&[x, y]| (node(x, y), node((x + 1.0 / 3.0).fract(), (y + 0.2).fract()))).unzip();
+        let (nodes, shifted) = positions
+            .iter()
+            .map(|&[x, y]| (node(x, y), owners[node((x + 1.0 / 3.0).fract(), (y + 0.2).fract())]))
+            .unzip();
         Sites { grid, positions, nodes, shifted }
+    }
+
+    /// Over the block's edge.
+    pub fn positions(&self) -> &[[f64; 2]] {
+        &self.positions
     }
 
     /// Values of a field at the sites, between its nodes.
@@ -37,68 +44,72 @@ impl Sites {
         self.nodes.iter().map(|&n| gap.at(n) <= threshold).collect()
     }
 
-    /// The continuum's contact (gap of at most `threshold`) against the atoms' at the same sites.
-    pub fn judge(&self, gap: Field, threshold: f64, atoms: &[bool], describe: Criteria, length: f64) -> CriterionMatch {
-        let here = self.touching(gap, threshold);
-        let shifted: Vec<bool> = self.shifted.iter().map(|&n| gap.at(n) <= threshold).collect();
-        let threshold_angstrom = threshold * length;
+    /// The continuum's contact against the atoms', site by site. `map` names the file that keeps it.
+    pub fn judge(&self, here: &[bool], atoms: &[bool], criterion: Criterion, map: Option<String>) -> CriterionMatch {
+        let shifted: Vec<bool> = self.shifted.iter().map(|&site| here[site]).collect();
         CriterionMatch {
-            id: describe.id().into(),
-            criterion: describe.words(threshold_angstrom),
-            threshold_angstrom,
+            id: criterion.id().into(),
+            criterion: criterion.words(),
+            raised_angstrom: criterion.raised(),
             contact_fraction: here.iter().filter(|c| **c).count() as f64 / here.len() as f64,
-            overlap: overlap(&here, atoms),
+            overlap: overlap(here, atoms),
             shifted: overlap(&shifted, atoms),
+            map,
         }
     }
 }
 
-/// The ways in which a continuum node counts as touching.
+/// The ways in which a surface site of the continuum counts as touching.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Criteria {
+pub enum Criterion {
     /// Hard wall, zero gap.
     Plain,
-    /// Hard wall, gap below what the atoms' wall yields at the mean contact stress.
-    Threshold,
-    /// The wall's own areal law, gap at which an atom is as likely as not to be within the contact distance.
+    /// Hard wall, atoms put on it and raised by what the atoms' wall yields at the mean contact stress, Å: an indenter atom
+    /// within the contact distance.
+    Raised(f64),
+    /// The wall's own areal law, atoms put on its solution: an indenter atom within the contact distance.
     SoftWall,
 }
 
-impl Criteria {
+impl Criterion {
     pub fn id(self) -> &'static str {
         match self {
-            Criteria::Plain => "plain",
-            Criteria::Threshold => "threshold",
-            Criteria::SoftWall => "soft wall",
+            Criterion::Plain => "plain",
+            Criterion::Raised(_) => "raised",
+            Criterion::SoftWall => "soft wall",
         }
     }
 
-    fn words(self, threshold_angstrom: f64) -> String {
+    /// Å.
+    pub fn raised(self) -> f64 {
         match self {
-            Criteria::Plain => "hard wall, zero gap".into(),
-            Criteria::Threshold => format!("hard wall, gap below {threshold_angstrom:.3} Å"),
-            Criteria::SoftWall => {
-                format!("soft wall, gap below {threshold_angstrom:.3} Å (even odds of an indenter atom within d_c)")
-            }
+            Criterion::Raised(by) => by,
+            Criterion::Plain | Criterion::SoftWall => 0.0,
+        }
+    }
+
+    pub fn words(self) -> String {
+        match self {
+            Criterion::Plain => "hard wall, zero gap".into(),
+            Criterion::Raised(by) => format!("hard wall, d_c from atoms put there and raised by {by:.3} Å"),
+            Criterion::SoftWall => "soft wall, d_c from atoms put there".into(),
         }
     }
 }
 
-/// Gap below which a hard-wall solution counts as touched by atoms, Å.
+/// How far atoms that are put on a hard-wall solution are to be raised, Å.
 ///
 /// A Lennard-Jones wall that carries the stress σ has been pressed in by `r_m - d(σ)`, so the bodies stand that much closer
-/// than a hard wall would let them, and points with a smaller hard-wall gap touch as well. The stress is the mean over
-/// what touches, which makes the threshold self-consistent: `pressure` (eV/Å³) over `fraction(threshold)`. Touching means
-/// an indenter atom within the contact distance `d_c` (Å), which at random registry has even odds only at a plane distance `d_½`
-/// below `r_m`: that part of the approach brings no contact. Nothing in it is fitted to the atoms.
-pub fn softness_threshold(wall: &Wall, d_c: f64, pressure: f64, fraction: impl Fn(f64) -> f64) -> f64 {
-    let even_odds = wall.distance_at_touch_probability(0.5, d_c);
-    // A larger threshold has a larger area, hence less stress and less approach: one crossing.
-    let (mut low, mut high) = (0.0, even_odds);
+/// than a hard wall would let them. The stress is the mean over what then touches, which makes the rise self-consistent:
+/// `pressure` (eV/Å³) over `fraction(rise)`. Nothing in it is fitted to the atoms.
+pub fn softness_rise(wall: &Wall, pressure: f64, fraction: impl Fn(f64) -> f64) -> f64 {
+    let most = wall.minimum_angstrom();
+    // Raised farther more of them touch, hence there is less stress and less approach: one crossing.
+    let (mut low, mut high) = (0.0, most);
     for _ in 0..40 {
         let middle = 0.5 * (low + high);
         let touching = fraction(middle);
-        let approach = if touching > 0.0 { even_odds - wall.distance_at_pressure(pressure / touching) } else { high };
+        let approach = if touching > 0.0 { most - wall.distance_at_pressure(pressure / touching) } else { high };
         if approach > middle { low = middle } else { high = middle }
     }
     0.5 * (low + high)
@@ -107,18 +118,15 @@ pub fn softness_threshold(wall: &Wall, d_c: f64, pressure: f64, fraction: impl F
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
 
-    /// Where the area does not depend on the threshold, the threshold is the wall's approach at that stress.
+    /// Where the area does not depend on the rise, the rise is the wall's approach at that stress.
     #[test]
-    fn threshold_of_a_flat_punch() {
+    fn rise_of_a_flat_punch() {
         let wall = Wall::new(5.5884 * 5.0 / 11.0, 5.5884).unwrap();
-        let even_odds = wall.distance_at_touch_probability(0.5, CONTACT_DISTANCE_ANGSTROM);
         let (pressure, fraction) = (3e-3, 0.1);
-        let found = softness_threshold(&wall, CONTACT_DISTANCE_ANGSTROM, pressure, |_| fraction);
-        assert!((found - (even_odds - wall.distance_at_pressure(pressure / fraction))).abs() < 1e-9);
-        // A stress that does not press the wall past even odds brings no further contact.
-        assert!(softness_threshold(&wall, CONTACT_DISTANCE_ANGSTROM, 1e-9, |_| fraction) < 1e-9);
+        let found = softness_rise(&wall, pressure, |_| fraction);
+        assert!((found - (wall.minimum_angstrom() - wall.distance_at_pressure(pressure / fraction))).abs() < 1e-9);
+        assert!(softness_rise(&wall, 1e-12, |_| fraction) < 1e-3);
     }
 
     /// Contact is read at the nearest node, values between nodes; the shifted map is the map shifted by (1/3, 1/5).
@@ -126,13 +134,20 @@ mod tests {
     fn sites_read_contact_at_nodes_and_values_between() {
         let grid = Grid::unit(30, 30);
         let gap: Vec<f64> = (0..900).map(f64::from).collect();
-        let sites = Sites::new(grid, [[0.0, 0.0], [0.99, 0.5], [0.51 / 30.0, 0.0]].into_iter());
-        assert_eq!(sites.nodes, [0, 15 * 30, 1]);
-        assert_eq!(sites.touching(Field::F64(&gap), 0.5), [true, false, false]);
+        let list = [[0.0, 0.0], [0.99, 0.5], [0.51 / 30.0, 0.0], [1.0 / 3.0, 0.2]];
+        let owners: Vec<usize> = (0..900).map(|k| if k == 6 * 30 + 10 { 3 } else { 1 }).collect();
+        let sites = Sites::new(grid, list.into_iter(), &owners);
+        assert_eq!(sites.nodes, [0, 15 * 30, 1, 6 * 30 + 10]);
+        assert_eq!(sites.touching(Field::F64(&gap), 0.5), [true, false, false, false]);
         let values = sites.sample(Field::F64(&gap));
         for (found, exact) in values.iter().zip([0.0, 450.0 + 0.3 * 29.0, 0.51]) {
             assert!((found - exact).abs() < 1e-9, "{values:?}");
         }
-        assert_eq!(sites.shifted[0], 6 * 30 + 10);
+        // The first site comes to lie on the last.
+        assert_eq!(sites.shifted, [3, 1, 1, 1]);
+        let judged =
+            sites.judge(&[true, false, false, true], &[true, false, false, false], Criterion::Raised(0.3), None);
+        assert_eq!((judged.contact_fraction, judged.overlap.jaccard, judged.raised_angstrom), (0.5, 0.5, 0.3));
+        assert_eq!(judged.shifted.jaccard, 1.0);
     }
 }

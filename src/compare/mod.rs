@@ -8,6 +8,6 @@ mod matching;
 mod overlap;
 mod registration;
 
-pub use matching::{Criteria, Sites, softness_threshold};
+pub use matching::{Criterion, Sites, softness_rise};
 pub use overlap::overlap;
 pub use registration::registration;

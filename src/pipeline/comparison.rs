@@ -2,19 +2,21 @@
 
 use super::atomistic::site_positions;
 use super::continuum::{Asked, Keep, load_path};
+use super::findings::{findings, squeeze};
+use super::placed::{Places, map_name, share, within};
 use super::versions::{Side, Solved, Units, versions};
 use super::{Key, Listener};
 use crate::atoms::contact::onto_grid;
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
-use crate::compare::{Criteria, Sites, registration, softness_threshold};
+use crate::compare::{Criterion, Sites, registration};
 use crate::grid::{Field, Grid, bilinear};
-use crate::interface::{Kernel, RangeChoice, Wall};
+use crate::interface::{RangeChoice, Wall};
 use crate::method::{Precision, Problem};
 use crate::observe::{Connectivity, along_y, column_at, patch_sizes};
 use crate::record::npy;
 use crate::record::results::{
-    AtomState, AtomsResults, ComparisonResults, ContinuumResults, CriterionArea, LoadComparison, PlasticityResults,
-    Section, StateResults,
+    AtomState, AtomsResults, ComparisonResults, ContinuumResults, CriterionArea, CriterionMatch, LoadComparison,
+    Section,
 };
 use crate::scene::{AtomsCase, Case};
 use crate::units::GPA_PER_EV_A3;
@@ -79,8 +81,8 @@ pub(super) fn soft(
         wall: Wall::LennardJones(atoms.soft_wall()),
         soft: true,
         tag: "soft wall",
-        threshold: even_odds_gap(atoms, CONTACT_DISTANCE_ANGSTROM) / atoms.block.length(),
-        criterion: "even odds of an indenter atom within d_c",
+        threshold: 0.0,
+        criterion: "the wall pushes",
     };
     solve(case, atoms, (atoms.matched, &atoms_heights(case, atoms)), matching, place, key, listener)
 }
@@ -138,18 +140,6 @@ fn solve(
     load_path(asked, (folder, stage, matching.tag), key, listener)
 }
 
-/// Gap, from the wall's zero of force, at which a randomly registered atom has an indenter atom within `d_c` (Å) with even
-/// odds, Å (negative: the wall pushes there already).
-fn even_odds_gap(atoms: &AtomsCase, d_c: f64) -> f64 {
-    atoms.wall.distance_at_touch_probability(0.5, d_c) - atoms.wall.minimum_angstrom()
-}
-
-/// What presses the bodies together, over E*: the load and the mean attraction of the hard-wall solution, which for an
-/// exponential is its energy over its range.
-fn squeeze(atoms: &AtomsCase, hard: &StateResults) -> f64 {
-    hard.pressure + atoms.adhesion.map_or(0.0, |a| -hard.interaction_energy / a.rho)
-}
-
 /// A stored field of the run folder.
 struct Stored(npy::Field<f64>);
 
@@ -180,19 +170,26 @@ impl Stored {
     }
 }
 
-/// The comparison at every load. `root` is the run folder that the results' file names are relative to.
+/// The comparison at every load. `root` is the run folder that the results' file names are relative to; contact maps are
+/// written into its folder `stage`.
 pub(super) fn compare(
     case: &Case,
     atoms: &AtomsCase,
     found: &AtomsResults,
     matched: &Matched,
     root: &Path,
+    stage: &str,
 ) -> Result<ComparisonResults> {
+    let folder = root.join(stage);
+    std::fs::create_dir_all(&folder).map_err(Error::io("create", &folder))?;
     let grid = atoms.matched;
     let length = atoms.block.length();
     let surface = atoms.block.surface();
-    let sites = Sites::new(grid, site_positions(&surface));
     let owners = surface.onto_grid(grid.nx, grid.ny);
+    let sites = Sites::new(grid, site_positions(&surface), &owners);
+    let places = Places::new(case, atoms, &sites)?;
+    let fine_owners = surface.onto_grid(case.grid.nx, case.grid.ny);
+    let fine = Sites::new(case.grid, site_positions(&surface), &fine_owners);
     let (mut loads, mut sections) = (Vec::new(), Vec::new());
     for (i, state) in found.states.iter().enumerate() {
         let (hard, soft) = (&matched.hard.states[i], &matched.soft.states[i]);
@@ -203,36 +200,41 @@ pub(super) fn compare(
         let site_gap = npy::read(&per_site("site-gap.npy"))?.values;
         let (hard_shares, soft_shares) = (Shares::of(&hard_gap), Shares::of(&soft_gap));
         let squeezed = squeeze(atoms, hard) * atoms.modulus_gpa / GPA_PER_EV_A3;
-        let share = |threshold: f64| hard_shares.up_to(threshold / length);
-        let threshold_at = |d_c: f64| softness_threshold(&atoms.wall, d_c, squeezed, share);
-        let threshold = threshold_at(CONTACT_DISTANCE_ANGSTROM);
-        let even_odds = even_odds_gap(atoms, CONTACT_DISTANCE_ANGSTROM) / length;
-        let continuum = vec![
-            sites.judge(hard_gap.field(), 0.0, &touching, Criteria::Plain, length),
-            sites.judge(hard_gap.field(), threshold / length, &touching, Criteria::Threshold, length),
-            sites.judge(soft_gap.field(), even_odds, &touching, Criteria::SoftWall, length),
-        ];
-        // Read at the sites, as the atoms are.
-        let site_share = |gap: Field, threshold: f64| {
-            let touching = sites.touching(gap, threshold / length);
-            touching.iter().filter(|t| **t).count() as f64 / touching.len() as f64
+        let raised_at = |distance: f64| {
+            let clear = places.clearances(hard_gap.field(), distance);
+            let rise = places.rise(&clear, squeezed);
+            (within(&clear, rise), rise)
         };
-        let against_distance = state.sensitivity.iter().map(|&[d, fraction]| {
-            let soft = site_share(soft_gap.field(), even_odds_gap(atoms, d));
-            [d, fraction, site_share(hard_gap.field(), threshold_at(d)), soft]
-        });
+        let soft_at = |distance: f64| within(&places.clearances(soft_gap.field(), distance), 0.0);
+        let (raised_flags, rise) = raised_at(CONTACT_DISTANCE_ANGSTROM);
+        let soft_flags = soft_at(CONTACT_DISTANCE_ANGSTROM);
+        let plain_flags = sites.touching(hard_gap.field(), 0.0);
+        let judged = |flags: &[bool], criterion: Criterion| -> Result<CriterionMatch> {
+            let name = map_name(i + 1, criterion.id());
+            let flags_on_grid: Vec<u8> = flags.iter().map(|t| u8::from(*t)).collect();
+            npy::write(&folder.join(&name), grid.nx, grid.ny, onto_grid(&flags_on_grid, &owners))?;
+            Ok(sites.judge(flags, &touching, criterion, Some(format!("{stage}/{name}"))))
+        };
+        let continuum = vec![
+            judged(&plain_flags, Criterion::Plain)?,
+            judged(&raised_flags, Criterion::Raised(rise))?,
+            judged(&soft_flags, Criterion::SoftWall)?,
+        ];
+        let against_distance =
+            state.sensitivity.iter().map(|&[d, fraction]| [d, fraction, share(&raised_at(d).0), share(&soft_at(d))]);
         let against_gap = state.sensitivity.iter().map(|&[d, _]| {
-            let gap = d - atoms.wall.minimum_angstrom();
-            [gap, share(gap), soft_shares.up_to(gap / length)]
+            let gap = (d - atoms.wall.minimum_angstrom()) / length;
+            [gap * length, hard_shares.up_to(gap), soft_shares.up_to(gap)]
         });
-        let sides = sides(case, atoms, matched, (i, state), (&sites, threshold, even_odds), root)?;
+        let touching_in = [raised_flags.as_slice(), &soft_flags];
+        let solutions = Solutions { sites: [&fine, &sites], touching: touching_in, rise };
+        let sides = sides(case, atoms, matched, (i, state), solutions, root)?;
         let atoms_map = npy::read_flags(&root.join(&state.contact_map))?.values;
         // At the atoms' resolution: a finer map would have more and smaller patches.
-        let soft_flags: Vec<u8> = sites.touching(soft_gap.field(), even_odds).iter().map(|t| u8::from(*t)).collect();
-        let soft_map: Vec<u8> = onto_grid(&soft_flags, &owners);
+        let soft_map: Vec<u8> = owners.iter().map(|&site| u8::from(soft_flags[site])).collect();
         let soft_sites = sites.sample(soft_gap.field());
         let open: Vec<f64> = (0..touching.len())
-            .filter(|&s| !touching[s] && soft_sites[s] > even_odds)
+            .filter(|&s| !touching[s] && !soft_flags[s])
             .map(|s| site_gap[s] - soft_sites[s] * length)
             .collect();
         let rms = (open.iter().map(|d| d * d).sum::<f64>() / open.len().max(1) as f64).sqrt();
@@ -280,6 +282,16 @@ fn full_section(own: Grid, gap: &Stored, grid: Grid, length: f64) -> Vec<f64> {
     (0..grid.ny).map(at).collect()
 }
 
+/// The solutions of one load, read at the sites of the block's surface.
+struct Solutions<'a> {
+    /// On the scene's own grid, and on that of the comparison.
+    sites: [&'a Sites; 2],
+    /// Sites that touch: hard wall with raised atoms, soft wall.
+    touching: [&'a [bool]; 2],
+    /// How far they were raised, Å.
+    rise: f64,
+}
+
 /// Every version of the problem at the load `i`. Versions whose stress was not kept (run folders of an earlier version) are
 /// left out.
 fn sides(
@@ -287,7 +299,7 @@ fn sides(
     atoms: &AtomsCase,
     matched: &Matched,
     (i, state): (usize, &AtomState),
-    (sites, threshold, even_odds): (&Sites, f64, f64),
+    solutions: Solutions,
     root: &Path,
 ) -> Result<Vec<Side>> {
     let units = Units {
@@ -296,32 +308,25 @@ fn sides(
         width_angstrom: atoms.stress_width_angstrom,
     };
     let mut list = Vec::new();
-    let fine = Sites::new(case.grid, site_positions(&atoms.block.surface()));
-    let (hard, soft) = (threshold / units.length_angstrom, even_odds);
-    let below = |wall: &str, gap: f64| format!("{wall} wall, gap below {gap:.3} Å");
-    let zero = || "hard wall, zero gap".to_string();
+    let ([fine, sites], [raised, soft]) = (solutions.sites, solutions.touching);
     let criteria = [
-        (matched.full.as_ref(), &fine, case.grid, vec![("full heights", zero(), 0.0)]),
+        (matched.full.as_ref(), fine, case.grid, vec![("full heights", Criterion::Plain, None)]),
         (
             Some(&matched.hard),
             sites,
             atoms.matched,
-            vec![("hard wall", zero(), 0.0), ("matched", below("hard", threshold), hard)],
+            vec![("hard wall", Criterion::Plain, None), ("raised", Criterion::Raised(solutions.rise), Some(raised))],
         ),
-        (
-            Some(&matched.soft),
-            sites,
-            atoms.matched,
-            vec![("soft wall", below("soft", soft * units.length_angstrom), soft)],
-        ),
+        (Some(&matched.soft), sites, atoms.matched, vec![("soft wall", Criterion::SoftWall, Some(soft))]),
     ];
     for (of, sites, grid, criteria) in criteria {
         let Some(found) = of.map(|c| &c.states[i]).filter(|s| s.stress.is_some()) else { continue };
         let (gap, stress) = (Stored::read(root, found.gap.as_ref())?, Stored::read(root, found.stress.as_ref())?);
         let solved = Solved { sites, grid, gap: gap.field(), stress: stress.field(), mean_gap: found.mean_gap };
         let smooth = solved.smooth(units);
-        for (id, criterion, at) in criteria {
-            list.push(solved.side(id, criterion, at, smooth.clone(), units));
+        for (id, criterion, touching) in criteria {
+            let touching = touching.map_or_else(|| sites.touching(gap.field(), 0.0), <[bool]>::to_vec);
+            list.push(solved.side(id, criterion.words(), touching, smooth.clone(), units));
         }
     }
     if let Some(stress) = &state.stress {
@@ -336,114 +341,4 @@ fn sides(
         });
     }
     Ok(list)
-}
-
-fn below_surface(p: &PlasticityResults) -> String {
-    match p.first_yield {
-        None => {
-            format!("Nor has the crystal slipped below it: at no step have more than {} atoms left its order.", p.noise)
-        }
-        Some(load) => {
-            format!("Below it the crystal first yields at p* = {load:.4}: from there on elasticity is not its law.")
-        }
-    }
-}
-
-/// Deviation of the matched area up to which the criterion is said to explain the difference.
-const EXPLAINED: f64 = 0.15;
-
-fn explanation(plain: f64, matched: f64) -> &'static str {
-    if matched.abs() > EXPLAINED {
-        "Matching the criterion leaves a difference: here the mechanics differ, too"
-    } else if matched.abs() < 0.5 * plain.abs() {
-        "Most of the difference is the criterion, not the mechanics"
-    } else {
-        "The difference is small under either criterion"
-    }
-}
-
-/// Share of contact atoms from below the surface layer from which material is said to have flowed.
-const FLOWED: f64 = 0.02;
-
-/// Why atoms and continuum differ, in sentences with their numbers.
-fn findings(
-    case: &Case,
-    atoms: &AtomsCase,
-    found: &AtomsResults,
-    matched: &Matched,
-    loads: &[LoadComparison],
-) -> Vec<String> {
-    let mut list = Vec::new();
-    // A true minus sign, as everywhere in the report.
-    let percent = |x: f64| format!("{:.1} %", 100.0 * x).replace('-', "−");
-    for (load, state) in loads.iter().zip(&matched.hard.states) {
-        let [plain, threshold, soft] = &load.continuum[..] else { continue };
-        let stress = squeeze(atoms, state) * atoms.modulus_gpa / threshold.contact_fraction.max(f64::MIN_POSITIVE);
-        let deviation = |c: f64| percent(load.atoms.contact_fraction / c - 1.0);
-        let matched_deviation = load.atoms.contact_fraction / threshold.contact_fraction - 1.0;
-        list.push(format!(
-            "p* = {}: {} of the surface atoms touch. A hard wall at zero gap has {} (the atoms deviate by {}). The \
-             Lennard-Jones wall gives way by {:.2} Å under the mean stress of {:.1} GPa on what touches; counting gaps \
-             below {:.2} Å the hard wall has {} (deviation {}), κ = {:.2} against {:.2} for a shifted map. {}. With the \
-             atoms' own wall law the continuum has {} (deviation {}).",
-            load.p_star,
-            percent(load.atoms.contact_fraction),
-            percent(plain.contact_fraction),
-            deviation(plain.contact_fraction),
-            atoms.wall.minimum_angstrom() - atoms.wall.distance_at_pressure(stress / GPA_PER_EV_A3),
-            stress,
-            threshold.threshold_angstrom,
-            percent(threshold.contact_fraction),
-            percent(matched_deviation),
-            threshold.overlap.kappa,
-            threshold.shifted.kappa,
-            explanation(load.atoms.contact_fraction / plain.contact_fraction - 1.0, matched_deviation),
-            percent(soft.contact_fraction),
-            deviation(soft.contact_fraction),
-        ));
-        if load.registration != [0, 0] {
-            list.push(format!(
-                "p* = {}: the atoms' contact map fits best when shifted by {:?} of {} nodes; the maps should need no shift.",
-                load.p_star, load.registration, atoms.matched.nx
-            ));
-        }
-    }
-    list.push(yield_finding(&found.states, found.plasticity.as_ref()));
-    let slab = atoms.kernel().stiffness(std::f64::consts::TAU, 0.0) / std::f64::consts::PI;
-    list.push(format!(
-        "The block is {:.1} Å deep on a rigid base, which makes the longest wave {slab:.2} times stiffer than on a \
-         half-space; the continuum compared here has a layer of the same depth, with isotropic constants in place of the \
-         crystal's cubic ones.",
-        atoms.block.thickness()
-    ));
-    if atoms.resolved_gradient < 0.999 * case.gradient {
-        list.push(format!(
-            "Both see the profile low-passed at {:.1} Å, with a resolved rms gradient of {:.3} instead of {}.",
-            atoms.low_pass * atoms.block.length(),
-            atoms.resolved_gradient,
-            case.gradient
-        ));
-    }
-    list
-}
-
-fn yield_finding(states: &[AtomState], plasticity: Option<&PlasticityResults>) -> String {
-    let flowed = states.iter().find(|s| s.contacts_below_surface as f64 > FLOWED * s.contacts.max(1) as f64);
-    let hardest = states.iter().map(|s| s.contact_stress_gpa).fold(0.0, f64::max);
-    match flowed {
-        Some(s) => format!(
-            "Material has flowed at p* = {}: {} of {} contact atoms did not start in the surface layer. From there on the \
-             atoms' area is that of a plastic contact, which no elastic continuum follows.",
-            s.p_star, s.contacts_below_surface, s.contacts
-        ),
-        None => format!(
-            "Contact atoms come from the surface layer (but for at most {} %), at a mean stress over their area of up to \
-             {hardest:.1} GPa: no sign that material has flowed at the surface. {}",
-            100.0 * FLOWED,
-            match plasticity {
-                None => "Slip below it is not looked for.".to_string(),
-                Some(p) => below_surface(p),
-            }
-        ),
-    }
 }

@@ -20,6 +20,9 @@ use crate::{Error, Result, challenge, report};
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
 
+/// Stage that compares atoms and continuum.
+const COMPARE: &str = "compare";
+
 const RECORDING_FILE: &str = "run.mcap";
 
 /// Runs a case into a folder, all stages, and writes its report. Returns the report's path.
@@ -284,13 +287,13 @@ fn atomistic_stages(
         Leftovers::Remove,
         |dir| atomistic::read(case, a, &Job::open(root.join("lammps"))?, &climbed, dir, "atoms"),
     )?;
-    let compare_key = Key::new("compare", &(), &[&matched_key, &atoms_key])?;
+    let compare_key = Key::new(COMPARE, &(), &[&matched_key, &atoms_key])?;
     let compared = folder.stage(
         listener,
-        ("compare", "maps, areas and gaps side by side"),
+        (COMPARE, "maps, areas and gaps side by side"),
         &compare_key,
         Leftovers::Remove,
-        |_| comparison::compare(case, a, &found, &matched, &root),
+        |_| comparison::compare(case, a, &found, &matched, &root, COMPARE),
     )?;
     let told = match methods::wants_atoms(case) {
         false => None,
@@ -319,7 +322,7 @@ pub fn rebuild_comparison(out: &Path) -> Result<(Results, PathBuf)> {
     let (a, found) = case.atoms.as_ref().zip(results.atoms.as_ref()).ok_or_else(lacking)?;
     let earlier = results.comparison.as_ref().ok_or_else(lacking)?;
     let matched = Matched { full: earlier.full.clone(), hard: earlier.hard.clone(), soft: earlier.soft.clone() };
-    results.comparison = Some(comparison::compare(&case, a, found, &matched, out)?);
+    results.comparison = Some(comparison::compare(&case, a, found, &matched, out, COMPARE)?);
     results.write(out)?;
     let page = report::write(out)?;
     Ok((results, page))

@@ -55,12 +55,19 @@ impl Solved<'_> {
         smoothed(self.grid, &stress, units.width_angstrom / units.length_angstrom)
     }
 
-    /// Contact where the gap is at most `threshold` (units of L).
-    pub fn side(&self, id: &'static str, criterion: String, threshold: f64, stress: Vec<f64>, units: Units) -> Side {
+    /// `touching` tells which sites do.
+    pub fn side(
+        &self,
+        id: &'static str,
+        criterion: String,
+        touching: Vec<bool>,
+        stress: Vec<f64>,
+        units: Units,
+    ) -> Side {
         Side {
             id,
             criterion,
-            touching: self.sites.touching(self.gap, threshold),
+            touching,
             gap: self.sites.sample(self.gap).into_iter().map(|g| g * units.length_angstrom).collect(),
             mean_gap_angstrom: self.mean_gap * units.length_angstrom,
             stress,

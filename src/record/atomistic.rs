@@ -57,7 +57,7 @@ pub struct PlasticityResults {
 /// another; stresses are smoothed by the atoms' Gaussian.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Version {
-    /// "full heights", "hard wall", "matched" or "atoms".
+    /// "full heights", "hard wall", "raised", "soft wall" or "atoms".
     pub id: String,
     pub criterion: String,
     pub contact_fraction: f64,

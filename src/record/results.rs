@@ -505,15 +505,20 @@ pub struct CriterionArea {
 /// The continuum's contact under one criterion, against the atoms' contact at the same surface sites.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct CriterionMatch {
-    /// "plain", "threshold" or "soft wall".
+    /// "plain", "raised" or "soft wall".
     pub id: String,
     pub criterion: String,
-    /// Gap below which a site counts as touching, Å.
-    pub threshold_angstrom: f64,
+    /// How far atoms on the continuum's surface were raised before they were asked what touches, Å.
+    #[serde(alias = "threshold_angstrom")]
+    pub raised_angstrom: f64,
     pub contact_fraction: f64,
     pub overlap: Overlap,
     /// The same numbers for the map shifted by a third and a fifth of the cell: what chance gives.
     pub shifted: Overlap,
+    /// The continuum's contact on the grid of the comparison, one value per surface atom spread over its nodes; none in
+    /// results of an earlier version.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub map: Option<String>,
 }
 
 /// Agreement of two boolean maps; the second is the reference. NaN-free: an empty union has Jaccard 1.

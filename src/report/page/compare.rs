@@ -25,10 +25,9 @@ pub fn at_load<T>(states: &[T], p_star: f64, of: impl Fn(&T) -> f64) -> Option<&
     states.iter().filter(|s| distance(s) <= SAME_LOAD * p_star.abs()).min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 
-/// The criterion that pictures and headlines use: the hard wall with the softness threshold, which agrees best with what
-/// atoms call contact, or else the soft wall's.
+/// The criterion that pictures and headlines use: the atoms' own question, asked of the solution with the atoms' own wall.
 pub fn matched(load: &LoadComparison) -> Option<&CriterionMatch> {
-    ["threshold", "soft wall"].iter().find_map(|id| load.continuum.iter().find(|m| m.id == *id))
+    ["soft wall", "raised"].iter().find_map(|id| load.continuum.iter().find(|m| m.id == *id))
 }
 
 pub fn section(desk: &Desk, atoms: &AtomsResults, c: &ComparisonResults) -> Result<Markup> {
@@ -46,7 +45,7 @@ pub fn section(desk: &Desk, atoms: &AtomsResults, c: &ComparisonResults) -> Resu
     Ok(html! {
         p { "Both sides have the same heights, the same load and the same elastic body at the atoms’ scale; what differs is "
             "the method and what it calls contact. The continuum is solved twice: with a hard wall, and with a soft wall that "
-            "has the areal law of the atoms’ interaction. Pictures and headline show the hard wall under the criterion “"
+            "has the areal law of the atoms’ interaction. Pictures and headline show the criterion “"
             (c.loads.first().and_then(matched).map_or("plain", |m| m.id.as_str())) "”." }
         (overview(c))
         @for l in &loads { (l) }
@@ -76,7 +75,7 @@ fn overview(c: &ComparisonResults) -> Markup {
                 text(trimmed(load.p_star, 4)),
                 html! { strong { (percent(load.atoms.contact_fraction)) } },
                 area("plain"),
-                area("threshold"),
+                area("raised"),
                 area("soft wall"),
                 text(best.and_then(|m| deviation(load, m)).map_or("–".into(), signed_percent)),
                 text(best.map_or("–".into(), |m| significant(m.overlap.kappa, 2))),
@@ -88,9 +87,9 @@ fn overview(c: &ComparisonResults) -> Markup {
         "p*",
         "atoms",
         "hard wall, zero gap",
-        "hard wall, threshold",
+        "hard wall, raised",
         "soft wall",
-        "atoms over threshold",
+        "atoms over soft wall",
         "κ",
         "κ, shifted map",
     ];
@@ -127,7 +126,7 @@ fn one_load(
     let state = at_load(&atoms.states, load.p_star, |s| s.p_star);
     Ok(html! {
         h3 { "Maps at p* = " (trimmed(load.p_star, 4)) }
-        @if let Some(state) = state { (contact_maps(desk, atoms, c, load, state, number)?) }
+        @if let Some(state) = state { (contact_maps(desk, atoms, load, state, number)?) }
         (matches(load))
         @if let Some(state) = state { (gap_maps(desk, atoms, c, load, state, number)?) }
     })
@@ -138,37 +137,31 @@ fn gap_of(c: &ContinuumResults, p_star: f64) -> Option<&str> {
     at_load(&c.states, p_star, |s: &StateResults| s.p_star)?.gap.as_deref()
 }
 
-/// Contact of a continuum under a criterion: where its gap is not above the threshold (zero for the plain one).
-fn continuum_contact(
-    desk: &Desk,
-    atoms: &AtomsResults,
-    c: &ComparisonResults,
-    load: &LoadComparison,
-    m: &CriterionMatch,
-) -> Result<Option<Contact>> {
-    let (of, wall) = if m.id == "soft wall" { (&c.soft, "Soft wall") } else { (&c.hard, "Hard wall") };
-    let Some(file) = gap_of(of, load.p_star) else { return Ok(None) };
-    let threshold = m.threshold_angstrom / atoms.length_angstrom;
-    let map = picture::load(&desk.field(file)?, LONGEST_SIDE, |gap| f64::from(u8::from(gap <= threshold)))?;
-    let what = if m.id == "plain" {
-        format!("{wall}, gap = 0")
-    } else {
-        format!("{wall}, gap ≤ {}\u{a0}Å", trimmed(m.threshold_angstrom, 3))
+/// A stored contact map, reduced.
+fn flags(desk: &Desk, file: &str, longest: usize) -> Result<Reduced> {
+    picture::load(&desk.field(file)?, longest, |v| f64::from(u8::from(v != 0.0)))
+}
+
+/// Contact of a continuum under a criterion, if its map was stored.
+fn continuum_contact(desk: &Desk, m: &CriterionMatch) -> Result<Option<Contact>> {
+    let Some(file) = &m.map else { return Ok(None) };
+    let title = match m.id.as_str() {
+        "plain" => "Hard wall, gap = 0".into(),
+        "raised" => format!("Hard wall, atoms raised by {}\u{a0}Å", trimmed(m.raised_angstrom, 3)),
+        _ => "Soft wall".into(),
     };
-    Ok(Some(Contact { title: what, map, share: m.contact_fraction }))
+    Ok(Some(Contact { title, map: flags(desk, file, LONGEST_SIDE)?, share: m.contact_fraction }))
 }
 
 fn contact_maps(
     desk: &Desk,
     atoms: &AtomsResults,
-    c: &ComparisonResults,
     load: &LoadComparison,
     state: &AtomState,
     number: usize,
 ) -> Result<Markup> {
     let length_m = atoms.length_angstrom * ANGSTROM_M;
-    let flags = desk.field(&state.contact_map)?;
-    let touching = picture::load(&flags, LONGEST_SIDE, |v| f64::from(u8::from(v != 0.0)))?;
+    let touching = flags(desk, &state.contact_map, LONGEST_SIDE)?;
     let plain = load.continuum.iter().find(|m| m.id == "plain");
     let best = matched(load);
     let mut panels = Vec::new();
@@ -180,7 +173,7 @@ fn contact_maps(
     let mut drawn = Vec::new();
     for (m, name) in [(plain, "contact-plain"), (best, "contact-matched")] {
         let Some(m) = m else { continue };
-        if let Some(contact) = continuum_contact(desk, atoms, c, load, m)? {
+        if let Some(contact) = continuum_contact(desk, m)? {
             panels.push(draw(
                 name,
                 &contact.title,
@@ -196,8 +189,8 @@ fn contact_maps(
     if let Some((contact, m)) = drawn.last() {
         if (contact.map.nx, contact.map.ny) != (touching.nx, touching.ny) {
             let found = format!("a map of {} × {} cells after reduction", touching.nx, touching.ny);
-            let accepted = format!("the grid of the continuum’s gap ({} × {})", contact.map.nx, contact.map.ny);
-            return Err(Error::format(flags, found, accepted));
+            let accepted = format!("the grid of the continuum’s map ({} × {})", contact.map.nx, contact.map.ny);
+            return Err(Error::format(desk.field(&state.contact_map)?, found, accepted));
         }
         let image = desk.map(
             (&format!("superposed-{number}"), "contact maps of continuum and atoms, superposed"),
@@ -289,22 +282,19 @@ fn gap_maps(
     number: usize,
 ) -> Result<Markup> {
     let length = atoms.length_angstrom;
-    let threshold = |id: &str| load.continuum.iter().find(|m| m.id == id).map_or(0.0, |m| m.threshold_angstrom);
+    let touching = |id: &str| load.continuum.iter().find(|m| m.id == id).and_then(|m| m.map.as_deref());
     let mut maps = Vec::new();
     for (title, name, file, id) in [
         ("Gap, hard wall", "gap-hard", gap_of(&c.hard, load.p_star), "plain"),
         ("Gap, soft wall", "gap-soft", gap_of(&c.soft, load.p_star), "soft wall"),
     ] {
-        if let Some(file) = file {
-            let (file, closed) = (desk.field(file)?, threshold(id));
-            let small = picture::load(&file, PANEL_SIDE, |v| v * length)?;
-            let contact = picture::load(&file, PANEL_SIDE, |v| f64::from(u8::from(v * length <= closed)))?;
-            maps.push((title, name, small, contact));
+        if let (Some(file), Some(map)) = (file, touching(id)) {
+            let small = picture::load(&desk.field(file)?, PANEL_SIDE, |v| v * length)?;
+            maps.push((title, name, small, flags(desk, map, PANEL_SIDE)?));
         }
     }
     let gap = picture::load(&desk.field(&state.gap_map)?, PANEL_SIDE, |v| v)?;
-    let contact = picture::load(&desk.field(&state.contact_map)?, PANEL_SIDE, |v| f64::from(u8::from(v != 0.0)))?;
-    maps.push(("Gap, atoms", "gap-atoms", gap, contact));
+    maps.push(("Gap, atoms", "gap-atoms", gap, flags(desk, &state.contact_map, PANEL_SIDE)?));
     let range = Range { low: 0.0, ..Range::of(maps.iter().flat_map(|m| &m.2.values), CLIPPED) };
     let mut panels = Vec::new();
     for (title, name, small, contact) in &maps {

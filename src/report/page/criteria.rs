@@ -140,7 +140,7 @@ pub fn sensitivity(desk: &Desk, c: &ComparisonResults) -> Result<Markup> {
             curve(label, style, load.against_gap.iter().map(|row| (row[0], 100.0 * row[k])).collect())
         };
         let by_distance =
-            vec![distance("atoms", ATOMS, 1), distance("hard, matched", THRESHOLD, 2), distance("soft", SOFT, 3)];
+            vec![distance("atoms", ATOMS, 1), distance("hard, raised", THRESHOLD, 2), distance("soft", SOFT, 3)];
         let by_gap = vec![gap("hard wall", HARD, 1), gap("soft wall", SOFT, 2)];
         let both = [
             panel_of("against-distance", "Contact distance", "contact distance (Å)", by_distance)?,
@@ -148,7 +148,7 @@ pub fn sensitivity(desk: &Desk, c: &ComparisonResults) -> Result<Markup> {
         ];
         let drawn: Vec<Markup> = both.into_iter().flatten().collect();
         let caption = html! { "Contact at p* = " (trimmed(load.p_star, 4)) @if i == 0 { ", left against the distance d_c from 0.95 to 1.1 of "
-        "that at which the wall’s force begins, the continuum matched to each; right the continuum’s against the gap up to which a "
+        "that at which the wall’s force begins, the continuum’s surface atoms asked the same; right the continuum’s against the gap up to which a "
         "point counts, over the same lengths. Where the left curves are steep, the criterion decides the area." } @else { "." } };
         figures.push(figure(panels(2, &drawn), caption));
     }

@@ -78,8 +78,8 @@ fn area(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
             };
             let (style, label): (Style, String) = match id {
                 "plain" => (HARD, "hard wall, gap = 0".into()),
-                "threshold" => (THRESHOLD, "hard wall, gap below threshold".into()),
-                "soft wall" => (SOFT, "soft wall, gap below threshold".into()),
+                "raised" => (THRESHOLD, "hard wall, raised atoms".into()),
+                "soft wall" => (SOFT, "soft wall".into()),
                 other => (THRESHOLD, other.into()),
             };
             curves.push(Curve { label, style, points: c.loads.iter().filter_map(of).collect() });

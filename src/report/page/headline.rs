@@ -243,11 +243,10 @@ fn words(results: &Results) -> Markup {
             @if let Some(load) = results.comparison.as_ref().and_then(|c| c.loads.first()) {
                 dt { "Criteria" }
                 dd { em { "Atoms" } ": " (load.atoms.criterion) " (that distance is d_c). " em { "Plain" } ": the gap at a hard "
-                    "wall is zero. " em { "Threshold" } ": the gap at a hard wall is below what the atoms’ wall gives way "
-                    "under the mean stress of what then touches, less the part of the way on which atoms of a random position "
-                    "are still farther than d_c with better than even odds; nothing in it is fitted to the atoms. "
-                    em { "Soft wall" } ": the continuum has the atoms’ wall law itself, and touches where an atom would be "
-                    "within d_c with even odds." }
+                    "wall is zero. " em { "Soft wall" } ": the continuum has the atoms’ wall law itself; a surface atom put where "
+                    "the continuum has the surface is within d_c of an indenter atom. " em { "Raised" } ": the same with "
+                    "a hard wall, the atom raised by what the atoms’ wall gives way under the mean stress of what then "
+                    "touches. Nothing in either is fitted to the atoms." }
                 dt { "κ, Jaccard" }
                 dd { "Agreement of two contact maps site by site. Jaccard is the sites touching in both over those touching "
                     "in either; κ (Cohen) is the agreement beyond chance: 1 for equal maps, 0 for chance. "

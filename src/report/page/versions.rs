@@ -13,7 +13,7 @@ fn look(id: &str) -> (Style, &'static str) {
     match id {
         "full heights" => (LABORATORY, "full heights, zero gap"),
         "hard wall" => (HARD, "atoms’ heights, zero gap"),
-        "matched" => (THRESHOLD, "atoms’ heights, matched gap"),
+        "raised" => (THRESHOLD, "atoms’ heights, raised atoms"),
         "soft wall" => (SOFT, "atoms’ heights, soft wall"),
         _ => (ATOMS, "atoms"),
     }
@@ -103,7 +103,7 @@ fn one_load(desk: &Desk, load: &LoadComparison, number: usize) -> Result<Markup>
     let gaps = Plot::new(log, ("gap (Å)", "density (1/Å)"), curves(&|v| density(v.gap.density()), ""));
     // The criterion does not change the stress.
     let stress =
-        Plot::new(log, ("stress (GPa)", "density (1/GPa)"), curves(&|v| density(v.stress.density()), "matched"));
+        Plot::new(log, ("stress (GPa)", "density (1/GPa)"), curves(&|v| density(v.stress.density()), "raised"));
     let patches = Plot::new(
         (Axis::Log, Axis::Linear),
         ("area of a patch (nm²)", "share of the contact"),

@@ -1,0 +1,126 @@
+//! What the comparison of atoms and continuum says, in sentences.
+
+use super::comparison::Matched;
+use crate::interface::Kernel;
+use crate::record::results::{
+    AtomState, AtomsResults, CriterionMatch, LoadComparison, Overlap, PlasticityResults, StateResults,
+};
+use crate::scene::{AtomsCase, Case};
+use crate::units::GPA_PER_EV_A3;
+
+/// What presses the bodies together, over E*: the load and the mean attraction of the hard-wall solution, which for an
+/// exponential is its energy over its range.
+pub(super) fn squeeze(atoms: &AtomsCase, hard: &StateResults) -> f64 {
+    hard.pressure + atoms.adhesion.map_or(0.0, |a| -hard.interaction_energy / a.rho)
+}
+
+fn below_surface(p: &PlasticityResults) -> String {
+    match p.first_yield {
+        None => {
+            format!("Nor has the crystal slipped below it: at no step have more than {} atoms left its order.", p.noise)
+        }
+        Some(load) => {
+            format!("Below it the crystal first yields at p* = {load:.4}: from there on elasticity is not its law.")
+        }
+    }
+}
+
+/// Deviation of the matched area up to which the criterion is said to explain the difference.
+const EXPLAINED: f64 = 0.15;
+
+fn explanation(plain: f64, matched: f64) -> &'static str {
+    if matched.abs() > EXPLAINED {
+        "Matching the criterion leaves a difference: here the mechanics differ, too"
+    } else if matched.abs() < 0.5 * plain.abs() {
+        "Most of the difference is the criterion, not the mechanics"
+    } else {
+        "The difference is small under either criterion"
+    }
+}
+
+/// Share of contact atoms from below the surface layer from which material is said to have flowed.
+const FLOWED: f64 = 0.02;
+
+/// Why atoms and continuum differ, in sentences with their numbers.
+pub(super) fn findings(
+    case: &Case,
+    atoms: &AtomsCase,
+    found: &AtomsResults,
+    matched: &Matched,
+    loads: &[LoadComparison],
+) -> Vec<String> {
+    let mut list = Vec::new();
+    // A true minus sign, as everywhere in the report.
+    let percent = |x: f64| format!("{:.1} %", 100.0 * x).replace('-', "−");
+    let kappa = |o: &Overlap| format!("{:.2}", o.kappa).replace('-', "−");
+    for (load, state) in loads.iter().zip(&matched.hard.states) {
+        let [plain, raised, soft] = &load.continuum[..] else { continue };
+        let stress = squeeze(atoms, state) * atoms.modulus_gpa / load.atoms.contact_fraction.max(f64::MIN_POSITIVE);
+        let over = |m: &CriterionMatch| load.atoms.contact_fraction / m.contact_fraction - 1.0;
+        list.push(format!(
+            "p* = {}: {} of the surface atoms touch. A hard wall at zero gap has {} (the atoms deviate by {}). With the \
+             atoms' own wall law, and contact counted as atoms count it, the continuum has {} (deviation {}), κ = {} \
+             against {} for a shifted map. {}. Under the mean stress of {:.1} GPa on what touches the wall gives way by \
+             {:.2} Å: atoms on the hard wall and raised by {:.2} Å have {} (deviation {}), κ = {}.",
+            load.p_star,
+            percent(load.atoms.contact_fraction),
+            percent(plain.contact_fraction),
+            percent(over(plain)),
+            percent(soft.contact_fraction),
+            percent(over(soft)),
+            kappa(&soft.overlap),
+            kappa(&soft.shifted),
+            explanation(over(plain), over(soft)),
+            stress,
+            atoms.wall.minimum_angstrom() - atoms.wall.distance_at_pressure(stress / GPA_PER_EV_A3),
+            raised.raised_angstrom,
+            percent(raised.contact_fraction),
+            percent(over(raised)),
+            kappa(&raised.overlap),
+        ));
+        if load.registration != [0, 0] {
+            list.push(format!(
+                "p* = {}: the atoms' contact map fits best when shifted by {:?} of {} nodes; the maps should need no shift.",
+                load.p_star, load.registration, atoms.matched.nx
+            ));
+        }
+    }
+    list.push(yield_finding(&found.states, found.plasticity.as_ref()));
+    let slab = atoms.kernel().stiffness(std::f64::consts::TAU, 0.0) / std::f64::consts::PI;
+    list.push(format!(
+        "The block is {:.1} Å deep on a rigid base, which makes the longest wave {slab:.2} times stiffer than on a \
+         half-space; the continuum compared here has a layer of the same depth, with isotropic constants in place of the \
+         crystal's cubic ones.",
+        atoms.block.thickness()
+    ));
+    if atoms.resolved_gradient < 0.999 * case.gradient {
+        list.push(format!(
+            "Both see the profile low-passed at {:.1} Å, with a resolved rms gradient of {:.3} instead of {}.",
+            atoms.low_pass * atoms.block.length(),
+            atoms.resolved_gradient,
+            case.gradient
+        ));
+    }
+    list
+}
+
+fn yield_finding(states: &[AtomState], plasticity: Option<&PlasticityResults>) -> String {
+    let flowed = states.iter().find(|s| s.contacts_below_surface as f64 > FLOWED * s.contacts.max(1) as f64);
+    let hardest = states.iter().map(|s| s.contact_stress_gpa).fold(0.0, f64::max);
+    match flowed {
+        Some(s) => format!(
+            "Material has flowed at p* = {}: {} of {} contact atoms did not start in the surface layer. From there on the \
+             atoms' area is that of a plastic contact, which no elastic continuum follows.",
+            s.p_star, s.contacts_below_surface, s.contacts
+        ),
+        None => format!(
+            "Contact atoms come from the surface layer (but for at most {} %), at a mean stress over their area of up to \
+             {hardest:.1} GPa: no sign that material has flowed at the surface. {}",
+            100.0 * FLOWED,
+            match plasticity {
+                None => "Slip below it is not looked for.".to_string(),
+                Some(p) => below_surface(p),
+            }
+        ),
+    }
+}

@@ -1,0 +1,62 @@
+//! Surface atoms put where a continuum has the surface: what they would touch if they were there.
+
+use crate::Result;
+use crate::atoms::contact::clearance;
+use crate::atoms::indenter::Indenter;
+use crate::atoms::wall::Wall;
+use crate::compare::{Sites, softness_rise};
+use crate::grid::{Field, Grid, bilinear};
+use crate::scene::{AtomsCase, Case};
+
+pub(super) struct Places<'a> {
+    sites: &'a Sites,
+    wall: &'a Wall,
+    indenter: Indenter,
+    /// Where the atom of each site stands at zero gap, Å; the indenter as at the start.
+    closed: Vec<[f64; 3]>,
+    length: f64,
+}
+
+impl<'a> Places<'a> {
+    /// `sites` are those of the block's surface on the grid of the comparison.
+    pub fn new(case: &Case, atoms: &'a AtomsCase, sites: &'a Sites) -> Result<Self> {
+        let (touch, length) = (atoms.wall.minimum_angstrom(), atoms.block.length());
+        let heights = atoms.heights_angstrom(&case.surface, Grid::unit(atoms.points, atoms.points));
+        let indenter = Indenter::above(&atoms.block, atoms.points, heights, touch)?;
+        let fine = atoms.heights_angstrom(&case.surface, atoms.matched);
+        // Both profiles are shifted to the lowest of their own nodes.
+        let base = indenter.start_z() + indenter.heights()[0] - fine[0] - touch;
+        let place = |&[x, y]: &[f64; 2]| [x * length, y * length, base + bilinear(atoms.matched, |k| fine[k], x, y)];
+        let closed = sites.positions().iter().map(place).collect();
+        Ok(Places { sites, wall: &atoms.wall, indenter, closed, length })
+    }
+
+    /// How far the atom of each site could rise before one of the indenter's is at `distance`, Å, with the surface where the
+    /// `gap` (units of L) has it.
+    pub fn clearances(&self, gap: Field, distance: f64) -> Vec<f64> {
+        let gaps = self.sites.sample(gap);
+        let below = |([x, y, z], gap): (&[f64; 3], f64)| [*x, *y, z - gap * self.length];
+        self.closed.iter().zip(gaps).map(|p| clearance(below(p), &self.indenter, distance)).collect()
+    }
+
+    /// How far atoms on a hard wall are to be raised under the mean pressure `squeezed` (eV/Å³), Å; from their clearances.
+    pub fn rise(&self, clearances: &[f64], squeezed: f64) -> f64 {
+        let mut sorted = clearances.to_vec();
+        sorted.sort_unstable_by(f64::total_cmp);
+        softness_rise(self.wall, squeezed, |by| sorted.partition_point(|c| *c <= by) as f64 / sorted.len() as f64)
+    }
+}
+
+/// Which atoms touch once raised.
+pub(super) fn within(clearances: &[f64], raised: f64) -> Vec<bool> {
+    clearances.iter().map(|c| *c <= raised).collect()
+}
+
+pub(super) fn share(touching: &[bool]) -> f64 {
+    touching.iter().filter(|t| **t).count() as f64 / touching.len() as f64
+}
+
+/// The name of a criterion in the name of a file.
+pub(super) fn map_name(load: usize, id: &str) -> String {
+    format!("load-{load}-{}.npy", id.replace(' ', "-"))
+}
