@@ -225,6 +225,7 @@ fn atoms(folder: &Path) -> AtomsResults {
         ladder: ladder.collect(),
         states: states.collect(),
         unloading: None,
+        hold: None,
         plasticity: None,
     }
 }

@@ -238,10 +238,10 @@ impl LammpsEngine {
 
     /// Styles that a ladder needs, with adhesion, and this LAMMPS lacks.
     pub fn missing_styles(&self) -> Vec<String> {
-        self.missing(true).map(|(kind, name)| format!("the {kind} style {name}")).collect()
+        self.missing(true, true).map(|(kind, name)| format!("the {kind} style {name}")).collect()
     }
 
-    fn missing(&self, adhesion: bool) -> impl Iterator<Item = (&'static str, &'static str)> {
+    fn missing(&self, adhesion: bool, hold: bool) -> impl Iterator<Item = (&'static str, &'static str)> {
         let needed = [
             ("pair", "hybrid/overlay"),
             ("pair", "eam/alloy"),
@@ -256,11 +256,23 @@ impl LammpsEngine {
             ("fix", "store/state"),
         ];
         let adhesive = adhesion.then_some(("pair", "yukawa"));
-        needed.into_iter().chain(adhesive).filter(|(kind, name)| !self.styles.has(kind, name))
+        let warm = [
+            ("fix", "nve"),
+            ("fix", "langevin"),
+            ("fix", "viscous"),
+            ("fix", "ave/atom"),
+            ("fix", "ave/time"),
+            ("compute", "temp"),
+        ];
+        needed
+            .into_iter()
+            .chain(adhesive)
+            .chain(warm.into_iter().filter(move |_| hold))
+            .filter(|(kind, name)| !self.styles.has(kind, name))
     }
 
     fn check_styles(&self, job: &Job) -> Result<()> {
-        match self.missing(job.record.interaction.adhesion.is_some()).next() {
+        match self.missing(job.record.interaction.adhesion.is_some(), job.record.hold.is_some()).next() {
             None => Ok(()),
             Some((kind, name)) => {
                 Err(failed(job, LammpsFailure::MissingStyle { missing: format!("the {kind} style {name}") }))

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::block::{Block, FLOOR_GAP_ANGSTROM};
+use super::hold::Hold;
 use super::indenter::Indenter;
 use super::ladder::{LADDER_FILE, Rung};
 use super::start::{Approach, Loads};
@@ -30,7 +31,10 @@ pub const LADDER: Script = Script { file: "ladder.in", text: include_str!("../..
 /// Goes from load to load as the continuum does.
 pub const CONTINUUM: Script = Script { file: "continuum.in", text: include_str!("../../lammps-inputs/continuum.in") };
 
-/// What both include.
+/// Holds relaxed states at a temperature.
+pub const HOLD: Script = Script { file: "hold.in", text: include_str!("../../lammps-inputs/hold.in") };
+
+/// What they include.
 const INCLUDED: [Script; 2] = [
     Script { file: "setup.in", text: include_str!("../../lammps-inputs/setup.in") },
     Script { file: "finish.in", text: include_str!("../../lammps-inputs/finish.in") },
@@ -153,6 +157,9 @@ pub struct Ladder {
     /// From first touch: after the highest load the indenter rises until nothing touches.
     #[serde(default)]
     pub unload: bool,
+    /// The restart file of every step is kept, not of the last two alone.
+    #[serde(default)]
+    pub keep: bool,
 }
 
 fn frame_layers() -> usize {
@@ -179,6 +186,9 @@ pub struct Record {
     /// Loads one by one, each started from the continuum; without them the indenter comes down step by step.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub loads: Option<Loads>,
+    /// Relaxed states are held at a temperature; there is no data file then, and no step is a load's first.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hold: Option<Hold>,
     /// BLAKE3 of what the run reads: another content makes another run.
     pub data_hash: String,
     pub script_hash: String,
@@ -211,14 +221,9 @@ impl Job {
         check(&interaction, &ladder, element, mass_u)?;
         std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
         let table = std::fs::read(potential).map_err(Error::io("read", potential))?;
-        let put = |name: &str, bytes: &[u8]| {
-            let file = folder.join(name);
-            std::fs::write(&file, bytes).map_err(Error::io("write", &file))
-        };
-        put(POTENTIAL_FILE, &table)?;
+        let file = folder.join(POTENTIAL_FILE);
+        std::fs::write(&file, &table).map_err(Error::io("write", &file))?;
         let script = if approaches.is_some() { CONTINUUM } else { LADDER };
-        put(script.file, script.text.as_bytes())?;
-        INCLUDED.iter().try_for_each(|s| put(s.file, s.text.as_bytes()))?;
         let data = folder.join(DATA_FILE);
         let data_hash =
             write_data(&data, block, (indenter, ladder.unload), mass_u).map_err(Error::io("write", &data))?;
@@ -239,12 +244,25 @@ impl Job {
             interaction,
             ladder,
             loads,
+            hold: None,
             data_hash,
             script_hash: script.hash(),
             potential_hash: blake3::hash(&table).to_hex().to_string(),
         };
-        let file = folder.join(RECORD_FILE);
-        let text = serde_json::to_string_pretty(&record).map_err(|e| Error::io("write", &file)(e.into()))?;
+        Job::place(folder, record)
+    }
+
+    /// Writes scripts and record into a folder that has all else, and removes what another job has left there.
+    pub(super) fn place(folder: &Path, record: Record) -> Result<Job> {
+        let job = Job { folder: folder.to_path_buf(), record };
+        let put = |name: &str, bytes: &[u8]| {
+            let file = folder.join(name);
+            std::fs::write(&file, bytes).map_err(Error::io("write", &file))
+        };
+        put(job.script().file, job.script().text.as_bytes())?;
+        INCLUDED.iter().try_for_each(|s| put(s.file, s.text.as_bytes()))?;
+        let (record, file) = (&job.record, folder.join(RECORD_FILE));
+        let text = serde_json::to_string_pretty(record).map_err(|e| Error::io("write", &file)(e.into()))?;
         // Where a way down ends does not change its steps: asking for more goes on, asking for less stops earlier. A way back is
         // another one from every load.
         let same = Job::open(folder).is_ok_and(|earlier| {
@@ -253,17 +271,19 @@ impl Job {
                 there_and_back if there_and_back.unload => there_and_back,
                 down => Ladder { max_load, max_steps, load_unit, ..down },
             };
+            // More restart files than are needed do no harm.
+            let ends = Ladder { keep: record.ladder.keep && ends.keep, ..ends };
             let agree = match (&record.loads, &earlier.record.loads) {
                 (Some(now), Some(then)) => now.agrees(then),
                 (now, then) => now == then,
             };
-            agree && Record { ladder: ends, loads: record.loads.clone(), ..earlier.record } == record
+            agree && Record { ladder: ends, loads: record.loads.clone(), ..earlier.record } == *record
         });
         if !same {
             remove_states(folder)?;
         }
         put(RECORD_FILE, text.as_bytes())?;
-        Ok(Job { folder: folder.to_path_buf(), record })
+        Ok(job)
     }
 
     /// A folder that [`Job::write`] made.
@@ -295,19 +315,21 @@ impl Job {
 
     /// The script that LAMMPS is given.
     pub fn script(&self) -> Script {
-        if self.record.loads.is_some() { CONTINUUM } else { LADDER }
+        match self.record {
+            Record { hold: Some(_), .. } => HOLD,
+            Record { loads: Some(_), .. } => CONTINUUM,
+            _ => LADDER,
+        }
     }
 
     /// `-var` pairs of the script: going on after the steps `done`, or from the beginning.
     pub fn variables(&self, done: &[Rung], compressed: bool) -> Vec<(String, String)> {
         let Record { interaction, ladder, .. } = &self.record;
         let mut list = vec![
-            ("data", DATA_FILE.to_string()),
             ("potential", POTENTIAL_FILE.to_string()),
             ("element", self.record.element.clone()),
             ("epsilon", interaction.epsilon_ev.to_string()),
             ("sigma", interaction.sigma_angstrom.to_string()),
-            ("ftol", ladder.force_tolerance.to_string()),
             ("contact", ladder.contact_angstrom.to_string()),
             ("depth", self.record.frame_depth_angstrom.to_string()),
             ("start", done.last().map_or("-1".to_string(), |r| r.step.to_string())),
@@ -322,7 +344,12 @@ impl Job {
             list.push(("dump_style", "custom/zstd".into()));
             list.push(("dump_end", "dump.zst".into()));
         }
-        if self.record.loads.is_none() {
+        if self.record.hold.is_none() {
+            list.push(("data", DATA_FILE.to_string()));
+            list.push(("ftol", ladder.force_tolerance.to_string()));
+            list.push(("keep_all", u8::from(ladder.keep).to_string()));
+        }
+        if self.record.loads.is_none() && self.record.hold.is_none() {
             list.push(("dz", ladder.step_angstrom.to_string()));
             list.push(("max_load", ladder.max_load.to_string()));
             list.push(("steps", ladder.max_steps.to_string()));
@@ -330,7 +357,8 @@ impl Job {
                 list.extend(self.variables_of_the_way_back(done));
             }
         }
-        let own = self.record.loads.iter().flat_map(Loads::variables);
+        let held = self.record.hold.iter().flat_map(Hold::variables);
+        let own = self.record.loads.iter().flat_map(Loads::variables).chain(held);
         list.into_iter().map(|(key, value)| (key.to_string(), value)).chain(own).collect()
     }
 }
@@ -438,6 +466,7 @@ mod tests {
             contact_angstrom: 4.0354,
             frame_layers: FRAME_LAYERS,
             unload: false,
+            keep: false,
         };
         Job::write(folder.join("job"), &block, &indenter, (&table, "Ca", 40.078), interaction, ladder, None)
     }

@@ -54,6 +54,9 @@ impl Job {
 
     /// The step with which the job has come to its end.
     pub fn end(&self, rungs: &[Rung]) -> Option<usize> {
+        if let Some(hold) = &self.record.hold {
+            return (rungs.len() >= hold.loads.len()).then(|| hold.loads.len() - 1);
+        }
         match &self.record.loads {
             Some(asked) => (rungs.len() > asked.loads.len()).then_some(asked.loads.len()),
             None if self.record.ladder.unload => self.way_back(rungs)?.end,
@@ -149,6 +152,7 @@ mod tests {
             contact_angstrom: 4.0354,
             frame_layers: 3,
             unload,
+            keep: false,
         };
         let crystal = (table.as_path(), "Ca", 40.078);
         let job = Job::write(folder.path().join("job"), &block, &indenter, crystal, interaction, ladder, None);

@@ -71,6 +71,7 @@ pub(super) fn write_job(
         // Slip begins at any depth below the contact.
         frame_layers: if scene.plasticity { 2 * atoms.block.depth_cells } else { FRAME_LAYERS },
         unload: atoms.unload && atoms.start == Start::Touch,
+        keep: atoms.hold.is_some(),
     };
     let approaches = solved.map(|s| approaches(case, atoms, &indenter, s)).transpose()?;
     let crystal = (potential.as_path(), atoms.element.as_str(), atoms.mass_u);
@@ -279,6 +280,7 @@ fn results(atoms: &AtomsCase, reader: &Reader, climbed: &Climbed, states: Vec<At
         ladder: climbed.steps.clone(),
         states,
         unloading: None,
+        hold: None,
         plasticity: None,
     }
 }

@@ -11,6 +11,7 @@ mod comparison;
 mod continuum;
 mod findings;
 mod folder;
+mod hold;
 mod methods;
 mod observed;
 mod placed;

@@ -1,3 +1,4 @@
+use crate::atoms::hold::DEARER;
 use crate::atoms::job::{EVALUATIONS_PER_STEP, SECONDS_PER_ATOM_EVALUATION, evaluations_from_continuum};
 use crate::atoms::unload::FINER;
 use crate::interface::Adhesion;
@@ -186,6 +187,21 @@ pub fn plan(case: &Case, threads: usize) -> Result<RunPlan> {
             bytes: 200 * total,
             seconds: 2e-6 * total as f64 * loads as f64,
         });
+        if let Some(hold) = &a.hold {
+            let there = loads_of_atoms(case) - (case.p_star.len() - case.loads_there());
+            let steps = hold.steps() * there;
+            stages.push(PlannedStage {
+                name: super::hold::STAGE,
+                what: format!(
+                    "{there} load{} at {} K, {} ps each, {steps} time steps",
+                    if there == 1 { "" } else { "s" },
+                    hold.temperature_k,
+                    hold.time_ps
+                ),
+                bytes: crate::atoms::job::memory_bytes(total, scene.ranks, true),
+                seconds: DEARER * total as f64 * SECONDS_PER_ATOM_EVALUATION * steps as f64 / scene.ranks as f64,
+            });
+        }
         atoms = Some(counts);
     }
     Ok(RunPlan {

@@ -167,3 +167,47 @@ pub struct AtomPullOff {
     pub step_angstrom: f64,
     pub contacts: usize,
 }
+
+/// A mean over time with its standard error.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Mean {
+    pub value: f64,
+    pub error: f64,
+}
+
+/// Relaxed states held at a temperature.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct HoldResults {
+    pub temperature_k: f64,
+    /// Of the crystal at the temperature, Å, to which the cell was expanded.
+    pub lattice_constant_angstrom: f64,
+    /// At each load: time before the average, of the average, and of a step, ps.
+    pub equilibration_ps: f64,
+    pub averaged_ps: f64,
+    pub timestep_ps: f64,
+    /// Blocks of time whose scatter gives the errors.
+    pub blocks: usize,
+    pub states: Vec<HeldState>,
+}
+
+/// One load held at a temperature. Errors are standard errors.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct HeldState {
+    pub p_star: f64,
+    /// Of the deformable atoms.
+    pub temperature_k: Mean,
+    /// On the indenter, over the one asked for.
+    pub load: Mean,
+    /// Probability that an atom of the surface layer touches, averaged over the layer.
+    pub contact_fraction: Mean,
+    pub mean_gap_angstrom: Mean,
+    /// Share of the surface layer's atoms that touch with a probability above one half.
+    pub mostly: f64,
+    /// Share of them that touched at all.
+    pub ever: f64,
+    /// `[ny, nx]` f64 map of the probability on the comparison grid.
+    pub probability_map: String,
+    /// Probability and standard error of each surface site.
+    pub site_probability: String,
+    pub site_error: String,
+}

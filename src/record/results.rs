@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 
 use super::advice::Chosen;
 pub use super::atomistic::{
-    AtomPullOff, AtomState, AtomStress, Change, ContactWay, LadderStep, PlasticState, PlasticityResults, Unloading,
-    Version,
+    AtomPullOff, AtomState, AtomStress, Change, ContactWay, HeldState, HoldResults, LadderStep, Mean, PlasticState,
+    PlasticityResults, Unloading, Version,
 };
 use super::budget::Part;
 use super::judged::Judged;
@@ -437,6 +437,9 @@ pub struct AtomsResults {
     /// Only where the loads come back or the bodies are pulled apart.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unloading: Option<Unloading>,
+    /// Only where the scene asks for a hold at a temperature.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hold: Option<HoldResults>,
     /// Only where the scene asks for it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plasticity: Option<PlasticityResults>,

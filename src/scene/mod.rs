@@ -5,11 +5,13 @@
 
 mod case;
 mod check;
+mod hold;
 mod source;
 mod syntax;
 mod wants;
 
 pub use case::{AtomsCase, Case, PairAdhesion};
+pub use hold::HoldScene;
 pub use source::{FileAsked, Surface};
 pub use wants::{AccuracyScene, Wants};
 
@@ -470,6 +472,9 @@ pub struct AtomsScene {
     /// Count the atoms that leave the crystal's order, at every step: frames then hold the whole deformable block.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub plasticity: bool,
+    /// Left out: the atoms stay at 0 K.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hold: Option<HoldScene>,
     /// MPI ranks.
     pub ranks: usize,
     /// Wall-clock limit of the LAMMPS stage, s.
@@ -498,6 +503,7 @@ impl Default for AtomsScene {
             contact_force_ev_per_angstrom: None,
             stress_width_angstrom: None,
             plasticity: false,
+            hold: None,
             ranks: 1,
             time_limit_s: None,
             program: None,

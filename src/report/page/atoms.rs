@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::desk::{Desk, figure, symbol, table, text};
-use super::{criteria, unloading};
+use super::{criteria, hold, unloading};
 use crate::error::Result;
 use crate::record::results::{AtomsResults, AuditLine, LadderStep};
 use crate::report::number::{count, percent, significant, trimmed};
@@ -43,6 +43,7 @@ pub fn section(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
                 "the surface mean that material has flowed, which no elastic method can follow." }
         }
         @if let Some(back) = &atoms.unloading { (unloading::section(desk, atoms, back)?) }
+        @if let Some(held) = &atoms.hold { (hold::section(desk, atoms, held)?) }
         (criteria::section(desk, atoms)?)
         (criteria::plasticity(desk, atoms)?)
     })

@@ -12,6 +12,7 @@ mod curves;
 mod desk;
 mod distributions;
 mod headline;
+mod hold;
 mod loads;
 mod methods;
 mod ranges;
