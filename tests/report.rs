@@ -548,7 +548,7 @@ fn numbers_come_from_the_results() {
     let before = page(folder.path());
     assert_eq!(before, page(folder.path()), "the same results give the same page");
     assert!(!before.contains("κ = 0.42"));
-    results.comparison.as_mut().unwrap().loads[1].continuum[1].overlap.kappa = 0.4199;
+    results.comparison.as_mut().unwrap().loads[1].continuum[2].overlap.kappa = 0.4199;
     results.write(folder.path()).unwrap();
     assert!(page(folder.path()).contains("κ = 0.42"));
 }

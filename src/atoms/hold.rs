@@ -216,7 +216,7 @@ impl Held {
         let count = (hold.surface[1] - hold.surface[0] + 1) as usize;
         // The first frame is from before the first block has ended.
         let frames: Vec<&str> = text.split("ITEM: TIMESTEP\n").skip(2).collect();
-        let sites: Option<Vec<(Vec<f64>, Vec<[f64; 3]>)>> = frames.iter().map(|f| sites(f, hold.surface[0])).collect();
+        let sites: Option<Vec<Sites>> = frames.iter().map(|f| sites(f, hold.surface[0])).collect();
         let sites = sites.filter(|s| s.len() == BLOCKS && s.iter().all(|(touching, _)| touching.len() == count));
         let bounds = frames.first().and_then(|f| bounds(f));
         let (Some(sites), Some(bounds)) = (sites, bounds) else {
@@ -256,8 +256,11 @@ fn bounds(frame: &str) -> Option<[[f64; 2]; 2]> {
     Some([pair()?, pair()?])
 }
 
-/// Touching and position of the sites, whose ids begin with `first` and have no gaps.
-fn sites(frame: &str, first: u32) -> Option<(Vec<f64>, Vec<[f64; 3]>)> {
+/// Shares of the samples in which surface sites touch, and their mean positions, Å.
+type Sites = (Vec<f64>, Vec<[f64; 3]>);
+
+/// Of sites whose ids begin with `first` and have no gaps, from the text of a frame.
+fn sites(frame: &str, first: u32) -> Option<Sites> {
     let (mut touching, mut positions) = (Vec::new(), Vec::new());
     for line in frame.lines().skip_while(|l| !l.starts_with("ITEM: ATOMS")).skip(1) {
         let [id, share, x, y, z] = numbers(line)[..] else { return None };

@@ -372,6 +372,10 @@ fn surface(scene: &Scene, file: &Path) -> Result<Surface> {
     Ok(Surface::synthesised(spectrum, s.seed))
 }
 
+/// Resolved rms gradient from which the shipped crystal yields under the first contacts: it stays elastic at 0.37 (25 nm), flows
+/// in places at 0.56 (98 nm) and yields at once at 1.
+const YIELDING: f64 = 0.5;
+
 impl AtomsCase {
     fn resolve(case: &Case) -> Result<AtomsCase> {
         let place = case.file.display().to_string();
@@ -554,7 +558,7 @@ impl AtomsCase {
     fn warnings(&self, gradient: f64, ranks: usize) -> Vec<String> {
         let atoms = self.block.atoms() + (self.points * self.points) as u64;
         let mut list: Vec<String> = caveat(ranks, atoms).into_iter().collect();
-        if self.stretch != 1.0 {
+        if self.stretch != 1.0 && self.resolved_gradient > YIELDING {
             list.push(format!(
                 "the resolved slope of the indenter is scaled up by {:.2} to the whole spectrum's: contact stresses will \
                  exceed the crystal's strength from the first contact on, and areas will not agree with elasticity",

@@ -51,7 +51,7 @@ impl HoldScene {
         let from_touch = attracts || atoms.start == Some(Start::Touch) || atoms.step_angstrom.is_some();
         let least_depth = FREE_LAYERS / 2 + 1;
         let expanded = self.lattice_constant_angstrom;
-        let strained = expanded.zip(a0).is_some_and(|(a, a0)| !((a / a0 - 1.0).abs() <= MOST_EXPANSION));
+        let near = expanded.zip(a0).is_none_or(|(a, a0)| (a / a0 - 1.0).abs() <= MOST_EXPANSION);
         vec![
             (
                 t.is_finite() && t > 0.0 && (t <= HOTTEST_K || !shipped),
@@ -78,7 +78,7 @@ impl HoldScene {
                 "the value at the temperature with atoms.potential (lammps-inputs/expansion.in finds it), and only with it".into(),
             ),
             (
-                !strained,
+                near,
                 "atoms.hold.lattice_constant_angstrom",
                 expanded.map_or(String::new(), |a| a.to_string()),
                 format!("a lattice constant within {MOST_EXPANSION} of atoms.lattice_constant_angstrom"),
