@@ -8,6 +8,8 @@
 pub const GPA_PER_EV_A3: f64 = 160.217_663_4;
 /// 1 eV/Å² in J/m².
 pub const J_M2_PER_EV_A2: f64 = 16.021_766_34;
+/// Newtons of a force of 1 eV/Å, in 10⁻⁹ N.
+pub const NN_PER_EV_A: f64 = 1.602_176_634;
 pub const ANGSTROM_M: f64 = 1e-10;
 
 /// Length and stress scales of one realisation of the dimensionless problem: the laboratory's or the atoms'.

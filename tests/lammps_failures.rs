@@ -44,6 +44,8 @@ fn job(folder: &Path) -> Job {
         load_unit: 100.0,
         contact_angstrom: 4.0354,
         frame_layers: FRAME_LAYERS,
+        unload: false,
+        keep: false,
     };
     let potential = Path::new(env!("CARGO_MANIFEST_DIR")).join("potentials/Ca.eam.alloy");
     Job::write(folder, &block, &indenter, (&potential, "Ca", 40.078), interaction, ladder, None).expect("a written job")

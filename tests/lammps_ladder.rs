@@ -84,6 +84,8 @@ fn steeper(folder: &Path, adhesion: Option<Yukawa>, factor: f64, frame_layers: u
         load_unit,
         contact_angstrom: D_C,
         frame_layers,
+        unload: false,
+        keep: false,
     };
     let job = Job::write(folder, &block, &indenter, (&potential(), "Ca", MASS_U), interaction, settings, None)
         .expect("a written job");

@@ -37,6 +37,8 @@ fn modulus(folder: &Path, pressure: f64, amplitude: f64) -> f64 {
         load_unit: load,
         contact_angstrom: 4.0354,
         frame_layers: FRAME_LAYERS,
+        unload: false,
+        keep: false,
     };
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let table = root.join("potentials/Ca.eam.alloy");

@@ -224,6 +224,8 @@ fn atoms(folder: &Path) -> AtomsResults {
         ],
         ladder: ladder.collect(),
         states: states.collect(),
+        unloading: None,
+        hold: None,
         plasticity: None,
     }
 }
@@ -359,6 +361,43 @@ fn run_folder(folder: &Path) -> Results {
     };
     results.write(folder).unwrap();
     results
+}
+
+#[test]
+fn the_atoms_way_back_is_drawn_and_its_pull_told_in_a_line() {
+    let folder = kept("way-back");
+    let mut results = run_folder(&folder);
+    let atoms = results.atoms.as_mut().expect("atoms");
+    atoms.unloading = Some(Unloading {
+        turn: 14,
+        states: Vec::new(),
+        changes: vec![Change {
+            p_star: 0.01,
+            contact_fraction_there: 0.1,
+            contact_fraction_back: 0.125,
+            mean_gap_angstrom: -0.0432,
+        }],
+        parted: Some(true),
+        work_ev: Some(7.654),
+        pull_off: Some(AtomPullOff {
+            step: 21,
+            force_ev_per_angstrom: -0.5,
+            error_ev_per_angstrom: 0.012,
+            force_nn: -0.8011,
+            p_star: -0.0034,
+            displacement_angstrom: 0.15,
+            step_angstrom: 0.075,
+            contacts: 5,
+        }),
+    });
+    results.write(&folder).unwrap();
+    let page = page(&folder);
+    for told in ["in 15 steps and goes back in 10", "0.8011 nN", "0.5000 ± 0.012", "25.0", "−0.0432", "7.65"] {
+        assert!(page.contains(told), "{told}");
+    }
+    for figure in ["unloading-contacts.svg", "ladder-load.svg"] {
+        assert!(folder.join("figures").join(figure).is_file(), "{figure}");
+    }
 }
 
 /// Kept under `target/tmp` after the test, to be looked at.

@@ -98,7 +98,9 @@ fn good_scenes_and_shipped_ones_are_planned() {
         let names: Vec<&str> = stages.iter().map(|s| s["name"].as_str().expect("a name")).collect();
         let text = std::fs::read_to_string(&scene).expect("readable");
         if text.lines().any(|l| l.trim() == "[atoms]") {
-            assert_eq!(names, ["surface", "continuum", "matched", "lammps", "atoms"], "{}", scene.display());
+            let held: &[&str] = if text.lines().any(|l| l.trim() == "[atoms.hold]") { &["hold"] } else { &[] };
+            let expected = [&["surface", "continuum", "matched", "lammps", "atoms"], held].concat();
+            assert_eq!(names, expected, "{}", scene.display());
             let counts = ["deformable", "fixed", "indenter"].map(|k| plan["atoms"][k].as_u64().expect("a count"));
             assert!(counts.iter().all(|n| *n > 0), "{}: {plan}", scene.display());
         } else {

@@ -238,10 +238,10 @@ impl LammpsEngine {
 
     /// Styles that a ladder needs, with adhesion, and this LAMMPS lacks.
     pub fn missing_styles(&self) -> Vec<String> {
-        self.missing(true).map(|(kind, name)| format!("the {kind} style {name}")).collect()
+        self.missing(true, true).map(|(kind, name)| format!("the {kind} style {name}")).collect()
     }
 
-    fn missing(&self, adhesion: bool) -> impl Iterator<Item = (&'static str, &'static str)> {
+    fn missing(&self, adhesion: bool, hold: bool) -> impl Iterator<Item = (&'static str, &'static str)> {
         let needed = [
             ("pair", "hybrid/overlay"),
             ("pair", "eam/alloy"),
@@ -256,11 +256,23 @@ impl LammpsEngine {
             ("fix", "store/state"),
         ];
         let adhesive = adhesion.then_some(("pair", "yukawa"));
-        needed.into_iter().chain(adhesive).filter(|(kind, name)| !self.styles.has(kind, name))
+        let warm = [
+            ("fix", "nve"),
+            ("fix", "langevin"),
+            ("fix", "viscous"),
+            ("fix", "ave/atom"),
+            ("fix", "ave/time"),
+            ("compute", "temp"),
+        ];
+        needed
+            .into_iter()
+            .chain(adhesive)
+            .chain(warm.into_iter().filter(move |_| hold))
+            .filter(|(kind, name)| !self.styles.has(kind, name))
     }
 
     fn check_styles(&self, job: &Job) -> Result<()> {
-        match self.missing(job.record.interaction.adhesion.is_some()).next() {
+        match self.missing(job.record.interaction.adhesion.is_some(), job.record.hold.is_some()).next() {
             None => Ok(()),
             Some((kind, name)) => {
                 Err(failed(job, LammpsFailure::MissingStyle { missing: format!("the {kind} style {name}") }))
@@ -268,7 +280,7 @@ impl LammpsEngine {
         }
     }
 
-    fn command(&self, job: &Job, finished: Option<usize>) -> Command {
+    fn command(&self, job: &Job, done: &[Rung]) -> Command {
         let mut command = if self.ranks > 1 {
             let mut mpirun = Command::new("mpirun");
             mpirun.args(["-np", &self.ranks.to_string()]);
@@ -280,12 +292,12 @@ impl LammpsEngine {
         } else {
             Command::new(&self.program)
         };
-        command.args(["-in", job.script().file, "-nocite", "-log", &log_name(finished)]);
+        command.args(["-in", job.script().file, "-nocite", "-log", &log_name(done.last().map(|r| r.step))]);
         if self.styles.has("pair", "eam/alloy/opt") {
             // Eight to ten per cent faster.
             command.args(["-sf", "opt"]);
         }
-        for (name, value) in job.variables(finished, self.styles.has("dump", "custom/zstd")) {
+        for (name, value) in job.variables(done, self.styles.has("dump", "custom/zstd")) {
             command.args(["-var", &name, &value]);
         }
         command.current_dir(&job.folder).env("OMP_NUM_THREADS", "1").stdin(Stdio::null()).process_group(0);
@@ -316,7 +328,7 @@ impl Engine for LammpsEngine {
         let screen_file = job.folder.join("log.screen");
         let screen = File::create(&screen_file).map_err(Error::io("create", &screen_file))?;
         let both = screen.try_clone().map_err(Error::io("create", &screen_file))?;
-        let mut command = self.command(job, finished);
+        let mut command = self.command(job, &Ladder::read(&job.folder)?.rungs);
         let child = command.stdout(screen).stderr(both).spawn().map_err(Error::io("start", &self.program))?;
         let mut group = Group { child, ended: false };
         let mut watcher = Watcher::new(job, begun, finished);
@@ -399,7 +411,8 @@ pub(super) fn lock(job: &Job) -> Result<File> {
 /// The ladder has come to its end, and its last frame is there.
 pub(super) fn is_complete(job: &Job) -> Result<bool> {
     let ladder = Ladder::read(&job.folder)?;
-    Ok(ladder.last().is_some_and(|r| job.is_last(r.step, r.load) && ladder::frame_file(&job.folder, r.step).is_ok()))
+    let ended = job.end(&ladder.rungs).is_some();
+    Ok(ended && ladder.last().is_some_and(|r| ladder::frame_file(&job.folder, r.step).is_ok()))
 }
 
 /// The ladder must have ended where the job says, with every atom still there.

@@ -11,9 +11,11 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::block::{Block, FLOOR_GAP_ANGSTROM};
+use super::hold::Hold;
 use super::indenter::Indenter;
-use super::ladder::LADDER_FILE;
+use super::ladder::{LADDER_FILE, Rung};
 use super::start::{Approach, Loads};
+use super::unload::MOST_RISEN_ANGSTROM;
 use crate::{Error, Result};
 
 /// Scripts of a run, documented in `lammps-inputs/README.md`: the one that LAMMPS is given, and those that it includes.
@@ -29,7 +31,10 @@ pub const LADDER: Script = Script { file: "ladder.in", text: include_str!("../..
 /// Goes from load to load as the continuum does.
 pub const CONTINUUM: Script = Script { file: "continuum.in", text: include_str!("../../lammps-inputs/continuum.in") };
 
-/// What both include.
+/// Holds relaxed states at a temperature.
+pub const HOLD: Script = Script { file: "hold.in", text: include_str!("../../lammps-inputs/hold.in") };
+
+/// What they include.
 const INCLUDED: [Script; 2] = [
     Script { file: "setup.in", text: include_str!("../../lammps-inputs/setup.in") },
     Script { file: "finish.in", text: include_str!("../../lammps-inputs/finish.in") },
@@ -50,7 +55,7 @@ pub const DATA_FILE: &str = "block.data";
 pub const POTENTIAL_FILE: &str = "potential.eam.alloy";
 pub const RECORD_FILE: &str = "job.json";
 
-/// Empty box above the highest atom of the indenter, Å; the indenter only moves down.
+/// Empty box above the highest atom of an indenter that only moves down, Å.
 const HEAD_ROOM_ANGSTROM: f64 = 5.0;
 
 /// Layers of the block in every frame. Contact is decided in the first; two more show where material has flowed.
@@ -132,7 +137,7 @@ pub struct Yukawa {
     pub cutoff_angstrom: f64,
 }
 
-/// How the indenter comes down and when it stops.
+/// How the indenter comes down, when it stops, and whether it goes back.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Ladder {
     /// Å per step.
@@ -149,6 +154,12 @@ pub struct Ladder {
     /// Layers of the block, from the top, in every frame.
     #[serde(default = "frame_layers")]
     pub frame_layers: usize,
+    /// From first touch: after the highest load the indenter rises until nothing touches.
+    #[serde(default)]
+    pub unload: bool,
+    /// The restart file of every step is kept, not of the last two alone.
+    #[serde(default)]
+    pub keep: bool,
 }
 
 fn frame_layers() -> usize {
@@ -175,6 +186,9 @@ pub struct Record {
     /// Loads one by one, each started from the continuum; without them the indenter comes down step by step.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub loads: Option<Loads>,
+    /// Relaxed states are held at a temperature; there is no data file then, and no step is a load's first.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hold: Option<Hold>,
     /// BLAKE3 of what the run reads: another content makes another run.
     pub data_hash: String,
     pub script_hash: String,
@@ -190,7 +204,7 @@ pub struct Job {
 
 impl Job {
     /// Writes the folder. Steps that an earlier run of exactly this job finished there are kept; those of any other are
-    /// removed. With `approaches` (in rising order of their loads) each load starts from where they say the atoms are.
+    /// removed. With `approaches` (loads that rise, and may fall again) each load starts from where they say the atoms are.
     ///
     /// # Errors
     /// `Input` for values LAMMPS could not use, `Io`.
@@ -207,16 +221,12 @@ impl Job {
         check(&interaction, &ladder, element, mass_u)?;
         std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
         let table = std::fs::read(potential).map_err(Error::io("read", potential))?;
-        let put = |name: &str, bytes: &[u8]| {
-            let file = folder.join(name);
-            std::fs::write(&file, bytes).map_err(Error::io("write", &file))
-        };
-        put(POTENTIAL_FILE, &table)?;
+        let file = folder.join(POTENTIAL_FILE);
+        std::fs::write(&file, &table).map_err(Error::io("write", &file))?;
         let script = if approaches.is_some() { CONTINUUM } else { LADDER };
-        put(script.file, script.text.as_bytes())?;
-        INCLUDED.iter().try_for_each(|s| put(s.file, s.text.as_bytes()))?;
         let data = folder.join(DATA_FILE);
-        let data_hash = write_data(&data, block, indenter, mass_u).map_err(Error::io("write", &data))?;
+        let data_hash =
+            write_data(&data, block, (indenter, ladder.unload), mass_u).map_err(Error::io("write", &data))?;
         let loads = approaches.map(|list| Loads::write(folder, block, indenter, mass_u, list)).transpose()?;
         let record = Record {
             element: element.into(),
@@ -234,27 +244,46 @@ impl Job {
             interaction,
             ladder,
             loads,
+            hold: None,
             data_hash,
             script_hash: script.hash(),
             potential_hash: blake3::hash(&table).to_hex().to_string(),
         };
-        let file = folder.join(RECORD_FILE);
-        let text = serde_json::to_string_pretty(&record).map_err(|e| Error::io("write", &file)(e.into()))?;
-        // Where the ladder ends does not change its steps: asking for more goes on, asking for less stops earlier.
+        Job::place(folder, record)
+    }
+
+    /// Writes scripts and record into a folder that has all else, and removes what another job has left there.
+    pub(super) fn place(folder: &Path, record: Record) -> Result<Job> {
+        let job = Job { folder: folder.to_path_buf(), record };
+        let put = |name: &str, bytes: &[u8]| {
+            let file = folder.join(name);
+            std::fs::write(&file, bytes).map_err(Error::io("write", &file))
+        };
+        put(job.script().file, job.script().text.as_bytes())?;
+        INCLUDED.iter().try_for_each(|s| put(s.file, s.text.as_bytes()))?;
+        let (record, file) = (&job.record, folder.join(RECORD_FILE));
+        let text = serde_json::to_string_pretty(record).map_err(|e| Error::io("write", &file)(e.into()))?;
+        // Where a way down ends does not change its steps: asking for more goes on, asking for less stops earlier. A way back is
+        // another one from every load.
         let same = Job::open(folder).is_ok_and(|earlier| {
             let Ladder { max_load, max_steps, load_unit, .. } = record.ladder;
-            let ends = Ladder { max_load, max_steps, load_unit, ..earlier.record.ladder };
+            let ends = match earlier.record.ladder {
+                there_and_back if there_and_back.unload => there_and_back,
+                down => Ladder { max_load, max_steps, load_unit, ..down },
+            };
+            // More restart files than are needed do no harm.
+            let ends = Ladder { keep: record.ladder.keep && ends.keep, ..ends };
             let agree = match (&record.loads, &earlier.record.loads) {
                 (Some(now), Some(then)) => now.agrees(then),
                 (now, then) => now == then,
             };
-            agree && Record { ladder: ends, loads: record.loads.clone(), ..earlier.record } == record
+            agree && Record { ladder: ends, loads: record.loads.clone(), ..earlier.record } == *record
         });
         if !same {
             remove_states(folder)?;
         }
         put(RECORD_FILE, text.as_bytes())?;
-        Ok(Job { folder: folder.to_path_buf(), record })
+        Ok(job)
     }
 
     /// A folder that [`Job::write`] made.
@@ -284,32 +313,26 @@ impl Job {
         self.atoms() as f64 * SECONDS_PER_ATOM_EVALUATION * EVALUATIONS_PER_STEP * steps as f64
     }
 
-    /// The ladder has come to its end at this step.
-    pub fn is_last(&self, step: usize, load: f64) -> bool {
-        match &self.record.loads {
-            Some(asked) => step >= asked.loads.len(),
-            None => load >= self.record.ladder.max_load || step >= self.record.ladder.max_steps,
+    /// The script that LAMMPS is given.
+    pub fn script(&self) -> Script {
+        match self.record {
+            Record { hold: Some(_), .. } => HOLD,
+            Record { loads: Some(_), .. } => CONTINUUM,
+            _ => LADDER,
         }
     }
 
-    /// The script that LAMMPS is given.
-    pub fn script(&self) -> Script {
-        if self.record.loads.is_some() { CONTINUUM } else { LADDER }
-    }
-
-    /// `-var` pairs of the script: going on after `finished`, or from the beginning.
-    pub fn variables(&self, finished: Option<usize>, compressed: bool) -> Vec<(String, String)> {
+    /// `-var` pairs of the script: going on after the steps `done`, or from the beginning.
+    pub fn variables(&self, done: &[Rung], compressed: bool) -> Vec<(String, String)> {
         let Record { interaction, ladder, .. } = &self.record;
         let mut list = vec![
-            ("data", DATA_FILE.to_string()),
             ("potential", POTENTIAL_FILE.to_string()),
             ("element", self.record.element.clone()),
             ("epsilon", interaction.epsilon_ev.to_string()),
             ("sigma", interaction.sigma_angstrom.to_string()),
-            ("ftol", ladder.force_tolerance.to_string()),
             ("contact", ladder.contact_angstrom.to_string()),
             ("depth", self.record.frame_depth_angstrom.to_string()),
-            ("start", finished.map_or("-1".to_string(), |k| k.to_string())),
+            ("start", done.last().map_or("-1".to_string(), |r| r.step.to_string())),
         ];
         if let Some(yukawa) = interaction.adhesion {
             list.push(("adhesion", "1".into()));
@@ -321,12 +344,21 @@ impl Job {
             list.push(("dump_style", "custom/zstd".into()));
             list.push(("dump_end", "dump.zst".into()));
         }
-        if self.record.loads.is_none() {
+        if self.record.hold.is_none() {
+            list.push(("data", DATA_FILE.to_string()));
+            list.push(("ftol", ladder.force_tolerance.to_string()));
+            list.push(("keep_all", u8::from(ladder.keep).to_string()));
+        }
+        if self.record.loads.is_none() && self.record.hold.is_none() {
             list.push(("dz", ladder.step_angstrom.to_string()));
             list.push(("max_load", ladder.max_load.to_string()));
             list.push(("steps", ladder.max_steps.to_string()));
+            if ladder.unload {
+                list.extend(self.variables_of_the_way_back(done));
+            }
         }
-        let own = self.record.loads.iter().flat_map(Loads::variables);
+        let held = self.record.hold.iter().flat_map(Hold::variables);
+        let own = self.record.loads.iter().flat_map(Loads::variables).chain(held);
         list.into_iter().map(|(key, value)| (key.to_string(), value)).chain(own).collect()
     }
 }
@@ -361,15 +393,16 @@ fn check(interaction: &Interaction, ladder: &Ladder, element: &str, mass_u: f64)
     Ok(())
 }
 
-/// Streams the atoms into a LAMMPS data file and returns the hash of what was written.
-fn write_data(file: &Path, block: &Block, indenter: &Indenter, mass_u: f64) -> io::Result<String> {
+/// Streams the atoms into a LAMMPS data file, with room above for an indenter that `rises`; returns the hash of what was written.
+fn write_data(file: &Path, block: &Block, (indenter, rises): (&Indenter, bool), mass_u: f64) -> io::Result<String> {
     let mut out =
         BufWriter::with_capacity(1 << 16, Hashing { file: File::create(file)?, hasher: blake3::Hasher::new() });
     let length = block.length();
     writeln!(out, "fcc block {0} x {0} x {1} cells under a rigid indenter", block.cells, block.depth_cells)?;
     writeln!(out, "\n{} atoms\n3 atom types\n", block.atoms() + indenter.atoms())?;
     writeln!(out, "0.0 {length:.10} xlo xhi\n0.0 {length:.10} ylo yhi")?;
-    writeln!(out, "0.0 {:.10} zlo zhi\n", indenter.highest_z() + HEAD_ROOM_ANGSTROM)?;
+    let room = HEAD_ROOM_ANGSTROM + if rises { MOST_RISEN_ANGSTROM } else { 0.0 };
+    writeln!(out, "0.0 {:.10} zlo zhi\n", indenter.highest_z() + room)?;
     // The indenter's mass is never used, but LAMMPS wants one.
     writeln!(out, "Masses\n\n1 {mass_u} # deformable\n2 {mass_u} # indenter\n3 {mass_u} # base\n\nAtoms # atomic\n")?;
     for site in block.sites() {
@@ -432,6 +465,8 @@ mod tests {
             load_unit: 100.0,
             contact_angstrom: 4.0354,
             frame_layers: FRAME_LAYERS,
+            unload: false,
+            keep: false,
         };
         Job::write(folder.join("job"), &block, &indenter, (&table, "Ca", 40.078), interaction, ladder, None)
     }
@@ -469,11 +504,11 @@ mod tests {
     fn without_adhesion_no_variable_speaks_of_it() {
         let folder = tempfile::tempdir().expect("scratch");
         let mut job = written(folder.path(), 0.3).expect("written");
-        assert!(!job.variables(None, false).iter().any(|(k, _)| matches!(k.as_str(), "adhesion" | "kappa")));
+        assert!(!job.variables(&[], false).iter().any(|(k, _)| matches!(k.as_str(), "adhesion" | "kappa")));
         job.record.interaction.adhesion =
             Some(Yukawa { amplitude_ev_angstrom: -1.0, kappa_per_angstrom: 2.0, cutoff_angstrom: 7.0 });
-        let list = job.variables(Some(4), true);
-        assert!(list.contains(&("adhesion".into(), "1".into())) && list.contains(&("start".into(), "4".into())));
+        let list = job.variables(&[], true);
+        assert!(list.contains(&("adhesion".into(), "1".into())) && list.contains(&("start".into(), "-1".into())));
         // Every variable is one that the script knows.
         for (key, _) in list {
             assert!(LADDER.text.contains(&format!("\nvariable {key} ")), "{key}");

@@ -131,6 +131,18 @@ impl Ladder {
         self.rungs.last()
     }
 
+    /// Where `load` is passed on the way back, which begins with step `turn`: likewise, but the first fall.
+    pub fn bracket_back(&self, load: f64, turn: usize) -> Option<Bracket> {
+        let back = self.rungs.get(turn + 1..)?;
+        let hit = back.iter().position(|r| (r.load - load).abs() <= LOAD_TOLERANCE * load.abs());
+        let there = hit.map(|k| Bracket { lower: turn + 1 + k, weight: 0.0 });
+        there.or_else(|| {
+            let loads: Vec<f64> = self.rungs[turn..].iter().map(|r| r.load).collect();
+            let k = loads.windows(2).position(|pair| pair[0] >= load && load >= pair[1])?;
+            Some(Bracket { lower: turn + k, weight: weight(loads[k], loads[k + 1], load) })
+        })
+    }
+
     /// A step that has the load to within [`LOAD_TOLERANCE`], as it is where loads are asked for one by one; else the first on
     /// which the load rises through `load`: where a machine that controls the load would first stop. `None` when the ladder does
     /// not reach so far.
@@ -146,7 +158,19 @@ impl Ladder {
     /// # Errors
     /// `Format` when the ladder does not reach the load or a frame is damaged; `Io` when a frame is missing.
     pub fn at_load(&self, folder: &Path, load: f64) -> Result<Between> {
-        let bracket = self.bracket(load).ok_or_else(|| {
+        self.at(folder, self.bracket(load), load)
+    }
+
+    /// The same on the way back, which begins with step `turn`.
+    ///
+    /// # Errors
+    /// As [`Self::at_load`].
+    pub fn at_load_back(&self, folder: &Path, load: f64, turn: usize) -> Result<Between> {
+        self.at(folder, self.bracket_back(load, turn), load)
+    }
+
+    fn at(&self, folder: &Path, bracket: Option<Bracket>, load: f64) -> Result<Between> {
+        let bracket = bracket.ok_or_else(|| {
             let reached = self.rungs.iter().map(|r| r.load).fold(0.0, f64::max);
             let found =
                 format!("a ladder from {:.4} to {reached:.4} eV/angstrom", self.rungs.first().map_or(0.0, |r| r.load));
@@ -176,11 +200,11 @@ pub fn between(bracket: Bracket, below: &Frame, above: &Frame, ends: [f64; 2]) -
 }
 
 /// Share of the way from a step with load `a` to one with load `b` at which the load is reached: it rises about as the square
-/// of the way. Where it begins with a pull it is taken as linear. Measured on the quickstart with every second step left out:
+/// of the way. Where one of them is a pull it is taken as linear. Measured on the quickstart with every second step left out:
 /// the indenter is then 0.01 Å from where the left-out step has it, against 0.04 Å with a linear load.
 pub fn weight(a: f64, b: f64, load: f64) -> f64 {
-    let (a, b, load) = if a >= 0.0 { (a.sqrt(), b.sqrt(), load.sqrt()) } else { (a, b, load) };
-    if b > a { (load - a) / (b - a) } else { 0.0 }
+    let (a, b, load) = if a.min(b) >= 0.0 { (a.sqrt(), b.sqrt(), load.sqrt()) } else { (a, b, load) };
+    if b == a { 0.0 } else { (load - a) / (b - a) }
 }
 
 /// Positions between two frames of one run; an atom that crossed a periodic face takes the short way, one that only one
@@ -407,6 +431,17 @@ mod tests {
         assert_eq!(l.bracket(3.0).map(|b| b.lower), Some(3));
         assert_eq!(l.bracket(4.1), None);
         assert_eq!(Ladder::default().bracket(0.0), None);
+    }
+
+    #[test]
+    fn on_the_way_back_loads_are_bracketed_at_the_first_fall() {
+        let l = ladder(&[0.0, 2.0, 6.0, 4.0, 1.0, -1.0, 0.5, 0.0]);
+        assert_eq!(l.bracket_back(4.0, 2), Some(Bracket { lower: 3, weight: 0.0 }));
+        let found = l.bracket_back(2.0, 2).expect("passed");
+        assert_eq!(found.lower, 3);
+        assert!((found.weight - (2.0 - 2f64.sqrt())).abs() < 1e-12, "{}", found.weight);
+        assert_eq!(l.bracket_back(0.2, 2).map(|b| (b.lower, (b.weight * 100.0).round())), Some((4, 40.0)));
+        assert_eq!((l.bracket_back(7.0, 2), l.bracket_back(1.0, 9)), (None, None));
     }
 
     #[test]

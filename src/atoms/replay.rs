@@ -70,7 +70,7 @@ impl Engine for ReplayEngine {
             if watcher.tell(&Ladder::read(&job.folder)?, watch).is_break() {
                 return Err(Error::Interrupted);
             }
-            if job.is_last(rung.step, rung.load) {
+            if job.end(&recorded.rungs[..=rung.step]).is_some() {
                 break;
             }
         }

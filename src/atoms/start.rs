@@ -66,7 +66,7 @@ pub struct Loads {
     pub indenter_mass_u: f64,
     /// Resistance of the whole block to even compression, eV/Å².
     pub spring_ev_per_angstrom2: f64,
-    /// In rising order.
+    /// Rising, then falling where the way back is asked for.
     pub loads: Vec<LoadAsked>,
 }
 
@@ -232,7 +232,7 @@ impl Approach {
 }
 
 impl Loads {
-    /// Writes the moves to every load of the list, which rises, into a job folder.
+    /// Writes the moves to every load of the list, each from the one before, into a job folder.
     ///
     /// # Errors
     /// `Io`.
@@ -255,6 +255,12 @@ impl Loads {
             spring_ev_per_angstrom2: list.first().map_or(f64::MAX, stiffness),
             loads,
         })
+    }
+
+    /// Number of the highest load, from 1.
+    pub fn peak(&self) -> usize {
+        let highest = self.loads.iter().map(|l| l.load).fold(f64::NEG_INFINITY, f64::max);
+        self.loads.iter().position(|l| l.load == highest).map_or(0, |k| k + 1)
     }
 
     /// Whether one list begins with the other: then what a run has done for the one serves the other.

@@ -9,7 +9,7 @@ use crate::scene::{AtomsCase, Case};
 use crate::{Error, Result};
 use std::path::Path;
 
-/// Every load once, rising, with where `solved` (the continuum with the atoms' own wall, whose gaps are stored under `root`)
+/// Every load once, rising, then those of the way back, with where `solved` (the continuum with the atoms' own wall, whose gaps are stored under `root`)
 /// has atoms and indenter.
 pub(super) fn approaches(
     case: &Case,
@@ -23,9 +23,11 @@ pub(super) fn approaches(
     // Both profiles are shifted to the lowest of their own nodes.
     let offset = fine[0] - indenter.heights()[0];
     let heights: Vec<f64> = fine.iter().map(|h| h / length).collect();
-    let mut order: Vec<usize> = (0..case.p_star.len()).collect();
+    let there = case.loads_there();
+    let mut order: Vec<usize> = (0..there).collect();
     order.sort_by(|&a, &b| case.p_star[a].total_cmp(&case.p_star[b]));
     order.dedup_by(|&mut a, &mut b| case.p_star[a] == case.p_star[b]);
+    order.extend(there..case.p_star.len());
     let approach = |&i: &usize| {
         let file = solved.states.get(i).and_then(|s| s.gap.as_ref());
         let file = file.ok_or_else(|| Error::format(root, "a load without its gap", "the gaps of every load"))?;

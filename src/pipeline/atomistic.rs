@@ -2,6 +2,7 @@
 
 use super::approach::approaches;
 use super::touching::Reader;
+use super::unloading::unloading;
 use super::{Key, Listener, comparison, touching};
 use crate::atoms::block::SurfaceSites;
 use crate::atoms::dump::read_frame;
@@ -69,6 +70,8 @@ pub(super) fn write_job(
         contact_angstrom: CONTACT_DISTANCE_ANGSTROM,
         // Slip begins at any depth below the contact.
         frame_layers: if scene.plasticity { 2 * atoms.block.depth_cells } else { FRAME_LAYERS },
+        unload: atoms.unload && atoms.start == Start::Touch,
+        keep: atoms.hold.is_some(),
     };
     let approaches = solved.map(|s| approaches(case, atoms, &indenter, s)).transpose()?;
     let crystal = (potential.as_path(), atoms.element.as_str(), atoms.mass_u);
@@ -119,6 +122,7 @@ const NEARLY: f64 = 0.9;
 pub fn climb(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Result<Climbed> {
     let highest = job.record.ladder.max_load;
     let usual = evaluations_from_continuum(job.record.cells);
+    let mut turned = job.turn(&ladder::Ladder::read(&job.folder)?.rungs).is_some();
     let mut watch = |p: Progress| {
         if let Some(rung) = &p.rung {
             let atoms = if rung.contacts == 1 { "atom" } else { "atoms" };
@@ -135,8 +139,15 @@ pub fn climb(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Result<
                 }
                 // The load rises about as the square of the way down.
                 None => {
-                    let done = (rung.load / highest).clamp(0.0, 1.0).sqrt();
-                    listener.progress(Some(done), &format!("step {}, {found}", rung.step));
+                    let down = (rung.load / highest).clamp(0.0, 1.0).sqrt();
+                    let settings = &job.record.ladder;
+                    turned |= settings.unload && (rung.load >= highest || rung.step >= settings.max_steps);
+                    let (done, way) = match (settings.unload, turned) {
+                        (false, _) => (down, ""),
+                        (true, false) => (0.5 * down, ""),
+                        (true, true) => (1.0 - 0.5 * down, " on the way back"),
+                    };
+                    listener.progress(Some(done), &format!("step {}{way}, {found}", rung.step));
                 }
             }
         }
@@ -144,7 +155,7 @@ pub fn climb(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Result<
     };
     let mut finished = engine.run(job, &mut watch)?;
     // An earlier run may have gone further; what it found there is no part of this answer.
-    let end = finished.steps.iter().position(|s| job.is_last(s.step, s.load_ev_per_angstrom));
+    let end = job.end(&finished.ladder.rungs);
     finished.steps.truncate(end.map_or(usize::MAX, |last| last + 1));
     finished.unconverged.retain(|step| *step < finished.steps.len());
     if let Some(step) = finished.resumed_from {
@@ -178,7 +189,7 @@ pub fn read_frames(
     let reader = Reader::new(case, atoms, out, ".")?;
     let frames = Foreign::scan(files, &atoms.block, &reader.indenter, &touching::interaction(atoms), warn)?;
     let mut states = Vec::new();
-    for (i, &p_star) in case.p_star.iter().enumerate() {
+    for (i, &p_star) in case.p_star[..case.loads_there()].iter().enumerate() {
         states.push(reader.state(i + 1, p_star, &frames.at_load(p_star * atoms.load_unit)?)?);
     }
     let climbed = Climbed { engine: "unknown".into(), steps: Vec::new(), unconverged: Vec::new() };
@@ -204,12 +215,14 @@ pub(super) fn read(
     let reader = Reader::new(case, atoms, folder, stage)?;
     let rungs = ladder::Ladder::read(&job.folder)?;
     let mut states = Vec::new();
-    for (i, &p_star) in case.p_star.iter().enumerate() {
+    for (i, &p_star) in case.p_star[..case.loads_there()].iter().enumerate() {
         states.push(reader.state(i + 1, p_star, &rungs.at_load(&job.folder, p_star * atoms.load_unit)?)?);
     }
+    let mut unloading = unloading(case, atoms, job, &rungs, (&reader, &states))?;
     let scene = case.scene.atoms.as_ref().expect("an atoms case comes from a scene with atoms");
-    let plasticity = scene.plasticity.then(|| plasticity(atoms, job, &rungs, &mut states)).transpose()?;
-    Ok(AtomsResults { plasticity, ..results(atoms, &reader, climbed, states) })
+    let back = unloading.as_mut().map(|u| u.states.as_mut_slice()).unwrap_or_default();
+    let plasticity = scene.plasticity.then(|| plasticity(atoms, job, &rungs, &mut states, back)).transpose()?;
+    Ok(AtomsResults { unloading, plasticity, ..results(atoms, &reader, climbed, states) })
 }
 
 /// Counts the atoms that have left the crystal's order at every step, and tells the states.
@@ -218,20 +231,22 @@ fn plasticity(
     job: &Job,
     rungs: &ladder::Ladder,
     states: &mut [AtomState],
+    back: &mut [AtomState],
 ) -> Result<PlasticityResults> {
+    let end = job.end(&rungs.rungs).map_or(rungs.rungs.len(), |last| last + 1);
     let mut steps: Vec<[f64; 2]> = Vec::new();
-    for rung in &rungs.rungs {
+    for rung in &rungs.rungs[..end] {
         let frame = read_frame(ladder::frame_file(&job.folder, rung.step)?)?;
         steps.push([rung.load / atoms.load_unit, order::disordered(&frame, &atoms.block)?.len() as f64]);
-        if job.is_last(rung.step, rung.load) {
-            break;
-        }
     }
     let atom_nm3 = 1e-3 * atoms.block.a0.powi(3) / 4.0;
-    for state in states.iter_mut() {
-        let distance = |s: &[f64; 2]| (s[0] - state.p_star).abs();
-        let nearest = steps.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        state.plastic = nearest.map(|s| PlasticState { atoms: s[1] as usize, volume_nm3: s[1] * atom_nm3 });
+    let turn = job.turn(&rungs.rungs).unwrap_or(end - 1);
+    for (states, steps) in [(&mut *states, &steps[..=turn]), (back, &steps[turn..])] {
+        for state in states.iter_mut() {
+            let distance = |s: &[f64; 2]| (s[0] - state.p_star).abs();
+            let nearest = steps.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+            state.plastic = nearest.map(|s| PlasticState { atoms: s[1] as usize, volume_nm3: s[1] * atom_nm3 });
+        }
     }
     let first_yield = steps.iter().find(|s| s[1] > order::NOISE as f64).map(|s| s[0]);
     let beyond: Vec<f64> = first_yield.map_or(Vec::new(), |p| {
@@ -264,6 +279,8 @@ fn results(atoms: &AtomsCase, reader: &Reader, climbed: &Climbed, states: Vec<At
         audit: atoms.audit.clone(),
         ladder: climbed.steps.clone(),
         states,
+        unloading: None,
+        hold: None,
         plasticity: None,
     }
 }

@@ -11,6 +11,7 @@ mod comparison;
 mod continuum;
 mod findings;
 mod folder;
+mod hold;
 mod methods;
 mod observed;
 mod placed;
@@ -19,6 +20,7 @@ mod progress;
 mod run;
 mod touching;
 mod tradeoff;
+mod unloading;
 mod versions;
 
 pub use accuracy::{Unserved, advise, settle};

@@ -1,9 +1,11 @@
+use crate::atoms::hold::DEARER;
 use crate::atoms::job::{EVALUATIONS_PER_STEP, SECONDS_PER_ATOM_EVALUATION, evaluations_from_continuum};
+use crate::atoms::unload::FINER;
 use crate::interface::Adhesion;
 use crate::method;
 use crate::path::{Given, LoadPath};
 use crate::record::results::AuditLine;
-use crate::scene::{Case, Start};
+use crate::scene::{AtomsCase, Case, Start};
 use crate::{Error, Result};
 use serde::Serialize;
 
@@ -13,6 +15,9 @@ pub(super) const SECONDS_PER_POINT_PAIR: f64 = 17e-9;
 
 /// Share of the first-touch mean gap that is closed at a few per cent of p*: ū falls from 2.63 to 0.58 µm at p* = 0.03.
 const CLOSED: f64 = 0.8;
+
+/// Way in shorter steps, in ranges of the adhesion.
+const PULLED_RANGES: f64 = 4.0;
 
 /// What a run will do and take, before it starts.
 #[derive(Debug, Serialize)]
@@ -54,12 +59,23 @@ impl RunPlan {
     }
 }
 
-/// Loads, each counted once.
-fn loads_of_atoms(p_star: &[f64]) -> usize {
-    let mut loads = p_star.to_vec();
+/// Loads of the way there, each counted once, and those of the way back.
+fn loads_of_atoms(case: &Case) -> usize {
+    let (there, back) = case.p_star.split_at(case.loads_there());
+    let mut loads = there.to_vec();
     loads.sort_by(f64::total_cmp);
     loads.dedup();
-    loads.len()
+    loads.len() + back.len()
+}
+
+/// Steps of a ladder: those of the way down, on the way back as many, and the shorter ones in which a pull is followed.
+fn steps_of_ladder(atoms: &AtomsCase, step_angstrom: f64) -> f64 {
+    let down = CLOSED * atoms.first_touch_gap_angstrom / step_angstrom;
+    let range = atoms.adhesion.map_or(0.0, |a| 1.0 / a.pair.kappa_per_angstrom);
+    match atoms.unload {
+        true => 2.0 * down + PULLED_RANGES * range / step_angstrom * FINER as f64,
+        false => down,
+    }
 }
 
 /// Plans a case on `threads` threads.
@@ -137,11 +153,12 @@ pub fn plan(case: &Case, threads: usize) -> Result<RunPlan> {
         let total = counts.deformable + counts.fixed + counts.indenter;
         let (evaluations, way) = match a.start {
             Start::Touch => {
-                let steps = CLOSED * a.first_touch_gap_angstrom / scene.step_or_default();
-                (EVALUATIONS_PER_STEP * steps, format!("about {steps:.0} steps of {} Å", scene.step_or_default()))
+                let steps = steps_of_ladder(a, scene.step_or_default());
+                let way = if a.unload { ", there and back" } else { "" };
+                (EVALUATIONS_PER_STEP * steps, format!("about {steps:.0} steps of {} Å{way}", scene.step_or_default()))
             }
             Start::Continuum => {
-                let loads = loads_of_atoms(&case.p_star);
+                let loads = loads_of_atoms(case);
                 let evaluations = evaluations_from_continuum(a.block.cells) * loads as f64;
                 (evaluations, format!("{loads} load{} from the continuum", if loads == 1 { "" } else { "s" }))
             }
@@ -170,6 +187,21 @@ pub fn plan(case: &Case, threads: usize) -> Result<RunPlan> {
             bytes: 200 * total,
             seconds: 2e-6 * total as f64 * loads as f64,
         });
+        if let Some(hold) = &a.hold {
+            let there = loads_of_atoms(case) - (case.p_star.len() - case.loads_there());
+            let steps = hold.steps() * there;
+            stages.push(PlannedStage {
+                name: super::hold::STAGE,
+                what: format!(
+                    "{there} load{} at {} K, {} ps each, {steps} time steps",
+                    if there == 1 { "" } else { "s" },
+                    hold.temperature_k,
+                    hold.time_ps
+                ),
+                bytes: crate::atoms::job::memory_bytes(total, scene.ranks, true),
+                seconds: DEARER * total as f64 * SECONDS_PER_ATOM_EVALUATION * steps as f64 / scene.ranks as f64,
+            });
+        }
         atoms = Some(counts);
     }
     Ok(RunPlan {

@@ -2,10 +2,11 @@ use super::atomistic::{self, Climbed};
 use super::comparison::{self, Matched};
 use super::continuum::Variant;
 use super::folder::{Key, Leftovers, RunFolder};
+use super::hold::{self, STAGE as HOLD_STAGE};
 use super::touching::INDENTER_SPECIES;
 use super::{Listener, continuum, engine, methods};
 use crate::atoms::engine::Engine;
-use crate::atoms::job::{CONTINUUM, Job, LADDER};
+use crate::atoms::job::{CONTINUUM, HOLD, Job, LADDER};
 use crate::atoms::potential::CALCIUM;
 use crate::method::{Heights, all_atom};
 use crate::record::advice::Chosen;
@@ -252,13 +253,15 @@ fn atomistic_stages(
     let total = a.block.atoms() + (a.points * a.points) as u64;
     let (lammps_key, what) = match a.start {
         Start::Continuum => (
-            Key::new("lammps", &case.p_star, &[&ladder_key, &matched_key])?,
+            Key::new("lammps", &(&case.p_star, a.hold.is_some()), &[&ladder_key, &matched_key])?,
             format!("loads of {total} atoms, each from the continuum's solution"),
         ),
         Start::Touch => {
-            // Of the loads only the highest counts, and only for where the ladder ends.
+            // Of the loads only the highest counts, and only for where the ladder ends or turns.
             let highest = case.p_star.iter().copied().fold(0.0, f64::max);
-            (Key::new("lammps", &highest, &[&ladder_key])?, format!("displacement ladder of {total} atoms"))
+            let way = if a.unload { ", there and back" } else { "" };
+            let key = Key::new("lammps", &(highest, a.unload), &[&ladder_key])?;
+            (key, format!("displacement ladder of {total} atoms{way}"))
         }
     };
     let climbed: Climbed =
@@ -279,13 +282,22 @@ fn atomistic_stages(
         &(&case.scene.load, a.contact_force, a.stress_width_angstrom, case.wants(), Key::of_program()?),
         &[&lammps_key],
     )?;
-    let found = folder.stage(
+    let mut found: AtomsResults = folder.stage(
         listener,
         ("atoms", "contact and gap at the asked loads"),
         &atoms_key,
         Leftovers::Remove,
         |dir| atomistic::read(case, a, &Job::open(root.join("lammps"))?, &climbed, dir, "atoms"),
     )?;
+    if let Some(settings) = &a.hold {
+        let hold_key = Key::new(HOLD_STAGE, &(settings, HOLD.hash(), engine.describe()), &[&lammps_key])?;
+        let held_key = Key::new("held", &Key::of_program()?, &[&hold_key])?;
+        let what = format!("the loads held at {} K, {} ps each", settings.temperature_k, settings.time_ps);
+        let held = folder.stage(listener, (HOLD_STAGE, &what), &held_key, Leftovers::KeepOf(&hold_key), |dir| {
+            hold::hold(case, a, (engine, &Job::open(root.join("lammps"))?), settings, dir, listener)
+        })?;
+        found.hold = Some(held);
+    }
     let compare_key = Key::new(COMPARE, &(), &[&matched_key, &atoms_key])?;
     let compared = folder.stage(
         listener,

@@ -60,6 +60,32 @@ impl<'a> Reader<'a> {
         })
     }
 
+    /// Gap of each surface site of a cell expanded by `expansion` with these `bounds`, Å: its atom at a position (Å, not wrapped),
+    /// the indenter's lowest atom at the height `low` (Å).
+    pub fn gaps_expanded(
+        &self,
+        (expansion, bounds): (f64, [[f64; 2]; 2]),
+        positions: &[[f64; 3]],
+        low: f64,
+    ) -> Vec<f64> {
+        let lowest = self.indenter.heights().iter().copied().fold(f64::INFINITY, f64::min);
+        let zero = self.fine[0] - self.indenter.heights()[0] + lowest;
+        let over = |c: f64, [from, to]: [f64; 2]| ((c - from) / (to - from)).rem_euclid(1.0);
+        let gap = |&[x, y, z]: &[f64; 3]| {
+            let profile = bilinear(self.atoms.matched, |k| self.fine[k], over(x, bounds[0]), over(y, bounds[1])) - zero;
+            low + expansion * profile - z - self.atoms.wall.minimum_angstrom()
+        };
+        positions.iter().map(gap).collect()
+    }
+
+    /// Values per surface site as a map on the comparison grid and as a list, written; their files' names.
+    pub fn write_sites(&self, values: &[f64], map: &str, list: &str) -> Result<[String; 2]> {
+        let (nx, ny) = (self.atoms.matched.nx, self.atoms.matched.ny);
+        npy::write(&self.folder.join(map), nx, ny, onto_grid(values, &self.owners))?;
+        npy::write(&self.folder.join(list), values.len(), 1, values.iter().copied())?;
+        Ok([map, list].map(|name| format!("{}/{name}", self.stage)))
+    }
+
     /// The state at a load, its maps and its frame written; `number` names the files.
     pub fn state(&self, number: usize, p_star: f64, between: &Between) -> Result<AtomState> {
         let (atoms, frame) = (self.atoms, &between.frame);

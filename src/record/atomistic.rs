@@ -74,3 +74,140 @@ pub struct Version {
     /// Of the smoothed normal stress in GPa, over the whole cell.
     pub stress: Distribution,
 }
+
+/// One step of the displacement ladder.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct LadderStep {
+    pub step: usize,
+    /// How far the indenter has come down since the start.
+    pub displacement_angstrom: f64,
+    /// Normal force on the indenter, repulsion positive.
+    pub load_ev_per_angstrom: f64,
+    pub p_star: f64,
+    pub contacts: usize,
+    pub energy_ev: f64,
+    pub force_evaluations: usize,
+    pub max_force_ev_per_angstrom: f64,
+}
+
+/// The atoms at one asked load (interpolated between ladder steps).
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct AtomState {
+    pub p_star: f64,
+    /// Contact atoms of the surface layer over all atoms of that layer.
+    pub contact_fraction: f64,
+    pub contacts: usize,
+    /// Contact atoms that did not start in the surface layer: more than a few mean that material has flowed.
+    pub contacts_below_surface: usize,
+    pub mean_gap_angstrom: f64,
+    /// Mean normal stress over the contact atoms' area.
+    pub contact_stress_gpa: f64,
+    /// `[ny, nx]` u8 and f64 (Å) maps on the comparison grid.
+    pub contact_map: String,
+    pub gap_map: String,
+    /// Extended XYZ of the frame.
+    pub frame: Option<String>,
+    /// How much farther than interpolated the indenter stands, so that the atoms carry the load, Å.
+    #[serde(default)]
+    pub indenter_shift_angstrom: f64,
+    /// The contact area under each criterion.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ways: Vec<ContactWay>,
+    /// Contact distance d_c, Å, and the contact fraction that it would give.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sensitivity: Vec<[f64; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stress: Option<AtomStress>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plastic: Option<PlasticState>,
+}
+
+/// The way back from the highest load.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Unloading {
+    /// Step of the ladder at which it begins.
+    pub turn: usize,
+    /// The asked loads once more, falling.
+    pub states: Vec<AtomState>,
+    /// What the same loads had on the way there, in the order of `states`.
+    pub changes: Vec<Change>,
+    /// From first touch: whether nothing touched in the end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub parted: Option<bool>,
+    /// Of a ladder that ends apart: what it has taken, ∮ F dz with straight lines between the steps, eV.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub work_ev: Option<f64>,
+    /// With adhesion.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pull_off: Option<AtomPullOff>,
+}
+
+/// A load on the way back against the same load on the way there.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Change {
+    pub p_star: f64,
+    pub contact_fraction_there: f64,
+    pub contact_fraction_back: f64,
+    /// Mean gap back less mean gap there, Å.
+    pub mean_gap_angstrom: f64,
+}
+
+/// The largest pull that the atoms' contact holds on the way back.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct AtomPullOff {
+    pub step: usize,
+    /// Negative.
+    pub force_ev_per_angstrom: f64,
+    /// By how much the pull grew on the step to it: it grows by less within the next.
+    pub error_ev_per_angstrom: f64,
+    pub force_nn: f64,
+    pub p_star: f64,
+    /// How far the indenter stood below its start, and how far it had risen from the step before.
+    pub displacement_angstrom: f64,
+    pub step_angstrom: f64,
+    pub contacts: usize,
+}
+
+/// A mean over time with its standard error.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Mean {
+    pub value: f64,
+    pub error: f64,
+}
+
+/// Relaxed states held at a temperature.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct HoldResults {
+    pub temperature_k: f64,
+    /// Of the crystal at the temperature, Å, to which the cell was expanded.
+    pub lattice_constant_angstrom: f64,
+    /// At each load: time before the average, of the average, and of a step, ps.
+    pub equilibration_ps: f64,
+    pub averaged_ps: f64,
+    pub timestep_ps: f64,
+    /// Blocks of time whose scatter gives the errors.
+    pub blocks: usize,
+    pub states: Vec<HeldState>,
+}
+
+/// One load held at a temperature. Errors are standard errors.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct HeldState {
+    pub p_star: f64,
+    /// Of the deformable atoms.
+    pub temperature_k: Mean,
+    /// On the indenter, over the one asked for.
+    pub load: Mean,
+    /// Probability that an atom of the surface layer touches, averaged over the layer.
+    pub contact_fraction: Mean,
+    pub mean_gap_angstrom: Mean,
+    /// Share of the surface layer's atoms that touch with a probability above one half.
+    pub mostly: f64,
+    /// Share of them that touched at all.
+    pub ever: f64,
+    /// `[ny, nx]` f64 map of the probability on the comparison grid.
+    pub probability_map: String,
+    /// Probability and standard error of each surface site.
+    pub site_probability: String,
+    pub site_error: String,
+}

@@ -10,7 +10,10 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::advice::Chosen;
-pub use super::atomistic::{AtomStress, ContactWay, PlasticState, PlasticityResults, Version};
+pub use super::atomistic::{
+    AtomPullOff, AtomState, AtomStress, Change, ContactWay, HeldState, HoldResults, LadderStep, Mean, PlasticState,
+    PlasticityResults, Unloading, Version,
+};
 use super::budget::Part;
 use super::judged::Judged;
 use super::methods::MethodResults;
@@ -431,6 +434,12 @@ pub struct AtomsResults {
     pub audit: Vec<AuditLine>,
     pub ladder: Vec<LadderStep>,
     pub states: Vec<AtomState>,
+    /// Only where the loads come back or the bodies are pulled apart.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unloading: Option<Unloading>,
+    /// Only where the scene asks for a hold at a temperature.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hold: Option<HoldResults>,
     /// Only where the scene asks for it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plasticity: Option<PlasticityResults>,
@@ -446,53 +455,6 @@ pub struct AuditLine {
     /// "kept", "changed" or "unreachable".
     pub verdict: String,
     pub reason: String,
-}
-
-/// One step of the displacement ladder.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct LadderStep {
-    pub step: usize,
-    /// How far the indenter has come down since the start.
-    pub displacement_angstrom: f64,
-    /// Normal force on the indenter, repulsion positive.
-    pub load_ev_per_angstrom: f64,
-    pub p_star: f64,
-    pub contacts: usize,
-    pub energy_ev: f64,
-    pub force_evaluations: usize,
-    pub max_force_ev_per_angstrom: f64,
-}
-
-/// The atoms at one asked load (interpolated between ladder steps).
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct AtomState {
-    pub p_star: f64,
-    /// Contact atoms of the surface layer over all atoms of that layer.
-    pub contact_fraction: f64,
-    pub contacts: usize,
-    /// Contact atoms that did not start in the surface layer: more than a few mean that material has flowed.
-    pub contacts_below_surface: usize,
-    pub mean_gap_angstrom: f64,
-    /// Mean normal stress over the contact atoms' area.
-    pub contact_stress_gpa: f64,
-    /// `[ny, nx]` u8 and f64 (Å) maps on the comparison grid.
-    pub contact_map: String,
-    pub gap_map: String,
-    /// Extended XYZ of the frame.
-    pub frame: Option<String>,
-    /// How much farther than interpolated the indenter stands, so that the atoms carry the load, Å.
-    #[serde(default)]
-    pub indenter_shift_angstrom: f64,
-    /// The contact area under each criterion.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub ways: Vec<ContactWay>,
-    /// Contact distance d_c, Å, and the contact fraction that it would give.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub sensitivity: Vec<[f64; 2]>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub stress: Option<AtomStress>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub plastic: Option<PlasticState>,
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]

@@ -3,6 +3,7 @@ use super::{ALL_METHODS, AdhesionScene, FileAsked, Scene, Slope, Start, Surface,
 use crate::atoms::audit::{Asked, AuditInput, Used, audit};
 use crate::atoms::block::Block;
 use crate::atoms::engine::caveat;
+use crate::atoms::hold::Settings;
 use crate::atoms::indenter::grid_points;
 use crate::atoms::job::Yukawa;
 use crate::atoms::potential::{CALCIUM, CALCIUM_C11_GPA, CALCIUM_ELEMENT, CALCIUM_MODULUS_GPA, Potential, SetflHeader};
@@ -89,6 +90,10 @@ pub struct AtomsCase {
     pub stretch: f64,
     pub resolved_gradient: f64,
     pub start: Start,
+    /// Whether there is a way back from the highest load.
+    pub unload: bool,
+    /// At which the relaxed states are held, if at any temperature.
+    pub hold: Option<Settings>,
     /// Load at p* = 1, eV/Å.
     pub load_unit: f64,
     pub adhesion: Option<PairAdhesion>,
@@ -489,6 +494,8 @@ impl AtomsCase {
             } else {
                 Start::Continuum
             }),
+            unload: case.scene.load.comes_back() || case.scene.load.pull_off,
+            hold: a.hold.as_ref().map(|h| h.settings()),
             load_unit,
             adhesion,
             audit,

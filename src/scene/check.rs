@@ -254,16 +254,24 @@ fn loads(c: &mut Complaints, scene: &Scene) {
         );
     }
     c.unless(!atoms || gaps.is_empty(), "load.mean_gap_um", "given with atoms", "load.p_star: atoms are pressed");
-    // The ladder of the atoms only goes down, and each load is read on it.
+    // The atoms go to the highest load and back, once, and each load is read on the way.
     let falls = p.windows(2).position(|w| w[1] < w[0]).map(|i| i + 1);
-    if let Some(i) = falls.filter(|_| atoms && attracts) {
+    if let Some(i) = falls.filter(|_| atoms && attracts && !scene.load.comes_back()) {
         c.unless(
             false,
             &format!("load.p_star[{i}]"),
             p[i],
-            "no less than the load before: with adhesion the way back is another, and atoms are not unloaded",
+            "no less than the load before, or load.and_back: with adhesion the way back of atoms is another",
         );
     }
+    let path = scene.load.p_star_path();
+    let there = &path[..path.len().div_ceil(2)];
+    c.unless(
+        !(atoms && scene.load.and_back) || there.is_sorted_by(|a, b| a < b),
+        "load.and_back",
+        "true with loads that do not rise",
+        "rising loads: atoms go back from the highest",
+    );
     for (i, value) in scene.load.maps_at.iter().flatten().enumerate() {
         let known = scene.load.p_star_path().iter().any(|p| (p - value).abs() <= 1e-9 * p.abs());
         let path = scene.load.p_star_path();
@@ -279,10 +287,10 @@ fn loads(c: &mut Complaints, scene: &Scene) {
         "nothing: atoms are compared with the maps of every load",
     );
     c.unless(
-        !scene.load.and_back || attracts && !atoms,
+        !scene.load.and_back || attracts || atoms,
         "load.and_back",
         "true",
-        "an [adhesion], without which the way back is the way there, and no [atoms], which are not unloaded",
+        "an [adhesion], without which the way back is the way there, or [atoms], which may have yielded",
     );
     c.unless(
         !scene.load.pull_off || attracts,
@@ -501,6 +509,9 @@ fn atoms(c: &mut Complaints, scene: &Scene) {
         a.step_angstrom.unwrap_or(0.0),
         "only together with atoms.start = \"touch\": from the continuum there are no steps",
     );
+    for (good, key, found, accepted) in a.hold.iter().flat_map(|h| h.checks(scene, a)) {
+        c.unless(good, key, found, &accepted);
+    }
     c.unless((1..=1024).contains(&a.ranks), "atoms.ranks", a.ranks, "1 to 1024 MPI ranks");
     for (key, given) in [
         ("atoms.lattice_constant_angstrom", a.lattice_constant_angstrom),

@@ -5,11 +5,13 @@
 
 mod case;
 mod check;
+mod hold;
 mod source;
 mod syntax;
 mod wants;
 
 pub use case::{AtomsCase, Case, PairAdhesion};
+pub use hold::HoldScene;
 pub use source::{FileAsked, Surface};
 pub use wants::{AccuracyScene, Wants};
 
@@ -473,6 +475,9 @@ pub struct AtomsScene {
     /// Solve the matched continuum on a half-space, too, and tell what the block's finite depth makes of contact and mean gap.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub depth_error: bool,
+    /// Left out: the atoms stay at 0 K.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hold: Option<HoldScene>,
     /// MPI ranks.
     pub ranks: usize,
     /// Wall-clock limit of the LAMMPS stage, s.
@@ -502,6 +507,7 @@ impl Default for AtomsScene {
             stress_width_angstrom: None,
             plasticity: false,
             depth_error: false,
+            hold: None,
             ranks: 1,
             time_limit_s: None,
             program: None,

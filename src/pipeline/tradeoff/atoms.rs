@@ -47,7 +47,8 @@ impl Blocks {
             let mut scene = bare(case);
             // Atoms are not unloaded, and compared at every load.
             (scene.load.and_back, scene.load.maps_at) = (false, None);
-            let atoms = AtomsScene { cells: size.cells, depth_cells: size.depth_cells, ..base.clone() };
+            // A setting is a relaxed block; what is told of it afterwards costs it nothing.
+            let atoms = AtomsScene { cells: size.cells, depth_cells: size.depth_cells, hold: None, ..base.clone() };
             let tolerance = atoms.force_tolerance_ev_per_angstrom;
             scene.atoms = Some(atoms);
             let found = Case::resolve(scene, &case.file)?;

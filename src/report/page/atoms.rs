@@ -2,12 +2,12 @@
 
 use maud::{Markup, html};
 
-use super::criteria;
 use super::desk::{Desk, figure, symbol, table, text};
+use super::{criteria, hold, unloading};
 use crate::error::Result;
 use crate::record::results::{AtomsResults, AuditLine, LadderStep};
 use crate::report::number::{count, percent, significant, trimmed};
-use crate::report::plot::{ATOMS, Axis, Curve, Plot};
+use crate::report::plot::{Axis, Plot};
 
 pub fn section(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
     let states = atoms
@@ -35,13 +35,15 @@ pub fn section(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
             (atoms.potential) ". Engine: " (atoms.engine) "." }
         @if !atoms.audit.is_empty() { h3 { "What scaling down kept" } (audit(&atoms.audit)) }
         h3 { "The way down" }
-        @if let Some(ladder) = ladder(desk, &atoms.ladder)? { (ladder) }
+        @if let Some(ladder) = ladder(desk, &atoms.ladder, atoms.unloading.as_ref().map(|u| u.turn))? { (ladder) }
         @if !atoms.states.is_empty() {
             h3 { "States at the asked loads" }
             (table(&head, states))
             p.quiet { "Contact is the share of the surface layer’s atoms that touch. More than a few contact atoms from below "
                 "the surface mean that material has flowed, which no elastic method can follow." }
         }
+        @if let Some(back) = &atoms.unloading { (unloading::section(desk, atoms, back)?) }
+        @if let Some(held) = &atoms.hold { (hold::section(desk, atoms, held)?) }
         (criteria::section(desk, atoms)?)
         (criteria::plasticity(desk, atoms)?)
     })
@@ -72,11 +74,10 @@ fn audit(lines: &[AuditLine]) -> Markup {
     }
 }
 
-/// Load and number of contacts on the way down, one above the other.
-fn ladder(desk: &Desk, steps: &[LadderStep]) -> Result<Option<Markup>> {
+/// Load and number of contacts on the way down and, from the step `turn` on, back, one above the other.
+fn ladder(desk: &Desk, steps: &[LadderStep], turn: Option<usize>) -> Result<Option<Markup>> {
     let plot = |y_label: &str, of: fn(&LadderStep) -> f64| {
-        let points = steps.iter().map(|s| (s.displacement_angstrom, of(s))).collect();
-        let curves = vec![Curve { label: String::new(), style: ATOMS, points }];
+        let curves = unloading::there_and_back(steps, turn, |s| (s.displacement_angstrom, of(s)));
         let labels = ("displacement of the indenter (Å)", y_label);
         Plot { proportion: 0.36, ..Plot::new((Axis::Linear, Axis::Linear), labels, curves) }
     };
@@ -87,7 +88,8 @@ fn ladder(desk: &Desk, steps: &[LadderStep]) -> Result<Option<Markup>> {
     let evaluations: usize = steps.iter().map(|s| s.force_evaluations).sum();
     Ok(Some(figure(
         html! { (load) (contacts) },
-        html! { "The indenter comes down in " (steps.len()) " steps, the block relaxed at each (" (count(evaluations))
+        html! { "The indenter comes down in " (turn.map_or(steps.len(), |t| t + 1)) " steps"
+        @if let Some(t) = turn { " and goes back in " (steps.len() - 1 - t) } ", the block relaxed at each (" (count(evaluations))
         " force evaluations in all, largest force left " (significant(worst, 2)) " eV/Å). A negative p* is a pull: "
         "adhesion before there is much contact. States at asked loads lie between steps." },
     )))

@@ -12,11 +12,13 @@ mod curves;
 mod desk;
 mod distributions;
 mod headline;
+mod hold;
 mod loads;
 mod methods;
 mod ranges;
 mod surface;
 mod tradeoff;
+mod unloading;
 mod versions;
 
 use std::io::Write;

@@ -1,0 +1,86 @@
+//! The atoms at a temperature: each load's relaxed state, held.
+
+use super::Listener;
+use super::touching::Reader;
+use crate::atoms::engine::{Engine, Progress};
+use crate::atoms::hold::{BLOCKS, Held, Hold, Settings, mean};
+use crate::atoms::job::Job;
+use crate::record::results::{HeldState, HoldResults};
+use crate::scene::{AtomsCase, Case};
+use crate::{Error, Result};
+use std::ops::ControlFlow;
+use std::path::Path;
+
+/// Name of the stage and of its folder.
+pub(super) const STAGE: &str = "hold";
+
+/// Holds the states of the job `relaxed` at a temperature and reads what came of it; files are written into `folder`.
+pub(super) fn hold(
+    case: &Case,
+    atoms: &AtomsCase,
+    (engine, relaxed): (&dyn Engine, &Job),
+    settings: &Settings,
+    folder: &Path,
+    listener: &dyn Listener,
+) -> Result<HoldResults> {
+    let job = Job::write_hold(folder, relaxed, &atoms.block, settings)?;
+    let lost = || Error::format(folder, "a job that holds nothing", "the hold that was written");
+    let hold = job.record.hold.clone().ok_or_else(lost)?;
+    run(engine, &job, &hold, listener)?;
+    let reader = Reader::new(case, atoms, folder, STAGE)?;
+    let states = hold.loads.iter().enumerate().map(|(k, _)| state(atoms, &reader, (&job, &hold), k));
+    Ok(HoldResults {
+        temperature_k: hold.temperature_k,
+        lattice_constant_angstrom: settings.lattice_constant_angstrom,
+        equilibration_ps: hold.equilibration_ps(),
+        averaged_ps: hold.averaged_ps(),
+        timestep_ps: hold.timestep_ps,
+        blocks: BLOCKS,
+        states: states.collect::<Result<_>>()?,
+    })
+}
+
+fn run(engine: &dyn Engine, job: &Job, hold: &Hold, listener: &dyn Listener) -> Result<()> {
+    let of = hold.loads.len();
+    let mut watch = |p: Progress| {
+        let ended = p.rung.as_ref().map_or(0, |r| r.step + 1);
+        let within = if ended == of || p.is_new { 0.0 } else { (p.iterations as f64 / hold.steps() as f64).min(1.0) };
+        let ps = within * hold.steps() as f64 * hold.timestep_ps;
+        let words = format!("{ended} of {of} loads held at {} K, {ps:.1} ps of the next", hold.temperature_k);
+        listener.progress(Some((ended as f64 + within) / of as f64), &words);
+        if listener.stopping() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let finished = engine.run(job, &mut watch)?;
+    if let Some(step) = finished.resumed_from.filter(|s| s + 1 < of) {
+        listener.warn(&format!("went on from load {} of an earlier hold", step + 1));
+    }
+    Ok(())
+}
+
+/// Averages at the load `k` of a hold, maps written.
+fn state(atoms: &AtomsCase, reader: &Reader, (job, hold): (&Job, &Hold), k: usize) -> Result<HeldState> {
+    let held = Held::read(job, hold, k)?;
+    let gap = |b: &crate::atoms::hold::Watched| {
+        let gaps = reader.gaps_expanded((hold.expansion, held.bounds), &b.positions, b.low_angstrom);
+        gaps.iter().sum::<f64>() / gaps.len() as f64
+    };
+    let sites = held.probabilities();
+    let share = |of: fn(f64) -> bool| sites.iter().filter(|s| of(s.value)).count() as f64 / sites.len() as f64;
+    let name = |what: &str| format!("load-{}-{what}.npy", k + 1);
+    let write = |what: &str, values: Vec<f64>| reader.write_sites(&values, &name(what), &name(&format!("site-{what}")));
+    let [probability_map, site_probability] = write("probability", sites.iter().map(|s| s.value).collect())?;
+    let [_, site_error] = write("probability-error", sites.iter().map(|s| s.error).collect())?;
+    let load = hold.loads[k];
+    Ok(HeldState {
+        p_star: load / (hold.expansion * hold.expansion) / atoms.load_unit,
+        temperature_k: held.mean(|b| b.temperature_k),
+        load: held.mean(|b| b.load / load),
+        contact_fraction: held.mean(|b| b.touching.iter().sum::<f64>() / b.touching.len() as f64),
+        mean_gap_angstrom: mean(&held.blocks.iter().map(gap).collect::<Vec<f64>>()),
+        mostly: share(|p| p > 0.5),
+        ever: share(|p| p > 0.0),
+        probability_map,
+        site_probability,
+        site_error,
+    })
+}

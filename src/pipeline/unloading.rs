@@ -1,0 +1,44 @@
+//! The atoms' way back from the highest load.
+
+use super::touching::Reader;
+use crate::Result;
+use crate::atoms::job::Job;
+use crate::atoms::ladder::Ladder;
+use crate::atoms::unload::{pull_off, work};
+use crate::record::results::{AtomState, Change, Unloading};
+use crate::scene::{AtomsCase, Case};
+
+/// What the way back says, if the job has one: states at the loads of the path's second half, held against `there`, those of its
+/// first; from first touch what parting took.
+pub(super) fn unloading(
+    case: &Case,
+    atoms: &AtomsCase,
+    job: &Job,
+    ladder: &Ladder,
+    (reader, there): (&Reader, &[AtomState]),
+) -> Result<Option<Unloading>> {
+    let Some(turn) = job.turn(&ladder.rungs) else { return Ok(None) };
+    let (mut states, mut changes) = (Vec::new(), Vec::new());
+    for (i, &p_star) in case.p_star.iter().enumerate().skip(there.len()) {
+        let state = reader.state(i + 1, p_star, &ladder.at_load_back(&job.folder, p_star * atoms.load_unit, turn)?)?;
+        if let Some(before) = there.iter().find(|s| s.p_star == p_star) {
+            changes.push(Change {
+                p_star,
+                contact_fraction_there: before.contact_fraction,
+                contact_fraction_back: state.contact_fraction,
+                mean_gap_angstrom: state.mean_gap_angstrom - before.mean_gap_angstrom,
+            });
+        }
+        states.push(state);
+    }
+    let end = job.way_back(&ladder.rungs).and_then(|w| w.end);
+    let parted = end.map(|k| ladder.rungs[k].contacts == 0);
+    Ok(Some(Unloading {
+        turn,
+        states,
+        changes,
+        parted,
+        work_ev: end.filter(|_| parted == Some(true)).map(|k| work(&ladder.rungs[..=k])),
+        pull_off: end.and_then(|k| pull_off(&ladder.rungs[..=k], turn, atoms.load_unit)),
+    }))
+}

@@ -1,0 +1,65 @@
+//! The atoms at a temperature: how often each touches.
+
+use maud::{Markup, html};
+
+use super::desk::{Desk, figure, numbers, panel, panels, text};
+use super::loads::PANEL_SIDE;
+use crate::error::Result;
+use crate::record::results::{AtomsResults, HoldResults, Mean};
+use crate::report::map::Legend;
+use crate::report::number::{percent, significant, trimmed};
+use crate::report::picture::{self, Range};
+use crate::units::ANGSTROM_M;
+
+pub fn section(desk: &Desk, atoms: &AtomsResults, hold: &HoldResults) -> Result<Markup> {
+    let (mut drawn, mut rows) = (Vec::new(), Vec::new());
+    for (i, state) in hold.states.iter().enumerate() {
+        let small = picture::load(&desk.field(&state.probability_map)?, PANEL_SIDE, |v| v)?;
+        let range = Range { low: 0.0, high: 1.0 };
+        let legend = Legend::Ramp { range, unit: String::new(), clipped: false };
+        let title = format!("p* = {}", trimmed(state.p_star, 4));
+        let names = (format!("probability-{}", i + 1), format!("how often each surface atom touches at {title}"));
+        let length = atoms.cells as f64 * hold.lattice_constant_angstrom * ANGSTROM_M;
+        let image = desk.map((&names.0, &names.1), &picture::map(&small, range), length, legend)?;
+        let contact = state.contact_fraction;
+        let words = format!("{} ± {}", percent(contact.value), percent(contact.error));
+        drawn.push(panel(&title, image, html! { (words) " in contact" }));
+        let still = atoms.states.iter().find(|s| (s.p_star / state.p_star - 1.0).abs() < 1e-6);
+        let at_rest = |of: Option<String>| text(of.unwrap_or("–".into()));
+        rows.push(vec![
+            text(trimmed(state.p_star, 4)),
+            text(words),
+            at_rest(still.map(|s| percent(s.contact_fraction))),
+            text(percent(state.mostly)),
+            text(percent(state.ever)),
+            text(with_error(state.mean_gap_angstrom, "Å")),
+            at_rest(still.map(|s| format!("{}\u{a0}Å", significant(s.mean_gap_angstrom, 4)))),
+            text(with_error(state.temperature_k, "K")),
+        ]);
+    }
+    let head = [
+        "p*",
+        "contact",
+        "at 0 K",
+        "touch more than half of the time",
+        "touch at all",
+        "mean gap",
+        "at 0 K",
+        "temperature",
+    ];
+    Ok(html! {
+        h3 { "At " (trimmed(hold.temperature_k, 4)) " K" }
+        (figure(
+            panels(drawn.len().min(3), &drawn),
+            html! { "The share of the time in which each surface atom touches, over " (significant(hold.averaged_ps, 3)) " ps after "
+                (significant(hold.equilibration_ps, 3)) " ps that are not counted, in a cell expanded to the lattice constant of "
+                (significant(hold.lattice_constant_angstrom, 5)) " Å. Contact is the mean of that share; errors are standard errors "
+                "from " (hold.blocks) " blocks of time." },
+        ))
+        (numbers(&head, rows))
+    })
+}
+
+fn with_error(mean: Mean, unit: &str) -> String {
+    format!("{} ± {}\u{a0}{unit}", significant(mean.value, 4), significant(mean.error, 1))
+}
