@@ -244,7 +244,7 @@ fn say_forecasts(told: &Told) {
     let head = ["method", "grid", "from", "foreseen", "CPU", "ratio", "twice the grid"];
     words::say(&words::table(&head, told.forecasts.iter().map(row)));
     let held = told.forecasts.iter().filter(|f| f.holds()).count();
-    let (all, within) = (told.forecasts.len(), (100.0 * (FORESEEN - 1.0)).round());
+    let (all, within) = (told.forecasts.len(), (100.0 * FORESEEN).round());
     words::say(&format!("costs: {held} of {all} methods are within {within} % of what their coarser grids say"));
 }
 

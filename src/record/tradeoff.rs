@@ -294,8 +294,8 @@ pub struct AtomsCost {
     pub frame_bytes: u64,
 }
 
-/// Factor within which a cost that was foreseen is as good as measured.
-pub const FORESEEN: f64 = 1.3;
+/// Share of a cost by which what was foreseen of it may be off.
+pub const FORESEEN: f64 = 0.3;
 
 /// The cost of a method's finest grid as its coarser ones tell it, held against what it was, and that of the next one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -317,7 +317,7 @@ pub struct Forecast {
 impl Forecast {
     /// Whether the prediction is within [`FORESEEN`].
     pub fn holds(&self) -> bool {
-        self.ratio <= FORESEEN && self.ratio >= 1.0 / FORESEEN
+        (self.ratio - 1.0).abs() <= FORESEEN
     }
 }
 

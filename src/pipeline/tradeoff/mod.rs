@@ -130,6 +130,16 @@ pub fn tradeoff(
         None => bench.climb(&besides, &grids, &asked.slabs, &truths)?,
     };
     warnings.extend(climbed.done.iter().flat_map(|(_, found)| found.notes.clone()));
+    let there = case.loads_there();
+    for (rung, found) in climbed.done.iter().filter(|(rung, _)| rung.block.is_some()) {
+        let pressed = found.results.states.len();
+        if pressed < there {
+            warnings.push(format!(
+                "{}: pressed at the first {pressed} of {there} loads, which its errors are of",
+                rung.words()
+            ));
+        }
+    }
     let cost = |c: &crate::record::tradeoff::Cost, truth: &Truth| crate::record::tradeoff::Cost {
         of_reference: c.cpu_seconds / truth.measured.cost.cpu_seconds.max(f64::MIN_POSITIVE),
         ..*c
