@@ -5,6 +5,7 @@ mod lammps;
 
 use asperity::grid::transformed_nodes;
 use asperity::pipeline::{self, Listener};
+use asperity::record::budget::Source;
 use asperity::record::results::{Results, StageCost};
 use asperity::scene::{Case, Scene};
 use lammps::there_is_lammps;
@@ -77,7 +78,8 @@ fn atoms_do_no_more_than_is_asked() {
     let folder = tempfile::tempdir().expect("scratch");
     let folder = folder.path();
     table(folder);
-    let full = run(folder, "full", &SCENE.replace("GRID", "grid = 64"));
+    let full = SCENE.replace("GRID", "grid = 64").replace("plasticity = true", "plasticity = true\ndepth_error = true");
+    let full = run(folder, "full", &full);
     let asked = "[accuracy]\nquantity = \"contact_area\"\nerror = 0.02\ntables = [\"table.json\"]\n";
     let lean = run(folder, "asked", &format!("{}{asked}", SCENE.replace("GRID", "")));
     let state = |c: &Counted| c.results.atoms.as_ref().expect("atoms").states[0].clone();
@@ -95,5 +97,15 @@ fn atoms_do_no_more_than_is_asked() {
     let compared = |c: &Counted| c.results.comparison.clone().expect("compared");
     assert!(compared(&full).full.is_some() && compared(&lean).full.is_none());
     assert_eq!(compared(&lean).loads[0].continuum.len(), 3);
+    // What the finite depth makes of area and mean gap is told where it was asked for, and takes a solution more.
+    let of_depth = |c: &Counted| -> Vec<f64> {
+        let budget = compared(c).hard.states[0].budget.clone();
+        budget.iter().filter(|p| p.source == Source::Depth).filter_map(|p| p.relative).collect()
+    };
+    assert!(of_depth(&lean).is_empty());
+    let [area, gap] = of_depth(&full)[..] else { panic!("{:?}", of_depth(&full)) };
+    assert!(area > 0.0 && area < 0.5 && gap > 0.0 && gap < 0.5, "{area} {gap}");
+    let page = std::fs::read_to_string(folder.join("full/report.html")).expect("a page");
+    assert!(page.contains("finite depth"));
     assert!(lean.nodes < full.nodes, "{} {}", lean.nodes, full.nodes);
 }
