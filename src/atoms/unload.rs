@@ -121,12 +121,6 @@ pub fn pull_off(rungs: &[Rung], turn: usize, load_unit: f64) -> Option<AtomPullO
     })
 }
 
-/// What the steps of a ladder that ends where it began have taken, eV: ∮ F dz with straight lines between the steps.
-pub fn work(rungs: &[Rung]) -> f64 {
-    let step = |r: &[Rung]| 0.5 * (r[0].load + r[1].load) * (r[1].displacement_angstrom - r[0].displacement_angstrom);
-    rungs.windows(2).map(step).sum()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -188,7 +182,6 @@ mod tests {
         // Without adhesion no step is shortened.
         assert_eq!(both.way_back(&way[..5]), Some(WayBack { turn: 2, slow: None, lowest: 0.0, end: None }));
         assert_eq!(pull_off(&way, 2, 100.0), None);
-        assert!(work(&way).abs() < 0.1);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use super::touching::Reader;
 use crate::Result;
 use crate::atoms::job::Job;
 use crate::atoms::ladder::Ladder;
-use crate::atoms::unload::{pull_off, work};
+use crate::atoms::unload::pull_off;
 use crate::record::results::{AtomState, Change, Unloading};
 use crate::scene::{AtomsCase, Case};
 
@@ -38,7 +38,6 @@ pub(super) fn unloading(
         states,
         changes,
         parted,
-        work_ev: end.filter(|_| parted == Some(true)).map(|k| work(&ladder.rungs[..=k])),
         pull_off: end.and_then(|k| pull_off(&ladder.rungs[..=k], turn, atoms.load_unit)),
     }))
 }

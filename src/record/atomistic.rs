@@ -134,9 +134,6 @@ pub struct Unloading {
     /// From first touch: whether nothing touched in the end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub parted: Option<bool>,
-    /// Of a ladder that ends apart: what it has taken, ∮ F dz with straight lines between the steps, eV.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub work_ev: Option<f64>,
     /// With adhesion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pull_off: Option<AtomPullOff>,

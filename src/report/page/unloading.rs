@@ -54,9 +54,6 @@ pub fn section(desk: &Desk, atoms: &AtomsResults, back: &Unloading) -> Result<Ma
         @if back.parted == Some(false) {
             p { span.bad { "The indenter did not come free: " } "atoms touched it still where the way back ended." }
         }
-        @if let Some(work) = back.work_ev {
-            p { "The whole way, there and back, took " (significant(work, 3)) " eV." }
-        }
     })
 }
 
