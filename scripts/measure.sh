@@ -18,5 +18,10 @@ ladder fast configs/measured/waves-32.toml --methods fast --grids 1024,512,256,1
 for seed in 1 2 3; do
     ladder "waves-32-$seed" configs/measured/waves-32.toml --seed $seed --grids 512,256,128,64,32 --reference 1024 --budget 6m
 done
+# With adhesion: two surfaces whose range a desk machine resolves, and the shipped scene, whose range none of its grids does.
+for seed in 1 2; do
+    ladder "adhesion-32-$seed" configs/measured/waves-32-adhesion.toml --seed $seed --methods fast --grids 512,256,128,64 --reference 1024
+done
+ladder adhesion configs/adhesion.toml --methods fast --grids 512,256,128 --reference 1024
 # shellcheck disable=SC2086
 "$program" collect $tables --out data/measured.json --ladders docs/trade-off-ladders.md --made-by "make measured"

@@ -1,6 +1,6 @@
 #!/bin/sh
-# Holds what `asperity advise` says against what is found, on surfaces that no table has seen: five other seeds and two other
-# spectra. $1: the program.
+# Holds what `asperity advise` says against what is found, on surfaces that no table has seen: five other seeds, two other
+# spectra, and a seed with adhesion. $1: the program.
 set -eu
 program=$1
 prove() { # scene, flags
@@ -12,4 +12,5 @@ failed=0
 prove configs/measured/unseen.toml --seeds 11,12,13,14,15 || failed=1
 prove configs/measured/unseen-rougher.toml || failed=1
 prove configs/measured/unseen-shorter.toml || failed=1
+prove configs/measured/unseen-adhesion.toml || failed=1
 exit $failed

@@ -58,7 +58,15 @@ pub fn children_peak_rss_bytes() -> u64 {
 
 /// Processor time of this process so far, all its threads together, seconds.
 pub fn cpu_seconds() -> f64 {
-    let usage = usage(libc::RUSAGE_SELF);
+    processor_seconds(usage(libc::RUSAGE_SELF))
+}
+
+/// Processor time of all children that have ended, seconds.
+pub fn children_cpu_seconds() -> f64 {
+    processor_seconds(usage(libc::RUSAGE_CHILDREN))
+}
+
+fn processor_seconds(usage: libc::rusage) -> f64 {
     let seconds = |t: libc::timeval| t.tv_sec as f64 + 1e-6 * t.tv_usec as f64;
     seconds(usage.ru_utime) + seconds(usage.ru_stime)
 }

@@ -1,11 +1,14 @@
 //! The ladder of methods through the real binary: what its table holds, that it goes on where it was stopped, and that a
 //! budget leaves things out and says so.
 
+#[path = "common/lammps.rs"]
+mod lammps;
 #[path = "common/program.rs"]
 mod program;
 
 use asperity::method::REGISTRY;
 use asperity::record::tradeoff::{FILE, Measure, Point, Tradeoff};
+use lammps::there_is_lammps;
 use program::{asperity, json_line, stderr};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -76,7 +79,7 @@ fn error(p: &Point, measure: Measure) -> f64 {
 #[test]
 fn the_table_has_every_method() {
     let bench = Bench::new(&SCENE.replace("128", "64"));
-    let told = bench.table("run", &["--methods", "all", "--grids", "64,32", "--budget", "8s"]);
+    let told = bench.table("run", &["--methods", "all", "--grids", "64,32", "--budget", "8s", "--repeats", "1"]);
     for method in REGISTRY {
         let card = method.card();
         let points: Vec<&Point> = told.points.iter().filter(|p| p.setting.method == card.id).collect();
@@ -120,6 +123,15 @@ fn errors_fall_with_the_grid() {
     let loose = told.points.iter().find(|p| p.setting.tolerance == 1e-2).expect("a loose tolerance");
     assert!(loose.cost.fft_pairs < fine.cost.fft_pairs, "{loose:?}");
     assert_eq!(told.points.len(), 3 + 5, "grids, and f32 to two and f64 to three more tolerances on the scene's");
+    // What coarser grids say of the finest is told beside what it took.
+    let [foreseen] = &told.forecasts[..] else { panic!("{:?}", told.forecasts) };
+    assert!(foreseen.setting == fine.setting && foreseen.coarser == [32, 64], "{foreseen:?}");
+    assert!(foreseen.predicted_cpu_seconds > 0.0 && foreseen.cpu_seconds == fine.cost.cpu_seconds);
+    assert_eq!(foreseen.ratio, foreseen.predicted_cpu_seconds / foreseen.cpu_seconds);
+    assert!(foreseen.twice_cpu_seconds.is_some_and(|t| t > 0.0));
+    assert!(told.points.iter().all(|p| p.cost.runs >= 1));
+    let page = std::fs::read_to_string(bench.out("run").join("report.html")).expect("a page");
+    assert!(page.contains("twice the grid"));
     // Every point has its line in the CSV, and every line as many cells as the first.
     let csv = std::fs::read_to_string(bench.out("run").join("tradeoff.csv")).expect("a CSV");
     let cells: Vec<usize> = csv.lines().map(|l| l.split(',').count()).collect();
@@ -135,6 +147,48 @@ fn the_reference_may_be_finer() {
     // Refinements are on the scene's grid.
     assert!(told.points.iter().any(|p| p.setting.precision == "f32" && p.setting.nx == 32));
     assert!(error(on_grid(&told, "fast", 32), Measure::GapMap) > 0.0);
+}
+
+/// Blocks of atoms stand in the table with what LAMMPS took, and with two errors: against the scene's reference, and against the
+/// half-space under the heights that they resolve.
+#[test]
+fn atoms_are_settings_too() {
+    if !there_is_lammps("atoms_are_settings_too") {
+        return;
+    }
+    let smooth =
+        "[surface]\ngrid = 64\nroll_off_mode = 2\ncut_off_mode = 24\nrms_gradient = 0.3\n[load]\np_star = [0.02]\n";
+    let bench = Bench::new(&format!("name = \"ladder\"\n{smooth}"));
+    let flags = ["--methods", "fast", "--grids", "64", "--repeats", "1", "--atoms", "10x6,10x3"];
+    let told = bench.table("run", &flags);
+    let blocks: Vec<&Point> = told.points.iter().filter(|p| p.setting.method == "all-atom").collect();
+    let sizes: Vec<String> = blocks.iter().filter_map(|p| p.setting.block).map(|b| b.to_string()).collect();
+    assert_eq!(sizes, ["10x3", "10x6"], "{:?}", told.left_out);
+    for p in &blocks {
+        let cost = p.cost.atoms.expect("what LAMMPS took");
+        assert!(
+            cost.force_evaluations > 0 && cost.frame_bytes > 0 && p.cost.cpu_seconds >= cost.lammps_cpu_seconds,
+            "{p:?}"
+        );
+        let resolved = p.resolved.as_ref().expect("errors against the resolved heights");
+        for measure in [Measure::ContactArea, Measure::MeanGap, Measure::GapMap, Measure::ContactMap] {
+            assert!(error(p, measure) > 0.0 && resolved.errors.contains_key(&measure), "{p:?}");
+        }
+        assert!(!p.errors.contains_key(&Measure::StressPdf) && p.missing.iter().any(|m| m.quantity == "stress_pdf"));
+        // Waves that the indenter does not have make the gaps of the reference other ones than those of its heights.
+        assert_ne!(error(p, Measure::GapMap), resolved.errors[&Measure::GapMap]);
+        assert!(resolved.shortest_wave > 1.0 / 24.0 && resolved.gradient < 0.3, "{resolved:?}");
+    }
+    let [atoms_thin, atoms_thick] = [0, 1].map(|i| blocks[i].cost.atoms.map_or(0, |c| c.atoms));
+    assert!(atoms_thin > 0 && atoms_thin < atoms_thick);
+    // Neither LAMMPS's files nor maps are left, and the same command runs nothing again.
+    let stage = bench.out("run").join("point-all-atom-10x6");
+    assert!(stage.join("output.json").exists() && !stage.join("job").exists() && !stage.join("atoms").exists());
+    assert_eq!(bench.table("run", &flags).points, told.points);
+    // They are no grids: no table for advice has them, no cost of theirs is foreseen.
+    assert!(told.forecasts.is_empty());
+    let page = std::fs::read_to_string(bench.out("run").join("report.html")).expect("a page");
+    assert!(page.contains("Blocks of atoms") && page.contains("10x6"));
 }
 
 /// What was measured before a kill is not measured again, and the end is the same.
@@ -210,6 +264,8 @@ fn bad_flags_are_refused() {
         (["--budget", "soon"], "10m"),
         (["--budget", "0"], "10m"),
         (["--repeats", "0"], "1 to 100"),
+        (["--atoms", "10"], "15x6"),
+        (["--atoms", "2x6"], "4 to 2000"),
     ];
     for (flags, accepted) in refused {
         let output = bench.run("refused", &flags);

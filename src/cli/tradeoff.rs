@@ -1,8 +1,8 @@
 use super::{listen::Teller, words};
 use crate::method::{self, ContactMethod, REGISTRY};
 use crate::pipeline::{self, AskedOfLadder};
-use crate::record::tradeoff::{Measure, Point, Tradeoff as Told};
-use crate::report::number::{duration, error_of, memory, significant, trimmed};
+use crate::record::tradeoff::{AtomsCost, BlockSize, FORESEEN, Forecast, Measure, Point, Resolved, Tradeoff as Told};
+use crate::report::number::{count, duration, error_of, memory, significant, trimmed};
 use crate::scene::{ALL_METHODS, Case, Scene};
 use crate::{Error, Result};
 use std::path::PathBuf;
@@ -39,9 +39,13 @@ pub struct Tradeoff {
     /// Thicknesses over L of bonded layers that stand for the scene's half-space, apart by commas: what a finite slab costs.
     #[arg(long, value_name = "LIST", value_delimiter = ',', num_args = 1)]
     slabs: Vec<f64>,
-    /// Runs of each setting, of which the cheapest counts.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    repeats: usize,
+    /// Blocks of atoms, CELLSxDEPTH in lattice constants apart by commas, pressed by LAMMPS. Default: of a scene with [atoms] its
+    /// own, one of half the cells and one of half the depth.
+    #[arg(long, value_name = "LIST", value_delimiter = ',', num_args = 1)]
+    atoms: Vec<String>,
+    /// Runs of each setting, of which the cheapest counts. Default: one; three to seven of settings that take less than a second.
+    #[arg(long, value_name = "N")]
+    repeats: Option<usize>,
     /// One line of JSON on stdout.
     #[arg(long)]
     json: bool,
@@ -50,8 +54,8 @@ pub struct Tradeoff {
 impl Tradeoff {
     pub fn execute(self) -> Result<ExitCode> {
         let budget_seconds = self.budget.as_deref().map(|text| seconds("--budget", text)).transpose()?;
-        if !(1..=MOST_REPEATS).contains(&self.repeats) {
-            return Err(Error::input(PLACE, "--repeats", self.repeats, format!("1 to {MOST_REPEATS} runs")));
+        if let Some(n) = self.repeats.filter(|n| !(1..=MOST_REPEATS).contains(n)) {
+            return Err(Error::input(PLACE, "--repeats", n, format!("1 to {MOST_REPEATS} runs")));
         }
         if let Some(t) = self.slabs.iter().find(|t| !(t.is_finite() && **t > 0.0)) {
             return Err(Error::input(PLACE, "--slabs", t, "thicknesses above zero, over the cell's length"));
@@ -73,6 +77,7 @@ impl Tradeoff {
             repeats: self.repeats,
             exact: None,
             slabs: self.slabs,
+            blocks: (!self.atoms.is_empty()).then(|| self.atoms.iter().map(|a| block(a)).collect()).transpose()?,
         };
         let teller = Teller::new();
         let (told, page) = pipeline::tradeoff(&case, &asked, &out, &teller)?;
@@ -98,6 +103,17 @@ fn methods(ids: &[String]) -> Result<Vec<&'static dyn ContactMethod>> {
     let all = ids.is_empty() || ids.iter().any(|id| id == ALL_METHODS);
     let wanted = |id: &str| all || ids.iter().any(|w| method::find(w).is_some_and(|m| m.card().id == id));
     Ok(REGISTRY.iter().copied().filter(|m| wanted(m.card().id)).collect())
+}
+
+/// A block as people write it.
+fn block(text: &str) -> Result<BlockSize> {
+    let found = text
+        .trim()
+        .split_once('x')
+        .and_then(|(cells, depth)| Some(BlockSize { cells: cells.parse().ok()?, depth_cells: depth.parse().ok()? }));
+    let found = found.filter(|b| (4..=2000).contains(&b.cells) && (1..=1000).contains(&b.depth_cells));
+    let accepted = "cells across (4 to 2000) and deep (1 to 1000), lattice constants, as 15x6";
+    found.ok_or_else(|| Error::input(PLACE, "--atoms", text, accepted))
 }
 
 /// A time as people write it, in s.
@@ -152,6 +168,7 @@ fn say(told: &Told) {
         let mut cells = vec![
             match s.slab {
                 Some(t) => format!("{} (layer of {} L)", s.method, trimmed(t, 3)),
+                None if s.block.is_some() => s.block.map_or(String::new(), |b| format!("{} ({b})", s.method)),
                 None if p.is_reference => format!("{} (reference)", s.method),
                 None => s.method.clone(),
             },
@@ -165,6 +182,8 @@ fn say(told: &Told) {
         cells
     };
     words::say(&words::table(&head, told.points.iter().filter(|p| p.refusal.is_none()).map(row)));
+    say_atoms(told);
+    say_forecasts(told);
     let mut refused: Vec<(&str, &str)> = Vec::new();
     for p in &told.points {
         if let Some(why) = p.refusal.as_deref().filter(|w| !refused.contains(&(&p.setting.method, w))) {
@@ -177,6 +196,56 @@ fn say(told: &Told) {
         words::say(&format!("left out: {} on {}, {} to {:e}: {}", s.method, s.nx, s.precision, s.tolerance, l.reason));
     }
     told.warnings.iter().for_each(|w| words::say(&format!("warning: {w}")));
+}
+
+/// What blocks of atoms took, and their errors against the heights that they resolve.
+fn say_atoms(told: &Told) {
+    let blocks: Vec<(&Point, &Resolved)> =
+        told.points.iter().filter_map(|p| p.resolved.as_ref().map(|r| (p, r))).collect();
+    if blocks.is_empty() {
+        return;
+    }
+    let row = |(p, r): &(&Point, &Resolved)| {
+        let taken = p.cost.atoms;
+        let number = |of: fn(&AtomsCost) -> String| taken.as_ref().map_or("-".into(), of);
+        let mut cells = vec![
+            p.setting.block.map_or("-".into(), |b| b.to_string()),
+            number(|a| count(a.atoms as usize)),
+            number(|a| count(a.force_evaluations)),
+            number(|a| duration(a.lammps_cpu_seconds)),
+            format!("L/{}", significant(1.0 / r.shortest_wave, 2)),
+        ];
+        let error = |m| r.errors.get(&m).map_or("-".into(), |e| error_of(m, *e));
+        cells.extend([Measure::ContactArea, Measure::MeanGap, Measure::GapMap, Measure::ContactMap].map(error));
+        cells
+    };
+    words::say("atoms, against the solution on the heights that they resolve:");
+    let head = ["block", "atoms", "evaluations", "LAMMPS", "waves to", "area", "mean gap", "gap map", "contact map"];
+    words::say(&words::table(&head, blocks.iter().map(row)));
+}
+
+/// What coarser grids said of the finest.
+fn say_forecasts(told: &Told) {
+    if told.forecasts.is_empty() {
+        return;
+    }
+    let row = |f: &Forecast| {
+        let grids: Vec<String> = f.coarser.iter().map(|n| n.to_string()).collect();
+        vec![
+            f.setting.method.clone(),
+            f.setting.nx.to_string(),
+            grids.join(", "),
+            duration(f.predicted_cpu_seconds),
+            duration(f.cpu_seconds),
+            significant(f.ratio, 2),
+            f.twice_cpu_seconds.map_or("-".into(), duration),
+        ]
+    };
+    let head = ["method", "grid", "from", "foreseen", "CPU", "ratio", "twice the grid"];
+    words::say(&words::table(&head, told.forecasts.iter().map(row)));
+    let held = told.forecasts.iter().filter(|f| f.holds()).count();
+    let (all, within) = (told.forecasts.len(), (100.0 * (FORESEEN - 1.0)).round());
+    words::say(&format!("costs: {held} of {all} methods are within {within} % of what their coarser grids say"));
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! How far what one method tells is from what another does: numbers, maps and distributions.
 
 use super::overlap;
+use crate::grid::{Grid, bilinear};
 use crate::observe::Distribution;
 use crate::record::npy;
 use crate::record::tradeoff::Extrapolation;
@@ -36,6 +37,21 @@ fn coincident<'a>(
     let ((ax, ay), (bx, by)) = (steps(a)?, steps(b)?);
     let pair = move |j: usize, i: usize| (a.values[j * ay * a.nx + i * ax], b.values[j * by * b.nx + i * bx]);
     Some((0..ny).flat_map(move |j| (0..nx).map(move |i| pair(j, i))))
+}
+
+/// A periodic map as it is between its nodes, at those of another grid: values that vary evenly, or, of what is either one or
+/// the other, those of the nearest node.
+pub fn at_nodes_of(map: &npy::Field<f64>, nx: usize, ny: usize, nearest: bool) -> npy::Field<f64> {
+    let own = Grid::unit(map.nx, map.ny);
+    let node = |x: f64, n: usize| (x * n as f64).round() as usize % n;
+    let at = |k: usize| {
+        let (x, y) = ((k % nx) as f64 / nx as f64, (k / nx) as f64 / ny as f64);
+        match nearest {
+            true => map.values[node(y, map.ny) * map.nx + node(x, map.nx)],
+            false => bilinear(own, |k| map.values[k], x, y),
+        }
+    };
+    npy::Field { nx, ny, values: (0..nx * ny).map(at).collect() }
 }
 
 /// Root of the mean square difference of two maps at the nodes that both have, over `scale`.
@@ -188,6 +204,20 @@ mod tests {
         close(map_l2(&map(4, |x, _| if x < 0.5 { 1.0 } else { 0.0 }), &map(4, |_, _| 0.0), 1.0), 0.5f64.sqrt());
         assert_eq!(map_l2(&map(6, wave), &map(8, wave), 1.0), None);
         assert_eq!(map_l2(&coarse, &fine, 0.0), None);
+    }
+
+    /// Between nodes a map is even, or that of the nearest; at its own nodes itself.
+    #[test]
+    fn maps_are_read_between_their_nodes() {
+        let ramp = map(4, |x, y| 4.0 * x + 40.0 * y);
+        let fine = at_nodes_of(&ramp, 8, 8, false);
+        assert_eq!(fine.values[..6], [0.0, 0.5, 1.0, 1.5, 2.0, 2.5]);
+        assert_eq!((fine.values[8], fine.values[16]), (5.0, 10.0));
+        // The last node's neighbour is the first one's.
+        assert_eq!(fine.values[7], 1.5);
+        let coarse = at_nodes_of(&ramp, 3, 1, true);
+        assert_eq!(coarse.values, [0.0, 1.0, 3.0]);
+        assert_eq!(at_nodes_of(&ramp, 4, 4, false).values, ramp.values);
     }
 
     /// Stripes of a half and of a quarter that lie in each other share half of what they cover.

@@ -3,6 +3,7 @@
 
 pub mod accuracy;
 pub mod advice;
+pub mod forecast;
 pub mod frontier;
 mod matching;
 mod overlap;

@@ -1,6 +1,6 @@
 //! The accuracy that a scene asks for, resolved into grid, method, precision and tolerance by measured tables.
 
-use super::shortest_wave;
+use super::{adhesion_words, shortest_wave};
 use crate::compare::advice::{Limit, Table, Tables, Target, candidates, choose};
 use crate::interface::Adhesion;
 use crate::method::Precision;
@@ -42,9 +42,18 @@ pub fn settle(mut scene: Scene, file: &Path) -> Result<Case> {
     c.method = advice.method.clone();
     c.precision = if advice.precision == "f32" { Precision::F32 } else { Precision::F64 };
     c.tolerance = Some(advice.tolerance);
+    // Frames then hold the whole block, for what no quantity that can be asked for needs.
+    let watched = scene.atoms.as_mut().is_some_and(|a| std::mem::take(&mut a.plasticity));
     let chosen =
         Chosen { quantity: asked.quantity, error: asked.error, budget_s: asked.budget_s, tables: made_by, advice };
-    Ok(Case { chosen: Some(chosen), ..Case::resolve(scene, file)? })
+    let mut settled = Case { chosen: Some(chosen), ..Case::resolve(scene, file)? };
+    if watched {
+        let what = asked.quantity.name();
+        settled
+            .warnings
+            .push(format!("atoms.plasticity is left out: {what} is all that is asked for, and needs none of it"));
+    }
+    Ok(settled)
 }
 
 /// A scene says what it wants or how to get it, not both.
@@ -98,7 +107,7 @@ fn target(case: &Case) -> Target {
         own_grid: matches!(case.surface, Surface::Imported { .. }).then_some(case.grid.nx),
         aspect: case.grid.ny as f64 / case.grid.nx as f64,
         kernel: case.kernel.to_string(),
-        adhesion: (case.adhesion != Adhesion::None).then(|| case.adhesion.to_string()),
+        adhesion: (case.adhesion != Adhesion::None).then(|| adhesion_words(case)),
         p_star: case.p_star[..case.loads_there().min(case.p_star.len())].to_vec(),
     }
 }

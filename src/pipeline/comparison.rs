@@ -10,14 +10,16 @@ use crate::atoms::contact::onto_grid;
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
 use crate::compare::{Criterion, Sites, registration};
 use crate::grid::{Field, Grid, bilinear};
-use crate::interface::{RangeChoice, Wall};
+use crate::interface::{Elastic, RangeChoice, Wall};
 use crate::method::{Precision, Problem};
 use crate::observe::{Connectivity, along_y, column_at, patch_sizes};
+use crate::record::budget::{Part, Source};
 use crate::record::npy;
 use crate::record::results::{
     AtomState, AtomsResults, ComparisonResults, ContinuumResults, CriterionArea, CriterionMatch, LoadComparison,
-    Section,
+    Section, StateResults,
 };
+use crate::record::tradeoff::Measure;
 use crate::scene::{AtomsCase, Case};
 use crate::units::GPA_PER_EV_A3;
 use crate::{Error, Result};
@@ -49,24 +51,43 @@ pub(super) fn matched(
     key: &Key,
     listener: &dyn Listener,
 ) -> Result<Matched> {
-    let hard = Matching { wall: Wall::Hard, soft: false, tag: "hard wall", threshold: 0.0, criterion: "zero gap" };
+    let (kernel, wall) = (atoms.kernel(), Wall::Hard);
+    let hard = Matching { kernel, wall, soft: false, tag: "hard wall", threshold: 0.0, criterion: "zero gap" };
     // The scene's own grid, which holds more of the spectrum than atoms do; neither low-passed nor scaled up.
     let whole = case.surface.heights(case.grid, 0.0);
     let full = Matching { tag: "full heights", ..hard };
-    let full = match solve(case, atoms, (case.grid, &whole), full, (folder, stage), key, listener) {
+    let asked = case
+        .wants()
+        .distributions
+        .then(|| solve(case, atoms, (case.grid, &whole), full, (folder, stage), key, listener));
+    let full = match asked.transpose() {
         // Beside the others: what does not converge here takes nothing from them.
         Err(e @ Error::NotConverged { .. }) => {
             listener.warn(&format!("the continuum on the full heights is left out: {e}"));
             None
         }
-        other => Some(other?),
+        other => other?,
     };
     let heights = atoms_heights(case, atoms);
-    Ok(Matched {
-        full,
-        hard: solve(case, atoms, (atoms.matched, &heights), hard, (folder, stage), key, listener)?,
-        soft: soft(case, atoms, (folder, stage), key, listener)?,
-    })
+    let mut found = solve(case, atoms, (atoms.matched, &heights), hard, (folder, stage), key, listener)?;
+    if case.scene.atoms.as_ref().is_some_and(|a| a.depth_error) {
+        let deep = Matching { kernel: Elastic::HalfSpace, tag: "half-space", ..hard };
+        let deep = solve(case, atoms, (atoms.matched, &heights), deep, (folder, stage), key, listener)?;
+        found.states.iter_mut().zip(&deep.states).for_each(|(state, deep)| state.budget.extend(of_depth(state, deep)));
+    }
+    Ok(Matched { full, hard: found, soft: soft(case, atoms, (folder, stage), key, listener)? })
+}
+
+/// What the finite depth of a block makes of contact and mean gap: the way from the half-space, over the value.
+fn of_depth(state: &StateResults, deep: &StateResults) -> [Part; 2] {
+    let part = |quantity, found: f64, deep: f64| {
+        let relative = Some((found / deep - 1.0).abs()).filter(|r| r.is_finite());
+        Part { quantity, source: Source::Depth, relative, is_bound: false }
+    };
+    [
+        part(Measure::ContactArea, state.contact_fraction_corrected, deep.contact_fraction_corrected),
+        part(Measure::MeanGap, state.mean_gap, deep.mean_gap),
+    ]
 }
 
 /// The continuum with the atoms' own wall, at every load; its gaps are stored in the folder.
@@ -78,6 +99,7 @@ pub(super) fn soft(
     listener: &dyn Listener,
 ) -> Result<ContinuumResults> {
     let matching = Matching {
+        kernel: atoms.kernel(),
         wall: Wall::LennardJones(atoms.soft_wall()),
         soft: true,
         tag: "soft wall",
@@ -96,6 +118,7 @@ fn atoms_heights(case: &Case, atoms: &AtomsCase) -> Vec<f64> {
 /// What is solved for the comparison, and what it calls contact.
 #[derive(Clone, Copy)]
 struct Matching {
+    kernel: Elastic,
     wall: Wall,
     soft: bool,
     tag: &'static str,
@@ -113,7 +136,7 @@ fn solve(
     listener: &dyn Listener,
 ) -> Result<ContinuumResults> {
     let problem = Problem {
-        kernel: atoms.kernel(),
+        kernel: matching.kernel,
         adhesion: atoms.matched_adhesion(matching.soft),
         wall: matching.wall,
         precision: Precision::F64,
@@ -134,7 +157,7 @@ fn solve(
         there: None,
         threshold: matching.threshold,
         criterion: matching.criterion.into(),
-        keep: &|_| Keep { gap: true, stress: true },
+        keep: &|_| Keep { gap: true, stress: case.wants().distributions },
         wants: case.wants(),
     };
     load_path(asked, (folder, stage, matching.tag), key, listener)

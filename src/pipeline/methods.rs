@@ -139,7 +139,10 @@ pub(super) fn run(
     let mut results = nothing(method, &case.scene.methods, adhesive);
     if card.id == all_atom::ID {
         // Those of a scene with atoms stand with the methods after they have run.
-        return Ok(MethodResults { refusal: Some("runs in scenes with [atoms]".into()), ..results });
+        return Ok(MethodResults {
+            refusal: Some("runs in scenes with [atoms], and in `asperity tradeoff --atoms`".into()),
+            ..results
+        });
     }
     let adhesion = if adhesive { case.adhesion } else { Adhesion::None };
     let cpu = crate::sys::cpu_seconds();

@@ -31,6 +31,7 @@ pub use methods::state_of;
 pub use plan::{RunPlan, plan};
 pub use progress::Progress;
 pub use run::{rebuild_comparison, run};
+use tradeoff::adhesion_words;
 pub use tradeoff::{AskedOfLadder, Trial, prove, shortest_wave, tradeoff};
 
 use crate::record::results::StageCost;

@@ -163,7 +163,7 @@ pub fn plan(case: &Case, threads: usize) -> Result<RunPlan> {
                 (evaluations, format!("{loads} load{} from the continuum", if loads == 1 { "" } else { "s" }))
             }
         };
-        let (matched_bytes, matched_seconds) = solve(a.matched, 2 * loads);
+        let (matched_bytes, matched_seconds) = solve(a.matched, if scene.depth_error { 3 } else { 2 } * loads);
         stages.push(PlannedStage {
             name: "matched",
             what: format!(

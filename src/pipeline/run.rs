@@ -222,9 +222,10 @@ fn atomistic_stages(
     let continuum = &case.scene.continuum;
     // The atoms' own range is in `block`; of the scene's adhesion they have the work, and the ratio of the ranges is audited.
     let pair = case.scene.adhesion.as_ref().map(|a| (a.work_of_adhesion_mj_m2, a.range_nm, a.law));
+    let how = (&continuum.method, &case.scene.methods, continuum.max_iterations);
     let matched_key = Key::new(
         "matched",
-        &(&case.scene.load, pair, &continuum.method, &case.scene.methods, continuum.max_iterations, block, crystal),
+        &(&case.scene.load, pair, how, block, crystal, (case.wants(), scene.depth_error)),
         &[surface_key],
     )?;
     let what = format!("{} on the atoms' heights, {1} x {1} points", case.method().id, a.matched.nx);
@@ -278,7 +279,7 @@ fn atomistic_stages(
     }
     let atoms_key = Key::new(
         "atoms",
-        &(&case.scene.load, a.contact_force, a.stress_width_angstrom, Key::of_program()?),
+        &(&case.scene.load, a.contact_force, a.stress_width_angstrom, case.wants(), Key::of_program()?),
         &[&lammps_key],
     )?;
     let mut found: AtomsResults = folder.stage(

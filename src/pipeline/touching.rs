@@ -12,7 +12,7 @@ use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
 use crate::grid::{Grid, bilinear, spread};
 use crate::record::results::{AtomState, AtomStress, ContactWay};
 use crate::record::{npy, xyz};
-use crate::scene::{AtomsCase, Case};
+use crate::scene::{AtomsCase, Case, Wants};
 use crate::units::GPA_PER_EV_A3;
 use std::path::Path;
 
@@ -38,6 +38,7 @@ pub(super) struct Reader<'a> {
     interaction: Interaction,
     owners: Vec<usize>,
     fine: Vec<f64>,
+    wants: Wants,
     folder: &'a Path,
     /// Name of the stage in the run folder, before the files' names in the results.
     stage: &'a str,
@@ -53,6 +54,7 @@ impl<'a> Reader<'a> {
             interaction: interaction(atoms),
             owners: atoms.block.surface().onto_grid(atoms.matched.nx, atoms.matched.ny),
             fine: atoms.heights_angstrom(&case.surface, atoms.matched),
+            wants: case.wants(),
             folder,
             stage,
         })
@@ -98,7 +100,7 @@ impl<'a> Reader<'a> {
         let (length, offset) = (sites.length(), self.fine[0] - self.indenter.heights()[0]);
         let profile = |x: f64, y: f64| bilinear(atoms.matched, |k| self.fine[k], x / length, y / length);
         let gap = gaps(frame, &sites, |x, y| self.indenter.start_z() - down + profile(x, y) - offset, touch)?;
-        let stress = self.stress(frame, &felt);
+        let stress = self.wants.distributions.then(|| self.stress(frame, &felt));
         let flags: Vec<u8> = touching.sites.iter().map(|t| u8::from(*t)).collect();
         let (nx, ny) = (atoms.matched.nx, atoms.matched.ny);
         let name = |what: &str, end: &str| format!("load-{number}-{what}.{end}");
@@ -106,10 +108,14 @@ impl<'a> Reader<'a> {
         let in_stage = |what: &str, end: &str| format!("{}/{}", self.stage, name(what, end));
         npy::write(&path("contact", "npy"), nx, ny, onto_grid(&flags, &self.owners))?;
         npy::write(&path("gap", "npy"), nx, ny, onto_grid(&gap, &self.owners))?;
-        npy::write(&path("stress", "npy"), nx, ny, stress.iter().copied())?;
+        if let Some(stress) = &stress {
+            npy::write(&path("stress", "npy"), nx, ny, stress.iter().copied())?;
+        }
         npy::write(&path("site-contact", "npy"), flags.len(), 1, flags.iter().copied())?;
         npy::write(&path("site-gap", "npy"), gap.len(), 1, gap.iter().copied())?;
-        write_frame(&path("frame", "xyz"), frame, &self.indenter, down, &touching.ids, (&atoms.element, p_star))?;
+        if self.wants.maps {
+            write_frame(&path("frame", "xyz"), frame, &self.indenter, down, &touching.ids, (&atoms.element, p_star))?;
+        }
         let contacts = touching.ids.len();
         let area_per_atom = length.powi(2) / sites.len() as f64;
         let (from, to, n) = DISTANCES;
@@ -127,11 +133,11 @@ impl<'a> Reader<'a> {
             },
             contact_map: in_stage("contact", "npy"),
             gap_map: in_stage("gap", "npy"),
-            frame: Some(in_stage("frame", "xyz")),
+            frame: self.wants.maps.then(|| in_stage("frame", "xyz")),
             indenter_shift_angstrom: down - between.displacement_angstrom,
-            ways: self.ways(frame, &felt, &touching),
+            ways: if self.wants.distributions { self.ways(frame, &felt, &touching) } else { Vec::new() },
             sensitivity: distances.map(|d| [d, near(d).fraction()]).collect(),
-            stress: Some(AtomStress {
+            stress: stress.map(|stress| AtomStress {
                 width_angstrom: atoms.stress_width_angstrom,
                 load_error: mean(&stress) / GPA_PER_EV_A3 * length.powi(2) / force - 1.0,
                 highest_gpa: stress.iter().copied().fold(0.0, f64::max),

@@ -17,10 +17,13 @@ pub enum Source {
     Precision,
     /// What counts as contact at the rim of patches: a third of the perimeter correction.
     Criterion,
+    /// The finite depth of the atoms' block: the change from a half-space under the same heights.
+    Depth,
 }
 
 impl Source {
-    pub const ALL: [Source; 5] = [Source::Grid, Source::Range, Source::Solver, Source::Precision, Source::Criterion];
+    pub const ALL: [Source; 6] =
+        [Source::Grid, Source::Range, Source::Solver, Source::Precision, Source::Criterion, Source::Depth];
 
     pub fn name(self) -> &'static str {
         match self {
@@ -29,6 +32,7 @@ impl Source {
             Source::Solver => "solver",
             Source::Precision => "precision",
             Source::Criterion => "contact criterion",
+            Source::Depth => "finite depth",
         }
     }
 }

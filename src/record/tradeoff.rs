@@ -135,8 +135,9 @@ pub struct Tradeoff {
     pub adhesion: String,
     pub program: String,
     pub threads: usize,
-    /// Runs of each setting, of which the cheapest counts.
-    pub repeats: usize,
+    /// Runs of each setting, of which the cheapest counts. Absent where that was left to how long they take: `cost.runs`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub repeats: Option<usize>,
     /// Wall time that was granted, and what all that was asked for has taken, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub budget_seconds: Option<f64>,
@@ -144,6 +145,9 @@ pub struct Tradeoff {
     /// With the scene's adhesion and without, as the methods need them.
     pub references: Vec<Reference>,
     pub points: Vec<Point>,
+    /// What coarser grids say of finer ones, for methods that ran on at least three.
+    #[serde(default)]
+    pub forecasts: Vec<Forecast>,
     pub left_out: Vec<LeftOut>,
     pub warnings: Vec<String>,
 }
@@ -163,9 +167,14 @@ impl Tradeoff {
         Some(point.errors.get(&measure)?.max(least.copied().unwrap_or(0.0)))
     }
 
+    /// What coarser grids said of a point's cost.
+    pub fn forecast(&self, point: &Point) -> Option<&Forecast> {
+        self.forecasts.iter().find(|f| f.setting == point.setting)
+    }
+
     /// Grids of a method in one precision and to one tolerance: those that it ran on most grids in, of equally many the first.
     pub fn grids(&self, method: &str) -> Vec<&Point> {
-        let told = |p: &&Point| p.setting.method == method && p.setting.slab.is_none() && p.refusal.is_none();
+        let told = |p: &&Point| p.setting.method == method && p.setting.is_grid() && p.refusal.is_none();
         let how = |p: &Point| (p.setting.precision.clone(), p.setting.tolerance);
         let alike = |a: &Point| self.points.iter().filter(told).filter(|b| how(b) == how(a)).collect::<Vec<_>>();
         let all = self.points.iter().filter(told).map(alike);
@@ -182,8 +191,12 @@ impl Tradeoff {
                 let (s, c) = (&p.setting, &p.cost);
                 write!(w, "{},{},{},{},{},{:?},", s.method, s.adhesive, s.nx, s.ny, s.precision, s.tolerance)?;
                 write!(w, "{},", s.slab.map_or(String::new(), |t| format!("{t:?}")))?;
+                write!(w, "{},", s.block.map_or(String::new(), |b| b.to_string()))?;
                 write!(w, "{:?},{:?},{:?},", c.wall_seconds, c.cpu_seconds, c.of_reference)?;
                 write!(w, "{:?},{},{},{}", c.fft_pairs, c.iterations, c.planned_bytes, c.measured_bytes)?;
+                let foreseen = self.forecast(p).map_or(String::new(), |f| format!("{:?}", f.predicted_cpu_seconds));
+                let of_atoms = c.atoms.map_or(",".into(), |a| format!("{},{}", a.atoms, a.force_evaluations));
+                write!(w, ",{},{foreseen},{of_atoms}", c.runs)?;
                 for m in Measure::ALL {
                     write!(w, ",{}", p.errors.get(&m).map_or(String::new(), |e| format!("{e:?}")))?;
                 }
@@ -206,8 +219,9 @@ impl Tradeoff {
 }
 
 /// Columns before those of the errors.
-const COLUMNS: &str = "method,adhesive,nx,ny,precision,tolerance,slab,wall_seconds,cpu_seconds,cpu_of_reference,fft_pairs,\
-                       iterations,planned_bytes,measured_bytes";
+const COLUMNS: &str = "method,adhesive,nx,ny,precision,tolerance,slab,block,wall_seconds,cpu_seconds,cpu_of_reference,fft_pairs,\
+                       iterations,planned_bytes,measured_bytes,runs,predicted_cpu_seconds,atoms,\
+                       force_evaluations";
 
 /// A method and how it is asked.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -222,6 +236,29 @@ pub struct Setting {
     /// Thickness over L of a bonded layer in place of the scene's half-space, whose error this is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub slab: Option<f64>,
+    /// Of `all-atom`: its block. Points are then those of the indenter, the tolerance is the force's in eV/Å.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub block: Option<BlockSize>,
+}
+
+impl Setting {
+    /// Whether it is one of a ladder of grids of the scene's own problem.
+    pub fn is_grid(&self) -> bool {
+        self.slab.is_none() && self.block.is_none()
+    }
+}
+
+/// A block of atoms, lattice constants.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct BlockSize {
+    pub cells: usize,
+    pub depth_cells: usize,
+}
+
+impl std::fmt::Display for BlockSize {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}x{}", self.cells, self.depth_cells)
+    }
 }
 
 /// What a setting took for all loads, with what any run counts of its states: the least of its repeats.
@@ -238,6 +275,50 @@ pub struct Cost {
     /// What the largest resident set rose by, and the set that it rose from.
     pub measured_bytes: u64,
     pub resident_before_bytes: u64,
+    /// Runs that this is the least of; 0 in tables of an earlier version.
+    #[serde(default)]
+    pub runs: usize,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub atoms: Option<AtomsCost>,
+}
+
+/// What LAMMPS took of a setting's cost.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct AtomsCost {
+    /// Deformable, fixed and of the indenter.
+    pub atoms: u64,
+    /// Of all loads.
+    pub force_evaluations: usize,
+    pub lammps_cpu_seconds: f64,
+    /// Its frames on the disk.
+    pub frame_bytes: u64,
+}
+
+/// Factor within which a cost that was foreseen is as good as measured.
+pub const FORESEEN: f64 = 1.3;
+
+/// The cost of a method's finest grid as its coarser ones tell it, held against what it was, and that of the next one.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Forecast {
+    /// The finest grid.
+    #[serde(flatten)]
+    pub setting: Setting,
+    /// Points a side of the coarser grids, coarse to fine.
+    pub coarser: Vec<usize>,
+    /// Processor time of all loads as these tell it, and as it was, s.
+    pub predicted_cpu_seconds: f64,
+    pub cpu_seconds: f64,
+    /// Predicted over measured.
+    pub ratio: f64,
+    /// Of twice the points a side, as all grids tell it, s.
+    pub twice_cpu_seconds: Option<f64>,
+}
+
+impl Forecast {
+    /// Whether the prediction is within [`FORESEEN`].
+    pub fn holds(&self) -> bool {
+        self.ratio <= FORESEEN && self.ratio >= 1.0 / FORESEEN
+    }
 }
 
 /// The solution that others are held against.
@@ -292,6 +373,22 @@ pub struct Point {
     pub missing: Vec<Missing>,
     pub cost: Cost,
     /// Root mean square over the loads.
+    pub errors: Errors,
+    pub loads: Vec<LoadErrors>,
+    /// Of atoms: against the solution on the heights that they resolve.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resolved: Option<Resolved>,
+}
+
+/// Errors against the half-space under the heights that a block's indenter resolves: what is left when the short waves that it
+/// leaves out are left out of the reference, too.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Resolved {
+    /// Shortest wave of these heights over L, and their rms gradient.
+    pub shortest_wave: f64,
+    pub gradient: f64,
+    /// Points a side of that solution, which is not extrapolated.
+    pub nx: usize,
     pub errors: Errors,
     pub loads: Vec<LoadErrors>,
 }

@@ -472,6 +472,9 @@ pub struct AtomsScene {
     /// Count the atoms that leave the crystal's order, at every step: frames then hold the whole deformable block.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub plasticity: bool,
+    /// Solve the matched continuum on a half-space, too, and tell what the block's finite depth makes of contact and mean gap.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub depth_error: bool,
     /// Left out: the atoms stay at 0 K.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hold: Option<HoldScene>,
@@ -503,6 +506,7 @@ impl Default for AtomsScene {
             contact_force_ev_per_angstrom: None,
             stress_width_angstrom: None,
             plasticity: false,
+            depth_error: false,
             hold: None,
             ranks: 1,
             time_limit_s: None,

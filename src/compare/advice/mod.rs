@@ -83,7 +83,8 @@ fn join(a: &mut Advice, b: &Advice) {
 
 fn candidate((tables, table): (&[Table], &Table), line: &Line, target: &Target, measure: Measure) -> Option<Advice> {
     let s = &line.setting;
-    if s.adhesive != target.adhesion.is_some() {
+    // What knows no adhesion was held against another problem, in a scene that has some.
+    if s.adhesive != target.adhesion.is_some() || table.is_adhesive() != s.adhesive {
         return None;
     }
     let errors = at_loads(table, line.errors.get(&measure)?, &target.p_star)?;
@@ -104,7 +105,8 @@ fn candidate((tables, table): (&[Table], &Table), line: &Line, target: &Target, 
     let sizes: Vec<(f64, f64)> = grids.iter().map(|l| (points(l), l.seconds)).collect();
     let grows = growth(&sizes);
     let mut extrapolated = Vec::new();
-    let measured = || tables.iter().flat_map(|t| &t.lines).filter(|l| l.setting.method == s.method).map(points);
+    let alike = |l: &&Line| l.setting.method == s.method && l.setting.adhesive == s.adhesive;
+    let measured = || tables.iter().flat_map(|t| &t.lines).filter(alike).map(points);
     let (least, most) = (measured().fold(f64::INFINITY, f64::min), measured().fold(0.0, f64::max));
     if asked > most * (1.0 + SAME) || asked < least * (1.0 - SAME) {
         let sides = [least, most].map(|n| n.sqrt().round());
@@ -120,10 +122,14 @@ fn candidate((tables, table): (&[Table], &Table), line: &Line, target: &Target, 
     }
     // What an estimate leaves out is not a matter of its grid.
     let estimates = find(&s.method).is_some_and(|m| m.card().kind == Kind::Estimate);
-    if estimates && !same(ratio, 1.0) {
+    // Nor is how well a grid resolves adhesion, whose range has a length of its own.
+    let what = match estimates {
+        true => Some("which estimates"),
+        false => target.adhesion.as_ref().map(|_| "with adhesion"),
+    };
+    if let Some(what) = what.filter(|_| !same(ratio, 1.0)) {
         let [asked, had] = [target.shortest_wave, table.shortest_wave].map(|w| (1.0 / w).round());
-        extrapolated
-            .push(format!("{}, which estimates, on waves down to L/{asked}, where L/{had} was measured", s.method));
+        extrapolated.push(format!("{}, {what}, on waves down to L/{asked}, where L/{had} was measured", s.method));
     }
     if grows.is_none() && !same(asked, points(line)) {
         extrapolated
@@ -222,6 +228,7 @@ mod tests {
                 precision: "f64".into(),
                 tolerance: 1e-8,
                 slab: None,
+                block: None,
             },
             seconds: factor * ((nx * nx) as f64).powf(1.2) / 1e4,
             errors: BTreeMap::from([(Measure::MeanGap, vec![Some(3.2 / nx as f64), Some(6.4 / nx as f64)])]),
@@ -292,8 +299,28 @@ mod tests {
         let own_grid = Some(256);
         let other = Target { own_grid, ..target(0.2) };
         assert!(candidates(&[table()], &other, Measure::MeanGap)[0].extrapolated[0].contains("waves"));
-        let sticky = Target { adhesion: Some("exponential".into()), ..target(0.04) };
-        assert!(candidates(&[table()], &sticky, Measure::MeanGap).is_empty());
+    }
+
+    /// A scene with adhesion is served by tables with the same adhesion, and one without by those without, whatever knew none
+    /// in the former; nor are waves of another length the same thing.
+    #[test]
+    fn adhesion_is_served_by_adhesion() {
+        let with = |word: &str, wave: f64| Target { adhesion: Some(word.into()), ..target(wave) };
+        assert!(candidates(&[table()], &with("exponential", 0.04), Measure::MeanGap).is_empty());
+        let mut adhesive = Table { adhesion: "exponential".into(), ..table() };
+        let dry = adhesive.lines.clone();
+        adhesive.lines.iter_mut().for_each(|l| l.setting.adhesive = true);
+        adhesive.lines.extend(dry);
+        let beyond = |target: &Target| -> Vec<usize> {
+            let found = candidates(&[table(), adhesive.clone()], target, Measure::MeanGap);
+            found.iter().map(|a| a.extrapolated.len()).collect()
+        };
+        assert_eq!(beyond(&with("exponential", 0.04)), [0; 6]);
+        assert_eq!(beyond(&with("another", 0.04)), [1; 6]);
+        assert_eq!(beyond(&with("exponential", 0.02))[..4], [1; 4]);
+        // Dry: the one table's six, each of one surface.
+        let dry = candidates(&[table(), adhesive], &target(0.04), Measure::MeanGap);
+        assert!(dry.len() == 6 && dry.iter().all(|a| a.surfaces == 1), "{dry:?}");
     }
 
     /// Of two surfaces the worse error and the larger cost count.

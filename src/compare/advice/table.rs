@@ -1,5 +1,6 @@
 //! What was measured of one surface, as advice needs it: settings with their costs and their errors load by load.
 
+use crate::interface::Adhesion;
 use crate::record::json;
 use crate::record::land::land;
 use crate::record::tradeoff::{Measure, Point, Setting, Tradeoff};
@@ -108,7 +109,7 @@ pub struct Line {
 impl Table {
     /// What a ladder measured, without what it could not tell.
     pub fn of(told: &Tradeoff) -> Table {
-        let tells = |p: &&Point| p.refusal.is_none() && p.setting.slab.is_none() && !p.loads.is_empty();
+        let tells = |p: &&Point| p.refusal.is_none() && p.setting.is_grid() && !p.loads.is_empty();
         let known: Vec<&Point> = told.points.iter().filter(tells).collect();
         let lines = known.iter().map(|p| Line {
             setting: p.setting.clone(),
@@ -127,6 +128,11 @@ impl Table {
             threads: told.threads,
             lines: lines.collect(),
         }
+    }
+
+    /// Whether its surface was measured with adhesion.
+    pub fn is_adhesive(&self) -> bool {
+        self.adhesion != Adhesion::None.to_string()
     }
 
     /// Lines of a method on grids in one precision and to one tolerance: those of which there are most.
@@ -183,6 +189,7 @@ mod tests {
                 precision: "f64".into(),
                 tolerance: 1e-8,
                 slab: None,
+                block: None,
             },
             paper_name: String::new(),
             criterion: String::new(),
@@ -193,6 +200,7 @@ mod tests {
             cost: Cost { wall_seconds: 0.123_456, cpu_seconds: 0.2, ..Cost::default() },
             errors: Errors::new(),
             loads: vec![LoadErrors { p_star: 0.01, errors: Errors::from([(Measure::MeanGap, error)]) }],
+            resolved: None,
         };
         Tradeoff {
             schema: SCHEMA,
@@ -208,11 +216,12 @@ mod tests {
             adhesion: "none".into(),
             program: String::new(),
             threads: 2,
-            repeats: 1,
+            repeats: Some(1),
             budget_seconds: None,
             spent_seconds: 0.0,
             references: Vec::new(),
             points: errors.iter().map(point).collect(),
+            forecasts: Vec::new(),
             left_out: Vec::new(),
             warnings: Vec::new(),
         }

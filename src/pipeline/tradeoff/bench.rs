@@ -1,10 +1,11 @@
 //! Settings measured one by one, each a stage of the run folder, and the way through all of them within a budget.
 
+use super::atoms::{self, Blocks};
 use super::judge::{self, MapErrors};
-use super::ladder::{self, Rung};
+use super::ladder::{self, Filter, Rung};
 use super::{AskedOfLadder, Exact, Truth};
 use crate::grid::Series;
-use crate::method::{Heights, Precision};
+use crate::method::{Heights, Precision, all_atom};
 use crate::pipeline::folder::{Key, Leftovers, RunFolder};
 use crate::pipeline::methods::{self, Beside};
 use crate::pipeline::{Listener, run};
@@ -24,14 +25,43 @@ use std::time::{Duration, Instant};
 pub struct Measured {
     pub ny: usize,
     pub results: MethodResults,
-    /// Of each load.
+    /// Of each load, against the reference.
     pub maps: Vec<MapErrors>,
+    /// Of each load of atoms, against the solution on the heights that they resolve.
+    #[serde(default)]
+    pub resolved: Vec<MapErrors>,
     pub cost: Cost,
+    /// What is to be known of it.
+    #[serde(default)]
+    pub notes: Vec<String>,
 }
 
 /// By how much a setting may outlast its share of the budget before it is stopped: what is expected of it is an order of
 /// magnitude.
 const PATIENCE: f64 = 2.0;
+
+/// Settings that take less than this, s, are run again: what else a machine does is as long as they are.
+const SHORT_SECONDS: f64 = 1.0;
+
+/// Runs of short settings: at least, and at most as long as they have not taken [`SHORT_SECONDS`] together.
+const RUNS_OF_SHORT: [usize; 2] = [3, 7];
+
+/// Whether `runs` runs that took so many seconds together are enough.
+fn enough(repeats: Option<usize>, runs: usize, seconds: f64) -> bool {
+    let [least, most] = RUNS_OF_SHORT;
+    let is_short = runs > 0 && seconds / (runs as f64) < SHORT_SECONDS;
+    match repeats {
+        Some(n) => runs >= n.max(1),
+        None if !is_short => runs >= 1,
+        None => runs >= most || runs >= least && seconds >= SHORT_SECONDS,
+    }
+}
+
+/// What all runs of a setting take together of which one takes so many seconds.
+fn in_all(repeats: Option<usize>, seconds: f64) -> f64 {
+    let runs = (1..).find(|&n| enough(repeats, n, n as f64 * seconds)).unwrap_or(1);
+    runs as f64 * seconds
+}
 
 /// Passes on, and asks to stop once the time is up.
 struct Until<'a> {
@@ -68,27 +98,36 @@ pub struct Bench<'a> {
     case: &'a Case,
     listener: &'a dyn Listener,
     folder: RunFolder,
-    repeats: usize,
+    repeats: Option<usize>,
     budget: Option<f64>,
     /// What every stage depends on.
     common: (String, Option<String>),
+    /// Atoms, if there are any to be pressed.
+    blocks: Option<Blocks>,
     /// Waves of a synthesised surface, which are the same on every grid.
     series: OnceCell<Series<f64>>,
     measured: Vec<(Rung, Measured)>,
-    /// Wall time of each that was measured, and of those that were stopped, s.
+    /// Wall time of one run of each that was measured, and of those that were stopped, s.
     seconds: Vec<(Rung, f64)>,
     stopped_seconds: f64,
 }
 
 impl<'a> Bench<'a> {
-    pub fn open(case: &'a Case, asked: &AskedOfLadder, out: &Path, listener: &'a dyn Listener) -> Result<Self> {
+    pub fn open(
+        case: &'a Case,
+        asked: &AskedOfLadder,
+        blocks: Option<Blocks>,
+        out: &Path,
+        listener: &'a dyn Listener,
+    ) -> Result<Self> {
         Ok(Bench {
             case,
             listener,
             folder: RunFolder::open(out)?,
-            repeats: asked.repeats.max(1),
+            repeats: asked.repeats,
             budget: asked.budget_seconds,
             common: (Key::of_program()?, run::heights_hash(case)?),
+            blocks,
             series: OnceCell::new(),
             measured: Vec::new(),
             seconds: Vec::new(),
@@ -103,16 +142,52 @@ impl<'a> Bench<'a> {
 
     /// Of the stage that all others are judged against.
     pub fn reference_key(&self, rung: &Rung) -> Result<Key> {
-        self.key(rung, &ladder::at(self.case, rung)?, None)
+        self.key(rung, &self.at(rung)?, &[])
     }
 
-    fn key(&self, rung: &Rung, case: &Case, reference: Option<&Key>) -> Result<Key> {
+    /// The problem that a setting solves.
+    fn at(&self, rung: &Rung) -> Result<Case> {
+        match rung.block {
+            Some(_) => Ok(self.block(rung).1.clone()),
+            None => ladder::at(self.case, rung),
+        }
+    }
+
+    fn block(&self, rung: &Rung) -> (&Blocks, &Case) {
+        let blocks = self.blocks.as_ref().expect("settings of atoms come from blocks");
+        (blocks, blocks.case(rung).expect("of these blocks"))
+    }
+
+    /// The solution that a block is held against beside the reference.
+    pub fn on_resolved_heights(&self, rung: &Rung, reference: &Rung) -> Rung {
+        atoms::on_resolved_heights(reference, self.block(rung).1)
+    }
+
+    /// Shortest wave over L and rms gradient of the heights that a block resolves.
+    pub fn resolved(&self, rung: &Rung) -> (f64, f64) {
+        let found = self.block(rung).1.atoms.as_ref();
+        found.map_or((0.0, 0.0), |a| (a.low_pass, a.resolved_gradient))
+    }
+
+    /// What is measured of a setting already.
+    pub fn known(&self, rung: &Rung) -> Option<&Measured> {
+        let stage = rung.stage();
+        self.measured.iter().find(|(r, _)| r.stage() == stage).map(|(_, known)| known)
+    }
+
+    fn key(&self, rung: &Rung, case: &Case, after: &[&Key]) -> Result<Key> {
         let s = &case.scene;
         let problem = (&s.laboratory, &s.surface, &s.load, &s.adhesion, &s.continuum, &s.methods, case.gradient);
         // A cost is that of a number of threads.
         let how =
             (rung.beside.adhesive, rung.id(), case.grid.nx, rung.slab, self.repeats, rayon::current_num_threads());
-        Key::new(&rung.stage(), &(problem, how, &self.common), reference.as_slice())
+        match rung.block {
+            None => Key::new(&rung.stage(), &(problem, how, rung.filter, &self.common), after),
+            Some(_) => {
+                let of_atoms = self.block(rung).0.depends_on(rung)?;
+                Key::new(&rung.stage(), &(problem, how, of_atoms, &self.common), after)
+            }
+        }
     }
 
     /// Runs a setting, or reads what is done of it. `reference` is what its maps are compared with; none for the reference
@@ -120,46 +195,80 @@ impl<'a> Bench<'a> {
     pub fn measure(
         &mut self,
         rung: &Rung,
-        reference: Option<(&Measured, &Key)>,
+        reference: Option<(&Rung, (&Measured, &Key))>,
         deadline: Option<Instant>,
     ) -> Result<Measured> {
         let stage = rung.stage();
-        if let Some((_, known)) = self.measured.iter().find(|(r, _)| r.stage() == stage) {
+        if let Some(known) = self.known(rung) {
             return Ok(known.clone());
         }
-        let case = ladder::at(self.case, rung)?;
-        let key = self.key(rung, &case, reference.map(|r| r.1))?;
+        // Before the atoms: a block whose heights cannot be solved for has nothing to be held against.
+        let resolved = match (rung.block, &reference) {
+            (Some(_), Some((truth, _))) => {
+                let other = self.on_resolved_heights(rung, truth);
+                let key = self.reference_key(&other)?;
+                Some((self.measure(&other, None, deadline)?, key))
+            }
+            _ => None,
+        };
+        let case = self.at(rung)?;
+        let after: Vec<&Key> = reference.iter().map(|r| r.1.1).chain(resolved.iter().map(|r| &r.1)).collect();
+        let key = self.key(rung, &case, &after)?;
         let listener = Until { listener: self.listener, deadline };
-        let (series, repeats) = (&self.series, self.repeats);
+        let (series, repeats, blocks) = (&self.series, self.repeats, &self.blocks);
         // What is half measured is measured anew: a cost that was put together from parts is none.
         let found = self.folder.stage(&listener, (&stage, &rung.words()), &key, Leftovers::Remove, |dir| {
             let root = dir.parent().unwrap_or(dir);
-            let found = measured(rung, &case, series, (dir, &stage), &key, repeats, &listener)?;
-            let Some((reference, _)) = reference else { return Ok(found) };
+            let found = match blocks.as_ref().filter(|_| rung.block.is_some()) {
+                Some(blocks) => {
+                    let engine = blocks.engine.as_ref().expect("asked for before");
+                    atoms::pressed(&case, engine, (dir, &stage), &key, &listener)?
+                }
+                None => measured(rung, &case, series, (dir, &stage), &key, repeats, &listener)?,
+            };
+            let Some((_, (reference, _))) = reference else { return Ok(found) };
             let kind = rung.beside.method.card().kind;
-            let pairs = found.results.states.iter().zip(&reference.results.states);
-            let maps = pairs.map(|(a, b)| judge::maps(root, kind, a, b)).collect::<Result<_>>()?;
+            let against = |other: &Measured| -> Result<Vec<MapErrors>> {
+                let pairs = found.results.states.iter().zip(&other.results.states);
+                pairs.map(|(a, b)| judge::maps(root, (kind, rung.block.is_some()), a, b)).collect()
+            };
+            let maps = against(reference)?;
+            let resolved = resolved.as_ref().map_or(Ok(Vec::new()), |(other, _)| against(other))?;
             let states = &found.results.states;
             for map in states.iter().flat_map(|s| [&s.gap_map, &s.stress_map, &s.contact_map]).flatten() {
                 let path = root.join(map);
                 std::fs::remove_file(&path).map_err(Error::io("remove", &path))?;
             }
-            Ok(Measured { maps, ..found })
+            if rung.block.is_some() {
+                let atoms = dir.join(atoms::READ);
+                std::fs::remove_dir_all(&atoms).map_err(Error::io("remove", &atoms))?;
+            }
+            Ok(Measured { maps, resolved, ..found })
         })?;
-        self.seconds.push((*rung, found.cost.wall_seconds * self.repeats as f64));
+        self.seconds.push((*rung, found.cost.wall_seconds));
         self.measured.push((*rung, found.clone()));
         Ok(found)
     }
 
     /// Runs a setting if it can be expected to end within `share` of what is left of the budget; else tells why not.
     fn attempt(&mut self, rung: Rung, truth: &Truth, share: f64, climbed: &mut Climbed) -> Result<Option<String>> {
-        let case = ladder::at(self.case, &rung)?;
+        let case = self.at(&rung)?;
         let key = self.reference_key(&truth.rung)?;
-        let known = self.measured.iter().any(|(r, _)| r.stage() == rung.stage())
-            || self.folder.holds(&rung.stage(), &self.key(&rung, &case, Some(&key))?);
+        let mut after = vec![key.clone()];
+        let mut planned = None;
+        if rung.block.is_some() {
+            if let Err(why) = &self.block(&rung).0.engine {
+                return Ok(Some(why.clone()));
+            }
+            after.push(self.reference_key(&self.on_resolved_heights(&rung, &truth.rung))?);
+            planned = Some(atoms::planned(&case)?);
+        }
+        let known = self.known(&rung).is_some()
+            || self.folder.holds(&rung.stage(), &self.key(&rung, &case, &after.iter().collect::<Vec<_>>())?);
         let mut deadline = None;
         if !known {
-            let (need, have) = (rung.planned_bytes(&case), sys::available_memory_bytes());
+            let need = planned.map_or_else(|| rung.planned_bytes(&case), |p| p.0);
+            let have = sys::available_memory_bytes();
             if need > have {
                 return Ok(Some(format!("needs {} of memory, of which {} are available", memory(need), memory(have))));
             }
@@ -168,7 +277,10 @@ impl<'a> Bench<'a> {
                 if left <= 0.0 {
                     return Ok(Some(format!("the budget of {} was spent before", duration(budget))));
                 }
-                let expected = rung.expected_seconds(&self.seconds, &case) * self.repeats as f64;
+                let expected = match planned {
+                    Some((_, seconds)) => seconds,
+                    None => in_all(self.repeats, rung.expected_seconds(&self.seconds, &case)),
+                };
                 if expected > left * share.min(1.0) {
                     let (expected, left) = (duration(expected), duration(left * share.min(1.0)));
                     return Ok(Some(format!("expected to take {expected}, {left} of the budget are left for it")));
@@ -177,7 +289,7 @@ impl<'a> Bench<'a> {
             }
         }
         let clock = Instant::now();
-        match self.measure(&rung, Some((&truth.measured, &key)), deadline) {
+        match self.measure(&rung, Some((&truth.rung, (&truth.measured, &key))), deadline) {
             Ok(found) => {
                 climbed.done.push((rung, found));
                 Ok(None)
@@ -186,6 +298,9 @@ impl<'a> Bench<'a> {
                 let seconds = clock.elapsed().as_secs_f64();
                 self.stopped_seconds += seconds;
                 Ok(Some(format!("stopped after {}, its part of the budget", duration(seconds))))
+            }
+            Err(e @ (Error::Lammps { .. } | Error::NotConverged { .. })) if rung.block.is_some() => {
+                Ok(Some(e.to_string().replace('\n', " ")))
             }
             Err(e) => Err(e),
         }
@@ -196,7 +311,15 @@ impl<'a> Bench<'a> {
         let mut climbed = Climbed::default();
         for e in list {
             for &beside in besides.iter().filter(|b| b.method.card().id == e.method) {
-                let rung = Rung { beside, n: e.n, precision: e.precision, tolerance: e.tolerance, slab: None };
+                let rung = Rung {
+                    beside,
+                    n: e.n,
+                    precision: e.precision,
+                    tolerance: e.tolerance,
+                    slab: None,
+                    block: None,
+                    filter: None,
+                };
                 let Some(truth) = truths.iter().find(|t| t.rung.beside.adhesive == beside.adhesive) else { continue };
                 let why = self.attempt(rung, truth, 1.0, &mut climbed)?;
                 climbed.left_out.extend(why.map(|w| (rung, w)));
@@ -205,17 +328,28 @@ impl<'a> Bench<'a> {
         Ok(climbed)
     }
 
-    /// Every method once, on the first of `grids` or the next one that fits; then on the other grids, coarse ones first; then
-    /// in other precisions and to other tolerances.
+    /// Every method once, on the first of `grids` or the next one that fits; then blocks of atoms; then the other grids, coarse
+    /// ones first; then other precisions and tolerances.
     pub fn climb(&mut self, besides: &[Beside], grids: &[usize], slabs: &[f64], truths: &[Truth]) -> Result<Climbed> {
         let tolerance = ladder::base_tolerance(self.case);
-        let rung = |&beside: &Beside, n: usize| Rung { beside, n, precision: Precision::F64, tolerance, slab: None };
+        let rung = |&beside: &Beside, n: usize| Rung {
+            beside,
+            n,
+            precision: Precision::F64,
+            tolerance,
+            slab: None,
+            block: None,
+            filter: None,
+        };
         let truth = |rung: &Rung| truths.iter().find(|t| t.rung.beside.adhesive == rung.beside.adhesive);
         let mut climbed = Climbed::default();
         // What did not fit is not tried again.
         let mut refused: Vec<(Rung, String)> = Vec::new();
         let mut first: Vec<Rung> = Vec::new();
         let (&main, rest) = grids.split_first().expect("at least one grid");
+        // Atoms that are pressed are no matter of grids.
+        let on_grids = |b: &&Beside| self.blocks.is_none() || b.method.card().id != all_atom::ID;
+        let besides: Vec<Beside> = besides.iter().filter(on_grids).copied().collect();
         let mut pending: Vec<Rung> = besides.iter().map(|b| rung(b, main)).collect();
         self.cheap_first(&mut pending)?;
         for (i, start) in pending.iter().enumerate() {
@@ -231,6 +365,11 @@ impl<'a> Bench<'a> {
                     Some(why) => refused.push((r, why)),
                 }
             }
+        }
+        for r in self.blocks.as_ref().map_or(Vec::new(), Blocks::rungs) {
+            let Some(truth) = truth(&r) else { continue };
+            let why = self.attempt(r, truth, 1.0, &mut climbed)?;
+            climbed.left_out.extend(why.map(|w| (r, w)));
         }
         let mut others: Vec<Rung> =
             besides.iter().flat_map(|b| grids.iter().map(move |&n| rung(b, n))).filter(|r| is_new(r, &first)).collect();
@@ -288,11 +427,16 @@ fn measured(
     series: &OnceCell<Series<f64>>,
     (dir, stage): (&Path, &str),
     key: &Key,
-    repeats: usize,
+    repeats: Option<usize>,
     listener: &dyn Listener,
 ) -> Result<Measured> {
     let made: Vec<f64>;
     let heights = match &case.surface {
+        surface if rung.filter.is_some() => {
+            let Filter { low_pass, stretch } = rung.filter.expect("just seen");
+            made = surface.heights(case.grid, low_pass).into_iter().map(|h| h * stretch).collect();
+            Heights::Nodes(&made)
+        }
         Surface::Synthesised { modes, .. } => Heights::Series(series.get_or_init(|| modes.series())),
         Surface::Fourier { modes, .. } => Heights::Series(modes.series()),
         Surface::Imported { .. } => {
@@ -301,7 +445,8 @@ fn measured(
         }
     };
     let mut best: Option<Measured> = None;
-    for _ in 0..repeats {
+    let (mut runs, mut seconds) = (0, 0.0);
+    while !enough(repeats, runs, seconds) {
         let growth = sys::Growth::begin();
         let (clock, cpu) = (Instant::now(), sys::cpu_seconds());
         let results = methods::run(case, rung.beside, heights, (dir, stage), key, listener)?;
@@ -314,14 +459,27 @@ fn measured(
             planned_bytes: results.planned_bytes,
             measured_bytes: growth.bytes(),
             resident_before_bytes: growth.before_bytes(),
+            runs: 1,
+            atoms: None,
         };
+        (runs, seconds) = (runs + 1, seconds + cost.wall_seconds);
         let refused = results.refusal.is_some();
         match &mut best {
-            None => best = Some(Measured { ny: case.grid.ny, results, maps: Vec::new(), cost }),
+            None => {
+                best = Some(Measured {
+                    ny: case.grid.ny,
+                    results,
+                    maps: Vec::new(),
+                    resolved: Vec::new(),
+                    cost,
+                    notes: Vec::new(),
+                });
+            }
             Some(b) => {
                 b.cost.wall_seconds = b.cost.wall_seconds.min(cost.wall_seconds);
                 b.cost.cpu_seconds = b.cost.cpu_seconds.min(cost.cpu_seconds);
                 b.cost.measured_bytes = b.cost.measured_bytes.max(cost.measured_bytes);
+                b.cost.runs = runs;
             }
         }
         if refused {
@@ -329,4 +487,19 @@ fn measured(
         }
     }
     Ok(best.expect("at least one run"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn short_settings_run_more_often() {
+        let runs = |seconds: f64| (1..).find(|&n| enough(None, n, n as f64 * seconds));
+        assert_eq!([0.001, 0.2, 0.3, 0.9, 1.1, 60.0].map(runs), [7, 5, 4, 3, 1, 1].map(Some));
+        assert!(enough(Some(2), 2, 0.1) && !enough(Some(2), 1, 100.0));
+        assert!(
+            (in_all(None, 0.2) - 1.0).abs() < 1e-12 && in_all(Some(4), 60.0) == 240.0 && in_all(None, 60.0) == 60.0
+        );
+    }
 }

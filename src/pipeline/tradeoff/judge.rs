@@ -3,7 +3,7 @@
 use super::bench::Measured;
 use crate::Result;
 use crate::compare::accuracy::{
-    Masses, decades, finest_error, map_l2, map_mismatch, relative, richardson, rms, wasserstein,
+    Masses, at_nodes_of, decades, finest_error, map_l2, map_mismatch, relative, richardson, rms, wasserstein,
 };
 use crate::method::Kind;
 use crate::observe::Distribution;
@@ -34,14 +34,27 @@ fn contact(root: &Path, kind: Kind, state: &MethodState) -> Result<Option<npy::F
     Ok(Some(map))
 }
 
-/// Maps of a state of a method of this kind against those of the reference, which was solved, where both were kept.
-pub fn maps(root: &Path, kind: Kind, found: &MethodState, reference: &MethodState) -> Result<MapErrors> {
+/// Maps of a state of a method of this kind against those of the reference, which was solved, where both were kept. A block of
+/// atoms has a grid of its own: at its nodes the reference is read between its own.
+pub fn maps(
+    root: &Path,
+    (kind, is_block): (Kind, bool),
+    found: &MethodState,
+    reference: &MethodState,
+) -> Result<MapErrors> {
+    let there = |map: npy::Field<f64>, of: &npy::Field<f64>, nearest: bool| match is_block {
+        true => at_nodes_of(&map, of.nx, of.ny, nearest),
+        false => map,
+    };
     let gap = match (&found.gap_map, &reference.gap_map, reference.mean_gap) {
-        (Some(a), Some(b), Some(scale)) => map_l2(&npy::read(&root.join(a))?, &npy::read(&root.join(b))?, scale),
+        (Some(a), Some(b), Some(scale)) => {
+            let a = npy::read(&root.join(a))?;
+            map_l2(&a, &there(npy::read(&root.join(b))?, &a, false), scale)
+        }
         _ => None,
     };
     let contact = match (contact(root, kind, found)?, contact(root, Kind::Solver, reference)?) {
-        (Some(a), Some(b)) => map_mismatch(&a, &b),
+        (Some(a), Some(b)) => map_mismatch(&a, &there(b, &a, true)),
         _ => None,
     };
     Ok(MapErrors { gap, contact })
@@ -78,14 +91,19 @@ pub fn numbers(levels: &[&[MethodState]]) -> Vec<ReferenceLoad> {
     finest.iter().enumerate().map(of).collect()
 }
 
-/// Errors load by load.
-pub fn errors(found: &Measured, reference: &Measured, numbers: &[ReferenceLoad], gradient: f64) -> Vec<LoadErrors> {
+/// Errors load by load; `maps` are those of the maps against the same reference.
+pub fn errors(
+    (found, maps): (&Measured, &[MapErrors]),
+    reference: &Measured,
+    numbers: &[ReferenceLoad],
+    gradient: f64,
+) -> Vec<LoadErrors> {
     let states = found.results.states.iter().zip(&reference.results.states).zip(numbers);
     states
         .enumerate()
         .map(|(i, ((state, truth), load))| LoadErrors {
             p_star: truth.p_star,
-            errors: of_load(state, truth, &load.numbers, found.maps.get(i).copied().unwrap_or_default(), gradient),
+            errors: of_load(state, truth, &load.numbers, maps.get(i).copied().unwrap_or_default(), gradient),
         })
         .collect()
 }

@@ -5,9 +5,10 @@ use crate::method::{ContactMethod, Heights, Kind, Precision, Problem};
 use crate::path::Given;
 use crate::pipeline::methods::Beside;
 use crate::pipeline::plan::SECONDS_PER_POINT_PAIR;
-use crate::record::tradeoff::Setting;
+use crate::record::tradeoff::{BlockSize, Setting};
 use crate::scene::{Case, Scene, Surface, default_tolerance};
 use crate::{Error, Result};
+use serde::Serialize;
 
 /// Tolerances beside the scene's own, over the pressure: from one that leaves areas in doubt to that of the reference.
 const TOLERANCES: [f64; 4] = [1e-2, 1e-4, 1e-6, 1e-8];
@@ -38,6 +39,19 @@ pub struct Rung {
     pub tolerance: f64,
     /// Thickness over L of a bonded layer in place of the half-space.
     pub slab: Option<f64>,
+    /// Of atoms: their block. `n` is then the indenter's points a side, the tolerance the force's in eV/Å.
+    pub block: Option<BlockSize>,
+    /// Other heights than the scene's.
+    pub filter: Option<Filter>,
+}
+
+/// Heights without their short waves.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Filter {
+    /// Shortest wave that is left, over L.
+    pub low_pass: f64,
+    /// Factor on what is left.
+    pub stretch: f64,
 }
 
 impl Rung {
@@ -49,12 +63,20 @@ impl Rung {
     pub fn stage(&self) -> String {
         let adhesive = if self.beside.adhesive { "-adhesive" } else { "" };
         let slab = self.slab.map_or(String::new(), |t| format!("-slab-{t}"));
-        format!("point-{}{adhesive}-{}-{}-{:e}{slab}", self.id(), self.n, word(self.precision), self.tolerance)
+        let filter = self.filter.map_or(String::new(), |f| format!("-low-pass-{:.5}", f.low_pass));
+        if let Some(block) = self.block {
+            return format!("point-{}{adhesive}-{block}", self.id());
+        }
+        format!("point-{}{adhesive}-{}-{}-{:e}{slab}{filter}", self.id(), self.n, word(self.precision), self.tolerance)
     }
 
     pub fn words(&self) -> String {
         let with = if self.beside.adhesive { " with adhesion" } else { "" };
         let slab = self.slab.map_or(String::new(), |t| format!(", a layer of {t} L"));
+        let slab = slab + &self.filter.map_or(String::new(), |f| format!(", waves down to {:.3} L", f.low_pass));
+        if let Some(block) = self.block {
+            return format!("{}{with}, a block of {block} cells", self.id());
+        }
         format!("{}{with}, {} points a side, {} to {:e}{slab}", self.id(), self.n, word(self.precision), self.tolerance)
     }
 
@@ -67,6 +89,7 @@ impl Rung {
             precision: word(self.precision).into(),
             tolerance: self.tolerance,
             slab: self.slab,
+            block: self.block,
         }
     }
 
@@ -230,6 +253,8 @@ mod tests {
             precision: Precision::F64,
             tolerance: 1e-8,
             slab: None,
+            block: None,
+            filter: None,
         };
         let measured = [(rung(32), 1.0), (rung(64), 6.0)];
         assert!((rung(128).expected_seconds(&measured, &case) / 48.0 - 1.0).abs() < 1e-12);

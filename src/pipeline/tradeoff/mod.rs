@@ -1,5 +1,6 @@
 //! What accuracy costs: a ladder of methods, grids, precisions and tolerances against one reference, each setting a stage.
 
+mod atoms;
 mod bench;
 mod judge;
 mod ladder;
@@ -7,13 +8,16 @@ mod proof;
 
 use super::methods::Beside;
 use super::{Listener, run};
-use crate::interface::{Adhesion, Elastic};
-use crate::method::ContactMethod;
-use crate::method::Precision;
+use crate::compare::forecast::{Ran, forecast};
+use crate::interface::{Adhesion, Elastic, RangeChoice};
+use crate::method::{ContactMethod, Precision, all_atom};
 use crate::record::results::ScalesSi;
-use crate::record::tradeoff::{LeftOut, LoadErrors, Point, Reference, ReferenceLoad, SCHEMA, Tradeoff};
+use crate::record::tradeoff::{
+    BlockSize, Forecast, LeftOut, LoadErrors, Point, Reference, ReferenceLoad, Resolved, SCHEMA, Tradeoff,
+};
 use crate::scene::{Case, Surface};
 use crate::{Error, Result, report};
+use atoms::Blocks;
 use bench::{Bench, Measured};
 use ladder::{COARSEST, REFERENCE_TOLERANCE, Rung};
 pub use proof::{Trial, prove};
@@ -34,11 +38,14 @@ pub struct AskedOfLadder {
     pub reference: Option<usize>,
     /// Wall time for all settings, those of earlier runs in the same folder among them, s.
     pub budget_seconds: Option<f64>,
-    pub repeats: usize,
+    /// Runs of each setting; by default more of short ones.
+    pub repeats: Option<usize>,
     /// These settings alone, on grids that need not divide the reference's.
     pub exact: Option<Vec<Exact>>,
     /// Thicknesses over L of bonded layers in place of the half-space, by the reference's method on the scene's grid.
     pub slabs: Vec<f64>,
+    /// Blocks of atoms. Default: those of a scene with atoms, where `all-atom` is among the methods.
+    pub blocks: Option<Vec<BlockSize>>,
 }
 
 /// A setting.
@@ -79,6 +86,8 @@ pub fn tradeoff(
     out: &Path,
     listener: &dyn Listener,
 ) -> Result<(Tradeoff, PathBuf)> {
+    let has_atoms = asked.methods.iter().any(|m| m.card().id == all_atom::ID) || asked.blocks.is_some();
+    let blocks = if has_atoms && asked.exact.is_none() { Blocks::of(case, asked.blocks.as_deref())? } else { None };
     let case = Case::resolve(ladder::bare(case), &case.file)?;
     if !asked.slabs.is_empty() && case.kernel != Elastic::HalfSpace {
         let accepted = format!("a scene of a half-space that layers stand for, not of a {}", case.kernel);
@@ -90,11 +99,15 @@ pub fn tradeoff(
         None => grids(&case, asked, &mut warnings)?,
     };
     let attracts = case.adhesion != Adhesion::None;
-    let besides: Vec<Beside> = asked
+    let mut besides: Vec<Beside> = asked
         .methods
         .iter()
         .map(|&method| Beside { method, adhesive: attracts && method.card().knows_adhesion() })
         .collect();
+    if let Some(blocks) = &blocks {
+        besides.retain(|b| b.method.card().id != all_atom::ID);
+        besides.extend(blocks.rungs().first().map(|r| r.beside));
+    }
     let without: Vec<&str> = besides.iter().filter(|b| attracts && !b.adhesive).map(|b| b.method.card().id).collect();
     if !without.is_empty() {
         warnings.push(format!(
@@ -102,7 +115,7 @@ pub fn tradeoff(
             without.join(", ")
         ));
     }
-    let mut bench = Bench::open(&case, asked, out, listener)?;
+    let mut bench = Bench::open(&case, asked, blocks, out, listener)?;
     warnings.iter().for_each(|w| listener.warn(w));
     run::keep_scene(&case, out)?;
     let mut truths = Vec::new();
@@ -116,6 +129,7 @@ pub fn tradeoff(
         Some(list) => bench.measure_all(&besides, list, &truths)?,
         None => bench.climb(&besides, &grids, &asked.slabs, &truths)?,
     };
+    warnings.extend(climbed.done.iter().flat_map(|(_, found)| found.notes.clone()));
     let cost = |c: &crate::record::tradeoff::Cost, truth: &Truth| crate::record::tradeoff::Cost {
         of_reference: c.cpu_seconds / truth.measured.cost.cpu_seconds.max(f64::MIN_POSITIVE),
         ..*c
@@ -126,8 +140,17 @@ pub fn tradeoff(
         let loads = match &found.results.refusal {
             Some(_) => Vec::new(),
             None if is_reference => truth.uncertainty.clone(),
-            None => judge::errors(found, &truth.measured, &truth.numbers, case.gradient),
+            None => judge::errors((found, &found.maps), &truth.measured, &truth.numbers, case.gradient),
         };
+        let resolved = rung.block.and_then(|_| {
+            let on = bench.on_resolved_heights(rung, &truth.rung);
+            let other = bench.known(&on)?;
+            let numbers = judge::numbers(&[&other.results.states]);
+            let loads = judge::errors((found, &found.resolved), other, &numbers, case.gradient);
+            let (shortest_wave, gradient) = bench.resolved(rung);
+            let errors = judge::over_loads(loads.iter().map(|l| &l.errors));
+            Some(Resolved { shortest_wave, gradient, nx: on.n, errors, loads })
+        });
         let card = rung.beside.method.card();
         Some(Point {
             setting: rung.setting(found.ny),
@@ -140,6 +163,7 @@ pub fn tradeoff(
             cost: cost(&found.cost, truth),
             errors: judge::over_loads(loads.iter().map(|l| &l.errors)),
             loads,
+            resolved,
         })
     };
     let mut points: Vec<Point> = climbed.done.iter().filter_map(point).collect();
@@ -150,7 +174,7 @@ pub fn tradeoff(
         let ny = rung.n * case.grid.ny / case.grid.nx;
         LeftOut { setting: rung.setting(ny), reason }
     });
-    let told = Tradeoff {
+    let mut told = Tradeoff {
         schema: SCHEMA,
         name: case.scene.name.clone(),
         scales: ScalesSi { length_m: case.scales.length_m, modulus_pa: case.scales.modulus_pa },
@@ -161,7 +185,7 @@ pub fn tradeoff(
         ny: case.grid.ny,
         p_star: case.p_star[..case.loads_there().min(case.p_star.len())].to_vec(),
         kernel: case.kernel.to_string(),
-        adhesion: case.adhesion.to_string(),
+        adhesion: adhesion_words(&case),
         program: format!("asperity {}", env!("CARGO_PKG_VERSION")),
         threads: rayon::current_num_threads(),
         repeats: asked.repeats,
@@ -178,12 +202,37 @@ pub fn tradeoff(
             })
             .collect(),
         points,
+        forecasts: Vec::new(),
         left_out: left_out.collect(),
         warnings,
     };
+    told.forecasts = besides.iter().filter_map(|b| foreseen(&told.grids(b.method.card().id))).collect();
     told.write(out)?;
     let page = report::write_tradeoff(out)?;
     Ok((told, page))
+}
+
+/// What all grids of a method but the finest tell of it, and all of twice its points a side. None of fewer than three.
+fn foreseen(grids: &[&Point]) -> Option<Forecast> {
+    let mut grids = grids.to_vec();
+    grids.sort_by_key(|p| p.setting.nx);
+    let (finest, coarser) = grids.split_last().filter(|(_, coarser)| coarser.len() >= 2)?;
+    let ran = |p: &&Point| Ran {
+        points: (p.setting.nx * p.setting.ny) as f64,
+        pairs: p.cost.fft_pairs,
+        seconds: p.cost.cpu_seconds,
+    };
+    let all: Vec<Ran> = grids.iter().map(ran).collect();
+    let points = all.last()?.points;
+    let predicted = forecast(&all[..coarser.len()], points)?;
+    Some(Forecast {
+        setting: finest.setting.clone(),
+        coarser: coarser.iter().map(|p| p.setting.nx).collect(),
+        predicted_cpu_seconds: predicted,
+        cpu_seconds: finest.cost.cpu_seconds,
+        ratio: predicted / finest.cost.cpu_seconds,
+        twice_cpu_seconds: forecast(&all, 4.0 * points),
+    })
 }
 
 /// Points a side of the reference, and of the ladder from the grid that methods are asked on first to the coarsest.
@@ -249,6 +298,8 @@ fn truth(bench: &mut Bench, case: &Case, adhesive: bool, n: usize, out: &Path) -
         precision: Precision::F64,
         tolerance,
         slab: None,
+        block: None,
+        filter: None,
     };
     let rung = at(n);
     let measured = bench.measure(&rung, None, None)?;
@@ -263,7 +314,7 @@ fn truth(bench: &mut Bench, case: &Case, adhesive: bool, n: usize, out: &Path) -
         if ladder::on_grid(case, n).is_err() {
             break;
         }
-        let found = bench.measure(&at(n), Some((&measured, &key)), None)?;
+        let found = bench.measure(&at(n), Some((&rung, (&measured, &key))), None)?;
         if found.results.refusal.is_some() {
             break;
         }
@@ -273,10 +324,19 @@ fn truth(bench: &mut Bench, case: &Case, adhesive: bool, n: usize, out: &Path) -
     let states: Vec<_> =
         levels.iter().map(|(_, m)| m).chain([&measured]).map(|m| m.results.states.as_slice()).collect();
     let numbers = judge::numbers(&states);
-    let below = levels.iter().rev().map(|(_, m)| judge::errors(m, &measured, &numbers, case.gradient));
+    let below = levels.iter().rev().map(|(_, m)| judge::errors((m, &m.maps), &measured, &numbers, case.gradient));
     let uncertainty = judge::uncertainty(&numbers, &below.collect::<Vec<_>>());
     let coarser = levels.iter().map(|(n, _)| *n).collect();
     Ok(Truth { rung, ny: measured.ny, measured, numbers, uncertainty, coarser })
+}
+
+/// What a table says of a case's adhesion: where the range is not what a mesh is given by default, grids that do not resolve it
+/// have another problem.
+pub fn adhesion_words(case: &Case) -> String {
+    match case.range() {
+        RangeChoice::True if case.adhesion != Adhesion::None => format!("{}, true on every grid", case.adhesion),
+        _ => case.adhesion.to_string(),
+    }
 }
 
 /// Shortest wave of a surface, over L; of a map two of its spacings.

@@ -78,9 +78,10 @@ pub fn prove(
         grids: None,
         reference: Some(reference),
         budget_seconds: None,
-        repeats: 1,
+        repeats: Some(1),
         exact: Some(exact),
         slabs: Vec::new(),
+        blocks: None,
     };
     let (told, _) = tradeoff(case, &asked, out, listener)?;
     for trial in &mut trials {

@@ -74,27 +74,32 @@ fn table(desk: &Desk, c: &ContinuumResults) -> Markup {
 }
 
 /// Colours of the parts of a bar, in the order of [`Source::ALL`].
-const COLOURS: [&str; 5] = ["#0072b2", "#cc79a7", "#009e73", "#e69f00", "#56b4e9"];
+const COLOURS: [&str; 6] = ["#0072b2", "#cc79a7", "#009e73", "#e69f00", "#56b4e9", "#d55e00"];
 
 /// What area and mean gap are uncertain by: bars for the load nearest to the reference, numbers for all.
-fn budgets(c: &ContinuumResults) -> Markup {
+pub fn budgets(c: &ContinuumResults) -> Markup {
     let near = |s: &&StateResults| (s.p_star / REFERENCE_LOAD).ln().abs();
     let known = c.states.iter().filter(|s| !s.budget.is_empty() && s.p_star > 0.0);
     let Some(shown) = known.min_by(|a, b| near(a).total_cmp(&near(b))) else { return html! {} };
     let quantities = [Measure::ContactArea, Measure::MeanGap];
+    // A continuum of its own has no block.
+    let has = |source: Source| {
+        source != Source::Depth || c.states.iter().any(|s| s.budget.iter().any(|p| p.source == source))
+    };
     let row = |s: &StateResults, quantity: Measure| {
         let part = |source: Source| match s.budget.iter().find(|p| p.quantity == quantity && p.source == source) {
             None => text("–"),
             Some(p) => p.relative.map_or_else(|| text("not known"), |r| text(change(Some(r), p.is_bound))),
         };
         let mut cells = vec![text(trimmed(s.p_star, 4)), text(quantity.name())];
-        cells.extend(Source::ALL.map(part));
+        cells.extend(Source::ALL.into_iter().filter(|s| has(*s)).map(part));
         cells
     };
-    let head: Vec<&str> = ["p*", "of"].into_iter().chain(Source::ALL.map(Source::name)).collect();
+    let sources = Source::ALL.into_iter().filter(|s| has(*s));
+    let head: Vec<&str> = ["p*", "of"].into_iter().chain(sources.map(Source::name)).collect();
     html! {
         h3 { "What the numbers are uncertain by" }
-        p.key { @for (source, colour) in Source::ALL.iter().zip(COLOURS) {
+        p.key { @for (source, colour) in Source::ALL.iter().zip(COLOURS).filter(|(s, _)| has(**s)) {
             span { i style={ "background:" (colour) } {} (source.name()) }
         } }
         @for quantity in quantities { (bar(shown, quantity)) }
@@ -104,7 +109,8 @@ fn budgets(c: &ContinuumResults) -> Markup {
         }
         p.quiet { "At p* = " (trimmed(shown.p_star, 4)) ", over the value. Grid: the change from half the points a side. Solver and "
             "precision: what would change if the residual, or the round-off of the fields, were a change of the load. Contact "
-            "criterion: a third of the perimeter correction. What is not known has no part in a bar." }
+            "criterion: a third of the perimeter correction. " @if has(Source::Depth) { "Finite depth: the change from a "
+            "half-space. " } "What is not known has no part in a bar." }
     }
 }
 

@@ -27,8 +27,9 @@ use std::path::{Path, PathBuf};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::error::{Error, Result};
+use crate::record::budget::Source;
 use crate::record::land::land;
-use crate::record::results::{FILE, Results, StageCost};
+use crate::record::results::{FILE, Results, StageCost, StateResults};
 use crate::record::tradeoff::Tradeoff;
 use crate::report::number::{duration, memory};
 use desk::{Desk, table, text};
@@ -100,7 +101,12 @@ fn page(desk: &Desk, results: &Results) -> Result<Markup> {
         add("atoms", "The atoms", atoms::section(desk, atoms)?);
     }
     if let (Some(atoms), Some(comparison)) = (&results.atoms, &results.comparison) {
-        add("comparison", "Continuum against atoms", compare::section(desk, atoms, comparison)?);
+        let told = |s: &StateResults| s.budget.iter().any(|p| p.source == Source::Depth);
+        let body = html! {
+            (compare::section(desk, atoms, comparison)?)
+            @if comparison.hard.states.iter().any(told) { (certainty::budgets(&comparison.hard)) }
+        };
+        add("comparison", "Continuum against atoms", body);
     }
     if let Some(plots) = curves::section(desk, results)? {
         add("area", "Contact and mean gap against load", plots);

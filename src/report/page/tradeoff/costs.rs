@@ -3,7 +3,7 @@
 use super::{charts, dash, grows, methods};
 use crate::compare::frontier::Growth;
 use crate::error::Result;
-use crate::record::tradeoff::{Point, Tradeoff};
+use crate::record::tradeoff::{FORESEEN, Forecast, Point, Tradeoff};
 use crate::report::number::{duration, memory, significant};
 use crate::report::page::desk::{Desk, figure, numbers, text};
 use crate::report::plot::{Axis, Curve, Dash, Plot, Style};
@@ -35,10 +35,14 @@ pub fn section(desk: &Desk, told: &Tradeoff) -> Result<Markup> {
     let mut rows = Vec::new();
     for (method, _) in methods(told) {
         let points = told.grids(method);
+        if points.is_empty() {
+            continue;
+        }
         let style = Style { dash: Dash::Solid, ..charts::style(method) };
         let places = points.iter().map(|p| ((p.setting.nx * p.setting.ny) as f64, p.cost.cpu_seconds)).collect();
         curves.push(Curve { label: method.into(), style, points: places });
-        rows.push(row(method, &points, grows(told, method)));
+        let foreseen = points.iter().find_map(|p| told.forecast(p));
+        rows.push(row(method, &points, grows(told, method), foreseen));
     }
     let plot = Plot::new((Axis::Log, Axis::Log), ("points of the grid", "processor time (s)"), curves);
     let drawn = desk.curves("tradeoff-growth", &plot)?;
@@ -56,7 +60,14 @@ pub fn section(desk: &Desk, told: &Tradeoff) -> Result<Markup> {
     Ok(html! {
         p { "Exponent e of a cost that grows as (number of points)ᵉ, fitted to the grids on which a method ran in one precision to "
             "one tolerance. Two grids have an exponent and no error of it; small grids tell what starting costs." }
-        (numbers(&["method", "exponent", "grids", "CPU", "FFT pairs", "iterations", "memory"], rows))
+        (numbers(&["method", "exponent", "grids", "CPU", "foreseen", "ratio", "twice the grid", "FFT pairs", "iterations", "memory"], rows))
+        @if !told.forecasts.is_empty() {
+            p { "Foreseen is the finest grid’s processor time as the grids below it tell it: a constant and a slope in the work, "
+                "points times FFT pairs, whose number follows a power law (points alone where none are counted). The ratio is "
+                "that over what was measured, and " (told.forecasts.iter().filter(|f| f.holds()).count()) " of "
+                (told.forecasts.len()) " methods keep it within " (significant(100.0 * (FORESEEN - 1.0), 2)) "\u{a0}%. The last "
+                "grid counted, the same law tells what twice its points a side will take." }
+        }
         @if let Some(drawn) = drawn { (figure(drawn, html! { "Processor time for all loads against the points of the grid." })) }
         h3 { "The paper’s own figures" }
         (numbers(&["grid", "iterations", "time", "memory", "exponent"], paper.collect()))
@@ -66,7 +77,7 @@ pub fn section(desk: &Desk, told: &Tradeoff) -> Result<Markup> {
 }
 
 /// Of a method: numbers of its grids, coarse to fine, apart by bars.
-fn row(method: &str, points: &[&Point], found: Option<Growth>) -> Vec<Markup> {
+fn row(method: &str, points: &[&Point], found: Option<Growth>, foreseen: Option<&Forecast>) -> Vec<Markup> {
     let mut points = points.to_vec();
     points.sort_by_key(|p| p.setting.nx);
     let each = |of: &dyn Fn(&Point) -> String| text(points.iter().map(|p| of(p)).collect::<Vec<_>>().join(" | "));
@@ -82,6 +93,9 @@ fn row(method: &str, points: &[&Point], found: Option<Growth>) -> Vec<Markup> {
         exponent,
         each(&|p| p.setting.nx.to_string()),
         each(&|p| duration(p.cost.cpu_seconds)),
+        foreseen.map_or_else(dash, |f| text(duration(f.predicted_cpu_seconds))),
+        foreseen.map_or_else(dash, |f| text(significant(f.ratio, 2))),
+        foreseen.and_then(|f| f.twice_cpu_seconds).map_or_else(dash, |s| text(duration(s))),
         each(&|p| significant(p.cost.fft_pairs, 3)),
         each(&|p| p.cost.iterations.to_string()),
         each(&|p| memory(p.cost.measured_bytes)),

@@ -18,6 +18,9 @@ pub fn page(desk: &Desk, told: &Tradeoff) -> Result<Markup> {
     add("front", "Error against cost", charts::section(desk, told)?);
     add("cheapest", "The cheapest that is good enough", tables::cheapest(told));
     add("growth", "How costs grow", costs::section(desk, told)?);
+    if told.points.iter().any(|p| p.resolved.is_some()) {
+        add("atoms", "Blocks of atoms", tables::atoms(told));
+    }
     add("reference", "The reference", tables::references(told));
     add("settings", "All settings", tables::settings(told));
     if !told.left_out.is_empty() {
@@ -47,8 +50,7 @@ fn top(told: &Tradeoff) -> Markup {
         }
         p { "Surface " (told.surface) "; " (told.kernel) "; adhesion " (told.adhesion)
             @if !loads.is_empty() { "; loads p* = " (loads.join(", ")) } ". On " (told.threads)
-            @if told.threads == 1 { " thread" } @else { " threads" } ", the least of "
-            (told.repeats) @if told.repeats == 1 { " run" } @else { " runs" } " each; " (duration(told.spent_seconds)) " in all"
+            @if told.threads == 1 { " thread" } @else { " threads" } ", " (runs(told)) "; " (duration(told.spent_seconds)) " in all"
             @if let Some(b) = told.budget_seconds { " of a budget of " (duration(b)) } "." }
         p { "Costs are those of all loads, with what any run counts of its states (distributions, patches, maps, and the coarser "
             "grid that solvers follow for their error): seconds of processor time, all threads together. Errors are root mean "
@@ -57,8 +59,20 @@ fn top(told: &Tradeoff) -> Markup {
     }
 }
 
+/// How often settings were run.
+fn runs(told: &Tradeoff) -> String {
+    match told.repeats {
+        Some(1) => "one run each".into(),
+        Some(n) => format!("the least of {n} runs each"),
+        None => "one run each, and the least of three to seven where they take less than a second".into(),
+    }
+}
+
 /// A setting in few words.
 fn words(s: &Setting) -> String {
+    if let Some(block) = s.block {
+        return format!("{}, a block of {block} cells", s.method);
+    }
     let slab = s.slab.map_or(String::new(), |t| format!(", a layer of {} L", trimmed(t, 3)));
     format!("{}, {} points a side, {} to\u{a0}{}{slab}", s.method, s.nx, s.precision, trimmed(s.tolerance, 2))
 }

@@ -89,6 +89,48 @@ pub fn references(told: &Tradeoff) -> Markup {
     }
 }
 
+/// What blocks of atoms took, and what they err by where the short waves that they leave out are left out of the reference, too.
+pub fn atoms(told: &Tradeoff) -> Markup {
+    let rows = told.points.iter().filter_map(|p| {
+        let (r, c) = (p.resolved.as_ref()?, p.cost.atoms.as_ref()?);
+        let mut cells = vec![
+            p.setting.block.map_or_else(dash, text),
+            text(count(c.atoms as usize)),
+            text(count(c.force_evaluations)),
+            text(duration(c.lammps_cpu_seconds)),
+            text(memory(c.frame_bytes)),
+            text(format!("L/{}", significant(1.0 / r.shortest_wave, 2))),
+            text(significant(r.gradient, 3)),
+        ];
+        for m in [Measure::ContactArea, Measure::MeanGap, Measure::GapMap, Measure::ContactMap, Measure::TypicalPatch] {
+            let pair = [&p.errors, &r.errors].map(|e| e.get(&m).map_or("–".into(), |e| shown(m, *e)));
+            cells.push(text(pair.join(" | ")));
+        }
+        Some(cells)
+    });
+    let head = [
+        "block",
+        "atoms",
+        "force evaluations",
+        "LAMMPS",
+        "frames",
+        "waves down to",
+        "rms gradient",
+        "area",
+        "mean gap",
+        "gap map",
+        "contact map",
+        "typical patch",
+    ];
+    html! {
+        p { "Cells across and deep, lattice constants. Of each pair of errors the first is against the scene’s reference, the "
+            "second against the half-space under the heights that the indenter resolves, which is not extrapolated: what is left "
+            "there is the crystal, its finite depth and the contact by distance; what the first has beyond it are the short "
+            "waves. At the nodes of the atoms’ maps the solutions are read between their own." }
+        (numbers(&head, rows.collect()))
+    }
+}
+
 /// Every setting with its cost and its errors.
 pub fn settings(told: &Tradeoff) -> Markup {
     let both = told.references.len() > 1;
@@ -97,7 +139,7 @@ pub fn settings(told: &Tradeoff) -> Markup {
         let mut cells = vec![
             html! { (s.method) @if p.calibrated_on.is_some() { "*" } @if p.is_reference { " (reference)" }
             @if both { (if s.adhesive { ", adhesion" } else { ", without" }) } },
-            text(s.nx),
+            s.block.map_or_else(|| text(s.nx), |b| text(format!("{b} cells"))),
             text(format!("{} {}", s.precision, trimmed(s.tolerance, 2))),
             text(duration(c.cpu_seconds)),
             text(format!("{}×", significant(c.of_reference, 2))),

@@ -1,0 +1,208 @@
+//! Blocks of atoms as settings of a ladder: each is pressed by LAMMPS at the scene's loads, and read as a run reads it.
+
+use super::bench::Measured;
+use super::ladder::{Filter, Rung, bare, halves};
+use crate::atoms::engine::{Engine, LammpsEngine};
+use crate::interface::Adhesion;
+use crate::method::{Precision, all_atom};
+use crate::pipeline::methods::{self, Beside};
+use crate::pipeline::{Key, Listener, atomistic, comparison, plan};
+use crate::record::tradeoff::{AtomsCost, BlockSize, Cost};
+use crate::scene::{AtomsCase, AtomsScene, Case, Start, Surface};
+use crate::{Error, Result, sys};
+use std::path::Path;
+use std::time::Instant;
+
+/// Nodes in the shortest wave of the heights that a block resolves, of the solution on these: as many as its own matched continuum has.
+const NODES_PER_WAVE: f64 = 16.0;
+
+/// Least cells and depth of the blocks that are run beside a scene's own, where none are asked for.
+const LEAST: BlockSize = BlockSize { cells: 10, depth_cells: 3 };
+
+/// Folders of LAMMPS and of what is read of it, inside that of the setting.
+const JOB: &str = "job";
+pub const READ: &str = "atoms";
+
+/// The blocks of a ladder, small ones first, and the program that presses them.
+pub struct Blocks {
+    list: Vec<(Rung, Case)>,
+    pub engine: std::result::Result<LammpsEngine, String>,
+}
+
+impl Blocks {
+    /// Of these sizes; by default those of a scene with atoms: its own, one of half the cells, one of half the depth. None of a
+    /// scene without atoms that asks for none.
+    ///
+    /// # Errors
+    /// A size or a scene that atoms cannot have; LAMMPS missing where sizes are asked for.
+    pub fn of(case: &Case, asked: Option<&[BlockSize]>) -> Result<Option<Blocks>> {
+        let base = match (&case.scene.atoms, asked) {
+            (None, None) => return Ok(None),
+            (own, _) => own.clone().unwrap_or_default(),
+        };
+        let own = BlockSize { cells: base.cells, depth_cells: base.depth_cells };
+        let sizes = asked.map_or_else(|| beside(own), <[_]>::to_vec);
+        let mut list = Vec::new();
+        for size in sizes {
+            let mut scene = bare(case);
+            // Atoms are not unloaded, and compared at every load.
+            (scene.load.and_back, scene.load.maps_at) = (false, None);
+            // A setting is a relaxed block; what is told of it afterwards costs it nothing.
+            let atoms = AtomsScene { cells: size.cells, depth_cells: size.depth_cells, hold: None, ..base.clone() };
+            let tolerance = atoms.force_tolerance_ev_per_angstrom;
+            scene.atoms = Some(atoms);
+            let found = Case::resolve(scene, &case.file)?;
+            let method = crate::method::find(all_atom::ID).expect("it is registered");
+            let points = found.atoms.as_ref().map_or(0, |a| a.points);
+            let rung = Rung {
+                beside: Beside { method, adhesive: case.adhesion != Adhesion::None },
+                n: points,
+                precision: Precision::F64,
+                tolerance,
+                slab: None,
+                block: Some(size),
+                filter: None,
+            };
+            list.push((rung, found));
+        }
+        list.sort_by_key(|(_, c)| c.atoms.as_ref().map_or(0, total));
+        list.dedup_by_key(|(rung, _)| rung.block);
+        let Some((_, first)) = list.first() else { return Ok(None) };
+        let engine = match atomistic::engine(first) {
+            Err(e) if asked.is_some() => return Err(e),
+            other => other.map_err(|e| e.to_string()),
+        };
+        Ok(Some(Blocks { list, engine }))
+    }
+
+    pub fn rungs(&self) -> Vec<Rung> {
+        self.list.iter().map(|(rung, _)| *rung).collect()
+    }
+
+    pub fn case(&self, rung: &Rung) -> Option<&Case> {
+        self.list.iter().find(|(r, _)| r.block == rung.block).map(|(_, case)| case)
+    }
+
+    /// What the results of these atoms depend on beside the scene.
+    pub fn depends_on(&self, rung: &Rung) -> Result<impl serde::Serialize> {
+        let case = self.case(rung);
+        let file = case.and_then(|c| c.atoms.as_ref()).and_then(|a| a.potential.as_ref());
+        let potential = file.map(|path| Key::of_file(path)).transpose()?;
+        let engine = self.engine.as_ref().map(|e| format!("{:?}", e.describe())).ok();
+        Ok((case.and_then(|c| c.scene.atoms.clone()), potential, engine))
+    }
+}
+
+/// A block and those beside it that tell what its size and its depth are worth.
+fn beside(own: BlockSize) -> Vec<BlockSize> {
+    // Indenters of blocks of fives are spaced alike.
+    let narrower = BlockSize { cells: own.cells / 10 * 5, ..own };
+    let shallower = BlockSize { depth_cells: own.depth_cells / 2, ..own };
+    let fit = |s: &BlockSize| s.cells >= LEAST.cells && s.depth_cells >= LEAST.depth_cells;
+    std::iter::once(own).chain([narrower, shallower].into_iter().filter(fit)).collect()
+}
+
+fn total(atoms: &AtomsCase) -> u64 {
+    atoms.block.atoms() + (atoms.points * atoms.points) as u64
+}
+
+/// Bytes and seconds of a block, before it is pressed.
+pub fn planned(case: &Case) -> Result<(u64, f64)> {
+    let plan = plan(case, rayon::current_num_threads())?;
+    let of = plan.stages.iter().filter(|s| ["matched", "lammps", "atoms"].contains(&s.name));
+    Ok(of.fold((0, 0.0), |(bytes, seconds), s| (bytes.max(s.bytes), seconds + s.seconds)))
+}
+
+/// The solution that a block is held against beside the reference: the same problem, on heights that have only the waves that its
+/// indenter has.
+pub fn on_resolved_heights(reference: &Rung, case: &Case) -> Rung {
+    let (low_pass, stretch) = case.atoms.as_ref().map_or((0.0, 1.0), |a| (a.low_pass, a.stretch));
+    let enough = |n: &usize| *n as f64 * low_pass >= NODES_PER_WAVE;
+    let n = match case.surface {
+        Surface::Imported { .. } => reference.n,
+        _ => halves(reference.n, usize::BITS as usize).into_iter().rev().find(enough).unwrap_or(reference.n),
+    };
+    Rung { n, filter: Some(Filter { low_pass, stretch }), ..*reference }
+}
+
+/// Presses a block at every load and reads it. Its maps are left, and no other file of LAMMPS.
+pub fn pressed(
+    case: &Case,
+    engine: &LammpsEngine,
+    (dir, stage): (&Path, &str),
+    key: &Key,
+    listener: &dyn Listener,
+) -> Result<Measured> {
+    let atoms = case.atoms.as_ref().expect("a block is resolved");
+    let root = dir.parent().unwrap_or(dir);
+    let [job_folder, read_folder] = [JOB, READ].map(|name| dir.join(name));
+    for folder in [&job_folder, &read_folder] {
+        std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
+    }
+    let growth = sys::Growth::begin();
+    let largest_child = sys::children_peak_rss_bytes();
+    let (clock, own, children) = (Instant::now(), sys::cpu_seconds(), sys::children_cpu_seconds());
+    let solved = match atoms.start {
+        Start::Continuum => {
+            let in_stage = format!("{stage}/{JOB}");
+            Some(comparison::soft(case, atoms, (&job_folder, &in_stage), key, listener)?)
+        }
+        Start::Touch => None,
+    };
+    let job = atomistic::write_job(case, atoms, &job_folder, solved.as_ref().map(|s| (s, root)))?;
+    let climbed = atomistic::climb(engine, &job, listener)?;
+    let lammps_cpu_seconds = sys::children_cpu_seconds() - children;
+    let in_stage = format!("{stage}/{READ}");
+    let found = atomistic::read(case, atoms, &job, &climbed, &read_folder, &in_stage)?;
+    let mut results = methods::of_atoms(case, &found, lammps_cpu_seconds, (root, dir, stage))?;
+    results.planned_bytes = planned(case)?.0;
+    // The kernel tells of the largest child so far. Blocks are pressed small ones first.
+    let child = Some(sys::children_peak_rss_bytes()).filter(|c| *c > largest_child).unwrap_or(0);
+    let cost = Cost {
+        wall_seconds: clock.elapsed().as_secs_f64(),
+        cpu_seconds: sys::cpu_seconds() - own + lammps_cpu_seconds,
+        of_reference: 1.0,
+        fft_pairs: solved.iter().flat_map(|s| &s.states).map(|s| s.fft_pairs).sum(),
+        iterations: climbed.steps.iter().map(|s| s.force_evaluations).sum(),
+        planned_bytes: results.planned_bytes,
+        measured_bytes: growth.bytes().max(child),
+        resident_before_bytes: growth.before_bytes(),
+        runs: 1,
+        atoms: Some(AtomsCost {
+            atoms: job.atoms(),
+            force_evaluations: climbed.steps.iter().map(|s| s.force_evaluations).sum(),
+            lammps_cpu_seconds,
+            frame_bytes: frame_bytes(&job.folder)?,
+        }),
+    };
+    std::fs::remove_dir_all(&job.folder).map_err(Error::io("remove", &job.folder))?;
+    let notes = climbed.unconverged.iter().map(|step| {
+        format!("all-atom, {}x{}: load step {step} stopped above the force tolerance", found.cells, found.depth_cells)
+    });
+    Ok(Measured { ny: atoms.points, results, maps: Vec::new(), resolved: Vec::new(), cost, notes: notes.collect() })
+}
+
+/// Bytes of the frames in a job folder.
+pub fn frame_bytes(folder: &Path) -> Result<u64> {
+    let mut bytes = 0;
+    for entry in std::fs::read_dir(folder).map_err(Error::io("list", folder))? {
+        let entry = entry.map_err(Error::io("list", folder))?;
+        if entry.file_name().to_string_lossy().starts_with("frame.") {
+            bytes += entry.metadata().map_err(Error::io("read", entry.path()))?.len();
+        }
+    }
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_block_has_others_beside_it() {
+        let size = |cells, depth_cells| BlockSize { cells, depth_cells };
+        assert_eq!(beside(size(45, 12)), [size(45, 12), size(20, 12), size(45, 6)]);
+        assert_eq!(beside(size(15, 6)), [size(15, 6), size(15, 3)]);
+        assert_eq!(beside(size(10, 4)), [size(10, 4)]);
+    }
+}
