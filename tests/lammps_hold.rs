@@ -2,44 +2,24 @@
 
 #[path = "common/lammps.rs"]
 mod lammps;
+#[path = "common/smooth.rs"]
+mod smooth;
 
-use asperity::atoms::engine::{Engine, LammpsEngine, Progress};
+use asperity::atoms::engine::{Engine, LammpsEngine};
 use asperity::atoms::hold::{BLOCKS, Held, Settings};
 use asperity::atoms::job::Job;
 use asperity::atoms::potential::calcium_lattice_constant;
 use asperity::atoms::properties::{LmpCommand, RunScript};
-use asperity::pipeline::{Listener, build_job, run};
+use asperity::pipeline::{Silent, run};
 use asperity::record::npy;
-use asperity::record::results::StageCost;
-use asperity::scene::{Case, Scene};
+use asperity::scene::Case;
 use lammps::there_is_lammps;
+use smooth::{built, case, on};
 use std::ops::ControlFlow;
 use std::path::Path;
 
-struct Deaf;
-
-impl Listener for Deaf {
-    fn begin(&self, _: &str, _: &str) {}
-    fn progress(&self, _: Option<f64>, _: &str) {}
-    fn end(&self, _: &StageCost) {}
-    fn warn(&self, _: &str) {}
-    fn stopping(&self) -> bool {
-        false
-    }
-}
-
-/// A smooth gentle surface on 10 × 10 × 6 cells.
-fn case(loads: &[f64], hold: &str) -> Case {
-    let text = format!(
-        "name = \"hold\"\n[surface]\ngrid = 32\nroll_off_mode = 2\ncut_off_mode = 8\nrms_gradient = 0.3\n\
-         [load]\np_star = {loads:?}\n[atoms]\ncells = 10\ndepth_cells = 6\n[atoms.hold]\n{hold}"
-    );
-    let file = Path::new("hold.toml");
-    Case::resolve(Scene::parse(&text, file).expect("a scene"), file).expect("a case")
-}
-
-fn on(_: Progress) -> ControlFlow<()> {
-    ControlFlow::Continue(())
+fn held_case(loads: &[f64], hold: &str) -> Case {
+    case(&format!("p_star = {loads:?}"), "", &format!("[atoms.hold]\n{hold}"))
 }
 
 /// Standard errors by which a mean may miss.
@@ -55,7 +35,7 @@ fn a_held_contact_is_a_probability_with_its_error() {
     }
     let folder = tempfile::tempdir().expect("scratch");
     let (results, page) =
-        run(&case(&[0.06], "temperature_k = 100\ntime_ps = 20"), folder.path(), &Deaf).expect("a clean run");
+        run(&held_case(&[0.06], "temperature_k = 100\ntime_ps = 20"), folder.path(), &Silent).expect("a clean run");
     let atoms = results.atoms.expect("atoms");
     let (hold, still) = (atoms.hold.expect("a hold"), &atoms.states[0]);
     assert!((hold.averaged_ps + hold.equilibration_ps - 20.0).abs() < 1.0);
@@ -97,7 +77,7 @@ fn a_held_contact_is_a_probability_with_its_error() {
 
 /// The relaxed states that holds begin with.
 fn relaxed(case: &Case, folder: &Path, engine: &LammpsEngine) -> Job {
-    let job = build_job(case, case.atoms.as_ref().expect("atoms"), folder, &Deaf).expect("a job");
+    let job = built(case, folder);
     engine.run(&job, &mut on).expect("a clean run");
     job
 }
@@ -109,7 +89,7 @@ fn killed_between_loads_a_hold_goes_on_and_its_errors_shrink_with_time() {
     }
     let engine = LammpsEngine::find(None).expect("LAMMPS");
     let folder = tempfile::tempdir().expect("scratch");
-    let case = case(&[0.02, 0.06], "temperature_k = 300\ntime_ps = 10");
+    let case = held_case(&[0.02, 0.06], "temperature_k = 300\ntime_ps = 10");
     let relaxed = relaxed(&case, &folder.path().join("relaxed"), &engine);
     let atoms = case.atoms.as_ref().expect("atoms");
     let settings: Settings = atoms.hold.expect("a hold");
@@ -120,8 +100,7 @@ fn killed_between_loads_a_hold_goes_on_and_its_errors_shrink_with_time() {
     engine.run(&whole, &mut on).expect("a clean run");
     let killed = written("killed", &settings);
     let error = engine.run(&killed, &mut |p| {
-        let after = p.rung.is_some() && !p.is_new;
-        if after { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if p.rung.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     assert!(matches!(error, Err(asperity::Error::Interrupted)));
     let finished = engine.run(&written("killed", &settings), &mut on).expect("the rest");

@@ -4,24 +4,12 @@
 mod lammps;
 
 use asperity::grid::transformed_nodes;
-use asperity::pipeline::{self, Listener};
+use asperity::pipeline::{self, Silent};
 use asperity::record::budget::Source;
-use asperity::record::results::{Results, StageCost};
+use asperity::record::results::Results;
 use asperity::scene::{Case, Scene};
 use lammps::there_is_lammps;
 use std::path::Path;
-
-struct Deaf;
-
-impl Listener for Deaf {
-    fn begin(&self, _: &str, _: &str) {}
-    fn progress(&self, _: Option<f64>, _: &str) {}
-    fn end(&self, _: &StageCost) {}
-    fn warn(&self, _: &str) {}
-    fn stopping(&self) -> bool {
-        false
-    }
-}
 
 /// A smooth gentle surface at one load: LAMMPS is done in a second.
 const SCENE: &str = "name = \"lean\"\n[surface]\nroll_off_mode = 2\ncut_off_mode = 8\nrms_gradient = 0.3\nGRID\n\
@@ -48,7 +36,7 @@ fn run(folder: &Path, name: &str, text: &str) -> Counted {
     let out = folder.join(name);
     let before = transformed_nodes();
     let case = pipeline::settle(Scene::read(&file).expect("a scene"), &file).expect("a case");
-    let (results, _) = pipeline::run(&case, &out, &Deaf).expect("a run");
+    let (results, _) = pipeline::run(&case, &out, &Silent).expect("a run");
     let atoms = results.atoms.as_ref().expect("atoms");
     Counted {
         nodes: transformed_nodes() - before,

@@ -2,52 +2,27 @@
 
 #[path = "common/lammps.rs"]
 mod lammps;
+#[path = "common/smooth.rs"]
+mod smooth;
 
 use asperity::atoms::block::SurfaceSites;
 use asperity::atoms::contact::{Contact, contact};
 use asperity::atoms::dump::read_frame;
-use asperity::atoms::engine::{Engine, Finished, LammpsEngine, Progress};
+use asperity::atoms::engine::{Engine, Finished, LammpsEngine};
 use asperity::atoms::indenter::Indenter;
 use asperity::atoms::job::Job;
 use asperity::atoms::ladder::frame_file;
 use asperity::grid::Grid;
-use asperity::pipeline::{Listener, build_job};
-use asperity::record::results::StageCost;
-use asperity::scene::{Case, Scene};
+use asperity::scene::Case;
 use lammps::there_is_lammps;
+use smooth::{built, case, on};
 use std::ops::ControlFlow;
 use std::path::Path;
 
-struct Deaf;
-
-impl Listener for Deaf {
-    fn begin(&self, _: &str, _: &str) {}
-    fn progress(&self, _: Option<f64>, _: &str) {}
-    fn end(&self, _: &StageCost) {}
-    fn warn(&self, _: &str) {}
-    fn stopping(&self) -> bool {
-        false
-    }
-}
-
 const LOADS: [f64; 2] = [0.02, 0.06];
 
-/// A smooth gentle surface: 10 × 10 × 6 cells stay elastic under it.
-fn case(more: &str) -> Case {
-    let text = format!(
-        "name = \"start\"\n[surface]\ngrid = 32\nroll_off_mode = 2\ncut_off_mode = 8\nrms_gradient = 0.3\n\
-         [load]\np_star = {LOADS:?}\n[atoms]\ncells = 10\ndepth_cells = 6\n{more}"
-    );
-    let file = Path::new("start.toml");
-    Case::resolve(Scene::parse(&text, file).expect("a scene"), file).expect("a case")
-}
-
-fn built(case: &Case, folder: &Path) -> Job {
-    build_job(case, case.atoms.as_ref().expect("atoms"), folder, &Deaf).expect("a job")
-}
-
-fn on(_: Progress) -> ControlFlow<()> {
-    ControlFlow::Continue(())
+fn smooth_case(atoms: &str) -> Case {
+    case(&format!("p_star = {LOADS:?}"), "", atoms)
 }
 
 fn touching(case: &Case, job: &Job, finished: &Finished, step: usize) -> Contact {
@@ -74,7 +49,7 @@ fn the_continuums_start_ends_in_the_ladders_state_for_less() {
     }
     let engine = LammpsEngine::find(None).expect("LAMMPS");
     let (warm, cold) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
-    let from_continuum = case("");
+    let from_continuum = smooth_case("");
     let job = built(&from_continuum, warm.path());
     let found = engine.run(&job, &mut on).expect("a clean run");
     assert!(found.unconverged.is_empty());
@@ -90,7 +65,7 @@ fn the_continuums_start_ends_in_the_ladders_state_for_less() {
         // A ladder from first touch, in equal steps no longer than usual, that meets the height found.
         let steps = (rung.displacement_angstrom / 0.3).ceil();
         let step = rung.displacement_angstrom / steps;
-        let touch = case(&format!("step_angstrom = {step}"));
+        let touch = smooth_case(&format!("step_angstrom = {step}"));
         let mut ladder = built(&touch, &cold.path().join(k.to_string()));
         (ladder.record.ladder.max_steps, ladder.record.ladder.max_load) = (steps as usize, f64::MAX);
         let climbed = engine.run(&ladder, &mut on).expect("a clean run");
@@ -117,12 +92,12 @@ fn killed_between_loads_it_goes_on_through_the_same_states() {
     }
     let engine = LammpsEngine::find(None).expect("LAMMPS");
     let (whole, killed) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
-    let case = case("");
+    let case = smooth_case("");
     let expected = engine.run(&built(&case, whole.path()), &mut on).expect("a clean run");
     let job = built(&case, killed.path());
     for stop in [0, 1] {
         let error = engine.run(&job, &mut |p| {
-            let after = p.rung.is_some_and(|r| r.step >= stop) && !p.is_new;
+            let after = p.rung.is_some_and(|r| r.step >= stop);
             if after { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         assert!(matches!(error, Err(asperity::Error::Interrupted)));

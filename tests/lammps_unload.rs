@@ -3,31 +3,27 @@
 
 #[path = "common/lammps.rs"]
 mod lammps;
+#[path = "common/smooth.rs"]
+mod smooth;
 
-use asperity::atoms::engine::{Engine, Finished, LammpsEngine, Progress};
+use asperity::atoms::engine::{Engine, Finished, LammpsEngine};
 use asperity::atoms::job::Job;
 use asperity::atoms::ladder::frame_file;
-use asperity::pipeline::{Listener, build_job, read_atoms};
-use asperity::record::results::{AtomsResults, StageCost, Unloading};
-use asperity::scene::{Case, Scene};
+use asperity::pipeline::read_atoms;
+use asperity::record::results::{AtomsResults, Unloading};
+use asperity::scene::Case;
 use asperity::units::GPA_PER_EV_A3;
 use lammps::there_is_lammps;
+use smooth::{built, case, on};
 use std::ops::ControlFlow;
 use std::path::Path;
 
-struct Deaf;
+const LOADS: [f64; 2] = [0.02, 0.06];
 
-impl Listener for Deaf {
-    fn begin(&self, _: &str, _: &str) {}
-    fn progress(&self, _: Option<f64>, _: &str) {}
-    fn end(&self, _: &StageCost) {}
-    fn warn(&self, _: &str) {}
-    fn stopping(&self) -> bool {
-        false
-    }
+fn there_and_back(load: &str, adhesion: &str, atoms: &str) -> Case {
+    case(&format!("p_star = {LOADS:?}\n{load}"), adhesion, atoms)
 }
 
-const LOADS: [f64; 2] = [0.02, 0.06];
 /// γ/(E* L) = 2·10⁻⁴: 0.032 J/m² between flats of this block.
 const ADHESION: &str = "[adhesion]\nwork_of_adhesion_mj_m2 = 500\nrange_nm = 2\n";
 
@@ -35,24 +31,6 @@ const ADHESION: &str = "[adhesion]\nwork_of_adhesion_mj_m2 = 500\nrange_nm = 2\n
 const LOAD_NOISE: f64 = 2e-2;
 /// Contact fractions: one of the 200 surface atoms.
 const ONE_ATOM: f64 = 1.0 / 200.0;
-
-/// A smooth gentle surface: 10 × 10 × 6 cells stay elastic under it.
-fn case(load: &str, adhesion: &str, atoms: &str) -> Case {
-    let text = format!(
-        "name = \"unload\"\n[surface]\ngrid = 32\nroll_off_mode = 2\ncut_off_mode = 8\nrms_gradient = 0.3\n\
-         [load]\np_star = {LOADS:?}\n{load}\n{adhesion}[atoms]\ncells = 10\ndepth_cells = 6\n{atoms}"
-    );
-    let file = Path::new("unload.toml");
-    Case::resolve(Scene::parse(&text, file).expect("a scene"), file).expect("a case")
-}
-
-fn built(case: &Case, folder: &Path) -> Job {
-    build_job(case, case.atoms.as_ref().expect("atoms"), folder, &Deaf).expect("a job")
-}
-
-fn on(_: Progress) -> ControlFlow<()> {
-    ControlFlow::Continue(())
-}
 
 fn read(case: &Case, job: &Job) -> (AtomsResults, Unloading) {
     let out = tempfile::tempdir().expect("scratch");
@@ -81,7 +59,7 @@ fn without_adhesion_the_steps_back_are_the_steps_there() {
     }
     let engine = LammpsEngine::find(None).expect("LAMMPS");
     let folder = tempfile::tempdir().expect("scratch");
-    let case = case("and_back = true", "", "start = \"touch\"");
+    let case = there_and_back("and_back = true", "", "start = \"touch\"");
     let job = built(&case, folder.path());
     let found = engine.run(&job, &mut on).expect("a clean run");
     assert!(found.unconverged.is_empty());
@@ -113,7 +91,7 @@ fn loads_from_the_continuum_come_back_load_by_load() {
     }
     let engine = LammpsEngine::find(None).expect("LAMMPS");
     let folder = tempfile::tempdir().expect("scratch");
-    let case = case("and_back = true", "", "");
+    let case = there_and_back("and_back = true", "", "");
     let job = built(&case, folder.path());
     let found = engine.run(&job, &mut on).expect("a clean run");
     let rungs = &found.ladder.rungs;
@@ -137,7 +115,7 @@ fn with_adhesion_the_largest_pull_is_found_within_its_error() {
     let mut pulls = Vec::new();
     for step in [0.3, 0.2] {
         let folder = tempfile::tempdir().expect("scratch");
-        let case = case("pull_off = true", ADHESION, &format!("step_angstrom = {step}"));
+        let case = there_and_back("pull_off = true", ADHESION, &format!("step_angstrom = {step}"));
         let job = built(&case, folder.path());
         engine.run(&job, &mut on).expect("a clean run");
         let (_, back) = read(&case, &job);
@@ -173,7 +151,7 @@ fn killed_on_the_way_back_it_goes_on_through_the_same_states() {
     }
     let engine = LammpsEngine::find(None).expect("LAMMPS");
     let (whole, killed) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
-    let case = case("and_back = true", ADHESION, "");
+    let case = there_and_back("and_back = true", ADHESION, "");
     let expected = engine.run(&built(&case, whole.path()), &mut on).expect("a clean run");
     let job = built(&case, killed.path());
     let turn = job.turn(&expected.ladder.rungs).expect("a turn");
@@ -181,7 +159,7 @@ fn killed_on_the_way_back_it_goes_on_through_the_same_states() {
     // At the turn, before and after the steps are shortened, and where the pull is large.
     for stop in [turn, slow - 1, slow, slow + 12] {
         let error = engine.run(&job, &mut |p| {
-            let after = p.rung.is_some_and(|r| r.step >= stop) && !p.is_new;
+            let after = p.rung.is_some_and(|r| r.step >= stop);
             if after { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         assert!(matches!(error, Err(asperity::Error::Interrupted)));

@@ -2,8 +2,8 @@
 //! is why this is a test of its own.
 
 use asperity::grid::transformed_nodes;
-use asperity::pipeline::{self, Listener};
-use asperity::record::results::{Results, StageCost};
+use asperity::pipeline::{self, Silent};
+use asperity::record::results::Results;
 use asperity::scene::Scene;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::path::Path;
@@ -28,18 +28,6 @@ unsafe impl GlobalAlloc for Counting {
 
 #[global_allocator]
 static COUNTING: Counting = Counting;
-
-struct Silent;
-
-impl Listener for Silent {
-    fn begin(&self, _: &str, _: &str) {}
-    fn progress(&self, _: Option<f64>, _: &str) {}
-    fn end(&self, _: &StageCost) {}
-    fn warn(&self, _: &str) {}
-    fn stopping(&self) -> bool {
-        false
-    }
-}
 
 /// Two loads with adhesion, for which the error of the grid needs a coarser one that is solved beside.
 const SCENE: &str = "name = \"s\"\n[surface]\ncut_off_um = 4.0\nGRID\n[load]\np_star = [0.01, 0.03]\n[adhesion]\n\

@@ -14,17 +14,15 @@ pub struct Sites {
 }
 
 impl Sites {
-    /// `sites` are lattice positions over the block's edge, in [0, 1); `owners` names the nearest of them for every node.
-    pub fn new(grid: Grid, sites: impl Iterator<Item = [f64; 2]>, owners: &[usize]) -> Self {
+    /// `sites` are lattice positions over the block's edge, in [0, 1); `nearest` names the nearest of them to a point of it.
+    pub fn new(grid: Grid, sites: impl Iterator<Item = [f64; 2]>, nearest: impl Fn(f64, f64) -> usize) -> Self {
         let node = |x: f64, y: f64| {
             let (i, j) = ((x / grid.dx()).round() as usize % grid.nx, (y / grid.dy()).round() as usize % grid.ny);
             j * grid.nx + i
         };
         let positions: Vec<[f64; 2]> = sites.collect();
-        let (nodes, shifted) = positions
-            .iter()
-            .map(|&[x, y]| (node(x, y), owners[node((x + 1.0 / 3.0).fract(), (y + 0.2).fract())]))
-            .unzip();
+        let shift = |x: f64, y: f64| nearest((x + 1.0 / 3.0).fract(), (y + 0.2).fract());
+        let (nodes, shifted) = positions.iter().map(|&[x, y]| (node(x, y), shift(x, y))).unzip();
         Sites { grid, positions, nodes, shifted }
     }
 
@@ -45,7 +43,13 @@ impl Sites {
     }
 
     /// The continuum's contact against the atoms', site by site. `map` names the file that keeps it.
-    pub fn judge(&self, here: &[bool], atoms: &[bool], criterion: Criterion, map: Option<String>) -> CriterionMatch {
+    pub fn judge(
+        &self,
+        here: &[bool],
+        atoms: &[bool],
+        criterion: SiteCriterion,
+        map: Option<String>,
+    ) -> CriterionMatch {
         let shifted: Vec<bool> = self.shifted.iter().map(|&site| here[site]).collect();
         CriterionMatch {
             id: criterion.id().into(),
@@ -61,7 +65,7 @@ impl Sites {
 
 /// The ways in which a surface site of the continuum counts as touching.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Criterion {
+pub enum SiteCriterion {
     /// Hard wall, zero gap.
     Plain,
     /// Hard wall, atoms put on it and raised by what the atoms' wall yields at the mean contact stress, Å: an indenter atom
@@ -71,28 +75,28 @@ pub enum Criterion {
     SoftWall,
 }
 
-impl Criterion {
+impl SiteCriterion {
     pub fn id(self) -> &'static str {
         match self {
-            Criterion::Plain => "plain",
-            Criterion::Raised(_) => "raised",
-            Criterion::SoftWall => "soft wall",
+            SiteCriterion::Plain => "plain",
+            SiteCriterion::Raised(_) => "raised",
+            SiteCriterion::SoftWall => "soft wall",
         }
     }
 
     /// Å.
     pub fn raised(self) -> f64 {
         match self {
-            Criterion::Raised(by) => by,
-            Criterion::Plain | Criterion::SoftWall => 0.0,
+            SiteCriterion::Raised(by) => by,
+            SiteCriterion::Plain | SiteCriterion::SoftWall => 0.0,
         }
     }
 
     pub fn words(self) -> String {
         match self {
-            Criterion::Plain => "hard wall, zero gap".into(),
-            Criterion::Raised(by) => format!("hard wall, d_c from atoms put there and raised by {by:.3} Å"),
-            Criterion::SoftWall => "soft wall, d_c from atoms put there".into(),
+            SiteCriterion::Plain => "hard wall, zero gap".into(),
+            SiteCriterion::Raised(by) => format!("hard wall, d_c from atoms put there and raised by {by:.3} Å"),
+            SiteCriterion::SoftWall => "soft wall, d_c from atoms put there".into(),
         }
     }
 }
@@ -135,8 +139,8 @@ mod tests {
         let grid = Grid::unit(30, 30);
         let gap: Vec<f64> = (0..900).map(f64::from).collect();
         let list = [[0.0, 0.0], [0.99, 0.5], [0.51 / 30.0, 0.0], [1.0 / 3.0, 0.2]];
-        let owners: Vec<usize> = (0..900).map(|k| if k == 6 * 30 + 10 { 3 } else { 1 }).collect();
-        let sites = Sites::new(grid, list.into_iter(), &owners);
+        let nearest = |x: f64, y: f64| if (x - 1.0 / 3.0).abs() < 1e-9 && (y - 0.2).abs() < 1e-9 { 3 } else { 1 };
+        let sites = Sites::new(grid, list.into_iter(), nearest);
         assert_eq!(sites.nodes, [0, 15 * 30, 1, 6 * 30 + 10]);
         assert_eq!(sites.touching(Field::F64(&gap), 0.5), [true, false, false, false]);
         let values = sites.sample(Field::F64(&gap));
@@ -146,7 +150,7 @@ mod tests {
         // The first site comes to lie on the last.
         assert_eq!(sites.shifted, [3, 1, 1, 1]);
         let judged =
-            sites.judge(&[true, false, false, true], &[true, false, false, false], Criterion::Raised(0.3), None);
+            sites.judge(&[true, false, false, true], &[true, false, false, false], SiteCriterion::Raised(0.3), None);
         assert_eq!((judged.contact_fraction, judged.overlap.jaccard, judged.raised_angstrom), (0.5, 0.5, 0.3));
         assert_eq!(judged.shifted.jaccard, 1.0);
     }

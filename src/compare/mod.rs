@@ -9,6 +9,6 @@ mod matching;
 mod overlap;
 mod registration;
 
-pub use matching::{Criterion, Sites, softness_rise};
+pub use matching::{SiteCriterion, Sites, softness_rise};
 pub use overlap::overlap;
 pub use registration::registration;

@@ -8,7 +8,7 @@ use super::versions::{Side, Solved, Units, versions};
 use super::{Key, Listener};
 use crate::atoms::contact::onto_grid;
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
-use crate::compare::{Criterion, Sites, registration};
+use crate::compare::{SiteCriterion, Sites, registration};
 use crate::grid::{Field, Grid, bilinear};
 use crate::interface::{Elastic, RangeChoice, Wall};
 use crate::method::{Precision, Problem};
@@ -52,7 +52,7 @@ pub(super) fn matched(
     listener: &dyn Listener,
 ) -> Result<Matched> {
     let (kernel, wall) = (atoms.kernel(), Wall::Hard);
-    let hard = Matching { kernel, wall, soft: false, tag: "hard wall", threshold: 0.0, criterion: "zero gap" };
+    let hard = Matching { kernel, wall, soft: false, tag: "hard wall", criterion: "zero gap" };
     // The scene's own grid, which holds more of the spectrum than atoms do; neither low-passed nor scaled up.
     let whole = case.surface.heights(case.grid, 0.0);
     let full = Matching { tag: "full heights", ..hard };
@@ -103,7 +103,6 @@ pub(super) fn soft(
         wall: Wall::LennardJones(atoms.soft_wall()),
         soft: true,
         tag: "soft wall",
-        threshold: 0.0,
         criterion: "the wall pushes",
     };
     solve(case, atoms, (atoms.matched, &atoms_heights(case, atoms)), matching, place, key, listener)
@@ -122,7 +121,6 @@ struct Matching {
     wall: Wall,
     soft: bool,
     tag: &'static str,
-    threshold: f64,
     criterion: &'static str,
 }
 
@@ -155,7 +153,7 @@ fn solve(
         gradient: case.gradient,
         p_star: &case.p_star,
         there: None,
-        threshold: matching.threshold,
+        threshold: 0.0,
         criterion: matching.criterion.into(),
         keep: &|_| Keep { gap: true, stress: case.wants().distributions },
         wants: case.wants(),
@@ -209,10 +207,10 @@ pub(super) fn compare(
     let length = atoms.block.length();
     let surface = atoms.block.surface();
     let owners = surface.onto_grid(grid.nx, grid.ny);
-    let sites = Sites::new(grid, site_positions(&surface), &owners);
+    let nearest = |x: f64, y: f64| surface.nearest(x * length, y * length);
+    let sites = Sites::new(grid, site_positions(&surface), nearest);
     let places = Places::new(case, atoms, &sites)?;
-    let fine_owners = surface.onto_grid(case.grid.nx, case.grid.ny);
-    let fine = Sites::new(case.grid, site_positions(&surface), &fine_owners);
+    let fine = Sites::new(case.grid, site_positions(&surface), nearest);
     let (mut loads, mut sections) = (Vec::new(), Vec::new());
     for (i, state) in found.states.iter().enumerate() {
         let (hard, soft) = (&matched.hard.states[i], &matched.soft.states[i]);
@@ -232,16 +230,16 @@ pub(super) fn compare(
         let (raised_flags, rise) = raised_at(CONTACT_DISTANCE_ANGSTROM);
         let soft_flags = soft_at(CONTACT_DISTANCE_ANGSTROM);
         let plain_flags = sites.touching(hard_gap.field(), 0.0);
-        let judged = |flags: &[bool], criterion: Criterion| -> Result<CriterionMatch> {
+        let judged = |flags: &[bool], criterion: SiteCriterion| -> Result<CriterionMatch> {
             let name = map_name(i + 1, criterion.id());
             let flags_on_grid: Vec<u8> = flags.iter().map(|t| u8::from(*t)).collect();
             npy::write(&folder.join(&name), grid.nx, grid.ny, onto_grid(&flags_on_grid, &owners))?;
             Ok(sites.judge(flags, &touching, criterion, Some(format!("{stage}/{name}"))))
         };
         let continuum = vec![
-            judged(&plain_flags, Criterion::Plain)?,
-            judged(&raised_flags, Criterion::Raised(rise))?,
-            judged(&soft_flags, Criterion::SoftWall)?,
+            judged(&plain_flags, SiteCriterion::Plain)?,
+            judged(&raised_flags, SiteCriterion::Raised(rise))?,
+            judged(&soft_flags, SiteCriterion::SoftWall)?,
         ];
         let against_distance =
             state.sensitivity.iter().map(|&[d, fraction]| [d, fraction, share(&raised_at(d).0), share(&soft_at(d))]);
@@ -333,14 +331,17 @@ fn sides(
     let mut list = Vec::new();
     let ([fine, sites], [raised, soft]) = (solutions.sites, solutions.touching);
     let criteria = [
-        (matched.full.as_ref(), fine, case.grid, vec![("full heights", Criterion::Plain, None)]),
+        (matched.full.as_ref(), fine, case.grid, vec![("full heights", SiteCriterion::Plain, None)]),
         (
             Some(&matched.hard),
             sites,
             atoms.matched,
-            vec![("hard wall", Criterion::Plain, None), ("raised", Criterion::Raised(solutions.rise), Some(raised))],
+            vec![
+                ("hard wall", SiteCriterion::Plain, None),
+                ("raised", SiteCriterion::Raised(solutions.rise), Some(raised)),
+            ],
         ),
-        (Some(&matched.soft), sites, atoms.matched, vec![("soft wall", Criterion::SoftWall, Some(soft))]),
+        (Some(&matched.soft), sites, atoms.matched, vec![("soft wall", SiteCriterion::SoftWall, Some(soft))]),
     ];
     for (of, sites, grid, criteria) in criteria {
         let Some(found) = of.map(|c| &c.states[i]).filter(|s| s.stress.is_some()) else { continue };

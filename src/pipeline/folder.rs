@@ -212,18 +212,7 @@ fn spent(folder: &Path) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    struct Deaf;
-
-    impl Listener for Deaf {
-        fn begin(&self, _: &str, _: &str) {}
-        fn progress(&self, _: Option<f64>, _: &str) {}
-        fn end(&self, _: &StageCost) {}
-        fn warn(&self, _: &str) {}
-        fn stopping(&self) -> bool {
-            false
-        }
-    }
+    use crate::pipeline::Silent;
 
     /// A stopped attempt counts from its key to its last file; what is done counts as it says.
     #[test]
@@ -233,7 +222,7 @@ mod tests {
         let key = |text: &str| Key::new("ladder", &text, &[]).expect("a key");
         let (part, first, second) = (key("part"), key("first"), key("second"));
         let stage = |run: &mut RunFolder, key: &Key, fails: bool| {
-            run.stage(&Deaf, ("ladder", "steps"), key, Leftovers::KeepOf(&part), |folder| {
+            run.stage(&Silent, ("ladder", "steps"), key, Leftovers::KeepOf(&part), |folder| {
                 let file = File::create(folder.join("steps")).expect("written");
                 let later = std::time::SystemTime::now() + std::time::Duration::from_secs(100);
                 file.set_modified(later).expect("dated");
@@ -251,7 +240,7 @@ mod tests {
         assert!(more.earlier_seconds == cost.seconds && !more.reused, "{more:?}");
         // Nothing of another ladder is left.
         let other = key("other");
-        run.stage(&Deaf, ("ladder", "steps"), &other, Leftovers::Remove, |_| Ok(0)).expect("done");
+        run.stage(&Silent, ("ladder", "steps"), &other, Leftovers::Remove, |_| Ok(0)).expect("done");
         assert_eq!(run.costs.last().expect("three").earlier_seconds, 0.0);
     }
 

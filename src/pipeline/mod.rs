@@ -50,3 +50,16 @@ pub trait Listener: Sync {
     /// Whether the user wants the run to stop.
     fn stopping(&self) -> bool;
 }
+
+/// Hears nothing, and never stops a run.
+pub struct Silent;
+
+impl Listener for Silent {
+    fn begin(&self, _: &str, _: &str) {}
+    fn progress(&self, _: Option<f64>, _: &str) {}
+    fn end(&self, _: &StageCost) {}
+    fn warn(&self, _: &str) {}
+    fn stopping(&self) -> bool {
+        false
+    }
+}

@@ -163,17 +163,20 @@ pub fn plan(case: &Case, threads: usize) -> Result<RunPlan> {
                 (evaluations, format!("{loads} load{} from the continuum", if loads == 1 { "" } else { "s" }))
             }
         };
-        let (matched_bytes, matched_seconds) = solve(a.matched, if scene.depth_error { 3 } else { 2 } * loads);
+        let (bytes, seconds) = solve(a.matched, if scene.depth_error { 3 } else { 2 } * loads);
+        let full = case.wants().distributions;
+        let (full_bytes, full_seconds) = if full { solve(case.grid, loads) } else { (0, 0.0) };
         stages.push(PlannedStage {
             name: "matched",
             what: format!(
-                "{} on the atoms' heights, {} x {} points, hard and soft wall",
+                "{} on the atoms' heights, {} x {} points, hard and soft wall{}",
                 method.card().id,
                 a.matched.nx,
-                a.matched.ny
+                a.matched.ny,
+                if full { ", and on the full heights" } else { "" }
             ),
-            bytes: matched_bytes,
-            seconds: matched_seconds,
+            bytes: bytes.max(full_bytes),
+            seconds: seconds + full_seconds,
         });
         stages.push(PlannedStage {
             name: "lammps",

@@ -512,7 +512,7 @@ pub struct CriterionMatch {
     pub id: String,
     pub criterion: String,
     /// How far atoms on the continuum's surface were raised before they were asked what touches, Å.
-    #[serde(alias = "threshold_angstrom")]
+    #[serde(default)]
     pub raised_angstrom: f64,
     pub contact_fraction: f64,
     pub overlap: Overlap,

@@ -68,15 +68,8 @@ impl Blocks {
             let found = Case::resolve(scene, &case.file)?;
             let method = crate::method::find(all_atom::ID).expect("it is registered");
             let points = found.atoms.as_ref().map_or(0, |a| a.points);
-            let rung = Rung {
-                beside: Beside { method, adhesive: case.adhesion != Adhesion::None },
-                n: points,
-                precision: Precision::F64,
-                tolerance,
-                slab: None,
-                block: Some(size),
-                filter: None,
-            };
+            let beside = Beside { method, adhesive: case.adhesion != Adhesion::None };
+            let rung = Rung { block: Some(size), ..Rung::on_grid(beside, points, Precision::F64, tolerance) };
             list.push((rung, found));
         }
         list.sort_by_key(|(_, c)| c.atoms.as_ref().map_or(0, total));

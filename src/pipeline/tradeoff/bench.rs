@@ -313,15 +313,7 @@ impl<'a> Bench<'a> {
         let mut climbed = Climbed::default();
         for e in list {
             for &beside in besides.iter().filter(|b| b.method.card().id == e.method) {
-                let rung = Rung {
-                    beside,
-                    n: e.n,
-                    precision: e.precision,
-                    tolerance: e.tolerance,
-                    slab: None,
-                    block: None,
-                    filter: None,
-                };
+                let rung = Rung::on_grid(beside, e.n, e.precision, e.tolerance);
                 let Some(truth) = truths.iter().find(|t| t.rung.beside.adhesive == beside.adhesive) else { continue };
                 let why = self.attempt(rung, truth, 1.0, &mut climbed)?;
                 climbed.left_out.extend(why.map(|w| (rung, w)));
@@ -334,15 +326,7 @@ impl<'a> Bench<'a> {
     /// ones first; then other precisions and tolerances.
     pub fn climb(&mut self, besides: &[Beside], grids: &[usize], slabs: &[f64], truths: &[Truth]) -> Result<Climbed> {
         let tolerance = ladder::base_tolerance(self.case);
-        let rung = |&beside: &Beside, n: usize| Rung {
-            beside,
-            n,
-            precision: Precision::F64,
-            tolerance,
-            slab: None,
-            block: None,
-            filter: None,
-        };
+        let rung = |&beside: &Beside, n: usize| Rung::on_grid(beside, n, Precision::F64, tolerance);
         let truth = |rung: &Rung| truths.iter().find(|t| t.rung.beside.adhesive == rung.beside.adhesive);
         let mut climbed = Climbed::default();
         // What did not fit is not tried again.

@@ -55,6 +55,11 @@ pub struct Filter {
 }
 
 impl Rung {
+    /// On the scene's own heights, over the scene's own body.
+    pub fn on_grid(beside: Beside, n: usize, precision: Precision, tolerance: f64) -> Self {
+        Rung { beside, n, precision, tolerance, slab: None, block: None, filter: None }
+    }
+
     pub fn id(&self) -> &'static str {
         self.beside.method.card().id
     }
@@ -247,15 +252,7 @@ mod tests {
         let file = std::path::Path::new("t.toml");
         let case = Case::resolve(Scene::parse(scene, file).expect("a scene"), file).expect("a case");
         let method = crate::method::find("gfmd").expect("registered");
-        let rung = |n: usize| Rung {
-            beside: Beside { method, adhesive: false },
-            n,
-            precision: Precision::F64,
-            tolerance: 1e-8,
-            slab: None,
-            block: None,
-            filter: None,
-        };
+        let rung = |n: usize| Rung::on_grid(Beside { method, adhesive: false }, n, Precision::F64, 1e-8);
         let measured = [(rung(32), 1.0), (rung(64), 6.0)];
         assert!((rung(128).expected_seconds(&measured, &case) / 48.0 - 1.0).abs() < 1e-12);
         assert!((rung(16).expected_seconds(&measured, &case) / 0.25 - 1.0).abs() < 1e-12);

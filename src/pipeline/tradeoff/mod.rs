@@ -302,15 +302,7 @@ fn grids(case: &Case, asked: &AskedOfLadder, warnings: &mut Vec<String>) -> Resu
 fn truth(bench: &mut Bench, case: &Case, adhesive: bool, n: usize, out: &Path) -> Result<Truth> {
     let fast = crate::method::find("fast").expect("it is registered");
     let tolerance = ladder::base_tolerance(case).min(REFERENCE_TOLERANCE);
-    let at = |n: usize| Rung {
-        beside: Beside { method: fast, adhesive },
-        n,
-        precision: Precision::F64,
-        tolerance,
-        slab: None,
-        block: None,
-        filter: None,
-    };
+    let at = |n: usize| Rung::on_grid(Beside { method: fast, adhesive }, n, Precision::F64, tolerance);
     let rung = at(n);
     let measured = bench.measure(&rung, None, None)?;
     if let Some(why) = &measured.results.refusal {
