@@ -10,14 +10,16 @@ use asperity::atoms::contact::{Contact, contact};
 use asperity::atoms::dump::read_frame;
 use asperity::atoms::engine::{Engine, Finished, LammpsEngine};
 use asperity::atoms::indenter::Indenter;
-use asperity::atoms::job::Job;
+use asperity::atoms::job::{CONTINUUM, Job};
 use asperity::atoms::ladder::frame_file;
+use asperity::atoms::midway;
 use asperity::grid::Grid;
 use asperity::scene::Case;
 use lammps::there_is_lammps;
 use smooth::{built, case, on};
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::time::Duration;
 
 const LOADS: [f64; 2] = [0.02, 0.06];
 
@@ -110,4 +112,46 @@ fn killed_between_loads_it_goes_on_through_the_same_states() {
         let read = |folder: &Path| std::fs::read(frame_file(folder, rung.step).expect("a frame")).expect("read");
         assert!(read(whole.path()) == read(killed.path()), "step {}", rung.step);
     }
+}
+
+/// Iterations of the second load after which it is stopped; its forces have settled for the first time after some forty.
+const STOPPED: usize = 20;
+
+#[test]
+fn stopped_within_a_load_it_goes_on_from_there() {
+    if !there_is_lammps("stopped_within_a_load_it_goes_on_from_there") {
+        return;
+    }
+    let engine = LammpsEngine::find(None).expect("LAMMPS").with_midway(Duration::ZERO);
+    let (whole, stopped) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
+    let case = smooth_case("");
+    let expected = engine.run(&built(&case, whole.path()), &mut on).expect("a clean run");
+    let left = |folder: &Path| -> Vec<String> {
+        let names = std::fs::read_dir(folder).expect("listed").map(|e| e.expect("an entry").file_name());
+        names.filter_map(|n| n.into_string().ok()).filter(|n| n.starts_with("midway.")).collect()
+    };
+    assert_eq!(left(whole.path()), Vec::<String>::new());
+
+    let job = built(&case, stopped.path());
+    let relax = "minimize      0.0 ${fine} 20000 100000\n";
+    let cut = format!("if \"$k == 2\" then \"minimize 0.0 ${{fine}} {STOPPED} 100000\" \"quit 9\"\n{relax}");
+    assert!(CONTINUUM.text.contains(relax));
+    std::fs::write(job.folder.join(CONTINUUM.file), CONTINUUM.text.replace(relax, &cut)).expect("written");
+    engine.run(&job, &mut on).expect_err("stopped");
+    assert_eq!(left(stopped.path()).len(), 2);
+    let state = midway::newest(stopped.path(), 2).expect("a state");
+
+    // Written again, as the same command does.
+    let finished = engine.run(&built(&case, stopped.path()), &mut on).expect("the rest");
+    let log = std::fs::read_to_string(stopped.path().join("log.2")).expect("a log");
+    let name = state.file_name().and_then(|n| n.to_str()).expect("a name");
+    assert!(log.contains(&format!("read_restart {name}")));
+    assert_eq!(left(stopped.path()), Vec::<String>::new());
+    assert_eq!((finished.resumed_from, finished.ladder.rungs.len()), (Some(1), 3));
+    assert_eq!(finished.ladder.rungs[..2], expected.ladder.rungs[..2]);
+    let (a, b) = (&finished.ladder.rungs[2], &expected.ladder.rungs[2]);
+    // Those before the stop and those after it, and the same state from another way.
+    assert!(a.iterations > STOPPED && finished.steps[2].force_evaluations >= a.iterations, "{a:?}");
+    assert!((a.load / b.load - 1.0).abs() < 2e-3 && a.contacts.abs_diff(b.contacts) <= AT_THE_EDGE, "{a:?} {b:?}");
+    assert!((a.displacement_angstrom - b.displacement_angstrom).abs() < 0.01, "{a:?} {b:?}");
 }

@@ -4,7 +4,7 @@
 //! What runs a job is an [`Engine`]; beside LAMMPS there is one that replays a recorded run
 //! ([`ReplayEngine`](super::replay::ReplayEngine)), so that order, time-outs and failures are tested in milliseconds.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::ops::ControlFlow;
@@ -13,8 +13,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use super::job::Job;
+use super::job::{CONTINUUM, Job};
 use super::ladder::{self, Ladder, Rung};
+use super::midway;
+use super::styles::Styles;
 use crate::error::LammpsFailure;
 use crate::record::results::LadderStep;
 use crate::{Error, Result, sys};
@@ -142,38 +144,7 @@ pub struct LammpsEngine {
     styles: Styles,
     ranks: usize,
     time_limit: Option<Duration>,
-}
-
-/// What `lmp -h` lists, by the section's first word in lower case ("pair", "compute").
-#[derive(Debug, Clone, Default, PartialEq)]
-struct Styles {
-    version: String,
-    lists: BTreeMap<String, BTreeSet<String>>,
-}
-
-impl Styles {
-    fn parse(help: &str) -> Styles {
-        let mut styles = Styles::default();
-        let mut section: Option<String> = None;
-        for line in help.lines() {
-            if let Some(version) = line.split_once("Parallel Simulator - ").map(|(_, v)| v) {
-                styles.version = version.trim().to_string();
-            } else if let Some(title) = line.strip_prefix("* ") {
-                section = title.split_whitespace().next().map(str::to_lowercase);
-            } else if line.starts_with("Installed packages") {
-                section = Some("package".into());
-            } else if line.starts_with("List of") {
-                section = None;
-            } else if let Some(name) = &section {
-                styles.lists.entry(name.clone()).or_default().extend(line.split_whitespace().map(str::to_string));
-            }
-        }
-        styles
-    }
-
-    fn has(&self, kind: &str, name: &str) -> bool {
-        self.lists.get(kind).is_some_and(|list| list.contains(name))
-    }
+    midway: Duration,
 }
 
 impl LammpsEngine {
@@ -204,7 +175,7 @@ impl LammpsEngine {
             return Err(missing(&format!("LAMMPS as {}", program.display())));
         }
         let description = format!("LAMMPS {}", styles.version);
-        Ok(LammpsEngine { program, description, styles, ranks: 1, time_limit: None })
+        Ok(LammpsEngine { program, description, styles, ranks: 1, time_limit: None, midway: midway::INTERVAL })
     }
 
     /// MPI processes. Two are no faster than one below some hundred thousand atoms, and far slower when other
@@ -228,6 +199,12 @@ impl LammpsEngine {
     /// Longest time one call of `run` may take; finished steps stay and the next call goes on.
     pub fn with_time_limit(mut self, limit: Option<Duration>) -> Self {
         self.time_limit = limit;
+        self
+    }
+
+    /// About how long to go between two states of a load that is being relaxed; [`midway::INTERVAL`] unless told.
+    pub fn with_midway(mut self, interval: Duration) -> Self {
+        self.midway = interval;
         self
     }
 
@@ -300,6 +277,14 @@ impl LammpsEngine {
         for (name, value) in job.variables(done, self.styles.has("dump", "custom/zstd")) {
             command.args(["-var", &name, &value]);
         }
+        if job.script() == CONTINUUM {
+            let often = midway::iterations(self.midway, job.atoms(), self.ranks);
+            command.args(["-var", "often", &often.to_string()]);
+            if let Some(file) = midway::newest(&job.folder, done.len()).as_deref().and_then(Path::file_name) {
+                let begun: usize = done.iter().map(|r| r.iterations).sum();
+                command.args(["-var", "inside", "1", "-var", "begun", &begun.to_string(), "-var", "midway"]).arg(file);
+            }
+        }
         command.current_dir(&job.folder).env("OMP_NUM_THREADS", "1").stdin(Stdio::null()).process_group(0);
         sys::die_with_parent(&mut command);
         command
@@ -325,6 +310,7 @@ impl Engine for LammpsEngine {
             return Err(Error::Memory { what: format!("LAMMPS with {} atoms", job.atoms()), need, have, advice });
         }
         let finished = ladder::prepare_resume(&job.folder)?;
+        midway::keep_only(&job.folder, finished.map_or(0, |k| k + 1))?;
         let screen_file = job.folder.join("log.screen");
         let screen = File::create(&screen_file).map_err(Error::io("create", &screen_file))?;
         let both = screen.try_clone().map_err(Error::io("create", &screen_file))?;
@@ -346,6 +332,7 @@ impl Engine for LammpsEngine {
                 }
                 other => other?,
             };
+            let is_further = ladder.rungs.len() > vouched;
             for rung in ladder.rungs.iter().skip(vouched) {
                 if let Err(e) = ladder::vouch(&job.folder, rung.step) {
                     drop(group);
@@ -354,6 +341,9 @@ impl Engine for LammpsEngine {
                     return Err(failed(job, LammpsFailure::Output(what)));
                 }
                 vouched = rung.step + 1;
+            }
+            if is_further {
+                midway::keep_only(&job.folder, vouched)?;
             }
             watcher.hear(&ladder, &job.folder.join(log_name(finished)));
             if watcher.tell(&ladder, watch).is_break() {
@@ -524,20 +514,8 @@ fn in_search_path(name: &Path) -> Option<PathBuf> {
 mod tests {
     use super::*;
 
-    const HELP: &str = "\nLarge-scale Atomic/Molecular Massively Parallel Simulator - 29 Sep 2021 - Update 2\n\n\
-                        Installed packages:\n\nMANYBODY OPT \n\nList of individual style options\n\n* Minimize styles:\n\n\
-                        cg              fire\n\n* Pair styles:\n\neam/alloy       hybrid/overlay  lj/cut\n";
-
     fn status(code: i32) -> ExitStatus {
         ExitStatus::from_raw(code << 8)
-    }
-
-    #[test]
-    fn the_help_text_says_what_there_is() {
-        let styles = Styles::parse(HELP);
-        assert_eq!(styles.version, "29 Sep 2021 - Update 2");
-        assert!(styles.has("pair", "hybrid/overlay") && styles.has("minimize", "cg") && styles.has("package", "OPT"));
-        assert!(!styles.has("pair", "yukawa") && !styles.has("compute", "coord/atom"));
     }
 
     #[test]

@@ -14,6 +14,7 @@ use super::block::{Block, FLOOR_GAP_ANGSTROM};
 use super::hold::Hold;
 use super::indenter::Indenter;
 use super::ladder::{LADDER_FILE, Rung};
+use super::midway;
 use super::start::{Approach, Loads};
 use super::unload::MOST_RISEN_ANGSTROM;
 use crate::{Error, Result};
@@ -435,12 +436,14 @@ impl<W: Write> Write for Hashing<W> {
     }
 }
 
-/// What a run leaves behind: ladder, frames, restart files and logs.
+/// What a run leaves behind: ladder, frames, restart files, states from midway and logs.
 fn remove_states(folder: &Path) -> Result<()> {
     for entry in std::fs::read_dir(folder).map_err(Error::io("list", folder))? {
         let path = entry.map_err(Error::io("list", folder))?.path();
         let Some(name) = path.file_name().and_then(|n| n.to_str()) else { continue };
-        if name == LADDER_FILE || ["frame.", "restart.", "log."].iter().any(|start| name.starts_with(start)) {
+        if name == LADDER_FILE
+            || ["frame.", "restart.", "log.", midway::PREFIX].iter().any(|start| name.starts_with(start))
+        {
             std::fs::remove_file(&path).map_err(Error::io("remove", &path))?;
         }
     }

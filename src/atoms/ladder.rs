@@ -45,8 +45,9 @@ impl Rung {
             p_star: self.load / load_unit,
             contacts: self.contacts,
             energy_ev: self.energy_ev,
-            // Without a log the iterations are all that is known; the minimiser needs at least one evaluation for each.
-            force_evaluations: evaluations.get(&self.step).copied().unwrap_or(self.iterations),
+            // Without a log the iterations are all that is known, and those before a stop midway are not in it; the minimiser
+            // needs at least one evaluation for each.
+            force_evaluations: evaluations.get(&self.step).copied().unwrap_or(0).max(self.iterations),
             max_force_ev_per_angstrom: self.max_force,
         }
     }
