@@ -1,9 +1,11 @@
-//! The elastic modulus of the block, from the stress and the displacement of an indentation in the real LAMMPS.
+//! How the block gives way in the real LAMMPS: its modulus, from the stress and the displacement of an indentation, and what a
+//! single surface atom yields.
 
 #[path = "common/lammps.rs"]
 mod lammps;
 
 use asperity::atoms::block::Block;
+use asperity::atoms::giving::compliance;
 use asperity::atoms::indenter::{Indenter, grid_points};
 use asperity::atoms::job::{FRAME_LAYERS, Interaction, Job, Ladder};
 use asperity::atoms::potential::{CALCIUM, CALCIUM_MODULUS_GPA};
@@ -86,4 +88,25 @@ fn an_indented_block_has_the_modulus_of_its_face() {
     let found = 2.0 * low - high;
     eprintln!("E* at 0.05, 0.1 GPa and extrapolated: {low:.3}, {high:.3}, {found:.3} GPa");
     assert!((found / CALCIUM_MODULUS_GPA - 1.0).abs() < WITHIN, "{found}");
+}
+
+/// Periodic images, the depth and the force count for some three per cent.
+const OF_ONE_ATOM: f64 = 0.05;
+
+#[test]
+fn an_atom_pressed_alone_sinks_as_the_middle_of_a_disc() {
+    if !there_is_lammps("an_atom_pressed_alone_sinks_as_the_middle_of_a_disc") {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("scratch");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let program = asperity::atoms::engine::LammpsEngine::find(None).expect("LAMMPS").program().to_path_buf();
+    let vars = [("potential", root.join("potentials/Ca.eam.alloy").display().to_string())];
+    let log = LmpCommand { program }.run(folder.path(), &root.join("lammps-inputs/point.in"), &vars);
+    let log = log.expect("a clean run");
+    let line = log.lines().find_map(|l| l.strip_prefix("RES compliance ")).expect("a result");
+    let found: f64 = line.trim().parse().expect("a number");
+    let expected = compliance(CALCIUM.a0, CALCIUM_MODULUS_GPA / GPA_PER_EV_A3);
+    eprintln!("one atom: {found} Å per eV/Å, the disc {expected:.4}");
+    assert!((found / expected - 1.0).abs() < OF_ONE_ATOM, "{found} {expected}");
 }

@@ -7,6 +7,7 @@ pub mod dump;
 pub mod engine;
 pub mod forces;
 pub mod foreign;
+pub mod giving;
 pub mod hold;
 pub mod indenter;
 pub mod job;

@@ -71,7 +71,8 @@ pub enum SiteCriterion {
     /// Hard wall, atoms put on it and raised by what the atoms' wall yields at the mean contact stress, Å: an indenter atom
     /// within the contact distance.
     Raised(f64),
-    /// The wall's own areal law, atoms put on its solution: an indenter atom within the contact distance.
+    /// The areal law of atoms that give way, atoms put on its solution, those that nothing presses risen: an indenter atom within
+    /// the contact distance.
     SoftWall,
 }
 

@@ -3,13 +3,13 @@
 use super::atomistic::site_positions;
 use super::continuum::{Asked, Keep, load_path};
 use super::findings::{findings, squeeze};
-use super::placed::{Places, map_name, share, within};
+use super::placed::{Places, Profile, map_name, share, within};
 use super::versions::{Side, Solved, Units, versions};
 use super::{Key, Listener};
 use crate::atoms::contact::onto_grid;
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
 use crate::compare::{SiteCriterion, Sites, registration};
-use crate::grid::{Field, Grid, bilinear};
+use crate::grid::{Field, Grid, bilinear, mean};
 use crate::interface::{Elastic, RangeChoice, Wall};
 use crate::method::{Precision, Problem};
 use crate::observe::{Connectivity, along_y, column_at, patch_sizes};
@@ -68,7 +68,7 @@ pub(super) fn matched(
         }
         other => other?,
     };
-    let heights = atoms_heights(case, atoms);
+    let heights = reduced(atoms, atoms.heights_angstrom(&case.surface, atoms.matched));
     let mut found = solve(case, atoms, (atoms.matched, &heights), hard, (folder, stage), key, listener)?;
     if case.scene.atoms.as_ref().is_some_and(|a| a.depth_error) {
         let deep = Matching { kernel: Elastic::HalfSpace, tag: "half-space", ..hard };
@@ -100,18 +100,20 @@ pub(super) fn soft(
 ) -> Result<ContinuumResults> {
     let matching = Matching {
         kernel: atoms.kernel(),
-        wall: Wall::LennardJones(atoms.soft_wall()),
+        wall: Wall::Tabulated(atoms.soft_wall()),
         soft: true,
         tag: "soft wall",
         criterion: "the wall pushes",
     };
-    solve(case, atoms, (atoms.matched, &atoms_heights(case, atoms)), matching, place, key, listener)
+    // The law acts straight up: on what a ball feels it acts where, and as soon as, an atom would be met on a slope.
+    let heights = reduced(atoms, atoms.felt_heights_angstrom(&case.surface));
+    solve(case, atoms, (atoms.matched, &heights), matching, place, key, listener)
 }
 
-/// Heights that the atoms resolve, units of L, on the grid of the comparison.
-fn atoms_heights(case: &Case, atoms: &AtomsCase) -> Vec<f64> {
-    let length = atoms.block.length();
-    atoms.heights_angstrom(&case.surface, atoms.matched).into_iter().map(|h| h / length).collect()
+/// Å in units of L.
+fn reduced(atoms: &AtomsCase, mut heights: Vec<f64>) -> Vec<f64> {
+    heights.iter_mut().for_each(|h| *h /= atoms.block.length());
+    heights
 }
 
 /// What is solved for the comparison, and what it calls contact.
@@ -186,6 +188,12 @@ impl Stored {
         Ok(Stored(npy::read(&root.join(file))?))
     }
 
+    /// The gap over heights that are so much higher.
+    fn over(mut self, higher: &[f64]) -> Stored {
+        self.0.values.iter_mut().zip(higher).for_each(|(g, h)| *g += h);
+        self
+    }
+
     fn field(&self) -> Field<'_> {
         Field::F64(&self.0.values)
     }
@@ -211,22 +219,29 @@ pub(super) fn compare(
     let sites = Sites::new(grid, site_positions(&surface), nearest);
     let places = Places::new(case, atoms, &sites)?;
     let fine = Sites::new(case.grid, site_positions(&surface), nearest);
+    let bridged = bridged(case, atoms);
     let (mut loads, mut sections) = (Vec::new(), Vec::new());
     for (i, state) in found.states.iter().enumerate() {
         let (hard, soft) = (&matched.hard.states[i], &matched.soft.states[i]);
-        let (hard_gap, soft_gap) = (Stored::read(root, hard.gap.as_ref())?, Stored::read(root, soft.gap.as_ref())?);
+        let (hard_gap, felt_gap) = (Stored::read(root, hard.gap.as_ref())?, Stored::read(root, soft.gap.as_ref())?);
+        let soft_gap = Stored::read(root, soft.gap.as_ref())?.over(&bridged);
+        let soft_gap_file = format!("{stage}/{}", map_name(i + 1, "soft gap"));
+        npy::write(&root.join(&soft_gap_file), grid.nx, grid.ny, soft_gap.0.values.iter().copied())?;
         let per_site = |what: &str| root.join(state.contact_map.replace("contact.npy", what));
         let touching: Vec<bool> =
             npy::read_flags(&per_site("site-contact.npy"))?.values.iter().map(|v| *v != 0).collect();
         let site_gap = npy::read(&per_site("site-gap.npy"))?.values;
-        let (hard_shares, soft_shares) = (Shares::of(&hard_gap), Shares::of(&soft_gap));
+        let (hard_shares, soft_shares) = (Shares::of(&hard_gap), Shares::of(&felt_gap));
         let squeezed = squeeze(atoms, hard) * atoms.modulus_gpa / GPA_PER_EV_A3;
         let raised_at = |distance: f64| {
-            let clear = places.clearances(hard_gap.field(), distance);
+            let clear = places.clearances((Profile::Own, hard_gap.field()), distance);
             let rise = places.rise(&clear, squeezed);
-            (within(&clear, rise), rise)
+            (within(&clear, |_| rise), rise)
         };
-        let soft_at = |distance: f64| within(&places.clearances(soft_gap.field(), distance), 0.0);
+        let unpressed = places.unpressed(felt_gap.field());
+        let soft_at = |distance: f64| {
+            within(&places.clearances((Profile::Felt, felt_gap.field()), distance), |site| unpressed[site])
+        };
         let (raised_flags, rise) = raised_at(CONTACT_DISTANCE_ANGSTROM);
         let soft_flags = soft_at(CONTACT_DISTANCE_ANGSTROM);
         let plain_flags = sites.touching(hard_gap.field(), 0.0);
@@ -248,7 +263,7 @@ pub(super) fn compare(
             [gap * length, hard_shares.up_to(gap), soft_shares.up_to(gap)]
         });
         let touching_in = [raised_flags.as_slice(), &soft_flags];
-        let solutions = Solutions { sites: [&fine, &sites], touching: touching_in, rise };
+        let solutions = Solutions { sites: [&fine, &sites], touching: touching_in, rise, bridged: &bridged };
         let sides = sides(case, atoms, matched, (i, state), solutions, root)?;
         let atoms_map = npy::read_flags(&root.join(&state.contact_map))?.values;
         // At the atoms' resolution: a finer map would have more and smaller patches.
@@ -269,10 +284,11 @@ pub(super) fn compare(
             continuum,
             atoms_mean_gap_angstrom: state.mean_gap_angstrom,
             continuum_mean_gap_angstrom: hard.mean_gap * length,
-            soft_mean_gap_angstrom: soft.mean_gap * length,
+            soft_mean_gap_angstrom: mean(&soft_gap.0.values) * length,
             atoms_patches: patch_sizes(&atoms_map, grid.nx, Connectivity::Eight).len(),
             continuum_patches: patch_sizes(&soft_map, grid.nx, Connectivity::Eight).len(),
             gap_rms_difference_angstrom: rms,
+            soft_gap: Some(soft_gap_file),
             versions: versions(sides, (grid, &owners), hard.pressure * atoms.modulus_gpa, length),
             against_distance: against_distance.collect(),
             against_gap: against_gap.collect(),
@@ -297,6 +313,13 @@ pub(super) fn compare(
     Ok(ComparisonResults { full, hard: matched.hard.clone(), soft: matched.soft.clone(), loads, sections, findings })
 }
 
+/// What the atoms' heights are above what a ball feels of them, units of L, on the grid of the comparison.
+fn bridged(case: &Case, atoms: &AtomsCase) -> Vec<f64> {
+    let (own, felt) =
+        (atoms.heights_angstrom(&case.surface, atoms.matched), atoms.felt_heights_angstrom(&case.surface));
+    reduced(atoms, own.iter().zip(felt).map(|(own, felt)| own - felt).collect())
+}
+
 /// The gap of the full heights along the section, at the nodes of the comparison grid, Å.
 fn full_section(own: Grid, gap: &Stored, grid: Grid, length: f64) -> Vec<f64> {
     let at = |j: usize| bilinear(own, |k| gap.field().at(k), SECTION, j as f64 * grid.dy()) * length;
@@ -311,6 +334,8 @@ struct Solutions<'a> {
     touching: [&'a [bool]; 2],
     /// How far they were raised, Å.
     rise: f64,
+    /// What is to be added to gaps over what a ball feels, units of L, so that they are read as the atoms' are: up to the heights.
+    bridged: &'a [f64],
 }
 
 /// Every version of the problem at the load `i`. Versions whose stress was not kept (run folders of an earlier version) are
@@ -331,22 +356,33 @@ fn sides(
     let mut list = Vec::new();
     let ([fine, sites], [raised, soft]) = (solutions.sites, solutions.touching);
     let criteria = [
-        (matched.full.as_ref(), fine, case.grid, vec![("full heights", SiteCriterion::Plain, None)]),
+        (matched.full.as_ref(), fine, case.grid, None, vec![("full heights", SiteCriterion::Plain, None)]),
         (
             Some(&matched.hard),
             sites,
             atoms.matched,
+            None,
             vec![
                 ("hard wall", SiteCriterion::Plain, None),
                 ("raised", SiteCriterion::Raised(solutions.rise), Some(raised)),
             ],
         ),
-        (Some(&matched.soft), sites, atoms.matched, vec![("soft wall", SiteCriterion::SoftWall, Some(soft))]),
+        (
+            Some(&matched.soft),
+            sites,
+            atoms.matched,
+            Some(solutions.bridged),
+            vec![("soft wall", SiteCriterion::SoftWall, Some(soft))],
+        ),
     ];
-    for (of, sites, grid, criteria) in criteria {
+    for (of, sites, grid, higher, criteria) in criteria {
         let Some(found) = of.map(|c| &c.states[i]).filter(|s| s.stress.is_some()) else { continue };
         let (gap, stress) = (Stored::read(root, found.gap.as_ref())?, Stored::read(root, found.stress.as_ref())?);
-        let solved = Solved { sites, grid, gap: gap.field(), stress: stress.field(), mean_gap: found.mean_gap };
+        let gap = match higher {
+            Some(by) => gap.over(by),
+            None => gap,
+        };
+        let solved = Solved { sites, grid, gap: gap.field(), stress: stress.field(), mean_gap: mean(&gap.0.values) };
         let smooth = solved.smooth(units);
         for (id, criterion, touching) in criteria {
             let touching = touching.map_or_else(|| sites.touching(gap.field(), 0.0), <[bool]>::to_vec);

@@ -2,6 +2,7 @@
 
 use crate::Result;
 use crate::atoms::contact::clearance;
+use crate::atoms::giving::GivingWall;
 use crate::atoms::indenter::Indenter;
 use crate::atoms::wall::Wall;
 use crate::compare::{Sites, softness_rise};
@@ -11,10 +12,19 @@ use crate::scene::{AtomsCase, Case};
 pub(super) struct Places<'a> {
     sites: &'a Sites,
     wall: &'a Wall,
+    giving: GivingWall,
     indenter: Indenter,
-    /// Where the atom of each site stands at zero gap, Å; the indenter as at the start.
-    closed: Vec<[f64; 3]>,
+    /// Where the atom of each site stands at zero gap under the heights, and under what a ball feels of them, Å; the indenter
+    /// as at the start.
+    closed: [Vec<[f64; 3]>; 2],
     length: f64,
+}
+
+/// The heights that a continuum was solved on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Profile {
+    Own,
+    Felt,
 }
 
 impl<'a> Places<'a> {
@@ -26,17 +36,21 @@ impl<'a> Places<'a> {
         let fine = atoms.heights_angstrom(&case.surface, atoms.matched);
         // Both profiles are shifted to the lowest of their own nodes.
         let base = indenter.start_z() + indenter.heights()[0] - fine[0] - touch;
-        let place = |&[x, y]: &[f64; 2]| [x * length, y * length, base + bilinear(atoms.matched, |k| fine[k], x, y)];
-        let closed = sites.positions().iter().map(place).collect();
-        Ok(Places { sites, wall: &atoms.wall, indenter, closed, length })
+        let under = |profile: &[f64]| -> Vec<[f64; 3]> {
+            let z = |x: f64, y: f64| base + bilinear(atoms.matched, |k| profile[k], x, y);
+            sites.positions().iter().map(|&[x, y]| [x * length, y * length, z(x, y)]).collect()
+        };
+        let closed = [under(&fine), under(&atoms.felt_heights_angstrom(&case.surface))];
+        Ok(Places { sites, wall: &atoms.wall, giving: atoms.giving_wall(), indenter, closed, length })
     }
 
     /// How far the atom of each site could rise before one of the indenter's is at `distance`, Å, with the surface where the
-    /// `gap` (units of L) has it.
-    pub fn clearances(&self, gap: Field, distance: f64) -> Vec<f64> {
+    /// `gap` (units of L) over that profile has it.
+    pub fn clearances(&self, (profile, gap): (Profile, Field), distance: f64) -> Vec<f64> {
         let gaps = self.sites.sample(gap);
         let below = |([x, y, z], gap): (&[f64; 3], f64)| [*x, *y, z - gap * self.length];
-        self.closed.iter().zip(gaps).map(|p| clearance(below(p), &self.indenter, distance)).collect()
+        let closed = &self.closed[profile as usize];
+        closed.iter().zip(gaps).map(|p| clearance(below(p), &self.indenter, distance)).collect()
     }
 
     /// How far atoms on a hard wall are to be raised under the mean pressure `squeezed` (eV/Å³), Å; from their clearances.
@@ -45,11 +59,16 @@ impl<'a> Places<'a> {
         sorted.sort_unstable_by(f64::total_cmp);
         softness_rise(self.wall, squeezed, |by| sorted.partition_point(|c| *c <= by) as f64 / sorted.len() as f64)
     }
+
+    /// How far the atom of each site stands above the surface if nothing presses on it, Å, at the `gap` (units of L).
+    pub fn unpressed(&self, gap: Field) -> Vec<f64> {
+        self.sites.sample(gap).into_iter().map(|gap| self.giving.rise(gap * self.length)).collect()
+    }
 }
 
-/// Which atoms touch once raised.
-pub(super) fn within(clearances: &[f64], raised: f64) -> Vec<bool> {
-    clearances.iter().map(|c| *c <= raised).collect()
+/// Which atoms touch once each is raised.
+pub(super) fn within(clearances: &[f64], raised: impl Fn(usize) -> f64) -> Vec<bool> {
+    clearances.iter().enumerate().map(|(k, c)| *c <= raised(k)).collect()
 }
 
 pub(super) fn share(touching: &[bool]) -> f64 {

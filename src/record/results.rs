@@ -464,7 +464,8 @@ pub struct ComparisonResults {
     pub full: Option<ContinuumResults>,
     /// Continuum on the atoms' own heights, kernel and load, with a hard wall.
     pub hard: ContinuumResults,
-    /// The same with the areal law of the atoms' wall instead of the hard one.
+    /// With the law of the atoms' wall as atoms feel it instead of the hard one, on what a ball feels of the heights: its gaps and
+    /// mean gaps count from there.
     pub soft: ContinuumResults,
     pub loads: Vec<LoadComparison>,
     /// `[n]` position and gap columns per load, in the section x = L/2.
@@ -488,6 +489,9 @@ pub struct LoadComparison {
     pub continuum_patches: usize,
     /// rms difference of the gap maps outside both contacts, Å.
     pub gap_rms_difference_angstrom: f64,
+    /// File of the soft wall's gap up to the heights themselves, as the atoms' gaps count, units of L; none in older files.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub soft_gap: Option<String>,
     /// The same quantities of each version of the problem, from the full heights to the atoms.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub versions: Vec<Version>,

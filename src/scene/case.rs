@@ -3,6 +3,7 @@ use super::{ALL_METHODS, AdhesionScene, FileAsked, Scene, Slope, Start, Surface,
 use crate::atoms::audit::{Asked, AuditInput, Used, audit};
 use crate::atoms::block::Block;
 use crate::atoms::engine::caveat;
+use crate::atoms::giving::GivingWall;
 use crate::atoms::hold::Settings;
 use crate::atoms::indenter::grid_points;
 use crate::atoms::job::Yukawa;
@@ -10,14 +11,14 @@ use crate::atoms::potential::{CALCIUM, CALCIUM_C11_GPA, CALCIUM_ELEMENT, CALCIUM
 use crate::atoms::wall::{self, Wall as AtomWall};
 use crate::grid::Grid;
 use crate::interface::{
-    Adhesion, Base, CubicHalfSpace, Elastic, Law, Layer, LennardJonesWall, NonPeriodic, RangeChoice, StiffWall, Wall,
+    Adhesion, Base, CubicHalfSpace, Elastic, Law, Layer, NonPeriodic, RangeChoice, StiffWall, TabulatedWall, Wall,
 };
 use crate::method::{self, Card, ContactMethod, Heights, Kind, Load, Problem, REGISTRY};
 use crate::record::advice::Chosen;
 use crate::record::heights::Sign;
 use crate::record::import::Asked as AskedOfFile;
 use crate::record::results::AuditLine;
-use crate::surface::{Spectrum, moments, patch_gradient, range};
+use crate::surface::{Spectrum, moments, patch_gradient, range, rolled};
 use crate::units::{GPA_PER_EV_A3, Scales};
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
@@ -514,6 +515,13 @@ impl AtomsCase {
         surface.heights(grid, self.low_pass).into_iter().map(|h| h * scale).collect()
     }
 
+    /// What an atom of the block meets of these heights, as a ball of the wall's radius r_m, on the grid of the comparison, Å.
+    pub fn felt_heights_angstrom(&self, surface: &Surface) -> Vec<f64> {
+        let length = self.block.length();
+        let scaled = Grid { lx: self.matched.lx * length, ly: self.matched.ly * length, ..self.matched };
+        rolled(scaled, &self.heights_angstrom(surface, self.matched), self.wall.minimum_angstrom())
+    }
+
     /// The block's own elastic layer.
     pub fn kernel(&self) -> Elastic {
         Elastic::Layer(self.layer())
@@ -533,15 +541,14 @@ impl AtomsCase {
         }
     }
 
-    /// The areal law of the indenter's atoms over the block, reduced.
-    pub fn soft_wall(&self) -> LennardJonesWall {
-        let law = self.wall.areal_law();
-        let length = self.block.length();
-        // eV/Å⁴ times Å is a stress; in units of E* and L.
-        LennardJonesWall {
-            strength: law.strength * length * GPA_PER_EV_A3 / self.modulus_gpa,
-            sigma: law.sigma / length,
-        }
+    /// The areal law of the indenter's atoms over the block, whose own give way under them one by one.
+    pub fn giving_wall(&self) -> GivingWall {
+        GivingWall::new(&self.wall, self.modulus_gpa / GPA_PER_EV_A3, self.resolved_gradient)
+    }
+
+    /// The same, reduced.
+    pub fn soft_wall(&self) -> TabulatedWall {
+        self.giving_wall().reduced(self.block.length(), self.modulus_gpa / GPA_PER_EV_A3)
     }
 
     /// Adhesion of the continuum to be compared with the atoms, for a hard or for the soft wall.

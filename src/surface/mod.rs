@@ -2,6 +2,7 @@
 //!
 //! Heights are reduced (unit: the cell's extent in x) and low points touch first.
 
+mod ball;
 mod fourier;
 mod patch;
 mod power;
@@ -10,6 +11,7 @@ mod statistics;
 mod summits;
 mod synthesis;
 
+pub use ball::rolled;
 pub use fourier::FourierModes;
 pub use patch::{PatchMoments, patch_moments, windowed};
 pub use power::{Power, Shell};

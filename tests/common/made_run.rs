@@ -264,6 +264,7 @@ pub fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResults {
         atoms_patches: 14,
         continuum_patches: 17,
         gap_rms_difference_angstrom: 0.214,
+        soft_gap: None,
         versions: Vec::new(),
         against_distance: Vec::new(),
         against_gap: Vec::new(),

@@ -1,4 +1,4 @@
-use super::{Dugdale, Exponential, Law, LennardJonesWall, PowerLaw93, PowerLawWall, StiffWall};
+use super::{Dugdale, Exponential, Law, LennardJonesWall, PowerLaw93, PowerLawWall, StiffWall, TabulatedWall};
 
 /// Adhesion as a problem chooses it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -113,12 +113,14 @@ impl std::fmt::Display for Adhesion {
 
 /// The wall as a problem chooses it.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "copied once for a solve, and asked for every node")]
 pub enum Wall {
     Hard,
     LennardJones(LennardJonesWall),
     /// The repulsive branch of [`PowerLaw93`].
     PowerLaw(PowerLawWall),
     Stiff(StiffWall),
+    Tabulated(TabulatedWall),
 }
 
 impl Wall {
@@ -129,6 +131,7 @@ impl Wall {
             Wall::LennardJones(wall) => Some(SoftWall::LennardJones(wall)),
             Wall::PowerLaw(wall) => Some(SoftWall::PowerLaw(wall)),
             Wall::Stiff(wall) => Some(SoftWall::Stiff(wall)),
+            Wall::Tabulated(wall) => Some(SoftWall::Tabulated(wall)),
         }
     }
 }
@@ -140,6 +143,7 @@ impl std::fmt::Display for Wall {
             Wall::LennardJones(w) => write!(f, "Lennard-Jones wall, σ = {:.4e} L", w.sigma),
             Wall::PowerLaw(w) => write!(f, "9-3 power-law wall, γ = {:.4e} E*L, ρ = {:.4e} L", w.gamma, w.rho),
             Wall::Stiff(w) => write!(f, "stiff wall, ℓ = {:.4e} L", w.length),
+            Wall::Tabulated(w) => write!(f, "wall from a table, E*/10 at a gap of {:.4e} L", w.closest(0.1)),
         }
     }
 }
@@ -147,10 +151,12 @@ impl std::fmt::Display for Wall {
 /// A wall that gives way, as solvers take it. The choice is made node by node: it costs less than the wall's own powers, and
 /// solvers are compiled once for all soft walls instead of once for each.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "copied once for a solve, and asked for every node")]
 pub enum SoftWall {
     LennardJones(LennardJonesWall),
     PowerLaw(PowerLawWall),
     Stiff(StiffWall),
+    Tabulated(TabulatedWall),
 }
 
 impl Law for SoftWall {
@@ -163,6 +169,7 @@ impl Law for SoftWall {
             SoftWall::LennardJones(w) => w.traction(g),
             SoftWall::PowerLaw(w) => w.traction(g),
             SoftWall::Stiff(w) => w.traction(g),
+            SoftWall::Tabulated(w) => w.traction(g),
         }
     }
 
@@ -172,6 +179,7 @@ impl Law for SoftWall {
             SoftWall::LennardJones(w) => w.energy(g),
             SoftWall::PowerLaw(w) => w.energy(g),
             SoftWall::Stiff(w) => w.energy(g),
+            SoftWall::Tabulated(w) => w.energy(g),
         }
     }
 
@@ -181,6 +189,7 @@ impl Law for SoftWall {
             SoftWall::LennardJones(w) => w.slope(g),
             SoftWall::PowerLaw(w) => w.slope(g),
             SoftWall::Stiff(w) => w.slope(g),
+            SoftWall::Tabulated(w) => w.slope(g),
         }
     }
 
@@ -194,6 +203,7 @@ impl Law for SoftWall {
             SoftWall::LennardJones(w) => w.closest(stress),
             SoftWall::PowerLaw(w) => w.closest(stress),
             SoftWall::Stiff(w) => w.closest(stress),
+            SoftWall::Tabulated(w) => w.closest(stress),
         }
     }
 
@@ -203,6 +213,7 @@ impl Law for SoftWall {
             SoftWall::LennardJones(w) => w.attraction_ends(),
             SoftWall::PowerLaw(w) => w.attraction_ends(),
             SoftWall::Stiff(w) => w.attraction_ends(),
+            SoftWall::Tabulated(w) => w.attraction_ends(),
         }
     }
 
@@ -211,6 +222,7 @@ impl Law for SoftWall {
             SoftWall::LennardJones(w) => w.steepest(lowest),
             SoftWall::PowerLaw(w) => w.steepest(lowest),
             SoftWall::Stiff(w) => w.steepest(lowest),
+            SoftWall::Tabulated(w) => w.steepest(lowest),
         }
     }
 }

@@ -10,6 +10,7 @@ mod lennard_jones;
 mod power_law;
 mod range;
 mod stiff;
+mod tabulated;
 
 pub use choice::{Adhesion, SoftWall, Wall};
 pub use dugdale::Dugdale;
@@ -18,6 +19,7 @@ pub use lennard_jones::LennardJonesWall;
 pub use power_law::{PowerLaw93, PowerLawWall};
 pub use range::{RangeChoice, tabor};
 pub use stiff::StiffWall;
+pub use tabulated::TabulatedWall;
 
 /// An interaction energy `v(g)` per area and its traction `dv/dg`: attraction is positive.
 pub trait Law: Copy + Sync + Send {

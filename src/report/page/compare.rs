@@ -44,8 +44,9 @@ pub fn section(desk: &Desk, atoms: &AtomsResults, c: &ComparisonResults) -> Resu
     }
     Ok(html! {
         p { "Both sides have the same heights, the same load and the same elastic body at the atoms’ scale; what differs is "
-            "the method and what it calls contact. The continuum is solved twice: with a hard wall, and with a soft wall that "
-            "has the areal law of the atoms’ interaction. Pictures and headline show the criterion “"
+            "the method and what it calls contact. The continuum is solved twice: with a hard wall, and with a soft wall, which "
+            "is the atoms’ interaction as atoms feel it: on the profile that a ball of their distance feels, each giving way on "
+            "its own. Pictures and headline show the criterion “"
             (c.loads.first().and_then(matched).map_or("plain", |m| m.id.as_str())) "”." }
         (overview(c))
         @for l in &loads { (l) }
@@ -56,6 +57,7 @@ pub fn section(desk: &Desk, atoms: &AtomsResults, c: &ComparisonResults) -> Resu
         h3 { "The continuum solutions: hard wall" }
         (setting(&c.hard)) (states(&c.hard, &units))
         h3 { "The continuum solutions: soft wall" }
+        p.quiet { "Mean gaps count from what a ball feels of the heights, those above from the heights themselves." }
         (setting(&c.soft)) (states(&c.soft, &units))
     })
 }
@@ -284,9 +286,10 @@ fn gap_maps(
     let length = atoms.length_angstrom;
     let touching = |id: &str| load.continuum.iter().find(|m| m.id == id).and_then(|m| m.map.as_deref());
     let mut maps = Vec::new();
+    let soft_gap = load.soft_gap.as_deref().or(gap_of(&c.soft, load.p_star));
     for (title, name, file, id) in [
         ("Gap, hard wall", "gap-hard", gap_of(&c.hard, load.p_star), "plain"),
-        ("Gap, soft wall", "gap-soft", gap_of(&c.soft, load.p_star), "soft wall"),
+        ("Gap, soft wall", "gap-soft", soft_gap, "soft wall"),
     ] {
         if let (Some(file), Some(map)) = (file, touching(id)) {
             let small = picture::load(&desk.field(file)?, PANEL_SIDE, |v| v * length)?;
