@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Raised when what a stage writes changes its meaning, so that older folders are not taken for done.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// Locked while a run uses a folder, and what tells a run folder from any other.
 const MARKER: &str = ".asperity";

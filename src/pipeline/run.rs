@@ -332,6 +332,10 @@ pub fn rebuild_comparison(out: &Path) -> Result<(Results, PathBuf)> {
     let lacking = || Error::format(out, "a run without atoms", "the folder of a run whose scene has [atoms]");
     let (a, found) = case.atoms.as_ref().zip(results.atoms.as_ref()).ok_or_else(lacking)?;
     let earlier = results.comparison.as_ref().ok_or_else(lacking)?;
+    if earlier.loads.iter().any(|load| load.soft_gap.is_none()) {
+        let accepted = "one that `asperity run` has brought up to date: gaps of the soft wall counted from elsewhere";
+        return Err(Error::format(out, "the comparison of an earlier version", accepted));
+    }
     let matched = Matched { full: earlier.full.clone(), hard: earlier.hard.clone(), soft: earlier.soft.clone() };
     results.comparison = Some(comparison::compare(&case, a, found, &matched, out, COMPARE)?);
     results.write(out)?;
