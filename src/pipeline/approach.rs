@@ -22,6 +22,7 @@ pub(super) fn approaches(
     let fine = atoms.heights_angstrom(&case.surface, grid);
     // Both profiles are shifted to the lowest of their own nodes.
     let offset = fine[0] - indenter.heights()[0];
+    // From where the gaps count.
     let heights: Vec<f64> = atoms.felt_heights_angstrom(&case.surface).iter().map(|h| h / length).collect();
     let there = case.loads_there();
     let mut order: Vec<usize> = (0..there).collect();
