@@ -218,6 +218,10 @@ mod tests {
         PowerLaw93 { gamma: GAMMA, rho: RHO }
     }
 
+    fn table() -> TabulatedWall {
+        TabulatedWall::new(0.1, |d| [400.0 * d * d + 3e3 * d.powi(3), 800.0 * d + 9e3 * d * d])
+    }
+
     #[test]
     fn tractions_are_energy_slopes() {
         let adhesion = Exponential { gamma: GAMMA, rho: RHO };
@@ -240,7 +244,14 @@ mod tests {
         );
         let stiff = StiffWall { length: 1e-3 };
         derivatives_agree(stiff, &[-0.1, -1e-3, 0.02]);
-        let soft = [SoftWall::LennardJones(wall), SoftWall::PowerLaw(power_law_wall()), SoftWall::Stiff(stiff)];
+        // Between its nodes and beyond the last.
+        derivatives_agree(table(), &[-1e-3, -0.0143, -0.07, -0.2, 0.01]);
+        let soft = [
+            SoftWall::LennardJones(wall),
+            SoftWall::PowerLaw(power_law_wall()),
+            SoftWall::Stiff(stiff),
+            SoftWall::Tabulated(table()),
+        ];
         for wall in soft {
             derivatives_agree(WithAdhesion { wall, adhesion: Dugdale::new(GAMMA, RHO) }, &[-0.007, 0.018, 0.022]);
             derivatives_agree(WithAdhesion { wall, adhesion }, &[-0.007, 0.018, 0.022]);
@@ -294,6 +305,7 @@ mod tests {
             SoftWall::LennardJones(LennardJonesWall { strength: 30.0, sigma: 0.3 }),
             SoftWall::PowerLaw(power_law_wall()),
             SoftWall::Stiff(StiffWall { length: 1e-3 }),
+            SoftWall::Tabulated(table()),
         ];
         for lowest in [-0.3, -0.01, 0.0, 0.01] {
             bounds_hold(adhesion, lowest);
