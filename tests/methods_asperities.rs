@@ -245,9 +245,10 @@ fn one_interacting_summit_is_a_periodic_hertz() {
     let p = problem(grid, &heights);
     let found = one(&p, "icha", load);
     assert!(near(found.area, PI * 0.01, 1e-6), "{}", found.area);
-    // δ = a²/R - 3.900265 F/π is the approach over the plane on which displacements have no mean.
+    // δ = a²/R - 3.900265 F/π is the approach over the plane on which displacements have no mean; images are spots, not points:
+    // 9.0336 is the lattice's sum of 1/r³.
     let mean = asperity::grid::mean(&heights);
-    let exact = mean - (0.01 - 3.900_264_92 * load / PI);
+    let exact = mean - (0.01 - 3.900_264_92 * load / PI + 9.033_62 * 0.1 * 0.01 * load / PI);
     assert!(near(found.mean_gap, exact, 1e-6), "{} {exact}", found.mean_gap);
     let solved = solved(&p, "bvm", load);
     assert!(near(found.mean_gap, solved.mean_gap, 2e-3), "{} {}", found.mean_gap, solved.mean_gap);
@@ -440,9 +441,8 @@ fn refusals_name_what_is_refused() {
     for bad in [winkler(Some(-1.0), None), winkler(Some(0.1), Some(0.1)), winkler(None, Some(1.5))] {
         refused(&bad, "winkler", "winkler.");
     }
-    let icha = |relaxation, steps_per_decade| IchaSettings { relaxation, steps_per_decade, ..IchaSettings::default() };
-    refused(&settings(Settings { icha: icha(0.0, 8), ..Settings::default() }), "icha", "relaxation");
-    refused(&settings(Settings { icha: icha(0.5, 0), ..Settings::default() }), "icha", "steps_per_decade");
+    let icha = |steps_per_decade| IchaSettings { steps_per_decade, ..IchaSettings::default() };
+    refused(&settings(Settings { icha: icha(0), ..Settings::default() }), "icha", "steps_per_decade");
     let thin = ExperimentSettings { thickness: 0.0, ..ExperimentSettings::default() };
     refused(&laboratory(base.clone(), thin), "experiment", "thickness");
 }

@@ -7,7 +7,9 @@
 //! displacement is zero. So the mean gap is the mean height less the approach, which the published method, whose approach
 //! has no zero, does not give; it counts as gap also what bodies away from summits overlap by.
 
+mod balance;
 mod spots;
+mod sums;
 
 use super::operator::refused;
 use super::spots::{Spot, paint};
@@ -18,6 +20,7 @@ use super::{
 use crate::grid::{Grid, mean};
 use crate::surface::{SummitCurvature, SummitFit};
 use crate::{Error, Result};
+use balance::Balance;
 use serde::{Deserialize, Serialize};
 use spots::{Asperity, Spots};
 use std::time::Instant;
@@ -60,37 +63,28 @@ pub struct IchaSettings {
     pub curvature: SummitCurvature,
     /// Steps of the load per decade, from p* = 10⁻⁶ on; spots merge after each. At most 1000.
     pub steps_per_decade: u32,
-    /// Share of its change that a spot makes at once.
-    pub relaxation: f64,
 }
 
 impl Default for IchaSettings {
     fn default() -> Self {
-        IchaSettings {
-            fit: SummitFit::default(),
-            curvature: SummitCurvature::default(),
-            steps_per_decade: 8,
-            relaxation: 0.7,
-        }
+        IchaSettings { fit: SummitFit::default(), curvature: SummitCurvature::default(), steps_per_decade: 8 }
     }
 }
 
 /// p* of the first step: below what the first summit of a surface worth the method carries alone.
 const FIRST: f64 = 1e-6;
 
-/// Largest change of a spot's radius in a sweep, over the largest radius, and load balance at which a load is in equilibrium.
+/// What approaches miss of equilibrium, over the largest one, and load balance at which a load is in equilibrium.
 const SETTLED: f64 = 1e-7;
+
+/// Steps of Newton's after which what overlaps merges out of equilibrium; nearly all balances take fewer than ten.
+const PATIENCE: usize = 12;
 
 /// The same of the steps on the way to it, which only tell what merges.
 const ON_THE_WAY: f64 = 1e-5;
 
-/// Summits beyond which pairs are too many, since each feels every other: time grows as the number of spots times that of
-/// summits within their reach. The challenge's whole spectrum has 170 000.
-const MOST: usize = 200_000;
-
-/// Processor time of a load over the points to this power, measured by `asperity bench --methods`; an order of magnitude.
-const SECONDS_PER_POINT: f64 = 4e-10;
-const EXPONENT: f64 = 2.0;
+/// Processor time of a load over the points, measured by `asperity bench --methods`; an order of magnitude.
+const SECONDS_PER_POINT: f64 = 7e-6;
 
 impl ContactMethod for Icha {
     fn card(&self) -> &'static Card {
@@ -98,13 +92,13 @@ impl ContactMethod for Icha {
     }
 
     fn plan(&self, problem: &Problem) -> Plan {
-        // Heights from the lowest on and stress, and an asperity for some 20 nodes; of the Fourier fit a field and a
-        // spectrum more.
+        // Heights from the lowest on and stress, an asperity for some 20 nodes, and neighbours of those that touch; of the
+        // Fourier fit a field and a spectrum more.
         let fourier = u64::from(problem.settings.icha.fit == SummitFit::Fourier);
-        let per_point = 2 * 8 + 16 * fourier + 6;
+        let per_point = 2 * 8 + 16 * fourier + 16;
         let points = problem.grid.points();
-        let seconds = SECONDS_PER_POINT * (points as f64).powf(EXPONENT);
-        Plan { bytes: per_point * points as u64, iterations: 1000, pairs_per_iteration: 0.0, seconds }
+        let seconds = SECONDS_PER_POINT * points as f64;
+        Plan { bytes: per_point * points as u64, iterations: 300, pairs_per_iteration: 0.0, seconds }
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
@@ -113,18 +107,11 @@ impl ContactMethod for Icha {
         accepts::no_adhesion(problem, CARD.id)?;
         let settings = problem.settings.icha;
         let refuse = |key: &str, found: f64, accepted: &str| Error::input("method icha", key, found, accepted);
-        if !(settings.relaxation > 0.0 && settings.relaxation <= 1.0) {
-            return Err(refuse("icha.relaxation", settings.relaxation, "above 0 and at most 1"));
-        }
         if !(1..=1000).contains(&settings.steps_per_decade) {
             return Err(refuse("icha.steps_per_decade", f64::from(settings.steps_per_decade), "1 to 1000"));
         }
         let heights = accepts::from_lowest(problem);
         let summits = accepts::summits(problem.grid, &heights, (settings.fit, settings.curvature), CARD.id)?;
-        if summits.len() > MOST {
-            let accepted = format!("at most {MOST}: all feel all others");
-            return Err(Error::input("method icha", "summits", summits.len(), accepted));
-        }
         let fresh = Spots::new(problem.grid, &summits);
         Ok(Started::Estimator(Box::new(Path {
             problem,
@@ -159,53 +146,54 @@ impl Path<'_> {
         self.first * 10f64.powf(f64::from(step) / f64::from(self.problem.settings.icha.steps_per_decade))
     }
 
-    /// Equilibrium at a pressure, with all merged that overlaps. Counts sweeps on.
-    fn settle(&self, spots: &mut Spots, (target, tolerance): (f64, f64), sweeps: &mut usize) -> Stop {
-        let relaxation = self.problem.settings.icha.relaxation;
-        let mut residual = 1.0;
+    /// Equilibrium at a pressure, with all merged that overlaps. Counts steps of Newton's on.
+    fn settle(&self, spots: &mut Spots, (target, tolerance): (f64, f64), steps: &mut usize) -> Stop {
         loop {
-            spots.refresh();
-            loop {
-                if *sweeps >= self.problem.max_iterations {
+            let mut balance = Balance::new(spots, target);
+            let mut residual = balance.residual(spots);
+            if residual <= tolerance && !spots.merge() {
+                return Stop::Converged;
+            }
+            let begun = *steps;
+            while residual > tolerance {
+                // Spots that have come to lie on each other compete for one place, without end.
+                if *steps - begun >= PATIENCE && spots.merge() {
+                    break;
+                }
+                if *steps >= self.problem.max_iterations {
                     return Stop::IterationLimit;
                 }
-                let step = Iteration { iteration: *sweeps, residual, tolerance, share: 1.0 };
+                let step = Iteration { iteration: *steps, residual, tolerance, share: 1.0 };
                 if self.watch.iteration(step).is_break() {
                     return Stop::Interrupted;
                 }
-                let moved = spots.sweep(target, relaxation);
-                *sweeps += 1;
-                residual = moved.change.max((moved.pressure / target - 1.0).abs());
+                balance.step(spots);
+                *steps += 1;
+                residual = balance.residual(spots);
                 if !residual.is_finite() {
                     return Stop::Diverged;
                 }
-                if residual <= tolerance {
-                    break;
-                }
-            }
-            if !spots.merge() {
-                return Stop::Converged;
             }
         }
     }
 
     /// Steps of the load up to a pressure. What the steps before it leave is kept for the next load.
     fn raise(&mut self, target: f64) -> (Spots, Stop, usize) {
-        let mut sweeps = 0;
+        let mut steps = 0;
         if self.step > 0 && self.step_pressure(self.step - 1) > target {
             (self.spots, self.step) = (self.fresh.clone(), 0);
         }
         let mut spots = self.spots.clone();
         while self.step_pressure(self.step) < target {
-            let stop = self.settle(&mut spots, (self.step_pressure(self.step), ON_THE_WAY), &mut sweeps);
+            let stop = self.settle(&mut spots, (self.step_pressure(self.step), ON_THE_WAY), &mut steps);
             if stop != Stop::Converged {
-                return (spots, stop, sweeps);
+                return (spots, stop, steps);
             }
             self.step += 1;
             self.spots = spots.clone();
         }
-        let stop = self.settle(&mut spots, (target, SETTLED), &mut sweeps);
-        (spots, stop, sweeps)
+        let stop = self.settle(&mut spots, (target, SETTLED), &mut steps);
+        (spots, stop, steps)
     }
 }
 
@@ -215,14 +203,14 @@ impl Estimator for Path<'_> {
         let pressure = accepts::pressure(load, false, CARD.id)?;
         let (spots, stop, iterations) = self.raise(pressure);
         let Grid { lx, ly, .. } = spots.grid;
-        let touching: Vec<Asperity> = spots.all.iter().copied().filter(|s| s.spot > 0.0).collect();
+        let touching: Vec<Asperity> = spots.all.iter().copied().filter(|s| s.approach > 0.0).collect();
         // Summits so wide that one of them takes in the whole cell are none.
-        let widest = touching.iter().map(|s| s.spot).fold(0.0, f64::max);
+        let widest = touching.iter().map(Asperity::spot).fold(0.0, f64::max);
         if widest >= lx.max(ly) {
             let accepted = "a smaller one, or a surface of more summits: a single spot has become as large as the cell";
             return Err(refused(CARD.id, "pressure", pressure, accepted));
         }
-        let painted = touching.iter().map(|s| Spot { x: s.x, y: s.y, radius: s.spot, press: s.load(), pull: 0.0 });
+        let painted = touching.iter().map(|s| Spot { x: s.x, y: s.y, radius: s.spot(), press: s.load(), pull: 0.0 });
         paint(spots.grid, painted, &mut self.stress);
         let patches: Vec<f64> = touching.iter().map(Asperity::area).collect();
         Ok(Estimate {

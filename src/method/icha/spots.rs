@@ -1,9 +1,11 @@
 //! Hertzian spots that feel each other and merge.
 
 use super::super::spots::hertz_load;
+use super::sums::{Cells, Mesh, Weights};
 use crate::grid::Grid;
 use crate::interface::Images;
 use crate::surface::Summit;
+use rayon::prelude::*;
 use std::f64::consts::PI;
 
 /// A summit, or what summits have merged to.
@@ -15,19 +17,26 @@ pub(super) struct Asperity {
     pub height: f64,
     /// Of curvature.
     pub radius: f64,
-    /// Radius of the spot; 0 where nothing touches.
-    pub spot: f64,
-    /// Displacement of the body by all others.
-    pub lowered: f64,
+    /// How far the body's surface, as all others leave it, lies above the vertex; below zero where nothing touches.
+    pub approach: f64,
 }
 
 impl Asperity {
+    /// Radius of the spot; 0 where nothing touches.
+    pub fn spot(&self) -> f64 {
+        (self.radius * self.approach.max(0.0)).sqrt()
+    }
+
     pub fn load(&self) -> f64 {
-        hertz_load(self.spot, self.radius)
+        hertz_load(self.spot(), self.radius)
     }
 
     pub fn area(&self) -> f64 {
-        PI * self.spot * self.spot
+        PI * self.radius * self.approach.max(0.0)
+    }
+
+    pub fn place(&self) -> (f64, f64) {
+        (self.x, self.y)
     }
 }
 
@@ -49,12 +58,8 @@ pub(super) fn displacement(r: f64, a: f64, radius: f64) -> f64 {
 /// Spot's radius over distance below which a spot is nearly a point.
 const FAR: f64 = 0.25;
 
-/// How a sweep moved the spots: the largest change of a radius over the largest radius, and the load over the cell's area.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Moved {
-    pub change: f64,
-    pub pressure: f64,
-}
+/// Spot's radius over the mesh's reach above which all places feel it as it is.
+const WIDE: f64 = 0.25;
 
 #[derive(Debug, Clone)]
 pub(super) struct Spots {
@@ -70,112 +75,84 @@ impl Spots {
     pub fn new(grid: Grid, summits: &[Summit]) -> Self {
         let asperity = |s: &Summit| {
             let Summit { x, y, height, radius, .. } = *s;
-            Asperity { x, y, height, radius, spot: 0.0, lowered: 0.0 }
+            Asperity { x: x.rem_euclid(grid.lx), y: y.rem_euclid(grid.ly), height, radius, approach: f64::MIN }
         };
         let all: Vec<Asperity> = summits.iter().map(asperity).collect();
         Spots { grid, images: Images::new(grid.lx, grid.ly), depth: all[0].height, all }
     }
 
-    fn area(&self) -> f64 {
+    pub fn area(&self) -> f64 {
         self.grid.lx * self.grid.ly
     }
 
-    /// Displacement at one place by a spot at another, its periodic images included.
-    fn by(&self, spot: &Asperity, (x, y): (f64, f64)) -> f64 {
-        if spot.spot == 0.0 {
-            return 0.0;
-        }
-        let d = self.images.shortest((x - spot.x, y - spot.y));
-        let r = (d.0 * d.0 + d.1 * d.1).sqrt();
-        displacement(r, spot.spot, spot.radius) + spot.load() * self.images.displacement(d)
+    pub fn pressure(&self) -> f64 {
+        self.all.iter().map(Asperity::load).sum::<f64>() / self.area()
     }
 
-    /// What the change of a spot adds to [`Spots::by`].
-    fn change(&self, old: &Asperity, new: &Asperity, (x, y): (f64, f64)) -> f64 {
-        let d = self.images.shortest((x - new.x, y - new.y));
-        let r = (d.0 * d.0 + d.1 * d.1).sqrt();
-        let before = if old.spot == 0.0 { 0.0 } else { displacement(r, old.spot, old.radius) };
-        let after = if new.spot == 0.0 { 0.0 } else { displacement(r, new.spot, new.radius) };
-        after - before + (new.load() - old.load()) * self.images.displacement(d)
+    pub fn distance(&self, a: (f64, f64), b: (f64, f64)) -> f64 {
+        let d = self.images.shortest((a.0 - b.0, a.1 - b.1));
+        (d.0 * d.0 + d.1 * d.1).sqrt()
     }
 
-    /// Displacement by all spots at the place of one, but its own; by its own images, too.
-    fn lowered(&self, k: usize) -> f64 {
-        let place = (self.all[k].x, self.all[k].y);
-        let others = self.all.iter().enumerate().filter(|(j, _)| *j != k).map(|(_, s)| self.by(s, place));
-        others.sum::<f64>() + self.all[k].load() * self.images.displacement((0.0, 0.0))
+    pub fn is_wide(&self, spot: &Asperity, mesh: &Mesh) -> bool {
+        spot.spot() > WIDE * mesh.reach
     }
 
-    /// How far below the summit heights that touch others may come to touch, since displacements have no mean: a bound on
-    /// what a pressure lifts.
-    fn reach(&self, pressure: f64) -> f64 {
-        let Grid { lx, ly, .. } = self.grid;
-        let corner = (0.5 * lx, 0.5 * ly);
+    /// Where nothing touches: as deep as the first summit alone needs for a pressure.
+    pub fn first_touch(&mut self, pressure: f64) {
+        let first = self.all.iter_mut().min_by(|a, b| a.height.total_cmp(&b.height)).expect("there are summits");
+        let a = (0.75 * pressure * self.grid.lx * self.grid.ly * first.radius).cbrt();
+        first.approach = a * a / first.radius;
+        self.depth = first.height + first.approach;
+    }
+
+    /// Those that touch, and those that may come to under a pressure: how far below the summit heights that touch others reach
+    /// is bounded by what loads lift the farthest place by.
+    pub fn candidates(&self, pressure: f64) -> Vec<usize> {
+        let corner = (0.5 * self.grid.lx, 0.5 * self.grid.ly);
         let least = self.images.displacement(corner) + 1.0 / (PI * corner.0.hypot(corner.1));
-        // Loads in one place raise the farthest one most.
-        pressure * self.area() * least.min(0.0).abs()
+        let bound = self.depth + pressure * self.area() * least.min(0.0).abs();
+        (0..self.all.len()).filter(|&k| self.all[k].height < bound || self.all[k].approach > 0.0).collect()
     }
 
-    /// One sweep of Gauss and Seidel: each spot in turn follows its own approach by the share `relaxation`, and the others
-    /// feel it at once. Then the approach follows the load, by the stiffness of spots that do not feel each other, which
-    /// no stiffness exceeds.
-    pub fn sweep(&mut self, target: f64, relaxation: f64) -> Moved {
-        let bound = self.depth + self.reach(target);
-        let candidates: Vec<usize> =
-            (0..self.all.len()).filter(|&k| self.all[k].height < bound || self.all[k].spot > 0.0).collect();
-        let own = self.images.displacement((0.0, 0.0));
-        let (mut change, mut largest) = (0.0f64, 0.0f64);
-        for &k in &candidates {
-            let old = self.all[k];
-            let approach = self.depth - old.height - old.lowered;
-            let goal = (old.radius * approach).max(0.0).sqrt();
-            let mut new = Asperity { spot: old.spot + relaxation * (goal - old.spot), ..old };
-            if goal == 0.0 && new.spot < SPENT * goal.max(largest) {
-                new.spot = 0.0;
-            }
-            largest = largest.max(new.spot);
-            if new.spot == old.spot {
-                continue;
-            }
-            change = change.max((new.spot - old.spot).abs());
-            new.lowered += own * (new.load() - old.load());
-            self.all[k] = new;
-            for &j in &candidates {
-                if j != k {
-                    let by = self.change(&old, &new, (self.all[j].x, self.all[j].y));
-                    self.all[j].lowered += by;
+    /// Displacement by all spots at the places of some, but each its own; by its own images, too.
+    pub fn lowered(&self, mesh: &mut Mesh, places: &[usize]) -> Vec<f64> {
+        let touching: Vec<(usize, &Asperity)> = self.all.iter().enumerate().filter(|(_, s)| s.approach > 0.0).collect();
+        let loads: Vec<f64> = touching.iter().map(|(_, s)| s.load()).collect();
+        let second: Vec<f64> = touching.iter().map(|(_, s)| 0.1 * s.radius * s.approach * s.load()).collect();
+        let weights: Vec<Weights> = touching.iter().map(|(_, s)| mesh.weights(s.place())).collect();
+        mesh.load(&weights, &loads, Some(&second));
+        let level = mesh.level() * loads.iter().sum::<f64>();
+        let (wide, small): (Vec<_>, Vec<_>) = touching.into_iter().partition(|(_, s)| self.is_wide(s, mesh));
+        let cells = Cells::new(self.grid, mesh.reach, small.iter().map(|(_, s)| s.place()));
+        let mesh = &*mesh;
+        let by_all = |k: &usize| {
+            let place = self.all[*k].place();
+            let mut sum = mesh.read(&mesh.weights(place)) + level;
+            for i in cells.around(place) {
+                let (j, s) = &small[i];
+                let r = self.distance(place, s.place());
+                if r < mesh.reach {
+                    let own = if j == k { 0.0 } else { displacement(r, s.spot(), s.radius) };
+                    sum += own - s.load() * mesh.smooth(r, s.spot());
                 }
             }
-        }
-        let load: f64 = self.all.iter().map(Asperity::load).sum();
-        let stiffness: f64 = self.all.iter().map(|s| 2.0 * s.spot).sum();
-        let missing = target * self.area() - load;
-        if stiffness > 0.0 {
-            self.depth += missing / stiffness;
-        } else {
-            // Nothing touches: what the first summit alone needs.
-            let first = self
-                .all
-                .iter()
-                .map(|s| (s.height + s.lowered, s.radius))
-                .fold((f64::INFINITY, 1.0), |a, b| if b.0 < a.0 { b } else { a });
-            let a = (0.75 * missing * first.1).cbrt();
-            self.depth = first.0 + a * a / first.1;
-        }
-        Moved { change: if largest > 0.0 { change / largest } else { 1.0 }, pressure: load / self.area() }
-    }
-
-    /// Displacements of all places anew: sums that sweeps have carried along lose digits, and leave out who was out of reach.
-    pub fn refresh(&mut self) {
-        for k in 0..self.all.len() {
-            self.all[k].lowered = self.lowered(k);
-        }
+            for (j, s) in &wide {
+                let r = self.distance(place, s.place());
+                let own = if j == k { 0.0 } else { displacement(r, s.spot(), s.radius) };
+                sum += own - s.load() * mesh.smooth(r, s.spot());
+            }
+            sum
+        };
+        places.par_iter().map(by_all).collect()
     }
 
     /// Merges spots that overlap to spots of the same area and load, each at the centre of the loads of its parts, with a
     /// height that has it in equilibrium at this approach. Returns whether any did.
     pub fn merge(&mut self) -> bool {
-        let touching: Vec<usize> = (0..self.all.len()).filter(|&k| self.all[k].spot > 0.0).collect();
+        let touching: Vec<usize> = (0..self.all.len()).filter(|&k| self.all[k].approach > 0.0).collect();
+        let widest = touching.iter().map(|&k| self.all[k].spot()).fold(0.0, f64::max);
+        let cells = Cells::new(self.grid, 2.0 * widest, touching.iter().map(|&k| self.all[k].place()));
         let mut parent: Vec<usize> = (0..touching.len()).collect();
         fn root(parent: &[usize], mut k: usize) -> usize {
             while parent[k] != k {
@@ -184,48 +161,45 @@ impl Spots {
             k
         }
         for i in 0..touching.len() {
-            for j in 0..i {
-                let (a, b) = (&self.all[touching[i]], &self.all[touching[j]]);
-                let d = self.images.shortest((a.x - b.x, a.y - b.y));
-                if d.0 * d.0 + d.1 * d.1 < (a.spot + b.spot).powi(2) {
+            let a = &self.all[touching[i]];
+            for j in cells.around(a.place()).filter(|j| *j < i) {
+                let b = &self.all[touching[j]];
+                if self.distance(a.place(), b.place()) < a.spot() + b.spot() {
                     let (a, b) = (root(&parent, i), root(&parent, j));
                     parent[a.max(b)] = a.min(b);
                 }
             }
         }
-        let mut merged = Vec::new();
-        for first in 0..touching.len() {
-            let parts: Vec<usize> = (first..touching.len()).filter(|&k| root(&parent, k) == first).collect();
-            if parts.len() > 1 {
-                merged.push(self.together(parts.into_iter().map(|k| touching[k]).collect()));
-            }
+        let mut groups = vec![Vec::new(); touching.len()];
+        for k in 0..touching.len() {
+            groups[root(&parent, k)].push(touching[k]);
         }
-        if merged.is_empty() {
+        groups.retain(|parts| parts.len() > 1);
+        if groups.is_empty() {
             return false;
         }
-        let gone: std::collections::HashSet<usize> =
-            merged.iter().flat_map(|(parts, _)| parts.iter().copied()).collect();
-        let mut k = 0;
-        self.all.retain(|_| {
-            k += 1;
-            !gone.contains(&(k - 1))
-        });
+        let merged: Vec<Asperity> = groups.iter().map(|parts| self.together(parts)).collect();
+        let mut gone = vec![false; self.all.len()];
+        groups.iter().flatten().for_each(|&k| gone[k] = true);
+        let mut gone = gone.into_iter();
+        self.all.retain(|_| !gone.next().expect("one for each"));
         let from = self.all.len();
-        self.all.extend(merged.into_iter().map(|(_, spot)| spot));
-        self.refresh();
-        for s in &mut self.all[from..] {
-            s.height = self.depth - s.lowered - s.spot * s.spot / s.radius;
+        self.all.extend(merged);
+        let places: Vec<usize> = (from..self.all.len()).collect();
+        let lowered = self.lowered(&mut Mesh::new(self.grid, touching.len()), &places);
+        for (s, lowered) in self.all[from..].iter_mut().zip(lowered) {
+            s.height = self.depth - lowered - s.approach;
         }
         true
     }
 
-    fn together(&self, parts: Vec<usize>) -> (Vec<usize>, Asperity) {
+    fn together(&self, parts: &[usize]) -> Asperity {
         let first = self.all[parts[0]];
         let mut sums = [0.0; 4];
-        for &k in &parts {
+        for &k in parts {
             let s = &self.all[k];
             let d = self.images.shortest((s.x - first.x, s.y - first.y));
-            for (sum, v) in sums.iter_mut().zip([s.spot * s.spot, s.load(), s.load() * d.0, s.load() * d.1]) {
+            for (sum, v) in sums.iter_mut().zip([s.radius * s.approach, s.load(), s.load() * d.0, s.load() * d.1]) {
                 *sum += v;
             }
         }
@@ -233,12 +207,10 @@ impl Spots {
         let spot = square.sqrt();
         let x = (first.x + x / load).rem_euclid(self.grid.lx);
         let y = (first.y + y / load).rem_euclid(self.grid.ly);
-        (parts, Asperity { x, y, height: 0.0, radius: hertz_load(spot, 1.0) / load, spot, lowered: 0.0 })
+        let radius = hertz_load(spot, 1.0) / load;
+        Asperity { x, y, height: 0.0, radius, approach: square / radius }
     }
 }
-
-/// Share of the largest spot below which one that no longer touches is gone, since relaxation alone never ends.
-const SPENT: f64 = 1e-3;
 
 #[cfg(test)]
 mod tests {
@@ -254,46 +226,5 @@ mod tests {
             assert!((below / above - 1.0).abs() < 5e-6, "{below} {above}");
         }
         assert!((displacement(3.0, a, radius) * PI * 3.0 / hertz_load(a, radius) - 1.0).abs() < 1e-5);
-    }
-
-    fn three() -> Spots {
-        let grid = Grid::unit(8, 8);
-        let summit = |x: f64, y: f64, height: f64, radius: f64| Summit { node: 0, x, y, height, radius };
-        let mut spots = Spots::new(
-            grid,
-            &[summit(0.97, 0.5, 0.0, 0.2), summit(0.03, 0.5, 0.001, 0.3), summit(0.5, 0.2, 0.0, 0.25)],
-        );
-        for _ in 0..400 {
-            spots.sweep(0.02, 0.7);
-        }
-        spots
-    }
-
-    /// Merging across the seam keeps area and load to rounding, and the merged spot in equilibrium where it is.
-    #[test]
-    fn merging_keeps_area_and_load() {
-        let mut spots = three();
-        let sums = |s: &Spots| s.all.iter().fold((0.0, 0.0), |(a, f), s| (a + s.area(), f + s.load()));
-        let before = sums(&spots);
-        assert!(spots.merge() && spots.all.len() == 2 && !spots.clone().merge());
-        let after = sums(&spots);
-        assert!((after.0 / before.0 - 1.0).abs() < 1e-13 && (after.1 / before.1 - 1.0).abs() < 1e-13);
-        let merged = spots.all[1];
-        assert!(merged.x < 0.03 || merged.x > 0.97, "{merged:?}");
-        let approach = spots.depth - merged.height - merged.lowered;
-        assert!(((merged.radius * approach).sqrt() / merged.spot - 1.0).abs() < 1e-12);
-    }
-
-    /// At rest, what sweeps carried along is what a sum over all says.
-    #[test]
-    fn sweeps_carry_displacements_along() {
-        let mut spots = three();
-        let carried: Vec<f64> = spots.all.iter().map(|s| s.lowered).collect();
-        spots.refresh();
-        for (s, carried) in spots.all.iter().zip(carried) {
-            assert!((s.lowered - carried).abs() < 1e-14, "{} {carried}", s.lowered);
-            let approach = spots.depth - s.height - s.lowered;
-            assert!(((s.radius * approach).sqrt() / s.spot - 1.0).abs() < 1e-10);
-        }
     }
 }

@@ -1,0 +1,272 @@
+//! Equilibrium of spots under a load, by Newton's method.
+//!
+//! A summit's own approach δ, below zero where it does not touch, is `depth - height - Σ C·F(δ)` of all loads F = 4/3·√(Rδ³):
+//! smooth equations, whose Jacobian `I + C'·2a` has displacements by flat punches in C'.
+
+use super::spots::{Asperity, Spots};
+use super::sums::{Cells, Mesh, Weights};
+use rayon::prelude::*;
+use std::f64::consts::PI;
+
+/// Share of the largest approach up to which a summit that does not touch is watched along.
+const WATCHED: f64 = 0.02;
+/// Change of the residual at which linear equations are solved.
+const LINEAR: f64 = 1e-2;
+const LINEAR_STEPS: usize = 200;
+/// Shortest step tried, as part of Newton's; taken in any case.
+const SHORTEST: f64 = 1.0 / 16.0;
+
+pub(super) struct Balance {
+    target: f64,
+    mesh: Mesh,
+    /// Those that touch or may come to.
+    watched: Vec<usize>,
+    weights: Vec<Weights>,
+    /// δ less what the others leave of it.
+    excess: Vec<f64>,
+    scale: f64,
+}
+
+/// What loads on the watched displace the watched by: near pairs one by one.
+struct Matrix {
+    starts: Vec<usize>,
+    pairs: Vec<(usize, f64)>,
+    own: f64,
+    /// Of each spot: its load's change over its approach's.
+    stiffness: Vec<f64>,
+}
+
+impl Balance {
+    /// At the spots as they are: displacements of all in reach anew.
+    pub fn new(spots: &mut Spots, target: f64) -> Self {
+        let touching = spots.all.iter().filter(|s| s.approach > 0.0).count();
+        let mut mesh = Mesh::new(spots.grid, touching);
+        if touching == 0 {
+            spots.first_touch(target);
+        }
+        let candidates = spots.candidates(target);
+        let lowered = spots.lowered(&mut mesh, &candidates);
+        let largest = spots.all.iter().map(|s| s.approach).fold(0.0, f64::max);
+        let (mut watched, mut excess) = (Vec::new(), Vec::new());
+        for (&k, lowered) in candidates.iter().zip(lowered) {
+            let left = spots.depth - spots.all[k].height - lowered;
+            if spots.all[k].approach <= 0.0 {
+                spots.all[k].approach = left.min(0.0);
+            }
+            if spots.all[k].approach.max(left) > -WATCHED * largest {
+                watched.push(k);
+                excess.push(spots.all[k].approach - left);
+            }
+        }
+        let weights = watched.iter().map(|&k| mesh.weights(spots.all[k].place())).collect();
+        Balance { target, mesh, watched, weights, excess, scale: largest }
+    }
+
+    /// How far approaches and load are from equilibrium, over the largest approach and the load.
+    pub fn residual(&self, spots: &Spots) -> f64 {
+        let excess = self.excess.iter().map(|e| e.abs()).fold(0.0, f64::max) / self.scale;
+        excess.max((spots.pressure() / self.target - 1.0).abs())
+    }
+
+    /// One step of Newton's, shortened where it would lead away.
+    pub fn step(&mut self, spots: &mut Spots) {
+        let asperities: Vec<Asperity> = self.watched.iter().map(|&k| spots.all[k]).collect();
+        let matrix = Matrix::new(spots, &self.mesh, &asperities);
+        let settle = self.solve(&matrix, &self.excess.iter().map(|e| -e).collect::<Vec<_>>());
+        let sink = self.solve(&matrix, &vec![1.0; self.watched.len()]);
+        let missing = (self.target - spots.pressure()) * spots.area();
+        let deeper = (missing - dot(&matrix.stiffness, &settle)) / dot(&matrix.stiffness, &sink);
+
+        let (depth, before) = (spots.depth, self.residual(spots));
+        let mut part = 1.0;
+        loop {
+            spots.depth = depth + part * deeper;
+            for ((&k, s), change) in self.watched.iter().zip(&asperities).zip(settle.iter().zip(&sink)) {
+                spots.all[k].approach = s.approach + part * (change.0 + deeper * change.1);
+            }
+            let lowered = spots.lowered(&mut self.mesh, &self.watched);
+            for ((&k, lowered), excess) in self.watched.iter().zip(lowered).zip(&mut self.excess) {
+                *excess = spots.all[k].approach - (spots.depth - spots.all[k].height - lowered);
+            }
+            self.scale = self.watched.iter().map(|&k| spots.all[k].approach).fold(0.0, f64::max);
+            if self.residual(spots) < (1.0 - 0.1 * part) * before || part <= SHORTEST {
+                return;
+            }
+            part *= 0.5;
+        }
+    }
+
+    /// Stabilised bi-conjugate gradients (van der Vorst, SIAM J. Sci. Stat. Comput. 13 (1992) 631) for `J x = b`, from b on.
+    fn solve(&mut self, matrix: &Matrix, b: &[f64]) -> Vec<f64> {
+        let mut x = b.to_vec();
+        let mut r = self.apply(matrix, &x);
+        r.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
+        let shadow = r.clone();
+        let mut p = r.clone();
+        let mut rho = dot(&r, &r);
+        let enough = LINEAR * LINEAR * dot(b, b);
+        for _ in 0..LINEAR_STEPS {
+            let v = self.apply(matrix, &p);
+            let alpha = rho / dot(&shadow, &v);
+            r.iter_mut().zip(&v).for_each(|(r, v)| *r -= alpha * v);
+            let t = self.apply(matrix, &r);
+            let omega = dot(&t, &r) / dot(&t, &t);
+            if !alpha.is_finite() || !omega.is_finite() || omega == 0.0 {
+                break;
+            }
+            x.iter_mut().zip(p.iter().zip(&r)).for_each(|(x, (p, r))| *x += alpha * p + omega * r);
+            r.iter_mut().zip(&t).for_each(|(r, t)| *r -= omega * t);
+            if dot(&r, &r) <= enough {
+                break;
+            }
+            let next = dot(&shadow, &r);
+            let beta = next / rho * alpha / omega;
+            rho = next;
+            p.iter_mut().zip(r.iter().zip(&v)).for_each(|(p, (r, v))| *p = r + beta * (*p - omega * v));
+        }
+        x
+    }
+
+    /// The Jacobian times changes of approach.
+    fn apply(&mut self, matrix: &Matrix, change: &[f64]) -> Vec<f64> {
+        let loads: Vec<f64> = change.iter().zip(&matrix.stiffness).map(|(d, s)| s * d).collect();
+        self.mesh.load(&self.weights, &loads, None);
+        let level = self.mesh.level() * loads.iter().sum::<f64>();
+        let mesh = &self.mesh;
+        let row = |(k, w): (usize, &Weights)| {
+            let pairs = &matrix.pairs[matrix.starts[k]..matrix.starts[k + 1]];
+            let near: f64 = pairs.iter().map(|&(j, c)| c * loads[j]).sum();
+            change[k] + mesh.read(w) + near + level - matrix.own * loads[k]
+        };
+        self.weights.par_iter().enumerate().map(row).collect()
+    }
+}
+
+impl Matrix {
+    fn new(spots: &Spots, mesh: &Mesh, asperities: &[Asperity]) -> Self {
+        let cells = Cells::new(spots.grid, mesh.reach, asperities.iter().map(Asperity::place));
+        let wide: Vec<usize> = (0..asperities.len()).filter(|&k| spots.is_wide(&asperities[k], mesh)).collect();
+        let row = |k: usize| {
+            let place = asperities[k].place();
+            let own = asperities[k].spot();
+            // As if those that overlap only met: one inside another leaves it open which of them bears the load, and
+            // the Jacobian without an inverse. They are to merge.
+            let coefficient = |j: usize, r: f64| {
+                let a = asperities[j].spot();
+                (j, punched(r.max(own + a), a) - mesh.smooth(r, 0.0))
+            };
+            let distance = |j: &usize| (*j, spots.distance(place, asperities[*j].place()));
+            let touches = |j: &usize| *j != k && asperities[*j].approach > 0.0;
+            let near = cells.around(place).filter(touches).map(|j| distance(&j)).filter(|d| d.1 < mesh.reach);
+            let far = wide.iter().filter(|j| **j != k).map(distance).filter(|d| d.1 >= mesh.reach);
+            near.chain(far).map(|(j, r)| coefficient(j, r)).collect::<Vec<_>>()
+        };
+        let rows: Vec<Vec<(usize, f64)>> = (0..asperities.len()).into_par_iter().map(row).collect();
+        let mut starts = vec![0];
+        for row in &rows {
+            starts.push(starts[starts.len() - 1] + row.len());
+        }
+        let stiffness = asperities.iter().map(|s| 2.0 * s.spot()).collect();
+        Matrix { starts, pairs: rows.concat(), own: mesh.smooth(0.0, 0.0), stiffness }
+    }
+}
+
+/// What a unit load more on a spot of radius `a` displaces by at a distance `r`: a flat punch's (Johnson, eqs 3.36 and 3.37),
+/// since a Hertzian spot grows as if one were pressed after the other.
+fn punched(r: f64, a: f64) -> f64 {
+    if r <= a {
+        0.5 / a
+    } else if a == 0.0 {
+        1.0 / (PI * r)
+    } else {
+        (a / r).asin() / (PI * a)
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::spots::displacement;
+    use super::*;
+    use crate::grid::Grid;
+    use crate::surface::Summit;
+
+    fn spots(grid: Grid, summits: &[(f64, f64, f64, f64)]) -> Spots {
+        let summit = |&(x, y, height, radius): &(f64, f64, f64, f64)| Summit { node: 0, x, y, height, radius };
+        Spots::new(grid, &summits.iter().map(summit).collect::<Vec<_>>())
+    }
+
+    fn settle(spots: &mut Spots, pressure: f64) {
+        for _ in 0..5 {
+            let mut balance = Balance::new(spots, pressure);
+            for step in 0.. {
+                if balance.residual(spots) <= 1e-12 {
+                    break;
+                }
+                assert!(step < 40, "{}", balance.residual(spots));
+                balance.step(spots);
+            }
+        }
+    }
+
+    fn three() -> Spots {
+        let list = [(0.97, 0.5, 0.0, 0.2), (0.03, 0.5, 0.001, 0.3), (0.5, 0.2, 0.0, 0.25)];
+        let mut spots = spots(Grid::unit(8, 8), &list);
+        settle(&mut spots, 6e-4);
+        spots
+    }
+
+    /// Merging across the seam keeps area and load to rounding, and the merged spot in equilibrium where it is.
+    #[test]
+    fn merging_keeps_area_and_load() {
+        let mut spots = three();
+        let sums = |s: &Spots| s.all.iter().fold((0.0, 0.0), |(a, f), s| (a + s.area(), f + s.load()));
+        let before = sums(&spots);
+        assert!(spots.merge() && spots.all.len() == 2 && !spots.clone().merge());
+        let after = sums(&spots);
+        assert!((after.0 / before.0 - 1.0).abs() < 1e-13 && (after.1 / before.1 - 1.0).abs() < 1e-13);
+        let merged = spots.all[1];
+        assert!(merged.x < 0.03 || merged.x > 0.97, "{merged:?}");
+        let others = spots.lowered(&mut Mesh::new(spots.grid, 3), &[1])[0];
+        assert!(((spots.depth - merged.height - others) / merged.approach - 1.0).abs() < 1e-12);
+    }
+
+    /// Many spots, some as wide as the reach of the near sums, on a cell that is not square: sums over near ones and waves do
+    /// not depend on where one ends and the other begins, and are those over all pairs as far as images are points.
+    #[test]
+    fn sums() {
+        /// Of the largest displacement: of the cut (3e-6 of a load at the reach); and of images that are points, where one spot
+        /// is a twelfth of the cell wide.
+        const SPLIT: f64 = 1e-5;
+        const POINTS: f64 = 5e-3;
+        let grid = Grid { nx: 12, ny: 8, lx: 1.5, ly: 1.0 };
+        let chance = |k: usize, n: u64| (((k as u64 * 2 + 1) * n) % 1009) as f64 / 1009.0;
+        let list: Vec<_> =
+            (0..300).map(|k| (1.5 * chance(k, 137), chance(k, 419), 0.1 * chance(k, 61), 0.02)).collect();
+        let mut spots = spots(grid, &list);
+        for (k, s) in spots.all.iter_mut().enumerate() {
+            s.approach = if k == 7 { 0.3 } else { 0.01 * (chance(k, 733) - 0.3) };
+        }
+        let all: Vec<usize> = (0..300).collect();
+        let found = [0.12, 0.2, 0.44].map(|reach| spots.lowered(&mut Mesh::with_reach(grid, reach), &all));
+        let images = crate::interface::Images::new(1.5, 1.0);
+        let largest = found[0].iter().map(|f| f.abs()).fold(0.0, f64::max);
+        for &k in &all {
+            let at = spots.all[k];
+            let by = |s: &Asperity| {
+                let d = images.shortest((at.x - s.x, at.y - s.y));
+                let r = d.0.hypot(d.1);
+                let own = if r == 0.0 { 0.0 } else { displacement(r, s.spot(), s.radius) };
+                own + s.load() * images.displacement(d)
+            };
+            let direct: f64 = spots.all.iter().filter(|s| s.approach > 0.0).map(by).sum();
+            assert!((found[0][k] - direct).abs() < POINTS * largest, "{k}: {} {direct}", found[0][k]);
+            for other in &found[1..] {
+                assert!((found[0][k] - other[k]).abs() < SPLIT * largest, "{k}: {} {}", found[0][k], other[k]);
+            }
+        }
+    }
+}
