@@ -62,11 +62,11 @@ const HEAD_ROOM_ANGSTROM: f64 = 5.0;
 /// Layers of the block in every frame. Contact is decided in the first; two more show where material has flowed.
 pub const FRAME_LAYERS: usize = 3;
 
-/// Resident memory of one process at its largest, of which some 40 MB are the program. From the continuum: 129, 399 and 2351 MB for
-/// 119 151, 509 004 and 3 394 475 atoms. From first touch positions are kept for the start of the next step: 143 MB for
+/// Resident memory of one process at its largest, of which some 50 MB are the program. From the continuum: 63, 129, 399 and 2351 MB for
+/// 7839, 119 151, 509 004 and 3 394 475 atoms. From first touch positions are kept for the start of the next step: 143 MB for
 /// 119 151.
-const MEMORY_BASE_BYTES: u64 = 40_000_000;
-const MEMORY_BYTES_PER_ATOM: u64 = 700;
+const MEMORY_BASE_BYTES: u64 = 50_000_000;
+const MEMORY_BYTES_PER_ATOM: u64 = 680;
 const MEMORY_BYTES_PER_ATOM_OF_A_LADDER: u64 = 870;
 
 /// One core of an EPYC server, potential cut-off 7.0 Å, the `opt` variants: 0.42 to 0.43 µs over three whole ladders of
