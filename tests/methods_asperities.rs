@@ -336,6 +336,21 @@ fn interacting_summits_on_rough_surfaces() {
     assert!(alone < areas[1]);
 }
 
+/// Where most of the surface touches spots lie on each other all over and compete for one place: they settle all the same, on the
+/// challenge's whole spectrum, and areas grow with the load.
+#[test]
+fn crowded_spots_settle() {
+    let (grid, heights) = rough(128, 128, 1e-3, 18);
+    let g = gradient(grid, &heights);
+    let found = told(&problem(grid, &heights), "icha", &[0.03, 0.1, 0.3].map(|p| p * g));
+    assert!(
+        found.iter().all(|f| f.stop == Stop::Converged && f.load_error < 1e-6),
+        "{:?}",
+        found.iter().map(|f| f.stop).collect::<Vec<_>>()
+    );
+    assert!(found.windows(2).all(|w| w[1].area > w[0].area && w[1].mean_gap < w[0].mean_gap) && found[2].area > 0.4);
+}
+
 /// Spots and sums in them are the same bits on one thread and on two.
 #[test]
 fn threads_do_not_change_estimates() {

@@ -1,14 +1,12 @@
 //! What the two surfaces do to each other and to the elastic body: elastic kernels, adhesion laws, walls.
 
 mod cubic;
-mod images;
 mod interior;
 mod kernel;
 mod law;
 mod non_periodic;
 
 pub use cubic::{Cubic, CubicHalfSpace};
-pub use images::Images;
 pub use interior::Interior;
 pub use kernel::{Base, Elastic, HalfSpace, Kernel, Layer};
 pub use law::{

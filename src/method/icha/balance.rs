@@ -10,12 +10,13 @@ use std::f64::consts::PI;
 
 /// Share of the largest approach up to which a summit that does not touch is watched along.
 const WATCHED: f64 = 0.02;
-/// Change of the residual at which linear equations are solved.
+/// What a linear solution leaves of its right side: with 1e-3 Newton's steps were no fewer.
 const LINEAR: f64 = 1e-2;
 const LINEAR_STEPS: usize = 200;
 /// Shortest step tried, as part of Newton's; taken in any case.
 const SHORTEST: f64 = 1.0 / 16.0;
 
+/// A load on spots on the way to equilibrium.
 pub(super) struct Balance {
     target: f64,
     mesh: Mesh,
@@ -189,6 +190,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::images::images;
     use super::super::spots::displacement;
     use super::*;
     use crate::grid::Grid;
@@ -252,15 +254,13 @@ mod tests {
         }
         let all: Vec<usize> = (0..300).collect();
         let found = [0.12, 0.2, 0.44].map(|reach| spots.lowered(&mut Mesh::with_reach(grid, reach), &all));
-        let images = crate::interface::Images::new(1.5, 1.0);
         let largest = found[0].iter().map(|f| f.abs()).fold(0.0, f64::max);
         for &k in &all {
             let at = spots.all[k];
             let by = |s: &Asperity| {
-                let d = images.shortest((at.x - s.x, at.y - s.y));
-                let r = d.0.hypot(d.1);
+                let r = spots.distance(at.place(), s.place());
                 let own = if r == 0.0 { 0.0 } else { displacement(r, s.spot(), s.radius) };
-                own + s.load() * images.displacement(d)
+                own + s.load() * images(1.5, 1.0, spots.shortest((at.x - s.x, at.y - s.y)))
             };
             let direct: f64 = spots.all.iter().filter(|s| s.approach > 0.0).map(by).sum();
             assert!((found[0][k] - direct).abs() < POINTS * largest, "{k}: {} {direct}", found[0][k]);

@@ -8,6 +8,7 @@
 //! has no zero, does not give; it counts as gap also what bodies away from summits overlap by.
 
 mod balance;
+mod images;
 mod spots;
 mod sums;
 
@@ -77,11 +78,11 @@ const FIRST: f64 = 1e-6;
 /// What approaches miss of equilibrium, over the largest one, and load balance at which a load is in equilibrium.
 const SETTLED: f64 = 1e-7;
 
-/// Steps of Newton's after which what overlaps merges out of equilibrium; nearly all balances take fewer than ten.
-const PATIENCE: usize = 12;
-
 /// The same of the steps on the way to it, which only tell what merges.
 const ON_THE_WAY: f64 = 1e-5;
+
+/// Steps of Newton's after which what overlaps merges out of equilibrium; nearly all balances take fewer than ten.
+const PATIENCE: usize = 12;
 
 /// Processor time of a load over the points, measured by `asperity bench --methods`; an order of magnitude.
 const SECONDS_PER_POINT: f64 = 7e-6;

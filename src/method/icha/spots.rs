@@ -1,9 +1,9 @@
 //! Hertzian spots that feel each other and merge.
 
 use super::super::spots::hertz_load;
+use super::images::images;
 use super::sums::{Cells, Mesh, Weights};
 use crate::grid::Grid;
-use crate::interface::Images;
 use crate::surface::Summit;
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -64,7 +64,8 @@ const WIDE: f64 = 0.25;
 #[derive(Debug, Clone)]
 pub(super) struct Spots {
     pub grid: Grid,
-    images: Images,
+    /// What a unit load and its images lift the farthest place by.
+    lift: f64,
     /// From the first to touch on, but for what merged.
     pub all: Vec<Asperity>,
     /// Approach: plane of the rigid surface's lowest node, in whose frame the body's displacements have no mean.
@@ -78,7 +79,9 @@ impl Spots {
             Asperity { x: x.rem_euclid(grid.lx), y: y.rem_euclid(grid.ly), height, radius, approach: f64::MIN }
         };
         let all: Vec<Asperity> = summits.iter().map(asperity).collect();
-        Spots { grid, images: Images::new(grid.lx, grid.ly), depth: all[0].height, all }
+        let corner = (0.5 * grid.lx, 0.5 * grid.ly);
+        let lift = -(images(grid.lx, grid.ly, corner) + 1.0 / (PI * corner.0.hypot(corner.1)));
+        Spots { grid, lift: lift.max(0.0), depth: all[0].height, all }
     }
 
     pub fn area(&self) -> f64 {
@@ -90,8 +93,14 @@ impl Spots {
     }
 
     pub fn distance(&self, a: (f64, f64), b: (f64, f64)) -> f64 {
-        let d = self.images.shortest((a.0 - b.0, a.1 - b.1));
-        (d.0 * d.0 + d.1 * d.1).sqrt()
+        let (dx, dy) = self.shortest((a.0 - b.0, a.1 - b.1));
+        (dx * dx + dy * dy).sqrt()
+    }
+
+    /// Shortest way between two places of the cell.
+    pub fn shortest(&self, (dx, dy): (f64, f64)) -> (f64, f64) {
+        let Grid { lx, ly, .. } = self.grid;
+        (dx - lx * (dx / lx).round(), dy - ly * (dy / ly).round())
     }
 
     pub fn is_wide(&self, spot: &Asperity, mesh: &Mesh) -> bool {
@@ -109,9 +118,7 @@ impl Spots {
     /// Those that touch, and those that may come to under a pressure: how far below the summit heights that touch others reach
     /// is bounded by what loads lift the farthest place by.
     pub fn candidates(&self, pressure: f64) -> Vec<usize> {
-        let corner = (0.5 * self.grid.lx, 0.5 * self.grid.ly);
-        let least = self.images.displacement(corner) + 1.0 / (PI * corner.0.hypot(corner.1));
-        let bound = self.depth + pressure * self.area() * least.min(0.0).abs();
+        let bound = self.depth + pressure * self.area() * self.lift;
         (0..self.all.len()).filter(|&k| self.all[k].height < bound || self.all[k].approach > 0.0).collect()
     }
 
@@ -198,7 +205,7 @@ impl Spots {
         let mut sums = [0.0; 4];
         for &k in parts {
             let s = &self.all[k];
-            let d = self.images.shortest((s.x - first.x, s.y - first.y));
+            let d = self.shortest((s.x - first.x, s.y - first.y));
             for (sum, v) in sums.iter_mut().zip([s.radius * s.approach, s.load(), s.load() * d.0, s.load() * d.1]) {
                 *sum += v;
             }

@@ -25,8 +25,10 @@ pub(super) struct Weights {
     along: [[f64; ORDER]; 2],
 }
 
+/// The nodes that carry the smooth part of displacements.
 pub(super) struct Mesh {
     grid: Grid,
+    /// Distance from which on loads act through the nodes alone.
     pub reach: f64,
     alpha: f64,
     transform: Transform<f64>,
