@@ -65,7 +65,7 @@ pub enum Error {
     #[error("{place}: the height at row {row}, column {column} is {value}; accepted: finite numbers")]
     Height { place: String, row: usize, column: usize, value: f64 },
     /// A solver stopped short of its tolerance. The partial state is kept in `partial` when there is a run folder.
-    #[error("{method} stopped without converging ({why}) after {iterations} iterations: residual {residual:.3e} of the pressure, asked {tolerance:.1e}{}", kept(.partial))]
+    #[error("{method} stopped without converging ({why}) after {iterations} iterations: residual {residual:.3e}, asked {tolerance:.1e}{}", kept(.partial))]
     NotConverged {
         method: &'static str,
         why: String,

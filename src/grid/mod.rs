@@ -14,7 +14,7 @@ pub use real::{Field, Real};
 pub use series::Series;
 pub use smooth::{smoothed, spread};
 pub use sums::{CHUNK, block_sums, dot, lowest, mean, rms, sum_rows, total, vectorised};
-pub use transform::{Filter, Transform, transformed_nodes};
+pub use transform::{Filter, Transform, transformable, transformed_nodes};
 
 use std::f64::consts::PI;
 

@@ -219,11 +219,29 @@ impl<T: Real> Worker<'_, T> {
     }
 }
 
+/// The smallest even number from `least` (and 2) on without prime factors above 5: what transforms are fast on.
+pub fn transformable(least: usize) -> usize {
+    let is_smooth = |mut n: usize| {
+        for factor in [2, 3, 5] {
+            while n.is_multiple_of(factor) {
+                n /= factor;
+            }
+        }
+        n == 1
+    };
+    (least.max(2)..).find(|&n| n.is_multiple_of(2) && is_smooth(n)).expect("powers of two have no end")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::grid::signed_mode;
     use std::f64::consts::PI;
+
+    #[test]
+    fn grids_suit_transforms() {
+        assert_eq!([0, 3, 128, 129, 256, 257].map(transformable), [2, 4, 128, 144, 256, 270]);
+    }
 
     fn sample(grid: Grid) -> Vec<f64> {
         (0..grid.points()).map(|i| ((i * i + 7 * i) % 101) as f64 / 17.0 - 2.0).collect()

@@ -26,6 +26,9 @@ pub struct Estimate<'a> {
     pub stress_distribution: Option<StressDistribution>,
     /// Relative difference between the pressure and what the parts carry together.
     pub load_error: f64,
+    /// What the method misses of its own criterion of convergence, and what it asks there; both 0 of a method without iterations.
+    pub residual: f64,
+    pub tolerance: f64,
     pub stop: Stop,
     pub iterations: usize,
     /// Forward and inverse transforms of the grid, in pairs.
@@ -49,6 +52,8 @@ impl Estimate<'_> {
             gap_distribution: None,
             stress_distribution: None,
             load_error: 0.0,
+            residual: 0.0,
+            tolerance: 0.0,
             stop: Stop::Converged,
             iterations: 0,
             fft_pairs: 0.0,

@@ -174,6 +174,8 @@ impl Estimator for Laboratory<'_> {
         let found = Estimate {
             mean_gap: Some(state.mean_gap),
             load_error: state.load_error,
+            residual: state.residual,
+            tolerance: self.problem.tolerance,
             stop: state.stop,
             iterations: state.iterations,
             fft_pairs: state.fft_pairs,

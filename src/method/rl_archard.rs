@@ -175,6 +175,8 @@ impl Estimator for Layered<'_> {
             contact_fraction: long * layer,
             mean_gap: Some(state.mean_gap),
             load_error: state.load_error,
+            residual: state.residual,
+            tolerance: self.problem.tolerance,
             stop: state.stop,
             iterations: state.iterations,
             fft_pairs: state.fft_pairs * points,

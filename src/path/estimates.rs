@@ -82,8 +82,8 @@ impl<'a> Given<'a> {
                         method: id,
                         why: stop.to_string(),
                         iterations: found.iterations,
-                        residual: found.load_error,
-                        tolerance: problem.tolerance,
+                        residual: found.residual,
+                        tolerance: found.tolerance,
                         partial: None,
                     });
                 }

@@ -6,6 +6,7 @@ pub use table::{Line, Table, Tables};
 
 use super::accuracy::rms;
 use super::frontier::growth;
+use crate::grid::transformable;
 use crate::method::{Kind, find};
 use crate::record::advice::Advice;
 use crate::record::tradeoff::Measure;
@@ -93,7 +94,7 @@ fn candidate((tables, table): (&[Table], &Table), line: &Line, target: &Target, 
     let grid = match target.own_grid {
         Some(own) => own,
         None if same(exact, s.nx as f64) => s.nx,
-        None => transformable(exact * (1.0 - SAME)),
+        None => transformable((exact * (1.0 - SAME)).ceil() as usize),
     };
     // A grid that is given may have more points a wave than was measured, and none fewer.
     if (grid as f64) < exact * (1.0 - SAME) {
@@ -195,20 +196,6 @@ pub fn choose(candidates: &[Advice], measure: Measure, limit: Limit) -> Option<&
             .filter(|a| a.expected_seconds <= s)
             .min_by(|a, b| a.expected_error.total_cmp(&b.expected_error).then(cheaper(a, b))),
     }
-}
-
-/// The next whole even number from `least` on whose only factors are 2, 3 and 5: what transforms are fast on.
-fn transformable(least: f64) -> usize {
-    let smooth = |n: &usize| {
-        let mut rest = *n;
-        for factor in [2, 3, 5] {
-            while rest.is_multiple_of(factor) {
-                rest /= factor;
-            }
-        }
-        rest == 1 && n.is_multiple_of(2)
-    };
-    (least.ceil().max(2.0) as usize..).find(smooth).expect("powers of two have no end")
 }
 
 #[cfg(test)]
@@ -338,10 +325,5 @@ mod tests {
             (one.expected_error - 0.075).abs() < 1e-12
                 && (one.expected_seconds - 16384f64.powf(1.2) / 1e4).abs() < 1e-9
         );
-    }
-
-    #[test]
-    fn grids_suit_transforms() {
-        assert_eq!([127.9, 129.0, 2.0, 256.0, 257.0].map(transformable), [128, 144, 2, 256, 270]);
     }
 }

@@ -18,7 +18,7 @@ use super::{
     Card, CoarseState, ContactMethod, Criterion, Goals, Heights, Kind, Load, Needs, Plan, Precision, Problem, Run,
     Settled, Started, State, Stop, Watch,
 };
-use crate::grid::{Grid, Real, Series, lowest, mean, rms};
+use crate::grid::{Grid, Real, Series, lowest, mean, rms, transformable};
 use crate::interface::{HalfSpace, HardWall, Kernel, Law};
 use crate::{Error, Result};
 use descent::Pause;
@@ -160,22 +160,9 @@ struct Ended {
 
 /// The grid below: half the points along every side longer than the coarsest, rounded up to a size that transforms fast.
 fn coarser(grid: Grid) -> Option<Grid> {
-    let half = |n: usize| if n >= 2 * COARSEST { smooth(n.div_ceil(2)) } else { n };
+    let half = |n: usize| if n >= 2 * COARSEST { transformable(n.div_ceil(2)) } else { n };
     let coarse = Grid { nx: half(grid.nx), ny: half(grid.ny), ..grid };
     (coarse.points() < grid.points()).then_some(coarse)
-}
-
-/// The smallest even number from `n` on without prime factors above 5.
-fn smooth(n: usize) -> usize {
-    let is_smooth = |mut k: usize| {
-        for f in [2, 3, 5] {
-            while k.is_multiple_of(f) {
-                k /= f;
-            }
-        }
-        k == 1
-    };
-    (n..).find(|&k| k.is_multiple_of(2) && is_smooth(k)).expect("powers of two have no end")
 }
 
 impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {

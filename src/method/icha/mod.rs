@@ -147,13 +147,13 @@ impl Path<'_> {
         self.first * 10f64.powf(f64::from(step) / f64::from(self.problem.settings.icha.steps_per_decade))
     }
 
-    /// Equilibrium at a pressure, with all merged that overlaps. Counts steps of Newton's on.
-    fn settle(&self, spots: &mut Spots, (target, tolerance): (f64, f64), steps: &mut usize) -> Stop {
+    /// Equilibrium at a pressure, with all merged that overlaps, and what is missed of it. Counts steps of Newton's on.
+    fn settle(&self, spots: &mut Spots, (target, tolerance): (f64, f64), steps: &mut usize) -> (Stop, f64) {
         loop {
             let mut balance = Balance::new(spots, target);
             let mut residual = balance.residual(spots);
             if residual <= tolerance && !spots.merge() {
-                return Stop::Converged;
+                return (Stop::Converged, residual);
             }
             let begun = *steps;
             while residual > tolerance {
@@ -162,39 +162,40 @@ impl Path<'_> {
                     break;
                 }
                 if *steps >= self.problem.max_iterations {
-                    return Stop::IterationLimit;
+                    return (Stop::IterationLimit, residual);
                 }
                 let step = Iteration { iteration: *steps, residual, tolerance, share: 1.0 };
                 if self.watch.iteration(step).is_break() {
-                    return Stop::Interrupted;
+                    return (Stop::Interrupted, residual);
                 }
                 balance.step(spots);
                 *steps += 1;
                 residual = balance.residual(spots);
                 if !residual.is_finite() {
-                    return Stop::Diverged;
+                    return (Stop::Diverged, residual);
                 }
             }
         }
     }
 
-    /// Steps of the load up to a pressure. What the steps before it leave is kept for the next load.
-    fn raise(&mut self, target: f64) -> (Spots, Stop, usize) {
+    /// Steps of the load up to a pressure: how the last one ended, what it missed and what it may miss. What the steps before it
+    /// leave is kept for the next load.
+    fn raise(&mut self, target: f64) -> (Spots, (Stop, f64, f64), usize) {
         let mut steps = 0;
         if self.step > 0 && self.step_pressure(self.step - 1) > target {
             (self.spots, self.step) = (self.fresh.clone(), 0);
         }
         let mut spots = self.spots.clone();
         while self.step_pressure(self.step) < target {
-            let stop = self.settle(&mut spots, (self.step_pressure(self.step), ON_THE_WAY), &mut steps);
+            let (stop, residual) = self.settle(&mut spots, (self.step_pressure(self.step), ON_THE_WAY), &mut steps);
             if stop != Stop::Converged {
-                return (spots, stop, steps);
+                return (spots, (stop, residual, ON_THE_WAY), steps);
             }
             self.step += 1;
             self.spots = spots.clone();
         }
-        let stop = self.settle(&mut spots, (target, SETTLED), &mut steps);
-        (spots, stop, steps)
+        let (stop, residual) = self.settle(&mut spots, (target, SETTLED), &mut steps);
+        (spots, (stop, residual, SETTLED), steps)
     }
 }
 
@@ -202,7 +203,7 @@ impl Estimator for Path<'_> {
     fn estimate(&mut self, load: Load) -> Result<Estimate<'_>> {
         let clock = Instant::now();
         let pressure = accepts::pressure(load, false, CARD.id)?;
-        let (spots, stop, iterations) = self.raise(pressure);
+        let (spots, (stop, residual, tolerance), iterations) = self.raise(pressure);
         let Grid { lx, ly, .. } = spots.grid;
         let touching: Vec<Asperity> = spots.all.iter().copied().filter(|s| s.approach > 0.0).collect();
         // Summits so wide that one of them takes in the whole cell are none.
@@ -220,6 +221,8 @@ impl Estimator for Path<'_> {
             stress: Some(&self.stress),
             patches: Some(patches),
             load_error: (mean(&self.stress) / pressure - 1.0).abs(),
+            residual,
+            tolerance,
             stop,
             iterations,
             seconds: clock.elapsed().as_secs_f64(),

@@ -5,7 +5,7 @@
 //! A load F spread over a Hertzian spot of radius a displaces as F·(2/q)·f(qa), f = 1 - (qa)²/10 + O((qa)⁴). Of that the mesh
 //! takes erfc(q/2α), smooth on the scale 1/α; what is left falls off as erfc(αr). E* = 1, and displacements have no mean.
 
-use crate::grid::{Grid, Transform};
+use crate::grid::{Grid, Transform, transformable};
 use rustfft::num_complex::Complex;
 use std::f64::consts::PI;
 
@@ -49,7 +49,8 @@ impl Mesh {
     pub fn with_reach(cell: Grid, reach: f64) -> Self {
         let Grid { lx, ly, .. } = cell;
         let alpha = CUT / reach;
-        let nodes = |l: f64| round_up((l * alpha / SPACING).ceil() as usize);
+        // No fewer than a spline covers.
+        let nodes = |l: f64| transformable(((l * alpha / SPACING).ceil() as usize).max(ORDER));
         let grid = Grid { nx: nodes(lx), ny: nodes(ly), lx, ly };
         let transform = Transform::new(grid);
         let sinc = |m: f64, n: usize| {
@@ -157,19 +158,6 @@ impl Mesh {
     pub fn level(&self) -> f64 {
         -2.0 / (PI.sqrt() * self.alpha * self.grid.lx * self.grid.ly)
     }
-}
-
-/// The next even number without prime factors above 5, and no less than the splines' order.
-fn round_up(n: usize) -> usize {
-    let smooth = |mut n: usize| {
-        for p in [2, 3, 5] {
-            while n.is_multiple_of(p) {
-                n /= p;
-            }
-        }
-        n == 1
-    };
-    (n.max(ORDER)..).find(|&n| n.is_multiple_of(2) && smooth(n)).expect("there is a power of two above")
 }
 
 /// Cardinal B-spline of order [`ORDER`] on the nodes around a place `f` behind the middle one (de Boor's recursion).

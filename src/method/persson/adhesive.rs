@@ -34,7 +34,7 @@ const CLOSED: f64 = 10.0;
 
 /// Rounds of the tension that follows from the areas that follow from it, and the change of the area at which they end.
 const MOST_ROUNDS: usize = 60;
-const SETTLED: f64 = 1e-7;
+pub(super) const SETTLED: f64 = 1e-7;
 
 /// Bands taken together.
 struct Step {
@@ -59,6 +59,8 @@ pub(super) struct Contact {
     pub share: f64,
     /// Mean stress over all area, less the pressure, over it.
     pub load_error: f64,
+    /// By what the last sweep has changed the share, over it.
+    pub residual: f64,
     /// Elastic energy less what adhesion gains, per area, units of E*·L.
     pub energy: f64,
     pub stop: Stop,
@@ -108,7 +110,7 @@ impl Cascade {
     pub fn solve(&self, pressure: f64, near: Option<&Contact>, stopping: &impl Fn() -> bool) -> Contact {
         let mut tension = near.map_or_else(|| vec![0.0; self.steps.len()], |c| c.tension.clone());
         let mut sweep = self.sweep(pressure, &tension);
-        let (mut stop, mut sweeps) = (Stop::Converged, 1);
+        let (mut stop, mut sweeps, mut residual) = (Stop::Converged, 1, 0.0);
         if self.gamma > 0.0 {
             stop = Stop::IterationLimit;
             while sweeps < MOST_ROUNDS {
@@ -127,7 +129,8 @@ impl Cascade {
                     stop = Stop::Diverged;
                     break;
                 }
-                if (after - before).abs() <= SETTLED * after {
+                residual = if after == before { 0.0 } else { (after - before).abs() / after };
+                if residual <= SETTLED {
                     stop = Stop::Converged;
                     break;
                 }
@@ -138,6 +141,7 @@ impl Cascade {
         Contact {
             share: touching,
             load_error: (sweep.load / pressure - 1.0).abs(),
+            residual,
             energy: elastic - self.gamma * touching,
             stop,
             sweeps,

@@ -235,6 +235,8 @@ impl Theory<'_> {
             contact_fraction: here.share,
             mean_gap: Some((gap + correction).max(0.0)),
             load_error: here.load_error,
+            residual: found.iter().map(|f| f.0.residual).fold(0.0, f64::max),
+            tolerance: adhesive::SETTLED,
             stop,
             iterations: sweeps,
             ..Estimate::at(pressure)
