@@ -2,7 +2,7 @@
 
 /// Largest resident set of this process so far, bytes (`VmHWM`); 0 where the kernel does not tell.
 pub fn peak_rss_bytes() -> u64 {
-    status_kib("VmHWM:") * 1024
+    status_kib("self", "VmHWM:") * 1024
 }
 
 /// Starts the count of [`peak_rss_bytes`] again, where the kernel allows it.
@@ -94,8 +94,13 @@ pub fn is_root() -> bool {
     std::fs::metadata("/proc/self").is_ok_and(|m| m.uid() == 0)
 }
 
-fn status_kib(key: &str) -> u64 {
-    std::fs::read_to_string("/proc/self/status").ok().and_then(|t| kib_after(&t, key)).unwrap_or(0)
+/// Largest resident set so far of a process that is running, bytes; 0 of one that is not.
+pub fn peak_rss_bytes_of(process: u32) -> u64 {
+    1024 * status_kib(&process.to_string(), "VmHWM:")
+}
+
+fn status_kib(process: &str, key: &str) -> u64 {
+    std::fs::read_to_string(format!("/proc/{process}/status")).ok().and_then(|t| kib_after(&t, key)).unwrap_or(0)
 }
 
 fn kib_after(text: &str, key: &str) -> Option<u64> {

@@ -143,7 +143,7 @@ fn the_ladder_rises_and_contact_is_what_lammps_counts() {
     assert!(most > 20, "only {most} contacts");
 
     let asked = 0.5 * P_STAR;
-    let at = finished.ladder.at_load(folder.path(), asked * job.record.ladder.load_unit).expect("reached");
+    let at = job.at_load(&finished.ladder, asked * job.record.ladder.load_unit).expect("reached");
     let found = contact(&at.frame, &indenter, at.displacement_angstrom, &surface, D_C);
     let between = rungs[at.bracket.lower].contacts..=rungs[at.bracket.lower + 1].contacts;
     assert!(between.contains(&found.ids.len()), "{} not in {between:?}", found.ids.len());

@@ -60,7 +60,7 @@ fn the_continuums_start_ends_in_the_ladders_state_for_less() {
     for (rung, p_star) in found.ladder.rungs[1..].iter().zip(LOADS) {
         assert!((rung.load / (p_star * unit) - 1.0).abs() < 1e-3, "{} of {}", rung.load / unit, p_star);
         // Read as it is, not between two steps.
-        let at = found.ladder.at_load(&job.folder, p_star * unit).expect("reached");
+        let at = job.at_load(&found.ladder, p_star * unit).expect("reached");
         assert_eq!((at.bracket.lower, at.bracket.weight), (rung.step, 0.0));
     }
     for (k, rung) in found.ladder.rungs.iter().enumerate().skip(1) {

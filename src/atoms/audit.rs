@@ -52,6 +52,8 @@ pub struct Used {
     /// Extent of the cell and depth of the deformable slab, Å.
     pub length_angstrom: f64,
     pub depth_angstrom: f64,
+    /// How much of the depth is an elastic foundation, Å.
+    pub foundation_angstrom: f64,
     /// Lattice constant, Å.
     pub a0_angstrom: f64,
     /// Contact modulus E* of the block's surface, GPa, and Poisson's ratio for the depth's effect.
@@ -198,8 +200,12 @@ fn depth(used: &Used) -> AuditLine {
     let factor = |n: usize| slab.stiffening(2.0 * PI * ratio * n as f64);
     let stiffening = factor(1);
     let affected = (1..=1000).take_while(|n| factor(*n) > 1.0 + HALF_SPACE).count();
+    let founded = match used.foundation_angstrom {
+        0.0 => String::new(),
+        below => format!(", {below:.1} Å of it an elastic foundation"),
+    };
     let reason = format!(
-        "slab {:.1} Å deep, {ratio:.4} of the cell, on a rigid base: the longest wave is {stiffening:.2} times stiffer than on a \
+        "slab {:.1} Å deep{founded}, {ratio:.4} of the cell, on a rigid base: the longest wave is {stiffening:.2} times stiffer than on a \
          half-space, and the {affected} longest by more than 2 %",
         used.depth_angstrom
     );
@@ -277,6 +283,7 @@ mod tests {
             used: Used {
                 length_angstrom: 175.0 * a0,
                 depth_angstrom: 25.0 * a0,
+                foundation_angstrom: 0.0,
                 a0_angstrom: a0,
                 modulus_gpa: 28.57,
                 poisson: 0.3,

@@ -19,12 +19,14 @@ pub const MIN_CELLS: usize = 4;
 /// LAMMPS as distributed counts atoms in 32 bits.
 pub const MAX_ATOMS: u64 = i32::MAX as u64;
 
-/// `cells` × `cells` × `depth_cells` deformable cubic cells on `base_layers` rigid layers.
+/// `cells` × `cells` × `depth_cells` deformable cubic cells on `base_layers` layers that no force moves. Those are rigid, or go with
+/// an elastic foundation of `foundation_cells` cells below the deformable ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Block {
     pub cells: usize,
     pub depth_cells: usize,
     pub base_layers: usize,
+    pub foundation_cells: usize,
     /// Lattice constant, Å.
     pub a0: f64,
 }
@@ -33,7 +35,7 @@ pub struct Block {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Site {
     pub id: u32,
-    /// Belongs to the rigid base.
+    /// Belongs to the base.
     pub fixed: bool,
     /// Å.
     pub position: [f64; 3],
@@ -58,7 +60,7 @@ impl Block {
             }
         }
         let base_layers = (cutoff_angstrom / (0.5 * a0)).ceil() as usize;
-        let block = Block { cells, depth_cells, base_layers, a0 };
+        let block = Block { cells, depth_cells, base_layers, foundation_cells: 0, a0 };
         let layers = depth_cells.checked_mul(2).and_then(|d| d.checked_add(base_layers));
         let per_layer = (cells as u64).checked_mul(cells as u64).and_then(|a| a.checked_mul(2));
         match layers.zip(per_layer).and_then(|(l, a)| a.checked_mul(l as u64)) {
@@ -70,6 +72,19 @@ impl Block {
                 format!("a block of at most {MAX_ATOMS} atoms"),
             )),
         }
+    }
+
+    /// The same on an elastic foundation, in which its base lies; 0 is a rigid base.
+    ///
+    /// # Errors
+    /// `Input` for a foundation that is thinner than the base.
+    pub fn on_foundation(self, foundation_cells: usize) -> Result<Self> {
+        let least = self.base_layers.saturating_sub(1).div_ceil(2).max(1);
+        if foundation_cells > 0 && foundation_cells < least {
+            let accepted = format!("0, or at least {least}: the base, as thick as the potential's range, lies in it");
+            return Err(Error::input("block of atoms", "atoms.foundation_cells", foundation_cells, accepted));
+        }
+        Ok(Block { foundation_cells, ..self })
     }
 
     pub fn layers(&self) -> usize {
@@ -97,9 +112,19 @@ impl Block {
         self.cells as f64 * self.a0
     }
 
-    /// From the top layer of the base, which does not move, to the surface layer, Å: the depth of the elastic layer.
-    pub fn thickness(&self) -> f64 {
+    /// From the top layer of the base to the surface layer, Å.
+    pub fn deformable_thickness(&self) -> f64 {
         self.depth_cells as f64 * self.a0
+    }
+
+    /// From what does not move, the base or the ground of the foundation, to the surface layer, Å: the depth of the elastic layer.
+    pub fn thickness(&self) -> f64 {
+        (self.depth_cells + self.foundation_cells) as f64 * self.a0
+    }
+
+    /// Height of a layer over what does not move, Å.
+    pub fn height_of(&self, layer: usize) -> f64 {
+        self.thickness() + self.layer_z(layer) - self.top_z()
     }
 
     /// Height of a layer in the perfect lattice, Å.
@@ -299,6 +324,18 @@ mod tests {
             top.onto_grid(96, 96).into_iter().for_each(|s| owned[s] += 1);
             assert!(owned.iter().all(|&c| c.abs_diff(96 * 96 / top.len()) <= 24), "{owned:?}");
         }
+    }
+
+    #[test]
+    fn a_foundation_holds_the_base() {
+        // Three layers: the lowest is a lattice constant below the highest.
+        let block = small();
+        assert!((block.height_of(block.base_layers - 1)).abs() < 1e-12);
+        let deep = block.on_foundation(1).expect("as thick as the base");
+        assert!(deep.height_of(0).abs() < 1e-12 && (deep.thickness() - 4.0 * A0).abs() < 1e-12);
+        assert_eq!((deep.atoms(), deep.deformable_thickness()), (block.atoms(), block.thickness()));
+        let thick = Block::new(5, 3, A0, 1.9 * A0).expect("valid");
+        assert!(thick.on_foundation(1).is_err() && thick.on_foundation(2).is_ok() && thick.on_foundation(0).is_ok());
     }
 
     #[test]

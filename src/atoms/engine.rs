@@ -72,9 +72,11 @@ pub struct Finished {
     pub steps: Vec<LadderStep>,
     /// The step it went on from.
     pub resumed_from: Option<usize>,
-    /// Steps whose largest force is above the tolerance asked.
+    /// Steps whose largest force is above the tolerance asked, or whose load could not be met.
     pub unconverged: Vec<usize>,
     pub seconds: f64,
+    /// Largest resident set of LAMMPS in this call, bytes; 0 where it was not seen, as that of several ranks.
+    pub peak_bytes: u64,
 }
 
 impl Finished {
@@ -83,9 +85,9 @@ impl Finished {
         let evaluations = read_evaluations(&job.folder)?;
         let settings = &job.record.ladder;
         let steps = ladder.rungs.iter().map(|r| r.record(settings.load_unit, &evaluations)).collect();
-        let loose = |r: &&Rung| r.max_force > FORCE_ROUNDING * settings.force_tolerance;
+        let loose = |r: &&Rung| !r.settled || r.max_force > FORCE_ROUNDING * settings.force_tolerance;
         let unconverged = ladder.rungs.iter().filter(loose).map(|r| r.step).collect();
-        Ok(Finished { ladder, steps, resumed_from, unconverged, seconds: begun.elapsed().as_secs_f64() })
+        Ok(Finished { ladder, steps, resumed_from, unconverged, seconds: begun.elapsed().as_secs_f64(), peak_bytes: 0 })
     }
 }
 
@@ -262,7 +264,8 @@ impl LammpsEngine {
             let mut mpirun = Command::new("mpirun");
             mpirun.args(["-np", &self.ranks.to_string()]);
             if sys::is_root() {
-                mpirun.arg("--allow-run-as-root");
+                // Open MPI's own way of being asked, which another MPI does not mind.
+                mpirun.env("OMPI_ALLOW_RUN_AS_ROOT", "1").env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
             }
             mpirun.arg(&self.program);
             mpirun
@@ -298,7 +301,7 @@ impl Engine for LammpsEngine {
 
     fn run(&self, job: &Job, watch: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<Finished> {
         let begun = Instant::now();
-        let _lock = lock(job)?;
+        let _lock = lock(&job.folder)?;
         self.check_styles(job)?;
         if is_complete(job)? {
             let all = Ladder::read(&job.folder)?.last().map(|r| r.step);
@@ -319,7 +322,11 @@ impl Engine for LammpsEngine {
         let mut group = Group { child, ended: false };
         let mut watcher = Watcher::new(job, begun, finished);
         let mut vouched = finished.map_or(0, |k| k + 1);
+        let mut peak_bytes = 0;
         let status = loop {
+            if self.ranks == 1 {
+                peak_bytes = sys::peak_rss_bytes_of(group.child.id()).max(peak_bytes);
+            }
             // In this order, so that a step finished just before the end is still told.
             let ended = group.child.try_wait().map_err(Error::io("wait for", &self.program))?;
             // Before anything else can fail: the number of a process that was waited for may be given to another.
@@ -361,7 +368,7 @@ impl Engine for LammpsEngine {
         let (log, screen) = (read(&log_name(finished)), read("log.screen"));
         judge(status, &String::from_utf8_lossy(&log), &String::from_utf8_lossy(&screen)).map_err(|f| failed(job, f))?;
         check_ladder(job)?;
-        Finished::collect(job, finished, begun)
+        Ok(Finished { peak_bytes, ..Finished::collect(job, finished, begun)? })
     }
 }
 
@@ -385,17 +392,23 @@ pub(super) fn failed(job: &Job, failure: LammpsFailure) -> Error {
     Error::Lammps { folder: job.folder.clone(), failure }
 }
 
-/// Two runs in one folder would write over each other. The lock goes with the process that holds it.
-pub(super) fn lock(job: &Job) -> Result<File> {
-    let path = job.folder.join("job.lock");
+/// How often a lock is asked for before it is somebody else's: a child that another thread has just forked holds all files of this
+/// process until it is the program that it is to be.
+const ASKED: usize = 25;
+
+/// Two programs in one folder would write over each other. The lock goes with the process that holds it.
+pub(super) fn lock(folder: &Path) -> Result<File> {
+    let path = folder.join("job.lock");
     let file = File::create(&path).map_err(Error::io("create", &path))?;
-    match file.try_lock() {
-        Ok(()) => Ok(file),
-        Err(std::fs::TryLockError::WouldBlock) => {
-            Err(failed(job, LammpsFailure::Output("another program is running this job".into())))
+    for _ in 0..ASKED {
+        match file.try_lock() {
+            Ok(()) => return Ok(file),
+            Err(std::fs::TryLockError::WouldBlock) => std::thread::sleep(POLL),
+            Err(std::fs::TryLockError::Error(e)) => return Err(Error::io("lock", &path)(e)),
         }
-        Err(std::fs::TryLockError::Error(e)) => Err(Error::io("lock", &path)(e)),
     }
+    let failure = LammpsFailure::Output("another program is writing or running this job".into());
+    Err(Error::Lammps { folder: folder.to_path_buf(), failure })
 }
 
 /// The ladder has come to its end, and its last frame is there.

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::block::Block;
+use super::engine::lock;
 use super::job::{HOLD, Job, POTENTIAL_FILE, Record};
 use super::ladder::{LADDER_FILE, Ladder};
 use crate::record::results::Mean;
@@ -29,6 +30,12 @@ const TIMESTEPS_PS: [f64; 2] = [0.008, 0.004];
 
 /// Time steps between samples: 0.04 to 0.08 ps, well below the crystal's shortest period of about 0.2 ps.
 const EVERY: usize = 10;
+
+/// Shortest block, ps: longer than that period, and some samples.
+const SHORTEST_BLOCK_PS: f64 = 0.24;
+
+/// Least time that can be averaged over, ps.
+pub const LEAST_AVERAGED_PS: f64 = BLOCKS as f64 * SHORTEST_BLOCK_PS;
 
 /// Relaxation time of the thermostat, ps, and damping of each indenter atom's way up and down, eV ps/Å².
 const DAMP_PS: f64 = 1.0;
@@ -75,8 +82,13 @@ impl Settings {
     fn blocks(&self) -> (usize, usize) {
         let steps = self.time_ps / self.timestep_ps();
         let averaged = steps * (1.0 - self.equilibration);
-        let block = ((averaged / (BLOCKS * EVERY) as f64).round() as usize).max(1) * EVERY;
+        let block = ((averaged / (BLOCKS * EVERY) as f64).round() as usize).max(self.fewest_samples()) * EVERY;
         (block, (steps * self.equilibration / block as f64).round() as usize)
+    }
+
+    /// Samples in the shortest block.
+    fn fewest_samples(&self) -> usize {
+        (SHORTEST_BLOCK_PS / (EVERY as f64 * self.timestep_ps())).round() as usize
     }
 
     /// Time steps at each load.
@@ -135,6 +147,7 @@ impl Job {
     /// `Io`; `Format` for a job without such states.
     pub fn write_hold(folder: &Path, relaxed: &Job, block: &Block, settings: &Settings) -> Result<Job> {
         std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
+        let _lock = lock(folder)?;
         let ladder = Ladder::read(&relaxed.folder)?;
         let asked = relaxed.record.loads.as_ref().filter(|l| ladder.rungs.len() > l.peak());
         let asked = asked.ok_or_else(|| {
@@ -301,8 +314,9 @@ mod tests {
         assert!((ROOM.steps() as f64 * ROOM.timestep_ps() / ROOM.time_ps - 1.0).abs() < 0.05);
         let hot = Settings { temperature_k: 301.0, ..ROOM };
         assert_eq!(hot.timestep_ps(), 0.004);
-        // Never a block without a sample.
-        assert_eq!(Settings { time_ps: 0.1, ..ROOM }.blocks().0, EVERY);
+        // Never a block that is shorter than a vibration.
+        assert_eq!(Settings { time_ps: 0.1, ..ROOM }.blocks().0, 3 * EVERY);
+        assert_eq!(Settings { time_ps: 0.1, ..hot }.blocks().0, 6 * EVERY);
     }
 
     /// Numbers without correlation, uniform between 0 and 1.

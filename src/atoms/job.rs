@@ -11,9 +11,10 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::block::{Block, FLOOR_GAP_ANGSTROM};
+use super::engine::lock;
 use super::hold::Hold;
 use super::indenter::Indenter;
-use super::ladder::{LADDER_FILE, Rung};
+use super::ladder::{self, LADDER_FILE, Rung};
 use super::midway;
 use super::start::{Approach, Loads};
 use super::unload::MOST_RISEN_ANGSTROM;
@@ -77,13 +78,16 @@ pub const SECONDS_PER_ATOM_EVALUATION: f64 = 0.45e-6;
 /// 25 nm, ladder to p/E* = 0.033).
 pub const EVALUATIONS_PER_STEP: f64 = 160.0;
 
-/// Force evaluations of one load that starts from the continuum. The longest waves settle last, so that they grow with the
-/// size: on average 71, 219 and 358 with 15, 45 and 90 cells, where p/E* = 0.003, 0.01 and (but for the last) 0.03 were asked.
-const EVALUATIONS_PER_CELL: f64 = 4.5;
+/// Force evaluations of one load that starts from the continuum, of a block of one lattice constant. The longest waves settle last, so
+/// that they grow with extent and depth, with the exponents below: on average 71, 219, 128, 88, 358 and 1043 for 15 × 6, 45 × 12, 45 × 6,
+/// 45 × 4, 90 × 13 and 175 × 25 lattice constants, where p/E* = 0.003, 0.01 and (but for the last two) 0.03 were asked.
+const EVALUATIONS: f64 = 3.1;
+const GROWTH_WITH_EXTENT: f64 = 0.6;
+const GROWTH_WITH_DEPTH: f64 = 0.8;
 
 /// Force evaluations of one load that starts from the continuum.
-pub fn evaluations_from_continuum(cells: usize) -> f64 {
-    EVALUATIONS_PER_CELL * cells as f64
+pub fn evaluations_from_continuum(cells: usize, depth_cells: usize) -> f64 {
+    EVALUATIONS * (cells as f64).powf(GROWTH_WITH_EXTENT) * (depth_cells as f64).powf(GROWTH_WITH_DEPTH)
 }
 
 /// Resident memory of LAMMPS for so many atoms, all ranks together, bytes; `steps` from first touch, or loads from the continuum.
@@ -174,6 +178,9 @@ pub struct Record {
     pub cells: usize,
     pub depth_cells: usize,
     pub base_layers: usize,
+    /// Of an elastic foundation, with which the base moves; 0 of a rigid one.
+    #[serde(default, skip_serializing_if = "crate::record::is_default")]
+    pub foundation_cells: usize,
     pub a0_angstrom: f64,
     pub deformable: u64,
     pub fixed: u64,
@@ -221,6 +228,7 @@ impl Job {
         let folder = folder.as_ref();
         check(&interaction, &ladder, element, mass_u)?;
         std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
+        let _lock = lock(folder)?;
         let table = std::fs::read(potential).map_err(Error::io("read", potential))?;
         let file = folder.join(POTENTIAL_FILE);
         std::fs::write(&file, &table).map_err(Error::io("write", &file))?;
@@ -234,6 +242,7 @@ impl Job {
             cells: block.cells,
             depth_cells: block.depth_cells,
             base_layers: block.base_layers,
+            foundation_cells: block.foundation_cells,
             a0_angstrom: block.a0,
             deformable: block.deformable(),
             fixed: block.fixed(),
@@ -254,7 +263,12 @@ impl Job {
     }
 
     /// Writes scripts and record into a folder that has all else, and removes what another job has left there.
-    pub(super) fn place(folder: &Path, record: Record) -> Result<Job> {
+    pub(super) fn place(folder: &Path, mut record: Record) -> Result<Job> {
+        let earlier = Job::open(folder).ok().map(|job| job.record);
+        let in_common = match (&mut record.loads, earlier.as_ref().and_then(|r| r.loads.as_ref())) {
+            (Some(now), Some(then)) => now.go_on_after(then),
+            _ => None,
+        };
         let job = Job { folder: folder.to_path_buf(), record };
         let put = |name: &str, bytes: &[u8]| {
             let file = folder.join(name);
@@ -266,22 +280,21 @@ impl Job {
         let text = serde_json::to_string_pretty(record).map_err(|e| Error::io("write", &file)(e.into()))?;
         // Where a way down ends does not change its steps: asking for more goes on, asking for less stops earlier. A way back is
         // another one from every load.
-        let same = Job::open(folder).is_ok_and(|earlier| {
+        let same = earlier.is_some_and(|earlier| {
             let Ladder { max_load, max_steps, load_unit, .. } = record.ladder;
-            let ends = match earlier.record.ladder {
+            let ends = match earlier.ladder {
                 there_and_back if there_and_back.unload => there_and_back,
                 down => Ladder { max_load, max_steps, load_unit, ..down },
             };
             // More restart files than are needed do no harm.
             let ends = Ladder { keep: record.ladder.keep && ends.keep, ..ends };
-            let agree = match (&record.loads, &earlier.record.loads) {
-                (Some(now), Some(then)) => now.agrees(then),
-                (now, then) => now == then,
-            };
-            agree && Record { ladder: ends, loads: record.loads.clone(), ..earlier.record } == *record
+            let agree = in_common.is_some() || record.loads == earlier.loads;
+            agree && Record { ladder: ends, loads: record.loads.clone(), ..earlier } == *record
         });
-        if !same {
-            remove_states(folder)?;
+        match in_common {
+            _ if !same => remove_states(folder)?,
+            Some(loads) => ladder::keep_first(folder, loads + 1)?,
+            None => {}
         }
         put(RECORD_FILE, text.as_bytes())?;
         Ok(job)
@@ -357,6 +370,9 @@ impl Job {
             if ladder.unload {
                 list.extend(self.variables_of_the_way_back(done));
             }
+        }
+        if self.record.foundation_cells > 0 && self.record.loads.is_some() {
+            list.push(("sinks", "1".into()));
         }
         let held = self.record.hold.iter().flat_map(Hold::variables);
         let own = self.record.loads.iter().flat_map(Loads::variables).chain(held);
@@ -453,6 +469,7 @@ fn remove_states(folder: &Path) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::atoms::start::LoadAsked;
 
     fn written(folder: &Path, step: f64) -> Result<Job> {
         let block = Block::new(5, 1, 5.5884, 7.0)?;
@@ -503,6 +520,57 @@ mod tests {
         assert!(!ladder.exists());
     }
 
+    /// A list of loads that is cut short and then goes on otherwise must not take the states of the first one for its own.
+    #[test]
+    fn loads_that_are_asked_for_again_are_kept_and_others_never_taken_for_them() {
+        let folder = tempfile::tempdir().expect("scratch");
+        let job = written(folder.path(), 0.3).expect("written");
+        let path = |name: &str| job.folder.join(name);
+        let asked = |load: f64| LoadAsked { load, lower_angstrom: 1.0, move_hash: format!("{load}") };
+        let place = |loads: &[f64]| {
+            let loads = Loads {
+                high_angstrom: 40.0,
+                indenter_mass_u: 0.4,
+                spring_ev_per_angstrom2: 10.0,
+                loads: loads.iter().map(|l| asked(*l)).collect(),
+                earlier: Vec::new(),
+            };
+            Job::place(&job.folder, Record { loads: Some(loads), ..job.record.clone() }).expect("placed")
+        };
+        let run = |from: usize, to: usize| {
+            for k in from..=to {
+                let ladder = std::fs::read_to_string(path(LADDER_FILE)).unwrap_or_default();
+                let line = format!("{k} 0.3 1 -100.5 12 1.5e-03 {k} 44.5 45.5 200 1\n");
+                std::fs::write(path(LADDER_FILE), ladder + &line).expect("written");
+                let frame = "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS pp pp ff\n0 10\n0 10\n0 50\n\
+                             ITEM: ATOMS id type x y z\n1 1 5 5 20\n";
+                std::fs::write(path(&format!("frame.{k}.dump")), frame).expect("written");
+                std::fs::write(path(&format!("restart.{k}")), "a state").expect("written");
+            }
+        };
+        let steps = || ladder::Ladder::read(&job.folder).expect("read").rungs.len();
+        place(&[1.0, 3.0]);
+        run(0, 2);
+        std::fs::write(path("midway.3.a"), "a state").expect("written");
+        // Cut short: all is kept, should the rest be asked for again; and it is.
+        let short = place(&[1.0]);
+        assert_eq!((steps(), short.record.loads.expect("loads").earlier.len()), (3, 1));
+        assert_eq!((place(&[1.0, 3.0]).record.loads.expect("loads").earlier.len(), steps()), (0, 3));
+        place(&[1.0]);
+        // Another second load: that of the first list is no state of it.
+        place(&[1.0, 2.0]);
+        assert_eq!(steps(), 2);
+        assert!(path("restart.1").exists() && !path("restart.2").exists() && !path("midway.3.a").exists());
+        run(2, 2);
+        place(&[1.0, 2.0, 3.0]);
+        assert_eq!(steps(), 3);
+        std::fs::write(path("midway.3.a"), "a state").expect("written");
+        place(&[1.0, 2.0, 4.0]);
+        assert!(steps() == 3 && !path("midway.3.a").exists());
+        place(&[0.5]);
+        assert_eq!(steps(), 1);
+    }
+
     #[test]
     fn without_adhesion_no_variable_speaks_of_it() {
         let folder = tempfile::tempdir().expect("scratch");
@@ -529,6 +597,17 @@ mod tests {
         for (atoms, measured) in [(7839, 63e6), (119_151, 129e6), (509_004, 399e6), (3_394_475, 2.351e9)] {
             let ratio = memory_bytes(atoms, 1, false) as f64 / measured;
             assert!((0.8..1.2).contains(&ratio), "{atoms}: {ratio}");
+        }
+    }
+
+    /// Of the loads that were measured.
+    #[test]
+    fn evaluations_grow_with_extent_and_depth() {
+        let measured =
+            [(15, 6, 71.0), (45, 12, 219.0), (45, 6, 128.0), (45, 4, 88.0), (90, 13, 358.0), (175, 25, 1043.0)];
+        for (cells, depth, found) in measured {
+            let ratio = evaluations_from_continuum(cells, depth) / found;
+            assert!((0.8..1.25).contains(&ratio), "{cells} x {depth}: {ratio}");
         }
     }
 

@@ -8,15 +8,16 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::dump::{Frame, read_frame};
-use super::start::LOAD_TOLERANCE;
+use super::midway;
 use crate::record::land::land;
 use crate::record::results::LadderStep;
 use crate::{Error, Result};
 
 pub const LADDER_FILE: &str = "ladder.txt";
-const COLUMNS: usize = 10;
+/// The last one is missing where an earlier version has run.
+const COLUMNS: std::ops::RangeInclusive<usize> = 10..=11;
 const ACCEPTED: &str = "step, displacement, load, energy, iterations, largest force, contacts, lowest and mean indenter \
-                        height, atoms";
+                        height, atoms, settled";
 
 /// One finished step.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,6 +34,8 @@ pub struct Rung {
     pub indenter_low_angstrom: f64,
     pub indenter_mean_angstrom: f64,
     pub atoms: u64,
+    /// Not, where the forces on indenter and base could not be brought to the load asked for.
+    pub settled: bool,
 }
 
 impl Rung {
@@ -54,7 +57,7 @@ impl Rung {
 
     fn parse(line: &str) -> Option<Self> {
         let words: Vec<&str> = line.split_ascii_whitespace().collect();
-        if words.len() != COLUMNS {
+        if !COLUMNS.contains(&words.len()) {
             return None;
         }
         let real = |k: usize| words[k].parse::<f64>().ok().filter(|v| v.is_finite());
@@ -70,6 +73,7 @@ impl Rung {
             indenter_low_angstrom: real(7)?,
             indenter_mean_angstrom: real(8)?,
             atoms: words[9].parse().ok()?,
+            settled: words.get(10).is_none_or(|w| *w != "0"),
         })
     }
 }
@@ -132,45 +136,27 @@ impl Ladder {
         self.rungs.last()
     }
 
-    /// Where `load` is passed on the way back, which begins with step `turn`: likewise, but the first fall.
+    /// Where `load` is passed on the way back, which begins with step `turn`: the first fall.
     pub fn bracket_back(&self, load: f64, turn: usize) -> Option<Bracket> {
-        let back = self.rungs.get(turn + 1..)?;
-        let hit = back.iter().position(|r| (r.load - load).abs() <= LOAD_TOLERANCE * load.abs());
-        let there = hit.map(|k| Bracket { lower: turn + 1 + k, weight: 0.0 });
-        there.or_else(|| {
-            let loads: Vec<f64> = self.rungs[turn..].iter().map(|r| r.load).collect();
-            let k = loads.windows(2).position(|pair| pair[0] >= load && load >= pair[1])?;
-            Some(Bracket { lower: turn + k, weight: weight(loads[k], loads[k + 1], load) })
-        })
+        let loads: Vec<f64> = self.rungs.get(turn..)?.iter().map(|r| r.load).collect();
+        let k = loads.windows(2).position(|pair| pair[0] >= load && load >= pair[1])?;
+        Some(Bracket { lower: turn + k, weight: weight(loads[k], loads[k + 1], load) })
     }
 
-    /// A step that has the load to within [`LOAD_TOLERANCE`], as it is where loads are asked for one by one; else the first on
-    /// which the load rises through `load`: where a machine that controls the load would first stop. `None` when the ladder does
-    /// not reach so far.
-    pub fn bracket(&self, load: f64) -> Option<Bracket> {
-        let hit = self.rungs.iter().position(|r| (r.load - load).abs() <= LOAD_TOLERANCE * load.abs());
-        let there = hit.map(|lower| Bracket { lower, weight: 0.0 });
-        there.or_else(|| bracket(&self.rungs.iter().map(|r| r.load).collect::<Vec<f64>>(), load))
+    /// Where the load rises through `load` for the first time, no later than at step `turn`: where a machine that controls the load
+    /// would first stop. `None` when the ladder does not reach so far.
+    pub fn bracket(&self, load: f64, turn: Option<usize>) -> Option<Bracket> {
+        let there = &self.rungs[..turn.map_or(self.rungs.len(), |k| (k + 1).min(self.rungs.len()))];
+        bracket(&there.iter().map(|r| r.load).collect::<Vec<f64>>(), load)
     }
 
-    /// Positions and indenter height at `load` (eV/Å), linear in the way between the two steps around it. Steps are
+    /// Positions and indenter height at a bracket of `load` (eV/Å), linear in the way between its two steps. Steps are
     /// a fraction of an ångström, so an atom that does not slip moves by far less than the contact distance in between.
     ///
     /// # Errors
-    /// `Format` when the ladder does not reach the load or a frame is damaged; `Io` when a frame is missing.
-    pub fn at_load(&self, folder: &Path, load: f64) -> Result<Between> {
-        self.at(folder, self.bracket(load), load)
-    }
-
-    /// The same on the way back, which begins with step `turn`.
-    ///
-    /// # Errors
-    /// As [`Self::at_load`].
-    pub fn at_load_back(&self, folder: &Path, load: f64, turn: usize) -> Result<Between> {
-        self.at(folder, self.bracket_back(load, turn), load)
-    }
-
-    fn at(&self, folder: &Path, bracket: Option<Bracket>, load: f64) -> Result<Between> {
+    /// `Format` without a bracket, which is when the ladder does not reach the load, or where a frame is damaged; `Io` when a frame
+    /// is missing.
+    pub(super) fn at(&self, folder: &Path, bracket: Option<Bracket>, load: f64) -> Result<Between> {
         let bracket = bracket.ok_or_else(|| {
             let reached = self.rungs.iter().map(|r| r.load).fold(0.0, f64::max);
             let found =
@@ -329,6 +315,18 @@ fn remove(file: &Path) -> Result<()> {
     }
 }
 
+/// Keeps the first `steps` steps of a folder, and of what was under way no more.
+///
+/// # Errors
+/// As [`prepare_resume`].
+pub(super) fn keep_first(folder: &Path, steps: usize) -> Result<()> {
+    if Ladder::read(folder)?.rungs.len() > steps {
+        shorten(folder, steps)?;
+        prepare_resume(folder)?;
+    }
+    midway::keep_first(folder, steps)
+}
+
 /// Keeps the first `steps` lines of the ladder.
 fn shorten(folder: &Path, steps: usize) -> Result<()> {
     let file = folder.join(LADDER_FILE);
@@ -427,17 +425,21 @@ mod tests {
     fn loads_are_bracketed_at_the_first_rise() {
         // Adhesion pulls first, and a yield event drops the load.
         let l = ladder(&[0.0, -1.0, 2.0, 1.5, 4.0]);
-        assert_eq!(l.bracket(1.0), Some(Bracket { lower: 1, weight: 2.0 / 3.0 }));
-        assert_eq!(l.bracket(1.8).map(|b| b.lower), Some(1));
-        assert_eq!(l.bracket(3.0).map(|b| b.lower), Some(3));
-        assert_eq!(l.bracket(4.1), None);
-        assert_eq!(Ladder::default().bracket(0.0), None);
+        assert_eq!(l.bracket(1.0, None), Some(Bracket { lower: 1, weight: 2.0 / 3.0 }));
+        assert_eq!(l.bracket(1.8, None).map(|b| b.lower), Some(1));
+        // That a later step has just this load changes nothing.
+        assert_eq!(l.bracket(1.5, None).map(|b| b.lower), Some(1));
+        assert_eq!(l.bracket(3.0, None).map(|b| b.lower), Some(3));
+        assert_eq!((l.bracket(4.1, None), l.bracket(3.0, Some(2))), (None, None));
+        assert_eq!(Ladder::default().bracket(0.0, Some(0)), None);
     }
 
     #[test]
     fn on_the_way_back_loads_are_bracketed_at_the_first_fall() {
         let l = ladder(&[0.0, 2.0, 6.0, 4.0, 1.0, -1.0, 0.5, 0.0]);
-        assert_eq!(l.bracket_back(4.0, 2), Some(Bracket { lower: 3, weight: 0.0 }));
+        assert_eq!(l.bracket_back(4.0, 2), Some(Bracket { lower: 2, weight: 1.0 }));
+        // On the way there it is between the steps there.
+        assert_eq!(l.bracket(4.0, Some(2)).map(|b| b.lower), Some(1));
         let found = l.bracket_back(2.0, 2).expect("passed");
         assert_eq!(found.lower, 3);
         assert!((found.weight - (2.0 - 2f64.sqrt())).abs() < 1e-12, "{}", found.weight);
@@ -463,12 +465,12 @@ mod tests {
         let folder = tempfile::tempdir().expect("scratch");
         (0..3).for_each(|k| dump(folder.path(), k, 20.0 - k as f64));
         let l = ladder(&[0.0, 2.0, 6.0]);
-        let at = l.at_load(folder.path(), 3.0).expect("reached");
+        let at = l.at(folder.path(), l.bracket(3.0, None), 3.0).expect("reached");
         let w = (3f64.sqrt() - 2f64.sqrt()) / (6f64.sqrt() - 2f64.sqrt());
         let [_, _, z] = at.frame.position(1).expect("there");
         assert!((z - (19.0 - w)).abs() < 1e-12 && (w - 0.307).abs() < 1e-3);
         assert!((at.displacement_angstrom - 0.3 * (1.0 + w)).abs() < 1e-12);
-        let error = l.at_load(folder.path(), 7.0).expect_err("not reached").to_string();
+        let error = l.at(folder.path(), l.bracket(7.0, None), 7.0).expect_err("not reached").to_string();
         assert!(error.contains("passes 7.0000"), "{error}");
     }
 

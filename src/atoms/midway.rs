@@ -57,11 +57,24 @@ fn is_whole(file: &Path) -> std::io::Result<bool> {
 /// # Errors
 /// `Io`.
 pub fn keep_only(folder: &Path, step: usize) -> Result<()> {
-    let kept = format!("{PREFIX}{step}.");
+    keep(folder, |of| of == step)
+}
+
+/// Keeps the states of the first so many steps.
+///
+/// # Errors
+/// `Io`.
+pub fn keep_first(folder: &Path, steps: usize) -> Result<()> {
+    keep(folder, |of| of < steps)
+}
+
+fn keep(folder: &Path, kept: impl Fn(usize) -> bool) -> Result<()> {
     for entry in std::fs::read_dir(folder).map_err(Error::io("list", folder))? {
         let path = entry.map_err(Error::io("list", folder))?.path();
         let name = path.file_name().and_then(|n| n.to_str()).unwrap_or_default();
-        if name.starts_with(PREFIX) && !name.starts_with(&kept) {
+        let Some(rest) = name.strip_prefix(PREFIX) else { continue };
+        let step = rest.split('.').next().and_then(|number| number.parse().ok());
+        if !step.is_some_and(&kept) {
             std::fs::remove_file(&path).map_err(Error::io("remove", &path))?;
         }
     }

@@ -37,15 +37,15 @@ pub fn disordered(frame: &Frame, block: &Block) -> Result<Vec<u32>> {
         let accepted = "every deformable atom (atoms.plasticity = true makes frames that have them)";
         return Err(Error::format(&frame.source, format!("no atom {id}"), accepted));
     }
-    // The base does not move; its top layer is the lowest deformable atoms' neighbours.
+    // The lowest deformable atoms' neighbours in the base are at their sites, unless it goes with a foundation.
     let below = (first - per_layer..first).filter_map(|id| block.site(id)).map(|s| s.position);
     let start = frame.ids.partition_point(|id| *id < first);
     let count = (last - first + 1) as usize;
     let points: Vec<[f64; 3]> = below.chain(frame.positions[start..start + count].iter().copied()).collect();
     let bins = Bins::new(&points, block.length(), block.a0);
     let limit = THRESHOLD * block.a0 * block.a0;
-    let deep = count - MASKED_LAYERS.min(2 * block.depth_cells) * per_layer as usize;
-    let found = (0..deep).into_par_iter().filter(|k| {
+    let [from, to] = inner_layers(block).map(|layer| layer * per_layer as usize);
+    let found = (from..to).into_par_iter().filter(|k| {
         let own = per_layer as usize + k;
         centro_symmetry(&mut bins.around(&points, own)) > limit
     });
@@ -54,7 +54,14 @@ pub fn disordered(frame: &Frame, block: &Block) -> Result<Vec<u32>> {
 
 /// How many atoms of a block are looked at.
 pub fn looked_at(block: &Block) -> u64 {
-    block.deformable() - MASKED_LAYERS.min(2 * block.depth_cells) as u64 * block.atoms_per_layer()
+    let [from, to] = inner_layers(block);
+    (to - from) as u64 * block.atoms_per_layer()
+}
+
+/// Layers that are looked at, counted from the lowest deformable one: from the first, to the one above the last.
+fn inner_layers(block: &Block) -> [usize; 2] {
+    let from = usize::from(block.foundation_cells > 0);
+    [from, (2 * block.depth_cells).saturating_sub(MASKED_LAYERS).max(from)]
 }
 
 /// P of an atom whose neighbours (at least those within reach) are at `near` relative to it; infinite with fewer than twelve.
@@ -193,6 +200,16 @@ mod tests {
         let pressed = frame(&block, |_, [x, y, z]| [x, y, z0 + 0.85 * (z - z0)]);
         let found = disordered(&pressed, &block).expect("complete");
         assert!(found.iter().all(|id| block.layer_of(*id) == Some(block.base_layers)), "{found:?}");
+        // Over a base that has gone elsewhere, which a frame does not tell, the lowest layer is left out.
+        let gone = frame(&block, |_, [x, y, z]| [x + 0.25 * A0, y, z - 1.0]);
+        let found = disordered(&gone, &block).expect("complete");
+        assert!(
+            found.len() == 32 && found.iter().all(|id| block.layer_of(*id) == Some(block.base_layers)),
+            "{found:?}"
+        );
+        let founded = block.on_foundation(3).expect("thick enough");
+        assert!(disordered(&gone, &founded).expect("complete").is_empty());
+        assert_eq!(looked_at(&founded), 7 * 32);
         // The upper half slipped by half a lattice vector is fcc again but for nothing; by a quarter it is not.
         for (slip, disorder) in [(0.5, 0), (0.25, 2 * 32)] {
             let slipped = frame(&block, |layer, [x, y, z]| {

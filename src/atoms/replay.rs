@@ -40,7 +40,7 @@ impl Engine for ReplayEngine {
 
     fn run(&self, job: &Job, watch: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<Finished> {
         let begun = Instant::now();
-        let _lock = lock(job)?;
+        let _lock = lock(&job.folder)?;
         let played = Ladder::read(&job.folder)?.last().map(|r| r.step);
         let mut watcher = Watcher::new(job, begun, played);
         if is_complete(job)? {

@@ -64,10 +64,13 @@ pub struct Loads {
     /// Height of the indenter's lowest atom in the data file, Å.
     pub high_angstrom: f64,
     pub indenter_mass_u: f64,
-    /// Resistance of the whole block to even compression, eV/Å².
+    /// Resistance of the deformable atoms to even compression, eV/Å².
     pub spring_ev_per_angstrom2: f64,
     /// Rising, then falling where the way back is asked for.
     pub loads: Vec<LoadAsked>,
+    /// Those that a longer list had after these, in the same folder: their states may be there.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub earlier: Vec<LoadAsked>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -144,7 +147,7 @@ impl Pressed {
     /// `Input` for a layer that is not bonded to its base, which the block's is.
     fn of_layer(&self, block: &Block, index: usize, transform: &Transform<f64>) -> Result<Vec<[f64; 3]>> {
         let (n, length) = (block.cells, block.length());
-        let z = (block.layer_z(index) - block.layer_z(block.base_layers - 1)) / length;
+        let z = block.height_of(index) / length;
         let even = -self.mean * self.compression * z / self.layer.thickness;
         let bonded = || Error::input("block of atoms", "layer", "not bonded to its base", "a bonded layer");
         let inside = self.modes.iter().map(|m| {
@@ -182,8 +185,8 @@ impl Pressed {
         Ok(moved)
     }
 
-    /// Writes the displacements of all deformable atoms, Å, in the columns of velocities of a LAMMPS dump, which is how a script
-    /// can read a vector for each atom. Returns the file's hash.
+    /// Writes the displacements of all deformable atoms, Å, and on a foundation of those of the base, in the columns of velocities of
+    /// a LAMMPS dump, which is how a script can read a vector for each atom. Returns the file's hash.
     ///
     /// # Errors
     /// `Io`.
@@ -195,15 +198,17 @@ impl Pressed {
         let failed = |e: io::Error| Error::io("write", path)(e);
         let length = block.length();
         let top = block.top_z();
+        let lowest = if block.foundation_cells > 0 { 0 } else { block.base_layers };
+        let still = lowest as u64 * block.atoms_per_layer();
         write!(
             out,
             "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n{}\nITEM: BOX BOUNDS pp pp ff\n0 {length}\n0 {length}\n0 {top}\n\
              ITEM: ATOMS id vx vy vz\n",
-            block.deformable()
+            block.atoms() - still
         )
         .map_err(failed)?;
-        let mut id = block.fixed() + 1;
-        for index in block.base_layers..block.layers() {
+        let mut id = still + 1;
+        for index in lowest..block.layers() {
             for [x, y, z] in self.of_layer(block, index, &transform)? {
                 writeln!(out, "{id} {x:.6} {y:.6} {z:.6}").map_err(failed)?;
                 id += 1;
@@ -248,12 +253,14 @@ impl Loads {
             let lower_angstrom = approach.lowered_angstrom - before.map_or(0.0, |b| b.lowered_angstrom);
             loads.push(LoadAsked { load: approach.load, lower_angstrom, move_hash });
         }
-        let stiffness = |a: &Approach| a.load / (a.pressed.compressed() * block.length());
+        let share = block.deformable_thickness() / block.thickness();
+        let stiffness = |a: &Approach| a.load / (a.pressed.compressed() * share * block.length());
         Ok(Loads {
             high_angstrom: indenter.lowest_z(),
             indenter_mass_u: INDENTER_MASS * mass_u,
             spring_ev_per_angstrom2: list.first().map_or(f64::MAX, stiffness),
             loads,
+            earlier: Vec::new(),
         })
     }
 
@@ -263,11 +270,20 @@ impl Loads {
         self.loads.iter().position(|l| l.load == highest).map_or(0, |k| k + 1)
     }
 
-    /// Whether one list begins with the other: then what a run has done for the one serves the other.
-    pub fn agrees(&self, other: &Loads) -> bool {
-        let length = self.loads.len().min(other.loads.len());
-        let first = |l: &Loads| Loads { loads: l.loads[..length].to_vec(), ..*l };
-        first(self) == first(other)
+    /// How many loads the list of another run in the same folder has in common with this, from the first on: what it has done for
+    /// them serves these. Where that is all of these, the others of that run are kept in mind. None where the jobs differ otherwise.
+    pub(super) fn go_on_after(&mut self, other: &Loads) -> Option<usize> {
+        let bare = |l: &Loads| Loads { loads: Vec::new(), earlier: Vec::new(), ..*l };
+        let all: Vec<&LoadAsked> = other.loads.iter().chain(&other.earlier).collect();
+        if bare(self) != bare(other) {
+            return None;
+        }
+        let common = self.loads.iter().zip(&all).take_while(|(a, b)| a == *b).count();
+        if common < self.loads.len() {
+            return Some(common);
+        }
+        self.earlier = all[common..].iter().copied().cloned().collect();
+        Some(all.len())
     }
 
     /// `-var` pairs of the script.
@@ -336,7 +352,7 @@ mod tests {
         let (pressed, _) = wave(&block, k, phase);
         let moved = pressed.of_layer(&block, index, &Transform::new(Grid::unit(6, 6))).expect("bonded");
         let q = TAU * 5f64.sqrt();
-        let z = (block.layer_z(index) - block.layer_z(block.base_layers - 1)) / block.length();
+        let z = block.height_of(index) / block.length();
         let inside = pressed.layer.interior(q, z).expect("bonded");
         let top = pressed.layer.interior(q, pressed.layer.thickness).expect("bonded").down;
         let first = 1 + block.fixed() as u32 + (index - block.base_layers) as u32 * block.atoms_per_layer() as u32;
@@ -348,6 +364,31 @@ mod tests {
             let expected = [aside * k.0 / 5f64.sqrt(), aside * k.1 / 5f64.sqrt(), -down].map(|u| u * block.length());
             assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-10), "{rank}: {found:?} {expected:?}");
         }
+    }
+
+    /// Under the same pressure a block of half the depth on a foundation of the other half moves as the upper half of the whole,
+    /// its base with it.
+    #[test]
+    fn on_a_foundation_the_base_goes_where_the_whole_layer_has_it() {
+        let whole = Block::new(6, 6, A0, 7.0).expect("valid");
+        let founded = block().on_foundation(3).expect("valid");
+        let transform = Transform::new(Grid::unit(6, 6));
+        let of = |block: &Block, layer: usize| {
+            wave(block, (2.0, -1.0), 0.7).0.of_layer(block, layer, &transform).expect("bonded")
+        };
+        // Six half cells: the layers' rows are shifted alike.
+        let deeper = whole.layers() - founded.layers();
+        for layer in 0..founded.layers() {
+            for (a, b) in of(&founded, layer).iter().zip(of(&whole, layer + deeper)) {
+                assert!((0..3).all(|c| (a[c] - b[c]).abs() < 1e-10), "{layer}: {a:?} {b:?}");
+            }
+        }
+        let folder = tempfile::tempdir().expect("scratch");
+        let file = folder.path().join(move_file(1));
+        wave(&founded, (2.0, -1.0), 0.7).0.write_moves(&founded, &file).expect("written");
+        let text = std::fs::read_to_string(&file).expect("read");
+        let ids = text.lines().skip(9).map(|l| l.split(' ').next().and_then(|w| w.parse::<u64>().ok()).expect("an id"));
+        assert!(ids.eq(1..=founded.atoms()));
     }
 
     #[test]

@@ -4,7 +4,9 @@
 //! shortened before the load passes zero, where the largest pull is to be found. Loads from the continuum go back load by load.
 
 use super::job::Job;
-use super::ladder::Rung;
+use super::ladder::{Between, Bracket, Ladder, Rung};
+use super::start::LoadAsked;
+use crate::Result;
 use crate::record::results::AtomPullOff;
 use crate::units::NN_PER_EV_A;
 
@@ -64,6 +66,31 @@ impl Job {
         }
     }
 
+    /// The atoms at a load, eV/Å, of the way there: at the step that was asked for it, or, from first touch, between the steps of the
+    /// ladder down around it.
+    ///
+    /// # Errors
+    /// `Format` when the ladder does not reach the load or a frame is damaged; `Io` when a frame is missing.
+    pub fn at_load(&self, ladder: &Ladder, load: f64) -> Result<Between> {
+        let bracket = match &self.record.loads {
+            Some(asked) => own_step(ladder, 1, &asked.loads[..asked.peak()], load),
+            None => ladder.bracket(load, self.turn(&ladder.rungs)),
+        };
+        ladder.at(&self.folder, bracket, load)
+    }
+
+    /// The same on the way back.
+    ///
+    /// # Errors
+    /// As [`Self::at_load`].
+    pub fn at_load_back(&self, ladder: &Ladder, load: f64) -> Result<Between> {
+        let bracket = match &self.record.loads {
+            Some(asked) => own_step(ladder, 1 + asked.peak(), &asked.loads[asked.peak()..], load),
+            None => self.turn(&ladder.rungs).and_then(|turn| ladder.bracket_back(load, turn)),
+        };
+        ladder.at(&self.folder, bracket, load)
+    }
+
     /// The way back of a ladder from first touch, as far as it has come.
     pub fn way_back(&self, rungs: &[Rung]) -> Option<WayBack> {
         let turn = self.turn(rungs).filter(|_| self.record.loads.is_none())?;
@@ -101,6 +128,12 @@ impl Job {
     }
 }
 
+/// The step of a load among those that were asked for from step `first` on, if it has been run. Both numbers come from one p*.
+fn own_step(ladder: &Ladder, first: usize, asked: &[LoadAsked], load: f64) -> Option<Bracket> {
+    let lower = first + asked.iter().position(|a| (a.load - load).abs() <= 1e-9 * load.abs())?;
+    (lower < ladder.rungs.len()).then_some(Bracket { lower, weight: 0.0 })
+}
+
 /// The largest pull among the steps from `turn` on; none where nothing pulls. `load_unit` is the load at p* = 1, eV/Å.
 ///
 /// The pull grows ever more slowly towards its largest value, so that it grew by less after the step found than on the step to it:
@@ -126,7 +159,7 @@ mod tests {
     use super::*;
     use crate::atoms::block::Block;
     use crate::atoms::indenter::Indenter;
-    use crate::atoms::job::{Interaction, Ladder, Yukawa};
+    use crate::atoms::job::{Interaction, Ladder as Steps, Yukawa};
 
     fn job(adhesion: bool, unload: bool) -> (tempfile::TempDir, Job) {
         let folder = tempfile::tempdir().expect("scratch");
@@ -137,7 +170,7 @@ mod tests {
         let yukawa = Yukawa { amplitude_ev_angstrom: -60.0, kappa_per_angstrom: 2.0, cutoff_angstrom: 7.0 };
         let interaction =
             Interaction { epsilon_ev: 0.2145, sigma_angstrom: 3.5927, adhesion: adhesion.then_some(yukawa) };
-        let ladder = Ladder {
+        let ladder = Steps {
             step_angstrom: 0.3,
             max_load: 5.0,
             max_steps: 10,
@@ -166,6 +199,7 @@ mod tests {
             indenter_low_angstrom: 40.0 - displacement_angstrom,
             indenter_mean_angstrom: 41.0,
             atoms: 9,
+            settled: true,
         };
         list.iter().enumerate().map(rung).collect()
     }
@@ -182,6 +216,22 @@ mod tests {
         // Without adhesion no step is shortened.
         assert_eq!(both.way_back(&way[..5]), Some(WayBack { turn: 2, slow: None, lowest: 0.0, end: None }));
         assert_eq!(pull_off(&way, 2, 100.0), None);
+    }
+
+    /// Loads that were asked for are found at their own steps, those of the way back not at those of the way there, and none between.
+    #[test]
+    fn a_load_that_was_asked_for_is_at_its_own_step() {
+        let asked = |load| LoadAsked { load, lower_angstrom: 1.0, move_hash: String::new() };
+        let [there, back] = [[asked(1.0), asked(3.0)], [asked(1.0), asked(0.5)]];
+        let ladder = Ladder { rungs: rungs(&[(0.0, 0.0, 0), (0.1, 1.0, 1), (0.2, 2.9, 2), (0.1, 1.0, 1)]) };
+        let at = |bracket: Option<Bracket>| bracket.map(|b| (b.lower, b.weight));
+        assert_eq!(at(own_step(&ladder, 1, &there, 1.0)), Some((1, 0.0)));
+        // It missed its load: that is told, and the state is its own all the same.
+        assert_eq!(at(own_step(&ladder, 1, &there, 3.0)), Some((2, 0.0)));
+        assert_eq!(at(own_step(&ladder, 1, &there, 2.0)), None);
+        assert_eq!(at(own_step(&ladder, 3, &back, 1.0)), Some((3, 0.0)));
+        // Not reached yet.
+        assert_eq!(at(own_step(&ladder, 3, &back, 0.5)), None);
     }
 
     #[test]

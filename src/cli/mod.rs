@@ -24,7 +24,7 @@ use std::process::ExitCode;
 
 /// Rough-surface contact from a profile to atoms and back.
 ///
-/// Exit codes: 0 ok, 1 a statement of the challenge failed, 2 bad input, 3 not converged, 4 LAMMPS failed, 5 not possible on this machine, 130 interrupted.
+/// Exit codes: 0 ok, 1 a statement of the challenge failed or an advice did not hold, 2 bad input, 3 not converged, 4 LAMMPS failed, 5 not possible on this machine, 130 interrupted.
 #[derive(Debug, Parser)]
 #[command(name = "asperity", version, max_term_width = 110)]
 struct Arguments {

@@ -4,6 +4,7 @@ use crate::pipeline::{self, AskedOfLadder};
 use crate::record::tradeoff::{AtomsCost, BlockSize, FORESEEN, Forecast, Measure, Point, Resolved, Tradeoff as Told};
 use crate::report::number::{count, duration, error_of, memory, significant, trimmed};
 use crate::scene::{ALL_METHODS, Case, Scene};
+use crate::units::LONGEST_SECONDS;
 use crate::{Error, Result};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -39,8 +40,9 @@ pub struct Tradeoff {
     /// Thicknesses over L of bonded layers that stand for the scene's half-space, apart by commas: what a finite slab costs.
     #[arg(long, value_name = "LIST", value_delimiter = ',', num_args = 1)]
     slabs: Vec<f64>,
-    /// Blocks of atoms, CELLSxDEPTH in lattice constants apart by commas, pressed by LAMMPS. Default: of a scene with [atoms] its
-    /// own, one of half the cells and one of half the depth.
+    /// Blocks of atoms, CELLSxDEPTH or CELLSxDEPTH+FOUNDATION in lattice constants apart by commas, pressed by LAMMPS. Default: of a
+    /// scene with [atoms] its own, one of half the cells (in fives), one of half the depth, and, where atoms start from the
+    /// continuum, that on a foundation of the other half.
     #[arg(long, value_name = "LIST", value_delimiter = ',', num_args = 1)]
     atoms: Vec<String>,
     /// Runs of each setting, of which the cheapest counts. Default: one; three to seven of settings that take less than a second.
@@ -107,12 +109,16 @@ fn methods(ids: &[String]) -> Result<Vec<&'static dyn ContactMethod>> {
 
 /// A block as people write it.
 fn block(text: &str) -> Result<BlockSize> {
-    let found = text
-        .trim()
-        .split_once('x')
-        .and_then(|(cells, depth)| Some(BlockSize { cells: cells.parse().ok()?, depth_cells: depth.parse().ok()? }));
-    let found = found.filter(|b| (4..=2000).contains(&b.cells) && (1..=1000).contains(&b.depth_cells));
-    let accepted = "cells across (4 to 2000) and deep (1 to 1000), lattice constants, as 15x6";
+    let found = text.trim().split_once('x').and_then(|(cells, depth)| {
+        let (depth, below) = depth.split_once('+').unwrap_or((depth, "0"));
+        let [cells, depth_cells, foundation_cells] = [cells, depth, below].map(|w| w.parse().ok());
+        Some(BlockSize { cells: cells?, depth_cells: depth_cells?, foundation_cells: foundation_cells? })
+    });
+    let found = found.filter(|b| {
+        (4..=2000).contains(&b.cells) && (1..=1000).contains(&b.depth_cells) && b.foundation_cells <= 1_000_000
+    });
+    let accepted =
+        "cells across (4 to 2000) and deep (1 to 1000), lattice constants, as 15x6, or 15x6+10 on a foundation";
     found.ok_or_else(|| Error::input(PLACE, "--atoms", text, accepted))
 }
 
@@ -129,8 +135,8 @@ pub fn seconds(flag: &str, text: &str) -> Result<f64> {
     };
     let found = unit.zip(digits.trim().parse::<f64>().ok()).map(|(unit, n)| unit * n);
     found
-        .filter(|s| s.is_finite() && *s > 0.0)
-        .ok_or_else(|| Error::input(PLACE, flag, text, "a time above zero, as 0.5s, 30s, 10m or 2h"))
+        .filter(|s| *s > 0.0 && *s <= LONGEST_SECONDS)
+        .ok_or_else(|| Error::input(PLACE, flag, text, "a time above zero, at most 30 years, as 0.5s, 30s, 10m or 2h"))
 }
 
 /// The table on stdout: what each setting took and erred by.
@@ -257,7 +263,7 @@ mod tests {
         for (text, expected) in [("10m", 600.0), ("0.1s", 0.1), ("2h", 7200.0), ("90", 90.0), ("250ms", 0.25)] {
             assert!(seconds("--budget", text).is_ok_and(|s| (s / expected - 1.0f64).abs() < 1e-12), "{text}");
         }
-        for text in ["", "m", "-3s", "0s", "10 parsecs", "inf", "NaN"] {
+        for text in ["", "m", "-3s", "0s", "10 parsecs", "inf", "NaN", "1e19s"] {
             assert_eq!(seconds("--budget", text).err().map(|e| e.exit_code()), Some(2), "{text}");
         }
     }

@@ -6,7 +6,7 @@ use super::unloading::unloading;
 use super::{Key, Listener, comparison, touching};
 use crate::atoms::block::SurfaceSites;
 use crate::atoms::dump::read_frame;
-use crate::atoms::engine::{Engine, LammpsEngine, Progress};
+use crate::atoms::engine::{Engine, Finished, LammpsEngine, Progress};
 use crate::atoms::foreign::Foreign;
 use crate::atoms::indenter::Indenter;
 use crate::atoms::job::{FRAME_LAYERS, Job, Ladder, POTENTIAL_FILE, evaluations_from_continuum};
@@ -107,12 +107,15 @@ pub fn engine(case: &Case) -> Result<LammpsEngine> {
 }
 
 /// What the LAMMPS stage leaves for the next.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub struct Climbed {
     pub engine: String,
     pub steps: Vec<LadderStep>,
-    /// Steps whose largest force is above the tolerance asked.
+    /// Steps whose largest force is above the tolerance asked, or whose load could not be met.
     pub unconverged: Vec<usize>,
+    /// Of the last call, bytes; 0 where it is not known.
+    #[serde(default)]
+    pub peak_bytes: u64,
 }
 
 /// Share of a load that its iterations are taken for at most: some loads take several times as many as usual.
@@ -121,7 +124,7 @@ const NEARLY: f64 = 0.9;
 /// Runs the ladder of a job, or goes on with it.
 pub fn climb(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Result<Climbed> {
     let highest = job.record.ladder.max_load;
-    let usual = evaluations_from_continuum(job.record.cells);
+    let usual = evaluations_from_continuum(job.record.cells, job.record.depth_cells);
     let mut turned = job.turn(&ladder::Ladder::read(&job.folder)?.rungs).is_some();
     let mut watch = |p: Progress| {
         if let Some(rung) = &p.rung {
@@ -175,7 +178,8 @@ pub fn climb(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Result<
             ("max_force_ev_per_angstrom", &column(|s| s.max_force_ev_per_angstrom)),
         ],
     )?;
-    Ok(Climbed { engine: engine.describe().to_string(), steps: finished.steps, unconverged: finished.unconverged })
+    let Finished { steps, unconverged, peak_bytes, .. } = finished;
+    Ok(Climbed { engine: engine.describe().to_string(), steps, unconverged, peak_bytes })
 }
 
 /// Reads frames of the scene's block from any LAMMPS: files are named relative to `out`.
@@ -192,14 +196,14 @@ pub fn read_frames(
     for (i, &p_star) in case.p_star[..case.loads_there()].iter().enumerate() {
         states.push(reader.state(i + 1, p_star, &frames.at_load(p_star * atoms.load_unit)?)?);
     }
-    let climbed = Climbed { engine: "unknown".into(), steps: Vec::new(), unconverged: Vec::new() };
+    let climbed = Climbed { engine: "unknown".into(), ..Climbed::default() };
     let found = results(atoms, &reader, &climbed, states);
     Ok((frames, found))
 }
 
 /// Reads a job folder that has run, outside a run folder: files are named relative to `out`.
 pub fn read_atoms(case: &Case, atoms: &AtomsCase, job: &Job, out: &Path) -> Result<AtomsResults> {
-    let climbed = Climbed { engine: "unknown".into(), steps: Vec::new(), unconverged: Vec::new() };
+    let climbed = Climbed { engine: "unknown".into(), ..Climbed::default() };
     read(case, atoms, job, &climbed, out, ".")
 }
 
@@ -216,7 +220,7 @@ pub(super) fn read(
     let rungs = ladder::Ladder::read(&job.folder)?;
     let mut states = Vec::new();
     for (i, &p_star) in case.p_star[..case.loads_there()].iter().enumerate() {
-        states.push(reader.state(i + 1, p_star, &rungs.at_load(&job.folder, p_star * atoms.load_unit)?)?);
+        states.push(reader.state(i + 1, p_star, &job.at_load(&rungs, p_star * atoms.load_unit)?)?);
     }
     let mut unloading = unloading(case, atoms, job, &rungs, (&reader, &states))?;
     let scene = case.scene.atoms.as_ref().expect("an atoms case comes from a scene with atoms");
@@ -270,6 +274,7 @@ fn results(atoms: &AtomsCase, reader: &Reader, climbed: &Climbed, states: Vec<At
         engine: climbed.engine.clone(),
         cells: atoms.block.cells,
         depth_cells: atoms.block.depth_cells,
+        foundation_cells: atoms.block.foundation_cells,
         a0_angstrom: atoms.block.a0,
         modulus_gpa: Some(atoms.modulus_gpa),
         length_angstrom: atoms.block.length(),

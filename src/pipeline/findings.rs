@@ -86,12 +86,17 @@ pub(super) fn findings(
         }
     }
     list.push(yield_finding(&found.states, found.plasticity.as_ref()));
+    let below = atoms.block.thickness() - atoms.block.deformable_thickness();
+    let base = match atoms.block.foundation_cells {
+        0 => "a rigid base".to_string(),
+        _ => format!("{below:.1} Å of elastic continuum on a rigid base"),
+    };
     let slab = atoms.kernel().stiffness(std::f64::consts::TAU, 0.0) / std::f64::consts::PI;
     list.push(format!(
-        "The block is {:.1} Å deep on a rigid base, which makes the longest wave {slab:.2} times stiffer than on a \
-         half-space; the continuum compared here has a layer of the same depth, with isotropic constants in place of the \
+        "The block is {:.1} Å deep on {base}, which makes the longest wave {slab:.2} times stiffer than on a \
+         half-space; the continuum compared here has a layer of the whole depth, with isotropic constants in place of the \
          crystal's cubic ones.",
-        atoms.block.thickness()
+        atoms.block.deformable_thickness()
     ));
     if atoms.resolved_gradient < 0.999 * case.gradient {
         list.push(format!(

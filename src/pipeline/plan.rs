@@ -159,7 +159,7 @@ pub fn plan(case: &Case, threads: usize) -> Result<RunPlan> {
             }
             Start::Continuum => {
                 let loads = loads_of_atoms(case);
-                let evaluations = evaluations_from_continuum(a.block.cells) * loads as f64;
+                let evaluations = evaluations_from_continuum(a.block.cells, a.block.depth_cells) * loads as f64;
                 (evaluations, format!("{loads} load{} from the continuum", if loads == 1 { "" } else { "s" }))
             }
         };

@@ -216,16 +216,19 @@ fn atomistic_stages(
 ) -> Result<(AtomsResults, ComparisonResults, Option<MethodResults>)> {
     let root = folder.path().to_path_buf();
     let scene = case.scene.atoms.as_ref().expect("an atoms case comes from a scene with atoms");
-    let block = (scene.cells, scene.depth_cells, scene.slope, scene.low_pass_angstrom, scene.adhesion_range_angstrom);
+    let profile = (scene.cells, scene.slope, scene.low_pass_angstrom, scene.adhesion_range_angstrom);
+    // A continuum knows no more of a foundation than that it adds to the depth.
+    let layer = (profile, scene.depth_cells + scene.foundation_cells);
+    let block = (profile, scene.depth_cells, scene.foundation_cells);
     // As resolved: the potential decides them where the scene does not.
     let crystal = (&scene.element, a.block.a0, a.modulus_gpa);
     let continuum = &case.scene.continuum;
-    // The atoms' own range is in `block`; of the scene's adhesion they have the work, and the ratio of the ranges is audited.
+    // The atoms' own range is in `profile`; of the scene's adhesion they have the work, and the ratio of the ranges is audited.
     let pair = case.scene.adhesion.as_ref().map(|a| (a.work_of_adhesion_mj_m2, a.range_nm, a.law));
     let how = (&continuum.method, &case.scene.methods, continuum.max_iterations);
     let matched_key = Key::new(
         "matched",
-        &(&case.scene.load, pair, how, block, crystal, (case.wants(), scene.depth_error)),
+        &(&case.scene.load, pair, how, layer, crystal, (case.wants(), scene.depth_error)),
         &[surface_key],
     )?;
     let what = format!("{} on the atoms' heights, {1} x {1} points", case.method().id, a.matched.nx);
@@ -272,7 +275,7 @@ fn atomistic_stages(
         })?;
     for step in &climbed.unconverged {
         let text = format!(
-            "load step {step} of the atoms stopped above the force tolerance; states interpolated from it are not equilibria"
+            "load step {step} of the atoms stopped above the force tolerance or off its load; states taken from it are not equilibria"
         );
         listener.warn(&text);
         warnings.push(text);

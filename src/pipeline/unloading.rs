@@ -20,7 +20,7 @@ pub(super) fn unloading(
     let Some(turn) = job.turn(&ladder.rungs) else { return Ok(None) };
     let (mut states, mut changes) = (Vec::new(), Vec::new());
     for (i, &p_star) in case.p_star.iter().enumerate().skip(there.len()) {
-        let state = reader.state(i + 1, p_star, &ladder.at_load_back(&job.folder, p_star * atoms.load_unit, turn)?)?;
+        let state = reader.state(i + 1, p_star, &job.at_load_back(ladder, p_star * atoms.load_unit)?)?;
         if let Some(before) = there.iter().find(|s| s.p_star == p_star) {
             changes.push(Change {
                 p_star,

@@ -20,3 +20,8 @@ pub mod results;
 pub mod tradeoff;
 mod triples;
 pub mod xyz;
+
+/// For serde: what stands at its default is left out of a file.
+pub(crate) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}

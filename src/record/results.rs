@@ -423,6 +423,9 @@ pub struct AtomsResults {
     pub engine: String,
     pub cells: usize,
     pub depth_cells: usize,
+    /// Of the elastic foundation below; 0 for a rigid base.
+    #[serde(default, skip_serializing_if = "crate::record::is_default")]
+    pub foundation_cells: usize,
     pub a0_angstrom: f64,
     pub length_angstrom: f64,
     /// Contact modulus E* of the block, for stresses in GPa; files without it show them in units of E*.

@@ -248,16 +248,19 @@ impl Setting {
     }
 }
 
-/// A block of atoms, lattice constants.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+/// A block of atoms and the elastic foundation below it, lattice constants.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BlockSize {
     pub cells: usize,
     pub depth_cells: usize,
+    #[serde(default, skip_serializing_if = "crate::record::is_default")]
+    pub foundation_cells: usize,
 }
 
 impl std::fmt::Display for BlockSize {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}x{}", self.cells, self.depth_cells)
+        write!(f, "{}x{}", self.cells, self.depth_cells)?;
+        if self.foundation_cells > 0 { write!(f, "+{}", self.foundation_cells) } else { Ok(()) }
     }
 }
 

@@ -5,6 +5,7 @@ use crate::error::{Complaint, Error};
 use crate::interface::{CubicHalfSpace, RangeChoice};
 use crate::method::{self, Kind};
 use crate::record::import::Fourier;
+use crate::units::LONGEST_SECONDS;
 use std::path::Path;
 
 struct Complaints(Vec<Complaint>);
@@ -476,6 +477,26 @@ fn atoms(c: &mut Complaints, scene: &Scene) {
     c.unless((4..=2000).contains(&a.cells), "atoms.cells", a.cells, "4 to 2000 lattice constants");
     c.unless((1..=1000).contains(&a.depth_cells), "atoms.depth_cells", a.depth_cells, "1 to 1000 lattice constants");
     c.unless(
+        a.foundation_cells <= 1_000_000,
+        "atoms.foundation_cells",
+        a.foundation_cells,
+        "0 (a rigid base) to 1000000 lattice constants",
+    );
+    c.unless(
+        a.time_limit_s.is_none_or(|s| !s.is_finite() || s <= LONGEST_SECONDS),
+        "atoms.time_limit_s",
+        a.time_limit_s.unwrap_or(0.0),
+        &format!("at most {LONGEST_SECONDS}"),
+    );
+    let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion_mj_m2 > 0.0);
+    let from_touch = attracts || a.start == Some(Start::Touch) || a.step_angstrom.is_some();
+    c.unless(
+        !(a.foundation_cells > 0 && from_touch),
+        "atoms.foundation_cells",
+        a.foundation_cells,
+        "0 with a descent from first touch: a foundation goes where the continuum's solution at a load says",
+    );
+    c.unless(
         !a.element.is_empty() && a.element.chars().all(|ch| ch.is_ascii_alphanumeric()),
         "atoms.element",
         format!("{:?}", a.element),
@@ -496,7 +517,6 @@ fn atoms(c: &mut Complaints, scene: &Scene) {
             c.positive(key, v);
         }
     }
-    let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion_mj_m2 > 0.0);
     c.unless(
         !(attracts && a.start == Some(Start::Continuum)),
         "atoms.start",

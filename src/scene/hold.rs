@@ -1,7 +1,7 @@
 //! `[atoms.hold]`: the atoms at a temperature.
 
 use super::{AtomsScene, Scene, Start};
-use crate::atoms::hold::{FREE_LAYERS, Settings};
+use crate::atoms::hold::{FREE_LAYERS, LEAST_AVERAGED_PS, Settings};
 use crate::atoms::potential::{HOTTEST_K, calcium_lattice_constant};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -24,9 +24,6 @@ pub struct HoldScene {
 fn fifth() -> f64 {
     0.2
 }
-
-/// Shortest time at a load, ps: blocks of it are then as long as a vibration of the crystal.
-const SHORTEST_PS: f64 = 10.0;
 
 /// Strain of the crystal's expansion beyond which another unit or another crystal is more likely.
 const MOST_EXPANSION: f64 = 0.1;
@@ -51,6 +48,8 @@ impl HoldScene {
         let from_touch = attracts || atoms.start == Some(Start::Touch) || atoms.step_angstrom.is_some();
         let least_depth = FREE_LAYERS / 2 + 1;
         let expanded = self.lattice_constant_angstrom;
+        let is_share = (0.0..=0.9).contains(&self.equilibration);
+        let shortest = LEAST_AVERAGED_PS / if is_share { 1.0 - self.equilibration } else { 1.0 };
         let near = expanded.zip(a0).is_none_or(|(a, a0)| (a / a0 - 1.0).abs() <= MOST_EXPANSION);
         vec![
             (
@@ -60,13 +59,13 @@ impl HoldScene {
                 format!("a positive number, with the shipped potential up to {HOTTEST_K}: its expansion is measured so far"),
             ),
             (
-                self.time_ps.is_finite() && self.time_ps >= SHORTEST_PS,
+                self.time_ps.is_finite() && self.time_ps >= shortest,
                 "atoms.hold.time_ps",
                 self.time_ps.to_string(),
-                format!("at least {SHORTEST_PS}"),
+                format!("at least {shortest:.2}, of which {LEAST_AVERAGED_PS} are averaged over"),
             ),
             (
-                (0.0..=0.9).contains(&self.equilibration),
+                is_share,
                 "atoms.hold.equilibration",
                 self.equilibration.to_string(),
                 "a share from 0 to 0.9".into(),

@@ -3,6 +3,7 @@
 //! [`Scene`] is read and printed (`asperity schema`); [`Case`] is the same, checked and resolved into the reduced numbers
 //! that surfaces, methods and atoms take.
 
+mod atoms;
 mod case;
 mod check;
 mod hold;
@@ -10,7 +11,8 @@ mod source;
 mod syntax;
 mod wants;
 
-pub use case::{AtomsCase, Case, PairAdhesion};
+pub use atoms::{AtomsCase, PairAdhesion};
+pub use case::Case;
 pub use hold::HoldScene;
 pub use source::{FileAsked, Surface};
 pub use wants::{AccuracyScene, Wants};
@@ -44,7 +46,7 @@ pub struct Scene {
     #[serde(default)]
     pub continuum: ContinuumScene,
     /// What single methods are told beside the problem.
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(default, skip_serializing_if = "crate::record::is_default")]
     pub methods: Settings,
     /// Left out: grid, method, precision and tolerance are those of the scene.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -55,10 +57,6 @@ pub struct Scene {
     /// Left out: no atoms are built or run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub atoms: Option<AtomsScene>,
-}
-
-fn is_default(settings: &Settings) -> bool {
-    *settings == Settings::default()
 }
 
 /// Scales of the continuum problem. The defaults are the challenge's.
@@ -437,6 +435,10 @@ pub struct AtomsScene {
     pub cells: usize,
     /// Deformable cubic cells along z.
     pub depth_cells: usize,
+    /// Cubic cells of elastic continuum between these and what does not move: the base of the atoms is displaced with every load to
+    /// where the continuum has it. 0: the base is rigid.
+    #[serde(skip_serializing_if = "crate::record::is_default")]
+    pub foundation_cells: usize,
     /// An eam/alloy file instead of the shipped calcium-like one. Relative to the scene file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub potential: Option<PathBuf>,
@@ -493,6 +495,7 @@ impl Default for AtomsScene {
         AtomsScene {
             cells: 45,
             depth_cells: 12,
+            foundation_cells: 0,
             potential: None,
             element: "Ca".into(),
             lattice_constant_angstrom: None,

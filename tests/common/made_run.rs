@@ -204,6 +204,7 @@ pub fn atoms(folder: &Path) -> AtomsResults {
         engine: "LAMMPS (29 Sep 2021 - Update 2)".into(),
         cells: 72,
         depth_cells: 10,
+        foundation_cells: 0,
         a0_angstrom: 5.5884,
         length_angstrom: LENGTH_ANGSTROM,
         modulus_gpa: Some(28.57),

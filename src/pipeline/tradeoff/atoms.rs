@@ -2,6 +2,7 @@
 
 use super::bench::Measured;
 use super::ladder::{Filter, Rung, bare, halves};
+use crate::atoms::block::Block;
 use crate::atoms::engine::{Engine, LammpsEngine};
 use crate::interface::Adhesion;
 use crate::method::{Precision, all_atom};
@@ -21,7 +22,7 @@ const NODES_PER_WAVE: f64 = 16.0;
 const HIGHEST: f64 = 0.3;
 
 /// Least cells and depth of the blocks that are run beside a scene's own, where none are asked for.
-const LEAST: BlockSize = BlockSize { cells: 10, depth_cells: 3 };
+const LEAST: BlockSize = BlockSize { cells: 10, depth_cells: 3, foundation_cells: 0 };
 
 /// Folders of LAMMPS and of what is read of it, inside that of the setting.
 const JOB: &str = "job";
@@ -34,8 +35,8 @@ pub struct Blocks {
 }
 
 impl Blocks {
-    /// Of these sizes; by default those of a scene with atoms: its own, one of half the cells, one of half the depth. None of a
-    /// scene without atoms that asks for none.
+    /// Of these sizes; by default those of a scene with atoms: its own, one of half the cells, one of half the depth, and that on a
+    /// foundation that makes up for the other half. None of a scene without atoms that asks for none.
     ///
     /// # Errors
     /// A size or a scene that atoms cannot have; LAMMPS missing where sizes are asked for.
@@ -44,10 +45,15 @@ impl Blocks {
             (None, None) => return Ok(None),
             (own, _) => own.clone().unwrap_or_default(),
         };
-        let own = BlockSize { cells: base.cells, depth_cells: base.depth_cells };
-        let sizes = asked.map_or_else(|| beside(own), <[_]>::to_vec);
-        let mut list = Vec::new();
+        let own =
+            BlockSize { cells: base.cells, depth_cells: base.depth_cells, foundation_cells: base.foundation_cells };
+        let from_continuum = case.atoms.as_ref().is_some_and(|a| a.start == Start::Continuum);
+        let sizes = asked.map_or_else(|| beside(own, from_continuum), <[_]>::to_vec);
+        let mut list: Vec<(Rung, Case)> = Vec::new();
         for size in sizes {
+            if list.iter().any(|(rung, _)| rung.block == Some(size)) {
+                continue;
+            }
             let mut scene = bare(case);
             // Atoms are not unloaded, and compared at every load.
             (scene.load.and_back, scene.load.maps_at) = (false, None);
@@ -62,7 +68,8 @@ impl Blocks {
             }
             scene.load.p_star.truncate(pressed);
             // A setting is a relaxed block; what is told of it afterwards costs it nothing.
-            let atoms = AtomsScene { cells: size.cells, depth_cells: size.depth_cells, hold: None, ..base.clone() };
+            let BlockSize { cells, depth_cells, foundation_cells } = size;
+            let atoms = AtomsScene { cells, depth_cells, foundation_cells, hold: None, ..base.clone() };
             let tolerance = atoms.force_tolerance_ev_per_angstrom;
             scene.atoms = Some(atoms);
             let found = Case::resolve(scene, &case.file)?;
@@ -73,7 +80,6 @@ impl Blocks {
             list.push((rung, found));
         }
         list.sort_by_key(|(_, c)| c.atoms.as_ref().map_or(0, total));
-        list.dedup_by_key(|(rung, _)| rung.block);
         let Some((_, first)) = list.first() else { return Ok(None) };
         let engine = match atomistic::engine(first) {
             Err(e) if asked.is_some() => return Err(e),
@@ -100,13 +106,16 @@ impl Blocks {
     }
 }
 
-/// A block and those beside it that tell what its size and its depth are worth.
-fn beside(own: BlockSize) -> Vec<BlockSize> {
+/// A block and those beside it that tell what its size and its depth are worth; a foundation goes with a start from the continuum.
+fn beside(own: BlockSize, from_continuum: bool) -> Vec<BlockSize> {
     // Indenters of blocks of fives are spaced alike.
     let narrower = BlockSize { cells: own.cells / 10 * 5, ..own };
     let shallower = BlockSize { depth_cells: own.depth_cells / 2, ..own };
     let fit = |s: &BlockSize| s.cells >= LEAST.cells && s.depth_cells >= LEAST.depth_cells;
-    std::iter::once(own).chain([narrower, shallower].into_iter().filter(fit)).collect()
+    let missing = own.depth_cells - shallower.depth_cells;
+    let founded = BlockSize { foundation_cells: own.foundation_cells + missing, ..shallower };
+    let founded = Some(founded).filter(|_| from_continuum);
+    std::iter::once(own).chain([narrower, shallower].into_iter().chain(founded).filter(fit)).collect()
 }
 
 fn total(atoms: &AtomsCase) -> u64 {
@@ -163,8 +172,9 @@ pub fn pressed(
     let found = atomistic::read(case, atoms, &job, &climbed, &read_folder, &in_stage)?;
     let mut results = methods::of_atoms(case, &found, lammps_cpu_seconds, (root, dir, stage))?;
     results.planned_bytes = planned(case)?.0;
-    // The kernel tells of the largest child so far. Blocks are pressed small ones first.
-    let child = Some(sys::children_peak_rss_bytes()).filter(|c| *c > largest_child).unwrap_or(0);
+    // Of ranks the kernel tells the largest that has ended so far. Blocks are pressed small ones first.
+    let largest_rank = Some(sys::children_peak_rss_bytes()).filter(|c| *c > largest_child).unwrap_or(0);
+    let child = climbed.peak_bytes.max(largest_rank);
     let cost = Cost {
         wall_seconds: clock.elapsed().as_secs_f64(),
         cpu_seconds: sys::cpu_seconds() - own + lammps_cpu_seconds,
@@ -183,9 +193,12 @@ pub fn pressed(
         }),
     };
     std::fs::remove_dir_all(&job.folder).map_err(Error::io("remove", &job.folder))?;
-    let name = format!("all-atom, {}x{}", found.cells, found.depth_cells);
-    let notes =
-        climbed.unconverged.iter().map(|step| format!("{name}: load step {step} stopped above the force tolerance"));
+    let Block { cells, depth_cells, foundation_cells, .. } = atoms.block;
+    let name = format!("all-atom, {}", BlockSize { cells, depth_cells, foundation_cells });
+    let notes = climbed
+        .unconverged
+        .iter()
+        .map(|step| format!("{name}: load step {step} stopped above the force tolerance or off its load"));
     Ok(Measured { ny: atoms.points, results, maps: Vec::new(), resolved: Vec::new(), cost, notes: notes.collect() })
 }
 
@@ -207,9 +220,20 @@ mod tests {
 
     #[test]
     fn a_block_has_others_beside_it() {
-        let size = |cells, depth_cells| BlockSize { cells, depth_cells };
-        assert_eq!(beside(size(45, 12)), [size(45, 12), size(20, 12), size(45, 6)]);
-        assert_eq!(beside(size(15, 6)), [size(15, 6), size(15, 3)]);
-        assert_eq!(beside(size(10, 4)), [size(10, 4)]);
+        let size = |cells, depth_cells| BlockSize { cells, depth_cells, foundation_cells: 0 };
+        let founded = BlockSize { foundation_cells: 6, ..size(45, 6) };
+        assert_eq!(beside(size(45, 12), false), [size(45, 12), size(20, 12), size(45, 6)]);
+        assert_eq!(beside(size(45, 12), true), [size(45, 12), size(20, 12), size(45, 6), founded]);
+        assert_eq!(
+            beside(founded, true),
+            [
+                founded,
+                BlockSize { cells: 20, ..founded },
+                BlockSize { foundation_cells: 6, ..size(45, 3) },
+                BlockSize { foundation_cells: 9, ..size(45, 3) }
+            ]
+        );
+        assert_eq!(beside(size(15, 6), false), [size(15, 6), size(15, 3)]);
+        assert_eq!(beside(size(10, 4), true), [size(10, 4)]);
     }
 }

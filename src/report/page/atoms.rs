@@ -31,7 +31,10 @@ pub fn section(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
         p { "The same dimensionless problem on a cell of " (trimmed(atoms.length_angstrom / 10.0, 4)) " nm: a block of "
             (atoms.cells) " × " (atoms.cells) " × " (atoms.depth_cells) " lattice cells (lattice constant "
             (trimmed(atoms.a0_angstrom, 5)) " Å), " (count(atoms.deformable)) " atoms that move on " (count(atoms.fixed))
-            " that do not, under a rigid rough indenter of " (count(atoms.indenter)) " atoms. Potential: "
+            @if atoms.foundation_cells > 0 {
+                " that an elastic foundation of " (atoms.foundation_cells) " lattice constants moves"
+            } @else { " that do not" }
+            ", under a rigid rough indenter of " (count(atoms.indenter)) " atoms. Potential: "
             (atoms.potential) ". Engine: " (atoms.engine) "." }
         @if !atoms.audit.is_empty() { h3 { "What scaling down kept" } (audit(&atoms.audit)) }
         h3 { "The way down" }

@@ -1,0 +1,309 @@
+//! The block of atoms of a scene, resolved: crystal, indenter, walls, and what scaling down has kept.
+
+use super::{Case, Slope, Start, Surface};
+use crate::atoms::audit::{Asked, AuditInput, Used, audit};
+use crate::atoms::block::Block;
+use crate::atoms::engine::caveat;
+use crate::atoms::giving::GivingWall;
+use crate::atoms::hold::Settings;
+use crate::atoms::indenter::grid_points;
+use crate::atoms::job::Yukawa;
+use crate::atoms::potential::{CALCIUM, CALCIUM_C11_GPA, CALCIUM_ELEMENT, CALCIUM_MODULUS_GPA, Potential, SetflHeader};
+use crate::atoms::wall::{self, Wall as AtomWall};
+use crate::grid::Grid;
+use crate::interface::{Adhesion, Base, Elastic, Layer, TabulatedWall};
+use crate::record::results::AuditLine;
+use crate::surface::{moments, range, rolled};
+use crate::units::{GPA_PER_EV_A3, Scales};
+use crate::{Error, Result};
+use std::path::PathBuf;
+
+/// Poisson's ratio of the calcium-like block for the depth's effect: the Hill average of its elastic constants is 0.298.
+const BLOCK_POISSON: f64 = 0.3;
+
+/// Points of the comparison grid per indenter atom along a side: a quarter of the low-pass's sixteenth wave.
+const MATCHED_REFINEMENT: usize = 4;
+
+/// Normal force from which an atom counts as loaded over the largest force that an equilibrium leaves: below, one cannot be
+/// told from the other.
+const CONTACT_FORCE_TOLERANCES: f64 = 10.0;
+
+/// Low-pass wavelength of the indenter over its spacing: the shortest wave that atoms on a grid still follow.
+const LOW_PASS_SPACINGS: f64 = 4.0;
+
+/// Resolved rms gradient beyond which a profile that was scaled up is warned of. On a block of 25 nm no atom leaves the crystal's order
+/// at 0.2 up to p* = 0.03; at 0.37 4 in 1000 do, and areas still follow elasticity to 7 % (docs/validation.md).
+const YIELDING: f64 = 0.5;
+
+/// The adhesion that atoms carry, and what the continuum must carry to be compared with it.
+#[derive(Debug, Clone, Copy)]
+pub struct PairAdhesion {
+    pub pair: Yukawa,
+    /// Work of adhesion and range of two flats, reduced by the block.
+    pub gamma: f64,
+    pub rho: f64,
+    /// Factor on γ in the pair term that makes up for the soft wall.
+    pub calibration: f64,
+}
+
+/// The block of atoms of a case.
+#[derive(Debug, Clone)]
+pub struct AtomsCase {
+    pub block: Block,
+    /// Atoms along a side of the indenter.
+    pub points: usize,
+    pub wall: AtomWall,
+    /// `None`: the shipped calcium-like potential.
+    pub potential: Option<PathBuf>,
+    pub element: String,
+    pub mass_u: f64,
+    pub scales: Scales,
+    pub modulus_gpa: f64,
+    /// Shortest wavelength of the profile, units of L.
+    pub low_pass: f64,
+    /// Factor on the heights: 1 for the literal profile.
+    pub stretch: f64,
+    pub resolved_gradient: f64,
+    pub start: Start,
+    /// Whether there is a way back from the highest load.
+    pub unload: bool,
+    /// At which the relaxed states are held, if at any temperature.
+    pub hold: Option<Settings>,
+    /// Load at p* = 1, eV/Å.
+    pub load_unit: f64,
+    pub adhesion: Option<PairAdhesion>,
+    pub audit: Vec<AuditLine>,
+    /// Grid on which the continuum is compared with the atoms.
+    pub matched: Grid,
+    /// Normal force from which an atom counts as loaded, eV/Å, and width of the Gaussian of the stress field, Å.
+    pub contact_force: f64,
+    pub stress_width_angstrom: f64,
+    /// First-touch mean gap of the profile, Å: the way the indenter can come down.
+    pub first_touch_gap_angstrom: f64,
+}
+
+impl AtomsCase {
+    pub(super) fn resolve(case: &Case) -> Result<AtomsCase> {
+        let place = case.file.display().to_string();
+        let a = case.scene.atoms.as_ref().expect("called for scenes with atoms");
+        let (a0, modulus_gpa, cutoff, mass_u) = match &a.potential {
+            None => {
+                let (symbol, _, mass) = CALCIUM_ELEMENT;
+                if a.element != symbol {
+                    let accepted =
+                        format!("{symbol:?}, the element of the shipped potential, or another atoms.potential");
+                    return Err(Error::input(place, "atoms.element", format!("{:?}", a.element), accepted));
+                }
+                (CALCIUM.a0, CALCIUM_MODULUS_GPA, CALCIUM.rc, mass)
+            }
+            Some(path) => {
+                let path = case.beside(path);
+                let header = SetflHeader::read(&path)?;
+                let element = header.element(&path, &a.element)?;
+                let known = a.lattice_constant_angstrom.zip(a.contact_modulus_gpa);
+                let (a0, modulus) = known.expect("checked: both are given with another potential");
+                (a0, modulus, header.cutoff_angstrom, element.mass_u)
+            }
+        };
+        let block = Block::new(a.cells, a.depth_cells, a0, cutoff).and_then(|b| b.on_foundation(a.foundation_cells));
+        let block = block.map_err(|e| e.told_of(&place, None))?;
+        if case.grid.lx != case.grid.ly {
+            let found = format!("{} x {} points", case.grid.nx, case.grid.ny);
+            return Err(Error::input(place, "surface.heights", found, "a square cell: the block of atoms is square"));
+        }
+        let points = grid_points(a.cells, a0);
+        let length = block.length();
+        let wall = AtomWall::new(length / points as f64, a0)?;
+        let low_pass_angstrom = a.low_pass_angstrom.unwrap_or(LOW_PASS_SPACINGS * wall.spacing_angstrom);
+        let low_pass = low_pass_angstrom / length;
+        if low_pass_angstrom < 2.0 * wall.spacing_angstrom || low_pass > 1.0 {
+            let accepted =
+                format!("{:.2} (two spacings of the indenter's atoms) to {length:.1} Å", 2.0 * wall.spacing_angstrom);
+            return Err(Error::input(place, "atoms.low_pass_angstrom", low_pass_angstrom, accepted));
+        }
+        let scales = Scales { length_m: length * crate::units::ANGSTROM_M, modulus_pa: modulus_gpa * 1e9 };
+        let matched = Grid::unit(MATCHED_REFINEMENT * points, MATCHED_REFINEMENT * points);
+        // Heights and their spectrum, here already: the audit needs what the low-pass leaves.
+        let (need, have) = (3 * 8 * matched.points() as u64, crate::sys::available_memory_bytes());
+        if need > have {
+            let what = format!("the indenter's profile on {} x {} points", matched.nx, matched.ny);
+            return Err(Error::Memory { what, need, have, advice: "a smaller atoms.cells needs less".into() });
+        }
+        let profile = case.surface.heights(matched, low_pass);
+        let resolved = moments(matched, &profile);
+        if resolved.rms_gradient == 0.0 {
+            let found = format!("{low_pass_angstrom} (nothing of the profile is left)");
+            return Err(Error::input(
+                place,
+                "atoms.low_pass_angstrom",
+                found,
+                "a wavelength below the profile's longest",
+            ));
+        }
+        let stretch = match a.slope {
+            Slope::Literal => 1.0,
+            Slope::Renormalised => case.gradient / resolved.rms_gradient,
+        };
+        let load_unit = length * length * scales.stress_ev_a3(1.0) * case.gradient;
+        let adhesion = pair_adhesion(case, a.adhesion_range_angstrom, &wall, scales)
+            .map_err(|e| e.told_of(&place, Some("atoms.adhesion_range_angstrom")))?;
+        let (asked_gamma, asked_rho) = case.adhesion.work_and_range();
+        let (lambda_s, curvature_radius) = match &case.surface {
+            Surface::Synthesised { spectrum, .. } => (spectrum.lambda_s, spectrum.expected(1.0, 0.0).curvature_radius),
+            Surface::Imported { grid, heights, .. } => (2.0 * grid.dx(), moments(*grid, heights).curvature_radius()),
+            Surface::Fourier { modes, .. } => {
+                let heights = modes.heights(case.grid, 0.0);
+                (modes.shortest(), moments(case.grid, &heights).curvature_radius())
+            }
+        };
+        let p_star = case.p_star.iter().copied().fold(0.0, f64::max);
+        let audit = audit(&AuditInput {
+            asked: Asked {
+                p_star,
+                gamma: asked_gamma,
+                rho: asked_rho,
+                rms_gradient: case.gradient,
+                lambda_s,
+                curvature_radius,
+            },
+            used: Used {
+                length_angstrom: length,
+                depth_angstrom: block.thickness(),
+                foundation_angstrom: block.thickness() - block.deformable_thickness(),
+                a0_angstrom: a0,
+                modulus_gpa,
+                poisson: BLOCK_POISSON,
+                p_star,
+                gamma_ev_a2: adhesion.map_or(0.0, |p| scales.energy_per_area_ev_a2(p.gamma)),
+                rho_angstrom: if adhesion.is_some() { a.adhesion_range_angstrom } else { 0.0 },
+                rms_gradient: case.gradient,
+                resolved_gradient: resolved.rms_gradient * stretch,
+                lambda_min_angstrom: low_pass_angstrom,
+                curvature_radius_angstrom: resolved.curvature_radius() / stretch * length,
+                net_points: points,
+                crystal_cells: a.cells,
+            },
+        })?;
+        let extent = range(&profile);
+        Ok(AtomsCase {
+            block,
+            points,
+            wall,
+            potential: a.potential.as_ref().map(|p| case.beside(p)),
+            element: a.element.clone(),
+            mass_u,
+            scales,
+            modulus_gpa,
+            low_pass,
+            stretch,
+            resolved_gradient: resolved.rms_gradient * stretch,
+            start: a.start.unwrap_or(if adhesion.is_some() || a.step_angstrom.is_some() {
+                Start::Touch
+            } else {
+                Start::Continuum
+            }),
+            unload: case.scene.load.comes_back() || case.scene.load.pull_off,
+            hold: a.hold.as_ref().map(|h| h.settings()),
+            load_unit,
+            adhesion,
+            audit,
+            matched,
+            contact_force: a
+                .contact_force_ev_per_angstrom
+                .unwrap_or(CONTACT_FORCE_TOLERANCES * a.force_tolerance_ev_per_angstrom),
+            stress_width_angstrom: a.stress_width_angstrom.unwrap_or(a0),
+            first_touch_gap_angstrom: (extent.mean - extent.min) * stretch * length,
+        })
+    }
+
+    /// Heights of the profile in Å on a grid over the block, lowest at 0.
+    pub fn heights_angstrom(&self, surface: &Surface, grid: Grid) -> Vec<f64> {
+        let scale = self.stretch * self.block.length();
+        surface.heights(grid, self.low_pass).into_iter().map(|h| h * scale).collect()
+    }
+
+    /// What an atom of the block meets of these heights, as a ball of the wall's radius r_m, on the grid of the comparison, Å.
+    pub fn felt_heights_angstrom(&self, surface: &Surface) -> Vec<f64> {
+        let length = self.block.length();
+        let scaled = Grid { lx: self.matched.lx * length, ly: self.matched.ly * length, ..self.matched };
+        rolled(scaled, &self.heights_angstrom(surface, self.matched), self.wall.minimum_angstrom())
+    }
+
+    /// The block's own elastic layer.
+    pub fn kernel(&self) -> Elastic {
+        Elastic::Layer(self.layer())
+    }
+
+    pub fn layer(&self) -> Layer {
+        let thickness = self.block.thickness() / self.block.length();
+        Layer { thickness, poisson: BLOCK_POISSON, base: Base::Bonded }
+    }
+
+    /// What the block shortens as a whole under a mean pressure of E*, units of L. C11 is known of the shipped potential.
+    pub fn compression(&self) -> f64 {
+        let layer = self.layer();
+        match self.potential {
+            None => layer.thickness * self.modulus_gpa / CALCIUM_C11_GPA,
+            Some(_) => layer.compression(),
+        }
+    }
+
+    /// The areal law of the indenter's atoms over the block, whose own give way under them one by one.
+    pub fn giving_wall(&self) -> GivingWall {
+        GivingWall::new(&self.wall, self.modulus_gpa / GPA_PER_EV_A3, self.resolved_gradient)
+    }
+
+    /// The same, reduced.
+    pub fn soft_wall(&self) -> TabulatedWall {
+        self.giving_wall().reduced(self.block.length(), self.modulus_gpa / GPA_PER_EV_A3)
+    }
+
+    /// Adhesion of the continuum to be compared with the atoms, for a hard or for the soft wall.
+    pub fn matched_adhesion(&self, soft: bool) -> Adhesion {
+        self.adhesion
+            .map_or(Adhesion::None, |a| Adhesion::exponential(a.gamma * if soft { a.calibration } else { 1.0 }, a.rho))
+    }
+
+    /// The shipped potential as `setfl` text, where no other is asked for.
+    pub fn shipped_potential() -> Potential {
+        Potential::calcium()
+    }
+
+    pub(super) fn warnings(&self, gradient: f64, ranks: usize) -> Vec<String> {
+        let atoms = self.block.atoms() + (self.points * self.points) as u64;
+        let mut list: Vec<String> = caveat(ranks, atoms).into_iter().collect();
+        if self.stretch != 1.0 && self.resolved_gradient > YIELDING {
+            list.push(format!(
+                "the resolved slope of the indenter is scaled up by {:.2} to the whole spectrum's: contact stresses will \
+                 exceed the crystal's strength from the first contact on, and areas will not agree with elasticity",
+                self.stretch
+            ));
+        }
+        if self.resolved_gradient < 0.999 * gradient {
+            list.push(format!(
+                "atoms resolve {:.3} of the rms gradient {gradient:.3}: wavelengths below {:.1} Å are left out, here and in \
+                 the continuum that the atoms are compared with",
+                self.resolved_gradient,
+                self.low_pass * self.block.length()
+            ));
+        }
+        list
+    }
+}
+
+fn pair_adhesion(case: &Case, rho_angstrom: f64, wall: &AtomWall, scales: Scales) -> Result<Option<PairAdhesion>> {
+    // Another law is refused with the scene.
+    let Adhesion::Exponential(law) = case.adhesion else { return Ok(None) };
+    let gamma_ev_a2 = scales.energy_per_area_ev_a2(law.gamma);
+    let pair = wall::Adhesion::new(wall, gamma_ev_a2, rho_angstrom)?;
+    Ok(Some(PairAdhesion {
+        pair: Yukawa {
+            amplitude_ev_angstrom: pair.coefficient_ev_angstrom,
+            kappa_per_angstrom: pair.kappa_per_angstrom(),
+            cutoff_angstrom: pair.cutoff_angstrom,
+        },
+        gamma: law.gamma,
+        rho: rho_angstrom * crate::units::ANGSTROM_M / scales.length_m,
+        calibration: pair.calibration,
+    }))
+}
