@@ -10,6 +10,7 @@ use asperity::atoms::block::Block;
 use asperity::atoms::dump::read_frame;
 use asperity::atoms::engine::{Engine, Finished, LammpsEngine};
 use asperity::atoms::ladder::frame_file;
+use asperity::pipeline::{Silent, run};
 use asperity::scene::Case;
 use lammps::there_is_lammps;
 use smooth::{built, case, on};
@@ -23,15 +24,19 @@ const SHALLOW: usize = 3;
 struct Pressed {
     block: Block,
     found: Finished,
-    /// Surface atoms of each load relative to their sites, from the top of what does not move, Å.
+    /// Of each load: how far the surface atoms are from their sites along x, y and z, Å.
     moved: Vec<Vec<[f64; 3]>>,
 }
 
-fn pressed(engine: &LammpsEngine, depth_cells: usize, foundation_cells: usize) -> Pressed {
-    let mut scene = case(&format!("p_star = {LOADS:?}"), "", "").scene;
+fn of_depth(depth_cells: usize, foundation_cells: usize, loads: &[f64]) -> Case {
+    let mut scene = case(&format!("p_star = {loads:?}"), "", "").scene;
     let atoms = scene.atoms.as_mut().expect("atoms");
     (atoms.depth_cells, atoms.foundation_cells) = (depth_cells, foundation_cells);
-    let case = Case::resolve(scene, Path::new("smooth.toml")).expect("a case");
+    Case::resolve(scene, Path::new("smooth.toml")).expect("a case")
+}
+
+fn pressed(engine: &LammpsEngine, depth_cells: usize, foundation_cells: usize) -> Pressed {
+    let case = of_depth(depth_cells, foundation_cells, &LOADS);
     let folder = tempfile::tempdir().expect("scratch");
     let job = built(&case, folder.path());
     let found = engine.run(&job, &mut on).expect("a clean run");
@@ -57,8 +62,8 @@ fn apart(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     (a.iter().zip(b).map(square).sum::<f64>() / a.len() as f64).sqrt()
 }
 
-/// What the surface of the block on a foundation is off, over what it is off on a rigid base: 0.26 at the lower load. The foundation is isotropic and
-/// linear, and three cells are a short way from the contact.
+/// What the surface of the block on a foundation is off, over what it is off on a rigid base: 0.26 at the lower load. The foundation is
+/// isotropic and linear, and three cells are a short way from the contact.
 const OF_RIGID: f64 = 0.4;
 /// Atoms at the edge of a contact that stand within a hundredth of an ångström of the contact distance.
 const AT_THE_EDGE: usize = 2;
@@ -107,4 +112,26 @@ fn a_base_that_sinks_far_stays_in_the_box() {
     eprintln!("the indenter is down by {down:?} Å");
     // Atoms that leave the box are an error of the run; here they would have.
     assert!(down[1] > 5.0 && down[2] > 2.0 * down[1]);
+}
+
+/// The continuum of six cells, and of three on three of foundation, is one; the atoms are not.
+#[test]
+fn in_one_run_folder_a_foundation_is_not_taken_for_atoms() {
+    if !there_is_lammps("in_one_run_folder_a_foundation_is_not_taken_for_atoms") {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("scratch");
+    let of = |depth: usize, foundation: usize| {
+        let case = of_depth(depth, foundation, &LOADS[..1]);
+        let (results, _) = run(&case, folder.path(), &Silent).expect("a clean run");
+        let reused = results.stages.iter().filter(|s| s.reused).map(|s| s.name.clone()).collect::<Vec<_>>();
+        (results.atoms.expect("atoms").deformable, reused)
+    };
+    let (deep, _) = of(DEEP, 0);
+    let (shallow, reused) = of(SHALLOW, DEEP - SHALLOW);
+    assert_eq!(2 * shallow, deep);
+    assert!(
+        reused.iter().any(|s| s == "matched") && !reused.iter().any(|s| s == "lammps" || s == "atoms"),
+        "{reused:?}"
+    );
 }

@@ -9,7 +9,7 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-use super::job::SECONDS_PER_ATOM_EVALUATION;
+use super::cost::SECONDS_PER_ATOM_EVALUATION;
 use crate::{Error, Result};
 
 /// What a kill may lose. A state of three million atoms is written in a second.

@@ -3,6 +3,7 @@
 pub mod audit;
 pub mod block;
 pub mod contact;
+pub mod cost;
 pub mod dump;
 pub mod engine;
 pub mod forces;

@@ -3,7 +3,7 @@ use crate::method::{self, ContactMethod, REGISTRY};
 use crate::pipeline::{self, AskedOfLadder};
 use crate::record::tradeoff::{AtomsCost, BlockSize, FORESEEN, Forecast, Measure, Point, Resolved, Tradeoff as Told};
 use crate::report::number::{count, duration, error_of, memory, significant, trimmed};
-use crate::scene::{ALL_METHODS, Case, Scene};
+use crate::scene::{ALL_METHODS, Case, MOST_FOUNDATION_CELLS, Scene};
 use crate::units::LONGEST_SECONDS;
 use crate::{Error, Result};
 use std::path::PathBuf;
@@ -115,7 +115,9 @@ fn block(text: &str) -> Result<BlockSize> {
         Some(BlockSize { cells: cells?, depth_cells: depth_cells?, foundation_cells: foundation_cells? })
     });
     let found = found.filter(|b| {
-        (4..=2000).contains(&b.cells) && (1..=1000).contains(&b.depth_cells) && b.foundation_cells <= 1_000_000
+        (4..=2000).contains(&b.cells)
+            && (1..=1000).contains(&b.depth_cells)
+            && b.foundation_cells <= MOST_FOUNDATION_CELLS
     });
     let accepted =
         "cells across (4 to 2000) and deep (1 to 1000), lattice constants, as 15x6, or 15x6+10 on a foundation";

@@ -1,5 +1,5 @@
+use crate::atoms::cost::{EVALUATIONS_PER_STEP, SECONDS_PER_ATOM_EVALUATION, evaluations_from_continuum, memory_bytes};
 use crate::atoms::hold::DEARER;
-use crate::atoms::job::{EVALUATIONS_PER_STEP, SECONDS_PER_ATOM_EVALUATION, evaluations_from_continuum};
 use crate::atoms::unload::FINER;
 use crate::interface::Adhesion;
 use crate::method;
@@ -181,7 +181,7 @@ pub fn plan(case: &Case, threads: usize) -> Result<RunPlan> {
         stages.push(PlannedStage {
             name: "lammps",
             what: format!("{total} atoms, {way}, about {evaluations:.0} force evaluations"),
-            bytes: crate::atoms::job::memory_bytes(total, scene.ranks, a.start == Start::Touch),
+            bytes: memory_bytes(total, scene.ranks, a.start == Start::Touch),
             seconds: total as f64 * SECONDS_PER_ATOM_EVALUATION * evaluations / scene.ranks as f64,
         });
         stages.push(PlannedStage {
@@ -201,7 +201,7 @@ pub fn plan(case: &Case, threads: usize) -> Result<RunPlan> {
                     hold.temperature_k,
                     hold.time_ps
                 ),
-                bytes: crate::atoms::job::memory_bytes(total, scene.ranks, true),
+                bytes: memory_bytes(total, scene.ranks, true),
                 seconds: DEARER * total as f64 * SECONDS_PER_ATOM_EVALUATION * steps as f64 / scene.ranks as f64,
             });
         }

@@ -249,7 +249,7 @@ impl Setting {
 }
 
 /// A block of atoms and the elastic foundation below it, lattice constants.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BlockSize {
     pub cells: usize,
     pub depth_cells: usize,

@@ -197,11 +197,7 @@ impl AtomsCase {
             low_pass,
             stretch,
             resolved_gradient: resolved.rms_gradient * stretch,
-            start: a.start.unwrap_or(if adhesion.is_some() || a.step_angstrom.is_some() {
-                Start::Touch
-            } else {
-                Start::Continuum
-            }),
+            start: a.start_or_default(adhesion.is_some()),
             unload: case.scene.load.comes_back() || case.scene.load.pull_off,
             hold: a.hold.as_ref().map(|h| h.settings()),
             load_unit,

@@ -1,6 +1,6 @@
 //! What a scene may say. Every complaint is collected, so that a user mends a scene once.
 
-use super::{ALL_METHODS, AdhesionLaw, LoadRange, Scene, Start, SurfaceScene, WallKind};
+use super::{ALL_METHODS, AdhesionLaw, LoadRange, MOST_FOUNDATION_CELLS, Scene, Start, SurfaceScene, WallKind};
 use crate::error::{Complaint, Error};
 use crate::interface::{CubicHalfSpace, RangeChoice};
 use crate::method::{self, Kind};
@@ -477,10 +477,10 @@ fn atoms(c: &mut Complaints, scene: &Scene) {
     c.unless((4..=2000).contains(&a.cells), "atoms.cells", a.cells, "4 to 2000 lattice constants");
     c.unless((1..=1000).contains(&a.depth_cells), "atoms.depth_cells", a.depth_cells, "1 to 1000 lattice constants");
     c.unless(
-        a.foundation_cells <= 1_000_000,
+        a.foundation_cells <= MOST_FOUNDATION_CELLS,
         "atoms.foundation_cells",
         a.foundation_cells,
-        "0 (a rigid base) to 1000000 lattice constants",
+        &format!("0 (a rigid base) to {MOST_FOUNDATION_CELLS} lattice constants"),
     );
     c.unless(
         a.time_limit_s.is_none_or(|s| !s.is_finite() || s <= LONGEST_SECONDS),
@@ -489,7 +489,7 @@ fn atoms(c: &mut Complaints, scene: &Scene) {
         &format!("at most {LONGEST_SECONDS}"),
     );
     let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion_mj_m2 > 0.0);
-    let from_touch = attracts || a.start == Some(Start::Touch) || a.step_angstrom.is_some();
+    let from_touch = attracts || a.start_or_default(attracts) == Start::Touch;
     c.unless(
         !(a.foundation_cells > 0 && from_touch),
         "atoms.foundation_cells",

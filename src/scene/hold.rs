@@ -45,7 +45,7 @@ impl HoldScene {
         let (t, shipped) = (self.temperature_k, atoms.potential.is_none());
         let a0 = atoms.lattice_constant_angstrom;
         let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion_mj_m2 > 0.0);
-        let from_touch = attracts || atoms.start == Some(Start::Touch) || atoms.step_angstrom.is_some();
+        let from_touch = attracts || atoms.start_or_default(attracts) == Start::Touch;
         let least_depth = FREE_LAYERS / 2 + 1;
         let expanded = self.lattice_constant_angstrom;
         let is_share = (0.0..=0.9).contains(&self.equilibration);

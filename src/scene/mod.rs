@@ -490,6 +490,9 @@ pub struct AtomsScene {
     pub program: Option<PathBuf>,
 }
 
+/// Most of an elastic foundation, lattice constants: a half-space to any block.
+pub const MOST_FOUNDATION_CELLS: usize = 1_000_000;
+
 impl Default for AtomsScene {
     fn default() -> Self {
         AtomsScene {
@@ -521,6 +524,12 @@ impl Default for AtomsScene {
 impl AtomsScene {
     pub fn step_or_default(&self) -> f64 {
         self.step_angstrom.unwrap_or(0.3)
+    }
+
+    /// Where the atoms of a load start from, where the bodies attract each other or not.
+    pub fn start_or_default(&self, attracts: bool) -> Start {
+        let steps = attracts || self.step_angstrom.is_some();
+        self.start.unwrap_or(if steps { Start::Touch } else { Start::Continuum })
     }
 }
 
