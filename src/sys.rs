@@ -171,8 +171,17 @@ impl<T> ColumnBlock<'_, T> {
         self.first
     }
 
-    pub fn width(&self) -> usize {
-        self.width
+    /// Asks the processor to fetch this block's part of row `y`, which need not exist.
+    pub fn fetch(&self, y: usize) {
+        #[cfg(target_arch = "x86_64")]
+        for line in (0..self.width * size_of::<T>()).step_by(64) {
+            use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+            let place = self.start.wrapping_add(y * self.stride + self.first).cast::<i8>().wrapping_add(line);
+            // SAFETY: a prefetch reads nothing that the program sees, and of an address that is not mapped nothing at all.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(place) }
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        let _ = y;
     }
 
     /// This block's part of row `y`.

@@ -147,7 +147,7 @@ fn full_contact() {
             for j in 0..grid.ny {
                 for i in 0..grid.half() {
                     let k = Elastic::HalfSpace.stiffness(grid.qx(i), grid.qy(j)) / grid.points() as f64;
-                    spectrum[j * grid.half() + i] *= -k;
+                    spectrum[j * grid.pitch() + i] *= -k;
                 }
             }
             let mut exact = vec![0.0; grid.points()];

@@ -118,7 +118,7 @@ impl Pressed {
                 let k = ((kx * kx + ky * ky) as f64).sqrt();
                 if first_of_pair && held && k <= most {
                     let stiffness = layer.stiffness(TAU * kx as f64, TAU * ky as f64);
-                    let sunk = spectrum[j * grid.half() + kx as usize] / grid.points() as f64;
+                    let sunk = spectrum[j * grid.pitch() + kx as usize] / grid.points() as f64;
                     modes.push(Mode { kx, ky, pressure: sunk * stiffness });
                 }
             }
@@ -158,7 +158,8 @@ impl Pressed {
         });
         let inside: Vec<(Mode, [Complex<f64>; 3])> = inside.collect::<Result<_>>()?;
         let mut moved = vec![[0.0; 3]; block.atoms_per_layer() as usize];
-        let (half, mut spectrum, mut field) = (n / 2 + 1, transform.spectrum(), vec![0.0; n * n]);
+        let grid = transform.grid();
+        let (mut spectrum, mut field) = (transform.spectrum(), vec![0.0; n * n]);
         for odd in 0..2 {
             // Rows of one parity are a square lattice with this first site.
             let [x, y] = block.lattice_xy(index, odd as i64, 0).map(|c| TAU * c / length);
@@ -169,8 +170,8 @@ impl Pressed {
                     for (kx, ky, value) in [(m.kx, m.ky, value), (-m.kx, -m.ky, value.conj())] {
                         // On the lattice a wave is the same as one that is shorter by its points.
                         let [i, j] = [kx, ky].map(|k| k.rem_euclid(n as i64) as usize);
-                        if i < half {
-                            spectrum[j * half + i] += value;
+                        if i < grid.half() {
+                            spectrum[j * grid.pitch() + i] += value;
                         }
                     }
                 }

@@ -1,18 +1,17 @@
-use crate::grid::{Grid, Transform};
-use rustfft::num_complex::Complex;
+use crate::grid::{Grid, HalfSpectrum, Transform};
 
 /// Periodic shift (x, y) in nodes that brings `map` onto `reference` best: the peak of their cross-correlation, as signed
 /// numbers of at most half the grid. Maps of the same surface in the same place give (0, 0).
 pub fn registration(grid: Grid, map: &[u8], reference: &[u8]) -> [i64; 2] {
     let transform = Transform::<f64>::new(grid);
-    let spectrum_of = |m: &[u8]| -> Vec<Complex<f64>> {
+    let spectrum_of = |m: &[u8]| -> HalfSpectrum<f64> {
         let field: Vec<f64> = m.iter().map(|v| f64::from(*v)).collect();
         let mut spectrum = transform.spectrum();
         transform.forward(&field, &mut spectrum);
         spectrum
     };
     let mut product = spectrum_of(map);
-    for (p, r) in product.iter_mut().zip(spectrum_of(reference)) {
+    for (p, r) in product.iter_mut().zip(&*spectrum_of(reference)) {
         *p = p.conj() * r;
     }
     let mut correlation = vec![0.0; grid.points()];

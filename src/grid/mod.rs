@@ -1,14 +1,17 @@
 //! The periodic grid, its wave vectors, the real transform on it and sums whose order does not depend on threads.
 
 mod distance;
+mod half_spectrum;
 mod interpolate;
 mod real;
+mod rows;
 mod series;
 mod smooth;
 mod sums;
 mod transform;
 
 pub use distance::{NOWHERE, nearest, separation};
+pub use half_spectrum::HalfSpectrum;
 pub use interpolate::{bilinear, interpolate};
 pub use real::{Field, Real};
 pub use series::Series;
@@ -17,6 +20,10 @@ pub use sums::{CHUNK, block_sums, dot, lowest, mean, rms, sum_rows, total, vecto
 pub use transform::{Filter, Transform, transformable, transformed_nodes};
 
 use std::f64::consts::PI;
+
+/// Columns of a spectrum that are gathered at once: a cache line of a row in f32, two in f64. Measured at 4096²: 4 columns cost
+/// 1.3 times as much.
+const COLUMNS: usize = 8;
 
 /// A periodic, node-centred grid of `ny` rows of `nx` points (x fastest) on a cell of extent `lx` by `ly`, in reduced
 /// units (`lx` is 1 unless a caller says otherwise).
@@ -49,6 +56,12 @@ impl Grid {
     /// Complex columns of the half spectrum that a real transform keeps.
     pub fn half(&self) -> usize {
         self.nx / 2 + 1
+    }
+
+    /// Elements from one row of a half spectrum to the next: its columns, and what fills the last of more than one block of them.
+    pub fn pitch(&self) -> usize {
+        let half = self.half();
+        if half > COLUMNS { half.next_multiple_of(COLUMNS) } else { half }
     }
 
     /// Wave number along x of column `i` of the half spectrum (`0 ..= nx/2`).

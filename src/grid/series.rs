@@ -46,7 +46,7 @@ impl<T: Real> Series<T> {
         let mut coefficients = vec![Complex::default(); width * height];
         coefficients.par_chunks_mut(height).enumerate().for_each(|(i, column)| {
             for (j, value) in column.iter_mut().enumerate() {
-                let c = spectrum[j * width + i];
+                let c = spectrum[j * grid.pitch() + i];
                 *value = Complex::new(T::of(c.re * per_point), T::of(c.im * per_point));
             }
         });

@@ -6,7 +6,8 @@
 use super::{CubicHalfSpace, NonPeriodic};
 use serde::{Deserialize, Serialize};
 
-/// Stiffness of the mode with the wave vector (qx, qy) in units of 1/L, in E*/L.
+/// Stiffness of the mode with the wave vector (qx, qy) in units of 1/L, in E*/L; the same for (qx, -qy): the axes lie along those of
+/// the body, if it has any.
 pub trait Kernel: Copy + Sync + Send {
     fn stiffness(&self, qx: f64, qy: f64) -> f64;
 

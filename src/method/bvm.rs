@@ -7,13 +7,14 @@
 
 use super::operator::{Balance, Build, Operator, Outcome, Progress, curvature_of, dispatch, kkt};
 use super::{
-    Card, ContactMethod, Criterion, Heights, Iteration, Kind, Load, Needs, Plan, Problem, Run, Started, State, Stop,
-    Watch,
+    Card, ContactMethod, Criterion, Heights, Iteration, Kept, Kind, Load, Needs, Plan, Problem, Run, Snapshot, Started,
+    State, Stop, Watch,
 };
 use crate::Result;
 use crate::grid::{Real, Transform};
 use crate::interface::{Adhesion, Kernel, Law, Wall};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
 pub struct Bvm;
@@ -79,7 +80,7 @@ impl<'p> Build<'p> for Start<'p> {
         let gap = operator.first_touch();
         let residual = vec![T::default(); gap.len()];
         let direction = vec![T::default(); gap.len()];
-        Box::new(Solver { operator, watch: self.1, gap, previous: Vec::new(), residual, direction })
+        Box::new(Solver { operator, watch: self.1, gap, previous: Vec::new(), residual, direction, paused: None })
     }
 }
 
@@ -92,6 +93,19 @@ struct Solver<'p, T: Real, K, L> {
     /// KKT residual of the last evaluation; interfacial stress once a load is done.
     residual: Vec<T>,
     direction: Vec<T>,
+    /// What gap and direction go on from.
+    paused: Option<Pause>,
+}
+
+/// What the search knows beside gap and direction, at the beginning of an iteration.
+#[derive(Clone, Serialize, Deserialize)]
+struct Pause {
+    iterations: usize,
+    /// Share of the last direction in the next one.
+    beta: f64,
+    /// Gradient steps of safe length that are still to be taken.
+    safe: usize,
+    progress: Progress,
 }
 
 impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
@@ -149,6 +163,14 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         self.gap = gap.iter().map(|&g| T::of(g)).collect();
     }
 
+    fn resume(&mut self, kept: Kept) -> Result<()> {
+        let (gap, direction, pause) = kept.on(self.operator.problem.grid, CARD.id)?;
+        self.set_gap(&gap);
+        self.direction = direction.into_iter().map(T::of).collect();
+        self.paused = Some(pause);
+        Ok(())
+    }
+
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
         let clock = Instant::now();
         let pairs_before = self.operator.pairs;
@@ -157,10 +179,12 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         let pressure = self.operator.pressure;
         let scale = Problem::stress_scale(pressure);
         let floor = problem.rounding_floor(self.operator.rms_height, pressure);
-        let mut progress = Progress::new();
+        let fresh = Pause { iterations: 0, beta: 0.0, safe: 0, progress: Progress::new() };
+        let Pause { mut iterations, mut beta, mut safe, mut progress } = self.paused.take().unwrap_or(fresh);
         let (mut balance, ..) = self.advance(0.0);
-        let (mut beta, mut safe, mut iterations) = (0.0, 0, 0);
         let (stop, settled) = loop {
+            // Before it hears of this iteration.
+            let known = progress.clone();
             let settled = progress.settled(&balance);
             if self.operator.converged(&balance, &settled) {
                 break (Stop::Converged, settled);
@@ -175,11 +199,18 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             if balance.parted(pressure, self.operator.law.range()) {
                 break (Stop::Detached, settled);
             }
-            if self
-                .watch
-                .iteration(Iteration { iteration: iterations, residual, tolerance: problem.tolerance, share: 1.0 })
-                .is_break()
-            {
+            let step = Iteration { iteration: iterations, residual, tolerance: problem.tolerance, share: 1.0 };
+            let stopping = self.watch.iteration(step).is_break();
+            if stopping || self.watch.wants_snapshot() {
+                let pause = Pause { iterations, beta, safe, progress: known };
+                self.watch.snapshot(Snapshot {
+                    grid: problem.grid,
+                    gap: T::lend(&self.gap),
+                    beside: Some(T::lend(&self.direction)),
+                    progress: serde_json::to_value(pause).expect("plain numbers"),
+                });
+            }
+            if stopping {
                 break (Stop::Interrupted, settled);
             }
             let (mut rd, mut curvature) = self.direct(if safe > 0 { 0.0 } else { beta });

@@ -4,7 +4,7 @@
 
 use super::operator::{Balance, refused};
 use super::{Precision, Problem};
-use crate::grid::{Grid, Transform, dot, mean, sum_rows};
+use crate::grid::{Grid, HalfSpectrum, Transform, dot, mean, sum_rows};
 use crate::{Error, Result};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
@@ -15,7 +15,7 @@ const BLOCK: usize = 4096;
 /// Multiplies fields by real symbols in Fourier space.
 pub(super) struct Convolution {
     transform: Transform<f64>,
-    spectrum: Vec<Complex<f64>>,
+    spectrum: HalfSpectrum<f64>,
     /// Transforms done, in pairs.
     pub pairs: f64,
 }

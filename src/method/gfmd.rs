@@ -9,12 +9,14 @@
 
 use super::operator::{Balance, Build, KKT, Operator, Outcome, Progress, dispatch, kkt_row};
 use super::{
-    Card, ContactMethod, Criterion, Iteration, Kind, Load, Needs, Plan, Problem, Run, Started, State, Stop, Watch,
+    Card, ContactMethod, Criterion, Iteration, Kept, Kind, Load, Needs, Plan, Problem, Run, Snapshot, Started, State,
+    Stop, Watch,
 };
 use crate::Result;
 use crate::grid::{Real, Transform, block_sums};
 use crate::interface::{Kernel, Law};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
 pub struct Gfmd;
@@ -78,7 +80,7 @@ impl<'p> Build<'p> for Start<'p> {
         let operator = Operator::<T, K, L>::new(self.0, kernel, law);
         let gap = operator.first_touch();
         let velocity = vec![T::default(); gap.len()];
-        Box::new(Solver { operator, watch: self.1, gap, velocity })
+        Box::new(Solver { operator, watch: self.1, gap, velocity, paused: None })
     }
 }
 
@@ -88,17 +90,31 @@ struct Solver<'p, T: Real, K, L> {
     gap: Vec<T>,
     /// Gap minus the previous gap; interfacial stress once a load is done.
     velocity: Vec<T>,
+    /// What gap and velocity go on from.
+    paused: Option<Pause>,
+}
+
+/// What the dynamics know beside gap and velocity.
+#[derive(Clone, Serialize, Deserialize)]
+struct Pause {
+    iterations: usize,
+    progress: Progress,
 }
 
 impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
-    /// No velocity, and rows of `gap - height` in the spectrum: the start of a step's pair.
+    /// No velocity: the start of a step's pair.
     fn rest(&mut self) {
-        self.operator.ready();
         self.velocity.par_iter_mut().for_each(|v| *v = T::zero());
+        self.place();
+    }
+
+    /// Rows of `gap - height` into the spectrum.
+    fn place(&mut self) {
+        self.operator.ready();
         let Operator { transform, spectrum, heights, offset, .. } = &mut self.operator;
         let offset = *offset;
-        let (nx, half) = (transform.grid().nx, transform.grid().half());
-        spectrum.par_chunks_mut(half).zip(self.gap.par_chunks(nx)).zip(heights.par_chunks(nx)).for_each_init(
+        let (nx, pitch) = (transform.grid().nx, transform.grid().pitch());
+        spectrum.par_chunks_mut(pitch).zip(self.gap.par_chunks(nx)).zip(heights.par_chunks(nx)).for_each_init(
             || transform.worker(),
             |worker, ((spectrum, gap), heights)| {
                 for ((w, &g), &h) in worker.row.iter_mut().zip(gap).zip(heights) {
@@ -118,10 +134,10 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         };
         let Operator { transform, spectrum, heights, offset, law, pressure, .. } = &mut self.operator;
         let offset = *offset;
-        let (nx, half) = (transform.grid().nx, transform.grid().half());
+        let (nx, pitch) = (transform.grid().nx, transform.grid().pitch());
         let (pressure, inertia, step) = (T::of(*pressure), T::of(inertia), T::of(step));
         let rows: Vec<[f64; KKT]> = spectrum
-            .par_chunks_mut(half)
+            .par_chunks_mut(pitch)
             .zip(self.gap.par_chunks_mut(nx))
             .zip(self.velocity.par_chunks_mut(nx))
             .zip(heights.par_chunks(nx))
@@ -155,6 +171,14 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         self.gap = gap.iter().map(|&g| T::of(g)).collect();
     }
 
+    fn resume(&mut self, kept: Kept) -> Result<()> {
+        let (gap, velocity, pause) = kept.on(self.operator.problem.grid, CARD.id)?;
+        self.set_gap(&gap);
+        self.velocity = velocity.into_iter().map(T::of).collect();
+        self.paused = Some(pause);
+        Ok(())
+    }
+
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
         let clock = Instant::now();
         let pairs_before = self.operator.pairs;
@@ -168,9 +192,17 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         let (wave, _) = problem.stiffness_range();
         let approach = scale / (0.5 * self.operator.rms_height).max(f64::MIN_POSITIVE);
         let slowest = wave.min(approach);
-        let mut progress = Progress::new();
-        let mut iterations = 0;
-        self.rest();
+        let fresh = Pause { iterations: 0, progress: Progress::new() };
+        let Pause { mut iterations, mut progress } = match self.paused.take() {
+            None => {
+                self.rest();
+                fresh
+            }
+            Some(pause) => {
+                self.place();
+                pause
+            }
+        };
         let (stop, balance, settled) = loop {
             let squared = if L::HARD { STEP_SQUARED } else { STEP_SQUARED_SOFT };
             let step = squared / self.operator.stiffest(&self.gap);
@@ -196,14 +228,21 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             if balance.parted(pressure, self.operator.law.range()) {
                 break (Stop::Detached, balance, settled);
             }
-            if self
-                .watch
-                .iteration(Iteration { iteration: iterations, residual, tolerance: problem.tolerance, share: 1.0 })
-                .is_break()
-            {
+            let step = Iteration { iteration: iterations, residual, tolerance: problem.tolerance, share: 1.0 };
+            let stopping = self.watch.iteration(step).is_break();
+            iterations += 1;
+            if stopping || self.watch.wants_snapshot() {
+                let pause = Pause { iterations, progress: progress.clone() };
+                self.watch.snapshot(Snapshot {
+                    grid: problem.grid,
+                    gap: T::lend(&self.gap),
+                    beside: Some(T::lend(&self.velocity)),
+                    progress: serde_json::to_value(pause).expect("plain numbers"),
+                });
+            }
+            if stopping {
                 break (Stop::Interrupted, balance, settled);
             }
-            iterations += 1;
         };
         // A state that stopped short is told as it is kept, too.
         let balance = match stop {

@@ -10,7 +10,9 @@
 //! `K` has no mean mode, so the mean of `t - v'` is the pressure whatever the gap: load balance is a statement about `t`.
 
 use super::{Heights, Load, Problem, Settled, State, Stop};
-use crate::grid::{CHUNK, Filter, Grid, Real, Transform, block_sums, dot, lowest, rms, total, vectorised};
+use crate::grid::{
+    CHUNK, Filter, Grid, HalfSpectrum, Real, Transform, block_sums, dot, lowest, rms, total, vectorised,
+};
 use crate::interface::{Adhesion, HardWall, Kernel, Law, WithAdhesion};
 use crate::{Error, Result};
 use rayon::prelude::*;
@@ -254,7 +256,7 @@ pub(super) struct Operator<'p, T: Real, K, L> {
     pub problem: &'p Problem<'p>,
     pub transform: Transform<T>,
     /// Allocated when first used ([`Operator::ready`]).
-    pub spectrum: Vec<Complex<T>>,
+    pub spectrum: HalfSpectrum<T>,
     pub stiffness: Stiffness<K>,
     pub law: L,
     pub heights: Cow<'p, [T]>,
@@ -286,7 +288,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
         Operator {
             problem,
             transform,
-            spectrum: Vec::new(),
+            spectrum: HalfSpectrum::default(),
             stiffness,
             law,
             heights,
@@ -343,10 +345,10 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
     ) -> (Balance, [f64; M]) {
         self.ready();
         let grid = self.transform.grid();
-        let (nx, half) = (grid.nx, grid.half());
+        let (nx, pitch) = (grid.nx, grid.pitch());
         let offset = self.offset;
         self.spectrum
-            .par_chunks_mut(half)
+            .par_chunks_mut(pitch)
             .zip(gap.par_chunks_mut(nx))
             .zip(self.heights.par_chunks(nx))
             .enumerate()
@@ -364,7 +366,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
         let (law, pressure) = (&self.law, T::of(self.pressure));
         let rows: Vec<([f64; KKT], [f64; M])> = self
             .spectrum
-            .par_chunks_mut(half)
+            .par_chunks_mut(pitch)
             .zip(gap.par_chunks(nx))
             .zip(store.par_chunks_mut(nx))
             .map_init(
@@ -387,10 +389,10 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
         direction: &mut [T],
         update: impl Fn(usize, &mut [T]) -> [f64; M] + Sync,
     ) -> (f64, [f64; M]) {
-        let (nx, half) = (self.transform.grid().nx, self.transform.grid().half());
+        let (nx, pitch) = (self.transform.grid().nx, self.transform.grid().pitch());
         let rows: Vec<[f64; M]> = self
             .spectrum
-            .par_chunks_mut(half)
+            .par_chunks_mut(pitch)
             .zip(direction.par_chunks_mut(nx))
             .enumerate()
             .map_init(
@@ -403,7 +405,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
                 },
             )
             .collect();
-        let curvature = self.transform.columns_forward(&mut self.spectrum, &self.stiffness);
+        let curvature = self.transform.sum_columns(&mut self.spectrum, &self.stiffness);
         self.pairs += 0.5;
         (curvature, block_sums(&rows))
     }

@@ -370,8 +370,8 @@ pub trait Run {
     ///
     /// # Errors
     /// `Input` when the snapshot is not this method's.
-    fn resume(&mut self, grid: Grid, _gap: Vec<f64>, _progress: &serde_json::Value) -> Result<()> {
-        let found = format!("{} x {} points", grid.nx, grid.ny);
+    fn resume(&mut self, kept: Kept) -> Result<()> {
+        let found = format!("{} x {} points", kept.grid.nx, kept.grid.ny);
         Err(Error::input("checkpoint", "snapshot", found, "none: this method begins its load anew"))
     }
 
@@ -403,7 +403,43 @@ impl Iteration {
 pub struct Snapshot<'a> {
     pub grid: Grid,
     pub gap: Field<'a>,
+    /// A second field that the method goes on from: velocities, or a direction.
+    pub beside: Option<Field<'a>>,
     pub progress: serde_json::Value,
+}
+
+/// A snapshot as it was kept.
+#[derive(Debug, Clone)]
+pub struct Kept {
+    pub grid: Grid,
+    pub gap: Vec<f64>,
+    pub beside: Option<Vec<f64>>,
+    pub progress: serde_json::Value,
+}
+
+impl Kept {
+    /// The method's own, and the field that it needs beside the gap.
+    ///
+    /// # Errors
+    /// `Input` where method `id`, at work on `grid`, has not written this.
+    pub fn on<P: serde::de::DeserializeOwned>(self, grid: Grid, id: &str) -> Result<(Vec<f64>, Vec<f64>, P)> {
+        let refused = |key: &str, found: String| {
+            Error::input(
+                "checkpoint",
+                key,
+                found,
+                format!("what method {id} has written on {} x {} points", grid.nx, grid.ny),
+            )
+        };
+        let progress = serde_json::from_value(self.progress).map_err(|e| refused("progress", e.to_string()))?;
+        let beside = self.beside.ok_or_else(|| refused("beside", "nothing".into()))?;
+        for (key, field) in [("gap", &self.gap), ("beside", &beside)] {
+            if field.len() != grid.points() {
+                return Err(refused(key, format!("{} values", field.len())));
+            }
+        }
+        Ok((self.gap, beside, progress))
+    }
 }
 
 /// The state on a coarser grid, as a nested iteration leaves it.

@@ -1,7 +1,7 @@
 //! Files from which an interrupted path goes on.
 
-use crate::grid::{Field, Grid};
-use crate::method::{Run, Snapshot, State};
+use crate::grid::Grid;
+use crate::method::{Kept, Run, Snapshot, State};
 use crate::record::{json, npy};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -23,8 +23,11 @@ pub struct Checkpoint {
     pub finished: Vec<Value>,
     nx: usize,
     ny: usize,
-    /// File of the gap `[ny, nx]`, beside this one.
+    /// File of the gap `[ny, nx]`, in the same folder.
     gap: String,
+    /// File of the second field that the method goes on from, if it needs one.
+    #[serde(default)]
+    beside: Option<String>,
     /// The method's own; `null` where it begins its load anew from the gap.
     progress: Value,
     #[serde(skip)]
@@ -40,7 +43,11 @@ impl Checkpoint {
 
     /// The gap that was kept.
     pub(super) fn gap(&self) -> Result<Vec<f64>> {
-        let path = self.folder.join(&self.gap);
+        self.field(&self.gap)
+    }
+
+    fn field(&self, name: &str) -> Result<Vec<f64>> {
+        let path = self.folder.join(name);
         let field = npy::read(&path)?;
         if (field.nx, field.ny) != (self.nx, self.ny) {
             let found = format!("{} x {} values", field.nx, field.ny);
@@ -57,7 +64,12 @@ impl Checkpoint {
                 run.set_gap(&gap);
                 Ok(())
             }
-            progress => run.resume(Grid::unit(self.nx, self.ny), gap, progress),
+            progress => run.resume(Kept {
+                grid: Grid::unit(self.nx, self.ny),
+                gap,
+                beside: self.beside.as_deref().map(|name| self.field(name)).transpose()?,
+                progress: progress.clone(),
+            }),
         }
     }
 }
@@ -82,7 +94,7 @@ struct Inner {
 }
 
 impl Keeper {
-    /// Writes `STEM.json` and its gap.
+    /// Writes `STEM.json` and its fields.
     pub fn new(folder: &Path, stem: &str, key: String, finished: Vec<Value>) -> Self {
         // The file of the checkpoint that is gone on from stays until the next one is whole.
         let first = Checkpoint::find(folder, stem, &key).is_some_and(|c| c.gap.ends_with("-0.npy"));
@@ -102,7 +114,7 @@ impl Keeper {
 
     /// For [`Watch::snapshot`]. A file that cannot be written is told by [`Keeper::trouble`]: no reason to end a solve.
     pub fn keep(&self, snapshot: &Snapshot) {
-        self.write(snapshot.grid, snapshot.gap, snapshot.progress.clone());
+        self.write(snapshot);
     }
 
     /// A load is done.
@@ -116,7 +128,7 @@ impl Keeper {
     pub fn leave(&self, grid: Grid, state: &State) {
         let kept = self.inner().kept;
         if !kept {
-            self.write(grid, state.gap, Value::Null);
+            self.write(&Snapshot { grid, gap: state.gap, beside: None, progress: Value::Null });
         }
     }
 
@@ -125,20 +137,27 @@ impl Keeper {
         self.inner().trouble.take()
     }
 
-    fn write(&self, grid: Grid, gap: Field, progress: Value) {
+    fn write(&self, snapshot: &Snapshot) {
         let clock = Instant::now();
         let mut inner = self.inner();
-        let name = format!("{}-{}.npy", self.stem, inner.count % 2);
+        let turn = inner.count % 2;
         inner.count += 1;
-        let path = self.folder.join(&name);
-        let written = npy::write_field(&path, grid.nx, grid.ny, gap, 1.0);
+        let Grid { nx, ny, .. } = snapshot.grid;
+        let keep = |name: &str, field| npy::write_field(&self.folder.join(name), nx, ny, field, 1.0);
+        let gap = format!("{}-{turn}.npy", self.stem);
+        let beside = snapshot.beside.map(|field| (format!("{}-beside-{turn}.npy", self.stem), field));
+        let written = keep(&gap, snapshot.gap).and_then(|()| match &beside {
+            Some((name, field)) => keep(name, *field),
+            None => Ok(()),
+        });
         let checkpoint = Checkpoint {
             key: self.key.clone(),
             finished: inner.finished.clone(),
-            nx: grid.nx,
-            ny: grid.ny,
-            gap: name,
-            progress,
+            nx,
+            ny,
+            gap,
+            beside: beside.map(|(name, _)| name),
+            progress: snapshot.progress.clone(),
             folder: PathBuf::new(),
         };
         match written.and_then(|()| json::write(&self.folder.join(format!("{}.json", self.stem)), &checkpoint)) {
@@ -150,7 +169,7 @@ impl Keeper {
 
     /// The path is done: nothing is to go on from.
     pub fn clear(&self) {
-        for end in [".json", "-0.npy", "-1.npy"] {
+        for end in [".json", "-0.npy", "-1.npy", "-beside-0.npy", "-beside-1.npy"] {
             // What is not there need not go.
             let _ = std::fs::remove_file(self.folder.join(format!("{}{end}", self.stem)));
         }

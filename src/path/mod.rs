@@ -242,6 +242,7 @@ impl<'p> LoadPath<'p> {
                 levels.finish(Snapshot {
                     grid: self.problem.grid,
                     gap: Field::F64(&last.gap),
+                    beside: None,
                     progress: serde_json::Value::Null,
                 });
                 let found = pull_off::search(&mut *run, &self.problem, last)?;

@@ -77,7 +77,7 @@ impl Modes {
         let transform = Transform::<T>::new(grid);
         let mut spectrum = transform.spectrum();
         let (kx_max, ky_max) = self.spectrum.largest_modes(self.aspect);
-        spectrum.par_chunks_mut(grid.half()).enumerate().for_each(|(j, row)| {
+        spectrum.par_chunks_mut(grid.pitch()).enumerate().for_each(|(j, row)| {
             let ky = signed_mode(j, grid.ny);
             if ky.abs() > ky_max || 2 * ky.unsigned_abs() as usize >= grid.ny && ky != 0 {
                 return;

@@ -257,9 +257,9 @@ fn pair<T: Real>(grid: Grid) -> Time {
     let transform = Transform::<T>::new(grid);
     let mut field: Vec<T> = (0..grid.points()).map(|i| T::of(((i * 7) % 101) as f64 / 50.0 - 1.0)).collect();
     let mut spectrum = transform.spectrum();
-    let (nx, half, scale) = (grid.nx, grid.half(), T::of(1.0 / grid.points() as f64));
+    let (nx, pitch, scale) = (grid.nx, grid.pitch(), T::of(1.0 / grid.points() as f64));
     let mut once = || {
-        spectrum.par_chunks_mut(half).zip(field.par_chunks(nx)).for_each_init(
+        spectrum.par_chunks_mut(pitch).zip(field.par_chunks(nx)).for_each_init(
             || transform.worker(),
             |worker, (spectrum, row)| {
                 worker.row.copy_from_slice(row);
@@ -267,7 +267,7 @@ fn pair<T: Real>(grid: Grid) -> Time {
             },
         );
         transform.filter_columns(&mut spectrum, &|_: usize, _: &mut [Complex<T>]| 0.0);
-        spectrum.par_chunks_mut(half).zip(field.par_chunks_mut(nx)).for_each_init(
+        spectrum.par_chunks_mut(pitch).zip(field.par_chunks_mut(nx)).for_each_init(
             || transform.worker(),
             |worker, (spectrum, row)| {
                 worker.inverse(spectrum);

@@ -37,7 +37,7 @@ impl<K: Kernel> Filter<f32> for Metric<K> {
 
 /// Working arrays of the steps of one level. The spectrum they are transformed in is the level's.
 pub(super) struct Inner {
-    transform: Transform<f32>,
+    pub transform: Transform<f32>,
     window: Window,
     /// What the gap is to be changed by.
     pub step: Vec<f32>,
@@ -108,11 +108,11 @@ impl Inner {
         body: &Body<K, L>,
     ) -> (f64, f64) {
         let grid = self.transform.grid();
-        let (nx, half, beta) = (grid.nx, grid.half(), beta as f32);
+        let (nx, pitch, beta) = (grid.nx, grid.pitch(), beta as f32);
         let pending = T::of(std::mem::take(&mut self.pending));
         let window = self.window;
         let rows: Vec<[f64; 2]> = spectrum
-            .par_chunks_mut(half)
+            .par_chunks_mut(pitch)
             .zip(self.direction.par_chunks_mut(nx))
             .zip(self.step.par_chunks_mut(nx))
             .zip(self.residual.par_chunks(nx))
@@ -130,7 +130,7 @@ impl Inner {
             )
             .collect();
         let metric = Metric { grid, kernel: body.kernel, mean: 0.0, spring: body.spring, inverse: false };
-        let elastic = self.transform.columns_forward(spectrum, &metric);
+        let elastic = self.transform.sum_columns(spectrum, &metric);
         self.pairs += 0.5;
         let [td, law_curvature] = block_sums(&rows);
         let n = grid.points() as f64;
@@ -189,11 +189,11 @@ impl Inner {
     /// The gap with what is pending, residual `-t` on the free nodes, its rows into the spectrum; step and direction zero.
     /// Returns `Σ r²`.
     fn begin<T: Real, L: Law>(&mut self, gap: &mut [T], spectrum: &mut [Complex<f32>]) -> f64 {
-        let (nx, half) = (self.transform.grid().nx, self.transform.grid().half());
+        let (nx, pitch) = (self.transform.grid().nx, self.transform.grid().pitch());
         let pending = T::of(std::mem::take(&mut self.pending));
         let window = self.window;
         let rows: Vec<[f64; 1]> = spectrum
-            .par_chunks_mut(half)
+            .par_chunks_mut(pitch)
             .zip(self.residual.par_chunks_mut(nx))
             .zip(self.step.par_chunks_mut(nx))
             .zip(self.direction.par_chunks_mut(nx))
@@ -217,10 +217,10 @@ impl Inner {
     /// Rows of the preconditioned residual back, `d = z + β d` on the free nodes, rows of `d` forward. Returns
     /// `Σ v'' d²`.
     fn conjugate<T: Real, L: Law>(&mut self, beta: f64, gap: &[T], spectrum: &mut [Complex<f32>], law: &L) -> f64 {
-        let (nx, half, beta) = (self.transform.grid().nx, self.transform.grid().half(), beta as f32);
+        let (nx, pitch, beta) = (self.transform.grid().nx, self.transform.grid().pitch(), beta as f32);
         let window = self.window;
         let rows: Vec<[f64; 1]> = spectrum
-            .par_chunks_mut(half)
+            .par_chunks_mut(pitch)
             .zip(self.direction.par_chunks_mut(nx))
             .zip(gap.par_chunks(nx))
             .enumerate()
@@ -241,10 +241,10 @@ impl Inner {
 
     /// Rows of `K d` back, `x += α d`, `r -= α H d` on the free nodes, rows of `r` forward. Returns `Σ r²`.
     fn descend<T: Real, L: Law>(&mut self, alpha: f64, gap: &[T], spectrum: &mut [Complex<f32>], law: &L) -> f64 {
-        let (nx, half, alpha) = (self.transform.grid().nx, self.transform.grid().half(), alpha as f32);
+        let (nx, pitch, alpha) = (self.transform.grid().nx, self.transform.grid().pitch(), alpha as f32);
         let window = self.window;
         let rows: Vec<[f64; 1]> = spectrum
-            .par_chunks_mut(half)
+            .par_chunks_mut(pitch)
             .zip(self.step.par_chunks_mut(nx))
             .zip(self.residual.par_chunks_mut(nx))
             .zip(self.direction.par_chunks(nx))

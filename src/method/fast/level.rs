@@ -2,8 +2,9 @@ use super::column::{Factor, multiply};
 use super::inner::{Body, Inner};
 use super::rows;
 use super::window::{Cell, Window};
-use crate::grid::{Filter, Grid, Real, Series, Transform, block_sums, lowest};
+use crate::grid::{Filter, Grid, HalfSpectrum, Real, Series, Transform, block_sums, lowest};
 use crate::interface::{Kernel, Law};
+use crate::method::Precision;
 use crate::method::operator::{Balance, KKT};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
@@ -22,7 +23,7 @@ pub(super) struct Spring {
 pub(super) struct Level<'h, T: Real, K, L> {
     pub transform: Transform<T>,
     /// Of the state and, in its first bytes, of the linear problem.
-    spectrum: Vec<Complex<T>>,
+    spectrum: HalfSpectrum<T>,
     pub body: Body<K, L>,
     heights: &'h Series<T>,
     cell: Cell,
@@ -51,12 +52,12 @@ struct Displaced<'h, T, K> {
     spring: Spring,
 }
 
-impl<T: Real, K: Kernel> Filter<T> for Displaced<'_, T, K> {
-    fn apply(&self, i: usize, column: &mut [Complex<T>]) -> f64 {
+impl<T: Real, W: Real, K: Kernel> Filter<W> for Displaced<'_, T, K> {
+    fn apply(&self, i: usize, column: &mut [Complex<W>]) -> f64 {
         let points = self.grid.points() as f64;
-        self.heights.add_to(i, self.grid, column, T::of(-points));
+        self.heights.add_to(i, self.grid, column, W::of(-points));
         if i == 0 {
-            column[0] -= T::of(points * self.spring.target);
+            column[0] -= W::of(points * self.spring.target);
         }
         multiply((&self.kernel, Factor::Stiffness, self.spring.stiffness), self.grid, i, column)
     }
@@ -64,7 +65,7 @@ impl<T: Real, K: Kernel> Filter<T> for Displaced<'_, T, K> {
 
 impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
     /// A level whose gap is still to be given.
-    fn empty(grid: Grid, (kernel, law): (K, L), heights: &'h Series<T>, cell: Cell, spectrum: Vec<Complex<T>>) -> Self {
+    fn empty(grid: Grid, (kernel, law): (K, L), heights: &'h Series<T>, cell: Cell, spectrum: HalfSpectrum<T>) -> Self {
         let window = cell.window(grid);
         Level {
             cell,
@@ -119,7 +120,7 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
             column.fill(Complex::default());
             heights.add_to(i, grid, column, T::one());
             if held(i, old.nx) && held(i, grid.nx) {
-                let at = |row: usize| known[row * old.half() + i].scale(per_point);
+                let at = |row: usize| known[row * old.pitch() + i].scale(per_point);
                 (0..=top).for_each(|k| column[k] = at(k));
                 (1..=top).for_each(|k| column[grid.ny - k] = at(old.ny - k));
             }
@@ -159,15 +160,15 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
 
     /// See [`Inner::plain`].
     pub fn plain(&mut self, beta: f64) -> (f64, f64) {
+        let len = self.spectrum.len();
         let spectrum = bytemuck::cast_slice_mut(&mut self.spectrum);
-        let len = self.transform.grid().ny * self.transform.grid().half();
         self.inner.plain(beta, &mut self.gap, &mut spectrum[..len], &self.body)
     }
 
     /// See [`Inner::newton`].
     pub fn newton(&mut self, accuracy: (f64, f64, usize), stopping: &dyn Fn() -> bool) -> Option<f64> {
+        let len = self.spectrum.len();
         let spectrum = bytemuck::cast_slice_mut(&mut self.spectrum);
-        let len = self.transform.grid().ny * self.transform.grid().half();
         let excess = self.inner.newton(&mut self.gap, &mut spectrum[..len], &self.body, accuracy, stopping);
         excess.map(|e| e * self.grid().points() as f64 / self.window.points() as f64)
     }
@@ -177,46 +178,33 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
         self.pressure * self.window.points() as f64 / self.grid().points() as f64
     }
 
-    /// Balance and gradient where the gap is changed by `scale` times the step; the gap itself stays. One pair.
-    pub fn trial(&mut self, scale: f64) -> Trial {
-        let grid = self.grid();
-        let (nx, half) = (grid.nx, grid.half());
+    /// Balance and gradient where the gap is changed by `scale` times the step; the gap itself stays. One pair, in f32 where that is
+    /// enough.
+    pub fn trial(&mut self, scale: f64, precision: Precision) -> Trial {
         let filter = self.displaced();
-        let (transform, law) = (&self.transform, &self.body.law);
         let (pressure, scale) = (T::of(self.spread()), T::of(scale));
-        let window = self.window;
-        self.spectrum
-            .par_chunks_mut(half)
-            .zip(self.gap.par_chunks(nx))
-            .zip(self.inner.step.par_chunks(nx))
-            .enumerate()
-            .for_each_init(
-                || transform.worker(),
-                |worker, (y, ((spectrum, gap), step))| {
-                    rows::shifted::<L, T>(window.inside(y, nx), gap, scale, step, &mut worker.row);
-                    worker.forward(spectrum);
-                },
-            );
-        let elastic = 0.5 * transform.filter_columns(&mut self.spectrum, &filter);
-        let sums: Vec<[f64; KKT + 1]> = self
-            .spectrum
-            .par_chunks_mut(half)
-            .zip(self.gap.par_chunks(nx))
-            .zip(self.inner.step.par_chunks(nx))
-            .zip(self.inner.residual.par_chunks_mut(nx))
-            .enumerate()
-            .map_init(
-                || transform.worker(),
-                |worker, (y, (((spectrum, gap), step), residual))| {
-                    worker.inverse(spectrum);
-                    let inside = window.inside(y, nx);
-                    rows::trial(law, inside, (gap, scale, step), (&worker.row, pressure), residual)
-                },
-            )
-            .collect();
+        let (gap, law, window) = (&self.gap, &self.body.law, self.window);
+        let (elastic, sums) = match precision {
+            Precision::F32 => {
+                let len = self.spectrum.len();
+                let spectrum = &mut bytemuck::cast_slice_mut(&mut self.spectrum)[..len];
+                let Inner { transform, step, residual, .. } = &mut self.inner;
+                tried::<T, f32, K, L>(
+                    (transform, &filter),
+                    spectrum,
+                    (gap, scale, step),
+                    (law, window, pressure),
+                    residual,
+                )
+            }
+            Precision::F64 => {
+                let Inner { step, residual, .. } = &mut self.inner;
+                let to = (&self.transform, &filter);
+                tried::<T, T, K, L>(to, &mut self.spectrum, (gap, scale, step), (law, window, pressure), residual)
+            }
+        };
         self.pairs += 1.0;
-        let sums = block_sums(&sums);
-        let n = grid.points() as f64;
+        let n = self.grid().points() as f64;
         Trial { balance: self.balance(elastic, &sums), rr: sums[0] / n, rr_old: sums[KKT - 1] / n }
     }
 
@@ -252,11 +240,11 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
         self.settle();
         self.inner.release();
         let grid = self.grid();
-        let (nx, half) = (grid.nx, grid.half());
+        let (nx, pitch) = (grid.nx, grid.pitch());
         let filter = self.displaced();
         let (transform, law) = (&self.transform, &self.body.law);
         let pressure = T::of(self.spread());
-        self.spectrum.par_chunks_mut(half).zip(self.gap.par_chunks(nx)).for_each_init(
+        self.spectrum.par_chunks_mut(pitch).zip(self.gap.par_chunks(nx)).for_each_init(
             || transform.worker(),
             |worker, (spectrum, gap)| {
                 worker.row.copy_from_slice(gap);
@@ -268,7 +256,7 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
         let window = self.window;
         let sums: Vec<[f64; KKT + 1]> = self
             .spectrum
-            .par_chunks_mut(half)
+            .par_chunks_mut(pitch)
             .zip(self.gap.par_chunks(nx))
             .zip(stress.par_chunks_mut(nx))
             .enumerate()
@@ -287,4 +275,39 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
         self.pairs += 1.0;
         (self.balance(elastic, &block_sums(&sums)), stress)
     }
+}
+
+/// The pair of a trial in precision `W`: elastic energy, and the sums of [`rows::trial`].
+fn tried<T: Real, W: Real, K: Kernel, L: Law>(
+    (transform, filter): (&Transform<W>, &Displaced<'_, T, K>),
+    spectrum: &mut [Complex<W>],
+    (gap, scale, step): (&[T], T, &[f32]),
+    (law, window, pressure): (&L, Window, T),
+    residual: &mut [f32],
+) -> (f64, [f64; KKT + 1]) {
+    let (nx, pitch) = (transform.grid().nx, transform.grid().pitch());
+    spectrum.par_chunks_mut(pitch).zip(gap.par_chunks(nx)).zip(step.par_chunks(nx)).enumerate().for_each_init(
+        || transform.worker(),
+        |worker, (y, ((spectrum, gap), step))| {
+            rows::shifted::<L, T, W>(window.inside(y, nx), gap, scale, step, &mut worker.row);
+            worker.forward(spectrum);
+        },
+    );
+    let elastic = 0.5 * transform.filter_columns(spectrum, filter);
+    let sums: Vec<[f64; KKT + 1]> = spectrum
+        .par_chunks_mut(pitch)
+        .zip(gap.par_chunks(nx))
+        .zip(step.par_chunks(nx))
+        .zip(residual.par_chunks_mut(nx))
+        .enumerate()
+        .map_init(
+            || transform.worker(),
+            |worker, (y, (((spectrum, gap), step), residual))| {
+                worker.inverse(spectrum);
+                let inside = window.inside(y, nx);
+                rows::trial(law, inside, (gap, scale, step), (&worker.row, pressure), residual)
+            },
+        )
+        .collect();
+    (elastic, block_sums(&sums))
 }

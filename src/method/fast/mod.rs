@@ -15,8 +15,8 @@ mod window;
 
 use super::operator::{Balance, Build, LOAD_BALANCE, LOAD_SHARE, Outcome, dispatch, refused};
 use super::{
-    Card, CoarseState, ContactMethod, Criterion, Goals, Heights, Kind, Load, Needs, Plan, Precision, Problem, Run,
-    Settled, Started, State, Stop, Watch,
+    Card, CoarseState, ContactMethod, Criterion, Goals, Heights, Kept, Kind, Load, Needs, Plan, Precision, Problem,
+    Run, Settled, Started, State, Stop, Watch,
 };
 use crate::grid::{Grid, Real, Series, lowest, mean, rms, transformable};
 use crate::interface::{HalfSpace, HardWall, Kernel, Law};
@@ -46,7 +46,9 @@ static CARD: Card = Card {
 /// Points along a side below which a grid is not halved.
 const COARSEST: usize = 64;
 
-/// Residual over the pressure at which a coarse grid is left: a better one leaves the work on the next grid unchanged.
+/// Residual over the pressure at which a coarse grid is left: a better one leaves the work on the next grid unchanged. With 5e-2 it
+/// takes 3 to 13 % fewer pairs in all, but its mean gap is too rough for an estimate of the grid's error, two to three times as
+/// large then.
 const COARSE_TOLERANCE: f64 = 1e-2;
 
 /// Corrections of the pressure on a coarse grid, under mean-gap control, after which the next grid may do better.
@@ -313,7 +315,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
 }
 
 impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
-    fn resume(&mut self, grid: Grid, gap: Vec<f64>, progress: &serde_json::Value) -> Result<()> {
+    fn resume(&mut self, Kept { grid, gap, progress, .. }: Kept) -> Result<()> {
         let pause = Pause::deserialize(progress)
             .map_err(|e| Error::input("checkpoint", "progress", e, format!("what method {} has written", CARD.id)))?;
         if gap.len() != grid.points() {

@@ -116,26 +116,35 @@ pub(super) fn settle<L: Law, T: Real>(inside: usize, gap: &mut [T], scale: T, st
 }
 
 /// As [`settle`], into `row`.
-pub(super) fn shifted<L: Law, T: Real>(inside: usize, gap: &[T], scale: T, step: &[f32], row: &mut [T]) {
-    row.copy_from_slice(gap);
-    settle::<L, T>(inside, row, scale, step);
+pub(super) fn shifted<L: Law, T: Real, W: Real>(inside: usize, gap: &[T], scale: T, step: &[f32], row: &mut [W]) {
+    #[inline(always)]
+    fn part<L: Law, T: Real, W: Real>(gap: &[T], scale: T, step: &[f32], row: &mut [W]) {
+        row.iter_mut().zip(gap).zip(step).for_each(|((to, &g), &s)| *to = W::of(moved::<L, T>(g, scale, s).wide()));
+    }
+    vectorised(
+        #[inline(always)]
+        || {
+            part::<L, T, W>(&gap[..inside], scale, &step[..inside], &mut row[..inside]);
+            part::<Open, T, W>(&gap[inside..], scale, &step[inside..], &mut row[inside..]);
+        },
+    )
 }
 
 /// Sums of a trial state, [`KKT`] of them over the nodes that face the surface, the first two and the last of them over the
 /// free ones as well; and of the gap over the free ones. `row` is the stress of the body, `residual` the last state's and
 /// becomes this one's.
-pub(super) fn trial<L: Law, T: Real>(
+pub(super) fn trial<L: Law, T: Real, W: Real>(
     law: &L,
     inside: usize,
     (gap, scale, step): (&[T], T, &[f32]),
-    (row, pressure): (&[T], T),
+    (row, pressure): (&[W], T),
     residual: &mut [f32],
 ) -> [f64; KKT + 1] {
     #[inline(always)]
-    fn part<L: Law, T: Real>(
+    fn part<L: Law, T: Real, W: Real>(
         law: &L,
         (gap, scale, step): (&[T], T, &[f32]),
-        (row, pressure): (&[T], T),
+        (row, pressure): (&[W], T),
         residual: &mut [f32],
     ) -> [f64; KKT] {
         let mut sums = [0.0; KKT];
@@ -148,7 +157,7 @@ pub(super) fn trial<L: Law, T: Real>(
             for ((old, g), r) in nodes.old.iter_mut().zip(gap).zip(&*residual) {
                 *old = f64::from(kkt::<L, f32>(g.wide() as f32, *r));
             }
-            nodes.imbalance.iter_mut().zip(row).for_each(|(t, &r)| *t = r + pressure);
+            nodes.imbalance.iter_mut().zip(row).for_each(|(t, &r)| *t = T::of(r.wide()) + pressure);
             nodes.add_to(gap.len(), law, &mut sums);
             residual.iter_mut().zip(&nodes.imbalance).for_each(|(r, t)| *r = t.wide() as f32);
         }

@@ -5,8 +5,7 @@
 //! A load F spread over a Hertzian spot of radius a displaces as F·(2/q)·f(qa), f = 1 - (qa)²/10 + O((qa)⁴). Of that the mesh
 //! takes erfc(q/2α), smooth on the scale 1/α; what is left falls off as erfc(αr). E* = 1, and displacements have no mean.
 
-use crate::grid::{Grid, Transform, transformable};
-use rustfft::num_complex::Complex;
+use crate::grid::{Grid, HalfSpectrum, Transform, transformable};
 use std::f64::consts::PI;
 
 /// Places within reach of each other where they lie evenly: with 8 to 40 the two parts take about as long.
@@ -32,8 +31,8 @@ pub(super) struct Mesh {
     pub reach: f64,
     alpha: f64,
     transform: Transform<f64>,
-    spectrum: Vec<Complex<f64>>,
-    second: Vec<Complex<f64>>,
+    spectrum: HalfSpectrum<f64>,
+    second: HalfSpectrum<f64>,
     field: Vec<f64>,
     /// Half spectrum of what a unit load displaces, the splines' own taken out.
     response: Vec<f64>,
@@ -57,9 +56,9 @@ impl Mesh {
             let x = PI * m / n as f64;
             if x == 0.0 { 1.0 } else { (x.sin() / x).powi(ORDER as i32) }
         };
-        let half = grid.half();
-        let response = (0..grid.ny * half).map(|k| {
-            let (qx, qy) = (grid.qx(k % half), grid.qy(k / half));
+        let pitch = grid.pitch();
+        let response = (0..grid.ny * pitch).map(|k| {
+            let (qx, qy) = (grid.qx(k % pitch), grid.qy(k / pitch));
             let q = qx.hypot(qy);
             if q == 0.0 {
                 return 0.0;
@@ -99,9 +98,9 @@ impl Mesh {
         if let Some(second) = second {
             self.lay(weights, second);
             self.transform.forward(&self.field, &mut self.second);
-            let half = self.grid.half();
-            for (k, (one, two)) in self.spectrum.iter_mut().zip(&self.second).enumerate() {
-                let (qx, qy) = (self.grid.qx(k % half), self.grid.qy(k / half));
+            let pitch = self.grid.pitch();
+            for (k, (one, two)) in self.spectrum.iter_mut().zip(&*self.second).enumerate() {
+                let (qx, qy) = (self.grid.qx(k % pitch), self.grid.qy(k / pitch));
                 *one -= two * (qx * qx + qy * qy);
             }
         }
