@@ -7,9 +7,9 @@ const LINE: usize = 64;
 
 /// A half spectrum: `ny` rows of `nx/2+1` coefficients, a row `pitch` elements after the one before (see [`Grid::pitch`]).
 ///
-/// Its rows begin with whole cache lines, so that the blocks of columns which the column pass gathers are whole lines, too. On
-/// rows that lie anyhow the gathering of 2048² coefficients takes two to three times as long.
-#[derive(Debug, Clone)]
+/// Rows of more columns than are gathered at once begin with whole cache lines, so that the blocks which the column pass gathers are
+/// whole lines, too. On rows that lie anyhow the gathering of 2048² coefficients takes two to three times as long.
+#[derive(Debug)]
 pub struct HalfSpectrum<T> {
     elements: Vec<Complex<T>>,
     /// Elements before the first that begins a line.
@@ -20,8 +20,10 @@ pub struct HalfSpectrum<T> {
 impl<T: Real> HalfSpectrum<T> {
     pub(super) fn zeroed(grid: Grid) -> Self {
         let len = grid.ny * grid.pitch();
-        let elements = vec![Complex::default(); len + LINE / size_of::<Complex<T>>()];
-        let first = elements.as_ptr().align_offset(LINE);
+        let spare = LINE / size_of::<Complex<T>>();
+        let elements = vec![Complex::default(); len + spare];
+        // An allocator may give a place from which no number of elements leads to a line.
+        let first = elements.as_ptr().align_offset(LINE).min(spare);
         HalfSpectrum { elements, first, len }
     }
 }

@@ -184,7 +184,7 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         let (mut balance, ..) = self.advance(0.0);
         let (stop, settled) = loop {
             // Before it hears of this iteration.
-            let known = progress.clone();
+            let known = progress.mark();
             let settled = progress.settled(&balance);
             if self.operator.converged(&balance, &settled) {
                 break (Stop::Converged, settled);
@@ -202,7 +202,7 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             let step = Iteration { iteration: iterations, residual, tolerance: problem.tolerance, share: 1.0 };
             let stopping = self.watch.iteration(step).is_break();
             if stopping || self.watch.wants_snapshot() {
-                let pause = Pause { iterations, beta, safe, progress: known };
+                let pause = Pause { iterations, beta, safe, progress: progress.at(&known) };
                 self.watch.snapshot(Snapshot {
                     grid: problem.grid,
                     gap: T::lend(&self.gap),

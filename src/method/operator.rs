@@ -467,6 +467,13 @@ pub(super) struct Progress {
     history: Vec<(f64, f64)>,
 }
 
+/// A moment of [`Progress`].
+pub(super) struct Mark {
+    best: Option<f64>,
+    since: usize,
+    len: usize,
+}
+
 impl Progress {
     /// Iterations without a tenth of improvement after which a residual at the rounding floor is final.
     const PATIENCE: usize = 100;
@@ -475,6 +482,16 @@ impl Progress {
 
     pub fn new() -> Self {
         Progress { best: None, since: 0, history: Vec::new() }
+    }
+
+    /// What it knows now, but for its history, which only grows.
+    pub fn mark(&self) -> Mark {
+        Mark { best: self.best, since: self.since, len: self.history.len() }
+    }
+
+    /// As it was at a mark.
+    pub fn at(&self, mark: &Mark) -> Progress {
+        Progress { best: mark.best, since: mark.since, history: self.history[..mark.len].to_vec() }
     }
 
     /// Notes a state, and says how it compares with the one a fifth of the iterations ago.

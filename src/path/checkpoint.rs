@@ -86,7 +86,7 @@ struct Inner {
     finished: Vec<Value>,
     /// When the next one is due.
     due: Instant,
-    /// Files written so far: each has a name of its own, so that the one before is whole until the next one is.
+    /// Checkpoints written so far: each has files of its own, so that the one before is whole until the next one is.
     count: usize,
     trouble: Option<Error>,
     /// Whether the load at hand has been kept.
@@ -141,7 +141,6 @@ impl Keeper {
         let clock = Instant::now();
         let mut inner = self.inner();
         let turn = inner.count % 2;
-        inner.count += 1;
         let Grid { nx, ny, .. } = snapshot.grid;
         let keep = |name: &str, field| npy::write_field(&self.folder.join(name), nx, ny, field, 1.0);
         let gap = format!("{}-{turn}.npy", self.stem);
@@ -161,7 +160,8 @@ impl Keeper {
             folder: PathBuf::new(),
         };
         match written.and_then(|()| json::write(&self.folder.join(format!("{}.json", self.stem)), &checkpoint)) {
-            Ok(()) => inner.kept = true,
+            // Where this one failed, the next one takes its turn: the files that the last whole one names are not touched.
+            Ok(()) => (inner.kept, inner.count) = (true, inner.count + 1),
             Err(e) => inner.trouble = Some(e),
         }
         inner.due = Instant::now() + EVERY.max(SHARE * clock.elapsed());
@@ -173,5 +173,76 @@ impl Keeper {
             // What is not there need not go.
             let _ = std::fs::remove_file(self.folder.join(format!("{}{end}", self.stem)));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Result;
+    use crate::grid::Field;
+    use crate::method::Load;
+
+    /// Takes up what was kept.
+    #[derive(Default)]
+    struct Taken(Option<Kept>);
+
+    impl Run for Taken {
+        fn equilibrate(&mut self, _: Load) -> Result<State<'_>> {
+            unreachable!("nothing is solved here")
+        }
+
+        fn resume(&mut self, kept: Kept) -> Result<()> {
+            self.0 = Some(kept);
+            Ok(())
+        }
+
+        fn set_gap(&mut self, _: &[f64]) {
+            unreachable!("a snapshot is more than a gap")
+        }
+    }
+
+    fn taken(folder: &Path) -> Kept {
+        let mut run = Taken::default();
+        Checkpoint::find(folder, "c", "key").expect("a checkpoint").resume(&mut run).expect("whole");
+        run.0.expect("taken up")
+    }
+
+    /// Both fields are those of the last checkpoint that was written whole, also after one that could not be; and all go in the end.
+    #[test]
+    fn both_fields_are_of_the_last_whole_checkpoint() {
+        let folder = tempfile::tempdir().unwrap();
+        let keeper = Keeper::new(folder.path(), "c", "key".into(), Vec::new());
+        let keep = |n: f64| {
+            let (gap, beside) = ([n, n + 0.1], [n + 0.2, n + 0.3]);
+            keeper.keep(&Snapshot {
+                grid: Grid::unit(2, 1),
+                gap: Field::F64(&gap),
+                beside: Some(Field::F64(&beside)),
+                progress: Value::from(n),
+            });
+        };
+        let is = |n: f64| {
+            let Kept { gap, beside, progress, .. } = taken(folder.path());
+            assert_eq!((gap, beside, progress), (vec![n, n + 0.1], Some(vec![n + 0.2, n + 0.3]), Value::from(n)));
+        };
+        keep(1.0);
+        is(1.0);
+        keep(2.0);
+        is(2.0);
+        // A folder in place of a file cannot be written over.
+        let first = folder.path().join("c-beside-0.npy");
+        std::fs::remove_file(&first).unwrap();
+        std::fs::create_dir(&first).unwrap();
+        for n in [3.0, 4.0] {
+            keep(n);
+            assert!(keeper.trouble().is_some());
+            is(2.0);
+        }
+        std::fs::remove_dir(&first).unwrap();
+        keep(5.0);
+        is(5.0);
+        keeper.clear();
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 }

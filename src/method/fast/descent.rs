@@ -44,8 +44,8 @@ const FLAT: f64 = 1e-10;
 const ROUGHEST: f64 = 0.3;
 const FINEST: [f64; 2] = [0.001, 0.02];
 
-/// Residual over the one that rounding leaves in f32, above which trials up to the first Newton step's are made in f32 whatever the
-/// state is in: half the cost. Not with a law, whose branches lie close.
+/// Residual over the one that rounding leaves in f32, above which a grid's trials up to its first Newton step's are made in f32
+/// whatever the state is in: half the cost. Not with a law, whose branches lie close.
 const ROUGH: f64 = 20.0;
 
 /// Iterations of one linear problem.
@@ -112,7 +112,9 @@ pub(super) struct Pause {
     pub earlier_pairs: f64,
     smoothing: usize,
     careful: bool,
-    precision: Precision,
+    /// Precision of the last trial, if not that of the problem.
+    #[serde(default)]
+    precision: Option<Precision>,
     /// Residual before the last Newton step.
     last: f64,
     spell: Option<Spell>,
@@ -193,7 +195,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         // What the last improvement ended with.
         level.settle();
         level.inner.step.fill(0.0);
-        let precision = resumed.as_ref().map_or(solver.problem.precision, |pause| pause.precision);
+        let precision = resumed.as_ref().and_then(|pause| pause.precision).unwrap_or(solver.problem.precision);
         let now = level.trial(0.0, precision);
         level.accept(0.0);
         let untouched = resumed.is_none();
@@ -204,7 +206,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
             earlier_pairs: 0.0,
             smoothing: SMOOTHING,
             careful: false,
-            precision,
+            precision: None,
             last: 0.0,
             spell: None,
             cycle: None,
@@ -266,7 +268,9 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
 
     /// What may end a solve is seen in the precision that was asked for.
     fn confirm(&mut self) {
-        if self.precision != self.solver.problem.precision && self.now.balance.meets(self.tolerance, self.scale()) {
+        let narrow = self.precision != self.solver.problem.precision;
+        let whole = self.cycle.is_some() || self.residual() < NEGLIGIBLE * self.tolerance;
+        if narrow && whole && self.now.balance.meets(self.tolerance, self.scale()) {
             self.precision = self.solver.problem.precision;
             self.now = self.level.trial(self.level.inner.pending, self.precision);
         }
@@ -318,7 +322,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
                 earlier_pairs: self.solver.earlier_pairs.get(),
                 smoothing: self.smoothing,
                 careful: self.careful,
-                precision: self.precision,
+                precision: Some(self.precision),
                 last: self.last,
                 spell: self.spell,
                 cycle: self.cycle,
