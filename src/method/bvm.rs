@@ -7,8 +7,7 @@
 
 use super::operator::{Balance, Build, Operator, Outcome, Progress, curvature_of, dispatch, kkt};
 use super::{
-    Card, ContactMethod, Criterion, Heights, Iteration, Kept, Kind, Load, Needs, Plan, Problem, Run, Snapshot, Started,
-    State, Stop, Watch,
+    Card, ContactMethod, Criterion, Heights, Kept, Kind, Load, Needs, Plan, Problem, Run, Started, State, Stop, Watch,
 };
 use crate::Result;
 use crate::grid::{Real, Transform};
@@ -164,7 +163,7 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
     }
 
     fn resume(&mut self, kept: Kept) -> Result<()> {
-        let (gap, direction, pause) = kept.on(self.operator.problem.grid, CARD.id)?;
+        let (gap, direction, pause) = kept.pair_on(self.operator.problem.grid, CARD.id)?;
         self.set_gap(&gap);
         self.direction = direction.into_iter().map(T::of).collect();
         self.paused = Some(pause);
@@ -199,18 +198,8 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             if balance.parted(pressure, self.operator.law.range()) {
                 break (Stop::Detached, settled);
             }
-            let step = Iteration { iteration: iterations, residual, tolerance: problem.tolerance, share: 1.0 };
-            let stopping = self.watch.iteration(step).is_break();
-            if stopping || self.watch.wants_snapshot() {
-                let pause = Pause { iterations, beta, safe, progress: progress.at(&known) };
-                self.watch.snapshot(Snapshot {
-                    grid: problem.grid,
-                    gap: T::lend(&self.gap),
-                    beside: Some(T::lend(&self.direction)),
-                    progress: serde_json::to_value(pause).expect("plain numbers"),
-                });
-            }
-            if stopping {
+            let pause = || Pause { iterations, beta, safe, progress: progress.at(&known) };
+            if self.operator.leaves(self.watch, (iterations, residual), (&self.gap, &self.direction), pause) {
                 break (Stop::Interrupted, settled);
             }
             let (mut rd, mut curvature) = self.direct(if safe > 0 { 0.0 } else { beta });

@@ -8,10 +8,7 @@
 //! Westergaard at half its full-contact pressure: contact fraction 0.605 instead of 0.5).
 
 use super::operator::{Balance, Build, KKT, Operator, Outcome, Progress, dispatch, kkt_row};
-use super::{
-    Card, ContactMethod, Criterion, Iteration, Kept, Kind, Load, Needs, Plan, Problem, Run, Snapshot, Started, State,
-    Stop, Watch,
-};
+use super::{Card, ContactMethod, Criterion, Kept, Kind, Load, Needs, Plan, Problem, Run, Started, State, Stop, Watch};
 use crate::Result;
 use crate::grid::{Real, Transform, block_sums};
 use crate::interface::{Kernel, Law};
@@ -172,7 +169,7 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
     }
 
     fn resume(&mut self, kept: Kept) -> Result<()> {
-        let (gap, velocity, pause) = kept.on(self.operator.problem.grid, CARD.id)?;
+        let (gap, velocity, pause) = kept.pair_on(self.operator.problem.grid, CARD.id)?;
         self.set_gap(&gap);
         self.velocity = velocity.into_iter().map(T::of).collect();
         self.paused = Some(pause);
@@ -228,21 +225,11 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             if balance.parted(pressure, self.operator.law.range()) {
                 break (Stop::Detached, balance, settled);
             }
-            let step = Iteration { iteration: iterations, residual, tolerance: problem.tolerance, share: 1.0 };
-            let stopping = self.watch.iteration(step).is_break();
-            iterations += 1;
-            if stopping || self.watch.wants_snapshot() {
-                let pause = Pause { iterations, progress: progress.clone() };
-                self.watch.snapshot(Snapshot {
-                    grid: problem.grid,
-                    gap: T::lend(&self.gap),
-                    beside: Some(T::lend(&self.velocity)),
-                    progress: serde_json::to_value(pause).expect("plain numbers"),
-                });
-            }
-            if stopping {
+            let pause = || Pause { iterations: iterations + 1, progress: progress.clone() };
+            if self.operator.leaves(self.watch, (iterations, residual), (&self.gap, &self.velocity), pause) {
                 break (Stop::Interrupted, balance, settled);
             }
+            iterations += 1;
         };
         // A state that stopped short is told as it is kept, too.
         let balance = match stop {

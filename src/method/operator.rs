@@ -9,7 +9,7 @@
 //! and an equilibrium has `t = 0` where the gap is open and `t ≥ 0`, the contact stress, where a hard wall closes it.
 //! `K` has no mean mode, so the mean of `t - v'` is the pressure whatever the gap: load balance is a statement about `t`.
 
-use super::{Heights, Load, Problem, Settled, State, Stop};
+use super::{Heights, Iteration, Load, Problem, Settled, Snapshot, State, Stop, Watch};
 use crate::grid::{
     CHUNK, Filter, Grid, HalfSpectrum, Real, Transform, block_sums, dot, lowest, rms, total, vectorised,
 };
@@ -322,6 +322,28 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
         }
     }
 
+    /// Tells the watch of an iteration and, where it wants that or stops, keeps the gap, the field beside it and what `pause` gives:
+    /// all that the solve goes on from. True where it stops.
+    pub fn leaves<P: Serialize>(
+        &self,
+        watch: &dyn Watch,
+        (iteration, residual): (usize, f64),
+        (gap, beside): (&[T], &[T]),
+        pause: impl FnOnce() -> P,
+    ) -> bool {
+        let step = Iteration { iteration, residual, tolerance: self.problem.tolerance, share: 1.0 };
+        let stopping = watch.iteration(step).is_break();
+        if stopping || watch.wants_snapshot() {
+            watch.snapshot(Snapshot {
+                grid: self.problem.grid,
+                gap: T::lend(gap),
+                beside: Some(T::lend(beside)),
+                progress: serde_json::to_value(pause()).expect("plain numbers"),
+            });
+        }
+        stopping
+    }
+
     /// Allocates the spectrum.
     pub fn ready(&mut self) {
         if self.spectrum.is_empty() {
@@ -468,6 +490,7 @@ pub(super) struct Progress {
 }
 
 /// A moment of [`Progress`].
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Mark {
     best: Option<f64>,
     since: usize,

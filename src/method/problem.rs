@@ -4,6 +4,7 @@ use crate::interface::{Adhesion, Elastic, Kernel, Wall};
 use crate::surface::{Power, patch_gradient};
 use crate::{Error, Result};
 use rustfft::num_complex::Complex;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::ops::ControlFlow;
@@ -403,7 +404,7 @@ impl Iteration {
 pub struct Snapshot<'a> {
     pub grid: Grid,
     pub gap: Field<'a>,
-    /// A second field that the method goes on from: velocities, or a direction.
+    /// A second field `[ny, nx]` that the method goes on from: velocities, or a direction.
     pub beside: Option<Field<'a>>,
     pub progress: serde_json::Value,
 }
@@ -418,28 +419,35 @@ pub struct Kept {
 }
 
 impl Kept {
-    /// The method's own, and the field that it needs beside the gap.
+    /// Gap `[ny, nx]`, units of L, and the method's own.
     ///
     /// # Errors
     /// `Input` where method `id`, at work on `grid`, has not written this.
-    pub fn on<P: serde::de::DeserializeOwned>(self, grid: Grid, id: &str) -> Result<(Vec<f64>, Vec<f64>, P)> {
-        let refused = |key: &str, found: String| {
-            Error::input(
-                "checkpoint",
-                key,
-                found,
-                format!("what method {id} has written on {} x {} points", grid.nx, grid.ny),
-            )
-        };
-        let progress = serde_json::from_value(self.progress).map_err(|e| refused("progress", e.to_string()))?;
-        let beside = self.beside.ok_or_else(|| refused("beside", "nothing".into()))?;
-        for (key, field) in [("gap", &self.gap), ("beside", &beside)] {
-            if field.len() != grid.points() {
-                return Err(refused(key, format!("{} values", field.len())));
-            }
-        }
-        Ok((self.gap, beside, progress))
+    pub fn on<P: DeserializeOwned>(self, grid: Grid, id: &str) -> Result<(Vec<f64>, P)> {
+        let progress =
+            serde_json::from_value(self.progress).map_err(|e| foreign(grid, id, "progress", e.to_string()))?;
+        Ok((whole(self.gap, grid, id, "gap")?, progress))
     }
+
+    /// As [`Kept::on`], with the field beside the gap, `[ny, nx]`, as its second.
+    ///
+    /// # Errors
+    /// The same, and `Input` where there is none.
+    pub fn pair_on<P: DeserializeOwned>(mut self, grid: Grid, id: &str) -> Result<(Vec<f64>, Vec<f64>, P)> {
+        let beside = self.beside.take().ok_or_else(|| foreign(grid, id, "beside", "nothing".into()))?;
+        let (gap, progress) = self.on(grid, id)?;
+        Ok((gap, whole(beside, grid, id, "beside")?, progress))
+    }
+}
+
+fn whole(field: Vec<f64>, grid: Grid, id: &str, key: &str) -> Result<Vec<f64>> {
+    let len = field.len();
+    if len == grid.points() { Ok(field) } else { Err(foreign(grid, id, key, format!("{len} values"))) }
+}
+
+fn foreign(grid: Grid, id: &str, key: &str, found: String) -> Error {
+    let accepted = format!("what method {id} has written on {} x {} points", grid.nx, grid.ny);
+    Error::input("checkpoint", key, found, accepted)
 }
 
 /// The state on a coarser grid, as a nested iteration leaves it.

@@ -112,11 +112,6 @@ impl Keeper {
         Instant::now() >= self.inner().due
     }
 
-    /// For [`Watch::snapshot`]. A file that cannot be written is told by [`Keeper::trouble`]: no reason to end a solve.
-    pub fn keep(&self, snapshot: &Snapshot) {
-        self.write(snapshot);
-    }
-
     /// A load is done.
     pub fn finish(&self, result: Value) {
         let mut inner = self.inner();
@@ -128,7 +123,7 @@ impl Keeper {
     pub fn leave(&self, grid: Grid, state: &State) {
         let kept = self.inner().kept;
         if !kept {
-            self.write(&Snapshot { grid, gap: state.gap, beside: None, progress: Value::Null });
+            self.keep(&Snapshot { grid, gap: state.gap, beside: None, progress: Value::Null });
         }
     }
 
@@ -137,16 +132,17 @@ impl Keeper {
         self.inner().trouble.take()
     }
 
-    fn write(&self, snapshot: &Snapshot) {
+    /// For [`Watch::snapshot`]. A file that cannot be written is told by [`Keeper::trouble`]: no reason to end a solve.
+    pub fn keep(&self, snapshot: &Snapshot) {
         let clock = Instant::now();
         let mut inner = self.inner();
         let turn = inner.count % 2;
         let Grid { nx, ny, .. } = snapshot.grid;
-        let keep = |name: &str, field| npy::write_field(&self.folder.join(name), nx, ny, field, 1.0);
+        let field_to = |name: &str, field| npy::write_field(&self.folder.join(name), nx, ny, field, 1.0);
         let gap = format!("{}-{turn}.npy", self.stem);
         let beside = snapshot.beside.map(|field| (format!("{}-beside-{turn}.npy", self.stem), field));
-        let written = keep(&gap, snapshot.gap).and_then(|()| match &beside {
-            Some((name, field)) => keep(name, *field),
+        let written = field_to(&gap, snapshot.gap).and_then(|()| match &beside {
+            Some((name, field)) => field_to(name, *field),
             None => Ok(()),
         });
         let checkpoint = Checkpoint {

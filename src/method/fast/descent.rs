@@ -4,7 +4,7 @@ use super::level::{Level, Trial};
 use super::{Ended, Solver};
 use crate::grid::Real;
 use crate::interface::{Kernel, Law};
-use crate::method::operator::{Balance, Progress};
+use crate::method::operator::{Balance, Mark, Progress};
 use crate::method::{Goals, Iteration, Load, Precision, Problem, Settled, Snapshot, Stop};
 use serde::{Deserialize, Serialize};
 
@@ -176,7 +176,7 @@ struct Descent<'a, 'p, 'h, T: Real, K, L> {
     cycle: Option<Cycle>,
     progress: Progress,
     /// The same before it heard of this iteration.
-    known: Progress,
+    known: Mark,
     /// Share of the last direction in the next plain one.
     beta: f64,
     stopping: bool,
@@ -232,7 +232,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
             last,
             spell,
             cycle,
-            known: progress.clone(),
+            known: progress.mark(),
             progress,
             beta: 0.0,
             stopping: false,
@@ -291,7 +291,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         if *self.iterations >= solver.problem.max_iterations {
             return Some(Stop::IterationLimit);
         }
-        self.known = self.progress.clone();
+        self.known = self.progress.mark();
         let floor = self.floor();
         if let Some(stop) = self.progress.stalled(residual, floor) {
             return Some(stop);
@@ -326,7 +326,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
                 last: self.last,
                 spell: self.spell,
                 cycle: self.cycle,
-                progress: self.known.clone(),
+                progress: self.progress.at(&self.known),
             };
             watch.snapshot(Snapshot {
                 grid: self.level.grid(),
@@ -378,7 +378,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         let Some(excess) = self.level.newton(accuracy, &|| watch.stopping()) else {
             self.level.inner.step.fill(0.0);
             self.now = self.level.trial(0.0, self.precision);
-            self.progress = self.known.clone();
+            self.progress = self.progress.at(&self.known);
             *self.iterations -= 1;
             return None;
         };

@@ -23,7 +23,6 @@ use crate::interface::{HalfSpace, HardWall, Kernel, Law};
 use crate::{Error, Result};
 use descent::Pause;
 use level::{Level, Spring};
-use serde::Deserialize;
 use std::time::Instant;
 use window::Cell;
 
@@ -315,14 +314,10 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
 }
 
 impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
-    fn resume(&mut self, Kept { grid, gap, progress, .. }: Kept) -> Result<()> {
-        let pause = Pause::deserialize(progress)
-            .map_err(|e| Error::input("checkpoint", "progress", e, format!("what method {} has written", CARD.id)))?;
-        if gap.len() != grid.points() {
-            let accepted = format!("{} x {} values", grid.nx, grid.ny);
-            return Err(Error::input("checkpoint", "gap", format!("{} values", gap.len()), accepted));
-        }
-        let grid = Grid { nx: grid.nx, ny: grid.ny, ..self.cell.grid };
+    fn resume(&mut self, kept: Kept) -> Result<()> {
+        // Of any grid on the way; its cell is this one.
+        let grid = Grid { nx: kept.grid.nx, ny: kept.grid.ny, ..self.cell.grid };
+        let (gap, pause) = kept.on(grid, CARD.id)?;
         self.resumed = Some((grid, gap.into_iter().map(T::of).collect(), pause));
         Ok(())
     }
