@@ -118,6 +118,38 @@ fn pulled_off_and_dry_run() {
     assert!(stderr(&huge).contains("with --precision f32"), "{}", stderr(&huge));
 }
 
+/// A map is solved as the waves that it was made of, in either precision, and takes the memory that was planned.
+#[test]
+fn a_map_is_its_waves() {
+    /// Of the default tolerance of each precision, in mean gap and contact.
+    const AGREE: [(&str, f64); 2] = [("f64", 1e-6), ("f32", 2e-3)];
+    let scratch = tempfile::tempdir().expect("scratch");
+    let map = scratch.path().join("map.npy");
+    let map = map.to_str().expect("UTF-8");
+    let spectrum = ["--length-um", "1", "--roll-off-um", "0.2", "--cut-off-um", "0.0625", "--seed", "18"];
+    let made = asperity().args(["surface", "--grid", "64", "--out", map]).args(spectrum).output().expect("started");
+    assert!(made.status.success(), "{}", stderr(&made));
+    let waves = &lines(&["--pressure", "0.02"])[0];
+    for (precision, agree) in AGREE {
+        let of_map = |more: &[&str]| {
+            let flags = ["solve", "--heights", map, "--json", "--precision", precision];
+            asperity().args(flags).args(more).output().expect("started")
+        };
+        let told = json_line(&of_map(&["--pressure", "0.02"]));
+        for key in ["mean_gap", "contact_fraction", "resolved_gradient"] {
+            let (found, expected) = (number(&told, key), number(waves, key));
+            assert!((found / expected - 1.0).abs() < agree, "{precision} {key}: {found} {expected}");
+        }
+        for more in [&["--pressure", "0.02"][..], &[&STICKY[..], &["--pressure", "0.01,0.02"]].concat()] {
+            let plan = json_line(&of_map(&[more, &["--dry-run"]].concat()));
+            let solved = of_map(more);
+            let solved = String::from_utf8_lossy(&solved.stdout).into_owned();
+            let first: Value = serde_json::from_str(solved.lines().next().expect("a load")).expect("JSON");
+            assert_eq!(plan["bytes"], first["planned_bytes"], "{precision} {more:?}");
+        }
+    }
+}
+
 /// What a plan counts: coarser grids beside the solver, and what is held on the way apart. What is said to fit does.
 #[test]
 fn plans_count_what_is_held_beside_the_solver() {

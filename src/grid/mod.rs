@@ -16,7 +16,7 @@ pub use interpolate::{bilinear, interpolate};
 pub use real::{Field, Real};
 pub use series::Series;
 pub use smooth::{smoothed, spread};
-pub use sums::{CHUNK, block_sums, dot, lowest, mean, rms, sum_rows, total, vectorised};
+pub use sums::{CHUNK, block_sums, dot, extent, lowest, mean, rms, sum_rows, total, vectorised};
 pub use transform::{Filter, Transform, transformable, transformed_nodes};
 
 use std::f64::consts::PI;

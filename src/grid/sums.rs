@@ -78,6 +78,20 @@ pub fn lowest<T: Real>(field: &[T]) -> T {
     field.par_iter().copied().reduce(T::infinity, T::min)
 }
 
+/// Lowest and highest of finite numbers; of none, infinities the wrong way round.
+pub fn extent(values: &[f64]) -> (f64, f64) {
+    let (lanes, rest) = values.as_chunks::<LANES>();
+    let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
+    let mut include = |l: usize, v: f64| {
+        // Not `f64::min`, which vectors have no instruction for: it looks for NaNs.
+        low[l] = if v < low[l] { v } else { low[l] };
+        high[l] = if v > high[l] { v } else { high[l] };
+    };
+    lanes.iter().for_each(|lane| (0..LANES).for_each(|l| include(l, lane[l])));
+    rest.iter().for_each(|&v| include(0, v));
+    (low.into_iter().fold(f64::INFINITY, f64::min), high.into_iter().fold(f64::NEG_INFINITY, f64::max))
+}
+
 /// Root mean square deviation of a field from its mean.
 pub fn rms<T: Real>(field: &[T]) -> f64 {
     let m = mean(field);
@@ -102,6 +116,19 @@ mod tests {
             assert_eq!(vectorised(|| dot(&a, &b)), direct, "{n}");
             assert_eq!(vectorised(|| total(&b)), f64::from(n * (n + 1) / 2), "{n}");
         }
+    }
+
+    #[test]
+    fn extents_see_every_element() {
+        for n in [7, 8, 9, 43] {
+            for (low, high) in [(0, n - 1), (n / 2, n / 3), (n - 1, n / 2)] {
+                let mut values = vec![0.5; n];
+                (values[high], values[low]) = (2.0, -3.0);
+                assert_eq!(extent(&values), (-3.0, 2.0), "{n}");
+            }
+        }
+        assert_eq!(extent(&[2.0]), (2.0, 2.0));
+        assert_eq!(extent(&[]), (f64::INFINITY, f64::NEG_INFINITY));
     }
 
     #[test]

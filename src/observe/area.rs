@@ -1,4 +1,4 @@
-use crate::grid::{Field, Grid, sum_rows};
+use crate::grid::{Field, Grid, Real, sum_rows};
 use std::f64::consts::LN_2;
 use std::f64::consts::PI;
 
@@ -17,22 +17,10 @@ pub struct ContactArea {
 
 /// Area of the nodes with gap of at most `threshold` (0 for the hard wall's contact), over the periodic cell.
 pub fn contact_area(grid: Grid, gap: Field, threshold: f64) -> ContactArea {
-    let (nx, ny) = (grid.nx, grid.ny);
-    let touching = |x: usize, y: usize| gap.at(y * nx + x) <= threshold;
-    let [nodes, across_x, across_y] = sum_rows(ny, |y| {
-        let mut sum = [0.0; 3];
-        let below = if y + 1 == ny { 0 } else { y + 1 };
-        let mut here = touching(0, y);
-        let first = here;
-        for x in 0..nx {
-            sum[0] += f64::from(u8::from(here));
-            sum[2] += f64::from(u8::from(here != touching(x, below)));
-            let next = if x + 1 == nx { first } else { touching(x + 1, y) };
-            sum[1] += f64::from(u8::from(here != next));
-            here = next;
-        }
-        sum
-    });
+    let [nodes, across_x, across_y] = match gap {
+        Field::F32(gap) => counted(grid, gap, |g| f64::from(g) <= threshold),
+        Field::F64(gap) => counted(grid, gap, |g| g <= threshold),
+    };
     let (dx, dy) = (grid.dx(), grid.dy());
     let cell = grid.lx * grid.ly;
     let fraction = nodes / grid.points() as f64;
@@ -40,6 +28,19 @@ pub fn contact_area(grid: Grid, gap: Field, threshold: f64) -> ContactArea {
     let beta = (PI - 1.0 + LN_2) / 24.0;
     let corrected = (fraction - beta * (across_x * dy * dx + across_y * dx * dy) / cell).max(0.0);
     ContactArea { fraction, corrected, perimeter, nodes: nodes as usize }
+}
+
+/// Nodes that touch, and edges along x and along y between one that does and one that does not.
+fn counted<T: Real>(grid: Grid, gap: &[T], touches: impl Fn(T) -> bool + Sync + Send) -> [f64; 3] {
+    let (nx, ny) = (grid.nx, grid.ny);
+    sum_rows(ny, |y| {
+        let (row, below) = (&gap[y * nx..][..nx], &gap[(y + 1) % ny * nx..][..nx]);
+        let nodes = row.iter().filter(|g| touches(**g)).count();
+        let seam = usize::from(touches(row[nx - 1]) != touches(row[0]));
+        let along = row.iter().zip(&row[1..]).filter(|(a, b)| touches(**a) != touches(**b)).count();
+        let across = row.iter().zip(below).filter(|(a, b)| touches(**a) != touches(**b)).count();
+        [nodes, along + seam, across].map(|n| n as f64)
+    })
 }
 
 /// 1 where the gap is at most `threshold`, else 0, as `[ny, nx]`.
@@ -100,5 +101,19 @@ mod tests {
         assert_eq!((all.fraction, all.corrected, all.perimeter), (1.0, 1.0, 0.0));
         let none = contact_area(grid, Field::F32(&[1.0; 16]), 0.0);
         assert_eq!((none.fraction, none.corrected, none.nodes), (0.0, 0.0, 0));
+    }
+
+    /// One row, one column, and contact below a threshold: across a seam that is no seam there is no edge.
+    #[test]
+    fn thin_cells_have_no_edges_across() {
+        let gap = [0.1, 0.3, 0.2, 0.4, 0.1];
+        for (nx, ny) in [(1, 5), (5, 1)] {
+            let grid = Grid { nx, ny, lx: 1.0, ly: 1.0 };
+            let area = contact_area(grid, Field::F64(&gap), 0.2);
+            assert_eq!((area.nodes, area.fraction), (3, 0.6), "{nx} x {ny}");
+            // Four changes along the five nodes, each as wide as the cell.
+            assert!((area.perimeter - 4.0).abs() < 1e-14, "{nx} x {ny}: {}", area.perimeter);
+        }
+        assert_eq!(contact_area(Grid::unit(1, 1), Field::F32(&[0.0]), 0.0).perimeter, 0.0);
     }
 }

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::land::land;
 use super::{json, npy, triples};
 use crate::error::{Error, Result};
+use crate::grid::extent;
 
 /// Which points of a height map meet the flat counterface first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -59,7 +60,7 @@ impl HeightMap {
         if let Some(i) = heights.iter().position(|h| !h.is_finite()) {
             return Err(Error::Height { place: place.to_string(), row: i / nx, column: i % nx, value: heights[i] });
         }
-        let (low, high) = heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
+        let (low, high) = extent(&heights);
         if !(high - low).is_finite() {
             // Low points are put at 0, which would make infinities of the others.
             let found = format!("heights from {low:e} to {high:e}");
@@ -70,8 +71,7 @@ impl HeightMap {
 
     /// The same surface with low points touching first and min = 0: `h − min h`, or `max h − h` for the other sign.
     pub fn low_first(mut self, sign: Sign) -> Self {
-        let (low, high) =
-            self.heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
+        let (low, high) = extent(&self.heights);
         for h in &mut self.heights {
             *h = match sign {
                 Sign::LowFirst => *h - low,

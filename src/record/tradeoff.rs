@@ -11,7 +11,7 @@ use std::io::Write;
 use std::path::Path;
 
 /// Raised when a field changes meaning; a reader refuses a newer one.
-pub const SCHEMA: u32 = 1;
+pub const SCHEMA: u32 = 2;
 pub const FILE: &str = "tradeoff.json";
 pub const CSV_FILE: &str = "tradeoff.csv";
 
@@ -79,10 +79,13 @@ impl Measure {
     pub fn error(self) -> &'static str {
         match self {
             Measure::ContactArea => "relative deviation, perimeter-corrected where contact is a map of nodes",
-            Measure::MeanGap | Measure::Stiffness => "relative deviation",
-            Measure::GapMap => "root mean square difference at the nodes that both grids have, over the mean gap",
+            Measure::MeanGap => "deviation over the mean gap, or over a hundredth of the rms height if that is more",
+            Measure::Stiffness => "relative deviation",
+            Measure::GapMap => {
+                "root mean square difference at the nodes that both grids have, over the same as the mean gap’s"
+            }
             Measure::ContactMap => "one less Jaccard’s index of the contact maps at the nodes that both grids have",
-            Measure::GapPdf => "Wasserstein’s distance over the mean gap",
+            Measure::GapPdf => "Wasserstein’s distance over the same as the mean gap’s",
             Measure::StressPdf => "Wasserstein’s distance over E*ḡ",
             Measure::PatchArea => "Wasserstein’s distance in decades of area",
             Measure::TypicalPatch => "decades between the areas",
@@ -125,6 +128,10 @@ pub struct Tradeoff {
     /// Where the surface is from, its rms gradient, and its shortest wave over L.
     pub surface: String,
     pub gradient: f64,
+    /// rms height over L, of a spectrum what is expected of it. Not told before schema 2, which has deviations of gaps over no less
+    /// than a hundredth of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rms_height: Option<f64>,
     pub shortest_wave: f64,
     /// Grid of the scene.
     pub nx: usize,

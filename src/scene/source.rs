@@ -1,4 +1,4 @@
-use crate::grid::Grid;
+use crate::grid::{Grid, rms};
 use crate::record::heights::{HeightMap, Sign};
 use crate::record::import::{self, Asked, Content, Fourier};
 use crate::surface::{FourierModes, Modes, Spectrum, lower_to_zero, resample};
@@ -135,6 +135,15 @@ impl Surface {
         };
         lower_to_zero(&mut heights);
         heights
+    }
+
+    /// Root mean square about the mean, over L; of a spectrum what is expected of it.
+    pub fn rms_height(&self) -> f64 {
+        match self {
+            Surface::Synthesised { spectrum, .. } => spectrum.expected(1.0, 0.0).rms_height,
+            Surface::Imported { heights, .. } => rms(heights),
+            Surface::Fourier { modes, .. } => modes.series().rms(),
+        }
     }
 
     /// One line for the report.

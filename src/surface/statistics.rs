@@ -1,4 +1,4 @@
-use crate::grid::{Filter, Grid, Transform, mean, signed_mode};
+use crate::grid::{Filter, Grid, Transform, extent, mean, signed_mode};
 use rustfft::num_complex::Complex;
 use std::f64::consts::PI;
 use std::sync::Mutex;
@@ -37,7 +37,7 @@ pub struct Range {
 }
 
 pub fn range(heights: &[f64]) -> Range {
-    let (min, max) = heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &h| (lo.min(h), hi.max(h)));
+    let (min, max) = extent(heights);
     Range { min, mean: mean(heights), max }
 }
 

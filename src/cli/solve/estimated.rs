@@ -42,17 +42,7 @@ pub(super) fn run(
     let card = method.card();
     let (plan, have) = (Given::plan(asked, method), crate::sys::available_memory_bytes());
     let grid = asked.grid;
-    if solve.dry_run {
-        if solve.json {
-            words::json_line(&json!({ "bytes": plan.bytes, "available_bytes": have }))?;
-        } else {
-            let (need, there) = (memory(plan.bytes), memory(have));
-            words::say(&format!(
-                "{} on {} x {} points needs {need} of memory; {there} are available",
-                card.id, grid.nx, grid.ny
-            ));
-        }
-    }
+    solve.tell_plan(method, grid, plan.bytes, have)?;
     if solve.dry_run {
         return Ok(());
     }

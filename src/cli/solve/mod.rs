@@ -6,7 +6,7 @@ use super::{file::FileFlags, listen::Teller, words};
 use crate::error::Complaint;
 use crate::grid::{Grid, Series};
 use crate::interface::{Adhesion, Base, CubicHalfSpace, Elastic, Layer, NonPeriodic, RangeChoice, StiffWall, Wall};
-use crate::method::{self, Goals, Heights, Kind, Load, Precision, Problem, Settings, Stop};
+use crate::method::{self, ContactMethod, Goals, Heights, Kind, Load, Precision, Problem, Settings, Stop};
 use crate::path::{Begin, Checkpoint, Keeper, LoadPath};
 use crate::pipeline::{Key, Listener, Progress};
 use crate::record::heights::Sign;
@@ -17,7 +17,7 @@ use crate::{Error, Result};
 use finished::Finished;
 use serde_json::json;
 use std::path::PathBuf;
-use told::Told;
+use told::{Before, Told};
 
 const CHECKPOINT: &str = "checkpoint";
 
@@ -157,6 +157,28 @@ const SHORTEST_CUT_OFF: f64 = 1e-4;
 enum Given {
     Nodes(Grid, Vec<f64>),
     Series(Grid, Series<f64>),
+}
+
+impl Given {
+    fn grid(&self) -> Grid {
+        match self {
+            Given::Nodes(grid, _) | Given::Series(grid, _) => *grid,
+        }
+    }
+
+    fn heights(&self) -> Heights<'_> {
+        match self {
+            Given::Nodes(_, nodes) => nodes.into(),
+            Given::Series(_, series) => Heights::Series(series),
+        }
+    }
+
+    fn in_waves(self) -> Self {
+        match self {
+            Given::Nodes(grid, nodes) => Given::Series(grid, Series::through(grid, &nodes)),
+            waves => waves,
+        }
+    }
 }
 
 impl Solve {
@@ -387,6 +409,36 @@ impl Solve {
         Err(Error::input("command line", "--mean-gap", 0, accepted))
     }
 
+    /// Bytes planned, told if that is all that is asked for.
+    ///
+    /// # Errors
+    /// Where they do not fit.
+    fn planned(&self, method: &'static dyn ContactMethod, asked: &Problem, loads: &[Load]) -> Result<u64> {
+        let planned = |problem| LoadPath::new(problem, method, self.range, 0.0, loads).plan(self.pull_off).bytes;
+        let (need, have) = (planned(asked.clone()), crate::sys::available_memory_bytes());
+        self.tell_plan(method, asked.grid, need, have)?;
+        match need > have {
+            true => {
+                let advice = fitting(planned, asked, have);
+                Err(Error::Memory { what: method.card().id.into(), need, have, advice })
+            }
+            false => Ok(need),
+        }
+    }
+
+    /// What --dry-run is for.
+    fn tell_plan(&self, method: &'static dyn ContactMethod, grid: Grid, need: u64, have: u64) -> Result<()> {
+        if self.dry_run && self.json {
+            return words::json_line(&json!({ "bytes": need, "available_bytes": have }));
+        }
+        if self.dry_run {
+            let (id, need, have) = (method.card().id, memory(need), memory(have));
+            let Grid { nx, ny, .. } = grid;
+            words::say(&format!("{id} on {nx} x {ny} points needs {need} of memory; {have} are available"));
+        }
+        Ok(())
+    }
+
     /// What a checkpoint must be of to be gone on from: this command, and what its files hold.
     fn key(&self) -> Result<String> {
         let files = [&self.surface_file().map(PathBuf::from), &self.start]
@@ -396,59 +448,41 @@ impl Solve {
         Ok(Key::new("solve", &(format!("{silent:?}"), heights?, start?), &[])?.with(""))
     }
 
-    /// The same for a finished solve, which another build of the program would do anew.
-    fn finished_key(&self) -> Result<String> {
-        Ok(format!("{} {}", self.key()?, Key::of_program()?))
-    }
-
     pub fn execute(self) -> Result<()> {
         self.check()?;
         let method = method::find(&self.method).expect("checked");
         let teller = Teller::new();
         let given = self.given(&teller)?;
-        let (grid, lent) = match &given {
-            Given::Nodes(grid, nodes) => (*grid, nodes.into()),
-            Given::Series(grid, series) => (*grid, Heights::Series(series)),
-        };
-        let tolerance = self.tol.unwrap_or(default_tolerance(self.precision, grid));
-        let asked = self.problem(grid, lent, tolerance)?;
+        let (grid, tolerance) = (given.grid(), self.tol.unwrap_or(default_tolerance(self.precision, given.grid())));
         let pressures = self.pressure.iter().map(|p| Load::Pressure(p / self.modulus));
         let loads: Vec<Load> = pressures.chain(self.mean_gap.iter().map(|g| Load::MeanGap(g / self.length))).collect();
+        let asked = self.problem(grid, given.heights(), tolerance)?;
         if method.card().kind == Kind::Estimate {
             return estimated::run(&self, method, &asked, &loads, &teller);
         }
-        let path = LoadPath::new(asked.clone(), method, self.range, 0.0, &loads);
         if let Some(caveat) = self.range.caveat(asked.adhesion, grid.dx().max(grid.dy())) {
             teller.warn(&caveat);
         }
         self.refuse_closed(&asked)?;
-        let (plan, have) = (path.plan(self.pull_off), crate::sys::available_memory_bytes());
-        if self.dry_run {
-            if self.json {
-                words::json_line(&json!({ "bytes": plan.bytes, "available_bytes": have }))?;
-            } else {
-                words::say(&format!(
-                    "{} on {} x {} points needs {} of memory; {} are available",
-                    method.card().id,
-                    grid.nx,
-                    grid.ny,
-                    memory(plan.bytes),
-                    memory(have)
-                ));
-            }
-        }
-        if plan.bytes > have {
-            let bytes = |problem| LoadPath::new(problem, method, self.range, 0.0, &loads).plan(self.pull_off).bytes;
-            let advice = fitting(bytes, &asked, have);
-            return Err(Error::Memory { what: method.card().id.into(), need: plan.bytes, have, advice });
-        }
+        // Of a map as it comes: what the default method makes of it takes no more.
+        let before = Before::now(self.planned(method, &asked, &loads)?);
         if self.dry_run {
             return Ok(());
         }
-        let mut told = Told::new(&self, &asked, &path, loads.len());
+        let given = match method.card().id {
+            // The default method works on waves, of which the gradient is told, too: a map is transformed once, and let go.
+            "fast" if !self.non_periodic => given.in_waves(),
+            _ => given,
+        };
+        let asked = self.problem(grid, given.heights(), tolerance)?;
+        let path = LoadPath::new(asked.clone(), method, self.range, 0.0, &loads);
+        let mut told = Told::new(&self, &asked, &path, loads.len(), before);
         let (mut keeper, mut begin) = (None, None);
-        let solved_by = if self.out.is_some() { self.finished_key()? } else { String::new() };
+        let mut solved_by = String::new();
         if let Some(out) = &self.out {
+            let key = self.key()?;
+            // A finished solve would be done anew by another build of the program.
+            solved_by = format!("{key} {}", Key::of_program()?);
             std::fs::create_dir_all(out).map_err(Error::io("create", out))?;
             let fields = (0..loads.len()).map(|i| told.name(i, "", "gap.npy"));
             if let Some(finished) = Finished::find(out, &solved_by, fields.collect::<Vec<_>>()) {
@@ -456,7 +490,6 @@ impl Solve {
                 finished.states.into_iter().try_for_each(|line| told.again(line))?;
                 return finished.pull_off.iter().try_for_each(|line| told.pull_off_again(line));
             }
-            let key = self.key()?;
             let checkpoint = Checkpoint::find(out, CHECKPOINT, &key);
             if checkpoint.is_none() && out.join(format!("{CHECKPOINT}.json")).exists() {
                 let found = format!("{} (holds what another solve was interrupted with)", out.display());

@@ -32,12 +32,29 @@ pub(super) struct Told<'a> {
     cpu: f64,
 }
 
+/// What was planned, and where memory and processor time stood, before anything was made.
+pub(super) struct Before {
+    pub planned_bytes: u64,
+    pub growth: Growth,
+    pub cpu: f64,
+}
+
+impl Before {
+    pub fn now(planned_bytes: u64) -> Self {
+        Before { planned_bytes, growth: Growth::begin(), cpu: crate::sys::cpu_seconds() }
+    }
+}
+
 impl<'a> Told<'a> {
-    pub fn new(solve: &'a Solve, asked: &Problem<'a>, path: &LoadPath<'a>, loads: usize) -> Self {
+    pub fn new(
+        solve: &'a Solve,
+        asked: &Problem<'a>,
+        path: &LoadPath<'a>,
+        loads: usize,
+        Before { planned_bytes, growth, cpu }: Before,
+    ) -> Self {
         let problem = path.problem().clone();
         let resolved_gradient = problem.resolved_gradient();
-        let planned_bytes = path.plan(solve.pull_off).bytes;
-        let (growth, cpu) = (Growth::begin(), crate::sys::cpu_seconds());
         Told {
             solve,
             asked: asked.adhesion,

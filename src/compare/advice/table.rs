@@ -17,7 +17,7 @@ type ByLoad = Vec<Option<f64>>;
 const DIGITS: usize = 3;
 
 /// Raised when a field changes meaning; a reader refuses a newer one.
-const SCHEMA: u32 = 1;
+const SCHEMA: u32 = 2;
 
 /// The tables that are part of the program: `make measured` writes them.
 const SHIPPED: &str = include_str!("../../../data/measured.json");
@@ -208,6 +208,7 @@ mod tests {
             scales: ScalesSi { length_m: 1e-4, modulus_pa: 2.5e7 },
             surface: "one".into(),
             gradient: 1.0,
+            rms_height: None,
             shortest_wave: 0.04,
             nx: 256,
             ny: 256,

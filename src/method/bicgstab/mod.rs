@@ -20,7 +20,7 @@ use super::{
     Card, ContactMethod, Criterion, Iteration, Kind, Load, Needs, Plan, Problem, Quantity, Run, Started, State, Stop,
     Support, Watch, accepts, fields,
 };
-use crate::grid::rms;
+use crate::grid::{extent, rms};
 use crate::interface::{Adhesion, Kernel, Law, PowerLaw93, PowerLawWall, Wall, WithAdhesion};
 use crate::{Error, Result};
 use inner::BiCgStab;
@@ -225,8 +225,8 @@ impl<'p, L: Law, M: Fn(f64) -> L> Solver<'p, L, M> {
     /// The rigid surfaces where the law carries the pressure.
     fn rigid(&mut self, pressure: f64) {
         let Solver { heights, gap, law, .. } = self;
-        let ends = heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
-        let (mut apart, mut together) = (ends.0, ends.1 + self.rho);
+        let (low, high) = extent(heights);
+        let (mut apart, mut together) = (low, high + self.rho);
         // Sixty halvings reach the last bit.
         for _ in 0..60 {
             let middle = 0.5 * (apart + together);

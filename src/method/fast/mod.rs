@@ -72,10 +72,9 @@ impl ContactMethod for Fast {
             Precision::F32 => (Level::<f32, HalfSpace, HardWall>::bytes(grid), size_of::<f32>()),
             Precision::F64 => (Level::<f64, HalfSpace, HardWall>::bytes(grid), size_of::<f64>()),
         };
-        // The series, beside the one lent in the other precision; a series through the nodes is as large as a field, and
-        // made from a spectrum in f64.
+        // The series, beside the one lent; one through the nodes is as large as a field, and made from a spectrum in f64.
         let series = match problem.heights {
-            Heights::Series(s) if grid == problem.grid => s.bytes(),
+            Heights::Series(s) if grid == problem.grid => s.bytes() / size_of::<f64>() as u64 * real as u64,
             _ => (real * grid.points()) as u64,
         };
         Plan { bytes: level + series, iterations: 20, pairs_per_iteration: 4.0, seconds: 0.0 }

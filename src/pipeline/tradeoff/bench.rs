@@ -1,7 +1,7 @@
 //! Settings measured one by one, each a stage of the run folder, and the way through all of them within a budget.
 
 use super::atoms::{self, Blocks};
-use super::judge::{self, MapErrors};
+use super::judge::{self, MapErrors, Roughness};
 use super::ladder::{self, Filter, Rung};
 use super::{AskedOfLadder, Exact, Truth};
 use crate::grid::Series;
@@ -104,6 +104,8 @@ pub struct Bench<'a> {
     common: (String, Option<String>),
     /// Atoms, if there are any to be pressed.
     blocks: Option<Blocks>,
+    /// What errors are over.
+    pub rough: Roughness,
     /// Waves of a synthesised surface, which are the same on every grid.
     series: OnceCell<Series<f64>>,
     measured: Vec<(Rung, Measured)>,
@@ -128,6 +130,7 @@ impl<'a> Bench<'a> {
             budget: asked.budget_seconds,
             common: (Key::of_program()?, run::heights_hash(case)?),
             blocks,
+            rough: Roughness::of(case),
             series: OnceCell::new(),
             measured: Vec::new(),
             seconds: Vec::new(),
@@ -215,7 +218,7 @@ impl<'a> Bench<'a> {
         let after: Vec<&Key> = reference.iter().map(|r| r.1.1).chain(resolved.iter().map(|r| &r.1)).collect();
         let key = self.key(rung, &case, &after)?;
         let listener = Until { listener: self.listener, deadline };
-        let (series, repeats, blocks) = (&self.series, self.repeats, &self.blocks);
+        let (series, repeats, blocks, rough) = (&self.series, self.repeats, &self.blocks, self.rough);
         // What is half measured is measured anew: a cost that was put together from parts is none.
         let found = self.folder.stage(&listener, (&stage, &rung.words()), &key, Leftovers::Remove, |dir| {
             let root = dir.parent().unwrap_or(dir);
@@ -230,7 +233,7 @@ impl<'a> Bench<'a> {
             let kind = rung.beside.method.card().kind;
             let against = |other: &Measured| -> Result<Vec<MapErrors>> {
                 let pairs = found.results.states.iter().zip(&other.results.states);
-                pairs.map(|(a, b)| judge::maps(root, (kind, rung.block.is_some()), a, b)).collect()
+                pairs.map(|(a, b)| judge::maps(root, (kind, rung.block.is_some()), a, b, rough)).collect()
             };
             let maps = against(reference)?;
             let resolved = resolved.as_ref().map_or(Ok(Vec::new()), |(other, _)| against(other))?;

@@ -144,19 +144,20 @@ pub fn tradeoff(
         of_reference: c.cpu_seconds / truth.measured.cost.cpu_seconds.max(f64::MIN_POSITIVE),
         ..*c
     };
+    let rough = bench.rough;
     let point = |(rung, found): &(Rung, Measured)| {
         let truth = of(rung)?;
         let is_reference = rung.stage() == truth.rung.stage();
         let loads = match &found.results.refusal {
             Some(_) => Vec::new(),
             None if is_reference => truth.uncertainty.clone(),
-            None => judge::errors((found, &found.maps), &truth.measured, &truth.numbers, case.gradient),
+            None => judge::errors((found, &found.maps), &truth.measured, &truth.numbers, rough),
         };
         let resolved = rung.block.and_then(|_| {
             let on = bench.on_resolved_heights(rung, &truth.rung);
             let other = bench.known(&on)?;
             let numbers = judge::numbers(&[&other.results.states]);
-            let loads = judge::errors((found, &found.resolved), other, &numbers, case.gradient);
+            let loads = judge::errors((found, &found.resolved), other, &numbers, rough);
             let (shortest_wave, gradient) = bench.resolved(rung);
             let errors = judge::over_loads(loads.iter().map(|l| &l.errors));
             Some(Resolved { shortest_wave, gradient, nx: on.n, errors, loads })
@@ -190,6 +191,7 @@ pub fn tradeoff(
         scales: ScalesSi { length_m: case.scales.length_m, modulus_pa: case.scales.modulus_pa },
         surface: case.surface.origin(),
         gradient: case.gradient,
+        rms_height: Some(rough.height),
         shortest_wave: shortest_wave(&case.surface),
         nx: case.grid.nx,
         ny: case.grid.ny,
@@ -326,8 +328,9 @@ fn truth(bench: &mut Bench, case: &Case, adhesive: bool, n: usize, out: &Path) -
     let states: Vec<_> =
         levels.iter().map(|(_, m)| m).chain([&measured]).map(|m| m.results.states.as_slice()).collect();
     let numbers = judge::numbers(&states);
-    let below = levels.iter().rev().map(|(_, m)| judge::errors((m, &m.maps), &measured, &numbers, case.gradient));
-    let uncertainty = judge::uncertainty(&numbers, &below.collect::<Vec<_>>());
+    let rough = bench.rough;
+    let below = levels.iter().rev().map(|(_, m)| judge::errors((m, &m.maps), &measured, &numbers, rough));
+    let uncertainty = judge::uncertainty(&numbers, &below.collect::<Vec<_>>(), rough);
     let coarser = levels.iter().map(|(n, _)| *n).collect();
     Ok(Truth { rung, ny: measured.ny, measured, numbers, uncertainty, coarser })
 }

@@ -1,5 +1,6 @@
 use super::Found;
 use crate::error::{Error, Result};
+use crate::grid::extent;
 use crate::record::heights::{self, HeightMap, Layout};
 use std::io::BufRead;
 use std::path::Path;
@@ -36,7 +37,7 @@ pub(super) fn read(path: &Path, source: impl BufRead, nx: usize, ny: usize) -> R
         return Err(Error::format(path, found, accepted));
     }
     let at = |x: usize, y: usize| map.heights[y * map.nx + x];
-    let (low, high) = map.heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
+    let (low, high) = extent(&map.heights);
     let edges = (0..=ny).map(|y| (nx, y)).chain((0..=nx).map(|x| (x, ny)));
     for (x, y) in edges {
         let first = at(x % nx, y % ny);
