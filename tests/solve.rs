@@ -150,6 +150,42 @@ fn a_map_is_its_waves() {
     }
 }
 
+/// A folder with somebody's files is refused untouched; that of an earlier solve has nothing left of it. A surface that a wrong unit
+/// makes a needle is told.
+#[test]
+fn a_folder_is_one_solve() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let (foreign, own) = (scratch.path().join("foreign"), scratch.path().join("own"));
+    std::fs::create_dir(&foreign).expect("made");
+    std::fs::write(foreign.join("gap.npy"), "mine").expect("written");
+    let into = |out: &Path, flags: &[&str]| solve(&[flags, &["--out", out.to_str().expect("UTF-8")]].concat());
+    for method in ["fast", "persson"] {
+        let refused = into(&foreign, &["--pressure", "0.01", "--method", method]);
+        assert!(
+            refused.status.code() == Some(2) && stderr(&refused).contains("no solve wrote"),
+            "{}",
+            stderr(&refused)
+        );
+    }
+    assert_eq!(std::fs::read(foreign.join("gap.npy")).expect("there"), b"mine");
+    assert!(!into(&own, &["--pressure", "0.01", "--max-iterations", "2"]).status.success());
+    assert!(own.join("partial-solve.json").exists());
+    assert!(into(&own, &["--pressure", "0.01,0.02"]).status.success());
+    assert!(own.join("load-2-gap.npy").exists() && !own.join("partial-solve.json").exists());
+    // From a state that lies there.
+    let start = own.join("load-1-gap.npy");
+    let again = into(&own, &["--pressure", "0.01", "--start", start.to_str().expect("UTF-8")]);
+    assert!(again.status.success(), "{}", stderr(&again));
+    assert!(own.join("gap.npy").exists() && start.exists() && !own.join("load-2-gap.npy").exists());
+    let needle = solve(&["--pressure", "0.01", "--length", "0.01"]);
+    assert!(!stderr(&needle).contains("wrong unit"), "lengths of the cell have no unit: {}", stderr(&needle));
+    let map = scratch.path().join("map.txt");
+    std::fs::write(&map, "0 9 1 8 3\n7 1 9 2 6\n1 8 0 9 1\n9 2 7 1 5\n2 6 1 8 0\n").expect("written");
+    let needle =
+        asperity().args(["solve", map.to_str().expect("UTF-8"), "--pressure", "0.01"]).output().expect("started");
+    assert!(stderr(&needle).contains("wrong unit of length"), "{}", stderr(&needle));
+}
+
 /// What a plan counts: coarser grids beside the solver, and what is held on the way apart. What is said to fit does.
 #[test]
 fn plans_count_what_is_held_beside_the_solver() {

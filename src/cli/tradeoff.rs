@@ -196,7 +196,7 @@ fn say(told: &Told) {
     for p in &told.points {
         if let Some(why) = p.refusal.as_deref().filter(|w| !refused.contains(&(&p.setting.method, w))) {
             refused.push((&p.setting.method, why));
-            words::say(&format!("{} tells nothing: {why}", p.setting.method));
+            words::say(&format!("{} in {} tells nothing: {why}", p.setting.method, p.setting.precision));
         }
     }
     for l in &told.left_out {

@@ -182,6 +182,20 @@ pub(super) fn read_npy(path: &Path) -> Result<(HeightMap, Declared)> {
     Ok((map, Declared { sign: Some(said.sign), unit: Some(said.unit) }))
 }
 
+/// The words of a line, apart by blanks or commas.
+///
+/// # Errors
+/// Where some are apart by a comma alone and others by blanks alone: `1,5 2,5` is two numbers to whoever writes decimal commas.
+pub(super) fn numbers<'a>(path: &Path, line: usize, text: &'a str) -> Result<impl Iterator<Item = &'a str>> {
+    let blanks: Vec<&str> = text.split_whitespace().collect();
+    let inside = blanks.iter().any(|w| w.trim_matches(',').contains(','));
+    if inside && blanks.windows(2).any(|w| !w[0].ends_with(',') && !w[1].starts_with(',')) {
+        let found = format!("commas inside of what blanks set apart, on line {line}");
+        return Err(Error::format(path, found, "numbers with points (1.5), apart by blanks or by commas"));
+    }
+    Ok(text.split(|c: char| c.is_whitespace() || c == ',').filter(|w| !w.is_empty()))
+}
+
 /// `heights_only` says that three columns are heights, whatever they look like.
 pub(super) fn read_ascii(
     path: &Path,
@@ -198,7 +212,7 @@ pub(super) fn read_ascii(
         let (text, comment) = line.split_once('#').map_or((line.as_str(), ""), |(t, c)| (t, c.trim()));
         declared.hear(path, number, comment)?;
         let before = heights.len();
-        for (x, word) in text.split(|c: char| c.is_whitespace() || c == ',').filter(|w| !w.is_empty()).enumerate() {
+        for (x, word) in numbers(path, number, text)?.enumerate() {
             let h: f64 = word
                 .parse()
                 .map_err(|_| Error::format(path, format!("{word:?} on line {number}, column {}", x + 1), "a number"))?;
@@ -311,6 +325,13 @@ mod tests {
         let (map, declared) = reads("# a profile\n1 2.5e0\t3 # first\n# between\n  4,5, 6\n").unwrap();
         assert_eq!(map, HeightMap { nx: 3, ny: 2, heights: vec![1.0, 2.5, 3.0, 4.0, 5.0, 6.0] });
         assert_eq!(declared, Declared::default());
+        for text in ["1,2\n3,4\n", "1 ,2\n3, 4,\n", "1 2\n3 4\n"] {
+            assert_eq!(reads(text).unwrap().0.heights, [1.0, 2.0, 3.0, 4.0], "{text}");
+        }
+        // Decimal commas are not twice as many numbers.
+        for text in ["1,5 2,5\n3,5 4,5\n", "1 2,5\n3 4\n", "1,5\t2\n"] {
+            assert!(complaint(text).contains("on line 1; accepted: numbers with points"), "{}", complaint(text));
+        }
     }
 
     /// Blocks of constant y, and of constant x, are the same map, rows of constant y.

@@ -183,6 +183,8 @@ impl Plot {
         let y_room =
             y.labels().map(|l| l.chars().count()).max().unwrap_or(1).max(5) as f64 * CHARACTER * f64::from(TEXT);
         let mut chart = ChartBuilder::on(&frame)
+            // The axis' description is drawn from the edge on, and accents and brackets rise above its capitals.
+            .margin_left(8)
             .margin_right(60)
             .margin_top(14)
             .x_label_area_size(92)

@@ -14,6 +14,16 @@ use std::path::{Path, PathBuf};
 /// rms gradient from which a surface is called steep; the challenge's, 1, is at the edge of what linear theory is used for.
 const STEEP: f64 = 3.0;
 
+/// What is to be said of a surface so steep.
+pub fn steep(rms_gradient: f64) -> Option<String> {
+    (rms_gradient > STEEP).then(|| {
+        format!(
+            "the rms gradient is {rms_gradient:.3}: the theory is one of small slopes, and so steep a surface is more likely a wrong \
+             unit of length"
+        )
+    })
+}
+
 /// A scene, checked and resolved into reduced numbers.
 #[derive(Debug, Clone)]
 pub struct Case {
@@ -85,12 +95,7 @@ impl Case {
         }
         // A coarse file of the challenge's surface lacks gradient, not load.
         let gradient = if scene.challenge.is_some() { Spectrum::CHALLENGE.rms_gradient } else { gradient };
-        if gradient > STEEP {
-            warnings.push(format!(
-                "the rms gradient is {gradient:.3}: the theory is one of small slopes, and so steep a surface is more likely \
-                 a wrong unit of length"
-            ));
-        }
+        warnings.extend(steep(gradient));
         let adhesion = scene.adhesion.as_ref().map_or(Adhesion::None, |a| adhesion(a, a.range_nm, scales));
         let range = scene.adhesion.as_ref().map_or(RangeChoice::default(), |a| a.range);
         warnings.extend(range.caveat(adhesion, grid.dx()));

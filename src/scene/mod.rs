@@ -12,7 +12,7 @@ mod syntax;
 mod wants;
 
 pub use atoms::{AtomsCase, PairAdhesion};
-pub use case::Case;
+pub use case::{Case, steep};
 pub use hold::HoldScene;
 pub use source::{FileAsked, Surface};
 pub use wants::{AccuracyScene, Wants};

@@ -1,6 +1,7 @@
 //! Loads by a method that estimates instead of solving for the fields.
 
-use super::Solve;
+use super::{Solve, finished};
+use crate::Result;
 use crate::cli::{listen::Teller, words};
 use crate::error::Complaint;
 use crate::grid::Field;
@@ -10,7 +11,6 @@ use crate::path::Given;
 use crate::pipeline::{Progress, state_of};
 use crate::record::{json, npy};
 use crate::report::number::{duration, memory, percent, significant};
-use crate::{Error, Result};
 use serde_json::{Value, json};
 
 /// What only a solver can do.
@@ -47,7 +47,8 @@ pub(super) fn run(
         return Ok(());
     }
     if let Some(out) = &solve.out {
-        std::fs::create_dir_all(out).map_err(Error::io("create", out))?;
+        finished::open(out)?;
+        finished::clear(out, None)?;
     }
     let watch = Progress::new(teller, None, "", (0, loads.len()));
     let resolved_gradient = asked.resolved_gradient();

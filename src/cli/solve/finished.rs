@@ -1,12 +1,19 @@
-//! What a finished solve leaves in its folder, so that the same command tells it again instead of solving anew.
+//! The folder of a solve, and what a finished one leaves there, so that the same command tells it again instead of solving anew.
 
-use crate::Result;
 use crate::record::json;
+use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use std::fs::{self, File};
 use std::path::Path;
 
+/// Tells a folder that solves may clear from any other.
+const MARKER: &str = ".asperity-solve";
+
 const FILE: &str = "done.json";
+
+/// Files of a state, and of the pull-off.
+const OF_STATES: [&str; 5] = ["gap.npy", "stress.npy", "contact.npy", "solve.json", "pull-off.json"];
 
 #[derive(Serialize, Deserialize)]
 pub(super) struct Finished {
@@ -14,6 +21,42 @@ pub(super) struct Finished {
     /// What was told of each load, and of the pull-off.
     pub states: Vec<Value>,
     pub pull_off: Option<Value>,
+}
+
+/// Creates the folder, if need be.
+///
+/// # Errors
+/// Where it holds what no solve wrote.
+pub(super) fn open(folder: &Path) -> Result<()> {
+    fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
+    let marker = folder.join(MARKER);
+    let own = || marker.exists() || json::read::<Finished>(&folder.join(FILE)).is_ok();
+    let mut entries = fs::read_dir(folder).map_err(Error::io("read", folder))?;
+    if entries.next().is_some() && !own() {
+        let found = format!("{} (holds what no solve wrote)", folder.display());
+        return Err(Error::input("command line", "--out", found, "a new or empty folder, or that of an earlier solve"));
+    }
+    File::create(&marker).map_err(Error::io("write", &marker))?;
+    Ok(())
+}
+
+/// Removes the states of an earlier solve, whole or partial, but the one that this one starts from: another one's are about to be
+/// written.
+pub(super) fn clear(folder: &Path, start: Option<&Path>) -> Result<()> {
+    Finished::forget(folder);
+    let start = start.and_then(|file| fs::canonicalize(file).ok());
+    for entry in fs::read_dir(folder).map_err(Error::io("read", folder))?.flatten() {
+        let name = entry.file_name();
+        let Some(name) = name.to_str() else { continue };
+        let name = name.strip_prefix("partial-").unwrap_or(name);
+        let numbered = name.strip_prefix("load-").and_then(|rest| rest.split_once('-'));
+        let name = numbered.filter(|(n, _)| n.parse::<usize>().is_ok()).map_or(name, |(_, name)| name);
+        let is_start = || start.is_some() && fs::canonicalize(entry.path()).ok() == start;
+        if OF_STATES.contains(&name) && !is_start() {
+            fs::remove_file(entry.path()).map_err(Error::io("remove", &entry.path()))?;
+        }
+    }
+    Ok(())
 }
 
 impl Finished {
@@ -24,13 +67,39 @@ impl Finished {
         whole.then_some(found)
     }
 
-    /// Removes what another solve may have left: its fields are about to be replaced.
+    /// Before any of its fields is replaced.
     pub fn forget(folder: &Path) {
         // What is not there need not go.
-        let _ = std::fs::remove_file(folder.join(FILE));
+        let _ = fs::remove_file(folder.join(FILE));
     }
 
     pub fn write(folder: &Path, key: String, states: Vec<Value>, pull_off: Option<Value>) -> Result<()> {
         json::write(&folder.join(FILE), &Finished { key, states, pull_off })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_states_are_cleared() {
+        let folder = tempfile::tempdir().expect("scratch");
+        let path = |name: &str| folder.path().join(name);
+        open(folder.path()).expect("empty");
+        let states =
+            ["gap.npy", "partial-stress.npy", "load-12-contact.npy", "partial-load-2-solve.json", "pull-off.json"];
+        let others = ["my-gap.npy", "load-x-gap.npy", "heights.npy"];
+        states.iter().chain(&others).for_each(|name| fs::write(path(name), "x").expect("written"));
+        clear(folder.path(), Some(&path("load-12-contact.npy"))).expect("cleared");
+        assert!(path("load-12-contact.npy").exists());
+        clear(folder.path(), None).expect("cleared");
+        assert!(states.iter().all(|name| !path(name).exists()) && others.iter().all(|name| path(name).exists()));
+        // The marker stays, so the folder is a solve's still.
+        open(folder.path()).expect("its own");
+        fs::remove_file(path(MARKER)).expect("removed");
+        fs::write(path(FILE), "{}").expect("written");
+        let refused = open(folder.path()).expect_err("no solve's").to_string();
+        assert!(refused.contains("--out") && refused.contains("earlier solve"), "{refused}");
     }
 }

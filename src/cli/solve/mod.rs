@@ -11,7 +11,7 @@ use crate::path::{Begin, Checkpoint, Keeper, LoadPath};
 use crate::pipeline::{Key, Listener, Progress};
 use crate::record::heights::Sign;
 use crate::report::number::memory;
-use crate::scene::{AdhesionLaw, FileAsked, Surface, SurfaceScene, WallKind, default_tolerance};
+use crate::scene::{AdhesionLaw, FileAsked, Surface, SurfaceScene, WallKind, default_tolerance, steep};
 use crate::surface::{Modes, Spectrum};
 use crate::{Error, Result};
 use finished::Finished;
@@ -99,7 +99,7 @@ pub struct Solve {
     set: Vec<String>,
     /// Largest rms KKT residual over the pressure. Default: 1e-8 in f64; in f32 1e-3, from 1024 points a side on in
     /// proportion.
-    #[arg(long)]
+    #[arg(long, visible_alias = "tolerance")]
     tol: Option<f64>,
     /// Go on until the energy is within this part of the minimum (as `fast` estimates it).
     #[arg(long, value_name = "PART")]
@@ -477,13 +477,14 @@ impl Solve {
         let asked = self.problem(grid, given.heights(), tolerance)?;
         let path = LoadPath::new(asked.clone(), method, self.range, 0.0, &loads);
         let mut told = Told::new(&self, &asked, &path, loads.len(), before);
+        steep(told.resolved_gradient).iter().for_each(|caveat| teller.warn(caveat));
         let (mut keeper, mut begin) = (None, None);
         let mut solved_by = String::new();
         if let Some(out) = &self.out {
             let key = self.key()?;
             // A finished solve would be done anew by another build of the program.
             solved_by = format!("{key} {}", Key::of_program()?);
-            std::fs::create_dir_all(out).map_err(Error::io("create", out))?;
+            finished::open(out)?;
             let fields = (0..loads.len()).map(|i| told.name(i, "", "gap.npy"));
             if let Some(finished) = Finished::find(out, &solved_by, fields.collect::<Vec<_>>()) {
                 teller.note(&format!("finished already: this is what {} holds", out.display()));
@@ -504,13 +505,18 @@ impl Solve {
                 });
             }
             finished.iter().try_for_each(|line| told.again(line.clone()))?;
-            Finished::forget(out);
             keeper = Some(Keeper::new(out, CHECKPOINT, key, finished));
             begin = checkpoint.map(Begin::Checkpoint);
         }
         if let (None, Some(file)) = (&begin, &self.start) {
             let gap = crate::pipeline::start(file, grid)?;
             begin = Some(Begin::Gap(gap.into_iter().map(|g| g / self.length).collect()));
+        }
+        if let Some(out) = &self.out {
+            match begin {
+                Some(Begin::Checkpoint(_)) => Finished::forget(out),
+                _ => finished::clear(out, self.start.as_deref())?,
+            }
         }
         let what = format!("{} on {} x {} points", method.card().id, grid.nx, grid.ny);
         teller.begin("solve", &what);

@@ -22,7 +22,7 @@ pub(super) struct Told<'a> {
     used: Adhesion,
     problem: Problem<'a>,
     criterion: String,
-    resolved_gradient: f64,
+    pub resolved_gradient: f64,
     planned_bytes: u64,
     growth: Growth,
     loads: usize,

@@ -1,5 +1,5 @@
 use crate::error::{Error, Result};
-use crate::record::heights::unread;
+use crate::record::heights::{self, unread};
 use std::io::BufRead;
 use std::path::Path;
 
@@ -63,7 +63,7 @@ pub(super) fn read_text(path: &Path, mut source: impl BufRead) -> Result<Vec<Wav
         let words = text.split('#').next().unwrap_or("");
         let mut columns = [0.0; 4];
         let mut count = 0;
-        for word in words.split(|c: char| c.is_whitespace() || c == ',').filter(|w| !w.is_empty()) {
+        for word in heights::numbers(path, number, words)? {
             let value: f64 = word.parse().map_err(|_| {
                 Error::format(path, format!("{word:?} on line {number}, column {}", count + 1), "a number")
             })?;
