@@ -118,7 +118,7 @@ fn pulled_off_and_dry_run() {
     assert!(stderr(&huge).contains("with --precision f32"), "{}", stderr(&huge));
 }
 
-/// A map is solved as the waves that it was made of, in either precision, and takes the memory that was planned.
+/// A map is solved as the waves that it was made of, in either precision, and the result tells the plan that a dry run told.
 #[test]
 fn a_map_is_its_waves() {
     /// Of the default tolerance of each precision, in mean gap and contact.
