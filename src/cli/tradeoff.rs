@@ -45,7 +45,7 @@ pub struct Tradeoff {
     /// continuum, that on a foundation of the other half.
     #[arg(long, value_name = "LIST", value_delimiter = ',', num_args = 1)]
     atoms: Vec<String>,
-    /// Runs of each setting, of which the cheapest counts. Default: one; three to seven of settings that take less than a second.
+    /// Runs of each setting, of which the cheapest counts. Default: one; three to thirty of settings that take less than a second.
     #[arg(long, value_name = "N")]
     repeats: Option<usize>,
     /// One line of JSON on stdout.

@@ -4,7 +4,7 @@
 //! smooth equations, whose Jacobian `I + C'·2a` has displacements by flat punches in C'.
 
 use super::spots::{Asperity, Spots};
-use super::sums::{Cells, Mesh, Weights};
+use super::sums::{Mesh, Reaches, Weights};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
@@ -47,6 +47,7 @@ impl Balance {
         }
         let candidates = spots.candidates(target);
         let lowered = spots.lowered(&mut mesh, &candidates);
+        spots.transformed += mesh.take_transformed();
         let largest = spots.all.iter().map(|s| s.approach).fold(0.0, f64::max);
         let (mut watched, mut excess) = (Vec::new(), Vec::new());
         for (&k, lowered) in candidates.iter().zip(lowered) {
@@ -91,10 +92,11 @@ impl Balance {
             }
             self.scale = self.watched.iter().map(|&k| spots.all[k].approach).fold(0.0, f64::max);
             if self.residual(spots) < (1.0 - 0.1 * part) * before || part <= SHORTEST {
-                return;
+                break;
             }
             part *= 0.5;
         }
+        spots.transformed += self.mesh.take_transformed();
     }
 
     /// Stabilised bi-conjugate gradients (van der Vorst, SIAM J. Sci. Stat. Comput. 13 (1992) 631) for `J x = b`, from b on.
@@ -145,8 +147,10 @@ impl Balance {
 
 impl Matrix {
     fn new(spots: &Spots, mesh: &Mesh, asperities: &[Asperity]) -> Self {
-        let cells = Cells::new(spots.grid, mesh.reach, asperities.iter().map(Asperity::place));
-        let wide: Vec<usize> = (0..asperities.len()).filter(|&k| spots.is_wide(&asperities[k], mesh)).collect();
+        let touching: Vec<usize> = (0..asperities.len()).filter(|&k| asperities[k].approach > 0.0).collect();
+        let all: Vec<_> =
+            touching.iter().map(|&k| (asperities[k].place(), Spots::reach(&asperities[k], mesh))).collect();
+        let near = Reaches::new(spots.grid, mesh.reach, &all);
         let row = |k: usize| {
             let place = asperities[k].place();
             let own = asperities[k].spot();
@@ -156,11 +160,9 @@ impl Matrix {
                 let a = asperities[j].spot();
                 (j, punched(r.max(own + a), a) - mesh.smooth(r, 0.0))
             };
-            let distance = |j: &usize| (*j, spots.distance(place, asperities[*j].place()));
-            let touches = |j: &usize| *j != k && asperities[*j].approach > 0.0;
-            let near = cells.around(place).filter(touches).map(|j| distance(&j)).filter(|d| d.1 < mesh.reach);
-            let far = wide.iter().filter(|j| **j != k).map(distance).filter(|d| d.1 >= mesh.reach);
-            near.chain(far).map(|(j, r)| coefficient(j, r)).collect::<Vec<_>>()
+            let others = near.around(place).filter(|&i| touching[i] != k);
+            let felt = others.map(|i| (i, spots.distance(place, all[i].0))).filter(|&(i, r)| r < all[i].1);
+            felt.map(|(i, r)| coefficient(touching[i], r)).collect::<Vec<_>>()
         };
         let rows: Vec<Vec<(usize, f64)>> = (0..asperities.len()).into_par_iter().map(row).collect();
         let mut starts = vec![0];

@@ -186,6 +186,7 @@ impl Path<'_> {
             (self.spots, self.step) = (self.fresh.clone(), 0);
         }
         let mut spots = self.spots.clone();
+        spots.transformed = 0.0;
         while self.step_pressure(self.step) < target {
             let (stop, residual) = self.settle(&mut spots, (self.step_pressure(self.step), ON_THE_WAY), &mut steps);
             if stop != Stop::Converged {
@@ -225,6 +226,7 @@ impl Estimator for Path<'_> {
             tolerance,
             stop,
             iterations,
+            fft_pairs: spots.transformed / spots.grid.points() as f64,
             seconds: clock.elapsed().as_secs_f64(),
             ..Estimate::at(pressure)
         })

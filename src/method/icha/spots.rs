@@ -2,7 +2,7 @@
 
 use super::super::spots::hertz_load;
 use super::images::images;
-use super::sums::{Cells, Mesh, Weights};
+use super::sums::{Mesh, Reaches, Weights};
 use crate::grid::Grid;
 use crate::surface::Summit;
 use rayon::prelude::*;
@@ -58,8 +58,9 @@ pub(super) fn displacement(r: f64, a: f64, radius: f64) -> f64 {
 /// Spot's radius over distance below which a spot is nearly a point.
 const FAR: f64 = 0.25;
 
-/// Spot's radius over the mesh's reach above which all places feel it as it is.
-const WIDE: f64 = 0.25;
+/// Distance over a spot's radius from which on the mesh has what it displaces: what a Hertzian spot has beyond the mesh's two
+/// terms is then 5e-6 of its largest displacement.
+const WIDTHS: f64 = 5.0;
 
 #[derive(Debug, Clone)]
 pub(super) struct Spots {
@@ -70,6 +71,8 @@ pub(super) struct Spots {
     pub all: Vec<Asperity>,
     /// Approach: plane of the rigid surface's lowest node, in whose frame the body's displacements have no mean.
     pub depth: f64,
+    /// Transform pairs of meshes times their points, for what was displaced.
+    pub transformed: f64,
 }
 
 impl Spots {
@@ -81,7 +84,7 @@ impl Spots {
         let all: Vec<Asperity> = summits.iter().map(asperity).collect();
         let corner = (0.5 * grid.lx, 0.5 * grid.ly);
         let lift = -(images(grid.lx, grid.ly, corner) + 1.0 / (PI * corner.0.hypot(corner.1)));
-        Spots { grid, lift: lift.max(0.0), depth: all[0].height, all }
+        Spots { grid, lift: lift.max(0.0), depth: all[0].height, all, transformed: 0.0 }
     }
 
     pub fn area(&self) -> f64 {
@@ -103,8 +106,9 @@ impl Spots {
         (dx - lx * (dx / lx).round(), dy - ly * (dy / ly).round())
     }
 
-    pub fn is_wide(&self, spot: &Asperity, mesh: &Mesh) -> bool {
-        spot.spot() > WIDE * mesh.reach
+    /// Up to which distance what a spot displaces is more than the mesh has of it.
+    pub fn reach(spot: &Asperity, mesh: &Mesh) -> f64 {
+        mesh.reach.max(WIDTHS * spot.spot())
     }
 
     /// Where nothing touches: as deep as the first summit alone needs for a pressure.
@@ -130,24 +134,19 @@ impl Spots {
         let weights: Vec<Weights> = touching.iter().map(|(_, s)| mesh.weights(s.place())).collect();
         mesh.load(&weights, &loads, Some(&second));
         let level = mesh.level() * loads.iter().sum::<f64>();
-        let (wide, small): (Vec<_>, Vec<_>) = touching.into_iter().partition(|(_, s)| self.is_wide(s, mesh));
-        let cells = Cells::new(self.grid, mesh.reach, small.iter().map(|(_, s)| s.place()));
+        let all: Vec<_> = touching.iter().map(|(_, s)| (s.place(), Self::reach(s, mesh))).collect();
+        let near = Reaches::new(self.grid, mesh.reach, &all);
         let mesh = &*mesh;
         let by_all = |k: &usize| {
             let place = self.all[*k].place();
             let mut sum = mesh.read(&mesh.weights(place)) + level;
-            for i in cells.around(place) {
-                let (j, s) = &small[i];
+            for i in near.around(place) {
+                let (j, s) = touching[i];
                 let r = self.distance(place, s.place());
-                if r < mesh.reach {
-                    let own = if j == k { 0.0 } else { displacement(r, s.spot(), s.radius) };
-                    sum += own - s.load() * mesh.smooth(r, s.spot());
+                if r < all[i].1 {
+                    let own = if j == *k { 0.0 } else { displacement(r, s.spot(), s.radius) };
+                    sum += own - loads[i] * mesh.smooth(r, s.spot());
                 }
-            }
-            for (j, s) in &wide {
-                let r = self.distance(place, s.place());
-                let own = if j == k { 0.0 } else { displacement(r, s.spot(), s.radius) };
-                sum += own - s.load() * mesh.smooth(r, s.spot());
             }
             sum
         };
@@ -158,8 +157,10 @@ impl Spots {
     /// height that has it in equilibrium at this approach. Returns whether any did.
     pub fn merge(&mut self) -> bool {
         let touching: Vec<usize> = (0..self.all.len()).filter(|&k| self.all[k].approach > 0.0).collect();
-        let widest = touching.iter().map(|&k| self.all[k].spot()).fold(0.0, f64::max);
-        let cells = Cells::new(self.grid, 2.0 * widest, touching.iter().map(|&k| self.all[k].place()));
+        // Spots that overlap are no farther apart than twice the wider one's radius.
+        let all: Vec<_> = touching.iter().map(|&k| (self.all[k].place(), 2.0 * self.all[k].spot())).collect();
+        let narrow = (self.area() / touching.len().max(1) as f64).sqrt();
+        let near = Reaches::new(self.grid, narrow, &all);
         let mut parent: Vec<usize> = (0..touching.len()).collect();
         fn root(parent: &[usize], mut k: usize) -> usize {
             while parent[k] != k {
@@ -169,7 +170,7 @@ impl Spots {
         }
         for i in 0..touching.len() {
             let a = &self.all[touching[i]];
-            for j in cells.around(a.place()).filter(|j| *j < i) {
+            for j in near.around(a.place()).filter(|j| *j != i) {
                 let b = &self.all[touching[j]];
                 if self.distance(a.place(), b.place()) < a.spot() + b.spot() {
                     let (a, b) = (root(&parent, i), root(&parent, j));
@@ -193,7 +194,9 @@ impl Spots {
         let from = self.all.len();
         self.all.extend(merged);
         let places: Vec<usize> = (from..self.all.len()).collect();
-        let lowered = self.lowered(&mut Mesh::new(self.grid, touching.len()), &places);
+        let mut mesh = Mesh::new(self.grid, touching.len());
+        let lowered = self.lowered(&mut mesh, &places);
+        self.transformed += mesh.take_transformed();
         for (s, lowered) in self.all[from..].iter_mut().zip(lowered) {
             s.height = self.depth - lowered - s.approach;
         }

@@ -36,6 +36,8 @@ pub(super) struct Mesh {
     field: Vec<f64>,
     /// Half spectrum of what a unit load displaces, the splines' own taken out.
     response: Vec<f64>,
+    /// Transform pairs times points, not yet counted elsewhere.
+    transformed: f64,
 }
 
 impl Mesh {
@@ -73,6 +75,7 @@ impl Mesh {
             spectrum: transform.spectrum(),
             second: transform.spectrum(),
             field: vec![0.0; grid.points()],
+            transformed: 0.0,
             transform,
             grid,
         }
@@ -106,6 +109,13 @@ impl Mesh {
         }
         self.spectrum.iter_mut().zip(&self.response).for_each(|(s, r)| *s *= r);
         self.transform.inverse(&mut self.spectrum, &mut self.field);
+        let pairs = if second.is_some() { 1.5 } else { 1.0 };
+        self.transformed += pairs * self.grid.points() as f64;
+    }
+
+    /// Transform pairs times points since the last call.
+    pub fn take_transformed(&mut self) -> f64 {
+        std::mem::take(&mut self.transformed)
     }
 
     fn lay(&mut self, weights: &[Weights], loads: &[f64]) {
@@ -173,7 +183,7 @@ fn spline(f: f64) -> [f64; ORDER] {
 }
 
 /// Places of a cell, found by where they are.
-pub(super) struct Cells {
+struct Cells {
     columns: [usize; 2],
     extents: [f64; 2],
     /// Where the places of a cell begin in `places`, cell by cell, and behind the last.
@@ -224,5 +234,35 @@ impl Cells {
         near(1, y)
             .flat_map(move |j| columns.clone().map(move |i| j * self.columns[0] + i))
             .flat_map(|c| self.places[self.starts[c]..self.starts[c + 1]].iter().copied())
+    }
+}
+
+/// Places that are felt up to a distance of their own, found by where they are felt.
+pub(super) struct Reaches {
+    /// By reach, each class to twice that of the one before: indices, and where they lie.
+    classes: Vec<(Vec<usize>, Cells)>,
+}
+
+impl Reaches {
+    /// Of places with their reaches; those below `least` count as that.
+    pub fn new(cell: Grid, least: f64, all: &[((f64, f64), f64)]) -> Self {
+        let mut members: Vec<Vec<usize>> = Vec::new();
+        for (k, (_, reach)) in all.iter().enumerate() {
+            // Nothing is farther away than the cell is wide, however far a step has led astray.
+            let class = (reach.min(cell.lx + cell.ly) / least).log2().ceil().max(0.0) as usize;
+            members.resize_with(members.len().max(class + 1), Vec::new);
+            members[class].push(k);
+        }
+        let class = |(k, members): (usize, Vec<usize>)| {
+            let cells = Cells::new(cell, least * 2f64.powi(k as i32), members.iter().map(|&k| all[k].0));
+            (members, cells)
+        };
+        let occupied = members.into_iter().enumerate().filter(|(_, m)| !m.is_empty());
+        Reaches { classes: occupied.map(class).collect() }
+    }
+
+    /// All that may be felt at a place, and more.
+    pub fn around(&self, place: (f64, f64)) -> impl Iterator<Item = usize> + '_ {
+        self.classes.iter().flat_map(move |(members, cells)| cells.around(place).map(|i| members[i]))
     }
 }

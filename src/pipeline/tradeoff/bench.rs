@@ -44,7 +44,7 @@ const PATIENCE: f64 = 2.0;
 const SHORT_SECONDS: f64 = 1.0;
 
 /// Runs of short settings: at least, and at most as long as they have not taken [`SHORT_SECONDS`] together.
-const RUNS_OF_SHORT: [usize; 2] = [3, 7];
+const RUNS_OF_SHORT: [usize; 2] = [3, 30];
 
 /// Whether `runs` runs that took so many seconds together are enough.
 fn enough(repeats: Option<usize>, runs: usize, seconds: f64) -> bool {
@@ -486,7 +486,7 @@ mod tests {
     #[test]
     fn short_settings_run_more_often() {
         let runs = |seconds: f64| (1..).find(|&n| enough(None, n, n as f64 * seconds));
-        assert_eq!([0.001, 0.2, 0.3, 0.9, 1.1, 60.0].map(runs), [7, 5, 4, 3, 1, 1].map(Some));
+        assert_eq!([0.001, 0.2, 0.3, 0.9, 1.1, 60.0].map(runs), [30, 5, 4, 3, 1, 1].map(Some));
         assert!(enough(Some(2), 2, 0.1) && !enough(Some(2), 1, 100.0));
         assert!(
             (in_all(None, 0.2) - 1.0).abs() < 1e-12 && in_all(Some(4), 60.0) == 240.0 && in_all(None, 60.0) == 60.0

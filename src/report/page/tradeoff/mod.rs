@@ -64,7 +64,7 @@ fn runs(told: &Tradeoff) -> String {
     match told.repeats {
         Some(1) => "one run each".into(),
         Some(n) => format!("the least of {n} runs each"),
-        None => "one run each, and the least of three to seven where they take less than a second".into(),
+        None => "one run each, and the least of three to thirty where they take less than a second".into(),
     }
 }
 
