@@ -1,5 +1,5 @@
 use super::{listen::Teller, tradeoff, words};
-use crate::compare::advice::{Limit, Table, Tables};
+use crate::compare::advice::{Limit, Table};
 use crate::pipeline::{self, Trial, Unserved};
 use crate::record::advice::Advice;
 use crate::record::tradeoff::{FILE, Measure};
@@ -79,7 +79,7 @@ impl Advise {
             (None, None) => return Err(Error::input(PLACE, "--error", "not given", "an error, or --budget")),
         };
         let case = Case::read(&self.scene)?;
-        let tables = self.tables(&case)?;
+        let (tables, made_by) = self.tables(&case)?;
         let advice = pipeline::advise(&tables, &case, *measure, limit, self.extrapolate)
             .map_err(|Unserved(accepted)| Error::input(PLACE, flag, asked, accepted))?;
         // A height map has its own grid.
@@ -98,10 +98,11 @@ impl Advise {
             let mut told =
                 serde_json::to_value(&advice).map_err(|e| Error::format("advice", e, "values that JSON can hold"))?;
             told["quantity"] = measure.id().into();
+            told["tables"] = made_by.into();
             told["command"] = command.into();
             words::json_line(&told)?;
         } else {
-            say(&advice, *measure);
+            say(&advice, *measure, &made_by);
             words::say(&command);
         }
         Ok(ExitCode::SUCCESS)
@@ -119,7 +120,7 @@ impl Advise {
             let case = Case::resolve(scene, &self.scene)?;
             let teller = Teller::new();
             let out = root.join(format!("seed-{seed}"));
-            trials.extend(pipeline::prove(&case, &self.tables(&case)?, (measures, errors), &out, &teller)?);
+            trials.extend(pipeline::prove(&case, &self.tables(&case)?.0, (measures, errors), &out, &teller)?);
         }
         let known: Vec<bool> = trials.iter().filter_map(Trial::met).collect();
         let kept = known.iter().filter(|met| **met).count();
@@ -139,17 +140,14 @@ impl Advise {
         Ok(if enough { ExitCode::SUCCESS } else { ExitCode::FAILURE })
     }
     /// Those given, else those measured on this scene here, else those of the program.
-    fn tables(&self, case: &Case) -> Result<Vec<Table>> {
+    fn tables(&self, case: &Case) -> Result<(Vec<Table>, String)> {
         if let Some(file) = self.table.iter().find(|f| !f.exists()) {
             let accepted = format!("a table that `asperity tradeoff {}` wrote", self.scene.display());
             return Err(Error::input(PLACE, "--table", format!("{} (no such file)", file.display()), accepted));
         }
         let own = PathBuf::from("runs").join(format!("{}-tradeoff", case.scene.name)).join(FILE);
         let files = if self.table.is_empty() && own.exists() { vec![own] } else { self.table.clone() };
-        if files.is_empty() {
-            return Ok(Tables::shipped().tables);
-        }
-        Ok(files.iter().map(|f| Tables::read(f)).collect::<Result<Vec<_>>>()?.concat())
+        pipeline::read_tables(&files)
     }
 }
 
@@ -187,7 +185,7 @@ fn say_trials(trials: &[Trial]) {
     words::say(&words::table(&head, trials.iter().map(row)));
 }
 
-fn say(a: &Advice, measure: Measure) {
+fn say(a: &Advice, measure: Measure, made_by: &str) {
     words::say(&format!("{} on {} points a side, {} to {:e}", a.method, a.grid, a.precision, a.tolerance));
     let range = a.error_range.map(|e| error_of(measure, e));
     let surfaces = if a.surfaces == 1 { "one surface".into() } else { format!("{} surfaces", a.surfaces) };
@@ -210,6 +208,7 @@ fn say(a: &Advice, measure: Measure) {
         duration(a.expected_seconds),
         a.threads
     ));
+    words::say(&format!("tables: {made_by}"));
     a.extrapolated.iter().for_each(|why| words::say(&format!("beyond what was measured: {why}")));
 }
 

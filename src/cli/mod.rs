@@ -17,6 +17,7 @@ mod tradeoff;
 mod words;
 
 use crate::{Error, Result};
+use clap::error::{ContextKind, ContextValue};
 use clap::{Parser, Subcommand};
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -83,6 +84,9 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
     let arguments = match Arguments::try_parse_from(arguments) {
         Ok(a) => a,
         Err(e) => {
+            if let Some(complaint) = no_number(&e) {
+                return Err(complaint);
+            }
             // Help and version are answers; everything else is bad input, told in clap's words.
             let _ = e.print();
             return Ok(ExitCode::from(if e.use_stderr() { 2 } else { 0 }));
@@ -126,10 +130,46 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// What is said of an argument that is to be a number and is none: clap tells what it stumbled over, not what it accepts.
+fn no_number(e: &clap::Error) -> Option<Error> {
+    use std::error::Error as _;
+    use std::num::{IntErrorKind, ParseFloatError, ParseIntError};
+    let why = e.source()?;
+    let accepted = match why.downcast_ref::<ParseIntError>().map(ParseIntError::kind) {
+        Some(IntErrorKind::PosOverflow | IntErrorKind::NegOverflow) => "a whole number that is not so large",
+        Some(_) => "a whole number",
+        None => why.downcast_ref::<ParseFloatError>().map(|_| "a number, as 0.01 or 1e-8")?,
+    };
+    let told = |kind| match e.get(kind)? {
+        ContextValue::String(text) => Some(text.as_str()),
+        _ => None,
+    };
+    let (argument, value) = (told(ContextKind::InvalidArg)?, told(ContextKind::InvalidValue)?);
+    let key = argument.split(' ').next().unwrap_or(argument);
+    Some(Error::input("command line", key, format!("{value:?}"), accepted))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use clap::CommandFactory;
+
+    #[test]
+    fn what_is_no_number_is_told_what_is_one() {
+        for (given, accepted) in [
+            (["--pressure", "0,o1", "--grid", "8"], "a number"),
+            (["--pressure", "0.01", "--grid", "8.5"], "a whole number"),
+            (["--pressure", "0.01", "--grid", "99999999999999999999999"], "not so large"),
+        ] {
+            let line = ["asperity", "solve", "map.txt"].into_iter().chain(given);
+            let complaint = Arguments::try_parse_from(line).err().and_then(|e| no_number(&e)).expect("no number");
+            let text = complaint.to_string();
+            assert!(text.contains("--") && text.contains(accepted), "{text}");
+            assert_eq!(complaint.exit_code(), 2);
+        }
+        let unknown = Arguments::try_parse_from(["asperity", "solve", "--never"]).expect_err("refused");
+        assert!(no_number(&unknown).is_none());
+    }
 
     /// Arguments without help, as `command argument`, of a command and all below it.
     fn mute(command: &clap::Command, path: &str) -> Vec<String> {

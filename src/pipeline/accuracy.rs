@@ -9,7 +9,7 @@ use crate::record::tradeoff::Measure;
 use crate::report::number::{duration, error_of};
 use crate::scene::{AccuracyScene, Case, ContinuumScene, Scene, Surface, SurfaceScene};
 use crate::{Error, Result};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What the tables would serve instead of a setting that they do not have.
 pub struct Unserved(pub String);
@@ -75,15 +75,20 @@ fn refuse_both(scene: &Scene, file: &Path) -> Result<()> {
 }
 
 fn tables(asked: &AccuracyScene, case: &Case) -> Result<(Vec<Table>, String)> {
-    if asked.tables.is_empty() {
+    read_tables(&asked.tables.iter().map(|t| case.beside(t)).collect::<Vec<_>>())
+}
+
+/// What is in these files, or, of none, in those that come with the program; and what they are called.
+pub fn read_tables(files: &[PathBuf]) -> Result<(Vec<Table>, String)> {
+    if files.is_empty() {
         let shipped = Tables::shipped();
         return Ok((shipped.tables, format!("those of the program, made by {}", shipped.made_by)));
     }
     let mut list = Vec::new();
-    for file in &asked.tables {
-        list.extend(Tables::read(&case.beside(file))?);
+    for file in files {
+        list.extend(Tables::read(file)?);
     }
-    let names: Vec<String> = asked.tables.iter().map(|t| t.display().to_string()).collect();
+    let names: Vec<String> = files.iter().map(|t| t.display().to_string()).collect();
     Ok((list, names.join(", ")))
 }
 
@@ -115,7 +120,8 @@ fn target(case: &Case) -> Target {
 fn accepted(known: &[Advice], beyond: &[Advice], measure: Measure, limit: Limit) -> String {
     if let Some(a) = choose(beyond, measure, limit) {
         return format!(
-            "what was measured; --extrapolate (in a scene accuracy.extrapolate = true) would take {} on {} points a side ({})",
+            "one that was measured for such a scene; nearest is {} on {} points a side, beyond that ({}): --extrapolate (in a scene \
+             accuracy.extrapolate = true) takes it",
             a.method,
             a.grid,
             a.extrapolated.join("; ")
@@ -124,7 +130,7 @@ fn accepted(known: &[Advice], beyond: &[Advice], measure: Measure, limit: Limit)
     let best = choose(known, measure, Limit::Seconds(f64::INFINITY));
     match (limit, best) {
         (_, None) => {
-            format!("a table with the {} of such a scene; what is given has none, or beyond it alone", measure.name())
+            format!("a quantity that the tables have of such a scene; they have no {} of it", measure.name())
         }
         (Limit::Error(_), Some(a)) => {
             format!("at least {}, the least that the tables have", error_of(measure, a.expected_error))

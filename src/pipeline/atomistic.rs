@@ -283,6 +283,7 @@ fn results(atoms: &AtomsCase, reader: &Reader, climbed: &Climbed, states: Vec<At
         fixed: atoms.block.fixed() as usize,
         indenter: reader.indenter.atoms() as usize,
         audit: atoms.audit.clone(),
+        from_continuum: atoms.start == Start::Continuum,
         ladder: climbed.steps.clone(),
         states,
         unloading: None,

@@ -435,6 +435,9 @@ pub struct AtomsResults {
     pub fixed: usize,
     pub indenter: usize,
     pub audit: Vec<AuditLine>,
+    /// Whether each load began from the continuum's solution, and not from the step before.
+    #[serde(default, skip_serializing_if = "crate::record::is_default")]
+    pub from_continuum: bool,
     pub ladder: Vec<LadderStep>,
     pub states: Vec<AtomState>,
     /// Only where the loads come back or the bodies are pulled apart.

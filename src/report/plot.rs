@@ -112,7 +112,7 @@ impl Style {
 pub struct Curve {
     pub label: String,
     pub style: Style,
-    /// Points that an axis cannot show (not finite, or not positive on a logarithmic one) are left out.
+    /// Points that an axis cannot show (not finite, or not positive on a logarithmic one) are left out, and break the line.
     pub points: Vec<(f64, f64)>,
 }
 
@@ -149,7 +149,7 @@ impl Plot {
         let include = Curve { label: String::new(), style: EXPECTED, points: self.include.clone() };
         let include = self.shown(&include);
         let spread = |pick: fn(&(f64, f64)) -> f64| -> Vec<f64> {
-            curves.iter().chain(&include).flat_map(|c| &c.points).map(pick).collect()
+            curves.iter().chain(&include).flat_map(|c| &c.points).filter(|p| is_seen(p)).map(pick).collect()
         };
         let x = Scale::new(self.x, &spread(|p| p.0));
         let y = Scale::new(self.y, &spread(|p| p.1));
@@ -162,13 +162,8 @@ impl Plot {
     /// The curve in axis coordinates (logarithms on logarithmic axes).
     fn shown(&self, curve: &Curve) -> Option<Curve> {
         let along = |axis: Axis, v: f64| if axis == Axis::Log { v.log10() } else { v };
-        let points: Vec<(f64, f64)> = curve
-            .points
-            .iter()
-            .map(|p| (along(self.x, p.0), along(self.y, p.1)))
-            .filter(|p| p.0.is_finite() && p.1.is_finite())
-            .collect();
-        (!points.is_empty()).then(|| Curve { label: curve.label.clone(), style: curve.style, points })
+        let points: Vec<(f64, f64)> = curve.points.iter().map(|p| (along(self.x, p.0), along(self.y, p.1))).collect();
+        points.iter().any(is_seen).then(|| Curve { label: curve.label.clone(), style: curve.style, points })
     }
 
     fn draw(&self, text: &mut String, curves: &[Curve], x: &Scale, y: &Scale) -> Drawn {
@@ -205,20 +200,33 @@ impl Plot {
             .y_desc(format!("{}{}", self.y_label, y.factor_note()))
             .draw()?;
         for curve in curves {
-            let (points, line) = (curve.points.iter().copied(), curve.style.shape(4));
-            match curve.style.dash {
-                Dash::Solid => chart.draw_series(LineSeries::new(points, line)).map(|_| ())?,
-                Dash::Dashed => chart.draw_series(DashedLineSeries::new(points, 22, 12, line)).map(|_| ())?,
-                Dash::Dotted => chart.draw_series(DashedLineSeries::new(points, 6, 10, line)).map(|_| ())?,
-                Dash::None => (),
-            }
-            for point in &curve.points {
-                mark(&root, chart.backend_coord(point), curve.style)?;
+            for piece in curve.points.split(|p| !is_seen(p)).filter(|piece| !piece.is_empty()) {
+                let (points, line) = (piece.iter().copied(), curve.style.shape(4));
+                match (curve.style.dash, piece) {
+                    // A line of one point.
+                    (Dash::Solid | Dash::Dashed | Dash::Dotted, [alone]) => {
+                        root.draw(&Circle::new(chart.backend_coord(alone), 3, line.filled()))?;
+                    }
+                    (Dash::Solid, _) => chart.draw_series(LineSeries::new(points, line)).map(|_| ())?,
+                    (Dash::Dashed, _) => {
+                        chart.draw_series(DashedLineSeries::new(points, 22, 12, line)).map(|_| ())?;
+                    }
+                    (Dash::Dotted, _) => chart.draw_series(DashedLineSeries::new(points, 6, 10, line)).map(|_| ())?,
+                    (Dash::None, _) => (),
+                }
+                for point in piece {
+                    mark(&root, chart.backend_coord(point), curve.style)?;
+                }
             }
         }
         root.present()?;
         Ok(())
     }
+}
+
+/// Whether an axis can show a point, in axis coordinates.
+fn is_seen(point: &(f64, f64)) -> bool {
+    point.0.is_finite() && point.1.is_finite()
 }
 
 /// A marker centred at a pixel.
@@ -464,6 +472,11 @@ mod tests {
         };
         let svg = plot(vec![(1.0, 2.0), (10.0, 4.0), (0.0, 1.0), (5.0, f64::NAN)]).svg().unwrap();
         assert_eq!(svg.matches("<circle").count(), 3, "two points and one in the legend");
+        let lines = |svg: &str| svg.matches("<polyline").count();
+        let mut points = vec![(1.0, 2.0), (2.0, 2.0), (4.0, 2.0), (5.0, 2.0)];
+        let whole = plot(points.clone()).svg().unwrap();
+        points.insert(2, (3.0, f64::NAN));
+        assert_eq!(lines(&plot(points).svg().unwrap()), lines(&whole) + 1, "a line in two pieces");
         assert!(svg.contains("atoms &amp; wall") && svg.contains("a &lt; b"));
         assert_eq!(plot(vec![(-1.0, 2.0)]).svg(), None);
     }

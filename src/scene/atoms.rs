@@ -35,6 +35,9 @@ const LOW_PASS_SPACINGS: f64 = 4.0;
 /// at 0.2 up to p* = 0.03; at 0.37 4 in 1000 do, and areas still follow elasticity to 7 % (docs/validation.md).
 const YIELDING: f64 = 0.5;
 
+/// Mean pressure over E* up to which a block is pressed: by that elasticity would have it shortened by half.
+const CRUSHED: f64 = 0.5;
+
 /// The adhesion that atoms carry, and what the continuum must carry to be compared with it.
 #[derive(Debug, Clone, Copy)]
 pub struct PairAdhesion {
@@ -86,6 +89,15 @@ impl AtomsCase {
     pub(super) fn resolve(case: &Case) -> Result<AtomsCase> {
         let place = case.file.display().to_string();
         let a = case.scene.atoms.as_ref().expect("called for scenes with atoms");
+        let p_star = case.p_star.iter().copied().fold(0.0, f64::max);
+        if p_star * case.gradient > CRUSHED {
+            let (most, gradient) = (CRUSHED / case.gradient, case.gradient);
+            let accepted = format!(
+                "at most {most:.4} with atoms, which more than {CRUSHED} E* crushes: p* is the pressure over E* and the rms gradient, \
+                 and if that of {gradient:.3} is not the surface's, its heights or extent have another unit than the scene says"
+            );
+            return Err(Error::input(place, "load.p_star", p_star, accepted));
+        }
         let (a0, modulus_gpa, cutoff, mass_u) = match &a.potential {
             None => {
                 let (symbol, _, mass) = CALCIUM_ELEMENT;
@@ -156,7 +168,6 @@ impl AtomsCase {
                 (modes.shortest(), moments(case.grid, &heights).curvature_radius())
             }
         };
-        let p_star = case.p_star.iter().copied().fold(0.0, f64::max);
         let audit = audit(&AuditInput {
             asked: Asked {
                 p_star,

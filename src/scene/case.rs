@@ -6,7 +6,7 @@ use crate::method::{self, Card, ContactMethod, Heights, Kind, Load, Problem, REG
 use crate::record::advice::Chosen;
 use crate::record::heights::Sign;
 use crate::record::import::Asked as AskedOfFile;
-use crate::surface::{Spectrum, moments, patch_gradient};
+use crate::surface::{Spectrum, doubts, moments, patch_gradient};
 use crate::units::Scales;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
@@ -96,6 +96,9 @@ impl Case {
         // A coarse file of the challenge's surface lacks gradient, not load.
         let gradient = if scene.challenge.is_some() { Spectrum::CHALLENGE.rms_gradient } else { gradient };
         warnings.extend(steep(gradient));
+        if let Surface::Imported { grid, heights, .. } = &surface {
+            warnings.extend(doubts(*grid, heights));
+        }
         let adhesion = scene.adhesion.as_ref().map_or(Adhesion::None, |a| adhesion(a, a.range_nm, scales));
         let range = scene.adhesion.as_ref().map_or(RangeChoice::default(), |a| a.range);
         warnings.extend(range.caveat(adhesion, grid.dx()));

@@ -1,4 +1,4 @@
-use crate::grid::{Filter, Grid, Transform, extent, mean, signed_mode};
+use crate::grid::{Filter, Grid, Transform, extent, mean, rms, signed_mode};
 use rustfft::num_complex::Complex;
 use std::f64::consts::PI;
 use std::sync::Mutex;
@@ -68,6 +68,54 @@ pub fn patch_gradient(grid: Grid, heights: &[f64]) -> f64 {
     let along_x = slopes(1, grid.dx(), &|i| (i + 1) % grid.nx != 0);
     let along_y = slopes(grid.nx, grid.dy(), &|i| i + grid.nx < grid.points());
     (along_x + along_y).sqrt()
+}
+
+/// Points a side below which a map holds no waves that could be told from its grid.
+const FEW_POINTS: usize = 16;
+
+/// Step between heights over their rms from which contact at light loads is one of terraces.
+const COARSE_STEP: f64 = 0.02;
+
+/// What is to be said of a map before anything is made of it.
+pub fn doubts(grid: Grid, heights: &[f64]) -> Vec<String> {
+    let mut list = Vec::new();
+    if grid.nx.min(grid.ny) < FEW_POINTS {
+        list.push(format!(
+            "a map of {} x {} points: below {FEW_POINTS} a side there are no waves that the grid does not shape",
+            grid.nx, grid.ny
+        ));
+    }
+    let rms = rms(heights);
+    if let Some(step) = step(heights).filter(|step| *step > COARSE_STEP * rms) {
+        list.push(format!(
+            "heights lie on steps of {:.2} of their rms, so that light contact is of terraces: a file with more digits (numbers in \
+             single precision with a large offset have few) tells more",
+            step / rms
+        ));
+    }
+    list
+}
+
+/// The step between heights that are all whole numbers of it; none where they are not, or are too many for it to matter.
+fn step(heights: &[f64]) -> Option<f64> {
+    const MOST_LEVELS: usize = 1000;
+    const SAMPLES: usize = 1 << 20;
+    /// Of a step: units are converted, and the mean is taken out, before this is asked.
+    const ROUNDING: f64 = 1e-3;
+    let mut levels = std::collections::HashSet::new();
+    for h in heights.iter().step_by(heights.len().div_ceil(SAMPLES).max(1)) {
+        levels.insert(h.to_bits());
+        if levels.len() > MOST_LEVELS {
+            return None;
+        }
+    }
+    let mut levels: Vec<f64> = levels.into_iter().map(f64::from_bits).collect();
+    levels.sort_by(f64::total_cmp);
+    // Two levels are a step, or a flat punch.
+    let [first, _, _, ..] = levels[..] else { return None };
+    let step = levels.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
+    let whole = |l: &f64| ((l - first) / step - ((l - first) / step).round()).abs() < ROUNDING;
+    levels.iter().all(whole).then_some(step)
 }
 
 /// A logarithmic bin of the radial power spectral density.
@@ -182,5 +230,19 @@ mod tests {
         assert!((patch_gradient(grid, &plane) - 0.5).abs() < 1e-12);
         assert!(moments(grid, &plane).rms_gradient > 1.0);
         assert_eq!(patch_gradient(Grid::unit(1, 1), &[3.0]), 0.0);
+    }
+
+    #[test]
+    fn coarse_maps_are_doubted() {
+        let grid = Grid::unit(32, 32);
+        let smooth: Vec<f64> = (0..1024).map(|k| (0.7 * f64::from(k)).sin()).collect();
+        assert_eq!(doubts(grid, &smooth), [""; 0]);
+        // As a file in single precision keeps them, a kilometre up and in nanometres.
+        let coarse: Vec<f64> = smooth.iter().map(|h| (f64::from((1e6 + h) as f32) - 1e6) * 1e-9).collect();
+        let told = doubts(grid, &coarse);
+        assert!(matches!(&told[..], [one] if one.contains("steps of 0.09")), "{told:?}");
+        let punch: Vec<f64> = (0..1024).map(|k| f64::from(k % 32 / 16)).collect();
+        assert_eq!(doubts(grid, &punch), [""; 0]);
+        assert!(matches!(&doubts(Grid::unit(4, 4), &smooth[..16])[..], [one] if one.contains("4 x 4")));
     }
 }

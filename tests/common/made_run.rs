@@ -222,6 +222,7 @@ pub fn atoms(folder: &Path) -> AtomsResults {
                 "a range below an ångström has no atoms to carry it",
             ),
         ],
+        from_continuum: false,
         ladder: ladder.collect(),
         states: states.collect(),
         unloading: None,

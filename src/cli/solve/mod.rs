@@ -12,7 +12,7 @@ use crate::pipeline::{Key, Listener, Progress};
 use crate::record::heights::Sign;
 use crate::report::number::memory;
 use crate::scene::{AdhesionLaw, FileAsked, Surface, SurfaceScene, WallKind, default_tolerance, steep};
-use crate::surface::{Modes, Spectrum};
+use crate::surface::{Modes, Spectrum, doubts};
 use crate::{Error, Result};
 use finished::Finished;
 use serde_json::json;
@@ -327,6 +327,7 @@ impl Solve {
         )?;
         match surface {
             Surface::Imported { grid, heights, .. } => {
+                doubts(grid, &heights).iter().for_each(|w| teller.warn(w));
                 let ly = self.length_y.map_or(grid.ly, |y| y / self.length);
                 Ok(Given::Nodes(Grid { ly, ..grid }, heights))
             }

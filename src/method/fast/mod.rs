@@ -23,6 +23,7 @@ use crate::interface::{HalfSpace, HardWall, Kernel, Law};
 use crate::{Error, Result};
 use descent::Pause;
 use level::{Level, Spring};
+use rayon::prelude::*;
 use std::time::Instant;
 use window::Cell;
 
@@ -350,13 +351,30 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         let warm = L::ACTIVE && !self.gap.is_empty();
         let start = std::mem::take(&mut self.gap);
         let resumed = self.resumed.take();
-        let parted = self.law.range() == 0.0 && matches!(load, Load::Pressure(p) if p <= 0.0);
-        let (mut level, ended) = if parted {
-            // Nothing but a push keeps the surfaces together; without one they touch, with a pull they part.
+        let free = || {
             self.earlier_pairs.set(0.0);
-            let mut level = Level::touching(self.cell.grid, (self.kernel, self.law), &self.heights, self.cell);
-            self.set_load(&mut level, load);
-            let stop = if level.pressure < 0.0 { Stop::Detached } else { Stop::Converged };
+            Level::touching(self.cell.grid, (self.kernel, self.law), &self.heights, self.cell)
+        };
+        // Nothing but a push brings the bodies together where nothing attracts.
+        let unpressed = match load {
+            _ if self.law.range() > 0.0 => None,
+            // Without one they touch, with a pull they part.
+            Load::Pressure(p) if p <= 0.0 => {
+                let mut level = free();
+                level.pressure = p;
+                Some((level, if p < 0.0 { Stop::Detached } else { Stop::Converged }))
+            }
+            // As far apart as they are at first touch, or farther, they need none.
+            Load::MeanGap(target) if L::HARD => {
+                let mut level = free();
+                let farther = target - mean(&level.gap);
+                level.gap.par_iter_mut().for_each(|g| *g += T::of(farther));
+                level.pressure = 0.0;
+                (farther >= 0.0).then_some((level, Stop::Converged))
+            }
+            _ => None,
+        };
+        let (mut level, ended) = if let Some((level, stop)) = unpressed {
             (level, Ended { stop, settled: Settled::default() })
         } else if warm && resumed.is_none() {
             self.earlier_pairs.set(0.0);

@@ -37,8 +37,8 @@ pub fn section(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
             ", under a rigid rough indenter of " (count(atoms.indenter)) " atoms. Potential: "
             (atoms.potential) ". Engine: " (atoms.engine) "." }
         @if !atoms.audit.is_empty() { h3 { "What scaling down kept" } (audit(&atoms.audit)) }
-        h3 { "The way down" }
-        @if let Some(ladder) = ladder(desk, &atoms.ladder, atoms.unloading.as_ref().map(|u| u.turn))? { (ladder) }
+        h3 { @if atoms.from_continuum { "The loads" } @else { "The way down" } }
+        @if let Some(ladder) = ladder(desk, atoms)? { (ladder) }
         @if !atoms.states.is_empty() {
             h3 { "States at the asked loads" }
             (table(&head, states))
@@ -77,8 +77,9 @@ fn audit(lines: &[AuditLine]) -> Markup {
     }
 }
 
-/// Load and number of contacts on the way down and, from the step `turn` on, back, one above the other.
-fn ladder(desk: &Desk, steps: &[LadderStep], turn: Option<usize>) -> Result<Option<Markup>> {
+/// Load and number of contacts on the way down and, if there is one, back, one above the other.
+fn ladder(desk: &Desk, atoms: &AtomsResults) -> Result<Option<Markup>> {
+    let (steps, turn) = (&atoms.ladder, atoms.unloading.as_ref().map(|u| u.turn));
     let plot = |y_label: &str, of: fn(&LadderStep) -> f64| {
         let curves = unloading::there_and_back(steps, turn, |s| (s.displacement_angstrom, of(s)));
         let labels = ("displacement of the indenter (Å)", y_label);
@@ -91,9 +92,16 @@ fn ladder(desk: &Desk, steps: &[LadderStep], turn: Option<usize>) -> Result<Opti
     let evaluations: usize = steps.iter().map(|s| s.force_evaluations).sum();
     Ok(Some(figure(
         html! { (load) (contacts) },
-        html! { "The indenter comes down in " (turn.map_or(steps.len(), |t| t + 1)) " steps"
-        @if let Some(t) = turn { " and goes back in " (steps.len() - 1 - t) } ", the block relaxed at each (" (count(evaluations))
-        " force evaluations in all, largest force left " (significant(worst, 2)) " eV/Å). A negative p* is a pull: "
-        "adhesion before there is much contact. States at asked loads lie between steps." },
+        html! { @if atoms.from_continuum {
+            "Every load of the way there begins anew, with the atoms where the continuum’s solution has them; the indenter floats under the load while "
+            "the block is relaxed"
+            @if let Some(t) = turn { ". " (t + 1) " points are of the way there, the others of the way back" }
+        } @else {
+            "The indenter comes down in " (turn.map_or(steps.len(), |t| t + 1)) " steps"
+            @if let Some(t) = turn { " and goes back in " (steps.len() - 1 - t) } ", the block relaxed at each"
+        }
+        " (" (count(evaluations)) " force evaluations in all, largest force left " (significant(worst, 2)) " eV/Å)."
+        @if steps.iter().any(|s| s.p_star < 0.0) { " A negative p* is a pull: adhesion before there is much contact." }
+        @if !atoms.from_continuum { " States at asked loads lie between steps." } },
     )))
 }

@@ -97,12 +97,13 @@ pub fn budgets(c: &ContinuumResults) -> Markup {
     };
     let sources = Source::ALL.into_iter().filter(|s| has(*s));
     let head: Vec<&str> = ["p*", "of"].into_iter().chain(sources.map(Source::name)).collect();
+    let longest = quantities.map(|q| parts(shown, q).iter().map(|p| p.1).sum()).into_iter().fold(0.0, f64::max);
     html! {
         h3 { "What the numbers are uncertain by" }
         p.key { @for (source, colour) in Source::ALL.iter().zip(COLOURS).filter(|(s, _)| has(**s)) {
             span { i style={ "background:" (colour) } {} (source.name()) }
         } }
-        @for quantity in quantities { (bar(shown, quantity)) }
+        @for quantity in quantities { (bar(shown, quantity, longest)) }
         details {
             summary { "All loads" }
             (numbers(&head, c.states.iter().flat_map(|s| quantities.map(|q| row(s, q))).collect()))
@@ -114,10 +115,14 @@ pub fn budgets(c: &ContinuumResults) -> Markup {
     }
 }
 
-/// One quantity's parts side by side, as shares of their sum.
-fn bar(s: &StateResults, quantity: Measure) -> Markup {
-    let parts: Vec<(Source, f64)> =
-        s.budget.iter().filter(|p| p.quantity == quantity).filter_map(|p| Some((p.source, p.relative?))).collect();
+/// What is known of what a quantity is uncertain by, over its value.
+pub(super) fn parts(s: &StateResults, quantity: Measure) -> Vec<(Source, f64)> {
+    s.budget.iter().filter(|p| p.quantity == quantity).filter_map(|p| Some((p.source, p.relative?))).collect()
+}
+
+/// One quantity's parts side by side, as shares of the longest bar.
+fn bar(s: &StateResults, quantity: Measure, longest: f64) -> Markup {
+    let parts = parts(s, quantity);
     let total: f64 = parts.iter().map(|p| p.1).sum();
     let colour =
         |source: Source| Source::ALL.iter().zip(COLOURS).find(|(s, _)| **s == source).map_or("", |(_, colour)| colour);
@@ -126,7 +131,7 @@ fn bar(s: &StateResults, quantity: Measure) -> Markup {
             div.budget {
                 span { (capitalised(quantity.name())) ", " (percent(total)) }
                 div { @for (source, share) in &parts {
-                    i style={ "width:" (format!("{:.3}", 100.0 * share / total)) "%;background:" (colour(*source)) }
+                    i style={ "width:" (format!("{:.3}", 100.0 * share / longest)) "%;background:" (colour(*source)) }
                         title={ (source.name()) " " (percent(*share)) } {}
                 } }
             }

@@ -2,10 +2,13 @@
 
 use maud::{Markup, html};
 
+use super::certainty::parts;
 use super::compare::{SAME_LOAD, deviation, matched};
 use crate::record::advice::Chosen;
+use crate::record::budget::Source;
 use crate::record::results::{ComparisonResults, ContinuumResults, Results, StateResults, Way};
-use crate::report::number::{count, duration, error_of, memory, percent, si, si_given, significant, trimmed};
+use crate::record::tradeoff::Measure;
+use crate::report::number::{change, count, duration, error_of, memory, percent, si, si_given, significant, trimmed};
 
 struct Tile {
     name: String,
@@ -119,6 +122,14 @@ fn continuum_found(results: &Results, c: &ContinuumResults) -> Option<String> {
     Some(super::desk::capitalised(&sentence))
 }
 
+/// The most that a quantity is uncertain by at a load, all that is known of it together, and what most of that is from.
+fn uncertain(c: &ContinuumResults, quantity: Measure) -> Option<String> {
+    let total = |parts: &[(Source, f64)]| parts.iter().map(|p| p.1).sum::<f64>();
+    let worst = c.states.iter().map(|s| parts(s, quantity)).max_by(|a, b| total(a).total_cmp(&total(b)))?;
+    let (source, _) = worst.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some(format!("{}, mostly for the {}", change(Some(total(&worst)), false), source.name()))
+}
+
 /// The last load of the way back that was put on before on the way in, and what it was then.
 fn turned(c: &ContinuumResults) -> Option<(&StateResults, &StateResults)> {
     let pair = |i: usize| {
@@ -155,15 +166,20 @@ fn tiles(results: &Results) -> Vec<Tile> {
         let (contact, gap) = (|s: &StateResults| s.contact_fraction_corrected, |s: &StateResults| s.mean_gap);
         let length = |g: f64| si(g * results.scales.length_m, "m", 3);
         let pressure = span(of(|s| s.pressure), |p| si(p * results.scales.modulus_pa, "Pa", 3));
+        let doubt = |of| uncertain(c, of).map_or(String::new(), |u| format!("; uncertain by up to {u}"));
         tiles.push(Tile {
             name: format!("contact at p* = {loads}{scale}"),
             value: span(of(contact), percent),
-            note: format!("of the cell, perimeter-corrected{}", branches(contact, &percent)),
+            note: format!(
+                "of the cell, perimeter-corrected{}{}",
+                branches(contact, &percent),
+                doubt(Measure::ContactArea)
+            ),
         });
         tiles.push(Tile {
             name: format!("mean gap at p* = {loads}{scale}"),
             value: span(of(gap), length),
-            note: format!("under {pressure}{}", branches(gap, &length)),
+            note: format!("under {pressure}{}{}", branches(gap, &length), doubt(Measure::MeanGap)),
         });
         if let Some(p) = &c.pull_off {
             let of = |p: f64, n: usize| si(p * results.scales.modulus_pa, "Pa", n);

@@ -98,12 +98,10 @@ fn one_load(desk: &Desk, load: &LoadComparison, number: usize) -> Result<Markup>
             |v: &Version| Curve { label: look(&v.id).1.into(), style: look(&v.id).0.without_marker(), points: of(v) };
         shown.map(curve).collect()
     };
-    let density = |points: Vec<(f64, f64)>| points.into_iter().filter(|p| p.1 > 0.0).collect();
     let log = (Axis::Linear, Axis::Log);
-    let gaps = Plot::new(log, ("gap (Å)", "density (1/Å)"), curves(&|v| density(v.gap.density()), ""));
+    let gaps = Plot::new(log, ("gap (Å)", "density (1/Å)"), curves(&|v| v.gap.density(), ""));
     // The criterion does not change the stress.
-    let stress =
-        Plot::new(log, ("stress (GPa)", "density (1/GPa)"), curves(&|v| density(v.stress.density()), "raised"));
+    let stress = Plot::new(log, ("stress (GPa)", "density (1/GPa)"), curves(&|v| v.stress.density(), "raised"));
     let patches = Plot::new(
         (Axis::Log, Axis::Linear),
         ("area of a patch (nm²)", "share of the contact"),
