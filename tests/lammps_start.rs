@@ -110,6 +110,7 @@ fn a_loose_tolerance_is_enough_where_load_and_base_are_met() {
     for (k, p_star) in (1..).zip(LOADS) {
         let (a, b) = (&tight.ladder.rungs[k], &loose.ladder.rungs[k]);
         assert!((b.load / (p_star * unit) - 1.0).abs() < 1e-3, "{} of {p_star}", b.load / unit);
+        assert!(b.max_force <= 0.1 && b.settled, "{b:?}");
         assert!((a.displacement_angstrom - b.displacement_angstrom).abs() < LEFT_TO_GO, "{a:?} {b:?}");
         let differ = sites[k - 1].iter().zip(&loose_sites[k - 1]).filter(|(a, b)| a != b).count();
         assert!(differ <= AT_THE_EDGE, "load {k}: {differ}");

@@ -223,7 +223,7 @@ fn a_path_up_and_down_is_told_by_its_extremes() {
     let told = "At p* = 0.002 to 0.04 the mean gap is 980 nm to 600 nm and the contact 3.00 % to 22.0 %; at p* = 0.01 it is 5.00 % \
                 going in and 8.00 % coming back";
     assert!(page.contains(told), "{}", &page[page.find("class=\"found\"").unwrap()..][..600]);
-    let tile = "perimeter-corrected; at p* = 0.01 5.00 % going in, 8.00 % coming back; uncertain by up to";
+    let tile = "perimeter-corrected; at p* = 0.01 5.00 % going in, 8.00 % coming back; uncertain by ";
     assert!(page.contains(tile), "{}", &page[page.find("div class=\"tiles\"").unwrap()..][..900]);
     assert!(page.contains("The pull-off was not found: ") && page.contains("fast stopped"));
     let curves = std::fs::read_to_string(folder.path().join("figures/mean-gap.svg")).unwrap();

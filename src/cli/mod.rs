@@ -137,7 +137,7 @@ fn no_number(e: &clap::Error) -> Option<Error> {
     let why = e.source()?;
     let accepted = match why.downcast_ref::<ParseIntError>().map(ParseIntError::kind) {
         Some(IntErrorKind::PosOverflow | IntErrorKind::NegOverflow) => "a whole number that is not so large",
-        Some(_) => "a whole number",
+        Some(_) => "a whole number, zero or above",
         None => why.downcast_ref::<ParseFloatError>().map(|_| "a number, as 0.01 or 1e-8")?,
     };
     let told = |kind| match e.get(kind)? {

@@ -120,8 +120,8 @@ fn target(case: &Case) -> Target {
 fn accepted(known: &[Advice], beyond: &[Advice], measure: Measure, limit: Limit) -> String {
     if let Some(a) = choose(beyond, measure, limit) {
         return format!(
-            "one that was measured for such a scene; nearest is {} on {} points a side, beyond that ({}): --extrapolate (in a scene \
-             accuracy.extrapolate = true) takes it",
+            "what some measured setting reaches; --extrapolate (in a scene accuracy.extrapolate = true) would take {} on {} points a \
+             side, of which was not measured: {}",
             a.method,
             a.grid,
             a.extrapolated.join("; ")
@@ -130,7 +130,7 @@ fn accepted(known: &[Advice], beyond: &[Advice], measure: Measure, limit: Limit)
     let best = choose(known, measure, Limit::Seconds(f64::INFINITY));
     match (limit, best) {
         (_, None) => {
-            format!("a quantity that the tables have of such a scene; they have no {} of it", measure.name())
+            format!("another quantity: the tables have no {} of such a scene", measure.name())
         }
         (Limit::Error(_), Some(a)) => {
             format!("at least {}, the least that the tables have", error_of(measure, a.expected_error))

@@ -119,10 +119,9 @@ fn nothing(method: &dyn ContactMethod, settings: &Settings, adhesive: bool) -> M
 
 /// Contact stiffness from neighbouring loads, where the method has none of its own.
 fn stiffen(states: &mut [MethodState]) {
-    let points: Option<Vec<(f64, f64)>> = states.iter().map(|s| Some((s.pressure, s.mean_gap?))).collect();
-    for (state, k) in states.iter_mut().zip(stiffness(&points.unwrap_or_default())) {
-        state.stiffness = state.stiffness.or(k);
-    }
+    let points: Vec<(f64, f64)> = states.iter().filter_map(|s| Some((s.pressure, s.mean_gap?))).collect();
+    let told = states.iter_mut().filter(|s| s.mean_gap.is_some());
+    told.zip(stiffness(&points)).for_each(|(state, k)| state.stiffness = state.stiffness.or(k));
 }
 
 /// Runs a method at the loads on the way there. What it refuses, or does not bring to an end, is told in its results.

@@ -435,7 +435,8 @@ pub struct AtomsResults {
     pub fixed: usize,
     pub indenter: usize,
     pub audit: Vec<AuditLine>,
-    /// Whether each load began from the continuum's solution, and not from the step before.
+    /// Whether each load began from the load before, moved by what lies between the continuum's solutions, and not from a step of the
+    /// indenter.
     #[serde(default, skip_serializing_if = "crate::record::is_default")]
     pub from_continuum: bool,
     pub ladder: Vec<LadderStep>,

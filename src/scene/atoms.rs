@@ -24,8 +24,8 @@ const BLOCK_POISSON: f64 = 0.3;
 /// Points of the comparison grid per indenter atom along a side: a quarter of the low-pass's sixteenth wave.
 const MATCHED_REFINEMENT: usize = 4;
 
-/// Normal force from which an atom counts as loaded over the largest force that an equilibrium leaves: below, one cannot be
-/// told from the other.
+/// Normal force from which an atom counts as loaded over the largest force that an equilibrium leaves, of a looser one than usual
+/// over what is usual: below, one cannot be told from the other.
 const CONTACT_FORCE_TOLERANCES: f64 = 10.0;
 
 /// Low-pass wavelength of the indenter over its spacing: the shortest wave that atoms on a grid still follow.
@@ -37,6 +37,17 @@ const YIELDING: f64 = 0.5;
 
 /// Mean pressure over E* up to which a block is pressed: by that elasticity would have it shortened by half.
 const CRUSHED: f64 = 0.5;
+
+/// The load up to which atoms are pressed, p*.
+pub fn highest_p_star(gradient: f64) -> f64 {
+    CRUSHED / gradient
+}
+
+/// To two digits, so that what is told to be accepted is.
+fn rounded_down(value: f64) -> f64 {
+    let unit = 10f64.powf(value.log10().floor() - 1.0);
+    (value / unit).floor() * unit
+}
 
 /// The adhesion that atoms carry, and what the continuum must carry to be compared with it.
 #[derive(Debug, Clone, Copy)]
@@ -90,11 +101,12 @@ impl AtomsCase {
         let place = case.file.display().to_string();
         let a = case.scene.atoms.as_ref().expect("called for scenes with atoms");
         let p_star = case.p_star.iter().copied().fold(0.0, f64::max);
-        if p_star * case.gradient > CRUSHED {
-            let (most, gradient) = (CRUSHED / case.gradient, case.gradient);
+        if p_star > highest_p_star(case.gradient) {
             let accepted = format!(
-                "at most {most:.4} with atoms, which more than {CRUSHED} E* crushes: p* is the pressure over E* and the rms gradient, \
-                 and if that of {gradient:.3} is not the surface's, its heights or extent have another unit than the scene says"
+                "at most {:.1e} with atoms, which more than {CRUSHED} E* crushes: p* is the pressure over the product of E* and rms \
+                 gradient, and if the gradient of {:.3} is not the surface's, its heights or extent have another unit than the scene says",
+                rounded_down(highest_p_star(case.gradient)),
+                case.gradient
             );
             return Err(Error::input(place, "load.p_star", p_star, accepted));
         }
@@ -217,7 +229,7 @@ impl AtomsCase {
             matched,
             contact_force: a
                 .contact_force_ev_per_angstrom
-                .unwrap_or(CONTACT_FORCE_TOLERANCES * a.force_tolerance_ev_per_angstrom),
+                .unwrap_or(CONTACT_FORCE_TOLERANCES * a.force_tolerance_ev_per_angstrom.min(super::FORCE_TOLERANCE)),
             stress_width_angstrom: a.stress_width_angstrom.unwrap_or(a0),
             first_touch_gap_angstrom: (extent.mean - extent.min) * stretch * length,
         })

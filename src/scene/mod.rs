@@ -11,7 +11,7 @@ mod source;
 mod syntax;
 mod wants;
 
-pub use atoms::{AtomsCase, PairAdhesion};
+pub use atoms::{AtomsCase, PairAdhesion, highest_p_star};
 pub use case::{Case, steep};
 pub use hold::HoldScene;
 pub use source::{FileAsked, Surface};
@@ -265,6 +265,9 @@ pub struct AdhesionScene {
 /// What `continuum.also` calls every method that there is.
 pub const ALL_METHODS: &str = "all";
 
+/// Largest force that atoms are left with unless told otherwise, eV/Å.
+const FORCE_TOLERANCE: f64 = 2e-3;
+
 /// Mean pressure over E* times the rms gradient to which the challenge's statements refer.
 pub const REFERENCE_LOAD: f64 = 0.01;
 
@@ -461,11 +464,12 @@ pub struct AtomsScene {
     /// Descent of the indenter per load step from first touch, Å. Default: 0.3.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_angstrom: Option<f64>,
-    /// Largest force on any atom in an equilibrium, eV/Å.
+    /// Largest force on any atom in an equilibrium, eV/Å. Above 0.002 a load that starts from the continuum ends where no force is larger
+    /// than a quarter of it and indenter and base carry the load to a thousandth.
     pub force_tolerance_ev_per_angstrom: f64,
     /// Range of the pair adhesion, Å: what atoms can carry where the scaled range is shorter than their softness.
     pub adhesion_range_angstrom: f64,
-    /// Normal force from which an atom counts as loaded, eV/Å. Default: ten times the largest force that an equilibrium leaves.
+    /// Normal force from which an atom counts as loaded, eV/Å. Default: ten times the force tolerance, at most 0.02.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact_force_ev_per_angstrom: Option<f64>,
     /// Standard deviation of the Gaussian that makes a stress field of the indenter's forces, Å. Default: the lattice constant.
@@ -507,7 +511,7 @@ impl Default for AtomsScene {
             slope: Slope::Literal,
             start: None,
             step_angstrom: None,
-            force_tolerance_ev_per_angstrom: 2e-3,
+            force_tolerance_ev_per_angstrom: FORCE_TOLERANCE,
             adhesion_range_angstrom: 0.5,
             contact_force_ev_per_angstrom: None,
             stress_width_angstrom: None,

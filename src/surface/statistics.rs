@@ -73,20 +73,26 @@ pub fn patch_gradient(grid: Grid, heights: &[f64]) -> f64 {
 /// Points a side below which a map holds no waves that could be told from its grid.
 const FEW_POINTS: usize = 16;
 
-/// Step between heights over their rms from which contact at light loads is one of terraces.
+/// Step between heights over their rms from which contact at light loads is one of terraces: eight bits for heights that range over
+/// six times their rms are 0.023.
 const COARSE_STEP: f64 = 0.02;
+
+/// Share of nodes on a terrace, as high as their neighbours along both axes, below which equal steps are the shape's own (a wedge).
+const TERRACES: f64 = 0.01;
 
 /// What is to be said of a map before anything is made of it.
 pub fn doubts(grid: Grid, heights: &[f64]) -> Vec<String> {
     let mut list = Vec::new();
     if grid.nx.min(grid.ny) < FEW_POINTS {
         list.push(format!(
-            "a map of {} x {} points: below {FEW_POINTS} a side there are no waves that the grid does not shape",
+            "a map of {} x {} points: below {FEW_POINTS} a side hardly a wave is resolved, and results are those of the grid",
             grid.nx, grid.ny
         ));
     }
     let rms = rms(heights);
-    if let Some(step) = step(heights).filter(|step| *step > COARSE_STEP * rms) {
+    if let Some(step) = step(heights).filter(|step| *step > COARSE_STEP * rms)
+        && on_terraces(grid, heights) > TERRACES
+    {
         list.push(format!(
             "heights lie on steps of {:.2} of their rms, so that light contact is of terraces: a file with more digits (numbers in \
              single precision with a large offset have few) tells more",
@@ -94,6 +100,13 @@ pub fn doubts(grid: Grid, heights: &[f64]) -> Vec<String> {
         ));
     }
     list
+}
+
+/// Share of nodes that are as high as the next along either axis.
+fn on_terraces(grid: Grid, heights: &[f64]) -> f64 {
+    let level = (0..grid.points().saturating_sub(grid.nx))
+        .filter(|&i| (i + 1) % grid.nx != 0 && heights[i] == heights[i + 1] && heights[i] == heights[i + grid.nx]);
+    level.count() as f64 / grid.points() as f64
 }
 
 /// The step between heights that are all whole numbers of it; none where they are not, or are too many for it to matter.
@@ -104,7 +117,8 @@ fn step(heights: &[f64]) -> Option<f64> {
     const ROUNDING: f64 = 1e-3;
     let mut levels = std::collections::HashSet::new();
     for h in heights.iter().step_by(heights.len().div_ceil(SAMPLES).max(1)) {
-        levels.insert(h.to_bits());
+        // Both zeros are one level.
+        levels.insert((h + 0.0).to_bits());
         if levels.len() > MOST_LEVELS {
             return None;
         }
@@ -234,15 +248,19 @@ mod tests {
 
     #[test]
     fn coarse_maps_are_doubted() {
-        let grid = Grid::unit(32, 32);
-        let smooth: Vec<f64> = (0..1024).map(|k| (0.7 * f64::from(k)).sin()).collect();
+        let grid = Grid::unit(64, 64);
+        let on = |of: &dyn Fn(f64, f64) -> f64| -> Vec<f64> {
+            (0..4096).map(|k| of(f64::from(k % 64) / 64.0, f64::from(k / 64) / 64.0)).collect()
+        };
+        let smooth = on(&|x, y| (2.0 * PI * x + 0.3).sin() + 0.7 * (2.0 * PI * y + 0.2).sin());
         assert_eq!(doubts(grid, &smooth), [""; 0]);
-        // As a file in single precision keeps them, a kilometre up and in nanometres.
+        // As a file in single precision keeps them, a millimetre up and in nanometres.
         let coarse: Vec<f64> = smooth.iter().map(|h| (f64::from((1e6 + h) as f32) - 1e6) * 1e-9).collect();
         let told = doubts(grid, &coarse);
-        assert!(matches!(&told[..], [one] if one.contains("steps of 0.09")), "{told:?}");
-        let punch: Vec<f64> = (0..1024).map(|k| f64::from(k % 32 / 16)).collect();
-        assert_eq!(doubts(grid, &punch), [""; 0]);
+        assert!(matches!(&told[..], [one] if one.contains("steps of 0.07")), "{told:?}");
+        // Shapes have levels of their own.
+        let (punch, wedge) = (on(&|x, _| f64::from(x < 0.5)), on(&|x, _| (x - 0.5).abs()));
+        assert_eq!([doubts(grid, &punch), doubts(grid, &wedge)], [[""; 0], [""; 0]]);
         assert!(matches!(&doubts(Grid::unit(4, 4), &smooth[..16])[..], [one] if one.contains("4 x 4")));
     }
 }

@@ -246,6 +246,8 @@ mod tests {
         /// is a twelfth of the cell wide.
         const SPLIT: f64 = 1e-5;
         const POINTS: f64 = 5e-3;
+        /// Of what the mesh's terms cancel to inside a spot.
+        const OWN: f64 = 2e-4;
         let grid = Grid { nx: 12, ny: 8, lx: 1.5, ly: 1.0 };
         let chance = |k: usize, n: u64| (((k as u64 * 2 + 1) * n) % 1009) as f64 / 1009.0;
         let list: Vec<_> =
@@ -255,7 +257,7 @@ mod tests {
             s.approach = if k == 7 { 0.3 } else { 0.01 * (chance(k, 733) - 0.3) };
         }
         let all: Vec<usize> = (0..300).collect();
-        let found = [0.12, 0.2, 0.44].map(|reach| spots.lowered(&mut Mesh::with_reach(grid, reach), &all));
+        let found = [0.12, 0.2, 0.44, 0.04].map(|reach| spots.lowered(&mut Mesh::with_reach(grid, reach), &all));
         let largest = found[0].iter().map(|f| f.abs()).fold(0.0, f64::max);
         for &k in &all {
             let at = spots.all[k];
@@ -266,8 +268,10 @@ mod tests {
             };
             let direct: f64 = spots.all.iter().filter(|s| s.approach > 0.0).map(by).sum();
             assert!((found[0][k] - direct).abs() < POINTS * largest, "{k}: {} {direct}", found[0][k]);
-            for other in &found[1..] {
-                assert!((found[0][k] - other[k]).abs() < SPLIT * largest, "{k}: {} {}", found[0][k], other[k]);
+            for (n, other) in found[1..].iter().enumerate() {
+                // At the wide spot's own place, twice as wide as the last reach.
+                let bound = if n == 2 && k == 7 { OWN } else { SPLIT };
+                assert!((found[0][k] - other[k]).abs() < bound * largest, "{k}: {} {}", found[0][k], other[k]);
             }
         }
     }

@@ -59,7 +59,8 @@ pub(super) fn displacement(r: f64, a: f64, radius: f64) -> f64 {
 const FAR: f64 = 0.25;
 
 /// Distance over a spot's radius from which on the mesh has what it displaces: what a Hertzian spot has beyond the mesh's two
-/// terms is then 5e-6 of its largest displacement.
+/// terms is then 5e-6 of its largest displacement. At the place of a spot wider than the mesh's reach these terms, large each, cancel to
+/// 1e-4 of it at twice and 4e-3 at six times the reach (test `sums`).
 const WIDTHS: f64 = 5.0;
 
 #[derive(Debug, Clone)]

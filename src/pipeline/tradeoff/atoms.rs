@@ -9,7 +9,7 @@ use crate::method::{Precision, all_atom};
 use crate::pipeline::methods::{self, Beside};
 use crate::pipeline::{Key, Listener, atomistic, comparison, plan};
 use crate::record::tradeoff::{AtomsCost, BlockSize, Cost};
-use crate::scene::{AtomsCase, AtomsScene, Case, Start, Surface};
+use crate::scene::{AtomsCase, AtomsScene, Case, Start, Surface, highest_p_star};
 use crate::{Error, Result, sys};
 use std::path::Path;
 use std::time::Instant;
@@ -58,12 +58,13 @@ impl Blocks {
             // Atoms are not unloaded, and compared at every load.
             (scene.load.and_back, scene.load.maps_at) = (false, None);
             // Loads are compared one by one, from the first on.
-            let pressed = scene.load.p_star.iter().take_while(|p| **p <= HIGHEST).count();
+            let highest = HIGHEST.min(highest_p_star(case.gradient));
+            let pressed = scene.load.p_star.iter().take_while(|p| **p <= highest).count();
             if pressed == 0 && asked.is_none() {
                 return Ok(None);
             }
             if pressed == 0 {
-                let accepted = format!("a scene whose first load p* is at most {HIGHEST}");
+                let accepted = format!("a scene whose first load p* is at most {highest:.3}");
                 return Err(Error::input(case.file.display(), "load.p_star", "loads of atoms", accepted));
             }
             scene.load.p_star.truncate(pressed);

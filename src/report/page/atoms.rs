@@ -93,8 +93,8 @@ fn ladder(desk: &Desk, atoms: &AtomsResults) -> Result<Option<Markup>> {
     Ok(Some(figure(
         html! { (load) (contacts) },
         html! { @if atoms.from_continuum {
-            "Every load of the way there begins anew, with the atoms where the continuum’s solution has them; the indenter floats under the load while "
-            "the block is relaxed"
+            "Every load of the way there starts from the relaxed state of the one before, moved by the difference between the continuum’s "
+            "solutions; the indenter floats under the load while the block is relaxed"
             @if let Some(t) = turn { ". " (t + 1) " points are of the way there, the others of the way back" }
         } @else {
             "The indenter comes down in " (turn.map_or(steps.len(), |t| t + 1)) " steps"

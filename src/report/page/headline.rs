@@ -125,9 +125,15 @@ fn continuum_found(results: &Results, c: &ContinuumResults) -> Option<String> {
 /// The most that a quantity is uncertain by at a load, all that is known of it together, and what most of that is from.
 fn uncertain(c: &ContinuumResults, quantity: Measure) -> Option<String> {
     let total = |parts: &[(Source, f64)]| parts.iter().map(|p| p.1).sum::<f64>();
-    let worst = c.states.iter().map(|s| parts(s, quantity)).max_by(|a, b| total(a).total_cmp(&total(b)))?;
+    let there = c.states.iter().filter(|s| s.stop != "detached");
+    let worst = there.map(|s| parts(s, quantity)).max_by(|a, b| total(a).total_cmp(&total(b)))?;
     let (source, _) = worst.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-    Some(format!("{}, mostly for the {}", change(Some(total(&worst)), false), source.name()))
+    let share = if total(&worst) > 1.0 {
+        change(Some(total(&worst)), false)
+    } else {
+        format!("up to {}", percent(total(&worst)))
+    };
+    Some(format!("{share}, mostly due to the {}", source.name()))
 }
 
 /// The last load of the way back that was put on before on the way in, and what it was then.
@@ -166,7 +172,7 @@ fn tiles(results: &Results) -> Vec<Tile> {
         let (contact, gap) = (|s: &StateResults| s.contact_fraction_corrected, |s: &StateResults| s.mean_gap);
         let length = |g: f64| si(g * results.scales.length_m, "m", 3);
         let pressure = span(of(|s| s.pressure), |p| si(p * results.scales.modulus_pa, "Pa", 3));
-        let doubt = |of| uncertain(c, of).map_or(String::new(), |u| format!("; uncertain by up to {u}"));
+        let doubt = |of| uncertain(c, of).map_or(String::new(), |u| format!("; uncertain by {u}"));
         tiles.push(Tile {
             name: format!("contact at p* = {loads}{scale}"),
             value: span(of(contact), percent),
