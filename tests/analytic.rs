@@ -473,7 +473,16 @@ fn a_pull_parts_the_surfaces() {
     let touching = run.equilibrate(Load::Pressure(0.0)).unwrap();
     assert_eq!((touching.stop, fraction(&touching, grid).0 > 0.0), (Stop::Converged, true));
     assert!((touching.mean_gap + lowest - asperity::grid::mean(&heights)).abs() < 1e-12);
+    let apart = touching.mean_gap;
     assert_eq!(run.equilibrate(Load::Pressure(-1e-3)).unwrap().stop, Stop::Detached);
+    // Farther apart than at first touch nothing presses; a little nearer something does.
+    for precision in [Precision::F64, Precision::F32] {
+        let p = Problem { precision, tolerance: 1e-3, ..p.clone() };
+        let mut run = method::find("fast").unwrap().start(&p, &unwatched).unwrap().solver().unwrap();
+        let mut pressure = |share: f64| run.equilibrate(Load::MeanGap(share * apart)).unwrap().pressure;
+        assert_eq!([1.0001, 2.0].map(&mut pressure), [0.0, 0.0]);
+        assert!(pressure(0.9) > 0.0);
+    }
     let gamma: f64 = 2.7e-4;
     let p = Problem { adhesion: Adhesion::exponential(gamma, 1.4 * (gamma / 128.0).sqrt()), ..p };
     let mut run = method::find("fast").unwrap().start(&p, &unwatched).unwrap().solver().unwrap();

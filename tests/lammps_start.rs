@@ -165,7 +165,7 @@ fn stopped_within_a_load_it_goes_on_from_there() {
     assert_eq!(left(whole.path()), Vec::<String>::new());
 
     let job = built(&case, stopped.path());
-    let relax = "minimize      0.0 ${fine} $(v_most:%.0f) 100000\n";
+    let relax = "minimize      0.0 ${fine} ${most} 100000\n";
     let cut = format!("if \"$k == 2\" then \"minimize 0.0 ${{fine}} {STOPPED} 100000\" \"quit 9\"\n{relax}");
     assert!(CONTINUUM.text.contains(relax));
     std::fs::write(job.folder.join(CONTINUUM.file), CONTINUUM.text.replace(relax, &cut)).expect("written");

@@ -151,6 +151,7 @@ fn criteria_versions_and_yield_are_told_and_drawn() {
         noise: 3,
         steps: vec![[0.0, 0.0], [0.0137, 5.0], [0.02, 19.0]],
         first_yield: Some(0.0137),
+        elastic_to: Some(0.0),
         hardness_gpa: Some(2.417),
     });
     let comparison = results.comparison.as_mut().unwrap();

@@ -99,14 +99,14 @@ fn good_scenes_and_shipped_ones_are_planned() {
         let text = std::fs::read_to_string(&scene).expect("readable");
         if text.lines().any(|l| l.trim() == "[atoms]") {
             let held: &[&str] = if text.lines().any(|l| l.trim() == "[atoms.hold]") { &["hold"] } else { &[] };
-            let expected = [&["surface", "continuum", "matched", "lammps", "atoms"], held].concat();
+            let expected = [&["surface", "continuum", "matched", "lammps", "atoms"], held, &["report"]].concat();
             assert_eq!(names, expected, "{}", scene.display());
             let counts = ["deformable", "fixed", "indenter"].map(|k| plan["atoms"][k].as_u64().expect("a count"));
             assert!(counts.iter().all(|n| *n > 0), "{}: {plan}", scene.display());
         } else {
             let beside: &[&str] =
                 if text.lines().any(|l| l.trim() == "[challenge]") { &["without", "second"] } else { &[] };
-            assert_eq!(names, [&["surface", "continuum"], beside].concat(), "{}", scene.display());
+            assert_eq!(names, [&["surface", "continuum"], beside, &["report"]].concat(), "{}", scene.display());
             assert!(plan["atoms"].is_null());
         }
         let most = stages.iter().map(|s| of(s, "bytes")).fold(0.0, f64::max);

@@ -58,6 +58,10 @@ pub const DATA_FILE: &str = "block.data";
 pub const POTENTIAL_FILE: &str = "potential.eam.alloy";
 pub const RECORD_FILE: &str = "job.json";
 
+/// Largest force that atoms are left with unless told otherwise, eV/Å. With a larger one asked for, loads that start from the continuum
+/// end by what indenter and base carry (`continuum.in`).
+pub const FORCE_TOLERANCE: f64 = 2e-3;
+
 /// Empty box above the highest atom of an indenter that only moves down, Å.
 const HEAD_ROOM_ANGSTROM: f64 = 5.0;
 

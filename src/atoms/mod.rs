@@ -18,6 +18,7 @@ pub mod order;
 pub mod potential;
 pub mod properties;
 pub mod replay;
+pub mod speed;
 pub mod start;
 mod styles;
 pub mod unload;

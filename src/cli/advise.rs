@@ -139,6 +139,7 @@ impl Advise {
         let enough = !known.is_empty() && kept as f64 >= KEPT * known.len() as f64;
         Ok(if enough { ExitCode::SUCCESS } else { ExitCode::FAILURE })
     }
+
     /// Those given, else those measured on this scene here, else those of the program.
     fn tables(&self, case: &Case) -> Result<(Vec<Table>, String)> {
         if let Some(file) = self.table.iter().find(|f| !f.exists()) {

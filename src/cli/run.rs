@@ -2,7 +2,7 @@ use super::{listen::Teller, words};
 use crate::method::Precision;
 use crate::pipeline;
 use crate::record::import::Fourier;
-use crate::report::number::{count, duration, memory};
+use crate::report::number::{count, duration, memory, si};
 use crate::scene::{Case, Scene};
 use crate::{Error, Result};
 use std::path::PathBuf;
@@ -89,7 +89,9 @@ impl Run {
     }
 
     fn plan(&self, case: &Case) -> Result<()> {
-        let plan = pipeline::plan(case, rayon::current_num_threads())?;
+        // A plan needs no LAMMPS, but where there is one it tells how fast this machine is.
+        let evaluation = case.atoms.as_ref().and_then(|_| pipeline::speed(case).ok());
+        let plan = pipeline::plan(case, rayon::current_num_threads(), evaluation)?;
         if self.json {
             words::json_line(&plan)?;
             return plan.fits();
@@ -110,6 +112,12 @@ impl Run {
                 count(atoms.fixed as usize),
                 count(atoms.indenter as usize)
             ));
+            let each = si(atoms.seconds_per_evaluation, "s", 2);
+            words::say(&if atoms.measured {
+                format!("measured here: LAMMPS takes {each} an atom and force evaluation on one core")
+            } else {
+                format!("LAMMPS does not run here: {each} an atom and force evaluation are another machine's")
+            });
             words::say(&words::audit(&plan.audit));
         }
         plan.warnings.iter().for_each(|w| words::say(&format!("warning: {w}")));

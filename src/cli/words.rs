@@ -3,7 +3,7 @@
 use crate::record::advice::Chosen;
 use crate::record::judged::{Judged, Verdict};
 use crate::record::methods::MethodResults;
-use crate::record::results::{AuditLine, ContinuumResults, Overlap, Results, Statistic, Way};
+use crate::record::results::{AtomState, AtomsResults, AuditLine, ContinuumResults, Overlap, Results, Statistic, Way};
 use crate::report::branch::way_back;
 use crate::report::number::{change, duration, error_of, percent, si, significant, trimmed};
 use crate::{Error, Result};
@@ -230,6 +230,22 @@ pub fn comparison(results: &Results) {
         std::iter::once(atoms).chain(lines.collect::<Vec<_>>())
     });
     say(&table(&["p*", "contact counted as", "contact", "Jaccard", "kappa", "mean gap / Å"], rows));
+    results.atoms.as_ref().and_then(yielding).iter().for_each(|said| say(said));
+}
+
+/// Where the crystal leaves elasticity, if that was looked for.
+fn yielding(a: &AtomsResults) -> Option<String> {
+    let p = a.plasticity.as_ref()?;
+    let begins = match (p.first_yield, p.elastic_to) {
+        (None, _) => "no yield".to_string(),
+        (Some(load), None) => format!("first yield at p* = {} or before", significant(load, 3)),
+        (Some(load), Some(before)) => {
+            format!("first yield between p* = {} and {}", significant(before, 3), significant(load, 3))
+        }
+    };
+    let at = |s: &AtomState| s.plastic.map(|n| format!("{} at {}", n.atoms, trimmed(s.p_star, 4)));
+    let counts: Vec<_> = a.states.iter().filter_map(at).collect();
+    Some(format!("{begins}; of {} atoms out of the crystal's order, by p*: {}", p.atoms, counts.join(", ")))
 }
 
 /// The challenge's statements.

@@ -79,6 +79,9 @@ fn tables(asked: &AccuracyScene, case: &Case) -> Result<(Vec<Table>, String)> {
 }
 
 /// What is in these files, or, of none, in those that come with the program; and what they are called.
+///
+/// # Errors
+/// Those of [`Tables::read`].
 pub fn read_tables(files: &[PathBuf]) -> Result<(Vec<Table>, String)> {
     if files.is_empty() {
         let shipped = Tables::shipped();

@@ -12,8 +12,9 @@ use crate::atoms::foreign::Foreign;
 use crate::atoms::indenter::Indenter;
 use crate::atoms::job::{FRAME_LAYERS, Job, Ladder, POTENTIAL_FILE};
 use crate::atoms::potential::Potential;
+use crate::atoms::properties::LmpCommand;
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
-use crate::atoms::{ladder, order};
+use crate::atoms::{ladder, order, speed as measured};
 use crate::grid::Grid;
 use crate::record::csv;
 use crate::record::land::land;
@@ -107,6 +108,23 @@ pub fn engine(case: &Case) -> Result<LammpsEngine> {
     Ok(engine.with_time_limit(scene.time_limit_s.map(Duration::from_secs_f64)))
 }
 
+/// Processor time of a force evaluation, s an atom, as LAMMPS takes it here for the potential of a case with atoms: about a second.
+///
+/// # Errors
+/// `MissingProgram` without LAMMPS, `Io`, `Lammps`.
+pub fn speed(case: &Case) -> Result<f64> {
+    let atoms = case.atoms.as_ref().expect("asked for of cases with atoms");
+    let lammps = LmpCommand { program: engine(case)?.program().to_path_buf() };
+    let scratch = tempfile::tempdir().map_err(Error::io("make", std::env::temp_dir()))?;
+    let potential = potential_file(atoms, scratch.path())?;
+    // LAMMPS cuts a path at its spaces.
+    let beside = scratch.path().join(POTENTIAL_FILE);
+    if potential != beside {
+        std::fs::copy(&potential, &beside).map_err(Error::io("copy", &potential))?;
+    }
+    measured::measure(&lammps, scratch.path(), (POTENTIAL_FILE, &atoms.element, atoms.block.a0))
+}
+
 /// What the LAMMPS stage leaves for the next.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub struct Climbed {
@@ -125,7 +143,7 @@ const NEARLY: f64 = 0.9;
 /// Runs the ladder of a job, or goes on with it.
 pub fn climb(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Result<Climbed> {
     let highest = job.record.ladder.max_load;
-    let usual = evaluations_from_continuum(job.record.cells, job.record.depth_cells);
+    let usual = evaluations_from_continuum(job.record.cells, job.record.depth_cells, job.record.ladder.force_tolerance);
     let mut turned = job.turn(&ladder::Ladder::read(&job.folder)?.rungs).is_some();
     let mut watch = |p: Progress| {
         if let Some(rung) = &p.rung {
@@ -253,7 +271,10 @@ fn plasticity(
             state.plastic = nearest.map(|s| PlasticState { atoms: s[1] as usize, volume_nm3: s[1] * atom_nm3 });
         }
     }
-    let first_yield = steps.iter().find(|s| s[1] > order::NOISE as f64).map(|s| s[0]);
+    let yielded = steps.iter().position(|s| s[1] > order::NOISE as f64);
+    let first_yield = yielded.map(|k| steps[k][0]);
+    // The free block carries what its tolerance leaves of a load.
+    let elastic_to = yielded.and_then(|k| k.checked_sub(1)).map(|k| if k == 0 { 0.0 } else { steps[k][0] });
     let beyond: Vec<f64> = first_yield.map_or(Vec::new(), |p| {
         states.iter().filter(|s| s.p_star >= p && s.contacts > 0).map(|s| s.contact_stress_gpa).collect()
     });
@@ -264,6 +285,7 @@ fn plasticity(
         noise: order::NOISE,
         steps,
         first_yield,
+        elastic_to,
         hardness_gpa: (!beyond.is_empty()).then(|| beyond.iter().sum::<f64>() / beyond.len() as f64),
     })
 }

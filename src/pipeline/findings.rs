@@ -14,13 +14,18 @@ pub(super) fn squeeze(atoms: &AtomsCase, hard: &StateResults) -> f64 {
     hard.pressure + atoms.adhesion.map_or(0.0, |a| -hard.interaction_energy / a.rho)
 }
 
-fn below_surface(p: &PlasticityResults) -> String {
-    match p.first_yield {
-        None => {
-            format!("Nor has the crystal slipped below it: at no step have more than {} atoms left its order.", p.noise)
+fn below_surface(p: &PlasticityResults, flowed: bool) -> String {
+    match (p.first_yield, p.elastic_to) {
+        (None, _) => {
+            let nor =
+                if flowed { "Below it the crystal has not slipped" } else { "Nor has the crystal slipped below it" };
+            format!("{nor}: at no step have more than {} atoms left its order.", p.noise)
         }
-        Some(load) => {
-            format!("Below it the crystal first yields at p* = {load:.4}: from there on elasticity is not its law.")
+        (Some(load), before) => {
+            let after = before.map_or(String::new(), |b| format!(" (not yet at the step before, {b:.5})"));
+            format!(
+                "Below it the crystal first yields at p* = {load:.5}{after}: from there on elasticity is not its law."
+            )
         }
     }
 }
@@ -112,7 +117,7 @@ pub(super) fn findings(
 fn yield_finding(states: &[AtomState], plasticity: Option<&PlasticityResults>) -> String {
     let flowed = states.iter().find(|s| s.contacts_below_surface as f64 > FLOWED * s.contacts.max(1) as f64);
     let hardest = states.iter().map(|s| s.contact_stress_gpa).fold(0.0, f64::max);
-    match flowed {
+    let at_surface = match flowed {
         Some(s) => format!(
             "Material has flowed at p* = {}: {} of {} contact atoms did not start in the surface layer. From there on the \
              atoms' area is that of a plastic contact, which no elastic continuum follows.",
@@ -120,12 +125,13 @@ fn yield_finding(states: &[AtomState], plasticity: Option<&PlasticityResults>) -
         ),
         None => format!(
             "Contact atoms come from the surface layer (but for at most {} %), at a mean stress over their area of up to \
-             {hardest:.1} GPa: no sign that material has flowed at the surface. {}",
-            100.0 * FLOWED,
-            match plasticity {
-                None => "Slip below it is not looked for.".to_string(),
-                Some(p) => below_surface(p),
-            }
+             {hardest:.1} GPa: no sign that material has flowed at the surface.",
+            100.0 * FLOWED
         ),
-    }
+    };
+    let below = match plasticity {
+        None => "Slip below it is not looked for (atoms.plasticity).".to_string(),
+        Some(p) => below_surface(p, flowed.is_some()),
+    };
+    format!("{at_surface} {below}")
 }

@@ -24,7 +24,7 @@ mod unloading;
 mod versions;
 
 pub use accuracy::{Unserved, advise, read_tables, settle};
-pub use atomistic::{Climbed, build_job, climb, engine, read_atoms, read_frames};
+pub use atomistic::{Climbed, build_job, climb, engine, read_atoms, read_frames, speed};
 pub use continuum::{start, statistics};
 pub use folder::{Key, RunFolder};
 pub use methods::state_of;

@@ -1,4 +1,4 @@
-use crate::atoms::cost::{EVALUATIONS_PER_STEP, SECONDS_PER_ATOM_EVALUATION, evaluations_from_continuum, memory_bytes};
+use crate::atoms::cost::{self, Way, memory_bytes};
 use crate::atoms::hold::DEARER;
 use crate::atoms::unload::FINER;
 use crate::interface::Adhesion;
@@ -12,6 +12,12 @@ use serde::Serialize;
 /// Seconds per point and transform pair with everything around it, one thread, f64: 190 ms for a pair at 4096² and half
 /// as much again for vector passes. An order of magnitude for `--dry-run`, no promise.
 pub(super) const SECONDS_PER_POINT_PAIR: f64 = 17e-9;
+
+/// Maps, pictures and curves of a load, s, and what its points add: three loads took 0.54, 0.63 and 1.2 s with 512², 1024² and 2048².
+const TELLING: (f64, f64) = (0.17, 6e-8);
+
+/// The same of atoms with the comparison: three loads took 2.0, 2.8 and 11 s with 132², 396² and 1540² points.
+const COMPARING: (f64, f64) = (0.6, 1.5e-6);
 
 /// Share of the first-touch mean gap that is closed at a few per cent of p*: ū falls from 2.63 to 0.58 µm at p* = 0.03.
 const CLOSED: f64 = 0.8;
@@ -44,6 +50,9 @@ pub struct PlannedAtoms {
     pub deformable: u64,
     pub fixed: u64,
     pub indenter: u64,
+    /// Processor time of a force evaluation, s an atom, and whether it was measured here.
+    pub seconds_per_evaluation: f64,
+    pub measured: bool,
 }
 
 impl RunPlan {
@@ -78,8 +87,9 @@ fn steps_of_ladder(atoms: &AtomsCase, step_angstrom: f64) -> f64 {
     }
 }
 
-/// Plans a case on `threads` threads.
-pub fn plan(case: &Case, threads: usize) -> Result<RunPlan> {
+/// Plans a case on `threads` threads. `evaluation` is what LAMMPS takes here, s an atom and force evaluation
+/// ([`super::speed`]); without it that of another machine.
+pub fn plan(case: &Case, threads: usize, evaluation: Option<f64>) -> Result<RunPlan> {
     let loads = case.scene.load.count();
     let method = method::find(&case.scene.continuum.method).expect("checked with the scene");
     let empty: &[f64] = &[];
@@ -149,21 +159,29 @@ pub fn plan(case: &Case, threads: usize) -> Result<RunPlan> {
     let mut atoms = None;
     if let (Some(a), Some(scene)) = (&case.atoms, &case.scene.atoms) {
         let indenter = (a.points * a.points) as u64;
-        let counts = PlannedAtoms { deformable: a.block.deformable(), fixed: a.block.fixed(), indenter };
+        let each = evaluation.unwrap_or(cost::SECONDS_PER_ATOM_EVALUATION);
+        let counts = PlannedAtoms {
+            deformable: a.block.deformable(),
+            fixed: a.block.fixed(),
+            indenter,
+            seconds_per_evaluation: each,
+            measured: evaluation.is_some(),
+        };
         let total = counts.deformable + counts.fixed + counts.indenter;
-        let (evaluations, way) = match a.start {
+        let (way, words) = match a.start {
             Start::Touch => {
                 let steps = steps_of_ladder(a, scene.step_or_default());
-                let way = if a.unload { ", there and back" } else { "" };
-                (EVALUATIONS_PER_STEP * steps, format!("about {steps:.0} steps of {} Å{way}", scene.step_or_default()))
+                let back = if a.unload { ", there and back" } else { "" };
+                (Way::Steps(steps), format!("about {steps:.0} steps of {} Å{back}", scene.step_or_default()))
             }
             Start::Continuum => {
-                let loads = loads_of_atoms(case);
-                let evaluations = evaluations_from_continuum(a.block.cells, a.block.depth_cells) * loads as f64;
-                (evaluations, format!("{loads} load{} from the continuum", if loads == 1 { "" } else { "s" }))
+                let number = loads_of_atoms(case);
+                let words = format!("{number} load{} from the continuum", if number == 1 { "" } else { "s" });
+                (Way::Loads { number, force_tolerance: scene.force_tolerance_ev_per_angstrom }, words)
             }
         };
-        let (bytes, seconds) = solve(a.matched, if scene.depth_error { 3 } else { 2 } * loads);
+        let evaluations = cost::evaluations(a.block.cells, a.block.depth_cells, way);
+        let (bytes, matched_seconds) = solve(a.matched, if scene.depth_error { 3 } else { 2 } * loads);
         let full = case.wants().distributions;
         let (full_bytes, full_seconds) = if full { solve(case.grid, loads) } else { (0, 0.0) };
         stages.push(PlannedStage {
@@ -176,13 +194,13 @@ pub fn plan(case: &Case, threads: usize) -> Result<RunPlan> {
                 if full { ", and on the full heights" } else { "" }
             ),
             bytes: bytes.max(full_bytes),
-            seconds: seconds + full_seconds,
+            seconds: matched_seconds + full_seconds,
         });
         stages.push(PlannedStage {
             name: "lammps",
-            what: format!("{total} atoms, {way}, about {evaluations:.0} force evaluations"),
+            what: format!("{total} atoms, {words}, about {evaluations:.0} force evaluations"),
             bytes: memory_bytes(total, scene.ranks, a.start == Start::Touch),
-            seconds: total as f64 * SECONDS_PER_ATOM_EVALUATION * evaluations / scene.ranks as f64,
+            seconds: cost::seconds(total, evaluations, way, each, scene.ranks),
         });
         stages.push(PlannedStage {
             name: "atoms",
@@ -202,11 +220,21 @@ pub fn plan(case: &Case, threads: usize) -> Result<RunPlan> {
                     hold.time_ps
                 ),
                 bytes: memory_bytes(total, scene.ranks, true),
-                seconds: DEARER * total as f64 * SECONDS_PER_ATOM_EVALUATION * steps as f64 / scene.ranks as f64,
+                seconds: DEARER * total as f64 * each * steps as f64 / scene.ranks as f64,
             });
         }
         atoms = Some(counts);
     }
+    let (what, told, (a_load, a_point)) = match &case.atoms {
+        Some(a) => ("comparison, pictures and curves", a.matched.points(), COMPARING),
+        None => ("pictures and curves", case.grid.points(), TELLING),
+    };
+    stages.push(PlannedStage {
+        name: "report",
+        what: what.into(),
+        bytes: 24 * told as u64,
+        seconds: loads as f64 * (a_load + a_point * told as f64),
+    });
     Ok(RunPlan {
         bytes: stages.iter().map(|s| s.bytes).max().unwrap_or(0),
         seconds: stages.iter().map(|s| s.seconds).sum(),

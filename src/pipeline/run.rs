@@ -33,7 +33,7 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
         Some(_) => Some(engine(case)?),
         None => None,
     };
-    super::plan(case, rayon::current_num_threads())?.fits()?;
+    super::plan(case, rayon::current_num_threads(), None)?.fits()?;
     let mut folder = RunFolder::open(out)?;
     case.warnings.iter().for_each(|w| listener.warn(w));
     keep_scene(case, out)?;

@@ -49,6 +49,9 @@ pub struct PlasticityResults {
     pub steps: Vec<[f64; 2]>,
     /// p* of the first step above the noise; none where there is none.
     pub first_yield: Option<f64>,
+    /// p* of the step before it: the crystal yields between the two.
+    #[serde(default)]
+    pub elastic_to: Option<f64>,
     /// Mean stress in the contact at the asked loads beyond it, on average, GPa.
     pub hardness_gpa: Option<f64>,
 }

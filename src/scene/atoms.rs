@@ -7,7 +7,7 @@ use crate::atoms::engine::caveat;
 use crate::atoms::giving::GivingWall;
 use crate::atoms::hold::Settings;
 use crate::atoms::indenter::grid_points;
-use crate::atoms::job::Yukawa;
+use crate::atoms::job::{FORCE_TOLERANCE, Yukawa};
 use crate::atoms::potential::{CALCIUM, CALCIUM_C11_GPA, CALCIUM_ELEMENT, CALCIUM_MODULUS_GPA, Potential, SetflHeader};
 use crate::atoms::wall::{self, Wall as AtomWall};
 use crate::grid::Grid;
@@ -38,7 +38,7 @@ const YIELDING: f64 = 0.5;
 /// Mean pressure over E* up to which a block is pressed: by that elasticity would have it shortened by half.
 const CRUSHED: f64 = 0.5;
 
-/// The load up to which atoms are pressed, p*.
+/// The load up to which atoms are pressed, p*, on a surface of this rms gradient.
 pub fn highest_p_star(gradient: f64) -> f64 {
     CRUSHED / gradient
 }
@@ -229,7 +229,7 @@ impl AtomsCase {
             matched,
             contact_force: a
                 .contact_force_ev_per_angstrom
-                .unwrap_or(CONTACT_FORCE_TOLERANCES * a.force_tolerance_ev_per_angstrom.min(super::FORCE_TOLERANCE)),
+                .unwrap_or(CONTACT_FORCE_TOLERANCES * a.force_tolerance_ev_per_angstrom.min(FORCE_TOLERANCE)),
             stress_width_angstrom: a.stress_width_angstrom.unwrap_or(a0),
             first_touch_gap_angstrom: (extent.mean - extent.min) * stretch * length,
         })

@@ -17,6 +17,7 @@ pub use hold::HoldScene;
 pub use source::{FileAsked, Surface};
 pub use wants::{AccuracyScene, Wants};
 
+use crate::atoms::job::FORCE_TOLERANCE;
 use crate::grid::Grid;
 use crate::interface::{Adhesion, Base, RangeChoice};
 use crate::method::{Goals, Precision, Settings};
@@ -264,9 +265,6 @@ pub struct AdhesionScene {
 
 /// What `continuum.also` calls every method that there is.
 pub const ALL_METHODS: &str = "all";
-
-/// Largest force that atoms are left with unless told otherwise, eV/Å.
-const FORCE_TOLERANCE: f64 = 2e-3;
 
 /// Mean pressure over E* times the rms gradient to which the challenge's statements refer.
 pub const REFERENCE_LOAD: f64 = 0.01;

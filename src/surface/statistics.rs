@@ -80,7 +80,7 @@ const COARSE_STEP: f64 = 0.02;
 /// Share of nodes on a terrace, as high as their neighbours along both axes, below which equal steps are the shape's own (a wedge).
 const TERRACES: f64 = 0.01;
 
-/// What is to be said of a map before anything is made of it.
+/// What is to be said of a map `[ny, nx]`, in any unit, before anything is made of it: one sentence each.
 pub fn doubts(grid: Grid, heights: &[f64]) -> Vec<String> {
     let mut list = Vec::new();
     if grid.nx.min(grid.ny) < FEW_POINTS {

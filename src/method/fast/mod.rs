@@ -24,6 +24,7 @@ use crate::{Error, Result};
 use descent::Pause;
 use level::{Level, Spring};
 use rayon::prelude::*;
+use std::cell::OnceCell;
 use std::time::Instant;
 use window::Cell;
 
@@ -121,6 +122,7 @@ impl<'p> Build<'p> for Start<'p> {
             gap,
             stress,
             earlier_pairs: std::cell::Cell::new(0.0),
+            first_touch: OnceCell::new(),
             resumed: None,
         })
     }
@@ -149,6 +151,8 @@ struct Solver<'p, T: Real, K, L> {
     stress: Vec<T>,
     /// Pairs that the grids below the one at work have taken, in pairs of the problem's.
     earlier_pairs: std::cell::Cell<f64>,
+    /// Mean gap of bodies that just touch, once a mean gap has been asked for.
+    first_touch: OnceCell<f64>,
     /// A state to go on from: its grid, gap and descent.
     resumed: Option<(Grid, Vec<T>, Pause)>,
 }
@@ -366,11 +370,13 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             }
             // As far apart as they are at first touch, or farther, they need none.
             Load::MeanGap(target) if L::HARD => {
-                let mut level = free();
-                let farther = target - mean(&level.gap);
-                level.gap.par_iter_mut().for_each(|g| *g += T::of(farther));
-                level.pressure = 0.0;
-                (farther >= 0.0).then_some((level, Stop::Converged))
+                let touch = *self.first_touch.get_or_init(|| mean(&free().gap));
+                (target >= touch).then(|| {
+                    let mut level = free();
+                    let farther = T::of(target - touch);
+                    level.gap.par_iter_mut().for_each(|g| *g += farther);
+                    (level, Stop::Converged)
+                })
             }
             _ => None,
         };

@@ -125,7 +125,7 @@ fn total(atoms: &AtomsCase) -> u64 {
 
 /// Bytes and seconds of a block, before it is pressed.
 pub fn planned(case: &Case) -> Result<(u64, f64)> {
-    let plan = plan(case, rayon::current_num_threads())?;
+    let plan = plan(case, rayon::current_num_threads(), None)?;
     let of = plan.stages.iter().filter(|s| ["matched", "lammps", "atoms"].contains(&s.name));
     Ok(of.fold((0, 0.0), |(bytes, seconds), s| (bytes.max(s.bytes), seconds + s.seconds)))
 }

@@ -78,7 +78,8 @@ pub fn plasticity(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
             @match p.first_yield {
                 Some(load) => {
                     "The crystal first yields at p* = " strong { (significant(load, 3)) } ": there more than " (p.noise)
-                    " atoms have left its order."
+                    " atoms have left its order"
+                    @if let Some(before) = p.elastic_to { ", at the step before, at " (significant(before, 3)) ", no more" } "."
                     @if let Some(h) = p.hardness_gpa { " Beyond it the mean stress over the touching atoms is " (significant(h, 3))
                         " GPa, an estimate of the hardness." }
                 },

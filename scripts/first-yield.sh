@@ -1,0 +1,41 @@
+#!/bin/sh
+# Where crystals yield, by size and by the slope that the atoms see: the literal profile, and profiles scaled to a slope. Each load
+# starts from the continuum's solution. $1: the program; $2: sizes as CELLSxDEPTH (without it 15x6 45x12); $3: MPI ranks.
+# Folders of an earlier run are used again.
+set -eu
+program=$1
+sizes=${2:-15x6 45x12}
+ranks=${3:-1}
+out=runs/first-yield
+mkdir -p "$out"
+press() { # name, cells, depth, rms gradient, slope, loads
+    cat >"$out/$1.toml" <<SCENE
+name = "$1"
+
+[surface]
+grid = 512
+seed = 18
+rms_gradient = $4
+
+[load]
+p_star = [$6]
+
+[atoms]
+cells = $2
+depth_cells = $3
+slope = "$5"
+plasticity = true
+# To where load and base are met: where a crystal flows a few atoms are never without a force.
+force_tolerance_ev_per_angstrom = 0.4
+ranks = $ranks
+SCENE
+    printf '%s: ' "$1"
+    "$program" run "$out/$1.toml" --out "$out/$1" 2>/dev/null | grep 'out of the crystal'
+}
+for size in $sizes; do
+    cells=${size%x*}
+    depth=${size#*x}
+    press "$size-slope-0.2" "$cells" "$depth" 0.2 renormalised "0.01, 0.02, 0.03, 0.04, 0.05, 0.07"
+    press "$size-literal" "$cells" "$depth" 1.0 literal "0.001, 0.002, 0.003, 0.004, 0.005, 0.007, 0.01, 0.02, 0.03"
+    press "$size-slope-1" "$cells" "$depth" 1.0 renormalised "0.0002, 0.0005, 0.001, 0.0015, 0.002, 0.003, 0.005, 0.01, 0.02, 0.03, 0.04, 0.05"
+done
