@@ -30,7 +30,13 @@ force_tolerance_ev_per_angstrom = 0.4
 ranks = $ranks
 SCENE
     printf '%s: ' "$1"
-    "$program" run "$out/$1.toml" --out "$out/$1" 2>/dev/null | grep 'out of the crystal'
+    # What is warned of (loads that could not be met) is in the log.
+    if "$program" run "$out/$1.toml" --out "$out/$1" >"$out/$1.out" 2>"$out/$1.log"; then
+        grep 'out of the crystal' "$out/$1.out"
+    else
+        tail -n 1 "$out/$1.log"
+        exit 1
+    fi
 }
 for size in $sizes; do
     cells=${size%x*}

@@ -90,7 +90,9 @@ impl Run {
 
     fn plan(&self, case: &Case) -> Result<()> {
         // A plan needs no LAMMPS, but where there is one it tells how fast this machine is.
-        let evaluation = case.atoms.as_ref().and_then(|_| pipeline::speed(case).ok());
+        let here = case.atoms.as_ref().map(|_| pipeline::speed(case));
+        let untold = here.as_ref().and_then(|h| h.as_ref().err()).map(|e| e.to_string()).unwrap_or_default();
+        let evaluation = here.and_then(Result::ok);
         let plan = pipeline::plan(case, rayon::current_num_threads(), evaluation)?;
         if self.json {
             words::json_line(&plan)?;
@@ -116,7 +118,7 @@ impl Run {
             words::say(&if atoms.measured {
                 format!("measured here: LAMMPS takes {each} an atom and force evaluation on one core")
             } else {
-                format!("LAMMPS does not run here: {each} an atom and force evaluation are another machine's")
+                format!("{each} an atom and force evaluation are another machine's: {untold}")
             });
             words::say(&words::audit(&plan.audit));
         }

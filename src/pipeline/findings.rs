@@ -14,17 +14,17 @@ pub(super) fn squeeze(atoms: &AtomsCase, hard: &StateResults) -> f64 {
     hard.pressure + atoms.adhesion.map_or(0.0, |a| -hard.interaction_energy / a.rho)
 }
 
-fn below_surface(p: &PlasticityResults, flowed: bool) -> String {
-    match (p.first_yield, p.elastic_to) {
-        (None, _) => {
-            let nor =
-                if flowed { "Below it the crystal has not slipped" } else { "Nor has the crystal slipped below it" };
-            format!("{nor}: at no step have more than {} atoms left its order.", p.noise)
-        }
-        (Some(load), before) => {
+fn below_surface(p: &PlasticityResults) -> String {
+    match p.first_yield {
+        None => format!(
+            "Below the surface layers the crystal has not slipped: at no step have more than {} atoms left its order.",
+            p.noise
+        ),
+        Some(load) => {
+            let before = p.elastic_to.filter(|b| *b > 0.0);
             let after = before.map_or(String::new(), |b| format!(" (not yet at the step before, {b:.5})"));
             format!(
-                "Below it the crystal first yields at p* = {load:.5}{after}: from there on elasticity is not its law."
+                "Below the surface layers the crystal first yields at p* = {load:.5}{after}: from there on elasticity is not its law."
             )
         }
     }
@@ -131,7 +131,7 @@ fn yield_finding(states: &[AtomState], plasticity: Option<&PlasticityResults>) -
     };
     let below = match plasticity {
         None => "Slip below it is not looked for (atoms.plasticity).".to_string(),
-        Some(p) => below_surface(p, flowed.is_some()),
+        Some(p) => below_surface(p),
     };
     format!("{at_surface} {below}")
 }
