@@ -21,15 +21,16 @@ const SECONDS_PER_STEP: f64 = 0.16;
 const FREE: f64 = 24.0;
 
 /// Force evaluations of one load that starts from the continuum, of a block of one lattice constant. The longest waves settle last, so
-/// that they grow with extent and depth, with the exponents below: on average 71, 219, 128, 88 and 294 for 15 × 6, 45 × 12, 45 × 6,
-/// 45 × 4 and 90 × 13 lattice constants, where p/E* = 0.003, 0.01 and (but for the last) 0.03 were asked.
+/// that they grow with extent and depth, with the exponents below: on average 71, 219, 128, 88, 358 and 1043 for 15 × 6, 45 × 12, 45 × 6,
+/// 45 × 4, 90 × 13 and 175 × 25 lattice constants, where p/E* = 0.003, 0.01 and (but for the last two) 0.03 were asked; 294 for 90 × 13 with
+/// the script as it is. (The largest was asked for 0.05 eV/Å, before that ended loads by what indenter and base carry.)
 const EVALUATIONS: f64 = 3.1;
 const GROWTH_WITH_EXTENT: f64 = 0.6;
 const GROWTH_WITH_DEPTH: f64 = 0.8;
 
-/// Share of them where a tolerance above the tight one is asked for, which ends loads by what indenter and base carry: 152, 279 and 442
-/// for 45 × 12, 90 × 13 and 175 × 25.
-const LOOSE: f64 = 0.6;
+/// Where a tolerance above the tight one is asked for, which ends loads by what indenter and base carry, they grow as this power of those,
+/// times a number, and are no more: 152, 279 and 442 for 45 × 12, 90 × 13 and 175 × 25.
+const LOOSE: (f64, f64) = (2.9, 0.75);
 
 /// Share of them in a step of 0.3 Å from first touch: 31 there, 120 to 160 in contact, up to 430 where slip begins (45 × 12, ladder to
 /// p/E* = 0.033).
@@ -38,7 +39,7 @@ const STEP: f64 = 0.72;
 /// Force evaluations of one load that starts from the continuum, to a largest force in eV/Å.
 pub fn evaluations_from_continuum(cells: usize, depth_cells: usize, force_tolerance: f64) -> f64 {
     let tight = EVALUATIONS * (cells as f64).powf(GROWTH_WITH_EXTENT) * (depth_cells as f64).powf(GROWTH_WITH_DEPTH);
-    if force_tolerance > FORCE_TOLERANCE { LOOSE * tight } else { tight }
+    if force_tolerance > FORCE_TOLERANCE { tight.min(LOOSE.0 * tight.powf(LOOSE.1)) } else { tight }
 }
 
 /// What a job of LAMMPS is foreseen to do: loads from the continuum, or steps from first touch.
@@ -89,12 +90,20 @@ mod tests {
     /// Of the loads that were measured, tight and loose.
     #[test]
     fn evaluations_grow_with_extent_and_depth() {
-        let tight = [(15, 6, 71.0), (45, 12, 219.0), (45, 6, 128.0), (45, 4, 88.0), (90, 13, 294.0)];
+        let tight = [
+            (15, 6, 71.0),
+            (45, 12, 219.0),
+            (45, 6, 128.0),
+            (45, 4, 88.0),
+            (90, 13, 358.0),
+            (90, 13, 294.0),
+            (175, 25, 1043.0),
+        ];
         let loose = [(45, 12, 152.0), (90, 13, 279.0), (175, 25, 442.0)];
         let measured = tight.iter().map(|m| (FORCE_TOLERANCE, m)).chain(loose.iter().map(|m| (0.4, m)));
         for (tolerance, &(cells, depth, found)) in measured {
             let ratio = evaluations_from_continuum(cells, depth, tolerance) / found;
-            assert!((0.75..1.25).contains(&ratio), "{cells} x {depth}, {tolerance}: {ratio}");
+            assert!((0.8..1.25).contains(&ratio), "{cells} x {depth}, {tolerance}: {ratio}");
         }
     }
 
