@@ -6,7 +6,7 @@
 //! Data flows one way, and imports run downwards only:
 //!
 //! ```text
-//! cli → pipeline → report → compare → path → observe → scene → method → atoms, interface, surface → grid, record, units, sys
+//! cli → pipeline → report → compare → path → observe → scene → method → atoms, interface, surface → grid, record, load, units, sys
 //! ```
 //!
 //! * [`scene`]: a TOML file and flags become a checked, hashed, plain description.
@@ -26,6 +26,7 @@ pub mod compare;
 pub mod error;
 pub mod grid;
 pub mod interface;
+pub mod load;
 pub mod method;
 pub mod observe;
 pub mod path;

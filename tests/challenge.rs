@@ -54,8 +54,8 @@ fn a_grid_that_carries_the_adhesion_is_judged() {
     let states = |of: &str| results[of]["states"].as_array().expect("states").clone();
     let (with, without) = (states("continuum"), states("without"));
     assert_eq!((with.len(), without.len()), (23, 12), "there and back with adhesion, there without");
-    assert!(with.iter().skip(12).all(|s| s["way"] == "retract" && s["hangs"]["area"].is_number()));
-    assert!(with.iter().take(12).all(|s| s["way"] == "approach" && s["hangs"].is_null()));
+    assert!(with.iter().skip(12).all(|s| s["branch"] == "unloading" && s["hangs"]["area"].is_number()));
+    assert!(with.iter().take(12).all(|s| s["branch"] == "loading" && s["hangs"].is_null()));
     assert!(results["continuum"]["hysteresis_work"].is_number());
     let kept = with.iter().filter(|s| s["gap"].is_string()).map(|s| s["p_star"].as_f64().unwrap());
     assert!(kept.clone().count() == 2 && kept.clone().all(|p| p == 0.01), "maps at the reference load, both ways");

@@ -5,6 +5,7 @@ mod made_run;
 
 use std::path::{Path, PathBuf};
 
+use asperity::load::Branch;
 use asperity::observe::{Distribution, linear_edges};
 use asperity::record::npy;
 use asperity::record::results::*;
@@ -208,14 +209,14 @@ fn a_path_up_and_down_is_told_by_its_extremes() {
     let mut results = run_folder(folder.path());
     (results.atoms, results.comparison) = (None, None);
     let c = results.continuum.as_mut().unwrap();
-    let of = |p_star: f64, area: f64, way: Way| StateResults {
+    let of = |p_star: f64, area: f64, branch: Branch| StateResults {
         contact_fraction_corrected: area,
         mean_gap: 0.01 - 0.1 * p_star,
         p_star,
-        way,
+        branch,
         ..c.states[0].clone()
     };
-    let (up, down) = (Way::Approach, Way::Retract);
+    let (up, down) = (Branch::Loading, Branch::Unloading);
     c.states = vec![of(0.01, 0.05, up), of(0.04, 0.22, up), of(0.01, 0.08, down), of(0.002, 0.03, down)];
     c.pull_off = None;
     c.pull_off_failure = Some("fast stopped".into());

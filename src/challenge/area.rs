@@ -36,7 +36,7 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
     let raised: Vec<f64> = adhesive
         .iter()
         .filter(|s| (FEW_PER_CENT[0]..FEW_PER_CENT[1]).contains(&area(s)))
-        .filter_map(|s| Some(area(s) / area(plain.iter().find(|p| p.p_star == s.p_star)?)))
+        .filter_map(|s| Some(area(s) / area(plain.iter().find(|p| p.index == s.index)?)))
         .collect();
     let at_reference = reference(sight.adhesive).map(area);
     let pressures: Vec<f64> =

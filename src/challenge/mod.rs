@@ -11,9 +11,10 @@ mod stress;
 #[cfg(test)]
 mod tests;
 
+use crate::load::Branch;
 use crate::observe::Distribution;
 use crate::record::judged::{Judged, Verdict};
-use crate::record::results::{ContinuumResults, Observed, Results, StateResults, Way};
+use crate::record::results::{ContinuumResults, Observed, Results, StateResults};
 use crate::scene::REFERENCE_LOAD;
 
 /// Largest dx γ/(ρ² E*) at which adhesion is no stiffer than the stiffest wave of the grid, along an axis.
@@ -95,7 +96,7 @@ impl<'a> Sight<'a> {
 
     /// The states on the way there.
     fn there(c: &ContinuumResults) -> impl Iterator<Item = &StateResults> {
-        c.states.iter().filter(|s| s.way == Way::Approach)
+        c.states.iter().filter(|s| s.branch == Branch::Loading)
     }
 
     /// States on the way there with enough contact to say something.

@@ -66,6 +66,7 @@ fn solved(adhesive: bool) -> ContinuumResults {
         let plain = libm::erf(PI.sqrt() * p);
         let area = if adhesive { (1.5 * plain).min(1.0) } else { plain };
         StateResults {
+            index: LOADS.iter().position(|l| *l == p).expect("one of the loads"),
             p_star: p,
             pressure: p,
             criterion: "zero gap".into(),
@@ -83,7 +84,7 @@ fn solved(adhesive: bool) -> ContinuumResults {
             iterations: 1,
             fft_pairs: 1.0,
             seconds: 1.0,
-            way: Way::Approach,
+            branch: Branch::Loading,
             energy_excess: None,
             area_drift: None,
             mean_gap_drift: None,

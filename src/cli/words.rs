@@ -1,9 +1,10 @@
 //! Answers on stdout.
 
+use crate::load::Branch;
 use crate::record::advice::Chosen;
 use crate::record::judged::{Judged, Verdict};
 use crate::record::methods::MethodResults;
-use crate::record::results::{AtomState, AtomsResults, AuditLine, ContinuumResults, Overlap, Results, Statistic, Way};
+use crate::record::results::{AtomState, AtomsResults, AuditLine, ContinuumResults, Overlap, Results, Statistic};
 use crate::report::branch::way_back;
 use crate::report::number::{change, duration, error_of, percent, si, significant, trimmed};
 use crate::{Error, Result};
@@ -155,7 +156,7 @@ fn states(c: &ContinuumResults, um: f64) {
         &head,
         c.states.iter().map(|s| {
             let mut row = vec![
-                trimmed(s.p_star, 4) + if s.way == Way::Retract { " (back)" } else { "" },
+                trimmed(s.p_star, 4) + if s.branch == Branch::Unloading { " (back)" } else { "" },
                 percent(s.contact_fraction),
                 percent(s.contact_fraction_corrected),
                 significant(s.mean_gap * um, 4),

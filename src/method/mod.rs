@@ -36,8 +36,8 @@ pub use card::{Card, Criterion, Kind, Needs, Quantity, Support};
 pub use estimate::{Estimate, Estimator, Started};
 pub use fft_ia::FftIaSettings;
 pub use problem::{
-    CoarseState, Goals, Heights, Iteration, Kept, Load, Plan, Precision, Problem, Run, Settled, Snapshot, State, Stop,
-    Watch, unwatched,
+    CoarseState, Goals, Heights, Iteration, Kept, Plan, Precision, Problem, Run, Settled, Snapshot, State, Stop, Watch,
+    unwatched,
 };
 
 pub use experiment::ExperimentSettings;
@@ -48,6 +48,8 @@ pub use rl_archard::RlArchardSettings;
 pub use settings::Settings;
 pub use srgw::SrgwSettings;
 pub use winkler::WinklerSettings;
+
+pub use crate::load::Load;
 
 use crate::Result;
 use crate::interface::Adhesion;

@@ -1,6 +1,7 @@
 use super::Settings;
 use crate::grid::{Field, Grid, Series, Transform, rms};
 use crate::interface::{Adhesion, Elastic, Kernel, Wall};
+use crate::load::Load;
 use crate::surface::{Power, patch_gradient};
 use crate::{Error, Result};
 use rustfft::num_complex::Complex;
@@ -274,15 +275,6 @@ impl<'a> Problem<'a> {
     pub fn rounding_floor(&self, rms_height: f64, pressure: f64) -> f64 {
         3.0 * self.precision.epsilon() * self.stiffest_mode() * rms_height / Self::stress_scale(pressure)
     }
-}
-
-/// What is imposed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Load {
-    /// Mean pressure over E*, compression positive.
-    Pressure(f64),
-    /// Mean gap, units of L: the pressure follows. Reaches states that no pressure holds.
-    MeanGap(f64),
 }
 
 /// What a solve will take, said before it is taken.

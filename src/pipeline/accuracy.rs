@@ -116,7 +116,7 @@ fn target(case: &Case) -> Target {
         aspect: case.grid.ny as f64 / case.grid.nx as f64,
         kernel: case.kernel.to_string(),
         adhesion: (case.adhesion != Adhesion::None).then(|| adhesion_words(case)),
-        p_star: case.p_star[..case.loads_there().min(case.p_star.len())].to_vec(),
+        p_star: case.loading_p_star(),
     }
 }
 

@@ -4,6 +4,7 @@ use super::continuum::start;
 use crate::atoms::block::Block;
 use crate::atoms::indenter::Indenter;
 use crate::atoms::start::{Approach, Pressed};
+use crate::load::{LoadStep, at_step};
 use crate::record::results::ContinuumResults;
 use crate::scene::{AtomsCase, Case};
 use crate::{Error, Result};
@@ -24,20 +25,16 @@ pub(super) fn approaches(
     let offset = fine[0] - indenter.heights()[0];
     // From where the gaps count.
     let heights: Vec<f64> = atoms.felt_heights_angstrom(&case.surface).iter().map(|h| h / length).collect();
-    let there = case.loads_there();
-    let mut order: Vec<usize> = (0..there).collect();
-    order.sort_by(|&a, &b| case.p_star[a].total_cmp(&case.p_star[b]));
-    order.dedup_by(|&mut a, &mut b| case.p_star[a] == case.p_star[b]);
-    order.extend(there..case.p_star.len());
-    let approach = |&i: &usize| {
-        let file = solved.states.get(i).and_then(|s| s.gap.as_ref());
+    let order = case.rising_steps().into_iter().chain(case.unloading_steps());
+    let approach = |step: &LoadStep| {
+        let file = at_step(&solved.states, step.index).and_then(|s| s.gap.as_ref());
         let file = file.ok_or_else(|| Error::format(root, "a load without its gap", "the gaps of every load"))?;
         let gap = start(&root.join(file), grid)?;
-        let pressure = case.p_star[i] * case.gradient;
+        let pressure = step.imposed_p_star() * case.gradient;
         let body = (atoms.layer(), atoms.compression());
         let pressed = Pressed::under(block, body, grid, (&gap, &heights), pressure);
         let standoff = (atoms.wall.minimum_angstrom(), offset);
-        Ok(Approach::new(block, indenter, (case.p_star[i] * atoms.load_unit, pressed), (&gap, &heights), standoff))
+        Ok(Approach::new(block, indenter, (atoms.load(step), pressed), (&gap, &heights), standoff))
     };
-    order.iter().map(approach).collect()
+    order.map(approach).collect()
 }

@@ -60,7 +60,7 @@ pub(super) fn write_job(
     let heights = atoms.heights_angstrom(&case.surface, grid);
     let interaction = touching::interaction(atoms);
     let indenter = Indenter::above(&atoms.block, atoms.points, heights, interaction.touch_angstrom())?;
-    let highest = case.p_star.iter().copied().fold(0.0, f64::max);
+    let highest = case.highest_p_star();
     let way = atoms.first_touch_gap_angstrom / scene.step_or_default();
     let ladder = Ladder {
         step_angstrom: scene.step_or_default(),
@@ -212,8 +212,8 @@ pub fn read_frames(
     let reader = Reader::new(case, atoms, out, ".")?;
     let frames = Foreign::scan(files, &atoms.block, &reader.indenter, &touching::interaction(atoms), warn)?;
     let mut states = Vec::new();
-    for (i, &p_star) in case.p_star[..case.loads_there()].iter().enumerate() {
-        states.push(reader.state(i + 1, p_star, &frames.at_load(p_star * atoms.load_unit)?)?);
+    for step in case.loading_steps() {
+        states.push(reader.state(step, &frames.at_load(atoms.load(step))?)?);
     }
     let climbed = Climbed { engine: "unknown".into(), ..Climbed::default() };
     let found = results(atoms, &reader, &climbed, states);
@@ -238,8 +238,8 @@ pub(super) fn read(
     let reader = Reader::new(case, atoms, folder, stage)?;
     let rungs = ladder::Ladder::read(&job.folder)?;
     let mut states = Vec::new();
-    for (i, &p_star) in case.p_star[..case.loads_there()].iter().enumerate() {
-        states.push(reader.state(i + 1, p_star, &job.at_load(&rungs, p_star * atoms.load_unit)?)?);
+    for step in case.loading_steps() {
+        states.push(reader.state(step, &job.at_load(&rungs, atoms.load(step))?)?);
     }
     let mut unloading = unloading(case, atoms, job, &rungs, (&reader, &states))?;
     let scene = case.scene.atoms.as_ref().expect("an atoms case comes from a scene with atoms");

@@ -5,13 +5,14 @@ use super::observed::observed;
 use super::{Key, Listener, Progress};
 use crate::grid::{Field, Grid};
 use crate::interface::{Adhesion, Law, RangeChoice};
-use crate::method::{self, Goals, Heights, Load, Problem, Stop};
+use crate::load::{Branch, Load, LoadStep};
+use crate::method::{self, Goals, Heights, Problem, Stop};
 use crate::observe::{hysteresis_work, stiffness};
 use crate::path::{Begin, Checkpoint, Keeper, LoadPath, Reached};
 use crate::record::npy;
 use crate::record::results::{
     CURVATURE_RADIUS, ContinuumResults, FIRST_TOUCH, HEIGHT_RANGE, Hanging, Observed, PsdPoint, RMS_HEIGHT,
-    RangeResults, StateResults, Statistic, SurfaceResults, Way,
+    RangeResults, StateResults, Statistic, SurfaceResults,
 };
 use crate::scene::{Case, REFERENCE_LOAD, Surface, Wants};
 use crate::surface::{Expected, moments, patch_moments, psd, range, windowed};
@@ -159,20 +160,19 @@ pub(super) struct Asked<'a> {
     pub problem: Problem<'a>,
     pub method: &'a str,
     pub range: RangeChoice,
-    pub loads: Vec<Load>,
+    pub steps: &'a [LoadStep],
     pub pull_off: bool,
     /// Gap to start from.
     pub start: Option<Vec<f64>>,
-    /// Pressure over E* at p* = 1, and the p* of each load as the scene has it; empty under control of the mean gap.
+    /// Pressure over E* at p* = 1.
     pub gradient: f64,
-    pub p_star: &'a [f64],
-    /// How many loads come before the way back, where there is one.
-    pub there: Option<usize>,
+    /// Whether the unloading branch is compared with the loading branch.
+    pub hysteresis: bool,
     /// Gap at and below which a node counts as touching.
     pub threshold: f64,
     pub criterion: String,
-    /// Which fields of the state at a load p* are kept.
-    pub keep: &'a dyn Fn(f64) -> Keep,
+    /// Which fields of a load's state are stored.
+    pub keep: &'a dyn Fn(&LoadStep) -> Keep,
     pub wants: Wants,
 }
 
@@ -186,7 +186,8 @@ pub(super) fn load_path(
     listener: &dyn Listener,
 ) -> Result<ContinuumResults> {
     let method = method::find(asked.method).expect("checked with the scene");
-    let path = LoadPath::new(asked.problem.clone(), method, asked.range, asked.threshold, &asked.loads);
+    let loads: Vec<Load> = asked.steps.iter().map(|s| s.target).collect();
+    let path = LoadPath::new(asked.problem.clone(), method, asked.range, asked.threshold, &loads);
     let path = if asked.wants.grid_error { path } else { path.without_error() };
     let problem = path.problem();
     let grid = problem.grid;
@@ -213,10 +214,10 @@ pub(super) fn load_path(
     let finished = checkpoint.as_ref().map_or(Vec::new(), |c| c.finished.clone());
     let keeper = Keeper::new(folder, &stem, key, finished);
     let begin = checkpoint.map(Begin::Checkpoint).or(asked.start.clone().map(Begin::Gap));
-    let watch = Progress::new(listener, Some(&keeper), &said, (states.len(), asked.loads.len()));
+    let watch = Progress::new(listener, Some(&keeper), &said, (states.len(), loads.len()));
     let walked = path.walk(begin, asked.pull_off, &watch, |i, reached| {
         watch.next();
-        let state = &reached.state;
+        let (state, step) = (&reached.state, &asked.steps[i]);
         let kind = if state.stop == Stop::Converged { "load" } else { "partial" };
         let name = format!("{prefix}{kind}-{}", i + 1);
         let write = |quantity: &str, field: Field| -> Result<String> {
@@ -236,8 +237,7 @@ pub(super) fn load_path(
                 i + 1
             ));
         }
-        let p_star = asked.p_star.get(i).copied().unwrap_or(state.pressure / asked.gradient);
-        let keep = (asked.keep)(p_star);
+        let keep = (asked.keep)(step);
         let gap = if keep.gap || partial { Some(write("gap", state.gap)?) } else { None };
         if partial {
             return Err(Error::NotConverged {
@@ -250,14 +250,9 @@ pub(super) fn load_path(
             });
         }
         let stress = if keep.stress { Some(write("stress", state.stress)?) } else { None };
-        let way = match (asked.loads[i], i.checked_sub(1).map(|k| asked.loads[k])) {
-            (Load::Pressure(now), Some(Load::Pressure(before))) if now < before => Way::Retract,
-            (Load::MeanGap(now), Some(Load::MeanGap(before))) if now > before => Way::Retract,
-            _ => Way::Approach,
-        };
         let adhesive = problem.adhesion != Adhesion::None;
         let found =
-            summary(&asked, &reached, grid, (p_star, way), adhesive, [gap, stress]);
+            summary(&asked, &reached, grid, step, adhesive, [gap, stress]);
         keeper.finish(serde_json::to_value(&found).map_err(|e| Error::format(folder, e, "finite numbers"))?);
         states.push(found);
         Ok(())
@@ -266,7 +261,7 @@ pub(super) fn load_path(
         Ok(found) => (found, None),
         // All loads are done and stand by themselves; only the way apart did not end well.
         Err(why @ (Error::NotConverged { .. } | Error::Input { .. }))
-            if asked.pull_off && states.len() == asked.loads.len() =>
+            if asked.pull_off && states.len() == loads.len() =>
         {
             listener.warn(&format!("the pull-off was not found: {why}"));
             (None, Some(why.to_string()))
@@ -276,7 +271,7 @@ pub(super) fn load_path(
     keeper.clear();
     stiffen(&mut states);
     let percolation = percolation(&states);
-    let hysteresis_work = asked.there.map(|there| compare_ways(&mut states, there));
+    let hysteresis_work = asked.hysteresis.then(|| compare_branches(&mut states, asked.steps));
     let range = range_results(asked.problem.adhesion, path.adhesion(), grid);
     let rms_height = problem.heights.rms();
     for state in &mut states {
@@ -316,8 +311,8 @@ pub(super) fn range_results(asked: Adhesion, used: Adhesion, grid: Grid) -> Opti
 fn stiffen(states: &mut [StateResults]) {
     let mut first = 0;
     while first < states.len() {
-        let way = states.get(first + 1).map_or(states[first].way, |s| s.way);
-        let length = 1 + states[first + 1..].iter().take_while(|s| s.way == way).count();
+        let kind = states.get(first + 1).map_or(states[first].branch, |s| s.branch);
+        let length = 1 + states[first + 1..].iter().take_while(|s| s.branch == kind).count();
         let branch = &mut states[first..first + length];
         let points: Vec<(f64, f64)> = branch.iter().map(|s| (s.pressure, s.mean_gap)).collect();
         for (state, k) in branch.iter_mut().zip(stiffness(&points)) {
@@ -331,28 +326,28 @@ fn stiffen(states: &mut [StateResults]) {
 fn percolation(states: &[StateResults]) -> Option<[f64; 2]> {
     let there: Vec<(f64, bool)> = states
         .iter()
-        .take_while(|s| s.way == Way::Approach)
+        .take_while(|s| s.branch == Branch::Loading)
         .filter_map(|s| Some((s.p_star, s.observed.as_ref()?.gap_spans == [true; 2])))
         .collect();
     there.windows(2).rfind(|w| w[0].1 && !w[1].1).map(|w| [w[0].0, w[1].0])
 }
 
-/// Tells the states on the way back how far they are from those of the way there. Returns the work that the loop takes.
-fn compare_ways(states: &mut [StateResults], there: usize) -> f64 {
+/// Gives the states of the unloading branch their changes from the loading branch. Returns the work per cycle.
+fn compare_branches(states: &mut [StateResults], steps: &[LoadStep]) -> f64 {
     let change = |now: f64, then: f64| if now == then { 0.0 } else { (now - then) / then.abs().max(f64::MIN_POSITIVE) };
-    for back in there..states.len() {
-        let Some(same) = (2 * there).checked_sub(back + 2) else { break };
+    for step in steps {
+        let Some(same) = step.counterpart else { continue };
         let (area, mean_gap) = (states[same].contact_fraction, states[same].mean_gap);
-        let state = &mut states[back];
+        let state = &mut states[step.index];
         state.hangs =
             Some(Hanging { area: change(state.contact_fraction, area), mean_gap: change(state.mean_gap, mean_gap) });
     }
-    // Where both ways have one state, what solvers leave of its mean gap is no work.
-    let gap = |i: usize| match states[i].hangs {
-        Some(h) if !h.is_another() => states[2 * there - i - 2].mean_gap,
-        _ => states[i].mean_gap,
+    // Where both branches have one state, what solvers leave of its mean gap is no work.
+    let gap = |step: &LoadStep| match (states[step.index].hangs, step.counterpart) {
+        (Some(h), Some(same)) if !h.is_another() => states[same].mean_gap,
+        _ => states[step.index].mean_gap,
     };
-    let path: Vec<(f64, f64)> = (0..states.len()).map(|i| (states[i].pressure, gap(i))).collect();
+    let path: Vec<(f64, f64)> = steps.iter().map(|step| (states[step.index].pressure, gap(step))).collect();
     hysteresis_work(&path)
 }
 
@@ -361,14 +356,16 @@ fn summary(
     asked: &Asked,
     reached: &Reached,
     grid: Grid,
-    (p_star, way): (f64, Way),
+    step: &LoadStep,
     adhesive: bool,
     [gap, stress]: [Option<String>; 2],
 ) -> StateResults {
     let (state, area) = (&reached.state, &reached.area);
     let observed = asked.wants.distributions.then(|| observed(grid, state, asked.threshold, adhesive));
     StateResults {
-        p_star,
+        index: step.index,
+        branch: step.branch,
+        p_star: step.p_star_at(state.pressure, asked.gradient),
         pressure: state.pressure,
         criterion: asked.criterion.clone(),
         contact_fraction: area.fraction,
@@ -384,7 +381,6 @@ fn summary(
         iterations: state.iterations,
         fft_pairs: state.fft_pairs,
         seconds: state.seconds,
-        way,
         energy_excess: state.settled.energy,
         area_drift: state.settled.area,
         mean_gap_drift: state.settled.mean_gap,
@@ -430,11 +426,8 @@ pub(super) fn laboratory(
         _ => None,
     };
     let mut problem = case.problem(heights);
-    let (mut loads, mut p_star) = (case.loads(), case.p_star.as_slice());
-    if !asked {
-        loads.truncate(case.loads_there());
-        p_star = &p_star[..p_star.len().min(loads.len())];
-    }
+    let reference = [LoadStep::single(REFERENCE_LOAD, case.gradient)];
+    let mut steps = if asked { case.load_steps() } else { case.loading_steps() };
     let mut method = scene.continuum.method.as_str();
     let mut range = case.range();
     match variant {
@@ -446,7 +439,7 @@ pub(super) fn laboratory(
             // What only the default method estimates is no goal of another.
             problem.goals = Goals::default();
             method = scene.challenge.as_ref().map_or(method, |c| &c.second_method);
-            (loads, p_star) = (vec![Load::Pressure(REFERENCE_LOAD * case.gradient)], &[REFERENCE_LOAD]);
+            steps = &reference;
         }
         Variant::Beside(id, adhesive) => {
             if !adhesive {
@@ -466,16 +459,15 @@ pub(super) fn laboratory(
         problem,
         method,
         range,
-        loads,
+        steps,
         pull_off: asked && scene.load.pull_off,
         start,
         gradient: case.gradient,
-        p_star,
-        there: (asked && scene.load.comes_back()).then(|| case.loads_there()),
+        hysteresis: asked && scene.load.comes_back(),
         threshold: 0.0,
         criterion,
-        keep: &|p_star| {
-            let keep = maps && case.keeps_maps(p_star);
+        keep: &|step| {
+            let keep = maps && case.stores_maps(step);
             Keep { gap: keep, stress: keep }
         },
         wants: case.wants(),

@@ -5,6 +5,7 @@ use super::touching::Reader;
 use crate::atoms::engine::{Engine, Progress};
 use crate::atoms::hold::{BLOCKS, Held, Hold, Settings, mean};
 use crate::atoms::job::Job;
+use crate::load::LoadStep;
 use crate::record::results::{HeldState, HoldResults};
 use crate::scene::{AtomsCase, Case};
 use crate::{Error, Result};
@@ -28,7 +29,8 @@ pub(super) fn hold(
     let hold = job.record.hold.clone().ok_or_else(lost)?;
     run(engine, &job, &hold, listener)?;
     let reader = Reader::new(case, atoms, folder, STAGE)?;
-    let states = (0..hold.loads.len()).map(|k| state(case, atoms, &reader, (&job, &hold), k));
+    let steps = case.rising_steps();
+    let states = (0..hold.loads.len()).map(|k| state(steps[k], &reader, (&job, &hold), k));
     Ok(HoldResults {
         temperature_k: hold.temperature_k,
         lattice_constant_angstrom: settings.lattice_constant_angstrom,
@@ -57,26 +59,23 @@ fn run(engine: &dyn Engine, job: &Job, hold: &Hold, listener: &dyn Listener) -> 
     Ok(())
 }
 
-/// Averages at the load `k` of a hold, maps written and numbered as the scene's loads are.
-fn state(case: &Case, atoms: &AtomsCase, reader: &Reader, (job, hold): (&Job, &Hold), k: usize) -> Result<HeldState> {
+/// Averages at the load `k` of a hold, which is that of `step`; maps written.
+fn state(step: &LoadStep, reader: &Reader, (job, hold): (&Job, &Hold), k: usize) -> Result<HeldState> {
     let held = Held::read(job, hold, k)?;
     let load = hold.loads[k];
-    let p_star = load / (hold.expansion * hold.expansion) / atoms.load_unit;
-    let asked = &case.p_star[..case.loads_there()];
-    let off = |i: &usize| (asked[*i] - p_star).abs();
-    let number = (0..asked.len()).min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(k) + 1;
     let gap = |b: &crate::atoms::hold::Watched| {
         let gaps = reader.gaps_expanded((hold.expansion, held.bounds), &b.positions, b.low_angstrom);
         gaps.iter().sum::<f64>() / gaps.len() as f64
     };
     let sites = held.probabilities();
     let share = |of: fn(f64) -> bool| sites.iter().filter(|s| of(s.value)).count() as f64 / sites.len() as f64;
-    let name = |what: &str| format!("load-{number}-{what}.npy");
+    let name = |what: &str| format!("load-{}-{what}.npy", step.number());
     let write = |what: &str, values: Vec<f64>| reader.write_sites(&values, &name(what), &name(&format!("site-{what}")));
     let [probability_map, site_probability] = write("probability", sites.iter().map(|s| s.value).collect())?;
     let [_, site_error] = write("probability-error", sites.iter().map(|s| s.error).collect())?;
     Ok(HeldState {
-        p_star,
+        index: step.index,
+        p_star: step.imposed_p_star(),
         temperature_k: held.mean(|b| b.temperature_k),
         load: held.mean(|b| b.load / load),
         contact_fraction: held.mean(|b| b.touching.iter().sum::<f64>() / b.touching.len() as f64),

@@ -5,6 +5,7 @@ use super::observed::{SIZES_PER_DECADE, gap_edges, stress_edges};
 use super::{Key, Listener, Progress};
 use crate::grid::{Field, Grid};
 use crate::interface::Adhesion;
+use crate::load::{Load, LoadStep};
 use crate::method::{Card, ContactMethod, Criterion, Estimate, Heights, Kind, Problem, Quantity, Settings, all_atom};
 use crate::observe::{
     Connectivity, Spots, contact_area, gap_distribution, patch_sizes, stiffness, stress_distribution,
@@ -66,7 +67,7 @@ pub(super) fn of_atoms(
     let adhesive = case.adhesion != Adhesion::None;
     let mut results = nothing(&all_atom::AllAtom, &case.scene.methods, adhesive);
     results.cpu_seconds = seconds;
-    for (i, s) in atoms.states.iter().enumerate() {
+    for s in &atoms.states {
         let map = npy::read(&root.join(&s.contact_map))?;
         let contact: Vec<u8> = map.values.iter().map(|v| *v as u8).collect();
         // Gaps count from where the wall's force begins, and are negative where it pushes.
@@ -85,8 +86,8 @@ pub(super) fn of_atoms(
             gap: Some(&gap),
             ..Estimate::at(pressure)
         };
-        let mut state = state_of(card, &problem, s.p_star, &found);
-        let file = format!("load-{}-gap.npy", i + 1);
+        let mut state = state_of(card, &problem, (&case.load_steps()[s.index], case.gradient), &found);
+        let file = format!("load-{}-gap.npy", s.index + 1);
         npy::write(&folder.join(&file), grid.nx, grid.ny, gap.iter().copied())?;
         state.gap_map = Some(format!("{stage}/{file}"));
         state.contact_map = Some(s.contact_map.clone());
@@ -167,7 +168,7 @@ pub(super) fn run(
         }
         Err(e) => return Err(e),
     }
-    for i in 0..case.loads_there() {
+    for i in 0..case.loading_steps().len() {
         // What is not there need not go.
         let _ = std::fs::remove_file(finished(folder, i));
     }
@@ -188,14 +189,13 @@ fn estimate(
     listener: &dyn Listener,
     states: &mut Vec<MethodState>,
 ) -> Result<()> {
-    let mut loads = case.loads();
-    loads.truncate(case.loads_there());
+    let steps = case.loading_steps();
+    let loads: Vec<Load> = steps.iter().map(|s| s.target).collect();
     states.extend((0..loads.len()).map_while(|i| json::read::<MethodState>(&finished(folder, i)).ok()));
     let watch = Progress::new(listener, None, "", (states.len(), loads.len()));
     given.walk((&loads, states.len()), &watch, |i, problem, found| {
-        let p_star = case.p_star.get(i).copied().unwrap_or(found.pressure / case.gradient);
-        let mut state = state_of(given.card(), problem, p_star, found);
-        if case.keeps_maps(p_star) {
+        let mut state = state_of(given.card(), problem, (&steps[i], case.gradient), found);
+        if case.stores_maps(&steps[i]) {
             let grid = problem.grid;
             let name = |quantity: &str| format!("load-{}-{quantity}.npy", i + 1);
             for (quantity, field, kept) in
@@ -223,7 +223,8 @@ fn estimate(
 }
 
 /// An estimate in numbers: what it lends as fields is counted, what it tells itself is kept.
-pub fn state_of(card: &Card, problem: &Problem, p_star: f64, e: &Estimate) -> MethodState {
+/// `gradient`: pressure over E* at p* = 1.
+pub fn state_of(card: &Card, problem: &Problem, (step, gradient): (&LoadStep, f64), e: &Estimate) -> MethodState {
     let grid = problem.grid;
     let node = grid.dx() * grid.dy();
     // Zero where a node touches, as observers of gaps have it.
@@ -254,7 +255,8 @@ pub fn state_of(card: &Card, problem: &Problem, p_star: f64, e: &Estimate) -> Me
     let corrected =
         touching.filter(|_| e.contact.is_some() && of_gaps).map(|open| contact_area(grid, open, 0.0).corrected);
     MethodState {
-        p_star,
+        index: step.index,
+        p_star: step.p_star_at(e.pressure, gradient),
         pressure: e.pressure,
         contact_fraction: e.contact_fraction,
         contact_fraction_corrected: corrected,

@@ -70,11 +70,7 @@ impl RunPlan {
 
 /// Loads of the way there, each counted once, and those of the way back.
 fn loads_of_atoms(case: &Case) -> usize {
-    let (there, back) = case.p_star.split_at(case.loads_there());
-    let mut loads = there.to_vec();
-    loads.sort_by(f64::total_cmp);
-    loads.dedup();
-    loads.len() + back.len()
+    case.rising_steps().len() + case.unloading_steps().len()
 }
 
 /// Steps of a ladder: those of the way down, on the way back as many, and the shorter ones in which a pull is followed.
@@ -103,7 +99,8 @@ pub fn plan(case: &Case, threads: usize, evaluation: Option<f64>) -> Result<RunP
     };
     let (own, seconds) = solve(case.grid, loads);
     // Coarser grids that the path takes with it, and what a pull-off holds.
-    let (problem, path) = (case.problem(empty.into()), case.loads());
+    let problem = case.problem(empty.into());
+    let path: Vec<_> = case.load_steps().iter().map(|s| s.target).collect();
     let alone = method.plan(&problem).bytes;
     let beside = LoadPath::new(problem, method, case.range(), 0.0, &path).plan(case.scene.load.pull_off).bytes;
     let bytes = own + (beside - alone);
@@ -122,7 +119,7 @@ pub fn plan(case: &Case, threads: usize, evaluation: Option<f64>) -> Result<RunP
         });
     }
     let scene = &case.scene;
-    let there = case.loads_there();
+    let there = case.loading_steps().len();
     let mut variant = |name: &'static str, what: String, method: &dyn method::ContactMethod, loads: usize| {
         let problem = crate::method::Problem { adhesion: Adhesion::None, ..case.problem(empty.into()) };
         let p = method.plan(&problem);
@@ -209,7 +206,7 @@ pub fn plan(case: &Case, threads: usize, evaluation: Option<f64>) -> Result<RunP
             seconds: 2e-6 * total as f64 * loads as f64,
         });
         if let Some(hold) = &a.hold {
-            let there = loads_of_atoms(case) - (case.p_star.len() - case.loads_there());
+            let there = case.rising_steps().len();
             let steps = hold.steps() * there;
             stages.push(PlannedStage {
                 name: super::hold::STAGE,

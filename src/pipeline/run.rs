@@ -52,8 +52,7 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
     let (nx, ny) = (case.grid.nx, case.grid.ny);
     // What is solved beside the asked problem changes nothing in it.
     let alone = scene.adhesion.clone().map(|a| AdhesionScene { without_too: false, other_ranges_nm: vec![], ..a });
-    let there =
-        (&case.p_star[..case.loads_there().min(case.p_star.len())], &scene.load.mean_gap_um, &scene.load.maps_at);
+    let there = (case.loading_p_star(), &scene.load.mean_gap_um, &scene.load.maps_at);
     // Methods beside it change nothing in it either.
     let own = ContinuumScene { also: Vec::new(), ..scene.continuum.clone() };
     // What p* = 1 is: with [challenge] not what a file's own gradient makes of it.
@@ -256,12 +255,12 @@ fn atomistic_stages(
     let total = a.block.atoms() + (a.points * a.points) as u64;
     let (lammps_key, what) = match a.start {
         Start::Continuum => (
-            Key::new("lammps", &(&case.p_star, a.hold.is_some()), &[&ladder_key, &matched_key])?,
+            Key::new("lammps", &(case.scene.load.p_star_path(), a.hold.is_some()), &[&ladder_key, &matched_key])?,
             format!("loads of {total} atoms, each from the continuum's solution"),
         ),
         Start::Touch => {
             // Of the loads only the highest counts, and only for where the ladder ends or turns.
-            let highest = case.p_star.iter().copied().fold(0.0, f64::max);
+            let highest = case.highest_p_star();
             let way = if a.unload { ", there and back" } else { "" };
             let key = Key::new("lammps", &(highest, a.unload), &[&ladder_key])?;
             (key, format!("displacement ladder of {total} atoms{way}"))

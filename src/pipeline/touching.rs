@@ -10,6 +10,7 @@ use crate::atoms::ladder::Between;
 use crate::atoms::voronoi;
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
 use crate::grid::{Grid, bilinear, spread};
+use crate::load::LoadStep;
 use crate::record::results::{AtomState, AtomStress, ContactWay};
 use crate::record::{npy, xyz};
 use crate::scene::{AtomsCase, Case, Wants};
@@ -86,11 +87,11 @@ impl<'a> Reader<'a> {
         Ok([map, list].map(|name| format!("{}/{name}", self.stage)))
     }
 
-    /// The state at a load, its maps and its frame written; `number` names the files.
-    pub fn state(&self, number: usize, p_star: f64, between: &Between) -> Result<AtomState> {
+    /// The state at a load, its maps and its frame written.
+    pub fn state(&self, step: &LoadStep, between: &Between) -> Result<AtomState> {
         let (atoms, frame) = (self.atoms, &between.frame);
         let (sites, touch) = (atoms.block.surface(), atoms.wall.minimum_angstrom());
-        let force = p_star * atoms.load_unit;
+        let (p_star, force) = (step.imposed_p_star(), atoms.load(step));
         let down = lowered_to(frame, &self.indenter, between.displacement_angstrom, &self.interaction, force)?;
         let felt = felt(frame, &self.indenter, down, &self.interaction, DISTANCES.1 * touch);
         let near = |distance: f64| chosen(frame, &sites, |k| felt.nearest[k] < distance);
@@ -103,7 +104,7 @@ impl<'a> Reader<'a> {
         let stress = self.wants.distributions.then(|| self.stress(frame, &felt));
         let flags: Vec<u8> = touching.sites.iter().map(|t| u8::from(*t)).collect();
         let (nx, ny) = (atoms.matched.nx, atoms.matched.ny);
-        let name = |what: &str, end: &str| format!("load-{number}-{what}.{end}");
+        let name = |what: &str, end: &str| format!("load-{}-{what}.{end}", step.number());
         let path = |what: &str, end: &str| self.folder.join(name(what, end));
         let in_stage = |what: &str, end: &str| format!("{}/{}", self.stage, name(what, end));
         npy::write(&path("contact", "npy"), nx, ny, onto_grid(&flags, &self.owners))?;
@@ -121,6 +122,8 @@ impl<'a> Reader<'a> {
         let (from, to, n) = DISTANCES;
         let distances = (0..n).map(|k| touch * (from + (to - from) * k as f64 / (n - 1) as f64));
         Ok(AtomState {
+            index: step.index,
+            branch: step.branch,
             p_star,
             contact_fraction: touching.fraction(),
             contacts,

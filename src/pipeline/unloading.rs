@@ -5,6 +5,7 @@ use crate::Result;
 use crate::atoms::job::Job;
 use crate::atoms::ladder::Ladder;
 use crate::atoms::unload::pull_off;
+use crate::load::at_step;
 use crate::record::results::{AtomState, Change, Unloading};
 use crate::scene::{AtomsCase, Case};
 
@@ -19,11 +20,11 @@ pub(super) fn unloading(
 ) -> Result<Option<Unloading>> {
     let Some(turn) = job.turn(&ladder.rungs) else { return Ok(None) };
     let (mut states, mut changes) = (Vec::new(), Vec::new());
-    for (i, &p_star) in case.p_star.iter().enumerate().skip(there.len()) {
-        let state = reader.state(i + 1, p_star, &job.at_load_back(ladder, p_star * atoms.load_unit)?)?;
-        if let Some(before) = there.iter().find(|s| s.p_star == p_star) {
+    for step in case.unloading_steps() {
+        let state = reader.state(step, &job.at_load_back(ladder, atoms.load(step))?)?;
+        if let Some(before) = step.counterpart.and_then(|k| at_step(there, k)) {
             changes.push(Change {
-                p_star,
+                p_star: state.p_star,
                 contact_fraction_there: before.contact_fraction,
                 contact_fraction_back: state.contact_fraction,
                 mean_gap_angstrom: state.mean_gap_angstrom - before.mean_gap_angstrom,

@@ -1,5 +1,6 @@
 //! What is told of the atoms beside their contact by distance, and of each version of the compared problem.
 
+use crate::load::{AtLoad, Branch};
 use crate::observe::Distribution;
 use serde::{Deserialize, Serialize};
 
@@ -96,6 +97,9 @@ pub struct LadderStep {
 /// The atoms at one asked load (interpolated between ladder steps).
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct AtomState {
+    /// Of its load step, from 0.
+    pub index: usize,
+    pub branch: Branch,
     pub p_star: f64,
     /// Contact atoms of the surface layer over all atoms of that layer.
     pub contact_fraction: f64,
@@ -123,6 +127,12 @@ pub struct AtomState {
     pub stress: Option<AtomStress>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plastic: Option<PlasticState>,
+}
+
+impl AtLoad for AtomState {
+    fn index(&self) -> usize {
+        self.index
+    }
 }
 
 /// The way back from the highest load.
@@ -193,6 +203,8 @@ pub struct HoldResults {
 /// One load held at a temperature. Errors are standard errors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct HeldState {
+    /// Of its load step, from 0.
+    pub index: usize,
     pub p_star: f64,
     /// Of the deformable atoms.
     pub temperature_k: Mean,

@@ -1,6 +1,7 @@
 //! What methods tell that run beside the scene's own, in the terms of `results.json`.
 
-use super::results::{ContinuumResults, RangeResults, StateResults, Way};
+use super::results::{ContinuumResults, RangeResults, StateResults};
+use crate::load::{AtLoad, Branch};
 use crate::observe::Distribution;
 use serde::{Deserialize, Serialize};
 
@@ -41,6 +42,8 @@ pub struct Missing {
 /// What a method tells of a load. Lengths in L, areas in L², stresses in E*; parts that it does not deliver are absent.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MethodState {
+    /// Of its load step, from 0.
+    pub index: usize,
     pub p_star: f64,
     pub pressure: f64,
     /// By the method's own criterion.
@@ -89,11 +92,18 @@ pub struct MethodState {
     pub seconds: f64,
 }
 
+impl AtLoad for MethodState {
+    fn index(&self) -> usize {
+        self.index
+    }
+}
+
 impl MethodState {
     /// A solver's state in the same terms.
     pub fn of(s: &StateResults) -> Self {
         let o = s.observed.as_ref();
         MethodState {
+            index: s.index,
             p_star: s.p_star,
             pressure: s.pressure,
             contact_fraction: s.contact_fraction,
@@ -128,5 +138,5 @@ impl MethodState {
 
 /// The states on the way there of what a solver found.
 pub fn states_of(c: &ContinuumResults) -> Vec<MethodState> {
-    c.states.iter().filter(|s| s.way == Way::Approach).map(MethodState::of).collect()
+    c.states.iter().filter(|s| s.branch == Branch::Loading).map(MethodState::of).collect()
 }

@@ -19,6 +19,7 @@ use super::judged::Judged;
 use super::methods::MethodResults;
 use super::{json, land};
 use crate::error::{Error, Result};
+use crate::load::{AtLoad, Branch};
 use crate::observe::Distribution;
 
 /// Raised when a field changes meaning; a reader refuses a newer one.
@@ -288,18 +289,12 @@ pub struct PullOff {
     pub curve: Vec<[f64; 2]>,
 }
 
-/// Which way a load was come to: the branch, where adhesion has two.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Way {
-    #[default]
-    Approach,
-    Retract,
-}
-
 /// One equilibrium.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct StateResults {
+    /// Of its load step, from 0.
+    pub index: usize,
+    pub branch: Branch,
     pub p_star: f64,
     /// Mean pressure over E*.
     pub pressure: f64,
@@ -321,8 +316,6 @@ pub struct StateResults {
     pub iterations: usize,
     pub fft_pairs: f64,
     pub seconds: f64,
-    #[serde(default)]
-    pub way: Way,
     /// Relative energy above the minimum, and changes of area and mean gap still to come, as the method estimates them; none
     /// where it cannot.
     #[serde(default)]
@@ -352,6 +345,12 @@ pub struct StateResults {
     /// `[ny, nx]` files, if stored.
     pub gap: Option<String>,
     pub stress: Option<String>,
+}
+
+impl AtLoad for StateResults {
+    fn index(&self) -> usize {
+        self.index
+    }
 }
 
 /// How far a state on the way back is from that of the same load on the way there.

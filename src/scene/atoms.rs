@@ -12,6 +12,7 @@ use crate::atoms::potential::{CALCIUM, CALCIUM_C11_GPA, CALCIUM_ELEMENT, CALCIUM
 use crate::atoms::wall::{self, Wall as AtomWall};
 use crate::grid::Grid;
 use crate::interface::{Adhesion, Base, Elastic, Layer, TabulatedWall};
+use crate::load::LoadStep;
 use crate::record::results::AuditLine;
 use crate::surface::{moments, range, rolled};
 use crate::units::{GPA_PER_EV_A3, Scales};
@@ -97,10 +98,15 @@ pub struct AtomsCase {
 }
 
 impl AtomsCase {
+    /// Normal force on the indenter at a load step, eV/Å.
+    pub fn load(&self, step: &LoadStep) -> f64 {
+        step.imposed_p_star() * self.load_unit
+    }
+
     pub(super) fn resolve(case: &Case) -> Result<AtomsCase> {
         let place = case.file.display().to_string();
         let a = case.scene.atoms.as_ref().expect("called for scenes with atoms");
-        let p_star = case.p_star.iter().copied().fold(0.0, f64::max);
+        let p_star = case.highest_p_star();
         if p_star > highest_p_star(case.gradient) {
             let accepted = format!(
                 "at most {:.1e} with atoms, which more than {CRUSHED} E* crushes: p* is the pressure over the product of E* and rms \

@@ -1,8 +1,11 @@
 use super::check::{complaints, cut_offs, missing_files};
-use super::{ALL_METHODS, AdhesionScene, AtomsCase, FileAsked, Scene, Surface, SurfaceScene, Touching, Wants};
+use super::{
+    ALL_METHODS, AdhesionScene, AtomsCase, FileAsked, LoadScene, Scene, Surface, SurfaceScene, Touching, Wants,
+};
 use crate::grid::Grid;
 use crate::interface::{Adhesion, CubicHalfSpace, Elastic, Law, Layer, NonPeriodic, RangeChoice, StiffWall, Wall};
-use crate::method::{self, Card, ContactMethod, Heights, Kind, Load, Problem, REGISTRY};
+use crate::load::{Load, LoadStep};
+use crate::method::{self, Card, ContactMethod, Heights, Kind, Problem, REGISTRY};
 use crate::record::advice::Chosen;
 use crate::record::heights::Sign;
 use crate::record::import::Asked as AskedOfFile;
@@ -35,8 +38,8 @@ pub struct Case {
     pub grid: Grid,
     /// rms gradient of the whole spectrum: p* is pressure over E* times this.
     pub gradient: f64,
-    /// Every load in its order, the way back with them; empty under control of the mean gap.
-    pub p_star: Vec<f64>,
+    /// See [`Case::load_steps`].
+    pub(crate) load_steps: Vec<LoadStep>,
     pub kernel: Elastic,
     pub adhesion: Adhesion,
     pub wall: Wall,
@@ -115,7 +118,7 @@ impl Case {
             None => Wall::Hard,
         };
         let mut case = Case {
-            p_star: scene.load.p_star_path(),
+            load_steps: load_steps(&scene.load, gradient, scales),
             scene,
             file: file.to_path_buf(),
             scales,
@@ -158,11 +161,38 @@ impl Case {
         !self.scene.continuum.periodic && matches!(self.surface, Surface::Imported { .. })
     }
 
-    /// The load path, in reduced numbers.
-    pub fn loads(&self) -> Vec<Load> {
-        let pressures = self.p_star.iter().map(|p| Load::Pressure(p * self.gradient));
-        let gaps = self.scene.load.mean_gap_path();
-        pressures.chain(gaps.iter().map(|g| Load::MeanGap(g * 1e-6 / self.scales.length_m))).collect()
+    /// The load path, the unloading branch of a closed path included.
+    pub fn load_steps(&self) -> &[LoadStep] {
+        &self.load_steps
+    }
+
+    /// The load path without the unloading branch of a closed one.
+    pub fn loading_steps(&self) -> &[LoadStep] {
+        &self.load_steps[..self.scene.load.loading_count()]
+    }
+
+    /// The unloading branch of a closed load path.
+    pub fn unloading_steps(&self) -> &[LoadStep] {
+        &self.load_steps[self.scene.load.loading_count()..]
+    }
+
+    /// The loading steps as atoms are given them: rising, one of each load.
+    pub fn rising_steps(&self) -> Vec<&LoadStep> {
+        let p_star = |s: &LoadStep| s.imposed_p_star();
+        let mut steps: Vec<&LoadStep> = self.loading_steps().iter().collect();
+        steps.sort_by(|a, b| p_star(a).total_cmp(&p_star(b)));
+        steps.dedup_by(|a, b| p_star(a) == p_star(b));
+        steps
+    }
+
+    /// p* of the loading steps; empty where the mean gap is imposed.
+    pub fn loading_p_star(&self) -> Vec<f64> {
+        self.loading_steps().iter().filter_map(|s| s.p_star).collect()
+    }
+
+    /// Highest p* of the load path, at least 0.
+    pub fn highest_p_star(&self) -> f64 {
+        self.load_steps.iter().filter_map(|s| s.p_star).fold(0.0, f64::max)
     }
 
     /// What is kept and counted: what an accuracy is asked of needs, or everything.
@@ -170,16 +200,9 @@ impl Case {
         self.scene.accuracy.as_ref().map_or(Wants::EVERYTHING, |a| Wants::of(a.quantity))
     }
 
-    /// Whether the maps of a load are kept.
-    pub fn keeps_maps(&self, p_star: f64) -> bool {
-        let close = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b.abs();
-        self.wants().maps && self.scene.load.maps_at.as_ref().is_none_or(|list| list.iter().any(|p| close(p_star, *p)))
-    }
-
-    /// How many of the loads come before the way back.
-    pub fn loads_there(&self) -> usize {
-        let count = self.scene.load.count();
-        if self.scene.load.comes_back() { count.div_ceil(2) } else { count }
+    /// Whether the maps of a load are stored.
+    pub fn stores_maps(&self, step: &LoadStep) -> bool {
+        self.wants().maps && step.maps
     }
 
     /// Whether the loads are solved without the scene's adhesion, too: where that is asked for, and where a method beside knows
@@ -266,6 +289,20 @@ impl Case {
     pub fn beside(&self, path: &Path) -> PathBuf {
         beside(&self.file, path)
     }
+}
+
+/// The load steps of a scene. `gradient`: rms gradient, to which p* refers.
+fn load_steps(scene: &LoadScene, gradient: f64, scales: Scales) -> Vec<LoadStep> {
+    let p_star = scene.p_star_path();
+    let pressures = p_star.iter().map(|p| Load::Pressure(p * gradient));
+    let gaps = scene.mean_gap_path().into_iter().map(|um| Load::MeanGap(um * 1e-6 / scales.length_m));
+    let targets: Vec<Load> = pressures.chain(gaps).collect();
+    let mut steps = LoadStep::path(&targets, &p_star, scene.loading_count());
+    if let Some(list) = &scene.maps_at {
+        let stored: Vec<usize> = list.iter().flat_map(|p| scene.indices_of(*p)).collect();
+        steps.iter_mut().for_each(|step| step.maps = stored.contains(&step.index));
+    }
+    steps
 }
 
 /// The law of a scene, with a range that may be another than its own.

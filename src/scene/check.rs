@@ -274,7 +274,7 @@ fn loads(c: &mut Complaints, scene: &Scene) {
         "rising loads: atoms go back from the highest",
     );
     for (i, value) in scene.load.maps_at.iter().flatten().enumerate() {
-        let known = scene.load.p_star_path().iter().any(|p| (p - value).abs() <= 1e-9 * p.abs());
+        let known = !scene.load.indices_of(*value).is_empty();
         let path = scene.load.p_star_path();
         let loads: Vec<String> = path.iter().take(MOST_NAMED).map(|p| p.to_string()).collect();
         let more = if path.len() > MOST_NAMED { ", …" } else { "" };

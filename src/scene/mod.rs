@@ -181,6 +181,9 @@ pub struct LoadScene {
     pub pull_off: bool,
 }
 
+/// Loads p* that a scene gives in two places are the same up to this relative difference.
+const SAME_LOAD: f64 = 1e-9;
+
 /// Loads at equal ratios.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -239,6 +242,17 @@ impl LoadScene {
 
     pub fn count(&self) -> usize {
         self.p_star_path().len() + self.mean_gap_path().len()
+    }
+
+    /// How many loads come before the unloading branch of a closed path: all of any other path.
+    pub fn loading_count(&self) -> usize {
+        if self.comes_back() { self.count().div_ceil(2) } else { self.count() }
+    }
+
+    /// Indices of the loads p* that a scene names by their value.
+    pub fn indices_of(&self, p_star: f64) -> Vec<usize> {
+        let path = self.p_star_path();
+        (0..path.len()).filter(|&i| (path[i] - p_star).abs() <= SAME_LOAD * path[i].abs()).collect()
     }
 }
 

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use asperity::grid::Field;
+use asperity::load::Branch;
 use asperity::observe;
 use asperity::record::budget::{Part, Source};
 use asperity::record::npy;
@@ -40,6 +41,7 @@ pub fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResul
     let share = gap.iter().filter(|g| **g == 0.0).count() as f64 / gap.len() as f64;
     let [gap_file, stress] = files;
     StateResults {
+        index: usize::from(p_star > 0.01),
         p_star,
         pressure: 0.08 * p_star,
         criterion: "gap = 0".into(),
@@ -56,7 +58,7 @@ pub fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResul
         iterations: 143,
         fft_pairs: 301.0,
         seconds: 1.7,
-        way: if p_star > 0.01 { Way::Retract } else { Way::Approach },
+        branch: if p_star > 0.01 { Branch::Unloading } else { Branch::Loading },
         energy_excess: Some(3e-9),
         area_drift: Some(1e-4),
         mean_gap_drift: None,
@@ -162,6 +164,8 @@ pub fn atoms(folder: &Path) -> AtomsResults {
         npy::write(&folder.join(format!("contact-{i}.npy")), N, N, flags).unwrap();
         store(folder, &format!("atoms-gap-{i}.npy"), &gap);
         AtomState {
+            index: i - 1,
+            branch: Branch::Loading,
             p_star,
             contact_fraction: contacts as f64 / (N * N) as f64,
             contacts,

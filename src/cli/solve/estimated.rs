@@ -6,6 +6,7 @@ use crate::cli::{listen::Teller, words};
 use crate::error::Complaint;
 use crate::grid::Field;
 use crate::interface::{Adhesion, RangeChoice};
+use crate::load::LoadStep;
 use crate::method::{ContactMethod, Estimate, Load, Precision, Problem, Quantity};
 use crate::path::Given;
 use crate::pipeline::{Progress, state_of};
@@ -98,7 +99,7 @@ pub(super) fn run(
 
 fn line(solve: &Solve, method: &dyn ContactMethod, problem: &Problem, found: &Estimate) -> Value {
     let (length, modulus, grid) = (solve.length, solve.modulus, problem.grid);
-    let state = state_of(method.card(), problem, found.pressure, found);
+    let state = state_of(method.card(), problem, (&LoadStep::single(found.pressure, 1.0), 1.0), found);
     let used = method.adhesion(problem);
     json!({
         "nx": grid.nx,

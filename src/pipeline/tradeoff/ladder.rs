@@ -122,7 +122,7 @@ impl Rung {
                 let pairs = plan.iterations as f64 * plan.pairs_per_iteration;
                 let threads = rayon::current_num_threads() as f64;
                 let of_pairs = pairs * case.grid.points() as f64 * SECONDS_PER_POINT_PAIR / threads;
-                case.loads_there() as f64 * (of_pairs + plan.seconds)
+                case.loading_steps().len() as f64 * (of_pairs + plan.seconds)
             }
         }
     }

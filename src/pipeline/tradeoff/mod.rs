@@ -130,7 +130,7 @@ pub fn tradeoff(
         None => bench.climb(&besides, &grids, &asked.slabs, &truths)?,
     };
     warnings.extend(climbed.done.iter().flat_map(|(_, found)| found.notes.clone()));
-    let there = case.loads_there();
+    let there = case.loading_steps().len();
     for (rung, found) in climbed.done.iter().filter(|(rung, _)| rung.block.is_some()) {
         let pressed = found.results.states.len();
         if pressed < there {
@@ -195,7 +195,7 @@ pub fn tradeoff(
         shortest_wave: shortest_wave(&case.surface),
         nx: case.grid.nx,
         ny: case.grid.ny,
-        p_star: case.p_star[..case.loads_there().min(case.p_star.len())].to_vec(),
+        p_star: case.loading_p_star(),
         kernel: case.kernel.to_string(),
         adhesion: adhesion_words(&case),
         program: format!("asperity {}", env!("CARGO_PKG_VERSION")),

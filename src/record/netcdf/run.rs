@@ -2,11 +2,12 @@
 
 use super::{Attribute, Data, Variable, write};
 use crate::error::Result;
+use crate::load::Branch;
 use crate::observe::Distribution;
 use crate::record::heights::Sign;
 use crate::record::judged::Judged;
 use crate::record::npy::Reader;
-use crate::record::results::{AtomsResults, ContinuumResults, Observed, Results, StateResults, SurfaceResults, Way};
+use crate::record::results::{AtomsResults, ContinuumResults, Observed, Results, StateResults, SurfaceResults};
 use crate::units::ANGSTROM_M;
 use std::path::{Path, PathBuf};
 
@@ -124,7 +125,7 @@ fn curves(c: &ContinuumResults, length: f64, modulus: f64) -> Vec<Variable> {
         }),
         ("patches", 1.0, "1", "number of contact patches", |s| s.patches.map(|n| n as f64)),
         ("retracting", 1.0, "1", "1 where the load was come to on the way apart", |s| {
-            Some(f64::from(u8::from(s.way == Way::Retract)))
+            Some(f64::from(u8::from(s.branch == Branch::Unloading)))
         }),
         ("residual", 1.0, "1", "rms KKT residual over the pressure", |s| Some(s.residual)),
         ("load_error", 1.0, "1", "relative error of the load", |s| Some(s.load_error)),

@@ -1,11 +1,12 @@
 //! What the grid leaves uncertain, and the pull that parts the surfaces.
 
+use crate::load::Branch;
 use maud::{Markup, html};
 
 use super::desk::{Desk, capitalised, figure, numbers, text};
 use crate::error::Result;
 use crate::record::budget::Source;
-use crate::record::results::{ContinuumResults, StateResults, Way};
+use crate::record::results::{ContinuumResults, StateResults};
 use crate::record::tradeoff::Measure;
 use crate::report::number::{change, percent, si, significant, trimmed};
 use crate::report::plot::{Axis, Curve, LABORATORY, POINTED_OUT, Plot};
@@ -37,7 +38,7 @@ pub fn section(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
 
 fn table(desk: &Desk, c: &ContinuumResults) -> Markup {
     let extrapolated = c.states.iter().any(|s| s.extrapolated.is_some());
-    let branches = c.states.iter().any(|s| s.way == Way::Retract);
+    let branches = c.states.iter().any(|s| s.branch == Branch::Unloading);
     let mut head = vec!["p*"];
     head.extend(branches.then_some("branch"));
     head.extend(["relative change of contact", "relative change of mean gap", "energy above its minimum"]);
@@ -46,7 +47,7 @@ fn table(desk: &Desk, c: &ContinuumResults) -> Markup {
     }
     let row = |s: &StateResults| {
         let mut row = vec![text(trimmed(s.p_star, 4))];
-        row.extend(branches.then(|| text(if s.way == Way::Retract { "retract" } else { "approach" })));
+        row.extend(branches.then(|| text(if s.branch == Branch::Unloading { "unloading" } else { "loading" })));
         let d = s.discretisation;
         row.push(text(change(d.and_then(|d| d.area), d.is_some_and(|d| d.area_is_bound))));
         row.push(text(change(d.and_then(|d| d.mean_gap), d.is_some_and(|d| d.mean_gap_is_bound))));

@@ -1,10 +1,11 @@
 //! Contact and mean gap against load, branch by branch.
 
+use crate::load::Branch;
 use maud::{Markup, html};
 
 use super::desk::{Desk, figure};
 use crate::error::Result;
-use crate::record::results::{AtomState, AtomsResults, ContinuumResults, LoadComparison, Results, StateResults, Way};
+use crate::record::results::{AtomState, AtomsResults, ContinuumResults, LoadComparison, Results, StateResults};
 use crate::report::number::si_scale;
 use crate::report::plot::{
     ATOMS, Axis, BACK, Curve, HARD, LABORATORY, Marker, POINTED_OUT, Plot, SOFT, Style, THRESHOLD, UNCONVERGED,
@@ -30,14 +31,14 @@ pub fn branches(
     of: &dyn Fn(&StateResults) -> (f64, f64),
 ) -> Vec<Curve> {
     let converged: Vec<&StateResults> = c.states.iter().filter(|s| s.stop == "converged").collect();
-    let both = converged.iter().any(|s| s.way == Way::Retract);
+    let both = converged.iter().any(|s| s.branch == Branch::Unloading);
     let mut curves: Vec<Curve> = Vec::new();
     let mut last: Option<&StateResults> = None;
     for state in converged {
-        if last.is_none_or(|l| l.way != state.way) {
-            let (style, name) = match state.way {
-                Way::Approach => (look, if both { format!("{label}, going in") } else { label.to_string() }),
-                Way::Retract => (BACK, format!("{label}, coming back")),
+        if last.is_none_or(|l| l.branch != state.branch) {
+            let (style, name) = match state.branch {
+                Branch::Loading => (look, if both { format!("{label}, going in") } else { label.to_string() }),
+                Branch::Unloading => (BACK, format!("{label}, coming back")),
             };
             // One entry in the legend for all stretches of a branch.
             let known = curves.iter().any(|c| c.label == name);

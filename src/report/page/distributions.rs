@@ -1,12 +1,13 @@
 //! Distributions of gap, stress and patch sizes, and what follows from them.
 
+use crate::load::Branch;
 use maud::{Markup, html};
 
 use super::desk::{Desk, figure, numbers, text};
 use super::loads::back;
 use crate::challenge::SIZE_EXPONENT;
 use crate::error::Result;
-use crate::record::results::{ContinuumResults, Observed, StateResults, Way};
+use crate::record::results::{ContinuumResults, Observed, StateResults};
 use crate::report::number::{percent, si, significant, trimmed};
 use crate::report::plot::{self, Axis, Curve, Dash, Marker, Plot, Style};
 
@@ -25,7 +26,7 @@ pub fn section(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
     let all: Vec<(&StateResults, &Observed)> = c
         .states
         .iter()
-        .filter(|s| s.way == Way::Approach)
+        .filter(|s| s.branch == Branch::Loading)
         .filter_map(|s| s.observed.as_ref().map(|o| (s, o)))
         .collect();
     if all.is_empty() {

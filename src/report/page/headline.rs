@@ -1,12 +1,13 @@
 //! What a reader should know after half a minute: the numbers in tiles, the warnings, the words.
 
+use crate::load::Branch;
 use maud::{Markup, html};
 
 use super::certainty::parts;
 use super::compare::{SAME_LOAD, deviation, matched};
 use crate::record::advice::Chosen;
 use crate::record::budget::Source;
-use crate::record::results::{ComparisonResults, ContinuumResults, Results, StateResults, Way};
+use crate::record::results::{ComparisonResults, ContinuumResults, Results, StateResults};
 use crate::record::tradeoff::Measure;
 use crate::report::number::{change, count, duration, error_of, memory, percent, si, si_given, significant, trimmed};
 
@@ -140,9 +141,9 @@ fn uncertain(c: &ContinuumResults, quantity: Measure) -> Option<String> {
 fn turned(c: &ContinuumResults) -> Option<(&StateResults, &StateResults)> {
     let pair = |i: usize| {
         let back = &c.states[i];
-        let mut there = c.states[..i].iter().filter(|s| s.way == Way::Approach);
+        let mut there = c.states[..i].iter().filter(|s| s.branch == Branch::Loading);
         let same = |s: &&StateResults| (s.p_star - back.p_star).abs() <= SAME_LOAD * back.p_star.abs();
-        (back.way == Way::Retract && back.stop == "converged").then_some(())?;
+        (back.branch == Branch::Unloading && back.stop == "converged").then_some(())?;
         let there = there.rfind(same)?;
         // Without hysteresis there is one branch, and nothing to tell.
         let alike = percent(there.contact_fraction_corrected) == percent(back.contact_fraction_corrected);

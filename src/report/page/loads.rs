@@ -1,12 +1,13 @@
 //! Continuum states: the table of loads, maps of gap and stress.
 
+use crate::load::Branch;
 use maud::{Markup, html};
 
 use super::certainty;
 use super::desk::{Desk, figure, numbers, panel, panels, text};
 use crate::error::Result;
 use crate::record::reduce::Reduced;
-use crate::record::results::{ContinuumResults, StateResults, Way};
+use crate::record::results::{ContinuumResults, StateResults};
 use crate::report::branch::way_back;
 use crate::report::map::Legend;
 use crate::report::number::{count, duration, percent, si, significant, trimmed};
@@ -95,7 +96,7 @@ pub fn states(c: &ContinuumResults, units: &dyn Fn(&StateResults) -> [String; 2]
 
 /// What tells a load on the way back from the same one on the way in.
 pub fn back(s: &StateResults) -> &'static str {
-    if s.way == Way::Retract { " (back)" } else { "" }
+    if s.branch == Branch::Unloading { " (back)" } else { "" }
 }
 
 fn stop(s: &StateResults) -> Markup {

@@ -1,12 +1,13 @@
 //! Area and mean gap against the range of the adhesion.
 
+use crate::load::Branch;
 use maud::{Markup, html};
 
 use super::desk::{Desk, figure, numbers, text};
 use super::distributions::LOOKS;
 use crate::error::Result;
 use crate::interface::tabor;
-use crate::record::results::{CURVATURE_RADIUS, ContinuumResults, Results, StateResults, Way};
+use crate::record::results::{CURVATURE_RADIUS, ContinuumResults, Results, StateResults};
 use crate::report::number::{percent, si, significant, trimmed};
 use crate::report::plot::{Axis, Curve, Marker, Plot, Style};
 
@@ -59,7 +60,7 @@ pub fn section(desk: &Desk, results: &Results) -> Result<Markup> {
         .flat_map(|(mu, c)| {
             let range = c.range.map_or(0.0, |r| r.used);
             let resolved = c.range.map_or(0.0, |r| r.resolution_used);
-            c.states.iter().filter(|s| s.way == Way::Approach).map(move |s| {
+            c.states.iter().filter(|s| s.branch == Branch::Loading).map(move |s| {
                 vec![
                     text(si(range * desk.scales.length_m, "m", 4)),
                     text(significant(*mu, 3)),

@@ -1,0 +1,131 @@
+//! Loads: what is imposed on a contact, in which order and on which branch.
+
+use serde::{Deserialize, Serialize};
+
+/// What is imposed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Load {
+    /// Mean pressure over E*, compression positive.
+    Pressure(f64),
+    /// Mean gap, units of L: the pressure follows. Reaches states that no pressure sustains.
+    MeanGap(f64),
+}
+
+impl Load {
+    /// Whether this load presses the surfaces together less than `previous` does.
+    fn is_below(self, previous: Load) -> bool {
+        match (self, previous) {
+            (Load::Pressure(now), Load::Pressure(before)) => now < before,
+            (Load::MeanGap(now), Load::MeanGap(before)) => now > before,
+            _ => false,
+        }
+    }
+}
+
+/// Branch of a load path: with adhesion or plasticity the same load has another state on each.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Branch {
+    #[default]
+    Loading,
+    Unloading,
+}
+
+/// One load of a scene's load path. States of a run refer to it by its index.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LoadStep {
+    /// Position on the load path, from 0.
+    pub index: usize,
+    /// Mean pressure over E* times the rms gradient; none where the mean gap is imposed.
+    pub p_star: Option<f64>,
+    pub target: Load,
+    pub branch: Branch,
+    /// Index of the step with the same load on the loading branch, for the unloading steps of a closed path.
+    pub counterpart: Option<usize>,
+    /// Whether the scene requests the maps of this load.
+    pub maps: bool,
+}
+
+impl LoadStep {
+    /// A path of one load, whose maps are not requested. `gradient`: rms gradient.
+    pub fn single(p_star: f64, gradient: f64) -> Self {
+        let target = Load::Pressure(p_star * gradient);
+        LoadStep { index: 0, p_star: Some(p_star), target, branch: Branch::Loading, counterpart: None, maps: false }
+    }
+
+    /// The steps of `targets` in their order. `p_star`: those of imposed pressures, empty where the mean gap is imposed.
+    /// `loading_count`: steps before the unloading branch of a closed path, all steps of any other path.
+    pub fn path(targets: &[Load], p_star: &[f64], loading_count: usize) -> Vec<Self> {
+        let falls = |i: usize| i > 0 && targets[i].is_below(targets[i - 1]);
+        let step = |(index, &target): (usize, &Load)| LoadStep {
+            index,
+            p_star: p_star.get(index).copied(),
+            target,
+            branch: if falls(index) { Branch::Unloading } else { Branch::Loading },
+            counterpart: (index >= loading_count).then(|| (2 * loading_count).checked_sub(index + 2)).flatten(),
+            maps: true,
+        };
+        targets.iter().enumerate().map(step).collect()
+    }
+
+    /// p* as imposed, or that of the `pressure` (over E*) found under an imposed mean gap.
+    pub fn p_star_at(&self, pressure: f64, gradient: f64) -> f64 {
+        self.p_star.unwrap_or(pressure / gradient)
+    }
+
+    /// p* of an imposed pressure.
+    ///
+    /// # Panics
+    /// Where the mean gap is imposed, which scenes with atoms refuse.
+    pub fn imposed_p_star(&self) -> f64 {
+        self.p_star.expect("an imposed pressure")
+    }
+
+    /// Number in file names and messages, from 1.
+    pub fn number(&self) -> usize {
+        self.index + 1
+    }
+}
+
+/// A result that belongs to one load step.
+pub trait AtLoad {
+    /// [`LoadStep::index`].
+    fn index(&self) -> usize;
+}
+
+/// The result of the step `index`, if the list has it.
+pub fn at_step<T: AtLoad>(list: &[T], index: usize) -> Option<&T> {
+    list.iter().find(|result| result.index() == index)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unloading_steps_refer_to_their_counterparts() {
+        let p_star = [0.01, 0.02, 0.05, 0.02, 0.01];
+        let targets = p_star.map(Load::Pressure);
+        let path = LoadStep::path(&targets, &p_star, 3);
+        assert_eq!(path.iter().map(|s| s.counterpart).collect::<Vec<_>>(), [None, None, None, Some(1), Some(0)]);
+        let unloading: Vec<usize> = path.iter().filter(|s| s.branch == Branch::Unloading).map(|s| s.index).collect();
+        assert_eq!(unloading, [3, 4]);
+        // A path that only falls is no closed one.
+        let path = LoadStep::path(&targets[2..], &p_star[2..], 3);
+        assert!(path.iter().all(|s| s.counterpart.is_none()));
+        assert_eq!(
+            path.iter().map(|s| s.branch).collect::<Vec<_>>(),
+            [Branch::Loading, Branch::Unloading, Branch::Unloading]
+        );
+    }
+
+    #[test]
+    fn a_larger_mean_gap_is_unloading() {
+        let path = LoadStep::path(&[Load::MeanGap(0.2), Load::MeanGap(0.1), Load::MeanGap(0.2)], &[], 2);
+        assert_eq!(
+            (path[1].branch, path[2].branch, path[2].counterpart),
+            (Branch::Loading, Branch::Unloading, Some(0))
+        );
+        assert_eq!(path[2].p_star_at(0.02, 2.0), 0.01);
+    }
+}
