@@ -5,8 +5,8 @@ mod lammps;
 
 use asperity::grid::transformed_nodes;
 use asperity::pipeline::{self, Silent};
-use asperity::record::budget::Source;
 use asperity::record::results::Results;
+use asperity::record::uncertainty::UncertaintySource;
 use asperity::scene::{Case, Scene};
 use lammps::there_is_lammps;
 use std::path::Path;
@@ -88,7 +88,7 @@ fn atoms_do_no_more_than_is_asked() {
     // What the finite depth makes of area and mean gap is told where it was asked for, and takes a solution more.
     let of_depth = |c: &Counted| -> Vec<f64> {
         let budget = compared(c).hard.states[0].budget.clone();
-        budget.iter().filter(|p| p.source == Source::Depth).filter_map(|p| p.relative).collect()
+        budget.iter().filter(|p| p.source == UncertaintySource::Depth).filter_map(|p| p.relative).collect()
     };
     assert!(of_depth(&lean).is_empty());
     let [area, gap] = of_depth(&full)[..] else { panic!("{:?}", of_depth(&full)) };

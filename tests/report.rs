@@ -20,7 +20,7 @@ fn the_atoms_way_back_is_drawn_and_its_pull_told_in_a_line() {
     atoms.unloading = Some(Unloading {
         turn: 14,
         states: Vec::new(),
-        changes: vec![Change {
+        changes: vec![BranchChange {
             p_star: 0.01,
             contact_fraction_there: 0.1,
             contact_fraction_back: 0.125,
@@ -134,7 +134,7 @@ fn criteria_versions_and_yield_are_told_and_drawn() {
     let mut results = run_folder(&folder);
     let atoms = results.atoms.as_mut().unwrap();
     for (i, state) in atoms.states.iter_mut().enumerate() {
-        let way = |id: &str, share: f64| ContactWay {
+        let way = |id: &str, share: f64| ContactByCriterion {
             id: id.into(),
             criterion: format!("what is {id}"),
             atoms: 77,
@@ -143,7 +143,7 @@ fn criteria_versions_and_yield_are_told_and_drawn() {
         state.ways = vec![way("distance", 0.1), way("area", 0.0981)];
         let map = store(&folder, &format!("atoms-stress-{i}.npy"), &grid(|x, y| 3.0 * height(x, y).max(0.0))).unwrap();
         state.stress = Some(AtomStress { width_angstrom: 5.5884, load_error: 2e-16, highest_gpa: 4.321, map });
-        state.plastic = Some(PlasticState { atoms: 19 * i, volume_nm3: 0.83 * i as f64 });
+        state.plastic = Some(DefectAtoms { atoms: 19 * i, volume_nm3: 0.83 * i as f64 });
     }
     atoms.plasticity = Some(PlasticityResults {
         atoms: 170_000,
@@ -157,7 +157,7 @@ fn criteria_versions_and_yield_are_told_and_drawn() {
     });
     let comparison = results.comparison.as_mut().unwrap();
     for load in &mut comparison.loads {
-        let version = |(id, fraction): (&&str, f64)| Version {
+        let version = |(id, fraction): (&&str, f64)| ModelChainStep {
             id: (*id).into(),
             criterion: "some".into(),
             contact_fraction: fraction,

@@ -18,7 +18,7 @@ use super::ladder::{self, Ladder, Rung};
 use super::midway;
 use super::styles::Styles;
 use crate::error::LammpsFailure;
-use crate::record::results::LadderStep;
+use crate::record::results::LoadStepResults;
 use crate::{Error, Result, sys};
 
 /// How often the ladder is looked at: short beside the shortest step (0.1 s for three thousand atoms), and free.
@@ -69,7 +69,7 @@ pub struct Progress {
 #[derive(Debug, Clone)]
 pub struct Finished {
     pub ladder: Ladder,
-    pub steps: Vec<LadderStep>,
+    pub steps: Vec<LoadStepResults>,
     /// The step it went on from.
     pub resumed_from: Option<usize>,
     /// Steps whose largest force is above the tolerance asked, or whose load could not be met.

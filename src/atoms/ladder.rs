@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 
 use super::dump::{Frame, read_frame};
 use super::midway;
-use crate::record::land::land;
-use crate::record::results::LadderStep;
+use crate::record::atomic_file::write_atomic;
+use crate::record::results::LoadStepResults;
 use crate::{Error, Result};
 
 pub const LADDER_FILE: &str = "ladder.txt";
@@ -40,8 +40,8 @@ pub struct Rung {
 
 impl Rung {
     /// `load_unit` is the load at p* = 1, eV/Å; `evaluations` come from the log ([`evaluations`]).
-    pub fn record(&self, load_unit: f64, evaluations: &BTreeMap<usize, usize>) -> LadderStep {
-        LadderStep {
+    pub fn record(&self, load_unit: f64, evaluations: &BTreeMap<usize, usize>) -> LoadStepResults {
+        LoadStepResults {
             step: self.step,
             displacement_angstrom: self.displacement_angstrom,
             load_ev_per_angstrom: self.load,
@@ -274,7 +274,7 @@ pub fn vouch(folder: &Path, step: usize) -> Result<()> {
     read_frame(frame_file(folder, step)?)?;
     // With steps shorter than the look-out the file may be gone: two later ones stand for it.
     if let Some(hash) = hash_of(&folder.join(format!("restart.{step}")))? {
-        land(&hash_file(folder, step), |w| w.write_all(hash.as_bytes()))?;
+        write_atomic(&hash_file(folder, step), |w| w.write_all(hash.as_bytes()))?;
     }
     if let Some(old) = step.checked_sub(2) {
         remove(&hash_file(folder, old))?;

@@ -192,7 +192,7 @@ impl Pressed {
     /// # Errors
     /// `Io`.
     pub fn write_moves(&self, block: &Block, path: &Path) -> Result<String> {
-        let mut file = crate::record::land::Landing::open(path)?;
+        let mut file = crate::record::atomic_file::AtomicFile::open(path)?;
         let transform = Transform::new(Grid::unit(block.cells, block.cells));
         let hashing = Hashing { file: &mut file, hasher: blake3::Hasher::new() };
         let mut out = BufWriter::with_capacity(1 << 18, hashing);

@@ -1,7 +1,7 @@
 //! Contact area and mean contact pressure.
 
-use super::{Sight, Statement, cover, reference};
-use crate::record::judged::Judged;
+use super::{ChallengeData, Statement, cover, reference};
+use crate::record::acceptance::AcceptanceCheck;
 use crate::record::results::StateResults;
 use std::f64::consts::PI;
 
@@ -21,11 +21,11 @@ fn area(s: &StateResults) -> f64 {
     s.contact_fraction_corrected
 }
 
-pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
-    let plain: Vec<&StateResults> = Sight::touching(sight.plain).collect();
-    let adhesive: Vec<&StateResults> = Sight::touching(sight.adhesive).collect();
+pub(super) fn judge(data: &ChallengeData) -> Vec<AcceptanceCheck> {
+    let plain: Vec<&StateResults> = ChallengeData::touching(data.plain).collect();
+    let adhesive: Vec<&StateResults> = ChallengeData::touching(data.adhesive).collect();
     // What the surface has above the grid's shortest wave touches nowhere: loads count in what is resolved.
-    let gradient = sight.plain.resolved_gradient.unwrap_or(1.0);
+    let gradient = data.plain.resolved_gradient.unwrap_or(1.0);
     let load = |s: &StateResults| s.pressure / gradient;
     let worst = |list: &[f64], aim: f64| {
         list.iter().copied().max_by(|a, b| (a / aim - 1.0).abs().total_cmp(&(b / aim - 1.0).abs()))
@@ -38,7 +38,7 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
         .filter(|s| (FEW_PER_CENT[0]..FEW_PER_CENT[1]).contains(&area(s)))
         .filter_map(|s| Some(area(s) / area(plain.iter().find(|p| p.index == s.index)?)))
         .collect();
-    let at_reference = reference(sight.adhesive).map(area);
+    let at_reference = reference(data.adhesive).map(area);
     let pressures: Vec<f64> =
         adhesive.iter().filter(|s| (9.9e-4..0.1001).contains(&s.p_star)).map(|s| s.pressure / area(s)).collect();
     let spread = cover(adhesive.iter().map(|s| s.p_star), SPAN).then(|| {
@@ -48,11 +48,11 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
     let lowest: Vec<f64> = plain.iter().filter(|s| s.p_star < 0.0101).map(|s| load(s) / area(s)).collect();
     let first = adhesive.iter().find(|s| (s.p_star / 1e-3 - 1.0).abs() < 0.05).map(|s| 100.0 * area(s));
     vec![
-        sight.of_both(
+        data.of_both(
             Statement::new("S05", "adhesion raises the contact area, at a few per cent of contact", "1"),
             |item| item.near(worst(&raised, 1.5), 1.5, 0.2, "\"roughly 50 %\"; the load farthest from it"),
         ),
-        sight.of_both(Statement::new("S06", "contact at the reference load, with adhesion", "%"), |item| {
+        data.of_both(Statement::new("S06", "contact at the reference load, with adhesion", "%"), |item| {
             item.near(at_reference.map(|a| 100.0 * a), 3.0, 0.5, "\"3 %\", to half of its digit")
         }),
         Statement::new("S07a", "area over load without adhesion, a_r/p*, below 20 % of contact", "1").near(
@@ -67,7 +67,7 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
             SYMBOL_SIZE,
             "symbol size; the load farthest from it",
         ),
-        sight.of_both(
+        data.of_both(
             Statement::new("S08", "mean contact pressure, largest over smallest, p* = 0.001 … 0.1", "1"),
             |item| item.within(spread, 1.0, [1.0, 1.5], "\"changes by less than 50 %\""),
         ),
@@ -77,7 +77,7 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
             0.075,
             "15 %; the load farthest from it, up to p* = 0.01",
         ),
-        sight.of_both(Statement::new("S10", "contact at p* = 0.001, with adhesion", "%"), |item| {
+        data.of_both(Statement::new("S10", "contact at p* = 0.001, with adhesion", "%"), |item| {
             item.within(first, 0.3, [0.2, 0.45], "\"0.3 %\", to a factor of 1.5")
         }),
     ]

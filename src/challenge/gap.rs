@@ -1,7 +1,7 @@
 //! Mean gap, stiffness and the distribution of gaps.
 
-use super::{Sight, Statement, cover, line, reference, setting, share_below};
-use crate::record::judged::Judged;
+use super::{ChallengeData, Statement, cover, line, reference, setting, share_below};
+use crate::record::acceptance::AcceptanceCheck;
 use crate::record::results::FIRST_TOUCH;
 
 /// Mean gap at the reference load, µm, and three standard deviations: seeds 1 to 24 on 512² (`docs/challenge.md`).
@@ -17,40 +17,41 @@ const FAR_UM: f64 = 0.1;
 /// "Equal" in a plot of probabilities.
 const EQUAL: f64 = 0.05;
 
-pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
-    let um = sight.length_um;
-    let held = if sight.unresolved.is_none() { sight.adhesive } else { sight.plain };
+pub(super) fn judge(data: &ChallengeData) -> Vec<AcceptanceCheck> {
+    let um = data.length_um;
+    let held = if data.unresolved.is_none() { data.adhesive } else { data.plain };
     let points = |within: &std::ops::Range<f64>, of: &dyn Fn(f64, f64) -> (f64, f64)| -> Vec<(f64, f64)> {
-        let held = Sight::there(held).filter(|s| within.contains(&s.p_star) && s.mean_gap > 0.0);
+        let held = ChallengeData::there(held).filter(|s| within.contains(&s.p_star) && s.mean_gap > 0.0);
         held.map(|s| of(s.p_star, s.mean_gap * um)).collect()
     };
-    let covered =
-        |span: &std::ops::Range<f64>| cover(Sight::there(held).map(|s| s.p_star), [span.start, 0.99 * span.end]);
+    let covered = |span: &std::ops::Range<f64>| {
+        cover(ChallengeData::there(held).map(|s| s.p_star), [span.start, 0.99 * span.end])
+    };
     let falling = covered(&EXPONENTIAL).then(|| line(&points(&EXPONENTIAL, &|p, u| (p, u.ln())))).flatten();
     let logarithmic = covered(&LOGARITHMIC).then(|| line(&points(&LOGARITHMIC, &|p, u| (p.ln(), u)))).flatten();
-    let first_touch = sight.results.surface.statistic(FIRST_TOUCH).map(|s| s.realised);
-    let reference = reference(sight.plain);
+    let first_touch = data.results.surface.statistic(FIRST_TOUCH).map(|s| s.realised);
+    let reference = reference(data.plain);
     let s13 = Statement::new("S13", "mean gap at first touch: the mean height", "µm");
     let s13 = match first_touch {
-        Some(h) if sight.is_imported() => sight.of_roughness(s13, |item| {
+        Some(h) if data.is_imported() => data.of_roughness(s13, |item| {
             item.near(
                 Some(h),
                 2.633,
-                setting::HALF_A_DIGIT + setting::sampling(sight),
+                setting::HALF_A_DIGIT + setting::sampling(data),
                 "the paper's arrow, to its last digit and what lies between nodes",
             )
         }),
         Some(h) => s13.not_judged(format!("the paper's arrow is its own surface's; this surface's is {h:.3} µm")),
         None => s13.not_judged("the surface has no such statistic"),
     };
-    let distributions = sight.observed().map(|pair| pair.map(|o| &o.gap_logarithmic));
+    let distributions = data.observed().map(|pair| pair.map(|o| &o.gap_logarithmic));
     let far = distributions.map(|[with, without]| {
         let (shares, edges) = ((share_below(with, FAR_UM / um), share_below(without, FAR_UM / um)), &without.edges);
         let beyond = edges.iter().filter(|e| **e * um > FAR_UM);
         let apart = |x: f64| ((share_below(with, x) - shares.0) - (share_below(without, x) - shares.1)).abs();
         beyond.map(|e| apart(*e)).fold(0.0, f64::max)
     });
-    let near = distributions.zip(sight.adhesive.range).map(|([with, without], range)| {
+    let near = distributions.zip(data.adhesive.range).map(|([with, without], range)| {
         share_below(with, range.used) / share_below(without, range.used).max(f64::MIN_POSITIVE)
     });
     vec![
@@ -66,7 +67,7 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
             STIFFNESS[1],
             "three standard deviations of surfaces with this spectrum",
         ),
-        sight.of_roughness(
+        data.of_roughness(
             Statement::new(
                 "S11a",
                 "slope of ln ū over p*, p* = 0.137 … 1, with adhesion where the grid carries it",
@@ -74,7 +75,7 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
             ),
             |item| item.near(falling.map(|l| l.0), -8.0, 1.0, "\"exp(-8 p*)\", to its digit"),
         ),
-        sight.of_roughness(Statement::new("S11b", "prefactor of exp(-8 p*)", "µm"), |item| {
+        data.of_roughness(Statement::new("S11b", "prefactor of exp(-8 p*)", "µm"), |item| {
             item.within(falling.map(|l| l.1.exp()), 0.3, [0.2, 0.45], "\"0.3 µm\", to a factor of 1.5")
         }),
         Statement::new("S12", "ū against ln p*, p* = 0.001 … 0.1: coefficient of determination", "1").within(
@@ -84,7 +85,7 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
             "\"roughly logarithmic\"",
         ),
         s13,
-        sight.of_adhesion(
+        data.of_adhesion(
             Statement::new(
                 "S21a",
                 "Pr(u) with adhesion against without, u > 0.1 µm: largest difference of shares",
@@ -92,7 +93,7 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
             ),
             |item| item.within(far, 0.0, [0.0, EQUAL], "the curves lie on each other"),
         ),
-        sight.of_adhesion(Statement::new("S21b", "gaps below the range ρ, with adhesion over without", "1"), |item| {
+        data.of_adhesion(Statement::new("S21b", "gaps below the range ρ, with adhesion over without", "1"), |item| {
             item.within(near, 0.0, [0.0, 1.0], "adhesion suppresses the smallest gaps")
         }),
     ]

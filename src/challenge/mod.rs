@@ -13,7 +13,7 @@ mod tests;
 
 use crate::load::Branch;
 use crate::observe::Distribution;
-use crate::record::judged::{Judged, Verdict};
+use crate::record::acceptance::{AcceptanceCheck, Verdict};
 use crate::record::results::{ContinuumResults, Observed, Results, StateResults};
 use crate::scene::REFERENCE_LOAD;
 
@@ -33,9 +33,9 @@ pub const SIZE_EXPONENT: f64 = -1.45;
 const OF_THE_SETTING: [&str; 3] = ["S01", "S02", "S03"];
 
 /// How many of each verdict, in words.
-pub fn tally(list: &[Judged]) -> String {
+pub fn tally(list: &[AcceptanceCheck]) -> String {
     let of = |v: Verdict| list.iter().filter(|j| j.verdict == v).count();
-    let set = |j: &&Judged| j.verdict == Verdict::Pass && OF_THE_SETTING.contains(&j.id.as_str());
+    let set = |j: &&AcceptanceCheck| j.verdict == Verdict::Pass && OF_THE_SETTING.contains(&j.id.as_str());
     format!(
         "{} pass ({} of them of the set-up alone), {} fail, {} not judged",
         of(Verdict::Pass),
@@ -46,21 +46,21 @@ pub fn tally(list: &[Judged]) -> String {
 }
 
 /// Holds the statements against results of a run whose scene has `[challenge]`.
-pub fn judge(results: &Results) -> Vec<Judged> {
-    let Some(sight) = Sight::of(results) else { return Vec::new() };
+pub fn judge(results: &Results) -> Vec<AcceptanceCheck> {
+    let Some(data) = ChallengeData::of(results) else { return Vec::new() };
     [setting::judge, area::judge, gap::judge, stress::judge, patches::judge]
         .into_iter()
-        .flat_map(|j| j(&sight))
+        .flat_map(|j| j(&data))
         .collect()
 }
 
 /// The state at the challenge's reference load, on the way there.
 pub fn reference(c: &ContinuumResults) -> Option<&StateResults> {
-    Sight::there(c).find(|s| (s.p_star / REFERENCE_LOAD - 1.0).abs() < 1e-6)
+    ChallengeData::there(c).find(|s| (s.p_star / REFERENCE_LOAD - 1.0).abs() < 1e-6)
 }
 
 /// A run, as its judges see it.
-struct Sight<'a> {
+struct ChallengeData<'a> {
     results: &'a Results,
     /// With adhesion: all loads; and why this says nothing of the challenge's adhesion, if so.
     adhesive: &'a ContinuumResults,
@@ -72,7 +72,7 @@ struct Sight<'a> {
     mesh: [f64; 2],
 }
 
-impl<'a> Sight<'a> {
+impl<'a> ChallengeData<'a> {
     fn of(results: &'a Results) -> Option<Self> {
         let (adhesive, plain) = (results.continuum.as_ref()?, results.without.as_ref()?);
         let range = adhesive.range?;
@@ -86,7 +86,7 @@ impl<'a> Sight<'a> {
             )
         });
         let length_um = results.scales.length_m * 1e6;
-        Some(Sight { results, adhesive, unresolved, plain, length_um, mesh })
+        Some(ChallengeData { results, adhesive, unresolved, plain, length_um, mesh })
     }
 
     /// Whether the surface came from a file, and so is the challenge's own, if it is what it should be.
@@ -112,7 +112,7 @@ impl<'a> Sight<'a> {
     }
 
     /// Judges a statement about adhesion, where the grid carries it; with a longer range than the challenge's it is said.
-    fn of_adhesion(&self, item: Statement, judge: impl FnOnce(Statement) -> Judged) -> Judged {
+    fn of_adhesion(&self, item: Statement, judge: impl FnOnce(Statement) -> AcceptanceCheck) -> AcceptanceCheck {
         if let Some(reason) = &self.unresolved {
             return item.not_judged(reason);
         }
@@ -120,14 +120,14 @@ impl<'a> Sight<'a> {
         match self.adhesive.range.filter(|r| r.used > r.asked) {
             Some(r) => {
                 let reason = format!("{}; at Tabor parameter {:.2}", judged.reason, setting::tabor(r.used));
-                Judged { reason, ..judged }
+                AcceptanceCheck { reason, ..judged }
             }
             None => judged,
         }
     }
 
     /// Judges a statement about the surface's shortest waves, where the grid holds them.
-    fn of_roughness(&self, item: Statement, judge: impl FnOnce(Statement) -> Judged) -> Judged {
+    fn of_roughness(&self, item: Statement, judge: impl FnOnce(Statement) -> AcceptanceCheck) -> AcceptanceCheck {
         match self.plain.resolved_gradient {
             Some(g) if g < HELD => {
                 item.not_judged(format!("the grid resolves {g:.2} of the rms gradient: 2002 points a side do all"))
@@ -137,7 +137,7 @@ impl<'a> Sight<'a> {
     }
 
     /// Judges a statement about both.
-    fn of_both(&self, item: Statement, judge: impl FnOnce(Statement) -> Judged) -> Judged {
+    fn of_both(&self, item: Statement, judge: impl FnOnce(Statement) -> AcceptanceCheck) -> AcceptanceCheck {
         self.of_adhesion(item, |item| self.of_roughness(item, judge))
     }
 }
@@ -155,8 +155,8 @@ impl Statement {
         Statement { id, text, unit }
     }
 
-    fn judged(self, verdict: Verdict, reason: impl Into<String>) -> Judged {
-        Judged {
+    fn judged(self, verdict: Verdict, reason: impl Into<String>) -> AcceptanceCheck {
+        AcceptanceCheck {
             id: self.id.into(),
             statement: self.text.into(),
             unit: self.unit.into(),
@@ -168,18 +168,24 @@ impl Statement {
         }
     }
 
-    fn not_judged(self, reason: impl Into<String>) -> Judged {
+    fn not_judged(self, reason: impl Into<String>) -> AcceptanceCheck {
         self.judged(Verdict::NotJudged, reason)
     }
 
     /// Passes within `low` to `high`.
-    fn within(self, value: Option<f64>, reference: f64, [low, high]: [f64; 2], reason: impl Into<String>) -> Judged {
+    fn within(
+        self,
+        value: Option<f64>,
+        reference: f64,
+        [low, high]: [f64; 2],
+        reason: impl Into<String>,
+    ) -> AcceptanceCheck {
         let Some(value) = value.filter(|v| v.is_finite()) else {
             return self.not_judged("the run holds too few loads, or too little contact, to tell");
         };
         let verdict = if (low..=high).contains(&value) { Verdict::Pass } else { Verdict::Fail };
         let told = |end: f64| Some(end).filter(|e| e.is_finite());
-        Judged {
+        AcceptanceCheck {
             value: Some(value),
             reference: Some(reference),
             tolerance: Some([told(low), told(high)]),
@@ -188,12 +194,12 @@ impl Statement {
     }
 
     /// Passes from `reference` on upwards.
-    fn at_least(self, value: Option<f64>, reference: f64, reason: impl Into<String>) -> Judged {
+    fn at_least(self, value: Option<f64>, reference: f64, reason: impl Into<String>) -> AcceptanceCheck {
         self.within(value, reference, [reference, f64::INFINITY], reason)
     }
 
     /// Passes within `reference` plus and minus `width`.
-    fn near(self, value: Option<f64>, reference: f64, width: f64, reason: impl Into<String>) -> Judged {
+    fn near(self, value: Option<f64>, reference: f64, width: f64, reason: impl Into<String>) -> AcceptanceCheck {
         self.within(value, reference, [reference - width, reference + width], reason)
     }
 }

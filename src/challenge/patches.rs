@@ -1,7 +1,7 @@
 //! Sizes of contact patches.
 
-use super::{SIZE_EXPONENT, Sight, Statement, line};
-use crate::record::judged::Judged;
+use super::{ChallengeData, SIZE_EXPONENT, Statement, line};
+use crate::record::acceptance::AcceptanceCheck;
 use crate::record::results::Observed;
 
 /// Smallest patch of the fit, nodes: below it a patch's size is its pixels'.
@@ -16,10 +16,10 @@ const LONGER: f64 = 3.0;
 /// Spacing of nodes that tells the most probable patch, µm.
 const FINE_UM: f64 = 5e-3;
 
-pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
-    let um2 = sight.length_um * sight.length_um;
-    let with = sight.observed().map(|[with, _]| with);
-    let node_um2 = um2 / (sight.adhesive.nx * sight.adhesive.ny) as f64;
+pub(super) fn judge(data: &ChallengeData) -> Vec<AcceptanceCheck> {
+    let um2 = data.length_um * data.length_um;
+    let with = data.observed().map(|[with, _]| with);
+    let node_um2 = um2 / (data.adhesive.nx * data.adhesive.ny) as f64;
     let exponent = with.and_then(|o| exponent(o, SMALLEST_NODES * node_um2 / um2));
     let typical = with.and_then(|o| o.typical_patch).map(|a| a * um2);
     let fifth =
@@ -28,7 +28,7 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
     let spacing = node_um2.sqrt();
     let s16 = Statement::new("S16", "most probable patch", "nm²");
     vec![
-        sight.of_both(Statement::new("S15", "exponent of Pr(a), falling", "1"), |item| {
+        data.of_both(Statement::new("S15", "exponent of Pr(a), falling", "1"), |item| {
             item.near(
                 exponent,
                 -SIZE_EXPONENT,
@@ -46,23 +46,21 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
             let most = with.and_then(|o| o.patch_density.iter().max_by(|a, b| a[1].total_cmp(&b[1])));
             s16.within(most.map(|[a, ..]| a * um2 * 1e6), 316.0, [100.0, 1000.0], "the paper names 100 and 1000 nm²")
         },
-        sight.of_both(
+        data.of_both(
             Statement::new("S17a", "typical patch: half of the contact lies in patches up to it", "µm²"),
             |item| item.within(typical, 3.0, [2.0, 4.5], "a factor of 1.5"),
         ),
-        sight.of_both(Statement::new("S17b", "contact in patches up to 1 µm²", "1"), |item| {
+        data.of_both(Statement::new("S17b", "contact in patches up to 1 µm²", "1"), |item| {
             item.near(fifth, 0.2, 0.07, "\"20 %\", with adhesion, at the reference load")
         }),
-        sight.of_both(Statement::new("S18", "typical patch where contact is compression", "µm²"), |item| match sight
-            .adhesive
-            .range
-            .map(|r| r.used / r.asked)
-        {
-            Some(longer) if longer > LONGER => item.not_judged(format!(
-                "{} µm²; what is under tension depends on the range, which is {longer:.1} times the challenge's",
-                compressive.map_or("no contact,".into(), |a| format!("{a:.2}"))
-            )),
-            _ => item.within(compressive, 1.0, [0.5, 2.0], "a third of the other, to a factor of two"),
+        data.of_both(Statement::new("S18", "typical patch where contact is compression", "µm²"), |item| {
+            match data.adhesive.range.map(|r| r.used / r.asked) {
+                Some(longer) if longer > LONGER => item.not_judged(format!(
+                    "{} µm²; what is under tension depends on the range, which is {longer:.1} times the challenge's",
+                    compressive.map_or("no contact,".into(), |a| format!("{a:.2}"))
+                )),
+                _ => item.within(compressive, 1.0, [0.5, 2.0], "a third of the other, to a factor of two"),
+            }
         }),
     ]
 }

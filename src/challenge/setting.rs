@@ -1,8 +1,8 @@
 //! The problem itself: scales, adhesion, surface.
 
-use super::{MESH_LIMIT, Sight, Statement, reference};
+use super::{ChallengeData, MESH_LIMIT, Statement, reference};
 use crate::interface;
-use crate::record::judged::{Judged, Verdict};
+use crate::record::acceptance::{AcceptanceCheck, Verdict};
 use crate::record::results::{CURVATURE_RADIUS, FIRST_TOUCH, HEIGHT_RANGE, RMS_HEIGHT};
 use crate::scene::REFERENCE_LOAD;
 
@@ -64,8 +64,8 @@ pub(super) const HALF_A_DIGIT: f64 = 5e-4;
 const SUMMIT_RADIUS_UM: f64 = 0.040;
 
 /// How far an extreme may lie above the highest of the nodes around it, µm.
-pub(super) fn sampling(sight: &Sight) -> f64 {
-    let spacing = sight.length_um / sight.adhesive.nx as f64;
+pub(super) fn sampling(data: &ChallengeData) -> f64 {
+    let spacing = data.length_um / data.adhesive.nx as f64;
     spacing * spacing / (4.0 * SUMMIT_RADIUS_UM)
 }
 
@@ -74,17 +74,17 @@ pub(super) fn tabor(rho: f64) -> f64 {
     interface::tabor(PRINTED_RADIUS, GAMMA, rho)
 }
 
-pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
-    let mut list = vec![mesh(sight)];
-    let range = sight.adhesive.range.as_ref().map(|r| [r.asked, r.used]);
+pub(super) fn judge(data: &ChallengeData) -> Vec<AcceptanceCheck> {
+    let mut list = vec![mesh(data)];
+    let range = data.adhesive.range.as_ref().map(|r| [r.asked, r.used]);
     list.push(Statement::new("S01", "Tabor parameter", "1").near(
         range.map(|r| tabor(r[0])),
         3.0007,
         1e-3,
         range.map_or(String::new(), |r| format!("at the range that the grid is given: {:.2}", tabor(r[1]))),
     ));
-    let modulus = sight.results.scales.modulus_pa;
-    let pressure = reference(sight.adhesive).map(|s| s.pressure * modulus * 1e-3);
+    let modulus = data.results.scales.modulus_pa;
+    let pressure = reference(data.adhesive).map(|s| s.pressure * modulus * 1e-3);
     list.push(Statement::new("S02", "pressure at the reference load p* = 0.01", "kPa").near(
         pressure,
         modulus * REFERENCE_LOAD * 1e-3,
@@ -97,13 +97,13 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
         1e-4,
         range.map_or(String::new(), |r| format!("at the range that the grid is given: {:.4}", GAMMA / r[1])),
     ));
-    list.extend(HEIGHTS.iter().map(|of| heights(sight, of)));
+    list.extend(HEIGHTS.iter().map(|of| heights(data, of)));
     list
 }
 
-fn mesh(sight: &Sight) -> Judged {
+fn mesh(data: &ChallengeData) -> AcceptanceCheck {
     let item = Statement::new("MESH", "mesh criterion of the adhesion, dx γ/(ρ² E*)", "1");
-    let [asked, used] = sight.mesh;
+    let [asked, used] = data.mesh;
     let judged = item.within(
         Some(used),
         MESH_LIMIT,
@@ -117,24 +117,26 @@ fn mesh(sight: &Sight) -> Judged {
         },
     );
     match judged.verdict {
-        Verdict::Fail => {
-            Judged { verdict: Verdict::NotJudged, reason: sight.unresolved.clone().unwrap_or_default(), ..judged }
-        }
+        Verdict::Fail => AcceptanceCheck {
+            verdict: Verdict::NotJudged,
+            reason: data.unresolved.clone().unwrap_or_default(),
+            ..judged
+        },
         _ => judged,
     }
 }
 
-fn heights(sight: &Sight, of: &Statistic) -> Judged {
-    let found = sight.results.surface.statistic(of.symbol);
+fn heights(data: &ChallengeData, of: &Statistic) -> AcceptanceCheck {
+    let found = data.results.surface.statistic(of.symbol);
     let item = Statement::new(of.id, of.text, of.unit);
     let Some(found) = found else { return item.not_judged("the surface has no such statistic") };
     if found.held.zip(found.expected).is_some_and(|(held, whole)| (held / whole - 1.0).abs() > 0.01) {
         return item.not_judged("the grid does not hold the whole spectrum: 2002 points a side do");
     }
     let ([printed, digit], [alike, width]) = (of.printed, of.alike);
-    if sight.is_imported() {
-        let extreme = if of.symbol.contains('-') { sampling(sight) } else { 0.0 };
-        return sight.of_roughness(item, |item| {
+    if data.is_imported() {
+        let extreme = if of.symbol.contains('-') { sampling(data) } else { 0.0 };
+        return data.of_roughness(item, |item| {
             let reason = "the paper's own surface, to the last printed digit and what lies between nodes";
             item.near(Some(found.realised), printed, digit + extreme, reason)
         });

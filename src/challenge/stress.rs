@@ -1,8 +1,8 @@
 //! Interfacial stresses and their distribution.
 
-use super::{Sight, Statement, reference, share_below};
+use super::{ChallengeData, Statement, reference, share_below};
 use crate::observe::Distribution;
-use crate::record::judged::Judged;
+use crate::record::acceptance::AcceptanceCheck;
 use crate::record::results::Observed;
 use libm::erf;
 
@@ -11,14 +11,14 @@ const BOUND: f64 = 1e-2;
 /// "O(10 %)" between two solvers.
 const CLOSE: f64 = 0.1;
 
-pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
-    let pull = sight.adhesive.range.map(|r| super::setting::GAMMA / r.used);
-    let observed = sight.observed();
+pub(super) fn judge(data: &ChallengeData) -> Vec<AcceptanceCheck> {
+    let pull = data.adhesive.range.map(|r| super::setting::GAMMA / r.used);
+    let observed = data.observed();
     // Elsewhere the residual, in proportion to the pressure, outweighs the tension.
     let tension = observed.and_then(|[with, _]| with.stress.edges.first().copied());
-    let reference = reference(sight.plain);
+    let reference = reference(data.plain);
     let form = reference.zip(observed).map(|(s, [_, plain])| persson_distance(s.pressure, &plain.contact_stress));
-    let second = sight.results.second.as_ref().and_then(|c| c.states.first()?.observed.as_ref());
+    let second = data.results.second.as_ref().and_then(|c| c.states.first()?.observed.as_ref());
     let apart =
         second.zip(observed).map(|(second, [_, plain])| distance(&second.contact_stress, &plain.contact_stress));
     let s24 =
@@ -39,7 +39,7 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
             "{}; of Persson's form with the variance that gives the area found. No limit follows from the paper's words",
             form.map_or("no contact".into(), |d| format!("{:.3}", d))
         )),
-        sight.of_adhesion(
+        data.of_adhesion(
             Statement::new("S23a", "contact under tension, of all contact, with adhesion", "%"),
             |item| {
                 item.within(
@@ -50,7 +50,7 @@ pub(super) fn judge(sight: &Sight) -> Vec<Judged> {
                 )
             },
         ),
-        sight.of_adhesion(
+        data.of_adhesion(
             Statement::new("S23b", "Pr(σ) out of contact, just below zero over half of the largest tension", "1"),
             |item| {
                 let peak = observed.and_then(|[with, _]| peak(with));

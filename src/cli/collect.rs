@@ -1,6 +1,6 @@
 use crate::Result;
 use crate::compare::advice::Tables;
-use crate::record::land::land;
+use crate::record::atomic_file::write_atomic;
 use crate::record::tradeoff::Tradeoff;
 use crate::report::ladders;
 use std::io::Write;
@@ -30,7 +30,7 @@ impl Collect {
     pub fn execute(self) -> Result<()> {
         if let Some(file) = &self.ladders {
             let told = Tradeoff::read(&self.tables[0])?;
-            land(file, |w| write!(w, "{HEAD}{}", ladders::markdown(&told, "fast")))?;
+            write_atomic(file, |w| write!(w, "{HEAD}{}", ladders::markdown(&told, "fast")))?;
         }
         let tables = self.tables.iter().map(|f| Tables::read(f)).collect::<Result<Vec<_>>>()?.concat();
         Tables::new(self.made_by, tables).write(&self.out)

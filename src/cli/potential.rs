@@ -2,7 +2,7 @@ use super::words;
 use crate::atoms::engine::LammpsEngine;
 use crate::atoms::potential::{CALCIUM, CALCIUM_ELEMENT, Potential as Eam, SetflHeader};
 use crate::atoms::properties::{Card, LmpCommand, Properties, measure};
-use crate::record::land::land;
+use crate::record::atomic_file::write_atomic;
 use crate::report::number::significant;
 use crate::{Error, Result};
 use std::path::PathBuf;
@@ -43,7 +43,7 @@ impl Potential {
             (Some(file), _) => file.clone(),
             (None, out) => {
                 let file = out.clone().unwrap_or_else(|| scratch.path().join("Ca.eam.alloy"));
-                land(&file, |w| Eam::calcium().write_setfl(w))?;
+                write_atomic(&file, |w| Eam::calcium().write_setfl(w))?;
                 file
             }
         };

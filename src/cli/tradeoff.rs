@@ -1,7 +1,9 @@
 use super::{listen::Teller, words};
 use crate::method::{self, ContactMethod, REGISTRY};
 use crate::pipeline::{self, AskedOfLadder};
-use crate::record::tradeoff::{AtomsCost, BlockSize, FORESEEN, Forecast, Measure, Point, Resolved, Tradeoff as Told};
+use crate::record::tradeoff::{
+    AtomsCost, BlockSize, FORECAST_TOLERANCE, Forecast, Measure, Point, Resolved, Tradeoff as Told,
+};
 use crate::report::number::{count, duration, error_of, memory, significant, trimmed};
 use crate::scene::{ALL_METHODS, Case, MOST_FOUNDATION_CELLS, Scene};
 use crate::units::LONGEST_SECONDS;
@@ -252,7 +254,7 @@ fn say_forecasts(told: &Told) {
     let head = ["method", "grid", "from", "foreseen", "CPU", "ratio", "twice the grid"];
     words::say(&words::table(&head, told.forecasts.iter().map(row)));
     let held = told.forecasts.iter().filter(|f| f.holds()).count();
-    let (all, within) = (told.forecasts.len(), (100.0 * FORESEEN).round());
+    let (all, within) = (told.forecasts.len(), (100.0 * FORECAST_TOLERANCE).round());
     words::say(&format!("costs: {held} of {all} methods are within {within} % of what their coarser grids say"));
 }
 

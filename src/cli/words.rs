@@ -1,8 +1,8 @@
 //! Answers on stdout.
 
 use crate::load::Branch;
-use crate::record::advice::Chosen;
-use crate::record::judged::{Judged, Verdict};
+use crate::record::acceptance::{AcceptanceCheck, Verdict};
+use crate::record::advice::AccuracyChoice;
 use crate::record::methods::MethodResults;
 use crate::record::results::{AtomState, AtomsResults, AuditLine, ContinuumResults, Overlap, Results, Statistic};
 use crate::report::branch::way_back;
@@ -127,7 +127,7 @@ fn methods(list: &[MethodResults], um: f64) {
 }
 
 /// What a scene's accuracy was resolved into.
-pub fn chosen(c: &Chosen) -> String {
+pub fn chosen(c: &AccuracyChoice) -> String {
     let a = &c.advice;
     let asked = match (c.error, c.budget_s) {
         (Some(share), _) => format!("within {} %", significant(100.0 * share, 3)),
@@ -250,7 +250,7 @@ fn yielding(a: &AtomsResults) -> Option<String> {
 }
 
 /// The challenge's statements.
-fn acceptance(list: &[Judged]) -> String {
+fn acceptance(list: &[AcceptanceCheck]) -> String {
     let number = |v: f64| significant(v, 4);
     table(
         &["", "statement", "value", "reference", "accepted", "unit", "verdict", "why"],

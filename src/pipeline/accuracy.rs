@@ -4,7 +4,7 @@ use super::{adhesion_words, shortest_wave};
 use crate::compare::advice::{Limit, Table, Tables, Target, candidates, choose};
 use crate::interface::Adhesion;
 use crate::method::Precision;
-use crate::record::advice::{Advice, Chosen};
+use crate::record::advice::{AccuracyChoice, Advice};
 use crate::record::tradeoff::Measure;
 use crate::report::number::{duration, error_of};
 use crate::scene::{AccuracyScene, Case, ContinuumScene, Scene, Surface, SurfaceScene};
@@ -44,8 +44,13 @@ pub fn settle(mut scene: Scene, file: &Path) -> Result<Case> {
     c.tolerance = Some(advice.tolerance);
     // Frames then hold the whole block, for what no quantity that can be asked for needs.
     let watched = scene.atoms.as_mut().is_some_and(|a| std::mem::take(&mut a.plasticity));
-    let chosen =
-        Chosen { quantity: asked.quantity, error: asked.error, budget_s: asked.budget_s, tables: made_by, advice };
+    let chosen = AccuracyChoice {
+        quantity: asked.quantity,
+        error: asked.error,
+        budget_s: asked.budget_s,
+        tables: made_by,
+        advice,
+    };
     let mut settled = Case { chosen: Some(chosen), ..Case::resolve(scene, file)? };
     if watched {
         let what = asked.quantity.name();

@@ -16,9 +16,11 @@ use crate::atoms::properties::LmpCommand;
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
 use crate::atoms::{ladder, order, speed as measured};
 use crate::grid::Grid;
+use crate::record::atomic_file::write_atomic;
 use crate::record::csv;
-use crate::record::land::land;
-use crate::record::results::{AtomState, AtomsResults, ContinuumResults, LadderStep, PlasticState, PlasticityResults};
+use crate::record::results::{
+    AtomState, AtomsResults, ContinuumResults, DefectAtoms, LoadStepResults, PlasticityResults,
+};
 use crate::scene::{AtomsCase, Case, Start};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -86,7 +88,7 @@ fn potential_file(atoms: &AtomsCase, folder: &Path) -> Result<PathBuf> {
         return Ok(path.clone());
     }
     let path = folder.join(POTENTIAL_FILE);
-    land(&path, |w| Potential::calcium().write_setfl(w))?;
+    write_atomic(&path, |w| Potential::calcium().write_setfl(w))?;
     Ok(path)
 }
 
@@ -129,7 +131,7 @@ pub fn speed(case: &Case) -> Result<f64> {
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub struct Climbed {
     pub engine: String,
-    pub steps: Vec<LadderStep>,
+    pub steps: Vec<LoadStepResults>,
     /// Steps whose largest force is above the tolerance asked, or whose load could not be met.
     pub unconverged: Vec<usize>,
     /// Of the last call, bytes; 0 where it is not known.
@@ -183,7 +185,7 @@ pub fn climb(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Result<
     if let Some(step) = finished.resumed_from {
         listener.warn(&format!("went on from load step {step} of an earlier run"));
     }
-    let column = |value: fn(&LadderStep) -> f64| finished.steps.iter().map(value).collect::<Vec<f64>>();
+    let column = |value: fn(&LoadStepResults) -> f64| finished.steps.iter().map(value).collect::<Vec<f64>>();
     csv::write(
         &job.folder.join("ladder.csv"),
         &[
@@ -268,7 +270,7 @@ fn plasticity(
         for state in states.iter_mut() {
             let distance = |s: &[f64; 2]| (s[0] - state.p_star).abs();
             let nearest = steps.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
-            state.plastic = nearest.map(|s| PlasticState { atoms: s[1] as usize, volume_nm3: s[1] * atom_nm3 });
+            state.plastic = nearest.map(|s| DefectAtoms { atoms: s[1] as usize, volume_nm3: s[1] * atom_nm3 });
         }
     }
     let yielded = steps.iter().position(|s| s[1] > order::NOISE as f64);

@@ -2,9 +2,9 @@
 
 use crate::method::Problem;
 use crate::path::CORRECTION;
-use crate::record::budget::{Part, Source};
 use crate::record::results::{RangeResults, StateResults};
 use crate::record::tradeoff::Measure;
+use crate::record::uncertainty::{UncertaintyComponent, UncertaintySource};
 
 /// The parts for a state of a problem whose heights have this rms. The mean gap counts where the load is what is imposed.
 pub(super) fn budget(
@@ -12,34 +12,34 @@ pub(super) fn budget(
     rms_height: f64,
     range: Option<&RangeResults>,
     state: &StateResults,
-) -> Vec<Part> {
+) -> Vec<UncertaintyComponent> {
     let mut parts = Vec::new();
     let mut add = |quantity, source, relative: Option<f64>, is_bound| {
         // Nothing is uncertain of a quantity that there is none of.
         let relative = relative.filter(|r| r.is_finite());
-        parts.push(Part { quantity, source, relative, is_bound });
+        parts.push(UncertaintyComponent { quantity, source, relative, is_bound });
     };
     if let Some(d) = state.discretisation {
-        add(Measure::ContactArea, Source::Grid, d.area, d.area_is_bound);
-        add(Measure::MeanGap, Source::Grid, d.mean_gap, d.mean_gap_is_bound);
+        add(Measure::ContactArea, UncertaintySource::Grid, d.area, d.area_is_bound);
+        add(Measure::MeanGap, UncertaintySource::Grid, d.mean_gap, d.mean_gap_is_bound);
     }
     if range.is_some_and(|r| r.used != r.asked) {
         let far = state.extrapolated;
         let area = far.map(|e| (e.area.value - state.contact_fraction_corrected).abs() + e.area.error);
         let gap = far.and_then(|e| e.mean_gap).map(|g| (g.value - state.mean_gap).abs() + g.error);
-        add(Measure::ContactArea, Source::Range, area.map(|a| a / state.contact_fraction_corrected), false);
-        add(Measure::MeanGap, Source::Range, gap.map(|g| g / state.mean_gap), false);
+        add(Measure::ContactArea, UncertaintySource::Range, area.map(|a| a / state.contact_fraction_corrected), false);
+        add(Measure::MeanGap, UncertaintySource::Range, gap.map(|g| g / state.mean_gap), false);
     }
     // A residual that were a change of the load: areas go as the load, and the mean gap by the contact's stiffness.
     let of_load =
         |share: f64| [Some(share), state.stiffness.map(|k| share * state.pressure.abs() / (k * state.mean_gap))];
     let [area, gap] = of_load(state.residual);
-    add(Measure::ContactArea, Source::Solver, state.area_drift.or(area), false);
-    add(Measure::MeanGap, Source::Solver, state.mean_gap_drift.or(gap), false);
+    add(Measure::ContactArea, UncertaintySource::Solver, state.area_drift.or(area), false);
+    add(Measure::MeanGap, UncertaintySource::Solver, state.mean_gap_drift.or(gap), false);
     let [area, gap] = of_load(problem.rounding_floor(rms_height, state.pressure));
-    add(Measure::ContactArea, Source::Precision, area, false);
-    add(Measure::MeanGap, Source::Precision, gap, false);
+    add(Measure::ContactArea, UncertaintySource::Precision, area, false);
+    add(Measure::MeanGap, UncertaintySource::Precision, gap, false);
     let rim = CORRECTION * (state.contact_fraction - state.contact_fraction_corrected).abs();
-    add(Measure::ContactArea, Source::Criterion, Some(rim / state.contact_fraction_corrected), false);
+    add(Measure::ContactArea, UncertaintySource::Criterion, Some(rim / state.contact_fraction_corrected), false);
     parts
 }

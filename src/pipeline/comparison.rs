@@ -13,13 +13,13 @@ use crate::grid::{Field, Grid, bilinear, mean};
 use crate::interface::{Elastic, RangeChoice, Wall};
 use crate::method::{Precision, Problem};
 use crate::observe::{Connectivity, along_y, column_at, patch_sizes};
-use crate::record::budget::{Part, Source};
 use crate::record::npy;
 use crate::record::results::{
     AtomState, AtomsResults, ComparisonResults, ContinuumResults, CriterionArea, CriterionMatch, LoadComparison,
     Section, StateResults,
 };
 use crate::record::tradeoff::Measure;
+use crate::record::uncertainty::{UncertaintyComponent, UncertaintySource};
 use crate::scene::{AtomsCase, Case};
 use crate::units::GPA_PER_EV_A3;
 use crate::{Error, Result};
@@ -79,10 +79,10 @@ pub(super) fn matched(
 }
 
 /// What the finite depth of a block makes of contact and mean gap: the way from the half-space, over the value.
-fn of_depth(state: &StateResults, deep: &StateResults) -> [Part; 2] {
+fn of_depth(state: &StateResults, deep: &StateResults) -> [UncertaintyComponent; 2] {
     let part = |quantity, found: f64, deep: f64| {
         let relative = Some((found / deep - 1.0).abs()).filter(|r| r.is_finite());
-        Part { quantity, source: Source::Depth, relative, is_bound: false }
+        UncertaintyComponent { quantity, source: UncertaintySource::Depth, relative, is_bound: false }
     };
     [
         part(Measure::ContactArea, state.contact_fraction_corrected, deep.contact_fraction_corrected),

@@ -11,7 +11,7 @@ use crate::observe::{hysteresis_work, stiffness};
 use crate::path::{Begin, Checkpoint, Keeper, LoadPath, Reached};
 use crate::record::npy;
 use crate::record::results::{
-    CURVATURE_RADIUS, ContinuumResults, FIRST_TOUCH, HEIGHT_RANGE, Hanging, Observed, PsdPoint, RMS_HEIGHT,
+    CURVATURE_RADIUS, ContinuumResults, FIRST_TOUCH, HEIGHT_RANGE, Hysteresis, Observed, PsdPoint, RMS_HEIGHT,
     RangeResults, StateResults, Statistic, SurfaceResults,
 };
 use crate::scene::{Case, REFERENCE_LOAD, Surface, Wants};
@@ -340,11 +340,11 @@ fn compare_branches(states: &mut [StateResults], steps: &[LoadStep]) -> f64 {
         let (area, mean_gap) = (states[same].contact_fraction, states[same].mean_gap);
         let state = &mut states[step.index];
         state.hangs =
-            Some(Hanging { area: change(state.contact_fraction, area), mean_gap: change(state.mean_gap, mean_gap) });
+            Some(Hysteresis { area: change(state.contact_fraction, area), mean_gap: change(state.mean_gap, mean_gap) });
     }
     // Where both branches have one state, what solvers leave of its mean gap is no work.
     let gap = |step: &LoadStep| match (states[step.index].hangs, step.counterpart) {
-        (Some(h), Some(same)) if !h.is_another() => states[same].mean_gap,
+        (Some(h), Some(same)) if !h.is_significant() => states[same].mean_gap,
         _ => states[step.index].mean_gap,
     };
     let path: Vec<(f64, f64)> = steps.iter().map(|step| (states[step.index].pressure, gap(step))).collect();

@@ -6,7 +6,7 @@ use crate::atoms::engine::{Engine, Progress};
 use crate::atoms::hold::{BLOCKS, Held, Hold, Settings, mean};
 use crate::atoms::job::Job;
 use crate::load::LoadStep;
-use crate::record::results::{HeldState, HoldResults};
+use crate::record::results::{NvtResults, NvtState};
 use crate::scene::{AtomsCase, Case};
 use crate::{Error, Result};
 use std::ops::ControlFlow;
@@ -23,7 +23,7 @@ pub(super) fn hold(
     settings: &Settings,
     folder: &Path,
     listener: &dyn Listener,
-) -> Result<HoldResults> {
+) -> Result<NvtResults> {
     let job = Job::write_hold(folder, relaxed, &atoms.block, settings)?;
     let lost = || Error::format(folder, "a job that holds nothing", "the hold that was written");
     let hold = job.record.hold.clone().ok_or_else(lost)?;
@@ -31,7 +31,7 @@ pub(super) fn hold(
     let reader = Reader::new(case, atoms, folder, STAGE)?;
     let steps = case.rising_steps();
     let states = (0..hold.loads.len()).map(|k| state(steps[k], &reader, (&job, &hold), k));
-    Ok(HoldResults {
+    Ok(NvtResults {
         temperature_k: hold.temperature_k,
         lattice_constant_angstrom: settings.lattice_constant_angstrom,
         equilibration_ps: hold.equilibration_ps(),
@@ -60,7 +60,7 @@ fn run(engine: &dyn Engine, job: &Job, hold: &Hold, listener: &dyn Listener) -> 
 }
 
 /// Averages at the load `k` of a hold, which is that of `step`; maps written.
-fn state(step: &LoadStep, reader: &Reader, (job, hold): (&Job, &Hold), k: usize) -> Result<HeldState> {
+fn state(step: &LoadStep, reader: &Reader, (job, hold): (&Job, &Hold), k: usize) -> Result<NvtState> {
     let held = Held::read(job, hold, k)?;
     let load = hold.loads[k];
     let gap = |b: &crate::atoms::hold::Watched| {
@@ -73,7 +73,7 @@ fn state(step: &LoadStep, reader: &Reader, (job, hold): (&Job, &Hold), k: usize)
     let write = |what: &str, values: Vec<f64>| reader.write_sites(&values, &name(what), &name(&format!("site-{what}")));
     let [probability_map, site_probability] = write("probability", sites.iter().map(|s| s.value).collect())?;
     let [_, site_error] = write("probability-error", sites.iter().map(|s| s.error).collect())?;
-    Ok(HeldState {
+    Ok(NvtState {
         index: step.index,
         p_star: step.imposed_p_star(),
         temperature_k: held.mean(|b| b.temperature_k),

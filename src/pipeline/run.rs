@@ -9,7 +9,7 @@ use crate::atoms::engine::Engine;
 use crate::atoms::job::{CONTINUUM, HOLD, Job, LADDER};
 use crate::atoms::potential::CALCIUM;
 use crate::method::{Heights, all_atom};
-use crate::record::advice::Chosen;
+use crate::record::advice::AccuracyChoice;
 use crate::record::mcap::{CloudAtom, GapMap, LoadScalars, LoadState, Recorder, Scene as Recorded};
 use crate::record::methods::MethodResults;
 use crate::record::results::{
@@ -201,7 +201,7 @@ pub(super) fn keep_scene(case: &Case, out: &Path) -> Result<()> {
             _ => {}
         }
     }
-    crate::record::land::land(&file, |w| std::io::Write::write_all(w, text.as_bytes()))
+    crate::record::atomic_file::write_atomic(&file, |w| std::io::Write::write_all(w, text.as_bytes()))
 }
 
 fn atomistic_stages(
@@ -361,7 +361,7 @@ struct Manifest<'a> {
     scene: &'a crate::scene::Scene,
     engine: Option<&'a str>,
     /// How the scene's accuracy chose grid, method, precision and tolerance.
-    accuracy: Option<&'a Chosen>,
+    accuracy: Option<&'a AccuracyChoice>,
     threads: usize,
     peak_rss_bytes: u64,
     stages: &'a [crate::record::results::StageCost],

@@ -11,7 +11,7 @@ use crate::atoms::voronoi;
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
 use crate::grid::{Grid, bilinear, spread};
 use crate::load::LoadStep;
-use crate::record::results::{AtomState, AtomStress, ContactWay};
+use crate::record::results::{AtomState, AtomStress, ContactByCriterion};
 use crate::record::{npy, xyz};
 use crate::scene::{AtomsCase, Case, Wants};
 use crate::units::GPA_PER_EV_A3;
@@ -158,9 +158,9 @@ impl<'a> Reader<'a> {
         spread(self.atoms.matched, reduced, self.atoms.stress_width_angstrom / length)
     }
 
-    fn ways(&self, frame: &Frame, felt: &Felt, touching: &Contact) -> Vec<ContactWay> {
+    fn ways(&self, frame: &Frame, felt: &Felt, touching: &Contact) -> Vec<ContactByCriterion> {
         let (sites, least) = (self.atoms.block.surface(), self.atoms.contact_force);
-        let way = |id: &str, criterion: String, found: &Contact| ContactWay {
+        let way = |id: &str, criterion: String, found: &Contact| ContactByCriterion {
             id: id.into(),
             criterion,
             atoms: found.ids.len(),
@@ -184,7 +184,7 @@ impl<'a> Reader<'a> {
             way("distance", format!("an indenter atom within {CONTACT_DISTANCE_ANGSTROM} Å"), touching),
             way("pressed", "the indenter's normal force presses".into(), &pressed),
             way("loaded", format!("the indenter presses with more than {least} eV/Å"), &loaded),
-            ContactWay {
+            ContactByCriterion {
                 contact_fraction: area / sites.length().powi(2),
                 ..way("area", "Voronoi share of the atoms within the distance".into(), touching)
             },

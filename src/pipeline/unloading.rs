@@ -6,7 +6,7 @@ use crate::atoms::job::Job;
 use crate::atoms::ladder::Ladder;
 use crate::atoms::unload::pull_off;
 use crate::load::at_step;
-use crate::record::results::{AtomState, Change, Unloading};
+use crate::record::results::{AtomState, BranchChange, Unloading};
 use crate::scene::{AtomsCase, Case};
 
 /// What the way back says, if the job has one: states at the loads of the path's second half, held against `there`, those of its
@@ -23,7 +23,7 @@ pub(super) fn unloading(
     for step in case.unloading_steps() {
         let state = reader.state(step, &job.at_load_back(ladder, atoms.load(step))?)?;
         if let Some(before) = step.counterpart.and_then(|k| at_step(there, k)) {
-            changes.push(Change {
+            changes.push(BranchChange {
                 p_star: state.p_star,
                 contact_fraction_there: before.contact_fraction,
                 contact_fraction_back: state.contact_fraction,

@@ -7,7 +7,7 @@ use crate::grid::{Field, Grid, smoothed};
 use crate::observe::{
     Connectivity, Distribution, cumulative_area, gap_distribution, linear_edges, patch_sizes, typical_size,
 };
-use crate::record::results::Version;
+use crate::record::results::ModelChainStep;
 use crate::units::ANGSTROM_M;
 
 /// Bins of the gaps: some seventy sites each at 25 nm.
@@ -81,7 +81,7 @@ pub(super) fn versions(
     (grid, owners): (Grid, &[usize]),
     pressure_gpa: f64,
     length_angstrom: f64,
-) -> Vec<Version> {
+) -> Vec<ModelChainStep> {
     let all = |of: fn(&Side) -> &Vec<f64>| {
         let values = sides.iter().flat_map(of);
         values.fold((0.0, 0.0), |(a, b): (f64, f64), v| (a.min(*v), b.max(*v)))
@@ -96,7 +96,7 @@ pub(super) fn versions(
         let flags: Vec<u8> = side.touching.iter().map(|t| u8::from(*t)).collect();
         let sizes = patch_sizes(&onto_grid(&flags, owners), grid.nx, Connectivity::Eight);
         let fraction = side.touching.iter().filter(|t| **t).count() as f64 / side.touching.len() as f64;
-        Version {
+        ModelChainStep {
             id: side.id.into(),
             criterion: side.criterion,
             contact_fraction: fraction,

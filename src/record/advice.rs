@@ -29,7 +29,7 @@ pub struct Advice {
 
 /// How a scene's accuracy was resolved.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Chosen {
+pub struct AccuracyChoice {
     pub quantity: Measure,
     /// Error that was good enough.
     #[serde(default, skip_serializing_if = "Option::is_none")]

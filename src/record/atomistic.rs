@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// The atoms' contact area under one criterion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ContactWay {
+pub struct ContactByCriterion {
     /// "distance", "pressed", "loaded" or "area".
     pub id: String,
     pub criterion: String,
@@ -30,7 +30,7 @@ pub struct AtomStress {
 
 /// Atoms that have left the crystal's order at one load.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct PlasticState {
+pub struct DefectAtoms {
     /// Of the step of the ladder nearest to the load.
     pub atoms: usize,
     pub volume_nm3: f64,
@@ -60,7 +60,7 @@ pub struct PlasticityResults {
 /// One version of the problem at one load. All are read at the block's surface sites, so that none has a finer map than
 /// another; stresses are smoothed by the atoms' Gaussian.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Version {
+pub struct ModelChainStep {
     /// "full heights", "hard wall", "raised", "soft wall" or "atoms".
     pub id: String,
     pub criterion: String,
@@ -81,7 +81,7 @@ pub struct Version {
 
 /// One step of the displacement ladder.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct LadderStep {
+pub struct LoadStepResults {
     pub step: usize,
     /// How far the indenter has come down since the start.
     pub displacement_angstrom: f64,
@@ -119,14 +119,14 @@ pub struct AtomState {
     pub indenter_shift_angstrom: f64,
     /// The contact area under each criterion.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub ways: Vec<ContactWay>,
+    pub ways: Vec<ContactByCriterion>,
     /// Contact distance d_c, Å, and the contact fraction that it would give.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sensitivity: Vec<[f64; 2]>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stress: Option<AtomStress>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub plastic: Option<PlasticState>,
+    pub plastic: Option<DefectAtoms>,
 }
 
 impl AtLoad for AtomState {
@@ -143,7 +143,7 @@ pub struct Unloading {
     /// The asked loads once more, falling.
     pub states: Vec<AtomState>,
     /// What the same loads had on the way there, in the order of `states`.
-    pub changes: Vec<Change>,
+    pub changes: Vec<BranchChange>,
     /// From first touch: whether nothing touched in the end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub parted: Option<bool>,
@@ -154,7 +154,7 @@ pub struct Unloading {
 
 /// A load on the way back against the same load on the way there.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Change {
+pub struct BranchChange {
     pub p_star: f64,
     pub contact_fraction_there: f64,
     pub contact_fraction_back: f64,
@@ -187,7 +187,7 @@ pub struct Mean {
 
 /// Relaxed states held at a temperature.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct HoldResults {
+pub struct NvtResults {
     pub temperature_k: f64,
     /// Of the crystal at the temperature, Å, to which the cell was expanded.
     pub lattice_constant_angstrom: f64,
@@ -197,12 +197,12 @@ pub struct HoldResults {
     pub timestep_ps: f64,
     /// Blocks of time whose scatter gives the errors.
     pub blocks: usize,
-    pub states: Vec<HeldState>,
+    pub states: Vec<NvtState>,
 }
 
 /// One load held at a temperature. Errors are standard errors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct HeldState {
+pub struct NvtState {
     /// Of its load step, from 0.
     pub index: usize,
     pub p_star: f64,

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use super::land::{land, miscount};
+use super::atomic_file::{miscount, write_atomic};
 use crate::error::Result;
 
 /// Writes columns side by side. A header carries its unit in its name (`displacement_angstrom`); numbers are printed
@@ -11,7 +11,7 @@ use crate::error::Result;
 ///
 /// Fails when the columns differ in length or a header holds a comma, a quote or a line break.
 pub fn write(path: &Path, columns: &[(&str, &[f64])]) -> Result<()> {
-    land(path, |w| {
+    write_atomic(path, |w| {
         let rows = columns.first().map_or(0, |c| c.1.len());
         for (header, values) in columns {
             if values.len() != rows {

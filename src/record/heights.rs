@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::land::land;
-use super::{json, npy, triples};
+use super::atomic_file::write_atomic;
+use super::{json, npy, xyz_text};
 use crate::error::{Error, Result};
 use crate::grid::extent;
 
@@ -109,7 +109,7 @@ pub fn write(path: &Path, map: &HeightMap, sign: Sign, unit: &str) -> Result<()>
         let sidecar = Sidecar { nx: map.nx, ny: map.ny, sign, unit: unit.to_string(), layout: LAYOUT.to_string() };
         return json::write(&sidecar_path(path), &sidecar);
     }
-    land(path, |w| {
+    write_atomic(path, |w| {
         writeln!(w, "# heights {LAYOUT}; ny = {}, nx = {}", map.ny, map.nx)?;
         writeln!(w, "# sign: {}", sign.words())?;
         writeln!(w, "# unit: {}", unit.replace(['\n', '\r'], " "))?;
@@ -164,7 +164,7 @@ pub(super) fn unread(path: &Path, line: usize, e: std::io::Error) -> Error {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Layout {
     Matrix,
-    Triples,
+    XyzLines,
 }
 
 pub(super) fn read_npy(path: &Path) -> Result<(HeightMap, Declared)> {
@@ -244,13 +244,13 @@ pub(super) fn read_ascii(
     if nx == 3
         && !heights_only
         && blocks.len() == 1
-        && let Some(map) = triples::list(path, &heights)
+        && let Some(map) = xyz_text::list(path, &heights)
     {
-        return Ok((map?, declared, Layout::Triples));
+        return Ok((map?, declared, Layout::XyzLines));
     }
     // A matrix three wide must have no blank lines, or be said to be one.
     if nx == 3 && !heights_only && blocks.len() > 1 {
-        return Ok((triples::map(path, &heights, &blocks)?, declared, Layout::Triples));
+        return Ok((xyz_text::map(path, &heights, &blocks)?, declared, Layout::XyzLines));
     }
     Ok((HeightMap::new(&path.display().to_string(), nx, ny, heights)?, declared, Layout::Matrix))
 }

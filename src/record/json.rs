@@ -6,12 +6,12 @@ use std::path::Path;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::land::{land, read_text};
+use super::atomic_file::{read_text, write_atomic};
 use crate::error::{Error, Result};
 
 /// Writes `value` indented, with a final newline. NaN and infinities become `null`, as JSON has no word for them.
 pub fn write<T: Serialize>(path: &Path, value: &T) -> Result<()> {
-    land(path, |w| {
+    write_atomic(path, |w| {
         serde_json::to_writer_pretty(&mut *w, value)?;
         w.write_all(b"\n")
     })

@@ -19,8 +19,8 @@ use mcap::records::{MessageHeader, Metadata};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::land::Landing;
-use super::reduce::reduce;
+use super::atomic_file::AtomicFile;
+use super::downsample::downsample;
 use crate::error::{Error, Result};
 
 /// Cells along the longer side of a recorded map: 256² float32 are 256 KiB a frame before compression.
@@ -83,7 +83,7 @@ pub struct LoadState<'a> {
 /// A recording being written; it appears under its name at [`Recorder::finish`].
 pub struct Recorder {
     // Dropped after the writer is taken apart in `finish`; an abandoned recording leaves no file.
-    writer: mcap::Writer<Landing>,
+    writer: mcap::Writer<AtomicFile>,
     scene: Scene,
     path: std::path::PathBuf,
     sequence: u32,
@@ -94,7 +94,7 @@ impl Recorder {
         let options = mcap::WriteOptions::new()
             .compression(Some(mcap::Compression::Zstd))
             .library(concat!("asperity ", env!("CARGO_PKG_VERSION")));
-        let mut writer = options.create(Landing::open(path)?).map_err(|e| told(path, e))?;
+        let mut writer = options.create(AtomicFile::open(path)?).map_err(|e| told(path, e))?;
         let mut metadata = scene.notes.clone();
         metadata.insert("scene".into(), scene.name.clone());
         metadata.insert("length_unit".into(), scene.length_unit.clone());
@@ -131,7 +131,7 @@ impl Recorder {
 
     fn grid(&self, map: GapMap, at: Timestamp) -> Grid {
         let ny = map.gap.len() / map.nx;
-        let small = reduce(map.nx, map.gap, LONGEST_SIDE);
+        let small = downsample(map.nx, map.gap, LONGEST_SIDE);
         let cell_size = Vector2 {
             x: self.scene.cell[0] * small.factor as f64 / map.nx as f64,
             y: self.scene.cell[1] * small.factor as f64 / ny as f64,

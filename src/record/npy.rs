@@ -9,7 +9,7 @@ use std::path::Path;
 
 use ndarray_npy::npy::header::{Header, Layout};
 
-use super::land::{land, miscount};
+use super::atomic_file::{miscount, write_atomic};
 use crate::error::{Error, Result};
 use crate::grid;
 
@@ -55,7 +55,7 @@ const BLOCK: usize = 4096;
 
 /// Writes `[ny, nx]` values, row by row from y = 0. Fails when the iterator does not hold exactly `nx·ny` of them.
 pub fn write<T: Element>(path: &Path, nx: usize, ny: usize, values: impl IntoIterator<Item = T>) -> Result<()> {
-    land(path, |w| {
+    write_atomic(path, |w| {
         let descriptor = format!("'{}'", T::DESCRIPTOR).parse().map_err(std::io::Error::other)?;
         let header = Header { type_descriptor: descriptor, layout: Layout::Standard, shape: vec![ny, nx] };
         header.write(&mut *w).map_err(std::io::Error::other)?;
@@ -94,7 +94,7 @@ pub fn write_field(path: &Path, nx: usize, ny: usize, field: grid::Field, unit: 
 
 /// Kind and byte order of one stored number.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Stored {
+pub(super) enum DType {
     F8 { big: bool },
     F4 { big: bool },
     F2 { big: bool },
@@ -103,20 +103,20 @@ pub(super) enum Stored {
     Flag,
 }
 
-impl Stored {
+impl DType {
     /// From a NumPy descriptor: byte order (`|` where there is none), kind and width.
-    fn named(descriptor: &str) -> Option<Stored> {
+    fn named(descriptor: &str) -> Option<DType> {
         let big = descriptor.starts_with('>');
         Some(match descriptor.strip_prefix(['<', '>', '|'])? {
-            "f8" => Stored::F8 { big },
-            "f4" => Stored::F4 { big },
-            "f2" => Stored::F2 { big },
-            "b1" => Stored::Flag,
+            "f8" => DType::F8 { big },
+            "f4" => DType::F4 { big },
+            "f2" => DType::F2 { big },
+            "b1" => DType::Flag,
             integer => {
                 let bytes = integer.get(1..)?.parse().ok().filter(|n| [1, 2, 4, 8].contains(n))?;
                 match &integer[..1] {
-                    "i" => Stored::Signed { bytes, big },
-                    "u" => Stored::Unsigned { bytes, big },
+                    "i" => DType::Signed { bytes, big },
+                    "u" => DType::Unsigned { bytes, big },
                     _ => return None,
                 }
             }
@@ -125,11 +125,11 @@ impl Stored {
 
     pub(super) fn bytes(self) -> usize {
         match self {
-            Stored::F8 { .. } => 8,
-            Stored::F4 { .. } => 4,
-            Stored::F2 { .. } => 2,
-            Stored::Signed { bytes, .. } | Stored::Unsigned { bytes, .. } => bytes,
-            Stored::Flag => 1,
+            DType::F8 { .. } => 8,
+            DType::F4 { .. } => 4,
+            DType::F2 { .. } => 2,
+            DType::Signed { bytes, .. } | DType::Unsigned { bytes, .. } => bytes,
+            DType::Flag => 1,
         }
     }
 
@@ -137,10 +137,10 @@ impl Stored {
     fn values(self, bytes: &[u8], values: &mut [f64]) {
         match self {
             // What programs write for themselves, without asking for each number what it is.
-            Stored::F8 { big: false } => {
+            DType::F8 { big: false } => {
                 values.iter_mut().zip(bytes.as_chunks().0).for_each(|(v, b)| *v = f64::from_le_bytes(*b));
             }
-            Stored::F4 { big: false } => {
+            DType::F4 { big: false } => {
                 values.iter_mut().zip(bytes.as_chunks().0).for_each(|(v, b)| *v = f32::from_le_bytes(*b).into());
             }
             _ => values.iter_mut().zip(bytes.chunks_exact(self.bytes())).for_each(|(v, b)| *v = self.value(b)),
@@ -151,18 +151,18 @@ impl Stored {
         let eight = |b: &[u8]| std::array::from_fn::<u8, 8, _>(|i| b[i]);
         let four = |b: &[u8]| std::array::from_fn::<u8, 4, _>(|i| b[i]);
         match self {
-            Stored::F8 { big: false } => f64::from_le_bytes(eight(b)),
-            Stored::F8 { big: true } => f64::from_be_bytes(eight(b)),
-            Stored::F4 { big: false } => f32::from_le_bytes(four(b)).into(),
-            Stored::F4 { big: true } => f32::from_be_bytes(four(b)).into(),
-            Stored::F2 { big } => half(bits(b, big) as u16),
+            DType::F8 { big: false } => f64::from_le_bytes(eight(b)),
+            DType::F8 { big: true } => f64::from_be_bytes(eight(b)),
+            DType::F4 { big: false } => f32::from_le_bytes(four(b)).into(),
+            DType::F4 { big: true } => f32::from_be_bytes(four(b)).into(),
+            DType::F2 { big } => half(bits(b, big) as u16),
             // The sign bit goes to the top and comes back down with the shift.
-            Stored::Signed { bytes, big } => {
+            DType::Signed { bytes, big } => {
                 let unused = 64 - 8 * bytes as u32;
                 (((bits(b, big) << unused) as i64) >> unused) as f64
             }
-            Stored::Unsigned { big, .. } => bits(b, big) as f64,
-            Stored::Flag => b[0].into(),
+            DType::Unsigned { big, .. } => bits(b, big) as f64,
+            DType::Flag => b[0].into(),
         }
     }
 }
@@ -189,7 +189,7 @@ fn half(word: u16) -> f64 {
 pub struct Reader<R = BufReader<File>> {
     pub nx: usize,
     pub ny: usize,
-    stored: Stored,
+    stored: DType,
     fortran: bool,
     source: R,
     path: std::path::PathBuf,
@@ -227,7 +227,7 @@ impl<R: Read> Reader<R> {
         let start = counted.1;
         let descriptor = header.type_descriptor.to_string();
         let name = descriptor.trim_matches(['\'', '"']);
-        let stored = Stored::named(name).ok_or_else(|| {
+        let stored = DType::named(name).ok_or_else(|| {
             let accepted = "real numbers: floating-point or integer, 64 bits at most; convert with .astype(float)";
             Error::format(path, format!("entries of type {name}"), accepted)
         })?;
@@ -263,7 +263,7 @@ impl<R: Read> Reader<R> {
 
     /// The whole field as [`read`] gives it.
     pub(super) fn numbers(mut self) -> Result<Field<f64>> {
-        if self.stored == Stored::Flag {
+        if self.stored == DType::Flag {
             return Err(Error::format(&self.path, "entries of type bool", "numbers, floating-point or integer"));
         }
         let (nx, ny) = (self.nx, self.ny);
@@ -306,7 +306,7 @@ pub(super) fn fits(path: &Path, need: u64) -> Result<()> {
 /// Reads a map of flags (uint8 or bool).
 pub fn read_flags(path: &Path) -> Result<Field<u8>> {
     let reader = Reader::open(path)?;
-    if !matches!(reader.stored, Stored::Flag | Stored::Unsigned { bytes: 1, .. }) {
+    if !matches!(reader.stored, DType::Flag | DType::Unsigned { bytes: 1, .. }) {
         return Err(Error::format(path, "entries that are no flags", "uint8 or bool"));
     }
     let (nx, ny) = (reader.nx, reader.ny);
@@ -399,7 +399,7 @@ mod tests {
         let words = [0x3C00, 0x7BFF, 0x0001, 0x3555, 0xC000];
         assert_eq!(words.map(half), [1.0, 65504.0, 2f64.powi(-24), 0.333251953125, -2.0]);
         assert!(half(0x7C00) == f64::INFINITY && half(0x7E00).is_nan());
-        assert_eq!(Stored::named("<f2"), Some(Stored::F2 { big: false }));
+        assert_eq!(DType::named("<f2"), Some(DType::F2 { big: false }));
     }
 
     #[test]

@@ -9,15 +9,15 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::advice::Chosen;
+use super::acceptance::AcceptanceCheck;
+use super::advice::AccuracyChoice;
 pub use super::atomistic::{
-    AtomPullOff, AtomState, AtomStress, Change, ContactWay, HeldState, HoldResults, LadderStep, Mean, PlasticState,
-    PlasticityResults, Unloading, Version,
+    AtomPullOff, AtomState, AtomStress, BranchChange, ContactByCriterion, DefectAtoms, LoadStepResults, Mean,
+    ModelChainStep, NvtResults, NvtState, PlasticityResults, Unloading,
 };
-use super::budget::Part;
-use super::judged::Judged;
 use super::methods::MethodResults;
-use super::{json, land};
+use super::uncertainty::UncertaintyComponent;
+use super::{atomic_file, json};
 use crate::error::{Error, Result};
 use crate::load::{AtLoad, Branch};
 use crate::observe::Distribution;
@@ -40,7 +40,7 @@ pub struct Results {
     pub surface: SurfaceResults,
     /// How the scene's accuracy chose grid, method, precision and tolerance.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub accuracy: Option<Chosen>,
+    pub accuracy: Option<AccuracyChoice>,
     /// The laboratory-scale problem of the scene.
     pub continuum: Option<ContinuumResults>,
     /// The loads there, without adhesion.
@@ -60,7 +60,7 @@ pub struct Results {
     pub failures: Vec<String>,
     /// What the challenge says, held against what was found.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub acceptance: Vec<Judged>,
+    pub acceptance: Vec<AcceptanceCheck>,
     pub atoms: Option<AtomsResults>,
     pub comparison: Option<ComparisonResults>,
     pub stages: Vec<StageCost>,
@@ -81,7 +81,7 @@ impl Results {
         if !path.exists() {
             return Err(no_run(run_folder));
         }
-        let text = land::read_text(&path)?;
+        let text = atomic_file::read_text(&path)?;
         let head: Head = serde_json::from_str(&text)
             .map_err(|e| Error::format(&path, e, "the results of a run, with a number under \"schema\""))?;
         if head.schema > SCHEMA {
@@ -332,13 +332,13 @@ pub struct StateResults {
     pub extrapolated: Option<Extrapolated>,
     /// What area and mean gap are uncertain by, part by part.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub budget: Vec<Part>,
+    pub budget: Vec<UncertaintyComponent>,
     /// Contact stiffness dp/dū, E*/L, from the neighbouring loads of the same branch.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness: Option<f64>,
     /// Relative changes of contact fraction and mean gap from the same load on the way there, for loads on the way back.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub hangs: Option<Hanging>,
+    pub hangs: Option<Hysteresis>,
     /// Distributions, patches and what follows from them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub observed: Option<Observed>,
@@ -355,17 +355,17 @@ impl AtLoad for StateResults {
 
 /// How far a state on the way back is from that of the same load on the way there.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Hanging {
+pub struct Hysteresis {
     pub area: f64,
     pub mean_gap: f64,
 }
 
-impl Hanging {
+impl Hysteresis {
     /// What solvers leave of an area is below this.
     const NOTHING: f64 = 1e-3;
 
     /// Whether the two states are different ones: this hangs on the branch that it came by.
-    pub fn is_another(&self) -> bool {
+    pub fn is_significant(&self) -> bool {
         self.area.abs() > Self::NOTHING
     }
 }
@@ -438,14 +438,14 @@ pub struct AtomsResults {
     /// indenter.
     #[serde(default, skip_serializing_if = "crate::record::is_default")]
     pub from_continuum: bool,
-    pub ladder: Vec<LadderStep>,
+    pub ladder: Vec<LoadStepResults>,
     pub states: Vec<AtomState>,
     /// Only where the loads come back or the bodies are pulled apart.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unloading: Option<Unloading>,
     /// Only where the scene asks for a hold at a temperature.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub hold: Option<HoldResults>,
+    pub hold: Option<NvtResults>,
     /// Only where the scene asks for it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plasticity: Option<PlasticityResults>,
@@ -500,7 +500,7 @@ pub struct LoadComparison {
     pub soft_gap: Option<String>,
     /// The same quantities of each version of the problem, from the full heights to the atoms.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub versions: Vec<Version>,
+    pub versions: Vec<ModelChainStep>,
     /// Contact against the contact distance: d_c (Å), fractions of atoms, matched hard wall and soft wall.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub against_distance: Vec<[f64; 4]>,

@@ -1,7 +1,7 @@
 //! `tradeoff.json` and `tradeoff.csv`: what settings of methods cost, and how far what they tell is from a reference.
 
+use super::atomic_file::write_atomic;
 use super::json;
-use super::land::land;
 use super::methods::Missing;
 use super::results::ScalesSi;
 use crate::error::{Error, Result};
@@ -191,7 +191,7 @@ impl Tradeoff {
     /// Writes `tradeoff.json` and `tradeoff.csv` into a run folder.
     pub fn write(&self, folder: &Path) -> Result<()> {
         json::write(&folder.join(FILE), self)?;
-        land(&folder.join(CSV_FILE), |w| {
+        write_atomic(&folder.join(CSV_FILE), |w| {
             let errors: Vec<&str> = Measure::ALL.iter().map(|m| m.id()).collect();
             writeln!(w, "{COLUMNS},{}", errors.join(","))?;
             for p in &self.points {
@@ -305,7 +305,7 @@ pub struct AtomsCost {
 }
 
 /// Share of a cost by which what was foreseen of it may be off.
-pub const FORESEEN: f64 = 0.3;
+pub const FORECAST_TOLERANCE: f64 = 0.3;
 
 /// The cost of a method's finest grid as its coarser ones tell it, held against what it was, and that of the next one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -325,9 +325,9 @@ pub struct Forecast {
 }
 
 impl Forecast {
-    /// Whether the prediction is within [`FORESEEN`].
+    /// Whether the prediction is within [`FORECAST_TOLERANCE`].
     pub fn holds(&self) -> bool {
-        (self.ratio - 1.0).abs() <= FORESEEN
+        (self.ratio - 1.0).abs() <= FORECAST_TOLERANCE
     }
 }
 

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use super::land::{land, miscount};
+use super::atomic_file::{miscount, write_atomic};
 use crate::error::{Error, Result};
 
 /// One atom of a frame.
@@ -28,7 +28,7 @@ pub struct Frame {
 
 /// Writes one frame, atom by atom: 10⁶ atoms are never held twice. Fails when the count is wrong.
 pub fn write<'a>(path: &Path, frame: Frame, atoms: impl IntoIterator<Item = Atom<'a>>) -> Result<()> {
-    land(path, |w| {
+    write_atomic(path, |w| {
         let [a, b, c] = frame.cell_angstrom;
         writeln!(w, "{}", frame.atoms)?;
         writeln!(
@@ -67,7 +67,7 @@ pub struct ReadAtom {
 /// # Errors
 /// `Io`, and `Format` naming the line that is not what [`write`] writes.
 pub fn read(path: &Path) -> Result<Vec<ReadAtom>> {
-    let text = super::land::read_text(path)?;
+    let text = super::atomic_file::read_text(path)?;
     let wrong = |line: usize, found: &str| {
         Error::format(
             path,

@@ -1,5 +1,5 @@
 use super::number::trimmed;
-use crate::record::results::{ContinuumResults, Hanging};
+use crate::record::results::{ContinuumResults, Hysteresis};
 
 /// What the way back was, in a sentence; none where there was none. `work` says energies per area, units of E* L.
 pub fn way_back(c: &ContinuumResults, work: impl Fn(f64) -> String) -> Option<String> {
@@ -7,7 +7,7 @@ pub fn way_back(c: &ContinuumResults, work: impl Fn(f64) -> String) -> Option<St
     let hanging: Vec<String> = c
         .states
         .iter()
-        .filter_map(|s| s.hangs.filter(Hanging::is_another).map(|h| (s.p_star, h.area)))
+        .filter_map(|s| s.hangs.filter(Hysteresis::is_significant).map(|h| (s.p_star, h.area)))
         .map(|(p, area)| format!("{:+.1} % at p* = {}", 100.0 * area, trimmed(p, 4)))
         .collect();
     Some(match hanging.as_slice() {

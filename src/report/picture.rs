@@ -10,8 +10,8 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 
 use crate::error::{Error, Result};
+use crate::record::downsample::{DownsampledMap, Downsampler};
 use crate::record::npy;
-use crate::record::reduce::{Reduced, Reducer};
 
 pub type Rgb = [u8; 3];
 
@@ -83,9 +83,9 @@ pub fn over_contact(share: f64) -> Rgb {
 /// A field file reduced to at most `longest` cells a side, each node passed through `of` first.
 ///
 /// One row is in memory at a time, whatever the size of the field.
-pub fn load(path: &Path, longest: usize, of: impl Fn(f64) -> f64) -> Result<Reduced> {
+pub fn load(path: &Path, longest: usize, of: impl Fn(f64) -> f64) -> Result<DownsampledMap> {
     let reader = npy::Reader::open(path)?;
-    let mut reducer = Reducer::new(reader.nx, reader.ny, longest);
+    let mut reducer = Downsampler::new(reader.nx, reader.ny, longest);
     let mut seen = Vec::with_capacity(reader.nx);
     let mut bad = None;
     reader.for_each_row(|y, row| {
@@ -103,29 +103,29 @@ pub fn load(path: &Path, longest: usize, of: impl Fn(f64) -> f64) -> Result<Redu
 }
 
 /// A continuous map in CIVIDIS: dark is low.
-pub fn map(small: &Reduced, range: Range) -> Picture {
+pub fn map(small: &DownsampledMap, range: Range) -> Picture {
     Picture::from_cells(small.nx, small.ny, |i| colour(range.share(small.values[i])))
 }
 
 /// A gap with its contact (the touching share of each cell) in black: dark is near.
-pub fn gap(small: &Reduced, range: Range, contact: &Reduced) -> Picture {
+pub fn gap(small: &DownsampledMap, range: Range, contact: &DownsampledMap) -> Picture {
     Picture::from_cells(small.nx, small.ny, |i| {
         if touches(contact, i) { BLACK } else { over_contact(range.share(small.values[i])) }
     })
 }
 
 /// A cell of a reduced contact map is drawn as touching when at least half of its nodes touch.
-pub fn touches(small: &Reduced, i: usize) -> bool {
+pub fn touches(small: &DownsampledMap, i: usize) -> bool {
     small.values[i] >= 0.5
 }
 
 /// A contact map, `values` being the touching share of each cell: touching in `colour`, on white.
-pub fn contact(small: &Reduced, colour: Rgb) -> Picture {
+pub fn contact(small: &DownsampledMap, colour: Rgb) -> Picture {
     Picture::from_cells(small.nx, small.ny, |i| if touches(small, i) { colour } else { WHITE })
 }
 
 /// Two contact maps of one shape on top of each other: both black, only the continuum orange, only the atoms blue.
-pub fn superposed(continuum: &Reduced, atoms: &Reduced) -> Picture {
+pub fn superposed(continuum: &DownsampledMap, atoms: &DownsampledMap) -> Picture {
     Picture::from_cells(continuum.nx, continuum.ny, |i| match (touches(continuum, i), touches(atoms, i)) {
         (true, true) => BLACK,
         (true, false) => ORANGE,
@@ -170,8 +170,8 @@ impl Picture {
 mod tests {
     use super::*;
 
-    fn small(nx: usize, values: &[f64]) -> Reduced {
-        Reduced { nx, ny: values.len() / nx, factor: 1, values: values.to_vec() }
+    fn small(nx: usize, values: &[f64]) -> DownsampledMap {
+        DownsampledMap { nx, ny: values.len() / nx, factor: 1, values: values.to_vec() }
     }
 
     #[test]

@@ -6,7 +6,7 @@ use crate::grid::Grid;
 use crate::interface::{Adhesion, CubicHalfSpace, Elastic, Law, Layer, NonPeriodic, RangeChoice, StiffWall, Wall};
 use crate::load::{Load, LoadStep};
 use crate::method::{self, Card, ContactMethod, Heights, Kind, Problem, REGISTRY};
-use crate::record::advice::Chosen;
+use crate::record::advice::AccuracyChoice;
 use crate::record::heights::Sign;
 use crate::record::import::Asked as AskedOfFile;
 use crate::surface::{Spectrum, doubts, moments, patch_gradient};
@@ -45,7 +45,7 @@ pub struct Case {
     pub wall: Wall,
     pub atoms: Option<AtomsCase>,
     /// How the scene's accuracy was resolved, where it asks for one.
-    pub chosen: Option<Chosen>,
+    pub chosen: Option<AccuracyChoice>,
     pub warnings: Vec<String>,
 }
 

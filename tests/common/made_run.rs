@@ -6,10 +6,10 @@ use std::path::Path;
 use asperity::grid::Field;
 use asperity::load::Branch;
 use asperity::observe;
-use asperity::record::budget::{Part, Source};
 use asperity::record::npy;
 use asperity::record::results::*;
 use asperity::record::tradeoff::Measure;
+use asperity::record::uncertainty::{UncertaintyComponent, UncertaintySource};
 
 pub const N: usize = 64;
 pub const LENGTH_ANGSTROM: f64 = 400.0;
@@ -75,10 +75,30 @@ pub fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResul
             mean_gap: Some(Estimate { value: 0.01014, error: 1e-5 }),
         }),
         budget: vec![
-            Part { quantity: Measure::ContactArea, source: Source::Grid, relative: Some(0.0234), is_bound: false },
-            Part { quantity: Measure::ContactArea, source: Source::Criterion, relative: Some(0.0078), is_bound: false },
-            Part { quantity: Measure::MeanGap, source: Source::Range, relative: None, is_bound: false },
-            Part { quantity: Measure::MeanGap, source: Source::Solver, relative: Some(1e-7), is_bound: false },
+            UncertaintyComponent {
+                quantity: Measure::ContactArea,
+                source: UncertaintySource::Grid,
+                relative: Some(0.0234),
+                is_bound: false,
+            },
+            UncertaintyComponent {
+                quantity: Measure::ContactArea,
+                source: UncertaintySource::Criterion,
+                relative: Some(0.0078),
+                is_bound: false,
+            },
+            UncertaintyComponent {
+                quantity: Measure::MeanGap,
+                source: UncertaintySource::Range,
+                relative: None,
+                is_bound: false,
+            },
+            UncertaintyComponent {
+                quantity: Measure::MeanGap,
+                source: UncertaintySource::Solver,
+                relative: Some(1e-7),
+                is_bound: false,
+            },
         ],
         stiffness: Some(0.345),
         hangs: None,
@@ -184,7 +204,7 @@ pub fn atoms(folder: &Path) -> AtomsResults {
     });
     let ladder = (0..25).map(|step| {
         let d = f64::from(step) * 0.2;
-        LadderStep {
+        LoadStepResults {
             step: step as usize,
             displacement_angstrom: d,
             load_ev_per_angstrom: d * d,

@@ -1,8 +1,8 @@
 //! What was measured of one surface, as advice needs it: settings with their costs and their errors load by load.
 
 use crate::interface::Adhesion;
+use crate::record::atomic_file::write_atomic;
 use crate::record::json;
-use crate::record::land::land;
 use crate::record::tradeoff::{Measure, Point, Setting, Tradeoff};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -61,7 +61,7 @@ impl Tables {
 
     /// Writes the file, a setting a line.
     pub fn write(&self, file: &Path) -> Result<()> {
-        land(file, |w| {
+        write_atomic(file, |w| {
             let made_by = serde_json::to_string(&self.made_by)?;
             writeln!(w, "{{\"schema\": {}, \"made_by\": {made_by}, \"tables\": [", self.schema)?;
             for (i, table) in self.tables.iter().enumerate() {

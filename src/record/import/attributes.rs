@@ -1,5 +1,5 @@
 use crate::error::{Error, Result};
-use crate::record::npy::Stored;
+use crate::record::npy::DType;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -68,11 +68,11 @@ impl Attributes {
     }
 
     /// The classic format has no unsigned integers and says `_Unsigned` instead.
-    fn sign(&self, stored: Stored) -> Sign {
+    fn sign(&self, stored: DType) -> Sign {
         let says = |word: &str| self.words.get("_Unsigned").is_some_and(|w| w.eq_ignore_ascii_case(word));
         match stored {
-            Stored::Signed { bytes, .. } if says("true") => Sign::Unsigned(2f64.powi(8 * bytes as i32)),
-            Stored::Unsigned { bytes, .. } if says("false") => Sign::Signed(2f64.powi(8 * bytes as i32)),
+            DType::Signed { bytes, .. } if says("true") => Sign::Unsigned(2f64.powi(8 * bytes as i32)),
+            DType::Unsigned { bytes, .. } if says("false") => Sign::Signed(2f64.powi(8 * bytes as i32)),
             _ => Sign::AsStored,
         }
     }
@@ -83,7 +83,7 @@ pub(super) struct Array<'a> {
     pub path: &'a Path,
     pub name: &'a str,
     pub width: usize,
-    pub stored: Stored,
+    pub stored: DType,
 }
 
 /// How stored integers are to be taken; the number is that of their values.
@@ -105,21 +105,21 @@ impl Sign {
 }
 
 /// An attribute in double precision means the float that is nearest to it where floats are stored.
-fn narrowed(value: f64, stored: Stored) -> f64 {
-    if matches!(stored, Stored::F4 { .. }) { f64::from(value as f32) } else { value }
+fn narrowed(value: f64, stored: DType) -> f64 {
+    if matches!(stored, DType::F4 { .. }) { f64::from(value as f32) } else { value }
 }
 
 /// NetCDF's `NC_FILL_…`: what the library leaves where nothing was written. It has none for single bytes.
-fn default_fill(stored: Stored) -> Option<f64> {
+fn default_fill(stored: DType) -> Option<f64> {
     Some(match stored {
-        Stored::F8 { .. } => 15.0 * 2f64.powi(119),
-        Stored::F4 { .. } => f64::from(15.0 * 2f32.powi(119)),
-        Stored::Signed { bytes: 2, .. } => -32_767.0,
-        Stored::Signed { bytes: 4, .. } => -2_147_483_647.0,
-        Stored::Signed { bytes: 8, .. } => -9_223_372_036_854_775_806_f64,
-        Stored::Unsigned { bytes: 2, .. } => 65_535.0,
-        Stored::Unsigned { bytes: 4, .. } => 4_294_967_295.0,
-        Stored::Unsigned { bytes: 8, .. } => 18_446_744_073_709_551_614_f64,
+        DType::F8 { .. } => 15.0 * 2f64.powi(119),
+        DType::F4 { .. } => f64::from(15.0 * 2f32.powi(119)),
+        DType::Signed { bytes: 2, .. } => -32_767.0,
+        DType::Signed { bytes: 4, .. } => -2_147_483_647.0,
+        DType::Signed { bytes: 8, .. } => -9_223_372_036_854_775_806_f64,
+        DType::Unsigned { bytes: 2, .. } => 65_535.0,
+        DType::Unsigned { bytes: 4, .. } => 4_294_967_295.0,
+        DType::Unsigned { bytes: 8, .. } => 18_446_744_073_709_551_614_f64,
         _ => return None,
     })
 }

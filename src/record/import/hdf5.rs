@@ -3,7 +3,7 @@ use super::attributes::{Array, Attributes};
 use super::{Asked, Found, netcdf};
 use crate::error::{Error, Result};
 use crate::record::heights::Declared;
-use crate::record::npy::{Stored, fits};
+use crate::record::npy::{DType, fits};
 use hdf5_reader::{ByteOrder, DEFAULT_MAX_CHUNK_BYTES, Dataset, Datatype, Hdf5File};
 use std::collections::{HashSet, VecDeque};
 use std::path::Path;
@@ -89,7 +89,7 @@ fn collect(path: &Path, file: &Hdf5File) -> Result<Vec<String>> {
 }
 
 /// The reader takes chunks up to a limit, and its words for larger ones say nothing of what to do.
-fn refuse_large_chunks(path: &Path, name: &str, dataset: &Dataset, stored: Stored) -> Result<()> {
+fn refuse_large_chunks(path: &Path, name: &str, dataset: &Dataset, stored: DType) -> Result<()> {
     let Some(chunks) = dataset.chunks() else { return Ok(()) };
     let bytes = chunks.iter().fold(stored.bytes() as u64, |n, c| n.saturating_mul((*c).into()));
     if bytes <= DEFAULT_MAX_CHUNK_BYTES as u64 {
@@ -116,16 +116,16 @@ fn attributes(dataset: &Dataset) -> Attributes {
     all
 }
 
-fn stored(kind: &Datatype) -> Option<Stored> {
+fn stored(kind: &Datatype) -> Option<DType> {
     let big = |order: &ByteOrder| *order == ByteOrder::BigEndian;
     match kind {
-        Datatype::FloatingPoint { size: 8, byte_order } => Some(Stored::F8 { big: big(byte_order) }),
-        Datatype::FloatingPoint { size: 4, byte_order } => Some(Stored::F4 { big: big(byte_order) }),
-        Datatype::FloatingPoint { size: 2, byte_order } => Some(Stored::F2 { big: big(byte_order) }),
+        Datatype::FloatingPoint { size: 8, byte_order } => Some(DType::F8 { big: big(byte_order) }),
+        Datatype::FloatingPoint { size: 4, byte_order } => Some(DType::F4 { big: big(byte_order) }),
+        Datatype::FloatingPoint { size: 2, byte_order } => Some(DType::F2 { big: big(byte_order) }),
         Datatype::FixedPoint { size, signed, byte_order } => {
             let (bytes, big) = (usize::from(*size), big(byte_order));
             let known = [1, 2, 4, 8].contains(&bytes);
-            known.then_some(if *signed { Stored::Signed { bytes, big } } else { Stored::Unsigned { bytes, big } })
+            known.then_some(if *signed { DType::Signed { bytes, big } } else { DType::Unsigned { bytes, big } })
         }
         _ => None,
     }

@@ -27,9 +27,9 @@ pub(super) fn read(path: &Path, source: impl BufRead, nx: usize, ny: usize) -> R
     if layout == Layout::Matrix && [(nx, ny), (ny, nx)].contains(&(map.nx, map.ny)) {
         return Ok(Found::map(map, declared, "text, one line per y"));
     }
-    if layout != Layout::Triples || (map.nx, map.ny) != (nx + 1, ny + 1) {
+    if layout != Layout::XyzLines || (map.nx, map.ny) != (nx + 1, ny + 1) {
         let found = match layout {
-            Layout::Triples => format!("{} x {} points after the header #{nx} {ny}", map.nx, map.ny),
+            Layout::XyzLines => format!("{} x {} points after the header #{nx} {ny}", map.nx, map.ny),
             Layout::Matrix => format!("lines of {} numbers after the header #{nx} {ny}", map.nx),
         };
         let accepted =

@@ -106,7 +106,7 @@ pub fn read(path: &Path, asked: Asked) -> Result<Found> {
         }
         Kind::Text => {
             let (map, declared, layout) = heights::read_ascii(path, source, asked.fourier == Some(Fourier::None))?;
-            if layout == Layout::Triples {
+            if layout == Layout::XyzLines {
                 // Coordinates have said what it is, also of a map four points wide.
                 return Ok(Found::map(map, declared, "text, lines of x y h"));
             }

@@ -3,7 +3,7 @@ use super::attributes::{Array, Attributes};
 use super::{Asked, Found};
 use crate::error::{Error, Result};
 use crate::record::heights::Declared;
-use crate::record::npy::{Stored, fits};
+use crate::record::npy::{DType, fits};
 use netcdf_reader::{NcFile, NcType, NcVariable};
 use std::path::Path;
 
@@ -61,19 +61,19 @@ fn attributes(variable: &NcVariable) -> Attributes {
 }
 
 /// Kind of a stored number; its byte order is the reader's business.
-fn stored(kind: &NcType) -> Option<Stored> {
+fn stored(kind: &NcType) -> Option<DType> {
     let big = true;
     Some(match kind {
-        NcType::Double => Stored::F8 { big },
-        NcType::Float => Stored::F4 { big },
-        NcType::Byte => Stored::Signed { bytes: 1, big },
-        NcType::Short => Stored::Signed { bytes: 2, big },
-        NcType::Int => Stored::Signed { bytes: 4, big },
-        NcType::Int64 => Stored::Signed { bytes: 8, big },
-        NcType::UByte => Stored::Unsigned { bytes: 1, big },
-        NcType::UShort => Stored::Unsigned { bytes: 2, big },
-        NcType::UInt => Stored::Unsigned { bytes: 4, big },
-        NcType::UInt64 => Stored::Unsigned { bytes: 8, big },
+        NcType::Double => DType::F8 { big },
+        NcType::Float => DType::F4 { big },
+        NcType::Byte => DType::Signed { bytes: 1, big },
+        NcType::Short => DType::Signed { bytes: 2, big },
+        NcType::Int => DType::Signed { bytes: 4, big },
+        NcType::Int64 => DType::Signed { bytes: 8, big },
+        NcType::UByte => DType::Unsigned { bytes: 1, big },
+        NcType::UShort => DType::Unsigned { bytes: 2, big },
+        NcType::UInt => DType::Unsigned { bytes: 4, big },
+        NcType::UInt64 => DType::Unsigned { bytes: 8, big },
         _ => return None,
     })
 }

@@ -10,7 +10,7 @@
 mod layout;
 pub mod run;
 
-use super::land::land;
+use super::atomic_file::write_atomic;
 use super::npy::Reader;
 use crate::error::{Error, Result};
 use std::io::{self, Write};
@@ -95,7 +95,7 @@ pub fn write(path: &Path, attributes: &[(String, Attribute)], variables: &[Varia
     }
     let shapes: Vec<Vec<u64>> = variables.iter().map(|v| shape(path, variables, v)).collect::<Result<_>>()?;
     let head = layout::head(attributes, variables, &shapes);
-    land(path, |w| {
+    write_atomic(path, |w| {
         w.write_all(&head)?;
         for (variable, shape) in variables.iter().zip(&shapes) {
             let bytes = put(w, &variable.data, shape)

@@ -4,8 +4,8 @@ use super::{Attribute, Data, Variable, write};
 use crate::error::Result;
 use crate::load::Branch;
 use crate::observe::Distribution;
+use crate::record::acceptance::AcceptanceCheck;
 use crate::record::heights::Sign;
-use crate::record::judged::Judged;
 use crate::record::npy::Reader;
 use crate::record::results::{AtomsResults, ContinuumResults, Observed, Results, StateResults, SurfaceResults};
 use crate::units::ANGSTROM_M;
@@ -50,7 +50,7 @@ pub fn write_run(folder: &Path, results: &Results) -> Result<()> {
         list.extend(solved(folder, c, length, modulus).into_iter().map(|v| v.prefixed(&prefix, &["x", "y"])));
     }
     if !results.acceptance.is_empty() {
-        let said = |j: &Judged| {
+        let said = |j: &AcceptanceCheck| {
             let value = j.value.map_or(String::new(), |v| format!(" {v}"));
             format!("{}{value}: {}", j.id, j.verdict)
         };
@@ -325,8 +325,9 @@ fn of_atoms(folder: &Path, atoms: &AtomsResults) -> Result<Vec<Variable>> {
         list.push(Variable::new("atoms_contact", &ATOMS_MAP, flags, "1", "1 where the nearest surface atom touches"));
     }
     if !atoms.ladder.is_empty() {
-        let step =
-            |of: fn(&crate::record::results::LadderStep) -> f64| Data::Numbers(atoms.ladder.iter().map(of).collect());
+        let step = |of: fn(&crate::record::results::LoadStepResults) -> f64| {
+            Data::Numbers(atoms.ladder.iter().map(of).collect())
+        };
         let along = ["ladder_step"];
         list.push(counter(along[0], 0, atoms.ladder.len(), "step of the displacement ladder"));
         let down = step(|s| s.displacement_angstrom * ANGSTROM_M);

@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::desk::{Desk, figure, symbol, table, text};
 use super::{criteria, hold, unloading};
 use crate::error::Result;
-use crate::record::results::{AtomsResults, AuditLine, LadderStep};
+use crate::record::results::{AtomsResults, AuditLine, LoadStepResults};
 use crate::report::number::{count, percent, significant, trimmed};
 use crate::report::plot::{Axis, Plot};
 
@@ -80,7 +80,7 @@ fn audit(lines: &[AuditLine]) -> Markup {
 /// Load and number of contacts on the way down and, if there is one, back, one above the other.
 fn ladder(desk: &Desk, atoms: &AtomsResults) -> Result<Option<Markup>> {
     let (steps, turn) = (&atoms.ladder, atoms.unloading.as_ref().map(|u| u.turn));
-    let plot = |y_label: &str, of: fn(&LadderStep) -> f64| {
+    let plot = |y_label: &str, of: fn(&LoadStepResults) -> f64| {
         let curves = unloading::there_and_back(steps, turn, |s| (s.displacement_angstrom, of(s)));
         let labels = ("displacement of the indenter (Å)", y_label);
         Plot { proportion: 0.36, ..Plot::new((Axis::Linear, Axis::Linear), labels, curves) }

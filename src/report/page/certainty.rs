@@ -5,9 +5,9 @@ use maud::{Markup, html};
 
 use super::desk::{Desk, capitalised, figure, numbers, text};
 use crate::error::Result;
-use crate::record::budget::Source;
 use crate::record::results::{ContinuumResults, StateResults};
 use crate::record::tradeoff::Measure;
+use crate::record::uncertainty::UncertaintySource;
 use crate::report::number::{change, percent, si, significant, trimmed};
 use crate::report::plot::{Axis, Curve, LABORATORY, POINTED_OUT, Plot};
 use crate::scene::REFERENCE_LOAD;
@@ -74,7 +74,7 @@ fn table(desk: &Desk, c: &ContinuumResults) -> Markup {
     }
 }
 
-/// Colours of the parts of a bar, in the order of [`Source::ALL`].
+/// Colours of the parts of a bar, in the order of [`UncertaintySource::ALL`].
 const COLOURS: [&str; 6] = ["#0072b2", "#cc79a7", "#009e73", "#e69f00", "#56b4e9", "#d55e00"];
 
 /// What area and mean gap are uncertain by: bars for the load nearest to the reference, numbers for all.
@@ -84,24 +84,25 @@ pub fn budgets(c: &ContinuumResults) -> Markup {
     let Some(shown) = known.min_by(|a, b| near(a).total_cmp(&near(b))) else { return html! {} };
     let quantities = [Measure::ContactArea, Measure::MeanGap];
     // A continuum of its own has no block.
-    let has = |source: Source| {
-        source != Source::Depth || c.states.iter().any(|s| s.budget.iter().any(|p| p.source == source))
+    let has = |source: UncertaintySource| {
+        source != UncertaintySource::Depth || c.states.iter().any(|s| s.budget.iter().any(|p| p.source == source))
     };
     let row = |s: &StateResults, quantity: Measure| {
-        let part = |source: Source| match s.budget.iter().find(|p| p.quantity == quantity && p.source == source) {
-            None => text("–"),
-            Some(p) => p.relative.map_or_else(|| text("not known"), |r| text(change(Some(r), p.is_bound))),
-        };
+        let part =
+            |source: UncertaintySource| match s.budget.iter().find(|p| p.quantity == quantity && p.source == source) {
+                None => text("–"),
+                Some(p) => p.relative.map_or_else(|| text("not known"), |r| text(change(Some(r), p.is_bound))),
+            };
         let mut cells = vec![text(trimmed(s.p_star, 4)), text(quantity.name())];
-        cells.extend(Source::ALL.into_iter().filter(|s| has(*s)).map(part));
+        cells.extend(UncertaintySource::ALL.into_iter().filter(|s| has(*s)).map(part));
         cells
     };
-    let sources = Source::ALL.into_iter().filter(|s| has(*s));
-    let head: Vec<&str> = ["p*", "of"].into_iter().chain(sources.map(Source::name)).collect();
+    let sources = UncertaintySource::ALL.into_iter().filter(|s| has(*s));
+    let head: Vec<&str> = ["p*", "of"].into_iter().chain(sources.map(UncertaintySource::name)).collect();
     let longest = quantities.map(|q| parts(shown, q).iter().map(|p| p.1).sum()).into_iter().fold(0.0, f64::max);
     html! {
         h3 { "What the numbers are uncertain by" }
-        p.key { @for (source, colour) in Source::ALL.iter().zip(COLOURS).filter(|(s, _)| has(**s)) {
+        p.key { @for (source, colour) in UncertaintySource::ALL.iter().zip(COLOURS).filter(|(s, _)| has(**s)) {
             span { i style={ "background:" (colour) } {} (source.name()) }
         } }
         @for quantity in quantities { (bar(shown, quantity, longest)) }
@@ -111,13 +112,13 @@ pub fn budgets(c: &ContinuumResults) -> Markup {
         }
         p.quiet { "At p* = " (trimmed(shown.p_star, 4)) ", over the value. Grid: the change from half the points a side. Solver and "
             "precision: what would change if the residual, or the round-off of the fields, were a change of the load. Contact "
-            "criterion: a third of the perimeter correction. " @if has(Source::Depth) { "Finite depth: the change from a "
+            "criterion: a third of the perimeter correction. " @if has(UncertaintySource::Depth) { "Finite depth: the change from a "
             "half-space. " } "What is not known has no part in a bar." }
     }
 }
 
 /// What is known of what a quantity is uncertain by, over its value.
-pub(super) fn parts(s: &StateResults, quantity: Measure) -> Vec<(Source, f64)> {
+pub(super) fn parts(s: &StateResults, quantity: Measure) -> Vec<(UncertaintySource, f64)> {
     s.budget.iter().filter(|p| p.quantity == quantity).filter_map(|p| Some((p.source, p.relative?))).collect()
 }
 
@@ -125,8 +126,9 @@ pub(super) fn parts(s: &StateResults, quantity: Measure) -> Vec<(Source, f64)> {
 fn bar(s: &StateResults, quantity: Measure, longest: f64) -> Markup {
     let parts = parts(s, quantity);
     let total: f64 = parts.iter().map(|p| p.1).sum();
-    let colour =
-        |source: Source| Source::ALL.iter().zip(COLOURS).find(|(s, _)| **s == source).map_or("", |(_, colour)| colour);
+    let colour = |source: UncertaintySource| {
+        UncertaintySource::ALL.iter().zip(COLOURS).find(|(s, _)| **s == source).map_or("", |(_, colour)| colour)
+    };
     html! {
         @if total > 0.0 {
             div.budget {

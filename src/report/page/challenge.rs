@@ -8,8 +8,8 @@ use super::desk::{Desk, figure, panel, panels, table, text};
 use super::methods::column;
 use crate::challenge::{SIZE_EXPONENT, reference, tally};
 use crate::error::Result;
-use crate::record::judged::{Judged, Verdict};
-use crate::record::reduce::Reduced;
+use crate::record::acceptance::{AcceptanceCheck, Verdict};
+use crate::record::downsample::DownsampledMap;
 use crate::record::results::{ContinuumResults, FIRST_TOUCH, Observed, Results, StateResults};
 use crate::report::map::Legend;
 use crate::report::number::significant;
@@ -25,7 +25,7 @@ const PART: Style = Style { dash: Dash::Dotted, marker: Marker::None, ..plot::SO
 const FINE: usize = 200;
 
 /// Statements, what was found, verdicts.
-pub fn verdicts(list: &[Judged]) -> Markup {
+pub fn verdicts(list: &[AcceptanceCheck]) -> Markup {
     let rows = list
         .iter()
         .map(|j| {
@@ -100,7 +100,7 @@ pub fn figures(desk: &Desk, results: &Results) -> Result<Markup> {
 }
 
 fn contacts(desk: &Desk, with: &ContinuumResults, without: &ContinuumResults) -> Result<Option<Markup>> {
-    let of = |c: &ContinuumResults| -> Result<Option<Reduced>> {
+    let of = |c: &ContinuumResults| -> Result<Option<DownsampledMap>> {
         let Some(file) = reference(c).and_then(|s| s.gap.as_deref()) else { return Ok(None) };
         picture::load(&desk.field(file)?, LONGEST_SIDE, |gap| f64::from(u8::from(gap <= 0.0))).map(Some)
     };

@@ -6,7 +6,7 @@ use super::desk::{Desk, figure, numbers, panel, panels, table, text};
 use super::loads::{CLIPPED, PANEL_SIDE, clipped, setting, states};
 use super::{criteria, versions};
 use crate::error::{Error, Result};
-use crate::record::reduce::Reduced;
+use crate::record::downsample::DownsampledMap;
 use crate::record::results::{
     AtomState, AtomsResults, ComparisonResults, ContinuumResults, CriterionMatch, LoadComparison, Section, StateResults,
 };
@@ -114,7 +114,7 @@ fn signed_percent(share: f64) -> String {
 /// A reduced contact map with the title of its panel.
 struct Contact {
     title: String,
-    map: Reduced,
+    map: DownsampledMap,
     share: f64,
 }
 
@@ -140,7 +140,7 @@ fn gap_of(c: &ContinuumResults, p_star: f64) -> Option<&str> {
 }
 
 /// A stored contact map, reduced.
-fn flags(desk: &Desk, file: &str, longest: usize) -> Result<Reduced> {
+fn flags(desk: &Desk, file: &str, longest: usize) -> Result<DownsampledMap> {
     picture::load(&desk.field(file)?, longest, |v| f64::from(u8::from(v != 0.0)))
 }
 
@@ -167,7 +167,7 @@ fn contact_maps(
     let plain = load.continuum.iter().find(|m| m.id == "plain");
     let best = matched(load);
     let mut panels = Vec::new();
-    let draw = |name: &str, title: &str, map: &Reduced, colour: Rgb, below: Markup| -> Result<Markup> {
+    let draw = |name: &str, title: &str, map: &DownsampledMap, colour: Rgb, below: Markup| -> Result<Markup> {
         let names = (format!("{name}-{number}"), title);
         let image = desk.map((&names.0, names.1), &picture::contact(map, colour), length_m, Legend::None)?;
         Ok(panel(title, image, below))

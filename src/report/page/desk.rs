@@ -5,7 +5,7 @@ use std::path::{Component, Path, PathBuf};
 use maud::{Markup, PreEscaped, html};
 
 use crate::error::{Error, Result};
-use crate::record::land::land;
+use crate::record::atomic_file::write_atomic;
 use crate::record::results::{FILE, ScalesSi};
 use crate::report::map::{self, Framed, Legend};
 use crate::report::picture::Picture;
@@ -51,9 +51,9 @@ impl Desk<'_> {
     ) -> Result<Markup> {
         let path = |end: &str| self.folder.join("figures").join(format!("{name}.{end}"));
         let png = picture.png().map_err(Error::io("write", path("png")))?;
-        land(&path("png"), |w| std::io::Write::write_all(w, &png))?;
+        write_atomic(&path("png"), |w| std::io::Write::write_all(w, &png))?;
         let svg = Framed { name, alt, png: &png, cell_m: [length_m, self.aspect * length_m], legend, width }.svg();
-        land(&path("svg"), |w| std::io::Write::write_all(w, svg.as_bytes()))?;
+        write_atomic(&path("svg"), |w| std::io::Write::write_all(w, svg.as_bytes()))?;
         Ok(PreEscaped(svg))
     }
 
@@ -61,7 +61,7 @@ impl Desk<'_> {
     pub fn curves(&self, name: &str, plot: &Plot) -> Result<Option<Markup>> {
         let Some(svg) = plot.svg() else { return Ok(None) };
         let path = self.folder.join("figures").join(format!("{name}.svg"));
-        land(&path, |w| std::io::Write::write_all(w, svg.as_bytes()))?;
+        write_atomic(&path, |w| std::io::Write::write_all(w, svg.as_bytes()))?;
         Ok(Some(html! { div.curves { (PreEscaped(svg)) } }))
     }
 }

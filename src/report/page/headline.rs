@@ -5,10 +5,10 @@ use maud::{Markup, html};
 
 use super::certainty::parts;
 use super::compare::{SAME_LOAD, deviation, matched};
-use crate::record::advice::Chosen;
-use crate::record::budget::Source;
+use crate::record::advice::AccuracyChoice;
 use crate::record::results::{ComparisonResults, ContinuumResults, Results, StateResults};
 use crate::record::tradeoff::Measure;
+use crate::record::uncertainty::UncertaintySource;
 use crate::report::number::{change, count, duration, error_of, memory, percent, si, si_given, significant, trimmed};
 
 struct Tile {
@@ -34,7 +34,7 @@ pub fn section(results: &Results) -> Markup {
 }
 
 /// What the scene's accuracy was resolved into.
-fn chosen(c: &Chosen) -> String {
+fn chosen(c: &AccuracyChoice) -> String {
     let a = &c.advice;
     let asked = match (c.error, c.budget_s) {
         (Some(share), _) => format!("within {}", percent(share)),
@@ -125,7 +125,7 @@ fn continuum_found(results: &Results, c: &ContinuumResults) -> Option<String> {
 
 /// The most that a quantity is uncertain by at a load, all that is known of it together, and what most of that is from.
 fn uncertain(c: &ContinuumResults, quantity: Measure) -> Option<String> {
-    let total = |parts: &[(Source, f64)]| parts.iter().map(|p| p.1).sum::<f64>();
+    let total = |parts: &[(UncertaintySource, f64)]| parts.iter().map(|p| p.1).sum::<f64>();
     let there = c.states.iter().filter(|s| s.stop != "detached");
     let worst = there.map(|s| parts(s, quantity)).max_by(|a, b| total(a).total_cmp(&total(b)))?;
     let (source, _) = worst.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;

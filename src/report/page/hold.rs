@@ -5,13 +5,13 @@ use maud::{Markup, html};
 use super::desk::{Desk, figure, numbers, panel, panels, text};
 use super::loads::PANEL_SIDE;
 use crate::error::Result;
-use crate::record::results::{AtomsResults, HoldResults, Mean};
+use crate::record::results::{AtomsResults, Mean, NvtResults};
 use crate::report::map::Legend;
 use crate::report::number::{percent, significant, trimmed};
 use crate::report::picture::{self, Range};
 use crate::units::ANGSTROM_M;
 
-pub fn section(desk: &Desk, atoms: &AtomsResults, hold: &HoldResults) -> Result<Markup> {
+pub fn section(desk: &Desk, atoms: &AtomsResults, hold: &NvtResults) -> Result<Markup> {
     let (mut drawn, mut rows) = (Vec::new(), Vec::new());
     for (i, state) in hold.states.iter().enumerate() {
         let small = picture::load(&desk.field(&state.probability_map)?, PANEL_SIDE, |v| v)?;

@@ -6,7 +6,7 @@ use maud::{Markup, html};
 use super::certainty;
 use super::desk::{Desk, figure, numbers, panel, panels, text};
 use crate::error::Result;
-use crate::record::reduce::Reduced;
+use crate::record::downsample::DownsampledMap;
 use crate::record::results::{ContinuumResults, StateResults};
 use crate::report::branch::way_back;
 use crate::report::map::Legend;
@@ -174,6 +174,6 @@ fn gallery(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
     ))
 }
 
-pub fn clipped(small: &Reduced, range: Range) -> bool {
+pub fn clipped(small: &DownsampledMap, range: Range) -> bool {
     small.values.iter().any(|v| *v > range.high)
 }

@@ -27,10 +27,10 @@ use std::path::{Path, PathBuf};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::error::{Error, Result};
-use crate::record::budget::Source;
-use crate::record::land::land;
+use crate::record::atomic_file::write_atomic;
 use crate::record::results::{FILE, Results, StageCost, StateResults};
 use crate::record::tradeoff::Tradeoff;
+use crate::record::uncertainty::UncertaintySource;
 use crate::report::number::{duration, memory};
 use desk::{Desk, table, text};
 
@@ -66,7 +66,7 @@ fn place(run_folder: &Path, page: impl FnOnce() -> Result<Markup>) -> Result<Pat
     std::fs::create_dir_all(&figures).map_err(Error::io("create", &figures))?;
     let page = page()?.into_string();
     let path = run_folder.join(PAGE);
-    land(&path, |w| w.write_all(page.as_bytes()))?;
+    write_atomic(&path, |w| w.write_all(page.as_bytes()))?;
     Ok(path)
 }
 
@@ -101,7 +101,7 @@ fn page(desk: &Desk, results: &Results) -> Result<Markup> {
         add("atoms", "The atoms", atoms::section(desk, atoms)?);
     }
     if let (Some(atoms), Some(comparison)) = (&results.atoms, &results.comparison) {
-        let told = |s: &StateResults| s.budget.iter().any(|p| p.source == Source::Depth);
+        let told = |s: &StateResults| s.budget.iter().any(|p| p.source == UncertaintySource::Depth);
         let body = html! {
             (compare::section(desk, atoms, comparison)?)
             @if comparison.hard.states.iter().any(told) { (certainty::budgets(&comparison.hard)) }

@@ -4,13 +4,17 @@ use maud::{Markup, html};
 
 use super::desk::{Desk, figure, numbers, text};
 use crate::error::Result;
-use crate::record::results::{AtomPullOff, AtomsResults, LadderStep, Unloading};
+use crate::record::results::{AtomPullOff, AtomsResults, LoadStepResults, Unloading};
 use crate::report::number::{count, percent, significant, trimmed};
 use crate::report::plot::{ATOMS, Axis, BACK, Curve, Plot};
 
 /// A curve over the steps of a ladder; from the step `turn` on another one.
-pub fn there_and_back(steps: &[LadderStep], turn: Option<usize>, of: impl Fn(&LadderStep) -> (f64, f64)) -> Vec<Curve> {
-    let curve = |label: &str, style, steps: &[LadderStep]| Curve {
+pub fn there_and_back(
+    steps: &[LoadStepResults],
+    turn: Option<usize>,
+    of: impl Fn(&LoadStepResults) -> (f64, f64),
+) -> Vec<Curve> {
+    let curve = |label: &str, style, steps: &[LoadStepResults]| Curve {
         label: label.into(),
         style,
         points: steps.iter().map(&of).collect(),

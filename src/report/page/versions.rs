@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::desk::{Desk, figure, numbers, panel, panels, text};
 use crate::error::Result;
-use crate::record::results::{ComparisonResults, LoadComparison, Version};
+use crate::record::results::{ComparisonResults, LoadComparison, ModelChainStep};
 use crate::report::number::{count, percent, significant, trimmed};
 use crate::report::plot::{ATOMS, Axis, Curve, HARD, LABORATORY, PANEL, Plot, SOFT, Style, THRESHOLD};
 
@@ -25,7 +25,7 @@ pub fn section(desk: &Desk, c: &ComparisonResults) -> Result<Markup> {
     if loads.is_empty() {
         return Ok(html! {});
     }
-    let along = |of: &dyn Fn(&Version) -> f64| -> Vec<Curve> {
+    let along = |of: &dyn Fn(&ModelChainStep) -> f64| -> Vec<Curve> {
         let versions = loads.iter().flat_map(|l| &l.versions);
         let mut ids: Vec<&str> = Vec::new();
         versions.for_each(|v| {
@@ -92,10 +92,13 @@ fn table(loads: &[&LoadComparison]) -> Markup {
 
 /// Distributions of gap, stress and patch area at one load.
 fn one_load(desk: &Desk, load: &LoadComparison, number: usize) -> Result<Markup> {
-    let curves = |of: &dyn Fn(&Version) -> Vec<(f64, f64)>, left_out: &str| -> Vec<Curve> {
+    let curves = |of: &dyn Fn(&ModelChainStep) -> Vec<(f64, f64)>, left_out: &str| -> Vec<Curve> {
         let shown = load.versions.iter().filter(|v| v.id != left_out);
-        let curve =
-            |v: &Version| Curve { label: look(&v.id).1.into(), style: look(&v.id).0.without_marker(), points: of(v) };
+        let curve = |v: &ModelChainStep| Curve {
+            label: look(&v.id).1.into(),
+            style: look(&v.id).0.without_marker(),
+            points: of(v),
+        };
         shown.map(curve).collect()
     };
     let log = (Axis::Linear, Axis::Log);

@@ -3,7 +3,7 @@
 use super::{charts, dash, grows, methods};
 use crate::compare::frontier::Growth;
 use crate::error::Result;
-use crate::record::tradeoff::{FORESEEN, Forecast, Point, Tradeoff};
+use crate::record::tradeoff::{FORECAST_TOLERANCE, Forecast, Point, Tradeoff};
 use crate::report::number::{duration, memory, significant};
 use crate::report::page::desk::{Desk, figure, numbers, text};
 use crate::report::plot::{Axis, Curve, Dash, Plot, Style};
@@ -65,7 +65,7 @@ pub fn section(desk: &Desk, told: &Tradeoff) -> Result<Markup> {
             p { "Foreseen is the finest grid’s processor time as the grids below it tell it: a constant and a slope in the work, "
                 "points times FFT pairs, whose number follows a power law (points alone where none are counted). The ratio is "
                 "that over what was measured, and " (told.forecasts.iter().filter(|f| f.holds()).count()) " of "
-                (told.forecasts.len()) " methods keep it within " (significant(100.0 * FORESEEN, 2)) "\u{a0}%. The last "
+                (told.forecasts.len()) " methods keep it within " (significant(100.0 * FORECAST_TOLERANCE, 2)) "\u{a0}%. The last "
                 "grid counted, the same law tells what twice its points a side will take." }
         }
         @if let Some(drawn) = drawn { (figure(drawn, html! { "Processor time for all loads against the points of the grid." })) }

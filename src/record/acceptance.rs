@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// A statement of the challenge and what was found.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Judged {
+pub struct AcceptanceCheck {
     /// "S07", as in docs/challenge.md.
     pub id: String,
     pub statement: String,
@@ -32,7 +32,7 @@ pub enum Verdict {
     NotJudged,
 }
 
-impl Judged {
+impl AcceptanceCheck {
     /// The values that agree, in words; none where no value would.
     pub fn accepted(&self, number: impl Fn(f64) -> String) -> Option<String> {
         Some(match self.tolerance? {

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Where an uncertainty comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Source {
+pub enum UncertaintySource {
     /// The grid: the change from half of the points a side.
     Grid,
     /// Adhesion over a longer range than asked for, which the grid resolves.
@@ -21,27 +21,33 @@ pub enum Source {
     Depth,
 }
 
-impl Source {
-    pub const ALL: [Source; 6] =
-        [Source::Grid, Source::Range, Source::Solver, Source::Precision, Source::Criterion, Source::Depth];
+impl UncertaintySource {
+    pub const ALL: [UncertaintySource; 6] = [
+        UncertaintySource::Grid,
+        UncertaintySource::Range,
+        UncertaintySource::Solver,
+        UncertaintySource::Precision,
+        UncertaintySource::Criterion,
+        UncertaintySource::Depth,
+    ];
 
     pub fn name(self) -> &'static str {
         match self {
-            Source::Grid => "grid",
-            Source::Range => "range of the adhesion",
-            Source::Solver => "solver",
-            Source::Precision => "precision",
-            Source::Criterion => "contact criterion",
-            Source::Depth => "finite depth",
+            UncertaintySource::Grid => "grid",
+            UncertaintySource::Range => "range of the adhesion",
+            UncertaintySource::Solver => "solver",
+            UncertaintySource::Precision => "precision",
+            UncertaintySource::Criterion => "contact criterion",
+            UncertaintySource::Depth => "finite depth",
         }
     }
 }
 
 /// One part of what a quantity is uncertain by.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Part {
+pub struct UncertaintyComponent {
     pub quantity: Measure,
-    pub source: Source,
+    pub source: UncertaintySource,
     /// Over the value; none where it is not known.
     pub relative: Option<f64>,
     /// Whether that is only a bound.

@@ -5,7 +5,7 @@
 /// Each cell of the small map is the mean of `factor × factor` nodes (fewer at the far edges where the size does not
 /// divide). A mean keeps areas and average gaps; it smooths peaks, and the captions say so.
 #[derive(Debug, Clone)]
-pub struct Reducer {
+pub struct Downsampler {
     full_nx: usize,
     full_ny: usize,
     factor: usize,
@@ -14,18 +14,18 @@ pub struct Reducer {
 
 /// A small map, row-major `[ny, nx]`; one cell covers `factor` nodes along each side.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Reduced {
+pub struct DownsampledMap {
     pub nx: usize,
     pub ny: usize,
     pub factor: usize,
     pub values: Vec<f64>,
 }
 
-impl Reducer {
+impl Downsampler {
     /// For maps of `nx × ny` nodes, none of the small map's sides longer than `longest` cells (at least one).
     pub fn new(nx: usize, ny: usize, longest: usize) -> Self {
         let factor = nx.max(ny).div_ceil(longest.max(1)).max(1);
-        Reducer { full_nx: nx, full_ny: ny, factor, sums: vec![0.0; nx.div_ceil(factor) * ny.div_ceil(factor)] }
+        Downsampler { full_nx: nx, full_ny: ny, factor, sums: vec![0.0; nx.div_ceil(factor) * ny.div_ceil(factor)] }
     }
 
     /// Adds row `y` of `nx` values; each row once, in any order.
@@ -37,7 +37,7 @@ impl Reducer {
         }
     }
 
-    pub fn finish(mut self) -> Reduced {
+    pub fn finish(mut self) -> DownsampledMap {
         let (nx, ny) = (self.full_nx.div_ceil(self.factor), self.full_ny.div_ceil(self.factor));
         let length = |i: usize, full: usize| self.factor.min(full - i * self.factor);
         for y in 0..ny {
@@ -45,15 +45,15 @@ impl Reducer {
                 self.sums[y * nx + x] /= (length(x, self.full_nx) * length(y, self.full_ny)) as f64;
             }
         }
-        Reduced { nx, ny, factor: self.factor, values: self.sums }
+        DownsampledMap { nx, ny, factor: self.factor, values: self.sums }
     }
 }
 
-/// [`Reducer`] for a map that is in memory anyway: row-major `[ny, nx]`.
-pub fn reduce(nx: usize, values: &[f64], longest: usize) -> Reduced {
-    let mut reducer = Reducer::new(nx, values.len() / nx.max(1), longest);
-    values.chunks_exact(nx.max(1)).enumerate().for_each(|(y, row)| reducer.add_row(y, row));
-    reducer.finish()
+/// [`Downsampler`] for a map that is in memory anyway: row-major `[ny, nx]`.
+pub fn downsample(nx: usize, values: &[f64], longest: usize) -> DownsampledMap {
+    let mut downsampler = Downsampler::new(nx, values.len() / nx.max(1), longest);
+    values.chunks_exact(nx.max(1)).enumerate().for_each(|(y, row)| downsampler.add_row(y, row));
+    downsampler.finish()
 }
 
 #[cfg(test)]
@@ -63,10 +63,10 @@ mod tests {
     #[test]
     fn means_over_whole_and_partial_blocks() {
         let values: Vec<f64> = (0..15).map(f64::from).collect();
-        let small = reduce(5, &values, 3);
+        let small = downsample(5, &values, 3);
         assert_eq!((small.nx, small.ny, small.factor), (3, 2, 2));
         assert_eq!(small.values, [3.0, 5.0, 6.5, 10.5, 12.5, 14.0]);
-        assert_eq!(reduce(5, &values, 5).values, values);
-        assert_eq!(reduce(5, &values, 1).values, [7.0]);
+        assert_eq!(downsample(5, &values, 5).values, values);
+        assert_eq!(downsample(5, &values, 1).values, [7.0]);
     }
 }

@@ -6,23 +6,23 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 
-/// A file being written beside its final name, gone again unless [`Landing::commit`] is reached.
-pub struct Landing {
+/// A file being written beside its final name, gone again unless [`AtomicFile::commit`] is reached.
+pub struct AtomicFile {
     path: PathBuf,
     file: BufWriter<tempfile::NamedTempFile>,
 }
 
-impl Landing {
+impl AtomicFile {
     /// Opens a temporary file in the folder of `path`, because a rename does not cross file systems.
     pub fn open(path: &Path) -> Result<Self> {
         let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let mut builder = tempfile::Builder::new();
-        builder.prefix(".landing-");
+        builder.prefix(".partial-");
         // The default mode of a temporary file is 0600; these files are for others, so the umask decides.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
         let file = builder.tempfile_in(folder).map_err(Error::io("create", path))?;
-        Ok(Landing { path: path.to_path_buf(), file: BufWriter::with_capacity(1 << 18, file) })
+        Ok(AtomicFile { path: path.to_path_buf(), file: BufWriter::with_capacity(1 << 18, file) })
     }
 
     pub fn path(&self) -> &Path {
@@ -38,7 +38,7 @@ impl Landing {
     }
 }
 
-impl Write for Landing {
+impl Write for AtomicFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.file.write(bytes)
     }
@@ -48,17 +48,17 @@ impl Write for Landing {
     }
 }
 
-impl Seek for Landing {
+impl Seek for AtomicFile {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         self.file.seek(to)
     }
 }
 
 /// Writes `path` in one piece; whatever `fill` reports is told with the file's name.
-pub fn land(path: &Path, fill: impl FnOnce(&mut Landing) -> io::Result<()>) -> Result<()> {
-    let mut landing = Landing::open(path)?;
-    fill(&mut landing).map_err(Error::io("write", path))?;
-    landing.commit()
+pub fn write_atomic(path: &Path, fill: impl FnOnce(&mut AtomicFile) -> io::Result<()>) -> Result<()> {
+    let mut file = AtomicFile::open(path)?;
+    fill(&mut file).map_err(Error::io("write", path))?;
+    file.commit()
 }
 
 /// A whole text file, or an error that names it (also when it is not UTF-8).
@@ -68,7 +68,7 @@ pub fn read_text(path: &Path) -> Result<String> {
     Ok(text)
 }
 
-/// "Too few" or "too many" values from an iterator, as an I/O error for [`land`].
+/// "Too few" or "too many" values from an iterator, as an I/O error for [`atomic_file`].
 pub(crate) fn miscount(what: &str, given: impl std::fmt::Display, wanted: usize) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidInput, format!("{given} {what} were given where {wanted} belong"))
 }
@@ -81,8 +81,8 @@ mod tests {
     fn a_failed_write_leaves_the_old_file_and_no_litter() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.txt");
-        land(&path, |w| w.write_all(b"old")).unwrap();
-        let failed = land(&path, |w| {
+        write_atomic(&path, |w| w.write_all(b"old")).unwrap();
+        let failed = write_atomic(&path, |w| {
             w.write_all(b"new")?;
             Err(io::Error::other("the well ran dry"))
         });
