@@ -2,7 +2,7 @@
 
 use asperity::grid::{Grid, Real, Transform};
 use asperity::interface::Adhesion;
-use asperity::method::{self, ContactMethod, Heights, Load, Precision, Problem, unwatched};
+use asperity::method::{self, ContactMethod, Heights, Load, NoObserver, Precision, Problem};
 use asperity::surface::{Modes, Spectrum};
 use criterion::{Criterion, criterion_group, criterion_main};
 use rustfft::num_complex::Complex;
@@ -59,7 +59,7 @@ fn plain(grid: Grid, adhesion: Adhesion, precision: Precision) -> Problem<'stati
 /// Iterations to p* = 0.01.
 fn load(method: &dyn ContactMethod, problem: &Problem) -> usize {
     let mut run = method
-        .start(problem, &unwatched)
+        .start(problem, &NoObserver)
         .expect("a problem of this size starts")
         .solver()
         .expect("a problem of this size starts");

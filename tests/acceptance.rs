@@ -39,7 +39,7 @@ fn the_quickstart_keeps_its_promises() {
     if !there_is_lammps("the_quickstart_keeps_its_promises") {
         return;
     }
-    // Kept after the test, to be looked at; never taken up again, so that every part of it is made here.
+    // SolverSnapshot after the test, to be looked at; never taken up again, so that every part of it is made here.
     let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("quickstart");
     if out.exists() {
         std::fs::remove_dir_all(&out).expect("removed");

@@ -3,7 +3,7 @@
 
 use asperity::grid::{Grid, mean};
 use asperity::interface::Adhesion;
-use asperity::method::{self, Load, Problem, Run, State, Stop, unwatched};
+use asperity::method::{self, Load, NoObserver, Problem, Run, State, Stop};
 use asperity::observe::contact_area;
 use std::f64::consts::PI;
 
@@ -12,7 +12,7 @@ fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
 }
 
 fn start<'p>(problem: &'p Problem<'p>, id: &str) -> Box<dyn Run + 'p> {
-    method::find(id).unwrap().start(problem, &unwatched).unwrap().solver().unwrap()
+    method::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap()
 }
 
 /// A load of the path that must have its equilibrium.

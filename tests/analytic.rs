@@ -2,7 +2,7 @@
 
 use asperity::grid::{Grid, Transform};
 use asperity::interface::{Adhesion, Base, Elastic, Kernel, Layer, Wall};
-use asperity::method::{self, Goals, Heights, Load, Precision, Problem, State, Stop, unwatched};
+use asperity::method::{self, Heights, Load, NoObserver, Precision, Problem, State, Stop, Targets};
 use asperity::observe::{
     Connectivity, contact_area, contact_map, gap_distribution, linear_edges, patch_sizes, stress_distribution,
 };
@@ -19,7 +19,7 @@ fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
 }
 
 fn solve<R>(problem: &Problem, id: &str, pressure: f64, look: impl FnOnce(&State) -> R) -> R {
-    let mut run = method::find(id).unwrap().start(problem, &unwatched).unwrap().solver().unwrap();
+    let mut run = method::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
     let state = run.equilibrate(Load::Pressure(pressure)).unwrap();
     assert_eq!(state.stop, Stop::Converged, "{id} at {pressure}: residual {}", state.residual);
     assert!(state.load_error <= LOAD_BALANCE, "{id} at {pressure}: load error {}", state.load_error);
@@ -193,7 +193,7 @@ fn methods_agree_on_a_thin_incompressible_layer() {
     // Waves a thousand times stiffer than on a half-space cost digits of the residual.
     let p = Problem { kernel: Elastic::Layer(layer), tolerance: 1e-7, ..problem(grid, &heights) };
     let [a, others @ ..] = METHODS.map(|id| {
-        let mut run = method::find(id).unwrap().start(&p, &unwatched).unwrap().solver().unwrap();
+        let mut run = method::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
         let state = run.equilibrate(Load::Pressure(0.05)).unwrap();
         assert_eq!(state.stop, Stop::Converged, "{id}: residual {}", state.residual);
         state.energy
@@ -362,7 +362,7 @@ fn single_precision() {
     let double = solve(&problem(grid, &heights), "bvm", 0.02, |s| (s.mean_gap, fraction(s, grid).0));
     let p = Problem { precision: Precision::F32, tolerance: 1e-3, ..problem(grid, &heights) };
     for id in METHODS {
-        let mut run = method::find(id).unwrap().start(&p, &unwatched).unwrap().solver().unwrap();
+        let mut run = method::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
         let s = run.equilibrate(Load::Pressure(0.02)).unwrap();
         assert_eq!(s.stop, Stop::Converged);
         // A residual of 1e-3 of the pressure leaves this much in the soft mean mode: 3.5e-4 with gfmd.
@@ -430,7 +430,7 @@ fn mean_gap_control_inverts_load_control() {
     for adhesion in [Adhesion::None, adhesion] {
         let p = Problem { adhesion, ..problem(grid, &heights) };
         let (gap, energy) = solve(&p, "fast", 0.02, |s| (s.mean_gap, s.energy));
-        let mut run = method::find("fast").unwrap().start(&p, &unwatched).unwrap().solver().unwrap();
+        let mut run = method::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
         let state = run.equilibrate(Load::MeanGap(gap)).unwrap();
         assert_eq!(state.stop, Stop::Converged);
         assert!((state.mean_gap / gap - 1.0).abs() < 1e-8, "{adhesion}: {}", state.mean_gap / gap - 1.0);
@@ -452,7 +452,7 @@ fn mean_gap_control_inverts_load_control() {
         for id in ["gfmd", "bvm"] {
             let refusal = method::find(id)
                 .unwrap()
-                .start(&p, &unwatched)
+                .start(&p, &NoObserver)
                 .unwrap()
                 .solver()
                 .unwrap()
@@ -469,7 +469,7 @@ fn a_pull_parts_the_surfaces() {
     let (grid, heights) = rough(128, 1.0 / 16.0, 5);
     let lowest = heights.iter().copied().fold(f64::INFINITY, f64::min);
     let p = problem(grid, &heights);
-    let mut run = method::find("fast").unwrap().start(&p, &unwatched).unwrap().solver().unwrap();
+    let mut run = method::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
     let touching = run.equilibrate(Load::Pressure(0.0)).unwrap();
     assert_eq!((touching.stop, fraction(&touching, grid).0 > 0.0), (Stop::Converged, true));
     assert!((touching.mean_gap + lowest - asperity::grid::mean(&heights)).abs() < 1e-12);
@@ -478,14 +478,14 @@ fn a_pull_parts_the_surfaces() {
     // Farther apart than at first touch nothing presses; a little nearer something does.
     for precision in [Precision::F64, Precision::F32] {
         let p = Problem { precision, tolerance: 1e-3, ..p.clone() };
-        let mut run = method::find("fast").unwrap().start(&p, &unwatched).unwrap().solver().unwrap();
+        let mut run = method::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
         let mut pressure = |share: f64| run.equilibrate(Load::MeanGap(share * apart)).unwrap().pressure;
         assert_eq!([1.0001, 2.0].map(&mut pressure), [0.0, 0.0]);
         assert!(pressure(0.9) > 0.0);
     }
     let gamma: f64 = 2.7e-4;
     let p = Problem { adhesion: Adhesion::exponential(gamma, 1.4 * (gamma / 128.0).sqrt()), ..p };
-    let mut run = method::find("fast").unwrap().start(&p, &unwatched).unwrap().solver().unwrap();
+    let mut run = method::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
     assert_eq!(run.equilibrate(Load::Pressure(1e-3)).unwrap().stop, Stop::Converged);
     // Half the largest attraction of two flats, far beyond what the few spots of a rough one hold.
     assert_eq!(run.equilibrate(Load::Pressure(-0.07)).unwrap().stop, Stop::Detached);
@@ -497,31 +497,31 @@ fn physical_goals() {
     let (grid, heights) = rough(256, 1.0 / 32.0, 5);
     let exact =
         solve(&problem(grid, &heights), "fast", 0.02, |s| (s.energy, fraction(s, grid).0, s.mean_gap, s.fft_pairs));
-    let goals = Goals { energy: Some(1e-5), area: Some(3e-3), mean_gap: Some(1e-4) };
-    let p = Problem { goals, tolerance: 0.05, ..problem(grid, &heights) };
-    let mut run = method::find("fast").unwrap().start(&p, &unwatched).unwrap().solver().unwrap();
+    let targets = Targets { energy: Some(1e-5), area: Some(3e-3), mean_gap: Some(1e-4) };
+    let p = Problem { targets, tolerance: 0.05, ..problem(grid, &heights) };
+    let mut run = method::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
     let state = run.equilibrate(Load::Pressure(0.02)).unwrap();
     assert_eq!(state.stop, Stop::Converged);
     assert!(state.fft_pairs < 0.7 * exact.3, "{} {}", state.fft_pairs, exact.3);
-    let bound = state.settled.energy.unwrap();
+    let bound = state.error_estimates.energy.unwrap();
     let excess = state.energy / exact.0 - 1.0;
     assert!(excess >= -1e-9 && excess <= bound && bound <= 1e-5, "{excess:e} {bound:e}");
     assert!((fraction(&state, grid).0 / exact.1 - 1.0).abs() < 3e-3);
     let miss = (state.mean_gap / exact.2 - 1.0).abs();
-    assert!(miss < 1e-4, "{miss:e} {:?} {:e}", state.settled, state.residual);
+    assert!(miss < 1e-4, "{miss:e} {:?} {:e}", state.error_estimates, state.residual);
     // A method that cannot tell how far its energy is above the minimum says so; area and gap it can follow.
     let refusal = method::find("gfmd")
         .unwrap()
-        .start(&p, &unwatched)
+        .start(&p, &NoObserver)
         .unwrap()
         .solver()
         .unwrap()
         .equilibrate(Load::Pressure(0.02))
         .err();
     assert!(refusal.unwrap().to_string().contains("energy"));
-    let p = Problem { goals: Goals { energy: None, ..goals }, ..p };
+    let p = Problem { targets: Targets { energy: None, ..targets }, ..p };
     for id in ["gfmd", "bvm"] {
-        let mut run = method::find(id).unwrap().start(&p, &unwatched).unwrap().solver().unwrap();
+        let mut run = method::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
         let state = run.equilibrate(Load::Pressure(0.02)).unwrap();
         assert_eq!(state.stop, Stop::Converged);
         assert!((fraction(&state, grid).0 / exact.1 - 1.0).abs() < 0.02, "{id}");
@@ -540,7 +540,7 @@ fn a_start_from_a_given_gap() {
     };
     for id in METHODS {
         let (gap, first) = solve(&p, id, 0.02, |s| (s.gap.to_vec(), s.iterations));
-        let mut run = method::find(id).unwrap().start(&p, &unwatched).unwrap().solver().unwrap();
+        let mut run = method::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
         run.set_gap(&gap);
         let state = run.equilibrate(Load::Pressure(0.02)).unwrap();
         assert!(state.stop == Stop::Converged && state.iterations * 5 < first, "{id}: {} {first}", state.iterations);
@@ -566,7 +566,7 @@ fn full_contact_begins_at_its_pressure() {
     let (grid, heights) = rough(64, 1.0 / 16.0, 3);
     let problem = Problem::new(grid, &heights);
     let full = problem.full_contact_pressure();
-    let mut run = method::find("fast").unwrap().start(&problem, &unwatched).unwrap().solver().unwrap();
+    let mut run = method::find("fast").unwrap().start(&problem, &NoObserver).unwrap().solver().unwrap();
     for (share, all) in [(1.001, true), (0.99, false)] {
         let state = run.equilibrate(Load::Pressure(share * full)).unwrap();
         assert_eq!(state.stop, Stop::Converged);

@@ -2,7 +2,7 @@
 
 use asperity::grid::Grid;
 use asperity::interface::{Adhesion, COHESIVE_RESOLUTION, RangeChoice};
-use asperity::method::{self, Heights, Load, Problem, Stop, unwatched};
+use asperity::method::{self, Heights, Load, NoObserver, Problem, Stop};
 use asperity::path::LoadPath;
 use asperity::record::results::Estimate;
 use asperity::surface::{Modes, Spectrum};
@@ -48,7 +48,7 @@ fn the_stated_error_covers_the_true_one() {
             let path =
                 LoadPath::new(asked, method::find("fast").expect("it is there"), RangeChoice::Extrapolate, 0.0, &load);
             let mut found = None;
-            let walked = path.walk(None, false, &unwatched, |_, r| {
+            let walked = path.walk(None, false, &NoObserver, |_, r| {
                 assert_eq!(r.state.stop, Stop::Converged);
                 found = Some((r.area.corrected, r.state.mean_gap, r.extrapolated));
                 Ok(())

@@ -10,7 +10,7 @@ mod variants;
 
 use asperity::grid::{Grid, lowest};
 use asperity::interface::{Adhesion, COHESIVE_RESOLUTION, StiffWall, Wall};
-use asperity::method::{self, Load, Precision, Problem, Stop, unwatched};
+use asperity::method::{self, Load, NoObserver, Precision, Problem, Stop};
 use asperity::surface::Spectrum;
 use found::{near, path, problem, rough, solved};
 use std::f64::consts::PI;
@@ -163,7 +163,7 @@ fn pulls_beyond_pull_off_are_detached() {
         assert!(parted.iter().all(|f| f.stop == Stop::Detached && f.iterations == 0), "{wall}");
         for id in ["gfmd", "bvm"] {
             for pull in [-1e-6, 0.0] {
-                let mut run = method::find(id).unwrap().start(&p, &unwatched).unwrap().solver().unwrap();
+                let mut run = method::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
                 let refusal = run.equilibrate(Load::Pressure(pull)).err().unwrap().to_string();
                 assert!(refusal.contains("nothing holds a pull"), "{id}, {wall}: {refusal}");
             }

@@ -8,7 +8,7 @@ use asperity::interface::{
     Adhesion, CubicHalfSpace, Dugdale, Elastic, Exponential, Law, PowerLaw93, PowerLawWall, StiffWall, Wall,
     WithAdhesion,
 };
-use asperity::method::{self, Load, Problem, State, Stop, unwatched};
+use asperity::method::{self, Load, NoObserver, Problem, State, Stop};
 use asperity::observe::contact_area;
 use asperity::surface::{Modes, Spectrum};
 
@@ -19,7 +19,7 @@ fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
 }
 
 fn solve<R>(problem: &Problem, id: &str, pressure: f64, look: impl FnOnce(&State) -> R) -> R {
-    let mut run = method::find(id).unwrap().start(problem, &unwatched).unwrap().solver().unwrap();
+    let mut run = method::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
     let state = run.equilibrate(Load::Pressure(pressure)).unwrap();
     let Problem { kernel, adhesion, wall, .. } = problem;
     assert_eq!(state.stop, Stop::Converged, "{id}, {kernel}, {adhesion}, {wall}: residual {}", state.residual);

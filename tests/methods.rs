@@ -6,7 +6,7 @@ mod program;
 
 use asperity::Error;
 use asperity::grid::Grid;
-use asperity::method::{self, Card, Kind, Needs, Problem, Quantity, REGISTRY, Started, Support, unwatched};
+use asperity::method::{self, Card, Kind, Needs, NoObserver, Problem, Quantity, REGISTRY, Started, Support};
 use asperity::pipeline::{self, Listener};
 use asperity::record::json;
 use asperity::record::methods::{MethodResults, MethodState};
@@ -122,7 +122,7 @@ fn cards_say_what_is_delivered() {
         // The scene's own, `fast`, is not beside itself.
         for card in REGISTRY.iter().map(|m| m.card()).filter(|c| c.id != "fast") {
             let runs: Vec<&MethodResults> = told.iter().filter(|m| m.method == card.id).collect();
-            let runs_twice = adhesion && card.knows_adhesion() && !NEED_MORE.contains(&card.id);
+            let runs_twice = adhesion && card.supports_adhesion() && !NEED_MORE.contains(&card.id);
             let expected = if runs_twice { vec![true, false] } else { vec![false] };
             assert_eq!(runs.iter().map(|r| r.adhesive).collect::<Vec<_>>(), expected, "{}", card.id);
             found.extend(runs.into_iter().flat_map(|run| faults(card, run)));
@@ -145,14 +145,14 @@ fn no_method_needs_what_its_card_does_not_say() {
             Needs::Heights => Problem::new(grid, &heights),
             Needs::Spectrum => Problem::of_power(grid, &power),
         };
-        let kind = match method.start(&problem, &unwatched).unwrap_or_else(|e| panic!("{}: {e}", card.id)) {
+        let kind = match method.start(&problem, &NoObserver).unwrap_or_else(|e| panic!("{}: {e}", card.id)) {
             Started::Solver(_) => Kind::Solver,
             Started::Estimator(_) => Kind::Estimate,
         };
         assert_eq!(kind, card.kind, "{}", card.id);
         if card.needs == Needs::Spectrum {
             let problem = Problem::new(grid, &heights);
-            let refusal = method.start(&problem, &unwatched).err().map(|e| e.to_string()).unwrap_or_default();
+            let refusal = method.start(&problem, &NoObserver).err().map(|e| e.to_string()).unwrap_or_default();
             assert!(refusal.contains("spectrum"), "{}: {refusal}", card.id);
         }
     }

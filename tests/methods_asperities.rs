@@ -7,7 +7,7 @@ mod found;
 use asperity::grid::{Field, Grid, separation};
 use asperity::interface::{Adhesion, Base, Elastic, Layer, LennardJonesWall, Wall};
 use asperity::method::{
-    self, ExperimentSettings, IchaSettings, Load, Problem, Settings, Stop, WinklerSettings, unwatched,
+    self, ExperimentSettings, IchaSettings, Load, NoObserver, Problem, Settings, Stop, WinklerSettings,
 };
 use asperity::observe::{Connectivity, contact_area, contact_map, patch_sizes, typical_size};
 use asperity::surface::moments;
@@ -28,7 +28,7 @@ struct Told {
 }
 
 fn told(problem: &Problem, id: &str, pressures: &[f64]) -> Vec<Told> {
-    let mut run = method::find(id).unwrap().start(problem, &unwatched).unwrap().estimator().unwrap();
+    let mut run = method::find(id).unwrap().start(problem, &NoObserver).unwrap().estimator().unwrap();
     let mut tell = |&p: &f64| {
         let e = run.estimate(Load::Pressure(p)).unwrap();
         Told {
@@ -430,14 +430,14 @@ fn refusals_name_what_is_refused() {
     let settings = |settings: Settings| Problem { settings, ..base.clone() };
     let winkler = |wavelength, calibrate_to| with(base.clone(), WinklerSettings { wavelength, calibrate_to });
     let refused = |p: &Problem, id: &str, word: &str| {
-        let error = method::find(id).unwrap().start(p, &unwatched).err().unwrap_or_else(|| panic!("{id}: {word}"));
+        let error = method::find(id).unwrap().start(p, &NoObserver).err().unwrap_or_else(|| panic!("{id}: {word}"));
         let error = error.to_string();
         assert!(error.contains(word) && error.contains(id) && !error.contains('\n'), "{id}: {error}");
     };
     for id in ["winkler", "srgw", "icha", "experiment"] {
         refused(&Problem { kernel: layer, ..base.clone() }, id, "kernel");
         refused(&Problem { wall: soft, ..base.clone() }, id, "wall");
-        let mut run = method::find(id).unwrap().start(&base, &unwatched).unwrap().estimator().unwrap();
+        let mut run = method::find(id).unwrap().start(&base, &NoObserver).unwrap().estimator().unwrap();
         for load in [Load::MeanGap(0.1), Load::Pressure(-0.1), Load::Pressure(f64::NAN)] {
             assert!(run.estimate(load).is_err(), "{id}: {load:?}");
         }

@@ -5,7 +5,7 @@ mod found;
 
 use asperity::grid::lowest;
 use asperity::interface::{Adhesion, LennardJonesWall, PowerLawWall, Wall};
-use asperity::method::{self, BicgstabSettings, Goals, Load, Precision, Problem, Settings, Stop, unwatched};
+use asperity::method::{self, BicgstabSettings, Load, NoObserver, Precision, Problem, Settings, Stop, Targets};
 use asperity::observe::{Connectivity, patch_sizes, typical_size};
 use found::{Found, near, path, problem, rough, solved};
 
@@ -29,7 +29,7 @@ fn resolved(gamma: f64, n: usize) -> Adhesion {
 
 /// The path of a method that starts from a gap.
 fn from_gap(problem: &Problem, id: &str, gap: &[f64], pressure: f64) -> Found {
-    let mut run = method::find(id).unwrap().start(problem, &unwatched).unwrap().solver().unwrap();
+    let mut run = method::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
     run.set_gap(gap);
     let s = run.equilibrate(Load::Pressure(pressure)).unwrap();
     assert_eq!(s.stop, Stop::Converged, "{id}: residual {}", s.residual);
@@ -300,7 +300,7 @@ fn refusals() {
     let (grid, heights) = rough(16, 16, 1.0 / 4.0, 3);
     let base = problem(grid, &heights);
     let told = |p: &Problem, id: &str, load: Load| {
-        let run = method::find(id).unwrap().start(p, &unwatched);
+        let run = method::find(id).unwrap().start(p, &NoObserver);
         let error = match run {
             Err(e) => e,
             Ok(s) => s.solver().unwrap().equilibrate(load).map(|s| s.stop).expect_err("refused"),
@@ -314,8 +314,8 @@ fn refusals() {
         assert!(told(&Problem { precision: Precision::F32, ..base.clone() }, id, press).contains("precision"));
         assert!(told(&base, id, Load::MeanGap(0.01)).contains("mean gap"));
         assert!(told(&base, id, Load::Pressure(-0.01)).contains("pressure"));
-        let goals = Goals { energy: Some(1e-3), ..Goals::default() };
-        assert!(told(&Problem { goals, ..base.clone() }, id, press).contains("energy"));
+        let targets = Targets { energy: Some(1e-3), ..Targets::default() };
+        assert!(told(&Problem { targets, ..base.clone() }, id, press).contains("energy"));
     }
     let soft = Wall::LennardJones(LennardJonesWall { strength: 20.0, sigma: 0.0143 });
     for id in ["fft-ia", "bicgstab", "bem-bspline"] {

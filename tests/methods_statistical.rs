@@ -3,7 +3,7 @@
 
 use asperity::grid::Grid;
 use asperity::interface::{Adhesion, Base, Elastic, Layer, StiffWall, Wall};
-use asperity::method::{self, Estimate, Form, Load, Problem, Settings, Stop, unwatched};
+use asperity::method::{self, Estimate, Load, NoObserver, PerssonForm, Problem, Settings, Stop};
 use asperity::observe::{Distribution, StressDistribution, contact_area};
 use asperity::surface::{Modes, Power, Spectrum};
 
@@ -26,7 +26,7 @@ struct Told {
 }
 
 fn told_at(problem: &Problem, id: &str, pressures: &[f64]) -> Vec<Told> {
-    let mut run = method::find(id).unwrap().start(problem, &unwatched).unwrap().estimator().unwrap();
+    let mut run = method::find(id).unwrap().start(problem, &NoObserver).unwrap().estimator().unwrap();
     let mut one = |&p: &f64| {
         let e: Estimate = run.estimate(Load::Pressure(p)).unwrap();
         assert_eq!((e.stop, e.pressure, e.load), (Stop::Converged, p, Load::Pressure(p)), "{id}");
@@ -70,7 +70,7 @@ struct Solved {
 
 fn solved((grid, heights): (Grid, &[f64]), pressure: f64) -> Solved {
     let problem = Problem::new(grid, heights);
-    let mut run = method::find("bvm").unwrap().start(&problem, &unwatched).unwrap().solver().unwrap();
+    let mut run = method::find("bvm").unwrap().start(&problem, &NoObserver).unwrap().solver().unwrap();
     let state = run.equilibrate(Load::Pressure(pressure)).unwrap();
     assert_eq!(state.stop, Stop::Converged);
     let area = contact_area(grid, state.gap, 0.0);
@@ -95,7 +95,7 @@ fn sticky<'p>(problem: &Problem<'p>) -> Problem<'p> {
     Problem { adhesion: Adhesion::exponential(GAMMA, RHO), ..problem.clone() }
 }
 
-fn in_form<'p>(problem: &Problem<'p>, form: Form) -> Problem<'p> {
+fn in_form<'p>(problem: &Problem<'p>, form: PerssonForm) -> Problem<'p> {
     let mut problem = problem.clone();
     problem.settings.persson.form = form;
     problem
@@ -132,7 +132,7 @@ fn what_cannot_be_done_is_refused() {
     let (grid, heights, power) = resolved();
     let dry = Problem { power: Some(&power), ..Problem::new(grid, &heights) };
     let says = |id: &str, problem: &Problem, load: Load| {
-        let started = method::find(id).unwrap().start(problem, &unwatched);
+        let started = method::find(id).unwrap().start(problem, &NoObserver);
         let error = started.and_then(|s| s.estimator()?.estimate(load).map(|_| ())).unwrap_err().to_string();
         assert_eq!(error.lines().count(), 1, "{error}");
         assert!(error.contains(&format!("method {id}")), "{error}");
@@ -221,7 +221,7 @@ fn estimates_repeat_to_the_bit() {
 fn persson_areas_are_error_functions() {
     let half = Power::expected(&Spectrum { rms_gradient: 0.5, lambda_s: 0.01, ..Spectrum::CHALLENGE }, 1.0);
     for (power, gradient) in [(challenge(), 1.0), (half, 0.5)] {
-        for (form, c) in [(Form::Pure, 2f64.sqrt()), (Form::Kappa2, std::f64::consts::PI.sqrt())] {
+        for (form, c) in [(PerssonForm::Pure, 2f64.sqrt()), (PerssonForm::Kappa2, std::f64::consts::PI.sqrt())] {
             let problem = in_form(&of(&power), form);
             for p in [1e-6, 1e-3, 0.01, 0.1, 0.2, 1.0] {
                 let found = told(&problem, "persson", p * gradient).share;
@@ -230,7 +230,7 @@ fn persson_areas_are_error_functions() {
         }
     }
     let power = challenge();
-    for (form, printed) in [(Form::Pure, 0.1585194), (Form::Kappa2, 0.197925)] {
+    for (form, printed) in [(PerssonForm::Pure, 0.1585194), (PerssonForm::Kappa2, 0.197925)] {
         assert!(near(told(&in_form(&of(&power), form), "persson", 0.1).share, printed, 3e-6));
     }
 }
@@ -269,7 +269,7 @@ fn persson_and_scgw_stiffness_is_the_slope_of_the_gap() {
 fn persson_stresses() {
     let (_, _, power) = resolved();
     let gradient = power.rms_gradient();
-    for form in [Form::Pure, Form::Kappa2] {
+    for form in [PerssonForm::Pure, PerssonForm::Kappa2] {
         for p in [1e-3, 0.05, 0.5, 3.0] {
             let found = told(&in_form(&of(&power), form), "persson", p * gradient);
             let stresses = found.stresses.unwrap();
@@ -307,7 +307,7 @@ fn persson_stresses_against_a_solver() {
         let values: Vec<f64> =
             solved.gap.iter().zip(&solved.stress).filter(|(g, _)| **g == 0.0).map(|(_, s)| *s).collect();
         assert_eq!(values.len() as f64, solved.touching * grid.points() as f64);
-        let [pure, twice] = [Form::Pure, Form::Kappa2].map(|form| {
+        let [pure, twice] = [PerssonForm::Pure, PerssonForm::Kappa2].map(|form| {
             let found = told(&in_form(&of(&power), form), "persson", p);
             apart(&found.stresses.unwrap().contact, found.share, &values)
         });
@@ -351,7 +351,8 @@ fn persson_against_a_solver() {
     for p in [0.006, 0.02, 0.05, 0.1, 0.2] {
         let pressure = p * power.rms_gradient();
         let solved = solved((grid, &heights), pressure);
-        let [pure, twice] = [Form::Pure, Form::Kappa2].map(|f| told(&in_form(&of(&power), f), "persson", pressure));
+        let [pure, twice] =
+            [PerssonForm::Pure, PerssonForm::Kappa2].map(|f| told(&in_form(&of(&power), f), "persson", pressure));
         let [gap, other] = [&pure, &twice].map(|t| t.gap / solved.mean_gap);
         let [area, larger] = [&pure, &twice].map(|t| t.share / solved.area);
         println!(

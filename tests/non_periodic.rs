@@ -2,7 +2,7 @@
 
 use asperity::grid::Grid;
 use asperity::interface::{Adhesion, Elastic, NonPeriodic};
-use asperity::method::{self, Load, Problem, State, Stop, unwatched};
+use asperity::method::{self, Load, NoObserver, Problem, State, Stop};
 use asperity::observe::contact_area;
 use std::f64::consts::PI;
 
@@ -12,7 +12,7 @@ fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
 }
 
 fn solve<R>(problem: &Problem, load: f64, look: impl FnOnce(&State) -> R) -> R {
-    let mut run = method::find("fast").unwrap().start(problem, &unwatched).unwrap().solver().unwrap();
+    let mut run = method::find("fast").unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
     let state = run.equilibrate(Load::Pressure(load)).unwrap();
     assert_eq!(state.stop, Stop::Converged, "residual {}", state.residual);
     look(&state)
@@ -101,10 +101,10 @@ fn what_a_patch_cannot_have() {
     let heights = sphere(grid, (16, 16));
     let p = problem(grid, &heights);
     for id in ["gfmd", "bvm"] {
-        let refused = method::find(id).unwrap().start(&p, &unwatched).err().expect("refused").to_string();
+        let refused = method::find(id).unwrap().start(&p, &NoObserver).err().expect("refused").to_string();
         assert!(refused.contains("not periodic") && refused.contains("method fast"), "{refused}");
     }
-    let mut run = method::find("fast").unwrap().start(&p, &unwatched).unwrap().solver().unwrap();
+    let mut run = method::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
     let refused = run.equilibrate(Load::MeanGap(0.1)).expect_err("refused").to_string();
     assert!(refused.contains("not periodic"), "{refused}");
     assert_eq!(run.equilibrate(Load::Pressure(-0.1)).unwrap().stop, Stop::Detached);

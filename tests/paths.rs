@@ -2,7 +2,9 @@
 
 use asperity::grid::Grid;
 use asperity::interface::{Adhesion, COHESIVE_RESOLUTION, RangeChoice};
-use asperity::method::{self, Heights, Iteration, Kept, Load, Precision, Problem, Snapshot, Stop, Watch, unwatched};
+use asperity::method::{
+    self, Heights, Iteration, Load, NoObserver, Observer, Precision, Problem, SnapshotRef, SolverSnapshot, Stop,
+};
 use asperity::path::LoadPath;
 use asperity::record::results::PullOff;
 use asperity::surface::{Modes, Spectrum};
@@ -37,7 +39,7 @@ struct Found {
 fn walk(problem: &Problem, id: &str, range: RangeChoice, loads: &[Load], pulls: bool) -> (Vec<Found>, Option<PullOff>) {
     let path = LoadPath::new(problem.clone(), method::find(id).expect("a method"), range, 0.0, loads);
     let mut found = Vec::new();
-    let pulled = path.walk(None, pulls, &unwatched, |_, reached| {
+    let pulled = path.walk(None, pulls, &NoObserver, |_, reached| {
         let state = &reached.state;
         assert_eq!(state.stop, Stop::Converged, "{id} at {:?}", state.load);
         found.push(Found {
@@ -152,7 +154,7 @@ fn pulled_apart() {
     for (share, expected) in [(0.97, Stop::Converged), (1.03, Stop::Detached)] {
         let mut run = method::find("fast")
             .expect("it is there")
-            .start(&p, &unwatched)
+            .start(&p, &NoObserver)
             .expect("it starts")
             .solver()
             .expect("it starts");
@@ -169,12 +171,12 @@ fn pulled_apart() {
     assert!((again.expect("asked for").pressure / pulled.pressure - 1.0).abs() < 0.01);
     let behind = [0.0, 3.0 * (pulled.mean_gap - found[0].mean_gap)].map(|d| Load::MeanGap(found[0].mean_gap + d));
     let path = LoadPath::new(p.clone(), method::find("fast").expect("it is there"), RangeChoice::Mesh, 0.0, &behind);
-    let refused = path.walk(None, true, &unwatched, |_, _| Ok(())).expect_err("refused").to_string();
+    let refused = path.walk(None, true, &NoObserver, |_, _| Ok(())).expect_err("refused").to_string();
     assert!(refused.contains("from which on it falls"), "{refused}");
     // Nothing to pull at.
     let p = problem(grid, Heights::Series(&modes), Adhesion::None);
     let path = LoadPath::new(p, method::find("fast").expect("it is there"), RangeChoice::Mesh, 0.0, &[]);
-    assert!(path.walk(None, true, &unwatched, |_, _| Ok(())).expect("no load, no search").is_none());
+    assert!(path.walk(None, true, &NoObserver, |_, _| Ok(())).expect("no load, no search").is_none());
 }
 
 /// Once it is armed, stops after a number of iterations and keeps the snapshot.
@@ -182,10 +184,10 @@ fn pulled_apart() {
 struct Stopper {
     /// Iterations to go; negative where it is not armed.
     left: AtomicI64,
-    kept: Mutex<Option<Kept>>,
+    kept: Mutex<Option<SolverSnapshot>>,
 }
 
-impl Watch for Stopper {
+impl Observer for Stopper {
     fn iteration(&self, _: Iteration) -> ControlFlow<()> {
         match self.left.load(Ordering::Relaxed) {
             0 => return ControlFlow::Break(()),
@@ -195,11 +197,11 @@ impl Watch for Stopper {
         ControlFlow::Continue(())
     }
 
-    fn snapshot(&self, s: Snapshot) {
-        let (gap, beside) = (s.gap.to_vec(), s.beside.map(|b| b.to_vec()));
+    fn snapshot(&self, s: SnapshotRef) {
+        let (gap, auxiliary) = (s.gap.to_vec(), s.auxiliary.map(|b| b.to_vec()));
         // Numbers go through the file's text.
         let progress = serde_json::from_str(&s.progress.to_string()).expect("JSON");
-        *self.kept.lock().expect("one thread") = Some(Kept { grid: s.grid, gap, beside, progress });
+        *self.kept.lock().expect("one thread") = Some(SolverSnapshot { grid: s.grid, gap, auxiliary, progress });
     }
 }
 
@@ -226,7 +228,7 @@ fn a_resumed_solve_has_the_same_bits() {
         // The paper's own methods take hundreds of iterations; bits need none of the last ones.
         let tolerance = if precision == Precision::F32 || id != "fast" { 1e-2 } else { 1e-7 };
         let p = Problem { precision, tolerance, ..problem(grid, Heights::Series(&modes), adhesion) };
-        let mut run = method.start(&p, &unwatched).expect("it starts").solver().expect("it starts");
+        let mut run = method.start(&p, &NoObserver).expect("it starts").solver().expect("it starts");
         let (last, before) = path.split_last().expect("a load");
         for load in before {
             run.equilibrate(*load).expect("a load");
@@ -245,7 +247,7 @@ fn a_resumed_solve_has_the_same_bits() {
             assert_eq!(stopped.stop, Stop::Interrupted, "{id} {adhesion:?} {last:?} after {after}");
             drop(run);
             let kept = stopper.kept.into_inner().expect("one thread").expect("a snapshot");
-            let mut run = method.start(&p, &unwatched).expect("it starts").solver().expect("it starts");
+            let mut run = method.start(&p, &NoObserver).expect("it starts").solver().expect("it starts");
             run.resume(kept).expect("its own snapshot");
             let state = run.equilibrate(*last).expect("a load");
             assert_eq!(state.stop, Stop::Converged);

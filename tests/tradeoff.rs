@@ -243,7 +243,7 @@ fn without_adhesion_is_compared_with_without() {
     let told = bench.table("run", &["--methods", "fast", "--grids", "64,32"]);
     assert!(told.references.len() == 1 && told.references[0].setting.adhesive);
     assert!(told.points.iter().all(|p| p.setting.adhesive));
-    let Some(dry) = REGISTRY.iter().map(|m| m.card()).find(|c| !c.knows_adhesion() && c.id != "all-atom") else {
+    let Some(dry) = REGISTRY.iter().map(|m| m.card()).find(|c| !c.supports_adhesion() && c.id != "all-atom") else {
         return;
     };
     let told = bench.table("run", &["--methods", &format!("fast,{}", dry.id), "--grids", "64"]);

@@ -3,7 +3,7 @@
 //! A problem of the continuum says nothing of the block, its potential or where LAMMPS may write, so this method runs where a
 //! scene says these, under `[atoms]`; the card lets tables and reports treat it as one of the methods.
 
-use super::{Card, ContactMethod, Criterion, Kind, Needs, Plan, Problem, Quantity, Started, Support, Watch};
+use super::{Card, ContactMethod, Criterion, Kind, Needs, Observer, Plan, Problem, Quantity, Started, Support};
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
 use crate::{Error, Result};
 
@@ -42,7 +42,7 @@ impl ContactMethod for AllAtom {
         Plan { bytes: 0, iterations: 0, pairs_per_iteration: 0.0, seconds: 0.0 }
     }
 
-    fn start<'p>(&self, _problem: &'p Problem<'p>, _watch: &'p dyn Watch) -> Result<Started<'p>> {
+    fn start<'p>(&self, _problem: &'p Problem<'p>, _watch: &'p dyn Observer) -> Result<Started<'p>> {
         Err(Error::input(
             format!("method {ID}"),
             "atoms",

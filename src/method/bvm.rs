@@ -5,9 +5,10 @@
 //! and needs no way back. Two guards are added to the published scheme for loads control with adhesion: negative
 //! curvature and a rising energy are answered with gradient steps of safe length.
 
-use super::operator::{Balance, Build, Operator, Outcome, Progress, curvature_of, dispatch, kkt};
+use super::operator::{Build, ConvergenceMonitor, Operator, Outcome, Residuals, curvature_of, dispatch, kkt};
 use super::{
-    Card, ContactMethod, Criterion, Heights, Kept, Kind, Load, Needs, Plan, Problem, Run, Started, State, Stop, Watch,
+    Card, ContactMethod, Criterion, Heights, Kind, Load, Needs, Observer, Plan, Problem, Run, SolverSnapshot, Started,
+    State, Stop,
 };
 use crate::Result;
 use crate::grid::{Real, Transform};
@@ -63,13 +64,13 @@ impl ContactMethod for Bvm {
         }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
+    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         problem.expect_periodic(CARD.id)?;
-        Ok(Started::Solver(dispatch(problem, Start(problem, watch))))
+        Ok(Started::Solver(dispatch(problem, Start(problem, observer))))
     }
 }
 
-struct Start<'p>(&'p Problem<'p>, &'p dyn Watch);
+struct Start<'p>(&'p Problem<'p>, &'p dyn Observer);
 
 impl<'p> Build<'p> for Start<'p> {
     type Built = Box<dyn Run + 'p>;
@@ -79,13 +80,13 @@ impl<'p> Build<'p> for Start<'p> {
         let gap = operator.first_touch();
         let residual = vec![T::default(); gap.len()];
         let direction = vec![T::default(); gap.len()];
-        Box::new(Solver { operator, watch: self.1, gap, previous: Vec::new(), residual, direction, paused: None })
+        Box::new(Solver { operator, observer: self.1, gap, previous: Vec::new(), residual, direction, paused: None })
     }
 }
 
 struct Solver<'p, T: Real, K, L> {
     operator: Operator<'p, T, K, L>,
-    watch: &'p dyn Watch,
+    observer: &'p dyn Observer,
     gap: Vec<T>,
     /// Gap before a step, for laws whose energy is not convex; empty without one.
     previous: Vec<T>,
@@ -104,13 +105,13 @@ struct Pause {
     beta: f64,
     /// Gradient steps of safe length that are still to be taken.
     safe: usize,
-    progress: Progress,
+    progress: ConvergenceMonitor,
 }
 
 impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
     /// Moves the gap by `step` along the direction, projects, and evaluates there. Returns the balance, `⟨r r⟩` and
     /// `⟨r r_old⟩`.
-    fn advance(&mut self, step: f64) -> (Balance, f64, f64) {
+    fn advance(&mut self, step: f64) -> (Residuals, f64, f64) {
         let (nx, direction, step) = (self.operator.problem.grid.nx, &self.direction, T::of(step));
         let update = |y: usize, gap: &mut [T]| {
             for (g, &d) in gap.iter_mut().zip(&direction[y * nx..]) {
@@ -130,9 +131,9 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
             }
             sum
         };
-        let (balance, [rr, rr_old]) = self.operator.evaluate(&mut self.gap, &mut self.residual, update, visit);
+        let (residuals, [rr, rr_old]) = self.operator.evaluate(&mut self.gap, &mut self.residual, update, visit);
         let n = self.gap.len() as f64;
-        (balance, rr / n, rr_old / n)
+        (residuals, rr / n, rr_old / n)
     }
 
     /// New direction `-r + β d`, zero where the wall holds the gap closed. Returns `⟨r d⟩` and `⟨d H d⟩`.
@@ -162,8 +163,8 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         self.gap = gap.iter().map(|&g| T::of(g)).collect();
     }
 
-    fn resume(&mut self, kept: Kept) -> Result<()> {
-        let (gap, direction, pause) = kept.pair_on(self.operator.problem.grid, CARD.id)?;
+    fn resume(&mut self, snapshot: SolverSnapshot) -> Result<()> {
+        let (gap, direction, pause) = snapshot.restore_pair(self.operator.problem.grid, CARD.id)?;
         self.set_gap(&gap);
         self.direction = direction.into_iter().map(T::of).collect();
         self.paused = Some(pause);
@@ -178,29 +179,34 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         let pressure = self.operator.pressure;
         let scale = Problem::stress_scale(pressure);
         let floor = problem.rounding_floor(self.operator.rms_height, pressure);
-        let fresh = Pause { iterations: 0, beta: 0.0, safe: 0, progress: Progress::new() };
+        let fresh = Pause { iterations: 0, beta: 0.0, safe: 0, progress: ConvergenceMonitor::new() };
         let Pause { mut iterations, mut beta, mut safe, mut progress } = self.paused.take().unwrap_or(fresh);
-        let (mut balance, ..) = self.advance(0.0);
-        let (stop, settled) = loop {
+        let (mut residuals, ..) = self.advance(0.0);
+        let (stop, error_estimates) = loop {
             // Before it hears of this iteration.
             let known = progress.mark();
-            let settled = progress.settled(&balance);
-            if self.operator.converged(&balance, &settled) {
-                break (Stop::Converged, settled);
+            let error_estimates = progress.error_estimates(&residuals);
+            if self.operator.converged(&residuals, &error_estimates) {
+                break (Stop::Converged, error_estimates);
             }
             if iterations >= problem.max_iterations {
-                break (Stop::IterationLimit, settled);
+                break (Stop::IterationLimit, error_estimates);
             }
-            let residual = balance.residual / scale;
+            let residual = residuals.residual / scale;
             if let Some(stop) = progress.stalled(residual, floor) {
-                break (stop, settled);
+                break (stop, error_estimates);
             }
-            if balance.parted(pressure, self.operator.law.range()) {
-                break (Stop::Detached, settled);
+            if residuals.separated(pressure, self.operator.law.range()) {
+                break (Stop::Detached, error_estimates);
             }
             let pause = || Pause { iterations, beta, safe, progress: progress.at(&known) };
-            if self.operator.leaves(self.watch, (iterations, residual), (&self.gap, &self.direction), pause) {
-                break (Stop::Interrupted, settled);
+            if self.operator.checkpoint_or_interrupt(
+                self.observer,
+                (iterations, residual),
+                (&self.gap, &self.direction),
+                pause,
+            ) {
+                break (Stop::Interrupted, error_estimates);
             }
             let (mut rd, mut curvature) = self.direct(if safe > 0 { 0.0 } else { beta });
             if rd >= 0.0 {
@@ -215,9 +221,9 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             } else {
                 -rd / curvature
             };
-            let energy = balance.energy(pressure);
+            let energy = residuals.energy(pressure);
             // Rounding of an energy of order E*·h_rms² must not count as a rise.
-            let noise = 64.0 * problem.precision.epsilon() * balance.magnitude(pressure);
+            let noise = 64.0 * problem.precision.epsilon() * residuals.magnitude(pressure);
             let (mut retreated, mut exhausted, was_safe) = (false, false, safe > 0);
             if L::ACTIVE {
                 self.previous.resize(self.gap.len(), T::zero());
@@ -243,24 +249,24 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             // After a retreat the residual before this step is no longer known.
             beta = if rd < 0.0 && !retreated { ((new_rr - rr_old) / -rd).max(0.0) } else { 0.0 };
             // Rounding of an energy of order E*·h_rms² must not count as a rise.
-            let noise = 64.0 * problem.precision.epsilon() * balance.magnitude(pressure);
+            let noise = 64.0 * problem.precision.epsilon() * residuals.magnitude(pressure);
             safe = if retreated || new.energy(pressure) > energy + noise {
                 SAFE_STEPS
             } else {
                 usize::saturating_sub(safe, 1)
             };
-            balance = new;
+            residuals = new;
             iterations += 1;
             if exhausted && was_safe {
                 // Not even a gradient step of safe length descends.
                 let stop = if residual <= 10.0 * floor { Stop::RoundingFloor } else { Stop::NoDescent };
-                break (stop, settled);
+                break (stop, error_estimates);
             }
         };
-        let balance = self.operator.stress(&mut self.gap, &mut self.residual);
+        let residuals = self.operator.stress(&mut self.gap, &mut self.residual);
         let pairs = self.operator.pairs - pairs_before;
         Ok(self.operator.state(
-            Outcome { load, stop, iterations, pairs, clock, balance, settled },
+            Outcome { load, stop, iterations, pairs, clock, residuals, error_estimates },
             &self.gap,
             &self.residual,
         ))

@@ -96,7 +96,7 @@ pub enum Criterion {
     /// Interfacial stress that presses.
     CompressiveStress,
     /// Gap exactly zero; where the stress presses is told beside it.
-    ZeroGapBesideStress,
+    ZeroGapAndStress,
     /// Undeformed bodies moved into each other: the bearing area, grown by what the method says of it.
     Overlap,
     /// Spots of single asperities.
@@ -114,7 +114,7 @@ impl std::fmt::Display for Criterion {
         match self {
             Criterion::ZeroGap => write!(f, "zero gap"),
             Criterion::CompressiveStress => write!(f, "compressive stress"),
-            Criterion::ZeroGapBesideStress => write!(f, "zero gap, beside compressive stress"),
+            Criterion::ZeroGapAndStress => write!(f, "zero gap, beside compressive stress"),
             Criterion::Overlap => write!(f, "overlap of the undeformed bodies"),
             Criterion::Spots => write!(f, "spots of single asperities"),
             Criterion::Statistical => write!(f, "a share, without a place"),
@@ -148,12 +148,12 @@ pub struct Card {
 
 impl Card {
     /// Whether adhesion is something that the method knows.
-    pub fn knows_adhesion(&self) -> bool {
+    pub fn supports_adhesion(&self) -> bool {
         matches!((self.supports)(Quantity::ContactArea), Support::Full | Support::Only(_))
     }
 
     /// Why a quantity is not delivered of a problem, with adhesion or without.
-    pub fn why_not(&self, quantity: Quantity, adhesive: bool) -> Option<&'static str> {
+    pub fn unsupported_reason(&self, quantity: Quantity, adhesive: bool) -> Option<&'static str> {
         match (self.supports)(quantity) {
             Support::No(reason) => Some(reason),
             Support::NoAdhesion if adhesive => Some("not with adhesion"),

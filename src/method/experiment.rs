@@ -12,8 +12,8 @@
 //! then far below that of the challenge, ρ/L = 2·10⁻⁵. The model takes the adhesion of the problem.
 
 use super::{
-    Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Plan, Problem, Quantity, Settings, Started,
-    Support, Watch, accepts, fast,
+    Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Observer, Plan, Problem, Quantity,
+    Settings, Started, Support, accepts, fast,
 };
 use crate::grid::{Grid, Transform};
 use crate::interface::{Adhesion, Base, Elastic, Layer, RangeChoice};
@@ -134,7 +134,7 @@ impl ContactMethod for Experiment {
         Plan { bytes: inner.bytes + (3 * 8 + 1) * problem.grid.points() as u64, ..inner }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
+    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         accepts::half_space(problem, CARD.id)?;
         accepts::hard_wall(problem, CARD.id)?;
         problem.settings.experiment.check()?;
@@ -142,13 +142,13 @@ impl ContactMethod for Experiment {
         let mut printed = accepts::from_lowest(problem).into_owned();
         box_average(grid, &mut printed, problem.settings.experiment.print);
         let (last, contact, gap) = (Vec::new(), Vec::new(), Vec::new());
-        Ok(Started::Estimator(Box::new(Laboratory { problem, watch, printed, last, contact, gap })))
+        Ok(Started::Estimator(Box::new(Laboratory { problem, observer, printed, last, contact, gap })))
     }
 }
 
 struct Laboratory<'p> {
     problem: &'p Problem<'p>,
-    watch: &'p dyn Watch,
+    observer: &'p dyn Observer,
     printed: Vec<f64>,
     /// True gap of the last load, from which the next goes on.
     last: Vec<f64>,
@@ -166,7 +166,7 @@ impl Estimator for Laboratory<'_> {
         let adhesion = Experiment.adhesion(self.problem);
         let (heights, kernel) = ((&self.printed).into(), settings.layer());
         let inner = Problem { heights, kernel, adhesion, ..self.problem.clone() };
-        let mut run = fast::Fast.start(&inner, self.watch)?.solver()?;
+        let mut run = fast::Fast.start(&inner, self.observer)?.solver()?;
         if adhesive && !self.last.is_empty() {
             run.set_gap(&self.last);
         }

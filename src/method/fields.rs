@@ -2,7 +2,7 @@
 //! every such solver refuses, and the optimality of a gap. Nothing here is shared with the row-wise operator of `bvm`,
 //! `fast` and `gfmd` but the transform.
 
-use super::operator::{Balance, refused};
+use super::operator::{Residuals, refused};
 use super::{Precision, Problem};
 use crate::grid::{Grid, HalfSpectrum, Transform, dot, mean, sum_rows};
 use crate::{Error, Result};
@@ -119,7 +119,7 @@ pub(super) fn heights(problem: &Problem, id: &str) -> Result<Vec<f64>> {
     if problem.precision != Precision::F64 {
         return Err(Error::input(format!("method {id}"), "precision", "f32", "f64"));
     }
-    if let Some(goal) = problem.goals.energy {
+    if let Some(goal) = problem.targets.energy {
         let accepted = "none: this method does not estimate its energy above the minimum (`fast` does)";
         return Err(refused(id, "energy goal", goal, accepted));
     }
@@ -131,23 +131,23 @@ pub(super) fn heights(problem: &Problem, id: &str) -> Result<Vec<f64>> {
 
 /// What a gap is short of equilibrium: `stress` is that of body and load, `traction` the law's attraction. Behind a hard
 /// wall closed nodes may press.
-pub(super) fn balance(
+pub(super) fn residuals(
     gap: &[f64],
     stress: &[f64],
     traction: &[f64],
     hard: bool,
     (elastic, law): (f64, f64),
-) -> Balance {
+) -> Residuals {
     let [square, missing, work, mean_gap, contact] = means(gap.len(), |i| {
         let (g, t) = (gap[i], stress[i] + traction[i]);
         let residual = if hard && g <= 0.0 { t.min(0.0) } else { t };
         [residual * residual, residual, (t * g).abs(), g, f64::from(u8::from(g <= 0.0))]
     });
-    Balance {
+    Residuals {
         elastic,
         interaction: law,
         mean_gap,
-        lift: mean_gap,
+        mean_separation: mean_gap,
         contact,
         residual: if elastic.is_finite() { square.sqrt() } else { f64::NAN },
         imbalance: missing,

@@ -7,8 +7,11 @@
 //! faster per step but has another fixed point: the clamp is a projection only in the metric of uniform masses (1-D
 //! Westergaard at half its full-contact pressure: contact fraction 0.605 instead of 0.5).
 
-use super::operator::{Balance, Build, KKT, Operator, Outcome, Progress, dispatch, kkt_row};
-use super::{Card, ContactMethod, Criterion, Kept, Kind, Load, Needs, Plan, Problem, Run, Started, State, Stop, Watch};
+use super::operator::{Build, ConvergenceMonitor, KKT, Operator, Outcome, Residuals, dispatch, kkt_row};
+use super::{
+    Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Run, SolverSnapshot, Started, State,
+    Stop,
+};
 use crate::Result;
 use crate::grid::{Real, Transform, block_sums};
 use crate::interface::{Kernel, Law};
@@ -62,13 +65,13 @@ impl ContactMethod for Gfmd {
         }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
+    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         problem.expect_periodic(CARD.id)?;
-        Ok(Started::Solver(dispatch(problem, Start(problem, watch))))
+        Ok(Started::Solver(dispatch(problem, Start(problem, observer))))
     }
 }
 
-struct Start<'p>(&'p Problem<'p>, &'p dyn Watch);
+struct Start<'p>(&'p Problem<'p>, &'p dyn Observer);
 
 impl<'p> Build<'p> for Start<'p> {
     type Built = Box<dyn Run + 'p>;
@@ -77,13 +80,13 @@ impl<'p> Build<'p> for Start<'p> {
         let operator = Operator::<T, K, L>::new(self.0, kernel, law);
         let gap = operator.first_touch();
         let velocity = vec![T::default(); gap.len()];
-        Box::new(Solver { operator, watch: self.1, gap, velocity, paused: None })
+        Box::new(Solver { operator, observer: self.1, gap, velocity, paused: None })
     }
 }
 
 struct Solver<'p, T: Real, K, L> {
     operator: Operator<'p, T, K, L>,
-    watch: &'p dyn Watch,
+    observer: &'p dyn Observer,
     gap: Vec<T>,
     /// Gap minus the previous gap; interfacial stress once a load is done.
     velocity: Vec<T>,
@@ -95,7 +98,7 @@ struct Solver<'p, T: Real, K, L> {
 #[derive(Clone, Serialize, Deserialize)]
 struct Pause {
     iterations: usize,
-    progress: Progress,
+    progress: ConvergenceMonitor,
 }
 
 impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
@@ -107,7 +110,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
 
     /// Rows of `gap - height` into the spectrum.
     fn place(&mut self) {
-        self.operator.ready();
+        self.operator.allocate_spectrum();
         let Operator { transform, spectrum, heights, offset, .. } = &mut self.operator;
         let offset = *offset;
         let (nx, pitch) = (transform.grid().nx, transform.grid().pitch());
@@ -124,7 +127,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
 
     /// One step: elastic force of the displacement in the spectrum, the balance there, then the Verlet update with the
     /// clamp, and the new displacement's rows go back into the spectrum in the same sweep.
-    fn step(&mut self, inertia: f64, step: f64) -> Balance {
+    fn step(&mut self, inertia: f64, step: f64) -> Residuals {
         let elastic = {
             let Operator { transform, spectrum, stiffness, .. } = &mut self.operator;
             0.5 * transform.filter_columns(spectrum, stiffness)
@@ -159,7 +162,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
             )
             .collect();
         self.operator.pairs += 1.0;
-        Balance::new(self.gap.len(), elastic, &block_sums(&rows))
+        Residuals::new(self.gap.len(), elastic, &block_sums(&rows))
     }
 }
 
@@ -168,8 +171,8 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         self.gap = gap.iter().map(|&g| T::of(g)).collect();
     }
 
-    fn resume(&mut self, kept: Kept) -> Result<()> {
-        let (gap, velocity, pause) = kept.pair_on(self.operator.problem.grid, CARD.id)?;
+    fn resume(&mut self, snapshot: SolverSnapshot) -> Result<()> {
+        let (gap, velocity, pause) = snapshot.restore_pair(self.operator.problem.grid, CARD.id)?;
         self.set_gap(&gap);
         self.velocity = velocity.into_iter().map(T::of).collect();
         self.paused = Some(pause);
@@ -189,7 +192,7 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         let (wave, _) = problem.stiffness_range();
         let approach = scale / (0.5 * self.operator.rms_height).max(f64::MIN_POSITIVE);
         let slowest = wave.min(approach);
-        let fresh = Pause { iterations: 0, progress: Progress::new() };
+        let fresh = Pause { iterations: 0, progress: ConvergenceMonitor::new() };
         let Pause { mut iterations, mut progress } = match self.paused.take() {
             None => {
                 self.rest();
@@ -200,45 +203,50 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
                 pause
             }
         };
-        let (stop, balance, settled) = loop {
+        let (stop, residuals, error_estimates) = loop {
             let squared = if L::HARD { STEP_SQUARED } else { STEP_SQUARED_SOFT };
             let step = squared / self.operator.stiffest(&self.gap);
             let inertia = (-2.0 * DAMPING * (slowest * step).sqrt()).exp();
-            let balance = self.step(inertia, step);
-            let settled = progress.settled(&balance);
-            if self.operator.converged(&balance, &settled) {
+            let residuals = self.step(inertia, step);
+            let error_estimates = progress.error_estimates(&residuals);
+            if self.operator.converged(&residuals, &error_estimates) {
                 // The balance belongs to the state before the step, and an oscillation may have been passing through
                 // its rest position: what counts is the state that is kept.
                 let kept = self.operator.stress(&mut self.gap, &mut self.velocity);
-                if self.operator.converged(&kept, &settled) {
-                    break (Stop::Converged, kept, settled);
+                if self.operator.converged(&kept, &error_estimates) {
+                    break (Stop::Converged, kept, error_estimates);
                 }
                 self.rest();
             }
             if iterations >= problem.max_iterations {
-                break (Stop::IterationLimit, balance, settled);
+                break (Stop::IterationLimit, residuals, error_estimates);
             }
-            let residual = balance.residual / scale;
+            let residual = residuals.residual / scale;
             if let Some(stop) = progress.stalled(residual, floor) {
-                break (stop, balance, settled);
+                break (stop, residuals, error_estimates);
             }
-            if balance.parted(pressure, self.operator.law.range()) {
-                break (Stop::Detached, balance, settled);
+            if residuals.separated(pressure, self.operator.law.range()) {
+                break (Stop::Detached, residuals, error_estimates);
             }
             let pause = || Pause { iterations: iterations + 1, progress: progress.clone() };
-            if self.operator.leaves(self.watch, (iterations, residual), (&self.gap, &self.velocity), pause) {
-                break (Stop::Interrupted, balance, settled);
+            if self.operator.checkpoint_or_interrupt(
+                self.observer,
+                (iterations, residual),
+                (&self.gap, &self.velocity),
+                pause,
+            ) {
+                break (Stop::Interrupted, residuals, error_estimates);
             }
             iterations += 1;
         };
         // A state that stopped short is told as it is kept, too.
-        let balance = match stop {
-            Stop::Converged => balance,
+        let residuals = match stop {
+            Stop::Converged => residuals,
             _ => self.operator.stress(&mut self.gap, &mut self.velocity),
         };
         let pairs = self.operator.pairs - pairs_before;
         Ok(self.operator.state(
-            Outcome { load, stop, iterations, pairs, clock, balance, settled },
+            Outcome { load, stop, iterations, pairs, clock, residuals, error_estimates },
             &self.gap,
             &self.velocity,
         ))

@@ -36,14 +36,14 @@ pub use card::{Card, Criterion, Kind, Needs, Quantity, Support};
 pub use estimate::{Estimate, Estimator, Started};
 pub use fft_ia::FftIaSettings;
 pub use problem::{
-    CoarseState, Goals, Heights, Iteration, Kept, Plan, Precision, Problem, Run, Settled, Snapshot, State, Stop, Watch,
-    unwatched,
+    CoarseState, ErrorEstimates, Heights, Iteration, NoObserver, Observer, Plan, Precision, Problem, Run, SnapshotRef,
+    SolverSnapshot, State, Stop, Targets,
 };
 
 pub use experiment::ExperimentSettings;
 pub use icha::IchaSettings;
 pub use ms_archard::MsArchardSettings;
-pub use persson::{Form, PerssonSettings};
+pub use persson::{PerssonForm, PerssonSettings};
 pub use rl_archard::RlArchardSettings;
 pub use settings::Settings;
 pub use srgw::SrgwSettings;
@@ -78,7 +78,7 @@ pub trait ContactMethod: Sync {
     fn plan(&self, problem: &Problem) -> Plan;
 
     /// Allocates. The first load is reached from first touch, or, by methods that say so, from coarser grids.
-    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>>;
+    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>>;
 }
 
 /// Every method, in the order in which tables list them.

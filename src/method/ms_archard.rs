@@ -8,8 +8,8 @@
 use super::accepts;
 use super::sinusoid;
 use super::{
-    Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Plan, Problem, Quantity, Settings, Started,
-    Stop, Support, Watch,
+    Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Observer, Plan, Problem, Quantity,
+    Settings, Started, Stop, Support,
 };
 use crate::interface::{Adhesion, Law};
 use crate::surface::Power;
@@ -82,7 +82,7 @@ impl ContactMethod for MsArchard {
         Plan { bytes, iterations: shells, pairs_per_iteration: 0.0, seconds: SECONDS }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
+    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         let power = accepts::isotropic_power(problem, CARD.id)?;
         let refuse = |key: &str, found: String, accepted: &str| {
             Err(Error::input(format!("method {}", CARD.id), key, found, accepted))
@@ -98,7 +98,7 @@ impl ContactMethod for MsArchard {
                 "a law that pulls hardest at no gap: exponential, Dugdale or none",
             );
         }
-        Ok(Started::Estimator(Box::new(Stack { bands: bands(power, ratio), adhesion: problem.adhesion, watch })))
+        Ok(Started::Estimator(Box::new(Stack { bands: bands(power, ratio), adhesion: problem.adhesion, observer })))
     }
 }
 
@@ -138,7 +138,7 @@ fn bands(power: &Power, ratio: f64) -> Vec<Band> {
 struct Stack<'p> {
     bands: Vec<Band>,
     adhesion: Adhesion,
-    watch: &'p dyn Watch,
+    observer: &'p dyn Observer,
 }
 
 /// Pressures over that of full contact that are tried for the first balance, in steps of their cube roots, and halvings from
@@ -178,7 +178,7 @@ impl Estimator for Stack<'_> {
         let (mut on_band, mut unbalanced) = (pressure, 0.0_f64);
         let mut stop = Stop::Converged;
         for band in &self.bands {
-            if self.watch.stopping() {
+            if self.observer.stop_requested() {
                 stop = Stop::Interrupted;
                 break;
             }

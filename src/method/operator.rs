@@ -9,7 +9,7 @@
 //! and an equilibrium has `t = 0` where the gap is open and `t ≥ 0`, the contact stress, where a hard wall closes it.
 //! `K` has no mean mode, so the mean of `t - v'` is the pressure whatever the gap: load balance is a statement about `t`.
 
-use super::{Heights, Iteration, Load, Problem, Settled, Snapshot, State, Stop, Watch};
+use super::{ErrorEstimates, Heights, Iteration, Load, Observer, Problem, SnapshotRef, State, Stop};
 use crate::grid::{
     CHUNK, Filter, Grid, HalfSpectrum, Real, Transform, block_sums, dot, lowest, rms, total, vectorised,
 };
@@ -44,12 +44,12 @@ impl<T: Real, K: Kernel> Filter<T> for Stiffness<K> {
 
 /// Sums over one evaluation, all as means over the grid but `tension`.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-pub(super) struct Balance {
+pub(super) struct Residuals {
     pub elastic: f64,
     pub interaction: f64,
     pub mean_gap: f64,
     /// Mean of the gap over the whole cell, on which the load works: the mean gap, unless some of the cell is padding.
-    pub lift: f64,
+    pub mean_separation: f64,
     /// Closed nodes.
     pub contact: f64,
     /// rms of the KKT residual.
@@ -68,8 +68,8 @@ pub(super) struct Outcome {
     /// Transforms done for it.
     pub pairs: f64,
     pub clock: Instant,
-    pub balance: Balance,
-    pub settled: Settled,
+    pub residuals: Residuals,
+    pub error_estimates: ErrorEstimates,
 }
 
 impl Outcome {
@@ -80,21 +80,21 @@ impl Outcome {
         gap: &'a [T],
         stress: &'a [T],
     ) -> State<'a> {
-        let Outcome { load, stop, iterations, pairs, clock, balance, settled } = self;
+        let Outcome { load, stop, iterations, pairs, clock, residuals, error_estimates } = self;
         State {
             load,
             pressure,
-            settled,
+            error_estimates,
             gap: T::lend(gap),
             stress: T::lend(stress),
-            mean_gap: balance.mean_gap,
-            energy: balance.energy(pressure),
-            elastic_energy: balance.elastic,
-            interaction_energy: balance.interaction,
-            load_error: balance.imbalance.abs() / scale,
-            residual: balance.residual / scale,
+            mean_gap: residuals.mean_gap,
+            energy: residuals.energy(pressure),
+            elastic_energy: residuals.elastic,
+            interaction_energy: residuals.interaction,
+            load_error: residuals.imbalance.abs() / scale,
+            residual: residuals.residual / scale,
             // A flat surface has no height to compare with, and no gap either.
-            complementarity: balance.complementarity / (scale * rms_height.max(f64::MIN_POSITIVE)),
+            complementarity: residuals.complementarity / (scale * rms_height.max(f64::MIN_POSITIVE)),
             stop,
             iterations,
             fft_pairs: pairs,
@@ -105,7 +105,7 @@ impl Outcome {
 
 /// A pull is taken to have parted the surfaces where what is left of the attraction, as energy over range, is below this
 /// part of it; in equilibrium the two are of one size.
-const PARTED: f64 = 1e-2;
+const SEPARATED: f64 = 1e-2;
 
 /// Curvature of the energy along a line over that of the elastic body alone, at and below which it counts as none.
 /// On the way to the jumps of an adhesive wave (`adhesive_analytic`) steps left the branch with 0 and no longer with
@@ -212,19 +212,19 @@ pub(super) fn kkt_row<L: Law, T: Real>(law: &L, gap: &[T], t: &mut [T]) -> [f64;
     )
 }
 
-impl Balance {
+impl Residuals {
     pub fn new(points: usize, elastic: f64, sums: &[f64]) -> Self {
         let mean = |i: usize| sums[i] / points as f64;
         // The clamp of a hard wall makes a closed gap of what is no number, without any residual; the elastic energy does
         // not forget.
         let residual = if elastic.is_finite() { mean(0).sqrt() } else { f64::NAN };
-        Balance {
+        Residuals {
             elastic,
             residual,
             imbalance: mean(1),
             complementarity: mean(2),
             mean_gap: mean(3),
-            lift: mean(3),
+            mean_separation: mean(3),
             interaction: mean(4),
             contact: mean(5),
         }
@@ -232,7 +232,7 @@ impl Balance {
 
     /// Size of the energy's terms, whose rounding must not count as a rise.
     pub fn magnitude(&self, pressure: f64) -> f64 {
-        self.elastic.abs() + self.interaction.abs() + (pressure * self.lift).abs()
+        self.elastic.abs() + self.interaction.abs() + (pressure * self.mean_separation).abs()
     }
 
     /// Whether the residual is within the tolerance and the forces balance, both over `scale`.
@@ -242,12 +242,12 @@ impl Balance {
     }
 
     /// Whether a pull has parted the surfaces, for a law of this range.
-    pub fn parted(&self, pressure: f64, range: f64) -> bool {
-        pressure < 0.0 && self.interaction.abs() < PARTED * -pressure * range
+    pub fn separated(&self, pressure: f64, range: f64) -> bool {
+        pressure < 0.0 && self.interaction.abs() < SEPARATED * -pressure * range
     }
 
     pub fn energy(&self, pressure: f64) -> f64 {
-        self.elastic + self.interaction + pressure * self.lift
+        self.elastic + self.interaction + pressure * self.mean_separation
     }
 }
 
@@ -255,7 +255,7 @@ impl Balance {
 pub(super) struct Operator<'p, T: Real, K, L> {
     pub problem: &'p Problem<'p>,
     pub transform: Transform<T>,
-    /// Allocated when first used ([`Operator::ready`]).
+    /// Allocated when first used ([`Operator::allocate_spectrum`]).
     pub spectrum: HalfSpectrum<T>,
     pub stiffness: Stiffness<K>,
     pub law: L,
@@ -303,7 +303,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
     /// # Errors
     /// `Input` for any load but a pressure that presses, or with adhesion, be the wall soft or hard, may pull.
     pub fn set_load(&mut self, load: Load, id: &str) -> Result<()> {
-        let goal = self.problem.goals.energy;
+        let goal = self.problem.targets.energy;
         match load {
             Load::Pressure(p) if p > 0.0 || self.law.range() > 0.0 => self.pressure = p,
             Load::Pressure(p) => return Err(refused(id, "pressure", p, "a positive one: nothing holds a pull")),
@@ -322,22 +322,22 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
         }
     }
 
-    /// Tells the watch of an iteration and, where it wants that or stops, keeps the gap, the field beside it and what `pause` gives:
+    /// Tells the observer of an iteration and, where it wants that or stops, keeps the gap, the field beside it and what `pause` gives:
     /// all that the solve goes on from. True where it stops.
-    pub fn leaves<P: Serialize>(
+    pub fn checkpoint_or_interrupt<P: Serialize>(
         &self,
-        watch: &dyn Watch,
+        observer: &dyn Observer,
         (iteration, residual): (usize, f64),
         (gap, beside): (&[T], &[T]),
         pause: impl FnOnce() -> P,
     ) -> bool {
-        let step = Iteration { iteration, residual, tolerance: self.problem.tolerance, share: 1.0 };
-        let stopping = watch.iteration(step).is_break();
-        if stopping || watch.wants_snapshot() {
-            watch.snapshot(Snapshot {
+        let step = Iteration { iteration, residual, tolerance: self.problem.tolerance, grid_fraction: 1.0 };
+        let stopping = observer.iteration(step).is_break();
+        if stopping || observer.snapshot_due() {
+            observer.snapshot(SnapshotRef {
                 grid: self.problem.grid,
                 gap: T::lend(gap),
-                beside: Some(T::lend(beside)),
+                auxiliary: Some(T::lend(beside)),
                 progress: serde_json::to_value(pause()).expect("plain numbers"),
             });
         }
@@ -345,7 +345,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
     }
 
     /// Allocates the spectrum.
-    pub fn ready(&mut self) {
+    pub fn allocate_spectrum(&mut self) {
         if self.spectrum.is_empty() {
             self.spectrum = self.transform.spectrum();
         }
@@ -357,15 +357,15 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
     }
 
     /// Gradient `t` at `gap`, one pair. Per row, `update` may first move the gap, and `visit` sees gap and `t`, may keep
-    /// something in `store`, and returns sums beyond those of [`Balance`].
+    /// something in `store`, and returns sums beyond those of [`Residuals`].
     pub fn evaluate<const M: usize>(
         &mut self,
         gap: &mut [T],
         store: &mut [T],
         update: impl Fn(usize, &mut [T]) + Sync,
         visit: impl Fn(&[T], &[T], &mut [T]) -> [f64; M] + Sync,
-    ) -> (Balance, [f64; M]) {
-        self.ready();
+    ) -> (Residuals, [f64; M]) {
+        self.allocate_spectrum();
         let grid = self.transform.grid();
         let (nx, pitch) = (grid.nx, grid.pitch());
         let offset = self.offset;
@@ -402,7 +402,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
             .collect();
         self.pairs += 1.0;
         let (sums, more): (Vec<_>, Vec<_>) = rows.into_iter().unzip();
-        (Balance::new(grid.points(), elastic, &block_sums(&sums)), block_sums(&more))
+        (Residuals::new(grid.points(), elastic, &block_sums(&sums)), block_sums(&more))
     }
 
     /// `⟨d K d⟩` (half a pair), with `update` giving each row of `d` first, and its sums.
@@ -433,9 +433,9 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
     }
 
     /// Interfacial stress `p + K(g-h)` into `stress`, and the final balance.
-    pub fn stress(&mut self, gap: &mut [T], stress: &mut [T]) -> Balance {
+    pub fn stress(&mut self, gap: &mut [T], stress: &mut [T]) -> Residuals {
         let law = self.law;
-        let (balance, _) = self.evaluate(
+        let (residuals, _) = self.evaluate(
             gap,
             stress,
             |_, _| {},
@@ -446,7 +446,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
                 [0.0; 0]
             },
         );
-        balance
+        residuals
     }
 
     /// The state that observers are lent.
@@ -455,9 +455,9 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
     }
 
     /// Whether a balance meets the tolerance, the load balance and the goals.
-    pub fn converged(&self, balance: &Balance, settled: &Settled) -> bool {
+    pub fn converged(&self, residuals: &Residuals, error_estimates: &ErrorEstimates) -> bool {
         let scale = Problem::stress_scale(self.pressure);
-        balance.meets(self.problem.tolerance, scale) && self.problem.goals.met(settled)
+        residuals.meets(self.problem.tolerance, scale) && self.problem.targets.met(error_estimates)
     }
 
     /// Upper bound of the curvature of the energy around `gap`: what a safe gradient step is the inverse of. A soft wall is
@@ -481,7 +481,7 @@ pub(super) fn refused(id: &str, key: &str, found: f64, accepted: &str) -> Error 
 
 /// Notices that a residual no longer falls, and how much area and mean gap still move.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Progress {
+pub(super) struct ConvergenceMonitor {
     /// None before the first.
     best: Option<f64>,
     since: usize,
@@ -489,41 +489,45 @@ pub(super) struct Progress {
     history: Vec<(f64, f64)>,
 }
 
-/// A moment of [`Progress`].
+/// A moment of [`ConvergenceMonitor`].
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Mark {
+pub(super) struct MonitorMark {
     best: Option<f64>,
     since: usize,
     len: usize,
 }
 
-impl Progress {
+impl ConvergenceMonitor {
     /// Iterations without a tenth of improvement after which a residual at the rounding floor is final.
     const PATIENCE: usize = 100;
     /// Iterations before which nothing has settled.
     const FEWEST: usize = 10;
 
     pub fn new() -> Self {
-        Progress { best: None, since: 0, history: Vec::new() }
+        ConvergenceMonitor { best: None, since: 0, history: Vec::new() }
     }
 
     /// What it knows now, but for its history, which only grows.
-    pub fn mark(&self) -> Mark {
-        Mark { best: self.best, since: self.since, len: self.history.len() }
+    pub fn mark(&self) -> MonitorMark {
+        MonitorMark { best: self.best, since: self.since, len: self.history.len() }
     }
 
     /// As it was at a mark.
-    pub fn at(&self, mark: &Mark) -> Progress {
-        Progress { best: mark.best, since: mark.since, history: self.history[..mark.len].to_vec() }
+    pub fn at(&self, mark: &MonitorMark) -> ConvergenceMonitor {
+        ConvergenceMonitor { best: mark.best, since: mark.since, history: self.history[..mark.len].to_vec() }
     }
 
     /// Notes a state, and says how it compares with the one a fifth of the iterations ago.
-    pub fn settled(&mut self, balance: &Balance) -> Settled {
-        self.history.push((balance.contact, balance.mean_gap));
+    pub fn error_estimates(&mut self, residuals: &Residuals) -> ErrorEstimates {
+        self.history.push((residuals.contact, residuals.mean_gap));
         let before = self.history[4 * (self.history.len() - 1) / 5];
         let enough = self.history.len() >= Self::FEWEST;
         let drift = |now: f64, then: f64| enough.then(|| (now - then).abs() / now.abs().max(f64::MIN_POSITIVE));
-        Settled { energy: None, area: drift(balance.contact, before.0), mean_gap: drift(balance.mean_gap, before.1) }
+        ErrorEstimates {
+            energy: None,
+            area: drift(residuals.contact, before.0),
+            mean_gap: drift(residuals.mean_gap, before.1),
+        }
     }
 
     /// `Some` when `residual` (over the pressure) is no number, or has stalled at no more than ten times `floor`.

@@ -80,7 +80,7 @@ impl<'a> From<&'a [f64]> for Heights<'a> {
 /// Accuracy in physical terms. Each that is given must be met, beside the residual.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Goals {
+pub struct Targets {
     /// Energy above the minimum, over the energy: what the last Newton step had in reach, times the fall of the residual
     /// since.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -94,19 +94,19 @@ pub struct Goals {
     pub mean_gap: Option<f64>,
 }
 
-impl Goals {
+impl Targets {
     /// Whether all that are asked for are met.
-    pub fn met(&self, settled: &Settled) -> bool {
+    pub fn met(&self, error_estimates: &ErrorEstimates) -> bool {
         let within = |goal: Option<f64>, found: Option<f64>| goal.is_none_or(|g| found.is_some_and(|f| f <= g));
-        within(self.energy, settled.energy)
-            && within(self.area, settled.area)
-            && within(self.mean_gap, settled.mean_gap)
+        within(self.energy, error_estimates.energy)
+            && within(self.area, error_estimates.area)
+            && within(self.mean_gap, error_estimates.mean_gap)
     }
 }
 
-/// How far a state has settled, in the terms of [`Goals`]; `None` where a method cannot tell.
+/// How far a state has settled, in the terms of [`Targets`]; `None` where a method cannot tell.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Settled {
+pub struct ErrorEstimates {
     pub energy: Option<f64>,
     pub area: Option<f64>,
     pub mean_gap: Option<f64>,
@@ -127,7 +127,7 @@ pub struct Problem<'a> {
     /// Largest rms KKT residual over the pressure at which a state counts as converged.
     pub tolerance: f64,
     /// What else must have settled.
-    pub goals: Goals,
+    pub targets: Targets,
     pub max_iterations: usize,
     pub settings: Settings,
 }
@@ -144,7 +144,7 @@ impl<'a> Problem<'a> {
             wall: Wall::Hard,
             precision: Precision::F64,
             tolerance: 1e-8,
-            goals: Goals::default(),
+            targets: Targets::default(),
             max_iterations: 50_000,
             settings: Settings::default(),
             power: None,
@@ -344,7 +344,7 @@ pub struct State<'a> {
     pub residual: f64,
     /// Mean of |contact stress · gap| over pressure times rms height.
     pub complementarity: f64,
-    pub settled: Settled,
+    pub error_estimates: ErrorEstimates,
     pub stop: Stop,
     pub iterations: usize,
     /// Forward and inverse transforms of the grid, in pairs.
@@ -363,8 +363,8 @@ pub trait Run {
     ///
     /// # Errors
     /// `Input` when the snapshot is not this method's.
-    fn resume(&mut self, kept: Kept) -> Result<()> {
-        let found = format!("{} x {} points", kept.grid.nx, kept.grid.ny);
+    fn resume(&mut self, snapshot: SolverSnapshot) -> Result<()> {
+        let found = format!("{} x {} points", snapshot.grid.nx, snapshot.grid.ny);
         Err(Error::input("checkpoint", "snapshot", found, "none: this method begins its load anew"))
     }
 
@@ -379,56 +379,56 @@ pub struct Iteration {
     pub residual: f64,
     pub tolerance: f64,
     /// Points of the grid at work over those of the problem's.
-    pub share: f64,
+    pub grid_fraction: f64,
 }
 
 impl Iteration {
     /// Part of a solve that is done, an estimate: residuals fall about exponentially from 1, and a grid costs what its points
     /// do, those below it together a third of it.
-    pub fn done(&self) -> f64 {
+    pub fn progress(&self) -> f64 {
         let here = (self.residual.min(1.0).ln() / self.tolerance.ln()).clamp(0.0, 1.0);
-        0.75 * self.share * (1.0 / 3.0 + here)
+        0.75 * self.grid_fraction * (1.0 / 3.0 + here)
     }
 }
 
 /// A solve that can be taken up again: the gap on the grid at work, and what its method knows beside it.
 #[derive(Debug, Clone)]
-pub struct Snapshot<'a> {
+pub struct SnapshotRef<'a> {
     pub grid: Grid,
     pub gap: Field<'a>,
     /// A second field `[ny, nx]` that the method goes on from: velocities, or a direction.
-    pub beside: Option<Field<'a>>,
+    pub auxiliary: Option<Field<'a>>,
     pub progress: serde_json::Value,
 }
 
 /// A snapshot as it was kept.
 #[derive(Debug, Clone)]
-pub struct Kept {
+pub struct SolverSnapshot {
     pub grid: Grid,
     pub gap: Vec<f64>,
-    pub beside: Option<Vec<f64>>,
+    pub auxiliary: Option<Vec<f64>>,
     pub progress: serde_json::Value,
 }
 
-impl Kept {
+impl SolverSnapshot {
     /// Gap `[ny, nx]`, units of L, and the method's own.
     ///
     /// # Errors
     /// `Input` where method `id`, at work on `grid`, has not written this.
-    pub fn on<P: DeserializeOwned>(self, grid: Grid, id: &str) -> Result<(Vec<f64>, P)> {
+    pub fn restore<P: DeserializeOwned>(self, grid: Grid, id: &str) -> Result<(Vec<f64>, P)> {
         let progress =
             serde_json::from_value(self.progress).map_err(|e| foreign(grid, id, "progress", e.to_string()))?;
         Ok((whole(self.gap, grid, id, "gap")?, progress))
     }
 
-    /// As [`Kept::on`], with the field beside the gap, `[ny, nx]`, as its second.
+    /// As [`SolverSnapshot::restore`], with the field beside the gap, `[ny, nx]`, as its second.
     ///
     /// # Errors
     /// The same, and `Input` where there is none.
-    pub fn pair_on<P: DeserializeOwned>(mut self, grid: Grid, id: &str) -> Result<(Vec<f64>, Vec<f64>, P)> {
-        let beside = self.beside.take().ok_or_else(|| foreign(grid, id, "beside", "nothing".into()))?;
-        let (gap, progress) = self.on(grid, id)?;
-        Ok((gap, whole(beside, grid, id, "beside")?, progress))
+    pub fn restore_pair<P: DeserializeOwned>(mut self, grid: Grid, id: &str) -> Result<(Vec<f64>, Vec<f64>, P)> {
+        let auxiliary = self.auxiliary.take().ok_or_else(|| foreign(grid, id, "auxiliary", "nothing".into()))?;
+        let (gap, progress) = self.restore(grid, id)?;
+        Ok((gap, whole(auxiliary, grid, id, "auxiliary")?, progress))
     }
 }
 
@@ -452,37 +452,41 @@ pub struct CoarseState<'a> {
     /// Range of the adhesion there, units of L.
     pub range: f64,
     /// A coarse grid is left early.
-    pub settled: Settled,
+    pub error_estimates: ErrorEstimates,
 }
 
 /// Observes a solver and may stop it.
-pub trait Watch: Sync {
+pub trait Observer: Sync {
     fn iteration(&self, step: Iteration) -> ControlFlow<()>;
 
     /// Whether the solver is to stop, asked more often than once in an iteration.
-    fn stopping(&self) -> bool {
+    fn stop_requested(&self) -> bool {
         false
     }
 
     /// A coarser grid is done.
-    fn level(&self, _state: CoarseState) {}
+    fn coarse_grid_done(&self, _state: CoarseState) {}
 
     /// Whether the time has come to keep a snapshot. One is offered before a solver stops because it was asked to, too.
-    fn wants_snapshot(&self) -> bool {
+    fn snapshot_due(&self) -> bool {
         false
     }
 
     /// Where the solve can be taken up again ([`Run::resume`]). Methods without snapshots begin their load anew.
-    fn snapshot(&self, _snapshot: Snapshot) {}
+    fn snapshot(&self, _snapshot: SnapshotRef) {}
 }
 
-impl<F: Fn(Iteration) -> ControlFlow<()> + Sync> Watch for F {
+impl<F: Fn(Iteration) -> ControlFlow<()> + Sync> Observer for F {
     fn iteration(&self, step: Iteration) -> ControlFlow<()> {
         self(step)
     }
 }
 
-/// Nobody watches.
-pub fn unwatched(_: Iteration) -> ControlFlow<()> {
-    ControlFlow::Continue(())
+/// Ignores every event and never stops a solver.
+pub struct NoObserver;
+
+impl Observer for NoObserver {
+    fn iteration(&self, _step: Iteration) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
 }

@@ -7,8 +7,8 @@
 use super::accepts;
 use super::sinusoid;
 use super::{
-    Card, ContactMethod, Criterion, Estimate, Estimator, Heights, Kind, Load, Needs, Plan, Problem, Quantity, Started,
-    Support, Watch,
+    Card, ContactMethod, Criterion, Estimate, Estimator, Heights, Kind, Load, Needs, Observer, Plan, Problem, Quantity,
+    Started, Support,
 };
 use crate::grid::{Grid, Series, Transform};
 use crate::interface::Adhesion;
@@ -93,7 +93,7 @@ impl ContactMethod for RlArchard {
         Plan { bytes: series.max(solver.bytes) + field(grid), pairs_per_iteration, ..solver }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
+    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         accepts::half_space(problem, CARD.id)?;
         accepts::hard_wall(problem, CARD.id)?;
         let refuse = |key: &str, found: String, accepted: String| {
@@ -128,7 +128,7 @@ impl ContactMethod for RlArchard {
         let coarse = coarse(grid, modes);
         let transform = Transform::<f64>::new(coarse);
         let heights = long.on_nodes(&transform, &mut transform.spectrum());
-        Ok(Started::Estimator(Box::new(Layered { heights, grid: coarse, layer: Layer::of(&power), problem, watch })))
+        Ok(Started::Estimator(Box::new(Layered { heights, grid: coarse, layer: Layer::of(&power), problem, observer })))
     }
 }
 
@@ -157,7 +157,7 @@ struct Layered<'p> {
     grid: Grid,
     layer: Layer,
     problem: &'p Problem<'p>,
-    watch: &'p dyn Watch,
+    observer: &'p dyn Observer,
 }
 
 impl Estimator for Layered<'_> {
@@ -165,7 +165,7 @@ impl Estimator for Layered<'_> {
         let clock = Instant::now();
         let pressure = accepts::pressure(load, false, CARD.id)?;
         let problem = Problem { grid: self.grid, heights: Heights::Nodes(&self.heights), ..self.problem.clone() };
-        let mut run = super::fast::Fast.start(&problem, self.watch)?.solver()?;
+        let mut run = super::fast::Fast.start(&problem, self.observer)?.solver()?;
         let state = run.equilibrate(Load::Pressure(pressure))?;
         let long = contact_area(self.grid, state.gap, 0.0).fraction;
         // Nothing touches where a solve was stopped early.

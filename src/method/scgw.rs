@@ -5,8 +5,8 @@
 use super::accepts;
 use super::quadrature::{gauss_legendre, integral};
 use super::{
-    Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Plan, Problem, Quantity, Started, Stop,
-    Support, Watch,
+    Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Observer, Plan, Problem, Quantity, Started,
+    Stop, Support,
 };
 use crate::interface::Adhesion;
 use crate::{Error, Result};
@@ -52,14 +52,14 @@ impl ContactMethod for Scgw {
         Plan { bytes: (16 * (HEIGHTS + CURVATURES)) as u64, iterations: 50, pairs_per_iteration: 0.0, seconds: SECONDS }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
+    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         let power = accepts::isotropic_power(problem, CARD.id)?;
         if problem.adhesion != Adhesion::None {
             let place = format!("method {}", CARD.id);
             return Err(Error::input(place, "adhesion", problem.adhesion, "none: its asperities are Hertz's"));
         }
         let (m0, m2, m4) = power.moments();
-        Ok(Started::Estimator(Box::new(Asperities { summits: Summits::new(m0, m2, m4), watch })))
+        Ok(Started::Estimator(Box::new(Asperities { summits: Summits::new(m0, m2, m4), observer })))
     }
 }
 
@@ -160,7 +160,7 @@ impl Summits {
 
 struct Asperities<'p> {
     summits: Summits,
-    watch: &'p dyn Watch,
+    observer: &'p dyn Observer,
 }
 
 /// Heights in units of the rms between which the plane is looked for.
@@ -182,7 +182,7 @@ impl Estimator for Asperities<'_> {
         }
         let (mut stop, mut iterations) = (Stop::Converged, 0);
         while iterations < HALVINGS {
-            if self.watch.stopping() {
+            if self.observer.stop_requested() {
                 stop = Stop::Interrupted;
                 break;
             }

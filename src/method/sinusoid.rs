@@ -100,7 +100,7 @@ fn between(t: f64, column: usize) -> f64 {
 mod tests {
     use super::*;
     use crate::grid::Grid;
-    use crate::method::{self, Load, Problem, Stop, unwatched};
+    use crate::method::{self, Load, NoObserver, Problem, Stop};
     use crate::observe::contact_area;
     use std::f64::consts::{PI, TAU};
 
@@ -167,7 +167,7 @@ mod tests {
             let wave = |i: usize| (TAU * (i as f64 + offset) / n as f64).cos();
             let heights: Vec<f64> = (0..n * n).map(|i| 0.5 * D * (wave(i % n) + wave(i / n))).collect();
             let problem = Problem { tolerance: 1e-9, ..Problem::new(grid, &heights) };
-            let mut run = method::find("fast").unwrap().start(&problem, &unwatched).unwrap().solver().unwrap();
+            let mut run = method::find("fast").unwrap().start(&problem, &NoObserver).unwrap().solver().unwrap();
             let state = run.equilibrate(Load::Pressure(x * PI * D)).unwrap();
             assert!(matches!(state.stop, Stop::Converged | Stop::RoundingFloor), "{x}: {}", state.stop);
             sums.0 += contact_area(grid, state.gap, 0.0).corrected;

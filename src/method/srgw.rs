@@ -7,8 +7,8 @@
 
 use super::spots::{Jkr, Spot, hertz_load, paint};
 use super::{
-    Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Plan, Problem, Quantity,
-    Started, Stop, Support, Watch, accepts,
+    Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Observer, Plan, Problem,
+    Quantity, Started, Stop, Support, accepts,
 };
 use crate::Result;
 use crate::grid::{Grid, mean, sum_rows};
@@ -87,7 +87,7 @@ impl ContactMethod for Srgw {
         Plan { bytes: per_point * points as u64, iterations: 50, pairs_per_iteration: 0.0, seconds }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
+    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         accepts::half_space(problem, CARD.id)?;
         accepts::hard_wall(problem, CARD.id)?;
         let heights = accepts::from_lowest(problem);
@@ -98,7 +98,7 @@ impl ContactMethod for Srgw {
         let reach = summits.iter().map(|s| jkr.least_approach(s.radius)).fold(0.0, f64::min);
         let asperities = Asperities { grid: problem.grid, touching: vec![false; summits.len()], summits, jkr, reach };
         let (gap, stress) = (Vec::new(), Vec::new());
-        Ok(Started::Estimator(Box::new(Path { watch, heights, asperities, depth, gap, stress })))
+        Ok(Started::Estimator(Box::new(Path { observer, heights, asperities, depth, gap, stress })))
     }
 }
 
@@ -174,7 +174,7 @@ impl Asperities {
 }
 
 struct Path<'p> {
-    watch: &'p dyn Watch,
+    observer: &'p dyn Observer,
     /// From the lowest on.
     heights: Cow<'p, [f64]>,
     asperities: Asperities,
@@ -198,8 +198,8 @@ impl Path<'_> {
                 let stop = if residual <= ANSWER { Stop::Converged } else { Stop::RoundingFloor };
                 return (depth, stop, iteration);
             }
-            let step = Iteration { iteration, residual, tolerance: BALANCE, share: 1.0 };
-            if self.watch.iteration(step).is_break() {
+            let step = Iteration { iteration, residual, tolerance: BALANCE, grid_fraction: 1.0 };
+            if self.observer.iteration(step).is_break() {
                 return (depth, Stop::Interrupted, iteration);
             }
             if found < target { low = depth } else { high = depth }

@@ -1,7 +1,7 @@
 //! Files from which an interrupted path goes on.
 
 use crate::grid::Grid;
-use crate::method::{Kept, Run, Snapshot, State};
+use crate::method::{Run, SnapshotRef, SolverSnapshot, State};
 use crate::record::{json, npy};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -27,7 +27,7 @@ pub struct Checkpoint {
     gap: String,
     /// File of the second field that the method goes on from, if it needs one.
     #[serde(default)]
-    beside: Option<String>,
+    auxiliary: Option<String>,
     /// The method's own; `null` where it begins its load anew from the gap.
     progress: Value,
     #[serde(skip)]
@@ -64,10 +64,10 @@ impl Checkpoint {
                 run.set_gap(&gap);
                 Ok(())
             }
-            progress => run.resume(Kept {
+            progress => run.resume(SolverSnapshot {
                 grid: Grid::unit(self.nx, self.ny),
                 gap,
-                beside: self.beside.as_deref().map(|name| self.field(name)).transpose()?,
+                auxiliary: self.auxiliary.as_deref().map(|name| self.field(name)).transpose()?,
                 progress: progress.clone(),
             }),
         }
@@ -107,7 +107,7 @@ impl Keeper {
         self.inner.lock().unwrap_or_else(|e| e.into_inner())
     }
 
-    /// For [`Watch::wants_snapshot`].
+    /// For [`Observer::snapshot_due`].
     pub fn is_due(&self) -> bool {
         Instant::now() >= self.inner().due
     }
@@ -123,7 +123,7 @@ impl Keeper {
     pub fn leave(&self, grid: Grid, state: &State) {
         let kept = self.inner().kept;
         if !kept {
-            self.keep(&Snapshot { grid, gap: state.gap, beside: None, progress: Value::Null });
+            self.keep(&SnapshotRef { grid, gap: state.gap, auxiliary: None, progress: Value::Null });
         }
     }
 
@@ -132,16 +132,16 @@ impl Keeper {
         self.inner().trouble.take()
     }
 
-    /// For [`Watch::snapshot`]. A file that cannot be written is told by [`Keeper::trouble`]: no reason to end a solve.
-    pub fn keep(&self, snapshot: &Snapshot) {
+    /// For [`Observer::snapshot`]. A file that cannot be written is told by [`Keeper::trouble`]: no reason to end a solve.
+    pub fn keep(&self, snapshot: &SnapshotRef) {
         let clock = Instant::now();
         let mut inner = self.inner();
         let turn = inner.count % 2;
         let Grid { nx, ny, .. } = snapshot.grid;
         let field_to = |name: &str, field| npy::write_field(&self.folder.join(name), nx, ny, field, 1.0);
         let gap = format!("{}-{turn}.npy", self.stem);
-        let beside = snapshot.beside.map(|field| (format!("{}-beside-{turn}.npy", self.stem), field));
-        let written = field_to(&gap, snapshot.gap).and_then(|()| match &beside {
+        let auxiliary = snapshot.auxiliary.map(|field| (format!("{}-auxiliary-{turn}.npy", self.stem), field));
+        let written = field_to(&gap, snapshot.gap).and_then(|()| match &auxiliary {
             Some((name, field)) => field_to(name, *field),
             None => Ok(()),
         });
@@ -151,7 +151,7 @@ impl Keeper {
             nx,
             ny,
             gap,
-            beside: beside.map(|(name, _)| name),
+            auxiliary: auxiliary.map(|(name, _)| name),
             progress: snapshot.progress.clone(),
             folder: PathBuf::new(),
         };
@@ -165,7 +165,7 @@ impl Keeper {
 
     /// The path is done: nothing is to go on from.
     pub fn clear(&self) {
-        for end in [".json", "-0.npy", "-1.npy", "-beside-0.npy", "-beside-1.npy"] {
+        for end in [".json", "-0.npy", "-1.npy", "-auxiliary-0.npy", "-auxiliary-1.npy"] {
             // What is not there need not go.
             let _ = std::fs::remove_file(self.folder.join(format!("{}{end}", self.stem)));
         }
@@ -181,14 +181,14 @@ mod tests {
 
     /// Takes up what was kept.
     #[derive(Default)]
-    struct Taken(Option<Kept>);
+    struct Taken(Option<SolverSnapshot>);
 
     impl Run for Taken {
         fn equilibrate(&mut self, _: Load) -> Result<State<'_>> {
             unreachable!("nothing is solved here")
         }
 
-        fn resume(&mut self, kept: Kept) -> Result<()> {
+        fn resume(&mut self, kept: SolverSnapshot) -> Result<()> {
             self.0 = Some(kept);
             Ok(())
         }
@@ -198,7 +198,7 @@ mod tests {
         }
     }
 
-    fn taken(folder: &Path) -> Kept {
+    fn taken(folder: &Path) -> SolverSnapshot {
         let mut run = Taken::default();
         Checkpoint::find(folder, "c", "key").expect("a checkpoint").resume(&mut run).expect("whole");
         run.0.expect("taken up")
@@ -210,24 +210,24 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let keeper = Keeper::new(folder.path(), "c", "key".into(), Vec::new());
         let keep = |n: f64| {
-            let (gap, beside) = ([n, n + 0.1], [n + 0.2, n + 0.3]);
-            keeper.keep(&Snapshot {
+            let (gap, auxiliary) = ([n, n + 0.1], [n + 0.2, n + 0.3]);
+            keeper.keep(&SnapshotRef {
                 grid: Grid::unit(2, 1),
                 gap: Field::F64(&gap),
-                beside: Some(Field::F64(&beside)),
+                auxiliary: Some(Field::F64(&auxiliary)),
                 progress: Value::from(n),
             });
         };
         let is = |n: f64| {
-            let Kept { gap, beside, progress, .. } = taken(folder.path());
-            assert_eq!((gap, beside, progress), (vec![n, n + 0.1], Some(vec![n + 0.2, n + 0.3]), Value::from(n)));
+            let SolverSnapshot { gap, auxiliary, progress, .. } = taken(folder.path());
+            assert_eq!((gap, auxiliary, progress), (vec![n, n + 0.1], Some(vec![n + 0.2, n + 0.3]), Value::from(n)));
         };
         keep(1.0);
         is(1.0);
         keep(2.0);
         is(2.0);
         // A folder in place of a file cannot be written over.
-        let first = folder.path().join("c-beside-0.npy");
+        let first = folder.path().join("c-auxiliary-0.npy");
         std::fs::remove_file(&first).unwrap();
         std::fs::create_dir(&first).unwrap();
         for n in [3.0, 4.0] {

@@ -4,7 +4,8 @@ use super::pull_off::{self, Held};
 use crate::grid::{Grid, Series};
 use crate::interface::{Law, RangeChoice};
 use crate::method::{
-    CoarseState, ContactMethod, Heights, Iteration, Load, Problem, Run, Settled, Snapshot, Stop, Watch, find,
+    CoarseState, ContactMethod, ErrorEstimates, Heights, Iteration, Load, Observer, Problem, Run, SnapshotRef, Stop,
+    find,
 };
 use crate::observe::{ContactArea, contact_area};
 use crate::record::results::{Discretisation, Estimate, Extrapolated, PullOff};
@@ -41,12 +42,12 @@ pub(super) struct Level {
     pub area: f64,
     pub mean_gap: f64,
     /// What may still have been to come.
-    pub settled: Settled,
+    pub error_estimates: ErrorEstimates,
 }
 
 impl Level {
-    pub fn new(grid: Grid, range: f64, area: &ContactArea, mean_gap: f64, settled: Settled) -> Self {
-        Level { grid, range, counted: area.fraction, area: area.corrected, mean_gap, settled }
+    pub fn new(grid: Grid, range: f64, area: &ContactArea, mean_gap: f64, error_estimates: ErrorEstimates) -> Self {
+        Level { grid, range, counted: area.fraction, area: area.corrected, mean_gap, error_estimates }
     }
 }
 
@@ -63,14 +64,14 @@ const CLOSED: f64 = 1e-6;
 /// The change from a coarser grid. Where that grid was still to change by more than the two differ, their difference says
 /// little: the sum of both is a bound.
 pub(super) fn discretisation(coarse: &Level, fine: &Level, rms_height: f64) -> Discretisation {
-    let told = |c: f64, f: f64, least: f64, settled: Option<f64>| {
-        let (difference, to_come) = ((f - c).abs(), settled.unwrap_or(0.0) * c.abs());
+    let told = |c: f64, f: f64, least: f64, error_estimates: Option<f64>| {
+        let (difference, to_come) = ((f - c).abs(), error_estimates.unwrap_or(0.0) * c.abs());
         let bound = to_come > difference.max(least);
         (if bound { difference.max(least) + to_come } else { difference.max(least) } / f.abs(), bound)
     };
     let least = CORRECTION * (fine.counted - fine.area).abs();
-    let area = told(coarse.area, fine.area, least, coarse.settled.area);
-    let gap = told(coarse.mean_gap, fine.mean_gap, 0.0, coarse.settled.mean_gap);
+    let area = told(coarse.area, fine.area, least, coarse.error_estimates.area);
+    let gap = told(coarse.mean_gap, fine.mean_gap, 0.0, coarse.error_estimates.mean_gap);
     let touches = fine.area * coarse.grid.points() as f64 >= FEW_NODES;
     let open = fine.mean_gap > CLOSED * rms_height;
     Discretisation {
@@ -138,7 +139,7 @@ pub(super) fn extrapolated(range: f64, levels: &[Level], held: bool) -> Option<E
 
 /// Notes the grids that a method comes by, and passes everything on.
 pub(super) struct Levels<'a> {
-    watch: &'a dyn Watch,
+    observer: &'a dyn Observer,
     threshold: f64,
     passed: Mutex<Vec<Level>>,
     /// Whether the loads are done, so that nothing is kept any more.
@@ -146,13 +147,13 @@ pub(super) struct Levels<'a> {
 }
 
 impl<'a> Levels<'a> {
-    pub fn new(watch: &'a dyn Watch, threshold: f64) -> Self {
-        Levels { watch, threshold, passed: Mutex::default(), done: AtomicBool::new(false) }
+    pub fn new(observer: &'a dyn Observer, threshold: f64) -> Self {
+        Levels { observer, threshold, passed: Mutex::default(), done: AtomicBool::new(false) }
     }
 
     /// Keeps the state after the last load, from which a pull-off is done anew, and no other from now on.
-    pub fn finish(&self, snapshot: Snapshot) {
-        self.watch.snapshot(snapshot);
+    pub fn finish(&self, snapshot: SnapshotRef) {
+        self.observer.snapshot(snapshot);
         self.done.store(true, Relaxed);
     }
 
@@ -162,43 +163,43 @@ impl<'a> Levels<'a> {
     }
 }
 
-impl Watch for Levels<'_> {
+impl Observer for Levels<'_> {
     fn iteration(&self, step: Iteration) -> ControlFlow<()> {
-        self.watch.iteration(step)
+        self.observer.iteration(step)
     }
 
-    fn stopping(&self) -> bool {
-        self.watch.stopping()
+    fn stop_requested(&self) -> bool {
+        self.observer.stop_requested()
     }
 
-    fn level(&self, state: CoarseState) {
+    fn coarse_grid_done(&self, state: CoarseState) {
         let area = contact_area(state.grid, state.gap, self.threshold);
-        let level = Level::new(state.grid, state.range, &area, state.mean_gap, state.settled);
+        let level = Level::new(state.grid, state.range, &area, state.mean_gap, state.error_estimates);
         self.passed.lock().unwrap_or_else(|e| e.into_inner()).push(level);
-        self.watch.level(state);
+        self.observer.coarse_grid_done(state);
     }
 
-    fn wants_snapshot(&self) -> bool {
-        !self.done.load(Relaxed) && self.watch.wants_snapshot()
+    fn snapshot_due(&self) -> bool {
+        !self.done.load(Relaxed) && self.observer.snapshot_due()
     }
 
-    fn snapshot(&self, snapshot: Snapshot) {
+    fn snapshot(&self, snapshot: SnapshotRef) {
         if !self.done.load(Relaxed) {
-            self.watch.snapshot(snapshot);
+            self.observer.snapshot(snapshot);
         }
     }
 }
 
 /// Stops when the path is to stop, and tells nothing.
-pub(super) struct Silent<'a>(pub &'a dyn Watch);
+pub(super) struct Silent<'a>(pub &'a dyn Observer);
 
-impl Watch for Silent<'_> {
+impl Observer for Silent<'_> {
     fn iteration(&self, _: Iteration) -> ControlFlow<()> {
-        if self.0.stopping() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if self.0.stop_requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
-    fn stopping(&self) -> bool {
-        self.0.stopping()
+    fn stop_requested(&self) -> bool {
+        self.0.stop_requested()
     }
 }
 
@@ -231,8 +232,8 @@ pub(super) struct Companion<'s> {
 }
 
 impl<'s> Companion<'s> {
-    pub fn start(problem: &'s Problem<'s>, threshold: f64, holds: bool, watch: &'s dyn Watch) -> Result<Self> {
-        Ok(Companion { problem, run: method().start(problem, watch)?.solver()?, threshold, held: None, holds })
+    pub fn start(problem: &'s Problem<'s>, threshold: f64, holds: bool, observer: &'s dyn Observer) -> Result<Self> {
+        Ok(Companion { problem, run: method().start(problem, observer)?.solver()?, threshold, held: None, holds })
     }
 
     /// `None` where this grid has no equilibrium to offer, or no time: the problem's own solve stops at once then, and keeps
@@ -244,7 +245,7 @@ impl<'s> Companion<'s> {
         match state.stop {
             Stop::Converged => {
                 let area = contact_area(grid, state.gap, self.threshold);
-                Ok(Some(Level::new(grid, self.problem.adhesion.range(), &area, state.mean_gap, state.settled)))
+                Ok(Some(Level::new(grid, self.problem.adhesion.range(), &area, state.mean_gap, state.error_estimates)))
             }
             _ => Ok(None),
         }
@@ -267,7 +268,14 @@ mod tests {
     use super::*;
 
     fn level(n: usize, range: f64, area: f64) -> Level {
-        Level { grid: Grid::unit(n, n), range, counted: area, area, mean_gap: 1.0, settled: Settled::default() }
+        Level {
+            grid: Grid::unit(n, n),
+            range,
+            counted: area,
+            area,
+            mean_gap: 1.0,
+            error_estimates: ErrorEstimates::default(),
+        }
     }
 
     /// A parabola in the range is met half-way between its chord and itself, with their distance as the error if that is
@@ -329,8 +337,8 @@ mod tests {
     /// next to nothing has no relative change.
     #[test]
     fn an_unsettled_coarser_grid_gives_a_bound() {
-        let settled = Settled { energy: None, area: Some(0.04), mean_gap: Some(1e-9) };
-        let coarse = Level { mean_gap: 1.1, settled, ..level(64, 0.0, 0.0301) };
+        let error_estimates = ErrorEstimates { energy: None, area: Some(0.04), mean_gap: Some(1e-9) };
+        let coarse = Level { mean_gap: 1.1, error_estimates, ..level(64, 0.0, 0.0301) };
         let d = discretisation(&coarse, &level(128, 0.0, 0.03), 1.0);
         assert!(d.area_is_bound && !d.mean_gap_is_bound && d.coarser == [64, 64], "{d:?}");
         assert!(d.area.is_some_and(|a| (a - (0.0001 + 0.04 * 0.0301) / 0.03).abs() < 1e-12), "{d:?}");

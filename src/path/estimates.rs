@@ -1,5 +1,5 @@
 use crate::interface::Adhesion;
-use crate::method::{Card, ContactMethod, Estimate, Load, Needs, Plan, Problem, Stop, Watch};
+use crate::method::{Card, ContactMethod, Estimate, Load, Needs, Observer, Plan, Problem, Stop};
 use crate::surface::Power;
 use crate::{Error, Result};
 
@@ -62,12 +62,12 @@ impl<'a> Given<'a> {
     pub fn walk(
         &self,
         (loads, known): (&[Load], usize),
-        watch: &dyn Watch,
+        observer: &dyn Observer,
         mut visit: impl FnMut(usize, &Problem, &Estimate) -> Result<()>,
     ) -> Result<()> {
         let problem = self.problem();
         let id = self.method.card().id;
-        let mut run = self.method.start(&problem, watch)?.estimator()?;
+        let mut run = self.method.start(&problem, observer)?.estimator()?;
         // After the last load nothing follows.
         if known < loads.len() {
             loads[..known].iter().try_for_each(|&load| run.pass(load))?;

@@ -12,7 +12,7 @@ pub use estimates::Given;
 
 use crate::grid::{Field, Grid, Series};
 use crate::interface::{Adhesion, Elastic, Law, RangeChoice};
-use crate::method::{ContactMethod, Heights, Load, Plan, Problem, Snapshot, State, Stop, Watch};
+use crate::method::{ContactMethod, Heights, Load, Observer, Plan, Problem, SnapshotRef, State, Stop};
 use crate::observe::{ContactArea, contact_area};
 use crate::record::results::{Discretisation, Extrapolated, PullOff};
 use crate::{Error, Result};
@@ -118,7 +118,7 @@ impl<'p> LoadPath<'p> {
 
     /// This load on the next coarser grid, where nothing on the way has told of it: a solve that started from a given gap, or
     /// went on from a checkpoint.
-    fn coarse(&self, load: Load, watch: &dyn Watch) -> Result<Option<Level>> {
+    fn coarse(&self, load: Load, observer: &dyn Observer) -> Result<Option<Level>> {
         if !self.tells_error || matches!(self.problem.kernel, Elastic::NonPeriodic(_)) {
             return Ok(None);
         }
@@ -132,7 +132,7 @@ impl<'p> LoadPath<'p> {
             }
         };
         let problem = coarsened(&self.problem, grid, series, self.asked);
-        Companion::start(&problem, self.threshold, false, watch)?.follow(load)
+        Companion::start(&problem, self.threshold, false, observer)?.follow(load)
     }
 
     /// Equilibrates load by load; `visit` is given every state. The first that did not converge ends the path. Then, if
@@ -144,10 +144,10 @@ impl<'p> LoadPath<'p> {
         &self,
         begin: Option<Begin>,
         pulls_off: bool,
-        watch: &dyn Watch,
+        observer: &dyn Observer,
         mut visit: impl FnMut(usize, Reached) -> Result<()>,
     ) -> Result<Option<PullOff>> {
-        let (levels, silent) = (Levels::new(watch, self.threshold), Silent(watch));
+        let (levels, silent) = (Levels::new(observer, self.threshold), Silent(observer));
         // From a gap that is given, coarser grids might end on another branch.
         let given = matches!(begin, Some(Begin::Gap(_))) && self.problem.adhesion != Adhesion::None;
         let grids = if given { Vec::new() } else { self.companions(pulls_off) };
@@ -212,7 +212,7 @@ impl<'p> LoadPath<'p> {
             let converged = state.stop == Stop::Converged;
             let (discretisation, extrapolated) = if converged {
                 let range = self.problem.adhesion.range();
-                let fine = Level::new(self.problem.grid, range, &area, state.mean_gap, state.settled);
+                let fine = Level::new(self.problem.grid, range, &area, state.mean_gap, state.error_estimates);
                 let below = match levels.take().or(coarse.first().copied()) {
                     None if companions.is_empty() && !given => self.coarse(load, &silent)?,
                     known => known,
@@ -239,10 +239,10 @@ impl<'p> LoadPath<'p> {
         }
         match last {
             Some(last) if pulls_off => {
-                levels.finish(Snapshot {
+                levels.finish(SnapshotRef {
                     grid: self.problem.grid,
                     gap: Field::F64(&last.gap),
-                    beside: None,
+                    auxiliary: None,
                     progress: serde_json::Value::Null,
                 });
                 let found = pull_off::search(&mut *run, &self.problem, last)?;

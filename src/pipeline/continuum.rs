@@ -6,7 +6,7 @@ use super::{Key, Listener, Progress};
 use crate::grid::{Field, Grid};
 use crate::interface::{Adhesion, Law, RangeChoice};
 use crate::load::{Branch, Load, LoadStep};
-use crate::method::{self, Goals, Heights, Problem, Stop};
+use crate::method::{self, Heights, Problem, Stop, Targets};
 use crate::observe::{hysteresis_work, stiffness};
 use crate::path::{Begin, Checkpoint, Keeper, LoadPath, Reached};
 use crate::record::npy;
@@ -381,9 +381,9 @@ fn summary(
         iterations: state.iterations,
         fft_pairs: state.fft_pairs,
         seconds: state.seconds,
-        energy_excess: state.settled.energy,
-        area_drift: state.settled.area,
-        mean_gap_drift: state.settled.mean_gap,
+        energy_excess: state.error_estimates.energy,
+        area_drift: state.error_estimates.area,
+        mean_gap_drift: state.error_estimates.mean_gap,
         discretisation: reached.discretisation,
         extrapolated: reached.extrapolated,
         budget: Vec::new(),
@@ -437,7 +437,7 @@ pub(super) fn laboratory(
         Variant::Second => {
             problem.adhesion = Adhesion::None;
             // What only the default method estimates is no goal of another.
-            problem.goals = Goals::default();
+            problem.targets = Targets::default();
             method = scene.challenge.as_ref().map_or(method, |c| &c.second_method);
             steps = &reference;
         }
@@ -446,7 +446,7 @@ pub(super) fn laboratory(
                 problem.adhesion = Adhesion::None;
             }
             if id != method::find(method).map_or("", |m| m.card().id) {
-                problem.goals = Goals::default();
+                problem.targets = Targets::default();
             }
             // The error of the range is estimated once, by the scene's own method.
             range = if range == RangeChoice::Extrapolate { RangeChoice::Mesh } else { range };

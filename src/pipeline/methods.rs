@@ -43,7 +43,7 @@ pub(super) fn all(case: &Case) -> Vec<Beside> {
     let attracts = case.adhesion != Adhesion::None;
     let without = !attracts || case.wants_without();
     let of = |method: &'static dyn ContactMethod| {
-        let knows = attracts && method.card().knows_adhesion() && method.card().id != all_atom::ID;
+        let knows = attracts && method.card().supports_adhesion() && method.card().id != all_atom::ID;
         let with = knows.then_some(Beside { method, adhesive: true });
         with.into_iter().chain((without || !knows).then_some(Beside { method, adhesive: false }))
     };
@@ -101,7 +101,7 @@ pub(super) fn of_atoms(
 fn nothing(method: &dyn ContactMethod, settings: &Settings, adhesive: bool) -> MethodResults {
     let card = method.card();
     let missing = Quantity::ALL.into_iter().filter_map(|q| {
-        card.why_not(q, adhesive).map(|reason| Missing { quantity: q.id().into(), reason: reason.into() })
+        card.unsupported_reason(q, adhesive).map(|reason| Missing { quantity: q.id().into(), reason: reason.into() })
     });
     MethodResults {
         method: card.id.into(),

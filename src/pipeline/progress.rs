@@ -1,5 +1,5 @@
 use super::Listener;
-use crate::method::{Iteration, Snapshot, Watch};
+use crate::method::{Iteration, Observer, SnapshotRef};
 use crate::path::Keeper;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -31,29 +31,29 @@ impl<'a> Progress<'a> {
     }
 }
 
-impl Watch for Progress<'_> {
+impl Observer for Progress<'_> {
     fn iteration(&self, step: Iteration) -> ControlFlow<()> {
         let (load, of) = (self.done.load(Ordering::Relaxed), self.of);
-        let on = if step.share < 1.0 { " on a coarser grid" } else { "" };
+        let on = if step.grid_fraction < 1.0 { " on a coarser grid" } else { "" };
         let part = if load < of { format!("load {} of {of}", load + 1) } else { "pulling off".to_string() };
         let message = format!("{}{part}, iteration {}{on}, residual {:.1e}", self.said, step.iteration, step.residual);
-        let done = (load < of).then(|| (load as f64 + step.done()) / of as f64);
+        let done = (load < of).then(|| (load as f64 + step.progress()) / of as f64);
         self.listener.progress(done, &message);
         if let Some(e) = self.keeper.and_then(Keeper::trouble) {
             self.listener.warn(&format!("no checkpoint: {e}"));
         }
-        if self.stopping() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if self.stop_requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
-    fn stopping(&self) -> bool {
+    fn stop_requested(&self) -> bool {
         self.listener.stopping()
     }
 
-    fn wants_snapshot(&self) -> bool {
+    fn snapshot_due(&self) -> bool {
         self.keeper.is_some_and(Keeper::is_due)
     }
 
-    fn snapshot(&self, snapshot: Snapshot) {
+    fn snapshot(&self, snapshot: SnapshotRef) {
         if let Some(keeper) = self.keeper {
             keeper.keep(&snapshot);
         }

@@ -209,7 +209,7 @@ impl Case {
     /// no adhesion and is to be held against something.
     pub fn solves_without(&self) -> bool {
         let attracts = self.scene.adhesion.is_some();
-        self.wants_without() || attracts && self.methods_beside().iter().any(|m| !m.card().knows_adhesion())
+        self.wants_without() || attracts && self.methods_beside().iter().any(|m| !m.card().supports_adhesion())
     }
 
     /// Whether all that solves or estimates does so without the scene's adhesion, too.
@@ -260,7 +260,7 @@ impl Case {
             wall: self.wall,
             precision: c.precision,
             tolerance: c.tolerance_or_default(self.grid),
-            goals: c.goals(),
+            targets: c.targets(),
             max_iterations: c.max_iterations,
             settings: self.scene.methods,
             ..Problem::new(self.grid, heights)

@@ -20,7 +20,7 @@ pub use wants::{AccuracyScene, Wants};
 use crate::atoms::job::FORCE_TOLERANCE;
 use crate::grid::Grid;
 use crate::interface::{Adhesion, Base, RangeChoice};
-use crate::method::{Goals, Precision, Settings};
+use crate::method::{Precision, Settings, Targets};
 use crate::record::import::Fourier;
 use crate::surface::Amplitudes;
 use crate::{Error, Result};
@@ -410,8 +410,8 @@ impl ContinuumScene {
         self.tolerance.unwrap_or(default_tolerance(self.precision, grid))
     }
 
-    pub fn goals(&self) -> Goals {
-        Goals { energy: self.energy_goal, area: self.area_goal, mean_gap: self.mean_gap_goal }
+    pub fn targets(&self) -> Targets {
+        Targets { energy: self.energy_goal, area: self.area_goal, mean_gap: self.mean_gap_goal }
     }
 }
 

@@ -1,7 +1,7 @@
 //! States of the solvers, copied for tests that compare many of them.
 
 use asperity::grid::Grid;
-use asperity::method::{self, Load, Problem, State, Stop, unwatched};
+use asperity::method::{self, Load, NoObserver, Problem, State, Stop};
 use asperity::observe::contact_area;
 use asperity::surface::{Modes, Spectrum};
 
@@ -48,7 +48,7 @@ impl Found {
 
 /// A path of pressures.
 pub fn path(problem: &Problem, id: &str, pressures: &[f64]) -> Vec<Found> {
-    let mut run = method::find(id).unwrap().start(problem, &unwatched).unwrap().solver().unwrap();
+    let mut run = method::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
     pressures.iter().map(|&p| Found::of(problem.grid, &run.equilibrate(Load::Pressure(p)).unwrap())).collect()
 }
 

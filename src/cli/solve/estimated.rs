@@ -71,7 +71,7 @@ pub(super) fn run(
         let adhesive = problem.adhesion != Adhesion::None;
         line["missing"] = Quantity::ALL
             .into_iter()
-            .filter_map(|q| Some((q.id().to_string(), Value::from(card.why_not(q, adhesive)?))))
+            .filter_map(|q| Some((q.id().to_string(), Value::from(card.unsupported_reason(q, adhesive)?))))
             .collect();
         if let Some(out) = &solve.out {
             let name = |name: &str| if loads.len() == 1 { name.into() } else { format!("load-{}-{name}", i + 1) };

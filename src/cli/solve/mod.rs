@@ -6,7 +6,7 @@ use super::{file::FileFlags, listen::Teller, words};
 use crate::error::Complaint;
 use crate::grid::{Grid, Series};
 use crate::interface::{Adhesion, Base, CubicHalfSpace, Elastic, Layer, NonPeriodic, RangeChoice, StiffWall, Wall};
-use crate::method::{self, ContactMethod, Goals, Heights, Kind, Load, Precision, Problem, Settings, Stop};
+use crate::method::{self, ContactMethod, Heights, Kind, Load, Precision, Problem, Settings, Stop, Targets};
 use crate::path::{Begin, Checkpoint, Keeper, LoadPath};
 use crate::pipeline::{Key, Listener, Progress};
 use crate::record::heights::Sign;
@@ -371,7 +371,7 @@ impl Solve {
             wall,
             precision: self.precision,
             tolerance,
-            goals: Goals { energy: self.energy_goal, area: self.area_goal, mean_gap: self.gap_goal },
+            targets: Targets { energy: self.energy_goal, area: self.area_goal, mean_gap: self.gap_goal },
             max_iterations: self.max_iterations,
             settings: self.settings()?,
             ..Problem::new(grid, heights)

@@ -152,7 +152,7 @@ impl<'a> Told<'a> {
             "energy": state.energy * energy,
             "elastic_energy": state.elastic_energy * energy,
             "adhesion_energy": state.interaction_energy * energy,
-            "settled": state.settled,
+            "error_estimates": state.error_estimates,
             "stop": state.stop.to_string(),
             "iterations": state.iterations,
             "fft_pairs": state.fft_pairs,

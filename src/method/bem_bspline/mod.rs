@@ -19,10 +19,10 @@
 mod newton;
 
 use super::fields::{self, Convolution, Symbol, add, each, inner, means};
-use super::operator::{Balance, Outcome, Progress};
+use super::operator::{ConvergenceMonitor, Outcome, Residuals};
 use super::{
-    Card, ContactMethod, Criterion, Iteration, Kind, Load, Needs, Plan, Problem, Quantity, Run, Started, State, Stop,
-    Support, Watch, accepts,
+    Card, ContactMethod, Criterion, Iteration, Kind, Load, Needs, Observer, Plan, Problem, Quantity, Run, Started,
+    State, Stop, Support, accepts,
 };
 use crate::grid::{Grid, rms};
 use crate::interface::{Adhesion, Elastic, Kernel, Law, Wall};
@@ -116,7 +116,7 @@ impl ContactMethod for BemBspline {
         Plan { bytes, iterations, pairs_per_iteration: 40.0, seconds: 0.0 }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
+    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         let refused =
             |key: &str, found: String, accepted: &str| Error::input("method bem-bspline", key, found, accepted);
         let mut heights = fields::heights(problem, CARD.id)?;
@@ -146,7 +146,7 @@ impl ContactMethod for BemBspline {
         let ground = crate::grid::lowest(&heights);
         Ok(Started::Solver(Box::new(Solver {
             problem,
-            watch,
+            observer,
             law: problem.adhesion,
             rms_height: rms(&heights),
             convolution,
@@ -170,7 +170,7 @@ impl ContactMethod for BemBspline {
 
 struct Solver<'p> {
     problem: &'p Problem<'p>,
-    watch: &'p dyn Watch,
+    observer: &'p dyn Observer,
     law: Adhesion,
     heights: Vec<f64>,
     rms_height: f64,
@@ -229,8 +229,8 @@ impl Solver<'_> {
         let Solver { gap, stress, traction, gradient, multiplier, penalty, .. } = self;
         let r = *penalty;
         each(gradient, |i, _| stress[i] + traction[i] - (multiplier[i] - r * gap[i]).max(0.0));
-        let [lift, held] = means(gap.len(), |i| [gap[i], (multiplier[i] - r * gap[i]).max(0.0).powi(2)]);
-        elastic + energy + pressure * lift + 0.5 * held / r
+        let [mean_separation, held] = means(gap.len(), |i| [gap[i], (multiplier[i] - r * gap[i]).max(0.0).powi(2)]);
+        elastic + energy + pressure * mean_separation + 0.5 * held / r
     }
 
     /// Minimises the augmented energy until its slope is `goal` (rms).
@@ -242,7 +242,7 @@ impl Solver<'_> {
             if slope <= goal || *iterations >= self.problem.max_iterations {
                 return Round::Done;
             }
-            if self.watch.stopping() {
+            if self.observer.stop_requested() {
                 return Round::Interrupted;
             }
             *iterations += 1;
@@ -320,13 +320,13 @@ impl Solver<'_> {
     }
 
     /// Moves the multipliers, and closes the gap where they hold it: what is lent.
-    fn close(&mut self, pressure: f64) -> Balance {
+    fn close(&mut self, pressure: f64) -> Residuals {
         let Solver { gap, multiplier, penalty, .. } = self;
         let r = *penalty;
         each(multiplier, |i, m| (m - r * gap[i]).max(0.0));
         each(gap, |i, g| if multiplier[i] > 0.0 { 0.0 } else { g.max(0.0) });
         let energies = self.respond(pressure);
-        fields::balance(&self.gap, &self.stress, &self.traction, true, energies)
+        fields::residuals(&self.gap, &self.stress, &self.traction, true, energies)
     }
 }
 
@@ -344,40 +344,42 @@ impl Run for Solver<'_> {
         let floor = problem.rounding_floor(self.rms_height, pressure);
         let pairs_before = self.convolution.pairs;
         self.begin(pressure);
-        let (mut progress, mut iterations, mut goal) = (Progress::new(), 0, ROUND);
-        let (stop, balance, settled) = loop {
+        let (mut progress, mut iterations, mut goal) = (ConvergenceMonitor::new(), 0, ROUND);
+        let (stop, residuals, error_estimates) = loop {
             let round = self.round(pressure, goal * scale, &mut iterations);
-            let balance = self.close(pressure);
-            let settled = progress.settled(&balance);
-            let residual = balance.residual / scale;
-            if balance.meets(problem.tolerance, scale) && problem.goals.met(&settled) {
-                break (Stop::Converged, balance, settled);
+            let residuals = self.close(pressure);
+            let error_estimates = progress.error_estimates(&residuals);
+            let residual = residuals.residual / scale;
+            if residuals.meets(problem.tolerance, scale) && problem.targets.met(&error_estimates) {
+                break (Stop::Converged, residuals, error_estimates);
             }
             // Before all else: surfaces that part never come to rest.
-            if balance.parted(pressure, self.law.range()) {
-                break (Stop::Detached, balance, settled);
+            if residuals.separated(pressure, self.law.range()) {
+                break (Stop::Detached, residuals, error_estimates);
             }
             match round {
-                Round::Interrupted => break (Stop::Interrupted, balance, settled),
-                Round::NoDescent if residual <= 10.0 * floor => break (Stop::RoundingFloor, balance, settled),
-                Round::NoDescent => break (Stop::NoDescent, balance, settled),
+                Round::Interrupted => break (Stop::Interrupted, residuals, error_estimates),
+                Round::NoDescent if residual <= 10.0 * floor => {
+                    break (Stop::RoundingFloor, residuals, error_estimates);
+                }
+                Round::NoDescent => break (Stop::NoDescent, residuals, error_estimates),
                 Round::Done => {}
             }
             if iterations >= problem.max_iterations {
-                break (Stop::IterationLimit, balance, settled);
+                break (Stop::IterationLimit, residuals, error_estimates);
             }
             if let Some(stop) = progress.stalled(residual, floor) {
-                break (stop, balance, settled);
+                break (stop, residuals, error_estimates);
             }
-            let seen = Iteration { iteration: iterations, residual, tolerance: problem.tolerance, share: 1.0 };
-            if self.watch.iteration(seen).is_break() {
-                break (Stop::Interrupted, balance, settled);
+            let seen = Iteration { iteration: iterations, residual, tolerance: problem.tolerance, grid_fraction: 1.0 };
+            if self.observer.iteration(seen).is_break() {
+                break (Stop::Interrupted, residuals, error_estimates);
             }
             // No more exact than the multipliers are.
             goal = (ROUND * residual).min(goal).max(0.1 * problem.tolerance);
         };
         let pairs = self.convolution.pairs - pairs_before;
-        let outcome = Outcome { load, stop, iterations, pairs, clock, balance, settled };
+        let outcome = Outcome { load, stop, iterations, pairs, clock, residuals, error_estimates };
         Ok(outcome.state((pressure, scale, self.rms_height), &self.gap, &self.stress))
     }
 }

@@ -15,10 +15,10 @@
 mod inner;
 
 use super::fields::{Convolution, Symbol, each, inner as product, means};
-use super::operator::{Balance, Outcome, Progress};
+use super::operator::{ConvergenceMonitor, Outcome, Residuals};
 use super::{
-    Card, ContactMethod, Criterion, Iteration, Kind, Load, Needs, Plan, Problem, Quantity, Run, Started, State, Stop,
-    Support, Watch, accepts, fields,
+    Card, ContactMethod, Criterion, Iteration, Kind, Load, Needs, Observer, Plan, Problem, Quantity, Run, Started,
+    State, Stop, Support, accepts, fields,
 };
 use crate::grid::{extent, rms};
 use crate::interface::{Adhesion, Kernel, Law, PowerLaw93, PowerLawWall, Wall, WithAdhesion};
@@ -110,7 +110,7 @@ impl ContactMethod for Bicgstab {
         Plan { bytes, iterations: 15 * super::adhesion_effort(problem), pairs_per_iteration: 160.0, seconds: 0.0 }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
+    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         let refused = |key: &str, found: String, accepted: &str| Error::input("method bicgstab", key, found, accepted);
         let heights = fields::heights(problem, CARD.id)?;
         if problem.wall != Wall::Hard {
@@ -130,7 +130,7 @@ impl ContactMethod for Bicgstab {
             Adhesion::None => {
                 let rho = settings.wall * problem.grid.dx();
                 let wall = move |rho| PowerLawWall { gamma: settings.strength * rho, rho };
-                return Ok(Started::Solver(Box::new(Solver::new(problem, watch, heights, rho, wall))));
+                return Ok(Started::Solver(Box::new(Solver::new(problem, observer, heights, rho, wall))));
             }
             other => match carried(problem) {
                 Some(law) => law,
@@ -138,7 +138,7 @@ impl ContactMethod for Bicgstab {
             },
         };
         let law = move |rho| WithAdhesion { wall: PowerLawWall { gamma, rho }, adhesion: PowerLaw93 { gamma, rho } };
-        Ok(Started::Solver(Box::new(Solver::new(problem, watch, heights, rho, law))))
+        Ok(Started::Solver(Box::new(Solver::new(problem, observer, heights, rho, law))))
     }
 }
 
@@ -156,7 +156,7 @@ fn carried(problem: &Problem) -> Option<PowerLaw93> {
 
 struct Solver<'p, L, M> {
     problem: &'p Problem<'p>,
-    watch: &'p dyn Watch,
+    observer: &'p dyn Observer,
     /// The law of a range, and the range that is asked for.
     law_of: M,
     rho: f64,
@@ -181,14 +181,14 @@ struct Solver<'p, L, M> {
 }
 
 impl<'p, L: Law, M: Fn(f64) -> L> Solver<'p, L, M> {
-    fn new(problem: &'p Problem<'p>, watch: &'p dyn Watch, heights: Vec<f64>, rho: f64, law_of: M) -> Self {
+    fn new(problem: &'p Problem<'p>, observer: &'p dyn Observer, heights: Vec<f64>, rho: f64, law_of: M) -> Self {
         let convolution = Convolution::new(problem.grid);
         let kernel = problem.kernel;
         let stiffness = convolution.symbol(|qx, qy| kernel.stiffness(qx, qy));
         let zero = || vec![0.0; heights.len()];
         Solver {
             problem,
-            watch,
+            observer,
             law: law_of(rho),
             law_of,
             rho,
@@ -210,7 +210,7 @@ impl<'p, L: Law, M: Fn(f64) -> L> Solver<'p, L, M> {
     }
 
     /// Stress, traction, forces and what they are short of, at the gap.
-    fn evaluate(&mut self, pressure: f64) -> Balance {
+    fn evaluate(&mut self, pressure: f64) -> Residuals {
         let Solver { heights, gap, trial, stress, traction, force, convolution, stiffness, law, .. } = self;
         each(trial, |i, _| gap[i] - heights[i]);
         convolution.apply(stiffness, trial, stress);
@@ -219,7 +219,7 @@ impl<'p, L: Law, M: Fn(f64) -> L> Solver<'p, L, M> {
         each(traction, |i, _| law.traction(gap[i]));
         each(force, |i, _| -(stress[i] + traction[i]));
         let [energy] = means(gap.len(), |i| [law.energy(gap[i])]);
-        fields::balance(gap, stress, traction, false, (elastic, energy))
+        fields::residuals(gap, stress, traction, false, (elastic, energy))
     }
 
     /// The rigid surfaces where the law carries the pressure.
@@ -237,7 +237,7 @@ impl<'p, L: Law, M: Fn(f64) -> L> Solver<'p, L, M> {
     }
 
     /// One Newton step from a balance; false where nothing lowers the energy.
-    fn advance(&mut self, balance: &mut Balance, pressure: f64, rho: f64, forcing: f64) -> bool {
+    fn advance(&mut self, residuals: &mut Residuals, pressure: f64, rho: f64, forcing: f64) -> bool {
         let Solver { gap, slope, step, force, convolution, stiffness, condition, newton, law, problem, .. } = self;
         each(slope, |i, _| law.slope(gap[i]));
         let [mean] = means(slope.len(), |i| [slope[i].max(0.0)]);
@@ -262,21 +262,21 @@ impl<'p, L: Law, M: Fn(f64) -> L> Solver<'p, L, M> {
             both.borrow_mut().apply(condition, force, step);
             promised = product(force, step);
         }
-        let (energy, before) = (balance.energy(pressure), self.gap.clone());
-        let noise = 64.0 * f64::EPSILON * balance.magnitude(pressure);
+        let (energy, before) = (residuals.energy(pressure), self.gap.clone());
+        let noise = 64.0 * f64::EPSILON * residuals.magnitude(pressure);
         let mut share = 1.0;
         for _ in 0..RETREATS {
             let Solver { gap, step, .. } = self;
             // Distances stay positive.
             each(gap, |i, _| (before[i] + share * step[i]).max(-rho + (1.0 - CLOSER) * (before[i] + rho)));
-            *balance = self.evaluate(pressure);
-            if balance.energy(pressure) <= energy - ARMIJO * share * promised + noise {
+            *residuals = self.evaluate(pressure);
+            if residuals.energy(pressure) <= energy - ARMIJO * share * promised + noise {
                 return true;
             }
             share *= 0.5;
         }
         self.gap.copy_from_slice(&before);
-        *balance = self.evaluate(pressure);
+        *residuals = self.evaluate(pressure);
         false
     }
 }
@@ -308,44 +308,44 @@ impl<L: Law, M: Fn(f64) -> L> Run for Solver<'_, L, M> {
         }
         self.begun = true;
         let floor = problem.rounding_floor(self.rms_height, pressure);
-        let (mut progress, mut iterations) = (Progress::new(), 0);
-        let mut balance = self.evaluate(pressure);
-        let (stop, settled) = loop {
-            let settled = progress.settled(&balance);
-            let (last, residual) = (rho <= self.rho, balance.residual / scale);
-            if last && balance.meets(problem.tolerance, scale) && problem.goals.met(&settled) {
-                break (Stop::Converged, settled);
+        let (mut progress, mut iterations) = (ConvergenceMonitor::new(), 0);
+        let mut residuals = self.evaluate(pressure);
+        let (stop, error_estimates) = loop {
+            let error_estimates = progress.error_estimates(&residuals);
+            let (last, residual) = (rho <= self.rho, residuals.residual / scale);
+            if last && residuals.meets(problem.tolerance, scale) && problem.targets.met(&error_estimates) {
+                break (Stop::Converged, error_estimates);
             }
             if iterations >= problem.max_iterations {
-                break (Stop::IterationLimit, settled);
+                break (Stop::IterationLimit, error_estimates);
             }
             if !residual.is_finite() {
-                break (Stop::Diverged, settled);
+                break (Stop::Diverged, error_estimates);
             }
-            if balance.parted(pressure, self.law.range()) {
-                break (Stop::Detached, settled);
+            if residuals.separated(pressure, self.law.range()) {
+                break (Stop::Detached, error_estimates);
             }
-            let seen = Iteration { iteration: iterations, residual, tolerance: problem.tolerance, share: 1.0 };
-            if self.watch.stopping() || self.watch.iteration(seen).is_break() {
-                break (Stop::Interrupted, settled);
+            let seen = Iteration { iteration: iterations, residual, tolerance: problem.tolerance, grid_fraction: 1.0 };
+            if self.observer.stop_requested() || self.observer.iteration(seen).is_break() {
+                break (Stop::Interrupted, error_estimates);
             }
             if !last && residual <= STAGE {
                 // What presses goes on pressing as it does: distances shrink with the range.
                 rho = (0.5 * rho).max(self.rho);
                 self.law = (self.law_of)(rho);
                 each(&mut self.gap, |_, g| if g < 0.0 { 0.5 * g } else { g });
-                (balance, progress) = (self.evaluate(pressure), Progress::new());
+                (residuals, progress) = (self.evaluate(pressure), ConvergenceMonitor::new());
                 continue;
             }
             let forcing = FORCING.min(residual).max(0.1 * problem.tolerance);
             iterations += 1;
-            if !self.advance(&mut balance, pressure, rho, forcing) {
+            if !self.advance(&mut residuals, pressure, rho, forcing) {
                 let stop = if residual <= 10.0 * floor { Stop::RoundingFloor } else { Stop::NoDescent };
-                break (stop, settled);
+                break (stop, error_estimates);
             }
         };
         let pairs = self.convolution.pairs - pairs_before;
-        let outcome = Outcome { load, stop, iterations, pairs, clock, balance, settled };
+        let outcome = Outcome { load, stop, iterations, pairs, clock, residuals, error_estimates };
         Ok(outcome.state((pressure, scale, self.rms_height), &self.gap, &self.stress))
     }
 }

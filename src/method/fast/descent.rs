@@ -4,8 +4,8 @@ use super::level::{Level, Trial};
 use super::{Ended, Solver};
 use crate::grid::Real;
 use crate::interface::{Kernel, Law};
-use crate::method::operator::{Balance, Mark, Progress};
-use crate::method::{Goals, Iteration, Load, Precision, Problem, Settled, Snapshot, Stop};
+use crate::method::operator::{ConvergenceMonitor, MonitorMark, Residuals};
+use crate::method::{ErrorEstimates, Iteration, Load, Precision, Problem, SnapshotRef, Stop, Targets};
 use serde::{Deserialize, Serialize};
 
 /// Plain steps after an interpolation, after a Newton step (whose change of the free set leaves its error at contact lines,
@@ -57,13 +57,13 @@ const SLOWEST_RATE: f64 = 0.9;
 /// The state before the last Newton step, and the energy that step had in reach.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Cycle {
-    before: Balance,
+    before: Residuals,
     excess: f64,
 }
 
 /// What has followed the last Newton step: plain steps, in which contact lines come to rest.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-struct Spell {
+struct SmoothingPhase {
     /// Pairs of the Newton step.
     newton: f64,
     /// Residual after it; none before it is known.
@@ -71,7 +71,7 @@ struct Spell {
     plain: i32,
 }
 
-impl Spell {
+impl SmoothingPhase {
     /// Whether plain steps promise to reach `tolerance` for fewer pairs than another Newton step would take, if they go on as they
     /// did on average. A Newton step first raises the residual, by its new contact lines, and then lets it fall: near the end it
     /// costs more than it brings. At 4096² with adhesion this takes 37 pairs instead of 85 (f32, 1e-2).
@@ -88,12 +88,12 @@ impl Cycle {
     /// and mean gap at least as much as the last cycle brought, since long waves, which carry the mean gap, weigh little in
     /// the residual: without this, 256² stopped 1.5e-4 off at an estimate of 0.6e-4. The energy above the minimum, quadratic
     /// in the error, falls faster than the residual; that it has fallen as much is safe to say.
-    fn settled(&self, now: &Balance, pressure: f64) -> Settled {
+    fn error_estimates(&self, now: &Residuals, pressure: f64) -> ErrorEstimates {
         let rate = (now.residual / self.before.residual).min(SLOWEST_RATE);
         let rest = |now: f64, then: f64| {
             (now - then).abs() / now.abs().max(f64::MIN_POSITIVE) * (rate / (1.0 - rate)).max(1.0)
         };
-        Settled {
+        ErrorEstimates {
             energy: Some(0.5 * self.excess * rate / now.energy(pressure).abs().max(f64::MIN_POSITIVE)),
             area: Some(rest(now.contact, self.before.contact)),
             mean_gap: Some(rest(now.mean_gap, self.before.mean_gap)),
@@ -117,9 +117,9 @@ pub(super) struct Pause {
     precision: Option<Precision>,
     /// Residual before the last Newton step.
     last: f64,
-    spell: Option<Spell>,
+    phase: Option<SmoothingPhase>,
     cycle: Option<Cycle>,
-    progress: Progress,
+    progress: ConvergenceMonitor,
 }
 
 impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
@@ -127,26 +127,26 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
     pub(super) fn improve(
         &self,
         level: &mut Level<T, K, L>,
-        (load, tolerance, goals): (Load, f64, Goals),
+        (load, tolerance, targets): (Load, f64, Targets),
         iterations: &mut usize,
         resumed: Option<Pause>,
     ) -> Ended {
         let mut descent = Descent::begin(self, level, (load, tolerance), iterations, resumed);
         loop {
             descent.confirm();
-            let settled = descent.settled();
-            if let Some(stop) = descent.ended(&goals, &settled) {
-                return Ended { stop, settled };
+            let error_estimates = descent.error_estimates();
+            if let Some(stop) = descent.ended(&targets, &error_estimates) {
+                return Ended { stop, error_estimates };
             }
             let plain = descent.takes_plain_step();
-            if descent.leaves(plain) {
-                return Ended { stop: Stop::Interrupted, settled };
+            if descent.checkpoint_or_interrupt(plain) {
+                return Ended { stop: Stop::Interrupted, error_estimates };
             }
             *descent.iterations += 1;
             let precision = descent.enough();
             let length = if plain { descent.plain_step() } else { descent.newton_step() };
             if let Some(stop) = length.and_then(|length| descent.advance(length, plain, precision)) {
-                return Ended { stop, settled };
+                return Ended { stop, error_estimates };
             }
         }
     }
@@ -172,11 +172,11 @@ struct Descent<'a, 'p, 'h, T: Real, K, L> {
     careful: bool,
     /// Residual before the last Newton step.
     last: f64,
-    spell: Option<Spell>,
+    phase: Option<SmoothingPhase>,
     cycle: Option<Cycle>,
-    progress: Progress,
+    progress: ConvergenceMonitor,
     /// The same before it heard of this iteration.
-    known: Mark,
+    known: MonitorMark,
     /// Share of the last direction in the next plain one.
     beta: f64,
     stopping: bool,
@@ -208,11 +208,11 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
             careful: false,
             precision: None,
             last: 0.0,
-            spell: None,
+            phase: None,
             cycle: None,
-            progress: Progress::new(),
+            progress: ConvergenceMonitor::new(),
         };
-        let Pause { smoothing, careful, last, spell, cycle, progress, iterations: done, pairs, .. } =
+        let Pause { smoothing, careful, last, phase, cycle, progress, iterations: done, pairs, .. } =
             resumed.unwrap_or(fresh);
         *iterations = done;
         level.pairs += pairs;
@@ -230,7 +230,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
             smoothing,
             careful,
             last,
-            spell,
+            phase,
             cycle,
             known: progress.mark(),
             progress,
@@ -241,11 +241,11 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
 
     /// What residuals are divided by.
     fn scale(&self) -> f64 {
-        self.solver.scale(self.load, self.pressure, &self.now.balance)
+        self.solver.scale(self.load, self.pressure, &self.now.residuals)
     }
 
     fn residual(&self) -> f64 {
-        self.now.balance.residual / self.scale()
+        self.now.residuals.residual / self.scale()
     }
 
     /// Residual that rounding leaves.
@@ -262,30 +262,32 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         if rough { Precision::F32 } else { problem.precision }
     }
 
-    fn settled(&self) -> Settled {
-        self.cycle.as_ref().map_or_else(Settled::default, |c| c.settled(&self.now.balance, self.pressure))
+    fn error_estimates(&self) -> ErrorEstimates {
+        self.cycle
+            .as_ref()
+            .map_or_else(ErrorEstimates::default, |c| c.error_estimates(&self.now.residuals, self.pressure))
     }
 
     /// What may end a solve is seen in the precision that was asked for.
     fn confirm(&mut self) {
         let narrow = self.precision != self.solver.problem.precision;
         let whole = self.cycle.is_some() || self.residual() < NEGLIGIBLE * self.tolerance;
-        if narrow && whole && self.now.balance.meets(self.tolerance, self.scale()) {
+        if narrow && whole && self.now.residuals.meets(self.tolerance, self.scale()) {
             self.precision = self.solver.problem.precision;
             self.now = self.level.trial(self.level.inner.pending, self.precision);
         }
     }
 
     /// Whether and why there is nothing more to be done.
-    fn ended(&mut self, goals: &Goals, settled: &Settled) -> Option<Stop> {
+    fn ended(&mut self, targets: &Targets, error_estimates: &ErrorEstimates) -> Option<Stop> {
         let (scale, residual) = (self.scale(), self.residual());
-        let (solver, balance) = (self.solver, self.now.balance);
-        self.level.last = balance;
+        let (solver, residuals) = (self.solver, self.now.residuals);
+        self.level.last = residuals;
         // Plain steps alone may bring the residual down and leave the long waves, and the mean gap with them, where they are:
         // at 4096² and a residual of 2 % it was 5e-4 off. A start that is good as it is needs no step at all.
         let whole =
             self.cycle.is_some() || std::mem::take(&mut self.untouched) || residual < NEGLIGIBLE * self.tolerance;
-        if whole && balance.meets(self.tolerance, scale) && goals.met(settled) {
+        if whole && residuals.meets(self.tolerance, scale) && targets.met(error_estimates) {
             return Some(Stop::Converged);
         }
         if *self.iterations >= solver.problem.max_iterations {
@@ -296,24 +298,24 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         if let Some(stop) = self.progress.stalled(residual, floor) {
             return Some(stop);
         }
-        let parted =
-            matches!(self.load, Load::Pressure(_)) && balance.parted(self.pressure, self.level.body.law.range());
-        parted.then_some(Stop::Detached)
+        let separated =
+            matches!(self.load, Load::Pressure(_)) && residuals.separated(self.pressure, self.level.body.law.range());
+        separated.then_some(Stop::Detached)
     }
 
     fn takes_plain_step(&self) -> bool {
-        self.smoothing > 0 || self.spell.is_some_and(|s| s.is_promising(self.residual(), self.tolerance))
+        self.smoothing > 0 || self.phase.is_some_and(|s| s.is_promising(self.residual(), self.tolerance))
     }
 
-    /// Tells the watch how it goes; keeps the state where that is asked for; true where the watch wants to stop here. Only the
+    /// Tells the observer how it goes; keeps the state where that is asked for; true where the observer wants to stop here. Only the
     /// gap is worth a file: with a direction to keep, a few plain steps more cost less.
-    fn leaves(&mut self, plain: bool) -> bool {
-        let (watch, residual) = (self.solver.watch, self.residual());
-        let share = self.level.grid().points() as f64 / self.solver.cell.grid.points() as f64;
-        let step = Iteration { iteration: *self.iterations, residual, tolerance: self.tolerance, share };
-        self.stopping |= watch.iteration(step).is_break() || watch.stopping();
+    fn checkpoint_or_interrupt(&mut self, plain: bool) -> bool {
+        let (observer, residual) = (self.solver.observer, self.residual());
+        let grid_fraction = self.level.grid().points() as f64 / self.solver.cell.grid.points() as f64;
+        let step = Iteration { iteration: *self.iterations, residual, tolerance: self.tolerance, grid_fraction };
+        self.stopping |= observer.iteration(step).is_break() || observer.stop_requested();
         let resumable = self.beta == 0.0 || !plain;
-        if resumable && (self.stopping || watch.wants_snapshot()) {
+        if resumable && (self.stopping || observer.snapshot_due()) {
             self.level.settle();
             let pause = Pause {
                 pressure: self.pressure,
@@ -324,14 +326,14 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
                 careful: self.careful,
                 precision: Some(self.precision),
                 last: self.last,
-                spell: self.spell,
+                phase: self.phase,
                 cycle: self.cycle,
                 progress: self.progress.at(&self.known),
             };
-            watch.snapshot(Snapshot {
+            observer.snapshot(SnapshotRef {
                 grid: self.level.grid(),
                 gap: T::lend(&self.level.gap),
-                beside: None,
+                auxiliary: None,
                 progress: serde_json::to_value(pause).expect("plain numbers"),
             });
         }
@@ -374,16 +376,16 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         let enough = (0.25 * self.tolerance / residual).min(ROUGHEST);
         let forcing = (residual / self.last).powi(2).clamp(finest, ROUGHEST).max(enough);
         let accuracy = (self.mean_stiffness(), forcing, INNER_LIMIT);
-        let (pairs, watch) = (self.level.pairs(), self.solver.watch);
-        let Some(excess) = self.level.newton(accuracy, &|| watch.stopping()) else {
+        let (pairs, observer) = (self.level.pairs(), self.solver.observer);
+        let Some(excess) = self.level.newton(accuracy, &|| observer.stop_requested()) else {
             self.level.inner.step.fill(0.0);
             self.now = self.level.trial(0.0, self.precision);
             self.progress = self.progress.at(&self.known);
             *self.iterations -= 1;
             return None;
         };
-        self.spell = Some(Spell { newton: self.level.pairs() - pairs, first: None, plain: 0 });
-        self.cycle = Some(Cycle { before: self.now.balance, excess });
+        self.phase = Some(SmoothingPhase { newton: self.level.pairs() - pairs, first: None, plain: 0 });
+        self.cycle = Some(Cycle { before: self.now.residuals, excess });
         self.smoothing = SMOOTHING_AFTER_NEWTON;
         self.last = residual;
         Some(1.0)
@@ -391,14 +393,14 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
 
     /// Goes along the direction as far as the energy falls. A stop where not even the gradient descends.
     fn advance(&mut self, mut length: f64, plain: bool, precision: Precision) -> Option<Stop> {
-        let (pressure, balance, old_rr) = (self.pressure, self.now.balance, self.now.rr);
-        let energy = balance.energy(pressure);
+        let (pressure, residuals, old_rr) = (self.pressure, self.now.residuals, self.now.rr);
+        let energy = residuals.energy(pressure);
         let epsilon = precision.epsilon().max(self.precision.epsilon());
-        let noise = 64.0 * epsilon * balance.magnitude(pressure);
+        let noise = 64.0 * epsilon * residuals.magnitude(pressure);
         // Near the end the energy no longer tells two states apart, but the residual still does.
-        let blind = ENERGY_DIGITS * balance.magnitude(pressure);
+        let blind = ENERGY_DIGITS * residuals.magnitude(pressure);
         let rises = |next: &Trial| {
-            let rise = next.balance.energy(pressure) - energy;
+            let rise = next.residuals.energy(pressure) - energy;
             rise > noise && !(next.rr < old_rr && rise < blind)
         };
         let mut next = self.level.trial(length, precision);
@@ -415,7 +417,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
                 let rounded = self.residual() <= 10.0 * self.floor();
                 return Some(if rounded { Stop::RoundingFloor } else { Stop::NoDescent });
             }
-            (self.smoothing, self.careful, self.spell) = (FALLBACK, plain, None);
+            (self.smoothing, self.careful, self.phase) = (FALLBACK, plain, None);
             (self.beta, length) = (0.0, 0.0);
             next = self.level.trial(0.0, precision);
         } else {
@@ -423,9 +425,9 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
             let well = plain && tries == 0;
             self.beta = if well { ((next.rr - next.rr_old) / old_rr).max(0.0) } else { 0.0 };
             let scale = self.scale();
-            if let Some(spell) = self.spell.as_mut() {
-                spell.plain += i32::from(plain);
-                spell.first = spell.first.or(Some(next.balance.residual / scale));
+            if let Some(phase) = self.phase.as_mut() {
+                phase.plain += i32::from(plain);
+                phase.first = phase.first.or(Some(next.residuals.residual / scale));
             }
         }
         self.level.accept(length);

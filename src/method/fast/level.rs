@@ -5,7 +5,7 @@ use super::window::{Cell, Window};
 use crate::grid::{Filter, Grid, HalfSpectrum, Real, Series, Transform, block_sums, lowest};
 use crate::interface::{Kernel, Law};
 use crate::method::Precision;
-use crate::method::operator::{Balance, KKT};
+use crate::method::operator::{KKT, Residuals};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 
@@ -33,13 +33,13 @@ pub(super) struct Level<'h, T: Real, K, L> {
     pub pressure: f64,
     pub spring: Spring,
     pub pairs: f64,
-    /// Balance of the state that the last improvement ended in.
-    pub last: Balance,
+    /// Residuals of the state that the last improvement ended in.
+    pub last: Residuals,
 }
 
 /// A trial state: its balance, and the inner products of its KKT residual with itself and with the one before.
 pub(super) struct Trial {
-    pub balance: Balance,
+    pub residuals: Residuals,
     pub rr: f64,
     pub rr_old: f64,
 }
@@ -79,7 +79,7 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
             pressure: 0.0,
             spring: Spring::default(),
             pairs: 0.0,
-            last: Balance::default(),
+            last: Residuals::default(),
         }
     }
 
@@ -178,7 +178,7 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
         self.pressure * self.window.points() as f64 / self.grid().points() as f64
     }
 
-    /// Balance and gradient where the gap is changed by `scale` times the step; the gap itself stays. One pair, in f32 where that is
+    /// Residuals and gradient where the gap is changed by `scale` times the step; the gap itself stays. One pair, in f32 where that is
     /// enough.
     pub fn trial(&mut self, scale: f64, precision: Precision) -> Trial {
         let filter = self.displaced();
@@ -205,19 +205,19 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
         };
         self.pairs += 1.0;
         let n = self.grid().points() as f64;
-        Trial { balance: self.balance(elastic, &sums), rr: sums[0] / n, rr_old: sums[KKT - 1] / n }
+        Trial { residuals: self.residuals(elastic, &sums), rr: sums[0] / n, rr_old: sums[KKT - 1] / n }
     }
 
-    /// Balance per area of what faces the surface, from sums over that and over the free nodes.
-    fn balance(&self, elastic: f64, sums: &[f64; KKT + 1]) -> Balance {
+    /// Residuals per area of what faces the surface, from sums over that and over the free nodes.
+    fn residuals(&self, elastic: f64, sums: &[f64; KKT + 1]) -> Residuals {
         let (facing, all) = (self.window.points(), self.grid().points());
         let (per_facing, mean) = (all as f64 / facing as f64, self.cell.mean_mode(self.pressure));
-        let balance = Balance::new(facing, per_facing * elastic, &sums[..KKT]);
+        let residuals = Residuals::new(facing, per_facing * elastic, &sums[..KKT]);
         if all == facing {
-            return balance;
+            return residuals;
         }
-        let lift = (sums[3] + sums[KKT]) / all as f64 - mean.1;
-        Balance { elastic: balance.elastic + mean.0, lift, ..balance }
+        let mean_separation = (sums[3] + sums[KKT]) / all as f64 - mean.1;
+        Residuals { elastic: residuals.elastic + mean.0, mean_separation, ..residuals }
     }
 
     /// Makes the last trial the state.
@@ -236,7 +236,7 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
     }
 
     /// Interfacial stress `p + K(g - h)` at the gap as it is, with the balance there; one pair. The working arrays go first.
-    pub fn stress(&mut self) -> (Balance, Vec<T>) {
+    pub fn stress(&mut self) -> (Residuals, Vec<T>) {
         self.settle();
         self.inner.release();
         let grid = self.grid();
@@ -268,12 +268,12 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
                         *w += pressure;
                         *s = *w;
                     }
-                    rows::balance(law, window.inside(y, nx), gap, &mut worker.row)
+                    rows::residuals(law, window.inside(y, nx), gap, &mut worker.row)
                 },
             )
             .collect();
         self.pairs += 1.0;
-        (self.balance(elastic, &block_sums(&sums)), stress)
+        (self.residuals(elastic, &block_sums(&sums)), stress)
     }
 }
 

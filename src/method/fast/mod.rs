@@ -13,10 +13,10 @@ mod level;
 mod rows;
 mod window;
 
-use super::operator::{Balance, Build, LOAD_BALANCE, LOAD_SHARE, Outcome, dispatch, refused};
+use super::operator::{Build, LOAD_BALANCE, LOAD_SHARE, Outcome, Residuals, dispatch, refused};
 use super::{
-    Card, CoarseState, ContactMethod, Criterion, Goals, Heights, Kept, Kind, Load, Needs, Plan, Precision, Problem,
-    Run, Settled, Started, State, Stop, Watch,
+    Card, CoarseState, ContactMethod, Criterion, ErrorEstimates, Heights, Kind, Load, Needs, Observer, Plan, Precision,
+    Problem, Run, SolverSnapshot, Started, State, Stop, Targets,
 };
 use crate::grid::{Grid, Real, Series, lowest, mean, rms, transformable};
 use crate::interface::{HalfSpace, HardWall, Kernel, Law};
@@ -82,21 +82,21 @@ impl ContactMethod for Fast {
         Plan { bytes: level + series, iterations: 20, pairs_per_iteration: 4.0, seconds: 0.0 }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
-        Ok(Started::Solver(dispatch(problem, Start { problem, watch })))
+    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+        Ok(Started::Solver(dispatch(problem, Start { problem, observer })))
     }
 }
 
 struct Start<'p> {
     problem: &'p Problem<'p>,
-    watch: &'p dyn Watch,
+    observer: &'p dyn Observer,
 }
 
 impl<'p> Build<'p> for Start<'p> {
     type Built = Box<dyn Run + 'p>;
 
     fn build<T: Real, K: Kernel + 'p, L: Law + 'p>(self, kernel: K, law: L) -> Self::Built {
-        let Start { problem, watch } = self;
+        let Start { problem, observer } = self;
         let mut cell = Cell::of(problem);
         let (heights, rms_height) = match problem.heights {
             heights if cell.is_padded() => {
@@ -112,7 +112,7 @@ impl<'p> Build<'p> for Start<'p> {
         Box::new(Solver {
             problem,
             cell,
-            watch,
+            observer,
             kernel,
             law,
             heights,
@@ -137,7 +137,7 @@ fn of_wave<T: Real>(series: Series<T>) -> (Series<T>, f64) {
 struct Solver<'p, T: Real, K, L> {
     problem: &'p Problem<'p>,
     cell: Cell,
-    watch: &'p dyn Watch,
+    observer: &'p dyn Observer,
     kernel: K,
     law: L,
     heights: Series<T>,
@@ -160,7 +160,7 @@ struct Solver<'p, T: Real, K, L> {
 /// How a grid was left.
 struct Ended {
     stop: Stop,
-    settled: Settled,
+    error_estimates: ErrorEstimates,
 }
 
 /// The grid below: half the points along every side longer than the coarsest, rounded up to a size that transforms fast.
@@ -205,27 +205,27 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
             }
         };
         let first = level.grid();
-        let (mut cut, mut settled): (Option<Ended>, _) = (None, Settled::default());
+        let (mut cut, mut error_estimates): (Option<Ended>, _) = (None, ErrorEstimates::default());
         // A coarse grid, whose stretched range attracts less, may part where the next one holds.
-        let (mut parted, mut converged) = (false, false);
+        let (mut separated, mut converged) = (false, false);
         for &grid in grids.iter().rev().skip_while(|g| **g != first) {
             if grid != first {
                 level.settle();
                 if converged {
-                    let balance = level.last;
+                    let residuals = level.last;
                     let cut = self.cell.is_padded().then(|| level.window.cut(&level.gap, level.grid().nx));
-                    self.watch.level(CoarseState {
+                    self.observer.coarse_grid_done(CoarseState {
                         grid: self.cell.facing(level.grid()),
                         gap: T::lend(cut.as_ref().unwrap_or(&level.gap)),
-                        mean_gap: balance.mean_gap,
-                        energy: balance.energy(level.pressure),
+                        mean_gap: residuals.mean_gap,
+                        energy: residuals.energy(level.pressure),
                         range: level.body.law.range(),
-                        settled,
+                        error_estimates,
                     });
                 }
                 let share = level.grid().points() as f64 / self.cell.grid.points() as f64;
                 self.earlier_pairs.set(self.earlier_pairs.get() + level.pairs() * share);
-                level = if parted {
+                level = if separated {
                     let mut level = Level::touching(grid, body(grid, self.kernel), &self.heights, self.cell);
                     self.set_load(&mut level, load);
                     level
@@ -234,16 +234,16 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
                 };
             }
             level.prepare();
-            let (tolerance, goals) = if grid == self.cell.grid {
-                (problem.tolerance, problem.goals)
+            let (tolerance, targets) = if grid == self.cell.grid {
+                (problem.tolerance, problem.targets)
             } else {
-                (COARSE_TOLERANCE.max(problem.tolerance), Goals::default())
+                (COARSE_TOLERANCE.max(problem.tolerance), Targets::default())
             };
             // Once a coarse grid has been interrupted, the finer ones only carry its state.
             if cut.is_none() {
-                let ended = self.hold(&mut level, load, (tolerance, goals), iterations, pause.take());
-                settled = ended.settled;
-                (parted, converged) = (ended.stop == Stop::Detached, ended.stop == Stop::Converged);
+                let ended = self.hold(&mut level, load, (tolerance, targets), iterations, pause.take());
+                error_estimates = ended.error_estimates;
+                (separated, converged) = (ended.stop == Stop::Detached, ended.stop == Stop::Converged);
                 if grid == self.cell.grid || ended.stop == Stop::Interrupted {
                     cut = Some(ended);
                 }
@@ -255,8 +255,8 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
     /// What residuals are divided by. Where the pressure is not imposed it may pass through zero; what the bodies then do to
     /// each other is of the size of their attraction, for an exponential its energy over its range. Once they have parted
     /// nothing is left.
-    fn scale(&self, load: Load, pressure: f64, balance: &Balance) -> f64 {
-        let pull = if self.law.range() > 0.0 { balance.interaction.abs() / self.law.range() } else { 0.0 };
+    fn scale(&self, load: Load, pressure: f64, residuals: &Residuals) -> f64 {
+        let pull = if self.law.range() > 0.0 { residuals.interaction.abs() / self.law.range() } else { 0.0 };
         match load {
             Load::Pressure(p) => Problem::stress_scale(p),
             Load::MeanGap(target) => {
@@ -286,12 +286,12 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         &self,
         level: &mut Level<T, K, L>,
         load: Load,
-        (tolerance, goals): (f64, Goals),
+        (tolerance, targets): (f64, Targets),
         iterations: &mut usize,
         mut pause: Option<Pause>,
     ) -> Ended {
         let Load::MeanGap(target) = load else {
-            return self.improve(level, (load, tolerance, goals), iterations, pause);
+            return self.improve(level, (load, tolerance, targets), iterations, pause);
         };
         // A finer grid has a stiffer stiffest mode.
         let pressure = level.pressure;
@@ -302,7 +302,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         let coarse = level.grid() != self.cell.grid;
         let mut corrections = 0;
         loop {
-            let ended = self.improve(level, (load, tolerance, goals), iterations, pause.take());
+            let ended = self.improve(level, (load, tolerance, targets), iterations, pause.take());
             let miss = level.last.mean_gap - target;
             level.pressure += level.spring.stiffness * miss;
             let within = LOAD_BALANCE.max(LOAD_SHARE * tolerance) * self.rms_height.max(target.abs());
@@ -318,10 +318,10 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
 }
 
 impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
-    fn resume(&mut self, kept: Kept) -> Result<()> {
+    fn resume(&mut self, snapshot: SolverSnapshot) -> Result<()> {
         // Of any grid on the way; its cell is this one.
-        let grid = Grid { nx: kept.grid.nx, ny: kept.grid.ny, ..self.cell.grid };
-        let (gap, pause) = kept.on(grid, CARD.id)?;
+        let grid = Grid { nx: snapshot.grid.nx, ny: snapshot.grid.ny, ..self.cell.grid };
+        let (gap, pause) = snapshot.restore(grid, CARD.id)?;
         self.resumed = Some((grid, gap.into_iter().map(T::of).collect(), pause));
         Ok(())
     }
@@ -381,24 +381,24 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             _ => None,
         };
         let (mut level, ended) = if let Some((level, stop)) = unpressed {
-            (level, Ended { stop, settled: Settled::default() })
+            (level, Ended { stop, error_estimates: ErrorEstimates::default() })
         } else if warm && resumed.is_none() {
             self.earlier_pairs.set(0.0);
             let mut level = Level::with_gap(self.cell.grid, (self.kernel, self.law), &self.heights, self.cell, start);
             self.set_load(&mut level, load);
             level.prepare();
-            let ended = self.hold(&mut level, load, (problem.tolerance, problem.goals), &mut iterations, None);
+            let ended = self.hold(&mut level, load, (problem.tolerance, problem.targets), &mut iterations, None);
             (level, ended)
         } else {
             self.nested(load, &mut iterations, resumed)
         };
         // Its force has become part of the pressure.
         level.spring = Spring::default();
-        let (balance, stress) = level.stress();
+        let (residuals, stress) = level.stress();
         let (gap, pairs, pressure) =
             (std::mem::take(&mut level.gap), level.pairs() + self.earlier_pairs.get(), level.pressure);
         drop(level);
-        let scale = self.scale(load, pressure, &balance);
+        let scale = self.scale(load, pressure, &residuals);
         (self.gap, self.stress, self.pressure) = (gap, stress, pressure);
         let (gap, stress) = if self.cell.is_padded() {
             let (window, nx) = (self.cell.window(self.cell.grid), self.cell.grid.nx);
@@ -407,8 +407,8 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         } else {
             (&self.gap, &self.stress)
         };
-        let Ended { stop, settled } = ended;
-        let outcome = Outcome { load, stop, iterations, pairs, clock, balance, settled };
+        let Ended { stop, error_estimates } = ended;
+        let outcome = Outcome { load, stop, iterations, pairs, clock, residuals, error_estimates };
         Ok(outcome.state((pressure, scale, self.rms_height), gap, stress))
     }
 }

@@ -325,7 +325,7 @@ pub(super) fn descend<L: Law, T: Real>(
 }
 
 /// Sums of a state, as in [`trial`]. `stress` is that of body and load, and becomes the imbalance by the law's traction.
-pub(super) fn balance<L: Law, T: Real>(law: &L, inside: usize, gap: &[T], stress: &mut [T]) -> [f64; KKT + 1] {
+pub(super) fn residuals<L: Law, T: Real>(law: &L, inside: usize, gap: &[T], stress: &mut [T]) -> [f64; KKT + 1] {
     let (facing, padding) = stress.split_at_mut(inside);
     let free = if padding.is_empty() { None } else { Some(kkt_row(&Open, &gap[inside..], padding)) };
     with_free(kkt_row(law, &gap[..inside], facing), free)

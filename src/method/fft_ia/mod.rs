@@ -12,9 +12,9 @@
 mod element;
 
 use super::fields::{Convolution, Symbol, add, each, inner, means};
-use super::operator::{Outcome, Progress};
+use super::operator::{ConvergenceMonitor, Outcome};
 use super::{
-    Card, ContactMethod, Criterion, Iteration, Kind, Load, Needs, Plan, Problem, Run, Started, State, Stop, Watch,
+    Card, ContactMethod, Criterion, Iteration, Kind, Load, Needs, Observer, Plan, Problem, Run, Started, State, Stop,
     accepts, fields,
 };
 use crate::grid::{lowest, rms};
@@ -32,7 +32,7 @@ static CARD: Card = Card {
     family: "boundary value",
     kind: Kind::Solver,
     needs: Needs::Heights,
-    criterion: Criterion::ZeroGapBesideStress,
+    criterion: Criterion::ZeroGapAndStress,
     calibrated_on: None,
     summary: "contact and adhesive pressure in turn, adhesion integrated over the elements",
     supports: super::card::fields,
@@ -73,7 +73,7 @@ impl ContactMethod for FftIa {
         Plan { bytes, iterations, pairs_per_iteration: 2.0, seconds: 0.0 }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
+    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         let refused = |key: &str, found: String, accepted: &str| Error::input("method fft-ia", key, found, accepted);
         let heights = fields::heights(problem, CARD.id)?;
         if problem.wall != Wall::Hard {
@@ -97,7 +97,7 @@ impl ContactMethod for FftIa {
         let zero = || vec![0.0; heights.len()];
         Ok(Started::Solver(Box::new(Solver {
             problem,
-            watch,
+            observer,
             law,
             relaxation,
             rms_height: rms(&heights),
@@ -119,7 +119,7 @@ impl ContactMethod for FftIa {
 
 struct Solver<'p> {
     problem: &'p Problem<'p>,
-    watch: &'p dyn Watch,
+    observer: &'p dyn Observer,
     law: Option<Exponential>,
     relaxation: f64,
     heights: Vec<f64>,
@@ -176,7 +176,7 @@ impl Solver<'_> {
         each(&mut self.gap, |_, g| g - approach);
         let (mut before, mut conjugate) = (1.0, false);
         for iteration in 0..INNER_MOST {
-            if self.watch.stopping() {
+            if self.observer.stop_requested() {
                 return Inner::Interrupted;
             }
             let Solver { contact, gap, direction, response, convolution, compliance, .. } = self;
@@ -260,10 +260,10 @@ impl Run for Solver<'_> {
             each(contact, |i, _| if gap[i] <= 0.0 { (stress[i] + pressure + adhesive[i]).max(0.0) } else { 0.0 });
         }
         let floor = problem.rounding_floor(self.rms_height, pressure);
-        let mut progress = Progress::new();
+        let mut progress = ConvergenceMonitor::new();
         let (mut iterations, mut change) = (0, 1.0_f64);
         let stiffest = problem.stiffest_mode();
-        let (stop, balance, settled) = loop {
+        let (stop, residuals, error_estimates) = loop {
             let [pulled] = means(self.adhesive.len(), |i| [self.adhesive[i]]);
             // As exact as the adhesive pressure, and in the end as the tolerance: an error of the gap is one of stress by the
             // stiffness of some wave.
@@ -282,28 +282,28 @@ impl Run for Solver<'_> {
                 None => [0.0],
                 Some(law) => means(gap.len(), |i| [element::energy(problem.grid, law, gap, i)]),
             };
-            let balance = fields::balance(gap, stress, traction, true, (elastic, energy));
+            let residuals = fields::residuals(gap, stress, traction, true, (elastic, energy));
             let [missing] = means(gap.len(), |i| [(traction[i] - adhesive[i]).powi(2)]);
             change = missing.sqrt() / scale;
-            let residual = balance.residual / scale;
-            let settled = progress.settled(&balance);
+            let residual = residuals.residual / scale;
+            let error_estimates = progress.error_estimates(&residuals);
             match inner_stop {
-                Inner::Apart => break (Stop::Detached, balance, settled),
-                Inner::Interrupted => break (Stop::Interrupted, balance, settled),
+                Inner::Apart => break (Stop::Detached, residuals, error_estimates),
+                Inner::Interrupted => break (Stop::Interrupted, residuals, error_estimates),
                 Inner::Done(n) => iterations += n + 1,
             }
-            if balance.meets(problem.tolerance, scale) && problem.goals.met(&settled) {
-                break (Stop::Converged, balance, settled);
+            if residuals.meets(problem.tolerance, scale) && problem.targets.met(&error_estimates) {
+                break (Stop::Converged, residuals, error_estimates);
             }
             if iterations >= problem.max_iterations {
-                break (Stop::IterationLimit, balance, settled);
+                break (Stop::IterationLimit, residuals, error_estimates);
             }
             if let Some(stop) = progress.stalled(residual, floor) {
-                break (stop, balance, settled);
+                break (stop, residuals, error_estimates);
             }
-            let step = Iteration { iteration: iterations, residual, tolerance: problem.tolerance, share: 1.0 };
-            if self.watch.iteration(step).is_break() {
-                break (Stop::Interrupted, balance, settled);
+            let step = Iteration { iteration: iterations, residual, tolerance: problem.tolerance, grid_fraction: 1.0 };
+            if self.observer.iteration(step).is_break() {
+                break (Stop::Interrupted, residuals, error_estimates);
             }
             // Without adhesion only the inner search is left, which goes on where it was, more exactly.
             if self.law.is_none() {
@@ -315,7 +315,7 @@ impl Run for Solver<'_> {
         let Solver { stress, contact, adhesive, .. } = self;
         each(stress, |i, _| contact[i] - adhesive[i]);
         let pairs = self.convolution.pairs - pairs_before;
-        let outcome = Outcome { load, stop, iterations, pairs, clock, balance, settled };
+        let outcome = Outcome { load, stop, iterations, pairs, clock, residuals, error_estimates };
         Ok(outcome.state((pressure, scale, self.rms_height), &self.gap, &self.stress))
     }
 }

@@ -13,9 +13,9 @@
 
 mod plane;
 
-use super::operator::{Balance, Outcome, Progress};
+use super::operator::{ConvergenceMonitor, Outcome, Residuals};
 use super::{
-    Card, ContactMethod, Criterion, Iteration, Kind, Load, Needs, Plan, Problem, Run, Started, State, Stop, Watch,
+    Card, ContactMethod, Criterion, Iteration, Kind, Load, Needs, Observer, Plan, Problem, Run, Started, State, Stop,
     accepts, fields,
 };
 use crate::Result;
@@ -64,13 +64,13 @@ impl ContactMethod for GfmdFire {
         Plan { bytes, iterations, pairs_per_iteration: 1.0, seconds: 0.0 }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
+    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         let heights = fields::heights(problem, CARD.id)?;
         Ok(Started::Solver(match problem.wall.soft() {
-            None => Box::new(Solver::new(problem, watch, heights, problem.adhesion)),
+            None => Box::new(Solver::new(problem, observer, heights, problem.adhesion)),
             Some(wall) => {
                 let law = WithAdhesion { wall, adhesion: problem.adhesion };
-                Box::new(Solver::new(problem, watch, heights, law))
+                Box::new(Solver::new(problem, observer, heights, law))
             }
         }))
     }
@@ -78,7 +78,7 @@ impl ContactMethod for GfmdFire {
 
 struct Solver<'p, L> {
     problem: &'p Problem<'p>,
-    watch: &'p dyn Watch,
+    observer: &'p dyn Observer,
     law: L,
     plane: Plane,
     heights: Vec<f64>,
@@ -97,12 +97,12 @@ struct Motion {
 }
 
 impl<'p, L: Law> Solver<'p, L> {
-    fn new(problem: &'p Problem<'p>, watch: &'p dyn Watch, heights: Vec<f64>, law: L) -> Self {
+    fn new(problem: &'p Problem<'p>, observer: &'p dyn Observer, heights: Vec<f64>, law: L) -> Self {
         let ground = lowest(&heights);
         let gap: Vec<f64> = heights.iter().map(|h| h - ground).collect();
         let (velocity, imbalance) = (vec![0.0; gap.len()], vec![0.0; gap.len()]);
         let (plane, rms_height) = (Plane::new(problem.grid, problem.kernel), rms(&heights));
-        Solver { problem, watch, law, plane, heights, rms_height, gap, velocity, imbalance }
+        Solver { problem, observer, law, plane, heights, rms_height, gap, velocity, imbalance }
     }
 
     /// Force against a node's motion: none where a hard wall takes it.
@@ -112,7 +112,7 @@ impl<'p, L: Law> Solver<'p, L> {
     }
 
     /// Imbalance of the gap as it is.
-    fn evaluate(&mut self, pressure: f64) -> (Balance, Motion) {
+    fn evaluate(&mut self, pressure: f64) -> (Residuals, Motion) {
         let Solver { plane, heights, gap, velocity, imbalance, law, problem, .. } = self;
         plane.stress(|i| gap[i] - heights[i], imbalance);
         let nx = problem.grid.nx;
@@ -137,17 +137,17 @@ impl<'p, L: Law> Solver<'p, L> {
         let points = gap.len() as f64;
         let [elastic, interaction, mean_gap, contact, missing, square, work, power, speed, _] =
             sum_rows(rows.len(), |y| rows[y]).map(|s| s / points);
-        let balance = Balance {
+        let residuals = Residuals {
             elastic,
             interaction,
             mean_gap,
-            lift: mean_gap,
+            mean_separation: mean_gap,
             contact,
             residual: if elastic.is_finite() { square.sqrt() } else { f64::NAN },
             imbalance: missing,
             complementarity: work,
         };
-        (balance, Motion { power, force: square.sqrt(), speed: speed.sqrt() })
+        (residuals, Motion { power, force: square.sqrt(), speed: speed.sqrt() })
     }
 
     /// One step of time: velocity, then place, then the wall.
@@ -186,28 +186,28 @@ impl<L: Law> Run for Solver<'_, L> {
         let problem = self.problem;
         let scale = Problem::stress_scale(pressure);
         let floor = problem.rounding_floor(self.rms_height, pressure);
-        let mut progress = Progress::new();
+        let mut progress = ConvergenceMonitor::new();
         let (mut iterations, mut downhill, mut turn) = (0, 0, TURN);
         self.velocity.fill(0.0);
-        let (stop, balance, settled) = loop {
-            let (balance, motion) = self.evaluate(pressure);
-            let settled = progress.settled(&balance);
-            let residual = balance.residual / scale;
-            if balance.meets(problem.tolerance, scale) && problem.goals.met(&settled) {
-                break (Stop::Converged, balance, settled);
+        let (stop, residuals, error_estimates) = loop {
+            let (residuals, motion) = self.evaluate(pressure);
+            let error_estimates = progress.error_estimates(&residuals);
+            let residual = residuals.residual / scale;
+            if residuals.meets(problem.tolerance, scale) && problem.targets.met(&error_estimates) {
+                break (Stop::Converged, residuals, error_estimates);
             }
             if iterations >= problem.max_iterations {
-                break (Stop::IterationLimit, balance, settled);
+                break (Stop::IterationLimit, residuals, error_estimates);
             }
             if let Some(stop) = progress.stalled(residual, floor) {
-                break (stop, balance, settled);
+                break (stop, residuals, error_estimates);
             }
-            if balance.parted(pressure, self.law.range()) {
-                break (Stop::Detached, balance, settled);
+            if residuals.separated(pressure, self.law.range()) {
+                break (Stop::Detached, residuals, error_estimates);
             }
-            let step = Iteration { iteration: iterations, residual, tolerance: problem.tolerance, share: 1.0 };
-            if self.watch.stopping() || self.watch.iteration(step).is_break() {
-                break (Stop::Interrupted, balance, settled);
+            let step = Iteration { iteration: iterations, residual, tolerance: problem.tolerance, grid_fraction: 1.0 };
+            if self.observer.stop_requested() || self.observer.iteration(step).is_break() {
+                break (Stop::Interrupted, residuals, error_estimates);
             }
             let time = self.longest_step(pressure);
             if motion.power > 0.0 {
@@ -225,7 +225,8 @@ impl<L: Law> Run for Solver<'_, L> {
         };
         let law = &self.law;
         self.imbalance.par_iter_mut().zip(&self.gap).for_each(|(t, &g)| *t -= law.traction(g));
-        let outcome = Outcome { load, stop, iterations, pairs: iterations as f64 + 1.0, clock, balance, settled };
+        let outcome =
+            Outcome { load, stop, iterations, pairs: iterations as f64 + 1.0, clock, residuals, error_estimates };
         Ok(outcome.state((pressure, scale, self.rms_height), &self.gap, &self.imbalance))
     }
 }

@@ -17,7 +17,7 @@ const LINEAR_STEPS: usize = 200;
 const SHORTEST: f64 = 1.0 / 16.0;
 
 /// A load on spots on the way to equilibrium.
-pub(super) struct Balance {
+pub(super) struct EquilibriumSolver {
     target: f64,
     mesh: Mesh,
     /// Those that touch or may come to.
@@ -37,7 +37,7 @@ struct Matrix {
     stiffness: Vec<f64>,
 }
 
-impl Balance {
+impl EquilibriumSolver {
     /// At the spots as they are: displacements of all in reach anew.
     pub fn new(spots: &mut Spots, target: f64) -> Self {
         let touching = spots.all.iter().filter(|s| s.approach > 0.0).count();
@@ -61,7 +61,7 @@ impl Balance {
             }
         }
         let weights = watched.iter().map(|&k| mesh.weights(spots.all[k].place())).collect();
-        Balance { target, mesh, watched, weights, excess, scale: largest }
+        EquilibriumSolver { target, mesh, watched, weights, excess, scale: largest }
     }
 
     /// How far approaches and load are from equilibrium, over the largest approach and the load.
@@ -205,7 +205,7 @@ mod tests {
 
     fn settle(spots: &mut Spots, pressure: f64) {
         for _ in 0..5 {
-            let mut balance = Balance::new(spots, pressure);
+            let mut balance = EquilibriumSolver::new(spots, pressure);
             for step in 0.. {
                 if balance.residual(spots) <= 1e-12 {
                     break;

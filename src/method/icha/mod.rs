@@ -15,13 +15,13 @@ mod sums;
 use super::operator::refused;
 use super::spots::{Spot, paint};
 use super::{
-    Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Plan, Problem, Quantity,
-    Started, Stop, Support, Watch, accepts,
+    Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Observer, Plan, Problem,
+    Quantity, Started, Stop, Support, accepts,
 };
 use crate::grid::{Grid, mean};
 use crate::surface::{SummitCurvature, SummitFit};
 use crate::{Error, Result};
-use balance::Balance;
+use balance::EquilibriumSolver;
 use serde::{Deserialize, Serialize};
 use spots::{Asperity, Spots};
 use std::time::Instant;
@@ -108,7 +108,7 @@ impl ContactMethod for Icha {
         Plan { bytes: per_point * points as u64, iterations: 300, pairs_per_iteration: 0.0, seconds }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
+    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         accepts::half_space(problem, CARD.id)?;
         accepts::hard_wall(problem, CARD.id)?;
         accepts::no_adhesion(problem, CARD.id)?;
@@ -122,7 +122,7 @@ impl ContactMethod for Icha {
         let fresh = Spots::new(problem.grid, &summits);
         Ok(Started::Estimator(Box::new(Path {
             problem,
-            watch,
+            observer,
             mean_height: mean(&heights),
             first: FIRST * problem.resolved_gradient(),
             spots: fresh.clone(),
@@ -135,7 +135,7 @@ impl ContactMethod for Icha {
 
 struct Path<'p> {
     problem: &'p Problem<'p>,
-    watch: &'p dyn Watch,
+    observer: &'p dyn Observer,
     /// Over the lowest node.
     mean_height: f64,
     /// Pressure of the first step.
@@ -156,7 +156,7 @@ impl Path<'_> {
     /// Equilibrium at a pressure, with all merged that overlaps, and what is missed of it. Counts steps of Newton's on.
     fn settle(&self, spots: &mut Spots, (target, tolerance): (f64, f64), steps: &mut usize) -> (Stop, f64) {
         loop {
-            let mut balance = Balance::new(spots, target);
+            let mut balance = EquilibriumSolver::new(spots, target);
             let mut residual = balance.residual(spots);
             if residual <= tolerance && !spots.merge() {
                 return (Stop::Converged, residual);
@@ -170,8 +170,8 @@ impl Path<'_> {
                 if *steps >= self.problem.max_iterations {
                     return (Stop::IterationLimit, residual);
                 }
-                let step = Iteration { iteration: *steps, residual, tolerance, share: 1.0 };
-                if self.watch.iteration(step).is_break() {
+                let step = Iteration { iteration: *steps, residual, tolerance, grid_fraction: 1.0 };
+                if self.observer.iteration(step).is_break() {
                     return (Stop::Interrupted, residual);
                 }
                 balance.step(spots);

@@ -12,8 +12,8 @@ mod roughening;
 
 use super::accepts;
 use super::{
-    Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Plan, Problem, Quantity, Settings, Started,
-    Stop, Support, Watch,
+    Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Observer, Plan, Problem, Quantity,
+    Settings, Started, Stop, Support,
 };
 use crate::interface::Adhesion;
 use crate::observe::{Distribution, StressDistribution, linear_edges};
@@ -58,7 +58,7 @@ fn supports(quantity: Quantity) -> Support {
 /// Which relation between area and pressure.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum Form {
+pub enum PerssonForm {
     /// erf(√2 p*): the theory as it stands.
     #[default]
     Pure,
@@ -66,12 +66,12 @@ pub enum Form {
     Kappa2,
 }
 
-impl Form {
+impl PerssonForm {
     /// Argument of the error function over p*.
     fn constant(self) -> f64 {
         match self {
-            Form::Pure => roughening::PURE,
-            Form::Kappa2 => roughening::kappa2(),
+            PerssonForm::Pure => roughening::PURE,
+            PerssonForm::Kappa2 => roughening::kappa2(),
         }
     }
 }
@@ -80,7 +80,7 @@ impl Form {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PerssonSettings {
-    pub form: Form,
+    pub form: PerssonForm,
     /// Elastic energy in a small contact over that of full contact on the same area, above 0 and up to 1: 1 is the original
     /// theory, 0.45 was found to give solved mean gaps.
     pub energy_factor: f64,
@@ -91,7 +91,7 @@ const FITTED: f64 = 0.45;
 
 impl Default for PerssonSettings {
     fn default() -> Self {
-        PerssonSettings { form: Form::Pure, energy_factor: FITTED }
+        PerssonSettings { form: PerssonForm::Pure, energy_factor: FITTED }
     }
 }
 
@@ -119,7 +119,7 @@ impl ContactMethod for Persson {
         Plan { bytes: fields + sweeps, iterations: bands * bands, pairs_per_iteration: 0.0, seconds }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
+    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         let power = accepts::isotropic_power(problem, CARD.id)?;
         let PerssonSettings { form, energy_factor } = problem.settings.persson;
         if !(energy_factor > 0.0 && energy_factor <= 1.0) {
@@ -138,7 +138,7 @@ impl ContactMethod for Persson {
             opening: Opening::new(energy_factor),
             bands,
             cascades,
-            watch,
+            observer,
         })))
     }
 }
@@ -150,7 +150,7 @@ struct Theory<'p> {
     opening: Opening,
     /// With adhesion and without; none without adhesion.
     cascades: Option<[Cascade; 2]>,
-    watch: &'p dyn Watch,
+    observer: &'p dyn Observer,
 }
 
 /// Loads on the way to full contact, each this much above the last. The mean gap under adhesion is that without it and a
@@ -190,7 +190,7 @@ impl Theory<'_> {
 
     fn dry(&self, pressure: f64) -> Option<Estimate<'_>> {
         let (gap, fall, asked) = self.gap(pressure);
-        let stopping = || self.watch.stopping();
+        let stopping = || self.observer.stop_requested();
         let (gaps, more) = gaps::gap_distribution(&self.bands, self.c, pressure, &self.opening, stopping)?;
         Some(Estimate {
             contact_fraction: self.share(pressure),
@@ -207,7 +207,7 @@ impl Theory<'_> {
     /// Area by the cascade at the pressure; mean gap from `p dū = -d(U - γ A)` up to full contact, as a correction to that
     /// without adhesion, from the same cascade without.
     fn sticky(&self, pressure: f64, [with, without]: &[Cascade; 2]) -> Estimate<'_> {
-        let stopping = || self.watch.stopping();
+        let stopping = || self.observer.stop_requested();
         let mut loads = vec![pressure];
         while loads[loads.len() - 1] < CLOSED * self.gradient {
             loads.push(loads[loads.len() - 1] * LADDER);

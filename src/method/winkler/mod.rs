@@ -10,8 +10,8 @@
 mod growth;
 
 use super::{
-    Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Plan, Problem, Quantity,
-    Settings, Started, Stop, Support, Watch, accepts,
+    Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Observer, Plan, Problem,
+    Quantity, Settings, Started, Stop, Support, accepts,
 };
 use crate::grid::{mean, sum_rows};
 use crate::{Error, Result};
@@ -93,7 +93,7 @@ impl ContactMethod for Winkler {
         Plan { bytes: per_point * points as u64, iterations: 10, pairs_per_iteration: 0.0, seconds }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, watch: &'p dyn Watch) -> Result<Started<'p>> {
+    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         accepts::half_space(problem, CARD.id)?;
         accepts::hard_wall(problem, CARD.id)?;
         accepts::no_adhesion(problem, CARD.id)?;
@@ -101,7 +101,7 @@ impl ContactMethod for Winkler {
         let length = length(problem, &heights)?;
         Ok(Started::Estimator(Box::new(Springs {
             problem,
-            watch,
+            observer,
             heights,
             length,
             contact: Vec::new(),
@@ -160,7 +160,7 @@ fn overlap(nx: usize, heights: &[f64], depth: f64) -> (f64, f64) {
 
 struct Springs<'p> {
     problem: &'p Problem<'p>,
-    watch: &'p dyn Watch,
+    observer: &'p dyn Observer,
     /// From the lowest on.
     heights: Cow<'p, [f64]>,
     length: f64,
@@ -179,12 +179,12 @@ impl Springs<'_> {
         for iteration in 0..self.problem.max_iterations {
             let (found, share) = overlap(self.problem.grid.nx, &self.heights, depth);
             let residual = (found - target) / target;
-            let step = Iteration { iteration, residual: residual.abs(), tolerance: BALANCE, share: 1.0 };
+            let step = Iteration { iteration, residual: residual.abs(), tolerance: BALANCE, grid_fraction: 1.0 };
             let next = depth - (found - target) / share;
             if residual <= BALANCE || next >= depth {
                 return (depth, Stop::Converged, iteration);
             }
-            if self.watch.iteration(step).is_break() {
+            if self.observer.iteration(step).is_break() {
                 return (depth, Stop::Interrupted, iteration);
             }
             depth = next;

@@ -102,7 +102,7 @@ pub fn tradeoff(
     let mut besides: Vec<Beside> = asked
         .methods
         .iter()
-        .map(|&method| Beside { method, adhesive: attracts && method.card().knows_adhesion() })
+        .map(|&method| Beside { method, adhesive: attracts && method.card().supports_adhesion() })
         .collect();
     if let Some(blocks) = &blocks {
         besides.retain(|b| b.method.card().id != all_atom::ID);
