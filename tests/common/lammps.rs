@@ -1,16 +1,51 @@
-//! LAMMPS, or a loud word that a test is skipped.
+//! LAMMPS for tests that need it. A test without it is skipped, with a warning on standard error.
 
 use asperity::atoms::engine::LammpsEngine;
 use std::io::Write;
+use std::ops::Deref;
+use std::sync::{Condvar, Mutex, PoisonError};
 
-pub fn there_is_lammps(test: &str) -> bool {
-    match LammpsEngine::find(None) {
-        Ok(_) => true,
+/// Cores that tests of this binary have reserved for LAMMPS.
+static RESERVED: Mutex<usize> = Mutex::new(0);
+static RELEASED: Condvar = Condvar::new();
+
+/// LAMMPS, with as many cores as it has ranks. The tests of a binary together never run it on more cores than there are.
+pub struct Lammps {
+    engine: LammpsEngine,
+    ranks: usize,
+}
+
+/// Waits until `ranks` cores are free for LAMMPS. `None`, with a warning, where LAMMPS is missing. A test calls this once.
+pub fn lammps(ranks: usize) -> Option<Lammps> {
+    let engine = match LammpsEngine::find(None) {
+        Ok(engine) => engine,
         Err(error) => {
-            // Past the test harness, which swallows what a passing test prints.
-            let words = format!("\n*** SKIPPED: {test}: {error}. NOTHING WAS CHECKED. ***\n");
-            let _ = writeln!(std::io::stderr(), "{words}");
-            false
+            let thread = std::thread::current();
+            let test = thread.name().unwrap_or("a test");
+            // The harness captures what a passing test prints, but not what is written to the stream itself.
+            let _ = writeln!(std::io::stderr(), "\n*** SKIPPED: {test}: {error}. NOTHING WAS CHECKED. ***\n");
+            return None;
         }
+    };
+    let cores = std::thread::available_parallelism().map_or(1, |c| c.get());
+    let reserved = RESERVED.lock().unwrap_or_else(PoisonError::into_inner);
+    // More ranks than cores run when nothing else does.
+    let is_busy = |reserved: &mut usize| *reserved > 0 && *reserved + ranks > cores;
+    *RELEASED.wait_while(reserved, is_busy).unwrap_or_else(PoisonError::into_inner) += ranks;
+    Some(Lammps { engine, ranks })
+}
+
+impl Deref for Lammps {
+    type Target = LammpsEngine;
+
+    fn deref(&self) -> &LammpsEngine {
+        &self.engine
+    }
+}
+
+impl Drop for Lammps {
+    fn drop(&mut self) {
+        *RESERVED.lock().unwrap_or_else(PoisonError::into_inner) -= self.ranks;
+        RELEASED.notify_all();
     }
 }

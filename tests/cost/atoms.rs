@@ -1,0 +1,96 @@
+//! Atoms of which one number is asked: LAMMPS goes the same way, and what that number does not need is neither solved nor kept.
+
+use crate::alone;
+use crate::lammps::lammps;
+use asperity::grid::transformed_nodes;
+use asperity::pipeline::{self, Silent};
+use asperity::record::results::Results;
+use asperity::record::uncertainty::UncertaintySource;
+use asperity::scene::{Case, Scene};
+use std::path::Path;
+
+/// A smooth gentle surface at one load: LAMMPS is done in a second.
+const SCENE: &str = "name = \"lean\"\n[surface]\nroll_off_mode = 2\ncut_off_mode = 8\nrms_gradient = 0.3\nGRID\n\
+                     [load]\np_star = [0.02]\n[atoms]\ncells = 10\ndepth_cells = 6\nplasticity = true\n";
+
+struct Counted {
+    results: Results,
+    nodes: u64,
+    evaluations: usize,
+    /// Of LAMMPS's frames, and of all that is read of them.
+    frame_bytes: u64,
+    read_bytes: u64,
+}
+
+fn bytes(folder: &Path, wanted: impl Fn(&str) -> bool) -> u64 {
+    let entries = std::fs::read_dir(folder).expect("a stage").map(|e| e.expect("readable"));
+    let kept = entries.filter(|e| wanted(&e.file_name().to_string_lossy()));
+    kept.map(|e| e.metadata().expect("a file").len()).sum()
+}
+
+fn run(folder: &Path, name: &str, text: &str) -> Counted {
+    let file = folder.join(format!("{name}.toml"));
+    std::fs::write(&file, text).expect("written");
+    let out = folder.join(name);
+    let before = transformed_nodes();
+    let case = pipeline::settle(Scene::read(&file).expect("a scene"), &file).expect("a case");
+    let (results, _) = pipeline::run(&case, &out, &Silent).expect("a run");
+    let atoms = results.atoms.as_ref().expect("atoms");
+    Counted {
+        nodes: transformed_nodes() - before,
+        evaluations: atoms.ladder.iter().map(|s| s.force_evaluations).sum(),
+        frame_bytes: bytes(&out.join("lammps"), |f| f.starts_with("frame.")),
+        read_bytes: bytes(&out.join("atoms"), |f| f.starts_with("load-")),
+        results,
+    }
+}
+
+/// A table in which one setting, that of the full scene, has an error of 1 %.
+fn table(folder: &Path) {
+    let text = SCENE.replace("GRID", "grid = 64");
+    let case = Case::resolve(Scene::parse(&text, Path::new("s")).expect("a scene"), Path::new("s")).expect("a case");
+    let line = r#"{"schema": 1, "made_by": "a test", "tables": [{"name": "t", "surface": "one", "shortest_wave": 0.125,
+        "p_star": [0.001, 1.0], "kernel": "KERNEL", "adhesion": "none", "program": "", "threads": 1, "lines": [
+        {"method": "fast", "adhesive": false, "nx": 64, "ny": 64, "precision": "f64", "tolerance": 1e-8, "seconds": 1.0,
+         "errors": {"contact_area": [0.01, 0.01]}}]}]}"#;
+    std::fs::write(folder.join("table.json"), line.replace("KERNEL", &case.kernel.to_string())).expect("written");
+}
+
+#[test]
+fn atoms_do_no_more_than_is_asked() {
+    let _alone = alone();
+    let Some(_lammps) = lammps(1) else { return };
+    let folder = tempfile::tempdir().expect("scratch");
+    let folder = folder.path();
+    table(folder);
+    let full = SCENE.replace("GRID", "grid = 64").replace("plasticity = true", "plasticity = true\ndepth_error = true");
+    let full = run(folder, "full", &full);
+    let asked = "[accuracy]\nquantity = \"contact_area\"\nerror = 0.02\ntables = [\"table.json\"]\n";
+    let lean = run(folder, "asked", &format!("{}{asked}", SCENE.replace("GRID", "")));
+    let state = |c: &Counted| c.results.atoms.as_ref().expect("atoms").states[0].clone();
+    let (all, few) = (state(&full), state(&lean));
+    // LAMMPS takes the same steps, to the same bits; its frames hold three layers of the block instead of twelve.
+    assert_eq!(full.evaluations, lean.evaluations);
+    assert_eq!((all.contact_fraction, all.mean_gap_angstrom), (few.contact_fraction, few.mean_gap_angstrom));
+    assert!(2 * lean.frame_bytes < full.frame_bytes, "{} {}", lean.frame_bytes, full.frame_bytes);
+    assert!(lean.results.warnings.iter().any(|w| w.contains("atoms.plasticity")), "{:?}", lean.results.warnings);
+    // No stress field, no Voronoi cells, no frame for people, no slip.
+    assert!(all.stress.is_some() && all.frame.is_some() && all.ways.len() == 4 && all.plastic.is_some());
+    assert!(few.stress.is_none() && few.frame.is_none() && few.ways.is_empty() && few.plastic.is_none(), "{few:?}");
+    assert!(2 * lean.read_bytes < full.read_bytes, "{} {}", lean.read_bytes, full.read_bytes);
+    // The full heights are not solved for; the criteria are compared all the same.
+    let compared = |c: &Counted| c.results.comparison.clone().expect("compared");
+    assert!(compared(&full).full.is_some() && compared(&lean).full.is_none());
+    assert_eq!(compared(&lean).loads[0].continuum.len(), 3);
+    // What the finite depth makes of area and mean gap is told where it was asked for, and takes a solution more.
+    let of_depth = |c: &Counted| -> Vec<f64> {
+        let budget = compared(c).hard.states[0].budget.clone();
+        budget.iter().filter(|p| p.source == UncertaintySource::Depth).filter_map(|p| p.relative).collect()
+    };
+    assert!(of_depth(&lean).is_empty());
+    let [area, gap] = of_depth(&full)[..] else { panic!("{:?}", of_depth(&full)) };
+    assert!(area > 0.0 && area < 0.5 && gap > 0.0 && gap < 0.5, "{area} {gap}");
+    let page = std::fs::read_to_string(folder.join("full/report.html")).expect("a page");
+    assert!(page.contains("finite depth"));
+    assert!(lean.nodes < full.nodes, "{} {}", lean.nodes, full.nodes);
+}

@@ -1,0 +1,238 @@
+//! Every way in which a LAMMPS run has been seen to fail, with what a user is told and the exit code.
+//!
+//! Where there is no LAMMPS these tests say so on standard error and pass: the machine cannot decide anything.
+
+use crate::jobs::{A0, CUTOFF, LADDER, on, written};
+use crate::lammps::lammps;
+use std::io::Write;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::process::Command;
+
+use asperity::atoms::block::Block;
+use asperity::atoms::engine::{Engine, Finished, LammpsEngine, Progress};
+use asperity::atoms::job::{Job, Ladder};
+use asperity::atoms::ladder::frame_file;
+
+/// Steps of the ladders here: contact begins in the second.
+const STEPS: usize = 5;
+/// Loads after going on with another number of ranks: a force tolerance of 2e-3 eV/Å leaves the load uncertain by this, eV/Å.
+const LOAD_NOISE: f64 = 2e-2;
+
+/// 6 × 6 × 3 cells under a wave of 1.4 Å.
+fn job(folder: &Path) -> Job {
+    let height = |x: usize, y: usize, points: usize| {
+        let wave = |k: usize| (2.0 * std::f64::consts::PI * k as f64 / points as f64).sin();
+        0.7 + 0.4 * wave(x) + 0.3 * wave(y)
+    };
+    let block = Block::new(6, 3, A0, CUTOFF).expect("valid");
+    written(folder, block, height, None, Ladder { step_angstrom: 0.2, max_steps: STEPS, ..LADDER }).job
+}
+
+/// What a user is told of a run that fails.
+fn said(engine: &LammpsEngine, job: &Job) -> String {
+    told(engine, job, &mut on)
+}
+
+fn told(engine: &LammpsEngine, job: &Job, watch: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> String {
+    failure(job, engine.run(job, watch).expect_err("a failure"))
+}
+
+fn failure(job: &Job, error: asperity::Error) -> String {
+    assert_eq!(error.exit_code(), 4, "{error}");
+    assert!(error.to_string().contains(&job.folder.display().to_string()), "{error}");
+    error.to_string()
+}
+
+/// Replaces a line of the script for one failing run.
+fn with_script(engine: &LammpsEngine, job: &Job, line: &str, by: &str) -> String {
+    watched_with_script(engine, job, (line, by), &mut on)
+}
+
+fn watched_with_script(
+    engine: &LammpsEngine,
+    job: &Job,
+    line: (&str, &str),
+    watch: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> String {
+    failure(job, run_with_script(engine, job, line, watch))
+}
+
+fn run_with_script(
+    engine: &LammpsEngine,
+    job: &Job,
+    (line, by): (&str, &str),
+    watch: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> asperity::Error {
+    let script = job.folder.join("ladder.in");
+    let text = std::fs::read_to_string(&script).expect("read");
+    assert!(text.contains(line), "{line}");
+    std::fs::write(&script, text.replacen(line, by, 1)).expect("written");
+    let error = engine.run(job, watch).expect_err("a failure");
+    std::fs::write(&script, text).expect("written");
+    error
+}
+
+const MINIMIZE: &str = "minimize      0.0";
+
+/// A file for which a run waits that [`waiting_at`] has changed, but no longer than 30 s.
+const GO: &str = "go";
+const WAIT: &str = "i=0; while [ ! -e go ] && [ $i -lt 600 ]; do sleep 0.05; i=$((i + 1)); done\n";
+
+/// Makes the run wait before a step relaxes: what a test does meanwhile is done in time on the busiest machine.
+fn waiting_at(job: &Job, step: usize) -> String {
+    std::fs::write(job.folder.join("wait.sh"), WAIT).expect("written");
+    format!("if \"$k == {step}\" then \"shell sh wait.sh\"\n{MINIMIZE}")
+}
+
+#[test]
+fn what_lammps_says_is_passed_on() {
+    let Some(engine) = lammps(1) else { return };
+    let folder = tempfile::tempdir().expect("scratch");
+    let mut job = job(folder.path());
+    let atoms = job.atoms();
+
+    let lost = with_script(&engine, &job, MINIMIZE, "displace_atoms block move 0 0 500 units box\nminimize      0.0");
+    assert!(lost.contains(&format!("the atom count changed from {atoms} to ")), "{lost}");
+
+    let hot = "velocity block create 1.0e7 4928\nfix move block nve\ntimestep 0.05\nrun 400\nminimize      0.0";
+    let blown = with_script(&engine, &job, MINIMIZE, hot);
+    assert!(blown.contains("the atom count changed") || blown.contains("it stopped with"), "{blown}");
+
+    let unknown = with_script(&engine, &job, MINIMIZE, "minimise      0.0");
+    assert!(unknown.contains("Unknown command: minimise"), "{unknown}");
+
+    job.record.ladder.step_angstrom = f64::NAN;
+    let step = said(&engine, &job);
+    assert!(step.contains("its ladder cannot be read") && step.contains("0 nan"), "{step}");
+    job.record.ladder.step_angstrom = 0.2;
+
+    std::fs::rename(folder.path().join("potential.eam.alloy"), folder.path().join("gone")).expect("moved");
+    let missing = said(&engine, &job);
+    assert!(missing.contains("cannot open eam/alloy potential file potential.eam.alloy"), "{missing}");
+    std::fs::rename(folder.path().join("gone"), folder.path().join("potential.eam.alloy")).expect("moved");
+
+    // After all that, the same folder runs.
+    assert_eq!(engine.run(&job, &mut on).expect("a clean run").ladder.rungs.len(), STEPS + 1);
+}
+
+/// The job's own LAMMPS, by the folder it works in.
+fn process_of(folder: &Path) -> Option<String> {
+    let folder = folder.canonicalize().ok()?;
+    std::fs::read_dir("/proc").ok()?.filter_map(Result::ok).find_map(|entry| {
+        let pid = entry.file_name().into_string().ok().filter(|n| n.bytes().all(|b| b.is_ascii_digit()))?;
+        (std::fs::read_link(entry.path().join("cwd")).ok()? == folder).then_some(pid)
+    })
+}
+
+#[test]
+fn a_run_that_was_killed_or_timed_out_goes_on() {
+    let Some(engine) = lammps(1) else { return };
+    let (whole, folder) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
+    let expected = engine.run(&job(whole.path()), &mut on).expect("a clean run");
+    let job = job(folder.path());
+    let wait = waiting_at(&job, 3);
+    let killed = watched_with_script(&engine, &job, (MINIMIZE, &wait), &mut |p| {
+        if p.is_new && p.rung.is_some_and(|r| r.step == 1) {
+            let pid = process_of(folder.path()).expect("LAMMPS runs");
+            assert!(Command::new("kill").args(["-9", &pid]).status().expect("kill").success());
+        }
+        ControlFlow::Continue(())
+    });
+    assert!(killed.contains("killed by signal 9"), "{killed}");
+
+    // The limit has passed when the fourth step begins to relax.
+    let timer = "if \"$k > 2\" then \"timer timeout 0:00:01 every 1\" \"shell sleep 2\"\nminimize      0.0";
+    let timed = with_script(&engine, &job, MINIMIZE, timer);
+    assert!(timed.contains("timer timeout") && timed.contains("goes on from the last step"), "{timed}");
+
+    let finished = engine.run(&job, &mut on).expect("the rest");
+    assert_eq!(finished.resumed_from, Some(2));
+    assert_eq!(finished.ladder, expected.ladder);
+}
+
+/// Lets a file of a step to come be one of a full disk.
+fn fill(folder: &Path, name: &str) {
+    std::os::unix::fs::symlink("/dev/full", folder.join(name)).expect("linked");
+}
+
+#[test]
+fn a_full_disk_is_said_and_what_it_cut_is_done_again() {
+    let Some(engine) = lammps(1) else { return };
+    let (whole, folder) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
+    let expected = engine.run(&job(whole.path()), &mut on).expect("a clean run");
+    let packed = frame_file(whole.path(), 3).expect("a frame").extension().is_some_and(|e| e == "zst");
+    let job = job(folder.path());
+    let path = folder.path();
+    let at_first = |name: String| {
+        move |p: Progress| {
+            if p.is_new && p.rung.is_some_and(|r| r.step == 0) {
+                fill(path, &name);
+                std::fs::write(path.join(GO), "").expect("written");
+            }
+            ControlFlow::Continue(())
+        }
+    };
+    // LAMMPS notices this one itself...
+    let wait = waiting_at(&job, 1);
+    let restart = watched_with_script(&engine, &job, (MINIMIZE, &wait), &mut at_first("restart.3".into()));
+    assert!(restart.contains("I/O error while writing restart"), "{restart}");
+    std::fs::remove_dir_all(path).expect("removed");
+    let job = self::job(path);
+    // ...and writes a frame into nothing without a word.
+    let end = if packed { ".zst" } else { "" };
+    let wait = waiting_at(&job, 1);
+    let full = format!("frame.3.dump{end}");
+    let frame = watched_with_script(&engine, &job, (MINIMIZE, &wait), &mut at_first(full));
+    assert!(frame.contains("what step 3 left is not complete") && frame.contains("is the disk full?"), "{frame}");
+    let finished = engine.run(&job, &mut on).expect("the rest");
+    assert_eq!(finished.ladder, expected.ladder);
+}
+
+/// Runs a job up to a step and stops it there.
+fn stopped_after(engine: &LammpsEngine, job: &Job, step: usize) {
+    let wait = waiting_at(job, step + 1);
+    let stopped = run_with_script(engine, job, (MINIMIZE, &wait), &mut |p| {
+        let there = p.is_new && p.rung.is_some_and(|r| r.step >= step);
+        if there { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    assert_eq!(stopped.exit_code(), 130);
+}
+
+#[test]
+fn a_damaged_restart_file_is_not_gone_on_from() {
+    let Some(engine) = lammps(1) else { return };
+    let (whole, folder) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
+    let expected = engine.run(&job(whole.path()), &mut on).expect("a clean run");
+    let job = job(folder.path());
+    stopped_after(&engine, &job, 2);
+    let last = std::fs::read_to_string(folder.path().join("ladder.txt")).expect("read").lines().count() - 1;
+    let file = folder.path().join(format!("restart.{last}"));
+    let mut bytes = std::fs::read(&file).expect("read");
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 0x40;
+    std::fs::write(&file, bytes).expect("written");
+    let finished: Finished = engine.run(&job, &mut on).expect("the rest");
+    assert_eq!(finished.resumed_from, Some(last - 1));
+    assert_eq!(finished.ladder, expected.ladder);
+}
+
+#[test]
+fn a_run_goes_on_with_another_number_of_ranks() {
+    let Some(engine) = lammps(2) else { return };
+    let Ok(two) = engine.clone().with_ranks(2) else {
+        let _ = writeln!(std::io::stderr(), "\n*** NOT TESTED: no second core, or no mpirun ***\n");
+        return;
+    };
+    let (whole, folder) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
+    let expected = engine.run(&job(whole.path()), &mut on).expect("a clean run");
+    let job = job(folder.path());
+    stopped_after(&engine, &job, 2);
+    let finished = two.run(&job, &mut on).expect("the rest");
+    assert!(finished.resumed_from.is_some_and(|k| k >= 2));
+    for (a, b) in finished.ladder.rungs.iter().zip(&expected.ladder.rungs) {
+        assert!((a.load - b.load).abs() < LOAD_NOISE, "{} {}", a.load, b.load);
+        assert_eq!(a.atoms, b.atoms);
+    }
+    assert_eq!(finished.ladder.rungs.len(), STEPS + 1);
+}

@@ -1,0 +1,124 @@
+//! A shallow block whose base goes with an elastic foundation, in the real LAMMPS: held against the deep block that it stands for, and
+//! against the shallow one on a rigid base.
+
+use crate::jobs::{built, case, on};
+use crate::lammps::lammps;
+use asperity::atoms::block::Block;
+use asperity::atoms::dump::read_frame;
+use asperity::atoms::engine::{Engine, Finished, LammpsEngine};
+use asperity::atoms::ladder::frame_file;
+use asperity::pipeline::{Silent, run};
+use asperity::scene::Case;
+use std::path::Path;
+
+const LOADS: [f64; 2] = [0.02, 0.06];
+/// Of the deep block, and of the deformable part of the shallow one, lattice constants.
+const DEEP: usize = 6;
+const SHALLOW: usize = 3;
+
+struct Pressed {
+    block: Block,
+    found: Finished,
+    /// Of each load: how far the surface atoms are from their sites along x, y and z, Å.
+    moved: Vec<Vec<[f64; 3]>>,
+}
+
+fn of_depth(depth_cells: usize, foundation_cells: usize, loads: &[f64]) -> Case {
+    let mut scene = case(&format!("p_star = {loads:?}"), "", "").scene;
+    let atoms = scene.atoms.as_mut().expect("atoms");
+    (atoms.depth_cells, atoms.foundation_cells) = (depth_cells, foundation_cells);
+    Case::resolve(scene, Path::new("smooth.toml")).expect("a case")
+}
+
+fn pressed(engine: &LammpsEngine, depth_cells: usize, foundation_cells: usize) -> Pressed {
+    let case = of_depth(depth_cells, foundation_cells, &LOADS);
+    let folder = tempfile::tempdir().expect("scratch");
+    let job = built(&case, folder.path());
+    let found = engine.run(&job, &mut on).expect("a clean run");
+    assert!(found.unconverged.is_empty());
+    let block = case.atoms.expect("atoms").block;
+    let (sites, l) = (block.surface(), block.length());
+    let of = |step: usize| {
+        let frame = read_frame(frame_file(&job.folder, step).expect("a frame")).expect("good");
+        let one = |index: usize| {
+            let at = frame.position(sites.first_id() + index as u32).expect("in the frame");
+            let [x, y] = sites.xy(index);
+            let image = |d: f64| d - (d / l).round() * l;
+            [image(at[0] - x), image(at[1] - y), at[2] - block.top_z()]
+        };
+        (0..sites.len()).map(one).collect()
+    };
+    Pressed { block, moved: (1..=LOADS.len()).map(of).collect(), found }
+}
+
+/// Root mean square distance between surfaces, Å.
+fn apart(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+    let square = |(a, b): (&[f64; 3], &[f64; 3])| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>();
+    (a.iter().zip(b).map(square).sum::<f64>() / a.len() as f64).sqrt()
+}
+
+/// What the surface of the block on a foundation is off, over what it is off on a rigid base: 0.26 at the lower load. The foundation is
+/// isotropic and linear, and three cells are a short way from the contact.
+const OF_RIGID: f64 = 0.4;
+/// Atoms at the edge of a contact that stand within a hundredth of an ångström of the contact distance.
+const AT_THE_EDGE: usize = 2;
+
+#[test]
+fn a_foundation_stands_for_the_missing_depth() {
+    let Some(engine) = lammps(1) else { return };
+    let deep = pressed(&engine, DEEP, 0);
+    let founded = pressed(&engine, SHALLOW, DEEP - SHALLOW);
+    let rigid = pressed(&engine, SHALLOW, 0);
+    assert!(founded.block.atoms() < deep.block.atoms());
+    for (k, p_star) in LOADS.iter().enumerate() {
+        let of = |p: &Pressed| p.found.ladder.rungs[k + 1].clone();
+        let [whole, with, without] = [&deep, &founded, &rigid].map(of);
+        eprintln!(
+            "p* = {p_star}: {}, {} and {} touch; the indenter is down by {:.4}, {:.4} and {:.4} Å; the surface is off by {:.4} and {:.4} Å",
+            whole.contacts,
+            with.contacts,
+            without.contacts,
+            whole.displacement_angstrom,
+            with.displacement_angstrom,
+            without.displacement_angstrom,
+            apart(&founded.moved[k], &deep.moved[k]),
+            apart(&rigid.moved[k], &deep.moved[k])
+        );
+        assert!((with.load / whole.load - 1.0).abs() < 2e-3);
+        assert!(with.contacts.abs_diff(whole.contacts) <= AT_THE_EDGE);
+        assert!(apart(&founded.moved[k], &deep.moved[k]) < OF_RIGID * apart(&rigid.moved[k], &deep.moved[k]));
+    }
+}
+
+/// Lattice constants of a foundation that shortens by several ångström under the first load, more than there is room below the atoms.
+const FAR_DOWN: usize = 200;
+
+#[test]
+fn a_base_that_sinks_far_stays_in_the_box() {
+    let Some(engine) = lammps(1) else { return };
+    let found = pressed(&engine, SHALLOW, FAR_DOWN);
+    let down: Vec<f64> = found.found.ladder.rungs.iter().map(|r| r.displacement_angstrom).collect();
+    eprintln!("the indenter is down by {down:?} Å");
+    // Atoms that leave the box are an error of the run; here they would have.
+    assert!(down[1] > 5.0 && down[2] > 2.0 * down[1]);
+}
+
+/// The continuum of six cells, and of three on three of foundation, is one; the atoms are not.
+#[test]
+fn in_one_run_folder_a_foundation_is_not_taken_for_atoms() {
+    let Some(_lammps) = lammps(1) else { return };
+    let folder = tempfile::tempdir().expect("scratch");
+    let of = |depth: usize, foundation: usize| {
+        let case = of_depth(depth, foundation, &LOADS[..1]);
+        let (results, _) = run(&case, folder.path(), &Silent).expect("a clean run");
+        let reused = results.stages.iter().filter(|s| s.reused).map(|s| s.name.clone()).collect::<Vec<_>>();
+        (results.atoms.expect("atoms").deformable, reused)
+    };
+    let (deep, _) = of(DEEP, 0);
+    let (shallow, reused) = of(SHALLOW, DEEP - SHALLOW);
+    assert_eq!(2 * shallow, deep);
+    assert!(
+        reused.iter().any(|s| s == "matched") && !reused.iter().any(|s| s == "lammps" || s == "atoms"),
+        "{reused:?}"
+    );
+}

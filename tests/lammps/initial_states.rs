@@ -1,0 +1,173 @@
+//! Loads that start from the continuum, in the real LAMMPS: the state is that of the ladder from first touch.
+
+use crate::jobs::{built, case, on};
+use crate::lammps::lammps;
+use asperity::atoms::block::SurfaceSites;
+use asperity::atoms::contact::{Contact, contact};
+use asperity::atoms::dump::read_frame;
+use asperity::atoms::engine::{Engine, Finished};
+use asperity::atoms::indenter::Indenter;
+use asperity::atoms::job::{CONTINUUM, Job};
+use asperity::atoms::ladder::frame_file;
+use asperity::atoms::midway;
+use asperity::grid::Grid;
+use asperity::scene::Case;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::time::Duration;
+
+const LOADS: [f64; 2] = [0.02, 0.06];
+
+fn smooth_case(atoms: &str) -> Case {
+    case(&format!("p_star = {LOADS:?}"), "", atoms)
+}
+
+fn touching(case: &Case, job: &Job, finished: &Finished, step: usize) -> Contact {
+    let atoms = case.atoms.as_ref().expect("atoms");
+    let heights = atoms.heights_angstrom(&case.surface, Grid::unit(atoms.points, atoms.points));
+    let touch = atoms.wall.minimum_angstrom();
+    let indenter = Indenter::above(&atoms.block, atoms.points, heights, touch).expect("an indenter");
+    let frame = read_frame(frame_file(&job.folder, step).expect("a frame")).expect("good");
+    let sites: SurfaceSites = atoms.block.surface();
+    let down = finished.ladder.rungs[step].displacement_angstrom;
+    contact(&frame, &indenter, down, &sites, job.record.ladder.contact_angstrom)
+}
+
+/// Both stop at a largest force of 2e-3 eV/Å or below, which leaves the load of so small a cell uncertain by 2e-2 eV/Å, half a
+/// per cent of the lower of the two.
+const SAME_LOAD: f64 = 0.01;
+/// Atoms at the edge of a contact that stand within that of the contact distance.
+const AT_THE_EDGE: usize = 1;
+
+#[test]
+fn the_continuums_start_ends_in_the_ladders_state_for_less() {
+    let Some(engine) = lammps(1) else { return };
+    let (warm, cold) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
+    let from_continuum = smooth_case("");
+    let job = built(&from_continuum, warm.path());
+    let found = engine.run(&job, &mut on).expect("a clean run");
+    assert!(found.unconverged.is_empty());
+    assert_eq!(found.ladder.rungs.len(), 1 + LOADS.len());
+    let unit = job.record.ladder.load_unit;
+    for (rung, p_star) in found.ladder.rungs[1..].iter().zip(LOADS) {
+        assert!((rung.load / (p_star * unit) - 1.0).abs() < 1e-3, "{} of {}", rung.load / unit, p_star);
+        // Read as it is, not between two steps.
+        let at = job.at_load(&found.ladder, p_star * unit).expect("reached");
+        assert_eq!((at.bracket.lower, at.bracket.weight), (rung.step, 0.0));
+    }
+    for (k, rung) in found.ladder.rungs.iter().enumerate().skip(1) {
+        // A ladder from first touch, in equal steps no longer than usual, that meets the height found.
+        let steps = (rung.displacement_angstrom / 0.3).ceil();
+        let step = rung.displacement_angstrom / steps;
+        let touch = smooth_case(&format!("step_angstrom = {step}"));
+        let mut ladder = built(&touch, &cold.path().join(k.to_string()));
+        (ladder.record.ladder.max_steps, ladder.record.ladder.max_load) = (steps as usize, f64::MAX);
+        let climbed = engine.run(&ladder, &mut on).expect("a clean run");
+        let last = climbed.ladder.last().expect("steps");
+        assert!((last.load / rung.load - 1.0).abs() < SAME_LOAD, "{} and {}", last.load, rung.load);
+        let (a, b) = (touching(&from_continuum, &job, &found, k), touching(&touch, &ladder, &climbed, steps as usize));
+        let differ = a.sites.iter().zip(&b.sites).filter(|(a, b)| a != b).count();
+        assert!(
+            a.ids.len() > 10 && differ <= AT_THE_EDGE,
+            "{} and {} touch, {differ} not in both",
+            a.ids.len(),
+            b.ids.len()
+        );
+        let sum = |f: &Finished, upto: usize| f.steps[..=upto].iter().map(|s| s.force_evaluations).sum::<usize>();
+        let (less, more) = (sum(&found, k), sum(&climbed, steps as usize));
+        eprintln!("p* = {}: {less} force evaluations from the continuum, {more} from first touch", rung.load / unit);
+    }
+}
+
+/// Where load and base are met to a thousandth before the forces are as small as they are asked to be by default, little is left to
+/// happen: at 25 nm the indenter goes 0.0002 Å.
+const LEFT_TO_GO: f64 = 2e-3;
+
+#[test]
+fn a_loose_tolerance_is_enough_where_load_and_base_are_met() {
+    let Some(engine) = lammps(1) else { return };
+    let ran = |atoms: &str| {
+        let folder = tempfile::tempdir().expect("scratch");
+        let case = smooth_case(atoms);
+        let job = built(&case, folder.path());
+        let finished = engine.run(&job, &mut on).expect("a clean run");
+        let sites: Vec<_> = (1..=LOADS.len()).map(|k| touching(&case, &job, &finished, k).sites).collect();
+        (finished, sites, job.record.ladder.load_unit)
+    };
+    let ((tight, sites, unit), (loose, loose_sites, _)) = (ran(""), ran("force_tolerance_ev_per_angstrom = 0.4"));
+    assert!(loose.unconverged.is_empty());
+    for (k, p_star) in (1..).zip(LOADS) {
+        let (a, b) = (&tight.ladder.rungs[k], &loose.ladder.rungs[k]);
+        assert!((b.load / (p_star * unit) - 1.0).abs() < 1e-3, "{} of {p_star}", b.load / unit);
+        assert!(b.max_force <= 0.1 && b.settled, "{b:?}");
+        assert!((a.displacement_angstrom - b.displacement_angstrom).abs() < LEFT_TO_GO, "{a:?} {b:?}");
+        let differ = sites[k - 1].iter().zip(&loose_sites[k - 1]).filter(|(a, b)| a != b).count();
+        assert!(differ <= AT_THE_EDGE, "load {k}: {differ}");
+    }
+    let all = |f: &Finished| f.ladder.rungs[1..].iter().map(|r| r.iterations).sum::<usize>();
+    assert!(all(&loose) < all(&tight), "{} and {}", all(&loose), all(&tight));
+}
+
+#[test]
+fn killed_between_loads_it_goes_on_through_the_same_states() {
+    let Some(engine) = lammps(1) else { return };
+    let (whole, killed) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
+    let case = smooth_case("");
+    let expected = engine.run(&built(&case, whole.path()), &mut on).expect("a clean run");
+    let job = built(&case, killed.path());
+    for stop in [0, 1] {
+        let error = engine.run(&job, &mut |p| {
+            let after = p.rung.is_some_and(|r| r.step >= stop);
+            if after { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        assert!(matches!(error, Err(asperity::Error::Interrupted)));
+    }
+    // Written again, as the same command does.
+    let finished = engine.run(&built(&case, killed.path()), &mut on).expect("the rest");
+    assert!(finished.resumed_from.is_some_and(|k| k >= 1));
+    assert_eq!(finished.ladder, expected.ladder);
+    for rung in &expected.ladder.rungs {
+        let read = |folder: &Path| std::fs::read(frame_file(folder, rung.step).expect("a frame")).expect("read");
+        assert!(read(whole.path()) == read(killed.path()), "step {}", rung.step);
+    }
+}
+
+/// Iterations of the second load after which it is stopped; its forces have settled for the first time after some forty.
+const STOPPED: usize = 20;
+
+#[test]
+fn stopped_within_a_load_it_goes_on_from_there() {
+    let Some(lammps) = lammps(1) else { return };
+    let engine = lammps.clone().with_midway(Duration::ZERO);
+    let (whole, stopped) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
+    let case = smooth_case("");
+    let expected = engine.run(&built(&case, whole.path()), &mut on).expect("a clean run");
+    let left = |folder: &Path| -> Vec<String> {
+        let names = std::fs::read_dir(folder).expect("listed").map(|e| e.expect("an entry").file_name());
+        names.filter_map(|n| n.into_string().ok()).filter(|n| n.starts_with("midway.")).collect()
+    };
+    assert_eq!(left(whole.path()), Vec::<String>::new());
+
+    let job = built(&case, stopped.path());
+    let relax = "minimize      0.0 ${fine} ${most} 100000\n";
+    let cut = format!("if \"$k == 2\" then \"minimize 0.0 ${{fine}} {STOPPED} 100000\" \"quit 9\"\n{relax}");
+    assert!(CONTINUUM.text.contains(relax));
+    std::fs::write(job.folder.join(CONTINUUM.file), CONTINUUM.text.replace(relax, &cut)).expect("written");
+    engine.run(&job, &mut on).expect_err("stopped");
+    assert_eq!(left(stopped.path()).len(), 2);
+    let state = midway::newest(stopped.path(), 2).expect("a state");
+
+    // Written again, as the same command does.
+    let finished = engine.run(&built(&case, stopped.path()), &mut on).expect("the rest");
+    let log = std::fs::read_to_string(stopped.path().join("log.2")).expect("a log");
+    let name = state.file_name().and_then(|n| n.to_str()).expect("a name");
+    assert!(log.contains(&format!("read_restart {name}")));
+    assert_eq!(left(stopped.path()), Vec::<String>::new());
+    assert_eq!((finished.resumed_from, finished.ladder.rungs.len()), (Some(1), 3));
+    assert_eq!(finished.ladder.rungs[..2], expected.ladder.rungs[..2]);
+    let (a, b) = (&finished.ladder.rungs[2], &expected.ladder.rungs[2]);
+    // Those before the stop and those after it, and the same state from another way.
+    assert!(a.iterations > STOPPED && finished.steps[2].force_evaluations >= a.iterations, "{a:?}");
+    assert!((a.load / b.load - 1.0).abs() < 2e-3 && a.contacts.abs_diff(b.contacts) <= AT_THE_EDGE, "{a:?} {b:?}");
+    assert!((a.displacement_angstrom - b.displacement_angstrom).abs() < 0.01, "{a:?} {b:?}");
+}

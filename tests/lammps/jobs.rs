@@ -1,0 +1,84 @@
+//! Jobs for tests with LAMMPS: scenes whose block stays elastic, and jobs written without a scene.
+
+use asperity::atoms::block::Block;
+use asperity::atoms::engine::{LammpsEngine, Progress};
+use asperity::atoms::indenter::{Indenter, grid_points};
+use asperity::atoms::job::{FRAME_LAYERS, Interaction, Job, Ladder, Yukawa};
+use asperity::atoms::properties::LmpCommand;
+use asperity::pipeline::{Silent, build_job};
+use asperity::scene::{Case, Scene};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+/// A smooth gentle surface on 10 × 10 × 6 cells, which stay elastic under it: LAMMPS takes seconds. `load` is the text of
+/// `[load]`, `atoms` more of `[atoms]`; `tables` stand between them.
+pub fn case(load: &str, tables: &str, atoms: &str) -> Case {
+    let text = format!(
+        "name = \"smooth\"\n[surface]\ngrid = 32\nroll_off_mode = 2\ncut_off_mode = 8\nrms_gradient = 0.3\n\
+         [load]\n{load}\n{tables}\n[atoms]\ncells = 10\ndepth_cells = 6\n{atoms}"
+    );
+    let file = Path::new("smooth.toml");
+    Case::resolve(Scene::parse(&text, file).expect("a scene"), file).expect("a case")
+}
+
+/// The job that the pipeline writes for a case.
+pub fn built(case: &Case, folder: &Path) -> Job {
+    build_job(case, case.atoms.as_ref().expect("atoms"), folder, &Silent).expect("a job")
+}
+
+/// Ignores progress; the run continues.
+pub fn on(_: Progress) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+/// Lattice constant and cut-off of the shipped potential, Å; distance below which atoms are in contact, Å.
+pub const A0: f64 = 5.5884;
+pub const CUTOFF: f64 = 7.015853;
+pub const D_C: f64 = 4.0354;
+
+/// A written job with what it was made of.
+pub struct Setting {
+    pub block: Block,
+    pub indenter: Indenter,
+    pub job: Job,
+}
+
+/// Settings that tests change where they need to.
+pub const LADDER: Ladder = Ladder {
+    step_angstrom: 0.3,
+    max_load: 1e9,
+    max_steps: 40,
+    force_tolerance: 2e-3,
+    load_unit: 100.0,
+    contact_angstrom: D_C,
+    frame_layers: FRAME_LAYERS,
+    unload: false,
+    keep: false,
+};
+
+/// Writes a job for `block` under an indenter. `height` gives its heights (Å) at grid point (x, y) of `points` × `points`.
+pub fn written(
+    folder: &Path,
+    block: Block,
+    height: impl Fn(usize, usize, usize) -> f64,
+    adhesion: Option<Yukawa>,
+    ladder: Ladder,
+) -> Setting {
+    let points = grid_points(block.cells, block.a0);
+    let heights = (0..points * points).map(|k| height(k % points, k / points, points)).collect();
+    let interaction = Interaction { epsilon_ev: 0.2145, sigma_angstrom: 3.5927, adhesion };
+    let indenter = Indenter::above(&block, points, heights, interaction.touch_angstrom()).expect("valid");
+    let job = Job::write(folder, &block, &indenter, (&potential(), "Ca", 40.078), interaction, ladder, None)
+        .expect("a written job");
+    Setting { block, indenter, job }
+}
+
+/// The shipped potential.
+pub fn potential() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("potentials/Ca.eam.alloy")
+}
+
+/// LAMMPS as a command for scripts of `lammps-inputs`.
+pub fn command(engine: &LammpsEngine) -> LmpCommand {
+    LmpCommand { program: engine.program().to_path_buf() }
+}

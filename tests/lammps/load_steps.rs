@@ -1,0 +1,254 @@
+//! A ladder climbed by the real LAMMPS, and one replayed without it.
+//!
+//! Where there is no LAMMPS the first kind says so on standard error and passes: the machine cannot decide anything.
+
+use crate::jobs::{A0, CUTOFF, D_C, LADDER, Setting, on, written};
+use crate::lammps::lammps;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::time::Duration;
+
+use asperity::Error;
+use asperity::atoms::block::Block;
+use asperity::atoms::contact::contact;
+use asperity::atoms::dump::read_frame;
+use asperity::atoms::engine::{Engine, Finished, LammpsEngine};
+use asperity::atoms::forces::felt;
+use asperity::atoms::job::{FRAME_LAYERS, Job, Ladder, Yukawa};
+use asperity::atoms::ladder::frame_file;
+use asperity::atoms::order::{NOISE, disordered};
+use asperity::atoms::replay::ReplayEngine;
+use asperity::error::LammpsFailure;
+
+/// E* of the potential, eV/Å³ (28.57 GPa).
+const MODULUS: f64 = 28.57 / 160.217_663_4;
+/// p/E* at which the ladders here end: two dozen atoms of the surface layer's 200 touch for every hundredth.
+const P_STAR: f64 = 0.02;
+
+/// A force tolerance of 2e-3 eV/Å leaves the load of this cell uncertain by 2e-2 eV/Å (measured against 2e-4); a step
+/// in contact changes it by more than 1 eV/Å.
+const LOAD_NOISE: f64 = 2e-2;
+
+/// A frame's load against LAMMPS's own: relative, and what six decimals leave of a wall of 1 eV/Å² per pair, eV/Å.
+const SAME_LOAD: (f64, f64) = (1e-6, 1e-5);
+
+/// 10 × 10 × 6 cells under two crossed waves: peaks of 2.4 Å, no two atoms of the indenter alike.
+fn setting(folder: &Path, adhesion: Option<Yukawa>) -> Setting {
+    steeper(folder, adhesion, 1.0, FRAME_LAYERS)
+}
+
+/// The same with steeper waves, and more layers in the frames.
+fn steeper(folder: &Path, adhesion: Option<Yukawa>, factor: f64, frame_layers: usize) -> Setting {
+    let block = Block::new(10, 6, A0, CUTOFF).expect("valid");
+    let height = |x: usize, y: usize, points: usize| {
+        let wave = |k: f64| (2.0 * std::f64::consts::PI * k / points as f64).sin();
+        let (x, y) = (x as f64, y as f64);
+        factor * (1.2 + 0.7 * wave(x + 0.3) + 0.3 * wave(2.0 * y - x) + 0.2 * wave(3.0 * y + 0.7))
+    };
+    let load_unit = block.length().powi(2) * MODULUS;
+    written(folder, block, height, adhesion, Ladder { max_load: P_STAR * load_unit, load_unit, frame_layers, ..LADDER })
+}
+
+/// Everything a run leaves that later stages read.
+fn results(folder: &Path, finished: &Finished) -> Vec<Vec<u8>> {
+    let mut files = vec![folder.join("ladder.txt")];
+    files.extend(finished.ladder.rungs.iter().map(|r| frame_file(folder, r.step).expect("a frame")));
+    files.iter().map(|f| std::fs::read(f).expect("read")).collect()
+}
+
+#[test]
+fn the_ladder_rises_and_contact_is_what_lammps_counts() {
+    let Some(engine) = lammps(1) else { return };
+    let folder = tempfile::tempdir().expect("scratch");
+    let Setting { block, indenter, job } = setting(folder.path(), None);
+    let mut told = Vec::new();
+    let finished = engine
+        .run(&job, &mut |p| {
+            if p.is_new {
+                told.push(p.rung.expect("a new step").step);
+            }
+            ControlFlow::Continue(())
+        })
+        .expect("a clean run");
+    let rungs = &finished.ladder.rungs;
+    assert_eq!(told, (0..rungs.len()).collect::<Vec<_>>());
+    assert!(finished.unconverged.is_empty(), "{:?}", finished.unconverged);
+    // Free at the start, but for what the surface relaxes towards the indenter.
+    assert!(rungs[0].load.abs() < 0.1, "{}", rungs[0].load);
+    assert!(rungs.windows(2).all(|w| w[1].load > w[0].load - LOAD_NOISE));
+    let last = rungs.last().expect("steps");
+    assert!(last.load >= job.record.ladder.max_load && rungs[rungs.len() - 2].load < job.record.ladder.max_load);
+    assert!(rungs.iter().all(|r| r.atoms == job.atoms()));
+    assert!(finished.steps.iter().skip(1).all(|s| s.force_evaluations > 0));
+    assert!((indenter.lowest_z() - rungs[0].indenter_low_angstrom).abs() < 1e-6);
+
+    let surface = block.surface();
+    let mut most = 0;
+    for rung in rungs {
+        let frame = read_frame(frame_file(folder.path(), rung.step).expect("a frame")).expect("good");
+        let found = contact(&frame, &indenter, rung.displacement_angstrom, &surface, D_C);
+        assert_eq!(found.ids.len(), rung.contacts, "step {}", rung.step);
+        let load = felt(&frame, &indenter, rung.displacement_angstrom, &job.record.interaction, 0.0).load();
+        let slack = SAME_LOAD.0 * rung.load.abs() + SAME_LOAD.1;
+        assert!((load - rung.load).abs() < slack, "step {}: {load} for {}", rung.step, rung.load);
+        most = most.max(rung.contacts);
+    }
+    assert!(most > 20, "only {most} contacts");
+
+    let asked = 0.5 * P_STAR;
+    let at = job.at_load(&finished.ladder, asked * job.record.ladder.load_unit).expect("reached");
+    let found = contact(&at.frame, &indenter, at.displacement_angstrom, &surface, D_C);
+    let between = rungs[at.bracket.lower].contacts..=rungs[at.bracket.lower + 1].contacts;
+    assert!(between.contains(&found.ids.len()), "{} not in {between:?}", found.ids.len());
+
+    // A finished ladder is not climbed again.
+    let before = std::fs::read(folder.path().join("log.0")).expect("log");
+    let again = engine.run(&job, &mut on).expect("nothing to do");
+    assert_eq!(again.ladder, finished.ladder);
+    assert_eq!(std::fs::read(folder.path().join("log.0")).expect("log"), before);
+}
+
+#[test]
+fn a_killed_run_goes_on_through_the_same_states() {
+    let Some(engine) = lammps(1) else { return };
+    let (whole, killed) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
+    let reference = setting(whole.path(), None);
+    let expected = engine.run(&reference.job, &mut on).expect("a clean run");
+    let broken = setting(killed.path(), None);
+    for stop in [2, 5] {
+        // A little into the step after the asked one; `Break` kills the process group with SIGKILL.
+        let error = engine.run(&broken.job, &mut |p| {
+            let after = p.rung.is_some_and(|r| r.step >= stop) && !p.is_new;
+            if after { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        assert!(matches!(error, Err(Error::Interrupted)));
+    }
+    let finished = engine.run(&broken.job, &mut on).expect("the rest");
+    assert!(finished.resumed_from.is_some_and(|k| k >= 5));
+    assert_eq!(finished.ladder, expected.ladder);
+    // The logs of the pieces together tell as much as the log of the whole.
+    assert_eq!(serde_json::to_value(&finished.steps).ok(), serde_json::to_value(&expected.steps).ok());
+    assert!(results(whole.path(), &expected) == results(killed.path(), &finished), "other bytes after going on");
+}
+
+#[test]
+fn adhesion_pulls_before_it_pushes() {
+    let Some(engine) = lammps(1) else { return };
+    let folder = tempfile::tempdir().expect("scratch");
+    let weak = Yukawa { amplitude_ev_angstrom: -60.0, kappa_per_angstrom: 2.0, cutoff_angstrom: 7.0 };
+    let Setting { indenter, mut job, .. } = setting(folder.path(), Some(weak));
+    job.record.ladder.max_steps = 1;
+    let finished = engine.run(&job, &mut on).expect("a clean run");
+    for rung in &finished.ladder.rungs {
+        let frame = read_frame(frame_file(folder.path(), rung.step).expect("a frame")).expect("good");
+        let load = felt(&frame, &indenter, rung.displacement_angstrom, &job.record.interaction, 0.0).load();
+        assert!((load - rung.load).abs() < SAME_LOAD.0 * rung.load.abs() + SAME_LOAD.1, "{load} for {}", rung.load);
+    }
+    assert!(finished.ladder.rungs[0].load < -1e-3, "{}", finished.ladder.rungs[0].load);
+}
+
+/// Waves with an rms gradient of about 0.1 leave the crystal elastic, ten times as steep ones press atoms out of their places.
+#[test]
+fn a_steep_profile_yields_and_a_gentle_one_does_not() {
+    let Some(engine) = lammps(1) else { return };
+    for (factor, yields) in [(1.0, false), (10.0, true)] {
+        let folder = tempfile::tempdir().expect("scratch");
+        let Setting { block, job, .. } = steeper(folder.path(), None, factor, 2 * 6);
+        let finished = engine.run(&job, &mut on).expect("a clean run");
+        let frame = |step| read_frame(frame_file(folder.path(), step).expect("a frame")).expect("good");
+        let left = |step| disordered(&frame(step), &block).expect("every atom").len();
+        assert_eq!(left(0), 0, "before contact");
+        let last = finished.ladder.last().expect("steps").step;
+        let found = left(last);
+        assert_eq!(found > NOISE, yields, "slope x {factor}: {found} atoms at step {last}");
+        assert!(yields || found == 0, "{found}");
+    }
+}
+
+#[test]
+fn what_goes_wrong_is_said_with_its_exit_code() {
+    let Some(engine) = lammps(1) else { return };
+    let folder = tempfile::tempdir().expect("scratch");
+    let job = setting(folder.path(), None).job;
+    let said = |engine: &LammpsEngine| {
+        let error = engine.run(&job, &mut on).expect_err("a failure");
+        assert_eq!(error.exit_code(), 4, "{error}");
+        error.to_string()
+    };
+    let limited = engine.clone().with_time_limit(Some(Duration::from_millis(1)));
+    assert!(said(&limited).contains("time limit of 0.001 s"));
+
+    let script = folder.path().join("ladder.in");
+    let text = std::fs::read_to_string(&script).expect("read");
+    std::fs::write(&script, text.replace("min_style", "max_style")).expect("written");
+    let message = said(&engine);
+    assert!(message.contains("Unknown command: max_style"), "{message}");
+    // A script that stops early ends well and is not believed.
+    std::fs::write(&script, text.replace("jump SELF rung", "quit")).expect("written");
+    let message = said(&engine);
+    assert!(message.contains("stops at step 0") || message.contains("did not finish"), "{message}");
+    std::fs::write(&script, text).expect("written");
+
+    std::fs::remove_file(folder.path().join("potential.eam.alloy")).expect("removed");
+    let message = said(&engine);
+    assert!(message.contains("cannot open eam/alloy potential file"), "{message}");
+}
+
+fn record(folder: &Path, job: &Job, loads: &[f64]) {
+    let mut text = String::new();
+    for (k, load) in loads.iter().enumerate() {
+        let z = 44.0 - 0.3 * k as f64;
+        text += &format!("{k} {:.6} {load} -100.0 7 1.9e-03 {k} {z} {z} {}\n", 0.3 * k as f64, job.atoms());
+        let frame = format!(
+            "ITEM: TIMESTEP\n{k}\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS pp pp ff\n0 9\n0 9\n0 9\n\
+             ITEM: ATOMS id type x y z\n1 1 1 1 {k}\n"
+        );
+        std::fs::write(folder.join(format!("frame.{k}.dump")), frame).expect("written");
+    }
+    std::fs::write(folder.join("ladder.txt"), text).expect("written");
+}
+
+#[test]
+fn a_replayed_run_is_told_in_order_stopped_and_failed() {
+    let (recording, folder) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
+    let job = setting(folder.path(), None).job;
+    let unit = job.record.ladder.load_unit;
+    let loads: Vec<f64> = (0..6).map(|k| 0.005 * unit * k as f64).collect();
+    record(recording.path(), &job, &loads);
+
+    let failing = ReplayEngine { failure: Some((2, LammpsFailure::Signal(9))), ..ReplayEngine::new(recording.path()) };
+    let error = failing.run(&job, &mut on).expect_err("killed");
+    assert!(error.exit_code() == 4 && error.to_string().contains("signal 9"), "{error}");
+
+    let slow = ReplayEngine {
+        pace: Duration::from_millis(20),
+        time_limit: Some(Duration::from_millis(5)),
+        ..ReplayEngine::new(recording.path())
+    };
+    assert!(slow.run(&job, &mut on).expect_err("late").to_string().contains("time limit"));
+
+    let engine = ReplayEngine::new(recording.path());
+    let stopped = engine.run(&job, &mut |_| ControlFlow::Break(()));
+    assert!(matches!(stopped, Err(Error::Interrupted)));
+    assert_eq!(stopped.expect_err("stopped").exit_code(), 130);
+
+    let mut told = Vec::new();
+    let finished = engine
+        .run(&job, &mut |p| {
+            told.push((p.rung.map_or(0, |r| r.step), p.p_star));
+            ControlFlow::Continue(())
+        })
+        .expect("the rest");
+    assert_eq!(told.iter().map(|t| t.0).collect::<Vec<_>>(), vec![3, 4]);
+    assert!((told[1].1 - 0.02).abs() < 1e-12);
+    // It ends with the first step at or beyond the largest load, and knows where it had been.
+    assert_eq!((finished.steps.len(), finished.resumed_from), (5, Some(2)));
+
+    // Lost atoms are noticed although everything else went well.
+    let lost = std::fs::read_to_string(folder.path().join("ladder.txt")).expect("read");
+    let fewer = lost.replacen(&job.atoms().to_string(), &(job.atoms() - 1).to_string(), 1);
+    std::fs::write(recording.path().join("ladder.txt"), fewer).expect("written");
+    std::fs::remove_file(folder.path().join("ladder.txt")).expect("removed");
+    let error = engine.run(&job, &mut on).expect_err("lost").to_string();
+    assert!(error.contains(&format!("from {} to {}", job.atoms(), job.atoms() - 1)), "{error}");
+}

@@ -1,0 +1,236 @@
+//! The generated potential and the indenter's pair terms, measured with LAMMPS itself.
+//!
+//! Without a program `lmp` on the search path these tests say so on standard error and prove nothing.
+
+use crate::jobs::{A0, command};
+use crate::lammps::lammps;
+use crate::table::Table;
+use std::path::{Path, PathBuf};
+
+use asperity::atoms::properties::{Card, LmpCommand, RunScript, measure, results};
+use asperity::atoms::wall::{Adhesion, EPSILON_EV, SIGMA_ANGSTROM, Wall};
+use asperity::error::{Error, LammpsFailure};
+
+/// The challenge's lattice constant (Å) and work of adhesion, 2e-5 E* L (eV/Å²).
+const GAMMA: f64 = 3.4878e-3;
+/// The recommended net: 11 points per 5 cells put the crystal's atoms at 50 positions in the net's cell.
+const CELLS: usize = 5;
+const POINTS: usize = 11;
+/// Deeper than any cut-off below.
+const DEPTH: usize = 8;
+
+fn input(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("lammps-inputs").join(name)
+}
+
+fn wall() -> Wall {
+    Wall::new(A0 * CELLS as f64 / POINTS as f64, A0).unwrap()
+}
+
+/// What LAMMPS finds between two flats, per area: Lennard-Jones and Yukawa energy (eV/Å²) and the net's repulsion
+/// (eV/Å³).
+struct Flats {
+    distance: f64,
+    repulsion: f64,
+    adhesion: f64,
+    pressure: f64,
+}
+
+fn flats(command: &LmpCommand, pair: Option<&Adhesion>, distances: &[f64]) -> Vec<Flats> {
+    let folder = tempfile::tempdir().unwrap();
+    let (kappa, coefficient, cutoff) =
+        pair.map_or((1.0, 0.0, 1.0), |a| (a.kappa_per_angstrom(), a.coefficient_ev_angstrom, a.cutoff_angstrom));
+    let words: Vec<String> = distances.iter().map(f64::to_string).collect();
+    let vars = [
+        ("a0", A0.to_string()),
+        ("cells", CELLS.to_string()),
+        ("points", POINTS.to_string()),
+        ("depth", DEPTH.to_string()),
+        ("epsilon", EPSILON_EV.to_string()),
+        ("sigma", SIGMA_ANGSTROM.to_string()),
+        ("kappa", kappa.to_string()),
+        ("coefficient", coefficient.to_string()),
+        ("cutoff", cutoff.to_string()),
+        ("distance", words.join(" ")),
+    ];
+    let printed = command.run(folder.path(), &input("flats.in"), &vars).unwrap();
+    let found: Vec<Flats> = printed
+        .lines()
+        .filter_map(|l| l.strip_prefix("RES "))
+        .map(|l| {
+            let v: Vec<f64> = l.split_whitespace().map(|w| w.parse().unwrap()).collect();
+            Flats { distance: v[0], repulsion: v[1], adhesion: v[2], pressure: v[3] }
+        })
+        .collect();
+    assert_eq!(found.len(), distances.len(), "a distance is missing in what LAMMPS printed");
+    found
+}
+
+#[test]
+fn the_generated_potential_has_the_stated_properties() {
+    let Some(lammps) = lammps(1) else { return };
+    let command = command(&lammps);
+    let card = Card::calcium().unwrap();
+    let table = Path::new(env!("CARGO_MANIFEST_DIR")).join("potentials").join(&card.file);
+    let folder = tempfile::tempdir().unwrap();
+    // A guess that is 2 % off: the lattice constant must be found, not kept.
+    let found = measure(&command, folder.path(), &table, &card.element, 1.02 * A0).unwrap();
+    eprintln!("{}", toml::to_string(&found).unwrap());
+    assert!(card.deviations(&found).is_empty(), "{}", card.deviations(&found).join("\n"));
+}
+
+/// Bands of the stated values themselves: 1 % where the potential was fitted, and for what was only asked to be
+/// sensible the ranges of experiment and first-principles work for calcium (potentials/README.md).
+#[test]
+fn the_stated_properties_are_those_of_a_crystal_like_calcium() {
+    let stated = Card::calcium().unwrap().properties;
+    let one_percent = |found: f64, asked: f64| assert!((found / asked - 1.0).abs() < 0.01, "{found}, asked {asked}");
+    one_percent(stated.a0_angstrom, A0);
+    one_percent(stated.cohesive_energy_ev, 1.84);
+    one_percent(stated.c11_gpa, 1.0985 * 27.8);
+    one_percent(stated.c12_gpa, 1.0985 * 18.2);
+    one_percent(stated.c44_gpa, 1.0985 * 16.3);
+    one_percent(stated.contact_modulus_gpa, 28.57);
+    assert!((1.0..1.4).contains(&stated.vacancy_ev));
+    assert!((0.40..0.55).contains(&stated.surface_j_m2));
+    // fcc must be the ground state, and a fault must cost something but little.
+    assert!((0.0..0.006).contains(&stated.hcp_minus_fcc_ev) && stated.hcp_minus_fcc_ev > 0.0);
+    assert!((0.001..0.02).contains(&stated.stacking_fault_j_m2));
+    assert!(stated.unstable_fault_j_m2 > 5.0 * stated.stacking_fault_j_m2);
+}
+
+/// Measured: 50 registries leave 1e-5 of the areal law's average for ranges from 0.5 Å on; at 8 Å with a range of 0.5 Å
+/// the shift at the cut-off, 20 decay lengths out, takes 2e-4.
+const EXPONENTIAL: f64 = 1e-3;
+
+#[test]
+fn yukawa_between_flats_is_the_exponential_per_area() {
+    let Some(lammps) = lammps(1) else { return };
+    let command = command(&lammps);
+    let wall = wall();
+    let z0 = wall.minimum_angstrom();
+    for rho in [0.5, 1.0, 2.0] {
+        let pair = Adhesion::uncalibrated(&wall, GAMMA, rho, z0 + 20.0 * rho);
+        for at in flats(&command, Some(&pair), &[3.6, 4.0, 4.5, 5.0, 6.0, 8.0]) {
+            let expected = -GAMMA * (-(at.distance - z0) / rho).exp();
+            let ratio = at.adhesion / expected;
+            eprintln!("rho {rho} d {}: LAMMPS over exponential {ratio:.5}", at.distance);
+            assert!((ratio - 1.0).abs() < EXPONENTIAL, "rho {rho}, d {}: {ratio}", at.distance);
+        }
+    }
+}
+
+/// The cut-off is on both sides here: only the average over 50 registries is left, 2e-4 at a range of 0.3 Å.
+const CLOSED_FORM: f64 = 1e-3;
+
+#[test]
+fn the_calibrated_flats_have_the_work_of_adhesion_asked_for() {
+    let Some(lammps) = lammps(1) else { return };
+    let command = command(&lammps);
+    for rho in [0.3, 0.5, 1.0, 2.0] {
+        let pair = Adhesion::new(&wall(), GAMMA, rho).unwrap();
+        let d = pair.equilibrium_angstrom;
+        let found = flats(&command, Some(&pair), &[d - 0.05, d, d + 0.05, d + 0.5]);
+        let work: Vec<f64> = found.iter().map(|at| -(at.repulsion + at.adhesion) / GAMMA).collect();
+        eprintln!("rho {rho} at {d:.4} Å: W/gamma {:.5}, force {:.2e} eV/Å³", work[1], found[1].pressure);
+        assert!((work[1] - 1.0).abs() < CLOSED_FORM, "rho {rho}: W/gamma = {}", work[1]);
+        assert!(work[1] > work[0] && work[1] > work[2], "rho {rho}: no minimum at {d}: {work:?}");
+        let tail = &found[3];
+        let ratio = tail.adhesion / pair.energy(tail.distance);
+        assert!((ratio - 1.0).abs() < CLOSED_FORM, "rho {rho}: tail {ratio}");
+    }
+}
+
+/// Half a per cent was measured down to the disc of radius √(r_m² - d²) = 1.2 Å (d = 3.84 Å) in which an atom is
+/// repelled.
+const REPULSION: f64 = 0.01;
+/// Close to the cut-off few of the 50 registries are repelled at all (16 at 3.95 Å), and the sum is a coarse average:
+/// the pressure was measured 3.7 % low.
+const FIRST_TOUCH: (f64, f64) = (3.9, 0.05);
+
+#[test]
+fn the_areal_repulsion_is_lammps_between_flats() {
+    let Some(lammps) = lammps(1) else { return };
+    let command = command(&lammps);
+    let wall = wall();
+    for at in flats(&command, None, &[3.0, 3.36, 3.5, 3.66, 3.84, 3.95, 4.1]) {
+        let (energy, pressure) = (wall.repulsion_energy(at.distance), wall.repulsion_pressure(at.distance));
+        if at.distance > wall.minimum_angstrom() {
+            assert_eq!((at.repulsion, at.pressure, energy, pressure), (0.0, 0.0, 0.0, 0.0));
+            continue;
+        }
+        let ratios = [at.repulsion / energy, at.pressure / pressure];
+        eprintln!("d {}: LAMMPS over areal law, energy {:.5}, pressure {:.5}", at.distance, ratios[0], ratios[1]);
+        let tolerance = if at.distance > FIRST_TOUCH.0 { FIRST_TOUCH.1 } else { REPULSION };
+        assert!(ratios.iter().all(|r| (r - 1.0).abs() < tolerance), "d {}: {ratios:?}", at.distance);
+    }
+}
+
+#[test]
+fn failures_of_lammps_are_told_apart() {
+    let Some(lammps) = lammps(1) else { return };
+    let command = command(&lammps);
+    let folder = tempfile::tempdir().unwrap();
+    let script = folder.path().join("bad.in");
+    std::fs::write(&script, "units metal\nprint \"RES early nan\"\nno_such_command 1\n").unwrap();
+    match command.run(folder.path(), &script, &[]).unwrap_err() {
+        Error::Lammps { failure: LammpsFailure::Message(line), .. } => {
+            assert!(line.contains("no_such_command"), "{line}")
+        }
+        other => panic!("{other}"),
+    }
+    assert!(results(folder.path(), "RES early nan\n").is_err());
+}
+
+/// Rounding of some fifty terms an atom, of which forces are the small differences; measured 4e-15 and 2e-13.
+const ROUNDING: f64 = 1e-8;
+
+/// 500 atoms shaken by up to a quarter of an ångström along each axis, no two alike.
+#[test]
+fn lammps_evaluates_the_table_as_the_table_says() {
+    let Some(lammps) = lammps(1) else { return };
+    let command = command(&lammps);
+    let folder = tempfile::tempdir().unwrap();
+    let (cells, mut state) = (5, 2017u64);
+    let mut shake = || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        0.5 * ((state >> 33) as f64 / (1u64 << 31) as f64 - 0.5)
+    };
+    let length = cells as f64 * A0;
+    let mut text = format!("shaken\n\n{} atoms\n1 atom types\n\n", 4 * cells * cells * cells);
+    for axis in ["x", "y", "z"] {
+        text += &format!("0 {length:.16} {axis}lo {axis}hi\n");
+    }
+    text += "\nMasses\n\n1 40.078\n\nAtoms # atomic\n\n";
+    let basis = [[0.0, 0.0, 0.0], [0.5, 0.5, 0.0], [0.5, 0.0, 0.5], [0.0, 0.5, 0.5]];
+    for k in 0..4 * cells * cells * cells {
+        let (site, cell) = (basis[k % 4], [k / 4 % cells, k / 4 / cells % cells, k / 4 / cells / cells]);
+        let at: Vec<f64> = (0..3).map(|c| (cell[c] as f64 + site[c] + 0.25) * A0 + shake()).collect();
+        text += &format!("{} 1 {:.12} {:.12} {:.12}\n", k + 1, at[0], at[1], at[2]);
+    }
+    let data = folder.path().join("shaken.data");
+    std::fs::write(&data, text).unwrap();
+    let table = Path::new(env!("CARGO_MANIFEST_DIR")).join("potentials/Ca.eam.alloy");
+    let vars = [
+        ("data", data.display().to_string()),
+        ("potential", table.display().to_string()),
+        ("element", "Ca".to_string()),
+    ];
+    let printed = command.run(folder.path(), &input("forces.in"), &vars).unwrap();
+    let energy = results(folder.path(), &printed).unwrap()["energy"];
+    // Atoms where LAMMPS has them.
+    let dumped = std::fs::read_to_string(folder.path().join("forces.txt")).unwrap();
+    let rows: Vec<Vec<f64>> =
+        dumped.lines().skip(9).map(|l| l.split_whitespace().map(|w| w.parse().unwrap()).collect()).collect();
+    let positions: Vec<[f64; 3]> = rows.iter().map(|r| [r[1], r[2], r[3]]).collect();
+    let (expected, forces) = Table::read(&table).evaluate(&positions, length);
+    let largest = forces.iter().flatten().fold(0.0f64, |a, f| a.max(f.abs()));
+    let worst = rows.iter().zip(&forces).flat_map(|(r, f)| (0..3).map(move |c| (r[4 + c] - f[c]).abs()));
+    let worst = worst.fold(0.0, f64::max) / largest;
+    eprintln!(
+        "energy {energy} eV, off by {:.1e}; largest force {largest} eV/Å, off by {worst:.1e}",
+        energy / expected - 1.0
+    );
+    assert_eq!(rows.len(), 500);
+    assert!(largest > 0.5 && (energy / expected - 1.0).abs() < ROUNDING && worst < ROUNDING);
+}

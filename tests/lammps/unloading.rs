@@ -1,0 +1,154 @@
+//! The way back from the highest load, in the real LAMMPS: the way there once more where nothing yields and nothing sticks, a
+//! pull before parting where adhesion holds.
+
+use crate::jobs::{built, case, on};
+use crate::lammps::lammps;
+use asperity::atoms::engine::{Engine, Finished};
+use asperity::atoms::job::Job;
+use asperity::atoms::ladder::frame_file;
+use asperity::pipeline::read_atoms;
+use asperity::record::results::{AtomsResults, Unloading};
+use asperity::scene::Case;
+use asperity::units::GPA_PER_EV_A3;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+const LOADS: [f64; 2] = [0.02, 0.06];
+
+fn there_and_back(load: &str, adhesion: &str, atoms: &str) -> Case {
+    case(&format!("p_star = {LOADS:?}\n{load}"), adhesion, atoms)
+}
+
+/// γ/(E* L) = 2·10⁻⁴: 0.032 J/m² between flats of this block.
+const ADHESION: &str = "[adhesion]\nwork_of_adhesion_mj_m2 = 500\nrange_nm = 2\n";
+
+/// A force tolerance of 2e-3 eV/Å leaves the load of so small a cell uncertain by 2e-2 eV/Å.
+const LOAD_NOISE: f64 = 2e-2;
+/// Contact fractions: one of the 200 surface atoms.
+const ONE_ATOM: f64 = 1.0 / 200.0;
+
+fn read(case: &Case, job: &Job) -> (AtomsResults, Unloading) {
+    let out = tempfile::tempdir().expect("scratch");
+    let found = read_atoms(case, case.atoms.as_ref().expect("atoms"), job, out.path()).expect("read");
+    let back = found.unloading.clone().expect("a way back");
+    (found, back)
+}
+
+/// The same number touches at each load, there and back, at the same mean gap.
+fn comes_back_the_same(found: &AtomsResults, back: &Unloading) {
+    assert_eq!(found.states.len(), LOADS.len());
+    assert_eq!(back.states.iter().map(|s| s.p_star).collect::<Vec<_>>(), [LOADS[0]]);
+    for change in &back.changes {
+        let more = change.contact_fraction_back - change.contact_fraction_there;
+        assert!(change.contact_fraction_there > 0.05 && more.abs() < 1.5 * ONE_ATOM, "{change:?}");
+        assert!(change.mean_gap_angstrom.abs() < 0.01, "{change:?}");
+    }
+    assert_eq!(back.changes.len(), 1);
+    assert_eq!(back.pull_off, None);
+}
+
+#[test]
+fn without_adhesion_the_steps_back_are_the_steps_there() {
+    let Some(engine) = lammps(1) else { return };
+    let folder = tempfile::tempdir().expect("scratch");
+    let case = there_and_back("and_back = true", "", "start = \"touch\"");
+    let job = built(&case, folder.path());
+    let found = engine.run(&job, &mut on).expect("a clean run");
+    assert!(found.unconverged.is_empty());
+    let rungs = &found.ladder.rungs;
+    let turn = job.turn(rungs).expect("a turn");
+    assert!(rungs[turn].load >= LOADS[1] * job.record.ladder.load_unit);
+    assert_eq!(job.end(rungs), Some(rungs.len() - 1));
+    let mut met = 0;
+    for (there, back) in rungs[..turn].iter().rev().zip(&rungs[turn + 1..]) {
+        assert!((there.displacement_angstrom - back.displacement_angstrom).abs() < 1e-6);
+        let off = (there.load - back.load).abs();
+        assert!(off < LOAD_NOISE, "{} and {}", there.load, back.load);
+        assert_eq!(there.contacts, back.contacts, "at {} Å", there.displacement_angstrom);
+        met += back.contacts;
+    }
+    assert!(met > 100, "only {met} contacts");
+    // It ends where nothing touches.
+    let last = rungs.last().expect("steps");
+    assert_eq!((last.contacts, last.load), (0, 0.0));
+    let (found, back) = read(&case, &job);
+    comes_back_the_same(&found, &back);
+    assert_eq!((back.turn, back.parted), (turn, Some(true)));
+}
+
+#[test]
+fn loads_from_the_continuum_come_back_load_by_load() {
+    let Some(engine) = lammps(1) else { return };
+    let folder = tempfile::tempdir().expect("scratch");
+    let case = there_and_back("and_back = true", "", "");
+    let job = built(&case, folder.path());
+    let found = engine.run(&job, &mut on).expect("a clean run");
+    let rungs = &found.ladder.rungs;
+    assert!(found.unconverged.is_empty() && rungs.len() == 4);
+    assert_eq!(job.turn(rungs), Some(2));
+    let unit = job.record.ladder.load_unit;
+    assert!((rungs[3].load / (LOADS[0] * unit) - 1.0).abs() < 1e-3);
+    assert!((rungs[3].displacement_angstrom - rungs[1].displacement_angstrom).abs() < 0.01);
+    let (found, back) = read(&case, &job);
+    comes_back_the_same(&found, &back);
+    assert_eq!(back.parted, None);
+}
+
+/// The largest pull in usual steps and in steps of two thirds.
+#[test]
+fn with_adhesion_the_largest_pull_is_found_within_its_error() {
+    let Some(engine) = lammps(1) else { return };
+    let mut pulls = Vec::new();
+    for step in [0.3, 0.2] {
+        let folder = tempfile::tempdir().expect("scratch");
+        let case = there_and_back("pull_off = true", ADHESION, &format!("step_angstrom = {step}"));
+        let job = built(&case, folder.path());
+        engine.run(&job, &mut on).expect("a clean run");
+        let (_, back) = read(&case, &job);
+        assert!(back.states.is_empty() && back.parted == Some(true));
+        let pull = back.pull_off.expect("a pull");
+        // Followed in quarter steps.
+        assert!((pull.step_angstrom - 0.25 * step).abs() < 1e-6, "{pull:?}");
+        // No more than two flats would hold that the law pulls at with its largest stress.
+        let length = job.record.cells as f64 * job.record.a0_angstrom;
+        let gamma = 2e-4 * 28.57 * length / GPA_PER_EV_A3;
+        let flats = gamma / 0.5 * length * length;
+        let force = pull.force_ev_per_angstrom;
+        assert!(force < -0.1 && force > -flats, "{force} of {flats}");
+        pulls.push(pull);
+    }
+    let off = (pulls[0].force_ev_per_angstrom - pulls[1].force_ev_per_angstrom).abs();
+    let error = pulls.iter().map(|p| p.error_ev_per_angstrom).fold(LOAD_NOISE, f64::max);
+    assert!(off <= error, "{pulls:?}");
+    // The error says something: it is a small part.
+    assert!(error < 0.2 * -pulls[0].force_ev_per_angstrom, "{pulls:?}");
+}
+
+fn bytes(folder: &Path, finished: &Finished) -> Vec<Vec<u8>> {
+    let mut files = vec![folder.join("ladder.txt")];
+    files.extend(finished.ladder.rungs.iter().map(|r| frame_file(folder, r.step).expect("a frame")));
+    files.iter().map(|f| std::fs::read(f).expect("read")).collect()
+}
+
+#[test]
+fn killed_on_the_way_back_it_goes_on_through_the_same_states() {
+    let Some(engine) = lammps(1) else { return };
+    let (whole, killed) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
+    let case = there_and_back("and_back = true", ADHESION, "");
+    let expected = engine.run(&built(&case, whole.path()), &mut on).expect("a clean run");
+    let job = built(&case, killed.path());
+    let turn = job.turn(&expected.ladder.rungs).expect("a turn");
+    let slow = job.way_back(&expected.ladder.rungs).and_then(|w| w.slow).expect("shorter steps");
+    // At the turn, before and after the steps are shortened, and where the pull is large.
+    for stop in [turn, slow - 1, slow, slow + 12] {
+        let error = engine.run(&job, &mut |p| {
+            let after = p.rung.is_some_and(|r| r.step >= stop);
+            if after { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        assert!(matches!(error, Err(asperity::Error::Interrupted)));
+    }
+    let finished = engine.run(&built(&case, killed.path()), &mut on).expect("the rest");
+    assert!(finished.resumed_from.is_some_and(|k| k >= slow + 12));
+    assert_eq!(finished.ladder, expected.ladder);
+    assert!(bytes(whole.path(), &expected) == bytes(killed.path(), &finished), "other bytes after going on");
+}

@@ -1,0 +1,366 @@
+//! Surfaces from files that other programs wrote (`fixtures/make.py`): every format gives the same heights, and what is
+//! damaged, ambiguous or of another kind is refused in one line with exit code 2.
+
+use crate::program::{asperity, json_line, stderr};
+use asperity::record::import::{self, Asked, Content, Fourier};
+use asperity::record::npy;
+use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+const NX: usize = 6;
+const NY: usize = 4;
+
+/// `make.py`'s surface at node (x, y).
+fn height(x: usize, y: usize) -> f64 {
+    let (u, v) = (TAU * x as f64 / NX as f64, TAU * y as f64 / NY as f64);
+    1.0 + 0.5 * u.cos() - 0.25 * (u + v).sin() + 0.125 * (2.0 * u).sin()
+}
+
+fn fixture(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures").join(name)
+}
+
+fn surface(name: &str, flags: &[&str]) -> Output {
+    asperity()
+        .arg("surface")
+        .arg(fixture(name))
+        .args(["--touching", "low-points"])
+        .args(flags)
+        .output()
+        .expect("started")
+}
+
+/// Rounding of what a file keeps: a double, a float, and thousandths as integers.
+const DOUBLE: f64 = 1e-11;
+const SINGLE: f64 = 1e-6;
+const THOUSANDTHS: f64 = 5.1e-4;
+
+#[test]
+fn every_format_gives_the_same_heights() {
+    for (name, dataset, tolerance, says) in [
+        ("plain.h5", None, DOUBLE, "HDF5 data set surface [ny, nx]"),
+        ("chunked.h5", None, SINGLE, "HDF5 data set surface [ny, nx]"),
+        ("big-endian.h5", None, DOUBLE, "HDF5 data set deep/any-name [ny, nx]"),
+        ("usual-name.h5", None, DOUBLE, "HDF5 data set surface [ny, nx]"),
+        ("several.h5", Some("first"), DOUBLE, "HDF5 data set first [ny, nx]"),
+        ("surfacetopography.nc", None, DOUBLE, "NetCDF variable heights [nx, ny], the first index is x"),
+        ("netcdf4-xy.nc", None, DOUBLE, "HDF5 data set heights [nx, ny], the first index is x"),
+        ("netcdf4-yx.nc", None, DOUBLE, "HDF5 data set heights [ny, nx]"),
+        ("stored.npz", None, DOUBLE, ".npz array heights [ny, nx]"),
+        ("deflated.npz", None, SINGLE, ".npz array a [ny, nx]"),
+        ("several.npz", Some("b"), DOUBLE, ".npz array b [ny, nx]"),
+        ("matrix.txt", None, DOUBLE, "text, one line per y"),
+        ("triples.txt", None, DOUBLE, "text, lines of x y h"),
+        ("konfig.dat", None, DOUBLE, "konfig of contMech, lines of x y h"),
+    ] {
+        let found = import::read(&fixture(name), Asked { dataset, fourier: None }).expect(name);
+        assert_eq!(found.layout, says, "{name}");
+        let Content::Map(map) = found.content else { panic!("{name}") };
+        assert_eq!((map.nx, map.ny), (NX, NY), "{name}");
+        for (i, h) in map.heights.iter().enumerate() {
+            let exact = height(i % NX, i / NX);
+            assert!((h - exact).abs() < tolerance, "{name}: {h} at {i}, not {exact}");
+        }
+    }
+}
+
+#[test]
+fn integers_are_the_numbers_of_their_file() {
+    let found = import::read(&fixture("integers.h5"), Asked::default()).expect("read");
+    let Content::Map(map) = found.content else { panic!("a map") };
+    let off = |(i, h): (usize, &f64)| (h / 1000.0 - height(i % NX, i / NX)).abs();
+    assert!(map.heights.iter().enumerate().map(off).fold(0.0, f64::max) < THOUSANDTHS);
+}
+
+/// Thousandths about an offset, packed into two bytes, become heights again.
+#[test]
+fn packed_heights_are_scaled_and_shifted() {
+    for (name, unit) in [("packed.nc", Some("um")), ("packed4.nc", None), ("packed.h5", None)] {
+        let found = import::read(&fixture(name), Asked::default()).expect(name);
+        assert_eq!(found.declared.unit.as_deref(), unit, "{name}");
+        let Content::Map(map) = found.content else { panic!("{name}") };
+        assert_eq!((map.nx, map.ny), (NX, NY), "{name}");
+        let off = |(i, h): (usize, &f64)| (h - height(i % NX, i / NX)).abs();
+        assert!(map.heights.iter().enumerate().map(off).fold(0.0, f64::max) < THOUSANDTHS, "{name}");
+    }
+}
+
+/// Links in circles are followed once, with and without a name.
+#[test]
+fn links_in_circles_come_to_an_end() {
+    for dataset in [None, Some("deep/surface"), Some("/deep/hard3/soft1/deep/surface")] {
+        let found = import::read(&fixture("circles.h5"), Asked { dataset, fourier: None }).expect("read");
+        let Content::Map(map) = found.content else { panic!("a map") };
+        assert!((map.heights[1] - height(1, 0)).abs() < DOUBLE);
+    }
+}
+
+/// The surface of the fixtures' coefficients at any place of the cell, lowest node of the grid at 0.
+fn waves(n: usize) -> Vec<f64> {
+    let at = |i: usize| {
+        let (u, v) = (TAU * (i % n) as f64 / n as f64, TAU * (i / n) as f64 / n as f64);
+        0.5 * u.cos() - 0.25 * (u + v).sin() + 0.125 * (2.0 * u - 3.0 * v).sin()
+    };
+    let heights: Vec<f64> = (0..n * n).map(at).collect();
+    let low = heights.iter().copied().fold(f64::INFINITY, f64::min);
+    heights.iter().map(|h| h - low).collect()
+}
+
+/// On the grid they came from, on a finer one, and on the smallest that holds them; heights come back in µm.
+#[test]
+fn coefficients_give_heights_on_any_grid() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let out = scratch.path().join("h.npy");
+    let out = out.to_str().expect("UTF-8");
+    let series: &[&str] = &["--fourier", "series"];
+    let fftw: &[&str] = &["--fourier", "fftw", "--fourier-points", "8"];
+    for (name, flags) in [("series.dat", series), ("half.dat", series), ("fourier.h5", series), ("fftw.dat", fftw)] {
+        for n in ["8", "7", "12"] {
+            let output = surface(name, &[flags, &["--grid", n, "--out", out, "--json"]].concat());
+            assert!(output.status.success(), "{name}: {}", stderr(&output));
+            let said = json_line(&output);
+            let origin = said["origin"].as_str().expect("words");
+            assert!(origin.contains("h(r) = Σ a exp(iq·r)") && origin.contains("low points touch first"), "{origin}");
+            let found = npy::read(Path::new(out)).expect("written").values;
+            let exact = waves(n.parse().expect("a number"));
+            assert_eq!(found.len(), exact.len());
+            let off = found.iter().zip(&exact).map(|(f, e)| (f - e).abs()).fold(0.0, f64::max);
+            assert!(off < 1e-12, "{name} on {n}: {off:e}");
+        }
+    }
+    // Only the waves of at least 0.9 L: cos u.
+    let output = surface("series.dat", &["--fourier", "series", "--low-pass-um", "90", "--grid", "4", "--out", out]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let cosine = npy::read(Path::new(out)).expect("written").values;
+    assert!(cosine[..4].iter().zip([1.0, 0.5, 0.0, 0.5]).all(|(f, e)| (f - e).abs() < 1e-12), "{cosine:?}");
+}
+
+/// High points of the file first: the same waves upside down.
+#[test]
+fn coefficients_are_turned_with_their_sign() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let out = scratch.path().join("h.npy");
+    let mut command = asperity();
+    command.arg("surface").arg(fixture("series.dat")).args(["--touching", "high-points", "--fourier", "series"]);
+    let output = command.args(["--grid", "8", "--out"]).arg(&out).output().expect("started");
+    assert!(output.status.success(), "{}", stderr(&output));
+    let (found, upright) = (npy::read(&out).expect("written").values, waves(8));
+    let high = upright.iter().copied().fold(0.0, f64::max);
+    assert!(found.iter().zip(&upright).all(|(f, u)| (f - (high - u)).abs() < 1e-12));
+}
+
+/// `solve` on coefficients is `solve` on the heights that NumPy's transform was of.
+#[test]
+fn solving_on_coefficients_is_solving_on_their_heights() {
+    let solved = |name: &str, flags: &[&str]| {
+        let common = ["--pressure", "0.2", "--json"];
+        let output = asperity().arg("solve").arg(fixture(name)).args(common).args(flags).output().expect("started");
+        assert!(output.status.success(), "{name}: {}", stderr(&output));
+        json_line(&output)
+    };
+    let waves = solved("series.dat", &["--fourier", "series", "--grid", "8"]);
+    let map = solved("square.npy", &[]);
+    assert_eq!(waves["nx"], 8);
+    for key in ["contact_fraction", "mean_gap"] {
+        let [a, b] = [&waves, &map].map(|v| v[key].as_f64().expect("a number"));
+        assert!((a - b).abs() < 1e-6 * b.abs().max(1e-3), "{key}: {a} and {b}");
+    }
+}
+
+/// A scene on coefficients keeps its unit, sign and grid to the results.
+#[test]
+fn a_scene_takes_coefficients() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let scene = scratch.path().join("waves.toml");
+    let file = fixture("fftw.dat");
+    let text = format!(
+        "name = \"waves\"\n[surface]\nheights = {file:?}\nheights_unit_um = 0.5\ntouching = \"low-points\"\n\
+         fourier = \"fftw\"\nfourier_points = 8\ngrid = 16\n[load]\np_star = [0.05]\n"
+    );
+    std::fs::write(&scene, text).expect("written");
+    let out = scratch.path().join("run");
+    let output = asperity().arg("run").arg(&scene).arg("--out").arg(&out).output().expect("started");
+    assert!(output.status.success(), "{}", stderr(&output));
+    let stored = npy::read(&out.join("surface/heights.npy")).expect("heights").values;
+    // In lengths of the cell, 100 µm by default.
+    assert!(stored.iter().zip(waves(16)).all(|(f, e)| (f * 200.0 - e).abs() < 1e-12));
+}
+
+/// One line, exit code 2, with the file or the flag and what would be accepted.
+fn refused(output: &Output, names: &str, pieces: &[&str]) {
+    let said = stderr(output);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+    assert!(output.stdout.is_empty() && said.contains("; accepted: ") && said.contains(names), "{said}");
+    pieces.iter().for_each(|p| assert!(said.contains(p), "{said:?} lacks {p:?}"));
+}
+
+#[test]
+fn what_is_damaged_or_ambiguous_is_refused() {
+    let series: &[&str] = &["--fourier", "series", "--grid", "8"];
+    for (name, flags, pieces) in [
+        ("several.h5", &[][..], &["2 two-dimensional arrays (first, second)", "--dataset"][..]),
+        ("several.h5", &["--dataset", "third"], &["named \"third\"", "accepted: first, second"]),
+        ("several.npz", &[], &["2 two-dimensional arrays (a, b)", "--dataset"]),
+        ("cube.h5", &[], &["no two-dimensional array of numbers"]),
+        ("complex.h5", &[], &["no two-dimensional array of numbers"]),
+        ("line.npz", &[], &["no two-dimensional array of numbers"]),
+        ("lzf.h5", &[], &["filter"]),
+        ("truncated.h5", &[], &["damaged"]),
+        ("truncated.nc", &[], &["damaged"]),
+        ("holes.nc", &[], &["no height at [4, 1]"]),
+        ("unwritten-f4.nc", &[], &["no height at [2, 3] of heights", "stands for a missing one"]),
+        ("unwritten-f8.nc", &[], &["no height at [2, 3]"]),
+        ("unwritten-i2.nc", &[], &["no height at [2, 3] of heights (-32767,"]),
+        ("unwritten-i4.nc", &[], &["no height at [2, 3] of heights (-2147483647,"]),
+        ("unwritten4-f4.nc", &[], &["no height at [2, 3]"]),
+        ("fill-i1.nc", &[], &["no height at [2, 3] of heights (-1,"]),
+        ("fill-i2.nc", &[], &["no height at [2, 3] of heights (9999,"]),
+        ("fill-u4.nc", &[], &["no height at [2, 3] of heights (4000000000,"]),
+        ("fill-i8.nc", &[], &["no height at [2, 3] of heights (-1099511627776,"]),
+        ("packed-words.nc", &[], &["scale_factor of heights = \"0.001\"", "one finite number"]),
+        ("circles.h5", &["--dataset", "deep/hard0/none"], &["named \"deep/hard0/none\"", "accepted: deep/surface"]),
+        ("large-chunk.h5", &[], &["in chunks of 8192x8192 (536870912 bytes)", "h5repack -l surface:CHUNK=4x6"]),
+        ("plain.h5", &["--grid", "8"], &["--grid = 8", "is a height map"]),
+        ("square.npy", &["--dataset", "a"], &["without names"]),
+        ("series.dat", &[], &["qX qY Re Im, or a map 4 points wide", "--fourier"]),
+        ("fourier.h5", &[], &["qX qY Re Im, or a map 4 points wide", "--fourier"]),
+        ("plain.h5", series, &["[4, 6] numbers", "four columns qX qY Re Im"]),
+        ("square.npy", series, &["[8, 8] numbers", "four columns qX qY Re Im"]),
+        ("konfig.dat", series, &["[4, 6] numbers", "four columns qX qY Re Im"]),
+        ("triples.txt", series, &["3 numbers on line 1", "four, qX qY Re Im"]),
+        ("contradiction.dat", series, &["q = (-1, -1) and (1, 1) that contradict"]),
+        ("series.dat", &["--fourier", "series", "--grid", "6"], &["surface.grid = 6", "at least 7"]),
+        ("series.dat", &["--fourier", "fftw"], &["surface.fourier_points = not given"]),
+        ("series.dat", &["--fourier", "series", "--fourier-points", "8"], &["surface.fourier_points = 8"]),
+        ("fftw.dat", &["--fourier", "fftw", "--fourier-points", "6", "--grid", "8"], &["q = (2, -3)", "half of the 6"]),
+        ("plain.h5", &["--low-pass-um", "3"], &["surface.low_pass_um = 3", "only together with surface.fourier"]),
+    ] {
+        let about =
+            if pieces[0].starts_with("surface.") || pieces[0].starts_with("--") { "command line" } else { name };
+        refused(&surface(name, flags), about, pieces);
+    }
+    let nan = surface("nan.h5", &[]);
+    assert!(
+        stderr(&nan).contains("the height at row 2, column 5 is NaN; accepted: finite numbers"),
+        "{}",
+        stderr(&nan)
+    );
+    assert_eq!(nan.status.code(), Some(2));
+    let solve = |flags: &[&str]| {
+        asperity()
+            .arg("solve")
+            .arg(fixture("series.dat"))
+            .args(["--pressure", "1"])
+            .args(flags)
+            .output()
+            .expect("started")
+    };
+    refused(&solve(&["--fourier", "series"]), "--grid", &["not given", "at least 7"]);
+    refused(&solve(&["--grid", "8"]), "--grid", &["only together with --fourier"]);
+    refused(&solve(&["--fourier", "fftw", "--grid", "8"]), "--fourier-points", &["not given"]);
+    let challenge = ["solve", "--challenge", "16", "--pressure", "1", "--cut-off", "0.2", "--fourier", "series"];
+    refused(&asperity().args(challenge).output().expect("started"), "--fourier", &["only together with a file"]);
+}
+
+/// Bad twins of text, made here: one thing changed in a good file.
+#[test]
+fn text_that_is_spoilt_is_refused_with_its_line() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let path = scratch.path().join("spoilt.dat");
+    let spoil = |name: &str, from: &str, to: &str, flags: &[&str], pieces: &[&str]| {
+        let text = std::fs::read_to_string(fixture(name)).expect("text");
+        assert!(text.contains(from), "{name} lacks {from:?}");
+        std::fs::write(&path, text.replacen(from, to, 1)).expect("written");
+        let mut command = asperity();
+        let output =
+            command.arg("surface").arg(&path).args(["--touching", "low-points"]).args(flags).output().expect("started");
+        refused(&output, "spoilt.dat", pieces);
+    };
+    let series: &[&str] = &["--fourier", "series", "--grid", "8"];
+    spoil("series.dat", "1 0 2.5", "1 0.5 2.5", series, &["qY = 0.5 on line 2", "whole numbers"]);
+    spoil("series.dat", "2.5000000000000000e-01", "nan", series, &["Re = NaN on line 2", "finite"]);
+    spoil("series.dat", "2.5000000000000000e-01", "oak", series, &["\"oak\" on line 2, column 3"]);
+    spoil("series.dat", "1 0 2.5000000000000000e-01", "1 0", series, &["3 numbers on line 2", "cut off"]);
+    spoil("series.dat", "1 0 ", "99999 0 ", series, &["qX = 99999 on line 2", "32768"]);
+    spoil("series.dat", "-1 0 ", "1 0 ", series, &["q = (1, 0) twice"]);
+    spoil("konfig.dat", "#6 4", "#4 6", &[], &["7 x 5 points after the header #4 6", "5 x 7"]);
+    spoil("konfig.dat", "#6 4\n0\t0\t1.5\n", "#6 4\n", &[], &["5 lines in block 2 and 4 in the first"]);
+    spoil("matrix.txt", "1.500000000000000000e+00 ", "", &[], &["6 heights on line 2", "5, as on the lines before"]);
+    spoil("matrix.txt", "1.500000000000000000e+00", "nought", &[], &["\"nought\" on line 1, column 1"]);
+    spoil("triples.txt", "0 0 1.5\n", "", &[], &["6 lines in block 2 and 5 in the first"]);
+    let last = "1\t0.666666666667\t1.5\n";
+    spoil("konfig.dat", last, "1\t0.666666666667\t1.6\n", &[], &["1.6e0 at the repeated point x = 6, y = 4", "1.5e0"]);
+}
+
+/// The four columns of a map may be whole numbers, once that is said.
+#[test]
+fn a_map_four_points_wide_is_one_when_it_is_said() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let path = scratch.path().join("narrow.txt");
+    std::fs::write(&path, "1 2 3 4\n2 3 4 1\n0 1 2 2\n").expect("written");
+    let read = |fourier| import::read(&path, Asked { dataset: None, fourier });
+    assert!(read(None).is_err());
+    let Content::Map(map) = read(Some(Fourier::None)).expect("a map").content else { panic!("a map") };
+    assert_eq!((map.nx, map.ny), (4, 3));
+}
+
+/// Text that is heights or is not, each with what is said of it.
+#[test]
+fn text_is_taken_for_what_it_is() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let path = scratch.path().join("some.txt");
+    let read = |bytes: &[u8], fourier| {
+        std::fs::write(&path, bytes).expect("written");
+        import::read(&path, Asked { dataset: None, fourier }).map(|found| match found.content {
+            Content::Map(map) => [map.nx, map.ny],
+            Content::Waves(waves) => [waves.len(), 0],
+        })
+    };
+    let matrix = "1 2 3 4 5\n2 3 4 5 6\n3 4 5 6 9\n";
+    for header in ["", "\u{feff}", "# 5 3\n", "# 3 5\n", "\u{feff}# 5 3\n", "# 18446744073709551615 3\n"] {
+        assert_eq!(read(format!("{header}{matrix}").as_bytes(), None).expect(header), [5, 3]);
+    }
+    assert!(read(format!("# 5 4\n{matrix}").as_bytes(), None).is_err());
+    assert_eq!(read("\u{feff}0 1 1 0\n".as_bytes(), Some(Fourier::Series)).expect("waves"), [1, 0]);
+    let latin = b"# unit: \xb5m\n1 2\n3 4\n";
+    for fourier in [None, Some(Fourier::Series)] {
+        let said = read(latin, fourier).unwrap_err();
+        assert!(said.to_string().contains("line 1 is not UTF-8; accepted: text in UTF-8 or ASCII"), "{said}");
+        assert_eq!(said.exit_code(), 2);
+    }
+    // The last line of x y h is missing: no map three points wide, unless it is said to be one.
+    let list = b"0 0 1\n1 0 2\n2 0 3\n0 1 4\n1 1 5\n";
+    let said = read(list, None).unwrap_err().to_string();
+    assert!(said.contains("2 lines in block 2 and 3 in the first") && said.contains("--fourier none"), "{said}");
+    assert_eq!(read(list, Some(Fourier::None)).expect("said"), [3, 5]);
+    assert_eq!(read(b"0 1 4\n1 1 5\n2 1 6\n0 0 1\n1 0 2\n2 0 3\n", None).expect("downwards"), [3, 2]);
+    // A map four points wide whose heights are whole numbers, but no waves.
+    let wide: String = (0..12).map(|i| format!("{} {} {}\n", i % 4, i / 4, i * i % 7)).collect();
+    assert_eq!(read(wide.as_bytes(), None).expect("a list"), [4, 3]);
+    let said = read(b"1e308 0\n-1e308 0\n", None).unwrap_err().to_string();
+    assert!(said.contains("heights from -1e308 to 1e308"), "{said}");
+}
+
+/// A unit that a file declares is not overruled; `solve` has lengths in whatever unit the file does.
+#[test]
+fn a_declared_unit_is_compared() {
+    let nm = &["--heights-unit-um", "0.001"];
+    refused(
+        &surface("packed.nc", nm),
+        "command line",
+        &[
+            "surface.heights_unit_um (--heights-unit-um) = 0.001; accepted: 1, as ",
+            "packed.nc declares its heights in um",
+        ],
+    );
+    let scratch = tempfile::tempdir().expect("scratch");
+    let path = scratch.path().join("nm.txt");
+    std::fs::write(&path, "# unit: nm\n1 2\n3 4\n").expect("written");
+    let path = path.to_str().expect("UTF-8");
+    refused(&surface(path, &[]), "command line", &["accepted: 0.001, as "]);
+    assert!(surface(path, nm).status.success());
+    let solve = asperity().args(["solve", path, "--pressure", "0.1", "--json"]).output().expect("started");
+    assert!(solve.status.success(), "{}", stderr(&solve));
+}

@@ -1,0 +1,17 @@
+//! The built program, as a user starts it.
+
+mod accuracy;
+mod challenge;
+mod cli;
+mod extremes;
+mod import;
+#[path = "../common/lammps.rs"]
+mod lammps;
+mod methods;
+mod pipeline;
+#[path = "../common/program.rs"]
+mod program;
+mod quickstart;
+mod scenes;
+mod solve;
+mod tradeoff;

@@ -1,0 +1,324 @@
+//! Whole runs with the real LAMMPS on a block of 3484 atoms: what is done is not done again, and whatever stops a run, the
+//! same command goes on and ends with the same results.
+
+use crate::lammps::lammps;
+use crate::program::{asperity, json_line, stderr};
+use serde_json::Value;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// Å per step: 16 steps and some three seconds of LAMMPS, long enough to stop it in between.
+const FINE: f64 = 0.1;
+/// Four steps, one second.
+const COARSE: f64 = 0.5;
+
+/// Steps that must be finished before a run is stopped: with fewer, going on and starting over look alike.
+const STEPS_BEFORE: usize = 3;
+
+/// No wait here takes longer unless something hangs: the whole run takes five seconds on an idle machine.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// A killed LAMMPS is gone after its parent: the kernel delivers at once, a busy machine schedules late.
+const GONE_WITHIN: Duration = Duration::from_secs(10);
+
+const STAGES: [&str; 6] = ["surface", "continuum", "matched", "lammps", "atoms", "compare"];
+
+struct Bench {
+    folder: tempfile::TempDir,
+}
+
+impl Bench {
+    fn new() -> Self {
+        Bench { folder: tempfile::tempdir().expect("scratch") }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// Writes the tiny scene; `more` goes to its end, into `[atoms]`.
+    fn scene(&self, loads: &str, step: f64, more: &str) -> PathBuf {
+        let text = format!(
+            "name = \"tiny\"\n[surface]\ngrid = 32\n[load]\np_star = {loads}\n\
+             [atoms]\ncells = 10\ndepth_cells = 6\nstep_angstrom = {step}\n{more}"
+        );
+        let file = self.path("tiny.toml");
+        std::fs::write(&file, text).expect("written");
+        file
+    }
+
+    fn start(&self, scene: &Path, out: &str) -> Child {
+        let mut command = asperity();
+        command.arg("run").arg(scene).arg("--out").arg(self.path(out)).arg("--json");
+        command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("started")
+    }
+
+    fn run(&self, scene: &Path, out: &str) -> Output {
+        self.start(scene, out).wait_with_output().expect("ended")
+    }
+
+    /// Runs to a good end; the results and what was said on the way.
+    fn results(&self, scene: &Path, out: &str) -> (Value, String) {
+        let output = self.run(scene, out);
+        assert!(output.status.success(), "{}", stderr(&output));
+        let told = json_line(&output)["results"].clone();
+        let file = std::fs::read(self.path(out).join("results.json")).expect("results.json");
+        assert_eq!(told, serde_json::from_slice::<Value>(&file).expect("JSON"), "stdout and results.json differ");
+        (told, stderr(&output))
+    }
+
+    /// Starts a run and comes back when LAMMPS has finished some steps.
+    fn midway(&self, scene: &Path, out: &str) -> Child {
+        let child = self.start(scene, out);
+        let ladder = self.path(out).join("lammps/ladder.txt");
+        wait_until("steps on the ladder", PATIENCE, || steps(&ladder) >= STEPS_BEFORE);
+        assert!(!self.processes(out).is_empty(), "no LAMMPS is running in the job's folder");
+        child
+    }
+
+    /// Processes that work in the job's folder.
+    fn processes(&self, out: &str) -> Vec<PathBuf> {
+        let job = self.path(out).join("lammps").canonicalize().expect("a job folder");
+        let all = std::fs::read_dir("/proc").expect("/proc").flatten().map(|e| e.path());
+        all.filter(|p| std::fs::read_link(p.join("cwd")).is_ok_and(|cwd| cwd == job)).collect()
+    }
+
+    /// The same command goes on from where LAMMPS was, and the end is that of `reference`.
+    fn goes_on(&self, scene: &Path, out: &str, reference: &str) {
+        wait_until("the end of LAMMPS", GONE_WITHIN, || self.processes(out).is_empty());
+        let before = steps(&self.path(out).join("lammps/ladder.txt"));
+        let (results, said) = self.results(scene, out);
+        let from = resumed_from(&said).unwrap_or_else(|| panic!("started over: {said}"));
+        // The step in progress when the run was stopped is lost, and one more at most.
+        assert!(from + 2 >= before && from > 0, "went on from {from} of {before} steps");
+        let (whole, _) = self.results(scene, reference);
+        assert_eq!(lasting(&results), lasting(&whole));
+        for state in results["atoms"]["states"].as_array().expect("states") {
+            for file in ["contact_map", "gap_map", "frame"].map(|k| state[k].as_str().expect("a file")) {
+                let read = |out: &str| std::fs::read(self.path(out).join(file)).expect(file);
+                assert!(read(out) == read(reference), "{file} differs");
+            }
+        }
+    }
+}
+
+fn wait_until(what: &str, patience: Duration, good: impl Fn() -> bool) {
+    let begun = Instant::now();
+    while !good() {
+        assert!(begun.elapsed() < patience, "waited {patience:?} for {what}");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+fn steps(ladder: &Path) -> usize {
+    std::fs::read_to_string(ladder).map_or(0, |t| t.matches('\n').count())
+}
+
+fn resumed_from(said: &str) -> Option<usize> {
+    let rest = said.split_once("went on from load step ")?.1;
+    rest.split_whitespace().next()?.parse().ok()
+}
+
+/// Results without what may differ from run to run: the costs of the stages, and seconds anywhere.
+fn lasting(results: &Value) -> Value {
+    fn clean(value: &mut Value) {
+        match value {
+            Value::Object(map) => {
+                map.remove("seconds");
+                map.values_mut().for_each(clean);
+            }
+            Value::Array(list) => list.iter_mut().for_each(clean),
+            _ => {}
+        }
+    }
+    let mut kept = results.clone();
+    assert!(kept.as_object_mut().is_some_and(|all| all.remove("stages").is_some()), "results without stages");
+    clean(&mut kept);
+    kept
+}
+
+/// Names of the stages that were run, not found done.
+fn worked(results: &Value) -> Vec<&str> {
+    let stages = results["stages"].as_array().expect("stages");
+    assert_eq!(stages.iter().map(|s| s["name"].as_str().expect("a name")).collect::<Vec<_>>(), STAGES);
+    stages.iter().filter(|s| s["reused"] == false).map(|s| s["name"].as_str().expect("a name")).collect()
+}
+
+#[test]
+fn a_finished_run_is_not_run_again() {
+    let Some(_lammps) = lammps(1) else { return };
+    let bench = Bench::new();
+    let scene = bench.scene("[0.01, 0.02]", COARSE, "");
+    let (first, _) = bench.results(&scene, "run");
+    assert_eq!(worked(&first), STAGES);
+    let (again, said) = bench.results(&scene, "run");
+    assert!(worked(&again).is_empty(), "{said}");
+    assert_eq!(lasting(&first), lasting(&again));
+    // Not the words and widths of a time, but every cost is as it was.
+    let costs =
+        |r: &Value| r["stages"].as_array().expect("stages").iter().map(|s| s["seconds"].clone()).collect::<Vec<_>>();
+    assert_eq!(costs(&first), costs(&again));
+
+    let out = bench.path("run");
+    let compared = asperity().arg("compare").arg(&out).arg("--json").output().expect("started");
+    assert!(compared.status.success(), "{}", stderr(&compared));
+    assert_eq!(json_line(&compared)["comparison"], first["comparison"]);
+    for file in ["report.html", "run.mcap", "manifest.json"] {
+        assert!(out.join(file).metadata().expect(file).len() > 0);
+    }
+}
+
+#[test]
+fn a_killed_run_goes_on_and_leaves_no_orphan() {
+    let Some(_lammps) = lammps(1) else { return };
+    let bench = Bench::new();
+    let scene = bench.scene("[0.01, 0.02]", FINE, "");
+    let mut child = bench.midway(&scene, "run");
+    child.kill().expect("killed");
+    child.wait().expect("waited");
+    assert!(!bench.path("run/results.json").exists());
+    bench.goes_on(&scene, "run", "reference");
+}
+
+#[test]
+fn an_interrupted_run_says_so_and_goes_on() {
+    let Some(_lammps) = lammps(1) else { return };
+    let bench = Bench::new();
+    let scene = bench.scene("[0.01, 0.02]", FINE, "");
+    let child = bench.midway(&scene, "run");
+    // The shell's own: not every system has a program `kill`.
+    let kill = format!("kill -INT {}", child.id());
+    assert!(std::process::Command::new("sh").args(["-c", &kill]).status().expect("a shell").success());
+    let output = child.wait_with_output().expect("ended");
+    assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
+    assert!(stderr(&output).contains("asperity: error: interrupted"), "{}", stderr(&output));
+    assert!(output.stdout.is_empty());
+    bench.goes_on(&scene, "run", "reference");
+}
+
+#[test]
+fn a_run_past_its_time_limit_goes_on_with_a_longer_one() {
+    let Some(_lammps) = lammps(1) else { return };
+    let bench = Bench::new();
+    let limited = |seconds: f64| bench.scene("[0.01, 0.02]", FINE, &format!("time_limit_s = {seconds}\n"));
+    // Over before LAMMPS has read its input, on any machine.
+    let mut limit = 0.05;
+    let mut output = bench.run(&limited(limit), "run");
+    assert_eq!(output.status.code(), Some(4), "{}", stderr(&output));
+    let mut before = 0;
+    while output.status.code() == Some(4) {
+        assert!(stderr(&output).contains(&format!("time limit of {limit} s")), "{}", stderr(&output));
+        wait_until("the end of LAMMPS", GONE_WITHIN, || bench.processes("run").is_empty());
+        before = steps(&bench.path("run/lammps/ladder.txt"));
+        // Doubled, so that a slow machine gets there too.
+        limit *= 2.0;
+        output = bench.run(&limited(limit), "run");
+    }
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(before <= 1 || resumed_from(&stderr(&output)).is_some_and(|k| k > 0), "{}", stderr(&output));
+    let results = json_line(&output)["results"].clone();
+    // How long it may take is no question of physics.
+    assert_eq!(worked(&results), ["lammps", "atoms", "compare"]);
+    let (whole, _) = bench.results(&bench.scene("[0.01, 0.02]", FINE, ""), "reference");
+    assert_eq!(lasting(&results), lasting(&whole));
+}
+
+#[test]
+fn other_loads_repeat_only_what_they_touch() {
+    let Some(_lammps) = lammps(1) else { return };
+    let bench = Bench::new();
+    let (first, _) = bench.results(&bench.scene("[0.01, 0.02]", FINE, ""), "run");
+    let (more, _) = bench.results(&bench.scene("[0.005, 0.02]", FINE, ""), "run");
+    assert_eq!(worked(&more), ["continuum", "matched", "atoms", "compare"]);
+    // A higher load goes on from the last step.
+    let (higher, said) = bench.results(&bench.scene("[0.005, 0.03]", FINE, ""), "run");
+    assert_eq!(worked(&higher), ["continuum", "matched", "lammps", "atoms", "compare"]);
+    let last = |r: &Value| r["atoms"]["ladder"].as_array().expect("a ladder").len() - 1;
+    assert_eq!(resumed_from(&said), Some(last(&more)), "{said}");
+    assert!(last(&higher) > last(&more));
+    // And the way there leaves no trace in the results of the way back.
+    let (back, _) = bench.results(&bench.scene("[0.01, 0.02]", FINE, ""), "run");
+    assert_eq!(lasting(&back), lasting(&first));
+    let (fresh, _) = bench.results(&bench.scene("[0.005, 0.03]", FINE, ""), "fresh");
+    assert_eq!(lasting(&higher), lasting(&fresh));
+}
+
+#[test]
+fn two_runs_in_one_folder_do_not_mix() {
+    let Some(_lammps) = lammps(1) else { return };
+    let bench = Bench::new();
+    let scene = bench.scene("[0.01, 0.02]", FINE, "");
+    let first = bench.midway(&scene, "run");
+    let second = bench.run(&scene, "run");
+    assert_eq!(second.status.code(), Some(2), "{}", stderr(&second));
+    assert!(stderr(&second).contains("in use by another run"), "{}", stderr(&second));
+    let first = first.wait_with_output().expect("ended");
+    assert!(first.status.success(), "{}", stderr(&first));
+    assert_eq!(worked(&json_line(&first)["results"]), STAGES);
+}
+
+#[test]
+fn adhesive_atoms_run_to_the_end() {
+    let Some(_lammps) = lammps(1) else { return };
+    let bench = Bench::new();
+    let (free, _) = bench.results(&bench.scene("[0.01]", COARSE, ""), "free");
+    let adhesion = "[adhesion]\nwork_of_adhesion_mj_m2 = 50\nrange_nm = 2.071\n";
+    let (sticky, _) = bench.results(&bench.scene("[0.01]", COARSE, adhesion), "sticky");
+    let fraction = |r: &Value| r["atoms"]["states"][0]["contact_fraction"].as_f64().expect("a fraction");
+    assert!(fraction(&sticky) > fraction(&free), "{} {}", fraction(&sticky), fraction(&free));
+    for kind in ["hard", "soft"] {
+        let law = sticky["comparison"][kind]["adhesion"].as_str().expect("a law").to_string();
+        assert!(law.starts_with("exponential"), "{law}");
+    }
+    // Drawn to each other before they touch: the first step pulls.
+    let loads = |r: &Value| r["atoms"]["ladder"][0]["load_ev_per_angstrom"].as_f64().expect("a load");
+    assert!(loads(&sticky) < loads(&free), "{} {}", loads(&sticky), loads(&free));
+    let page = std::fs::read_to_string(bench.path("sticky/report.html")).expect("a report");
+    assert!(page.contains("Tabor"), "the audit of an adhesive run speaks of its range");
+}
+
+/// The run folder must not need the scene's folder to find its files: `compare` reads its own copy of the scene.
+#[test]
+fn files_beside_the_scene_are_found_from_the_run_folder() {
+    let Some(_lammps) = lammps(1) else { return };
+    let bench = Bench::new();
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("potentials/Ca.eam.alloy");
+    std::fs::copy(shipped, bench.path("mine.eam.alloy")).expect("copied");
+    let keys = "potential = \"mine.eam.alloy\"\nlattice_constant_angstrom = 5.5884\ncontact_modulus_gpa = 28.57\n";
+    let (results, _) = bench.results(&bench.scene("[0.01]", COARSE, keys), "run");
+    let mut compare = asperity();
+    compare.arg("compare").arg(bench.path("run")).arg("--json").current_dir("/");
+    let compared = compare.output().expect("started");
+    assert!(compared.status.success(), "{}", stderr(&compared));
+    assert_eq!(json_line(&compared)["comparison"], results["comparison"]);
+}
+
+/// Results of the scene before must not be taken for those of the scene that has just failed.
+#[test]
+fn a_failed_run_leaves_no_results_of_another_scene() {
+    let Some(_lammps) = lammps(1) else { return };
+    let bench = Bench::new();
+    bench.results(&bench.scene("[0.01]", COARSE, ""), "run");
+    // LAMMPS in all but its work, which a load far above the first makes necessary.
+    let fake = bench.path("lmp");
+    let script = "#!/bin/sh\n[ \"$1\" = -h ] && exec lmp -h\necho 'ERROR: Out of luck (src/luck.cpp:7)'\nexit 1\n";
+    std::fs::write(&fake, script).expect("written");
+    std::fs::set_permissions(&fake, std::fs::Permissions::from_mode(0o755)).expect("executable");
+    let output = bench.run(&bench.scene("[0.1]", COARSE, "program = \"./lmp\"\n"), "run");
+    assert_eq!(output.status.code(), Some(4), "{}", stderr(&output));
+    assert!(stderr(&output).contains("it stopped with: Out of luck"), "{}", stderr(&output));
+    for file in ["results.json", "report.html", "manifest.json", "run.mcap", "results.nc"] {
+        assert!(!bench.path("run").join(file).exists(), "{file} of the scene before is still there");
+    }
+}
+
+#[test]
+fn more_ranks_than_cores_are_refused_by_key() {
+    let Some(_lammps) = lammps(1) else { return };
+    let bench = Bench::new();
+    let output = bench.run(&bench.scene("[0.01]", COARSE, "ranks = 1024\n"), "run");
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(stderr(&output).contains("tiny.toml: atoms.ranks = 1024"), "{}", stderr(&output));
+}

@@ -1,0 +1,188 @@
+//! Good scenes are understood, and bad ones are refused in one clear word with the documented exit code.
+//!
+//! A bad scene says in its first lines what is expected of it: `# expect CODE: piece` for each line of the message, in
+//! order, and `# about: FILE` where the complaint is about another file than the scene.
+
+use crate::program::{asperity, json_line, stderr};
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+const HEAD: &str = "asperity: error: ";
+
+fn repository() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Scene files of a folder; none would make a test that cannot fail.
+fn scenes(folder: &str) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(repository().join(folder)).expect("a folder of scenes");
+    let mut list: Vec<PathBuf> = entries.map(|e| e.expect("readable").path()).collect();
+    list.retain(|p| p.extension().is_some_and(|e| e == "toml"));
+    list.sort();
+    assert!(!list.is_empty(), "{folder} holds no scenes");
+    list
+}
+
+fn name(path: &Path) -> String {
+    path.file_name().expect("a file").to_string_lossy().into_owned()
+}
+
+fn run(scene: &Path, out: &Path, flags: &[&str]) -> Output {
+    asperity().arg("run").arg(scene).arg("--out").arg(out).args(flags).output().expect("started")
+}
+
+/// What a bad scene says of itself.
+struct Expected {
+    code: i32,
+    pieces: Vec<String>,
+    about: String,
+}
+
+impl Expected {
+    fn read(scene: &Path) -> Self {
+        let text = std::fs::read_to_string(scene).expect("readable");
+        let lines = |mark: &'static str| text.lines().filter_map(move |l| l.strip_prefix(mark));
+        let expectations: Vec<(i32, String)> = lines("# expect ")
+            .map(|l| {
+                let (code, piece) = l.split_once(": ").unwrap_or_else(|| panic!("{}: {l}", scene.display()));
+                (code.parse().expect("an exit code"), piece.to_string())
+            })
+            .collect();
+        let code = expectations.first().unwrap_or_else(|| panic!("{} expects nothing", scene.display())).0;
+        let about = lines("# about: ").next().map_or_else(|| name(scene), str::to_string);
+        Expected { code, pieces: expectations.into_iter().map(|(_, p)| p).collect(), about }
+    }
+}
+
+/// One head line; one line per complaint, in order, each with the file and what is expected of it; nothing else.
+/// What is wrong with it, if anything.
+fn refusal_faults(output: &Output, expected: &Expected) -> Vec<String> {
+    let said = stderr(output);
+    let lines: Vec<&str> = said.trim_end().lines().collect();
+    let mut faults = Vec::new();
+    let mut unless = |good: bool, fault: String| {
+        if !good {
+            faults.push(fault)
+        }
+    };
+    unless(output.status.code() == Some(expected.code), format!("{} instead of {}", output.status, expected.code));
+    unless(output.stdout.is_empty(), "something on stdout".into());
+    unless(said.starts_with(HEAD) && said.matches(HEAD).count() == 1, "not one head line".into());
+    unless(lines.len() == expected.pieces.len(), format!("not {} lines", expected.pieces.len()));
+    for (line, piece) in lines.iter().zip(&expected.pieces) {
+        unless(line.contains(&expected.about), format!("{line:?} does not name {}", expected.about));
+        unless(line.contains(piece.as_str()), format!("{line:?} lacks {piece:?}"));
+    }
+    if faults.is_empty() { faults } else { [vec![format!("{}: {said}", expected.about)], faults].concat() }
+}
+
+fn check_refusal(output: &Output, expected: &Expected) {
+    let faults = refusal_faults(output, expected);
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn good_scenes_and_shipped_ones_are_planned() {
+    for scene in scenes("tests/scenes/good").into_iter().chain(scenes("configs")) {
+        let scratch = tempfile::tempdir().expect("scratch");
+        let out = scratch.path().join("run");
+        let output = run(&scene, &out, &["--dry-run", "--json"]);
+        assert!(output.status.success(), "{}", stderr(&output));
+        let plan = json_line(&output);
+        let stages = plan["stages"].as_array().expect("stages");
+        let of = |stage: &serde_json::Value, key: &str| stage[key].as_f64().expect("a number");
+        assert!(stages.iter().all(|s| of(s, "bytes") > 0.0 && of(s, "seconds") > 0.0), "{}: {plan}", scene.display());
+        let names: Vec<&str> = stages.iter().map(|s| s["name"].as_str().expect("a name")).collect();
+        let text = std::fs::read_to_string(&scene).expect("readable");
+        if text.lines().any(|l| l.trim() == "[atoms]") {
+            let held: &[&str] = if text.lines().any(|l| l.trim() == "[atoms.hold]") { &["hold"] } else { &[] };
+            let expected = [&["surface", "continuum", "matched", "lammps", "atoms"], held, &["report"]].concat();
+            assert_eq!(names, expected, "{}", scene.display());
+            let counts = ["deformable", "fixed", "indenter"].map(|k| plan["atoms"][k].as_u64().expect("a count"));
+            assert!(counts.iter().all(|n| *n > 0), "{}: {plan}", scene.display());
+        } else {
+            let beside: &[&str] =
+                if text.lines().any(|l| l.trim() == "[challenge]") { &["without", "second"] } else { &[] };
+            assert_eq!(names, [&["surface", "continuum"], beside, &["report"]].concat(), "{}", scene.display());
+            assert!(plan["atoms"].is_null());
+        }
+        let most = stages.iter().map(|s| of(s, "bytes")).fold(0.0, f64::max);
+        assert_eq!(of(&plan, "bytes"), most);
+        assert!(of(&plan, "seconds") > 0.0);
+        assert!(!out.exists(), "{}: a dry run has left something", scene.display());
+    }
+}
+
+#[test]
+fn bad_scenes_are_refused_and_leave_nothing() {
+    let mut faults = Vec::new();
+    for scene in scenes("tests/scenes/bad") {
+        let scratch = tempfile::tempdir().expect("scratch");
+        let out = scratch.path().join("run");
+        faults.extend(refusal_faults(&run(&scene, &out, &["--json"]), &Expected::read(&scene)));
+        if out.exists() {
+            faults.push(format!("{} has left a run folder", name(&scene)));
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn a_scene_that_is_not_there_is_named() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let output = run(&scratch.path().join("nowhere.toml"), &scratch.path().join("run"), &[]);
+    let pieces = vec!["cannot read".to_string()];
+    check_refusal(&output, &Expected { code: 2, pieces, about: "nowhere.toml".into() });
+}
+
+/// Written here: no `.npy` belongs into a text folder.
+#[test]
+fn a_height_that_is_no_number_is_told_by_row_and_column() {
+    const SCENE: &str =
+        "name = \"n\"\n[surface]\nheights = \"h.npy\"\ntouching = \"low-points\"\n[load]\np_star = [0.01]\n";
+    let scratch = tempfile::tempdir().expect("scratch");
+    let (nx, ny) = (8, 4);
+    for (value, word) in [(f64::NAN, "NaN"), (f64::INFINITY, "inf")] {
+        let heights = (0..nx * ny).map(|i| if i == 2 * nx + 5 { value } else { (i % nx) as f64 });
+        asperity::record::npy::write(&scratch.path().join("h.npy"), nx, ny, heights).expect("written");
+        let scene = scratch.path().join("n.toml");
+        std::fs::write(&scene, SCENE).expect("written");
+        let out = scratch.path().join("run");
+        let pieces = vec![format!("the height at row 2, column 5 is {word}")];
+        check_refusal(&run(&scene, &out, &[]), &Expected { code: 2, pieces, about: "h.npy".into() });
+        assert!(!out.exists());
+    }
+}
+
+/// Below a regular file nobody can make a folder, not even root.
+#[test]
+fn a_run_folder_that_cannot_be_written_is_named() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let file = scratch.path().join("file");
+    std::fs::write(&file, "in the way").expect("written");
+    let output = run(&repository().join("tests/scenes/good/cut-offs-by-mode.toml"), &file.join("run"), &[]);
+    let pieces = vec!["cannot create the run folder".to_string()];
+    check_refusal(&output, &Expected { code: 2, pieces, about: "file/run".into() });
+    assert_eq!(std::fs::read_to_string(&file).expect("untouched"), "in the way");
+}
+
+/// Refused before the first byte is taken, with both numbers.
+#[test]
+fn a_scene_that_does_not_fit_is_refused_before_it_starts() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let scene = scratch.path().join("huge.toml");
+    std::fs::write(&scene, "name = \"huge\"\n[surface]\ngrid = 65536\n[load]\np_star = [0.01]\n").expect("written");
+    let out = scratch.path().join("run");
+    let plan = json_line(&run(&scene, &out, &["--dry-run", "--json"]));
+    let fields = 8.0 * 65536f64.powi(2);
+    // Heights, gap and stress at the very least.
+    assert!(plan["bytes"].as_f64().expect("bytes") > 3.0 * fields, "{plan}");
+    if plan["bytes"].as_u64() <= Some(asperity::sys::available_memory_bytes()) {
+        println!("not tested: this machine has the memory");
+        return;
+    }
+    let output = run(&scene, &out, &[]);
+    assert_eq!(output.status.code(), Some(5), "{}", stderr(&output));
+    assert!(stderr(&output).contains("the scene needs"), "{}", stderr(&output));
+    assert!(!out.exists());
+}

@@ -1,0 +1,265 @@
+//! `asperity solve` along load paths, as a script would call it.
+
+use crate::program::{asperity, json_line, stderr};
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// The challenge's spectrum cut at L/16, in the unit of its cell, with an adhesion that 64 points resolve.
+const SURFACE: [&str; 6] = ["solve", "--challenge", "64", "--cut-off", "0.0625", "--json"];
+const STICKY: [&str; 4] = ["--gamma", "9e-4", "--rho", "6e-3"];
+
+fn solve(flags: &[&str]) -> std::process::Output {
+    asperity().args(SURFACE).args(flags).output().expect("started")
+}
+
+/// One JSON object per line.
+fn lines(flags: &[&str]) -> Vec<Value> {
+    let output = solve(flags);
+    assert!(output.status.success(), "{flags:?}: {}", stderr(&output));
+    let text = String::from_utf8(output.stdout).expect("UTF-8");
+    text.lines().map(|l| serde_json::from_str(l).expect("JSON")).collect()
+}
+
+fn number(line: &Value, key: &str) -> f64 {
+    line[key].as_f64().unwrap_or_else(|| panic!("{key} in {line}"))
+}
+
+/// A line per load, files per load; a mean gap that a pressure led to leads back to the pressure.
+#[test]
+fn loads_one_after_another() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let out = scratch.path().join("out");
+    let path = [&STICKY[..], &["--pressure", "0.01,0.03", "--out", out.to_str().expect("UTF-8")]].concat();
+    let states = lines(&path);
+    assert_eq!(states.len(), 2);
+    assert!(number(&states[1], "contact_fraction") > number(&states[0], "contact_fraction"));
+    for (i, state) in states.iter().enumerate() {
+        assert!(state["discretisation"]["area"].as_f64().is_some_and(|d| d > 0.0), "{state}");
+        for name in ["gap.npy", "stress.npy", "contact.npy", "solve.json"] {
+            assert!(out.join(format!("load-{}-{name}", i + 1)).exists(), "{name}");
+        }
+    }
+    assert!(!out.join("checkpoint.json").exists(), "nothing is left to go on with");
+    // What is finished is told again, times and all, and for people, too.
+    let again = solve(&path);
+    let told = String::from_utf8_lossy(&again.stdout).into_owned();
+    let lines_again: Vec<Value> = told.lines().map(|l| serde_json::from_str(l).expect("JSON")).collect();
+    assert!(lines_again == states && stderr(&again).contains("finished already"), "{}", stderr(&again));
+    let words: Vec<&str> = [&SURFACE[..], &path].concat().into_iter().filter(|f| *f != "--json").collect();
+    let people = asperity().args(words).output().expect("started");
+    let said = String::from_utf8_lossy(&people.stdout).into_owned();
+    assert!(
+        stderr(&people).contains("finished already") && said.matches("range used on this grid").count() == 2,
+        "{said}"
+    );
+    // Not without its fields.
+    std::fs::remove_file(out.join("load-2-gap.npy")).expect("removed");
+    assert!(!stderr(&solve(&path)).contains("finished already") && out.join("load-2-gap.npy").exists());
+    let gap = number(&states[1], "mean_gap").to_string();
+    let start = out.join("load-1-gap.npy");
+    let back = lines(&[&STICKY[..], &["--mean-gap", &gap, "--start", start.to_str().expect("UTF-8")]].concat());
+    // Both are solved to 1e-8 of the pressure.
+    assert!((number(&back[0], "pressure") / 0.03 - 1.0).abs() < 1e-6, "{}", back[0]);
+}
+
+/// The range that a grid is given is told, and the true one extrapolated to only where it is not resolved.
+#[test]
+fn ranges_are_told() {
+    let asked = |range: &str, rho: &str| {
+        lines(&["--pressure", "0.01", "--gamma", "9e-4", "--rho", rho, "--range", range]).swap_remove(0)
+    };
+    let mesh = asked("mesh", "1e-3");
+    assert_eq!(mesh["range"]["asked"].as_f64(), Some(1e-3));
+    assert!((mesh["range"]["resolution_used"].as_f64().expect("told") - 1.4).abs() < 1e-12, "{mesh}");
+    assert!(number(&mesh, "cohesive_resolution") < 1.0);
+    assert_eq!(asked("true", "1e-3")["range"]["used"].as_f64(), Some(1e-3));
+    let far = asked("extrapolate", "4e-3");
+    let found = &far["extrapolated"]["contact_fraction"];
+    assert!(found["error"].as_f64().is_some_and(|e| e > 0.0), "{far}");
+    assert!(asked("extrapolate", "6e-3")["extrapolated"].is_null());
+    // Where the three grids tell nothing of it, that is told.
+    let lost = ["--pressure", "0.01", "--gamma", "9e-4", "--rho", "1e-3", "--range", "extrapolate"];
+    assert!(lines(&lost)[0]["extrapolated"].is_null());
+    let words: Vec<&str> = SURFACE.into_iter().filter(|f| *f != "--json").chain(lost).collect();
+    let people = asperity().args(words).output().expect("started");
+    assert!(String::from_utf8_lossy(&people.stdout).contains("at the true range"), "{people:?}");
+    let said = stderr(&solve(&["--pressure", "0.01", "--gamma", "9e-4", "--rho", "1e-3"]));
+    assert!(said.contains("does not resolve the adhesion") && said.contains("enlarged"), "{said}");
+}
+
+#[test]
+fn pulled_off_and_dry_run() {
+    let states = lines(&[&STICKY[..], &["--pressure", "0.01", "--pull-off", "--tol", "1e-6"]].concat());
+    let pull = number(&states[1], "pull_off_pressure");
+    assert!(pull < 0.0, "{}", states[1]);
+    let beyond = (1.1 * pull).to_string();
+    let output = solve(&[&STICKY[..], &["--pressure", &format!("0.01,{beyond}")]].concat());
+    assert_eq!(output.status.code(), Some(3));
+    assert!(stderr(&output).contains("detached"), "{}", stderr(&output));
+    // The pull has an error, and parted surfaces have no numbers for people.
+    assert!(number(&states[1], "pull_off_pressure_error") > 0.0 && states[1]["coarser"][0] == 32, "{}", states[1]);
+    let plain: Vec<&str> = SURFACE.into_iter().filter(|f| *f != "--json").collect();
+    let pressures = format!("0.01,{beyond}");
+    let people = asperity().args(plain).args(STICKY).args(["--pressure", &pressures]).output().expect("started");
+    let said = String::from_utf8_lossy(&people.stdout).into_owned();
+    let last = &said[said.rfind("mean pressure").expect("a table")..];
+    let row = |name: &str| last.lines().find(|l| l.trim_start().starts_with(name)).map(|l| l.trim_end().ends_with('–'));
+    assert_eq!(["contact (zero gap)", "mean gap", "KKT residual"].map(row), [Some(true); 3], "{said}");
+    // A plan and nothing else, for a grid that no desk machine holds, too.
+    assert!(number(&json_line(&solve(&["--pressure", "0.01", "--dry-run"])), "bytes") > 0.0);
+    let huge = asperity().args(["solve", "--challenge", "524288", "--pressure", "0.01", "--dry-run"]).output();
+    let huge = huge.expect("started");
+    assert_eq!(huge.status.code(), Some(5), "{}", stderr(&huge));
+    assert!(stderr(&huge).contains("with --precision f32"), "{}", stderr(&huge));
+}
+
+/// A map is solved as the waves that it was made of, in either precision, and the result tells the plan that a dry run told.
+#[test]
+fn a_map_is_its_waves() {
+    /// Of the default tolerance of each precision, in mean gap and contact.
+    const AGREE: [(&str, f64); 2] = [("f64", 1e-6), ("f32", 2e-3)];
+    let scratch = tempfile::tempdir().expect("scratch");
+    let map = scratch.path().join("map.npy");
+    let map = map.to_str().expect("UTF-8");
+    let spectrum = ["--length-um", "1", "--roll-off-um", "0.2", "--cut-off-um", "0.0625", "--seed", "18"];
+    let made = asperity().args(["surface", "--grid", "64", "--out", map]).args(spectrum).output().expect("started");
+    assert!(made.status.success(), "{}", stderr(&made));
+    let waves = &lines(&["--pressure", "0.02"])[0];
+    for (precision, agree) in AGREE {
+        let of_map = |more: &[&str]| {
+            let flags = ["solve", "--heights", map, "--json", "--precision", precision];
+            asperity().args(flags).args(more).output().expect("started")
+        };
+        let told = json_line(&of_map(&["--pressure", "0.02"]));
+        for key in ["mean_gap", "contact_fraction", "resolved_gradient"] {
+            let (found, expected) = (number(&told, key), number(waves, key));
+            assert!((found / expected - 1.0).abs() < agree, "{precision} {key}: {found} {expected}");
+        }
+        for more in [&["--pressure", "0.02"][..], &[&STICKY[..], &["--pressure", "0.01,0.02"]].concat()] {
+            let plan = json_line(&of_map(&[more, &["--dry-run"]].concat()));
+            let solved = of_map(more);
+            let solved = String::from_utf8_lossy(&solved.stdout).into_owned();
+            let first: Value = serde_json::from_str(solved.lines().next().expect("a load")).expect("JSON");
+            assert_eq!(plan["bytes"], first["planned_bytes"], "{precision} {more:?}");
+        }
+    }
+}
+
+/// A folder with somebody's files is refused untouched; that of an earlier solve has nothing left of it. A surface that a wrong unit
+/// makes a needle is told.
+#[test]
+fn a_folder_is_one_solve() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let (foreign, own) = (scratch.path().join("foreign"), scratch.path().join("own"));
+    std::fs::create_dir(&foreign).expect("made");
+    std::fs::write(foreign.join("gap.npy"), "mine").expect("written");
+    let into = |out: &Path, flags: &[&str]| solve(&[flags, &["--out", out.to_str().expect("UTF-8")]].concat());
+    for method in ["fast", "persson"] {
+        let refused = into(&foreign, &["--pressure", "0.01", "--method", method]);
+        assert!(
+            refused.status.code() == Some(2) && stderr(&refused).contains("no solve wrote"),
+            "{}",
+            stderr(&refused)
+        );
+    }
+    assert_eq!(std::fs::read(foreign.join("gap.npy")).expect("there"), b"mine");
+    assert!(!into(&own, &["--pressure", "0.01", "--max-iterations", "2"]).status.success());
+    assert!(own.join("partial-solve.json").exists());
+    assert!(into(&own, &["--pressure", "0.01,0.02"]).status.success());
+    assert!(own.join("load-2-gap.npy").exists() && !own.join("partial-solve.json").exists());
+    // From a state that lies there.
+    let start = own.join("load-1-gap.npy");
+    let again = into(&own, &["--pressure", "0.01", "--start", start.to_str().expect("UTF-8")]);
+    assert!(again.status.success(), "{}", stderr(&again));
+    assert!(own.join("gap.npy").exists() && start.exists() && !own.join("load-2-gap.npy").exists());
+    let needle = solve(&["--pressure", "0.01", "--length", "0.01"]);
+    assert!(!stderr(&needle).contains("wrong unit"), "lengths of the cell have no unit: {}", stderr(&needle));
+    let map = scratch.path().join("map.txt");
+    std::fs::write(&map, "0 9 1 8 3\n7 1 9 2 6\n1 8 0 9 1\n9 2 7 1 5\n2 6 1 8 0\n").expect("written");
+    let needle =
+        asperity().args(["solve", map.to_str().expect("UTF-8"), "--pressure", "0.01"]).output().expect("started");
+    assert!(stderr(&needle).contains("wrong unit of length"), "{}", stderr(&needle));
+}
+
+/// What a plan counts: coarser grids beside the solver, and what is held on the way apart. What is said to fit does.
+#[test]
+fn plans_count_what_is_held_beside_the_solver() {
+    let planned = |more: &[&str]| number(&json_line(&solve(&[&STICKY[..], &["--dry-run"], more].concat())), "bytes");
+    let (one, two) = (planned(&["--pressure", "0.01"]), planned(&["--pressure", "0.01,0.02"]));
+    let apart = planned(&["--pressure", "0.01,0.02", "--pull-off"]);
+    assert!(two > one && apart >= two + 4.0 * 8.0 * 64.0 * 64.0, "{one} {two} {apart}");
+    let many = |n: &str| {
+        let flags = ["--pressure", "0.01,0.02", "--pull-off", "--dry-run"];
+        asperity().args(["solve", "--challenge", n]).args(STICKY).args(flags).output().expect("started")
+    };
+    let huge = many("524288");
+    let said = stderr(&huge);
+    assert_eq!(huge.status.code(), Some(5), "{said}");
+    let advice = said.rsplit_once("; ").expect("an advice").1;
+    let fits: f64 = advice.split(' ').next().and_then(|n| n.parse().ok()).expect("points per side");
+    // A little less: the memory that is free changes.
+    let smaller = many(&format!("{:.0}", 0.95 * fits));
+    assert!(smaller.status.success(), "{fits}: {}", stderr(&smaller));
+    assert!(String::from_utf8_lossy(&smaller.stdout).contains(" of memory; "), "{smaller:?}");
+}
+
+#[test]
+fn what_a_path_cannot_do_is_refused() {
+    let refused = |flags: &[&str], piece: &str| {
+        let output = solve(flags);
+        assert_eq!(output.status.code(), Some(2), "{flags:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains(piece), "{flags:?}: {}", stderr(&output));
+    };
+    refused(&["--pressure", "0.01", "--pull-off"], "--pull-off");
+    refused(&["--mean-gap", "0.01", "--method", "bvm"], "--method = bvm; accepted: fast or auto");
+    refused(&["--mean-gap", "-0.01"], "--mean-gap = -0.01");
+    refused(&["--mean-gap", "0.01,0"], "--mean-gap = 0; accepted: a positive gap; all of the surface touches from");
+    refused(&["--pressure", "0.01", "--mean-gap", "0.01"], "--mean-gap");
+    refused(&["--pressure", "0.01", "--start", "nowhere.npy"], "nowhere.npy");
+    refused(&["--pressure", "0.01,-0.01"], "--pressure = -0.01");
+}
+
+/// Ctrl-C leaves a checkpoint; the same command goes on from it, tells all loads, and ends in the same bits.
+#[test]
+#[cfg(unix)]
+fn an_interrupted_path_goes_on() {
+    /// A signal comes while the path is being walked if it is sent when the second of this many loads is done.
+    const LOADS: usize = 40;
+    let scratch = tempfile::tempdir().expect("scratch");
+    let loads: Vec<String> = (1..=LOADS).map(|i| (0.002 * i as f64).to_string()).collect();
+    let command = |out: &Path| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_asperity"));
+        command.args(["solve", "--challenge", "128", "--cut-off", "0.0625", "--json", "--tol", "1e-6"]);
+        command.args(STICKY).arg("--pressure").arg(loads.join(",")).arg("--out").arg(out);
+        command
+    };
+    let (whole, stopped) = (scratch.path().join("whole"), scratch.path().join("stopped"));
+    assert!(command(&whole).output().expect("started").status.success());
+    let child = command(&stopped).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("started");
+    let clock = Instant::now();
+    while !stopped.join("load-2-solve.json").exists() {
+        assert!(clock.elapsed() < Duration::from_secs(120), "the second load takes for ever");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
+    let ended = child.wait_with_output().expect("ended");
+    assert!(sent.success() && ended.status.code() == Some(130));
+    // Where it was interrupted is no result.
+    let told = String::from_utf8_lossy(&ended.stdout).into_owned();
+    assert!(told.lines().count() >= 2 && told.lines().all(|l| l.contains("\"stop\":\"converged\"")), "{told}");
+    assert!(stopped.join("checkpoint.json").exists() && !stopped.join(format!("load-{LOADS}-gap.npy")).exists());
+    let again = command(&stopped).output().expect("started");
+    assert!(again.status.success(), "{}", stderr(&again));
+    let from = format!("going on from load {} of {LOADS}", told.lines().count() + 1);
+    assert!(stderr(&again).contains(&from), "{from}: {}", stderr(&again));
+    assert_eq!(String::from_utf8_lossy(&again.stdout).lines().count(), LOADS, "every load is told");
+    for i in [2, 3, LOADS] {
+        for name in ["gap.npy", "stress.npy"] {
+            let read = |folder: &Path| std::fs::read(folder.join(format!("load-{i}-{name}"))).expect("written");
+            assert!(read(&whole) == read(&stopped), "load {i}: {name}");
+        }
+    }
+    assert!(!stopped.join("checkpoint.json").exists());
+}

@@ -1,0 +1,316 @@
+//! The ladder of methods through the real binary: what its table holds, that it goes on where it was stopped, and that a
+//! budget leaves things out and says so.
+
+use crate::lammps::lammps;
+use crate::program::{asperity, json_line, stderr};
+use asperity::method::REGISTRY;
+use asperity::record::tradeoff::{FILE, Measure, Point, Tradeoff};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// Every wave is held by 64 points a side and more; loads that touch with some nodes and do not close the gap.
+const SCENE: &str = "name = \"ladder\"\n[surface]\ngrid = 128\ncut_off_um = 4.0\n[load]\np_star = [0.005, 0.02]\n";
+const ADHESION: &str = "[adhesion]\nwork_of_adhesion_mj_m2 = 50\nrange_nm = 100.0\n";
+
+/// No wait takes longer unless something hangs: a ladder here takes seconds.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+struct Bench {
+    folder: tempfile::TempDir,
+    scene: PathBuf,
+}
+
+impl Bench {
+    fn new(scene: &str) -> Self {
+        let folder = tempfile::tempdir().expect("scratch");
+        let file = folder.path().join("ladder.toml");
+        std::fs::write(&file, scene).expect("written");
+        Bench { folder, scene: file }
+    }
+
+    fn out(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn command(&self, out: &str, flags: &[&str]) -> Command {
+        let mut command = asperity();
+        command.arg("tradeoff").arg(&self.scene).arg("--out").arg(self.out(out)).args(flags);
+        command
+    }
+
+    fn run(&self, out: &str, flags: &[&str]) -> Output {
+        self.command(out, flags).output().expect("started")
+    }
+
+    /// The table of a run that ends well, which is that of its file.
+    fn table(&self, out: &str, flags: &[&str]) -> Tradeoff {
+        let output = self.run(out, &[flags, &["--json"]].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        let told: Tradeoff = serde_json::from_value(json_line(&output)["tradeoff"].clone()).expect("a table");
+        let file = Tradeoff::read(&self.out(out).join(FILE)).expect("its file");
+        assert_eq!(told.points, file.points);
+        let page = std::fs::read_to_string(self.out(out).join("report.html")).expect("a page");
+        assert!(page.contains("Error against cost"));
+        told
+    }
+}
+
+/// The point of a method on a grid in f64 to 1e-8.
+fn on_grid<'a>(told: &'a Tradeoff, method: &str, n: usize) -> &'a Point {
+    let is = |p: &&Point| {
+        let s = &p.setting;
+        s.method == method && s.nx == n && s.precision == "f64" && s.tolerance == 1e-8
+    };
+    told.points.iter().find(is).unwrap_or_else(|| panic!("no {method} on {n}: {:?}", told.left_out))
+}
+
+fn error(p: &Point, measure: Measure) -> f64 {
+    *p.errors.get(&measure).unwrap_or_else(|| panic!("{} tells no {}", p.setting.method, measure.name()))
+}
+
+/// Every method of the registry is in the table, with errors where its card says that it delivers, or is left out with a
+/// reason.
+#[test]
+fn the_table_has_every_method() {
+    let bench = Bench::new(&SCENE.replace("128", "64"));
+    let told = bench.table("run", &["--methods", "all", "--grids", "64,32", "--budget", "8s", "--repeats", "1"]);
+    for method in REGISTRY {
+        let card = method.card();
+        let points: Vec<&Point> = told.points.iter().filter(|p| p.setting.method == card.id).collect();
+        let out: Vec<_> = told.left_out.iter().filter(|l| l.setting.method == card.id).collect();
+        assert!(!points.is_empty() || !out.is_empty(), "{} is nowhere", card.id);
+        assert!(out.iter().all(|l| !l.reason.is_empty()));
+        for p in points {
+            if p.refusal.is_some() {
+                assert!(p.errors.is_empty(), "{} errs and tells nothing", card.id);
+                continue;
+            }
+            assert!(p.errors.values().all(|e| e.is_finite() && *e >= 0.0), "{p:?}");
+            assert!(p.cost.cpu_seconds >= 0.0 && p.cost.wall_seconds > 0.0, "{p:?}");
+            for measure in Measure::ALL {
+                let missing = p.missing.iter().any(|m| m.quantity == measure.quantity());
+                assert_eq!(p.errors.contains_key(&measure), !missing, "{}: {}", card.id, measure.name());
+            }
+        }
+    }
+    assert_eq!(told.references.len(), 1);
+    assert_eq!(told.references[0].coarser, [16, 32]);
+}
+
+/// `fast` errs less on a finer grid, the reference by what is uncertain of it, and in another precision on the same grid by
+/// less than by half of the points.
+#[test]
+fn errors_fall_with_the_grid() {
+    let bench = Bench::new(SCENE);
+    let told = bench.table("run", &["--methods", "fast", "--grids", "32,64,128"]);
+    let [coarse, middle, fine] = [32, 64, 128].map(|n| on_grid(&told, "fast", n));
+    for measure in [Measure::MeanGap, Measure::GapMap, Measure::ContactMap, Measure::GapPdf, Measure::StressPdf] {
+        assert!(error(middle, measure) < error(coarse, measure), "{}: {coarse:?} {middle:?}", measure.name());
+    }
+    assert!(fine.is_reference && (fine.cost.of_reference - 1.0).abs() < 1e-12);
+    for measure in Measure::ALL {
+        let uncertain = told.references[0].uncertainty.get(&measure).copied();
+        assert_eq!(fine.errors.get(&measure).copied(), uncertain, "{}", measure.name());
+    }
+    let single = told.points.iter().find(|p| p.setting.precision == "f32").expect("f32");
+    assert!(single.setting.nx == 128 && error(single, Measure::GapMap) < error(middle, Measure::GapMap));
+    let loose = told.points.iter().find(|p| p.setting.tolerance == 1e-2).expect("a loose tolerance");
+    assert!(loose.cost.fft_pairs < fine.cost.fft_pairs, "{loose:?}");
+    assert_eq!(told.points.len(), 3 + 5, "grids, and f32 to two and f64 to three more tolerances on the scene's");
+    // What coarser grids say of the finest is told beside what it took.
+    let [foreseen] = &told.forecasts[..] else { panic!("{:?}", told.forecasts) };
+    assert!(foreseen.setting == fine.setting && foreseen.coarser == [32, 64], "{foreseen:?}");
+    assert!(foreseen.predicted_cpu_seconds > 0.0 && foreseen.cpu_seconds == fine.cost.cpu_seconds);
+    assert_eq!(foreseen.ratio, foreseen.predicted_cpu_seconds / foreseen.cpu_seconds);
+    assert!(foreseen.twice_cpu_seconds.is_some_and(|t| t > 0.0));
+    assert!(told.points.iter().all(|p| p.cost.runs >= 1));
+    let page = std::fs::read_to_string(bench.out("run").join("report.html")).expect("a page");
+    assert!(page.contains("twice the grid"));
+    // Every point has its line in the CSV, and every line as many cells as the first.
+    let csv = std::fs::read_to_string(bench.out("run").join("tradeoff.csv")).expect("a CSV");
+    let cells: Vec<usize> = csv.lines().map(|l| l.split(',').count()).collect();
+    assert!(cells.len() == 1 + told.points.len() && cells.iter().all(|c| *c == cells[0]), "{csv}");
+}
+
+/// A finer reference than the scene's grid, and the scene's grid in the middle of the ladder.
+#[test]
+fn the_reference_may_be_finer() {
+    let bench = Bench::new(&SCENE.replace("128", "32"));
+    let told = bench.table("run", &["--methods", "fast", "--grids", "16,32,64", "--reference", "64"]);
+    assert_eq!((told.nx, told.references[0].setting.nx), (32, 64));
+    // Refinements are on the scene's grid.
+    assert!(told.points.iter().any(|p| p.setting.precision == "f32" && p.setting.nx == 32));
+    assert!(error(on_grid(&told, "fast", 32), Measure::GapMap) > 0.0);
+}
+
+/// Blocks of atoms stand in the table with what LAMMPS took, and with two errors: against the scene's reference, and against the
+/// half-space under the heights that they resolve.
+#[test]
+fn atoms_are_settings_too() {
+    let Some(_lammps) = lammps(1) else { return };
+    let smooth =
+        "[surface]\ngrid = 64\nroll_off_mode = 2\ncut_off_mode = 24\nrms_gradient = 0.3\n[load]\np_star = [0.02]\n";
+    let bench = Bench::new(&format!("name = \"ladder\"\n{smooth}"));
+    let flags = ["--methods", "fast", "--grids", "64", "--repeats", "1", "--atoms", "10x6,10x3"];
+    let told = bench.table("run", &flags);
+    let blocks: Vec<&Point> = told.points.iter().filter(|p| p.setting.method == "all-atom").collect();
+    let sizes: Vec<String> = blocks.iter().filter_map(|p| p.setting.block).map(|b| b.to_string()).collect();
+    assert_eq!(sizes, ["10x3", "10x6"], "{:?}", told.left_out);
+    for p in &blocks {
+        let cost = p.cost.atoms.expect("what LAMMPS took");
+        assert!(
+            cost.force_evaluations > 0 && cost.frame_bytes > 0 && p.cost.cpu_seconds >= cost.lammps_cpu_seconds,
+            "{p:?}"
+        );
+        let resolved = p.resolved.as_ref().expect("errors against the resolved heights");
+        for measure in [Measure::ContactArea, Measure::MeanGap, Measure::GapMap, Measure::ContactMap] {
+            assert!(error(p, measure) > 0.0 && resolved.errors.contains_key(&measure), "{p:?}");
+        }
+        assert!(!p.errors.contains_key(&Measure::StressPdf) && p.missing.iter().any(|m| m.quantity == "stress_pdf"));
+        // Waves that the indenter does not have make the gaps of the reference other ones than those of its heights.
+        assert_ne!(error(p, Measure::GapMap), resolved.errors[&Measure::GapMap]);
+        assert!(resolved.shortest_wave > 1.0 / 24.0 && resolved.gradient < 0.3, "{resolved:?}");
+    }
+    let [atoms_thin, atoms_thick] = [0, 1].map(|i| blocks[i].cost.atoms.map_or(0, |c| c.atoms));
+    assert!(atoms_thin > 0 && atoms_thin < atoms_thick);
+    // Neither LAMMPS's files nor maps are left, and the same command runs nothing again.
+    let stage = bench.out("run").join("point-all-atom-10x6");
+    assert!(stage.join("output.json").exists() && !stage.join("job").exists() && !stage.join("atoms").exists());
+    assert_eq!(bench.table("run", &flags).points, told.points);
+    // They are no grids: no table for advice has them, no cost of theirs is foreseen.
+    assert!(told.forecasts.is_empty());
+    let page = std::fs::read_to_string(bench.out("run").join("report.html")).expect("a page");
+    assert!(page.contains("Blocks of atoms") && page.contains("10x6"));
+}
+
+/// What was measured before a kill is not measured again, and the end is the same.
+#[test]
+fn a_killed_ladder_goes_on() {
+    let bench = Bench::new(SCENE);
+    let flags = ["--methods", "fast,gfmd", "--grids", "128,64", "--json"];
+    let mut child =
+        bench.command("killed", &flags).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("started");
+    let done = bench.out("killed").join("point-fast-128-f64-1e-8/done.json");
+    let clock = Instant::now();
+    while !done.exists() {
+        assert!(clock.elapsed() < PATIENCE, "no first stage");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child.kill().expect("killed, or over");
+    child.wait().expect("ended");
+    let first = std::fs::read(&done).expect("the first stage");
+    let (found, whole) = (bench.table("killed", &flags[..4]), bench.table("whole", &flags[..4]));
+    assert_eq!(std::fs::read(&done).expect("the first stage"), first, "it was measured again");
+    let numbers = |t: &Tradeoff| -> Vec<_> {
+        t.points.iter().map(|p| (p.setting.clone(), p.loads.clone(), p.cost.iterations)).collect()
+    };
+    assert_eq!(numbers(&found), numbers(&whole));
+    // No maps are left but the reference's.
+    let maps = |stage: &str| Path::exists(&bench.out("whole").join(stage).join("load-1-gap.npy"));
+    assert!(maps("point-fast-128-f64-1e-8") && !maps("point-gfmd-128-f64-1e-8"));
+    // And once more: nothing is measured, the same costs are told.
+    assert_eq!(bench.table("whole", &flags[..4]).points, whole.points);
+}
+
+#[test]
+fn a_budget_leaves_out_and_says_so() {
+    let bench = Bench::new(SCENE);
+    let flags = ["--methods", "fast,gfmd,bvm", "--budget", "0.1s"];
+    let told = bench.table("run", &flags);
+    assert_eq!(told.budget_seconds, Some(0.1));
+    assert!(!told.left_out.is_empty());
+    assert!(told.left_out.iter().all(|l| l.reason.contains("budget") || l.reason.contains("its method")));
+    assert!(on_grid(&told, "fast", 128).is_reference, "the reference is solved in any case");
+    let output = bench.run("run", &flags);
+    let words = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(words.contains("left out: gfmd") && words.contains("budget"), "{words}");
+    let page = std::fs::read_to_string(bench.out("run").join("report.html")).expect("a page");
+    assert!(page.contains("What was left out"));
+}
+
+/// Where the scene has adhesion and a method knows none, it is held against the solution without it, and that is said.
+#[test]
+fn without_adhesion_is_compared_with_without() {
+    let bench = Bench::new(&format!("{}{ADHESION}", SCENE.replace("128", "64")));
+    let told = bench.table("run", &["--methods", "fast", "--grids", "64,32"]);
+    assert!(told.references.len() == 1 && told.references[0].setting.adhesive);
+    assert!(told.points.iter().all(|p| p.setting.adhesive));
+    let Some(dry) = REGISTRY.iter().map(|m| m.card()).find(|c| !c.supports_adhesion() && c.id != "all-atom") else {
+        return;
+    };
+    let told = bench.table("run", &["--methods", &format!("fast,{}", dry.id), "--grids", "64"]);
+    assert_eq!(told.references.iter().map(|r| r.setting.adhesive).collect::<Vec<_>>(), [true, false]);
+    assert!(told.points.iter().filter(|p| p.setting.method == dry.id).all(|p| !p.setting.adhesive));
+    assert!(told.warnings.iter().any(|w| w.contains(dry.id) && w.contains("no adhesion")), "{:?}", told.warnings);
+}
+
+#[test]
+fn bad_flags_are_refused() {
+    let bench = Bench::new(SCENE);
+    let refused = [
+        (["--methods", "oracle"], "fast"),
+        (["--grids", "48"], "128"),
+        (["--grids", "8"], "16"),
+        (["--grids", "256"], "128"),
+        (["--reference", "100"], "128"),
+        (["--budget", "soon"], "10m"),
+        (["--budget", "0"], "10m"),
+        (["--repeats", "0"], "1 to 100"),
+        (["--atoms", "10"], "15x6"),
+        (["--atoms", "2x6"], "4 to 2000"),
+    ];
+    for (flags, accepted) in refused {
+        let output = bench.run("refused", &flags);
+        let told = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{flags:?}: {told}");
+        assert!(told.contains(flags[0]) && told.contains(flags[1]) && told.contains(accepted), "{flags:?}: {told}");
+        assert!(!bench.out("refused").exists(), "{flags:?} left a folder");
+    }
+}
+
+/// What a table says is told again as a setting, a cost and a command that runs; what it cannot say is refused.
+#[test]
+fn advice_comes_from_the_table() {
+    let bench = Bench::new(SCENE);
+    let told = bench.table("run", &["--methods", "fast,gfmd", "--grids", "32,64,128"]);
+    let table = bench.out("run").join(FILE);
+    let advise = |scene: &Path, flags: &[&str]| {
+        let mut command = asperity();
+        command.arg("advise").arg(scene).arg("--table").arg(&table).args(["--quantity", "mean_gap"]).args(flags);
+        command.output().expect("started")
+    };
+    let output = advise(&bench.scene, &["--error", "50%", "--json"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let advice = json_line(&output);
+    let (method, grid) = (advice["method"].as_str().expect("a method"), advice["grid"].as_u64().expect("a grid"));
+    let is = |p: &&Point| p.setting.method == method && p.setting.nx as u64 == grid;
+    assert!(told.points.iter().any(|p| is(&p)), "{advice}");
+    assert!(
+        advice["expected_error"].as_f64().is_some_and(|e| e <= 0.5) && advice["extrapolated"] == serde_json::json!([])
+    );
+    // The command runs.
+    let command = advice["command"].as_str().expect("a command");
+    let words: Vec<&str> = command.split(' ').skip(1).collect();
+    let out = bench.out("advised");
+    let output = asperity().args(words).arg("--out").arg(&out).output().expect("started");
+    assert!(output.status.success(), "{command}: {}", stderr(&output));
+    // People are told the same.
+    let output = advise(&bench.scene, &["--budget", "1h"]);
+    assert!(String::from_utf8_lossy(&output.stdout).contains("asperity run"), "{}", stderr(&output));
+    // Waves of a quarter of the length need finer grids than were measured.
+    let fine = bench.out("fine.toml");
+    std::fs::write(&fine, SCENE.replace("4.0", "0.5")).expect("written");
+    let output = advise(&fine, &["--error", "5%"]);
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(stderr(&output).contains("--extrapolate"), "{}", stderr(&output));
+    let output = advise(&fine, &["--error", "5%", "--extrapolate"]);
+    assert!(String::from_utf8_lossy(&output.stdout).contains("beyond what was measured"), "{}", stderr(&output));
+    for (flags, accepted) in
+        [(["--error", "0"], "5%"), (["--error", "1e-9%"], "at least"), (["--budget", "1us"], "10m")]
+    {
+        let output = advise(&bench.scene, &flags);
+        assert_eq!(output.status.code(), Some(2), "{flags:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains(flags[0]) && stderr(&output).contains(accepted), "{}", stderr(&output));
+    }
+}

@@ -1,0 +1,316 @@
+//! The report of a made-up run: whole, self-contained, and nothing in it that is not in `results.json`.
+
+mod made_run;
+
+use std::path::{Path, PathBuf};
+
+use asperity::load::Branch;
+use asperity::observe::{Distribution, linear_edges};
+use asperity::record::npy;
+use asperity::record::results::*;
+use asperity::report;
+use made_run::{grid, height, run_folder, store};
+
+#[test]
+fn the_atoms_way_back_is_drawn_and_its_pull_told_in_a_line() {
+    let folder = kept("way-back");
+    let mut results = run_folder(&folder);
+    let atoms = results.atoms.as_mut().expect("atoms");
+    atoms.unloading = Some(Unloading {
+        turn: 14,
+        states: Vec::new(),
+        changes: vec![BranchChange {
+            p_star: 0.01,
+            contact_fraction_there: 0.1,
+            contact_fraction_back: 0.125,
+            mean_gap_angstrom: -0.0432,
+        }],
+        parted: Some(true),
+        pull_off: Some(AtomPullOff {
+            step: 21,
+            force_ev_per_angstrom: -0.5,
+            error_ev_per_angstrom: 0.012,
+            force_nn: -0.8011,
+            p_star: -0.0034,
+            displacement_angstrom: 0.15,
+            step_angstrom: 0.075,
+            contacts: 5,
+        }),
+    });
+    results.write(&folder).unwrap();
+    let page = page(&folder);
+    for told in ["in 15 steps and goes back in 10", "0.8011 nN", "0.5000 ± 0.012", "25.0", "−0.0432"] {
+        assert!(page.contains(told), "{told}");
+    }
+    for figure in ["unloading-contacts.svg", "ladder-load.svg"] {
+        assert!(folder.join("figures").join(figure).is_file(), "{figure}");
+    }
+}
+
+/// SolverSnapshot under `target/tmp` after the test, to be looked at.
+fn kept(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join("report").join(name)
+}
+
+fn page(folder: &Path) -> String {
+    std::fs::read_to_string(report::write(folder).unwrap()).unwrap()
+}
+
+#[test]
+fn a_full_report_is_whole_and_self_contained() {
+    let folder = kept("full");
+    run_folder(&folder);
+    let page = page(&folder);
+    for (attribute, allowed) in [("src=\"", "nothing has one"), ("href=\"", "#")] {
+        for value in page.split(attribute).skip(1) {
+            let value = &value[..value.find('"').unwrap()];
+            let inside = value.starts_with(allowed) || value.starts_with("data:image/png;base64,");
+            assert!(inside || value.starts_with("https://doi.org/"), "{value}");
+        }
+    }
+    assert!(
+        !page.contains("<script")
+            && !page.contains("<link")
+            && !page.replace("url(#", "").contains("url(")
+            && !page.contains("@import")
+    );
+    assert!(page.contains("A made-up &lt;run&gt;"));
+    assert!(
+        page.contains(">sealed<") && page.contains("along x and y") && page.contains("0.123") && page.contains("0.345")
+    );
+    for anchor in ["surface", "loads", "distributions", "atoms", "comparison", "area", "findings", "costs", "sources"] {
+        assert!(page.contains(&format!("<section id=\"{anchor}\">")), "{anchor}");
+    }
+    // Height map, two contacts, gaps and stresses; per load of the comparison four contact panels and three gaps. Each has
+    // its axes, and all but contact maps their colours.
+    assert_eq!(page.matches("<image ").count(), 1 + 6 + 2 * (4 + 3));
+    assert_eq!(page.matches(">x (µm)<").count(), 7);
+    assert_eq!(page.matches(">x (nm)<").count(), 2 * (4 + 3));
+    assert_eq!(page.matches("<linearGradient id=").count(), 1 + 4 + 2 * 3);
+    assert!(
+        page.contains("below 0.170")
+            && page.contains("work γ = 50.00")
+            && page.contains("2.070\u{a0}nm asked for, 8.280")
+    );
+    assert!(page.contains("going in") && page.contains("coming back"));
+    assert!(page.contains(">retract<") && page.contains(">2.34") && page.contains("enlarged 4.00 times"));
+    // Three quarters of what is known of the area are the grid's; what is not known is said.
+    assert!(page.contains("width:75.000%") && page.contains("not known") && page.contains("Contact area, 3.12"));
+    assert!(page.contains("3.34") && page.contains("a pull of at most"));
+    assert!(page.contains("outside the band") && page.contains("within the band"));
+    // Pictures are base64, where any three letters may stand.
+    assert!(page.split('"').filter(|part| !part.starts_with("data:")).all(|part| !part.contains("NaN")));
+    for figure in [
+        "heights.png",
+        "psd.svg",
+        "area.svg",
+        "ladder-load.svg",
+        "section-2.svg",
+        "superposed-2.png",
+        "gap-1.png",
+        "gap-1.svg",
+        "contact-2.svg",
+        "mean-gap.svg",
+        "pull-off.svg",
+        "gap-distribution.svg",
+        "stress-distribution.svg",
+        "patch-sizes.svg",
+        "patch-area.svg",
+    ] {
+        assert!(folder.join("figures").join(figure).exists(), "{figure}");
+    }
+    assert!(std::fs::read_dir(&folder).unwrap().all(|f| !f.unwrap().file_name().to_string_lossy().starts_with('.')));
+}
+
+/// A distribution of equal shares.
+fn even(to: f64) -> Distribution {
+    Distribution { edges: linear_edges(0.0, to, 10), shares: vec![0.09; 10], delta: 0.1, below: 0.0, above: 0.0 }
+}
+
+#[test]
+fn criteria_versions_and_yield_are_told_and_drawn() {
+    let folder = kept("atoms");
+    let mut results = run_folder(&folder);
+    let atoms = results.atoms.as_mut().unwrap();
+    for (i, state) in atoms.states.iter_mut().enumerate() {
+        let way = |id: &str, share: f64| ContactByCriterion {
+            id: id.into(),
+            criterion: format!("what is {id}"),
+            atoms: 77,
+            contact_fraction: share,
+        };
+        state.ways = vec![way("distance", 0.1), way("area", 0.0981)];
+        let map = store(&folder, &format!("atoms-stress-{i}.npy"), &grid(|x, y| 3.0 * height(x, y).max(0.0))).unwrap();
+        state.stress = Some(AtomStress { width_angstrom: 5.5884, load_error: 2e-16, highest_gpa: 4.321, map });
+        state.plastic = Some(DefectAtoms { atoms: 19 * i, volume_nm3: 0.83 * i as f64 });
+    }
+    atoms.plasticity = Some(PlasticityResults {
+        atoms: 170_000,
+        masked_layers: 2,
+        threshold: 0.06,
+        noise: 3,
+        steps: vec![[0.0, 0.0], [0.0137, 5.0], [0.02, 19.0]],
+        first_yield: Some(0.0137),
+        elastic_to: Some(0.0),
+        hardness_gpa: Some(2.417),
+    });
+    let comparison = results.comparison.as_mut().unwrap();
+    for load in &mut comparison.loads {
+        let version = |(id, fraction): (&&str, f64)| ModelChainStep {
+            id: (*id).into(),
+            criterion: "some".into(),
+            contact_fraction: fraction,
+            mean_gap_angstrom: 9.2,
+            contact_stress_gpa: Some(5.1),
+            patches: 12,
+            typical_patch_nm2: Some(3.3),
+            patch_area: vec![[1.0, 0.3], [3.3, 1.0]],
+            gap: even(20.0),
+            stress: even(8.0),
+        };
+        let ids = ["full heights", "hard wall", "raised", "soft wall", "atoms"];
+        load.versions = ids.iter().zip([0.03, 0.05, 0.08, 0.07, 0.09]).map(version).collect();
+        load.against_distance =
+            (0..15).map(|k| 3.83 + 0.04 * f64::from(k)).map(|d| [d, d - 3.8, d - 3.82, d - 3.83]).collect();
+        load.against_gap =
+            (0..15).map(|k| 0.04 * f64::from(k) - 0.2).map(|d| [d, d.max(0.0), 0.3 * (d + 0.2)]).collect();
+    }
+    results.write(&folder).unwrap();
+    let page = page(&folder);
+    assert!(
+        page.contains("what is area") && page.contains("9.81") && page.contains("5.588 Å") && page.contains("4.32 GPa")
+    );
+    assert!(page.contains("first yields at p* = <strong>0.0137</strong>") && page.contains("2.42 GPa"));
+    assert!(page.contains("\nfirst yield\n") && page.contains("full heights, zero gap"));
+    for figure in
+        ["plasticity", "stress-atoms-2", "versions-area", "versions-stress-1", "against-distance-2", "against-gap-1"]
+    {
+        assert!(folder.join(format!("figures/{figure}.svg")).exists(), "{figure}");
+    }
+}
+
+#[test]
+fn numbers_come_from_the_results() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut results = run_folder(folder.path());
+    let before = page(folder.path());
+    assert_eq!(before, page(folder.path()), "the same results give the same page");
+    assert!(!before.contains("κ = 0.42"));
+    results.comparison.as_mut().unwrap().loads[1].continuum[2].overlap.kappa = 0.4199;
+    results.write(folder.path()).unwrap();
+    assert!(page(folder.path()).contains("κ = 0.42"));
+}
+
+/// The headline names the lowest and the highest of a path that goes up and down, and both branches where they meet again.
+#[test]
+fn a_path_up_and_down_is_told_by_its_extremes() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut results = run_folder(folder.path());
+    (results.atoms, results.comparison) = (None, None);
+    let c = results.continuum.as_mut().unwrap();
+    let of = |p_star: f64, area: f64, branch: Branch| StateResults {
+        contact_fraction_corrected: area,
+        mean_gap: 0.01 - 0.1 * p_star,
+        p_star,
+        branch,
+        ..c.states[0].clone()
+    };
+    let (up, down) = (Branch::Loading, Branch::Unloading);
+    c.states = vec![of(0.01, 0.05, up), of(0.04, 0.22, up), of(0.01, 0.08, down), of(0.002, 0.03, down)];
+    c.pull_off = None;
+    c.pull_off_failure = Some("fast stopped".into());
+    results.write(folder.path()).unwrap();
+    let page = page(folder.path()).replace('\u{a0}', " ");
+    let told = "At p* = 0.002 to 0.04 the mean gap is 980 nm to 600 nm and the contact 3.00 % to 22.0 %; at p* = 0.01 it is 5.00 % \
+                going in and 8.00 % coming back";
+    assert!(page.contains(told), "{}", &page[page.find("class=\"found\"").unwrap()..][..600]);
+    let tile = "perimeter-corrected; at p* = 0.01 5.00 % going in, 8.00 % coming back; uncertain by ";
+    assert!(page.contains(tile), "{}", &page[page.find("div class=\"tiles\"").unwrap()..][..900]);
+    assert!(page.contains("The pull-off was not found: ") && page.contains("fast stopped"));
+    let curves = std::fs::read_to_string(folder.path().join("figures/mean-gap.svg")).unwrap();
+    assert!(curves.contains("going in") && curves.contains("coming back") && curves.contains("mean gap (nm)"));
+}
+
+/// A state of parted surfaces has no numbers, and waves that are not there have no point.
+#[test]
+fn what_means_nothing_is_not_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut results = run_folder(folder.path());
+    (results.atoms, results.comparison) = (None, None);
+    let points = |folder: &Path| {
+        let psd = std::fs::read_to_string(folder.join("figures/psd.svg")).unwrap();
+        (psd.matches("<circle").count(), psd.contains("10⁻³⁰"))
+    };
+    page(folder.path());
+    // Those of modes 1 to 49, and one in the legend.
+    assert_eq!(points(folder.path()), (50, false));
+    let c = results.continuum.as_mut().unwrap();
+    c.states[1].stop = "detached".into();
+    c.states[1].load_error = 123.0;
+    results.surface.periodic = false;
+    results.surface.note = "Heights that do not repeat.".into();
+    results.write(folder.path()).unwrap();
+    let page = page(folder.path());
+    assert!(page.contains(">detached<") && !page.contains(">123<") && page.contains("<td>–</td>"));
+    assert!(page.contains("over a patch that does not repeat,") && page.contains("Heights that do not repeat."));
+    assert!(!page.contains("periodic cell of"));
+}
+
+#[test]
+fn parts_that_were_not_run_are_left_out() {
+    let folder = kept("continuum-only");
+    let mut results = run_folder(&folder);
+    (results.atoms, results.comparison) = (None, None);
+    results.write(&folder).unwrap();
+    let text = page(&folder);
+    assert!(text.contains("id=\"loads\"") && text.contains("id=\"area\""));
+    assert!(!text.contains("id=\"atoms\"") && !text.contains("Jaccard"));
+    results.continuum = None;
+    (results.stages, results.sources, results.warnings) = (vec![], vec![], vec![]);
+    results.write(&folder).unwrap();
+    let text = page(&folder);
+    assert!(text.contains("id=\"surface\"") && !text.contains("id=\"area\"") && !text.contains("Read these first"));
+    run_folder(&folder);
+}
+
+#[test]
+fn an_unconverged_state_is_marked() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut results = run_folder(folder.path());
+    results.continuum.as_mut().unwrap().states[1].stop = "iteration limit".into();
+    results.write(folder.path()).unwrap();
+    let text = page(folder.path());
+    assert!(text.contains("iteration limit") && text.contains("(not converged)") && text.contains(">\nnot converged"));
+}
+
+#[test]
+fn what_is_missing_or_damaged_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let says = |expected: &[&str]| {
+        let message = report::write(folder.path()).unwrap_err().to_string();
+        assert!(expected.iter().all(|e| message.contains(e)), "{message}");
+    };
+    says(&["not a run folder", "results.json and manifest.json are missing"]);
+    let path = folder.path().join("results.json");
+    std::fs::write(&path, "{\"schema\": 99, \"new\": []}").unwrap();
+    says(&["results.json", "schema 99, written by a newer version", "schema 1 or older"]);
+    std::fs::write(&path, "{\"name\": 1}").unwrap();
+    says(&["results.json", "schema"]);
+    std::fs::write(&path, "{\"schema\": 1, \"name\": 1}").unwrap();
+    says(&["results.json", "line 1"]);
+
+    let mut results = run_folder(folder.path());
+    std::fs::remove_file(folder.path().join("atoms-gap-2.npy")).unwrap();
+    says(&["atoms-gap-2.npy"]);
+    npy::write(&folder.path().join("contact-1.npy"), 8, 8, [1_u8; 64]).unwrap();
+    says(&["contact-1.npy", "8 × 8"]);
+    results.surface.heights = Some("/etc/hostname".into());
+    results.write(folder.path()).unwrap();
+    says(&["/etc/hostname", "inside the run folder"]);
+    results.surface.heights = Some("heights.npy".into());
+    results.surface.nx = 128;
+    results.write(folder.path()).unwrap();
+    says(&["heights.npy", "another shape"]);
+    results.scales.length_m = f64::NAN;
+    assert!(results.write(folder.path()).unwrap_err().to_string().contains("not finite"));
+}

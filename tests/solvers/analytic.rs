@@ -1,0 +1,577 @@
+//! Solvers against closed forms and against each other.
+
+use asperity::grid::{Grid, Transform};
+use asperity::interface::{Adhesion, Base, Elastic, Kernel, Layer, Wall};
+use asperity::method::{self, Heights, Load, NoObserver, Precision, Problem, State, Stop, Targets};
+use asperity::observe::{
+    Connectivity, contact_area, contact_map, gap_distribution, linear_edges, patch_sizes, stress_distribution,
+};
+use asperity::surface::{Modes, Spectrum, moments};
+use std::f64::consts::PI;
+
+const METHODS: [&str; 3] = ["gfmd", "bvm", "fast"];
+
+/// What the solvers impose on every converged state.
+const LOAD_BALANCE: f64 = 1e-9;
+
+fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
+    Problem { tolerance: 1e-9, max_iterations: 200_000, ..Problem::new(grid, heights) }
+}
+
+fn solve<R>(problem: &Problem, id: &str, pressure: f64, look: impl FnOnce(&State) -> R) -> R {
+    let mut run = method::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
+    let state = run.equilibrate(Load::Pressure(pressure)).unwrap();
+    assert_eq!(state.stop, Stop::Converged, "{id} at {pressure}: residual {}", state.residual);
+    assert!(state.load_error <= LOAD_BALANCE, "{id} at {pressure}: load error {}", state.load_error);
+    assert!((asperity::grid::mean(&state.stress.to_vec()) / pressure - 1.0).abs() <= LOAD_BALANCE);
+    look(&state)
+}
+
+fn fraction(state: &State, grid: Grid) -> (f64, f64) {
+    let area = contact_area(grid, state.gap, 0.0);
+    (area.fraction, area.corrected)
+}
+
+/// 1-D wave h = A cos(2πx), Westergaard (1939): contact fraction (2/π) asin √r and mean gap A(1 - r + r ln r) at
+/// r = p/p_fc, p_fc = π E* A/λ.
+#[test]
+fn westergaard() {
+    // The fraction may be off by one node on either side of the contact line.
+    let n = 1024;
+    let amplitude = 0.01;
+    let grid = Grid { nx: n, ny: 1, lx: 1.0, ly: 1.0 / n as f64 };
+    let heights: Vec<f64> = (0..n).map(|i| amplitude * (2.0 * PI * i as f64 / n as f64).cos()).collect();
+    for id in METHODS {
+        for tenth in 1..10 {
+            let r = f64::from(tenth) / 10.0;
+            solve(&problem(grid, &heights), id, r * PI * amplitude, |state| {
+                let exact = 2.0 / PI * r.sqrt().asin();
+                let (found, _) = fraction(state, grid);
+                assert!((found - exact).abs() <= 2.0 / n as f64, "{id} r = {r}: {found} {exact}");
+                let gap = 1.0 - r + r * r.ln();
+                assert!((state.mean_gap / amplitude - gap).abs() <= 1e-3, "{id} r = {r}: {} {gap}", state.mean_gap);
+            });
+        }
+    }
+}
+
+/// The mean gap of the 1-D wave converges at least linearly with the mesh.
+#[test]
+fn westergaard_refines() {
+    let error = |n: usize| {
+        let heights: Vec<f64> = (0..n).map(|i| 0.01 * (2.0 * PI * i as f64 / n as f64).cos()).collect();
+        let grid = Grid { nx: n, ny: 1, lx: 1.0, ly: 1.0 };
+        let r = 0.37f64;
+        solve(&problem(grid, &heights), "bvm", r * PI * 0.01, |s| (s.mean_gap / 0.01 - (1.0 - r + r * r.ln())).abs())
+    };
+    let errors = [64, 256, 1024, 4096].map(error);
+    for pair in errors.windows(2) {
+        assert!(pair[1] < pair[0] / 4.0, "{errors:?}");
+    }
+}
+
+/// h = D cos cos: contact fraction (perimeter-corrected) and mean gap over D against pressure over √2 π E* D/λ, from an
+/// independent converged solution at N = 256 (fractions to 1 %, gaps to 1e-4).
+#[test]
+fn two_dimensional_sinusoid() {
+    const TABLE: [(f64, f64, f64); 8] = [
+        (0.01, 0.0361, 0.8183),
+        (0.03, 0.0786, 0.66068),
+        (0.1, 0.191, 0.38475),
+        (0.2, 0.345, 0.2046),
+        (0.3, 0.5155, 0.12488),
+        (0.5, 0.7046, 0.04508),
+        (0.7, 0.8395, 0.01113),
+        (0.9, 0.9505, 0.00065),
+    ];
+    let n = 256;
+    let amplitude = 0.02;
+    let grid = Grid::unit(n, n);
+    let wave = |i: usize| (2.0 * PI * i as f64 / n as f64).cos();
+    let heights: Vec<f64> = (0..n * n).map(|i| amplitude * wave(i % n) * wave(i / n)).collect();
+    for (x, contact, gap) in TABLE {
+        solve(&problem(grid, &heights), "bvm", x * 2f64.sqrt() * PI * amplitude, |state| {
+            let (_, corrected) = fraction(state, grid);
+            assert!((corrected / contact - 1.0).abs() < 0.015, "x = {x}: {corrected} {contact}");
+            assert!((state.mean_gap / amplitude - gap).abs() < 3e-4, "x = {x}: {} {gap}", state.mean_gap / amplitude);
+        });
+    }
+}
+
+/// Hertz in a periodic cell: radius from the load with the image correction of the curvature.
+#[test]
+fn hertz() {
+    let n = 512;
+    let grid = Grid::unit(n, n);
+    let radius = 1.0;
+    let heights: Vec<f64> = (0..n * n)
+        .map(|i| ((i % n) as f64 / n as f64 - 0.5).powi(2) + ((i / n) as f64 / n as f64 - 0.5).powi(2))
+        .map(|r2| r2 / (2.0 * radius))
+        .collect();
+    for id in METHODS {
+        let force = 1.3333e-3;
+        solve(&problem(grid, &heights), id, force, |state| {
+            // Images flatten the sphere: 1/R_eff = 1/R + 9.03362 F/(2π E* L³).
+            let effective = (1.0 / radius + 9.03362 * force / (2.0 * PI)).recip();
+            let a = (0.75 * force * effective).cbrt();
+            let (_, corrected) = fraction(state, grid);
+            // 50 pixels of radius: the staircase leaves less than one per cent after the correction.
+            assert!((corrected / (PI * a * a) - 1.0).abs() < 0.01, "{id}: {corrected} {}", PI * a * a);
+            let highest = state.stress.to_vec().into_iter().fold(0.0, f64::max);
+            let p0 = 1.5 * force / (PI * a * a);
+            assert!((highest / p0 - 1.0).abs() < 0.005, "{id}: {highest} {p0}");
+        });
+    }
+}
+
+fn rough(n: usize, short: f64, seed: u64) -> (Grid, Vec<f64>) {
+    let grid = Grid::unit(n, n);
+    let spectrum = Spectrum { lambda_s: short, ..Spectrum::CHALLENGE };
+    (grid, Modes::new(spectrum, seed, 1.0).heights(grid, 0.0))
+}
+
+/// In full contact the stress is p - K h, exactly: rms E* g/2 and no gap.
+#[test]
+fn full_contact() {
+    // Large enough for `fast` to nest grids, as in the next tests of what must be exact.
+    let (grid, heights) = rough(144, 1.0 / 16.0, 1);
+    let gradient = moments(grid, &heights).rms_gradient;
+    for id in METHODS {
+        solve(&problem(grid, &heights), id, 10.0, |state| {
+            assert_eq!(fraction(state, grid).0, 1.0);
+            assert_eq!(state.mean_gap, 0.0);
+            let stress = state.stress.to_vec();
+            let transform = Transform::<f64>::new(grid);
+            let mut spectrum = transform.spectrum();
+            transform.forward(&heights, &mut spectrum);
+            for j in 0..grid.ny {
+                for i in 0..grid.half() {
+                    let k = Elastic::HalfSpace.stiffness(grid.qx(i), grid.qy(j)) / grid.points() as f64;
+                    spectrum[j * grid.pitch() + i] *= -k;
+                }
+            }
+            let mut exact = vec![0.0; grid.points()];
+            transform.inverse(&mut spectrum, &mut exact);
+            for (s, e) in stress.iter().zip(&exact) {
+                assert!((s - e - 10.0).abs() < 1e-12, "{id}: {s} {}", e + 10.0);
+            }
+            assert!((asperity::grid::rms(&stress) / (0.5 * gradient) - 1.0).abs() < 1e-12);
+        });
+    }
+}
+
+/// Methods with different unknowns and iterations agree on a rough surface. They share the transform, the kernel and the
+/// energy, which the direct sum and the closed forms below and above check.
+#[test]
+fn methods_agree_on_a_rough_surface() {
+    /// Over the rms height: both are converged to residuals of 1e-9 of the pressure.
+    const TOLERANCE: f64 = 1e-6;
+    let (grid, heights) = rough(512, 1.0 / 64.0, 18);
+    let rms = moments(grid, &heights).rms_height;
+    let layer = Elastic::Layer(Layer { thickness: 0.143, poisson: 0.3, base: Base::Bonded });
+    // Cohesive resolution ρ/√(γ dx) = 1.4 on this grid: the answer does not depend on the path.
+    let gamma: f64 = 2.7e-4;
+    let adhesion = Adhesion::exponential(gamma, 1.4 * (gamma / 512.0).sqrt());
+    for (kernel, adhesion) in
+        [(Elastic::HalfSpace, Adhesion::None), (layer, Adhesion::None), (Elastic::HalfSpace, adhesion)]
+    {
+        let p = Problem { kernel, adhesion, ..problem(grid, &heights) };
+        let [a, others @ ..] = METHODS.map(|id| solve(&p, id, 0.01, |s| (s.gap.to_vec(), s.energy)));
+        for b in others {
+            let largest = a.0.iter().zip(&b.0).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!((a.1 / b.1 - 1.0).abs() < 1e-8, "{kernel}, {adhesion}: energies {} {}", a.1, b.1);
+            assert!(largest / rms < TOLERANCE, "{kernel}, {adhesion}: {}", largest / rms);
+        }
+    }
+}
+
+/// Thin bonded layers are stiffest for their longest waves: the methods' steps must be safe for those, too.
+#[test]
+fn methods_agree_on_a_thin_incompressible_layer() {
+    let (grid, heights) = rough(64, 1.0 / 16.0, 3);
+    let layer = Layer { thickness: 0.005, poisson: 0.5, base: Base::Bonded };
+    // Waves a thousand times stiffer than on a half-space cost digits of the residual.
+    let p = Problem { kernel: Elastic::Layer(layer), tolerance: 1e-7, ..problem(grid, &heights) };
+    let [a, others @ ..] = METHODS.map(|id| {
+        let mut run = method::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
+        let state = run.equilibrate(Load::Pressure(0.05)).unwrap();
+        assert_eq!(state.stop, Stop::Converged, "{id}: residual {}", state.residual);
+        state.energy
+    });
+    assert!(others.iter().all(|b| (b / a - 1.0).abs() < 1e-7), "{a} {others:?}");
+}
+
+/// Grids that do not halve evenly, through the nested iteration of `fast`.
+#[test]
+fn nested_grids_need_not_halve() {
+    for (nx, ny) in [(129, 129), (200, 200), (256, 130)] {
+        let grid = Grid::unit(nx, ny);
+        let spectrum = Spectrum { lambda_s: 1.0 / 24.0, ..Spectrum::CHALLENGE };
+        let heights: Vec<f64> = Modes::new(spectrum, 2, grid.ly).heights(grid, 0.0);
+        let [a, b] =
+            ["bvm", "fast"].map(|id| solve(&problem(grid, &heights), id, 0.02, |s| (s.energy, fraction(s, grid))));
+        assert!((a.0 / b.0 - 1.0).abs() < 1e-9 && a.1 == b.1, "{nx} x {ny}: {a:?} {b:?}");
+    }
+}
+
+/// A rough surface on the atoms' soft wall, from first touch, where the wall does not push yet.
+#[test]
+fn methods_agree_on_a_soft_wall() {
+    let (grid, heights) = rough(128, 1.0 / 24.0, 18);
+    let wall = Wall::LennardJones(asperity::interface::LennardJonesWall { strength: 20.0, sigma: 0.0143 });
+    let p = Problem { wall, ..problem(grid, &heights) };
+    let [a, others @ ..] = METHODS.map(|id| solve(&p, id, 0.02, |s| (s.energy, s.mean_gap)));
+    for b in others {
+        assert!((b.0 / a.0 - 1.0).abs() < 1e-7 && (b.1 - a.1).abs() < 1e-7, "{a:?} {others:?}");
+    }
+}
+
+/// What a card declares in full is delivered, and every id is found.
+#[test]
+fn cards_are_honest() {
+    use asperity::method::{Kind, Quantity, REGISTRY, Support};
+    let (grid, heights) = rough(128, 1.0 / 24.0, 18);
+    // Those that estimate are held to theirs in tests/program/methods.rs.
+    for method in REGISTRY.iter().filter(|m| m.card().kind == Kind::Solver) {
+        let card = method.card();
+        assert!(std::ptr::eq(method::find(card.id).unwrap().card(), card));
+        // With a caveat or without one.
+        let told = |q: Quantity| !matches!((card.supports)(q), Support::No(_));
+        solve(&problem(grid, &heights), card.id, 0.02, |s| {
+            assert_eq!(told(Quantity::GapField), s.gap.len() == grid.points());
+            assert_eq!(told(Quantity::StressField), s.stress.len() == grid.points());
+            assert_eq!(told(Quantity::ContactMap) && told(Quantity::ContactArea), fraction(s, grid).0 > 0.0);
+            assert_eq!(told(Quantity::MeanGap), s.mean_gap > 0.0);
+            let map = contact_map(s.gap, 0.0);
+            assert_eq!(told(Quantity::PatchPdf), !patch_sizes(&map, grid.nx, Connectivity::Eight).is_empty());
+            let gaps = gap_distribution(s.gap, 0.0, linear_edges(0.0, 1.0, 50));
+            assert_eq!(told(Quantity::GapPdf), (gaps.total() - 1.0).abs() < 1e-12);
+            let stresses = stress_distribution(s.gap, s.stress, (0.0, false), linear_edges(0.0, 5.0, 50));
+            assert_eq!(told(Quantity::StressPdf), (stresses.all.total() - 1.0).abs() < 1e-12);
+        });
+        let full = (card.supports)(Quantity::Stiffness) == Support::Full;
+        assert!(!full, "{}: one load has no stiffness", card.id);
+    }
+}
+
+/// The operator against the direct sum over modes and points.
+#[test]
+fn elastic_stress_equals_the_direct_sum() {
+    let grid = Grid { nx: 6, ny: 5, lx: 1.0, ly: 0.7 };
+    let heights: Vec<f64> = (0..30).map(|i| f64::from((i * 7) % 11) * 0.01).collect();
+    let p = problem(grid, &heights);
+    solve(&p, "bvm", 50.0, |state| {
+        for y in 0..grid.ny {
+            for x in 0..grid.nx {
+                let mut exact = 50.0;
+                for ky in -2..=2i32 {
+                    for kx in -2..=3i32 {
+                        let (qx, qy) = (2.0 * PI * f64::from(kx), 2.0 * PI / 0.7 * f64::from(ky));
+                        for (i, h) in heights.iter().enumerate() {
+                            let phase =
+                                qx * (x as f64 - (i % 6) as f64) / 6.0 + qy * 0.7 * (y as f64 - (i / 6) as f64) / 5.0;
+                            exact -= 0.5 * qx.hypot(qy) * h * phase.cos() / 30.0;
+                        }
+                    }
+                }
+                assert!((state.stress.at(y * 6 + x) - exact).abs() < 1e-11);
+            }
+        }
+    });
+}
+
+/// γ = 0 takes the path without adhesion: the same bits.
+#[test]
+fn no_work_of_adhesion_is_no_adhesion() {
+    let (grid, heights) = rough(144, 1.0 / 16.0, 5);
+    for id in METHODS {
+        let with = Problem { adhesion: Adhesion::exponential(0.0, 1e-3), ..problem(grid, &heights) };
+        let bits = |p: &Problem| solve(p, id, 0.02, |s| s.gap.to_vec().iter().map(|g| g.to_bits()).collect::<Vec<_>>());
+        assert_eq!(bits(&with), bits(&problem(grid, &heights)));
+    }
+}
+
+/// Same bits for one thread and for two.
+#[test]
+fn threads_do_not_change_bits() {
+    let (grid, heights) = rough(144, 1.0 / 16.0, 5);
+    for id in METHODS {
+        let on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                solve(&problem(grid, &heights), id, 0.02, |s| (s.gap.to_vec(), s.energy.to_bits(), s.iterations))
+            })
+        };
+        assert_eq!(on(1), on(2));
+    }
+}
+
+/// What must not depend on how the problem is put: an offset, the transposed surface, (h, ρ, γ, E*) → (h/2, ρ/2, γ/2, 2E*).
+#[test]
+fn invariances() {
+    let (grid, heights) = rough(64, 1.0 / 16.0, 9);
+    let gamma: f64 = 1e-3;
+    let rho = 2.0 * (gamma / 64.0).sqrt();
+    let base = Problem { adhesion: Adhesion::exponential(gamma, rho), ..problem(grid, &heights) };
+    let (gap, area) = solve(&base, "bvm", 0.02, |s| (s.mean_gap, fraction(s, grid).0));
+    let offset: Vec<f64> = heights.iter().map(|h| h + 1e4).collect();
+    let transposed: Vec<f64> = (0..64 * 64).map(|i| heights[(i % 64) * 64 + i / 64]).collect();
+    for (name, h, tolerance) in [("offset", &offset, 1e-7), ("transposed", &transposed, 1e-9)] {
+        let p = Problem { heights: h.into(), ..base.clone() };
+        let (g, a) = solve(&p, "bvm", 0.02, |s| (s.mean_gap, fraction(s, grid).0));
+        assert!((g / gap - 1.0).abs() < tolerance && a == area, "{name}: {g} {gap}, {a} {area}");
+    }
+    // In units of 2E*: heights, range and gap halve, γ/(E*L) is a quarter, the pressure over E* halves.
+    let half: Vec<f64> = heights.iter().map(|h| 0.5 * h).collect();
+    let p =
+        Problem { heights: (&half).into(), adhesion: Adhesion::exponential(gamma / 4.0, rho / 2.0), ..base.clone() };
+    let (g, a) = solve(&p, "bvm", 0.01, |s| (s.mean_gap, fraction(s, grid).0));
+    assert!((2.0 * g / gap - 1.0).abs() < 1e-8 && a == area, "{g} {gap}");
+}
+
+/// Adhesion only adds a negative term, so the lowest energy with it lies below the lowest without. Where the grid does
+/// not resolve the range (ρ/√(γ dx) = 0.1) there are many equilibria; none that a method ends in may lie above.
+#[test]
+fn unresolved_adhesion_ends_in_no_far_valley() {
+    let (grid, heights) = rough(128, 1.0 / 32.0, 18);
+    let gamma: f64 = 2e-4;
+    let adhesion = Adhesion::exponential(gamma, 0.1 * (gamma / 128.0).sqrt());
+    let plain = solve(&problem(grid, &heights), "bvm", 0.003, |s| s.energy);
+    for id in METHODS {
+        let adhesive = Problem { adhesion, ..problem(grid, &heights) };
+        let energy = solve(&adhesive, id, 0.003, |s| s.energy);
+        assert!(energy < plain, "{id}: {energy} with, {plain} without");
+    }
+}
+
+/// A range far beyond the roughness is a uniform attraction (DMT): the area is that of the larger pressure.
+#[test]
+fn long_range_adhesion_adds_to_the_pressure() {
+    let (grid, heights) = rough(64, 1.0 / 16.0, 4);
+    let (gamma, rho) = (50.0, 5000.0);
+    let adhesive = Problem { adhesion: Adhesion::exponential(gamma, rho), ..problem(grid, &heights) };
+    let (area, stress) = solve(&adhesive, "bvm", 0.01, |s| (fraction(s, grid).0, s.interaction_energy));
+    let plain = solve(&problem(grid, &heights), "bvm", 0.01 - stress / rho, |s| fraction(s, grid).0);
+    assert_eq!(area, plain);
+}
+
+/// f32 fields with f64 sums: what is lost.
+#[test]
+fn single_precision() {
+    let (grid, heights) = rough(256, 1.0 / 64.0, 18);
+    let double = solve(&problem(grid, &heights), "bvm", 0.02, |s| (s.mean_gap, fraction(s, grid).0));
+    let p = Problem { precision: Precision::F32, tolerance: 1e-3, ..problem(grid, &heights) };
+    for id in METHODS {
+        let mut run = method::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
+        let s = run.equilibrate(Load::Pressure(0.02)).unwrap();
+        assert_eq!(s.stop, Stop::Converged);
+        // A residual of 1e-3 of the pressure leaves this much in the soft mean mode: 3.5e-4 with gfmd.
+        assert!((s.mean_gap / double.0 - 1.0).abs() < 1e-3, "{id}: {} {}", s.mean_gap, double.0);
+        assert!((fraction(&s, grid).0 / double.1 - 1.0).abs() < 2e-3);
+    }
+}
+
+/// Soft wall: on a flat surface the gap is where the wall's pressure is the load.
+#[test]
+fn soft_wall_on_a_flat_surface() {
+    use asperity::interface::{Law, LennardJonesWall};
+    let wall = LennardJonesWall { strength: 400.0, sigma: 0.015 };
+    let grid = Grid::unit(8, 8);
+    let heights = vec![0.3; 64];
+    for id in METHODS {
+        let p = Problem { wall: Wall::LennardJones(wall), ..problem(grid, &heights) };
+        solve(&p, id, 0.2, |s| assert!((-wall.traction(s.mean_gap) / 0.2 - 1.0).abs() < 1e-8, "{id} {}", s.mean_gap));
+    }
+}
+
+/// Any grid: odd, prime, flat lines and single points.
+#[test]
+fn odd_grids() {
+    for (nx, ny) in [(1, 1), (2, 1), (1, 9), (3, 5), (17, 31), (15, 16)] {
+        let grid = Grid::unit(nx, ny);
+        let heights: Vec<f64> = (0..nx * ny).map(|i| ((i * 37) % 11) as f64 * 1e-3).collect();
+        for id in METHODS {
+            solve(&problem(grid, &heights), id, 0.01, |s| {
+                assert!(s.gap.to_vec().iter().all(|g| g.is_finite() && *g >= 0.0));
+                assert!(fraction(s, grid).0 > 0.0);
+            });
+        }
+    }
+}
+
+/// A surface given by its Fourier series is the surface on the nodes, whatever part of it the grid holds.
+#[test]
+fn heights_as_a_series() {
+    let spectrum = Spectrum { lambda_s: 1.0 / 24.0, ..Spectrum::CHALLENGE };
+    let modes = Modes::new(spectrum, 7, 1.0);
+    let series = modes.series();
+    for n in [144, 40] {
+        let grid = Grid::unit(n, n);
+        let heights: Vec<f64> = modes.heights(grid, 0.0);
+        for id in METHODS {
+            let nodes = problem(grid, &heights);
+            let waves = Problem { heights: Heights::Series(&series), ..nodes.clone() };
+            let [a, b] = [&nodes, &waves].map(|p| solve(p, id, 0.02, |s| (s.energy, s.mean_gap, fraction(s, grid).0)));
+            assert!(
+                (a.0 / b.0 - 1.0).abs() < 1e-9 && (a.1 / b.1 - 1.0).abs() < 1e-9 && a.2 == b.2,
+                "{id}: {a:?} {b:?}"
+            );
+        }
+    }
+}
+
+/// The mean gap that a pressure leads to, imposed, leads to that pressure; with adhesion also where no pressure would
+/// hold the state.
+#[test]
+fn mean_gap_control_inverts_load_control() {
+    let (grid, heights) = rough(144, 1.0 / 16.0, 5);
+    let gamma: f64 = 2.7e-4;
+    let adhesion = Adhesion::exponential(gamma, 1.4 * (gamma / 144.0).sqrt());
+    for adhesion in [Adhesion::None, adhesion] {
+        let p = Problem { adhesion, ..problem(grid, &heights) };
+        let (gap, energy) = solve(&p, "fast", 0.02, |s| (s.mean_gap, s.energy));
+        let mut run = method::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
+        let state = run.equilibrate(Load::MeanGap(gap)).unwrap();
+        assert_eq!(state.stop, Stop::Converged);
+        assert!((state.mean_gap / gap - 1.0).abs() < 1e-8, "{adhesion}: {}", state.mean_gap / gap - 1.0);
+        assert!((state.pressure / 0.02 - 1.0).abs() < 1e-6, "{adhesion}: {}", state.pressure);
+        assert!((state.energy / energy - 1.0).abs() < 1e-7);
+        // Of the state that is given back, at the pressure that is told: the spring's force is counted once.
+        assert!(state.load_error < LOAD_BALANCE && state.residual <= p.tolerance, "{}", state.load_error);
+        let mean = (0..state.stress.len()).map(|i| state.stress.at(i)).sum::<f64>() / state.stress.len() as f64;
+        if adhesion == Adhesion::None {
+            assert!((mean / state.pressure - 1.0).abs() < LOAD_BALANCE, "{mean} {}", state.pressure);
+        }
+        // Farther apart than anything reaches there is no stress, and that is an answer.
+        let apart = run.equilibrate(Load::MeanGap(1.0)).unwrap();
+        assert!(apart.stop == Stop::Converged && apart.pressure.abs() < 1e-9, "{}, {}", apart.stop, apart.pressure);
+        // Where nothing attracts that is known before anything is solved.
+        if adhesion == Adhesion::None {
+            assert!((apart.pressure, apart.iterations) == (0.0, 0) && (apart.mean_gap - 1.0).abs() < LOAD_BALANCE);
+        }
+        for id in ["gfmd", "bvm"] {
+            let refusal = method::find(id)
+                .unwrap()
+                .start(&p, &NoObserver)
+                .unwrap()
+                .solver()
+                .unwrap()
+                .equilibrate(Load::MeanGap(gap))
+                .err();
+            assert!(refusal.unwrap().to_string().contains("mean gap"));
+        }
+    }
+}
+
+/// Without a push nothing but touch is left, and a pull parts the surfaces; with adhesion, too, once it is large enough.
+#[test]
+fn a_pull_parts_the_surfaces() {
+    let (grid, heights) = rough(128, 1.0 / 16.0, 5);
+    let lowest = heights.iter().copied().fold(f64::INFINITY, f64::min);
+    let p = problem(grid, &heights);
+    let mut run = method::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
+    let touching = run.equilibrate(Load::Pressure(0.0)).unwrap();
+    assert_eq!((touching.stop, fraction(&touching, grid).0 > 0.0), (Stop::Converged, true));
+    assert!((touching.mean_gap + lowest - asperity::grid::mean(&heights)).abs() < 1e-12);
+    let apart = touching.mean_gap;
+    assert_eq!(run.equilibrate(Load::Pressure(-1e-3)).unwrap().stop, Stop::Detached);
+    // Farther apart than at first touch nothing presses; a little nearer something does.
+    for precision in [Precision::F64, Precision::F32] {
+        let p = Problem { precision, tolerance: 1e-3, ..p.clone() };
+        let mut run = method::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
+        let mut pressure = |share: f64| run.equilibrate(Load::MeanGap(share * apart)).unwrap().pressure;
+        assert_eq!([1.0001, 2.0].map(&mut pressure), [0.0, 0.0]);
+        assert!(pressure(0.9) > 0.0);
+    }
+    let gamma: f64 = 2.7e-4;
+    let p = Problem { adhesion: Adhesion::exponential(gamma, 1.4 * (gamma / 128.0).sqrt()), ..p };
+    let mut run = method::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
+    assert_eq!(run.equilibrate(Load::Pressure(1e-3)).unwrap().stop, Stop::Converged);
+    // Half the largest attraction of two flats, far beyond what the few spots of a rough one hold.
+    assert_eq!(run.equilibrate(Load::Pressure(-0.07)).unwrap().stop, Stop::Detached);
+}
+
+/// Physical goals end a solve sooner than a tight residual, within what they promise.
+#[test]
+fn physical_goals() {
+    let (grid, heights) = rough(256, 1.0 / 32.0, 5);
+    let exact =
+        solve(&problem(grid, &heights), "fast", 0.02, |s| (s.energy, fraction(s, grid).0, s.mean_gap, s.fft_pairs));
+    let targets = Targets { energy: Some(1e-5), area: Some(3e-3), mean_gap: Some(1e-4) };
+    let p = Problem { targets, tolerance: 0.05, ..problem(grid, &heights) };
+    let mut run = method::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
+    let state = run.equilibrate(Load::Pressure(0.02)).unwrap();
+    assert_eq!(state.stop, Stop::Converged);
+    assert!(state.fft_pairs < 0.7 * exact.3, "{} {}", state.fft_pairs, exact.3);
+    let bound = state.error_estimates.energy.unwrap();
+    let excess = state.energy / exact.0 - 1.0;
+    assert!(excess >= -1e-9 && excess <= bound && bound <= 1e-5, "{excess:e} {bound:e}");
+    assert!((fraction(&state, grid).0 / exact.1 - 1.0).abs() < 3e-3);
+    let miss = (state.mean_gap / exact.2 - 1.0).abs();
+    assert!(miss < 1e-4, "{miss:e} {:?} {:e}", state.error_estimates, state.residual);
+    // A method that cannot tell how far its energy is above the minimum says so; area and gap it can follow.
+    let refusal = method::find("gfmd")
+        .unwrap()
+        .start(&p, &NoObserver)
+        .unwrap()
+        .solver()
+        .unwrap()
+        .equilibrate(Load::Pressure(0.02))
+        .err();
+    assert!(refusal.unwrap().to_string().contains("energy"));
+    let p = Problem { targets: Targets { energy: None, ..targets }, ..p };
+    for id in ["gfmd", "bvm"] {
+        let mut run = method::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
+        let state = run.equilibrate(Load::Pressure(0.02)).unwrap();
+        assert_eq!(state.stop, Stop::Converged);
+        assert!((fraction(&state, grid).0 / exact.1 - 1.0).abs() < 0.02, "{id}");
+    }
+}
+
+/// A state set from outside is where the next load starts: at its own load, it is the answer.
+#[test]
+fn a_start_from_a_given_gap() {
+    let (grid, heights) = rough(128, 1.0 / 16.0, 5);
+    let gamma: f64 = 2.7e-4;
+    let p = Problem {
+        adhesion: Adhesion::exponential(gamma, 1.4 * (gamma / 128.0).sqrt()),
+        tolerance: 1e-8,
+        ..problem(grid, &heights)
+    };
+    for id in METHODS {
+        let (gap, first) = solve(&p, id, 0.02, |s| (s.gap.to_vec(), s.iterations));
+        let mut run = method::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
+        run.set_gap(&gap);
+        let state = run.equilibrate(Load::Pressure(0.02)).unwrap();
+        assert!(state.stop == Stop::Converged && state.iterations * 5 < first, "{id}: {} {first}", state.iterations);
+    }
+}
+
+/// Full contact begins where the pressure outweighs the largest pull that the surface's shape asks of a node: of a wave of
+/// amplitude A, at π A over its length (Westergaard). On a rough surface the solver touches everywhere above it and not below.
+#[test]
+fn full_contact_begins_at_its_pressure() {
+    /// Rounding of one transform.
+    const EXACT: f64 = 1e-12;
+    let amplitude = 0.01;
+    let wave = |k: f64| -> Vec<f64> {
+        (0..64).map(|i| amplitude * (1.0 - (2.0 * PI * k * f64::from(i) / 64.0).cos())).collect()
+    };
+    let line = Grid { nx: 64, ny: 1, lx: 1.0, ly: 1.0 / 64.0 };
+    for k in [1.0, 4.0] {
+        let heights = wave(k);
+        let found = Problem::new(line, &heights).full_contact_pressure();
+        assert!((found / (PI * amplitude * k) - 1.0).abs() < EXACT, "{found}");
+    }
+    let (grid, heights) = rough(64, 1.0 / 16.0, 3);
+    let problem = Problem::new(grid, &heights);
+    let full = problem.full_contact_pressure();
+    let mut run = method::find("fast").unwrap().start(&problem, &NoObserver).unwrap().solver().unwrap();
+    for (share, all) in [(1.001, true), (0.99, false)] {
+        let state = run.equilibrate(Load::Pressure(share * full)).unwrap();
+        assert_eq!(state.stop, Stop::Converged);
+        assert_eq!(contact_area(grid, state.gap, 0.0).fraction == 1.0, all, "{share}");
+    }
+    let refused = run.equilibrate(Load::MeanGap(0.0)).map(|s| s.stop).expect_err("refused").to_string();
+    assert!(refused.contains("only pressures close all of the gap"), "{refused}");
+}

@@ -1,0 +1,196 @@
+//! Solvers at the ends of adhesion: ranges from a thousandth of a pixel to a million of them, work of adhesion sixteen
+//! times the challenge's, pulls up to and beyond what holds.
+//!
+//! `docs/extremes.md` lists every case with what becomes of it.
+
+use crate::found::{near, path, problem, rough, solved};
+use crate::variants::{METHODS, PRECISIONS, in_precision};
+use asperity::grid::{Grid, lowest};
+use asperity::interface::{Adhesion, COHESIVE_RESOLUTION, StiffWall, Wall};
+use asperity::method::{self, Load, NoObserver, Precision, Problem, Stop};
+use asperity::surface::Spectrum;
+use std::f64::consts::PI;
+
+/// The challenge's adhesion for a surface of curvature radius R: γ = E* R/30, ρ = 0.0345 R.
+fn of_the_challenge(radius: f64, times: f64) -> Adhesion {
+    Adhesion::exponential(times * radius / 30.0, 0.0345 * radius)
+}
+
+fn radius(lambda_s: f64) -> f64 {
+    Spectrum { lambda_s, ..Spectrum::CHALLENGE }.expected(1.0, 0.0).curvature_radius
+}
+
+/// Whatever the range, each solve converges to finite numbers, below the energy without adhesion; a range far beyond the
+/// roughness is the larger pressure p + (γ/ρ)⟨exp(-g/ρ)⟩ of Derjaguin, Muller & Toporov.
+#[test]
+fn ranges_from_far_below_a_pixel_to_far_above_the_roughness() {
+    let (lambda_s, load) = (1.0 / 16.0, 0.01);
+    let (grid, heights) = rough(128, 128, lambda_s, 5);
+    let dx = grid.dx();
+    let p = problem(grid, &heights);
+    let plain = solved(&p, "fast", load);
+    for gamma in [1.0, 16.0].map(|times| times * radius(lambda_s) / 30.0) {
+        for pixels in [1e-3, 1e-2, 0.1, 0.5, 1.4, 5.0, 30.0, 1e3, 1e6] {
+            let adhesion = Adhesion::exponential(gamma, pixels * dx);
+            let resolution = adhesion.resolution_on(dx).expect("an adhesive law");
+            assert!(near(resolution, pixels * (dx / gamma).sqrt(), 1e-12), "{resolution}");
+            let adhesive = Problem { adhesion, ..p.clone() };
+            let [double, _] = PRECISIONS.map(|precision| {
+                let found = solved(&in_precision(&adhesive, precision), "fast", load);
+                assert!(found.energy < plain.energy && found.area >= plain.area, "{adhesion}");
+                found
+            });
+            if pixels == 1e6 {
+                let pressed = solved(&p, "fast", load - double.interaction / (pixels * dx));
+                assert_eq!(double.area, pressed.area, "{adhesion}");
+            }
+        }
+    }
+}
+
+/// Sixteen times the challenge's work of adhesion on grids that do not resolve it: nearly or all of the surface is pulled
+/// into contact, whatever the load; every solve ends converged.
+#[test]
+fn sixteenfold_adhesion_unresolved() {
+    let lambda_s = 1.0 / 16.0;
+    for n in [64, 128, 256] {
+        let (grid, heights) = rough(n, n, lambda_s, 5);
+        for times in [1.0, 16.0] {
+            let adhesion = of_the_challenge(radius(lambda_s), times);
+            assert!(adhesion.resolution_on(grid.dx()).expect("adhesive") < COHESIVE_RESOLUTION);
+            for load in [0.0, 0.01, 0.1] {
+                let found = solved(&Problem { adhesion, ..problem(grid, &heights) }, "fast", load);
+                assert!(found.area > 0.0 && lowest(&found.stress) < 0.0, "{n}, {times}, {load}");
+                if times == 16.0 && load > 0.0 {
+                    assert!(found.area > 0.85, "{n}, {load}: {}", found.area);
+                }
+            }
+        }
+    }
+}
+
+/// The same on a line of points that resolves it: the methods agree, and so do two grids.
+#[test]
+fn sixteenfold_adhesion_resolved() {
+    /// Energies on meshes of which one has twice the points, over the energy: contact lines move by a pixel.
+    const MESHES: f64 = 1e-3;
+    let profile = |n: usize| -> (Grid, Vec<f64>) {
+        let x = |i: usize| 2.0 * PI * i as f64 / n as f64;
+        let wave = |i: usize| 0.1 * ((x(i)).cos() + 0.3 * (2.0 * x(i) + 1.0).cos() + 0.1 * (5.0 * x(i) + 2.0).cos());
+        (Grid { nx: n, ny: 1, lx: 1.0, ly: 1.0 / n as f64 }, (0..n).map(wave).collect())
+    };
+    // rms curvature of the three waves.
+    let curvature = 0.1 * (2.0 * PI).powi(2) * ((1.0 + 1.2f64.powi(2) + 2.5f64.powi(2)) / 2.0).sqrt();
+    for times in [1.0, 16.0] {
+        let adhesion = of_the_challenge(curvature.recip(), times);
+        let energies = [8192, 16_384].map(|n| {
+            let (grid, heights) = profile(n);
+            let resolution = adhesion.resolution_on(grid.dx()).expect("adhesive");
+            assert!(resolution > COHESIVE_RESOLUTION, "{times}: {resolution}");
+            let p = Problem { adhesion, ..problem(grid, &heights) };
+            let fast = solved(&p, "fast", 0.05).energy;
+            if n == 8192 {
+                let bvm = solved(&p, "bvm", 0.05).energy;
+                assert!(near(fast, bvm, 1e-6), "{times}: {fast} {bvm}");
+            }
+            fast
+        });
+        assert!(near(energies[0], energies[1], MESHES), "{times}: {energies:?}");
+    }
+}
+
+/// A sphere from the DMT to the JKR limit, pressed, let go, and pulled off beyond what holds it.
+#[test]
+fn tabor_numbers_from_a_hundredth_to_ten() {
+    let (n, r, gamma) = (96, 1.0, 2e-4);
+    let grid = Grid::unit(n, n);
+    let from_middle = |i: usize| i as f64 / n as f64 - 0.5;
+    let heights: Vec<f64> =
+        (0..n * n).map(|i| (from_middle(i % n).powi(2) + from_middle(i / n).powi(2)) / (2.0 * r)).collect();
+    let unit = PI * gamma * r;
+    for tabor in [0.01, 0.1, 1.0, 3.0, 10.0] {
+        let adhesion = Adhesion::exponential(gamma, (r * gamma * gamma).cbrt() / tabor);
+        let resolution = adhesion.resolution_on(grid.dx()).expect("adhesive");
+        // More than the law's strength γ/ρ all over the cell.
+        let beyond = 1.01 * gamma / adhesion.work_and_range().1 + 2.5 * unit;
+        for precision in PRECISIONS {
+            let p = in_precision(&Problem { adhesion, ..problem(grid, &heights) }, precision);
+            let found = path(&p, "fast", &[1e-3, 0.0, -0.5 * unit, -2.5 * unit, -beyond]);
+            for (i, state) in found[..3].iter().enumerate() {
+                // In f32 the small loads may end on the rounding floor, which is no convergence and is not called one.
+                let single = precision == Precision::F32 && state.stop == Stop::RoundingFloor;
+                assert!(state.stop == Stop::Converged || single, "{tabor}, {i}: {:?}", state.stop);
+                assert!(state.area > 0.0 && lowest(&state.stress) < 0.0 && state.is_finite(), "{tabor}, {i}");
+            }
+            assert!(found[1].area >= found[2].area && found[0].area >= found[1].area, "{tabor}");
+            // JKR: 1.5 units, DMT: 2. A grid that does not resolve the range pins the contact line beyond both.
+            if resolution > COHESIVE_RESOLUTION {
+                assert_eq!(found[3].stop, Stop::Detached, "{tabor} {precision:?}");
+            }
+            assert_eq!(found[4].stop, Stop::Detached, "{tabor} {precision:?}");
+        }
+    }
+}
+
+/// A pull that nothing holds ends soon as detached, with every method; pressed again, the surfaces touch as before.
+#[test]
+fn pulls_beyond_pull_off_are_detached() {
+    /// Iterations: gfmd, the slowest, takes 400.
+    const SOON: usize = 2000;
+    let (grid, heights) = rough(64, 64, 1.0 / 8.0, 5);
+    let gamma: f64 = 1e-2;
+    let rho = COHESIVE_RESOLUTION * (gamma * grid.dx()).sqrt();
+    for (id, precision) in METHODS.into_iter().flat_map(|id| PRECISIONS.map(|p| (id, p))) {
+        let adhesion = Adhesion::exponential(gamma, rho);
+        let p = in_precision(&Problem { adhesion, ..problem(grid, &heights) }, precision);
+        let strength = gamma / rho;
+        let found = path(&p, id, &[0.02, -0.1 * strength, -0.5 * strength, -100.0 * strength, 0.02]);
+        let stops: Vec<Stop> = found.iter().map(|f| f.stop).collect();
+        use Stop::{Converged, Detached};
+        assert_eq!(stops, [Converged, Converged, Detached, Detached, Converged], "{id} {precision:?}");
+        assert!(found.iter().all(|f| f.is_finite() && f.iterations < SOON), "{id} {precision:?}");
+        assert!(near(found[4].area, found[0].area, 1e-3), "{id}: {} {}", found[4].area, found[0].area);
+    }
+    // Without adhesion, behind a soft wall, too, a pull is detached at once or refused.
+    for wall in [Wall::Hard, Wall::Stiff(StiffWall { length: 1e-2 })] {
+        let p = Problem { wall, ..problem(grid, &heights) };
+        let parted = path(&p, "fast", &[-1e-6, -1.0]);
+        assert!(parted.iter().all(|f| f.stop == Stop::Detached && f.iterations == 0), "{wall}");
+        for id in ["gfmd", "bvm"] {
+            for pull in [-1e-6, 0.0] {
+                let mut run = method::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
+                let refusal = run.equilibrate(Load::Pressure(pull)).err().unwrap().to_string();
+                assert!(refusal.contains("nothing holds a pull"), "{id}, {wall}: {refusal}");
+            }
+        }
+    }
+}
+
+/// Full contact of a wave holds, to the bit, until the lowest stress is -γ/ρ; then it opens there, and soon parts.
+#[test]
+fn full_contact_opens_at_the_strength_of_the_law() {
+    /// Of the strength: the pressures tried on either side.
+    const SIDE: f64 = 1e-4;
+    let n = 64;
+    let grid = Grid::unit(n, n);
+    let amplitude = 1e-4;
+    let wave = |i: usize| (2.0 * PI * i as f64 / n as f64).cos();
+    let heights: Vec<f64> = (0..n * n).map(|i| amplitude * wave(i % n) * wave(i / n)).collect();
+    let (gamma, rho) = (1e-5, 1e-3);
+    let strength = gamma / rho;
+    // p - K h with the wave's stiffness √2 π.
+    let opening = 2f64.sqrt() * PI * amplitude - strength;
+    let p = Problem { adhesion: Adhesion::exponential(gamma, rho), ..problem(grid, &heights) };
+    for id in METHODS {
+        let held = [0.05, 1e-3, 0.0, 0.5 * opening, opening + SIDE * strength];
+        let found = path(&p, id, &[&held[..], &[opening - SIDE * strength, opening - 0.05 * strength]].concat());
+        for (state, load) in found.iter().zip(held) {
+            assert_eq!((state.stop, state.area, state.mean_gap), (Stop::Converged, 1.0, 0.0), "{id} at {load}");
+            let least = load - (opening + strength);
+            assert!((lowest(&state.stress) - least).abs() < 1e-12, "{id} at {load}: {}", lowest(&state.stress));
+        }
+        let open = &found[held.len()];
+        assert!(open.stop == Stop::Converged && (0.99..1.0).contains(&open.area), "{id}: {}", open.area);
+        assert_eq!(found[held.len() + 1].stop, Stop::Detached, "{id}");
+    }
+}

@@ -1,0 +1,221 @@
+//! Solvers with every law of adhesion, every wall and the crystal's kernel, against closed forms and each other.
+
+use crate::program;
+use asperity::grid::Grid;
+use asperity::interface::{
+    Adhesion, CubicHalfSpace, Dugdale, Elastic, Exponential, Law, PowerLaw93, PowerLawWall, StiffWall, Wall,
+    WithAdhesion,
+};
+use asperity::method::{self, Load, NoObserver, Problem, State, Stop};
+use asperity::observe::contact_area;
+use asperity::surface::{Modes, Spectrum};
+
+const METHODS: [&str; 3] = ["gfmd", "bvm", "fast"];
+
+fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
+    Problem { tolerance: 1e-9, max_iterations: 20_000, ..Problem::new(grid, heights) }
+}
+
+fn solve<R>(problem: &Problem, id: &str, pressure: f64, look: impl FnOnce(&State) -> R) -> R {
+    let mut run = method::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
+    let state = run.equilibrate(Load::Pressure(pressure)).unwrap();
+    let Problem { kernel, adhesion, wall, .. } = problem;
+    assert_eq!(state.stop, Stop::Converged, "{id}, {kernel}, {adhesion}, {wall}: residual {}", state.residual);
+    look(&state)
+}
+
+fn rough(n: usize) -> (Grid, Vec<f64>) {
+    let grid = Grid::unit(n, n);
+    let spectrum = Spectrum { lambda_s: 1.0 / 24.0, ..Spectrum::CHALLENGE };
+    (grid, Modes::new(spectrum, 18, 1.0).heights(grid, 0.0))
+}
+
+/// Work of adhesion that about doubles the area of the rough surface at the loads used here, units of E*·L.
+const GAMMA: f64 = 2.7e-4;
+
+/// A law of work γ whose range has the cohesive resolution `c` on the grid.
+fn resolved(make: fn(f64, f64) -> Adhesion, grid: Grid, c: f64) -> Adhesion {
+    // Laws are (γ/ρ) f(g/ρ): the resolution is proportional to the range.
+    let unit = make(GAMMA, 1.0).resolution_on(grid.dx()).expect("an adhesive law");
+    make(GAMMA, c / unit)
+}
+
+const LAWS: [fn(f64, f64) -> Adhesion; 3] = [Adhesion::exponential, Adhesion::dugdale, Adhesion::power_law_93];
+
+/// Over the rough surface the methods end in the same state, with every law and wall.
+fn agree(problem: &Problem, pressure: f64) {
+    /// Over the energy.
+    const TOLERANCE: f64 = 1e-6;
+    let [a, others @ ..] = METHODS.map(|id| solve(problem, id, pressure, |s| (s.energy, s.mean_gap)));
+    let Problem { kernel, adhesion, wall, .. } = problem;
+    for b in others {
+        let (energy, gap) = (b.0 / a.0 - 1.0, b.1 / a.1 - 1.0);
+        assert!(energy.abs() < TOLERANCE && gap.abs() < TOLERANCE, "{kernel}, {adhesion}, {wall}: {energy:e}, {gap:e}");
+    }
+}
+
+#[test]
+fn methods_agree_with_every_law() {
+    let (grid, heights) = rough(128);
+    for make in LAWS {
+        let adhesion = resolved(make, grid, 1.4);
+        agree(&Problem { adhesion, ..problem(grid, &heights) }, 0.01);
+    }
+}
+
+#[test]
+fn methods_agree_with_laws_behind_soft_walls() {
+    let (grid, heights) = rough(128);
+    let adhesion = resolved(Adhesion::power_law_93, grid, 2.0);
+    let (gamma, rho) = adhesion.work_and_range();
+    let wall = Wall::PowerLaw(PowerLawWall { gamma, rho });
+    agree(&Problem { adhesion, wall, ..problem(grid, &heights) }, 0.01);
+    let wall = Wall::Stiff(StiffWall { length: 1e-3 });
+    for make in LAWS {
+        let adhesion = resolved(make, grid, 1.4);
+        agree(&Problem { adhesion, wall, ..problem(grid, &heights) }, 0.01);
+    }
+}
+
+#[test]
+fn methods_agree_on_a_crystal() {
+    let (grid, heights) = rough(128);
+    let kernel = Elastic::Cubic(CubicHalfSpace::new(27.8, 18.2, 16.3).unwrap());
+    let p = Problem { kernel, ..problem(grid, &heights) };
+    agree(&p, 0.02);
+    // The crystal's axes are alike, its diagonals are not its axes.
+    let n = grid.nx;
+    let transposed: Vec<f64> = (0..n * n).map(|i| heights[(i % n) * n + i / n]).collect();
+    let [a, b, isotropic] = [p.clone(), Problem { heights: (&transposed).into(), ..p }, problem(grid, &heights)]
+        .map(|p| solve(&p, "fast", 0.02, |s| s.energy));
+    assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+    assert!((a / isotropic - 1.0).abs() > 1e-5, "{a} {isotropic}");
+}
+
+/// Isotropic constants are the half-space.
+#[test]
+fn an_isotropic_crystal_changes_nothing() {
+    let (grid, heights) = rough(64);
+    let kernel = Elastic::Cubic(CubicHalfSpace::new(3.0, 1.0, 1.0).unwrap());
+    let [a, b] = [Problem { kernel, ..problem(grid, &heights) }, problem(grid, &heights)]
+        .map(|p| solve(&p, "fast", 0.02, |s| s.mean_gap));
+    assert!((a / b - 1.0).abs() < 1e-7, "{a} {b}");
+}
+
+/// On flat surfaces the gap is uniform, where wall and attraction together carry the pressure.
+#[test]
+fn flat_surfaces_rest_where_the_law_carries_the_load() {
+    fn check(wall: Wall, adhesion: Adhesion, law: impl Law, pressure: f64) {
+        let grid = Grid::unit(8, 8);
+        let heights = vec![0.3; 64];
+        for id in METHODS {
+            let p = Problem { wall, adhesion, ..problem(grid, &heights) };
+            solve(&p, id, pressure, |s| {
+                let carried = -law.traction(s.mean_gap);
+                assert!((carried / pressure - 1.0).abs() < 1e-8, "{id}, {wall}, {adhesion}: {carried} {pressure}");
+                assert!(s.gap.to_vec().iter().all(|g| (g - s.mean_gap).abs() < 1e-12), "{id}, {wall}, {adhesion}");
+                assert!(law.slope(s.mean_gap) > 0.0, "{id}, {wall}, {adhesion}: unstable");
+            });
+        }
+    }
+    let (gamma, rho) = (1e-3, 0.02);
+    let stiff = StiffWall { length: 1e-2 };
+    let exponential = Exponential { gamma, rho };
+    let dugdale = Dugdale::new(gamma, rho);
+    let power = PowerLaw93 { gamma, rho };
+    let wall = PowerLawWall { gamma, rho };
+    for pressure in [0.02, 0.2] {
+        check(Wall::Stiff(stiff), Adhesion::None, stiff, pressure);
+        let with = WithAdhesion { wall: stiff, adhesion: exponential };
+        check(Wall::Stiff(stiff), Adhesion::Exponential(exponential), with, pressure);
+        let with = WithAdhesion { wall: stiff, adhesion: dugdale };
+        check(Wall::Stiff(stiff), Adhesion::Dugdale(dugdale), with, pressure);
+        let with = WithAdhesion { wall, adhesion: power };
+        check(Wall::PowerLaw(wall), Adhesion::PowerLaw93(power), with, pressure);
+    }
+    // Pulled with 0.4 of γ/ρ the 9-3 law rests on its rising branch, behind either wall.
+    let pull = -0.4 * gamma / rho;
+    check(Wall::Hard, Adhesion::PowerLaw93(power), power, pull);
+    check(Wall::PowerLaw(wall), Adhesion::PowerLaw93(power), WithAdhesion { wall, adhesion: power }, pull);
+}
+
+/// A range far beyond the roughness is a uniform attraction (Derjaguin, Muller & Toporov): the area is that of the
+/// pressure raised by the mean attraction, which is γ/ρ.
+#[test]
+fn long_range_attraction_adds_to_the_pressure() {
+    let (grid, heights) = rough(64);
+    let fraction = |s: &State| contact_area(grid, s.gap, 0.0).fraction;
+    let (gamma, rho, pressure) = (50.0, 5000.0, 0.01);
+    let plain = solve(&problem(grid, &heights), "bvm", pressure + gamma / rho, fraction);
+    for adhesion in [Adhesion::exponential(gamma, rho), Adhesion::dugdale(gamma, rho)] {
+        for id in METHODS {
+            let p = Problem { adhesion, ..problem(grid, &heights) };
+            assert_eq!(solve(&p, id, pressure, fraction), plain, "{id}, {adhesion}");
+        }
+    }
+}
+
+/// The stiff wall becomes the hard one with the first power of its length: the energy falls short by what the contact
+/// stress presses into it, ℓ/2 times its mean square.
+#[test]
+fn stiff_walls_become_hard() {
+    let (grid, heights) = rough(128);
+    let pressure = 0.02;
+    let (hard, square) = solve(&problem(grid, &heights), "fast", pressure, |s| {
+        // Where the gap is open the stress is zero.
+        let stress = s.stress.to_vec();
+        ((s.energy, s.mean_gap), stress.iter().map(|s| s * s).sum::<f64>() / stress.len() as f64)
+    });
+    let lengths = [4e-3, 1e-3, 2.5e-4];
+    let found = lengths.map(|length| {
+        let p = Problem { wall: Wall::Stiff(StiffWall { length }), ..problem(grid, &heights) };
+        let [a, b] = ["fast", "bvm"].map(|id| solve(&p, id, pressure, |s| (s.energy, s.mean_gap)));
+        assert!((a.0 / b.0 - 1.0).abs() < 1e-8, "ℓ = {length}: {a:?} {b:?}");
+        agree(&p, pressure);
+        (hard.0 - a.0, hard.1 - a.1)
+    });
+    let order = |a: f64, b: f64| (a / b).ln() / 4f64.ln();
+    let [_, middle, fine] = found;
+    assert!((order(middle.0, fine.0) - 1.0).abs() < 0.03, "energy: {found:?}");
+    assert!((order(middle.1, fine.1) - 1.0).abs() < 0.1, "mean gap: {found:?}");
+    assert!((fine.0 / (0.5 * lengths[2] * square) - 1.0).abs() < 0.03, "{} {}", fine.0, 0.5 * lengths[2] * square);
+}
+
+/// The program's flags reach the solver, and are refused in one clear line each.
+#[test]
+fn the_program_takes_laws_walls_and_crystals() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let file = scratch.path().join("wave.npy");
+    let n = 32;
+    let wave = |i: usize| (std::f64::consts::TAU * i as f64 / n as f64).cos();
+    let heights = (0..n * n).map(|i| wave(i % n) * wave(i / n));
+    asperity::record::npy::write(&file, n, n, heights).expect("written");
+    let solve = |more: &[&str]| {
+        let plain = ["solve", "--length", "100", "--modulus", "25", "--pressure", "0.2", "--json", "--heights"];
+        program::asperity().args(plain).arg(&file).args(more).output().expect("started")
+    };
+    let adhesive = ["--gamma", "5", "--rho", "20", "--law"];
+    let flags = ["--wall", "stiff", "--wall-length", "0.5", "--crystal", "27.8,18.2,16.3"];
+    for (law, words) in [("exponential", "exponential"), ("dugdale", "Dugdale"), ("power-9-3", "9-3")] {
+        let output = solve(&[&adhesive[..], &[law], &flags].concat());
+        assert!(output.status.success(), "{}", program::stderr(&output));
+        let said = program::json_line(&output);
+        let text = |key: &str| said[key].as_str().expect("a string").to_string();
+        assert!(text("adhesion").starts_with(words), "{said}");
+        assert!(text("wall").starts_with("stiff wall, ℓ = 5.0000e-3 L"), "{said}");
+        assert!(text("kernel").contains("cubic"), "{said}");
+    }
+    for (flags, says) in [
+        (&["--wall", "stiff"][..], "--wall-length = not given"),
+        (&["--wall-length", "2"], "--wall-length = 2; accepted: only together with --wall stiff"),
+        (&["--wall", "stiff", "--wall-length", "-1"], "--wall-length = -1; accepted: a positive number"),
+        (&["--crystal", "1,2"], "--crystal = 2 numbers; accepted: three: C11,C12,C44"),
+        (&["--crystal", "1,2,3"], "--crystal, C11 = 1; accepted: a number above |C12| = 2"),
+        (&["--crystal", "27.8,18.2,16.3", "--thickness", "9"], "--crystal = given together with --thickness"),
+        (&["--law", "morse"], "possible values: exponential, dugdale, power-9-3"),
+    ] {
+        let output = solve(flags);
+        let said = program::stderr(&output);
+        assert!(output.status.code() == Some(2) && said.contains(says), "{flags:?}: {said}");
+    }
+}

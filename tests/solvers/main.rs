@@ -1,0 +1,18 @@
+//! Solvers and estimates, against closed forms, each other and the challenge's paper.
+
+mod adhesive_analytic;
+mod analytic;
+mod asperities;
+mod extrapolation;
+mod extremes;
+mod extremes_adhesion;
+mod fields;
+mod found;
+mod laws;
+mod non_periodic;
+mod paths;
+#[path = "../common/program.rs"]
+mod program;
+mod refinement;
+mod statistical;
+mod variants;
