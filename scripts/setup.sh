@@ -26,7 +26,7 @@ if ! has cargo; then
     exit 1
 fi
 
-# What opens results.nc as its readers would (tests/python.rs); kept under target/, where `cargo clean` finds it.
+# What opens results.nc as its readers would (tests/readers/python.rs); kept under target/, where `cargo clean` finds it.
 python=target/python
 python_packages="h5py h5netcdf netCDF4 xarray"
 has_python() { "$python/bin/python" -c "import h5py, h5netcdf, netCDF4, xarray" >/dev/null 2>&1; }

@@ -80,7 +80,7 @@ impl GivingWall {
 
 /// What a surface atom that is pressed alone sinks by, Å per eV/Å: the middle of a disc of its area under an even pressure,
 /// 2 f / (π E* a) (Johnson, Contact Mechanics (1985), eq. 3.29a). On the shipped potential it is 1.60, and an atom pressed in
-/// LAMMPS sinks by 1.60 to 1.65 (`tests/lammps_modulus.rs`).
+/// LAMMPS sinks by 1.60 to 1.65 (`tests/lammps/modulus.rs`).
 pub fn compliance(a0_angstrom: f64, modulus: f64) -> f64 {
     let radius = a0_angstrom / (2.0 * PI).sqrt();
     2.0 / (PI * modulus * radius)

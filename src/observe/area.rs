@@ -73,7 +73,7 @@ mod tests {
 
     /// The printed factor, edge by edge. Nodes that are counted where a given outline covers their centre have no bias to
     /// correct, so no drawn disc can show what the correction is good for: solved contacts of known area do, in
-    /// `tests/analytic.rs`.
+    /// `tests/solvers/analytic.rs`.
     #[test]
     fn the_correction_is_a_factor_on_edges() {
         let grid = Grid::unit(8, 8);
