@@ -107,12 +107,12 @@ pub fn audit(input: &AuditInput) -> Result<Vec<AuditLine>> {
 
 fn line(group: &str, symbol: &str, asked: f64, used: f64, reachable: bool, reason: String) -> AuditLine {
     let same = (used - asked).abs() <= SAME * asked.abs().max(used.abs());
-    let verdict = match (same, reachable) {
+    let status = match (same, reachable) {
         (true, _) => "kept",
         (false, true) => "changed",
         (false, false) => "unreachable",
     };
-    AuditLine { group: group.into(), symbol: symbol.into(), asked, used, verdict: verdict.into(), reason }
+    AuditLine { group: group.into(), symbol: symbol.into(), target: asked, actual: used, status: status.into(), reason }
 }
 
 fn load(asked: &Asked, used: &Used) -> AuditLine {
@@ -307,7 +307,7 @@ mod tests {
     #[test]
     fn the_challenges_block() {
         let lines = audit(&challenge()).unwrap();
-        let verdicts: Vec<(&str, &str)> = lines.iter().map(|l| (l.group.as_str(), l.verdict.as_str())).collect();
+        let verdicts: Vec<(&str, &str)> = lines.iter().map(|l| (l.group.as_str(), l.status.as_str())).collect();
         assert_eq!(
             verdicts,
             [
@@ -328,13 +328,13 @@ mod tests {
         // 0.2857 GPa on (97.797 nm)² is 1705.5 eV/Å; ρ would be 0.0203 Å; γ/(ρE*) = 0.9657; μ_T = 3.0007.
         assert!(find(&lines, "load").reason.contains("0.2857 GPa, 1705.5 eV/Å"), "{}", find(&lines, "load").reason);
         assert!(find(&lines, "adhesion range").reason.contains("0.0203 Å"));
-        assert!((find(&lines, "adhesive stress").asked - 0.9657).abs() < 1e-4);
+        assert!((find(&lines, "adhesive stress").target - 0.9657).abs() < 1e-4);
         let tabor = find(&lines, "Tabor number");
-        assert!((tabor.asked - 3.0007).abs() < 1e-3, "{}", tabor.asked);
+        assert!((tabor.target - 3.0007).abs() < 1e-3, "{}", tabor.target);
         // (6.1 Å)^(1/3) (19.56e-3 Å)^(2/3)/0.5 Å: DMT-like.
-        assert!((tabor.used - 0.2653).abs() < 1e-3, "{}", tabor.used);
+        assert!((tabor.actual - 0.2653).abs() < 1e-3, "{}", tabor.actual);
         assert!(find(&lines, "depth").reason.contains("2.68 times"), "{}", find(&lines, "depth").reason);
-        assert!(lines.iter().all(|l| l.asked.is_finite() && l.used.is_finite()), "JSON holds no infinity");
+        assert!(lines.iter().all(|l| l.target.is_finite() && l.actual.is_finite()), "JSON holds no infinity");
     }
 
     #[test]
@@ -343,8 +343,8 @@ mod tests {
         input.asked.gamma = 0.0;
         input.asked.rho = 0.0;
         let lines = audit(&input).unwrap();
-        assert_eq!(find(&lines, "work of adhesion").verdict, "changed");
-        assert!(lines.iter().all(|l| l.asked.is_finite() && l.used.is_finite()));
+        assert_eq!(find(&lines, "work of adhesion").status, "changed");
+        assert!(lines.iter().all(|l| l.target.is_finite() && l.actual.is_finite()));
         input.used.gamma_ev_a2 = 0.0;
         assert!(audit(&input).unwrap().iter().all(|l| !l.group.contains("adhes")));
     }
@@ -359,7 +359,7 @@ mod tests {
         input.used.rms_gradient = 0.5;
         input.used.net_points = 350;
         let lines = audit(&input).unwrap();
-        for (group, verdict) in [
+        for (group, status) in [
             ("load", "changed"),
             ("adhesion range", "kept"),
             ("adhesive stress", "kept"),
@@ -369,7 +369,7 @@ mod tests {
             ("indenter spacing", "changed"),
             ("lattice mismatch", "changed"),
         ] {
-            assert_eq!(find(&lines, group).verdict, verdict, "{group}");
+            assert_eq!(find(&lines, group).status, status, "{group}");
         }
         input.used.net_points = 0;
         assert!(audit(&input).is_err());

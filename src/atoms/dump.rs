@@ -384,7 +384,7 @@ mod tests {
         reader(text).collect()
     }
 
-    fn refusal(text: &str) -> String {
+    fn unavailable_reason(text: &str) -> String {
         all(text).expect_err("refused").to_string()
     }
 
@@ -436,7 +436,7 @@ mod tests {
 
     #[test]
     fn what_cannot_be_read_faithfully_is_refused() {
-        let bad = |from: &str, to: &str| refusal(&PLAIN.replacen(from, to, 1));
+        let bad = |from: &str, to: &str| unavailable_reason(&PLAIN.replacen(from, to, 1));
         assert!(bad("pp pp ff\n0 10", "xy xz yz pp pp ff\n0 10 0").contains("triclinic"));
         assert!(bad("pp pp ff\n0 10", "abc origin pp pp ff\n0 10 0 0").contains("triclinic"));
         assert!(bad("3.5e+00", "nan").contains("line 11"));
@@ -451,7 +451,7 @@ mod tests {
         assert!(bad("ITEM: NUMBER OF ATOMS\n2", "ITEM: NUMBER OF ATOMS\n-2").contains("number of atoms"));
         assert!(bad("ITEM: NUMBER OF ATOMS\n2\n", "").contains("before ATOMS"));
         assert!(bad("ITEM: TIMESTEP", "ITEM: GRID").contains("line 1"));
-        assert!(refusal("units metal\n").contains("line 1"));
+        assert!(unavailable_reason("units metal\n").contains("line 1"));
         assert!(reader(vec![b'x'; 200_000]).next_frame().is_err());
         assert!(reader(vec![0xff, 0xfe, b'\n']).next_frame().is_err());
         // More atoms promised than memory holds: the promise is not believed.

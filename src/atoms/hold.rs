@@ -100,7 +100,7 @@ impl Settings {
 
 impl Hold {
     /// Time that is averaged over at each load, and time before it, ps.
-    pub fn averaged_ps(&self) -> f64 {
+    pub fn averaging_ps(&self) -> f64 {
         (BLOCKS * self.block_steps) as f64 * self.timestep_ps
     }
 

@@ -133,7 +133,7 @@ impl Wall {
     /// `Error::Input` if even a range of 10 Å fails.
     pub fn smallest_range(&self, gamma: f64) -> Result<f64> {
         let (mut bad, mut good) = (0.01, 10.0);
-        Adhesion::calibrate(self, gamma, good).map_err(|refusal| refusal.into_error(None))?;
+        Adhesion::calibrate(self, gamma, good).map_err(|unavailable_reason| unavailable_reason.into_error(None))?;
         while good > 1.01 * bad {
             let middle = (bad * good).sqrt();
             match Adhesion::calibrate(self, gamma, middle) {
@@ -231,7 +231,7 @@ impl Adhesion {
     /// through which a load pulls the net.
     pub fn new(wall: &Wall, gamma_ev_a2: f64, rho_angstrom: f64) -> Result<Self> {
         Self::calibrate(wall, gamma_ev_a2, rho_angstrom)
-            .map_err(|refusal| refusal.into_error(wall.smallest_range(gamma_ev_a2).ok()))
+            .map_err(|unavailable_reason| unavailable_reason.into_error(wall.smallest_range(gamma_ev_a2).ok()))
     }
 
     fn calibrate(wall: &Wall, gamma: f64, rho: f64) -> std::result::Result<Self, Refusal> {

@@ -13,7 +13,7 @@ mod tests;
 
 use crate::load::Branch;
 use crate::observe::Distribution;
-use crate::record::acceptance::{AcceptanceCheck, Verdict};
+use crate::record::acceptance::{AcceptanceCheck, CheckStatus};
 use crate::record::results::{ContinuumResults, Observed, Results, StateResults};
 use crate::scene::REFERENCE_LOAD;
 
@@ -34,14 +34,14 @@ const OF_THE_SETTING: [&str; 3] = ["S01", "S02", "S03"];
 
 /// How many of each verdict, in words.
 pub fn tally(list: &[AcceptanceCheck]) -> String {
-    let of = |v: Verdict| list.iter().filter(|j| j.verdict == v).count();
-    let set = |j: &&AcceptanceCheck| j.verdict == Verdict::Pass && OF_THE_SETTING.contains(&j.id.as_str());
+    let of = |v: CheckStatus| list.iter().filter(|j| j.status == v).count();
+    let set = |j: &&AcceptanceCheck| j.status == CheckStatus::Pass && OF_THE_SETTING.contains(&j.id.as_str());
     format!(
         "{} pass ({} of them of the set-up alone), {} fail, {} not judged",
-        of(Verdict::Pass),
+        of(CheckStatus::Pass),
         list.iter().filter(set).count(),
-        of(Verdict::Fail),
-        of(Verdict::NotJudged)
+        of(CheckStatus::Fail),
+        of(CheckStatus::NotAssessed)
     )
 }
 
@@ -74,10 +74,10 @@ struct ChallengeData<'a> {
 
 impl<'a> ChallengeData<'a> {
     fn of(results: &'a Results) -> Option<Self> {
-        let (adhesive, plain) = (results.continuum.as_ref()?, results.without.as_ref()?);
+        let (adhesive, plain) = (results.continuum.as_ref()?, results.non_adhesive.as_ref()?);
         let range = adhesive.range?;
         let dx = 1.0 / adhesive.nx as f64;
-        let mesh = [range.asked, range.used].map(|rho| dx * setting::GAMMA / (rho * rho));
+        let mesh = [range.requested, range.used].map(|rho| dx * setting::GAMMA / (rho * rho));
         let unresolved = (mesh[1] > MESH_LIMIT).then(|| {
             format!(
                 "the grid pins contact lines: dx γ/(ρ² E*) = {:.1}, at most π/2 would do; `--regularise` gives the grid a range \
@@ -117,7 +117,7 @@ impl<'a> ChallengeData<'a> {
             return item.not_judged(reason);
         }
         let judged = judge(item);
-        match self.adhesive.range.filter(|r| r.used > r.asked) {
+        match self.adhesive.range.filter(|r| r.used > r.requested) {
             Some(r) => {
                 let reason = format!("{}; at Tabor parameter {:.2}", judged.reason, setting::tabor(r.used));
                 AcceptanceCheck { reason, ..judged }
@@ -155,7 +155,7 @@ impl Statement {
         Statement { id, text, unit }
     }
 
-    fn judged(self, verdict: Verdict, reason: impl Into<String>) -> AcceptanceCheck {
+    fn judged(self, status: CheckStatus, reason: impl Into<String>) -> AcceptanceCheck {
         AcceptanceCheck {
             id: self.id.into(),
             statement: self.text.into(),
@@ -163,13 +163,13 @@ impl Statement {
             value: None,
             reference: None,
             tolerance: None,
-            verdict,
+            status,
             reason: reason.into(),
         }
     }
 
     fn not_judged(self, reason: impl Into<String>) -> AcceptanceCheck {
-        self.judged(Verdict::NotJudged, reason)
+        self.judged(CheckStatus::NotAssessed, reason)
     }
 
     /// Passes within `low` to `high`.
@@ -183,13 +183,13 @@ impl Statement {
         let Some(value) = value.filter(|v| v.is_finite()) else {
             return self.not_judged("the run holds too few loads, or too little contact, to tell");
         };
-        let verdict = if (low..=high).contains(&value) { Verdict::Pass } else { Verdict::Fail };
+        let status = if (low..=high).contains(&value) { CheckStatus::Pass } else { CheckStatus::Fail };
         let told = |end: f64| Some(end).filter(|e| e.is_finite());
         AcceptanceCheck {
             value: Some(value),
             reference: Some(reference),
             tolerance: Some([told(low), told(high)]),
-            ..self.judged(verdict, reason)
+            ..self.judged(status, reason)
         }
     }
 
@@ -208,9 +208,9 @@ impl Statement {
 fn share_below(d: &Distribution, x: f64) -> f64 {
     let within = |i: usize| {
         let (a, b) = (d.edges[i], d.edges[i + 1]);
-        d.shares[i] * ((x - a) / (b - a)).clamp(0.0, 1.0)
+        d.fractions[i] * ((x - a) / (b - a)).clamp(0.0, 1.0)
     };
-    d.below + (0..d.shares.len()).map(within).sum::<f64>()
+    d.below + (0..d.fractions.len()).map(within).sum::<f64>()
 }
 
 /// Whether loads reach from one end of a span to the other.
@@ -251,7 +251,8 @@ mod arithmetic {
 
     #[test]
     fn shares_run_from_none_to_all() {
-        let d = Distribution { edges: vec![0.0, 1.0, 3.0], shares: vec![0.2, 0.4], delta: 0.4, below: 0.0, above: 0.0 };
+        let d =
+            Distribution { edges: vec![0.0, 1.0, 3.0], fractions: vec![0.2, 0.4], delta: 0.4, below: 0.0, above: 0.0 };
         for (x, share) in [(-1.0, 0.0), (0.5, 0.1), (1.0, 0.2), (2.0, 0.4), (9.0, 0.6)] {
             assert!((share_below(&d, x) - share).abs() < 1e-12, "{x}");
         }
@@ -260,9 +261,9 @@ mod arithmetic {
     #[test]
     fn what_cannot_be_told_is_no_pass() {
         let item = Statement::new("S00", "nothing", "1");
-        assert_eq!(item.near(None, 1.0, 0.1, "").verdict, Verdict::NotJudged);
-        assert_eq!(item.near(Some(f64::NAN), 1.0, 0.1, "").verdict, Verdict::NotJudged);
-        assert_eq!(item.near(Some(1.05), 1.0, 0.1, "").verdict, Verdict::Pass);
-        assert_eq!(item.near(Some(1.2), 1.0, 0.1, "").verdict, Verdict::Fail);
+        assert_eq!(item.near(None, 1.0, 0.1, "").status, CheckStatus::NotAssessed);
+        assert_eq!(item.near(Some(f64::NAN), 1.0, 0.1, "").status, CheckStatus::NotAssessed);
+        assert_eq!(item.near(Some(1.05), 1.0, 0.1, "").status, CheckStatus::Pass);
+        assert_eq!(item.near(Some(1.2), 1.0, 0.1, "").status, CheckStatus::Fail);
     }
 }

@@ -21,10 +21,10 @@ pub(super) fn judge(data: &ChallengeData) -> Vec<AcceptanceCheck> {
     let with = data.observed().map(|[with, _]| with);
     let node_um2 = um2 / (data.adhesive.nx * data.adhesive.ny) as f64;
     let exponent = with.and_then(|o| exponent(o, SMALLEST_NODES * node_um2 / um2));
-    let typical = with.and_then(|o| o.typical_patch).map(|a| a * um2);
+    let typical = with.and_then(|o| o.median_cluster_area).map(|a| a * um2);
     let fifth =
         with.map(|o| o.patch_area.iter().take_while(|[a, _]| a * um2 <= FIFTH_UM2).last().map_or(0.0, |[_, s]| *s));
-    let compressive = with.and_then(|o| o.compressive?.typical_patch).map(|a| a * um2);
+    let compressive = with.and_then(|o| o.compressive?.median_cluster_area).map(|a| a * um2);
     let spacing = node_um2.sqrt();
     let s16 = Statement::new("S16", "most probable patch", "nm²");
     vec![
@@ -54,7 +54,7 @@ pub(super) fn judge(data: &ChallengeData) -> Vec<AcceptanceCheck> {
             item.near(fifth, 0.2, 0.07, "\"20 %\", with adhesion, at the reference load")
         }),
         data.of_both(Statement::new("S18", "typical patch where contact is compression", "µm²"), |item| {
-            match data.adhesive.range.map(|r| r.used / r.asked) {
+            match data.adhesive.range.map(|r| r.used / r.requested) {
                 Some(longer) if longer > LONGER => item.not_judged(format!(
                     "{} µm²; what is under tension depends on the range, which is {longer:.1} times the challenge's",
                     compressive.map_or("no contact,".into(), |a| format!("{a:.2}"))
@@ -67,7 +67,7 @@ pub(super) fn judge(data: &ChallengeData) -> Vec<AcceptanceCheck> {
 
 /// Of the power law with which the density of patches falls, from a smallest area (units of L²) to the typical one.
 fn exponent(o: &Observed, smallest: f64) -> Option<f64> {
-    let largest = o.typical_patch?;
+    let largest = o.median_cluster_area?;
     let fits = |[a, density, n]: &&[f64; 3]| (smallest..=largest).contains(a) && *n >= FEWEST && *density > 0.0;
     let points: Vec<(f64, f64)> = o.patch_density.iter().filter(fits).map(|[a, d, _]| (a.ln(), d.ln())).collect();
     line(&points).map(|l| -l.0)

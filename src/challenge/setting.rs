@@ -2,7 +2,7 @@
 
 use super::{ChallengeData, MESH_LIMIT, Statement, reference};
 use crate::interface;
-use crate::record::acceptance::{AcceptanceCheck, Verdict};
+use crate::record::acceptance::{AcceptanceCheck, CheckStatus};
 use crate::record::results::{CURVATURE_RADIUS, FIRST_TOUCH, HEIGHT_RANGE, RMS_HEIGHT};
 use crate::scene::REFERENCE_LOAD;
 
@@ -76,7 +76,7 @@ pub(super) fn tabor(rho: f64) -> f64 {
 
 pub(super) fn judge(data: &ChallengeData) -> Vec<AcceptanceCheck> {
     let mut list = vec![mesh(data)];
-    let range = data.adhesive.range.as_ref().map(|r| [r.asked, r.used]);
+    let range = data.adhesive.range.as_ref().map(|r| [r.requested, r.used]);
     list.push(Statement::new("S01", "Tabor parameter", "1").near(
         range.map(|r| tabor(r[0])),
         3.0007,
@@ -116,9 +116,9 @@ fn mesh(data: &ChallengeData) -> AcceptanceCheck {
             "the challenge's own range".to_string()
         },
     );
-    match judged.verdict {
-        Verdict::Fail => AcceptanceCheck {
-            verdict: Verdict::NotJudged,
+    match judged.status {
+        CheckStatus::Fail => AcceptanceCheck {
+            status: CheckStatus::NotAssessed,
             reason: data.unresolved.clone().unwrap_or_default(),
             ..judged
         },

@@ -18,11 +18,11 @@ pub(super) fn judge(data: &ChallengeData) -> Vec<AcceptanceCheck> {
     let tension = observed.and_then(|[with, _]| with.stress.edges.first().copied());
     let reference = reference(data.plain);
     let form = reference.zip(observed).map(|(s, [_, plain])| persson_distance(s.pressure, &plain.contact_stress));
-    let second = data.results.second.as_ref().and_then(|c| c.states.first()?.observed.as_ref());
+    let second = data.results.cross_check.as_ref().and_then(|c| c.states.first()?.observed.as_ref());
     let apart =
         second.zip(observed).map(|(second, [_, plain])| distance(&second.contact_stress, &plain.contact_stress));
     let s24 =
-        Statement::new("S24", "Pr(σ) of contact without adhesion, two methods: largest difference of shares", "1");
+        Statement::new("S24", "Pr(σ) of contact without adhesion, two methods: largest difference of fractions", "1");
     vec![
         Statement::new("S14", "largest tension at the reference load, over γ/ρ", "1").within(
             tension.zip(pull).map(|(t, p)| -t / p),
@@ -32,7 +32,7 @@ pub(super) fn judge(data: &ChallengeData) -> Vec<AcceptanceCheck> {
         ),
         Statement::new(
             "S22",
-            "Pr(σ) of contact without adhesion against two Gaussians: largest difference of shares",
+            "Pr(σ) of contact without adhesion against two Gaussians: largest difference of fractions",
             "1",
         )
         .not_judged(format!(
@@ -72,7 +72,7 @@ fn under_tension(o: &Observed) -> Option<f64> {
 /// Density of the tension out of contact in the bin below zero, over that at half of the largest.
 fn peak(o: &Observed) -> Option<f64> {
     let edges = &o.stress.edges;
-    let outside = |i: usize| (o.stress.shares[i] - o.contact_stress.shares[i]) / (edges[i + 1] - edges[i]);
+    let outside = |i: usize| (o.stress.fractions[i] - o.contact_stress.fractions[i]) / (edges[i + 1] - edges[i]);
     let bin = |x: f64| (0..edges.len() - 1).find(|&i| edges[i + 1] >= x);
     // The last bin that holds no compression.
     let zero = edges.iter().rposition(|e| *e <= 0.0)?.checked_sub(1)?;
@@ -80,9 +80,9 @@ fn peak(o: &Observed) -> Option<f64> {
     (half < zero && outside(half) > 0.0).then(|| outside(zero) / outside(half))
 }
 
-/// Largest difference of the shares below any stress, each of its own total.
+/// Largest difference of the fractions below any stress, each of its own total.
 fn distance(a: &Distribution, b: &Distribution) -> f64 {
-    let total = |d: &Distribution| d.shares.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    let total = |d: &Distribution| d.fractions.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     let apart = |x: &f64| (share_below(a, *x) / total(a) - share_below(b, *x) / total(b)).abs();
     a.edges.iter().chain(&b.edges).map(apart).fold(0.0, f64::max)
 }
@@ -90,7 +90,7 @@ fn distance(a: &Distribution, b: &Distribution) -> f64 {
 /// The same to Persson's Pr(σ), a Gaussian around the pressure minus its mirror image, whose variance is chosen such that
 /// its integral is the area.
 fn persson_distance(pressure: f64, contact: &Distribution) -> f64 {
-    let area: f64 = contact.shares.iter().sum();
+    let area: f64 = contact.fractions.iter().sum();
     // erf(t) = area, and t = p/√(2v).
     let (mut low, mut high) = (0.0, 6.0);
     for _ in 0..80 {
@@ -112,9 +112,9 @@ mod tests {
 
     fn of(density: impl Fn(f64) -> f64) -> Distribution {
         let edges: Vec<f64> = (0..=400).map(|i| f64::from(i) * 0.01).collect();
-        let shares: Vec<f64> = edges.windows(2).map(|e| density(0.5 * (e[0] + e[1])) * 0.01).collect();
-        let delta = 1.0 - shares.iter().sum::<f64>();
-        Distribution { edges, shares, delta, below: 0.0, above: 0.0 }
+        let fractions: Vec<f64> = edges.windows(2).map(|e| density(0.5 * (e[0] + e[1])) * 0.01).collect();
+        let delta = 1.0 - fractions.iter().sum::<f64>();
+        Distribution { edges, fractions, delta, below: 0.0, above: 0.0 }
     }
 
     #[test]

@@ -25,8 +25,8 @@ fn distribution(from: f64, to: f64, delta: f64, density: impl Fn(f64) -> f64) ->
     let edges = crate::observe::linear_edges(from, to, 200);
     let raw: Vec<f64> = edges.windows(2).map(|e| density(0.5 * (e[0] + e[1])).max(0.0)).collect();
     let whole: f64 = raw.iter().sum();
-    let shares = raw.iter().map(|r| r * (1.0 - delta) / whole).collect();
-    Distribution { edges, shares, delta, below: 0.0, above: 0.0 }
+    let fractions = raw.iter().map(|r| r * (1.0 - delta) / whole).collect();
+    Distribution { edges, fractions, delta, below: 0.0, above: 0.0 }
 }
 
 /// What is observed of contact that covers a share of the cell.
@@ -38,7 +38,7 @@ fn observed(area: f64, adhesive: bool) -> Observed {
     // Out of contact all is tension, the more of it the nearer to zero.
     let open = distribution(-PULL, 4.0, 0.0, |s| if s < 0.0 { (8.0 * s).exp() } else { 0.0 });
     let mut stress = contact_stress.clone();
-    stress.shares.iter_mut().zip(&open.shares).for_each(|(all, o)| *all += (1.0 - area) * o);
+    stress.fractions.iter_mut().zip(&open.fractions).for_each(|(all, o)| *all += (1.0 - area) * o);
     // Adhesion takes from the smallest gaps.
     let gap = |u: f64| (-u / 1e-2).exp() * if adhesive { 1.0 - 0.5 * (-u / 5e-5).exp() } else { 1.0 };
     let linear = distribution(0.0, 0.05, area, gap);
@@ -52,12 +52,12 @@ fn observed(area: f64, adhesive: bool) -> Observed {
         contact_stress,
         patch_density: sizes.iter().map(|a| [a / um2, a.powf(SIZE_EXPONENT) * um2, 100.0]).collect(),
         patch_area: sizes.iter().map(|&a| [a / um2, cumulative(a)]).collect(),
-        typical_patch: Some(3.0 / um2),
-        compressive: Some(Compressive { fraction: 0.6 * area, patches: 10, typical_patch: Some(1.0 / um2) }),
-        conductance: 1.0,
-        leak_gap: 1e-3,
-        contact_spans: [false; 2],
-        gap_spans: [true; 2],
+        median_cluster_area: Some(3.0 / um2),
+        compressive: Some(Compressive { fraction: 0.6 * area, patches: 10, median_cluster_area: Some(1.0 / um2) }),
+        constriction_conductance: 1.0,
+        hydraulic_gap: 1e-3,
+        contact_percolates: [false; 2],
+        gap_percolates: [true; 2],
     }
 }
 
@@ -74,7 +74,7 @@ fn solved(adhesive: bool) -> ContinuumResults {
             contact_fraction_corrected: area,
             mean_gap: mean_gap_um(p) / UM,
             patches: Some(3000),
-            budget: Vec::new(),
+            uncertainty: Vec::new(),
             energy: 0.0,
             interaction_energy: 0.0,
             load_error: 0.0,
@@ -85,20 +85,21 @@ fn solved(adhesive: bool) -> ContinuumResults {
             fft_pairs: 1.0,
             seconds: 1.0,
             branch: Branch::Loading,
-            energy_excess: None,
-            area_drift: None,
-            mean_gap_drift: None,
+            energy_error_estimate: None,
+            area_error_estimate: None,
+            mean_gap_error_estimate: None,
             discretisation: None,
             extrapolated: None,
             stiffness: Some(2.785),
-            hangs: None,
+            hysteresis: None,
             observed: Some(observed(area, adhesive)),
             gap: None,
             stress: None,
         }
     });
     let rho = 2.071e-5;
-    let range = RangeResults { gamma: Some(2e-5), asked: rho, used: rho, resolution_asked: 1.4, resolution_used: 1.4 };
+    let range =
+        RangeResults { gamma: Some(2e-5), requested: rho, used: rho, resolution_requested: 1.4, resolution_used: 1.4 };
     ContinuumResults {
         method: "fast".into(),
         kernel: "half-space".into(),
@@ -146,9 +147,9 @@ fn agreeing() -> Results {
             psd: vec![PsdPoint { mode: 1.0, realised: 1.0, expected: None }],
         },
         continuum: Some(solved(true)),
-        without: Some(solved(false)),
+        non_adhesive: Some(solved(false)),
         other_ranges: Vec::new(),
-        second: Some(solved(false)).map(|c| ContinuumResults { states: c.states[3..4].to_vec(), ..c }),
+        cross_check: Some(solved(false)).map(|c| ContinuumResults { states: c.states[3..4].to_vec(), ..c }),
         methods: Vec::new(),
         failures: Vec::new(),
         acceptance: Vec::new(),
@@ -160,17 +161,21 @@ fn agreeing() -> Results {
     }
 }
 
-fn verdict(results: &Results, id: &str) -> Verdict {
-    judge(results).into_iter().find(|j| j.id == id).unwrap_or_else(|| panic!("no {id}")).verdict
+fn status(results: &Results, id: &str) -> CheckStatus {
+    judge(results).into_iter().find(|j| j.id == id).unwrap_or_else(|| panic!("no {id}")).status
 }
 
 /// No limit follows from the paper's words.
-const NEVER_JUDGED: &str = "S22";
+const NEVER_ASSESSED: &str = "S22";
 
 #[test]
 fn what_agrees_with_the_paper_passes() {
     for j in judge(&agreeing()) {
-        assert_eq!(j.verdict, if j.id == NEVER_JUDGED { Verdict::NotJudged } else { Verdict::Pass }, "{j:?}");
+        assert_eq!(
+            j.status,
+            if j.id == NEVER_ASSESSED { CheckStatus::NotAssessed } else { CheckStatus::Pass },
+            "{j:?}"
+        );
     }
 }
 
@@ -181,7 +186,7 @@ fn with(r: &mut Results) -> &mut ContinuumResults {
 }
 
 fn without(r: &mut Results) -> &mut ContinuumResults {
-    r.without.as_mut().expect("made up")
+    r.non_adhesive.as_mut().expect("made up")
 }
 
 fn at(c: &mut ContinuumResults, p: f64) -> &mut StateResults {
@@ -203,9 +208,9 @@ fn steepen(r: &mut Results, slope: f64) {
 #[test]
 fn one_number_changed_fails_a_statement() {
     let changes: &[(&str, Change)] = &[
-        ("S01", |r| with(r).range.as_mut().unwrap().asked *= 1.001),
+        ("S01", |r| with(r).range.as_mut().unwrap().requested *= 1.001),
         ("S02", |r| at(with(r), 0.01).pressure *= 1.00001),
-        ("S03", |r| with(r).range.as_mut().unwrap().asked *= 0.999),
+        ("S03", |r| with(r).range.as_mut().unwrap().requested *= 0.999),
         ("S04a", |r| r.surface.statistics[0].realised += 0.001),
         // What lies between the nodes is allowed for: 0.06 nm here.
         ("S04b", |r| r.surface.statistics[1].realised += 0.001),
@@ -227,36 +232,36 @@ fn one_number_changed_fails_a_statement() {
         ("S14", |r| seen(with(r)).stress.edges[0] *= 1.02),
         ("S15", |r| seen(with(r)).patch_density.iter_mut().for_each(|[a, d, _]| *d *= a.powf(-0.2))),
         ("S16", |r| seen(with(r)).patch_density.iter_mut().for_each(|[_, d, _]| *d = d.recip())),
-        ("S17a", |r| seen(with(r)).typical_patch = Some(5e-4)),
+        ("S17a", |r| seen(with(r)).median_cluster_area = Some(5e-4)),
         ("S17b", |r| seen(with(r)).patch_area.iter_mut().for_each(|[_, share]| *share *= 0.5)),
-        ("S18", |r| seen(with(r)).compressive.as_mut().unwrap().typical_patch = Some(2.2e-4)),
+        ("S18", |r| seen(with(r)).compressive.as_mut().unwrap().median_cluster_area = Some(2.2e-4)),
         ("S21a", |r| {
             // A tenth of all gaps, from far to near.
             let d = &mut seen(with(r)).gap_logarithmic;
             let far = d.edges.iter().position(|e| *e > 0.01).unwrap();
-            d.shares[far] += 0.1;
-            d.shares[far + 60] -= 0.1;
+            d.fractions[far] += 0.1;
+            d.fractions[far + 60] -= 0.1;
         }),
-        ("S21b", |r| seen(with(r)).gap_logarithmic.shares[0] *= 3.0),
+        ("S21b", |r| seen(with(r)).gap_logarithmic.fractions[0] *= 3.0),
         ("S23a", |r| seen(with(r)).compressive.as_mut().unwrap().fraction = 0.0),
         ("S23b", |r| {
             let o = seen(with(r));
             let zero = o.stress.edges.iter().rposition(|e| *e <= 0.0).unwrap();
-            o.stress.shares[zero - 1] = 1e-9;
+            o.stress.fractions[zero - 1] = 1e-9;
         }),
         ("S24", |r| {
-            let o = r.second.as_mut().unwrap().states[0].observed.as_mut().unwrap();
-            o.contact_stress.shares.rotate_right(12);
+            let o = r.cross_check.as_mut().unwrap().states[0].observed.as_mut().unwrap();
+            o.contact_stress.fractions.rotate_right(12);
         }),
     ];
     for (id, change) in changes {
         let mut results = agreeing();
-        assert_eq!(verdict(&results, id), Verdict::Pass, "{id}");
+        assert_eq!(status(&results, id), CheckStatus::Pass, "{id}");
         change(&mut results);
-        assert_eq!(verdict(&results, id), Verdict::Fail, "{id} does not notice");
+        assert_eq!(status(&results, id), CheckStatus::Fail, "{id} does not notice");
     }
     let judged: Vec<String> = judge(&agreeing()).into_iter().map(|j| j.id).collect();
-    for id in judged.iter().filter(|id| *id != NEVER_JUDGED && *id != "MESH") {
+    for id in judged.iter().filter(|id| *id != NEVER_ASSESSED && *id != "MESH") {
         assert!(changes.iter().any(|(known, _)| known == id), "{id} has no change that it must notice");
     }
 }
@@ -270,17 +275,17 @@ fn what_a_grid_cannot_tell_is_not_judged() {
     let mut coarse = agreeing();
     with(&mut coarse).nx = 2048;
     for j in judge(&coarse) {
-        let expected = of_adhesion.contains(&j.id.as_str()) || j.id == NEVER_JUDGED;
-        assert_eq!(j.verdict == Verdict::NotJudged, expected, "{j:?}");
+        let expected = of_adhesion.contains(&j.id.as_str()) || j.id == NEVER_ASSESSED;
+        assert_eq!(j.status == CheckStatus::NotAssessed, expected, "{j:?}");
     }
     let of_roughness =
         ["S04a", "S04d", "S05", "S06", "S08", "S10", "S11a", "S11b", "S13", "S15", "S17a", "S17b", "S18"];
     let mut smooth = agreeing();
     without(&mut smooth).resolved_gradient = Some(0.9);
     for id in of_roughness {
-        assert_eq!(verdict(&smooth, id), Verdict::NotJudged, "{id}");
+        assert_eq!(status(&smooth, id), CheckStatus::NotAssessed, "{id}");
     }
     let mut one = agreeing();
-    one.second = None;
-    assert_eq!(verdict(&one, "S24"), Verdict::NotJudged);
+    one.cross_check = None;
+    assert_eq!(status(&one, "S24"), CheckStatus::NotAssessed);
 }

@@ -16,7 +16,7 @@ pub struct Advise {
     /// Scene file (TOML) that is to be run.
     scene: PathBuf,
     /// What is to be accurate: contact_area, mean_gap, stiffness, gap_map, contact_map, gap_pdf, stress_pdf, patch_area or
-    /// typical_patch. With --prove several, apart by commas.
+    /// median_cluster_area. With --prove several, apart by commas.
     #[arg(long, value_name = "WHAT", value_delimiter = ',', num_args = 1, required = true)]
     quantity: Vec<String>,
     /// Error that is good enough, as 5% or 0.05; the cheapest setting within it is told. With --prove several, apart by commas.
@@ -79,7 +79,7 @@ impl Advise {
             (None, None) => return Err(Error::input(PLACE, "--error", "not given", "an error, or --budget")),
         };
         let case = Case::read(&self.scene)?;
-        let (tables, made_by) = self.tables(&case)?;
+        let (tables, provenance) = self.tables(&case)?;
         let advice = pipeline::advise(&tables, &case, *measure, limit, self.extrapolate)
             .map_err(|Unserved(accepted)| Error::input(PLACE, flag, asked, accepted))?;
         // A height map has its own grid.
@@ -98,11 +98,11 @@ impl Advise {
             let mut told =
                 serde_json::to_value(&advice).map_err(|e| Error::format("advice", e, "values that JSON can hold"))?;
             told["quantity"] = measure.id().into();
-            told["tables"] = made_by.into();
+            told["tables"] = provenance.into();
             told["command"] = command.into();
             words::json_line(&told)?;
         } else {
-            say(&advice, *measure, &made_by);
+            say(&advice, *measure, &provenance);
             words::say(&command);
         }
         Ok(ExitCode::SUCCESS)
@@ -176,7 +176,7 @@ fn say_trials(trials: &[Trial]) {
             t.surface.clone(),
             t.quantity.name().into(),
             percent(t.asked),
-            t.advice.as_ref().map_or_else(|| t.refusal.clone().unwrap_or_default(), setting),
+            t.advice.as_ref().map_or_else(|| t.unavailable_reason.clone().unwrap_or_default(), setting),
             error(t.advice.as_ref().map(|a| a.expected_error)),
             error(t.found),
             error(t.uncertainty),
@@ -186,7 +186,7 @@ fn say_trials(trials: &[Trial]) {
     words::say(&words::table(&head, trials.iter().map(row)));
 }
 
-fn say(a: &Advice, measure: Measure, made_by: &str) {
+fn say(a: &Advice, measure: Measure, provenance: &str) {
     words::say(&format!("{} on {} points a side, {} to {:e}", a.method, a.grid, a.precision, a.tolerance));
     let range = a.error_range.map(|e| error_of(measure, e));
     let surfaces = if a.surfaces == 1 { "one surface".into() } else { format!("{} surfaces", a.surfaces) };
@@ -209,7 +209,7 @@ fn say(a: &Advice, measure: Measure, made_by: &str) {
         duration(a.expected_seconds),
         a.threads
     ));
-    words::say(&format!("tables: {made_by}"));
+    words::say(&format!("tables: {provenance}"));
     a.extrapolated.iter().for_each(|why| words::say(&format!("beyond what was measured: {why}")));
 }
 

@@ -165,7 +165,7 @@ impl Atoms {
                         percent(s.contact_fraction),
                         significant(s.mean_gap_angstrom, 4),
                         significant(s.contact_stress_gpa, 3),
-                        s.ways
+                        s.criteria
                             .iter()
                             .map(|w| format!("{} {}", w.id, percent(w.contact_fraction)))
                             .collect::<Vec<_>>()

@@ -23,7 +23,7 @@ pub struct Collect {
     ladders: Option<PathBuf>,
     /// Said in the file: the command that measured them, and on what.
     #[arg(long, value_name = "TEXT", default_value = "asperity tradeoff")]
-    made_by: String,
+    provenance: String,
 }
 
 impl Collect {
@@ -33,6 +33,6 @@ impl Collect {
             write_atomic(file, |w| write!(w, "{HEAD}{}", ladders::markdown(&told, "fast")))?;
         }
         let tables = self.tables.iter().map(|f| Tables::read(f)).collect::<Result<Vec<_>>>()?.concat();
-        Tables::new(self.made_by, tables).write(&self.out)
+        Tables::new(self.provenance, tables).write(&self.out)
     }
 }

@@ -2,7 +2,7 @@ use super::{listen::Teller, words};
 use crate::method::{self, ContactMethod, REGISTRY};
 use crate::pipeline::{self, AskedOfLadder};
 use crate::record::tradeoff::{
-    AtomsCost, BlockSize, FORECAST_TOLERANCE, Forecast, Measure, Point, Resolved, Tradeoff as Told,
+    AtomsCost, BlockSize, FORECAST_TOLERANCE, Forecast, Measure, ResolvedErrors, Tradeoff as Told, TradeoffPoint,
 };
 use crate::report::number::{count, duration, error_of, memory, significant, trimmed};
 use crate::scene::{ALL_METHODS, Case, MOST_FOUNDATION_CELLS, Scene};
@@ -170,10 +170,10 @@ fn say(told: &Told) {
         words::say(&format!("  uncertain by: {}", if told.is_empty() { "not known".into() } else { told.join(", ") }));
     }
     const COLUMNS: [Measure; 5] =
-        [Measure::ContactArea, Measure::MeanGap, Measure::GapMap, Measure::ContactMap, Measure::TypicalPatch];
+        [Measure::ContactArea, Measure::MeanGap, Measure::GapMap, Measure::ContactMap, Measure::MedianClusterArea];
     let head =
         ["method", "grid", "to", "CPU", "of ref.", "memory", "area", "mean gap", "gap map", "contact map", "patch"];
-    let row = |p: &Point| {
+    let row = |p: &TradeoffPoint| {
         let s = &p.setting;
         let mut cells = vec![
             match s.slab {
@@ -185,23 +185,23 @@ fn say(told: &Told) {
             s.nx.to_string(),
             format!("{} {}", s.precision, trimmed(s.tolerance, 2)),
             duration(p.cost.cpu_seconds),
-            significant(p.cost.of_reference, 2),
+            significant(p.cost.cpu_over_reference, 2),
             memory(p.cost.measured_bytes),
         ];
         cells.extend(COLUMNS.map(|m| p.errors.get(&m).map_or("-".into(), |e| error_of(m, *e))));
         cells
     };
-    words::say(&words::table(&head, told.points.iter().filter(|p| p.refusal.is_none()).map(row)));
+    words::say(&words::table(&head, told.points.iter().filter(|p| p.unavailable_reason.is_none()).map(row)));
     say_atoms(told);
     say_forecasts(told);
     let mut refused: Vec<(&str, &str)> = Vec::new();
     for p in &told.points {
-        if let Some(why) = p.refusal.as_deref().filter(|w| !refused.contains(&(&p.setting.method, w))) {
+        if let Some(why) = p.unavailable_reason.as_deref().filter(|w| !refused.contains(&(&p.setting.method, w))) {
             refused.push((&p.setting.method, why));
             words::say(&format!("{} in {} tells nothing: {why}", p.setting.method, p.setting.precision));
         }
     }
-    for l in &told.left_out {
+    for l in &told.skipped {
         let s = &l.setting;
         words::say(&format!("left out: {} on {}, {} to {:e}: {}", s.method, s.nx, s.precision, s.tolerance, l.reason));
     }
@@ -210,12 +210,12 @@ fn say(told: &Told) {
 
 /// What blocks of atoms took, and their errors against the heights that they resolve.
 fn say_atoms(told: &Told) {
-    let blocks: Vec<(&Point, &Resolved)> =
+    let blocks: Vec<(&TradeoffPoint, &ResolvedErrors)> =
         told.points.iter().filter_map(|p| p.resolved.as_ref().map(|r| (p, r))).collect();
     if blocks.is_empty() {
         return;
     }
-    let row = |(p, r): &(&Point, &Resolved)| {
+    let row = |(p, r): &(&TradeoffPoint, &ResolvedErrors)| {
         let taken = p.cost.atoms;
         let number = |of: fn(&AtomsCost) -> String| taken.as_ref().map_or("-".into(), of);
         let mut cells = vec![
@@ -223,7 +223,7 @@ fn say_atoms(told: &Told) {
             number(|a| count(a.atoms as usize)),
             number(|a| count(a.force_evaluations)),
             number(|a| duration(a.lammps_cpu_seconds)),
-            format!("L/{}", significant(1.0 / r.shortest_wave, 2)),
+            format!("L/{}", significant(1.0 / r.shortest_wavelength, 2)),
         ];
         let error = |m| r.errors.get(&m).map_or("-".into(), |e| error_of(m, *e));
         cells.extend([Measure::ContactArea, Measure::MeanGap, Measure::GapMap, Measure::ContactMap].map(error));
@@ -248,7 +248,7 @@ fn say_forecasts(told: &Told) {
             duration(f.predicted_cpu_seconds),
             duration(f.cpu_seconds),
             significant(f.ratio, 2),
-            f.twice_cpu_seconds.map_or("-".into(), duration),
+            f.doubled_grid_cpu_seconds.map_or("-".into(), duration),
         ]
     };
     let head = ["method", "grid", "from", "foreseen", "CPU", "ratio", "twice the grid"];

@@ -1,7 +1,7 @@
 //! Answers on stdout.
 
 use crate::load::Branch;
-use crate::record::acceptance::{AcceptanceCheck, Verdict};
+use crate::record::acceptance::{AcceptanceCheck, CheckStatus};
 use crate::record::advice::AccuracyChoice;
 use crate::record::methods::MethodResults;
 use crate::record::results::{AtomState, AtomsResults, AuditLine, ContinuumResults, Overlap, Results, Statistic};
@@ -65,10 +65,10 @@ pub fn statistics(list: &[Statistic]) -> String {
 /// What scaling down keeps.
 pub fn audit(lines: &[AuditLine]) -> String {
     table(
-        &["group", "symbol", "asked", "used", "verdict", "why"],
+        &["group", "symbol", "asked", "used", "status", "why"],
         lines.iter().map(|l| {
-            let (asked, used) = (significant(l.asked, 4), significant(l.used, 4));
-            vec![l.group.clone(), l.symbol.clone(), asked, used, l.verdict.clone(), l.reason.clone()]
+            let (asked, used) = (significant(l.target, 4), significant(l.actual, 4));
+            vec![l.group.clone(), l.symbol.clone(), asked, used, l.status.clone(), l.reason.clone()]
         }),
     )
 }
@@ -84,7 +84,7 @@ pub fn results(results: &Results) {
         way_back(c, |w| si(w * work, "J/m²", 3)).iter().for_each(|said| say(said));
     }
     let ranges = results.other_ranges.iter().map(|c| (format!("adhesion {}", c.adhesion), c));
-    let without = results.without.iter().map(|c| ("without adhesion".to_string(), c));
+    let without = results.non_adhesive.iter().map(|c| ("without adhesion".to_string(), c));
     for (what, c) in without.chain(ranges) {
         say(&format!("{what}:"));
         states(c, results.scales.length_m * 1e6);
@@ -112,7 +112,7 @@ fn methods(list: &[MethodResults], um: f64) {
                 s.contact_fraction_corrected.map_or_else(dash, percent),
                 s.mean_gap.map_or_else(dash, |g| significant(g * um, 4)),
                 s.patches.map_or_else(dash, |n| n.to_string()),
-                s.typical_patch.map_or_else(dash, |a| significant(a * um * um, 3)),
+                s.median_cluster_area.map_or_else(dash, |a| significant(a * um * um, 3)),
                 duration(s.seconds),
             ]
         })
@@ -120,7 +120,7 @@ fn methods(list: &[MethodResults], um: f64) {
     let head = ["method", "p*", "contact", "corrected", "mean gap / µm", "patches", "typical / µm²", "time"];
     say(&table(&head, lines));
     for m in list {
-        if let Some(why) = &m.refusal {
+        if let Some(why) = &m.unavailable_reason {
             say(&format!("{} tells nothing: {why}", m.method));
         }
     }
@@ -180,7 +180,7 @@ fn states(c: &ContinuumResults, um: f64) {
 fn certainty(c: &ContinuumResults, um: f64) {
     if let Some(r) = c.range {
         let gamma = r.gamma.map_or(String::new(), |g| format!("work γ = {} E*L, ", significant(g, 4)));
-        let [asked, used] = [r.asked, r.used].map(|r| significant(r * um * 1e3, 4));
+        let [asked, used] = [r.requested, r.used].map(|r| significant(r * um * 1e3, 4));
         say(&format!("adhesion: {gamma}range ρ = {asked} nm asked for, {used} nm used"));
     }
     for s in &c.states {
@@ -218,7 +218,11 @@ pub fn comparison(results: &Results) {
             significant(load.atoms_mean_gap_angstrom, 4),
         ];
         let lines = load.continuum.iter().map(|m| {
-            let gap = if m.id == "soft wall" { load.soft_mean_gap_angstrom } else { load.continuum_mean_gap_angstrom };
+            let gap = if m.id == "compliant_wall" {
+                load.compliant_wall_mean_gap_angstrom
+            } else {
+                load.hard_wall_mean_gap_angstrom
+            };
             vec![
                 "".into(),
                 m.criterion.clone(),
@@ -237,14 +241,14 @@ pub fn comparison(results: &Results) {
 /// Where the crystal leaves elasticity, if that was looked for.
 fn yielding(a: &AtomsResults) -> Option<String> {
     let p = a.plasticity.as_ref()?;
-    let begins = match (p.first_yield, p.elastic_to) {
+    let begins = match (p.first_yield, p.last_elastic) {
         (None, _) => "no yield".to_string(),
         (Some(load), None) => format!("first yield at p* = {} or before", significant(load, 3)),
         (Some(load), Some(before)) => {
             format!("first yield between p* = {} and {}", significant(before, 3), significant(load, 3))
         }
     };
-    let at = |s: &AtomState| s.plastic.map(|n| format!("{} at {}", n.atoms, trimmed(s.p_star, 4)));
+    let at = |s: &AtomState| s.defects.map(|n| format!("{} at {}", n.atoms, trimmed(s.p_star, 4)));
     let counts: Vec<_> = a.states.iter().filter_map(at).collect();
     Some(format!("{begins}; of {} atoms out of the crystal's order, by p*: {}", p.atoms, counts.join(", ")))
 }
@@ -253,7 +257,7 @@ fn yielding(a: &AtomsResults) -> Option<String> {
 fn acceptance(list: &[AcceptanceCheck]) -> String {
     let number = |v: f64| significant(v, 4);
     table(
-        &["", "statement", "value", "reference", "accepted", "unit", "verdict", "why"],
+        &["", "statement", "value", "reference", "accepted", "unit", "status", "why"],
         list.iter().map(|j| {
             vec![
                 j.id.clone(),
@@ -262,7 +266,7 @@ fn acceptance(list: &[AcceptanceCheck]) -> String {
                 j.reference.map_or("-".into(), number),
                 j.accepted(number).unwrap_or("-".into()),
                 if j.unit == "1" { String::new() } else { j.unit.clone() },
-                if j.verdict == Verdict::Fail { "FAIL".into() } else { j.verdict.to_string() },
+                if j.status == CheckStatus::Fail { "FAIL".into() } else { j.status.to_string() },
                 j.reason.clone(),
             ]
         }),
@@ -278,6 +282,6 @@ pub fn ended(results: &Results, page: PathBuf) -> Result<ExitCode> {
     if !results.failures.is_empty() {
         return Err(Error::Beside { why: results.failures.join("; "), kept: page });
     }
-    let failed = results.acceptance.iter().any(|j| j.verdict == Verdict::Fail);
+    let failed = results.acceptance.iter().any(|j| j.status == CheckStatus::Fail);
     Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }

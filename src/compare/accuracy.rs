@@ -71,7 +71,7 @@ impl Masses {
     /// spread from there, or, without one, put at the first border; what lies above is put at the last.
     pub fn of(d: &Distribution, lowest: Option<f64>) -> Self {
         let (Some(&first), Some(&last)) = (d.edges.first(), d.edges.last()) else { return Masses(Vec::new()) };
-        let bins = d.edges.windows(2).zip(&d.shares).map(|(e, share)| (e[0], e[1], *share));
+        let bins = d.edges.windows(2).zip(&d.fractions).map(|(e, share)| (e[0], e[1], *share));
         let beyond = [(0.0, 0.0, d.delta), (lowest.unwrap_or(first).min(first), first, d.below), (last, last, d.above)];
         Masses(bins.chain(beyond).filter(|m| m.2 > 0.0).collect())
     }
@@ -226,7 +226,7 @@ mod tests {
 
     fn even(from: f64, to: f64, bins: usize) -> Distribution {
         let edges = linear_edges(from, to, bins);
-        Distribution { edges, shares: vec![1.0 / bins as f64; bins], delta: 0.0, below: 0.0, above: 0.0 }
+        Distribution { edges, fractions: vec![1.0 / bins as f64; bins], delta: 0.0, below: 0.0, above: 0.0 }
     }
 
     /// What is shifted is off by the shift, whatever the bins; what is stretched about its middle by a quarter of the stretch.
@@ -240,19 +240,19 @@ mod tests {
         assert_eq!(wasserstein(&Masses(Vec::new()), &masses(0.0, 1.0, 1)), None);
     }
 
-    /// Deltas and what lies beyond the bins are masses, too, and shares that do not add up to one are scaled.
+    /// Deltas and what lies beyond the bins are masses, too, and fractions that do not add up to one are scaled.
     #[test]
     fn wasserstein_moves_deltas() {
-        let half = Distribution { shares: vec![0.5], delta: 0.5, ..even(1.0, 3.0, 1) };
+        let half = Distribution { fractions: vec![0.5], delta: 0.5, ..even(1.0, 3.0, 1) };
         let open = even(1.0, 3.0, 1);
         // Half of the whole goes from 0 to an even spread about 2.
         close(wasserstein(&Masses::of(&half, None), &Masses::of(&open, None)), 1.0);
-        let twice = Distribution { shares: vec![2.0], ..open.clone() };
+        let twice = Distribution { fractions: vec![2.0], ..open.clone() };
         close(wasserstein(&Masses::of(&twice, None), &Masses::of(&open, None)), 0.0);
-        let below = Distribution { shares: vec![0.0], below: 1.0, ..open.clone() };
+        let below = Distribution { fractions: vec![0.0], below: 1.0, ..open.clone() };
         close(wasserstein(&Masses::of(&below, Some(0.0)), &Masses::of(&open, None)), 1.5);
         close(wasserstein(&Masses::of(&below, None), &Masses::of(&open, None)), 1.0);
-        let above = Distribution { shares: vec![0.0], above: 1.0, ..open.clone() };
+        let above = Distribution { fractions: vec![0.0], above: 1.0, ..open.clone() };
         close(wasserstein(&Masses::of(&above, None), &Masses::of(&open, None)), 1.0);
     }
 

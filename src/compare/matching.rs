@@ -54,7 +54,7 @@ impl Sites {
         CriterionMatch {
             id: criterion.id().into(),
             criterion: criterion.words(),
-            raised_angstrom: criterion.raised(),
+            offset_angstrom: criterion.raised(),
             contact_fraction: here.iter().filter(|c| **c).count() as f64 / here.len() as f64,
             overlap: overlap(here, atoms),
             shifted: overlap(&shifted, atoms),
@@ -67,37 +67,37 @@ impl Sites {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SiteCriterion {
     /// Hard wall, zero gap.
-    Plain,
+    HardWall,
     /// Hard wall, atoms put on it and raised by what the atoms' wall yields at the mean contact stress, Å: an indenter atom
     /// within the contact distance.
-    Raised(f64),
+    OffsetWall(f64),
     /// The areal law of atoms that give way, atoms put on its solution, those that nothing presses risen: an indenter atom within
     /// the contact distance.
-    SoftWall,
+    CompliantWall,
 }
 
 impl SiteCriterion {
     pub fn id(self) -> &'static str {
         match self {
-            SiteCriterion::Plain => "plain",
-            SiteCriterion::Raised(_) => "raised",
-            SiteCriterion::SoftWall => "soft wall",
+            SiteCriterion::HardWall => "hard_wall",
+            SiteCriterion::OffsetWall(_) => "offset_wall",
+            SiteCriterion::CompliantWall => "compliant_wall",
         }
     }
 
     /// Å.
     pub fn raised(self) -> f64 {
         match self {
-            SiteCriterion::Raised(by) => by,
-            SiteCriterion::Plain | SiteCriterion::SoftWall => 0.0,
+            SiteCriterion::OffsetWall(by) => by,
+            SiteCriterion::HardWall | SiteCriterion::CompliantWall => 0.0,
         }
     }
 
     pub fn words(self) -> String {
         match self {
-            SiteCriterion::Plain => "hard wall, zero gap".into(),
-            SiteCriterion::Raised(by) => format!("hard wall, d_c from atoms put there and raised by {by:.3} Å"),
-            SiteCriterion::SoftWall => "soft wall, d_c from atoms put there".into(),
+            SiteCriterion::HardWall => "hard wall, zero gap".into(),
+            SiteCriterion::OffsetWall(by) => format!("hard wall, d_c from atoms put there and raised by {by:.3} Å"),
+            SiteCriterion::CompliantWall => "soft wall, d_c from atoms put there".into(),
         }
     }
 }
@@ -150,9 +150,13 @@ mod tests {
         }
         // The first site comes to lie on the last.
         assert_eq!(sites.shifted, [3, 1, 1, 1]);
-        let judged =
-            sites.judge(&[true, false, false, true], &[true, false, false, false], SiteCriterion::Raised(0.3), None);
-        assert_eq!((judged.contact_fraction, judged.overlap.jaccard, judged.raised_angstrom), (0.5, 0.5, 0.3));
+        let judged = sites.judge(
+            &[true, false, false, true],
+            &[true, false, false, false],
+            SiteCriterion::OffsetWall(0.3),
+            None,
+        );
+        assert_eq!((judged.contact_fraction, judged.overlap.jaccard, judged.offset_angstrom), (0.5, 0.5, 0.3));
         assert_eq!(judged.shifted.jaccard, 1.0);
     }
 }

@@ -124,7 +124,7 @@ impl std::fmt::Display for Criterion {
     }
 }
 
-/// What a method is, honestly: read by tables, by the refusal of what it cannot do, and by tests that walk the registry.
+/// What a method is, honestly: read by tables, by the unavailable_reason of what it cannot do, and by tests that walk the registry.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Card {
     pub id: &'static str,

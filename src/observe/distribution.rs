@@ -8,7 +8,7 @@ pub struct Distribution {
     /// Borders of the bins, rising; one more than there are bins.
     pub edges: Vec<f64>,
     /// Shares of all nodes, bin by bin; a value on a border belongs to the bin above it.
-    pub shares: Vec<f64>,
+    pub fractions: Vec<f64>,
     /// Share of the nodes whose value is a delta: no gap where the surfaces touch, no stress where they do not.
     pub delta: f64,
     pub below: f64,
@@ -28,7 +28,7 @@ impl Distribution {
     /// Probability density in the middle of each bin: middle, density. The middle is the arithmetic one.
     pub fn density(&self) -> Vec<(f64, f64)> {
         let bin = |(e, share): (&[f64], &f64)| (0.5 * (e[0] + e[1]), share / (e[1] - e[0]));
-        self.edges.windows(2).zip(&self.shares).map(bin).collect()
+        self.edges.windows(2).zip(&self.fractions).map(bin).collect()
     }
 
     /// The same with values in a unit of which one of this distribution's is `unit`.
@@ -38,7 +38,7 @@ impl Distribution {
 
     /// What all shares add up to: one.
     pub fn total(&self) -> f64 {
-        self.shares.iter().sum::<f64>() + self.delta + self.below + self.above
+        self.fractions.iter().sum::<f64>() + self.delta + self.below + self.above
     }
 }
 
@@ -103,7 +103,7 @@ fn count(len: usize, edges: Vec<f64>, value: impl Fn(usize) -> Value + Sync) -> 
         .reduce(|| vec![0; bins + 3], |a, b| a.iter().zip(b).map(|(a, b)| a + b).collect());
     let share = |k: usize| counts[k] as f64 / len as f64;
     Distribution {
-        shares: (1..=bins).map(share).collect(),
+        fractions: (1..=bins).map(share).collect(),
         delta: share(bins + 2),
         below: share(0),
         above: share(bins + 1),
@@ -123,7 +123,7 @@ mod tests {
         let gap: Vec<f64> = (0..1000).map(|i| if i % 4 == 0 { 0.0 } else { f64::from(i) * 1e-3 }).collect();
         let found = gap_distribution(Field::F64(&gap), 0.0, linear_edges(0.1, 0.9, 8));
         assert_eq!((found.delta, found.below, found.above), (0.25, 0.075, 0.075));
-        assert!(found.shares.iter().all(|s| (s - 0.075).abs() < WHOLE), "{found:?}");
+        assert!(found.fractions.iter().all(|s| (s - 0.075).abs() < WHOLE), "{found:?}");
         assert!((found.total() - 1.0).abs() < WHOLE);
         let logarithmic = gap_distribution(Field::F64(&gap), 0.0, logarithmic_edges(1e-3, 1.0, 30));
         assert!((logarithmic.total() - 1.0).abs() < WHOLE && logarithmic.above == 0.0, "{logarithmic:?}");
@@ -138,8 +138,8 @@ mod tests {
         let (gap, stress) = (Field::F64(&gap), Field::F64(&stress));
         let edges = linear_edges(-0.25, 0.35, 6);
         let sticky = stress_distribution(gap, stress, (0.0, true), edges.clone());
-        assert_eq!(sticky.all.shares, [0.25, 0.25, 0.25, 0.0, 0.0, 0.25]);
-        assert_eq!(sticky.contact.shares, [0.0, 0.25, 0.0, 0.0, 0.0, 0.25]);
+        assert_eq!(sticky.all.fractions, [0.25, 0.25, 0.25, 0.0, 0.0, 0.25]);
+        assert_eq!(sticky.contact.fractions, [0.0, 0.25, 0.0, 0.0, 0.0, 0.25]);
         assert_eq!((sticky.all.delta, sticky.contact.total()), (0.0, 0.5));
         let dry = stress_distribution(gap, stress, (0.0, false), edges);
         assert_eq!(dry.all.delta, 0.5);

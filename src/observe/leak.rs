@@ -5,7 +5,7 @@ use rayon::prelude::*;
 /// surfaces, with the lubrication conductivity u³ at each node, in the effective medium of Bruggeman (Ann. Phys. 416 (1935)
 /// 636; for leakage Lorenz & Persson, Eur. Phys. J. E 31 (2010) 159): ⟨(u³ - c)/(u³ + c)⟩ = 0 in two dimensions. Zero where
 /// half or more of the nodes, those at gaps of at most `threshold`, are closed: there the effective medium seals.
-pub fn leak_gap(gap: Field, threshold: f64) -> f64 {
+pub fn hydraulic_gap(gap: Field, threshold: f64) -> f64 {
     let open = Classes::of(gap, threshold);
     if 2 * open.count() <= gap.len() as u64 {
         return 0.0;
@@ -157,15 +157,15 @@ mod tests {
         /// Of the class means: none for one gap; widths of 1 % squared for more.
         const TOLERANCE: f64 = 1e-9;
         for g in [1.0, 1e-6, 3e7] {
-            assert!((leak_gap(Field::F64(&[g; 100]), 0.0) / g - 1.0).abs() < TOLERANCE);
+            assert!((hydraulic_gap(Field::F64(&[g; 100]), 0.0) / g - 1.0).abs() < TOLERANCE);
         }
         // Two conductivities, half of the area each: Keller and Dykhne's √(c₁c₂).
         let halves: Vec<f64> = (0..100).map(|i| if i % 2 == 0 { 1.0 } else { 4.0 }).collect();
-        assert!((leak_gap(Field::F64(&halves), 0.0) / 2.0 - 1.0).abs() < TOLERANCE);
+        assert!((hydraulic_gap(Field::F64(&halves), 0.0) / 2.0 - 1.0).abs() < TOLERANCE);
         // A share of closed nodes x leaves 1 - 2x of the conductivity.
         let closed: Vec<f64> = (0..100).map(|i| if i % 5 == 0 { 0.0 } else { 2.0 }).collect();
-        assert!((leak_gap(Field::F64(&closed), 0.0) / (8.0f64 * 0.6).cbrt() - 1.0).abs() < TOLERANCE);
+        assert!((hydraulic_gap(Field::F64(&closed), 0.0) / (8.0f64 * 0.6).cbrt() - 1.0).abs() < TOLERANCE);
         let sealed: Vec<f64> = (0..100).map(|i| if i % 2 == 0 { 0.0 } else { 2.0 }).collect();
-        assert_eq!(leak_gap(Field::F64(&sealed), 0.0), 0.0);
+        assert_eq!(hydraulic_gap(Field::F64(&sealed), 0.0), 0.0);
     }
 }

@@ -21,7 +21,7 @@ pub use distribution::{
     Distribution, StressDistribution, gap_distribution, linear_edges, logarithmic_edges, stress_distribution,
 };
 pub use hysteresis::hysteresis_work;
-pub use leak::{leak_gap, spans};
+pub use leak::{hydraulic_gap, spans};
 pub use patches::{
     Connectivity, NO_PATCH, Patches, cumulative_area, patch_sizes, patches, size_distribution, spot_conductance,
     typical_size,

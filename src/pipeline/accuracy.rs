@@ -1,6 +1,6 @@
 //! The accuracy that a scene asks for, resolved into grid, method, precision and tolerance by measured tables.
 
-use super::{adhesion_words, shortest_wave};
+use super::{adhesion_words, shortest_wavelength};
 use crate::compare::advice::{Limit, Table, Tables, Target, candidates, choose};
 use crate::interface::Adhesion;
 use crate::method::Precision;
@@ -22,7 +22,7 @@ pub fn settle(mut scene: Scene, file: &Path) -> Result<Case> {
     let Some(asked) = scene.accuracy.clone() else { return Case::resolve(scene, file) };
     refuse_both(&scene, file)?;
     let case = Case::resolve(scene.clone(), file)?;
-    let (tables, made_by) = tables(&asked, &case)?;
+    let (tables, provenance) = tables(&asked, &case)?;
     let limit = match (asked.error, asked.budget_s) {
         (Some(share), _) => Limit::Error(share),
         (None, Some(s)) => Limit::Seconds(s),
@@ -48,7 +48,7 @@ pub fn settle(mut scene: Scene, file: &Path) -> Result<Case> {
         quantity: asked.quantity,
         error: asked.error,
         budget_s: asked.budget_s,
-        tables: made_by,
+        tables: provenance,
         advice,
     };
     let mut settled = Case { chosen: Some(chosen), ..Case::resolve(scene, file)? };
@@ -90,7 +90,7 @@ fn tables(asked: &AccuracyScene, case: &Case) -> Result<(Vec<Table>, String)> {
 pub fn read_tables(files: &[PathBuf]) -> Result<(Vec<Table>, String)> {
     if files.is_empty() {
         let shipped = Tables::shipped();
-        return Ok((shipped.tables, format!("those of the program, made by {}", shipped.made_by)));
+        return Ok((shipped.tables, format!("those of the program, made by {}", shipped.provenance)));
     }
     let mut list = Vec::new();
     for file in files {
@@ -116,7 +116,7 @@ pub fn advise(
 
 fn target(case: &Case) -> Target {
     Target {
-        shortest_wave: shortest_wave(&case.surface),
+        shortest_wavelength: shortest_wavelength(&case.surface),
         own_grid: matches!(case.surface, Surface::Imported { .. }).then_some(case.grid.nx),
         aspect: case.grid.ny as f64 / case.grid.nx as f64,
         kernel: case.kernel.to_string(),

@@ -270,13 +270,13 @@ fn plasticity(
         for state in states.iter_mut() {
             let distance = |s: &[f64; 2]| (s[0] - state.p_star).abs();
             let nearest = steps.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
-            state.plastic = nearest.map(|s| DefectAtoms { atoms: s[1] as usize, volume_nm3: s[1] * atom_nm3 });
+            state.defects = nearest.map(|s| DefectAtoms { atoms: s[1] as usize, volume_nm3: s[1] * atom_nm3 });
         }
     }
     let yielded = steps.iter().position(|s| s[1] > order::NOISE as f64);
     let first_yield = yielded.map(|k| steps[k][0]);
     // The free block carries what its tolerance leaves of a load.
-    let elastic_to = yielded.and_then(|k| k.checked_sub(1)).map(|k| if k == 0 { 0.0 } else { steps[k][0] });
+    let last_elastic = yielded.and_then(|k| k.checked_sub(1)).map(|k| if k == 0 { 0.0 } else { steps[k][0] });
     let beyond: Vec<f64> = first_yield.map_or(Vec::new(), |p| {
         states.iter().filter(|s| s.p_star >= p && s.contacts > 0).map(|s| s.contact_stress_gpa).collect()
     });
@@ -284,10 +284,10 @@ fn plasticity(
         atoms: order::looked_at(&atoms.block) as usize,
         masked_layers: order::MASKED_LAYERS,
         threshold: order::THRESHOLD,
-        noise: order::NOISE,
+        noise_atoms: order::NOISE,
         steps,
         first_yield,
-        elastic_to,
+        last_elastic,
         hardness_gpa: (!beyond.is_empty()).then(|| beyond.iter().sum::<f64>() / beyond.len() as f64),
     })
 }

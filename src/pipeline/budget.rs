@@ -23,7 +23,7 @@ pub(super) fn budget(
         add(Measure::ContactArea, UncertaintySource::Grid, d.area, d.area_is_bound);
         add(Measure::MeanGap, UncertaintySource::Grid, d.mean_gap, d.mean_gap_is_bound);
     }
-    if range.is_some_and(|r| r.used != r.asked) {
+    if range.is_some_and(|r| r.used != r.requested) {
         let far = state.extrapolated;
         let area = far.map(|e| (e.area.value - state.contact_fraction_corrected).abs() + e.area.error);
         let gap = far.and_then(|e| e.mean_gap).map(|g| (g.value - state.mean_gap).abs() + g.error);
@@ -34,8 +34,8 @@ pub(super) fn budget(
     let of_load =
         |share: f64| [Some(share), state.stiffness.map(|k| share * state.pressure.abs() / (k * state.mean_gap))];
     let [area, gap] = of_load(state.residual);
-    add(Measure::ContactArea, UncertaintySource::Solver, state.area_drift.or(area), false);
-    add(Measure::MeanGap, UncertaintySource::Solver, state.mean_gap_drift.or(gap), false);
+    add(Measure::ContactArea, UncertaintySource::Solver, state.area_error_estimate.or(area), false);
+    add(Measure::MeanGap, UncertaintySource::Solver, state.mean_gap_error_estimate.or(gap), false);
     let [area, gap] = of_load(problem.rounding_floor(rms_height, state.pressure));
     add(Measure::ContactArea, UncertaintySource::Precision, area, false);
     add(Measure::MeanGap, UncertaintySource::Precision, gap, false);

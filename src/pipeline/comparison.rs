@@ -73,7 +73,11 @@ pub(super) fn matched(
     if case.scene.atoms.as_ref().is_some_and(|a| a.depth_error) {
         let deep = Matching { kernel: Elastic::HalfSpace, tag: "half-space", ..hard };
         let deep = solve(case, atoms, (atoms.matched, &heights), deep, (folder, stage), key, listener)?;
-        found.states.iter_mut().zip(&deep.states).for_each(|(state, deep)| state.budget.extend(of_depth(state, deep)));
+        found
+            .states
+            .iter_mut()
+            .zip(&deep.states)
+            .for_each(|(state, deep)| state.uncertainty.extend(of_depth(state, deep)));
     }
     Ok(Matched { full, hard: found, soft: soft(case, atoms, (folder, stage), key, listener)? })
 }
@@ -102,7 +106,7 @@ pub(super) fn soft(
         kernel: atoms.kernel(),
         wall: Wall::Tabulated(atoms.soft_wall()),
         soft: true,
-        tag: "soft wall",
+        tag: "compliant wall",
         criterion: "the wall pushes",
     };
     // The law acts straight up: on what a ball feels it acts where, and as soon as, an atom would be met on a slope.
@@ -222,18 +226,19 @@ pub(super) fn compare(
     let (mut loads, mut sections) = (Vec::new(), Vec::new());
     for (i, state) in found.states.iter().enumerate() {
         let (hard, soft) = (&matched.hard.states[i], &matched.soft.states[i]);
-        let (hard_gap, felt_gap) = (Stored::read(root, hard.gap.as_ref())?, Stored::read(root, soft.gap.as_ref())?);
-        let soft_gap = Stored::read(root, soft.gap.as_ref())?.over(&bridged);
+        let (hard_wall_gap, felt_gap) =
+            (Stored::read(root, hard.gap.as_ref())?, Stored::read(root, soft.gap.as_ref())?);
+        let compliant_wall_gap = Stored::read(root, soft.gap.as_ref())?.over(&bridged);
         let soft_gap_file = format!("{stage}/{}", map_name(i + 1, "soft gap"));
-        npy::write(&root.join(&soft_gap_file), grid.nx, grid.ny, soft_gap.0.values.iter().copied())?;
+        npy::write(&root.join(&soft_gap_file), grid.nx, grid.ny, compliant_wall_gap.0.values.iter().copied())?;
         let per_site = |what: &str| root.join(state.contact_map.replace("contact.npy", what));
         let touching: Vec<bool> =
             npy::read_flags(&per_site("site-contact.npy"))?.values.iter().map(|v| *v != 0).collect();
         let site_gap = npy::read(&per_site("site-gap.npy"))?.values;
-        let (hard_shares, soft_shares) = (Shares::of(&hard_gap), Shares::of(&felt_gap));
+        let (hard_shares, soft_shares) = (Shares::of(&hard_wall_gap), Shares::of(&felt_gap));
         let squeezed = squeeze(atoms, hard) * atoms.modulus_gpa / GPA_PER_EV_A3;
         let raised_at = |distance: f64| {
-            let clear = places.clearances((Profile::Own, hard_gap.field()), distance);
+            let clear = places.clearances((Profile::Own, hard_wall_gap.field()), distance);
             let rise = places.rise(&clear, squeezed);
             (within(&clear, |_| rise), rise)
         };
@@ -243,7 +248,7 @@ pub(super) fn compare(
         };
         let (raised_flags, rise) = raised_at(CONTACT_DISTANCE_ANGSTROM);
         let soft_flags = soft_at(CONTACT_DISTANCE_ANGSTROM);
-        let plain_flags = sites.touching(hard_gap.field(), 0.0);
+        let plain_flags = sites.touching(hard_wall_gap.field(), 0.0);
         let judged = |flags: &[bool], criterion: SiteCriterion| -> Result<CriterionMatch> {
             let name = map_name(i + 1, criterion.id());
             let flags_on_grid: Vec<u8> = flags.iter().map(|t| u8::from(*t)).collect();
@@ -251,13 +256,13 @@ pub(super) fn compare(
             Ok(sites.judge(flags, &touching, criterion, Some(format!("{stage}/{name}"))))
         };
         let continuum = vec![
-            judged(&plain_flags, SiteCriterion::Plain)?,
-            judged(&raised_flags, SiteCriterion::Raised(rise))?,
-            judged(&soft_flags, SiteCriterion::SoftWall)?,
+            judged(&plain_flags, SiteCriterion::HardWall)?,
+            judged(&raised_flags, SiteCriterion::OffsetWall(rise))?,
+            judged(&soft_flags, SiteCriterion::CompliantWall)?,
         ];
-        let against_distance =
+        let area_vs_distance =
             state.sensitivity.iter().map(|&[d, fraction]| [d, fraction, share(&raised_at(d).0), share(&soft_at(d))]);
-        let against_gap = state.sensitivity.iter().map(|&[d, _]| {
+        let area_vs_gap = state.sensitivity.iter().map(|&[d, _]| {
             let gap = (d - atoms.wall.minimum_angstrom()) / length;
             [gap * length, hard_shares.up_to(gap), soft_shares.up_to(gap)]
         });
@@ -267,7 +272,7 @@ pub(super) fn compare(
         let atoms_map = npy::read_flags(&root.join(&state.contact_map))?.values;
         // At the atoms' resolution: a finer map would have more and smaller patches.
         let soft_map: Vec<u8> = owners.iter().map(|&site| u8::from(soft_flags[site])).collect();
-        let soft_sites = sites.sample(soft_gap.field());
+        let soft_sites = sites.sample(compliant_wall_gap.field());
         let open: Vec<f64> = (0..touching.len())
             .filter(|&s| !touching[s] && !soft_flags[s])
             .map(|s| site_gap[s] - soft_sites[s] * length)
@@ -282,15 +287,15 @@ pub(super) fn compare(
             },
             continuum,
             atoms_mean_gap_angstrom: state.mean_gap_angstrom,
-            continuum_mean_gap_angstrom: hard.mean_gap * length,
-            soft_mean_gap_angstrom: mean(&soft_gap.0.values) * length,
+            hard_wall_mean_gap_angstrom: hard.mean_gap * length,
+            compliant_wall_mean_gap_angstrom: mean(&compliant_wall_gap.0.values) * length,
             atoms_patches: patch_sizes(&atoms_map, grid.nx, Connectivity::Eight).len(),
-            continuum_patches: patch_sizes(&soft_map, grid.nx, Connectivity::Eight).len(),
+            hard_wall_patches: patch_sizes(&soft_map, grid.nx, Connectivity::Eight).len(),
             gap_rms_difference_angstrom: rms,
-            soft_gap: Some(soft_gap_file),
-            versions: versions(sides, (grid, &owners), hard.pressure * atoms.modulus_gpa, length),
-            against_distance: against_distance.collect(),
-            against_gap: against_gap.collect(),
+            compliant_wall_gap: Some(soft_gap_file),
+            model_chain: versions(sides, (grid, &owners), hard.pressure * atoms.modulus_gpa, length),
+            area_vs_distance: area_vs_distance.collect(),
+            area_vs_gap: area_vs_gap.collect(),
         });
         let column = column_at(grid, SECTION);
         let atoms_gap = Stored::read(root, Some(&state.gap_map))?;
@@ -299,17 +304,23 @@ pub(super) fn compare(
             p_star: state.p_star,
             y: (0..grid.ny).map(|j| j as f64 * grid.dy() / grid.lx).collect(),
             atoms_gap_angstrom: line(atoms_gap.field(), 1.0),
-            hard_gap_angstrom: line(hard_gap.field(), length),
-            soft_gap_angstrom: line(soft_gap.field(), length),
-            full_gap_angstrom: match &matched.full {
+            hard_wall_gap_angstrom: line(hard_wall_gap.field(), length),
+            compliant_wall_gap_angstrom: line(compliant_wall_gap.field(), length),
+            full_heights_gap_angstrom: match &matched.full {
                 Some(full) => full_section(case.grid, &Stored::read(root, full.states[i].gap.as_ref())?, grid, length),
                 None => Vec::new(),
             },
         });
     }
     let findings = findings(case, atoms, found, matched, &loads);
-    let full = matched.full.clone();
-    Ok(ComparisonResults { full, hard: matched.hard.clone(), soft: matched.soft.clone(), loads, sections, findings })
+    Ok(ComparisonResults {
+        full_heights: matched.full.clone(),
+        hard_wall: matched.hard.clone(),
+        compliant_wall: matched.soft.clone(),
+        loads,
+        sections,
+        findings,
+    })
 }
 
 /// What the atoms' heights are above what a ball feels of them, units of L, on the grid of the comparison.
@@ -355,15 +366,15 @@ fn sides(
     let mut list = Vec::new();
     let ([fine, sites], [raised, soft]) = (solutions.sites, solutions.touching);
     let criteria = [
-        (matched.full.as_ref(), fine, case.grid, None, vec![("full heights", SiteCriterion::Plain, None)]),
+        (matched.full.as_ref(), fine, case.grid, None, vec![("full_heights", SiteCriterion::HardWall, None)]),
         (
             Some(&matched.hard),
             sites,
             atoms.matched,
             None,
             vec![
-                ("hard wall", SiteCriterion::Plain, None),
-                ("raised", SiteCriterion::Raised(solutions.rise), Some(raised)),
+                ("hard_wall", SiteCriterion::HardWall, None),
+                ("offset_wall", SiteCriterion::OffsetWall(solutions.rise), Some(raised)),
             ],
         ),
         (
@@ -371,7 +382,7 @@ fn sides(
             sites,
             atoms.matched,
             Some(solutions.bridged),
-            vec![("soft wall", SiteCriterion::SoftWall, Some(soft))],
+            vec![("compliant_wall", SiteCriterion::CompliantWall, Some(soft))],
         ),
     ];
     for (of, sites, grid, higher, criteria) in criteria {

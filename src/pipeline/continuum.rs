@@ -275,7 +275,7 @@ pub(super) fn load_path(
     let range = range_results(asked.problem.adhesion, path.adhesion(), grid);
     let rms_height = problem.heights.rms();
     for state in &mut states {
-        state.budget = budget(problem, rms_height, range.as_ref(), state);
+        state.uncertainty = budget(problem, rms_height, range.as_ref(), state);
     }
     Ok(ContinuumResults {
         method: method.card().id.into(),
@@ -297,12 +297,12 @@ pub(super) fn load_path(
 /// The range of a law as it was asked for and as it was used; none without adhesion.
 pub(super) fn range_results(asked: Adhesion, used: Adhesion, grid: Grid) -> Option<RangeResults> {
     let spacing = grid.dx().max(grid.dy());
-    let (resolution_asked, resolution_used) = asked.resolution_on(spacing).zip(used.resolution_on(spacing))?;
+    let (resolution_requested, resolution_used) = asked.resolution_on(spacing).zip(used.resolution_on(spacing))?;
     Some(RangeResults {
         gamma: Some(used.work_and_range().0),
-        asked: asked.range(),
+        requested: asked.range(),
         used: used.range(),
-        resolution_asked,
+        resolution_requested,
         resolution_used,
     })
 }
@@ -327,7 +327,7 @@ fn percolation(states: &[StateResults]) -> Option<[f64; 2]> {
     let there: Vec<(f64, bool)> = states
         .iter()
         .take_while(|s| s.branch == Branch::Loading)
-        .filter_map(|s| Some((s.p_star, s.observed.as_ref()?.gap_spans == [true; 2])))
+        .filter_map(|s| Some((s.p_star, s.observed.as_ref()?.gap_percolates == [true; 2])))
         .collect();
     there.windows(2).rfind(|w| w[0].1 && !w[1].1).map(|w| [w[0].0, w[1].0])
 }
@@ -339,11 +339,11 @@ fn compare_branches(states: &mut [StateResults], steps: &[LoadStep]) -> f64 {
         let Some(same) = step.counterpart else { continue };
         let (area, mean_gap) = (states[same].contact_fraction, states[same].mean_gap);
         let state = &mut states[step.index];
-        state.hangs =
+        state.hysteresis =
             Some(Hysteresis { area: change(state.contact_fraction, area), mean_gap: change(state.mean_gap, mean_gap) });
     }
     // Where both branches have one state, what solvers leave of its mean gap is no work.
-    let gap = |step: &LoadStep| match (states[step.index].hangs, step.counterpart) {
+    let gap = |step: &LoadStep| match (states[step.index].hysteresis, step.counterpart) {
         (Some(h), Some(same)) if !h.is_significant() => states[same].mean_gap,
         _ => states[step.index].mean_gap,
     };
@@ -381,14 +381,14 @@ fn summary(
         iterations: state.iterations,
         fft_pairs: state.fft_pairs,
         seconds: state.seconds,
-        energy_excess: state.error_estimates.energy,
-        area_drift: state.error_estimates.area,
-        mean_gap_drift: state.error_estimates.mean_gap,
+        energy_error_estimate: state.error_estimates.energy,
+        area_error_estimate: state.error_estimates.area,
+        mean_gap_error_estimate: state.error_estimates.mean_gap,
         discretisation: reached.discretisation,
         extrapolated: reached.extrapolated,
-        budget: Vec::new(),
+        uncertainty: Vec::new(),
         stiffness: None,
-        hangs: None,
+        hysteresis: None,
         observed,
         gap,
         stress,

@@ -18,10 +18,10 @@ fn below_surface(p: &PlasticityResults) -> String {
     match p.first_yield {
         None => format!(
             "Below the surface layers the crystal has not slipped: at no step have more than {} atoms left its order.",
-            p.noise
+            p.noise_atoms
         ),
         Some(load) => {
-            let before = p.elastic_to.filter(|b| *b > 0.0);
+            let before = p.last_elastic.filter(|b| *b > 0.0);
             let after = before.map_or(String::new(), |b| format!(" (not yet at the step before, {b:.5})"));
             format!(
                 "Below the surface layers the crystal first yields at p* = {load:.5}{after}: from there on elasticity is not its law."
@@ -78,7 +78,7 @@ pub(super) fn findings(
             explanation(over(plain), over(soft)),
             stress,
             atoms.wall.minimum_angstrom() - atoms.wall.distance_at_pressure(stress / GPA_PER_EV_A3),
-            raised.raised_angstrom,
+            raised.offset_angstrom,
             percent(raised.contact_fraction),
             percent(over(raised)),
             kappa(&raised.overlap),

@@ -110,7 +110,7 @@ fn nothing(method: &dyn ContactMethod, settings: &Settings, adhesive: bool) -> M
         calibrated_on: method.calibrated_on(settings).map(Into::into),
         adhesive,
         range: None,
-        refusal: None,
+        unavailable_reason: None,
         missing: missing.collect(),
         states: Vec::new(),
         planned_bytes: 0,
@@ -140,7 +140,7 @@ pub(super) fn run(
     if card.id == all_atom::ID {
         // Those of a scene with atoms stand with the methods after they have run.
         return Ok(MethodResults {
-            refusal: Some("runs in scenes with [atoms], and in `asperity tradeoff --atoms`".into()),
+            unavailable_reason: Some("runs in scenes with [atoms], and in `asperity tradeoff --atoms`".into()),
             ..results
         });
     }
@@ -164,7 +164,7 @@ pub(super) fn run(
         Err(e @ (Error::Input { .. } | Error::NotConverged { .. } | Error::Memory { .. })) => {
             let why = e.to_string().replace('\n', " ");
             listener.warn(&format!("{}: {why}", beside.words()));
-            results.refusal = Some(why);
+            results.unavailable_reason = Some(why);
         }
         Err(e) => return Err(e),
     }
@@ -264,8 +264,8 @@ pub fn state_of(card: &Card, problem: &Problem, (step, gradient): (&LoadStep, f6
         mean_gap: e.mean_gap,
         stiffness: e.stiffness,
         patches: spots.as_ref().map(Spots::count),
-        typical_patch: spots.as_ref().and_then(Spots::typical),
-        typical_patch_compressive: None,
+        median_cluster_area: spots.as_ref().and_then(Spots::typical),
+        median_cluster_area_compressive: None,
         patch_density: spots.as_ref().map_or(Vec::new(), |s| s.distribution(SIZES_PER_DECADE)),
         patch_area: spots.as_ref().map_or(Vec::new(), Spots::cumulative),
         gap,

@@ -133,13 +133,13 @@ pub fn plan(case: &Case, threads: usize, evaluation: Option<f64>) -> Result<RunP
         });
     };
     if case.solves() && case.solves_without() {
-        variant("without", format!("{} without adhesion, {there} loads", method.card().id), method, there);
+        variant("non-adhesive", format!("{} without adhesion, {there} loads", method.card().id), method, there);
     }
     for nm in scene.adhesion.iter().flat_map(|a| &a.other_ranges_nm) {
         variant("range", format!("{} with a range of {nm} nm, {there} loads", method.card().id), method, there);
     }
     if let Some(second) = scene.challenge.as_ref().and_then(|c| method::find(&c.second_method)) {
-        variant("second", format!("{} at the reference load, without adhesion", second.card().id), second, 1);
+        variant("cross-check", format!("{} at the reference load, without adhesion", second.card().id), second, 1);
     }
     for beside in super::methods::all(case) {
         let adhesion = if beside.adhesive { case.adhesion } else { Adhesion::None };

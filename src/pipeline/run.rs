@@ -109,9 +109,9 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
         }
         Err(e) => Err(e),
     };
-    let mut without = None;
+    let mut non_adhesive = None;
     if case.solves() && case.solves_without() {
-        without = beside(&mut folder, "without", "without adhesion", method, Variant::Without)?;
+        non_adhesive = beside(&mut folder, "non-adhesive", "without adhesion", method, Variant::Without)?;
     }
     let mut other_ranges: Vec<ContinuumResults> = Vec::new();
     let mut alike = Vec::new();
@@ -129,10 +129,10 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
         let name = format!("range-{nm}-nm");
         other_ranges.extend(beside(&mut folder, &name, &format!("range {nm} nm"), method, Variant::Range(nm))?);
     }
-    let mut second = None;
+    let mut cross_check = None;
     if let Some(challenge) = &scene.challenge {
         let tag = "the reference load without adhesion";
-        second = beside(&mut folder, "second", tag, &challenge.second_method, Variant::Second)?;
+        cross_check = beside(&mut folder, "cross-check", tag, &challenge.second_method, Variant::Second)?;
     }
     let mut told = Vec::new();
     for other in methods::all(case) {
@@ -161,9 +161,9 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
         surface,
         accuracy: case.chosen.clone(),
         continuum: solved,
-        without,
+        non_adhesive,
         other_ranges,
-        second,
+        cross_check,
         methods: told,
         failures,
         acceptance: Vec::new(),
@@ -334,11 +334,15 @@ pub fn rebuild_comparison(out: &Path) -> Result<(Results, PathBuf)> {
     let lacking = || Error::format(out, "a run without atoms", "the folder of a run whose scene has [atoms]");
     let (a, found) = case.atoms.as_ref().zip(results.atoms.as_ref()).ok_or_else(lacking)?;
     let earlier = results.comparison.as_ref().ok_or_else(lacking)?;
-    if earlier.loads.iter().any(|load| load.soft_gap.is_none()) {
+    if earlier.loads.iter().any(|load| load.compliant_wall_gap.is_none()) {
         let accepted = "one that `asperity run` has brought up to date: gaps of the soft wall counted from elsewhere";
         return Err(Error::format(out, "the comparison of an earlier version", accepted));
     }
-    let matched = Matched { full: earlier.full.clone(), hard: earlier.hard.clone(), soft: earlier.soft.clone() };
+    let matched = Matched {
+        full: earlier.full_heights.clone(),
+        hard: earlier.hard_wall.clone(),
+        soft: earlier.compliant_wall.clone(),
+    };
     results.comparison = Some(comparison::compare(&case, a, found, &matched, out, COMPARE)?);
     results.write(out)?;
     let page = report::write(out)?;
@@ -447,7 +451,7 @@ fn record(case: &Case, results: &Results, out: &Path) -> Result<()> {
     };
     let mut recorder = Recorder::create(&out.join(RECORDING_FILE), scene)?;
     // With atoms, the continuum that is recorded beside them is the one on their own profile and scale.
-    let continuum = results.comparison.as_ref().map(|c| &c.soft).or(results.continuum.as_ref());
+    let continuum = results.comparison.as_ref().map(|c| &c.compliant_wall).or(results.continuum.as_ref());
     for (i, state) in continuum.iter().flat_map(|c| &c.states).enumerate() {
         let gap = state.gap.as_ref().map(|g| npy::read(&out.join(g))).transpose()?;
         let scaled: Option<(usize, Vec<f64>)> = gap.map(|g| (g.nx, g.values.iter().map(|v| v * length).collect()));

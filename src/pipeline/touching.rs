@@ -138,7 +138,7 @@ impl<'a> Reader<'a> {
             gap_map: in_stage("gap", "npy"),
             frame: self.wants.maps.then(|| in_stage("frame", "xyz")),
             indenter_shift_angstrom: down - between.displacement_angstrom,
-            ways: if self.wants.distributions { self.ways(frame, &felt, &touching) } else { Vec::new() },
+            criteria: if self.wants.distributions { self.ways(frame, &felt, &touching) } else { Vec::new() },
             sensitivity: distances.map(|d| [d, near(d).fraction()]).collect(),
             stress: stress.map(|stress| AtomStress {
                 width_angstrom: atoms.stress_width_angstrom,
@@ -146,7 +146,7 @@ impl<'a> Reader<'a> {
                 highest_gpa: stress.iter().copied().fold(0.0, f64::max),
                 map: in_stage("stress", "npy"),
             }),
-            plastic: None,
+            defects: None,
         })
     }
 
@@ -182,11 +182,11 @@ impl<'a> Reader<'a> {
             ids.iter().zip(shares).filter(|(id, _)| touching.ids.binary_search(id).is_ok()).map(|p| p.1).sum();
         vec![
             way("distance", format!("an indenter atom within {CONTACT_DISTANCE_ANGSTROM} Å"), touching),
-            way("pressed", "the indenter's normal force presses".into(), &pressed),
-            way("loaded", format!("the indenter presses with more than {least} eV/Å"), &loaded),
+            way("compressed", "the indenter's normal force presses".into(), &pressed),
+            way("force_threshold", format!("the indenter presses with more than {least} eV/Å"), &loaded),
             ContactByCriterion {
                 contact_fraction: area / sites.length().powi(2),
-                ..way("area", "Voronoi share of the atoms within the distance".into(), touching)
+                ..way("voronoi_area", "Voronoi share of the atoms within the distance".into(), touching)
             },
         ]
     }

@@ -25,20 +25,20 @@ pub(super) fn unloading(
         if let Some(before) = step.counterpart.and_then(|k| at_step(there, k)) {
             changes.push(BranchChange {
                 p_star: state.p_star,
-                contact_fraction_there: before.contact_fraction,
-                contact_fraction_back: state.contact_fraction,
+                contact_fraction_loading: before.contact_fraction,
+                contact_fraction_unloading: state.contact_fraction,
                 mean_gap_angstrom: state.mean_gap_angstrom - before.mean_gap_angstrom,
             });
         }
         states.push(state);
     }
     let end = job.way_back(&ladder.rungs).and_then(|w| w.end);
-    let parted = end.map(|k| ladder.rungs[k].contacts == 0);
+    let separated = end.map(|k| ladder.rungs[k].contacts == 0);
     Ok(Some(Unloading {
-        turn,
+        reversal_step: turn,
         states,
         changes,
-        parted,
+        separated,
         pull_off: end.and_then(|k| pull_off(&ladder.rungs[..=k], turn, atoms.load_unit)),
     }))
 }

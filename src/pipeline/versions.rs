@@ -103,7 +103,7 @@ pub(super) fn versions(
             mean_gap_angstrom: side.mean_gap_angstrom,
             contact_stress_gpa: (fraction > 0.0).then(|| pressure_gpa / fraction),
             patches: sizes.len(),
-            typical_patch_nm2: typical_size(&sizes).map(|a| a as f64 * node_nm2),
+            median_cluster_area_nm2: typical_size(&sizes).map(|a| a as f64 * node_nm2),
             patch_area: cumulative_area(&sizes).into_iter().map(|(a, share)| [a as f64 * node_nm2, share]).collect(),
             gap: open_gaps(&side.gap, &side.touching, gap_edges.clone()),
             stress: gap_distribution(Field::F64(&side.stress), f64::NEG_INFINITY, stress_edges.clone()),
@@ -134,16 +134,16 @@ mod tests {
             mean_gap_angstrom: 3.0,
             stress: (0..16).map(|k| f64::from(k % 4) * 0.5).collect(),
         };
-        let found = versions(vec![side("hard wall", 0.0, "a"), side("atoms", 0.5, "b")], (grid, &owners), 2.0, 100.0);
+        let found = versions(vec![side("hard_wall", 0.0, "a"), side("atoms", 0.5, "b")], (grid, &owners), 2.0, 100.0);
         for v in &found {
             assert_eq!((v.gap.delta, v.gap.below, v.gap.above), (0.25, 0.0, 0.0));
             assert!((v.gap.total() - 1.0).abs() < 1e-12 && (v.stress.total() - 1.0).abs() < 1e-12);
             assert_eq!((v.contact_fraction, v.contact_stress_gpa), (0.25, Some(8.0)));
             // A row of three sites, and one that touches its rim by a corner only across the seam: 10 nm over 4 nodes a side.
-            assert_eq!((v.patches, v.typical_patch_nm2), (2, Some(3.0 * 6.25)));
+            assert_eq!((v.patches, v.median_cluster_area_nm2), (2, Some(3.0 * 6.25)));
             assert_eq!(v.patch_area.last(), Some(&[3.0 * 6.25, 1.0]));
         }
         assert_eq!(found[0].gap.edges, found[1].gap.edges);
-        assert_ne!(found[0].gap.shares, found[1].gap.shares);
+        assert_ne!(found[0].gap.fractions, found[1].gap.fractions);
     }
 }

@@ -10,26 +10,23 @@ pub struct AcceptanceCheck {
     pub statement: String,
     /// For people ("µm", "%", "1").
     pub unit: String,
-    #[serde(default)]
     pub value: Option<f64>,
-    #[serde(default)]
     pub reference: Option<f64>,
     /// Lowest and highest value that agree, where there are such.
-    #[serde(default)]
     pub tolerance: Option<[Option<f64>; 2]>,
-    pub verdict: Verdict,
+    pub status: CheckStatus,
     /// Where the tolerance comes from, or why nothing is judged.
     pub reason: String,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Verdict {
+pub enum CheckStatus {
     #[serde(rename = "pass")]
     Pass,
     #[serde(rename = "fail")]
     Fail,
-    #[serde(rename = "not judged")]
-    NotJudged,
+    #[serde(rename = "not assessed")]
+    NotAssessed,
 }
 
 impl AcceptanceCheck {
@@ -44,12 +41,12 @@ impl AcceptanceCheck {
     }
 }
 
-impl std::fmt::Display for Verdict {
+impl std::fmt::Display for CheckStatus {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
-            Verdict::Pass => "pass",
-            Verdict::Fail => "fail",
-            Verdict::NotJudged => "not judged",
+            CheckStatus::Pass => "pass",
+            CheckStatus::Fail => "fail",
+            CheckStatus::NotAssessed => "not assessed",
         })
     }
 }

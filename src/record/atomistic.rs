@@ -7,12 +7,12 @@ use serde::{Deserialize, Serialize};
 /// The atoms' contact area under one criterion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ContactByCriterion {
-    /// "distance", "pressed", "loaded" or "area".
+    /// "distance", "compressed", "force_threshold" or "voronoi_area".
     pub id: String,
     pub criterion: String,
     /// Atoms that touch, wherever they started.
     pub atoms: usize,
-    /// Share of the cell: atoms of the surface layer over all of that layer, for "area" the touching atoms' own shares.
+    /// Share of the cell: atoms of the surface layer over all of that layer, for "voronoi_area" the touching atoms' own shares.
     pub contact_fraction: f64,
 }
 
@@ -45,14 +45,13 @@ pub struct PlasticityResults {
     /// Centro-symmetry over a0² from which an atom counts.
     pub threshold: f64,
     /// Up to so many atoms are no yield.
-    pub noise: usize,
+    pub noise_atoms: usize,
     /// p* and number of atoms of every step.
     pub steps: Vec<[f64; 2]>,
     /// p* of the first step above the noise; none where there is none.
     pub first_yield: Option<f64>,
     /// p* of the step before it: the crystal yields between the two.
-    #[serde(default)]
-    pub elastic_to: Option<f64>,
+    pub last_elastic: Option<f64>,
     /// Mean stress in the contact at the asked loads beyond it, on average, GPa.
     pub hardness_gpa: Option<f64>,
 }
@@ -61,7 +60,7 @@ pub struct PlasticityResults {
 /// another; stresses are smoothed by the atoms' Gaussian.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ModelChainStep {
-    /// "full heights", "hard wall", "raised", "soft wall" or "atoms".
+    /// "full_heights", "hard_wall", "offset_wall", "compliant_wall" or "atoms".
     pub id: String,
     pub criterion: String,
     pub contact_fraction: f64,
@@ -70,7 +69,7 @@ pub struct ModelChainStep {
     pub contact_stress_gpa: Option<f64>,
     pub patches: usize,
     /// Half of the contact lies in patches up to this area; none without contact.
-    pub typical_patch_nm2: Option<f64>,
+    pub median_cluster_area_nm2: Option<f64>,
     /// Patch area (nm²), share of the contact in patches up to it.
     pub patch_area: Vec<[f64; 2]>,
     /// Of gaps in Å; what touches is the delta.
@@ -115,18 +114,17 @@ pub struct AtomState {
     /// Extended XYZ of the frame.
     pub frame: Option<String>,
     /// How much farther than interpolated the indenter stands, so that the atoms carry the load, Å.
-    #[serde(default)]
     pub indenter_shift_angstrom: f64,
     /// The contact area under each criterion.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub ways: Vec<ContactByCriterion>,
+    pub criteria: Vec<ContactByCriterion>,
     /// Contact distance d_c, Å, and the contact fraction that it would give.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sensitivity: Vec<[f64; 2]>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stress: Option<AtomStress>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub plastic: Option<DefectAtoms>,
+    pub defects: Option<DefectAtoms>,
 }
 
 impl AtLoad for AtomState {
@@ -139,14 +137,14 @@ impl AtLoad for AtomState {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Unloading {
     /// Step of the ladder at which it begins.
-    pub turn: usize,
+    pub reversal_step: usize,
     /// The asked loads once more, falling.
     pub states: Vec<AtomState>,
     /// What the same loads had on the way there, in the order of `states`.
     pub changes: Vec<BranchChange>,
     /// From first touch: whether nothing touched in the end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub parted: Option<bool>,
+    pub separated: Option<bool>,
     /// With adhesion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pull_off: Option<AtomPullOff>,
@@ -156,8 +154,8 @@ pub struct Unloading {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BranchChange {
     pub p_star: f64,
-    pub contact_fraction_there: f64,
-    pub contact_fraction_back: f64,
+    pub contact_fraction_loading: f64,
+    pub contact_fraction_unloading: f64,
     /// Mean gap back less mean gap there, Å.
     pub mean_gap_angstrom: f64,
 }
@@ -193,7 +191,7 @@ pub struct NvtResults {
     pub lattice_constant_angstrom: f64,
     /// At each load: time before the average, of the average, and of a step, ps.
     pub equilibration_ps: f64,
-    pub averaged_ps: f64,
+    pub averaging_ps: f64,
     pub timestep_ps: f64,
     /// Blocks of time whose scatter gives the errors.
     pub blocks: usize,
@@ -214,9 +212,9 @@ pub struct NvtState {
     pub contact_fraction: Mean,
     pub mean_gap_angstrom: Mean,
     /// Share of the surface layer's atoms that touch with a probability above one half.
-    pub mostly: f64,
+    pub majority_contact: f64,
     /// Share of them that touched at all.
-    pub ever: f64,
+    pub any_contact: f64,
     /// `[ny, nx]` f64 map of the probability on the comparison grid.
     pub probability_map: String,
     /// Probability and standard error of each surface site.

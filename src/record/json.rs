@@ -3,8 +3,8 @@
 use std::io::Write;
 use std::path::Path;
 
-use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 
 use super::atomic_file::{read_text, write_atomic};
 use crate::error::{Error, Result};
@@ -15,6 +15,26 @@ pub fn write<T: Serialize>(path: &Path, value: &T) -> Result<()> {
         serde_json::to_writer_pretty(&mut *w, value)?;
         w.write_all(b"\n")
     })
+}
+
+/// The schema of a file, where it says one.
+#[derive(Deserialize)]
+struct Head {
+    schema: u32,
+}
+
+/// Reads a file of one schema, which is checked before its fields.
+///
+/// # Errors
+/// A file without a number under "schema", or of another schema: each program reads what it writes.
+pub fn read_schema<T: DeserializeOwned>(path: &Path, schema: u32) -> Result<T> {
+    let text = read_text(path)?;
+    let accepted = format!("schema {schema}, which this program writes");
+    let head: Head = serde_json::from_str(&text).map_err(|e| Error::format(path, e, &accepted))?;
+    if head.schema != schema {
+        return Err(Error::format(path, format!("schema {}", head.schema), accepted));
+    }
+    serde_json::from_str(&text).map_err(|e| Error::format(path, e, accepted))
 }
 
 /// Reads one value; a syntax or type error names file, line and column.

@@ -22,7 +22,7 @@ pub struct MethodResults {
     pub range: Option<RangeResults>,
     /// Why it tells nothing, where it refused the scene or did not converge.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub refusal: Option<String>,
+    pub unavailable_reason: Option<String>,
     /// What it does not deliver here, and why.
     pub missing: Vec<Missing>,
     pub states: Vec<MethodState>,
@@ -61,10 +61,10 @@ pub struct MethodState {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub patches: Option<usize>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub typical_patch: Option<f64>,
+    pub median_cluster_area: Option<f64>,
     /// Where contact is compression, for methods that tell both.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub typical_patch_compressive: Option<f64>,
+    pub median_cluster_area_compressive: Option<f64>,
     /// Pr(a): area, density, number. CPr(a): area, share of the contact.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub patch_density: Vec<[f64; 3]>,
@@ -112,8 +112,8 @@ impl MethodState {
             mean_gap: Some(s.mean_gap),
             stiffness: s.stiffness,
             patches: s.patches,
-            typical_patch: o.and_then(|o| o.typical_patch),
-            typical_patch_compressive: o.and_then(|o| o.compressive?.typical_patch),
+            median_cluster_area: o.and_then(|o| o.median_cluster_area),
+            median_cluster_area_compressive: o.and_then(|o| o.compressive?.median_cluster_area),
             patch_density: o.map_or(Vec::new(), |o| o.patch_density.clone()),
             patch_area: o.map_or(Vec::new(), |o| o.patch_area.clone()),
             gap: o.map(|o| o.gap_logarithmic.clone()),

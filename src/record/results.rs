@@ -15,15 +15,15 @@ pub use super::atomistic::{
     AtomPullOff, AtomState, AtomStress, BranchChange, ContactByCriterion, DefectAtoms, LoadStepResults, Mean,
     ModelChainStep, NvtResults, NvtState, PlasticityResults, Unloading,
 };
+use super::json;
 use super::methods::MethodResults;
 use super::uncertainty::UncertaintyComponent;
-use super::{atomic_file, json};
 use crate::error::{Error, Result};
 use crate::load::{AtLoad, Branch};
 use crate::observe::Distribution;
 
-/// Raised when a field changes meaning; a reader refuses a newer one.
-pub const SCHEMA: u32 = 1;
+/// Raised when a field changes its name or meaning; a reader accepts no other.
+pub const SCHEMA: u32 = 2;
 
 /// Name of the file in a run folder.
 pub const FILE: &str = "results.json";
@@ -45,13 +45,13 @@ pub struct Results {
     pub continuum: Option<ContinuumResults>,
     /// The loads there, without adhesion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub without: Option<ContinuumResults>,
+    pub non_adhesive: Option<ContinuumResults>,
     /// The loads there, with other ranges of the adhesion.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub other_ranges: Vec<ContinuumResults>,
     /// The reference load without adhesion, by the method that is compared with.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub second: Option<ContinuumResults>,
+    pub cross_check: Option<ContinuumResults>,
     /// What other methods tell of the same loads.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub methods: Vec<MethodResults>,
@@ -71,24 +71,16 @@ pub struct Results {
 }
 
 impl Results {
-    /// Reads `results.json` of a run folder. A file of a newer schema is refused before its fields are looked at.
+    /// Reads `results.json` of a run folder.
+    ///
+    /// # Errors
+    /// A folder without results, results of another schema.
     pub fn read(run_folder: &Path) -> Result<Self> {
-        #[derive(Deserialize)]
-        struct Head {
-            schema: u32,
-        }
         let path = run_folder.join(FILE);
         if !path.exists() {
             return Err(no_run(run_folder));
         }
-        let text = atomic_file::read_text(&path)?;
-        let head: Head = serde_json::from_str(&text)
-            .map_err(|e| Error::format(&path, e, "the results of a run, with a number under \"schema\""))?;
-        if head.schema > SCHEMA {
-            let found = format!("schema {}, written by a newer version", head.schema);
-            return Err(Error::format(&path, found, format!("schema {SCHEMA} or older")));
-        }
-        serde_json::from_str(&text).map_err(|e| Error::format(&path, e, format!("results of schema {SCHEMA}")))
+        json::read_schema(&path, SCHEMA)
     }
 
     /// Writes `results.json` into a run folder. A NaN or an infinity has no place in JSON and is refused here, where the
@@ -129,7 +121,6 @@ pub struct SurfaceResults {
     /// Extent in y over extent in x.
     pub aspect: f64,
     /// Whether the cell repeats. If not, statistics and spectrum are those of a patch: see [`Self::note`].
-    #[serde(default = "repeats")]
     pub periodic: bool,
     /// What statistics and spectrum assume, where that is not the periodic cell.
     #[serde(default, skip_serializing_if = "String::is_empty")]
@@ -154,11 +145,6 @@ impl SurfaceResults {
     pub fn statistic(&self, symbol: &str) -> Option<&Statistic> {
         self.statistics.iter().find(|s| s.symbol == symbol)
     }
-}
-
-/// Files without the word are of the time when all cells did.
-fn repeats() -> bool {
-    true
 }
 
 /// One line of the table "expected against realised".
@@ -226,9 +212,9 @@ pub struct RangeResults {
     /// Work of adhesion, units of E*·L; none in files that tell it only in words.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gamma: Option<f64>,
-    pub asked: f64,
+    pub requested: f64,
     pub used: f64,
-    pub resolution_asked: f64,
+    pub resolution_requested: f64,
     pub resolution_used: f64,
 }
 
@@ -241,11 +227,9 @@ pub struct Discretisation {
     pub area: Option<f64>,
     /// Whether the area's is only a bound: the coarser grid was left while it was still to change by more than the grids
     /// differ.
-    #[serde(default)]
     pub area_is_bound: bool,
     /// None where the mean gap was imposed, or is next to nothing.
     pub mean_gap: Option<f64>,
-    #[serde(default)]
     pub mean_gap_is_bound: bool,
     /// Points of the coarser grid along x and y.
     pub coarser: [usize; 2],
@@ -306,7 +290,6 @@ pub struct StateResults {
     pub patches: Option<usize>,
     pub energy: f64,
     /// Part of the energy that is the interaction's; 0 without one.
-    #[serde(default)]
     pub interaction_energy: f64,
     pub load_error: f64,
     pub residual: f64,
@@ -318,12 +301,9 @@ pub struct StateResults {
     pub seconds: f64,
     /// Relative energy above the minimum, and changes of area and mean gap still to come, as the method estimates them; none
     /// where it cannot.
-    #[serde(default)]
-    pub energy_excess: Option<f64>,
-    #[serde(default)]
-    pub area_drift: Option<f64>,
-    #[serde(default)]
-    pub mean_gap_drift: Option<f64>,
+    pub energy_error_estimate: Option<f64>,
+    pub area_error_estimate: Option<f64>,
+    pub mean_gap_error_estimate: Option<f64>,
     /// What the grid leaves uncertain: the change from the grid of half the points a side.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub discretisation: Option<Discretisation>,
@@ -332,13 +312,13 @@ pub struct StateResults {
     pub extrapolated: Option<Extrapolated>,
     /// What area and mean gap are uncertain by, part by part.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub budget: Vec<UncertaintyComponent>,
+    pub uncertainty: Vec<UncertaintyComponent>,
     /// Contact stiffness dp/dū, E*/L, from the neighbouring loads of the same branch.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness: Option<f64>,
     /// Relative changes of contact fraction and mean gap from the same load on the way there, for loads on the way back.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub hangs: Option<Hysteresis>,
+    pub hysteresis: Option<Hysteresis>,
     /// Distributions, patches and what follows from them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub observed: Option<Observed>,
@@ -376,7 +356,7 @@ pub struct Compressive {
     pub fraction: f64,
     pub patches: usize,
     /// Half of it lies in patches up to this area; none without contact.
-    pub typical_patch: Option<f64>,
+    pub median_cluster_area: Option<f64>,
 }
 
 /// What a state says beyond its sums. Lengths in L, areas in L², stresses in E*.
@@ -395,17 +375,17 @@ pub struct Observed {
     /// CPr(a): area of a patch, share of the contact in patches up to it.
     pub patch_area: Vec<[f64; 2]>,
     /// Where that share is one half.
-    pub typical_patch: Option<f64>,
+    pub median_cluster_area: Option<f64>,
     /// With adhesion, where parts of the contact are under tension; without, contact and compression are one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compressive: Option<Compressive>,
     /// Electrical conductance times resistivity, units of L: patches as circular spots side by side.
-    pub conductance: f64,
+    pub constriction_conductance: f64,
     /// Even gap that leaks as much, in Bruggeman's effective medium.
-    pub leak_gap: f64,
+    pub hydraulic_gap: f64,
     /// Whether contact (by edges and corners) and gap (by edges) lead around the cell, along x and y.
-    pub contact_spans: [bool; 2],
-    pub gap_spans: [bool; 2],
+    pub contact_percolates: [bool; 2],
+    pub gap_percolates: [bool; 2],
 }
 
 impl Observed {
@@ -428,7 +408,6 @@ pub struct AtomsResults {
     pub a0_angstrom: f64,
     pub length_angstrom: f64,
     /// Contact modulus E* of the block, for stresses in GPa; files without it show them in units of E*.
-    #[serde(default)]
     pub modulus_gpa: Option<f64>,
     pub deformable: usize,
     pub fixed: usize,
@@ -456,10 +435,10 @@ pub struct AtomsResults {
 pub struct AuditLine {
     pub group: String,
     pub symbol: String,
-    pub asked: f64,
-    pub used: f64,
+    pub target: f64,
+    pub actual: f64,
     /// "kept", "changed" or "unreachable".
-    pub verdict: String,
+    pub status: String,
     pub reason: String,
 }
 
@@ -467,12 +446,12 @@ pub struct AuditLine {
 pub struct ComparisonResults {
     /// Continuum on the full heights of the scene's grid, with the atoms' kernel and load and a hard wall; none in older files.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub full: Option<ContinuumResults>,
+    pub full_heights: Option<ContinuumResults>,
     /// Continuum on the atoms' own heights, kernel and load, with a hard wall.
-    pub hard: ContinuumResults,
+    pub hard_wall: ContinuumResults,
     /// With the law of the atoms' wall as atoms feel it instead of the hard one, on what a ball feels of the heights: its gaps and
     /// mean gaps count from there.
-    pub soft: ContinuumResults,
+    pub compliant_wall: ContinuumResults,
     pub loads: Vec<LoadComparison>,
     /// `[n]` position and gap columns per load, in the section x = L/2.
     pub sections: Vec<Section>,
@@ -489,24 +468,24 @@ pub struct LoadComparison {
     /// One line per continuum criterion, the plain one first.
     pub continuum: Vec<CriterionMatch>,
     pub atoms_mean_gap_angstrom: f64,
-    pub continuum_mean_gap_angstrom: f64,
-    pub soft_mean_gap_angstrom: f64,
+    pub hard_wall_mean_gap_angstrom: f64,
+    pub compliant_wall_mean_gap_angstrom: f64,
     pub atoms_patches: usize,
-    pub continuum_patches: usize,
+    pub hard_wall_patches: usize,
     /// rms difference of the gap maps outside both contacts, Å.
     pub gap_rms_difference_angstrom: f64,
     /// File of the soft wall's gap up to the heights themselves, as the atoms' gaps count, units of L; none in older files.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub soft_gap: Option<String>,
+    pub compliant_wall_gap: Option<String>,
     /// The same quantities of each version of the problem, from the full heights to the atoms.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub versions: Vec<ModelChainStep>,
+    pub model_chain: Vec<ModelChainStep>,
     /// Contact against the contact distance: d_c (Å), fractions of atoms, matched hard wall and soft wall.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub against_distance: Vec<[f64; 4]>,
+    pub area_vs_distance: Vec<[f64; 4]>,
     /// Contact of the hard and of the soft wall against the gap up to which a point counts: gap (Å), two fractions.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub against_gap: Vec<[f64; 3]>,
+    pub area_vs_gap: Vec<[f64; 3]>,
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -518,12 +497,11 @@ pub struct CriterionArea {
 /// The continuum's contact under one criterion, against the atoms' contact at the same surface sites.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct CriterionMatch {
-    /// "plain", "raised" or "soft wall".
+    /// "hard_wall", "offset_wall" or "compliant_wall".
     pub id: String,
     pub criterion: String,
     /// How far atoms on the continuum's surface were raised before they were asked what touches, Å.
-    #[serde(default)]
-    pub raised_angstrom: f64,
+    pub offset_angstrom: f64,
     pub contact_fraction: f64,
     pub overlap: Overlap,
     /// The same numbers for the map shifted by a third and a fifth of the cell: what chance gives.
@@ -550,11 +528,11 @@ pub struct Section {
     /// Position along y over L, rigid surface, and gaps in Å; NaN-free.
     pub y: Vec<f64>,
     pub atoms_gap_angstrom: Vec<f64>,
-    pub hard_gap_angstrom: Vec<f64>,
-    pub soft_gap_angstrom: Vec<f64>,
+    pub hard_wall_gap_angstrom: Vec<f64>,
+    pub compliant_wall_gap_angstrom: Vec<f64>,
     /// Of the continuum on the full heights; empty in older files.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub full_gap_angstrom: Vec<f64>,
+    pub full_heights_gap_angstrom: Vec<f64>,
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -564,11 +542,9 @@ pub struct StageCost {
     /// All that was spent on it, earlier attempts included.
     pub seconds: f64,
     /// What attempts that were stopped had spent on what the last one went on from.
-    #[serde(default)]
     pub earlier_seconds: f64,
     pub peak_rss_bytes: u64,
     /// Nodes that went through a transform, forward or inverse.
-    #[serde(default)]
     pub transformed_nodes: u64,
     /// Taken from an earlier run with the same key.
     pub reused: bool,

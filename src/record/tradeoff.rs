@@ -4,14 +4,14 @@ use super::atomic_file::write_atomic;
 use super::json;
 use super::methods::Missing;
 use super::results::ScalesSi;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 
-/// Raised when a field changes meaning; a reader refuses a newer one.
-pub const SCHEMA: u32 = 2;
+/// Raised when a field changes its name or meaning; a reader accepts no other.
+pub const SCHEMA: u32 = 3;
 pub const FILE: &str = "tradeoff.json";
 pub const CSV_FILE: &str = "tradeoff.csv";
 
@@ -27,7 +27,7 @@ pub enum Measure {
     GapPdf,
     StressPdf,
     PatchArea,
-    TypicalPatch,
+    MedianClusterArea,
 }
 
 impl Measure {
@@ -40,7 +40,7 @@ impl Measure {
         Measure::GapPdf,
         Measure::StressPdf,
         Measure::PatchArea,
-        Measure::TypicalPatch,
+        Measure::MedianClusterArea,
     ];
 
     /// Numbers, of which the reference has an extrapolated value.
@@ -57,7 +57,7 @@ impl Measure {
             Measure::GapPdf => "gap_pdf",
             Measure::StressPdf => "stress_pdf",
             Measure::PatchArea => "patch_area",
-            Measure::TypicalPatch => "typical_patch",
+            Measure::MedianClusterArea => "median_cluster_area",
         }
     }
 
@@ -71,7 +71,7 @@ impl Measure {
             Measure::GapPdf => "gap distribution Pr(u)",
             Measure::StressPdf => "stress distribution Pr(σ)",
             Measure::PatchArea => "patch sizes CPr(a)",
-            Measure::TypicalPatch => "typical patch",
+            Measure::MedianClusterArea => "typical patch",
         }
     }
 
@@ -88,13 +88,13 @@ impl Measure {
             Measure::GapPdf => "Wasserstein’s distance over the same as the mean gap’s",
             Measure::StressPdf => "Wasserstein’s distance over E*ḡ",
             Measure::PatchArea => "Wasserstein’s distance in decades of area",
-            Measure::TypicalPatch => "decades between the areas",
+            Measure::MedianClusterArea => "decades between the areas",
         }
     }
 
     /// Whether errors are decades and not shares of a whole.
     pub fn in_decades(self) -> bool {
-        matches!(self, Measure::PatchArea | Measure::TypicalPatch)
+        matches!(self, Measure::PatchArea | Measure::MedianClusterArea)
     }
 
     /// An error as large as a relative deviation by this share.
@@ -112,7 +112,7 @@ impl Measure {
             Measure::ContactMap => "contact_map",
             Measure::GapPdf => "gap_pdf",
             Measure::StressPdf => "stress_pdf",
-            Measure::PatchArea | Measure::TypicalPatch => "patch_pdf",
+            Measure::PatchArea | Measure::MedianClusterArea => "patch_pdf",
         }
     }
 }
@@ -132,7 +132,7 @@ pub struct Tradeoff {
     /// than a hundredth of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rms_height: Option<f64>,
-    pub shortest_wave: f64,
+    pub shortest_wavelength: f64,
     /// Grid of the scene.
     pub nx: usize,
     pub ny: usize,
@@ -151,11 +151,10 @@ pub struct Tradeoff {
     pub spent_seconds: f64,
     /// With the scene's adhesion and without, as the methods need them.
     pub references: Vec<Reference>,
-    pub points: Vec<Point>,
+    pub points: Vec<TradeoffPoint>,
     /// What coarser grids say of finer ones, for methods that ran on at least three.
-    #[serde(default)]
     pub forecasts: Vec<Forecast>,
-    pub left_out: Vec<LeftOut>,
+    pub skipped: Vec<SkippedSetting>,
     pub warnings: Vec<String>,
 }
 
@@ -166,7 +165,7 @@ impl Tradeoff {
 
     /// An error of a point that can be relied on: one below what is uncertain of the reference is no smaller than that.
     /// None of a slab, which is another problem than that of the scene.
-    pub fn error(&self, point: &Point, measure: Measure) -> Option<f64> {
+    pub fn error(&self, point: &TradeoffPoint, measure: Measure) -> Option<f64> {
         if point.setting.slab.is_some() {
             return None;
         }
@@ -175,15 +174,17 @@ impl Tradeoff {
     }
 
     /// What coarser grids said of a point's cost.
-    pub fn forecast(&self, point: &Point) -> Option<&Forecast> {
+    pub fn forecast(&self, point: &TradeoffPoint) -> Option<&Forecast> {
         self.forecasts.iter().find(|f| f.setting == point.setting)
     }
 
     /// Grids of a method in one precision and to one tolerance: those that it ran on most grids in, of equally many the first.
-    pub fn grids(&self, method: &str) -> Vec<&Point> {
-        let told = |p: &&Point| p.setting.method == method && p.setting.is_grid() && p.refusal.is_none();
-        let how = |p: &Point| (p.setting.precision.clone(), p.setting.tolerance);
-        let alike = |a: &Point| self.points.iter().filter(told).filter(|b| how(b) == how(a)).collect::<Vec<_>>();
+    pub fn grids(&self, method: &str) -> Vec<&TradeoffPoint> {
+        let told =
+            |p: &&TradeoffPoint| p.setting.method == method && p.setting.is_grid() && p.unavailable_reason.is_none();
+        let how = |p: &TradeoffPoint| (p.setting.precision.clone(), p.setting.tolerance);
+        let alike =
+            |a: &TradeoffPoint| self.points.iter().filter(told).filter(|b| how(b) == how(a)).collect::<Vec<_>>();
         let all = self.points.iter().filter(told).map(alike);
         all.reduce(|a, b| if b.len() > a.len() { b } else { a }).unwrap_or_default()
     }
@@ -199,7 +200,7 @@ impl Tradeoff {
                 write!(w, "{},{},{},{},{},{:?},", s.method, s.adhesive, s.nx, s.ny, s.precision, s.tolerance)?;
                 write!(w, "{},", s.slab.map_or(String::new(), |t| format!("{t:?}")))?;
                 write!(w, "{},", s.block.map_or(String::new(), |b| b.to_string()))?;
-                write!(w, "{:?},{:?},{:?},", c.wall_seconds, c.cpu_seconds, c.of_reference)?;
+                write!(w, "{:?},{:?},{:?},", c.wall_seconds, c.cpu_seconds, c.cpu_over_reference)?;
                 write!(w, "{:?},{},{},{}", c.fft_pairs, c.iterations, c.planned_bytes, c.measured_bytes)?;
                 let foreseen = self.forecast(p).map_or(String::new(), |f| format!("{:?}", f.predicted_cpu_seconds));
                 let of_atoms = c.atoms.map_or(",".into(), |a| format!("{},{}", a.atoms, a.force_evaluations));
@@ -214,19 +215,14 @@ impl Tradeoff {
     }
 
     /// # Errors
-    /// A file that is no table of this program, or one of a newer program.
+    /// A file that is no table of this program, or one of another schema.
     pub fn read(file: &Path) -> Result<Self> {
-        let found: Self = json::read(file)?;
-        if found.schema > SCHEMA {
-            let accepted = format!("a schema of at most {SCHEMA}: this program is older than the file");
-            return Err(Error::format(file, format!("schema {}", found.schema), accepted));
-        }
-        Ok(found)
+        json::read_schema(file, SCHEMA)
     }
 }
 
 /// Columns before those of the errors.
-const COLUMNS: &str = "method,adhesive,nx,ny,precision,tolerance,slab,block,wall_seconds,cpu_seconds,cpu_of_reference,fft_pairs,\
+const COLUMNS: &str = "method,adhesive,nx,ny,precision,tolerance,slab,block,wall_seconds,cpu_seconds,cpu_over_reference,fft_pairs,\
                        iterations,planned_bytes,measured_bytes,runs,predicted_cpu_seconds,atoms,\
                        force_evaluations";
 
@@ -277,7 +273,7 @@ pub struct Cost {
     pub wall_seconds: f64,
     pub cpu_seconds: f64,
     /// Processor time over the reference's.
-    pub of_reference: f64,
+    pub cpu_over_reference: f64,
     /// Of all loads.
     pub fft_pairs: f64,
     pub iterations: usize,
@@ -286,7 +282,6 @@ pub struct Cost {
     pub measured_bytes: u64,
     pub resident_before_bytes: u64,
     /// Runs that this is the least of; 0 in tables of an earlier version.
-    #[serde(default)]
     pub runs: usize,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub atoms: Option<AtomsCost>,
@@ -321,7 +316,7 @@ pub struct Forecast {
     /// Predicted over measured.
     pub ratio: f64,
     /// Of twice the points a side, as all grids tell it, s.
-    pub twice_cpu_seconds: Option<f64>,
+    pub doubled_grid_cpu_seconds: Option<f64>,
 }
 
 impl Forecast {
@@ -368,7 +363,7 @@ pub struct ReferenceLoad {
 
 /// One setting of the ladder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Point {
+pub struct TradeoffPoint {
     #[serde(flatten)]
     pub setting: Setting,
     pub paper_name: String,
@@ -379,7 +374,7 @@ pub struct Point {
     pub is_reference: bool,
     /// Why it tells nothing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub refusal: Option<String>,
+    pub unavailable_reason: Option<String>,
     pub missing: Vec<Missing>,
     pub cost: Cost,
     /// Root mean square over the loads.
@@ -387,15 +382,15 @@ pub struct Point {
     pub loads: Vec<LoadErrors>,
     /// Of atoms: against the solution on the heights that they resolve.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub resolved: Option<Resolved>,
+    pub resolved: Option<ResolvedErrors>,
 }
 
 /// Errors against the half-space under the heights that a block's indenter resolves: what is left when the short waves that it
 /// leaves out are left out of the reference, too.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Resolved {
+pub struct ResolvedErrors {
     /// Shortest wave of these heights over L, and their rms gradient.
-    pub shortest_wave: f64,
+    pub shortest_wavelength: f64,
     pub gradient: f64,
     /// Points a side of that solution, which is not extrapolated.
     pub nx: usize,
@@ -411,7 +406,7 @@ pub struct LoadErrors {
 
 /// A setting of the ladder that was not run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct LeftOut {
+pub struct SkippedSetting {
     #[serde(flatten)]
     pub setting: Setting,
     pub reason: String,
@@ -434,6 +429,6 @@ mod tests {
     #[test]
     fn a_fifth_is_a_fifth_in_decades() {
         assert_eq!(Measure::MeanGap.like_relative(0.2), 0.2);
-        assert!((Measure::TypicalPatch.like_relative(0.2) - 1.2f64.log10()).abs() < 1e-15);
+        assert!((Measure::MedianClusterArea.like_relative(0.2) - 1.2f64.log10()).abs() < 1e-15);
     }
 }

@@ -1,7 +1,7 @@
 //! The ladders of one method as Markdown: what its grid, its tolerance, its precision and a finite slab cost in accuracy.
 
 use super::number::{duration, error_of, significant};
-use crate::record::tradeoff::{Measure, Point, Tradeoff};
+use crate::record::tradeoff::{Measure, Tradeoff, TradeoffPoint};
 
 /// Columns of errors.
 const COLUMNS: [Measure; 7] = [
@@ -16,36 +16,43 @@ const COLUMNS: [Measure; 7] = [
 
 /// Tables of a method's points, each of a ladder in which one thing changes from the setting of the reference.
 pub fn markdown(told: &Tradeoff, method: &str) -> String {
-    let known: Vec<&Point> = told.points.iter().filter(|p| p.setting.method == method && p.refusal.is_none()).collect();
-    let grids: Vec<&Point> = told.grids(method);
+    let known: Vec<&TradeoffPoint> =
+        told.points.iter().filter(|p| p.setting.method == method && p.unavailable_reason.is_none()).collect();
+    let grids: Vec<&TradeoffPoint> = told.grids(method);
     let Some(base) = grids.first().map(|p| &p.setting) else { return String::new() };
-    let of = |p: &&&Point, n: usize| p.setting.nx == n && p.setting.slab.is_none();
+    let of = |p: &&&TradeoffPoint, n: usize| p.setting.nx == n && p.setting.slab.is_none();
     // Tolerances and precisions are those of one grid: that with most of them.
     let settings = |n: usize| known.iter().filter(|p| of(p, n)).count();
     let n = grids.iter().map(|p| p.setting.nx).max_by_key(|n| settings(*n)).unwrap_or(base.nx);
-    let mut tolerances: Vec<&Point> =
+    let mut tolerances: Vec<&TradeoffPoint> =
         known.iter().filter(|p| of(p, n) && p.setting.precision == base.precision).copied().collect();
     tolerances.sort_by(|a, b| b.setting.tolerance.total_cmp(&a.setting.tolerance));
-    let precisions: Vec<&Point> =
+    let precisions: Vec<&TradeoffPoint> =
         known.iter().filter(|p| of(p, n) && p.setting.precision != base.precision).copied().collect();
-    let mut slabs: Vec<&Point> = known.iter().filter(|p| p.setting.slab.is_some()).copied().collect();
+    let mut slabs: Vec<&TradeoffPoint> = known.iter().filter(|p| p.setting.slab.is_some()).copied().collect();
     slabs.sort_by(|a, b| a.setting.slab.partial_cmp(&b.setting.slab).unwrap_or(std::cmp::Ordering::Equal));
     let mut coarse_first = grids.clone();
     coarse_first.sort_by_key(|p| p.setting.nx);
-    let wave = |p: &Point| significant(p.setting.nx as f64 * told.shortest_wave, 3);
+    let wave = |p: &TradeoffPoint| significant(p.setting.nx as f64 * told.shortest_wavelength, 3);
     let mut text = String::new();
     let head = ["points a side", "per shortest wave"].map(str::to_string);
     table(&mut text, "Grid", &head, &coarse_first, &|p| vec![p.setting.nx.to_string(), wave(p)]);
-    let tolerance = |p: &Point| vec![format!("{:e}", p.setting.tolerance)];
+    let tolerance = |p: &TradeoffPoint| vec![format!("{:e}", p.setting.tolerance)];
     table(&mut text, "Tolerance", &[format!("tolerance on {n} points a side")], &tolerances, &tolerance);
-    let precision = |p: &Point| vec![format!("{} to {:e}", p.setting.precision, p.setting.tolerance)];
+    let precision = |p: &TradeoffPoint| vec![format!("{} to {:e}", p.setting.precision, p.setting.tolerance)];
     table(&mut text, "Precision", &[format!("precision on {n} points a side")], &precisions, &precision);
-    let slab = |p: &Point| vec![p.setting.slab.map_or(String::new(), |t| significant(t, 3))];
+    let slab = |p: &TradeoffPoint| vec![p.setting.slab.map_or(String::new(), |t| significant(t, 3))];
     table(&mut text, "Finite slab", &["thickness / L".to_string()], &slabs, &slab);
     text
 }
 
-fn table(text: &mut String, title: &str, head: &[String], points: &[&Point], of: &dyn Fn(&Point) -> Vec<String>) {
+fn table(
+    text: &mut String,
+    title: &str,
+    head: &[String],
+    points: &[&TradeoffPoint],
+    of: &dyn Fn(&TradeoffPoint) -> Vec<String>,
+) {
     if points.is_empty() {
         return;
     }

@@ -577,7 +577,7 @@ impl Scene {
     }
 
     pub fn parse(text: &str, path: &Path) -> Result<Scene> {
-        toml::from_str(text).map_err(|e| syntax::refusal(e, text, path))
+        toml::from_str(text).map_err(|e| syntax::unavailable_reason(e, text, path))
     }
 
     /// JSON Schema of scene files, for editors.

@@ -13,7 +13,7 @@ const REPEATED: usize = 60;
 
 /// All that the types of a scene have to say against a text. They stop at the first, so what was told of is made good in
 /// the tree, and the tree is read again.
-pub(super) fn refusal(first: toml::de::Error, text: &str, file: &Path) -> Error {
+pub(super) fn unavailable_reason(first: toml::de::Error, text: &str, file: &Path) -> Error {
     let mut list = vec![told(&first, text)];
     let mut error = first;
     if let Ok(mut tree) = DeTable::parse(text) {

@@ -45,7 +45,7 @@ impl Wants {
     pub fn of(measure: Measure) -> Wants {
         let maps = matches!(measure, Measure::GapMap | Measure::ContactMap);
         let counted =
-            matches!(measure, Measure::GapPdf | Measure::StressPdf | Measure::PatchArea | Measure::TypicalPatch);
+            matches!(measure, Measure::GapPdf | Measure::StressPdf | Measure::PatchArea | Measure::MedianClusterArea);
         Wants { maps, distributions: counted, grid_error: false, spectrum: false }
     }
 }

@@ -49,7 +49,7 @@ fn run(folder: &Path, name: &str, text: &str) -> Counted {
 fn table(folder: &Path) {
     let text = SCENE.replace("GRID", "grid = 64");
     let case = Case::resolve(Scene::parse(&text, Path::new("s")).expect("a scene"), Path::new("s")).expect("a case");
-    let line = r#"{"schema": 1, "made_by": "a test", "tables": [{"name": "t", "surface": "one", "shortest_wave": 0.125,
+    let line = r#"{"schema": 3, "provenance": "a test", "tables": [{"name": "t", "surface": "one", "shortest_wavelength": 0.125,
         "p_star": [0.001, 1.0], "kernel": "KERNEL", "adhesion": "none", "program": "", "threads": 1, "lines": [
         {"method": "fast", "adhesive": false, "nx": 64, "ny": 64, "precision": "f64", "tolerance": 1e-8, "seconds": 1.0,
          "errors": {"contact_area": [0.01, 0.01]}}]}]}"#;
@@ -75,16 +75,16 @@ fn atoms_do_no_more_than_is_asked() {
     assert!(2 * lean.frame_bytes < full.frame_bytes, "{} {}", lean.frame_bytes, full.frame_bytes);
     assert!(lean.results.warnings.iter().any(|w| w.contains("atoms.plasticity")), "{:?}", lean.results.warnings);
     // No stress field, no Voronoi cells, no frame for people, no slip.
-    assert!(all.stress.is_some() && all.frame.is_some() && all.ways.len() == 4 && all.plastic.is_some());
-    assert!(few.stress.is_none() && few.frame.is_none() && few.ways.is_empty() && few.plastic.is_none(), "{few:?}");
+    assert!(all.stress.is_some() && all.frame.is_some() && all.criteria.len() == 4 && all.defects.is_some());
+    assert!(few.stress.is_none() && few.frame.is_none() && few.criteria.is_empty() && few.defects.is_none(), "{few:?}");
     assert!(2 * lean.read_bytes < full.read_bytes, "{} {}", lean.read_bytes, full.read_bytes);
     // The full heights are not solved for; the criteria are compared all the same.
     let compared = |c: &Counted| c.results.comparison.clone().expect("compared");
-    assert!(compared(&full).full.is_some() && compared(&lean).full.is_none());
+    assert!(compared(&full).full_heights.is_some() && compared(&lean).full_heights.is_none());
     assert_eq!(compared(&lean).loads[0].continuum.len(), 3);
     // What the finite depth makes of area and mean gap is told where it was asked for, and takes a solution more.
     let of_depth = |c: &Counted| -> Vec<f64> {
-        let budget = compared(c).hard.states[0].budget.clone();
+        let budget = compared(c).hard_wall.states[0].uncertainty.clone();
         budget.iter().filter(|p| p.source == UncertaintySource::Depth).filter_map(|p| p.relative).collect()
     };
     assert!(of_depth(&lean).is_empty());

@@ -59,7 +59,7 @@ fn run(folder: &Path, name: &str, text: &str) -> Counted {
 
 /// A table in which one setting, that of the full scene, has an error of 1 %.
 fn table(folder: &Path) {
-    let line = r#"{"schema": 1, "made_by": "a test", "tables": [{"name": "t", "surface": "one", "shortest_wave": 0.04,
+    let line = r#"{"schema": 3, "provenance": "a test", "tables": [{"name": "t", "surface": "one", "shortest_wavelength": 0.04,
         "p_star": [0.001, 1.0], "kernel": "KERNEL", "adhesion": "ADHESION", "program": "", "threads": 1, "lines": [
         {"method": "fast", "adhesive": true, "nx": 128, "ny": 128, "precision": "f64", "tolerance": 1e-8, "seconds": 1.0,
          "errors": {"mean_gap": [0.01, 0.01], "gap_map": [0.01, 0.01], "gap_pdf": [0.01, 0.01]}}]}]}"#;

@@ -31,7 +31,7 @@ fn a_held_contact_is_a_probability_with_its_error() {
         run(&held_case(&[0.06], "temperature_k = 100\ntime_ps = 20"), folder.path(), &Silent).expect("a clean run");
     let atoms = results.atoms.expect("atoms");
     let (hold, still) = (atoms.hold.expect("a hold"), &atoms.states[0]);
-    assert!((hold.averaged_ps + hold.equilibration_ps - 20.0).abs() < 1.0);
+    assert!((hold.averaging_ps + hold.equilibration_ps - 20.0).abs() < 1.0);
     let held = &hold.states[0];
     assert!((held.p_star / 0.06 - 1.0).abs() < 1e-9);
     let t = held.temperature_k;

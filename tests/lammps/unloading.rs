@@ -39,8 +39,8 @@ fn comes_back_the_same(found: &AtomsResults, back: &Unloading) {
     assert_eq!(found.states.len(), LOADS.len());
     assert_eq!(back.states.iter().map(|s| s.p_star).collect::<Vec<_>>(), [LOADS[0]]);
     for change in &back.changes {
-        let more = change.contact_fraction_back - change.contact_fraction_there;
-        assert!(change.contact_fraction_there > 0.05 && more.abs() < 1.5 * ONE_ATOM, "{change:?}");
+        let more = change.contact_fraction_unloading - change.contact_fraction_loading;
+        assert!(change.contact_fraction_loading > 0.05 && more.abs() < 1.5 * ONE_ATOM, "{change:?}");
         assert!(change.mean_gap_angstrom.abs() < 0.01, "{change:?}");
     }
     assert_eq!(back.changes.len(), 1);
@@ -73,7 +73,7 @@ fn without_adhesion_the_steps_back_are_the_steps_there() {
     assert_eq!((last.contacts, last.load), (0, 0.0));
     let (found, back) = read(&case, &job);
     comes_back_the_same(&found, &back);
-    assert_eq!((back.turn, back.parted), (turn, Some(true)));
+    assert_eq!((back.reversal_step, back.separated), (turn, Some(true)));
 }
 
 #[test]
@@ -91,7 +91,7 @@ fn loads_from_the_continuum_come_back_load_by_load() {
     assert!((rungs[3].displacement_angstrom - rungs[1].displacement_angstrom).abs() < 0.01);
     let (found, back) = read(&case, &job);
     comes_back_the_same(&found, &back);
-    assert_eq!(back.parted, None);
+    assert_eq!(back.separated, None);
 }
 
 /// The largest pull in usual steps and in steps of two thirds.
@@ -105,7 +105,7 @@ fn with_adhesion_the_largest_pull_is_found_within_its_error() {
         let job = built(&case, folder.path());
         engine.run(&job, &mut on).expect("a clean run");
         let (_, back) = read(&case, &job);
-        assert!(back.states.is_empty() && back.parted == Some(true));
+        assert!(back.states.is_empty() && back.separated == Some(true));
         let pull = back.pull_off.expect("a pull");
         // Followed in quarter steps.
         assert!((pull.step_angstrom - 0.25 * step).abs() < 1e-6, "{pull:?}");

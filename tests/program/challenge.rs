@@ -15,9 +15,9 @@ fn verdicts(said: &Value) -> BTreeMap<String, (String, Option<f64>)> {
     let list = said["acceptance"].as_array().expect("a list");
     list.iter()
         .map(|j| {
-            assert!(!j["reason"].as_str().expect("a reason").is_empty() || j["verdict"] == "pass", "{j}");
+            assert!(!j["reason"].as_str().expect("a reason").is_empty() || j["status"] == "pass", "{j}");
             let text = |key: &str| j[key].as_str().expect("text").to_string();
-            (text("id"), (text("verdict"), j["value"].as_f64()))
+            (text("id"), (text("status"), j["value"].as_f64()))
         })
         .collect()
 }
@@ -39,20 +39,20 @@ fn a_grid_that_carries_the_adhesion_is_judged() {
         assert_eq!(found[id].0, "pass", "{id}: {:?}", found[id]);
     }
     for id in OF_ADHESION {
-        assert_ne!(found[id].0, "not judged", "{id}");
+        assert_ne!(found[id].0, "not assessed", "{id}");
     }
     // Half of the gradient lies in waves that it does not hold.
     for id in ["S04d", "S11a", "S11b", "S13", "S16", "S22"].iter().chain(&OF_BOTH) {
-        assert_eq!(found[*id].0, "not judged", "{id}");
+        assert_eq!(found[*id].0, "not assessed", "{id}");
     }
     assert_eq!(code == Some(1), found.values().any(|(v, _)| v == "fail"), "the exit code tells of failures");
 
     let results: Value = serde_json::from_str(&std::fs::read_to_string(folder.join("results.json")).unwrap()).unwrap();
     let states = |of: &str| results[of]["states"].as_array().expect("states").clone();
-    let (with, without) = (states("continuum"), states("without"));
+    let (with, without) = (states("continuum"), states("non_adhesive"));
     assert_eq!((with.len(), without.len()), (23, 12), "there and back with adhesion, there without");
-    assert!(with.iter().skip(12).all(|s| s["branch"] == "unloading" && s["hangs"]["area"].is_number()));
-    assert!(with.iter().take(12).all(|s| s["branch"] == "loading" && s["hangs"].is_null()));
+    assert!(with.iter().skip(12).all(|s| s["branch"] == "unloading" && s["hysteresis"]["area"].is_number()));
+    assert!(with.iter().take(12).all(|s| s["branch"] == "loading" && s["hysteresis"].is_null()));
     assert!(results["continuum"]["hysteresis_work"].is_number());
     let kept = with.iter().filter(|s| s["gap"].is_string()).map(|s| s["p_star"].as_f64().unwrap());
     assert!(kept.clone().count() == 2 && kept.clone().all(|p| p == 0.01), "maps at the reference load, both ways");
@@ -77,7 +77,7 @@ fn a_grid_that_pins_contact_lines_judges_no_adhesion() {
     let (_, said) = challenge(&out.path().join("run"), &["--grid", "128", "--seed", "2"]);
     let found = verdicts(&said);
     for id in OF_ADHESION.iter().chain(&OF_BOTH).chain(&["MESH"]) {
-        assert_eq!(found[*id].0, "not judged", "{id}");
+        assert_eq!(found[*id].0, "not assessed", "{id}");
     }
     assert_eq!(found["S14"].0, "pass", "a bound that holds on any grid");
     assert!(said["surface"].as_str().unwrap().contains("seed 2"));
@@ -96,7 +96,7 @@ fn a_coarse_file_is_not_the_whole_surface() {
     let found = verdicts(&said);
     assert_eq!(found["S02"].0, "pass", "{:?}", found["S02"]);
     for id in ["S04a", "S04b", "S04c", "S04d", "S13"].iter().chain(&OF_BOTH) {
-        assert_eq!(found[*id].0, "not judged", "{id}");
+        assert_eq!(found[*id].0, "not assessed", "{id}");
     }
     for (args, expected) in [
         (vec!["--heights", "nowhere.h5"], "--heights = nowhere.h5 (no such file)"),

@@ -18,7 +18,7 @@ const SCENE: &str = "name = \"methods\"\n[surface]\ngrid = 128\ncut_off_um = 4.0
                      [continuum]\nalso = [\"all\"]\n";
 const ADHESION: &str = "[adhesion]\nwork_of_adhesion_mj_m2 = 50\nrange_nm = 100.0\nwithout_too = true\n";
 
-/// Methods that need more than a surface and a load; their refusal says what.
+/// Methods that need more than a surface and a load; their unavailable_reason says what.
 const NEED_MORE: [&str; 1] = ["all-atom"];
 
 /// Relative load balance of estimates: sums of closed forms end in rounding; what the cascade of Persson's theory with
@@ -44,7 +44,8 @@ fn run(scene: &str) -> Vec<MethodResults> {
         assert_eq!(titles, 6 * 3 + 3, "{} is in every figure or said not to be", m.method);
         // Where all is refused that is the reason for every empty cell; a contact map has none of its own.
         let reasons = m.missing.iter().filter(|missing| missing.quantity != Quantity::ContactMap.id());
-        let reasons: Vec<&String> = m.refusal.as_ref().map_or(reasons.map(|m| &m.reason).collect(), |why| vec![why]);
+        let reasons: Vec<&String> =
+            m.unavailable_reason.as_ref().map_or(reasons.map(|m| &m.reason).collect(), |why| vec![why]);
         for reason in reasons {
             let escaped = reason.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
             assert!(page.contains(&escaped), "{}: {reason} is not said in the report", m.method);
@@ -79,13 +80,13 @@ fn faults(card: &Card, run: &MethodResults) -> Vec<String> {
     let mut faults = Vec::new();
     let name = format!("{}, adhesion {}", card.id, run.adhesive);
     if NEED_MORE.contains(&card.id) {
-        if run.refusal.is_none() || !run.states.is_empty() {
+        if run.unavailable_reason.is_none() || !run.states.is_empty() {
             faults.push(format!("{name}: not refused"));
         }
         return faults;
     }
-    if run.refusal.is_some() || run.states.len() != 3 {
-        faults.push(format!("{name}: {} states, {:?}", run.states.len(), run.refusal));
+    if run.unavailable_reason.is_some() || run.states.len() != 3 {
+        faults.push(format!("{name}: {} states, {:?}", run.states.len(), run.unavailable_reason));
     }
     for quantity in Quantity::ALL {
         let said = run.missing.iter().find(|m| m.quantity == quantity.id()).map(|m| m.reason.as_str());
@@ -149,8 +150,9 @@ fn no_method_needs_what_its_card_does_not_say() {
         assert_eq!(kind, card.kind, "{}", card.id);
         if card.needs == Needs::Spectrum {
             let problem = Problem::new(grid, &heights);
-            let refusal = method.start(&problem, &NoObserver).err().map(|e| e.to_string()).unwrap_or_default();
-            assert!(refusal.contains("spectrum"), "{}: {refusal}", card.id);
+            let unavailable_reason =
+                method.start(&problem, &NoObserver).err().map(|e| e.to_string()).unwrap_or_default();
+            assert!(unavailable_reason.contains("spectrum"), "{}: {unavailable_reason}", card.id);
         }
     }
 }
@@ -216,11 +218,11 @@ fn ranges_that_are_used_and_stresses_that_press_are_told() {
     let found: Vec<MethodResults> = serde_json::from_value(results["methods"].clone()).expect("results of methods");
     let of = |id: &str| found.iter().find(|m| m.method == id && m.adhesive).expect("ran");
     let range = of("bicgstab").range.expect("a range");
-    assert!((range.resolution_used - 4.0).abs() < 1e-9 && range.used > 1.3 * range.asked, "{range:?}");
+    assert!((range.resolution_used - 4.0).abs() < 1e-9 && range.used > 1.3 * range.requested, "{range:?}");
     assert_eq!(of("bicgstab").criterion, "compressive stress");
     let taken = of("fft-ia").range.expect("a range");
-    assert_eq!(taken.used, taken.asked);
-    assert_eq!(results["continuum"]["range"]["used"], results["continuum"]["range"]["asked"]);
+    assert_eq!(taken.used, taken.requested);
+    assert_eq!(results["continuum"]["range"]["used"], results["continuum"]["range"]["requested"]);
     assert_eq!(of("fft-ia").criterion, "zero gap, beside compressive stress");
     let state = &of("fft-ia").states[0];
     let presses = state.contact_fraction_compressive.expect("with adhesion");
@@ -232,8 +234,8 @@ fn ranges_that_are_used_and_stresses_that_press_are_told() {
     let output = asperity().args(grid).args(law).output().expect("started");
     assert!(output.status.success(), "{}", stderr(&output));
     let line = json_line(&output);
-    let [asked, used] = ["asked", "used"].map(|k| line["range"][k].as_f64().expect("a length"));
-    assert!((used / range.used - 1.0).abs() < 1e-9 && (asked / range.asked - 1.0).abs() < 1e-9, "{line}");
+    let [asked, used] = ["requested", "used"].map(|k| line["range"][k].as_f64().expect("a length"));
+    assert!((used / range.used - 1.0).abs() < 1e-9 && (asked / range.requested - 1.0).abs() < 1e-9, "{line}");
     assert!(line["contact_fraction_compressive"].as_f64().is_some_and(|c| c > 0.0), "{line}");
 }
 

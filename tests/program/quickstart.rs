@@ -48,7 +48,7 @@ fn the_quickstart_keeps_its_promises() {
     assert_eq!(stages, ["surface", "continuum", "matched", "lammps", "atoms", "compare"]);
     let comparison = results.comparison.as_ref().expect("a comparison");
     let laboratory = results.continuum.as_ref().expect("a continuum");
-    for solved in [laboratory, &comparison.hard, &comparison.soft] {
+    for solved in [laboratory, &comparison.hard_wall, &comparison.compliant_wall] {
         assert_eq!(solved.states.iter().map(|s| s.p_star).collect::<Vec<_>>(), LOADS);
         assert!(solved.states.iter().all(|s| s.stop == "converged" && s.load_error.abs() < LOAD_BALANCE));
         assert!(solved.states.windows(2).all(|w| w[1].contact_fraction > w[0].contact_fraction));
@@ -57,14 +57,14 @@ fn the_quickstart_keeps_its_promises() {
 
     assert_eq!(comparison.loads.iter().map(|l| l.p_star).collect::<Vec<_>>(), LOADS);
     for load in &comparison.loads {
-        let (atoms, matched) = (load.atoms.contact_fraction, criterion(load, "soft wall"));
+        let (atoms, matched) = (load.atoms.contact_fraction, criterion(load, "compliant_wall"));
         let ratio = matched.contact_fraction / atoms;
         println!(
             "p* = {}: atoms {atoms:.5}, matched {:.5}, κ {:.3}",
             load.p_star, matched.contact_fraction, matched.overlap.kappa
         );
         assert!((ratio - 1.0).abs() <= FRACTION, "p* = {}: {ratio:.3} of the atoms' contact", load.p_star);
-        let apart = load.atoms_mean_gap_angstrom - load.soft_mean_gap_angstrom;
+        let apart = load.atoms_mean_gap_angstrom - load.compliant_wall_mean_gap_angstrom;
         assert!(apart.abs() <= MEAN_GAP_ANGSTROM, "p* = {}: mean gaps {apart:.3} Å apart", load.p_star);
         assert_eq!(load.registration, [0, 0], "p* = {}: the maps are out of register", load.p_star);
         assert!(matched.overlap.kappa > matched.shifted.kappa + ABOVE_CHANCE, "p* = {}: {matched:?}", load.p_star);
@@ -72,7 +72,7 @@ fn the_quickstart_keeps_its_promises() {
         if load.p_star == 0.01 {
             assert!(matched.overlap.kappa >= KAPPA, "{matched:?}");
             // The match is the criterion's doing: zero gap alone is no such agreement.
-            assert!(criterion(load, "plain").overlap.kappa < matched.overlap.kappa, "{load:?}");
+            assert!(criterion(load, "hard_wall").overlap.kappa < matched.overlap.kappa, "{load:?}");
         }
     }
 

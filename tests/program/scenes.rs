@@ -102,7 +102,7 @@ fn good_scenes_and_shipped_ones_are_planned() {
             assert!(counts.iter().all(|n| *n > 0), "{}: {plan}", scene.display());
         } else {
             let beside: &[&str] =
-                if text.lines().any(|l| l.trim() == "[challenge]") { &["without", "second"] } else { &[] };
+                if text.lines().any(|l| l.trim() == "[challenge]") { &["non-adhesive", "cross-check"] } else { &[] };
             assert_eq!(names, [&["surface", "continuum"], beside, &["report"]].concat(), "{}", scene.display());
             assert!(plan["atoms"].is_null());
         }

@@ -71,7 +71,7 @@ fn ranges_are_told() {
         lines(&["--pressure", "0.01", "--gamma", "9e-4", "--rho", rho, "--range", range]).swap_remove(0)
     };
     let mesh = asked("mesh", "1e-3");
-    assert_eq!(mesh["range"]["asked"].as_f64(), Some(1e-3));
+    assert_eq!(mesh["range"]["requested"].as_f64(), Some(1e-3));
     assert!((mesh["range"]["resolution_used"].as_f64().expect("told") - 1.4).abs() < 1e-12, "{mesh}");
     assert!(number(&mesh, "cohesive_resolution") < 1.0);
     assert_eq!(asked("true", "1e-3")["range"]["used"].as_f64(), Some(1e-3));

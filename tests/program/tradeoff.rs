@@ -4,7 +4,7 @@
 use crate::lammps::lammps;
 use crate::program::{asperity, json_line, stderr};
 use asperity::method::REGISTRY;
-use asperity::record::tradeoff::{FILE, Measure, Point, Tradeoff};
+use asperity::record::tradeoff::{FILE, Measure, Tradeoff, TradeoffPoint};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -57,15 +57,15 @@ impl Bench {
 }
 
 /// The point of a method on a grid in f64 to 1e-8.
-fn on_grid<'a>(told: &'a Tradeoff, method: &str, n: usize) -> &'a Point {
-    let is = |p: &&Point| {
+fn on_grid<'a>(told: &'a Tradeoff, method: &str, n: usize) -> &'a TradeoffPoint {
+    let is = |p: &&TradeoffPoint| {
         let s = &p.setting;
         s.method == method && s.nx == n && s.precision == "f64" && s.tolerance == 1e-8
     };
-    told.points.iter().find(is).unwrap_or_else(|| panic!("no {method} on {n}: {:?}", told.left_out))
+    told.points.iter().find(is).unwrap_or_else(|| panic!("no {method} on {n}: {:?}", told.skipped))
 }
 
-fn error(p: &Point, measure: Measure) -> f64 {
+fn error(p: &TradeoffPoint, measure: Measure) -> f64 {
     *p.errors.get(&measure).unwrap_or_else(|| panic!("{} tells no {}", p.setting.method, measure.name()))
 }
 
@@ -77,12 +77,12 @@ fn the_table_has_every_method() {
     let told = bench.table("run", &["--methods", "all", "--grids", "64,32", "--budget", "8s", "--repeats", "1"]);
     for method in REGISTRY {
         let card = method.card();
-        let points: Vec<&Point> = told.points.iter().filter(|p| p.setting.method == card.id).collect();
-        let out: Vec<_> = told.left_out.iter().filter(|l| l.setting.method == card.id).collect();
+        let points: Vec<&TradeoffPoint> = told.points.iter().filter(|p| p.setting.method == card.id).collect();
+        let out: Vec<_> = told.skipped.iter().filter(|l| l.setting.method == card.id).collect();
         assert!(!points.is_empty() || !out.is_empty(), "{} is nowhere", card.id);
         assert!(out.iter().all(|l| !l.reason.is_empty()));
         for p in points {
-            if p.refusal.is_some() {
+            if p.unavailable_reason.is_some() {
                 assert!(p.errors.is_empty(), "{} errs and tells nothing", card.id);
                 continue;
             }
@@ -108,7 +108,7 @@ fn errors_fall_with_the_grid() {
     for measure in [Measure::MeanGap, Measure::GapMap, Measure::ContactMap, Measure::GapPdf, Measure::StressPdf] {
         assert!(error(middle, measure) < error(coarse, measure), "{}: {coarse:?} {middle:?}", measure.name());
     }
-    assert!(fine.is_reference && (fine.cost.of_reference - 1.0).abs() < 1e-12);
+    assert!(fine.is_reference && (fine.cost.cpu_over_reference - 1.0).abs() < 1e-12);
     for measure in Measure::ALL {
         let uncertain = told.references[0].uncertainty.get(&measure).copied();
         assert_eq!(fine.errors.get(&measure).copied(), uncertain, "{}", measure.name());
@@ -123,7 +123,7 @@ fn errors_fall_with_the_grid() {
     assert!(foreseen.setting == fine.setting && foreseen.coarser == [32, 64], "{foreseen:?}");
     assert!(foreseen.predicted_cpu_seconds > 0.0 && foreseen.cpu_seconds == fine.cost.cpu_seconds);
     assert_eq!(foreseen.ratio, foreseen.predicted_cpu_seconds / foreseen.cpu_seconds);
-    assert!(foreseen.twice_cpu_seconds.is_some_and(|t| t > 0.0));
+    assert!(foreseen.doubled_grid_cpu_seconds.is_some_and(|t| t > 0.0));
     assert!(told.points.iter().all(|p| p.cost.runs >= 1));
     let page = std::fs::read_to_string(bench.out("run").join("report.html")).expect("a page");
     assert!(page.contains("twice the grid"));
@@ -154,9 +154,9 @@ fn atoms_are_settings_too() {
     let bench = Bench::new(&format!("name = \"ladder\"\n{smooth}"));
     let flags = ["--methods", "fast", "--grids", "64", "--repeats", "1", "--atoms", "10x6,10x3"];
     let told = bench.table("run", &flags);
-    let blocks: Vec<&Point> = told.points.iter().filter(|p| p.setting.method == "all-atom").collect();
+    let blocks: Vec<&TradeoffPoint> = told.points.iter().filter(|p| p.setting.method == "all-atom").collect();
     let sizes: Vec<String> = blocks.iter().filter_map(|p| p.setting.block).map(|b| b.to_string()).collect();
-    assert_eq!(sizes, ["10x3", "10x6"], "{:?}", told.left_out);
+    assert_eq!(sizes, ["10x3", "10x6"], "{:?}", told.skipped);
     for p in &blocks {
         let cost = p.cost.atoms.expect("what LAMMPS took");
         assert!(
@@ -170,7 +170,7 @@ fn atoms_are_settings_too() {
         assert!(!p.errors.contains_key(&Measure::StressPdf) && p.missing.iter().any(|m| m.quantity == "stress_pdf"));
         // Waves that the indenter does not have make the gaps of the reference other ones than those of its heights.
         assert_ne!(error(p, Measure::GapMap), resolved.errors[&Measure::GapMap]);
-        assert!(resolved.shortest_wave > 1.0 / 24.0 && resolved.gradient < 0.3, "{resolved:?}");
+        assert!(resolved.shortest_wavelength > 1.0 / 24.0 && resolved.gradient < 0.3, "{resolved:?}");
     }
     let [atoms_thin, atoms_thick] = [0, 1].map(|i| blocks[i].cost.atoms.map_or(0, |c| c.atoms));
     assert!(atoms_thin > 0 && atoms_thin < atoms_thick);
@@ -219,8 +219,8 @@ fn a_budget_leaves_out_and_says_so() {
     let flags = ["--methods", "fast,gfmd,bvm", "--budget", "0.1s"];
     let told = bench.table("run", &flags);
     assert_eq!(told.budget_seconds, Some(0.1));
-    assert!(!told.left_out.is_empty());
-    assert!(told.left_out.iter().all(|l| l.reason.contains("budget") || l.reason.contains("its method")));
+    assert!(!told.skipped.is_empty());
+    assert!(told.skipped.iter().all(|l| l.reason.contains("budget") || l.reason.contains("its method")));
     assert!(on_grid(&told, "fast", 128).is_reference, "the reference is solved in any case");
     let output = bench.run("run", &flags);
     let words = String::from_utf8_lossy(&output.stdout).into_owned();
@@ -284,7 +284,7 @@ fn advice_comes_from_the_table() {
     assert!(output.status.success(), "{}", stderr(&output));
     let advice = json_line(&output);
     let (method, grid) = (advice["method"].as_str().expect("a method"), advice["grid"].as_u64().expect("a grid"));
-    let is = |p: &&Point| p.setting.method == method && p.setting.nx as u64 == grid;
+    let is = |p: &&TradeoffPoint| p.setting.method == method && p.setting.nx as u64 == grid;
     assert!(told.points.iter().any(|p| is(&p)), "{advice}");
     assert!(
         advice["expected_error"].as_f64().is_some_and(|e| e <= 0.5) && advice["extrapolated"] == serde_json::json!([])

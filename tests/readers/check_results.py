@@ -30,7 +30,7 @@ curves = {
     "contact_fraction": [s["contact_fraction"] for s in states],
     "mean_gap": [s["mean_gap"] * length for s in states],
     "stiffness": [np.nan if s.get("stiffness") is None else s["stiffness"] * modulus / length for s in states],
-    "leak_gap": [s["observed"]["leak_gap"] * length for s in states],
+    "hydraulic_gap": [s["observed"]["hydraulic_gap"] * length for s in states],
 }
 units = {"gap": "m", "stress": "Pa", "pressure": "Pa", "mean_gap": "m", "x": "m", "p_star": "1", "stiffness": "Pa m-1"}
 x = np.arange(n) * length / n
@@ -48,7 +48,7 @@ with h5py.File(folder / "results.nc") as file:
     assert file.attrs["length_m"] == length
 
     # What is solved beside the asked problem lies beside it, along loads of its own.
-    for prefix, beside in (("without_", results.get("without")), ("range_1_", (results.get("other_ranges") or [None])[0])):
+    for prefix, beside in (("non_adhesive_", results.get("non_adhesive")), ("range_1_", (results.get("other_ranges") or [None])[0])):
         assert (f"{prefix}mean_gap" in file) == (beside is not None)
         if beside:
             gaps = [s["mean_gap"] * length for s in beside["states"]]
@@ -73,9 +73,9 @@ with xarray.open_dataset(folder / "results.nc", engine="h5netcdf") as data:
         middle, density = data[f"{name}_middle"].values, data[f"{name}_density"].values
         width = middle[:, 1] - middle[:, 0]
         whole = [s["observed"][name] for s in states]
-        shares = [sum(d["shares"]) for d in whole]
+        shares = [sum(d["fractions"]) for d in whole]
         np.testing.assert_allclose((density * width[:, None]).sum(axis=1), shares, rtol=1e-9)
-    share = data.patch_share.values
+    share = data.patch_cumulative_fraction.values
     for k, state in enumerate(states):
         rows = state["observed"]["patch_area"]
         np.testing.assert_allclose(share[k, : len(rows)], [r[1] for r in rows], rtol=1e-15)

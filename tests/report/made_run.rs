@@ -59,9 +59,9 @@ pub fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResul
         fft_pairs: 301.0,
         seconds: 1.7,
         branch: if p_star > 0.01 { Branch::Unloading } else { Branch::Loading },
-        energy_excess: Some(3e-9),
-        area_drift: Some(1e-4),
-        mean_gap_drift: None,
+        energy_error_estimate: Some(3e-9),
+        area_error_estimate: Some(1e-4),
+        mean_gap_error_estimate: None,
         discretisation: Some(Discretisation {
             area: Some(0.0234),
             area_is_bound: false,
@@ -74,7 +74,7 @@ pub fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResul
             area: Estimate { value: 0.0334, error: 0.0003 },
             mean_gap: Some(Estimate { value: 0.01014, error: 1e-5 }),
         }),
-        budget: vec![
+        uncertainty: vec![
             UncertaintyComponent {
                 quantity: Measure::ContactArea,
                 source: UncertaintySource::Grid,
@@ -101,7 +101,7 @@ pub fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResul
             },
         ],
         stiffness: Some(0.345),
-        hangs: None,
+        hysteresis: None,
         observed: Some(observed(gap)),
         gap: gap_file,
         stress,
@@ -126,12 +126,12 @@ pub fn observed(gap: &[f64]) -> Observed {
             .map(|(a, density, n)| [a * node, density / node, n as f64])
             .collect(),
         patch_area: observe::cumulative_area(&sizes).into_iter().map(|(a, share)| [a as f64 * node, share]).collect(),
-        typical_patch: observe::typical_size(&sizes).map(|a| a as f64 * node),
-        conductance: 0.123,
-        leak_gap: 0.0,
+        median_cluster_area: observe::typical_size(&sizes).map(|a| a as f64 * node),
+        constriction_conductance: 0.123,
+        hydraulic_gap: 0.0,
         compressive: None,
-        contact_spans: [false, true],
-        gap_spans: [true, true],
+        contact_percolates: [false, true],
+        gap_percolates: [true, true],
     }
 }
 
@@ -154,9 +154,9 @@ pub fn continuum(folder: &Path, name: &str, method: &str, level: f64, stored: [b
         ny: N,
         range: Some(RangeResults {
             gamma: Some(2e-5),
-            asked: 2.07e-5,
+            requested: 2.07e-5,
             used: 8.28e-5,
-            resolution_asked: 0.35,
+            resolution_requested: 0.35,
             resolution_used: 1.4,
         }),
         resolved_gradient: Some(0.71),
@@ -196,13 +196,13 @@ pub fn atoms(folder: &Path) -> AtomsResults {
             gap_map: format!("atoms-gap-{i}.npy"),
             frame: Some(format!("frame-{i}.xyz")),
             indenter_shift_angstrom: 0.0,
-            ways: Vec::new(),
+            criteria: Vec::new(),
             sensitivity: Vec::new(),
             stress: None,
-            plastic: None,
+            defects: None,
         }
     });
-    let ladder = (0..25).map(|step| {
+    let ladder = (0..25).map(|step: u32| {
         let d = f64::from(step) * 0.2;
         LoadStepResults {
             step: step as usize,
@@ -215,12 +215,12 @@ pub fn atoms(folder: &Path) -> AtomsResults {
             max_force_ev_per_angstrom: 8e-5,
         }
     });
-    let line = |group: &str, symbol: &str, asked, used, verdict: &str, reason: &str| AuditLine {
+    let line = |group: &str, symbol: &str, asked, used, status: &str, reason: &str| AuditLine {
         group: group.into(),
         symbol: symbol.into(),
-        asked,
-        used,
-        verdict: verdict.into(),
+        target: asked,
+        actual: used,
+        status: status.into(),
         reason: reason.into(),
     };
     AtomsResults {
@@ -259,17 +259,17 @@ pub fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResults {
     let hard = continuum(folder, "hard", "bccg", 0.0085, [true, false]);
     let soft = continuum(folder, "soft", "gfmd", 0.007, [true, false]);
     let overlap = |kappa: f64| Overlap { jaccard: 0.8 * kappa, precision: 0.9 * kappa, recall: 0.95 * kappa, kappa };
-    let maps = ["plain", "raised", "soft wall"].map(|id| {
+    let maps = ["hard_wall", "offset_wall", "compliant_wall"].map(|id| {
         let name = format!("continuum-{id}.npy");
-        let reach = if id == "plain" { 0.0 } else { 0.002 };
+        let reach = if id == "hard_wall" { 0.0 } else { 0.002 };
         let flags = grid(|x, y| f64::from(u8::from(height(x, y) <= 0.0085 + reach)));
         npy::write(&folder.join(&name), N, N, flags.iter().map(|f| *f as u8)).unwrap();
         (id, name)
     });
-    let a_match = |id: &str, raised_angstrom, contact_fraction, kappa| CriterionMatch {
+    let a_match = |id: &str, offset_angstrom, contact_fraction, kappa| CriterionMatch {
         id: id.into(),
-        criterion: format!("raised by {raised_angstrom} Å"),
-        raised_angstrom,
+        criterion: format!("raised by {offset_angstrom} Å"),
+        offset_angstrom,
         contact_fraction,
         overlap: overlap(kappa),
         shifted: overlap(0.031),
@@ -280,20 +280,20 @@ pub fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResults {
         registration: [0, 0],
         atoms: CriterionArea { criterion: "distance < 3.62 Å".into(), contact_fraction: a.contact_fraction },
         continuum: vec![
-            a_match("plain", 0.0, h.contact_fraction, 0.71),
-            a_match("raised", 0.3, 1.3 * h.contact_fraction, 0.78),
-            a_match("soft wall", 0.0, 1.2 * h.contact_fraction, 0.8347),
+            a_match("hard_wall", 0.0, h.contact_fraction, 0.71),
+            a_match("offset_wall", 0.3, 1.3 * h.contact_fraction, 0.78),
+            a_match("compliant_wall", 0.0, 1.2 * h.contact_fraction, 0.8347),
         ],
         atoms_mean_gap_angstrom: 9.713,
-        continuum_mean_gap_angstrom: 9.402,
-        soft_mean_gap_angstrom: 9.655,
+        hard_wall_mean_gap_angstrom: 9.402,
+        compliant_wall_mean_gap_angstrom: 9.655,
         atoms_patches: 14,
-        continuum_patches: 17,
+        hard_wall_patches: 17,
         gap_rms_difference_angstrom: 0.214,
-        soft_gap: None,
-        versions: Vec::new(),
-        against_distance: Vec::new(),
-        against_gap: Vec::new(),
+        compliant_wall_gap: None,
+        model_chain: Vec::new(),
+        area_vs_distance: Vec::new(),
+        area_vs_gap: Vec::new(),
     });
     let y: Vec<f64> = (0..N).map(|i| i as f64 / N as f64).collect();
     let gap = |level: f64| y.iter().map(|&y| LENGTH_ANGSTROM * (height(0.5, y) - level).max(0.0)).collect::<Vec<f64>>();
@@ -301,9 +301,9 @@ pub fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResults {
         p_star,
         y: y.clone(),
         atoms_gap_angstrom: gap(0.0095 + 0.1 * p_star).iter().map(|g| g + 0.2).collect(),
-        hard_gap_angstrom: gap(0.010 + 0.1 * p_star),
-        soft_gap_angstrom: gap(0.0097 + 0.1 * p_star),
-        full_gap_angstrom: Vec::new(),
+        hard_wall_gap_angstrom: gap(0.010 + 0.1 * p_star),
+        compliant_wall_gap_angstrom: gap(0.0097 + 0.1 * p_star),
+        full_heights_gap_angstrom: Vec::new(),
     };
     ComparisonResults {
         loads: loads.collect(),
@@ -311,9 +311,9 @@ pub fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResults {
         findings: vec![
             "Steps: 61 % of the atoms' extra contact lies within one lattice constant of a terrace edge.".into(),
         ],
-        full: None,
-        hard,
-        soft,
+        full_heights: None,
+        hard_wall: hard,
+        compliant_wall: soft,
     }
 }
 
@@ -361,9 +361,9 @@ pub fn run_folder(folder: &Path) -> Results {
         },
         accuracy: None,
         continuum: Some(continuum(folder, "laboratory", "gfmd", 0.009, [true, true])),
-        without: None,
+        non_adhesive: None,
         other_ranges: vec![],
-        second: None,
+        cross_check: None,
         methods: vec![],
         failures: Vec::new(),
         acceptance: vec![],

@@ -17,15 +17,15 @@ fn the_atoms_way_back_is_drawn_and_its_pull_told_in_a_line() {
     let mut results = run_folder(&folder);
     let atoms = results.atoms.as_mut().expect("atoms");
     atoms.unloading = Some(Unloading {
-        turn: 14,
+        reversal_step: 14,
         states: Vec::new(),
         changes: vec![BranchChange {
             p_star: 0.01,
-            contact_fraction_there: 0.1,
-            contact_fraction_back: 0.125,
+            contact_fraction_loading: 0.1,
+            contact_fraction_unloading: 0.125,
             mean_gap_angstrom: -0.0432,
         }],
-        parted: Some(true),
+        separated: Some(true),
         pull_off: Some(AtomPullOff {
             step: 21,
             force_ev_per_angstrom: -0.5,
@@ -122,9 +122,9 @@ fn a_full_report_is_whole_and_self_contained() {
     assert!(std::fs::read_dir(&folder).unwrap().all(|f| !f.unwrap().file_name().to_string_lossy().starts_with('.')));
 }
 
-/// A distribution of equal shares.
+/// A distribution of equal fractions.
 fn even(to: f64) -> Distribution {
-    Distribution { edges: linear_edges(0.0, to, 10), shares: vec![0.09; 10], delta: 0.1, below: 0.0, above: 0.0 }
+    Distribution { edges: linear_edges(0.0, to, 10), fractions: vec![0.09; 10], delta: 0.1, below: 0.0, above: 0.0 }
 }
 
 #[test]
@@ -139,19 +139,19 @@ fn criteria_versions_and_yield_are_told_and_drawn() {
             atoms: 77,
             contact_fraction: share,
         };
-        state.ways = vec![way("distance", 0.1), way("area", 0.0981)];
+        state.criteria = vec![way("distance", 0.1), way("voronoi_area", 0.0981)];
         let map = store(&folder, &format!("atoms-stress-{i}.npy"), &grid(|x, y| 3.0 * height(x, y).max(0.0))).unwrap();
         state.stress = Some(AtomStress { width_angstrom: 5.5884, load_error: 2e-16, highest_gpa: 4.321, map });
-        state.plastic = Some(DefectAtoms { atoms: 19 * i, volume_nm3: 0.83 * i as f64 });
+        state.defects = Some(DefectAtoms { atoms: 19 * i, volume_nm3: 0.83 * i as f64 });
     }
     atoms.plasticity = Some(PlasticityResults {
         atoms: 170_000,
         masked_layers: 2,
         threshold: 0.06,
-        noise: 3,
+        noise_atoms: 3,
         steps: vec![[0.0, 0.0], [0.0137, 5.0], [0.02, 19.0]],
         first_yield: Some(0.0137),
-        elastic_to: Some(0.0),
+        last_elastic: Some(0.0),
         hardness_gpa: Some(2.417),
     });
     let comparison = results.comparison.as_mut().unwrap();
@@ -163,16 +163,16 @@ fn criteria_versions_and_yield_are_told_and_drawn() {
             mean_gap_angstrom: 9.2,
             contact_stress_gpa: Some(5.1),
             patches: 12,
-            typical_patch_nm2: Some(3.3),
+            median_cluster_area_nm2: Some(3.3),
             patch_area: vec![[1.0, 0.3], [3.3, 1.0]],
             gap: even(20.0),
             stress: even(8.0),
         };
-        let ids = ["full heights", "hard wall", "raised", "soft wall", "atoms"];
-        load.versions = ids.iter().zip([0.03, 0.05, 0.08, 0.07, 0.09]).map(version).collect();
-        load.against_distance =
+        let ids = ["full_heights", "hard_wall", "offset_wall", "compliant_wall", "atoms"];
+        load.model_chain = ids.iter().zip([0.03, 0.05, 0.08, 0.07, 0.09]).map(version).collect();
+        load.area_vs_distance =
             (0..15).map(|k| 3.83 + 0.04 * f64::from(k)).map(|d| [d, d - 3.8, d - 3.82, d - 3.83]).collect();
-        load.against_gap =
+        load.area_vs_gap =
             (0..15).map(|k| 0.04 * f64::from(k) - 0.2).map(|d| [d, d.max(0.0), 0.3 * (d + 0.2)]).collect();
     }
     results.write(&folder).unwrap();
@@ -293,10 +293,10 @@ fn what_is_missing_or_damaged_is_named() {
     says(&["not a run folder", "results.json and manifest.json are missing"]);
     let path = folder.path().join("results.json");
     std::fs::write(&path, "{\"schema\": 99, \"new\": []}").unwrap();
-    says(&["results.json", "schema 99, written by a newer version", "schema 1 or older"]);
+    says(&["results.json", "schema 99", "accepted: schema 2"]);
     std::fs::write(&path, "{\"name\": 1}").unwrap();
     says(&["results.json", "schema"]);
-    std::fs::write(&path, "{\"schema\": 1, \"name\": 1}").unwrap();
+    std::fs::write(&path, "{\"schema\": 2, \"name\": 1}").unwrap();
     says(&["results.json", "line 1"]);
 
     let mut results = run_folder(folder.path());

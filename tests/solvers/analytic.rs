@@ -450,7 +450,7 @@ fn mean_gap_control_inverts_load_control() {
             assert!((apart.pressure, apart.iterations) == (0.0, 0) && (apart.mean_gap - 1.0).abs() < LOAD_BALANCE);
         }
         for id in ["gfmd", "bvm"] {
-            let refusal = method::find(id)
+            let unavailable_reason = method::find(id)
                 .unwrap()
                 .start(&p, &NoObserver)
                 .unwrap()
@@ -458,7 +458,7 @@ fn mean_gap_control_inverts_load_control() {
                 .unwrap()
                 .equilibrate(Load::MeanGap(gap))
                 .err();
-            assert!(refusal.unwrap().to_string().contains("mean gap"));
+            assert!(unavailable_reason.unwrap().to_string().contains("mean gap"));
         }
     }
 }
@@ -510,7 +510,7 @@ fn physical_goals() {
     let miss = (state.mean_gap / exact.2 - 1.0).abs();
     assert!(miss < 1e-4, "{miss:e} {:?} {:e}", state.error_estimates, state.residual);
     // A method that cannot tell how far its energy is above the minimum says so; area and gap it can follow.
-    let refusal = method::find("gfmd")
+    let unavailable_reason = method::find("gfmd")
         .unwrap()
         .start(&p, &NoObserver)
         .unwrap()
@@ -518,7 +518,7 @@ fn physical_goals() {
         .unwrap()
         .equilibrate(Load::Pressure(0.02))
         .err();
-    assert!(refusal.unwrap().to_string().contains("energy"));
+    assert!(unavailable_reason.unwrap().to_string().contains("energy"));
     let p = Problem { targets: Targets { energy: None, ..targets }, ..p };
     for id in ["gfmd", "bvm"] {
         let mut run = method::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();

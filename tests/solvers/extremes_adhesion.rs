@@ -159,8 +159,8 @@ fn pulls_beyond_pull_off_are_detached() {
         for id in ["gfmd", "bvm"] {
             for pull in [-1e-6, 0.0] {
                 let mut run = method::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
-                let refusal = run.equilibrate(Load::Pressure(pull)).err().unwrap().to_string();
-                assert!(refusal.contains("nothing holds a pull"), "{id}, {wall}: {refusal}");
+                let unavailable_reason = run.equilibrate(Load::Pressure(pull)).err().unwrap().to_string();
+                assert!(unavailable_reason.contains("nothing holds a pull"), "{id}, {wall}: {unavailable_reason}");
             }
         }
     }

@@ -277,7 +277,7 @@ fn persson_stresses() {
             assert!((stresses.contact.total() - found.share).abs() < 1e-12);
             assert!((stresses.all.delta + found.share - 1.0).abs() < 1e-15);
             let first: f64 =
-                stresses.contact.density().iter().zip(&stresses.contact.shares).map(|((s, _), w)| s * w).sum();
+                stresses.contact.density().iter().zip(&stresses.contact.fractions).map(|((s, _), w)| s * w).sum();
             // A middle is not a bin's mean.
             assert!(near(first, p * gradient, 2e-3), "{form:?} {p}: {first}");
         }
@@ -288,7 +288,7 @@ fn persson_stresses() {
 fn apart(told: &Distribution, total: f64, values: &[f64]) -> f64 {
     let mut below = told.delta;
     let mut apart: f64 = 0.0;
-    for (edge, share) in told.edges[1..].iter().zip(&told.shares) {
+    for (edge, share) in told.edges[1..].iter().zip(&told.fractions) {
         below += share;
         let count = values.iter().filter(|v| *v < edge).count();
         apart = apart.max((below / total - count as f64 / values.len() as f64).abs());
@@ -324,8 +324,8 @@ fn persson_gap_distribution() {
         let found = told(&of(power), "persson", p);
         let gaps = found.gaps.unwrap();
         assert!((gaps.total() - 1.0).abs() < 1e-12, "{p}: {}", gaps.total());
-        assert!((gaps.delta - found.share).abs() < 1e-15 && gaps.shares.iter().all(|s| *s >= -1e-15));
-        let mean: f64 = gaps.density().iter().zip(&gaps.shares).map(|((u, _), w)| u * w).sum();
+        assert!((gaps.delta - found.share).abs() < 1e-15 && gaps.fractions.iter().all(|s| *s >= -1e-15));
+        let mean: f64 = gaps.density().iter().zip(&gaps.fractions).map(|((u, _), w)| u * w).sum();
         println!("{p}: mean of the distribution {mean:.4e}, mean gap {:.4e}", found.gap);
         // A middle is at most half a bin from the bin's mean.
         let most = 0.5 * (gaps.edges[1] - gaps.edges[0]) * (1.0 - gaps.delta) + 1e-4 * found.gap;

@@ -114,7 +114,7 @@ fn line(solve: &Solve, method: &dyn ContactMethod, problem: &Problem, found: &Es
         "mean_gap": state.mean_gap.map(|g| g * length),
         "stiffness": state.stiffness.map(|k| k * modulus / length),
         "patches": state.patches,
-        "typical_patch": state.typical_patch.map(|a| a * length * length),
+        "median_cluster_area": state.median_cluster_area.map(|a| a * length * length),
         "load_error": state.load_error,
         "stop": state.stop,
         "iterations": state.iterations,
@@ -149,7 +149,7 @@ fn table(line: &Value) -> String {
     }
     rows.extend([
         ("mean gap", or_reason("mean_gap", "mean_gap", &plain)),
-        ("typical patch", or_reason("typical_patch", "patch_pdf", &plain)),
+        ("typical patch", or_reason("median_cluster_area", "patch_pdf", &plain)),
         ("rms gradient on this grid", or_reason("resolved_gradient", "", &|v| significant(v, 4))),
         ("load error", or_reason("load_error", "", &|v| format!("{v:.1e}"))),
         ("time, peak memory", {

@@ -127,7 +127,7 @@ impl<'a> Told<'a> {
             "gamma": self.asked.work_and_range().0 * energy,
             "cohesive_resolution": self.asked.resolution_on(spacing),
             "range": self.used.resolution_on(spacing).map(|used| json!({
-                "asked": self.asked.range() * length,
+                "requested": self.asked.range() * length,
                 "used": self.used.range() * length,
                 "resolution_used": used,
             })),
@@ -236,7 +236,7 @@ fn table(line: &Value, range: RangeChoice) -> String {
         rows.push(("relative change of contact", format!("{area}, from {nx} x {ny} points")));
         rows.push(("relative change of the mean gap", gap));
     }
-    let enlarged = line["range"]["asked"] != line["range"]["used"];
+    let enlarged = line["range"]["requested"] != line["range"]["used"];
     if range == RangeChoice::Extrapolate && enlarged && !parted && line["extrapolated"].is_null() {
         rows.push(("at the true range", "cannot be told: three grids as coarse as these differ by too much".into()));
     }
@@ -253,7 +253,7 @@ fn table(line: &Value, range: RangeChoice) -> String {
     if let Some(range) = line["range"].as_object() {
         let of = |key: &str| range.get(key).map_or(f64::NAN, number);
         rows.push(("work of adhesion", plain("gamma", 4)));
-        rows.push(("range of adhesion asked for", significant(of("asked"), 4)));
+        rows.push(("range of adhesion asked for", significant(of("requested"), 4)));
         rows.push(("range used on this grid", significant(of("used"), 4)));
     }
     rows.extend([

@@ -27,7 +27,7 @@ const LIKE_WAVES: f64 = 4.0;
 #[derive(Debug, Clone)]
 pub struct Target {
     /// Shortest wave of its surface over L.
-    pub shortest_wave: f64,
+    pub shortest_wavelength: f64,
     /// Points a side of a surface that has its own grid.
     pub own_grid: Option<usize>,
     /// Extent in y over that in x.
@@ -89,7 +89,7 @@ fn candidate((tables, table): (&[Table], &Table), line: &Line, target: &Target, 
         return None;
     }
     let errors = at_loads(table, line.errors.get(&measure)?, &target.p_star)?;
-    let exact = s.nx as f64 * table.shortest_wave / target.shortest_wave;
+    let exact = s.nx as f64 * table.shortest_wavelength / target.shortest_wavelength;
     let same = |a: f64, b: f64| (a / b - 1.0).abs() < SAME;
     let grid = match target.own_grid {
         Some(own) => own,
@@ -116,9 +116,9 @@ fn candidate((tables, table): (&[Table], &Table), line: &Line, target: &Target, 
             s.method, sides[0], sides[1]
         ));
     }
-    let ratio = table.shortest_wave / target.shortest_wave;
+    let ratio = table.shortest_wavelength / target.shortest_wavelength;
     if ratio.max(1.0 / ratio) > LIKE_WAVES * (1.0 + SAME) {
-        let [asked, had] = [target.shortest_wave, table.shortest_wave].map(|w| (1.0 / w).round());
+        let [asked, had] = [target.shortest_wavelength, table.shortest_wavelength].map(|w| (1.0 / w).round());
         extrapolated.push(format!("waves down to L/{asked}, where L/{had} was measured"));
     }
     // What an estimate leaves out is no matter of its grid: nothing that was measured tells of it on other waves.
@@ -127,7 +127,7 @@ fn candidate((tables, table): (&[Table], &Table), line: &Line, target: &Target, 
     }
     // Nor is how well a grid resolves adhesion, whose range has a length of its own.
     if !same(ratio, 1.0) && target.adhesion.is_some() {
-        let [asked, had] = [target.shortest_wave, table.shortest_wave].map(|w| (1.0 / w).round());
+        let [asked, had] = [target.shortest_wavelength, table.shortest_wavelength].map(|w| (1.0 / w).round());
         extrapolated
             .push(format!("{}, with adhesion, on waves down to L/{asked}, where L/{had} was measured", s.method));
     }
@@ -222,7 +222,7 @@ mod tests {
         Table {
             name: "t".into(),
             surface: String::new(),
-            shortest_wave: 0.04,
+            shortest_wavelength: 0.04,
             p_star: vec![0.01, 0.1],
             kernel: "half-space".into(),
             adhesion: "none".into(),
@@ -232,9 +232,9 @@ mod tests {
         }
     }
 
-    fn target(shortest_wave: f64) -> Target {
+    fn target(shortest_wavelength: f64) -> Target {
         Target {
-            shortest_wave,
+            shortest_wavelength,
             own_grid: None,
             aspect: 1.0,
             kernel: "half-space".into(),

@@ -1,10 +1,10 @@
 //! What was measured of one surface, as advice needs it: settings with their costs and their errors load by load.
 
+use crate::Result;
 use crate::interface::Adhesion;
 use crate::record::atomic_file::write_atomic;
 use crate::record::json;
-use crate::record::tradeoff::{Measure, Point, Setting, Tradeoff};
-use crate::{Error, Result};
+use crate::record::tradeoff::{Measure, Setting, Tradeoff, TradeoffPoint};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -17,7 +17,7 @@ type ByLoad = Vec<Option<f64>>;
 const DIGITS: usize = 3;
 
 /// Raised when a field changes meaning; a reader refuses a newer one.
-const SCHEMA: u32 = 2;
+const SCHEMA: u32 = 3;
 
 /// The tables that are part of the program: `make measured` writes them.
 const SHIPPED: &str = include_str!("../../../data/measured.json");
@@ -27,13 +27,13 @@ const SHIPPED: &str = include_str!("../../../data/measured.json");
 pub struct Tables {
     pub schema: u32,
     /// The command that made it, and what it ran on.
-    pub made_by: String,
+    pub provenance: String,
     pub tables: Vec<Table>,
 }
 
 impl Tables {
-    pub fn new(made_by: String, tables: Vec<Table>) -> Tables {
-        Tables { schema: SCHEMA, made_by, tables }
+    pub fn new(provenance: String, tables: Vec<Table>) -> Tables {
+        Tables { schema: SCHEMA, provenance, tables }
     }
 
     /// What was measured on the shipped scenes.
@@ -44,26 +44,20 @@ impl Tables {
     /// Tables of a file: of one like the shipped one, or `tradeoff.json`.
     ///
     /// # Errors
-    /// A file that is neither, or one of a newer program.
+    /// A file that is neither, or one of another schema.
     pub fn read(file: &Path) -> Result<Vec<Table>> {
         let found: serde_json::Value = json::read(file)?;
         if found.get("points").is_some() {
             return Tradeoff::read(file).map(|told| vec![Table::of(&told)]);
         }
-        let accepted = "tables of this program: a tradeoff.json, or what asperity collect wrote";
-        let found: Tables = serde_json::from_value(found).map_err(|e| Error::format(file, e, accepted))?;
-        if found.schema > SCHEMA {
-            let accepted = format!("a schema of at most {SCHEMA}: this program is older than the file");
-            return Err(Error::format(file, format!("schema {}", found.schema), accepted));
-        }
-        Ok(found.tables)
+        Ok(json::read_schema::<Tables>(file, SCHEMA)?.tables)
     }
 
     /// Writes the file, a setting a line.
     pub fn write(&self, file: &Path) -> Result<()> {
         write_atomic(file, |w| {
-            let made_by = serde_json::to_string(&self.made_by)?;
-            writeln!(w, "{{\"schema\": {}, \"made_by\": {made_by}, \"tables\": [", self.schema)?;
+            let provenance = serde_json::to_string(&self.provenance)?;
+            writeln!(w, "{{\"schema\": {}, \"provenance\": {provenance}, \"tables\": [", self.schema)?;
             for (i, table) in self.tables.iter().enumerate() {
                 let head = serde_json::to_string(&Table { lines: Vec::new(), ..table.clone() })?;
                 writeln!(w, "{}", head.strip_suffix("]}").unwrap_or(&head))?;
@@ -84,7 +78,7 @@ pub struct Table {
     pub name: String,
     /// Where the surface is from, and its shortest wave over L.
     pub surface: String,
-    pub shortest_wave: f64,
+    pub shortest_wavelength: f64,
     /// Loads; empty under control of the mean gap.
     pub p_star: Vec<f64>,
     pub kernel: String,
@@ -109,8 +103,8 @@ pub struct Line {
 impl Table {
     /// What a ladder measured, without what it could not tell.
     pub fn of(told: &Tradeoff) -> Table {
-        let tells = |p: &&Point| p.refusal.is_none() && p.setting.is_grid() && !p.loads.is_empty();
-        let known: Vec<&Point> = told.points.iter().filter(tells).collect();
+        let tells = |p: &&TradeoffPoint| p.unavailable_reason.is_none() && p.setting.is_grid() && !p.loads.is_empty();
+        let known: Vec<&TradeoffPoint> = told.points.iter().filter(tells).collect();
         let lines = known.iter().map(|p| Line {
             setting: p.setting.clone(),
             // On a machine with other work the clock runs longer than all threads together.
@@ -120,7 +114,7 @@ impl Table {
         Table {
             name: told.name.clone(),
             surface: told.surface.clone(),
-            shortest_wave: told.shortest_wave,
+            shortest_wavelength: told.shortest_wavelength,
             p_star: told.p_star.clone(),
             kernel: told.kernel.clone(),
             adhesion: told.adhesion.clone(),
@@ -160,8 +154,8 @@ fn as_fine(a: &Setting, b: &Setting) -> bool {
 }
 
 /// Errors of a point load by load, those by chance left out. None of what it does not tell.
-fn reliable(known: &[&Point], point: &Point, measure: Measure) -> Option<ByLoad> {
-    let found = |p: &Point, i: usize| p.loads.get(i)?.errors.get(&measure).copied();
+fn reliable(known: &[&TradeoffPoint], point: &TradeoffPoint, measure: Measure) -> Option<ByLoad> {
+    let found = |p: &TradeoffPoint, i: usize| p.loads.get(i)?.errors.get(&measure).copied();
     let reference = known.iter().find(|p| p.is_reference && p.setting.adhesive == point.setting.adhesive);
     let at = |i: usize| {
         found(point, i)?;
@@ -180,7 +174,7 @@ mod tests {
     use crate::record::tradeoff::{Cost, Errors, LoadErrors, SCHEMA};
 
     fn told(errors: &[(usize, f64, bool)]) -> Tradeoff {
-        let point = |&(nx, error, is_reference): &(usize, f64, bool)| Point {
+        let point = |&(nx, error, is_reference): &(usize, f64, bool)| TradeoffPoint {
             setting: Setting {
                 method: "fast".into(),
                 adhesive: false,
@@ -195,7 +189,7 @@ mod tests {
             criterion: String::new(),
             calibrated_on: None,
             is_reference,
-            refusal: None,
+            unavailable_reason: None,
             missing: Vec::new(),
             cost: Cost { wall_seconds: 0.123_456, cpu_seconds: 0.2, ..Cost::default() },
             errors: Errors::new(),
@@ -209,7 +203,7 @@ mod tests {
             surface: "one".into(),
             gradient: 1.0,
             rms_height: None,
-            shortest_wave: 0.04,
+            shortest_wavelength: 0.04,
             nx: 256,
             ny: 256,
             p_star: vec![0.01],
@@ -223,7 +217,7 @@ mod tests {
             references: Vec::new(),
             points: errors.iter().map(point).collect(),
             forecasts: Vec::new(),
-            left_out: Vec::new(),
+            skipped: Vec::new(),
             warnings: Vec::new(),
         }
     }
@@ -245,7 +239,7 @@ mod tests {
             vec![Table::of(&told(&[(64, 0.04, false), (128, 0.01, true)])), Table::of(&told(&[(32, 0.5, true)]))];
         Tables::new("by \"hand\"".into(), tables.clone()).write(&file).expect("written");
         assert_eq!(Tables::read(&file).expect("read"), tables);
-        std::fs::write(&file, "{\"schema\": 99, \"made_by\": \"\", \"tables\": []}").expect("written");
+        std::fs::write(&file, "{\"schema\": 99, \"provenance\": \"\", \"tables\": []}").expect("written");
         assert!(Tables::read(&file).is_err_and(|e| e.to_string().contains("99")));
         std::fs::write(&file, "[]").expect("written");
         assert!(Tables::read(&file).is_err_and(|e| e.to_string().contains("asperity collect")));
@@ -254,7 +248,7 @@ mod tests {
     #[test]
     fn the_shipped_tables_are_read() {
         let shipped = Tables::shipped();
-        assert!(!shipped.tables.is_empty() && !shipped.made_by.is_empty());
+        assert!(!shipped.tables.is_empty() && !shipped.provenance.is_empty());
         assert!(shipped.tables.iter().all(|t| !t.lines.is_empty()));
     }
 }

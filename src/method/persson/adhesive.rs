@@ -72,7 +72,7 @@ pub(super) struct Contact {
 
 /// One sweep: the share of contact after each step, and the mean stress in the end.
 struct Sweep {
-    shares: Vec<f64>,
+    fractions: Vec<f64>,
     load: f64,
 }
 
@@ -121,10 +121,10 @@ impl Cascade {
                 let asked = self.tension(&sweep);
                 // Half-way: areas and tensions pull on each other.
                 tension.iter_mut().zip(&asked).for_each(|(t, a)| *t = 0.5 * (*t + a));
-                let before = *sweep.shares.last().expect("bands are not empty");
+                let before = *sweep.fractions.last().expect("bands are not empty");
                 sweep = self.sweep(pressure, &tension);
                 sweeps += 1;
-                let after = *sweep.shares.last().expect("bands are not empty");
+                let after = *sweep.fractions.last().expect("bands are not empty");
                 if !after.is_finite() {
                     stop = Stop::Diverged;
                     break;
@@ -136,7 +136,7 @@ impl Cascade {
                 }
             }
         }
-        let touching = *sweep.shares.last().expect("bands are not empty");
+        let touching = *sweep.fractions.last().expect("bands are not empty");
         let elastic = self.elastic_beyond(&sweep)[0];
         Contact {
             share: touching,
@@ -151,11 +151,11 @@ impl Cascade {
 
     /// Elastic energy per area in contact of the waves from each step on: relative to what touches before that step.
     fn elastic_beyond(&self, sweep: &Sweep) -> Vec<f64> {
-        let before = |k: usize| if k == 0 { 1.0 } else { sweep.shares[k - 1] };
+        let before = |k: usize| if k == 0 { 1.0 } else { sweep.fractions[k - 1] };
         let energy = |from: usize| {
             let whole = before(from).max(f64::MIN_POSITIVE);
             let part = |k: usize| {
-                let share = 0.5 * (before(k) + sweep.shares[k]);
+                let share = 0.5 * (before(k) + sweep.fractions[k]);
                 self.steps[k].energy * share * relaxed(self.relaxed, share / whole)
             };
             (from..self.steps.len()).map(part).sum::<f64>()
@@ -166,14 +166,14 @@ impl Cascade {
     /// Tension at which a crack as wide as a step's wavelength opens, `√(γ_eff E* q/2)`; what the shorter waves leave of the
     /// work of adhesion is γ_eff.
     fn tension(&self, sweep: &Sweep) -> Vec<f64> {
-        let gained = self.gamma * sweep.shares.last().expect("bands are not empty");
+        let gained = self.gamma * sweep.fractions.last().expect("bands are not empty");
         let beyond = self.elastic_beyond(sweep);
         self.steps
             .iter()
             .enumerate()
             .map(|(k, step)| {
                 let shorter = beyond.get(k + 1).copied().unwrap_or(0.0);
-                let effective = ((gained - shorter) / sweep.shares[k].max(f64::MIN_POSITIVE)).max(0.0);
+                let effective = ((gained - shorter) / sweep.fractions[k].max(f64::MIN_POSITIVE)).max(0.0);
                 (0.5 * effective * step.q).sqrt()
             })
             .collect()
@@ -188,12 +188,12 @@ impl Cascade {
         let total = self.total();
         if pressure > CLOSED * total {
             // No wave reaches zero; a grid up to such a pressure would only be large.
-            return Sweep { shares: vec![1.0; self.steps.len()], load: pressure };
+            return Sweep { fractions: vec![1.0; self.steps.len()], load: pressure };
         }
         let ds = self.mesh.stress * total;
         let first = (0..self.steps.len()).find(|&k| self.steps[k].variance.sqrt() >= RESOLVED * ds);
         let first = first.unwrap_or(self.steps.len() - 1);
-        let mut shares: Vec<f64> = (0..=first)
+        let mut fractions: Vec<f64> = (0..=first)
             .map(|k| share(self.c, pressure + tension[k], 2.0 * self.c * self.c * self.steps[k].variance))
             .collect();
         let start = pressure + tension[first];
@@ -206,7 +206,7 @@ impl Cascade {
         let mut density: Vec<f64> =
             (0..nodes).map(|k| k as f64 * ds).map(|s| norm * (gauss(s - start) - gauss(s + start))).collect();
         let mut thomas = vec![[0.0; 2]; nodes];
-        let (mut touching, mut lost) = (shares[first], 0.0);
+        let (mut touching, mut lost) = (fractions[first], 0.0);
         let sums = |density: &[f64]| {
             density.iter().enumerate().fold([0.0; 2], |[a, b], (k, d)| [a + d * ds, b + d * ds * (k as f64 * ds)])
         };
@@ -223,9 +223,9 @@ impl Cascade {
             lost = touching - area;
             touching = area;
             load = moment - tension[k] * area;
-            shares.push(touching);
+            fractions.push(touching);
         }
-        Sweep { shares, load }
+        Sweep { fractions, load }
     }
 }
 

@@ -66,8 +66,8 @@ pub(super) fn gap_distribution(
     let edges = linear_edges(0.0, if top > 0.0 { top } else { 1.0 }, BINS);
     let up_to: Vec<f64> = edges.iter().map(|&u| parted.iter().map(|p| p.share * p.up_to(u)).sum()).collect();
     let all: f64 = parted.iter().map(|p| p.share).sum();
-    let shares = up_to.windows(2).map(|w| w[1] - w[0]).collect();
-    Some((Distribution { shares, delta: touching, below: 0.0, above: all - up_to[BINS], edges }, asked))
+    let fractions = up_to.windows(2).map(|w| w[1] - w[0]).collect();
+    Some((Distribution { fractions, delta: touching, below: 0.0, above: all - up_to[BINS], edges }, asked))
 }
 
 impl Parted {

@@ -182,9 +182,9 @@ impl Theory<'_> {
         let touching = self.share(pressure);
         let up_to = |s: f64| touching + 0.5 * (libm::erf((s - pressure) / width) - libm::erf((s + pressure) / width));
         let edges = linear_edges(0.0, pressure + REACH * width / SQRT_2, BINS);
-        let shares = edges.windows(2).map(|e| up_to(e[1]) - up_to(e[0])).collect();
+        let fractions = edges.windows(2).map(|e| up_to(e[1]) - up_to(e[0])).collect();
         let above = touching - up_to(edges[BINS]) + up_to(0.0);
-        let contact = Distribution { edges, shares, delta: 0.0, below: 0.0, above };
+        let contact = Distribution { edges, fractions, delta: 0.0, below: 0.0, above };
         StressDistribution { all: Distribution { delta: 1.0 - touching, ..contact.clone() }, contact }
     }
 

@@ -179,7 +179,7 @@ pub fn pressed(
     let cost = Cost {
         wall_seconds: clock.elapsed().as_secs_f64(),
         cpu_seconds: sys::cpu_seconds() - own + lammps_cpu_seconds,
-        of_reference: 1.0,
+        cpu_over_reference: 1.0,
         fft_pairs: solved.iter().flat_map(|s| &s.states).map(|s| s.fft_pairs).sum(),
         iterations: climbed.steps.iter().map(|s| s.force_evaluations).sum(),
         planned_bytes: results.planned_bytes,

@@ -91,7 +91,7 @@ impl Listener for Until<'_> {
 #[derive(Default)]
 pub struct Climbed {
     pub done: Vec<(Rung, Measured)>,
-    pub left_out: Vec<(Rung, String)>,
+    pub skipped: Vec<(Rung, String)>,
 }
 
 pub struct Bench<'a> {
@@ -319,7 +319,7 @@ impl<'a> Bench<'a> {
                 let rung = Rung::on_grid(beside, e.n, e.precision, e.tolerance);
                 let Some(truth) = truths.iter().find(|t| t.rung.beside.adhesive == beside.adhesive) else { continue };
                 let why = self.attempt(rung, truth, 1.0, &mut climbed)?;
-                climbed.left_out.extend(why.map(|w| (rung, w)));
+                climbed.skipped.extend(why.map(|w| (rung, w)));
             }
         }
         Ok(climbed)
@@ -358,7 +358,7 @@ impl<'a> Bench<'a> {
         for r in self.blocks.as_ref().map_or(Vec::new(), Blocks::rungs) {
             let Some(truth) = truth(&r) else { continue };
             let why = self.attempt(r, truth, 1.0, &mut climbed)?;
-            climbed.left_out.extend(why.map(|w| (r, w)));
+            climbed.skipped.extend(why.map(|w| (r, w)));
         }
         let mut others: Vec<Rung> =
             besides.iter().flat_map(|b| grids.iter().map(move |&n| rung(b, n))).filter(|r| is_new(r, &first)).collect();
@@ -370,7 +370,7 @@ impl<'a> Bench<'a> {
                 None => {
                     let none = "its method was left out on the grids before";
                     let skipped = ladder::refinements(start, &ladder::at(self.case, start)?);
-                    climbed.left_out.extend(skipped.into_iter().map(|r| (r, none.to_string())));
+                    climbed.skipped.extend(skipped.into_iter().map(|r| (r, none.to_string())));
                 }
             }
         }
@@ -386,7 +386,7 @@ impl<'a> Bench<'a> {
                 Some((_, why)) => Some(why.clone()),
                 None => self.attempt(r, truth, 1.0, &mut climbed)?,
             };
-            climbed.left_out.extend(why.map(|w| (r, w)));
+            climbed.skipped.extend(why.map(|w| (r, w)));
         }
         Ok(climbed)
     }
@@ -442,7 +442,7 @@ fn measured(
         let cost = Cost {
             wall_seconds: clock.elapsed().as_secs_f64(),
             cpu_seconds: sys::cpu_seconds() - cpu,
-            of_reference: 1.0,
+            cpu_over_reference: 1.0,
             fft_pairs: results.states.iter().map(|s| s.fft_pairs).sum(),
             iterations: results.states.iter().map(|s| s.iterations).sum(),
             planned_bytes: results.planned_bytes,
@@ -453,7 +453,7 @@ fn measured(
         };
         // On a machine with other work the clock runs longer than all threads together.
         (runs, seconds) = (runs + 1, seconds + cost.wall_seconds.min(cost.cpu_seconds));
-        let refused = results.refusal.is_some();
+        let refused = results.unavailable_reason.is_some();
         match &mut best {
             None => {
                 best = Some(Measured {

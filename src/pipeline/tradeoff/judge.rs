@@ -162,7 +162,7 @@ fn of_load(
         Measure::PatchArea => {
             wasserstein(&Masses::of_patches(&state.patch_area), &Masses::of_patches(&truth.patch_area))
         }
-        Measure::TypicalPatch => decades(state.typical_patch?, truth.typical_patch?),
+        Measure::MedianClusterArea => decades(state.median_cluster_area?, truth.median_cluster_area?),
     };
     let told = |m: Measure| of(m).filter(|e| e.is_finite()).map(|e| (m, e));
     Measure::ALL.into_iter().filter_map(told).collect()

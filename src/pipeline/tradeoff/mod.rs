@@ -13,7 +13,8 @@ use crate::interface::{Adhesion, Elastic, RangeChoice};
 use crate::method::{ContactMethod, Precision, all_atom};
 use crate::record::results::ScalesSi;
 use crate::record::tradeoff::{
-    BlockSize, Forecast, LeftOut, LoadErrors, Point, Reference, ReferenceLoad, Resolved, SCHEMA, Tradeoff,
+    BlockSize, Forecast, LoadErrors, Reference, ReferenceLoad, ResolvedErrors, SCHEMA, SkippedSetting, Tradeoff,
+    TradeoffPoint,
 };
 use crate::scene::{Case, Surface};
 use crate::{Error, Result, report};
@@ -59,7 +60,7 @@ pub struct Exact {
 
 impl Exact {
     /// Whether a point was measured in it.
-    pub fn is_of(&self, point: &Point) -> bool {
+    pub fn is_of(&self, point: &TradeoffPoint) -> bool {
         let s = &point.setting;
         (&s.method, s.nx, s.precision.as_str(), s.tolerance)
             == (&self.method, self.n, ladder::word(self.precision), self.tolerance)
@@ -141,14 +142,14 @@ pub fn tradeoff(
         }
     }
     let cost = |c: &crate::record::tradeoff::Cost, truth: &Truth| crate::record::tradeoff::Cost {
-        of_reference: c.cpu_seconds / truth.measured.cost.cpu_seconds.max(f64::MIN_POSITIVE),
+        cpu_over_reference: c.cpu_seconds / truth.measured.cost.cpu_seconds.max(f64::MIN_POSITIVE),
         ..*c
     };
     let rough = bench.rough;
     let point = |(rung, found): &(Rung, Measured)| {
         let truth = of(rung)?;
         let is_reference = rung.stage() == truth.rung.stage();
-        let loads = match &found.results.refusal {
+        let loads = match &found.results.unavailable_reason {
             Some(_) => Vec::new(),
             None if is_reference => truth.uncertainty.clone(),
             None => judge::errors((found, &found.maps), &truth.measured, &truth.numbers, rough),
@@ -158,18 +159,18 @@ pub fn tradeoff(
             let other = bench.known(&on)?;
             let numbers = judge::numbers(&[&other.results.states]);
             let loads = judge::errors((found, &found.resolved), other, &numbers, rough);
-            let (shortest_wave, gradient) = bench.resolved(rung);
+            let (shortest_wavelength, gradient) = bench.resolved(rung);
             let errors = judge::over_loads(loads.iter().map(|l| &l.errors));
-            Some(Resolved { shortest_wave, gradient, nx: on.n, errors, loads })
+            Some(ResolvedErrors { shortest_wavelength, gradient, nx: on.n, errors, loads })
         });
         let card = rung.beside.method.card();
-        Some(Point {
+        Some(TradeoffPoint {
             setting: rung.setting(found.ny),
             paper_name: card.paper_name.into(),
             criterion: found.results.criterion.clone(),
             calibrated_on: found.results.calibrated_on.clone(),
             is_reference,
-            refusal: found.results.refusal.clone(),
+            unavailable_reason: found.results.unavailable_reason.clone(),
             missing: found.results.missing.clone(),
             cost: cost(&found.cost, truth),
             errors: judge::over_loads(loads.iter().map(|l| &l.errors)),
@@ -177,13 +178,13 @@ pub fn tradeoff(
             resolved,
         })
     };
-    let mut points: Vec<Point> = climbed.done.iter().filter_map(point).collect();
+    let mut points: Vec<TradeoffPoint> = climbed.done.iter().filter_map(point).collect();
     // As tables list them: the registry's order, fine grids first.
-    let place = |p: &Point| besides.iter().position(|b| b.method.card().id == p.setting.method);
+    let place = |p: &TradeoffPoint| besides.iter().position(|b| b.method.card().id == p.setting.method);
     points.sort_by_key(|p| (place(p), p.setting.slab.is_some(), std::cmp::Reverse(p.setting.nx)));
-    let left_out = climbed.left_out.into_iter().map(|(rung, reason)| {
+    let left_out = climbed.skipped.into_iter().map(|(rung, reason)| {
         let ny = rung.n * case.grid.ny / case.grid.nx;
-        LeftOut { setting: rung.setting(ny), reason }
+        SkippedSetting { setting: rung.setting(ny), reason }
     });
     let mut told = Tradeoff {
         schema: SCHEMA,
@@ -192,7 +193,7 @@ pub fn tradeoff(
         surface: case.surface.origin(),
         gradient: case.gradient,
         rms_height: Some(rough.height),
-        shortest_wave: shortest_wave(&case.surface),
+        shortest_wavelength: shortest_wavelength(&case.surface),
         nx: case.grid.nx,
         ny: case.grid.ny,
         p_star: case.loading_p_star(),
@@ -215,7 +216,7 @@ pub fn tradeoff(
             .collect(),
         points,
         forecasts: Vec::new(),
-        left_out: left_out.collect(),
+        skipped: left_out.collect(),
         warnings,
     };
     told.forecasts = besides.iter().filter_map(|b| foreseen(&told.grids(b.method.card().id))).collect();
@@ -225,11 +226,11 @@ pub fn tradeoff(
 }
 
 /// What all grids of a method but the finest tell of it, and all of twice its points a side. None of fewer than three.
-fn foreseen(grids: &[&Point]) -> Option<Forecast> {
+fn foreseen(grids: &[&TradeoffPoint]) -> Option<Forecast> {
     let mut grids = grids.to_vec();
     grids.sort_by_key(|p| p.setting.nx);
     let (finest, coarser) = grids.split_last().filter(|(_, coarser)| coarser.len() >= 2)?;
-    let ran = |p: &&Point| Ran {
+    let ran = |p: &&TradeoffPoint| Ran {
         points: (p.setting.nx * p.setting.ny) as f64,
         pairs: p.cost.fft_pairs,
         seconds: p.cost.cpu_seconds,
@@ -243,7 +244,7 @@ fn foreseen(grids: &[&Point]) -> Option<Forecast> {
         predicted_cpu_seconds: predicted,
         cpu_seconds: finest.cost.cpu_seconds,
         ratio: predicted / finest.cost.cpu_seconds,
-        twice_cpu_seconds: forecast(&all, 4.0 * points),
+        doubled_grid_cpu_seconds: forecast(&all, 4.0 * points),
     })
 }
 
@@ -307,7 +308,7 @@ fn truth(bench: &mut Bench, case: &Case, adhesive: bool, n: usize, out: &Path) -
     let at = |n: usize| Rung::on_grid(Beside { method: fast, adhesive }, n, Precision::F64, tolerance);
     let rung = at(n);
     let measured = bench.measure(&rung, None, None)?;
-    if let Some(why) = &measured.results.refusal {
+    if let Some(why) = &measured.results.unavailable_reason {
         let why = format!("the reference ({}) tells nothing: {why}", rung.words());
         return Err(Error::Beside { why, kept: out.to_path_buf() });
     }
@@ -319,7 +320,7 @@ fn truth(bench: &mut Bench, case: &Case, adhesive: bool, n: usize, out: &Path) -
             break;
         }
         let found = bench.measure(&at(n), Some((&rung, (&measured, &key))), None)?;
-        if found.results.refusal.is_some() {
+        if found.results.unavailable_reason.is_some() {
             break;
         }
         levels.push((n, found));
@@ -345,7 +346,7 @@ pub fn adhesion_words(case: &Case) -> String {
 }
 
 /// Shortest wave of a surface, over L; of a map two of its spacings.
-pub fn shortest_wave(surface: &Surface) -> f64 {
+pub fn shortest_wavelength(surface: &Surface) -> f64 {
     match surface {
         Surface::Synthesised { spectrum, .. } => spectrum.lambda_s,
         Surface::Fourier { modes, .. } => modes.shortest(),

@@ -1,12 +1,12 @@
 //! What is advised, held against what is found: on surfaces that no table has seen.
 
-use super::{AskedOfLadder, Exact, shortest_wave, tradeoff};
+use super::{AskedOfLadder, Exact, shortest_wavelength, tradeoff};
 use crate::Result;
 use crate::compare::advice::{Limit, Table};
 use crate::method::{self, Precision};
 use crate::pipeline::{Listener, Unserved, advise};
 use crate::record::advice::Advice;
-use crate::record::tradeoff::{Measure, Point, Tradeoff};
+use crate::record::tradeoff::{Measure, Tradeoff, TradeoffPoint};
 use crate::scene::{Case, Surface};
 use serde::Serialize;
 use std::path::Path;
@@ -22,7 +22,7 @@ pub struct Trial {
     pub asked: f64,
     /// None where the tables do not serve it, for a reason.
     pub advice: Option<Advice>,
-    pub refusal: Option<String>,
+    pub unavailable_reason: Option<String>,
     /// Root mean square over the loads, and what is uncertain of the reference. None where the setting told nothing.
     pub found: Option<f64>,
     pub uncertainty: Option<f64>,
@@ -52,7 +52,7 @@ pub fn prove(
     for &quantity in quantities {
         for &asked in errors {
             let served = advise(tables, case, quantity, Limit::Error(asked), false);
-            let (advice, refusal) = match served {
+            let (advice, unavailable_reason) = match served {
                 Ok(advice) => (Some(advice), None),
                 Err(Unserved(why)) => (None, Some(why)),
             };
@@ -60,14 +60,14 @@ pub fn prove(
                 exact.push(setting);
             }
             let surface = case.surface.origin();
-            trials.push(Trial { surface, quantity, asked, advice, refusal, found: None, uncertainty: None });
+            trials.push(Trial { surface, quantity, asked, advice, unavailable_reason, found: None, uncertainty: None });
         }
     }
     if exact.is_empty() {
         return Ok(trials);
     }
     let finest = exact.iter().map(|e| e.n).max().unwrap_or(0);
-    let waves = (REFERENCE_POINTS / shortest_wave(&case.surface)).ceil() as usize;
+    let waves = (REFERENCE_POINTS / shortest_wavelength(&case.surface)).ceil() as usize;
     let reference = match case.surface {
         Surface::Imported { .. } => case.grid.nx,
         _ => waves.max(2 * finest).next_power_of_two(),
@@ -93,7 +93,7 @@ pub fn prove(
     Ok(trials)
 }
 
-fn uncertainty(told: &Tradeoff, point: &Point, measure: Measure) -> Option<f64> {
+fn uncertainty(told: &Tradeoff, point: &TradeoffPoint, measure: Measure) -> Option<f64> {
     told.reference(point.setting.adhesive)?.uncertainty.get(&measure).copied()
 }
 

@@ -42,8 +42,8 @@ pub fn write_run(folder: &Path, results: &Results) -> Result<()> {
         list.extend(solved(folder, continuum, length, modulus));
     }
     let ranges = results.other_ranges.iter().enumerate().map(|(i, c)| (format!("range_{}_", i + 1), c));
-    let beside = results.without.iter().map(|c| ("without_".to_string(), c)).chain(ranges);
-    for (prefix, c) in beside.chain(results.second.iter().map(|c| ("second_".to_string(), c))) {
+    let beside = results.non_adhesive.iter().map(|c| ("non_adhesive_".to_string(), c)).chain(ranges);
+    for (prefix, c) in beside.chain(results.cross_check.iter().map(|c| ("cross_check_".to_string(), c))) {
         attributes
             .extend([text(&format!("{prefix}method"), &c.method), text(&format!("{prefix}adhesion"), &c.adhesion)]);
         attributes.extend(c.range.map(|r| (format!("{prefix}range_m"), Attribute::Number(r.used * length))));
@@ -52,7 +52,7 @@ pub fn write_run(folder: &Path, results: &Results) -> Result<()> {
     if !results.acceptance.is_empty() {
         let said = |j: &AcceptanceCheck| {
             let value = j.value.map_or(String::new(), |v| format!(" {v}"));
-            format!("{}{value}: {}", j.id, j.verdict)
+            format!("{}{value}: {}", j.id, j.status)
         };
         let lines: Vec<String> = results.acceptance.iter().map(said).collect();
         attributes.push(text("acceptance", &lines.join("\n")));
@@ -124,7 +124,7 @@ fn curves(c: &ContinuumResults, length: f64, modulus: f64) -> Vec<Variable> {
             Some(s.interaction_energy)
         }),
         ("patches", 1.0, "1", "number of contact patches", |s| s.patches.map(|n| n as f64)),
-        ("retracting", 1.0, "1", "1 where the load was come to on the way apart", |s| {
+        ("unloading", 1.0, "1", "1 where the load was come to on the way apart", |s| {
             Some(f64::from(u8::from(s.branch == Branch::Unloading)))
         }),
         ("residual", 1.0, "1", "rms KKT residual over the pressure", |s| Some(s.residual)),
@@ -144,29 +144,33 @@ fn curves(c: &ContinuumResults, length: f64, modulus: f64) -> Vec<Variable> {
         ("mean_contact_pressure", modulus, "Pa", "mean pressure on what touches", |s| {
             s.observed.as_ref().and_then(|o| o.mean_contact_pressure)
         }),
-        ("typical_patch", length * length, "m2", "area of the patches up to which half the contact lies", |s| {
-            s.observed.as_ref().and_then(|o| o.typical_patch)
+        ("median_cluster_area", length * length, "m2", "area of the patches up to which half the contact lies", |s| {
+            s.observed.as_ref().and_then(|o| o.median_cluster_area)
         }),
         ("compressive_fraction", 1.0, "1", "relative contact area under compression, counted", |s| {
             s.observed.as_ref().and_then(|o| Some(o.compressive?.fraction))
         }),
-        ("compressive_typical_patch", length * length, "m2", "typical patch of the contact under compression", |s| {
-            s.observed.as_ref().and_then(|o| o.compressive?.typical_patch)
-        }),
         (
-            "hanging_contact_fraction",
+            "compressive_median_cluster_area",
+            length * length,
+            "m2",
+            "typical patch of the contact under compression",
+            |s| s.observed.as_ref().and_then(|o| o.compressive?.median_cluster_area),
+        ),
+        (
+            "hysteresis_contact_fraction",
             1.0,
             "1",
             "relative change of the area from the same load on the way there",
-            |s| s.hangs.map(|h| h.area),
+            |s| s.hysteresis.map(|h| h.area),
         ),
-        ("hanging_mean_gap", 1.0, "1", "relative change of the mean gap from the same load on the way there", |s| {
-            s.hangs.map(|h| h.mean_gap)
+        ("hysteresis_mean_gap", 1.0, "1", "relative change of the mean gap from the same load on the way there", |s| {
+            s.hysteresis.map(|h| h.mean_gap)
         }),
-        ("conductance", length, "m", "electrical conductance times resistivity, patches as spots", |s| {
-            s.observed.as_ref().map(|o| o.conductance)
+        ("constriction_conductance", length, "m", "electrical conductance times resistivity, patches as spots", |s| {
+            s.observed.as_ref().map(|o| o.constriction_conductance)
         }),
-        ("leak_gap", length, "m", "even gap that leaks as much", |s| s.observed.as_ref().map(|o| o.leak_gap)),
+        ("hydraulic_gap", length, "m", "even gap that leaks as much", |s| s.observed.as_ref().map(|o| o.hydraulic_gap)),
     ];
     let mut variables = vec![counter("load", 1, c.states.len(), "number of the load, in the order of application")];
     for (name, factor, units, long_name, of) in list {
@@ -289,7 +293,7 @@ fn distributions(states: &[StateResults], length: f64, modulus: f64) -> Vec<Vari
                 rows(&|o| o.patch_area.iter().map(|p| p[0] * square).collect()),
             ),
             (
-                "patch_share",
+                "patch_cumulative_fraction",
                 "1",
                 "share of the contact in patches up to it",
                 rows(&|o| o.patch_area.iter().map(|p| p[1]).collect()),
@@ -328,12 +332,18 @@ fn of_atoms(folder: &Path, atoms: &AtomsResults) -> Result<Vec<Variable>> {
         let step = |of: fn(&crate::record::results::LoadStepResults) -> f64| {
             Data::Numbers(atoms.ladder.iter().map(of).collect())
         };
-        let along = ["ladder_step"];
+        let along = ["load_step"];
         list.push(counter(along[0], 0, atoms.ladder.len(), "step of the displacement ladder"));
         let down = step(|s| s.displacement_angstrom * ANGSTROM_M);
-        list.push(Variable::new("ladder_displacement", &along, down, "m", "descent of the indenter"));
-        list.push(Variable::new("ladder_p_star", &along, step(|s| s.p_star), "1", "load over E* times rms gradient"));
-        list.push(Variable::new("ladder_contacts", &along, step(|s| s.contacts as f64), "1", "atoms that touch"));
+        list.push(Variable::new("load_step_displacement", &along, down, "m", "descent of the indenter"));
+        list.push(Variable::new(
+            "load_step_p_star",
+            &along,
+            step(|s| s.p_star),
+            "1",
+            "load over E* times rms gradient",
+        ));
+        list.push(Variable::new("load_step_contacts", &along, step(|s| s.contacts as f64), "1", "atoms that touch"));
     }
     Ok(list)
 }

@@ -56,16 +56,16 @@ fn audit(lines: &[AuditLine]) -> Markup {
     let rows = lines
         .iter()
         .map(|l| {
-            let verdict = if l.verdict == "kept" {
+            let status = if l.status == "kept" {
                 text("kept")
             } else {
-                html! { span.bad { (l.verdict) } }
+                html! { span.bad { (l.status) } }
             };
             vec![
                 html! { (l.group) " " (symbol(&l.symbol)) },
-                text(significant(l.asked, 4)),
-                text(significant(l.used, 4)),
-                verdict,
+                text(significant(l.target, 4)),
+                text(significant(l.actual, 4)),
+                status,
                 html! { span.quiet { (l.reason) } },
             ]
         })
@@ -73,13 +73,13 @@ fn audit(lines: &[AuditLine]) -> Markup {
     html! {
         p { "The dimensionless groups that make two problems the same: what the scene asks (at its highest load) and what "
             "the atoms run with. Where they differ, the comparison below is made at the atoms’ values on both sides." }
-        (table(&["group", "asked", "used", "verdict", "reason"], rows))
+        (table(&["group", "asked", "used", "status", "reason"], rows))
     }
 }
 
 /// Load and number of contacts on the way down and, if there is one, back, one above the other.
 fn ladder(desk: &Desk, atoms: &AtomsResults) -> Result<Option<Markup>> {
-    let (steps, turn) = (&atoms.ladder, atoms.unloading.as_ref().map(|u| u.turn));
+    let (steps, turn) = (&atoms.ladder, atoms.unloading.as_ref().map(|u| u.reversal_step));
     let plot = |y_label: &str, of: fn(&LoadStepResults) -> f64| {
         let curves = unloading::there_and_back(steps, turn, |s| (s.displacement_angstrom, of(s)));
         let labels = ("displacement of the indenter (Å)", y_label);

@@ -19,13 +19,13 @@ pub fn section(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
                 @if let Some(gamma) = r.gamma {
                     "work γ = " (significant(gamma * desk.scales.modulus_pa * desk.scales.length_m * 1e3, 4)) " mJ/m², "
                 }
-                "range ρ = " (si(r.asked * desk.scales.length_m, "m", 4)) " asked for, "
+                "range ρ = " (si(r.requested * desk.scales.length_m, "m", 4)) " asked for, "
                 (si(r.used * desk.scales.length_m, "m", 4)) " used." }
         }
-        @if let Some(r) = c.range.filter(|r| r.used != r.asked) {
-            p { "The adhesion's range of " (si(r.asked * desk.scales.length_m, "m", 3)) " is enlarged "
-                (significant(r.used / r.asked, 3)) " times on this grid, which would not resolve it: cohesive resolution "
-                (significant(r.resolution_asked, 2)) " instead of " (significant(r.resolution_used, 2)) "." }
+        @if let Some(r) = c.range.filter(|r| r.used != r.requested) {
+            p { "The adhesion's range of " (si(r.requested * desk.scales.length_m, "m", 3)) " is enlarged "
+                (significant(r.used / r.requested, 3)) " times on this grid, which would not resolve it: cohesive resolution "
+                (significant(r.resolution_requested, 2)) " instead of " (significant(r.resolution_used, 2)) "." }
         }
         @if c.states.iter().any(|s| s.discretisation.is_some()) { (table(desk, c)) }
         (budgets(c))
@@ -51,7 +51,7 @@ fn table(desk: &Desk, c: &ContinuumResults) -> Markup {
         let d = s.discretisation;
         row.push(text(change(d.and_then(|d| d.area), d.is_some_and(|d| d.area_is_bound))));
         row.push(text(change(d.and_then(|d| d.mean_gap), d.is_some_and(|d| d.mean_gap_is_bound))));
-        row.push(text(s.energy_excess.map_or("–".into(), |e| significant(e, 2))));
+        row.push(text(s.energy_error_estimate.map_or("–".into(), |e| significant(e, 2))));
         if let Some(e) = s.extrapolated {
             let metres = |v: f64, n: usize| si(v * desk.scales.length_m, "m", n);
             let [area, error] = [(e.area.value, 3), (e.area.error, 2)].map(|(v, n)| significant(100.0 * v, n));
@@ -80,19 +80,22 @@ const COLOURS: [&str; 6] = ["#0072b2", "#cc79a7", "#009e73", "#e69f00", "#56b4e9
 /// What area and mean gap are uncertain by: bars for the load nearest to the reference, numbers for all.
 pub fn budgets(c: &ContinuumResults) -> Markup {
     let near = |s: &&StateResults| (s.p_star / REFERENCE_LOAD).ln().abs();
-    let known = c.states.iter().filter(|s| !s.budget.is_empty() && s.p_star > 0.0);
+    let known = c.states.iter().filter(|s| !s.uncertainty.is_empty() && s.p_star > 0.0);
     let Some(shown) = known.min_by(|a, b| near(a).total_cmp(&near(b))) else { return html! {} };
     let quantities = [Measure::ContactArea, Measure::MeanGap];
     // A continuum of its own has no block.
     let has = |source: UncertaintySource| {
-        source != UncertaintySource::Depth || c.states.iter().any(|s| s.budget.iter().any(|p| p.source == source))
+        source != UncertaintySource::Depth || c.states.iter().any(|s| s.uncertainty.iter().any(|p| p.source == source))
     };
     let row = |s: &StateResults, quantity: Measure| {
-        let part =
-            |source: UncertaintySource| match s.budget.iter().find(|p| p.quantity == quantity && p.source == source) {
-                None => text("–"),
-                Some(p) => p.relative.map_or_else(|| text("not known"), |r| text(change(Some(r), p.is_bound))),
-            };
+        let part = |source: UncertaintySource| match s
+            .uncertainty
+            .iter()
+            .find(|p| p.quantity == quantity && p.source == source)
+        {
+            None => text("–"),
+            Some(p) => p.relative.map_or_else(|| text("not known"), |r| text(change(Some(r), p.is_bound))),
+        };
         let mut cells = vec![text(trimmed(s.p_star, 4)), text(quantity.name())];
         cells.extend(UncertaintySource::ALL.into_iter().filter(|s| has(*s)).map(part));
         cells
@@ -119,7 +122,7 @@ pub fn budgets(c: &ContinuumResults) -> Markup {
 
 /// What is known of what a quantity is uncertain by, over its value.
 pub(super) fn parts(s: &StateResults, quantity: Measure) -> Vec<(UncertaintySource, f64)> {
-    s.budget.iter().filter(|p| p.quantity == quantity).filter_map(|p| Some((p.source, p.relative?))).collect()
+    s.uncertainty.iter().filter(|p| p.quantity == quantity).filter_map(|p| Some((p.source, p.relative?))).collect()
 }
 
 /// One quantity's parts side by side, as shares of the longest bar.

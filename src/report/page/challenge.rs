@@ -8,7 +8,7 @@ use super::desk::{Desk, figure, panel, panels, table, text};
 use super::methods::column;
 use crate::challenge::{SIZE_EXPONENT, reference, tally};
 use crate::error::Result;
-use crate::record::acceptance::{AcceptanceCheck, Verdict};
+use crate::record::acceptance::{AcceptanceCheck, CheckStatus};
 use crate::record::downsample::DownsampledMap;
 use crate::record::results::{ContinuumResults, FIRST_TOUCH, Observed, Results, StateResults};
 use crate::report::map::Legend;
@@ -37,10 +37,10 @@ pub fn verdicts(list: &[AcceptanceCheck]) -> Markup {
                 text(j.value.map_or("–".into(), value)),
                 text(j.reference.map_or("–".into(), value)),
                 text(j.accepted(value).unwrap_or("–".into())),
-                match j.verdict {
-                    Verdict::Pass => text(j.verdict),
-                    Verdict::Fail => html! { span.bad { (j.verdict) } },
-                    Verdict::NotJudged => html! { span.quiet { (j.verdict) } },
+                match j.status {
+                    CheckStatus::Pass => text(j.status),
+                    CheckStatus::Fail => html! { span.bad { (j.status) } },
+                    CheckStatus::NotAssessed => html! { span.quiet { (j.status) } },
                 },
                 text(&j.reason),
             ]
@@ -48,13 +48,13 @@ pub fn verdicts(list: &[AcceptanceCheck]) -> Markup {
         .collect();
     html! {
         p { "The challenge’s statements: " (tally(list)) ", for the reason given." }
-        (table(&["", "statement", "found", "reference", "accepted", "verdict", "why"], rows))
+        (table(&["", "statement", "found", "reference", "accepted", "status", "why"], rows))
     }
 }
 
 /// The figures of the paper.
 pub fn figures(desk: &Desk, results: &Results) -> Result<Markup> {
-    let (Some(with), Some(without)) = (&results.continuum, &results.without) else { return Ok(html! {}) };
+    let (Some(with), Some(without)) = (&results.continuum, &results.non_adhesive) else { return Ok(html! {}) };
     let mut drawn = Vec::new();
     for (number, plot, caption) in [
         (1, spectrum(results), "Spectrum of the surface: realised and prescribed."),

@@ -27,7 +27,7 @@ pub fn at_load<T>(states: &[T], p_star: f64, of: impl Fn(&T) -> f64) -> Option<&
 
 /// The criterion that pictures and headlines use: the atoms' own question, asked of the solution with the atoms' own wall.
 pub fn matched(load: &LoadComparison) -> Option<&CriterionMatch> {
-    ["soft wall", "raised"].iter().find_map(|id| load.continuum.iter().find(|m| m.id == *id))
+    ["compliant_wall", "offset_wall"].iter().find_map(|id| load.continuum.iter().find(|m| m.id == *id))
 }
 
 pub fn section(desk: &Desk, atoms: &AtomsResults, c: &ComparisonResults) -> Result<Markup> {
@@ -47,18 +47,18 @@ pub fn section(desk: &Desk, atoms: &AtomsResults, c: &ComparisonResults) -> Resu
             "the method and what it calls contact. The continuum is solved twice: with a hard wall, and with a soft wall, which "
             "is the atoms’ interaction as atoms feel it: on the profile that a ball of their distance feels, each giving way on "
             "its own. Pictures and headline show the criterion “"
-            (c.loads.first().and_then(matched).map_or("plain", |m| m.id.as_str())) "”." }
+            (c.loads.first().and_then(matched).map_or("hard_wall", |m| m.id.as_str())) "”." }
         (overview(c))
         @for l in &loads { (l) }
         (versions::section(desk, c)?)
         (criteria::sensitivity(desk, c)?)
         (sections(desk, &c.sections)?)
-        @if let Some(full) = &c.full { h3 { "The continuum solutions: full heights" } (setting(full)) (states(full, &units)) }
+        @if let Some(full) = &c.full_heights { h3 { "The continuum solutions: full heights" } (setting(full)) (states(full, &units)) }
         h3 { "The continuum solutions: hard wall" }
-        (setting(&c.hard)) (states(&c.hard, &units))
+        (setting(&c.hard_wall)) (states(&c.hard_wall, &units))
         h3 { "The continuum solutions: soft wall" }
         p.quiet { "Mean gaps count from what a ball feels of the heights, those above from the heights themselves." }
-        (setting(&c.soft)) (states(&c.soft, &units))
+        (setting(&c.compliant_wall)) (states(&c.compliant_wall, &units))
     })
 }
 
@@ -76,9 +76,9 @@ fn overview(c: &ComparisonResults) -> Markup {
             vec![
                 text(trimmed(load.p_star, 4)),
                 html! { strong { (percent(load.atoms.contact_fraction)) } },
-                area("plain"),
-                area("raised"),
-                area("soft wall"),
+                area("hard_wall"),
+                area("offset_wall"),
+                area("compliant_wall"),
                 text(best.and_then(|m| deviation(load, m)).map_or("–".into(), signed_percent)),
                 text(best.map_or("–".into(), |m| significant(m.overlap.kappa, 2))),
                 text(best.map_or("–".into(), |m| significant(m.shifted.kappa, 2))),
@@ -90,7 +90,7 @@ fn overview(c: &ComparisonResults) -> Markup {
         "atoms",
         "hard wall, zero gap",
         "hard wall, raised",
-        "soft wall",
+        "compliant wall",
         "atoms over soft wall",
         "κ",
         "κ, shifted map",
@@ -148,8 +148,8 @@ fn flags(desk: &Desk, file: &str, longest: usize) -> Result<DownsampledMap> {
 fn continuum_contact(desk: &Desk, m: &CriterionMatch) -> Result<Option<Contact>> {
     let Some(file) = &m.map else { return Ok(None) };
     let title = match m.id.as_str() {
-        "plain" => "Hard wall, gap = 0".into(),
-        "raised" => format!("Hard wall, atoms raised by {}\u{a0}Å", trimmed(m.raised_angstrom, 3)),
+        "hard_wall" => "Hard wall, gap = 0".into(),
+        "offset_wall" => format!("Hard wall, atoms raised by {}\u{a0}Å", trimmed(m.offset_angstrom, 3)),
         _ => "Soft wall".into(),
     };
     Ok(Some(Contact { title, map: flags(desk, file, LONGEST_SIDE)?, share: m.contact_fraction }))
@@ -164,7 +164,7 @@ fn contact_maps(
 ) -> Result<Markup> {
     let length_m = atoms.length_angstrom * ANGSTROM_M;
     let touching = flags(desk, &state.contact_map, LONGEST_SIDE)?;
-    let plain = load.continuum.iter().find(|m| m.id == "plain");
+    let plain = load.continuum.iter().find(|m| m.id == "hard_wall");
     let best = matched(load);
     let mut panels = Vec::new();
     let draw = |name: &str, title: &str, map: &DownsampledMap, colour: Rgb, below: Markup| -> Result<Markup> {
@@ -264,8 +264,8 @@ fn matches(load: &LoadComparison) -> Markup {
         p.quiet { "In brackets: the same for the shifted map. Precision: share of the continuum’s contact that touches in the "
             "atoms, too; recall: share of the atoms’ contact that the continuum finds." }
         p { "Mean gap: atoms " (angstrom(load.atoms_mean_gap_angstrom)) ", hard wall "
-            (angstrom(load.continuum_mean_gap_angstrom)) ", soft wall " (angstrom(load.soft_mean_gap_angstrom))
-            ". Patches, corners connecting: " (count(load.atoms_patches)) " in the atoms, " (count(load.continuum_patches))
+            (angstrom(load.hard_wall_mean_gap_angstrom)) ", soft wall " (angstrom(load.compliant_wall_mean_gap_angstrom))
+            ". Patches, corners connecting: " (count(load.atoms_patches)) " in the atoms, " (count(load.hard_wall_patches))
             " with the soft wall. Outside both contacts the gaps of these two differ by "
             (angstrom(load.gap_rms_difference_angstrom)) " (rms). "
             @if load.registration == [0, 0] { "The maps lie on each other without a shift." }
@@ -286,10 +286,10 @@ fn gap_maps(
     let length = atoms.length_angstrom;
     let touching = |id: &str| load.continuum.iter().find(|m| m.id == id).and_then(|m| m.map.as_deref());
     let mut maps = Vec::new();
-    let soft_gap = load.soft_gap.as_deref().or(gap_of(&c.soft, load.p_star));
+    let compliant_wall_gap = load.compliant_wall_gap.as_deref().or(gap_of(&c.compliant_wall, load.p_star));
     for (title, name, file, id) in [
-        ("Gap, hard wall", "gap-hard", gap_of(&c.hard, load.p_star), "plain"),
-        ("Gap, soft wall", "gap-soft", soft_gap, "soft wall"),
+        ("Gap, hard wall", "gap-hard", gap_of(&c.hard_wall, load.p_star), "hard_wall"),
+        ("Gap, soft wall", "gap-soft", compliant_wall_gap, "compliant_wall"),
     ] {
         if let (Some(file), Some(map)) = (file, touching(id)) {
             let small = picture::load(&desk.field(file)?, PANEL_SIDE, |v| v * length)?;
@@ -325,12 +325,12 @@ fn sections(desk: &Desk, list: &[Section]) -> Result<Markup> {
             points: s.y.iter().copied().zip(gap.iter().copied()).collect(),
         };
         let mut curves = vec![
-            curve("hard wall", HARD, &s.hard_gap_angstrom),
-            curve("soft wall", SOFT, &s.soft_gap_angstrom),
+            curve("hard wall", HARD, &s.hard_wall_gap_angstrom),
+            curve("compliant wall", SOFT, &s.compliant_wall_gap_angstrom),
             curve("atoms", ATOMS, &s.atoms_gap_angstrom),
         ];
-        if !s.full_gap_angstrom.is_empty() {
-            curves.insert(0, curve("full heights", LABORATORY, &s.full_gap_angstrom));
+        if !s.full_heights_gap_angstrom.is_empty() {
+            curves.insert(0, curve("full heights", LABORATORY, &s.full_heights_gap_angstrom));
         }
         let plot = Plot { proportion: 0.42, ..Plot::new((Axis::Linear, Axis::Linear), ("y / L", "gap (Å)"), curves) };
         if let Some(svg) = desk.curves(&format!("section-{}", i + 1), &plot)? {

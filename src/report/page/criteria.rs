@@ -14,14 +14,14 @@ use crate::units::ANGSTROM_M;
 
 /// Contact under each criterion and the stress; nothing where the results are of an earlier version.
 pub fn section(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
-    let told: Vec<_> = atoms.states.iter().filter(|s| !s.ways.is_empty()).collect();
+    let told: Vec<_> = atoms.states.iter().filter(|s| !s.criteria.is_empty()).collect();
     let Some(first) = told.first() else { return Ok(html! {}) };
     let mut head = vec!["p*"];
-    head.extend(first.ways.iter().map(|w| name(&w.id)));
+    head.extend(first.criteria.iter().map(|w| name(&w.id)));
     let rows = told
         .iter()
         .map(|s| {
-            let shares = s.ways.iter().map(|w| {
+            let shares = s.criteria.iter().map(|w| {
                 html! { (percent(w.contact_fraction)) " " span.quiet { "(" (count(w.atoms)) ")" } }
             });
             [text(trimmed(s.p_star, 4))].into_iter().chain(shares).collect()
@@ -31,7 +31,7 @@ pub fn section(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
         h3 { "Contact, several ways" }
         (numbers(&head, rows))
         p.quiet {
-            @for (i, w) in first.ways.iter().enumerate() {
+            @for (i, w) in first.criteria.iter().enumerate() {
                 @if i > 0 { " " } em { (capitalised(name(&w.id))) } ": " (w.criterion) "."
             }
             " In brackets the touching atoms, those from below the surface layer among them."
@@ -42,7 +42,7 @@ pub fn section(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
 
 fn name(id: &str) -> &str {
     match id {
-        "area" => "Voronoi area",
+        "voronoi_area" => "Voronoi area",
         other => other,
     }
 }
@@ -60,7 +60,7 @@ pub fn plasticity(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
         .states
         .iter()
         .filter_map(|s| {
-            let plastic = s.plastic?;
+            let plastic = s.defects?;
             Some(vec![
                 text(trimmed(s.p_star, 4)),
                 text(count(plastic.atoms)),
@@ -77,13 +77,13 @@ pub fn plasticity(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
         p {
             @match p.first_yield {
                 Some(load) => {
-                    "The crystal first yields at p* = " strong { (significant(load, 3)) } ": there more than " (p.noise)
+                    "The crystal first yields at p* = " strong { (significant(load, 3)) } ": there more than " (p.noise_atoms)
                     " atoms have left its order"
-                    @if let Some(before) = p.elastic_to { ", at the step before, at " (significant(before, 3)) ", no more" } "."
+                    @if let Some(before) = p.last_elastic { ", at the step before, at " (significant(before, 3)) ", no more" } "."
                     @if let Some(h) = p.hardness_gpa { " Beyond it the mean stress over the touching atoms is " (significant(h, 3))
                         " GPa, an estimate of the hardness." }
                 },
-                None => { "At no step have more than " (p.noise) " atoms left the crystal’s order: the block stays elastic." },
+                None => { "At no step have more than " (p.noise_atoms) " atoms left the crystal’s order: the block stays elastic." },
             }
         }
         @if let Some(svg) = desk.curves("plasticity", &plot)? { (figure(svg, words)) }
@@ -122,7 +122,7 @@ fn stresses(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
 pub fn sensitivity(desk: &Desk, c: &ComparisonResults) -> Result<Markup> {
     let mut figures = Vec::new();
     for (i, load) in c.loads.iter().enumerate() {
-        if load.against_distance.is_empty() {
+        if load.area_vs_distance.is_empty() {
             continue;
         }
         let panel_of = |name: &str, title: &str, x_label: &str, curves: Vec<Curve>| -> Result<Option<Markup>> {
@@ -135,14 +135,14 @@ pub fn sensitivity(desk: &Desk, c: &ComparisonResults) -> Result<Markup> {
             Ok(desk.curves(&format!("{name}-{}", i + 1), &plot)?.map(|svg| panel(title, svg, html! {})))
         };
         let distance = |label: &str, style: Style, k: usize| {
-            curve(label, style, load.against_distance.iter().map(|row| (row[0], 100.0 * row[k])).collect())
+            curve(label, style, load.area_vs_distance.iter().map(|row| (row[0], 100.0 * row[k])).collect())
         };
         let gap = |label: &str, style: Style, k: usize| {
-            curve(label, style, load.against_gap.iter().map(|row| (row[0], 100.0 * row[k])).collect())
+            curve(label, style, load.area_vs_gap.iter().map(|row| (row[0], 100.0 * row[k])).collect())
         };
         let by_distance =
             vec![distance("atoms", ATOMS, 1), distance("hard, raised", THRESHOLD, 2), distance("soft", SOFT, 3)];
-        let by_gap = vec![gap("hard wall", HARD, 1), gap("soft wall", SOFT, 2)];
+        let by_gap = vec![gap("hard wall", HARD, 1), gap("compliant wall", SOFT, 2)];
         let both = [
             panel_of("against-distance", "Contact distance", "contact distance (Å)", by_distance)?,
             panel_of("against-gap", "Gap that counts", "gap up to which a point counts (Å)", by_gap)?,
@@ -162,6 +162,6 @@ fn curve(label: &str, style: Style, points: Vec<(f64, f64)>) -> Curve {
 
 /// One vertical axis for both panels.
 fn top(load: &LoadComparison) -> f64 {
-    let rows = load.against_distance.iter().flat_map(|r| &r[1..]).chain(load.against_gap.iter().flat_map(|r| &r[1..]));
+    let rows = load.area_vs_distance.iter().flat_map(|r| &r[1..]).chain(load.area_vs_gap.iter().flat_map(|r| &r[1..]));
     100.0 * rows.copied().fold(0.0, f64::max)
 }

@@ -18,7 +18,7 @@ const LONG_PATH: f64 = 30.0;
 pub fn section(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
     let area = area(desk, results)?;
     let gap = match &results.continuum {
-        Some(c) => mean_gap(desk, c, results.without.as_ref())?,
+        Some(c) => mean_gap(desk, c, results.non_adhesive.as_ref())?,
         None => None,
     };
     Ok((area.is_some() || gap.is_some()).then(|| html! { @for figure in [area, gap].iter().flatten() { (figure) } }))
@@ -62,7 +62,7 @@ fn area(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
         let label = format!("{}, scene’s scale", c.method);
         curves.extend(branches(c, (&label, LABORATORY), &|s| (s.p_star, 100.0 * s.contact_fraction_corrected)));
     }
-    if let Some(c) = &results.without {
+    if let Some(c) = &results.non_adhesive {
         let points = c.states.iter().map(|s| (s.p_star, 100.0 * s.contact_fraction_corrected)).collect();
         curves.push(Curve { label: "without adhesion".into(), style: HARD, points });
     }
@@ -78,9 +78,9 @@ fn area(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
                 l.continuum.iter().find(|m| m.id == id).map(|m| (l.p_star, 100.0 * m.contact_fraction))
             };
             let (style, label): (Style, String) = match id {
-                "plain" => (HARD, "hard wall, gap = 0".into()),
-                "raised" => (THRESHOLD, "hard wall, raised atoms".into()),
-                "soft wall" => (SOFT, "soft wall".into()),
+                "hard_wall" => (HARD, "hard wall, gap = 0".into()),
+                "offset_wall" => (THRESHOLD, "hard wall, raised atoms".into()),
+                "compliant_wall" => (SOFT, "compliant_wall".into()),
                 other => (THRESHOLD, other.into()),
             };
             curves.push(Curve { label, style, points: c.loads.iter().filter_map(of).collect() });

@@ -117,17 +117,17 @@ fn table(desk: &Desk, all: &[(&StateResults, &Observed)]) -> Markup {
         .iter()
         .map(|(s, o)| {
             let pressure = o.mean_contact_pressure.map_or("–".into(), |p| si(p * desk.scales.modulus_pa, "Pa", 3));
-            let patch = o.typical_patch.map_or("–".into(), |a| significant(a * length * length * 1e12, 3));
+            let patch = o.median_cluster_area.map_or("–".into(), |a| significant(a * length * length * 1e12, 3));
             vec![
                 html! { (trimmed(s.p_star, 4)) (back(s)) },
                 text(pressure),
                 text(patch),
                 text(s.stiffness.map_or("–".into(), |k| si(k * desk.scales.modulus_pa / length, "Pa/m", 3))),
-                text(significant(o.conductance, 3)),
+                text(significant(o.constriction_conductance, 3)),
                 text(s.stiffness.map_or("–".into(), |k| significant(k, 3))),
-                text(if o.leak_gap > 0.0 { si(o.leak_gap * length, "m", 3) } else { "sealed".into() }),
-                text(axes(o.contact_spans)),
-                text(axes(o.gap_spans)),
+                text(if o.hydraulic_gap > 0.0 { si(o.hydraulic_gap * length, "m", 3) } else { "sealed".into() }),
+                text(axes(o.contact_percolates)),
+                text(axes(o.gap_percolates)),
                 text(percent(o.gap.delta)),
             ]
         })

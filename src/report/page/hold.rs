@@ -30,8 +30,8 @@ pub fn section(desk: &Desk, atoms: &AtomsResults, hold: &NvtResults) -> Result<M
             text(trimmed(state.p_star, 4)),
             text(words),
             at_rest(still.map(|s| percent(s.contact_fraction))),
-            text(percent(state.mostly)),
-            text(percent(state.ever)),
+            text(percent(state.majority_contact)),
+            text(percent(state.any_contact)),
             text(with_error(state.mean_gap_angstrom, "Å")),
             at_rest(still.map(|s| format!("{}\u{a0}Å", significant(s.mean_gap_angstrom, 4)))),
             text(with_error(state.temperature_k, "K")),
@@ -51,7 +51,7 @@ pub fn section(desk: &Desk, atoms: &AtomsResults, hold: &NvtResults) -> Result<M
         h3 { "At " (trimmed(hold.temperature_k, 4)) " K" }
         (figure(
             panels(drawn.len().min(3), &drawn),
-            html! { "The share of the time in which each surface atom touches, over " (significant(hold.averaged_ps, 3)) " ps after "
+            html! { "The share of the time in which each surface atom touches, over " (significant(hold.averaging_ps, 3)) " ps after "
                 (significant(hold.equilibration_ps, 3)) " ps that are not counted, in a cell expanded to the lattice constant of "
                 (significant(hold.lattice_constant_angstrom, 5)) " Å. Contact is the mean of that share; errors are standard errors "
                 "from " (hold.blocks) " blocks of time." },

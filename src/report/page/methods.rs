@@ -165,7 +165,7 @@ struct Own {
 impl Own {
     fn of(results: &Results) -> Self {
         let states = |c: &Option<ContinuumResults>| c.as_ref().map(states_of).unwrap_or_default();
-        let (first, second) = (states(&results.continuum), states(&results.without));
+        let (first, second) = (states(&results.continuum), states(&results.non_adhesive));
         match results.continuum.as_ref().is_some_and(|c| c.range.is_some()) {
             true => Own { with: first, without: second },
             false => Own { with: Vec::new(), without: first },
@@ -276,7 +276,7 @@ fn table(desk: &Desk, results: &Results, own: &Own, p_star: f64) -> Markup {
         Some(r) => format!(" ({:+.0} %)", 100.0 * (found / r - 1.0)).replace('-', "−"),
     };
     let grid = |adhesive: bool| {
-        let solved = results.continuum.iter().chain(&results.without).find(|c| c.range.is_some() == adhesive)?;
+        let solved = results.continuum.iter().chain(&results.non_adhesive).find(|c| c.range.is_some() == adhesive)?;
         solved.states.iter().find(|s| s.p_star == p_star)?.discretisation?.area
     };
     let own_row = |adhesive: bool| {
@@ -289,7 +289,7 @@ fn table(desk: &Desk, results: &Results, own: &Own, p_star: f64) -> Markup {
             html! { (percent(s.area())) span.quiet { (error) } },
             text(s.mean_gap.map_or("–".into(), |g| format!("{} µm", significant(g * um, 3)))),
             text(s.stiffness.map_or("–".into(), |k| significant(k, 3))),
-            text(s.typical_patch.map_or("–".into(), |a| format!("{} µm²", significant(a * um * um, 3)))),
+            text(s.median_cluster_area.map_or("–".into(), |a| format!("{} µm²", significant(a * um * um, 3)))),
             text(""),
         ])
     };
@@ -320,7 +320,9 @@ fn table(desk: &Desk, results: &Results, own: &Own, p_star: f64) -> Markup {
                 },
                 with(Quantity::MeanGap, &|s| s.mean_gap, &|g| format!("{} µm", significant(g * um, 3))),
                 with(Quantity::Stiffness, &|s| s.stiffness, &|k| significant(k, 3)),
-                with(Quantity::PatchPdf, &|s| s.typical_patch, &|a| format!("{} µm²", significant(a * um * um, 3))),
+                with(Quantity::PatchPdf, &|s| s.median_cluster_area, &|a| {
+                    format!("{} µm²", significant(a * um * um, 3))
+                }),
                 text(duration(m.cpu_seconds)),
             ]);
         }
@@ -353,11 +355,11 @@ fn notes(desk: &Desk, results: &Results) -> Markup {
         });
     html! {
         @for m in &results.methods {
-            @if let Some(why) = &m.refusal { p.quiet { (m.method) @if !m.adhesive { " without adhesion" } " tells nothing: " (why) "." } }
+            @if let Some(why) = &m.unavailable_reason { p.quiet { (m.method) @if !m.adhesive { " without adhesion" } " tells nothing: " (why) "." } }
         }
-        @for (m, range) in results.methods.iter().filter_map(|m| Some((m, m.range?))).filter(|(_, r)| r.used != r.asked) {
+        @for (m, range) in results.methods.iter().filter_map(|m| Some((m, m.range?))).filter(|(_, r)| r.used != r.requested) {
             p.quiet { (m.method) " works with a range of the adhesion of " (si(range.used * desk.scales.length_m, "m", 3))
-                " on this grid, where " (si(range.asked * desk.scales.length_m, "m", 3)) " is asked for." }
+                " on this grid, where " (si(range.requested * desk.scales.length_m, "m", 3)) " is asked for." }
         }
         @if !fitted.is_empty() { p.quiet { "* has constants that were fitted. " (fitted.join("; ")) "." } }
     }
@@ -386,7 +388,7 @@ fn cell(desk: &Desk, kind: &Figure, load: Option<(usize, f64)>, own: &Own, runs:
     let mut reasons: Vec<String> = Vec::new();
     for run in &runs {
         let missing = run.missing.iter().find(|m| m.quantity == quantity).map(|m| m.reason.clone());
-        reasons.extend(run.refusal.clone().or(missing).filter(|why| !reasons.contains(why)));
+        reasons.extend(run.unavailable_reason.clone().or(missing).filter(|why| !reasons.contains(why)));
     }
     if found.is_empty() {
         let why = if reasons.is_empty() {

@@ -101,10 +101,10 @@ fn page(desk: &Desk, results: &Results) -> Result<Markup> {
         add("atoms", "The atoms", atoms::section(desk, atoms)?);
     }
     if let (Some(atoms), Some(comparison)) = (&results.atoms, &results.comparison) {
-        let told = |s: &StateResults| s.budget.iter().any(|p| p.source == UncertaintySource::Depth);
+        let told = |s: &StateResults| s.uncertainty.iter().any(|p| p.source == UncertaintySource::Depth);
         let body = html! {
             (compare::section(desk, atoms, comparison)?)
-            @if comparison.hard.states.iter().any(told) { (certainty::budgets(&comparison.hard)) }
+            @if comparison.hard_wall.states.iter().any(told) { (certainty::budgets(&comparison.hard_wall)) }
         };
         add("comparison", "Continuum against atoms", body);
     }

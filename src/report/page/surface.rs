@@ -67,12 +67,12 @@ fn statistics(list: &[Statistic]) -> Markup {
             row.extend([
                 with_unit(s.realised),
                 s.band.map_or(text("–"), |b| text(format!("± {} {unit}", significant(b, 2)).trim_end())),
-                verdict(s),
+                status(s),
             ]);
             row
         })
         .collect();
-    let mut head = vec!["quantity", "symbol", "expected", "realised", "band", "verdict"];
+    let mut head = vec!["quantity", "symbol", "expected", "realised", "band", "status"];
     if coarse {
         head.splice(2..3, ["whole spectrum", "on this grid"]);
     }
@@ -80,7 +80,7 @@ fn statistics(list: &[Statistic]) -> Markup {
         (table(&head, rows))
         @if coarse {
             p.quiet { "Whole spectrum and on this grid are ensemble values: of all waves, and of those that this grid holds. "
-                "The grid leaves out what is shorter than two nodes, and with it much of gradient and curvature; the verdict "
+                "The grid leaves out what is shorter than two nodes, and with it much of gradient and curvature; the status "
                 "is about the waves that are there." }
         }
         @if list.iter().any(|s| s.expected.is_some()) {
@@ -92,7 +92,7 @@ fn statistics(list: &[Statistic]) -> Markup {
 }
 
 /// The realisation against what its grid lets one expect.
-fn verdict(s: &Statistic) -> Markup {
+fn status(s: &Statistic) -> Markup {
     match (s.held.or(s.expected), s.band) {
         (Some(expected), Some(band)) if (s.realised - expected).abs() <= band => text("within the band"),
         (Some(_), Some(_)) => html! { span.bad { "outside the band" } },

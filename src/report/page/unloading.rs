@@ -26,21 +26,21 @@ pub fn there_and_back(
 }
 
 pub fn section(desk: &Desk, atoms: &AtomsResults, back: &Unloading) -> Result<Markup> {
-    let curves = there_and_back(&atoms.ladder, Some(back.turn), |s| (s.p_star, s.contacts as f64));
+    let curves = there_and_back(&atoms.ladder, Some(back.reversal_step), |s| (s.p_star, s.contacts as f64));
     let plot = Plot { proportion: 0.5, ..Plot::new((Axis::Linear, Axis::Linear), ("p*", "contact atoms"), curves) };
     let curve = desk.curves("unloading-contacts", &plot)?;
     let rows = back
         .changes
         .iter()
         .map(|c| {
-            let change = match c.contact_fraction_there {
+            let change = match c.contact_fraction_loading {
                 0.0 => "–".to_string(),
-                there => percent(c.contact_fraction_back / there - 1.0),
+                there => percent(c.contact_fraction_unloading / there - 1.0),
             };
             vec![
                 text(trimmed(c.p_star, 4)),
-                text(percent(c.contact_fraction_there)),
-                text(percent(c.contact_fraction_back)),
+                text(percent(c.contact_fraction_loading)),
+                text(percent(c.contact_fraction_unloading)),
                 text(change),
                 text(format!("{}\u{a0}Å", significant(c.mean_gap_angstrom, 3))),
             ]
@@ -54,8 +54,8 @@ pub fn section(desk: &Desk, atoms: &AtomsResults, back: &Unloading) -> Result<Ma
         }
         @if !back.changes.is_empty() { (numbers(&head, rows)) }
         @if let Some(p) = &back.pull_off { (pull_off(p)) }
-        @else if back.parted == Some(true) { p { "On the way back nothing pulls." } }
-        @if back.parted == Some(false) {
+        @else if back.separated == Some(true) { p { "On the way back nothing pulls." } }
+        @if back.separated == Some(false) {
             p { span.bad { "The indenter did not come free: " } "atoms touched it still where the way back ended." }
         }
     })

@@ -11,22 +11,22 @@ use crate::report::plot::{ATOMS, Axis, Curve, HARD, LABORATORY, PANEL, Plot, SOF
 /// Look and name of a version.
 fn look(id: &str) -> (Style, &'static str) {
     match id {
-        "full heights" => (LABORATORY, "full heights, zero gap"),
-        "hard wall" => (HARD, "atoms’ heights, zero gap"),
-        "raised" => (THRESHOLD, "atoms’ heights, raised atoms"),
-        "soft wall" => (SOFT, "atoms’ heights, soft wall"),
+        "full_heights" => (LABORATORY, "full heights, zero gap"),
+        "hard_wall" => (HARD, "atoms’ heights, zero gap"),
+        "offset_wall" => (THRESHOLD, "atoms’ heights, raised atoms"),
+        "compliant_wall" => (SOFT, "atoms’ heights, soft wall"),
         _ => (ATOMS, "atoms"),
     }
 }
 
 /// Nothing where the results are of an earlier version.
 pub fn section(desk: &Desk, c: &ComparisonResults) -> Result<Markup> {
-    let loads: Vec<&LoadComparison> = c.loads.iter().filter(|l| !l.versions.is_empty()).collect();
+    let loads: Vec<&LoadComparison> = c.loads.iter().filter(|l| !l.model_chain.is_empty()).collect();
     if loads.is_empty() {
         return Ok(html! {});
     }
     let along = |of: &dyn Fn(&ModelChainStep) -> f64| -> Vec<Curve> {
-        let versions = loads.iter().flat_map(|l| &l.versions);
+        let versions = loads.iter().flat_map(|l| &l.model_chain);
         let mut ids: Vec<&str> = Vec::new();
         versions.for_each(|v| {
             if !ids.contains(&v.id.as_str()) {
@@ -34,7 +34,7 @@ pub fn section(desk: &Desk, c: &ComparisonResults) -> Result<Markup> {
             }
         });
         let points = |id: &str| -> Vec<(f64, f64)> {
-            loads.iter().filter_map(|l| Some((l.p_star, of(l.versions.iter().find(|v| v.id == id)?)))).collect()
+            loads.iter().filter_map(|l| Some((l.p_star, of(l.model_chain.iter().find(|v| v.id == id)?)))).collect()
         };
         let curve = |id: &&str| Curve { label: look(id).1.into(), style: look(id).0, points: points(id) };
         // With the matched criterion nothing but what counts as contact changes.
@@ -71,7 +71,7 @@ pub fn section(desk: &Desk, c: &ComparisonResults) -> Result<Markup> {
 fn table(loads: &[&LoadComparison]) -> Markup {
     let mut rows = Vec::new();
     for load in loads {
-        for (k, v) in load.versions.iter().enumerate() {
+        for (k, v) in load.model_chain.iter().enumerate() {
             rows.push(vec![
                 text(if k == 0 { trimmed(load.p_star, 4) } else { String::new() }),
                 html! { strong { (look(&v.id).1) } },
@@ -79,7 +79,7 @@ fn table(loads: &[&LoadComparison]) -> Markup {
                 text(format!("{}\u{a0}Å", significant(v.mean_gap_angstrom, 4))),
                 text(v.contact_stress_gpa.map_or("–".into(), |s| format!("{}\u{a0}GPa", significant(s, 3)))),
                 text(count(v.patches)),
-                text(v.typical_patch_nm2.map_or("–".into(), |a| format!("{}\u{a0}nm²", significant(a, 3)))),
+                text(v.median_cluster_area_nm2.map_or("–".into(), |a| format!("{}\u{a0}nm²", significant(a, 3)))),
             ]);
         }
     }
@@ -93,7 +93,7 @@ fn table(loads: &[&LoadComparison]) -> Markup {
 /// Distributions of gap, stress and patch area at one load.
 fn one_load(desk: &Desk, load: &LoadComparison, number: usize) -> Result<Markup> {
     let curves = |of: &dyn Fn(&ModelChainStep) -> Vec<(f64, f64)>, left_out: &str| -> Vec<Curve> {
-        let shown = load.versions.iter().filter(|v| v.id != left_out);
+        let shown = load.model_chain.iter().filter(|v| v.id != left_out);
         let curve = |v: &ModelChainStep| Curve {
             label: look(&v.id).1.into(),
             style: look(&v.id).0.without_marker(),
@@ -104,7 +104,7 @@ fn one_load(desk: &Desk, load: &LoadComparison, number: usize) -> Result<Markup>
     let log = (Axis::Linear, Axis::Log);
     let gaps = Plot::new(log, ("gap (Å)", "density (1/Å)"), curves(&|v| v.gap.density(), ""));
     // The criterion does not change the stress.
-    let stress = Plot::new(log, ("stress (GPa)", "density (1/GPa)"), curves(&|v| v.stress.density(), "raised"));
+    let stress = Plot::new(log, ("stress (GPa)", "density (1/GPa)"), curves(&|v| v.stress.density(), "offset_wall"));
     let patches = Plot::new(
         (Axis::Log, Axis::Linear),
         ("area of a patch (nm²)", "share of the contact"),

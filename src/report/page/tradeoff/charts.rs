@@ -4,7 +4,7 @@ use super::methods;
 use crate::compare::frontier::front;
 use crate::error::Result;
 use crate::method::REGISTRY;
-use crate::record::tradeoff::{Measure, Point, Tradeoff};
+use crate::record::tradeoff::{Measure, Tradeoff, TradeoffPoint};
 use crate::report::page::desk::{Desk, capitalised, figure};
 use crate::report::picture::{self, Rgb};
 use crate::report::plot::{Axis, Curve, Dash, Marker, Plot, Style};
@@ -46,7 +46,8 @@ pub fn section(desk: &Desk, told: &Tradeoff) -> Result<Markup> {
 }
 
 fn chart(desk: &Desk, told: &Tradeoff, measure: Measure) -> Result<Option<Markup>> {
-    let place = |p: &Point| Some((p.cost.cpu_seconds.max(LEAST_SECONDS), told.error(p, measure).filter(|e| *e > 0.0)?));
+    let place =
+        |p: &TradeoffPoint| Some((p.cost.cpu_seconds.max(LEAST_SECONDS), told.error(p, measure).filter(|e| *e > 0.0)?));
     let all: Vec<(f64, f64)> = told.points.iter().filter_map(place).collect();
     let (Some(least), Some(most)) =
         (all.iter().map(|p| p.0).reduce(f64::min), all.iter().map(|p| p.0).reduce(f64::max))
@@ -67,7 +68,7 @@ fn chart(desk: &Desk, told: &Tradeoff, measure: Measure) -> Result<Option<Markup
     let points = front(&all).into_iter().map(|i| all[i]).collect();
     curves.push(Curve { label: "best for its cost".into(), style: FRONT, points });
     for (method, adhesive) in methods(told) {
-        let of = |p: &&Point| p.setting.method == method && p.setting.adhesive == adhesive;
+        let of = |p: &&TradeoffPoint| p.setting.method == method && p.setting.adhesive == adhesive;
         let points: Vec<(f64, f64)> = told.points.iter().filter(of).filter_map(place).collect();
         if !points.is_empty() {
             curves.push(Curve { label: method.into(), style: style(method), points });

@@ -3,7 +3,7 @@
 use super::{charts, dash, grows, methods};
 use crate::compare::frontier::Growth;
 use crate::error::Result;
-use crate::record::tradeoff::{FORECAST_TOLERANCE, Forecast, Point, Tradeoff};
+use crate::record::tradeoff::{FORECAST_TOLERANCE, Forecast, Tradeoff, TradeoffPoint};
 use crate::report::number::{duration, memory, significant};
 use crate::report::page::desk::{Desk, figure, numbers, text};
 use crate::report::plot::{Axis, Curve, Dash, Plot, Style};
@@ -77,10 +77,11 @@ pub fn section(desk: &Desk, told: &Tradeoff) -> Result<Markup> {
 }
 
 /// Of a method: numbers of its grids, coarse to fine, apart by bars.
-fn row(method: &str, points: &[&Point], found: Option<Growth>, foreseen: Option<&Forecast>) -> Vec<Markup> {
+fn row(method: &str, points: &[&TradeoffPoint], found: Option<Growth>, foreseen: Option<&Forecast>) -> Vec<Markup> {
     let mut points = points.to_vec();
     points.sort_by_key(|p| p.setting.nx);
-    let each = |of: &dyn Fn(&Point) -> String| text(points.iter().map(|p| of(p)).collect::<Vec<_>>().join(" | "));
+    let each =
+        |of: &dyn Fn(&TradeoffPoint) -> String| text(points.iter().map(|p| of(p)).collect::<Vec<_>>().join(" | "));
     let exponent = match found {
         None => dash(),
         Some(Growth { exponent, error, sizes }) => {
@@ -95,7 +96,7 @@ fn row(method: &str, points: &[&Point], found: Option<Growth>, foreseen: Option<
         each(&|p| duration(p.cost.cpu_seconds)),
         foreseen.map_or_else(dash, |f| text(duration(f.predicted_cpu_seconds))),
         foreseen.map_or_else(dash, |f| text(significant(f.ratio, 2))),
-        foreseen.and_then(|f| f.twice_cpu_seconds).map_or_else(dash, |s| text(duration(s))),
+        foreseen.and_then(|f| f.doubled_grid_cpu_seconds).map_or_else(dash, |s| text(duration(s))),
         each(&|p| significant(p.cost.fft_pairs, 3)),
         each(&|p| p.cost.iterations.to_string()),
         each(&|p| memory(p.cost.measured_bytes)),

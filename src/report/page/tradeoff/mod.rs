@@ -8,7 +8,7 @@ use super::desk::{Desk, text};
 use super::{Section, document};
 use crate::compare::frontier::{Growth, growth};
 use crate::error::Result;
-use crate::record::tradeoff::{FILE, Point, Setting, Tradeoff};
+use crate::record::tradeoff::{FILE, Setting, Tradeoff, TradeoffPoint};
 use crate::report::number::{duration, trimmed};
 use maud::{Markup, html};
 
@@ -23,7 +23,7 @@ pub fn page(desk: &Desk, told: &Tradeoff) -> Result<Markup> {
     }
     add("reference", "The reference", tables::references(told));
     add("settings", "All settings", tables::settings(told));
-    if !told.left_out.is_empty() {
+    if !told.skipped.is_empty() {
         add("left-out", "What was left out", tables::left_out(told));
     }
     add("sources", "Sources", html! { ol { li { (super::linked(costs::SOURCE)) } } });
@@ -32,7 +32,7 @@ pub fn page(desk: &Desk, told: &Tradeoff) -> Result<Markup> {
 }
 
 fn lead(told: &Tradeoff) -> String {
-    let settings = told.points.iter().filter(|p| p.refusal.is_none()).count();
+    let settings = told.points.iter().filter(|p| p.unavailable_reason.is_none()).count();
     let (methods, loads) = (methods(told).len(), told.p_star.len().max(1));
     let many = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
     let against = told.references.first().map_or("nothing".into(), |r| {
@@ -80,7 +80,7 @@ fn words(s: &Setting) -> String {
 /// The methods that told something, in the order of the table, with whether they had adhesion.
 fn methods(told: &Tradeoff) -> Vec<(&str, bool)> {
     let mut list: Vec<(&str, bool)> = Vec::new();
-    for p in told.points.iter().filter(|p| p.refusal.is_none()) {
+    for p in told.points.iter().filter(|p| p.unavailable_reason.is_none()) {
         if !list.contains(&(&p.setting.method, p.setting.adhesive)) {
             list.push((&p.setting.method, p.setting.adhesive));
         }
@@ -90,7 +90,7 @@ fn methods(told: &Tradeoff) -> Vec<(&str, bool)> {
 
 /// How the processor time of a method grows with the points of its grids.
 fn grows(told: &Tradeoff, method: &str) -> Option<Growth> {
-    let of = |p: &&Point| ((p.setting.nx * p.setting.ny) as f64, p.cost.cpu_seconds);
+    let of = |p: &&TradeoffPoint| ((p.setting.nx * p.setting.ny) as f64, p.cost.cpu_seconds);
     growth(&told.grids(method).iter().map(of).collect::<Vec<_>>())
 }
 

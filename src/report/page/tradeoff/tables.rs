@@ -2,7 +2,7 @@
 
 use super::{dash, words};
 use crate::compare::frontier::cheapest as least;
-use crate::record::tradeoff::{Measure, Point, Tradeoff};
+use crate::record::tradeoff::{Measure, Tradeoff, TradeoffPoint};
 use crate::report::number::{count, duration, memory, percent, significant, trimmed};
 use crate::report::page::desk::{capitalised, numbers, table, text};
 use maud::{Markup, html};
@@ -28,7 +28,8 @@ fn percent_of(error: f64) -> String {
 /// The cheapest setting of each class.
 pub fn cheapest(told: &Tradeoff) -> Markup {
     let rows = Measure::ALL.into_iter().filter_map(|measure| {
-        let known: Vec<(&Point, f64)> = told.points.iter().filter_map(|p| Some((p, told.error(p, measure)?))).collect();
+        let known: Vec<(&TradeoffPoint, f64)> =
+            told.points.iter().filter_map(|p| Some((p, told.error(p, measure)?))).collect();
         let points: Vec<(f64, f64)> = known.iter().map(|(p, e)| (p.cost.cpu_seconds, *e)).collect();
         let cell = |(_, share): &(&str, f64)| match least(&points, limit(measure, *share)) {
             None => dash(),
@@ -99,10 +100,12 @@ pub fn atoms(told: &Tradeoff) -> Markup {
             text(count(c.force_evaluations)),
             text(duration(c.lammps_cpu_seconds)),
             text(memory(c.frame_bytes)),
-            text(format!("L/{}", significant(1.0 / r.shortest_wave, 2))),
+            text(format!("L/{}", significant(1.0 / r.shortest_wavelength, 2))),
             text(significant(r.gradient, 3)),
         ];
-        for m in [Measure::ContactArea, Measure::MeanGap, Measure::GapMap, Measure::ContactMap, Measure::TypicalPatch] {
+        for m in
+            [Measure::ContactArea, Measure::MeanGap, Measure::GapMap, Measure::ContactMap, Measure::MedianClusterArea]
+        {
             let pair = [&p.errors, &r.errors].map(|e| e.get(&m).map_or("–".into(), |e| shown(m, *e)));
             cells.push(text(pair.join(" | ")));
         }
@@ -134,7 +137,7 @@ pub fn atoms(told: &Tradeoff) -> Markup {
 /// Every setting with its cost and its errors.
 pub fn settings(told: &Tradeoff) -> Markup {
     let both = told.references.len() > 1;
-    let row = |p: &Point| {
+    let row = |p: &TradeoffPoint| {
         let (s, c) = (&p.setting, &p.cost);
         let mut cells = vec![
             html! { (s.method) @if p.calibrated_on.is_some() { "*" } @if p.is_reference { " (reference)" }
@@ -142,7 +145,7 @@ pub fn settings(told: &Tradeoff) -> Markup {
             s.block.map_or_else(|| text(s.nx), |b| text(format!("{b} cells"))),
             text(format!("{} {}", s.precision, trimmed(s.tolerance, 2))),
             text(duration(c.cpu_seconds)),
-            text(format!("{}×", significant(c.of_reference, 2))),
+            text(format!("{}×", significant(c.cpu_over_reference, 2))),
             text(duration(c.wall_seconds)),
             text(count(c.fft_pairs.round() as usize)),
             text(memory(c.planned_bytes)),
@@ -179,7 +182,7 @@ pub fn settings(told: &Tradeoff) -> Markup {
     };
     for p in &told.points {
         let method = p.setting.method.as_str();
-        match &p.refusal {
+        match &p.unavailable_reason {
             Some(why) => tell(why.clone(), method),
             None => p.missing.iter().for_each(|m| {
                 let quantity = Measure::ALL.iter().find(|q| q.quantity() == m.quantity);
@@ -192,7 +195,7 @@ pub fn settings(told: &Tradeoff) -> Markup {
     html! {
         p { "Errors as they are, even below what is uncertain of the reference; those of the reference itself are what is uncertain "
             "of it. Measured memory is what the resident set rose by." }
-        (numbers(&head, told.points.iter().filter(|p| p.refusal.is_none()).map(row).collect()))
+        (numbers(&head, told.points.iter().filter(|p| p.unavailable_reason.is_none()).map(row).collect()))
         @if !reasons.is_empty() {
             h3 { "Not told" }
             ul { @for (why, methods) in &reasons { li { (methods.join(", ")) ": " (why) } } }
@@ -202,6 +205,6 @@ pub fn settings(told: &Tradeoff) -> Markup {
 
 /// Settings that were not run, apart by their reasons.
 pub fn left_out(told: &Tradeoff) -> Markup {
-    let rows = told.left_out.iter().map(|l| vec![text(words(&l.setting)), text(&l.reason)]);
+    let rows = told.skipped.iter().map(|l| vec![text(words(&l.setting)), text(&l.reason)]);
     table(&["setting", "why"], rows.collect())
 }
