@@ -14,7 +14,7 @@ ladder() { # name, scene, flags
     tables="$tables $folder/tradeoff.json"
 }
 # The first is what docs/trade-off-ladders.md tells of.
-ladder fast configs/measured/waves-32.toml --methods fast --grids 1024,512,256,128,64,32 --reference 2048 --slabs 0.05,0.1,0.143,0.2,0.5 --repeats 3
+ladder fast configs/measured/waves-32.toml --methods fast --grids 1024,512,256,128,64,32 --reference 2048 --layer-thickness 0.05,0.1,0.143,0.2,0.5 --repeats 3
 for seed in 1 2 3; do
     ladder "waves-32-$seed" configs/measured/waves-32.toml --seed $seed --grids 512,256,128,64,32 --reference 1024 --budget 6m
 done
@@ -24,4 +24,4 @@ for seed in 1 2; do
 done
 ladder adhesion configs/adhesion.toml --methods fast --grids 512,256,128 --reference 1024
 # shellcheck disable=SC2086
-"$program" collect $tables --out data/measured.json --ladders docs/trade-off-ladders.md --made-by "make measured"
+"$program" merge-tables $tables --out data/measured.json --ladders docs/trade-off-ladders.md --provenance "make measured"

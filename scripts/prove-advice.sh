@@ -6,7 +6,7 @@ program=$1
 prove() { # scene, flags
     scene=$1
     shift
-    "$program" advise "$scene" --prove --quantity contact_area,mean_gap --error 1%,5%,20% "$@"
+    "$program" advise "$scene" --verify --quantity contact_area,mean_gap --error 1%,5%,20% "$@"
 }
 failed=0
 prove configs/measured/unseen.toml --seeds 11,12,13,14,15 || failed=1

@@ -16,10 +16,10 @@ pub struct Advise {
     /// Scene file (TOML) that is to be run.
     scene: PathBuf,
     /// What is to be accurate: contact_area, mean_gap, stiffness, gap_map, contact_map, gap_pdf, stress_pdf, patch_area or
-    /// median_cluster_area. With --prove several, apart by commas.
+    /// median_cluster_area. With --verify several, apart by commas.
     #[arg(long, value_name = "WHAT", value_delimiter = ',', num_args = 1, required = true)]
     quantity: Vec<String>,
-    /// Error that is good enough, as 5% or 0.05; the cheapest setting within it is told. With --prove several, apart by commas.
+    /// Error that is good enough, as 5% or 0.05; the cheapest setting within it is told. With --verify several, apart by commas.
     #[arg(
         long,
         value_name = "SHARE",
@@ -32,22 +32,22 @@ pub struct Advise {
     /// Wall time that there is, as 30s, 10m or 2h; the most accurate setting within it is told.
     #[arg(long, value_name = "TIME")]
     budget: Option<String>,
-    /// Tables of `asperity tradeoff` or `asperity collect`, apart by commas. Default: that of the scene's own
+    /// Tables of `asperity tradeoff` or `asperity merge-tables`, apart by commas. Default: that of the scene's own
     /// runs/NAME-tradeoff, or, where there is none, those that come with the program.
     #[arg(long, value_name = "FILES", value_delimiter = ',', num_args = 1)]
     table: Vec<PathBuf>,
     /// Advise beyond what was measured, too, and say what of it is.
-    #[arg(long, conflicts_with = "prove")]
+    #[arg(long, conflicts_with = "verify")]
     extrapolate: bool,
     /// Run what is advised for every error of every quantity and hold it against a reference. Exit code 1 if fewer than nine
     /// in ten settings err by no more than asked for.
     #[arg(long, conflicts_with = "budget")]
-    prove: bool,
-    /// With --prove: seeds of the surfaces that are tried, apart by commas. Default: the scene's own.
-    #[arg(long, value_name = "LIST", value_delimiter = ',', num_args = 1, requires = "prove")]
+    verify: bool,
+    /// With --verify: seeds of the surfaces that are tried, apart by commas. Default: the scene's own.
+    #[arg(long, value_name = "LIST", value_delimiter = ',', num_args = 1, requires = "verify")]
     seeds: Vec<u64>,
-    /// With --prove: where the runs go. Default: runs/NAME-proof with the scene's name.
-    #[arg(long, value_name = "DIR", requires = "prove")]
+    /// With --verify: where the runs go. Default: runs/NAME-proof with the scene's name.
+    #[arg(long, value_name = "DIR", requires = "verify")]
     out: Option<PathBuf>,
     /// One line of JSON on stdout.
     #[arg(long)]
@@ -61,11 +61,11 @@ impl Advise {
     pub fn execute(self) -> Result<ExitCode> {
         let measures = self.quantity.iter().map(|q| measure(q)).collect::<Result<Vec<_>>>()?;
         let errors = self.error.iter().map(|e| share(e)).collect::<Result<Vec<_>>>()?;
-        if self.prove {
-            return self.prove(&measures, &errors);
+        if self.verify {
+            return self.verify_advice(&measures, &errors);
         }
         let ([measure], [_] | []) = (&measures[..], &errors[..]) else {
-            let accepted = "one quantity and one error, or --prove";
+            let accepted = "one quantity and one error, or --verify";
             return Err(Error::input(
                 PLACE,
                 "--quantity",
@@ -108,7 +108,7 @@ impl Advise {
         Ok(ExitCode::SUCCESS)
     }
 
-    fn prove(&self, measures: &[Measure], errors: &[f64]) -> Result<ExitCode> {
+    fn verify_advice(&self, measures: &[Measure], errors: &[f64]) -> Result<ExitCode> {
         let scene = Scene::read(&self.scene)?;
         let seeds = if self.seeds.is_empty() { vec![scene.surface.seed] } else { self.seeds.clone() };
         let root = self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(format!("{}-proof", scene.name)));

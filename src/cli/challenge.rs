@@ -46,7 +46,7 @@ pub struct Challenge {
     out: Option<PathBuf>,
     /// Further methods that are given the same loads: ids from `asperity methods` apart by commas, or all.
     #[arg(long, value_name = "IDS", value_delimiter = ',', num_args = 1)]
-    also: Vec<String>,
+    compare_with: Vec<String>,
     /// One line of JSON on stdout.
     #[arg(long)]
     json: bool,
@@ -95,7 +95,7 @@ impl Challenge {
             return Err(Error::input("command line", "--grid", s.grid, format!("at least {COARSEST} points a side")));
         }
         s.seed = self.seed.unwrap_or(s.seed);
-        scene.continuum.also.extend(self.also.iter().cloned());
+        scene.continuum.compare_with.extend(self.compare_with.iter().cloned());
         if let Some(path) = &self.heights {
             if !path.exists() {
                 let found = format!("{} (no such file)", path.display());
@@ -120,7 +120,7 @@ impl Challenge {
             let (length, modulus) = (scene.laboratory.length_um * 1e-6, scene.laboratory.contact_modulus_mpa * 1e6);
             let stiff = a.work_of_adhesion_mj_m2 * 1e-3 / modulus / (a.range_nm * 1e-9).powi(2);
             // Of a file the grid is known once it is read; none of the distributed ones resolves the range.
-            scene.load.and_back = self.heights.is_none() && length / scene.surface.grid as f64 * stiff <= MESH_LIMIT;
+            scene.load.unload = self.heights.is_none() && length / scene.surface.grid as f64 * stiff <= MESH_LIMIT;
         }
         Ok(scene)
     }

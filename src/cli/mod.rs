@@ -4,7 +4,7 @@ mod advise;
 mod atoms;
 mod bench;
 mod challenge;
-mod collect;
+mod merge_tables;
 mod doctor;
 mod file;
 mod listen;
@@ -50,7 +50,7 @@ enum Command {
     Tradeoff(tradeoff::Tradeoff),
     /// Say which setting is the cheapest that is accurate enough, or the most accurate within a time, from measured tables.
     Advise(advise::Advise),
-    Collect(collect::Collect),
+    MergeTables(merge_tables::MergeTables),
     /// Write, measure or check an EAM potential.
     Potential(potential::Potential),
     /// Build, run or read the block of atoms of a scene.
@@ -102,7 +102,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
         Command::Challenge(c) => return c.execute(),
         Command::Tradeoff(c) => return c.execute(),
         Command::Advise(c) => return c.execute(),
-        Command::Collect(c) => c.execute()?,
+        Command::MergeTables(c) => c.execute()?,
         Command::Potential(c) => c.execute()?,
         Command::Atoms(c) => c.execute()?,
         Command::Compare(c) => {

@@ -20,7 +20,7 @@ pub struct Run {
     dry_run: bool,
     /// Further methods that are given the same loads: ids from `asperity methods` apart by commas, or all.
     #[arg(long, value_name = "IDS", value_delimiter = ',', num_args = 1)]
-    also: Vec<String>,
+    compare_with: Vec<String>,
     /// Points a side, instead of surface.grid.
     #[arg(long, value_name = "N")]
     grid: Option<usize>,
@@ -41,7 +41,7 @@ pub struct Run {
 impl Run {
     pub fn execute(self) -> Result<ExitCode> {
         let mut scene = Scene::read(&self.scene)?;
-        scene.continuum.also.extend(self.also.iter().cloned());
+        scene.continuum.compare_with.extend(self.compare_with.iter().cloned());
         self.overrule(&mut scene)?;
         let case = pipeline::settle(scene, &self.scene)?;
         if let Some(chosen) = &case.chosen {

@@ -41,7 +41,7 @@ pub struct Tradeoff {
     budget: Option<String>,
     /// Thicknesses over L of bonded layers that stand for the scene's half-space, apart by commas: what a finite slab costs.
     #[arg(long, value_name = "LIST", value_delimiter = ',', num_args = 1)]
-    slabs: Vec<f64>,
+    layer_thickness: Vec<f64>,
     /// Blocks of atoms, CELLSxDEPTH or CELLSxDEPTH+FOUNDATION in lattice constants apart by commas, pressed by LAMMPS. Default: of a
     /// scene with [atoms] its own, one of half the cells (in fives), one of half the depth, and, where atoms start from the
     /// continuum, that on a foundation of the other half.
@@ -61,8 +61,8 @@ impl Tradeoff {
         if let Some(n) = self.repeats.filter(|n| !(1..=MOST_REPEATS).contains(n)) {
             return Err(Error::input(PLACE, "--repeats", n, format!("1 to {MOST_REPEATS} runs")));
         }
-        if let Some(t) = self.slabs.iter().find(|t| !(t.is_finite() && **t > 0.0)) {
-            return Err(Error::input(PLACE, "--slabs", t, "thicknesses above zero, over the cell's length"));
+        if let Some(t) = self.layer_thickness.iter().find(|t| !(t.is_finite() && **t > 0.0)) {
+            return Err(Error::input(PLACE, "--layer-thickness", t, "thicknesses above zero, over the cell's length"));
         }
         let methods = methods(&self.methods)?;
         let mut scene = Scene::read(&self.scene)?;
@@ -80,7 +80,7 @@ impl Tradeoff {
             budget_seconds,
             repeats: self.repeats,
             exact: None,
-            slabs: self.slabs,
+            slabs: self.layer_thickness,
             blocks: (!self.atoms.is_empty()).then(|| self.atoms.iter().map(|a| block(a)).collect()).transpose()?,
         };
         let teller = Teller::new();

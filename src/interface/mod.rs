@@ -11,6 +11,6 @@ pub use interior::Interior;
 pub use kernel::{Base, Elastic, HalfSpace, Kernel, Layer};
 pub use law::{
     Adhesion, COHESIVE_RESOLUTION, Dugdale, Exponential, HardWall, Law, LennardJonesWall, PowerLaw93, PowerLawWall,
-    RangeChoice, SoftWall, StiffWall, TabulatedWall, Wall, WithAdhesion, tabor,
+    RangeChoice, SoftWall, PenaltyWall, TabulatedWall, Wall, WithAdhesion, tabor,
 };
 pub use non_periodic::NonPeriodic;

@@ -421,7 +421,7 @@ pub(super) fn laboratory(
 ) -> Result<ContinuumResults> {
     let scene = &case.scene;
     let asked = variant == Variant::Asked;
-    let start = match &scene.continuum.start {
+    let start = match &scene.continuum.initial_gap {
         Some(file) if asked => Some(start(&case.beside(file), case.grid)?),
         _ => None,
     };
@@ -438,7 +438,7 @@ pub(super) fn laboratory(
             problem.adhesion = Adhesion::None;
             // What only the default method estimates is no goal of another.
             problem.targets = Targets::default();
-            method = scene.challenge.as_ref().map_or(method, |c| &c.second_method);
+            method = scene.challenge.as_ref().map_or(method, |c| &c.cross_check_method);
             steps = &reference;
         }
         Variant::Beside(id, adhesive) => {

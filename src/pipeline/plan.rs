@@ -138,7 +138,7 @@ pub fn plan(case: &Case, threads: usize, evaluation: Option<f64>) -> Result<RunP
     for nm in scene.adhesion.iter().flat_map(|a| &a.other_ranges_nm) {
         variant("range", format!("{} with a range of {nm} nm, {there} loads", method.card().id), method, there);
     }
-    if let Some(second) = scene.challenge.as_ref().and_then(|c| method::find(&c.second_method)) {
+    if let Some(second) = scene.challenge.as_ref().and_then(|c| method::find(&c.cross_check_method)) {
         variant("cross-check", format!("{} at the reference load, without adhesion", second.card().id), second, 1);
     }
     for beside in super::methods::all(case) {

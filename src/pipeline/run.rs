@@ -47,14 +47,14 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
         Leftovers::Remove,
         |dir| continuum::surface(case, &case.surface.heights(case.grid, 0.0), dir, "surface"),
     )?;
-    let start = case.scene.continuum.start.as_ref().map(|p| Key::of_file(&case.beside(p))).transpose()?;
+    let start = case.scene.continuum.initial_gap.as_ref().map(|p| Key::of_file(&case.beside(p))).transpose()?;
     let scene = &case.scene;
     let (nx, ny) = (case.grid.nx, case.grid.ny);
     // What is solved beside the asked problem changes nothing in it.
-    let alone = scene.adhesion.clone().map(|a| AdhesionScene { without_too: false, other_ranges_nm: vec![], ..a });
+    let alone = scene.adhesion.clone().map(|a| AdhesionScene { also_nonadhesive: false, other_ranges_nm: vec![], ..a });
     let there = (case.loading_p_star(), &scene.load.mean_gap_um, &scene.load.maps_at);
     // Methods beside it change nothing in it either.
-    let own = ContinuumScene { also: Vec::new(), ..scene.continuum.clone() };
+    let own = ContinuumScene { compare_with: Vec::new(), ..scene.continuum.clone() };
     // What p* = 1 is: with [challenge] not what a file's own gradient makes of it.
     let unit = (case.gradient, case.wants());
     // Made or read by the first stage that solves, if any does.
@@ -132,7 +132,7 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
     let mut cross_check = None;
     if let Some(challenge) = &scene.challenge {
         let tag = "the reference load without adhesion";
-        cross_check = beside(&mut folder, "cross-check", tag, &challenge.second_method, Variant::Second)?;
+        cross_check = beside(&mut folder, "cross-check", tag, &challenge.cross_check_method, Variant::Second)?;
     }
     let mut told = Vec::new();
     for other in methods::all(case) {
@@ -398,7 +398,7 @@ fn sources(case: &Case) -> Vec<String> {
          the contact area."
             .to_string(),
     ];
-    let second = case.scene.challenge.as_ref().and_then(|c| crate::method::find(&c.second_method));
+    let second = case.scene.challenge.as_ref().and_then(|c| crate::method::find(&c.cross_check_method));
     let beside = case.methods_beside();
     let cards = std::iter::once(case.method()).chain(second.map(|m| m.card())).chain(beside.iter().map(|m| m.card()));
     let mut named: Vec<&str> = Vec::new();

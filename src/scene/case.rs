@@ -3,7 +3,7 @@ use super::{
     ALL_METHODS, AdhesionScene, AtomsCase, FileAsked, LoadScene, Scene, Surface, SurfaceScene, Touching, Wants,
 };
 use crate::grid::Grid;
-use crate::interface::{Adhesion, CubicHalfSpace, Elastic, Law, Layer, NonPeriodic, RangeChoice, StiffWall, Wall};
+use crate::interface::{Adhesion, CubicHalfSpace, Elastic, Law, Layer, NonPeriodic, RangeChoice, PenaltyWall, Wall};
 use crate::load::{Load, LoadStep};
 use crate::method::{self, Card, ContactMethod, Heights, Kind, Problem, REGISTRY};
 use crate::record::advice::AccuracyChoice;
@@ -113,8 +113,8 @@ impl Case {
             (None, None) if !scene.continuum.periodic => Elastic::NonPeriodic(NonPeriodic::of_patch(grid.lx, grid.ly)),
             (None, None) => Elastic::HalfSpace,
         };
-        let wall = match scene.continuum.wall_length_nm {
-            Some(nm) => Wall::Stiff(StiffWall { length: nm * 1e-9 / scales.length_m }),
+        let wall = match scene.continuum.penalty_length_nm {
+            Some(nm) => Wall::Penalty(PenaltyWall { length: nm * 1e-9 / scales.length_m }),
             None => Wall::Hard,
         };
         let mut case = Case {
@@ -214,7 +214,7 @@ impl Case {
 
     /// Whether all that solves or estimates does so without the scene's adhesion, too.
     pub fn wants_without(&self) -> bool {
-        self.scene.challenge.is_some() || self.scene.adhesion.as_ref().is_some_and(|a| a.without_too)
+        self.scene.challenge.is_some() || self.scene.adhesion.as_ref().is_some_and(|a| a.also_nonadhesive)
     }
 
     /// Whether the scene's own method solves for the fields. One that estimates runs as those beside it do.
@@ -229,7 +229,7 @@ impl Case {
 
     /// Methods that are given the same loads beside the scene's own, in the order of the registry.
     pub fn methods_beside(&self) -> Vec<&'static dyn ContactMethod> {
-        let (own, also) = (self.method().id, &self.scene.continuum.also);
+        let (own, also) = (self.method().id, &self.scene.continuum.compare_with);
         let wanted =
             |id: &str| also.iter().any(|a| a == ALL_METHODS || method::find(a).is_some_and(|m| m.card().id == id));
         let runs = |id: &str| if id == own { !self.solves() } else { wanted(id) };
@@ -272,7 +272,7 @@ impl Case {
         let whole = |p: &PathBuf| std::path::absolute(self.beside(p)).unwrap_or_else(|_| self.beside(p));
         let mut scene = self.scene.clone();
         scene.surface.heights = scene.surface.heights.as_ref().map(whole);
-        scene.continuum.start = scene.continuum.start.as_ref().map(whole);
+        scene.continuum.initial_gap = scene.continuum.initial_gap.as_ref().map(whole);
         if let Some(accuracy) = &mut scene.accuracy {
             accuracy.tables = accuracy.tables.iter().map(whole).collect();
         }

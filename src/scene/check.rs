@@ -100,7 +100,7 @@ fn accuracy(c: &mut Complaints, scene: &Scene) {
 pub(super) fn missing_files(scene: &Scene, file: &Path) -> Vec<Complaint> {
     let named = [
         ("surface.heights", scene.surface.heights.as_ref(), "a file of heights or of their Fourier coefficients"),
-        ("continuum.start", scene.continuum.start.as_ref(), "a gap (.npy)"),
+        ("continuum.initial_gap", scene.continuum.initial_gap.as_ref(), "a gap (.npy)"),
         ("atoms.potential", scene.atoms.as_ref().and_then(|a| a.potential.as_ref()), "an eam/alloy (setfl) file"),
     ];
     let tables = scene.accuracy.iter().flat_map(|a| &a.tables);
@@ -262,14 +262,14 @@ fn loads(c: &mut Complaints, scene: &Scene) {
             false,
             &format!("load.p_star[{i}]"),
             p[i],
-            "no less than the load before, or load.and_back: with adhesion the way back of atoms is another",
+            "no less than the load before, or load.unload: with adhesion the way back of atoms is another",
         );
     }
     let path = scene.load.p_star_path();
     let there = &path[..path.len().div_ceil(2)];
     c.unless(
-        !(atoms && scene.load.and_back) || there.is_sorted_by(|a, b| a < b),
-        "load.and_back",
+        !(atoms && scene.load.unload) || there.is_sorted_by(|a, b| a < b),
+        "load.unload",
         "true with loads that do not rise",
         "rising loads: atoms go back from the highest",
     );
@@ -288,8 +288,8 @@ fn loads(c: &mut Complaints, scene: &Scene) {
         "nothing: atoms are compared with the maps of every load",
     );
     c.unless(
-        !scene.load.and_back || attracts || atoms,
-        "load.and_back",
+        !scene.load.unload || attracts || atoms,
+        "load.unload",
         "true",
         "an [adhesion], without which the way back is the way there, or [atoms], which may have yielded",
     );
@@ -313,33 +313,33 @@ fn continuum(c: &mut Complaints, scene: &Scene) {
     let m = &scene.continuum;
     let ids = method::ids().join(", ");
     c.unless(method::find(&m.method).is_some(), "continuum.method", format!("{:?}", m.method), &ids);
-    for (i, id) in m.also.iter().enumerate() {
+    for (i, id) in m.compare_with.iter().enumerate() {
         let known = id == ALL_METHODS || method::find(id).is_some();
-        c.unless(known, &format!("continuum.also[{i}]"), format!("{id:?}"), &format!("{ALL_METHODS}, {ids}"));
+        c.unless(known, &format!("continuum.compare_with[{i}]"), format!("{id:?}"), &format!("{ALL_METHODS}, {ids}"));
     }
     estimates(c, scene);
     if let Some(t) = m.tolerance {
         c.unless(t > 0.0 && t < 1.0, "continuum.tolerance", t, "a number between 0 and 1");
     }
     for (key, goal) in [
-        ("continuum.energy_goal", m.energy_goal),
-        ("continuum.area_goal", m.area_goal),
-        ("continuum.mean_gap_goal", m.mean_gap_goal),
+        ("continuum.energy_tolerance", m.energy_tolerance),
+        ("continuum.area_tolerance", m.area_tolerance),
+        ("continuum.mean_gap_tolerance", m.mean_gap_tolerance),
     ] {
         goal.into_iter().for_each(|g| c.positive(key, g));
     }
     c.unless(
-        m.energy_goal.is_none() || method::find(&m.method).is_none_or(|m| m.card().id == "fast"),
-        "continuum.energy_goal",
-        m.energy_goal.unwrap_or(0.0),
+        m.energy_tolerance.is_none() || method::find(&m.method).is_none_or(|m| m.card().id == "fast"),
+        "continuum.energy_tolerance",
+        m.energy_tolerance.unwrap_or(0.0),
         "none with this method: `fast` estimates its energy above the minimum",
     );
     c.unless(m.max_iterations > 0, "continuum.max_iterations", m.max_iterations, "at least 1");
     let extrapolates = scene.adhesion.as_ref().is_some_and(|a| a.range == RangeChoice::Extrapolate);
     c.unless(
-        m.start.is_none() || !extrapolates,
+        m.initial_gap.is_none() || !extrapolates,
         "adhesion.range",
-        "\"extrapolate\" with continuum.start",
+        "\"extrapolate\" with continuum.initial_gap",
         "another range: the coarser grids of an extrapolation cannot start there",
     );
     if !m.periodic {
@@ -385,16 +385,16 @@ fn continuum(c: &mut Complaints, scene: &Scene) {
             }
         }
     }
-    match (m.wall, m.wall_length_nm) {
-        (WallKind::Stiff, None) => c.unless(
+    match (m.wall, m.penalty_length_nm) {
+        (WallKind::Penalty, None) => c.unless(
             false,
-            "continuum.wall_length_nm",
+            "continuum.penalty_length_nm",
             "not given",
-            "the length by which a stiff wall gives way under E*",
+            "the length by which the penalty wall yields under a pressure of E*",
         ),
-        (WallKind::Stiff, Some(length)) => c.positive("continuum.wall_length_nm", length),
+        (WallKind::Penalty, Some(length)) => c.positive("continuum.penalty_length_nm", length),
         (WallKind::Hard, Some(length)) => {
-            c.unless(false, "continuum.wall_length_nm", length, "only together with continuum.wall = \"stiff\"")
+            c.unless(false, "continuum.penalty_length_nm", length, "only together with continuum.wall = \"penalty\"")
         }
         (WallKind::Hard, None) => {}
     }
@@ -410,8 +410,8 @@ fn estimates(c: &mut Complaints, scene: &Scene) {
     for (asked, key) in [
         (scene.atoms.is_some(), "[atoms]"),
         (scene.challenge.is_some(), "[challenge]"),
-        (scene.load.and_back, "load.and_back"),
-        (m.start.is_some(), "continuum.start"),
+        (scene.load.unload, "load.unload"),
+        (m.initial_gap.is_some(), "continuum.initial_gap"),
         (extrapolates, "adhesion.range = \"extrapolate\""),
         (scene.adhesion.as_ref().is_some_and(|a| !a.other_ranges_nm.is_empty()), "adhesion.other_ranges_nm"),
     ] {
@@ -419,7 +419,7 @@ fn estimates(c: &mut Complaints, scene: &Scene) {
             !asked,
             "continuum.method",
             format!("{:?} with {key}", m.method),
-            "a method that solves for the fields; others go under continuum.also",
+            "a method that solves for the fields; others go under continuum.compare_with",
         );
     }
 }
@@ -431,12 +431,12 @@ const MOST_NAMED: usize = 24;
 fn challenge(c: &mut Complaints, scene: &Scene) {
     let Some(challenge) = &scene.challenge else { return };
     let ids = method::ids().join(", ");
-    let second = &challenge.second_method;
-    c.unless(method::find(second).is_some(), "challenge.second_method", format!("{second:?}"), &ids);
+    let second = &challenge.cross_check_method;
+    c.unless(method::find(second).is_some(), "challenge.cross_check_method", format!("{second:?}"), &ids);
     let same = |a: &str, b: &str| method::find(a).zip(method::find(b)).is_some_and(|(a, b)| a.card().id == b.card().id);
     c.unless(
         !same(second, &scene.continuum.method),
-        "challenge.second_method",
+        "challenge.cross_check_method",
         format!("{second:?}"),
         "another method than continuum.method",
     );

@@ -172,7 +172,7 @@ pub struct LoadScene {
     pub mean_gap_um: Vec<f64>,
     /// Then the same loads the other way round: with adhesion the way back is another.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub and_back: bool,
+    pub unload: bool,
     /// Loads p* whose maps of gap and stress are kept. Default: all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub maps_at: Option<Vec<f64>>,
@@ -224,7 +224,7 @@ impl LoadScene {
     }
 
     fn there_and_back(&self, mut path: Vec<f64>) -> Vec<f64> {
-        if self.and_back {
+        if self.unload {
             path.extend_from_within(..path.len().saturating_sub(1));
             let there = path.len().div_ceil(2);
             path[there..].reverse();
@@ -237,7 +237,7 @@ impl LoadScene {
         let path = self.p_star_path();
         let (half, n) = (path.len() / 2, path.len());
         let mirrored = n % 2 == 1 && n > 1 && path.iter().eq(path.iter().rev());
-        self.and_back || mirrored && path[..=half].is_sorted_by(|a, b| a < b)
+        self.unload || mirrored && path[..=half].is_sorted_by(|a, b| a < b)
     }
 
     pub fn count(&self) -> usize {
@@ -271,13 +271,13 @@ pub struct AdhesionScene {
     pub range: RangeChoice,
     /// Solve the same loads without adhesion, too.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub without_too: bool,
+    pub also_nonadhesive: bool,
     /// Further ranges, nm, for which the loads are solved (not the way back): area and mean gap against Tabor's parameter.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub other_ranges_nm: Vec<f64>,
 }
 
-/// What `continuum.also` calls every method that there is.
+/// What `continuum.compare_with` calls every method that there is.
 pub const ALL_METHODS: &str = "all";
 
 /// Mean pressure over E* times the rms gradient to which the challenge's statements refer.
@@ -288,12 +288,12 @@ pub const REFERENCE_LOAD: f64 = 0.01;
 #[serde(deny_unknown_fields, default)]
 pub struct ChallengeScene {
     /// Solves the reference load without adhesion once more, to compare stresses with; an id from `asperity methods`.
-    pub second_method: String,
+    pub cross_check_method: String,
 }
 
 impl Default for ChallengeScene {
     fn default() -> Self {
-        ChallengeScene { second_method: "bvm".into() }
+        ChallengeScene { cross_check_method: "bvm".into() }
     }
 }
 
@@ -331,7 +331,7 @@ pub enum WallKind {
     #[default]
     Hard,
     /// Gives way in proportion to the pressure: contact is a gap of zero or below.
-    Stiff,
+    Penalty,
 }
 
 /// Elastic constants of a cubic crystal under its (001) face, x along [100]. Only their ratios matter: the contact modulus
@@ -352,7 +352,7 @@ pub struct ContinuumScene {
     pub method: String,
     /// Further methods that are given the same loads, on the way there, or "all".
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub also: Vec<String>,
+    pub compare_with: Vec<String>,
     pub precision: Precision,
     /// Largest rms KKT residual over the pressure. Default: 1e-8 in f64; in f32 1e-3, from 1024 points a side on in proportion.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -360,16 +360,16 @@ pub struct ContinuumScene {
     pub max_iterations: usize,
     /// Go on until the energy is within this part of its minimum, as `fast` estimates it.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub energy_goal: Option<f64>,
+    pub energy_tolerance: Option<f64>,
     /// Go on until the contact area is estimated to change by no more than this part; the same for the mean gap.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub area_goal: Option<f64>,
+    pub area_tolerance: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub mean_gap_goal: Option<f64>,
+    pub mean_gap_tolerance: Option<f64>,
     /// Gap to start the first load from, `.npy` `[ny, nx]` in units of the cell's length, as runs write it. Relative to the
     /// scene file.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub start: Option<PathBuf>,
+    pub initial_gap: Option<PathBuf>,
     /// Whether the surface repeats. If not, it lies alone on a half-space that is free around it.
     pub periodic: bool,
     /// A finite elastic layer instead of the half-space.
@@ -379,28 +379,28 @@ pub struct ContinuumScene {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub crystal: Option<CrystalScene>,
     pub wall: WallKind,
-    /// Length by which a stiff wall gives way under a pressure of E*, nm; must be given with one.
+    /// Length by which the penalty wall yields under a pressure of E*, nm; must be given with one.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub wall_length_nm: Option<f64>,
+    pub penalty_length_nm: Option<f64>,
 }
 
 impl Default for ContinuumScene {
     fn default() -> Self {
         ContinuumScene {
             method: "auto".into(),
-            also: Vec::new(),
+            compare_with: Vec::new(),
             precision: Precision::F64,
             tolerance: None,
             max_iterations: 50_000,
-            energy_goal: None,
-            area_goal: None,
-            mean_gap_goal: None,
-            start: None,
+            energy_tolerance: None,
+            area_tolerance: None,
+            mean_gap_tolerance: None,
+            initial_gap: None,
             periodic: true,
             layer: None,
             crystal: None,
             wall: WallKind::Hard,
-            wall_length_nm: None,
+            penalty_length_nm: None,
         }
     }
 }
@@ -411,7 +411,7 @@ impl ContinuumScene {
     }
 
     pub fn targets(&self) -> Targets {
-        Targets { energy: self.energy_goal, area: self.area_goal, mean_gap: self.mean_gap_goal }
+        Targets { energy: self.energy_tolerance, area: self.area_tolerance, mean_gap: self.mean_gap_tolerance }
     }
 }
 
@@ -597,6 +597,6 @@ mod tests {
         for path in [&[0.01][..], &[0.01, 0.02], &[0.01, 0.02, 0.01, 0.02], &[0.02, 0.01, 0.02], &[0.01, 0.03, 0.02]] {
             assert!(!comes_back(path), "{path:?}");
         }
-        assert!(LoadScene { p_star: vec![0.01, 0.02], and_back: true, ..LoadScene::default() }.comes_back());
+        assert!(LoadScene { p_star: vec![0.01, 0.02], unload: true, ..LoadScene::default() }.comes_back());
     }
 }

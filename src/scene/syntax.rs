@@ -226,7 +226,7 @@ mod tests {
             ),
             (
                 "name = \"a\"\n[load]\np_stars = [1]",
-                "line 3: load.p_stars is no key of a scene; accepted: p_star, p_star_range, mean_gap_um, and_back, \
+                "line 3: load.p_stars is no key of a scene; accepted: p_star, p_star_range, mean_gap_um, unload, \
                  maps_at, pull_off",
             ),
             ("name = \"a\"\n[load]\np_star: 1", "line 3: p_star: 1: key with no value, expected `=`"),

@@ -17,7 +17,7 @@ pub struct AccuracyScene {
     /// Wall time that there is instead, s: the most accurate setting within it is taken.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub budget_s: Option<f64>,
-    /// Tables of `asperity tradeoff` or `asperity collect`, relative to the scene file. Default: those that come with the program.
+    /// Tables of `asperity tradeoff` or `asperity merge-tables`, relative to the scene file. Default: those that come with the program.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tables: Vec<PathBuf>,
     /// Go beyond what was measured, too.

@@ -51,7 +51,7 @@ fn comes_back_the_same(found: &AtomsResults, back: &Unloading) {
 fn without_adhesion_the_steps_back_are_the_steps_there() {
     let Some(engine) = lammps(1) else { return };
     let folder = tempfile::tempdir().expect("scratch");
-    let case = there_and_back("and_back = true", "", "start = \"touch\"");
+    let case = there_and_back("unload = true", "", "start = \"touch\"");
     let job = built(&case, folder.path());
     let found = engine.run(&job, &mut on).expect("a clean run");
     assert!(found.unconverged.is_empty());
@@ -80,7 +80,7 @@ fn without_adhesion_the_steps_back_are_the_steps_there() {
 fn loads_from_the_continuum_come_back_load_by_load() {
     let Some(engine) = lammps(1) else { return };
     let folder = tempfile::tempdir().expect("scratch");
-    let case = there_and_back("and_back = true", "", "");
+    let case = there_and_back("unload = true", "", "");
     let job = built(&case, folder.path());
     let found = engine.run(&job, &mut on).expect("a clean run");
     let rungs = &found.ladder.rungs;
@@ -134,7 +134,7 @@ fn bytes(folder: &Path, finished: &Finished) -> Vec<Vec<u8>> {
 fn killed_on_the_way_back_it_goes_on_through_the_same_states() {
     let Some(engine) = lammps(1) else { return };
     let (whole, killed) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
-    let case = there_and_back("and_back = true", ADHESION, "");
+    let case = there_and_back("unload = true", ADHESION, "");
     let expected = engine.run(&built(&case, whole.path()), &mut on).expect("a clean run");
     let job = built(&case, killed.path());
     let turn = job.turn(&expected.ladder.rungs).expect("a turn");

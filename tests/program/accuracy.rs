@@ -103,7 +103,7 @@ fn advice_is_proved() {
     let folder = Folder::new();
     let scene = folder.file("unseen.toml", &format!("{SURFACE}{LOADS}"));
     let mut command = asperity();
-    command.arg("advise").arg(&scene).args(["--quantity", "contact_area,mean_gap", "--error", "5%,20%", "--prove"]);
+    command.arg("advise").arg(&scene).args(["--quantity", "contact_area,mean_gap", "--error", "5%,20%", "--verify"]);
     command.args(["--seeds", "41", "--json", "--out"]).arg(folder.0.path().join("proof"));
     let output = command.output().expect("started");
     assert!(output.status.success(), "{} {}", stderr(&output), String::from_utf8_lossy(&output.stdout));

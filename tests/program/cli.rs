@@ -360,7 +360,7 @@ fn bad_arguments_are_refused_together() {
         assert_eq!(call(&[from, flags].concat()).status.code(), Some(2), "{flags:?}");
     }
     let sticky = ["--gamma", "1e-4", "--rho", "0.1", "--range", "extrapolate"];
-    for more in [&["--start", "nowhere.npy"][..], &["--non-periodic"]] {
+    for more in [&["--initial-gap", "nowhere.npy"][..], &["--non-periodic"]] {
         assert!(unavailable_reason(&[&challenge[..], &sticky, more].concat(), 2).contains("--range = extrapolate"));
     }
     for good in ["--help", "--version"] {

@@ -59,7 +59,7 @@ fn loads_one_after_another() {
     assert!(!stderr(&solve(&path)).contains("finished already") && out.join("load-2-gap.npy").exists());
     let gap = number(&states[1], "mean_gap").to_string();
     let start = out.join("load-1-gap.npy");
-    let back = lines(&[&STICKY[..], &["--mean-gap", &gap, "--start", start.to_str().expect("UTF-8")]].concat());
+    let back = lines(&[&STICKY[..], &["--mean-gap", &gap, "--initial-gap", start.to_str().expect("UTF-8")]].concat());
     // Both are solved to 1e-8 of the pressure.
     assert!((number(&back[0], "pressure") / 0.03 - 1.0).abs() < 1e-6, "{}", back[0]);
 }
@@ -171,7 +171,7 @@ fn a_folder_is_one_solve() {
     assert!(own.join("load-2-gap.npy").exists() && !own.join("partial-solve.json").exists());
     // From a state that lies there.
     let start = own.join("load-1-gap.npy");
-    let again = into(&own, &["--pressure", "0.01", "--start", start.to_str().expect("UTF-8")]);
+    let again = into(&own, &["--pressure", "0.01", "--initial-gap", start.to_str().expect("UTF-8")]);
     assert!(again.status.success(), "{}", stderr(&again));
     assert!(own.join("gap.npy").exists() && start.exists() && !own.join("load-2-gap.npy").exists());
     let needle = solve(&["--pressure", "0.01", "--length", "0.01"]);
@@ -217,7 +217,7 @@ fn what_a_path_cannot_do_is_refused() {
     refused(&["--mean-gap", "-0.01"], "--mean-gap = -0.01");
     refused(&["--mean-gap", "0.01,0"], "--mean-gap = 0; accepted: a positive gap; all of the surface touches from");
     refused(&["--pressure", "0.01", "--mean-gap", "0.01"], "--mean-gap");
-    refused(&["--pressure", "0.01", "--start", "nowhere.npy"], "nowhere.npy");
+    refused(&["--pressure", "0.01", "--initial-gap", "nowhere.npy"], "nowhere.npy");
     refused(&["--pressure", "0.01,-0.01"], "--pressure = -0.01");
 }
 

@@ -5,7 +5,7 @@
 use crate::found::{Found, near, path, problem, rough, solved};
 use crate::variants::{METHODS, PRECISIONS, in_precision};
 use asperity::grid::{Grid, lowest};
-use asperity::interface::{Adhesion, Base, COHESIVE_RESOLUTION, Elastic, Layer, StiffWall, Wall};
+use asperity::interface::{Adhesion, Base, COHESIVE_RESOLUTION, Elastic, Layer, PenaltyWall, Wall};
 use asperity::method::{Precision, Problem, Stop};
 use asperity::surface::{Modes, Spectrum, moments};
 use std::f64::consts::PI;
@@ -195,7 +195,7 @@ fn walls_of_any_stiffness() {
     let hard = solved(&p, "fast", 0.02);
     let mut last = f64::NEG_INFINITY;
     for length in [1e3, 1.0, 0.1, 1e-2, 1e-3, 1e-4] {
-        let wall = Problem { wall: Wall::Stiff(StiffWall { length }), ..p.clone() };
+        let wall = Problem { wall: Wall::Penalty(PenaltyWall { length }), ..p.clone() };
         let [a, b] = ["fast", "bvm"].map(|id| solved(&wall, id, 0.02));
         assert!(near(a.energy, b.energy, SAME_ENERGY) && a.area == b.area, "ℓ = {length}");
         assert!(a.mean_gap > last && a.mean_gap < hard.mean_gap && a.area >= hard.area, "ℓ = {length}");
@@ -208,7 +208,7 @@ fn walls_of_any_stiffness() {
     }
     // Far stiffer than the grid's stiffest mode, no method gets there; each says so.
     for id in METHODS {
-        let wall = Problem { wall: Wall::Stiff(StiffWall { length: 1e-8 }), max_iterations: 200, ..p.clone() };
+        let wall = Problem { wall: Wall::Penalty(PenaltyWall { length: 1e-8 }), max_iterations: 200, ..p.clone() };
         let found = path(&wall, id, &[0.02]).remove(0);
         assert!(found.stop != Stop::Converged && found.residual > wall.tolerance && found.is_finite(), "{id}");
     }

@@ -6,7 +6,7 @@
 use crate::found::{near, path, problem, rough, solved};
 use crate::variants::{METHODS, PRECISIONS, in_precision};
 use asperity::grid::{Grid, lowest};
-use asperity::interface::{Adhesion, COHESIVE_RESOLUTION, StiffWall, Wall};
+use asperity::interface::{Adhesion, COHESIVE_RESOLUTION, PenaltyWall, Wall};
 use asperity::method::{self, Load, NoObserver, Precision, Problem, Stop};
 use asperity::surface::Spectrum;
 use std::f64::consts::PI;
@@ -152,7 +152,7 @@ fn pulls_beyond_pull_off_are_detached() {
         assert!(near(found[4].area, found[0].area, 1e-3), "{id}: {} {}", found[4].area, found[0].area);
     }
     // Without adhesion, behind a soft wall, too, a pull is detached at once or refused.
-    for wall in [Wall::Hard, Wall::Stiff(StiffWall { length: 1e-2 })] {
+    for wall in [Wall::Hard, Wall::Penalty(PenaltyWall { length: 1e-2 })] {
         let p = Problem { wall, ..problem(grid, &heights) };
         let parted = path(&p, "fast", &[-1e-6, -1.0]);
         assert!(parted.iter().all(|f| f.stop == Stop::Detached && f.iterations == 0), "{wall}");

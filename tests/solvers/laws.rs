@@ -3,7 +3,7 @@
 use crate::program;
 use asperity::grid::Grid;
 use asperity::interface::{
-    Adhesion, CubicHalfSpace, Dugdale, Elastic, Exponential, Law, PowerLaw93, PowerLawWall, StiffWall, Wall,
+    Adhesion, CubicHalfSpace, Dugdale, Elastic, Exponential, Law, PowerLaw93, PowerLawWall, PenaltyWall, Wall,
     WithAdhesion,
 };
 use asperity::method::{self, Load, NoObserver, Problem, State, Stop};
@@ -70,7 +70,7 @@ fn methods_agree_with_laws_behind_soft_walls() {
     let (gamma, rho) = adhesion.work_and_range();
     let wall = Wall::PowerLaw(PowerLawWall { gamma, rho });
     agree(&Problem { adhesion, wall, ..problem(grid, &heights) }, 0.01);
-    let wall = Wall::Stiff(StiffWall { length: 1e-3 });
+    let wall = Wall::Penalty(PenaltyWall { length: 1e-3 });
     for make in LAWS {
         let adhesion = resolved(make, grid, 1.4);
         agree(&Problem { adhesion, wall, ..problem(grid, &heights) }, 0.01);
@@ -119,17 +119,17 @@ fn flat_surfaces_rest_where_the_law_carries_the_load() {
         }
     }
     let (gamma, rho) = (1e-3, 0.02);
-    let stiff = StiffWall { length: 1e-2 };
+    let stiff = PenaltyWall { length: 1e-2 };
     let exponential = Exponential { gamma, rho };
     let dugdale = Dugdale::new(gamma, rho);
     let power = PowerLaw93 { gamma, rho };
     let wall = PowerLawWall { gamma, rho };
     for pressure in [0.02, 0.2] {
-        check(Wall::Stiff(stiff), Adhesion::None, stiff, pressure);
+        check(Wall::Penalty(stiff), Adhesion::None, stiff, pressure);
         let with = WithAdhesion { wall: stiff, adhesion: exponential };
-        check(Wall::Stiff(stiff), Adhesion::Exponential(exponential), with, pressure);
+        check(Wall::Penalty(stiff), Adhesion::Exponential(exponential), with, pressure);
         let with = WithAdhesion { wall: stiff, adhesion: dugdale };
-        check(Wall::Stiff(stiff), Adhesion::Dugdale(dugdale), with, pressure);
+        check(Wall::Penalty(stiff), Adhesion::Dugdale(dugdale), with, pressure);
         let with = WithAdhesion { wall, adhesion: power };
         check(Wall::PowerLaw(wall), Adhesion::PowerLaw93(power), with, pressure);
     }
@@ -155,10 +155,10 @@ fn long_range_attraction_adds_to_the_pressure() {
     }
 }
 
-/// The stiff wall becomes the hard one with the first power of its length: the energy falls short by what the contact
+/// The penalty wall becomes the hard one with the first power of its length: the energy falls short by what the contact
 /// stress presses into it, ℓ/2 times its mean square.
 #[test]
-fn stiff_walls_become_hard() {
+fn penalty_walls_converge_to_the_hard_wall() {
     let (grid, heights) = rough(128);
     let pressure = 0.02;
     let (hard, square) = solve(&problem(grid, &heights), "fast", pressure, |s| {
@@ -168,7 +168,7 @@ fn stiff_walls_become_hard() {
     });
     let lengths = [4e-3, 1e-3, 2.5e-4];
     let found = lengths.map(|length| {
-        let p = Problem { wall: Wall::Stiff(StiffWall { length }), ..problem(grid, &heights) };
+        let p = Problem { wall: Wall::Penalty(PenaltyWall { length }), ..problem(grid, &heights) };
         let [a, b] = ["fast", "bvm"].map(|id| solve(&p, id, pressure, |s| (s.energy, s.mean_gap)));
         assert!((a.0 / b.0 - 1.0).abs() < 1e-8, "ℓ = {length}: {a:?} {b:?}");
         agree(&p, pressure);
@@ -195,20 +195,20 @@ fn the_program_takes_laws_walls_and_crystals() {
         program::asperity().args(plain).arg(&file).args(more).output().expect("started")
     };
     let adhesive = ["--gamma", "5", "--rho", "20", "--law"];
-    let flags = ["--wall", "stiff", "--wall-length", "0.5", "--crystal", "27.8,18.2,16.3"];
+    let flags = ["--wall", "penalty", "--penalty-length", "0.5", "--crystal", "27.8,18.2,16.3"];
     for (law, words) in [("exponential", "exponential"), ("dugdale", "Dugdale"), ("power-9-3", "9-3")] {
         let output = solve(&[&adhesive[..], &[law], &flags].concat());
         assert!(output.status.success(), "{}", program::stderr(&output));
         let said = program::json_line(&output);
         let text = |key: &str| said[key].as_str().expect("a string").to_string();
         assert!(text("adhesion").starts_with(words), "{said}");
-        assert!(text("wall").starts_with("stiff wall, ℓ = 5.0000e-3 L"), "{said}");
+        assert!(text("wall").starts_with("penalty wall, ℓ = 5.0000e-3 L"), "{said}");
         assert!(text("kernel").contains("cubic"), "{said}");
     }
     for (flags, says) in [
-        (&["--wall", "stiff"][..], "--wall-length = not given"),
-        (&["--wall-length", "2"], "--wall-length = 2; accepted: only together with --wall stiff"),
-        (&["--wall", "stiff", "--wall-length", "-1"], "--wall-length = -1; accepted: a positive number"),
+        (&["--wall", "penalty"][..], "--penalty-length = not given"),
+        (&["--penalty-length", "2"], "--penalty-length = 2; accepted: only together with --wall penalty"),
+        (&["--wall", "penalty", "--penalty-length", "-1"], "--penalty-length = -1; accepted: a positive number"),
         (&["--crystal", "1,2"], "--crystal = 2 numbers; accepted: three: C11,C12,C44"),
         (&["--crystal", "1,2,3"], "--crystal, C11 = 1; accepted: a number above |C12| = 2"),
         (&["--crystal", "27.8,18.2,16.3", "--thickness", "9"], "--crystal = given together with --thickness"),

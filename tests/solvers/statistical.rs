@@ -2,7 +2,7 @@
 //! and against what the challenge paper says of them.
 
 use asperity::grid::Grid;
-use asperity::interface::{Adhesion, Base, Elastic, Layer, StiffWall, Wall};
+use asperity::interface::{Adhesion, Base, Elastic, Layer, PenaltyWall, Wall};
 use asperity::method::{self, Estimate, Load, NoObserver, PerssonForm, Problem, Settings, Stop};
 use asperity::observe::{Distribution, StressDistribution, contact_area};
 use asperity::surface::{Modes, Power, Spectrum};
@@ -142,7 +142,7 @@ fn what_cannot_be_done_is_refused() {
     let layer = Elastic::Layer(Layer { thickness: 0.1, poisson: 0.3, base: Base::Bonded });
     for id in SPECTRAL.iter().chain(&["rl-archard"]) {
         assert!(says(id, &Problem { kernel: layer, ..dry.clone() }, press).contains("kernel"));
-        let wall = Wall::Stiff(StiffWall { length: 1e-3 });
+        let wall = Wall::Penalty(PenaltyWall { length: 1e-3 });
         assert!(says(id, &Problem { wall, ..dry.clone() }, press).contains("wall"));
         for p in [0.0, -0.1, f64::NAN] {
             assert!(says(id, &dry, Load::Pressure(p)).contains("pressure"), "{id}");

@@ -20,10 +20,10 @@ pub(super) fn complaints(solve: &Solve) -> Vec<Complaint> {
     [
         ("--pull-off", solve.pull_off),
         ("--mean-gap", !solve.mean_gap.is_empty()),
-        ("--start", solve.start.is_some()),
-        ("--energy-goal", solve.energy_goal.is_some()),
-        ("--area-goal", solve.area_goal.is_some()),
-        ("--gap-goal", solve.gap_goal.is_some()),
+        ("--initial-gap", solve.initial_gap.is_some()),
+        ("--energy-tolerance", solve.energy_tolerance.is_some()),
+        ("--area-tolerance", solve.area_tolerance.is_some()),
+        ("--mean-gap-tolerance", solve.mean_gap_tolerance.is_some()),
         ("--precision f32", solve.precision == Precision::F32),
         ("--range extrapolate", solve.range == RangeChoice::Extrapolate),
     ]

@@ -5,7 +5,7 @@ mod told;
 use super::{file::FileFlags, listen::Teller, words};
 use crate::error::Complaint;
 use crate::grid::{Grid, Series};
-use crate::interface::{Adhesion, Base, CubicHalfSpace, Elastic, Layer, NonPeriodic, RangeChoice, StiffWall, Wall};
+use crate::interface::{Adhesion, Base, CubicHalfSpace, Elastic, Layer, NonPeriodic, RangeChoice, PenaltyWall, Wall};
 use crate::method::{self, ContactMethod, Heights, Kind, Load, Precision, Problem, Settings, Stop, Targets};
 use crate::path::{Begin, Checkpoint, Keeper, LoadPath};
 use crate::pipeline::{Key, Listener, Progress};
@@ -72,7 +72,7 @@ pub struct Solve {
     pull_off: bool,
     /// Gap to start from (.npy), in the unit of the heights, as --out writes it.
     #[arg(long, value_name = "FILE")]
-    start: Option<PathBuf>,
+    initial_gap: Option<PathBuf>,
     /// Work of adhesion γ (modulus times length).
     #[arg(long, default_value_t = 0.0, value_name = "GAMMA")]
     gamma: f64,
@@ -88,7 +88,7 @@ pub struct Solve {
     /// What keeps the surfaces apart.
     #[arg(long, value_enum, default_value_t = WallKind::Hard)]
     wall: WallKind,
-    /// Length by which a stiff wall gives way under a pressure of E*.
+    /// Length by which the penalty wall yields under a pressure of E*.
     #[arg(long)]
     wall_length: Option<f64>,
     /// An id from `asperity methods`, or auto.
@@ -103,13 +103,13 @@ pub struct Solve {
     tol: Option<f64>,
     /// Go on until the energy is within this part of the minimum (as `fast` estimates it).
     #[arg(long, value_name = "PART")]
-    energy_goal: Option<f64>,
+    energy_tolerance: Option<f64>,
     /// Go on until the contact area is estimated to change by no more than this part.
     #[arg(long, value_name = "PART")]
-    area_goal: Option<f64>,
+    area_tolerance: Option<f64>,
     /// The same for the mean gap.
     #[arg(long, value_name = "PART")]
-    gap_goal: Option<f64>,
+    mean_gap_tolerance: Option<f64>,
     /// Floating-point type of the fields; sums are always f64.
     #[arg(long, value_enum, default_value_t = Precision::F64)]
     precision: Precision,
@@ -203,10 +203,10 @@ impl Solve {
             ("--rho", self.rho),
             ("--tol", self.tol),
             ("--thickness", self.thickness),
-            ("--wall-length", self.wall_length),
-            ("--energy-goal", self.energy_goal),
-            ("--area-goal", self.area_goal),
-            ("--gap-goal", self.gap_goal),
+            ("--penalty-length", self.wall_length),
+            ("--energy-tolerance", self.energy_tolerance),
+            ("--area-tolerance", self.area_tolerance),
+            ("--mean-gap-tolerance", self.mean_gap_tolerance),
         ]
         .into_iter()
         .for_each(|(key, value)| value.into_iter().for_each(|v| positive(key, v)));
@@ -251,19 +251,19 @@ impl Solve {
             let accepted = "fast or auto: no other method controls the mean gap";
             list.push(Complaint::new("--method", &self.method, accepted));
         }
-        if self.start.is_some() && self.range == RangeChoice::Extrapolate {
+        if self.initial_gap.is_some() && self.range == RangeChoice::Extrapolate {
             let accepted = "mesh or true: the coarser grids of an extrapolation cannot start there";
-            list.push(Complaint::new("--range", "extrapolate with --start", accepted));
+            list.push(Complaint::new("--range", "extrapolate with --initial-gap", accepted));
         }
         if self.non_periodic && self.range == RangeChoice::Extrapolate {
             list.push(Complaint::new("--range", "extrapolate with --non-periodic", "mesh or true"));
         }
         match (self.wall, self.wall_length) {
-            (WallKind::Stiff, None) => {
-                list.push(Complaint::new("--wall-length", "not given", "the length by which --wall stiff gives way"));
+            (WallKind::Penalty, None) => {
+                list.push(Complaint::new("--penalty-length", "not given", "the length by which --wall penalty gives way"));
             }
             (WallKind::Hard, Some(length)) => {
-                list.push(Complaint::new("--wall-length", length, "only together with --wall stiff"));
+                list.push(Complaint::new("--penalty-length", length, "only together with --wall penalty"));
             }
             _ => {}
         }
@@ -361,7 +361,7 @@ impl Solve {
             (None, _) => Elastic::HalfSpace,
         };
         let wall = match self.wall_length {
-            Some(length) => Wall::Stiff(StiffWall { length: length / self.length }),
+            Some(length) => Wall::Penalty(PenaltyWall { length: length / self.length }),
             None => Wall::Hard,
         };
         let gamma = self.gamma / (self.modulus * self.length);
@@ -371,7 +371,7 @@ impl Solve {
             wall,
             precision: self.precision,
             tolerance,
-            targets: Targets { energy: self.energy_goal, area: self.area_goal, mean_gap: self.gap_goal },
+            targets: Targets { energy: self.energy_tolerance, area: self.area_tolerance, mean_gap: self.mean_gap_tolerance },
             max_iterations: self.max_iterations,
             settings: self.settings()?,
             ..Problem::new(grid, heights)
@@ -442,7 +442,7 @@ impl Solve {
 
     /// What a checkpoint must be of to be gone on from: this command, and what its files hold.
     fn key(&self) -> Result<String> {
-        let files = [&self.surface_file().map(PathBuf::from), &self.start]
+        let files = [&self.surface_file().map(PathBuf::from), &self.initial_gap]
             .map(|f| f.as_ref().map(|f| Key::of_file(f)).transpose());
         let [heights, start] = files;
         let silent = Solve { json: false, ..self.clone() };
@@ -509,14 +509,14 @@ impl Solve {
             keeper = Some(Keeper::new(out, CHECKPOINT, key, finished));
             begin = checkpoint.map(Begin::Checkpoint);
         }
-        if let (None, Some(file)) = (&begin, &self.start) {
+        if let (None, Some(file)) = (&begin, &self.initial_gap) {
             let gap = crate::pipeline::start(file, grid)?;
             begin = Some(Begin::Gap(gap.into_iter().map(|g| g / self.length).collect()));
         }
         if let Some(out) = &self.out {
             match begin {
                 Some(Begin::Checkpoint(_)) => Finished::forget(out),
-                _ => finished::clear(out, self.start.as_deref())?,
+                _ => finished::clear(out, self.initial_gap.as_deref())?,
             }
         }
         let what = format!("{} on {} x {} points", method.card().id, grid.nx, grid.ny);

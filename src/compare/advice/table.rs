@@ -242,7 +242,7 @@ mod tests {
         std::fs::write(&file, "{\"schema\": 99, \"provenance\": \"\", \"tables\": []}").expect("written");
         assert!(Tables::read(&file).is_err_and(|e| e.to_string().contains("99")));
         std::fs::write(&file, "[]").expect("written");
-        assert!(Tables::read(&file).is_err_and(|e| e.to_string().contains("asperity collect")));
+        assert!(Tables::read(&file).is_err_and(|e| e.to_string().contains("asperity merge-tables")));
     }
 
     #[test]

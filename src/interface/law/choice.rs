@@ -1,4 +1,4 @@
-use super::{Dugdale, Exponential, Law, LennardJonesWall, PowerLaw93, PowerLawWall, StiffWall, TabulatedWall};
+use super::{Dugdale, Exponential, Law, LennardJonesWall, PowerLaw93, PowerLawWall, PenaltyWall, TabulatedWall};
 
 /// Adhesion as a problem chooses it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -119,7 +119,7 @@ pub enum Wall {
     LennardJones(LennardJonesWall),
     /// The repulsive branch of [`PowerLaw93`].
     PowerLaw(PowerLawWall),
-    Stiff(StiffWall),
+    Penalty(PenaltyWall),
     Tabulated(TabulatedWall),
 }
 
@@ -130,7 +130,7 @@ impl Wall {
             Wall::Hard => None,
             Wall::LennardJones(wall) => Some(SoftWall::LennardJones(wall)),
             Wall::PowerLaw(wall) => Some(SoftWall::PowerLaw(wall)),
-            Wall::Stiff(wall) => Some(SoftWall::Stiff(wall)),
+            Wall::Penalty(wall) => Some(SoftWall::Penalty(wall)),
             Wall::Tabulated(wall) => Some(SoftWall::Tabulated(wall)),
         }
     }
@@ -142,7 +142,7 @@ impl std::fmt::Display for Wall {
             Wall::Hard => write!(f, "hard wall"),
             Wall::LennardJones(w) => write!(f, "Lennard-Jones wall, σ = {:.4e} L", w.sigma),
             Wall::PowerLaw(w) => write!(f, "9-3 power-law wall, γ = {:.4e} E*L, ρ = {:.4e} L", w.gamma, w.rho),
-            Wall::Stiff(w) => write!(f, "stiff wall, ℓ = {:.4e} L", w.length),
+            Wall::Penalty(w) => write!(f, "penalty wall, ℓ = {:.4e} L", w.length),
             Wall::Tabulated(w) => write!(f, "wall from a table, E*/10 at a gap of {:.4e} L", w.closest(0.1)),
         }
     }
@@ -155,7 +155,7 @@ impl std::fmt::Display for Wall {
 pub enum SoftWall {
     LennardJones(LennardJonesWall),
     PowerLaw(PowerLawWall),
-    Stiff(StiffWall),
+    Penalty(PenaltyWall),
     Tabulated(TabulatedWall),
 }
 
@@ -168,7 +168,7 @@ impl Law for SoftWall {
         match self {
             SoftWall::LennardJones(w) => w.traction(g),
             SoftWall::PowerLaw(w) => w.traction(g),
-            SoftWall::Stiff(w) => w.traction(g),
+            SoftWall::Penalty(w) => w.traction(g),
             SoftWall::Tabulated(w) => w.traction(g),
         }
     }
@@ -178,7 +178,7 @@ impl Law for SoftWall {
         match self {
             SoftWall::LennardJones(w) => w.energy(g),
             SoftWall::PowerLaw(w) => w.energy(g),
-            SoftWall::Stiff(w) => w.energy(g),
+            SoftWall::Penalty(w) => w.energy(g),
             SoftWall::Tabulated(w) => w.energy(g),
         }
     }
@@ -188,7 +188,7 @@ impl Law for SoftWall {
         match self {
             SoftWall::LennardJones(w) => w.slope(g),
             SoftWall::PowerLaw(w) => w.slope(g),
-            SoftWall::Stiff(w) => w.slope(g),
+            SoftWall::Penalty(w) => w.slope(g),
             SoftWall::Tabulated(w) => w.slope(g),
         }
     }
@@ -202,7 +202,7 @@ impl Law for SoftWall {
         match self {
             SoftWall::LennardJones(w) => w.closest(stress),
             SoftWall::PowerLaw(w) => w.closest(stress),
-            SoftWall::Stiff(w) => w.closest(stress),
+            SoftWall::Penalty(w) => w.closest(stress),
             SoftWall::Tabulated(w) => w.closest(stress),
         }
     }
@@ -212,7 +212,7 @@ impl Law for SoftWall {
         match self {
             SoftWall::LennardJones(w) => w.attraction_ends(),
             SoftWall::PowerLaw(w) => w.attraction_ends(),
-            SoftWall::Stiff(w) => w.attraction_ends(),
+            SoftWall::Penalty(w) => w.attraction_ends(),
             SoftWall::Tabulated(w) => w.attraction_ends(),
         }
     }
@@ -221,7 +221,7 @@ impl Law for SoftWall {
         match self {
             SoftWall::LennardJones(w) => w.steepest(lowest),
             SoftWall::PowerLaw(w) => w.steepest(lowest),
-            SoftWall::Stiff(w) => w.steepest(lowest),
+            SoftWall::Penalty(w) => w.steepest(lowest),
             SoftWall::Tabulated(w) => w.steepest(lowest),
         }
     }

@@ -9,7 +9,7 @@ mod exponential;
 mod lennard_jones;
 mod power_law;
 mod range;
-mod stiff;
+mod penalty;
 mod tabulated;
 
 pub use choice::{Adhesion, SoftWall, Wall};
@@ -18,7 +18,7 @@ pub use exponential::Exponential;
 pub use lennard_jones::LennardJonesWall;
 pub use power_law::{PowerLaw93, PowerLawWall};
 pub use range::{RangeChoice, tabor};
-pub use stiff::StiffWall;
+pub use penalty::PenaltyWall;
 pub use tabulated::TabulatedWall;
 
 /// An interaction energy `v(g)` per area and its traction `dv/dg`: attraction is positive.
@@ -242,14 +242,14 @@ mod tests {
             WithAdhesion { wall: power_law_wall(), adhesion: power_law() },
             &[-0.003, -1e-4, 1e-4, 0.003],
         );
-        let stiff = StiffWall { length: 1e-3 };
+        let stiff = PenaltyWall { length: 1e-3 };
         derivatives_agree(stiff, &[-0.1, -1e-3, 0.02]);
         // Between its nodes and beyond the last.
         derivatives_agree(table(), &[-1e-3, -0.0143, -0.07, -0.2, 0.01]);
         let soft = [
             SoftWall::LennardJones(wall),
             SoftWall::PowerLaw(power_law_wall()),
-            SoftWall::Stiff(stiff),
+            SoftWall::Penalty(stiff),
             SoftWall::Tabulated(table()),
         ];
         for wall in soft {
@@ -304,7 +304,7 @@ mod tests {
         let walls = [
             SoftWall::LennardJones(LennardJonesWall { strength: 30.0, sigma: 0.3 }),
             SoftWall::PowerLaw(power_law_wall()),
-            SoftWall::Stiff(StiffWall { length: 1e-3 }),
+            SoftWall::Penalty(PenaltyWall { length: 1e-3 }),
             SoftWall::Tabulated(table()),
         ];
         for lowest in [-0.3, -0.01, 0.0, 0.01] {
@@ -325,7 +325,7 @@ mod tests {
         let power = SoftWall::PowerLaw(power_law_wall());
         // The floor of the 9-3 wall is at 1344 γ/ρ.
         for stress in [1.0, 1e2, 1.3e3, 1.4e3, 1e5].map(|s| s * GAMMA / RHO) {
-            for wall in [power, SoftWall::Stiff(StiffWall { length: 1e-3 })] {
+            for wall in [power, SoftWall::Penalty(PenaltyWall { length: 1e-3 })] {
                 let pressure = -wall.traction(wall.closest(stress));
                 assert!((pressure / stress - 1.0).abs() < 1e-9, "{wall:?} at {stress}: {pressure}");
             }
@@ -334,8 +334,8 @@ mod tests {
 
     /// An exponential attraction that went on growing would overcome a wall that pushes in proportion to the depth.
     #[test]
-    fn stiff_walls_hold_every_attraction() {
-        let wall = SoftWall::Stiff(StiffWall { length: 0.1 });
+    fn penalty_walls_balance_every_attraction() {
+        let wall = SoftWall::Penalty(PenaltyWall { length: 0.1 });
         let law = WithAdhesion { wall, adhesion: Exponential { gamma: 1e-2, rho: 1e-2 } };
         assert!((1..1000).all(|i| law.slope(-1e-3 * f64::from(i)) > 0.0));
         assert!(law.energy(-10.0) > 0.0);
@@ -385,7 +385,7 @@ mod tests {
             assert_eq!(adhesion.work_and_range(), (GAMMA, RHO));
             assert!(adhesion.to_string().ends_with("γ = 2.0000e-5 E*L, ρ = 2.0000e-2 L"), "{adhesion}");
         }
-        assert_eq!(Wall::Stiff(StiffWall { length: 0.5 }).to_string(), "stiff wall, ℓ = 5.0000e-1 L");
+        assert_eq!(Wall::Penalty(PenaltyWall { length: 0.5 }).to_string(), "penalty wall, ℓ = 5.0000e-1 L");
     }
 
     /// Whatever σ rounds to, the law is finite and continuous where its table of distances ends.

@@ -56,7 +56,7 @@ impl Blocks {
             }
             let mut scene = bare(case);
             // Atoms are not unloaded, and compared at every load.
-            (scene.load.and_back, scene.load.maps_at) = (false, None);
+            (scene.load.unload, scene.load.maps_at) = (false, None);
             // Loads are compared one by one, from the first on.
             let highest = HIGHEST.min(highest_p_star(case.gradient));
             let pressed = scene.load.p_star.iter().take_while(|p| **p <= highest).count();

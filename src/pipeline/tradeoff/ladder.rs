@@ -148,12 +148,12 @@ pub fn bare(case: &Case) -> Scene {
     (scene.atoms, scene.accuracy) = (None, None);
     scene.load.pull_off = false;
     let c = &mut scene.continuum;
-    (c.method, c.start) = ("auto".into(), None);
-    c.also.clear();
+    (c.method, c.initial_gap) = ("auto".into(), None);
+    c.compare_with.clear();
     // A tolerance is what all methods can be asked for.
-    (c.energy_goal, c.area_goal, c.mean_gap_goal) = (None, None, None);
+    (c.energy_tolerance, c.area_tolerance, c.mean_gap_tolerance) = (None, None, None);
     if let Some(a) = &mut scene.adhesion {
-        (a.without_too, a.other_ranges_nm) = (false, Vec::new());
+        (a.also_nonadhesive, a.other_ranges_nm) = (false, Vec::new());
     }
     scene
 }

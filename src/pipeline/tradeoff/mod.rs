@@ -92,7 +92,7 @@ pub fn tradeoff(
     let case = Case::resolve(ladder::bare(case), &case.file)?;
     if !asked.slabs.is_empty() && case.kernel != Elastic::HalfSpace {
         let accepted = format!("a scene of a half-space that layers stand for, not of a {}", case.kernel);
-        return Err(Error::input("command line", "--slabs", "given", accepted));
+        return Err(Error::input("command line", "--layer-thickness", "given", accepted));
     }
     let mut warnings = case.warnings.clone();
     let (reference, grids) = match &asked.exact {

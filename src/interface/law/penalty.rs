@@ -4,12 +4,12 @@ use super::Law;
 /// hard wall, from which energies differ by ℓ/2 times the mean squared contact stress. An attraction stays at negative gaps
 /// what it is at zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StiffWall {
+pub struct PenaltyWall {
     /// Length ℓ by which the wall gives way under a pressure of E*, units of L.
     pub length: f64,
 }
 
-impl Law for StiffWall {
+impl Law for PenaltyWall {
     const ACTIVE: bool = true;
     const HARD: bool = false;
 

@@ -11,7 +11,7 @@ const HEAD: &str = "# What the grid, the tolerance, the precision and a finite s
 
 /// Puts tables of `asperity tradeoff` into one file, as `asperity advise --table` and [accuracy] read it.
 #[derive(Debug, clap::Args)]
-pub struct Collect {
+pub struct MergeTables {
     /// tradeoff.json of one run folder or several, or files that this command wrote.
     #[arg(required = true)]
     tables: Vec<PathBuf>,
@@ -26,7 +26,7 @@ pub struct Collect {
     provenance: String,
 }
 
-impl Collect {
+impl MergeTables {
     pub fn execute(self) -> Result<()> {
         if let Some(file) = &self.ladders {
             let told = Tradeoff::read(&self.tables[0])?;
