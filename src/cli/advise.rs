@@ -1,4 +1,4 @@
-use super::{listen::Teller, tradeoff, words};
+use super::{output, progress::TerminalProgress, tradeoff};
 use crate::compare::advice::{Limit, Table};
 use crate::pipeline::{self, Trial, Unserved};
 use crate::record::advice::Advice;
@@ -100,10 +100,10 @@ impl Advise {
             told["quantity"] = measure.id().into();
             told["tables"] = provenance.into();
             told["command"] = command.into();
-            words::json_line(&told)?;
+            output::json_line(&told)?;
         } else {
             say(&advice, *measure, &provenance);
-            words::say(&command);
+            output::print(&command);
         }
         Ok(ExitCode::SUCCESS)
     }
@@ -118,19 +118,19 @@ impl Advise {
             let mut scene = scene.clone();
             scene.surface.seed = seed;
             let case = Case::resolve(scene, &self.scene)?;
-            let teller = Teller::new();
+            let progress = TerminalProgress::new();
             let out = root.join(format!("seed-{seed}"));
-            trials.extend(pipeline::prove(&case, &self.tables(&case)?.0, (measures, errors), &out, &teller)?);
+            trials.extend(pipeline::prove(&case, &self.tables(&case)?.0, (measures, errors), &out, &progress)?);
         }
         let known: Vec<bool> = trials.iter().filter_map(Trial::met).collect();
         let kept = known.iter().filter(|met| **met).count();
         if self.json {
-            words::json_line(
+            output::json_line(
                 &serde_json::json!({ "kept": kept, "advised": known.len(), "asked": trials.len(), "trials": trials }),
             )?;
         } else {
             say_trials(&trials);
-            words::say(&format!(
+            output::print(&format!(
                 "{kept} of {} advised settings err by no more than asked for; {} were refused",
                 known.len(),
                 trials.len() - known.len()
@@ -183,14 +183,14 @@ fn say_trials(trials: &[Trial]) {
             t.met().map_or("-".into(), |met| if met { "yes".into() } else { "no".to_string() }),
         ]
     };
-    words::say(&words::table(&head, trials.iter().map(row)));
+    output::print(&output::table(&head, trials.iter().map(row)));
 }
 
 fn say(a: &Advice, measure: Measure, provenance: &str) {
-    words::say(&format!("{} on {} points a side, {} to {:e}", a.method, a.grid, a.precision, a.tolerance));
+    output::print(&format!("{} on {} points a side, {} to {:e}", a.method, a.grid, a.precision, a.tolerance));
     let range = a.error_range.map(|e| error_of(measure, e));
     let surfaces = if a.surfaces == 1 { "one surface".into() } else { format!("{} surfaces", a.surfaces) };
-    words::say(&format!(
+    output::print(&format!(
         "{}: expected to err by {} ({} to {} at single loads), as measured on {surfaces}",
         measure.name(),
         error_of(measure, a.expected_error),
@@ -204,13 +204,13 @@ fn say(a: &Advice, measure: Measure, provenance: &str) {
     };
     let exponent =
         a.exponent.map_or(String::new(), |e| format!(", cost growing as points to the {}", significant(e, 2)));
-    words::say(&format!(
+    output::print(&format!(
         "time: {}{spread} on {} threads of the machine of the table{exponent}",
         duration(a.expected_seconds),
         a.threads
     ));
-    words::say(&format!("tables: {provenance}"));
-    a.extrapolated.iter().for_each(|why| words::say(&format!("beyond what was measured: {why}")));
+    output::print(&format!("tables: {provenance}"));
+    a.extrapolated.iter().for_each(|why| output::print(&format!("beyond what was measured: {why}")));
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-use super::{listen::Teller, words};
+use super::{output, progress::TerminalProgress};
 use crate::atoms::engine::{LammpsEngine, caveat};
 use crate::atoms::job::Job;
 use crate::pipeline::{self, Listener};
@@ -80,21 +80,21 @@ impl Atoms {
         match self {
             Atoms::Build { scene, out, json } => {
                 let (case, atoms) = block(&scene)?;
-                let teller = Teller::new();
-                let job = pipeline::build_job(&case, &atoms, &out, &teller)?;
-                drop(teller);
+                let progress = TerminalProgress::new();
+                let job = pipeline::build_job(&case, &atoms, &out, &progress)?;
+                drop(progress);
                 if json {
-                    return words::json_line(&json!({ "out": out, "job": job.record, "audit": atoms.audit }));
+                    return output::json_line(&json!({ "out": out, "job": job.record, "audit": atoms.audit }));
                 }
                 let r = &job.record;
-                words::say(&format!(
+                output::print(&format!(
                     "{}: {} deformable, {} fixed, {} indenter atoms",
                     out.display(),
                     count(r.deformable as usize),
                     count(r.fixed as usize),
                     count(r.indenter as usize)
                 ));
-                words::say(&words::audit(&atoms.audit));
+                output::print(&output::audit(&atoms.audit));
                 Ok(())
             }
             Atoms::Run { job, lammps, ranks, time_limit, json } => {
@@ -106,12 +106,12 @@ impl Atoms {
                 let engine = LammpsEngine::find(lammps.as_deref())?
                     .with_ranks(ranks)?
                     .with_time_limit(time_limit.map(Duration::from_secs_f64));
-                let teller = Teller::new();
-                caveat(ranks, job.atoms()).iter().for_each(|c| teller.warn(c));
-                let climbed = pipeline::climb(&engine, &job, &teller)?;
-                drop(teller);
+                let progress = TerminalProgress::new();
+                caveat(ranks, job.atoms()).iter().for_each(|c| progress.warn(c));
+                let climbed = pipeline::climb(&engine, &job, &progress)?;
+                drop(progress);
                 if json {
-                    return words::json_line(&climbed);
+                    return output::json_line(&climbed);
                 }
                 let rows = climbed.steps.iter().map(|s| {
                     vec![
@@ -123,7 +123,10 @@ impl Atoms {
                         s.force_evaluations.to_string(),
                     ]
                 });
-                words::say(&words::table(&["step", "down / Å", "load / eV/Å", "p*", "contacts", "evaluations"], rows));
+                output::print(&output::table(
+                    &["step", "down / Å", "load / eV/Å", "p*", "contacts", "evaluations"],
+                    rows,
+                ));
                 Ok(())
             }
             Atoms::Read { scene, job, frames, out, json } => {
@@ -139,10 +142,10 @@ impl Atoms {
                     }
                     None => {
                         make()?;
-                        let teller = Teller::new();
+                        let progress = TerminalProgress::new();
                         let (places, found) =
-                            pipeline::read_frames(&case, &atoms, &frames, &out, &mut |w| teller.warn(w))?;
-                        drop(teller);
+                            pipeline::read_frames(&case, &atoms, &frames, &out, &mut |w| progress.warn(w))?;
+                        drop(progress);
                         if !json {
                             let loads = places.places.iter().map(|p| {
                                 let file = p.file.display().to_string();
@@ -150,13 +153,16 @@ impl Atoms {
                                 let p_star = significant(p.load / atoms.load_unit, 4);
                                 vec![file, p.timestep.to_string(), down, significant(p.load, 6), p_star]
                             });
-                            words::say(&words::table(&["file", "timestep", "down / Å", "load / eV/Å", "p*"], loads));
+                            output::print(&output::table(
+                                &["file", "timestep", "down / Å", "load / eV/Å", "p*"],
+                                loads,
+                            ));
                         }
                         found
                     }
                 };
                 if json {
-                    return words::json_line(&json!({ "out": out, "states": found.states }));
+                    return output::json_line(&json!({ "out": out, "states": found.states }));
                 }
                 let rows = found.states.iter().map(|s| {
                     vec![
@@ -172,11 +178,11 @@ impl Atoms {
                             .join(", "),
                     ]
                 });
-                words::say(&words::table(
+                output::print(&output::table(
                     &["p*", "contacts", "fraction", "mean gap / Å", "contact stress / GPa", "by criterion"],
                     rows,
                 ));
-                words::say(&format!("maps and frames: {}", out.display()));
+                output::print(&format!("maps and frames: {}", out.display()));
                 Ok(())
             }
         }

@@ -1,4 +1,4 @@
-use super::{file::FileFlags, listen::Teller, words};
+use super::{file::FileFlags, output, progress::TerminalProgress};
 use crate::challenge::MESH_LIMIT;
 use crate::interface::RangeChoice;
 use crate::pipeline;
@@ -63,11 +63,11 @@ impl Challenge {
             let which = file.or(seed).unwrap_or_default();
             PathBuf::from("runs").join(format!("challenge-{}{which}{kind}", case.grid.nx))
         });
-        let teller = Teller::new();
-        let (results, page) = pipeline::run(&case, &out, &teller)?;
-        drop(teller);
+        let progress = TerminalProgress::new();
+        let (results, page) = pipeline::run(&case, &out, &progress)?;
+        drop(progress);
         if self.json {
-            words::json_line(&serde_json::json!({
+            output::json_line(&serde_json::json!({
                 "out": out,
                 "report": page,
                 "grid": [case.grid.nx, case.grid.ny],
@@ -75,16 +75,16 @@ impl Challenge {
                 "acceptance": results.acceptance,
             }))?;
         } else {
-            words::say(&format!("{}, {} x {} points", results.surface.origin, case.grid.nx, case.grid.ny));
+            output::print(&format!("{}, {} x {} points", results.surface.origin, case.grid.nx, case.grid.ny));
             if self.heights.is_none() {
-                words::say(
+                output::print(
                     "a surface with the challenge's spectrum, not the challenge's own: --heights FILE reads that",
                 );
             }
-            words::results(&results);
-            words::say(&format!("report: {}", page.display()));
+            output::results(&results);
+            output::print(&format!("report: {}", page.display()));
         }
-        words::ended(&results, page)
+        output::ended(&results, page)
     }
 
     fn scene(&self) -> Result<Scene> {

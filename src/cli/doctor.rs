@@ -1,4 +1,4 @@
-use super::words;
+use super::output;
 use crate::Result;
 use crate::atoms::engine::{Engine, LammpsEngine};
 use crate::report::number::memory;
@@ -73,9 +73,9 @@ impl Doctor {
         ];
         let good = findings.iter().all(|f| f.good);
         if self.json {
-            words::json_line(&serde_json::json!({ "good": good, "findings": findings }))?;
+            output::json_line(&serde_json::json!({ "good": good, "findings": findings }))?;
         } else {
-            words::say(&words::table(
+            output::print(&output::table(
                 &["", "what", "found", "advice"],
                 findings.iter().map(|f| {
                     vec![if f.good { "ok" } else { "MISSING" }.into(), f.what.into(), f.found.clone(), f.advice.into()]

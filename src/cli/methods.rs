@@ -1,4 +1,4 @@
-use super::words;
+use super::output;
 use crate::Result;
 use crate::method::{Card, Quantity, REGISTRY, Support};
 
@@ -32,13 +32,13 @@ impl Methods {
     pub fn execute(self) -> Result<()> {
         let cards: Vec<_> = REGISTRY.iter().map(|m| m.card()).collect();
         if self.json {
-            return words::json_line(&serde_json::json!({ "methods": cards }));
+            return output::json_line(&serde_json::json!({ "methods": cards }));
         }
         if self.markdown {
-            words::say(&markdown(&cards));
+            output::print(&markdown(&cards));
             return Ok(());
         }
-        words::say(&words::table(
+        output::print(&output::table(
             &["id", "in the paper", "family", "contact is", "what it does"],
             cards.iter().map(|c| {
                 vec![c.id.into(), c.paper_name.into(), c.family.into(), c.criterion.to_string(), c.summary.into()]
@@ -59,7 +59,7 @@ impl Methods {
             }
         }
         for (reason, quantities, ids) in limits {
-            words::say(&format!("{}: {} {reason}", ids.join(", "), quantities.join(", ")));
+            output::print(&format!("{}: {} {reason}", ids.join(", "), quantities.join(", ")));
         }
         Ok(())
     }

@@ -4,17 +4,17 @@ mod advise;
 mod atoms;
 mod bench;
 mod challenge;
-mod merge_tables;
 mod doctor;
 mod file;
-mod listen;
+mod merge_tables;
 mod methods;
+mod output;
 mod potential;
+mod progress;
 mod run;
 mod solve;
 mod surface;
 mod tradeoff;
-mod words;
 
 use crate::{Error, Result};
 use clap::error::{ContextKind, ContextValue};
@@ -108,22 +108,22 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
         Command::Compare(c) => {
             let (results, page) = crate::pipeline::rebuild_comparison(&c.folder)?;
             if c.json {
-                words::json_line(&serde_json::json!({ "report": page, "comparison": results.comparison }))?;
+                output::json_line(&serde_json::json!({ "report": page, "comparison": results.comparison }))?;
             } else {
-                words::comparison(&results);
-                words::say(&format!("report: {}", page.display()));
+                output::comparison(&results);
+                output::print(&format!("report: {}", page.display()));
             }
         }
         Command::Report(c) => {
             let page = crate::report::write(&c.folder)?;
             if c.json {
-                words::json_line(&serde_json::json!({ "report": page }))?;
+                output::json_line(&serde_json::json!({ "report": page }))?;
             } else {
-                words::say(&page.display().to_string());
+                output::print(&page.display().to_string());
             }
         }
         Command::Methods(c) => c.execute()?,
-        Command::Schema => words::say(&format!("{:#}", crate::scene::Scene::schema())),
+        Command::Schema => output::print(&format!("{:#}", crate::scene::Scene::schema())),
         Command::Doctor(c) => return c.execute(),
         Command::Bench(c) => return c.execute(),
     }

@@ -1,4 +1,4 @@
-use super::words;
+use super::output;
 use crate::atoms::engine::LammpsEngine;
 use crate::atoms::potential::{CALCIUM, CALCIUM_ELEMENT, Potential as Eam, SetflHeader};
 use crate::atoms::properties::{Card, LmpCommand, Properties, measure};
@@ -57,7 +57,7 @@ impl Potential {
         };
         let name = self.potential.as_ref().or(self.out.as_ref());
         if self.json {
-            return words::json_line(&serde_json::json!({
+            return output::json_line(&serde_json::json!({
                 "file": name,
                 "element": element.symbol,
                 "mass_u": element.mass_u,
@@ -66,7 +66,7 @@ impl Potential {
                 "deviations": deviations,
             }));
         }
-        words::say(&format!(
+        output::print(&format!(
             "{}: {} of {:?}, mass {} u, cut-off {} Å",
             name.map_or("shipped potential".into(), |p| p.display().to_string()),
             element.symbol,
@@ -77,11 +77,14 @@ impl Potential {
         if let Some(m) = &measured {
             let rows = serde_json::to_value(m).ok().and_then(|v| v.as_object().cloned()).unwrap_or_default();
             let number = |v: &serde_json::Value| v.as_f64().map_or(v.to_string(), |x| significant(x, 6));
-            words::say(&words::table(&["property", "measured"], rows.iter().map(|(k, v)| vec![k.clone(), number(v)])));
+            output::print(&output::table(
+                &["property", "measured"],
+                rows.iter().map(|(k, v)| vec![k.clone(), number(v)]),
+            ));
         }
         match deviations {
-            Some(list) if list.is_empty() => words::say("every property is as potentials/Ca.toml states"),
-            Some(list) => list.iter().for_each(|d| words::say(&format!("not as stated: {d}"))),
+            Some(list) if list.is_empty() => output::print("every property is as potentials/Ca.toml states"),
+            Some(list) => list.iter().for_each(|d| output::print(&format!("not as stated: {d}"))),
             None => {}
         }
         Ok(())

@@ -1,4 +1,4 @@
-use super::{listen::Teller, words};
+use super::{output, progress::TerminalProgress};
 use crate::method::Precision;
 use crate::pipeline;
 use crate::record::import::Fourier;
@@ -43,24 +43,24 @@ impl Run {
         let mut scene = Scene::read(&self.scene)?;
         scene.continuum.compare_with.extend(self.compare_with.iter().cloned());
         self.overrule(&mut scene)?;
-        let case = pipeline::settle(scene, &self.scene)?;
+        let case = pipeline::resolve_accuracy(scene, &self.scene)?;
         if let Some(chosen) = &case.chosen {
-            words::mutter(&words::chosen(chosen));
+            output::eprint(&output::chosen(chosen));
         }
         if self.dry_run {
             return self.plan(&case).map(|()| ExitCode::SUCCESS);
         }
         let out = self.out.unwrap_or_else(|| PathBuf::from("runs").join(&case.scene.name));
-        let teller = Teller::new();
-        let (results, page) = pipeline::run(&case, &out, &teller)?;
-        drop(teller);
+        let progress = TerminalProgress::new();
+        let (results, page) = pipeline::run(&case, &out, &progress)?;
+        drop(progress);
         if self.json {
-            words::json_line(&serde_json::json!({ "out": out, "report": page, "results": results }))?;
+            output::json_line(&serde_json::json!({ "out": out, "report": page, "results": results }))?;
         } else {
-            words::results(&results);
-            words::say(&format!("report: {}", page.display()));
+            output::results(&results);
+            output::print(&format!("report: {}", page.display()));
         }
-        words::ended(&results, page)
+        output::ended(&results, page)
     }
 
     /// Flags that stand for keys of the scene, and are checked as those are.
@@ -95,34 +95,34 @@ impl Run {
         let evaluation = here.and_then(Result::ok);
         let plan = pipeline::plan(case, rayon::current_num_threads(), evaluation)?;
         if self.json {
-            words::json_line(&plan)?;
+            output::json_line(&plan)?;
             return plan.fits();
         }
-        words::say(&words::table(
+        output::print(&output::table(
             &["stage", "what", "memory", "time"],
             plan.stages.iter().map(|s| vec![s.name.into(), s.what.clone(), memory(s.bytes), duration(s.seconds)]),
         ));
-        words::say(&format!(
+        output::print(&format!(
             "needs {} of memory and about {} (an order of magnitude)",
             memory(plan.bytes),
             duration(plan.seconds)
         ));
         if let Some(atoms) = plan.atoms {
-            words::say(&format!(
+            output::print(&format!(
                 "atoms: {} deformable, {} fixed, {} of the indenter",
                 count(atoms.deformable as usize),
                 count(atoms.fixed as usize),
                 count(atoms.indenter as usize)
             ));
             let each = si(atoms.seconds_per_evaluation, "s", 2);
-            words::say(&if atoms.measured {
+            output::print(&if atoms.measured {
                 format!("measured here: LAMMPS takes {each} an atom and force evaluation on one core")
             } else {
                 format!("{each} an atom and force evaluation are another machine's: {untold}")
             });
-            words::say(&words::audit(&plan.audit));
+            output::print(&output::audit(&plan.audit));
         }
-        plan.warnings.iter().for_each(|w| words::say(&format!("warning: {w}")));
+        plan.warnings.iter().for_each(|w| output::print(&format!("warning: {w}")));
         plan.fits()
     }
 }

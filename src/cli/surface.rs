@@ -1,5 +1,5 @@
 use super::file::FileFlags;
-use super::words;
+use super::output;
 use crate::pipeline::statistics;
 use crate::record::heights::{self, HeightMap, Sign};
 use crate::record::import::{Fourier, holds_numbers};
@@ -102,7 +102,7 @@ impl Surface {
             return Err(Error::input("command line", "--grid", n, accepted));
         }
         let case = Case::resolve(scene, &file)?;
-        case.warnings.iter().for_each(|w| words::mutter(&format!("warning: {w}")));
+        case.warnings.iter().for_each(|w| output::eprint(&format!("warning: {w}")));
         // Heights, their half spectrum while it is transformed, and the copy that is written.
         let (need, have) = (4 * 8 * case.grid.points() as u64, crate::sys::available_memory_bytes());
         if need > have {
@@ -118,7 +118,7 @@ impl Surface {
             heights::write(out, &map, Sign::LowFirst, "um")?;
         }
         if self.json {
-            words::json_line(&serde_json::json!({
+            output::json_line(&serde_json::json!({
                 "origin": case.surface.origin(),
                 "nx": case.grid.nx,
                 "ny": case.grid.ny,
@@ -129,16 +129,16 @@ impl Surface {
                 "warnings": case.warnings,
             }))
         } else {
-            words::say(&format!(
+            output::print(&format!(
                 "{}, {} x {} points on {} µm",
                 case.surface.origin(),
                 case.grid.nx,
                 case.grid.ny,
                 trimmed(length_um, 6)
             ));
-            words::say(&words::statistics(&list));
+            output::print(&output::statistics(&list));
             if let Some(out) = &self.out {
-                words::say(&format!("heights in µm, {}: {}", Sign::LowFirst.words(), out.display()));
+                output::print(&format!("heights in µm, {}: {}", Sign::LowFirst.words(), out.display()));
             }
             Ok(())
         }

@@ -1,4 +1,4 @@
-use super::{listen::Teller, words};
+use super::{output, progress::TerminalProgress};
 use crate::method::{self, ContactMethod, REGISTRY};
 use crate::pipeline::{self, AskedOfLadder};
 use crate::record::tradeoff::{
@@ -83,14 +83,14 @@ impl Tradeoff {
             slabs: self.layer_thickness,
             blocks: (!self.atoms.is_empty()).then(|| self.atoms.iter().map(|a| block(a)).collect()).transpose()?,
         };
-        let teller = Teller::new();
-        let (told, page) = pipeline::tradeoff(&case, &asked, &out, &teller)?;
-        drop(teller);
+        let progress = TerminalProgress::new();
+        let (told, page) = pipeline::tradeoff(&case, &asked, &out, &progress)?;
+        drop(progress);
         if self.json {
-            words::json_line(&serde_json::json!({ "out": out, "report": page, "tradeoff": told }))?;
+            output::json_line(&serde_json::json!({ "out": out, "report": page, "tradeoff": told }))?;
         } else {
             say(&told);
-            words::say(&format!("report: {}", page.display()));
+            output::print(&format!("report: {}", page.display()));
         }
         Ok(ExitCode::SUCCESS)
     }
@@ -154,7 +154,7 @@ fn say(told: &Told) {
         } else {
             ", without adhesion"
         };
-        words::say(&format!(
+        output::print(&format!(
             "reference{which}: {} on {} x {} points, {} to {:e}: {} CPU",
             s.method,
             s.nx,
@@ -167,7 +167,10 @@ fn say(told: &Told) {
             .iter()
             .filter_map(|m| r.uncertainty.get(m).map(|u| format!("{} {}", m.name(), error_of(*m, *u))))
             .collect();
-        words::say(&format!("  uncertain by: {}", if told.is_empty() { "not known".into() } else { told.join(", ") }));
+        output::print(&format!(
+            "  uncertain by: {}",
+            if told.is_empty() { "not known".into() } else { told.join(", ") }
+        ));
     }
     const COLUMNS: [Measure; 5] =
         [Measure::ContactArea, Measure::MeanGap, Measure::GapMap, Measure::ContactMap, Measure::MedianClusterArea];
@@ -191,21 +194,24 @@ fn say(told: &Told) {
         cells.extend(COLUMNS.map(|m| p.errors.get(&m).map_or("-".into(), |e| error_of(m, *e))));
         cells
     };
-    words::say(&words::table(&head, told.points.iter().filter(|p| p.unavailable_reason.is_none()).map(row)));
+    output::print(&output::table(&head, told.points.iter().filter(|p| p.unavailable_reason.is_none()).map(row)));
     say_atoms(told);
     say_forecasts(told);
     let mut refused: Vec<(&str, &str)> = Vec::new();
     for p in &told.points {
         if let Some(why) = p.unavailable_reason.as_deref().filter(|w| !refused.contains(&(&p.setting.method, w))) {
             refused.push((&p.setting.method, why));
-            words::say(&format!("{} in {} tells nothing: {why}", p.setting.method, p.setting.precision));
+            output::print(&format!("{} in {} tells nothing: {why}", p.setting.method, p.setting.precision));
         }
     }
     for l in &told.skipped {
         let s = &l.setting;
-        words::say(&format!("left out: {} on {}, {} to {:e}: {}", s.method, s.nx, s.precision, s.tolerance, l.reason));
+        output::print(&format!(
+            "left out: {} on {}, {} to {:e}: {}",
+            s.method, s.nx, s.precision, s.tolerance, l.reason
+        ));
     }
-    told.warnings.iter().for_each(|w| words::say(&format!("warning: {w}")));
+    told.warnings.iter().for_each(|w| output::print(&format!("warning: {w}")));
 }
 
 /// What blocks of atoms took, and their errors against the heights that they resolve.
@@ -229,9 +235,9 @@ fn say_atoms(told: &Told) {
         cells.extend([Measure::ContactArea, Measure::MeanGap, Measure::GapMap, Measure::ContactMap].map(error));
         cells
     };
-    words::say("atoms, against the solution on the heights that they resolve:");
+    output::print("atoms, against the solution on the heights that they resolve:");
     let head = ["block", "atoms", "evaluations", "LAMMPS", "waves to", "area", "mean gap", "gap map", "contact map"];
-    words::say(&words::table(&head, blocks.iter().map(row)));
+    output::print(&output::table(&head, blocks.iter().map(row)));
 }
 
 /// What coarser grids said of the finest.
@@ -252,10 +258,10 @@ fn say_forecasts(told: &Told) {
         ]
     };
     let head = ["method", "grid", "from", "foreseen", "CPU", "ratio", "twice the grid"];
-    words::say(&words::table(&head, told.forecasts.iter().map(row)));
+    output::print(&output::table(&head, told.forecasts.iter().map(row)));
     let held = told.forecasts.iter().filter(|f| f.holds()).count();
     let (all, within) = (told.forecasts.len(), (100.0 * FORECAST_TOLERANCE).round());
-    words::say(&format!("costs: {held} of {all} methods are within {within} % of what their coarser grids say"));
+    output::print(&format!("costs: {held} of {all} methods are within {within} % of what their coarser grids say"));
 }
 
 #[cfg(test)]

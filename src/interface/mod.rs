@@ -10,7 +10,7 @@ pub use cubic::{Cubic, CubicHalfSpace};
 pub use interior::Interior;
 pub use kernel::{Base, Elastic, HalfSpace, Kernel, Layer};
 pub use law::{
-    Adhesion, COHESIVE_RESOLUTION, Dugdale, Exponential, HardWall, Law, LennardJonesWall, PowerLaw93, PowerLawWall,
-    RangeChoice, SoftWall, PenaltyWall, TabulatedWall, Wall, WithAdhesion, tabor,
+    Adhesion, COHESIVE_RESOLUTION, Dugdale, Exponential, HardWall, Law, LennardJonesWall, PenaltyWall, PowerLaw93,
+    PowerLawWall, RangeChoice, SoftWall, TabulatedWall, Wall, WithAdhesion, tabor,
 };
 pub use non_periodic::NonPeriodic;

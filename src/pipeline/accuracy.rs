@@ -18,7 +18,7 @@ pub struct Unserved(pub String);
 ///
 /// # Errors
 /// Bad input; an accuracy beside a grid, a method, a precision or a tolerance, or one that the tables do not support.
-pub fn settle(mut scene: Scene, file: &Path) -> Result<Case> {
+pub fn resolve_accuracy(mut scene: Scene, file: &Path) -> Result<Case> {
     let Some(asked) = scene.accuracy.clone() else { return Case::resolve(scene, file) };
     refuse_both(&scene, file)?;
     let case = Case::resolve(scene.clone(), file)?;
@@ -80,7 +80,7 @@ fn refuse_both(scene: &Scene, file: &Path) -> Result<()> {
 }
 
 fn tables(asked: &AccuracyScene, case: &Case) -> Result<(Vec<Table>, String)> {
-    read_tables(&asked.tables.iter().map(|t| case.beside(t)).collect::<Vec<_>>())
+    read_tables(&asked.tables.iter().map(|t| case.resolve_path(t)).collect::<Vec<_>>())
 }
 
 /// What is in these files, or, of none, in those that come with the program; and what they are called.

@@ -95,7 +95,8 @@ fn potential_file(atoms: &AtomsCase, folder: &Path) -> Result<PathBuf> {
 /// LAMMPS as the scene wants it.
 pub fn engine(case: &Case) -> Result<LammpsEngine> {
     let scene = case.scene.atoms.as_ref().expect("asked for by scenes with atoms");
-    let program = scene.program.as_ref().map(|p| if p.components().count() > 1 { case.beside(p) } else { p.clone() });
+    let program =
+        scene.program.as_ref().map(|p| if p.components().count() > 1 { case.resolve_path(p) } else { p.clone() });
     let engine = LammpsEngine::find(program.as_deref()).map_err(|e| match e {
         Error::MissingProgram { program, .. } => Error::MissingProgram {
             program,

@@ -57,7 +57,7 @@ pub(super) fn matched(
     let whole = case.surface.heights(case.grid, 0.0);
     let full = Matching { tag: "full heights", ..hard };
     let asked = case
-        .wants()
+        .requested_outputs()
         .distributions
         .then(|| solve(case, atoms, (case.grid, &whole), full, (folder, stage), key, listener));
     let full = match asked.transpose() {
@@ -160,8 +160,8 @@ fn solve(
         hysteresis: false,
         threshold: 0.0,
         criterion: matching.criterion.into(),
-        keep: &|_| Keep { gap: true, stress: case.wants().distributions },
-        wants: case.wants(),
+        keep: &|_| Keep { gap: true, stress: case.requested_outputs().distributions },
+        wants: case.requested_outputs(),
     };
     load_path(asked, (folder, stage, matching.tag), key, listener)
 }

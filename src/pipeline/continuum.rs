@@ -14,7 +14,7 @@ use crate::record::results::{
     CURVATURE_RADIUS, ContinuumResults, FIRST_TOUCH, HEIGHT_RANGE, Hysteresis, Observed, PsdPoint, RMS_HEIGHT,
     RangeResults, StateResults, Statistic, SurfaceResults,
 };
-use crate::scene::{Case, REFERENCE_LOAD, Surface, Wants};
+use crate::scene::{Case, REFERENCE_LOAD, RequestedOutputs, Surface};
 use crate::surface::{Expected, moments, patch_moments, psd, range, windowed};
 use crate::{Error, Result};
 use std::path::Path;
@@ -26,13 +26,13 @@ fn in_stage(stage: &str, file: &str) -> String {
 
 /// Statistics of heights, expected against realised, and their spectrum; heights go to `heights.npy`.
 pub(super) fn surface(case: &Case, heights: &[f64], folder: &Path, stage: &str) -> Result<SurfaceResults> {
-    let wants = case.wants();
+    let wants = case.requested_outputs();
     // Heights that were read are solved from there.
     let kept = wants.maps || matches!(case.surface, Surface::Imported { .. });
     if kept {
         npy::write(&folder.join("heights.npy"), case.grid.nx, case.grid.ny, heights.iter().copied())?;
     }
-    let patch = case.lies_alone();
+    let patch = case.is_non_periodic();
     let note = "Heights that do not repeat: moments are those of the nodes and of the differences between neighbours, none of \
                 them across an edge; the spectrum is that of the heights about their mean plane under a Hann window.";
     Ok(SurfaceResults {
@@ -58,7 +58,7 @@ pub(super) fn surface(case: &Case, heights: &[f64], folder: &Path, stage: &str) 
 /// those of the modes that the grid holds, where it does not hold all.
 pub fn statistics(case: &Case, heights: &[f64]) -> Vec<Statistic> {
     let (surface, grid, um) = (&case.surface, case.grid, case.scales.length_m * 1e6);
-    if case.lies_alone() {
+    if case.is_non_periodic() {
         return patch_statistics(grid, heights, um);
     }
     let (m, r) = (moments(grid, heights), range(heights));
@@ -173,7 +173,7 @@ pub(super) struct Asked<'a> {
     pub criterion: String,
     /// Which fields of a load's state are stored.
     pub keep: &'a dyn Fn(&LoadStep) -> Keep,
-    pub wants: Wants,
+    pub wants: RequestedOutputs,
 }
 
 /// Equilibria along a load path, fields into `folder`. A state that is not converged is kept beside the others under a
@@ -422,7 +422,7 @@ pub(super) fn laboratory(
     let scene = &case.scene;
     let asked = variant == Variant::Asked;
     let start = match &scene.continuum.initial_gap {
-        Some(file) if asked => Some(start(&case.beside(file), case.grid)?),
+        Some(file) if asked => Some(start(&case.resolve_path(file), case.grid)?),
         _ => None,
     };
     let mut problem = case.problem(heights);
@@ -463,14 +463,14 @@ pub(super) fn laboratory(
         pull_off: asked && scene.load.pull_off,
         start,
         gradient: case.gradient,
-        hysteresis: asked && scene.load.comes_back(),
+        hysteresis: asked && scene.load.is_closed(),
         threshold: 0.0,
         criterion,
         keep: &|step| {
             let keep = maps && case.stores_maps(step);
             Keep { gap: keep, stress: keep }
         },
-        wants: case.wants(),
+        wants: case.requested_outputs(),
     };
     load_path(asked, (folder, stage, tag), key, listener)
 }

@@ -41,19 +41,19 @@ impl Beside {
 /// asked for or all that it knows.
 pub(super) fn all(case: &Case) -> Vec<Beside> {
     let attracts = case.adhesion != Adhesion::None;
-    let without = !attracts || case.wants_without();
+    let without = !attracts || case.solves_all_nonadhesive();
     let of = |method: &'static dyn ContactMethod| {
         let knows = attracts && method.card().supports_adhesion() && method.card().id != all_atom::ID;
         let with = knows.then_some(Beside { method, adhesive: true });
         with.into_iter().chain((without || !knows).then_some(Beside { method, adhesive: false }))
     };
     let atoms = |m: &&'static dyn ContactMethod| case.atoms.is_some() && m.card().id == all_atom::ID;
-    case.methods_beside().into_iter().filter(|m| !atoms(m)).flat_map(of).collect()
+    case.comparison_methods().into_iter().filter(|m| !atoms(m)).flat_map(of).collect()
 }
 
 /// Whether the atoms that a case runs are to stand among the methods.
 pub(super) fn wants_atoms(case: &Case) -> bool {
-    case.atoms.is_some() && case.methods_beside().iter().any(|m| m.card().id == all_atom::ID)
+    case.atoms.is_some() && case.comparison_methods().iter().any(|m| m.card().id == all_atom::ID)
 }
 
 /// The atoms of a run as one of the methods; `seconds` is what LAMMPS took.

@@ -23,7 +23,7 @@ mod tradeoff;
 mod unloading;
 mod versions;
 
-pub use accuracy::{Unserved, advise, read_tables, settle};
+pub use accuracy::{Unserved, advise, read_tables, resolve_accuracy};
 pub use atomistic::{Climbed, build_job, climb, engine, read_atoms, read_frames, speed};
 pub use continuum::{start, statistics};
 pub use folder::{Key, RunFolder};

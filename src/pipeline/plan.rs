@@ -132,7 +132,7 @@ pub fn plan(case: &Case, threads: usize, evaluation: Option<f64>) -> Result<RunP
             seconds: pairs * points * SECONDS_PER_POINT_PAIR / threads as f64,
         });
     };
-    if case.solves() && case.solves_without() {
+    if case.solves() && case.solves_nonadhesive() {
         variant("non-adhesive", format!("{} without adhesion, {there} loads", method.card().id), method, there);
     }
     for nm in scene.adhesion.iter().flat_map(|a| &a.other_ranges_nm) {
@@ -179,7 +179,7 @@ pub fn plan(case: &Case, threads: usize, evaluation: Option<f64>) -> Result<RunP
         };
         let evaluations = cost::evaluations(a.block.cells, a.block.depth_cells, way);
         let (bytes, matched_seconds) = solve(a.matched, if scene.depth_error { 3 } else { 2 } * loads);
-        let full = case.wants().distributions;
+        let full = case.requested_outputs().distributions;
         let (full_bytes, full_seconds) = if full { solve(case.grid, loads) } else { (0, 0.0) };
         stages.push(PlannedStage {
             name: "matched",

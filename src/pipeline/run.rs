@@ -39,7 +39,7 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
     keep_scene(case, out)?;
     // A ladder of LAMMPS outlives a new build of this program, whose job folder decides what is still good; results do not.
     let geometry = Key::new("geometry", &(&case.scene.laboratory, &case.scene.surface, heights_hash(case)?), &[])?;
-    let surface_key = Key::new("surface", &(Key::of_program()?, case.wants()), &[&geometry])?;
+    let surface_key = Key::new("surface", &(Key::of_program()?, case.requested_outputs()), &[&geometry])?;
     let surface = folder.stage(
         listener,
         ("surface", "heights and their statistics"),
@@ -47,7 +47,7 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
         Leftovers::Remove,
         |dir| continuum::surface(case, &case.surface.heights(case.grid, 0.0), dir, "surface"),
     )?;
-    let start = case.scene.continuum.initial_gap.as_ref().map(|p| Key::of_file(&case.beside(p))).transpose()?;
+    let start = case.scene.continuum.initial_gap.as_ref().map(|p| Key::of_file(&case.resolve_path(p))).transpose()?;
     let scene = &case.scene;
     let (nx, ny) = (case.grid.nx, case.grid.ny);
     // What is solved beside the asked problem changes nothing in it.
@@ -56,7 +56,7 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
     // Methods beside it change nothing in it either.
     let own = ContinuumScene { compare_with: Vec::new(), ..scene.continuum.clone() };
     // What p* = 1 is: with [challenge] not what a file's own gradient makes of it.
-    let unit = (case.gradient, case.wants());
+    let unit = (case.gradient, case.requested_outputs());
     // Made or read by the first stage that solves, if any does.
     let (series, nodes) = (OnceCell::new(), OnceCell::new());
     let heights = || -> Result<Heights> {
@@ -110,7 +110,7 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
         Err(e) => Err(e),
     };
     let mut non_adhesive = None;
-    if case.solves() && case.solves_without() {
+    if case.solves() && case.solves_nonadhesive() {
         non_adhesive = beside(&mut folder, "non-adhesive", "without adhesion", method, Variant::Without)?;
     }
     let mut other_ranges: Vec<ContinuumResults> = Vec::new();
@@ -227,7 +227,7 @@ fn atomistic_stages(
     let how = (&continuum.method, &case.scene.methods, continuum.max_iterations);
     let matched_key = Key::new(
         "matched",
-        &(&case.scene.load, pair, how, layer, crystal, (case.wants(), scene.depth_error)),
+        &(&case.scene.load, pair, how, layer, crystal, (case.requested_outputs(), scene.depth_error)),
         &[surface_key],
     )?;
     let what = format!("{} on the atoms' heights, {1} x {1} points", case.method().id, a.matched.nx);
@@ -281,7 +281,7 @@ fn atomistic_stages(
     }
     let atoms_key = Key::new(
         "atoms",
-        &(&case.scene.load, a.contact_force, a.stress_width_angstrom, case.wants(), Key::of_program()?),
+        &(&case.scene.load, a.contact_force, a.stress_width_angstrom, case.requested_outputs(), Key::of_program()?),
         &[&lammps_key],
     )?;
     let mut found: AtomsResults = folder.stage(
@@ -350,7 +350,7 @@ pub fn rebuild_comparison(out: &Path) -> Result<(Results, PathBuf)> {
 }
 
 pub(super) fn heights_hash(case: &Case) -> Result<Option<String>> {
-    case.scene.surface.heights.as_ref().map(|p| Key::of_file(&case.beside(p))).transpose()
+    case.scene.surface.heights.as_ref().map(|p| Key::of_file(&case.resolve_path(p))).transpose()
 }
 
 fn stored_heights(out: &Path, surface: &SurfaceResults) -> Result<Vec<f64>> {
@@ -399,7 +399,7 @@ fn sources(case: &Case) -> Vec<String> {
             .to_string(),
     ];
     let second = case.scene.challenge.as_ref().and_then(|c| crate::method::find(&c.cross_check_method));
-    let beside = case.methods_beside();
+    let beside = case.comparison_methods();
     let cards = std::iter::once(case.method()).chain(second.map(|m| m.card())).chain(beside.iter().map(|m| m.card()));
     let mut named: Vec<&str> = Vec::new();
     for card in cards {

@@ -13,7 +13,7 @@ use crate::grid::{Grid, bilinear, spread};
 use crate::load::LoadStep;
 use crate::record::results::{AtomState, AtomStress, ContactByCriterion};
 use crate::record::{npy, xyz};
-use crate::scene::{AtomsCase, Case, Wants};
+use crate::scene::{AtomsCase, Case, RequestedOutputs};
 use crate::units::GPA_PER_EV_A3;
 use std::path::Path;
 
@@ -39,7 +39,7 @@ pub(super) struct Reader<'a> {
     interaction: Interaction,
     owners: Vec<usize>,
     fine: Vec<f64>,
-    wants: Wants,
+    wants: RequestedOutputs,
     folder: &'a Path,
     /// Name of the stage in the run folder, before the files' names in the results.
     stage: &'a str,
@@ -55,7 +55,7 @@ impl<'a> Reader<'a> {
             interaction: interaction(atoms),
             owners: atoms.block.surface().onto_grid(atoms.matched.nx, atoms.matched.ny),
             fine: atoms.heights_angstrom(&case.surface, atoms.matched),
-            wants: case.wants(),
+            wants: case.requested_outputs(),
             folder,
             stage,
         })

@@ -127,7 +127,7 @@ impl AtomsCase {
                 (CALCIUM.a0, CALCIUM_MODULUS_GPA, CALCIUM.rc, mass)
             }
             Some(path) => {
-                let path = case.beside(path);
+                let path = case.resolve_path(path);
                 let header = SetflHeader::read(&path)?;
                 let element = header.element(&path, &a.element)?;
                 let known = a.lattice_constant_angstrom.zip(a.contact_modulus_gpa);
@@ -218,7 +218,7 @@ impl AtomsCase {
             block,
             points,
             wall,
-            potential: a.potential.as_ref().map(|p| case.beside(p)),
+            potential: a.potential.as_ref().map(|p| case.resolve_path(p)),
             element: a.element.clone(),
             mass_u,
             scales,
@@ -227,7 +227,7 @@ impl AtomsCase {
             stretch,
             resolved_gradient: resolved.rms_gradient * stretch,
             start: a.start_or_default(adhesion.is_some()),
-            unload: case.scene.load.comes_back() || case.scene.load.pull_off,
+            unload: case.scene.load.is_closed() || case.scene.load.pull_off,
             hold: a.hold.as_ref().map(|h| h.settings()),
             load_unit,
             adhesion,

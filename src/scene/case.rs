@@ -1,15 +1,16 @@
 use super::check::{complaints, cut_offs, missing_files};
 use super::{
-    ALL_METHODS, AdhesionScene, AtomsCase, FileAsked, LoadScene, Scene, Surface, SurfaceScene, Touching, Wants,
+    ALL_METHODS, AdhesionScene, AtomsCase, LoadScene, RequestedOutputs, Scene, Surface, SurfaceFile, SurfaceScene,
+    Touching,
 };
 use crate::grid::Grid;
-use crate::interface::{Adhesion, CubicHalfSpace, Elastic, Law, Layer, NonPeriodic, RangeChoice, PenaltyWall, Wall};
+use crate::interface::{Adhesion, CubicHalfSpace, Elastic, Law, Layer, NonPeriodic, PenaltyWall, RangeChoice, Wall};
 use crate::load::{Load, LoadStep};
 use crate::method::{self, Card, ContactMethod, Heights, Kind, Problem, REGISTRY};
 use crate::record::advice::AccuracyChoice;
 use crate::record::heights::Sign;
 use crate::record::import::Asked as AskedOfFile;
-use crate::surface::{Spectrum, doubts, moments, patch_gradient};
+use crate::surface::{Spectrum, moments, patch_gradient, quality_warnings};
 use crate::units::Scales;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
@@ -18,7 +19,7 @@ use std::path::{Path, PathBuf};
 const STEEP: f64 = 3.0;
 
 /// What is to be said of a surface so steep.
-pub fn steep(rms_gradient: f64) -> Option<String> {
+pub fn slope_warning(rms_gradient: f64) -> Option<String> {
     (rms_gradient > STEEP).then(|| {
         format!(
             "the rms gradient is {rms_gradient:.3}: the theory is one of small slopes, and so steep a surface is more likely a wrong \
@@ -98,13 +99,13 @@ impl Case {
         }
         // A coarse file of the challenge's surface lacks gradient, not load.
         let gradient = if scene.challenge.is_some() { Spectrum::CHALLENGE.rms_gradient } else { gradient };
-        warnings.extend(steep(gradient));
+        warnings.extend(slope_warning(gradient));
         if let Surface::Imported { grid, heights, .. } = &surface {
-            warnings.extend(doubts(*grid, heights));
+            warnings.extend(quality_warnings(*grid, heights));
         }
         let adhesion = scene.adhesion.as_ref().map_or(Adhesion::None, |a| adhesion(a, a.range_nm, scales));
         let range = scene.adhesion.as_ref().map_or(RangeChoice::default(), |a| a.range);
-        warnings.extend(range.caveat(adhesion, grid.dx()));
+        warnings.extend(range.resolution_warning(adhesion, grid.dx()));
         let kernel = match (&scene.continuum.layer, &scene.continuum.crystal) {
             (Some(l), _) => {
                 Elastic::Layer(Layer { thickness: l.thickness_um / lab.length_um, poisson: l.poisson, base: l.base })
@@ -157,7 +158,7 @@ impl Case {
     }
 
     /// Whether the surface is a map that does not repeat. One made from its spectrum does, whatever lies around it.
-    pub fn lies_alone(&self) -> bool {
+    pub fn is_non_periodic(&self) -> bool {
         !self.scene.continuum.periodic && matches!(self.surface, Surface::Imported { .. })
     }
 
@@ -196,24 +197,25 @@ impl Case {
     }
 
     /// What is kept and counted: what an accuracy is asked of needs, or everything.
-    pub fn wants(&self) -> Wants {
-        self.scene.accuracy.as_ref().map_or(Wants::EVERYTHING, |a| Wants::of(a.quantity))
+    pub fn requested_outputs(&self) -> RequestedOutputs {
+        self.scene.accuracy.as_ref().map_or(RequestedOutputs::EVERYTHING, |a| RequestedOutputs::of(a.quantity))
     }
 
     /// Whether the maps of a load are stored.
     pub fn stores_maps(&self, step: &LoadStep) -> bool {
-        self.wants().maps && step.maps
+        self.requested_outputs().maps && step.maps
     }
 
     /// Whether the loads are solved without the scene's adhesion, too: where that is asked for, and where a method beside knows
     /// no adhesion and is to be held against something.
-    pub fn solves_without(&self) -> bool {
+    pub fn solves_nonadhesive(&self) -> bool {
         let attracts = self.scene.adhesion.is_some();
-        self.wants_without() || attracts && self.methods_beside().iter().any(|m| !m.card().supports_adhesion())
+        self.solves_all_nonadhesive()
+            || attracts && self.comparison_methods().iter().any(|m| !m.card().supports_adhesion())
     }
 
     /// Whether all that solves or estimates does so without the scene's adhesion, too.
-    pub fn wants_without(&self) -> bool {
+    pub fn solves_all_nonadhesive(&self) -> bool {
         self.scene.challenge.is_some() || self.scene.adhesion.as_ref().is_some_and(|a| a.also_nonadhesive)
     }
 
@@ -228,7 +230,7 @@ impl Case {
     }
 
     /// Methods that are given the same loads beside the scene's own, in the order of the registry.
-    pub fn methods_beside(&self) -> Vec<&'static dyn ContactMethod> {
+    pub fn comparison_methods(&self) -> Vec<&'static dyn ContactMethod> {
         let (own, also) = (self.method().id, &self.scene.continuum.compare_with);
         let wanted =
             |id: &str| also.iter().any(|a| a == ALL_METHODS || method::find(a).is_some_and(|m| m.card().id == id));
@@ -269,7 +271,7 @@ impl Case {
 
     /// The scene with its paths made absolute, so that it means the same wherever it is read from.
     pub fn portable_scene(&self) -> Scene {
-        let whole = |p: &PathBuf| std::path::absolute(self.beside(p)).unwrap_or_else(|_| self.beside(p));
+        let whole = |p: &PathBuf| std::path::absolute(self.resolve_path(p)).unwrap_or_else(|_| self.resolve_path(p));
         let mut scene = self.scene.clone();
         scene.surface.heights = scene.surface.heights.as_ref().map(whole);
         scene.continuum.initial_gap = scene.continuum.initial_gap.as_ref().map(whole);
@@ -286,8 +288,8 @@ impl Case {
     }
 
     /// Path as the scene file means it.
-    pub fn beside(&self, path: &Path) -> PathBuf {
-        beside(&self.file, path)
+    pub fn resolve_path(&self, path: &Path) -> PathBuf {
+        relative_to(&self.file, path)
     }
 }
 
@@ -311,14 +313,14 @@ fn adhesion(a: &AdhesionScene, range_nm: f64, scales: Scales) -> Adhesion {
     a.law.adhesion(gamma, range_nm * 1e-9 / scales.length_m)
 }
 
-pub(super) fn beside(file: &Path, path: &Path) -> PathBuf {
+pub(super) fn relative_to(file: &Path, path: &Path) -> PathBuf {
     file.parent().unwrap_or(Path::new("")).join(path)
 }
 
 fn surface(scene: &Scene, file: &Path) -> Result<Surface> {
     let s: &SurfaceScene = &scene.surface;
     if let Some(path) = &s.heights {
-        let path = beside(file, path);
+        let path = relative_to(file, path);
         let sign = match s.touching {
             Some(Touching::HighPoints) => Sign::HighFirst,
             _ => Sign::LowFirst,
@@ -326,7 +328,7 @@ fn surface(scene: &Scene, file: &Path) -> Result<Surface> {
         let length_um = scene.laboratory.length_um;
         return Surface::read(
             &path,
-            FileAsked {
+            SurfaceFile {
                 asked: AskedOfFile { dataset: s.dataset.as_deref(), fourier: s.fourier },
                 fourier_points: s.fourier_points,
                 sign,

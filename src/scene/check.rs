@@ -106,7 +106,7 @@ pub(super) fn missing_files(scene: &Scene, file: &Path) -> Vec<Complaint> {
     let tables = scene.accuracy.iter().flat_map(|a| &a.tables);
     let named = named.into_iter().chain(tables.map(|t| ("accuracy.tables", Some(t), "a table of asperity tradeoff")));
     let complaint = |key: &str, path: &Path, accepted: &str| {
-        let found = super::case::beside(file, path);
+        let found = super::case::relative_to(file, path);
         let why = match std::fs::metadata(&found) {
             Ok(m) if m.is_dir() => "which is a folder",
             Ok(_) => return None,
@@ -257,7 +257,7 @@ fn loads(c: &mut Complaints, scene: &Scene) {
     c.unless(!atoms || gaps.is_empty(), "load.mean_gap_um", "given with atoms", "load.p_star: atoms are pressed");
     // The atoms go to the highest load and back, once, and each load is read on the way.
     let falls = p.windows(2).position(|w| w[1] < w[0]).map(|i| i + 1);
-    if let Some(i) = falls.filter(|_| atoms && attracts && !scene.load.comes_back()) {
+    if let Some(i) = falls.filter(|_| atoms && attracts && !scene.load.is_closed()) {
         c.unless(
             false,
             &format!("load.p_star[{i}]"),

@@ -7,15 +7,15 @@ mod atoms;
 mod case;
 mod check;
 mod hold;
+mod outputs;
 mod source;
 mod syntax;
-mod wants;
 
 pub use atoms::{AtomsCase, PairAdhesion, highest_p_star};
-pub use case::{Case, steep};
+pub use case::{Case, slope_warning};
 pub use hold::HoldScene;
-pub use source::{FileAsked, Surface};
-pub use wants::{AccuracyScene, Wants};
+pub use outputs::{AccuracyScene, RequestedOutputs};
+pub use source::{Surface, SurfaceFile};
 
 use crate::atoms::job::FORCE_TOLERANCE;
 use crate::grid::Grid;
@@ -215,15 +215,15 @@ impl LoadScene {
     /// The loads `p*` in the order of their application, the way back with them; none under control of the mean gap.
     pub fn p_star_path(&self) -> Vec<f64> {
         let up = self.p_star_range.map_or_else(|| self.p_star.clone(), |r| r.loads());
-        self.there_and_back(up)
+        self.with_unloading(up)
     }
 
     /// The mean gaps, µm, likewise.
     pub fn mean_gap_path(&self) -> Vec<f64> {
-        self.there_and_back(self.mean_gap_um.clone())
+        self.with_unloading(self.mean_gap_um.clone())
     }
 
-    fn there_and_back(&self, mut path: Vec<f64>) -> Vec<f64> {
+    fn with_unloading(&self, mut path: Vec<f64>) -> Vec<f64> {
         if self.unload {
             path.extend_from_within(..path.len().saturating_sub(1));
             let there = path.len().div_ceil(2);
@@ -233,7 +233,7 @@ impl LoadScene {
     }
 
     /// Whether the path rises to its highest load and comes back by the same ones, asked for or given so.
-    pub fn comes_back(&self) -> bool {
+    pub fn is_closed(&self) -> bool {
         let path = self.p_star_path();
         let (half, n) = (path.len() / 2, path.len());
         let mirrored = n % 2 == 1 && n > 1 && path.iter().eq(path.iter().rev());
@@ -246,7 +246,7 @@ impl LoadScene {
 
     /// How many loads come before the unloading branch of a closed path: all of any other path.
     pub fn loading_count(&self) -> usize {
-        if self.comes_back() { self.count().div_ceil(2) } else { self.count() }
+        if self.is_closed() { self.count().div_ceil(2) } else { self.count() }
     }
 
     /// Indices of the loads p* that a scene names by their value.
@@ -592,11 +592,11 @@ mod tests {
 
     #[test]
     fn a_path_comes_back_if_its_loads_are_a_mirror_image() {
-        let comes_back = |p_star: &[f64]| LoadScene { p_star: p_star.to_vec(), ..LoadScene::default() }.comes_back();
-        assert!(comes_back(&[0.01, 0.02, 0.05, 0.02, 0.01]));
+        let is_closed = |p_star: &[f64]| LoadScene { p_star: p_star.to_vec(), ..LoadScene::default() }.is_closed();
+        assert!(is_closed(&[0.01, 0.02, 0.05, 0.02, 0.01]));
         for path in [&[0.01][..], &[0.01, 0.02], &[0.01, 0.02, 0.01, 0.02], &[0.02, 0.01, 0.02], &[0.01, 0.03, 0.02]] {
-            assert!(!comes_back(path), "{path:?}");
+            assert!(!is_closed(path), "{path:?}");
         }
-        assert!(LoadScene { p_star: vec![0.01, 0.02], unload: true, ..LoadScene::default() }.comes_back());
+        assert!(LoadScene { p_star: vec![0.01, 0.02], unload: true, ..LoadScene::default() }.is_closed());
     }
 }

@@ -28,7 +28,7 @@ pub enum Surface {
 
 /// What a file of heights or of Fourier coefficients is to be taken for.
 #[derive(Debug, Clone, Copy)]
-pub struct FileAsked<'a> {
+pub struct SurfaceFile<'a> {
     pub asked: Asked<'a>,
     /// Points per side of the grid that an FFTW transform was of.
     pub fourier_points: Option<usize>,
@@ -62,7 +62,7 @@ impl Surface {
     /// # Errors
     /// Those of [`import::read`] and [`FourierModes::new`], a declared sign or unit that is not the one asked for, waves that the
     /// transform's own grid does not hold, a low pass for what has no waves.
-    pub fn read(path: &Path, ask: FileAsked) -> Result<Self> {
+    pub fn read(path: &Path, ask: SurfaceFile) -> Result<Self> {
         let found = import::read(path, ask.asked)?;
         if let Some(says) = found.declared.sign.filter(|s| *s != ask.sign) {
             let (key, value) = ask.sign_key;

@@ -16,6 +16,6 @@ pub use fourier::FourierModes;
 pub use patch::{PatchMoments, patch_moments, windowed};
 pub use power::{Power, Shell};
 pub use spectrum::{Amplitudes, Expected, Spectrum};
-pub use statistics::{Moments, PsdBin, Range, doubts, moments, patch_gradient, psd, range};
+pub use statistics::{Moments, PsdBin, Range, moments, patch_gradient, psd, quality_warnings, range};
 pub use summits::{Summit, SummitCurvature, SummitFit, summits};
 pub use synthesis::{Modes, lower_to_zero, resample};

@@ -81,7 +81,7 @@ const COARSE_STEP: f64 = 0.02;
 const TERRACES: f64 = 0.01;
 
 /// What is to be said of a map `[ny, nx]`, in any unit, before anything is made of it: one sentence each.
-pub fn doubts(grid: Grid, heights: &[f64]) -> Vec<String> {
+pub fn quality_warnings(grid: Grid, heights: &[f64]) -> Vec<String> {
     let mut list = Vec::new();
     if grid.nx.min(grid.ny) < FEW_POINTS {
         list.push(format!(
@@ -253,14 +253,14 @@ mod tests {
             (0..4096).map(|k| of(f64::from(k % 64) / 64.0, f64::from(k / 64) / 64.0)).collect()
         };
         let smooth = on(&|x, y| (2.0 * PI * x + 0.3).sin() + 0.7 * (2.0 * PI * y + 0.2).sin());
-        assert_eq!(doubts(grid, &smooth), [""; 0]);
+        assert_eq!(quality_warnings(grid, &smooth), [""; 0]);
         // As a file in single precision keeps them, a millimetre up and in nanometres.
         let coarse: Vec<f64> = smooth.iter().map(|h| (f64::from((1e6 + h) as f32) - 1e6) * 1e-9).collect();
-        let told = doubts(grid, &coarse);
+        let told = quality_warnings(grid, &coarse);
         assert!(matches!(&told[..], [one] if one.contains("steps of 0.07")), "{told:?}");
         // Shapes have levels of their own.
         let (punch, wedge) = (on(&|x, _| f64::from(x < 0.5)), on(&|x, _| (x - 0.5).abs()));
-        assert_eq!([doubts(grid, &punch), doubts(grid, &wedge)], [[""; 0], [""; 0]]);
-        assert!(matches!(&doubts(Grid::unit(4, 4), &smooth[..16])[..], [one] if one.contains("4 x 4")));
+        assert_eq!([quality_warnings(grid, &punch), quality_warnings(grid, &wedge)], [[""; 0], [""; 0]]);
+        assert!(matches!(&quality_warnings(Grid::unit(4, 4), &smooth[..16])[..], [one] if one.contains("4 x 4")));
     }
 }

@@ -33,7 +33,7 @@ fn run(folder: &Path, name: &str, text: &str) -> Counted {
     std::fs::write(&file, text).expect("written");
     let out = folder.join(name);
     let before = transformed_nodes();
-    let case = pipeline::settle(Scene::read(&file).expect("a scene"), &file).expect("a case");
+    let case = pipeline::resolve_accuracy(Scene::read(&file).expect("a scene"), &file).expect("a case");
     let (results, _) = pipeline::run(&case, &out, &Silent).expect("a run");
     let atoms = results.atoms.as_ref().expect("atoms");
     Counted {

@@ -45,7 +45,7 @@ fn run(folder: &Path, name: &str, text: &str) -> Counted {
     std::fs::write(&file, text).expect("written");
     let out = folder.join(name);
     let before = (transformed_nodes(), ALLOCATED.load(Ordering::Relaxed));
-    let case = pipeline::settle(Scene::read(&file).expect("a scene"), &file).expect("a case");
+    let case = pipeline::resolve_accuracy(Scene::read(&file).expect("a scene"), &file).expect("a case");
     let (results, _) = pipeline::run(&case, &out, &Silent).expect("a run");
     let (nodes, bytes) = (transformed_nodes() - before.0, ALLOCATED.load(Ordering::Relaxed) - before.1);
     let mut files = Vec::new();

@@ -3,7 +3,7 @@
 use crate::program;
 use asperity::grid::Grid;
 use asperity::interface::{
-    Adhesion, CubicHalfSpace, Dugdale, Elastic, Exponential, Law, PowerLaw93, PowerLawWall, PenaltyWall, Wall,
+    Adhesion, CubicHalfSpace, Dugdale, Elastic, Exponential, Law, PenaltyWall, PowerLaw93, PowerLawWall, Wall,
     WithAdhesion,
 };
 use asperity::method::{self, Load, NoObserver, Problem, State, Stop};

@@ -1,7 +1,7 @@
 //! What every method takes: processor time and how it grows with the points, memory as planned and as measured.
 
 use super::{Bench, PRESSURE, SEED, median};
-use crate::cli::words;
+use crate::cli::output;
 use crate::method::{self, REGISTRY, all_atom};
 use crate::report::number::{memory, significant};
 use crate::scene::ALL_METHODS;
@@ -65,7 +65,9 @@ pub(super) fn measure(bench: &Bench) -> Result<ExitCode> {
         taken.push(Taken { method: id, exponent: exponent(&points), runs });
     }
     if bench.json {
-        words::json_line(&json!({ "version": env!("CARGO_PKG_VERSION"), "cut_off": bench.cut_off, "methods": taken }))?;
+        output::json_line(
+            &json!({ "version": env!("CARGO_PKG_VERSION"), "cut_off": bench.cut_off, "methods": taken }),
+        )?;
     } else {
         tell(&taken, bench.cut_off);
     }
@@ -98,12 +100,12 @@ fn exponent(points: &[(f64, f64)]) -> Option<f64> {
 }
 
 fn tell(taken: &[Taken], cut_off: f64) {
-    words::say(&format!(
+    output::print(&format!(
         "one load, p = {PRESSURE} E*, of the challenge's surface with waves down to {cut_off} L, on one thread; memory beyond the heights"
     ));
     let head =
         ["method", "points", "contact", "CPU / s", "CPU / s a point", "planned", "measured", "planned / measured"];
-    words::say(&words::table(
+    output::print(&output::table(
         &head,
         taken.iter().flat_map(|t| t.runs.iter().map(|r| (t.method, r))).map(|(method, r)| {
             vec![
@@ -120,7 +122,11 @@ fn tell(taken: &[Taken], cut_off: f64) {
     ));
     for t in taken {
         if let Some(power) = t.exponent {
-            words::say(&format!("{}: CPU time grows as the points to the power {}", t.method, significant(power, 3)));
+            output::print(&format!(
+                "{}: CPU time grows as the points to the power {}",
+                t.method,
+                significant(power, 3)
+            ));
         }
     }
 }

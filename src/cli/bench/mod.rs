@@ -1,6 +1,6 @@
 mod methods;
 
-use super::words;
+use super::output;
 use crate::error::Complaint;
 use crate::grid::{Grid, Real, Transform};
 use crate::interface::COHESIVE_RESOLUTION;
@@ -155,7 +155,7 @@ impl Bench {
             }
         }
         if self.json {
-            words::json_line(&json!({
+            output::json_line(&json!({
                 "version": env!("CARGO_PKG_VERSION"),
                 "threads": all,
                 "repeats": self.repeats,
@@ -319,19 +319,19 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 fn tell(pairs: &[PairLine], solves: &[SolveLine], all: usize) {
-    words::say("transform pairs");
-    words::say(&words::table(
+    output::print("transform pairs");
+    output::print(&output::table(
         &["points", "precision", "threads", "wall / ms", "CPU / ms"],
         pairs.iter().map(|p| {
             let ms = |s: f64| significant(1e3 * s, 3);
             vec![format!("{}²", p.size), p.precision.into(), p.threads.to_string(), ms(p.seconds), ms(p.cpu_seconds)]
         }),
     ));
-    words::say(&format!(
+    output::print(&format!(
         "\nsolves of the challenge's surface at p* = {PRESSURE}: CPU and wall time of one thread, wall time of {all}"
     ));
     let optional = |v: Option<f64>, n: usize| v.map_or("-".into(), |v| significant(v, n));
-    words::say(&words::table(
+    output::print(&output::table(
         &[
             "points",
             "precision",

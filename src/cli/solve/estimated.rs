@@ -1,8 +1,8 @@
 //! Loads by a method that estimates instead of solving for the fields.
 
-use super::{Solve, finished};
+use super::{Solve, cache};
 use crate::Result;
-use crate::cli::{listen::Teller, words};
+use crate::cli::{output, progress::TerminalProgress};
 use crate::error::Complaint;
 use crate::grid::Field;
 use crate::interface::{Adhesion, RangeChoice};
@@ -38,7 +38,7 @@ pub(super) fn run(
     method: &'static dyn ContactMethod,
     asked: &Problem,
     loads: &[Load],
-    teller: &Teller,
+    progress: &TerminalProgress,
 ) -> Result<()> {
     let card = method.card();
     let (plan, have) = (Given::plan(asked, method), crate::sys::available_memory_bytes());
@@ -48,10 +48,10 @@ pub(super) fn run(
         return Ok(());
     }
     if let Some(out) = &solve.out {
-        finished::open(out)?;
-        finished::clear(out, None)?;
+        cache::open(out)?;
+        cache::clear(out, None)?;
     }
-    let watch = Progress::new(teller, None, "", (0, loads.len()));
+    let watch = Progress::new(progress, None, "", (0, loads.len()));
     let resolved_gradient = asked.resolved_gradient();
     let growth = crate::sys::Growth::begin();
     let mut cpu = crate::sys::cpu_seconds();
@@ -88,9 +88,9 @@ pub(super) fn run(
             json::write(&out.join(name("solve.json")), &line)?;
         }
         if solve.json {
-            words::json_line(&line)?;
+            output::json_line(&line)?;
         } else {
-            words::say(&table(&line));
+            output::print(&table(&line));
         }
         watch.next();
         Ok(())
@@ -160,5 +160,5 @@ fn table(line: &Value) -> String {
     if let Some(fitted) = line["calibrated_on"].as_str() {
         rows.push(("its constants are fitted to", fitted.to_string()));
     }
-    words::table(&["quantity", "value"], rows.into_iter().map(|(k, v)| vec![k.to_string(), v]))
+    output::table(&["quantity", "value"], rows.into_iter().map(|(k, v)| vec![k.to_string(), v]))
 }

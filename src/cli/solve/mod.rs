@@ -1,23 +1,23 @@
+mod cache;
 mod estimated;
-mod finished;
-mod told;
+mod reporter;
 
-use super::{file::FileFlags, listen::Teller, words};
+use super::{file::FileFlags, output, progress::TerminalProgress};
 use crate::error::Complaint;
 use crate::grid::{Grid, Series};
-use crate::interface::{Adhesion, Base, CubicHalfSpace, Elastic, Layer, NonPeriodic, RangeChoice, PenaltyWall, Wall};
+use crate::interface::{Adhesion, Base, CubicHalfSpace, Elastic, Layer, NonPeriodic, PenaltyWall, RangeChoice, Wall};
 use crate::method::{self, ContactMethod, Heights, Kind, Load, Precision, Problem, Settings, Stop, Targets};
 use crate::path::{Begin, Checkpoint, Keeper, LoadPath};
 use crate::pipeline::{Key, Listener, Progress};
 use crate::record::heights::Sign;
 use crate::report::number::memory;
-use crate::scene::{AdhesionLaw, FileAsked, Surface, SurfaceScene, WallKind, default_tolerance, steep};
-use crate::surface::{Modes, Spectrum, doubts};
+use crate::scene::{AdhesionLaw, Surface, SurfaceFile, SurfaceScene, WallKind, default_tolerance, slope_warning};
+use crate::surface::{Modes, Spectrum, quality_warnings};
 use crate::{Error, Result};
-use finished::Finished;
+use cache::SolveCache;
+use reporter::{Before, SolveReporter};
 use serde_json::json;
 use std::path::PathBuf;
-use told::{Before, Told};
 
 const CHECKPOINT: &str = "checkpoint";
 
@@ -260,7 +260,11 @@ impl Solve {
         }
         match (self.wall, self.wall_length) {
             (WallKind::Penalty, None) => {
-                list.push(Complaint::new("--penalty-length", "not given", "the length by which --wall penalty gives way"));
+                list.push(Complaint::new(
+                    "--penalty-length",
+                    "not given",
+                    "the length by which --wall penalty gives way",
+                ));
             }
             (WallKind::Hard, Some(length)) => {
                 list.push(Complaint::new("--penalty-length", length, "only together with --wall penalty"));
@@ -301,17 +305,17 @@ impl Solve {
     }
 
     /// The surface in lengths of the cell.
-    fn given(&self, teller: &Teller) -> Result<Given> {
+    fn given(&self, progress: &TerminalProgress) -> Result<Given> {
         if let Some(n) = self.challenge {
             let spectrum = Spectrum { lambda_s: self.cut_off, ..Spectrum::CHALLENGE };
             let (grid, modes) = (Grid::unit(n, n), Modes::new(spectrum, self.seed, 1.0));
-            modes.left_out_by(grid).iter().for_each(|w| teller.warn(w));
+            modes.left_out_by(grid).iter().for_each(|w| progress.warn(w));
             return Ok(Given::Series(grid, modes.series()));
         }
         let file = self.surface_file().expect("clap requires one of the two");
         let surface = Surface::read(
             file,
-            FileAsked {
+            SurfaceFile {
                 asked: self.flags.asked(),
                 fourier_points: self.flags.fourier_points,
                 sign: if self.flip { Sign::HighFirst } else { Sign::LowFirst },
@@ -327,7 +331,7 @@ impl Solve {
         )?;
         match surface {
             Surface::Imported { grid, heights, .. } => {
-                doubts(grid, &heights).iter().for_each(|w| teller.warn(w));
+                quality_warnings(grid, &heights).iter().for_each(|w| progress.warn(w));
                 let ly = self.length_y.map_or(grid.ly, |y| y / self.length);
                 Ok(Given::Nodes(Grid { ly, ..grid }, heights))
             }
@@ -371,7 +375,11 @@ impl Solve {
             wall,
             precision: self.precision,
             tolerance,
-            targets: Targets { energy: self.energy_tolerance, area: self.area_tolerance, mean_gap: self.mean_gap_tolerance },
+            targets: Targets {
+                energy: self.energy_tolerance,
+                area: self.area_tolerance,
+                mean_gap: self.mean_gap_tolerance,
+            },
             max_iterations: self.max_iterations,
             settings: self.settings()?,
             ..Problem::new(grid, heights)
@@ -430,12 +438,12 @@ impl Solve {
     /// What --dry-run is for.
     fn tell_plan(&self, method: &'static dyn ContactMethod, grid: Grid, need: u64, have: u64) -> Result<()> {
         if self.dry_run && self.json {
-            return words::json_line(&json!({ "bytes": need, "available_bytes": have }));
+            return output::json_line(&json!({ "bytes": need, "available_bytes": have }));
         }
         if self.dry_run {
             let (id, need, have) = (method.card().id, memory(need), memory(have));
             let Grid { nx, ny, .. } = grid;
-            words::say(&format!("{id} on {nx} x {ny} points needs {need} of memory; {have} are available"));
+            output::print(&format!("{id} on {nx} x {ny} points needs {need} of memory; {have} are available"));
         }
         Ok(())
     }
@@ -452,17 +460,17 @@ impl Solve {
     pub fn execute(self) -> Result<()> {
         self.check()?;
         let method = method::find(&self.method).expect("checked");
-        let teller = Teller::new();
-        let given = self.given(&teller)?;
+        let progress = TerminalProgress::new();
+        let given = self.given(&progress)?;
         let (grid, tolerance) = (given.grid(), self.tol.unwrap_or(default_tolerance(self.precision, given.grid())));
         let pressures = self.pressure.iter().map(|p| Load::Pressure(p / self.modulus));
         let loads: Vec<Load> = pressures.chain(self.mean_gap.iter().map(|g| Load::MeanGap(g / self.length))).collect();
         let asked = self.problem(grid, given.heights(), tolerance)?;
         if method.card().kind == Kind::Estimate {
-            return estimated::run(&self, method, &asked, &loads, &teller);
+            return estimated::run(&self, method, &asked, &loads, &progress);
         }
-        if let Some(caveat) = self.range.caveat(asked.adhesion, grid.dx().max(grid.dy())) {
-            teller.warn(&caveat);
+        if let Some(caveat) = self.range.resolution_warning(asked.adhesion, grid.dx().max(grid.dy())) {
+            progress.warn(&caveat);
         }
         self.refuse_closed(&asked)?;
         // Of a map as it comes: what the default method makes of it takes no more.
@@ -477,20 +485,20 @@ impl Solve {
         };
         let asked = self.problem(grid, given.heights(), tolerance)?;
         let path = LoadPath::new(asked.clone(), method, self.range, 0.0, &loads);
-        let mut told = Told::new(&self, &asked, &path, loads.len(), before);
-        steep(told.resolved_gradient).iter().for_each(|caveat| teller.warn(caveat));
+        let mut reporter = SolveReporter::new(&self, &asked, &path, loads.len(), before);
+        slope_warning(reporter.resolved_gradient).iter().for_each(|caveat| progress.warn(caveat));
         let (mut keeper, mut begin) = (None, None);
         let mut solved_by = String::new();
         if let Some(out) = &self.out {
             let key = self.key()?;
             // A finished solve would be done anew by another build of the program.
             solved_by = format!("{key} {}", Key::of_program()?);
-            finished::open(out)?;
-            let fields = (0..loads.len()).map(|i| told.name(i, "", "gap.npy"));
-            if let Some(finished) = Finished::find(out, &solved_by, fields.collect::<Vec<_>>()) {
-                teller.note(&format!("finished already: this is what {} holds", out.display()));
-                finished.states.into_iter().try_for_each(|line| told.again(line))?;
-                return finished.pull_off.iter().try_for_each(|line| told.pull_off_again(line));
+            cache::open(out)?;
+            let fields = (0..loads.len()).map(|i| reporter.name(i, "", "gap.npy"));
+            if let Some(finished) = SolveCache::find(out, &solved_by, fields.collect::<Vec<_>>()) {
+                progress.note(&format!("finished already: this is what {} holds", out.display()));
+                finished.states.into_iter().try_for_each(|line| reporter.again(line))?;
+                return finished.pull_off.iter().try_for_each(|line| reporter.pull_off_again(line));
             }
             let checkpoint = Checkpoint::find(out, CHECKPOINT, &key);
             if checkpoint.is_none() && out.join(format!("{CHECKPOINT}.json")).exists() {
@@ -500,12 +508,12 @@ impl Solve {
             }
             let finished = checkpoint.as_ref().map_or(Vec::new(), |c| c.finished.clone());
             if checkpoint.is_some() {
-                teller.note(&match finished.len() {
+                progress.note(&match finished.len() {
                     n if n < loads.len() => format!("going on from load {} of {}", n + 1, loads.len()),
                     _ => "going on with the pull-off".to_string(),
                 });
             }
-            finished.iter().try_for_each(|line| told.again(line.clone()))?;
+            finished.iter().try_for_each(|line| reporter.again(line.clone()))?;
             keeper = Some(Keeper::new(out, CHECKPOINT, key, finished));
             begin = checkpoint.map(Begin::Checkpoint);
         }
@@ -515,13 +523,13 @@ impl Solve {
         }
         if let Some(out) = &self.out {
             match begin {
-                Some(Begin::Checkpoint(_)) => Finished::forget(out),
-                _ => finished::clear(out, self.initial_gap.as_deref())?,
+                Some(Begin::Checkpoint(_)) => SolveCache::forget(out),
+                _ => cache::clear(out, self.initial_gap.as_deref())?,
             }
         }
         let what = format!("{} on {} x {} points", method.card().id, grid.nx, grid.ny);
-        teller.begin("solve", &what);
-        let watch = Progress::new(&teller, keeper.as_ref(), "", (told.lines.len(), loads.len()));
+        progress.begin("solve", &what);
+        let watch = Progress::new(&progress, keeper.as_ref(), "", (reporter.lines.len(), loads.len()));
         let pulled = path.walk(begin, self.pull_off, &watch, |i, reached| {
             watch.next();
             let state = &reached.state;
@@ -530,7 +538,7 @@ impl Solve {
                 keeper.iter().for_each(|k| k.leave(grid, state));
                 return Err(Error::Interrupted);
             }
-            let line = told.state(i, &reached)?;
+            let line = reporter.state(i, &reached)?;
             match state.stop {
                 Stop::Converged => {
                     if let Some(k) = &keeper {
@@ -544,13 +552,13 @@ impl Solve {
                     iterations: state.iterations,
                     residual: state.residual,
                     tolerance,
-                    partial: self.out.as_ref().map(|o| o.join(told.name(i, "partial-", "gap.npy"))),
+                    partial: self.out.as_ref().map(|o| o.join(reporter.name(i, "partial-", "gap.npy"))),
                 }),
             }
         })?;
-        let pulled = pulled.map(|p| told.pull_off(&p)).transpose()?;
+        let pulled = pulled.map(|p| reporter.pull_off(&p)).transpose()?;
         if let Some(out) = &self.out {
-            Finished::write(out, solved_by, told.lines, pulled)?;
+            SolveCache::write(out, solved_by, reporter.lines, pulled)?;
         }
         keeper.iter().for_each(Keeper::clear);
         Ok(())

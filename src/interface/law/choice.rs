@@ -1,4 +1,4 @@
-use super::{Dugdale, Exponential, Law, LennardJonesWall, PowerLaw93, PowerLawWall, PenaltyWall, TabulatedWall};
+use super::{Dugdale, Exponential, Law, LennardJonesWall, PenaltyWall, PowerLaw93, PowerLawWall, TabulatedWall};
 
 /// Adhesion as a problem chooses it.
 #[derive(Debug, Clone, Copy, PartialEq)]

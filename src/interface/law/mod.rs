@@ -7,18 +7,18 @@ mod choice;
 mod dugdale;
 mod exponential;
 mod lennard_jones;
+mod penalty;
 mod power_law;
 mod range;
-mod penalty;
 mod tabulated;
 
 pub use choice::{Adhesion, SoftWall, Wall};
 pub use dugdale::Dugdale;
 pub use exponential::Exponential;
 pub use lennard_jones::LennardJonesWall;
+pub use penalty::PenaltyWall;
 pub use power_law::{PowerLaw93, PowerLawWall};
 pub use range::{RangeChoice, tabor};
-pub use penalty::PenaltyWall;
 pub use tabulated::TabulatedWall;
 
 /// An interaction energy `v(g)` per area and its traction `dv/dg`: attraction is positive.

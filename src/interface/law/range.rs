@@ -30,7 +30,7 @@ impl RangeChoice {
     }
 
     /// What a user should know of an adhesion that the grid does not resolve.
-    pub fn caveat(self, asked: Adhesion, dx: f64) -> Option<String> {
+    pub fn resolution_warning(self, asked: Adhesion, dx: f64) -> Option<String> {
         let c = asked.resolution_on(dx).filter(|c| *c < COHESIVE_RESOLUTION)?;
         let points = (COHESIVE_RESOLUTION.powi(2) * asked.softening()).ceil();
         let stretch = self.law(asked, dx).range() / asked.range();

@@ -182,8 +182,8 @@ pub fn on_grid(case: &Case, n: usize) -> Result<Case> {
         Surface::Imported { .. } => {
             let ny = n * own.ny / own.nx;
             let even = n < own.nx && own.nx.is_multiple_of(n) && ny * (own.nx / n) == own.ny;
-            if !even || case.lies_alone() {
-                let accepted = if case.lies_alone() {
+            if !even || case.is_non_periodic() {
+                let accepted = if case.is_non_periodic() {
                     format!("{}, the map's own: heights that do not repeat are on no other grid", own.nx)
                 } else {
                     format!("{}, the map's own, or that over a whole number which divides both of its sides", own.nx)

@@ -27,7 +27,7 @@ pub struct AccuracyScene {
 
 /// What a run keeps and counts beside areas and mean gaps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub struct Wants {
+pub struct RequestedOutputs {
     /// Maps of heights, gaps and stresses.
     pub maps: bool,
     /// Distributions, patches, what leads around the cell.
@@ -38,14 +38,15 @@ pub struct Wants {
     pub spectrum: bool,
 }
 
-impl Wants {
-    pub const EVERYTHING: Wants = Wants { maps: true, distributions: true, grid_error: true, spectrum: true };
+impl RequestedOutputs {
+    pub const EVERYTHING: RequestedOutputs =
+        RequestedOutputs { maps: true, distributions: true, grid_error: true, spectrum: true };
 
     /// What a quantity needs. The error of the grid is that of the table which chose it.
-    pub fn of(measure: Measure) -> Wants {
+    pub fn of(measure: Measure) -> RequestedOutputs {
         let maps = matches!(measure, Measure::GapMap | Measure::ContactMap);
         let counted =
             matches!(measure, Measure::GapPdf | Measure::StressPdf | Measure::PatchArea | Measure::MedianClusterArea);
-        Wants { maps, distributions: counted, grid_error: false, spectrum: false }
+        RequestedOutputs { maps, distributions: counted, grid_error: false, spectrum: false }
     }
 }

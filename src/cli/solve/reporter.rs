@@ -2,7 +2,7 @@
 
 use super::Solve;
 use crate::Result;
-use crate::cli::words;
+use crate::cli::output;
 use crate::interface::{Adhesion, Law, RangeChoice};
 use crate::method::{Problem, State, Stop};
 use crate::observe::contact_map;
@@ -15,7 +15,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 /// Tells one solve's states in the units of its command line.
-pub(super) struct Told<'a> {
+pub(super) struct SolveReporter<'a> {
     solve: &'a Solve,
     /// As asked for, and as the method worked with it on this grid.
     asked: Adhesion,
@@ -45,7 +45,7 @@ impl Before {
     }
 }
 
-impl<'a> Told<'a> {
+impl<'a> SolveReporter<'a> {
     pub fn new(
         solve: &'a Solve,
         asked: &Problem<'a>,
@@ -55,7 +55,7 @@ impl<'a> Told<'a> {
     ) -> Self {
         let problem = path.problem().clone();
         let resolved_gradient = problem.resolved_gradient();
-        Told {
+        SolveReporter {
             solve,
             asked: asked.adhesion,
             used: path.adhesion(),
@@ -82,9 +82,9 @@ impl<'a> Told<'a> {
 
     fn tell(&mut self, line: Value) -> Result<()> {
         if self.solve.json {
-            words::json_line(&line)?;
+            output::json_line(&line)?;
         } else {
-            words::say(&table(&line, self.solve.range));
+            output::print(&table(&line, self.solve.range));
         }
         self.lines.push(line);
         Ok(())
@@ -186,7 +186,7 @@ impl<'a> Told<'a> {
     /// The line of a pull-off.
     pub fn pull_off_again(&self, line: &Value) -> Result<()> {
         if self.solve.json {
-            return words::json_line(line);
+            return output::json_line(line);
         }
         let number = |key: &str| line[key].as_f64();
         let with_error = |value: f64, error: Option<f64>, digits: usize| {
@@ -200,7 +200,7 @@ impl<'a> Told<'a> {
             _ => "the last bracket on this grid; what the grid leaves is not known".to_string(),
         };
         let rows = [("largest pull", pull), ("at the mean gap", gap), ("the errors are", from)];
-        words::say(&words::table(&["quantity", "value"], rows.map(|(k, v)| vec![k.to_string(), v])));
+        output::print(&output::table(&["quantity", "value"], rows.map(|(k, v)| vec![k.to_string(), v])));
         Ok(())
     }
 }
@@ -238,7 +238,10 @@ fn table(line: &Value, range: RangeChoice) -> String {
     }
     let enlarged = line["range"]["requested"] != line["range"]["used"];
     if range == RangeChoice::Extrapolate && enlarged && !parted && line["extrapolated"].is_null() {
-        rows.push(("at the true range", "cannot be told: three grids as coarse as these differ by too much".into()));
+        rows.push((
+            "at the true range",
+            "cannot be reporter: three grids as coarse as these differ by too much".into(),
+        ));
     }
     if let Some(e) = line["extrapolated"].as_object() {
         let of = |key: &str| e.get(key).map(|v| (number(&v["value"]), number(&v["error"])));
@@ -271,5 +274,5 @@ fn table(line: &Value, range: RangeChoice) -> String {
             ),
         ),
     ]);
-    words::table(&["quantity", "value"], rows.into_iter().map(|(k, v)| vec![k.to_string(), v]))
+    output::table(&["quantity", "value"], rows.into_iter().map(|(k, v)| vec![k.to_string(), v]))
 }

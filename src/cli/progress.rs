@@ -1,6 +1,6 @@
 //! Progress for people: bars on a terminal, plain lines elsewhere; and Ctrl-C.
 
-use super::words;
+use super::output;
 use crate::pipeline::Listener;
 use crate::record::results::StageCost;
 use crate::report::number::{duration, memory};
@@ -45,7 +45,7 @@ impl Stage {
 const LEAST_SEEN: f64 = 0.02;
 
 /// Tells stderr.
-pub struct Teller {
+pub struct TerminalProgress {
     bar: ProgressBar,
     terminal: bool,
     stage: Mutex<Stage>,
@@ -59,13 +59,13 @@ pub fn stopping() -> bool {
             if STOPPING.swap(true, Ordering::Relaxed) {
                 std::process::exit(130);
             }
-            words::mutter("stopping after the current step (once more: at once)");
+            output::eprint("stopping after the current step (once more: at once)");
         });
     });
     STOPPING.load(Ordering::Relaxed)
 }
 
-impl Teller {
+impl TerminalProgress {
     pub fn new() -> Self {
         stopping();
         let terminal = std::io::stderr().is_terminal();
@@ -73,7 +73,7 @@ impl Teller {
         if let Ok(style) = ProgressStyle::with_template("{prefix:>10} [{bar:24}] {elapsed:>4} {wide_msg}") {
             bar.set_style(style.progress_chars("=> "));
         }
-        Teller { bar, terminal, stage: Mutex::new(Stage::new("")) }
+        TerminalProgress { bar, terminal, stage: Mutex::new(Stage::new("")) }
     }
 
     /// Something worth a line of its own, whatever the stage.
@@ -83,14 +83,14 @@ impl Teller {
 
     fn line(&self, text: &str) {
         if self.terminal {
-            self.bar.suspend(|| words::mutter(text));
+            self.bar.suspend(|| output::eprint(text));
         } else {
-            words::mutter(text);
+            output::eprint(text);
         }
     }
 }
 
-impl Listener for Teller {
+impl Listener for TerminalProgress {
     fn begin(&self, stage: &str, what: &str) {
         *self.stage.lock().unwrap_or_else(|e| e.into_inner()) = Stage::new(stage);
         self.bar.reset();
@@ -137,7 +137,7 @@ impl Listener for Teller {
     }
 }
 
-impl Drop for Teller {
+impl Drop for TerminalProgress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
     }

@@ -16,7 +16,7 @@ const FILE: &str = "done.json";
 const OF_STATES: [&str; 5] = ["gap.npy", "stress.npy", "contact.npy", "solve.json", "pull-off.json"];
 
 #[derive(Serialize, Deserialize)]
-pub(super) struct Finished {
+pub(super) struct SolveCache {
     key: String,
     /// What was told of each load, and of the pull-off.
     pub states: Vec<Value>,
@@ -30,7 +30,7 @@ pub(super) struct Finished {
 pub(super) fn open(folder: &Path) -> Result<()> {
     fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
     let marker = folder.join(MARKER);
-    let own = || marker.exists() || json::read::<Finished>(&folder.join(FILE)).is_ok();
+    let own = || marker.exists() || json::read::<SolveCache>(&folder.join(FILE)).is_ok();
     let mut entries = fs::read_dir(folder).map_err(Error::io("read", folder))?;
     if entries.next().is_some() && !own() {
         let found = format!("{} (holds what no solve wrote)", folder.display());
@@ -43,7 +43,7 @@ pub(super) fn open(folder: &Path) -> Result<()> {
 /// Removes the states of an earlier solve, whole or partial, but the one that this one starts from: another one's are about to be
 /// written.
 pub(super) fn clear(folder: &Path, start: Option<&Path>) -> Result<()> {
-    Finished::forget(folder);
+    SolveCache::forget(folder);
     let start = start.and_then(|file| fs::canonicalize(file).ok());
     for entry in fs::read_dir(folder).map_err(Error::io("read", folder))?.flatten() {
         let name = entry.file_name();
@@ -59,10 +59,10 @@ pub(super) fn clear(folder: &Path, start: Option<&Path>) -> Result<()> {
     Ok(())
 }
 
-impl Finished {
+impl SolveCache {
     /// That of a folder, if it is of this key and the fields are still there.
-    pub fn find(folder: &Path, key: &str, fields: impl IntoIterator<Item = String>) -> Option<Finished> {
-        let found: Finished = json::read(&folder.join(FILE)).ok()?;
+    pub fn find(folder: &Path, key: &str, fields: impl IntoIterator<Item = String>) -> Option<SolveCache> {
+        let found: SolveCache = json::read(&folder.join(FILE)).ok()?;
         let whole = found.key == key && fields.into_iter().all(|name| folder.join(name).exists());
         whole.then_some(found)
     }
@@ -74,7 +74,7 @@ impl Finished {
     }
 
     pub fn write(folder: &Path, key: String, states: Vec<Value>, pull_off: Option<Value>) -> Result<()> {
-        json::write(&folder.join(FILE), &Finished { key, states, pull_off })
+        json::write(&folder.join(FILE), &SolveCache { key, states, pull_off })
     }
 }
 

@@ -15,19 +15,19 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// A line on stdout. A reader that has gone away (`| head`) is no error of ours.
-pub fn say(line: &str) {
+pub fn print(line: &str) {
     let _ = writeln!(std::io::stdout(), "{line}");
 }
 
 /// A line on stderr, likewise.
-pub fn mutter(line: &str) {
+pub fn eprint(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 
 /// One line of JSON on stdout.
 pub fn json_line(value: &impl Serialize) -> Result<()> {
     let text = serde_json::to_string(value).map_err(|e| Error::format("results", e, "values that JSON can hold"))?;
-    say(&text);
+    print(&text);
     Ok(())
 }
 
@@ -77,24 +77,24 @@ pub fn audit(lines: &[AuditLine]) -> String {
 pub fn results(results: &Results) {
     if let Some(c) = &results.continuum {
         let um = results.scales.length_m * 1e6;
-        say(&format!("continuum: {}, {}, adhesion {}, {}", c.method, c.kernel, c.adhesion, c.wall));
+        print(&format!("continuum: {}, {}, adhesion {}, {}", c.method, c.kernel, c.adhesion, c.wall));
         states(c, um);
         certainty(c, um);
         let work = results.scales.modulus_pa * results.scales.length_m;
-        way_back(c, |w| si(w * work, "J/m²", 3)).iter().for_each(|said| say(said));
+        way_back(c, |w| si(w * work, "J/m²", 3)).iter().for_each(|said| print(said));
     }
     let ranges = results.other_ranges.iter().map(|c| (format!("adhesion {}", c.adhesion), c));
     let without = results.non_adhesive.iter().map(|c| ("without adhesion".to_string(), c));
     for (what, c) in without.chain(ranges) {
-        say(&format!("{what}:"));
+        print(&format!("{what}:"));
         states(c, results.scales.length_m * 1e6);
     }
     if !results.methods.is_empty() {
         methods(&results.methods, results.scales.length_m * 1e6);
     }
     if !results.acceptance.is_empty() {
-        say(&acceptance(&results.acceptance));
-        say(&crate::challenge::tally(&results.acceptance));
+        print(&acceptance(&results.acceptance));
+        print(&crate::challenge::tally(&results.acceptance));
     }
     comparison(results);
 }
@@ -118,10 +118,10 @@ fn methods(list: &[MethodResults], um: f64) {
         })
     });
     let head = ["method", "p*", "contact", "corrected", "mean gap / µm", "patches", "typical / µm²", "time"];
-    say(&table(&head, lines));
+    print(&table(&head, lines));
     for m in list {
         if let Some(why) = &m.unavailable_reason {
-            say(&format!("{} tells nothing: {why}", m.method));
+            print(&format!("{} tells nothing: {why}", m.method));
         }
     }
 }
@@ -152,7 +152,7 @@ fn states(c: &ContinuumResults, um: f64) {
     if known {
         head.extend(["grid: contact", "grid: mean gap"]);
     }
-    say(&table(
+    print(&table(
         &head,
         c.states.iter().map(|s| {
             let mut row = vec![
@@ -172,7 +172,7 @@ fn states(c: &ContinuumResults, um: f64) {
         }),
     ));
     if known {
-        say("grid: relative change from half the points a side, corrected contact and mean gap");
+        print("grid: relative change from half the points a side, corrected contact and mean gap");
     }
 }
 
@@ -181,12 +181,12 @@ fn certainty(c: &ContinuumResults, um: f64) {
     if let Some(r) = c.range {
         let gamma = r.gamma.map_or(String::new(), |g| format!("work γ = {} E*L, ", significant(g, 4)));
         let [asked, used] = [r.requested, r.used].map(|r| significant(r * um * 1e3, 4));
-        say(&format!("adhesion: {gamma}range ρ = {asked} nm asked for, {used} nm used"));
+        print(&format!("adhesion: {gamma}range ρ = {asked} nm asked for, {used} nm used"));
     }
     for s in &c.states {
         if let Some(e) = s.extrapolated {
             let gap = e.mean_gap.map(|g| (significant(g.value * um, 4), significant(g.error * um, 2)));
-            say(&format!(
+            print(&format!(
                 "at p* = {}, extrapolated to the true range: contact ({} ± {}) % of the cell{}",
                 trimmed(s.p_star, 4),
                 significant(100.0 * e.area.value, 3),
@@ -199,7 +199,7 @@ fn certainty(c: &ContinuumResults, um: f64) {
         let error = |e: f64| format!(" ± {}", significant(e, 2));
         let pull = significant(-p.pressure, 4) + &p.pressure_error.map_or(String::new(), error);
         let gap = significant(p.mean_gap * um, 4) + &error(p.mean_gap_error * um);
-        say(&format!("largest pull ({pull}) E*, at a mean gap of ({gap}) µm"));
+        print(&format!("largest pull ({pull}) E*, at a mean gap of ({gap}) µm"));
     }
 }
 
@@ -207,7 +207,7 @@ fn certainty(c: &ContinuumResults, um: f64) {
 pub fn comparison(results: &Results) {
     let Some(c) = &results.comparison else { return };
     let pair = |a: &Overlap, b: &Overlap, of: fn(&Overlap) -> f64| format!("{:.2} ({:.2})", of(a), of(b));
-    say("atoms against the continuum on the same profile, layer and load (in brackets: shifted map)");
+    print("atoms against the continuum on the same profile, layer and load (in brackets: shifted map)");
     let rows = c.loads.iter().flat_map(|load| {
         let atoms = vec![
             load.p_star.to_string(),
@@ -234,8 +234,8 @@ pub fn comparison(results: &Results) {
         });
         std::iter::once(atoms).chain(lines.collect::<Vec<_>>())
     });
-    say(&table(&["p*", "contact counted as", "contact", "Jaccard", "kappa", "mean gap / Å"], rows));
-    results.atoms.as_ref().and_then(yielding).iter().for_each(|said| say(said));
+    print(&table(&["p*", "contact counted as", "contact", "Jaccard", "kappa", "mean gap / Å"], rows));
+    results.atoms.as_ref().and_then(yielding).iter().for_each(|said| print(said));
 }
 
 /// Where the crystal leaves elasticity, if that was looked for.
