@@ -284,11 +284,12 @@ fn finished_loads_of_estimates_are_kept() {
     assert!(!second.exists(), "loads are in the results now");
 }
 
-/// The README's table is what `asperity methods --markdown` prints.
+/// The table of docs/methods.md is what `asperity methods --markdown` prints.
 #[test]
-fn the_readme_has_the_cards() {
+fn the_documentation_has_the_table_of_methods() {
     let output = asperity().args(["methods", "--markdown"]).output().expect("started");
     let table = String::from_utf8(output.stdout).expect("UTF-8");
-    let readme = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).expect("a README");
-    assert!(output.status.success() && readme.contains(table.trim()), "put this into the README:\n{table}");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/methods.md");
+    let document = std::fs::read_to_string(path).expect("the document");
+    assert!(output.status.success() && document.contains(table.trim()), "put this into docs/methods.md:\n{table}");
 }
