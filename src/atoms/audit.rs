@@ -25,13 +25,13 @@ const HALF_SPACE: f64 = 0.02;
 /// The numbers of the audit. Lengths reduced (unit: the cell's extent) or in Å as the names say.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AuditInput {
-    pub asked: Asked,
-    pub used: Used,
+    pub asked: Target,
+    pub used: Actual,
 }
 
 /// The problem before it was scaled down, without units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Asked {
+pub struct Target {
     /// Mean pressure over E* times the full spectrum's rms gradient.
     pub p_star: f64,
     /// Work of adhesion over E* L; 0 without adhesion.
@@ -48,7 +48,7 @@ pub struct Asked {
 
 /// The block of atoms.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Used {
+pub struct Actual {
     /// Extent of the cell and depth of the deformable slab, Å.
     pub length_angstrom: f64,
     pub depth_angstrom: f64,
@@ -76,7 +76,7 @@ pub struct Used {
     pub crystal_cells: usize,
 }
 
-impl Used {
+impl Actual {
     fn scales(&self) -> Scales {
         Scales { length_m: self.length_angstrom * ANGSTROM_M, modulus_pa: self.modulus_gpa * 1e9 }
     }
@@ -115,7 +115,7 @@ fn line(group: &str, symbol: &str, asked: f64, used: f64, reachable: bool, reaso
     AuditLine { group: group.into(), symbol: symbol.into(), target: asked, actual: used, status: status.into(), reason }
 }
 
-fn load(asked: &Asked, used: &Used) -> AuditLine {
+fn load(asked: &Target, used: &Actual) -> AuditLine {
     let gpa = used.p_star * used.rms_gradient * used.modulus_gpa;
     let newton_per_ev = 1e-9 / crate::units::GPA_PER_EV_A3;
     let force = gpa * 1e9 * newton_per_ev * used.length_angstrom * used.length_angstrom;
@@ -123,7 +123,7 @@ fn load(asked: &Asked, used: &Used) -> AuditLine {
     line("load", "p* = p/(E* ḡ)", asked.p_star, used.p_star, true, reason)
 }
 
-fn adhesion(asked: &Asked, used: &Used, wall: &Wall, lines: &mut Vec<AuditLine>) -> Result<()> {
+fn adhesion(asked: &Target, used: &Actual, wall: &Wall, lines: &mut Vec<AuditLine>) -> Result<()> {
     let scales = used.scales();
     let gamma = used.gamma_ev_a2 * crate::units::J_M2_PER_EV_A2;
     let gamma_reduced = scales.reduced_energy_per_area(gamma);
@@ -169,7 +169,7 @@ fn adhesion(asked: &Asked, used: &Used, wall: &Wall, lines: &mut Vec<AuditLine>)
     Ok(())
 }
 
-fn roughness(asked: &Asked, used: &Used) -> [AuditLine; 4] {
+fn roughness(asked: &Target, used: &Actual) -> [AuditLine; 4] {
     let bond = used.a0_angstrom / SQRT_2;
     let lambda_s = asked.lambda_s * used.length_angstrom;
     let lambda = used.lambda_min_angstrom;
@@ -194,7 +194,7 @@ fn roughness(asked: &Asked, used: &Used) -> [AuditLine; 4] {
     ]
 }
 
-fn depth(used: &Used) -> AuditLine {
+fn depth(used: &Actual) -> AuditLine {
     let ratio = used.depth_angstrom / used.length_angstrom;
     let slab = Layer { thickness: ratio, poisson: used.poisson, base: Base::Bonded };
     let factor = |n: usize| slab.stiffening(2.0 * PI * ratio * n as f64);
@@ -213,7 +213,7 @@ fn depth(used: &Used) -> AuditLine {
     line("depth", "stiffness of wave L over half-space", 1.0, stiffening, true, reason)
 }
 
-fn spacing(used: &Used) -> AuditLine {
+fn spacing(used: &Actual) -> AuditLine {
     let s = used.spacing_angstrom();
     let within = s <= MAX_SPACING_ANGSTROM;
     let reason = if within {
@@ -247,7 +247,7 @@ pub fn distinct_registries(points: usize, cells: usize) -> usize {
     if even == odd { squared(&even) } else { squared(&even) + squared(&odd) }
 }
 
-fn registries(used: &Used) -> AuditLine {
+fn registries(used: &Actual) -> AuditLine {
     let found = distinct_registries(used.net_points, used.crystal_cells);
     let enough = found >= FEWEST_REGISTRIES;
     let divisor = gcd(used.net_points.max(1), used.crystal_cells.max(1));
@@ -272,7 +272,7 @@ mod tests {
     fn challenge() -> AuditInput {
         let a0 = 5.5884;
         AuditInput {
-            asked: Asked {
+            asked: Target {
                 p_star: 0.01,
                 gamma: 2e-5,
                 rho: 2.071e-5,
@@ -280,7 +280,7 @@ mod tests {
                 lambda_s: 1e-3,
                 curvature_radius: 6.0e-4,
             },
-            used: Used {
+            used: Actual {
                 length_angstrom: 175.0 * a0,
                 depth_angstrom: 25.0 * a0,
                 foundation_angstrom: 0.0,

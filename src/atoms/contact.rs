@@ -28,11 +28,11 @@ impl Contact {
 
 /// Atoms of `frame` nearer than `distance` (Å) to an atom of the indenter, which has come down by `lowered` (Å).
 pub fn contact(frame: &Frame, indenter: &Indenter, lowered: f64, surface: &SurfaceSites, distance: f64) -> Contact {
-    chosen(frame, surface, |k| within(frame.positions[k], indenter, lowered, distance).next().is_some())
+    contact_by(frame, surface, |k| within(frame.positions[k], indenter, lowered, distance).next().is_some())
 }
 
 /// Contact of the atoms that a criterion chooses, by their place in the frame.
-pub fn chosen(frame: &Frame, surface: &SurfaceSites, touches: impl Fn(usize) -> bool) -> Contact {
+pub fn contact_by(frame: &Frame, surface: &SurfaceSites, touches: impl Fn(usize) -> bool) -> Contact {
     let mut found = Contact { sites: vec![false; surface.len()], ids: Vec::new(), below_surface: 0 };
     for (_, id) in frame.ids.iter().enumerate().filter(|(k, _)| touches(*k)) {
         found.ids.push(*id);

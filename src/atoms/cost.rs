@@ -44,26 +44,26 @@ pub fn evaluations_from_continuum(cells: usize, depth_cells: usize, force_tolera
 
 /// What a job of LAMMPS is foreseen to do: loads from the continuum, or steps from first touch.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Way {
-    Loads { number: usize, force_tolerance: f64 },
-    Steps(f64),
+pub enum LoadingMode {
+    PrescribedLoads { number: usize, force_tolerance: f64 },
+    RampSteps(f64),
 }
 
 /// Force evaluations of a whole job.
-pub fn evaluations(cells: usize, depth_cells: usize, way: Way) -> f64 {
+pub fn evaluations(cells: usize, depth_cells: usize, way: LoadingMode) -> f64 {
     FREE + match way {
-        Way::Loads { number, force_tolerance } => {
+        LoadingMode::PrescribedLoads { number, force_tolerance } => {
             evaluations_from_continuum(cells, depth_cells, force_tolerance) * number as f64
         }
-        Way::Steps(steps) => STEP * evaluations_from_continuum(cells, depth_cells, FORCE_TOLERANCE) * steps,
+        LoadingMode::RampSteps(steps) => STEP * evaluations_from_continuum(cells, depth_cells, FORCE_TOLERANCE) * steps,
     }
 }
 
 /// Seconds of a job on so many ranks, where a force evaluation takes one of them `each` seconds an atom.
-pub fn seconds(atoms: u64, evaluations: f64, way: Way, each: f64, ranks: usize) -> f64 {
+pub fn seconds(atoms: u64, evaluations: f64, way: LoadingMode, each: f64, ranks: usize) -> f64 {
     let steps = match way {
-        Way::Loads { number, .. } => number as f64,
-        Way::Steps(steps) => steps,
+        LoadingMode::PrescribedLoads { number, .. } => number as f64,
+        LoadingMode::RampSteps(steps) => steps,
     };
     SECONDS_PER_STEP * (1.0 + steps) + atoms as f64 * each * evaluations / ranks as f64
 }
@@ -110,7 +110,7 @@ mod tests {
     /// Whole stages of LAMMPS, as one idle machine took them: a factor of two is what a plan promises.
     #[test]
     fn stages_take_what_was_measured() {
-        let loads = |force_tolerance| Way::Loads { number: 3, force_tolerance };
+        let loads = |force_tolerance| LoadingMode::PrescribedLoads { number: 3, force_tolerance };
         let measured = [
             (7839, (15, 6), loads(FORCE_TOLERANCE), 1, 1.68),
             (119_151, (45, 12), loads(FORCE_TOLERANCE), 1, 43.5),

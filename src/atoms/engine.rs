@@ -14,8 +14,8 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use super::job::{CONTINUUM, Job};
-use super::ladder::{self, Ladder, Rung};
-use super::midway;
+use super::load_history::{self, LoadHistory, StepRecord};
+use super::minimizer_checkpoint;
 use super::styles::Styles;
 use crate::error::LammpsFailure;
 use crate::record::results::LoadStepResults;
@@ -55,7 +55,7 @@ pub trait Engine: Sync {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Progress {
     /// The step finished last, and whether this is the first call that tells of it.
-    pub rung: Option<Rung>,
+    pub record: Option<StepRecord>,
     pub is_new: bool,
     /// Iterations of the step that is being relaxed, as its log has told last.
     pub iterations: usize,
@@ -68,7 +68,7 @@ pub struct Progress {
 /// A ladder that has come to its end.
 #[derive(Debug, Clone)]
 pub struct Finished {
-    pub ladder: Ladder,
+    pub history: LoadHistory,
     pub steps: Vec<LoadStepResults>,
     /// The step it went on from.
     pub resumed_from: Option<usize>,
@@ -81,13 +81,20 @@ pub struct Finished {
 
 impl Finished {
     pub(super) fn collect(job: &Job, resumed_from: Option<usize>, begun: Instant) -> Result<Finished> {
-        let ladder = Ladder::read(&job.folder)?;
+        let history = LoadHistory::read(&job.folder)?;
         let evaluations = read_evaluations(&job.folder)?;
-        let settings = &job.record.ladder;
-        let steps = ladder.rungs.iter().map(|r| r.record(settings.load_unit, &evaluations)).collect();
-        let loose = |r: &&Rung| !r.settled || r.max_force > FORCE_ROUNDING * settings.force_tolerance;
-        let unconverged = ladder.rungs.iter().filter(loose).map(|r| r.step).collect();
-        Ok(Finished { ladder, steps, resumed_from, unconverged, seconds: begun.elapsed().as_secs_f64(), peak_bytes: 0 })
+        let settings = &job.record.settings;
+        let steps = history.steps.iter().map(|r| r.to_results(settings.load_unit, &evaluations)).collect();
+        let loose = |r: &&StepRecord| !r.settled || r.max_force > FORCE_ROUNDING * settings.force_tolerance;
+        let unconverged = history.steps.iter().filter(loose).map(|r| r.step).collect();
+        Ok(Finished {
+            history,
+            steps,
+            resumed_from,
+            unconverged,
+            seconds: begun.elapsed().as_secs_f64(),
+            peak_bytes: 0,
+        })
     }
 }
 
@@ -105,34 +112,34 @@ impl<'a> Watcher<'a> {
     }
 
     /// Takes the iterations from the end of a log. LAMMPS counts them through all steps, restart files included.
-    fn hear(&mut self, ladder: &Ladder, log: &Path) {
-        let earlier: usize = ladder.rungs.iter().map(|r| r.iterations).sum();
+    fn hear(&mut self, history: &LoadHistory, log: &Path) {
+        let earlier: usize = history.steps.iter().map(|r| r.iterations).sum();
         self.iterations = last_iteration(log).map_or(0, |all| all.saturating_sub(earlier));
     }
 
     /// One call per new step, or a single one to say that there is none.
     pub(super) fn tell(
         &mut self,
-        ladder: &Ladder,
+        history: &LoadHistory,
         watch: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
-        if ladder.rungs.len() <= self.seen {
-            return watch(self.progress(ladder.last(), false));
+        if history.steps.len() <= self.seen {
+            return watch(self.progress(history.last(), false));
         }
-        for rung in &ladder.rungs[self.seen..] {
+        for record in &history.steps[self.seen..] {
             self.seen += 1;
-            watch(self.progress(Some(rung), true))?;
+            watch(self.progress(Some(record), true))?;
         }
         ControlFlow::Continue(())
     }
 
-    fn progress(&self, rung: Option<&Rung>, is_new: bool) -> Progress {
-        let settings = &self.job.record.ladder;
+    fn progress(&self, record: Option<&StepRecord>, is_new: bool) -> Progress {
+        let settings = &self.job.record.settings;
         Progress {
-            rung: rung.cloned(),
+            record: record.cloned(),
             is_new,
             iterations: self.iterations,
-            p_star: rung.map_or(0.0, |r| r.load / settings.load_unit),
+            p_star: record.map_or(0.0, |r| r.load / settings.load_unit),
             elapsed_s: self.begun.elapsed().as_secs_f64(),
         }
     }
@@ -177,7 +184,14 @@ impl LammpsEngine {
             return Err(missing(&format!("LAMMPS as {}", program.display())));
         }
         let description = format!("LAMMPS {}", styles.version);
-        Ok(LammpsEngine { program, description, styles, ranks: 1, time_limit: None, midway: midway::INTERVAL })
+        Ok(LammpsEngine {
+            program,
+            description,
+            styles,
+            ranks: 1,
+            time_limit: None,
+            midway: minimizer_checkpoint::INTERVAL,
+        })
     }
 
     /// MPI processes. Two are no faster than one below some hundred thousand atoms, and far slower when other
@@ -204,7 +218,7 @@ impl LammpsEngine {
         self
     }
 
-    /// About how long to go between two states of a load that is being relaxed; [`midway::INTERVAL`] unless told.
+    /// About how long to go between two states of a load that is being relaxed; [`minimizer_checkpoint::INTERVAL`] unless told.
     pub fn with_midway(mut self, interval: Duration) -> Self {
         self.midway = interval;
         self
@@ -259,7 +273,7 @@ impl LammpsEngine {
         }
     }
 
-    fn command(&self, job: &Job, done: &[Rung]) -> Command {
+    fn command(&self, job: &Job, done: &[StepRecord]) -> Command {
         let mut command = if self.ranks > 1 {
             let mut mpirun = Command::new("mpirun");
             mpirun.args(["-np", &self.ranks.to_string()]);
@@ -281,9 +295,11 @@ impl LammpsEngine {
             command.args(["-var", &name, &value]);
         }
         if job.script() == CONTINUUM {
-            let often = midway::iterations(self.midway, job.atoms(), self.ranks);
+            let often = minimizer_checkpoint::iterations(self.midway, job.atoms(), self.ranks);
             command.args(["-var", "often", &often.to_string()]);
-            if let Some(file) = midway::newest(&job.folder, done.len()).as_deref().and_then(Path::file_name) {
+            if let Some(file) =
+                minimizer_checkpoint::newest(&job.folder, done.len()).as_deref().and_then(Path::file_name)
+            {
                 let begun: usize = done.iter().map(|r| r.iterations).sum();
                 command.args(["-var", "inside", "1", "-var", "begun", &begun.to_string(), "-var", "midway"]).arg(file);
             }
@@ -304,7 +320,7 @@ impl Engine for LammpsEngine {
         let _lock = lock(&job.folder)?;
         self.check_styles(job)?;
         if is_complete(job)? {
-            let all = Ladder::read(&job.folder)?.last().map(|r| r.step);
+            let all = LoadHistory::read(&job.folder)?.last().map(|r| r.step);
             return Finished::collect(job, all, begun);
         }
         let (need, have) = (job.memory_bytes(self.ranks), sys::available_memory_bytes());
@@ -312,12 +328,12 @@ impl Engine for LammpsEngine {
             let advice = "take fewer cells or a thinner block".into();
             return Err(Error::Memory { what: format!("LAMMPS with {} atoms", job.atoms()), need, have, advice });
         }
-        let finished = ladder::prepare_resume(&job.folder)?;
-        midway::keep_only(&job.folder, finished.map_or(0, |k| k + 1))?;
+        let finished = load_history::prepare_resume(&job.folder)?;
+        minimizer_checkpoint::keep_only(&job.folder, finished.map_or(0, |k| k + 1))?;
         let screen_file = job.folder.join("log.screen");
         let screen = File::create(&screen_file).map_err(Error::io("create", &screen_file))?;
         let both = screen.try_clone().map_err(Error::io("create", &screen_file))?;
-        let mut command = self.command(job, &Ladder::read(&job.folder)?.rungs);
+        let mut command = self.command(job, &LoadHistory::read(&job.folder)?.steps);
         let child = command.stdout(screen).stderr(both).spawn().map_err(Error::io("start", &self.program))?;
         let mut group = Group { child, ended: false };
         let mut watcher = Watcher::new(job, begun, finished);
@@ -331,29 +347,29 @@ impl Engine for LammpsEngine {
             let ended = group.child.try_wait().map_err(Error::io("wait for", &self.program))?;
             // Before anything else can fail: the number of a process that was waited for may be given to another.
             group.ended = ended.is_some();
-            let ladder = match Ladder::read(&job.folder) {
+            let history = match LoadHistory::read(&job.folder) {
                 Err(e @ Error::Format { .. }) => {
                     drop(group);
-                    ladder::take_back(&job.folder, vouched)?;
-                    return Err(failed(job, LammpsFailure::Output(format!("its ladder cannot be read: {e}"))));
+                    load_history::roll_back(&job.folder, vouched)?;
+                    return Err(failed(job, LammpsFailure::Output(format!("its history cannot be read: {e}"))));
                 }
                 other => other?,
             };
-            let is_further = ladder.rungs.len() > vouched;
-            for rung in ladder.rungs.iter().skip(vouched) {
-                if let Err(e) = ladder::vouch(&job.folder, rung.step) {
+            let is_further = history.steps.len() > vouched;
+            for record in history.steps.iter().skip(vouched) {
+                if let Err(e) = load_history::verify_step(&job.folder, record.step) {
                     drop(group);
-                    ladder::take_back(&job.folder, rung.step)?;
-                    let what = format!("what step {} left is not complete ({e}); is the disk full?", rung.step);
+                    load_history::roll_back(&job.folder, record.step)?;
+                    let what = format!("what step {} left is not complete ({e}); is the disk full?", record.step);
                     return Err(failed(job, LammpsFailure::Output(what)));
                 }
-                vouched = rung.step + 1;
+                vouched = record.step + 1;
             }
             if is_further {
-                midway::keep_only(&job.folder, vouched)?;
+                minimizer_checkpoint::keep_only(&job.folder, vouched)?;
             }
-            watcher.hear(&ladder, &job.folder.join(log_name(finished)));
-            if watcher.tell(&ladder, watch).is_break() {
+            watcher.hear(&history, &job.folder.join(log_name(finished)));
+            if watcher.tell(&history, watch).is_break() {
                 return Err(Error::Interrupted);
             }
             if let Some(status) = ended {
@@ -413,21 +429,21 @@ pub(super) fn lock(folder: &Path) -> Result<File> {
 
 /// The ladder has come to its end, and its last frame is there.
 pub(super) fn is_complete(job: &Job) -> Result<bool> {
-    let ladder = Ladder::read(&job.folder)?;
-    let ended = job.end(&ladder.rungs).is_some();
-    Ok(ended && ladder.last().is_some_and(|r| ladder::frame_file(&job.folder, r.step).is_ok()))
+    let history = LoadHistory::read(&job.folder)?;
+    let ended = job.end(&history.steps).is_some();
+    Ok(ended && history.last().is_some_and(|r| load_history::frame_file(&job.folder, r.step).is_ok()))
 }
 
 /// The ladder must have ended where the job says, with every atom still there.
 pub(super) fn check_ladder(job: &Job) -> Result<()> {
-    let ladder = Ladder::read(&job.folder)?;
+    let history = LoadHistory::read(&job.folder)?;
     let before = job.atoms();
-    if let Some(rung) = ladder.rungs.iter().find(|r| r.atoms != before) {
-        return Err(failed(job, LammpsFailure::AtomCount { before, after: rung.atoms }));
+    if let Some(record) = history.steps.iter().find(|r| r.atoms != before) {
+        return Err(failed(job, LammpsFailure::AtomCount { before, after: record.atoms }));
     }
     if !is_complete(job)? {
-        let reached = ladder.last().map_or("before its first step".to_string(), |r| format!("at step {}", r.step));
-        return Err(failed(job, LammpsFailure::Output(format!("it ended well but its ladder stops {reached}"))));
+        let reached = history.last().map_or("before its first step".to_string(), |r| format!("at step {}", r.step));
+        return Err(failed(job, LammpsFailure::Output(format!("it ended well but its history stops {reached}"))));
     }
     Ok(())
 }
@@ -512,7 +528,7 @@ fn read_evaluations(folder: &Path) -> Result<BTreeMap<usize, usize>> {
     let mut counts = BTreeMap::new();
     for (_, path) in logs {
         let text = std::fs::read(&path).map_err(Error::io("read", &path))?;
-        counts.extend(ladder::evaluations(&String::from_utf8_lossy(&text)));
+        counts.extend(load_history::evaluations(&String::from_utf8_lossy(&text)));
     }
     Ok(counts)
 }

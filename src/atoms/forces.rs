@@ -18,14 +18,14 @@ const MOST_MOVED: f64 = 0.5;
 
 /// What each atom of a frame feels, in the frame's order.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Felt {
+pub struct IndenterForces {
     /// Distance of the nearest indenter atom, Å; infinite where none is within the asked reach.
     pub nearest: Vec<f64>,
     /// Downward force of the indenter on the atom, eV/Å: pressing positive.
     pub normal: Vec<f64>,
 }
 
-impl Felt {
+impl IndenterForces {
     /// Normal force on the indenter, repulsion positive, eV/Å.
     pub fn load(&self) -> f64 {
         self.normal.iter().sum()
@@ -34,9 +34,16 @@ impl Felt {
 
 /// What the indenter, which has come down by `lowered` (Å), does to every atom of `frame`; distances are told up to `reach`
 /// (Å) at least.
-pub fn felt(frame: &Frame, indenter: &Indenter, lowered: f64, interaction: &Interaction, reach: f64) -> Felt {
+pub fn indenter_forces(
+    frame: &Frame,
+    indenter: &Indenter,
+    lowered: f64,
+    interaction: &Interaction,
+    reach: f64,
+) -> IndenterForces {
     let reach = reach.max(interaction.reach_angstrom());
-    let mut found = Felt { nearest: Vec::with_capacity(frame.len()), normal: Vec::with_capacity(frame.len()) };
+    let mut found =
+        IndenterForces { nearest: Vec::with_capacity(frame.len()), normal: Vec::with_capacity(frame.len()) };
     for position in &frame.positions {
         let (mut nearest, mut normal) = (f64::INFINITY, 0.0);
         for [dx, dy, dz] in within(*position, indenter, lowered, reach) {
@@ -64,7 +71,7 @@ pub fn lowered_to(
     interaction: &Interaction,
     load: f64,
 ) -> Result<f64> {
-    let excess = |down: f64| felt(frame, indenter, down, interaction, 0.0).load() - load;
+    let excess = |down: f64| indenter_forces(frame, indenter, down, interaction, 0.0).load() - load;
     let at = excess(lowered);
     // The nearest place on either side, in growing steps: where adhesion pulls, the load may fall on the way down.
     let (mut near, mut step) = ([lowered; 2], 0.005);
@@ -160,7 +167,7 @@ mod tests {
                 let h = 1e-4;
                 let slope = (energy(&frame, &indenter, lowered + h, &of) - energy(&frame, &indenter, lowered - h, &of))
                     / (2.0 * h);
-                let load = felt(&frame, &indenter, lowered, &of, 0.0).load();
+                let load = indenter_forces(&frame, &indenter, lowered, &of, 0.0).load();
                 // The pairs that enter at the cut-off between the two energies leave 1e-6 of it.
                 assert!((slope - load).abs() < 1e-5 * load.abs().max(1.0), "{slope} {load}");
             }
@@ -172,10 +179,10 @@ mod tests {
         let (frame, indenter) = setting();
         let of = interaction(None);
         for (lowered, load) in [(0.7, 1.05), (0.7, 0.9), (0.9, 1.0)] {
-            let asked = load * felt(&frame, &indenter, lowered, &of, 0.0).load();
+            let asked = load * indenter_forces(&frame, &indenter, lowered, &of, 0.0).load();
             let down = lowered_to(&frame, &indenter, lowered, &of, asked).expect("found");
             assert_eq!(down > lowered, load > 1.0);
-            let carried = felt(&frame, &indenter, down, &of, 0.0).load();
+            let carried = indenter_forces(&frame, &indenter, down, &of, 0.0).load();
             assert!((carried / asked - 1.0).abs() <= LOAD_BALANCE, "{carried} {asked}");
         }
         let refused = lowered_to(&frame, &indenter, 0.1, &of, 1e6).expect_err("too much");
@@ -185,7 +192,7 @@ mod tests {
     #[test]
     fn nearest_distances_are_told_up_to_the_reach() {
         let (frame, indenter) = setting();
-        let near = felt(&frame, &indenter, 0.7, &interaction(None), 4.6).nearest;
+        let near = indenter_forces(&frame, &indenter, 0.7, &interaction(None), 4.6).nearest;
         let counted = near.iter().filter(|d| **d < 4.5).count();
         assert!(counted > 5);
         for (distance, p) in near.iter().zip(&frame.positions) {

@@ -50,7 +50,7 @@ pub struct Indenter {
 }
 
 impl Indenter {
-    /// Places the profile (row-major `[points, points]`, x fastest, Å, low points touch first) above the block so that
+    /// ProbeAtoms the profile (row-major `[points, points]`, x fastest, Å, low points touch first) above the block so that
     /// its first atom is `CLEARANCE_ANGSTROM` short of the distance `touch_angstrom` from the nearest block atom.
     ///
     /// # Errors

@@ -13,12 +13,12 @@ use serde::{Deserialize, Serialize};
 use super::block::{Block, FLOOR_GAP_ANGSTROM};
 use super::cost::memory_bytes;
 use super::engine::lock;
-use super::hold::Hold;
 use super::indenter::Indenter;
-use super::ladder::{self, LADDER_FILE, Rung};
-use super::midway;
-use super::start::{Approach, Loads};
-use super::unload::MOST_RISEN_ANGSTROM;
+use super::initial_configuration::{InitialConfiguration, PrescribedLoads};
+use super::load_history::{self, LOAD_STEPS_FILE, StepRecord};
+use super::minimizer_checkpoint;
+use super::nvt::NvtRun;
+use super::unloading::MOST_RISEN_ANGSTROM;
 use crate::{Error, Result};
 
 /// Scripts of a run, documented in `lammps-inputs/README.md`: the one that LAMMPS is given, and those that it includes.
@@ -116,7 +116,7 @@ pub struct Yukawa {
 
 /// How the indenter comes down, when it stops, and whether it goes back.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Ladder {
+pub struct RunSettings {
     /// Å per step.
     pub step_angstrom: f64,
     /// The ladder ends with the first step whose load is not below this, eV/Å.
@@ -162,13 +162,13 @@ pub struct Record {
     pub indenter_start_z_angstrom: f64,
     pub frame_depth_angstrom: f64,
     pub interaction: Interaction,
-    pub ladder: Ladder,
-    /// Loads one by one, each started from the continuum; without them the indenter comes down step by step.
+    pub settings: RunSettings,
+    /// PrescribedLoads one by one, each started from the continuum; without them the indenter comes down step by step.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub loads: Option<Loads>,
+    pub loads: Option<PrescribedLoads>,
     /// Relaxed states are held at a temperature; there is no data file then, and no step is a load's first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub hold: Option<Hold>,
+    pub hold: Option<NvtRun>,
     /// BLAKE3 of what the run reads: another content makes another run.
     pub data_hash: String,
     pub script_hash: String,
@@ -184,7 +184,7 @@ pub struct Job {
 
 impl Job {
     /// Writes the folder. Steps that an earlier run of exactly this job finished there are kept; those of any other are
-    /// removed. With `approaches` (loads that rise, and may fall again) each load starts from where they say the atoms are.
+    /// removed. With `initial_configurations` (loads that rise, and may fall again) each load starts from where they say the atoms are.
     ///
     /// # Errors
     /// `Input` for values LAMMPS could not use, `Io`.
@@ -194,21 +194,23 @@ impl Job {
         indenter: &Indenter,
         (potential, element, mass_u): (&Path, &str, f64),
         interaction: Interaction,
-        ladder: Ladder,
-        approaches: Option<&[Approach]>,
+        settings: RunSettings,
+        initial_configurations: Option<&[InitialConfiguration]>,
     ) -> Result<Job> {
         let folder = folder.as_ref();
-        check(&interaction, &ladder, element, mass_u)?;
+        check(&interaction, &settings, element, mass_u)?;
         std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
         let _lock = lock(folder)?;
         let table = std::fs::read(potential).map_err(Error::io("read", potential))?;
         let file = folder.join(POTENTIAL_FILE);
         std::fs::write(&file, &table).map_err(Error::io("write", &file))?;
-        let script = if approaches.is_some() { CONTINUUM } else { LADDER };
+        let script = if initial_configurations.is_some() { CONTINUUM } else { LADDER };
         let data = folder.join(DATA_FILE);
         let data_hash =
-            write_data(&data, block, (indenter, ladder.unload), mass_u).map_err(Error::io("write", &data))?;
-        let loads = approaches.map(|list| Loads::write(folder, block, indenter, mass_u, list)).transpose()?;
+            write_data(&data, block, (indenter, settings.unload), mass_u).map_err(Error::io("write", &data))?;
+        let loads = initial_configurations
+            .map(|list| PrescribedLoads::write(folder, block, indenter, mass_u, list))
+            .transpose()?;
         let record = Record {
             element: element.into(),
             cells: block.cells,
@@ -222,9 +224,9 @@ impl Job {
             indenter_points: indenter.points(),
             indenter_spacing_angstrom: indenter.spacing(),
             indenter_start_z_angstrom: indenter.start_z(),
-            frame_depth_angstrom: 0.5 * block.a0 * (ladder.frame_layers as f64 - 0.5),
+            frame_depth_angstrom: 0.5 * block.a0 * (settings.frame_layers as f64 - 0.5),
             interaction,
-            ladder,
+            settings,
             loads,
             hold: None,
             data_hash,
@@ -253,19 +255,19 @@ impl Job {
         // Where a way down ends does not change its steps: asking for more goes on, asking for less stops earlier. A way back is
         // another one from every load.
         let same = earlier.is_some_and(|earlier| {
-            let Ladder { max_load, max_steps, load_unit, .. } = record.ladder;
-            let ends = match earlier.ladder {
+            let RunSettings { max_load, max_steps, load_unit, .. } = record.settings;
+            let ends = match earlier.settings {
                 there_and_back if there_and_back.unload => there_and_back,
-                down => Ladder { max_load, max_steps, load_unit, ..down },
+                down => RunSettings { max_load, max_steps, load_unit, ..down },
             };
             // More restart files than are needed do no harm.
-            let ends = Ladder { keep: record.ladder.keep && ends.keep, ..ends };
+            let ends = RunSettings { keep: record.settings.keep && ends.keep, ..ends };
             let agree = in_common.is_some() || record.loads == earlier.loads;
-            agree && Record { ladder: ends, loads: record.loads.clone(), ..earlier } == *record
+            agree && Record { settings: ends, loads: record.loads.clone(), ..earlier } == *record
         });
         match in_common {
             _ if !same => remove_states(folder)?,
-            Some(loads) => ladder::keep_first(folder, loads + 1)?,
+            Some(loads) => load_history::keep_first(folder, loads + 1)?,
             None => {}
         }
         put(RECORD_FILE, text.as_bytes())?;
@@ -304,14 +306,14 @@ impl Job {
     }
 
     /// `-var` pairs of the script: going on after the steps `done`, or from the beginning.
-    pub fn variables(&self, done: &[Rung], compressed: bool) -> Vec<(String, String)> {
-        let Record { interaction, ladder, .. } = &self.record;
+    pub fn variables(&self, done: &[StepRecord], compressed: bool) -> Vec<(String, String)> {
+        let Record { interaction, settings, .. } = &self.record;
         let mut list = vec![
             ("potential", POTENTIAL_FILE.to_string()),
             ("element", self.record.element.clone()),
             ("epsilon", interaction.epsilon_ev.to_string()),
             ("sigma", interaction.sigma_angstrom.to_string()),
-            ("contact", ladder.contact_angstrom.to_string()),
+            ("contact", settings.contact_angstrom.to_string()),
             ("depth", self.record.frame_depth_angstrom.to_string()),
             ("start", done.last().map_or("-1".to_string(), |r| r.step.to_string())),
         ];
@@ -327,37 +329,37 @@ impl Job {
         }
         if self.record.hold.is_none() {
             list.push(("data", DATA_FILE.to_string()));
-            list.push(("ftol", ladder.force_tolerance.to_string()));
-            list.push(("keep_all", u8::from(ladder.keep).to_string()));
+            list.push(("ftol", settings.force_tolerance.to_string()));
+            list.push(("keep_all", u8::from(settings.keep).to_string()));
         }
         if self.record.loads.is_none() && self.record.hold.is_none() {
-            list.push(("dz", ladder.step_angstrom.to_string()));
-            list.push(("max_load", ladder.max_load.to_string()));
-            list.push(("steps", ladder.max_steps.to_string()));
-            if ladder.unload {
+            list.push(("dz", settings.step_angstrom.to_string()));
+            list.push(("max_load", settings.max_load.to_string()));
+            list.push(("steps", settings.max_steps.to_string()));
+            if settings.unload {
                 list.extend(self.variables_of_the_way_back(done));
             }
         }
         if self.record.foundation_cells > 0 && self.record.loads.is_some() {
             list.push(("sinks", "1".into()));
         }
-        let held = self.record.hold.iter().flat_map(Hold::variables);
-        let own = self.record.loads.iter().flat_map(Loads::variables).chain(held);
+        let held = self.record.hold.iter().flat_map(NvtRun::variables);
+        let own = self.record.loads.iter().flat_map(PrescribedLoads::variables).chain(held);
         list.into_iter().map(|(key, value)| (key.to_string(), value)).chain(own).collect()
     }
 }
 
-fn check(interaction: &Interaction, ladder: &Ladder, element: &str, mass_u: f64) -> Result<()> {
+fn check(interaction: &Interaction, settings: &RunSettings, element: &str, mass_u: f64) -> Result<()> {
     let place = "LAMMPS job";
     let mut list = vec![
         ("epsilon", interaction.epsilon_ev),
         ("sigma", interaction.sigma_angstrom),
         ("mass", mass_u),
-        ("step", ladder.step_angstrom),
-        ("largest load", ladder.max_load),
-        ("load at p* = 1", ladder.load_unit),
-        ("force tolerance", ladder.force_tolerance),
-        ("contact distance", ladder.contact_angstrom),
+        ("step", settings.step_angstrom),
+        ("largest load", settings.max_load),
+        ("load at p* = 1", settings.load_unit),
+        ("force tolerance", settings.force_tolerance),
+        ("contact distance", settings.contact_angstrom),
     ];
     if let Some(yukawa) = interaction.adhesion {
         list.push(("kappa", yukawa.kappa_per_angstrom));
@@ -424,8 +426,8 @@ fn remove_states(folder: &Path) -> Result<()> {
     for entry in std::fs::read_dir(folder).map_err(Error::io("list", folder))? {
         let path = entry.map_err(Error::io("list", folder))?.path();
         let Some(name) = path.file_name().and_then(|n| n.to_str()) else { continue };
-        if name == LADDER_FILE
-            || ["frame.", "restart.", "log.", midway::PREFIX].iter().any(|start| name.starts_with(start))
+        if name == LOAD_STEPS_FILE
+            || ["frame.", "restart.", "log.", minimizer_checkpoint::PREFIX].iter().any(|start| name.starts_with(start))
         {
             std::fs::remove_file(&path).map_err(Error::io("remove", &path))?;
         }
@@ -436,7 +438,7 @@ fn remove_states(folder: &Path) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::atoms::start::LoadAsked;
+    use crate::atoms::initial_configuration::PrescribedLoad;
 
     fn written(folder: &Path, step: f64) -> Result<Job> {
         let block = Block::new(5, 1, 5.5884, 7.0)?;
@@ -444,7 +446,7 @@ mod tests {
         let table = folder.join("table");
         std::fs::write(&table, "a table").map_err(Error::io("write", &table))?;
         let interaction = Interaction { epsilon_ev: 0.2145, sigma_angstrom: 3.5927, adhesion: None };
-        let ladder = Ladder {
+        let settings = RunSettings {
             step_angstrom: step,
             max_load: 5.0,
             max_steps: 10,
@@ -455,7 +457,7 @@ mod tests {
             unload: false,
             keep: false,
         };
-        Job::write(folder.join("job"), &block, &indenter, (&table, "Ca", 40.078), interaction, ladder, None)
+        Job::write(folder.join("job"), &block, &indenter, (&table, "Ca", 40.078), interaction, settings, None)
     }
 
     #[test]
@@ -479,12 +481,12 @@ mod tests {
     fn steps_of_the_same_job_are_kept_and_those_of_another_removed() {
         let folder = tempfile::tempdir().expect("scratch");
         let job = written(folder.path(), 0.3).expect("written");
-        let ladder = job.folder.join(LADDER_FILE);
-        std::fs::write(&ladder, "").expect("written");
+        let settings = job.folder.join(LOAD_STEPS_FILE);
+        std::fs::write(&settings, "").expect("written");
         written(folder.path(), 0.3).expect("again");
-        assert!(ladder.exists());
+        assert!(settings.exists());
         written(folder.path(), 0.4).expect("another");
-        assert!(!ladder.exists());
+        assert!(!settings.exists());
     }
 
     /// A list of loads that is cut short and then goes on otherwise must not take the states of the first one for its own.
@@ -493,9 +495,9 @@ mod tests {
         let folder = tempfile::tempdir().expect("scratch");
         let job = written(folder.path(), 0.3).expect("written");
         let path = |name: &str| job.folder.join(name);
-        let asked = |load: f64| LoadAsked { load, lower_angstrom: 1.0, move_hash: format!("{load}") };
+        let asked = |load: f64| PrescribedLoad { load, lower_angstrom: 1.0, move_hash: format!("{load}") };
         let place = |loads: &[f64]| {
-            let loads = Loads {
+            let loads = PrescribedLoads {
                 high_angstrom: 40.0,
                 indenter_mass_u: 0.4,
                 spring_ev_per_angstrom2: 10.0,
@@ -506,16 +508,16 @@ mod tests {
         };
         let run = |from: usize, to: usize| {
             for k in from..=to {
-                let ladder = std::fs::read_to_string(path(LADDER_FILE)).unwrap_or_default();
+                let settings = std::fs::read_to_string(path(LOAD_STEPS_FILE)).unwrap_or_default();
                 let line = format!("{k} 0.3 1 -100.5 12 1.5e-03 {k} 44.5 45.5 200 1\n");
-                std::fs::write(path(LADDER_FILE), ladder + &line).expect("written");
+                std::fs::write(path(LOAD_STEPS_FILE), settings + &line).expect("written");
                 let frame = "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS pp pp ff\n0 10\n0 10\n0 50\n\
                              ITEM: ATOMS id type x y z\n1 1 5 5 20\n";
                 std::fs::write(path(&format!("frame.{k}.dump")), frame).expect("written");
                 std::fs::write(path(&format!("restart.{k}")), "a state").expect("written");
             }
         };
-        let steps = || ladder::Ladder::read(&job.folder).expect("read").rungs.len();
+        let steps = || load_history::LoadHistory::read(&job.folder).expect("read").steps.len();
         place(&[1.0, 3.0]);
         run(0, 2);
         std::fs::write(path("midway.3.a"), "a state").expect("written");

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use super::engine::{Engine, Finished, Progress, Watcher, check_ladder, failed, is_complete, lock};
 use super::job::Job;
-use super::ladder::{self, LADDER_FILE, Ladder};
+use super::load_history::{self, LOAD_STEPS_FILE, LoadHistory};
 use crate::error::LammpsFailure;
 use crate::{Error, Result};
 
@@ -41,24 +41,24 @@ impl Engine for ReplayEngine {
     fn run(&self, job: &Job, watch: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<Finished> {
         let begun = Instant::now();
         let _lock = lock(&job.folder)?;
-        let played = Ladder::read(&job.folder)?.last().map(|r| r.step);
+        let played = LoadHistory::read(&job.folder)?.last().map(|r| r.step);
         let mut watcher = Watcher::new(job, begun, played);
         if is_complete(job)? {
             return Finished::collect(job, played, begun);
         }
-        let recorded = Ladder::read(&self.recording)?;
-        let source = self.recording.join(LADDER_FILE);
+        let recorded = LoadHistory::read(&self.recording)?;
+        let source = self.recording.join(LOAD_STEPS_FILE);
         let text = std::fs::read_to_string(&source).map_err(Error::io("read", &source))?;
-        let target = job.folder.join(LADDER_FILE);
-        for (rung, line) in recorded.rungs.iter().zip(text.split_inclusive('\n')).skip(played.map_or(0, |k| k + 1)) {
+        let target = job.folder.join(LOAD_STEPS_FILE);
+        for (record, line) in recorded.steps.iter().zip(text.split_inclusive('\n')).skip(played.map_or(0, |k| k + 1)) {
             std::thread::sleep(self.pace);
             if let Some(limit) = self.time_limit.filter(|limit| begun.elapsed() > *limit) {
                 return Err(failed(job, LammpsFailure::TimeLimit { seconds: limit.as_secs_f64() }));
             }
-            if let Some((_, failure)) = self.failure.as_ref().filter(|(step, _)| *step == rung.step) {
+            if let Some((_, failure)) = self.failure.as_ref().filter(|(step, _)| *step == record.step) {
                 return Err(failed(job, failure.clone()));
             }
-            if let Some(name) = ladder::frame_file(&self.recording, rung.step)?.file_name() {
+            if let Some(name) = load_history::frame_file(&self.recording, record.step)?.file_name() {
                 self.copy(job, name)?;
             }
             let mut out = std::fs::OpenOptions::new()
@@ -67,10 +67,10 @@ impl Engine for ReplayEngine {
                 .open(&target)
                 .map_err(Error::io("open", &target))?;
             out.write_all(line.as_bytes()).map_err(Error::io("write", &target))?;
-            if watcher.tell(&Ladder::read(&job.folder)?, watch).is_break() {
+            if watcher.tell(&LoadHistory::read(&job.folder)?, watch).is_break() {
                 return Err(Error::Interrupted);
             }
-            if job.end(&recorded.rungs[..=rung.step]).is_some() {
+            if job.end(&recorded.steps[..=record.step]).is_some() {
                 break;
             }
         }

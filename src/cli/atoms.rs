@@ -108,12 +108,12 @@ impl Atoms {
                     .with_time_limit(time_limit.map(Duration::from_secs_f64));
                 let progress = TerminalProgress::new();
                 caveat(ranks, job.atoms()).iter().for_each(|c| progress.warn(c));
-                let climbed = pipeline::climb(&engine, &job, &progress)?;
+                let outcome = pipeline::run_lammps(&engine, &job, &progress)?;
                 drop(progress);
                 if json {
-                    return output::json_line(&climbed);
+                    return output::json_line(&outcome);
                 }
-                let rows = climbed.steps.iter().map(|s| {
+                let rows = outcome.steps.iter().map(|s| {
                     vec![
                         s.step.to_string(),
                         format!("{:.2}", s.displacement_angstrom),

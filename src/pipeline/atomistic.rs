@@ -1,20 +1,20 @@
 //! Stages of the atoms: the potential file, the job folder, the LAMMPS run, and what its frames say.
 
-use super::approach::approaches;
-use super::touching::Reader;
+use super::frame_analysis::FrameAnalyzer;
+use super::initial_states::initial_configurations;
 use super::unloading::unloading;
-use super::{Key, Listener, comparison, touching};
+use super::{Key, Listener, comparison, frame_analysis};
 use crate::atoms::block::SurfaceSites;
 use crate::atoms::cost::evaluations_from_continuum;
 use crate::atoms::dump::read_frame;
 use crate::atoms::engine::{Engine, Finished, LammpsEngine, Progress};
-use crate::atoms::foreign::Foreign;
+use crate::atoms::external_dump::DumpTrajectory;
 use crate::atoms::indenter::Indenter;
-use crate::atoms::job::{FRAME_LAYERS, Job, Ladder, POTENTIAL_FILE};
+use crate::atoms::job::{FRAME_LAYERS, Job, POTENTIAL_FILE, RunSettings};
 use crate::atoms::potential::Potential;
 use crate::atoms::properties::LmpCommand;
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
-use crate::atoms::{ladder, order, speed as measured};
+use crate::atoms::{centro_symmetry, load_history, speed as measured};
 use crate::grid::Grid;
 use crate::record::atomic_file::write_atomic;
 use crate::record::csv;
@@ -60,11 +60,11 @@ pub(super) fn write_job(
     let potential = potential_file(atoms, folder)?;
     let grid = Grid::unit(atoms.points, atoms.points);
     let heights = atoms.heights_angstrom(&case.surface, grid);
-    let interaction = touching::interaction(atoms);
+    let interaction = frame_analysis::interaction(atoms);
     let indenter = Indenter::above(&atoms.block, atoms.points, heights, interaction.touch_angstrom())?;
     let highest = case.highest_p_star();
     let way = atoms.first_touch_gap_angstrom / scene.step_or_default();
-    let ladder = Ladder {
+    let history = RunSettings {
         step_angstrom: scene.step_or_default(),
         // The step that passes the last asked load is enough to interpolate to it.
         max_load: highest * atoms.load_unit,
@@ -77,9 +77,9 @@ pub(super) fn write_job(
         unload: atoms.unload && atoms.start == Start::Touch,
         keep: atoms.hold.is_some(),
     };
-    let approaches = solved.map(|s| approaches(case, atoms, &indenter, s)).transpose()?;
+    let initial_configurations = solved.map(|s| initial_configurations(case, atoms, &indenter, s)).transpose()?;
     let crystal = (potential.as_path(), atoms.element.as_str(), atoms.mass_u);
-    Job::write(folder, &atoms.block, &indenter, crystal, interaction, ladder, approaches.as_deref())
+    Job::write(folder, &atoms.block, &indenter, crystal, interaction, history, initial_configurations.as_deref())
 }
 
 /// The potential asked for, or the shipped one, written where the job wants it.
@@ -130,7 +130,7 @@ pub fn speed(case: &Case) -> Result<f64> {
 
 /// What the LAMMPS stage leaves for the next.
 #[derive(Debug, Default, Serialize, Deserialize)]
-pub struct Climbed {
+pub struct LammpsOutcome {
     pub engine: String,
     pub steps: Vec<LoadStepResults>,
     /// Steps whose largest force is above the tolerance asked, or whose load could not be met.
@@ -144,35 +144,36 @@ pub struct Climbed {
 const NEARLY: f64 = 0.9;
 
 /// Runs the ladder of a job, or goes on with it.
-pub fn climb(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Result<Climbed> {
-    let highest = job.record.ladder.max_load;
-    let usual = evaluations_from_continuum(job.record.cells, job.record.depth_cells, job.record.ladder.force_tolerance);
-    let mut turned = job.turn(&ladder::Ladder::read(&job.folder)?.rungs).is_some();
+pub fn run_lammps(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Result<LammpsOutcome> {
+    let highest = job.record.settings.max_load;
+    let usual =
+        evaluations_from_continuum(job.record.cells, job.record.depth_cells, job.record.settings.force_tolerance);
+    let mut turned = job.turn(&load_history::LoadHistory::read(&job.folder)?.steps).is_some();
     let mut watch = |p: Progress| {
-        if let Some(rung) = &p.rung {
-            let atoms = if rung.contacts == 1 { "atom" } else { "atoms" };
-            let found = format!("p* = {:.5}, {} {atoms} in contact", p.p_star, rung.contacts);
+        if let Some(record) = &p.record {
+            let atoms = if record.contacts == 1 { "atom" } else { "atoms" };
+            let found = format!("p* = {:.5}, {} {atoms} in contact", p.p_star, record.contacts);
             match &job.record.loads {
                 Some(asked) => {
-                    let (of, next) = (asked.loads.len(), rung.step + 1);
+                    let (of, next) = (asked.loads.len(), record.step + 1);
                     let part = (p.iterations as f64 / usual).min(NEARLY);
                     let within = if next > of || p.is_new { 0.0 } else { part };
                     let now =
                         if next > of { String::new() } else { format!(", iteration {} of the next", p.iterations) };
-                    let done = (rung.step as f64 + within) / of as f64;
-                    listener.progress(Some(done), &format!("load {} of {of}, {found}{now}", rung.step));
+                    let done = (record.step as f64 + within) / of as f64;
+                    listener.progress(Some(done), &format!("load {} of {of}, {found}{now}", record.step));
                 }
                 // The load rises about as the square of the way down.
                 None => {
-                    let down = (rung.load / highest).clamp(0.0, 1.0).sqrt();
-                    let settings = &job.record.ladder;
-                    turned |= settings.unload && (rung.load >= highest || rung.step >= settings.max_steps);
+                    let down = (record.load / highest).clamp(0.0, 1.0).sqrt();
+                    let settings = &job.record.settings;
+                    turned |= settings.unload && (record.load >= highest || record.step >= settings.max_steps);
                     let (done, way) = match (settings.unload, turned) {
                         (false, _) => (down, ""),
                         (true, false) => (0.5 * down, ""),
                         (true, true) => (1.0 - 0.5 * down, " on the way back"),
                     };
-                    listener.progress(Some(done), &format!("step {}{way}, {found}", rung.step));
+                    listener.progress(Some(done), &format!("step {}{way}, {found}", record.step));
                 }
             }
         }
@@ -180,7 +181,7 @@ pub fn climb(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Result<
     };
     let mut finished = engine.run(job, &mut watch)?;
     // An earlier run may have gone further; what it found there is no part of this answer.
-    let end = job.end(&finished.ladder.rungs);
+    let end = job.end(&finished.history.steps);
     finished.steps.truncate(end.map_or(usize::MAX, |last| last + 1));
     finished.unconverged.retain(|step| *step < finished.steps.len());
     if let Some(step) = finished.resumed_from {
@@ -201,7 +202,7 @@ pub fn climb(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Result<
         ],
     )?;
     let Finished { steps, unconverged, peak_bytes, .. } = finished;
-    Ok(Climbed { engine: engine.describe().to_string(), steps, unconverged, peak_bytes })
+    Ok(LammpsOutcome { engine: engine.describe().to_string(), steps, unconverged, peak_bytes })
 }
 
 /// Reads frames of the scene's block from any LAMMPS: files are named relative to `out`.
@@ -211,22 +212,23 @@ pub fn read_frames(
     files: &[PathBuf],
     out: &Path,
     warn: &mut dyn FnMut(&str),
-) -> Result<(Foreign, AtomsResults)> {
-    let reader = Reader::new(case, atoms, out, ".")?;
-    let frames = Foreign::scan(files, &atoms.block, &reader.indenter, &touching::interaction(atoms), warn)?;
+) -> Result<(DumpTrajectory, AtomsResults)> {
+    let reader = FrameAnalyzer::new(case, atoms, out, ".")?;
+    let frames =
+        DumpTrajectory::scan(files, &atoms.block, &reader.indenter, &frame_analysis::interaction(atoms), warn)?;
     let mut states = Vec::new();
     for step in case.loading_steps() {
         states.push(reader.state(step, &frames.at_load(atoms.load(step))?)?);
     }
-    let climbed = Climbed { engine: "unknown".into(), ..Climbed::default() };
-    let found = results(atoms, &reader, &climbed, states);
+    let outcome = LammpsOutcome { engine: "unknown".into(), ..LammpsOutcome::default() };
+    let found = results(atoms, &reader, &outcome, states);
     Ok((frames, found))
 }
 
 /// Reads a job folder that has run, outside a run folder: files are named relative to `out`.
 pub fn read_atoms(case: &Case, atoms: &AtomsCase, job: &Job, out: &Path) -> Result<AtomsResults> {
-    let climbed = Climbed { engine: "unknown".into(), ..Climbed::default() };
-    read(case, atoms, job, &climbed, out, ".")
+    let outcome = LammpsOutcome { engine: "unknown".into(), ..LammpsOutcome::default() };
+    read(case, atoms, job, &outcome, out, ".")
 }
 
 /// Reads the atoms at every asked load: contact, gap, maps on the comparison grid, a frame for OVITO.
@@ -234,39 +236,39 @@ pub(super) fn read(
     case: &Case,
     atoms: &AtomsCase,
     job: &Job,
-    climbed: &Climbed,
+    outcome: &LammpsOutcome,
     folder: &Path,
     stage: &str,
 ) -> Result<AtomsResults> {
-    let reader = Reader::new(case, atoms, folder, stage)?;
-    let rungs = ladder::Ladder::read(&job.folder)?;
+    let reader = FrameAnalyzer::new(case, atoms, folder, stage)?;
+    let records = load_history::LoadHistory::read(&job.folder)?;
     let mut states = Vec::new();
     for step in case.loading_steps() {
-        states.push(reader.state(step, &job.at_load(&rungs, atoms.load(step))?)?);
+        states.push(reader.state(step, &job.at_load(&records, atoms.load(step))?)?);
     }
-    let mut unloading = unloading(case, atoms, job, &rungs, (&reader, &states))?;
+    let mut unloading = unloading(case, atoms, job, &records, (&reader, &states))?;
     let scene = case.scene.atoms.as_ref().expect("an atoms case comes from a scene with atoms");
     let back = unloading.as_mut().map(|u| u.states.as_mut_slice()).unwrap_or_default();
-    let plasticity = scene.plasticity.then(|| plasticity(atoms, job, &rungs, &mut states, back)).transpose()?;
-    Ok(AtomsResults { unloading, plasticity, ..results(atoms, &reader, climbed, states) })
+    let plasticity = scene.plasticity.then(|| plasticity(atoms, job, &records, &mut states, back)).transpose()?;
+    Ok(AtomsResults { unloading, plasticity, ..results(atoms, &reader, outcome, states) })
 }
 
 /// Counts the atoms that have left the crystal's order at every step, and tells the states.
 fn plasticity(
     atoms: &AtomsCase,
     job: &Job,
-    rungs: &ladder::Ladder,
+    records: &load_history::LoadHistory,
     states: &mut [AtomState],
     back: &mut [AtomState],
 ) -> Result<PlasticityResults> {
-    let end = job.end(&rungs.rungs).map_or(rungs.rungs.len(), |last| last + 1);
+    let end = job.end(&records.steps).map_or(records.steps.len(), |last| last + 1);
     let mut steps: Vec<[f64; 2]> = Vec::new();
-    for rung in &rungs.rungs[..end] {
-        let frame = read_frame(ladder::frame_file(&job.folder, rung.step)?)?;
-        steps.push([rung.load / atoms.load_unit, order::disordered(&frame, &atoms.block)?.len() as f64]);
+    for record in &records.steps[..end] {
+        let frame = read_frame(load_history::frame_file(&job.folder, record.step)?)?;
+        steps.push([record.load / atoms.load_unit, centro_symmetry::defect_atoms(&frame, &atoms.block)?.len() as f64]);
     }
     let atom_nm3 = 1e-3 * atoms.block.a0.powi(3) / 4.0;
-    let turn = job.turn(&rungs.rungs).unwrap_or(end - 1);
+    let turn = job.turn(&records.steps).unwrap_or(end - 1);
     for (states, steps) in [(&mut *states, &steps[..=turn]), (back, &steps[turn..])] {
         for state in states.iter_mut() {
             let distance = |s: &[f64; 2]| (s[0] - state.p_star).abs();
@@ -274,7 +276,7 @@ fn plasticity(
             state.defects = nearest.map(|s| DefectAtoms { atoms: s[1] as usize, volume_nm3: s[1] * atom_nm3 });
         }
     }
-    let yielded = steps.iter().position(|s| s[1] > order::NOISE as f64);
+    let yielded = steps.iter().position(|s| s[1] > centro_symmetry::NOISE as f64);
     let first_yield = yielded.map(|k| steps[k][0]);
     // The free block carries what its tolerance leaves of a load.
     let last_elastic = yielded.and_then(|k| k.checked_sub(1)).map(|k| if k == 0 { 0.0 } else { steps[k][0] });
@@ -282,10 +284,10 @@ fn plasticity(
         states.iter().filter(|s| s.p_star >= p && s.contacts > 0).map(|s| s.contact_stress_gpa).collect()
     });
     Ok(PlasticityResults {
-        atoms: order::looked_at(&atoms.block) as usize,
-        masked_layers: order::MASKED_LAYERS,
-        threshold: order::THRESHOLD,
-        noise_atoms: order::NOISE,
+        atoms: centro_symmetry::analysed_atoms(&atoms.block) as usize,
+        masked_layers: centro_symmetry::MASKED_LAYERS,
+        threshold: centro_symmetry::THRESHOLD,
+        noise_atoms: centro_symmetry::NOISE,
         steps,
         first_yield,
         last_elastic,
@@ -294,10 +296,10 @@ fn plasticity(
 }
 
 /// What is told of the atoms, with the states that were read.
-fn results(atoms: &AtomsCase, reader: &Reader, climbed: &Climbed, states: Vec<AtomState>) -> AtomsResults {
+fn results(atoms: &AtomsCase, reader: &FrameAnalyzer, outcome: &LammpsOutcome, states: Vec<AtomState>) -> AtomsResults {
     AtomsResults {
         potential: atoms.potential.as_ref().map_or("shipped calcium-like EAM".into(), |p| p.display().to_string()),
-        engine: climbed.engine.clone(),
+        engine: outcome.engine.clone(),
         cells: atoms.block.cells,
         depth_cells: atoms.block.depth_cells,
         foundation_cells: atoms.block.foundation_cells,
@@ -309,7 +311,7 @@ fn results(atoms: &AtomsCase, reader: &Reader, climbed: &Climbed, states: Vec<At
         indenter: reader.indenter.atoms() as usize,
         audit: atoms.audit.clone(),
         from_continuum: atoms.start == Start::Continuum,
-        ladder: climbed.steps.clone(),
+        load_steps: outcome.steps.clone(),
         states,
         unloading: None,
         hold: None,

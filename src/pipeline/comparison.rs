@@ -2,8 +2,8 @@
 
 use super::atomistic::site_positions;
 use super::continuum::{Asked, Keep, load_path};
-use super::findings::{findings, squeeze};
-use super::placed::{Places, Profile, map_name, share, within};
+use super::findings::{effective_pressure, findings};
+use super::probe_atoms::{ProbeAtoms, Profile, map_name, share, within};
 use super::versions::{Side, Solved, Units, versions};
 use super::{Key, Listener};
 use crate::atoms::contact::onto_grid;
@@ -110,7 +110,7 @@ pub(super) fn soft(
         criterion: "the wall pushes",
     };
     // The law acts straight up: on what a ball feels it acts where, and as soon as, an atom would be met on a slope.
-    let heights = reduced(atoms, atoms.felt_heights_angstrom(&case.surface));
+    let heights = reduced(atoms, atoms.dilated_heights_angstrom(&case.surface));
     solve(case, atoms, (atoms.matched, &heights), matching, place, key, listener)
 }
 
@@ -220,7 +220,7 @@ pub(super) fn compare(
     let owners = surface.onto_grid(grid.nx, grid.ny);
     let nearest = |x: f64, y: f64| surface.nearest(x * length, y * length);
     let sites = Sites::new(grid, site_positions(&surface), nearest);
-    let places = Places::new(case, atoms, &sites)?;
+    let places = ProbeAtoms::new(case, atoms, &sites)?;
     let fine = Sites::new(case.grid, site_positions(&surface), nearest);
     let bridged = bridged(case, atoms);
     let (mut loads, mut sections) = (Vec::new(), Vec::new());
@@ -236,15 +236,15 @@ pub(super) fn compare(
             npy::read_flags(&per_site("site-contact.npy"))?.values.iter().map(|v| *v != 0).collect();
         let site_gap = npy::read(&per_site("site-gap.npy"))?.values;
         let (hard_shares, soft_shares) = (Shares::of(&hard_wall_gap), Shares::of(&felt_gap));
-        let squeezed = squeeze(atoms, hard) * atoms.modulus_gpa / GPA_PER_EV_A3;
+        let effective_pressure = effective_pressure(atoms, hard) * atoms.modulus_gpa / GPA_PER_EV_A3;
         let raised_at = |distance: f64| {
             let clear = places.clearances((Profile::Own, hard_wall_gap.field()), distance);
-            let rise = places.rise(&clear, squeezed);
+            let rise = places.rise(&clear, effective_pressure);
             (within(&clear, |_| rise), rise)
         };
         let unpressed = places.unpressed(felt_gap.field());
         let soft_at = |distance: f64| {
-            within(&places.clearances((Profile::Felt, felt_gap.field()), distance), |site| unpressed[site])
+            within(&places.clearances((Profile::Dilated, felt_gap.field()), distance), |site| unpressed[site])
         };
         let (raised_flags, rise) = raised_at(CONTACT_DISTANCE_ANGSTROM);
         let soft_flags = soft_at(CONTACT_DISTANCE_ANGSTROM);
@@ -326,7 +326,7 @@ pub(super) fn compare(
 /// What the atoms' heights are above what a ball feels of them, units of L, on the grid of the comparison.
 fn bridged(case: &Case, atoms: &AtomsCase) -> Vec<f64> {
     let (own, felt) =
-        (atoms.heights_angstrom(&case.surface, atoms.matched), atoms.felt_heights_angstrom(&case.surface));
+        (atoms.heights_angstrom(&case.surface, atoms.matched), atoms.dilated_heights_angstrom(&case.surface));
     reduced(atoms, own.iter().zip(felt).map(|(own, felt)| own - felt).collect())
 }
 

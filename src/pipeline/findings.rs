@@ -10,7 +10,7 @@ use crate::units::GPA_PER_EV_A3;
 
 /// What presses the bodies together, over E*: the load and the mean attraction of the hard-wall solution, which for an
 /// exponential is its energy over its range.
-pub(super) fn squeeze(atoms: &AtomsCase, hard: &StateResults) -> f64 {
+pub(super) fn effective_pressure(atoms: &AtomsCase, hard: &StateResults) -> f64 {
     hard.pressure + atoms.adhesion.map_or(0.0, |a| -hard.interaction_energy / a.rho)
 }
 
@@ -60,7 +60,8 @@ pub(super) fn findings(
     let kappa = |o: &Overlap| format!("{:.2}", o.kappa).replace('-', "−");
     for (load, state) in loads.iter().zip(&matched.hard.states) {
         let [plain, raised, soft] = &load.continuum[..] else { continue };
-        let stress = squeeze(atoms, state) * atoms.modulus_gpa / load.atoms.contact_fraction.max(f64::MIN_POSITIVE);
+        let stress =
+            effective_pressure(atoms, state) * atoms.modulus_gpa / load.atoms.contact_fraction.max(f64::MIN_POSITIVE);
         let over = |m: &CriterionMatch| load.atoms.contact_fraction / m.contact_fraction - 1.0;
         list.push(format!(
             "p* = {}: {} of the surface atoms touch. A hard wall at zero gap has {} (the atoms deviate by {}). With the \

@@ -4,27 +4,27 @@
 //! a changed scene repeats only what the change touches.
 
 mod accuracy;
-mod approach;
 mod atomistic;
 mod budget;
 mod comparison;
 mod continuum;
 mod findings;
 mod folder;
-mod hold;
+mod frame_analysis;
+mod initial_states;
 mod methods;
+mod nvt;
 mod observed;
-mod placed;
 mod plan;
+mod probe_atoms;
 mod progress;
 mod run;
-mod touching;
 mod tradeoff;
 mod unloading;
 mod versions;
 
 pub use accuracy::{Unserved, advise, read_tables, resolve_accuracy};
-pub use atomistic::{Climbed, build_job, climb, engine, read_atoms, read_frames, speed};
+pub use atomistic::{LammpsOutcome, build_job, engine, read_atoms, read_frames, run_lammps, speed};
 pub use continuum::{start, statistics};
 pub use folder::{Key, RunFolder};
 pub use methods::state_of;

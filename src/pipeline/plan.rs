@@ -1,6 +1,6 @@
-use crate::atoms::cost::{self, Way, memory_bytes};
-use crate::atoms::hold::DEARER;
-use crate::atoms::unload::FINER;
+use crate::atoms::cost::{self, LoadingMode, memory_bytes};
+use crate::atoms::nvt::MD_STEP_COST_RATIO;
+use crate::atoms::unloading::STEP_REFINEMENT;
 use crate::interface::Adhesion;
 use crate::method;
 use crate::path::{Given, LoadPath};
@@ -22,7 +22,7 @@ const COMPARING: (f64, f64) = (0.6, 1.5e-6);
 /// Share of the first-touch mean gap that is closed at a few per cent of p*: ū falls from 2.63 to 0.58 µm at p* = 0.03.
 const CLOSED: f64 = 0.8;
 
-/// Way in shorter steps, in ranges of the adhesion.
+/// LoadingMode in shorter steps, in ranges of the adhesion.
 const PULLED_RANGES: f64 = 4.0;
 
 /// What a run will do and take, before it starts.
@@ -78,7 +78,7 @@ fn steps_of_ladder(atoms: &AtomsCase, step_angstrom: f64) -> f64 {
     let down = CLOSED * atoms.first_touch_gap_angstrom / step_angstrom;
     let range = atoms.adhesion.map_or(0.0, |a| 1.0 / a.pair.kappa_per_angstrom);
     match atoms.unload {
-        true => 2.0 * down + PULLED_RANGES * range / step_angstrom * FINER as f64,
+        true => 2.0 * down + PULLED_RANGES * range / step_angstrom * STEP_REFINEMENT as f64,
         false => down,
     }
 }
@@ -169,12 +169,15 @@ pub fn plan(case: &Case, threads: usize, evaluation: Option<f64>) -> Result<RunP
             Start::Touch => {
                 let steps = steps_of_ladder(a, scene.step_or_default());
                 let back = if a.unload { ", there and back" } else { "" };
-                (Way::Steps(steps), format!("about {steps:.0} steps of {} Å{back}", scene.step_or_default()))
+                (
+                    LoadingMode::RampSteps(steps),
+                    format!("about {steps:.0} steps of {} Å{back}", scene.step_or_default()),
+                )
             }
             Start::Continuum => {
                 let number = loads_of_atoms(case);
                 let words = format!("{number} load{} from the continuum", if number == 1 { "" } else { "s" });
-                (Way::Loads { number, force_tolerance: scene.force_tolerance_ev_per_angstrom }, words)
+                (LoadingMode::PrescribedLoads { number, force_tolerance: scene.force_tolerance_ev_per_angstrom }, words)
             }
         };
         let evaluations = cost::evaluations(a.block.cells, a.block.depth_cells, way);
@@ -209,7 +212,7 @@ pub fn plan(case: &Case, threads: usize, evaluation: Option<f64>) -> Result<RunP
             let there = case.rising_steps().len();
             let steps = hold.steps() * there;
             stages.push(PlannedStage {
-                name: super::hold::STAGE,
+                name: super::nvt::STAGE,
                 what: format!(
                     "{there} load{} at {} K, {} ps each, {steps} time steps",
                     if there == 1 { "" } else { "s" },
@@ -217,7 +220,7 @@ pub fn plan(case: &Case, threads: usize, evaluation: Option<f64>) -> Result<RunP
                     hold.time_ps
                 ),
                 bytes: memory_bytes(total, scene.ranks, true),
-                seconds: DEARER * total as f64 * each * steps as f64 / scene.ranks as f64,
+                seconds: MD_STEP_COST_RATIO * total as f64 * each * steps as f64 / scene.ranks as f64,
             });
         }
         atoms = Some(counts);

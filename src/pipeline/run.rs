@@ -1,9 +1,9 @@
-use super::atomistic::{self, Climbed};
+use super::atomistic::{self, LammpsOutcome};
 use super::comparison::{self, Matched};
 use super::continuum::Variant;
 use super::folder::{Key, Leftovers, RunFolder};
-use super::hold::{self, STAGE as HOLD_STAGE};
-use super::touching::INDENTER_SPECIES;
+use super::frame_analysis::INDENTER_SPECIES;
+use super::nvt::{self, STAGE as HOLD_STAGE};
 use super::{Listener, continuum, engine, methods};
 use crate::atoms::engine::Engine;
 use crate::atoms::job::{CONTINUUM, HOLD, Job, LADDER};
@@ -266,13 +266,13 @@ fn atomistic_stages(
             (key, format!("displacement ladder of {total} atoms{way}"))
         }
     };
-    let climbed: Climbed =
+    let outcome: LammpsOutcome =
         folder.stage(listener, ("lammps", &what), &lammps_key, Leftovers::KeepOf(&ladder_key), |dir| {
             let solved = (a.start == Start::Continuum).then_some((&matched.soft, root.as_path()));
             let job = atomistic::write_job(case, a, dir, solved)?;
-            atomistic::climb(engine, &job, listener)
+            atomistic::run_lammps(engine, &job, listener)
         })?;
-    for step in &climbed.unconverged {
+    for step in &outcome.unconverged {
         let text = format!(
             "load step {step} of the atoms stopped above the force tolerance or off its load; states taken from it are not equilibria"
         );
@@ -289,14 +289,14 @@ fn atomistic_stages(
         ("atoms", "contact and gap at the asked loads"),
         &atoms_key,
         Leftovers::Remove,
-        |dir| atomistic::read(case, a, &Job::open(root.join("lammps"))?, &climbed, dir, "atoms"),
+        |dir| atomistic::read(case, a, &Job::open(root.join("lammps"))?, &outcome, dir, "atoms"),
     )?;
     if let Some(settings) = &a.hold {
         let hold_key = Key::new(HOLD_STAGE, &(settings, HOLD.hash(), engine.describe()), &[&lammps_key])?;
         let held_key = Key::new("held", &Key::of_program()?, &[&hold_key])?;
         let what = format!("the loads held at {} K, {} ps each", settings.temperature_k, settings.time_ps);
         let held = folder.stage(listener, (HOLD_STAGE, &what), &held_key, Leftovers::KeepOf(&hold_key), |dir| {
-            hold::hold(case, a, (engine, &Job::open(root.join("lammps"))?), settings, dir, listener)
+            nvt::hold(case, a, (engine, &Job::open(root.join("lammps"))?), settings, dir, listener)
         })?;
         found.hold = Some(held);
     }

@@ -1,10 +1,10 @@
 //! The atoms' way back from the highest load.
 
-use super::touching::Reader;
+use super::frame_analysis::FrameAnalyzer;
 use crate::Result;
 use crate::atoms::job::Job;
-use crate::atoms::ladder::Ladder;
-use crate::atoms::unload::pull_off;
+use crate::atoms::load_history::LoadHistory;
+use crate::atoms::unloading::pull_off;
 use crate::load::at_step;
 use crate::record::results::{AtomState, BranchChange, Unloading};
 use crate::scene::{AtomsCase, Case};
@@ -15,13 +15,13 @@ pub(super) fn unloading(
     case: &Case,
     atoms: &AtomsCase,
     job: &Job,
-    ladder: &Ladder,
-    (reader, there): (&Reader, &[AtomState]),
+    history: &LoadHistory,
+    (reader, there): (&FrameAnalyzer, &[AtomState]),
 ) -> Result<Option<Unloading>> {
-    let Some(turn) = job.turn(&ladder.rungs) else { return Ok(None) };
+    let Some(turn) = job.turn(&history.steps) else { return Ok(None) };
     let (mut states, mut changes) = (Vec::new(), Vec::new());
     for step in case.unloading_steps() {
-        let state = reader.state(step, &job.at_load_back(ladder, atoms.load(step))?)?;
+        let state = reader.state(step, &job.at_load_back(history, atoms.load(step))?)?;
         if let Some(before) = step.counterpart.and_then(|k| at_step(there, k)) {
             changes.push(BranchChange {
                 p_star: state.p_star,
@@ -32,13 +32,13 @@ pub(super) fn unloading(
         }
         states.push(state);
     }
-    let end = job.way_back(&ladder.rungs).and_then(|w| w.end);
-    let separated = end.map(|k| ladder.rungs[k].contacts == 0);
+    let end = job.way_back(&history.steps).and_then(|w| w.end);
+    let separated = end.map(|k| history.steps[k].contacts == 0);
     Ok(Some(Unloading {
         reversal_step: turn,
         states,
         changes,
         separated,
-        pull_off: end.and_then(|k| pull_off(&ladder.rungs[..=k], turn, atoms.load_unit)),
+        pull_off: end.and_then(|k| pull_off(&history.steps[..=k], turn, atoms.load_unit)),
     }))
 }

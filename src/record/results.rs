@@ -417,7 +417,7 @@ pub struct AtomsResults {
     /// indenter.
     #[serde(default, skip_serializing_if = "crate::record::is_default")]
     pub from_continuum: bool,
-    pub ladder: Vec<LoadStepResults>,
+    pub load_steps: Vec<LoadStepResults>,
     pub states: Vec<AtomState>,
     /// Only where the loads come back or the bodies are pulled apart.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -1,20 +1,20 @@
 //! The block of atoms of a scene, resolved: crystal, indenter, walls, and what scaling down has kept.
 
 use super::{Case, Slope, Start, Surface};
-use crate::atoms::audit::{Asked, AuditInput, Used, audit};
+use crate::atoms::audit::{Actual, AuditInput, Target, audit};
 use crate::atoms::block::Block;
+use crate::atoms::compliant_wall::CompliantWall;
 use crate::atoms::engine::caveat;
-use crate::atoms::giving::GivingWall;
-use crate::atoms::hold::Settings;
 use crate::atoms::indenter::grid_points;
 use crate::atoms::job::{FORCE_TOLERANCE, Yukawa};
+use crate::atoms::nvt::NvtSettings;
 use crate::atoms::potential::{CALCIUM, CALCIUM_C11_GPA, CALCIUM_ELEMENT, CALCIUM_MODULUS_GPA, Potential, SetflHeader};
 use crate::atoms::wall::{self, Wall as AtomWall};
 use crate::grid::Grid;
 use crate::interface::{Adhesion, Base, Elastic, Layer, TabulatedWall};
 use crate::load::LoadStep;
 use crate::record::results::AuditLine;
-use crate::surface::{moments, range, rolled};
+use crate::surface::{dilate_by_ball, moments, range};
 use crate::units::{GPA_PER_EV_A3, Scales};
 use crate::{Error, Result};
 use std::path::PathBuf;
@@ -37,11 +37,11 @@ const LOW_PASS_SPACINGS: f64 = 4.0;
 const YIELDING: f64 = 0.5;
 
 /// Mean pressure over E* up to which a block is pressed: by that elasticity would have it shortened by half.
-const CRUSHED: f64 = 0.5;
+const MAX_PRESSURE_OVER_MODULUS: f64 = 0.5;
 
 /// The load up to which atoms are pressed, p*, on a surface of this rms gradient.
 pub fn highest_p_star(gradient: f64) -> f64 {
-    CRUSHED / gradient
+    MAX_PRESSURE_OVER_MODULUS / gradient
 }
 
 /// To two digits, so that what is told to be accepted is.
@@ -83,7 +83,7 @@ pub struct AtomsCase {
     /// Whether there is a way back from the highest load.
     pub unload: bool,
     /// At which the relaxed states are held, if at any temperature.
-    pub hold: Option<Settings>,
+    pub hold: Option<NvtSettings>,
     /// Load at p* = 1, eV/Å.
     pub load_unit: f64,
     pub adhesion: Option<PairAdhesion>,
@@ -109,7 +109,7 @@ impl AtomsCase {
         let p_star = case.highest_p_star();
         if p_star > highest_p_star(case.gradient) {
             let accepted = format!(
-                "at most {:.1e} with atoms, which more than {CRUSHED} E* crushes: p* is the pressure over the product of E* and rms \
+                "at most {:.1e} with atoms, which more than {MAX_PRESSURE_OVER_MODULUS} E* crushes: p* is the pressure over the product of E* and rms \
                  gradient, and if the gradient of {:.3} is not the surface's, its heights or extent have another unit than the scene says",
                 rounded_down(highest_p_star(case.gradient)),
                 case.gradient
@@ -187,7 +187,7 @@ impl AtomsCase {
             }
         };
         let audit = audit(&AuditInput {
-            asked: Asked {
+            asked: Target {
                 p_star,
                 gamma: asked_gamma,
                 rho: asked_rho,
@@ -195,7 +195,7 @@ impl AtomsCase {
                 lambda_s,
                 curvature_radius,
             },
-            used: Used {
+            used: Actual {
                 length_angstrom: length,
                 depth_angstrom: block.thickness(),
                 foundation_angstrom: block.thickness() - block.deformable_thickness(),
@@ -248,10 +248,10 @@ impl AtomsCase {
     }
 
     /// What an atom of the block meets of these heights, as a ball of the wall's radius r_m, on the grid of the comparison, Å.
-    pub fn felt_heights_angstrom(&self, surface: &Surface) -> Vec<f64> {
+    pub fn dilated_heights_angstrom(&self, surface: &Surface) -> Vec<f64> {
         let length = self.block.length();
         let scaled = Grid { lx: self.matched.lx * length, ly: self.matched.ly * length, ..self.matched };
-        rolled(scaled, &self.heights_angstrom(surface, self.matched), self.wall.minimum_angstrom())
+        dilate_by_ball(scaled, &self.heights_angstrom(surface, self.matched), self.wall.minimum_angstrom())
     }
 
     /// The block's own elastic layer.
@@ -274,13 +274,13 @@ impl AtomsCase {
     }
 
     /// The areal law of the indenter's atoms over the block, whose own give way under them one by one.
-    pub fn giving_wall(&self) -> GivingWall {
-        GivingWall::new(&self.wall, self.modulus_gpa / GPA_PER_EV_A3, self.resolved_gradient)
+    pub fn compliant_wall(&self) -> CompliantWall {
+        CompliantWall::new(&self.wall, self.modulus_gpa / GPA_PER_EV_A3, self.resolved_gradient)
     }
 
     /// The same, reduced.
     pub fn soft_wall(&self) -> TabulatedWall {
-        self.giving_wall().reduced(self.block.length(), self.modulus_gpa / GPA_PER_EV_A3)
+        self.compliant_wall().reduced(self.block.length(), self.modulus_gpa / GPA_PER_EV_A3)
     }
 
     /// Adhesion of the continuum to be compared with the atoms, for a hard or for the soft wall.

@@ -6,14 +6,14 @@
 mod atoms;
 mod case;
 mod check;
-mod hold;
+mod nvt;
 mod outputs;
 mod source;
 mod syntax;
 
 pub use atoms::{AtomsCase, PairAdhesion, highest_p_star};
 pub use case::{Case, slope_warning};
-pub use hold::HoldScene;
+pub use nvt::NvtScene;
 pub use outputs::{AccuracyScene, RequestedOutputs};
 pub use source::{Surface, SurfaceFile};
 
@@ -495,7 +495,7 @@ pub struct AtomsScene {
     pub depth_error: bool,
     /// Left out: the atoms stay at 0 K.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub hold: Option<HoldScene>,
+    pub hold: Option<NvtScene>,
     /// MPI ranks.
     pub ranks: usize,
     /// Wall-clock limit of the LAMMPS stage, s.

@@ -2,8 +2,8 @@
 //!
 //! Heights are reduced (unit: the cell's extent in x) and low points touch first.
 
-mod ball;
 mod fourier;
+mod morphology;
 mod patch;
 mod power;
 mod spectrum;
@@ -11,8 +11,8 @@ mod statistics;
 mod summits;
 mod synthesis;
 
-pub use ball::rolled;
 pub use fourier::FourierModes;
+pub use morphology::dilate_by_ball;
 pub use patch::{PatchMoments, patch_moments, windowed};
 pub use power::{Power, Shell};
 pub use spectrum::{Amplitudes, Expected, Spectrum};

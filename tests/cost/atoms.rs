@@ -38,7 +38,7 @@ fn run(folder: &Path, name: &str, text: &str) -> Counted {
     let atoms = results.atoms.as_ref().expect("atoms");
     Counted {
         nodes: transformed_nodes() - before,
-        evaluations: atoms.ladder.iter().map(|s| s.force_evaluations).sum(),
+        evaluations: atoms.load_steps.iter().map(|s| s.force_evaluations).sum(),
         frame_bytes: bytes(&out.join("lammps"), |f| f.starts_with("frame.")),
         read_bytes: bytes(&out.join("atoms"), |f| f.starts_with("load-")),
         results,

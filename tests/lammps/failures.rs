@@ -11,8 +11,8 @@ use std::process::Command;
 
 use asperity::atoms::block::Block;
 use asperity::atoms::engine::{Engine, Finished, LammpsEngine, Progress};
-use asperity::atoms::job::{Job, Ladder};
-use asperity::atoms::ladder::frame_file;
+use asperity::atoms::job::{Job, RunSettings};
+use asperity::atoms::load_history::frame_file;
 
 /// Steps of the ladders here: contact begins in the second.
 const STEPS: usize = 5;
@@ -26,7 +26,7 @@ fn job(folder: &Path) -> Job {
         0.7 + 0.4 * wave(x) + 0.3 * wave(y)
     };
     let block = Block::new(6, 3, A0, CUTOFF).expect("valid");
-    written(folder, block, height, None, Ladder { step_angstrom: 0.2, max_steps: STEPS, ..LADDER }).job
+    written(folder, block, height, None, RunSettings { step_angstrom: 0.2, max_steps: STEPS, ..LADDER }).job
 }
 
 /// What a user is told of a run that fails.
@@ -102,10 +102,10 @@ fn what_lammps_says_is_passed_on() {
     let unknown = with_script(&engine, &job, MINIMIZE, "minimise      0.0");
     assert!(unknown.contains("Unknown command: minimise"), "{unknown}");
 
-    job.record.ladder.step_angstrom = f64::NAN;
+    job.record.settings.step_angstrom = f64::NAN;
     let step = said(&engine, &job);
-    assert!(step.contains("its ladder cannot be read") && step.contains("0 nan"), "{step}");
-    job.record.ladder.step_angstrom = 0.2;
+    assert!(step.contains("its history cannot be read") && step.contains("0 nan"), "{step}");
+    job.record.settings.step_angstrom = 0.2;
 
     std::fs::rename(folder.path().join("potential.eam.alloy"), folder.path().join("gone")).expect("moved");
     let missing = said(&engine, &job);
@@ -113,7 +113,7 @@ fn what_lammps_says_is_passed_on() {
     std::fs::rename(folder.path().join("gone"), folder.path().join("potential.eam.alloy")).expect("moved");
 
     // After all that, the same folder runs.
-    assert_eq!(engine.run(&job, &mut on).expect("a clean run").ladder.rungs.len(), STEPS + 1);
+    assert_eq!(engine.run(&job, &mut on).expect("a clean run").history.steps.len(), STEPS + 1);
 }
 
 /// The job's own LAMMPS, by the folder it works in.
@@ -133,7 +133,7 @@ fn a_run_that_was_killed_or_timed_out_goes_on() {
     let job = job(folder.path());
     let wait = waiting_at(&job, 3);
     let killed = watched_with_script(&engine, &job, (MINIMIZE, &wait), &mut |p| {
-        if p.is_new && p.rung.is_some_and(|r| r.step == 1) {
+        if p.is_new && p.record.is_some_and(|r| r.step == 1) {
             let pid = process_of(folder.path()).expect("LAMMPS runs");
             assert!(Command::new("kill").args(["-9", &pid]).status().expect("kill").success());
         }
@@ -148,7 +148,7 @@ fn a_run_that_was_killed_or_timed_out_goes_on() {
 
     let finished = engine.run(&job, &mut on).expect("the rest");
     assert_eq!(finished.resumed_from, Some(2));
-    assert_eq!(finished.ladder, expected.ladder);
+    assert_eq!(finished.history, expected.history);
 }
 
 /// Lets a file of a step to come be one of a full disk.
@@ -166,7 +166,7 @@ fn a_full_disk_is_said_and_what_it_cut_is_done_again() {
     let path = folder.path();
     let at_first = |name: String| {
         move |p: Progress| {
-            if p.is_new && p.rung.is_some_and(|r| r.step == 0) {
+            if p.is_new && p.record.is_some_and(|r| r.step == 0) {
                 fill(path, &name);
                 std::fs::write(path.join(GO), "").expect("written");
             }
@@ -186,14 +186,14 @@ fn a_full_disk_is_said_and_what_it_cut_is_done_again() {
     let frame = watched_with_script(&engine, &job, (MINIMIZE, &wait), &mut at_first(full));
     assert!(frame.contains("what step 3 left is not complete") && frame.contains("is the disk full?"), "{frame}");
     let finished = engine.run(&job, &mut on).expect("the rest");
-    assert_eq!(finished.ladder, expected.ladder);
+    assert_eq!(finished.history, expected.history);
 }
 
 /// Runs a job up to a step and stops it there.
 fn stopped_after(engine: &LammpsEngine, job: &Job, step: usize) {
     let wait = waiting_at(job, step + 1);
     let stopped = run_with_script(engine, job, (MINIMIZE, &wait), &mut |p| {
-        let there = p.is_new && p.rung.is_some_and(|r| r.step >= step);
+        let there = p.is_new && p.record.is_some_and(|r| r.step >= step);
         if there { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     assert_eq!(stopped.exit_code(), 130);
@@ -214,7 +214,7 @@ fn a_damaged_restart_file_is_not_gone_on_from() {
     std::fs::write(&file, bytes).expect("written");
     let finished: Finished = engine.run(&job, &mut on).expect("the rest");
     assert_eq!(finished.resumed_from, Some(last - 1));
-    assert_eq!(finished.ladder, expected.ladder);
+    assert_eq!(finished.history, expected.history);
 }
 
 #[test]
@@ -230,9 +230,9 @@ fn a_run_goes_on_with_another_number_of_ranks() {
     stopped_after(&engine, &job, 2);
     let finished = two.run(&job, &mut on).expect("the rest");
     assert!(finished.resumed_from.is_some_and(|k| k >= 2));
-    for (a, b) in finished.ladder.rungs.iter().zip(&expected.ladder.rungs) {
+    for (a, b) in finished.history.steps.iter().zip(&expected.history.steps) {
         assert!((a.load - b.load).abs() < LOAD_NOISE, "{} {}", a.load, b.load);
         assert_eq!(a.atoms, b.atoms);
     }
-    assert_eq!(finished.ladder.rungs.len(), STEPS + 1);
+    assert_eq!(finished.history.steps.len(), STEPS + 1);
 }

@@ -6,7 +6,7 @@ use crate::lammps::lammps;
 use asperity::atoms::block::Block;
 use asperity::atoms::dump::read_frame;
 use asperity::atoms::engine::{Engine, Finished, LammpsEngine};
-use asperity::atoms::ladder::frame_file;
+use asperity::atoms::load_history::frame_file;
 use asperity::pipeline::{Silent, run};
 use asperity::scene::Case;
 use std::path::Path;
@@ -16,7 +16,7 @@ const LOADS: [f64; 2] = [0.02, 0.06];
 const DEEP: usize = 6;
 const SHALLOW: usize = 3;
 
-struct Pressed {
+struct LayerDisplacementField {
     block: Block,
     found: Finished,
     /// Of each load: how far the surface atoms are from their sites along x, y and z, Å.
@@ -30,7 +30,7 @@ fn of_depth(depth_cells: usize, foundation_cells: usize, loads: &[f64]) -> Case 
     Case::resolve(scene, Path::new("smooth.toml")).expect("a case")
 }
 
-fn pressed(engine: &LammpsEngine, depth_cells: usize, foundation_cells: usize) -> Pressed {
+fn pressed(engine: &LammpsEngine, depth_cells: usize, foundation_cells: usize) -> LayerDisplacementField {
     let case = of_depth(depth_cells, foundation_cells, &LOADS);
     let folder = tempfile::tempdir().expect("scratch");
     let job = built(&case, folder.path());
@@ -48,7 +48,7 @@ fn pressed(engine: &LammpsEngine, depth_cells: usize, foundation_cells: usize) -
         };
         (0..sites.len()).map(one).collect()
     };
-    Pressed { block, moved: (1..=LOADS.len()).map(of).collect(), found }
+    LayerDisplacementField { block, moved: (1..=LOADS.len()).map(of).collect(), found }
 }
 
 /// Root mean square distance between surfaces, Å.
@@ -71,7 +71,7 @@ fn a_foundation_stands_for_the_missing_depth() {
     let rigid = pressed(&engine, SHALLOW, 0);
     assert!(founded.block.atoms() < deep.block.atoms());
     for (k, p_star) in LOADS.iter().enumerate() {
-        let of = |p: &Pressed| p.found.ladder.rungs[k + 1].clone();
+        let of = |p: &LayerDisplacementField| p.found.history.steps[k + 1].clone();
         let [whole, with, without] = [&deep, &founded, &rigid].map(of);
         eprintln!(
             "p* = {p_star}: {}, {} and {} touch; the indenter is down by {:.4}, {:.4} and {:.4} Å; the surface is off by {:.4} and {:.4} Å",
@@ -97,7 +97,7 @@ const FAR_DOWN: usize = 200;
 fn a_base_that_sinks_far_stays_in_the_box() {
     let Some(engine) = lammps(1) else { return };
     let found = pressed(&engine, SHALLOW, FAR_DOWN);
-    let down: Vec<f64> = found.found.ladder.rungs.iter().map(|r| r.displacement_angstrom).collect();
+    let down: Vec<f64> = found.found.history.steps.iter().map(|r| r.displacement_angstrom).collect();
     eprintln!("the indenter is down by {down:?} Å");
     // Atoms that leave the box are an error of the run; here they would have.
     assert!(down[1] > 5.0 && down[2] > 2.0 * down[1]);

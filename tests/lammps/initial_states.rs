@@ -8,8 +8,8 @@ use asperity::atoms::dump::read_frame;
 use asperity::atoms::engine::{Engine, Finished};
 use asperity::atoms::indenter::Indenter;
 use asperity::atoms::job::{CONTINUUM, Job};
-use asperity::atoms::ladder::frame_file;
-use asperity::atoms::midway;
+use asperity::atoms::load_history::frame_file;
+use asperity::atoms::minimizer_checkpoint;
 use asperity::grid::Grid;
 use asperity::scene::Case;
 use std::ops::ControlFlow;
@@ -29,8 +29,8 @@ fn touching(case: &Case, job: &Job, finished: &Finished, step: usize) -> Contact
     let indenter = Indenter::above(&atoms.block, atoms.points, heights, touch).expect("an indenter");
     let frame = read_frame(frame_file(&job.folder, step).expect("a frame")).expect("good");
     let sites: SurfaceSites = atoms.block.surface();
-    let down = finished.ladder.rungs[step].displacement_angstrom;
-    contact(&frame, &indenter, down, &sites, job.record.ladder.contact_angstrom)
+    let down = finished.history.steps[step].displacement_angstrom;
+    contact(&frame, &indenter, down, &sites, job.record.settings.contact_angstrom)
 }
 
 /// Both stop at a largest force of 2e-3 eV/Å or below, which leaves the load of so small a cell uncertain by 2e-2 eV/Å, half a
@@ -47,25 +47,25 @@ fn the_continuums_start_ends_in_the_ladders_state_for_less() {
     let job = built(&from_continuum, warm.path());
     let found = engine.run(&job, &mut on).expect("a clean run");
     assert!(found.unconverged.is_empty());
-    assert_eq!(found.ladder.rungs.len(), 1 + LOADS.len());
-    let unit = job.record.ladder.load_unit;
-    for (rung, p_star) in found.ladder.rungs[1..].iter().zip(LOADS) {
-        assert!((rung.load / (p_star * unit) - 1.0).abs() < 1e-3, "{} of {}", rung.load / unit, p_star);
+    assert_eq!(found.history.steps.len(), 1 + LOADS.len());
+    let unit = job.record.settings.load_unit;
+    for (record, p_star) in found.history.steps[1..].iter().zip(LOADS) {
+        assert!((record.load / (p_star * unit) - 1.0).abs() < 1e-3, "{} of {}", record.load / unit, p_star);
         // Read as it is, not between two steps.
-        let at = job.at_load(&found.ladder, p_star * unit).expect("reached");
-        assert_eq!((at.bracket.lower, at.bracket.weight), (rung.step, 0.0));
+        let at = job.at_load(&found.history, p_star * unit).expect("reached");
+        assert_eq!((at.bracket.lower, at.bracket.weight), (record.step, 0.0));
     }
-    for (k, rung) in found.ladder.rungs.iter().enumerate().skip(1) {
+    for (k, record) in found.history.steps.iter().enumerate().skip(1) {
         // A ladder from first touch, in equal steps no longer than usual, that meets the height found.
-        let steps = (rung.displacement_angstrom / 0.3).ceil();
-        let step = rung.displacement_angstrom / steps;
+        let steps = (record.displacement_angstrom / 0.3).ceil();
+        let step = record.displacement_angstrom / steps;
         let touch = smooth_case(&format!("step_angstrom = {step}"));
-        let mut ladder = built(&touch, &cold.path().join(k.to_string()));
-        (ladder.record.ladder.max_steps, ladder.record.ladder.max_load) = (steps as usize, f64::MAX);
-        let climbed = engine.run(&ladder, &mut on).expect("a clean run");
-        let last = climbed.ladder.last().expect("steps");
-        assert!((last.load / rung.load - 1.0).abs() < SAME_LOAD, "{} and {}", last.load, rung.load);
-        let (a, b) = (touching(&from_continuum, &job, &found, k), touching(&touch, &ladder, &climbed, steps as usize));
+        let mut history = built(&touch, &cold.path().join(k.to_string()));
+        (history.record.settings.max_steps, history.record.settings.max_load) = (steps as usize, f64::MAX);
+        let outcome = engine.run(&history, &mut on).expect("a clean run");
+        let last = outcome.history.last().expect("steps");
+        assert!((last.load / record.load - 1.0).abs() < SAME_LOAD, "{} and {}", last.load, record.load);
+        let (a, b) = (touching(&from_continuum, &job, &found, k), touching(&touch, &history, &outcome, steps as usize));
         let differ = a.sites.iter().zip(&b.sites).filter(|(a, b)| a != b).count();
         assert!(
             a.ids.len() > 10 && differ <= AT_THE_EDGE,
@@ -74,8 +74,8 @@ fn the_continuums_start_ends_in_the_ladders_state_for_less() {
             b.ids.len()
         );
         let sum = |f: &Finished, upto: usize| f.steps[..=upto].iter().map(|s| s.force_evaluations).sum::<usize>();
-        let (less, more) = (sum(&found, k), sum(&climbed, steps as usize));
-        eprintln!("p* = {}: {less} force evaluations from the continuum, {more} from first touch", rung.load / unit);
+        let (less, more) = (sum(&found, k), sum(&outcome, steps as usize));
+        eprintln!("p* = {}: {less} force evaluations from the continuum, {more} from first touch", record.load / unit);
     }
 }
 
@@ -92,19 +92,19 @@ fn a_loose_tolerance_is_enough_where_load_and_base_are_met() {
         let job = built(&case, folder.path());
         let finished = engine.run(&job, &mut on).expect("a clean run");
         let sites: Vec<_> = (1..=LOADS.len()).map(|k| touching(&case, &job, &finished, k).sites).collect();
-        (finished, sites, job.record.ladder.load_unit)
+        (finished, sites, job.record.settings.load_unit)
     };
     let ((tight, sites, unit), (loose, loose_sites, _)) = (ran(""), ran("force_tolerance_ev_per_angstrom = 0.4"));
     assert!(loose.unconverged.is_empty());
     for (k, p_star) in (1..).zip(LOADS) {
-        let (a, b) = (&tight.ladder.rungs[k], &loose.ladder.rungs[k]);
+        let (a, b) = (&tight.history.steps[k], &loose.history.steps[k]);
         assert!((b.load / (p_star * unit) - 1.0).abs() < 1e-3, "{} of {p_star}", b.load / unit);
         assert!(b.max_force <= 0.1 && b.settled, "{b:?}");
         assert!((a.displacement_angstrom - b.displacement_angstrom).abs() < LEFT_TO_GO, "{a:?} {b:?}");
         let differ = sites[k - 1].iter().zip(&loose_sites[k - 1]).filter(|(a, b)| a != b).count();
         assert!(differ <= AT_THE_EDGE, "load {k}: {differ}");
     }
-    let all = |f: &Finished| f.ladder.rungs[1..].iter().map(|r| r.iterations).sum::<usize>();
+    let all = |f: &Finished| f.history.steps[1..].iter().map(|r| r.iterations).sum::<usize>();
     assert!(all(&loose) < all(&tight), "{} and {}", all(&loose), all(&tight));
 }
 
@@ -117,7 +117,7 @@ fn killed_between_loads_it_goes_on_through_the_same_states() {
     let job = built(&case, killed.path());
     for stop in [0, 1] {
         let error = engine.run(&job, &mut |p| {
-            let after = p.rung.is_some_and(|r| r.step >= stop);
+            let after = p.record.is_some_and(|r| r.step >= stop);
             if after { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         assert!(matches!(error, Err(asperity::Error::Interrupted)));
@@ -125,10 +125,10 @@ fn killed_between_loads_it_goes_on_through_the_same_states() {
     // Written again, as the same command does.
     let finished = engine.run(&built(&case, killed.path()), &mut on).expect("the rest");
     assert!(finished.resumed_from.is_some_and(|k| k >= 1));
-    assert_eq!(finished.ladder, expected.ladder);
-    for rung in &expected.ladder.rungs {
-        let read = |folder: &Path| std::fs::read(frame_file(folder, rung.step).expect("a frame")).expect("read");
-        assert!(read(whole.path()) == read(killed.path()), "step {}", rung.step);
+    assert_eq!(finished.history, expected.history);
+    for record in &expected.history.steps {
+        let read = |folder: &Path| std::fs::read(frame_file(folder, record.step).expect("a frame")).expect("read");
+        assert!(read(whole.path()) == read(killed.path()), "step {}", record.step);
     }
 }
 
@@ -155,7 +155,7 @@ fn stopped_within_a_load_it_goes_on_from_there() {
     std::fs::write(job.folder.join(CONTINUUM.file), CONTINUUM.text.replace(relax, &cut)).expect("written");
     engine.run(&job, &mut on).expect_err("stopped");
     assert_eq!(left(stopped.path()).len(), 2);
-    let state = midway::newest(stopped.path(), 2).expect("a state");
+    let state = minimizer_checkpoint::newest(stopped.path(), 2).expect("a state");
 
     // Written again, as the same command does.
     let finished = engine.run(&built(&case, stopped.path()), &mut on).expect("the rest");
@@ -163,9 +163,9 @@ fn stopped_within_a_load_it_goes_on_from_there() {
     let name = state.file_name().and_then(|n| n.to_str()).expect("a name");
     assert!(log.contains(&format!("read_restart {name}")));
     assert_eq!(left(stopped.path()), Vec::<String>::new());
-    assert_eq!((finished.resumed_from, finished.ladder.rungs.len()), (Some(1), 3));
-    assert_eq!(finished.ladder.rungs[..2], expected.ladder.rungs[..2]);
-    let (a, b) = (&finished.ladder.rungs[2], &expected.ladder.rungs[2]);
+    assert_eq!((finished.resumed_from, finished.history.steps.len()), (Some(1), 3));
+    assert_eq!(finished.history.steps[..2], expected.history.steps[..2]);
+    let (a, b) = (&finished.history.steps[2], &expected.history.steps[2]);
     // Those before the stop and those after it, and the same state from another way.
     assert!(a.iterations > STOPPED && finished.steps[2].force_evaluations >= a.iterations, "{a:?}");
     assert!((a.load / b.load - 1.0).abs() < 2e-3 && a.contacts.abs_diff(b.contacts) <= AT_THE_EDGE, "{a:?} {b:?}");

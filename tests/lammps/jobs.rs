@@ -3,7 +3,7 @@
 use asperity::atoms::block::Block;
 use asperity::atoms::engine::{LammpsEngine, Progress};
 use asperity::atoms::indenter::{Indenter, grid_points};
-use asperity::atoms::job::{FRAME_LAYERS, Interaction, Job, Ladder, Yukawa};
+use asperity::atoms::job::{FRAME_LAYERS, Interaction, Job, RunSettings, Yukawa};
 use asperity::atoms::properties::LmpCommand;
 use asperity::pipeline::{Silent, build_job};
 use asperity::scene::{Case, Scene};
@@ -44,7 +44,7 @@ pub struct Setting {
 }
 
 /// Settings that tests change where they need to.
-pub const LADDER: Ladder = Ladder {
+pub const LADDER: RunSettings = RunSettings {
     step_angstrom: 0.3,
     max_load: 1e9,
     max_steps: 40,
@@ -62,13 +62,13 @@ pub fn written(
     block: Block,
     height: impl Fn(usize, usize, usize) -> f64,
     adhesion: Option<Yukawa>,
-    ladder: Ladder,
+    history: RunSettings,
 ) -> Setting {
     let points = grid_points(block.cells, block.a0);
     let heights = (0..points * points).map(|k| height(k % points, k / points, points)).collect();
     let interaction = Interaction { epsilon_ev: 0.2145, sigma_angstrom: 3.5927, adhesion };
     let indenter = Indenter::above(&block, points, heights, interaction.touch_angstrom()).expect("valid");
-    let job = Job::write(folder, &block, &indenter, (&potential(), "Ca", 40.078), interaction, ladder, None)
+    let job = Job::write(folder, &block, &indenter, (&potential(), "Ca", 40.078), interaction, history, None)
         .expect("a written job");
     Setting { block, indenter, job }
 }

@@ -1,4 +1,4 @@
-//! A ladder climbed by the real LAMMPS, and one replayed without it.
+//! A ladder outcome by the real LAMMPS, and one replayed without it.
 //!
 //! Where there is no LAMMPS the first kind says so on standard error and passes: the machine cannot decide anything.
 
@@ -10,13 +10,13 @@ use std::time::Duration;
 
 use asperity::Error;
 use asperity::atoms::block::Block;
+use asperity::atoms::centro_symmetry::{NOISE, defect_atoms};
 use asperity::atoms::contact::contact;
 use asperity::atoms::dump::read_frame;
 use asperity::atoms::engine::{Engine, Finished, LammpsEngine};
-use asperity::atoms::forces::felt;
-use asperity::atoms::job::{FRAME_LAYERS, Job, Ladder, Yukawa};
-use asperity::atoms::ladder::frame_file;
-use asperity::atoms::order::{NOISE, disordered};
+use asperity::atoms::forces::indenter_forces;
+use asperity::atoms::job::{FRAME_LAYERS, Job, RunSettings, Yukawa};
+use asperity::atoms::load_history::frame_file;
 use asperity::atoms::replay::ReplayEngine;
 use asperity::error::LammpsFailure;
 
@@ -46,13 +46,19 @@ fn steeper(folder: &Path, adhesion: Option<Yukawa>, factor: f64, frame_layers: u
         factor * (1.2 + 0.7 * wave(x + 0.3) + 0.3 * wave(2.0 * y - x) + 0.2 * wave(3.0 * y + 0.7))
     };
     let load_unit = block.length().powi(2) * MODULUS;
-    written(folder, block, height, adhesion, Ladder { max_load: P_STAR * load_unit, load_unit, frame_layers, ..LADDER })
+    written(
+        folder,
+        block,
+        height,
+        adhesion,
+        RunSettings { max_load: P_STAR * load_unit, load_unit, frame_layers, ..LADDER },
+    )
 }
 
 /// Everything a run leaves that later stages read.
 fn results(folder: &Path, finished: &Finished) -> Vec<Vec<u8>> {
     let mut files = vec![folder.join("ladder.txt")];
-    files.extend(finished.ladder.rungs.iter().map(|r| frame_file(folder, r.step).expect("a frame")));
+    files.extend(finished.history.steps.iter().map(|r| frame_file(folder, r.step).expect("a frame")));
     files.iter().map(|f| std::fs::read(f).expect("read")).collect()
 }
 
@@ -65,46 +71,49 @@ fn the_ladder_rises_and_contact_is_what_lammps_counts() {
     let finished = engine
         .run(&job, &mut |p| {
             if p.is_new {
-                told.push(p.rung.expect("a new step").step);
+                told.push(p.record.expect("a new step").step);
             }
             ControlFlow::Continue(())
         })
         .expect("a clean run");
-    let rungs = &finished.ladder.rungs;
-    assert_eq!(told, (0..rungs.len()).collect::<Vec<_>>());
+    let records = &finished.history.steps;
+    assert_eq!(told, (0..records.len()).collect::<Vec<_>>());
     assert!(finished.unconverged.is_empty(), "{:?}", finished.unconverged);
     // Free at the start, but for what the surface relaxes towards the indenter.
-    assert!(rungs[0].load.abs() < 0.1, "{}", rungs[0].load);
-    assert!(rungs.windows(2).all(|w| w[1].load > w[0].load - LOAD_NOISE));
-    let last = rungs.last().expect("steps");
-    assert!(last.load >= job.record.ladder.max_load && rungs[rungs.len() - 2].load < job.record.ladder.max_load);
-    assert!(rungs.iter().all(|r| r.atoms == job.atoms()));
+    assert!(records[0].load.abs() < 0.1, "{}", records[0].load);
+    assert!(records.windows(2).all(|w| w[1].load > w[0].load - LOAD_NOISE));
+    let last = records.last().expect("steps");
+    assert!(
+        last.load >= job.record.settings.max_load && records[records.len() - 2].load < job.record.settings.max_load
+    );
+    assert!(records.iter().all(|r| r.atoms == job.atoms()));
     assert!(finished.steps.iter().skip(1).all(|s| s.force_evaluations > 0));
-    assert!((indenter.lowest_z() - rungs[0].indenter_low_angstrom).abs() < 1e-6);
+    assert!((indenter.lowest_z() - records[0].indenter_low_angstrom).abs() < 1e-6);
 
     let surface = block.surface();
     let mut most = 0;
-    for rung in rungs {
-        let frame = read_frame(frame_file(folder.path(), rung.step).expect("a frame")).expect("good");
-        let found = contact(&frame, &indenter, rung.displacement_angstrom, &surface, D_C);
-        assert_eq!(found.ids.len(), rung.contacts, "step {}", rung.step);
-        let load = felt(&frame, &indenter, rung.displacement_angstrom, &job.record.interaction, 0.0).load();
-        let slack = SAME_LOAD.0 * rung.load.abs() + SAME_LOAD.1;
-        assert!((load - rung.load).abs() < slack, "step {}: {load} for {}", rung.step, rung.load);
-        most = most.max(rung.contacts);
+    for record in records {
+        let frame = read_frame(frame_file(folder.path(), record.step).expect("a frame")).expect("good");
+        let found = contact(&frame, &indenter, record.displacement_angstrom, &surface, D_C);
+        assert_eq!(found.ids.len(), record.contacts, "step {}", record.step);
+        let load =
+            indenter_forces(&frame, &indenter, record.displacement_angstrom, &job.record.interaction, 0.0).load();
+        let slack = SAME_LOAD.0 * record.load.abs() + SAME_LOAD.1;
+        assert!((load - record.load).abs() < slack, "step {}: {load} for {}", record.step, record.load);
+        most = most.max(record.contacts);
     }
     assert!(most > 20, "only {most} contacts");
 
     let asked = 0.5 * P_STAR;
-    let at = job.at_load(&finished.ladder, asked * job.record.ladder.load_unit).expect("reached");
+    let at = job.at_load(&finished.history, asked * job.record.settings.load_unit).expect("reached");
     let found = contact(&at.frame, &indenter, at.displacement_angstrom, &surface, D_C);
-    let between = rungs[at.bracket.lower].contacts..=rungs[at.bracket.lower + 1].contacts;
+    let between = records[at.bracket.lower].contacts..=records[at.bracket.lower + 1].contacts;
     assert!(between.contains(&found.ids.len()), "{} not in {between:?}", found.ids.len());
 
-    // A finished ladder is not climbed again.
+    // A finished ladder is not outcome again.
     let before = std::fs::read(folder.path().join("log.0")).expect("log");
     let again = engine.run(&job, &mut on).expect("nothing to do");
-    assert_eq!(again.ladder, finished.ladder);
+    assert_eq!(again.history, finished.history);
     assert_eq!(std::fs::read(folder.path().join("log.0")).expect("log"), before);
 }
 
@@ -118,14 +127,14 @@ fn a_killed_run_goes_on_through_the_same_states() {
     for stop in [2, 5] {
         // A little into the step after the asked one; `Break` kills the process group with SIGKILL.
         let error = engine.run(&broken.job, &mut |p| {
-            let after = p.rung.is_some_and(|r| r.step >= stop) && !p.is_new;
+            let after = p.record.is_some_and(|r| r.step >= stop) && !p.is_new;
             if after { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         assert!(matches!(error, Err(Error::Interrupted)));
     }
     let finished = engine.run(&broken.job, &mut on).expect("the rest");
     assert!(finished.resumed_from.is_some_and(|k| k >= 5));
-    assert_eq!(finished.ladder, expected.ladder);
+    assert_eq!(finished.history, expected.history);
     // The logs of the pieces together tell as much as the log of the whole.
     assert_eq!(serde_json::to_value(&finished.steps).ok(), serde_json::to_value(&expected.steps).ok());
     assert!(results(whole.path(), &expected) == results(killed.path(), &finished), "other bytes after going on");
@@ -137,14 +146,19 @@ fn adhesion_pulls_before_it_pushes() {
     let folder = tempfile::tempdir().expect("scratch");
     let weak = Yukawa { amplitude_ev_angstrom: -60.0, kappa_per_angstrom: 2.0, cutoff_angstrom: 7.0 };
     let Setting { indenter, mut job, .. } = setting(folder.path(), Some(weak));
-    job.record.ladder.max_steps = 1;
+    job.record.settings.max_steps = 1;
     let finished = engine.run(&job, &mut on).expect("a clean run");
-    for rung in &finished.ladder.rungs {
-        let frame = read_frame(frame_file(folder.path(), rung.step).expect("a frame")).expect("good");
-        let load = felt(&frame, &indenter, rung.displacement_angstrom, &job.record.interaction, 0.0).load();
-        assert!((load - rung.load).abs() < SAME_LOAD.0 * rung.load.abs() + SAME_LOAD.1, "{load} for {}", rung.load);
+    for record in &finished.history.steps {
+        let frame = read_frame(frame_file(folder.path(), record.step).expect("a frame")).expect("good");
+        let load =
+            indenter_forces(&frame, &indenter, record.displacement_angstrom, &job.record.interaction, 0.0).load();
+        assert!(
+            (load - record.load).abs() < SAME_LOAD.0 * record.load.abs() + SAME_LOAD.1,
+            "{load} for {}",
+            record.load
+        );
     }
-    assert!(finished.ladder.rungs[0].load < -1e-3, "{}", finished.ladder.rungs[0].load);
+    assert!(finished.history.steps[0].load < -1e-3, "{}", finished.history.steps[0].load);
 }
 
 /// Waves with an rms gradient of about 0.1 leave the crystal elastic, ten times as steep ones press atoms out of their places.
@@ -156,9 +170,9 @@ fn a_steep_profile_yields_and_a_gentle_one_does_not() {
         let Setting { block, job, .. } = steeper(folder.path(), None, factor, 2 * 6);
         let finished = engine.run(&job, &mut on).expect("a clean run");
         let frame = |step| read_frame(frame_file(folder.path(), step).expect("a frame")).expect("good");
-        let left = |step| disordered(&frame(step), &block).expect("every atom").len();
+        let left = |step| defect_atoms(&frame(step), &block).expect("every atom").len();
         assert_eq!(left(0), 0, "before contact");
-        let last = finished.ladder.last().expect("steps").step;
+        let last = finished.history.last().expect("steps").step;
         let found = left(last);
         assert_eq!(found > NOISE, yields, "slope x {factor}: {found} atoms at step {last}");
         assert!(yields || found == 0, "{found}");
@@ -184,7 +198,7 @@ fn what_goes_wrong_is_said_with_its_exit_code() {
     let message = said(&engine);
     assert!(message.contains("Unknown command: max_style"), "{message}");
     // A script that stops early ends well and is not believed.
-    std::fs::write(&script, text.replace("jump SELF rung", "quit")).expect("written");
+    std::fs::write(&script, text.replace("jump SELF record", "quit")).expect("written");
     let message = said(&engine);
     assert!(message.contains("stops at step 0") || message.contains("did not finish"), "{message}");
     std::fs::write(&script, text).expect("written");
@@ -212,7 +226,7 @@ fn record(folder: &Path, job: &Job, loads: &[f64]) {
 fn a_replayed_run_is_told_in_order_stopped_and_failed() {
     let (recording, folder) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
     let job = setting(folder.path(), None).job;
-    let unit = job.record.ladder.load_unit;
+    let unit = job.record.settings.load_unit;
     let loads: Vec<f64> = (0..6).map(|k| 0.005 * unit * k as f64).collect();
     record(recording.path(), &job, &loads);
 
@@ -235,7 +249,7 @@ fn a_replayed_run_is_told_in_order_stopped_and_failed() {
     let mut told = Vec::new();
     let finished = engine
         .run(&job, &mut |p| {
-            told.push((p.rung.map_or(0, |r| r.step), p.p_star));
+            told.push((p.record.map_or(0, |r| r.step), p.p_star));
             ControlFlow::Continue(())
         })
         .expect("the rest");

@@ -4,9 +4,9 @@
 use crate::jobs::{LADDER, Setting, command, written};
 use crate::lammps::lammps;
 use asperity::atoms::block::Block;
+use asperity::atoms::compliant_wall::compliance;
 use asperity::atoms::engine::LammpsEngine;
-use asperity::atoms::giving::compliance;
-use asperity::atoms::job::Ladder;
+use asperity::atoms::job::RunSettings;
 use asperity::atoms::potential::{CALCIUM, CALCIUM_MODULUS_GPA};
 use asperity::atoms::properties::RunScript;
 use asperity::interface::{Base, Kernel, Layer};
@@ -27,9 +27,15 @@ fn modulus(engine: &LammpsEngine, folder: &Path, pressure: f64, amplitude: f64) 
     let height =
         |x: usize, y: usize, points: usize| amplitude * profile(x as f64 / points as f64, y as f64 / points as f64);
     let load = pressure / GPA_PER_EV_A3 * length * length;
-    let ladder =
-        Ladder { step_angstrom: 0.1, max_load: load, max_steps: 1, force_tolerance: 1e-6, load_unit: load, ..LADDER };
-    let Setting { block, .. } = written(folder, block, height, None, ladder);
+    let history = RunSettings {
+        step_angstrom: 0.1,
+        max_load: load,
+        max_steps: 1,
+        force_tolerance: 1e-6,
+        load_unit: load,
+        ..LADDER
+    };
+    let Setting { block, .. } = written(folder, block, height, None, history);
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let vars = [("potential", "potential.eam.alloy".to_string()), ("load", load.to_string())];
     command(engine).run(folder, &root.join("lammps-inputs/press.in"), &vars).expect("a clean run");
@@ -65,7 +71,7 @@ const WITHIN: f64 = 0.03;
 fn an_indented_block_has_the_modulus_of_its_face() {
     let Some(engine) = lammps(1) else { return };
     let folder = tempfile::tempdir().expect("scratch");
-    // Pressed crystals are stiffer, in proportion: what is left at no pressure is the modulus.
+    // LayerDisplacementField crystals are stiffer, in proportion: what is left at no pressure is the modulus.
     let [low, high] =
         [(0.05, 0.006), (0.1, 0.012)].map(|(pressure, amplitude)| modulus(&engine, folder.path(), pressure, amplitude));
     let found = 2.0 * low - high;

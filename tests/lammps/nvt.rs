@@ -3,8 +3,8 @@
 use crate::jobs::{built, case, command, on};
 use crate::lammps::lammps;
 use asperity::atoms::engine::{Engine, LammpsEngine};
-use asperity::atoms::hold::{BLOCKS, Held, Settings};
 use asperity::atoms::job::Job;
+use asperity::atoms::nvt::{BLOCKS, NvtSamples, NvtSettings};
 use asperity::atoms::potential::calcium_lattice_constant;
 use asperity::atoms::properties::RunScript;
 use asperity::pipeline::{Silent, run};
@@ -53,8 +53,8 @@ fn a_held_contact_is_a_probability_with_its_error() {
             .map(|v| *v != 0)
             .collect();
     let gap = site(&still.gap_map.replace("gap.npy", "site-gap.npy"));
-    let of = |chosen: &dyn Fn(usize) -> bool| -> (f64, usize) {
-        let list: Vec<f64> = (0..200).filter(|&i| chosen(i)).map(|i| probability[i]).collect();
+    let of = |contact_by: &dyn Fn(usize) -> bool| -> (f64, usize) {
+        let list: Vec<f64> = (0..200).filter(|&i| contact_by(i)).map(|i| probability[i]).collect();
         (list.iter().sum::<f64>() / list.len() as f64, list.len())
     };
     let (near, many) = of(&|i| touching[i]);
@@ -82,15 +82,15 @@ fn killed_between_loads_a_hold_goes_on_and_its_errors_shrink_with_time() {
     let case = held_case(&[0.02, 0.06], "temperature_k = 300\ntime_ps = 10");
     let relaxed = relaxed(&case, &folder.path().join("relaxed"), &engine);
     let atoms = case.atoms.as_ref().expect("atoms");
-    let settings: Settings = atoms.hold.expect("a hold");
-    let written = |name: &str, settings: &Settings| {
-        Job::write_hold(&folder.path().join(name), &relaxed, &atoms.block, settings).expect("written")
+    let settings: NvtSettings = atoms.hold.expect("a hold");
+    let written = |name: &str, settings: &NvtSettings| {
+        Job::write_nvt(&folder.path().join(name), &relaxed, &atoms.block, settings).expect("written")
     };
     let whole = written("whole", &settings);
     engine.run(&whole, &mut on).expect("a clean run");
     let killed = written("killed", &settings);
     let error = engine.run(&killed, &mut |p| {
-        if p.rung.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if p.record.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     assert!(matches!(error, Err(asperity::Error::Interrupted)));
     let finished = engine.run(&written("killed", &settings), &mut on).expect("the rest");
@@ -100,10 +100,10 @@ fn killed_between_loads_a_hold_goes_on_and_its_errors_shrink_with_time() {
         assert!(read(&whole) == read(&killed), "{name}");
     }
     // Four times the time, half the error of a site: the mean over sites, since one alone is uncertain by a quarter.
-    let long = written("long", &Settings { time_ps: 40.0, ..settings });
+    let long = written("long", &NvtSettings { time_ps: 40.0, ..settings });
     engine.run(&long, &mut on).expect("a clean run");
     let site_error = |job: &Job| {
-        let held = Held::read(job, job.record.hold.as_ref().expect("a hold"), 1).expect("read");
+        let held = NvtSamples::read(job, job.record.hold.as_ref().expect("a hold"), 1).expect("read");
         assert_eq!(held.blocks.len(), BLOCKS);
         let sites = held.probabilities();
         sites.iter().map(|s| s.error).sum::<f64>() / sites.len() as f64

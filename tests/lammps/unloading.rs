@@ -5,7 +5,7 @@ use crate::jobs::{built, case, on};
 use crate::lammps::lammps;
 use asperity::atoms::engine::{Engine, Finished};
 use asperity::atoms::job::Job;
-use asperity::atoms::ladder::frame_file;
+use asperity::atoms::load_history::frame_file;
 use asperity::pipeline::read_atoms;
 use asperity::record::results::{AtomsResults, Unloading};
 use asperity::scene::Case;
@@ -55,12 +55,12 @@ fn without_adhesion_the_steps_back_are_the_steps_there() {
     let job = built(&case, folder.path());
     let found = engine.run(&job, &mut on).expect("a clean run");
     assert!(found.unconverged.is_empty());
-    let rungs = &found.ladder.rungs;
-    let turn = job.turn(rungs).expect("a turn");
-    assert!(rungs[turn].load >= LOADS[1] * job.record.ladder.load_unit);
-    assert_eq!(job.end(rungs), Some(rungs.len() - 1));
+    let records = &found.history.steps;
+    let turn = job.turn(records).expect("a turn");
+    assert!(records[turn].load >= LOADS[1] * job.record.settings.load_unit);
+    assert_eq!(job.end(records), Some(records.len() - 1));
     let mut met = 0;
-    for (there, back) in rungs[..turn].iter().rev().zip(&rungs[turn + 1..]) {
+    for (there, back) in records[..turn].iter().rev().zip(&records[turn + 1..]) {
         assert!((there.displacement_angstrom - back.displacement_angstrom).abs() < 1e-6);
         let off = (there.load - back.load).abs();
         assert!(off < LOAD_NOISE, "{} and {}", there.load, back.load);
@@ -69,7 +69,7 @@ fn without_adhesion_the_steps_back_are_the_steps_there() {
     }
     assert!(met > 100, "only {met} contacts");
     // It ends where nothing touches.
-    let last = rungs.last().expect("steps");
+    let last = records.last().expect("steps");
     assert_eq!((last.contacts, last.load), (0, 0.0));
     let (found, back) = read(&case, &job);
     comes_back_the_same(&found, &back);
@@ -83,12 +83,12 @@ fn loads_from_the_continuum_come_back_load_by_load() {
     let case = there_and_back("unload = true", "", "");
     let job = built(&case, folder.path());
     let found = engine.run(&job, &mut on).expect("a clean run");
-    let rungs = &found.ladder.rungs;
-    assert!(found.unconverged.is_empty() && rungs.len() == 4);
-    assert_eq!(job.turn(rungs), Some(2));
-    let unit = job.record.ladder.load_unit;
-    assert!((rungs[3].load / (LOADS[0] * unit) - 1.0).abs() < 1e-3);
-    assert!((rungs[3].displacement_angstrom - rungs[1].displacement_angstrom).abs() < 0.01);
+    let records = &found.history.steps;
+    assert!(found.unconverged.is_empty() && records.len() == 4);
+    assert_eq!(job.turn(records), Some(2));
+    let unit = job.record.settings.load_unit;
+    assert!((records[3].load / (LOADS[0] * unit) - 1.0).abs() < 1e-3);
+    assert!((records[3].displacement_angstrom - records[1].displacement_angstrom).abs() < 0.01);
     let (found, back) = read(&case, &job);
     comes_back_the_same(&found, &back);
     assert_eq!(back.separated, None);
@@ -126,7 +126,7 @@ fn with_adhesion_the_largest_pull_is_found_within_its_error() {
 
 fn bytes(folder: &Path, finished: &Finished) -> Vec<Vec<u8>> {
     let mut files = vec![folder.join("ladder.txt")];
-    files.extend(finished.ladder.rungs.iter().map(|r| frame_file(folder, r.step).expect("a frame")));
+    files.extend(finished.history.steps.iter().map(|r| frame_file(folder, r.step).expect("a frame")));
     files.iter().map(|f| std::fs::read(f).expect("read")).collect()
 }
 
@@ -137,18 +137,18 @@ fn killed_on_the_way_back_it_goes_on_through_the_same_states() {
     let case = there_and_back("unload = true", ADHESION, "");
     let expected = engine.run(&built(&case, whole.path()), &mut on).expect("a clean run");
     let job = built(&case, killed.path());
-    let turn = job.turn(&expected.ladder.rungs).expect("a turn");
-    let slow = job.way_back(&expected.ladder.rungs).and_then(|w| w.slow).expect("shorter steps");
+    let turn = job.turn(&expected.history.steps).expect("a turn");
+    let slow = job.way_back(&expected.history.steps).and_then(|w| w.slow).expect("shorter steps");
     // At the turn, before and after the steps are shortened, and where the pull is large.
     for stop in [turn, slow - 1, slow, slow + 12] {
         let error = engine.run(&job, &mut |p| {
-            let after = p.rung.is_some_and(|r| r.step >= stop);
+            let after = p.record.is_some_and(|r| r.step >= stop);
             if after { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         assert!(matches!(error, Err(asperity::Error::Interrupted)));
     }
     let finished = engine.run(&built(&case, killed.path()), &mut on).expect("the rest");
     assert!(finished.resumed_from.is_some_and(|k| k >= slow + 12));
-    assert_eq!(finished.ladder, expected.ladder);
+    assert_eq!(finished.history, expected.history);
     assert!(bytes(whole.path(), &expected) == bytes(killed.path(), &finished), "other bytes after going on");
 }

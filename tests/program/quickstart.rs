@@ -3,7 +3,7 @@
 
 use crate::lammps::lammps;
 use crate::program::{asperity, json_line, stderr};
-use asperity::atoms::start::LOAD_TOLERANCE;
+use asperity::atoms::initial_configuration::LOAD_TOLERANCE;
 use asperity::record::results::{CriterionMatch, LoadComparison, Results};
 use std::path::Path;
 
@@ -77,8 +77,8 @@ fn the_quickstart_keeps_its_promises() {
     }
 
     let atoms = results.atoms.as_ref().expect("atoms");
-    assert!(atoms.ladder.windows(2).all(|w| w[1].displacement_angstrom > w[0].displacement_angstrom));
-    let last = atoms.ladder.last().expect("steps");
+    assert!(atoms.load_steps.windows(2).all(|w| w[1].displacement_angstrom > w[0].displacement_angstrom));
+    let last = atoms.load_steps.last().expect("steps");
     assert!((last.p_star / 0.03 - 1.0).abs() <= LOAD_TOLERANCE, "the atoms end at p* = {}", last.p_star);
     for state in &atoms.states {
         let files = [Some(&state.contact_map), Some(&state.gap_map), state.frame.as_ref()];

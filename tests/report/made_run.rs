@@ -202,7 +202,7 @@ pub fn atoms(folder: &Path) -> AtomsResults {
             defects: None,
         }
     });
-    let ladder = (0..25).map(|step: u32| {
+    let history = (0..25).map(|step: u32| {
         let d = f64::from(step) * 0.2;
         LoadStepResults {
             step: step as usize,
@@ -247,7 +247,7 @@ pub fn atoms(folder: &Path) -> AtomsResults {
             ),
         ],
         from_continuum: false,
-        ladder: ladder.collect(),
+        load_steps: history.collect(),
         states: states.collect(),
         unloading: None,
         hold: None,

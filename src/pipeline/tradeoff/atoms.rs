@@ -167,7 +167,7 @@ pub fn pressed(
         Start::Touch => None,
     };
     let job = atomistic::write_job(case, atoms, &job_folder, solved.as_ref().map(|s| (s, root)))?;
-    let climbed = atomistic::climb(engine, &job, listener)?;
+    let climbed = atomistic::run_lammps(engine, &job, listener)?;
     let lammps_cpu_seconds = sys::children_cpu_seconds() - children;
     let in_stage = format!("{stage}/{READ}");
     let found = atomistic::read(case, atoms, &job, &climbed, &read_folder, &in_stage)?;

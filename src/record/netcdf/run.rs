@@ -328,12 +328,12 @@ fn of_atoms(folder: &Path, atoms: &AtomsResults) -> Result<Vec<Variable>> {
         let flags = Data::Flags(files(|s| &s.contact_map));
         list.push(Variable::new("atoms_contact", &ATOMS_MAP, flags, "1", "1 where the nearest surface atom touches"));
     }
-    if !atoms.ladder.is_empty() {
+    if !atoms.load_steps.is_empty() {
         let step = |of: fn(&crate::record::results::LoadStepResults) -> f64| {
-            Data::Numbers(atoms.ladder.iter().map(of).collect())
+            Data::Numbers(atoms.load_steps.iter().map(of).collect())
         };
         let along = ["load_step"];
-        list.push(counter(along[0], 0, atoms.ladder.len(), "step of the displacement ladder"));
+        list.push(counter(along[0], 0, atoms.load_steps.len(), "step of the displacement ladder"));
         let down = step(|s| s.displacement_angstrom * ANGSTROM_M);
         list.push(Variable::new("load_step_displacement", &along, down, "m", "descent of the indenter"));
         list.push(Variable::new(

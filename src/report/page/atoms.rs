@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::desk::{Desk, figure, symbol, table, text};
-use super::{criteria, hold, unloading};
+use super::{criteria, nvt, unloading};
 use crate::error::Result;
 use crate::record::results::{AtomsResults, AuditLine, LoadStepResults};
 use crate::report::number::{count, percent, significant, trimmed};
@@ -46,7 +46,7 @@ pub fn section(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
                 "the surface mean that material has flowed, which no elastic method can follow." }
         }
         @if let Some(back) = &atoms.unloading { (unloading::section(desk, atoms, back)?) }
-        @if let Some(held) = &atoms.hold { (hold::section(desk, atoms, held)?) }
+        @if let Some(held) = &atoms.hold { (nvt::section(desk, atoms, held)?) }
         (criteria::section(desk, atoms)?)
         (criteria::plasticity(desk, atoms)?)
     })
@@ -79,7 +79,7 @@ fn audit(lines: &[AuditLine]) -> Markup {
 
 /// Load and number of contacts on the way down and, if there is one, back, one above the other.
 fn ladder(desk: &Desk, atoms: &AtomsResults) -> Result<Option<Markup>> {
-    let (steps, turn) = (&atoms.ladder, atoms.unloading.as_ref().map(|u| u.reversal_step));
+    let (steps, turn) = (&atoms.load_steps, atoms.unloading.as_ref().map(|u| u.reversal_step));
     let plot = |y_label: &str, of: fn(&LoadStepResults) -> f64| {
         let curves = unloading::there_and_back(steps, turn, |s| (s.displacement_angstrom, of(s)));
         let labels = ("displacement of the indenter (Å)", y_label);

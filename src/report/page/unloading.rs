@@ -26,7 +26,7 @@ pub fn there_and_back(
 }
 
 pub fn section(desk: &Desk, atoms: &AtomsResults, back: &Unloading) -> Result<Markup> {
-    let curves = there_and_back(&atoms.ladder, Some(back.reversal_step), |s| (s.p_star, s.contacts as f64));
+    let curves = there_and_back(&atoms.load_steps, Some(back.reversal_step), |s| (s.p_star, s.contacts as f64));
     let plot = Plot { proportion: 0.5, ..Plot::new((Axis::Linear, Axis::Linear), ("p*", "contact atoms"), curves) };
     let curve = desk.curves("unloading-contacts", &plot)?;
     let rows = back

@@ -32,7 +32,7 @@ pub const LOAD_TOLERANCE: f64 = 1e-3;
 
 /// An elastic layer under a pressure on its surface. Lengths are in units of the cell's, stresses in units of E*.
 #[derive(Debug, Clone)]
-pub struct Pressed {
+pub struct LayerDisplacementField {
     layer: Layer,
     /// What the whole layer shortens per unit mean pressure.
     compression: f64,
@@ -50,31 +50,31 @@ struct Mode {
 
 /// A load and where the continuum has the bodies under it.
 #[derive(Debug, Clone)]
-pub struct Approach {
+pub struct InitialConfiguration {
     /// eV/Å.
     pub load: f64,
-    pub pressed: Pressed,
+    pub pressed: LayerDisplacementField,
     /// How far the indenter has come down since the start of the job, Å.
     pub lowered_angstrom: f64,
 }
 
 /// What a job keeps of its loads; part of `job.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Loads {
+pub struct PrescribedLoads {
     /// Height of the indenter's lowest atom in the data file, Å.
     pub high_angstrom: f64,
     pub indenter_mass_u: f64,
     /// Resistance of the deformable atoms to even compression, eV/Å².
     pub spring_ev_per_angstrom2: f64,
     /// Rising, then falling where the way back is asked for.
-    pub loads: Vec<LoadAsked>,
+    pub loads: Vec<PrescribedLoad>,
     /// Those that a longer list had after these, in the same folder: their states may be there.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub earlier: Vec<LoadAsked>,
+    pub earlier: Vec<PrescribedLoad>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct LoadAsked {
+pub struct PrescribedLoad {
     /// eV/Å.
     pub load: f64,
     /// Way down from the load before, Å.
@@ -88,7 +88,7 @@ pub fn move_file(k: usize) -> String {
     format!("move.{k}.dump")
 }
 
-impl Pressed {
+impl LayerDisplacementField {
     /// The layer under the pressure that goes with a contact's `gap` over `heights` (both `[ny, nx]` on `grid`, units of L) at
     /// the mean pressure `mean`; waves that the `block` cannot follow are left out.
     pub fn under(
@@ -123,13 +123,13 @@ impl Pressed {
                 }
             }
         }
-        Pressed { layer, compression, mean: pressure, modes }
+        LayerDisplacementField { layer, compression, mean: pressure, modes }
     }
 
     /// What is to be added to `before` to be this; of the same grid and block.
-    pub fn since(&self, before: &Pressed) -> Pressed {
+    pub fn since(&self, before: &LayerDisplacementField) -> LayerDisplacementField {
         let modes = self.modes.iter().zip(&before.modes);
-        Pressed {
+        LayerDisplacementField {
             mean: self.mean - before.mean,
             modes: modes.map(|(a, b)| Mode { pressure: a.pressure - b.pressure, ..*a }).collect(),
             ..*self
@@ -221,28 +221,34 @@ impl Pressed {
     }
 }
 
-impl Approach {
+impl InitialConfiguration {
     /// `standoff_angstrom`: distance between the indenter's and the surface atoms' planes at zero gap. `offset_angstrom`: what
     /// `heights` (of the gap, units of L) are above the indenter's own.
     pub fn new(
         block: &Block,
         indenter: &Indenter,
-        (load, pressed): (f64, Pressed),
+        (load, pressed): (f64, LayerDisplacementField),
         (gap, heights): (&[f64], &[f64]),
         (standoff_angstrom, offset_angstrom): (f64, f64),
     ) -> Self {
         let apart = (mean(gap) - mean(heights) - pressed.compressed()) * block.length();
         let stands = block.top_z() + standoff_angstrom + apart + offset_angstrom;
-        Approach { load, pressed, lowered_angstrom: indenter.start_z() - stands }
+        InitialConfiguration { load, pressed, lowered_angstrom: indenter.start_z() - stands }
     }
 }
 
-impl Loads {
+impl PrescribedLoads {
     /// Writes the moves to every load of the list, each from the one before, into a job folder.
     ///
     /// # Errors
     /// `Io`.
-    pub fn write(folder: &Path, block: &Block, indenter: &Indenter, mass_u: f64, list: &[Approach]) -> Result<Self> {
+    pub fn write(
+        folder: &Path,
+        block: &Block,
+        indenter: &Indenter,
+        mass_u: f64,
+        list: &[InitialConfiguration],
+    ) -> Result<Self> {
         let mut loads = Vec::with_capacity(list.len());
         for (k, approach) in list.iter().enumerate() {
             let before = k.checked_sub(1).map(|b| &list[b]);
@@ -252,11 +258,11 @@ impl Loads {
                 None => approach.pressed.write_moves(block, &file)?,
             };
             let lower_angstrom = approach.lowered_angstrom - before.map_or(0.0, |b| b.lowered_angstrom);
-            loads.push(LoadAsked { load: approach.load, lower_angstrom, move_hash });
+            loads.push(PrescribedLoad { load: approach.load, lower_angstrom, move_hash });
         }
         let share = block.deformable_thickness() / block.thickness();
-        let stiffness = |a: &Approach| a.load / (a.pressed.compressed() * share * block.length());
-        Ok(Loads {
+        let stiffness = |a: &InitialConfiguration| a.load / (a.pressed.compressed() * share * block.length());
+        Ok(PrescribedLoads {
             high_angstrom: indenter.lowest_z(),
             indenter_mass_u: INDENTER_MASS * mass_u,
             spring_ev_per_angstrom2: list.first().map_or(f64::MAX, stiffness),
@@ -273,9 +279,9 @@ impl Loads {
 
     /// How many loads the list of another run in the same folder has in common with this, from the first on: what it has done for
     /// them serves these. Where that is all of these, the others of that run are kept in mind. None where the jobs differ otherwise.
-    pub(super) fn go_on_after(&mut self, other: &Loads) -> Option<usize> {
-        let bare = |l: &Loads| Loads { loads: Vec::new(), earlier: Vec::new(), ..*l };
-        let all: Vec<&LoadAsked> = other.loads.iter().chain(&other.earlier).collect();
+    pub(super) fn go_on_after(&mut self, other: &PrescribedLoads) -> Option<usize> {
+        let bare = |l: &PrescribedLoads| PrescribedLoads { loads: Vec::new(), earlier: Vec::new(), ..*l };
+        let all: Vec<&PrescribedLoad> = other.loads.iter().chain(&other.earlier).collect();
         if bare(self) != bare(other) {
             return None;
         }
@@ -316,13 +322,13 @@ mod tests {
     }
 
     /// A gap over a flat profile that is one wave, cosine of `phase` at the origin, and the field it asks for.
-    fn wave(block: &Block, (kx, ky): (f64, f64), phase: f64) -> (Pressed, impl Fn(f64, f64) -> f64) {
+    fn wave(block: &Block, (kx, ky): (f64, f64), phase: f64) -> (LayerDisplacementField, impl Fn(f64, f64) -> f64) {
         let grid = Grid::unit(24, 24);
         let value = move |x: f64, y: f64| 0.01 * (TAU * (kx * x + ky * y) + phase).cos();
         let at = |k: usize| value((k % 24) as f64 / 24.0, (k / 24) as f64 / 24.0);
         let gap: Vec<f64> = (0..grid.points()).map(|k| 0.2 + at(k)).collect();
         let layer = Layer { thickness: block.thickness() / block.length(), poisson: 0.3, base: Base::Bonded };
-        (Pressed::under(block, (layer, 0.4), grid, (&gap, &vec![0.0; grid.points()]), 0.02), value)
+        (LayerDisplacementField::under(block, (layer, 0.4), grid, (&gap, &vec![0.0; grid.points()]), 0.02), value)
     }
 
     /// Waves longer and shorter than the two lattices of a layer hold, along any direction.
@@ -396,7 +402,7 @@ mod tests {
     fn moves_are_written_for_every_deformable_atom_and_add_up() {
         let block = block();
         let folder = tempfile::tempdir().expect("scratch");
-        let read = |pressed: &Pressed| -> Vec<(u64, [f64; 3])> {
+        let read = |pressed: &LayerDisplacementField| -> Vec<(u64, [f64; 3])> {
             let file = folder.path().join(move_file(1));
             let hash = pressed.write_moves(&block, &file).expect("written");
             let text = std::fs::read_to_string(&file).expect("read");

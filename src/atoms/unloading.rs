@@ -1,18 +1,18 @@
 //! The way back: where a job turns, where it ends, and the largest pull on it.
 //!
 //! A ladder from first touch goes back in the steps that it came in, until nothing touches. With adhesion the steps are
-//! shortened before the load passes zero, where the largest pull is to be found. Loads from the continuum go back load by load.
+//! shortened before the load passes zero, where the largest pull is to be found. PrescribedLoads from the continuum go back load by load.
 
+use super::initial_configuration::PrescribedLoad;
 use super::job::Job;
-use super::ladder::{Between, Bracket, Ladder, Rung};
-use super::start::LoadAsked;
+use super::load_history::{Between, Bracket, LoadHistory, StepRecord};
 use crate::Result;
 use crate::record::results::AtomPullOff;
 use crate::units::NN_PER_EV_A;
 
 /// Steps on the way back over the shorter ones in which a pull is followed: a step of 0.3 Å becomes 0.075 Å, an eighth of the
 /// way (0.6 Å with a range of 0.5 Å) from no load to the largest pull.
-pub const FINER: usize = 4;
+pub const STEP_REFINEMENT: usize = 4;
 
 /// The way back ends where nothing touches and the pull has fallen to this part of its largest, as that of the continuum.
 pub const PASSED: f64 = 0.3;
@@ -23,7 +23,7 @@ pub const MOST_RISEN_ANGSTROM: f64 = 7.0;
 
 /// What the script has to know of a way back that it goes on with.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WayBack {
+pub struct UnloadingState {
     /// The step from which on the indenter rises.
     pub turn: usize,
     /// The step from which on it does so in shorter steps.
@@ -36,33 +36,33 @@ pub struct WayBack {
 
 impl Job {
     /// The step at which the indenter is to turn, if it has come so far: the one with the highest load.
-    pub fn turn(&self, rungs: &[Rung]) -> Option<usize> {
-        let settings = &self.record.ladder;
+    pub fn turn(&self, records: &[StepRecord]) -> Option<usize> {
+        let settings = &self.record.settings;
         match &self.record.loads {
             Some(asked) => {
                 let peak = asked.peak();
-                (peak < asked.loads.len() && rungs.len() > peak).then_some(peak)
+                (peak < asked.loads.len() && records.len() > peak).then_some(peak)
             }
-            None if settings.unload => self.bottom(rungs),
+            None if settings.unload => self.bottom(records),
             None => None,
         }
     }
 
     /// The step with which a ladder has reached its load, or as many steps as it may have.
-    fn bottom(&self, rungs: &[Rung]) -> Option<usize> {
-        let settings = &self.record.ladder;
-        rungs.iter().find(|r| r.load >= settings.max_load || r.step >= settings.max_steps).map(|r| r.step)
+    fn bottom(&self, records: &[StepRecord]) -> Option<usize> {
+        let settings = &self.record.settings;
+        records.iter().find(|r| r.load >= settings.max_load || r.step >= settings.max_steps).map(|r| r.step)
     }
 
     /// The step with which the job has come to its end.
-    pub fn end(&self, rungs: &[Rung]) -> Option<usize> {
+    pub fn end(&self, records: &[StepRecord]) -> Option<usize> {
         if let Some(hold) = &self.record.hold {
-            return (rungs.len() >= hold.loads.len()).then(|| hold.loads.len() - 1);
+            return (records.len() >= hold.loads.len()).then(|| hold.loads.len() - 1);
         }
         match &self.record.loads {
-            Some(asked) => (rungs.len() > asked.loads.len()).then_some(asked.loads.len()),
-            None if self.record.ladder.unload => self.way_back(rungs)?.end,
-            None => self.bottom(rungs),
+            Some(asked) => (records.len() > asked.loads.len()).then_some(asked.loads.len()),
+            None if self.record.settings.unload => self.way_back(records)?.end,
+            None => self.bottom(records),
         }
     }
 
@@ -71,31 +71,31 @@ impl Job {
     ///
     /// # Errors
     /// `Format` when the ladder does not reach the load or a frame is damaged; `Io` when a frame is missing.
-    pub fn at_load(&self, ladder: &Ladder, load: f64) -> Result<Between> {
+    pub fn at_load(&self, history: &LoadHistory, load: f64) -> Result<Between> {
         let bracket = match &self.record.loads {
-            Some(asked) => own_step(ladder, 1, &asked.loads[..asked.peak()], load),
-            None => ladder.bracket(load, self.turn(&ladder.rungs)),
+            Some(asked) => own_step(history, 1, &asked.loads[..asked.peak()], load),
+            None => history.bracket(load, self.turn(&history.steps)),
         };
-        ladder.at(&self.folder, bracket, load)
+        history.at(&self.folder, bracket, load)
     }
 
     /// The same on the way back.
     ///
     /// # Errors
     /// As [`Self::at_load`].
-    pub fn at_load_back(&self, ladder: &Ladder, load: f64) -> Result<Between> {
+    pub fn at_load_back(&self, history: &LoadHistory, load: f64) -> Result<Between> {
         let bracket = match &self.record.loads {
-            Some(asked) => own_step(ladder, 1 + asked.peak(), &asked.loads[asked.peak()..], load),
-            None => self.turn(&ladder.rungs).and_then(|turn| ladder.bracket_back(load, turn)),
+            Some(asked) => own_step(history, 1 + asked.peak(), &asked.loads[asked.peak()..], load),
+            None => self.turn(&history.steps).and_then(|turn| history.bracket_back(load, turn)),
         };
-        ladder.at(&self.folder, bracket, load)
+        history.at(&self.folder, bracket, load)
     }
 
     /// The way back of a ladder from first touch, as far as it has come.
-    pub fn way_back(&self, rungs: &[Rung]) -> Option<WayBack> {
-        let turn = self.turn(rungs).filter(|_| self.record.loads.is_none())?;
-        let mut way = WayBack { turn, slow: None, lowest: 0.0, end: None };
-        for pair in rungs[turn..].windows(2) {
+    pub fn way_back(&self, records: &[StepRecord]) -> Option<UnloadingState> {
+        let turn = self.turn(records).filter(|_| self.record.loads.is_none())?;
+        let mut way = UnloadingState { turn, slow: None, lowest: 0.0, end: None };
+        for pair in records[turn..].windows(2) {
             let [before, now] = pair else { continue };
             let parted = now.contacts == 0 && now.load >= PASSED * way.lowest;
             way.lowest = way.lowest.min(now.load);
@@ -111,10 +111,10 @@ impl Job {
     }
 
     /// `-var` pairs of the script for a way back that goes on after `done`.
-    pub(super) fn variables_of_the_way_back(&self, done: &[Rung]) -> Vec<(&'static str, String)> {
+    pub(super) fn variables_of_the_way_back(&self, done: &[StepRecord]) -> Vec<(&'static str, String)> {
         let mut list = vec![
             ("unload", "1".to_string()),
-            ("finer", FINER.to_string()),
+            ("finer", STEP_REFINEMENT.to_string()),
             ("passed", PASSED.to_string()),
             ("risen", MOST_RISEN_ANGSTROM.to_string()),
         ];
@@ -129,17 +129,17 @@ impl Job {
 }
 
 /// The step of a load among those that were asked for from step `first` on, if it has been run. Both numbers come from one p*.
-fn own_step(ladder: &Ladder, first: usize, asked: &[LoadAsked], load: f64) -> Option<Bracket> {
+fn own_step(history: &LoadHistory, first: usize, asked: &[PrescribedLoad], load: f64) -> Option<Bracket> {
     let lower = first + asked.iter().position(|a| (a.load - load).abs() <= 1e-9 * load.abs())?;
-    (lower < ladder.rungs.len()).then_some(Bracket { lower, weight: 0.0 })
+    (lower < history.steps.len()).then_some(Bracket { lower, weight: 0.0 })
 }
 
 /// The largest pull among the steps from `turn` on; none where nothing pulls. `load_unit` is the load at p* = 1, eV/Å.
 ///
 /// The pull grows ever more slowly towards its largest value, so that it grew by less after the step found than on the step to it:
 /// that change is the error.
-pub fn pull_off(rungs: &[Rung], turn: usize, load_unit: f64) -> Option<AtomPullOff> {
-    let back = rungs.get(turn..)?;
+pub fn pull_off(records: &[StepRecord], turn: usize, load_unit: f64) -> Option<AtomPullOff> {
+    let back = records.get(turn..)?;
     let k = (0..back.len()).min_by(|&a, &b| back[a].load.total_cmp(&back[b].load)).filter(|&k| k > 0)?;
     let (before, found) = (&back[k - 1], &back[k]);
     (found.load < 0.0).then(|| AtomPullOff {
@@ -159,7 +159,7 @@ mod tests {
     use super::*;
     use crate::atoms::block::Block;
     use crate::atoms::indenter::Indenter;
-    use crate::atoms::job::{Interaction, Ladder as Steps, Yukawa};
+    use crate::atoms::job::{Interaction, RunSettings, Yukawa};
 
     fn job(adhesion: bool, unload: bool) -> (tempfile::TempDir, Job) {
         let folder = tempfile::tempdir().expect("scratch");
@@ -170,7 +170,7 @@ mod tests {
         let yukawa = Yukawa { amplitude_ev_angstrom: -60.0, kappa_per_angstrom: 2.0, cutoff_angstrom: 7.0 };
         let interaction =
             Interaction { epsilon_ev: 0.2145, sigma_angstrom: 3.5927, adhesion: adhesion.then_some(yukawa) };
-        let ladder = Steps {
+        let history = RunSettings {
             step_angstrom: 0.3,
             max_load: 5.0,
             max_steps: 10,
@@ -182,13 +182,13 @@ mod tests {
             keep: false,
         };
         let crystal = (table.as_path(), "Ca", 40.078);
-        let job = Job::write(folder.path().join("job"), &block, &indenter, crystal, interaction, ladder, None);
+        let job = Job::write(folder.path().join("job"), &block, &indenter, crystal, interaction, history, None);
         (folder, job.expect("written"))
     }
 
     /// Steps with these displacements, loads and contacts.
-    fn rungs(list: &[(f64, f64, usize)]) -> Vec<Rung> {
-        let rung = |(step, &(displacement_angstrom, load, contacts)): (usize, &(f64, f64, usize))| Rung {
+    fn records(list: &[(f64, f64, usize)]) -> Vec<StepRecord> {
+        let record = |(step, &(displacement_angstrom, load, contacts)): (usize, &(f64, f64, usize))| StepRecord {
             step,
             displacement_angstrom,
             load,
@@ -201,12 +201,12 @@ mod tests {
             atoms: 9,
             settled: true,
         };
-        list.iter().enumerate().map(rung).collect()
+        list.iter().enumerate().map(record).collect()
     }
 
     #[test]
     fn a_way_down_ends_at_its_load_and_a_way_back_where_nothing_touches() {
-        let way = rungs(&[(0.0, 0.0, 0), (0.3, 2.0, 3), (0.6, 5.5, 8), (0.3, 2.0, 3), (0.0, 0.1, 1), (-0.3, 0.0, 0)]);
+        let way = records(&[(0.0, 0.0, 0), (0.3, 2.0, 3), (0.6, 5.5, 8), (0.3, 2.0, 3), (0.0, 0.1, 1), (-0.3, 0.0, 0)]);
         let (_folder, down) = job(false, false);
         assert_eq!((down.turn(&way), down.end(&way), down.end(&way[..2])), (None, Some(2), None));
         let (_folder, both) = job(false, true);
@@ -214,29 +214,29 @@ mod tests {
         assert_eq!((both.end(&way), both.end(&way[..5])), (Some(5), None));
         assert_eq!(both.way_back(&way[..2]), None);
         // Without adhesion no step is shortened.
-        assert_eq!(both.way_back(&way[..5]), Some(WayBack { turn: 2, slow: None, lowest: 0.0, end: None }));
+        assert_eq!(both.way_back(&way[..5]), Some(UnloadingState { turn: 2, slow: None, lowest: 0.0, end: None }));
         assert_eq!(pull_off(&way, 2, 100.0), None);
     }
 
-    /// Loads that were asked for are found at their own steps, those of the way back not at those of the way there, and none between.
+    /// PrescribedLoads that were asked for are found at their own steps, those of the way back not at those of the way there, and none between.
     #[test]
     fn a_load_that_was_asked_for_is_at_its_own_step() {
-        let asked = |load| LoadAsked { load, lower_angstrom: 1.0, move_hash: String::new() };
+        let asked = |load| PrescribedLoad { load, lower_angstrom: 1.0, move_hash: String::new() };
         let [there, back] = [[asked(1.0), asked(3.0)], [asked(1.0), asked(0.5)]];
-        let ladder = Ladder { rungs: rungs(&[(0.0, 0.0, 0), (0.1, 1.0, 1), (0.2, 2.9, 2), (0.1, 1.0, 1)]) };
+        let history = LoadHistory { steps: records(&[(0.0, 0.0, 0), (0.1, 1.0, 1), (0.2, 2.9, 2), (0.1, 1.0, 1)]) };
         let at = |bracket: Option<Bracket>| bracket.map(|b| (b.lower, b.weight));
-        assert_eq!(at(own_step(&ladder, 1, &there, 1.0)), Some((1, 0.0)));
+        assert_eq!(at(own_step(&history, 1, &there, 1.0)), Some((1, 0.0)));
         // It missed its load: that is told, and the state is its own all the same.
-        assert_eq!(at(own_step(&ladder, 1, &there, 3.0)), Some((2, 0.0)));
-        assert_eq!(at(own_step(&ladder, 1, &there, 2.0)), None);
-        assert_eq!(at(own_step(&ladder, 3, &back, 1.0)), Some((3, 0.0)));
+        assert_eq!(at(own_step(&history, 1, &there, 3.0)), Some((2, 0.0)));
+        assert_eq!(at(own_step(&history, 1, &there, 2.0)), None);
+        assert_eq!(at(own_step(&history, 3, &back, 1.0)), Some((3, 0.0)));
         // Not reached yet.
-        assert_eq!(at(own_step(&ladder, 3, &back, 0.5)), None);
+        assert_eq!(at(own_step(&history, 3, &back, 0.5)), None);
     }
 
     #[test]
     fn with_adhesion_the_pull_is_followed_in_shorter_steps_until_it_has_faded() {
-        let way = rungs(&[
+        let way = records(&[
             (0.0, -0.2, 0),
             (0.3, 5.5, 8),
             (0.0, 3.0, 4),
@@ -249,7 +249,7 @@ mod tests {
         ]);
         let (_folder, job) = job(true, true);
         let found = job.way_back(&way).expect("a way back");
-        assert_eq!(found, WayBack { turn: 1, slow: Some(3), lowest: -2.0, end: Some(8) });
+        assert_eq!(found, UnloadingState { turn: 1, slow: Some(3), lowest: -2.0, end: Some(8) });
         // Nothing touches already where much of the pull is left.
         assert_eq!(job.end(&way[..8]), None);
         let pull = pull_off(&way, 1, 100.0).expect("a pull");
@@ -269,7 +269,7 @@ mod tests {
     #[test]
     fn a_pull_that_does_not_let_go_ends_beyond_its_reach() {
         let (_folder, job) = job(true, true);
-        let way = rungs(&[(0.0, 0.0, 0), (0.3, 6.0, 2), (-6.9, -3.0, 2), (-7.05, -3.1, 2)]);
+        let way = records(&[(0.0, 0.0, 0), (0.3, 6.0, 2), (-6.9, -3.0, 2), (-7.05, -3.1, 2)]);
         assert_eq!((job.end(&way), job.end(&way[..3])), (Some(3), None));
     }
 }

@@ -24,11 +24,11 @@ pub const MASKED_LAYERS: usize = 2;
 /// So many atoms are no yield yet: one point defect. Elastic steps show none.
 pub const NOISE: usize = 3;
 
-/// Atoms of the frame that have left the order, ascending; [`looked_at`] says how many were asked.
+/// Atoms of the frame that have left the order, ascending; [`analysed_atoms`] says how many were asked.
 ///
 /// # Errors
 /// `Format` when an atom of the deformable block is missing from the frame.
-pub fn disordered(frame: &Frame, block: &Block) -> Result<Vec<u32>> {
+pub fn defect_atoms(frame: &Frame, block: &Block) -> Result<Vec<u32>> {
     let per_layer = block.atoms_per_layer() as u32;
     let first = block.fixed() as u32 + 1;
     let last = block.atoms() as u32;
@@ -53,7 +53,7 @@ pub fn disordered(frame: &Frame, block: &Block) -> Result<Vec<u32>> {
 }
 
 /// How many atoms of a block are looked at.
-pub fn looked_at(block: &Block) -> u64 {
+pub fn analysed_atoms(block: &Block) -> u64 {
     let [from, to] = inner_layers(block);
     (to - from) as u64 * block.atoms_per_layer()
 }
@@ -182,8 +182,8 @@ mod tests {
     #[test]
     fn a_perfect_crystal_has_order_up_to_its_masked_surface() {
         let block = block();
-        assert!(disordered(&frame(&block, |_, p| p), &block).expect("complete").is_empty());
-        assert_eq!(looked_at(&block), 8 * 32);
+        assert!(defect_atoms(&frame(&block, |_, p| p), &block).expect("complete").is_empty());
+        assert_eq!(analysed_atoms(&block), 8 * 32);
         // The surface shows as soon as it is looked at: the top layer lacks four of twelve.
         let points: Vec<[f64; 3]> = block.sites().map(|s| s.position).collect();
         let bins = Bins::new(&points, block.length(), A0);
@@ -198,30 +198,30 @@ mod tests {
         // Deep layers as they are, the upper ones pressed together by 15 %: what changes is at the border.
         let z0 = block.layer_z(block.base_layers);
         let pressed = frame(&block, |_, [x, y, z]| [x, y, z0 + 0.85 * (z - z0)]);
-        let found = disordered(&pressed, &block).expect("complete");
+        let found = defect_atoms(&pressed, &block).expect("complete");
         assert!(found.iter().all(|id| block.layer_of(*id) == Some(block.base_layers)), "{found:?}");
         // Over a base that has gone elsewhere, which a frame does not tell, the lowest layer is left out.
         let gone = frame(&block, |_, [x, y, z]| [x + 0.25 * A0, y, z - 1.0]);
-        let found = disordered(&gone, &block).expect("complete");
+        let found = defect_atoms(&gone, &block).expect("complete");
         assert!(
             found.len() == 32 && found.iter().all(|id| block.layer_of(*id) == Some(block.base_layers)),
             "{found:?}"
         );
         let founded = block.on_foundation(3).expect("thick enough");
-        assert!(disordered(&gone, &founded).expect("complete").is_empty());
-        assert_eq!(looked_at(&founded), 7 * 32);
+        assert!(defect_atoms(&gone, &founded).expect("complete").is_empty());
+        assert_eq!(analysed_atoms(&founded), 7 * 32);
         // The upper half slipped by half a lattice vector is fcc again but for nothing; by a quarter it is not.
         for (slip, disorder) in [(0.5, 0), (0.25, 2 * 32)] {
             let slipped = frame(&block, |layer, [x, y, z]| {
                 let d = if layer >= 5 { slip * A0 } else { 0.0 };
                 [x + d, y + d, z]
             });
-            assert_eq!(disordered(&slipped, &block).expect("complete").len(), disorder, "{slip}");
+            assert_eq!(defect_atoms(&slipped, &block).expect("complete").len(), disorder, "{slip}");
         }
         // A vacancy leaves twelve neighbours with eleven opposite ones.
         let mut hole = frame(&block, |_, p| p);
         hole.positions[5 * 32 + 7][2] += 60.0;
-        assert_eq!(disordered(&hole, &block).expect("complete").len(), 13);
+        assert_eq!(defect_atoms(&hole, &block).expect("complete").len(), 13);
     }
 
     /// The two planes of an intrinsic stacking fault in a stack of close-packed layers, ...ABCABC|BCABC...
@@ -264,6 +264,6 @@ mod tests {
         let mut top = frame(&block, |_, p| p);
         top.ids.drain(..32);
         top.positions.drain(..32);
-        assert!(disordered(&top, &block).expect_err("incomplete").to_string().contains("plasticity = true"));
+        assert!(defect_atoms(&top, &block).expect_err("incomplete").to_string().contains("plasticity = true"));
     }
 }

@@ -8,12 +8,12 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::dump::{Frame, read_frame};
-use super::midway;
+use super::minimizer_checkpoint;
 use crate::record::atomic_file::write_atomic;
 use crate::record::results::LoadStepResults;
 use crate::{Error, Result};
 
-pub const LADDER_FILE: &str = "ladder.txt";
+pub const LOAD_STEPS_FILE: &str = "ladder.txt";
 /// The last one is missing where an earlier version has run.
 const COLUMNS: std::ops::RangeInclusive<usize> = 10..=11;
 const ACCEPTED: &str = "step, displacement, load, energy, iterations, largest force, contacts, lowest and mean indenter \
@@ -21,7 +21,7 @@ const ACCEPTED: &str = "step, displacement, load, energy, iterations, largest fo
 
 /// One finished step.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Rung {
+pub struct StepRecord {
     pub step: usize,
     pub displacement_angstrom: f64,
     /// Normal force on the indenter, repulsion positive, eV/Å.
@@ -38,9 +38,9 @@ pub struct Rung {
     pub settled: bool,
 }
 
-impl Rung {
+impl StepRecord {
     /// `load_unit` is the load at p* = 1, eV/Å; `evaluations` come from the log ([`evaluations`]).
-    pub fn record(&self, load_unit: f64, evaluations: &BTreeMap<usize, usize>) -> LoadStepResults {
+    pub fn to_results(&self, load_unit: f64, evaluations: &BTreeMap<usize, usize>) -> LoadStepResults {
         LoadStepResults {
             step: self.step,
             displacement_angstrom: self.displacement_angstrom,
@@ -61,7 +61,7 @@ impl Rung {
             return None;
         }
         let real = |k: usize| words[k].parse::<f64>().ok().filter(|v| v.is_finite());
-        Some(Rung {
+        Some(StepRecord {
             step: words[0].parse().ok()?,
             // The rounding of coordinates in a file may print a zero below zero.
             displacement_angstrom: real(1)? + 0.0,
@@ -80,8 +80,8 @@ impl Rung {
 
 /// The finished steps, 0, 1, 2, ... without gaps.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Ladder {
-    pub rungs: Vec<Rung>,
+pub struct LoadHistory {
+    pub steps: Vec<StepRecord>,
 }
 
 /// Where an asked load lies on the way down: `weight` of step `lower` + 1 and the rest of step `lower`.
@@ -100,23 +100,23 @@ pub struct Between {
     pub displacement_angstrom: f64,
 }
 
-impl Ladder {
+impl LoadHistory {
     /// A last line that was cut is left out; any other damage is an error.
     ///
     /// # Errors
     /// `Format`, naming the line.
     pub fn parse(text: &str, file: &Path) -> Result<Self> {
-        let mut rungs = Vec::new();
+        let mut records = Vec::new();
         for (k, line) in text.split_inclusive('\n').enumerate() {
             if !line.ends_with('\n') {
                 break;
             }
-            match Rung::parse(line) {
-                Some(rung) if rung.step == k => rungs.push(rung),
+            match StepRecord::parse(line) {
+                Some(record) if record.step == k => records.push(record),
                 _ => return Err(Error::format(file, format!("line {}: {}", k + 1, line.trim_end()), ACCEPTED)),
             }
         }
-        Ok(Ladder { rungs })
+        Ok(LoadHistory { steps: records })
     }
 
     /// The ladder of a job folder; one that has not begun is empty.
@@ -124,21 +124,21 @@ impl Ladder {
     /// # Errors
     /// `Io` and `Format`.
     pub fn read(folder: &Path) -> Result<Self> {
-        let file = folder.join(LADDER_FILE);
+        let file = folder.join(LOAD_STEPS_FILE);
         match std::fs::read_to_string(&file) {
-            Ok(text) => Ladder::parse(&text, &file),
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(Ladder::default()),
+            Ok(text) => LoadHistory::parse(&text, &file),
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(LoadHistory::default()),
             Err(e) => Err(Error::io("read", &file)(e)),
         }
     }
 
-    pub fn last(&self) -> Option<&Rung> {
-        self.rungs.last()
+    pub fn last(&self) -> Option<&StepRecord> {
+        self.steps.last()
     }
 
     /// Where `load` is passed on the way back, which begins with step `turn`: the first fall.
     pub fn bracket_back(&self, load: f64, turn: usize) -> Option<Bracket> {
-        let loads: Vec<f64> = self.rungs.get(turn..)?.iter().map(|r| r.load).collect();
+        let loads: Vec<f64> = self.steps.get(turn..)?.iter().map(|r| r.load).collect();
         let k = loads.windows(2).position(|pair| pair[0] >= load && load >= pair[1])?;
         Some(Bracket { lower: turn + k, weight: weight(loads[k], loads[k + 1], load) })
     }
@@ -146,7 +146,7 @@ impl Ladder {
     /// Where the load rises through `load` for the first time, no later than at step `turn`: where a machine that controls the load
     /// would first stop. `None` when the ladder does not reach so far.
     pub fn bracket(&self, load: f64, turn: Option<usize>) -> Option<Bracket> {
-        let there = &self.rungs[..turn.map_or(self.rungs.len(), |k| (k + 1).min(self.rungs.len()))];
+        let there = &self.steps[..turn.map_or(self.steps.len(), |k| (k + 1).min(self.steps.len()))];
         bracket(&there.iter().map(|r| r.load).collect::<Vec<f64>>(), load)
     }
 
@@ -158,17 +158,17 @@ impl Ladder {
     /// is missing.
     pub(super) fn at(&self, folder: &Path, bracket: Option<Bracket>, load: f64) -> Result<Between> {
         let bracket = bracket.ok_or_else(|| {
-            let reached = self.rungs.iter().map(|r| r.load).fold(0.0, f64::max);
+            let reached = self.steps.iter().map(|r| r.load).fold(0.0, f64::max);
             let found =
-                format!("a ladder from {:.4} to {reached:.4} eV/angstrom", self.rungs.first().map_or(0.0, |r| r.load));
-            Error::format(folder.join(LADDER_FILE), found, format!("one that passes {load:.4} eV/angstrom"))
+                format!("a history from {:.4} to {reached:.4} eV/angstrom", self.steps.first().map_or(0.0, |r| r.load));
+            Error::format(folder.join(LOAD_STEPS_FILE), found, format!("one that passes {load:.4} eV/angstrom"))
         })?;
-        let a = &self.rungs[bracket.lower];
+        let a = &self.steps[bracket.lower];
         let below = read_frame(frame_file(folder, a.step)?)?;
         if bracket.weight == 0.0 {
             return Ok(Between { bracket, frame: below, displacement_angstrom: a.displacement_angstrom });
         }
-        let b = &self.rungs[bracket.lower + 1];
+        let b = &self.steps[bracket.lower + 1];
         let above = read_frame(frame_file(folder, b.step)?)?;
         Ok(between(bracket, &below, &above, [a.displacement_angstrom, b.displacement_angstrom]))
     }
@@ -270,7 +270,7 @@ pub fn evaluations(log: &str) -> BTreeMap<usize, usize> {
 ///
 /// # Errors
 /// `Format` for a frame that is not complete; `Io`.
-pub fn vouch(folder: &Path, step: usize) -> Result<()> {
+pub fn verify_step(folder: &Path, step: usize) -> Result<()> {
     read_frame(frame_file(folder, step)?)?;
     // With steps shorter than the look-out the file may be gone: two later ones stand for it.
     if let Some(hash) = hash_of(&folder.join(format!("restart.{step}")))? {
@@ -286,7 +286,7 @@ pub fn vouch(folder: &Path, step: usize) -> Result<()> {
 ///
 /// # Errors
 /// As [`prepare_resume`].
-pub fn take_back(folder: &Path, step: usize) -> Result<()> {
+pub fn roll_back(folder: &Path, step: usize) -> Result<()> {
     for kept in [format!("frame.{step}.dump"), format!("frame.{step}.dump.zst"), format!("restart.{step}")] {
         remove(&folder.join(kept))?;
     }
@@ -320,16 +320,16 @@ fn remove(file: &Path) -> Result<()> {
 /// # Errors
 /// As [`prepare_resume`].
 pub(super) fn keep_first(folder: &Path, steps: usize) -> Result<()> {
-    if Ladder::read(folder)?.rungs.len() > steps {
+    if LoadHistory::read(folder)?.steps.len() > steps {
         shorten(folder, steps)?;
         prepare_resume(folder)?;
     }
-    midway::keep_first(folder, steps)
+    minimizer_checkpoint::keep_first(folder, steps)
 }
 
 /// Keeps the first `steps` lines of the ladder.
 fn shorten(folder: &Path, steps: usize) -> Result<()> {
-    let file = folder.join(LADDER_FILE);
+    let file = folder.join(LOAD_STEPS_FILE);
     if file.is_file() {
         let text = std::fs::read_to_string(&file).map_err(Error::io("read", &file))?;
         let keep: usize = text.split_inclusive('\n').take(steps).map(str::len).sum();
@@ -348,16 +348,16 @@ fn shorten(folder: &Path, steps: usize) -> Result<()> {
 /// # Errors
 /// `Io`, and `Format` for a ladder that is damaged otherwise than by a cut last line.
 pub fn prepare_resume(folder: &Path) -> Result<Option<usize>> {
-    let ladder = Ladder::read(folder)?;
-    let intact = |rung: &&Rung| {
-        let restart = folder.join(format!("restart.{}", rung.step));
-        let written = std::fs::read_to_string(hash_file(folder, rung.step)).ok();
+    let history = LoadHistory::read(folder)?;
+    let intact = |record: &&StepRecord| {
+        let restart = folder.join(format!("restart.{}", record.step));
+        let written = std::fs::read_to_string(hash_file(folder, record.step)).ok();
         let sound = || written.is_none_or(|hash| hash_of(&restart).is_ok_and(|found| found == Some(hash)));
         std::fs::metadata(&restart).is_ok_and(|m| m.len() > 0)
             && sound()
-            && frame_file(folder, rung.step).and_then(read_frame).is_ok()
+            && frame_file(folder, record.step).and_then(read_frame).is_ok()
     };
-    let last = ladder.rungs.iter().rev().find(intact).map(|r| r.step);
+    let last = history.steps.iter().rev().find(intact).map(|r| r.step);
     for entry in std::fs::read_dir(folder).map_err(Error::io("list", folder))? {
         let path = entry.map_err(Error::io("list", folder))?.path();
         let Some(name) = path.file_name().and_then(|n| n.to_str()) else { continue };
@@ -382,9 +382,9 @@ mod tests {
         format!("{step} {:.6} {load} -100.5 12 1.5e-03 {step} 44.5 45.5 200\n", step as f64 * 0.3)
     }
 
-    fn ladder(loads: &[f64]) -> Ladder {
+    fn history(loads: &[f64]) -> LoadHistory {
         let text: String = loads.iter().enumerate().map(|(k, l)| line(k, *l)).collect();
-        Ladder::parse(&text, Path::new("ladder.txt")).expect("good")
+        LoadHistory::parse(&text, Path::new("ladder.txt")).expect("good")
     }
 
     fn frame(atoms: &[(u32, [f64; 3])]) -> Frame {
@@ -413,30 +413,30 @@ mod tests {
     fn a_cut_last_line_is_left_out_and_other_damage_refused() {
         let text = line(0, 0.0) + &line(1, 1.0);
         for cut in line(0, 0.0).len()..text.len() {
-            let ladder = Ladder::parse(&text[..cut], Path::new("l")).expect("good");
-            assert_eq!(ladder.rungs.len(), 1, "cut at {cut}");
+            let history = LoadHistory::parse(&text[..cut], Path::new("l")).expect("good");
+            assert_eq!(history.steps.len(), 1, "cut at {cut}");
         }
-        assert!(Ladder::parse(&line(1, 0.0), Path::new("l")).is_err());
-        assert!(Ladder::parse(&line(0, f64::NAN), Path::new("l")).is_err());
-        assert!(Ladder::parse("what\n", Path::new("l")).expect_err("bad").to_string().contains("line 1"));
+        assert!(LoadHistory::parse(&line(1, 0.0), Path::new("l")).is_err());
+        assert!(LoadHistory::parse(&line(0, f64::NAN), Path::new("l")).is_err());
+        assert!(LoadHistory::parse("what\n", Path::new("l")).expect_err("bad").to_string().contains("line 1"));
     }
 
     #[test]
     fn loads_are_bracketed_at_the_first_rise() {
         // Adhesion pulls first, and a yield event drops the load.
-        let l = ladder(&[0.0, -1.0, 2.0, 1.5, 4.0]);
+        let l = history(&[0.0, -1.0, 2.0, 1.5, 4.0]);
         assert_eq!(l.bracket(1.0, None), Some(Bracket { lower: 1, weight: 2.0 / 3.0 }));
         assert_eq!(l.bracket(1.8, None).map(|b| b.lower), Some(1));
         // That a later step has just this load changes nothing.
         assert_eq!(l.bracket(1.5, None).map(|b| b.lower), Some(1));
         assert_eq!(l.bracket(3.0, None).map(|b| b.lower), Some(3));
         assert_eq!((l.bracket(4.1, None), l.bracket(3.0, Some(2))), (None, None));
-        assert_eq!(Ladder::default().bracket(0.0, Some(0)), None);
+        assert_eq!(LoadHistory::default().bracket(0.0, Some(0)), None);
     }
 
     #[test]
     fn on_the_way_back_loads_are_bracketed_at_the_first_fall() {
-        let l = ladder(&[0.0, 2.0, 6.0, 4.0, 1.0, -1.0, 0.5, 0.0]);
+        let l = history(&[0.0, 2.0, 6.0, 4.0, 1.0, -1.0, 0.5, 0.0]);
         assert_eq!(l.bracket_back(4.0, 2), Some(Bracket { lower: 2, weight: 1.0 }));
         // On the way there it is between the steps there.
         assert_eq!(l.bracket(4.0, Some(2)).map(|b| b.lower), Some(1));
@@ -464,7 +464,7 @@ mod tests {
     fn at_a_load_between_two_steps() {
         let folder = tempfile::tempdir().expect("scratch");
         (0..3).for_each(|k| dump(folder.path(), k, 20.0 - k as f64));
-        let l = ladder(&[0.0, 2.0, 6.0]);
+        let l = history(&[0.0, 2.0, 6.0]);
         let at = l.at(folder.path(), l.bracket(3.0, None), 3.0).expect("reached");
         let w = (3f64.sqrt() - 2f64.sqrt()) / (6f64.sqrt() - 2f64.sqrt());
         let [_, _, z] = at.frame.position(1).expect("there");
@@ -480,21 +480,21 @@ mod tests {
         let path = folder.path();
         assert_eq!(prepare_resume(path).expect("empty"), None);
         let whole: String = (0..3).map(|k| line(k, k as f64)).collect();
-        std::fs::write(path.join(LADDER_FILE), format!("{whole}3 0.9 3.")).expect("written");
+        std::fs::write(path.join(LOAD_STEPS_FILE), format!("{whole}3 0.9 3.")).expect("written");
         (0..4).for_each(|k| dump(path, k, 20.0));
         for k in 1..4 {
             std::fs::write(path.join(format!("restart.{k}")), "state").expect("written");
         }
         assert_eq!(prepare_resume(path).expect("good"), Some(2));
-        assert_eq!(std::fs::read_to_string(path.join(LADDER_FILE)).expect("read"), whole);
+        assert_eq!(std::fs::read_to_string(path.join(LOAD_STEPS_FILE)).expect("read"), whole);
         assert!(!path.join("frame.3.dump").exists() && !path.join("restart.3").exists());
         assert!(path.join("frame.2.dump").exists() && path.join("restart.1").exists());
         // A lost restart file: one step further back.
         std::fs::remove_file(path.join("restart.2")).expect("removed");
         assert_eq!(prepare_resume(path).expect("good"), Some(1));
-        assert_eq!(Ladder::read(path).expect("good").rungs.len(), 2);
+        assert_eq!(LoadHistory::read(path).expect("good").steps.len(), 2);
         // One that is not what was written: it is not gone on from.
-        vouch(path, 1).expect("whole");
+        verify_step(path, 1).expect("whole");
         assert_eq!(prepare_resume(path).expect("good"), Some(1));
         std::fs::write(path.join("restart.0"), "older").expect("written");
         std::fs::write(path.join("restart.1"), "stale").expect("written");
@@ -503,7 +503,7 @@ mod tests {
         std::fs::remove_file(path.join("restart.0")).expect("removed");
         assert_eq!(prepare_resume(path).expect("good"), None);
         assert!(!path.join("frame.0.dump").exists());
-        assert_eq!(std::fs::read(path.join(LADDER_FILE)).expect("read"), b"");
+        assert_eq!(std::fs::read(path.join(LOAD_STEPS_FILE)).expect("read"), b"");
     }
 
     #[test]

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 ///
 /// The ball meets nodes alone: where it does beside its own node, the result is too high by up to dx² (1 + s²)^(3/2)/4r, a third of
 /// that in the mean.
-pub fn rolled(grid: Grid, heights: &[f64], radius: f64) -> Vec<f64> {
+pub fn dilate_by_ball(grid: Grid, heights: &[f64], radius: f64) -> Vec<f64> {
     let reach = |step: f64| (radius / step).floor() as i64;
     let mut cap = Vec::new();
     for j in -reach(grid.dy())..=reach(grid.dy()) {
@@ -52,10 +52,10 @@ mod tests {
 
     #[test]
     fn a_flat_stays_and_a_tip_grows_by_the_ball() {
-        assert!(rolled(GRID, &vec![0.7; GRID.points()], RADIUS).iter().all(|h| *h == 0.7));
+        assert!(dilate_by_ball(GRID, &vec![0.7; GRID.points()], RADIUS).iter().all(|h| *h == 0.7));
         // A ball of radius 4 over a floor that lies too high to be met.
         let ball = |r: f64, x: f64, y: f64| r - (r * r - (x - 12.0).powi(2) - (y - 10.0).powi(2)).max(0.0).sqrt();
-        let found = rolled(GRID, &on(|x, y| ball(4.0, x, y)), RADIUS);
+        let found = dilate_by_ball(GRID, &on(|x, y| ball(4.0, x, y)), RADIUS);
         let grown = on(|x, y| ball(4.0 + RADIUS, x, y));
         for (k, (found, grown)) in found.iter().zip(grown).enumerate() {
             let (x, y) = ((k % 240) as f64 * 0.1 - 12.0, (k / 240) as f64 * 0.1 - 10.0);
@@ -70,7 +70,7 @@ mod tests {
     fn a_slope_comes_nearer_by_its_secant_and_low_points_stay() {
         let (k, amplitude) = (TAU / 24.0, 2.0);
         let heights = on(|x, _| -amplitude * (k * x).cos());
-        let found = rolled(GRID, &heights, RADIUS);
+        let found = dilate_by_ball(GRID, &heights, RADIUS);
         let slope: f64 = k * amplitude;
         let lower = RADIUS * ((1.0 + slope * slope).sqrt() - 1.0);
         let steep = 60 + 240 * 17;

@@ -1,7 +1,7 @@
 //! `[atoms.hold]`: the atoms at a temperature.
 
 use super::{AtomsScene, Scene, Start};
-use crate::atoms::hold::{FREE_LAYERS, LEAST_AVERAGED_PS, Settings};
+use crate::atoms::nvt::{FREE_LAYERS, LEAST_AVERAGED_PS, NvtSettings};
 use crate::atoms::potential::{HOTTEST_K, calcium_lattice_constant};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// At each asked load the relaxed atoms are held at a temperature, and how often each touches is counted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct HoldScene {
+pub struct NvtScene {
     pub temperature_k: f64,
     /// Time at each load, ps.
     pub time_ps: f64,
@@ -28,9 +28,9 @@ fn fifth() -> f64 {
 /// Strain of the crystal's expansion beyond which another unit or another crystal is more likely.
 const MOST_EXPANSION: f64 = 0.1;
 
-impl HoldScene {
-    pub(super) fn settings(&self) -> Settings {
-        Settings {
+impl NvtScene {
+    pub(super) fn settings(&self) -> NvtSettings {
+        NvtSettings {
             temperature_k: self.temperature_k,
             time_ps: self.time_ps,
             equilibration: self.equilibration,

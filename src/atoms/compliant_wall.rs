@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 use super::wall::Wall;
 use crate::interface::{Law, TabulatedWall};
 
-/// Places under the net along half a spacing; the rest are their mirror images. Twice as many change the pressure by less than
+/// ProbeAtoms under the net along half a spacing; the rest are their mirror images. Twice as many change the pressure by less than
 /// a per cent at gaps where it is a thousandth of E*.
 const PLACES: usize = 12;
 
@@ -29,7 +29,7 @@ const NEAREST: f64 = 0.3;
 
 /// The areal law, in Å and eV.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GivingWall {
+pub struct CompliantWall {
     law: TabulatedWall,
     /// c, Å per eV/Å.
     compliance: f64,
@@ -39,7 +39,7 @@ pub struct GivingWall {
     cosine: f64,
 }
 
-impl GivingWall {
+impl CompliantWall {
     /// On a crystal of contact modulus `modulus` (eV/Å³), under a profile of this rms gradient, for whose slopes one stands.
     pub fn new(wall: &Wall, modulus: f64, rms_gradient: f64) -> Self {
         let area = 0.5 * wall.a0_angstrom * wall.a0_angstrom;
@@ -59,7 +59,7 @@ impl GivingWall {
             }
             [force / area, -slope / (1.0 + compliance * slope) / area]
         });
-        GivingWall { law, compliance, area, cosine: 1.0 / rms_gradient.hypot(1.0) }
+        CompliantWall { law, compliance, area, cosine: 1.0 / rms_gradient.hypot(1.0) }
     }
 
     /// Pressure straight down at the vertical gap `g` (Å), eV/Å³.
@@ -191,13 +191,13 @@ mod tests {
     #[test]
     fn atoms_that_give_way_are_softer() {
         let wall = wall();
-        let giving = GivingWall::new(&wall, MODULUS, 0.0);
+        let giving = CompliantWall::new(&wall, MODULUS, 0.0);
         let rigid = |g: f64| wall.repulsion_pressure(wall.minimum_angstrom() + g);
         for (g, expected) in [(-0.05, 1.38e-4), (-0.1, 6.43e-4), (-0.2, 4.62e-3), (-0.3, 1.569e-2)] {
             let found = giving.pressure(g);
             assert!(found < rigid(g) && (found / expected - 1.0).abs() < 0.05, "{g}: {found} {expected}");
         }
-        let sloping = GivingWall::new(&wall, MODULUS, 0.5);
+        let sloping = CompliantWall::new(&wall, MODULUS, 0.5);
         assert!((sloping.pressure(-0.2) / (giving.pressure(-0.2 / 1.25f64.sqrt()) / 1.25) - 1.0).abs() < 1e-12);
         // It rises to the end of its table.
         let pressures: Vec<f64> = (0..200).map(|k| giving.pressure(-0.006 * f64::from(k))).collect();

@@ -1,10 +1,10 @@
 //! The atoms at a temperature: each load's relaxed state, held.
 
 use super::Listener;
-use super::touching::Reader;
+use super::frame_analysis::FrameAnalyzer;
 use crate::atoms::engine::{Engine, Progress};
-use crate::atoms::hold::{BLOCKS, Held, Hold, Settings, mean};
 use crate::atoms::job::Job;
+use crate::atoms::nvt::{BLOCKS, NvtRun, NvtSamples, NvtSettings, mean};
 use crate::load::LoadStep;
 use crate::record::results::{NvtResults, NvtState};
 use crate::scene::{AtomsCase, Case};
@@ -20,15 +20,15 @@ pub(super) fn hold(
     case: &Case,
     atoms: &AtomsCase,
     (engine, relaxed): (&dyn Engine, &Job),
-    settings: &Settings,
+    settings: &NvtSettings,
     folder: &Path,
     listener: &dyn Listener,
 ) -> Result<NvtResults> {
-    let job = Job::write_hold(folder, relaxed, &atoms.block, settings)?;
+    let job = Job::write_nvt(folder, relaxed, &atoms.block, settings)?;
     let lost = || Error::format(folder, "a job that holds nothing", "the hold that was written");
     let hold = job.record.hold.clone().ok_or_else(lost)?;
     run(engine, &job, &hold, listener)?;
-    let reader = Reader::new(case, atoms, folder, STAGE)?;
+    let reader = FrameAnalyzer::new(case, atoms, folder, STAGE)?;
     let steps = case.rising_steps();
     let states = (0..hold.loads.len()).map(|k| state(steps[k], &reader, (&job, &hold), k));
     Ok(NvtResults {
@@ -42,10 +42,10 @@ pub(super) fn hold(
     })
 }
 
-fn run(engine: &dyn Engine, job: &Job, hold: &Hold, listener: &dyn Listener) -> Result<()> {
+fn run(engine: &dyn Engine, job: &Job, hold: &NvtRun, listener: &dyn Listener) -> Result<()> {
     let of = hold.loads.len();
     let mut watch = |p: Progress| {
-        let ended = p.rung.as_ref().map_or(0, |r| r.step + 1);
+        let ended = p.record.as_ref().map_or(0, |r| r.step + 1);
         let within = if ended == of || p.is_new { 0.0 } else { (p.iterations as f64 / hold.steps() as f64).min(1.0) };
         let ps = within * hold.steps() as f64 * hold.timestep_ps;
         let words = format!("{ended} of {of} loads held at {} K, {ps:.1} ps of the next", hold.temperature_k);
@@ -60,10 +60,10 @@ fn run(engine: &dyn Engine, job: &Job, hold: &Hold, listener: &dyn Listener) -> 
 }
 
 /// Averages at the load `k` of a hold, which is that of `step`; maps written.
-fn state(step: &LoadStep, reader: &Reader, (job, hold): (&Job, &Hold), k: usize) -> Result<NvtState> {
-    let held = Held::read(job, hold, k)?;
+fn state(step: &LoadStep, reader: &FrameAnalyzer, (job, hold): (&Job, &NvtRun), k: usize) -> Result<NvtState> {
+    let held = NvtSamples::read(job, hold, k)?;
     let load = hold.loads[k];
-    let gap = |b: &crate::atoms::hold::Watched| {
+    let gap = |b: &crate::atoms::nvt::BlockAverage| {
         let gaps = reader.gaps_expanded((hold.expansion, held.bounds), &b.positions, b.low_angstrom);
         gaps.iter().sum::<f64>() / gaps.len() as f64
     };

@@ -3,7 +3,7 @@
 use super::continuum::start;
 use crate::atoms::block::Block;
 use crate::atoms::indenter::Indenter;
-use crate::atoms::start::{Approach, Pressed};
+use crate::atoms::initial_configuration::{InitialConfiguration, LayerDisplacementField};
 use crate::load::{LoadStep, at_step};
 use crate::record::results::ContinuumResults;
 use crate::scene::{AtomsCase, Case};
@@ -12,19 +12,19 @@ use std::path::Path;
 
 /// Every load once, rising, then those of the way back, with where `solved` (the continuum with the atoms' own wall, whose gaps are stored under `root`)
 /// has atoms and indenter.
-pub(super) fn approaches(
+pub(super) fn initial_configurations(
     case: &Case,
     atoms: &AtomsCase,
     indenter: &Indenter,
     (solved, root): (&ContinuumResults, &Path),
-) -> Result<Vec<Approach>> {
+) -> Result<Vec<InitialConfiguration>> {
     let (grid, block): (_, &Block) = (atoms.matched, &atoms.block);
     let length = block.length();
     let fine = atoms.heights_angstrom(&case.surface, grid);
     // Both profiles are shifted to the lowest of their own nodes.
     let offset = fine[0] - indenter.heights()[0];
     // From where the gaps count.
-    let heights: Vec<f64> = atoms.felt_heights_angstrom(&case.surface).iter().map(|h| h / length).collect();
+    let heights: Vec<f64> = atoms.dilated_heights_angstrom(&case.surface).iter().map(|h| h / length).collect();
     let order = case.rising_steps().into_iter().chain(case.unloading_steps());
     let approach = |step: &LoadStep| {
         let file = at_step(&solved.states, step.index).and_then(|s| s.gap.as_ref());
@@ -32,9 +32,9 @@ pub(super) fn approaches(
         let gap = start(&root.join(file), grid)?;
         let pressure = step.imposed_p_star() * case.gradient;
         let body = (atoms.layer(), atoms.compression());
-        let pressed = Pressed::under(block, body, grid, (&gap, &heights), pressure);
+        let pressed = LayerDisplacementField::under(block, body, grid, (&gap, &heights), pressure);
         let standoff = (atoms.wall.minimum_angstrom(), offset);
-        Ok(Approach::new(block, indenter, (atoms.load(step), pressed), (&gap, &heights), standoff))
+        Ok(InitialConfiguration::new(block, indenter, (atoms.load(step), pressed), (&gap, &heights), standoff))
     };
     order.map(approach).collect()
 }

@@ -1,16 +1,16 @@
 //! Frames of a block that any LAMMPS has run, in files of any of its text dumps.
 //!
 //! Nothing but the frames is needed: how far the indenter has come down is read off its atoms, and the load is what it does to
-//! the atoms of the block ([`felt`]). A first pass notes both for every frame; a second one reads the two frames around a load.
+//! the atoms of the block ([`indenter_forces`]). A first pass notes both for every frame; a second one reads the two frames around a load.
 
 use std::path::PathBuf;
 
 use super::block::Block;
 use super::dump::{DumpReader, Frame};
-use super::forces::felt;
+use super::forces::indenter_forces;
 use super::indenter::Indenter;
 use super::job::Interaction;
-use super::ladder::{Between, Bracket, between, bracket};
+use super::load_history::{Between, Bracket, between, bracket};
 use crate::{Error, Result};
 
 /// Heights of the indenter's atoms may differ so much from those of a rigid one, Å: a dump has six digits where it is not told
@@ -38,12 +38,12 @@ pub struct Place {
 
 /// All frames of a block, in the order of their files.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Foreign {
+pub struct DumpTrajectory {
     pub places: Vec<Place>,
     block: Block,
 }
 
-impl Foreign {
+impl DumpTrajectory {
     /// Reads all frames once. A last frame that was cut is told to `warn` and left out.
     ///
     /// # Errors
@@ -55,7 +55,7 @@ impl Foreign {
         indenter: &Indenter,
         interaction: &Interaction,
         warn: &mut dyn FnMut(&str),
-    ) -> Result<Foreign> {
+    ) -> Result<DumpTrajectory> {
         let mut places = Vec::new();
         for file in files {
             let mut reader = DumpReader::open(file)?;
@@ -72,7 +72,8 @@ impl Foreign {
                 check_box(&frame, block)?;
                 let displacement_angstrom = lowered(&frame, block, indenter)?;
                 let load =
-                    felt(&of_block(frame.clone(), block), indenter, displacement_angstrom, interaction, 0.0).load();
+                    indenter_forces(&of_block(frame.clone(), block), indenter, displacement_angstrom, interaction, 0.0)
+                        .load();
                 let timestep = frame.timestep;
                 places.push(Place { file: file.clone(), index, timestep, load, displacement_angstrom });
             }
@@ -80,7 +81,7 @@ impl Foreign {
         if places.is_empty() {
             return Err(Error::input("command line", "--frames", "files without a frame", "LAMMPS text dumps"));
         }
-        Ok(Foreign { places, block: *block })
+        Ok(DumpTrajectory { places, block: *block })
     }
 
     /// The atoms at `load` (eV/Å): between the two frames on whose way the load is first reached, or as the frame whose load
@@ -225,10 +226,10 @@ mod tests {
         out
     }
 
-    fn scan(files: &[PathBuf]) -> Result<(Foreign, Vec<String>)> {
+    fn scan(files: &[PathBuf]) -> Result<(DumpTrajectory, Vec<String>)> {
         let (block, indenter, interaction) = setting();
         let mut told = Vec::new();
-        let found = Foreign::scan(files, &block, &indenter, &interaction, &mut |w| told.push(w.to_string()))?;
+        let found = DumpTrajectory::scan(files, &block, &indenter, &interaction, &mut |w| told.push(w.to_string()))?;
         Ok((found, told))
     }
 
@@ -246,7 +247,7 @@ mod tests {
             let file = put(folder.path(), "one", text(0.4, "id type x y z").as_bytes());
             of_block(crate::atoms::dump::read_frame(file).expect("read"), &block)
         };
-        let expected = felt(&perfect, &indenter, 0.4, &interaction, 0.0).load();
+        let expected = indenter_forces(&perfect, &indenter, 0.4, &interaction, 0.0).load();
         assert!(expected > 0.1);
         for columns in [
             "id type x y z",

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::block::Block;
 use super::engine::lock;
 use super::job::{HOLD, Job, POTENTIAL_FILE, Record};
-use super::ladder::{LADDER_FILE, Ladder};
+use super::load_history::{LOAD_STEPS_FILE, LoadHistory};
 use crate::record::results::Mean;
 use crate::{Error, Result};
 
@@ -42,11 +42,11 @@ const DAMP_PS: f64 = 1.0;
 const VISCOUS: f64 = 0.02;
 
 /// Processor time of a step of dynamics over that of a force evaluation of a minimiser: it rebuilds neighbour lists.
-pub const DEARER: f64 = 2.0;
+pub const MD_STEP_COST_RATIO: f64 = 2.0;
 
 /// What is asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Settings {
+pub struct NvtSettings {
     pub temperature_k: f64,
     /// All of the time at a load, ps, and the share of it that passes before anything is averaged.
     pub time_ps: f64,
@@ -57,7 +57,7 @@ pub struct Settings {
 
 /// What a job keeps of its hold; part of `job.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Hold {
+pub struct NvtRun {
     pub temperature_k: f64,
     /// Lattice constant at the temperature over that of the relaxed states.
     pub expansion: f64,
@@ -66,14 +66,14 @@ pub struct Hold {
     pub warm_blocks: usize,
     /// First and last id of the surface layer, and of the atoms that the thermostat acts on.
     pub surface: [u32; 2],
-    pub bath: [u32; 2],
+    pub thermostatted: [u32; 2],
     /// Rising, eV/Å: the relaxed states' times the expansion of the cell's area, so that the pressure is theirs.
     pub loads: Vec<f64>,
     /// BLAKE3 of the ladder of the relaxed states.
     pub relaxed_hash: String,
 }
 
-impl Settings {
+impl NvtSettings {
     fn timestep_ps(&self) -> f64 {
         TIMESTEPS_PS[usize::from(self.temperature_k > 300.0)]
     }
@@ -98,7 +98,7 @@ impl Settings {
     }
 }
 
-impl Hold {
+impl NvtRun {
     /// Time that is averaged over at each load, and time before it, ps.
     pub fn averaging_ps(&self) -> f64 {
         (BLOCKS * self.block_steps) as f64 * self.timestep_ps
@@ -122,7 +122,7 @@ impl Hold {
             ("temperature", self.temperature_k.to_string()),
             ("expansion", self.expansion.to_string()),
             ("surface", range(self.surface)),
-            ("bath", range(self.bath)),
+            ("thermostatted", range(self.thermostatted)),
             ("timestep", self.timestep_ps.to_string()),
             ("every", EVERY.to_string()),
             ("block", self.block_steps.to_string()),
@@ -141,15 +141,15 @@ const RELAXED: &str = "relaxed";
 
 impl Job {
     /// Writes the folder of a hold of the states that `relaxed` has found at its rising loads, whose restart files it has kept.
-    /// Loads that an earlier run of exactly this hold finished there are kept.
+    /// PrescribedLoads that an earlier run of exactly this hold finished there are kept.
     ///
     /// # Errors
     /// `Io`; `Format` for a job without such states.
-    pub fn write_hold(folder: &Path, relaxed: &Job, block: &Block, settings: &Settings) -> Result<Job> {
+    pub fn write_nvt(folder: &Path, relaxed: &Job, block: &Block, settings: &NvtSettings) -> Result<Job> {
         std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
         let _lock = lock(folder)?;
-        let ladder = Ladder::read(&relaxed.folder)?;
-        let asked = relaxed.record.loads.as_ref().filter(|l| ladder.rungs.len() > l.peak());
+        let history = LoadHistory::read(&relaxed.folder)?;
+        let asked = relaxed.record.loads.as_ref().filter(|l| history.steps.len() > l.peak());
         let asked = asked.ok_or_else(|| {
             let accepted = "loads from the continuum's solution that have been run";
             Error::format(&relaxed.folder, "no relaxed states at asked loads", accepted)
@@ -173,16 +173,16 @@ impl Job {
             let first = |layer: usize| layer as u64 * block.atoms_per_layer();
             [first(from) as u32 + 1, first(to) as u32]
         };
-        let file = relaxed.folder.join(LADDER_FILE);
+        let file = relaxed.folder.join(LOAD_STEPS_FILE);
         let found = std::fs::read(&file).map_err(Error::io("read", &file))?;
-        let hold = Hold {
+        let hold = NvtRun {
             temperature_k: settings.temperature_k,
             expansion,
             timestep_ps: settings.timestep_ps(),
             block_steps,
             warm_blocks,
             surface: ids(block.layers() - 1, block.layers()),
-            bath: ids(block.base_layers, block.layers() - FREE_LAYERS),
+            thermostatted: ids(block.base_layers, block.layers() - FREE_LAYERS),
             loads: asked.loads[..count].iter().map(|l| l.load * expansion * expansion).collect(),
             relaxed_hash: blake3::hash(&found).to_hex().to_string(),
         };
@@ -193,7 +193,7 @@ impl Job {
 
 /// One block of time at a load.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Watched {
+pub struct BlockAverage {
     pub temperature_k: f64,
     /// On the indenter, eV/Å, and height of its lowest atom, Å.
     pub load: f64,
@@ -205,18 +205,18 @@ pub struct Watched {
 
 /// All blocks at a load.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Held {
-    pub blocks: Vec<Watched>,
+pub struct NvtSamples {
+    pub blocks: Vec<BlockAverage>,
     /// Bounds of the expanded cell along x and along y, Å.
     pub bounds: [[f64; 2]; 2],
 }
 
-impl Held {
+impl NvtSamples {
     /// What the step `k` of a hold has left.
     ///
     /// # Errors
     /// `Io`; `Format` for files that do not hold every block of every surface site.
-    pub fn read(job: &Job, hold: &Hold, k: usize) -> Result<Held> {
+    pub fn read(job: &Job, hold: &NvtRun, k: usize) -> Result<NvtSamples> {
         let file = job.folder.join(format!("series.{k}.txt"));
         let text = std::fs::read_to_string(&file).map_err(Error::io("read", &file))?;
         let rows: Vec<Vec<f64>> = text.lines().filter(|l| !l.starts_with('#')).map(numbers).collect();
@@ -236,18 +236,18 @@ impl Held {
             let accepted = format!("{BLOCKS} frames of {count} sites after the first");
             return Err(Error::format(&file, format!("{} frames", frames.len()), accepted));
         };
-        let blocks = rows.iter().zip(sites).map(|(row, (touching, positions))| Watched {
+        let blocks = rows.iter().zip(sites).map(|(row, (touching, positions))| BlockAverage {
             temperature_k: row[1],
             load: row[2],
             low_angstrom: row[3],
             touching,
             positions,
         });
-        Ok(Held { blocks: blocks.collect(), bounds })
+        Ok(NvtSamples { blocks: blocks.collect(), bounds })
     }
 
     /// A number of each block, averaged.
-    pub fn mean(&self, of: impl Fn(&Watched) -> f64) -> Mean {
+    pub fn mean(&self, of: impl Fn(&BlockAverage) -> f64) -> Mean {
         mean(&self.blocks.iter().map(of).collect::<Vec<f64>>())
     }
 
@@ -304,19 +304,19 @@ pub fn mean(blocks: &[f64]) -> Mean {
 mod tests {
     use super::*;
 
-    const ROOM: Settings =
-        Settings { temperature_k: 300.0, time_ps: 40.0, equilibration: 0.2, lattice_constant_angstrom: 5.63 };
+    const ROOM: NvtSettings =
+        NvtSettings { temperature_k: 300.0, time_ps: 40.0, equilibration: 0.2, lattice_constant_angstrom: 5.63 };
 
     #[test]
     fn time_is_cut_into_whole_blocks() {
         let (block, warm) = ROOM.blocks();
         assert_eq!((block, warm, ROOM.steps()), (130, 8, 5200));
         assert!((ROOM.steps() as f64 * ROOM.timestep_ps() / ROOM.time_ps - 1.0).abs() < 0.05);
-        let hot = Settings { temperature_k: 301.0, ..ROOM };
+        let hot = NvtSettings { temperature_k: 301.0, ..ROOM };
         assert_eq!(hot.timestep_ps(), 0.004);
         // Never a block that is shorter than a vibration.
-        assert_eq!(Settings { time_ps: 0.1, ..ROOM }.blocks().0, 3 * EVERY);
-        assert_eq!(Settings { time_ps: 0.1, ..hot }.blocks().0, 6 * EVERY);
+        assert_eq!(NvtSettings { time_ps: 0.1, ..ROOM }.blocks().0, 3 * EVERY);
+        assert_eq!(NvtSettings { time_ps: 0.1, ..hot }.blocks().0, 6 * EVERY);
     }
 
     /// Numbers without correlation, uniform between 0 and 1.

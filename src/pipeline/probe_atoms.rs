@@ -1,18 +1,18 @@
 //! Surface atoms put where a continuum has the surface: what they would touch if they were there.
 
 use crate::Result;
+use crate::atoms::compliant_wall::CompliantWall;
 use crate::atoms::contact::clearance;
-use crate::atoms::giving::GivingWall;
 use crate::atoms::indenter::Indenter;
 use crate::atoms::wall::Wall;
 use crate::compare::{Sites, softness_rise};
 use crate::grid::{Field, Grid, bilinear};
 use crate::scene::{AtomsCase, Case};
 
-pub(super) struct Places<'a> {
+pub(super) struct ProbeAtoms<'a> {
     sites: &'a Sites,
     wall: &'a Wall,
-    giving: GivingWall,
+    giving: CompliantWall,
     indenter: Indenter,
     /// Where the atom of each site stands at zero gap under the heights, and under what a ball feels of them, Å; the indenter
     /// as at the start.
@@ -24,10 +24,10 @@ pub(super) struct Places<'a> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Profile {
     Own,
-    Felt,
+    Dilated,
 }
 
-impl<'a> Places<'a> {
+impl<'a> ProbeAtoms<'a> {
     /// `sites` are those of the block's surface on the grid of the comparison.
     pub fn new(case: &Case, atoms: &'a AtomsCase, sites: &'a Sites) -> Result<Self> {
         let (touch, length) = (atoms.wall.minimum_angstrom(), atoms.block.length());
@@ -40,8 +40,8 @@ impl<'a> Places<'a> {
             let z = |x: f64, y: f64| base + bilinear(atoms.matched, |k| profile[k], x, y);
             sites.positions().iter().map(|&[x, y]| [x * length, y * length, z(x, y)]).collect()
         };
-        let closed = [under(&fine), under(&atoms.felt_heights_angstrom(&case.surface))];
-        Ok(Places { sites, wall: &atoms.wall, giving: atoms.giving_wall(), indenter, closed, length })
+        let closed = [under(&fine), under(&atoms.dilated_heights_angstrom(&case.surface))];
+        Ok(ProbeAtoms { sites, wall: &atoms.wall, giving: atoms.compliant_wall(), indenter, closed, length })
     }
 
     /// How far the atom of each site could rise before one of the indenter's is at `distance`, Å, with the surface where the
@@ -53,11 +53,13 @@ impl<'a> Places<'a> {
         closed.iter().zip(gaps).map(|p| clearance(below(p), &self.indenter, distance)).collect()
     }
 
-    /// How far atoms on a hard wall are to be raised under the mean pressure `squeezed` (eV/Å³), Å; from their clearances.
-    pub fn rise(&self, clearances: &[f64], squeezed: f64) -> f64 {
+    /// How far atoms on a hard wall are to be raised under the mean pressure `effective_pressure` (eV/Å³), Å; from their clearances.
+    pub fn rise(&self, clearances: &[f64], effective_pressure: f64) -> f64 {
         let mut sorted = clearances.to_vec();
         sorted.sort_unstable_by(f64::total_cmp);
-        softness_rise(self.wall, squeezed, |by| sorted.partition_point(|c| *c <= by) as f64 / sorted.len() as f64)
+        softness_rise(self.wall, effective_pressure, |by| {
+            sorted.partition_point(|c| *c <= by) as f64 / sorted.len() as f64
+        })
     }
 
     /// How far the atom of each site stands above the surface if nothing presses on it, Å, at the `gap` (units of L).

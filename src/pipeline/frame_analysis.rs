@@ -1,12 +1,12 @@
 //! The atoms at one load: contact under each criterion, gap, stress field, maps on the comparison grid.
 
 use crate::Result;
-use crate::atoms::contact::{Contact, chosen, gaps, mean, onto_grid};
+use crate::atoms::contact::{Contact, contact_by, gaps, mean, onto_grid};
 use crate::atoms::dump::Frame;
-use crate::atoms::forces::{Felt, felt, lowered_to};
+use crate::atoms::forces::{IndenterForces, indenter_forces, lowered_to};
 use crate::atoms::indenter::Indenter;
 use crate::atoms::job::Interaction;
-use crate::atoms::ladder::Between;
+use crate::atoms::load_history::Between;
 use crate::atoms::voronoi;
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
 use crate::grid::{Grid, bilinear, spread};
@@ -33,7 +33,7 @@ pub(super) fn interaction(atoms: &AtomsCase) -> Interaction {
 }
 
 /// Where contact is read: the block and its indenter, and where files go.
-pub(super) struct Reader<'a> {
+pub(super) struct FrameAnalyzer<'a> {
     atoms: &'a AtomsCase,
     pub indenter: Indenter,
     interaction: Interaction,
@@ -45,11 +45,11 @@ pub(super) struct Reader<'a> {
     stage: &'a str,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> FrameAnalyzer<'a> {
     pub fn new(case: &Case, atoms: &'a AtomsCase, folder: &'a Path, stage: &'a str) -> Result<Self> {
         let points = Grid::unit(atoms.points, atoms.points);
         let heights = atoms.heights_angstrom(&case.surface, points);
-        Ok(Reader {
+        Ok(FrameAnalyzer {
             atoms,
             indenter: Indenter::above(&atoms.block, atoms.points, heights, atoms.wall.minimum_angstrom())?,
             interaction: interaction(atoms),
@@ -93,15 +93,15 @@ impl<'a> Reader<'a> {
         let (sites, touch) = (atoms.block.surface(), atoms.wall.minimum_angstrom());
         let (p_star, force) = (step.imposed_p_star(), atoms.load(step));
         let down = lowered_to(frame, &self.indenter, between.displacement_angstrom, &self.interaction, force)?;
-        let felt = felt(frame, &self.indenter, down, &self.interaction, DISTANCES.1 * touch);
-        let near = |distance: f64| chosen(frame, &sites, |k| felt.nearest[k] < distance);
+        let forces = indenter_forces(frame, &self.indenter, down, &self.interaction, DISTANCES.1 * touch);
+        let near = |distance: f64| contact_by(frame, &sites, |k| forces.nearest[k] < distance);
         let touching = near(CONTACT_DISTANCE_ANGSTROM);
         // Both grids are shifted to their own lowest node; the indenter stands where its atoms say. Between them its
         // surface is read off a grid with sixteen nodes in the shortest wave: an error of a hundredth of that wave's amplitude.
         let (length, offset) = (sites.length(), self.fine[0] - self.indenter.heights()[0]);
         let profile = |x: f64, y: f64| bilinear(atoms.matched, |k| self.fine[k], x / length, y / length);
         let gap = gaps(frame, &sites, |x, y| self.indenter.start_z() - down + profile(x, y) - offset, touch)?;
-        let stress = self.wants.distributions.then(|| self.stress(frame, &felt));
+        let stress = self.wants.distributions.then(|| self.stress(frame, &forces));
         let flags: Vec<u8> = touching.sites.iter().map(|t| u8::from(*t)).collect();
         let (nx, ny) = (atoms.matched.nx, atoms.matched.ny);
         let name = |what: &str, end: &str| format!("load-{}-{what}.{end}", step.number());
@@ -138,7 +138,7 @@ impl<'a> Reader<'a> {
             gap_map: in_stage("gap", "npy"),
             frame: self.wants.maps.then(|| in_stage("frame", "xyz")),
             indenter_shift_angstrom: down - between.displacement_angstrom,
-            criteria: if self.wants.distributions { self.ways(frame, &felt, &touching) } else { Vec::new() },
+            criteria: if self.wants.distributions { self.ways(frame, &forces, &touching) } else { Vec::new() },
             sensitivity: distances.map(|d| [d, near(d).fraction()]).collect(),
             stress: stress.map(|stress| AtomStress {
                 width_angstrom: atoms.stress_width_angstrom,
@@ -151,14 +151,14 @@ impl<'a> Reader<'a> {
     }
 
     /// Normal stress on the comparison grid, GPa: the forces spread by the scene's Gaussian.
-    fn stress(&self, frame: &Frame, felt: &Felt) -> Vec<f64> {
+    fn stress(&self, frame: &Frame, forces: &IndenterForces) -> Vec<f64> {
         let length = self.atoms.block.length();
-        let forces = frame.positions.iter().zip(&felt.normal).filter(|(_, f)| **f != 0.0);
+        let forces = frame.positions.iter().zip(&forces.normal).filter(|(_, f)| **f != 0.0);
         let reduced = forces.map(|([x, y, _], f)| ([x / length, y / length], f / length.powi(2) * GPA_PER_EV_A3));
         spread(self.atoms.matched, reduced, self.atoms.stress_width_angstrom / length)
     }
 
-    fn ways(&self, frame: &Frame, felt: &Felt, touching: &Contact) -> Vec<ContactByCriterion> {
+    fn ways(&self, frame: &Frame, forces: &IndenterForces, touching: &Contact) -> Vec<ContactByCriterion> {
         let (sites, least) = (self.atoms.block.surface(), self.atoms.contact_force);
         let way = |id: &str, criterion: String, found: &Contact| ContactByCriterion {
             id: id.into(),
@@ -166,8 +166,8 @@ impl<'a> Reader<'a> {
             atoms: found.ids.len(),
             contact_fraction: found.fraction(),
         };
-        let pressed = chosen(frame, &sites, |k| felt.normal[k] > 0.0);
-        let loaded = chosen(frame, &sites, |k| felt.normal[k] > least);
+        let pressed = contact_by(frame, &sites, |k| forces.normal[k] > 0.0);
+        let loaded = contact_by(frame, &sites, |k| forces.normal[k] > least);
         // The surface as it is now: the layer that was on top, and what touches from below it.
         let on_top = |id: &u32| sites.index_of(*id).is_some() || touching.ids.binary_search(id).is_ok();
         let (ids, points): (Vec<u32>, Vec<[f64; 2]>) = frame
