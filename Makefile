@@ -1,21 +1,21 @@
-# Everything a newcomer needs: `make demo` shows it, `make test` proves it. Both do their own set-up.
+# For newcomers: `make demo` runs the quickstart, `make test` all tests. Both install what is missing.
 
-# rustup puts cargo here; shells that have not been restarted since do not know.
+# rustup installs cargo here; shells started earlier do not have it on their path.
 export PATH := $(PATH):$(HOME)/.cargo/bin
 
 SCENE := configs/quickstart.toml
 RUN := runs/quickstart
 
-.PHONY: help demo test bench bench-peers measured advice-proof lint
+.PHONY: help demo test bench bench-peers measured verify-advice lint
 
 help:
-	@echo "make demo   set up, build, run $(SCENE), say where the report is (a few minutes)"
-	@echo "make test   set up, then every test"
-	@echo "make bench  the benchmarks"
-	@echo "make bench-peers  against Tamaas and ContactMechanics from PyPI (half an hour; PEERS=--quick: minutes)"
-	@echo "make measured  the tables that advise reads, and the ladders of docs/trade-off-ladders.md (an hour on two idle cores)"
-	@echo "make advice-proof  advice against what is found on five other seeds and two other spectra (half an hour)"
-	@echo "make lint   formatting and clippy"
+	@echo "make demo   install, build, run $(SCENE), print the path of the report (a few minutes)"
+	@echo "make test   install, then run every test"
+	@echo "make bench  run the benchmarks"
+	@echo "make bench-peers  compare with Tamaas and ContactMechanics from PyPI (half an hour; PEERS=--quick: minutes)"
+	@echo "make measured  write the tables of advise, and docs/trade-off-series.md (an hour on two idle cores)"
+	@echo "make verify-advice  compare advice with results on five other seeds and two other spectra (half an hour)"
+	@echo "make lint   check formatting and clippy"
 
 demo:
 	@scripts/setup.sh
@@ -42,9 +42,9 @@ measured:
 	cargo build --release --locked
 	scripts/measure.sh target/release/asperity
 
-advice-proof:
+verify-advice:
 	cargo build --release --locked
-	scripts/prove-advice.sh target/release/asperity
+	scripts/verify-advice.sh target/release/asperity
 
 lint:
 	cargo fmt --check

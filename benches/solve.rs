@@ -1,4 +1,4 @@
-//! Times of a transform pair and of whole solves. Compare ratios within one run: machines and their moods differ.
+//! Times of a transform pair and of whole solves. Compare ratios within one run only.
 
 use asperity::grid::{Grid, Real, Transform};
 use asperity::interface::Adhesion;
@@ -33,7 +33,7 @@ fn transform_pair(c: &mut Criterion) {
     pair::<f64>(c);
 }
 
-/// The challenge's surface as its waves, which is how large grids are solved; `asperity bench` goes on from here.
+/// The challenge's surface as a Fourier series, as for large grids; `asperity bench` times larger ones.
 fn challenge(c: &mut Criterion) {
     let grid = Grid::unit(512, 512);
     let series = Modes::new(Spectrum::CHALLENGE, 1, 1.0).series();
@@ -42,7 +42,7 @@ fn challenge(c: &mut Criterion) {
     for (name, adhesion) in [("", Adhesion::None), (" adhesive", adhesion)] {
         for (precision, tolerance) in [(Precision::F32, 1e-3), (Precision::F64, 1e-8)] {
             let heights = Heights::Series(&series);
-            let problem = Problem { heights, tolerance, ..plain(grid, adhesion, precision) };
+            let problem = Problem { heights, tolerance, ..hard_wall(grid, adhesion, precision) };
             let method = method::find("fast").expect("the default");
             c.bench_function(&format!("fast 512² {precision:?}{name}, p* = 0.01"), |b| {
                 b.iter(|| load(method, &problem))
@@ -51,12 +51,12 @@ fn challenge(c: &mut Criterion) {
     }
 }
 
-/// A half-space behind a hard wall, heights still to be given.
-fn plain(grid: Grid, adhesion: Adhesion, precision: Precision) -> Problem<'static> {
+/// A half-space with a hard wall; the heights are to be set.
+fn hard_wall(grid: Grid, adhesion: Adhesion, precision: Precision) -> Problem<'static> {
     Problem { adhesion, precision, tolerance: 1e-6, max_iterations: 20_000, ..Problem::new(grid, Heights::Nodes(&[])) }
 }
 
-/// Iterations to p* = 0.01.
+/// Number of iterations to p* = 0.01.
 fn load(method: &dyn ContactMethod, problem: &Problem) -> usize {
     let mut run = method
         .start(problem, &NoObserver)
@@ -73,7 +73,7 @@ fn solve(c: &mut Criterion) {
     let gamma: f64 = 2.7e-4;
     let adhesion = Adhesion::exponential(gamma, 1.4 * (gamma * grid.dx()).sqrt());
     for (name, adhesion) in [("", Adhesion::None), (" adhesive", adhesion)] {
-        let problem = Problem { heights: (&heights).into(), ..plain(grid, adhesion, Precision::F64) };
+        let problem = Problem { heights: (&heights).into(), ..hard_wall(grid, adhesion, Precision::F64) };
         for method in method::REGISTRY.iter().filter(|m| m.card().kind == method::Kind::Solver) {
             let id = method.card().id;
             c.bench_function(&format!("{id} 256²{name}, p* = 0.01"), |b| b.iter(|| load(*method, &problem)));

@@ -1,7 +1,7 @@
 #!/bin/sh
-# Where crystals yield, by size and by the slope that the atoms see: the literal profile, and profiles scaled to a slope. Each load
-# starts from the continuum's solution. $1: the program; $2: sizes as CELLSxDEPTH (without it 15x6 45x12); $3: MPI ranks.
-# Folders of an earlier run are used again.
+# Onset of plasticity by block size and by resolved rms gradient: the literal profile, and profiles scaled to a gradient. Each load
+# starts from the continuum solution. $1: the program; $2: sizes as CELLSxDEPTH (default 15x6 45x12); $3: MPI ranks.
+# Folders of an earlier run are reused.
 set -eu
 program=$1
 sizes=${2:-15x6 45x12}
@@ -25,12 +25,12 @@ cells = $2
 depth_cells = $3
 slope = "$5"
 plasticity = true
-# To where load and base are met: where a crystal flows a few atoms are never without a force.
+# Load and base decide when a load ends: in a flowing crystal some atoms always have a force.
 force_tolerance_ev_per_angstrom = 0.4
 ranks = $ranks
 SCENE
     printf '%s: ' "$1"
-    # What is warned of (loads that could not be met) is in the log.
+    # Warnings (loads that were not reached) are in the log.
     if "$program" run "$out/$1.toml" --out "$out/$1" >"$out/$1.out" 2>"$out/$1.log"; then
         grep 'out of the crystal' "$out/$1.out"
     else

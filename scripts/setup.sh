@@ -1,11 +1,11 @@
 #!/bin/sh
-# What asperity needs besides Rust, on Debian 12 (and its relatives): a C compiler, because one dependency is C, and
-# LAMMPS. Asks nothing. Where everything is there already it touches neither apt nor the network.
+# Installs the dependencies of asperity besides Rust on Debian 12 (and derivatives): a C compiler, because one dependency is C, and
+# LAMMPS. Not interactive. Uses neither apt nor the network if everything is installed.
 #
-#   scripts/setup.sh           LAMMPS must be there in the end
-#   scripts/setup.sh --tests   without LAMMPS it says so loudly and goes on: those tests skip themselves; makes a Python
-#                              environment beside it, with what opens results.nc, and installs Chromium, in which the report
-#                              is looked at, and says the same without them
+#   scripts/setup.sh           fails without LAMMPS
+#   scripts/setup.sh --tests   prints a prominent message without LAMMPS and continues: its tests are skipped; also creates a Python
+#                              environment with the readers of results.nc, and installs Chromium for the tests of the report;
+#                              continues without them, too
 set -eu
 
 case "${1-}" in
@@ -22,11 +22,11 @@ has_lammps() { has lmp || has lammps; }
 has_compiler() { has cc && has ar; }
 
 if ! has cargo; then
-    echo "setup: cargo was not found; Rust comes from https://rustup.rs" >&2
+    echo "setup: cargo was not found; install Rust from https://rustup.rs" >&2
     exit 1
 fi
 
-# What opens results.nc as its readers would (tests/readers/python.rs); kept under target/, where `cargo clean` finds it.
+# Readers of results.nc (tests/readers/python.rs); under target/, so that `cargo clean` removes it.
 python=target/python
 python_packages="h5py h5netcdf netCDF4 xarray"
 has_python() { "$python/bin/python" -c "import h5py, h5netcdf, netCDF4, xarray" >/dev/null 2>&1; }
@@ -42,23 +42,23 @@ wants_python && ! has_venv && packages="$packages python3-venv"
 has_compiler || packages="$packages build-essential"
 has_lammps || packages="$packages lammps"
 
-# Runs a command with the superuser's rights, and fails rather than ask for a password.
+# Runs a command as root; fails instead of asking for a password.
 as_root() {
     if [ "$(id -u)" -eq 0 ]; then "$@"; else sudo -n "$@"; fi
 }
 
 install() {
     if ! has apt-get; then
-        echo "setup: there is no apt-get here" >&2
+        echo "setup: apt-get was not found" >&2
         return 1
     fi
     if [ "$(id -u)" -ne 0 ] && ! { has sudo && sudo -n true 2>/dev/null; }; then
-        echo "setup: installing needs root, or sudo that asks for no password" >&2
+        echo "setup: installation requires root or sudo without a password" >&2
         return 1
     fi
-    # The lists of a fresh image are empty; one unreachable source must not stop what the others can give.
-    as_root env DEBIAN_FRONTEND=noninteractive apt-get update -qq || echo "setup: apt-get update failed; trying on" >&2
-    # Each for itself, so that one that cannot be had does not keep away the other.
+    # The package lists of a fresh image are empty; an unreachable source must not prevent installation from the others.
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get update -qq || echo "setup: apt-get update failed; continuing" >&2
+    # One by one, so that an unavailable package does not prevent the others.
     for package in "$@"; do
         as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$package" </dev/null ||
             echo "setup: $package could not be installed" >&2
@@ -72,10 +72,10 @@ if [ -n "$packages" ]; then
 fi
 
 if wants_python && has_venv; then
-    echo "setup: making $python with $python_packages" >&2
+    echo "setup: creating $python with $python_packages" >&2
     # shellcheck disable=SC2086 # a list of words
     python3 -m venv "$python" && "$python/bin/pip" install --quiet --disable-pip-version-check $python_packages ||
-        echo "setup: $python could not be made" >&2
+        echo "setup: $python could not be created" >&2
 fi
 
 if ! has_compiler; then
@@ -86,9 +86,9 @@ if wants_python; then
     cat >&2 <<'WORDS'
 
 *********************************************************************************
-***  No Python environment with h5py, h5netcdf, netCDF4 and xarray could be   ***
-***  made in target/python: WHAT results.nc IS TO PYTHON IS NOT TESTED.       ***
-***  On Debian: apt-get install python3-venv, and a way to PyPI               ***
+***  A Python environment with h5py, h5netcdf, netCDF4 and xarray could not   ***
+***  be created in target/python: READING results.nc IS NOT TESTED.           ***
+***  On Debian: apt-get install python3-venv, and access to PyPI              ***
 *********************************************************************************
 
 WORDS
@@ -104,14 +104,14 @@ if wants_browser; then
 WORDS
 fi
 if has_lammps; then
-    if wants_python || wants_browser; then :; else echo "setup: everything is there" >&2; fi
+    if wants_python || wants_browser; then :; else echo "setup: everything is installed" >&2; fi
 elif [ "$need_lammps" = no ]; then
     cat >&2 <<'WORDS'
 
 *********************************************************************************
 ***  LAMMPS is missing and could not be installed.                            ***
-***  EVERY TEST THAT NEEDS IT IS SKIPPED: what passes below says nothing      ***
-***  about atoms. On Debian: apt-get install lammps                           ***
+***  EVERY TEST THAT NEEDS IT IS SKIPPED: the atoms are not tested.           ***
+***  On Debian: apt-get install lammps                                        ***
 *********************************************************************************
 
 WORDS

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Runs asperity, Tamaas and ContactMechanics in turns on the same heights, one thread each, and compares cost and result.
+"""Runs asperity, Tamaas and ContactMechanics alternately on the same heights, one thread each, and compares cost and result.
 
     benches/peers/compare.py [--quick] [--repeats N] [--case NAME] [--core N] [--json FILE] [--asperity PROGRAM]
 
-The peers are installed from PyPI, in the versions of requirements.txt, into target/peers/venv; heights and fields lie in
-target/peers. Times and memory are those of whole processes as the kernel counts them, reading and writing included. What a
-tool says of its own accuracy is not used: judge.py measures every pressure field. Needs Python 3.11 or newer on Linux.
+The peers are installed from PyPI, in the versions of requirements.txt, into target/peers/venv; heights and fields are in
+target/peers. Times and memory are those of whole processes as reported by the kernel, reading and writing included. The tools' own
+error estimates are not used: evaluate.py evaluates every pressure field. Needs Python 3.11 or newer on Linux.
 """
 
 import argparse
@@ -27,18 +27,18 @@ ASPERITY, TAMAAS, CONTACTMECHANICS = "asperity", "Tamaas", "ContactMechanics"
 PEERS = (TAMAAS, CONTACTMECHANICS)
 SCRIPTS = {TAMAAS: "tamaas_run.py", CONTACTMECHANICS: "contactmechanics_run.py"}
 
-# Tamaas at this tolerance is what all others are compared with. At 1e-12 it had not stopped after 20 000 iterations at 512².
+# Tamaas at this tolerance is the reference. At 1e-12 it had not stopped after 20 000 iterations at 512².
 TIGHT = 1e-9
 
-# The judge's limits of a goal; a run that misses one is marked.
+# Limits for the evaluated fields; a run that misses one is marked.
 MATCHED = {"complementarity": 1e-8}
 PHYSICAL = {"energy_difference": 1e-6, "area_difference": 1e-3}
 
 
 @dataclass(frozen=True)
 class Case:
-    """One surface under one load. Tolerances are per tool, each in the tool's own terms: the loosest one or three of a power
-    of ten that was seen to meet the judge's limits on the grid of the case."""
+    """One surface under one load. Tolerances are per tool, each as the tool defines it: the loosest one or three times a power
+    of ten that meets the limits on the grid of the case."""
 
     name: str
     points: int
@@ -69,21 +69,21 @@ CASES = (
 def arguments():
     a = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     a.add_argument("--quick", action="store_true", help="512 x 512 points: minutes instead of half an hour")
-    a.add_argument("--repeats", type=int, default=1, help="rounds, of which medians are taken")
-    a.add_argument("--case", action="append", help="only cases whose name contains this")
-    a.add_argument("--core", type=int, help="processor that everything runs on; default: the last one")
+    a.add_argument("--repeats", type=int, default=1, help="number of rounds; medians are reported")
+    a.add_argument("--case", action="append", help="only cases whose name contains this text")
+    a.add_argument("--core", type=int, help="processor for all runs; default: the last one")
     a.add_argument("--json", type=Path, help="write all measurements here")
     a.add_argument("--asperity", type=Path, default=ROOT / "target" / "release" / "asperity", help="the program")
     given = a.parse_args()
     if given.repeats < 1:
         a.error(f"--repeats = {given.repeats}; accepted: 1 or more")
     if not given.asperity.is_file():
-        a.error(f"--asperity = {given.asperity} (no such file); `cargo build --release` makes it")
+        a.error(f"--asperity = {given.asperity} (no such file); `cargo build --release` builds it")
     return given
 
 
 def install():
-    """The virtual environment, unless it is there with just these versions."""
+    """Creates the virtual environment, unless it exists with exactly these versions."""
     wanted = (HERE / "requirements.txt").read_text()
     stamp = WORK / "venv" / "installed.txt"
     if stamp.exists() and stamp.read_text() == wanted:
@@ -98,7 +98,7 @@ def install():
 def measured(command):
     """Runs a command; its JSON, wall and processor time, and peak memory.
 
-    The kernel starts a child's peak memory at that of whoever starts it, so this program keeps numpy out of its own process.
+    The kernel initialises a child's peak memory with that of its parent, so this program does not import numpy.
     """
     clock = time.perf_counter()
     child = subprocess.Popen([str(c) for c in command], stdout=subprocess.PIPE, text=True)
@@ -112,7 +112,7 @@ def measured(command):
         wall=wall,
         cpu=usage.ru_utime + usage.ru_stime,
         rss=usage.ru_maxrss * 1024,
-        said=json.loads(output.splitlines()[-1]),
+        output=json.loads(output.splitlines()[-1]),
     )
 
 
@@ -125,52 +125,52 @@ def heights(asperity, case, points):
 
 
 def run(tool, asperity, case, file, tolerance):
-    """One run, judged later: its measurements and where its field is."""
+    """One run: its measurements and the path of its field."""
     if tool == ASPERITY:
         out = WORK / "asperity"
         shutil.rmtree(out, ignore_errors=True)
-        command = [asperity, "solve", "--heights", file, "--pressure", case.load, "--tol", tolerance, *case.flags]
+        command = [asperity, "solve", "--heights", file, "--pressure", case.load, "--tolerance", tolerance, *case.flags]
         command += ["--out", out, "--json", "--threads", 1]
     else:
         out = WORK / f"{tool}-{tolerance}.npy"
         command = [PYTHON, HERE / SCRIPTS[tool], file, case.load, tolerance, out]
     print(f"  {tool}, tolerance {tolerance:.0e} …", file=sys.stderr, flush=True)
     found = measured(command)
-    found["solver_cpu"] = found["said"]["cpu_seconds"]
+    found["solver_cpu"] = found["output"]["cpu_seconds"]
     print(f"  {tool}: {found['cpu']:.2f} CPU s, {found['wall']:.2f} s", file=sys.stderr, flush=True)
     return found, out
 
 
-def judge(file, load, field, reference):
-    return measured([PYTHON, HERE / "judge.py", file, load, field, reference])["said"]
+def evaluate(file, load, field, reference):
+    return measured([PYTHON, HERE / "evaluate.py", file, load, field, reference])["output"]
 
 
 def compare(given, case, references):
-    """All tools on one case: medians of the rounds, judged fields."""
+    """All tools on one case: medians of the rounds, evaluated fields."""
     points = 512 if given.quick else case.points
     print(f"{case.name}, {points}², p = {case.load} E*", file=sys.stderr)
     file = heights(given.asperity, case, points)
     key = (file, case.load)
     if key not in references:
-        # Kept: solving to a tight tolerance is the longest run of all, and two cases share it.
+        # Reused: the tight tolerance takes longest, and two cases share the reference.
         field = run(TAMAAS, given.asperity, case, file, TIGHT)[1]
         references[key] = field.rename(WORK / f"reference-{file.stem}.npy")
     rounds = {tool: [] for tool in (ASPERITY, *PEERS)}
-    verdicts = {}
+    evaluated = {}
     for _ in range(given.repeats):
         for tool in PEERS:
-            # Between any two runs of peers one of asperity, which is much shorter.
+            # One run of asperity, which is much shorter, between any two runs of the peers.
             for one in (ASPERITY, tool):
                 found, field = run(one, given.asperity, case, file, case.tolerances[one])
-                verdicts[one] = judge(file, case.load, field, references[key])
+                evaluated[one] = evaluate(file, case.load, field, references[key])
                 rounds[one].append(found)
     middle = lambda tool, key: statistics.median(r[key] for r in rounds[tool])
     lines = {
         tool: dict(
             {key: middle(tool, key) for key in ("cpu", "solver_cpu", "wall", "rss")},
             tolerance=case.tolerances[tool],
-            missed=[key for key, limit in case.limits.items() if not verdicts[tool][key] <= limit],
-            **verdicts[tool],
+            missed=[key for key, limit in case.limits.items() if not evaluated[tool][key] <= limit],
+            **evaluated[tool],
         )
         for tool in rounds
     }
@@ -185,8 +185,8 @@ def table(rows):
             print("|" + "|".join("-" * (width + 2) for width in widths) + "|")
 
 
-def tell(result):
-    """Markdown, so that it can be quoted as it is."""
+def print_result(result):
+    """As Markdown, for the documents."""
     print(f"\n{result['case']}: {result['points']}², p = {result['load']} E*\n")
     tools = result["tools"]
     ours = tools[ASPERITY]
@@ -199,11 +199,11 @@ def tell(result):
     table(rows)
     print()
     quality = ("complementarity", "penetration", "load_error", "area_difference", "gap_difference", "energy_difference")
-    rows = [("tool", "area", "mean gap", "pixels that differ", *(q.replace("_", " ") for q in quality), "goal")]
+    rows = [("tool", "area", "mean gap", "pixels that differ", *(q.replace("_", " ") for q in quality), "limits")]
     for tool, line in tools.items():
-        goal = "missed: " + ", ".join(m.replace("_", " ") for m in line["missed"]) if line["missed"] else "met"
+        limits = "missed: " + ", ".join(m.replace("_", " ") for m in line["missed"]) if line["missed"] else "met"
         numbers = [f"{line[q]:.1e}" for q in quality]
-        rows.append((tool, f"{line['area']:.6f}", f"{line['mean_gap']:.9f}", str(line["pixels"]), *numbers, goal))
+        rows.append((tool, f"{line['area']:.6f}", f"{line['mean_gap']:.9f}", str(line["pixels"]), *numbers, limits))
     table(rows)
 
 
@@ -218,12 +218,12 @@ def main():
     for case in CASES:
         if not given.case or any(word in case.name for word in given.case):
             results.append(compare(given, case, references))
-            tell(results[-1])
+            print_result(results[-1])
             sys.stdout.flush()
             if given.json:
                 given.json.write_text(json.dumps(results, indent=1) + "\n")
     load = ", ".join(f"{x:.1f}" for x in os.getloadavg())
-    print(f"\ndifferences are from Tamaas at {TIGHT:.0e}; load averages at the end: {load}; one thread on processor {core}")
+    print(f"\ndifferences are relative to Tamaas at {TIGHT:.0e}; load averages at the end: {load}; one thread on processor {core}")
 
 
 if __name__ == "__main__":

@@ -2,8 +2,8 @@
 
 usage: contactmechanics_run.py HEIGHTS.npy PRESSURE TOLERANCE OUT.npy
 
-TOLERANCE is the largest gap left on contact over the rms height. Of the solvers that come with the package this
-was the fastest that converged wherever it was tried.
+TOLERANCE is the largest remaining gap in the contact over the rms height. Of the package's solvers this is the fastest
+that converged in all tests.
 """
 
 import json
@@ -21,7 +21,7 @@ def main():
     heights, load, tolerance, out = np.load(sys.argv[1]), float(sys.argv[2]), float(sys.argv[3]), sys.argv[4]
     area, rms = 1.0 / heights.size, heights.std()
     clock, cpu = time.perf_counter(), time.process_time()
-    # High points touch first there.
+    # In SurfaceTopography, high points touch first.
     surface = Topography(-heights, physical_sizes=(1.0, 1.0), periodic=True)
     half_space = PeriodicFFTElasticHalfSpace(heights.shape, 1.0, (1.0, 1.0))
     system = NonSmoothContactSystem(substrate=half_space, surface=surface)

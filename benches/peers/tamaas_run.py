@@ -2,7 +2,7 @@
 
 usage: tamaas_run.py HEIGHTS.npy PRESSURE TOLERANCE OUT.npy
 
-TOLERANCE is Tamaas' own: sum of pressure times gap over sum of pressure times rms height, the lowest gap being zero.
+TOLERANCE as Tamaas defines it: sum of pressure times gap over sum of pressure times rms height, the lowest gap being zero.
 """
 
 import json
@@ -16,7 +16,7 @@ import tamaas
 def main():
     heights, load, tolerance, out = np.load(sys.argv[1]), float(sys.argv[2]), float(sys.argv[3]), sys.argv[4]
     tamaas.set_log_level(tamaas.LogLevel.warning)
-    # High points touch first there.
+    # In Tamaas, high points touch first.
     surface = np.ascontiguousarray(heights.max() - heights)
     del heights
     clock, cpu = time.perf_counter(), time.process_time()

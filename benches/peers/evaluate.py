@@ -1,17 +1,17 @@
-"""Judges a pressure field by itself: what every tool gave is measured with the same few lines, whatever it says of itself.
+"""Evaluates a pressure field independently of the tool that computed it.
 
-usage: judge.py HEIGHTS.npy PRESSURE FIELD [REFERENCE]
+usage: evaluate.py HEIGHTS.npy PRESSURE FIELD [REFERENCE]
 
-Heights over the cell's extent, low points touching first. A field is a .npy of the contact pressure over E*, or a folder
-that `asperity solve --out` wrote: its stress where its contact map says contact, nothing elsewhere. Prints one line of JSON:
+Heights over the cell's extent, low points known_contact first. A field is a .npy of the contact pressure over E*, or a folder
+written by `asperity solve --out`: its stress where its contact map is set, zero elsewhere. Prints one line of JSON:
 
-area              share of the nodes that touch: positive pressure, or what the contact map says
-mean_gap          of the gap h + u - d, where u follows from the pressure alone and d makes its mean over the contact zero
+area              fraction of the nodes in contact: positive pressure, or the contact map
+mean_gap          of the gap h + u - d, where u follows from the pressure alone and d such that its mean over the contact is zero
 complementarity   mean of p |gap| over mean pressure and rms height
-penetration       deepest negative gap over the rms height
-load_error        of the mean of the field as it came; then it is scaled to the pressure
+penetration       largest negative gap over the rms height
+load_error        relative error of the mean of the field; the field is then scaled to the pressure
 energy            -<p u>/2 - <p h>: never above the free energy per area of the solution, and equal to it there
-pixels            nodes that touch in one of field and reference, not in both
+pixels            nodes in contact in either field or reference, not in both
 gap_difference    relative difference of the mean gaps of field and reference
 energy_difference the same of the energies
 area_difference   the same of the areas
@@ -25,7 +25,7 @@ import numpy as np
 
 
 def displacement(pressure):
-    """u_q = 2 p_q / (E* |q|) on a periodic cell of extent 1 with E* = 1; the mean stays where it is."""
+    """u_q = 2 p_q / (E* |q|) on a periodic cell of extent 1 with E* = 1; the mean of u is zero."""
     rows, columns = pressure.shape
     n_y = np.fft.fftfreq(rows, 1 / rows)[:, None]
     n_x = np.arange(columns // 2 + 1)[None, :]
@@ -35,7 +35,7 @@ def displacement(pressure):
 
 
 def read(path):
-    """Pressure, nowhere negative and zero off contact, and which nodes touch."""
+    """Pressure, non-negative and zero outside contact, and the map of contact."""
     if Path(path).is_dir():
         contact = np.load(Path(path) / "contact.npy").astype(bool)
         return np.where(contact, np.maximum(np.load(Path(path) / "stress.npy"), 0.0), 0.0), contact
@@ -43,8 +43,8 @@ def read(path):
     return pressure, pressure > 0
 
 
-def judged(heights, load, path):
-    """The numbers above, and which nodes touch."""
+def evaluate(heights, load, path):
+    """The numbers above, and the map of contact."""
     pressure, contact = read(path)
     mean = pressure.mean()
     pressure *= load / mean
@@ -66,10 +66,10 @@ def judged(heights, load, path):
 
 def main():
     heights, load = np.load(sys.argv[1]), float(sys.argv[2])
-    found, contact = judged(heights, load, sys.argv[3])
+    found, contact = evaluate(heights, load, sys.argv[3])
     if len(sys.argv) > 4:
-        known, touching = judged(heights, load, sys.argv[4])
-        found["pixels"] = int((contact != touching).sum())
+        known, known_contact = evaluate(heights, load, sys.argv[4])
+        found["pixels"] = int((contact != known_contact).sum())
         found["area_difference"] = abs(found["area"] / known["area"] - 1)
         found["gap_difference"] = abs(found["mean_gap"] / known["mean_gap"] - 1)
         found["energy_difference"] = abs(found["energy"] / known["energy"] - 1)
