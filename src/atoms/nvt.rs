@@ -13,7 +13,7 @@ use super::block::Block;
 use super::engine::lock;
 use super::job::{HOLD, Job, POTENTIAL_FILE, Record};
 use super::load_history::{LOAD_STEPS_FILE, LoadHistory};
-use crate::record::results::Mean;
+use crate::record::results::ValueWithError;
 use crate::{Error, Result};
 
 /// Blocks of time that are averaged over.
@@ -247,12 +247,12 @@ impl NvtSamples {
     }
 
     /// A number of each block, averaged.
-    pub fn mean(&self, of: impl Fn(&BlockAverage) -> f64) -> Mean {
+    pub fn mean(&self, of: impl Fn(&BlockAverage) -> f64) -> ValueWithError {
         mean(&self.blocks.iter().map(of).collect::<Vec<f64>>())
     }
 
     /// For each surface site the probability that its atom touches.
-    pub fn probabilities(&self) -> Vec<Mean> {
+    pub fn probabilities(&self) -> Vec<ValueWithError> {
         let count = self.blocks.first().map_or(0, |b| b.touching.len());
         (0..count).map(|i| self.mean(|b| b.touching[i])).collect()
     }
@@ -288,7 +288,7 @@ fn sites(frame: &str, first: u32) -> Option<Sites> {
 
 /// Mean of block means with its standard error: the largest that they show when neighbours are merged, two by two, down to
 /// `FEWEST_BLOCKS`. Blocks shorter than what they are correlated over show too small an error before they are merged.
-pub fn mean(blocks: &[f64]) -> Mean {
+pub fn mean(blocks: &[f64]) -> ValueWithError {
     let value = blocks.iter().sum::<f64>() / blocks.len() as f64;
     let (mut merged, mut error) = (blocks.to_vec(), 0.0_f64);
     while merged.len() >= FEWEST_BLOCKS {
@@ -297,7 +297,7 @@ pub fn mean(blocks: &[f64]) -> Mean {
         error = error.max((variance / n).sqrt());
         merged = merged.chunks_exact(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect();
     }
-    Mean { value, error }
+    ValueWithError { value, error }
 }
 
 #[cfg(test)]
@@ -358,7 +358,7 @@ mod tests {
         let average = few.iter().sum::<f64>() / 8.0;
         let exact = (few.iter().map(|v| (v - average).powi(2)).sum::<f64>() / 7.0 / 8.0).sqrt();
         assert!((found.value - average).abs() < 1e-12 && (found.error - exact).abs() < 1e-12, "{found:?} {exact}");
-        assert_eq!(mean(&[0.25; BLOCKS]), Mean { value: 0.25, error: 0.0 });
+        assert_eq!(mean(&[0.25; BLOCKS]), ValueWithError { value: 0.25, error: 0.0 });
     }
 
     #[test]

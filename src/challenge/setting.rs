@@ -130,7 +130,7 @@ fn heights(data: &ChallengeData, of: &Statistic) -> AcceptanceCheck {
     let found = data.results.surface.statistic(of.symbol);
     let item = Statement::new(of.id, of.text, of.unit);
     let Some(found) = found else { return item.not_judged("the surface has no such statistic") };
-    if found.held.zip(found.expected).is_some_and(|(held, whole)| (held / whole - 1.0).abs() > 0.01) {
+    if found.expected_on_grid.zip(found.expected).is_some_and(|(held, whole)| (held / whole - 1.0).abs() > 0.01) {
         return item.not_judged("the grid does not hold the whole spectrum: 2002 points a side do");
     }
     let ([printed, digit], [alike, width]) = (of.printed, of.alike);

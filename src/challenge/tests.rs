@@ -124,7 +124,7 @@ fn agreeing() -> Results {
         symbol: symbol.into(),
         unit: String::new(),
         expected: None,
-        held: None,
+        expected_on_grid: None,
         realised,
         band: None,
     };

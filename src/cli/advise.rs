@@ -2,7 +2,8 @@ use super::{output, progress::TerminalProgress, tradeoff};
 use crate::compare::advice::{Limit, Table};
 use crate::pipeline::{self, Trial, Unserved};
 use crate::record::advice::Advice;
-use crate::record::tradeoff::{FILE, Measure};
+use crate::record::quantity::Quantity;
+use crate::record::tradeoff::FILE;
 use crate::report::number::{duration, error_of, percent, significant};
 use crate::scene::{Case, Scene, Surface};
 use crate::{Error, Result};
@@ -59,17 +60,17 @@ const KEPT: f64 = 0.9;
 
 impl Advise {
     pub fn execute(self) -> Result<ExitCode> {
-        let measures = self.quantity.iter().map(|q| measure(q)).collect::<Result<Vec<_>>>()?;
+        let quantities = self.quantity.iter().map(|q| quantity(q)).collect::<Result<Vec<_>>>()?;
         let errors = self.error.iter().map(|e| share(e)).collect::<Result<Vec<_>>>()?;
         if self.verify {
-            return self.verify_advice(&measures, &errors);
+            return self.verify_advice(&quantities, &errors);
         }
-        let ([measure], [_] | []) = (&measures[..], &errors[..]) else {
+        let ([quantity], [_] | []) = (&quantities[..], &errors[..]) else {
             let accepted = "one quantity and one error, or --verify";
             return Err(Error::input(
                 PLACE,
                 "--quantity",
-                format!("{} of them", measures.len().max(errors.len())),
+                format!("{} of them", quantities.len().max(errors.len())),
                 accepted,
             ));
         };
@@ -80,7 +81,7 @@ impl Advise {
         };
         let case = Case::read(&self.scene)?;
         let (tables, provenance) = self.tables(&case)?;
-        let advice = pipeline::advise(&tables, &case, *measure, limit, self.extrapolate)
+        let advice = pipeline::advise(&tables, &case, *quantity, limit, self.extrapolate)
             .map_err(|Unserved(accepted)| Error::input(PLACE, flag, asked, accepted))?;
         // A height map has its own grid.
         let grid = match case.surface {
@@ -97,18 +98,18 @@ impl Advise {
         if self.json {
             let mut told =
                 serde_json::to_value(&advice).map_err(|e| Error::format("advice", e, "values that JSON can hold"))?;
-            told["quantity"] = measure.id().into();
+            told["quantity"] = quantity.id().into();
             told["tables"] = provenance.into();
             told["command"] = command.into();
             output::json_line(&told)?;
         } else {
-            say(&advice, *measure, &provenance);
+            say(&advice, *quantity, &provenance);
             output::print(&command);
         }
         Ok(ExitCode::SUCCESS)
     }
 
-    fn verify_advice(&self, measures: &[Measure], errors: &[f64]) -> Result<ExitCode> {
+    fn verify_advice(&self, quantities: &[Quantity], errors: &[f64]) -> Result<ExitCode> {
         let scene = Scene::read(&self.scene)?;
         let seeds = if self.seeds.is_empty() { vec![scene.surface.seed] } else { self.seeds.clone() };
         let root = self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(format!("{}-proof", scene.name)));
@@ -120,7 +121,7 @@ impl Advise {
             let case = Case::resolve(scene, &self.scene)?;
             let progress = TerminalProgress::new();
             let out = root.join(format!("seed-{seed}"));
-            trials.extend(pipeline::prove(&case, &self.tables(&case)?.0, (measures, errors), &out, &progress)?);
+            trials.extend(pipeline::prove(&case, &self.tables(&case)?.0, (quantities, errors), &out, &progress)?);
         }
         let known: Vec<bool> = trials.iter().filter_map(Trial::met).collect();
         let kept = known.iter().filter(|met| **met).count();
@@ -160,9 +161,9 @@ fn share(text: &str) -> Result<f64> {
 }
 
 /// A quantity by its id.
-fn measure(id: &str) -> Result<Measure> {
-    Measure::ALL.into_iter().find(|m| m.id() == id).ok_or_else(|| {
-        let accepted = Measure::ALL.map(Measure::id).join(", ");
+fn quantity(id: &str) -> Result<Quantity> {
+    Quantity::COMPARED.into_iter().find(|m| m.id() == id).ok_or_else(|| {
+        let accepted = Quantity::COMPARED.map(Quantity::id).join(", ");
         Error::input(PLACE, "--quantity", id, accepted)
     })
 }
@@ -186,14 +187,14 @@ fn say_trials(trials: &[Trial]) {
     output::print(&output::table(&head, trials.iter().map(row)));
 }
 
-fn say(a: &Advice, measure: Measure, provenance: &str) {
+fn say(a: &Advice, quantity: Quantity, provenance: &str) {
     output::print(&format!("{} on {} points a side, {} to {:e}", a.method, a.grid, a.precision, a.tolerance));
-    let range = a.error_range.map(|e| error_of(measure, e));
+    let range = a.error_range.map(|e| error_of(quantity, e));
     let surfaces = if a.surfaces == 1 { "one surface".into() } else { format!("{} surfaces", a.surfaces) };
     output::print(&format!(
         "{}: expected to err by {} ({} to {} at single loads), as measured on {surfaces}",
-        measure.name(),
-        error_of(measure, a.expected_error),
+        quantity.name(),
+        error_of(quantity, a.expected_error),
         range[0],
         range[1]
     ));

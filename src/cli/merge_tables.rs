@@ -2,7 +2,7 @@ use crate::Result;
 use crate::compare::advice::Tables;
 use crate::record::atomic_file::write_atomic;
 use crate::record::tradeoff::Tradeoff;
-use crate::report::ladders;
+use crate::report::series;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -30,7 +30,7 @@ impl MergeTables {
     pub fn execute(self) -> Result<()> {
         if let Some(file) = &self.ladders {
             let told = Tradeoff::read(&self.tables[0])?;
-            write_atomic(file, |w| write!(w, "{HEAD}{}", ladders::markdown(&told, "fast")))?;
+            write_atomic(file, |w| write!(w, "{HEAD}{}", series::markdown(&told, "fast")))?;
         }
         let tables = self.tables.iter().map(|f| Tables::read(f)).collect::<Result<Vec<_>>>()?.concat();
         Tables::new(self.provenance, tables).write(&self.out)

@@ -47,7 +47,7 @@ impl Methods {
         // Below the table, once per reason: in a column of their own they would be wider than any screen.
         let mut limits: Vec<(String, Vec<&str>, Vec<&str>)> = Vec::new();
         for card in &cards {
-            for quantity in Quantity::ALL {
+            for quantity in Quantity::OUTPUTS {
                 let Some(reason) = reason((card.supports)(quantity)) else { continue };
                 let known = limits.iter().position(|l| l.0 == reason).unwrap_or_else(|| {
                     limits.push((reason, Vec::new(), Vec::new()));

@@ -5,7 +5,7 @@ use crate::record::acceptance::{AcceptanceCheck, CheckStatus};
 use crate::record::advice::AccuracyChoice;
 use crate::record::methods::MethodResults;
 use crate::record::results::{AtomState, AtomsResults, AuditLine, ContinuumResults, Overlap, Results, Statistic};
-use crate::report::branch::way_back;
+use crate::report::hysteresis::hysteresis_sentence;
 use crate::report::number::{change, duration, error_of, percent, si, significant, trimmed};
 use crate::{Error, Result};
 use comfy_table::Table;
@@ -44,7 +44,7 @@ pub fn table(header: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> St
 
 /// Expected against realised.
 pub fn statistics(list: &[Statistic]) -> String {
-    let coarse = list.iter().any(|s| s.held.is_some());
+    let coarse = list.iter().any(|s| s.expected_on_grid.is_some());
     let mut head = vec!["quantity", "symbol", "expected", "band (2 sd)", "realised", "unit"];
     if coarse {
         head.splice(2..3, ["whole spectrum", "on this grid"]);
@@ -54,7 +54,7 @@ pub fn statistics(list: &[Statistic]) -> String {
         &head,
         list.iter().map(|s| {
             let mut row = vec![s.name.clone(), s.symbol.clone(), number(s.expected)];
-            row.extend(coarse.then(|| number(s.held)));
+            row.extend(coarse.then(|| number(s.expected_on_grid)));
             row.push(s.band.map_or("-".into(), |b| format!("± {}", significant(b, 2))));
             row.extend([significant(s.realised, 5), s.unit.clone()]);
             row
@@ -81,7 +81,7 @@ pub fn results(results: &Results) {
         states(c, um);
         certainty(c, um);
         let work = results.scales.modulus_pa * results.scales.length_m;
-        way_back(c, |w| si(w * work, "J/m²", 3)).iter().for_each(|said| print(said));
+        hysteresis_sentence(c, |w| si(w * work, "J/m²", 3)).iter().for_each(|said| print(said));
     }
     let ranges = results.other_ranges.iter().map(|c| (format!("adhesion {}", c.adhesion), c));
     let without = results.non_adhesive.iter().map(|c| ("without adhesion".to_string(), c));

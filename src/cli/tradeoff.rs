@@ -1,8 +1,9 @@
 use super::{output, progress::TerminalProgress};
 use crate::method::{self, ContactMethod, REGISTRY};
 use crate::pipeline::{self, AskedOfLadder};
+use crate::record::quantity::Quantity;
 use crate::record::tradeoff::{
-    AtomsCost, BlockSize, FORECAST_TOLERANCE, Forecast, Measure, ResolvedErrors, Tradeoff as Told, TradeoffPoint,
+    AtomsCost, BlockSize, FORECAST_TOLERANCE, Forecast, ResolvedErrors, Tradeoff as Told, TradeoffPoint,
 };
 use crate::report::number::{count, duration, error_of, memory, significant, trimmed};
 use crate::scene::{ALL_METHODS, Case, MOST_FOUNDATION_CELLS, Scene};
@@ -163,7 +164,7 @@ fn say(told: &Told) {
             s.tolerance,
             duration(r.cost.cpu_seconds)
         ));
-        let told: Vec<String> = Measure::ALL
+        let told: Vec<String> = Quantity::COMPARED
             .iter()
             .filter_map(|m| r.uncertainty.get(m).map(|u| format!("{} {}", m.name(), error_of(*m, *u))))
             .collect();
@@ -172,14 +173,14 @@ fn say(told: &Told) {
             if told.is_empty() { "not known".into() } else { told.join(", ") }
         ));
     }
-    const COLUMNS: [Measure; 5] =
-        [Measure::ContactArea, Measure::MeanGap, Measure::GapMap, Measure::ContactMap, Measure::MedianClusterArea];
+    const COLUMNS: [Quantity; 5] =
+        [Quantity::ContactArea, Quantity::MeanGap, Quantity::GapMap, Quantity::ContactMap, Quantity::MedianClusterArea];
     let head =
         ["method", "grid", "to", "CPU", "of ref.", "memory", "area", "mean gap", "gap map", "contact map", "patch"];
     let row = |p: &TradeoffPoint| {
         let s = &p.setting;
         let mut cells = vec![
-            match s.slab {
+            match s.layer_thickness {
                 Some(t) => format!("{} (layer of {} L)", s.method, trimmed(t, 3)),
                 None if s.block.is_some() => s.block.map_or(String::new(), |b| format!("{} ({b})", s.method)),
                 None if p.is_reference => format!("{} (reference)", s.method),
@@ -232,7 +233,7 @@ fn say_atoms(told: &Told) {
             format!("L/{}", significant(1.0 / r.shortest_wavelength, 2)),
         ];
         let error = |m| r.errors.get(&m).map_or("-".into(), |e| error_of(m, *e));
-        cells.extend([Measure::ContactArea, Measure::MeanGap, Measure::GapMap, Measure::ContactMap].map(error));
+        cells.extend([Quantity::ContactArea, Quantity::MeanGap, Quantity::GapMap, Quantity::ContactMap].map(error));
         cells
     };
     output::print("atoms, against the solution on the heights that they resolve:");

@@ -22,7 +22,7 @@ static CARD: Card = Card {
     calibrated_on: None,
     summary: "LAMMPS on a scaled-down block, for scenes with [atoms]",
     supports: |quantity| match quantity {
-        Quantity::StressField | Quantity::StressPdf => {
+        Quantity::StressMap | Quantity::StressPdf => {
             Support::No("forces act on atoms; no stress is averaged from them")
         }
         Quantity::Stiffness => Support::Only("as differences between loads"),

@@ -1,62 +1,5 @@
+pub use crate::record::quantity::Quantity;
 use serde::Serialize;
-
-/// The curves and maps of the challenge that a method may be asked for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Quantity {
-    GapField,
-    StressField,
-    ContactMap,
-    PatchPdf,
-    GapPdf,
-    StressPdf,
-    ContactArea,
-    MeanGap,
-    Stiffness,
-}
-
-impl Quantity {
-    pub const ALL: [Quantity; 9] = [
-        Quantity::GapField,
-        Quantity::StressField,
-        Quantity::ContactMap,
-        Quantity::PatchPdf,
-        Quantity::GapPdf,
-        Quantity::StressPdf,
-        Quantity::ContactArea,
-        Quantity::MeanGap,
-        Quantity::Stiffness,
-    ];
-
-    /// As JSON names it.
-    pub fn id(self) -> &'static str {
-        match self {
-            Quantity::GapField => "gap_field",
-            Quantity::StressField => "stress_field",
-            Quantity::ContactMap => "contact_map",
-            Quantity::PatchPdf => "patch_pdf",
-            Quantity::GapPdf => "gap_pdf",
-            Quantity::StressPdf => "stress_pdf",
-            Quantity::ContactArea => "contact_area",
-            Quantity::MeanGap => "mean_gap",
-            Quantity::Stiffness => "stiffness",
-        }
-    }
-
-    pub fn name(self) -> &'static str {
-        match self {
-            Quantity::GapField => "gap field",
-            Quantity::StressField => "stress field",
-            Quantity::ContactMap => "contact map",
-            Quantity::PatchPdf => "patch sizes Pr(a)",
-            Quantity::GapPdf => "gap distribution Pr(u)",
-            Quantity::StressPdf => "stress distribution Pr(σ)",
-            Quantity::ContactArea => "contact area",
-            Quantity::MeanGap => "mean gap",
-            Quantity::Stiffness => "contact stiffness",
-        }
-    }
-}
 
 /// Whether, and on what terms, a quantity is delivered. The reason is printed where a table has an empty cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -163,7 +106,7 @@ impl Card {
 }
 
 fn quantities<S: serde::Serializer>(supports: &fn(Quantity) -> Support, to: S) -> Result<S::Ok, S::Error> {
-    to.collect_map(Quantity::ALL.map(|q| (q, supports(q))))
+    to.collect_map(Quantity::OUTPUTS.map(|q| (q, supports(q))))
 }
 
 /// What a solver of the fields delivers: the fields and all that follows from them, the stiffness from neighbouring loads.

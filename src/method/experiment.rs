@@ -44,14 +44,16 @@ static CARD: Card = Card {
 
 fn supports(quantity: Quantity) -> Support {
     match quantity {
-        Quantity::ContactMap | Quantity::ContactArea | Quantity::PatchPdf => {
-            Support::Only("camera's pixels that light crosses; no edges")
-        }
-        Quantity::GapField | Quantity::GapPdf | Quantity::MeanGap => {
+        Quantity::ContactMap
+        | Quantity::ContactArea
+        | Quantity::PatchPdf
+        | Quantity::PatchArea
+        | Quantity::MedianClusterArea => Support::Only("camera's pixels that light crosses; no edges"),
+        Quantity::GapMap | Quantity::GapPdf | Quantity::MeanGap => {
             Support::Only("by digital image correlation; no edges")
         }
         Quantity::Stiffness => Support::Only("as differences between loads"),
-        Quantity::StressField | Quantity::StressPdf => Support::No("light tells of contact, not of stress"),
+        Quantity::StressMap | Quantity::StressPdf => Support::No("light tells of contact, not of stress"),
     }
 }
 

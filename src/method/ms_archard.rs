@@ -36,8 +36,8 @@ static CARD: Card = Card {
 fn supports(quantity: Quantity) -> Support {
     match quantity {
         Quantity::ContactArea | Quantity::MeanGap => Support::Only("with bands as wide as ms-archard.ratio says"),
-        Quantity::GapField | Quantity::StressField | Quantity::ContactMap => Support::No("knows no places"),
-        Quantity::PatchPdf => Support::No("knows no patches"),
+        Quantity::GapMap | Quantity::StressMap | Quantity::ContactMap => Support::No("knows no places"),
+        Quantity::PatchPdf | Quantity::PatchArea | Quantity::MedianClusterArea => Support::No("knows no patches"),
         Quantity::GapPdf | Quantity::StressPdf => Support::No("tells of means only"),
         Quantity::Stiffness => Support::Only("as differences between loads"),
     }

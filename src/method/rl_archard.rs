@@ -40,8 +40,10 @@ fn supports(quantity: Quantity) -> Support {
         Quantity::ContactArea => Support::NoAdhesion,
         Quantity::MeanGap => Support::Only("that of the long waves, without adhesion"),
         Quantity::Stiffness => Support::Only("as differences between loads"),
-        Quantity::GapField | Quantity::StressField | Quantity::GapPdf => Support::No("without its short waves"),
-        Quantity::ContactMap | Quantity::PatchPdf => Support::No("the layer's contact has no places"),
+        Quantity::GapMap | Quantity::StressMap | Quantity::GapPdf => Support::No("without its short waves"),
+        Quantity::ContactMap | Quantity::PatchPdf | Quantity::PatchArea | Quantity::MedianClusterArea => {
+            Support::No("the layer's contact has no places")
+        }
         Quantity::StressPdf => Support::No("tells of means only"),
     }
 }

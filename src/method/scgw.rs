@@ -33,10 +33,12 @@ fn supports(quantity: Quantity) -> Support {
     match quantity {
         Quantity::ContactArea | Quantity::Stiffness => Support::NoAdhesion,
         Quantity::MeanGap => Support::Only("that of the undeformed surface, without adhesion"),
-        Quantity::GapField | Quantity::StressField | Quantity::ContactMap => Support::No("knows no places"),
-        Quantity::PatchPdf | Quantity::GapPdf | Quantity::StressPdf => {
-            Support::No("tells of sums over asperities only")
-        }
+        Quantity::GapMap | Quantity::StressMap | Quantity::ContactMap => Support::No("knows no places"),
+        Quantity::PatchPdf
+        | Quantity::PatchArea
+        | Quantity::MedianClusterArea
+        | Quantity::GapPdf
+        | Quantity::StressPdf => Support::No("tells of sums over asperities only"),
     }
 }
 

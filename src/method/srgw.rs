@@ -37,9 +37,11 @@ static CARD: Card = Card {
 fn supports(quantity: Quantity) -> Support {
     match quantity {
         Quantity::ContactArea => Support::Only("sum of spots, which may overlap; adhesion as JKR"),
-        Quantity::PatchPdf => Support::Only("a spot for each summit; adhesion as JKR"),
-        Quantity::GapField | Quantity::GapPdf | Quantity::MeanGap => Support::Only("undeformed gap"),
-        Quantity::StressField | Quantity::StressPdf => Support::Only("profiles of spots, added where they overlap"),
+        Quantity::PatchPdf | Quantity::PatchArea | Quantity::MedianClusterArea => {
+            Support::Only("a spot for each summit; adhesion as JKR")
+        }
+        Quantity::GapMap | Quantity::GapPdf | Quantity::MeanGap => Support::Only("undeformed gap"),
+        Quantity::StressMap | Quantity::StressPdf => Support::Only("profiles of spots, added where they overlap"),
         Quantity::Stiffness => Support::Only("as differences between loads"),
         Quantity::ContactMap => Support::No("spots are areas, not nodes"),
     }

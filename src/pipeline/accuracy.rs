@@ -5,7 +5,7 @@ use crate::compare::advice::{Limit, Table, Tables, Target, candidates, choose};
 use crate::interface::Adhesion;
 use crate::method::Precision;
 use crate::record::advice::{AccuracyChoice, Advice};
-use crate::record::tradeoff::Measure;
+use crate::record::quantity::Quantity;
 use crate::report::number::{duration, error_of};
 use crate::scene::{AccuracyScene, Case, ContinuumScene, Scene, Surface, SurfaceScene};
 use crate::{Error, Result};
@@ -104,14 +104,14 @@ pub fn read_tables(files: &[PathBuf]) -> Result<(Vec<Table>, String)> {
 pub fn advise(
     tables: &[Table],
     case: &Case,
-    measure: Measure,
+    quantity: Quantity,
     limit: Limit,
     extrapolate: bool,
 ) -> std::result::Result<Advice, Unserved> {
-    let all = candidates(tables, &target(case), measure);
+    let all = candidates(tables, &target(case), quantity);
     let (known, beyond): (Vec<Advice>, Vec<Advice>) =
         all.into_iter().partition(|a| extrapolate || a.extrapolated.is_empty());
-    choose(&known, measure, limit).cloned().ok_or_else(|| Unserved(accepted(&known, &beyond, measure, limit)))
+    choose(&known, quantity, limit).cloned().ok_or_else(|| Unserved(accepted(&known, &beyond, quantity, limit)))
 }
 
 fn target(case: &Case) -> Target {
@@ -125,8 +125,8 @@ fn target(case: &Case) -> Target {
     }
 }
 
-fn accepted(known: &[Advice], beyond: &[Advice], measure: Measure, limit: Limit) -> String {
-    if let Some(a) = choose(beyond, measure, limit) {
+fn accepted(known: &[Advice], beyond: &[Advice], quantity: Quantity, limit: Limit) -> String {
+    if let Some(a) = choose(beyond, quantity, limit) {
         return format!(
             "what some measured setting reaches; --extrapolate (in a scene accuracy.extrapolate = true) would take {} on {} points a \
              side, of which was not measured: {}",
@@ -135,13 +135,13 @@ fn accepted(known: &[Advice], beyond: &[Advice], measure: Measure, limit: Limit)
             a.extrapolated.join("; ")
         );
     }
-    let best = choose(known, measure, Limit::Seconds(f64::INFINITY));
+    let best = choose(known, quantity, Limit::Seconds(f64::INFINITY));
     match (limit, best) {
         (_, None) => {
-            format!("another quantity: the tables have no {} of such a scene", measure.name())
+            format!("another quantity: the tables have no {} of such a scene", quantity.name())
         }
         (Limit::Error(_), Some(a)) => {
-            format!("at least {}, the least that the tables have", error_of(measure, a.expected_error))
+            format!("at least {}, the least that the tables have", error_of(quantity, a.expected_error))
         }
         (Limit::Seconds(_), Some(_)) => {
             let least = known.iter().map(|a| a.expected_seconds).fold(f64::INFINITY, f64::min);

@@ -2,8 +2,8 @@
 
 use crate::method::Problem;
 use crate::path::CORRECTION;
+use crate::record::quantity::Quantity;
 use crate::record::results::{RangeResults, StateResults};
-use crate::record::tradeoff::Measure;
 use crate::record::uncertainty::{UncertaintyComponent, UncertaintySource};
 
 /// The parts for a state of a problem whose heights have this rms. The mean gap counts where the load is what is imposed.
@@ -20,26 +20,26 @@ pub(super) fn budget(
         parts.push(UncertaintyComponent { quantity, source, relative, is_bound });
     };
     if let Some(d) = state.discretisation {
-        add(Measure::ContactArea, UncertaintySource::Grid, d.area, d.area_is_bound);
-        add(Measure::MeanGap, UncertaintySource::Grid, d.mean_gap, d.mean_gap_is_bound);
+        add(Quantity::ContactArea, UncertaintySource::Grid, d.area, d.area_is_bound);
+        add(Quantity::MeanGap, UncertaintySource::Grid, d.mean_gap, d.mean_gap_is_bound);
     }
     if range.is_some_and(|r| r.used != r.requested) {
         let far = state.extrapolated;
         let area = far.map(|e| (e.area.value - state.contact_fraction_corrected).abs() + e.area.error);
         let gap = far.and_then(|e| e.mean_gap).map(|g| (g.value - state.mean_gap).abs() + g.error);
-        add(Measure::ContactArea, UncertaintySource::Range, area.map(|a| a / state.contact_fraction_corrected), false);
-        add(Measure::MeanGap, UncertaintySource::Range, gap.map(|g| g / state.mean_gap), false);
+        add(Quantity::ContactArea, UncertaintySource::Range, area.map(|a| a / state.contact_fraction_corrected), false);
+        add(Quantity::MeanGap, UncertaintySource::Range, gap.map(|g| g / state.mean_gap), false);
     }
     // A residual that were a change of the load: areas go as the load, and the mean gap by the contact's stiffness.
     let of_load =
         |share: f64| [Some(share), state.stiffness.map(|k| share * state.pressure.abs() / (k * state.mean_gap))];
     let [area, gap] = of_load(state.residual);
-    add(Measure::ContactArea, UncertaintySource::Solver, state.area_error_estimate.or(area), false);
-    add(Measure::MeanGap, UncertaintySource::Solver, state.mean_gap_error_estimate.or(gap), false);
+    add(Quantity::ContactArea, UncertaintySource::Solver, state.area_error_estimate.or(area), false);
+    add(Quantity::MeanGap, UncertaintySource::Solver, state.mean_gap_error_estimate.or(gap), false);
     let [area, gap] = of_load(problem.rounding_floor(rms_height, state.pressure));
-    add(Measure::ContactArea, UncertaintySource::Precision, area, false);
-    add(Measure::MeanGap, UncertaintySource::Precision, gap, false);
+    add(Quantity::ContactArea, UncertaintySource::Precision, area, false);
+    add(Quantity::MeanGap, UncertaintySource::Precision, gap, false);
     let rim = CORRECTION * (state.contact_fraction - state.contact_fraction_corrected).abs();
-    add(Measure::ContactArea, UncertaintySource::Criterion, Some(rim / state.contact_fraction_corrected), false);
+    add(Quantity::ContactArea, UncertaintySource::Criterion, Some(rim / state.contact_fraction_corrected), false);
     parts
 }

@@ -14,11 +14,11 @@ use crate::interface::{Elastic, RangeChoice, Wall};
 use crate::method::{Precision, Problem};
 use crate::observe::{Connectivity, along_y, column_at, patch_sizes};
 use crate::record::npy;
+use crate::record::quantity::Quantity;
 use crate::record::results::{
     AtomState, AtomsResults, ComparisonResults, ContinuumResults, CriterionArea, CriterionMatch, LoadComparison,
     Section, StateResults,
 };
-use crate::record::tradeoff::Measure;
 use crate::record::uncertainty::{UncertaintyComponent, UncertaintySource};
 use crate::scene::{AtomsCase, Case};
 use crate::units::GPA_PER_EV_A3;
@@ -89,8 +89,8 @@ fn of_depth(state: &StateResults, deep: &StateResults) -> [UncertaintyComponent;
         UncertaintyComponent { quantity, source: UncertaintySource::Depth, relative, is_bound: false }
     };
     [
-        part(Measure::ContactArea, state.contact_fraction_corrected, deep.contact_fraction_corrected),
-        part(Measure::MeanGap, state.mean_gap, deep.mean_gap),
+        part(Quantity::ContactArea, state.contact_fraction_corrected, deep.contact_fraction_corrected),
+        part(Quantity::MeanGap, state.mean_gap, deep.mean_gap),
     ]
 }
 

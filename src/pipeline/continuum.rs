@@ -74,7 +74,7 @@ pub fn statistics(case: &Case, heights: &[f64]) -> Vec<Statistic> {
         symbol: symbol.into(),
         unit: unit.into(),
         expected: of.and_then(|of| expected.as_ref().map(of)),
-        held: of.and_then(|of| held.as_ref().map(of)),
+        expected_on_grid: of.and_then(|of| held.as_ref().map(of)),
         realised,
         band: None,
     };
@@ -126,7 +126,7 @@ fn patch_statistics(grid: Grid, heights: &[f64], um: f64) -> Vec<Statistic> {
             symbol: symbol.into(),
             unit: unit.into(),
             expected: None,
-            held: None,
+            expected_on_grid: None,
             realised,
             band: None,
         })

@@ -100,7 +100,7 @@ pub(super) fn of_atoms(
 /// What a method says of itself under these settings, and no state yet.
 fn nothing(method: &dyn ContactMethod, settings: &Settings, adhesive: bool) -> MethodResults {
     let card = method.card();
-    let missing = Quantity::ALL.into_iter().filter_map(|q| {
+    let missing = Quantity::OUTPUTS.into_iter().filter_map(|q| {
         card.unsupported_reason(q, adhesive).map(|reason| Missing { quantity: q.id().into(), reason: reason.into() })
     });
     MethodResults {

@@ -1,6 +1,6 @@
 //! What was advised, and why: kept with the results of a scene that asked for an accuracy.
 
-use super::tradeoff::Measure;
+use super::quantity::Quantity;
 use serde::{Deserialize, Serialize};
 
 /// A setting, and what is to be expected of it.
@@ -30,7 +30,7 @@ pub struct Advice {
 /// How a scene's accuracy was resolved.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AccuracyChoice {
-    pub quantity: Measure,
+    pub quantity: Quantity,
     /// Error that was good enough.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<f64>,

@@ -178,7 +178,7 @@ pub struct AtomPullOff {
 
 /// A mean over time with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Mean {
+pub struct ValueWithError {
     pub value: f64,
     pub error: f64,
 }
@@ -205,12 +205,12 @@ pub struct NvtState {
     pub index: usize,
     pub p_star: f64,
     /// Of the deformable atoms.
-    pub temperature_k: Mean,
+    pub temperature_k: ValueWithError,
     /// On the indenter, over the one asked for.
-    pub load: Mean,
+    pub load: ValueWithError,
     /// Probability that an atom of the surface layer touches, averaged over the layer.
-    pub contact_fraction: Mean,
-    pub mean_gap_angstrom: Mean,
+    pub contact_fraction: ValueWithError,
+    pub mean_gap_angstrom: ValueWithError,
     /// Share of the surface layer's atoms that touch with a probability above one half.
     pub majority_contact: f64,
     /// Share of them that touched at all.

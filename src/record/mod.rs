@@ -15,6 +15,7 @@ pub mod mcap;
 pub mod methods;
 pub mod netcdf;
 pub mod npy;
+pub mod quantity;
 pub mod results;
 pub mod tradeoff;
 pub mod uncertainty;

@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 use super::acceptance::AcceptanceCheck;
 use super::advice::AccuracyChoice;
 pub use super::atomistic::{
-    AtomPullOff, AtomState, AtomStress, BranchChange, ContactByCriterion, DefectAtoms, LoadStepResults, Mean,
-    ModelChainStep, NvtResults, NvtState, PlasticityResults, Unloading,
+    AtomPullOff, AtomState, AtomStress, BranchChange, ContactByCriterion, DefectAtoms, LoadStepResults, ModelChainStep,
+    NvtResults, NvtState, PlasticityResults, Unloading, ValueWithError,
 };
 use super::json;
 use super::methods::MethodResults;
@@ -158,7 +158,7 @@ pub struct Statistic {
     pub expected: Option<f64>,
     /// The same of the modes that the grid holds, where it does not hold the whole spectrum.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub held: Option<f64>,
+    pub expected_on_grid: Option<f64>,
     pub realised: f64,
     /// Half-width of the band in which a realisation is expected (two standard deviations), where known.
     pub band: Option<f64>,

@@ -3,6 +3,7 @@
 use super::atomic_file::write_atomic;
 use super::json;
 use super::methods::Missing;
+use super::quantity::Quantity;
 use super::results::ScalesSi;
 use crate::error::Result;
 use serde::{Deserialize, Serialize};
@@ -15,110 +16,8 @@ pub const SCHEMA: u32 = 3;
 pub const FILE: &str = "tradeoff.json";
 pub const CSV_FILE: &str = "tradeoff.csv";
 
-/// What is compared with the reference.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Measure {
-    ContactArea,
-    MeanGap,
-    Stiffness,
-    GapMap,
-    ContactMap,
-    GapPdf,
-    StressPdf,
-    PatchArea,
-    MedianClusterArea,
-}
-
-impl Measure {
-    pub const ALL: [Measure; 9] = [
-        Measure::ContactArea,
-        Measure::MeanGap,
-        Measure::Stiffness,
-        Measure::GapMap,
-        Measure::ContactMap,
-        Measure::GapPdf,
-        Measure::StressPdf,
-        Measure::PatchArea,
-        Measure::MedianClusterArea,
-    ];
-
-    /// Numbers, of which the reference has an extrapolated value.
-    pub const NUMBERS: [Measure; 3] = [Measure::ContactArea, Measure::MeanGap, Measure::Stiffness];
-
-    /// As JSON and flags name it.
-    pub fn id(self) -> &'static str {
-        match self {
-            Measure::ContactArea => "contact_area",
-            Measure::MeanGap => "mean_gap",
-            Measure::Stiffness => "stiffness",
-            Measure::GapMap => "gap_map",
-            Measure::ContactMap => "contact_map",
-            Measure::GapPdf => "gap_pdf",
-            Measure::StressPdf => "stress_pdf",
-            Measure::PatchArea => "patch_area",
-            Measure::MedianClusterArea => "median_cluster_area",
-        }
-    }
-
-    pub fn name(self) -> &'static str {
-        match self {
-            Measure::ContactArea => "contact area",
-            Measure::MeanGap => "mean gap",
-            Measure::Stiffness => "contact stiffness",
-            Measure::GapMap => "gap map",
-            Measure::ContactMap => "contact map",
-            Measure::GapPdf => "gap distribution Pr(u)",
-            Measure::StressPdf => "stress distribution Pr(σ)",
-            Measure::PatchArea => "patch sizes CPr(a)",
-            Measure::MedianClusterArea => "typical patch",
-        }
-    }
-
-    /// How its error is counted.
-    pub fn error(self) -> &'static str {
-        match self {
-            Measure::ContactArea => "relative deviation, perimeter-corrected where contact is a map of nodes",
-            Measure::MeanGap => "deviation over the mean gap, or over a hundredth of the rms height if that is more",
-            Measure::Stiffness => "relative deviation",
-            Measure::GapMap => {
-                "root mean square difference at the nodes that both grids have, over the same as the mean gap’s"
-            }
-            Measure::ContactMap => "one less Jaccard’s index of the contact maps at the nodes that both grids have",
-            Measure::GapPdf => "Wasserstein’s distance over the same as the mean gap’s",
-            Measure::StressPdf => "Wasserstein’s distance over E*ḡ",
-            Measure::PatchArea => "Wasserstein’s distance in decades of area",
-            Measure::MedianClusterArea => "decades between the areas",
-        }
-    }
-
-    /// Whether errors are decades and not shares of a whole.
-    pub fn in_decades(self) -> bool {
-        matches!(self, Measure::PatchArea | Measure::MedianClusterArea)
-    }
-
-    /// An error as large as a relative deviation by this share.
-    pub fn like_relative(self, share: f64) -> f64 {
-        if self.in_decades() { (1.0 + share).log10() } else { share }
-    }
-
-    /// What a method must deliver for it, as its card and [`Missing`] name it.
-    pub fn quantity(self) -> &'static str {
-        match self {
-            Measure::ContactArea => "contact_area",
-            Measure::MeanGap => "mean_gap",
-            Measure::Stiffness => "stiffness",
-            Measure::GapMap => "gap_field",
-            Measure::ContactMap => "contact_map",
-            Measure::GapPdf => "gap_pdf",
-            Measure::StressPdf => "stress_pdf",
-            Measure::PatchArea | Measure::MedianClusterArea => "patch_pdf",
-        }
-    }
-}
-
 /// Errors by what they are of; what a method does not tell is absent.
-pub type Errors = BTreeMap<Measure, f64>;
+pub type Errors = BTreeMap<Quantity, f64>;
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Tradeoff {
@@ -165,12 +64,12 @@ impl Tradeoff {
 
     /// An error of a point that can be relied on: one below what is uncertain of the reference is no smaller than that.
     /// None of a slab, which is another problem than that of the scene.
-    pub fn error(&self, point: &TradeoffPoint, measure: Measure) -> Option<f64> {
-        if point.setting.slab.is_some() {
+    pub fn error(&self, point: &TradeoffPoint, quantity: Quantity) -> Option<f64> {
+        if point.setting.layer_thickness.is_some() {
             return None;
         }
-        let least = self.reference(point.setting.adhesive)?.uncertainty.get(&measure);
-        Some(point.errors.get(&measure)?.max(least.copied().unwrap_or(0.0)))
+        let least = self.reference(point.setting.adhesive)?.uncertainty.get(&quantity);
+        Some(point.errors.get(&quantity)?.max(least.copied().unwrap_or(0.0)))
     }
 
     /// What coarser grids said of a point's cost.
@@ -193,19 +92,19 @@ impl Tradeoff {
     pub fn write(&self, folder: &Path) -> Result<()> {
         json::write(&folder.join(FILE), self)?;
         write_atomic(&folder.join(CSV_FILE), |w| {
-            let errors: Vec<&str> = Measure::ALL.iter().map(|m| m.id()).collect();
+            let errors: Vec<&str> = Quantity::COMPARED.iter().map(|m| m.id()).collect();
             writeln!(w, "{COLUMNS},{}", errors.join(","))?;
             for p in &self.points {
                 let (s, c) = (&p.setting, &p.cost);
                 write!(w, "{},{},{},{},{},{:?},", s.method, s.adhesive, s.nx, s.ny, s.precision, s.tolerance)?;
-                write!(w, "{},", s.slab.map_or(String::new(), |t| format!("{t:?}")))?;
+                write!(w, "{},", s.layer_thickness.map_or(String::new(), |t| format!("{t:?}")))?;
                 write!(w, "{},", s.block.map_or(String::new(), |b| b.to_string()))?;
                 write!(w, "{:?},{:?},{:?},", c.wall_seconds, c.cpu_seconds, c.cpu_over_reference)?;
                 write!(w, "{:?},{},{},{}", c.fft_pairs, c.iterations, c.planned_bytes, c.measured_bytes)?;
                 let foreseen = self.forecast(p).map_or(String::new(), |f| format!("{:?}", f.predicted_cpu_seconds));
                 let of_atoms = c.atoms.map_or(",".into(), |a| format!("{},{}", a.atoms, a.force_evaluations));
                 write!(w, ",{},{foreseen},{of_atoms}", c.runs)?;
-                for m in Measure::ALL {
+                for m in Quantity::COMPARED {
                     write!(w, ",{}", p.errors.get(&m).map_or(String::new(), |e| format!("{e:?}")))?;
                 }
                 writeln!(w)?;
@@ -222,7 +121,7 @@ impl Tradeoff {
 }
 
 /// Columns before those of the errors.
-const COLUMNS: &str = "method,adhesive,nx,ny,precision,tolerance,slab,block,wall_seconds,cpu_seconds,cpu_over_reference,fft_pairs,\
+const COLUMNS: &str = "method,adhesive,nx,ny,precision,tolerance,layer_thickness,block,wall_seconds,cpu_seconds,cpu_over_reference,fft_pairs,\
                        iterations,planned_bytes,measured_bytes,runs,predicted_cpu_seconds,atoms,\
                        force_evaluations";
 
@@ -238,7 +137,7 @@ pub struct Setting {
     pub tolerance: f64,
     /// Thickness over L of a bonded layer in place of the scene's half-space, whose error this is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub slab: Option<f64>,
+    pub layer_thickness: Option<f64>,
     /// Of `all-atom`: its block. Points are then those of the indenter, the tolerance is the force's in eV/Å.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub block: Option<BlockSize>,
@@ -247,7 +146,7 @@ pub struct Setting {
 impl Setting {
     /// Whether it is one of a ladder of grids of the scene's own problem.
     pub fn is_grid(&self) -> bool {
-        self.slab.is_none() && self.block.is_none()
+        self.layer_thickness.is_none() && self.block.is_none()
     }
 }
 
@@ -358,7 +257,7 @@ pub struct Extrapolation {
 pub struct ReferenceLoad {
     pub p_star: f64,
     /// Contact area as a share, mean gap in L, stiffness in E*/L.
-    pub numbers: BTreeMap<Measure, Extrapolation>,
+    pub numbers: BTreeMap<Quantity, Extrapolation>,
 }
 
 /// One setting of the ladder.
@@ -410,25 +309,4 @@ pub struct SkippedSetting {
     #[serde(flatten)]
     pub setting: Setting,
     pub reason: String,
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_are_those_of_json() {
-        for m in Measure::ALL {
-            assert_eq!(serde_json::to_value(m).expect("a word"), m.id());
-            assert!(crate::method::Quantity::ALL.iter().any(|q| q.id() == m.quantity()), "{m:?}");
-        }
-        let errors = Errors::from([(Measure::GapPdf, 0.25)]);
-        assert_eq!(serde_json::to_string(&errors).expect("a map"), "{\"gap_pdf\":0.25}");
-    }
-
-    #[test]
-    fn a_fifth_is_a_fifth_in_decades() {
-        assert_eq!(Measure::MeanGap.like_relative(0.2), 0.2);
-        assert!((Measure::MedianClusterArea.like_relative(0.2) - 1.2f64.log10()).abs() < 1e-15);
-    }
 }

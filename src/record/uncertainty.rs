@@ -1,6 +1,6 @@
 //! What the numbers of a state are uncertain by, part by part.
 
-use super::tradeoff::Measure;
+use super::quantity::Quantity;
 use serde::{Deserialize, Serialize};
 
 /// Where an uncertainty comes from.
@@ -46,7 +46,7 @@ impl UncertaintySource {
 /// One part of what a quantity is uncertain by.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct UncertaintyComponent {
-    pub quantity: Measure,
+    pub quantity: Quantity,
     pub source: UncertaintySource,
     /// Over the value; none where it is not known.
     pub relative: Option<f64>,

@@ -1,7 +1,7 @@
 //! Numbers as people read them: a stated number of digits, SI prefixes, powers of ten. The space before a unit does not
 //! break.
 
-use crate::record::tradeoff::Measure;
+use crate::record::quantity::Quantity;
 
 const SUPERSCRIPTS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
 
@@ -53,8 +53,8 @@ pub fn percent(share: f64) -> String {
 }
 
 /// An error of a measure in the unit that is usual for it.
-pub fn error_of(measure: Measure, error: f64) -> String {
-    if measure.in_decades() {
+pub fn error_of(quantity: Quantity, error: f64) -> String {
+    if quantity.in_decades() {
         format!("{} decades", significant(error, 2))
     } else {
         format!("{}\u{a0}%", significant(100.0 * error, 2))

@@ -548,7 +548,7 @@ fn atoms(c: &mut Complaints, scene: &Scene) {
             a.potential.is_none() || given,
             key,
             "not given",
-            "the value for atoms.potential (`asperity potential --measure` finds it)",
+            "the value for atoms.potential (`asperity potential --quantity` finds it)",
         );
     }
 }

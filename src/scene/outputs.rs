@@ -1,6 +1,6 @@
 //! What is to be kept and counted of a run, and the accuracy that may be asked for in place of a grid.
 
-use crate::record::tradeoff::Measure;
+use crate::record::quantity::Quantity;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -10,7 +10,8 @@ use std::path::PathBuf;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AccuracyScene {
-    pub quantity: Measure,
+    #[serde(deserialize_with = "compared_quantity")]
+    pub quantity: Quantity,
     /// Error that is good enough, as a relative deviation: 0.05.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<f64>,
@@ -43,10 +44,22 @@ impl RequestedOutputs {
         RequestedOutputs { maps: true, distributions: true, grid_error: true, spectrum: true };
 
     /// What a quantity needs. The error of the grid is that of the table which chose it.
-    pub fn of(measure: Measure) -> RequestedOutputs {
-        let maps = matches!(measure, Measure::GapMap | Measure::ContactMap);
-        let counted =
-            matches!(measure, Measure::GapPdf | Measure::StressPdf | Measure::PatchArea | Measure::MedianClusterArea);
+    pub fn of(quantity: Quantity) -> RequestedOutputs {
+        let maps = matches!(quantity, Quantity::GapMap | Quantity::ContactMap);
+        let counted = matches!(
+            quantity,
+            Quantity::GapPdf | Quantity::StressPdf | Quantity::PatchArea | Quantity::MedianClusterArea
+        );
         RequestedOutputs { maps, distributions: counted, grid_error: false, spectrum: false }
     }
+}
+
+/// A quantity that errors are known of.
+fn compared_quantity<'de, D: serde::Deserializer<'de>>(from: D) -> Result<Quantity, D::Error> {
+    let quantity = Quantity::deserialize(from)?;
+    if Quantity::COMPARED.contains(&quantity) {
+        return Ok(quantity);
+    }
+    let accepted = Quantity::COMPARED.map(Quantity::id).join(", ");
+    Err(serde::de::Error::custom(format!("no errors are known of {}; expected one of {accepted}", quantity.id())))
 }

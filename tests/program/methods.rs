@@ -62,11 +62,13 @@ fn maps_exist(out: &Path, state: &MethodState) {
 
 fn delivers(kind: Kind, s: &MethodState, quantity: Quantity) -> bool {
     match quantity {
-        Quantity::GapField => s.gap_map.is_some(),
-        Quantity::StressField => s.stress_map.is_some(),
+        Quantity::GapMap => s.gap_map.is_some(),
+        Quantity::StressMap => s.stress_map.is_some(),
         // Solvers touch where their gap is closed.
         Quantity::ContactMap => s.contact_map.is_some() || kind == Kind::Solver && s.gap_map.is_some(),
-        Quantity::PatchPdf => !s.patch_area.is_empty() && !s.patch_density.is_empty(),
+        Quantity::PatchPdf | Quantity::PatchArea | Quantity::MedianClusterArea => {
+            !s.patch_area.is_empty() && !s.patch_density.is_empty()
+        }
         Quantity::GapPdf => s.gap.is_some(),
         Quantity::StressPdf => s.stress.is_some(),
         Quantity::ContactArea => s.contact_fraction > 0.0,
@@ -88,7 +90,7 @@ fn faults(card: &Card, run: &MethodResults) -> Vec<String> {
     if run.unavailable_reason.is_some() || run.states.len() != 3 {
         faults.push(format!("{name}: {} states, {:?}", run.states.len(), run.unavailable_reason));
     }
-    for quantity in Quantity::ALL {
+    for quantity in Quantity::OUTPUTS {
         let said = run.missing.iter().find(|m| m.quantity == quantity.id()).map(|m| m.reason.as_str());
         let all = run.states.iter().all(|s| delivers(card.kind, s, quantity));
         let any = run.states.iter().any(|s| delivers(card.kind, s, quantity));

@@ -4,7 +4,8 @@
 use crate::lammps::lammps;
 use crate::program::{asperity, json_line, stderr};
 use asperity::method::REGISTRY;
-use asperity::record::tradeoff::{FILE, Measure, Tradeoff, TradeoffPoint};
+use asperity::record::quantity::Quantity;
+use asperity::record::tradeoff::{FILE, Tradeoff, TradeoffPoint};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -65,8 +66,8 @@ fn on_grid<'a>(told: &'a Tradeoff, method: &str, n: usize) -> &'a TradeoffPoint 
     told.points.iter().find(is).unwrap_or_else(|| panic!("no {method} on {n}: {:?}", told.skipped))
 }
 
-fn error(p: &TradeoffPoint, measure: Measure) -> f64 {
-    *p.errors.get(&measure).unwrap_or_else(|| panic!("{} tells no {}", p.setting.method, measure.name()))
+fn error(p: &TradeoffPoint, quantity: Quantity) -> f64 {
+    *p.errors.get(&quantity).unwrap_or_else(|| panic!("{} tells no {}", p.setting.method, quantity.name()))
 }
 
 /// Every method of the registry is in the table, with errors where its card says that it delivers, or is left out with a
@@ -88,9 +89,9 @@ fn the_table_has_every_method() {
             }
             assert!(p.errors.values().all(|e| e.is_finite() && *e >= 0.0), "{p:?}");
             assert!(p.cost.cpu_seconds >= 0.0 && p.cost.wall_seconds > 0.0, "{p:?}");
-            for measure in Measure::ALL {
-                let missing = p.missing.iter().any(|m| m.quantity == measure.quantity());
-                assert_eq!(p.errors.contains_key(&measure), !missing, "{}: {}", card.id, measure.name());
+            for quantity in Quantity::COMPARED {
+                let missing = p.missing.iter().any(|m| m.quantity == quantity.output().id());
+                assert_eq!(p.errors.contains_key(&quantity), !missing, "{}: {}", card.id, quantity.name());
             }
         }
     }
@@ -105,16 +106,16 @@ fn errors_fall_with_the_grid() {
     let bench = Bench::new(SCENE);
     let told = bench.table("run", &["--methods", "fast", "--grids", "32,64,128"]);
     let [coarse, middle, fine] = [32, 64, 128].map(|n| on_grid(&told, "fast", n));
-    for measure in [Measure::MeanGap, Measure::GapMap, Measure::ContactMap, Measure::GapPdf, Measure::StressPdf] {
-        assert!(error(middle, measure) < error(coarse, measure), "{}: {coarse:?} {middle:?}", measure.name());
+    for quantity in [Quantity::MeanGap, Quantity::GapMap, Quantity::ContactMap, Quantity::GapPdf, Quantity::StressPdf] {
+        assert!(error(middle, quantity) < error(coarse, quantity), "{}: {coarse:?} {middle:?}", quantity.name());
     }
     assert!(fine.is_reference && (fine.cost.cpu_over_reference - 1.0).abs() < 1e-12);
-    for measure in Measure::ALL {
-        let uncertain = told.references[0].uncertainty.get(&measure).copied();
-        assert_eq!(fine.errors.get(&measure).copied(), uncertain, "{}", measure.name());
+    for quantity in Quantity::COMPARED {
+        let uncertain = told.references[0].uncertainty.get(&quantity).copied();
+        assert_eq!(fine.errors.get(&quantity).copied(), uncertain, "{}", quantity.name());
     }
     let single = told.points.iter().find(|p| p.setting.precision == "f32").expect("f32");
-    assert!(single.setting.nx == 128 && error(single, Measure::GapMap) < error(middle, Measure::GapMap));
+    assert!(single.setting.nx == 128 && error(single, Quantity::GapMap) < error(middle, Quantity::GapMap));
     let loose = told.points.iter().find(|p| p.setting.tolerance == 1e-2).expect("a loose tolerance");
     assert!(loose.cost.fft_pairs < fine.cost.fft_pairs, "{loose:?}");
     assert_eq!(told.points.len(), 3 + 5, "grids, and f32 to two and f64 to three more tolerances on the scene's");
@@ -141,7 +142,7 @@ fn the_reference_may_be_finer() {
     assert_eq!((told.nx, told.references[0].setting.nx), (32, 64));
     // Refinements are on the scene's grid.
     assert!(told.points.iter().any(|p| p.setting.precision == "f32" && p.setting.nx == 32));
-    assert!(error(on_grid(&told, "fast", 32), Measure::GapMap) > 0.0);
+    assert!(error(on_grid(&told, "fast", 32), Quantity::GapMap) > 0.0);
 }
 
 /// Blocks of atoms stand in the table with what LAMMPS took, and with two errors: against the scene's reference, and against the
@@ -164,12 +165,12 @@ fn atoms_are_settings_too() {
             "{p:?}"
         );
         let resolved = p.resolved.as_ref().expect("errors against the resolved heights");
-        for measure in [Measure::ContactArea, Measure::MeanGap, Measure::GapMap, Measure::ContactMap] {
-            assert!(error(p, measure) > 0.0 && resolved.errors.contains_key(&measure), "{p:?}");
+        for quantity in [Quantity::ContactArea, Quantity::MeanGap, Quantity::GapMap, Quantity::ContactMap] {
+            assert!(error(p, quantity) > 0.0 && resolved.errors.contains_key(&quantity), "{p:?}");
         }
-        assert!(!p.errors.contains_key(&Measure::StressPdf) && p.missing.iter().any(|m| m.quantity == "stress_pdf"));
+        assert!(!p.errors.contains_key(&Quantity::StressPdf) && p.missing.iter().any(|m| m.quantity == "stress_pdf"));
         // Waves that the indenter does not have make the gaps of the reference other ones than those of its heights.
-        assert_ne!(error(p, Measure::GapMap), resolved.errors[&Measure::GapMap]);
+        assert_ne!(error(p, Quantity::GapMap), resolved.errors[&Quantity::GapMap]);
         assert!(resolved.shortest_wavelength > 1.0 / 24.0 && resolved.gradient < 0.3, "{resolved:?}");
     }
     let [atoms_thin, atoms_thick] = [0, 1].map(|i| blocks[i].cost.atoms.map_or(0, |c| c.atoms));

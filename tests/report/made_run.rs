@@ -7,8 +7,8 @@ use asperity::grid::Field;
 use asperity::load::Branch;
 use asperity::observe;
 use asperity::record::npy;
+use asperity::record::quantity::Quantity;
 use asperity::record::results::*;
-use asperity::record::tradeoff::Measure;
 use asperity::record::uncertainty::{UncertaintyComponent, UncertaintySource};
 
 pub const N: usize = 64;
@@ -76,25 +76,25 @@ pub fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResul
         }),
         uncertainty: vec![
             UncertaintyComponent {
-                quantity: Measure::ContactArea,
+                quantity: Quantity::ContactArea,
                 source: UncertaintySource::Grid,
                 relative: Some(0.0234),
                 is_bound: false,
             },
             UncertaintyComponent {
-                quantity: Measure::ContactArea,
+                quantity: Quantity::ContactArea,
                 source: UncertaintySource::Criterion,
                 relative: Some(0.0078),
                 is_bound: false,
             },
             UncertaintyComponent {
-                quantity: Measure::MeanGap,
+                quantity: Quantity::MeanGap,
                 source: UncertaintySource::Range,
                 relative: None,
                 is_bound: false,
             },
             UncertaintyComponent {
-                quantity: Measure::MeanGap,
+                quantity: Quantity::MeanGap,
                 source: UncertaintySource::Solver,
                 relative: Some(1e-7),
                 is_bound: false,
@@ -326,7 +326,7 @@ pub fn run_folder(folder: &Path) -> Results {
         symbol: symbol.into(),
         unit: unit.into(),
         expected,
-        held: None,
+        expected_on_grid: None,
         realised,
         band,
     };

@@ -238,8 +238,8 @@ fn cards_are_honest() {
         // With a caveat or without one.
         let told = |q: Quantity| !matches!((card.supports)(q), Support::No(_));
         solve(&problem(grid, &heights), card.id, 0.02, |s| {
-            assert_eq!(told(Quantity::GapField), s.gap.len() == grid.points());
-            assert_eq!(told(Quantity::StressField), s.stress.len() == grid.points());
+            assert_eq!(told(Quantity::GapMap), s.gap.len() == grid.points());
+            assert_eq!(told(Quantity::StressMap), s.stress.len() == grid.points());
             assert_eq!(told(Quantity::ContactMap) && told(Quantity::ContactArea), fraction(s, grid).0 > 0.0);
             assert_eq!(told(Quantity::MeanGap), s.mean_gap > 0.0);
             let map = contact_map(s.gap, 0.0);

@@ -69,7 +69,7 @@ pub(super) fn run(
         line["measured_bytes"] = json!(measured);
         line["peak_rss_bytes"] = json!(growth.peak_bytes());
         let adhesive = problem.adhesion != Adhesion::None;
-        line["missing"] = Quantity::ALL
+        line["missing"] = Quantity::OUTPUTS
             .into_iter()
             .filter_map(|q| Some((q.id().to_string(), Value::from(card.unsupported_reason(q, adhesive)?))))
             .collect();

@@ -9,7 +9,7 @@ use super::frontier::growth;
 use crate::grid::transformable;
 use crate::method::{Kind, find};
 use crate::record::advice::Advice;
-use crate::record::tradeoff::Measure;
+use crate::record::quantity::Quantity;
 
 /// Exponent of a cost in the number of points where a table has one grid of a method: that of the paper's own figures (1 min at
 /// 1k points a side, 1 h at 4k, three weeks at 32k).
@@ -47,10 +47,10 @@ pub enum Limit {
 
 /// All that the tables know of a quantity, for a target: points per shortest wave are kept. Of a setting that several surfaces
 /// were measured in, the larger error and cost.
-pub fn candidates(tables: &[Table], target: &Target, measure: Measure) -> Vec<Advice> {
+pub fn candidates(tables: &[Table], target: &Target, quantity: Quantity) -> Vec<Advice> {
     let mut found: Vec<Advice> = Vec::new();
     let each = tables.iter().flat_map(|t| t.lines.iter().map(move |l| (t, l)));
-    for advice in each.filter_map(|(t, l)| candidate((tables, t), l, target, measure)) {
+    for advice in each.filter_map(|(t, l)| candidate((tables, t), l, target, quantity)) {
         match found.iter_mut().find(|a| alike(a, &advice)) {
             Some(earlier) => join(earlier, &advice),
             None => found.push(advice),
@@ -82,13 +82,13 @@ fn join(a: &mut Advice, b: &Advice) {
     }
 }
 
-fn candidate((tables, table): (&[Table], &Table), line: &Line, target: &Target, measure: Measure) -> Option<Advice> {
+fn candidate((tables, table): (&[Table], &Table), line: &Line, target: &Target, quantity: Quantity) -> Option<Advice> {
     let s = &line.setting;
     // What knows no adhesion was held against another problem, in a scene that has some.
     if s.adhesive != target.adhesion.is_some() || table.is_adhesive() != s.adhesive {
         return None;
     }
-    let errors = at_loads(table, line.errors.get(&measure)?, &target.p_star)?;
+    let errors = at_loads(table, line.errors.get(&quantity)?, &target.p_star)?;
     let exact = s.nx as f64 * table.shortest_wavelength / target.shortest_wavelength;
     let same = |a: f64, b: f64| (a / b - 1.0).abs() < SAME;
     let grid = match target.own_grid {
@@ -183,11 +183,11 @@ fn at_loads(table: &Table, errors: &[Option<f64>], loads: &[f64]) -> Option<Vec<
 }
 
 /// The cheapest within an error, or of least error within a time; of equal ones the cheaper.
-pub fn choose(candidates: &[Advice], measure: Measure, limit: Limit) -> Option<&Advice> {
+pub fn choose(candidates: &[Advice], quantity: Quantity, limit: Limit) -> Option<&Advice> {
     let cheaper = |a: &&Advice, b: &&Advice| a.expected_seconds.total_cmp(&b.expected_seconds);
     match limit {
         Limit::Error(share) => {
-            let within = measure.like_relative(share) * (1.0 + SAME);
+            let within = quantity.error_of_deviation(share) * (1.0 + SAME);
             candidates.iter().filter(|a| a.expected_error <= within).min_by(cheaper)
         }
         Limit::Seconds(s) => candidates
@@ -213,11 +213,11 @@ mod tests {
                 ny: nx,
                 precision: "f64".into(),
                 tolerance: 1e-8,
-                slab: None,
+                layer_thickness: None,
                 block: None,
             },
             seconds: factor * ((nx * nx) as f64).powf(1.2) / 1e4,
-            errors: BTreeMap::from([(Measure::MeanGap, vec![Some(3.2 / nx as f64), Some(6.4 / nx as f64)])]),
+            errors: BTreeMap::from([(Quantity::MeanGap, vec![Some(3.2 / nx as f64), Some(6.4 / nx as f64)])]),
         };
         Table {
             name: "t".into(),
@@ -247,44 +247,44 @@ mod tests {
     /// of the worse of the two loads about the asked one.
     #[test]
     fn the_cheapest_within_an_error_and_the_best_within_a_time() {
-        let all = candidates(&[table()], &target(0.04), Measure::MeanGap);
-        let best = choose(&all, Measure::MeanGap, Limit::Error(0.06)).expect("one");
+        let all = candidates(&[table()], &target(0.04), Quantity::MeanGap);
+        let best = choose(&all, Quantity::MeanGap, Limit::Error(0.06)).expect("one");
         assert_eq!((best.method.as_str(), best.grid, best.expected_error), ("fast", 128, 0.05));
         let cost = 0.5 * 16384f64.powf(1.2) / 1e4;
         assert!((best.expected_seconds / cost - 1.0).abs() < 1e-12 && best.extrapolated.is_empty(), "{best:?}");
-        assert!(choose(&all, Measure::MeanGap, Limit::Error(0.024)).is_none());
-        assert_eq!(choose(&all, Measure::MeanGap, Limit::Error(0.025)).map(|a| a.grid), Some(256));
+        assert!(choose(&all, Quantity::MeanGap, Limit::Error(0.024)).is_none());
+        assert_eq!(choose(&all, Quantity::MeanGap, Limit::Error(0.025)).map(|a| a.grid), Some(256));
         let light = Target { p_star: vec![0.01], ..target(0.04) };
-        let all_light = candidates(&[table()], &light, Measure::MeanGap);
-        assert_eq!(choose(&all_light, Measure::MeanGap, Limit::Error(0.03)).map(|a| a.grid), Some(128));
-        let within = choose(&all, Measure::MeanGap, Limit::Seconds(1.01 * cost)).expect("one");
+        let all_light = candidates(&[table()], &light, Quantity::MeanGap);
+        assert_eq!(choose(&all_light, Quantity::MeanGap, Limit::Error(0.03)).map(|a| a.grid), Some(128));
+        let within = choose(&all, Quantity::MeanGap, Limit::Seconds(1.01 * cost)).expect("one");
         assert_eq!((within.method.as_str(), within.grid), ("fast", 128));
-        assert!(choose(&all, Measure::MeanGap, Limit::Seconds(1e-3)).is_none());
-        assert!(candidates(&[table()], &target(0.04), Measure::Stiffness).is_empty());
+        assert!(choose(&all, Quantity::MeanGap, Limit::Seconds(1e-3)).is_none());
+        assert!(candidates(&[table()], &target(0.04), Quantity::Stiffness).is_empty());
     }
 
     /// Waves of half the length need twice the points a side, and cost what the fitted exponent says.
     #[test]
     fn points_per_wave_are_kept() {
-        let all = candidates(&[table()], &target(0.02), Measure::MeanGap);
-        let best = choose(&all, Measure::MeanGap, Limit::Error(0.06)).expect("one");
+        let all = candidates(&[table()], &target(0.02), Quantity::MeanGap);
+        let best = choose(&all, Quantity::MeanGap, Limit::Error(0.06)).expect("one");
         assert_eq!((best.grid, best.extrapolated.len()), (256, 0));
         assert!((best.expected_seconds / (0.5 * 65536f64.powf(1.2) / 1e4) - 1.0).abs() < 1e-9, "{best:?}");
         assert!(best.exponent.is_some_and(|e| (e - 1.2).abs() < 1e-9));
         // Beyond the finest grid that was measured it is an extrapolation, and says so.
-        let finest = choose(&all, Measure::MeanGap, Limit::Error(0.03)).expect("one");
+        let finest = choose(&all, Quantity::MeanGap, Limit::Error(0.03)).expect("one");
         assert!(finest.grid == 512 && finest.extrapolated[0].contains("512"), "{finest:?}");
         let far = Target { p_star: vec![0.5], kernel: "layer".into(), ..target(0.04) };
-        assert!(candidates(&[table()], &far, Measure::MeanGap).iter().all(|a| a.extrapolated.len() == 2));
+        assert!(candidates(&[table()], &far, Quantity::MeanGap).iter().all(|a| a.extrapolated.len() == 2));
         // What an estimate leaves out is another thing on another surface, of which nobody knows.
         let mut estimate = table();
         estimate.lines.iter_mut().for_each(|l| l.setting.method = "persson".into());
-        let told = |wave: f64| candidates(&[estimate.clone()], &target(wave), Measure::MeanGap);
+        let told = |wave: f64| candidates(&[estimate.clone()], &target(wave), Quantity::MeanGap);
         assert!(told(0.04)[0].extrapolated.is_empty() && told(0.02).is_empty());
         // Waves of another world, and a scene with adhesion in a table without.
         let own_grid = Some(256);
         let other = Target { own_grid, ..target(0.2) };
-        assert!(candidates(&[table()], &other, Measure::MeanGap)[0].extrapolated[0].contains("waves"));
+        assert!(candidates(&[table()], &other, Quantity::MeanGap)[0].extrapolated[0].contains("waves"));
     }
 
     /// A scene with adhesion is served by tables with the same adhesion, and one without by those without, whatever knew none
@@ -292,20 +292,20 @@ mod tests {
     #[test]
     fn adhesion_is_served_by_adhesion() {
         let with = |word: &str, wave: f64| Target { adhesion: Some(word.into()), ..target(wave) };
-        assert!(candidates(&[table()], &with("exponential", 0.04), Measure::MeanGap).is_empty());
+        assert!(candidates(&[table()], &with("exponential", 0.04), Quantity::MeanGap).is_empty());
         let mut adhesive = Table { adhesion: "exponential".into(), ..table() };
         let dry = adhesive.lines.clone();
         adhesive.lines.iter_mut().for_each(|l| l.setting.adhesive = true);
         adhesive.lines.extend(dry);
         let beyond = |target: &Target| -> Vec<usize> {
-            let found = candidates(&[table(), adhesive.clone()], target, Measure::MeanGap);
+            let found = candidates(&[table(), adhesive.clone()], target, Quantity::MeanGap);
             found.iter().map(|a| a.extrapolated.len()).collect()
         };
         assert_eq!(beyond(&with("exponential", 0.04)), [0; 6]);
         assert_eq!(beyond(&with("another", 0.04)), [1; 6]);
         assert_eq!(beyond(&with("exponential", 0.02))[..4], [1; 4]);
         // Dry: the one table's six, each of one surface.
-        let dry = candidates(&[table(), adhesive], &target(0.04), Measure::MeanGap);
+        let dry = candidates(&[table(), adhesive], &target(0.04), Quantity::MeanGap);
         assert!(dry.len() == 6 && dry.iter().all(|a| a.surfaces == 1), "{dry:?}");
     }
 
@@ -317,7 +317,7 @@ mod tests {
             line.seconds *= 2.0;
             line.errors.values_mut().flatten().flatten().for_each(|e| *e *= 1.5);
         }
-        let all = candidates(&[table(), worse], &target(0.04), Measure::MeanGap);
+        let all = candidates(&[table(), worse], &target(0.04), Quantity::MeanGap);
         let one = all.iter().find(|a| a.grid == 128 && a.method == "fast").expect("one");
         assert_eq!((all.len(), one.surfaces), (6, 2));
         assert!(

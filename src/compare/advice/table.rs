@@ -4,7 +4,8 @@ use crate::Result;
 use crate::interface::Adhesion;
 use crate::record::atomic_file::write_atomic;
 use crate::record::json;
-use crate::record::tradeoff::{Measure, Setting, Tradeoff, TradeoffPoint};
+use crate::record::quantity::Quantity;
+use crate::record::tradeoff::{Setting, Tradeoff, TradeoffPoint};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -97,7 +98,7 @@ pub struct Line {
     pub seconds: f64,
     /// No less than what is uncertain of the reference, and no less than those of settings that are finer in every way: an error
     /// that happens to change its sign between two grids is small by chance.
-    pub errors: BTreeMap<Measure, ByLoad>,
+    pub errors: BTreeMap<Quantity, ByLoad>,
 }
 
 impl Table {
@@ -109,7 +110,7 @@ impl Table {
             setting: p.setting.clone(),
             // On a machine with other work the clock runs longer than all threads together.
             seconds: rounded(p.cost.wall_seconds.min(p.cost.cpu_seconds), DIGITS),
-            errors: Measure::ALL.into_iter().filter_map(|m| Some((m, reliable(&known, p, m)?))).collect(),
+            errors: Quantity::COMPARED.into_iter().filter_map(|m| Some((m, reliable(&known, p, m)?))).collect(),
         });
         Table {
             name: told.name.clone(),
@@ -154,8 +155,8 @@ fn as_fine(a: &Setting, b: &Setting) -> bool {
 }
 
 /// Errors of a point load by load, those by chance left out. None of what it does not tell.
-fn reliable(known: &[&TradeoffPoint], point: &TradeoffPoint, measure: Measure) -> Option<ByLoad> {
-    let found = |p: &TradeoffPoint, i: usize| p.loads.get(i)?.errors.get(&measure).copied();
+fn reliable(known: &[&TradeoffPoint], point: &TradeoffPoint, quantity: Quantity) -> Option<ByLoad> {
+    let found = |p: &TradeoffPoint, i: usize| p.loads.get(i)?.errors.get(&quantity).copied();
     let reference = known.iter().find(|p| p.is_reference && p.setting.adhesive == point.setting.adhesive);
     let at = |i: usize| {
         found(point, i)?;
@@ -182,7 +183,7 @@ mod tests {
                 ny: nx,
                 precision: "f64".into(),
                 tolerance: 1e-8,
-                slab: None,
+                layer_thickness: None,
                 block: None,
             },
             paper_name: String::new(),
@@ -193,7 +194,7 @@ mod tests {
             missing: Vec::new(),
             cost: Cost { wall_seconds: 0.123_456, cpu_seconds: 0.2, ..Cost::default() },
             errors: Errors::new(),
-            loads: vec![LoadErrors { p_star: 0.01, errors: Errors::from([(Measure::MeanGap, error)]) }],
+            loads: vec![LoadErrors { p_star: 0.01, errors: Errors::from([(Quantity::MeanGap, error)]) }],
             resolved: None,
         };
         Tradeoff {
@@ -226,7 +227,7 @@ mod tests {
     #[test]
     fn errors_by_chance_do_not_count() {
         let table = Table::of(&told(&[(64, 0.04, false), (128, 0.0001, false), (256, 0.02, false), (512, 0.03, true)]));
-        let errors: Vec<f64> = table.lines.iter().filter_map(|l| l.errors[&Measure::MeanGap][0]).collect();
+        let errors: Vec<f64> = table.lines.iter().filter_map(|l| l.errors[&Quantity::MeanGap][0]).collect();
         assert_eq!(errors, [0.04, 0.03, 0.03, 0.03]);
         assert_eq!(table.lines[0].seconds, 0.123);
     }

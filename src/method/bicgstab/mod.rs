@@ -45,13 +45,15 @@ static CARD: Card = Card {
 
 fn supports(quantity: Quantity) -> Support {
     match quantity {
-        Quantity::GapField | Quantity::GapPdf | Quantity::MeanGap => {
+        Quantity::GapMap | Quantity::GapPdf | Quantity::MeanGap => {
             Support::Only("from the zero of force of a wall that gives way")
         }
-        Quantity::ContactArea | Quantity::ContactMap | Quantity::PatchPdf => {
-            Support::Only("where a wall that gives way presses")
-        }
-        Quantity::StressField | Quantity::StressPdf => Support::Only("with a range that the mesh resolves"),
+        Quantity::ContactArea
+        | Quantity::ContactMap
+        | Quantity::PatchPdf
+        | Quantity::PatchArea
+        | Quantity::MedianClusterArea => Support::Only("where a wall that gives way presses"),
+        Quantity::StressMap | Quantity::StressPdf => Support::Only("with a range that the mesh resolves"),
         Quantity::Stiffness => super::card::fields(quantity),
     }
 }

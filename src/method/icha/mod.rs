@@ -45,14 +45,16 @@ static CARD: Card = Card {
 fn supports(quantity: Quantity) -> Support {
     match quantity {
         Quantity::ContactArea => Support::NoAdhesion,
-        Quantity::PatchPdf => Support::Only("discs that have merged, without adhesion"),
+        Quantity::PatchPdf | Quantity::PatchArea | Quantity::MedianClusterArea => {
+            Support::Only("discs that have merged, without adhesion")
+        }
         Quantity::MeanGap => Support::Only(
             "from the approach, without adhesion, while no spot is wider than half of the cell; overlap beside summits not prevented",
         ),
-        Quantity::StressField | Quantity::StressPdf => Support::Only("profiles of spots, without adhesion"),
+        Quantity::StressMap | Quantity::StressPdf => Support::Only("profiles of spots, without adhesion"),
         Quantity::Stiffness => Support::Only("as differences between loads"),
         Quantity::ContactMap => Support::No("spots are areas, not nodes"),
-        Quantity::GapField | Quantity::GapPdf => Support::No("the gap is known at summits alone"),
+        Quantity::GapMap | Quantity::GapPdf => Support::No("the gap is known at summits alone"),
     }
 }
 

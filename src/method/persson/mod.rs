@@ -50,8 +50,8 @@ fn supports(quantity: Quantity) -> Support {
         Quantity::ContactArea | Quantity::MeanGap => Support::Only(JKR),
         Quantity::StressPdf | Quantity::GapPdf => Support::NoAdhesion,
         Quantity::Stiffness => Support::Only("exact without adhesion, with it as differences between loads"),
-        Quantity::GapField | Quantity::StressField | Quantity::ContactMap => Support::No("knows no places"),
-        Quantity::PatchPdf => Support::No("knows no patches"),
+        Quantity::GapMap | Quantity::StressMap | Quantity::ContactMap => Support::No("knows no places"),
+        Quantity::PatchPdf | Quantity::PatchArea | Quantity::MedianClusterArea => Support::No("knows no patches"),
     }
 }
 

@@ -38,8 +38,8 @@ static CARD: Card = Card {
 fn supports(quantity: Quantity) -> Support {
     match quantity {
         Quantity::Stiffness => Support::Only("as differences between loads"),
-        Quantity::GapField | Quantity::GapPdf | Quantity::MeanGap => Support::Only("undeformed gap, without adhesion"),
-        Quantity::StressField | Quantity::StressPdf => Support::Only("springs in the overlap, without adhesion"),
+        Quantity::GapMap | Quantity::GapPdf | Quantity::MeanGap => Support::Only("undeformed gap, without adhesion"),
+        Quantity::StressMap | Quantity::StressPdf => Support::Only("springs in the overlap, without adhesion"),
         _ => Support::NoAdhesion,
     }
 }

@@ -182,8 +182,14 @@ impl<'a> Bench<'a> {
         let s = &case.scene;
         let problem = (&s.laboratory, &s.surface, &s.load, &s.adhesion, &s.continuum, &s.methods, case.gradient);
         // A cost is that of a number of threads.
-        let how =
-            (rung.beside.adhesive, rung.id(), case.grid.nx, rung.slab, self.repeats, rayon::current_num_threads());
+        let how = (
+            rung.beside.adhesive,
+            rung.id(),
+            case.grid.nx,
+            rung.layer_thickness,
+            self.repeats,
+            rayon::current_num_threads(),
+        );
         match rung.block {
             None => Key::new(&rung.stage(), &(problem, how, rung.filter, &self.common), after),
             Some(_) => {
@@ -375,7 +381,7 @@ impl<'a> Bench<'a> {
             }
         }
         for t in truths {
-            let layer = |&thickness: &f64| Rung { n: main, slab: Some(thickness), ..t.rung };
+            let layer = |&thickness: &f64| Rung { n: main, layer_thickness: Some(thickness), ..t.rung };
             refined.extend(slabs.iter().map(layer));
         }
         self.cheap_first(&mut refined)?;

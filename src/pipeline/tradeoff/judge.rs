@@ -10,7 +10,8 @@ use crate::observe::Distribution;
 use crate::path::CORRECTION;
 use crate::record::methods::MethodState;
 use crate::record::npy;
-use crate::record::tradeoff::{Errors, Extrapolation, LoadErrors, Measure, ReferenceLoad};
+use crate::record::quantity::Quantity;
+use crate::record::tradeoff::{Errors, Extrapolation, LoadErrors, ReferenceLoad};
 use crate::scene::Case;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -40,8 +41,8 @@ impl Roughness {
     }
 
     /// What deviations of a number of this value are over.
-    fn number(self, measure: Measure, value: f64) -> f64 {
-        if measure == Measure::MeanGap { self.gap(value) } else { value.abs() }
+    fn number(self, quantity: Quantity, value: f64) -> f64 {
+        if quantity == Quantity::MeanGap { self.gap(value) } else { value.abs() }
     }
 }
 
@@ -91,11 +92,11 @@ pub fn maps(
     Ok(MapErrors { gap, contact })
 }
 
-fn number(state: &MethodState, measure: Measure) -> Option<f64> {
-    match measure {
-        Measure::ContactArea => Some(state.area()),
-        Measure::MeanGap => state.mean_gap,
-        Measure::Stiffness => state.stiffness,
+fn number(state: &MethodState, quantity: Quantity) -> Option<f64> {
+    match quantity {
+        Quantity::ContactArea => Some(state.area()),
+        Quantity::MeanGap => state.mean_gap,
+        Quantity::Stiffness => state.stiffness,
         _ => None,
     }
 }
@@ -105,16 +106,16 @@ pub fn numbers(levels: &[&[MethodState]]) -> Vec<ReferenceLoad> {
     let finest = levels.last().copied().unwrap_or_default();
     let of = |(i, state): (usize, &MethodState)| {
         let mut numbers = BTreeMap::new();
-        for measure in Measure::NUMBERS {
+        for quantity in Quantity::NUMBERS {
             let values: Option<Vec<f64>> =
-                levels.iter().map(|states| states.get(i).and_then(|s| number(s, measure))).collect();
+                levels.iter().map(|states| states.get(i).and_then(|s| number(s, quantity))).collect();
             // Where a coarser grid does not tell, the finest stands alone.
-            let values = values.unwrap_or_else(|| number(state, measure).into_iter().collect());
+            let values = values.unwrap_or_else(|| number(state, quantity).into_iter().collect());
             if let Some(mut found) = richardson(&values) {
-                if let Some(u) = found.uncertainty.as_mut().filter(|_| measure == Measure::ContactArea) {
+                if let Some(u) = found.uncertainty.as_mut().filter(|_| quantity == Quantity::ContactArea) {
                     *u = u.max(CORRECTION * (state.contact_fraction - state.area()).abs());
                 }
-                numbers.insert(measure, found);
+                numbers.insert(quantity, found);
             }
         }
         ReferenceLoad { p_star: state.p_star, numbers }
@@ -142,7 +143,7 @@ pub fn errors(
 fn of_load(
     state: &MethodState,
     truth: &MethodState,
-    numbers: &BTreeMap<Measure, Extrapolation>,
+    numbers: &BTreeMap<Quantity, Extrapolation>,
     maps: MapErrors,
     rough: Roughness,
 ) -> Errors {
@@ -150,41 +151,42 @@ fn of_load(
         let moved = wasserstein(&Masses::of(a.as_ref()?, lowest), &Masses::of(b.as_ref()?, lowest))?;
         Some(moved / scale)
     };
-    let of = |measure: Measure| match measure {
-        Measure::ContactArea | Measure::MeanGap | Measure::Stiffness => {
-            let (found, truth) = (number(state, measure)?, numbers.get(&measure)?.value);
-            Some((found - truth).abs() / rough.number(measure, truth))
+    let of = |quantity: Quantity| match quantity {
+        Quantity::ContactArea | Quantity::MeanGap | Quantity::Stiffness => {
+            let (found, truth) = (number(state, quantity)?, numbers.get(&quantity)?.value);
+            Some((found - truth).abs() / rough.number(quantity, truth))
         }
-        Measure::GapMap => maps.gap,
-        Measure::ContactMap => maps.contact,
-        Measure::GapPdf => distance(&state.gap, &truth.gap, Some(0.0), rough.gap(truth.mean_gap?)),
-        Measure::StressPdf => distance(&state.stress, &truth.stress, None, rough.gradient),
-        Measure::PatchArea => {
+        Quantity::GapMap => maps.gap,
+        Quantity::ContactMap => maps.contact,
+        Quantity::GapPdf => distance(&state.gap, &truth.gap, Some(0.0), rough.gap(truth.mean_gap?)),
+        Quantity::StressPdf => distance(&state.stress, &truth.stress, None, rough.gradient),
+        Quantity::PatchArea => {
             wasserstein(&Masses::of_patches(&state.patch_area), &Masses::of_patches(&truth.patch_area))
         }
-        Measure::MedianClusterArea => decades(state.median_cluster_area?, truth.median_cluster_area?),
+        Quantity::MedianClusterArea => decades(state.median_cluster_area?, truth.median_cluster_area?),
+        Quantity::StressMap | Quantity::PatchPdf => None,
     };
-    let told = |m: Measure| of(m).filter(|e| e.is_finite()).map(|e| (m, e));
-    Measure::ALL.into_iter().filter_map(told).collect()
+    let told = |m: Quantity| of(m).filter(|e| e.is_finite()).map(|e| (m, e));
+    Quantity::COMPARED.into_iter().filter_map(told).collect()
 }
 
 /// Root mean square over the loads that tell.
 pub fn over_loads<'a>(loads: impl Iterator<Item = &'a Errors> + Clone) -> Errors {
-    let of = |m: Measure| rms(&loads.clone().filter_map(|e| e.get(&m).copied()).collect::<Vec<_>>()).map(|e| (m, e));
-    Measure::ALL.into_iter().filter_map(of).collect()
+    let of = |m: Quantity| rms(&loads.clone().filter_map(|e| e.get(&m).copied()).collect::<Vec<_>>()).map(|e| (m, e));
+    Quantity::COMPARED.into_iter().filter_map(of).collect()
 }
 
 /// What is uncertain of the reference: of numbers what their grids tell, of all else what is left to come by the errors of the
 /// grids of half and of a quarter of the points, in this order.
 pub fn uncertainty(numbers: &[ReferenceLoad], coarser: &[Vec<LoadErrors>], rough: Roughness) -> Vec<LoadErrors> {
     let of = |(i, load): (usize, &ReferenceLoad)| {
-        let error = |grid: usize, m: Measure| coarser.get(grid)?.get(i)?.errors.get(&m).copied();
-        let told = |m: Measure| match load.numbers.get(&m) {
+        let error = |grid: usize, m: Quantity| coarser.get(grid)?.get(i)?.errors.get(&m).copied();
+        let told = |m: Quantity| match load.numbers.get(&m) {
             Some(n) => Some(n.uncertainty?.abs() / rough.number(m, n.value)),
             None => error(0, m).map(|half| finest_error(error(1, m), half)),
         };
-        let known = |m: Measure| told(m).filter(|e| e.is_finite()).map(|e| (m, e));
-        LoadErrors { p_star: load.p_star, errors: Measure::ALL.into_iter().filter_map(known).collect() }
+        let known = |m: Quantity| told(m).filter(|e| e.is_finite()).map(|e| (m, e));
+        LoadErrors { p_star: load.p_star, errors: Quantity::COMPARED.into_iter().filter_map(known).collect() }
     };
     numbers.iter().enumerate().map(of).collect()
 }
@@ -198,9 +200,9 @@ mod tests {
     #[test]
     fn closed_gaps_are_judged_by_the_roughness() {
         let rough = Roughness { gradient: 1.0, height: 0.02 };
-        assert_eq!(rough.number(Measure::MeanGap, 0.01), 0.01);
-        assert_eq!(rough.number(Measure::MeanGap, 1e-9), NARROW * 0.02);
-        assert_eq!(rough.number(Measure::ContactArea, 1e-9), 1e-9);
-        assert_eq!(rough.number(Measure::Stiffness, -2.0), 2.0);
+        assert_eq!(rough.number(Quantity::MeanGap, 0.01), 0.01);
+        assert_eq!(rough.number(Quantity::MeanGap, 1e-9), NARROW * 0.02);
+        assert_eq!(rough.number(Quantity::ContactArea, 1e-9), 1e-9);
+        assert_eq!(rough.number(Quantity::Stiffness, -2.0), 2.0);
     }
 }

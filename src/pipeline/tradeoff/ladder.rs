@@ -38,7 +38,7 @@ pub struct Rung {
     pub precision: Precision,
     pub tolerance: f64,
     /// Thickness over L of a bonded layer in place of the half-space.
-    pub slab: Option<f64>,
+    pub layer_thickness: Option<f64>,
     /// Of atoms: their block. `n` is then the indenter's points a side, the tolerance the force's in eV/Å.
     pub block: Option<BlockSize>,
     /// Other heights than the scene's.
@@ -57,7 +57,7 @@ pub struct Filter {
 impl Rung {
     /// On the scene's own heights, over the scene's own body.
     pub fn on_grid(beside: Beside, n: usize, precision: Precision, tolerance: f64) -> Self {
-        Rung { beside, n, precision, tolerance, slab: None, block: None, filter: None }
+        Rung { beside, n, precision, tolerance, layer_thickness: None, block: None, filter: None }
     }
 
     pub fn id(&self) -> &'static str {
@@ -67,7 +67,7 @@ impl Rung {
     /// Name of its stage and folder.
     pub fn stage(&self) -> String {
         let adhesive = if self.beside.adhesive { "-adhesive" } else { "" };
-        let slab = self.slab.map_or(String::new(), |t| format!("-slab-{t}"));
+        let slab = self.layer_thickness.map_or(String::new(), |t| format!("-slab-{t}"));
         let filter = self.filter.map_or(String::new(), |f| format!("-low-pass-{:.5}", f.low_pass));
         if let Some(block) = self.block {
             return format!("point-{}{adhesive}-{block}", self.id());
@@ -77,7 +77,7 @@ impl Rung {
 
     pub fn words(&self) -> String {
         let with = if self.beside.adhesive { " with adhesion" } else { "" };
-        let slab = self.slab.map_or(String::new(), |t| format!(", a layer of {t} L"));
+        let slab = self.layer_thickness.map_or(String::new(), |t| format!(", a layer of {t} L"));
         let slab = slab + &self.filter.map_or(String::new(), |f| format!(", waves down to {:.3} L", f.low_pass));
         if let Some(block) = self.block {
             return format!("{}{with}, a block of {block} cells", self.id());
@@ -93,7 +93,7 @@ impl Rung {
             ny,
             precision: word(self.precision).into(),
             tolerance: self.tolerance,
-            slab: self.slab,
+            layer_thickness: self.layer_thickness,
             block: self.block,
         }
     }
@@ -166,7 +166,7 @@ pub fn at(case: &Case, rung: &Rung) -> Result<Case> {
     let mut found = on_grid(case, rung.n)?;
     found.scene.continuum.precision = rung.precision;
     found.scene.continuum.tolerance = Some(rung.tolerance);
-    if let Some(thickness) = rung.slab {
+    if let Some(thickness) = rung.layer_thickness {
         found.kernel = Elastic::Layer(Layer { thickness, poisson: SLAB_POISSON, base: Base::Bonded });
     }
     Ok(found)

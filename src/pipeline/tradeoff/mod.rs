@@ -181,7 +181,7 @@ pub fn tradeoff(
     let mut points: Vec<TradeoffPoint> = climbed.done.iter().filter_map(point).collect();
     // As tables list them: the registry's order, fine grids first.
     let place = |p: &TradeoffPoint| besides.iter().position(|b| b.method.card().id == p.setting.method);
-    points.sort_by_key(|p| (place(p), p.setting.slab.is_some(), std::cmp::Reverse(p.setting.nx)));
+    points.sort_by_key(|p| (place(p), p.setting.layer_thickness.is_some(), std::cmp::Reverse(p.setting.nx)));
     let left_out = climbed.skipped.into_iter().map(|(rung, reason)| {
         let ny = rung.n * case.grid.ny / case.grid.nx;
         SkippedSetting { setting: rung.setting(ny), reason }

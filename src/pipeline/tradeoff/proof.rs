@@ -6,7 +6,8 @@ use crate::compare::advice::{Limit, Table};
 use crate::method::{self, Precision};
 use crate::pipeline::{Listener, Unserved, advise};
 use crate::record::advice::Advice;
-use crate::record::tradeoff::{Measure, Tradeoff, TradeoffPoint};
+use crate::record::quantity::Quantity;
+use crate::record::tradeoff::{Tradeoff, TradeoffPoint};
 use crate::scene::{Case, Surface};
 use serde::Serialize;
 use std::path::Path;
@@ -18,7 +19,7 @@ const REFERENCE_POINTS: f64 = 32.0;
 #[derive(Debug, Clone, Serialize)]
 pub struct Trial {
     pub surface: String,
-    pub quantity: Measure,
+    pub quantity: Quantity,
     pub asked: f64,
     /// None where the tables do not serve it, for a reason.
     pub advice: Option<Advice>,
@@ -31,7 +32,7 @@ pub struct Trial {
 impl Trial {
     /// Whether the advised setting errs by no more than asked for. Not known of what was not advised.
     pub fn met(&self) -> Option<bool> {
-        self.advice.as_ref().map(|_| self.found.is_some_and(|e| e <= self.quantity.like_relative(self.asked)))
+        self.advice.as_ref().map(|_| self.found.is_some_and(|e| e <= self.quantity.error_of_deviation(self.asked)))
     }
 }
 
@@ -43,7 +44,7 @@ impl Trial {
 pub fn prove(
     case: &Case,
     tables: &[Table],
-    (quantities, errors): (&[Measure], &[f64]),
+    (quantities, errors): (&[Quantity], &[f64]),
     out: &Path,
     listener: &dyn Listener,
 ) -> Result<Vec<Trial>> {
@@ -93,8 +94,8 @@ pub fn prove(
     Ok(trials)
 }
 
-fn uncertainty(told: &Tradeoff, point: &TradeoffPoint, measure: Measure) -> Option<f64> {
-    told.reference(point.setting.adhesive)?.uncertainty.get(&measure).copied()
+fn uncertainty(told: &Tradeoff, point: &TradeoffPoint, quantity: Quantity) -> Option<f64> {
+    told.reference(point.setting.adhesive)?.uncertainty.get(&quantity).copied()
 }
 
 fn exact_of(advice: &Advice) -> Exact {

@@ -2,14 +2,14 @@
 
 use maud::{Markup, html};
 
-use super::desk::{Desk, figure, symbol, table, text};
+use super::figures::{FigureWriter, figure, symbol, table, text};
 use super::{criteria, nvt, unloading};
 use crate::error::Result;
 use crate::record::results::{AtomsResults, AuditLine, LoadStepResults};
 use crate::report::number::{count, percent, significant, trimmed};
 use crate::report::plot::{Axis, Plot};
 
-pub fn section(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
+pub fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
     let states = atoms
         .states
         .iter()
@@ -38,17 +38,17 @@ pub fn section(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
             (atoms.potential) ". Engine: " (atoms.engine) "." }
         @if !atoms.audit.is_empty() { h3 { "What scaling down kept" } (audit(&atoms.audit)) }
         h3 { @if atoms.from_continuum { "The loads" } @else { "The way down" } }
-        @if let Some(ladder) = ladder(desk, atoms)? { (ladder) }
+        @if let Some(ladder) = ladder(writer, atoms)? { (ladder) }
         @if !atoms.states.is_empty() {
             h3 { "States at the asked loads" }
             (table(&head, states))
             p.quiet { "Contact is the share of the surface layer’s atoms that touch. More than a few contact atoms from below "
                 "the surface mean that material has flowed, which no elastic method can follow." }
         }
-        @if let Some(back) = &atoms.unloading { (unloading::section(desk, atoms, back)?) }
-        @if let Some(held) = &atoms.hold { (nvt::section(desk, atoms, held)?) }
-        (criteria::section(desk, atoms)?)
-        (criteria::plasticity(desk, atoms)?)
+        @if let Some(back) = &atoms.unloading { (unloading::section(writer, atoms, back)?) }
+        @if let Some(held) = &atoms.hold { (nvt::section(writer, atoms, held)?) }
+        (criteria::section(writer, atoms)?)
+        (criteria::plasticity(writer, atoms)?)
     })
 }
 
@@ -78,15 +78,15 @@ fn audit(lines: &[AuditLine]) -> Markup {
 }
 
 /// Load and number of contacts on the way down and, if there is one, back, one above the other.
-fn ladder(desk: &Desk, atoms: &AtomsResults) -> Result<Option<Markup>> {
+fn ladder(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Option<Markup>> {
     let (steps, turn) = (&atoms.load_steps, atoms.unloading.as_ref().map(|u| u.reversal_step));
     let plot = |y_label: &str, of: fn(&LoadStepResults) -> f64| {
         let curves = unloading::there_and_back(steps, turn, |s| (s.displacement_angstrom, of(s)));
         let labels = ("displacement of the indenter (Å)", y_label);
         Plot { proportion: 0.36, ..Plot::new((Axis::Linear, Axis::Linear), labels, curves) }
     };
-    let load = desk.curves("ladder-load", &plot("p*", |s| s.p_star))?;
-    let contacts = desk.curves("ladder-contacts", &plot("contact atoms", |s| s.contacts as f64))?;
+    let load = writer.curves("ladder-load", &plot("p*", |s| s.p_star))?;
+    let contacts = writer.curves("ladder-contacts", &plot("contact atoms", |s| s.contacts as f64))?;
     let (Some(load), Some(contacts)) = (load, contacts) else { return Ok(None) };
     let worst = steps.iter().map(|s| s.max_force_ev_per_angstrom).fold(0.0, f64::max);
     let evaluations: usize = steps.iter().map(|s| s.force_evaluations).sum();

@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::compare::key;
 use super::curves::branches;
-use super::desk::{Desk, figure, panel, panels, table, text};
+use super::figures::{FigureWriter, figure, panel, panels, table, text};
 use super::methods::column;
 use crate::challenge::{SIZE_EXPONENT, reference, tally};
 use crate::error::Result;
@@ -53,40 +53,40 @@ pub fn verdicts(list: &[AcceptanceCheck]) -> Markup {
 }
 
 /// The figures of the paper.
-pub fn figures(desk: &Desk, results: &Results) -> Result<Markup> {
+pub fn figures(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     let (Some(with), Some(without)) = (&results.continuum, &results.non_adhesive) else { return Ok(html! {}) };
     let mut drawn = Vec::new();
     for (number, plot, caption) in [
         (1, spectrum(results), "Spectrum of the surface: realised and prescribed."),
-        (4, section(desk, with, without, Quantity::Gap)?, "Gap along y at x = L/2, at the reference load."),
+        (4, section(writer, with, without, Quantity::Gap)?, "Gap along y at x = L/2, at the reference load."),
         (
             5,
-            section(desk, with, without, Quantity::Stress)?,
+            section(writer, with, without, Quantity::Stress)?,
             "Interfacial stress along the same section; tension is negative.",
         ),
-        (6, sizes(desk, with, without), "Pr(a): density of patches of an area, at the reference load."),
+        (6, sizes(writer, with, without), "Pr(a): density of patches of an area, at the reference load."),
         (
             7,
-            shares(desk, with, without),
+            shares(writer, with, without),
             "CPr(a): share of the contact in patches up to an area, at the reference load.",
         ),
-        (8, gaps(desk, with, without), "Pr(u): distribution of the gap out of contact, at the reference load."),
+        (8, gaps(writer, with, without), "Pr(u): distribution of the gap out of contact, at the reference load."),
         (9, stresses(with, without), "Pr(σ): distribution of the interfacial stress, at the reference load."),
         (10, area(with, without), "Relative contact area (perimeter-corrected) against load."),
         (11, contact_pressure(with, without), "Mean contact pressure against load, there and back."),
-        (12, mean_gap(desk, results, with, without), "Mean gap against load; the triangle is the rigid first touch."),
+        (12, mean_gap(writer, results, with, without), "Mean gap against load; the triangle is the rigid first touch."),
     ] {
-        drawn.extend(desk.curves(&format!("figure-{number:02}"), &plot)?.map(|curve| (number, curve, caption)));
+        drawn.extend(writer.curves(&format!("figure-{number:02}"), &plot)?.map(|curve| (number, curve, caption)));
     }
     if let Some(file) = &results.surface.heights {
-        let heights = picture::load(&desk.field(file)?, LONGEST_SIDE, |h| h * desk.scales.length_m)?;
+        let heights = picture::load(&writer.field(file)?, LONGEST_SIDE, |h| h * writer.scales.length_m)?;
         let range = Range::of(&heights.values, 0.0);
         let legend = Legend::ramp(range, "m", false);
         let names = ("figure-02", "height map of the challenge’s surface");
-        let map = desk.large_map(names, &picture::map(&heights, range), desk.scales.length_m, legend)?;
+        let map = writer.large_map(names, &picture::map(&heights, range), writer.scales.length_m, legend)?;
         drawn.push((2, map, "The surface; dark areas touch first."));
     }
-    if let Some(maps) = contacts(desk, with, without)? {
+    if let Some(maps) = contacts(writer, with, without)? {
         drawn.push((3, maps, "True contact at the reference load, without adhesion and with it, and both superposed."));
     }
     drawn.sort_by_key(|(number, ..)| *number);
@@ -99,15 +99,15 @@ pub fn figures(desk: &Desk, results: &Results) -> Result<Markup> {
     })
 }
 
-fn contacts(desk: &Desk, with: &ContinuumResults, without: &ContinuumResults) -> Result<Option<Markup>> {
+fn contacts(writer: &FigureWriter, with: &ContinuumResults, without: &ContinuumResults) -> Result<Option<Markup>> {
     let of = |c: &ContinuumResults| -> Result<Option<DownsampledMap>> {
         let Some(file) = reference(c).and_then(|s| s.gap.as_deref()) else { return Ok(None) };
-        picture::load(&desk.field(file)?, LONGEST_SIDE, |gap| f64::from(u8::from(gap <= 0.0))).map(Some)
+        picture::load(&writer.field(file)?, LONGEST_SIDE, |gap| f64::from(u8::from(gap <= 0.0))).map(Some)
     };
     let (Some(plain), Some(adhesive)) = (of(without)?, of(with)?) else { return Ok(None) };
     let draw = |part: &str, title: &str, picture: &Picture| -> Result<Markup> {
         let name = format!("figure-03-{part}");
-        Ok(panel(title, desk.map((&name, title), picture, desk.scales.length_m, Legend::None)?, html! {}))
+        Ok(panel(title, writer.map((&name, title), picture, writer.scales.length_m, Legend::None)?, html! {}))
     };
     let maps = [
         draw("without", "Without adhesion", &picture::contact(&plain, ORANGE))?,
@@ -155,15 +155,15 @@ enum Quantity {
     Stress,
 }
 
-fn section(desk: &Desk, with: &ContinuumResults, without: &ContinuumResults, what: Quantity) -> Result<Plot> {
-    let um = desk.scales.length_m * 1e6;
+fn section(writer: &FigureWriter, with: &ContinuumResults, without: &ContinuumResults, what: Quantity) -> Result<Plot> {
+    let um = writer.scales.length_m * 1e6;
     let unit = if what == Quantity::Gap { um } else { 1.0 };
     let along = |c: &ContinuumResults| -> Result<Vec<(f64, f64)>> {
         let Some(state) = reference(c) else { return Ok(Vec::new()) };
         let Some(file) = (if what == Quantity::Gap { &state.gap } else { &state.stress }) else {
             return Ok(Vec::new());
         };
-        column(desk, Some(file), unit)
+        column(writer, Some(file), unit)
     };
     let curves = vec![
         curve("with adhesion", WITH.without_marker(), along(with)?),
@@ -173,8 +173,8 @@ fn section(desk: &Desk, with: &ContinuumResults, without: &ContinuumResults, wha
     Ok(Plot::new((Axis::Linear, Axis::Linear), ("y (µm)", label), curves))
 }
 
-fn sizes(desk: &Desk, with: &ContinuumResults, without: &ContinuumResults) -> Plot {
-    let um2 = (desk.scales.length_m * 1e6).powi(2);
+fn sizes(writer: &FigureWriter, with: &ContinuumResults, without: &ContinuumResults) -> Plot {
+    let um2 = (writer.scales.length_m * 1e6).powi(2);
     let points = |o: &Observed| o.patch_density.iter().map(|[a, d, _]| (a * um2, d / um2)).collect::<Vec<_>>();
     let mut curves = observed(with, without, &points);
     // Through the middle of what was found.
@@ -186,14 +186,14 @@ fn sizes(desk: &Desk, with: &ContinuumResults, without: &ContinuumResults) -> Pl
     Plot::new((Axis::Log, Axis::Log), ("area of a patch a (µm²)", "Pr(a) (1/µm²)"), curves)
 }
 
-fn shares(desk: &Desk, with: &ContinuumResults, without: &ContinuumResults) -> Plot {
-    let um2 = (desk.scales.length_m * 1e6).powi(2);
+fn shares(writer: &FigureWriter, with: &ContinuumResults, without: &ContinuumResults) -> Plot {
+    let um2 = (writer.scales.length_m * 1e6).powi(2);
     let points = |o: &Observed| o.patch_area.iter().map(|[a, share]| (a * um2, *share)).collect();
     Plot::new((Axis::Log, Axis::Linear), ("area of a patch a (µm²)", "CPr(a)"), observed(with, without, &points))
 }
 
-fn gaps(desk: &Desk, with: &ContinuumResults, without: &ContinuumResults) -> Plot {
-    let um = desk.scales.length_m * 1e6;
+fn gaps(writer: &FigureWriter, with: &ContinuumResults, without: &ContinuumResults) -> Plot {
+    let um = writer.scales.length_m * 1e6;
     let curves = observed(with, without, &|o| o.gap_logarithmic.density_in(um));
     Plot::new((Axis::Log, Axis::Log), ("gap u (µm)", "Pr(u) (1/µm)"), curves)
 }
@@ -241,8 +241,8 @@ fn contact_pressure(with: &ContinuumResults, without: &ContinuumResults) -> Plot
     Plot::new((Axis::Log, Axis::Linear), ("load p*", "mean contact pressure p/(a_r E* ḡ)"), curves)
 }
 
-fn mean_gap(desk: &Desk, results: &Results, with: &ContinuumResults, without: &ContinuumResults) -> Plot {
-    let um = desk.scales.length_m * 1e6;
+fn mean_gap(writer: &FigureWriter, results: &Results, with: &ContinuumResults, without: &ContinuumResults) -> Plot {
+    let um = writer.scales.length_m * 1e6;
     let mut curves = paths(with, without, |s| s.mean_gap * um);
     curves.push(formula("0.3 µm exp(−8 p*)", &curves, Axis::Linear, |p| 0.3 * (-8.0 * p).exp()));
     let touch = results.surface.statistic(FIRST_TOUCH).map(|s| s.realised);

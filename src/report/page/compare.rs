@@ -2,9 +2,9 @@
 
 use maud::{Markup, html};
 
-use super::desk::{Desk, figure, numbers, panel, panels, table, text};
+use super::figures::{FigureWriter, figure, numbers, panel, panels, table, text};
 use super::loads::{CLIPPED, PANEL_SIDE, clipped, setting, states};
-use super::{criteria, versions};
+use super::{criteria, model_chain};
 use crate::error::{Error, Result};
 use crate::record::downsample::DownsampledMap;
 use crate::record::results::{
@@ -30,7 +30,7 @@ pub fn matched(load: &LoadComparison) -> Option<&CriterionMatch> {
     ["compliant_wall", "offset_wall"].iter().find_map(|id| load.continuum.iter().find(|m| m.id == *id))
 }
 
-pub fn section(desk: &Desk, atoms: &AtomsResults, c: &ComparisonResults) -> Result<Markup> {
+pub fn section(writer: &FigureWriter, atoms: &AtomsResults, c: &ComparisonResults) -> Result<Markup> {
     let units = |s: &StateResults| {
         let pressure = match atoms.modulus_gpa {
             Some(e) => si(s.pressure * e * 1e9, "Pa", 3),
@@ -40,7 +40,7 @@ pub fn section(desk: &Desk, atoms: &AtomsResults, c: &ComparisonResults) -> Resu
     };
     let mut loads = Vec::new();
     for (i, load) in c.loads.iter().enumerate() {
-        loads.push(one_load(desk, atoms, c, load, i + 1)?);
+        loads.push(one_load(writer, atoms, c, load, i + 1)?);
     }
     Ok(html! {
         p { "Both sides have the same heights, the same load and the same elastic body at the atoms’ scale; what differs is "
@@ -50,9 +50,9 @@ pub fn section(desk: &Desk, atoms: &AtomsResults, c: &ComparisonResults) -> Resu
             (c.loads.first().and_then(matched).map_or("hard_wall", |m| m.id.as_str())) "”." }
         (overview(c))
         @for l in &loads { (l) }
-        (versions::section(desk, c)?)
-        (criteria::sensitivity(desk, c)?)
-        (sections(desk, &c.sections)?)
+        (model_chain::section(writer, c)?)
+        (criteria::sensitivity(writer, c)?)
+        (sections(writer, &c.sections)?)
         @if let Some(full) = &c.full_heights { h3 { "The continuum solutions: full heights" } (setting(full)) (states(full, &units)) }
         h3 { "The continuum solutions: hard wall" }
         (setting(&c.hard_wall)) (states(&c.hard_wall, &units))
@@ -119,7 +119,7 @@ struct Contact {
 }
 
 fn one_load(
-    desk: &Desk,
+    writer: &FigureWriter,
     atoms: &AtomsResults,
     c: &ComparisonResults,
     load: &LoadComparison,
@@ -128,9 +128,9 @@ fn one_load(
     let state = at_load(&atoms.states, load.p_star, |s| s.p_star);
     Ok(html! {
         h3 { "Maps at p* = " (trimmed(load.p_star, 4)) }
-        @if let Some(state) = state { (contact_maps(desk, atoms, load, state, number)?) }
+        @if let Some(state) = state { (contact_maps(writer, atoms, load, state, number)?) }
         (matches(load))
-        @if let Some(state) = state { (gap_maps(desk, atoms, c, load, state, number)?) }
+        @if let Some(state) = state { (gap_maps(writer, atoms, c, load, state, number)?) }
     })
 }
 
@@ -140,42 +140,42 @@ fn gap_of(c: &ContinuumResults, p_star: f64) -> Option<&str> {
 }
 
 /// A stored contact map, reduced.
-fn flags(desk: &Desk, file: &str, longest: usize) -> Result<DownsampledMap> {
-    picture::load(&desk.field(file)?, longest, |v| f64::from(u8::from(v != 0.0)))
+fn flags(writer: &FigureWriter, file: &str, longest: usize) -> Result<DownsampledMap> {
+    picture::load(&writer.field(file)?, longest, |v| f64::from(u8::from(v != 0.0)))
 }
 
 /// Contact of a continuum under a criterion, if its map was stored.
-fn continuum_contact(desk: &Desk, m: &CriterionMatch) -> Result<Option<Contact>> {
+fn continuum_contact(writer: &FigureWriter, m: &CriterionMatch) -> Result<Option<Contact>> {
     let Some(file) = &m.map else { return Ok(None) };
     let title = match m.id.as_str() {
         "hard_wall" => "Hard wall, gap = 0".into(),
         "offset_wall" => format!("Hard wall, atoms raised by {}\u{a0}Å", trimmed(m.offset_angstrom, 3)),
         _ => "Soft wall".into(),
     };
-    Ok(Some(Contact { title, map: flags(desk, file, LONGEST_SIDE)?, share: m.contact_fraction }))
+    Ok(Some(Contact { title, map: flags(writer, file, LONGEST_SIDE)?, share: m.contact_fraction }))
 }
 
 fn contact_maps(
-    desk: &Desk,
+    writer: &FigureWriter,
     atoms: &AtomsResults,
     load: &LoadComparison,
     state: &AtomState,
     number: usize,
 ) -> Result<Markup> {
     let length_m = atoms.length_angstrom * ANGSTROM_M;
-    let touching = flags(desk, &state.contact_map, LONGEST_SIDE)?;
+    let touching = flags(writer, &state.contact_map, LONGEST_SIDE)?;
     let plain = load.continuum.iter().find(|m| m.id == "hard_wall");
     let best = matched(load);
     let mut panels = Vec::new();
     let draw = |name: &str, title: &str, map: &DownsampledMap, colour: Rgb, below: Markup| -> Result<Markup> {
         let names = (format!("{name}-{number}"), title);
-        let image = desk.map((&names.0, names.1), &picture::contact(map, colour), length_m, Legend::None)?;
+        let image = writer.map((&names.0, names.1), &picture::contact(map, colour), length_m, Legend::None)?;
         Ok(panel(title, image, below))
     };
     let mut drawn = Vec::new();
     for (m, name) in [(plain, "contact-plain"), (best, "contact-matched")] {
         let Some(m) = m else { continue };
-        if let Some(contact) = continuum_contact(desk, m)? {
+        if let Some(contact) = continuum_contact(writer, m)? {
             panels.push(draw(
                 name,
                 &contact.title,
@@ -192,9 +192,9 @@ fn contact_maps(
         if (contact.map.nx, contact.map.ny) != (touching.nx, touching.ny) {
             let found = format!("a map of {} × {} cells after reduction", touching.nx, touching.ny);
             let accepted = format!("the grid of the continuum’s map ({} × {})", contact.map.nx, contact.map.ny);
-            return Err(Error::format(desk.field(&state.contact_map)?, found, accepted));
+            return Err(Error::format(writer.field(&state.contact_map)?, found, accepted));
         }
-        let image = desk.map(
+        let image = writer.map(
             (&format!("superposed-{number}"), "contact maps of continuum and atoms, superposed"),
             &picture::superposed(&contact.map, &touching),
             length_m,
@@ -276,7 +276,7 @@ fn matches(load: &LoadComparison) -> Markup {
 
 /// The three gaps in one range of colours.
 fn gap_maps(
-    desk: &Desk,
+    writer: &FigureWriter,
     atoms: &AtomsResults,
     c: &ComparisonResults,
     load: &LoadComparison,
@@ -292,19 +292,19 @@ fn gap_maps(
         ("Gap, soft wall", "gap-soft", compliant_wall_gap, "compliant_wall"),
     ] {
         if let (Some(file), Some(map)) = (file, touching(id)) {
-            let small = picture::load(&desk.field(file)?, PANEL_SIDE, |v| v * length)?;
-            maps.push((title, name, small, flags(desk, map, PANEL_SIDE)?));
+            let small = picture::load(&writer.field(file)?, PANEL_SIDE, |v| v * length)?;
+            maps.push((title, name, small, flags(writer, map, PANEL_SIDE)?));
         }
     }
-    let gap = picture::load(&desk.field(&state.gap_map)?, PANEL_SIDE, |v| v)?;
-    maps.push(("Gap, atoms", "gap-atoms", gap, flags(desk, &state.contact_map, PANEL_SIDE)?));
+    let gap = picture::load(&writer.field(&state.gap_map)?, PANEL_SIDE, |v| v)?;
+    maps.push(("Gap, atoms", "gap-atoms", gap, flags(writer, &state.contact_map, PANEL_SIDE)?));
     let range = Range { low: 0.0, ..Range::of(maps.iter().flat_map(|m| &m.2.values), CLIPPED) };
     let mut panels = Vec::new();
     for (title, name, small, contact) in &maps {
         let legend = Legend::OverContact { range, unit: "Å".into(), clipped: clipped(small, range) };
         let names = (format!("{name}-{number}"), *title);
         let drawn = picture::gap(small, range, contact);
-        let image = desk.map((&names.0, names.1), &drawn, length * ANGSTROM_M, legend)?;
+        let image = writer.map((&names.0, names.1), &drawn, length * ANGSTROM_M, legend)?;
         panels.push(panel(title, image, html! {}));
     }
     Ok(figure(
@@ -316,7 +316,7 @@ fn gap_maps(
 }
 
 /// Gap profiles along x = L/2, one frame per load.
-fn sections(desk: &Desk, list: &[Section]) -> Result<Markup> {
+fn sections(writer: &FigureWriter, list: &[Section]) -> Result<Markup> {
     let mut figures = Vec::new();
     for (i, s) in list.iter().enumerate() {
         let curve = |label: &str, style: Style, gap: &[f64]| Curve {
@@ -333,7 +333,7 @@ fn sections(desk: &Desk, list: &[Section]) -> Result<Markup> {
             curves.insert(0, curve("full heights", LABORATORY, &s.full_heights_gap_angstrom));
         }
         let plot = Plot { proportion: 0.42, ..Plot::new((Axis::Linear, Axis::Linear), ("y / L", "gap (Å)"), curves) };
-        if let Some(svg) = desk.curves(&format!("section-{}", i + 1), &plot)? {
+        if let Some(svg) = writer.curves(&format!("section-{}", i + 1), &plot)? {
             let caption = html! { "The gap along the line x = L/2 at p* = " (trimmed(s.p_star, 4)) "."
             @if i == 0 { " Gaps of the atoms and of the soft wall count from where the wall’s force begins, so they are "
                 "negative where it pushes; a hard wall stops at zero. The steps are atoms: each stretch of the line has "

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::desk::{Desk, capitalised, figure, numbers, panel, panels, text};
+use super::figures::{FigureWriter, capitalised, figure, numbers, panel, panels, text};
 use super::loads::PANEL_SIDE;
 use crate::error::Result;
 use crate::record::results::{AtomsResults, ComparisonResults, LoadComparison};
@@ -13,7 +13,7 @@ use crate::report::plot::{ATOMS, Axis, Curve, HARD, PANEL, Plot, SOFT, Style, TH
 use crate::units::ANGSTROM_M;
 
 /// Contact under each criterion and the stress; nothing where the results are of an earlier version.
-pub fn section(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
+pub fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
     let told: Vec<_> = atoms.states.iter().filter(|s| !s.criteria.is_empty()).collect();
     let Some(first) = told.first() else { return Ok(html! {}) };
     let mut head = vec!["p*"];
@@ -36,7 +36,7 @@ pub fn section(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
             }
             " In brackets the touching atoms, those from below the surface layer among them."
         }
-        (stresses(desk, atoms)?)
+        (stresses(writer, atoms)?)
     })
 }
 
@@ -48,7 +48,7 @@ fn name(id: &str) -> &str {
 }
 
 /// Where the atoms leave elasticity; nothing where it was not asked for.
-pub fn plasticity(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
+pub fn plasticity(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
     let Some(p) = &atoms.plasticity else { return Ok(html! {}) };
     let points = p.steps.iter().map(|s| (s[0], s[1])).collect();
     let curves = vec![Curve { label: String::new(), style: ATOMS, points }];
@@ -86,25 +86,25 @@ pub fn plasticity(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
                 None => { "At no step have more than " (p.noise_atoms) " atoms left the crystal’s order: the block stays elastic." },
             }
         }
-        @if let Some(svg) = desk.curves("plasticity", &plot)? { (figure(svg, words)) }
+        @if let Some(svg) = writer.curves("plasticity", &plot)? { (figure(svg, words)) }
         (numbers(&["p*", "atoms out of the crystal", "their volume", "stress in the contact"], rows))
     })
 }
 
 /// The smoothed normal stress of every load, in one range of colours each.
-fn stresses(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
+fn stresses(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
     let mut drawn = Vec::new();
     let (mut width, mut worst) = (0.0, 0.0_f64);
     for (i, state) in atoms.states.iter().enumerate() {
         let Some(stress) = &state.stress else { continue };
         (width, worst) = (stress.width_angstrom, worst.max(stress.load_error.abs()));
-        let small = picture::load(&desk.field(&stress.map)?, PANEL_SIDE, |v| v)?;
+        let small = picture::load(&writer.field(&stress.map)?, PANEL_SIDE, |v| v)?;
         let range = Range { low: 0.0, ..Range::of(&small.values, 0.0) };
         let legend = Legend::Ramp { range, unit: "GPa".into(), clipped: false };
         let title = format!("p* = {}", trimmed(state.p_star, 4));
         let names = (format!("stress-atoms-{}", i + 1), format!("normal stress of the atoms at {title}"));
         let picture = picture::map(&small, range);
-        let image = desk.map((&names.0, &names.1), &picture, atoms.length_angstrom * ANGSTROM_M, legend)?;
+        let image = writer.map((&names.0, &names.1), &picture, atoms.length_angstrom * ANGSTROM_M, legend)?;
         let below = html! { "at most " (significant(stress.highest_gpa, 3)) " GPa" };
         drawn.push(panel(&title, image, below));
     }
@@ -119,7 +119,7 @@ fn stresses(desk: &Desk, atoms: &AtomsResults) -> Result<Markup> {
 }
 
 /// How much of the atoms’ area is their contact distance, beside how much of the continuum's is the gap that counts.
-pub fn sensitivity(desk: &Desk, c: &ComparisonResults) -> Result<Markup> {
+pub fn sensitivity(writer: &FigureWriter, c: &ComparisonResults) -> Result<Markup> {
     let mut figures = Vec::new();
     for (i, load) in c.loads.iter().enumerate() {
         if load.area_vs_distance.is_empty() {
@@ -132,7 +132,7 @@ pub fn sensitivity(desk: &Desk, c: &ComparisonResults) -> Result<Markup> {
                 include: vec![(curves[0].points[0].0, 0.0), (curves[0].points[0].0, top(load))],
                 ..Plot::new((Axis::Linear, Axis::Linear), (x_label, "contact (%)"), curves)
             };
-            Ok(desk.curves(&format!("{name}-{}", i + 1), &plot)?.map(|svg| panel(title, svg, html! {})))
+            Ok(writer.curves(&format!("{name}-{}", i + 1), &plot)?.map(|svg| panel(title, svg, html! {})))
         };
         let distance = |label: &str, style: Style, k: usize| {
             curve(label, style, load.area_vs_distance.iter().map(|row| (row[0], 100.0 * row[k])).collect())

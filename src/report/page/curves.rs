@@ -3,7 +3,7 @@
 use crate::load::Branch;
 use maud::{Markup, html};
 
-use super::desk::{Desk, figure};
+use super::figures::{FigureWriter, figure};
 use crate::error::Result;
 use crate::record::results::{AtomState, AtomsResults, ContinuumResults, LoadComparison, Results, StateResults};
 use crate::report::number::si_scale;
@@ -15,10 +15,10 @@ use crate::report::plot::{
 const LONG_PATH: f64 = 30.0;
 
 /// Both figures; nothing where there is no load at all.
-pub fn section(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
-    let area = area(desk, results)?;
+pub fn section(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
+    let area = area(writer, results)?;
     let gap = match &results.continuum {
-        Some(c) => mean_gap(desk, c, results.non_adhesive.as_ref())?,
+        Some(c) => mean_gap(writer, c, results.non_adhesive.as_ref())?,
         None => None,
     };
     Ok((area.is_some() || gap.is_some()).then(|| html! { @for figure in [area, gap].iter().flatten() { (figure) } }))
@@ -56,7 +56,7 @@ pub fn branches(
 }
 
 /// Contact share against p*, every method under every criterion.
-fn area(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
+fn area(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
     let mut curves = Vec::new();
     if let Some(c) = &results.continuum {
         let label = format!("{}, scene’s scale", c.method);
@@ -104,7 +104,7 @@ fn area(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
     let axis = if least > 0.0 && smallest > 0.0 && most > LONG_PATH * least { Axis::Log } else { Axis::Linear };
     let include = if axis == Axis::Linear { vec![(0.0, 0.0)] } else { vec![] };
     let plot = Plot { include, ..Plot::new((axis, axis), ("p*", "contact (%)"), curves) };
-    let Some(svg) = desk.curves("area", &plot)? else { return Ok(None) };
+    let Some(svg) = writer.curves("area", &plot)? else { return Ok(None) };
     Ok(Some(figure(
         svg,
         html! { "Contact share against reduced load. The curve at the scene’s own scale is perimeter-corrected"
@@ -130,19 +130,19 @@ fn first_yield(a: &AtomsResults) -> Option<(f64, f64)> {
 
 /// Mean gap against the logarithm of the load, in which rough surfaces fall about straight; on a linear axis where some
 /// loads are pulls.
-fn mean_gap(desk: &Desk, c: &ContinuumResults, without: Option<&ContinuumResults>) -> Result<Option<Markup>> {
-    let highest = c.states.iter().map(|s| s.mean_gap).fold(0.0, f64::max) * desk.scales.length_m;
+fn mean_gap(writer: &FigureWriter, c: &ContinuumResults, without: Option<&ContinuumResults>) -> Result<Option<Markup>> {
+    let highest = c.states.iter().map(|s| s.mean_gap).fold(0.0, f64::max) * writer.scales.length_m;
     let (scale, prefix) = si_scale(highest);
-    let mut curves = branches(c, (&c.method, LABORATORY), &|s| (s.p_star, s.mean_gap * desk.scales.length_m / scale));
+    let mut curves = branches(c, (&c.method, LABORATORY), &|s| (s.p_star, s.mean_gap * writer.scales.length_m / scale));
     curves.extend(without.map(|c| Curve {
         label: "without adhesion".into(),
         style: HARD,
-        points: c.states.iter().map(|s| (s.p_star, s.mean_gap * desk.scales.length_m / scale)).collect(),
+        points: c.states.iter().map(|s| (s.p_star, s.mean_gap * writer.scales.length_m / scale)).collect(),
     }));
     let pressed = c.states.iter().all(|s| s.p_star > 0.0);
     let axis = if pressed { Axis::Log } else { Axis::Linear };
     let plot = Plot::new((axis, Axis::Linear), ("p*", &format!("mean gap ({prefix}m)")), curves);
-    let Some(svg) = desk.curves("mean-gap", &plot)? else { return Ok(None) };
+    let Some(svg) = writer.curves("mean-gap", &plot)? else { return Ok(None) };
     Ok(Some(figure(
         svg,
         html! { "Mean gap against reduced load at the scene’s own scale."

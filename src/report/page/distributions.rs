@@ -3,7 +3,7 @@
 use crate::load::Branch;
 use maud::{Markup, html};
 
-use super::desk::{Desk, figure, numbers, text};
+use super::figures::{FigureWriter, figure, numbers, text};
 use super::loads::back;
 use crate::challenge::SIZE_EXPONENT;
 use crate::error::Result;
@@ -22,7 +22,7 @@ pub const LOOKS: [Style; LOADS] = [
     Style { dash: Dash::Solid, marker: Marker::None, ..plot::LABORATORY },
 ];
 
-pub fn section(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
+pub fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     let all: Vec<(&StateResults, &Observed)> = c
         .states
         .iter()
@@ -35,7 +35,7 @@ pub fn section(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
     let n = all.len();
     let shown: Vec<usize> =
         if n <= LOADS { (0..n).collect() } else { (0..LOADS).map(|i| i * (n - 1) / (LOADS - 1)).collect() };
-    let (um, kpa) = (desk.scales.length_m * 1e6, desk.scales.modulus_pa * 1e-3);
+    let (um, kpa) = (writer.scales.length_m * 1e6, writer.scales.modulus_pa * 1e-3);
     let curves = |points: &dyn Fn(&Observed) -> Vec<(f64, f64)>| -> Vec<Curve> {
         let curve = |(look, &i): (&Style, &usize)| Curve {
             label: format!("p* = {}{}", trimmed(all[i].0.p_star, 4), back(all[i].0)),
@@ -78,12 +78,12 @@ pub fn section(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
             "How much of the contact lies in patches of at most a size: a typical point of it at one half.",
         ),
     ] {
-        if let Some(curve) = desk.curves(name, &plot)? {
+        if let Some(curve) = writer.curves(name, &plot)? {
             figures.push(figure(curve, html! { (caption) }));
         }
     }
     Ok(html! {
-        (table(desk, &all))
+        (table(writer, &all))
         @if let Some([open, sealed]) = c.percolation {
             p { "The gap leads around the cell along both axes up to p* = " (trimmed(open, 4)) " and no longer from p* = "
                 (trimmed(sealed, 4)) " on: the percolation load lies between. There a leak ends, along one axis at least, that the effective medium, which seals "
@@ -105,8 +105,8 @@ fn slope(curves: &[Curve]) -> Option<Curve> {
     })
 }
 
-fn table(desk: &Desk, all: &[(&StateResults, &Observed)]) -> Markup {
-    let length = desk.scales.length_m;
+fn table(writer: &FigureWriter, all: &[(&StateResults, &Observed)]) -> Markup {
+    let length = writer.scales.length_m;
     let axes = |[x, y]: [bool; 2]| match (x, y) {
         (true, true) => "along x and y",
         (true, false) => "along x",
@@ -116,13 +116,13 @@ fn table(desk: &Desk, all: &[(&StateResults, &Observed)]) -> Markup {
     let rows = all
         .iter()
         .map(|(s, o)| {
-            let pressure = o.mean_contact_pressure.map_or("–".into(), |p| si(p * desk.scales.modulus_pa, "Pa", 3));
+            let pressure = o.mean_contact_pressure.map_or("–".into(), |p| si(p * writer.scales.modulus_pa, "Pa", 3));
             let patch = o.median_cluster_area.map_or("–".into(), |a| significant(a * length * length * 1e12, 3));
             vec![
                 html! { (trimmed(s.p_star, 4)) (back(s)) },
                 text(pressure),
                 text(patch),
-                text(s.stiffness.map_or("–".into(), |k| si(k * desk.scales.modulus_pa / length, "Pa/m", 3))),
+                text(s.stiffness.map_or("–".into(), |k| si(k * writer.scales.modulus_pa / length, "Pa/m", 3))),
                 text(significant(o.constriction_conductance, 3)),
                 text(s.stiffness.map_or("–".into(), |k| significant(k, 3))),
                 text(if o.hydraulic_gap > 0.0 { si(o.hydraulic_gap * length, "m", 3) } else { "sealed".into() }),

@@ -3,12 +3,12 @@
 use crate::load::Branch;
 use maud::{Markup, html};
 
-use super::certainty;
-use super::desk::{Desk, figure, numbers, panel, panels, text};
+use super::figures::{FigureWriter, figure, numbers, panel, panels, text};
+use super::uncertainty;
 use crate::error::Result;
 use crate::record::downsample::DownsampledMap;
 use crate::record::results::{ContinuumResults, StateResults};
-use crate::report::branch::way_back;
+use crate::report::hysteresis::hysteresis_sentence;
 use crate::report::map::Legend;
 use crate::report::number::{count, duration, percent, si, significant, trimmed};
 use crate::report::picture::{self, BLACK, Range};
@@ -20,14 +20,14 @@ pub const CLIPPED: f64 = 0.002;
 /// Loads shown as maps in the page; the others' pictures are only files.
 const LOADS_SHOWN: usize = 4;
 
-pub fn section(desk: &Desk, continuum: &ContinuumResults) -> Result<Markup> {
-    let work = desk.scales.modulus_pa * desk.scales.length_m;
+pub fn section(writer: &FigureWriter, continuum: &ContinuumResults) -> Result<Markup> {
+    let work = writer.scales.modulus_pa * writer.scales.length_m;
     Ok(html! {
         (setting(continuum))
-        (states(continuum, &|s| laboratory(desk, s)))
-        @if let Some(said) = way_back(continuum, |w| si(w * work, "J/m²", 3)) { p { (said) } }
-        (certainty::section(desk, continuum)?)
-        (gallery(desk, continuum)?)
+        (states(continuum, &|s| laboratory(writer, s)))
+        @if let Some(said) = hysteresis_sentence(continuum, |w| si(w * work, "J/m²", 3)) { p { (said) } }
+        (uncertainty::section(writer, continuum)?)
+        (gallery(writer, continuum)?)
     })
 }
 
@@ -40,8 +40,8 @@ pub fn setting(c: &ContinuumResults) -> Markup {
 }
 
 /// Mean pressure and mean gap in the units of the scene's own scale.
-fn laboratory(desk: &Desk, s: &StateResults) -> [String; 2] {
-    [si(s.pressure * desk.scales.modulus_pa, "Pa", 3), si(s.mean_gap * desk.scales.length_m, "m", 4)]
+fn laboratory(writer: &FigureWriter, s: &StateResults) -> [String; 2] {
+    [si(s.pressure * writer.scales.modulus_pa, "Pa", 3), si(s.mean_gap * writer.scales.length_m, "m", 4)]
 }
 
 /// The table of states; `units` says mean pressure and mean gap of a state in the units that suit its scale.
@@ -120,10 +120,10 @@ fn shown(states: &[StateResults]) -> Vec<usize> {
     (0..LOADS_SHOWN).map(|i| with_maps[i * (with_maps.len() - 1) / (LOADS_SHOWN - 1)]).collect()
 }
 
-fn gallery(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
+fn gallery(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     let shown = shown(&c.states);
     let (mut contacts, mut gaps, mut stresses) = (Vec::new(), Vec::new(), Vec::new());
-    let length_m = desk.scales.length_m;
+    let length_m = writer.scales.length_m;
     for (i, state) in c.states.iter().enumerate() {
         let p_star = trimmed(state.p_star, 4);
         let title = |what: &str| {
@@ -131,26 +131,26 @@ fn gallery(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
             format!("{what} at p* = {p_star}{}{mark}", back(state))
         };
         if let Some(file) = &state.gap {
-            let file = desk.field(file)?;
+            let file = writer.field(file)?;
             let small = picture::load(&file, PANEL_SIDE, |v| v * length_m)?;
             let contact = picture::load(&file, PANEL_SIDE, |v| f64::from(u8::from(v <= 0.0)))?;
             let range = Range { low: 0.0, ..Range::of(&small.values, CLIPPED) };
             let legend = Legend::over_contact(range, "m", clipped(&small, range));
             let names = (format!("gap-{}", i + 1), title("Gap"));
-            let image = desk.map((&names.0, &names.1), &picture::gap(&small, range, &contact), length_m, legend)?;
+            let image = writer.map((&names.0, &names.1), &picture::gap(&small, range, &contact), length_m, legend)?;
             gaps.extend(shown.contains(&i).then(|| panel(&names.1, image, html! {})));
             let names = (format!("contact-{}", i + 1), title("Contact"));
-            let image = desk.map((&names.0, &names.1), &picture::contact(&contact, BLACK), length_m, Legend::None)?;
+            let image = writer.map((&names.0, &names.1), &picture::contact(&contact, BLACK), length_m, Legend::None)?;
             let share = html! { (percent(state.contact_fraction)) " touches (black)" };
             contacts.extend(shown.contains(&i).then(|| panel(&names.1, image, share)));
         }
         if let Some(file) = &state.stress {
-            let small = picture::load(&desk.field(file)?, PANEL_SIDE, |v| v * desk.scales.modulus_pa)?;
+            let small = picture::load(&writer.field(file)?, PANEL_SIDE, |v| v * writer.scales.modulus_pa)?;
             let range = Range::of(&small.values, CLIPPED);
             let range = if -range.low < NO_TENSION * range.high { Range { low: 0.0, ..range } } else { range };
             let legend = Legend::ramp(range, "Pa", clipped(&small, range));
             let names = (format!("stress-{}", i + 1), title("Stress"));
-            let image = desk.map((&names.0, &names.1), &picture::map(&small, range), length_m, legend)?;
+            let image = writer.map((&names.0, &names.1), &picture::map(&small, range), length_m, legend)?;
             stresses.extend(shown.contains(&i).then(|| panel(&names.1, image, html! {})));
         }
     }

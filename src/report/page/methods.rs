@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::desk::{self, Desk, figure, panel, panels, text};
+use super::figures::{self, FigureWriter, figure, panel, panels, text};
 use crate::error::Result;
 use crate::grid::Grid;
 use crate::method::Quantity;
@@ -69,7 +69,7 @@ const FIGURES: [Figure; 9] = [
         shows: Shown::Gap,
         name: "gap-section",
         caption: "Gap along y at x = L/2",
-        needs: Quantity::GapField,
+        needs: Quantity::GapMap,
         axes: (Axis::Linear, Axis::Linear),
         labels: ("y (µm)", "gap u (µm)"),
         path: false,
@@ -79,7 +79,7 @@ const FIGURES: [Figure; 9] = [
         shows: Shown::Stress,
         name: "stress-section",
         caption: "Interfacial stress along y at x = L/2",
-        needs: Quantity::StressField,
+        needs: Quantity::StressMap,
         axes: (Axis::Linear, Axis::Linear),
         labels: ("y (µm)", "stress σ/E*"),
         path: false,
@@ -201,7 +201,7 @@ fn is_drawn(k: usize, nearest: usize, count: usize) -> bool {
     count <= DRAWN || k == nearest || (0..others).any(|d| place == d * (count - 2) / (others - 1))
 }
 
-pub fn section(desk: &Desk, results: &Results) -> Result<Markup> {
+pub fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     let own = Own::of(results);
     let mut ids: Vec<&str> = Vec::new();
     for m in &results.methods {
@@ -213,7 +213,7 @@ pub fn section(desk: &Desk, results: &Results) -> Result<Markup> {
         let (mut drawn, mut empty): (Vec<Markup>, Vec<(String, Vec<String>)>) = Default::default();
         for id in &ids {
             let runs = results.methods.iter().filter(|m| m.method == *id).collect();
-            match cell(desk, kind, load, &own, runs)? {
+            match cell(writer, kind, load, &own, runs)? {
                 Cell::Panel(panel) => drawn.push(panel),
                 Cell::Empty { title, why } => match empty.iter_mut().find(|e| e.0 == why) {
                     Some((_, titles)) => titles.push(title),
@@ -238,7 +238,7 @@ pub fn section(desk: &Desk, results: &Results) -> Result<Markup> {
         of_loads.push(html! {
             details open[k == nearest] {
                 summary { "p* = " (trimmed(p, 4)) @if figures.is_empty() { " (table only)" } }
-                (table(desk, results, &own, p))
+                (table(writer, results, &own, p))
                 @for f in &figures { (f) }
             }
         });
@@ -251,9 +251,9 @@ pub fn section(desk: &Desk, results: &Results) -> Result<Markup> {
         p { "Deviations are from " (own_name(results))
             " Areas count as each method’s own criterion has it; where contact is a map of nodes they are perimeter-corrected." }
         p.quiet { "Blue, solid: with the scene’s adhesion; orange, dashed: without. Below a figure stands what it does not show, and why." }
-        @if loads.is_empty() { (table(desk, results, &own, REFERENCE_LOAD)) }
+        @if loads.is_empty() { (table(writer, results, &own, REFERENCE_LOAD)) }
         @for load in &of_loads { (load) }
-        (notes(desk, results))
+        (notes(writer, results))
         @for f in &paths { (f) }
     })
 }
@@ -268,8 +268,8 @@ fn own_name(results: &Results) -> String {
 }
 
 /// The numbers of a load.
-fn table(desk: &Desk, results: &Results, own: &Own, p_star: f64) -> Markup {
-    let um = desk.scales.length_m * 1e6;
+fn table(writer: &FigureWriter, results: &Results, own: &Own, p_star: f64) -> Markup {
+    let um = writer.scales.length_m * 1e6;
     let off = |found: f64, reference: Option<f64>| match reference.filter(|r| *r != 0.0) {
         None => String::new(),
         Some(r) if (found / r - 1.0).abs() < 0.005 => " (0 %)".into(),
@@ -338,11 +338,14 @@ fn table(desk: &Desk, results: &Results, own: &Own, p_star: f64) -> Markup {
         "typical patch",
         "CPU, all loads",
     ];
-    desk::table(&head, [true, false].into_iter().filter_map(own_row).chain(results.methods.iter().map(row)).collect())
+    figures::table(
+        &head,
+        [true, false].into_iter().filter_map(own_row).chain(results.methods.iter().map(row)).collect(),
+    )
 }
 
 /// What holds at all loads: refusals, ranges, fits.
-fn notes(desk: &Desk, results: &Results) -> Markup {
+fn notes(writer: &FigureWriter, results: &Results) -> Markup {
     let fitted: Vec<String> = results
         .methods
         .iter()
@@ -358,8 +361,8 @@ fn notes(desk: &Desk, results: &Results) -> Markup {
             @if let Some(why) = &m.unavailable_reason { p.quiet { (m.method) @if !m.adhesive { " without adhesion" } " tells nothing: " (why) "." } }
         }
         @for (m, range) in results.methods.iter().filter_map(|m| Some((m, m.range?))).filter(|(_, r)| r.used != r.requested) {
-            p.quiet { (m.method) " works with a range of the adhesion of " (si(range.used * desk.scales.length_m, "m", 3))
-                " on this grid, where " (si(range.requested * desk.scales.length_m, "m", 3)) " is asked for." }
+            p.quiet { (m.method) " works with a range of the adhesion of " (si(range.used * writer.scales.length_m, "m", 3))
+                " on this grid, where " (si(range.requested * writer.scales.length_m, "m", 3)) " is asked for." }
         }
         @if !fitted.is_empty() { p.quiet { "* has constants that were fitted. " (fitted.join("; ")) "." } }
     }
@@ -372,12 +375,18 @@ enum Cell {
 }
 
 /// Panel of a method at a load, or of all loads, or the reason why there is none.
-fn cell(desk: &Desk, kind: &Figure, load: Option<(usize, f64)>, own: &Own, runs: Vec<&MethodResults>) -> Result<Cell> {
+fn cell(
+    writer: &FigureWriter,
+    kind: &Figure,
+    load: Option<(usize, f64)>,
+    own: &Own,
+    runs: Vec<&MethodResults>,
+) -> Result<Cell> {
     let first = runs.first().expect("ids are those of runs");
     let title = format!("{}: {}", first.method, first.paper_name);
     let mut found = Vec::new();
     for run in &runs {
-        let points = points(desk, kind, load, &run.states)?;
+        let points = points(writer, kind, load, &run.states)?;
         if !points.is_empty() {
             let style = if run.adhesive { WITH } else { WITHOUT };
             let style = if kind.path { style } else { style.without_marker() };
@@ -400,7 +409,7 @@ fn cell(desk: &Desk, kind: &Figure, load: Option<(usize, f64)>, own: &Own, runs:
     }
     let mut curves = Vec::new();
     for (style, states) in [(OWN, &own.with), (OWN_WITHOUT, &own.without)] {
-        curves.push(Curve { label: String::new(), style, points: points(desk, kind, load, states)? });
+        curves.push(Curve { label: String::new(), style, points: points(writer, kind, load, states)? });
     }
     let bounds = [bounds(kind.axes.0, &curves, |p| p.0), bounds(kind.axes.1, &curves, |p| p.1)];
     for curve in &mut found {
@@ -410,7 +419,7 @@ fn cell(desk: &Desk, kind: &Figure, load: Option<(usize, f64)>, own: &Own, runs:
     curves.extend(found);
     let plot = Plot { width: PANEL, proportion: PROPORTION, ..Plot::new(kind.axes, kind.labels, curves) };
     let of_load = load.map_or(String::new(), |(k, _)| format!("-load-{}", k + 1));
-    Ok(match desk.curves(&format!("methods-{}-{}{of_load}", kind.name, first.method), &plot)? {
+    Ok(match writer.curves(&format!("methods-{}-{}{of_load}", kind.name, first.method), &plot)? {
         Some(drawn) => Cell::Panel(panel(&title, drawn, html! { (reasons.join("; ")) })),
         None => Cell::Empty { title, why: "nothing that these axes could show".into() },
     })
@@ -429,8 +438,13 @@ fn bounds(axis: Axis, own: &[Curve], of: fn(&(f64, f64)) -> f64) -> [f64; 2] {
 }
 
 /// What a figure shows of a method, at a load where it is one of a load.
-fn points(desk: &Desk, kind: &Figure, load: Option<(usize, f64)>, states: &[MethodState]) -> Result<Vec<(f64, f64)>> {
-    let um = desk.scales.length_m * 1e6;
+fn points(
+    writer: &FigureWriter,
+    kind: &Figure,
+    load: Option<(usize, f64)>,
+    states: &[MethodState],
+) -> Result<Vec<(f64, f64)>> {
+    let um = writer.scales.length_m * 1e6;
     let along = |of: &dyn Fn(&MethodState) -> Option<f64>| -> Vec<(f64, f64)> {
         states.iter().filter_map(|s| Some((s.p_star, of(s)?))).collect()
     };
@@ -442,9 +456,9 @@ fn points(desk: &Desk, kind: &Figure, load: Option<(usize, f64)>, states: &[Meth
     }
     let Some(here) = load.and_then(|(_, p)| at(states, p)) else { return Ok(Vec::new()) };
     Ok(match kind.shows {
-        Shown::Gap => column(desk, here.gap_map.as_deref(), um)?,
+        Shown::Gap => column(writer, here.gap_map.as_deref(), um)?,
         Shown::Stress => {
-            let found = column(desk, here.stress_map.as_deref(), 1.0)?;
+            let found = column(writer, here.stress_map.as_deref(), 1.0)?;
             // A line that touches nowhere has what rounding leaves of stresses, and nothing to be drawn.
             let most = found.iter().map(|p| p.1.abs()).fold(0.0, f64::max);
             if most < NOISE * here.pressure.abs() { Vec::new() } else { found }
@@ -458,12 +472,12 @@ fn points(desk: &Desk, kind: &Figure, load: Option<(usize, f64)>, states: &[Meth
 }
 
 /// A column of a stored map, µm along it.
-pub fn column(desk: &Desk, file: Option<&str>, unit: f64) -> Result<Vec<(f64, f64)>> {
+pub fn column(writer: &FigureWriter, file: Option<&str>, unit: f64) -> Result<Vec<(f64, f64)>> {
     let Some(file) = file else { return Ok(Vec::new()) };
-    let um = desk.scales.length_m * 1e6;
+    let um = writer.scales.length_m * 1e6;
     // Row by row: a map may be far larger than its one column.
-    let map = npy::Reader::open(&desk.field(file)?)?;
-    let grid = Grid { nx: map.nx, ny: map.ny, lx: 1.0, ly: desk.aspect };
+    let map = npy::Reader::open(&writer.field(file)?)?;
+    let grid = Grid { nx: map.nx, ny: map.ny, lx: 1.0, ly: writer.aspect };
     let at = column_at(grid, SECTION);
     let mut points = Vec::with_capacity(grid.ny);
     map.for_each_row(|y, row| points.push((y as f64 * grid.dy() * um, row[at] * unit)))?;

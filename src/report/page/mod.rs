@@ -4,22 +4,22 @@
 //! part of the results is absent are left out. [`write_tradeoff`] does the same of `tradeoff.json`.
 
 mod atoms;
-mod certainty;
 mod challenge;
 mod compare;
 mod criteria;
 mod curves;
-mod desk;
 mod distributions;
-mod headline;
+mod figures;
 mod loads;
 mod methods;
+mod model_chain;
 mod nvt;
 mod ranges;
+mod summary;
 mod surface;
 mod tradeoff;
+mod uncertainty;
 mod unloading;
-mod versions;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -32,7 +32,7 @@ use crate::record::results::{FILE, Results, StageCost, StateResults};
 use crate::record::tradeoff::Tradeoff;
 use crate::record::uncertainty::UncertaintySource;
 use crate::report::number::{duration, memory};
-use desk::{Desk, table, text};
+use figures::{FigureWriter, table, text};
 
 /// Name of the page in a run folder.
 pub const PAGE: &str = "report.html";
@@ -49,15 +49,15 @@ pub fn write(run_folder: &Path) -> Result<PathBuf> {
     if results.comparison.is_some() && results.atoms.is_none() {
         return Err(Error::format(run_folder.join(FILE), "a comparison without atoms", "both or neither"));
     }
-    let desk = Desk { folder: run_folder, aspect: results.surface.aspect, scales: results.scales };
-    place(run_folder, || page(&desk, &results))
+    let writer = FigureWriter { folder: run_folder, aspect: results.surface.aspect, scales: results.scales };
+    place(run_folder, || page(&writer, &results))
 }
 
 /// Draws the report of a ladder of methods from its `tradeoff.json`.
 pub fn write_tradeoff(run_folder: &Path) -> Result<PathBuf> {
     let told = Tradeoff::read(&run_folder.join(crate::record::tradeoff::FILE))?;
-    let desk = Desk { folder: run_folder, aspect: told.ny as f64 / told.nx as f64, scales: told.scales };
-    place(run_folder, || tradeoff::page(&desk, &told))
+    let writer = FigureWriter { folder: run_folder, aspect: told.ny as f64 / told.nx as f64, scales: told.scales };
+    place(run_folder, || tradeoff::page(&writer, &told))
 }
 
 /// Makes room for figures, and lands the page.
@@ -77,38 +77,38 @@ struct Section {
     body: Markup,
 }
 
-fn page(desk: &Desk, results: &Results) -> Result<Markup> {
+fn page(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     let mut sections = Vec::new();
     let mut add = |anchor, title, body| sections.push(Section { anchor, title, body });
     if !results.acceptance.is_empty() {
         add("acceptance", "The challenge’s statements", challenge::verdicts(&results.acceptance));
-        add("challenge", "The challenge’s figures", challenge::figures(desk, results)?);
+        add("challenge", "The challenge’s figures", challenge::figures(writer, results)?);
     }
-    add("surface", "The surface", surface::section(desk, results)?);
+    add("surface", "The surface", surface::section(writer, results)?);
     if let Some(continuum) = &results.continuum {
-        add("loads", "Contact at the scene’s own scale", loads::section(desk, continuum)?);
+        add("loads", "Contact at the scene’s own scale", loads::section(writer, continuum)?);
         if continuum.states.iter().any(|s| s.observed.is_some()) {
-            add("distributions", "Gaps, stresses and patches", distributions::section(desk, continuum)?);
+            add("distributions", "Gaps, stresses and patches", distributions::section(writer, continuum)?);
         }
     }
     if !results.other_ranges.is_empty() {
-        add("ranges", "Range of the adhesion", ranges::section(desk, results)?);
+        add("ranges", "Range of the adhesion", ranges::section(writer, results)?);
     }
     if !results.methods.is_empty() {
-        add("methods", "Methods side by side", methods::section(desk, results)?);
+        add("methods", "Methods side by side", methods::section(writer, results)?);
     }
     if let Some(atoms) = &results.atoms {
-        add("atoms", "The atoms", atoms::section(desk, atoms)?);
+        add("atoms", "The atoms", atoms::section(writer, atoms)?);
     }
     if let (Some(atoms), Some(comparison)) = (&results.atoms, &results.comparison) {
         let told = |s: &StateResults| s.uncertainty.iter().any(|p| p.source == UncertaintySource::Depth);
         let body = html! {
-            (compare::section(desk, atoms, comparison)?)
-            @if comparison.hard_wall.states.iter().any(told) { (certainty::budgets(&comparison.hard_wall)) }
+            (compare::section(writer, atoms, comparison)?)
+            @if comparison.hard_wall.states.iter().any(told) { (uncertainty::budgets(&comparison.hard_wall)) }
         };
         add("comparison", "Continuum against atoms", body);
     }
-    if let Some(plots) = curves::section(desk, results)? {
+    if let Some(plots) = curves::section(writer, results)? {
         add("area", "Contact and mean gap against load", plots);
     }
     if let Some(c) = results.comparison.as_ref().filter(|c| !c.findings.is_empty()) {
@@ -120,7 +120,7 @@ fn page(desk: &Desk, results: &Results) -> Result<Markup> {
     if !results.sources.is_empty() {
         add("sources", "Sources", html! { ol { @for s in &results.sources { li { (linked(s)) } } } });
     }
-    Ok(document((&results.name, &results.description), headline::section(results), &sections, FILE))
+    Ok(document((&results.name, &results.description), summary::section(results), &sections, FILE))
 }
 
 /// A whole page: its name and what is said below it, what stands at its top, its sections; `from` is the file it is drawn from.

@@ -2,25 +2,25 @@
 
 use maud::{Markup, html};
 
-use super::desk::{Desk, figure, numbers, panel, panels, text};
+use super::figures::{FigureWriter, figure, numbers, panel, panels, text};
 use super::loads::PANEL_SIDE;
 use crate::error::Result;
-use crate::record::results::{AtomsResults, Mean, NvtResults};
+use crate::record::results::{AtomsResults, NvtResults, ValueWithError};
 use crate::report::map::Legend;
 use crate::report::number::{percent, significant, trimmed};
 use crate::report::picture::{self, Range};
 use crate::units::ANGSTROM_M;
 
-pub fn section(desk: &Desk, atoms: &AtomsResults, hold: &NvtResults) -> Result<Markup> {
+pub fn section(writer: &FigureWriter, atoms: &AtomsResults, hold: &NvtResults) -> Result<Markup> {
     let (mut drawn, mut rows) = (Vec::new(), Vec::new());
     for (i, state) in hold.states.iter().enumerate() {
-        let small = picture::load(&desk.field(&state.probability_map)?, PANEL_SIDE, |v| v)?;
+        let small = picture::load(&writer.field(&state.probability_map)?, PANEL_SIDE, |v| v)?;
         let range = Range { low: 0.0, high: 1.0 };
         let legend = Legend::Ramp { range, unit: String::new(), clipped: false };
         let title = format!("p* = {}", trimmed(state.p_star, 4));
         let names = (format!("probability-{}", i + 1), format!("how often each surface atom touches at {title}"));
         let length = atoms.cells as f64 * hold.lattice_constant_angstrom * ANGSTROM_M;
-        let image = desk.map((&names.0, &names.1), &picture::map(&small, range), length, legend)?;
+        let image = writer.map((&names.0, &names.1), &picture::map(&small, range), length, legend)?;
         let contact = state.contact_fraction;
         let words = format!("{} ± {}", percent(contact.value), percent(contact.error));
         drawn.push(panel(&title, image, html! { (words) " in contact" }));
@@ -60,6 +60,6 @@ pub fn section(desk: &Desk, atoms: &AtomsResults, hold: &NvtResults) -> Result<M
     })
 }
 
-fn with_error(mean: Mean, unit: &str) -> String {
+fn with_error(mean: ValueWithError, unit: &str) -> String {
     format!("{} ± {}\u{a0}{unit}", significant(mean.value, 4), significant(mean.error, 1))
 }

@@ -3,15 +3,15 @@
 use crate::load::Branch;
 use maud::{Markup, html};
 
-use super::desk::{Desk, figure, numbers, text};
 use super::distributions::LOOKS;
+use super::figures::{FigureWriter, figure, numbers, text};
 use crate::error::Result;
 use crate::interface::tabor;
 use crate::record::results::{CURVATURE_RADIUS, ContinuumResults, Results, StateResults};
 use crate::report::number::{percent, si, significant, trimmed};
 use crate::report::plot::{Axis, Curve, Marker, Plot, Style};
 
-pub fn section(desk: &Desk, results: &Results) -> Result<Markup> {
+pub fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     let Some(tabor) = Tabor::of(results) else { return Ok(html! {}) };
     let mut solved: Vec<(f64, &ContinuumResults)> = results
         .continuum
@@ -41,7 +41,7 @@ pub fn section(desk: &Desk, results: &Results) -> Result<Markup> {
         };
         LOOKS.iter().zip(&shown).map(curve).collect()
     };
-    let um = desk.scales.length_m * 1e6;
+    let um = writer.scales.length_m * 1e6;
     let mut figures = Vec::new();
     for (name, label, curves, caption) in [
         (
@@ -53,7 +53,7 @@ pub fn section(desk: &Desk, results: &Results) -> Result<Markup> {
         ("mean-gap-of-range", "mean gap (µm)", curves(&|s| s.mean_gap * um), "Mean gap likewise."),
     ] {
         let plot = Plot::new((Axis::Log, Axis::Log), ("Tabor parameter", label), curves);
-        figures.extend(desk.curves(name, &plot)?.map(|c| figure(c, html! { (caption) })));
+        figures.extend(writer.curves(name, &plot)?.map(|c| figure(c, html! { (caption) })));
     }
     let rows = solved
         .iter()
@@ -62,19 +62,19 @@ pub fn section(desk: &Desk, results: &Results) -> Result<Markup> {
             let resolved = c.range.map_or(0.0, |r| r.resolution_used);
             c.states.iter().filter(|s| s.branch == Branch::Loading).map(move |s| {
                 vec![
-                    text(si(range * desk.scales.length_m, "m", 4)),
+                    text(si(range * writer.scales.length_m, "m", 4)),
                     text(significant(*mu, 3)),
                     text(significant(resolved, 3)),
                     text(trimmed(s.p_star, 4)),
                     text(percent(s.contact_fraction_corrected)),
-                    text(si(s.mean_gap * desk.scales.length_m, "m", 4)),
+                    text(si(s.mean_gap * writer.scales.length_m, "m", 4)),
                 ]
             })
         })
         .collect();
     Ok(html! {
         p { "The loads on the way there, solved with the same work of adhesion over other ranges. Tabor’s parameter is "
-            "(R_c γ²/(E*² ρ³))^1/3 with the surface’s curvature radius R_c, " (si(tabor.radius * desk.scales.length_m, "m", 4))
+            "(R_c γ²/(E*² ρ³))^1/3 with the surface’s curvature radius R_c, " (si(tabor.radius * writer.scales.length_m, "m", 4))
             ", and the range that the grid was given." }
         @for f in &figures { (f) }
         (numbers(&["range", "Tabor parameter", "resolution", "p*", "contact, corrected", "mean gap"], rows))

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::desk::{Desk, capitalised, figure, panel, symbol, table, text};
+use super::figures::{FigureWriter, capitalised, figure, panel, symbol, table, text};
 use crate::error::{Error, Result};
 use crate::record::results::{Results, Statistic};
 use crate::report::map::Legend;
@@ -10,19 +10,19 @@ use crate::report::number::{count, si_given, significant};
 use crate::report::picture::{self, LONGEST_SIDE, Range};
 use crate::report::plot::{Axis, Curve, EXPECTED, Plot, REALISED};
 
-pub fn section(desk: &Desk, results: &Results) -> Result<Markup> {
+pub fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     let surface = &results.surface;
     let (nx, ny) = (surface.nx, surface.ny);
-    let map = surface.heights.as_ref().map(|file| map(desk, file, [nx, ny])).transpose()?;
+    let map = surface.heights.as_ref().map(|file| map(writer, file, [nx, ny])).transpose()?;
     let expected = surface.psd.iter().any(|p| p.expected.is_some());
-    let [length_x, length_y] = [1.0, surface.aspect].map(|l| si_given(l * desk.scales.length_m, "m"));
+    let [length_x, length_y] = [1.0, surface.aspect].map(|l| si_given(l * writer.scales.length_m, "m"));
     Ok(html! {
         p { (capitalised(&surface.origin)) ", on " (count(nx)) " × " (count(ny)) " nodes over a " (if surface.periodic { "periodic cell" } else { "patch that does not repeat," }) " of " (length_x) " × "
             (length_y) ". Heights count from the lowest point; the counterface touches the low points first." }
         @if !surface.statistics.is_empty() { (statistics(&surface.statistics)) }
         @if !surface.note.is_empty() { p.quiet { (surface.note) } }
         @if let Some(map) = map { (map) }
-        @if let Some(psd) = psd(desk, results)? {
+        @if let Some(psd) = psd(writer, results)? {
             (figure(psd, html! { "Radial power spectral density"
                 @if expected { ": what the realisation has against what the spectrum prescribes" } ". |n| is the wave number "
                 "over 2π/L, so |n| = 1 is one wave per cell."
@@ -32,9 +32,9 @@ pub fn section(desk: &Desk, results: &Results) -> Result<Markup> {
 }
 
 /// The heights as a picture.
-fn map(desk: &Desk, file: &str, [nx, ny]: [usize; 2]) -> Result<Markup> {
-    let path = desk.field(file)?;
-    let heights = picture::load(&path, LONGEST_SIDE, |h| h * desk.scales.length_m)?;
+fn map(writer: &FigureWriter, file: &str, [nx, ny]: [usize; 2]) -> Result<Markup> {
+    let path = writer.field(file)?;
+    let heights = picture::load(&path, LONGEST_SIDE, |h| h * writer.scales.length_m)?;
     // The picture has the file's shape; a table that speaks of another one must not stand beside it.
     if (heights.nx, heights.ny) != (nx.div_ceil(heights.factor), ny.div_ceil(heights.factor)) {
         let found = format!("another shape than the {nx} × {ny} nodes of results.json");
@@ -43,7 +43,7 @@ fn map(desk: &Desk, file: &str, [nx, ny]: [usize; 2]) -> Result<Markup> {
     let range = Range::of(&heights.values, 0.0);
     let legend = Legend::ramp(range, "m", false);
     let names = ("heights", "height map, dark is low");
-    let image = desk.large_map(names, &picture::map(&heights, range), desk.scales.length_m, legend)?;
+    let image = writer.large_map(names, &picture::map(&heights, range), writer.scales.length_m, legend)?;
     let blocks = if heights.factor > 1 {
         format!(" Each picture element is the mean of {0} × {0} nodes.", heights.factor)
     } else {
@@ -56,14 +56,14 @@ fn map(desk: &Desk, file: &str, [nx, ny]: [usize; 2]) -> Result<Markup> {
 }
 
 fn statistics(list: &[Statistic]) -> Markup {
-    let coarse = list.iter().any(|s| s.held.is_some());
+    let coarse = list.iter().any(|s| s.expected_on_grid.is_some());
     let rows = list
         .iter()
         .map(|s| {
             let unit = if s.unit == "1" { "" } else { &s.unit };
             let with_unit = |v: f64| text(format!("{} {unit}", significant(v, 4)).trim_end());
             let mut row = vec![text(&s.name), symbol(&s.symbol), s.expected.map_or(text("–"), with_unit)];
-            row.extend(coarse.then(|| s.held.map_or(text("–"), with_unit)));
+            row.extend(coarse.then(|| s.expected_on_grid.map_or(text("–"), with_unit)));
             row.extend([
                 with_unit(s.realised),
                 s.band.map_or(text("–"), |b| text(format!("± {} {unit}", significant(b, 2)).trim_end())),
@@ -93,7 +93,7 @@ fn statistics(list: &[Statistic]) -> Markup {
 
 /// The realisation against what its grid lets one expect.
 fn status(s: &Statistic) -> Markup {
-    match (s.held.or(s.expected), s.band) {
+    match (s.expected_on_grid.or(s.expected), s.band) {
         (Some(expected), Some(band)) if (s.realised - expected).abs() <= band => text("within the band"),
         (Some(_), Some(_)) => html! { span.bad { "outside the band" } },
         (Some(expected), None) if expected != 0.0 => {
@@ -109,7 +109,7 @@ fn status(s: &Statistic) -> Markup {
 /// falls to 10⁻¹⁴ on the largest grids.
 const ROUNDING: f64 = 1e-24;
 
-fn psd(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
+fn psd(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
     let points = &results.surface.psd;
     // Waves that are not there have the power of rounding errors.
     let largest = points.iter().map(|p| p.realised).fold(0.0, f64::max);
@@ -120,5 +120,5 @@ fn psd(desk: &Desk, results: &Results) -> Result<Option<Markup>> {
         curve("expected", EXPECTED, points.iter().filter_map(|p| Some((p.mode, p.expected?))).collect()),
     ];
     let plot = Plot::new((Axis::Log, Axis::Log), ("mode number |n|", "power per mode (L²)"), curves);
-    desk.curves("psd", &plot)
+    writer.curves("psd", &plot)
 }

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::desk::{Desk, figure, numbers, text};
+use super::figures::{FigureWriter, figure, numbers, text};
 use crate::error::Result;
 use crate::record::results::{AtomPullOff, AtomsResults, LoadStepResults, Unloading};
 use crate::report::number::{count, percent, significant, trimmed};
@@ -25,10 +25,10 @@ pub fn there_and_back(
     }
 }
 
-pub fn section(desk: &Desk, atoms: &AtomsResults, back: &Unloading) -> Result<Markup> {
+pub fn section(writer: &FigureWriter, atoms: &AtomsResults, back: &Unloading) -> Result<Markup> {
     let curves = there_and_back(&atoms.load_steps, Some(back.reversal_step), |s| (s.p_star, s.contacts as f64));
     let plot = Plot { proportion: 0.5, ..Plot::new((Axis::Linear, Axis::Linear), ("p*", "contact atoms"), curves) };
-    let curve = desk.curves("unloading-contacts", &plot)?;
+    let curve = writer.curves("unloading-contacts", &plot)?;
     let rows = back
         .changes
         .iter()

@@ -4,8 +4,9 @@ use super::methods;
 use crate::compare::frontier::front;
 use crate::error::Result;
 use crate::method::REGISTRY;
-use crate::record::tradeoff::{Measure, Tradeoff, TradeoffPoint};
-use crate::report::page::desk::{Desk, capitalised, figure};
+use crate::record::quantity::Quantity;
+use crate::record::tradeoff::{Tradeoff, TradeoffPoint};
+use crate::report::page::figures::{FigureWriter, capitalised, figure};
 use crate::report::picture::{self, Rgb};
 use crate::report::plot::{Axis, Curve, Dash, Marker, Plot, Style};
 use maud::{Markup, html};
@@ -29,11 +30,11 @@ pub fn style(method: &str) -> Style {
     Style { colour: COLOURS[place % COLOURS.len()], dash: Dash::None, marker }
 }
 
-pub fn section(desk: &Desk, told: &Tradeoff) -> Result<Markup> {
+pub fn section(writer: &FigureWriter, told: &Tradeoff) -> Result<Markup> {
     let mut figures = Vec::new();
-    for measure in Measure::ALL {
-        if let Some(drawn) = chart(desk, told, measure)? {
-            let caption = html! { (capitalised(measure.name())) ": " (measure.error()) "." };
+    for quantity in Quantity::COMPARED {
+        if let Some(drawn) = chart(writer, told, quantity)? {
+            let caption = html! { (capitalised(quantity.name())) ": " (quantity.error_definition()) "." };
             figures.push(figure(drawn, caption));
         }
     }
@@ -45,9 +46,10 @@ pub fn section(desk: &Desk, told: &Tradeoff) -> Result<Markup> {
     })
 }
 
-fn chart(desk: &Desk, told: &Tradeoff, measure: Measure) -> Result<Option<Markup>> {
-    let place =
-        |p: &TradeoffPoint| Some((p.cost.cpu_seconds.max(LEAST_SECONDS), told.error(p, measure).filter(|e| *e > 0.0)?));
+fn chart(writer: &FigureWriter, told: &Tradeoff, quantity: Quantity) -> Result<Option<Markup>> {
+    let place = |p: &TradeoffPoint| {
+        Some((p.cost.cpu_seconds.max(LEAST_SECONDS), told.error(p, quantity).filter(|e| *e > 0.0)?))
+    };
     let all: Vec<(f64, f64)> = told.points.iter().filter_map(place).collect();
     let (Some(least), Some(most)) =
         (all.iter().map(|p| p.0).reduce(f64::min), all.iter().map(|p| p.0).reduce(f64::max))
@@ -56,7 +58,7 @@ fn chart(desk: &Desk, told: &Tradeoff, measure: Measure) -> Result<Option<Markup
     };
     let mut curves = Vec::new();
     for r in &told.references {
-        if let Some(&u) = r.uncertainty.get(&measure).filter(|u| **u > 0.0) {
+        if let Some(&u) = r.uncertainty.get(&quantity).filter(|u| **u > 0.0) {
             let (label, style) = match told.references.len() {
                 1 => ("uncertain of the reference", UNCERTAIN),
                 _ if r.setting.adhesive => ("uncertain of the reference", UNCERTAIN),
@@ -74,10 +76,10 @@ fn chart(desk: &Desk, told: &Tradeoff, measure: Measure) -> Result<Option<Markup
             curves.push(Curve { label: method.into(), style: style(method), points });
         }
     }
-    let label = format!("error: {}{}", measure.name(), if measure.in_decades() { " (decades)" } else { "" });
+    let label = format!("error: {}{}", quantity.name(), if quantity.in_decades() { " (decades)" } else { "" });
     let errors = || all.iter().map(|p| p.1);
     let ends = [errors().fold(f64::INFINITY, f64::min) / ROOM, errors().fold(0.0, f64::max) * ROOM];
     let include = ends.map(|e| (least, e)).to_vec();
     let plot = Plot { include, ..Plot::new((Axis::Log, Axis::Log), ("processor time (s)", &label), curves) };
-    desk.curves(&format!("tradeoff-{}", measure.id().replace('_', "-")), &plot)
+    writer.curves(&format!("tradeoff-{}", quantity.id().replace('_', "-")), &plot)
 }

@@ -5,7 +5,7 @@ use crate::compare::frontier::Growth;
 use crate::error::Result;
 use crate::record::tradeoff::{FORECAST_TOLERANCE, Forecast, Tradeoff, TradeoffPoint};
 use crate::report::number::{duration, memory, significant};
-use crate::report::page::desk::{Desk, figure, numbers, text};
+use crate::report::page::figures::{FigureWriter, figure, numbers, text};
 use crate::report::plot::{Axis, Curve, Dash, Plot, Style};
 use maud::{Markup, html};
 
@@ -30,7 +30,7 @@ const PAPER: [Told; 3] = [
     Told { side: "32k", n: 32768.0, iterations: 3000, time: "three weeks", seconds: 21.0 * 86400.0, memory: "150 GB" },
 ];
 
-pub fn section(desk: &Desk, told: &Tradeoff) -> Result<Markup> {
+pub fn section(writer: &FigureWriter, told: &Tradeoff) -> Result<Markup> {
     let mut curves = Vec::new();
     let mut rows = Vec::new();
     for (method, _) in methods(told) {
@@ -45,7 +45,7 @@ pub fn section(desk: &Desk, told: &Tradeoff) -> Result<Markup> {
         rows.push(row(method, &points, grows(told, method), foreseen));
     }
     let plot = Plot::new((Axis::Log, Axis::Log), ("points of the grid", "processor time (s)"), curves);
-    let drawn = desk.curves("tradeoff-growth", &plot)?;
+    let drawn = writer.curves("tradeoff-growth", &plot)?;
     let paper = PAPER.iter().enumerate().map(|(i, t)| {
         let before = i.checked_sub(1).map(|i| &PAPER[i]);
         let exponent = before.map(|b| (t.seconds / b.seconds).ln() / (2.0 * (t.n / b.n).ln()));

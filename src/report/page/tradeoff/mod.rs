@@ -4,7 +4,7 @@ mod charts;
 mod costs;
 mod tables;
 
-use super::desk::{Desk, text};
+use super::figures::{FigureWriter, text};
 use super::{Section, document};
 use crate::compare::frontier::{Growth, growth};
 use crate::error::Result;
@@ -12,12 +12,12 @@ use crate::record::tradeoff::{FILE, Setting, Tradeoff, TradeoffPoint};
 use crate::report::number::{duration, trimmed};
 use maud::{Markup, html};
 
-pub fn page(desk: &Desk, told: &Tradeoff) -> Result<Markup> {
+pub fn page(writer: &FigureWriter, told: &Tradeoff) -> Result<Markup> {
     let mut sections = Vec::new();
     let mut add = |anchor, title, body| sections.push(Section { anchor, title, body });
-    add("front", "Error against cost", charts::section(desk, told)?);
+    add("front", "Error against cost", charts::section(writer, told)?);
     add("cheapest", "The cheapest that is good enough", tables::cheapest(told));
-    add("growth", "How costs grow", costs::section(desk, told)?);
+    add("growth", "How costs grow", costs::section(writer, told)?);
     if told.points.iter().any(|p| p.resolved.is_some()) {
         add("atoms", "Blocks of atoms", tables::atoms(told));
     }
@@ -73,7 +73,7 @@ fn words(s: &Setting) -> String {
     if let Some(block) = s.block {
         return format!("{}, a block of {block} cells", s.method);
     }
-    let slab = s.slab.map_or(String::new(), |t| format!(", a layer of {} L", trimmed(t, 3)));
+    let slab = s.layer_thickness.map_or(String::new(), |t| format!(", a layer of {} L", trimmed(t, 3)));
     format!("{}, {} points a side, {} to\u{a0}{}{slab}", s.method, s.nx, s.precision, trimmed(s.tolerance, 2))
 }
 

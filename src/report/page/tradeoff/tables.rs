@@ -2,22 +2,23 @@
 
 use super::{dash, words};
 use crate::compare::frontier::cheapest as least;
-use crate::record::tradeoff::{Measure, Tradeoff, TradeoffPoint};
+use crate::record::quantity::Quantity;
+use crate::record::tradeoff::{Tradeoff, TradeoffPoint};
 use crate::report::number::{count, duration, memory, percent, significant, trimmed};
-use crate::report::page::desk::{capitalised, numbers, table, text};
+use crate::report::page::figures::{capitalised, numbers, table, text};
 use maud::{Markup, html};
 
 /// Classes of error, as relative deviations. An order of magnitude is what is ten times too small: for errors in decades, one.
 const CLASSES: [(&str, f64); 4] = [("1 %", 0.01), ("5 %", 0.05), ("20 %", 0.2), ("an order of magnitude", 0.9)];
 
 /// Limit of a class for a measure.
-fn limit(measure: Measure, share: f64) -> f64 {
-    if measure.in_decades() && share == CLASSES[3].1 { 1.0 } else { measure.like_relative(share) }
+fn limit(quantity: Quantity, share: f64) -> f64 {
+    if quantity.in_decades() && share == CLASSES[3].1 { 1.0 } else { quantity.error_of_deviation(share) }
 }
 
 /// An error as people read it.
-pub fn shown(measure: Measure, error: f64) -> String {
-    if measure.in_decades() { format!("{} dec", significant(error, 2)) } else { percent_of(error) }
+pub fn shown(quantity: Quantity, error: f64) -> String {
+    if quantity.in_decades() { format!("{} dec", significant(error, 2)) } else { percent_of(error) }
 }
 
 fn percent_of(error: f64) -> String {
@@ -27,22 +28,22 @@ fn percent_of(error: f64) -> String {
 
 /// The cheapest setting of each class.
 pub fn cheapest(told: &Tradeoff) -> Markup {
-    let rows = Measure::ALL.into_iter().filter_map(|measure| {
+    let rows = Quantity::COMPARED.into_iter().filter_map(|quantity| {
         let known: Vec<(&TradeoffPoint, f64)> =
-            told.points.iter().filter_map(|p| Some((p, told.error(p, measure)?))).collect();
+            told.points.iter().filter_map(|p| Some((p, told.error(p, quantity)?))).collect();
         let points: Vec<(f64, f64)> = known.iter().map(|(p, e)| (p.cost.cpu_seconds, *e)).collect();
-        let cell = |(_, share): &(&str, f64)| match least(&points, limit(measure, *share)) {
+        let cell = |(_, share): &(&str, f64)| match least(&points, limit(quantity, *share)) {
             None => dash(),
             Some(i) => {
                 let (p, error) = known[i];
                 html! {
                     (words(&p.setting)) @if p.calibrated_on.is_some() { "*" } br;
-                    span.quiet { (duration(p.cost.cpu_seconds)) ", error " (shown(measure, error)) }
+                    span.quiet { (duration(p.cost.cpu_seconds)) ", error " (shown(quantity, error)) }
                 }
             }
         };
         (!points.is_empty())
-            .then(|| std::iter::once(text(capitalised(measure.name()))).chain(CLASSES.iter().map(cell)).collect())
+            .then(|| std::iter::once(text(capitalised(quantity.name()))).chain(CLASSES.iter().map(cell)).collect())
     });
     let head: Vec<&str> = std::iter::once("quantity").chain(CLASSES.iter().map(|c| c.0)).collect();
     html! {
@@ -68,7 +69,7 @@ pub fn references(told: &Tradeoff) -> Markup {
                      distributions are uncertain by what is left to come where errors fall from grid to grid as they did on these, \
                      at most with the second order; of one grid below, with the first." } }
             @let rows = r.loads.iter().map(|l| {
-                let cell = |m: Measure, unit: f64, name: &str| match l.numbers.get(&m) {
+                let cell = |m: Quantity, unit: f64, name: &str| match l.numbers.get(&m) {
                     None => dash(),
                     Some(n) => {
                         let error = n.uncertainty.map_or(" (no error)".to_string(), |u| format!(" ± {}", significant(u * unit, 2)));
@@ -78,14 +79,14 @@ pub fn references(told: &Tradeoff) -> Markup {
                 };
                 vec![
                     text(trimmed(l.p_star, 4)),
-                    cell(Measure::ContactArea, 100.0, "\u{a0}%"),
-                    cell(Measure::MeanGap, um, "\u{a0}µm"),
-                    cell(Measure::Stiffness, 1.0, "\u{a0}E*/L"),
+                    cell(Quantity::ContactArea, 100.0, "\u{a0}%"),
+                    cell(Quantity::MeanGap, um, "\u{a0}µm"),
+                    cell(Quantity::Stiffness, 1.0, "\u{a0}E*/L"),
                 ]
             });
             (numbers(&["p*", "contact", "mean gap", "stiffness"], rows.collect()))
-            @let of = |m: Measure| r.uncertainty.get(&m).map(|u| format!("{} {}", m.name(), shown(m, *u)));
-            p.quiet { "Uncertain, over the loads: " (Measure::ALL.into_iter().filter_map(of).collect::<Vec<_>>().join("; ")) "." }
+            @let of = |m: Quantity| r.uncertainty.get(&m).map(|u| format!("{} {}", m.name(), shown(m, *u)));
+            p.quiet { "Uncertain, over the loads: " (Quantity::COMPARED.into_iter().filter_map(of).collect::<Vec<_>>().join("; ")) "." }
         }
     }
 }
@@ -103,9 +104,13 @@ pub fn atoms(told: &Tradeoff) -> Markup {
             text(format!("L/{}", significant(1.0 / r.shortest_wavelength, 2))),
             text(significant(r.gradient, 3)),
         ];
-        for m in
-            [Measure::ContactArea, Measure::MeanGap, Measure::GapMap, Measure::ContactMap, Measure::MedianClusterArea]
-        {
+        for m in [
+            Quantity::ContactArea,
+            Quantity::MeanGap,
+            Quantity::GapMap,
+            Quantity::ContactMap,
+            Quantity::MedianClusterArea,
+        ] {
             let pair = [&p.errors, &r.errors].map(|e| e.get(&m).map_or("–".into(), |e| shown(m, *e)));
             cells.push(text(pair.join(" | ")));
         }
@@ -151,7 +156,7 @@ pub fn settings(told: &Tradeoff) -> Markup {
             text(memory(c.planned_bytes)),
             text(memory(c.measured_bytes)),
         ];
-        cells.extend(Measure::ALL.map(|m| p.errors.get(&m).map_or_else(dash, |e| text(shown(m, *e)))));
+        cells.extend(Quantity::COMPARED.map(|m| p.errors.get(&m).map_or_else(dash, |e| text(shown(m, *e)))));
         cells
     };
     let head = [
@@ -185,7 +190,7 @@ pub fn settings(told: &Tradeoff) -> Markup {
         match &p.unavailable_reason {
             Some(why) => tell(why.clone(), method),
             None => p.missing.iter().for_each(|m| {
-                let quantity = Measure::ALL.iter().find(|q| q.quantity() == m.quantity);
+                let quantity = Quantity::COMPARED.iter().find(|q| q.output().id() == m.quantity);
                 if let Some(q) = quantity {
                     tell(format!("{}: {}", q.name(), m.reason), method);
                 }

@@ -3,11 +3,11 @@
 use crate::load::Branch;
 use maud::{Markup, html};
 
-use super::certainty::parts;
 use super::compare::{SAME_LOAD, deviation, matched};
+use super::uncertainty::parts;
 use crate::record::advice::AccuracyChoice;
+use crate::record::quantity::Quantity;
 use crate::record::results::{ComparisonResults, ContinuumResults, Results, StateResults};
-use crate::record::tradeoff::Measure;
 use crate::record::uncertainty::UncertaintySource;
 use crate::report::number::{change, count, duration, error_of, memory, percent, si, si_given, significant, trimmed};
 
@@ -120,11 +120,11 @@ fn continuum_found(results: &Results, c: &ContinuumResults) -> Option<String> {
         )
     };
     let sentence = format!("{scale}{path} ({}, {}, perimeter-corrected; {stops}).", c.method, first.criterion);
-    Some(super::desk::capitalised(&sentence))
+    Some(super::figures::capitalised(&sentence))
 }
 
 /// The most that a quantity is uncertain by at a load, all that is known of it together, and what most of that is from.
-fn uncertain(c: &ContinuumResults, quantity: Measure) -> Option<String> {
+fn uncertain(c: &ContinuumResults, quantity: Quantity) -> Option<String> {
     let total = |parts: &[(UncertaintySource, f64)]| parts.iter().map(|p| p.1).sum::<f64>();
     let there = c.states.iter().filter(|s| s.stop != "detached");
     let worst = there.map(|s| parts(s, quantity)).max_by(|a, b| total(a).total_cmp(&total(b)))?;
@@ -180,13 +180,13 @@ fn tiles(results: &Results) -> Vec<Tile> {
             note: format!(
                 "of the cell, perimeter-corrected{}{}",
                 branches(contact, &percent),
-                doubt(Measure::ContactArea)
+                doubt(Quantity::ContactArea)
             ),
         });
         tiles.push(Tile {
             name: format!("mean gap at p* = {loads}{scale}"),
             value: span(of(gap), length),
-            note: format!("under {pressure}{}{}", branches(gap, &length), doubt(Measure::MeanGap)),
+            note: format!("under {pressure}{}{}", branches(gap, &length), doubt(Quantity::MeanGap)),
         });
         if let Some(p) = &c.pull_off {
             let of = |p: f64, n: usize| si(p * results.scales.modulus_pa, "Pa", n);

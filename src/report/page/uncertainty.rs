@@ -3,40 +3,40 @@
 use crate::load::Branch;
 use maud::{Markup, html};
 
-use super::desk::{Desk, capitalised, figure, numbers, text};
+use super::figures::{FigureWriter, capitalised, figure, numbers, text};
 use crate::error::Result;
+use crate::record::quantity::Quantity;
 use crate::record::results::{ContinuumResults, StateResults};
-use crate::record::tradeoff::Measure;
 use crate::record::uncertainty::UncertaintySource;
 use crate::report::number::{change, percent, si, significant, trimmed};
 use crate::report::plot::{Axis, Curve, LABORATORY, POINTED_OUT, Plot};
 use crate::scene::REFERENCE_LOAD;
 
-pub fn section(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
+pub fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     Ok(html! {
         @if let Some(r) = c.range {
             p { "Adhesion: "
                 @if let Some(gamma) = r.gamma {
-                    "work γ = " (significant(gamma * desk.scales.modulus_pa * desk.scales.length_m * 1e3, 4)) " mJ/m², "
+                    "work γ = " (significant(gamma * writer.scales.modulus_pa * writer.scales.length_m * 1e3, 4)) " mJ/m², "
                 }
-                "range ρ = " (si(r.requested * desk.scales.length_m, "m", 4)) " asked for, "
-                (si(r.used * desk.scales.length_m, "m", 4)) " used." }
+                "range ρ = " (si(r.requested * writer.scales.length_m, "m", 4)) " asked for, "
+                (si(r.used * writer.scales.length_m, "m", 4)) " used." }
         }
         @if let Some(r) = c.range.filter(|r| r.used != r.requested) {
-            p { "The adhesion's range of " (si(r.requested * desk.scales.length_m, "m", 3)) " is enlarged "
+            p { "The adhesion's range of " (si(r.requested * writer.scales.length_m, "m", 3)) " is enlarged "
                 (significant(r.used / r.requested, 3)) " times on this grid, which would not resolve it: cohesive resolution "
                 (significant(r.resolution_requested, 2)) " instead of " (significant(r.resolution_used, 2)) "." }
         }
-        @if c.states.iter().any(|s| s.discretisation.is_some()) { (table(desk, c)) }
+        @if c.states.iter().any(|s| s.discretisation.is_some()) { (table(writer, c)) }
         (budgets(c))
         @if let Some(why) = &c.pull_off_failure {
             p { span.bad { "The pull-off was not found: " } (why) ". The loads above are whole without it." }
         }
-        (pull_off(desk, c)?)
+        (pull_off(writer, c)?)
     })
 }
 
-fn table(desk: &Desk, c: &ContinuumResults) -> Markup {
+fn table(writer: &FigureWriter, c: &ContinuumResults) -> Markup {
     let extrapolated = c.states.iter().any(|s| s.extrapolated.is_some());
     let branches = c.states.iter().any(|s| s.branch == Branch::Unloading);
     let mut head = vec!["p*"];
@@ -53,7 +53,7 @@ fn table(desk: &Desk, c: &ContinuumResults) -> Markup {
         row.push(text(change(d.and_then(|d| d.mean_gap), d.is_some_and(|d| d.mean_gap_is_bound))));
         row.push(text(s.energy_error_estimate.map_or("–".into(), |e| significant(e, 2))));
         if let Some(e) = s.extrapolated {
-            let metres = |v: f64, n: usize| si(v * desk.scales.length_m, "m", n);
+            let metres = |v: f64, n: usize| si(v * writer.scales.length_m, "m", n);
             let [area, error] = [(e.area.value, 3), (e.area.error, 2)].map(|(v, n)| significant(100.0 * v, n));
             row.push(text(format!("({area} ± {error})\u{a0}% of the cell")));
             let gap = e.mean_gap.map(|g| format!("{} ± {}", metres(g.value, 4), metres(g.error, 2)));
@@ -82,12 +82,12 @@ pub fn budgets(c: &ContinuumResults) -> Markup {
     let near = |s: &&StateResults| (s.p_star / REFERENCE_LOAD).ln().abs();
     let known = c.states.iter().filter(|s| !s.uncertainty.is_empty() && s.p_star > 0.0);
     let Some(shown) = known.min_by(|a, b| near(a).total_cmp(&near(b))) else { return html! {} };
-    let quantities = [Measure::ContactArea, Measure::MeanGap];
+    let quantities = [Quantity::ContactArea, Quantity::MeanGap];
     // A continuum of its own has no block.
     let has = |source: UncertaintySource| {
         source != UncertaintySource::Depth || c.states.iter().any(|s| s.uncertainty.iter().any(|p| p.source == source))
     };
-    let row = |s: &StateResults, quantity: Measure| {
+    let row = |s: &StateResults, quantity: Quantity| {
         let part = |source: UncertaintySource| match s
             .uncertainty
             .iter()
@@ -121,12 +121,12 @@ pub fn budgets(c: &ContinuumResults) -> Markup {
 }
 
 /// What is known of what a quantity is uncertain by, over its value.
-pub(super) fn parts(s: &StateResults, quantity: Measure) -> Vec<(UncertaintySource, f64)> {
+pub(super) fn parts(s: &StateResults, quantity: Quantity) -> Vec<(UncertaintySource, f64)> {
     s.uncertainty.iter().filter(|p| p.quantity == quantity).filter_map(|p| Some((p.source, p.relative?))).collect()
 }
 
 /// One quantity's parts side by side, as shares of the longest bar.
-fn bar(s: &StateResults, quantity: Measure, longest: f64) -> Markup {
+fn bar(s: &StateResults, quantity: Quantity, longest: f64) -> Markup {
     let parts = parts(s, quantity);
     let total: f64 = parts.iter().map(|p| p.1).sum();
     let colour = |source: UncertaintySource| {
@@ -145,9 +145,9 @@ fn bar(s: &StateResults, quantity: Measure, longest: f64) -> Markup {
     }
 }
 
-fn pull_off(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
+fn pull_off(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     let Some(pulled) = &c.pull_off else { return Ok(html! {}) };
-    let (um, kpa) = (desk.scales.length_m * 1e6, desk.scales.modulus_pa * 1e-3);
+    let (um, kpa) = (writer.scales.length_m * 1e6, writer.scales.modulus_pa * 1e-3);
     let curves = vec![
         Curve {
             label: "on the way apart".into(),
@@ -163,13 +163,13 @@ fn pull_off(desk: &Desk, c: &ContinuumResults) -> Result<Markup> {
     let labels = ("mean gap (µm)", "mean pressure (kPa)");
     let include = vec![(pulled.mean_gap * um, 0.0)];
     let plot = Plot { include, ..Plot::new((Axis::Linear, Axis::Linear), labels, curves) };
-    let curve = desk.curves("pull-off", &plot)?;
+    let curve = writer.curves("pull-off", &plot)?;
     Ok(html! {
         p { "Pulled apart from there, the surfaces hold a pull of at most "
-            strong { (si(-pulled.pressure * desk.scales.modulus_pa, "Pa", 4)) }
-            @if let Some(error) = pulled.pressure_error { " ± " (si(error * desk.scales.modulus_pa, "Pa", 2)) }
-            ", at a mean gap of " (si(pulled.mean_gap * desk.scales.length_m, "m", 4)) " ± "
-            (si(pulled.mean_gap_error * desk.scales.length_m, "m", 2)) ". "
+            strong { (si(-pulled.pressure * writer.scales.modulus_pa, "Pa", 4)) }
+            @if let Some(error) = pulled.pressure_error { " ± " (si(error * writer.scales.modulus_pa, "Pa", 2)) }
+            ", at a mean gap of " (si(pulled.mean_gap * writer.scales.length_m, "m", 4)) " ± "
+            (si(pulled.mean_gap_error * writer.scales.length_m, "m", 2)) ". "
             @match pulled.coarser {
                 Some([nx, ny]) => { "The errors are the changes from a grid of " (nx) " × " (ny) " nodes." }
                 None => { "The errors are what the search on this grid leaves; what the grid itself leaves is not known." }

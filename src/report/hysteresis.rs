@@ -2,7 +2,7 @@ use super::number::trimmed;
 use crate::record::results::{ContinuumResults, Hysteresis};
 
 /// What the way back was, in a sentence; none where there was none. `work` says energies per area, units of E* L.
-pub fn way_back(c: &ContinuumResults, work: impl Fn(f64) -> String) -> Option<String> {
+pub fn hysteresis_sentence(c: &ContinuumResults, work: impl Fn(f64) -> String) -> Option<String> {
     let loop_takes = work(c.hysteresis_work?);
     let hanging: Vec<String> = c
         .states

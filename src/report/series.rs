@@ -1,17 +1,18 @@
 //! The ladders of one method as Markdown: what its grid, its tolerance, its precision and a finite slab cost in accuracy.
 
 use super::number::{duration, error_of, significant};
-use crate::record::tradeoff::{Measure, Tradeoff, TradeoffPoint};
+use crate::record::quantity::Quantity;
+use crate::record::tradeoff::{Tradeoff, TradeoffPoint};
 
 /// Columns of errors.
-const COLUMNS: [Measure; 7] = [
-    Measure::ContactArea,
-    Measure::MeanGap,
-    Measure::Stiffness,
-    Measure::GapMap,
-    Measure::ContactMap,
-    Measure::GapPdf,
-    Measure::StressPdf,
+const COLUMNS: [Quantity; 7] = [
+    Quantity::ContactArea,
+    Quantity::MeanGap,
+    Quantity::Stiffness,
+    Quantity::GapMap,
+    Quantity::ContactMap,
+    Quantity::GapPdf,
+    Quantity::StressPdf,
 ];
 
 /// Tables of a method's points, each of a ladder in which one thing changes from the setting of the reference.
@@ -20,7 +21,7 @@ pub fn markdown(told: &Tradeoff, method: &str) -> String {
         told.points.iter().filter(|p| p.setting.method == method && p.unavailable_reason.is_none()).collect();
     let grids: Vec<&TradeoffPoint> = told.grids(method);
     let Some(base) = grids.first().map(|p| &p.setting) else { return String::new() };
-    let of = |p: &&&TradeoffPoint, n: usize| p.setting.nx == n && p.setting.slab.is_none();
+    let of = |p: &&&TradeoffPoint, n: usize| p.setting.nx == n && p.setting.layer_thickness.is_none();
     // Tolerances and precisions are those of one grid: that with most of them.
     let settings = |n: usize| known.iter().filter(|p| of(p, n)).count();
     let n = grids.iter().map(|p| p.setting.nx).max_by_key(|n| settings(*n)).unwrap_or(base.nx);
@@ -29,8 +30,11 @@ pub fn markdown(told: &Tradeoff, method: &str) -> String {
     tolerances.sort_by(|a, b| b.setting.tolerance.total_cmp(&a.setting.tolerance));
     let precisions: Vec<&TradeoffPoint> =
         known.iter().filter(|p| of(p, n) && p.setting.precision != base.precision).copied().collect();
-    let mut slabs: Vec<&TradeoffPoint> = known.iter().filter(|p| p.setting.slab.is_some()).copied().collect();
-    slabs.sort_by(|a, b| a.setting.slab.partial_cmp(&b.setting.slab).unwrap_or(std::cmp::Ordering::Equal));
+    let mut slabs: Vec<&TradeoffPoint> =
+        known.iter().filter(|p| p.setting.layer_thickness.is_some()).copied().collect();
+    slabs.sort_by(|a, b| {
+        a.setting.layer_thickness.partial_cmp(&b.setting.layer_thickness).unwrap_or(std::cmp::Ordering::Equal)
+    });
     let mut coarse_first = grids.clone();
     coarse_first.sort_by_key(|p| p.setting.nx);
     let wave = |p: &TradeoffPoint| significant(p.setting.nx as f64 * told.shortest_wavelength, 3);
@@ -41,7 +45,7 @@ pub fn markdown(told: &Tradeoff, method: &str) -> String {
     table(&mut text, "Tolerance", &[format!("tolerance on {n} points a side")], &tolerances, &tolerance);
     let precision = |p: &TradeoffPoint| vec![format!("{} to {:e}", p.setting.precision, p.setting.tolerance)];
     table(&mut text, "Precision", &[format!("precision on {n} points a side")], &precisions, &precision);
-    let slab = |p: &TradeoffPoint| vec![p.setting.slab.map_or(String::new(), |t| significant(t, 3))];
+    let slab = |p: &TradeoffPoint| vec![p.setting.layer_thickness.map_or(String::new(), |t| significant(t, 3))];
     table(&mut text, "Finite slab", &["thickness / L".to_string()], &slabs, &slab);
     text
 }
@@ -62,7 +66,7 @@ fn table(
     text.push_str(&line(head.iter().cloned().chain(["CPU".into()]).chain(names).collect()));
     text.push_str(&line(vec!["---".into(); head.len() + 1 + COLUMNS.len()]));
     for p in points {
-        let error = |m: Measure| p.errors.get(&m).map_or("–".into(), |e| error_of(m, *e));
+        let error = |m: Quantity| p.errors.get(&m).map_or("–".into(), |e| error_of(m, *e));
         text.push_str(&line(
             of(p).into_iter().chain([duration(p.cost.cpu_seconds)]).chain(COLUMNS.map(error)).collect(),
         ));

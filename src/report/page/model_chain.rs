@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::desk::{Desk, figure, numbers, panel, panels, text};
+use super::figures::{FigureWriter, figure, numbers, panel, panels, text};
 use crate::error::Result;
 use crate::record::results::{ComparisonResults, LoadComparison, ModelChainStep};
 use crate::report::number::{count, percent, significant, trimmed};
@@ -20,7 +20,7 @@ fn look(id: &str) -> (Style, &'static str) {
 }
 
 /// Nothing where the results are of an earlier version.
-pub fn section(desk: &Desk, c: &ComparisonResults) -> Result<Markup> {
+pub fn section(writer: &FigureWriter, c: &ComparisonResults) -> Result<Markup> {
     let loads: Vec<&LoadComparison> = c.loads.iter().filter(|l| !l.model_chain.is_empty()).collect();
     if loads.is_empty() {
         return Ok(html! {});
@@ -50,11 +50,11 @@ pub fn section(desk: &Desk, c: &ComparisonResults) -> Result<Markup> {
         ("versions-area", area, "Contact of each version at the block’s surface sites."),
         ("versions-gap", gap, "Mean gap of each version; matching the criterion does not change it."),
     ] {
-        figures.extend(desk.curves(name, &plot)?.map(|svg| figure(svg, html! { (caption) })));
+        figures.extend(writer.curves(name, &plot)?.map(|svg| figure(svg, html! { (caption) })));
     }
     let mut each = Vec::new();
     for (i, load) in loads.iter().enumerate() {
-        each.push(one_load(desk, load, i + 1)?);
+        each.push(one_load(writer, load, i + 1)?);
     }
     Ok(html! {
         h3 { "From the full heights to the atoms" }
@@ -91,7 +91,7 @@ fn table(loads: &[&LoadComparison]) -> Markup {
 }
 
 /// Distributions of gap, stress and patch area at one load.
-fn one_load(desk: &Desk, load: &LoadComparison, number: usize) -> Result<Markup> {
+fn one_load(writer: &FigureWriter, load: &LoadComparison, number: usize) -> Result<Markup> {
     let curves = |of: &dyn Fn(&ModelChainStep) -> Vec<(f64, f64)>, left_out: &str| -> Vec<Curve> {
         let shown = load.model_chain.iter().filter(|v| v.id != left_out);
         let curve = |v: &ModelChainStep| Curve {
@@ -117,7 +117,7 @@ fn one_load(desk: &Desk, load: &LoadComparison, number: usize) -> Result<Markup>
         ("Patches up to an area", "versions-patches", patches),
     ] {
         let plot = Plot { width: PANEL, proportion: 0.8, ..plot };
-        drawn.extend(desk.curves(&format!("{name}-{number}"), &plot)?.map(|svg| panel(title, svg, html! {})));
+        drawn.extend(writer.curves(&format!("{name}-{number}"), &plot)?.map(|svg| panel(title, svg, html! {})));
     }
     Ok(figure(
         panels(drawn.len(), &drawn),

@@ -12,14 +12,14 @@ use crate::report::picture::Picture;
 use crate::report::plot::Plot;
 
 /// The run folder, and what all its pictures share.
-pub struct Desk<'a> {
+pub struct FigureWriter<'a> {
     pub folder: &'a Path,
     /// Extent in y over extent in x: pictures keep the cell's shape even where the grid's cells are not square.
     pub aspect: f64,
     pub scales: ScalesSi,
 }
 
-impl Desk<'_> {
+impl FigureWriter<'_> {
     /// A file that `results.json` names: relative and inside the run folder, so that the folder can be moved.
     pub fn field(&self, name: &str) -> Result<PathBuf> {
         let inside = Path::new(name).components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir));
