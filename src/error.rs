@@ -79,7 +79,7 @@ pub enum Error {
     PullOff { why: String, kept: PathBuf },
     /// What was asked for was solved and its report stands, but not all that was to be solved beside it.
     #[error("{why}; the rest is in {}", .kept.display())]
-    Beside { why: String, kept: PathBuf },
+    AuxiliarySolve { why: String, kept: PathBuf },
     /// LAMMPS was started and did not end well.
     #[error("LAMMPS failed in {}: {failure}", .folder.display())]
     Lammps { folder: PathBuf, failure: LammpsFailure },
@@ -123,7 +123,7 @@ impl Error {
     }
 
     /// The same complaints about a value, told of the file and, where it has another name there, the key it came from.
-    pub fn told_of(self, place: impl ToString, key: Option<&str>) -> Self {
+    pub fn with_context(self, place: impl ToString, key: Option<&str>) -> Self {
         match self {
             Error::Input { mut list, .. } => {
                 list.iter_mut().for_each(|c| c.key = key.map_or(std::mem::take(&mut c.key), str::to_string));
@@ -149,7 +149,7 @@ impl Error {
         use std::io::ErrorKind::{OutOfMemory, QuotaExceeded, StorageFull};
         match self {
             Error::Input { .. } | Error::Syntax { .. } | Error::Format { .. } | Error::Height { .. } => 2,
-            Error::NotConverged { .. } | Error::PullOff { .. } | Error::Beside { .. } => 3,
+            Error::NotConverged { .. } | Error::PullOff { .. } | Error::AuxiliarySolve { .. } => 3,
             Error::Lammps { .. } => 4,
             Error::Memory { .. } | Error::MissingProgram { .. } => 5,
             Error::Io { source, .. } => match source.kind() {

@@ -21,18 +21,18 @@ pub fn return_freed_memory() {
 }
 
 /// Memory that a piece of work takes beyond what was there before it.
-pub struct Growth {
+pub struct MemoryGrowth {
     before: u64,
     earlier_peak: u64,
 }
 
-impl Growth {
+impl MemoryGrowth {
     /// What was freed goes back to the system first: it would be found there again, and not be counted.
     pub fn begin() -> Self {
         let earlier_peak = peak_rss_bytes();
         return_freed_memory();
         reset_peak_rss();
-        Growth { before: peak_rss_bytes(), earlier_peak }
+        MemoryGrowth { before: peak_rss_bytes(), earlier_peak }
     }
 
     /// Resident when it began, bytes.

@@ -5,7 +5,7 @@
 //! unit carries it in its name.
 
 /// Longest time that anything can be given, s: thirty years, which clocks can still add to now.
-pub const LONGEST_SECONDS: f64 = 1e9;
+pub const MAX_SECONDS: f64 = 1e9;
 
 /// 1 eV/Å³ in GPa (CODATA 2018: e = 1.602176634e-19 C).
 pub const GPA_PER_EV_A3: f64 = 160.217_663_4;

@@ -152,9 +152,9 @@ impl LayerDisplacementField {
         let bonded = || Error::input("block of atoms", "layer", "not bonded to its base", "a bonded layer");
         let inside = self.modes.iter().map(|m| {
             let k = ((m.kx * m.kx + m.ky * m.ky) as f64).sqrt();
-            let inside = self.layer.interior(TAU * k, z).ok_or_else(bonded)?;
-            let aside = m.pressure * Complex::i() * inside.aside / k;
-            Ok((*m, [aside * m.kx as f64, aside * m.ky as f64, -m.pressure * inside.down]))
+            let inside = self.layer.displacement_at(TAU * k, z).ok_or_else(bonded)?;
+            let aside = m.pressure * Complex::i() * inside.tangential / k;
+            Ok((*m, [aside * m.kx as f64, aside * m.ky as f64, -m.pressure * inside.normal]))
         });
         let inside: Vec<(Mode, [Complex<f64>; 3])> = inside.collect::<Result<_>>()?;
         let mut moved = vec![[0.0; 3]; block.atoms_per_layer() as usize];
@@ -360,14 +360,14 @@ mod tests {
         let moved = pressed.of_layer(&block, index, &Transform::new(Grid::unit(6, 6))).expect("bonded");
         let q = TAU * 5f64.sqrt();
         let z = block.height_of(index) / block.length();
-        let inside = pressed.layer.interior(q, z).expect("bonded");
-        let top = pressed.layer.interior(q, pressed.layer.thickness).expect("bonded").down;
+        let inside = pressed.layer.displacement_at(q, z).expect("bonded");
+        let top = pressed.layer.displacement_at(q, pressed.layer.thickness).expect("bonded").normal;
         let first = 1 + block.fixed() as u32 + (index - block.base_layers) as u32 * block.atoms_per_layer() as u32;
         for (rank, found) in moved.iter().enumerate() {
             let [x, y, _] = block.site(first + rank as u32).expect("of the block").position.map(|c| c / block.length());
             let angle = TAU * (k.0 * x + k.1 * y) + phase;
-            let down = 0.01 * inside.down / top * angle.cos() + 0.02 * 0.4 * z / pressed.layer.thickness;
-            let aside = -0.01 * inside.aside / top * angle.sin();
+            let down = 0.01 * inside.normal / top * angle.cos() + 0.02 * 0.4 * z / pressed.layer.thickness;
+            let aside = -0.01 * inside.tangential / top * angle.sin();
             let expected = [aside * k.0 / 5f64.sqrt(), aside * k.1 / 5f64.sqrt(), -down].map(|u| u * block.length());
             assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-10), "{rank}: {found:?} {expected:?}");
         }

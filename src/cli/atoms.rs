@@ -4,7 +4,7 @@ use crate::atoms::job::Job;
 use crate::pipeline::{self, Listener};
 use crate::report::number::{count, percent, significant};
 use crate::scene::{AtomsCase, Case};
-use crate::units::LONGEST_SECONDS;
+use crate::units::MAX_SECONDS;
 use crate::{Error, Result};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -98,8 +98,8 @@ impl Atoms {
                 Ok(())
             }
             Atoms::Run { job, lammps, ranks, time_limit, json } => {
-                if let Some(s) = time_limit.filter(|s| !(*s > 0.0 && *s <= LONGEST_SECONDS)) {
-                    let accepted = format!("a positive number of seconds, at most {LONGEST_SECONDS}");
+                if let Some(s) = time_limit.filter(|s| !(*s > 0.0 && *s <= MAX_SECONDS)) {
+                    let accepted = format!("a positive number of seconds, at most {MAX_SECONDS}");
                     return Err(Error::input("command line", "--time-limit", s, accepted));
                 }
                 let job = Job::open(&job)?;

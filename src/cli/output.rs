@@ -280,7 +280,7 @@ pub fn ended(results: &Results, page: PathBuf) -> Result<ExitCode> {
         return Err(Error::PullOff { why, kept: page });
     }
     if !results.failures.is_empty() {
-        return Err(Error::Beside { why: results.failures.join("; "), kept: page });
+        return Err(Error::AuxiliarySolve { why: results.failures.join("; "), kept: page });
     }
     let failed = results.acceptance.iter().any(|j| j.status == CheckStatus::Fail);
     Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })

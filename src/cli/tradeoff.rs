@@ -7,7 +7,7 @@ use crate::record::tradeoff::{
 };
 use crate::report::number::{count, duration, error_of, memory, significant, trimmed};
 use crate::scene::{ALL_METHODS, Case, MOST_FOUNDATION_CELLS, Scene};
-use crate::units::LONGEST_SECONDS;
+use crate::units::MAX_SECONDS;
 use crate::{Error, Result};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -140,7 +140,7 @@ pub fn seconds(flag: &str, text: &str) -> Result<f64> {
     };
     let found = unit.zip(digits.trim().parse::<f64>().ok()).map(|(unit, n)| unit * n);
     found
-        .filter(|s| *s > 0.0 && *s <= LONGEST_SECONDS)
+        .filter(|s| *s > 0.0 && *s <= MAX_SECONDS)
         .ok_or_else(|| Error::input(PLACE, flag, text, "a time above zero, at most 30 years, as 0.5s, 30s, 10m or 2h"))
 }
 

@@ -8,17 +8,17 @@ use super::Grid;
 use rayon::prelude::*;
 
 /// No node is marked.
-pub const NOWHERE: u32 = u32::MAX;
+pub const NO_NODE: u32 = u32::MAX;
 
-/// For each node `[ny, nx]` the index of the nearest marked one (nonzero in `map`); [`NOWHERE`] if none is.
-pub fn nearest(grid: Grid, map: &[u8]) -> Vec<u32> {
+/// For each node `[ny, nx]` the index of the nearest marked one (nonzero in `map`); [`NO_NODE`] if none is.
+pub fn nearest_marked(grid: Grid, map: &[u8]) -> Vec<u32> {
     let (nx, ny) = (grid.nx, grid.ny);
     let mut found = nearest_rows(nx, ny, map);
     let (dx, dy) = (grid.dx(), grid.dy());
     found.par_chunks_mut(nx).enumerate().for_each_init(Envelope::default, |envelope, (y, row)| {
         // Squares of the distances along y, of columns that have a marked node.
         let column = |x: usize| {
-            (row[x] != NOWHERE).then(|| {
+            (row[x] != NO_NODE).then(|| {
                 let d = dy * around(row[x] as usize, y, ny);
                 d * d
             })
@@ -35,13 +35,13 @@ pub fn nearest(grid: Grid, map: &[u8]) -> Vec<u32> {
     found
 }
 
-/// Shortest way from node `from` to node `to` on the periodic cell, units of L.
-pub fn separation(grid: Grid, from: usize, to: usize) -> (f64, f64) {
+/// Vector from node `from` to the nearest periodic image of node `to`, units of L.
+pub fn minimum_image(grid: Grid, from: usize, to: usize) -> [f64; 2] {
     let along = |a: usize, b: usize, n: usize, d: f64| {
         let steps = super::signed_mode((b + n - a) % n, n);
         d * steps as f64
     };
-    (along(from % grid.nx, to % grid.nx, grid.nx, grid.dx()), along(from / grid.nx, to / grid.nx, grid.ny, grid.dy()))
+    [along(from % grid.nx, to % grid.nx, grid.nx, grid.dx()), along(from / grid.nx, to / grid.nx, grid.ny, grid.dy())]
 }
 
 /// Steps between two of `n` places on a ring.
@@ -52,9 +52,9 @@ fn around(a: usize, b: usize, n: usize) -> f64 {
 
 /// For each node the nearest row in its column with a marked node; of two as near, the one reached by rising rows.
 fn nearest_rows(nx: usize, ny: usize, map: &[u8]) -> Vec<u32> {
-    let mut rows = vec![NOWHERE; nx * ny];
+    let mut rows = vec![NO_NODE; nx * ny];
     // Twice around each way: the first round knows nothing of what lies behind the seam.
-    let mut last = vec![NOWHERE; nx];
+    let mut last = vec![NO_NODE; nx];
     for y in (0..ny).chain(0..ny) {
         for x in 0..nx {
             if map[y * nx + x] != 0 {
@@ -69,7 +69,7 @@ fn nearest_rows(nx: usize, ny: usize, map: &[u8]) -> Vec<u32> {
                 last[x] = y as u32;
             }
             let row = &mut rows[y * nx + x];
-            if last[x] != NOWHERE && around(last[x] as usize, y, ny) < around(*row as usize, y, ny) {
+            if last[x] != NO_NODE && around(last[x] as usize, y, ny) < around(*row as usize, y, ny) {
                 *row = last[x];
             }
         }
@@ -131,10 +131,10 @@ mod tests {
             for every in [1, 3, 11, 60] {
                 let map: Vec<u8> = (0..nx * ny).map(|i| u8::from((i * i + 7 * i) % every == 0 || i == 5)).collect();
                 let square = |i: usize, j: usize| {
-                    let (x, y) = separation(grid, i, j);
+                    let [x, y] = minimum_image(grid, i, j);
                     x * x + y * y
                 };
-                for (i, &found) in nearest(grid, &map).iter().enumerate() {
+                for (i, &found) in nearest_marked(grid, &map).iter().enumerate() {
                     let marked = (0..map.len()).filter(|&j| map[j] != 0);
                     let exact = marked.map(|j| square(i, j)).fold(f64::INFINITY, f64::min);
                     assert!(map[found as usize] != 0);
@@ -142,6 +142,6 @@ mod tests {
                 }
             }
         }
-        assert!(nearest(Grid::unit(4, 3), &[0; 12]).iter().all(|f| *f == NOWHERE));
+        assert!(nearest_marked(Grid::unit(4, 3), &[0; 12]).iter().all(|f| *f == NO_NODE));
     }
 }

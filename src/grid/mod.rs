@@ -10,14 +10,14 @@ mod smooth;
 mod sums;
 mod transform;
 
-pub use distance::{NOWHERE, nearest, separation};
+pub use distance::{NO_NODE, minimum_image, nearest_marked};
 pub use half_spectrum::HalfSpectrum;
 pub use interpolate::{bilinear, interpolate};
 pub use real::{Field, Real};
 pub use series::Series;
 pub use smooth::{smoothed, spread};
 pub use sums::{CHUNK, block_sums, dot, extent, lowest, mean, rms, sum_rows, total, vectorised};
-pub use transform::{Filter, Transform, transformable, transformed_nodes};
+pub use transform::{Filter, Transform, next_fast_len, transformed_nodes};
 
 use std::f64::consts::PI;
 

@@ -19,7 +19,7 @@ pub struct Series<T> {
 
 impl<T: Real> Series<T> {
     /// Modes up to kx_max and |ky| up to ky_max with the amplitudes given, the mean left out.
-    pub fn of_modes(kx_max: usize, ky_max: usize, amplitude: impl Fn(i64, i64) -> Complex<f64> + Sync) -> Self {
+    pub fn from_modes(kx_max: usize, ky_max: usize, amplitude: impl Fn(i64, i64) -> Complex<f64> + Sync) -> Self {
         let (width, height) = (kx_max + 1, 2 * ky_max + 1);
         let mut coefficients = vec![Complex::default(); width * height];
         coefficients.par_chunks_mut(height).enumerate().for_each(|(kx, column)| {
@@ -34,7 +34,7 @@ impl<T: Real> Series<T> {
     }
 
     /// The series through the nodes of a grid.
-    pub fn through(grid: Grid, field: &[f64]) -> Self {
+    pub fn from_nodes(grid: Grid, field: &[f64]) -> Self {
         let transform = Transform::<f64>::new(grid);
         let mut spectrum = transform.spectrum();
         let mean = super::mean(field);
@@ -188,7 +188,7 @@ mod tests {
             let field: Vec<f64> = (0..grid.points()).map(|i| ((i * i + 7 * i) % 101) as f64 / 17.0).collect();
             let mean = super::super::mean(&field);
             let transform = Transform::<f64>::new(grid);
-            let series = Series::<f64>::through(grid, &field);
+            let series = Series::<f64>::from_nodes(grid, &field);
             let found = series.on_nodes(&transform, &mut transform.spectrum());
             for (f, h) in found.iter().zip(&field) {
                 assert!((f - (h - mean)).abs() < 1e-13, "{nx} x {ny}: {f} {}", h - mean);
@@ -222,9 +222,9 @@ mod tests {
                 })
                 .collect()
         };
-        let modes = Series::<f64>::of_modes(4, 3, amplitude);
+        let modes = Series::<f64>::from_modes(4, 3, amplitude);
         let base = Grid::unit(12, 10);
-        let through = Series::<f64>::through(base, &direct(base, 4));
+        let through = Series::<f64>::from_nodes(base, &direct(base, 4));
         for (grid, held) in [(base, 4), (Grid::unit(9, 7), 4), (Grid::unit(8, 6), 3), (Grid::unit(16, 4), 1)] {
             let transform = Transform::<f64>::new(grid);
             for series in [&modes, &through] {

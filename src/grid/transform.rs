@@ -212,7 +212,7 @@ impl<T: Real> Worker<'_, T> {
 }
 
 /// The smallest even number from `least` (and 2) on without prime factors above 5: what transforms are fast on.
-pub fn transformable(least: usize) -> usize {
+pub fn next_fast_len(least: usize) -> usize {
     let is_smooth = |mut n: usize| {
         for factor in [2, 3, 5] {
             while n.is_multiple_of(factor) {
@@ -232,7 +232,7 @@ mod tests {
 
     #[test]
     fn grids_suit_transforms() {
-        assert_eq!([0, 3, 128, 129, 256, 257].map(transformable), [2, 4, 128, 144, 256, 270]);
+        assert_eq!([0, 3, 128, 129, 256, 257].map(next_fast_len), [2, 4, 128, 144, 256, 270]);
     }
 
     fn sample(grid: Grid) -> Vec<f64> {

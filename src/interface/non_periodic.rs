@@ -37,7 +37,7 @@ impl NonPeriodic {
     const END: f64 = 1.04 * Self::BETA / (0.5 * (Self::REACH - 1.0));
 
     /// Of a patch of these extents, units of L.
-    pub fn of_patch(lx: f64, ly: f64) -> Self {
+    pub fn of_region(lx: f64, ly: f64) -> Self {
         NonPeriodic { diagonal: lx.hypot(ly) }
     }
 
@@ -119,7 +119,7 @@ mod tests {
         const TOLERANCE: f64 = 1e-9;
         let (n, s) = (64usize, 0.05f64);
         for (lx, ly) in [(1.0, 1.0), (1.0, 0.75)] {
-            let kernel = NonPeriodic::of_patch(lx, ly);
+            let kernel = NonPeriodic::of_region(lx, ly);
             let dx = lx / n as f64;
             let cells = |l: f64| ((l + kernel.padding()) / dx).ceil() as usize;
             let (nx, ny) = (cells(lx), cells(ly));

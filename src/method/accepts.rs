@@ -3,7 +3,7 @@
 use super::{Load, Problem};
 use crate::grid::{Grid, lowest, mean};
 use crate::interface::{Adhesion, Elastic, Wall};
-use crate::surface::{Power, Summit, SummitCurvature, SummitFit};
+use crate::surface::{PowerSpectrum, Summit, SummitCurvature, SummitFit};
 use crate::{Error, Result};
 use std::borrow::Cow;
 
@@ -101,7 +101,7 @@ pub(super) fn summits(
 ///
 /// # Errors
 /// `Input`, in one line.
-pub(super) fn isotropic_power<'a>(problem: &Problem<'a>, id: &str) -> Result<&'a Power> {
+pub(super) fn isotropic_power<'a>(problem: &Problem<'a>, id: &str) -> Result<&'a PowerSpectrum> {
     half_space(problem, id)?;
     hard_wall(problem, id)?;
     let power = problem.expect_power(id)?;

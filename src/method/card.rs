@@ -26,7 +26,7 @@ pub enum Kind {
 #[serde(rename_all = "snake_case")]
 pub enum Needs {
     Heights,
-    /// Power by wave number ([`crate::surface::Power`]).
+    /// Power by wave number ([`crate::surface::PowerSpectrum`]).
     Spectrum,
 }
 

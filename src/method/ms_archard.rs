@@ -12,7 +12,7 @@ use super::{
     Settings, Started, Stop, Support,
 };
 use crate::interface::{Adhesion, Law};
-use crate::surface::Power;
+use crate::surface::PowerSpectrum;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
@@ -111,7 +111,7 @@ struct Band {
 }
 
 /// The shells in bands of wave numbers, from the longest wave there is.
-fn bands(power: &Power, ratio: f64) -> Vec<Band> {
+fn bands(power: &PowerSpectrum, ratio: f64) -> Vec<Band> {
     /// The longest waves of a cell may differ in the last bits of their shell's mean.
     const ROUNDING: f64 = 1.0 - 1e-9;
     let mut sums: Vec<(f64, f64)> = Vec::new();

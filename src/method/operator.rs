@@ -132,7 +132,7 @@ pub(super) fn kkt<L: Law, T: Real>(gap: T, t: T) -> T {
 #[inline(always)]
 pub(super) fn each<L: Law>(law: &L, gaps: &[f64; CHUNK], of: impl Fn(&L, f64) -> f64) -> [f64; CHUNK] {
     let mut values = [0.0; CHUNK];
-    let end = law.vanishes();
+    let end = law.cutoff();
     if L::ACTIVE && gaps.iter().any(|g| *g < end) {
         values.iter_mut().zip(gaps).for_each(|(v, g)| *v = of(law, *g));
     }
@@ -465,10 +465,10 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
     /// where it is now, if that is stiffer.
     pub fn stiffest(&self, gap: &[T]) -> f64 {
         let law = if L::HARD {
-            self.law.stiffest(0.0)
+            self.law.max_slope_at_pressure(0.0)
         } else {
             let lowest = lowest(gap).wide();
-            self.law.stiffest(4.0 * self.pressure.max(0.25)).max(self.law.slope(lowest).abs())
+            self.law.max_slope_at_pressure(4.0 * self.pressure.max(0.25)).max(self.law.slope(lowest).abs())
         };
         self.problem.stiffest_mode() + law
     }

@@ -2,7 +2,7 @@ use super::Settings;
 use crate::grid::{Field, Grid, Series, Transform, rms};
 use crate::interface::{Adhesion, Elastic, Kernel, Wall};
 use crate::load::Load;
-use crate::surface::{Power, patch_gradient};
+use crate::surface::{PowerSpectrum, non_periodic_gradient};
 use crate::{Error, Result};
 use rustfft::num_complex::Complex;
 use serde::de::DeserializeOwned;
@@ -119,7 +119,7 @@ pub struct Problem<'a> {
     /// Low points touch first; any offset. None for methods that need none of them.
     pub heights: Heights<'a>,
     /// For methods that need this instead of heights.
-    pub power: Option<&'a Power>,
+    pub power: Option<&'a PowerSpectrum>,
     pub kernel: Elastic,
     pub adhesion: Adhesion,
     pub wall: Wall,
@@ -152,7 +152,7 @@ impl<'a> Problem<'a> {
     }
 
     /// The same for methods that need no more of a surface than its power by wave number.
-    pub fn of_power(grid: Grid, power: &'a Power) -> Self {
+    pub fn of_power(grid: Grid, power: &'a PowerSpectrum) -> Self {
         Problem { power: Some(power), ..Problem::new(grid, &[][..]) }
     }
 
@@ -160,7 +160,7 @@ impl<'a> Problem<'a> {
     ///
     /// # Errors
     /// If it was not given.
-    pub fn expect_power(&self, id: &str) -> Result<&'a Power> {
+    pub fn expect_power(&self, id: &str) -> Result<&'a PowerSpectrum> {
         self.power.ok_or_else(|| Error::input(format!("method {id}"), "spectrum", "not given", "that of the surface"))
     }
 
@@ -182,16 +182,16 @@ impl<'a> Problem<'a> {
     ///
     /// # Errors
     /// `Memory` where the series through nodes would not fit.
-    pub fn power_of_heights(&self) -> Result<Power> {
+    pub fn power_of_heights(&self) -> Result<PowerSpectrum> {
         match self.heights {
-            Heights::Series(series) => Ok(Power::of_series(series, self.grid)),
+            Heights::Series(series) => Ok(PowerSpectrum::from_series(series, self.grid)),
             Heights::Nodes(nodes) => {
                 let (need, have) = (self.power_bytes(), crate::sys::available_memory_bytes());
                 if need > have {
                     let advice = "a coarser grid needs less".into();
                     return Err(Error::Memory { what: "the spectrum of the heights".into(), need, have, advice });
                 }
-                Ok(Power::of_nodes(self.grid, nodes))
+                Ok(PowerSpectrum::from_nodes(self.grid, nodes))
             }
         }
     }
@@ -201,10 +201,10 @@ impl<'a> Problem<'a> {
     pub fn resolved_gradient(&self) -> f64 {
         let grid = self.grid;
         if let Elastic::NonPeriodic(_) = self.kernel {
-            return patch_gradient(grid, &self.heights.on_nodes(grid));
+            return non_periodic_gradient(grid, &self.heights.on_nodes(grid));
         }
         match self.heights {
-            Heights::Nodes(nodes) => Series::<f64>::through(grid, nodes).rms_gradient(grid),
+            Heights::Nodes(nodes) => Series::<f64>::from_nodes(grid, nodes).rms_gradient(grid),
             Heights::Series(series) => series.rms_gradient(grid),
         }
     }

@@ -13,7 +13,7 @@ use super::{
 use crate::grid::{Grid, Series, Transform};
 use crate::interface::Adhesion;
 use crate::observe::contact_area;
-use crate::surface::Power;
+use crate::surface::PowerSpectrum;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -114,12 +114,12 @@ impl ContactMethod for RlArchard {
         let own;
         let series = match problem.heights {
             Heights::Nodes(nodes) => {
-                own = Series::<f64>::through(grid, nodes);
+                own = Series::<f64>::from_nodes(grid, nodes);
                 &own
             }
             Heights::Series(series) => series,
         };
-        let power = Power::of_series(series, grid);
+        let power = PowerSpectrum::from_series(series, grid);
         let gradient = power.rms_gradient();
         if gradient.is_nan() || gradient <= 0.0 {
             return refuse("heights", "no waves".into(), "a rough surface".into());
@@ -142,7 +142,7 @@ struct Layer {
 }
 
 impl Layer {
-    fn of(power: &Power) -> Self {
+    fn of(power: &PowerSpectrum) -> Self {
         let (_, m2, m4) = power.moments();
         // Nayak's summits per area; the sinusoid has two in a wavelength squared.
         let summits = m4 / (6.0 * 3f64.sqrt() * PI * m2);
@@ -196,7 +196,7 @@ mod tests {
     /// The challenge's layer: 16.94 summits in a square micrometre and 60 nm of curvature radius are flat at 1.286 E*.
     #[test]
     fn the_challenges_layer() {
-        let layer = Layer::of(&Power::expected(&Spectrum::CHALLENGE, 1.0));
+        let layer = Layer::of(&PowerSpectrum::expected(&Spectrum::CHALLENGE, 1.0));
         assert!((layer.flat - 1.286).abs() < 1e-3, "{}", layer.flat);
     }
 

@@ -216,10 +216,10 @@ impl Estimator for Asperities<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface::{Power, Spectrum};
+    use crate::surface::{PowerSpectrum, Spectrum};
 
     fn challenge() -> Summits {
-        let (m0, m2, m4) = Power::expected(&Spectrum::CHALLENGE, 1.0).moments();
+        let (m0, m2, m4) = PowerSpectrum::expected(&Spectrum::CHALLENGE, 1.0).moments();
         Summits::new(m0, m2, m4)
     }
 

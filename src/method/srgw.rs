@@ -95,7 +95,7 @@ impl ContactMethod for Srgw {
         let heights = accepts::from_lowest(problem);
         let settings = problem.settings.srgw;
         let summits = accepts::summits(problem.grid, &heights, (settings.fit, settings.curvature), CARD.id)?;
-        let jkr = Jkr { gamma: problem.adhesion.work_and_range().0 };
+        let jkr = Jkr { gamma: problem.adhesion.work_of_adhesion() };
         let depth = summits[0].height;
         let reach = summits.iter().map(|s| jkr.least_approach(s.radius)).fold(0.0, f64::min);
         let asperities = Asperities { grid: problem.grid, touching: vec![false; summits.len()], summits, jkr, reach };

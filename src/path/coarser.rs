@@ -2,7 +2,7 @@
 
 use super::pull_off::{self, Held};
 use crate::grid::{Grid, Series};
-use crate::interface::{Law, RangeChoice};
+use crate::interface::RangeChoice;
 use crate::method::{
     CoarseState, ContactMethod, ErrorEstimates, Heights, Iteration, Load, Observer, Problem, Run, SnapshotRef, Stop,
     find,

@@ -1,6 +1,6 @@
 use crate::interface::Adhesion;
 use crate::method::{Card, ContactMethod, Estimate, Load, Needs, Observer, Plan, Problem, Stop};
-use crate::surface::Power;
+use crate::surface::PowerSpectrum;
 use crate::{Error, Result};
 
 /// What a method that estimates is given of a problem.
@@ -8,7 +8,7 @@ pub struct Given<'a> {
     asked: Problem<'a>,
     method: &'static dyn ContactMethod,
     /// Of the surface, for a method that needs no more of it.
-    power: Option<Power>,
+    power: Option<PowerSpectrum>,
 }
 
 impl<'a> Given<'a> {

@@ -11,7 +11,7 @@ pub use coarser::CORRECTION;
 pub use estimates::Given;
 
 use crate::grid::{Field, Grid, Series};
-use crate::interface::{Adhesion, Elastic, Law, RangeChoice};
+use crate::interface::{Adhesion, Elastic, RangeChoice};
 use crate::method::{ContactMethod, Heights, Load, Observer, Plan, Problem, SnapshotRef, State, Stop};
 use crate::observe::{ContactArea, contact_area};
 use crate::record::results::{Discretisation, Extrapolated, PullOff};
@@ -127,7 +127,7 @@ impl<'p> LoadPath<'p> {
         let series = match self.problem.heights {
             Heights::Series(series) => series,
             Heights::Nodes(nodes) => {
-                made = Series::through(self.problem.grid, nodes);
+                made = Series::from_nodes(self.problem.grid, nodes);
                 &made
             }
         };
@@ -155,7 +155,7 @@ impl<'p> LoadPath<'p> {
         let series = match self.problem.heights {
             Heights::Series(series) => Some(series),
             Heights::Nodes(nodes) if !grids.is_empty() => {
-                made = Series::through(self.problem.grid, nodes);
+                made = Series::from_nodes(self.problem.grid, nodes);
                 Some(&made)
             }
             Heights::Nodes(_) => None,

@@ -1,5 +1,4 @@
 use crate::grid::Grid;
-use crate::interface::Law;
 use crate::method::{Load, Problem, Run, State, Stop};
 use crate::record::results::PullOff;
 use crate::{Error, Result};

@@ -107,7 +107,8 @@ pub fn engine(case: &Case) -> Result<LammpsEngine> {
         },
         other => other,
     })?;
-    let engine = engine.with_ranks(scene.ranks).map_err(|e| e.told_of(case.file.display(), Some("atoms.ranks")))?;
+    let engine =
+        engine.with_ranks(scene.ranks).map_err(|e| e.with_context(case.file.display(), Some("atoms.ranks")))?;
     Ok(engine.with_time_limit(scene.time_limit_s.map(Duration::from_secs_f64)))
 }
 

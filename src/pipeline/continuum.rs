@@ -4,7 +4,7 @@ use super::budget::budget;
 use super::observed::observed;
 use super::{Key, Listener, Progress};
 use crate::grid::{Field, Grid};
-use crate::interface::{Adhesion, Law, RangeChoice};
+use crate::interface::{Adhesion, RangeChoice};
 use crate::load::{Branch, Load, LoadStep};
 use crate::method::{self, Heights, Problem, Stop, Targets};
 use crate::observe::{hysteresis_work, stiffness};
@@ -15,7 +15,7 @@ use crate::record::results::{
     RangeResults, StateResults, Statistic, SurfaceResults,
 };
 use crate::scene::{Case, REFERENCE_LOAD, RequestedOutputs, Surface};
-use crate::surface::{Expected, moments, patch_moments, psd, range, windowed};
+use crate::surface::{Expected, hann_windowed, moments, non_periodic_moments, psd, range};
 use crate::{Error, Result};
 use std::path::Path;
 
@@ -47,7 +47,7 @@ pub(super) fn surface(case: &Case, heights: &[f64], folder: &Path, stage: &str) 
         psd: if !wants.spectrum {
             Vec::new()
         } else if patch {
-            spectrum(&case.surface, case.grid, &windowed(case.grid, heights))
+            spectrum(&case.surface, case.grid, &hann_windowed(case.grid, heights))
         } else {
             spectrum(&case.surface, case.grid, heights)
         },
@@ -107,7 +107,7 @@ pub fn statistics(case: &Case, heights: &[f64]) -> Vec<Statistic> {
 
 /// The same of heights that do not repeat, of which nothing is expected.
 fn patch_statistics(grid: Grid, heights: &[f64], um: f64) -> Vec<Statistic> {
-    let (m, r) = (patch_moments(grid, heights), range(heights));
+    let (m, r) = (non_periodic_moments(grid, heights), range(heights));
     let lines = [
         ("rms height about the mean", RMS_HEIGHT, "µm", m.rms_height * um),
         ("rms gradient between neighbours", "ḡ", "1", m.rms_gradient),
@@ -299,7 +299,7 @@ pub(super) fn range_results(asked: Adhesion, used: Adhesion, grid: Grid) -> Opti
     let spacing = grid.dx().max(grid.dy());
     let (resolution_requested, resolution_used) = asked.resolution_on(spacing).zip(used.resolution_on(spacing))?;
     Some(RangeResults {
-        gamma: Some(used.work_and_range().0),
+        gamma: Some(used.work_of_adhesion()),
         requested: asked.range(),
         used: used.range(),
         resolution_requested,

@@ -136,7 +136,7 @@ impl AtomsCase {
             }
         };
         let block = Block::new(a.cells, a.depth_cells, a0, cutoff).and_then(|b| b.on_foundation(a.foundation_cells));
-        let block = block.map_err(|e| e.told_of(&place, None))?;
+        let block = block.map_err(|e| e.with_context(&place, None))?;
         if case.grid.lx != case.grid.ly {
             let found = format!("{} x {} points", case.grid.nx, case.grid.ny);
             return Err(Error::input(place, "surface.heights", found, "a square cell: the block of atoms is square"));
@@ -176,8 +176,8 @@ impl AtomsCase {
         };
         let load_unit = length * length * scales.stress_ev_a3(1.0) * case.gradient;
         let adhesion = pair_adhesion(case, a.adhesion_range_angstrom, &wall, scales)
-            .map_err(|e| e.told_of(&place, Some("atoms.adhesion_range_angstrom")))?;
-        let (asked_gamma, asked_rho) = case.adhesion.work_and_range();
+            .map_err(|e| e.with_context(&place, Some("atoms.adhesion_range_angstrom")))?;
+        let (asked_gamma, asked_rho) = (case.adhesion.work_of_adhesion(), case.adhesion.range());
         let (lambda_s, curvature_radius) = match &case.surface {
             Surface::Synthesised { spectrum, .. } => (spectrum.lambda_s, spectrum.expected(1.0, 0.0).curvature_radius),
             Surface::Imported { grid, heights, .. } => (2.0 * grid.dx(), moments(*grid, heights).curvature_radius()),

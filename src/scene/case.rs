@@ -4,13 +4,13 @@ use super::{
     Touching,
 };
 use crate::grid::Grid;
-use crate::interface::{Adhesion, CubicHalfSpace, Elastic, Law, Layer, NonPeriodic, PenaltyWall, RangeChoice, Wall};
+use crate::interface::{Adhesion, CubicHalfSpace, Elastic, Layer, NonPeriodic, PenaltyWall, RangeChoice, Wall};
 use crate::load::{Load, LoadStep};
 use crate::method::{self, Card, ContactMethod, Heights, Kind, Problem, REGISTRY};
 use crate::record::advice::AccuracyChoice;
 use crate::record::heights::Sign;
 use crate::record::import::Asked as AskedOfFile;
-use crate::surface::{Spectrum, moments, patch_gradient, quality_warnings};
+use crate::surface::{Spectrum, moments, non_periodic_gradient, quality_warnings};
 use crate::units::Scales;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
@@ -84,7 +84,7 @@ impl Case {
                 (Grid::unit(n, n), modes.rms_gradient())
             }
             Surface::Imported { grid, heights, .. } if !scene.continuum.periodic => {
-                (*grid, patch_gradient(*grid, heights))
+                (*grid, non_periodic_gradient(*grid, heights))
             }
             Surface::Imported { grid, heights, .. } => (*grid, moments(*grid, heights).rms_gradient),
         };
@@ -111,7 +111,7 @@ impl Case {
                 Elastic::Layer(Layer { thickness: l.thickness_um / lab.length_um, poisson: l.poisson, base: l.base })
             }
             (None, Some(c)) => Elastic::Cubic(CubicHalfSpace::new(c.c11_gpa, c.c12_gpa, c.c44_gpa)?),
-            (None, None) if !scene.continuum.periodic => Elastic::NonPeriodic(NonPeriodic::of_patch(grid.lx, grid.ly)),
+            (None, None) if !scene.continuum.periodic => Elastic::NonPeriodic(NonPeriodic::of_region(grid.lx, grid.ly)),
             (None, None) => Elastic::HalfSpace,
         };
         let wall = match scene.continuum.penalty_length_nm {

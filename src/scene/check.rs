@@ -5,7 +5,7 @@ use crate::error::{Complaint, Error};
 use crate::interface::{CubicHalfSpace, RangeChoice};
 use crate::method::{self, Kind};
 use crate::record::import::Fourier;
-use crate::units::LONGEST_SECONDS;
+use crate::units::MAX_SECONDS;
 use std::path::Path;
 
 struct Complaints(Vec<Complaint>);
@@ -483,10 +483,10 @@ fn atoms(c: &mut Complaints, scene: &Scene) {
         &format!("0 (a rigid base) to {MOST_FOUNDATION_CELLS} lattice constants"),
     );
     c.unless(
-        a.time_limit_s.is_none_or(|s| !s.is_finite() || s <= LONGEST_SECONDS),
+        a.time_limit_s.is_none_or(|s| !s.is_finite() || s <= MAX_SECONDS),
         "atoms.time_limit_s",
         a.time_limit_s.unwrap_or(0.0),
-        &format!("at most {LONGEST_SECONDS}"),
+        &format!("at most {MAX_SECONDS}"),
     );
     let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion_mj_m2 > 0.0);
     let from_touch = attracts || a.start_or_default(attracts) == Start::Touch;

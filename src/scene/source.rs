@@ -113,7 +113,7 @@ impl Surface {
                     None => "coefficients a of h(r) = Σ a exp(iq·r)".to_string(),
                     Some(n) => format!("n² a of h(r) = Σ a exp(iq·r), n = {n}"),
                 };
-                let origin = told(format!("{}, {sum}, {}", found.layout, modes.words()));
+                let origin = told(format!("{}, {sum}, {}", found.layout, modes.summary()));
                 Ok(Surface::Fourier { modes, origin })
             }
         }

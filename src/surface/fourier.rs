@@ -69,7 +69,7 @@ impl FourierModes {
             table[at] = a;
         }
         let waves = table.iter().filter(|a| a.norm_sqr() > 0.0).count();
-        let series = Series::of_modes(kx_max, ky_max, |kx, ky| {
+        let series = Series::from_modes(kx_max, ky_max, |kx, ky| {
             if kx == 0 && ky < 0 { table[place(0, -ky)].conj() } else { table[place(kx, ky)] }
         });
         Ok(FourierModes { series, largest: kx_max.max(ky_max), waves })
@@ -115,7 +115,7 @@ impl FourierModes {
     }
 
     /// One line for people.
-    pub fn words(&self) -> String {
+    pub fn summary(&self) -> String {
         format!("{} waves up to |qX|, |qY| = {}·2π/L", self.waves, self.largest)
     }
 }

@@ -4,8 +4,8 @@
 
 mod fourier;
 mod morphology;
-mod patch;
-mod power;
+mod non_periodic;
+mod power_spectrum;
 mod spectrum;
 mod statistics;
 mod summits;
@@ -13,9 +13,9 @@ mod synthesis;
 
 pub use fourier::FourierModes;
 pub use morphology::dilate_by_ball;
-pub use patch::{PatchMoments, patch_moments, windowed};
-pub use power::{Power, Shell};
+pub use non_periodic::{NonPeriodicMoments, hann_windowed, non_periodic_moments};
+pub use power_spectrum::{PowerSpectrum, Shell};
 pub use spectrum::{Amplitudes, Expected, Spectrum};
-pub use statistics::{Moments, PsdBin, Range, moments, patch_gradient, psd, quality_warnings, range};
+pub use statistics::{Moments, PsdBin, Range, moments, non_periodic_gradient, psd, quality_warnings, range};
 pub use summits::{Summit, SummitCurvature, SummitFit, summits};
 pub use synthesis::{Modes, lower_to_zero, resample};

@@ -59,7 +59,7 @@ pub fn moments(grid: Grid, heights: &[f64]) -> Moments {
 
 /// rms gradient of heights `[ny, nx]` that do not repeat: of the differences between neighbouring nodes, none of them across
 /// an edge.
-pub fn patch_gradient(grid: Grid, heights: &[f64]) -> f64 {
+pub fn non_periodic_gradient(grid: Grid, heights: &[f64]) -> f64 {
     let slopes = |step: usize, d: f64, inside: &dyn Fn(usize) -> bool| {
         let squares = (0..heights.len()).filter(|&i| inside(i)).map(|i| ((heights[i + step] - heights[i]) / d).powi(2));
         let (count, sum) = squares.fold((0usize, 0.0), |(n, sum), s| (n + 1, sum + s));
@@ -241,9 +241,9 @@ mod tests {
         let grid = Grid { nx: 7, ny: 5, lx: 1.0, ly: 0.5 };
         let plane: Vec<f64> =
             (0..35).map(|i| 0.3 * (i % 7) as f64 * grid.dx() - 0.4 * (i / 7) as f64 * grid.dy()).collect();
-        assert!((patch_gradient(grid, &plane) - 0.5).abs() < 1e-12);
+        assert!((non_periodic_gradient(grid, &plane) - 0.5).abs() < 1e-12);
         assert!(moments(grid, &plane).rms_gradient > 1.0);
-        assert_eq!(patch_gradient(Grid::unit(1, 1), &[3.0]), 0.0);
+        assert_eq!(non_periodic_gradient(Grid::unit(1, 1), &[3.0]), 0.0);
     }
 
     #[test]

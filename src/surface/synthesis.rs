@@ -99,7 +99,7 @@ impl Modes {
     /// Every mode of the spectrum as a Fourier series, from which heights on any grid follow.
     pub fn series(&self) -> Series<f64> {
         let (kx_max, ky_max) = self.spectrum.largest_modes(self.aspect);
-        Series::of_modes(kx_max as usize, ky_max as usize, |kx, ky| self.amplitude(kx, ky))
+        Series::from_modes(kx_max as usize, ky_max as usize, |kx, ky| self.amplitude(kx, ky))
     }
 
     /// What a grid leaves out of the spectrum, as a warning; `None` if it holds all of it.

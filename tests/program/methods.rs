@@ -10,7 +10,7 @@ use asperity::record::json;
 use asperity::record::methods::{MethodResults, MethodState};
 use asperity::record::results::{Results, StageCost};
 use asperity::scene::Case;
-use asperity::surface::{Modes, Power, Spectrum};
+use asperity::surface::{Modes, PowerSpectrum, Spectrum};
 use std::path::Path;
 
 /// A 128² scene of which the grid holds every wave, at loads that touch with some nodes and do not close the gap.
@@ -137,7 +137,7 @@ fn cards_say_what_is_delivered() {
 fn no_method_needs_what_its_card_does_not_say() {
     let spectrum = Spectrum { lambda_s: 1.0 / 25.0, ..Spectrum::CHALLENGE };
     let grid = Grid::unit(128, 128);
-    let power = Power::expected(&spectrum, 1.0);
+    let power = PowerSpectrum::expected(&spectrum, 1.0);
     let heights = Modes::new(spectrum, 18, 1.0).heights::<f64>(grid, 0.0);
     for method in REGISTRY.iter().filter(|m| !NEED_MORE.contains(&m.card().id)) {
         let card = method.card();

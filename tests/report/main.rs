@@ -47,7 +47,7 @@ fn the_atoms_way_back_is_drawn_and_its_pull_told_in_a_line() {
     }
 }
 
-/// SolverSnapshot under `target/tmp` after the test, to be looked at.
+/// Kept under `target/tmp` after the test, to be looked at.
 fn kept(name: &str) -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join("report").join(name)
 }

@@ -2,7 +2,7 @@
 //! what the challenge says of them.
 
 use crate::found::{near, path, problem, rough, solved};
-use asperity::grid::{Field, Grid, separation};
+use asperity::grid::{Field, Grid, minimum_image};
 use asperity::interface::{Adhesion, Base, Elastic, Layer, LennardJonesWall, Wall};
 use asperity::method::{
     self, ExperimentSettings, IchaSettings, Load, NoObserver, Problem, Settings, Stop, WinklerSettings,
@@ -54,7 +54,7 @@ fn spheres(n: usize, list: &[(f64, f64, f64, f64)]) -> (Grid, Vec<f64>) {
     let height = |i: usize| {
         let one = |&(x, y, radius, z): &(f64, f64, f64, f64)| {
             let node = (y * n as f64) as usize * n + (x * n as f64) as usize;
-            let (dx, dy) = separation(grid, node, i);
+            let [dx, dy] = minimum_image(grid, node, i);
             z + (dx * dx + dy * dy) / (2.0 * radius)
         };
         list.iter().map(one).fold(f64::INFINITY, f64::min)

@@ -112,7 +112,7 @@ fn tabor_numbers_from_a_hundredth_to_ten() {
         let adhesion = Adhesion::exponential(gamma, (r * gamma * gamma).cbrt() / tabor);
         let resolution = adhesion.resolution_on(grid.dx()).expect("adhesive");
         // More than the law's strength γ/ρ all over the cell.
-        let beyond = 1.01 * gamma / adhesion.work_and_range().1 + 2.5 * unit;
+        let beyond = 1.01 * gamma / adhesion.range() + 2.5 * unit;
         for precision in PRECISIONS {
             let p = in_precision(&Problem { adhesion, ..problem(grid, &heights) }, precision);
             let found = path(&p, "fast", &[1e-3, 0.0, -0.5 * unit, -2.5 * unit, -beyond]);

@@ -54,9 +54,7 @@ fn the_second_gfmd_agrees_with_bvm() {
             let b = from_gap(&p, "gfmd-fire", &shaken, pressure);
             for found in [&touch, &b] {
                 balanced(found, "gfmd-fire");
-                assert!(
-                    lowest(&found.stress) > -adhesion.work_and_range().0 / adhesion.work_and_range().1.max(1e-9) - 1e-9
-                );
+                assert!(lowest(&found.stress) > -adhesion.work_of_adhesion() / adhesion.range().max(1e-9) - 1e-9);
             }
             let mut compared = vec![&b];
             if adhesion == Adhesion::None {
@@ -153,7 +151,7 @@ fn fft_ia_without_adhesion_is_bvm() {
 #[test]
 fn fft_ia_tends_to_pointwise_adhesion() {
     let adhesion = resolved(1e-4, 64);
-    let (gamma, rho) = adhesion.work_and_range();
+    let (gamma, rho) = (adhesion.work_of_adhesion(), adhesion.range());
     let mut errors = Vec::new();
     for n in [64, 128, 256] {
         let (grid, heights) = rough(n, n, 1.0 / 16.0, 18);
@@ -205,7 +203,7 @@ fn bicgstab_tends_to_the_hard_wall() {
 fn bicgstab_is_bvm_with_the_same_law() {
     const RHO: f64 = 1.0264;
     let (grid, heights) = rough(128, 128, 1.0 / 16.0, 18);
-    let (gamma, rho) = resolved(1e-4, 128).work_and_range();
+    let (gamma, rho) = (resolved(1e-4, 128).work_of_adhesion(), resolved(1e-4, 128).range());
     let exponential = Problem { adhesion: Adhesion::exponential(gamma, rho), ..problem(grid, &heights) };
     let found = solved(&exponential, "bicgstab", 0.02);
     balanced(&found, "bicgstab");
@@ -258,7 +256,7 @@ fn splines_tend_to_bvm() {
             let p = Problem { adhesion, ..problem(grid, &heights) };
             let [a, b] = ["bvm", "bem-bspline"].map(|id| solved(&p, id, 0.02));
             balanced(&b, "bem-bspline");
-            let (gamma, rho) = adhesion.work_and_range();
+            let (gamma, rho) = (adhesion.work_of_adhesion(), adhesion.range());
             assert!(lowest(&b.stress) > -gamma / rho.max(1e-300) - 1e-6 * 0.02);
             println!("{law} n = {n}: area {:.4} ({:.4})", b.area, a.area);
             gaps.push(apart(&a.gap, &b.gap) / asperity::grid::rms(&heights));
@@ -278,7 +276,7 @@ fn splines_leave_out_what_they_cannot_follow() {
     let (grid, heights) = rough(n, n, 1.0 / 64.0, 18);
     let p = problem(grid, &heights);
     // λ ≥ 4 dx = 1/32.
-    let series = asperity::grid::Series::<f64>::through(grid, &heights);
+    let series = asperity::grid::Series::<f64>::from_nodes(grid, &heights);
     let left = series.kept(|kx, ky| ((kx * kx + ky * ky) as f64).sqrt() <= 32.0);
     let ratio = left.rms_gradient(grid) / series.rms_gradient(grid);
     let [a, b] = ["bvm", "bem-bspline"].map(|id| solved(&p, id, 0.02));

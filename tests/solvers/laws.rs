@@ -67,7 +67,7 @@ fn methods_agree_with_every_law() {
 fn methods_agree_with_laws_behind_soft_walls() {
     let (grid, heights) = rough(128);
     let adhesion = resolved(Adhesion::power_law_93, grid, 2.0);
-    let (gamma, rho) = adhesion.work_and_range();
+    let (gamma, rho) = (adhesion.work_of_adhesion(), adhesion.range());
     let wall = Wall::PowerLaw(PowerLawWall { gamma, rho });
     agree(&Problem { adhesion, wall, ..problem(grid, &heights) }, 0.01);
     let wall = Wall::Penalty(PenaltyWall { length: 1e-3 });

@@ -7,7 +7,7 @@ use asperity::observe::contact_area;
 use std::f64::consts::PI;
 
 fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
-    let kernel = Elastic::NonPeriodic(NonPeriodic::of_patch(grid.lx, grid.ly));
+    let kernel = Elastic::NonPeriodic(NonPeriodic::of_region(grid.lx, grid.ly));
     Problem { kernel, tolerance: 1e-9, max_iterations: 10_000, ..Problem::new(grid, heights) }
 }
 

@@ -5,7 +5,7 @@ use asperity::grid::Grid;
 use asperity::interface::{Adhesion, Base, Elastic, Layer, PenaltyWall, Wall};
 use asperity::method::{self, Estimate, Load, NoObserver, PerssonForm, Problem, Settings, Stop};
 use asperity::observe::{Distribution, StressDistribution, contact_area};
-use asperity::surface::{Modes, Power, Spectrum};
+use asperity::surface::{Modes, PowerSpectrum, Spectrum};
 
 const SPECTRAL: [&str; 3] = ["persson", "scgw", "ms-archard"];
 
@@ -83,11 +83,11 @@ fn solved((grid, heights): (Grid, &[f64]), pressure: f64) -> Solved {
     }
 }
 
-fn challenge() -> Power {
-    Power::expected(&Spectrum::CHALLENGE, 1.0)
+fn challenge() -> PowerSpectrum {
+    PowerSpectrum::expected(&Spectrum::CHALLENGE, 1.0)
 }
 
-fn of(power: &Power) -> Problem<'_> {
+fn of(power: &PowerSpectrum) -> Problem<'_> {
     Problem::of_power(Grid::unit(64, 64), power)
 }
 
@@ -120,9 +120,9 @@ fn erf(x: f64) -> f64 {
 /// A resolved rough surface: 8 points along the shortest wave.
 const SHORTEST: f64 = 1.0 / 32.0;
 
-fn resolved() -> (Grid, Vec<f64>, Power) {
+fn resolved() -> (Grid, Vec<f64>, PowerSpectrum) {
     let (grid, heights) = rough(256, SHORTEST);
-    let power = Power::of_nodes(grid, &heights);
+    let power = PowerSpectrum::from_nodes(grid, &heights);
     (grid, heights, power)
 }
 
@@ -152,8 +152,8 @@ fn what_cannot_be_done_is_refused() {
     // Ridges, as their nodes say.
     let ridges: Vec<f64> =
         (0..grid.points()).map(|i| 0.01 * (std::f64::consts::TAU * 3.0 * (i % 256) as f64 / 256.0).cos()).collect();
-    let ridges = Power::of_nodes(grid, &ridges);
-    let flat = Power { shells: Vec::new(), anisotropy: 0.0 };
+    let ridges = PowerSpectrum::from_nodes(grid, &ridges);
+    let flat = PowerSpectrum { shells: Vec::new(), anisotropy: 0.0 };
     for id in SPECTRAL {
         assert!(says(id, &Problem { power: Some(&ridges), ..dry.clone() }, press).contains("anisotropy"));
         assert!(says(id, &Problem { power: Some(&flat), ..dry.clone() }, press).contains("no power"));
@@ -188,7 +188,7 @@ fn realisations_pass_as_isotropic() {
     for (n, seeds) in [(128, 12), (256, 6), (512, 2)] {
         for seed in 1..=seeds {
             let modes = Modes::new(Spectrum { lambda_s: 4.0 / n as f64, ..Spectrum::CHALLENGE }, seed, 1.0);
-            let power = Power::of_series(&modes.series(), Grid::unit(n, n));
+            let power = PowerSpectrum::from_series(&modes.series(), Grid::unit(n, n));
             assert!(power.anisotropy < 0.2, "{n}, {seed}: {}", power.anisotropy);
             told(&of(&power), "persson", 0.01);
         }
@@ -219,7 +219,7 @@ fn estimates_repeat_to_the_bit() {
 /// erf(√2 p*) and erf(√π p*), p* with the surface's own gradient; the challenge's printed digits among them.
 #[test]
 fn persson_areas_are_error_functions() {
-    let half = Power::expected(&Spectrum { rms_gradient: 0.5, lambda_s: 0.01, ..Spectrum::CHALLENGE }, 1.0);
+    let half = PowerSpectrum::expected(&Spectrum { rms_gradient: 0.5, lambda_s: 0.01, ..Spectrum::CHALLENGE }, 1.0);
     for (power, gradient) in [(challenge(), 1.0), (half, 0.5)] {
         for (form, c) in [(PerssonForm::Pure, 2f64.sqrt()), (PerssonForm::Kappa2, std::f64::consts::PI.sqrt())] {
             let problem = in_form(&of(&power), form);
@@ -488,7 +488,7 @@ fn ms_archard_closes() {
 #[test]
 fn rl_archard_against_a_solver() {
     let (grid, heights) = rough(256, 1.0 / 64.0);
-    let gradient = Power::of_nodes(grid, &heights).rms_gradient();
+    let gradient = PowerSpectrum::from_nodes(grid, &heights).rms_gradient();
     for p in [0.002, 0.01, 0.03] {
         let p = p * gradient;
         let solved = solved((grid, &heights), p);

@@ -53,7 +53,7 @@ pub(super) fn run(
     }
     let watch = Progress::new(progress, None, "", (0, loads.len()));
     let resolved_gradient = asked.resolved_gradient();
-    let growth = crate::sys::Growth::begin();
+    let growth = crate::sys::MemoryGrowth::begin();
     let mut cpu = crate::sys::cpu_seconds();
     let given = Given::new(asked.clone(), method)?;
     given.walk((loads, 0), &watch, |i, problem, found| {
@@ -106,8 +106,8 @@ fn line(solve: &Solve, method: &dyn ContactMethod, problem: &Problem, found: &Es
         "ny": grid.ny,
         "kernel": problem.kernel.to_string(),
         "adhesion": used.to_string(),
-        "gamma": problem.adhesion.work_and_range().0 * modulus * length,
-        "range": used.work_and_range().1 * length,
+        "gamma": problem.adhesion.work_of_adhesion() * modulus * length,
+        "range": used.range() * length,
         "pressure": found.pressure * modulus,
         "contact_fraction": state.contact_fraction,
         "contact_fraction_corrected": state.contact_fraction_corrected,

@@ -175,7 +175,7 @@ impl Given {
 
     fn in_waves(self) -> Self {
         match self {
-            Given::Nodes(grid, nodes) => Given::Series(grid, Series::through(grid, &nodes)),
+            Given::Nodes(grid, nodes) => Given::Series(grid, Series::from_nodes(grid, &nodes)),
             waves => waves,
         }
     }
@@ -361,7 +361,7 @@ impl Solve {
                 Elastic::Layer(Layer { thickness: t / self.length, poisson: self.poisson, base: self.base })
             }
             (None, &[c11, c12, c44]) => Elastic::Cubic(CubicHalfSpace::new(c11, c12, c44)?),
-            (None, _) if self.non_periodic => Elastic::NonPeriodic(NonPeriodic::of_patch(grid.lx, grid.ly)),
+            (None, _) if self.non_periodic => Elastic::NonPeriodic(NonPeriodic::of_region(grid.lx, grid.ly)),
             (None, _) => Elastic::HalfSpace,
         };
         let wall = match self.wall_length {

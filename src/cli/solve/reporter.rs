@@ -3,14 +3,14 @@
 use super::Solve;
 use crate::Result;
 use crate::cli::output;
-use crate::interface::{Adhesion, Law, RangeChoice};
+use crate::interface::{Adhesion, RangeChoice};
 use crate::method::{Problem, State, Stop};
 use crate::observe::contact_map;
 use crate::path::{LoadPath, Reached};
 use crate::record::results::{Discretisation, PullOff};
 use crate::record::{json, npy};
 use crate::report::number::{change, duration, memory, percent, significant};
-use crate::sys::Growth;
+use crate::sys::MemoryGrowth;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -24,7 +24,7 @@ pub(super) struct SolveReporter<'a> {
     criterion: String,
     pub resolved_gradient: f64,
     planned_bytes: u64,
-    growth: Growth,
+    growth: MemoryGrowth,
     loads: usize,
     /// What was told so far, a line per state.
     pub lines: Vec<Value>,
@@ -35,13 +35,13 @@ pub(super) struct SolveReporter<'a> {
 /// What was planned, and where memory and processor time stood, before anything was made.
 pub(super) struct Before {
     pub planned_bytes: u64,
-    pub growth: Growth,
+    pub growth: MemoryGrowth,
     pub cpu: f64,
 }
 
 impl Before {
     pub fn now(planned_bytes: u64) -> Self {
-        Before { planned_bytes, growth: Growth::begin(), cpu: crate::sys::cpu_seconds() }
+        Before { planned_bytes, growth: MemoryGrowth::begin(), cpu: crate::sys::cpu_seconds() }
     }
 }
 
@@ -124,7 +124,7 @@ impl<'a> SolveReporter<'a> {
             "kernel": problem.kernel.to_string(),
             "adhesion": self.used.to_string(),
             "wall": problem.wall.to_string(),
-            "gamma": self.asked.work_and_range().0 * energy,
+            "gamma": self.asked.work_of_adhesion() * energy,
             "cohesive_resolution": self.asked.resolution_on(spacing),
             "range": self.used.resolution_on(spacing).map(|used| json!({
                 "requested": self.asked.range() * length,

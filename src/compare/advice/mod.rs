@@ -6,7 +6,7 @@ pub use table::{Line, Table, Tables};
 
 use super::accuracy::rms;
 use super::frontier::growth;
-use crate::grid::transformable;
+use crate::grid::next_fast_len;
 use crate::method::{Kind, find};
 use crate::record::advice::Advice;
 use crate::record::quantity::Quantity;
@@ -94,7 +94,7 @@ fn candidate((tables, table): (&[Table], &Table), line: &Line, target: &Target, 
     let grid = match target.own_grid {
         Some(own) => own,
         None if same(exact, s.nx as f64) => s.nx,
-        None => transformable((exact * (1.0 - SAME)).ceil() as usize),
+        None => next_fast_len((exact * (1.0 - SAME)).ceil() as usize),
     };
     // A grid that is given may have more points a wave than was measured, and none fewer.
     if (grid as f64) < exact * (1.0 - SAME) {

@@ -9,6 +9,18 @@ pub enum Adhesion {
     PowerLaw93(PowerLaw93),
 }
 
+/// `$value` of the law, `$none` without adhesion.
+macro_rules! of_law {
+    ($self:expr, $law:ident => $value:expr, $none:expr) => {
+        match $self {
+            Adhesion::None => $none,
+            Adhesion::Exponential($law) => $value,
+            Adhesion::Dugdale($law) => $value,
+            Adhesion::PowerLaw93($law) => $value,
+        }
+    };
+}
+
 /// Zero work of adhesion is no adhesion: the same code path, bit for bit.
 impl Adhesion {
     pub fn exponential(gamma: f64, rho: f64) -> Self {
@@ -24,32 +36,20 @@ impl Adhesion {
         if gamma == 0.0 { Adhesion::None } else { Adhesion::PowerLaw93(PowerLaw93 { gamma, rho }) }
     }
 
-    /// Work of adhesion γ (E*·L) and range ρ (L), both zero without adhesion.
-    pub fn work_and_range(&self) -> (f64, f64) {
-        match self {
-            Adhesion::None => (0.0, 0.0),
-            Adhesion::Exponential(a) => (a.gamma, a.rho),
-            Adhesion::Dugdale(a) => (a.gamma, a.rho),
-            Adhesion::PowerLaw93(a) => (a.gamma, a.rho),
-        }
+    /// Work of adhesion γ, units of E*·L; zero without adhesion.
+    pub fn work_of_adhesion(&self) -> f64 {
+        of_law!(self, a => a.gamma, 0.0)
+    }
+
+    /// Range ρ, units of L; zero without adhesion.
+    pub fn range(&self) -> f64 {
+        of_law!(self, a => a.rho, 0.0)
     }
 
     /// [`Law::cohesive_resolution`]; `None` without adhesion.
     pub fn resolution_on(&self, dx: f64) -> Option<f64> {
         (*self != Adhesion::None).then(|| self.cohesive_resolution(dx))
     }
-}
-
-/// The law at hand, or what no law is.
-macro_rules! of_law {
-    ($self:expr, $law:ident => $value:expr, $none:expr) => {
-        match $self {
-            Adhesion::None => $none,
-            Adhesion::Exponential($law) => $value,
-            Adhesion::Dugdale($law) => $value,
-            Adhesion::PowerLaw93($law) => $value,
-        }
-    };
 }
 
 /// Any of the laws, chosen node by node: for those that are not worth a solver of their own.
@@ -72,16 +72,16 @@ impl Law for Adhesion {
         of_law!(self, a => a.slope(g), 0.0)
     }
 
-    fn vanishes(&self) -> f64 {
-        of_law!(self, a => a.vanishes(), 0.0)
+    fn cutoff(&self) -> f64 {
+        of_law!(self, a => a.cutoff(), 0.0)
     }
 
-    fn steepest(&self, lowest: f64) -> f64 {
-        of_law!(self, a => a.steepest(lowest), 0.0)
+    fn max_slope(&self, lowest: f64) -> f64 {
+        of_law!(self, a => a.max_slope(lowest), 0.0)
     }
 
     fn range(&self) -> f64 {
-        self.work_and_range().1
+        Adhesion::range(self)
     }
 
     fn softening(&self) -> f64 {
@@ -100,7 +100,7 @@ impl Law for Adhesion {
 
 impl std::fmt::Display for Adhesion {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let (gamma, rho) = self.work_and_range();
+        let (gamma, rho) = (self.work_of_adhesion(), self.range());
         let constants = format_args!("γ = {gamma:.4e} E*L, ρ = {rho:.4e} L").to_string();
         match self {
             Adhesion::None => write!(f, "none"),
@@ -143,7 +143,7 @@ impl std::fmt::Display for Wall {
             Wall::LennardJones(w) => write!(f, "Lennard-Jones wall, σ = {:.4e} L", w.sigma),
             Wall::PowerLaw(w) => write!(f, "9-3 power-law wall, γ = {:.4e} E*L, ρ = {:.4e} L", w.gamma, w.rho),
             Wall::Penalty(w) => write!(f, "penalty wall, ℓ = {:.4e} L", w.length),
-            Wall::Tabulated(w) => write!(f, "wall from a table, E*/10 at a gap of {:.4e} L", w.closest(0.1)),
+            Wall::Tabulated(w) => write!(f, "wall from a table, E*/10 at a gap of {:.4e} L", w.gap_at_pressure(0.1)),
         }
     }
 }
@@ -194,35 +194,35 @@ impl Law for SoftWall {
     }
 
     /// All walls end at zero gap.
-    fn vanishes(&self) -> f64 {
+    fn cutoff(&self) -> f64 {
         0.0
     }
 
-    fn closest(&self, stress: f64) -> f64 {
+    fn gap_at_pressure(&self, pressure: f64) -> f64 {
         match self {
-            SoftWall::LennardJones(w) => w.closest(stress),
-            SoftWall::PowerLaw(w) => w.closest(stress),
-            SoftWall::Penalty(w) => w.closest(stress),
-            SoftWall::Tabulated(w) => w.closest(stress),
+            SoftWall::LennardJones(w) => w.gap_at_pressure(pressure),
+            SoftWall::PowerLaw(w) => w.gap_at_pressure(pressure),
+            SoftWall::Penalty(w) => w.gap_at_pressure(pressure),
+            SoftWall::Tabulated(w) => w.gap_at_pressure(pressure),
         }
     }
 
     #[inline]
-    fn attraction_ends(&self) -> f64 {
+    fn adhesion_floor(&self) -> f64 {
         match self {
-            SoftWall::LennardJones(w) => w.attraction_ends(),
-            SoftWall::PowerLaw(w) => w.attraction_ends(),
-            SoftWall::Penalty(w) => w.attraction_ends(),
-            SoftWall::Tabulated(w) => w.attraction_ends(),
+            SoftWall::LennardJones(w) => w.adhesion_floor(),
+            SoftWall::PowerLaw(w) => w.adhesion_floor(),
+            SoftWall::Penalty(w) => w.adhesion_floor(),
+            SoftWall::Tabulated(w) => w.adhesion_floor(),
         }
     }
 
-    fn steepest(&self, lowest: f64) -> f64 {
+    fn max_slope(&self, lowest: f64) -> f64 {
         match self {
-            SoftWall::LennardJones(w) => w.steepest(lowest),
-            SoftWall::PowerLaw(w) => w.steepest(lowest),
-            SoftWall::Penalty(w) => w.steepest(lowest),
-            SoftWall::Tabulated(w) => w.steepest(lowest),
+            SoftWall::LennardJones(w) => w.max_slope(lowest),
+            SoftWall::PowerLaw(w) => w.max_slope(lowest),
+            SoftWall::Penalty(w) => w.max_slope(lowest),
+            SoftWall::Tabulated(w) => w.max_slope(lowest),
         }
     }
 }

@@ -68,11 +68,11 @@ impl Law for Dugdale {
         -self.gamma / self.rho * 6.0 * u * (1.0 - u) / self.width()
     }
 
-    fn vanishes(&self) -> f64 {
+    fn cutoff(&self) -> f64 {
         self.rho + 0.5 * self.width()
     }
 
-    fn steepest(&self, _: f64) -> f64 {
+    fn max_slope(&self, _: f64) -> f64 {
         self.softening()
     }
 

@@ -66,11 +66,11 @@ impl Law for Exponential {
         if g < Self::DEEP * self.rho { 0.0 } else { -self.gamma / self.rho.powi(2) * self.boltzmann(g) }
     }
 
-    fn vanishes(&self) -> f64 {
+    fn cutoff(&self) -> f64 {
         Self::FAR * self.rho
     }
 
-    fn steepest(&self, lowest: f64) -> f64 {
+    fn max_slope(&self, lowest: f64) -> f64 {
         self.slope(lowest.max(Self::DEEP * self.rho)).abs()
     }
 

@@ -1,4 +1,4 @@
-use super::{Law, gap_under};
+use super::{Law, bisect_gap};
 
 /// The areal law of a plane of Lennard-Jones atoms over a crystal surface, truncated and shifted at the pair minimum:
 /// purely repulsive, zero from gap 0 upwards, where gap 0 is the plane distance `r_m = 2^(1/6) σ`.
@@ -29,11 +29,6 @@ impl LennardJonesWall {
         let d = self.floor();
         let (v, dv, energy) = self.pair(d);
         (-self.strength * d * v, -self.strength * (v + d * dv), self.strength * energy)
-    }
-
-    /// Gap (negative) at which the wall pushes with `pressure`, or that of the floor.
-    pub fn gap_at(&self, pressure: f64) -> f64 {
-        gap_under(self, pressure, self.floor() - self.minimum())
     }
 
     /// V/ε, its slope and the energy integral, at plane distance d below the minimum.
@@ -91,11 +86,11 @@ impl Law for LennardJonesWall {
         -self.strength * (v + d * dv)
     }
 
-    fn closest(&self, stress: f64) -> f64 {
-        self.gap_at(stress)
+    fn gap_at_pressure(&self, pressure: f64) -> f64 {
+        bisect_gap(self, pressure, self.floor() - self.minimum())
     }
 
-    fn steepest(&self, lowest: f64) -> f64 {
+    fn max_slope(&self, lowest: f64) -> f64 {
         self.slope(lowest)
     }
 }

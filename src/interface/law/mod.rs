@@ -37,14 +37,14 @@ pub trait Law: Copy + Sync + Send {
     /// Slope of the traction, `dt/dg`: negative where attraction fades with the gap, positive where a soft wall pushes.
     fn slope(&self, g: f64) -> f64;
 
-    /// Gap at which the wall pushes with `stress`: zero for a hard one.
-    fn closest(&self, _stress: f64) -> f64 {
+    /// Gap at which the wall pushes with `pressure`: zero for a hard one.
+    fn gap_at_pressure(&self, _pressure: f64) -> f64 {
         0.0
     }
 
     /// Gap below which an attraction that acts together with this wall stays what it is there. A wall that pushes in proportion
     /// to the depth could not hold against one that grows exponentially.
-    fn attraction_ends(&self) -> f64 {
+    fn adhesion_floor(&self) -> f64 {
         f64::NEG_INFINITY
     }
 
@@ -54,16 +54,16 @@ pub trait Law: Copy + Sync + Send {
     }
 
     /// Gap from which on traction, energy and slope are all zero, to the last bit.
-    fn vanishes(&self) -> f64 {
+    fn cutoff(&self) -> f64 {
         f64::INFINITY
     }
 
     /// Upper bound of `|slope|` over the gaps from `lowest` on.
-    fn steepest(&self, lowest: f64) -> f64;
+    fn max_slope(&self, lowest: f64) -> f64;
 
-    /// Upper bound of `|slope|` over the gaps at which the wall pushes with no more than `stress` (units of E*).
-    fn stiffest(&self, stress: f64) -> f64 {
-        self.steepest(self.closest(stress))
+    /// Upper bound of `|slope|` over the gaps at which the wall pushes with no more than `pressure` (units of E*).
+    fn max_slope_at_pressure(&self, pressure: f64) -> f64 {
+        self.max_slope(self.gap_at_pressure(pressure))
     }
 
     /// How steeply the attraction fades at most as the gap opens: the largest `-slope` over the gaps from zero on, in E*/L.
@@ -86,7 +86,7 @@ pub trait Law: Copy + Sync + Send {
 }
 
 /// Cohesive resolution from which on the grid itself does not pin contact lines: a node whose attraction fades faster than
-/// the stiffest wave restores it can be in two places. On the challenge's surface at p* = 0.01, with the exponential law,
+/// the max_slope_at_pressure wave restores it can be in two places. On the challenge's surface at p* = 0.01, with the exponential law,
 /// areas found on different paths differ by several per cent at 1.0, and by a tenth of one at 1.4. Stickier or hardly
 /// loaded surfaces have branches of their own, which no grid removes.
 pub const COHESIVE_RESOLUTION: f64 = 1.4;
@@ -98,7 +98,7 @@ fn range_on_mesh(gamma: f64, rho: f64, steepness: f64, dx: f64) -> f64 {
 
 /// Gap between `lowest` and zero at which a soft wall pushes with `pressure`, by bisection; the pressure falls monotonically
 /// with the gap.
-fn gap_under(wall: &impl Law, pressure: f64, lowest: f64) -> f64 {
+fn bisect_gap(wall: &impl Law, pressure: f64, lowest: f64) -> f64 {
     let (mut low, mut high) = (lowest, 0.0);
     // Sixty halvings reach the last bit.
     for _ in 0..60 {
@@ -128,11 +128,11 @@ impl Law for HardWall {
         0.0
     }
 
-    fn vanishes(&self) -> f64 {
+    fn cutoff(&self) -> f64 {
         0.0
     }
 
-    fn steepest(&self, _: f64) -> f64 {
+    fn max_slope(&self, _: f64) -> f64 {
         0.0
     }
 }
@@ -150,30 +150,30 @@ impl<W: Law, A: Law> Law for WithAdhesion<W, A> {
 
     #[inline]
     fn traction(&self, g: f64) -> f64 {
-        self.wall.traction(g) + self.adhesion.traction(g.max(self.wall.attraction_ends()))
+        self.wall.traction(g) + self.adhesion.traction(g.max(self.wall.adhesion_floor()))
     }
 
     fn energy(&self, g: f64) -> f64 {
-        let end = self.wall.attraction_ends();
+        let end = self.wall.adhesion_floor();
         let beyond = if g < end { self.adhesion.traction(end) * (g - end) } else { 0.0 };
         self.wall.energy(g) + self.adhesion.energy(g.max(end)) + beyond
     }
 
     fn slope(&self, g: f64) -> f64 {
-        self.wall.slope(g) + if g < self.wall.attraction_ends() { 0.0 } else { self.adhesion.slope(g) }
+        self.wall.slope(g) + if g < self.wall.adhesion_floor() { 0.0 } else { self.adhesion.slope(g) }
     }
 
-    fn closest(&self, stress: f64) -> f64 {
-        self.wall.closest(stress)
+    fn gap_at_pressure(&self, pressure: f64) -> f64 {
+        self.wall.gap_at_pressure(pressure)
     }
 
-    fn vanishes(&self) -> f64 {
-        self.wall.vanishes().max(self.adhesion.vanishes())
+    fn cutoff(&self) -> f64 {
+        self.wall.cutoff().max(self.adhesion.cutoff())
     }
 
-    fn steepest(&self, lowest: f64) -> f64 {
+    fn max_slope(&self, lowest: f64) -> f64 {
         // Behind a soft wall the attraction may be steeper than at zero gap.
-        self.wall.steepest(lowest) + self.adhesion.steepest(lowest.max(self.wall.attraction_ends()))
+        self.wall.max_slope(lowest) + self.adhesion.max_slope(lowest.max(self.wall.adhesion_floor()))
     }
 
     fn range(&self) -> f64 {
@@ -295,7 +295,7 @@ mod tests {
         // The scan passes the top of a parabola within a step.
         assert!(softest >= law.softening() * (1.0 - 1e-6), "{softest} {}", law.softening());
         let steepest = scan(lowest).map(|g| law.slope(g).abs()).fold(0.0, f64::max);
-        assert!(steepest <= law.steepest(lowest) * (1.0 + 1e-14), "{steepest} {}", law.steepest(lowest));
+        assert!(steepest <= law.max_slope(lowest) * (1.0 + 1e-14), "{steepest} {}", law.max_slope(lowest));
     }
 
     #[test]
@@ -326,7 +326,7 @@ mod tests {
         // The floor of the 9-3 wall is at 1344 γ/ρ.
         for stress in [1.0, 1e2, 1.3e3, 1.4e3, 1e5].map(|s| s * GAMMA / RHO) {
             for wall in [power, SoftWall::Penalty(PenaltyWall { length: 1e-3 })] {
-                let pressure = -wall.traction(wall.closest(stress));
+                let pressure = -wall.traction(wall.gap_at_pressure(stress));
                 assert!((pressure / stress - 1.0).abs() < 1e-9, "{wall:?} at {stress}: {pressure}");
             }
         }
@@ -382,7 +382,7 @@ mod tests {
         for make in makers {
             assert_eq!(make(0.0, RHO), Adhesion::None);
             let adhesion = make(GAMMA, RHO);
-            assert_eq!(adhesion.work_and_range(), (GAMMA, RHO));
+            assert_eq!((adhesion.work_of_adhesion(), adhesion.range()), (GAMMA, RHO));
             assert!(adhesion.to_string().ends_with("γ = 2.0000e-5 E*L, ρ = 2.0000e-2 L"), "{adhesion}");
         }
         assert_eq!(Wall::Penalty(PenaltyWall { length: 0.5 }).to_string(), "penalty wall, ℓ = 5.0000e-1 L");

@@ -29,16 +29,16 @@ impl Law for PenaltyWall {
         if g < 0.0 { 1.0 / self.length } else { 0.0 }
     }
 
-    fn closest(&self, stress: f64) -> f64 {
-        -stress * self.length
+    fn gap_at_pressure(&self, pressure: f64) -> f64 {
+        -pressure * self.length
     }
 
     /// It stands for a hard wall, so what is behind it is at zero gap.
-    fn attraction_ends(&self) -> f64 {
+    fn adhesion_floor(&self) -> f64 {
         0.0
     }
 
-    fn steepest(&self, _: f64) -> f64 {
+    fn max_slope(&self, _: f64) -> f64 {
         1.0 / self.length
     }
 }

@@ -5,7 +5,7 @@
 //! The attractive branch is an adhesion law, the repulsive one a wall; together, with the same γ and ρ, they are the whole
 //! law, smooth through zero.
 
-use super::{Law, gap_under, range_on_mesh};
+use super::{Law, bisect_gap, range_on_mesh};
 
 /// Traction, energy and slope at `x = ρ/(ρ + g)`, in γ/ρ, γ and γ/ρ².
 #[inline]
@@ -70,7 +70,7 @@ impl Law for PowerLaw93 {
         if g < 0.0 { 0.0 } else { self.gamma / self.rho.powi(2) * slope(self.x(g)) }
     }
 
-    fn steepest(&self, lowest: f64) -> f64 {
+    fn max_slope(&self, lowest: f64) -> f64 {
         // The traction rises from zero before it fades, and more steeply.
         self.slope(lowest.max(0.0)).abs().max(self.softening())
     }
@@ -131,13 +131,13 @@ impl Law for PowerLawWall {
         if g >= 0.0 { 0.0 } else { self.gamma / self.rho.powi(2) * Self::at(1.0 + g / self.rho).2 }
     }
 
-    fn closest(&self, stress: f64) -> f64 {
+    fn gap_at_pressure(&self, pressure: f64) -> f64 {
         let floor = (Self::FLOOR - 1.0) * self.rho;
         let most = -self.traction(floor);
-        if stress > most { floor - (stress - most) / self.slope(floor) } else { gap_under(self, stress, floor) }
+        if pressure > most { floor - (pressure - most) / self.slope(floor) } else { bisect_gap(self, pressure, floor) }
     }
 
-    fn steepest(&self, lowest: f64) -> f64 {
+    fn max_slope(&self, lowest: f64) -> f64 {
         // Finite from the first push on.
         self.slope(lowest).max(AT_REST * self.gamma / self.rho.powi(2))
     }

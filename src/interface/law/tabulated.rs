@@ -1,4 +1,4 @@
-use super::{Law, gap_under};
+use super::{Law, bisect_gap};
 
 /// Nodes of a table.
 const NODES: usize = 65;
@@ -82,13 +82,13 @@ impl Law for TabulatedWall {
         if g >= 0.0 { 0.0 } else { self.at(-g)[1] / self.step }
     }
 
-    fn closest(&self, stress: f64) -> f64 {
+    fn gap_at_pressure(&self, pressure: f64) -> f64 {
         let [last, slope, _] = self.nodes[NODES - 1];
-        let beyond = ((stress - last) / slope * self.step).max(0.0);
-        if beyond > 0.0 { -self.deepest() - beyond } else { gap_under(self, stress, -self.deepest()) }
+        let beyond = ((pressure - last) / slope * self.step).max(0.0);
+        if beyond > 0.0 { -self.deepest() - beyond } else { bisect_gap(self, pressure, -self.deepest()) }
     }
 
-    fn steepest(&self, lowest: f64) -> f64 {
+    fn max_slope(&self, lowest: f64) -> f64 {
         let upto = ((-lowest / self.step).ceil().max(0.0) as usize).min(NODES - 1);
         let bound = |pair: &[[f64; 3]]| pair[0][1].max(pair[1][1]).max(1.5 * (pair[1][0] - pair[0][0]));
         self.nodes[..=upto].windows(2).map(bound).fold(0.0, f64::max) / self.step
@@ -119,10 +119,10 @@ mod tests {
                     assert!(((a - b) / largest).abs() < BETWEEN_NODES, "{g}: {a} {b}");
                 }
             }
-            assert!(table.slope(g) <= table.steepest(g) * (1.0 + 1e-12), "{g}");
+            assert!(table.slope(g) <= table.max_slope(g) * (1.0 + 1e-12), "{g}");
         }
         let pressure = 0.5 * -law.traction(-deepest);
-        assert!((table.closest(pressure) / law.gap_at(pressure) - 1.0).abs() < BETWEEN_NODES);
+        assert!((table.gap_at_pressure(pressure) / law.gap_at_pressure(pressure) - 1.0).abs() < BETWEEN_NODES);
     }
 
     /// Past its end it goes on straight, with the energy of that.
@@ -131,7 +131,7 @@ mod tests {
         let table = TabulatedWall::new(0.5, |d| [d * d, 2.0 * d]);
         for (g, p, energy) in [(-0.5, 0.25, 0.125 / 3.0), (-0.7, 0.45, 0.125 / 3.0 + 0.5 * (0.25 + 0.45) * 0.2)] {
             assert!((table.traction(g) + p).abs() < 1e-14 && (table.energy(g) - energy).abs() < 1e-14, "{g}");
-            assert!((table.closest(p) - g).abs() < 1e-12, "{g}");
+            assert!((table.gap_at_pressure(p) - g).abs() < 1e-12, "{g}");
         }
         assert_eq!((table.slope(-0.7), table.traction(0.1), table.energy(0.0)), (1.0, 0.0, 0.0));
     }

@@ -355,7 +355,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         if slope >= 0.0 {
             (slope, curvature) = self.level.plain(0.0);
         }
-        let stiffest = self.stiffest_mode + self.level.body.law.stiffest(4.0 * self.pressure.max(0.25));
+        let stiffest = self.stiffest_mode + self.level.body.law.max_slope_at_pressure(4.0 * self.pressure.max(0.25));
         // Along the rigid approach there is no curvature but rounding's, from which no length follows.
         let flat = curvature <= FLAT * stiffest * slope.abs();
         Some(match flat {

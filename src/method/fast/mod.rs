@@ -18,7 +18,7 @@ use super::{
     Card, CoarseState, ContactMethod, Criterion, ErrorEstimates, Heights, Kind, Load, Needs, Observer, Plan, Precision,
     Problem, Run, SolverSnapshot, Started, State, Stop, Targets,
 };
-use crate::grid::{Grid, Real, Series, lowest, mean, rms, transformable};
+use crate::grid::{Grid, Real, Series, lowest, mean, next_fast_len, rms};
 use crate::interface::{HalfSpace, HardWall, Kernel, Law};
 use crate::{Error, Result};
 use descent::Pause;
@@ -103,9 +103,9 @@ impl<'p> Build<'p> for Start<'p> {
                 let nodes = heights.on_nodes(problem.grid);
                 let field = cell.continued(&nodes);
                 cell.mean_height = mean(&field) - lowest(&nodes);
-                (Series::through(cell.grid, &field), rms(&nodes))
+                (Series::from_nodes(cell.grid, &field), rms(&nodes))
             }
-            Heights::Nodes(nodes) => of_wave(Series::<T>::through(problem.grid, nodes)),
+            Heights::Nodes(nodes) => of_wave(Series::<T>::from_nodes(problem.grid, nodes)),
             Heights::Series(series) => of_wave(series.converted()),
         };
         let (gap, stress) = (Vec::new(), Vec::new());
@@ -165,7 +165,7 @@ struct Ended {
 
 /// The grid below: half the points along every side longer than the coarsest, rounded up to a size that transforms fast.
 fn coarser(grid: Grid) -> Option<Grid> {
-    let half = |n: usize| if n >= 2 * COARSEST { transformable(n.div_ceil(2)) } else { n };
+    let half = |n: usize| if n >= 2 * COARSEST { next_fast_len(n.div_ceil(2)) } else { n };
     let coarse = Grid { nx: half(grid.nx), ny: half(grid.ny), ..grid };
     (coarse.points() < grid.points()).then_some(coarse)
 }

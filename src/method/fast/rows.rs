@@ -28,7 +28,7 @@ impl Law for Open {
         0.0
     }
 
-    fn steepest(&self, _: f64) -> f64 {
+    fn max_slope(&self, _: f64) -> f64 {
         0.0
     }
 }

@@ -1,6 +1,6 @@
 //! Which nodes face the rigid surface: all of a periodic cell, or those of a patch in the corner of a padded one.
 
-use crate::grid::{Grid, transformable};
+use crate::grid::{Grid, next_fast_len};
 use crate::interface::Elastic;
 use crate::method::Problem;
 
@@ -47,7 +47,7 @@ impl Cell {
             return Cell { grid, patch: None, compliance: 0.0, mean_height: 0.0 };
         };
         let (dx, dy) = (grid.dx(), grid.dy());
-        let padded = |n: usize, d: f64| transformable(n + (kernel.padding() / d).ceil() as usize);
+        let padded = |n: usize, d: f64| next_fast_len(n + (kernel.padding() / d).ceil() as usize);
         let (nx, ny) = (padded(grid.nx, dx), padded(grid.ny, dy));
         Cell {
             grid: Grid { nx, ny, lx: nx as f64 * dx, ly: ny as f64 * dy },

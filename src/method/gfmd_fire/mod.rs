@@ -165,11 +165,11 @@ impl<'p, L: Law> Solver<'p, L> {
     /// Longest step of time that is stable around the present gap.
     fn longest_step(&self, pressure: f64) -> f64 {
         let (law, squared) = if L::HARD {
-            (self.law.stiffest(0.0), STEP_SQUARED)
+            (self.law.max_slope_at_pressure(0.0), STEP_SQUARED)
         } else {
             // Where the wall pushes with E* or four times the pressure, or where it is now.
             let here = self.law.slope(lowest(&self.gap)).abs();
-            (self.law.stiffest(4.0 * pressure.max(0.25)).max(here), STEP_SQUARED_SOFT)
+            (self.law.max_slope_at_pressure(4.0 * pressure.max(0.25)).max(here), STEP_SQUARED_SOFT)
         };
         (squared / (self.problem.stiffest_mode() + law)).sqrt()
     }

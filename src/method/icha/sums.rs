@@ -5,7 +5,7 @@
 //! A load F spread over a Hertzian spot of radius a displaces as F·(2/q)·f(qa), f = 1 - (qa)²/10 + O((qa)⁴). Of that the mesh
 //! takes erfc(q/2α), smooth on the scale 1/α; what is left falls off as erfc(αr). E* = 1, and displacements have no mean.
 
-use crate::grid::{Grid, HalfSpectrum, Transform, transformable};
+use crate::grid::{Grid, HalfSpectrum, Transform, next_fast_len};
 use std::f64::consts::PI;
 
 /// Places within reach of each other where they lie evenly: with 8 to 40 the two parts take about as long.
@@ -51,7 +51,7 @@ impl Mesh {
         let Grid { lx, ly, .. } = cell;
         let alpha = CUT / reach;
         // No fewer than a spline covers.
-        let nodes = |l: f64| transformable(((l * alpha / SPACING).ceil() as usize).max(ORDER));
+        let nodes = |l: f64| next_fast_len(((l * alpha / SPACING).ceil() as usize).max(ORDER));
         let grid = Grid { nx: nodes(lx), ny: nodes(ly), lx, ly };
         let transform = Transform::new(grid);
         let sinc = |m: f64, n: usize| {

@@ -254,12 +254,12 @@ fn advance(density: &mut [f64], thomas: &mut [[f64; 2]], r: f64, s: f64) {
 mod tests {
     use super::super::roughening::{PURE, bands};
     use super::*;
-    use crate::surface::{Power, Spectrum};
+    use crate::surface::{PowerSpectrum, Spectrum};
 
     const FINE: Mesh = Mesh { growth: 0.03, stress: 0.006 };
 
     fn cascade(gamma: f64, mesh: Mesh) -> Cascade {
-        Cascade::new(&bands(&Power::expected(&Spectrum::CHALLENGE, 1.0)), PURE, gamma, 0.45, mesh)
+        Cascade::new(&bands(&PowerSpectrum::expected(&Spectrum::CHALLENGE, 1.0)), PURE, gamma, 0.45, mesh)
     }
 
     fn never() -> bool {

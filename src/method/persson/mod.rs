@@ -128,7 +128,7 @@ impl ContactMethod for Persson {
             return Err(Error::input(place, key, energy_factor, "above 0 and at most 1"));
         }
         let bands = bands(power);
-        let (work, _) = problem.adhesion.work_and_range();
+        let work = problem.adhesion.work_of_adhesion();
         let c = form.constant();
         let cascade = |gamma: f64| Cascade::new(&bands, c, gamma, energy_factor, Mesh::USUAL);
         let cascades = (work > 0.0).then(|| [cascade(work), cascade(0.0)]);

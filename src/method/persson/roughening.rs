@@ -1,7 +1,7 @@
 //! Roughness added wave by wave, and the mean gap that it leaves.
 
 use super::super::quadrature::{gauss_legendre, integral};
-use crate::surface::Power;
+use crate::surface::PowerSpectrum;
 use std::f64::consts::{FRAC_2_SQRT_PI, PI};
 
 /// Waves of about one length, added after all that are longer.
@@ -27,7 +27,7 @@ impl Band {
 const MOST_PARTS: f64 = 8.0;
 
 /// The shells from long to short, those that add much to the gradient in parts of equal power.
-pub(super) fn bands(power: &Power) -> Vec<Band> {
+pub(super) fn bands(power: &PowerSpectrum) -> Vec<Band> {
     let mut bands = Vec::with_capacity(power.shells.len() + 64);
     let mut before = 0.0;
     for shell in &power.shells {

@@ -1,6 +1,6 @@
 //! Patches of overlap grown to twice their area.
 
-use crate::grid::{Grid, nearest, separation};
+use crate::grid::{Grid, minimum_image, nearest_marked};
 use crate::observe::{Connectivity, NO_PATCH, patches};
 use rayon::prelude::*;
 use std::cmp::Reverse;
@@ -33,7 +33,7 @@ struct Cells {
 
 impl Cells {
     fn new(grid: Grid, map: &[u8], label: &[u32], count: usize) -> Self {
-        let nearest = nearest(grid, map);
+        let nearest = nearest_marked(grid, map);
         let outside = |i: &usize| map[*i] == 0;
         let mut start = vec![0; count + 1];
         for i in (0..map.len()).filter(outside) {
@@ -63,7 +63,7 @@ impl Cells {
 
 /// Square of the distance to the nearest core, as bits that order like the number, which is not negative.
 fn square(grid: Grid, nearest: &[u32], i: u32) -> u64 {
-    let (x, y) = separation(grid, i as usize, nearest[i as usize] as usize);
+    let [x, y] = minimum_image(grid, i as usize, nearest[i as usize] as usize);
     (x * x + y * y).to_bits()
 }
 
@@ -192,7 +192,7 @@ mod tests {
     fn a_disc_becomes_a_larger_disc() {
         let grid = Grid::unit(96, 96);
         let r2 = |x: usize, y: usize| {
-            let (x, y) = separation(grid, 0, y * 96 + x);
+            let [x, y] = minimum_image(grid, 0, y * 96 + x);
             x * x + y * y
         };
         let mut map = with(grid, |x, y| r2(x, y) < 0.15f64.powi(2));

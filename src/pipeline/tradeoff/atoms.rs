@@ -156,7 +156,7 @@ pub fn pressed(
     for folder in [&job_folder, &read_folder] {
         std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
     }
-    let growth = sys::Growth::begin();
+    let growth = sys::MemoryGrowth::begin();
     let largest_child = sys::children_peak_rss_bytes();
     let (clock, own, children) = (Instant::now(), sys::cpu_seconds(), sys::children_cpu_seconds());
     let solved = match atoms.start {

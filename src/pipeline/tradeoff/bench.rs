@@ -442,7 +442,7 @@ fn measured(
     let mut best: Option<Measured> = None;
     let (mut runs, mut seconds) = (0, 0.0);
     while !enough(repeats, runs, seconds) {
-        let growth = sys::Growth::begin();
+        let growth = sys::MemoryGrowth::begin();
         let (clock, cpu) = (Instant::now(), sys::cpu_seconds());
         let results = methods::run(case, rung.beside, heights, (dir, stage), key, listener)?;
         let cost = Cost {

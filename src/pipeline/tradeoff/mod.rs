@@ -278,7 +278,7 @@ fn grids(case: &Case, asked: &AskedOfLadder, warnings: &mut Vec<String>) -> Resu
                         format!("divisors of the reference's {reference} points a side: nodes must coincide");
                     return Err(Error::input(PLACE, "--grids", n, accepted));
                 }
-                ladder::on_grid(case, n).map_err(|e| e.told_of(PLACE, Some("--grids")))?;
+                ladder::on_grid(case, n).map_err(|e| e.with_context(PLACE, Some("--grids")))?;
                 if !list.contains(&n) {
                     list.push(n);
                 }
@@ -310,7 +310,7 @@ fn truth(bench: &mut Bench, case: &Case, adhesive: bool, n: usize, out: &Path) -
     let measured = bench.measure(&rung, None, None)?;
     if let Some(why) = &measured.results.unavailable_reason {
         let why = format!("the reference ({}) tells nothing: {why}", rung.words());
-        return Err(Error::Beside { why, kept: out.to_path_buf() });
+        return Err(Error::AuxiliarySolve { why, kept: out.to_path_buf() });
     }
     let key = bench.reference_key(&rung)?;
     let mut levels = Vec::new();

@@ -7,11 +7,11 @@
 //!
 //! ```text
 //! a = (1-2ν) sinh w - w cosh w,   b = 2(1-ν) cosh w + w sinh w,   Δ = 4(1-ν)² + (3-4ν) sinh² w + w²
-//! down   = (1-ν)^-1 /(qΔ) [(3-4ν) b sinh qz - qz (a sinh qz + b cosh qz)]
-//! aside  = i (1-ν)^-1 /(qΔ) [qz (a cosh qz + b sinh qz) + (3-4ν) a sinh qz]
+//! normal   = (1-ν)^-1 /(qΔ) [(3-4ν) b sinh qz - qz (a sinh qz + b cosh qz)]
+//! tangential  = i (1-ν)^-1 /(qΔ) [qz (a cosh qz + b sinh qz) + (3-4ν) a sinh qz]
 //! ```
 //!
-//! in units of `p/E*` with `2G = E*(1-ν)`. At the surface `down` is the compliance of the bonded [`Layer`] (Carbone, Lorenz,
+//! in units of `p/E*` with `2G = E*(1-ν)`. At the surface `normal` is the compliance of the bonded [`Layer`] (Carbone, Lorenz,
 //! Persson & Wohlers 2009), and under a deep one both are the half-space's
 //! `(2/q)[1 + qd/2(1-ν)] e^{-qd}` and `i (2/q)[(1-2ν) - qd]/2(1-ν) e^{-qd}` at the depth `d`.
 
@@ -19,17 +19,17 @@ use super::{Base, Layer};
 
 /// Displacement amplitudes under a unit pressure amplitude, units of L per E*.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Interior {
+pub struct LayerDisplacement {
     /// Towards the base, in phase with the pressure.
-    pub down: f64,
-    /// Along the wave vector, a quarter wave ahead: the displacement there is `i aside` times the pressure.
-    pub aside: f64,
+    pub normal: f64,
+    /// Along the wave vector, a quarter wave ahead: the displacement there is `i tangential` times the pressure.
+    pub tangential: f64,
 }
 
 impl Layer {
     /// Displacements at the height `z` above the base (0 to the thickness) under a pressure wave of wave number `q` > 0; `None`
     /// for a layer that is not bonded.
-    pub fn interior(&self, q: f64, z: f64) -> Option<Interior> {
+    pub fn displacement_at(&self, q: f64, z: f64) -> Option<LayerDisplacement> {
         if self.base != Base::Bonded {
             return None;
         }
@@ -41,11 +41,11 @@ impl Layer {
         let sinh_x = -0.5 * (-2.0 * x).exp_m1();
         let (sinh_deep, cosh_deep) = (-0.5 * e_x * (2.0 * (x - w)).exp_m1(), 0.5 * (e_x + e_w));
         // a and b inserted, so that what is as large as w times the answer has cancelled.
-        let down = k * sinh_x * (press * cosh_w + (w - x) * sinh_w) - x * (press * cosh_deep + w * sinh_deep);
-        let aside = k * sinh_x * (shear * sinh_w - (w - x) * cosh_w) + x * (shear * sinh_deep - w * cosh_deep);
+        let normal = k * sinh_x * (press * cosh_w + (w - x) * sinh_w) - x * (press * cosh_deep + w * sinh_deep);
+        let tangential = k * sinh_x * (shear * sinh_w - (w - x) * cosh_w) + x * (shear * sinh_deep - w * cosh_deep);
         let delta = k * sinh_w * sinh_w + (4.0 * (1.0 - nu).powi(2) + w * w) * e_w;
         let unit = (x - w).exp() / ((1.0 - nu) * q * delta);
-        Some(Interior { down: unit * down, aside: unit * aside })
+        Some(LayerDisplacement { normal: unit * normal, tangential: unit * tangential })
     }
 }
 
@@ -58,8 +58,8 @@ mod tests {
         Layer { thickness: 0.143, poisson, base: Base::Bonded }
     }
 
-    fn at(layer: &Layer, q: f64, z: f64) -> Interior {
-        layer.interior(q, z).expect("bonded")
+    fn at(layer: &Layer, q: f64, z: f64) -> LayerDisplacement {
+        layer.displacement_at(q, z).expect("bonded")
     }
 
     #[test]
@@ -70,21 +70,21 @@ mod tests {
                 let compliance = 1.0 / layer.stiffness(q, 0.0);
                 let top = at(&layer, q, layer.thickness);
                 assert!(
-                    (top.down / compliance - 1.0).abs() < 1e-12,
+                    (top.normal / compliance - 1.0).abs() < 1e-12,
                     "ν = {poisson}, q = {q}: {} {compliance}",
-                    top.down
+                    top.normal
                 );
                 let base = at(&layer, q, 0.0);
-                assert!(base.down.abs() < 1e-15 * compliance && base.aside.abs() < 1e-15 * compliance);
+                assert!(base.normal.abs() < 1e-15 * compliance && base.tangential.abs() < 1e-15 * compliance);
             }
         }
-        assert_eq!(Layer { base: Base::ConstantStress, ..layer(0.3) }.interior(1.0, 0.1), None);
+        assert_eq!(Layer { base: Base::ConstantStress, ..layer(0.3) }.displacement_at(1.0, 0.1), None);
     }
 
     /// Central differences with a step of 1e-4 of the wave are good to 1e-7; the stresses are told over the pressure.
     const DIFFERENCES: f64 = 1e-6;
 
-    /// The displacements `u = -down`, `v = i aside` (up, along) obey the equations of equilibrium inside, and the stresses at the
+    /// The displacements `u = -normal`, `v = i tangential` (up, along) obey the equations of equilibrium inside, and the stresses at the
     /// surface are the pressure and no shear.
     #[test]
     fn it_is_in_equilibrium_under_the_pressure_alone() {
@@ -93,10 +93,10 @@ mod tests {
             let (two_g, t) = (1.0 - nu, layer.thickness);
             let lambda = two_g * nu / (1.0 - 2.0 * nu);
             let step = 1e-4 / q;
-            let up = |z: f64| -at(&layer, q, z).down;
-            let along = |z: f64| at(&layer, q, z).aside;
+            let up = |z: f64| -at(&layer, q, z).normal;
+            let along = |z: f64| at(&layer, q, z).tangential;
             let slope = |f: &dyn Fn(f64) -> f64, z: f64| (f(z + step) - f(z - step)) / (2.0 * step);
-            // With e^{iqx}: ∂x(i aside) = -q aside, ∂x(up) = iq up.
+            // With e^{iqx}: ∂x(i tangential) = -q tangential, ∂x(up) = iq up.
             let normal = |z: f64| (lambda + two_g) * slope(&up, z) - lambda * q * along(z);
             let shear = |z: f64| 0.5 * two_g * (slope(&along, z) + q * up(z));
             let side = |z: f64| -(lambda + two_g) * q * along(z) + lambda * slope(&up, z);
@@ -121,13 +121,13 @@ mod tests {
         for d in [0.0, 0.1, 0.4, 1.0] {
             let found = at(&deep, q, deep.thickness - d);
             let fades = (-q * d).exp() / ((1.0 - nu) * q);
-            assert!((found.down / (fades * (2.0 * (1.0 - nu) + q * d)) - 1.0).abs() < 1e-10, "{d}");
-            assert!((found.aside - fades * ((1.0 - 2.0 * nu) - q * d)).abs() < 1e-10 * fades, "{d}");
+            assert!((found.normal / (fades * (2.0 * (1.0 - nu) + q * d)) - 1.0).abs() < 1e-10, "{d}");
+            assert!((found.tangential - fades * ((1.0 - 2.0 * nu) - q * d)).abs() < 1e-10 * fades, "{d}");
         }
         // A wave much longer than the layer is thick compresses it evenly.
         let thin = Layer { thickness: 1e-4, poisson: nu, base: Base::Bonded };
         for share in [0.25, 0.5, 1.0] {
-            let found = at(&thin, 1e-3, share * thin.thickness).down;
+            let found = at(&thin, 1e-3, share * thin.thickness).normal;
             assert!((found / (share * thin.compression()) - 1.0).abs() < 1e-6, "{share}: {found}");
         }
     }

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 /// Power of a surface by wave number alone, in shells about |q| = 1, 2, … times 2π: all that theories of a random surface
 /// are given of it. Lengths in the cell's extent in x.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Power {
+pub struct PowerSpectrum {
     /// Shells with power in them, by rising wave number.
     pub shells: Vec<Shell>,
     /// How far the gradients are from being alike in all directions: the larger of the second and fourth angular harmonic
@@ -34,9 +34,9 @@ struct Sums {
     curvature: f64,
 }
 
-impl Power {
+impl PowerSpectrum {
     /// Of the waves that a grid holds of a series.
-    pub fn of_series(series: &Series<f64>, grid: Grid) -> Self {
+    pub fn from_series(series: &Series<f64>, grid: Grid) -> Self {
         let mut tally = Tally::default();
         for i in 0..grid.half() {
             let (up, down) = series.column(i, grid);
@@ -53,8 +53,8 @@ impl Power {
     }
 
     /// Of heights on the nodes of a grid.
-    pub fn of_nodes(grid: Grid, heights: &[f64]) -> Self {
-        Self::of_series(&Series::through(grid, heights), grid)
+    pub fn from_nodes(grid: Grid, heights: &[f64]) -> Self {
+        Self::from_series(&Series::from_nodes(grid, heights), grid)
     }
 
     /// Expected of a spectrum in a cell of this aspect `ly/lx`, by its modes one by one.
@@ -73,7 +73,7 @@ impl Power {
             }
         }
         // A quarter of the lattice has told of all of it; its own directions are no anisotropy.
-        Power { anisotropy: 0.0, ..tally.power() }
+        PowerSpectrum { anisotropy: 0.0, ..tally.power() }
     }
 
     /// Sum over the shells of a part of them.
@@ -123,7 +123,7 @@ impl Tally {
         }
     }
 
-    fn power(self) -> Power {
+    fn power(self) -> PowerSpectrum {
         let gradient: f64 = self.shells.iter().map(|s| s.gradient).sum();
         let [c2, s2, c4, s4] = self.harmonics;
         let anisotropy = if gradient > 0.0 { c2.hypot(s2).max(c4.hypot(s4)) / gradient } else { 0.0 };
@@ -133,7 +133,7 @@ impl Tally {
             gradient: s.gradient,
             curvature: s.curvature,
         };
-        Power { shells: self.shells.iter().filter(|s| s.height > 0.0).map(shell).collect(), anisotropy }
+        PowerSpectrum { shells: self.shells.iter().filter(|s| s.height > 0.0).map(shell).collect(), anisotropy }
     }
 }
 
@@ -151,7 +151,8 @@ mod tests {
             let modes = Modes::new(spectrum, 3, grid.ly);
             let heights = modes.heights::<f64>(grid, 0.0);
             let m = moments(grid, &heights);
-            for power in [Power::of_nodes(grid, &heights), Power::of_series(&modes.series(), grid)] {
+            for power in [PowerSpectrum::from_nodes(grid, &heights), PowerSpectrum::from_series(&modes.series(), grid)]
+            {
                 let close = |found: f64, exact: f64| assert!((found / exact - 1.0).abs() < 1e-10, "{found} {exact}");
                 let (m0, m2, m4) = power.moments();
                 close(m0, m.m0);
@@ -160,7 +161,7 @@ mod tests {
                 close(power.rms_gradient(), m.rms_gradient);
             }
             let e = spectrum.expected(grid.ly, 0.0);
-            let expected = Power::expected(&spectrum, grid.ly);
+            let expected = PowerSpectrum::expected(&spectrum, grid.ly);
             assert!((expected.rms_height() / e.rms_height - 1.0).abs() < 1e-12);
             assert!((expected.moments().2 / e.m4 - 1.0).abs() < 1e-12);
         }
@@ -172,7 +173,7 @@ mod tests {
         let wave = |f: &dyn Fn(f64, f64) -> f64| -> Vec<f64> {
             (0..grid.points()).map(|i| f(TAU * (i % 64) as f64 / 64.0, TAU * (i / 64) as f64 / 64.0)).collect()
         };
-        let anisotropy = |h: &[f64]| Power::of_nodes(grid, h).anisotropy;
+        let anisotropy = |h: &[f64]| PowerSpectrum::from_nodes(grid, h).anisotropy;
         assert!(anisotropy(&wave(&|x, _| x.cos())) > 0.99);
         // Alike along x and y, but not between them.
         assert!(anisotropy(&wave(&|x, y| x.cos() + y.cos())) > 0.99);

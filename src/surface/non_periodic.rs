@@ -1,12 +1,12 @@
 //! Statistics of heights that do not repeat: nothing is taken across an edge.
 
-use super::patch_gradient;
+use super::non_periodic_gradient;
 use crate::grid::{Grid, mean, rms};
 use std::f64::consts::TAU;
 
 /// Moments of a patch, from its nodes and the differences between neighbours (reduced units).
 #[derive(Debug, Clone, Copy)]
-pub struct PatchMoments {
+pub struct NonPeriodicMoments {
     /// About the mean height, not about a plane: a tilt is part of the surface that is pressed.
     pub rms_height: f64,
     pub rms_gradient: f64,
@@ -15,7 +15,7 @@ pub struct PatchMoments {
     pub m4: f64,
 }
 
-pub fn patch_moments(grid: Grid, heights: &[f64]) -> PatchMoments {
+pub fn non_periodic_moments(grid: Grid, heights: &[f64]) -> NonPeriodicMoments {
     let bends = |step: usize, d: f64, inside: &dyn Fn(usize) -> bool| {
         let second = |i: usize| (heights[i + step] - 2.0 * heights[i] + heights[i - step]) / (d * d);
         let squares = (0..heights.len()).filter(|&i| inside(i)).map(|i| second(i).powi(2));
@@ -24,8 +24,8 @@ pub fn patch_moments(grid: Grid, heights: &[f64]) -> PatchMoments {
     };
     let along_x = bends(1, grid.dx(), &|i| i % grid.nx != 0 && (i + 1) % grid.nx != 0);
     let along_y = bends(grid.nx, grid.dy(), &|i| i >= grid.nx && i + grid.nx < grid.points());
-    let rms_gradient = patch_gradient(grid, heights);
-    PatchMoments {
+    let rms_gradient = non_periodic_gradient(grid, heights);
+    NonPeriodicMoments {
         rms_height: rms(heights),
         rms_gradient,
         m2: rms_gradient.powi(2) / 2.0,
@@ -35,7 +35,7 @@ pub fn patch_moments(grid: Grid, heights: &[f64]) -> PatchMoments {
 
 /// Heights about their mean plane under a window of Hann along both axes, of mean square one: their spectrum has no seam,
 /// and powers that spread over a mode or two.
-pub fn windowed(grid: Grid, heights: &[f64]) -> Vec<f64> {
+pub fn hann_windowed(grid: Grid, heights: &[f64]) -> Vec<f64> {
     let hann = |n: usize| -> Vec<f64> {
         let w: Vec<f64> = (0..n).map(|i| 1.0 - (TAU * (i as f64 + 0.5) / n as f64).cos()).collect();
         let square = w.iter().map(|v| v * v).sum::<f64>() / n as f64;
@@ -70,7 +70,7 @@ mod tests {
         let grid = Grid { nx: 9, ny: 7, lx: 1.0, ly: 0.7 };
         let at = |i: usize| ((i % 9) as f64 * grid.dx(), (i / 9) as f64 * grid.dy());
         let bowl: Vec<f64> = (0..63).map(at).map(|(x, y)| 0.2 * x + 1.5 * x * x + 0.5 * y * y).collect();
-        let m = patch_moments(grid, &bowl);
+        let m = non_periodic_moments(grid, &bowl);
         assert!((m.m4 - (9.0 + 1.0) / 2.0).abs() < 1e-9, "{m:?}");
         assert_eq!(m.m2, m.rms_gradient.powi(2) / 2.0);
         assert!(moments(grid, &bowl).m4 > 2.0 * m.m4);
@@ -85,7 +85,7 @@ mod tests {
         let power = |heights: &[f64]| -> Vec<(f64, f64)> {
             psd(grid, heights, |_| 0.0).iter().map(|b| (b.mode, b.power)).collect()
         };
-        let (plain, clean) = (power(&wave), power(&windowed(grid, &wave)));
+        let (plain, clean) = (power(&wave), power(&hann_windowed(grid, &wave)));
         let highest = clean.iter().max_by(|a, b| a.1.total_cmp(&b.1)).expect("bins");
         assert!((7.0..10.0).contains(&highest.0), "{clean:?}");
         let last = |bins: &[(f64, f64)]| bins[bins.len() - 1].1;
