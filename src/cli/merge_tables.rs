@@ -6,7 +6,7 @@ use crate::report::series;
 use std::io::Write;
 use std::path::PathBuf;
 
-const HEAD: &str = "# What the grid, the tolerance, the precision and a finite slab cost\n\nMade by `make measured`, on the surface of \
+const HEAD: &str = "# Cost and error of grid, tolerance, precision and layer thickness\n\nWritten by `make measured`, on the surface of \
                     `configs/measured/waves-32.toml`: root mean square errors over its loads.\n\n";
 
 /// Puts tables of `asperity tradeoff` into one file, as `asperity advise --table` and [accuracy] read it.
@@ -18,9 +18,9 @@ pub struct MergeTables {
     /// Where they go.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Where the ladders of `fast` of the first tradeoff.json go, as Markdown.
+    /// Markdown file for the series of `fast` of the first tradeoff.json.
     #[arg(long, value_name = "FILE")]
-    ladders: Option<PathBuf>,
+    series: Option<PathBuf>,
     /// Said in the file: the command that measured them, and on what.
     #[arg(long, value_name = "TEXT", default_value = "asperity tradeoff")]
     provenance: String,
@@ -28,9 +28,9 @@ pub struct MergeTables {
 
 impl MergeTables {
     pub fn execute(self) -> Result<()> {
-        if let Some(file) = &self.ladders {
-            let told = Tradeoff::read(&self.tables[0])?;
-            write_atomic(file, |w| write!(w, "{HEAD}{}", series::markdown(&told, "fast")))?;
+        if let Some(file) = &self.series {
+            let tradeoff = Tradeoff::read(&self.tables[0])?;
+            write_atomic(file, |w| write!(w, "{HEAD}{}", series::markdown(&tradeoff, "fast")))?;
         }
         let tables = self.tables.iter().map(|f| Tables::read(f)).collect::<Result<Vec<_>>>()?.concat();
         Tables::new(self.provenance, tables).write(&self.out)

@@ -1,4 +1,4 @@
-//! The ladders of one method as Markdown: what its grid, its tolerance, its precision and a finite slab cost in accuracy.
+//! Series of one method's settings as Markdown: cost and error of grid, tolerance, precision and layer thickness.
 
 use super::number::{duration, error_of, significant};
 use crate::record::quantity::Quantity;
@@ -15,7 +15,7 @@ const COLUMNS: [Quantity; 7] = [
     Quantity::StressPdf,
 ];
 
-/// Tables of a method's points, each of a ladder in which one thing changes from the setting of the reference.
+/// Tables of a method's points, one per series in which a single parameter differs from the reference's setting.
 pub fn markdown(told: &Tradeoff, method: &str) -> String {
     let known: Vec<&TradeoffPoint> =
         told.points.iter().filter(|p| p.setting.method == method && p.unavailable_reason.is_none()).collect();
@@ -30,23 +30,23 @@ pub fn markdown(told: &Tradeoff, method: &str) -> String {
     tolerances.sort_by(|a, b| b.setting.tolerance.total_cmp(&a.setting.tolerance));
     let precisions: Vec<&TradeoffPoint> =
         known.iter().filter(|p| of(p, n) && p.setting.precision != base.precision).copied().collect();
-    let mut slabs: Vec<&TradeoffPoint> =
+    let mut layers: Vec<&TradeoffPoint> =
         known.iter().filter(|p| p.setting.layer_thickness.is_some()).copied().collect();
-    slabs.sort_by(|a, b| {
+    layers.sort_by(|a, b| {
         a.setting.layer_thickness.partial_cmp(&b.setting.layer_thickness).unwrap_or(std::cmp::Ordering::Equal)
     });
     let mut coarse_first = grids.clone();
     coarse_first.sort_by_key(|p| p.setting.nx);
     let wave = |p: &TradeoffPoint| significant(p.setting.nx as f64 * told.shortest_wavelength, 3);
     let mut text = String::new();
-    let head = ["points a side", "per shortest wave"].map(str::to_string);
+    let head = ["points per side", "per shortest wave"].map(str::to_string);
     table(&mut text, "Grid", &head, &coarse_first, &|p| vec![p.setting.nx.to_string(), wave(p)]);
     let tolerance = |p: &TradeoffPoint| vec![format!("{:e}", p.setting.tolerance)];
-    table(&mut text, "Tolerance", &[format!("tolerance on {n} points a side")], &tolerances, &tolerance);
+    table(&mut text, "Tolerance", &[format!("tolerance on {n} points per side")], &tolerances, &tolerance);
     let precision = |p: &TradeoffPoint| vec![format!("{} to {:e}", p.setting.precision, p.setting.tolerance)];
-    table(&mut text, "Precision", &[format!("precision on {n} points a side")], &precisions, &precision);
-    let slab = |p: &TradeoffPoint| vec![p.setting.layer_thickness.map_or(String::new(), |t| significant(t, 3))];
-    table(&mut text, "Finite slab", &["thickness / L".to_string()], &slabs, &slab);
+    table(&mut text, "Precision", &[format!("precision on {n} points per side")], &precisions, &precision);
+    let thickness = |p: &TradeoffPoint| vec![p.setting.layer_thickness.map_or(String::new(), |t| significant(t, 3))];
+    table(&mut text, "Finite layer thickness", &["thickness / L".to_string()], &layers, &thickness);
     text
 }
 
