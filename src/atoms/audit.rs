@@ -25,8 +25,8 @@ const HALF_SPACE: f64 = 0.02;
 /// The numbers of the audit. Lengths reduced (unit: the cell's extent) or in Å as the names say.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AuditInput {
-    pub asked: Target,
-    pub used: Actual,
+    pub target: Target,
+    pub actual: Actual,
 }
 
 /// The problem before it was scaled down, without units.
@@ -92,93 +92,100 @@ impl Actual {
 /// # Errors
 /// `Error::Input` if the net's spacing or the lattice constant is not positive.
 pub fn audit(input: &AuditInput) -> Result<Vec<AuditLine>> {
-    let AuditInput { asked, used } = input;
-    let wall = Wall::new(used.spacing_angstrom(), used.a0_angstrom)?;
-    let mut lines = vec![load(asked, used)];
-    if asked.gamma > 0.0 || used.gamma_ev_a2 > 0.0 {
-        adhesion(asked, used, &wall, &mut lines)?;
+    let AuditInput { target, actual } = input;
+    let wall = Wall::new(actual.spacing_angstrom(), actual.a0_angstrom)?;
+    let mut lines = vec![load(target, actual)];
+    if target.gamma > 0.0 || actual.gamma_ev_a2 > 0.0 {
+        adhesion(target, actual, &wall, &mut lines)?;
     }
-    lines.extend(roughness(asked, used));
-    lines.push(depth(used));
-    lines.push(spacing(used));
-    lines.push(registries(used));
+    lines.extend(roughness(target, actual));
+    lines.push(depth(actual));
+    lines.push(spacing(actual));
+    lines.push(registries(actual));
     Ok(lines)
 }
 
-fn line(group: &str, symbol: &str, asked: f64, used: f64, reachable: bool, reason: String) -> AuditLine {
-    let same = (used - asked).abs() <= SAME * asked.abs().max(used.abs());
+fn line(group: &str, symbol: &str, target: f64, actual: f64, reachable: bool, reason: String) -> AuditLine {
+    let same = (actual - target).abs() <= SAME * target.abs().max(actual.abs());
     let status = match (same, reachable) {
         (true, _) => "kept",
         (false, true) => "changed",
         (false, false) => "unreachable",
     };
-    AuditLine { group: group.into(), symbol: symbol.into(), target: asked, actual: used, status: status.into(), reason }
+    AuditLine {
+        group: group.into(),
+        symbol: symbol.into(),
+        target: target,
+        actual: actual,
+        status: status.into(),
+        reason,
+    }
 }
 
-fn load(asked: &Target, used: &Actual) -> AuditLine {
-    let gpa = used.p_star * used.rms_gradient * used.modulus_gpa;
+fn load(target: &Target, actual: &Actual) -> AuditLine {
+    let gpa = actual.p_star * actual.rms_gradient * actual.modulus_gpa;
     let newton_per_ev = 1e-9 / crate::units::GPA_PER_EV_A3;
-    let force = gpa * 1e9 * newton_per_ev * used.length_angstrom * used.length_angstrom;
+    let force = gpa * 1e9 * newton_per_ev * actual.length_angstrom * actual.length_angstrom;
     let reason = format!("mean pressure {gpa:.4} GPa, {force:.1} eV/Å on the indenter");
-    line("load", "p* = p/(E* ḡ)", asked.p_star, used.p_star, true, reason)
+    line("load", "p* = p/(E* ḡ)", target.p_star, actual.p_star, true, reason)
 }
 
-fn adhesion(asked: &Target, used: &Actual, wall: &Wall, lines: &mut Vec<AuditLine>) -> Result<()> {
-    let scales = used.scales();
-    let gamma = used.gamma_ev_a2 * crate::units::J_M2_PER_EV_A2;
+fn adhesion(target: &Target, actual: &Actual, wall: &Wall, lines: &mut Vec<AuditLine>) -> Result<()> {
+    let scales = actual.scales();
+    let gamma = actual.gamma_ev_a2 * crate::units::J_M2_PER_EV_A2;
     let gamma_reduced = scales.reduced_energy_per_area(gamma);
-    let reason = format!("{gamma:.5} J/m² = {:.4e} eV/Å² between flats, repulsion included", used.gamma_ev_a2);
-    lines.push(line("work of adhesion", "γ/(E* L)", asked.gamma, gamma_reduced, true, reason));
+    let reason = format!("{gamma:.5} J/m² = {:.4e} eV/Å² between flats, repulsion included", actual.gamma_ev_a2);
+    lines.push(line("work of adhesion", "γ/(E* L)", target.gamma, gamma_reduced, true, reason));
 
-    let rho_asked_angstrom = asked.rho * used.length_angstrom;
-    let gamma_asked = scales.energy_per_area_ev_a2(asked.gamma);
+    let rho_asked_angstrom = target.rho * actual.length_angstrom;
+    let gamma_asked = scales.energy_per_area_ev_a2(target.gamma);
     // What cannot be had is judged at the adhesion asked for; without any, every range can.
-    let least = if asked.gamma > 0.0 { wall.smallest_range(gamma_asked)? } else { 0.0 };
+    let least = if target.gamma > 0.0 { wall.smallest_range(gamma_asked)? } else { 0.0 };
     let reachable = rho_asked_angstrom >= least;
-    let rho = used.rho_angstrom;
+    let rho = actual.rho_angstrom;
     let why = if reachable {
-        format!("{rho_asked_angstrom:.4} Å would be the scaled range; {rho:.4} Å is used")
+        format!("{rho_asked_angstrom:.4} Å would be the scaled range; {rho:.4} Å is actual")
     } else {
         format!(
             "the scaled range is {rho_asked_angstrom:.4} Å, below the {:.2} Å at which the uncapped exponential outgrows \
-             the Lennard-Jones core and below an atom's thermal vibration of 0.1 to 0.2 Å; {rho:.4} Å is used",
+             the Lennard-Jones core and below an atom's thermal vibration of 0.1 to 0.2 Å; {rho:.4} Å is actual",
             (100.0 * least).ceil() / 100.0
         )
     };
-    let rho_reduced = rho / used.length_angstrom;
-    lines.push(line("adhesion range", "ρ/L", asked.rho, rho_reduced, reachable, why.clone()));
+    let rho_reduced = rho / actual.length_angstrom;
+    lines.push(line("adhesion range", "ρ/L", target.rho, rho_reduced, reachable, why.clone()));
 
     let stress = |gamma: f64, rho: f64| if rho > 0.0 { gamma / rho } else { 0.0 };
-    let (stress_asked, stress_used) = (stress(asked.gamma, asked.rho), stress(gamma_reduced, rho_reduced));
-    let reason = format!("largest adhesive stress {:.3} GPa: {why}", stress_used * used.modulus_gpa);
+    let (stress_asked, stress_used) = (stress(target.gamma, target.rho), stress(gamma_reduced, rho_reduced));
+    let reason = format!("largest adhesive stress {:.3} GPa: {why}", stress_used * actual.modulus_gpa);
     lines.push(line("adhesive stress", "γ/(ρ E*)", stress_asked, stress_used, reachable, reason));
 
     let tabor = |radius: f64, gamma: f64, rho: f64| stress(interface::tabor(radius, gamma, 1.0), rho);
-    let radius_reduced = used.curvature_radius_angstrom / used.length_angstrom;
+    let radius_reduced = actual.curvature_radius_angstrom / actual.length_angstrom;
     let (t_asked, t_used) =
-        (tabor(asked.curvature_radius, asked.gamma, asked.rho), tabor(radius_reduced, gamma_reduced, rho_reduced));
+        (tabor(target.curvature_radius, target.gamma, target.rho), tabor(radius_reduced, gamma_reduced, rho_reduced));
     // The range that would keep the Tabor number with the blunter summits that the low-pass leaves.
     let keeping =
-        if t_asked > 0.0 { tabor(radius_reduced, gamma_reduced, 1.0) / t_asked * used.length_angstrom } else { rho };
+        if t_asked > 0.0 { tabor(radius_reduced, gamma_reduced, 1.0) / t_asked * actual.length_angstrom } else { rho };
     let reason = format!(
         "μ_T = R_c^(1/3) (γ/E*)^(2/3)/ρ = {t_used:.3} with R_c = {:.2} Å and ρ = {rho:.4} Å; μ_T = {t_asked:.3} would need \
          ρ = {keeping:.4} Å",
-        used.curvature_radius_angstrom
+        actual.curvature_radius_angstrom
     );
     lines.push(line("Tabor number", "μ_T", t_asked, t_used, keeping >= least, reason));
     Ok(())
 }
 
-fn roughness(asked: &Target, used: &Actual) -> [AuditLine; 4] {
-    let bond = used.a0_angstrom / SQRT_2;
-    let lambda_s = asked.lambda_s * used.length_angstrom;
-    let lambda = used.lambda_min_angstrom;
-    let full = format!("rms gradient {:.4} over the whole spectrum, before the low-pass", used.rms_gradient);
+fn roughness(target: &Target, actual: &Actual) -> [AuditLine; 4] {
+    let bond = actual.a0_angstrom / SQRT_2;
+    let lambda_s = target.lambda_s * actual.length_angstrom;
+    let lambda = actual.lambda_min_angstrom;
+    let full = format!("rms gradient {:.4} over the whole spectrum, before the low-pass", actual.rms_gradient);
     // An indenter of atoms on a net holds no wave shorter than two spacings, a crystal none shorter than two bonds.
-    let reachable = lambda_s >= (2.0 * bond).max(2.0 * used.spacing_angstrom());
+    let reachable = lambda_s >= (2.0 * bond).max(2.0 * actual.spacing_angstrom());
     let resolved = format!(
         "rms gradient {:.4} remains of {:.4} in the waves of {lambda:.2} Å and longer",
-        used.resolved_gradient, used.rms_gradient
+        actual.resolved_gradient, actual.rms_gradient
     );
     let bonds = format!(
         "λ_s = {lambda_s:.3} Å is {:.3} bond lengths a0/√2 = {bond:.3} Å; the shortest wave kept is {:.2}",
@@ -187,34 +194,41 @@ fn roughness(asked: &Target, used: &Actual) -> [AuditLine; 4] {
     );
     let cut = format!("waves below {lambda:.2} Å are left out, {:.2} times λ_s = {lambda_s:.3} Å", lambda / lambda_s);
     [
-        line("slope", "ḡ", asked.rms_gradient, used.rms_gradient, true, full),
-        line("slope that the atoms see", "ḡ(λ_min)", asked.rms_gradient, used.resolved_gradient, reachable, resolved),
+        line("slope", "ḡ", target.rms_gradient, actual.rms_gradient, true, full),
+        line(
+            "slope that the atoms see",
+            "ḡ(λ_min)",
+            target.rms_gradient,
+            actual.resolved_gradient,
+            reachable,
+            resolved,
+        ),
         line("shortest wave in bonds", "λ_s √2/a0", lambda_s / bond, lambda / bond, reachable, bonds),
         line("shortest wave", "λ_min/λ_s", 1.0, lambda / lambda_s, reachable, cut),
     ]
 }
 
-fn depth(used: &Actual) -> AuditLine {
-    let ratio = used.depth_angstrom / used.length_angstrom;
-    let slab = Layer { thickness: ratio, poisson: used.poisson, base: Base::Bonded };
+fn depth(actual: &Actual) -> AuditLine {
+    let ratio = actual.depth_angstrom / actual.length_angstrom;
+    let slab = Layer { thickness: ratio, poisson: actual.poisson, base: Base::Bonded };
     let factor = |n: usize| slab.stiffening(2.0 * PI * ratio * n as f64);
     let stiffening = factor(1);
     let affected = (1..=1000).take_while(|n| factor(*n) > 1.0 + HALF_SPACE).count();
-    let founded = match used.foundation_angstrom {
+    let founded = match actual.foundation_angstrom {
         0.0 => String::new(),
         below => format!(", {below:.1} Å of it an elastic foundation"),
     };
     let reason = format!(
         "slab {:.1} Å deep{founded}, {ratio:.4} of the cell, on a rigid base: the longest wave is {stiffening:.2} times stiffer than on a \
          half-space, and the {affected} longest by more than 2 %",
-        used.depth_angstrom
+        actual.depth_angstrom
     );
     // A deeper slab is a matter of cost.
     line("depth", "stiffness of wave L over half-space", 1.0, stiffening, true, reason)
 }
 
-fn spacing(used: &Actual) -> AuditLine {
-    let s = used.spacing_angstrom();
+fn spacing(actual: &Actual) -> AuditLine {
+    let s = actual.spacing_angstrom();
     let within = s <= MAX_SPACING_ANGSTROM;
     let reason = if within {
         format!("s = {s:.4} Å, at most {MAX_SPACING_ANGSTROM} Å: no crystal atom passes the net at slope 1")
@@ -224,8 +238,8 @@ fn spacing(used: &Actual) -> AuditLine {
              pass it"
         )
     };
-    let asked = if within { s } else { MAX_SPACING_ANGSTROM };
-    line("indenter spacing", "s/d_c", asked / CONTACT_DISTANCE_ANGSTROM, s / CONTACT_DISTANCE_ANGSTROM, true, reason)
+    let target = if within { s } else { MAX_SPACING_ANGSTROM };
+    line("indenter spacing", "s/d_c", target / CONTACT_DISTANCE_ANGSTROM, s / CONTACT_DISTANCE_ANGSTROM, true, reason)
 }
 
 /// Number of distinct positions that the atoms of an fcc (100) surface take in the cell of a square net with `points`
@@ -247,11 +261,11 @@ pub fn distinct_registries(points: usize, cells: usize) -> usize {
     if even == odd { squared(&even) } else { squared(&even) + squared(&odd) }
 }
 
-fn registries(used: &Actual) -> AuditLine {
-    let found = distinct_registries(used.net_points, used.crystal_cells);
+fn registries(actual: &Actual) -> AuditLine {
+    let found = distinct_registries(actual.net_points, actual.crystal_cells);
     let enough = found >= FEWEST_REGISTRIES;
-    let divisor = gcd(used.net_points.max(1), used.crystal_cells.max(1));
-    let (p, q) = (used.net_points / divisor, used.crystal_cells / divisor);
+    let divisor = gcd(actual.net_points.max(1), actual.crystal_cells.max(1));
+    let (p, q) = (actual.net_points / divisor, actual.crystal_cells / divisor);
     let reason = if enough {
         format!("{p} net points per {q} cells put surface atoms at {found} positions in the net's cell: incommensurate")
     } else {
@@ -260,8 +274,8 @@ fn registries(used: &Actual) -> AuditLine {
              adhesion and repulsion depend on the registry"
         )
     };
-    let asked = if enough { found } else { FEWEST_REGISTRIES };
-    line("lattice mismatch", "positions in the net's cell", asked as f64, found as f64, true, reason)
+    let target = if enough { found } else { FEWEST_REGISTRIES };
+    line("lattice mismatch", "positions in the net's cell", target as f64, found as f64, true, reason)
 }
 
 #[cfg(test)]
@@ -272,7 +286,7 @@ mod tests {
     fn challenge() -> AuditInput {
         let a0 = 5.5884;
         AuditInput {
-            asked: Target {
+            target: Target {
                 p_star: 0.01,
                 gamma: 2e-5,
                 rho: 2.071e-5,
@@ -280,7 +294,7 @@ mod tests {
                 lambda_s: 1e-3,
                 curvature_radius: 6.0e-4,
             },
-            used: Actual {
+            actual: Actual {
                 length_angstrom: 175.0 * a0,
                 depth_angstrom: 25.0 * a0,
                 foundation_angstrom: 0.0,
@@ -307,9 +321,9 @@ mod tests {
     #[test]
     fn the_challenges_block() {
         let lines = audit(&challenge()).unwrap();
-        let verdicts: Vec<(&str, &str)> = lines.iter().map(|l| (l.group.as_str(), l.status.as_str())).collect();
+        let statuss: Vec<(&str, &str)> = lines.iter().map(|l| (l.group.as_str(), l.status.as_str())).collect();
         assert_eq!(
-            verdicts,
+            statuss,
             [
                 ("load", "kept"),
                 ("work of adhesion", "kept"),
@@ -340,24 +354,24 @@ mod tests {
     #[test]
     fn without_adhesion_its_lines_are_absent_and_with_it_only_in_the_atoms_they_say_changed() {
         let mut input = challenge();
-        input.asked.gamma = 0.0;
-        input.asked.rho = 0.0;
+        input.target.gamma = 0.0;
+        input.target.rho = 0.0;
         let lines = audit(&input).unwrap();
         assert_eq!(find(&lines, "work of adhesion").status, "changed");
         assert!(lines.iter().all(|l| l.target.is_finite() && l.actual.is_finite()));
-        input.used.gamma_ev_a2 = 0.0;
+        input.actual.gamma_ev_a2 = 0.0;
         assert!(audit(&input).unwrap().iter().all(|l| !l.group.contains("adhes")));
     }
 
     #[test]
     fn other_blocks_get_other_verdicts() {
         let mut input = challenge();
-        input.asked.rho = 0.5 / input.used.length_angstrom;
-        input.asked.lambda_s = 10.16 / input.used.length_angstrom;
-        input.used.resolved_gradient = 1.0;
-        input.used.p_star = 0.02;
-        input.used.rms_gradient = 0.5;
-        input.used.net_points = 350;
+        input.target.rho = 0.5 / input.actual.length_angstrom;
+        input.target.lambda_s = 10.16 / input.actual.length_angstrom;
+        input.actual.resolved_gradient = 1.0;
+        input.actual.p_star = 0.02;
+        input.actual.rms_gradient = 0.5;
+        input.actual.net_points = 350;
         let lines = audit(&input).unwrap();
         for (group, status) in [
             ("load", "changed"),
@@ -371,7 +385,7 @@ mod tests {
         ] {
             assert_eq!(find(&lines, group).status, status, "{group}");
         }
-        input.used.net_points = 0;
+        input.actual.net_points = 0;
         assert!(audit(&input).is_err());
     }
 

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use super::job::{CONTINUUM, Job};
+use super::job::{Job, PRESCRIBED_LOAD};
 use super::load_history::{self, LoadHistory, StepRecord};
 use super::minimizer_checkpoint;
 use super::styles::Styles;
@@ -85,7 +85,7 @@ impl Finished {
         let evaluations = read_evaluations(&job.folder)?;
         let settings = &job.record.settings;
         let steps = history.steps.iter().map(|r| r.to_results(settings.load_unit, &evaluations)).collect();
-        let loose = |r: &&StepRecord| !r.settled || r.max_force > FORCE_ROUNDING * settings.force_tolerance;
+        let loose = |r: &&StepRecord| !r.load_converged || r.max_force > FORCE_ROUNDING * settings.force_tolerance;
         let unconverged = history.steps.iter().filter(loose).map(|r| r.step).collect();
         Ok(Finished {
             history,
@@ -153,7 +153,7 @@ pub struct LammpsEngine {
     styles: Styles,
     ranks: usize,
     time_limit: Option<Duration>,
-    midway: Duration,
+    checkpoint_interval: Duration,
 }
 
 impl LammpsEngine {
@@ -190,7 +190,7 @@ impl LammpsEngine {
             styles,
             ranks: 1,
             time_limit: None,
-            midway: minimizer_checkpoint::INTERVAL,
+            checkpoint_interval: minimizer_checkpoint::INTERVAL,
         })
     }
 
@@ -219,8 +219,8 @@ impl LammpsEngine {
     }
 
     /// About how long to go between two states of a load that is being relaxed; [`minimizer_checkpoint::INTERVAL`] unless told.
-    pub fn with_midway(mut self, interval: Duration) -> Self {
-        self.midway = interval;
+    pub fn with_checkpoint_interval(mut self, interval: Duration) -> Self {
+        self.checkpoint_interval = interval;
         self
     }
 
@@ -234,7 +234,7 @@ impl LammpsEngine {
         self.missing(true, true).map(|(kind, name)| format!("the {kind} style {name}")).collect()
     }
 
-    fn missing(&self, adhesion: bool, hold: bool) -> impl Iterator<Item = (&'static str, &'static str)> {
+    fn missing(&self, adhesion: bool, nvt: bool) -> impl Iterator<Item = (&'static str, &'static str)> {
         let needed = [
             ("pair", "hybrid/overlay"),
             ("pair", "eam/alloy"),
@@ -260,12 +260,12 @@ impl LammpsEngine {
         needed
             .into_iter()
             .chain(adhesive)
-            .chain(warm.into_iter().filter(move |_| hold))
+            .chain(warm.into_iter().filter(move |_| nvt))
             .filter(|(kind, name)| !self.styles.has(kind, name))
     }
 
     fn check_styles(&self, job: &Job) -> Result<()> {
-        match self.missing(job.record.interaction.adhesion.is_some(), job.record.hold.is_some()).next() {
+        match self.missing(job.record.interaction.adhesion.is_some(), job.record.nvt.is_some()).next() {
             None => Ok(()),
             Some((kind, name)) => {
                 Err(failed(job, LammpsFailure::MissingStyle { missing: format!("the {kind} style {name}") }))
@@ -294,14 +294,25 @@ impl LammpsEngine {
         for (name, value) in job.variables(done, self.styles.has("dump", "custom/zstd")) {
             command.args(["-var", &name, &value]);
         }
-        if job.script() == CONTINUUM {
-            let often = minimizer_checkpoint::iterations(self.midway, job.atoms(), self.ranks);
-            command.args(["-var", "often", &often.to_string()]);
+        if job.script() == PRESCRIBED_LOAD {
+            let often = minimizer_checkpoint::iterations(self.checkpoint_interval, job.atoms(), self.ranks);
+            command.args(["-var", "restart_every", &often.to_string()]);
             if let Some(file) =
                 minimizer_checkpoint::newest(&job.folder, done.len()).as_deref().and_then(Path::file_name)
             {
                 let begun: usize = done.iter().map(|r| r.iterations).sum();
-                command.args(["-var", "inside", "1", "-var", "begun", &begun.to_string(), "-var", "midway"]).arg(file);
+                command
+                    .args([
+                        "-var",
+                        "resume_mid",
+                        "1",
+                        "-var",
+                        "first_iteration",
+                        &begun.to_string(),
+                        "-var",
+                        "checkpoint",
+                    ])
+                    .arg(file);
             }
         }
         command.current_dir(&job.folder).env("OMP_NUM_THREADS", "1").stdin(Stdio::null()).process_group(0);

@@ -55,17 +55,17 @@ pub struct InitialConfiguration {
     pub load: f64,
     pub pressed: LayerDisplacementField,
     /// How far the indenter has come down since the start of the job, Å.
-    pub lowered_angstrom: f64,
+    pub displacement_angstrom: f64,
 }
 
 /// What a job keeps of its loads; part of `job.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PrescribedLoads {
     /// Height of the indenter's lowest atom in the data file, Å.
-    pub high_angstrom: f64,
+    pub indenter_zmin_angstrom: f64,
     pub indenter_mass_u: f64,
     /// Resistance of the deformable atoms to even compression, eV/Å².
-    pub spring_ev_per_angstrom2: f64,
+    pub compression_stiffness_ev_per_angstrom2: f64,
     /// Rising, then falling where the way back is asked for.
     pub loads: Vec<PrescribedLoad>,
     /// Those that a longer list had after these, in the same folder: their states may be there.
@@ -78,7 +78,7 @@ pub struct PrescribedLoad {
     /// eV/Å.
     pub load: f64,
     /// Way down from the load before, Å.
-    pub lower_angstrom: f64,
+    pub dz_angstrom: f64,
     /// BLAKE3 of the file that moves the atoms from the load before.
     pub move_hash: String,
 }
@@ -233,7 +233,7 @@ impl InitialConfiguration {
     ) -> Self {
         let apart = (mean(gap) - mean(heights) - pressed.compressed()) * block.length();
         let stands = block.top_z() + standoff_angstrom + apart + offset_angstrom;
-        InitialConfiguration { load, pressed, lowered_angstrom: indenter.start_z() - stands }
+        InitialConfiguration { load, pressed, displacement_angstrom: indenter.start_z() - stands }
     }
 }
 
@@ -257,15 +257,15 @@ impl PrescribedLoads {
                 Some(b) => approach.pressed.since(&b.pressed).write_moves(block, &file)?,
                 None => approach.pressed.write_moves(block, &file)?,
             };
-            let lower_angstrom = approach.lowered_angstrom - before.map_or(0.0, |b| b.lowered_angstrom);
-            loads.push(PrescribedLoad { load: approach.load, lower_angstrom, move_hash });
+            let dz_angstrom = approach.displacement_angstrom - before.map_or(0.0, |b| b.displacement_angstrom);
+            loads.push(PrescribedLoad { load: approach.load, dz_angstrom, move_hash });
         }
         let share = block.deformable_thickness() / block.thickness();
         let stiffness = |a: &InitialConfiguration| a.load / (a.pressed.compressed() * share * block.length());
         Ok(PrescribedLoads {
-            high_angstrom: indenter.lowest_z(),
+            indenter_zmin_angstrom: indenter.lowest_z(),
             indenter_mass_u: INDENTER_MASS * mass_u,
-            spring_ev_per_angstrom2: list.first().map_or(f64::MAX, stiffness),
+            compression_stiffness_ev_per_angstrom2: list.first().map_or(f64::MAX, stiffness),
             loads,
             earlier: Vec::new(),
         })
@@ -296,15 +296,15 @@ impl PrescribedLoads {
     /// `-var` pairs of the script.
     pub fn variables(&self) -> Vec<(String, String)> {
         let mut list = vec![
-            ("high".to_string(), self.high_angstrom.to_string()),
+            ("indenter_zmin".to_string(), self.indenter_zmin_angstrom.to_string()),
             ("steps".to_string(), self.loads.len().to_string()),
-            ("spring".to_string(), self.spring_ev_per_angstrom2.to_string()),
-            ("light".to_string(), self.indenter_mass_u.to_string()),
-            ("off".to_string(), LOAD_TOLERANCE.to_string()),
+            ("compression_stiffness".to_string(), self.compression_stiffness_ev_per_angstrom2.to_string()),
+            ("indenter_mass".to_string(), self.indenter_mass_u.to_string()),
+            ("load_tol".to_string(), LOAD_TOLERANCE.to_string()),
         ];
         for (k, asked) in self.loads.iter().enumerate() {
             list.push((format!("load{}", k + 1), asked.load.to_string()));
-            list.push((format!("lower{}", k + 1), asked.lower_angstrom.to_string()));
+            list.push((format!("dz{}", k + 1), asked.dz_angstrom.to_string()));
         }
         list
     }

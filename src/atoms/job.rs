@@ -1,8 +1,8 @@
 //! A job folder: everything one LAMMPS run needs, written so that a person can run it by hand as well.
 //!
-//! `block.data` (the atoms), `ladder.in` or `continuum.in` with what they include (the scripts, the same for every job),
+//! `block.data` (the atoms), `displacement_ramp.in` or `prescribed_load.in` with what they include (the scripts, the same for every job),
 //! `potential.eam.alloy` (a copy) and `job.json` (all variables and counts); `move.K.dump` where the continuum says where to
-//! start. The run adds `ladder.txt`, `frame.K.dump`, `restart.K` and its logs.
+//! start. The run adds `load_steps.csv`, `frame.K.dump`, `restart.K` and its logs.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -29,18 +29,20 @@ pub struct Script {
 }
 
 /// Climbs the ladder from first touch.
-pub const LADDER: Script = Script { file: "ladder.in", text: include_str!("../../lammps-inputs/ladder.in") };
+pub const DISPLACEMENT_RAMP: Script =
+    Script { file: "displacement_ramp.in", text: include_str!("../../lammps-inputs/displacement_ramp.in") };
 
 /// Goes from load to load as the continuum does.
-pub const CONTINUUM: Script = Script { file: "continuum.in", text: include_str!("../../lammps-inputs/continuum.in") };
+pub const PRESCRIBED_LOAD: Script =
+    Script { file: "prescribed_load.in", text: include_str!("../../lammps-inputs/prescribed_load.in") };
 
 /// Holds relaxed states at a temperature.
-pub const HOLD: Script = Script { file: "hold.in", text: include_str!("../../lammps-inputs/hold.in") };
+pub const NVT: Script = Script { file: "nvt.in", text: include_str!("../../lammps-inputs/nvt.in") };
 
 /// What they include.
 const INCLUDED: [Script; 2] = [
     Script { file: "setup.in", text: include_str!("../../lammps-inputs/setup.in") },
-    Script { file: "finish.in", text: include_str!("../../lammps-inputs/finish.in") },
+    Script { file: "end_of_step.in", text: include_str!("../../lammps-inputs/end_of_step.in") },
 ];
 
 impl Script {
@@ -59,7 +61,7 @@ pub const POTENTIAL_FILE: &str = "potential.eam.alloy";
 pub const RECORD_FILE: &str = "job.json";
 
 /// Largest force that atoms are left with unless told otherwise, eV/Å. With a larger one asked for, loads that start from the continuum
-/// end by what indenter and base carry (`continuum.in`).
+/// end by what indenter and base carry (`prescribed_load.in`).
 pub const FORCE_TOLERANCE: f64 = 2e-3;
 
 /// Empty box above the highest atom of an indenter that only moves down, Å.
@@ -168,7 +170,7 @@ pub struct Record {
     pub loads: Option<PrescribedLoads>,
     /// Relaxed states are held at a temperature; there is no data file then, and no step is a load's first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub hold: Option<NvtRun>,
+    pub nvt: Option<NvtRun>,
     /// BLAKE3 of what the run reads: another content makes another run.
     pub data_hash: String,
     pub script_hash: String,
@@ -204,7 +206,7 @@ impl Job {
         let table = std::fs::read(potential).map_err(Error::io("read", potential))?;
         let file = folder.join(POTENTIAL_FILE);
         std::fs::write(&file, &table).map_err(Error::io("write", &file))?;
-        let script = if initial_configurations.is_some() { CONTINUUM } else { LADDER };
+        let script = if initial_configurations.is_some() { PRESCRIBED_LOAD } else { DISPLACEMENT_RAMP };
         let data = folder.join(DATA_FILE);
         let data_hash =
             write_data(&data, block, (indenter, settings.unload), mass_u).map_err(Error::io("write", &data))?;
@@ -228,7 +230,7 @@ impl Job {
             interaction,
             settings,
             loads,
-            hold: None,
+            nvt: None,
             data_hash,
             script_hash: script.hash(),
             potential_hash: blake3::hash(&table).to_hex().to_string(),
@@ -299,9 +301,9 @@ impl Job {
     /// The script that LAMMPS is given.
     pub fn script(&self) -> Script {
         match self.record {
-            Record { hold: Some(_), .. } => HOLD,
-            Record { loads: Some(_), .. } => CONTINUUM,
-            _ => LADDER,
+            Record { nvt: Some(_), .. } => NVT,
+            Record { loads: Some(_), .. } => PRESCRIBED_LOAD,
+            _ => DISPLACEMENT_RAMP,
         }
     }
 
@@ -314,36 +316,36 @@ impl Job {
             ("epsilon", interaction.epsilon_ev.to_string()),
             ("sigma", interaction.sigma_angstrom.to_string()),
             ("contact", settings.contact_angstrom.to_string()),
-            ("depth", self.record.frame_depth_angstrom.to_string()),
+            ("frame_depth", self.record.frame_depth_angstrom.to_string()),
             ("start", done.last().map_or("-1".to_string(), |r| r.step.to_string())),
         ];
         if let Some(yukawa) = interaction.adhesion {
             list.push(("adhesion", "1".into()));
             list.push(("amplitude", yukawa.amplitude_ev_angstrom.to_string()));
             list.push(("kappa", yukawa.kappa_per_angstrom.to_string()));
-            list.push(("reach", yukawa.cutoff_angstrom.to_string()));
+            list.push(("yukawa_cutoff", yukawa.cutoff_angstrom.to_string()));
         }
         if compressed {
             list.push(("dump_style", "custom/zstd".into()));
             list.push(("dump_end", "dump.zst".into()));
         }
-        if self.record.hold.is_none() {
+        if self.record.nvt.is_none() {
             list.push(("data", DATA_FILE.to_string()));
             list.push(("ftol", settings.force_tolerance.to_string()));
             list.push(("keep_all", u8::from(settings.keep).to_string()));
         }
-        if self.record.loads.is_none() && self.record.hold.is_none() {
+        if self.record.loads.is_none() && self.record.nvt.is_none() {
             list.push(("dz", settings.step_angstrom.to_string()));
             list.push(("max_load", settings.max_load.to_string()));
             list.push(("steps", settings.max_steps.to_string()));
             if settings.unload {
-                list.extend(self.variables_of_the_way_back(done));
+                list.extend(self.unloading_variables(done));
             }
         }
         if self.record.foundation_cells > 0 && self.record.loads.is_some() {
-            list.push(("sinks", "1".into()));
+            list.push(("moving_base", "1".into()));
         }
-        let held = self.record.hold.iter().flat_map(NvtRun::variables);
+        let held = self.record.nvt.iter().flat_map(NvtRun::variables);
         let own = self.record.loads.iter().flat_map(PrescribedLoads::variables).chain(held);
         list.into_iter().map(|(key, value)| (key.to_string(), value)).chain(own).collect()
     }
@@ -439,6 +441,7 @@ fn remove_states(folder: &Path) -> Result<()> {
 mod tests {
     use super::*;
     use crate::atoms::initial_configuration::PrescribedLoad;
+    use crate::atoms::load_history::HEADER;
 
     fn written(folder: &Path, step: f64) -> Result<Job> {
         let block = Block::new(5, 1, 5.5884, 7.0)?;
@@ -495,12 +498,12 @@ mod tests {
         let folder = tempfile::tempdir().expect("scratch");
         let job = written(folder.path(), 0.3).expect("written");
         let path = |name: &str| job.folder.join(name);
-        let asked = |load: f64| PrescribedLoad { load, lower_angstrom: 1.0, move_hash: format!("{load}") };
+        let asked = |load: f64| PrescribedLoad { load, dz_angstrom: 1.0, move_hash: format!("{load}") };
         let place = |loads: &[f64]| {
             let loads = PrescribedLoads {
-                high_angstrom: 40.0,
+                indenter_zmin_angstrom: 40.0,
                 indenter_mass_u: 0.4,
-                spring_ev_per_angstrom2: 10.0,
+                compression_stiffness_ev_per_angstrom2: 10.0,
                 loads: loads.iter().map(|l| asked(*l)).collect(),
                 earlier: Vec::new(),
             };
@@ -508,9 +511,10 @@ mod tests {
         };
         let run = |from: usize, to: usize| {
             for k in from..=to {
-                let settings = std::fs::read_to_string(path(LOAD_STEPS_FILE)).unwrap_or_default();
-                let line = format!("{k} 0.3 1 -100.5 12 1.5e-03 {k} 44.5 45.5 200 1\n");
-                std::fs::write(path(LOAD_STEPS_FILE), settings + &line).expect("written");
+                let before = std::fs::read_to_string(path(LOAD_STEPS_FILE)).unwrap_or_default();
+                let before = if before.is_empty() { format!("{HEADER}\n") } else { before };
+                let line = format!("{k},0.3,1,-100.5,12,1.5e-03,{k},44.5,45.5,200,1\n");
+                std::fs::write(path(LOAD_STEPS_FILE), before + &line).expect("written");
                 let frame = "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS pp pp ff\n0 10\n0 10\n0 50\n\
                              ITEM: ATOMS id type x y z\n1 1 5 5 20\n";
                 std::fs::write(path(&format!("frame.{k}.dump")), frame).expect("written");
@@ -520,7 +524,7 @@ mod tests {
         let steps = || load_history::LoadHistory::read(&job.folder).expect("read").steps.len();
         place(&[1.0, 3.0]);
         run(0, 2);
-        std::fs::write(path("midway.3.a"), "a state").expect("written");
+        std::fs::write(path("checkpoint.3.a"), "a state").expect("written");
         // Cut short: all is kept, should the rest be asked for again; and it is.
         let short = place(&[1.0]);
         assert_eq!((steps(), short.record.loads.expect("loads").earlier.len()), (3, 1));
@@ -529,13 +533,13 @@ mod tests {
         // Another second load: that of the first list is no state of it.
         place(&[1.0, 2.0]);
         assert_eq!(steps(), 2);
-        assert!(path("restart.1").exists() && !path("restart.2").exists() && !path("midway.3.a").exists());
+        assert!(path("restart.1").exists() && !path("restart.2").exists() && !path("checkpoint.3.a").exists());
         run(2, 2);
         place(&[1.0, 2.0, 3.0]);
         assert_eq!(steps(), 3);
-        std::fs::write(path("midway.3.a"), "a state").expect("written");
+        std::fs::write(path("checkpoint.3.a"), "a state").expect("written");
         place(&[1.0, 2.0, 4.0]);
-        assert!(steps() == 3 && !path("midway.3.a").exists());
+        assert!(steps() == 3 && !path("checkpoint.3.a").exists());
         place(&[0.5]);
         assert_eq!(steps(), 1);
     }
@@ -551,7 +555,7 @@ mod tests {
         assert!(list.contains(&("adhesion".into(), "1".into())) && list.contains(&("start".into(), "-1".into())));
         // Every variable is one that the script knows.
         for (key, _) in list {
-            assert!(LADDER.text.contains(&format!("\nvariable {key} ")), "{key}");
+            assert!(DISPLACEMENT_RAMP.text.contains(&format!("\nvariable {key} ")), "{key}");
         }
     }
 

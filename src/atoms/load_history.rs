@@ -1,6 +1,6 @@
 //! What a displacement ladder left behind: its steps, the frames between which an asked load lies, and where to go on.
 //!
-//! `ladder.txt` gets one line per finished step. A line is written after the frame and the restart file of its step are
+//! `load_steps.csv` gets one line per finished step. A line is written after the frame and the restart file of its step are
 //! complete, so a whole line vouches for both, and whatever has no line is debris of an interrupted step.
 
 use std::collections::BTreeMap;
@@ -13,11 +13,11 @@ use crate::record::atomic_file::write_atomic;
 use crate::record::results::LoadStepResults;
 use crate::{Error, Result};
 
-pub const LOAD_STEPS_FILE: &str = "ladder.txt";
-/// The last one is missing where an earlier version has run.
-const COLUMNS: std::ops::RangeInclusive<usize> = 10..=11;
-const ACCEPTED: &str = "step, displacement, load, energy, iterations, largest force, contacts, lowest and mean indenter \
-                        height, atoms, settled";
+pub const LOAD_STEPS_FILE: &str = "load_steps.csv";
+
+/// First line of the file, as `end_of_step.in` and `nvt.in` write it.
+pub const HEADER: &str = "step,displacement_angstrom,load_ev_per_angstrom,energy_ev,iterations,max_force_ev_per_angstrom,\
+                          contacts,indenter_min_angstrom,indenter_mean_angstrom,atoms,load_converged";
 
 /// One finished step.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,7 +35,7 @@ pub struct StepRecord {
     pub indenter_mean_angstrom: f64,
     pub atoms: u64,
     /// Not, where the forces on indenter and base could not be brought to the load asked for.
-    pub settled: bool,
+    pub load_converged: bool,
 }
 
 impl StepRecord {
@@ -56,8 +56,8 @@ impl StepRecord {
     }
 
     fn parse(line: &str) -> Option<Self> {
-        let words: Vec<&str> = line.split_ascii_whitespace().collect();
-        if !COLUMNS.contains(&words.len()) {
+        let words: Vec<&str> = line.trim_end().split(',').collect();
+        if words.len() != HEADER.split(',').count() {
             return None;
         }
         let real = |k: usize| words[k].parse::<f64>().ok().filter(|v| v.is_finite());
@@ -73,7 +73,7 @@ impl StepRecord {
             indenter_low_angstrom: real(7)?,
             indenter_mean_angstrom: real(8)?,
             atoms: words[9].parse().ok()?,
-            settled: words.get(10).is_none_or(|w| *w != "0"),
+            load_converged: words[10] != "0",
         })
     }
 }
@@ -107,13 +107,18 @@ impl LoadHistory {
     /// `Format`, naming the line.
     pub fn parse(text: &str, file: &Path) -> Result<Self> {
         let mut records = Vec::new();
-        for (k, line) in text.split_inclusive('\n').enumerate() {
-            if !line.ends_with('\n') {
-                break;
-            }
+        let damaged = |k: usize, line: &str| {
+            Error::format(
+                file,
+                format!("line {}: {}", k + 1, line.trim_end()),
+                format!("a table with the columns {HEADER}"),
+            )
+        };
+        for (k, line) in text.split_inclusive('\n').enumerate().take_while(|(_, line)| line.ends_with('\n')) {
             match StepRecord::parse(line) {
-                Some(record) if record.step == k => records.push(record),
-                _ => return Err(Error::format(file, format!("line {}: {}", k + 1, line.trim_end()), ACCEPTED)),
+                _ if k == 0 && line.trim_end() == HEADER => {}
+                Some(record) if record.step + 1 == k => records.push(record),
+                _ => return Err(damaged(k, line)),
             }
         }
         Ok(LoadHistory { steps: records })
@@ -137,7 +142,7 @@ impl LoadHistory {
     }
 
     /// Where `load` is passed on the way back, which begins with step `turn`: the first fall.
-    pub fn bracket_back(&self, load: f64, turn: usize) -> Option<Bracket> {
+    pub fn bracket_unloading(&self, load: f64, turn: usize) -> Option<Bracket> {
         let loads: Vec<f64> = self.steps.get(turn..)?.iter().map(|r| r.load).collect();
         let k = loads.windows(2).position(|pair| pair[0] >= load && load >= pair[1])?;
         Some(Bracket { lower: turn + k, weight: weight(loads[k], loads[k + 1], load) })
@@ -246,13 +251,13 @@ pub fn frame_file(folder: &Path, step: usize) -> Result<PathBuf> {
     Err(Error::io("open", &plain)(std::io::ErrorKind::NotFound.into()))
 }
 
-/// Force evaluations per step, from the log: `Iterations, force evaluations = 12 24` after the marker `ladder step 3`.
+/// Force evaluations per step, from the log: `Iterations, force evaluations = 12 24` after the marker `load step 3`.
 /// All minimisations of a step count; one that was begun twice counts as it was finished.
 pub fn evaluations(log: &str) -> BTreeMap<usize, usize> {
     let mut counts = BTreeMap::new();
     let mut step = None;
     for line in log.lines() {
-        if let Some(number) = line.strip_prefix("ladder step ") {
+        if let Some(number) = line.strip_prefix("load step ") {
             step = number.trim().parse::<usize>().ok();
             step.map(|s| counts.remove(&s));
         } else if let Some(step) = step
@@ -332,7 +337,8 @@ fn shorten(folder: &Path, steps: usize) -> Result<()> {
     let file = folder.join(LOAD_STEPS_FILE);
     if file.is_file() {
         let text = std::fs::read_to_string(&file).map_err(Error::io("read", &file))?;
-        let keep: usize = text.split_inclusive('\n').take(steps).map(str::len).sum();
+        let lines = if steps == 0 { 0 } else { 1 + steps };
+        let keep: usize = text.split_inclusive('\n').take(lines).map(str::len).sum();
         if keep < text.len() {
             let handle = std::fs::OpenOptions::new().write(true).open(&file).map_err(Error::io("open", &file))?;
             handle.set_len(keep as u64).map_err(Error::io("shorten", &file))?;
@@ -379,12 +385,16 @@ mod tests {
     use super::*;
 
     fn line(step: usize, load: f64) -> String {
-        format!("{step} {:.6} {load} -100.5 12 1.5e-03 {step} 44.5 45.5 200\n", step as f64 * 0.3)
+        format!("{step},{:.6},{load},-100.5,12,1.5e-03,{step},44.5,45.5,200,1\n", step as f64 * 0.3)
+    }
+
+    fn table(lines: &str) -> String {
+        format!("{HEADER}\n{lines}")
     }
 
     fn history(loads: &[f64]) -> LoadHistory {
         let text: String = loads.iter().enumerate().map(|(k, l)| line(k, *l)).collect();
-        LoadHistory::parse(&text, Path::new("ladder.txt")).expect("good")
+        LoadHistory::parse(&table(&text), Path::new("load_steps.csv")).expect("good")
     }
 
     fn frame(atoms: &[(u32, [f64; 3])]) -> Frame {
@@ -411,13 +421,13 @@ mod tests {
 
     #[test]
     fn a_cut_last_line_is_left_out_and_other_damage_refused() {
-        let text = line(0, 0.0) + &line(1, 1.0);
-        for cut in line(0, 0.0).len()..text.len() {
+        let text = table(&(line(0, 0.0) + &line(1, 1.0)));
+        for cut in table(&line(0, 0.0)).len()..text.len() {
             let history = LoadHistory::parse(&text[..cut], Path::new("l")).expect("good");
             assert_eq!(history.steps.len(), 1, "cut at {cut}");
         }
-        assert!(LoadHistory::parse(&line(1, 0.0), Path::new("l")).is_err());
-        assert!(LoadHistory::parse(&line(0, f64::NAN), Path::new("l")).is_err());
+        assert!(LoadHistory::parse(&table(&line(1, 0.0)), Path::new("l")).is_err());
+        assert!(LoadHistory::parse(&table(&line(0, f64::NAN)), Path::new("l")).is_err());
         assert!(LoadHistory::parse("what\n", Path::new("l")).expect_err("bad").to_string().contains("line 1"));
     }
 
@@ -437,14 +447,14 @@ mod tests {
     #[test]
     fn on_the_way_back_loads_are_bracketed_at_the_first_fall() {
         let l = history(&[0.0, 2.0, 6.0, 4.0, 1.0, -1.0, 0.5, 0.0]);
-        assert_eq!(l.bracket_back(4.0, 2), Some(Bracket { lower: 2, weight: 1.0 }));
+        assert_eq!(l.bracket_unloading(4.0, 2), Some(Bracket { lower: 2, weight: 1.0 }));
         // On the way there it is between the steps there.
         assert_eq!(l.bracket(4.0, Some(2)).map(|b| b.lower), Some(1));
-        let found = l.bracket_back(2.0, 2).expect("passed");
+        let found = l.bracket_unloading(2.0, 2).expect("passed");
         assert_eq!(found.lower, 3);
         assert!((found.weight - (2.0 - 2f64.sqrt())).abs() < 1e-12, "{}", found.weight);
-        assert_eq!(l.bracket_back(0.2, 2).map(|b| (b.lower, (b.weight * 100.0).round())), Some((4, 40.0)));
-        assert_eq!((l.bracket_back(7.0, 2), l.bracket_back(1.0, 9)), (None, None));
+        assert_eq!(l.bracket_unloading(0.2, 2).map(|b| (b.lower, (b.weight * 100.0).round())), Some((4, 40.0)));
+        assert_eq!((l.bracket_unloading(7.0, 2), l.bracket_unloading(1.0, 9)), (None, None));
     }
 
     #[test]
@@ -479,8 +489,8 @@ mod tests {
         let folder = tempfile::tempdir().expect("scratch");
         let path = folder.path();
         assert_eq!(prepare_resume(path).expect("empty"), None);
-        let whole: String = (0..3).map(|k| line(k, k as f64)).collect();
-        std::fs::write(path.join(LOAD_STEPS_FILE), format!("{whole}3 0.9 3.")).expect("written");
+        let whole = table(&(0..3).map(|k| line(k, k as f64)).collect::<String>());
+        std::fs::write(path.join(LOAD_STEPS_FILE), format!("{whole}3,0.9,3.")).expect("written");
         (0..4).for_each(|k| dump(path, k, 20.0));
         for k in 1..4 {
             std::fs::write(path.join(format!("restart.{k}")), "state").expect("written");
@@ -508,8 +518,8 @@ mod tests {
 
     #[test]
     fn evaluations_belong_to_the_step_before_them() {
-        let log = "print \"ladder step $k\"\nladder step 0\n  Iterations, force evaluations = 6 14\n  Iterations, force evaluations = 6 10\nladder step 1\n\
-                   ladder step 1\n  Iterations, force evaluations = 3 5\nladder step 2\n";
+        let log = "print \"load step $k\"\nload step 0\n  Iterations, force evaluations = 6 14\n  Iterations, force evaluations = 6 10\nload step 1\n\
+                   load step 1\n  Iterations, force evaluations = 3 5\nload step 2\n";
         assert_eq!(evaluations(log), BTreeMap::from([(0, 24), (1, 5)]));
     }
 }

@@ -19,7 +19,7 @@ pub const INTERVAL: Duration = Duration::from_secs(60);
 const MARK: &[u8] = b"LammpS RestartT";
 
 /// Start of the names of all such files.
-pub(super) const PREFIX: &str = "midway.";
+pub(super) const PREFIX: &str = "checkpoint.";
 
 /// Iterations between two states.
 pub fn iterations(interval: Duration, atoms: u64, ranks: usize) -> usize {
@@ -96,18 +96,18 @@ mod tests {
         };
         let whole = [MARK, &[0; 400], MARK, &[0]].concat();
         assert_eq!(newest(folder.path(), 2), None);
-        put("midway.1.a", &whole, 0);
-        put("midway.2.a", &whole, 20);
-        put("midway.2.b", &whole, 10);
-        assert_eq!(newest(folder.path(), 2), Some(path("midway.2.b")));
+        put("checkpoint.1.a", &whole, 0);
+        put("checkpoint.2.a", &whole, 20);
+        put("checkpoint.2.b", &whole, 10);
+        assert_eq!(newest(folder.path(), 2), Some(path("checkpoint.2.b")));
         // Cut while it was written.
-        put("midway.2.b", &whole[..300], 5);
-        assert_eq!(newest(folder.path(), 2), Some(path("midway.2.a")));
-        put("midway.2.a", b"", 0);
+        put("checkpoint.2.b", &whole[..300], 5);
+        assert_eq!(newest(folder.path(), 2), Some(path("checkpoint.2.a")));
+        put("checkpoint.2.a", b"", 0);
         assert_eq!(newest(folder.path(), 2), None);
         put("restart.1", &whole, 0);
         keep_only(folder.path(), 2).expect("removed");
-        assert!(!path("midway.1.a").exists() && path("midway.2.a").exists() && path("restart.1").exists());
+        assert!(!path("checkpoint.1.a").exists() && path("checkpoint.2.a").exists() && path("restart.1").exists());
     }
 
     #[test]

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::block::Block;
 use super::engine::lock;
-use super::job::{HOLD, Job, POTENTIAL_FILE, Record};
+use super::job::{Job, NVT, POTENTIAL_FILE, Record};
 use super::load_history::{LOAD_STEPS_FILE, LoadHistory};
 use crate::record::results::ValueWithError;
 use crate::{Error, Result};
@@ -117,19 +117,19 @@ impl NvtRun {
     pub(super) fn variables(&self) -> Vec<(String, String)> {
         let range = |[from, to]: [u32; 2]| format!("{from}:{to}");
         let fixed = [
-            ("held", RELAXED.to_string()),
+            ("relaxed", RELAXED.to_string()),
             ("steps", self.loads.len().to_string()),
             ("temperature", self.temperature_k.to_string()),
             ("expansion", self.expansion.to_string()),
             ("surface", range(self.surface)),
             ("thermostatted", range(self.thermostatted)),
             ("timestep", self.timestep_ps.to_string()),
-            ("every", EVERY.to_string()),
-            ("block", self.block_steps.to_string()),
-            ("warm", self.warm_blocks.to_string()),
+            ("sample_every", EVERY.to_string()),
+            ("block_steps", self.block_steps.to_string()),
+            ("equilibration_blocks", self.warm_blocks.to_string()),
             ("blocks", BLOCKS.to_string()),
-            ("damp", DAMP_PS.to_string()),
-            ("viscous", VISCOUS.to_string()),
+            ("thermostat_damp", DAMP_PS.to_string()),
+            ("indenter_damping", VISCOUS.to_string()),
         ];
         let loads = self.loads.iter().enumerate().map(|(k, load)| (format!("load{k}"), load.to_string()));
         fixed.into_iter().map(|(key, value)| (key.to_string(), value)).chain(loads).collect()
@@ -175,7 +175,7 @@ impl Job {
         };
         let file = relaxed.folder.join(LOAD_STEPS_FILE);
         let found = std::fs::read(&file).map_err(Error::io("read", &file))?;
-        let hold = NvtRun {
+        let nvt = NvtRun {
             temperature_k: settings.temperature_k,
             expansion,
             timestep_ps: settings.timestep_ps(),
@@ -186,7 +186,7 @@ impl Job {
             loads: asked.loads[..count].iter().map(|l| l.load * expansion * expansion).collect(),
             relaxed_hash: blake3::hash(&found).to_hex().to_string(),
         };
-        let record = Record { loads: None, hold: Some(hold), script_hash: HOLD.hash(), ..relaxed.record.clone() };
+        let record = Record { loads: None, nvt: Some(nvt), script_hash: NVT.hash(), ..relaxed.record.clone() };
         Job::place(folder, record)
     }
 }
@@ -216,8 +216,8 @@ impl NvtSamples {
     ///
     /// # Errors
     /// `Io`; `Format` for files that do not hold every block of every surface site.
-    pub fn read(job: &Job, hold: &NvtRun, k: usize) -> Result<NvtSamples> {
-        let file = job.folder.join(format!("series.{k}.txt"));
+    pub fn read(job: &Job, nvt: &NvtRun, k: usize) -> Result<NvtSamples> {
+        let file = job.folder.join(format!("block_averages.{k}.txt"));
         let text = std::fs::read_to_string(&file).map_err(Error::io("read", &file))?;
         let rows: Vec<Vec<f64>> = text.lines().filter(|l| !l.starts_with('#')).map(numbers).collect();
         let whole = |rows: &[Vec<f64>], n: usize| rows.len() == BLOCKS && rows.iter().all(|r| r.len() == n);
@@ -226,10 +226,10 @@ impl NvtSamples {
         }
         let file = job.folder.join(format!("sites.{k}.dump"));
         let text = std::fs::read_to_string(&file).map_err(Error::io("read", &file))?;
-        let count = (hold.surface[1] - hold.surface[0] + 1) as usize;
+        let count = (nvt.surface[1] - nvt.surface[0] + 1) as usize;
         // The first frame is from before the first block has ended.
         let frames: Vec<&str> = text.split("ITEM: TIMESTEP\n").skip(2).collect();
-        let sites: Option<Vec<Sites>> = frames.iter().map(|f| sites(f, hold.surface[0])).collect();
+        let sites: Option<Vec<Sites>> = frames.iter().map(|f| sites(f, nvt.surface[0])).collect();
         let sites = sites.filter(|s| s.len() == BLOCKS && s.iter().all(|(touching, _)| touching.len() == count));
         let bounds = frames.first().and_then(|f| bounds(f));
         let (Some(sites), Some(bounds)) = (sites, bounds) else {

@@ -115,7 +115,7 @@ const SCRIPTS: [(&str, &str); 5] = [
     ("elastic.in", include_str!("../../lammps-inputs/properties/elastic.in")),
     ("vacancy.in", include_str!("../../lammps-inputs/properties/vacancy.in")),
     ("surface.in", include_str!("../../lammps-inputs/properties/surface.in")),
-    ("fault.in", include_str!("../../lammps-inputs/properties/fault.in")),
+    ("stacking_fault.in", include_str!("../../lammps-inputs/properties/stacking_fault.in")),
 ];
 
 /// Measures the fcc crystal of `element` in the table `setfl`; `a0_angstrom` is the first guess of the lattice
@@ -264,7 +264,7 @@ mod tests {
         ("vacancy.in", "RES vacancy 1.211796\n"),
         ("surface.in", "RES surface 0.02810262514\n"),
         (
-            "fault.in",
+            "stacking_fault.in",
             "RES fault_1 0.0004290\nRES fault_2 0.001547\nRES fault_3 0.003022\nRES fault_4 0.004265\nRES fault_5 0.004726674\n\
              RES fault_6 0.004295\nRES fault_7 0.003119\nRES fault_8 0.001733\nRES fault_9 0.0006843\nRES fault_10 0.0002809383\n",
         ),

@@ -7,11 +7,11 @@ use std::time::{Duration, Instant};
 
 use super::engine::{Engine, Finished, Progress, Watcher, check_ladder, failed, is_complete, lock};
 use super::job::Job;
-use super::load_history::{self, LOAD_STEPS_FILE, LoadHistory};
+use super::load_history::{self, HEADER, LOAD_STEPS_FILE, LoadHistory};
 use crate::error::LammpsFailure;
 use crate::{Error, Result};
 
-/// Plays the folder of a finished run (`ladder.txt`, frames, logs) into a job's folder.
+/// Plays the folder of a finished run (`load_steps.csv`, frames, logs) into a job's folder.
 #[derive(Debug, Clone)]
 pub struct ReplayEngine {
     pub recording: PathBuf,
@@ -50,7 +50,9 @@ impl Engine for ReplayEngine {
         let source = self.recording.join(LOAD_STEPS_FILE);
         let text = std::fs::read_to_string(&source).map_err(Error::io("read", &source))?;
         let target = job.folder.join(LOAD_STEPS_FILE);
-        for (record, line) in recorded.steps.iter().zip(text.split_inclusive('\n')).skip(played.map_or(0, |k| k + 1)) {
+        for (record, line) in
+            recorded.steps.iter().zip(text.split_inclusive('\n').skip(1)).skip(played.map_or(0, |k| k + 1))
+        {
             std::thread::sleep(self.pace);
             if let Some(limit) = self.time_limit.filter(|limit| begun.elapsed() > *limit) {
                 return Err(failed(job, LammpsFailure::TimeLimit { seconds: limit.as_secs_f64() }));
@@ -66,7 +68,8 @@ impl Engine for ReplayEngine {
                 .append(true)
                 .open(&target)
                 .map_err(Error::io("open", &target))?;
-            out.write_all(line.as_bytes()).map_err(Error::io("write", &target))?;
+            let header = if record.step == 0 { format!("{HEADER}\n") } else { String::new() };
+            out.write_all(format!("{header}{line}").as_bytes()).map_err(Error::io("write", &target))?;
             if watcher.tell(&LoadHistory::read(&job.folder)?, watch).is_break() {
                 return Err(Error::Interrupted);
             }

@@ -4,9 +4,9 @@ use super::properties::RunScript;
 use crate::error::{Error, LammpsFailure, Result};
 use std::path::Path;
 
-const SCRIPT: (&str, &str) = ("speed.in", include_str!("../../lammps-inputs/speed.in"));
+const SCRIPT: (&str, &str) = ("force_evaluation.in", include_str!("../../lammps-inputs/force_evaluation.in"));
 
-/// Processor time that a force evaluation takes one process of LAMMPS here, s an atom: `lammps-inputs/speed.in`, about a second in
+/// Processor time that a force evaluation takes one process of LAMMPS here, s an atom: `lammps-inputs/force_evaluation.in`, about a second in
 /// `folder`, which keeps script and log. `potential`, in that folder, is a table of `element`; its crystal has the lattice constant
 /// `a0_angstrom`.
 ///

@@ -25,18 +25,18 @@ pub const MOST_RISEN_ANGSTROM: f64 = 7.0;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UnloadingState {
     /// The step from which on the indenter rises.
-    pub turn: usize,
+    pub reversal_step: usize,
     /// The step from which on it does so in shorter steps.
-    pub slow: Option<usize>,
+    pub refined_from: Option<usize>,
     /// Lowest load on the way back, eV/Å; zero where nothing pulls.
-    pub lowest: f64,
+    pub min_load: f64,
     /// The step with which the way back has ended.
     pub end: Option<usize>,
 }
 
 impl Job {
     /// The step at which the indenter is to turn, if it has come so far: the one with the highest load.
-    pub fn turn(&self, records: &[StepRecord]) -> Option<usize> {
+    pub fn reversal_step(&self, records: &[StepRecord]) -> Option<usize> {
         let settings = &self.record.settings;
         match &self.record.loads {
             Some(asked) => {
@@ -56,12 +56,12 @@ impl Job {
 
     /// The step with which the job has come to its end.
     pub fn end(&self, records: &[StepRecord]) -> Option<usize> {
-        if let Some(hold) = &self.record.hold {
+        if let Some(hold) = &self.record.nvt {
             return (records.len() >= hold.loads.len()).then(|| hold.loads.len() - 1);
         }
         match &self.record.loads {
             Some(asked) => (records.len() > asked.loads.len()).then_some(asked.loads.len()),
-            None if self.record.settings.unload => self.way_back(records)?.end,
+            None if self.record.settings.unload => self.unloading_state(records)?.end,
             None => self.bottom(records),
         }
     }
@@ -74,7 +74,7 @@ impl Job {
     pub fn at_load(&self, history: &LoadHistory, load: f64) -> Result<Between> {
         let bracket = match &self.record.loads {
             Some(asked) => own_step(history, 1, &asked.loads[..asked.peak()], load),
-            None => history.bracket(load, self.turn(&history.steps)),
+            None => history.bracket(load, self.reversal_step(&history.steps)),
         };
         history.at(&self.folder, bracket, load)
     }
@@ -83,46 +83,49 @@ impl Job {
     ///
     /// # Errors
     /// As [`Self::at_load`].
-    pub fn at_load_back(&self, history: &LoadHistory, load: f64) -> Result<Between> {
+    pub fn at_load_unloading(&self, history: &LoadHistory, load: f64) -> Result<Between> {
         let bracket = match &self.record.loads {
             Some(asked) => own_step(history, 1 + asked.peak(), &asked.loads[asked.peak()..], load),
-            None => self.turn(&history.steps).and_then(|turn| history.bracket_back(load, turn)),
+            None => self.reversal_step(&history.steps).and_then(|turn| history.bracket_unloading(load, turn)),
         };
         history.at(&self.folder, bracket, load)
     }
 
     /// The way back of a ladder from first touch, as far as it has come.
-    pub fn way_back(&self, records: &[StepRecord]) -> Option<UnloadingState> {
-        let turn = self.turn(records).filter(|_| self.record.loads.is_none())?;
-        let mut way = UnloadingState { turn, slow: None, lowest: 0.0, end: None };
+    pub fn unloading_state(&self, records: &[StepRecord]) -> Option<UnloadingState> {
+        let turn = self.reversal_step(records).filter(|_| self.record.loads.is_none())?;
+        let mut unloading = UnloadingState { reversal_step: turn, refined_from: None, min_load: 0.0, end: None };
         for pair in records[turn..].windows(2) {
             let [before, now] = pair else { continue };
-            let parted = now.contacts == 0 && now.load >= PASSED * way.lowest;
-            way.lowest = way.lowest.min(now.load);
-            if parted || now.displacement_angstrom <= -MOST_RISEN_ANGSTROM {
-                way.end = Some(now.step);
+            let separated = now.contacts == 0 && now.load >= PASSED * unloading.min_load;
+            unloading.min_load = unloading.min_load.min(now.load);
+            if separated || now.displacement_angstrom <= -MOST_RISEN_ANGSTROM {
+                unloading.end = Some(now.step);
                 break;
             }
-            if way.slow.is_none() && self.record.interaction.adhesion.is_some() && 2.0 * now.load < before.load {
-                way.slow = Some(now.step);
+            if unloading.refined_from.is_none()
+                && self.record.interaction.adhesion.is_some()
+                && 2.0 * now.load < before.load
+            {
+                unloading.refined_from = Some(now.step);
             }
         }
-        Some(way)
+        Some(unloading)
     }
 
     /// `-var` pairs of the script for a way back that goes on after `done`.
-    pub(super) fn variables_of_the_way_back(&self, done: &[StepRecord]) -> Vec<(&'static str, String)> {
+    pub(super) fn unloading_variables(&self, done: &[StepRecord]) -> Vec<(&'static str, String)> {
         let mut list = vec![
             ("unload", "1".to_string()),
-            ("finer", STEP_REFINEMENT.to_string()),
-            ("passed", PASSED.to_string()),
-            ("risen", MOST_RISEN_ANGSTROM.to_string()),
+            ("step_refinement", STEP_REFINEMENT.to_string()),
+            ("pull_fraction", PASSED.to_string()),
+            ("max_rise", MOST_RISEN_ANGSTROM.to_string()),
         ];
-        if let Some((way, last)) = self.way_back(done).zip(done.last()) {
-            list.push(("turn", way.turn.to_string()));
-            list.push(("slow", way.slow.map_or("-1".to_string(), |k| k.to_string())));
-            list.push(("was", last.load.to_string()));
-            list.push(("lowest", way.lowest.to_string()));
+        if let Some((unloading, last)) = self.unloading_state(done).zip(done.last()) {
+            list.push(("reversal_step", unloading.reversal_step.to_string()));
+            list.push(("refined_from", unloading.refined_from.map_or("-1".to_string(), |k| k.to_string())));
+            list.push(("previous_load", last.load.to_string()));
+            list.push(("min_load", unloading.min_load.to_string()));
         }
         list
     }
@@ -199,7 +202,7 @@ mod tests {
             indenter_low_angstrom: 40.0 - displacement_angstrom,
             indenter_mean_angstrom: 41.0,
             atoms: 9,
-            settled: true,
+            load_converged: true,
         };
         list.iter().enumerate().map(record).collect()
     }
@@ -208,20 +211,23 @@ mod tests {
     fn a_way_down_ends_at_its_load_and_a_way_back_where_nothing_touches() {
         let way = records(&[(0.0, 0.0, 0), (0.3, 2.0, 3), (0.6, 5.5, 8), (0.3, 2.0, 3), (0.0, 0.1, 1), (-0.3, 0.0, 0)]);
         let (_folder, down) = job(false, false);
-        assert_eq!((down.turn(&way), down.end(&way), down.end(&way[..2])), (None, Some(2), None));
+        assert_eq!((down.reversal_step(&way), down.end(&way), down.end(&way[..2])), (None, Some(2), None));
         let (_folder, both) = job(false, true);
-        assert_eq!((both.turn(&way), both.turn(&way[..2])), (Some(2), None));
+        assert_eq!((both.reversal_step(&way), both.reversal_step(&way[..2])), (Some(2), None));
         assert_eq!((both.end(&way), both.end(&way[..5])), (Some(5), None));
-        assert_eq!(both.way_back(&way[..2]), None);
+        assert_eq!(both.unloading_state(&way[..2]), None);
         // Without adhesion no step is shortened.
-        assert_eq!(both.way_back(&way[..5]), Some(UnloadingState { turn: 2, slow: None, lowest: 0.0, end: None }));
+        assert_eq!(
+            both.unloading_state(&way[..5]),
+            Some(UnloadingState { reversal_step: 2, refined_from: None, min_load: 0.0, end: None })
+        );
         assert_eq!(pull_off(&way, 2, 100.0), None);
     }
 
     /// PrescribedLoads that were asked for are found at their own steps, those of the way back not at those of the way there, and none between.
     #[test]
     fn a_load_that_was_asked_for_is_at_its_own_step() {
-        let asked = |load| PrescribedLoad { load, lower_angstrom: 1.0, move_hash: String::new() };
+        let asked = |load| PrescribedLoad { load, dz_angstrom: 1.0, move_hash: String::new() };
         let [there, back] = [[asked(1.0), asked(3.0)], [asked(1.0), asked(0.5)]];
         let history = LoadHistory { steps: records(&[(0.0, 0.0, 0), (0.1, 1.0, 1), (0.2, 2.9, 2), (0.1, 1.0, 1)]) };
         let at = |bracket: Option<Bracket>| bracket.map(|b| (b.lower, b.weight));
@@ -248,8 +254,8 @@ mod tests {
             (-0.675, -0.5, 0),
         ]);
         let (_folder, job) = job(true, true);
-        let found = job.way_back(&way).expect("a way back");
-        assert_eq!(found, UnloadingState { turn: 1, slow: Some(3), lowest: -2.0, end: Some(8) });
+        let found = job.unloading_state(&way).expect("a way back");
+        assert_eq!(found, UnloadingState { reversal_step: 1, refined_from: Some(3), min_load: -2.0, end: Some(8) });
         // Nothing touches already where much of the pull is left.
         assert_eq!(job.end(&way[..8]), None);
         let pull = pull_off(&way, 1, 100.0).expect("a pull");
@@ -258,7 +264,13 @@ mod tests {
         assert!((pull.p_star + 0.02).abs() < 1e-12);
         // What a script that goes on is told.
         let told = job.variables(&way[..6], false);
-        for (key, value) in [("start", "5"), ("turn", "1"), ("slow", "3"), ("was", "-1.5"), ("lowest", "-1.5")] {
+        for (key, value) in [
+            ("start", "5"),
+            ("reversal_step", "1"),
+            ("refined_from", "3"),
+            ("previous_load", "-1.5"),
+            ("min_load", "-1.5"),
+        ] {
             assert!(told.contains(&(key.into(), value.into())), "{key} in {told:?}");
         }
         for (key, _) in told {

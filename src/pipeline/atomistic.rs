@@ -75,7 +75,7 @@ pub(super) fn write_job(
         // Slip begins at any depth below the contact.
         frame_layers: if scene.plasticity { 2 * atoms.block.depth_cells } else { FRAME_LAYERS },
         unload: atoms.unload && atoms.start == Start::Touch,
-        keep: atoms.hold.is_some(),
+        keep: atoms.nvt.is_some(),
     };
     let initial_configurations = solved.map(|s| initial_configurations(case, atoms, &indenter, s)).transpose()?;
     let crystal = (potential.as_path(), atoms.element.as_str(), atoms.mass_u);
@@ -149,7 +149,7 @@ pub fn run_lammps(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Re
     let highest = job.record.settings.max_load;
     let usual =
         evaluations_from_continuum(job.record.cells, job.record.depth_cells, job.record.settings.force_tolerance);
-    let mut turned = job.turn(&load_history::LoadHistory::read(&job.folder)?.steps).is_some();
+    let mut turned = job.reversal_step(&load_history::LoadHistory::read(&job.folder)?.steps).is_some();
     let mut watch = |p: Progress| {
         if let Some(record) = &p.record {
             let atoms = if record.contacts == 1 { "atom" } else { "atoms" };
@@ -190,7 +190,7 @@ pub fn run_lammps(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Re
     }
     let column = |value: fn(&LoadStepResults) -> f64| finished.steps.iter().map(value).collect::<Vec<f64>>();
     csv::write(
-        &job.folder.join("ladder.csv"),
+        &job.folder.join("load_curve.csv"),
         &[
             ("step", &column(|s| s.step as f64)),
             ("displacement_angstrom", &column(|s| s.displacement_angstrom)),
@@ -269,7 +269,7 @@ fn plasticity(
         steps.push([record.load / atoms.load_unit, centro_symmetry::defect_atoms(&frame, &atoms.block)?.len() as f64]);
     }
     let atom_nm3 = 1e-3 * atoms.block.a0.powi(3) / 4.0;
-    let turn = job.turn(&records.steps).unwrap_or(end - 1);
+    let turn = job.reversal_step(&records.steps).unwrap_or(end - 1);
     for (states, steps) in [(&mut *states, &steps[..=turn]), (back, &steps[turn..])] {
         for state in states.iter_mut() {
             let distance = |s: &[f64; 2]| (s[0] - state.p_star).abs();
@@ -315,7 +315,7 @@ fn results(atoms: &AtomsCase, reader: &FrameAnalyzer, outcome: &LammpsOutcome, s
         load_steps: outcome.steps.clone(),
         states,
         unloading: None,
-        hold: None,
+        nvt: None,
         plasticity: None,
     }
 }

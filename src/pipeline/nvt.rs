@@ -13,10 +13,10 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 /// Name of the stage and of its folder.
-pub(super) const STAGE: &str = "hold";
+pub(super) const STAGE: &str = "nvt";
 
 /// Holds the states of the job `relaxed` at a temperature and reads what came of it; files are written into `folder`.
-pub(super) fn hold(
+pub(super) fn run_nvt(
     case: &Case,
     atoms: &AtomsCase,
     (engine, relaxed): (&dyn Engine, &Job),
@@ -25,30 +25,30 @@ pub(super) fn hold(
     listener: &dyn Listener,
 ) -> Result<NvtResults> {
     let job = Job::write_nvt(folder, relaxed, &atoms.block, settings)?;
-    let lost = || Error::format(folder, "a job that holds nothing", "the hold that was written");
-    let hold = job.record.hold.clone().ok_or_else(lost)?;
-    run(engine, &job, &hold, listener)?;
+    let lost = || Error::format(folder, "a job that holds nothing", "the nvt that was written");
+    let nvt = job.record.nvt.clone().ok_or_else(lost)?;
+    run(engine, &job, &nvt, listener)?;
     let reader = FrameAnalyzer::new(case, atoms, folder, STAGE)?;
     let steps = case.rising_steps();
-    let states = (0..hold.loads.len()).map(|k| state(steps[k], &reader, (&job, &hold), k));
+    let states = (0..nvt.loads.len()).map(|k| state(steps[k], &reader, (&job, &nvt), k));
     Ok(NvtResults {
-        temperature_k: hold.temperature_k,
+        temperature_k: nvt.temperature_k,
         lattice_constant_angstrom: settings.lattice_constant_angstrom,
-        equilibration_ps: hold.equilibration_ps(),
-        averaging_ps: hold.averaging_ps(),
-        timestep_ps: hold.timestep_ps,
+        equilibration_ps: nvt.equilibration_ps(),
+        averaging_ps: nvt.averaging_ps(),
+        timestep_ps: nvt.timestep_ps,
         blocks: BLOCKS,
         states: states.collect::<Result<_>>()?,
     })
 }
 
-fn run(engine: &dyn Engine, job: &Job, hold: &NvtRun, listener: &dyn Listener) -> Result<()> {
-    let of = hold.loads.len();
+fn run(engine: &dyn Engine, job: &Job, nvt: &NvtRun, listener: &dyn Listener) -> Result<()> {
+    let of = nvt.loads.len();
     let mut watch = |p: Progress| {
         let ended = p.record.as_ref().map_or(0, |r| r.step + 1);
-        let within = if ended == of || p.is_new { 0.0 } else { (p.iterations as f64 / hold.steps() as f64).min(1.0) };
-        let ps = within * hold.steps() as f64 * hold.timestep_ps;
-        let words = format!("{ended} of {of} loads held at {} K, {ps:.1} ps of the next", hold.temperature_k);
+        let within = if ended == of || p.is_new { 0.0 } else { (p.iterations as f64 / nvt.steps() as f64).min(1.0) };
+        let ps = within * nvt.steps() as f64 * nvt.timestep_ps;
+        let words = format!("{ended} of {of} loads held at {} K, {ps:.1} ps of the next", nvt.temperature_k);
         listener.progress(Some((ended as f64 + within) / of as f64), &words);
         if listener.stopping() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
@@ -60,11 +60,11 @@ fn run(engine: &dyn Engine, job: &Job, hold: &NvtRun, listener: &dyn Listener) -
 }
 
 /// Averages at the load `k` of a hold, which is that of `step`; maps written.
-fn state(step: &LoadStep, reader: &FrameAnalyzer, (job, hold): (&Job, &NvtRun), k: usize) -> Result<NvtState> {
-    let held = NvtSamples::read(job, hold, k)?;
-    let load = hold.loads[k];
+fn state(step: &LoadStep, reader: &FrameAnalyzer, (job, nvt): (&Job, &NvtRun), k: usize) -> Result<NvtState> {
+    let held = NvtSamples::read(job, nvt, k)?;
+    let load = nvt.loads[k];
     let gap = |b: &crate::atoms::nvt::BlockAverage| {
-        let gaps = reader.gaps_expanded((hold.expansion, held.bounds), &b.positions, b.low_angstrom);
+        let gaps = reader.gaps_expanded((nvt.expansion, held.bounds), &b.positions, b.low_angstrom);
         gaps.iter().sum::<f64>() / gaps.len() as f64
     };
     let sites = held.probabilities();

@@ -208,7 +208,7 @@ pub fn plan(case: &Case, threads: usize, evaluation: Option<f64>) -> Result<RunP
             bytes: 200 * total,
             seconds: 2e-6 * total as f64 * loads as f64,
         });
-        if let Some(hold) = &a.hold {
+        if let Some(hold) = &a.nvt {
             let there = case.rising_steps().len();
             let steps = hold.steps() * there;
             stages.push(PlannedStage {

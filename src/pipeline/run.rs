@@ -3,10 +3,10 @@ use super::comparison::{self, Matched};
 use super::continuum::Variant;
 use super::folder::{Key, Leftovers, RunFolder};
 use super::frame_analysis::INDENTER_SPECIES;
-use super::nvt::{self, STAGE as HOLD_STAGE};
+use super::nvt::{self, STAGE as NVT_STAGE};
 use super::{Listener, continuum, engine, methods};
 use crate::atoms::engine::Engine;
-use crate::atoms::job::{CONTINUUM, HOLD, Job, LADDER};
+use crate::atoms::job::{DISPLACEMENT_RAMP, Job, NVT, PRESCRIBED_LOAD};
 use crate::atoms::potential::CALCIUM;
 use crate::method::{Heights, all_atom};
 use crate::record::advice::AccuracyChoice;
@@ -241,8 +241,8 @@ fn atomistic_stages(
     };
     // The job folder knows which of its steps serve other loads than they were made for.
     let (script, step) = match a.start {
-        Start::Continuum => (CONTINUUM, None),
-        Start::Touch => (LADDER, Some(scene.step_or_default())),
+        Start::Continuum => (PRESCRIBED_LOAD, None),
+        Start::Touch => (DISPLACEMENT_RAMP, Some(scene.step_or_default())),
     };
     let ladder_key = Key::new(
         "ladder",
@@ -255,7 +255,7 @@ fn atomistic_stages(
     let total = a.block.atoms() + (a.points * a.points) as u64;
     let (lammps_key, what) = match a.start {
         Start::Continuum => (
-            Key::new("lammps", &(case.scene.load.p_star_path(), a.hold.is_some()), &[&ladder_key, &matched_key])?,
+            Key::new("lammps", &(case.scene.load.p_star_path(), a.nvt.is_some()), &[&ladder_key, &matched_key])?,
             format!("loads of {total} atoms, each from the continuum's solution"),
         ),
         Start::Touch => {
@@ -291,14 +291,15 @@ fn atomistic_stages(
         Leftovers::Remove,
         |dir| atomistic::read(case, a, &Job::open(root.join("lammps"))?, &outcome, dir, "atoms"),
     )?;
-    if let Some(settings) = &a.hold {
-        let hold_key = Key::new(HOLD_STAGE, &(settings, HOLD.hash(), engine.describe()), &[&lammps_key])?;
-        let held_key = Key::new("held", &Key::of_program()?, &[&hold_key])?;
+    if let Some(settings) = &a.nvt {
+        let nvt_key = Key::new(NVT_STAGE, &(settings, NVT.hash(), engine.describe()), &[&lammps_key])?;
+        let nvt_results_key = Key::new("held", &Key::of_program()?, &[&nvt_key])?;
         let what = format!("the loads held at {} K, {} ps each", settings.temperature_k, settings.time_ps);
-        let held = folder.stage(listener, (HOLD_STAGE, &what), &held_key, Leftovers::KeepOf(&hold_key), |dir| {
-            nvt::hold(case, a, (engine, &Job::open(root.join("lammps"))?), settings, dir, listener)
-        })?;
-        found.hold = Some(held);
+        let held =
+            folder.stage(listener, (NVT_STAGE, &what), &nvt_results_key, Leftovers::KeepOf(&nvt_key), |dir| {
+                nvt::run_nvt(case, a, (engine, &Job::open(root.join("lammps"))?), settings, dir, listener)
+            })?;
+        found.nvt = Some(held);
     }
     let compare_key = Key::new(COMPARE, &(), &[&matched_key, &atoms_key])?;
     let compared = folder.stage(

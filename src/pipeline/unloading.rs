@@ -18,10 +18,10 @@ pub(super) fn unloading(
     history: &LoadHistory,
     (reader, there): (&FrameAnalyzer, &[AtomState]),
 ) -> Result<Option<Unloading>> {
-    let Some(turn) = job.turn(&history.steps) else { return Ok(None) };
+    let Some(turn) = job.reversal_step(&history.steps) else { return Ok(None) };
     let (mut states, mut changes) = (Vec::new(), Vec::new());
     for step in case.unloading_steps() {
-        let state = reader.state(step, &job.at_load_back(history, atoms.load(step))?)?;
+        let state = reader.state(step, &job.at_load_unloading(history, atoms.load(step))?)?;
         if let Some(before) = step.counterpart.and_then(|k| at_step(there, k)) {
             changes.push(BranchChange {
                 p_star: state.p_star,
@@ -32,7 +32,7 @@ pub(super) fn unloading(
         }
         states.push(state);
     }
-    let end = job.way_back(&history.steps).and_then(|w| w.end);
+    let end = job.unloading_state(&history.steps).and_then(|w| w.end);
     let separated = end.map(|k| history.steps[k].contacts == 0);
     Ok(Some(Unloading {
         reversal_step: turn,

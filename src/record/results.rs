@@ -424,7 +424,7 @@ pub struct AtomsResults {
     pub unloading: Option<Unloading>,
     /// Only where the scene asks for a hold at a temperature.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub hold: Option<NvtResults>,
+    pub nvt: Option<NvtResults>,
     /// Only where the scene asks for it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plasticity: Option<PlasticityResults>,

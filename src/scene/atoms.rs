@@ -83,7 +83,7 @@ pub struct AtomsCase {
     /// Whether there is a way back from the highest load.
     pub unload: bool,
     /// At which the relaxed states are held, if at any temperature.
-    pub hold: Option<NvtSettings>,
+    pub nvt: Option<NvtSettings>,
     /// Load at p* = 1, eV/Å.
     pub load_unit: f64,
     pub adhesion: Option<PairAdhesion>,
@@ -187,7 +187,7 @@ impl AtomsCase {
             }
         };
         let audit = audit(&AuditInput {
-            asked: Target {
+            target: Target {
                 p_star,
                 gamma: asked_gamma,
                 rho: asked_rho,
@@ -195,7 +195,7 @@ impl AtomsCase {
                 lambda_s,
                 curvature_radius,
             },
-            used: Actual {
+            actual: Actual {
                 length_angstrom: length,
                 depth_angstrom: block.thickness(),
                 foundation_angstrom: block.thickness() - block.deformable_thickness(),
@@ -228,7 +228,7 @@ impl AtomsCase {
             resolved_gradient: resolved.rms_gradient * stretch,
             start: a.start_or_default(adhesion.is_some()),
             unload: case.scene.load.is_closed() || case.scene.load.pull_off,
-            hold: a.hold.as_ref().map(|h| h.settings()),
+            nvt: a.nvt.as_ref().map(|h| h.settings()),
             load_unit,
             adhesion,
             audit,

@@ -529,7 +529,7 @@ fn atoms(c: &mut Complaints, scene: &Scene) {
         a.step_angstrom.unwrap_or(0.0),
         "only together with atoms.start = \"touch\": from the continuum there are no steps",
     );
-    for (good, key, found, accepted) in a.hold.iter().flat_map(|h| h.checks(scene, a)) {
+    for (good, key, found, accepted) in a.nvt.iter().flat_map(|h| h.checks(scene, a)) {
         c.unless(good, key, found, &accepted);
     }
     c.unless((1..=1024).contains(&a.ranks), "atoms.ranks", a.ranks, "1 to 1024 MPI ranks");

@@ -495,7 +495,7 @@ pub struct AtomsScene {
     pub depth_error: bool,
     /// Left out: the atoms stay at 0 K.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub hold: Option<NvtScene>,
+    pub nvt: Option<NvtScene>,
     /// MPI ranks.
     pub ranks: usize,
     /// Wall-clock limit of the LAMMPS stage, s.
@@ -529,7 +529,7 @@ impl Default for AtomsScene {
             stress_width_angstrom: None,
             plasticity: false,
             depth_error: false,
-            hold: None,
+            nvt: None,
             ranks: 1,
             time_limit_s: None,
             program: None,

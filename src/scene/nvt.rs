@@ -1,4 +1,4 @@
-//! `[atoms.hold]`: the atoms at a temperature.
+//! `[atoms.nvt]`: the atoms at a temperature.
 
 use super::{AtomsScene, Scene, Start};
 use crate::atoms::nvt::{FREE_LAYERS, LEAST_AVERAGED_PS, NvtSettings};
@@ -54,44 +54,44 @@ impl NvtScene {
         vec![
             (
                 t.is_finite() && t > 0.0 && (t <= HOTTEST_K || !shipped),
-                "atoms.hold.temperature_k",
+                "atoms.nvt.temperature_k",
                 t.to_string(),
                 format!("a positive number, with the shipped potential up to {HOTTEST_K}: its expansion is measured so far"),
             ),
             (
                 self.time_ps.is_finite() && self.time_ps >= shortest,
-                "atoms.hold.time_ps",
+                "atoms.nvt.time_ps",
                 self.time_ps.to_string(),
                 format!("at least {shortest:.2}, of which {LEAST_AVERAGED_PS} are averaged over"),
             ),
             (
                 is_share,
-                "atoms.hold.equilibration",
+                "atoms.nvt.equilibration",
                 self.equilibration.to_string(),
                 "a share from 0 to 0.9".into(),
             ),
             (
                 expanded.is_some() != shipped,
-                "atoms.hold.lattice_constant_angstrom",
+                "atoms.nvt.lattice_constant_angstrom",
                 expanded.map_or("not given".into(), |a| a.to_string()),
                 "the value at the temperature with atoms.potential (lammps-inputs/expansion.in finds it), and only with it".into(),
             ),
             (
                 near,
-                "atoms.hold.lattice_constant_angstrom",
+                "atoms.nvt.lattice_constant_angstrom",
                 expanded.map_or(String::new(), |a| a.to_string()),
                 format!("a lattice constant within {MOST_EXPANSION} of atoms.lattice_constant_angstrom"),
             ),
             (
                 !from_touch,
-                "atoms.hold",
+                "atoms.nvt",
                 "given with atoms that start from first touch".into(),
                 "atoms.start = \"continuum\" without adhesion: the states of a ladder are between the loads".into(),
             ),
             (
                 atoms.depth_cells >= least_depth,
                 "atoms.depth_cells",
-                format!("{} with atoms.hold", atoms.depth_cells),
+                format!("{} with atoms.nvt", atoms.depth_cells),
                 format!("at least {least_depth}: the thermostat acts below the uppermost {FREE_LAYERS} layers"),
             ),
         ]

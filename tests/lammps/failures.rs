@@ -2,7 +2,7 @@
 //!
 //! Where there is no LAMMPS these tests say so on standard error and pass: the machine cannot decide anything.
 
-use crate::jobs::{A0, CUTOFF, LADDER, on, written};
+use crate::jobs::{A0, CUTOFF, DISPLACEMENT_RAMP, on, written};
 use crate::lammps::lammps;
 use std::io::Write;
 use std::ops::ControlFlow;
@@ -26,7 +26,7 @@ fn job(folder: &Path) -> Job {
         0.7 + 0.4 * wave(x) + 0.3 * wave(y)
     };
     let block = Block::new(6, 3, A0, CUTOFF).expect("valid");
-    written(folder, block, height, None, RunSettings { step_angstrom: 0.2, max_steps: STEPS, ..LADDER }).job
+    written(folder, block, height, None, RunSettings { step_angstrom: 0.2, max_steps: STEPS, ..DISPLACEMENT_RAMP }).job
 }
 
 /// What a user is told of a run that fails.
@@ -64,7 +64,7 @@ fn run_with_script(
     (line, by): (&str, &str),
     watch: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> asperity::Error {
-    let script = job.folder.join("ladder.in");
+    let script = job.folder.join("displacement_ramp.in");
     let text = std::fs::read_to_string(&script).expect("read");
     assert!(text.contains(line), "{line}");
     std::fs::write(&script, text.replacen(line, by, 1)).expect("written");
@@ -206,7 +206,7 @@ fn a_damaged_restart_file_is_not_gone_on_from() {
     let expected = engine.run(&job(whole.path()), &mut on).expect("a clean run");
     let job = job(folder.path());
     stopped_after(&engine, &job, 2);
-    let last = std::fs::read_to_string(folder.path().join("ladder.txt")).expect("read").lines().count() - 1;
+    let last = std::fs::read_to_string(folder.path().join("load_steps.csv")).expect("read").lines().count() - 2;
     let file = folder.path().join(format!("restart.{last}"));
     let mut bytes = std::fs::read(&file).expect("read");
     let middle = bytes.len() / 2;

@@ -7,7 +7,7 @@ use asperity::atoms::contact::{Contact, contact};
 use asperity::atoms::dump::read_frame;
 use asperity::atoms::engine::{Engine, Finished};
 use asperity::atoms::indenter::Indenter;
-use asperity::atoms::job::{CONTINUUM, Job};
+use asperity::atoms::job::{Job, PRESCRIBED_LOAD};
 use asperity::atoms::load_history::frame_file;
 use asperity::atoms::minimizer_checkpoint;
 use asperity::grid::Grid;
@@ -99,7 +99,7 @@ fn a_loose_tolerance_is_enough_where_load_and_base_are_met() {
     for (k, p_star) in (1..).zip(LOADS) {
         let (a, b) = (&tight.history.steps[k], &loose.history.steps[k]);
         assert!((b.load / (p_star * unit) - 1.0).abs() < 1e-3, "{} of {p_star}", b.load / unit);
-        assert!(b.max_force <= 0.1 && b.settled, "{b:?}");
+        assert!(b.max_force <= 0.1 && b.load_converged, "{b:?}");
         assert!((a.displacement_angstrom - b.displacement_angstrom).abs() < LEFT_TO_GO, "{a:?} {b:?}");
         let differ = sites[k - 1].iter().zip(&loose_sites[k - 1]).filter(|(a, b)| a != b).count();
         assert!(differ <= AT_THE_EDGE, "load {k}: {differ}");
@@ -138,21 +138,21 @@ const STOPPED: usize = 20;
 #[test]
 fn stopped_within_a_load_it_goes_on_from_there() {
     let Some(lammps) = lammps(1) else { return };
-    let engine = lammps.clone().with_midway(Duration::ZERO);
+    let engine = lammps.clone().with_checkpoint_interval(Duration::ZERO);
     let (whole, stopped) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
     let case = smooth_case("");
     let expected = engine.run(&built(&case, whole.path()), &mut on).expect("a clean run");
     let left = |folder: &Path| -> Vec<String> {
         let names = std::fs::read_dir(folder).expect("listed").map(|e| e.expect("an entry").file_name());
-        names.filter_map(|n| n.into_string().ok()).filter(|n| n.starts_with("midway.")).collect()
+        names.filter_map(|n| n.into_string().ok()).filter(|n| n.starts_with("checkpoint.")).collect()
     };
     assert_eq!(left(whole.path()), Vec::<String>::new());
 
     let job = built(&case, stopped.path());
     let relax = "minimize      0.0 ${fine} ${most} 100000\n";
     let cut = format!("if \"$k == 2\" then \"minimize 0.0 ${{fine}} {STOPPED} 100000\" \"quit 9\"\n{relax}");
-    assert!(CONTINUUM.text.contains(relax));
-    std::fs::write(job.folder.join(CONTINUUM.file), CONTINUUM.text.replace(relax, &cut)).expect("written");
+    assert!(PRESCRIBED_LOAD.text.contains(relax));
+    std::fs::write(job.folder.join(PRESCRIBED_LOAD.file), PRESCRIBED_LOAD.text.replace(relax, &cut)).expect("written");
     engine.run(&job, &mut on).expect_err("stopped");
     assert_eq!(left(stopped.path()).len(), 2);
     let state = minimizer_checkpoint::newest(stopped.path(), 2).expect("a state");

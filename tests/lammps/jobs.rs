@@ -44,7 +44,7 @@ pub struct Setting {
 }
 
 /// Settings that tests change where they need to.
-pub const LADDER: RunSettings = RunSettings {
+pub const DISPLACEMENT_RAMP: RunSettings = RunSettings {
     step_angstrom: 0.3,
     max_load: 1e9,
     max_steps: 40,

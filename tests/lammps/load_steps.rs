@@ -2,7 +2,7 @@
 //!
 //! Where there is no LAMMPS the first kind says so on standard error and passes: the machine cannot decide anything.
 
-use crate::jobs::{A0, CUTOFF, D_C, LADDER, Setting, on, written};
+use crate::jobs::{A0, CUTOFF, D_C, DISPLACEMENT_RAMP, Setting, on, written};
 use crate::lammps::lammps;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -16,7 +16,7 @@ use asperity::atoms::dump::read_frame;
 use asperity::atoms::engine::{Engine, Finished, LammpsEngine};
 use asperity::atoms::forces::indenter_forces;
 use asperity::atoms::job::{FRAME_LAYERS, Job, RunSettings, Yukawa};
-use asperity::atoms::load_history::frame_file;
+use asperity::atoms::load_history::{HEADER, frame_file};
 use asperity::atoms::replay::ReplayEngine;
 use asperity::error::LammpsFailure;
 
@@ -51,13 +51,13 @@ fn steeper(folder: &Path, adhesion: Option<Yukawa>, factor: f64, frame_layers: u
         block,
         height,
         adhesion,
-        RunSettings { max_load: P_STAR * load_unit, load_unit, frame_layers, ..LADDER },
+        RunSettings { max_load: P_STAR * load_unit, load_unit, frame_layers, ..DISPLACEMENT_RAMP },
     )
 }
 
 /// Everything a run leaves that later stages read.
 fn results(folder: &Path, finished: &Finished) -> Vec<Vec<u8>> {
-    let mut files = vec![folder.join("ladder.txt")];
+    let mut files = vec![folder.join("load_steps.csv")];
     files.extend(finished.history.steps.iter().map(|r| frame_file(folder, r.step).expect("a frame")));
     files.iter().map(|f| std::fs::read(f).expect("read")).collect()
 }
@@ -192,13 +192,13 @@ fn what_goes_wrong_is_said_with_its_exit_code() {
     let limited = engine.clone().with_time_limit(Some(Duration::from_millis(1)));
     assert!(said(&limited).contains("time limit of 0.001 s"));
 
-    let script = folder.path().join("ladder.in");
+    let script = folder.path().join("displacement_ramp.in");
     let text = std::fs::read_to_string(&script).expect("read");
     std::fs::write(&script, text.replace("min_style", "max_style")).expect("written");
     let message = said(&engine);
     assert!(message.contains("Unknown command: max_style"), "{message}");
     // A script that stops early ends well and is not believed.
-    std::fs::write(&script, text.replace("jump SELF record", "quit")).expect("written");
+    std::fs::write(&script, text.replace("jump SELF step", "quit")).expect("written");
     let message = said(&engine);
     assert!(message.contains("stops at step 0") || message.contains("did not finish"), "{message}");
     std::fs::write(&script, text).expect("written");
@@ -209,17 +209,17 @@ fn what_goes_wrong_is_said_with_its_exit_code() {
 }
 
 fn record(folder: &Path, job: &Job, loads: &[f64]) {
-    let mut text = String::new();
+    let mut text = format!("{HEADER}\n");
     for (k, load) in loads.iter().enumerate() {
         let z = 44.0 - 0.3 * k as f64;
-        text += &format!("{k} {:.6} {load} -100.0 7 1.9e-03 {k} {z} {z} {}\n", 0.3 * k as f64, job.atoms());
+        text += &format!("{k},{:.6},{load},-100.0,7,1.9e-03,{k},{z},{z},{},1\n", 0.3 * k as f64, job.atoms());
         let frame = format!(
             "ITEM: TIMESTEP\n{k}\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS pp pp ff\n0 9\n0 9\n0 9\n\
              ITEM: ATOMS id type x y z\n1 1 1 1 {k}\n"
         );
         std::fs::write(folder.join(format!("frame.{k}.dump")), frame).expect("written");
     }
-    std::fs::write(folder.join("ladder.txt"), text).expect("written");
+    std::fs::write(folder.join("load_steps.csv"), text).expect("written");
 }
 
 #[test]
@@ -259,10 +259,10 @@ fn a_replayed_run_is_told_in_order_stopped_and_failed() {
     assert_eq!((finished.steps.len(), finished.resumed_from), (5, Some(2)));
 
     // Lost atoms are noticed although everything else went well.
-    let lost = std::fs::read_to_string(folder.path().join("ladder.txt")).expect("read");
+    let lost = std::fs::read_to_string(folder.path().join("load_steps.csv")).expect("read");
     let fewer = lost.replacen(&job.atoms().to_string(), &(job.atoms() - 1).to_string(), 1);
-    std::fs::write(recording.path().join("ladder.txt"), fewer).expect("written");
-    std::fs::remove_file(folder.path().join("ladder.txt")).expect("removed");
+    std::fs::write(recording.path().join("load_steps.csv"), fewer).expect("written");
+    std::fs::remove_file(folder.path().join("load_steps.csv")).expect("removed");
     let error = engine.run(&job, &mut on).expect_err("lost").to_string();
     assert!(error.contains(&format!("from {} to {}", job.atoms(), job.atoms() - 1)), "{error}");
 }

@@ -1,7 +1,7 @@
 //! How the block gives way in the real LAMMPS: its modulus, from the stress and the displacement of an indentation, and what a
 //! single surface atom yields.
 
-use crate::jobs::{LADDER, Setting, command, written};
+use crate::jobs::{DISPLACEMENT_RAMP, Setting, command, written};
 use crate::lammps::lammps;
 use asperity::atoms::block::Block;
 use asperity::atoms::compliant_wall::compliance;
@@ -33,12 +33,12 @@ fn modulus(engine: &LammpsEngine, folder: &Path, pressure: f64, amplitude: f64) 
         max_steps: 1,
         force_tolerance: 1e-6,
         load_unit: load,
-        ..LADDER
+        ..DISPLACEMENT_RAMP
     };
     let Setting { block, .. } = written(folder, block, height, None, history);
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let vars = [("potential", "potential.eam.alloy".to_string()), ("load", load.to_string())];
-    command(engine).run(folder, &root.join("lammps-inputs/press.in"), &vars).expect("a clean run");
+    command(engine).run(folder, &root.join("lammps-inputs/constant_load.in"), &vars).expect("a clean run");
     let text = std::fs::read_to_string(folder.join("pressed.txt")).expect("read");
     let rows: Vec<Vec<f64>> =
         text.lines().skip(9).map(|l| l.split_whitespace().map(|w| w.parse().expect("a number")).collect()).collect();
@@ -88,7 +88,7 @@ fn an_atom_pressed_alone_sinks_as_the_middle_of_a_disc() {
     let folder = tempfile::tempdir().expect("scratch");
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let vars = [("potential", root.join("potentials/Ca.eam.alloy").display().to_string())];
-    let log = command(&engine).run(folder.path(), &root.join("lammps-inputs/point.in"), &vars);
+    let log = command(&engine).run(folder.path(), &root.join("lammps-inputs/atom_compliance.in"), &vars);
     let log = log.expect("a clean run");
     let line = log.lines().find_map(|l| l.strip_prefix("RES compliance ")).expect("a result");
     let found: f64 = line.trim().parse().expect("a number");

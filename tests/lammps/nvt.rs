@@ -13,8 +13,8 @@ use asperity::scene::Case;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-fn held_case(loads: &[f64], hold: &str) -> Case {
-    case(&format!("p_star = {loads:?}"), "", &format!("[atoms.hold]\n{hold}"))
+fn held_case(loads: &[f64], nvt: &str) -> Case {
+    case(&format!("p_star = {loads:?}"), "", &format!("[atoms.nvt]\n{nvt}"))
 }
 
 /// Standard errors by which a mean may miss.
@@ -30,7 +30,7 @@ fn a_held_contact_is_a_probability_with_its_error() {
     let (results, page) =
         run(&held_case(&[0.06], "temperature_k = 100\ntime_ps = 20"), folder.path(), &Silent).expect("a clean run");
     let atoms = results.atoms.expect("atoms");
-    let (hold, still) = (atoms.hold.expect("a hold"), &atoms.states[0]);
+    let (hold, still) = (atoms.nvt.expect("a hold"), &atoms.states[0]);
     assert!((hold.averaging_ps + hold.equilibration_ps - 20.0).abs() < 1.0);
     let held = &hold.states[0];
     assert!((held.p_star / 0.06 - 1.0).abs() < 1e-9);
@@ -82,7 +82,7 @@ fn killed_between_loads_a_hold_goes_on_and_its_errors_shrink_with_time() {
     let case = held_case(&[0.02, 0.06], "temperature_k = 300\ntime_ps = 10");
     let relaxed = relaxed(&case, &folder.path().join("relaxed"), &engine);
     let atoms = case.atoms.as_ref().expect("atoms");
-    let settings: NvtSettings = atoms.hold.expect("a hold");
+    let settings: NvtSettings = atoms.nvt.expect("a hold");
     let written = |name: &str, settings: &NvtSettings| {
         Job::write_nvt(&folder.path().join(name), &relaxed, &atoms.block, settings).expect("written")
     };
@@ -95,7 +95,7 @@ fn killed_between_loads_a_hold_goes_on_and_its_errors_shrink_with_time() {
     assert!(matches!(error, Err(asperity::Error::Interrupted)));
     let finished = engine.run(&written("killed", &settings), &mut on).expect("the rest");
     assert_eq!(finished.resumed_from, Some(0));
-    for name in ["ladder.txt", "series.0.txt", "series.1.txt", "sites.0.dump", "sites.1.dump"] {
+    for name in ["load_steps.csv", "block_averages.0.txt", "block_averages.1.txt", "sites.0.dump", "sites.1.dump"] {
         let read = |job: &Job| std::fs::read(job.folder.join(name)).expect("read");
         assert!(read(&whole) == read(&killed), "{name}");
     }
@@ -103,7 +103,7 @@ fn killed_between_loads_a_hold_goes_on_and_its_errors_shrink_with_time() {
     let long = written("long", &NvtSettings { time_ps: 40.0, ..settings });
     engine.run(&long, &mut on).expect("a clean run");
     let site_error = |job: &Job| {
-        let held = NvtSamples::read(job, job.record.hold.as_ref().expect("a hold"), 1).expect("read");
+        let held = NvtSamples::read(job, job.record.nvt.as_ref().expect("a hold"), 1).expect("read");
         assert_eq!(held.blocks.len(), BLOCKS);
         let sites = held.probabilities();
         sites.iter().map(|s| s.error).sum::<f64>() / sites.len() as f64

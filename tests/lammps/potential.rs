@@ -53,7 +53,7 @@ fn flats(command: &LmpCommand, pair: Option<&Adhesion>, distances: &[f64]) -> Ve
         ("cutoff", cutoff.to_string()),
         ("distance", words.join(" ")),
     ];
-    let printed = command.run(folder.path(), &input("flats.in"), &vars).unwrap();
+    let printed = command.run(folder.path(), &input("flat_adhesion.in"), &vars).unwrap();
     let found: Vec<Flats> = printed
         .lines()
         .filter_map(|l| l.strip_prefix("RES "))

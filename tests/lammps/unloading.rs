@@ -56,7 +56,7 @@ fn without_adhesion_the_steps_back_are_the_steps_there() {
     let found = engine.run(&job, &mut on).expect("a clean run");
     assert!(found.unconverged.is_empty());
     let records = &found.history.steps;
-    let turn = job.turn(records).expect("a turn");
+    let turn = job.reversal_step(records).expect("a turn");
     assert!(records[turn].load >= LOADS[1] * job.record.settings.load_unit);
     assert_eq!(job.end(records), Some(records.len() - 1));
     let mut met = 0;
@@ -85,7 +85,7 @@ fn loads_from_the_continuum_come_back_load_by_load() {
     let found = engine.run(&job, &mut on).expect("a clean run");
     let records = &found.history.steps;
     assert!(found.unconverged.is_empty() && records.len() == 4);
-    assert_eq!(job.turn(records), Some(2));
+    assert_eq!(job.reversal_step(records), Some(2));
     let unit = job.record.settings.load_unit;
     assert!((records[3].load / (LOADS[0] * unit) - 1.0).abs() < 1e-3);
     assert!((records[3].displacement_angstrom - records[1].displacement_angstrom).abs() < 0.01);
@@ -125,7 +125,7 @@ fn with_adhesion_the_largest_pull_is_found_within_its_error() {
 }
 
 fn bytes(folder: &Path, finished: &Finished) -> Vec<Vec<u8>> {
-    let mut files = vec![folder.join("ladder.txt")];
+    let mut files = vec![folder.join("load_steps.csv")];
     files.extend(finished.history.steps.iter().map(|r| frame_file(folder, r.step).expect("a frame")));
     files.iter().map(|f| std::fs::read(f).expect("read")).collect()
 }
@@ -137,8 +137,8 @@ fn killed_on_the_way_back_it_goes_on_through_the_same_states() {
     let case = there_and_back("unload = true", ADHESION, "");
     let expected = engine.run(&built(&case, whole.path()), &mut on).expect("a clean run");
     let job = built(&case, killed.path());
-    let turn = job.turn(&expected.history.steps).expect("a turn");
-    let slow = job.way_back(&expected.history.steps).and_then(|w| w.slow).expect("shorter steps");
+    let turn = job.reversal_step(&expected.history.steps).expect("a turn");
+    let slow = job.unloading_state(&expected.history.steps).and_then(|w| w.refined_from).expect("shorter steps");
     // At the turn, before and after the steps are shortened, and where the pull is large.
     for stop in [turn, slow - 1, slow, slow + 12] {
         let error = engine.run(&job, &mut |p| {

@@ -70,10 +70,10 @@ impl Bench {
     }
 
     /// Starts a run and comes back when LAMMPS has finished some steps.
-    fn midway(&self, scene: &Path, out: &str) -> Child {
+    fn interrupted_start(&self, scene: &Path, out: &str) -> Child {
         let child = self.start(scene, out);
-        let ladder = self.path(out).join("lammps/ladder.txt");
-        wait_until("steps on the ladder", PATIENCE, || steps(&ladder) >= STEPS_BEFORE);
+        let table = self.path(out).join("lammps/load_steps.csv");
+        wait_until("finished load steps", PATIENCE, || steps(&table) >= STEPS_BEFORE);
         assert!(!self.processes(out).is_empty(), "no LAMMPS is running in the job's folder");
         child
     }
@@ -88,7 +88,7 @@ impl Bench {
     /// The same command goes on from where LAMMPS was, and the end is that of `reference`.
     fn goes_on(&self, scene: &Path, out: &str, reference: &str) {
         wait_until("the end of LAMMPS", GONE_WITHIN, || self.processes(out).is_empty());
-        let before = steps(&self.path(out).join("lammps/ladder.txt"));
+        let before = steps(&self.path(out).join("lammps/load_steps.csv"));
         let (results, said) = self.results(scene, out);
         let from = resumed_from(&said).unwrap_or_else(|| panic!("started over: {said}"));
         // The step in progress when the run was stopped is lost, and one more at most.
@@ -112,8 +112,9 @@ fn wait_until(what: &str, patience: Duration, good: impl Fn() -> bool) {
     }
 }
 
-fn steps(ladder: &Path) -> usize {
-    std::fs::read_to_string(ladder).map_or(0, |t| t.matches('\n').count())
+/// Complete lines after the header.
+fn steps(table: &Path) -> usize {
+    std::fs::read_to_string(table).map_or(0, |t| t.matches('\n').count().saturating_sub(1))
 }
 
 fn resumed_from(said: &str) -> Option<usize> {
@@ -175,7 +176,7 @@ fn a_killed_run_goes_on_and_leaves_no_orphan() {
     let Some(_lammps) = lammps(1) else { return };
     let bench = Bench::new();
     let scene = bench.scene("[0.01, 0.02]", FINE, "");
-    let mut child = bench.midway(&scene, "run");
+    let mut child = bench.interrupted_start(&scene, "run");
     child.kill().expect("killed");
     child.wait().expect("waited");
     assert!(!bench.path("run/results.json").exists());
@@ -187,7 +188,7 @@ fn an_interrupted_run_says_so_and_goes_on() {
     let Some(_lammps) = lammps(1) else { return };
     let bench = Bench::new();
     let scene = bench.scene("[0.01, 0.02]", FINE, "");
-    let child = bench.midway(&scene, "run");
+    let child = bench.interrupted_start(&scene, "run");
     // The shell's own: not every system has a program `kill`.
     let kill = format!("kill -INT {}", child.id());
     assert!(std::process::Command::new("sh").args(["-c", &kill]).status().expect("a shell").success());
@@ -211,7 +212,7 @@ fn a_run_past_its_time_limit_goes_on_with_a_longer_one() {
     while output.status.code() == Some(4) {
         assert!(stderr(&output).contains(&format!("time limit of {limit} s")), "{}", stderr(&output));
         wait_until("the end of LAMMPS", GONE_WITHIN, || bench.processes("run").is_empty());
-        before = steps(&bench.path("run/lammps/ladder.txt"));
+        before = steps(&bench.path("run/lammps/load_steps.csv"));
         // Doubled, so that a slow machine gets there too.
         limit *= 2.0;
         output = bench.run(&limited(limit), "run");
@@ -235,7 +236,7 @@ fn other_loads_repeat_only_what_they_touch() {
     // A higher load goes on from the last step.
     let (higher, said) = bench.results(&bench.scene("[0.005, 0.03]", FINE, ""), "run");
     assert_eq!(worked(&higher), ["continuum", "matched", "lammps", "atoms", "compare"]);
-    let last = |r: &Value| r["atoms"]["ladder"].as_array().expect("a ladder").len() - 1;
+    let last = |r: &Value| r["atoms"]["load_steps"].as_array().expect("load steps").len() - 1;
     assert_eq!(resumed_from(&said), Some(last(&more)), "{said}");
     assert!(last(&higher) > last(&more));
     // And the way there leaves no trace in the results of the way back.
@@ -250,7 +251,7 @@ fn two_runs_in_one_folder_do_not_mix() {
     let Some(_lammps) = lammps(1) else { return };
     let bench = Bench::new();
     let scene = bench.scene("[0.01, 0.02]", FINE, "");
-    let first = bench.midway(&scene, "run");
+    let first = bench.interrupted_start(&scene, "run");
     let second = bench.run(&scene, "run");
     assert_eq!(second.status.code(), Some(2), "{}", stderr(&second));
     assert!(stderr(&second).contains("in use by another run"), "{}", stderr(&second));
@@ -273,7 +274,7 @@ fn adhesive_atoms_run_to_the_end() {
         assert!(law.starts_with("exponential"), "{law}");
     }
     // Drawn to each other before they touch: the first step pulls.
-    let loads = |r: &Value| r["atoms"]["ladder"][0]["load_ev_per_angstrom"].as_f64().expect("a load");
+    let loads = |r: &Value| r["atoms"]["load_steps"][0]["load_ev_per_angstrom"].as_f64().expect("a load");
     assert!(loads(&sticky) < loads(&free), "{} {}", loads(&sticky), loads(&free));
     let page = std::fs::read_to_string(bench.path("sticky/report.html")).expect("a report");
     assert!(page.contains("Tabor"), "the audit of an adhesive run speaks of its range");

@@ -250,7 +250,7 @@ pub fn atoms(folder: &Path) -> AtomsResults {
         load_steps: history.collect(),
         states: states.collect(),
         unloading: None,
-        hold: None,
+        nvt: None,
         plasticity: None,
     }
 }

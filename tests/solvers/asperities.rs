@@ -162,7 +162,7 @@ fn calibrated_springs() {
     assert!(power(reference) > power(areas) + 0.02, "{} {}", power(reference), power(areas));
 }
 
-/// The default λ on the challenge's spectrum, as much of it as 1024² points hold: 3 % of contact at p = 0.01 E*, within what
+/// The default λ on the challenge's spectrum, as much of it as 1024² points nvt: 3 % of contact at p = 0.01 E*, within what
 /// surfaces scatter (1.9 to 3.1 % on eight of them).
 #[test]
 fn the_default_wavelength_is_the_challenges() {

@@ -70,7 +70,7 @@ impl Blocks {
             scene.load.p_star.truncate(pressed);
             // A setting is a relaxed block; what is told of it afterwards costs it nothing.
             let BlockSize { cells, depth_cells, foundation_cells } = size;
-            let atoms = AtomsScene { cells, depth_cells, foundation_cells, hold: None, ..base.clone() };
+            let atoms = AtomsScene { cells, depth_cells, foundation_cells, nvt: None, ..base.clone() };
             let tolerance = atoms.force_tolerance_ev_per_angstrom;
             scene.atoms = Some(atoms);
             let found = Case::resolve(scene, &case.file)?;

@@ -46,7 +46,7 @@ pub fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
                 "the surface mean that material has flowed, which no elastic method can follow." }
         }
         @if let Some(back) = &atoms.unloading { (unloading::section(writer, atoms, back)?) }
-        @if let Some(held) = &atoms.hold { (nvt::section(writer, atoms, held)?) }
+        @if let Some(held) = &atoms.nvt { (nvt::section(writer, atoms, held)?) }
         (criteria::section(writer, atoms)?)
         (criteria::plasticity(writer, atoms)?)
     })

@@ -11,15 +11,15 @@ use crate::report::number::{percent, significant, trimmed};
 use crate::report::picture::{self, Range};
 use crate::units::ANGSTROM_M;
 
-pub fn section(writer: &FigureWriter, atoms: &AtomsResults, hold: &NvtResults) -> Result<Markup> {
+pub fn section(writer: &FigureWriter, atoms: &AtomsResults, nvt: &NvtResults) -> Result<Markup> {
     let (mut drawn, mut rows) = (Vec::new(), Vec::new());
-    for (i, state) in hold.states.iter().enumerate() {
+    for (i, state) in nvt.states.iter().enumerate() {
         let small = picture::load(&writer.field(&state.probability_map)?, PANEL_SIDE, |v| v)?;
         let range = Range { low: 0.0, high: 1.0 };
         let legend = Legend::Ramp { range, unit: String::new(), clipped: false };
         let title = format!("p* = {}", trimmed(state.p_star, 4));
         let names = (format!("probability-{}", i + 1), format!("how often each surface atom touches at {title}"));
-        let length = atoms.cells as f64 * hold.lattice_constant_angstrom * ANGSTROM_M;
+        let length = atoms.cells as f64 * nvt.lattice_constant_angstrom * ANGSTROM_M;
         let image = writer.map((&names.0, &names.1), &picture::map(&small, range), length, legend)?;
         let contact = state.contact_fraction;
         let words = format!("{} ± {}", percent(contact.value), percent(contact.error));
@@ -48,13 +48,13 @@ pub fn section(writer: &FigureWriter, atoms: &AtomsResults, hold: &NvtResults) -
         "temperature",
     ];
     Ok(html! {
-        h3 { "At " (trimmed(hold.temperature_k, 4)) " K" }
+        h3 { "At " (trimmed(nvt.temperature_k, 4)) " K" }
         (figure(
             panels(drawn.len().min(3), &drawn),
-            html! { "The share of the time in which each surface atom touches, over " (significant(hold.averaging_ps, 3)) " ps after "
-                (significant(hold.equilibration_ps, 3)) " ps that are not counted, in a cell expanded to the lattice constant of "
-                (significant(hold.lattice_constant_angstrom, 5)) " Å. Contact is the mean of that share; errors are standard errors "
-                "from " (hold.blocks) " blocks of time." },
+            html! { "The share of the time in which each surface atom touches, over " (significant(nvt.averaging_ps, 3)) " ps after "
+                (significant(nvt.equilibration_ps, 3)) " ps that are not counted, in a cell expanded to the lattice constant of "
+                (significant(nvt.lattice_constant_angstrom, 5)) " Å. Contact is the mean of that share; errors are standard errors "
+                "from " (nvt.blocks) " blocks of time." },
         ))
         (numbers(&head, rows))
     })
