@@ -17,7 +17,7 @@ pub use real::{Field, Real};
 pub use series::Series;
 pub use smooth::{smoothed, spread};
 pub use sums::{CHUNK, block_sums, dot, extent, lowest, mean, rms, sum_rows, total, vectorised};
-pub use transform::{Filter, Transform, next_fast_len, transformed_nodes};
+pub use transform::{Filter, Transform, Worker, next_fast_len, transformed_nodes};
 
 use std::f64::consts::PI;
 

@@ -5,7 +5,9 @@
 //! and needs no way back. Two guards are added to the published scheme for loads control with adhesion: negative
 //! curvature and a rising energy are answered with gradient steps of safe length.
 
-use super::operator::{Build, ConvergenceMonitor, Operator, Outcome, Residuals, curvature_of, dispatch, kkt};
+use super::iteration::{ConvergenceMonitor, IterationControl};
+use super::operator::{Build, Operator, dispatch};
+use super::residuals::{Residuals, curvature_of, kkt};
 use super::{
     Card, ContactMethod, Criterion, Heights, Kind, Load, Needs, Observer, Plan, Problem, Run, SolverSnapshot, Started,
     State, Stop,
@@ -15,7 +17,6 @@ use crate::grid::{Real, Transform};
 use crate::interface::{Adhesion, Kernel, Law, Wall};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::time::Instant;
 
 pub struct Bvm;
 
@@ -108,6 +109,17 @@ struct Pause {
     progress: ConvergenceMonitor,
 }
 
+/// Result of a step.
+struct Step {
+    residuals: Residuals,
+    /// `⟨r r⟩`, and `⟨r r_old⟩` with the residual before the last evaluation.
+    rr: f64,
+    rr_old: f64,
+    /// The step was undone and shortened, at last to nothing (`exhausted`).
+    retreated: bool,
+    exhausted: bool,
+}
+
 impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
     /// Moves the gap by `step` along the direction, projects, and evaluates there. Returns the balance, `⟨r r⟩` and
     /// `⟨r r_old⟩`.
@@ -156,6 +168,49 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         let n = self.gap.len() as f64;
         (rd / n, curvature_of(elastic, law_curvature / n))
     }
+
+    /// The next search direction: conjugate with weight `beta`, or, after a rise of the energy (`safe`), the gradient.
+    /// Returns `⟨r d⟩` and the step length along it.
+    fn choose_step(&mut self, beta: f64, safe: bool) -> (f64, f64) {
+        let (mut rd, mut curvature) = self.direct(if safe { 0.0 } else { beta });
+        if rd >= 0.0 {
+            (rd, curvature) = self.direct(0.0);
+        }
+        if !safe && curvature > 0.0 {
+            return (rd, -rd / curvature);
+        }
+        // Negative curvature (adhesion) has no minimum along the line; the gradient step always descends.
+        if curvature <= 0.0 && !safe && beta != 0.0 {
+            (rd, _) = self.direct(0.0);
+        }
+        (rd, 1.0 / self.operator.stiffest(&self.gap))
+    }
+
+    /// A step along the direction. With adhesion, whose energy is not convex, a step that raises the energy above `highest`
+    /// may have left the valley, so it is undone and shortened.
+    fn advance_downhill(&mut self, step: f64, highest: f64) -> Step {
+        if L::ACTIVE {
+            self.previous.resize(self.gap.len(), T::zero());
+            self.previous.par_iter_mut().zip(&self.gap).for_each(|(p, &g)| *p = g);
+        }
+        let (mut retreated, mut exhausted) = (false, false);
+        let (mut residuals, mut rr, mut rr_old) = self.advance(step);
+        if L::ACTIVE {
+            let mut shorter = step;
+            for retreat in 1..=RETREATS {
+                if residuals.energy(self.operator.pressure) <= highest {
+                    break;
+                }
+                // The last retreat returns to the state before the step; gradient steps of safe length follow.
+                shorter = if retreat == RETREATS { 0.0 } else { 0.25 * shorter };
+                self.gap.copy_from_slice(&self.previous);
+                (residuals, rr, rr_old) = self.advance(shorter);
+                retreated = true;
+                exhausted = shorter == 0.0;
+            }
+        }
+        Step { residuals, rr, rr_old, retreated, exhausted }
+    }
 }
 
 impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
@@ -172,103 +227,48 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
     }
 
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
-        let clock = Instant::now();
         let pairs_before = self.operator.pairs;
-        self.operator.set_load(load, CARD.id)?;
-        let problem = self.operator.problem;
+        let mut control = self.operator.control(load, self.observer, CARD.id)?;
+        let (mut beta, mut safe) = (0.0, 0);
+        if let Some(pause) = self.paused.take() {
+            (beta, safe) = (pause.beta, pause.safe);
+            control.resume(pause.iterations, pause.progress);
+        }
         let pressure = self.operator.pressure;
-        let scale = Problem::stress_scale(pressure);
-        let floor = problem.rounding_floor(self.operator.rms_height, pressure);
-        let fresh = Pause { iterations: 0, beta: 0.0, safe: 0, progress: ConvergenceMonitor::new() };
-        let Pause { mut iterations, mut beta, mut safe, mut progress } = self.paused.take().unwrap_or(fresh);
         let (mut residuals, ..) = self.advance(0.0);
-        let (stop, error_estimates) = loop {
-            // Before it hears of this iteration.
-            let known = progress.mark();
-            let error_estimates = progress.error_estimates(&residuals);
-            if self.operator.converged(&residuals, &error_estimates) {
-                break (Stop::Converged, error_estimates);
+        let stop = loop {
+            if let Some(stop) = control.stop(&residuals) {
+                break stop;
             }
-            if iterations >= problem.max_iterations {
-                break (Stop::IterationLimit, error_estimates);
+            let pause =
+                |c: &IterationControl| Pause { iterations: c.iterations, beta, safe, progress: c.monitor_before() };
+            if control.checkpoint_or_interrupt(&residuals, (&self.gap, &self.direction), pause) {
+                break Stop::Interrupted;
             }
-            let residual = residuals.residual / scale;
-            if let Some(stop) = progress.stalled(residual, floor) {
-                break (stop, error_estimates);
-            }
-            if residuals.separated(pressure, self.operator.law.range()) {
-                break (Stop::Detached, error_estimates);
-            }
-            let pause = || Pause { iterations, beta, safe, progress: progress.at(&known) };
-            if self.operator.checkpoint_or_interrupt(
-                self.observer,
-                (iterations, residual),
-                (&self.gap, &self.direction),
-                pause,
-            ) {
-                break (Stop::Interrupted, error_estimates);
-            }
-            let (mut rd, mut curvature) = self.direct(if safe > 0 { 0.0 } else { beta });
-            if rd >= 0.0 {
-                (rd, curvature) = self.direct(0.0);
-            }
-            let step = if safe > 0 || curvature <= 0.0 {
-                // Negative curvature (adhesion) has no minimum along the line; the gradient step always descends.
-                if curvature <= 0.0 && safe == 0 && beta != 0.0 {
-                    (rd, _) = self.direct(0.0);
-                }
-                1.0 / self.operator.stiffest(&self.gap)
-            } else {
-                -rd / curvature
-            };
-            let energy = residuals.energy(pressure);
+            let (slope, step) = self.choose_step(beta, safe > 0);
             // Rounding of an energy of order E*·h_rms² must not count as a rise.
-            let noise = 64.0 * problem.precision.epsilon() * residuals.magnitude(pressure);
-            let (mut retreated, mut exhausted, was_safe) = (false, false, safe > 0);
-            if L::ACTIVE {
-                self.previous.resize(self.gap.len(), T::zero());
-                self.previous.par_iter_mut().zip(&self.gap).for_each(|(p, &g)| *p = g);
-            }
-            let (mut new, mut new_rr, mut rr_old) = self.advance(step);
-            if L::ACTIVE {
-                // The energy is not convex: a step that raises it may have jumped into another valley, where the search
-                // would go on. It is taken back and shortened.
-                let mut shorter = step;
-                for retreat in 1..=RETREATS {
-                    if new.energy(pressure) <= energy + noise {
-                        break;
-                    }
-                    // The last resort is to stay, and to go on with gradient steps of safe length.
-                    shorter = if retreat == RETREATS { 0.0 } else { 0.25 * shorter };
-                    self.gap.copy_from_slice(&self.previous);
-                    (new, new_rr, rr_old) = self.advance(shorter);
-                    retreated = true;
-                    exhausted = shorter == 0.0;
-                }
-            }
+            let noise = 64.0 * self.operator.problem.precision.epsilon() * residuals.magnitude(pressure);
+            let highest = residuals.energy(pressure) + noise;
+            let next = self.advance_downhill(step, highest);
             // After a retreat the residual before this step is no longer known.
-            beta = if rd < 0.0 && !retreated { ((new_rr - rr_old) / -rd).max(0.0) } else { 0.0 };
-            // Rounding of an energy of order E*·h_rms² must not count as a rise.
-            let noise = 64.0 * problem.precision.epsilon() * residuals.magnitude(pressure);
-            safe = if retreated || new.energy(pressure) > energy + noise {
+            let conjugate = slope < 0.0 && !next.retreated;
+            beta = if conjugate { ((next.rr - next.rr_old) / -slope).max(0.0) } else { 0.0 };
+            let was_safe = safe > 0;
+            safe = if next.retreated || next.residuals.energy(pressure) > highest {
                 SAFE_STEPS
             } else {
                 usize::saturating_sub(safe, 1)
             };
-            residuals = new;
-            iterations += 1;
-            if exhausted && was_safe {
-                // Not even a gradient step of safe length descends.
-                let stop = if residual <= 10.0 * floor { Stop::RoundingFloor } else { Stop::NoDescent };
-                break (stop, error_estimates);
+            let before = control.relative(&residuals);
+            residuals = next.residuals;
+            control.iterations += 1;
+            if next.exhausted && was_safe {
+                // Not even a gradient step of safe length lowers the energy.
+                break if before <= 10.0 * control.floor { Stop::RoundingFloor } else { Stop::NoDescent };
             }
         };
         let residuals = self.operator.stress(&mut self.gap, &mut self.residual);
         let pairs = self.operator.pairs - pairs_before;
-        Ok(self.operator.state(
-            Outcome { load, stop, iterations, pairs, clock, residuals, error_estimates },
-            &self.gap,
-            &self.residual,
-        ))
+        Ok(control.finish(stop, residuals, pairs).state(&self.gap, &self.residual))
     }
 }

@@ -13,7 +13,7 @@
 
 use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Observer, Plan, Problem, Quantity,
-    Settings, Started, Support, accepts, fast,
+    Settings, Started, Support, fast, require,
 };
 use crate::grid::{Grid, Transform};
 use crate::interface::{Adhesion, Base, Elastic, Layer, RangeChoice};
@@ -94,7 +94,7 @@ impl ExperimentSettings {
     }
 
     fn check(&self) -> Result<()> {
-        accepts::positive(self.thickness, CARD.id, "experiment.thickness")?;
+        require::positive(self.thickness, CARD.id, "experiment.thickness")?;
         let lengths = [
             ("print", self.print),
             ("pixel", self.pixel),
@@ -137,11 +137,11 @@ impl ContactMethod for Experiment {
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
-        accepts::half_space(problem, CARD.id)?;
-        accepts::hard_wall(problem, CARD.id)?;
+        require::half_space(problem, CARD.id)?;
+        require::hard_wall(problem, CARD.id)?;
         problem.settings.experiment.check()?;
         let grid = problem.grid;
-        let mut printed = accepts::from_lowest(problem).into_owned();
+        let mut printed = require::from_lowest(problem).into_owned();
         box_average(grid, &mut printed, problem.settings.experiment.print);
         let (last, contact, gap) = (Vec::new(), Vec::new(), Vec::new());
         Ok(Started::Estimator(Box::new(Laboratory { problem, observer, printed, last, contact, gap })))
@@ -164,7 +164,7 @@ impl Estimator for Laboratory<'_> {
         let settings = self.problem.settings.experiment;
         let grid = self.problem.grid;
         let adhesive = self.problem.adhesion != Adhesion::None;
-        let pressure = accepts::pressure(load, adhesive, CARD.id)?;
+        let pressure = require::pressure(load, adhesive, CARD.id)?;
         let adhesion = Experiment.adhesion(self.problem);
         let (heights, kernel) = ((&self.printed).into(), settings.layer());
         let inner = Problem { heights, kernel, adhesion, ..self.problem.clone() };

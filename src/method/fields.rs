@@ -2,10 +2,10 @@
 //! every such solver refuses, and the optimality of a gap. Nothing here is shared with the row-wise operator of `bvm`,
 //! `fast` and `gfmd` but the transform.
 
-use super::operator::{Residuals, refused};
-use super::{Precision, Problem};
+use super::residuals::Residuals;
+use super::{Precision, Problem, require};
+use crate::Result;
 use crate::grid::{Grid, HalfSpectrum, Transform, dot, mean, sum_rows};
-use crate::{Error, Result};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 
@@ -117,12 +117,9 @@ pub(super) fn means<const K: usize>(n: usize, of: impl Fn(usize) -> [f64; K] + S
 pub(super) fn heights(problem: &Problem, id: &str) -> Result<Vec<f64>> {
     problem.expect_periodic(id)?;
     if problem.precision != Precision::F64 {
-        return Err(Error::input(format!("method {id}"), "precision", "f32", "f64"));
+        return Err(require::refused(id, "precision", "f32", "f64"));
     }
-    if let Some(goal) = problem.targets.energy {
-        let accepted = "none: this method does not estimate its energy above the minimum (`fast` does)";
-        return Err(refused(id, "energy goal", goal, accepted));
-    }
+    require::no_energy_target(problem, id)?;
     let mut heights = problem.heights.on_nodes(problem.grid).into_owned();
     let middle = mean(&heights);
     each(&mut heights, |_, h| h - middle);

@@ -7,17 +7,19 @@
 //! faster per step but has another fixed point: the clamp is a projection only in the metric of uniform masses (1-D
 //! Westergaard at half its full-contact pressure: contact fraction 0.605 instead of 0.5).
 
-use super::operator::{Build, ConvergenceMonitor, KKT, Operator, Outcome, Residuals, dispatch, kkt_row};
+use super::iteration::{ConvergenceMonitor, IterationControl};
+use super::operator::{Build, Operator, dispatch};
+use super::residuals::{Residuals, kkt_row};
+use super::sweep::{sweep, sweep_sums};
 use super::{
     Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Run, SolverSnapshot, Started, State,
     Stop,
 };
 use crate::Result;
-use crate::grid::{Real, Transform, block_sums};
+use crate::grid::{Real, Transform};
 use crate::interface::{Kernel, Law};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::time::Instant;
 
 pub struct Gfmd;
 
@@ -113,16 +115,14 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         self.operator.allocate_spectrum();
         let Operator { transform, spectrum, heights, offset, .. } = &mut self.operator;
         let offset = *offset;
-        let (nx, pitch) = (transform.grid().nx, transform.grid().pitch());
-        spectrum.par_chunks_mut(pitch).zip(self.gap.par_chunks(nx)).zip(heights.par_chunks(nx)).for_each_init(
-            || transform.worker(),
-            |worker, ((spectrum, gap), heights)| {
-                for ((w, &g), &h) in worker.row.iter_mut().zip(gap).zip(heights) {
-                    *w = g - (h - offset);
-                }
-                worker.forward(spectrum);
-            },
-        );
+        let nx = transform.grid().nx;
+        let fields = self.gap.par_chunks(nx).zip(heights.par_chunks(nx));
+        sweep(transform, spectrum, fields, |worker, _, spectrum, (gap, heights)| {
+            for ((w, &g), &h) in worker.row.iter_mut().zip(gap).zip(heights) {
+                *w = g - (h - offset);
+            }
+            worker.forward(spectrum);
+        });
     }
 
     /// One step: elastic force of the displacement in the spectrum, the balance there, then the Verlet update with the
@@ -134,35 +134,27 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         };
         let Operator { transform, spectrum, heights, offset, law, pressure, .. } = &mut self.operator;
         let offset = *offset;
-        let (nx, pitch) = (transform.grid().nx, transform.grid().pitch());
+        let nx = transform.grid().nx;
         let (pressure, inertia, step) = (T::of(*pressure), T::of(inertia), T::of(step));
-        let rows: Vec<[f64; KKT]> = spectrum
-            .par_chunks_mut(pitch)
-            .zip(self.gap.par_chunks_mut(nx))
-            .zip(self.velocity.par_chunks_mut(nx))
-            .zip(heights.par_chunks(nx))
-            .map_init(
-                || transform.worker(),
-                |worker, (((spectrum, gap), velocity), heights)| {
-                    worker.inverse(spectrum);
-                    worker.row.iter_mut().for_each(|t| *t += pressure);
-                    let sums = kkt_row(law, gap, &mut worker.row);
-                    for (((t, g), v), &h) in worker.row.iter_mut().zip(gap).zip(velocity).zip(heights) {
-                        let mut next = *g + inertia * *v - step * *t;
-                        if L::HARD {
-                            next = next.max(T::zero());
-                        }
-                        *v = next - *g;
-                        *g = next;
-                        *t = next - (h - offset);
-                    }
-                    worker.forward(spectrum);
-                    sums
-                },
-            )
-            .collect();
+        let fields = self.gap.par_chunks_mut(nx).zip(self.velocity.par_chunks_mut(nx)).zip(heights.par_chunks(nx));
+        let sums = sweep_sums(transform, spectrum, fields, |worker, _, spectrum, ((gap, velocity), heights)| {
+            worker.inverse(spectrum);
+            worker.row.iter_mut().for_each(|t| *t += pressure);
+            let sums = kkt_row(law, gap, &mut worker.row);
+            for (((t, g), v), &h) in worker.row.iter_mut().zip(gap).zip(velocity).zip(heights) {
+                let mut next = *g + inertia * *v - step * *t;
+                if L::HARD {
+                    next = next.max(T::zero());
+                }
+                *v = next - *g;
+                *g = next;
+                *t = next - (h - offset);
+            }
+            worker.forward(spectrum);
+            sums
+        });
         self.operator.pairs += 1.0;
-        Residuals::new(self.gap.len(), elastic, &block_sums(&rows))
+        Residuals::new(self.gap.len(), elastic, &sums)
     }
 }
 
@@ -180,75 +172,50 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
     }
 
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
-        let clock = Instant::now();
         let pairs_before = self.operator.pairs;
-        self.operator.set_load(load, CARD.id)?;
-        let problem = self.operator.problem;
-        let pressure = self.operator.pressure;
-        let scale = Problem::stress_scale(pressure);
-        let floor = problem.rounding_floor(self.operator.rms_height, pressure);
-        // Softest modes: the longest wave, and the rigid approach with stiffness dp/dū of about p over half the rms
-        // height, as Persson's exponential law has it.
-        let (wave, _) = problem.stiffness_range();
-        let approach = scale / (0.5 * self.operator.rms_height).max(f64::MIN_POSITIVE);
+        let mut control = self.operator.control(load, self.observer, CARD.id)?;
+        // Softest modes: the longest wave, and the rigid approach, whose stiffness dp/dū is about p over half the rms height
+        // (Persson's exponential law).
+        let (wave, _) = self.operator.problem.stiffness_range();
+        let approach = control.scale / (0.5 * self.operator.rms_height).max(f64::MIN_POSITIVE);
         let slowest = wave.min(approach);
-        let fresh = Pause { iterations: 0, progress: ConvergenceMonitor::new() };
-        let Pause { mut iterations, mut progress } = match self.paused.take() {
-            None => {
-                self.rest();
-                fresh
-            }
-            Some(pause) => {
+        match self.paused.take() {
+            None => self.rest(),
+            Some(Pause { iterations, progress }) => {
+                control.resume(iterations, progress);
                 self.place();
-                pause
             }
-        };
-        let (stop, residuals, error_estimates) = loop {
+        }
+        let (stop, residuals) = loop {
             let squared = if L::HARD { STEP_SQUARED } else { STEP_SQUARED_SOFT };
             let step = squared / self.operator.stiffest(&self.gap);
             let inertia = (-2.0 * DAMPING * (slowest * step).sqrt()).exp();
             let residuals = self.step(inertia, step);
-            let error_estimates = progress.error_estimates(&residuals);
-            if self.operator.converged(&residuals, &error_estimates) {
-                // The balance belongs to the state before the step, and an oscillation may have been passing through
-                // its rest position: what counts is the state that is kept.
-                let kept = self.operator.stress(&mut self.gap, &mut self.velocity);
-                if self.operator.converged(&kept, &error_estimates) {
-                    break (Stop::Converged, kept, error_estimates);
+            control.record(&residuals);
+            if control.converged(&residuals) {
+                // The residuals are those of the state before the step, and an oscillation may pass through equilibrium: the
+                // state after the step must meet the criteria.
+                let final_residuals = self.operator.stress(&mut self.gap, &mut self.velocity);
+                if control.converged(&final_residuals) {
+                    break (Stop::Converged, final_residuals);
                 }
                 self.rest();
             }
-            if iterations >= problem.max_iterations {
-                break (Stop::IterationLimit, residuals, error_estimates);
+            if let Some(stop) = control.failed(&residuals) {
+                break (stop, residuals);
             }
-            let residual = residuals.residual / scale;
-            if let Some(stop) = progress.stalled(residual, floor) {
-                break (stop, residuals, error_estimates);
+            let pause = |c: &IterationControl| Pause { iterations: c.iterations + 1, progress: c.monitor.clone() };
+            if control.checkpoint_or_interrupt(&residuals, (&self.gap, &self.velocity), pause) {
+                break (Stop::Interrupted, residuals);
             }
-            if residuals.separated(pressure, self.operator.law.range()) {
-                break (Stop::Detached, residuals, error_estimates);
-            }
-            let pause = || Pause { iterations: iterations + 1, progress: progress.clone() };
-            if self.operator.checkpoint_or_interrupt(
-                self.observer,
-                (iterations, residual),
-                (&self.gap, &self.velocity),
-                pause,
-            ) {
-                break (Stop::Interrupted, residuals, error_estimates);
-            }
-            iterations += 1;
+            control.iterations += 1;
         };
-        // A state that stopped short is told as it is kept, too.
         let residuals = match stop {
             Stop::Converged => residuals,
+            // Those of the present state, not of the one before the last step.
             _ => self.operator.stress(&mut self.gap, &mut self.velocity),
         };
         let pairs = self.operator.pairs - pairs_before;
-        Ok(self.operator.state(
-            Outcome { load, stop, iterations, pairs, clock, residuals, error_estimates },
-            &self.gap,
-            &self.velocity,
-        ))
+        Ok(control.finish(stop, residuals, pairs).state(&self.gap, &self.velocity))
     }
 }

@@ -3,7 +3,6 @@
 //! A method sees a [`Problem`] (grid, heights, kernel, interaction), never a scene; a new method is one file and one line
 //! in [`REGISTRY`]. States are lent, not copied; what a method cannot deliver is a value with a reason.
 
-mod accepts;
 pub mod all_atom;
 mod bem_bspline;
 mod bicgstab;
@@ -17,17 +16,21 @@ mod fields;
 mod gfmd;
 mod gfmd_fire;
 mod icha;
+mod iteration;
 mod ms_archard;
 mod operator;
 mod persson;
 mod problem;
 mod quadrature;
+mod require;
+mod residuals;
 mod rl_archard;
 mod scgw;
 mod settings;
 mod sinusoid;
 mod spots;
 mod srgw;
+mod sweep;
 mod winkler;
 
 pub use bem_bspline::BemBsplineSettings;

@@ -5,7 +5,7 @@
 //! of the area in contact at longer waves, which is then pressed harder by as much. Adhesion adds to the pressure on a band
 //! what the law pulls at the band's mean gap; the state is the one that is reached from first touch.
 
-use super::accepts;
+use super::require;
 use super::sinusoid;
 use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Observer, Plan, Problem, Quantity,
@@ -83,7 +83,7 @@ impl ContactMethod for MsArchard {
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
-        let power = accepts::isotropic_power(problem, CARD.id)?;
+        let power = require::isotropic_power(problem, CARD.id)?;
         let refuse = |key: &str, found: String, accepted: &str| {
             Err(Error::input(format!("method {}", CARD.id), key, found, accepted))
         };
@@ -173,7 +173,7 @@ impl Band {
 impl Estimator for Stack<'_> {
     fn estimate(&mut self, load: Load) -> Result<Estimate<'_>> {
         let clock = Instant::now();
-        let pressure = accepts::pressure(load, false, CARD.id)?;
+        let pressure = require::pressure(load, false, CARD.id)?;
         let (mut share, mut gap, mut iterations) = (1.0, 0.0, 0);
         let (mut on_band, mut unbalanced) = (pressure, 0.0_f64);
         let mut stop = Stop::Converged;

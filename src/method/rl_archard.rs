@@ -4,7 +4,7 @@
 //!
 //! The paper's version solves a one-dimensional equivalent of the long waves; here they are solved as they are.
 
-use super::accepts;
+use super::require;
 use super::sinusoid;
 use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Heights, Kind, Load, Needs, Observer, Plan, Problem, Quantity,
@@ -96,8 +96,8 @@ impl ContactMethod for RlArchard {
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
-        accepts::half_space(problem, CARD.id)?;
-        accepts::hard_wall(problem, CARD.id)?;
+        require::half_space(problem, CARD.id)?;
+        require::hard_wall(problem, CARD.id)?;
         let refuse = |key: &str, found: String, accepted: String| {
             Err(Error::input(format!("method {}", CARD.id), key, found, accepted))
         };
@@ -165,7 +165,7 @@ struct Layered<'p> {
 impl Estimator for Layered<'_> {
     fn estimate(&mut self, load: Load) -> Result<Estimate<'_>> {
         let clock = Instant::now();
-        let pressure = accepts::pressure(load, false, CARD.id)?;
+        let pressure = require::pressure(load, false, CARD.id)?;
         let problem = Problem { grid: self.grid, heights: Heights::Nodes(&self.heights), ..self.problem.clone() };
         let mut run = super::fast::Fast.start(&problem, self.observer)?.solver()?;
         let state = run.equilibrate(Load::Pressure(pressure))?;

@@ -2,8 +2,8 @@
 //! (2009) 1093). Summits are those of a Gaussian surface of three spectral moments (Nayak, J. Lubr. Technol. 93 (1971) 398),
 //! each a Hertz contact that knows nothing of the others.
 
-use super::accepts;
 use super::quadrature::{gauss_legendre, integral};
+use super::require;
 use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Observer, Plan, Problem, Quantity, Started,
     Stop, Support,
@@ -55,7 +55,7 @@ impl ContactMethod for Scgw {
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
-        let power = accepts::isotropic_power(problem, CARD.id)?;
+        let power = require::isotropic_power(problem, CARD.id)?;
         if problem.adhesion != Adhesion::None {
             let place = format!("method {}", CARD.id);
             return Err(Error::input(place, "adhesion", problem.adhesion, "none: its asperities are Hertz's"));
@@ -174,7 +174,7 @@ const HALVINGS: usize = 60;
 impl Estimator for Asperities<'_> {
     fn estimate(&mut self, load: Load) -> Result<Estimate<'_>> {
         let clock = Instant::now();
-        let pressure = accepts::pressure(load, false, CARD.id)?;
+        let pressure = require::pressure(load, false, CARD.id)?;
         let summits = &self.summits;
         let rms = summits.m0.sqrt();
         let (mut low, mut high) = (-HIGHEST * rms, HIGHEST * rms);

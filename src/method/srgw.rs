@@ -8,7 +8,7 @@
 use super::spots::{Jkr, Spot, hertz_load, paint};
 use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Observer, Plan, Problem,
-    Quantity, Started, Stop, Support, accepts,
+    Quantity, Started, Stop, Support, require,
 };
 use crate::Result;
 use crate::grid::{Grid, mean, sum_rows};
@@ -90,11 +90,11 @@ impl ContactMethod for Srgw {
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
-        accepts::half_space(problem, CARD.id)?;
-        accepts::hard_wall(problem, CARD.id)?;
-        let heights = accepts::from_lowest(problem);
+        require::half_space(problem, CARD.id)?;
+        require::hard_wall(problem, CARD.id)?;
+        let heights = require::from_lowest(problem);
         let settings = problem.settings.srgw;
-        let summits = accepts::summits(problem.grid, &heights, (settings.fit, settings.curvature), CARD.id)?;
+        let summits = require::summits(problem.grid, &heights, (settings.fit, settings.curvature), CARD.id)?;
         let jkr = Jkr { gamma: problem.adhesion.work_of_adhesion() };
         let depth = summits[0].height;
         let reach = summits.iter().map(|s| jkr.least_approach(s.radius)).fold(0.0, f64::min);
@@ -214,7 +214,7 @@ impl Estimator for Path<'_> {
     fn estimate(&mut self, load: Load) -> Result<Estimate<'_>> {
         let clock = Instant::now();
         let adhesive = self.asperities.jkr.gamma > 0.0;
-        let pressure = accepts::pressure(load, adhesive, CARD.id)?;
+        let pressure = require::pressure(load, adhesive, CARD.id)?;
         let (depth, stop, iterations) = match self.asperities.bracket(self.depth, pressure) {
             Some(bracket) => self.search(bracket, pressure),
             // Parted: nothing touches, and the next load begins at first touch.
@@ -236,7 +236,7 @@ impl Estimator for Path<'_> {
         self.depth = if stop == Stop::Detached { asperities.summits[0].height } else { depth };
         paint(grid, spots.iter().copied(), &mut self.stress);
         let patches: Vec<f64> = spots.iter().map(|s| PI * s.radius.powi(2)).collect();
-        let mean_gap = accepts::undeformed_gap(&self.heights, depth, &mut self.gap);
+        let mean_gap = require::undeformed_gap(&self.heights, depth, &mut self.gap);
         Ok(Estimate {
             contact_fraction: (patches.iter().sum::<f64>() / (grid.lx * grid.ly)).min(1.0),
             mean_gap: Some(mean_gap),

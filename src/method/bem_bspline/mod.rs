@@ -19,10 +19,11 @@
 mod newton;
 
 use super::fields::{self, Convolution, Symbol, add, each, inner, means};
-use super::operator::{ConvergenceMonitor, Outcome, Residuals};
+use super::iteration::{IterationControl, LoadCase};
+use super::residuals::Residuals;
 use super::{
-    Card, ContactMethod, Criterion, Iteration, Kind, Load, Needs, Observer, Plan, Problem, Quantity, Run, Started,
-    State, Stop, Support, accepts,
+    Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Quantity, Run, Started, State, Stop,
+    Support, require,
 };
 use crate::grid::{Grid, rms};
 use crate::interface::{Adhesion, Elastic, Kernel, Law, Wall};
@@ -30,7 +31,6 @@ use crate::{Error, Result};
 use newton::Newton;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
-use std::time::Instant;
 
 pub struct BemBspline;
 
@@ -337,50 +337,42 @@ impl Run for Solver<'_> {
     }
 
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
-        let clock = Instant::now();
         let problem = self.problem;
-        let pressure = accepts::pressure(load, self.law.range() > 0.0, CARD.id)?;
-        let scale = Problem::stress_scale(pressure);
-        let floor = problem.rounding_floor(self.rms_height, pressure);
+        let pressure = require::pressure(load, self.law.range() > 0.0, CARD.id)?;
+        let case = LoadCase { pressure, range: self.law.range(), rms_height: self.rms_height };
+        let mut control = IterationControl::new(problem, self.observer, case);
         let pairs_before = self.convolution.pairs;
         self.begin(pressure);
-        let (mut progress, mut iterations, mut goal) = (ConvergenceMonitor::new(), 0, ROUND);
-        let (stop, residuals, error_estimates) = loop {
-            let round = self.round(pressure, goal * scale, &mut iterations);
+        let mut goal = ROUND;
+        let (stop, residuals) = loop {
+            let round = self.round(pressure, goal * control.scale, &mut control.iterations);
             let residuals = self.close(pressure);
-            let error_estimates = progress.error_estimates(&residuals);
-            let residual = residuals.residual / scale;
-            if residuals.meets(problem.tolerance, scale) && problem.targets.met(&error_estimates) {
-                break (Stop::Converged, residuals, error_estimates);
+            control.record(&residuals);
+            if control.converged(&residuals) {
+                break (Stop::Converged, residuals);
             }
-            // Before all else: surfaces that part never come to rest.
-            if residuals.separated(pressure, self.law.range()) {
-                break (Stop::Detached, residuals, error_estimates);
+            // Checked before the outcome of the round: surfaces that separate have no equilibrium.
+            if control.separated(&residuals) {
+                break (Stop::Detached, residuals);
             }
+            let residual = control.relative(&residuals);
             match round {
-                Round::Interrupted => break (Stop::Interrupted, residuals, error_estimates),
-                Round::NoDescent if residual <= 10.0 * floor => {
-                    break (Stop::RoundingFloor, residuals, error_estimates);
-                }
-                Round::NoDescent => break (Stop::NoDescent, residuals, error_estimates),
+                Round::Interrupted => break (Stop::Interrupted, residuals),
+                Round::NoDescent if residual <= 10.0 * control.floor => break (Stop::RoundingFloor, residuals),
+                Round::NoDescent => break (Stop::NoDescent, residuals),
                 Round::Done => {}
             }
-            if iterations >= problem.max_iterations {
-                break (Stop::IterationLimit, residuals, error_estimates);
+            if let Some(stop) = control.failed(&residuals) {
+                break (stop, residuals);
             }
-            if let Some(stop) = progress.stalled(residual, floor) {
-                break (stop, residuals, error_estimates);
-            }
-            let seen = Iteration { iteration: iterations, residual, tolerance: problem.tolerance, grid_fraction: 1.0 };
-            if self.observer.iteration(seen).is_break() {
-                break (Stop::Interrupted, residuals, error_estimates);
+            if control.interrupted(&residuals) {
+                break (Stop::Interrupted, residuals);
             }
             // No more exact than the multipliers are.
             goal = (ROUND * residual).min(goal).max(0.1 * problem.tolerance);
         };
         let pairs = self.convolution.pairs - pairs_before;
-        let outcome = Outcome { load, stop, iterations, pairs, clock, residuals, error_estimates };
-        Ok(outcome.state((pressure, scale, self.rms_height), &self.gap, &self.stress))
+        Ok(control.finish(stop, residuals, pairs).state(&self.gap, &self.stress))
     }
 }
 

@@ -15,17 +15,17 @@
 mod inner;
 
 use super::fields::{Convolution, Symbol, each, inner as product, means};
-use super::operator::{ConvergenceMonitor, Outcome, Residuals};
+use super::iteration::{ConvergenceMonitor, IterationControl, LoadCase};
+use super::residuals::Residuals;
 use super::{
-    Card, ContactMethod, Criterion, Iteration, Kind, Load, Needs, Observer, Plan, Problem, Quantity, Run, Started,
-    State, Stop, Support, accepts, fields,
+    Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Quantity, Run, Started, State, Stop,
+    Support, fields, require,
 };
 use crate::grid::{extent, rms};
 use crate::interface::{Adhesion, Kernel, Law, PowerLaw93, PowerLawWall, Wall, WithAdhesion};
 use crate::{Error, Result};
 use inner::BiCgStab;
 use serde::{Deserialize, Serialize};
-use std::time::Instant;
 
 pub struct Bicgstab;
 
@@ -290,10 +290,8 @@ impl<L: Law, M: Fn(f64) -> L> Run for Solver<'_, L, M> {
     }
 
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
-        let clock = Instant::now();
         let problem = self.problem;
-        let pressure = accepts::pressure(load, self.law.range() > 0.0, CARD.id)?;
-        let scale = Problem::stress_scale(pressure);
+        let pressure = require::pressure(load, self.law.range() > 0.0, CARD.id)?;
         let pairs_before = self.convolution.pairs;
         // Continuation in the range: halved from about the rms height down to the one that is asked for.
         let mut rho = self.rho;
@@ -309,45 +307,37 @@ impl<L: Law, M: Fn(f64) -> L> Run for Solver<'_, L, M> {
             each(gap, |i, _| heights[i] - ground);
         }
         self.begun = true;
-        let floor = problem.rounding_floor(self.rms_height, pressure);
-        let (mut progress, mut iterations) = (ConvergenceMonitor::new(), 0);
+        let case = LoadCase { pressure, range: self.law.range(), rms_height: self.rms_height };
+        let mut control = IterationControl::new(problem, self.observer, case).without_stall_limit();
         let mut residuals = self.evaluate(pressure);
-        let (stop, error_estimates) = loop {
-            let error_estimates = progress.error_estimates(&residuals);
-            let (last, residual) = (rho <= self.rho, residuals.residual / scale);
-            if last && residuals.meets(problem.tolerance, scale) && problem.targets.met(&error_estimates) {
-                break (Stop::Converged, error_estimates);
+        let stop = loop {
+            control.record(&residuals);
+            let (last, residual) = (rho <= self.rho, control.relative(&residuals));
+            if last && control.converged(&residuals) {
+                break Stop::Converged;
             }
-            if iterations >= problem.max_iterations {
-                break (Stop::IterationLimit, error_estimates);
+            if let Some(stop) = control.failed(&residuals) {
+                break stop;
             }
-            if !residual.is_finite() {
-                break (Stop::Diverged, error_estimates);
-            }
-            if residuals.separated(pressure, self.law.range()) {
-                break (Stop::Detached, error_estimates);
-            }
-            let seen = Iteration { iteration: iterations, residual, tolerance: problem.tolerance, grid_fraction: 1.0 };
-            if self.observer.stop_requested() || self.observer.iteration(seen).is_break() {
-                break (Stop::Interrupted, error_estimates);
+            if control.interrupted(&residuals) {
+                break Stop::Interrupted;
             }
             if !last && residual <= STAGE {
-                // What presses goes on pressing as it does: distances shrink with the range.
+                // Gaps under compression scale with the range, so that the pressure stays about the same.
                 rho = (0.5 * rho).max(self.rho);
                 self.law = (self.law_of)(rho);
+                control.set_range(self.law.range());
                 each(&mut self.gap, |_, g| if g < 0.0 { 0.5 * g } else { g });
-                (residuals, progress) = (self.evaluate(pressure), ConvergenceMonitor::new());
+                (residuals, control.monitor) = (self.evaluate(pressure), ConvergenceMonitor::new());
                 continue;
             }
             let forcing = FORCING.min(residual).max(0.1 * problem.tolerance);
-            iterations += 1;
+            control.iterations += 1;
             if !self.advance(&mut residuals, pressure, rho, forcing) {
-                let stop = if residual <= 10.0 * floor { Stop::RoundingFloor } else { Stop::NoDescent };
-                break (stop, error_estimates);
+                break if residual <= 10.0 * control.floor { Stop::RoundingFloor } else { Stop::NoDescent };
             }
         };
         let pairs = self.convolution.pairs - pairs_before;
-        let outcome = Outcome { load, stop, iterations, pairs, clock, residuals, error_estimates };
-        Ok(outcome.state((pressure, scale, self.rms_height), &self.gap, &self.stress))
+        Ok(control.finish(stop, residuals, pairs).state(&self.gap, &self.stress))
     }
 }

@@ -4,7 +4,8 @@ use super::level::{Level, Trial};
 use super::{Ended, Solver};
 use crate::grid::Real;
 use crate::interface::{Kernel, Law};
-use crate::method::operator::{ConvergenceMonitor, MonitorMark, Residuals};
+use crate::method::iteration::{ConvergenceMonitor, MonitorMark};
+use crate::method::residuals::Residuals;
 use crate::method::{ErrorEstimates, Iteration, Load, Precision, Problem, SnapshotRef, Stop, Targets};
 use serde::{Deserialize, Serialize};
 

@@ -8,9 +8,10 @@
 use super::column::{Factor, multiply};
 use super::rows;
 use super::window::Window;
-use crate::grid::{Filter, Grid, Real, Transform, block_sums};
+use crate::grid::{Filter, Grid, Real, Transform};
 use crate::interface::{Kernel, Law};
-use crate::method::operator::curvature_of;
+use crate::method::residuals::curvature_of;
+use crate::method::sweep::sweep_sums;
 use half::bf16;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
@@ -108,31 +109,20 @@ impl Inner {
         body: &Body<K, L>,
     ) -> (f64, f64) {
         let grid = self.transform.grid();
-        let (nx, pitch, beta) = (grid.nx, grid.pitch(), beta as f32);
+        let (nx, beta, window) = (grid.nx, beta as f32, self.window);
         let pending = T::of(std::mem::take(&mut self.pending));
-        let window = self.window;
-        let rows: Vec<[f64; 2]> = spectrum
-            .par_chunks_mut(pitch)
-            .zip(self.direction.par_chunks_mut(nx))
-            .zip(self.step.par_chunks_mut(nx))
-            .zip(self.residual.par_chunks(nx))
-            .zip(gap.par_chunks_mut(nx))
-            .enumerate()
-            .map_init(
-                || self.transform.worker(),
-                |worker, (y, ((((spectrum, direction), step), t), gap))| {
-                    let inside = window.inside(y, nx);
-                    let moving = (gap, pending, &mut *step);
-                    let sums = rows::plain(&body.law, inside, moving, (direction, beta, t), &mut worker.row);
-                    worker.forward(spectrum);
-                    sums
-                },
-            )
-            .collect();
+        let fields = (self.direction.par_chunks_mut(nx).zip(self.step.par_chunks_mut(nx)))
+            .zip(self.residual.par_chunks(nx).zip(gap.par_chunks_mut(nx)));
+        let [td, law_curvature] = sweep_sums(&self.transform, spectrum, fields, |worker, y, spectrum, fields| {
+            let ((direction, step), (t, gap)) = fields;
+            let moving = (gap, pending, step);
+            let sums = rows::plain(&body.law, window.inside(y, nx), moving, (direction, beta, t), &mut worker.row);
+            worker.forward(spectrum);
+            sums
+        });
         let metric = Metric { grid, kernel: body.kernel, mean: 0.0, spring: body.spring, inverse: false };
         let elastic = self.transform.sum_columns(spectrum, &metric);
         self.pairs += 0.5;
-        let [td, law_curvature] = block_sums(&rows);
         let n = grid.points() as f64;
         (td / n, curvature_of(elastic, law_curvature / n))
     }
@@ -189,81 +179,48 @@ impl Inner {
     /// The gap with what is pending, residual `-t` on the free nodes, its rows into the spectrum; step and direction zero.
     /// Returns `Σ r²`.
     fn begin<T: Real, L: Law>(&mut self, gap: &mut [T], spectrum: &mut [Complex<f32>]) -> f64 {
-        let (nx, pitch) = (self.transform.grid().nx, self.transform.grid().pitch());
+        let (nx, window) = (self.transform.grid().nx, self.window);
         let pending = T::of(std::mem::take(&mut self.pending));
-        let window = self.window;
-        let rows: Vec<[f64; 1]> = spectrum
-            .par_chunks_mut(pitch)
-            .zip(self.residual.par_chunks_mut(nx))
-            .zip(self.step.par_chunks_mut(nx))
-            .zip(self.direction.par_chunks_mut(nx))
-            .zip(gap.par_chunks_mut(nx))
-            .enumerate()
-            .map_init(
-                || self.transform.worker(),
-                |worker, (y, ((((spectrum, residual), step), direction), gap))| {
-                    let inside = window.inside(y, nx);
-                    let sum = rows::begin::<L, T>(inside, (gap, pending, step), residual, direction);
-                    worker.row.copy_from_slice(residual);
-                    worker.forward(spectrum);
-                    [sum]
-                },
-            )
-            .collect();
-        let [sum] = block_sums(&rows);
+        let fields = (self.residual.par_chunks_mut(nx).zip(self.step.par_chunks_mut(nx)))
+            .zip(self.direction.par_chunks_mut(nx).zip(gap.par_chunks_mut(nx)));
+        let [sum] = sweep_sums(&self.transform, spectrum, fields, |worker, y, spectrum, fields| {
+            let ((residual, step), (direction, gap)) = fields;
+            let sum = rows::begin::<L, T>(window.inside(y, nx), (gap, pending, step), residual, direction);
+            worker.row.copy_from_slice(residual);
+            worker.forward(spectrum);
+            [sum]
+        });
         sum
     }
 
     /// Rows of the preconditioned residual back, `d = z + β d` on the free nodes, rows of `d` forward. Returns
     /// `Σ v'' d²`.
     fn conjugate<T: Real, L: Law>(&mut self, beta: f64, gap: &[T], spectrum: &mut [Complex<f32>], law: &L) -> f64 {
-        let (nx, pitch, beta) = (self.transform.grid().nx, self.transform.grid().pitch(), beta as f32);
-        let window = self.window;
-        let rows: Vec<[f64; 1]> = spectrum
-            .par_chunks_mut(pitch)
-            .zip(self.direction.par_chunks_mut(nx))
-            .zip(gap.par_chunks(nx))
-            .enumerate()
-            .map_init(
-                || self.transform.worker(),
-                |worker, (y, ((spectrum, direction), gap))| {
-                    worker.inverse(spectrum);
-                    let inside = window.inside(y, nx);
-                    let sum = rows::conjugate(law, inside, gap, (direction, beta), &mut worker.row);
-                    worker.forward(spectrum);
-                    [sum]
-                },
-            )
-            .collect();
-        let [sum] = block_sums(&rows);
+        let (nx, window, beta) = (self.transform.grid().nx, self.window, beta as f32);
+        let fields = self.direction.par_chunks_mut(nx).zip(gap.par_chunks(nx));
+        let [sum] = sweep_sums(&self.transform, spectrum, fields, |worker, y, spectrum, (direction, gap)| {
+            worker.inverse(spectrum);
+            let sum = rows::conjugate(law, window.inside(y, nx), gap, (direction, beta), &mut worker.row);
+            worker.forward(spectrum);
+            [sum]
+        });
         sum
     }
 
     /// Rows of `K d` back, `x += α d`, `r -= α H d` on the free nodes, rows of `r` forward. Returns `Σ r²`.
     fn descend<T: Real, L: Law>(&mut self, alpha: f64, gap: &[T], spectrum: &mut [Complex<f32>], law: &L) -> f64 {
-        let (nx, pitch, alpha) = (self.transform.grid().nx, self.transform.grid().pitch(), alpha as f32);
-        let window = self.window;
-        let rows: Vec<[f64; 1]> = spectrum
-            .par_chunks_mut(pitch)
-            .zip(self.step.par_chunks_mut(nx))
-            .zip(self.residual.par_chunks_mut(nx))
-            .zip(self.direction.par_chunks(nx))
-            .zip(gap.par_chunks(nx))
-            .enumerate()
-            .map_init(
-                || self.transform.worker(),
-                |worker, (y, ((((spectrum, step), residual), direction), gap))| {
-                    worker.inverse(spectrum);
-                    let inside = window.inside(y, nx);
-                    let to = (step, &mut *residual);
-                    let sum = rows::descend(law, inside, gap, (direction, alpha), to, &worker.row);
-                    worker.row.copy_from_slice(residual);
-                    worker.forward(spectrum);
-                    [sum]
-                },
-            )
-            .collect();
-        let [sum] = block_sums(&rows);
+        let (nx, window, alpha) = (self.transform.grid().nx, self.window, alpha as f32);
+        let fields = (self.step.par_chunks_mut(nx).zip(self.residual.par_chunks_mut(nx)))
+            .zip(self.direction.par_chunks(nx).zip(gap.par_chunks(nx)));
+        let [sum] = sweep_sums(&self.transform, spectrum, fields, |worker, y, spectrum, fields| {
+            let ((step, residual), (direction, gap)) = fields;
+            worker.inverse(spectrum);
+            let to = (step, &mut *residual);
+            let sum = rows::descend(law, window.inside(y, nx), gap, (direction, alpha), to, &worker.row);
+            worker.row.copy_from_slice(residual);
+            worker.forward(spectrum);
+            [sum]
+        });
         sum
     }
 }

@@ -2,10 +2,11 @@ use super::column::{Factor, multiply};
 use super::inner::{Body, Inner};
 use super::rows;
 use super::window::{Cell, Window};
-use crate::grid::{Filter, Grid, HalfSpectrum, Real, Series, Transform, block_sums, lowest};
+use crate::grid::{Filter, Grid, HalfSpectrum, Real, Series, Transform, lowest};
 use crate::interface::{Kernel, Law};
 use crate::method::Precision;
-use crate::method::operator::{KKT, Residuals};
+use crate::method::residuals::{KKT, Residuals};
+use crate::method::sweep::{sweep, sweep_sums};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 
@@ -240,40 +241,26 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
         self.settle();
         self.inner.release();
         let grid = self.grid();
-        let (nx, pitch) = (grid.nx, grid.pitch());
-        let filter = self.displaced();
+        let (nx, window, filter) = (grid.nx, self.window, self.displaced());
         let (transform, law) = (&self.transform, &self.body.law);
         let pressure = T::of(self.spread());
-        self.spectrum.par_chunks_mut(pitch).zip(self.gap.par_chunks(nx)).for_each_init(
-            || transform.worker(),
-            |worker, (spectrum, gap)| {
-                worker.row.copy_from_slice(gap);
-                worker.forward(spectrum);
-            },
-        );
+        sweep(transform, &mut self.spectrum, self.gap.par_chunks(nx), |worker, _, spectrum, gap| {
+            worker.row.copy_from_slice(gap);
+            worker.forward(spectrum);
+        });
         let elastic = 0.5 * transform.filter_columns(&mut self.spectrum, &filter);
         let mut stress = vec![T::zero(); grid.points()];
-        let window = self.window;
-        let sums: Vec<[f64; KKT + 1]> = self
-            .spectrum
-            .par_chunks_mut(pitch)
-            .zip(self.gap.par_chunks(nx))
-            .zip(stress.par_chunks_mut(nx))
-            .enumerate()
-            .map_init(
-                || transform.worker(),
-                |worker, (y, ((spectrum, gap), stress))| {
-                    worker.inverse(spectrum);
-                    for (w, s) in worker.row.iter_mut().zip(stress) {
-                        *w += pressure;
-                        *s = *w;
-                    }
-                    rows::residuals(law, window.inside(y, nx), gap, &mut worker.row)
-                },
-            )
-            .collect();
+        let fields = self.gap.par_chunks(nx).zip(stress.par_chunks_mut(nx));
+        let sums = sweep_sums(transform, &mut self.spectrum, fields, |worker, y, spectrum, (gap, stress)| {
+            worker.inverse(spectrum);
+            for (w, s) in worker.row.iter_mut().zip(stress) {
+                *w += pressure;
+                *s = *w;
+            }
+            rows::residuals(law, window.inside(y, nx), gap, &mut worker.row)
+        });
         self.pairs += 1.0;
-        (self.residuals(elastic, &block_sums(&sums)), stress)
+        (self.residuals(elastic, &sums), stress)
     }
 }
 
@@ -285,29 +272,17 @@ fn tried<T: Real, W: Real, K: Kernel, L: Law>(
     (law, window, pressure): (&L, Window, T),
     residual: &mut [f32],
 ) -> (f64, [f64; KKT + 1]) {
-    let (nx, pitch) = (transform.grid().nx, transform.grid().pitch());
-    spectrum.par_chunks_mut(pitch).zip(gap.par_chunks(nx)).zip(step.par_chunks(nx)).enumerate().for_each_init(
-        || transform.worker(),
-        |worker, (y, ((spectrum, gap), step))| {
-            rows::shifted::<L, T, W>(window.inside(y, nx), gap, scale, step, &mut worker.row);
-            worker.forward(spectrum);
-        },
-    );
+    let nx = transform.grid().nx;
+    let fields = gap.par_chunks(nx).zip(step.par_chunks(nx));
+    sweep(transform, spectrum, fields, |worker, y, spectrum, (gap, step)| {
+        rows::shifted::<L, T, W>(window.inside(y, nx), gap, scale, step, &mut worker.row);
+        worker.forward(spectrum);
+    });
     let elastic = 0.5 * transform.filter_columns(spectrum, filter);
-    let sums: Vec<[f64; KKT + 1]> = spectrum
-        .par_chunks_mut(pitch)
-        .zip(gap.par_chunks(nx))
-        .zip(step.par_chunks(nx))
-        .zip(residual.par_chunks_mut(nx))
-        .enumerate()
-        .map_init(
-            || transform.worker(),
-            |worker, (y, (((spectrum, gap), step), residual))| {
-                worker.inverse(spectrum);
-                let inside = window.inside(y, nx);
-                rows::trial(law, inside, (gap, scale, step), (&worker.row, pressure), residual)
-            },
-        )
-        .collect();
-    (elastic, block_sums(&sums))
+    let fields = gap.par_chunks(nx).zip(step.par_chunks(nx)).zip(residual.par_chunks_mut(nx));
+    let sums = sweep_sums(transform, spectrum, fields, |worker, y, spectrum, ((gap, step), residual)| {
+        worker.inverse(spectrum);
+        rows::trial(law, window.inside(y, nx), (gap, scale, step), (&worker.row, pressure), residual)
+    });
+    (elastic, sums)
 }

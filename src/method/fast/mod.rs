@@ -13,7 +13,10 @@ mod level;
 mod rows;
 mod window;
 
-use super::operator::{Build, LOAD_BALANCE, LOAD_SHARE, Outcome, Residuals, dispatch, refused};
+use super::iteration::Outcome;
+use super::operator::{Build, dispatch};
+use super::require::refused;
+use super::residuals::{LOAD_BALANCE, LOAD_SHARE, Residuals};
 use super::{
     Card, CoarseState, ContactMethod, Criterion, ErrorEstimates, Heights, Kind, Load, Needs, Observer, Plan, Precision,
     Problem, Run, SolverSnapshot, Started, State, Stop, Targets,
@@ -408,7 +411,9 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             (&self.gap, &self.stress)
         };
         let Ended { stop, error_estimates } = ended;
-        let outcome = Outcome { load, stop, iterations, pairs, clock, residuals, error_estimates };
-        Ok(outcome.state((pressure, scale, self.rms_height), gap, stress))
+        let rms_height = self.rms_height;
+        let outcome =
+            Outcome { load, pressure, scale, rms_height, stop, iterations, pairs, clock, residuals, error_estimates };
+        Ok(outcome.state(gap, stress))
     }
 }

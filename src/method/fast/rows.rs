@@ -5,7 +5,7 @@
 
 use crate::grid::{CHUNK, Real, dot, vectorised};
 use crate::interface::Law;
-use crate::method::operator::{KKT, Nodes, each, kkt, kkt_row};
+use crate::method::residuals::{KKT, Nodes, each, kkt, kkt_row};
 use half::bf16;
 
 /// Neither wall nor attraction.

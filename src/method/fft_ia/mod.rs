@@ -12,17 +12,16 @@
 mod element;
 
 use super::fields::{Convolution, Symbol, add, each, inner, means};
-use super::operator::{ConvergenceMonitor, Outcome};
+use super::iteration::{IterationControl, LoadCase};
 use super::{
-    Card, ContactMethod, Criterion, Iteration, Kind, Load, Needs, Observer, Plan, Problem, Run, Started, State, Stop,
-    accepts, fields,
+    Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Run, Started, State, Stop, fields,
+    require,
 };
 use crate::grid::{lowest, rms};
 use crate::interface::{Adhesion, Exponential, Kernel, Wall};
 use crate::{Error, Result};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::time::Instant;
 
 pub struct FftIa;
 
@@ -244,10 +243,12 @@ impl Run for Solver<'_> {
     }
 
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
-        let clock = Instant::now();
         let problem = self.problem;
-        let pressure = accepts::pressure(load, self.law.is_some(), CARD.id)?;
-        let scale = Problem::stress_scale(pressure);
+        let pressure = require::pressure(load, self.law.is_some(), CARD.id)?;
+        // A separation is detected by the search for the contact pressure, not by the range.
+        let case = LoadCase { pressure, range: 0.0, rms_height: self.rms_height };
+        let mut control = IterationControl::new(problem, self.observer, case);
+        let scale = control.scale;
         let pairs_before = self.convolution.pairs;
         if std::mem::take(&mut self.given) {
             // The pressures that hold it.
@@ -259,11 +260,9 @@ impl Run for Solver<'_> {
             let Solver { contact, stress, adhesive, gap, .. } = self;
             each(contact, |i, _| if gap[i] <= 0.0 { (stress[i] + pressure + adhesive[i]).max(0.0) } else { 0.0 });
         }
-        let floor = problem.rounding_floor(self.rms_height, pressure);
-        let mut progress = ConvergenceMonitor::new();
-        let (mut iterations, mut change) = (0, 1.0_f64);
+        let mut change = 1.0_f64;
         let stiffest = problem.stiffest_mode();
-        let (stop, residuals, error_estimates) = loop {
+        let (stop, residuals) = loop {
             let [pulled] = means(self.adhesive.len(), |i| [self.adhesive[i]]);
             // As exact as the adhesive pressure, and in the end as the tolerance: an error of the gap is one of stress by the
             // stiffness of some wave.
@@ -285,29 +284,24 @@ impl Run for Solver<'_> {
             let residuals = fields::residuals(gap, stress, traction, true, (elastic, energy));
             let [missing] = means(gap.len(), |i| [(traction[i] - adhesive[i]).powi(2)]);
             change = missing.sqrt() / scale;
-            let residual = residuals.residual / scale;
-            let error_estimates = progress.error_estimates(&residuals);
+            control.record(&residuals);
             match inner_stop {
-                Inner::Apart => break (Stop::Detached, residuals, error_estimates),
-                Inner::Interrupted => break (Stop::Interrupted, residuals, error_estimates),
-                Inner::Done(n) => iterations += n + 1,
+                Inner::Apart => break (Stop::Detached, residuals),
+                Inner::Interrupted => break (Stop::Interrupted, residuals),
+                Inner::Done(n) => control.iterations += n + 1,
             }
-            if residuals.meets(problem.tolerance, scale) && problem.targets.met(&error_estimates) {
-                break (Stop::Converged, residuals, error_estimates);
+            if control.converged(&residuals) {
+                break (Stop::Converged, residuals);
             }
-            if iterations >= problem.max_iterations {
-                break (Stop::IterationLimit, residuals, error_estimates);
+            if let Some(stop) = control.failed(&residuals) {
+                break (stop, residuals);
             }
-            if let Some(stop) = progress.stalled(residual, floor) {
-                break (stop, residuals, error_estimates);
-            }
-            let step = Iteration { iteration: iterations, residual, tolerance: problem.tolerance, grid_fraction: 1.0 };
-            if self.observer.iteration(step).is_break() {
-                break (Stop::Interrupted, residuals, error_estimates);
+            if control.interrupted(&residuals) {
+                break (Stop::Interrupted, residuals);
             }
             // Without adhesion only the inner search is left, which goes on where it was, more exactly.
             if self.law.is_none() {
-                change = (INNER * residual).min(0.1 * change.max(wanted * stiffest / scale));
+                change = (INNER * control.relative(&residuals)).min(0.1 * change.max(wanted * stiffest / scale));
             }
             let share = self.relaxation;
             each(adhesive, |i, a| a + share * (traction[i] - a));
@@ -315,7 +309,6 @@ impl Run for Solver<'_> {
         let Solver { stress, contact, adhesive, .. } = self;
         each(stress, |i, _| contact[i] - adhesive[i]);
         let pairs = self.convolution.pairs - pairs_before;
-        let outcome = Outcome { load, stop, iterations, pairs, clock, residuals, error_estimates };
-        Ok(outcome.state((pressure, scale, self.rms_height), &self.gap, &self.stress))
+        Ok(control.finish(stop, residuals, pairs).state(&self.gap, &self.stress))
     }
 }

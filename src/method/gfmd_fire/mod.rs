@@ -13,17 +13,17 @@
 
 mod plane;
 
-use super::operator::{ConvergenceMonitor, Outcome, Residuals};
+use super::iteration::{IterationControl, LoadCase};
+use super::residuals::Residuals;
 use super::{
-    Card, ContactMethod, Criterion, Iteration, Kind, Load, Needs, Observer, Plan, Problem, Run, Started, State, Stop,
-    accepts, fields,
+    Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Run, Started, State, Stop, fields,
+    require,
 };
 use crate::Result;
 use crate::grid::{lowest, rms, sum_rows};
 use crate::interface::{Law, WithAdhesion};
 use plane::Plane;
 use rayon::prelude::*;
-use std::time::Instant;
 
 pub struct GfmdFire;
 
@@ -181,33 +181,18 @@ impl<L: Law> Run for Solver<'_, L> {
     }
 
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
-        let clock = Instant::now();
-        let pressure = accepts::pressure(load, self.law.range() > 0.0, CARD.id)?;
-        let problem = self.problem;
-        let scale = Problem::stress_scale(pressure);
-        let floor = problem.rounding_floor(self.rms_height, pressure);
-        let mut progress = ConvergenceMonitor::new();
-        let (mut iterations, mut downhill, mut turn) = (0, 0, TURN);
+        let pressure = require::pressure(load, self.law.range() > 0.0, CARD.id)?;
+        let case = LoadCase { pressure, range: self.law.range(), rms_height: self.rms_height };
+        let mut control = IterationControl::new(self.problem, self.observer, case);
+        let (mut downhill, mut turn) = (0, TURN);
         self.velocity.fill(0.0);
-        let (stop, residuals, error_estimates) = loop {
+        let (stop, residuals) = loop {
             let (residuals, motion) = self.evaluate(pressure);
-            let error_estimates = progress.error_estimates(&residuals);
-            let residual = residuals.residual / scale;
-            if residuals.meets(problem.tolerance, scale) && problem.targets.met(&error_estimates) {
-                break (Stop::Converged, residuals, error_estimates);
+            if let Some(stop) = control.stop(&residuals) {
+                break (stop, residuals);
             }
-            if iterations >= problem.max_iterations {
-                break (Stop::IterationLimit, residuals, error_estimates);
-            }
-            if let Some(stop) = progress.stalled(residual, floor) {
-                break (stop, residuals, error_estimates);
-            }
-            if residuals.separated(pressure, self.law.range()) {
-                break (Stop::Detached, residuals, error_estimates);
-            }
-            let step = Iteration { iteration: iterations, residual, tolerance: problem.tolerance, grid_fraction: 1.0 };
-            if self.observer.stop_requested() || self.observer.iteration(step).is_break() {
-                break (Stop::Interrupted, residuals, error_estimates);
+            if control.interrupted(&residuals) {
+                break (Stop::Interrupted, residuals);
             }
             let time = self.longest_step(pressure);
             if motion.power > 0.0 {
@@ -221,13 +206,12 @@ impl<L: Law> Run for Solver<'_, L> {
                 (downhill, turn) = (0, TURN);
                 self.step(time, 0.0, 0.0);
             }
-            iterations += 1;
+            control.iterations += 1;
         };
         let law = &self.law;
         self.imbalance.par_iter_mut().zip(&self.gap).for_each(|(t, &g)| *t -= law.traction(g));
-        let outcome =
-            Outcome { load, stop, iterations, pairs: iterations as f64 + 1.0, clock, residuals, error_estimates };
-        Ok(outcome.state((pressure, scale, self.rms_height), &self.gap, &self.imbalance))
+        let pairs = control.iterations as f64 + 1.0;
+        Ok(control.finish(stop, residuals, pairs).state(&self.gap, &self.imbalance))
     }
 }
 

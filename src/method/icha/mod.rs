@@ -12,11 +12,10 @@ mod images;
 mod spots;
 mod sums;
 
-use super::operator::refused;
 use super::spots::{Spot, paint};
 use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Observer, Plan, Problem,
-    Quantity, Started, Stop, Support, accepts,
+    Quantity, Started, Stop, Support, require,
 };
 use crate::grid::{Grid, mean};
 use crate::surface::{SummitCurvature, SummitFit};
@@ -111,16 +110,16 @@ impl ContactMethod for Icha {
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
-        accepts::half_space(problem, CARD.id)?;
-        accepts::hard_wall(problem, CARD.id)?;
-        accepts::no_adhesion(problem, CARD.id)?;
+        require::half_space(problem, CARD.id)?;
+        require::hard_wall(problem, CARD.id)?;
+        require::no_adhesion(problem, CARD.id)?;
         let settings = problem.settings.icha;
         let refuse = |key: &str, found: f64, accepted: &str| Error::input("method icha", key, found, accepted);
         if !(1..=1000).contains(&settings.steps_per_decade) {
             return Err(refuse("icha.steps_per_decade", f64::from(settings.steps_per_decade), "1 to 1000"));
         }
-        let heights = accepts::from_lowest(problem);
-        let summits = accepts::summits(problem.grid, &heights, (settings.fit, settings.curvature), CARD.id)?;
+        let heights = require::from_lowest(problem);
+        let summits = require::summits(problem.grid, &heights, (settings.fit, settings.curvature), CARD.id)?;
         let fresh = Spots::new(problem.grid, &summits);
         Ok(Started::Estimator(Box::new(Path {
             problem,
@@ -211,7 +210,7 @@ impl Path<'_> {
 impl Estimator for Path<'_> {
     fn estimate(&mut self, load: Load) -> Result<Estimate<'_>> {
         let clock = Instant::now();
-        let pressure = accepts::pressure(load, false, CARD.id)?;
+        let pressure = require::pressure(load, false, CARD.id)?;
         let (spots, (stop, residual, tolerance), iterations) = self.raise(pressure);
         let Grid { lx, ly, .. } = spots.grid;
         let touching: Vec<Asperity> = spots.all.iter().copied().filter(|s| s.approach > 0.0).collect();
@@ -219,7 +218,7 @@ impl Estimator for Path<'_> {
         let widest = touching.iter().map(Asperity::spot).fold(0.0, f64::max);
         if widest >= lx.max(ly) {
             let accepted = "a smaller one, or a surface of more summits: a single spot has become as large as the cell";
-            return Err(refused(CARD.id, "pressure", pressure, accepted));
+            return Err(require::refused(CARD.id, "pressure", pressure, accepted));
         }
         let painted = touching.iter().map(|s| Spot { x: s.x, y: s.y, radius: s.spot(), press: s.load(), pull: 0.0 });
         paint(spots.grid, painted, &mut self.stress);

@@ -10,7 +10,7 @@ mod adhesive;
 mod gaps;
 mod roughening;
 
-use super::accepts;
+use super::require;
 use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Observer, Plan, Problem, Quantity,
     Settings, Started, Stop, Support,
@@ -120,7 +120,7 @@ impl ContactMethod for Persson {
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
-        let power = accepts::isotropic_power(problem, CARD.id)?;
+        let power = require::isotropic_power(problem, CARD.id)?;
         let PerssonSettings { form, energy_factor } = problem.settings.persson;
         if !(energy_factor > 0.0 && energy_factor <= 1.0) {
             let place = format!("method {}", CARD.id);
@@ -247,7 +247,7 @@ impl Theory<'_> {
 impl Estimator for Theory<'_> {
     fn estimate(&mut self, load: Load) -> Result<Estimate<'_>> {
         let clock = Instant::now();
-        let pressure = accepts::pressure(load, false, CARD.id)?;
+        let pressure = require::pressure(load, false, CARD.id)?;
         let found = match &self.cascades {
             Some(cascades) => Some(self.sticky(pressure, cascades)),
             None => self.dry(pressure),

@@ -11,7 +11,7 @@ mod growth;
 
 use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Observer, Plan, Problem,
-    Quantity, Settings, Started, Stop, Support, accepts,
+    Quantity, Settings, Started, Stop, Support, require,
 };
 use crate::grid::{mean, sum_rows};
 use crate::{Error, Result};
@@ -94,10 +94,10 @@ impl ContactMethod for Winkler {
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
-        accepts::half_space(problem, CARD.id)?;
-        accepts::hard_wall(problem, CARD.id)?;
-        accepts::no_adhesion(problem, CARD.id)?;
-        let heights = accepts::from_lowest(problem);
+        require::half_space(problem, CARD.id)?;
+        require::hard_wall(problem, CARD.id)?;
+        require::no_adhesion(problem, CARD.id)?;
+        let heights = require::from_lowest(problem);
         let length = length(problem, &heights)?;
         Ok(Started::Estimator(Box::new(Springs {
             problem,
@@ -118,7 +118,7 @@ fn length(problem: &Problem, heights: &[f64]) -> Result<f64> {
         (Some(_), Some(area)) => {
             Err(Error::input("method winkler", "winkler.calibrate_to", area, "none beside winkler.wavelength"))
         }
-        (Some(length), None) => accepts::positive(length, CARD.id, "winkler.wavelength"),
+        (Some(length), None) => require::positive(length, CARD.id, "winkler.wavelength"),
         (None, Some(area)) => calibrated(problem, heights, area),
         (None, None) => Ok(WAVELENGTH),
     }
@@ -196,14 +196,14 @@ impl Springs<'_> {
 impl Estimator for Springs<'_> {
     fn estimate(&mut self, load: Load) -> Result<Estimate<'_>> {
         let clock = Instant::now();
-        let pressure = accepts::pressure(load, false, CARD.id)?;
+        let pressure = require::pressure(load, false, CARD.id)?;
         let (depth, stop, iterations) = self.approach(pressure * self.length);
         self.stress.clear();
         self.stress.extend(self.heights.iter().map(|h| (depth - h).max(0.0) / self.length));
         self.contact.clear();
         self.contact.extend(self.stress.iter().map(|s| u8::from(*s > 0.0)));
         growth::double(self.problem.grid, &mut self.contact);
-        accepts::undeformed_gap(&self.heights, depth, &mut self.gap);
+        require::undeformed_gap(&self.heights, depth, &mut self.gap);
         self.gap.iter_mut().zip(&self.contact).filter(|(_, c)| **c != 0).for_each(|(g, _)| *g = 0.0);
         let touching = self.contact.iter().map(|c| usize::from(*c)).sum::<usize>();
         Ok(Estimate {

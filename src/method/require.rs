@@ -11,8 +11,13 @@ use std::borrow::Cow;
 /// 128² to 512² have less than 0.2, ridges have 1.
 const MOST_ANISOTROPIC: f64 = 0.3;
 
+/// The error of method `id` for a value that it does not accept.
+pub(super) fn refused(id: &str, key: &str, found: impl ToString, accepted: impl Into<String>) -> Error {
+    Error::input(format!("method {id}"), key, found, accepted)
+}
+
 fn refuse<T>(id: &str, key: &str, found: impl ToString, accepted: impl Into<String>) -> Result<T> {
-    Err(Error::input(format!("method {id}"), key, found, accepted))
+    Err(refused(id, key, found, accepted))
 }
 
 /// A wall that no gap enters.
@@ -36,6 +41,17 @@ pub(super) fn no_adhesion(problem: &Problem, id: &str) -> Result<()> {
     match problem.adhesion {
         Adhesion::None => Ok(()),
         adhesion => refuse(id, "adhesion", adhesion, "none: this method models no adhesion"),
+    }
+}
+
+/// No target for the energy above the minimum, which only `fast` estimates.
+pub(super) fn no_energy_target(problem: &Problem, id: &str) -> Result<()> {
+    match problem.targets.energy {
+        None => Ok(()),
+        Some(target) => {
+            let accepted = "none: this method does not estimate its energy above the minimum (`fast` does)";
+            refuse(id, "energy target", target, accepted)
+        }
     }
 }
 

@@ -1,0 +1,176 @@
+//! Residuals of the optimality conditions: `t = 0` where the gap may change, `t ≥ 0` where a hard wall closes it.
+
+use crate::grid::{CHUNK, Real, dot, total, vectorised};
+use crate::interface::Law;
+use serde::{Deserialize, Serialize};
+
+/// The load balance that the solvers impose, relative to the pressure: at the default tolerance of 1e-8 this, and at
+/// looser ones a tenth of the tolerance.
+pub(super) const LOAD_BALANCE: f64 = 1e-9;
+pub(super) const LOAD_SHARE: f64 = 0.1;
+
+/// Sums over one evaluation, all as means over the grid but `tension`.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub(super) struct Residuals {
+    pub elastic: f64,
+    pub interaction: f64,
+    pub mean_gap: f64,
+    /// Mean of the gap over the whole cell, on which the load works: the mean gap, unless some of the cell is padding.
+    pub mean_separation: f64,
+    /// Closed nodes.
+    pub contact: f64,
+    /// rms of the KKT residual.
+    pub residual: f64,
+    /// Mean of the KKT residual: what is missing from the load balance.
+    pub imbalance: f64,
+    /// Mean of |t g|.
+    pub complementarity: f64,
+}
+
+/// A pull is taken to have parted the surfaces where what is left of the attraction, as energy over range, is below this
+/// part of it; in equilibrium the two are of one size.
+const SEPARATED: f64 = 1e-2;
+
+/// Curvature of the energy along a line over that of the elastic body alone, at and below which it counts as none.
+/// On the way to the jumps of an adhesive wave (`adhesive_analytic`) steps left the branch with 0 and no longer with
+/// 0.01; 0.05 costs half as many steps again.
+const SOFTENED: f64 = 0.01;
+
+/// Curvature along a line, none where attraction leaves next to nothing of the body's: the minimum that so flat a
+/// parabola promises is far off, often in another valley, and a step there leaves the branch that a load path is on.
+pub(super) fn curvature_of(elastic: f64, law: f64) -> f64 {
+    let curvature = elastic + law;
+    if curvature <= SOFTENED * elastic { curvature.min(0.0) } else { curvature }
+}
+
+/// Number of sums that [`Nodes`] give.
+pub(super) const KKT: usize = 7;
+
+/// Residual of the optimality conditions at one node: the imbalance where the gap may move, else tension only.
+#[inline(always)]
+pub(super) fn kkt<L: Law, T: Real>(gap: T, t: T) -> T {
+    if L::HARD && gap <= T::zero() { t.min(T::zero()) } else { t }
+}
+
+/// What a law gives at the gaps of a chunk; nothing is computed where all are out of its reach.
+#[inline(always)]
+pub(super) fn each<L: Law>(law: &L, gaps: &[f64; CHUNK], of: impl Fn(&L, f64) -> f64) -> [f64; CHUNK] {
+    let mut values = [0.0; CHUNK];
+    let end = law.cutoff();
+    if L::ACTIVE && gaps.iter().any(|g| *g < end) {
+        values.iter_mut().zip(gaps).for_each(|(v, g)| *v = of(law, *g));
+    }
+    values
+}
+
+/// A chunk of nodes (the last of a row has fewer): gaps and imbalances in, sums out. Elements past the end are ignored.
+pub(super) struct Nodes<T> {
+    pub gap: [T; CHUNK],
+    /// Stress of body and load, to which [`Nodes::add_to`] adds the law's traction.
+    pub imbalance: [T; CHUNK],
+    /// Residual of an earlier state, for whom it concerns.
+    pub old: [f64; CHUNK],
+}
+
+impl<T: Real> Nodes<T> {
+    #[inline(always)]
+    pub fn new() -> Self {
+        Nodes { gap: [T::zero(); CHUNK], imbalance: [T::zero(); CHUNK], old: [0.0; CHUNK] }
+    }
+
+    /// Adds, for the first `n` nodes, residual², residual, |t g|, g, v(g), closed nodes, residual times the old one.
+    #[inline(always)]
+    pub fn add_to<L: Law>(&mut self, n: usize, law: &L, sums: &mut [f64; KKT]) {
+        let gap = self.gap.map(
+            #[inline(always)]
+            |g| g.wide(),
+        );
+        if L::ACTIVE {
+            let traction = each(
+                law,
+                &gap,
+                #[inline(always)]
+                |law, g| law.traction(g),
+            );
+            self.imbalance.iter_mut().zip(traction).for_each(|(t, traction)| *t += T::of(traction));
+            sums[4] += total(
+                &each(
+                    law,
+                    &gap,
+                    #[inline(always)]
+                    |law, g| law.energy(g),
+                )[..n],
+            );
+        }
+        let (mut residual, mut work, mut closed) = ([0.0; CHUNK], [0.0; CHUNK], [0.0; CHUNK]);
+        for i in 0..CHUNK {
+            let t = self.imbalance[i].wide();
+            residual[i] = kkt::<L, f64>(gap[i], t);
+            work[i] = (t * gap[i]).abs();
+            closed[i] = if gap[i] <= 0.0 { 1.0 } else { 0.0 };
+        }
+        sums[0] += dot(&residual[..n], &residual[..n]);
+        sums[1] += total(&residual[..n]);
+        sums[2] += total(&work[..n]);
+        sums[3] += total(&gap[..n]);
+        sums[5] += total(&closed[..n]);
+        sums[6] += dot(&residual[..n], &self.old[..n]);
+    }
+}
+
+/// Sums of one row; `t`, the stress of body and load, becomes the imbalance by the law's traction.
+pub(super) fn kkt_row<L: Law, T: Real>(law: &L, gap: &[T], t: &mut [T]) -> [f64; KKT] {
+    vectorised(
+        #[inline(always)]
+        || {
+            let mut sums = [0.0; KKT];
+            for (gap, t) in gap.chunks(CHUNK).zip(t.chunks_mut(CHUNK)) {
+                let mut nodes = Nodes::new();
+                nodes.gap[..gap.len()].copy_from_slice(gap);
+                nodes.imbalance[..t.len()].copy_from_slice(t);
+                nodes.add_to(t.len(), law, &mut sums);
+                t.copy_from_slice(&nodes.imbalance[..t.len()]);
+            }
+            sums
+        },
+    )
+}
+
+impl Residuals {
+    pub fn new(points: usize, elastic: f64, sums: &[f64]) -> Self {
+        let mean = |i: usize| sums[i] / points as f64;
+        // The clamp of a hard wall makes a closed gap of what is no number, without any residual; the elastic energy does
+        // not forget.
+        let residual = if elastic.is_finite() { mean(0).sqrt() } else { f64::NAN };
+        Residuals {
+            elastic,
+            residual,
+            imbalance: mean(1),
+            complementarity: mean(2),
+            mean_gap: mean(3),
+            mean_separation: mean(3),
+            interaction: mean(4),
+            contact: mean(5),
+        }
+    }
+
+    /// Size of the energy's terms, whose rounding must not count as a rise.
+    pub fn magnitude(&self, pressure: f64) -> f64 {
+        self.elastic.abs() + self.interaction.abs() + (pressure * self.mean_separation).abs()
+    }
+
+    /// Whether the residual is within the tolerance and the forces balance, both over `scale`.
+    pub fn meets(&self, tolerance: f64, scale: f64) -> bool {
+        let load = LOAD_BALANCE.max(LOAD_SHARE * tolerance);
+        self.residual <= tolerance * scale && self.imbalance.abs() <= load * scale
+    }
+
+    /// Whether a pull has parted the surfaces, for a law of this range.
+    pub fn separated(&self, pressure: f64, range: f64) -> bool {
+        pressure < 0.0 && self.interaction.abs() < SEPARATED * -pressure * range
+    }
+
+    pub fn energy(&self, pressure: f64) -> f64 {
+        self.elastic + self.interaction + pressure * self.mean_separation
+    }
+}
