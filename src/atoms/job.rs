@@ -153,7 +153,7 @@ pub struct Record {
     pub depth_cells: usize,
     pub base_layers: usize,
     /// Of an elastic foundation, with which the base moves; 0 of a rigid one.
-    #[serde(default, skip_serializing_if = "crate::record::is_default")]
+    #[serde(default, skip_serializing_if = "crate::record::json::is_default")]
     pub foundation_cells: usize,
     pub a0_angstrom: f64,
     pub deformable: u64,

@@ -26,27 +26,30 @@ pub(super) fn judge(data: &ChallengeData) -> Vec<AcceptanceCheck> {
     let adhesive: Vec<&StateResults> = ChallengeData::touching(data.adhesive).collect();
     // What the surface has above the grid's shortest wave touches nowhere: loads count in what is resolved.
     let gradient = data.plain.resolved_gradient.unwrap_or(1.0);
-    let load = |s: &StateResults| s.pressure / gradient;
+    let load = |s: &StateResults| s.numbers.pressure / gradient;
     let worst = |list: &[f64], aim: f64| {
         list.iter().copied().max_by(|a, b| (a / aim - 1.0).abs().total_cmp(&(b / aim - 1.0).abs()))
     };
     let ratios: Vec<f64> = plain.iter().filter(|s| area(s) < PROPORTIONAL).map(|s| area(s) / load(s)).collect();
     let law: Vec<f64> =
-        plain.iter().filter(|s| s.p_star < ALL).map(|s| area(s) / libm::erf(PI.sqrt() * load(s))).collect();
+        plain.iter().filter(|s| s.numbers.p_star < ALL).map(|s| area(s) / libm::erf(PI.sqrt() * load(s))).collect();
     let raised: Vec<f64> = adhesive
         .iter()
         .filter(|s| (FEW_PER_CENT[0]..FEW_PER_CENT[1]).contains(&area(s)))
-        .filter_map(|s| Some(area(s) / area(plain.iter().find(|p| p.index == s.index)?)))
+        .filter_map(|s| Some(area(s) / area(plain.iter().find(|p| p.numbers.index == s.numbers.index)?)))
         .collect();
     let at_reference = reference(data.adhesive).map(area);
-    let pressures: Vec<f64> =
-        adhesive.iter().filter(|s| (9.9e-4..0.1001).contains(&s.p_star)).map(|s| s.pressure / area(s)).collect();
-    let spread = cover(adhesive.iter().map(|s| s.p_star), SPAN).then(|| {
+    let pressures: Vec<f64> = adhesive
+        .iter()
+        .filter(|s| (9.9e-4..0.1001).contains(&s.numbers.p_star))
+        .map(|s| s.numbers.pressure / area(s))
+        .collect();
+    let spread = cover(adhesive.iter().map(|s| s.numbers.p_star), SPAN).then(|| {
         let (least, most) = pressures.iter().fold((f64::INFINITY, 0.0_f64), |(l, m), p| (l.min(*p), m.max(*p)));
         most / least
     });
-    let lowest: Vec<f64> = plain.iter().filter(|s| s.p_star < 0.0101).map(|s| load(s) / area(s)).collect();
-    let first = adhesive.iter().find(|s| (s.p_star / 1e-3 - 1.0).abs() < 0.05).map(|s| 100.0 * area(s));
+    let lowest: Vec<f64> = plain.iter().filter(|s| s.numbers.p_star < 0.0101).map(|s| load(s) / area(s)).collect();
+    let first = adhesive.iter().find(|s| (s.numbers.p_star / 1e-3 - 1.0).abs() < 0.05).map(|s| 100.0 * area(s));
     vec![
         data.of_both(
             Statement::new("S05", "adhesion raises the contact area, at a few per cent of contact", "1"),

@@ -21,11 +21,11 @@ pub(super) fn judge(data: &ChallengeData) -> Vec<AcceptanceCheck> {
     let um = data.length_um;
     let held = if data.unresolved.is_none() { data.adhesive } else { data.plain };
     let points = |within: &std::ops::Range<f64>, of: &dyn Fn(f64, f64) -> (f64, f64)| -> Vec<(f64, f64)> {
-        let held = ChallengeData::there(held).filter(|s| within.contains(&s.p_star) && s.mean_gap > 0.0);
-        held.map(|s| of(s.p_star, s.mean_gap * um)).collect()
+        let held = ChallengeData::there(held).filter(|s| within.contains(&s.numbers.p_star) && s.mean_gap > 0.0);
+        held.map(|s| of(s.numbers.p_star, s.mean_gap * um)).collect()
     };
     let covered = |span: &std::ops::Range<f64>| {
-        cover(ChallengeData::there(held).map(|s| s.p_star), [span.start, 0.99 * span.end])
+        cover(ChallengeData::there(held).map(|s| s.numbers.p_star), [span.start, 0.99 * span.end])
     };
     let falling = covered(&EXPONENTIAL).then(|| line(&points(&EXPONENTIAL, &|p, u| (p, u.ln())))).flatten();
     let logarithmic = covered(&LOGARITHMIC).then(|| line(&points(&LOGARITHMIC, &|p, u| (p.ln(), u)))).flatten();
@@ -62,7 +62,7 @@ pub(super) fn judge(data: &ChallengeData) -> Vec<AcceptanceCheck> {
             "three standard deviations of surfaces with this spectrum",
         ),
         Statement::new("A02", "contact stiffness at the reference load, without adhesion", "E* ḡ/L").near(
-            reference.and_then(|s| s.stiffness),
+            reference.and_then(|s| s.numbers.stiffness),
             STIFFNESS[0],
             STIFFNESS[1],
             "three standard deviations of surfaces with this spectrum",

@@ -56,7 +56,7 @@ pub fn judge(results: &Results) -> Vec<AcceptanceCheck> {
 
 /// The state at the challenge's reference load, on the way there.
 pub fn reference(c: &ContinuumResults) -> Option<&StateResults> {
-    ChallengeData::there(c).find(|s| (s.p_star / REFERENCE_LOAD - 1.0).abs() < 1e-6)
+    ChallengeData::there(c).find(|s| (s.numbers.p_star / REFERENCE_LOAD - 1.0).abs() < 1e-6)
 }
 
 /// A run, as its judges see it.
@@ -102,7 +102,8 @@ impl<'a> ChallengeData<'a> {
     /// States on the way there with enough contact to say something.
     fn touching(c: &ContinuumResults) -> impl Iterator<Item = &StateResults> {
         let nodes = (c.nx * c.ny) as f64;
-        Self::there(c).filter(move |s| s.contact_fraction * nodes >= ENOUGH_NODES && s.contact_fraction_corrected > 0.0)
+        Self::there(c)
+            .filter(move |s| s.numbers.contact_fraction * nodes >= ENOUGH_NODES && s.contact_fraction_corrected > 0.0)
     }
 
     /// What was observed at the reference load, with adhesion and without.

@@ -84,7 +84,7 @@ pub(super) fn judge(data: &ChallengeData) -> Vec<AcceptanceCheck> {
         range.map_or(String::new(), |r| format!("at the range that the grid is given: {:.2}", tabor(r[1]))),
     ));
     let modulus = data.results.scales.modulus_pa;
-    let pressure = reference(data.adhesive).map(|s| s.pressure * modulus * 1e-3);
+    let pressure = reference(data.adhesive).map(|s| s.numbers.pressure * modulus * 1e-3);
     list.push(Statement::new("S02", "pressure at the reference load p* = 0.01", "kPa").near(
         pressure,
         modulus * REFERENCE_LOAD * 1e-3,

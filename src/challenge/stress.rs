@@ -17,7 +17,8 @@ pub(super) fn judge(data: &ChallengeData) -> Vec<AcceptanceCheck> {
     // Elsewhere the residual, in proportion to the pressure, outweighs the tension.
     let tension = observed.and_then(|[with, _]| with.stress.edges.first().copied());
     let reference = reference(data.plain);
-    let form = reference.zip(observed).map(|(s, [_, plain])| persson_distance(s.pressure, &plain.contact_stress));
+    let form =
+        reference.zip(observed).map(|(s, [_, plain])| persson_distance(s.numbers.pressure, &plain.contact_stress));
     let second = data.results.cross_check.as_ref().and_then(|c| c.states.first()?.observed.as_ref());
     let apart =
         second.zip(observed).map(|(second, [_, plain])| distance(&second.contact_stress, &plain.contact_stress));

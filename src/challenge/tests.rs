@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::record::results::{
-    CURVATURE_RADIUS, Compressive, FIRST_TOUCH, HEIGHT_RANGE, PsdPoint, RMS_HEIGHT, RangeResults, ScalesSi, Statistic,
-    SurfaceResults,
+    CURVATURE_RADIUS, Compressive, FIRST_TOUCH, HEIGHT_RANGE, PsdPoint, RMS_HEIGHT, RangeResults, ScalesSi,
+    StateNumbers, Statistic, SurfaceResults,
 };
 use std::f64::consts::PI;
 
@@ -66,40 +66,42 @@ fn solved(adhesive: bool) -> ContinuumResults {
         let plain = libm::erf(PI.sqrt() * p);
         let area = if adhesive { (1.5 * plain).min(1.0) } else { plain };
         StateResults {
-            index: LOADS.iter().position(|l| *l == p).expect("one of the loads"),
-            p_star: p,
-            pressure: p,
+            numbers: StateNumbers {
+                index: LOADS.iter().position(|l| *l == p).expect("one of the loads"),
+                p_star: p,
+                pressure: p,
+                contact_fraction: area,
+                patches: Some(3000),
+                load_error: 0.0,
+                stop: "converged".into(),
+                iterations: 1,
+                fft_pairs: 1.0,
+                seconds: 1.0,
+                stiffness: Some(2.785),
+                gap_map: None,
+                stress_map: None,
+            },
             criterion: "zero gap".into(),
-            contact_fraction: area,
             contact_fraction_corrected: area,
             mean_gap: mean_gap_um(p) / UM,
-            patches: Some(3000),
             uncertainty: Vec::new(),
             energy: 0.0,
             interaction_energy: 0.0,
-            load_error: 0.0,
             residual: 0.0,
             complementarity: 0.0,
-            stop: "converged".into(),
-            iterations: 1,
-            fft_pairs: 1.0,
-            seconds: 1.0,
             branch: Branch::Loading,
             energy_error_estimate: None,
             area_error_estimate: None,
             mean_gap_error_estimate: None,
             discretisation: None,
             extrapolated: None,
-            stiffness: Some(2.785),
             hysteresis: None,
             observed: Some(observed(area, adhesive)),
-            gap: None,
-            stress: None,
         }
     });
     let rho = 2.071e-5;
     let range =
-        RangeResults { gamma: Some(2e-5), requested: rho, used: rho, resolution_requested: 1.4, resolution_used: 1.4 };
+        RangeResults { gamma: 2e-5, requested: rho, used: rho, resolution_requested: 1.4, resolution_used: 1.4 };
     ContinuumResults {
         method: "fast".into(),
         kernel: "half-space".into(),
@@ -190,7 +192,7 @@ fn without(r: &mut Results) -> &mut ContinuumResults {
 }
 
 fn at(c: &mut ContinuumResults, p: f64) -> &mut StateResults {
-    c.states.iter_mut().find(|s| s.p_star == p).expect("one of the loads")
+    c.states.iter_mut().find(|s| s.numbers.p_star == p).expect("one of the loads")
 }
 
 fn seen(c: &mut ContinuumResults) -> &mut Observed {
@@ -202,14 +204,14 @@ fn grow(c: &mut ContinuumResults, factor: f64) {
 }
 
 fn steepen(r: &mut Results, slope: f64) {
-    with(r).states.iter_mut().for_each(|s| s.mean_gap *= (-slope * s.p_star).exp());
+    with(r).states.iter_mut().for_each(|s| s.mean_gap *= (-slope * s.numbers.p_star).exp());
 }
 
 #[test]
 fn one_number_changed_fails_a_statement() {
     let changes: &[(&str, Change)] = &[
         ("S01", |r| with(r).range.as_mut().unwrap().requested *= 1.001),
-        ("S02", |r| at(with(r), 0.01).pressure *= 1.00001),
+        ("S02", |r| at(with(r), 0.01).numbers.pressure *= 1.00001),
         ("S03", |r| with(r).range.as_mut().unwrap().requested *= 0.999),
         ("S04a", |r| r.surface.statistics[0].realised += 0.001),
         // What lies between the nodes is allowed for: 0.06 nm here.
@@ -224,7 +226,7 @@ fn one_number_changed_fails_a_statement() {
         ("S09", |r| at(without(r), 2e-3).contact_fraction_corrected *= 1.25),
         ("S10", |r| at(with(r), 1e-3).contact_fraction_corrected *= 1.6),
         ("A01", |r| at(without(r), 0.01).mean_gap *= 1.12),
-        ("A02", |r| at(without(r), 0.01).stiffness = Some(3.3)),
+        ("A02", |r| at(without(r), 0.01).numbers.stiffness = Some(3.3)),
         ("S11a", |r| steepen(r, 1.1)),
         ("S11b", |r| with(r).states.iter_mut().for_each(|s| s.mean_gap *= 1.6)),
         ("S12", |r| at(with(r), 0.02).mean_gap *= 1.6),

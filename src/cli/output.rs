@@ -107,13 +107,13 @@ fn methods(list: &[MethodResults], um: f64) {
         m.states.iter().map(move |s| {
             vec![
                 name.clone(),
-                trimmed(s.p_star, 4),
-                percent(s.contact_fraction),
+                trimmed(s.numbers.p_star, 4),
+                percent(s.numbers.contact_fraction),
                 s.contact_fraction_corrected.map_or_else(dash, percent),
                 s.mean_gap.map_or_else(dash, |g| significant(g * um, 4)),
-                s.patches.map_or_else(dash, |n| n.to_string()),
+                s.numbers.patches.map_or_else(dash, |n| n.to_string()),
                 s.median_cluster_area.map_or_else(dash, |a| significant(a * um * um, 3)),
-                duration(s.seconds),
+                duration(s.numbers.seconds),
             ]
         })
     });
@@ -156,14 +156,14 @@ fn states(c: &ContinuumResults, um: f64) {
         &head,
         c.states.iter().map(|s| {
             let mut row = vec![
-                trimmed(s.p_star, 4) + if s.branch == Branch::Unloading { " (back)" } else { "" },
-                percent(s.contact_fraction),
+                trimmed(s.numbers.p_star, 4) + if s.branch == Branch::Unloading { " (back)" } else { "" },
+                percent(s.numbers.contact_fraction),
                 percent(s.contact_fraction_corrected),
                 significant(s.mean_gap * um, 4),
-                s.patches.map_or("-".into(), |n| n.to_string()),
+                s.numbers.patches.map_or("-".into(), |n| n.to_string()),
                 format!("{:.1e}", s.residual),
-                format!("{:.1}", s.fft_pairs),
-                s.stop.clone(),
+                format!("{:.1}", s.numbers.fft_pairs),
+                s.numbers.stop.clone(),
             ];
             if let Some(d) = s.discretisation {
                 row.extend([change(d.area, d.area_is_bound), change(d.mean_gap, d.mean_gap_is_bound)]);
@@ -179,16 +179,16 @@ fn states(c: &ContinuumResults, um: f64) {
 /// What the grid leaves uncertain, and the pull that parts the surfaces.
 fn certainty(c: &ContinuumResults, um: f64) {
     if let Some(r) = c.range {
-        let gamma = r.gamma.map_or(String::new(), |g| format!("work γ = {} E*L, ", significant(g, 4)));
+        let gamma = significant(r.gamma, 4);
         let [asked, used] = [r.requested, r.used].map(|r| significant(r * um * 1e3, 4));
-        print(&format!("adhesion: {gamma}range ρ = {asked} nm asked for, {used} nm used"));
+        print(&format!("adhesion: work γ = {gamma} E*L, range ρ = {asked} nm asked for, {used} nm used"));
     }
     for s in &c.states {
         if let Some(e) = s.extrapolated {
             let gap = e.mean_gap.map(|g| (significant(g.value * um, 4), significant(g.error * um, 2)));
             print(&format!(
                 "at p* = {}, extrapolated to the true range: contact ({} ± {}) % of the cell{}",
-                trimmed(s.p_star, 4),
+                trimmed(s.numbers.p_star, 4),
                 significant(100.0 * e.area.value, 3),
                 significant(100.0 * e.area.error, 2),
                 gap.map_or(String::new(), |(gap, error)| format!(", mean gap {gap} ± {error} µm"))
@@ -197,7 +197,7 @@ fn certainty(c: &ContinuumResults, um: f64) {
     }
     if let Some(p) = &c.pull_off {
         let error = |e: f64| format!(" ± {}", significant(e, 2));
-        let pull = significant(-p.pressure, 4) + &p.pressure_error.map_or(String::new(), error);
+        let pull = significant(-p.pressure, 4) + &error(p.pressure_error);
         let gap = significant(p.mean_gap * um, 4) + &error(p.mean_gap_error * um);
         print(&format!("largest pull ({pull}) E*, at a mean gap of ({gap}) µm"));
     }

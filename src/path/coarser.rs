@@ -8,7 +8,7 @@ use crate::method::{
     find,
 };
 use crate::observe::{ContactArea, contact_area};
-use crate::record::results::{Discretisation, Estimate, Extrapolated, PullOff};
+use crate::record::results::{Discretisation, Extrapolated, PullOff, ValueWithError};
 use crate::{Error, Result};
 use std::ops::ControlFlow;
 use std::sync::Mutex;
@@ -112,7 +112,7 @@ pub(super) fn extrapolated(range: f64, levels: &[Level], held: bool) -> Option<E
         let slope = (b.1 - a.1) / (b.0 - a.0);
         let line = b.1 + (range - b.0) * slope;
         let Some(&c) = points.len().checked_sub(3).map(|i| &points[i]) else {
-            return Some(Estimate { value: line, error: (line - b.1).abs() + (b.1 - a.1).abs() + least });
+            return Some(ValueWithError { value: line, error: (line - b.1).abs() + (b.1 - a.1).abs() + least });
         };
         // Newton's form, from the finest point on.
         let before = (a.1 - c.1) / (a.0 - c.0);
@@ -129,9 +129,9 @@ pub(super) fn extrapolated(range: f64, levels: &[Level], held: bool) -> Option<E
             let share = ((b.0 - range) / (IN_DOUBT * (c.0 - b.0))).min(1.0);
             differ + way.max(share * ((b.1 - a.1).abs() + (a.1 - c.1).abs()))
         };
-        Some(Estimate { value, error: error + least })
+        Some(ValueWithError { value, error: error + least })
     };
-    let known = |e: &Estimate| e.error < e.value;
+    let known = |e: &ValueWithError| e.error < e.value;
     let area = estimate(|l| l.area, CORRECTION * (fine.counted - fine.area).abs()).filter(known)?;
     let mean_gap = estimate(|l| l.mean_gap, 0.0).filter(known);
     Some(Extrapolated { range: range / fine.range, area, mean_gap })
@@ -290,7 +290,7 @@ mod tests {
         assert!((found.area.value - value).abs() < 1e-15, "{found:?}");
         let error = (line - area(0.01)).abs().max(0.5 * (value - area(0.04)).abs());
         assert!((found.area.error - error).abs() < 1e-15);
-        assert_eq!((found.range, found.mean_gap), (0.25, Some(Estimate { value: 1.0, error: 0.0 })));
+        assert_eq!((found.range, found.mean_gap), (0.25, Some(ValueWithError { value: 1.0, error: 0.0 })));
         assert!(extrapolated(0.01, &levels[2..], true).is_none());
     }
 

@@ -119,7 +119,7 @@ pub(super) fn search(run: &mut dyn Run, problem: &Problem, from: Held) -> Result
         pressure: best.pressure,
         mean_gap: best.mean_gap,
         mean_gap_error: (high - best.mean_gap).max(best.mean_gap - low),
-        pressure_error: Some(left.pressure.max(right.pressure) - best.pressure),
+        pressure_error: left.pressure.max(right.pressure) - best.pressure,
         coarser: None,
         curve: curve.iter().map(|p| [p.mean_gap, p.pressure]).collect(),
     })
@@ -129,7 +129,7 @@ pub(super) fn search(run: &mut dyn Run, problem: &Problem, from: Held) -> Result
 pub(super) fn compared(found: PullOff, grid: Grid, coarse: PullOff) -> PullOff {
     let change = (found.pressure - coarse.pressure).abs();
     PullOff {
-        pressure_error: found.pressure_error.map(|bracket| bracket.max(change)),
+        pressure_error: found.pressure_error.max(change),
         mean_gap_error: found.mean_gap_error.max((found.mean_gap - coarse.mean_gap).abs()),
         coarser: Some([grid.nx, grid.ny]),
         ..found

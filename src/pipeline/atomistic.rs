@@ -305,7 +305,7 @@ fn results(atoms: &AtomsCase, reader: &FrameAnalyzer, outcome: &LammpsOutcome, s
         depth_cells: atoms.block.depth_cells,
         foundation_cells: atoms.block.foundation_cells,
         a0_angstrom: atoms.block.a0,
-        modulus_gpa: Some(atoms.modulus_gpa),
+        modulus_gpa: atoms.modulus_gpa,
         length_angstrom: atoms.block.length(),
         deformable: atoms.block.deformable() as usize,
         fixed: atoms.block.fixed() as usize,

@@ -31,15 +31,16 @@ pub(super) fn budget(
         add(Quantity::MeanGap, UncertaintySource::Range, gap.map(|g| g / state.mean_gap), false);
     }
     // A residual that were a change of the load: areas go as the load, and the mean gap by the contact's stiffness.
-    let of_load =
-        |share: f64| [Some(share), state.stiffness.map(|k| share * state.pressure.abs() / (k * state.mean_gap))];
+    let of_load = |share: f64| {
+        [Some(share), state.numbers.stiffness.map(|k| share * state.numbers.pressure.abs() / (k * state.mean_gap))]
+    };
     let [area, gap] = of_load(state.residual);
     add(Quantity::ContactArea, UncertaintySource::Solver, state.area_error_estimate.or(area), false);
     add(Quantity::MeanGap, UncertaintySource::Solver, state.mean_gap_error_estimate.or(gap), false);
-    let [area, gap] = of_load(problem.rounding_floor(rms_height, state.pressure));
+    let [area, gap] = of_load(problem.rounding_floor(rms_height, state.numbers.pressure));
     add(Quantity::ContactArea, UncertaintySource::Precision, area, false);
     add(Quantity::MeanGap, UncertaintySource::Precision, gap, false);
-    let rim = CORRECTION * (state.contact_fraction - state.contact_fraction_corrected).abs();
+    let rim = CORRECTION * (state.numbers.contact_fraction - state.contact_fraction_corrected).abs();
     add(Quantity::ContactArea, UncertaintySource::Criterion, Some(rim / state.contact_fraction_corrected), false);
     parts
 }

@@ -227,8 +227,8 @@ pub(super) fn compare(
     for (i, state) in found.states.iter().enumerate() {
         let (hard, soft) = (&matched.hard.states[i], &matched.soft.states[i]);
         let (hard_wall_gap, felt_gap) =
-            (Stored::read(root, hard.gap.as_ref())?, Stored::read(root, soft.gap.as_ref())?);
-        let compliant_wall_gap = Stored::read(root, soft.gap.as_ref())?.over(&bridged);
+            (Stored::read(root, hard.numbers.gap_map.as_ref())?, Stored::read(root, soft.numbers.gap_map.as_ref())?);
+        let compliant_wall_gap = Stored::read(root, soft.numbers.gap_map.as_ref())?.over(&bridged);
         let soft_gap_file = format!("{stage}/{}", map_name(i + 1, "soft gap"));
         npy::write(&root.join(&soft_gap_file), grid.nx, grid.ny, compliant_wall_gap.0.values.iter().copied())?;
         let per_site = |what: &str| root.join(state.contact_map.replace("contact.npy", what));
@@ -292,8 +292,8 @@ pub(super) fn compare(
             atoms_patches: patch_sizes(&atoms_map, grid.nx, Connectivity::Eight).len(),
             hard_wall_patches: patch_sizes(&soft_map, grid.nx, Connectivity::Eight).len(),
             gap_rms_difference_angstrom: rms,
-            compliant_wall_gap: Some(soft_gap_file),
-            model_chain: versions(sides, (grid, &owners), hard.pressure * atoms.modulus_gpa, length),
+            compliant_wall_gap: soft_gap_file,
+            model_chain: versions(sides, (grid, &owners), hard.numbers.pressure * atoms.modulus_gpa, length),
             area_vs_distance: area_vs_distance.collect(),
             area_vs_gap: area_vs_gap.collect(),
         });
@@ -307,7 +307,9 @@ pub(super) fn compare(
             hard_wall_gap_angstrom: line(hard_wall_gap.field(), length),
             compliant_wall_gap_angstrom: line(compliant_wall_gap.field(), length),
             full_heights_gap_angstrom: match &matched.full {
-                Some(full) => full_section(case.grid, &Stored::read(root, full.states[i].gap.as_ref())?, grid, length),
+                Some(full) => {
+                    full_section(case.grid, &Stored::read(root, full.states[i].numbers.gap_map.as_ref())?, grid, length)
+                }
                 None => Vec::new(),
             },
         });
@@ -386,8 +388,11 @@ fn sides(
         ),
     ];
     for (of, sites, grid, higher, criteria) in criteria {
-        let Some(found) = of.map(|c| &c.states[i]).filter(|s| s.stress.is_some()) else { continue };
-        let (gap, stress) = (Stored::read(root, found.gap.as_ref())?, Stored::read(root, found.stress.as_ref())?);
+        let Some(found) = of.map(|c| &c.states[i]).filter(|s| s.numbers.stress_map.is_some()) else { continue };
+        let (gap, stress) = (
+            Stored::read(root, found.numbers.gap_map.as_ref())?,
+            Stored::read(root, found.numbers.stress_map.as_ref())?,
+        );
         let gap = match higher {
             Some(by) => gap.over(by),
             None => gap,

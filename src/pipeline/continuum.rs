@@ -12,7 +12,7 @@ use crate::path::{Begin, Checkpoint, Keeper, LoadPath, Reached};
 use crate::record::npy;
 use crate::record::results::{
     CURVATURE_RADIUS, ContinuumResults, FIRST_TOUCH, HEIGHT_RANGE, Hysteresis, Observed, PsdPoint, RMS_HEIGHT,
-    RangeResults, StateResults, Statistic, SurfaceResults,
+    RangeResults, StateNumbers, StateResults, Statistic, SurfaceResults,
 };
 use crate::scene::{Case, REFERENCE_LOAD, RequestedOutputs, Surface};
 use crate::surface::{Expected, hann_windowed, moments, non_periodic_moments, psd, range};
@@ -299,7 +299,7 @@ pub(super) fn range_results(asked: Adhesion, used: Adhesion, grid: Grid) -> Opti
     let spacing = grid.dx().max(grid.dy());
     let (resolution_requested, resolution_used) = asked.resolution_on(spacing).zip(used.resolution_on(spacing))?;
     Some(RangeResults {
-        gamma: Some(used.work_of_adhesion()),
+        gamma: used.work_of_adhesion(),
         requested: asked.range(),
         used: used.range(),
         resolution_requested,
@@ -314,9 +314,9 @@ fn stiffen(states: &mut [StateResults]) {
         let kind = states.get(first + 1).map_or(states[first].branch, |s| s.branch);
         let length = 1 + states[first + 1..].iter().take_while(|s| s.branch == kind).count();
         let branch = &mut states[first..first + length];
-        let points: Vec<(f64, f64)> = branch.iter().map(|s| (s.pressure, s.mean_gap)).collect();
+        let points: Vec<(f64, f64)> = branch.iter().map(|s| (s.numbers.pressure, s.mean_gap)).collect();
         for (state, k) in branch.iter_mut().zip(stiffness(&points)) {
-            state.stiffness = state.stiffness.or(k);
+            state.numbers.stiffness = state.numbers.stiffness.or(k);
         }
         first += if first + length == states.len() { length } else { length - 1 }.max(1);
     }
@@ -327,7 +327,7 @@ fn percolation(states: &[StateResults]) -> Option<[f64; 2]> {
     let there: Vec<(f64, bool)> = states
         .iter()
         .take_while(|s| s.branch == Branch::Loading)
-        .filter_map(|s| Some((s.p_star, s.observed.as_ref()?.gap_percolates == [true; 2])))
+        .filter_map(|s| Some((s.numbers.p_star, s.observed.as_ref()?.gap_percolates == [true; 2])))
         .collect();
     there.windows(2).rfind(|w| w[0].1 && !w[1].1).map(|w| [w[0].0, w[1].0])
 }
@@ -337,17 +337,19 @@ fn compare_branches(states: &mut [StateResults], steps: &[LoadStep]) -> f64 {
     let change = |now: f64, then: f64| if now == then { 0.0 } else { (now - then) / then.abs().max(f64::MIN_POSITIVE) };
     for step in steps {
         let Some(same) = step.counterpart else { continue };
-        let (area, mean_gap) = (states[same].contact_fraction, states[same].mean_gap);
+        let (area, mean_gap) = (states[same].numbers.contact_fraction, states[same].mean_gap);
         let state = &mut states[step.index];
-        state.hysteresis =
-            Some(Hysteresis { area: change(state.contact_fraction, area), mean_gap: change(state.mean_gap, mean_gap) });
+        state.hysteresis = Some(Hysteresis {
+            area: change(state.numbers.contact_fraction, area),
+            mean_gap: change(state.mean_gap, mean_gap),
+        });
     }
     // Where both branches have one state, what solvers leave of its mean gap is no work.
     let gap = |step: &LoadStep| match (states[step.index].hysteresis, step.counterpart) {
         (Some(h), Some(same)) if !h.is_significant() => states[same].mean_gap,
         _ => states[step.index].mean_gap,
     };
-    let path: Vec<(f64, f64)> = steps.iter().map(|step| (states[step.index].pressure, gap(step))).collect();
+    let path: Vec<(f64, f64)> = steps.iter().map(|step| (states[step.index].numbers.pressure, gap(step))).collect();
     hysteresis_work(&path)
 }
 
@@ -358,40 +360,42 @@ fn summary(
     grid: Grid,
     step: &LoadStep,
     adhesive: bool,
-    [gap, stress]: [Option<String>; 2],
+    [gap_map, stress_map]: [Option<String>; 2],
 ) -> StateResults {
     let (state, area) = (&reached.state, &reached.area);
     let observed = asked.wants.distributions.then(|| observed(grid, state, asked.threshold, adhesive));
     StateResults {
-        index: step.index,
+        numbers: StateNumbers {
+            index: step.index,
+            p_star: step.p_star_at(state.pressure, asked.gradient),
+            pressure: state.pressure,
+            contact_fraction: area.fraction,
+            stiffness: None,
+            patches: observed.as_ref().map(Observed::patches),
+            gap_map,
+            stress_map,
+            load_error: state.load_error,
+            stop: state.stop.to_string(),
+            iterations: state.iterations,
+            fft_pairs: state.fft_pairs,
+            seconds: state.seconds,
+        },
         branch: step.branch,
-        p_star: step.p_star_at(state.pressure, asked.gradient),
-        pressure: state.pressure,
         criterion: asked.criterion.clone(),
-        contact_fraction: area.fraction,
         contact_fraction_corrected: area.corrected,
         mean_gap: state.mean_gap,
-        patches: observed.as_ref().map(Observed::patches),
         energy: state.energy,
         interaction_energy: state.interaction_energy,
-        load_error: state.load_error,
         residual: state.residual,
         complementarity: state.complementarity,
-        stop: state.stop.to_string(),
-        iterations: state.iterations,
-        fft_pairs: state.fft_pairs,
-        seconds: state.seconds,
         energy_error_estimate: state.error_estimates.energy,
         area_error_estimate: state.error_estimates.area,
         mean_gap_error_estimate: state.error_estimates.mean_gap,
         discretisation: reached.discretisation,
         extrapolated: reached.extrapolated,
         uncertainty: Vec::new(),
-        stiffness: None,
         hysteresis: None,
         observed,
-        gap,
-        stress,
     }
 }
 

@@ -11,7 +11,7 @@ use crate::units::GPA_PER_EV_A3;
 /// What presses the bodies together, over E*: the load and the mean attraction of the hard-wall solution, which for an
 /// exponential is its energy over its range.
 pub(super) fn effective_pressure(atoms: &AtomsCase, hard: &StateResults) -> f64 {
-    hard.pressure + atoms.adhesion.map_or(0.0, |a| -hard.interaction_energy / a.rho)
+    hard.numbers.pressure + atoms.adhesion.map_or(0.0, |a| -hard.interaction_energy / a.rho)
 }
 
 fn below_surface(p: &PlasticityResults) -> String {

@@ -27,7 +27,7 @@ pub(super) fn initial_configurations(
     let heights: Vec<f64> = atoms.dilated_heights_angstrom(&case.surface).iter().map(|h| h / length).collect();
     let order = case.rising_steps().into_iter().chain(case.unloading_steps());
     let approach = |step: &LoadStep| {
-        let file = at_step(&solved.states, step.index).and_then(|s| s.gap.as_ref());
+        let file = at_step(&solved.states, step.index).and_then(|s| s.numbers.gap_map.as_ref());
         let file = file.ok_or_else(|| Error::format(root, "a load without its gap", "the gaps of every load"))?;
         let gap = start(&root.join(file), grid)?;
         let pressure = step.imposed_p_star() * case.gradient;

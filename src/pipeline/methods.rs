@@ -11,8 +11,9 @@ use crate::observe::{
     Connectivity, Spots, contact_area, gap_distribution, patch_sizes, stiffness, stress_distribution,
 };
 use crate::path::Given;
-use crate::record::methods::{MethodResults, MethodState, Missing, states_of};
+use crate::record::methods::{MethodResults, MethodState, Missing, loading_states};
 use crate::record::results::AtomsResults;
+use crate::record::state_numbers::StateNumbers;
 use crate::record::{json, npy};
 use crate::scene::Case;
 use crate::{Error, Result};
@@ -89,7 +90,7 @@ pub(super) fn of_atoms(
         let mut state = state_of(card, &problem, (&case.load_steps()[s.index], case.gradient), &found);
         let file = format!("load-{}-gap.npy", s.index + 1);
         npy::write(&folder.join(&file), grid.nx, grid.ny, gap.iter().copied())?;
-        state.gap_map = Some(format!("{stage}/{file}"));
+        state.numbers.gap_map = Some(format!("{stage}/{file}"));
         state.contact_map = Some(s.contact_map.clone());
         results.states.push(state);
     }
@@ -120,9 +121,9 @@ fn nothing(method: &dyn ContactMethod, settings: &Settings, adhesive: bool) -> M
 
 /// Contact stiffness from neighbouring loads, where the method has none of its own.
 fn stiffen(states: &mut [MethodState]) {
-    let points: Vec<(f64, f64)> = states.iter().filter_map(|s| Some((s.pressure, s.mean_gap?))).collect();
+    let points: Vec<(f64, f64)> = states.iter().filter_map(|s| Some((s.numbers.pressure, s.mean_gap?))).collect();
     let told = states.iter_mut().filter(|s| s.mean_gap.is_some());
-    told.zip(stiffness(&points)).for_each(|(state, k)| state.stiffness = state.stiffness.or(k));
+    told.zip(stiffness(&points)).for_each(|(state, k)| state.numbers.stiffness = state.numbers.stiffness.or(k));
 }
 
 /// Runs a method at the loads on the way there. What it refuses, or does not bring to an end, is told in its results.
@@ -151,7 +152,7 @@ pub(super) fn run(
         Kind::Solver => {
             results.planned_bytes = method.plan(&asked).bytes;
             laboratory(case, Variant::Beside(card.id, adhesive), heights, (folder, stage, ""), key, listener)
-                .map(|c| (results.states, results.range) = (states_of(&c), c.range))
+                .map(|c| (results.states, results.range) = (loading_states(&c), c.range))
         }
         Kind::Estimate => Given::new(asked.clone(), method).and_then(|given| {
             results.planned_bytes = Given::plan(&asked, method).bytes;
@@ -198,9 +199,10 @@ fn estimate(
         if case.stores_maps(&steps[i]) {
             let grid = problem.grid;
             let name = |quantity: &str| format!("load-{}-{quantity}.npy", i + 1);
-            for (quantity, field, kept) in
-                [("gap", found.gap, &mut state.gap_map), ("stress", found.stress, &mut state.stress_map)]
-            {
+            for (quantity, field, kept) in [
+                ("gap", found.gap, &mut state.numbers.gap_map),
+                ("stress", found.stress, &mut state.numbers.stress_map),
+            ] {
                 if let Some(field) = field {
                     let file = name(quantity);
                     npy::write_field(&folder.join(&file), grid.nx, grid.ny, Field::F64(field), 1.0)?;
@@ -255,15 +257,24 @@ pub fn state_of(card: &Card, problem: &Problem, (step, gradient): (&LoadStep, f6
     let corrected =
         touching.filter(|_| e.contact.is_some() && of_gaps).map(|open| contact_area(grid, open, 0.0).corrected);
     MethodState {
-        index: step.index,
-        p_star: step.p_star_at(e.pressure, gradient),
-        pressure: e.pressure,
-        contact_fraction: e.contact_fraction,
+        numbers: StateNumbers {
+            index: step.index,
+            p_star: step.p_star_at(e.pressure, gradient),
+            pressure: e.pressure,
+            contact_fraction: e.contact_fraction,
+            stiffness: e.stiffness,
+            patches: spots.as_ref().map(Spots::count),
+            gap_map: None,
+            stress_map: None,
+            load_error: e.load_error,
+            stop: e.stop.to_string(),
+            iterations: e.iterations,
+            fft_pairs: e.fft_pairs,
+            seconds: e.seconds,
+        },
         contact_fraction_corrected: corrected,
         contact_fraction_compressive: None,
         mean_gap: e.mean_gap,
-        stiffness: e.stiffness,
-        patches: spots.as_ref().map(Spots::count),
         median_cluster_area: spots.as_ref().and_then(Spots::typical),
         median_cluster_area_compressive: None,
         patch_density: spots.as_ref().map_or(Vec::new(), |s| s.distribution(SIZES_PER_DECADE)),
@@ -271,13 +282,6 @@ pub fn state_of(card: &Card, problem: &Problem, (step, gradient): (&LoadStep, f6
         gap,
         stress: stress.as_ref().map(|s| s.all.clone()),
         contact_stress: stress.map(|s| s.contact),
-        gap_map: None,
-        stress_map: None,
         contact_map: None,
-        load_error: e.load_error,
-        stop: e.stop.to_string(),
-        iterations: e.iterations,
-        fft_pairs: e.fft_pairs,
-        seconds: e.seconds,
     }
 }

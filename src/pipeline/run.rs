@@ -335,10 +335,6 @@ pub fn rebuild_comparison(out: &Path) -> Result<(Results, PathBuf)> {
     let lacking = || Error::format(out, "a run without atoms", "the folder of a run whose scene has [atoms]");
     let (a, found) = case.atoms.as_ref().zip(results.atoms.as_ref()).ok_or_else(lacking)?;
     let earlier = results.comparison.as_ref().ok_or_else(lacking)?;
-    if earlier.loads.iter().any(|load| load.compliant_wall_gap.is_none()) {
-        let accepted = "one that `asperity run` has brought up to date: gaps of the soft wall counted from elsewhere";
-        return Err(Error::format(out, "the comparison of an earlier version", accepted));
-    }
     let matched = Matched {
         full: earlier.full_heights.clone(),
         hard: earlier.hard_wall.clone(),
@@ -384,7 +380,7 @@ impl<'a> Manifest<'a> {
             threads: rayon::current_num_threads(),
             peak_rss_bytes: results.stages.iter().map(|s| s.peak_rss_bytes).max().unwrap_or(0),
             stages: &results.stages,
-            stops: results.continuum.iter().flat_map(|c| &c.states).map(|s| s.stop.as_str()).collect(),
+            stops: results.continuum.iter().flat_map(|c| &c.states).map(|s| s.numbers.stop.as_str()).collect(),
             warnings: &results.warnings,
         }
     }
@@ -454,17 +450,17 @@ fn record(case: &Case, results: &Results, out: &Path) -> Result<()> {
     // With atoms, the continuum that is recorded beside them is the one on their own profile and scale.
     let continuum = results.comparison.as_ref().map(|c| &c.compliant_wall).or(results.continuum.as_ref());
     for (i, state) in continuum.iter().flat_map(|c| &c.states).enumerate() {
-        let gap = state.gap.as_ref().map(|g| npy::read(&out.join(g))).transpose()?;
+        let gap = state.numbers.gap_map.as_ref().map(|g| npy::read(&out.join(g))).transpose()?;
         let scaled: Option<(usize, Vec<f64>)> = gap.map(|g| (g.nx, g.values.iter().map(|v| v * length).collect()));
         recorder.state(&LoadState {
             source: "continuum",
             index: i as u32,
             scalars: LoadScalars {
-                p_star: state.p_star,
-                contact_fraction: state.contact_fraction,
+                p_star: state.numbers.p_star,
+                contact_fraction: state.numbers.contact_fraction,
                 criterion: state.criterion.clone(),
                 mean_gap: state.mean_gap * length,
-                patches: state.patches,
+                patches: state.numbers.patches,
                 energy: Some(state.energy),
                 residual: Some(state.residual),
             },

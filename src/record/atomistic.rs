@@ -1,7 +1,7 @@
 //! What is told of the atoms beside their contact by distance, and of each version of the compared problem.
 
+use super::uncertainty::ValueWithError;
 use crate::load::{AtLoad, Branch};
-use crate::observe::Distribution;
 use serde::{Deserialize, Serialize};
 
 /// The atoms' contact area under one criterion.
@@ -54,28 +54,6 @@ pub struct PlasticityResults {
     pub last_elastic: Option<f64>,
     /// Mean stress in the contact at the asked loads beyond it, on average, GPa.
     pub hardness_gpa: Option<f64>,
-}
-
-/// One version of the problem at one load. All are read at the block's surface sites, so that none has a finer map than
-/// another; stresses are smoothed by the atoms' Gaussian.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ModelChainStep {
-    /// "full_heights", "hard_wall", "offset_wall", "compliant_wall" or "atoms".
-    pub id: String,
-    pub criterion: String,
-    pub contact_fraction: f64,
-    pub mean_gap_angstrom: f64,
-    /// Mean pressure over the contact fraction; none without contact.
-    pub contact_stress_gpa: Option<f64>,
-    pub patches: usize,
-    /// Half of the contact lies in patches up to this area; none without contact.
-    pub median_cluster_area_nm2: Option<f64>,
-    /// Patch area (nm²), share of the contact in patches up to it.
-    pub patch_area: Vec<[f64; 2]>,
-    /// Of gaps in Å; what touches is the delta.
-    pub gap: Distribution,
-    /// Of the smoothed normal stress in GPa, over the whole cell.
-    pub stress: Distribution,
 }
 
 /// One step of the displacement ladder.
@@ -176,13 +154,6 @@ pub struct AtomPullOff {
     pub contacts: usize,
 }
 
-/// A mean over time with its standard error.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct ValueWithError {
-    pub value: f64,
-    pub error: f64,
-}
-
 /// Relaxed states held at a temperature.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NvtResults {
@@ -220,4 +191,51 @@ pub struct NvtState {
     /// Probability and standard error of each surface site.
     pub site_probability: String,
     pub site_error: String,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct AtomsResults {
+    pub potential: String,
+    /// The LAMMPS version line.
+    pub engine: String,
+    pub cells: usize,
+    pub depth_cells: usize,
+    /// Of the elastic foundation below; 0 for a rigid base.
+    #[serde(default, skip_serializing_if = "crate::record::json::is_default")]
+    pub foundation_cells: usize,
+    pub a0_angstrom: f64,
+    pub length_angstrom: f64,
+    /// Contact modulus E* of the block, for stresses in GPa; files without it show them in units of E*.
+    pub modulus_gpa: f64,
+    pub deformable: usize,
+    pub fixed: usize,
+    pub indenter: usize,
+    pub audit: Vec<AuditLine>,
+    /// Whether each load began from the load before, moved by what lies between the continuum's solutions, and not from a step of the
+    /// indenter.
+    #[serde(default, skip_serializing_if = "crate::record::json::is_default")]
+    pub from_continuum: bool,
+    pub load_steps: Vec<LoadStepResults>,
+    pub states: Vec<AtomState>,
+    /// Only where the loads come back or the bodies are pulled apart.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unloading: Option<Unloading>,
+    /// Only where the scene requests an NVT run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nvt: Option<NvtResults>,
+    /// Only where the scene asks for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plasticity: Option<PlasticityResults>,
+}
+
+/// One dimensionless group of the scale-down: what was asked, what the atoms run with, and why they differ if they do.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct AuditLine {
+    pub group: String,
+    pub symbol: String,
+    pub target: f64,
+    pub actual: f64,
+    /// "kept", "changed" or "unreachable".
+    pub status: String,
+    pub reason: String,
 }

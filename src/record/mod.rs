@@ -6,6 +6,8 @@ pub mod acceptance;
 pub mod advice;
 pub mod atomic_file;
 pub mod atomistic;
+pub mod comparison;
+pub mod continuum;
 pub mod csv;
 pub mod downsample;
 pub mod heights;
@@ -17,12 +19,9 @@ pub mod netcdf;
 pub mod npy;
 pub mod quantity;
 pub mod results;
+pub mod state_numbers;
+pub mod surface;
 pub mod tradeoff;
 pub mod uncertainty;
 pub mod xyz;
 mod xyz_text;
-
-/// For serde: what stands at its default is left out of a file.
-pub(crate) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
-    *value == T::default()
-}

@@ -29,8 +29,7 @@ pub struct Tradeoff {
     pub gradient: f64,
     /// rms height over L, of a spectrum what is expected of it. Not told before schema 2, which has deviations of gaps over no less
     /// than a hundredth of it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rms_height: Option<f64>,
+    pub rms_height: f64,
     pub shortest_wavelength: f64,
     /// Grid of the scene.
     pub nx: usize,
@@ -155,7 +154,7 @@ impl Setting {
 pub struct BlockSize {
     pub cells: usize,
     pub depth_cells: usize,
-    #[serde(default, skip_serializing_if = "crate::record::is_default")]
+    #[serde(default, skip_serializing_if = "crate::record::json::is_default")]
     pub foundation_cells: usize,
 }
 

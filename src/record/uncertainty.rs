@@ -54,3 +54,10 @@ pub struct UncertaintyComponent {
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub is_bound: bool,
 }
+
+/// A value with its error.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ValueWithError {
+    pub value: f64,
+    pub error: f64,
+}

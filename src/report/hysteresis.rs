@@ -7,7 +7,7 @@ pub fn hysteresis_sentence(c: &ContinuumResults, work: impl Fn(f64) -> String) -
     let hanging: Vec<String> = c
         .states
         .iter()
-        .filter_map(|s| s.hysteresis.filter(Hysteresis::is_significant).map(|h| (s.p_star, h.area)))
+        .filter_map(|s| s.hysteresis.filter(Hysteresis::is_significant).map(|h| (s.numbers.p_star, h.area)))
         .map(|(p, area)| format!("{:+.1} % at p* = {}", 100.0 * area, trimmed(p, 4)))
         .collect();
     Some(match hanging.as_slice() {

@@ -47,7 +47,7 @@ pub struct Scene {
     #[serde(default)]
     pub continuum: ContinuumScene,
     /// What single methods are told beside the problem.
-    #[serde(default, skip_serializing_if = "crate::record::is_default")]
+    #[serde(default, skip_serializing_if = "crate::record::json::is_default")]
     pub methods: Settings,
     /// Left out: grid, method, precision and tolerance are those of the scene.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -452,7 +452,7 @@ pub struct AtomsScene {
     pub depth_cells: usize,
     /// Cubic cells of elastic continuum between these and what does not move: the base of the atoms is displaced with every load to
     /// where the continuum has it. 0: the base is rigid.
-    #[serde(skip_serializing_if = "crate::record::is_default")]
+    #[serde(skip_serializing_if = "crate::record::json::is_default")]
     pub foundation_cells: usize,
     /// An eam/alloy file instead of the shipped calcium-like one. Relative to the scene file.
     #[serde(skip_serializing_if = "Option::is_none")]

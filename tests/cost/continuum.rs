@@ -86,14 +86,23 @@ fn what_is_not_asked_for_costs_nothing() {
     // The same numbers to the last bit.
     assert_eq!(few.len(), 2);
     for (a, b) in all.iter().zip(&few) {
-        assert_eq!((a.mean_gap, a.contact_fraction, a.fft_pairs), (b.mean_gap, b.contact_fraction, b.fft_pairs));
-        assert!(a.observed.is_some() && a.discretisation.is_some() && a.gap.is_some() && a.stress.is_some(), "{a:?}");
-        assert!(b.observed.is_none() && b.gap.is_none() && b.stress.is_none(), "{b:?}");
+        assert_eq!(
+            (a.mean_gap, a.numbers.contact_fraction, a.numbers.fft_pairs),
+            (b.mean_gap, b.numbers.contact_fraction, b.numbers.fft_pairs)
+        );
+        assert!(
+            a.observed.is_some()
+                && a.discretisation.is_some()
+                && a.numbers.gap_map.is_some()
+                && a.numbers.stress_map.is_some(),
+            "{a:?}"
+        );
+        assert!(b.observed.is_none() && b.numbers.gap_map.is_none() && b.numbers.stress_map.is_none(), "{b:?}");
     }
     // No map on the disk, and the transforms are those of the loads, but for what starts a solver.
     let maps = |c: &Counted| c.files.iter().filter(|f| f.ends_with(".npy")).count();
     assert_eq!((maps(&full), maps(&lean)), (5, 0), "{:?} {:?}", full.files, lean.files);
-    let of_loads: f64 = few.iter().map(|s| s.fft_pairs).sum::<f64>() * 2.0 * 128.0 * 128.0;
+    let of_loads: f64 = few.iter().map(|s| s.numbers.fft_pairs).sum::<f64>() * 2.0 * 128.0 * 128.0;
     assert!((lean.nodes as f64) < 1.1 * of_loads + 10.0 * 128.0 * 128.0, "{} of {of_loads}", lean.nodes);
     // The grid beside has a quarter of the nodes, and goes part of the way for the other one anyway: 1.14 was counted.
     assert!((full.nodes as f64) > 1.1 * lean.nodes as f64, "{} {}", full.nodes, lean.nodes);
@@ -101,7 +110,10 @@ fn what_is_not_asked_for_costs_nothing() {
     // What is asked for is there.
     assert!(asked("gap_pdf").results.continuum.is_some_and(|c| c.states.iter().all(|s| s.observed.is_some())));
     let maps_asked = asked("gap_map");
-    assert!(maps(&maps_asked) == 5 && states(&maps_asked).iter().all(|s| s.gap.is_some() && s.observed.is_none()));
+    assert!(
+        maps(&maps_asked) == 5
+            && states(&maps_asked).iter().all(|s| s.numbers.gap_map.is_some() && s.observed.is_none())
+    );
     // Without adhesion none is evaluated: the same scene without the table takes fewer transforms, and tells no energy of it.
     let dry = SCENE.replace("GRID", "grid = 128").split("[adhesion]").next().expect("a head").to_string();
     let dry = run(folder, "dry", &dry);

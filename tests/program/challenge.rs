@@ -54,7 +54,7 @@ fn a_grid_that_carries_the_adhesion_is_judged() {
     assert!(with.iter().skip(12).all(|s| s["branch"] == "unloading" && s["hysteresis"]["area"].is_number()));
     assert!(with.iter().take(12).all(|s| s["branch"] == "loading" && s["hysteresis"].is_null()));
     assert!(results["continuum"]["hysteresis_work"].is_number());
-    let kept = with.iter().filter(|s| s["gap"].is_string()).map(|s| s["p_star"].as_f64().unwrap());
+    let kept = with.iter().filter(|s| s["gap_map"].is_string()).map(|s| s["p_star"].as_f64().unwrap());
     assert!(kept.clone().count() == 2 && kept.clone().all(|p| p == 0.01), "maps at the reference load, both ways");
     for (with, without) in with.iter().zip(&without) {
         let area = |s: &Value| s["contact_fraction"].as_f64().unwrap();

@@ -55,25 +55,25 @@ fn run(scene: &str) -> Vec<MethodResults> {
 }
 
 fn maps_exist(out: &Path, state: &MethodState) {
-    for map in [&state.gap_map, &state.stress_map, &state.contact_map].into_iter().flatten() {
+    for map in [&state.numbers.gap_map, &state.numbers.stress_map, &state.contact_map].into_iter().flatten() {
         assert!(out.join(map).exists(), "{map}");
     }
 }
 
 fn delivers(kind: Kind, s: &MethodState, quantity: Quantity) -> bool {
     match quantity {
-        Quantity::GapMap => s.gap_map.is_some(),
-        Quantity::StressMap => s.stress_map.is_some(),
+        Quantity::GapMap => s.numbers.gap_map.is_some(),
+        Quantity::StressMap => s.numbers.stress_map.is_some(),
         // Solvers touch where their gap is closed.
-        Quantity::ContactMap => s.contact_map.is_some() || kind == Kind::Solver && s.gap_map.is_some(),
+        Quantity::ContactMap => s.contact_map.is_some() || kind == Kind::Solver && s.numbers.gap_map.is_some(),
         Quantity::PatchPdf | Quantity::PatchArea | Quantity::MedianClusterArea => {
             !s.patch_area.is_empty() && !s.patch_density.is_empty()
         }
         Quantity::GapPdf => s.gap.is_some(),
         Quantity::StressPdf => s.stress.is_some(),
-        Quantity::ContactArea => s.contact_fraction > 0.0,
+        Quantity::ContactArea => s.numbers.contact_fraction > 0.0,
         Quantity::MeanGap => s.mean_gap.is_some_and(|g| g > 0.0),
-        Quantity::Stiffness => s.stiffness.is_some_and(|k| k > 0.0),
+        Quantity::Stiffness => s.numbers.stiffness.is_some_and(|k| k > 0.0),
     }
 }
 
@@ -104,8 +104,8 @@ fn faults(card: &Card, run: &MethodResults) -> Vec<String> {
         }
     }
     for s in &run.states {
-        if s.load_error > LOAD_BALANCE {
-            faults.push(format!("{name}: load error {}", s.load_error));
+        if s.numbers.load_error > LOAD_BALANCE {
+            faults.push(format!("{name}: load error {}", s.numbers.load_error));
         }
         for d in s.gap.iter().chain(&s.stress).filter(|d| (d.total() - 1.0).abs() > 1e-9) {
             faults.push(format!("{name}: shares add up to {}", d.total()));
@@ -228,7 +228,7 @@ fn ranges_that_are_used_and_stresses_that_press_are_told() {
     assert_eq!(of("fft-ia").criterion, "zero gap, beside compressive stress");
     let state = &of("fft-ia").states[0];
     let presses = state.contact_fraction_compressive.expect("with adhesion");
-    assert!(presses > 0.0 && presses < state.contact_fraction, "{presses} {}", state.contact_fraction);
+    assert!(presses > 0.0 && presses < state.numbers.contact_fraction, "{presses} {}", state.numbers.contact_fraction);
     let page = std::fs::read_to_string(out.join("report.html")).expect("a report");
     assert!(page.contains("bicgstab works with a range of the adhesion of"));
     let grid = ["solve", "--challenge", "128", "--cut-off", "0.04", "--pressure", "0.02", "--gamma", "2e-5"];
@@ -273,15 +273,19 @@ fn finished_loads_of_estimates_are_kept() {
     let mark = |name: &str| {
         let path = second.with_file_name(name);
         let mut state: MethodState = json::read(&path).expect("kept");
-        state.seconds = 1234.5;
+        state.numbers.seconds = 1234.5;
         json::write(&path, &state).expect("written");
     };
     ["load-1.json", "load-2.json"].into_iter().for_each(mark);
     let (found, _) = pipeline::run(&case, &out, &never).expect("a run");
     let states = |r: &Results| r.methods[0].states.clone();
-    let seconds: Vec<bool> = states(&found).iter().map(|s| s.seconds == 1234.5).collect();
+    let seconds: Vec<bool> = states(&found).iter().map(|s| s.numbers.seconds == 1234.5).collect();
     assert_eq!(seconds, [true, true, false]);
-    let timeless = |r: &Results| states(r).into_iter().map(|s| MethodState { seconds: 0.0, ..s }).collect::<Vec<_>>();
+    let timeless = |r: &Results| {
+        let mut all = states(r);
+        all.iter_mut().for_each(|s| s.numbers.seconds = 0.0);
+        all
+    };
     assert!(found.methods[0].adhesive && timeless(&found) == timeless(&whole));
     assert!(!second.exists(), "loads are in the results now");
 }

@@ -49,9 +49,11 @@ fn the_quickstart_keeps_its_promises() {
     let comparison = results.comparison.as_ref().expect("a comparison");
     let laboratory = results.continuum.as_ref().expect("a continuum");
     for solved in [laboratory, &comparison.hard_wall, &comparison.compliant_wall] {
-        assert_eq!(solved.states.iter().map(|s| s.p_star).collect::<Vec<_>>(), LOADS);
-        assert!(solved.states.iter().all(|s| s.stop == "converged" && s.load_error.abs() < LOAD_BALANCE));
-        assert!(solved.states.windows(2).all(|w| w[1].contact_fraction > w[0].contact_fraction));
+        assert_eq!(solved.states.iter().map(|s| s.numbers.p_star).collect::<Vec<_>>(), LOADS);
+        assert!(
+            solved.states.iter().all(|s| s.numbers.stop == "converged" && s.numbers.load_error.abs() < LOAD_BALANCE)
+        );
+        assert!(solved.states.windows(2).all(|w| w[1].numbers.contact_fraction > w[0].numbers.contact_fraction));
         assert!(solved.states.windows(2).all(|w| w[1].mean_gap < w[0].mean_gap));
     }
 

@@ -14,15 +14,15 @@ results = json.loads((folder / "results.json").read_text())
 states = results["continuum"]["states"]
 length, modulus = results["scales"]["length_m"], results["scales"]["modulus_pa"]
 n = results["surface"]["nx"]
-stored = [k for k, s in enumerate(states) if s.get("gap")]
+stored = [k for k, s in enumerate(states) if s.get("gap_map")]
 along = "load" if len(stored) == len(states) else "map_load"
 
 # Maps and curves as the run's other files have them, in SI units.
 maps = {
     "heights": np.load(folder / results["surface"]["heights"]) * length,
-    "gap": np.array([np.load(folder / states[k]["gap"]) for k in stored]) * length,
-    "stress": np.array([np.load(folder / states[k]["stress"]) for k in stored]) * modulus,
-    "contact": np.array([np.load(folder / states[k]["gap"]) <= 0 for k in stored]).astype("u1"),
+    "gap": np.array([np.load(folder / states[k]["gap_map"]) for k in stored]) * length,
+    "stress": np.array([np.load(folder / states[k]["stress_map"]) for k in stored]) * modulus,
+    "contact": np.array([np.load(folder / states[k]["gap_map"]) <= 0 for k in stored]).astype("u1"),
 }
 curves = {
     "p_star": [s["p_star"] for s in states],

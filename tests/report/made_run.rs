@@ -41,23 +41,28 @@ pub fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResul
     let share = gap.iter().filter(|g| **g == 0.0).count() as f64 / gap.len() as f64;
     let [gap_file, stress] = files;
     StateResults {
-        index: usize::from(p_star > 0.01),
-        p_star,
-        pressure: 0.08 * p_star,
+        numbers: StateNumbers {
+            index: usize::from(p_star > 0.01),
+            p_star,
+            pressure: 0.08 * p_star,
+            contact_fraction: share,
+            patches: Some(17),
+            load_error: 2e-4,
+            stop: "converged".into(),
+            iterations: 143,
+            fft_pairs: 301.0,
+            seconds: 1.7,
+            stiffness: Some(0.345),
+            gap_map: gap_file,
+            stress_map: stress,
+        },
         criterion: "gap = 0".into(),
-        contact_fraction: share,
         contact_fraction_corrected: 0.9 * share,
         mean_gap: gap.iter().sum::<f64>() / gap.len() as f64,
-        patches: Some(17),
         interaction_energy: 0.0,
         energy: -1e-6,
-        load_error: 2e-4,
         residual: 7e-5,
         complementarity: 1e-9,
-        stop: "converged".into(),
-        iterations: 143,
-        fft_pairs: 301.0,
-        seconds: 1.7,
         branch: if p_star > 0.01 { Branch::Unloading } else { Branch::Loading },
         energy_error_estimate: Some(3e-9),
         area_error_estimate: Some(1e-4),
@@ -71,8 +76,8 @@ pub fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResul
         }),
         extrapolated: Some(Extrapolated {
             range: 0.25,
-            area: Estimate { value: 0.0334, error: 0.0003 },
-            mean_gap: Some(Estimate { value: 0.01014, error: 1e-5 }),
+            area: ValueWithError { value: 0.0334, error: 0.0003 },
+            mean_gap: Some(ValueWithError { value: 0.01014, error: 1e-5 }),
         }),
         uncertainty: vec![
             UncertaintyComponent {
@@ -100,11 +105,8 @@ pub fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResul
                 is_bound: false,
             },
         ],
-        stiffness: Some(0.345),
         hysteresis: None,
         observed: Some(observed(gap)),
-        gap: gap_file,
-        stress,
     }
 }
 
@@ -153,7 +155,7 @@ pub fn continuum(folder: &Path, name: &str, method: &str, level: f64, stored: [b
         nx: N,
         ny: N,
         range: Some(RangeResults {
-            gamma: Some(2e-5),
+            gamma: 2e-5,
             requested: 2.07e-5,
             used: 8.28e-5,
             resolution_requested: 0.35,
@@ -164,7 +166,7 @@ pub fn continuum(folder: &Path, name: &str, method: &str, level: f64, stored: [b
         pull_off: Some(PullOff {
             pressure: -0.0021,
             mean_gap: 0.012,
-            pressure_error: Some(3e-4),
+            pressure_error: 3e-4,
             mean_gap_error: 1e-4,
             coarser: Some([N / 2, N / 2]),
             curve: vec![[0.010, 0.001], [0.012, -0.0021], [0.016, -0.0007]],
@@ -231,7 +233,7 @@ pub fn atoms(folder: &Path) -> AtomsResults {
         foundation_cells: 0,
         a0_angstrom: 5.5884,
         length_angstrom: LENGTH_ANGSTROM,
-        modulus_gpa: Some(28.57),
+        modulus_gpa: 28.57,
         deformable: 186_624,
         fixed: 20_736,
         indenter: 10_368,
@@ -275,14 +277,14 @@ pub fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResults {
         shifted: overlap(0.031),
         map: maps.iter().find(|m| m.0 == id).map(|m| m.1.clone()),
     };
-    let loads = atoms.states.iter().zip(&hard.states).map(|(a, h)| LoadComparison {
+    let loads = atoms.states.iter().zip(&hard.states).zip(&soft.states).map(|((a, h), s)| LoadComparison {
         p_star: a.p_star,
         registration: [0, 0],
         atoms: CriterionArea { criterion: "distance < 3.62 Å".into(), contact_fraction: a.contact_fraction },
         continuum: vec![
-            a_match("hard_wall", 0.0, h.contact_fraction, 0.71),
-            a_match("offset_wall", 0.3, 1.3 * h.contact_fraction, 0.78),
-            a_match("compliant_wall", 0.0, 1.2 * h.contact_fraction, 0.8347),
+            a_match("hard_wall", 0.0, h.numbers.contact_fraction, 0.71),
+            a_match("offset_wall", 0.3, 1.3 * h.numbers.contact_fraction, 0.78),
+            a_match("compliant_wall", 0.0, 1.2 * h.numbers.contact_fraction, 0.8347),
         ],
         atoms_mean_gap_angstrom: 9.713,
         hard_wall_mean_gap_angstrom: 9.402,
@@ -290,7 +292,7 @@ pub fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResults {
         atoms_patches: 14,
         hard_wall_patches: 17,
         gap_rms_difference_angstrom: 0.214,
-        compliant_wall_gap: None,
+        compliant_wall_gap: s.numbers.gap_map.clone().unwrap(),
         model_chain: Vec::new(),
         area_vs_distance: Vec::new(),
         area_vs_gap: Vec::new(),

@@ -211,7 +211,7 @@ fn a_path_up_and_down_is_told_by_its_extremes() {
     let of = |p_star: f64, area: f64, branch: Branch| StateResults {
         contact_fraction_corrected: area,
         mean_gap: 0.01 - 0.1 * p_star,
-        p_star,
+        numbers: StateNumbers { p_star, ..c.states[0].numbers.clone() },
         branch,
         ..c.states[0].clone()
     };
@@ -245,8 +245,8 @@ fn what_means_nothing_is_not_told() {
     // Those of modes 1 to 49, and one in the legend.
     assert_eq!(points(folder.path()), (50, false));
     let c = results.continuum.as_mut().unwrap();
-    c.states[1].stop = "detached".into();
-    c.states[1].load_error = 123.0;
+    c.states[1].numbers.stop = "detached".into();
+    c.states[1].numbers.load_error = 123.0;
     results.surface.periodic = false;
     results.surface.note = "Heights that do not repeat.".into();
     results.write(folder.path()).unwrap();
@@ -277,7 +277,7 @@ fn parts_that_were_not_run_are_left_out() {
 fn an_unconverged_state_is_marked() {
     let folder = tempfile::tempdir().unwrap();
     let mut results = run_folder(folder.path());
-    results.continuum.as_mut().unwrap().states[1].stop = "iteration limit".into();
+    results.continuum.as_mut().unwrap().states[1].numbers.stop = "iteration limit".into();
     results.write(folder.path()).unwrap();
     let text = page(folder.path());
     assert!(text.contains("iteration limit") && text.contains("(not converged)") && text.contains(">\nnot converged"));

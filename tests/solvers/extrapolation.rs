@@ -4,7 +4,7 @@ use asperity::grid::Grid;
 use asperity::interface::{Adhesion, COHESIVE_RESOLUTION, RangeChoice};
 use asperity::method::{self, Heights, Load, NoObserver, Problem, Stop};
 use asperity::path::LoadPath;
-use asperity::record::results::Estimate;
+use asperity::record::results::ValueWithError;
 use asperity::surface::{Modes, Spectrum};
 
 /// The grid that resolves the range of every surface below.
@@ -60,7 +60,7 @@ fn the_stated_error_covers_the_true_one() {
         assert_eq!(truth.2, None, "the fine grid resolves the range");
         for n in JUDGED {
             let far = on(n).2;
-            let of = |what: &str, found: Option<Estimate>, truth: f64| {
+            let of = |what: &str, found: Option<ValueWithError>, truth: f64| {
                 (format!("{what} of {cut}, {seed} on {n}"), found, truth)
             };
             for (what, found, truth) in

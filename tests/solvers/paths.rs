@@ -148,7 +148,7 @@ fn pulled_apart() {
         walk(&p, "fast", RangeChoice::Mesh, &[Load::Pressure(0.01)], true).1.expect("asked for")
     };
     let (coarser, finer) = (fine(32), fine(128));
-    let error = pulled.pressure_error.expect("told");
+    let error = pulled.pressure_error;
     assert!((error / (pulled.pressure - coarser.pressure).abs() - 1.0).abs() < 1e-2, "{error} {coarser:?}");
     assert!((pulled.pressure - finer.pressure).abs() < error, "{} ± {error}, {}", pulled.pressure, finer.pressure);
     for (share, expected) in [(0.97, Stop::Converged), (1.03, Stop::Detached)] {

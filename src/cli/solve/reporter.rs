@@ -170,7 +170,7 @@ impl<'a> SolveReporter<'a> {
         let curve: Vec<[f64; 2]> = found.curve.iter().map(|[g, p]| [g * length, p * modulus]).collect();
         let line = json!({
             "pull_off_pressure": found.pressure * modulus,
-            "pull_off_pressure_error": found.pressure_error.map(|e| e * modulus),
+            "pull_off_pressure_error": found.pressure_error * modulus,
             "mean_gap": found.mean_gap * length,
             "mean_gap_error": found.mean_gap_error * length,
             "coarser": found.coarser,

@@ -203,7 +203,7 @@ mod tests {
             scales: ScalesSi { length_m: 1e-4, modulus_pa: 2.5e7 },
             surface: "one".into(),
             gradient: 1.0,
-            rms_height: None,
+            rms_height: 0.01,
             shortest_wavelength: 0.04,
             nx: 256,
             ny: 256,

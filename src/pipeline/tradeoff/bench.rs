@@ -244,7 +244,8 @@ impl<'a> Bench<'a> {
             let maps = against(reference)?;
             let resolved = resolved.as_ref().map_or(Ok(Vec::new()), |(other, _)| against(other))?;
             let states = &found.results.states;
-            for map in states.iter().flat_map(|s| [&s.gap_map, &s.stress_map, &s.contact_map]).flatten() {
+            for map in states.iter().flat_map(|s| [&s.numbers.gap_map, &s.numbers.stress_map, &s.contact_map]).flatten()
+            {
                 let path = root.join(map);
                 std::fs::remove_file(&path).map_err(Error::io("remove", &path))?;
             }
@@ -449,8 +450,8 @@ fn measured(
             wall_seconds: clock.elapsed().as_secs_f64(),
             cpu_seconds: sys::cpu_seconds() - cpu,
             cpu_over_reference: 1.0,
-            fft_pairs: results.states.iter().map(|s| s.fft_pairs).sum(),
-            iterations: results.states.iter().map(|s| s.iterations).sum(),
+            fft_pairs: results.states.iter().map(|s| s.numbers.fft_pairs).sum(),
+            iterations: results.states.iter().map(|s| s.numbers.iterations).sum(),
             planned_bytes: results.planned_bytes,
             measured_bytes: growth.bytes(),
             resident_before_bytes: growth.before_bytes(),

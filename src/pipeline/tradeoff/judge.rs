@@ -59,7 +59,7 @@ fn contact(root: &Path, kind: Kind, state: &MethodState) -> Result<Option<npy::F
         return npy::read(&root.join(file)).map(Some);
     }
     // Where undeformed bodies overlap, as in the gaps of estimates, is not where they touch.
-    let Some(file) = state.gap_map.as_ref().filter(|_| kind == Kind::Solver) else { return Ok(None) };
+    let Some(file) = state.numbers.gap_map.as_ref().filter(|_| kind == Kind::Solver) else { return Ok(None) };
     let mut map = npy::read(&root.join(file))?;
     map.values.iter_mut().for_each(|g| *g = f64::from(u8::from(*g <= 0.0)));
     Ok(Some(map))
@@ -78,7 +78,7 @@ pub fn maps(
         true => at_nodes_of(&map, of.nx, of.ny, nearest),
         false => map,
     };
-    let gap = match (&found.gap_map, &reference.gap_map, reference.mean_gap) {
+    let gap = match (&found.numbers.gap_map, &reference.numbers.gap_map, reference.mean_gap) {
         (Some(a), Some(b), Some(mean_gap)) => {
             let a = npy::read(&root.join(a))?;
             map_l2(&a, &there(npy::read(&root.join(b))?, &a, false), rough.gap(mean_gap))
@@ -96,7 +96,7 @@ fn number(state: &MethodState, quantity: Quantity) -> Option<f64> {
     match quantity {
         Quantity::ContactArea => Some(state.area()),
         Quantity::MeanGap => state.mean_gap,
-        Quantity::Stiffness => state.stiffness,
+        Quantity::Stiffness => state.numbers.stiffness,
         _ => None,
     }
 }
@@ -113,12 +113,12 @@ pub fn numbers(levels: &[&[MethodState]]) -> Vec<ReferenceLoad> {
             let values = values.unwrap_or_else(|| number(state, quantity).into_iter().collect());
             if let Some(mut found) = richardson(&values) {
                 if let Some(u) = found.uncertainty.as_mut().filter(|_| quantity == Quantity::ContactArea) {
-                    *u = u.max(CORRECTION * (state.contact_fraction - state.area()).abs());
+                    *u = u.max(CORRECTION * (state.numbers.contact_fraction - state.area()).abs());
                 }
                 numbers.insert(quantity, found);
             }
         }
-        ReferenceLoad { p_star: state.p_star, numbers }
+        ReferenceLoad { p_star: state.numbers.p_star, numbers }
     };
     finest.iter().enumerate().map(of).collect()
 }
@@ -134,7 +134,7 @@ pub fn errors(
     states
         .enumerate()
         .map(|(i, ((state, truth), load))| LoadErrors {
-            p_star: truth.p_star,
+            p_star: truth.numbers.p_star,
             errors: of_load(state, truth, &load.numbers, maps.get(i).copied().unwrap_or_default(), rough),
         })
         .collect()

@@ -192,7 +192,7 @@ pub fn tradeoff(
         scales: ScalesSi { length_m: case.scales.length_m, modulus_pa: case.scales.modulus_pa },
         surface: case.surface.origin(),
         gradient: case.gradient,
-        rms_height: Some(rough.height),
+        rms_height: rough.height,
         shortest_wavelength: shortest_wavelength(&case.surface),
         nx: case.grid.nx,
         ny: case.grid.ny,

@@ -111,24 +111,26 @@ fn surface(folder: &Path, s: &SurfaceResults, length: f64) -> Vec<Variable> {
 fn curves(c: &ContinuumResults, length: f64, modulus: f64) -> Vec<Variable> {
     type Of = fn(&StateResults) -> Option<f64>;
     let list: [(&str, f64, &str, &str, Of); 24] = [
-        ("p_star", 1.0, "1", "mean pressure over E* times rms gradient", |s| Some(s.p_star)),
-        ("pressure", modulus, "Pa", "mean pressure", |s| Some(s.pressure)),
-        ("contact_fraction", 1.0, "1", "relative contact area, counted", |s| Some(s.contact_fraction)),
+        ("p_star", 1.0, "1", "mean pressure over E* times rms gradient", |s| Some(s.numbers.p_star)),
+        ("pressure", modulus, "Pa", "mean pressure", |s| Some(s.numbers.pressure)),
+        ("contact_fraction", 1.0, "1", "relative contact area, counted", |s| Some(s.numbers.contact_fraction)),
         ("contact_fraction_corrected", 1.0, "1", "relative contact area, perimeter-corrected", |s| {
             Some(s.contact_fraction_corrected)
         }),
         ("mean_gap", length, "m", "mean gap", |s| Some(s.mean_gap)),
-        ("stiffness", modulus / length, "Pa m-1", "contact stiffness dp/du from neighbouring loads", |s| s.stiffness),
+        ("stiffness", modulus / length, "Pa m-1", "contact stiffness dp/du from neighbouring loads", |s| {
+            s.numbers.stiffness
+        }),
         ("energy", modulus * length, "J m-2", "energy per area", |s| Some(s.energy)),
         ("interaction_energy", modulus * length, "J m-2", "energy per area of the interaction", |s| {
             Some(s.interaction_energy)
         }),
-        ("patches", 1.0, "1", "number of contact patches", |s| s.patches.map(|n| n as f64)),
+        ("patches", 1.0, "1", "number of contact patches", |s| s.numbers.patches.map(|n| n as f64)),
         ("unloading", 1.0, "1", "1 where the load was come to on the way apart", |s| {
             Some(f64::from(u8::from(s.branch == Branch::Unloading)))
         }),
         ("residual", 1.0, "1", "rms KKT residual over the pressure", |s| Some(s.residual)),
-        ("load_error", 1.0, "1", "relative error of the load", |s| Some(s.load_error)),
+        ("load_error", 1.0, "1", "relative error of the load", |s| Some(s.numbers.load_error)),
         ("contact_fraction_change", 1.0, "1", "relative change of the area from half the points a side", |s| {
             s.discretisation.and_then(|d| d.area)
         }),
@@ -199,15 +201,19 @@ fn curves(c: &ContinuumResults, length: f64, modulus: f64) -> Vec<Variable> {
 
 /// Fields of the continuum: along `load` if they are stored for every load, else along the loads that they are stored for.
 fn maps(folder: &Path, c: &ContinuumResults, length: f64, modulus: f64) -> Vec<Variable> {
-    let stored: Vec<(usize, &StateResults)> =
-        c.states.iter().enumerate().filter(|(_, s)| s.gap.is_some() && s.stress.is_some()).collect();
+    let stored: Vec<(usize, &StateResults)> = c
+        .states
+        .iter()
+        .enumerate()
+        .filter(|(_, s)| s.numbers.gap_map.is_some() && s.numbers.stress_map.is_some())
+        .collect();
     if stored.is_empty() {
         return Vec::new();
     }
     let files = |of: fn(&StateResults) -> Option<&String>| -> Vec<PathBuf> {
         stored.iter().filter_map(|(_, s)| of(s)).map(|file| folder.join(file)).collect()
     };
-    let (gaps, stresses) = (files(|s| s.gap.as_ref()), files(|s| s.stress.as_ref()));
+    let (gaps, stresses) = (files(|s| s.numbers.gap_map.as_ref()), files(|s| s.numbers.stress_map.as_ref()));
     let mut list = Vec::new();
     let along = if stored.len() == c.states.len() { "load" } else { "map_load" };
     if along == "map_load" {

@@ -101,7 +101,7 @@ pub fn figures(writer: &FigureWriter, results: &Results) -> Result<Markup> {
 
 fn contacts(writer: &FigureWriter, with: &ContinuumResults, without: &ContinuumResults) -> Result<Option<Markup>> {
     let of = |c: &ContinuumResults| -> Result<Option<DownsampledMap>> {
-        let Some(file) = reference(c).and_then(|s| s.gap.as_deref()) else { return Ok(None) };
+        let Some(file) = reference(c).and_then(|s| s.numbers.gap_map.as_deref()) else { return Ok(None) };
         picture::load(&writer.field(file)?, LONGEST_SIDE, |gap| f64::from(u8::from(gap <= 0.0))).map(Some)
     };
     let (Some(plain), Some(adhesive)) = (of(without)?, of(with)?) else { return Ok(None) };
@@ -160,7 +160,8 @@ fn section(writer: &FigureWriter, with: &ContinuumResults, without: &ContinuumRe
     let unit = if what == Quantity::Gap { um } else { 1.0 };
     let along = |c: &ContinuumResults| -> Result<Vec<(f64, f64)>> {
         let Some(state) = reference(c) else { return Ok(Vec::new()) };
-        let Some(file) = (if what == Quantity::Gap { &state.gap } else { &state.stress }) else {
+        let Some(file) = (if what == Quantity::Gap { &state.numbers.gap_map } else { &state.numbers.stress_map })
+        else {
             return Ok(Vec::new());
         };
         column(writer, Some(file), unit)
@@ -208,7 +209,7 @@ fn stresses(with: &ContinuumResults, without: &ContinuumResults) -> Plot {
 
 /// With adhesion there and back, and without.
 fn paths(with: &ContinuumResults, without: &ContinuumResults, of: impl Fn(&StateResults) -> f64) -> Vec<Curve> {
-    let point = |s: &StateResults| (s.p_star, of(s));
+    let point = |s: &StateResults| (s.numbers.p_star, of(s));
     let mut curves = branches(with, ("with adhesion", WITH), &point);
     curves.extend(branches(without, ("without", WITHOUT), &point));
     curves
@@ -237,7 +238,7 @@ fn area(with: &ContinuumResults, without: &ContinuumResults) -> Plot {
 }
 
 fn contact_pressure(with: &ContinuumResults, without: &ContinuumResults) -> Plot {
-    let curves = paths(with, without, |s| s.p_star / s.contact_fraction_corrected);
+    let curves = paths(with, without, |s| s.numbers.p_star / s.contact_fraction_corrected);
     Plot::new((Axis::Log, Axis::Linear), ("load p*", "mean contact pressure p/(a_r E* ḡ)"), curves)
 }
 

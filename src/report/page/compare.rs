@@ -32,10 +32,7 @@ pub fn matched(load: &LoadComparison) -> Option<&CriterionMatch> {
 
 pub fn section(writer: &FigureWriter, atoms: &AtomsResults, c: &ComparisonResults) -> Result<Markup> {
     let units = |s: &StateResults| {
-        let pressure = match atoms.modulus_gpa {
-            Some(e) => si(s.pressure * e * 1e9, "Pa", 3),
-            None => format!("{}\u{a0}E*", significant(s.pressure, 3)),
-        };
+        let pressure = si(s.numbers.pressure * atoms.modulus_gpa * 1e9, "Pa", 3);
         [pressure, format!("{}\u{a0}Å", significant(s.mean_gap * atoms.length_angstrom, 4))]
     };
     let mut loads = Vec::new();
@@ -136,7 +133,7 @@ fn one_load(
 
 /// The gap file of a continuum at a load, if it was stored.
 fn gap_of(c: &ContinuumResults, p_star: f64) -> Option<&str> {
-    at_load(&c.states, p_star, |s: &StateResults| s.p_star)?.gap.as_deref()
+    at_load(&c.states, p_star, |s: &StateResults| s.numbers.p_star)?.numbers.gap_map.as_deref()
 }
 
 /// A stored contact map, reduced.
@@ -286,10 +283,9 @@ fn gap_maps(
     let length = atoms.length_angstrom;
     let touching = |id: &str| load.continuum.iter().find(|m| m.id == id).and_then(|m| m.map.as_deref());
     let mut maps = Vec::new();
-    let compliant_wall_gap = load.compliant_wall_gap.as_deref().or(gap_of(&c.compliant_wall, load.p_star));
     for (title, name, file, id) in [
         ("Gap, hard wall", "gap-hard", gap_of(&c.hard_wall, load.p_star), "hard_wall"),
-        ("Gap, soft wall", "gap-soft", compliant_wall_gap, "compliant_wall"),
+        ("Gap, soft wall", "gap-soft", Some(load.compliant_wall_gap.as_str()), "compliant_wall"),
     ] {
         if let (Some(file), Some(map)) = (file, touching(id)) {
             let small = picture::load(&writer.field(file)?, PANEL_SIDE, |v| v * length)?;

@@ -30,7 +30,7 @@ pub fn branches(
     (label, look): (&str, Style),
     of: &dyn Fn(&StateResults) -> (f64, f64),
 ) -> Vec<Curve> {
-    let converged: Vec<&StateResults> = c.states.iter().filter(|s| s.stop == "converged").collect();
+    let converged: Vec<&StateResults> = c.states.iter().filter(|s| s.numbers.stop == "converged").collect();
     let both = converged.iter().any(|s| s.branch == Branch::Unloading);
     let mut curves: Vec<Curve> = Vec::new();
     let mut last: Option<&StateResults> = None;
@@ -50,7 +50,7 @@ pub fn branches(
         }
         last = Some(state);
     }
-    let missed = c.states.iter().filter(|s| s.stop != "converged" && s.stop != "detached");
+    let missed = c.states.iter().filter(|s| s.numbers.stop != "converged" && s.numbers.stop != "detached");
     curves.push(Curve { label: "not converged".into(), style: UNCONVERGED, points: missed.map(of).collect() });
     curves
 }
@@ -60,10 +60,10 @@ fn area(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
     let mut curves = Vec::new();
     if let Some(c) = &results.continuum {
         let label = format!("{}, scene’s scale", c.method);
-        curves.extend(branches(c, (&label, LABORATORY), &|s| (s.p_star, 100.0 * s.contact_fraction_corrected)));
+        curves.extend(branches(c, (&label, LABORATORY), &|s| (s.numbers.p_star, 100.0 * s.contact_fraction_corrected)));
     }
     if let Some(c) = &results.non_adhesive {
-        let points = c.states.iter().map(|s| (s.p_star, 100.0 * s.contact_fraction_corrected)).collect();
+        let points = c.states.iter().map(|s| (s.numbers.p_star, 100.0 * s.contact_fraction_corrected)).collect();
         curves.push(Curve { label: "without adhesion".into(), style: HARD, points });
     }
     if let Some(c) = &results.comparison {
@@ -133,13 +133,14 @@ fn first_yield(a: &AtomsResults) -> Option<(f64, f64)> {
 fn mean_gap(writer: &FigureWriter, c: &ContinuumResults, without: Option<&ContinuumResults>) -> Result<Option<Markup>> {
     let highest = c.states.iter().map(|s| s.mean_gap).fold(0.0, f64::max) * writer.scales.length_m;
     let (scale, prefix) = si_scale(highest);
-    let mut curves = branches(c, (&c.method, LABORATORY), &|s| (s.p_star, s.mean_gap * writer.scales.length_m / scale));
+    let mut curves =
+        branches(c, (&c.method, LABORATORY), &|s| (s.numbers.p_star, s.mean_gap * writer.scales.length_m / scale));
     curves.extend(without.map(|c| Curve {
         label: "without adhesion".into(),
         style: HARD,
-        points: c.states.iter().map(|s| (s.p_star, s.mean_gap * writer.scales.length_m / scale)).collect(),
+        points: c.states.iter().map(|s| (s.numbers.p_star, s.mean_gap * writer.scales.length_m / scale)).collect(),
     }));
-    let pressed = c.states.iter().all(|s| s.p_star > 0.0);
+    let pressed = c.states.iter().all(|s| s.numbers.p_star > 0.0);
     let axis = if pressed { Axis::Log } else { Axis::Linear };
     let plot = Plot::new((axis, Axis::Linear), ("p*", &format!("mean gap ({prefix}m)")), curves);
     let Some(svg) = writer.curves("mean-gap", &plot)? else { return Ok(None) };

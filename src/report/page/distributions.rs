@@ -38,7 +38,7 @@ pub fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     let (um, kpa) = (writer.scales.length_m * 1e6, writer.scales.modulus_pa * 1e-3);
     let curves = |points: &dyn Fn(&Observed) -> Vec<(f64, f64)>| -> Vec<Curve> {
         let curve = |(look, &i): (&Style, &usize)| Curve {
-            label: format!("p* = {}{}", trimmed(all[i].0.p_star, 4), back(all[i].0)),
+            label: format!("p* = {}{}", trimmed(all[i].0.numbers.p_star, 4), back(all[i].0)),
             style: *look,
             points: points(all[i].1),
         };
@@ -119,12 +119,12 @@ fn table(writer: &FigureWriter, all: &[(&StateResults, &Observed)]) -> Markup {
             let pressure = o.mean_contact_pressure.map_or("–".into(), |p| si(p * writer.scales.modulus_pa, "Pa", 3));
             let patch = o.median_cluster_area.map_or("–".into(), |a| significant(a * length * length * 1e12, 3));
             vec![
-                html! { (trimmed(s.p_star, 4)) (back(s)) },
+                html! { (trimmed(s.numbers.p_star, 4)) (back(s)) },
                 text(pressure),
                 text(patch),
-                text(s.stiffness.map_or("–".into(), |k| si(k * writer.scales.modulus_pa / length, "Pa/m", 3))),
+                text(s.numbers.stiffness.map_or("–".into(), |k| si(k * writer.scales.modulus_pa / length, "Pa/m", 3))),
                 text(significant(o.constriction_conductance, 3)),
-                text(s.stiffness.map_or("–".into(), |k| significant(k, 3))),
+                text(s.numbers.stiffness.map_or("–".into(), |k| significant(k, 3))),
                 text(if o.hydraulic_gap > 0.0 { si(o.hydraulic_gap * length, "m", 3) } else { "sealed".into() }),
                 text(axes(o.contact_percolates)),
                 text(axes(o.gap_percolates)),

@@ -41,7 +41,7 @@ pub fn setting(c: &ContinuumResults) -> Markup {
 
 /// Mean pressure and mean gap in the units of the scene's own scale.
 fn laboratory(writer: &FigureWriter, s: &StateResults) -> [String; 2] {
-    [si(s.pressure * writer.scales.modulus_pa, "Pa", 3), si(s.mean_gap * writer.scales.length_m, "m", 4)]
+    [si(s.numbers.pressure * writer.scales.modulus_pa, "Pa", 3), si(s.mean_gap * writer.scales.length_m, "m", 4)]
 }
 
 /// The table of states; `units` says mean pressure and mean gap of a state in the units that suit its scale.
@@ -52,20 +52,20 @@ pub fn states(c: &ContinuumResults, units: &dyn Fn(&StateResults) -> [String; 2]
         .map(|s| {
             let [pressure, gap] = units(s);
             // Surfaces that have parted are nowhere: where the solver gave them up says nothing.
-            let told = |number: String| text(if s.stop == "detached" { "–".into() } else { number });
+            let told = |number: String| text(if s.numbers.stop == "detached" { "–".into() } else { number });
             vec![
-                html! { (trimmed(s.p_star, 4)) (back(s)) },
+                html! { (trimmed(s.numbers.p_star, 4)) (back(s)) },
                 text(pressure),
-                told(percent(s.contact_fraction)),
+                told(percent(s.numbers.contact_fraction)),
                 told(percent(s.contact_fraction_corrected)),
                 told(gap),
-                s.patches.map_or_else(|| text("–"), |n| told(count(n))),
+                s.numbers.patches.map_or_else(|| text("–"), |n| told(count(n))),
                 stop(s),
-                told(significant(s.load_error, 2)),
+                told(significant(s.numbers.load_error, 2)),
                 told(significant(s.residual, 2)),
-                text(count(s.iterations)),
-                text(count(s.fft_pairs.round() as usize)),
-                text(duration(s.seconds)),
+                text(count(s.numbers.iterations)),
+                text(count(s.numbers.fft_pairs.round() as usize)),
+                text(duration(s.numbers.seconds)),
             ]
         })
         .collect();
@@ -100,10 +100,10 @@ pub fn back(s: &StateResults) -> &'static str {
 }
 
 fn stop(s: &StateResults) -> Markup {
-    if s.stop == "converged" {
+    if s.numbers.stop == "converged" {
         text("converged")
     } else {
-        html! { span.bad { (s.stop) } }
+        html! { span.bad { (s.numbers.stop) } }
     }
 }
 
@@ -112,8 +112,9 @@ const NO_TENSION: f64 = 1e-6;
 
 /// Loads worth a picture: all of them, or a few spread over the path with both ends.
 fn shown(states: &[StateResults]) -> Vec<usize> {
-    let with_maps: Vec<usize> =
-        (0..states.len()).filter(|&i| states[i].gap.is_some() || states[i].stress.is_some()).collect();
+    let with_maps: Vec<usize> = (0..states.len())
+        .filter(|&i| states[i].numbers.gap_map.is_some() || states[i].numbers.stress_map.is_some())
+        .collect();
     if with_maps.len() <= LOADS_SHOWN {
         return with_maps;
     }
@@ -125,12 +126,12 @@ fn gallery(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     let (mut contacts, mut gaps, mut stresses) = (Vec::new(), Vec::new(), Vec::new());
     let length_m = writer.scales.length_m;
     for (i, state) in c.states.iter().enumerate() {
-        let p_star = trimmed(state.p_star, 4);
+        let p_star = trimmed(state.numbers.p_star, 4);
         let title = |what: &str| {
-            let mark = if state.stop == "converged" { "" } else { " (not converged)" };
+            let mark = if state.numbers.stop == "converged" { "" } else { " (not converged)" };
             format!("{what} at p* = {p_star}{}{mark}", back(state))
         };
-        if let Some(file) = &state.gap {
+        if let Some(file) = &state.numbers.gap_map {
             let file = writer.field(file)?;
             let small = picture::load(&file, PANEL_SIDE, |v| v * length_m)?;
             let contact = picture::load(&file, PANEL_SIDE, |v| f64::from(u8::from(v <= 0.0)))?;
@@ -141,10 +142,10 @@ fn gallery(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
             gaps.extend(shown.contains(&i).then(|| panel(&names.1, image, html! {})));
             let names = (format!("contact-{}", i + 1), title("Contact"));
             let image = writer.map((&names.0, &names.1), &picture::contact(&contact, BLACK), length_m, Legend::None)?;
-            let share = html! { (percent(state.contact_fraction)) " touches (black)" };
+            let share = html! { (percent(state.numbers.contact_fraction)) " touches (black)" };
             contacts.extend(shown.contains(&i).then(|| panel(&names.1, image, share)));
         }
-        if let Some(file) = &state.stress {
+        if let Some(file) = &state.numbers.stress_map {
             let small = picture::load(&writer.field(file)?, PANEL_SIDE, |v| v * writer.scales.modulus_pa)?;
             let range = Range::of(&small.values, CLIPPED);
             let range = if -range.low < NO_TENSION * range.high { Range { low: 0.0, ..range } } else { range };
@@ -167,7 +168,7 @@ fn gallery(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
             "Where the surfaces touch; the gap, black where it is zero; the normal stress (compression positive, tension, "
             "where adhesion pulls, negative). Dark is low. Every map has its own range of colours. Large grids are shown as "
             "block means, which smooth single peaks, and as touching where at least half of a block touches."
-            @if shown.len() < c.states.iter().filter(|s| s.gap.is_some() || s.stress.is_some()).count() {
+            @if shown.len() < c.states.iter().filter(|s| s.numbers.gap_map.is_some() || s.numbers.stress_map.is_some()).count() {
                 " The other maps are in the folder figures."
             }
         },

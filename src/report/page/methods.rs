@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::grid::Grid;
 use crate::method::Quantity;
 use crate::observe::column_at;
-use crate::record::methods::{MethodResults, MethodState, states_of};
+use crate::record::methods::{MethodResults, MethodState, loading_states};
 use crate::record::npy;
 use crate::record::results::{ContinuumResults, Results};
 use crate::report::number::{duration, percent, si, significant, trimmed};
@@ -164,7 +164,7 @@ struct Own {
 
 impl Own {
     fn of(results: &Results) -> Self {
-        let states = |c: &Option<ContinuumResults>| c.as_ref().map(states_of).unwrap_or_default();
+        let states = |c: &Option<ContinuumResults>| c.as_ref().map(loading_states).unwrap_or_default();
         let (first, second) = (states(&results.continuum), states(&results.non_adhesive));
         match results.continuum.as_ref().is_some_and(|c| c.range.is_some()) {
             true => Own { with: first, without: second },
@@ -181,12 +181,12 @@ impl Own {
 const DRAWN: usize = 4;
 
 fn at(states: &[MethodState], p_star: f64) -> Option<&MethodState> {
-    states.iter().find(|s| s.p_star == p_star)
+    states.iter().find(|s| s.numbers.p_star == p_star)
 }
 
 /// The loads of all methods, in their order, and which of them is nearest the reference load.
 fn loads(results: &Results) -> (Vec<f64>, usize) {
-    let mut loads: Vec<f64> = results.methods.iter().flat_map(|m| &m.states).map(|s| s.p_star).collect();
+    let mut loads: Vec<f64> = results.methods.iter().flat_map(|m| &m.states).map(|s| s.numbers.p_star).collect();
     loads.sort_by(f64::total_cmp);
     loads.dedup();
     let off = |p: f64| (p.max(f64::MIN_POSITIVE) / REFERENCE_LOAD).ln().abs();
@@ -277,7 +277,7 @@ fn table(writer: &FigureWriter, results: &Results, own: &Own, p_star: f64) -> Ma
     };
     let grid = |adhesive: bool| {
         let solved = results.continuum.iter().chain(&results.non_adhesive).find(|c| c.range.is_some() == adhesive)?;
-        solved.states.iter().find(|s| s.p_star == p_star)?.discretisation?.area
+        solved.states.iter().find(|s| s.numbers.p_star == p_star)?.discretisation?.area
     };
     let own_row = |adhesive: bool| {
         let s = at(own.like(adhesive), p_star)?;
@@ -288,7 +288,7 @@ fn table(writer: &FigureWriter, results: &Results, own: &Own, p_star: f64) -> Ma
             text(results.continuum.iter().flat_map(|c| &c.states).next().map_or("", |s| &s.criterion)),
             html! { (percent(s.area())) span.quiet { (error) } },
             text(s.mean_gap.map_or("–".into(), |g| format!("{} µm", significant(g * um, 3)))),
-            text(s.stiffness.map_or("–".into(), |k| significant(k, 3))),
+            text(s.numbers.stiffness.map_or("–".into(), |k| significant(k, 3))),
             text(s.median_cluster_area.map_or("–".into(), |a| format!("{} µm²", significant(a * um * um, 3)))),
             text(""),
         ])
@@ -319,7 +319,7 @@ fn table(writer: &FigureWriter, results: &Results, own: &Own, p_star: f64) -> Ma
                     }
                 },
                 with(Quantity::MeanGap, &|s| s.mean_gap, &|g| format!("{} µm", significant(g * um, 3))),
-                with(Quantity::Stiffness, &|s| s.stiffness, &|k| significant(k, 3)),
+                with(Quantity::Stiffness, &|s| s.numbers.stiffness, &|k| significant(k, 3)),
                 with(Quantity::PatchPdf, &|s| s.median_cluster_area, &|a| {
                     format!("{} µm²", significant(a * um * um, 3))
                 }),
@@ -446,22 +446,22 @@ fn points(
 ) -> Result<Vec<(f64, f64)>> {
     let um = writer.scales.length_m * 1e6;
     let along = |of: &dyn Fn(&MethodState) -> Option<f64>| -> Vec<(f64, f64)> {
-        states.iter().filter_map(|s| Some((s.p_star, of(s)?))).collect()
+        states.iter().filter_map(|s| Some((s.numbers.p_star, of(s)?))).collect()
     };
     match kind.shows {
         Shown::Area => return Ok(along(&|s| Some(s.area()))),
-        Shown::Pressure => return Ok(along(&|s| (s.area() > 0.0).then(|| s.p_star / s.area()))),
+        Shown::Pressure => return Ok(along(&|s| (s.area() > 0.0).then(|| s.numbers.p_star / s.area()))),
         Shown::MeanGap => return Ok(along(&|s| s.mean_gap.map(|g| g * um))),
         _ => {}
     }
     let Some(here) = load.and_then(|(_, p)| at(states, p)) else { return Ok(Vec::new()) };
     Ok(match kind.shows {
-        Shown::Gap => column(writer, here.gap_map.as_deref(), um)?,
+        Shown::Gap => column(writer, here.numbers.gap_map.as_deref(), um)?,
         Shown::Stress => {
-            let found = column(writer, here.stress_map.as_deref(), 1.0)?;
+            let found = column(writer, here.numbers.stress_map.as_deref(), 1.0)?;
             // A line that touches nowhere has what rounding leaves of stresses, and nothing to be drawn.
             let most = found.iter().map(|p| p.1.abs()).fold(0.0, f64::max);
-            if most < NOISE * here.pressure.abs() { Vec::new() } else { found }
+            if most < NOISE * here.numbers.pressure.abs() { Vec::new() } else { found }
         }
         Shown::Sizes => here.patch_density.iter().map(|[a, d, _]| (a * um * um, d / (um * um))).collect(),
         Shown::Shares => here.patch_area.iter().map(|[a, share]| (a * um * um, *share)).collect(),

@@ -28,7 +28,7 @@ pub fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
         (0..LOOKS.len()).map(|i| i * (n - 1) / (LOOKS.len() - 1)).collect()
     };
     let imposed = |k: usize| {
-        let of = |c: &&ContinuumResults| c.states.get(k).map(|s| s.p_star);
+        let of = |c: &&ContinuumResults| c.states.get(k).map(|s| s.numbers.p_star);
         let mut known = solved.iter().map(|(_, c)| *c).collect::<Vec<_>>().into_iter();
         let first = known.next().as_ref().and_then(of);
         known.all(|c| of(&c) == first).then_some(first).flatten()
@@ -65,7 +65,7 @@ pub fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
                     text(si(range * writer.scales.length_m, "m", 4)),
                     text(significant(*mu, 3)),
                     text(significant(resolved, 3)),
-                    text(trimmed(s.p_star, 4)),
+                    text(trimmed(s.numbers.p_star, 4)),
                     text(percent(s.contact_fraction_corrected)),
                     text(si(s.mean_gap * writer.scales.length_m, "m", 4)),
                 ]
@@ -89,7 +89,7 @@ struct Tabor {
 
 impl Tabor {
     fn of(results: &Results) -> Option<Self> {
-        let gamma = results.other_ranges.first()?.range?.gamma?;
+        let gamma = results.other_ranges.first()?.range?.gamma;
         let radius = results.surface.statistic(CURVATURE_RADIUS)?;
         Some(Tabor { radius: radius.realised * 1e-9 / results.scales.length_m, gamma })
     }

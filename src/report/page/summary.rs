@@ -92,24 +92,24 @@ fn comparison_found(c: &ComparisonResults) -> Option<String> {
 fn continuum_found(results: &Results, c: &ContinuumResults) -> Option<String> {
     let first = c.states.first()?;
     let gap = |gap: f64| si(gap * results.scales.length_m, "m", 3);
-    let missed = c.states.iter().filter(|s| s.stop != "converged").count();
+    let missed = c.states.iter().filter(|s| s.numbers.stop != "converged").count();
     let stops = if missed == 0 { "all loads converged".into() } else { format!("{missed} loads did not converge") };
     let scale = if results.atoms.is_some() { "At the scene’s own scale " } else { "" };
-    let of = |pick: fn(&StateResults) -> f64| c.states.iter().filter(|s| s.stop != "detached").map(pick);
+    let of = |pick: fn(&StateResults) -> f64| c.states.iter().filter(|s| s.numbers.stop != "detached").map(pick);
     let path = if c.states.len() == 1 {
         format!(
             "{} touches at p* = {}, with a mean gap of {}",
             percent(first.contact_fraction_corrected),
-            trimmed(first.p_star, 4),
+            trimmed(first.numbers.p_star, 4),
             gap(first.mean_gap)
         )
     } else {
-        let loads = span(of(|s| s.p_star), |p| trimmed(p, 4));
+        let loads = span(of(|s| s.numbers.p_star), |p| trimmed(p, 4));
         let contact = span(of(|s| s.contact_fraction_corrected), percent);
         let both = turned(c).map_or(String::new(), |(there, back)| {
             format!(
                 "; at p* = {} it is {} going in and {} coming back",
-                trimmed(back.p_star, 4),
+                trimmed(back.numbers.p_star, 4),
                 percent(there.contact_fraction_corrected),
                 percent(back.contact_fraction_corrected)
             )
@@ -126,7 +126,7 @@ fn continuum_found(results: &Results, c: &ContinuumResults) -> Option<String> {
 /// The most that a quantity is uncertain by at a load, all that is known of it together, and what most of that is from.
 fn uncertain(c: &ContinuumResults, quantity: Quantity) -> Option<String> {
     let total = |parts: &[(UncertaintySource, f64)]| parts.iter().map(|p| p.1).sum::<f64>();
-    let there = c.states.iter().filter(|s| s.stop != "detached");
+    let there = c.states.iter().filter(|s| s.numbers.stop != "detached");
     let worst = there.map(|s| parts(s, quantity)).max_by(|a, b| total(a).total_cmp(&total(b)))?;
     let (source, _) = worst.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
     let share = if total(&worst) > 1.0 {
@@ -142,8 +142,9 @@ fn turned(c: &ContinuumResults) -> Option<(&StateResults, &StateResults)> {
     let pair = |i: usize| {
         let back = &c.states[i];
         let mut there = c.states[..i].iter().filter(|s| s.branch == Branch::Loading);
-        let same = |s: &&StateResults| (s.p_star - back.p_star).abs() <= SAME_LOAD * back.p_star.abs();
-        (back.branch == Branch::Unloading && back.stop == "converged").then_some(())?;
+        let same =
+            |s: &&StateResults| (s.numbers.p_star - back.numbers.p_star).abs() <= SAME_LOAD * back.numbers.p_star.abs();
+        (back.branch == Branch::Unloading && back.numbers.stop == "converged").then_some(())?;
         let there = there.rfind(same)?;
         // Without hysteresis there is one branch, and nothing to tell.
         let alike = percent(there.contact_fraction_corrected) == percent(back.contact_fraction_corrected);
@@ -161,18 +162,18 @@ fn tiles(results: &Results) -> Vec<Tile> {
         note: format!("nodes, L = {}", si_given(results.scales.length_m, "m")),
     });
     if let Some(c) = results.continuum.as_ref().filter(|c| !c.states.is_empty()) {
-        let of = |pick: fn(&StateResults) -> f64| c.states.iter().filter(|s| s.stop != "detached").map(pick);
-        let loads = span(of(|s| s.p_star), |p| trimmed(p, 4));
+        let of = |pick: fn(&StateResults) -> f64| c.states.iter().filter(|s| s.numbers.stop != "detached").map(pick);
+        let loads = span(of(|s| s.numbers.p_star), |p| trimmed(p, 4));
         let branches = |pick: fn(&StateResults) -> f64, show: &dyn Fn(f64) -> String| {
             turned(c).map_or(String::new(), |(there, back)| {
-                let load = trimmed(back.p_star, 4);
+                let load = trimmed(back.numbers.p_star, 4);
                 format!("; at p* = {load} {} going in, {} coming back", show(pick(there)), show(pick(back)))
             })
         };
         let scale = if results.atoms.is_some() { ", scene’s scale" } else { "" };
         let (contact, gap) = (|s: &StateResults| s.contact_fraction_corrected, |s: &StateResults| s.mean_gap);
         let length = |g: f64| si(g * results.scales.length_m, "m", 3);
-        let pressure = span(of(|s| s.pressure), |p| si(p * results.scales.modulus_pa, "Pa", 3));
+        let pressure = span(of(|s| s.numbers.pressure), |p| si(p * results.scales.modulus_pa, "Pa", 3));
         let doubt = |of| uncertain(c, of).map_or(String::new(), |u| format!("; uncertain by {u}"));
         tiles.push(Tile {
             name: format!("contact at p* = {loads}{scale}"),
@@ -190,7 +191,7 @@ fn tiles(results: &Results) -> Vec<Tile> {
         });
         if let Some(p) = &c.pull_off {
             let of = |p: f64, n: usize| si(p * results.scales.modulus_pa, "Pa", n);
-            let error = p.pressure_error.map_or(String::new(), |e| format!("± {}, ", of(e, 2)));
+            let error = format!("± {}, ", of(p.pressure_error, 2));
             tiles.push(Tile {
                 name: "largest pull".into(),
                 value: of(-p.pressure, 3),
@@ -247,7 +248,7 @@ fn words(results: &Results) -> Markup {
                 ". They are the units of length and of stress of the dimensionless problem."
                 @if let Some(atoms) = &results.atoms {
                     " The atoms solve the same problem on a smaller cell of " (si_given(atoms.length_angstrom * 1e-10, "m"))
-                    @if let Some(e) = atoms.modulus_gpa { " with E* = " (trimmed(e, 4)) " GPa" } "."
+                    " with E* = " (trimmed(atoms.modulus_gpa, 4)) " GPa."
                 } }
             dt { "p*" }
             dd { "Reduced load: mean pressure over E* times the rms gradient of the surface. Loads are compared in it "

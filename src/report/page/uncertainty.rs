@@ -16,9 +16,7 @@ pub fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     Ok(html! {
         @if let Some(r) = c.range {
             p { "Adhesion: "
-                @if let Some(gamma) = r.gamma {
-                    "work γ = " (significant(gamma * writer.scales.modulus_pa * writer.scales.length_m * 1e3, 4)) " mJ/m², "
-                }
+                "work γ = " (significant(r.gamma * writer.scales.modulus_pa * writer.scales.length_m * 1e3, 4)) " mJ/m², "
                 "range ρ = " (si(r.requested * writer.scales.length_m, "m", 4)) " asked for, "
                 (si(r.used * writer.scales.length_m, "m", 4)) " used." }
         }
@@ -46,7 +44,7 @@ fn table(writer: &FigureWriter, c: &ContinuumResults) -> Markup {
         head.extend(["contact at the true range", "mean gap at the true range"]);
     }
     let row = |s: &StateResults| {
-        let mut row = vec![text(trimmed(s.p_star, 4))];
+        let mut row = vec![text(trimmed(s.numbers.p_star, 4))];
         row.extend(branches.then(|| text(if s.branch == Branch::Unloading { "unloading" } else { "loading" })));
         let d = s.discretisation;
         row.push(text(change(d.and_then(|d| d.area), d.is_some_and(|d| d.area_is_bound))));
@@ -79,8 +77,8 @@ const COLOURS: [&str; 6] = ["#0072b2", "#cc79a7", "#009e73", "#e69f00", "#56b4e9
 
 /// What area and mean gap are uncertain by: bars for the load nearest to the reference, numbers for all.
 pub fn budgets(c: &ContinuumResults) -> Markup {
-    let near = |s: &&StateResults| (s.p_star / REFERENCE_LOAD).ln().abs();
-    let known = c.states.iter().filter(|s| !s.uncertainty.is_empty() && s.p_star > 0.0);
+    let near = |s: &&StateResults| (s.numbers.p_star / REFERENCE_LOAD).ln().abs();
+    let known = c.states.iter().filter(|s| !s.uncertainty.is_empty() && s.numbers.p_star > 0.0);
     let Some(shown) = known.min_by(|a, b| near(a).total_cmp(&near(b))) else { return html! {} };
     let quantities = [Quantity::ContactArea, Quantity::MeanGap];
     // A continuum of its own has no block.
@@ -96,7 +94,7 @@ pub fn budgets(c: &ContinuumResults) -> Markup {
             None => text("–"),
             Some(p) => p.relative.map_or_else(|| text("not known"), |r| text(change(Some(r), p.is_bound))),
         };
-        let mut cells = vec![text(trimmed(s.p_star, 4)), text(quantity.name())];
+        let mut cells = vec![text(trimmed(s.numbers.p_star, 4)), text(quantity.name())];
         cells.extend(UncertaintySource::ALL.into_iter().filter(|s| has(*s)).map(part));
         cells
     };
@@ -113,7 +111,7 @@ pub fn budgets(c: &ContinuumResults) -> Markup {
             summary { "All loads" }
             (numbers(&head, c.states.iter().flat_map(|s| quantities.map(|q| row(s, q))).collect()))
         }
-        p.quiet { "At p* = " (trimmed(shown.p_star, 4)) ", over the value. Grid: the change from half the points a side. Solver and "
+        p.quiet { "At p* = " (trimmed(shown.numbers.p_star, 4)) ", over the value. Grid: the change from half the points a side. Solver and "
             "precision: what would change if the residual, or the round-off of the fields, were a change of the load. Contact "
             "criterion: a third of the perimeter correction. " @if has(UncertaintySource::Depth) { "Finite depth: the change from a "
             "half-space. " } "What is not known has no part in a bar." }
@@ -167,7 +165,7 @@ fn pull_off(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     Ok(html! {
         p { "Pulled apart from there, the surfaces hold a pull of at most "
             strong { (si(-pulled.pressure * writer.scales.modulus_pa, "Pa", 4)) }
-            @if let Some(error) = pulled.pressure_error { " ± " (si(error * writer.scales.modulus_pa, "Pa", 2)) }
+            " ± " (si(pulled.pressure_error * writer.scales.modulus_pa, "Pa", 2))
             ", at a mean gap of " (si(pulled.mean_gap * writer.scales.length_m, "m", 4)) " ± "
             (si(pulled.mean_gap_error * writer.scales.length_m, "m", 2)) ". "
             @match pulled.coarser {
