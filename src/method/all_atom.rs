@@ -1,7 +1,7 @@
 //! All-atom simulation: the scaled-down problem on a block of atoms, run by LAMMPS (Solhjoo & Vakis's submission).
 //!
-//! A problem of the continuum says nothing of the block, its potential or where LAMMPS may write, so this method runs where a
-//! scene says these, under `[atoms]`; the card lets tables and reports treat it as one of the methods.
+//! A continuum problem contains neither the block nor its potential nor a folder for LAMMPS, so this method runs from a scene with
+//! `[atoms]`. The card lets tables and reports list it with the other methods.
 
 use super::{Card, ContactMethod, Criterion, Kind, Needs, Observer, Plan, Problem, Quantity, Started, Support};
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
@@ -9,7 +9,7 @@ use crate::{Error, Result};
 
 pub struct AllAtom;
 
-/// Its id, by which a run with atoms finds it.
+/// Id of the method.
 pub const ID: &str = "all-atom";
 
 static CARD: Card = Card {
@@ -22,9 +22,7 @@ static CARD: Card = Card {
     calibrated_on: None,
     summary: "LAMMPS on a scaled-down block, for scenes with [atoms]",
     supports: |quantity| match quantity {
-        Quantity::StressMap | Quantity::StressPdf => {
-            Support::No("forces act on atoms; no stress is averaged from them")
-        }
+        Quantity::StressMap | Quantity::StressPdf => Support::No("only forces on atoms are computed, no stress field"),
         Quantity::Stiffness => Support::Only("as differences between loads"),
         _ => Support::Full,
     },
@@ -38,7 +36,7 @@ impl ContactMethod for AllAtom {
     }
 
     fn plan(&self, _problem: &Problem) -> Plan {
-        // Nothing of the problem's own grid: what the block takes is planned with the scene.
+        // The cost of the block is estimated with the scene.
         Plan { bytes: 0, iterations: 0, pairs_per_iteration: 0.0, seconds: 0.0 }
     }
 
@@ -46,7 +44,7 @@ impl ContactMethod for AllAtom {
         Err(Error::input(
             format!("method {ID}"),
             "atoms",
-            "a problem of the continuum alone",
+            "a continuum problem",
             "a scene with [atoms], for `asperity run`",
         ))
     }

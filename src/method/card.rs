@@ -1,54 +1,57 @@
 pub use crate::record::quantity::Quantity;
 use serde::Serialize;
 
-/// Whether, and on what terms, a quantity is delivered. The reason is printed where a table has an empty cell.
+/// Whether a method provides a quantity, and under which conditions. The reason is printed in the empty cell of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Support {
     Full,
+    /// Without adhesion only.
     NoAdhesion,
+    /// With the limitation that is stated.
     Only(&'static str),
+    /// Not provided, for the reason that is stated.
     No(&'static str),
 }
 
-/// Whether the fields of a state are in equilibrium.
+/// Whether a method solves for the fields.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
-    /// Solves for the fields, and says how far from equilibrium it stopped.
+    /// Solves for fields in equilibrium and reports the residual.
     Solver,
-    /// Tells of the contact without solving for its fields.
+    /// Estimates contact quantities without fields in equilibrium.
     Estimate,
 }
 
-/// What a method is given of the surface, and it is given nothing else.
+/// The only data of the surface that a method receives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Needs {
     Heights,
-    /// Power by wave number ([`crate::surface::PowerSpectrum`]).
+    /// Power spectrum ([`crate::surface::PowerSpectrum`]).
     Spectrum,
 }
 
-/// What a method calls contact. Areas are compared only together with it.
+/// Contact criterion of a method. Contact areas are compared together with their criterion.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Criterion {
-    /// Gap exactly zero, where the wall holds the surfaces apart.
+    /// Gap exactly zero, at a hard wall.
     ZeroGap,
-    /// Interfacial stress that presses.
+    /// Compressive interfacial stress.
     CompressiveStress,
-    /// Gap exactly zero; where the stress presses is told beside it.
+    /// Gap exactly zero; the area under compressive stress is reported as well.
     ZeroGapAndStress,
-    /// Undeformed bodies moved into each other: the bearing area, grown by what the method says of it.
+    /// Overlap of the undeformed bodies (bearing area), enlarged as the method prescribes.
     Overlap,
-    /// Spots of single asperities.
+    /// Contact spots of single asperities.
     Spots,
-    /// A share without a place: what a theory calls contact.
+    /// Contact fraction of a statistical theory, without positions.
     Statistical,
-    /// Gap below what light tells from none.
+    /// Gap below the optical resolution.
     Optical { gap_nm: f64 },
-    /// Any atom of the other body nearer than this.
+    /// An atom of the other body closer than this distance.
     AtomDistance { d_c_angstrom: f64 },
 }
 
@@ -57,17 +60,17 @@ impl std::fmt::Display for Criterion {
         match self {
             Criterion::ZeroGap => write!(f, "zero gap"),
             Criterion::CompressiveStress => write!(f, "compressive stress"),
-            Criterion::ZeroGapAndStress => write!(f, "zero gap, beside compressive stress"),
+            Criterion::ZeroGapAndStress => write!(f, "zero gap; area under compressive stress reported as well"),
             Criterion::Overlap => write!(f, "overlap of the undeformed bodies"),
-            Criterion::Spots => write!(f, "spots of single asperities"),
-            Criterion::Statistical => write!(f, "a share, without a place"),
+            Criterion::Spots => write!(f, "contact spots of single asperities"),
+            Criterion::Statistical => write!(f, "contact fraction of a statistical theory"),
             Criterion::Optical { gap_nm } => write!(f, "a gap below {gap_nm} nm at the scale of the experiment"),
             Criterion::AtomDistance { d_c_angstrom } => write!(f, "an indenter atom within {d_c_angstrom} Å"),
         }
     }
 }
 
-/// What a method is, honestly: read by tables, by the unavailable_reason of what it cannot do, and by tests that walk the registry.
+/// Properties of a method, read by tables, error messages and the tests over the registry.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Card {
     pub id: &'static str,
@@ -76,26 +79,26 @@ pub struct Card {
     pub family: &'static str,
     pub kind: Kind,
     pub needs: Needs,
-    /// With default settings ([`ContactMethod::criterion`](super::ContactMethod::criterion) with others).
+    /// With default settings; [`ContactMethod::criterion`](super::ContactMethod::criterion) for others.
     pub criterion: Criterion,
-    /// Constants fitted to the reference answer, with default settings; none for a solver of the equations.
+    /// Data to which constants were fitted, with default settings; none for a solver of the governing equations.
     pub calibrated_on: Option<&'static str>,
     /// One sentence for tables.
     pub summary: &'static str,
     #[serde(serialize_with = "quantities")]
     pub supports: fn(Quantity) -> Support,
     pub dois: &'static [&'static str],
-    /// Sources whose DOI is not known here: authors, journal, volume, year, page.
+    /// Sources without a DOI here: authors, journal, volume, year, page.
     pub papers: &'static [&'static str],
 }
 
 impl Card {
-    /// Whether adhesion is something that the method knows.
+    /// Whether the method models adhesion.
     pub fn supports_adhesion(&self) -> bool {
         matches!((self.supports)(Quantity::ContactArea), Support::Full | Support::Only(_))
     }
 
-    /// Why a quantity is not delivered of a problem, with adhesion or without.
+    /// Why a quantity is not provided for a problem with or without adhesion; none if it is.
     pub fn unsupported_reason(&self, quantity: Quantity, adhesive: bool) -> Option<&'static str> {
         match (self.supports)(quantity) {
             Support::No(reason) => Some(reason),
@@ -109,7 +112,7 @@ fn quantities<S: serde::Serializer>(supports: &fn(Quantity) -> Support, to: S) -
     to.collect_map(Quantity::OUTPUTS.map(|q| (q, supports(q))))
 }
 
-/// What a solver of the fields delivers: the fields and all that follows from them, the stiffness from neighbouring loads.
+/// Support by a field solver: everything follows from the fields, the stiffness from neighbouring loads.
 pub(super) fn fields(quantity: Quantity) -> Support {
     match quantity {
         Quantity::Stiffness => Support::Only("as differences between loads"),

@@ -2,42 +2,42 @@ use super::{Load, Run, Stop};
 use crate::observe::{Distribution, StressDistribution};
 use crate::{Error, Result};
 
-/// What a method finds at a load that knows no equilibrium of the fields: the parts that its card declares, and no others.
-/// Lengths in L, stresses in E*, areas in L²; maps `[ny, nx]` on the problem's grid.
+/// Result at one load of a method that does not solve for the fields: the quantities that its card declares, and no others.
+/// Lengths in L, stresses in E*, areas in L²; maps `[ny, nx]` on the grid of the problem.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate<'a> {
     pub load: Load,
     /// Mean pressure.
     pub pressure: f64,
-    /// Share of the cell that touches by the card's criterion.
+    /// Contact fraction by the criterion of the card.
     pub contact_fraction: f64,
     pub mean_gap: Option<f64>,
-    /// dp/dū, from the method itself; without it neighbouring loads tell.
+    /// dp/dū, if the method provides it; otherwise it follows from neighbouring loads. E*/L.
     pub stiffness: Option<f64>,
-    /// 1 where a node touches.
+    /// 1 at nodes in contact, 0 elsewhere.
     pub contact: Option<&'a [u8]>,
     pub gap: Option<&'a [f64]>,
     /// Interfacial stress, compression positive.
     pub stress: Option<&'a [f64]>,
-    /// Areas of the patches, in any order. A method that lends a contact map leaves them to be counted there.
+    /// Areas of the contact patches, in any order. None if they are to be counted on the contact map.
     pub patches: Option<Vec<f64>>,
-    /// A method that lends a field leaves the field's distribution to be counted there.
+    /// None if the distribution is to be computed from the field.
     pub gap_distribution: Option<Distribution>,
     pub stress_distribution: Option<StressDistribution>,
-    /// Relative difference between the pressure and what the parts carry together.
+    /// Relative difference between the pressure and the load that the contacts carry.
     pub load_error: f64,
-    /// What the method misses of its own criterion of convergence, and what it asks there; both 0 of a method without iterations.
+    /// Residual of the method's own convergence criterion and its tolerance; both 0 for a method without iterations.
     pub residual: f64,
     pub tolerance: f64,
     pub stop: Stop,
     pub iterations: usize,
-    /// Forward and inverse transforms of the grid, in pairs.
+    /// Transform pairs (forward and inverse) of the grid.
     pub fft_pairs: f64,
     pub seconds: f64,
 }
 
 impl Estimate<'_> {
-    /// Nothing but a pressure, and no part of it carried yet.
+    /// An estimate with a pressure and nothing else.
     pub fn at(pressure: f64) -> Self {
         Estimate {
             load: Load::Pressure(pressure),
@@ -62,14 +62,14 @@ impl Estimate<'_> {
     }
 }
 
-/// Estimates along a load path, whose order matters to methods that remember.
+/// Estimates along a load path. The order of the loads matters to methods with hysteresis.
 pub trait Estimator {
     /// # Errors
     /// `Input` for a load that the method cannot impose.
     fn estimate(&mut self, load: Load) -> Result<Estimate<'_>>;
 
-    /// Goes past a load whose estimate is known from before, so that the bits of the next one are those that would have
-    /// followed. A method that remembers nothing of its loads has nothing to do.
+    /// Restores the state after a load whose estimate is already stored, so that the next estimate is bit-identical to that
+    /// of an uninterrupted path. Nothing to do for a method without hysteresis.
     ///
     /// # Errors
     /// As [`Estimator::estimate`].
@@ -78,32 +78,32 @@ pub trait Estimator {
     }
 }
 
-/// What has begun: a method of one kind or of the other, as its card says.
+/// A started method of the kind on its card.
 pub enum Started<'p> {
     Solver(Box<dyn Run + 'p>),
     Estimator(Box<dyn Estimator + 'p>),
 }
 
 impl<'p> Started<'p> {
-    /// For callers that need the fields in equilibrium.
+    /// The field solver.
     ///
     /// # Errors
-    /// `Input` for a method that does not solve for them.
+    /// `Input` for a method that only estimates.
     pub fn solver(self) -> Result<Box<dyn Run + 'p>> {
         match self {
             Started::Solver(run) => Ok(run),
-            Started::Estimator(_) => Err(Error::input("method", "kind", "an estimate", "a solver of the fields")),
+            Started::Estimator(_) => Err(Error::input("method", "kind", "an estimator", "a field solver")),
         }
     }
 
-    /// For callers that need an estimate.
+    /// The estimator.
     ///
     /// # Errors
-    /// `Input` for a solver of the fields.
+    /// `Input` for a field solver.
     pub fn estimator(self) -> Result<Box<dyn Estimator + 'p>> {
         match self {
             Started::Estimator(run) => Ok(run),
-            Started::Solver(_) => Err(Error::input("method", "kind", "a solver of the fields", "an estimate")),
+            Started::Solver(_) => Err(Error::input("method", "kind", "a field solver", "an estimator")),
         }
     }
 }

@@ -1,15 +1,15 @@
-//! The laboratory's submission as a model: a printed surface a thousand times larger, pressed onto a sheet of rubber, of which a
-//! camera sees where light crosses (Bennett, Harris, Schulze, Urueña, McGhee, Pitenis, Müser, Angelini & Sawyer, Tribology
+//! Model of the laboratory submission: a printed surface, scaled up a thousand times, is pressed onto a rubber sheet, and a camera
+//! images the contact by frustrated total internal reflection (Bennett, Harris, Schulze, Urueña, McGhee, Pitenis, Müser, Angelini & Sawyer, Tribology
 //! Letters 65 (2017) 134; section 3 of Müser et al., Tribology Letters 65 (2017) 118).
 //!
-//! The heights lose what the printer does not draw (a box average over its resolution, exact by Fourier), the body is an
-//! incompressible layer bonded to its support, contact is what a camera's pixel has for the larger part closer than light
-//! crosses, and gaps are those of a displacement that image correlation averages over its window. The contact itself is solved
-//! for by the method `fast`. Not in the model: the edges of the sheet and of the print (the cell repeats), friction, viscosity.
+//! Heights are averaged over the resolution of the printer (a box average, exact in Fourier space); the body is an
+//! incompressible layer bonded to its support; a camera pixel is in contact if the gap of most of its nodes is below the optical
+//! gap; gaps follow from a displacement averaged over the window of the image correlation. The method `fast` solves the contact
+//! problem. Not modelled: the edges of sheet and print (the cell is periodic), friction, viscosity.
 //!
-//! Scaled up a thousand times at the same E*ḡ the groups are kept but those of adhesion: the work of rubber, 50 mJ/m² over a
-//! cell of 0.1 m, is the challenge's γ/(E*L) = 2·10⁻⁵ at E* = 25 kPa, and less on what is stiffer; a range of molecules is
-//! then far below that of the challenge, ρ/L = 2·10⁻⁵. The model takes the adhesion of the problem.
+//! Scaling up at the same E*ḡ preserves the dimensionless groups except those of adhesion: the work of adhesion of rubber,
+//! 50 mJ/m² in a cell of 0.1 m, equals the challenge's γ/(E*L) = 2·10⁻⁵ at E* = 25 kPa and is less for stiffer rubber; a molecular
+//! range is far below the challenge's ρ/L = 2·10⁻⁵. The model uses the adhesion of the problem.
 
 use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Observer, Plan, Problem, Quantity,
@@ -24,7 +24,7 @@ use std::time::Instant;
 
 pub struct Experiment;
 
-/// Side of the print, and gap below which light crosses, between 100 and 200 nm.
+/// Side of the print, and optical gap (between 100 and 200 nm).
 const LENGTH_NM: f64 = 1e8;
 const OPTICAL_GAP_NM: f64 = 150.0;
 
@@ -36,7 +36,7 @@ static CARD: Card = Card {
     needs: Needs::Heights,
     criterion: Criterion::Optical { gap_nm: OPTICAL_GAP_NM },
     calibrated_on: None,
-    summary: "printed surface, bonded rubber layer and camera around the method fast",
+    summary: "printed surface, bonded rubber layer and camera, solved by fast",
     supports,
     dois: &["10.1007/s11249-017-0900-2"],
     papers: &["Bennett et al., Tribology Letters 65 (2017) 134"],
@@ -48,42 +48,42 @@ fn supports(quantity: Quantity) -> Support {
         | Quantity::ContactArea
         | Quantity::PatchPdf
         | Quantity::PatchArea
-        | Quantity::MedianClusterArea => Support::Only("camera's pixels that light crosses; no edges"),
+        | Quantity::MedianClusterArea => Support::Only("camera pixels below the optical gap; no edges"),
         Quantity::GapMap | Quantity::GapPdf | Quantity::MeanGap => {
             Support::Only("by digital image correlation; no edges")
         }
         Quantity::Stiffness => Support::Only("as differences between loads"),
-        Quantity::StressMap | Quantity::StressPdf => Support::No("light tells of contact, not of stress"),
+        Quantity::StressMap | Quantity::StressPdf => Support::No("optical images show contact, not stress"),
     }
 }
 
-/// Settings of the method `experiment`; lengths in units of L, which is 0.1 m in the laboratory.
+/// Settings of the method `experiment`; lengths in units of L = 0.1 m.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ExperimentSettings {
-    /// The printer's resolution, over which heights are averaged: 16 µm. 0 for none.
-    pub print: f64,
-    /// The camera's pixel: 4900 along a side (36.3 megapixels). 0 for none.
-    pub pixel: f64,
-    /// Gap below which light crosses: 0.15 µm, between 0.1 and 0.2.
+    /// Resolution of the printer, over which heights are averaged: 16 µm. 0 for none.
+    pub print_resolution: f64,
+    /// Pixel of the camera: 4900 along a side (36.3 megapixels). 0 for none.
+    pub pixel_size: f64,
+    /// Largest gap that appears as contact: 0.15 µm (0.1 to 0.2).
     pub optical_gap: f64,
     /// Thickness of the rubber: 15 mm.
     pub thickness: f64,
     /// Poisson's ratio of the rubber.
     pub poisson: f64,
-    /// Window over which image correlation averages displacements. Our choice: 0.5 mm, some 24 pixels. 0 for none.
-    pub correlation: f64,
+    /// Window of the image correlation, over which displacements are averaged. Assumed: 0.5 mm, about 24 pixels. 0 for none.
+    pub correlation_window: f64,
 }
 
 impl Default for ExperimentSettings {
     fn default() -> Self {
         ExperimentSettings {
-            print: 1.6e-4,
-            pixel: 1.0 / 4900.0,
+            print_resolution: 1.6e-4,
+            pixel_size: 1.0 / 4900.0,
             optical_gap: OPTICAL_GAP_NM / LENGTH_NM,
             thickness: 0.15,
             poisson: 0.5,
-            correlation: 5e-3,
+            correlation_window: 5e-3,
         }
     }
 }
@@ -96,10 +96,10 @@ impl ExperimentSettings {
     fn check(&self) -> Result<()> {
         require::positive(self.thickness, CARD.id, "experiment.thickness")?;
         let lengths = [
-            ("print", self.print),
-            ("pixel", self.pixel),
+            ("print_resolution", self.print_resolution),
+            ("pixel_size", self.pixel_size),
             ("optical_gap", self.optical_gap),
-            ("correlation", self.correlation),
+            ("correlation_window", self.correlation_window),
         ];
         for (key, value) in lengths {
             if !(value >= 0.0 && value.is_finite()) {
@@ -120,18 +120,18 @@ impl ContactMethod for Experiment {
     }
 
     fn criterion(&self, settings: &Settings) -> Criterion {
-        // To a thousandth of a nanometre: a length in units of L has digits that rounding left.
+        // Rounded to a thousandth of a nanometre.
         let gap_nm = (settings.experiment.optical_gap * LENGTH_NM * 1e3).round() / 1e3;
         Criterion::Optical { gap_nm }
     }
 
     fn adhesion(&self, problem: &Problem) -> Adhesion {
-        // A range that the grid does not carry would pin contact lines to it, here as in the solver alone.
+        // A range that the grid does not resolve pins contact lines to it, as in `fast`.
         RangeChoice::Mesh.law(problem.adhesion, problem.grid.dx().max(problem.grid.dy()))
     }
 
     fn plan(&self, problem: &Problem) -> Plan {
-        // What the solver takes, printed heights, the last gap to go on from, the gap told, and the map.
+        // The solver, printed heights, previous gap, correlated gap, and the map.
         let inner = fast::Fast.plan(&Problem { heights: (&[][..]).into(), ..problem.clone() });
         Plan { bytes: inner.bytes + (3 * 8 + 1) * problem.grid.points() as u64, ..inner }
     }
@@ -142,7 +142,7 @@ impl ContactMethod for Experiment {
         problem.settings.experiment.check()?;
         let grid = problem.grid;
         let mut printed = require::from_lowest(problem).into_owned();
-        box_average(grid, &mut printed, problem.settings.experiment.print);
+        box_average(grid, &mut printed, problem.settings.experiment.print_resolution);
         let (last, contact, gap) = (Vec::new(), Vec::new(), Vec::new());
         Ok(Started::Estimator(Box::new(Laboratory { problem, observer, printed, last, contact, gap })))
     }
@@ -152,7 +152,7 @@ struct Laboratory<'p> {
     problem: &'p Problem<'p>,
     observer: &'p dyn Observer,
     printed: Vec<f64>,
-    /// True gap of the last load, from which the next goes on.
+    /// Solved gap of the last load, the start of the next.
     last: Vec<f64>,
     contact: Vec<u8>,
     gap: Vec<f64>,
@@ -185,8 +185,8 @@ impl Estimator for Laboratory<'_> {
         };
         self.last = state.gap.to_vec();
         drop(run);
-        self.contact = photograph(grid, &self.last, settings.optical_gap, settings.pixel);
-        self.gap = correlated(grid, &self.printed, &self.last, settings.correlation);
+        self.contact = photograph(grid, &self.last, settings.optical_gap, settings.pixel_size);
+        self.gap = correlated(grid, &self.printed, &self.last, settings.correlation_window);
         let touching = self.contact.iter().map(|c| usize::from(*c)).sum::<usize>();
         Ok(Estimate {
             contact_fraction: touching as f64 / grid.points() as f64,
@@ -197,13 +197,13 @@ impl Estimator for Laboratory<'_> {
         })
     }
 
-    /// With adhesion a load begins at the gap of the one before.
+    /// With adhesion a load starts from the gap of the previous one.
     fn pass(&mut self, load: Load) -> Result<()> {
         if self.problem.adhesion != Adhesion::None { self.estimate(load).map(|_| ()) } else { Ok(()) }
     }
 }
 
-/// Averages a field over a box of this width about every place, exactly for the waves that the grid holds.
+/// Averages a field `[ny, nx]` over a box of this width around every node, exactly for the modes of the grid.
 fn box_average(grid: Grid, field: &mut [f64], width: f64) {
     if width == 0.0 {
         return;
@@ -220,8 +220,8 @@ fn box_average(grid: Grid, field: &mut [f64], width: f64) {
     transform.inverse(&mut spectrum, field);
 }
 
-/// 1 on the nodes of those of the camera's pixels that have the larger part of their nodes closer than `optical_gap`.
-/// Nodes farther apart than pixels are told one by one.
+/// Contact map: 1 on the nodes of camera pixels in which most nodes have a gap below `optical_gap`. Pixels smaller than the
+/// node spacing are replaced by the nodes.
 fn photograph(grid: Grid, gap: &[f64], optical_gap: f64, pixel: f64) -> Vec<u8> {
     let close: Vec<u8> = gap.iter().map(|g| u8::from(*g <= optical_gap)).collect();
     let pixels = |l: f64, n: usize| if pixel > 0.0 { ((l / pixel).round() as usize).clamp(1, n) } else { n };
@@ -229,7 +229,7 @@ fn photograph(grid: Grid, gap: &[f64], optical_gap: f64, pixel: f64) -> Vec<u8> 
     if (px, py) == (grid.nx, grid.ny) {
         return close;
     }
-    // Nodes stand in the middle of what they stand for.
+    // Pixel of a node.
     let at = |i: usize| ((i / grid.nx) * py / grid.ny) * px + (i % grid.nx) * px / grid.nx;
     let mut counts = vec![[0u32; 2]; px * py];
     for (i, c) in close.iter().enumerate() {
@@ -240,7 +240,7 @@ fn photograph(grid: Grid, gap: &[f64], optical_gap: f64, pixel: f64) -> Vec<u8> 
     (0..gap.len()).map(|i| u8::from(2 * counts[at(i)][1] > counts[at(i)][0])).collect()
 }
 
-/// The gap between the printed heights and the body's displacement averaged over the window; nowhere below zero.
+/// Gap between the printed heights and the displacement averaged over the window, at least zero.
 fn correlated(grid: Grid, printed: &[f64], gap: &[f64], window: f64) -> Vec<f64> {
     let mut displaced: Vec<f64> = printed.iter().zip(gap).map(|(h, g)| h - g).collect();
     box_average(grid, &mut displaced, window);
@@ -252,9 +252,9 @@ mod tests {
     use super::*;
     use std::f64::consts::{PI, TAU};
 
-    /// A wave loses what a box takes of it, along both axes, and the mean nothing.
+    /// A wave is attenuated by the sinc factors of the box along both axes; the mean is unchanged.
     #[test]
-    fn a_box_average_of_waves() {
+    fn box_average_attenuates_waves() {
         let grid = Grid { nx: 24, ny: 20, lx: 1.0, ly: 0.6 };
         let wave = |i: usize| (TAU * 3.0 * (i % 24) as f64 / 24.0).cos() * (TAU * (i / 24) as f64 / 20.0).cos();
         let mut field: Vec<f64> = (0..480).map(|i| 2.0 + wave(i)).collect();
@@ -266,9 +266,9 @@ mod tests {
         }
     }
 
-    /// Pixels of two by two nodes: three of four make contact, two do not.
+    /// Pixels of two by two nodes: three of four nodes make contact, two do not.
     #[test]
-    fn pixels_go_with_the_larger_part() {
+    fn pixel_is_in_contact_if_most_nodes_are() {
         let grid = Grid::unit(4, 4);
         let gap = [0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0];
         let seen = photograph(grid, &gap, 0.5, 0.5);

@@ -1,6 +1,5 @@
-//! Whole fields at once, for solvers that keep them so: convolutions with a symbol, inner products in a fixed order, what
-//! every such solver refuses, and the optimality of a gap. Nothing here is shared with the row-wise operator of `bvm`,
-//! `fast` and `gfmd` but the transform.
+//! Operations on whole fields: convolutions with a symbol, inner products in a fixed order, common requirements, and the
+//! residuals of a gap. Except for the transform this is independent of the row-wise operator of `bvm`, `fast` and `gfmd`.
 
 use super::residuals::Residuals;
 use super::{Precision, Problem, require};
@@ -9,18 +8,18 @@ use crate::grid::{Grid, HalfSpectrum, Transform, dot, mean, sum_rows};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 
-/// Elements that one thread sums or moves at a time.
+/// Elements of a block, the unit of work of a thread.
 const BLOCK: usize = 4096;
 
 /// Multiplies fields by real symbols in Fourier space.
 pub(super) struct Convolution {
     transform: Transform<f64>,
     spectrum: HalfSpectrum<f64>,
-    /// Transforms done, in pairs.
+    /// Transform pairs so far.
     pub pairs: f64,
 }
 
-/// A real symbol on the half spectrum, `[nx/2+1][ny]`, the transform's `1/N` included.
+/// A real symbol on the half spectrum `[nx/2+1, ny]`, including the `1/N` of the transform.
 pub(super) struct Symbol(Vec<f64>);
 
 impl Convolution {
@@ -30,12 +29,12 @@ impl Convolution {
         Convolution { transform, spectrum, pairs: 0.0 }
     }
 
-    /// Bytes of a convolution and of `symbols` symbols.
+    /// Bytes of a convolution with `symbols` symbols.
     pub fn bytes(grid: Grid, symbols: u64) -> u64 {
         Transform::<f64>::spectrum_bytes(grid) + symbols * (grid.half() * grid.ny * size_of::<f64>()) as u64
     }
 
-    /// The symbol with the values `of(qx, qy)`.
+    /// Symbol with the values `of(qx, qy)`.
     pub fn symbol(&self, of: impl Fn(f64, f64) -> f64 + Sync) -> Symbol {
         let grid = self.transform.grid();
         let per_point = 1.0 / grid.points() as f64;
@@ -46,7 +45,7 @@ impl Convolution {
         Symbol(values)
     }
 
-    /// `into` becomes the convolution of `field`.
+    /// Writes the convolution of `field` to `into`; one transform pair.
     pub fn apply(&mut self, symbol: &Symbol, field: &[f64], into: &mut [f64]) {
         let ny = self.transform.grid().ny;
         let filter = |i: usize, column: &mut [Complex<f64>]| {
@@ -60,17 +59,17 @@ impl Convolution {
 }
 
 impl Symbol {
-    /// The largest value, as it is kept.
+    /// The largest stored value, including `1/N`.
     pub fn most(&self) -> f64 {
         self.0.iter().copied().fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// Becomes another symbol of the same grid, value by value as they are kept, `1/N` included.
+    /// Sets the stored values to `of` those of another symbol of the same grid, both including `1/N`.
     pub fn set(&mut self, from: &Symbol, of: impl Fn(f64) -> f64) {
         self.0.iter_mut().zip(&from.0).for_each(|(to, &v)| *to = of(v));
     }
 
-    /// Another symbol, from the values of this one as they are kept, `1/N` included.
+    /// A symbol with the values `of` the stored ones, both including `1/N`.
     pub fn map(&self, of: impl Fn(f64) -> f64) -> Symbol {
         Symbol(self.0.iter().map(|&v| of(v)).collect())
     }
@@ -91,14 +90,14 @@ pub(super) fn add(to: &mut [f64], factor: f64, what: &[f64]) {
         .for_each(|(to, what)| to.iter_mut().zip(what).for_each(|(t, w)| *t += factor * w));
 }
 
-/// Every element of `to` becomes `of` its place and value.
+/// Sets every element of `to` to `of(index, value)`.
 pub(super) fn each(to: &mut [f64], of: impl Fn(usize, f64) -> f64 + Sync) {
     to.par_chunks_mut(BLOCK).enumerate().for_each(|(k, to)| {
         to.iter_mut().enumerate().for_each(|(i, t)| *t = of(k * BLOCK + i, *t));
     });
 }
 
-/// `K` means over the grid of what every place gives.
+/// `K` means over the grid of the values `of(index)`.
 pub(super) fn means<const K: usize>(n: usize, of: impl Fn(usize) -> [f64; K] + Sync + Send) -> [f64; K] {
     let sums = sum_rows(n.div_ceil(BLOCK), |k| {
         let mut sums = [0.0; K];
@@ -110,10 +109,10 @@ pub(super) fn means<const K: usize>(n: usize, of: impl Fn(usize) -> [f64; K] + S
     sums.map(|s| s / n as f64)
 }
 
-/// Heights without their mean, for a method that works in f64 on one periodic cell.
+/// Heights without their mean, for a method in f64 on a periodic cell.
 ///
 /// # Errors
-/// `Input` for another precision, a body that is not periodic, or a goal that the method cannot judge.
+/// `Input` for another precision, a non-periodic body, or an energy target.
 pub(super) fn heights(problem: &Problem, id: &str) -> Result<Vec<f64>> {
     problem.expect_periodic(id)?;
     if problem.precision != Precision::F64 {
@@ -126,8 +125,8 @@ pub(super) fn heights(problem: &Problem, id: &str) -> Result<Vec<f64>> {
     Ok(heights)
 }
 
-/// What a gap is short of equilibrium: `stress` is that of body and load, `traction` the law's attraction. Behind a hard
-/// wall closed nodes may press.
+/// Residuals of a gap with the elastic stress plus pressure `stress` and the adhesive `traction`. With a hard wall (`hard`)
+/// closed nodes may carry compression. The last argument is the elastic and the interaction energy.
 pub(super) fn residuals(
     gap: &[f64],
     stress: &[f64],
@@ -157,9 +156,9 @@ mod tests {
     use super::*;
     use std::f64::consts::PI;
 
-    /// A wave is multiplied by its symbol; means and products are those of a direct sum.
+    /// A wave is multiplied by its symbol; means and products equal direct sums.
     #[test]
-    fn waves_are_scaled_by_their_symbol() {
+    fn convolution_multiplies_a_wave_by_its_symbol() {
         let grid = Grid { nx: 12, ny: 10, lx: 1.0, ly: 0.5 };
         let wave = |i: usize| {
             let (x, y) = ((i % 12) as f64 / 12.0, (i / 12) as f64 / 10.0);

@@ -1,11 +1,11 @@
-//! Green's-function molecular dynamics, the challenge's reference: every mode of the surface is a damped oscillator, all
-//! with the same mass; after each step the displacement is put back where it has crossed the wall (Campañá & Müser,
-//! Phys. Rev. B 74 (2006) 075420; Prodanov, Dapp & Müser, Tribology Letters 53 (2014) 433).
+//! Green's-function molecular dynamics, the reference of the challenge: every surface mode is a damped oscillator, all with
+//! the same mass; after each step nodes that crossed the hard wall are moved back onto it (Campañá & Müser, Phys. Rev. B 74
+//! (2006) 075420; Prodanov, Dapp & Müser, Tribology Letters 53 (2014) 433).
 //!
-//! With one mass for all modes the Verlet step is the same in real and in Fourier space, so the state is kept in real
-//! space, where the wall acts, and one transform pair gives the elastic force. Weighting masses by stiffness would be
-//! faster per step but has another fixed point: the clamp is a projection only in the metric of uniform masses (1-D
-//! Westergaard at half its full-contact pressure: contact fraction 0.605 instead of 0.5).
+//! With one mass for all modes the Verlet step is the same in real and in Fourier space. The state is stored in real space,
+//! where the wall acts, and one transform pair gives the elastic force. Masses proportional to the stiffness would converge
+//! in fewer steps but to another fixed point: the clamp is a projection only in the metric of uniform masses (1-D Westergaard
+//! at half its full-contact pressure: contact fraction 0.605 instead of 0.5).
 
 use super::iteration::{ConvergenceMonitor, IterationControl};
 use super::operator::{Build, Operator, dispatch};
@@ -38,13 +38,14 @@ static CARD: Card = Card {
 };
 
 /// Square of the time step times the highest frequency. Verlet is stable up to 4; the paper's choices are 0.25 to 1.
-/// At 512², p* = 0.01, the step count falls as its root: 1.6 keeps a margin for the wall's kicks.
+/// At 512², p* = 0.01, the number of steps is inversely proportional to the time step; 1.6 leaves a margin for impacts on the
+/// wall.
 const STEP_SQUARED: f64 = 1.6;
-/// The same for soft walls, on whose corner nodes bounce: on a rough 128² surface the larger step never comes to rest on
-/// walls 14 times stiffer than the grid's stiffest mode, this one does on walls 90 times stiffer.
+/// The same for soft walls, on which nodes bounce: on a rough 128² surface the larger step does not converge for walls 14
+/// times stiffer than the stiffest mode of the grid; this one converges for walls 90 times stiffer.
 const STEP_SQUARED_SOFT: f64 = 0.4;
 
-/// Damping over the critical damping of the slowest mode: slightly underdamped, as in the paper.
+/// Damping over the critical damping of the slowest mode; slightly underdamped, as in the paper.
 const DAMPING: f64 = 0.7;
 
 impl ContactMethod for Gfmd {
@@ -92,11 +93,11 @@ struct Solver<'p, T: Real, K, L> {
     gap: Vec<T>,
     /// Gap minus the previous gap; interfacial stress once a load is done.
     velocity: Vec<T>,
-    /// What gap and velocity go on from.
+    /// Set by a snapshot.
     paused: Option<Pause>,
 }
 
-/// What the dynamics know beside gap and velocity.
+/// State of the dynamics in addition to gap and velocity.
 #[derive(Clone, Serialize, Deserialize)]
 struct Pause {
     iterations: usize,
@@ -104,14 +105,14 @@ struct Pause {
 }
 
 impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
-    /// No velocity: the start of a step's pair.
+    /// Sets the velocity to zero and starts the transform pair of the next step.
     fn rest(&mut self) {
         self.velocity.par_iter_mut().for_each(|v| *v = T::zero());
-        self.place();
+        self.transform_displacement();
     }
 
-    /// Rows of `gap - height` into the spectrum.
-    fn place(&mut self) {
+    /// Transforms the rows of `gap - height` into the spectrum.
+    fn transform_displacement(&mut self) {
         self.operator.allocate_spectrum();
         let Operator { transform, spectrum, heights, offset, .. } = &mut self.operator;
         let offset = *offset;
@@ -125,8 +126,8 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         });
     }
 
-    /// One step: elastic force of the displacement in the spectrum, the balance there, then the Verlet update with the
-    /// clamp, and the new displacement's rows go back into the spectrum in the same sweep.
+    /// One step: elastic force of the displacement in the spectrum, residuals, Verlet update and clamp; the rows of the new
+    /// displacement are transformed in the same sweep.
     fn step(&mut self, inertia: f64, step: f64) -> Residuals {
         let elastic = {
             let Operator { transform, spectrum, stiffness, .. } = &mut self.operator;
@@ -183,7 +184,7 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             None => self.rest(),
             Some(Pause { iterations, progress }) => {
                 control.resume(iterations, progress);
-                self.place();
+                self.transform_displacement();
             }
         }
         let (stop, residuals) = loop {

@@ -208,10 +208,10 @@ impl<'p> IterationControl<'p> {
     }
 }
 
-/// Notices that a residual no longer falls, and how much area and mean gap still move.
+/// Detects that the residual has stalled, and estimates how much area and mean gap still change.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct ConvergenceMonitor {
-    /// None before the first.
+    /// Lowest residual so far; none before the first iteration.
     best: Option<f64>,
     since: usize,
     /// Contact fraction and mean gap of every iteration.
@@ -227,26 +227,26 @@ pub(super) struct MonitorMark {
 }
 
 impl ConvergenceMonitor {
-    /// Iterations without a tenth of improvement after which a residual at the rounding floor is final.
+    /// Iterations without an improvement by a tenth after which a residual at the rounding floor is final.
     const PATIENCE: usize = 100;
-    /// Iterations before which nothing has settled.
+    /// Iterations needed for an estimate.
     const FEWEST: usize = 10;
 
     pub fn new() -> Self {
         ConvergenceMonitor { best: None, since: 0, history: Vec::new() }
     }
 
-    /// What it knows now, but for its history, which only grows.
+    /// The present point in the history.
     pub fn mark(&self) -> MonitorMark {
         MonitorMark { best: self.best, since: self.since, len: self.history.len() }
     }
 
-    /// As it was at a mark.
+    /// The monitor as it was at a mark.
     pub fn at(&self, mark: &MonitorMark) -> ConvergenceMonitor {
         ConvergenceMonitor { best: mark.best, since: mark.since, history: self.history[..mark.len].to_vec() }
     }
 
-    /// Notes a state, and says how it compares with the one a fifth of the iterations ago.
+    /// Records a state and compares it with that of a fifth of the iterations ago.
     pub fn error_estimates(&mut self, residuals: &Residuals) -> ErrorEstimates {
         self.history.push((residuals.contact, residuals.mean_gap));
         let before = self.history[4 * (self.history.len() - 1) / 5];
@@ -259,7 +259,7 @@ impl ConvergenceMonitor {
         }
     }
 
-    /// `Some` when `residual` (over the pressure) is no number, or has stalled at no more than ten times `floor`.
+    /// Stop reason if `residual` (over the pressure) is not finite or has stalled below ten times `floor`.
     pub fn stalled(&mut self, residual: f64, floor: f64) -> Option<Stop> {
         if !residual.is_finite() {
             return Some(Stop::Diverged);

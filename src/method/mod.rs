@@ -1,7 +1,7 @@
 //! Contact solvers behind one trait.
 //!
-//! A method sees a [`Problem`] (grid, heights, kernel, interaction), never a scene; a new method is one file and one line
-//! in [`REGISTRY`]. States are lent, not copied; what a method cannot deliver is a value with a reason.
+//! A method receives a [`Problem`] (grid, heights, kernel, interaction), never a scene. A new method is one file and one
+//! line in [`REGISTRY`]. States are borrowed, not copied. A quantity that a method does not support has a stated reason.
 
 pub mod all_atom;
 mod bem_bspline;
@@ -57,34 +57,37 @@ pub use crate::load::Load;
 use crate::Result;
 use crate::interface::Adhesion;
 
-/// A way of solving the contact problem.
+/// A method for the contact problem.
 pub trait ContactMethod: Sync {
+    /// Properties of the method: inputs, contact criterion, supported quantities, sources.
     fn card(&self) -> &'static Card;
 
-    /// What counts as contact under these settings: what the card says, unless a setting moves it.
+    /// Contact criterion with these settings; that of the card unless a setting changes it.
     fn criterion(&self, _settings: &Settings) -> Criterion {
         self.card().criterion
     }
 
-    /// What constants were fitted to under these settings: what the card says, unless a setting takes the place of a
-    /// constant.
+    /// Data to which constants were fitted, with these settings; as on the card unless a setting replaces a constant.
     fn calibrated_on(&self, _settings: &Settings) -> Option<&'static str> {
         self.card().calibrated_on
     }
 
-    /// Law of the adhesion that the method works with: the problem's, unless it changes it for the grid.
+    /// Adhesion law that the method uses; that of the problem unless the method adapts it to the grid.
     fn adhesion(&self, problem: &Problem) -> Adhesion {
         problem.adhesion
     }
 
-    /// Bytes and iterations, before anything is allocated.
+    /// Memory and iterations expected, computed before anything is allocated.
     fn plan(&self, problem: &Problem) -> Plan;
 
-    /// Allocates. The first load is reached from first touch, or, by methods that say so, from coarser grids.
+    /// Allocates the fields. The first load starts from first contact or, in `fast`, from coarser grids.
+    ///
+    /// # Errors
+    /// `Input` for a problem that the method does not support.
     fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>>;
 }
 
-/// Every method, in the order in which tables list them.
+/// All methods, in the order of the tables.
 pub const REGISTRY: &[&dyn ContactMethod] = &[
     &fast::Fast,
     &gfmd::Gfmd,
@@ -104,7 +107,7 @@ pub const REGISTRY: &[&dyn ContactMethod] = &[
     &all_atom::AllAtom,
 ];
 
-/// The method of that id; `auto` is the fastest that delivers fields.
+/// The method with this id; `auto` is the fastest field solver.
 pub fn find(id: &str) -> Option<&'static dyn ContactMethod> {
     if id == "auto" {
         return Some(&fast::Fast);
@@ -112,12 +115,12 @@ pub fn find(id: &str) -> Option<&'static dyn ContactMethod> {
     REGISTRY.iter().find(|m| m.card().id == id).copied()
 }
 
-/// All ids, for messages.
+/// All ids, for error messages.
 pub fn ids() -> Vec<&'static str> {
     std::iter::once("auto").chain(REGISTRY.iter().map(|m| m.card().id)).collect()
 }
 
-/// How many times more iterations adhesion takes that the grid does not resolve: 4 to 10 on 512² at the challenge's.
+/// Factor on the iterations for adhesion that the grid does not resolve: 4 to 10 on 512² with the challenge's adhesion.
 fn adhesion_effort(problem: &Problem) -> usize {
     if problem.adhesion == Adhesion::None { 1 } else { 6 }
 }

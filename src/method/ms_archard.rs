@@ -1,9 +1,9 @@
-//! Asperities on asperities: bands of wavelengths, each a two-dimensional sinusoid pressed by what the longer ones leave it to
-//! bear (Jackson & Streator, Wear 261 (2006) 1337, after Archard, Proc. R. Soc. A 243 (1957) 190).
+//! Asperities on asperities: each band of wavelengths is a two-dimensional sinusoid that carries the load on the contact area of
+//! the longer bands (Jackson & Streator, Wear 261 (2006) 1337, after Archard, Proc. R. Soc. A 243 (1957) 190).
 //!
-//! A band of rms height σ and rms gradient g is a wave of amplitude 2σ that is flat at the pressure E* g. It touches a share
-//! of the area in contact at longer waves, which is then pressed harder by as much. Adhesion adds to the pressure on a band
-//! what the law pulls at the band's mean gap; the state is the one that is reached from first touch.
+//! A band of rms height σ and rms gradient g is a wave of amplitude 2σ with the full-contact pressure E* g. Its contact fraction
+//! multiplies the contact area of the longer bands, and the mean pressure in contact increases accordingly. Adhesion adds the
+//! traction of the law at the mean gap of the band; the state is the one reached from first contact.
 
 use super::require;
 use super::sinusoid;
@@ -26,8 +26,8 @@ static CARD: Card = Card {
     kind: Kind::Estimate,
     needs: Needs::Spectrum,
     criterion: Criterion::Statistical,
-    calibrated_on: Some("contact at p* = 0.01 with adhesion, and where it jumps to full (band ratio 5)"),
-    summary: "a sinusoid for each band of wavelengths, the shorter on what the longer leave in contact",
+    calibrated_on: Some("adhesive contact area at p* = 0.01, and the area at the jump to full contact (band ratio 5)"),
+    summary: "one sinusoid per band of wavelengths, shorter bands on the contact area of longer ones",
     supports,
     dois: &["10.1007/s11249-017-0900-2", "10.1098/rspa.1957.0214"],
     papers: &["Jackson & Streator, Wear 261 (2006) 1337"],
@@ -35,33 +35,37 @@ static CARD: Card = Card {
 
 fn supports(quantity: Quantity) -> Support {
     match quantity {
-        Quantity::ContactArea | Quantity::MeanGap => Support::Only("with bands as wide as ms-archard.ratio says"),
-        Quantity::GapMap | Quantity::StressMap | Quantity::ContactMap => Support::No("knows no places"),
-        Quantity::PatchPdf | Quantity::PatchArea | Quantity::MedianClusterArea => Support::No("knows no patches"),
-        Quantity::GapPdf | Quantity::StressPdf => Support::No("tells of means only"),
+        Quantity::ContactArea | Quantity::MeanGap => Support::Only("depends on the band ratio ms-archard.band_ratio"),
+        Quantity::GapMap | Quantity::StressMap | Quantity::ContactMap => {
+            Support::No("statistical method without positions")
+        }
+        Quantity::PatchPdf | Quantity::PatchArea | Quantity::MedianClusterArea => {
+            Support::No("statistical method without patches")
+        }
+        Quantity::GapPdf | Quantity::StressPdf => Support::No("only mean values are computed"),
         Quantity::Stiffness => Support::Only("as differences between loads"),
     }
 }
 
-/// What `ms-archard` may be told.
+/// Settings of the method `ms-archard`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MsArchardSettings {
-    /// Longest wave of a band over its shortest, above 1. With 5 the challenge's surface, adhesive, jumps into full contact
-    /// from a third in contact, as the paper has it; in octaves it does from a tenth.
-    pub ratio: f64,
+    /// Longest over shortest wavelength of a band, above 1. With 5 the adhesive surface of the challenge jumps to full contact
+    /// from a contact fraction of one third, as in the paper; with 2 from one tenth.
+    pub band_ratio: f64,
 }
 
 impl Default for MsArchardSettings {
     fn default() -> Self {
-        MsArchardSettings { ratio: FITTED }
+        MsArchardSettings { band_ratio: FITTED }
     }
 }
 
-/// Ratio of the bands' ends that was chosen for what the card says.
+/// Fitted band ratio; the data are on the card.
 const FITTED: f64 = 5.0;
 
-/// Ratio of the bands' ends at most: a million wavelengths fit one band.
+/// Largest band ratio.
 const WIDEST: f64 = 1e6;
 
 /// Processor time of a load, measured by `asperity bench --methods`; an order of magnitude.
@@ -73,7 +77,7 @@ impl ContactMethod for MsArchard {
     }
 
     fn calibrated_on(&self, settings: &Settings) -> Option<&'static str> {
-        if settings.ms_archard.ratio == FITTED { CARD.calibrated_on } else { None }
+        if settings.ms_archard.band_ratio == FITTED { CARD.calibrated_on } else { None }
     }
 
     fn plan(&self, problem: &Problem) -> Plan {
@@ -87,32 +91,32 @@ impl ContactMethod for MsArchard {
         let refuse = |key: &str, found: String, accepted: &str| {
             Err(Error::input(format!("method {}", CARD.id), key, found, accepted))
         };
-        let ratio = problem.settings.ms_archard.ratio;
+        let ratio = problem.settings.ms_archard.band_ratio;
         if !(ratio > 1.0 && ratio <= WIDEST) {
-            return refuse("ms-archard.ratio", ratio.to_string(), "above 1 and at most 1e6");
+            return refuse("ms-archard.band_ratio", ratio.to_string(), "above 1 and at most 1e6");
         }
         if let Adhesion::PowerLaw93(_) = problem.adhesion {
             return refuse(
                 "adhesion",
                 problem.adhesion.to_string(),
-                "a law that pulls hardest at no gap: exponential, Dugdale or none",
+                "a law with its largest attraction at zero gap: exponential, Dugdale or none",
             );
         }
         Ok(Started::Estimator(Box::new(Stack { bands: bands(power, ratio), adhesion: problem.adhesion, observer })))
     }
 }
 
-/// A band as a wave.
+/// A band of wavelengths as a sinusoid.
 #[derive(Debug, Clone, Copy)]
 struct Band {
     amplitude: f64,
-    /// Its rms gradient, and over E* the pressure that flattens it.
+    /// rms gradient, which is also the full-contact pressure over E*.
     gradient: f64,
 }
 
-/// The shells in bands of wave numbers, from the longest wave there is.
+/// Groups the shells of the spectrum into bands, from the longest wave.
 fn bands(power: &PowerSpectrum, ratio: f64) -> Vec<Band> {
-    /// The longest waves of a cell may differ in the last bits of their shell's mean.
+    /// The mean wave numbers of the longest waves may differ by rounding.
     const ROUNDING: f64 = 1.0 - 1e-9;
     let mut sums: Vec<(f64, f64)> = Vec::new();
     let mut end = 0.0;
@@ -141,19 +145,19 @@ struct Stack<'p> {
     observer: &'p dyn Observer,
 }
 
-/// Pressures over that of full contact that are tried for the first balance, in steps of their cube roots, and halvings from
-/// there to the last bit.
+/// Pressures at which the first equilibrium is searched, equidistant in their cube roots, and halvings that exhaust the
+/// precision.
 const TRIED: usize = 400;
 const HALVINGS: usize = 60;
 
 impl Band {
-    /// What pulls at a pressure over the band's own of full contact.
+    /// Adhesive traction at a pressure over the full-contact pressure of the band.
     fn pull(&self, x: f64, adhesion: &Adhesion) -> f64 {
         adhesion.traction(self.amplitude * sinusoid::mean_gap(x))
     }
 
-    /// Pressure on the wave, over that of full contact, under a pressure from outside; with adhesion the smallest that
-    /// balances both, which is where contact that grows comes to rest. Also how many were tried.
+    /// Contact pressure over that of full contact under an external pressure; with adhesion the smallest in equilibrium, at
+    /// which growing contact stops. Also the number of evaluations.
     fn pressed(&self, pressure: f64, adhesion: &Adhesion) -> (f64, usize) {
         if *adhesion == Adhesion::None {
             return ((pressure / self.gradient).min(1.0), 1);
@@ -184,7 +188,7 @@ impl Estimator for Stack<'_> {
             }
             let (x, tried) = band.pressed(on_band, &self.adhesion);
             iterations += tried;
-            // The gap inside what touched at longer waves, which is all that this band is on.
+            // The band contributes its gap within the contact area of the longer bands.
             gap += share * band.amplitude * sinusoid::mean_gap(x);
             let pull = band.pull(x, &self.adhesion);
             if x < 1.0 {

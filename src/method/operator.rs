@@ -1,4 +1,4 @@
-//! The energy that every field method minimises, and its gradient, in one transform pair.
+//! The free energy that the field methods minimise, and its gradient, evaluated in one transform pair.
 //!
 //! With gap `g`, heights `h`, stiffness `K`, pressure `p` and interaction `v(g)`, the free energy per area is
 //!
@@ -6,8 +6,8 @@
 //! F(g) = ½⟨(g-h) K (g-h)⟩ + p⟨g⟩ + ⟨v(g)⟩,   t = dF/dg = K(g-h) + p + v'(g)
 //! ```
 //!
-//! and an equilibrium has `t = 0` where the gap is open and `t ≥ 0`, the contact stress, where a hard wall closes it.
-//! `K` has no mean mode, so the mean of `t - v'` is the pressure whatever the gap: load balance is a statement about `t`.
+//! In equilibrium `t = 0` where the gap is open and `t ≥ 0`, the contact stress, where a hard wall closes it. `K` has no mean
+//! mode, so the mean of `t - v'` is the pressure for any gap, and load balance is a condition on `t`.
 
 use super::iteration::{IterationControl, LoadCase};
 use super::residuals::{Residuals, kkt_row};
@@ -20,7 +20,7 @@ use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 use std::borrow::Cow;
 
-/// Multiplication by the kernel and by the transform's `1/N`; sums `Σ w K |c|²/N²`, which is `⟨f K f⟩`.
+/// Multiplication by the kernel and by the `1/N` of the transform. Sums `Σ w K |c|²/N² = ⟨f K f⟩`.
 pub(super) struct Stiffness<K> {
     pub grid: Grid,
     pub kernel: K,
@@ -41,7 +41,7 @@ impl<T: Real, K: Kernel> Filter<T> for Stiffness<K> {
     }
 }
 
-/// What the solvers share: heights in working precision, transform, kernel, law, and the pressure of the moment.
+/// Energy and gradient for the solvers: heights in working precision, transform, kernel, law and the present pressure.
 pub(super) struct Operator<'p, T: Real, K, L> {
     pub problem: &'p Problem<'p>,
     pub transform: Transform<T>,
@@ -50,12 +50,12 @@ pub(super) struct Operator<'p, T: Real, K, L> {
     pub stiffness: Stiffness<K>,
     pub law: L,
     pub heights: Cow<'p, [T]>,
-    /// What is to be subtracted from the heights: an offset would cost digits in the transform.
+    /// Subtracted from the heights, since an offset would cost digits in the transform.
     pub offset: T,
     pub rms_height: f64,
     pub lowest: T,
     pub pressure: f64,
-    /// Transforms done, in pairs.
+    /// Transform pairs so far.
     pub pairs: f64,
 }
 
@@ -104,13 +104,13 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
         }
     }
 
-    /// The surfaces at first touch: no displacement.
+    /// Gap at first contact, without displacement.
     pub fn first_touch(&self) -> Vec<T> {
         self.heights.par_iter().map(|&h| h - self.lowest).collect()
     }
 
-    /// Gradient `t` at `gap`, one pair. Per row, `update` may first move the gap, and `visit` sees gap and `t`, may keep
-    /// something in `store`, and returns sums beyond those of [`Residuals`].
+    /// Gradient `t` at `gap`, one transform pair. For each row `update` may first change the gap; then `visit` receives gap
+    /// and `t`, may write to `store`, and returns sums in addition to [`Residuals`].
     pub fn evaluate<const M: usize>(
         &mut self,
         gap: &mut [T],
@@ -142,7 +142,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
         (Residuals::new(grid.points(), elastic, &block_sums(&sums)), block_sums(&more))
     }
 
-    /// `⟨d K d⟩` (half a pair), with `update` giving each row of `d` first, and its sums.
+    /// `⟨d K d⟩`, half a transform pair. `update` first sets each row of `d` and returns sums.
     pub fn curvature<const M: usize>(
         &mut self,
         direction: &mut [T],
@@ -160,7 +160,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
         (curvature, sums)
     }
 
-    /// Interfacial stress `p + K(g-h)` into `stress`, and the final balance.
+    /// Writes the interfacial stress `p + K(g-h)` to `stress` and returns the residuals.
     pub fn stress(&mut self, gap: &mut [T], stress: &mut [T]) -> Residuals {
         let law = self.law;
         let (residuals, _) = self.evaluate(
@@ -177,9 +177,9 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
         residuals
     }
 
-    /// Upper bound of the curvature of the energy around `gap`: what a safe gradient step is the inverse of. A soft wall is
-    /// taken where it pushes with E* or four times the mean pressure, beyond what contact spots of slope one carry, or
-    /// where it is now, if that is stiffer.
+    /// Upper bound of the curvature of the energy around `gap`, the inverse of a safe gradient step. The stiffness of a soft
+    /// wall is taken at a stress of E* or four times the mean pressure, above that of contact spots of slope one, or at the
+    /// present smallest gap if the wall is stiffer there.
     pub fn stiffest(&self, gap: &[T]) -> f64 {
         let law = if L::HARD {
             self.law.max_slope_at_pressure(0.0)
@@ -191,14 +191,14 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
     }
 }
 
-/// Builds a solver for the precision, kernel and law of a problem.
+/// Constructs a solver for precision, kernel and law of a problem.
 pub(super) trait Build<'p> {
     type Built;
 
     fn build<T: Real, K: Kernel + 'p, L: Law + 'p>(self, kernel: K, law: L) -> Self::Built;
 }
 
-/// Chooses the types: precision and law are parameters of the inner loops, not branches in them.
+/// Selects the types: precision and law are type parameters of the inner loops, not branches in them.
 pub(super) fn dispatch<'p, B: Build<'p>>(problem: &'p Problem<'p>, builder: B) -> B::Built {
     match problem.precision {
         super::Precision::F32 => with_law::<f32, B>(problem, builder),
@@ -208,8 +208,8 @@ pub(super) fn dispatch<'p, B: Build<'p>>(problem: &'p Problem<'p>, builder: B) -
 
 fn with_law<'p, T: Real, B: Build<'p>>(problem: &'p Problem<'p>, builder: B) -> B::Built {
     let kernel = problem.kernel;
-    // What most scenes ask for has solvers of its own; the rest shares two, in which laws are chosen node by node. Each
-    // solver that the compiler writes out costs every build.
+    // The most frequent laws have solvers of their own; the others share two, in which the law is selected node by node, since
+    // every instance lengthens the build.
     match (problem.wall.soft(), problem.adhesion) {
         (None, Adhesion::None) => builder.build::<T, _, _>(kernel, HardWall),
         (None, Adhesion::Exponential(law)) => builder.build::<T, _, _>(kernel, law),

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::ops::ControlFlow;
 
-/// Floating-point type of the fields. Sums are always `f64`.
+/// Floating-point type of the fields. Sums are in `f64`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Precision {
@@ -19,6 +19,7 @@ pub enum Precision {
 }
 
 impl Precision {
+    /// Bytes of a value.
     pub fn bytes(self) -> u64 {
         match self {
             Precision::F32 => 4,
@@ -35,17 +36,17 @@ impl Precision {
     }
 }
 
-/// Where a solver takes the heights from.
+/// Source of the heights.
 #[derive(Debug, Clone, Copy)]
 pub enum Heights<'a> {
     /// On the nodes, `[ny, nx]`.
     Nodes(&'a [f64]),
-    /// The waves that the grid holds of a Fourier series: no field of heights is stored by a method that needs none.
+    /// Modes of a Fourier series up to the Nyquist modes of the grid. A method that needs no nodal heights stores none.
     Series(&'a Series<f64>),
 }
 
 impl Heights<'_> {
-    /// Root mean square about the mean.
+    /// Root mean square about the mean, L.
     pub fn rms(&self) -> f64 {
         match self {
             Heights::Nodes(nodes) => rms(nodes),
@@ -53,7 +54,7 @@ impl Heights<'_> {
         }
     }
 
-    /// On the nodes of a grid: those given, if there are any.
+    /// Heights `[ny, nx]` on the nodes of a grid; nodal heights are returned as they are.
     pub fn on_nodes(&self, grid: Grid) -> Cow<'_, [f64]> {
         match self {
             Heights::Nodes(nodes) => Cow::Borrowed(nodes),
@@ -77,25 +78,25 @@ impl<'a> From<&'a [f64]> for Heights<'a> {
     }
 }
 
-/// Accuracy in physical terms. Each that is given must be met, beside the residual.
+/// Accuracy targets in physical terms. Each that is set must be met in addition to the tolerance of the residual.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Targets {
-    /// Energy above the minimum, over the energy: what the last Newton step had in reach, times the fall of the residual
-    /// since.
+    /// Energy above the minimum over the energy, estimated from the energy that the last Newton step could gain and the
+    /// decrease of the residual since.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub energy: Option<f64>,
-    /// Relative change of the contact area still to come, estimated from its last change and the rate at which the residual
-    /// falls; for a method of many small steps, the change over the last fifth of them.
+    /// Relative error of the contact area, estimated from its last change and the convergence rate of the residual; for a
+    /// method of many small steps, the change over the last fifth of them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub area: Option<f64>,
-    /// The same of the mean gap.
+    /// Relative error of the mean gap, estimated in the same way.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mean_gap: Option<f64>,
 }
 
 impl Targets {
-    /// Whether all that are asked for are met.
+    /// Whether all targets that are set are met.
     pub fn met(&self, error_estimates: &ErrorEstimates) -> bool {
         let within = |goal: Option<f64>, found: Option<f64>| goal.is_none_or(|g| found.is_some_and(|f| f <= g));
         within(self.energy, error_estimates.energy)
@@ -104,7 +105,7 @@ impl Targets {
     }
 }
 
-/// How far a state has settled, in the terms of [`Targets`]; `None` where a method cannot tell.
+/// Relative errors of a state as its method estimates them, defined as in [`Targets`]; `None` where it has no estimate.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct ErrorEstimates {
     pub energy: Option<f64>,
@@ -116,9 +117,9 @@ pub struct ErrorEstimates {
 #[derive(Debug, Clone)]
 pub struct Problem<'a> {
     pub grid: Grid,
-    /// Low points touch first; any offset. None for methods that need none of them.
+    /// Low points touch first; any offset. Empty for methods that need no heights.
     pub heights: Heights<'a>,
-    /// For methods that need this instead of heights.
+    /// Power spectrum, for methods that need it instead of heights.
     pub power: Option<&'a PowerSpectrum>,
     pub kernel: Elastic,
     pub adhesion: Adhesion,
@@ -126,15 +127,15 @@ pub struct Problem<'a> {
     pub precision: Precision,
     /// Largest rms KKT residual over the pressure at which a state counts as converged.
     pub tolerance: f64,
-    /// What else must have settled.
+    /// Accuracy targets in addition to the tolerance.
     pub targets: Targets,
     pub max_iterations: usize,
     pub settings: Settings,
 }
 
 impl<'a> Problem<'a> {
-    /// Heights `[ny, nx]` (units of L) or waves on a hard half-space without adhesion, in f64, to a residual of 1e-8 of the
-    /// pressure.
+    /// Heights `[ny, nx]` (units of L) or a Fourier series on a half-space with a hard wall and without adhesion, in f64, to
+    /// a residual of 1e-8 of the pressure.
     pub fn new(grid: Grid, heights: impl Into<Heights<'a>>) -> Self {
         Problem {
             grid,
@@ -151,26 +152,28 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// The same for methods that need no more of a surface than its power by wave number.
+    /// The same for methods that need only the power spectrum of the surface.
     pub fn of_power(grid: Grid, power: &'a PowerSpectrum) -> Self {
         Problem { power: Some(power), ..Problem::new(grid, &[][..]) }
     }
 
-    /// The power of the surface, for a method that needs it.
+    /// Power spectrum of the surface, for a method that needs it.
     ///
     /// # Errors
-    /// If it was not given.
+    /// `Input` if it is missing.
     pub fn expect_power(&self, id: &str) -> Result<&'a PowerSpectrum> {
-        self.power.ok_or_else(|| Error::input(format!("method {id}"), "spectrum", "not given", "that of the surface"))
+        self.power.ok_or_else(|| {
+            Error::input(format!("method {id}"), "spectrum", "none", "the power spectrum of the surface")
+        })
     }
 
-    /// Shells of its power, or of that of its grid, where it is not taken yet.
+    /// Number of shells of the power spectrum; those of the grid before the spectrum is computed.
     pub fn shells(&self) -> usize {
         let Grid { nx, ny, lx, ly } = self.grid;
         self.power.map_or((0.5 * (nx as f64).hypot(ny as f64 * lx / ly)).ceil() as usize, |p| p.shells.len())
     }
 
-    /// Bytes that [`Problem::power_of_heights`] takes: of nodes a spectrum, and the series that is read from it.
+    /// Bytes that [`Problem::power_of_heights`] allocates: for nodal heights, a half spectrum and the series made from it.
     pub fn power_bytes(&self) -> u64 {
         match self.heights {
             Heights::Series(_) => 0,
@@ -178,10 +181,10 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Power by wave number of its heights, of the waves that the grid holds.
+    /// Power spectrum of the heights up to the Nyquist modes of the grid.
     ///
     /// # Errors
-    /// `Memory` where the series through nodes would not fit.
+    /// `Memory` if the series through nodal heights does not fit.
     pub fn power_of_heights(&self) -> Result<PowerSpectrum> {
         match self.heights {
             Heights::Series(series) => Ok(PowerSpectrum::from_series(series, self.grid)),
@@ -196,8 +199,8 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// rms gradient of the waves that the grid holds; of a surface that does not repeat, that of differences between
-    /// neighbouring nodes.
+    /// rms gradient of the modes that the grid resolves; for a non-periodic surface, of differences between neighbouring
+    /// nodes.
     pub fn resolved_gradient(&self) -> f64 {
         let grid = self.grid;
         if let Elastic::NonPeriodic(_) = self.kernel {
@@ -209,8 +212,8 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Least mean pressure, over E*, at which a hard wall without adhesion is touched everywhere: there the body has the
-    /// surface's shape, and the stress that this takes pulls at no node.
+    /// Lowest mean pressure (E*) of full contact with a hard wall and without adhesion. There the body conforms to the
+    /// surface, and the stress of that displacement is tensile at no node.
     pub fn full_contact_pressure(&self) -> f64 {
         let (grid, kernel) = (self.grid, self.kernel);
         let transform = Transform::<f64>::new(grid);
@@ -220,7 +223,7 @@ impl<'a> Problem<'a> {
         transform.forward_filtered(&field, &mut spectrum, &|i: usize, column: &mut [Complex<f64>]| {
             for (j, c) in column.iter_mut().enumerate() {
                 let (qx, qy) = (grid.qx(i), grid.qy(j));
-                // The mean of the stress is the pressure that is asked for.
+                // The mean of the stress is the pressure, the unknown.
                 *c *= if (qx, qy) == (0.0, 0.0) { 0.0 } else { kernel.stiffness(qx, qy) / points };
             }
             0.0
@@ -229,29 +232,32 @@ impl<'a> Problem<'a> {
         field.into_iter().fold(0.0, f64::max)
     }
 
-    /// For methods that solve in one periodic cell.
+    /// Accepts periodic bodies only.
     ///
     /// # Errors
-    /// If the body is not periodic.
+    /// `Input` if the body is not periodic.
     pub fn expect_periodic(&self, id: &str) -> Result<()> {
         match self.kernel {
-            Elastic::NonPeriodic(_) => {
-                Err(Error::input(format!("method {id}"), "kernel", "a body that is not periodic", "method fast"))
-            }
+            Elastic::NonPeriodic(_) => Err(Error::input(
+                format!("method {id}"),
+                "kernel",
+                "a non-periodic body",
+                "a periodic body, or the method `fast`",
+            )),
             _ => Ok(()),
         }
     }
 
-    /// What residuals are divided by: the mean pressure, or a hundredth of E* where there is none, or no more than what
-    /// rounding leaves of a load path that passes through zero.
+    /// Stress (E*) by which residuals are divided: the mean pressure, or 0.01 E* where the pressure is zero but for rounding,
+    /// as on a load path that passes through zero.
     pub fn stress_scale(pressure: f64) -> f64 {
         const NONE: f64 = 1e-12;
         if pressure.abs() < NONE { 0.01 } else { pressure.abs() }
     }
 
-    /// Stiffness of the grid's softest and stiffest mode. A bonded layer is stiff for long waves as well as for short
-    /// ones, so both are looked for between the longest wave and the corner of the spectrum; a crystal's depends on the
-    /// direction, so along the axes and the diagonal, between which a cubic one lies.
+    /// Stiffness (E*/L) of the softest and of the stiffest mode of the grid. Both are searched between the longest wavelength
+    /// and the corner of the spectrum, since a bonded layer is stiff for long waves, too; and along the axes and the diagonal,
+    /// between which the stiffness of a cubic crystal lies.
     pub fn stiffness_range(&self) -> (f64, f64) {
         const SAMPLES: i32 = 64;
         const DIAGONAL: f64 = std::f64::consts::FRAC_1_SQRT_2;
@@ -264,30 +270,30 @@ impl<'a> Problem<'a> {
             .fold((f64::INFINITY, 0.0), |(softest, stiffest), k| (softest.min(k), stiffest.max(k)))
     }
 
-    /// Stiffness of the stiffest mode of the grid.
+    /// Stiffness (E*/L) of the stiffest mode of the grid.
     pub fn stiffest_mode(&self) -> f64 {
         self.stiffness_range().1
     }
 
-    /// rms residual over the pressure below which rounding of the fields alone keeps a solver: the round-off of the
-    /// displacement of the stiffest mode. The factor was measured: f32 at 512² (h_rms = 0.0159 L, p = 0.01 E*) stalls
+    /// Lower bound of the rms residual over the pressure due to rounding of the fields: the round-off of the displacement of
+    /// the stiffest mode. The factor was measured: f32 at 512² (h_rms = 0.0159 L, p = 0.01 E*) stalls
     /// between 1.5e-4 and 3e-4, which is 1.4 to 2.7 times the bare product.
     pub fn rounding_floor(&self, rms_height: f64, pressure: f64) -> f64 {
         3.0 * self.precision.epsilon() * self.stiffest_mode() * rms_height / Self::stress_scale(pressure)
     }
 }
 
-/// What a solve will take, said before it is taken.
+/// Estimated cost of a solve.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Plan {
-    /// Fields and spectra, heights excluded.
+    /// Bytes of fields and spectra, without the heights.
     pub bytes: u64,
     /// Expected iterations per load, an order of magnitude.
     pub iterations: usize,
     /// Transform pairs (forward and inverse) per iteration.
     pub pairs_per_iteration: f64,
-    /// Processor time of a load beside its transforms, s, an order of magnitude: constants times points, as
-    /// `asperity bench --methods` measures them.
+    /// Processor time of a load without its transforms, s, an order of magnitude: constants times points, measured by
+    /// `asperity bench --methods`.
     pub seconds: f64,
 }
 
@@ -297,14 +303,15 @@ pub struct Plan {
 pub enum Stop {
     Converged,
     IterationLimit,
-    /// The residual no longer falls and is what rounding of the fields leaves.
+    /// The residual has stalled at the level that rounding of the fields causes.
     RoundingFloor,
-    /// No step, however short, lowers the energy, and the residual is above what rounding explains.
+    /// No step lowers the energy, although the residual is above the rounding level.
     NoDescent,
-    /// The state is no longer finite.
+    /// The state is not finite.
     Diverged,
-    /// The surfaces have parted: no equilibrium holds a pull of this size.
+    /// The surfaces have separated: the tension exceeds the pull-off stress.
     Detached,
+    /// Stopped by the observer.
     Interrupted,
 }
 
@@ -322,23 +329,23 @@ impl std::fmt::Display for Stop {
     }
 }
 
-/// One equilibrium, lent to observers: at 16384² a field is gigabytes, so nothing here is a copy.
+/// One equilibrium. The fields are borrowed from the solver: at 16384² a copy would take gigabytes.
 #[derive(Debug, Clone, Copy)]
 pub struct State<'a> {
     pub load: Load,
-    /// Mean pressure over E*: what was imposed, or what the mean gap needs.
+    /// Mean pressure over E*, imposed or required by the mean gap.
     pub pressure: f64,
-    /// Gap `g ≥ 0` (hard wall) or `g` from the wall's zero of force (soft wall), units of L.
+    /// Gap `[ny, nx]`, L: `g ≥ 0` with a hard wall, counted from the zero of the wall's force with a soft wall.
     pub gap: Field<'a>,
-    /// Interfacial stress over E*: contact plus adhesive, compression positive; its mean is the pressure.
+    /// Interfacial stress `[ny, nx]` over E*: contact plus adhesive, compression positive; its mean is the pressure.
     pub stress: Field<'a>,
     pub mean_gap: f64,
-    /// Free energy per area: elastic + interaction + pressure times mean gap, units of E*·L.
+    /// Free energy per area, E*·L: elastic + interaction + pressure times mean gap.
     pub energy: f64,
     pub elastic_energy: f64,
     pub interaction_energy: f64,
-    /// Relative difference between the pressure and the forces that act across the interface (contact where the gap
-    /// is zero, the law elsewhere).
+    /// Relative difference between the pressure and the forces across the interface (contact stress where the gap is zero,
+    /// the adhesion law elsewhere).
     pub load_error: f64,
     /// rms over the grid of the KKT residual (stress imbalance off contact, tension on contact) over the pressure.
     pub residual: f64,
@@ -347,61 +354,67 @@ pub struct State<'a> {
     pub error_estimates: ErrorEstimates,
     pub stop: Stop,
     pub iterations: usize,
-    /// Forward and inverse transforms of the grid, in pairs.
+    /// Transform pairs (forward and inverse) of the grid.
     pub fft_pairs: f64,
     pub seconds: f64,
 }
 
-/// A load path: order matters, because compression and decompression differ with adhesion.
+/// Equilibria along a load path. With adhesion loading and unloading differ, so the order of the loads matters.
 pub trait Run {
+    /// Equilibrium at the next load of the path.
+    ///
     /// # Errors
     /// `Input` for a load that the method cannot impose.
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>>;
 
-    /// Goes on from a snapshot of the same method and problem when the next load is equilibrated, which must be the one that
-    /// was interrupted. The bits that follow are those that would have followed.
+    /// Continues from a snapshot of the same method and problem. The next load must be the one that was interrupted; its
+    /// result is bit-identical to that of an uninterrupted solve.
     ///
     /// # Errors
-    /// `Input` when the snapshot is not this method's.
+    /// `Input` if the snapshot is of another method or grid.
     fn resume(&mut self, snapshot: SolverSnapshot) -> Result<()> {
         let found = format!("{} x {} points", snapshot.grid.nx, snapshot.grid.ny);
-        Err(Error::input("checkpoint", "snapshot", found, "none: this method begins its load anew"))
+        Err(Error::input("checkpoint", "snapshot", found, "none: this method restarts an interrupted load"))
     }
 
-    /// Starts the next load from this gap `[ny, nx]` (units of L) instead of from where the last one ended.
+    /// Starts the next load from this gap `[ny, nx]` (L) instead of the previous state.
     fn set_gap(&mut self, gap: &[f64]);
 }
 
-/// What a watcher sees of an iteration.
+/// Report of an iteration.
 #[derive(Debug, Clone, Copy)]
 pub struct Iteration {
     pub iteration: usize,
+    /// Residual over the stress scale, and the tolerance for it.
     pub residual: f64,
     pub tolerance: f64,
-    /// Points of the grid at work over those of the problem's.
+    /// Points of the present grid over those of the problem's grid.
     pub grid_fraction: f64,
 }
 
 impl Iteration {
-    /// Part of a solve that is done, an estimate: residuals fall about exponentially from 1, and a grid costs what its points
-    /// do, those below it together a third of it.
+    /// Estimated fraction of the solve that is done: residuals fall about exponentially from 1, and the cost of a grid is
+    /// proportional to its points, so that all coarser grids together cost a third of it.
     pub fn progress(&self) -> f64 {
         let here = (self.residual.min(1.0).ln() / self.tolerance.ln()).clamp(0.0, 1.0);
         0.75 * self.grid_fraction * (1.0 / 3.0 + here)
     }
 }
 
-/// A solve that can be taken up again: the gap on the grid at work, and what its method knows beside it.
+/// A state from which [`Run::resume`] can continue, with borrowed fields.
 #[derive(Debug, Clone)]
 pub struct SnapshotRef<'a> {
+    /// Present grid of the solver.
     pub grid: Grid,
+    /// Gap `[ny, nx]`, L.
     pub gap: Field<'a>,
-    /// A second field `[ny, nx]` that the method goes on from: velocities, or a direction.
+    /// A second field `[ny, nx]` that the method needs: velocities or a search direction.
     pub auxiliary: Option<Field<'a>>,
+    /// Scalars of the iteration, in the method's own format.
     pub progress: serde_json::Value,
 }
 
-/// A snapshot as it was kept.
+/// A stored snapshot; fields as in [`SnapshotRef`].
 #[derive(Debug, Clone)]
 pub struct SolverSnapshot {
     pub grid: Grid,
@@ -411,20 +424,20 @@ pub struct SolverSnapshot {
 }
 
 impl SolverSnapshot {
-    /// Gap `[ny, nx]`, units of L, and the method's own.
+    /// Gap `[ny, nx]` (L) and the scalars of method `id`.
     ///
     /// # Errors
-    /// `Input` where method `id`, at work on `grid`, has not written this.
+    /// `Input` if the snapshot is not of method `id` on `grid`.
     pub fn restore<P: DeserializeOwned>(self, grid: Grid, id: &str) -> Result<(Vec<f64>, P)> {
         let progress =
             serde_json::from_value(self.progress).map_err(|e| foreign(grid, id, "progress", e.to_string()))?;
         Ok((whole(self.gap, grid, id, "gap")?, progress))
     }
 
-    /// As [`SolverSnapshot::restore`], with the field beside the gap, `[ny, nx]`, as its second.
+    /// Gap and auxiliary field `[ny, nx]`, and the scalars of method `id`.
     ///
     /// # Errors
-    /// The same, and `Input` where there is none.
+    /// As [`SolverSnapshot::restore`], and `Input` if there is no auxiliary field.
     pub fn restore_pair<P: DeserializeOwned>(mut self, grid: Grid, id: &str) -> Result<(Vec<f64>, Vec<f64>, P)> {
         let auxiliary = self.auxiliary.take().ok_or_else(|| foreign(grid, id, "auxiliary", "nothing".into()))?;
         let (gap, progress) = self.restore(grid, id)?;
@@ -438,41 +451,42 @@ fn whole(field: Vec<f64>, grid: Grid, id: &str, key: &str) -> Result<Vec<f64>> {
 }
 
 fn foreign(grid: Grid, id: &str, key: &str, found: String) -> Error {
-    let accepted = format!("what method {id} has written on {} x {} points", grid.nx, grid.ny);
+    let accepted = format!("a snapshot of method {id} on {} x {} points", grid.nx, grid.ny);
     Error::input("checkpoint", key, found, accepted)
 }
 
-/// The state on a coarser grid, as a nested iteration leaves it.
+/// State of a coarser grid in a nested iteration.
 #[derive(Debug, Clone, Copy)]
 pub struct CoarseState<'a> {
     pub grid: Grid,
     pub gap: Field<'a>,
     pub mean_gap: f64,
     pub energy: f64,
-    /// Range of the adhesion there, units of L.
+    /// Range of the adhesion on this grid, L.
     pub range: f64,
-    /// A coarse grid is left early.
+    /// Coarse grids are solved to a looser tolerance.
     pub error_estimates: ErrorEstimates,
 }
 
-/// Observes a solver and may stop it.
+/// Receives reports of a solver and may stop it.
 pub trait Observer: Sync {
+    /// Called once in each iteration; `Break` stops the solver.
     fn iteration(&self, step: Iteration) -> ControlFlow<()>;
 
-    /// Whether the solver is to stop, asked more often than once in an iteration.
+    /// Whether the solver is to stop. Queried within iterations, too.
     fn stop_requested(&self) -> bool {
         false
     }
 
-    /// A coarser grid is done.
+    /// Called when a coarser grid has converged.
     fn coarse_grid_done(&self, _state: CoarseState) {}
 
-    /// Whether the time has come to keep a snapshot. One is offered before a solver stops because it was asked to, too.
+    /// Whether a snapshot is due. A solver that is interrupted passes one in any case.
     fn snapshot_due(&self) -> bool {
         false
     }
 
-    /// Where the solve can be taken up again ([`Run::resume`]). Methods without snapshots begin their load anew.
+    /// Receives a snapshot for [`Run::resume`]. Methods without snapshots restart an interrupted load.
     fn snapshot(&self, _snapshot: SnapshotRef) {}
 }
 

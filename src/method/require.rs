@@ -1,4 +1,4 @@
-//! What a method that knows one situation alone asks of a problem, each refused in one line.
+//! Requirements of methods with a limited scope. Each is an error of one line.
 
 use super::{Load, Problem};
 use crate::grid::{Grid, lowest, mean};
@@ -7,7 +7,7 @@ use crate::surface::{PowerSpectrum, Summit, SummitCurvature, SummitFit};
 use crate::{Error, Result};
 use std::borrow::Cow;
 
-/// Anisotropy of the power above which a surface is no isotropic random one. Realisations of the challenge's spectrum at
+/// Anisotropy of the power spectrum above which a surface is not isotropic. Realisations of the challenge's spectrum at
 /// 128² to 512² have less than 0.2, ridges have 1.
 const MOST_ANISOTROPIC: f64 = 0.3;
 
@@ -20,7 +20,7 @@ fn refuse<T>(id: &str, key: &str, found: impl ToString, accepted: impl Into<Stri
     Err(refused(id, key, found, accepted))
 }
 
-/// A wall that no gap enters.
+/// A hard wall: gaps are never negative.
 pub(super) fn hard_wall(problem: &Problem, id: &str) -> Result<()> {
     match problem.wall {
         Wall::Hard => Ok(()),
@@ -28,7 +28,7 @@ pub(super) fn hard_wall(problem: &Problem, id: &str) -> Result<()> {
     }
 }
 
-/// A periodic, isotropic half-space: what the closed forms of single asperities are of.
+/// A periodic, isotropic half-space, to which the closed forms of single asperities apply.
 pub(super) fn half_space(problem: &Problem, id: &str) -> Result<()> {
     problem.expect_periodic(id)?;
     match problem.kernel {
@@ -37,6 +37,7 @@ pub(super) fn half_space(problem: &Problem, id: &str) -> Result<()> {
     }
 }
 
+/// No adhesion.
 pub(super) fn no_adhesion(problem: &Problem, id: &str) -> Result<()> {
     match problem.adhesion {
         Adhesion::None => Ok(()),
@@ -55,21 +56,23 @@ pub(super) fn no_energy_target(problem: &Problem, id: &str) -> Result<()> {
     }
 }
 
-/// A pressure; one that pulls only from methods in which something holds it.
-pub(super) fn pressure(load: Load, holds_pull: bool, id: &str) -> Result<f64> {
+/// The pressure of a load (E*); tensile only if the method models adhesion (`tension`).
+pub(super) fn pressure(load: Load, tension: bool, id: &str) -> Result<f64> {
     match load {
-        Load::Pressure(p) if p.is_finite() && (p > 0.0 || holds_pull) => Ok(p),
-        Load::Pressure(p) => refuse(id, "pressure", p, "a positive one: nothing holds a pull"),
+        Load::Pressure(p) if p.is_finite() && (p > 0.0 || tension) => Ok(p),
+        Load::Pressure(p) => {
+            refuse(id, "pressure", p, "a positive pressure: without adhesion no tension is in equilibrium")
+        }
         Load::MeanGap(g) => refuse(id, "mean gap", g, "a pressure; the method `fast` controls the mean gap"),
     }
 }
 
-/// A setting that must be a positive, finite length or number.
+/// A setting that must be positive and finite.
 pub(super) fn positive(value: f64, id: &str, key: &str) -> Result<f64> {
     if value > 0.0 && value.is_finite() { Ok(value) } else { refuse(id, key, value, "a positive number") }
 }
 
-/// Heights on the nodes, from the lowest on: an offset would cost digits.
+/// Heights on the nodes above the lowest one: an offset would cost digits.
 pub(super) fn from_lowest<'p>(problem: &Problem<'p>) -> Cow<'p, [f64]> {
     let nodes = match problem.heights {
         super::Heights::Nodes(nodes) => Cow::Borrowed(nodes),
@@ -84,17 +87,17 @@ pub(super) fn from_lowest<'p>(problem: &Problem<'p>) -> Cow<'p, [f64]> {
     Cow::Owned(nodes)
 }
 
-/// The undeformed gap: heights less the approach `depth`, zero where bodies overlap; and its mean.
+/// The undeformed gap `max(h - depth, 0)` at the approach `depth`. Returns its mean.
 pub(super) fn undeformed_gap(heights: &[f64], depth: f64, gap: &mut Vec<f64>) -> f64 {
     gap.clear();
     gap.extend(heights.iter().map(|h| (h - depth).max(0.0)));
     mean(gap)
 }
 
-/// The surface's summits, from the first to touch on.
+/// Summits of the surface, in the order of first contact.
 ///
 /// # Errors
-/// If there are none.
+/// `Input` if there are none or if one is flat.
 pub(super) fn summits(
     grid: Grid,
     heights: &[f64],
@@ -103,17 +106,17 @@ pub(super) fn summits(
 ) -> Result<Vec<Summit>> {
     let mut found = crate::surface::summits(grid, heights, fit, curvature);
     if found.is_empty() {
-        return refuse(id, "surface", "without a summit", "one that is not flat");
+        return refuse(id, "surface", "no summit", "a rough surface");
     }
     if let Some(flat) = found.iter().find(|s| !s.radius.is_finite()) {
-        let place = format!("a summit without a radius at x = {:.4}, y = {:.4} L: a plateau", flat.x, flat.y);
+        let place = format!("a flat summit (plateau) at x = {:.4} L, y = {:.4} L", flat.x, flat.y);
         return refuse(id, "surface", place, "rounded summits");
     }
     found.sort_by(|a, b| a.height.total_cmp(&b.height));
     Ok(found)
 }
 
-/// The power of a surface alike in all directions, on a half-space under a hard wall.
+/// Power spectrum of an isotropic surface, for a half-space with a hard wall.
 ///
 /// # Errors
 /// `Input`, in one line.
@@ -123,10 +126,10 @@ pub(super) fn isotropic_power<'a>(problem: &Problem<'a>, id: &str) -> Result<&'a
     let power = problem.expect_power(id)?;
     let finite = power.shells.iter().all(|s| [s.q, s.height, s.gradient, s.curvature].iter().all(|v| v.is_finite()));
     if !finite || power.rms_gradient().is_nan() || power.rms_gradient() <= 0.0 {
-        return refuse(id, "spectrum", "no power", "waves of some height");
+        return refuse(id, "spectrum", "no power", "a rough surface");
     }
     if power.anisotropy > MOST_ANISOTROPIC {
-        let accepted = format!("up to {MOST_ANISOTROPIC}: surfaces alike in all directions");
+        let accepted = format!("up to {MOST_ANISOTROPIC} (isotropic surfaces)");
         return refuse(id, "spectrum.anisotropy", format!("{:.2}", power.anisotropy), accepted);
     }
     Ok(power)

@@ -4,55 +4,56 @@ use crate::grid::{CHUNK, Real, dot, total, vectorised};
 use crate::interface::Law;
 use serde::{Deserialize, Serialize};
 
-/// The load balance that the solvers impose, relative to the pressure: at the default tolerance of 1e-8 this, and at
-/// looser ones a tenth of the tolerance.
+/// Tolerance of the load balance over the pressure: the larger of this, for the default tolerance of 1e-8, and `LOAD_SHARE`
+/// times the tolerance of the residual.
 pub(super) const LOAD_BALANCE: f64 = 1e-9;
 pub(super) const LOAD_SHARE: f64 = 0.1;
 
-/// Sums over one evaluation, all as means over the grid but `tension`.
+/// Energies, mean gap and residuals of one evaluation, as means over the grid.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(super) struct Residuals {
+    /// Energies per area, E*·L.
     pub elastic: f64,
     pub interaction: f64,
     pub mean_gap: f64,
-    /// Mean of the gap over the whole cell, on which the load works: the mean gap, unless some of the cell is padding.
+    /// Mean gap of the whole cell, the work conjugate of the pressure; equals `mean_gap` unless part of the cell is padding.
     pub mean_separation: f64,
-    /// Closed nodes.
+    /// Fraction of closed nodes.
     pub contact: f64,
     /// rms of the KKT residual.
     pub residual: f64,
-    /// Mean of the KKT residual: what is missing from the load balance.
+    /// Mean of the KKT residual: the error of the load balance.
     pub imbalance: f64,
     /// Mean of |t g|.
     pub complementarity: f64,
 }
 
-/// A pull is taken to have parted the surfaces where what is left of the attraction, as energy over range, is below this
-/// part of it; in equilibrium the two are of one size.
+/// Surfaces under tension count as separated where the attraction, estimated as energy over range, is below this fraction of
+/// the tension; in equilibrium the two are of the same size.
 const SEPARATED: f64 = 1e-2;
 
 /// Curvature of the energy along a line over that of the elastic body alone, at and below which it counts as none.
-/// On the way to the jumps of an adhesive wave (`adhesive_analytic`) steps left the branch with 0 and no longer with
-/// 0.01; 0.05 costs half as many steps again.
+/// Near the jumps of an adhesive wave (tests `adhesive_analytic`) steps left the branch with 0 but not with 0.01; 0.05 costs
+/// half as many steps again.
 const SOFTENED: f64 = 0.01;
 
-/// Curvature along a line, none where attraction leaves next to nothing of the body's: the minimum that so flat a
-/// parabola promises is far off, often in another valley, and a step there leaves the branch that a load path is on.
+/// Curvature along a line, or none where attraction cancels nearly all of the elastic curvature: the minimum of such a flat
+/// parabola is far away, often in another valley, and a step there leaves the branch of the load path.
 pub(super) fn curvature_of(elastic: f64, law: f64) -> f64 {
     let curvature = elastic + law;
     if curvature <= SOFTENED * elastic { curvature.min(0.0) } else { curvature }
 }
 
-/// Number of sums that [`Nodes`] give.
+/// Number of sums of [`Nodes::add_to`].
 pub(super) const KKT: usize = 7;
 
-/// Residual of the optimality conditions at one node: the imbalance where the gap may move, else tension only.
+/// Residual of the optimality conditions at one node: the imbalance where the gap may change, else its tensile part.
 #[inline(always)]
 pub(super) fn kkt<L: Law, T: Real>(gap: T, t: T) -> T {
     if L::HARD && gap <= T::zero() { t.min(T::zero()) } else { t }
 }
 
-/// What a law gives at the gaps of a chunk; nothing is computed where all are out of its reach.
+/// Values of a law at the gaps of a chunk; zeros without evaluation where all gaps are beyond its cutoff.
 #[inline(always)]
 pub(super) fn each<L: Law>(law: &L, gaps: &[f64; CHUNK], of: impl Fn(&L, f64) -> f64) -> [f64; CHUNK] {
     let mut values = [0.0; CHUNK];
@@ -63,12 +64,12 @@ pub(super) fn each<L: Law>(law: &L, gaps: &[f64; CHUNK], of: impl Fn(&L, f64) ->
     values
 }
 
-/// A chunk of nodes (the last of a row has fewer): gaps and imbalances in, sums out. Elements past the end are ignored.
+/// A chunk of nodes (the last of a row has fewer) whose sums are taken. Elements past the end are ignored.
 pub(super) struct Nodes<T> {
     pub gap: [T; CHUNK],
-    /// Stress of body and load, to which [`Nodes::add_to`] adds the law's traction.
+    /// Elastic stress plus pressure, to which [`Nodes::add_to`] adds the traction of the law.
     pub imbalance: [T; CHUNK],
-    /// Residual of an earlier state, for whom it concerns.
+    /// Residual of an earlier state, for the product of the two.
     pub old: [f64; CHUNK],
 }
 
@@ -118,7 +119,7 @@ impl<T: Real> Nodes<T> {
     }
 }
 
-/// Sums of one row; `t`, the stress of body and load, becomes the imbalance by the law's traction.
+/// Sums of one row. On return `t`, the elastic stress plus pressure, contains the traction of the law as well.
 pub(super) fn kkt_row<L: Law, T: Real>(law: &L, gap: &[T], t: &mut [T]) -> [f64; KKT] {
     vectorised(
         #[inline(always)]
@@ -139,8 +140,7 @@ pub(super) fn kkt_row<L: Law, T: Real>(law: &L, gap: &[T], t: &mut [T]) -> [f64;
 impl Residuals {
     pub fn new(points: usize, elastic: f64, sums: &[f64]) -> Self {
         let mean = |i: usize| sums[i] / points as f64;
-        // The clamp of a hard wall makes a closed gap of what is no number, without any residual; the elastic energy does
-        // not forget.
+        // The clamp of a hard wall turns a NaN into a closed gap without a residual; the elastic energy remains NaN.
         let residual = if elastic.is_finite() { mean(0).sqrt() } else { f64::NAN };
         Residuals {
             elastic,
@@ -154,7 +154,7 @@ impl Residuals {
         }
     }
 
-    /// Size of the energy's terms, whose rounding must not count as a rise.
+    /// Sum of the magnitudes of the energy terms: the scale of the rounding error of the energy.
     pub fn magnitude(&self, pressure: f64) -> f64 {
         self.elastic.abs() + self.interaction.abs() + (pressure * self.mean_separation).abs()
     }
@@ -165,11 +165,12 @@ impl Residuals {
         self.residual <= tolerance * scale && self.imbalance.abs() <= load * scale
     }
 
-    /// Whether a pull has parted the surfaces, for a law of this range.
+    /// Whether a tensile pressure has separated the surfaces, for a law of this range.
     pub fn separated(&self, pressure: f64, range: f64) -> bool {
         pressure < 0.0 && self.interaction.abs() < SEPARATED * -pressure * range
     }
 
+    /// Free energy per area at a pressure.
     pub fn energy(&self, pressure: f64) -> f64 {
         self.elastic + self.interaction + pressure * self.mean_separation
     }

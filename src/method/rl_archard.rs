@@ -1,8 +1,8 @@
-//! Long waves solved, short ones a layer on top: the surface is passed through a low-pass filter and solved without
-//! adhesion on a grid that is just fine enough for it, and what that leaves in contact is pressed against one sinusoid that
-//! has the density of summits and the rms curvature of the whole surface (after Rostami & Streator, as in Müser et al. 2017).
+//! Long waves are solved, short ones modelled: the low-pass filtered surface is solved without adhesion on a grid that just
+//! resolves it, and its contact area carries one sinusoid with the summit density and the rms curvature of the whole surface
+//! (after Rostami & Streator, in Müser et al., Tribology Letters 65 (2017) 118).
 //!
-//! The paper's version solves a one-dimensional equivalent of the long waves; here they are solved as they are.
+//! The version in the paper solves a one-dimensional equivalent of the long waves; here the two-dimensional problem is solved.
 
 use super::require;
 use super::sinusoid;
@@ -29,7 +29,7 @@ static CARD: Card = Card {
     needs: Needs::Heights,
     criterion: Criterion::Statistical,
     calibrated_on: None,
-    summary: "the long waves solved, the short ones one sinusoid on what these leave in contact",
+    summary: "long waves solved, short ones as one sinusoid on their contact area",
     supports,
     dois: &["10.1007/s11249-017-0900-2"],
     papers: &[],
@@ -38,33 +38,33 @@ static CARD: Card = Card {
 fn supports(quantity: Quantity) -> Support {
     match quantity {
         Quantity::ContactArea => Support::NoAdhesion,
-        Quantity::MeanGap => Support::Only("that of the long waves, without adhesion"),
+        Quantity::MeanGap => Support::Only("mean gap of the long waves, without adhesion"),
         Quantity::Stiffness => Support::Only("as differences between loads"),
-        Quantity::GapMap | Quantity::StressMap | Quantity::GapPdf => Support::No("without its short waves"),
+        Quantity::GapMap | Quantity::StressMap | Quantity::GapPdf => Support::No("the short waves are not resolved"),
         Quantity::ContactMap | Quantity::PatchPdf | Quantity::PatchArea | Quantity::MedianClusterArea => {
-            Support::No("the layer's contact has no places")
+            Support::No("the contact of the short waves has no positions")
         }
-        Quantity::StressPdf => Support::No("tells of means only"),
+        Quantity::StressPdf => Support::No("only mean values are computed"),
     }
 }
 
-/// What `rl-archard` may be told.
+/// Settings of the method `rl-archard`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RlArchardSettings {
-    /// Shortest wave that is solved for, as the number of waves along the cell's x. 32 by default, or what the grid holds.
+    /// Shortest wave that is solved, as the number of waves along x. By default 32, or the largest number that the grid resolves.
     pub cut_off_modes: Option<usize>,
 }
 
-/// Where the layer begins by default.
+/// Default cut-off between solved and modelled waves.
 const CUT_OFF: usize = 32;
 
-/// Points of the coarse grid along the shortest wave, of which mean gaps ask no more. Areas are counted as they are: a grid
-/// overcounts them by some per cent, and the layer's share evens most of it out.
+/// Points of the coarse grid per shortest wavelength, enough for mean gaps. Contact areas are not corrected for the grid, which
+/// overestimates them by some per cent; the contact fraction of the short waves compensates most of it.
 const POINTS_PER_WAVE: usize = 4;
 
-/// Waves along x that a grid holds below its Nyquist modes, along both axes.
-fn held(grid: Grid) -> usize {
+/// Number of waves along x below the Nyquist modes of both axes.
+fn resolved(grid: Grid) -> usize {
     let along_y = (grid.ny as f64 - 1.0) / 2.0 * grid.lx / grid.ly;
     (grid.nx.saturating_sub(1) / 2).min(along_y as usize)
 }
@@ -80,16 +80,16 @@ impl ContactMethod for RlArchard {
     }
 
     fn plan(&self, problem: &Problem) -> Plan {
-        let modes = problem.settings.rl_archard.cut_off_modes.unwrap_or(CUT_OFF).min(held(problem.grid)).max(1);
+        let modes = problem.settings.rl_archard.cut_off_modes.unwrap_or(CUT_OFF).min(resolved(problem.grid)).max(1);
         let grid = coarse(problem.grid, modes);
         let field = |grid: Grid| 8 * grid.points() as u64;
         let solver = super::fast::Fast.plan(&Problem { grid, ..problem.clone() });
-        // The series through the nodes with the spectrum it is made from, and once more as it is cut.
+        // The series through the nodes, the spectrum it is made from, and the filtered series.
         let series = match problem.heights {
             Heights::Nodes(_) => 3 * Transform::<f64>::spectrum_bytes(problem.grid),
             Heights::Series(series) => series.bytes(),
         };
-        // In pairs of the problem's grid, as all plans have them.
+        // In transform pairs of the problem's grid.
         let share = grid.points() as f64 / problem.grid.points() as f64;
         let pairs_per_iteration = solver.pairs_per_iteration * share;
         Plan { bytes: series.max(solver.bytes) + field(grid), pairs_per_iteration, ..solver }
@@ -102,13 +102,13 @@ impl ContactMethod for RlArchard {
             Err(Error::input(format!("method {}", CARD.id), key, found, accepted))
         };
         if problem.adhesion != Adhesion::None {
-            return refuse("adhesion", problem.adhesion.to_string(), "none: its waves do not attract".into());
+            return refuse("adhesion", problem.adhesion.to_string(), "none: this method models no adhesion".into());
         }
         let grid = problem.grid;
-        let most = held(grid);
+        let most = resolved(grid);
         let modes = problem.settings.rl_archard.cut_off_modes.unwrap_or(CUT_OFF.min(most));
         if modes == 0 || modes > most {
-            let accepted = format!("1 to {most}, which the grid of {} x {} points holds", grid.nx, grid.ny);
+            let accepted = format!("1 to {most}, the waves that {} x {} points resolve", grid.nx, grid.ny);
             return refuse("rl-archard.cut_off_modes", modes.to_string(), accepted);
         }
         let own;
@@ -122,9 +122,9 @@ impl ContactMethod for RlArchard {
         let power = PowerSpectrum::from_series(series, grid);
         let gradient = power.rms_gradient();
         if gradient.is_nan() || gradient <= 0.0 {
-            return refuse("heights", "no waves".into(), "a rough surface".into());
+            return refuse("heights", "flat".into(), "a rough surface".into());
         }
-        // Rounding keeps the waves of exactly the cut-off's length.
+        // The margin retains waves with exactly the cut-off length.
         let aspect = grid.lx / grid.ly;
         let long = series.kept(|kx, ky| (kx as f64).hypot(ky as f64 * aspect) <= modes as f64 + 1e-9);
         let coarse = coarse(grid, modes);
@@ -134,27 +134,27 @@ impl ContactMethod for RlArchard {
     }
 }
 
-/// One sinusoid D cos cos with the surface's density of summits and its rms curvature.
+/// One sinusoid D cos cos with the summit density and the rms curvature of the surface.
 #[derive(Debug, Clone, Copy)]
 struct Layer {
-    /// Pressure that flattens it, units of E*.
+    /// Full-contact pressure, E*.
     flat: f64,
 }
 
 impl Layer {
     fn of(power: &PowerSpectrum) -> Self {
         let (_, m2, m4) = power.moments();
-        // Nayak's summits per area; the sinusoid has two in a wavelength squared.
+        // Summit density of Nayak (1971); the sinusoid has two summits per wavelength squared.
         let summits = m4 / (6.0 * 3f64.sqrt() * PI * m2);
         let k2 = 2.0 * PI * PI * summits;
-        // Its mean square of h_xx is D² k⁴/4, its rms gradient D k/√2.
+        // ⟨h_xx²⟩ = D² k⁴/4, rms gradient D k/√2.
         let amplitude = 2.0 * m4.sqrt() / k2;
         Layer { flat: amplitude * (0.5 * k2).sqrt() }
     }
 }
 
 struct Layered<'p> {
-    /// The long waves, on the coarse grid.
+    /// Heights of the long waves on the coarse grid.
     heights: Vec<f64>,
     grid: Grid,
     layer: Layer,
@@ -170,7 +170,7 @@ impl Estimator for Layered<'_> {
         let mut run = super::fast::Fast.start(&problem, self.observer)?.solver()?;
         let state = run.equilibrate(Load::Pressure(pressure))?;
         let long = contact_area(self.grid, state.gap, 0.0).fraction;
-        // Nothing touches where a solve was stopped early.
+        // An interrupted solve may have no contact.
         let layer = if long > 0.0 { sinusoid::share(pressure / long / self.layer.flat) } else { 0.0 };
         let points = self.grid.points() as f64 / self.problem.grid.points() as f64;
         Ok(Estimate {
@@ -193,19 +193,19 @@ mod tests {
     use super::*;
     use crate::surface::Spectrum;
 
-    /// The challenge's layer: 16.94 summits in a square micrometre and 60 nm of curvature radius are flat at 1.286 E*.
+    /// Surface of the challenge: 16.94 summits per square micrometre and 60 nm radius of curvature give 1.286 E*.
     #[test]
-    fn the_challenges_layer() {
+    fn full_contact_pressure_of_the_challenges_layer() {
         let layer = Layer::of(&PowerSpectrum::expected(&Spectrum::CHALLENGE, 1.0));
         assert!((layer.flat - 1.286).abs() < 1e-3, "{}", layer.flat);
     }
 
     #[test]
-    fn grids_hold_what_they_hold() {
-        assert_eq!(held(Grid::unit(64, 64)), 31);
-        assert_eq!(held(Grid::unit(65, 65)), 32);
-        assert_eq!(held(Grid::unit(64, 32)), 31);
-        assert_eq!(held(Grid { nx: 64, ny: 32, lx: 1.0, ly: 1.0 }), 15);
-        assert_eq!(held(Grid::unit(1, 1)), 0);
+    fn resolved_waves_are_below_the_nyquist_modes() {
+        assert_eq!(resolved(Grid::unit(64, 64)), 31);
+        assert_eq!(resolved(Grid::unit(65, 65)), 32);
+        assert_eq!(resolved(Grid::unit(64, 32)), 31);
+        assert_eq!(resolved(Grid { nx: 64, ny: 32, lx: 1.0, ly: 1.0 }), 15);
+        assert_eq!(resolved(Grid::unit(1, 1)), 0);
     }
 }

@@ -1,6 +1,6 @@
-//! Greenwood and Williamson's asperities, slightly corrected: higher summits are sharper (Carbone, J. Mech. Phys. Solids 57
-//! (2009) 1093). Summits are those of a Gaussian surface of three spectral moments (Nayak, J. Lubr. Technol. 93 (1971) 398),
-//! each a Hertz contact that knows nothing of the others.
+//! Slightly corrected Greenwood-Williamson model: the curvature of summits depends on their height (Carbone, J. Mech. Phys.
+//! Solids 57 (2009) 1093). Summits are those of a Gaussian surface with three spectral moments (Nayak, J. Lubr. Technol. 93
+//! (1971) 398), each an independent Hertz contact.
 
 use super::quadrature::{gauss_legendre, integral};
 use super::require;
@@ -23,7 +23,7 @@ static CARD: Card = Card {
     needs: Needs::Spectrum,
     criterion: Criterion::Spots,
     calibrated_on: None,
-    summary: "Hertz contacts on the summits of a Gaussian surface; from three moments",
+    summary: "independent Hertz contacts on the summits of a Gaussian surface with three spectral moments",
     supports,
     dois: &["10.1007/s11249-017-0900-2"],
     papers: &["Carbone, J. Mech. Phys. Solids 57 (2009) 1093", "Nayak, J. Lubr. Technol. 93 (1971) 398"],
@@ -32,13 +32,15 @@ static CARD: Card = Card {
 fn supports(quantity: Quantity) -> Support {
     match quantity {
         Quantity::ContactArea | Quantity::Stiffness => Support::NoAdhesion,
-        Quantity::MeanGap => Support::Only("that of the undeformed surface, without adhesion"),
-        Quantity::GapMap | Quantity::StressMap | Quantity::ContactMap => Support::No("knows no places"),
+        Quantity::MeanGap => Support::Only("mean gap of the undeformed surface, without adhesion"),
+        Quantity::GapMap | Quantity::StressMap | Quantity::ContactMap => {
+            Support::No("statistical method without positions")
+        }
         Quantity::PatchPdf
         | Quantity::PatchArea
         | Quantity::MedianClusterArea
         | Quantity::GapPdf
-        | Quantity::StressPdf => Support::No("tells of sums over asperities only"),
+        | Quantity::StressPdf => Support::No("only sums over asperities are computed"),
     }
 }
 
@@ -58,25 +60,25 @@ impl ContactMethod for Scgw {
         let power = require::isotropic_power(problem, CARD.id)?;
         if problem.adhesion != Adhesion::None {
             let place = format!("method {}", CARD.id);
-            return Err(Error::input(place, "adhesion", problem.adhesion, "none: its asperities are Hertz's"));
+            return Err(Error::input(place, "adhesion", problem.adhesion, "none: its asperities are Hertz contacts"));
         }
         let (m0, m2, m4) = power.moments();
         Ok(Started::Estimator(Box::new(Asperities { summits: Summits::new(m0, m2, m4), observer })))
     }
 }
 
-/// Points over the summits' heights and over their curvatures.
+/// Quadrature points over the heights and the curvatures of summits.
 const HEIGHTS: usize = 80;
 const CURVATURES: usize = 64;
 
-/// Standard deviations beyond which a Gaussian is nothing.
+/// Standard deviations at which Gaussians are truncated.
 const REACH: f64 = 9.0;
 
-/// Nayak's bandwidth parameter is 3/2 for waves of one length, and no isotropic surface has less. A realisation may, by the
-/// scatter of its directions; the curvature that height leaves open is then taken for this share of its variance.
+/// Smallest variance of the curvature at given height, over m4. Nayak's bandwidth parameter is at least 3/2, its value for a
+/// single wavelength, on an isotropic surface; a realisation may have less by the scatter of its directions.
 const LEAST_SPREAD: f64 = 1e-6;
 
-/// Summits by height and curvature. Heights toward the other body, from the mean plane.
+/// Joint distribution of summits in height and curvature. Heights towards the other body, from the mean plane.
 struct Summits {
     m0: f64,
     m2: f64,
@@ -85,9 +87,9 @@ struct Summits {
     curvatures: Vec<(f64, f64)>,
 }
 
-/// Of all that reaches through a plane, per area of the cell.
+/// Contacts of the summits above a plane, per area of the cell.
 #[derive(Debug, Clone, Copy, Default)]
-struct Reached {
+struct Contacts {
     pressure: f64,
     area: f64,
     /// -dp/dd.
@@ -99,7 +101,7 @@ impl Summits {
         Summits { m0, m2, m4, heights: gauss_legendre(HEIGHTS), curvatures: gauss_legendre(CURVATURES) }
     }
 
-    /// Density in height of summits per area, and their mean curvature at that height.
+    /// Number density of summits per area and height, and their mean curvature at that height.
     ///
     /// Height z and mean curvature A are jointly normal with variances m0 and 2 m4/3 and covariance m2. A point with a
     /// horizontal tangent, of density 1/(2π m2), is a summit if the half difference of its principal curvatures, Rayleigh
@@ -116,7 +118,7 @@ impl Summits {
         let two_s2 = 2.0 * m4 / 3.0;
         let weight = |a: f64| {
             let x = a * a / two_s2;
-            // x - 1 + exp(-x), which is x²/2 where that is small.
+            // x - 1 + exp(-x), or x²/2 for small x.
             let less = if x < 1e-4 { 0.5 * x * x } else { x + (-x).exp_m1() };
             two_s2 * less * (-0.5 * ((a - mean) / spread).powi(2)).exp()
         };
@@ -127,14 +129,14 @@ impl Summits {
     }
 
     /// Hertz contacts of the summits above a plane at height d.
-    fn above(&self, d: f64) -> Reached {
+    fn above(&self, d: f64) -> Contacts {
         let rms = self.m0.sqrt();
-        // Beyond z all that is left is exp(-REACH²/2) of what is at d.
+        // Beyond this height the density is below exp(-REACH²/2) of that at d.
         let to = if d > 0.0 { (d * d + (REACH * rms).powi(2)).sqrt() } else { REACH * rms };
-        let mut sum = Reached::default();
+        let mut sum = Contacts::default();
         let deepest = (to - d).max(0.0).sqrt();
         for (x, w) in &self.heights {
-            // Depth as a square: its root and its third power's have no slope that a polynomial could not follow.
+            // Substituting depth = y² makes the integrand smooth.
             let y = 0.5 * deepest * (1.0 + x);
             let depth = y * y;
             let (density, curvature) = self.at(d + depth);
@@ -150,7 +152,7 @@ impl Summits {
         sum
     }
 
-    /// Mean gap of the undeformed surface behind a plane at d, and its slope.
+    /// Mean gap between the undeformed surface and a plane at d, and its derivative.
     fn bearing_gap(&self, d: f64) -> (f64, f64) {
         let rms = self.m0.sqrt();
         let t = d / rms;
@@ -165,10 +167,10 @@ struct Asperities<'p> {
     observer: &'p dyn Observer,
 }
 
-/// Heights in units of the rms between which the plane is looked for.
+/// Bounds of the height of the plane, in units of the rms height.
 const HIGHEST: f64 = 30.0;
 
-/// Halvings to the last bit.
+/// Halvings that exhaust the precision.
 const HALVINGS: usize = 60;
 
 impl Estimator for Asperities<'_> {
@@ -179,7 +181,8 @@ impl Estimator for Asperities<'_> {
         let rms = summits.m0.sqrt();
         let (mut low, mut high) = (-HIGHEST * rms, HIGHEST * rms);
         if summits.above(low).pressure < pressure {
-            let most = format!("below {:.3}: no more is borne by its asperities", summits.above(low).pressure);
+            let most =
+                format!("at most {:.3}, the largest pressure that its asperities carry", summits.above(low).pressure);
             return Err(Error::input(format!("method {}", CARD.id), "pressure", pressure, most));
         }
         let (mut stop, mut iterations) = (Stop::Converged, 0);
@@ -200,7 +203,7 @@ impl Estimator for Asperities<'_> {
         let found = summits.above(d);
         let (gap, slope) = summits.bearing_gap(d);
         Ok(Estimate {
-            // Asperities that know nothing of each other may cover more than there is.
+            // Independent asperities may cover more than the cell.
             contact_fraction: found.area.min(1.0),
             mean_gap: Some(gap),
             stiffness: (slope > 0.0).then_some(found.stiffness / slope),
@@ -223,9 +226,9 @@ mod tests {
         Summits::new(m0, m2, m4)
     }
 
-    /// All summits together: m4/(6√3 π m2) per area (Nayak 1971), of broad spectra and of waves of one length.
+    /// Number of summits per area, m4/(6√3 π m2) (Nayak 1971), for broad spectra and for a single wavelength.
     #[test]
-    fn all_summits_are_nayaks() {
+    fn number_of_summits_is_nayaks() {
         for s in [challenge(), Summits::new(1.0, 1.0, 2.0), Summits::new(1.0, 1.0, 1.501), Summits::new(2.0, 3.0, 40.0)]
         {
             let reach = REACH * s.m0.sqrt();
@@ -238,7 +241,7 @@ mod tests {
 
     /// Mean height of the summits, 4 √(m0/(π α)) for all α (Nayak 1971).
     #[test]
-    fn summits_are_as_high_as_nayaks() {
+    fn mean_summit_height_is_nayaks() {
         for s in [challenge(), Summits::new(1.0, 1.0, 2.0)] {
             let reach = REACH * s.m0.sqrt();
             let rule = gauss_legendre(200);
@@ -249,9 +252,9 @@ mod tests {
         }
     }
 
-    /// Far out, area over pressure times the gradient is √(2π), reached as d^-2; whatever the moments.
+    /// At large separation, area over pressure times the rms gradient approaches √(2π) as d^-2 for all moments.
     #[test]
-    fn far_asperities_bear_in_proportion_to_their_area() {
+    fn area_is_proportional_to_load_at_large_separation() {
         for (m0, m2, m4) in [(1.0, 1.0, 2.0), (2.0, 3.0, 9.0)] {
             let s = Summits::new(m0, m2, m4);
             let kappa = |t: f64| {
@@ -264,9 +267,9 @@ mod tests {
         }
     }
 
-    /// Slopes of what is summed, by differences.
+    /// Comparison with differences.
     #[test]
-    fn stiffness_is_the_slope() {
+    fn stiffness_is_the_derivative_of_pressure() {
         let s = challenge();
         let (d, step) = (2.0 * s.m0.sqrt(), 1e-5 * s.m0.sqrt());
         let slope = (s.above(d - step).pressure - s.above(d + step).pressure) / (2.0 * step);

@@ -4,7 +4,7 @@ use super::{
 };
 use serde::{Deserialize, Serialize};
 
-/// What single methods may be told beside the problem, a table each under their ids; the defaults are the challenge's.
+/// Settings of single methods, one table for each under its id. The defaults are those of the challenge.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Settings {

@@ -1,12 +1,12 @@
-//! Contact with a two-dimensional sinusoid D cos(kx) cos(ky), without adhesion: area and mean gap from first touch to full
-//! contact. Both ends are known in closed form (Hertz; penny-shaped gaps, after Johnson, Greenwood & Higginson, Int. J. Mech.
-//! Sci. 27 (1985) 383), what lies between is a table of solved states, which the ignored test below prints.
+//! Contact with a two-dimensional sinusoid D cos(kx) cos(ky), without adhesion: area and mean gap from first to full contact.
+//! Both limits are known in closed form (Hertz; penny-shaped gaps, after Johnson, Greenwood & Higginson, Int. J. Mech. Sci. 27
+//! (1985) 383); between them a table of solved states is interpolated, which the ignored test below prints.
 //!
-//! Pressures are over that of full contact, √2 π E* D/λ, which is E* times the wave's rms gradient. The usual fit (Jackson &
-//! Streator, Wear 261 (2006) 1337) is off by up to a tenth.
+//! Pressures are relative to that of full contact, √2 π E* D/λ, E* times the rms gradient. The common fit (Jackson & Streator,
+//! Wear 261 (2006) 1337) deviates by up to 10 %.
 
 /// Cube root of the pressure; contact area over the pressure to 2/3; mean gap over D and over (1 - pressure)^(5/2).
-/// By `fast` on 640² nodes for one summit, means over three offsets of the nodes, perimeter-corrected areas.
+/// Solved by `fast` on 640² nodes per summit; means over three offsets of the nodes, perimeter-corrected areas.
 #[rustfmt::skip]
 const TABLE: [[f64; 3]; 20] = [
     [0.00, FIRST_AREA, 1.0],
@@ -34,13 +34,13 @@ const TABLE: [[f64; 3]; 20] = [
 /// π (3/8π)^(2/3): two Hertz contacts in λ², each of curvature D k².
 const FIRST_AREA: f64 = 0.761618473172;
 
-/// 32√2·3^(5/2)/(360 π²): two penny-shaped gaps in λ², whose edges bear no tension.
+/// 32√2·3^(5/2)/(360 π²): two penny-shaped gaps in λ² with zero stress intensity at their edges.
 const LAST_GAP: f64 = 0.198548160047;
 
-/// (9π⁴/8)^(1/3): how far Hertz contacts are pressed in, over D and the pressure to 2/3.
+/// (9π⁴/8)^(1/3): approach of Hertz contacts over D and the pressure to the power 2/3.
 const FIRST_DENT: f64 = 4.785390000314;
 
-/// Share of the area in contact.
+/// Contact fraction at a pressure over that of full contact.
 pub(super) fn share(pressure: f64) -> f64 {
     if pressure >= 1.0 {
         return 1.0;
@@ -49,7 +49,7 @@ pub(super) fn share(pressure: f64) -> f64 {
     (between(t, 1) * t * t).min(1.0)
 }
 
-/// Mean gap over D.
+/// Mean gap over D at a pressure over that of full contact.
 pub(super) fn mean_gap(pressure: f64) -> f64 {
     if pressure >= 1.0 {
         return 0.0;
@@ -57,7 +57,7 @@ pub(super) fn mean_gap(pressure: f64) -> f64 {
     let t = pressure.cbrt();
     let [end, _, value] = TABLE[1];
     let column = if t < end {
-        // Hertz, and a cubic term, of the images for the most part, that meets the table.
+        // Hertz and a cubic term, mainly due to the periodic images, matched to the table.
         let cubic = (value - 1.0 + FIRST_DENT * end * end) / (end * end * end);
         1.0 - FIRST_DENT * t * t + cubic * t * t * t
     } else {
@@ -66,8 +66,8 @@ pub(super) fn mean_gap(pressure: f64) -> f64 {
     column * (1.0 - pressure).powf(2.5)
 }
 
-/// A column at a cube root of the pressure: cubics between the table's, of slopes that leave no overshoot (Fritsch & Carlson,
-/// SIAM J. Numer. Anal. 17 (1980) 238, with weighted harmonic means).
+/// Interpolates a column at a cube root of the pressure by monotone cubics (Fritsch & Carlson,
+/// SIAM J. Numer. Anal. 17 (1980) 238, with weighted harmonic means of the slopes).
 fn between(t: f64, column: usize) -> f64 {
     let last = TABLE.len() - 2;
     let k = TABLE[1..=last].partition_point(|row| row[0] <= t);
@@ -104,9 +104,9 @@ mod tests {
     use crate::observe::contact_area;
     use std::f64::consts::{PI, TAU};
 
-    /// The ends in closed form, and no step back between them.
+    /// The limits in closed form, and monotony between them.
     #[test]
-    fn ends_are_closed_forms_and_all_is_monotone() {
+    fn limits_are_closed_forms_and_curves_are_monotone() {
         assert!((FIRST_AREA / (PI * (3.0 / (8.0 * PI)).powf(2.0 / 3.0)) - 1.0).abs() < 1e-9);
         assert!((LAST_GAP / (32.0 * 2f64.sqrt() * 3f64.powf(2.5) / (360.0 * PI * PI)) - 1.0).abs() < 1e-6);
         assert_eq!((share(0.0), mean_gap(0.0), share(1.0), mean_gap(1.0)), (0.0, 1.0, 1.0, 0.0));
@@ -114,9 +114,9 @@ mod tests {
         assert!(states.windows(2).all(|w| w[0].0 < w[1].0 && w[0].1 > w[1].1));
     }
 
-    /// What Hertz's contacts press in, less what their images do: (9π⁴/8)^(1/3) x^(2/3) - 3.90026 x.
+    /// Approach of Hertz contacts less that of their images: (9π⁴/8)^(1/3) x^(2/3) - 3.90026 x.
     #[test]
-    fn first_touch_is_hertzian() {
+    fn first_contact_is_hertzian() {
         for x in [1e-6f64, 1e-5, 1e-4] {
             let exact = (9.0 * PI.powi(4) / 8.0f64).cbrt() * x.powf(2.0 / 3.0) - 3.90026 * x;
             assert!(((1.0 - mean_gap(x)) / exact - 1.0).abs() < 0.005, "{x}: {} {exact}", 1.0 - mean_gap(x));
@@ -124,17 +124,17 @@ mod tests {
         }
     }
 
-    /// Nearly closed: what is open is 3/(2π) of what is missing of the pressure.
+    /// Near full contact the open fraction is 3/(2π) of the missing pressure.
     #[test]
-    fn the_last_gaps_are_pennies() {
+    fn last_gaps_are_penny_shaped() {
         let open = (1.0 - share(0.97)) / 0.03;
         assert!((open / (1.5 / PI) - 1.0).abs() < 0.05, "{open}");
     }
 
-    /// Pressure, contact fraction and mean gap over D from another solver, converged at 256² nodes for two summits: fractions
-    /// to one in a hundred, gaps to 3e-4.
+    /// Pressure, contact fraction and mean gap over D from another solver, converged on 256² nodes per two summits: fractions to
+    /// 1 %, gaps to 3e-4.
     #[test]
-    fn another_solver_finds_the_same() {
+    fn table_agrees_with_another_solver() {
         const OTHER: [(f64, f64, f64); 12] = [
             (0.001, 0.0077, 0.9561),
             (0.01, 0.0361, 0.8183),
@@ -157,8 +157,8 @@ mod tests {
 
     /// Contact fraction (perimeter-corrected) and mean gap over D.
     ///
-    /// Turned by 45° the wave is D/2 (cos + cos) in a cell of side λ/√2 with one summit, on which the pressure that flattens
-    /// it is π E* D over that side. Nodes lie anywhere: the mean over a few offsets hardly knows the mesh.
+    /// Rotated by 45° the wave is D/2 (cos + cos) in a cell of side λ/√2 with one summit; its full-contact pressure is π E* D over
+    /// that side. The mean over a few offsets of the nodes hardly depends on the mesh.
     fn solved(n: usize, x: f64, offsets: &[f64]) -> (f64, f64) {
         const D: f64 = 0.02;
         let grid = Grid::unit(n, n);
@@ -176,10 +176,10 @@ mod tests {
         (sums.0 / offsets.len() as f64, sums.1 / offsets.len() as f64)
     }
 
-    /// On nodes of the table and between them. 160² nodes leave half a per cent of the area, and the table's step shows where
-    /// patches merge, about t = 0.62: 1.1 per cent.
+    /// At points of the table and between them. The error on 160² nodes is 0.5 % of the area; interpolation adds up to 1.1 %
+    /// where patches merge, at about t = 0.62.
     #[test]
-    fn this_solver_finds_the_table() {
+    fn table_agrees_with_fast() {
         for t in [0.4f64, 0.575, 0.625, 0.7, 0.925] {
             let x = t.powi(3);
             let (area, gap) = solved(160, x, &[0.0, 0.21, 0.43]);
@@ -190,8 +190,8 @@ mod tests {
 
     /// Prints the table: `cargo test --lib method::sinusoid -- --ignored --nocapture`, half a minute.
     #[test]
-    #[ignore = "makes the table anew"]
-    fn the_table_is_made() {
+    #[ignore = "prints the table"]
+    fn print_table() {
         for k in 2..20 {
             let t = 0.05 * f64::from(k);
             let x = t * t * t;

@@ -1,4 +1,4 @@
-//! Spots of single asperities: Hertz and JKR in closed form, and their profiles on the nodes of a grid. E* = 1.
+//! Contact spots of single asperities: Hertz and JKR in closed form, and their stress profiles on a grid. E* = 1.
 //!
 //! Hertz: K. L. Johnson, Contact Mechanics (1985), chapter 4. JKR: K. L. Johnson, K. Kendall & A. D. Roberts, Proc. R. Soc. A
 //! 324 (1971) 301. Lengths in L, forces in E*·L².
@@ -6,39 +6,40 @@
 use crate::grid::Grid;
 use std::f64::consts::PI;
 
-/// Load of a Hertzian spot of radius `a` on a summit of radius `r`: `4a³/3R`.
+/// Load of a Hertz contact of radius `a` on a summit of radius `r`: `4a³/3R`.
 pub(super) fn hertz_load(a: f64, r: f64) -> f64 {
     4.0 / 3.0 * a.powi(3) / r
 }
 
-/// JKR with the work of adhesion `gamma`; Hertz where that is zero.
+/// JKR with the work of adhesion `gamma`; Hertz for `gamma` = 0.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Jkr {
     pub gamma: f64,
 }
 
 impl Jkr {
-    /// Pull of the flat punch that JKR adds to Hertz, `√(8πγa³)`.
+    /// Tensile load of the flat punch that JKR superposes on Hertz, `√(8πγa³)`.
     pub fn pull(&self, a: f64) -> f64 {
         (8.0 * PI * self.gamma * a.powi(3)).sqrt()
     }
 
+    /// Load of a contact of radius `a`.
     pub fn load(&self, a: f64, r: f64) -> f64 {
         hertz_load(a, r) - self.pull(a)
     }
 
-    /// Approach of the bodies, `δ = a²/R - √(2πγa)`.
+    /// Approach `δ = a²/R - √(2πγa)`.
     pub fn approach(&self, a: f64, r: f64) -> f64 {
         a * a / r - (2.0 * PI * self.gamma * a).sqrt()
     }
 
-    /// Least approach at which the bodies hold on to each other: `-(3/4)(π²γ²R)^(1/3)`.
+    /// Approach at pull-off under displacement control, `-(3/4)(π²γ²R)^(1/3)`.
     pub fn least_approach(&self, r: f64) -> f64 {
         -0.75 * ((PI * self.gamma).powi(2) * r).cbrt()
     }
 
-    /// Radius on the stable branch, the larger root of [`Jkr::approach`]; none below the least approach. That is convex
-    /// in the radius, so that Newton's steps from above never pass the root.
+    /// Radius on the stable branch, the larger root of [`Jkr::approach`]; none below the least approach. The approach is convex
+    /// in the radius, so Newton steps from above converge monotonically.
     pub fn radius(&self, approach: f64, r: f64) -> Option<f64> {
         if approach < self.least_approach(r) || (self.gamma == 0.0 && approach <= 0.0) {
             return None;
@@ -47,7 +48,7 @@ impl Jkr {
         if self.gamma == 0.0 {
             return Some(hertz);
         }
-        // Each half of a²/R covers one of the other two terms.
+        // An upper bound: each half of a²/R exceeds one of the other two terms.
         let least = (PI * self.gamma * r * r / 8.0).cbrt();
         let mut a = (2f64.sqrt() * hertz).max((8.0 * PI * self.gamma * r * r).cbrt());
         loop {
@@ -61,25 +62,25 @@ impl Jkr {
     }
 }
 
-/// A spot as it is painted.
+/// A contact spot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Spot {
     pub x: f64,
     pub y: f64,
     pub radius: f64,
-    /// Load of its Hertzian part, and pull of its punch.
+    /// Load of the Hertz part, and tensile load of the punch.
     pub press: f64,
     pub pull: f64,
 }
 
-/// Samples across the radius of the smallest spots, which may lie within one pixel.
+/// Samples per radius of the smallest spots, which may lie within one pixel.
 const ACROSS: f64 = 8.0;
 
-/// What `1 - r²/a²` is taken to be at least in the profile of the punch, whose rim no pixel holds.
+/// Lower bound of `1 - r²/a²` in the profile of the punch, which is singular at its edge.
 const RIM: f64 = 1e-2;
 
-/// Stress of spots on the nodes `[ny, nx]`: each profile averaged over pixels and scaled to carry its load, so that the mean
-/// is the pressure on any grid; where spots overlap they add up.
+/// Writes the stress of spots `[ny, nx]`: each profile is averaged over pixels and scaled to its load, so that the mean is the
+/// pressure on any grid; overlapping profiles are added.
 pub(super) fn paint(grid: Grid, spots: impl IntoIterator<Item = Spot>, stress: &mut Vec<f64>) {
     stress.clear();
     stress.resize(grid.points(), 0.0);
@@ -114,7 +115,7 @@ pub(super) fn paint(grid: Grid, spots: impl IntoIterator<Item = Spot>, stress: &
             }
         }
         if nodes.is_empty() {
-            // Between all samples.
+            // The spot lies between all samples.
             nodes.push((i0, j0, [1.0; 2]));
             sums = [1.0; 2];
         }
@@ -130,14 +131,14 @@ mod tests {
     use super::*;
     use crate::grid::mean;
 
-    /// Rounding of closed forms, and of Newton's last step.
+    /// Rounding of closed forms and of the last Newton step.
     const CLOSED: f64 = 1e-10;
 
     fn near(a: f64, b: f64) -> bool {
         (a - b).abs() <= CLOSED * b.abs().max(1.0)
     }
 
-    /// R = E* = γ = 1: radius and approach without load, pull-off under load and under displacement control.
+    /// R = E* = γ = 1: radius and approach at zero load; pull-off under load control and under displacement control.
     #[test]
     fn jkr_closed_forms() {
         let jkr = Jkr { gamma: 1.0 };
@@ -148,12 +149,12 @@ mod tests {
         assert!(near(jkr.load(soft, 1.0), -1.5 * PI) && (jkr.approach(soft, 1.0) + 0.773_417).abs() < 1e-6);
         let stiff = (PI / 8.0).cbrt();
         assert!(near(jkr.load(stiff, 1.0), -5.0 * PI / 6.0) && near(jkr.approach(stiff, 1.0), jkr.least_approach(1.0)));
-        // Jump-in at no approach.
+        // Jump into contact at zero approach.
         assert!(near(jkr.radius(0.0, 1.0).unwrap(), (2.0 * PI).cbrt()));
         assert!(jkr.radius(1.000_1 * jkr.least_approach(1.0), 1.0).is_none());
     }
 
-    /// The root inverts the closed form to ten digits over scales of radius and work, on the stable branch alone.
+    /// The root inverts the closed form to ten digits for radii and works of many magnitudes, on the stable branch.
     #[test]
     fn radius_inverts_approach() {
         for gamma in [1e-9, 2e-5, 1.0] {
@@ -171,7 +172,7 @@ mod tests {
         assert_eq!(Jkr { gamma: 0.0 }.radius(-1e-9, 0.25), None);
     }
 
-    /// Loads are carried to rounding by spots across the seam, within a pixel and over many; the profile is Hertz's.
+    /// Painted spots carry their loads to rounding, across the cell boundary, within a pixel and over many; the profile is Hertz's.
     #[test]
     fn painted_spots_carry_their_loads() {
         let grid = Grid { nx: 64, ny: 48, lx: 1.0, ly: 0.7 };
@@ -185,7 +186,7 @@ mod tests {
         paint(grid, [spot], &mut stress);
         let highest = 1.5 / (PI * 0.04);
         assert!((stress[24 * 64 + 32] / highest - 1.0).abs() < 0.01, "{} {highest}", stress[24 * 64 + 32]);
-        let aside = highest * (1.0 - (6.0 * grid.dx() / 0.2).powi(2)).sqrt();
-        assert!((stress[24 * 64 + 38] / aside - 1.0).abs() < 0.01);
+        let beside_centre = highest * (1.0 - (6.0 * grid.dx() / 0.2).powi(2)).sqrt();
+        assert!((stress[24 * 64 + 38] / beside_centre - 1.0).abs() < 0.01);
     }
 }

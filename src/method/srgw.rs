@@ -1,9 +1,9 @@
 //! Spatially resolved Greenwood-Williamson with JKR summits (Müser et al., Tribology Letters 65 (2017) 118, section 3; Greenwood
 //! & Williamson, Proc. R. Soc. A 295 (1966) 300; Johnson, Kendall & Roberts, Proc. R. Soc. A 324 (1971) 301).
 //!
-//! Every summit of the surface is a sphere on a body that knows of no other; all feel one rigid approach. With adhesion a
-//! summit jumps into contact where it touches (δ = 0), since JKR knows no force at a distance, and holds on to the body
-//! down to its least approach: what touches is remembered along the load path. The gap is the undeformed one.
+//! Every summit is an independent sphere at a common rigid approach. With adhesion a summit jumps into contact at δ = 0, since
+//! JKR has no force at a distance, and stays in contact down to its pull-off approach: the contacts are a state of the load
+//! path. The gap is that of the undeformed surface.
 
 use super::spots::{Jkr, Spot, hertz_load, paint};
 use super::{
@@ -28,7 +28,7 @@ static CARD: Card = Card {
     needs: Needs::Heights,
     criterion: Criterion::Spots,
     calibrated_on: None,
-    summary: "every summit a JKR sphere of its own, at one approach",
+    summary: "every summit an independent JKR sphere at a common approach",
     supports,
     dois: &["10.1007/s11249-017-0900-2", "10.1098/rspa.1966.0242", "10.1098/rspa.1971.0141"],
     papers: &[],
@@ -36,14 +36,14 @@ static CARD: Card = Card {
 
 fn supports(quantity: Quantity) -> Support {
     match quantity {
-        Quantity::ContactArea => Support::Only("sum of spots, which may overlap; adhesion as JKR"),
+        Quantity::ContactArea => Support::Only("sum of contact spots, which may overlap; JKR adhesion"),
         Quantity::PatchPdf | Quantity::PatchArea | Quantity::MedianClusterArea => {
-            Support::Only("a spot for each summit; adhesion as JKR")
+            Support::Only("one spot per summit; JKR adhesion")
         }
         Quantity::GapMap | Quantity::GapPdf | Quantity::MeanGap => Support::Only("undeformed gap"),
-        Quantity::StressMap | Quantity::StressPdf => Support::Only("profiles of spots, added where they overlap"),
+        Quantity::StressMap | Quantity::StressPdf => Support::Only("superposed Hertz and JKR profiles"),
         Quantity::Stiffness => Support::Only("as differences between loads"),
-        Quantity::ContactMap => Support::No("spots are areas, not nodes"),
+        Quantity::ContactMap => Support::No("contact spots are areas without nodes"),
     }
 }
 
@@ -51,25 +51,25 @@ fn supports(quantity: Quantity) -> Support {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SrgwSettings {
-    /// Where the curvatures of summits come from.
+    /// Fit from which the curvatures of summits are taken.
     pub fit: SummitFit,
-    /// Which one number stands for the two principal curvatures.
+    /// Mean of the two principal curvatures.
     pub curvature: SummitCurvature,
 }
 
-/// Load balance at which the search for the approach ends, relative.
+/// Relative load balance at which the search for the approach ends.
 const BALANCE: f64 = 1e-12;
 
-/// Load balance at which an approach is an answer, relative: halving ends in rounding of the approach.
+/// Relative load balance at which an approach is accepted when bisection ends at the rounding of the approach.
 const ANSWER: f64 = 1e-8;
 
-/// Places on the way to the last summit's detachment at which a pull is looked for.
+/// Approaches, down to the detachment of the last summit, at which a tensile load is searched.
 const PLACES: usize = 4096;
 
-/// The search is over where the approach has no more digits.
+/// Halvings of the bracket at most.
 const HALVINGS: usize = 200;
 
-/// Summits that are summed in order, at once.
+/// Summits of a block in ordered sums.
 const BLOCK: usize = 256;
 
 /// Processor time of a load, measured by `asperity bench --methods`; an order of magnitude.
@@ -81,7 +81,7 @@ impl ContactMethod for Srgw {
     }
 
     fn plan(&self, problem: &Problem) -> Plan {
-        // Heights from the lowest on, gap and stress, and a summit for some 20 nodes; of the Fourier fit a spectrum more.
+        // Heights, gap and stress, and one summit per about 20 nodes; for the Fourier fit also a spectrum.
         let fourier = u64::from(problem.settings.srgw.fit == SummitFit::Fourier);
         let per_point = 3 * 8 + 16 * fourier + 4;
         let points = problem.grid.points();
@@ -106,17 +106,17 @@ impl ContactMethod for Srgw {
 
 struct Asperities {
     grid: Grid,
-    /// From the first to touch on.
+    /// In the order of first contact.
     summits: Vec<Summit>,
     jkr: Jkr,
-    /// Approach below which no summit holds on.
+    /// Approach below which no summit stays in contact.
     reach: f64,
-    /// What touched at the end of the last load.
+    /// Whether each summit was in contact at the end of the last load.
     touching: Vec<bool>,
 }
 
 impl Asperities {
-    /// Radius of a summit's spot at an approach to which the surfaces came from that of the last load.
+    /// Contact radius of a summit at an approach reached from that of the last load; none without contact.
     fn radius(&self, k: usize, depth: f64) -> Option<f64> {
         let Summit { height, radius, .. } = self.summits[k];
         let approach = depth - height;
@@ -124,7 +124,7 @@ impl Asperities {
         if touches { self.jkr.radius(approach, radius) } else { None }
     }
 
-    /// Summits that may touch: the first ones.
+    /// Number of summits that may be in contact: the first ones.
     fn candidates(&self, depth: f64) -> usize {
         self.summits.partition_point(|s| s.height <= depth - self.reach)
     }
@@ -140,8 +140,8 @@ impl Asperities {
         load / (self.grid.lx * self.grid.ly)
     }
 
-    /// Two approaches, the first with a pressure of at most `target` and the second of at least, on the way that the
-    /// surfaces take from `depth`; none if they part before.
+    /// Two approaches, the first with a pressure of at most `target` and the second of at least, on the path from `depth`; none
+    /// if the surfaces separate before.
     fn bracket(&self, depth: f64, target: f64) -> Option<(f64, f64)> {
         let last = self.summits.len() - 1;
         let mut step = 1e-6 * (self.summits[last].height - self.summits[0].height + self.summits[0].radius);
@@ -162,34 +162,34 @@ impl Asperities {
             }
             return Some((low, high));
         }
-        // A pull is held in a well before the pull-off, which long steps would pass.
+        // Equilibria under tension lie in a short interval before pull-off, which long steps would miss.
         let end = self.summits[0].height + self.reach;
         let place = |k: usize| depth + (end - depth) * k as f64 / PLACES as f64;
         (1..=PLACES)
-            .find(|&k| self.pressure(place(k)) <= target && self.holds(place(k)))
+            .find(|&k| self.pressure(place(k)) <= target && self.in_contact(place(k)))
             .map(|k| (place(k), place(k - 1)))
     }
 
-    fn holds(&self, depth: f64) -> bool {
+    fn in_contact(&self, depth: f64) -> bool {
         (0..self.candidates(depth)).any(|k| self.radius(k, depth).is_some())
     }
 }
 
 struct Path<'p> {
     observer: &'p dyn Observer,
-    /// From the lowest on.
+    /// Above the lowest node.
     heights: Cow<'p, [f64]>,
     asperities: Asperities,
-    /// Approach at the end of the last load, from the lowest node on; that of first touch before the first.
+    /// Approach at the end of the last load, from the lowest node; before the first load, that of first contact.
     depth: f64,
     gap: Vec<f64>,
     stress: Vec<f64>,
 }
 
 impl Path<'_> {
-    /// Halves the bracket. Forces fall at jumps into contact and rise at detachments, each against the way of the search,
-    /// so the pressure is continuous where the halves close in. With adhesion it may be met more than once within the
-    /// drop of one summit's jump: one of these approaches is found.
+    /// Bisection. The force decreases at jumps into contact and increases at detachments, each opposite to the direction of the
+    /// search, so the pressure is continuous at the limit. With adhesion several approaches within the jump of one summit may
+    /// have the target pressure; one of them is found.
     fn search(&self, (mut low, mut high): (f64, f64), target: f64) -> (f64, Stop, usize) {
         let scale = Problem::stress_scale(target);
         for iteration in 0..HALVINGS {
@@ -217,7 +217,7 @@ impl Estimator for Path<'_> {
         let pressure = require::pressure(load, adhesive, CARD.id)?;
         let (depth, stop, iterations) = match self.asperities.bracket(self.depth, pressure) {
             Some(bracket) => self.search(bracket, pressure),
-            // Parted: nothing touches, and the next load begins at first touch.
+            // Separated: no contact, and the next load starts at first contact.
             None => {
                 self.asperities.touching.fill(false);
                 (self.asperities.summits[0].height.min(0.0) + 2.0 * self.asperities.reach, Stop::Detached, PLACES)
@@ -251,7 +251,7 @@ impl Estimator for Path<'_> {
         })
     }
 
-    /// What touches at one load decides with adhesion what touches at the next.
+    /// With adhesion the contacts of the next load depend on those of this one.
     fn pass(&mut self, load: Load) -> Result<()> {
         if self.asperities.jkr.gamma > 0.0 { self.estimate(load).map(|_| ()) } else { Ok(()) }
     }

@@ -85,7 +85,7 @@ fn springs_under_a_paraboloid() {
     let radius = 2.0;
     let (grid, heights) = spheres(256, &[(0.25, 0.75, radius, 0.3)]);
     let length = 0.05;
-    let p = with(problem(grid, &heights), WinklerSettings { wavelength: Some(length), calibrate_to: None });
+    let p = with(problem(grid, &heights), WinklerSettings { spring_length: Some(length), calibrate_to: None });
     let b: f64 = 48.0 / 256.0;
     let load = PI * b.powi(4) / (4.0 * radius * length);
     let found = one(&p, "winkler", load);
@@ -145,7 +145,7 @@ fn calibrated_springs() {
         let base = problem(grid, &heights);
         let g = gradient(grid, &heights);
         let exact = path(&base, "fast", &[0.001 * g, 0.01 * g]);
-        let p = with(base, WinklerSettings { wavelength: None, calibrate_to: Some(exact[1].area) });
+        let p = with(base, WinklerSettings { spring_length: None, calibrate_to: Some(exact[1].area) });
         let found = told(&p, "winkler", &[0.001 * g, 0.01 * g, 0.6 * g, 1.3 * g]);
         // Twice the number of nodes that overlap.
         assert!((found[1].area - exact[1].area).abs() < 2.5 / (256.0 * 256.0), "{} {}", found[1].area, exact[1].area);
@@ -376,7 +376,12 @@ fn the_camera_sees_the_solvers_contact() {
     /// Heights counted from the lowest are others to the solver, by rounding.
     const SOLVED: f64 = 1e-9;
     let (grid, heights) = rough(256, 256, 1.0 / 32.0, 2);
-    let perfect = ExperimentSettings { print: 0.0, pixel: 0.0, correlation: 0.0, ..ExperimentSettings::default() };
+    let perfect = ExperimentSettings {
+        print_resolution: 0.0,
+        pixel_size: 0.0,
+        correlation_window: 0.0,
+        ..ExperimentSettings::default()
+    };
     for (thickness, differs) in [(100.0, false), (0.15, true)] {
         let kernel = Elastic::Layer(Layer { thickness, poisson: 0.5, base: Base::Bonded });
         let exact = solved(&Problem { kernel, ..problem(grid, &heights) }, "fast", 0.02);
@@ -387,7 +392,7 @@ fn the_camera_sees_the_solvers_contact() {
         let half_space = solved(&problem(grid, &heights), "fast", 0.02);
         assert_eq!(!near(exact.mean_gap, half_space.mean_gap, 1e-3), differs);
         let blurred = one(
-            &laboratory(problem(grid, &heights), ExperimentSettings { thickness, correlation: 0.02, ..perfect }),
+            &laboratory(problem(grid, &heights), ExperimentSettings { thickness, correlation_window: 0.02, ..perfect }),
             "experiment",
             0.02,
         );
@@ -407,9 +412,9 @@ fn what_the_laboratory_blurs() {
         (found.area, patch_sizes(&found.contact, 256, Connectivity::Eight).len())
     };
     let (sharp, patches) = area(base);
-    assert!(area(ExperimentSettings { print: 1.0 / 40.0, ..base }).0 > 1.1 * sharp);
+    assert!(area(ExperimentSettings { print_resolution: 1.0 / 40.0, ..base }).0 > 1.1 * sharp);
     assert!(area(ExperimentSettings { optical_gap: 1e-3, ..base }).0 > 1.2 * sharp);
-    let (_, fewer) = area(ExperimentSettings { pixel: 1.0 / 64.0, ..base });
+    let (_, fewer) = area(ExperimentSettings { pixel_size: 1.0 / 64.0, ..base });
     assert!(fewer < patches, "{fewer} {patches}");
 }
 
@@ -425,7 +430,7 @@ fn refusals_name_what_is_refused() {
     let adhesion = Adhesion::exponential(1e-4, 1e-3);
     let flat = vec![1.0; 64 * 64];
     let settings = |settings: Settings| Problem { settings, ..base.clone() };
-    let winkler = |wavelength, calibrate_to| with(base.clone(), WinklerSettings { wavelength, calibrate_to });
+    let winkler = |spring_length, calibrate_to| with(base.clone(), WinklerSettings { spring_length, calibrate_to });
     let refused = |p: &Problem, id: &str, word: &str| {
         let error = method::find(id).unwrap().start(p, &NoObserver).err().unwrap_or_else(|| panic!("{id}: {word}"));
         let error = error.to_string();
@@ -445,7 +450,7 @@ fn refusals_name_what_is_refused() {
     for id in ["srgw", "icha"] {
         refused(&problem(grid, &flat), id, "summit");
     }
-    let calibrated = WinklerSettings { wavelength: None, calibrate_to: Some(0.03) };
+    let calibrated = WinklerSettings { spring_length: None, calibrate_to: Some(0.03) };
     refused(&with(problem(grid, &flat), calibrated), "winkler", "flat");
     // Two steps: nothing between 0 and 1/2 of the nodes overlaps.
     let steps: Vec<f64> = (0..64 * 64).map(|i| f64::from(i as u32 % 2)).collect();
@@ -485,7 +490,7 @@ fn measurements() {
         let p = problem(grid, &heights);
         let load = 0.01 * gradient(grid, &heights);
         let exact = solved(&p, "fast", load);
-        let calibrated = with(p.clone(), WinklerSettings { wavelength: None, calibrate_to: Some(exact.area) });
+        let calibrated = with(p.clone(), WinklerSettings { spring_length: None, calibrate_to: Some(exact.area) });
         let clock = std::time::Instant::now();
         let [springs, single, feeling] =
             [(&calibrated, "winkler"), (&p, "srgw"), (&p, "icha")].map(|(p, id)| one(p, id, load));

@@ -183,13 +183,13 @@ fn bicgstab_tends_to_the_hard_wall() {
     let hard = solved(&problem(grid, &heights), "bvm", 0.02);
     let rms = asperity::grid::rms(&heights);
     let errors: Vec<f64> = [1.0, 0.5, 0.25, 0.125]
-        .map(|wall| {
-            let bicgstab = BicgstabSettings { wall, ..Default::default() };
+        .map(|wall_range| {
+            let bicgstab = BicgstabSettings { wall_range, ..Default::default() };
             let p = Problem { settings: Settings { bicgstab, ..Default::default() }, ..problem(grid, &heights) };
             let soft = solved(&p, "bicgstab", 0.02);
             balanced(&soft, "bicgstab");
             let t = touching(&soft, grid.nx, 0.02);
-            println!("wall {wall} dx: pressing {:.4}, closed {:.4}, hard {:.4}", t.pressing, t.closed, hard.area);
+            println!("wall {wall_range} dx: pressing {:.4}, closed {:.4}, hard {:.4}", t.pressing, t.closed, hard.area);
             apart(&soft.gap, &hard.gap) / rms
         })
         .to_vec();
@@ -326,7 +326,7 @@ fn refusals() {
         Problem { settings, ..base.clone() }
     };
     assert!(told(&settings(|s| s.fft_ia.relaxation = 0.0), "fft-ia", press).contains("relaxation"));
-    assert!(told(&settings(|s| s.bicgstab.wall = -1.0), "bicgstab", press).contains("wall"));
+    assert!(told(&settings(|s| s.bicgstab.wall_range = -1.0), "bicgstab", press).contains("wall"));
     assert!(told(&settings(|s| s.bem_bspline.shortest = 1.0), "bem-bspline", press).contains("shortest"));
 }
 

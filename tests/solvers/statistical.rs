@@ -103,7 +103,7 @@ fn in_form<'p>(problem: &Problem<'p>, form: PerssonForm) -> Problem<'p> {
 
 fn in_bands<'p>(problem: &Problem<'p>, ratio: f64) -> Problem<'p> {
     let mut problem = problem.clone();
-    problem.settings.ms_archard.ratio = ratio;
+    problem.settings.ms_archard.band_ratio = ratio;
     problem
 }
 
@@ -169,7 +169,7 @@ fn what_cannot_be_done_is_refused() {
         assert!(says("persson", &told(&|s| s.persson.energy_factor = factor), press).contains("energy_factor"));
     }
     for ratio in [1.0, 0.5, f64::NAN] {
-        assert!(says("ms-archard", &told(&|s| s.ms_archard.ratio = ratio), press).contains("ratio"));
+        assert!(says("ms-archard", &told(&|s| s.ms_archard.band_ratio = ratio), press).contains("ratio"));
     }
     for modes in [0, 128] {
         let error = says("rl-archard", &told(&|s| s.rl_archard.cut_off_modes = Some(modes)), press);
@@ -463,7 +463,7 @@ fn ms_archard_jumps_into_full_contact() {
         println!("ratio {ratio}: from {before:.4} at p* {p:.4}");
         assert_eq!((after.share, after.gap), (1.0, 0.0));
     }
-    let (_, before, _) = jump(Settings::default().ms_archard.ratio);
+    let (_, before, _) = jump(Settings::default().ms_archard.band_ratio);
     assert!(before > 0.3 && before < 0.4, "{before}");
     let reference = [sticky(&of(&power)), of(&power)].map(|p| told(&p, "ms-archard", 0.01).share);
     println!("reference load: {reference:?}");

@@ -94,7 +94,7 @@ pub struct Solve {
     /// An id from `asperity methods`, or auto.
     #[arg(long, default_value = "auto", value_name = "ID")]
     method: String,
-    /// A setting of a method as KEY=VALUE, such as winkler.wavelength=0.0034; `asperity schema` lists them under methods.
+    /// A setting of a method as KEY=VALUE, such as winkler.spring_length=0.0034; `asperity schema` lists them under methods.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Largest rms KKT residual over the pressure. Default: 1e-8 in f64; in f32 1e-3, from 1024 points a side on in

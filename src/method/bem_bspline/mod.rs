@@ -1,20 +1,20 @@
 //! Boundary elements with cubic B-splines and an augmented Lagrangian (Vorlaufer & Vernes, in Müser et al., Tribology Letters
 //! 65 (2017) 118, BEM+B).
 //!
-//! The displacement is a periodic cubic spline with one coefficient a node. Coefficients and nodal values determine each
-//! other wave by wave, `u = b c` with `b = Π(2 + cos qΔ)/3`, so the unknowns here are the nodal gaps. A spline is not one
-//! wave but that wave and its aliases, with amplitudes `Π sinc⁴(qΔ/2)` of the coefficient; the elastic energy is that of
-//! all of them up to the second, which makes the stiffness of a nodal wave
+//! The displacement is a periodic cubic spline with one coefficient per node. Coefficients and nodal values are proportional
+//! mode by mode, `u = b c` with `b = Π(2 + cos qΔ)/3`, so the unknowns here are the nodal gaps. A spline mode consists of a wave
+//! and its aliases, with amplitudes `Π sinc⁴(qΔ/2)` of the coefficient. The elastic energy includes the aliases up to the second,
+//! so that the stiffness of a nodal mode is
 //!
 //! ```text
 //! K(q) = Σ_m k(q + 2πm/Δ) Π sinc⁸((q + 2πm/Δ)Δ/2) / b(q)²,   |m_x|, |m_y| ≤ 2
 //! ```
 //!
-//! which is that of the body for long waves, to the fourth order, and about half of it for the shortest. Of the roughness
-//! only the waves that the splines follow are kept, λ ≥ 4Δ by default (the paper: λ > L/256 on 1024 nodes); gaps are those
-//! of the surface that is left. Overlap is kept out at the nodes by multipliers, `λ ← max(0, λ - r g)`, each round minimised
-//! by Newton steps from conjugate gradients. Adhesion acts at the nodes; where trial states overlap it stays what it is at
-//! contact.
+//! It equals that of the body for long waves, to fourth order, and about half of it for the shortest. Roughness is low-pass
+//! filtered to waves that the splines resolve, λ ≥ 4Δ by default (the paper: λ > L/256 on 1024 nodes); gaps are those of the
+//! filtered surface. Multipliers prevent overlap at the nodes, `λ ← max(0, λ - r g)`; between their updates Newton steps with
+//! conjugate gradients minimise the augmented energy. Adhesion acts at the nodes; for overlapping trial states it has its value
+//! at contact.
 
 mod newton;
 
@@ -42,7 +42,7 @@ static CARD: Card = Card {
     needs: Needs::Heights,
     criterion: Criterion::ZeroGap,
     calibrated_on: None,
-    summary: "cubic splines, augmented Lagrangian, roughness from four mesh spacings on",
+    summary: "cubic splines, augmented Lagrangian, wavelengths above four mesh spacings",
     supports,
     dois: &["10.1007/s11249-017-0900-2"],
     papers: &[],
@@ -51,36 +51,36 @@ static CARD: Card = Card {
 fn supports(quantity: Quantity) -> Support {
     match quantity {
         Quantity::Stiffness => super::card::fields(quantity),
-        _ => Support::Only("of roughness from bem-bspline.shortest mesh spacings on"),
+        _ => Support::Only("of roughness with wavelengths above bem-bspline.shortest_wavelength mesh spacings"),
     }
 }
 
-/// What `bem-bspline` may be told.
+/// Settings of the method `bem-bspline`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct BemBsplineSettings {
-    /// Shortest wave of the roughness that is kept, in spacings of the mesh; 2 keeps all.
-    pub shortest: f64,
-    /// Penalty r over the stiffness of the stiffest wave.
+    /// Shortest wavelength of the roughness in mesh spacings; 2 disables the filter.
+    pub shortest_wavelength: f64,
+    /// Penalty r over the stiffness of the stiffest mode.
     pub penalty: f64,
 }
 
 impl Default for BemBsplineSettings {
     fn default() -> Self {
-        BemBsplineSettings { shortest: 4.0, penalty: 2.0 }
+        BemBsplineSettings { shortest_wavelength: 4.0, penalty: 2.0 }
     }
 }
 
-/// Aliases of a wave on either side.
+/// Aliases of a mode on either side.
 const ALIASES: i32 = 2;
 
-/// Residual of a round over that of the state before it.
+/// Residual after a round of Newton steps over that of the state before it.
 const ROUND: f64 = 0.1;
 
-/// Relative residual of an inner system at least.
+/// Smallest relative residual to which a linear system is solved.
 const FORCING: f64 = 1e-2;
 
-/// Halvings of a step that raises the energy, and the decrease over the promised one that it must keep.
+/// Halvings of a step that raises the energy, and the fraction of the predicted decrease that is required (Armijo).
 const RETREATS: usize = 30;
 const ARMIJO: f64 = 1e-4;
 
@@ -89,7 +89,7 @@ fn sinc4(x: f64) -> f64 {
     if x == 0.0 { 1.0 } else { (x.sin() / x).powi(4) }
 }
 
-/// Stiffness of a wave of nodal values that a cubic spline joins.
+/// Stiffness of a mode of nodal values interpolated by a cubic spline.
 fn stiffness(kernel: Elastic, grid: Grid, qx: f64, qy: f64) -> f64 {
     let nodal = |q: f64, d: f64| (2.0 + (q * d).cos()) / 3.0;
     let mut sum = 0.0;
@@ -108,8 +108,8 @@ impl ContactMethod for BemBspline {
 
     fn plan(&self, problem: &Problem) -> Plan {
         let grid = problem.grid;
-        // Heights, multipliers, gap, the gap before, gradient, step, stress, traction and scratch, beside the inner solver's;
-        // stiffness and conditioner.
+        // Heights, multipliers, gap, previous gap, gradient, step, stress, traction and scratch, and the fields of the linear
+        // solver; stiffness and preconditioner.
         let fields = 9 + Newton::FIELDS;
         let bytes = (fields * grid.points() * size_of::<f64>()) as u64 + Convolution::bytes(grid, 2);
         let iterations = 40 * super::adhesion_effort(problem);
@@ -123,18 +123,22 @@ impl ContactMethod for BemBspline {
         if problem.wall != Wall::Hard {
             return Err(refused("wall", problem.wall.to_string(), "the hard wall"));
         }
-        let BemBsplineSettings { shortest, penalty } = problem.settings.bem_bspline;
-        if !(shortest >= 2.0 && shortest.is_finite()) {
-            return Err(refused("bem-bspline.shortest", shortest.to_string(), "2 spacings or more"));
+        let BemBsplineSettings { shortest_wavelength, penalty } = problem.settings.bem_bspline;
+        if !(shortest_wavelength >= 2.0 && shortest_wavelength.is_finite()) {
+            return Err(refused(
+                "bem-bspline.shortest_wavelength",
+                shortest_wavelength.to_string(),
+                "2 spacings or more",
+            ));
         }
         if !(penalty > 0.0 && penalty.is_finite()) {
             return Err(refused("bem-bspline.penalty", penalty.to_string(), "a positive number"));
         }
         let (grid, kernel) = (problem.grid, problem.kernel);
         let mut convolution = Convolution::new(grid);
-        // Waves of two spacings along an axis and shorter ones across are kept as they are when all are asked for.
-        if shortest > 2.0 {
-            let most = 2.0 * PI / (shortest * grid.dx().max(grid.dy())) * (1.0 + f64::EPSILON);
+        // At 2 spacings the filter is off, so that the shorter waves along the diagonal are retained.
+        if shortest_wavelength > 2.0 {
+            let most = 2.0 * PI / (shortest_wavelength * grid.dx().max(grid.dy())) * (1.0 + f64::EPSILON);
             let kept = convolution.symbol(|qx, qy| f64::from(u8::from(qx.hypot(qy) <= most)));
             let all = heights.clone();
             convolution.apply(&kept, &all, &mut heights);
@@ -153,7 +157,7 @@ impl ContactMethod for BemBspline {
             condition: symbol.map(|k| k),
             stiffness: symbol,
             penalty: penalty * stiffest.max(1.0),
-            start: Begin::Touch,
+            start: Begin::FirstContact,
             newton: Newton::new(heights.len()),
             gap: heights.iter().map(|h| h - ground).collect(),
             multiplier: zero(),
@@ -177,7 +181,7 @@ struct Solver<'p> {
     convolution: Convolution,
     stiffness: Symbol,
     condition: Symbol,
-    /// r, in E*/L.
+    /// r, E*/L.
     penalty: f64,
     start: Begin,
     newton: Newton,
@@ -187,22 +191,22 @@ struct Solver<'p> {
     gradient: Vec<f64>,
     scratch: Vec<f64>,
     step: Vec<f64>,
-    /// Of body and load.
+    /// Elastic stress plus pressure.
     stress: Vec<f64>,
     traction: Vec<f64>,
 }
 
-/// Where a load begins.
+/// Start of a load.
 enum Begin {
-    /// At first touch.
-    Touch,
-    /// At a gap from outside.
-    Given,
-    /// Where the last one ended.
-    Before,
+    /// First contact.
+    FirstContact,
+    /// A gap that was set.
+    Gap,
+    /// The previous state.
+    Previous,
 }
 
-/// How a round ended.
+/// Outcome of a round.
 enum Round {
     Done,
     NoDescent,
@@ -210,7 +214,7 @@ enum Round {
 }
 
 impl Solver<'_> {
-    /// Stress and traction of the gap, and the elastic and the law's energy.
+    /// Sets stress and traction of the gap. Returns the elastic energy and that of the law.
     fn respond(&mut self, pressure: f64) -> (f64, f64) {
         let Solver { heights, gap, stress, traction, convolution, stiffness, law, scratch, .. } = self;
         let displacement = scratch;
@@ -223,17 +227,17 @@ impl Solver<'_> {
         (elastic, energy)
     }
 
-    /// The augmented energy and, in `gradient`, its slope.
+    /// Returns the augmented energy and sets `gradient`.
     fn augmented(&mut self, pressure: f64) -> f64 {
         let (elastic, energy) = self.respond(pressure);
         let Solver { gap, stress, traction, gradient, multiplier, penalty, .. } = self;
         let r = *penalty;
         each(gradient, |i, _| stress[i] + traction[i] - (multiplier[i] - r * gap[i]).max(0.0));
-        let [mean_separation, held] = means(gap.len(), |i| [gap[i], (multiplier[i] - r * gap[i]).max(0.0).powi(2)]);
-        elastic + energy + pressure * mean_separation + 0.5 * held / r
+        let [mean_gap, squares] = means(gap.len(), |i| [gap[i], (multiplier[i] - r * gap[i]).max(0.0).powi(2)]);
+        elastic + energy + pressure * mean_gap + 0.5 * squares / r
     }
 
-    /// Minimises the augmented energy until its slope is `goal` (rms).
+    /// Minimises the augmented energy until its rms gradient is `goal`.
     fn round(&mut self, pressure: f64, goal: f64, iterations: &mut usize) -> Round {
         let mut energy = self.augmented(pressure);
         let r = self.penalty;
@@ -253,7 +257,7 @@ impl Solver<'_> {
                 let held = if multiplier[i] > r * gap[i] { r } else { 0.0 };
                 held + if gap[i] > 0.0 { law.slope(gap[i]) } else { 0.0 }
             });
-            // What multipliers and law add on average; never softer than the longest wave.
+            // Mean stiffness of multipliers and law, at least that of the longest wave.
             let [mean] = means(gap.len(), |i| [scratch[i].max(0.0)]);
             let shift = mean.max(problem.stiffness_range().0);
             let points = problem.grid.points() as f64;
@@ -272,17 +276,17 @@ impl Solver<'_> {
         }
     }
 
-    /// Goes along the step until the energy falls.
+    /// Line search: halves the step until the energy decreases sufficiently.
     fn search(&mut self, pressure: f64, energy: &mut f64) -> bool {
         self.before.copy_from_slice(&self.gap);
-        let promised = -inner(&self.gradient, &self.step);
-        // Rounding of energies, which must not count as a rise.
+        let predicted = -inner(&self.gradient, &self.step);
+        // Rounding of energies must not count as a rise.
         let noise = 64.0 * f64::EPSILON * (energy.abs() + (pressure * self.rms_height).abs());
         let mut share = 1.0;
         for _ in 0..RETREATS {
             add(&mut self.gap, share, &self.step);
             let next = self.augmented(pressure);
-            if next <= *energy - ARMIJO * share * promised + noise {
+            if next <= *energy - ARMIJO * share * predicted + noise {
                 *energy = next;
                 return true;
             }
@@ -293,33 +297,33 @@ impl Solver<'_> {
         false
     }
 
-    /// Rigid surfaces that overlap until the penalty carries the pressure, for a first load; multipliers that hold a gap, for
-    /// one that was given.
+    /// Starts a load: for the first one, rigid surfaces that overlap until the penalty carries the pressure; for a gap that was
+    /// set, multipliers in equilibrium with it.
     fn begin(&mut self, pressure: f64) {
         match self.start {
-            Begin::Given => {
+            Begin::Gap => {
                 self.respond(pressure);
                 let Solver { gap, stress, traction, multiplier, .. } = self;
                 each(multiplier, |i, _| if gap[i] <= 0.0 { (stress[i] + traction[i]).max(0.0) } else { 0.0 });
             }
-            Begin::Touch if pressure > 0.0 => {
+            Begin::FirstContact if pressure > 0.0 => {
                 let Solver { heights, gap, penalty, .. } = self;
                 let lowest = crate::grid::lowest(heights);
-                let (mut apart, mut together) = (lowest, lowest + pressure * heights.len() as f64 / *penalty);
-                // Sixty halvings reach the last bit.
+                let (mut lower, mut upper) = (lowest, lowest + pressure * heights.len() as f64 / *penalty);
+                // Sixty halvings exhaust the precision.
                 for _ in 0..60 {
-                    let middle = 0.5 * (apart + together);
+                    let middle = 0.5 * (lower + upper);
                     let [held] = means(heights.len(), |i| [*penalty * (middle - heights[i]).max(0.0)]);
-                    if held > pressure { together = middle } else { apart = middle }
+                    if held > pressure { upper = middle } else { lower = middle }
                 }
-                each(gap, |i, _| heights[i] - together);
+                each(gap, |i, _| heights[i] - upper);
             }
             _ => {}
         }
-        self.start = Begin::Before;
+        self.start = Begin::Previous;
     }
 
-    /// Moves the multipliers, and closes the gap where they hold it: what is lent.
+    /// Updates the multipliers and closes the gap where they are positive. Returns the residuals of that state.
     fn close(&mut self, pressure: f64) -> Residuals {
         let Solver { gap, multiplier, penalty, .. } = self;
         let r = *penalty;
@@ -333,7 +337,7 @@ impl Solver<'_> {
 impl Run for Solver<'_> {
     fn set_gap(&mut self, gap: &[f64]) {
         self.gap.copy_from_slice(gap);
-        self.start = Begin::Given;
+        self.start = Begin::Gap;
     }
 
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
@@ -368,7 +372,7 @@ impl Run for Solver<'_> {
             if control.interrupted(&residuals) {
                 break (Stop::Interrupted, residuals);
             }
-            // No more exact than the multipliers are.
+            // No more accurate than the multipliers.
             goal = (ROUND * residual).min(goal).max(0.1 * problem.tolerance);
         };
         let pairs = self.convolution.pairs - pairs_before;

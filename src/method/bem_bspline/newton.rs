@@ -1,6 +1,6 @@
 use crate::method::fields::{add, each, inner};
 
-/// Scratch of the conjugate gradients that find a Newton step.
+/// Conjugate gradients for a Newton step, with their scratch fields.
 pub(super) struct Newton {
     residual: Vec<f64>,
     direction: Vec<f64>,
@@ -9,9 +9,9 @@ pub(super) struct Newton {
 }
 
 impl Newton {
-    /// Fields that it holds.
+    /// Number of scratch fields.
     pub const FIELDS: usize = 4;
-    /// Iterations of one step.
+    /// Iterations per step at most.
     const MOST: usize = 200;
 
     pub fn new(points: usize) -> Self {
@@ -19,8 +19,9 @@ impl Newton {
         Newton { residual: zero(), direction: zero(), image: zero(), conditioned: zero() }
     }
 
-    /// `step` with `A step` near minus the gradient, to a relative residual, or as far as the curvature is positive: a step
-    /// that descends (Steihaug, SIAM J. Numer. Anal. 20 (1983) 626). `apply` gives `A d` or, when told so, `M d`.
+    /// Solves `A step = -gradient` to a relative residual, or as far as the curvature is positive, so that the step is a descent
+    /// direction (Steihaug, SIAM J. Numer. Anal. 20 (1983) 626). `apply(true, …)` applies the preconditioner `M`,
+    /// `apply(false, …)` applies `A`.
     pub fn step(
         &mut self,
         gradient: &[f64],
@@ -64,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn steps_end_at_the_minimum_or_descend() {
+    fn step_minimises_a_convex_form_and_descends_otherwise() {
         let solve = |curvature: [f64; 5]| {
             let gradient = [1.0, -2.0, 0.5, 3.0, -1.0];
             let mut step = [0.0; 5];

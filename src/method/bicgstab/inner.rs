@@ -1,6 +1,6 @@
 use crate::method::fields::{add, each, inner};
 
-/// Scratch of the stabilised bi-conjugate gradients (van der Vorst, SIAM J. Sci. Stat. Comput. 13 (1992) 631).
+/// Stabilised bi-conjugate gradients with their scratch fields (van der Vorst, SIAM J. Sci. Stat. Comput. 13 (1992) 631).
 pub(super) struct BiCgStab {
     residual: Vec<f64>,
     shadow: Vec<f64>,
@@ -11,7 +11,7 @@ pub(super) struct BiCgStab {
 }
 
 impl BiCgStab {
-    /// Fields that it holds.
+    /// Number of scratch fields.
     pub const FIELDS: usize = 6;
 
     pub fn new(points: usize) -> Self {
@@ -26,8 +26,8 @@ impl BiCgStab {
         }
     }
 
-    /// `x` with `A x` near `right` to a relative residual, or what `most` iterations made of it: a Newton step need not be
-    /// exact. `image_of` gives `A M y` and adds nothing; `condition` gives `M y`.
+    /// Solves `A x = right` to a relative residual, or as far as `most` iterations lead: a Newton step need not be exact.
+    /// `condition` applies the preconditioner `M`, `image_of` applies `A`.
     pub fn solve(
         &mut self,
         right: &[f64],
@@ -51,7 +51,7 @@ impl BiCgStab {
             condition(direction, conditioned);
             image_of(conditioned, image);
             let along = inner(shadow, image);
-            // A breakdown: what there is must do.
+            // Breakdown: return the present iterate.
             if !(next / along).is_finite() || along == 0.0 {
                 return;
             }
@@ -78,7 +78,7 @@ impl BiCgStab {
 mod tests {
     use super::*;
 
-    /// A small unsymmetric system against its own product.
+    /// A small unsymmetric system with a known solution.
     #[test]
     fn solves_an_unsymmetric_system() {
         let a = [[4.0, 1.0, -0.5, 0.0], [0.5, 3.0, 0.2, -1.0], [0.0, 1.5, -5.0, 0.3], [1.0, 0.0, 0.7, 2.0]];

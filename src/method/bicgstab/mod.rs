@@ -2,15 +2,14 @@
 //! Tribology Letters 65 (2017) 118, BICGSTAB).
 //!
 //! Wall and cohesion are one law, the 9-3 traction `(8γ/3ρ)[(ρ/z)⁹ - (ρ/z)³]` of eq. (3) of that paper (which calls it an
-//! energy) at the distance `z = g + ρ`; `g` is counted from the zero of force and is what is lent, so that contact, the
-//! stress that presses, is `g < 0`. In place of an exponential law of range ρ the range is 1.026 ρ, which leaves the largest
-//! tension γ/ρ. Without adhesion only the repulsive branch is left, with a range in mesh spacings: the hard wall is its
-//! limit.
+//! energy) at the distance `z = g + ρ`. The gap `g` is counted from the zero of force, so that contact, defined by compressive
+//! stress, is `g < 0`. An exponential law of range ρ is replaced by the range 1.026 ρ, which keeps the largest tension γ/ρ.
+//! Without adhesion only the repulsive branch is used, with a range in mesh spacings; the hard wall is its limit.
 //!
 //! `F(g) = K(g-h) + p + t(g) = 0` is solved by steps `(K + t')d = -F`, the inner systems conditioned by `1/(k(q) + c)`.
-//! A step is taken only as far as distances stay positive and the energy falls, and is replaced by the conditioned
-//! gradient where it leads uphill: with attraction `K + t'` may be indefinite. The first load is reached by continuation in
-//! the range, from about the rms height down.
+//! A step is shortened until distances stay positive and the energy decreases, and replaced by the preconditioned gradient
+//! where it is not a descent direction: with attraction `K + t'` may be indefinite. The first load is solved by continuation in
+//! the range, starting at about the rms height.
 
 mod inner;
 
@@ -46,52 +45,52 @@ static CARD: Card = Card {
 fn supports(quantity: Quantity) -> Support {
     match quantity {
         Quantity::GapMap | Quantity::GapPdf | Quantity::MeanGap => {
-            Support::Only("from the zero of force of a wall that gives way")
+            Support::Only("measured from the zero of force of the soft wall")
         }
         Quantity::ContactArea
         | Quantity::ContactMap
         | Quantity::PatchPdf
         | Quantity::PatchArea
-        | Quantity::MedianClusterArea => Support::Only("where a wall that gives way presses"),
-        Quantity::StressMap | Quantity::StressPdf => Support::Only("with a range that the mesh resolves"),
+        | Quantity::MedianClusterArea => Support::Only("area under compression of the soft wall"),
+        Quantity::StressMap | Quantity::StressPdf => Support::Only("with the range enlarged to the mesh"),
         Quantity::Stiffness => super::card::fields(quantity),
     }
 }
 
-/// What `bicgstab` may be told.
+/// Settings of the method `bicgstab`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct BicgstabSettings {
-    /// Range of the wall without adhesion, in spacings of the mesh.
-    pub wall: f64,
+    /// Range of the wall without adhesion, in mesh spacings.
+    pub wall_range: f64,
     /// Stress `γ/ρ` of the wall without adhesion, units of E*.
-    pub strength: f64,
-    /// With adhesion the range is enlarged until the mesh resolves the law at least so well, `1/√(dx · softening/E*)`; 0
-    /// leaves it as it is.
-    pub resolution: f64,
+    pub wall_strength: f64,
+    /// Smallest resolution `1/√(dx · softening/E*)` of the adhesion law on the mesh; a shorter range is enlarged to it. 0
+    /// leaves the range unchanged.
+    pub min_resolution: f64,
 }
 
 impl Default for BicgstabSettings {
-    /// The resolution is met by what replaces an exponential law that was itself fitted to the mesh (1.28).
+    /// An exponential law that was itself adapted to the mesh has a resolution of 1.28 after its replacement.
     fn default() -> Self {
-        BicgstabSettings { wall: 0.25, strength: 1.0, resolution: 1.25 }
+        BicgstabSettings { wall_range: 0.25, wall_strength: 1.0, min_resolution: 1.25 }
     }
 }
 
 /// Range of the 9-3 law over that of the exponential one with the same γ and the same largest tension.
 const SAME_TENSION: f64 = 1.026_4;
 
-/// Part of its distance from the singularity that a node may lose in one step.
+/// Largest fraction of its distance from the singularity by which a node approaches it in one step.
 const CLOSER: f64 = 0.6;
 
-/// Relative residual of an inner system at most, and its iterations.
+/// Largest relative residual of a linear system, and its largest number of iterations.
 const FORCING: f64 = 0.1;
 const INNER_MOST: usize = 200;
 
-/// Residual over the pressure at which a range of the continuation is left for the next, a half of it.
+/// Residual over the pressure at which the continuation halves the range.
 const STAGE: f64 = 1e-2;
 
-/// Halvings of a step that raises the energy, and the decrease over the promised one that it must keep.
+/// Halvings of a step that raises the energy, and the fraction of the predicted decrease that is required (Armijo).
 const RETREATS: usize = 30;
 const ARMIJO: f64 = 1e-4;
 
@@ -101,14 +100,14 @@ impl ContactMethod for Bicgstab {
     }
 
     fn adhesion(&self, problem: &Problem) -> Adhesion {
-        carried(problem).map_or(problem.adhesion, Adhesion::PowerLaw93)
+        replacement(problem).map_or(problem.adhesion, Adhesion::PowerLaw93)
     }
 
     fn plan(&self, problem: &Problem) -> Plan {
         let grid = problem.grid;
-        // Heights, gap, the gap before, trial, step, stress, traction, forces and slopes, beside the inner solver's.
+        // Heights, gap, previous gap, trial, step, stress, traction, forces and slopes, and the fields of the linear solver.
         let bytes = ((9 + BiCgStab::FIELDS) * grid.points() * size_of::<f64>()) as u64 + Convolution::bytes(grid, 2);
-        // Newton steps, of which each takes tens of inner iterations of four pairs.
+        // Newton steps with tens of linear iterations of four pairs each.
         Plan { bytes, iterations: 15 * super::adhesion_effort(problem), pairs_per_iteration: 160.0, seconds: 0.0 }
     }
 
@@ -116,25 +115,29 @@ impl ContactMethod for Bicgstab {
         let refused = |key: &str, found: String, accepted: &str| Error::input("method bicgstab", key, found, accepted);
         let heights = fields::heights(problem, CARD.id)?;
         if problem.wall != Wall::Hard {
-            return Err(refused("wall", problem.wall.to_string(), "the hard wall, in whose place the 9-3 law is"));
+            return Err(refused(
+                "wall",
+                problem.wall.to_string(),
+                "the hard wall, which this method replaces by the 9-3 law",
+            ));
         }
         let settings = problem.settings.bicgstab;
-        for (key, value) in [("wall", settings.wall), ("strength", settings.strength)] {
+        for (key, value) in [("wall_range", settings.wall_range), ("wall_strength", settings.wall_strength)] {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(refused(&format!("bicgstab.{key}"), value.to_string(), "a positive number"));
             }
         }
-        if !(settings.resolution >= 0.0 && settings.resolution.is_finite()) {
-            let found = settings.resolution.to_string();
-            return Err(refused("bicgstab.resolution", found, "zero or a positive number"));
+        if !(settings.min_resolution >= 0.0 && settings.min_resolution.is_finite()) {
+            let found = settings.min_resolution.to_string();
+            return Err(refused("bicgstab.min_resolution", found, "zero or a positive number"));
         }
         let PowerLaw93 { gamma, rho } = match problem.adhesion {
             Adhesion::None => {
-                let rho = settings.wall * problem.grid.dx();
-                let wall = move |rho| PowerLawWall { gamma: settings.strength * rho, rho };
+                let rho = settings.wall_range * problem.grid.dx();
+                let wall = move |rho| PowerLawWall { gamma: settings.wall_strength * rho, rho };
                 return Ok(Started::Solver(Box::new(Solver::new(problem, observer, heights, rho, wall))));
             }
-            other => match carried(problem) {
+            other => match replacement(problem) {
                 Some(law) => law,
                 None => return Err(refused("adhesion", other.to_string(), "none, the exponential or the 9-3 law")),
             },
@@ -144,22 +147,22 @@ impl ContactMethod for Bicgstab {
     }
 }
 
-/// The 9-3 law in place of the problem's, of a range that the mesh resolves; none without adhesion and for a law that is
-/// refused.
-fn carried(problem: &Problem) -> Option<PowerLaw93> {
-    let asked = match problem.adhesion {
+/// The 9-3 law that replaces the adhesion of the problem, with a range that the mesh resolves; none without adhesion and for
+/// laws that are not supported.
+fn replacement(problem: &Problem) -> Option<PowerLaw93> {
+    let law = match problem.adhesion {
         Adhesion::Exponential(a) => PowerLaw93 { gamma: a.gamma, rho: SAME_TENSION * a.rho },
         Adhesion::PowerLaw93(a) => a,
         Adhesion::None | Adhesion::Dugdale(_) => return None,
     };
-    let enlarged = problem.settings.bicgstab.resolution / asked.cohesive_resolution(problem.grid.dx());
-    Some(PowerLaw93 { rho: asked.rho * enlarged.max(1.0), ..asked })
+    let enlarged = problem.settings.bicgstab.min_resolution / law.cohesive_resolution(problem.grid.dx());
+    Some(PowerLaw93 { rho: law.rho * enlarged.max(1.0), ..law })
 }
 
 struct Solver<'p, L, M> {
     problem: &'p Problem<'p>,
     observer: &'p dyn Observer,
-    /// The law of a range, and the range that is asked for.
+    /// The law as a function of its range, and the final range.
     law_of: M,
     rho: f64,
     law: L,
@@ -172,7 +175,7 @@ struct Solver<'p, L, M> {
     gap: Vec<f64>,
     trial: Vec<f64>,
     step: Vec<f64>,
-    /// Of body and load.
+    /// Elastic stress plus pressure.
     stress: Vec<f64>,
     traction: Vec<f64>,
     /// -F.
@@ -211,7 +214,7 @@ impl<'p, L: Law, M: Fn(f64) -> L> Solver<'p, L, M> {
         }
     }
 
-    /// Stress, traction, forces and what they are short of, at the gap.
+    /// Stress, traction, forces and residuals at the gap.
     fn evaluate(&mut self, pressure: f64) -> Residuals {
         let Solver { heights, gap, trial, stress, traction, force, convolution, stiffness, law, .. } = self;
         each(trial, |i, _| gap[i] - heights[i]);
@@ -224,29 +227,29 @@ impl<'p, L: Law, M: Fn(f64) -> L> Solver<'p, L, M> {
         fields::residuals(gap, stress, traction, false, (elastic, energy))
     }
 
-    /// The rigid surfaces where the law carries the pressure.
+    /// Gap of rigid surfaces at the approach where the law carries the pressure.
     fn rigid(&mut self, pressure: f64) {
         let Solver { heights, gap, law, .. } = self;
         let (low, high) = extent(heights);
-        let (mut apart, mut together) = (low, high + self.rho);
-        // Sixty halvings reach the last bit.
+        let (mut lower, mut upper) = (low, high + self.rho);
+        // Sixty halvings exhaust the precision.
         for _ in 0..60 {
-            let middle = 0.5 * (apart + together);
+            let middle = 0.5 * (lower + upper);
             let [carried] = means(heights.len(), |i| [-law.traction(heights[i] - middle)]);
-            if carried > pressure { together = middle } else { apart = middle }
+            if carried > pressure { upper = middle } else { lower = middle }
         }
-        each(gap, |i, _| heights[i] - together);
+        each(gap, |i, _| heights[i] - upper);
     }
 
-    /// One Newton step from a balance; false where nothing lowers the energy.
+    /// One Newton step from a state with these residuals. False if no step lowers the energy.
     fn advance(&mut self, residuals: &mut Residuals, pressure: f64, rho: f64, forcing: f64) -> bool {
         let Solver { gap, slope, step, force, convolution, stiffness, condition, newton, law, problem, .. } = self;
         each(slope, |i, _| law.slope(gap[i]));
         let [mean] = means(slope.len(), |i| [slope[i].max(0.0)]);
-        // What the law adds on average; never softer than the longest wave.
+        // Mean stiffness of the law, at least that of the longest wave.
         let shift = mean.max(problem.stiffness_range().0);
         let points = problem.grid.points() as f64;
-        // The symbols hold k/N, and the conditioner is to hold 1/(N(k + c)).
+        // The symbols contain 1/N: k/N here, 1/(N(k + c)) in the preconditioner.
         condition.set(stiffness, |k| 1.0 / (points * (points * k + shift)));
         let both = std::cell::RefCell::new(convolution);
         newton.solve(
@@ -259,10 +262,10 @@ impl<'p, L: Law, M: Fn(f64) -> L> Solver<'p, L, M> {
                 each(to, |i, t| t + slope[i] * y[i]);
             },
         );
-        let mut promised = product(force, step);
-        if !(promised > 0.0 && promised.is_finite()) {
+        let mut predicted = product(force, step);
+        if !(predicted > 0.0 && predicted.is_finite()) {
             both.borrow_mut().apply(condition, force, step);
-            promised = product(force, step);
+            predicted = product(force, step);
         }
         let (energy, before) = (residuals.energy(pressure), self.gap.clone());
         let noise = 64.0 * f64::EPSILON * residuals.magnitude(pressure);
@@ -272,7 +275,7 @@ impl<'p, L: Law, M: Fn(f64) -> L> Solver<'p, L, M> {
             // Distances stay positive.
             each(gap, |i, _| (before[i] + share * step[i]).max(-rho + (1.0 - CLOSER) * (before[i] + rho)));
             *residuals = self.evaluate(pressure);
-            if residuals.energy(pressure) <= energy - ARMIJO * share * promised + noise {
+            if residuals.energy(pressure) <= energy - ARMIJO * share * predicted + noise {
                 return true;
             }
             share *= 0.5;
@@ -293,7 +296,7 @@ impl<L: Law, M: Fn(f64) -> L> Run for Solver<'_, L, M> {
         let problem = self.problem;
         let pressure = require::pressure(load, self.law.range() > 0.0, CARD.id)?;
         let pairs_before = self.convolution.pairs;
-        // Continuation in the range: halved from about the rms height down to the one that is asked for.
+        // Continuation in the range, halved from about the rms height down to the final one.
         let mut rho = self.rho;
         if !self.begun && pressure > 0.0 {
             while 2.0 * rho <= self.rms_height {

@@ -1,18 +1,17 @@
-//! The exponential attraction integrated over the surface between the nodes, on which the gap is linear: two triangles a
-//! pixel. By the Hermite-Genocchi formula the mean of `exp(-x)` over a triangle is twice its divided difference at the
-//! corners, and the derivative by a corner twice the difference in which that corner counts double.
+//! The exponential attraction integrated over two triangles per pixel, on which the gap is linear. By the Hermite-Genocchi
+//! formula the mean of `exp(-x)` over a triangle is twice its divided difference at the corners; the derivative with respect
+//! to a corner is twice the difference in which that corner appears twice.
 
 use crate::grid::Grid;
 use crate::interface::Exponential;
 
-/// Beyond this many ranges nothing is left, as in the pointwise law.
+/// Cutoff in ranges, as in the pointwise law.
 const FAR: f64 = 40.0;
 
-/// Points that lie within this of each other are expanded in a series; farther ones are told apart by differences, which
-/// then lose less than a digit.
+/// Points closer than this are expanded in a series; for others the difference formula loses less than a digit.
 const CLOSE: f64 = 1.0;
 
-/// Divided difference of the exponential function at points that rise.
+/// Divided difference of the exponential function at points in ascending order.
 pub(super) fn difference(z: &[f64]) -> f64 {
     let n = z.len();
     let spread = z[n - 1] - z[0];
@@ -25,13 +24,13 @@ pub(super) fn difference(z: &[f64]) -> f64 {
     }
 }
 
-/// `e^c Σ h_k(z - c)/(n - 1 + k)!` with the complete homogeneous polynomials `h_k`, about the middle of the points.
+/// `e^c Σ h_k(z - c)/(n - 1 + k)!` with the complete homogeneous polynomials `h_k`, about the midpoint of the range.
 fn series(z: &[f64]) -> f64 {
     /// Offsets of at most one half: the next term is below 1e-17 of the first.
     const TERMS: usize = 14;
     let n = z.len();
     let middle = 0.5 * (z[0] + z[n - 1]);
-    // Coefficients of 1/Π(1 - x z): one factor after the other.
+    // Coefficients of 1/Π(1 - x z), factor by factor.
     let mut complete = [0.0; TERMS];
     complete[0] = 1.0;
     for z in z {
@@ -64,7 +63,7 @@ fn load(x: [f64; 3]) -> f64 {
     difference(&z)
 }
 
-/// Corners of the six triangles around a node, as steps from it: every pixel is cut along the same diagonal.
+/// Corners of the six triangles around a node, as steps from it; all pixels are divided along the same diagonal.
 const AROUND: [[(usize, usize); 2]; 6] = [
     [(1, 0), (0, 1)],
     [(0, 1), (NONE, 1)],
@@ -76,12 +75,12 @@ const AROUND: [[(usize, usize); 2]; 6] = [
 /// A step back, on a periodic grid.
 const NONE: usize = usize::MAX;
 
-/// Where a step from `k` leads on a ring of `n`.
+/// Index after a step from `k` on a ring of `n`.
 fn step(k: usize, by: usize, n: usize) -> usize {
     if by == NONE { (k + n - 1) % n } else { (k + by) % n }
 }
 
-/// Traction at node `i` (E*, attraction positive): consistent with the energy, and never above γ/ρ.
+/// Traction at node `i` (E*, attraction positive), the derivative of the energy; at most γ/ρ.
 pub(super) fn traction(grid: Grid, law: Exponential, gap: &[f64], i: usize) -> f64 {
     let (x, y) = (i % grid.nx, i / grid.nx);
     let at = |(dx, dy): (usize, usize)| gap[step(y, dy, grid.ny) * grid.nx + step(x, dx, grid.nx)] / law.rho;
@@ -103,9 +102,9 @@ pub(super) fn energy(grid: Grid, law: Exponential, gap: &[f64], i: usize) -> f64
 mod tests {
     use super::*;
 
-    /// Means against Gauss points on many small triangles, and the limit of one gap everywhere.
+    /// Comparison with the sum over many small triangles, and the limit of a uniform gap.
     #[test]
-    fn means_are_integrals() {
+    fn divided_differences_are_triangle_means() {
         for x in [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0 + 1e-9], [0.0, 0.5, 1.5], [0.0, 7.0, 0.3], [3.0, 3.0, 30.0]] {
             const N: usize = 400;
             let mut sum = 0.0;
@@ -127,13 +126,13 @@ mod tests {
         assert!((mean([2.0; 3]) / (-2f64).exp() - 1.0).abs() < 1e-15);
     }
 
-    /// Series and differences meet where one takes over, and agree with the derivative of any order at one point.
+    /// Series and difference formula agree at the changeover and, for coinciding points, with the derivative.
     #[test]
     fn differences_are_smooth_in_their_points() {
         for spread in [0.999_999, 1.000_001, 1e-7, 2.5, 39.0] {
             let z = [-spread, -0.7 * spread, -0.2 * spread, 0.0];
             let direct = (difference(&z[1..]) - difference(&z[..3])) / spread;
-            // The direct difference of close points has lost what is lost in the numerator.
+            // Cancellation in the numerator of the direct difference.
             let lost = 1e-15 / spread.powi(3).min(1.0) / spread.min(1.0).powi(2);
             assert!((difference(&z) / direct - 1.0).abs() < 1e-13 + lost, "{spread}: {} {direct}", difference(&z));
         }
@@ -143,9 +142,9 @@ mod tests {
         assert!((below / above - 1.0).abs() < 1e-11, "{below} {above}");
     }
 
-    /// Loads are the energy's slopes and add up to γ/ρ of equal gaps; no gaps pull harder.
+    /// Tractions are derivatives of the energy, at most γ/ρ, and those of a uniform gap are the law's.
     #[test]
-    fn loads_are_slopes_of_the_energy() {
+    fn tractions_are_derivatives_of_the_energy() {
         let grid = Grid::unit(5, 4);
         let law = Exponential { gamma: 2e-4, rho: 1e-3 };
         let mut gap: Vec<f64> = (0..20).map(|i| 3e-4 * ((i * 7) % 11) as f64).collect();

@@ -1,13 +1,13 @@
-//! Boundary elements with integrated adhesion: the pressure of the contact and that of the adhesion are two fields, each
-//! positive, found in turn (Medina & Dini, International Journal of Solids and Structures 51 (2014) 2620; the challenge's
+//! Boundary elements with integrated adhesion: contact pressure and adhesive pressure are two non-negative fields, computed
+//! alternately (Medina & Dini, International Journal of Solids and Structures 51 (2014) 2620; the challenge's
 //! FFT-IA).
 //!
 //! With stress `σ = p_c - p_a` and compliance `C = 1/K` the gap is `g = h - δ + Cσ`. For a given `p_a` the contact
 //! pressure minimises `½⟨p_c C p_c⟩ + ⟨p_c (h - C p_a)⟩` among fields that are nowhere negative and carry `p + ⟨p_a⟩`: the
-//! constrained conjugate gradients of Polonsky & Keer (Wear 231 (1999) 206), whose approach δ is what closes the gap under
-//! contact on average. Then `p_a` is moved part of the way to what the law pulls with at that gap, and so on, the inner
-//! search never more exact than the outer one needs. The pull of a node is that of the linear surface around it,
-//! integrated exactly ([`element`]), so it is smooth where a pointwise law jumps from node to node.
+//! constrained conjugate gradients of Polonsky & Keer (Wear 231 (1999) 206), whose approach δ makes the mean gap in contact
+//! zero. Then `p_a` is relaxed towards the adhesive pressure of the law at that gap. The inner iteration is no more accurate
+//! than the outer one needs. The adhesive pressure of a node is that of the piecewise linear surface around it, integrated
+//! exactly ([`element`]), and therefore smooth where a pointwise law changes abruptly from node to node.
 
 mod element;
 
@@ -33,17 +33,17 @@ static CARD: Card = Card {
     needs: Needs::Heights,
     criterion: Criterion::ZeroGapAndStress,
     calibrated_on: None,
-    summary: "contact and adhesive pressure in turn, adhesion integrated over the elements",
+    summary: "alternating contact and adhesive pressure, adhesion integrated over the elements",
     supports: super::card::fields,
     dois: &["10.1007/s11249-017-0900-2", "10.1016/S0043-1648(99)00113-1"],
     papers: &["Medina & Dini, Int. J. Solids Struct. 51 (2014) 2620"],
 };
 
-/// What `fft-ia` may be told.
+/// Settings of the method `fft-ia`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct FftIaSettings {
-    /// Share of the way that the adhesive pressure goes to what the law asks at the present gap, above 0 and up to 1.
+    /// Relaxation factor of the adhesive pressure, above 0 and at most 1.
     pub relaxation: f64,
 }
 
@@ -53,10 +53,10 @@ impl Default for FftIaSettings {
     }
 }
 
-/// How much smaller than the outer change the error of the inner search is made.
+/// Error of the inner iteration over the change of the outer one.
 const INNER: f64 = 0.1;
 
-/// Inner iterations before the adhesive pressure is looked at again.
+/// Inner iterations per update of the adhesive pressure at most.
 const INNER_MOST: usize = 400;
 
 impl ContactMethod for FftIa {
@@ -66,7 +66,7 @@ impl ContactMethod for FftIa {
 
     fn plan(&self, problem: &Problem) -> Plan {
         let grid = problem.grid;
-        // Heights, both pressures, gap, direction, its response, stress and traction; stiffness and compliance.
+        // Heights, both pressures, gap, direction, its response, stress and traction; two symbols.
         let bytes = 8 * (grid.points() * size_of::<f64>()) as u64 + Convolution::bytes(grid, 2);
         let iterations = (12.0 * (grid.nx.max(grid.ny) as f64).sqrt()) as usize * super::adhesion_effort(problem);
         Plan { bytes, iterations, pairs_per_iteration: 2.0, seconds: 0.0 }
@@ -90,7 +90,7 @@ impl ContactMethod for FftIa {
         let convolution = Convolution::new(problem.grid);
         let kernel = problem.kernel;
         let stiffness = convolution.symbol(|qx, qy| kernel.stiffness(qx, qy));
-        // The mean has no stiffness, and no compliance that a gap would show: the approach is free.
+        // The mean mode has neither stiffness nor compliance: the approach is free.
         let points = (problem.grid.points() as f64).powi(2);
         let compliance = stiffness.map(|k| if k > 0.0 { 1.0 / (points * k) } else { 0.0 });
         let zero = || vec![0.0; heights.len()];
@@ -110,7 +110,7 @@ impl ContactMethod for FftIa {
             response: zero(),
             stress: zero(),
             traction: zero(),
-            given: false,
+            gap_is_set: false,
             heights,
         })))
     }
@@ -126,29 +126,29 @@ struct Solver<'p> {
     convolution: Convolution,
     stiffness: Symbol,
     compliance: Symbol,
-    /// p_c and p_a.
+    /// `p_c`, and `p_a` below.
     contact: Vec<f64>,
     adhesive: Vec<f64>,
     gap: Vec<f64>,
     direction: Vec<f64>,
     response: Vec<f64>,
-    /// `p_c - p_a`, and for the balance the stress of the body at the gap that is lent.
+    /// `p_c - p_a`; for the residuals, the elastic stress plus pressure of the gap.
     stress: Vec<f64>,
     traction: Vec<f64>,
-    /// A gap to start from.
-    given: bool,
+    /// Whether the next load starts from a gap that was set.
+    gap_is_set: bool,
 }
 
-/// How an inner search ended.
+/// Outcome of an inner iteration.
 enum Inner {
     Done(usize),
     Interrupted,
-    /// Nothing presses: the adhesion pulls with less than the load.
-    Apart,
+    /// No contact pressure is needed: the adhesive pressure is smaller than the tension.
+    Separated,
 }
 
 impl Solver<'_> {
-    /// Gap of the present pressures but for the approach, which is then what closes it under contact on average.
+    /// Sets the gap of the present pressures without the approach. Returns the approach, which makes the mean gap in contact zero.
     fn approach(&mut self) -> f64 {
         let Solver { convolution, compliance, contact, adhesive, stress, gap, heights, .. } = self;
         each(stress, |i, _| contact[i] - adhesive[i]);
@@ -158,11 +158,10 @@ impl Solver<'_> {
         if closed > 0.0 { sum / closed } else { lowest(gap) }
     }
 
-    /// Polonsky & Keer's search for the contact pressure that carries `target`, until gaps err by no more than
-    /// `tolerance`.
+    /// Contact pressure with the mean `target` (Polonsky & Keer), until the rms error of the gap is below `tolerance`.
     fn contact(&mut self, target: f64, tolerance: f64) -> Inner {
         if target <= 0.0 {
-            return Inner::Apart;
+            return Inner::Separated;
         }
         let carried = means(self.contact.len(), |i| [self.contact[i]])[0];
         if carried > 0.0 {
@@ -179,7 +178,7 @@ impl Solver<'_> {
                 return Inner::Interrupted;
             }
             let Solver { contact, gap, direction, response, convolution, compliance, .. } = self;
-            // Errors: gap under contact, overlap elsewhere.
+            // Errors: gap in contact, overlap elsewhere.
             let [closed, square, overlap] = means(gap.len(), |i| {
                 let g = gap[i];
                 if contact[i] > 0.0 { [1.0, g * g, 0.0] } else { [0.0, 0.0, g.min(0.0).powi(2)] }
@@ -197,7 +196,7 @@ impl Solver<'_> {
                 if contact[i] > 0.0 { [gap[i] * direction[i], (response[i] - middle) * direction[i]] } else { [0.0; 2] }
             });
             let step = if curvature > 0.0 { along / curvature } else { 0.0 };
-            // Pressures that would pull are none; overlaps outside begin to press.
+            // Tensile pressures are set to zero; overlapping nodes come into contact.
             let [grown] = means(gap.len(), |i| [f64::from(u8::from(contact[i] <= 0.0 && gap[i] < 0.0))]);
             each(contact, |i, p| {
                 if p > 0.0 {
@@ -221,8 +220,8 @@ impl Solver<'_> {
         Inner::Done(INNER_MOST)
     }
 
-    /// The law's pull at the present gap, which is none below zero.
-    fn pull(&mut self) {
+    /// Adhesive pressure of the law at the present gap.
+    fn adhesive_pressure(&mut self) {
         let Solver { law, gap, traction, problem, .. } = self;
         match law {
             None => traction.fill(0.0),
@@ -239,7 +238,7 @@ impl Solver<'_> {
 impl Run for Solver<'_> {
     fn set_gap(&mut self, gap: &[f64]) {
         self.gap.copy_from_slice(gap);
-        self.given = true;
+        self.gap_is_set = true;
     }
 
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
@@ -250,12 +249,12 @@ impl Run for Solver<'_> {
         let mut control = IterationControl::new(problem, self.observer, case);
         let scale = control.scale;
         let pairs_before = self.convolution.pairs;
-        if std::mem::take(&mut self.given) {
-            // The pressures that hold it.
+        if std::mem::take(&mut self.gap_is_set) {
+            // Pressures in equilibrium with it.
             let Solver { heights, gap, stress, adhesive, convolution, stiffness, .. } = self;
             each(adhesive, |i, _| gap[i] - heights[i]);
             convolution.apply(stiffness, adhesive, stress);
-            self.pull();
+            self.adhesive_pressure();
             self.adhesive.copy_from_slice(&self.traction);
             let Solver { contact, stress, adhesive, gap, .. } = self;
             each(contact, |i, _| if gap[i] <= 0.0 { (stress[i] + pressure + adhesive[i]).max(0.0) } else { 0.0 });
@@ -264,14 +263,14 @@ impl Run for Solver<'_> {
         let stiffest = problem.stiffest_mode();
         let (stop, residuals) = loop {
             let [pulled] = means(self.adhesive.len(), |i| [self.adhesive[i]]);
-            // As exact as the adhesive pressure, and in the end as the tolerance: an error of the gap is one of stress by the
-            // stiffness of some wave.
+            // As accurate as the adhesive pressure and, at the end, as the tolerance: an error of the gap times a stiffness is
+            // an error of the stress.
             let wanted = (INNER * change).clamp(0.1 * problem.tolerance, 1e-2) * scale / stiffest;
             let inner_stop = self.contact(pressure + pulled, wanted);
-            // What is lent: closed where something presses, open elsewhere.
+            // The gap of the state: closed where the contact pressure is positive, open elsewhere.
             let Solver { gap, contact, .. } = self;
             each(gap, |i, g| if contact[i] > 0.0 { 0.0 } else { g.max(0.0) });
-            self.pull();
+            self.adhesive_pressure();
             let Solver { gap, heights, stress, traction, adhesive, convolution, stiffness, direction, .. } = self;
             each(direction, |i, _| gap[i] - heights[i]);
             convolution.apply(stiffness, direction, stress);
@@ -286,7 +285,7 @@ impl Run for Solver<'_> {
             change = missing.sqrt() / scale;
             control.record(&residuals);
             match inner_stop {
-                Inner::Apart => break (Stop::Detached, residuals),
+                Inner::Separated => break (Stop::Detached, residuals),
                 Inner::Interrupted => break (Stop::Interrupted, residuals),
                 Inner::Done(n) => control.iterations += n + 1,
             }
@@ -299,7 +298,7 @@ impl Run for Solver<'_> {
             if control.interrupted(&residuals) {
                 break (Stop::Interrupted, residuals);
             }
-            // Without adhesion only the inner search is left, which goes on where it was, more exactly.
+            // Without adhesion only the inner iteration continues, with a smaller tolerance.
             if self.law.is_none() {
                 change = (INNER * control.relative(&residuals)).min(0.1 * change.max(wanted * stiffest / scale));
             }

@@ -1,15 +1,15 @@
-//! A second, independent GFMD, as the challenge had one to settle what two codes of one lineage agree on (Monti, Pastewka &
-//! Robbins in Müser et al., Tribology Letters 65 (2017) 118): its own transform of the elastic body ([`Plane`]), its own
-//! sums, and the fast inertial relaxation engine as minimiser (Bitzek, Koskinen, Gähler, Moseler & Gumbsch, Phys. Rev.
+//! A second GFMD, independent of the first, as in the challenge (Monti, Pastewka & Robbins in Müser et al., Tribology Letters
+//! 65 (2017) 118): separate transform of the elastic body ([`Plane`]), separate sums, and the fast inertial relaxation
+//! engine as minimiser (Bitzek, Koskinen, Gähler, Moseler & Gumbsch, Phys. Rev.
 //! Lett. 97 (2006) 170201; for GFMD Zhou, Moseler & Müser, Phys. Rev. B 99 (2019) 144103).
 //!
-//! Newton's equations with one mass for all nodes; the velocity is turned towards the force, and taken away where the
-//! motion goes uphill. After each step nodes that crossed a hard wall are put back on it, at rest.
+//! Newton's equations with one mass for all nodes. The velocity is rotated towards the force, and set to zero when the power
+//! is negative. After each step nodes that crossed a hard wall are moved back onto it, at rest.
 //!
-//! The trap: masses that grow with the stiffness of their mode, which make FIRE-GFMD fast on smooth potentials, must not
-//! meet such a clamp. It is a projection in the metric of uniform masses only, and with others the dynamics comes to
-//! rest where the nodes off the wall still carry stress (test `weighted_masses_end_at_a_wrong_fixed_point`). So masses are
-//! uniform here, behind soft walls, too.
+//! Masses proportional to the stiffness of their mode, which make FIRE-GFMD fast on smooth potentials, are incompatible with
+//! this clamp. It is a projection in the metric of uniform masses only; with others the dynamics converges to states in which
+//! open nodes carry stress (test `weighted_masses_converge_to_a_wrong_fixed_point`). Masses are therefore uniform, with soft
+//! walls as well.
 
 mod plane;
 
@@ -35,18 +35,18 @@ static CARD: Card = Card {
     needs: Needs::Heights,
     criterion: Criterion::ZeroGap,
     calibrated_on: None,
-    summary: "an independent second GFMD: own transform, fast inertial relaxation",
+    summary: "second GFMD with separate transform, fast inertial relaxation",
     supports: super::card::fields,
     dois: &["10.1007/s11249-017-0900-2", "10.1103/PhysRevLett.97.170201"],
     papers: &["Zhou, Moseler & Müser, Phys. Rev. B 99 (2019) 144103"],
 };
 
-/// Square of the time step times the stiffest curvature. The step of velocity, then place, is stable up to 4.
+/// Square of the time step times the largest curvature; the semi-implicit Euler step is stable up to 4.
 const STEP_SQUARED: f64 = 1.6;
-/// The same behind soft walls, whose stiffness changes within a step.
+/// The same with soft walls, whose stiffness changes within a step.
 const STEP_SQUARED_SOFT: f64 = 0.4;
-/// Bitzek et al.'s constants: how much of the velocity is turned at first, and what is left of that after every step
-/// downhill beyond the first few.
+/// Constants of Bitzek et al.: initial mixing parameter, its factor per downhill step, and the downhill steps before it
+/// decreases.
 const TURN: f64 = 0.1;
 const TURN_KEPT: f64 = 0.99;
 const PATIENCE: usize = 5;
@@ -85,11 +85,11 @@ struct Solver<'p, L> {
     rms_height: f64,
     gap: Vec<f64>,
     velocity: Vec<f64>,
-    /// dF/dg, the law's traction included; the interfacial stress, without it, once a load is done.
+    /// dF/dg with the traction of the law; without it, the interfacial stress, when a load is done.
     imbalance: Vec<f64>,
 }
 
-/// What one evaluation says of the motion, as means over the nodes.
+/// Power, rms force and rms velocity.
 struct Motion {
     power: f64,
     force: f64,
@@ -105,13 +105,13 @@ impl<'p, L: Law> Solver<'p, L> {
         Solver { problem, observer, law, plane, heights, rms_height, gap, velocity, imbalance }
     }
 
-    /// Force against a node's motion: none where a hard wall takes it.
+    /// Negative force on a node; at a closed node of a hard wall only its tensile part.
     #[inline]
     fn residual(gap: f64, imbalance: f64) -> f64 {
         if L::HARD && gap <= 0.0 { imbalance.min(0.0) } else { imbalance }
     }
 
-    /// Imbalance of the gap as it is.
+    /// Imbalance of the present gap.
     fn evaluate(&mut self, pressure: f64) -> (Residuals, Motion) {
         let Solver { plane, heights, gap, velocity, imbalance, law, problem, .. } = self;
         plane.stress(|i| gap[i] - heights[i], imbalance);
@@ -150,7 +150,7 @@ impl<'p, L: Law> Solver<'p, L> {
         (residuals, Motion { power, force: square.sqrt(), speed: speed.sqrt() })
     }
 
-    /// One step of time: velocity, then place, then the wall.
+    /// One time step: velocity, position, clamp.
     fn step(&mut self, time: f64, keep: f64, turn: f64) {
         self.gap.par_iter_mut().zip(&mut self.velocity).zip(&self.imbalance).for_each(|((g, v), &t)| {
             let force = -Self::residual(*g, t);
@@ -162,12 +162,12 @@ impl<'p, L: Law> Solver<'p, L> {
         });
     }
 
-    /// Longest step of time that is stable around the present gap.
+    /// Longest stable time step around the present gap.
     fn longest_step(&self, pressure: f64) -> f64 {
         let (law, squared) = if L::HARD {
             (self.law.max_slope_at_pressure(0.0), STEP_SQUARED)
         } else {
-            // Where the wall pushes with E* or four times the pressure, or where it is now.
+            // Stiffness of the wall at a stress of E* or four times the pressure, or at the present smallest gap.
             let here = self.law.slope(lowest(&self.gap)).abs();
             (self.law.max_slope_at_pressure(4.0 * pressure.max(0.25)).max(here), STEP_SQUARED_SOFT)
         };
@@ -202,7 +202,7 @@ impl<L: Law> Run for Solver<'_, L> {
                 }
                 self.step(time, 1.0 - turn, turn * motion.speed / motion.force);
             } else {
-                // Uphill, or at the start: from rest.
+                // Uphill, and in the first step: from rest.
                 (downhill, turn) = (0, TURN);
                 self.step(time, 0.0, 0.0);
             }
@@ -222,19 +222,19 @@ mod tests {
     use crate::interface::Elastic;
     use std::f64::consts::PI;
 
-    /// A wave at half its full-contact pressure touches on half its length and has the mean gap A(1 - r + r ln r). With a
-    /// clamp in real space, uniform masses find that; masses in proportion to the stiffness come to rest, too, but elsewhere.
+    /// A wave at half its full-contact pressure has a contact fraction of one half and the mean gap A(1 - r + r ln r). With a
+    /// clamp in real space uniform masses converge to it; masses proportional to the stiffness converge to another state.
     #[test]
-    fn weighted_masses_end_at_a_wrong_fixed_point() {
+    fn weighted_masses_converge_to_a_wrong_fixed_point() {
         const N: usize = 256;
         let amplitude = 0.01;
         let grid = Grid { nx: N, ny: 1, lx: 1.0, ly: 1.0 / N as f64 };
         let heights: Vec<f64> = (0..N).map(|i| -amplitude * (2.0 * PI * i as f64 / N as f64).cos()).collect();
         let pressure = 0.5 * PI * amplitude;
         let stiffest = Problem::new(grid, &heights).stiffest_mode();
-        // Gradient descent is enough to show fixed points: t = K(g-h) + p, then steps t/m in Fourier space.
+        // Gradient descent has the same fixed points: t = K(g-h) + p, then steps t/m in Fourier space.
         let mut convolution = fields::Convolution::new(grid);
-        // Each wave by its own stiffness, the mean as the longest one.
+        // Each wave with its own stiffness, the mean mode with that of the longest wave.
         let weights = convolution.symbol(|qx, _| 0.3 / (0.5 * qx.abs().max(2.0 * PI)));
         let mut settle = |weighted: bool| {
             let mut plane = Plane::new(grid, Elastic::HalfSpace);
@@ -268,7 +268,7 @@ mod tests {
             "{contact} {gap} {open}"
         );
         let (contact, gap, open, moved) = settle(true);
-        // At rest, and not in equilibrium.
+        // Stationary, but not in equilibrium.
         assert!(moved < 1e-9, "{moved:e}");
         assert!(contact > 0.57 && gap > 0.16 && open > 1.0, "{contact} {gap} {open}");
     }

@@ -6,18 +6,18 @@ use rustfft::{Fft, FftPlanner};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// The elastic body on the full complex spectrum: transform of rows, turn, transform of columns, multiplication by the
-/// stiffness, and back. Twice the work of a real transform, and not a line in common with it.
+/// The elastic body on the full complex spectrum: transform of rows, transposition, transform of columns, multiplication by the
+/// stiffness, and inverse. Twice the work of a real transform, but no code in common with it.
 pub(super) struct Plane {
     nx: usize,
     ny: usize,
     rows: [Arc<dyn Fft<f64>>; 2],
     columns: [Arc<dyn Fft<f64>>; 2],
-    /// `[ny, nx]`.
-    upright: Vec<Complex<f64>>,
-    /// `[nx, ny]`.
-    turned: Vec<Complex<f64>>,
-    /// Stiffness of the modes over the number of points, `[nx, ny]`.
+    /// Spectrum `[ny, nx]`.
+    by_rows: Vec<Complex<f64>>,
+    /// Its transpose `[nx, ny]`.
+    by_columns: Vec<Complex<f64>>,
+    /// Stiffness of the modes over the number of points `[nx, ny]`.
     stiffness: Vec<f64>,
 }
 
@@ -37,31 +37,31 @@ impl Plane {
             ny,
             rows: [planner.plan_fft_forward(nx), planner.plan_fft_inverse(nx)],
             columns: [planner.plan_fft_forward(ny), planner.plan_fft_inverse(ny)],
-            upright: vec![Complex::default(); nx * ny],
-            turned: vec![Complex::default(); nx * ny],
+            by_rows: vec![Complex::default(); nx * ny],
+            by_columns: vec![Complex::default(); nx * ny],
             stiffness,
         }
     }
 
-    /// Two complex planes and the stiffness.
+    /// Bytes of two complex spectra and the stiffness.
     pub fn bytes(grid: Grid) -> u64 {
         (grid.points() * (2 * size_of::<Complex<f64>>() + size_of::<f64>())) as u64
     }
 
-    /// Stress of the displacement `of(place)`, to `into`.
+    /// Writes the stress of the displacement `of(node)` to `into` `[ny, nx]`.
     pub fn stress(&mut self, of: impl Fn(usize) -> f64 + Sync, into: &mut [f64]) {
         let (nx, ny) = (self.nx, self.ny);
-        let [there, back] = &self.rows;
-        self.upright.par_chunks_mut(nx).enumerate().for_each_init(
-            || vec![Complex::default(); there.get_inplace_scratch_len()],
+        let [forward_row, inverse_row] = &self.rows;
+        self.by_rows.par_chunks_mut(nx).enumerate().for_each_init(
+            || vec![Complex::default(); forward_row.get_inplace_scratch_len()],
             |scratch, (y, row)| {
                 row.iter_mut().enumerate().for_each(|(x, c)| *c = Complex::new(of(y * nx + x), 0.0));
-                there.process_with_scratch(row, scratch);
+                forward_row.process_with_scratch(row, scratch);
             },
         );
-        turn(&self.upright, nx, &mut self.turned);
+        transpose(&self.by_rows, nx, &mut self.by_columns);
         let [forward, inverse] = &self.columns;
-        self.turned.par_chunks_mut(ny).zip(self.stiffness.par_chunks(ny)).for_each_init(
+        self.by_columns.par_chunks_mut(ny).zip(self.stiffness.par_chunks(ny)).for_each_init(
             || vec![Complex::default(); forward.get_inplace_scratch_len().max(inverse.get_inplace_scratch_len())],
             |scratch, (column, stiffness)| {
                 forward.process_with_scratch(column, scratch);
@@ -69,19 +69,19 @@ impl Plane {
                 inverse.process_with_scratch(column, scratch);
             },
         );
-        turn(&self.turned, ny, &mut self.upright);
-        self.upright.par_chunks_mut(nx).zip(into.par_chunks_mut(nx)).for_each_init(
-            || vec![Complex::default(); back.get_inplace_scratch_len()],
+        transpose(&self.by_columns, ny, &mut self.by_rows);
+        self.by_rows.par_chunks_mut(nx).zip(into.par_chunks_mut(nx)).for_each_init(
+            || vec![Complex::default(); inverse_row.get_inplace_scratch_len()],
             |scratch, (row, into)| {
-                back.process_with_scratch(row, scratch);
+                inverse_row.process_with_scratch(row, scratch);
                 into.iter_mut().zip(row).for_each(|(t, c)| *t = c.re);
             },
         );
     }
 }
 
-/// Rows of `width` become columns.
-fn turn(from: &[Complex<f64>], width: usize, to: &mut [Complex<f64>]) {
+/// Transposes rows of `width` values.
+fn transpose(from: &[Complex<f64>], width: usize, to: &mut [Complex<f64>]) {
     let height = from.len() / width;
     to.par_chunks_mut(height).enumerate().for_each(|(x, column)| {
         column.iter_mut().enumerate().for_each(|(y, c)| *c = from[y * width + x]);
@@ -92,7 +92,7 @@ fn turn(from: &[Complex<f64>], width: usize, to: &mut [Complex<f64>]) {
 mod tests {
     use super::*;
 
-    /// Against the direct sum over modes and points, on grids of both parities.
+    /// Comparison with the direct sum over modes and points, on grids of both parities.
     #[test]
     fn stress_equals_the_direct_sum() {
         for (nx, ny, ly) in [(6, 5, 0.7), (7, 4, 1.3), (1, 6, 1.0)] {

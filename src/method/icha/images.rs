@@ -1,14 +1,14 @@
-//! What the periodic images of a load add to its own displacement.
+//! Displacement by the periodic images of a load.
 
 use std::f64::consts::PI;
 
-/// What the periodic images of a unit load add, at a place (x, y) from it, to its own displacement `1/(πE*r)`, the mean of all
-/// being zero; cells repeat on extents lx by ly. E* = 1.
+/// Displacement by the periodic images of a unit load at the position (x, y) from it, without its own `1/(πE*r)`; the mean of the
+/// total is zero. The cell is lx by ly; E* = 1.
 ///
-/// Ewald's sum of `1/r` in two dimensions, long waves `2π erfc(q/2α)/q`, to rounding, one by one: for single places, and to
-/// hold fast sums against.
+/// Ewald summation of `1/r` in two dimensions to rounding, with the long waves `2π erfc(q/2α)/q`, for single positions and as
+/// the reference for [`super::ewald`].
 pub(super) fn images(lx: f64, ly: f64, (x, y): (f64, f64)) -> f64 {
-    /// erfc is below 1e-16 from here on.
+    /// erfc is below 1e-16 beyond this argument.
     const NEGLIGIBLE: f64 = 6.0;
     let area = lx * ly;
     let alpha = (PI / area).sqrt();
@@ -44,13 +44,13 @@ pub(super) fn images(lx: f64, ly: f64, (x, y): (f64, f64)) -> f64 {
 mod tests {
     use super::*;
 
-    /// The square lattice's constant at the load, and symmetry.
+    /// Lattice constant of the square lattice, symmetry, and a doubled cell.
     #[test]
-    fn a_square_lattice_of_loads() {
+    fn square_lattice_of_loads() {
         let unit = |x: f64, y: f64| images(1.0, 1.0, (x, y));
         assert!((unit(0.0, 0.0) * PI + 3.900_264_92).abs() < 1e-7);
         assert!((unit(0.2, -0.4) - unit(-0.2, 0.4)).abs() < 1e-14);
-        // Two cells side by side are one of twice the length with two loads.
+        // Two adjacent cells equal one of twice the length with two loads.
         let double = |x: f64, y: f64| {
             images(2.0, 1.0, (x, y)) + images(2.0, 1.0, (1.0 - x, y)) + 1.0 / (PI * (1.0 - x).hypot(y))
         };
@@ -59,9 +59,9 @@ mod tests {
         }
     }
 
-    /// Against the sum over waves of a smooth load, a Gaussian narrow beside the distance: the same away from it.
+    /// Comparison with the Fourier sum for a Gaussian load that is narrow compared with the distance.
     #[test]
-    fn waves_add_up_to_it() {
+    fn images_equal_the_fourier_sum() {
         let width: f64 = 0.02;
         let (x, y) = (0.3, 0.1);
         let mut sum = 0.0;
@@ -75,7 +75,7 @@ mod tests {
             }
         }
         let exact = 1.0 / (PI * f64::hypot(x, y)) + images(1.0, 1.0, (x, y));
-        // The Gaussian's own width shows in the second order, σ²/(2πr³).
+        // The width of the Gaussian contributes σ²/(2πr³).
         assert!((sum - exact).abs() < 4e-3, "{sum} {exact}");
     }
 }

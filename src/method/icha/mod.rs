@@ -1,16 +1,16 @@
 //! Interacting and coalescing Hertzian asperities (Afferrante, Carbone & Demelio, Wear 278-279 (2012) 28; Afferrante,
 //! Bottiglione, Putignano, Persson & Carbone, Tribology Letters 66 (2018) 75).
 //!
-//! Every summit is a Hertzian sphere whose approach is lessened by what all other spots lower the body by; spots that
-//! overlap become one of the same area and load. The load rises in small steps, since what has merged stays so. Displacements
-//! are those of the periodic half-space: to the closed form of one spot come its images by Ewald's sum, and the mean
-//! displacement is zero. So the mean gap is the mean height less the approach, which the published method, whose approach
-//! has no zero, does not give; it counts as gap also what bodies away from summits overlap by.
+//! Every summit is a Hertzian sphere whose approach is reduced by the displacement due to all other spots. Overlapping spots merge
+//! into one of the same area and load. The load increases in small steps, since merging is irreversible. Displacements are those of
+//! the periodic half-space with zero mean: closed form of one spot plus Ewald sums over images. The mean gap is therefore the mean
+//! height minus the approach, which the published method cannot give, as its approach has no zero. It includes overlap of the
+//! bodies away from summits as negative gap.
 
-mod balance;
+mod equilibrium;
+mod ewald;
 mod images;
 mod spots;
-mod sums;
 
 use super::spots::{Spot, paint};
 use super::{
@@ -20,7 +20,7 @@ use super::{
 use crate::grid::{Grid, mean};
 use crate::surface::{SummitCurvature, SummitFit};
 use crate::{Error, Result};
-use balance::EquilibriumSolver;
+use equilibrium::EquilibriumSolver;
 use serde::{Deserialize, Serialize};
 use spots::{Asperity, Spots};
 use std::time::Instant;
@@ -35,7 +35,7 @@ static CARD: Card = Card {
     needs: Needs::Heights,
     criterion: Criterion::Spots,
     calibrated_on: None,
-    summary: "Hertzian summits that lower the body for each other and merge where they overlap",
+    summary: "elastically interacting Hertz contacts that merge where they overlap",
     supports,
     dois: &["10.1007/s11249-017-0900-2", "10.1007/s11249-018-1026-x"],
     papers: &["Afferrante, Carbone & Demelio, Wear 278-279 (2012) 28"],
@@ -45,15 +45,15 @@ fn supports(quantity: Quantity) -> Support {
     match quantity {
         Quantity::ContactArea => Support::NoAdhesion,
         Quantity::PatchPdf | Quantity::PatchArea | Quantity::MedianClusterArea => {
-            Support::Only("discs that have merged, without adhesion")
+            Support::Only("merged discs, without adhesion")
         }
         Quantity::MeanGap => Support::Only(
-            "from the approach, without adhesion, while no spot is wider than half of the cell; overlap beside summits not prevented",
+            "from the approach, without adhesion, up to spots of half the cell; overlap away from summits is not prevented",
         ),
-        Quantity::StressMap | Quantity::StressPdf => Support::Only("profiles of spots, without adhesion"),
+        Quantity::StressMap | Quantity::StressPdf => Support::Only("superposed Hertz profiles, without adhesion"),
         Quantity::Stiffness => Support::Only("as differences between loads"),
-        Quantity::ContactMap => Support::No("spots are areas, not nodes"),
-        Quantity::GapMap | Quantity::GapPdf => Support::No("the gap is known at summits alone"),
+        Quantity::ContactMap => Support::No("contact spots are areas without nodes"),
+        Quantity::GapMap | Quantity::GapPdf => Support::No("the gap is known only at summits"),
     }
 }
 
@@ -61,11 +61,11 @@ fn supports(quantity: Quantity) -> Support {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct IchaSettings {
-    /// Where the curvatures of summits come from.
+    /// Fit from which the curvatures of summits are taken.
     pub fit: SummitFit,
-    /// Which one number stands for the two principal curvatures.
+    /// Mean of the two principal curvatures.
     pub curvature: SummitCurvature,
-    /// Steps of the load per decade, from p* = 10⁻⁶ on; spots merge after each. At most 1000.
+    /// Load steps per decade, starting at p* = 10⁻⁶; spots merge after each. 1 to 1000.
     pub steps_per_decade: u32,
 }
 
@@ -75,20 +75,20 @@ impl Default for IchaSettings {
     }
 }
 
-/// p* of the first step: below what the first summit of a surface worth the method carries alone.
+/// p* of the first step, at which only the first summit of a typical surface is in contact.
 const FIRST: f64 = 1e-6;
 
-/// What approaches miss of equilibrium, over the largest one, and load balance at which a load is in equilibrium.
-const SETTLED: f64 = 1e-7;
+/// Tolerance of the relative errors of approaches and load.
+const TOLERANCE: f64 = 1e-7;
 
-/// The same of the steps on the way to it, which only tell what merges.
-const ON_THE_WAY: f64 = 1e-5;
+/// The same for intermediate load steps, which only determine which spots merge.
+const INTERMEDIATE_TOLERANCE: f64 = 1e-5;
 
-/// Steps of Newton's after which what overlaps merges out of equilibrium; nearly all balances take fewer than ten.
+/// Newton steps after which overlapping spots merge without equilibrium; nearly all solves take fewer than ten.
 const PATIENCE: usize = 12;
 
-/// Radius of the widest spot over the shorter side up to which the approach says something of the gap. Beyond, one round spot stands for
-/// contact that leads around the cell, its images for points press the body up, and from 0.4 on the approach falls as the load rises.
+/// Radius of the widest spot over the shorter side up to which the approach gives the mean gap. For wider spots the periodic images
+/// as point loads are inaccurate; above 0.4 the approach decreases with load.
 const WIDEST: f64 = 0.25;
 
 /// Processor time of a load over the points, measured by `asperity bench --methods`; an order of magnitude.
@@ -100,8 +100,8 @@ impl ContactMethod for Icha {
     }
 
     fn plan(&self, problem: &Problem) -> Plan {
-        // Heights from the lowest on and stress, three lists with an asperity for some 20 nodes, and neighbours of those that touch; of
-        // the Fourier fit a field and a spectrum more. 17 to 22 bytes a point were measured at 512² and 1024².
+        // Heights and stress, three lists with one asperity per about 20 nodes, and neighbours of those in contact; for the Fourier fit
+        // also a field and a spectrum. Measured: 17 to 22 bytes per point at 512² and 1024².
         let fourier = u64::from(problem.settings.icha.fit == SummitFit::Fourier);
         let per_point = 2 * 8 + 16 * fourier + 8;
         let points = problem.grid.points();
@@ -137,14 +137,14 @@ impl ContactMethod for Icha {
 struct Path<'p> {
     problem: &'p Problem<'p>,
     observer: &'p dyn Observer,
-    /// Over the lowest node.
+    /// Mean height above the lowest node.
     mean_height: f64,
     /// Pressure of the first step.
     first: f64,
     fresh: Spots,
-    /// At the last step of the load.
+    /// Spots after the last load step.
     spots: Spots,
-    /// Steps that it has taken.
+    /// Number of load steps so far.
     step: i32,
     stress: Vec<f64>,
 }
@@ -154,17 +154,17 @@ impl Path<'_> {
         self.first * 10f64.powf(f64::from(step) / f64::from(self.problem.settings.icha.steps_per_decade))
     }
 
-    /// Equilibrium at a pressure, with all merged that overlaps, and what is missed of it. Counts steps of Newton's on.
-    fn settle(&self, spots: &mut Spots, (target, tolerance): (f64, f64), steps: &mut usize) -> (Stop, f64) {
+    /// Equilibrium at a pressure with all overlapping spots merged: stop reason and residual. Adds the Newton steps to `steps`.
+    fn equilibrate(&self, spots: &mut Spots, (target, tolerance): (f64, f64), steps: &mut usize) -> (Stop, f64) {
         loop {
-            let mut balance = EquilibriumSolver::new(spots, target);
-            let mut residual = balance.residual(spots);
+            let mut solver = EquilibriumSolver::new(spots, target);
+            let mut residual = solver.residual(spots);
             if residual <= tolerance && !spots.merge() {
                 return (Stop::Converged, residual);
             }
             let begun = *steps;
             while residual > tolerance {
-                // Spots that have come to lie on each other compete for one place, without end.
+                // Coinciding spots would not converge.
                 if *steps - begun >= PATIENCE && spots.merge() {
                     break;
                 }
@@ -175,9 +175,9 @@ impl Path<'_> {
                 if self.observer.iteration(step).is_break() {
                     return (Stop::Interrupted, residual);
                 }
-                balance.step(spots);
+                solver.step(spots);
                 *steps += 1;
-                residual = balance.residual(spots);
+                residual = solver.residual(spots);
                 if !residual.is_finite() {
                     return (Stop::Diverged, residual);
                 }
@@ -185,9 +185,9 @@ impl Path<'_> {
         }
     }
 
-    /// Steps of the load up to a pressure: how the last one ended, what it missed and what it may miss. What the steps before it
-    /// leave is kept for the next load.
-    fn raise(&mut self, target: f64) -> (Spots, (Stop, f64, f64), usize) {
+    /// Load steps up to a pressure. Returns the spots; stop reason, residual and tolerance of the last step; and the Newton steps. The
+    /// intermediate steps remain for the next load.
+    fn load_to(&mut self, target: f64) -> (Spots, (Stop, f64, f64), usize) {
         let mut steps = 0;
         if self.step > 0 && self.step_pressure(self.step - 1) > target {
             (self.spots, self.step) = (self.fresh.clone(), 0);
@@ -195,15 +195,16 @@ impl Path<'_> {
         let mut spots = self.spots.clone();
         spots.transformed = 0.0;
         while self.step_pressure(self.step) < target {
-            let (stop, residual) = self.settle(&mut spots, (self.step_pressure(self.step), ON_THE_WAY), &mut steps);
+            let (stop, residual) =
+                self.equilibrate(&mut spots, (self.step_pressure(self.step), INTERMEDIATE_TOLERANCE), &mut steps);
             if stop != Stop::Converged {
-                return (spots, (stop, residual, ON_THE_WAY), steps);
+                return (spots, (stop, residual, INTERMEDIATE_TOLERANCE), steps);
             }
             self.step += 1;
             self.spots = spots.clone();
         }
-        let (stop, residual) = self.settle(&mut spots, (target, SETTLED), &mut steps);
-        (spots, (stop, residual, SETTLED), steps)
+        let (stop, residual) = self.equilibrate(&mut spots, (target, TOLERANCE), &mut steps);
+        (spots, (stop, residual, TOLERANCE), steps)
     }
 }
 
@@ -211,13 +212,13 @@ impl Estimator for Path<'_> {
     fn estimate(&mut self, load: Load) -> Result<Estimate<'_>> {
         let clock = Instant::now();
         let pressure = require::pressure(load, false, CARD.id)?;
-        let (spots, (stop, residual, tolerance), iterations) = self.raise(pressure);
+        let (spots, (stop, residual, tolerance), iterations) = self.load_to(pressure);
         let Grid { lx, ly, .. } = spots.grid;
         let touching: Vec<Asperity> = spots.all.iter().copied().filter(|s| s.approach > 0.0).collect();
-        // Summits so wide that one of them takes in the whole cell are none.
+        // A spot as wide as the cell is outside the scope of the model.
         let widest = touching.iter().map(Asperity::spot).fold(0.0, f64::max);
         if widest >= lx.max(ly) {
-            let accepted = "a smaller one, or a surface of more summits: a single spot has become as large as the cell";
+            let accepted = "a lower pressure, or a surface with more summits: one contact spot is as large as the cell";
             return Err(require::refused(CARD.id, "pressure", pressure, accepted));
         }
         let painted = touching.iter().map(|s| Spot { x: s.x, y: s.y, radius: s.spot(), press: s.load(), pull: 0.0 });

@@ -1,28 +1,28 @@
-//! Hertzian spots that feel each other and merge.
+//! Hertzian contact spots that interact and merge.
 
 use super::super::spots::hertz_load;
+use super::ewald::{EwaldMesh, NeighbourSearch, Weights};
 use super::images::images;
-use super::sums::{Mesh, Reaches, Weights};
 use crate::grid::Grid;
 use crate::surface::Summit;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// A summit, or what summits have merged to.
+/// A summit or several merged summits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Asperity {
     pub x: f64,
     pub y: f64,
-    /// Of the vertex.
+    /// Height of the vertex.
     pub height: f64,
-    /// Of curvature.
+    /// Radius of curvature.
     pub radius: f64,
-    /// How far the body's surface, as all others leave it, lies above the vertex; below zero where nothing touches.
+    /// Distance by which the surface displaced by all other spots overlaps the vertex; negative without contact.
     pub approach: f64,
 }
 
 impl Asperity {
-    /// Radius of the spot; 0 where nothing touches.
+    /// Contact radius; 0 without contact.
     pub fn spot(&self) -> f64 {
         (self.radius * self.approach.max(0.0)).sqrt()
     }
@@ -40,8 +40,8 @@ impl Asperity {
     }
 }
 
-/// Displacement of the half-space at a distance `r` from the middle of a Hertzian spot of radius `a` on a summit of radius
-/// `radius`, by it alone (Johnson, Contact Mechanics (1985), eqs 3.41 and 3.42a).
+/// Displacement of the half-space by a Hertz contact of radius `a` on a summit of radius `radius`, at the distance `r` from its
+/// centre (Johnson, Contact Mechanics (1985), eqs 3.41 and 3.42a).
 pub(super) fn displacement(r: f64, a: f64, radius: f64) -> f64 {
     let x = a / r;
     if x >= 1.0 {
@@ -49,30 +49,30 @@ pub(super) fn displacement(r: f64, a: f64, radius: f64) -> f64 {
     } else if x > FAR {
         a * a / (PI * radius) * ((2.0 - (r / a).powi(2)) * x.asin() + ((r / a).powi(2) - 1.0).sqrt())
     } else {
-        // The same as a series: the next term is below 4e-6 of the sum.
+        // Series; the next term is below 4e-6 of the sum.
         let x2 = x * x;
         hertz_load(a, radius) / (PI * r) * (1.0 + x2 * (0.1 + x2 * 9.0 / 280.0))
     }
 }
 
-/// Spot's radius over distance below which a spot is nearly a point.
+/// Radius over distance below which the displacement is expanded about a point load.
 const FAR: f64 = 0.25;
 
-/// Distance over a spot's radius from which on the mesh has what it displaces: what a Hertzian spot has beyond the mesh's two
-/// terms is then 5e-6 of its largest displacement. At the place of a spot wider than the mesh's reach these terms, large each, cancel to
-/// 1e-4 of it at twice and 4e-3 at six times the reach (test `sums`).
+/// Distance over contact radius beyond which the mesh represents a spot: the terms of the expansion beyond its two are then below
+/// 5e-6 of the largest displacement. At the centre of a spot wider than the cutoff the two terms cancel, with an error of 1e-4 at a
+/// radius of twice and 4e-3 at six times the cutoff (test `displacements_do_not_depend_on_the_cutoff`).
 const WIDTHS: f64 = 5.0;
 
 #[derive(Debug, Clone)]
 pub(super) struct Spots {
     pub grid: Grid,
-    /// What a unit load and its images lift the farthest place by.
-    lift: f64,
-    /// From the first to touch on, but for what merged.
+    /// Largest upward displacement by a unit load and its images, at the farthest position.
+    uplift: f64,
+    /// In the order of first contact; merged spots at the end.
     pub all: Vec<Asperity>,
-    /// Approach: plane of the rigid surface's lowest node, in whose frame the body's displacements have no mean.
+    /// Approach: height of the undeformed elastic surface, whose displacement has no mean, above the lowest node.
     pub depth: f64,
-    /// Transform pairs of meshes times their points, for what was displaced.
+    /// Transform pairs times mesh points so far.
     pub transformed: f64,
 }
 
@@ -84,8 +84,8 @@ impl Spots {
         };
         let all: Vec<Asperity> = summits.iter().map(asperity).collect();
         let corner = (0.5 * grid.lx, 0.5 * grid.ly);
-        let lift = -(images(grid.lx, grid.ly, corner) + 1.0 / (PI * corner.0.hypot(corner.1)));
-        Spots { grid, lift: lift.max(0.0), depth: all[0].height, all, transformed: 0.0 }
+        let uplift = -(images(grid.lx, grid.ly, corner) + 1.0 / (PI * corner.0.hypot(corner.1)));
+        Spots { grid, uplift: uplift.max(0.0), depth: all[0].height, all, transformed: 0.0 }
     }
 
     pub fn area(&self) -> f64 {
@@ -101,18 +101,18 @@ impl Spots {
         (dx * dx + dy * dy).sqrt()
     }
 
-    /// Shortest way between two places of the cell.
+    /// Minimum-image vector.
     pub fn shortest(&self, (dx, dy): (f64, f64)) -> (f64, f64) {
         let Grid { lx, ly, .. } = self.grid;
         (dx - lx * (dx / lx).round(), dy - ly * (dy / ly).round())
     }
 
-    /// Up to which distance what a spot displaces is more than the mesh has of it.
-    pub fn reach(spot: &Asperity, mesh: &Mesh) -> f64 {
+    /// Cutoff of the pair sum for a spot.
+    pub fn reach(spot: &Asperity, mesh: &EwaldMesh) -> f64 {
         mesh.reach.max(WIDTHS * spot.spot())
     }
 
-    /// Where nothing touches: as deep as the first summit alone needs for a pressure.
+    /// Initial state: the approach at which the first summit alone carries the pressure.
     pub fn first_touch(&mut self, pressure: f64) {
         let first = self.all.iter_mut().min_by(|a, b| a.height.total_cmp(&b.height)).expect("there are summits");
         let a = (0.75 * pressure * self.grid.lx * self.grid.ly * first.radius).cbrt();
@@ -120,15 +120,14 @@ impl Spots {
         self.depth = first.height + first.approach;
     }
 
-    /// Those that touch, and those that may come to under a pressure: how far below the summit heights that touch others reach
-    /// is bounded by what loads lift the farthest place by.
+    /// Summits that are or may come into contact under a pressure; the largest upward displacement bounds their height.
     pub fn candidates(&self, pressure: f64) -> Vec<usize> {
-        let bound = self.depth + pressure * self.area() * self.lift;
+        let bound = self.depth + pressure * self.area() * self.uplift;
         (0..self.all.len()).filter(|&k| self.all[k].height < bound || self.all[k].approach > 0.0).collect()
     }
 
-    /// Displacement by all spots at the places of some, but each its own; by its own images, too.
-    pub fn lowered(&self, mesh: &mut Mesh, places: &[usize]) -> Vec<f64> {
+    /// Displacement at some summits by all other spots and all periodic images.
+    pub fn displacements(&self, mesh: &mut EwaldMesh, places: &[usize]) -> Vec<f64> {
         let touching: Vec<(usize, &Asperity)> = self.all.iter().enumerate().filter(|(_, s)| s.approach > 0.0).collect();
         let loads: Vec<f64> = touching.iter().map(|(_, s)| s.load()).collect();
         let second: Vec<f64> = touching.iter().map(|(_, s)| 0.1 * s.radius * s.approach * s.load()).collect();
@@ -136,7 +135,7 @@ impl Spots {
         mesh.load(&weights, &loads, Some(&second));
         let level = mesh.level() * loads.iter().sum::<f64>();
         let all: Vec<_> = touching.iter().map(|(_, s)| (s.place(), Self::reach(s, mesh))).collect();
-        let near = Reaches::new(self.grid, mesh.reach, &all);
+        let near = NeighbourSearch::new(self.grid, mesh.reach, &all);
         let mesh = &*mesh;
         let by_all = |k: &usize| {
             let place = self.all[*k].place();
@@ -154,14 +153,14 @@ impl Spots {
         places.par_iter().map(by_all).collect()
     }
 
-    /// Merges spots that overlap to spots of the same area and load, each at the centre of the loads of its parts, with a
-    /// height that has it in equilibrium at this approach. Returns whether any did.
+    /// Merges overlapping spots into spots with their total area and load, at their centre of load, with heights in equilibrium at
+    /// the present approach. Returns whether any were merged.
     pub fn merge(&mut self) -> bool {
         let touching: Vec<usize> = (0..self.all.len()).filter(|&k| self.all[k].approach > 0.0).collect();
-        // Spots that overlap are no farther apart than twice the wider one's radius.
+        // The distance of overlapping spots is at most twice the larger radius.
         let all: Vec<_> = touching.iter().map(|&k| (self.all[k].place(), 2.0 * self.all[k].spot())).collect();
         let narrow = (self.area() / touching.len().max(1) as f64).sqrt();
-        let near = Reaches::new(self.grid, narrow, &all);
+        let near = NeighbourSearch::new(self.grid, narrow, &all);
         let mut parent: Vec<usize> = (0..touching.len()).collect();
         fn root(parent: &[usize], mut k: usize) -> usize {
             while parent[k] != k {
@@ -187,7 +186,7 @@ impl Spots {
         if groups.is_empty() {
             return false;
         }
-        let merged: Vec<Asperity> = groups.iter().map(|parts| self.together(parts)).collect();
+        let merged: Vec<Asperity> = groups.iter().map(|parts| self.merged(parts)).collect();
         let mut gone = vec![false; self.all.len()];
         groups.iter().flatten().for_each(|&k| gone[k] = true);
         let mut gone = gone.into_iter();
@@ -195,8 +194,8 @@ impl Spots {
         let from = self.all.len();
         self.all.extend(merged);
         let places: Vec<usize> = (from..self.all.len()).collect();
-        let mut mesh = Mesh::new(self.grid, touching.len());
-        let lowered = self.lowered(&mut mesh, &places);
+        let mut mesh = EwaldMesh::new(self.grid, touching.len());
+        let lowered = self.displacements(&mut mesh, &places);
         self.transformed += mesh.take_transformed();
         for (s, lowered) in self.all[from..].iter_mut().zip(lowered) {
             s.height = self.depth - lowered - s.approach;
@@ -204,7 +203,7 @@ impl Spots {
         true
     }
 
-    fn together(&self, parts: &[usize]) -> Asperity {
+    fn merged(&self, parts: &[usize]) -> Asperity {
         let first = self.all[parts[0]];
         let mut sums = [0.0; 4];
         for &k in parts {
@@ -227,7 +226,7 @@ impl Spots {
 mod tests {
     use super::*;
 
-    /// The closed form is continuous where the spot ends and where the series begins, and the series is a point's far away.
+    /// The closed form is continuous at the edge of the spot and at the changeover to the series, which tends to a point load.
     #[test]
     fn displacement_of_one_spot() {
         let (a, radius) = (0.02, 0.3);

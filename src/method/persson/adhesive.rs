@@ -1,44 +1,42 @@
-//! Stress spread wave by wave, with contact lost where it pulls as hard as a crack bears (Persson, Eur. Phys. J. E 8 (2002)
-//! 385; Persson & Scaraggi, J. Chem. Phys. 141 (2014) 124701): the limit of adhesion without range.
+//! Diffusion of the contact stress with adhesion: contact is lost at the tension at which a crack opens (Persson, Eur. Phys. J. E 8
+//! (2002) 385; Persson & Scaraggi, J. Chem. Phys. 141 (2014) 124701), the JKR limit of adhesion without range.
 //!
-//! The distribution of the stress in contact spreads as its variance grows with the waves added, and is zero at the
-//! tension -σ_a at which contact parts. It lives on a grid of stresses above that tension, which moves. Where a part of the
-//! area lets go, its tension is handed to what still touches, so that the contact carries the pressure and nothing else:
-//! the published theory lets that tension go.
+//! The stress distribution broadens as its variance increases with the added waves, and is zero at the detachment tension -σ_a. It
+//! is represented on a grid of stresses above that tension, which moves. The tension of area that detaches is redistributed to the
+//! remaining contact, so that the contact carries exactly the pressure; in the published theory it is lost.
 
 use super::roughening::{Band, full_contact_energy, relaxed, share};
 use crate::method::Stop;
 use std::f64::consts::SQRT_2;
 
-/// How fine: variances grow by a share of themselves from step to step, stresses differ by a share of their rms in full
-/// contact.
+/// Resolution: relative increase of the variance per step, and stress spacing over the rms stress of full contact.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Mesh {
+pub(super) struct Resolution {
     pub growth: f64,
     pub stress: f64,
 }
 
-impl Mesh {
+impl Resolution {
     /// Areas without adhesion are within 1e-3 of their closed form.
-    pub const USUAL: Mesh = Mesh { growth: 0.06, stress: 0.012 };
+    pub const DEFAULT: Resolution = Resolution { growth: 0.06, stress: 0.012 };
 }
 
-/// rms stress at which the grid takes over from the closed form, over the grid's spacing.
+/// rms stress over the grid spacing at which the grid replaces the closed form.
 const RESOLVED: f64 = 6.0;
 
-/// rms stresses of full contact up to which the grid reaches beyond the mean.
+/// Extent of the grid above the mean, in rms stresses of full contact.
 const REACH: f64 = 6.0;
 
-/// rms stresses of full contact above which nothing opens: less than 1e-22 of a Gaussian lies beyond.
+/// Pressure over the rms stress of full contact above which the contact is complete: the tail of the Gaussian is below 1e-22.
 const CLOSED: f64 = 10.0;
 
-/// Rounds of the tension that follows from the areas that follow from it, and the change of the area at which they end.
+/// Fixed-point iterations for tensions and areas, and the relative change of the area at which they end.
 const MOST_ROUNDS: usize = 60;
-pub(super) const SETTLED: f64 = 1e-7;
+pub(super) const TOLERANCE: f64 = 1e-7;
 
-/// Bands taken together.
+/// Consecutive bands that are added in one step.
 struct Step {
-    /// Variance of the stress in full contact with all waves up to here.
+    /// Variance of the full-contact stress with all waves up to this step.
     variance: f64,
     q: f64,
     /// Elastic energy per area of full contact.
@@ -50,27 +48,27 @@ pub(super) struct Cascade {
     c: f64,
     gamma: f64,
     relaxed: f64,
-    mesh: Mesh,
+    mesh: Resolution,
 }
 
-/// What is found at a pressure.
+/// Contact at a pressure.
 #[derive(Debug, Clone)]
 pub(super) struct Contact {
     pub share: f64,
-    /// Mean stress over all area, less the pressure, over it.
+    /// Relative error of the mean stress.
     pub load_error: f64,
-    /// By what the last sweep has changed the share, over it.
+    /// Relative change of the contact fraction in the last sweep.
     pub residual: f64,
-    /// Elastic energy less what adhesion gains, per area, units of E*·L.
+    /// Elastic energy minus adhesive energy per area, E*·L.
     pub energy: f64,
     pub stop: Stop,
     /// Sweeps through the waves.
     pub sweeps: usize,
-    /// Tension at which contact parts, step by step: a start for the next pressure.
+    /// Detachment tension of each step: initial values for the next pressure.
     tension: Vec<f64>,
 }
 
-/// One sweep: the share of contact after each step, and the mean stress in the end.
+/// One sweep: contact fraction after each step, and the final mean stress.
 struct Sweep {
     fractions: Vec<f64>,
     load: f64,
@@ -78,7 +76,7 @@ struct Sweep {
 
 impl Cascade {
     /// `gamma` is the work of adhesion, `relaxation` the factor of the elastic energy.
-    pub fn new(bands: &[Band], c: f64, gamma: f64, relaxation: f64, mesh: Mesh) -> Self {
+    pub fn new(bands: &[Band], c: f64, gamma: f64, relaxation: f64, mesh: Resolution) -> Self {
         let mut steps: Vec<Step> = Vec::new();
         for band in bands {
             let (variance, energy) = (0.5 * band.after() / (c * c), full_contact_energy(band));
@@ -102,7 +100,7 @@ impl Cascade {
     /// Bytes of a sweep.
     pub fn bytes(bands: usize) -> u64 {
         const FIELDS: u64 = 4;
-        let nodes = ((REACH + 8.0) / Mesh::USUAL.stress) as u64;
+        let nodes = ((REACH + 8.0) / Resolution::DEFAULT.stress) as u64;
         8 * (FIELDS * nodes + 8 * bands as u64)
     }
 
@@ -118,9 +116,9 @@ impl Cascade {
                     stop = Stop::Interrupted;
                     break;
                 }
-                let asked = self.tension(&sweep);
-                // Half-way: areas and tensions pull on each other.
-                tension.iter_mut().zip(&asked).for_each(|(t, a)| *t = 0.5 * (*t + a));
+                let target = self.tension(&sweep);
+                // Under-relaxation: areas and tensions are strongly coupled.
+                tension.iter_mut().zip(&target).for_each(|(t, a)| *t = 0.5 * (*t + a));
                 let before = *sweep.fractions.last().expect("bands are not empty");
                 sweep = self.sweep(pressure, &tension);
                 sweeps += 1;
@@ -130,7 +128,7 @@ impl Cascade {
                     break;
                 }
                 residual = if after == before { 0.0 } else { (after - before).abs() / after };
-                if residual <= SETTLED {
+                if residual <= TOLERANCE {
                     stop = Stop::Converged;
                     break;
                 }
@@ -149,7 +147,7 @@ impl Cascade {
         }
     }
 
-    /// Elastic energy per area in contact of the waves from each step on: relative to what touches before that step.
+    /// Elastic energy of the waves from each step on, per area in contact before that step.
     fn elastic_beyond(&self, sweep: &Sweep) -> Vec<f64> {
         let before = |k: usize| if k == 0 { 1.0 } else { sweep.fractions[k - 1] };
         let energy = |from: usize| {
@@ -163,8 +161,8 @@ impl Cascade {
         (0..self.steps.len()).map(energy).collect()
     }
 
-    /// Tension at which a crack as wide as a step's wavelength opens, `√(γ_eff E* q/2)`; what the shorter waves leave of the
-    /// work of adhesion is γ_eff.
+    /// Tension at which a crack as wide as a step's wavelength opens, `√(γ_eff E* q/2)`, with the work of adhesion
+    /// γ_eff reduced by the elastic energy of the shorter waves.
     fn tension(&self, sweep: &Sweep) -> Vec<f64> {
         let gained = self.gamma * sweep.fractions.last().expect("bands are not empty");
         let beyond = self.elastic_beyond(sweep);
@@ -181,13 +179,12 @@ impl Cascade {
 
     /// From the longest waves to the shortest.
     ///
-    /// The first steps are in closed form, a Gaussian less its image behind the tension. The grid begins where it resolves the
-    /// distribution, so that no pressure is too small for it: a grid on which the first stress is a node's would spread
-    /// it by its own spacing and find too much contact at small pressures.
+    /// The first steps are in closed form, a Gaussian minus its mirror image. The grid starts when it resolves the distribution:
+    /// starting from a single node it would broaden the stress by its spacing and overestimate the area at small pressures.
     fn sweep(&self, pressure: f64, tension: &[f64]) -> Sweep {
         let total = self.total();
         if pressure > CLOSED * total {
-            // No wave reaches zero; a grid up to such a pressure would only be large.
+            // Complete contact; a grid up to such a pressure would be large.
             return Sweep { fractions: vec![1.0; self.steps.len()], load: pressure };
         }
         let ds = self.mesh.stress * total;
@@ -199,7 +196,7 @@ impl Cascade {
         let start = pressure + tension[first];
         let most = tension[first..].iter().copied().fold(0.0, f64::max);
         let nodes = ((start + most + REACH * total) / ds) as usize + 2;
-        // Node k at k·ds above the tension; the distribution is zero at the first.
+        // Node k at k·ds above the tension; the distribution is zero at node 0.
         let spread = SQRT_2 * self.steps[first].variance.sqrt();
         let norm = (spread * std::f64::consts::PI.sqrt()).recip();
         let gauss = |s: f64| (-(s / spread).powi(2)).exp();
@@ -210,14 +207,14 @@ impl Cascade {
         let sums = |density: &[f64]| {
             density.iter().enumerate().fold([0.0; 2], |[a, b], (k, d)| [a + d * ds, b + d * ds * (k as f64 * ds)])
         };
-        // The image takes tension away as it goes: what touches hands it round from the first step of the grid on.
+        // The closed form loses tension, which the grid redistributes from its first step on.
         let mut load = sums(&density)[1] - tension[first] * touching;
         for k in first + 1..self.steps.len() {
             let time = 0.5 * (self.steps[k].variance - self.steps[k - 1].variance);
             let pulled = 0.5 * (tension[k] + tension[k - 1]);
-            // Tension handed round, with what the last step left of it.
-            let handed = (pulled * lost + load - pressure) / touching;
-            let shift = tension[k] - tension[k - 1] - handed;
+            // Redistributed tension, including the load error of the last step.
+            let redistributed = (pulled * lost + load - pressure) / touching;
+            let shift = tension[k] - tension[k - 1] - redistributed;
             advance(&mut density, &mut thomas, time / (ds * ds), shift / ds);
             let [area, moment] = sums(&density);
             lost = touching - area;
@@ -229,7 +226,7 @@ impl Cascade {
     }
 }
 
-/// Diffusion by `r` and a shift by `s`, both in spacings, of a density that is zero on both ends (Crank-Nicolson).
+/// Diffusion by `r` and a shift by `s`, both in grid units, of a density that is zero at both ends (Crank-Nicolson).
 fn advance(density: &mut [f64], thomas: &mut [[f64; 2]], r: f64, s: f64) {
     let n = density.len();
     let (down, up) = (0.5 * (r + 0.5 * s), 0.5 * (r - 0.5 * s));
@@ -256,9 +253,9 @@ mod tests {
     use super::*;
     use crate::surface::{PowerSpectrum, Spectrum};
 
-    const FINE: Mesh = Mesh { growth: 0.03, stress: 0.006 };
+    const FINE: Resolution = Resolution { growth: 0.03, stress: 0.006 };
 
-    fn cascade(gamma: f64, mesh: Mesh) -> Cascade {
+    fn cascade(gamma: f64, mesh: Resolution) -> Cascade {
         Cascade::new(&bands(&PowerSpectrum::expected(&Spectrum::CHALLENGE, 1.0)), PURE, gamma, 0.45, mesh)
     }
 
@@ -266,17 +263,17 @@ mod tests {
         false
     }
 
-    /// A density that starts at a point and drifts from a wall that takes what arrives: the share that is left is
+    /// Diffusion with drift from a point source to an absorbing wall: the remaining fraction is
     /// (erfc(-(s+vt)/2√t) - exp(-vs) erfc((s-vt)/2√t))/2.
     #[test]
-    fn drift_with_a_wall_that_takes() {
+    fn diffusion_with_drift_to_an_absorbing_wall() {
         let (ds, start, t0, t1) = (0.02, 1.0, 0.05, 0.6);
         let left = |v: f64, t: f64| {
             let root = 2.0 * f64::sqrt(t);
             0.5 * (libm::erfc(-(start + v * t) / root) - (-v * start).exp() * libm::erfc((start - v * t) / root))
         };
         for v in [-1.0, 0.0, 0.8] {
-            // The density after t0: a Gaussian less its image, which the drift weighs.
+            // Density at t0: a Gaussian minus its weighted mirror image.
             let gauss = |s: f64, at: f64| {
                 (-(s - at - v * t0).powi(2) / (4.0 * t0)).exp() / (4.0 * std::f64::consts::PI * t0).sqrt()
             };
@@ -295,11 +292,11 @@ mod tests {
         }
     }
 
-    /// Without adhesion the grid finds the error function, at pressures far below its spacing as well: areas are in proportion
-    /// to small pressures, and a finer grid changes nothing about that.
+    /// Without adhesion the grid reproduces the error function, also at pressures far below its spacing: areas are proportional to
+    /// small pressures on any grid.
     #[test]
-    fn small_pressures_have_no_slope_of_their_own() {
-        for (gamma, mesh) in [(0.0, Mesh::USUAL), (0.0, FINE), (2e-5, Mesh::USUAL), (2e-5, FINE)] {
+    fn area_is_proportional_to_small_pressures() {
+        for (gamma, mesh) in [(0.0, Resolution::DEFAULT), (0.0, FINE), (2e-5, Resolution::DEFAULT), (2e-5, FINE)] {
             let cascade = cascade(gamma, mesh);
             let at = |p: f64| cascade.solve(p, None, &never);
             let [tiny, small] = [1e-6, 1e-3].map(|p| at(p).share / p);
@@ -313,30 +310,30 @@ mod tests {
         }
     }
 
-    /// Far above the stresses of full contact all touches, whatever the pressure.
+    /// Far above the rms stress of full contact the contact is complete.
     #[test]
-    fn nothing_opens_under_large_pressures() {
+    fn contact_is_complete_at_large_pressures() {
         for p in [6.0, 1e6] {
-            let found = cascade(2e-5, Mesh::USUAL).solve(p, None, &never);
+            let found = cascade(2e-5, Resolution::DEFAULT).solve(p, None, &never);
             assert_eq!((found.share, found.load_error, found.stop), (1.0, 0.0, Stop::Converged), "{p}");
         }
     }
 
     /// Half the steps in stress and in variance.
     #[test]
-    fn finer_meshes_find_the_same_adhesion() {
+    fn adhesive_area_does_not_depend_on_the_resolution() {
         for p in [1e-4, 0.01, 0.1] {
-            let [usual, fine] = [Mesh::USUAL, FINE].map(|mesh| cascade(2e-5, mesh).solve(p, None, &never));
+            let [usual, fine] = [Resolution::DEFAULT, FINE].map(|mesh| cascade(2e-5, mesh).solve(p, None, &never));
             assert_eq!((usual.stop, fine.stop), (Stop::Converged, Stop::Converged));
             assert!((usual.share / fine.share - 1.0).abs() < 3e-3, "{p}: {} {}", usual.share, fine.share);
         }
     }
 
-    /// What is let go is handed round, so that the contact carries the pressure.
+    /// The tension of detached area is redistributed, so that the contact carries the pressure.
     #[test]
-    fn the_load_is_kept() {
+    fn load_is_conserved() {
         for p in [1e-3, 0.03] {
-            let found = cascade(2e-5, Mesh::USUAL).solve(p, None, &never);
+            let found = cascade(2e-5, Resolution::DEFAULT).solve(p, None, &never);
             assert!(found.load_error < 5e-3, "{}", found.load_error);
         }
     }

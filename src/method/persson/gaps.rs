@@ -1,4 +1,4 @@
-//! How gaps are distributed (Almqvist, Campañá, Prodanov & Persson, J. Mech. Phys. Solids 59 (2011) 2355).
+//! Distribution of gaps (Almqvist, Campañá, Prodanov & Persson, J. Mech. Phys. Solids 59 (2011) 2355).
 
 use super::roughening::{Band, Opening, Rules, gap_sum, share};
 use crate::observe::{Distribution, linear_edges};
@@ -7,27 +7,27 @@ use std::f64::consts::{PI, SQRT_2};
 /// Bins of equal width.
 pub(super) const BINS: usize = 120;
 
-/// Standard deviations of the rough gaps up to which there are bins.
+/// Standard deviations of the largest bin above the mean gaps.
 const REACH: f64 = 4.0;
 
-/// Area that is lost before a gap is told of it: differences of volumes, good to a millionth, are divided by it.
+/// Smallest contact area lost in a step; the difference of two volumes, accurate to 1e-6, is divided by it.
 const LEAST_LOST: f64 = 1e-3;
 
-/// What loses contact when waves are added.
-struct Parted {
+/// Area that loses contact when a band is added.
+struct SeparatedArea {
+    /// Fraction of the area.
     share: f64,
-    /// Middle of the Gaussian.
+    /// Centre of the Gaussian.
     gap: f64,
     /// Its standard deviation: the rms height of the shorter waves.
     rough: f64,
 }
 
-/// Pr(u), and how often the opening was asked.
+/// Pr(u) and the number of evaluations of the opening; none if stopped.
 ///
-/// Where a band's waves part the surfaces, the gap on average is what keeps the mean over all that touched before: the
-/// difference between the volumes before and after, `ū A`, over the lost area. Shorter waves make of it a Gaussian, whose part
-/// below zero is mirrored. As published the mirror adds to the mean; here the Gaussian is moved until it does not, so that
-/// the distribution's mean is the mean gap.
+/// The mean gap in the area that loses contact with a band follows from the volumes `ū A` before and after: their difference over
+/// the lost area. Shorter waves broaden it to a Gaussian whose negative part is mirrored. In the publication the mirrored part
+/// increases the mean; here the Gaussian is shifted so that the mean of the distribution is the mean gap.
 pub(super) fn gap_distribution(
     bands: &[Band],
     c: f64,
@@ -37,12 +37,12 @@ pub(super) fn gap_distribution(
 ) -> Option<(Distribution, usize)> {
     let rules = Rules::new();
     let volume = |from: usize, touching: f64| {
-        let (gap, asked) = gap_sum(&bands[from..], c, pressure / touching, &rules, |x| opening.at(x));
-        (gap * touching, asked)
+        let (gap, evaluations) = gap_sum(&bands[from..], c, pressure / touching, &rules, |x| opening.at(x));
+        (gap * touching, evaluations)
     };
     let mut shorter: f64 = bands.iter().map(|b| b.height).sum();
-    let (mut touching, mut parted) = (1.0, Vec::with_capacity(bands.len()));
-    let (mut open, mut asked) = volume(0, touching);
+    let (mut touching, mut separated) = (1.0, Vec::with_capacity(bands.len()));
+    let (mut open, mut evaluations) = volume(0, touching);
     let mut longer = 0;
     for (k, band) in bands.iter().enumerate() {
         if stopping() {
@@ -55,37 +55,37 @@ pub(super) fn gap_distribution(
             continue;
         }
         let (left, more) = volume(k + 1, after);
-        asked += more;
-        // Half of the bands themselves: gaps open while they are added.
+        evaluations += more;
+        // Half of the height variance of the bands themselves, during which gaps open.
         let own: f64 = bands[longer..=k].iter().map(|b| b.height).sum();
         let gap = ((open - left) / lost).max(0.0);
-        parted.push(Parted::of(lost, gap, (shorter + 0.5 * own).max(0.0).sqrt()));
+        separated.push(SeparatedArea::of(lost, gap, (shorter + 0.5 * own).max(0.0).sqrt()));
         (touching, open, longer) = (after, left, k + 1);
     }
-    let top = parted.iter().map(|p| p.gap + REACH * p.rough).fold(0.0, f64::max);
+    let top = separated.iter().map(|p| p.gap + REACH * p.rough).fold(0.0, f64::max);
     let edges = linear_edges(0.0, if top > 0.0 { top } else { 1.0 }, BINS);
-    let up_to: Vec<f64> = edges.iter().map(|&u| parted.iter().map(|p| p.share * p.up_to(u)).sum()).collect();
-    let all: f64 = parted.iter().map(|p| p.share).sum();
+    let up_to: Vec<f64> = edges.iter().map(|&u| separated.iter().map(|p| p.share * p.up_to(u)).sum()).collect();
+    let all: f64 = separated.iter().map(|p| p.share).sum();
     let fractions = up_to.windows(2).map(|w| w[1] - w[0]).collect();
-    Some((Distribution { fractions, delta: touching, below: 0.0, above: all - up_to[BINS], edges }, asked))
+    Some((Distribution { fractions, delta: touching, below: 0.0, above: all - up_to[BINS], edges }, evaluations))
 }
 
-impl Parted {
-    /// Halvings to the last bit.
+impl SeparatedArea {
+    /// Halvings that exhaust the precision.
     const HALVINGS: usize = 60;
 
-    /// With the mean of the mirrored Gaussian at the gap on average. Where it is so small that no Gaussian of this width has
-    /// such a mirrored mean, a narrower one about zero has.
+    /// A mirrored Gaussian with the mean `gap`: of the width `rough`, or narrower about zero where a Gaussian of this width has a larger
+    /// mirrored mean.
     fn of(share: f64, gap: f64, rough: f64) -> Self {
         if gap <= rough * (2.0 / PI).sqrt() {
-            return Parted { share, gap: 0.0, rough: gap * (0.5 * PI).sqrt() };
+            return SeparatedArea { share, gap: 0.0, rough: gap * (0.5 * PI).sqrt() };
         }
         let (mut low, mut high) = (0.0, gap);
         for _ in 0..Self::HALVINGS {
             let centre = 0.5 * (low + high);
-            if (Parted { share, gap: centre, rough }).mean() < gap { low = centre } else { high = centre }
+            if (SeparatedArea { share, gap: centre, rough }).mean() < gap { low = centre } else { high = centre }
         }
-        Parted { share, gap: high, rough }
+        SeparatedArea { share, gap: high, rough }
     }
 
     fn mean(&self) -> f64 {
@@ -96,7 +96,7 @@ impl Parted {
         self.rough * (2.0 / PI).sqrt() * (-x * x).exp() + self.gap * libm::erf(x)
     }
 
-    /// Share of these gaps that is below `u`.
+    /// Fraction of these gaps below `u`.
     fn up_to(&self, u: f64) -> f64 {
         let width = (SQRT_2 * self.rough).max(f64::MIN_POSITIVE);
         0.5 * (libm::erf((u - self.gap) / width) + libm::erf((u + self.gap) / width))

@@ -1,10 +1,9 @@
-//! Persson's theory: the stress in contact spreads as waves are added from the longest to the shortest, and where it comes
-//! to nothing there is no contact (Persson, J. Chem. Phys. 115 (2001) 3840). Nothing is asked of the surface but its power.
+//! Persson's theory: the stress distribution broadens as waves are added from the longest to the shortest, and contact is lost where
+//! the stress vanishes (Persson, J. Chem. Phys. 115 (2001) 3840). The only input is the power spectrum.
 //!
-//! Areas are `erf(c p*)`, p* with the problem's own rms gradient. With c = √2 the variance of the stress is that of full
-//! contact, and nothing is fitted. The challenge paper's generalisation has c = √π, so that areas begin as 2 p*; here it is
-//! carried through, so that area, stresses and gaps belong to one distribution: that of a body in which the variance of the
-//! stress is 2/π of full contact's.
+//! Contact fractions are `erf(c p*)` with the rms gradient of the problem in p*. With c = √2 the variance of the stress is that of
+//! full contact, and there is no fitted constant. The generalisation in the challenge paper has c = √π, so that the area at small
+//! loads is 2 p*. Here area, stress and gap follow consistently from one distribution, whose variance is 2/π of that of full contact.
 
 mod adhesive;
 mod gaps;
@@ -18,7 +17,7 @@ use super::{
 use crate::interface::Adhesion;
 use crate::observe::{Distribution, StressDistribution, linear_edges};
 use crate::{Error, Result};
-use adhesive::{Cascade, Contact, Mesh};
+use adhesive::{Cascade, Contact, Resolution};
 use roughening::{Band, Opening, Rules, bands, gap_sum, share};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::SQRT_2;
@@ -33,8 +32,8 @@ static CARD: Card = Card {
     kind: Kind::Estimate,
     needs: Needs::Spectrum,
     criterion: Criterion::Statistical,
-    calibrated_on: Some("the factor γ = 0.45 of the elastic energy, on solved mean gaps (persson.energy_factor)"),
-    summary: "stress in contact spread wave by wave; from the power alone",
+    calibrated_on: Some("solved mean gaps (elastic energy factor 0.45, persson.energy_factor)"),
+    summary: "diffusion of the contact stress with the power spectrum as only input",
     supports,
     dois: &["10.1063/1.1388626", "10.1103/PhysRevLett.99.125502", "10.1007/s11249-017-0900-2"],
     papers: &[
@@ -43,31 +42,37 @@ static CARD: Card = Card {
     ],
 };
 
-const JKR: &str = "in the limit of adhesion without range";
+const JKR: &str = "in the JKR limit (adhesion of zero range)";
 
 fn supports(quantity: Quantity) -> Support {
     match quantity {
         Quantity::ContactArea | Quantity::MeanGap => Support::Only(JKR),
         Quantity::StressPdf | Quantity::GapPdf => Support::NoAdhesion,
-        Quantity::Stiffness => Support::Only("exact without adhesion, with it as differences between loads"),
-        Quantity::GapMap | Quantity::StressMap | Quantity::ContactMap => Support::No("knows no places"),
-        Quantity::PatchPdf | Quantity::PatchArea | Quantity::MedianClusterArea => Support::No("knows no patches"),
+        Quantity::Stiffness => {
+            Support::Only("closed form without adhesion; with adhesion as differences between loads")
+        }
+        Quantity::GapMap | Quantity::StressMap | Quantity::ContactMap => {
+            Support::No("statistical method without positions")
+        }
+        Quantity::PatchPdf | Quantity::PatchArea | Quantity::MedianClusterArea => {
+            Support::No("statistical method without patches")
+        }
     }
 }
 
-/// Which relation between area and pressure.
+/// Relation between contact area and pressure.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum PerssonForm {
-    /// erf(√2 p*): the theory as it stands.
+    /// erf(√2 p*): the original theory.
     #[default]
     Pure,
-    /// erf(√π p*): areas begin as 2 p*, as solved ones nearly do.
+    /// erf(√π p*): contact fraction 2 p* at small loads, close to numerical solutions.
     Kappa2,
 }
 
 impl PerssonForm {
-    /// Argument of the error function over p*.
+    /// The constant c.
     fn constant(self) -> f64 {
         match self {
             PerssonForm::Pure => roughening::PURE,
@@ -76,17 +81,18 @@ impl PerssonForm {
     }
 }
 
-/// What `persson` may be told.
+/// Settings of the method `persson`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PerssonSettings {
+    /// Relation between contact area and pressure.
     pub form: PerssonForm,
-    /// Elastic energy in a small contact over that of full contact on the same area, above 0 and up to 1: 1 is the original
-    /// theory, 0.45 was found to give solved mean gaps.
+    /// Elastic energy at small contact over that of full contact on the same area, above 0 and at most 1: 1 is the original theory,
+    /// 0.45 reproduces solved mean gaps (Yang & Persson, J. Phys.: Condens. Matter 20 (2008) 215214).
     pub energy_factor: f64,
 }
 
-/// Energy factor that was found to give solved mean gaps.
+/// Energy factor that reproduces solved mean gaps.
 const FITTED: f64 = 0.45;
 
 impl Default for PerssonSettings {
@@ -111,7 +117,7 @@ impl ContactMethod for Persson {
 
     fn plan(&self, problem: &Problem) -> Plan {
         let bands = problem.shells() + 64;
-        // Bands, the table of the opening, what parts and its bins, and a sweep of the stress.
+        // Bands, table of the opening, separated areas and bins, and a sweep of the stress.
         let fields = (bands * (size_of::<Band>() + 32) + 16 * 1700 + 8 * 4 * gaps::BINS) as u64;
         let adhesive = problem.adhesion != Adhesion::None;
         let sweeps = if adhesive { Cascade::bytes(bands) } else { 0 };
@@ -130,7 +136,7 @@ impl ContactMethod for Persson {
         let bands = bands(power);
         let work = problem.adhesion.work_of_adhesion();
         let c = form.constant();
-        let cascade = |gamma: f64| Cascade::new(&bands, c, gamma, energy_factor, Mesh::USUAL);
+        let cascade = |gamma: f64| Cascade::new(&bands, c, gamma, energy_factor, Resolution::DEFAULT);
         let cascades = (work > 0.0).then(|| [cascade(work), cascade(0.0)]);
         Ok(Started::Estimator(Box::new(Theory {
             gradient: power.rms_gradient(),
@@ -148,16 +154,16 @@ struct Theory<'p> {
     gradient: f64,
     c: f64,
     opening: Opening,
-    /// With adhesion and without; none without adhesion.
+    /// With and without adhesion; none for a problem without adhesion.
     cascades: Option<[Cascade; 2]>,
     observer: &'p dyn Observer,
 }
 
-/// Loads on the way to full contact, each this much above the last. The mean gap under adhesion is that without it and a
-/// correction, which for the challenge is 1 to 2 % of it: these steps are of the correction alone.
-const LADDER: f64 = 1.4;
+/// Ratio of successive loads up to full contact in the integral for the adhesive correction of the mean gap, which is 1 to 2 % for
+/// the challenge.
+const LOAD_RATIO: f64 = 1.4;
 
-/// p* at which all is in contact but a millionth.
+/// p* at which all but a millionth is in contact.
 const CLOSED: f64 = 2.5;
 
 impl Theory<'_> {
@@ -165,7 +171,7 @@ impl Theory<'_> {
         share(self.c, pressure, self.gradient.powi(2))
     }
 
-    /// Mean gap and its fall with ln p, and what that took.
+    /// Mean gap, `-dū/d ln p`, and the number of evaluations.
     fn gap(&self, pressure: f64) -> (f64, f64, usize) {
         let rules = Rules::new();
         let (gap, n) = gap_sum(&self.bands, self.c, pressure, &rules, |x| self.opening.at(x));
@@ -173,9 +179,9 @@ impl Theory<'_> {
         (gap, fall, n + m)
     }
 
-    /// Two Gaussians about p and -p, bin by bin in closed form.
+    /// Stress distribution: difference of two Gaussians about p and -p, integrated over bins in closed form.
     fn stresses(&self, pressure: f64) -> StressDistribution {
-        /// Standard deviations above the mean up to which there are bins; beyond is 1e-9.
+        /// Standard deviations of the largest bin above the mean; the rest is 1e-9.
         const REACH: f64 = 6.0;
         const BINS: usize = 120;
         let width = self.gradient / self.c;
@@ -188,32 +194,32 @@ impl Theory<'_> {
         StressDistribution { all: Distribution { delta: 1.0 - touching, ..contact.clone() }, contact }
     }
 
-    fn dry(&self, pressure: f64) -> Option<Estimate<'_>> {
-        let (gap, fall, asked) = self.gap(pressure);
+    fn without_adhesion(&self, pressure: f64) -> Option<Estimate<'_>> {
+        let (gap, fall, evaluations) = self.gap(pressure);
         let stopping = || self.observer.stop_requested();
         let (gaps, more) = gaps::gap_distribution(&self.bands, self.c, pressure, &self.opening, stopping)?;
         Some(Estimate {
             contact_fraction: self.share(pressure),
             mean_gap: Some(gap),
-            // A surface that is closed has no stiffness that could be told.
+            // No stiffness is defined in full contact.
             stiffness: (fall > 0.0).then_some(pressure / fall),
             gap_distribution: Some(gaps),
             stress_distribution: Some(self.stresses(pressure)),
-            iterations: asked + more,
+            iterations: evaluations + more,
             ..Estimate::at(pressure)
         })
     }
 
-    /// Area by the cascade at the pressure; mean gap from `p dū = -d(U - γ A)` up to full contact, as a correction to that
-    /// without adhesion, from the same cascade without.
-    fn sticky(&self, pressure: f64, [with, without]: &[Cascade; 2]) -> Estimate<'_> {
+    /// Area from the cascade at the pressure. The mean gap is that without adhesion plus a correction, integrated from
+    /// `p dū = -d(U - γ A)` up to full contact with the cascades with and without adhesion.
+    fn with_adhesion(&self, pressure: f64, [with, without]: &[Cascade; 2]) -> Estimate<'_> {
         let stopping = || self.observer.stop_requested();
         let mut loads = vec![pressure];
         while loads[loads.len() - 1] < CLOSED * self.gradient {
-            loads.push(loads[loads.len() - 1] * LADDER);
+            loads.push(loads[loads.len() - 1] * LOAD_RATIO);
         }
         let mut found: Vec<(Contact, f64)> = Vec::with_capacity(loads.len());
-        // From the closed surface down, where areas hardly depend on the tension.
+        // From full contact down, where areas hardly depend on the tension.
         for &p in loads.iter().rev() {
             let near = found.last().map(|f| &f.0);
             let here = with.solve(p, near, &stopping);
@@ -225,8 +231,8 @@ impl Theory<'_> {
         let mut correction = 0.0;
         for (k, pair) in found.windows(2).enumerate() {
             let p = loads[loads.len() - 2 - k];
-            // The mean of 1/p over a step on which the energy is linear in p.
-            let inverse = LADDER.ln() / (p * (LADDER - 1.0));
+            // Mean of 1/p over a step, for an energy linear in p.
+            let inverse = LOAD_RATIO.ln() / (p * (LOAD_RATIO - 1.0));
             correction += (pair[0].1 - pair[1].1) * inverse;
         }
         let here = &found.last().expect("the pressure itself").0;
@@ -236,7 +242,7 @@ impl Theory<'_> {
             mean_gap: Some((gap + correction).max(0.0)),
             load_error: here.load_error,
             residual: found.iter().map(|f| f.0.residual).fold(0.0, f64::max),
-            tolerance: adhesive::SETTLED,
+            tolerance: adhesive::TOLERANCE,
             stop,
             iterations: sweeps,
             ..Estimate::at(pressure)
@@ -249,8 +255,8 @@ impl Estimator for Theory<'_> {
         let clock = Instant::now();
         let pressure = require::pressure(load, false, CARD.id)?;
         let found = match &self.cascades {
-            Some(cascades) => Some(self.sticky(pressure, cascades)),
-            None => self.dry(pressure),
+            Some(cascades) => Some(self.with_adhesion(pressure, cascades)),
+            None => self.without_adhesion(pressure),
         };
         let found = found.unwrap_or(Estimate { stop: Stop::Interrupted, ..Estimate::at(pressure) });
         Ok(Estimate { seconds: clock.elapsed().as_secs_f64(), ..found })

@@ -1,10 +1,10 @@
-//! Roughness added wave by wave, and the mean gap that it leaves.
+//! Bands of roughness added from long to short waves, and the mean gap.
 
 use super::super::quadrature::{gauss_legendre, integral};
 use crate::surface::PowerSpectrum;
 use std::f64::consts::{FRAC_2_SQRT_PI, PI};
 
-/// Waves of about one length, added after all that are longer.
+/// Waves of about one length, added after all longer ones.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Band {
     pub q: f64,
@@ -17,16 +17,16 @@ pub(super) struct Band {
 }
 
 impl Band {
-    /// Mean square gradient with this band's.
+    /// Mean square gradient including this band.
     pub fn after(&self) -> f64 {
         self.before + self.gradient
     }
 }
 
-/// Parts of a shell at most. The longest waves, before which there is no gradient at all, need them.
+/// Largest number of bands per shell; needed for the longest waves, which start from zero gradient.
 const MOST_PARTS: f64 = 8.0;
 
-/// The shells from long to short, those that add much to the gradient in parts of equal power.
+/// The shells from long to short waves; those that increase the gradient strongly are divided into bands of equal power.
 pub(super) fn bands(power: &PowerSpectrum) -> Vec<Band> {
     let mut bands = Vec::with_capacity(power.shells.len() + 64);
     let mut before = 0.0;
@@ -41,15 +41,15 @@ pub(super) fn bands(power: &PowerSpectrum) -> Vec<Band> {
     bands
 }
 
-/// Elastic energy in contact over what full contact at the same share would have: `γ + (1 - γ) P²` (Yang & Persson, J. Phys.:
+/// Elastic energy in partial contact over that of full contact at the same contact fraction: `γ + (1 - γ) P²` (Yang & Persson, J. Phys.:
 /// Condens. Matter 20 (2008) 215214).
 pub(super) fn relaxed(gamma: f64, share: f64) -> f64 {
     gamma + (1.0 - gamma) * share * share
 }
 
-/// `F(x) = ∫ [γ + 3 (1-γ) erf²t] exp(-t²) dt/t` from x to ∞, the pressures' part of the mean gap.
+/// `F(x) = ∫ [γ + 3 (1-γ) erf²t] exp(-t²) dt/t` from x to ∞, the pressure-dependent factor of the mean gap.
 ///
-/// `F + γ ln x` is smooth: a table of it with its exact slopes, between which a cubic errs by 1e-11.
+/// `F + γ ln x` is smooth and tabulated with exact slopes; the error of cubic interpolation is 1e-11.
 pub(super) struct Opening {
     gamma: f64,
     /// Values and slopes times the step.
@@ -58,7 +58,7 @@ pub(super) struct Opening {
 
 impl Opening {
     const STEP: f64 = 1.0 / 256.0;
-    /// Beyond it F is below 1e-19.
+    /// F is below 1e-19 beyond this argument.
     const END: f64 = 6.5;
 
     pub fn new(gamma: f64) -> Self {
@@ -82,7 +82,7 @@ impl Opening {
         Opening { gamma, table }
     }
 
-    /// F, of x > 0.
+    /// F(x) for x > 0.
     pub fn at(&self, x: f64) -> f64 {
         if x >= Self::END {
             return 0.0;
@@ -97,13 +97,13 @@ impl Opening {
         smooth - self.gamma * x.ln()
     }
 
-    /// `-x dF/dx`, the part of a pressure in the slope of the mean gap over ln p.
+    /// `-x dF/dx`, the factor in the derivative of the mean gap with respect to ln p.
     pub fn fall(&self, x: f64) -> f64 {
         (self.gamma + 3.0 * (1.0 - self.gamma) * libm::erf(x).powi(2)) * (-x * x).exp()
     }
 }
 
-/// Rules for a band by how much it adds to the gradient before it.
+/// Quadrature rules for a band, by its contribution to the gradient.
 pub(super) struct Rules([Vec<(f64, f64)>; 3]);
 
 impl Rules {
@@ -111,8 +111,7 @@ impl Rules {
         Rules([gauss_legendre(2), gauss_legendre(5), gauss_legendre(24)])
     }
 
-    /// A smooth function of the rms gradient needs two points where a band hardly changes it; the last rule is for bands
-    /// with nothing before them.
+    /// Two points suffice where a band hardly changes the rms gradient; the last rule is for bands that start from zero.
     fn of(&self, ratio: f64) -> &[(f64, f64)] {
         let rule = if ratio < 0.05 {
             0
@@ -125,28 +124,28 @@ impl Rules {
     }
 }
 
-/// Sum over bands of elastic energy times what `part` gives of `c p/g`, with g the rms gradient from the first band on:
+/// Sum over bands of the elastic energy times `part(c p/g)`, with g the rms gradient from the first band on:
 /// `(c/√π) Σ q ⟨h²⟩/⟨g²⟩ ∫ part(c p/g) dg`. With [`Opening::at`] this is the mean gap of these bands under a pressure
 /// (Persson, Phys. Rev. Lett. 99 (2007) 125502, with the factor γ of Yang & Persson 2008; c = √2 there), with
-/// [`Opening::fall`] its fall with ln p. Also how often `part` was asked.
+/// [`Opening::fall`] its derivative `-dū/d ln p`. Also returns the number of evaluations of `part`.
 pub(super) fn gap_sum(bands: &[Band], c: f64, pressure: f64, rules: &Rules, part: impl Fn(f64) -> f64) -> (f64, usize) {
     let Some(first) = bands.first() else { return (0.0, 0) };
     let x = c * pressure;
-    let (mut sum, mut asked) = (0.0, 0);
+    let (mut sum, mut evaluations) = (0.0, 0);
     for band in bands {
         let (from, to) = ((band.before - first.before).max(0.0), band.after() - first.before);
         let rule = rules.of((to - from) / from.max(f64::MIN_POSITIVE));
-        asked += rule.len();
+        evaluations += rule.len();
         let (from, to) = (from.sqrt(), to.sqrt());
         let over = if from == 0.0 {
-            // g = g₁ t³ has many points where the part is a logarithm.
+            // The substitution g = g₁ t³ resolves the logarithm at small g.
             integral(rule, 0.0, 1.0, |t| 3.0 * t * t * to * part(x / (to * t * t * t)))
         } else {
             integral(rule, from, to, |g| part(x / g))
         };
         sum += band.q * band.height / band.gradient * over;
     }
-    (0.5 * FRAC_2_SQRT_PI * c * sum, asked)
+    (0.5 * FRAC_2_SQRT_PI * c * sum, evaluations)
 }
 
 /// Elastic energy per area of full contact with a band, units of E*·L: a quarter of q⟨h²⟩.
@@ -154,15 +153,15 @@ pub(super) fn full_contact_energy(band: &Band) -> f64 {
     0.25 * band.q * band.height
 }
 
-/// Share of the area in contact after a mean square gradient, `erf(c p/g)`.
+/// Contact fraction at a mean square gradient g², `erf(c p/g)`.
 pub(super) fn share(c: f64, pressure: f64, gradient: f64) -> f64 {
     if gradient > 0.0 { libm::erf(c * pressure / gradient.sqrt()) } else { 1.0 }
 }
 
-/// `c` of the theory as it stands: the variance of the stress in full contact is a quarter of the squared gradient's.
+/// `c` of the original theory: the variance of the stress in full contact is a quarter of the mean square gradient.
 pub(super) const PURE: f64 = std::f64::consts::SQRT_2;
 
-/// `c` with which areas at small pressures are 2 p*: the challenge paper's generalisation.
+/// `c` with the contact fraction 2 p* at small pressures, the generalisation in the challenge paper.
 pub(super) fn kappa2() -> f64 {
     PI.sqrt()
 }
@@ -171,9 +170,9 @@ pub(super) fn kappa2() -> f64 {
 mod tests {
     use super::*;
 
-    /// With γ = 1 the opening is half the exponential integral E₁(x²): printed values of it.
+    /// With γ = 1 the opening is half the exponential integral E₁(x²); tabulated values.
     #[test]
-    fn the_opening_without_relaxation_is_an_exponential_integral() {
+    fn opening_without_relaxation_is_an_exponential_integral() {
         let opening = Opening::new(1.0);
         for (x2, e1) in [(0.01, 4.037_929_576_538_114), (0.25, 1.044_282_634_443_738_2), (1.0, 0.219_383_934_395_520_3)]
         {
@@ -186,14 +185,14 @@ mod tests {
         assert!((slope + opening.fall(x) / x).abs() < 1e-7, "{slope}");
     }
 
-    /// One band with nothing before it, against many midpoints.
+    /// One band from zero gradient, compared with the midpoint rule.
     #[test]
-    fn one_band_is_integrated_from_nothing() {
+    fn one_band_is_integrated_from_zero_gradient() {
         let band = Band { q: 7.0, height: 0.3, gradient: 0.64, before: 0.0 };
         let opening = Opening::new(0.45);
         for p in [1e-3, 0.05, 0.7] {
             let (found, _) = gap_sum(&[band], PURE, p, &Rules::new(), |x| opening.at(x));
-            // Midpoints of g = 0.8 t³, which are many where g is small.
+            // Midpoints of g = 0.8 t³, dense at small g.
             let n = 200_000;
             let sum: f64 = (0..n)
                 .map(|k| (f64::from(k) + 0.5) / f64::from(n))

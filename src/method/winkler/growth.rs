@@ -1,4 +1,4 @@
-//! Patches of overlap grown to twice their area.
+//! Dilation of overlap patches to twice their area.
 
 use crate::grid::{Grid, minimum_image, nearest_marked};
 use crate::observe::{Connectivity, NO_PATCH, patches};
@@ -6,12 +6,11 @@ use rayon::prelude::*;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Grows the patches of `map` `[ny, nx]` node by node, the nearest to the patch first, until each has twice its area.
-/// Patches that meet (edges or corners) are one from then on, with one area to double. What is no room for in the cell of
-/// all that is nearest to a patch is taken from its neighbour's, as if the two had met. The nodes of contact become twice
-/// what they were, or all.
+/// Dilates the patches of `map` `[ny, nx]` node by node, closest nodes first, until each has twice its area. Patches that
+/// meet (at edges or corners) are merged and double their common area. A patch that fills its Voronoi cell continues in that
+/// of a neighbour, as if the two had met. The number of contact nodes doubles, or becomes all nodes.
 ///
-/// `O(N log N)`: one distance transform, one sort of each patch's surroundings, and one queue of patches.
+/// `O(N log N)`: one distance transform, one sort per Voronoi cell, and one queue of patches.
 pub(super) fn double(grid: Grid, map: &mut [u8]) {
     let cores = patches(map, grid.nx, Connectivity::Eight);
     if cores.sizes.is_empty() || 2 * cores.sizes.iter().sum::<usize>() >= map.len() {
@@ -22,16 +21,16 @@ pub(super) fn double(grid: Grid, map: &mut [u8]) {
     Growth::new(grid, map, cores.label, &cores.sizes).run(map);
 }
 
-/// Nodes outside of the cores, grouped by the patch that is nearest, the nearest first.
-struct Cells {
+/// Voronoi cells of the patches: nodes outside the patches, grouped by the nearest patch, sorted by distance.
+struct VoronoiCells {
     order: Vec<u32>,
-    /// Where each patch's nodes begin in `order`, and where the last one's end.
+    /// Start of each cell in `order`, and the end of the last.
     start: Vec<usize>,
-    /// Nearest node of a core.
+    /// Nearest node of a patch, for every node.
     nearest: Vec<u32>,
 }
 
-impl Cells {
+impl VoronoiCells {
     fn new(grid: Grid, map: &[u8], label: &[u32], count: usize) -> Self {
         let nearest = nearest_marked(grid, map);
         let outside = |i: &usize| map[*i] == 0;
@@ -57,11 +56,11 @@ impl Cells {
             rest = others;
         }
         cells.into_par_iter().for_each(|cell| cell.sort_unstable_by_key(|&i| (square(grid, &nearest, i), i)));
-        Cells { order, start, nearest }
+        VoronoiCells { order, start, nearest }
     }
 }
 
-/// Square of the distance to the nearest core, as bits that order like the number, which is not negative.
+/// Square of the distance to the nearest patch, as bits, which are ordered as the non-negative number.
 fn square(grid: Grid, nearest: &[u32], i: u32) -> u64 {
     let [x, y] = minimum_image(grid, i as usize, nearest[i as usize] as usize);
     (x * x + y * y).to_bits()
@@ -69,22 +68,22 @@ fn square(grid: Grid, nearest: &[u32], i: u32) -> u64 {
 
 struct Growth {
     grid: Grid,
-    cells: Cells,
-    /// Patch that a node of contact belongs to.
+    cells: VoronoiCells,
+    /// Patch of each contact node.
     label: Vec<u32>,
-    /// Patches that have met have one root.
+    /// Union-find forest of merged patches.
     parent: Vec<u32>,
-    /// Of roots: nodes still to be added, and patches that wait because there were none.
+    /// For each root: nodes still to be added, and patches that wait for more.
     room: Vec<usize>,
     parked: Vec<Vec<u32>>,
     cursor: Vec<usize>,
-    /// Square of the distance, node, patch.
+    /// Square of the distance, node, patch; closest first.
     queue: BinaryHeap<Reverse<(u64, u32, u32)>>,
 }
 
 impl Growth {
     fn new(grid: Grid, map: &[u8], label: Vec<u32>, sizes: &[usize]) -> Self {
-        let cells = Cells::new(grid, map, &label, sizes.len());
+        let cells = VoronoiCells::new(grid, map, &label, sizes.len());
         let cursor = cells.start[..sizes.len()].to_vec();
         let mut growth = Growth {
             grid,
@@ -109,7 +108,7 @@ impl Growth {
         patch
     }
 
-    /// The next node of a patch's cell, if any is left.
+    /// Queues the next node of the cell of a patch, if there is one.
     fn enqueue(&mut self, patch: u32) {
         let at = self.cursor[patch as usize];
         if at < self.cells.start[patch as usize + 1] {
@@ -118,7 +117,8 @@ impl Growth {
         }
     }
 
-    fn meet(&mut self, a: u32, b: u32) {
+    /// Merges two patches.
+    fn merge(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         if a == b {
             return;
@@ -151,16 +151,16 @@ impl Growth {
             let around = neighbours(self.grid, i);
             for j in around {
                 if self.label[j] != NO_PATCH {
-                    self.meet(patch, self.label[j]);
+                    self.merge(patch, self.label[j]);
                 }
             }
-            // The last node of a cell is the farthest, so it lies at another's border.
+            // The last node of a cell is the farthest and lies at the border of another.
             if self.cursor[patch as usize] == self.cells.start[patch as usize + 1] {
                 for j in around {
                     let root = self.root(patch);
                     if self.room[root as usize] > 0 {
                         let core = self.cells.nearest[j] as usize;
-                        self.meet(patch, self.label[core]);
+                        self.merge(patch, self.label[core]);
                     }
                 }
             }
@@ -168,7 +168,7 @@ impl Growth {
     }
 }
 
-/// Neighbours by edge and corner on the periodic cell; on a cell one node wide a node is its own.
+/// The eight neighbours in the periodic cell; in a cell one node wide a node is its own neighbour.
 fn neighbours(grid: Grid, i: usize) -> [usize; 8] {
     let (nx, ny) = (grid.nx, grid.ny);
     let (x, y) = (i % nx, i / nx);
@@ -187,9 +187,9 @@ mod tests {
         (0..grid.points()).map(|i| u8::from(inside(i % grid.nx, i / grid.nx))).collect()
     }
 
-    /// A disc across the seam becomes the disc of twice the area: no node of contact is farther than one outside.
+    /// A disc across the cell boundary becomes the disc of twice the area: no contact node is farther than one outside.
     #[test]
-    fn a_disc_becomes_a_larger_disc() {
+    fn disc_is_dilated_to_a_disc() {
         let grid = Grid::unit(96, 96);
         let r2 = |x: usize, y: usize| {
             let [x, y] = minimum_image(grid, 0, y * 96 + x);
@@ -210,7 +210,7 @@ mod tests {
         );
     }
 
-    /// Whatever the map, twice its nodes or all of them, cores kept; patches far apart each double on their own.
+    /// Any map gets twice its nodes or all nodes and retains its patches; distant patches double independently.
     #[test]
     fn areas_double() {
         let grid = Grid::unit(60, 48);
@@ -231,20 +231,20 @@ mod tests {
         assert!(none.iter().all(|m| *m == 0));
     }
 
-    /// A small patch close to a large one is met by it: one patch of twice the area of both, the small one in its midst.
+    /// A small patch close to a large one merges with it: one patch of twice the area of both.
     #[test]
-    fn patches_that_meet_grow_as_one() {
+    fn patches_that_meet_merge() {
         let grid = Grid::unit(64, 64);
         let mut map = with(grid, |x, y| ((10..30).contains(&x) && (10..30).contains(&y)) || (x, y) == (32, 20));
         double(grid, &mut map);
         assert_eq!(patch_sizes(&map, 64, Connectivity::Eight), [802]);
     }
 
-    /// A patch between two others that are soon done goes on in their cells.
+    /// A patch enclosed by others continues in their cells.
     #[test]
-    fn no_room_in_the_cell() {
+    fn enclosed_patch_continues_in_neighbouring_cells() {
         let grid = Grid::unit(9, 9);
-        // A cross of single nodes fences a block of nodes in.
+        // Four single nodes enclose a block of nodes.
         let mut map = with(grid, |x, y| {
             ((3..6).contains(&x) && (3..6).contains(&y)) || [(1, 4), (7, 4), (4, 1), (4, 7)].contains(&(x, y))
         });

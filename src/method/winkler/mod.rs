@@ -1,11 +1,11 @@
-//! Winkler foundation with dilation (Müser et al., Tribology Letters 65 (2017) 118, section 3: bearing area on independent
-//! springs whose patches are grown to twice their area).
+//! Winkler foundation with dilation (Müser et al., Tribology Letters 65 (2017) 118, section 3): bearing area on independent
+//! springs, with patches enlarged to twice their area.
 //!
-//! Springs side by side press where the undeformed bodies overlap: `p(r) = κ (d - h(r))₊` at the approach `d`. The stiffness
-//! per length is `κ = E*/λ`; the paper prints `k = E*ḡ λ`, which is no stiffness per length, and with ḡ in it areas
-//! would not be a function of p/(E*ḡ) alone, as they are of every linear body. Contact is the patches of overlap grown to
-//! twice their area: for a paraboloid this is where springs that could pull would make the force vanish, so the load is
-//! counted on the overlap alone. The gap elsewhere is the undeformed one.
+//! Springs are compressed where the undeformed bodies overlap: `p(r) = κ (d - h(r))₊` at the approach `d`. The foundation
+//! modulus is `κ = E*/λ`; the paper prints `k = E*ḡ λ`, which has other units, and with a factor ḡ areas would not be a function of
+//! p/(E*ḡ) alone, as for every linear body. Contact is the patches of overlap enlarged to twice their area. For a paraboloid
+//! tensile springs in the enlarged patch would cancel the load, so only the overlap carries load. Elsewhere the gap is the
+//! undeformed one.
 
 mod growth;
 
@@ -29,7 +29,7 @@ static CARD: Card = Card {
     needs: Needs::Heights,
     criterion: Criterion::Overlap,
     calibrated_on: Some("contact area of the reference at p* = 0.01 (spring length λ)"),
-    summary: "independent springs; patches of overlap grown to twice their area",
+    summary: "independent springs; overlap patches enlarged to twice their area",
     supports,
     dois: &["10.1007/s11249-017-0900-2"],
     papers: &[],
@@ -48,23 +48,24 @@ fn supports(quantity: Quantity) -> Support {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct WinklerSettings {
-    /// λ in κ = E*/λ, units of L. Without it and `calibrate_to` 0.0034.
-    pub wavelength: Option<f64>,
-    /// Contact fraction at p* = 0.01 of this surface that λ is chosen for, instead.
+    /// λ in κ = E*/λ, L. Default 0.0034 without `calibrate_to`.
+    pub spring_length: Option<f64>,
+    /// Contact fraction of this surface at p* = 0.01 from which λ is determined instead.
     pub calibrate_to: Option<f64>,
 }
 
-/// λ/L at which surfaces of the challenge's spectrum touch on 3 % at p* = 0.01, where the paper says 1 µm of 100 µm: 0.0034 ±
-/// 0.0004 on six of another generator's and 0.0043 ± 0.0011 on eight of this one's (1024² points; 0.0079 without growth).
+/// λ/L for a contact fraction of 3 % at p* = 0.01 on surfaces with the challenge's spectrum: 0.0034 ± 0.0004 on six surfaces of
+/// another generator, 0.0043 ± 0.0011 on eight of this one (1024² points; 0.0079 without dilation). The paper gives 1 µm of
+/// 100 µm.
 const WAVELENGTH: f64 = 0.0034;
 
-/// p* that springs are calibrated at: the challenge's reference.
+/// p* of the calibration, the reference load of the challenge.
 const REFERENCE: f64 = 0.01;
 
-/// Share of a calibration's target by which the nearest area of a surface with steps may miss it.
+/// Largest relative error of a calibrated area, on surfaces with steps.
 const REACHED: f64 = 0.1;
 
-/// Load balance, relative: Newton's steps end in rounding.
+/// Relative load balance, limited by rounding.
 const BALANCE: f64 = 1e-13;
 
 /// Processor time of a load, measured by `asperity bench --methods`; an order of magnitude.
@@ -77,16 +78,16 @@ impl ContactMethod for Winkler {
 
     fn calibrated_on(&self, settings: &Settings) -> Option<&'static str> {
         match settings.winkler {
-            WinklerSettings { wavelength: Some(_), .. } => None,
+            WinklerSettings { spring_length: Some(_), .. } => None,
             WinklerSettings { calibrate_to: Some(_), .. } => {
-                Some("the contact area at p* = 0.01 that winkler.calibrate_to gives (spring length λ)")
+                Some("contact area at p* = 0.01 in winkler.calibrate_to (spring length λ)")
             }
             _ => CARD.calibrated_on,
         }
     }
 
     fn plan(&self, problem: &Problem) -> Plan {
-        // Heights from the lowest on, gap and stress, the map, labels and their parents, nearest nodes and their order.
+        // Heights, gap and stress, the map, labels and their parents, nearest nodes and their order.
         let per_point = 3 * 8 + 1 + 4 * 4;
         let points = problem.grid.points();
         let seconds = SECONDS_PER_POINT * points as f64;
@@ -98,7 +99,7 @@ impl ContactMethod for Winkler {
         require::hard_wall(problem, CARD.id)?;
         require::no_adhesion(problem, CARD.id)?;
         let heights = require::from_lowest(problem);
-        let length = length(problem, &heights)?;
+        let length = spring_length(problem, &heights)?;
         Ok(Started::Estimator(Box::new(Springs {
             problem,
             observer,
@@ -111,21 +112,24 @@ impl ContactMethod for Winkler {
     }
 }
 
-/// λ: given, calibrated or the challenge's.
-fn length(problem: &Problem, heights: &[f64]) -> Result<f64> {
+/// λ from the settings, by calibration, or the default.
+fn spring_length(problem: &Problem, heights: &[f64]) -> Result<f64> {
     let settings = problem.settings.winkler;
-    match (settings.wavelength, settings.calibrate_to) {
-        (Some(_), Some(area)) => {
-            Err(Error::input("method winkler", "winkler.calibrate_to", area, "none beside winkler.wavelength"))
-        }
-        (Some(length), None) => require::positive(length, CARD.id, "winkler.wavelength"),
+    match (settings.spring_length, settings.calibrate_to) {
+        (Some(_), Some(area)) => Err(Error::input(
+            "method winkler",
+            "winkler.calibrate_to",
+            area,
+            "either winkler.calibrate_to or winkler.spring_length",
+        )),
+        (Some(length), None) => require::positive(length, CARD.id, "winkler.spring_length"),
         (None, Some(area)) => calibrated(problem, heights, area),
         (None, None) => Ok(WAVELENGTH),
     }
 }
 
-/// λ for which this share of the surface touches at p* = 0.01. Growth doubles areas, so half of it must overlap: the
-/// approach is a quantile of the heights, and λ follows from the load.
+/// λ for which this surface has the contact fraction `area` at p* = 0.01. Dilation doubles areas, so half of it must overlap:
+/// the approach is a quantile of the heights, and λ follows from the load.
 fn calibrated(problem: &Problem, heights: &[f64], area: f64) -> Result<f64> {
     let refuse = |found: &dyn std::fmt::Display, accepted: &str| {
         Err(Error::input("method winkler", "winkler.calibrate_to", found, accepted))
@@ -133,22 +137,22 @@ fn calibrated(problem: &Problem, heights: &[f64], area: f64) -> Result<f64> {
     let pressure = REFERENCE * problem.resolved_gradient();
     let nodes = (0.5 * area * heights.len() as f64).round();
     if !(area > 0.0 && area < 1.0) || nodes < 1.0 {
-        return refuse(&area, "a contact fraction between that of two nodes and 1");
+        return refuse(&area, "a contact fraction above that of two nodes and below 1");
     }
     if pressure <= 0.0 {
-        return refuse(&area, "none on a flat surface, which touches everywhere or nowhere");
+        return refuse(&area, "winkler.spring_length: a flat surface cannot be calibrated");
     }
     let mut sorted = heights.to_vec();
     let (lower, above, _) = sorted.select_nth_unstable_by(nodes as usize, f64::total_cmp);
     let depth = *above;
     let touching = 2.0 * lower.iter().filter(|h| **h < depth).count() as f64 / heights.len() as f64;
     if (touching / area - 1.0).abs() > REACHED {
-        return refuse(&area, &format!("{touching:.3e} or another area between the steps of this surface"));
+        return refuse(&area, &format!("{touching:.3e} or another area that this stepped surface attains"));
     }
     Ok(overlap(problem.grid.nx, heights, depth).0 / pressure)
 }
 
-/// Mean of `(depth - h)₊`, and share of the nodes where it is not zero.
+/// Mean of `(depth - h)₊`, and the fraction of nodes where it is positive.
 fn overlap(nx: usize, heights: &[f64], depth: f64) -> (f64, f64) {
     let [sum, count] = sum_rows(heights.len() / nx, |y| {
         heights[y * nx..][..nx]
@@ -161,7 +165,7 @@ fn overlap(nx: usize, heights: &[f64], depth: f64) -> (f64, f64) {
 struct Springs<'p> {
     problem: &'p Problem<'p>,
     observer: &'p dyn Observer,
-    /// From the lowest on.
+    /// Above the lowest node.
     heights: Cow<'p, [f64]>,
     length: f64,
     contact: Vec<u8>,
@@ -170,11 +174,10 @@ struct Springs<'p> {
 }
 
 impl Springs<'_> {
-    /// Approach from first touch on at which the mean overlap is `target`, how the search ended, and its steps. The mean
-    /// overlap is convex in the approach and piecewise linear, so Newton's steps from above never pass the answer and end
-    /// on it.
+    /// Approach, from first contact, at which the mean overlap is `target`; stop reason; iterations. The mean overlap is convex
+    /// and piecewise linear in the approach, so Newton steps from above converge monotonically.
     fn approach(&self, target: f64) -> (f64, Stop, usize) {
-        // No mean overlap is below that of the mean height.
+        // An upper bound by Jensen's inequality.
         let mut depth = mean(&self.heights) + target;
         for iteration in 0..self.problem.max_iterations {
             let (found, share) = overlap(self.problem.grid.nx, &self.heights, depth);

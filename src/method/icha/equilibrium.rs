@@ -1,81 +1,81 @@
-//! Equilibrium of spots under a load, by Newton's method.
+//! Equilibrium of interacting contact spots under a load, by Newton's method.
 //!
-//! A summit's own approach δ, below zero where it does not touch, is `depth - height - Σ C·F(δ)` of all loads F = 4/3·√(Rδ³):
-//! smooth equations, whose Jacobian `I + C'·2a` has displacements by flat punches in C'.
+//! The approach δ of a summit, negative without contact, is `depth - height - Σ C·F(δ)` with all loads F = 4/3·√(Rδ³). The Jacobian
+//! `I + C'·2a` of these smooth equations contains displacements by flat punches in C'.
 
+use super::ewald::{EwaldMesh, NeighbourSearch, Weights};
 use super::spots::{Asperity, Spots};
-use super::sums::{Mesh, Reaches, Weights};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Share of the largest approach up to which a summit that does not touch is watched along.
-const WATCHED: f64 = 0.02;
-/// What a linear solution leaves of its right side: with 1e-3 Newton's steps were no fewer.
+/// Summits without contact are included up to this distance over the largest approach.
+const ACTIVE_MARGIN: f64 = 0.02;
+/// Relative residual of a linear system; 1e-3 did not reduce the number of Newton steps.
 const LINEAR: f64 = 1e-2;
 const LINEAR_STEPS: usize = 200;
-/// Shortest step tried, as part of Newton's; taken in any case.
+/// Shortest fraction of a Newton step, accepted in any case.
 const SHORTEST: f64 = 1.0 / 16.0;
 
-/// A load on spots on the way to equilibrium.
+/// Newton iteration for the equilibrium of spots under a load.
 pub(super) struct EquilibriumSolver {
     target: f64,
-    mesh: Mesh,
-    /// Those that touch or may come to.
-    watched: Vec<usize>,
+    mesh: EwaldMesh,
+    /// Summits in contact or close to it.
+    active: Vec<usize>,
     weights: Vec<Weights>,
-    /// δ less what the others leave of it.
+    /// δ minus `depth - height - Σ C·F(δ)`.
     excess: Vec<f64>,
     scale: f64,
 }
 
-/// What loads on the watched displace the watched by: near pairs one by one.
+/// Derivatives of the displacements at the active summits by the loads on them: near pairs one by one.
 struct Matrix {
     starts: Vec<usize>,
     pairs: Vec<(usize, f64)>,
     own: f64,
-    /// Of each spot: its load's change over its approach's.
+    /// dF/dδ of each spot.
     stiffness: Vec<f64>,
 }
 
 impl EquilibriumSolver {
-    /// At the spots as they are: displacements of all in reach anew.
+    /// Starts at the present spots, with new displacements.
     pub fn new(spots: &mut Spots, target: f64) -> Self {
         let touching = spots.all.iter().filter(|s| s.approach > 0.0).count();
-        let mut mesh = Mesh::new(spots.grid, touching);
+        let mut mesh = EwaldMesh::new(spots.grid, touching);
         if touching == 0 {
             spots.first_touch(target);
         }
         let candidates = spots.candidates(target);
-        let lowered = spots.lowered(&mut mesh, &candidates);
+        let lowered = spots.displacements(&mut mesh, &candidates);
         spots.transformed += mesh.take_transformed();
         let largest = spots.all.iter().map(|s| s.approach).fold(0.0, f64::max);
-        let (mut watched, mut excess) = (Vec::new(), Vec::new());
+        let (mut active, mut excess) = (Vec::new(), Vec::new());
         for (&k, lowered) in candidates.iter().zip(lowered) {
             let left = spots.depth - spots.all[k].height - lowered;
             if spots.all[k].approach <= 0.0 {
                 spots.all[k].approach = left.min(0.0);
             }
-            if spots.all[k].approach.max(left) > -WATCHED * largest {
-                watched.push(k);
+            if spots.all[k].approach.max(left) > -ACTIVE_MARGIN * largest {
+                active.push(k);
                 excess.push(spots.all[k].approach - left);
             }
         }
-        let weights = watched.iter().map(|&k| mesh.weights(spots.all[k].place())).collect();
-        EquilibriumSolver { target, mesh, watched, weights, excess, scale: largest }
+        let weights = active.iter().map(|&k| mesh.weights(spots.all[k].place())).collect();
+        EquilibriumSolver { target, mesh, active, weights, excess, scale: largest }
     }
 
-    /// How far approaches and load are from equilibrium, over the largest approach and the load.
+    /// Relative residual: the larger of the errors of the approaches, over the largest, and of the load.
     pub fn residual(&self, spots: &Spots) -> f64 {
         let excess = self.excess.iter().map(|e| e.abs()).fold(0.0, f64::max) / self.scale;
         excess.max((spots.pressure() / self.target - 1.0).abs())
     }
 
-    /// One step of Newton's, shortened where it would lead away.
+    /// One Newton step, shortened while the residual does not decrease.
     pub fn step(&mut self, spots: &mut Spots) {
-        let asperities: Vec<Asperity> = self.watched.iter().map(|&k| spots.all[k]).collect();
+        let asperities: Vec<Asperity> = self.active.iter().map(|&k| spots.all[k]).collect();
         let matrix = Matrix::new(spots, &self.mesh, &asperities);
         let settle = self.solve(&matrix, &self.excess.iter().map(|e| -e).collect::<Vec<_>>());
-        let sink = self.solve(&matrix, &vec![1.0; self.watched.len()]);
+        let sink = self.solve(&matrix, &vec![1.0; self.active.len()]);
         let missing = (self.target - spots.pressure()) * spots.area();
         let deeper = (missing - dot(&matrix.stiffness, &settle)) / dot(&matrix.stiffness, &sink);
 
@@ -83,14 +83,14 @@ impl EquilibriumSolver {
         let mut part = 1.0;
         loop {
             spots.depth = depth + part * deeper;
-            for ((&k, s), change) in self.watched.iter().zip(&asperities).zip(settle.iter().zip(&sink)) {
+            for ((&k, s), change) in self.active.iter().zip(&asperities).zip(settle.iter().zip(&sink)) {
                 spots.all[k].approach = s.approach + part * (change.0 + deeper * change.1);
             }
-            let lowered = spots.lowered(&mut self.mesh, &self.watched);
-            for ((&k, lowered), excess) in self.watched.iter().zip(lowered).zip(&mut self.excess) {
+            let lowered = spots.displacements(&mut self.mesh, &self.active);
+            for ((&k, lowered), excess) in self.active.iter().zip(lowered).zip(&mut self.excess) {
                 *excess = spots.all[k].approach - (spots.depth - spots.all[k].height - lowered);
             }
-            self.scale = self.watched.iter().map(|&k| spots.all[k].approach).fold(0.0, f64::max);
+            self.scale = self.active.iter().map(|&k| spots.all[k].approach).fold(0.0, f64::max);
             if self.residual(spots) < (1.0 - 0.1 * part) * before || part <= SHORTEST {
                 break;
             }
@@ -99,7 +99,7 @@ impl EquilibriumSolver {
         spots.transformed += self.mesh.take_transformed();
     }
 
-    /// Stabilised bi-conjugate gradients (van der Vorst, SIAM J. Sci. Stat. Comput. 13 (1992) 631) for `J x = b`, from b on.
+    /// Stabilised bi-conjugate gradients (van der Vorst, SIAM J. Sci. Stat. Comput. 13 (1992) 631) for `J x = b`, starting from b.
     fn solve(&mut self, matrix: &Matrix, b: &[f64]) -> Vec<f64> {
         let mut x = b.to_vec();
         let mut r = self.apply(matrix, &x);
@@ -146,23 +146,23 @@ impl EquilibriumSolver {
 }
 
 impl Matrix {
-    fn new(spots: &Spots, mesh: &Mesh, asperities: &[Asperity]) -> Self {
+    fn new(spots: &Spots, mesh: &EwaldMesh, asperities: &[Asperity]) -> Self {
         let touching: Vec<usize> = (0..asperities.len()).filter(|&k| asperities[k].approach > 0.0).collect();
         let all: Vec<_> =
             touching.iter().map(|&k| (asperities[k].place(), Spots::reach(&asperities[k], mesh))).collect();
-        let near = Reaches::new(spots.grid, mesh.reach, &all);
+        let near = NeighbourSearch::new(spots.grid, mesh.reach, &all);
         let row = |k: usize| {
             let place = asperities[k].place();
             let own = asperities[k].spot();
-            // As if those that overlap only met: one inside another leaves it open which of them bears the load, and
-            // the Jacobian without an inverse. They are to merge.
+            // Overlapping spots, which are to be merged, are treated as tangent: one inside another would make the Jacobian
+            // singular.
             let coefficient = |j: usize, r: f64| {
                 let a = asperities[j].spot();
-                (j, punched(r.max(own + a), a) - mesh.smooth(r, 0.0))
+                (j, punch_displacement(r.max(own + a), a) - mesh.smooth(r, 0.0))
             };
             let others = near.around(place).filter(|&i| touching[i] != k);
-            let felt = others.map(|i| (i, spots.distance(place, all[i].0))).filter(|&(i, r)| r < all[i].1);
-            felt.map(|(i, r)| coefficient(touching[i], r)).collect::<Vec<_>>()
+            let near_pairs = others.map(|i| (i, spots.distance(place, all[i].0))).filter(|&(i, r)| r < all[i].1);
+            near_pairs.map(|(i, r)| coefficient(touching[i], r)).collect::<Vec<_>>()
         };
         let rows: Vec<Vec<(usize, f64)>> = (0..asperities.len()).into_par_iter().map(row).collect();
         let mut starts = vec![0];
@@ -174,9 +174,9 @@ impl Matrix {
     }
 }
 
-/// What a unit load more on a spot of radius `a` displaces by at a distance `r`: a flat punch's (Johnson, eqs 3.36 and 3.37),
-/// since a Hertzian spot grows as if one were pressed after the other.
-fn punched(r: f64, a: f64) -> f64 {
+/// Displacement at the distance `r` by a unit increment of the load on a spot of radius `a`: that of a flat punch (Johnson,
+/// Contact Mechanics (1985), eqs 3.36 and 3.37).
+fn punch_displacement(r: f64, a: f64) -> f64 {
     if r <= a {
         0.5 / a
     } else if a == 0.0 {
@@ -205,13 +205,13 @@ mod tests {
 
     fn settle(spots: &mut Spots, pressure: f64) {
         for _ in 0..5 {
-            let mut balance = EquilibriumSolver::new(spots, pressure);
+            let mut solver = EquilibriumSolver::new(spots, pressure);
             for step in 0.. {
-                if balance.residual(spots) <= 1e-12 {
+                if solver.residual(spots) <= 1e-12 {
                     break;
                 }
-                assert!(step < 40, "{}", balance.residual(spots));
-                balance.step(spots);
+                assert!(step < 40, "{}", solver.residual(spots));
+                solver.step(spots);
             }
         }
     }
@@ -223,9 +223,9 @@ mod tests {
         spots
     }
 
-    /// Merging across the seam keeps area and load to rounding, and the merged spot in equilibrium where it is.
+    /// Merging across the cell boundary conserves area and load to rounding, and the merged spot is in equilibrium.
     #[test]
-    fn merging_keeps_area_and_load() {
+    fn merging_conserves_area_and_load() {
         let mut spots = three();
         let sums = |s: &Spots| s.all.iter().fold((0.0, 0.0), |(a, f), s| (a + s.area(), f + s.load()));
         let before = sums(&spots);
@@ -234,19 +234,19 @@ mod tests {
         assert!((after.0 / before.0 - 1.0).abs() < 1e-13 && (after.1 / before.1 - 1.0).abs() < 1e-13);
         let merged = spots.all[1];
         assert!(merged.x < 0.03 || merged.x > 0.97, "{merged:?}");
-        let others = spots.lowered(&mut Mesh::new(spots.grid, 3), &[1])[0];
+        let others = spots.displacements(&mut EwaldMesh::new(spots.grid, 3), &[1])[0];
         assert!(((spots.depth - merged.height - others) / merged.approach - 1.0).abs() < 1e-12);
     }
 
-    /// Many spots, some as wide as the reach of the near sums, on a cell that is not square: sums over near ones and waves do
-    /// not depend on where one ends and the other begins, and are those over all pairs as far as images are points.
+    /// Many spots, some as wide as the cutoff, in a rectangular cell: displacements do not depend on the cutoff and equal direct
+    /// sums over all pairs with point loads as images.
     #[test]
-    fn sums() {
-        /// Of the largest displacement: of the cut (3e-6 of a load at the reach); and of images that are points, where one spot
-        /// is a twelfth of the cell wide.
+    fn displacements_do_not_depend_on_the_cutoff() {
+        /// Errors over the largest displacement: of the cutoff (3e-6 of a load), and of point loads as images of a spot whose
+        /// radius is a twelfth of the cell.
         const SPLIT: f64 = 1e-5;
         const POINTS: f64 = 5e-3;
-        /// Of what the mesh's terms cancel to inside a spot.
+        /// Cancellation of the mesh terms inside a wide spot.
         const OWN: f64 = 2e-4;
         let grid = Grid { nx: 12, ny: 8, lx: 1.5, ly: 1.0 };
         let chance = |k: usize, n: u64| (((k as u64 * 2 + 1) * n) % 1009) as f64 / 1009.0;
@@ -257,7 +257,8 @@ mod tests {
             s.approach = if k == 7 { 0.3 } else { 0.01 * (chance(k, 733) - 0.3) };
         }
         let all: Vec<usize> = (0..300).collect();
-        let found = [0.12, 0.2, 0.44, 0.04].map(|reach| spots.lowered(&mut Mesh::with_reach(grid, reach), &all));
+        let found =
+            [0.12, 0.2, 0.44, 0.04].map(|reach| spots.displacements(&mut EwaldMesh::with_reach(grid, reach), &all));
         let largest = found[0].iter().map(|f| f.abs()).fold(0.0, f64::max);
         for &k in &all {
             let at = spots.all[k];
@@ -269,7 +270,7 @@ mod tests {
             let direct: f64 = spots.all.iter().filter(|s| s.approach > 0.0).map(by).sum();
             assert!((found[0][k] - direct).abs() < POINTS * largest, "{k}: {} {direct}", found[0][k]);
             for (n, other) in found[1..].iter().enumerate() {
-                // At the wide spot's own place, twice as wide as the last reach.
+                // At the centre of the wide spot, whose radius is twice the last cutoff.
                 let bound = if n == 2 && k == 7 { OWN } else { SPLIT };
                 assert!((found[0][k] - other[k]).abs() < bound * largest, "{k}: {} {}", found[0][k], other[k]);
             }

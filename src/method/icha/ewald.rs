@@ -1,47 +1,49 @@
-//! What many loads displace the periodic half-space by at many places, in a time that grows as their number: near ones one by
-//! one, the others through waves on a mesh (Ewald's split of 1/r; waves by splines as Essmann et al., J. Chem. Phys. 103 (1995)
-//! 8577, have it).
+//! Displacement of the periodic half-space by many loads at many positions, in a time proportional to their number: particle mesh
+//! Ewald summation of 1/r with near pairs one by one and the smooth part on a mesh with splines (Essmann et al., J. Chem. Phys. 103
+//! (1995) 8577).
 //!
-//! A load F spread over a Hertzian spot of radius a displaces as F·(2/q)·f(qa), f = 1 - (qa)²/10 + O((qa)⁴). Of that the mesh
-//! takes erfc(q/2α), smooth on the scale 1/α; what is left falls off as erfc(αr). E* = 1, and displacements have no mean.
+//! The displacement by a load F on a Hertzian spot of radius a is F·(2/q)·f(qa) in Fourier space, f = 1 - (qa)²/10 + O((qa)⁴). The
+//! mesh carries its part with the factor erfc(q/2α), smooth on the scale 1/α; the rest decays as erfc(αr). E* = 1; the mean
+//! displacement is zero.
 
 use crate::grid::{Grid, HalfSpectrum, Transform, next_fast_len};
 use std::f64::consts::PI;
 
-/// Places within reach of each other where they lie evenly: with 8 to 40 the two parts take about as long.
+/// Average number of neighbours within the cutoff; between 8 and 40 both parts take about the same time.
 const NEIGHBOURS: f64 = 16.0;
-/// α times the reach: beyond it erfc leaves out 3e-6 of a load.
+/// α times the cutoff, beyond which 3e-6 of a load is neglected.
 const CUT: f64 = 3.3;
-/// Spacing of the mesh times α: what splines of order 8 miss is then below what the cut does (test `sums`).
+/// EwaldMesh spacing times α; the error of splines of order 8 is then below that of the cutoff (test
+/// `displacements_do_not_depend_on_the_cutoff`).
 const SPACING: f64 = 0.35;
 const ORDER: usize = 8;
-/// The reach at most, over the shorter side: below a half no place sees a load twice.
+/// Largest cutoff over the shorter side; below one half each load counts once.
 const WIDEST: f64 = 0.45;
 
-/// Weights of a place on the mesh's nodes, from `first` on along each axis.
+/// Spline weights of a position on the mesh, from node `first` on along each axis.
 pub(super) struct Weights {
     first: [usize; 2],
     along: [[f64; ORDER]; 2],
 }
 
-/// The nodes that carry the smooth part of displacements.
-pub(super) struct Mesh {
+/// EwaldMesh for the smooth part of the displacement.
+pub(super) struct EwaldMesh {
     grid: Grid,
-    /// Distance from which on loads act through the nodes alone.
+    /// Cutoff: distance beyond which loads act through the mesh only.
     pub reach: f64,
     alpha: f64,
     transform: Transform<f64>,
     spectrum: HalfSpectrum<f64>,
     second: HalfSpectrum<f64>,
     field: Vec<f64>,
-    /// Half spectrum of what a unit load displaces, the splines' own taken out.
+    /// Half spectrum of the displacement by a unit load, divided by that of the splines.
     response: Vec<f64>,
-    /// Transform pairs times points, not yet counted elsewhere.
+    /// Transform pairs times points since they were last taken.
     transformed: f64,
 }
 
-impl Mesh {
-    /// For about `spots` loads in a cell.
+impl EwaldMesh {
+    /// A mesh for about `spots` loads in a cell.
     pub fn new(cell: Grid, spots: usize) -> Self {
         let Grid { lx, ly, .. } = cell;
         Self::with_reach(cell, (NEIGHBOURS * lx * ly / (PI * spots.max(1) as f64)).sqrt().min(WIDEST * lx.min(ly)))
@@ -50,7 +52,7 @@ impl Mesh {
     pub fn with_reach(cell: Grid, reach: f64) -> Self {
         let Grid { lx, ly, .. } = cell;
         let alpha = CUT / reach;
-        // No fewer than a spline covers.
+        // At least the support of a spline.
         let nodes = |l: f64| next_fast_len(((l * alpha / SPACING).ceil() as usize).max(ORDER));
         let grid = Grid { nx: nodes(lx), ny: nodes(ly), lx, ly };
         let transform = Transform::new(grid);
@@ -68,7 +70,7 @@ impl Mesh {
             let splines = sinc(qx * lx / (2.0 * PI), grid.nx) * sinc(qy * ly / (2.0 * PI), grid.ny);
             2.0 * libm::erfc(0.5 * q / alpha) / (q * lx * ly * splines * splines)
         });
-        Mesh {
+        EwaldMesh {
             reach,
             alpha,
             response: response.collect(),
@@ -85,7 +87,7 @@ impl Mesh {
         let along = |x: f64, dx: f64, n: usize| {
             let u = x / dx;
             let base = u.floor();
-            // The spline's middle lies on the place.
+            // Centre the spline on the position.
             let first = base as i64 - (ORDER as i64 / 2 - 1);
             (first.rem_euclid(n as i64) as usize, spline(u - base))
         };
@@ -94,12 +96,12 @@ impl Mesh {
         Weights { first: [i, j], along: [wx, wy] }
     }
 
-    /// Sets the field to the smooth part of what loads displace; each with its F, and with its F·a²/10 where `second` has it.
+    /// Sets the field to the smooth displacement by loads F, with their second moments F·a²/10 if given.
     pub fn load(&mut self, weights: &[Weights], loads: &[f64], second: Option<&[f64]>) {
-        self.lay(weights, loads);
+        self.spread(weights, loads);
         self.transform.forward(&self.field, &mut self.spectrum);
         if let Some(second) = second {
-            self.lay(weights, second);
+            self.spread(weights, second);
             self.transform.forward(&self.field, &mut self.second);
             let pitch = self.grid.pitch();
             for (k, (one, two)) in self.spectrum.iter_mut().zip(&*self.second).enumerate() {
@@ -118,7 +120,7 @@ impl Mesh {
         std::mem::take(&mut self.transformed)
     }
 
-    fn lay(&mut self, weights: &[Weights], loads: &[f64]) {
+    fn spread(&mut self, weights: &[Weights], loads: &[f64]) {
         let Grid { nx, ny, .. } = self.grid;
         self.field.fill(0.0);
         for (w, load) in weights.iter().zip(loads).filter(|(_, load)| **load != 0.0) {
@@ -133,7 +135,7 @@ impl Mesh {
         }
     }
 
-    /// The field at a place.
+    /// Interpolated field at a position.
     pub fn read(&self, w: &Weights) -> f64 {
         let Grid { nx, ny, .. } = self.grid;
         let mut sum = 0.0;
@@ -149,11 +151,11 @@ impl Mesh {
         sum
     }
 
-    /// What the field has of a unit load on a spot of radius `a`, at a distance `r` from its middle.
+    /// Contribution of the mesh to the displacement by a unit load on a spot of radius `a` at the distance `r`.
     pub fn smooth(&self, r: f64, a: f64) -> f64 {
         let alpha = self.alpha;
         let gauss = 2.0 * alpha / PI.sqrt() * (-(alpha * r).powi(2)).exp();
-        // erf(αr)/r, and its Laplacian in the plane, which loses all digits near the middle.
+        // erf(αr)/r and its Laplacian in the plane, as a series near the centre, where the closed form cancels.
         let (value, laplacian) = if alpha * r < 1e-3 {
             (gauss * (1.0 + 2.0 / 3.0 * (alpha * r).powi(2)), -4.0 / 3.0 * gauss * alpha * alpha)
         } else {
@@ -163,13 +165,13 @@ impl Mesh {
         (value + 0.1 * a * a * laplacian) / PI
     }
 
-    /// What near loads lack for displacements to have no mean, of a unit load.
+    /// Constant per unit load that makes the mean displacement zero.
     pub fn level(&self) -> f64 {
         -2.0 / (PI.sqrt() * self.alpha * self.grid.lx * self.grid.ly)
     }
 }
 
-/// Cardinal B-spline of order [`ORDER`] on the nodes around a place `f` behind the middle one (de Boor's recursion).
+/// Cardinal B-spline of order [`ORDER`] on the nodes at the fraction `f` of a spacing behind the central one (de Boor's recursion).
 fn spline(f: f64) -> [f64; ORDER] {
     let mut w = [0.0; ORDER];
     w[0] = 1.0;
@@ -182,20 +184,20 @@ fn spline(f: f64) -> [f64; ORDER] {
     w
 }
 
-/// Places of a cell, found by where they are.
-struct Cells {
+/// Cell list of positions in the periodic cell.
+struct CellList {
     columns: [usize; 2],
     extents: [f64; 2],
-    /// Where the places of a cell begin in `places`, cell by cell, and behind the last.
+    /// Start of each cell in `places`, and the end of the last.
     starts: Vec<usize>,
     places: Vec<usize>,
 }
 
-impl Cells {
-    /// Cells at least `reach` wide.
+impl CellList {
+    /// A list with cells at least `reach` wide.
     pub fn new(cell: Grid, reach: f64, at: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
         let columns = [cell.lx, cell.ly].map(|l| ((l / reach).floor() as usize).clamp(1, 2048));
-        let mut cells = Cells { columns, extents: [cell.lx, cell.ly], starts: Vec::new(), places: Vec::new() };
+        let mut cells = CellList { columns, extents: [cell.lx, cell.ly], starts: Vec::new(), places: Vec::new() };
         let mut counts = vec![0; columns[0] * columns[1] + 1];
         for place in at.clone() {
             counts[cells.of(place) + 1] += 1;
@@ -223,11 +225,11 @@ impl Cells {
         self.column(1, y) * self.columns[0] + self.column(0, x)
     }
 
-    /// All places within reach of one, and more around it.
+    /// Candidates within the cell width of a position: those of the cell and of its neighbours.
     pub fn around(&self, (x, y): (f64, f64)) -> impl Iterator<Item = usize> + '_ {
         let near = |axis: usize, x: f64| {
             let (n, k) = (self.columns[axis], self.column(axis, x));
-            // Of fewer than three each is met once.
+            // With fewer than three columns each is visited once.
             (0..n.min(3)).map(move |d| (k + d + n - 1) % n)
         };
         let columns = near(0, x);
@@ -237,31 +239,31 @@ impl Cells {
     }
 }
 
-/// Places that are felt up to a distance of their own, found by where they are felt.
-pub(super) struct Reaches {
-    /// By reach, each class to twice that of the one before: indices, and where they lie.
-    classes: Vec<(Vec<usize>, Cells)>,
+/// Neighbour search for positions with individual cutoffs: one cell list for each class of cutoffs.
+pub(super) struct NeighbourSearch {
+    /// Indices and cell lists; the cutoff doubles from class to class.
+    classes: Vec<(Vec<usize>, CellList)>,
 }
 
-impl Reaches {
-    /// Of places with their reaches; those below `least` count as that.
+impl NeighbourSearch {
+    /// A search over positions with their cutoffs; cutoffs below `least` are raised to it.
     pub fn new(cell: Grid, least: f64, all: &[((f64, f64), f64)]) -> Self {
         let mut members: Vec<Vec<usize>> = Vec::new();
         for (k, (_, reach)) in all.iter().enumerate() {
-            // Nothing is farther away than the cell is wide, however far a step has led astray.
+            // A diverging step may give any cutoff; the cell bounds it.
             let class = (reach.min(cell.lx + cell.ly) / least).log2().ceil().max(0.0) as usize;
             members.resize_with(members.len().max(class + 1), Vec::new);
             members[class].push(k);
         }
         let class = |(k, members): (usize, Vec<usize>)| {
-            let cells = Cells::new(cell, least * 2f64.powi(k as i32), members.iter().map(|&k| all[k].0));
+            let cells = CellList::new(cell, least * 2f64.powi(k as i32), members.iter().map(|&k| all[k].0));
             (members, cells)
         };
         let occupied = members.into_iter().enumerate().filter(|(_, m)| !m.is_empty());
-        Reaches { classes: occupied.map(class).collect() }
+        NeighbourSearch { classes: occupied.map(class).collect() }
     }
 
-    /// All that may be felt at a place, and more.
+    /// Candidates whose cutoff may include a position.
     pub fn around(&self, place: (f64, f64)) -> impl Iterator<Item = usize> + '_ {
         self.classes.iter().flat_map(move |(members, cells)| cells.around(place).map(|i| members[i]))
     }
