@@ -122,7 +122,7 @@ impl ContactMethod for RlArchard {
         let power = PowerSpectrum::from_series(series, grid);
         let gradient = power.rms_gradient();
         if gradient.is_nan() || gradient <= 0.0 {
-            return refuse("heights", "flat".into(), "a rough surface".into());
+            return refuse("heights", "no waves".into(), "a rough surface".into());
         }
         // The margin retains waves with exactly the cut-off length.
         let aspect = grid.lx / grid.ly;

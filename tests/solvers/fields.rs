@@ -327,7 +327,7 @@ fn refusals() {
     };
     assert!(told(&settings(|s| s.fft_ia.relaxation = 0.0), "fft-ia", press).contains("relaxation"));
     assert!(told(&settings(|s| s.bicgstab.wall_range = -1.0), "bicgstab", press).contains("wall"));
-    assert!(told(&settings(|s| s.bem_bspline.shortest = 1.0), "bem-bspline", press).contains("shortest"));
+    assert!(told(&settings(|s| s.bem_bspline.shortest_wavelength = 1.0), "bem-bspline", press).contains("shortest"));
 }
 
 /// Same bits for one thread and for two; the same answer again from its own gap.

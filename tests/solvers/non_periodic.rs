@@ -102,10 +102,10 @@ fn what_a_patch_cannot_have() {
     let p = problem(grid, &heights);
     for id in ["gfmd", "bvm"] {
         let refused = method::find(id).unwrap().start(&p, &NoObserver).err().expect("refused").to_string();
-        assert!(refused.contains("not periodic") && refused.contains("method fast"), "{refused}");
+        assert!(refused.contains("non-periodic") && refused.contains("`fast`"), "{refused}");
     }
     let mut run = method::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
     let refused = run.equilibrate(Load::MeanGap(0.1)).expect_err("refused").to_string();
-    assert!(refused.contains("not periodic"), "{refused}");
+    assert!(refused.contains("non-periodic"), "{refused}");
     assert_eq!(run.equilibrate(Load::Pressure(-0.1)).unwrap().stop, Stop::Detached);
 }

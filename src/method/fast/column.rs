@@ -1,18 +1,18 @@
-//! Multiplication of a column of the spectrum, written for vectors.
+//! Vectorised multiplication of a column of the spectrum.
 
 use crate::grid::{CHUNK, Grid, Real, dot, vectorised};
 use crate::interface::Kernel;
 use rustfft::num_complex::Complex;
 
-/// What modes are multiplied by.
+/// Factor of a mode.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Factor {
     Stiffness,
     Compliance,
 }
 
-/// Multiplies column `i` by stiffness or compliance and by the transform's 1/(nx ny), the mean mode by `rigid` instead.
-/// Returns the column's share of `Σ factor |c|²` over the spectrum.
+/// Multiplies column `i` by stiffness or compliance (`rigid` for the mean mode) and by the 1/(nx ny) of the transform. Returns the
+/// contribution of the column to `Σ factor |c|²` over the spectrum.
 pub(super) fn multiply<T: Real, K: Kernel>(
     (kernel, factor, rigid): (&K, Factor, f64),
     grid: Grid,
@@ -31,7 +31,7 @@ pub(super) fn multiply<T: Real, K: Kernel>(
                 column[0] = column[0].scale(T::of(rigid * per_point));
                 first = 1;
             }
-            // Up to the middle of the column modes are positive; from there on they are the negatives of modes 1, 2, … from the end.
+            // The first half of the column holds positive modes, the second half the negative modes in reverse order.
             let middle = (grid.ny / 2 + 1).min(grid.ny);
             let (up, down) = column.split_at_mut(middle);
             let step = grid.qy_step();
@@ -44,7 +44,7 @@ pub(super) fn multiply<T: Real, K: Kernel>(
                     factors.iter_mut().for_each(|f| *f = 1.0 / *f);
                 }
                 sum += scale_by(&factors, per_point, up[mode..mode + n].iter_mut());
-                // The mean along y, and the middle of an even column, have no negative.
+                // The mean along y and the Nyquist mode have no negative counterpart.
                 let (start, end) = (mode.max(1), (mode + n).min(down.len() + 1));
                 if start < end {
                     let all = down.len();
@@ -59,7 +59,7 @@ pub(super) fn multiply<T: Real, K: Kernel>(
     grid.column_weight(i) * per_point * per_point * sum
 }
 
-/// Multiplies modes by their factors and by `per_point`. Returns `Σ factor |c|²`, of what they were.
+/// Multiplies modes by their factors and by `per_point`. Returns `Σ factor |c|²` of the original modes.
 #[inline(always)]
 fn scale_by<'c, T: Real>(
     factors: &[f64],
@@ -80,9 +80,9 @@ mod tests {
     use super::*;
     use crate::interface::{CubicHalfSpace, HalfSpace};
 
-    /// Every mode by its own stiffness, whatever its sign and wherever it lies in a chunk; and the sum.
+    /// Positive and negative modes at any position in a chunk, and the sum.
     #[test]
-    fn every_mode_by_its_own_stiffness() {
+    fn modes_are_multiplied_by_their_stiffness() {
         /// Rounding of sums of at most 260 terms.
         const ROUNDING: f64 = 1e-13;
         fn check(kernel: impl Kernel, factor: Factor, grid: Grid, i: usize) {

@@ -9,73 +9,74 @@ use crate::method::residuals::Residuals;
 use crate::method::{ErrorEstimates, Iteration, Load, Precision, Problem, SnapshotRef, Stop, Targets};
 use serde::{Deserialize, Serialize};
 
-/// Plain steps after an interpolation, after a Newton step (whose change of the free set leaves its error at contact lines,
-/// too: with two, 52 pairs instead of 68 bring 2048² to 1e-3 of the pressure), and after a failed line search.
+/// Plain (smoothing) steps after an interpolation, after a Newton step, and after a failed line search. A Newton step changes the
+/// free set and leaves errors at contact lines: with two plain steps 2048² takes 52 instead of 68 transform pairs to 1e-3 of the
+/// pressure.
 const SMOOTHING: usize = 4;
 const SMOOTHING_AFTER_NEWTON: usize = 2;
 const FALLBACK: usize = 10;
 
-/// Pairs of a plain step.
+/// Transform pairs of a plain step.
 const PLAIN_PAIRS: f64 = 1.5;
 
-/// Residual over the tolerance up to which plain steps are trusted to go on as they did: farther off they slow down, and take
-/// half as many pairs again to 1e-8.
+/// Residual over the tolerance up to which the convergence rate of plain steps is extrapolated; above it they slow down, and take
+/// half as many transform pairs again to 1e-8.
 const NEAR: f64 = 4.0;
 
-/// Residual over the tolerance below which nothing can be left even in long waves.
+/// Residual over the tolerance below which long waves have converged, too.
 const NEGLIGIBLE: f64 = 1e-3;
 
 /// Shortenings of a step that raises the energy, and their factor.
 const SHORTENINGS: usize = 5;
 const SHORTER: f64 = 0.4;
-/// The same for a gradient step that follows a failed plain one: down to 1e-12 of a step that should already be safe.
+/// The same for a gradient step after a failed plain step: down to 1e-12 of a step of safe length.
 const CAREFUL_SHORTENINGS: usize = 30;
 
-/// Rise of the energy, over the size of its terms, that a falling residual excuses: laws with a wall lose this much in the
-/// difference of their large terms.
+/// Rise of the energy over the magnitude of its terms that is accepted if the residual decreases: laws with a soft wall lose this
+/// precision in the difference of large terms.
 const ENERGY_DIGITS: f64 = 1e-10;
 
-/// Curvature over that of the stiffest mode below which a direction counts as flat: f32 transforms leave 1e-14 of it, and
-/// the softest wave of any grid has 1e-5.
+/// Curvature over that of the stiffest mode below which a direction counts as flat; rounding in f32 is 1e-14 of it, the softest wave
+/// of any grid has 1e-5.
 const FLAT: f64 = 1e-10;
 
-/// Bounds of how far a linear problem is solved, over its first residual: at most and, by whether a law is active, at least. Without
-/// one, Newton's problem is linear but for the free set, and once that is found the last problem may go all the way: 0.02 takes 7 to
-/// 13 % more pairs to 1e-7. With one, what is solved further than 0.02 the law takes back: 0.001 takes 6 to 16 % more to 1e-6.
+/// Bounds of the relative residual of a linear problem: the largest, and the smallest without and with an active law. Without a law
+/// the problem is linear except for the free set, and the last linear problem can be solved accurately: 0.02 takes 7 to 13 % more
+/// transform pairs to 1e-7. With a law nonlinearity limits the gain: 0.001 takes 6 to 16 % more to 1e-6.
 const ROUGHEST: f64 = 0.3;
 const FINEST: [f64; 2] = [0.001, 0.02];
 
-/// Residual over the one that rounding leaves in f32, above which a grid's trials up to its first Newton step's are made in f32
-/// whatever the state is in: half the cost. Not with a law, whose branches lie close.
+/// Residual over the rounding level of f32 above which trials before the first Newton step of a grid are evaluated in f32, at half
+/// the cost. Not with a law, whose branches may be close.
 const ROUGH: f64 = 20.0;
 
-/// Iterations of one linear problem.
+/// Iterations per linear problem at most.
 const INNER_LIMIT: usize = 40;
 
-/// Fall of the residual over a cycle at and above which it says nothing about what is to come.
+/// Largest convergence rate per cycle that error estimates use.
 const SLOWEST_RATE: f64 = 0.9;
 
-/// The state before the last Newton step, and the energy that step had in reach.
+/// The state before the last Newton step, and the energy that the step could gain.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Cycle {
     before: Residuals,
     excess: f64,
 }
 
-/// What has followed the last Newton step: plain steps, in which contact lines come to rest.
+/// Plain steps since the last Newton step, which smooth the errors at contact lines.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct SmoothingPhase {
-    /// Pairs of the Newton step.
+    /// Transform pairs of the Newton step.
     newton: f64,
-    /// Residual after it; none before it is known.
+    /// Residual after it; none before its evaluation.
     first: Option<f64>,
     plain: i32,
 }
 
 impl SmoothingPhase {
-    /// Whether plain steps promise to reach `tolerance` for fewer pairs than another Newton step would take, if they go on as they
-    /// did on average. A Newton step first raises the residual, by its new contact lines, and then lets it fall: near the end it
-    /// costs more than it brings. At 4096² with adhesion this takes 37 pairs instead of 85 (f32, 1e-2).
+    /// Whether plain steps, at their average rate, reach `tolerance` in fewer transform pairs than another Newton step. A Newton step
+    /// first increases the residual at new contact lines; near convergence it costs more than it gains. At 4096² with adhesion this
+    /// criterion saves 48 of 85 pairs (f32, 1e-2).
     fn is_promising(&self, residual: f64, tolerance: f64) -> bool {
         let near = residual > tolerance && residual < NEAR * tolerance;
         let Some(first) = self.first.filter(|f| near && residual < *f) else { return false };
@@ -85,10 +86,10 @@ impl SmoothingPhase {
 }
 
 impl Cycle {
-    /// What is still to come, if the next changes shrink as the residual did over the last cycle: a geometric series. Of area
-    /// and mean gap at least as much as the last cycle brought, since long waves, which carry the mean gap, weigh little in
-    /// the residual: without this, 256² stopped 1.5e-4 off at an estimate of 0.6e-4. The energy above the minimum, quadratic
-    /// in the error, falls faster than the residual; that it has fallen as much is safe to say.
+    /// Remaining changes, extrapolated as a geometric series with the rate of the residual over the last cycle. For area and mean gap
+    /// at least the change of the last cycle, since long waves, which determine the mean gap, weigh little in the residual: without
+    /// this bound 256² stopped with an error of 1.5e-4 at an estimate of 0.6e-4. The energy above the minimum is quadratic in the
+    /// error and decreases faster than the residual, whose rate is therefore safe.
     fn error_estimates(&self, now: &Residuals, pressure: f64) -> ErrorEstimates {
         let rate = (now.residual / self.before.residual).min(SLOWEST_RATE);
         let rest = |now: f64, then: f64| {
@@ -102,13 +103,12 @@ impl Cycle {
     }
 }
 
-/// What a descent knows beside its gap, where no direction is to be kept: there it can be left and taken up again, with the
-/// same bits to follow.
+/// State of the iteration in addition to the gap, at points without a stored direction. Resuming from it is bit-identical.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Pause {
     pub pressure: f64,
     iterations: usize,
-    /// Of this level; and of those below, in pairs of the problem's grid.
+    /// Transform pairs of this level; and of the coarser ones, in pairs of the problem's grid.
     pairs: f64,
     pub earlier_pairs: f64,
     smoothing: usize,
@@ -124,7 +124,7 @@ pub(super) struct Pause {
 }
 
 impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
-    /// Iterates on one grid until tolerance and goals are met.
+    /// Iterates on one grid until tolerance and targets are met.
     pub(super) fn improve(
         &self,
         level: &mut Level<T, K, L>,
@@ -144,7 +144,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
                 return Ended { stop: Stop::Interrupted, error_estimates };
             }
             *descent.iterations += 1;
-            let precision = descent.enough();
+            let precision = descent.trial_precision();
             let length = if plain { descent.plain_step() } else { descent.newton_step() };
             if let Some(stop) = length.and_then(|length| descent.advance(length, plain, precision)) {
                 return Ended { stop, error_estimates };
@@ -153,7 +153,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
     }
 }
 
-/// Iterations on one grid, as they stand.
+/// State of the iteration on one grid.
 struct Descent<'a, 'p, 'h, T: Real, K, L> {
     solver: &'a Solver<'p, T, K, L>,
     level: &'a mut Level<'h, T, K, L>,
@@ -162,23 +162,23 @@ struct Descent<'a, 'p, 'h, T: Real, K, L> {
     iterations: &'a mut usize,
     pressure: f64,
     stiffest_mode: f64,
-    /// The state: the last trial that was accepted, and the precision that it was made in.
+    /// The present state, the last accepted trial, and the precision of its evaluation.
     now: Trial,
     precision: Precision,
-    /// Nothing has been done to the state that was given.
+    /// No step has been taken from the initial state.
     untouched: bool,
-    /// Plain steps that are still to be taken.
+    /// Remaining plain steps.
     smoothing: usize,
-    /// Set by a failed plain step: the next is a gradient step of safe length, shortened as far as it takes.
+    /// Set by a failed plain step: the next is a gradient step of safe length with many shortenings.
     careful: bool,
     /// Residual before the last Newton step.
     last: f64,
     phase: Option<SmoothingPhase>,
     cycle: Option<Cycle>,
     progress: ConvergenceMonitor,
-    /// The same before it heard of this iteration.
+    /// The monitor before the present iteration.
     known: MonitorMark,
-    /// Share of the last direction in the next plain one.
+    /// Weight of the last direction in the next plain one.
     beta: f64,
     stopping: bool,
 }
@@ -193,8 +193,8 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
     ) -> Self {
         let pressure = level.pressure;
         let stiffest_mode = Problem { grid: level.grid(), ..solver.problem.clone() }.stiffest_mode();
-        // What the last improvement ended with.
-        level.settle();
+        // The pending step of the last solve.
+        level.apply_pending();
         level.inner.step.fill(0.0);
         let precision = resumed.as_ref().and_then(|pause| pause.precision).unwrap_or(solver.problem.precision);
         let now = level.trial(0.0, precision);
@@ -240,7 +240,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         }
     }
 
-    /// What residuals are divided by.
+    /// Stress by which residuals are divided.
     fn scale(&self) -> f64 {
         self.solver.scale(self.load, self.pressure, &self.now.residuals)
     }
@@ -249,13 +249,13 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         self.now.residuals.residual / self.scale()
     }
 
-    /// Residual that rounding leaves.
+    /// Relative residual due to rounding.
     fn floor(&self) -> f64 {
         self.solver.problem.rounding_floor(self.solver.rms_height, self.scale())
     }
 
-    /// Precision in which the next trial is made.
-    fn enough(&self) -> Precision {
+    /// Precision of the next trial.
+    fn trial_precision(&self) -> Precision {
         let problem = self.solver.problem;
         let narrow = Problem { precision: Precision::F32, grid: self.level.grid(), ..problem.clone() };
         let floor = narrow.rounding_floor(self.solver.rms_height, self.scale());
@@ -269,7 +269,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
             .map_or_else(ErrorEstimates::default, |c| c.error_estimates(&self.now.residuals, self.pressure))
     }
 
-    /// What may end a solve is seen in the precision that was asked for.
+    /// Evaluates a state that may have converged in the precision of the problem.
     fn confirm(&mut self) {
         let narrow = self.precision != self.solver.problem.precision;
         let whole = self.cycle.is_some() || self.residual() < NEGLIGIBLE * self.tolerance;
@@ -279,13 +279,13 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         }
     }
 
-    /// Whether and why there is nothing more to be done.
+    /// Stop reason of the present state, if there is one.
     fn ended(&mut self, targets: &Targets, error_estimates: &ErrorEstimates) -> Option<Stop> {
         let (scale, residual) = (self.scale(), self.residual());
         let (solver, residuals) = (self.solver, self.now.residuals);
         self.level.last = residuals;
-        // Plain steps alone may bring the residual down and leave the long waves, and the mean gap with them, where they are:
-        // at 4096² and a residual of 2 % it was 5e-4 off. A start that is good as it is needs no step at all.
+        // Plain steps alone may reduce the residual without converging long waves and the mean gap, whose error was 5e-4 at 4096² and
+        // a residual of 2 %. An initial state that meets the criteria needs no step.
         let whole =
             self.cycle.is_some() || std::mem::take(&mut self.untouched) || residual < NEGLIGIBLE * self.tolerance;
         if whole && residuals.meets(self.tolerance, scale) && targets.met(error_estimates) {
@@ -308,8 +308,8 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         self.smoothing > 0 || self.phase.is_some_and(|s| s.is_promising(self.residual(), self.tolerance))
     }
 
-    /// Tells the observer how it goes; keeps the state where that is asked for; true where the observer wants to stop here. Only the
-    /// gap is worth a file: with a direction to keep, a few plain steps more cost less.
+    /// Reports the iteration and passes a snapshot if one is due. True where the observer stops the solve. Snapshots contain only the
+    /// gap: repeating a few plain steps costs less than storing a direction.
     fn checkpoint_or_interrupt(&mut self, plain: bool) -> bool {
         let (observer, residual) = (self.solver.observer, self.residual());
         let grid_fraction = self.level.grid().points() as f64 / self.solver.cell.grid.points() as f64;
@@ -317,7 +317,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         self.stopping |= observer.iteration(step).is_break() || observer.stop_requested();
         let resumable = self.beta == 0.0 || !plain;
         if resumable && (self.stopping || observer.snapshot_due()) {
-            self.level.settle();
+            self.level.apply_pending();
             let pause = Pause {
                 pressure: self.pressure,
                 iterations: *self.iterations,
@@ -341,15 +341,14 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         resumable && self.stopping
     }
 
-    /// Stiffness of the rigid approach: about the pressure over half the rms height. A flat surface has no such stiffness; any
-    /// finite one will do.
+    /// Stiffness of the rigid approach, about the pressure over half the rms height; any finite value for a flat surface.
     fn mean_stiffness(&self) -> f64 {
         let facing = self.level.window.points() as f64 / self.level.grid().points() as f64;
         let approach = facing * self.scale() / (0.5 * self.solver.rms_height).max(f64::MIN_POSITIVE);
         approach.min(self.stiffest_mode.max(1.0)) + self.level.spring.stiffness
     }
 
-    /// A direction of conjugate gradients in the plain metric, and how far to go along it.
+    /// A conjugate direction in the plain metric. Returns the step length.
     fn plain_step(&mut self) -> Option<f64> {
         self.smoothing = self.smoothing.saturating_sub(1);
         let (mut slope, mut curvature) = self.level.plain(self.beta);
@@ -357,7 +356,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
             (slope, curvature) = self.level.plain(0.0);
         }
         let stiffest = self.stiffest_mode + self.level.body.law.max_slope_at_pressure(4.0 * self.pressure.max(0.25));
-        // Along the rigid approach there is no curvature but rounding's, from which no length follows.
+        // The curvature of the rigid approach is zero but for rounding and gives no length.
         let flat = curvature <= FLAT * stiffest * slope.abs();
         Some(match flat {
             _ if self.careful => 1.0 / stiffest,
@@ -367,12 +366,11 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         })
     }
 
-    /// The step of Newton's method on the free set. None where it was stopped half-way and given up: what follows it is the
-    /// state before it, whose gradient is made again.
+    /// A Newton step on the free set. None if it was stopped; the state before it is then restored.
     fn newton_step(&mut self) -> Option<f64> {
         let residual = self.residual();
-        // Forcing term after Eisenstat & Walker: as exact as the last step was successful, and no more than the end needs. The
-        // first knows least: 0.02 there costs a third more pairs in all than 0.3.
+        // Forcing term after Eisenstat & Walker (SIAM J. Sci. Comput. 17 (1996) 16): as accurate as the last step was successful, and
+        // no more than the tolerance needs. In the first step 0.02 costs a third more transform pairs in all than 0.3.
         let finest = FINEST[usize::from(L::ACTIVE)];
         let enough = (0.25 * self.tolerance / residual).min(ROUGHEST);
         let forcing = (residual / self.last).powi(2).clamp(finest, ROUGHEST).max(enough);
@@ -392,13 +390,13 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         Some(1.0)
     }
 
-    /// Goes along the direction as far as the energy falls. A stop where not even the gradient descends.
+    /// Line search along the direction for a decrease of the energy. Returns a stop reason if not even the gradient step descends.
     fn advance(&mut self, mut length: f64, plain: bool, precision: Precision) -> Option<Stop> {
         let (pressure, residuals, old_rr) = (self.pressure, self.now.residuals, self.now.rr);
         let energy = residuals.energy(pressure);
         let epsilon = precision.epsilon().max(self.precision.epsilon());
         let noise = 64.0 * epsilon * residuals.magnitude(pressure);
-        // Near the end the energy no longer tells two states apart, but the residual still does.
+        // Near convergence rounding hides changes of the energy, but not of the residual.
         let blind = ENERGY_DIGITS * residuals.magnitude(pressure);
         let rises = |next: &Trial| {
             let rise = next.residuals.energy(pressure) - energy;

@@ -1,9 +1,9 @@
-//! The linear problem of a Newton step on a fixed free set, by conjugate gradients preconditioned with the inverse
-//! stiffness restricted to that set, in f32 whatever the precision of the state.
+//! The linear problem of a Newton step on a fixed free set: conjugate gradients preconditioned with the inverse stiffness restricted
+//! to that set, in f32 for any precision of the state.
 //!
-//! An iteration is two column passes and two row sweeps. The step length and the conjugation need inner products that
-//! are sums over spectra (`⟨d K d⟩` and `⟨r K⁻¹ r⟩`), known before the rows are transformed back; so a row goes back,
-//! through the pointwise update, and forward again while it is in cache, and the preconditioned residual is never stored.
+//! An iteration takes two column passes and two row sweeps. Step length and conjugation need inner products that are sums over
+//! spectra (`⟨d K d⟩` and `⟨r K⁻¹ r⟩`), known before the inverse row transforms. A row is therefore transformed back, updated and
+//! transformed forward while it is in cache, and the preconditioned residual is not stored.
 
 use super::column::{Factor, multiply};
 use super::rows;
@@ -16,7 +16,7 @@ use half::bf16;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 
-/// `K` with `mean` in place of the mean mode's zero, or its inverse. `spring` is the mean mode's own stiffness.
+/// `K`, or its inverse with the stiffness `mean` for the mean mode. `spring` is the stiffness of the mean mode in `K`.
 struct Metric<K> {
     grid: Grid,
     kernel: K,
@@ -36,23 +36,22 @@ impl<K: Kernel> Filter<f32> for Metric<K> {
     }
 }
 
-/// Working arrays of the steps of one level. The spectrum they are transformed in is the level's.
+/// Working arrays of one level. Transforms use the spectrum of the level.
 pub(super) struct Inner {
     pub transform: Transform<f32>,
     window: Window,
-    /// What the gap is to be changed by.
+    /// Change of the gap.
     pub step: Vec<f32>,
-    /// Part of the step that has been accepted but not yet added to the gap: the next sweep does it on its way.
+    /// Accepted multiple of the step that the next sweep adds to the gap.
     pub pending: f64,
     /// Gradient `t` of the state; residual of the linear problem while it is being solved.
     pub residual: Vec<f32>,
-    /// Search direction. Eight digits of it would be of no use, since every product is taken with what is stored. Negative
-    /// zero marks nodes that are held closed.
+    /// Search direction. Low precision suffices, since all products use the stored values. Negative zero marks closed nodes.
     direction: Vec<bf16>,
     pub pairs: f64,
 }
 
-/// What the linear problem is about: the kernel, the law, and the stiffness of a rigid approach.
+/// Operators of the linear problem: kernel, law, and stiffness of a rigid approach.
 #[derive(Clone, Copy)]
 pub(super) struct Body<K, L> {
     pub kernel: K,
@@ -62,7 +61,7 @@ pub(super) struct Body<K, L> {
 }
 
 impl Inner {
-    /// Without its arrays, which a level does not need before it is improved and after.
+    /// Without the arrays, which are needed only during iterations.
     pub fn idle(grid: Grid, window: Window) -> Self {
         Inner {
             window,
@@ -89,18 +88,18 @@ impl Inner {
         ((2 * size_of::<f32>() + size_of::<bf16>()) * grid.points()) as u64
     }
 
-    /// Adds what has been accepted to the gap.
-    pub fn settle<T: Real, L: Law>(&mut self, gap: &mut [T]) {
+    /// Adds the pending step to the gap.
+    pub fn apply_pending<T: Real, L: Law>(&mut self, gap: &mut [T]) {
         let scale = T::of(std::mem::take(&mut self.pending));
         let (nx, window) = (self.transform.grid().nx, self.window);
         if scale != T::zero() {
             let rows = gap.par_chunks_mut(nx).zip(self.step.par_chunks(nx)).enumerate();
-            rows.for_each(|(y, (gap, step))| rows::settle::<L, T>(window.inside(y, nx), gap, scale, step));
+            rows.for_each(|(y, (gap, step))| rows::apply_step::<L, T>(window.inside(y, nx), gap, scale, step));
         }
     }
 
     /// Direction `-t + β d` on the free nodes (steepest descent or conjugate gradients in the plain metric), copied to the
-    /// step. Returns `⟨t d⟩` and `⟨d H d⟩`; half a pair.
+    /// step. Returns `⟨t d⟩` and `⟨d H d⟩`; half a transform pair.
     pub fn plain<T: Real, K: Kernel, L: Law>(
         &mut self,
         beta: f64,
@@ -127,12 +126,11 @@ impl Inner {
         (td / n, curvature_of(elastic, law_curvature / n))
     }
 
-    /// Solves `H x = -t` on the free nodes until the residual has fallen to `forcing` of its first value, into `step`.
-    /// `mean` is the stiffness that the preconditioner gives to the mean mode. Stops at negative curvature with what it
-    /// has. Two pairs an iteration. Returns `⟨t M⁻¹ t⟩` of the free nodes: half of it estimates, without adhesion, the
-    /// energy above the minimum of these nodes: the inverse stiffness of a part is less than the part of the inverse, but for
-    /// the mean mode, to which the preconditioner gives a stiffness. `None` where it was stopped: what is in the step is then
-    /// of no use.
+    /// Solves `H x = -t` on the free nodes for the step, until the residual is `forcing` times its first value or at most `limit`
+    /// iterations of two transform pairs. `mean` is the stiffness of the mean mode in the preconditioner. Ends at negative curvature
+    /// with the present iterate. Returns `⟨t M⁻¹ t⟩` on the free nodes; without adhesion half of it estimates the energy above the
+    /// minimum, as the inverse of the restricted stiffness is bounded by the restriction of the inverse, except for the mean mode.
+    /// `None` if stopped, with an unusable step.
     pub fn newton<T: Real, K: Kernel, L: Law>(
         &mut self,
         gap: &mut [T],
@@ -159,7 +157,7 @@ impl Inner {
             self.pairs += 2.0;
             if curvature <= 0.0 || rz <= 0.0 {
                 if iteration == 1 {
-                    // The preconditioned gradient still points downhill; how far is for the line search to find.
+                    // The preconditioned gradient is a descent direction; the line search finds the length.
                     self.step.par_iter_mut().zip(&self.direction).for_each(|(x, d)| *x = rows::wide(*d));
                 }
                 break;
@@ -176,7 +174,7 @@ impl Inner {
         Some(excess)
     }
 
-    /// The gap with what is pending, residual `-t` on the free nodes, its rows into the spectrum; step and direction zero.
+    /// Applies the pending step; sets residual `-t` on the free nodes, transforms its rows, and sets step and direction to zero.
     /// Returns `Σ r²`.
     fn begin<T: Real, L: Law>(&mut self, gap: &mut [T], spectrum: &mut [Complex<f32>]) -> f64 {
         let (nx, window) = (self.transform.grid().nx, self.window);
@@ -193,8 +191,8 @@ impl Inner {
         sum
     }
 
-    /// Rows of the preconditioned residual back, `d = z + β d` on the free nodes, rows of `d` forward. Returns
-    /// `Σ v'' d²`.
+    /// Inverse row transforms of the preconditioned residual `z`, `d = z + β d` on the free nodes, forward transforms of `d`.
+    /// Returns `Σ v'' d²`.
     fn conjugate<T: Real, L: Law>(&mut self, beta: f64, gap: &[T], spectrum: &mut [Complex<f32>], law: &L) -> f64 {
         let (nx, window, beta) = (self.transform.grid().nx, self.window, beta as f32);
         let fields = self.direction.par_chunks_mut(nx).zip(gap.par_chunks(nx));
@@ -207,7 +205,7 @@ impl Inner {
         sum
     }
 
-    /// Rows of `K d` back, `x += α d`, `r -= α H d` on the free nodes, rows of `r` forward. Returns `Σ r²`.
+    /// Inverse row transforms of `K d`, `x += α d` and `r -= α H d` on the free nodes, forward transforms of `r`. Returns `Σ r²`.
     fn descend<T: Real, L: Law>(&mut self, alpha: f64, gap: &[T], spectrum: &mut [Complex<f32>], law: &L) -> f64 {
         let (nx, window, alpha) = (self.transform.grid().nx, self.window, alpha as f32);
         let fields = (self.step.par_chunks_mut(nx).zip(self.residual.par_chunks_mut(nx)))

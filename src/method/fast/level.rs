@@ -10,20 +10,19 @@ use crate::method::sweep::{sweep, sweep_sums};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 
-/// Control of the mean gap by a spring that pulls it to a target; under load control there is none.
+/// Spring that controls the mean gap; zero stiffness under load control.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Spring {
     pub stiffness: f64,
     pub target: f64,
 }
 
-/// One grid of the hierarchy: the state on it, and what is needed to improve it.
+/// One grid of the hierarchy with its state and working arrays.
 ///
-/// The heights are nowhere stored on nodes: `K(g - h)` is the transform of the gap minus the heights' Fourier series,
-/// which the column pass subtracts.
+/// Heights are not stored on nodes: the column pass subtracts their Fourier series from the transform of the gap in `K(g - h)`.
 pub(super) struct Level<'h, T: Real, K, L> {
     pub transform: Transform<T>,
-    /// Of the state and, in its first bytes, of the linear problem.
+    /// Shared by the state and, in its first bytes, the linear problem in f32.
     spectrum: HalfSpectrum<T>,
     pub body: Body<K, L>,
     heights: &'h Series<T>,
@@ -34,18 +33,18 @@ pub(super) struct Level<'h, T: Real, K, L> {
     pub pressure: f64,
     pub spring: Spring,
     pub pairs: f64,
-    /// Residuals of the state that the last improvement ended in.
+    /// Residuals of the final state of the last solve.
     pub last: Residuals,
 }
 
-/// A trial state: its balance, and the inner products of its KKT residual with itself and with the one before.
+/// A trial state: residuals, and the inner products of its KKT residual with itself and with the previous one.
 pub(super) struct Trial {
     pub residuals: Residuals,
     pub rr: f64,
     pub rr_old: f64,
 }
 
-/// Multiplication of the displacement `g - h` by the kernel, from the transform of the gap.
+/// Multiplies the displacement `g - h` by the kernel, given the transform of the gap.
 struct Displaced<'h, T, K> {
     grid: Grid,
     kernel: K,
@@ -65,7 +64,7 @@ impl<T: Real, W: Real, K: Kernel> Filter<W> for Displaced<'_, T, K> {
 }
 
 impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
-    /// A level whose gap is still to be given.
+    /// A level without a gap.
     fn empty(grid: Grid, (kernel, law): (K, L), heights: &'h Series<T>, cell: Cell, spectrum: HalfSpectrum<T>) -> Self {
         let window = cell.window(grid);
         Level {
@@ -84,8 +83,8 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
         }
     }
 
-    /// No displacement: the surfaces at first touch.
-    pub fn touching(grid: Grid, body: (K, L), heights: &'h Series<T>, cell: Cell) -> Self {
+    /// A level at first contact, without displacement.
+    pub fn at_first_contact(grid: Grid, body: (K, L), heights: &'h Series<T>, cell: Cell) -> Self {
         let transform = Transform::<T>::new(grid);
         let mut level = Self::empty(grid, body, heights, cell, transform.spectrum());
         level.gap = heights.on_nodes(&transform, &mut level.spectrum);
@@ -96,31 +95,31 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
         level
     }
 
-    /// A given gap.
+    /// A level with this gap.
     pub fn with_gap(grid: Grid, body: (K, L), heights: &'h Series<T>, cell: Cell, gap: Vec<T>) -> Self {
         let mut level = Self::empty(grid, body, heights, cell, Transform::<T>::new(grid).spectrum());
         level.gap = gap;
         level
     }
 
-    /// Displacement of a coarser level, as its Fourier series, on this grid; the gap is what it leaves open. In Fourier
-    /// space that is the coarse gap where the coarse grid holds the mode, and the heights where it does not.
+    /// Fourier interpolation of the displacement of a coarser level to this grid. In Fourier space the gap is that of the coarse
+    /// grid for the modes that it resolves, and the heights for the others.
     pub fn refined(grid: Grid, law: L, coarse: Level<'h, T, K, L>) -> Self {
         let Level { transform: from, spectrum: mut known, body, heights, cell, gap, pressure, spring, .. } = coarse;
         from.forward(&gap, &mut known);
         drop(gap);
         let old = from.grid();
-        let held = |k: usize, n: usize| k == 0 || 2 * k < n;
+        let resolves = |k: usize, n: usize| k == 0 || 2 * k < n;
         let transform = Transform::<T>::new(grid);
         let mut level = Self::empty(grid, (body.kernel, law), heights, cell, transform.spectrum());
         level.gap = vec![T::zero(); grid.points()];
         let per_point = T::of(1.0 / old.points() as f64);
-        // Modes that both grids hold below their Nyquist modes.
-        let top = (0..=grid.ny / 2).rev().find(|&k| held(k, old.ny) && held(k, grid.ny)).unwrap_or(0);
+        // Modes below the Nyquist modes of both grids.
+        let top = (0..=grid.ny / 2).rev().find(|&k| resolves(k, old.ny) && resolves(k, grid.ny)).unwrap_or(0);
         let fill = |i: usize, column: &mut [Complex<T>]| {
             column.fill(Complex::default());
             heights.add_to(i, grid, column, T::one());
-            if held(i, old.nx) && held(i, grid.nx) {
+            if resolves(i, old.nx) && resolves(i, grid.nx) {
                 let at = |row: usize| known[row * old.pitch() + i].scale(per_point);
                 (0..=top).for_each(|k| column[k] = at(k));
                 (1..=top).for_each(|k| column[grid.ny - k] = at(old.ny - k));
@@ -150,7 +149,7 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
         self.transform.grid()
     }
 
-    /// Bytes of a level, the heights' series left out.
+    /// Bytes of a level without the series of the heights.
     pub fn bytes(grid: Grid) -> u64 {
         (grid.points() * size_of::<T>()) as u64 + Transform::<T>::spectrum_bytes(grid) + Inner::bytes(grid)
     }
@@ -174,13 +173,13 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
         excess.map(|e| e * self.grid().points() as f64 / self.window.points() as f64)
     }
 
-    /// The pressure on what faces the surface, spread over the whole cell: what takes the mean of the body's stress there.
+    /// The pressure on the facing nodes averaged over the whole cell, the mean of the elastic stress.
     fn spread(&self) -> f64 {
         self.pressure * self.window.points() as f64 / self.grid().points() as f64
     }
 
-    /// Residuals and gradient where the gap is changed by `scale` times the step; the gap itself stays. One pair, in f32 where that is
-    /// enough.
+    /// Residuals and gradient at the gap plus `scale` times the step, without changing the gap. One transform pair, in f32 where that
+    /// suffices.
     pub fn trial(&mut self, scale: f64, precision: Precision) -> Trial {
         let filter = self.displaced();
         let (pressure, scale) = (T::of(self.spread()), T::of(scale));
@@ -209,7 +208,7 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
         Trial { residuals: self.residuals(elastic, &sums), rr: sums[0] / n, rr_old: sums[KKT - 1] / n }
     }
 
-    /// Residuals per area of what faces the surface, from sums over that and over the free nodes.
+    /// Residuals per area of the facing nodes, from the sums over these and over the padding.
     fn residuals(&self, elastic: f64, sums: &[f64; KKT + 1]) -> Residuals {
         let (facing, all) = (self.window.points(), self.grid().points());
         let (per_facing, mean) = (all as f64 / facing as f64, self.cell.mean_mode(self.pressure));
@@ -221,24 +220,24 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
         Residuals { elastic: residuals.elastic + mean.0, mean_separation, ..residuals }
     }
 
-    /// Makes the last trial the state.
+    /// Accepts the last trial state.
     pub fn accept(&mut self, scale: f64) {
         self.inner.pending = scale;
     }
 
-    /// The gap with what is pending.
-    pub fn settle(&mut self) {
-        self.inner.settle::<T, L>(&mut self.gap);
+    /// Applies the pending step to the gap.
+    pub fn apply_pending(&mut self) {
+        self.inner.apply_pending::<T, L>(&mut self.gap);
     }
 
-    /// Transforms done, in pairs of this grid.
+    /// Transform pairs on this grid so far.
     pub fn pairs(&self) -> f64 {
         self.pairs + self.inner.pairs
     }
 
-    /// Interfacial stress `p + K(g - h)` at the gap as it is, with the balance there; one pair. The working arrays go first.
+    /// Residuals and interfacial stress `p + K(g - h)` at the present gap; one transform pair. Releases the working arrays.
     pub fn stress(&mut self) -> (Residuals, Vec<T>) {
-        self.settle();
+        self.apply_pending();
         self.inner.release();
         let grid = self.grid();
         let (nx, window, filter) = (grid.nx, self.window, self.displaced());
@@ -264,7 +263,7 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
     }
 }
 
-/// The pair of a trial in precision `W`: elastic energy, and the sums of [`rows::trial`].
+/// Transform pair of a trial in precision `W`: elastic energy and the sums of [`rows::trial`].
 fn tried<T: Real, W: Real, K: Kernel, L: Law>(
     (transform, filter): (&Transform<W>, &Displaced<'_, T, K>),
     spectrum: &mut [Complex<W>],

@@ -1,10 +1,11 @@
 //! The default field method: nested iteration with projected Newton steps whose linear problems are solved in f32.
 //!
-//! The surface is solved on grids from coarse to fine, each starting from the Fourier interpolation of the displacement
-//! found before. What interpolation leaves wrong sits at contact lines, in the shortest waves: a few steps in the plain
-//! metric remove it. What remains is global, and is solved for by Newton steps on the free set, with the stiffness
-//! inverted in Fourier space as preconditioner, masked on both sides. Masking on one side only would have another fixed
-//! point. With adhesion the range follows the mesh from grid to grid, so that no grid pins contact lines.
+//! The problem is solved on grids from coarse to fine, each starting from the Fourier interpolation of the displacement on the
+//! previous one. The interpolation error is concentrated at contact lines, in the shortest waves, and is removed by a few
+//! conjugate-gradient steps in the plain metric (smoothing). The remaining error is global and is reduced by Newton steps on
+//! the free set. Their linear problems are preconditioned by the inverse stiffness in Fourier space, restricted to the free set
+//! on both sides; a restriction on one side would have another fixed point. With adhesion the range is adapted to each grid, so
+//! that no grid pins contact lines.
 
 mod column;
 mod descent;
@@ -47,23 +48,21 @@ static CARD: Card = Card {
     papers: &[],
 };
 
-/// Points along a side below which a grid is not halved.
+/// Grids with fewer than twice this number of points along a side are not halved along it.
 const COARSEST: usize = 64;
 
-/// Residual over the pressure at which a coarse grid is left: a better one leaves the work on the next grid unchanged. With 5e-2 it
-/// takes 3 to 13 % fewer pairs in all, but its mean gap is too rough for an estimate of the grid's error, two to three times as
-/// large then.
+/// Tolerance of the residual on coarse grids; a smaller one does not reduce the work on the next grid. 5e-2 takes 3 to 13 % fewer
+/// transform pairs in all, but makes the estimate of the discretisation error two to three times as large.
 const COARSE_TOLERANCE: f64 = 1e-2;
 
-/// Corrections of the pressure on a coarse grid, under mean-gap control, after which the next grid may do better.
+/// Largest number of pressure corrections on a coarse grid under mean-gap control.
 const COARSE_CORRECTIONS: usize = 4;
 
-/// Shares of E* h_rms/L, which is about what flattens the longest waves: a stress below the first is none, one above the
-/// second is one.
+/// Bounds of the stress scale under mean-gap control, over E* h_rms/L, the stress that flattens the longest waves.
 const NO_STRESS: [f64; 2] = [1e-6, 1e-2];
 
-/// Stiffness that mean-gap control gives the mean gap, over the grid's stiffest mode: far above any contact's, so that few
-/// corrections of the pressure bring the mean gap to its target, and no stiffer than what the solver copes with anyway.
+/// Stiffness of the mean-gap control over that of the stiffest mode of the grid: far above the contact stiffness, so that few
+/// corrections of the pressure suffice, and no stiffer than modes that the solver handles anyway.
 const SPRING: f64 = 0.25;
 
 impl ContactMethod for Fast {
@@ -77,7 +76,7 @@ impl ContactMethod for Fast {
             Precision::F32 => (Level::<f32, HalfSpace, HardWall>::bytes(grid), size_of::<f32>()),
             Precision::F64 => (Level::<f64, HalfSpace, HardWall>::bytes(grid), size_of::<f64>()),
         };
-        // The series, beside the one lent; one through the nodes is as large as a field, and made from a spectrum in f64.
+        // A converted series; a series through nodes is as large as a field and is made from a spectrum in f64.
         let series = match problem.heights {
             Heights::Series(s) if grid == problem.grid => s.bytes() / size_of::<f64>() as u64 * real as u64,
             _ => (real * grid.points()) as u64,
@@ -145,28 +144,28 @@ struct Solver<'p, T: Real, K, L> {
     law: L,
     heights: Series<T>,
     rms_height: f64,
-    /// Gap and stress on the patch, where the cell is padded.
+    /// Gap and stress on the non-padded part of a padded cell.
     patch: (Vec<T>, Vec<T>),
-    /// Pressure of the last load: under mean-gap control, where the next one starts from.
+    /// Pressure of the last load, the initial value of the next one under mean-gap control.
     pressure: f64,
     /// Gap of the last load; empty before the first.
     gap: Vec<T>,
     stress: Vec<T>,
-    /// Pairs that the grids below the one at work have taken, in pairs of the problem's.
+    /// Transform pairs of the coarser grids, in pairs of the problem's grid.
     earlier_pairs: std::cell::Cell<f64>,
-    /// Mean gap of bodies that just touch, once a mean gap has been asked for.
+    /// Mean gap at first contact, computed when a mean gap is imposed.
     first_touch: OnceCell<f64>,
-    /// A state to go on from: its grid, gap and descent.
+    /// State of a snapshot: grid, gap and iteration.
     resumed: Option<(Grid, Vec<T>, Pause)>,
 }
 
-/// How a grid was left.
+/// Result on one grid.
 struct Ended {
     stop: Stop,
     error_estimates: ErrorEstimates,
 }
 
-/// The grid below: half the points along every side longer than the coarsest, rounded up to a size that transforms fast.
+/// The next coarser grid: half the points along every side, down to the coarsest, rounded up to a fast transform length.
 fn coarser(grid: Grid) -> Option<Grid> {
     let half = |n: usize| if n >= 2 * COARSEST { next_fast_len(n.div_ceil(2)) } else { n };
     let coarse = Grid { nx: half(grid.nx), ny: half(grid.ny), ..grid };
@@ -174,7 +173,7 @@ fn coarser(grid: Grid) -> Option<Grid> {
 }
 
 impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
-    /// From the coarsest grid up, or from where a solve was left.
+    /// Nested iteration from the coarsest grid, or from a snapshot.
     fn nested(
         &self,
         load: Load,
@@ -201,19 +200,19 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
             }
             None => {
                 let grid = grids[grids.len() - 1];
-                let mut level = Level::touching(grid, body(grid, self.kernel), &self.heights, self.cell);
+                let mut level = Level::at_first_contact(grid, body(grid, self.kernel), &self.heights, self.cell);
                 self.set_load(&mut level, load);
                 self.earlier_pairs.set(0.0);
                 (level, None)
             }
         };
         let first = level.grid();
-        let (mut cut, mut error_estimates): (Option<Ended>, _) = (None, ErrorEstimates::default());
-        // A coarse grid, whose stretched range attracts less, may part where the next one holds.
+        let (mut outcome, mut error_estimates): (Option<Ended>, _) = (None, ErrorEstimates::default());
+        // With its enlarged range a coarse grid may separate at a load at which the next one stays in contact.
         let (mut separated, mut converged) = (false, false);
         for &grid in grids.iter().rev().skip_while(|g| **g != first) {
             if grid != first {
-                level.settle();
+                level.apply_pending();
                 if converged {
                     let residuals = level.last;
                     let cut = self.cell.is_padded().then(|| level.window.cut(&level.gap, level.grid().nx));
@@ -229,7 +228,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
                 let share = level.grid().points() as f64 / self.cell.grid.points() as f64;
                 self.earlier_pairs.set(self.earlier_pairs.get() + level.pairs() * share);
                 level = if separated {
-                    let mut level = Level::touching(grid, body(grid, self.kernel), &self.heights, self.cell);
+                    let mut level = Level::at_first_contact(grid, body(grid, self.kernel), &self.heights, self.cell);
                     self.set_load(&mut level, load);
                     level
                 } else {
@@ -242,28 +241,27 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
             } else {
                 (COARSE_TOLERANCE.max(problem.tolerance), Targets::default())
             };
-            // Once a coarse grid has been interrupted, the finer ones only carry its state.
-            if cut.is_none() {
-                let ended = self.hold(&mut level, load, (tolerance, targets), iterations, pause.take());
+            // After an interruption on a coarse grid its state is only interpolated to the finer ones.
+            if outcome.is_none() {
+                let ended = self.solve_at(&mut level, load, (tolerance, targets), iterations, pause.take());
                 error_estimates = ended.error_estimates;
                 (separated, converged) = (ended.stop == Stop::Detached, ended.stop == Stop::Converged);
                 if grid == self.cell.grid || ended.stop == Stop::Interrupted {
-                    cut = Some(ended);
+                    outcome = Some(ended);
                 }
             }
         }
-        (level, cut.expect("the last grid is the problem's"))
+        (level, outcome.expect("the last grid is that of the problem"))
     }
 
-    /// What residuals are divided by. Where the pressure is not imposed it may pass through zero; what the bodies then do to
-    /// each other is of the size of their attraction, for an exponential its energy over its range. Once they have parted
-    /// nothing is left.
+    /// Stress by which residuals are divided. Under mean-gap control the pressure may pass through zero; the attraction, estimated
+    /// as energy over range, then sets the scale. Both vanish for separated surfaces, so the scale has a lower bound.
     fn scale(&self, load: Load, pressure: f64, residuals: &Residuals) -> f64 {
         let pull = if self.law.range() > 0.0 { residuals.interaction.abs() / self.law.range() } else { 0.0 };
         match load {
             Load::Pressure(p) => Problem::stress_scale(p),
             Load::MeanGap(target) => {
-                // Where rounding leaves more than the tolerance asks for, there is no stress either.
+                // Stresses for which rounding exceeds the tolerance count as zero.
                 let height = self.rms_height.max(target);
                 let rounded = 10.0 * self.problem.rounding_floor(height, 1.0) / self.problem.tolerance;
                 let [least, most] = NO_STRESS.map(|share| share * height);
@@ -283,9 +281,9 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         }
     }
 
-    /// Improves until the load is met, too. Under mean-gap control the pressure is the multiplier of the constraint: the
-    /// spring's force is added to it until the spring is slack (method of multipliers).
-    fn hold(
+    /// Solves at the load. Under mean-gap control the pressure is the multiplier of the constraint: the force of the spring is
+    /// added to it until the spring is relaxed (method of multipliers).
+    fn solve_at(
         &self,
         level: &mut Level<T, K, L>,
         load: Load,
@@ -296,12 +294,12 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         let Load::MeanGap(target) = load else {
             return self.improve(level, (load, tolerance, targets), iterations, pause);
         };
-        // A finer grid has a stiffer stiffest mode.
+        // The stiffness of the spring depends on the grid.
         let pressure = level.pressure;
         self.set_load(level, load);
         level.pressure = pressure;
         level.prepare();
-        // Where a coarse mesh pins the contact line, no pressure may hold the asked mean gap.
+        // Where a coarse mesh pins contact lines, no pressure may give this mean gap.
         let coarse = level.grid() != self.cell.grid;
         let mut corrections = 0;
         loop {
@@ -322,7 +320,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
 
 impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
     fn resume(&mut self, snapshot: SolverSnapshot) -> Result<()> {
-        // Of any grid on the way; its cell is this one.
+        // A snapshot may be of a coarser grid of the same cell.
         let grid = Grid { nx: snapshot.grid.nx, ny: snapshot.grid.ny, ..self.cell.grid };
         let (gap, pause) = snapshot.restore(grid, CARD.id)?;
         self.resumed = Some((grid, gap.into_iter().map(T::of).collect(), pause));
@@ -340,62 +338,57 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         if let Load::MeanGap(g) = load
             && !(g.is_finite() && (g > 0.0 || g == 0.0 && !L::HARD))
         {
-            let accepted = "a positive length: behind a hard wall only pressures close all of the gap";
+            let accepted = "a positive length; a hard wall allows a zero mean gap only under an imposed pressure";
             return Err(refused(CARD.id, "mean gap", g, accepted));
         }
         if matches!(load, Load::MeanGap(_)) && self.cell.is_padded() {
-            return Err(Error::input(
-                "method fast",
-                "load",
-                "a mean gap under a body that is not periodic",
-                "a pressure",
-            ));
+            return Err(Error::input("method fast", "load", "a mean gap with a non-periodic body", "a pressure"));
         }
         self.stress = Vec::new();
         let mut iterations = 0;
-        // With adhesion the branch that the path has led to is kept; without it, the answer does not depend on the path
-        // and coarse grids find it sooner than the last load does.
+        // With adhesion the solve continues on the branch of the load path. Without it the solution is unique, and nested iteration
+        // is faster than the start from the last load.
         let warm = L::ACTIVE && !self.gap.is_empty();
         let start = std::mem::take(&mut self.gap);
         let resumed = self.resumed.take();
-        let free = || {
+        let untouched = || {
             self.earlier_pairs.set(0.0);
-            Level::touching(self.cell.grid, (self.kernel, self.law), &self.heights, self.cell)
+            Level::at_first_contact(self.cell.grid, (self.kernel, self.law), &self.heights, self.cell)
         };
-        // Nothing but a push brings the bodies together where nothing attracts.
-        let unpressed = match load {
+        // Loads without adhesion at which no contact pressure acts.
+        let without_contact = match load {
             _ if self.law.range() > 0.0 => None,
-            // Without one they touch, with a pull they part.
+            // First contact at zero pressure, separation under tension.
             Load::Pressure(p) if p <= 0.0 => {
-                let mut level = free();
+                let mut level = untouched();
                 level.pressure = p;
                 Some((level, if p < 0.0 { Stop::Detached } else { Stop::Converged }))
             }
-            // As far apart as they are at first touch, or farther, they need none.
+            // Mean gaps at or beyond first contact.
             Load::MeanGap(target) if L::HARD => {
-                let touch = *self.first_touch.get_or_init(|| mean(&free().gap));
+                let touch = *self.first_touch.get_or_init(|| mean(&untouched().gap));
                 (target >= touch).then(|| {
-                    let mut level = free();
-                    let farther = T::of(target - touch);
-                    level.gap.par_iter_mut().for_each(|g| *g += farther);
+                    let mut level = untouched();
+                    let extra = T::of(target - touch);
+                    level.gap.par_iter_mut().for_each(|g| *g += extra);
                     (level, Stop::Converged)
                 })
             }
             _ => None,
         };
-        let (mut level, ended) = if let Some((level, stop)) = unpressed {
+        let (mut level, ended) = if let Some((level, stop)) = without_contact {
             (level, Ended { stop, error_estimates: ErrorEstimates::default() })
         } else if warm && resumed.is_none() {
             self.earlier_pairs.set(0.0);
             let mut level = Level::with_gap(self.cell.grid, (self.kernel, self.law), &self.heights, self.cell, start);
             self.set_load(&mut level, load);
             level.prepare();
-            let ended = self.hold(&mut level, load, (problem.tolerance, problem.targets), &mut iterations, None);
+            let ended = self.solve_at(&mut level, load, (problem.tolerance, problem.targets), &mut iterations, None);
             (level, ended)
         } else {
             self.nested(load, &mut iterations, resumed)
         };
-        // Its force has become part of the pressure.
+        // The pressure now includes the force of the spring.
         level.spring = Spring::default();
         let (residuals, stress) = level.stress();
         let (gap, pairs, pressure) =

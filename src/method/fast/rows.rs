@@ -1,7 +1,7 @@
-//! What the sweeps do to a row of nodes, between its transform back and the next one forward: loops written for vectors.
+//! Vectorised loops of the sweeps over a row of nodes, between its inverse and its next forward transform.
 //!
-//! Under a body that is not periodic only the first nodes of a row, and none of some rows, face the rigid surface. The rest
-//! of the periodic cell is padding, where the body's surface moves freely: the same loops with [`Open`] as the law.
+//! With a non-periodic body only the first nodes of the first rows face the rigid surface. The rest of the periodic cell is padding
+//! with a free surface: the same loops with the law [`FreeSurface`].
 
 use crate::grid::{CHUNK, Real, dot, vectorised};
 use crate::interface::Law;
@@ -10,9 +10,9 @@ use half::bf16;
 
 /// Neither wall nor attraction.
 #[derive(Clone, Copy)]
-struct Open;
+struct FreeSurface;
 
-impl Law for Open {
+impl Law for FreeSurface {
     const ACTIVE: bool = false;
     const HARD: bool = false;
 
@@ -33,20 +33,20 @@ impl Law for Open {
     }
 }
 
-/// The mark of nodes that are held closed.
-const HELD: bf16 = bf16::NEG_ZERO;
+/// Mark of closed nodes in a direction.
+const CLOSED: bf16 = bf16::NEG_ZERO;
 
 #[inline(always)]
-fn is_held(d: bf16) -> bool {
-    d.to_bits() == HELD.to_bits()
+fn is_closed(d: bf16) -> bool {
+    d.to_bits() == CLOSED.to_bits()
 }
 
-/// The nearest direction that is not the mark. `bf16::from_f32` looks for NaNs on its way, at four times the cost.
+/// Rounds a direction to a value other than the mark. `bf16::from_f32` also handles NaN, at four times the cost.
 #[inline(always)]
-fn free(d: f32) -> bf16 {
+fn rounded_direction(d: f32) -> bf16 {
     let bits = d.to_bits();
     let rounded = (bits.wrapping_add(0x7fff + (bits >> 16 & 1)) >> 16) as u16;
-    bf16::from_bits(if rounded == HELD.to_bits() { 0 } else { rounded })
+    bf16::from_bits(if rounded == CLOSED.to_bits() { 0 } else { rounded })
 }
 
 #[inline(always)]
@@ -54,16 +54,16 @@ pub(super) fn wide(d: bf16) -> f32 {
     f32::from_bits(u32::from(d.to_bits()) << 16)
 }
 
-/// The gap after `scale` times a step, in front of the wall.
+/// Gap after `scale` times a step, clamped at the wall.
 #[inline(always)]
 fn moved<L: Law, T: Real>(g: T, scale: T, step: f32) -> T {
     let g = g + scale * T::of(f64::from(step));
     if L::HARD { g.max(T::zero()) } else { g }
 }
 
-/// Whether a node may move from here: open ones, and closed ones under tension.
+/// Whether a node is free: open, or closed under tension.
 #[inline(always)]
-fn may_move<L: Law, T: Real>(g: T, t: f32) -> bool {
+fn is_free<L: Law, T: Real>(g: T, t: f32) -> bool {
     !L::HARD || g > T::zero() || t < 0.0
 }
 
@@ -85,7 +85,7 @@ fn forces<T: Real, L: Law>(law: &L, gap: &[T], direction: &[f32; CHUNK]) -> [f64
     forces
 }
 
-/// `Σ v'' d²`: what the law takes from the stiffness along a direction.
+/// `Σ v'' d²`: contribution of the law to the curvature along a direction.
 #[inline(always)]
 fn softening<T: Real, L: Law>(law: &L, gap: &[T], direction: &[f32]) -> f64 {
     if !L::ACTIVE {
@@ -100,8 +100,8 @@ fn softening<T: Real, L: Law>(law: &L, gap: &[T], direction: &[f32]) -> f64 {
     sum
 }
 
-/// The gap, of which `inside` nodes face the rigid surface, after `scale` times a step.
-pub(super) fn settle<L: Law, T: Real>(inside: usize, gap: &mut [T], scale: T, step: &[f32]) {
+/// Adds `scale` times a step to the gap, of which the first `inside` nodes face the rigid surface.
+pub(super) fn apply_step<L: Law, T: Real>(inside: usize, gap: &mut [T], scale: T, step: &[f32]) {
     #[inline(always)]
     fn part<L: Law, T: Real>(gap: &mut [T], scale: T, step: &[f32]) {
         gap.iter_mut().zip(step).for_each(|(g, &s)| *g = moved::<L, T>(*g, scale, s));
@@ -110,12 +110,12 @@ pub(super) fn settle<L: Law, T: Real>(inside: usize, gap: &mut [T], scale: T, st
         #[inline(always)]
         || {
             part::<L, T>(&mut gap[..inside], scale, &step[..inside]);
-            part::<Open, T>(&mut gap[inside..], scale, &step[inside..]);
+            part::<FreeSurface, T>(&mut gap[inside..], scale, &step[inside..]);
         },
     );
 }
 
-/// As [`settle`], into `row`.
+/// As [`apply_step`], written to `row`.
 pub(super) fn shifted<L: Law, T: Real, W: Real>(inside: usize, gap: &[T], scale: T, step: &[f32], row: &mut [W]) {
     #[inline(always)]
     fn part<L: Law, T: Real, W: Real>(gap: &[T], scale: T, step: &[f32], row: &mut [W]) {
@@ -125,14 +125,13 @@ pub(super) fn shifted<L: Law, T: Real, W: Real>(inside: usize, gap: &[T], scale:
         #[inline(always)]
         || {
             part::<L, T, W>(&gap[..inside], scale, &step[..inside], &mut row[..inside]);
-            part::<Open, T, W>(&gap[inside..], scale, &step[inside..], &mut row[inside..]);
+            part::<FreeSurface, T, W>(&gap[inside..], scale, &step[inside..], &mut row[inside..]);
         },
     )
 }
 
-/// Sums of a trial state, [`KKT`] of them over the nodes that face the surface, the first two and the last of them over the
-/// free ones as well; and of the gap over the free ones. `row` is the stress of the body, `residual` the last state's and
-/// becomes this one's.
+/// Sums of a trial state: [`KKT`] sums over the facing nodes, of which the first two and the last include the padding, and the gap
+/// of the padding. `row` is the elastic stress; `residual` is that of the last state and is replaced.
 pub(super) fn trial<L: Law, T: Real, W: Real>(
     law: &L,
     inside: usize,
@@ -167,18 +166,18 @@ pub(super) fn trial<L: Law, T: Real, W: Real>(
     vectorised(
         #[inline(always)]
         || {
-            let here = (&gap[..inside], scale, &step[..inside]);
-            let sums = part(law, here, (&row[..inside], pressure), facing);
+            let facing_nodes = (&gap[..inside], scale, &step[..inside]);
+            let sums = part(law, facing_nodes, (&row[..inside], pressure), facing);
             if padding.is_empty() {
                 return with_free(sums, None);
             }
-            let there = (&gap[inside..], scale, &step[inside..]);
-            with_free(sums, Some(part(&Open, there, (&row[inside..], pressure), padding)))
+            let in_padding = (&gap[inside..], scale, &step[inside..]);
+            with_free(sums, Some(part(&FreeSurface, in_padding, (&row[inside..], pressure), padding)))
         },
     )
 }
 
-/// The sums over the nodes that face the surface, with those of the free ones.
+/// Combines the sums over the facing nodes with those over the padding.
 fn with_free(facing: [f64; KKT], free: Option<[f64; KKT]>) -> [f64; KKT + 1] {
     let mut sums = [0.0; KKT + 1];
     sums[..KKT].copy_from_slice(&facing);
@@ -191,7 +190,7 @@ fn with_free(facing: [f64; KKT], free: Option<[f64; KKT]>) -> [f64; KKT + 1] {
     sums
 }
 
-/// Gap with what is `pending`, then direction `-t + β d` on the nodes that may move, copied to step and `row`. Returns
+/// Applies the `pending` step, then sets the direction `-t + β d` on the free nodes and copies it to step and `row`. Returns
 /// `Σ t d` and `Σ v'' d²`.
 pub(super) fn plain<L: Law, T: Real>(
     law: &L,
@@ -208,11 +207,11 @@ pub(super) fn plain<L: Law, T: Real>(
     ) {
         let chunks = direction.chunks_mut(CHUNK).zip(step.chunks_mut(CHUNK)).zip(t.chunks(CHUNK));
         for ((((direction, step), t), gap), row) in chunks.zip(gap.chunks(CHUNK)).zip(row.chunks_mut(CHUNK)) {
-            let (mut to, mut marked) = ([0.0; CHUNK], [HELD; CHUNK]);
+            let (mut to, mut marked) = ([0.0; CHUNK], [CLOSED; CHUNK]);
             for ((((to, m), &d), &t), &g) in to.iter_mut().zip(&mut marked).zip(&*direction).zip(t).zip(gap) {
-                let moves = may_move::<L, T>(g, t);
+                let moves = is_free::<L, T>(g, t);
                 *to = if moves { beta * wide(d) - t } else { 0.0 };
-                *m = if moves { free(*to) } else { HELD };
+                *m = if moves { rounded_direction(*to) } else { CLOSED };
             }
             let n = row.len();
             direction.copy_from_slice(&marked[..n]);
@@ -220,21 +219,21 @@ pub(super) fn plain<L: Law, T: Real>(
             row.copy_from_slice(&to[..n]);
         }
     }
-    settle::<L, T>(inside, gap, pending, step);
+    apply_step::<L, T>(inside, gap, pending, step);
     vectorised(
         #[inline(always)]
         || {
             let ((d, d_free), (s, s_free)) = (direction.split_at_mut(inside), step.split_at_mut(inside));
             let (facing, padding) = row.split_at_mut(inside);
             part::<L, T>((&gap[..inside], s), (d, beta, &t[..inside]), facing);
-            part::<Open, T>((&gap[inside..], s_free), (d_free, beta, &t[inside..]), padding);
+            part::<FreeSurface, T>((&gap[inside..], s_free), (d_free, beta, &t[inside..]), padding);
             [dot(t, row), softening(law, &gap[..inside], &row[..inside])]
         },
     )
 }
 
-/// Gap with what is `pending`; residual of the linear problem, from `t`, on the nodes that may move; step and direction
-/// zero. Returns `Σ r²`.
+/// Applies the `pending` step, sets the residual of the linear problem to `-t` on the free nodes, and step and direction to zero.
+/// Returns `Σ r²`.
 pub(super) fn begin<L: Law, T: Real>(
     inside: usize,
     (gap, pending, step): (&mut [T], T, &mut [f32]),
@@ -244,26 +243,25 @@ pub(super) fn begin<L: Law, T: Real>(
     #[inline(always)]
     fn part<L: Law, T: Real>(gap: &[T], residual: &mut [f32], direction: &mut [bf16]) {
         for ((r, d), &g) in residual.iter_mut().zip(direction).zip(gap) {
-            let moves = may_move::<L, T>(g, *r);
+            let moves = is_free::<L, T>(g, *r);
             *r = if moves { -*r } else { 0.0 };
-            *d = if moves { bf16::ZERO } else { HELD };
+            *d = if moves { bf16::ZERO } else { CLOSED };
         }
     }
-    settle::<L, T>(inside, gap, pending, step);
+    apply_step::<L, T>(inside, gap, pending, step);
     step.fill(0.0);
     vectorised(
         #[inline(always)]
         || {
             let ((r, r_free), (d, d_free)) = (residual.split_at_mut(inside), direction.split_at_mut(inside));
             part::<L, T>(&gap[..inside], r, d);
-            part::<Open, T>(&gap[inside..], r_free, d_free);
+            part::<FreeSurface, T>(&gap[inside..], r_free, d_free);
             dot(residual, residual)
         },
     )
 }
 
-/// `d = z + β d` on the nodes that are not held, from the preconditioned residual z in `row`, which becomes d. Returns
-/// `Σ v'' d²`.
+/// `d = z + β d` on the free nodes, with the preconditioned residual z in `row`, which becomes d. Returns `Σ v'' d²`.
 pub(super) fn conjugate<L: Law, T: Real>(
     law: &L,
     inside: usize,
@@ -275,16 +273,16 @@ pub(super) fn conjugate<L: Law, T: Real>(
         #[inline(always)]
         || {
             for (d, r) in direction.iter_mut().zip(&mut *row) {
-                let held = is_held(*d);
-                let to = free(*r + beta * wide(*d));
-                (*d, *r) = if held { (HELD, 0.0) } else { (to, wide(to)) };
+                let closed = is_closed(*d);
+                let to = rounded_direction(*r + beta * wide(*d));
+                (*d, *r) = if closed { (CLOSED, 0.0) } else { (to, wide(to)) };
             }
             softening(law, &gap[..inside], &row[..inside])
         },
     )
 }
 
-/// `x += α d`, `r -= α H d` on the nodes that are not held, from `K d` in `row`. Returns `Σ r²`.
+/// `x += α d` and `r -= α H d` on the free nodes, with `K d` in `row`. Returns `Σ r²`.
 pub(super) fn descend<L: Law, T: Real>(
     law: &L,
     inside: usize,
@@ -309,7 +307,7 @@ pub(super) fn descend<L: Law, T: Real>(
             let softened = forces(law, gap, &d);
             for (((r, &stored), &stress), &soft) in residual.iter_mut().zip(direction).zip(row).zip(&softened) {
                 let left = *r - alpha * (stress + soft as f32);
-                *r = if is_held(stored) { 0.0 } else { left };
+                *r = if is_closed(stored) { 0.0 } else { left };
             }
         }
     }
@@ -318,15 +316,15 @@ pub(super) fn descend<L: Law, T: Real>(
         || {
             let ((s, s_free), (r, r_free)) = (step.split_at_mut(inside), residual.split_at_mut(inside));
             part(law, &gap[..inside], (&direction[..inside], alpha), (s, r), &row[..inside]);
-            part(&Open, &gap[inside..], (&direction[inside..], alpha), (s_free, r_free), &row[inside..]);
+            part(&FreeSurface, &gap[inside..], (&direction[inside..], alpha), (s_free, r_free), &row[inside..]);
             dot(residual, residual)
         },
     )
 }
 
-/// Sums of a state, as in [`trial`]. `stress` is that of body and load, and becomes the imbalance by the law's traction.
+/// Sums of a state, as in [`trial`]. On return `stress`, the elastic stress plus pressure, contains the traction of the law as well.
 pub(super) fn residuals<L: Law, T: Real>(law: &L, inside: usize, gap: &[T], stress: &mut [T]) -> [f64; KKT + 1] {
     let (facing, padding) = stress.split_at_mut(inside);
-    let free = if padding.is_empty() { None } else { Some(kkt_row(&Open, &gap[inside..], padding)) };
+    let free = if padding.is_empty() { None } else { Some(kkt_row(&FreeSurface, &gap[inside..], padding)) };
     with_free(kkt_row(law, &gap[..inside], facing), free)
 }

@@ -1,4 +1,4 @@
-//! Which nodes face the rigid surface: all of a periodic cell, or those of a patch in the corner of a padded one.
+//! Nodes that face the rigid surface: all of a periodic cell, or those in one corner of a padded cell.
 
 use crate::grid::{Grid, next_fast_len};
 use crate::interface::Elastic;
@@ -8,15 +8,15 @@ use crate::method::Problem;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cell {
     pub grid: Grid,
-    /// From the first to the last node that face the surface, if not all do.
+    /// Distance from the first to the last facing node along each axis, in a padded cell.
     patch: Option<(f64, f64)>,
-    /// Compliance of the mean mode, which no periodic body has.
+    /// Compliance of the mean mode, for a non-periodic body.
     compliance: f64,
-    /// Mean height of the cell over the lowest of the patch, from which the approach counts.
+    /// Mean height of the cell above the lowest facing node, the origin of the approach.
     pub mean_height: f64,
 }
 
-/// Nodes of a grid that face the surface: the first `nx` of the first `ny` rows.
+/// Facing nodes of a grid: the first `nx` of the first `ny` rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Window {
     pub nx: usize,
@@ -24,7 +24,7 @@ pub(super) struct Window {
 }
 
 impl Window {
-    /// How many of the `nx` nodes of row `y` face the surface: the first ones.
+    /// Number of facing nodes in row `y` of `nx` nodes.
     #[inline]
     pub fn inside(&self, y: usize, nx: usize) -> usize {
         if y < self.ny { self.nx.min(nx) } else { 0 }
@@ -34,7 +34,7 @@ impl Window {
         self.nx * self.ny
     }
 
-    /// The values at these nodes of a field on a grid of `nx` points a row.
+    /// Values at the facing nodes of a field with `nx` points per row.
     pub fn cut<T: Copy>(&self, field: &[T], nx: usize) -> Vec<T> {
         field.chunks(nx).take(self.ny).flat_map(|row| row[..self.nx].iter().copied()).collect()
     }
@@ -61,9 +61,9 @@ impl Cell {
         self.patch.is_some()
     }
 
-    /// On a grid of this cell.
+    /// Facing nodes on a grid of this cell.
     pub fn window(&self, grid: Grid) -> Window {
-        // What rounding may take from a whole number.
+        // Rounding error of an integer ratio.
         const WHOLE: f64 = 1e-6;
         let nodes = |extent: f64, d: f64| (extent / d + WHOLE) as usize + 1;
         match self.patch {
@@ -72,13 +72,13 @@ impl Cell {
         }
     }
 
-    /// The grid of the nodes that face the surface, on a grid of this cell.
+    /// Grid of the facing nodes, on a grid of this cell.
     pub fn facing(&self, grid: Grid) -> Grid {
         let Window { nx, ny } = self.window(grid);
         Grid { nx, ny, lx: nx as f64 * grid.dx(), ly: ny as f64 * grid.dy() }
     }
 
-    /// A field of the patch, continued over the padding: from one edge to the other around the cell, without a jump.
+    /// Extends a field of the facing nodes continuously over the padding.
     pub fn continued(&self, patch: &[f64]) -> Vec<f64> {
         let Window { nx, ny } = self.window(self.grid);
         let blend = |k: usize, from: usize, n: usize, last: f64, first: f64| {
@@ -103,8 +103,8 @@ impl Cell {
         field
     }
 
-    /// Elastic energy of the mean mode under a pressure on the patch, per area of the patch; and what the load's work counts
-    /// from: the mean gap of the cell less this is the approach, negative.
+    /// Elastic energy of the mean mode per facing area under a pressure on the facing nodes, and the mean gap of the cell at zero
+    /// approach, from which the work of the load is counted.
     pub fn mean_mode(&self, pressure: f64) -> (f64, f64) {
         let spread = pressure * self.window(self.grid).points() as f64 / self.grid.points() as f64;
         let lift = spread * self.compliance;

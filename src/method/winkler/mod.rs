@@ -147,7 +147,7 @@ fn calibrated(problem: &Problem, heights: &[f64], area: f64) -> Result<f64> {
     let depth = *above;
     let touching = 2.0 * lower.iter().filter(|h| **h < depth).count() as f64 / heights.len() as f64;
     if (touching / area - 1.0).abs() > REACHED {
-        return refuse(&area, &format!("{touching:.3e} or another area that this stepped surface attains"));
+        return refuse(&area, &format!("{touching:.3e} or another area between the steps of this surface"));
     }
     Ok(overlap(problem.grid.nx, heights, depth).0 / pressure)
 }
