@@ -1,4 +1,4 @@
-//! Memory as methods plan it, against what the process took beyond what was there before, each in a process of its own.
+//! Planned memory of the methods against the measured increase of a separate process for each.
 
 #[path = "common/program.rs"]
 mod program;
@@ -6,21 +6,20 @@ mod program;
 use asperity::method::{REGISTRY, find};
 use program::{asperity, json_line, stderr};
 
-/// What a first solve takes whatever its grid: pages of the program that are read for the first time, plans of transforms,
-/// stacks of threads. 3 MB were found.
+/// Memory of a first solve that does not depend on the grid: pages of the program, plans of transforms, stacks of threads. Measured:
+/// 3 MB.
 const FIXED: f64 = 6e6;
 
-/// Beyond that. Plans count whole fields; lists of nodes and rows of threads are left out.
+/// Tolerance beyond that. Plans count whole fields, without lists of nodes and rows of threads.
 const FACTOR: f64 = 1.25;
 
-/// A plan may exceed what is measured by so much: pages that a short search never writes are not resident.
+/// Largest ratio of planned to measured memory: pages that a short solve never writes are not resident.
 const UNUSED: f64 = 1.5;
 
-/// Least that can be measured: the kernel tells a thread's pages 64 at a time, so that 6 kB were found to be anything from nothing to
-/// 0.4 MB.
-const UNTOLD: f64 = 64.0 * 4096.0;
+/// Resolution of the measurement: the kernel counts 64 pages per thread at a time, so that 6 kB appeared as 0 to 0.4 MB.
+const RESOLUTION: f64 = 64.0 * 4096.0;
 
-/// Sixteen fields of this grid are 34 MB, far beyond what is fixed.
+/// Sixteen fields of this grid are 34 MB, far above the fixed part.
 const POINTS: &str = "512";
 
 fn planned_and_measured(id: &str, more: &[&str]) -> (f64, f64) {
@@ -31,7 +30,7 @@ fn planned_and_measured(id: &str, more: &[&str]) -> (f64, f64) {
         .args(more)
         .output()
         .expect("started");
-    // A solver that is stopped early has taken all that it takes, and says so by its exit code.
+    // A solver that is stopped early has allocated everything; its exit code is 3.
     assert!(matches!(output.status.code(), Some(0 | 3)), "{id}: {}", stderr(&output));
     let line = json_line(&output);
     let number = |key: &str| line[key].as_f64().unwrap_or_else(|| panic!("{id}: {key} of {line}"));
@@ -42,11 +41,11 @@ fn planned_and_measured(id: &str, more: &[&str]) -> (f64, f64) {
 fn plans_are_what_is_taken() {
     let mut faults = Vec::new();
     for id in REGISTRY.iter().map(|m| m.card().id).filter(|id| *id != "all-atom") {
-        // Estimates are no answer when they are stopped.
+        // Estimates must converge.
         let estimates = find(id).is_some_and(|m| m.card().kind == asperity::method::Kind::Estimate);
         let few = ["--max-iterations", "3"];
         let (planned, measured) = planned_and_measured(id, if estimates { &[] } else { &few });
-        if measured > FACTOR * planned + FIXED || planned > UNUSED * measured.max(UNTOLD) {
+        if measured > FACTOR * planned + FIXED || planned > UNUSED * measured.max(RESOLUTION) {
             faults.push(format!("{id}: planned {:.1} MB, measured {:.1} MB", planned / 1e6, measured / 1e6));
         }
     }

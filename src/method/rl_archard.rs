@@ -171,7 +171,7 @@ impl Estimator for Layered<'_> {
         let state = run.equilibrate(Load::Pressure(pressure))?;
         let long = contact_area(self.grid, state.gap, 0.0).fraction;
         // An interrupted solve may have no contact.
-        let layer = if long > 0.0 { sinusoid::share(pressure / long / self.layer.flat) } else { 0.0 };
+        let layer = if long > 0.0 { sinusoid::contact_fraction(pressure / long / self.layer.flat) } else { 0.0 };
         let points = self.grid.points() as f64 / self.problem.grid.points() as f64;
         Ok(Estimate {
             contact_fraction: long * layer,

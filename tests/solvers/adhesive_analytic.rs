@@ -102,7 +102,7 @@ fn johnsons_jumps() {
 
 /// At imposed mean gaps, which go through the loads that no pressure control holds.
 #[test]
-fn johnsons_curve() {
+fn johnsons_wave_at_imposed_mean_gaps() {
     // Grid, cohesive resolution, and what may be off: pressures over p_fc, shares of the cell, and the largest pull in
     // relation to the closed form's. Found: 0.0015, 0.0064, 0.004 and 0.0009, 0.002, 0.004. Areas lack half a node at
     // either end of the strip.
@@ -131,7 +131,7 @@ fn johnsons_curve() {
 
 /// Under load: the jump to full contact on the way up, the jump out of contact on the way down.
 #[test]
-fn johnsons_loads() {
+fn johnsons_wave_jumps_under_load() {
     /// Step of the load near the jump, over p_fc; the jump was found within it of the closed form's.
     const STEP: f64 = 0.005;
     /// Share of the pull-off load by which the path goes down there; surfaces were found to part at 1 to 1.025 of it.
@@ -159,7 +159,7 @@ fn johnsons_loads() {
 
 /// A path must jump where the branch ends and not because a step was long.
 #[test]
-fn a_load_path_stays_on_its_branch() {
+fn load_path_stays_on_its_branch() {
     /// Over p_fc, how far before its branch ends a path may leave it; 0 was found.
     const EARLY: f64 = 0.001;
     for (id, alpha, n, c, steps) in [

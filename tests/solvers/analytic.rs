@@ -57,7 +57,7 @@ fn westergaard() {
 
 /// The mean gap of the 1-D wave converges at least linearly with the mesh.
 #[test]
-fn westergaard_refines() {
+fn westergaard_mean_gap_converges() {
     let error = |n: usize| {
         let heights: Vec<f64> = (0..n).map(|i| 0.01 * (2.0 * PI * i as f64 / n as f64).cos()).collect();
         let grid = Grid { nx: n, ny: 1, lx: 1.0, ly: 1.0 };
@@ -228,7 +228,7 @@ fn methods_agree_on_a_soft_wall() {
 
 /// What a card declares in full is delivered, and every id is found.
 #[test]
-fn cards_are_honest() {
+fn cards_agree_with_results() {
     use asperity::method::{Kind, Quantity, REGISTRY, Support};
     let (grid, heights) = rough(128, 1.0 / 24.0, 18);
     // Those that estimate are held to theirs in tests/program/methods.rs.
@@ -308,7 +308,7 @@ fn threads_do_not_change_bits() {
 
 /// What must not depend on how the problem is put: an offset, the transposed surface, (h, ρ, γ, E*) → (h/2, ρ/2, γ/2, 2E*).
 #[test]
-fn invariances() {
+fn results_are_invariant_to_offset_transposition_and_units() {
     let (grid, heights) = rough(64, 1.0 / 16.0, 9);
     let gamma: f64 = 1e-3;
     let rho = 2.0 * (gamma / 64.0).sqrt();
@@ -386,7 +386,7 @@ fn soft_wall_on_a_flat_surface() {
 
 /// Any grid: odd, prime, flat lines and single points.
 #[test]
-fn odd_grids() {
+fn any_grid_size_is_solved() {
     for (nx, ny) in [(1, 1), (2, 1), (1, 9), (3, 5), (17, 31), (15, 16)] {
         let grid = Grid::unit(nx, ny);
         let heights: Vec<f64> = (0..nx * ny).map(|i| ((i * 37) % 11) as f64 * 1e-3).collect();
@@ -465,7 +465,7 @@ fn mean_gap_control_inverts_load_control() {
 
 /// Without a push nothing but touch is left, and a pull parts the surfaces; with adhesion, too, once it is large enough.
 #[test]
-fn a_pull_parts_the_surfaces() {
+fn excessive_tension_separates_the_surfaces() {
     let (grid, heights) = rough(128, 1.0 / 16.0, 5);
     let lowest = heights.iter().copied().fold(f64::INFINITY, f64::min);
     let p = problem(grid, &heights);
@@ -493,7 +493,7 @@ fn a_pull_parts_the_surfaces() {
 
 /// Physical goals end a solve sooner than a tight residual, within what they promise.
 #[test]
-fn physical_goals() {
+fn accuracy_targets_are_met() {
     let (grid, heights) = rough(256, 1.0 / 32.0, 5);
     let exact =
         solve(&problem(grid, &heights), "fast", 0.02, |s| (s.energy, fraction(s, grid).0, s.mean_gap, s.fft_pairs));
@@ -530,7 +530,7 @@ fn physical_goals() {
 
 /// A state set from outside is where the next load starts: at its own load, it is the answer.
 #[test]
-fn a_start_from_a_given_gap() {
+fn solve_starts_from_an_initial_gap() {
     let (grid, heights) = rough(128, 1.0 / 16.0, 5);
     let gamma: f64 = 2.7e-4;
     let p = Problem {

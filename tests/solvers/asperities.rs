@@ -1,5 +1,4 @@
-//! Methods of single asperities, of bearing areas and of the laboratory, against closed forms, against the solvers and against
-//! what the challenge says of them.
+//! Methods of single asperities, bearing areas and the laboratory against closed forms, solvers and statements of the challenge paper.
 
 use crate::found::{near, path, problem, rough, solved};
 use asperity::grid::{Field, Grid, minimum_image};
@@ -11,9 +10,9 @@ use asperity::observe::{Connectivity, contact_area, contact_map, patch_sizes, ty
 use asperity::surface::moments;
 use std::f64::consts::PI;
 
-/// An estimate, copied.
+/// A copied estimate.
 #[derive(Debug, Clone, PartialEq)]
-struct Told {
+struct Estimated {
     stop: Stop,
     area: f64,
     mean_gap: f64,
@@ -24,11 +23,11 @@ struct Told {
     patches: Vec<f64>,
 }
 
-fn told(problem: &Problem, id: &str, pressures: &[f64]) -> Vec<Told> {
+fn estimates(problem: &Problem, id: &str, pressures: &[f64]) -> Vec<Estimated> {
     let mut run = method::find(id).unwrap().start(problem, &NoObserver).unwrap().estimator().unwrap();
-    let mut tell = |&p: &f64| {
+    let mut estimate = |&p: &f64| {
         let e = run.estimate(Load::Pressure(p)).unwrap();
-        Told {
+        Estimated {
             stop: e.stop,
             area: e.contact_fraction,
             mean_gap: e.mean_gap.unwrap_or(f64::NAN),
@@ -39,16 +38,16 @@ fn told(problem: &Problem, id: &str, pressures: &[f64]) -> Vec<Told> {
             patches: e.patches.unwrap_or_default(),
         }
     };
-    pressures.iter().map(&mut tell).collect()
+    pressures.iter().map(&mut estimate).collect()
 }
 
-fn one(problem: &Problem, id: &str, pressure: f64) -> Told {
-    let found = told(problem, id, &[pressure]).remove(0);
+fn one(problem: &Problem, id: &str, pressure: f64) -> Estimated {
+    let found = estimates(problem, id, &[pressure]).remove(0);
     assert_eq!(found.stop, Stop::Converged, "{id} at {pressure}");
     found
 }
 
-/// Spheres of radius R and lowest point z at (x, y); periodic.
+/// Periodic surface of spheres (x, y, radius, height of the lowest point).
 fn spheres(n: usize, list: &[(f64, f64, f64, f64)]) -> (Grid, Vec<f64>) {
     let grid = Grid::unit(n, n);
     let height = |i: usize| {
@@ -76,11 +75,10 @@ fn typical(map: &[u8], nx: usize) -> f64 {
 
 // Winkler
 
-/// Springs under a paraboloid of radius R: the load is πb⁴κ/4R on an overlap of radius b, and the contact twice as large;
-/// the gap outside is the undeformed one, and stress is springs' alone.
+/// Paraboloid of radius R: the load is πb⁴κ/4R for an overlap of radius b, and the contact area twice that of the overlap.
 #[test]
-fn springs_under_a_paraboloid() {
-    /// Nodes along the rim of 48 of radius.
+fn winkler_paraboloid_agrees_with_the_closed_form() {
+    /// Discretisation of a circle of 48 nodes of radius.
     const AREA: f64 = 0.01;
     let radius = 2.0;
     let (grid, heights) = spheres(256, &[(0.25, 0.75, radius, 0.3)]);
@@ -94,14 +92,14 @@ fn springs_under_a_paraboloid() {
     assert_eq!(patch_sizes(&found.contact, 256, Connectivity::Eight).len(), 1);
     let highest = found.stress.iter().copied().fold(0.0, f64::max);
     assert!(near(highest, b * b / (2.0 * radius) / length, AREA), "{highest}");
-    // The core is half of the contact.
+    // The overlap is half of the contact.
     let core = found.stress.iter().filter(|s| **s > 0.0).count();
     assert_eq!(2 * core, found.contact.iter().filter(|c| **c != 0).count());
 }
 
-/// S36: where there is a gap it is the undeformed one less one constant, and there is one exactly where nothing touches.
+/// S36: outside contact the gap is the undeformed one minus a constant; in contact it is zero.
 #[test]
-fn the_gap_is_the_undeformed_one() {
+fn winkler_gap_is_undeformed() {
     let (grid, heights) = rough(256, 256, 1.0 / 32.0, 1);
     let found = one(&problem(grid, &heights), "winkler", 0.01);
     let open = |i: &usize| found.gap[*i] > 0.0;
@@ -113,9 +111,9 @@ fn the_gap_is_the_undeformed_one() {
     }
 }
 
-/// Areas are a function of p/(E*ḡ): heights and load twice as large, the same nodes touch.
+/// Areas are a function of p/(E*ḡ): with twice the heights and the load the contact map is the same.
 #[test]
-fn springs_know_the_load_by_the_gradient() {
+fn winkler_area_depends_on_pressure_over_gradient() {
     let (grid, heights) = rough(128, 128, 1.0 / 24.0, 4);
     let double: Vec<f64> = heights.iter().map(|h| 2.0 * h).collect();
     let a = one(&problem(grid, &heights), "winkler", 0.03);
@@ -124,9 +122,9 @@ fn springs_know_the_load_by_the_gradient() {
     assert!(near(b.mean_gap, 2.0 * a.mean_gap, 1e-12) && a.area > 0.01 && a.area < 0.9);
 }
 
-/// The same of spots that merge: steps of the load are of p*, so that they merge in the same order.
+/// The same for merging spots: load steps are in p*, so that spots merge in the same order.
 #[test]
-fn spots_know_the_load_by_the_gradient() {
+fn icha_area_depends_on_pressure_over_gradient() {
     let (grid, heights) = rough(128, 128, 1.0 / 24.0, 4);
     let double: Vec<f64> = heights.iter().map(|h| 2.0 * h).collect();
     let a = one(&problem(grid, &heights), "icha", 0.03);
@@ -135,10 +133,10 @@ fn spots_know_the_load_by_the_gradient() {
     assert!(near(b.area, a.area, 1e-9) && near(b.mean_gap, 2.0 * a.mean_gap, 1e-9) && a.area > 0.01);
 }
 
-/// Calibrated at p* = 0.01 the area is met there to the nodes; S27: below, it falls with less than the power 0.95 of the load,
-/// where the solver's is linear; S28: the mean gap is overestimated, and the last gap closes at p* between 0.6 and 1.3.
+/// The calibrated area at p* = 0.01 is met to the node. S27: below, the area scales with a power of the load less than 0.95, while that
+/// of the solver is linear. S28: the mean gap is overestimated, and the last gap closes at p* between 0.6 and 1.3.
 #[test]
-fn calibrated_springs() {
+fn winkler_calibration_meets_the_area() {
     let (mut areas, mut reference) = ([0.0; 2], [0.0; 2]);
     for seed in 1..=6 {
         let (grid, heights) = rough(256, 256, 1.0 / 32.0, seed);
@@ -146,8 +144,8 @@ fn calibrated_springs() {
         let g = gradient(grid, &heights);
         let exact = path(&base, "fast", &[0.001 * g, 0.01 * g]);
         let p = with(base, WinklerSettings { spring_length: None, calibrate_to: Some(exact[1].area) });
-        let found = told(&p, "winkler", &[0.001 * g, 0.01 * g, 0.6 * g, 1.3 * g]);
-        // Twice the number of nodes that overlap.
+        let found = estimates(&p, "winkler", &[0.001 * g, 0.01 * g, 0.6 * g, 1.3 * g]);
+        // The number of contact nodes is even.
         assert!((found[1].area - exact[1].area).abs() < 2.5 / (256.0 * 256.0), "{} {}", found[1].area, exact[1].area);
         for k in 0..2 {
             areas[k] += found[k].area;
@@ -165,7 +163,7 @@ fn calibrated_springs() {
 /// The default λ on the challenge's spectrum, as much of it as 1024² points nvt: 3 % of contact at p = 0.01 E*, within what
 /// surfaces scatter (1.9 to 3.1 % on eight of them).
 #[test]
-fn the_default_wavelength_is_the_challenges() {
+fn default_spring_length_gives_the_challenges_area() {
     let area = |seed: u64| {
         let (grid, heights) = rough(1024, 1024, 1e-3, seed);
         one(&problem(grid, &heights), "winkler", 0.01).area
@@ -176,10 +174,10 @@ fn the_default_wavelength_is_the_challenges() {
 
 // Summits
 
-/// JKR on one summit along a path in and out: radii of the closed form, jump-in at first touch, and nothing after a pull
-/// beyond 3πγR/2.
+/// JKR on one summit during loading and unloading: radii of the closed form, jump into contact at first contact, and separation beyond
+/// the pull-off force 3πγR/2.
 #[test]
-fn one_summit_is_jkr() {
+fn srgw_single_summit_is_jkr() {
     let (radius, gamma) = (0.5, 1e-4);
     let (grid, heights) = spheres(64, &[(0.25, 0.5, radius, 0.1)]);
     let p = Problem { adhesion: Adhesion::exponential(gamma, 1e-5), ..problem(grid, &heights) };
@@ -190,19 +188,19 @@ fn one_summit_is_jkr() {
         ((b + (b * b + 4.0 * c * load).sqrt()) / (2.0 * c)).powf(2.0 / 3.0)
     };
     let loads = [0.0, 0.3 * pull_off, 5.0 * pull_off, pull_off, -0.5 * pull_off, -0.999 * pull_off];
-    for (load, found) in loads.iter().zip(told(&p, "srgw", &loads)) {
+    for (load, found) in loads.iter().zip(estimates(&p, "srgw", &loads)) {
         assert_eq!((found.stop, found.patches.len()), (Stop::Converged, 1), "{load}");
         assert!(near((found.patches[0] / PI).sqrt(), closed(*load), 1e-6), "{load} {:?}", found.patches);
         assert!(near(found.area, found.patches[0], 1e-12));
     }
-    let end = told(&p, "srgw", &[-0.5 * pull_off, -1.001 * pull_off, 0.3 * pull_off]);
+    let end = estimates(&p, "srgw", &[-0.5 * pull_off, -1.001 * pull_off, 0.3 * pull_off]);
     assert_eq!((end[1].stop, end[1].area), (Stop::Detached, 0.0));
     assert!(near((end[2].patches[0] / PI).sqrt(), closed(0.3 * pull_off), 1e-6));
 }
 
-/// Without adhesion: Hertz on one summit, with the stress that Hertz gives; on two of them loads share one approach.
+/// Without adhesion: area and stress of Hertz on one summit; two summits have a common approach.
 #[test]
-fn summits_without_adhesion_are_hertz() {
+fn srgw_without_adhesion_is_hertz() {
     let (grid, heights) = spheres(128, &[(0.25, 0.5, 0.4, 0.0)]);
     let load = 1e-3;
     let found = one(&problem(grid, &heights), "srgw", load);
@@ -217,15 +215,15 @@ fn summits_without_adhesion_are_hertz() {
     assert!(((a / PI / 0.4) - (b / PI / 0.2) - 0.002).abs() < 1e-9);
 }
 
-/// With adhesion more touches than without, and on the way out more than on the way in.
+/// Adhesion increases the area, more on unloading than on loading.
 #[test]
-fn summits_hold_on() {
+fn srgw_has_adhesive_hysteresis() {
     let (grid, heights) = rough(512, 512, 1.0 / 64.0, 1);
     let g = gradient(grid, &heights);
     let adhesion = Adhesion::exponential(2e-4, 2e-5);
     let loads = [0.0, 0.003 * g, 0.03 * g, 0.003 * g, 0.0];
-    let with = told(&Problem { adhesion, ..problem(grid, &heights) }, "srgw", &loads);
-    let without = told(&problem(grid, &heights), "srgw", &loads[1..3]);
+    let with = estimates(&Problem { adhesion, ..problem(grid, &heights) }, "srgw", &loads);
+    let without = estimates(&problem(grid, &heights), "srgw", &loads[1..3]);
     println!("areas {:?} without {:?}", with.iter().map(|f| f.area).collect::<Vec<_>>(), without[0].area);
     assert!(with.iter().chain(&without).all(|f| f.stop == Stop::Converged && f.load_error < 1e-8));
     assert!(with[1].area > 1.05 * without[0].area && with[2].area > without[1].area);
@@ -234,16 +232,16 @@ fn summits_hold_on() {
 
 // Interacting spots
 
-/// One sphere in a periodic cell, against the solver and against Hertz with his images: area, mean gap, highest stress.
+/// One sphere in a periodic cell against `bvm` and Hertz with images: area, mean gap, highest stress.
 #[test]
-fn one_interacting_summit_is_a_periodic_hertz() {
+fn icha_single_summit_is_periodic_hertz() {
     let (radius, load) = (1.0, 4.0 / 3.0 * 1e-3);
     let (grid, heights) = spheres(256, &[(0.5, 0.5, radius, 0.0)]);
     let p = problem(grid, &heights);
     let found = one(&p, "icha", load);
     assert!(near(found.area, PI * 0.01, 1e-6), "{}", found.area);
-    // δ = a²/R - 3.900265 F/π is the approach over the plane on which displacements have no mean; images are spots, not points:
-    // 9.0336 is the lattice's sum of 1/r³.
+    // δ = a²/R - 3.900265 F/π for zero mean displacement; the term with 9.0336, the lattice sum of 1/r³, is due to the finite size of the
+    // images.
     let mean = asperity::grid::mean(&heights);
     let exact = mean - (0.01 - 3.900_264_92 * load / PI + 9.033_62 * 0.1 * 0.01 * load / PI);
     assert!(near(found.mean_gap, exact, 1e-6), "{} {exact}", found.mean_gap);
@@ -253,15 +251,15 @@ fn one_interacting_summit_is_a_periodic_hertz() {
     assert!(near(highest(&found.stress), highest(&solved.stress), 0.02));
 }
 
-/// Two spheres of unlike radius and height that feel each other: loads on each and mean gap are the solver's, and not those
-/// of spheres that do not.
+/// Two interacting spheres of different radius and height: the load on each and the mean gap agree with `bvm`, unlike those of independent
+/// spheres.
 #[test]
-fn two_spheres_feel_each_other() {
+fn icha_interaction_agrees_with_bvm() {
     let list = [(0.375, 0.5, 0.05, 0.0), (0.625, 0.5, 0.08, 0.004)];
     let (grid, heights) = spheres(256, &list);
     let p = problem(grid, &heights);
     let load = 1e-3;
-    // Share of the load left of the middle between the spheres, and right of it.
+    // Fraction of the load on the left half.
     let left = |stress: &[f64]| {
         let (mut part, mut all) = (0.0, 0.0);
         for (i, s) in stress.iter().enumerate() {
@@ -271,46 +269,46 @@ fn two_spheres_feel_each_other() {
         part / all
     };
     let exact = solved(&p, "bvm", load);
-    let [feeling, alone] = ["icha", "srgw"].map(|id| one(&p, id, load));
-    let (exact_left, found, not) = (left(&exact.stress), left(&feeling.stress), left(&alone.stress));
+    let [interacting, independent] = ["icha", "srgw"].map(|id| one(&p, id, load));
+    let (exact_left, found, not) = (left(&exact.stress), left(&interacting.stress), left(&independent.stress));
     println!(
         "two spheres: load on the first {exact_left} (bvm) {found} (icha) {not} (srgw); mean gap {} {} {}",
-        exact.mean_gap, feeling.mean_gap, alone.mean_gap
+        exact.mean_gap, interacting.mean_gap, independent.mean_gap
     );
-    assert_eq!(feeling.patches.len(), 2);
+    assert_eq!(interacting.patches.len(), 2);
     assert!(near(found, exact_left, 0.01), "{found} {exact_left}");
     assert!((not - exact_left).abs() > 3.0 * (found - exact_left).abs(), "{not} {found} {exact_left}");
-    assert!(near(feeling.mean_gap, exact.mean_gap, 0.01), "{} {}", feeling.mean_gap, exact.mean_gap);
+    assert!(near(interacting.mean_gap, exact.mean_gap, 0.01), "{} {}", interacting.mean_gap, exact.mean_gap);
 }
 
-/// Spots that meet become one, and the load goes on being carried; what merged does not depend on which loads are asked for.
+/// Spots that meet merge, and the load is carried; merging does not depend on the sequence of requested loads.
 #[test]
-fn spots_merge_along_the_load() {
+fn icha_spots_merge_with_load() {
     let (grid, heights) = spheres(128, &[(0.46875, 0.5, 0.2, 0.0), (0.53125, 0.5, 0.2, 0.0)]);
     let p = problem(grid, &heights);
     let loads = [1e-5, 6e-4, 3e-3];
-    let found = told(&p, "icha", &loads);
+    let found = estimates(&p, "icha", &loads);
     assert!(found.iter().all(|f| f.stop == Stop::Converged && f.load_error < 1e-6));
     assert_eq!(found.iter().map(|f| f.patches.len()).collect::<Vec<_>>(), [2, 1, 1]);
     assert!(found[2].area > found[1].area);
     assert_eq!(one(&p, "icha", loads[2]), found[2]);
-    // Back to a lower load is as if it were the first.
-    assert_eq!(told(&p, "icha", &[loads[2], loads[0]])[1], found[0]);
+    // A lower load afterwards gives the same result as a first one.
+    assert_eq!(estimates(&p, "icha", &[loads[2], loads[0]])[1], found[0]);
 }
 
-/// S09: the mean pressure in contact at low load is E*ḡ/2, on surfaces with 8 nodes to their shortest wave; S26: areas lie
-/// below the solver's by at most 30 %, and mean gaps within 10 %, where summits that do not feel each other stray farther.
+/// S09: the mean contact pressure at low load is E*ḡ/2, on surfaces with 8 nodes per shortest wave. S26: areas are up to 30 % below those of
+/// the solver, and mean gaps within 10 %; independent summits deviate more.
 #[test]
-fn interacting_summits_on_rough_surfaces() {
+fn icha_on_rough_surfaces_agrees_with_fast() {
     let (mut load, mut areas, mut exact, mut alone) = (0.0, [0.0; 2], [0.0; 2], 0.0);
     for seed in [1, 2, 3] {
         let (grid, heights) = rough(512, 512, 1.0 / 64.0, seed);
         let p = problem(grid, &heights);
         let g = gradient(grid, &heights);
         let loads = [0.002 * g, 0.01 * g];
-        let found = told(&p, "icha", &loads);
+        let found = estimates(&p, "icha", &loads);
         let solved = path(&p, "fast", &loads);
-        let single = told(&p, "srgw", &loads);
+        let single = estimates(&p, "srgw", &loads);
         load += 0.002;
         for k in 0..2 {
             assert_eq!(found[k].stop, Stop::Converged);
@@ -333,13 +331,12 @@ fn interacting_summits_on_rough_surfaces() {
     assert!(alone < areas[1]);
 }
 
-/// Where most of the surface touches spots lie on each other all over and compete for one place: they settle all the same, on the
-/// challenge's whole spectrum, and areas grow with the load.
+/// With the whole spectrum of the challenge and large contact areas many spots overlap; the method converges, and areas increase with load.
 #[test]
-fn crowded_spots_settle() {
+fn icha_converges_with_crowded_spots() {
     let (grid, heights) = rough(128, 128, 1e-3, 18);
     let g = gradient(grid, &heights);
-    let found = told(&problem(grid, &heights), "icha", &[0.03, 0.1, 0.3].map(|p| p * g));
+    let found = estimates(&problem(grid, &heights), "icha", &[0.03, 0.1, 0.3].map(|p| p * g));
     assert!(
         found.iter().all(|f| f.stop == Stop::Converged && f.load_error < 1e-6),
         "{:?}",
@@ -348,7 +345,7 @@ fn crowded_spots_settle() {
     assert!(found.windows(2).all(|w| w[1].area > w[0].area && w[1].mean_gap < w[0].mean_gap) && found[2].area > 0.4);
 }
 
-/// Spots and sums in them are the same bits on one thread and on two.
+/// Estimates are bit-identical on one and two threads.
 #[test]
 fn threads_do_not_change_estimates() {
     let (grid, heights) = rough(128, 128, 1.0 / 24.0, 3);
@@ -369,11 +366,11 @@ fn laboratory<'p>(problem: Problem<'p>, experiment: ExperimentSettings) -> Probl
     Problem { settings: Settings { experiment, ..Settings::default() }, ..problem }
 }
 
-/// With a perfect printer and camera on thick rubber the solver's contact is seen; on the laboratory's layer, that of the
-/// solver's layer; gaps averaged over the window keep their mean.
+/// With ideal printer and camera the contact is that of `fast`, on thick rubber and on the layer of the laboratory; averaging over the
+/// window conserves the mean gap.
 #[test]
-fn the_camera_sees_the_solvers_contact() {
-    /// Heights counted from the lowest are others to the solver, by rounding.
+fn experiment_with_ideal_camera_agrees_with_fast() {
+    /// Rounding due to the offset of the heights.
     const SOLVED: f64 = 1e-9;
     let (grid, heights) = rough(256, 256, 1.0 / 32.0, 2);
     let perfect = ExperimentSettings {
@@ -401,10 +398,9 @@ fn the_camera_sees_the_solvers_contact() {
     }
 }
 
-/// A coarse printer flattens the surface, so more of it touches; more light crosses wider gaps; a coarse camera loses small
-/// patches and adds none.
+/// A coarse printer smooths the surface and increases the area; so does a larger optical gap; a coarse camera loses small patches.
 #[test]
-fn what_the_laboratory_blurs() {
+fn experiment_resolution_changes_the_contact_area() {
     let (grid, heights) = rough(256, 256, 1.0 / 32.0, 2);
     let base = ExperimentSettings::default();
     let area = |settings: ExperimentSettings| {
@@ -418,11 +414,11 @@ fn what_the_laboratory_blurs() {
     assert!(fewer < patches, "{fewer} {patches}");
 }
 
-// Refusals
+// Unsupported problems
 
-/// What a method cannot do is refused in one line that names it.
+/// Unsupported problems give an error of one line that names the method and the key.
 #[test]
-fn refusals_name_what_is_refused() {
+fn errors_name_the_unsupported_input() {
     let (grid, heights) = rough(64, 64, 1.0 / 16.0, 1);
     let base = problem(grid, &heights);
     let layer = Elastic::Layer(Layer { thickness: 0.1, poisson: 0.3, base: Base::Bonded });
@@ -452,7 +448,7 @@ fn refusals_name_what_is_refused() {
     }
     let calibrated = WinklerSettings { spring_length: None, calibrate_to: Some(0.03) };
     refused(&with(problem(grid, &flat), calibrated), "winkler", "flat");
-    // Two steps: nothing between 0 and 1/2 of the nodes overlaps.
+    // Two height levels: no area between 0 and 1/2 can overlap.
     let steps: Vec<f64> = (0..64 * 64).map(|i| f64::from(i as u32 % 2)).collect();
     refused(&with(problem(grid, &steps), calibrated), "winkler", "steps");
     for bad in [winkler(Some(-1.0), None), winkler(Some(0.1), Some(0.1)), winkler(None, Some(1.5))] {
@@ -464,9 +460,9 @@ fn refusals_name_what_is_refused() {
     refused(&laboratory(base.clone(), thin), "experiment", "thickness");
 }
 
-/// A flat surface lies on its springs everywhere.
+/// A flat surface is in full contact.
 #[test]
-fn flat_springs() {
+fn winkler_flat_surface_is_in_full_contact() {
     let grid = Grid::unit(8, 8);
     let flat = vec![3.0; 64];
     let found = one(&problem(grid, &flat), "winkler", 0.02);
@@ -474,8 +470,8 @@ fn flat_springs() {
     assert!(found.stress.iter().all(|s| near(*s, 0.02, 1e-12)));
 }
 
-/// Not run with the others: seconds a node for one load, which should not rise by much from 512² to 4096² points, and how
-/// patches and mean gaps depart from the solver's as a spectrum widens (S19, S28).
+/// Ignored by default: seconds per node for one load from 512² to 4096² points, and deviations of patches and mean gaps from `fast` as the
+/// spectrum widens (S19, S28).
 #[test]
 #[ignore = "minutes; prints measurements"]
 fn measurements() {
@@ -492,7 +488,7 @@ fn measurements() {
         let exact = solved(&p, "fast", load);
         let calibrated = with(p.clone(), WinklerSettings { spring_length: None, calibrate_to: Some(exact.area) });
         let clock = std::time::Instant::now();
-        let [springs, single, feeling] =
+        let [springs, single, interacting] =
             [(&calibrated, "winkler"), (&p, "srgw"), (&p, "icha")].map(|(p, id)| one(p, id, load));
         let map = contact_map(Field::F64(&exact.gap), 0.0);
         println!(
@@ -500,11 +496,11 @@ fn measurements() {
             typical(&springs.contact, n) / typical(&map, n),
             contact_area(grid, Field::F64(&exact.gap), 0.0).corrected,
             single.area,
-            feeling.area,
+            interacting.area,
             exact.mean_gap,
             springs.mean_gap,
             single.mean_gap,
-            feeling.mean_gap,
+            interacting.mean_gap,
             clock.elapsed().as_secs_f64(),
         );
     }

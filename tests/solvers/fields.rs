@@ -1,4 +1,4 @@
-//! Second solvers of the fields against the first ones, and what the challenge's paper says of them.
+//! Field solvers against `bvm`, and statements of the challenge paper about them.
 
 use crate::found::{Found, near, path, problem, rough, solved};
 use asperity::grid::lowest;
@@ -6,7 +6,7 @@ use asperity::interface::{Adhesion, LennardJonesWall, PowerLawWall, Wall};
 use asperity::method::{self, BicgstabSettings, Load, NoObserver, Precision, Problem, Settings, Stop, Targets};
 use asperity::observe::{Connectivity, patch_sizes, typical_size};
 
-/// Load balance that every converged state keeps.
+/// Load balance of every converged state.
 const LOAD_BALANCE: f64 = 1e-9;
 
 /// rms difference of two fields.
@@ -14,17 +14,17 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
     (a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / a.len() as f64).sqrt()
 }
 
-/// What acts across the interface carries the load: the wall where the gap is closed, the law elsewhere.
+/// The forces across the interface carry the load: contact stress where the gap is closed, adhesion elsewhere.
 fn balanced(found: &Found, what: &str) {
     assert!(found.load_error < LOAD_BALANCE, "{what}: load error {:e}", found.load_error);
 }
 
-/// An adhesion that the grid carries without pinning: ρ/√(γ dx) = 1.4.
+/// Adhesion that the grid resolves without pinning: ρ/√(γ dx) = 1.4.
 fn resolved(gamma: f64, n: usize) -> Adhesion {
     Adhesion::exponential(gamma, 1.4 * (gamma / n as f64).sqrt())
 }
 
-/// The path of a method that starts from a gap.
+/// Solution of a method from an initial gap.
 fn from_gap(problem: &Problem, id: &str, gap: &[f64], pressure: f64) -> Found {
     let mut run = method::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
     run.set_gap(gap);
@@ -33,13 +33,13 @@ fn from_gap(problem: &Problem, id: &str, gap: &[f64], pressure: f64) -> Found {
     Found::of(problem.grid, &s)
 }
 
-/// Nothing in common but the equations: transform, sums and minimiser are two. Both are converged to 1e-9 of the pressure.
+/// The two methods share only the equations: transform, sums and minimiser are separate. Both converge to 1e-9 of the pressure.
 #[test]
-fn the_second_gfmd_agrees_with_bvm() {
+fn gfmd_fire_agrees_with_bvm() {
     /// The same equilibrium.
     const ENERGY: f64 = 1e-9;
     const FIELD: f64 = 1e-7;
-    /// From first touch, each on its own way: with adhesion single spots end on one of two branches. Measured: 1.0e-7 on 256².
+    /// From first contact on different paths: with adhesion single spots may end on either of two branches. Measured: 1.0e-7 on 256².
     const BRANCHES: f64 = 1e-6;
     let (grid, heights) = rough(128, 128, 1.0 / 24.0, 18);
     let scale = asperity::grid::rms(&heights);
@@ -48,7 +48,7 @@ fn the_second_gfmd_agrees_with_bvm() {
         for pressure in [0.01, 0.05] {
             let [a, touch] = ["bvm", "gfmd-fire"].map(|id| solved(&p, id, pressure));
             assert!(near(touch.energy, a.energy, BRANCHES), "{adhesion}: {} {}", touch.energy, a.energy);
-            // Off the answer by a thousandth of the roughness, and back.
+            // A perturbation of a thousandth of the rms height relaxes back.
             let shaken: Vec<f64> =
                 a.gap.iter().enumerate().map(|(i, g)| g + 1e-3 * scale * ((i * 7) % 11) as f64 / 11.0).collect();
             let b = from_gap(&p, "gfmd-fire", &shaken, pressure);
@@ -67,7 +67,7 @@ fn the_second_gfmd_agrees_with_bvm() {
                 assert!(energy.abs() < ENERGY && gap < FIELD && stress < FIELD && a.area == b.area);
             }
             println!(
-                "  from first touch: energy {:.1e}, steps {} for {}",
+                "  from first contact: energy {:.1e}, steps {} for {}",
                 touch.energy / a.energy - 1.0,
                 touch.iterations,
                 a.iterations
@@ -78,7 +78,7 @@ fn the_second_gfmd_agrees_with_bvm() {
 
 /// Soft walls, with and without adhesion.
 #[test]
-fn the_second_gfmd_agrees_on_a_soft_wall() {
+fn gfmd_fire_agrees_with_bvm_on_a_soft_wall() {
     let (grid, heights) = rough(128, 128, 1.0 / 24.0, 18);
     let wall = Wall::LennardJones(LennardJonesWall { strength: 20.0, sigma: 0.0143 });
     for adhesion in [Adhesion::None, resolved(2.7e-4, 128)] {
@@ -91,7 +91,7 @@ fn the_second_gfmd_agrees_on_a_soft_wall() {
     }
 }
 
-/// Shares of nodes that press and that are closed, and the typical patch of either, in nodes.
+/// Fractions of nodes under compression and of closed nodes, and the typical patch of each, in nodes.
 struct Touching {
     pressing: f64,
     closed: f64,
@@ -100,7 +100,7 @@ struct Touching {
 }
 
 fn touching(found: &Found, nx: usize, pressure: f64) -> Touching {
-    // Stress in the open of a state without adhesion is what the solver leaves there.
+    // Without adhesion the stress at open nodes is the residual of the solver.
     let map = |of: &dyn Fn(usize) -> bool| -> Vec<u8> { (0..found.gap.len()).map(|i| u8::from(of(i))).collect() };
     let pressing = map(&|i| found.stress[i] > 1e-6 * pressure);
     let closed = map(&|i| found.gap[i] <= 0.0);
@@ -114,20 +114,20 @@ fn touching(found: &Found, nx: usize, pressure: f64) -> Touching {
     }
 }
 
-fn told(errors: &[f64]) -> String {
+fn listed(errors: &[f64]) -> String {
     errors.iter().map(|e| format!("{e:.2e}")).collect::<Vec<_>>().join(" ")
 }
 
-/// Errors on meshes of 64 to 256 nodes fall by this at least from each to the next.
+/// Errors on meshes of 64 to 256 nodes decrease at least by this factor from each to the next.
 fn falls(errors: &[f64], by: f64, what: &str) {
     let orders: Vec<String> = errors.windows(2).map(|e| format!("{:.2}", (e[0] / e[1]).log2())).collect();
-    println!("{what}: errors {}, orders {orders:?}", told(errors));
+    println!("{what}: errors {}, orders {orders:?}", listed(errors));
     assert!(errors.windows(2).all(|e| e[1] < e[0] / by), "{what}: {errors:?}");
 }
 
-/// Without adhesion two pressures in turn are the contact problem of `bvm` in its dual form: the same answer.
+/// Without adhesion the alternating scheme is the dual form of the problem of `bvm`.
 #[test]
-fn fft_ia_without_adhesion_is_bvm() {
+fn fft_ia_without_adhesion_agrees_with_bvm() {
     const FIELD: f64 = 1e-7;
     let (grid, heights) = rough(128, 128, 1.0 / 24.0, 18);
     let p = problem(grid, &heights);
@@ -146,10 +146,10 @@ fn fft_ia_without_adhesion_is_bvm() {
     }
 }
 
-/// Adhesion integrated over the elements is that at the nodes on a fine mesh. On every one the pull of a node stays below γ/ρ,
-/// and what presses lies within what is closed.
+/// Adhesion integrated over elements converges to nodal adhesion with the mesh. On every mesh the tension of a node is at most γ/ρ,
+/// and the area under compression is part of the closed area.
 #[test]
-fn fft_ia_tends_to_pointwise_adhesion() {
+fn fft_ia_converges_to_pointwise_adhesion() {
     let adhesion = resolved(1e-4, 64);
     let (gamma, rho) = (adhesion.work_of_adhesion(), adhesion.range());
     let mut errors = Vec::new();
@@ -176,9 +176,9 @@ fn fft_ia_tends_to_pointwise_adhesion() {
     falls(&errors, 2.5, "fft-ia, gap over h_rms");
 }
 
-/// The 9-3 wall is the hard wall as its range shrinks, to first order: the wall is as thick as its range.
+/// The 9-3 wall converges to the hard wall at first order in its range.
 #[test]
-fn bicgstab_tends_to_the_hard_wall() {
+fn bicgstab_converges_to_the_hard_wall_at_first_order() {
     let (grid, heights) = rough(128, 128, 1.0 / 16.0, 18);
     let hard = solved(&problem(grid, &heights), "bvm", 0.02);
     let rms = asperity::grid::rms(&heights);
@@ -194,13 +194,13 @@ fn bicgstab_tends_to_the_hard_wall() {
         })
         .to_vec();
     let orders: Vec<f64> = errors.windows(2).map(|e| (e[0] / e[1]).log2()).collect();
-    println!("gap over h_rms: {}, orders {orders:.3?}", told(&errors));
+    println!("gap over h_rms: {}, orders {orders:.3?}", listed(&errors));
     assert!(orders.iter().all(|o| (0.9..1.1).contains(o)), "{orders:?}");
 }
 
-/// With adhesion Newton's method ends where `bvm` does that is given both branches of the same law, wall and attraction.
+/// With adhesion `bicgstab` agrees with `bvm` for the same wall and attraction.
 #[test]
-fn bicgstab_is_bvm_with_the_same_law() {
+fn bicgstab_agrees_with_bvm_for_the_same_law() {
     const RHO: f64 = 1.0264;
     let (grid, heights) = rough(128, 128, 1.0 / 16.0, 18);
     let (gamma, rho) = (resolved(1e-4, 128).work_of_adhesion(), resolved(1e-4, 128).range());
@@ -214,18 +214,18 @@ fn bicgstab_is_bvm_with_the_same_law() {
     let a = from_gap(&p, "bvm", &found.gap, 0.02);
     println!("energies {} {}, lowest stress {} of {}", found.energy, a.energy, lowest(&found.stress), gamma / rho);
     assert!(near(found.energy, a.energy, 1e-8) && apart(&found.gap, &a.gap) < 1e-6 * asperity::grid::rms(&heights));
-    // The largest tension is that of the exponential law; where the force is zero the gap is.
+    // The largest tension is that of the exponential law; zero force is at zero gap.
     assert!(lowest(&found.stress) > -gamma / rho * (1.0 + 1e-4) && lowest(&found.stress) < -0.9 * gamma / rho);
     let t = touching(&found, grid.nx, 0.02);
     println!("pressing {:.4} closed {:.4}, patches {} {}", t.pressing, t.closed, t.pressing_patch, t.closed_patch);
     assert!((t.pressing / t.closed - 1.0).abs() < 0.02);
 }
 
-/// What presses against what is closed where adhesion is strong: the paper's factor of about three in the typical patch of
-/// methods that call contact what presses is not reached on meshes that resolve roughness and adhesion: 0.7 to 0.9 was
-/// measured on 256² (λ_s = L/32, γ = 2.7e-4, p = 0.005 to 0.02), for `bvm` as for `fft-ia`.
+/// Area under compression and closed area for strong adhesion. The factor of about three between typical patches in the paper is not
+/// found on meshes that resolve roughness and adhesion: 0.7 to 0.9 was measured on 256² (λ_s = L/32, γ = 2.7e-4, p = 0.005 to 0.02),
+/// for `bvm` and for `fft-ia`.
 #[test]
-fn pressing_patches_are_smaller_than_closed_ones() {
+fn compressed_patches_are_smaller_than_closed_ones() {
     let n = 128;
     let (grid, heights) = rough(n, n, 1.0 / 24.0, 18);
     let p = Problem { adhesion: resolved(2.7e-4, n), ..problem(grid, &heights) };
@@ -246,9 +246,9 @@ fn pressing_patches_are_smaller_than_closed_ones() {
     }
 }
 
-/// Splines differ from nodal waves on a coarse mesh only, with and without adhesion; the load is carried on every one.
+/// Splines and nodal modes agree in the limit of fine meshes, with and without adhesion; the load is balanced on every mesh.
 #[test]
-fn splines_tend_to_bvm() {
+fn bem_bspline_converges_to_bvm() {
     for (adhesion, law) in [(Adhesion::None, "none"), (resolved(1e-4, 64), "exponential")] {
         let (mut gaps, mut means) = (Vec::new(), Vec::new());
         for n in [64, 128, 256] {
@@ -268,10 +268,10 @@ fn splines_tend_to_bvm() {
     }
 }
 
-/// On a mesh that does not follow the shortest waves: the mean gap is 4 per cent low, and the stresses lie closer together by
-/// as much as the gradient that is left.
+/// On a mesh that does not resolve the shortest waves the mean gap is 4 % low, and the width of the stress distribution decreases
+/// with the remaining gradient.
 #[test]
-fn splines_leave_out_what_they_cannot_follow() {
+fn bem_bspline_filters_unresolved_roughness() {
     let n = 128;
     let (grid, heights) = rough(n, n, 1.0 / 64.0, 18);
     let p = problem(grid, &heights);
@@ -289,12 +289,12 @@ fn splines_leave_out_what_they_cannot_follow() {
     assert!((width / ratio - 1.0).abs() < 0.1, "{width} {ratio}");
 }
 
-/// What these methods do not do they say in one line.
+/// Unsupported problems give an error of one line.
 #[test]
-fn refusals() {
+fn unsupported_problems_are_errors() {
     let (grid, heights) = rough(16, 16, 1.0 / 4.0, 3);
     let base = problem(grid, &heights);
-    let told = |p: &Problem, id: &str, load: Load| {
+    let error_of = |p: &Problem, id: &str, load: Load| {
         let run = method::find(id).unwrap().start(p, &NoObserver);
         let error = match run {
             Err(e) => e,
@@ -306,33 +306,35 @@ fn refusals() {
     };
     let press = Load::Pressure(0.02);
     for id in ["gfmd-fire", "fft-ia", "bicgstab", "bem-bspline"] {
-        assert!(told(&Problem { precision: Precision::F32, ..base.clone() }, id, press).contains("precision"));
-        assert!(told(&base, id, Load::MeanGap(0.01)).contains("mean gap"));
-        assert!(told(&base, id, Load::Pressure(-0.01)).contains("pressure"));
+        assert!(error_of(&Problem { precision: Precision::F32, ..base.clone() }, id, press).contains("precision"));
+        assert!(error_of(&base, id, Load::MeanGap(0.01)).contains("mean gap"));
+        assert!(error_of(&base, id, Load::Pressure(-0.01)).contains("pressure"));
         let targets = Targets { energy: Some(1e-3), ..Targets::default() };
-        assert!(told(&Problem { targets, ..base.clone() }, id, press).contains("energy"));
+        assert!(error_of(&Problem { targets, ..base.clone() }, id, press).contains("energy"));
     }
     let soft = Wall::LennardJones(LennardJonesWall { strength: 20.0, sigma: 0.0143 });
     for id in ["fft-ia", "bicgstab", "bem-bspline"] {
-        assert!(told(&Problem { wall: soft, ..base.clone() }, id, press).contains("wall"));
+        assert!(error_of(&Problem { wall: soft, ..base.clone() }, id, press).contains("wall"));
     }
     let dugdale = Problem { adhesion: Adhesion::dugdale(1e-4, 1e-2), ..base.clone() };
     for id in ["fft-ia", "bicgstab"] {
-        assert!(told(&dugdale, id, press).contains("adhesion"));
+        assert!(error_of(&dugdale, id, press).contains("adhesion"));
     }
     let settings = |change: fn(&mut Settings)| {
         let mut settings = Settings::default();
         change(&mut settings);
         Problem { settings, ..base.clone() }
     };
-    assert!(told(&settings(|s| s.fft_ia.relaxation = 0.0), "fft-ia", press).contains("relaxation"));
-    assert!(told(&settings(|s| s.bicgstab.wall_range = -1.0), "bicgstab", press).contains("wall"));
-    assert!(told(&settings(|s| s.bem_bspline.shortest_wavelength = 1.0), "bem-bspline", press).contains("shortest"));
+    assert!(error_of(&settings(|s| s.fft_ia.relaxation = 0.0), "fft-ia", press).contains("relaxation"));
+    assert!(error_of(&settings(|s| s.bicgstab.wall_range = -1.0), "bicgstab", press).contains("wall"));
+    assert!(
+        error_of(&settings(|s| s.bem_bspline.shortest_wavelength = 1.0), "bem-bspline", press).contains("shortest")
+    );
 }
 
-/// Same bits for one thread and for two; the same answer again from its own gap.
+/// Bit-identical results on one and two threads; a solve from its own result converges to it.
 #[test]
-fn threads_do_not_change_bits_and_answers_stay() {
+fn results_do_not_depend_on_threads_and_are_stationary() {
     let (grid, heights) = rough(64, 48, 1.0 / 16.0, 5);
     for id in ["gfmd-fire", "fft-ia", "bicgstab", "bem-bspline"] {
         let p = Problem { adhesion: resolved(1e-4, 64), ..problem(grid, &heights) };
@@ -348,9 +350,9 @@ fn threads_do_not_change_bits_and_answers_stay() {
     }
 }
 
-/// A pull that no adhesion holds is told as such.
+/// Tension above the pull-off stress stops as detached.
 #[test]
-fn a_pull_parts_the_surfaces() {
+fn excessive_tension_separates_the_surfaces() {
     let (grid, heights) = rough(64, 64, 1.0 / 16.0, 5);
     for id in ["gfmd-fire", "fft-ia", "bicgstab", "bem-bspline"] {
         let p = Problem { adhesion: resolved(1e-4, 64), ..problem(grid, &heights) };

@@ -1,4 +1,4 @@
-//! States of the solvers, copied for tests that compare many of them.
+//! Copies of solver states for comparisons.
 
 use asperity::grid::Grid;
 use asperity::method::{self, Load, NoObserver, Problem, State, Stop};
@@ -10,7 +10,7 @@ pub fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
     Problem { max_iterations: 20_000, ..Problem::new(grid, heights) }
 }
 
-/// A state, as these tests look at it.
+/// A copied state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found {
     pub stop: Stop,
@@ -46,13 +46,13 @@ impl Found {
     }
 }
 
-/// A path of pressures.
+/// States along a path of pressures.
 pub fn path(problem: &Problem, id: &str, pressures: &[f64]) -> Vec<Found> {
     let mut run = method::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
     pressures.iter().map(|&p| Found::of(problem.grid, &run.equilibrate(Load::Pressure(p)).unwrap())).collect()
 }
 
-/// One pressure, to convergence.
+/// Converged state at one pressure.
 pub fn solved(problem: &Problem, id: &str, pressure: f64) -> Found {
     let found = path(problem, id, &[pressure]).remove(0);
     let Problem { kernel, adhesion, wall, precision, .. } = problem;
@@ -66,7 +66,7 @@ pub fn near(a: f64, b: f64, tolerance: f64) -> bool {
     (a - b).abs() <= tolerance * b.abs()
 }
 
-/// The challenge's surface with a longer cut-off, of which a grid holds every wave.
+/// The challenge's surface with a longer cut-off, all of whose waves the grid resolves.
 pub fn rough(nx: usize, ny: usize, lambda_s: f64, seed: u64) -> (Grid, Vec<f64>) {
     let grid = Grid::unit(nx, ny);
     let spectrum = Spectrum { lambda_s, ..Spectrum::CHALLENGE };

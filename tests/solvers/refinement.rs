@@ -107,7 +107,7 @@ fn under_force(force: f64, shape: (f64, f64), cell: f64) -> (f64, f64, f64) {
 /// first; the area's perimeter correction, and extrapolation, each do better than the count. Contact lines cross the grid
 /// anyhow, so errors scatter: over three loads and three places of the sphere between the nodes.
 #[test]
-fn hertz_refines() {
+fn hertz_converges_at_second_order() {
     /// Contact radii of 3.9 to 5.9 nodes on the coarsest grid and of 16 to 23 on the finest, L/11 and less: what the
     /// closed form leaves out is 1e-6 of the approach.
     const FORCES: [f64; 3] = [3e-4, 5.5e-4, 1e-3];
@@ -156,7 +156,7 @@ fn falls(errors: &[[f64; 4]; 3]) {
 /// Per unit cell two, on a square lattice of length 1/√2; near a low point h = D(q²r²/2 - q⁴r⁴/16) on average over the
 /// directions.
 #[test]
-fn two_dimensional_sinusoid_refines() {
+fn two_dimensional_sinusoid_converges_at_second_order() {
     let (amplitude, q) = (0.02, 2.0 * PI);
     let shape = (1.0 / (amplitude * q * q), -amplitude * q.powi(4) / 16.0);
     falls(&[128usize, 256, 512].map(|n| {

@@ -302,8 +302,8 @@ impl Run for Solver<'_> {
             if self.law.is_none() {
                 change = (INNER * control.relative(&residuals)).min(0.1 * change.max(wanted * stiffest / scale));
             }
-            let share = self.relaxation;
-            each(adhesive, |i, a| a + share * (traction[i] - a));
+            let relaxation = self.relaxation;
+            each(adhesive, |i, a| a + relaxation * (traction[i] - a));
         };
         let Solver { stress, contact, adhesive, .. } = self;
         each(stress, |i, _| contact[i] - adhesive[i]);
