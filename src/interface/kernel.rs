@@ -3,7 +3,6 @@
 //! The mean mode has no stiffness here: the mean displacement is a gauge that load control leaves free, and a mean gap
 //! does not contain it. What a layer yields as a whole under the mean pressure is [`Layer::compression`].
 
-use super::{CubicHalfSpace, NonPeriodic};
 use serde::{Deserialize, Serialize};
 
 /// Stiffness of the mode with the wave vector (qx, qy) in units of 1/L, in E*/L; the same for (qx, -qy): the axes lie along those of
@@ -107,55 +106,6 @@ impl Kernel for Layer {
     fn stiffness(&self, qx: f64, qy: f64) -> f64 {
         let q = length(qx, qy);
         if q == 0.0 { 0.0 } else { 0.5 * q * self.stiffening(q * self.thickness) }
-    }
-}
-
-/// The kernel as a scene chooses it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Elastic {
-    HalfSpace,
-    Layer(Layer),
-    Cubic(CubicHalfSpace),
-    NonPeriodic(NonPeriodic),
-}
-
-impl Kernel for Elastic {
-    #[inline]
-    fn stiffness(&self, qx: f64, qy: f64) -> f64 {
-        match self {
-            Elastic::HalfSpace => HalfSpace.stiffness(qx, qy),
-            Elastic::Layer(layer) => layer.stiffness(qx, qy),
-            Elastic::Cubic(crystal) => crystal.stiffness(qx, qy),
-            Elastic::NonPeriodic(patch) => patch.stiffness(qx, qy),
-        }
-    }
-
-    /// The choice is made here and not by type: solvers are compiled once for all kernels.
-    #[inline(always)]
-    fn along(&self, qx: f64, first: f64, step: f64, stiffness: &mut [f64]) {
-        match self {
-            Elastic::HalfSpace => HalfSpace.along(qx, first, step, stiffness),
-            Elastic::Layer(layer) => layer.along(qx, first, step, stiffness),
-            Elastic::Cubic(crystal) => crystal.along(qx, first, step, stiffness),
-            Elastic::NonPeriodic(patch) => patch.along(qx, first, step, stiffness),
-        }
-    }
-}
-
-impl std::fmt::Display for Elastic {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Elastic::HalfSpace => write!(f, "half-space"),
-            Elastic::NonPeriodic(_) => write!(f, "half-space, loaded on this patch alone (not periodic)"),
-            Elastic::Cubic(c) => write!(f, "half-space of a cubic crystal, (001), Zener ratio {:.3}", c.zener),
-            Elastic::Layer(l) => {
-                let base = match l.base {
-                    Base::Bonded => "bonded to a rigid base",
-                    Base::ConstantStress => "on a base of constant stress",
-                };
-                write!(f, "layer {:.4} L thick, ν = {:.3}, {base}", l.thickness, l.poisson)
-            }
-        }
     }
 }
 
