@@ -1,6 +1,6 @@
 use super::{output, progress::TerminalProgress, tradeoff};
 use crate::compare::advice::{Limit, Table};
-use crate::pipeline::{self, Trial, Unserved};
+use crate::pipeline::{self, Unserved, Verification};
 use crate::record::advice::Advice;
 use crate::record::quantity::Quantity;
 use crate::record::tradeoff::FILE;
@@ -114,16 +114,16 @@ impl Advise {
         let seeds = if self.seeds.is_empty() { vec![scene.surface.seed] } else { self.seeds.clone() };
         let root = self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(format!("{}-proof", scene.name)));
         std::fs::create_dir_all(&root).map_err(Error::io("create", &root))?;
-        let mut trials: Vec<Trial> = Vec::new();
+        let mut trials: Vec<Verification> = Vec::new();
         for seed in seeds {
             let mut scene = scene.clone();
             scene.surface.seed = seed;
             let case = Case::resolve(scene, &self.scene)?;
             let progress = TerminalProgress::new();
             let out = root.join(format!("seed-{seed}"));
-            trials.extend(pipeline::prove(&case, &self.tables(&case)?.0, (quantities, errors), &out, &progress)?);
+            trials.extend(pipeline::verify(&case, &self.tables(&case)?.0, (quantities, errors), &out, &progress)?);
         }
-        let known: Vec<bool> = trials.iter().filter_map(Trial::met).collect();
+        let known: Vec<bool> = trials.iter().filter_map(Verification::met).collect();
         let kept = known.iter().filter(|met| **met).count();
         if self.json {
             output::json_line(
@@ -168,9 +168,9 @@ fn quantity(id: &str) -> Result<Quantity> {
     })
 }
 
-fn say_trials(trials: &[Trial]) {
+fn say_trials(trials: &[Verification]) {
     let head = ["surface", "quantity", "asked", "advised", "expected", "found", "reference ±", "kept"];
-    let row = |t: &Trial| {
+    let row = |t: &Verification| {
         let error = |e: Option<f64>| e.map_or("-".into(), |e| error_of(t.quantity, e));
         let setting = |a: &Advice| format!("{} {}, {} to {:e}", a.method, a.grid, a.precision, a.tolerance);
         vec![

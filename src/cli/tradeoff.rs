@@ -1,6 +1,6 @@
 use super::{output, progress::TerminalProgress};
 use crate::method::{self, ContactMethod, REGISTRY};
-use crate::pipeline::{self, AskedOfLadder};
+use crate::pipeline::{self, TradeoffRequest};
 use crate::record::quantity::Quantity;
 use crate::record::tradeoff::{
     AtomsCost, BlockSize, FORECAST_TOLERANCE, Forecast, ResolvedErrors, Tradeoff as Told, TradeoffPoint,
@@ -74,7 +74,7 @@ impl Tradeoff {
         scene.surface.seed = self.seed.unwrap_or(scene.surface.seed);
         let case = Case::resolve(scene, &self.scene)?;
         let out = self.out.unwrap_or_else(|| PathBuf::from("runs").join(format!("{}-tradeoff", case.scene.name)));
-        let asked = AskedOfLadder {
+        let asked = TradeoffRequest {
             methods,
             grids: (!self.grids.is_empty()).then_some(self.grids),
             reference: self.reference,

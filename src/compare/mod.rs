@@ -4,11 +4,11 @@
 pub mod accuracy;
 pub mod advice;
 pub mod forecast;
-pub mod frontier;
-mod matching;
 mod overlap;
+pub mod pareto;
 mod registration;
+mod site_contact;
 
-pub use matching::{SiteCriterion, Sites, softness_rise};
 pub use overlap::overlap;
 pub use registration::registration;
+pub use site_contact::{SiteCriterion, Sites, wall_offset};

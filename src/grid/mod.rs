@@ -9,6 +9,7 @@ mod series;
 mod smooth;
 mod sums;
 mod transform;
+mod union_find;
 
 pub use distance::{NO_NODE, minimum_image, nearest_marked};
 pub use half_spectrum::HalfSpectrum;
@@ -18,6 +19,7 @@ pub use series::Series;
 pub use smooth::{smoothed, spread};
 pub use sums::{CHUNK, block_sums, dot, extent, lowest, mean, rms, sum_rows, total, vectorised};
 pub use transform::{Filter, Transform, Worker, next_fast_len, transformed_nodes};
+pub use union_find::{Merged, Offset, UnionFind};
 
 use std::f64::consts::PI;
 

@@ -1,12 +1,12 @@
 //! What a state says: contact area, patches, sections. Observers read borrowed fields and keep nothing of them.
 
 mod area;
+mod cluster_areas;
+mod clusters;
 mod distribution;
+mod hydraulic_gap;
 mod hysteresis;
-mod leak;
-mod patches;
 mod section;
-mod spots;
 mod stiffness;
 
 /// A map `[ny, nx]` and its width, drawn in words: dots are open, all else is contact.
@@ -17,15 +17,15 @@ fn drawn(text: &str) -> (Vec<u8>, usize) {
 }
 
 pub use area::{ContactArea, contact_area, contact_map};
+pub use cluster_areas::ClusterAreas;
+pub use clusters::{
+    Connectivity, NO_PATCH, Patches, constriction_conductance, cumulative_area, median_cluster_size, patch_sizes,
+    patches, size_distribution,
+};
 pub use distribution::{
     Distribution, StressDistribution, gap_distribution, linear_edges, logarithmic_edges, stress_distribution,
 };
+pub use hydraulic_gap::{hydraulic_gap, percolates};
 pub use hysteresis::hysteresis_work;
-pub use leak::{hydraulic_gap, spans};
-pub use patches::{
-    Connectivity, NO_PATCH, Patches, cumulative_area, patch_sizes, patches, size_distribution, spot_conductance,
-    typical_size,
-};
 pub use section::{along_y, column_at};
-pub use spots::Spots;
 pub use stiffness::stiffness;

@@ -75,7 +75,7 @@ impl Checkpoint {
 }
 
 /// Writes checkpoints into a folder.
-pub struct Keeper {
+pub struct CheckpointWriter {
     folder: PathBuf,
     stem: String,
     key: String,
@@ -88,19 +88,19 @@ struct Inner {
     due: Instant,
     /// Checkpoints written so far: each has files of its own, so that the one before is whole until the next one is.
     count: usize,
-    trouble: Option<Error>,
+    error: Option<Error>,
     /// Whether the load at hand has been kept.
     kept: bool,
 }
 
-impl Keeper {
+impl CheckpointWriter {
     /// Writes `STEM.json` and its fields.
     pub fn new(folder: &Path, stem: &str, key: String, finished: Vec<Value>) -> Self {
         // The file of the checkpoint that is gone on from stays until the next one is whole.
         let first = Checkpoint::find(folder, stem, &key).is_some_and(|c| c.gap.ends_with("-0.npy"));
         let inner =
-            Inner { finished, due: Instant::now() + EVERY, count: usize::from(first), trouble: None, kept: false };
-        Keeper { folder: folder.to_path_buf(), stem: stem.into(), key, inner: Mutex::new(inner) }
+            Inner { finished, due: Instant::now() + EVERY, count: usize::from(first), error: None, kept: false };
+        CheckpointWriter { folder: folder.to_path_buf(), stem: stem.into(), key, inner: Mutex::new(inner) }
     }
 
     fn inner(&self) -> std::sync::MutexGuard<'_, Inner> {
@@ -113,27 +113,27 @@ impl Keeper {
     }
 
     /// A load is done.
-    pub fn finish(&self, result: Value) {
+    pub fn load_finished(&self, result: Value) {
         let mut inner = self.inner();
         inner.finished.push(result);
         inner.kept = false;
     }
 
     /// The path stopped in a load whose method has offered no snapshot: its gap is kept.
-    pub fn leave(&self, grid: Grid, state: &State) {
+    pub fn write_interrupted(&self, grid: Grid, state: &State) {
         let kept = self.inner().kept;
         if !kept {
-            self.keep(&SnapshotRef { grid, gap: state.gap, auxiliary: None, progress: Value::Null });
+            self.write(&SnapshotRef { grid, gap: state.gap, auxiliary: None, progress: Value::Null });
         }
     }
 
     /// What went wrong with writing, once.
-    pub fn trouble(&self) -> Option<Error> {
-        self.inner().trouble.take()
+    pub fn take_error(&self) -> Option<Error> {
+        self.inner().error.take()
     }
 
-    /// For [`Observer::snapshot`]. A file that cannot be written is told by [`Keeper::trouble`]: no reason to end a solve.
-    pub fn keep(&self, snapshot: &SnapshotRef) {
+    /// For [`Observer::snapshot`]. A file that cannot be written is told by [`CheckpointWriter::take_error`]: no reason to end a solve.
+    pub fn write(&self, snapshot: &SnapshotRef) {
         let clock = Instant::now();
         let mut inner = self.inner();
         let turn = inner.count % 2;
@@ -158,13 +158,13 @@ impl Keeper {
         match written.and_then(|()| json::write(&self.folder.join(format!("{}.json", self.stem)), &checkpoint)) {
             // Where this one failed, the next one takes its turn: the files that the last whole one names are not touched.
             Ok(()) => (inner.kept, inner.count) = (true, inner.count + 1),
-            Err(e) => inner.trouble = Some(e),
+            Err(e) => inner.error = Some(e),
         }
         inner.due = Instant::now() + EVERY.max(SHARE * clock.elapsed());
     }
 
     /// The path is done: nothing is to go on from.
-    pub fn clear(&self) {
+    pub fn remove_files(&self) {
         for end in [".json", "-0.npy", "-1.npy", "-auxiliary-0.npy", "-auxiliary-1.npy"] {
             // What is not there need not go.
             let _ = std::fs::remove_file(self.folder.join(format!("{}{end}", self.stem)));
@@ -208,10 +208,10 @@ mod tests {
     #[test]
     fn both_fields_are_of_the_last_whole_checkpoint() {
         let folder = tempfile::tempdir().unwrap();
-        let keeper = Keeper::new(folder.path(), "c", "key".into(), Vec::new());
+        let writer = CheckpointWriter::new(folder.path(), "c", "key".into(), Vec::new());
         let keep = |n: f64| {
             let (gap, auxiliary) = ([n, n + 0.1], [n + 0.2, n + 0.3]);
-            keeper.keep(&SnapshotRef {
+            writer.write(&SnapshotRef {
                 grid: Grid::unit(2, 1),
                 gap: Field::F64(&gap),
                 auxiliary: Some(Field::F64(&auxiliary)),
@@ -232,13 +232,13 @@ mod tests {
         std::fs::create_dir(&first).unwrap();
         for n in [3.0, 4.0] {
             keep(n);
-            assert!(keeper.trouble().is_some());
+            assert!(writer.take_error().is_some());
             is(2.0);
         }
         std::fs::remove_dir(&first).unwrap();
         keep(5.0);
         is(5.0);
-        keeper.clear();
+        writer.remove_files();
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 }

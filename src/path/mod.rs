@@ -2,13 +2,13 @@
 //! uncertain.
 
 mod checkpoint;
-mod coarser;
-mod estimates;
+mod coarser_grids;
+mod estimator_input;
 mod pull_off;
 
-pub use checkpoint::{Checkpoint, Keeper};
-pub use coarser::CORRECTION;
-pub use estimates::Given;
+pub use checkpoint::{Checkpoint, CheckpointWriter};
+pub use coarser_grids::CORRECTION;
+pub use estimator_input::EstimatorInput;
 
 use crate::grid::{Field, Grid, Series};
 use crate::interface::{Adhesion, Elastic, RangeChoice};
@@ -16,8 +16,8 @@ use crate::method::{ContactMethod, Heights, Load, Observer, Plan, Problem, Snaps
 use crate::observe::{ContactArea, contact_area};
 use crate::record::results::{Discretisation, Extrapolated, PullOff};
 use crate::{Error, Result};
-use coarser::{Companion, Level, Levels, Silent, coarsened};
-use pull_off::Held;
+use coarser_grids::{CoarseGridResults, CoarseSolver, GridResult, StopOnly, coarsened};
+use pull_off::SeparationStart;
 
 /// A problem and the loads that are put on it one after another.
 pub struct LoadPath<'p> {
@@ -87,25 +87,25 @@ impl<'p> LoadPath<'p> {
 
     /// Grids that are followed beside the problem's own, finest first. A method that comes by way of coarser grids anyway
     /// needs none.
-    fn companions(&self, pulls_off: bool) -> Vec<Grid> {
-        let nested = self.method.card().id == coarser::method().card().id;
+    fn coarser_grids_followed(&self, pulls_off: bool) -> Vec<Grid> {
+        let nested = self.method.card().id == coarser_grids::method().card().id;
         let count = match () {
             // Heights of a patch are no periodic series that a coarser grid could take.
             () if matches!(self.problem.kernel, Elastic::NonPeriodic(_)) => 0,
-            () if self.extrapolates() => coarser::EXTRAPOLATION - 1,
+            () if self.extrapolates() => coarser_grids::EXTRAPOLATION - 1,
             () if !self.tells_error => 0,
             // The way apart is followed on a coarser grid, too: a pull-off has no other measure of the grid's error.
             () if nested && !pulls_off && (self.asked == Adhesion::None || self.loads.len() == 1) => 0,
             () => 1,
         };
-        coarser::grids(self.problem.grid, count)
+        coarser_grids::grids(self.problem.grid, count)
     }
 
     /// Memory and work of the path, its coarser grids and what is kept on the way apart with it.
     pub fn plan(&self, pulls_off: bool) -> Plan {
         let own = self.method.plan(&self.problem);
-        let beside = |&grid: &Grid| coarser::method().plan(&Problem { grid, ..self.problem.clone() }).bytes;
-        let grids = self.companions(pulls_off);
+        let beside = |&grid: &Grid| coarser_grids::method().plan(&Problem { grid, ..self.problem.clone() }).bytes;
+        let grids = self.coarser_grids_followed(pulls_off);
         let field = (size_of::<f64>() * self.problem.grid.points()) as u64;
         // A series through the nodes is as large as they are.
         let series = match self.problem.heights {
@@ -118,11 +118,11 @@ impl<'p> LoadPath<'p> {
 
     /// This load on the next coarser grid, where nothing on the way has told of it: a solve that started from a given gap, or
     /// went on from a checkpoint.
-    fn coarse(&self, load: Load, observer: &dyn Observer) -> Result<Option<Level>> {
+    fn coarse(&self, load: Load, observer: &dyn Observer) -> Result<Option<GridResult>> {
         if !self.tells_error || matches!(self.problem.kernel, Elastic::NonPeriodic(_)) {
             return Ok(None);
         }
-        let Some(&grid) = coarser::grids(self.problem.grid, 1).first() else { return Ok(None) };
+        let Some(&grid) = coarser_grids::grids(self.problem.grid, 1).first() else { return Ok(None) };
         let made: Series<f64>;
         let series = match self.problem.heights {
             Heights::Series(series) => series,
@@ -132,7 +132,7 @@ impl<'p> LoadPath<'p> {
             }
         };
         let problem = coarsened(&self.problem, grid, series, self.asked);
-        Companion::start(&problem, self.threshold, false, observer)?.follow(load)
+        CoarseSolver::start(&problem, self.threshold, false, observer)?.follow(load)
     }
 
     /// Equilibrates load by load; `visit` is given every state. The first that did not converge ends the path. Then, if
@@ -147,10 +147,10 @@ impl<'p> LoadPath<'p> {
         observer: &dyn Observer,
         mut visit: impl FnMut(usize, Reached) -> Result<()>,
     ) -> Result<Option<PullOff>> {
-        let (levels, silent) = (Levels::new(observer, self.threshold), Silent(observer));
+        let (coarse_results, silent) = (CoarseGridResults::new(observer, self.threshold), StopOnly(observer));
         // From a gap that is given, coarser grids might end on another branch.
         let given = matches!(begin, Some(Begin::Gap(_))) && self.problem.adhesion != Adhesion::None;
-        let grids = if given { Vec::new() } else { self.companions(pulls_off) };
+        let grids = if given { Vec::new() } else { self.coarser_grids_followed(pulls_off) };
         let made: Series<f64>;
         let series = match self.problem.heights {
             Heights::Series(series) => Some(series),
@@ -162,15 +162,15 @@ impl<'p> LoadPath<'p> {
         };
         let problems: Vec<Problem> =
             grids.iter().filter_map(|&grid| series.map(|s| coarsened(&self.problem, grid, s, self.asked))).collect();
-        let mut companions = Vec::new();
+        let mut coarse_solvers = Vec::new();
         for problem in &problems {
             // Of the coarser grids only the finest is pulled apart, too.
-            let holds = pulls_off && companions.is_empty();
-            companions.push(Companion::start(problem, self.threshold, holds, &silent)?);
+            let holds = pulls_off && coarse_solvers.is_empty();
+            coarse_solvers.push(CoarseSolver::start(problem, self.threshold, holds, &silent)?);
         }
-        let held = grids.last().zip(series).is_some_and(|(&g, s)| coarser::holds(s, g, self.problem.grid));
+        let held = grids.last().zip(series).is_some_and(|(&g, s)| coarser_grids::holds(s, g, self.problem.grid));
         let rms_height = self.problem.heights.rms();
-        let mut run = self.method.start(&self.problem, &levels)?.solver()?;
+        let mut run = self.method.start(&self.problem, &coarse_results)?.solver()?;
         let mut last = None;
         let first = match begin {
             None => 0,
@@ -181,8 +181,8 @@ impl<'p> LoadPath<'p> {
             Some(Begin::Checkpoint(checkpoint)) => {
                 let done = checkpoint.finished.len();
                 for &load in &self.loads[..done] {
-                    for companion in &mut companions {
-                        companion.follow(load)?;
+                    for solver in &mut coarse_solvers {
+                        solver.follow(load)?;
                     }
                 }
                 if done < self.loads.len() {
@@ -193,7 +193,7 @@ impl<'p> LoadPath<'p> {
                     if let Some(&load) = self.loads.last() {
                         let state = run.equilibrate(load)?;
                         match state.stop {
-                            Stop::Converged => last = Some(Held::of(&state)),
+                            Stop::Converged => last = Some(SeparationStart::of(&state)),
                             Stop::Interrupted => return Err(Error::Interrupted),
                             stop => return Err(pull_off::unconverged(&self.problem, &state, stop)),
                         }
@@ -203,25 +203,26 @@ impl<'p> LoadPath<'p> {
             }
         };
         for (i, &load) in self.loads.iter().enumerate().skip(first) {
-            let mut coarse: Vec<Level> = Vec::new();
-            for companion in &mut companions {
-                coarse.extend(companion.follow(load)?);
+            let mut coarse: Vec<GridResult> = Vec::new();
+            for solver in &mut coarse_solvers {
+                coarse.extend(solver.follow(load)?);
             }
             let state = run.equilibrate(load)?;
             let area = contact_area(self.problem.grid, state.gap, self.threshold);
             let converged = state.stop == Stop::Converged;
             let (discretisation, extrapolated) = if converged {
                 let range = self.problem.adhesion.range();
-                let fine = Level::new(self.problem.grid, range, &area, state.mean_gap, state.error_estimates);
-                let below = match levels.take().or(coarse.first().copied()) {
-                    None if companions.is_empty() && !given => self.coarse(load, &silent)?,
+                let fine = GridResult::new(self.problem.grid, range, &area, state.mean_gap, state.error_estimates);
+                let below = match coarse_results.take().or(coarse.first().copied()) {
+                    None if coarse_solvers.is_empty() && !given => self.coarse(load, &silent)?,
                     known => known,
                 };
-                let all: Vec<Level> = coarse.iter().rev().copied().chain([fine]).collect();
+                let all: Vec<GridResult> = coarse.iter().rev().copied().chain([fine]).collect();
                 let imposed = matches!(load, Load::MeanGap(_));
                 let keep = |gap: Option<f64>| gap.filter(|_| !imposed);
-                let told = below.map(|coarse| coarser::discretisation(&coarse, &fine, rms_height));
-                let far = self.extrapolates().then(|| coarser::extrapolated(self.asked.range(), &all, held)).flatten();
+                let told = below.map(|coarse| coarser_grids::discretisation(&coarse, &fine, rms_height));
+                let far =
+                    self.extrapolates().then(|| coarser_grids::extrapolated(self.asked.range(), &all, held)).flatten();
                 (
                     told.map(|d| Discretisation { mean_gap: keep(d.mean_gap), ..d }),
                     far.map(|e| Extrapolated { mean_gap: e.mean_gap.filter(|_| !imposed), ..e }),
@@ -230,7 +231,7 @@ impl<'p> LoadPath<'p> {
                 (None, None)
             };
             if pulls_off && converged && i + 1 == self.loads.len() {
-                last = Some(Held::of(&state));
+                last = Some(SeparationStart::of(&state));
             }
             visit(i, Reached { state, area, discretisation, extrapolated })?;
             if !converged {
@@ -239,14 +240,14 @@ impl<'p> LoadPath<'p> {
         }
         match last {
             Some(last) if pulls_off => {
-                levels.finish(SnapshotRef {
+                coarse_results.finish(SnapshotRef {
                     grid: self.problem.grid,
                     gap: Field::F64(&last.gap),
                     auxiliary: None,
                     progress: serde_json::Value::Null,
                 });
                 let found = pull_off::search(&mut *run, &self.problem, last)?;
-                let coarse = companions.first_mut().map(Companion::pull_off).transpose()?.flatten();
+                let coarse = coarse_solvers.first_mut().map(CoarseSolver::pull_off).transpose()?.flatten();
                 Ok(Some(match coarse {
                     Some((grid, pull)) => pull_off::compared(found, grid, pull),
                     None => found,

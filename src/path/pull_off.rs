@@ -31,22 +31,22 @@ struct Point {
 }
 
 /// The state that surfaces are pulled apart from.
-pub(super) struct Held {
+pub(super) struct SeparationStart {
     pub mean_gap: f64,
     pub pressure: f64,
     pub gap: Vec<f64>,
 }
 
-impl Held {
+impl SeparationStart {
     pub fn of(state: &State) -> Self {
-        Held { mean_gap: state.mean_gap, pressure: state.pressure, gap: state.gap.to_vec() }
+        SeparationStart { mean_gap: state.mean_gap, pressure: state.pressure, gap: state.gap.to_vec() }
     }
 }
 
 /// Pulls the surfaces apart from the state that `run` is in. Under control of the mean gap every state on the way has an
 /// equilibrium, those with it that no pull would hold.
-pub(super) fn search(run: &mut dyn Run, problem: &Problem, from: Held) -> Result<PullOff> {
-    let Held { mean_gap, pressure, gap } = from;
+pub(super) fn search(run: &mut dyn Run, problem: &Problem, from: SeparationStart) -> Result<PullOff> {
+    let SeparationStart { mean_gap, pressure, gap } = from;
     let range = problem.adhesion.range();
     if range == 0.0 {
         return Err(Error::input("pull-off", "adhesion", "none", "an adhesion: nothing else holds surfaces together"));

@@ -61,7 +61,7 @@ pub(super) fn matched(
         .distributions
         .then(|| solve(case, atoms, (case.grid, &whole), full, (folder, stage), key, listener));
     let full = match asked.transpose() {
-        // Beside the others: what does not converge here takes nothing from them.
+        // MethodRun the others: what does not converge here takes nothing from them.
         Err(e @ Error::NotConverged { .. }) => {
             listener.warn(&format!("the continuum on the full heights is left out: {e}"));
             None
@@ -253,7 +253,7 @@ pub(super) fn compare(
             let name = map_name(i + 1, criterion.id());
             let flags_on_grid: Vec<u8> = flags.iter().map(|t| u8::from(*t)).collect();
             npy::write(&folder.join(&name), grid.nx, grid.ny, onto_grid(&flags_on_grid, &owners))?;
-            Ok(sites.judge(flags, &touching, criterion, Some(format!("{stage}/{name}"))))
+            Ok(sites.compare(flags, &touching, criterion, Some(format!("{stage}/{name}"))))
         };
         let continuum = vec![
             judged(&plain_flags, SiteCriterion::HardWall)?,

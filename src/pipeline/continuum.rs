@@ -8,7 +8,7 @@ use crate::interface::{Adhesion, RangeChoice};
 use crate::load::{Branch, Load, LoadStep};
 use crate::method::{self, Heights, Problem, Stop, Targets};
 use crate::observe::{hysteresis_work, stiffness};
-use crate::path::{Begin, Checkpoint, Keeper, LoadPath, Reached};
+use crate::path::{Begin, Checkpoint, CheckpointWriter, LoadPath, Reached};
 use crate::record::npy;
 use crate::record::results::{
     CURVATURE_RADIUS, ContinuumResults, FIRST_TOUCH, HEIGHT_RANGE, Hysteresis, Observed, PsdPoint, RMS_HEIGHT,
@@ -212,9 +212,9 @@ pub(super) fn load_path(
         states.push(serde_json::from_value(finished.clone()).map_err(|e| Error::format(folder, e, accepted))?);
     }
     let finished = checkpoint.as_ref().map_or(Vec::new(), |c| c.finished.clone());
-    let keeper = Keeper::new(folder, &stem, key, finished);
+    let writer = CheckpointWriter::new(folder, &stem, key, finished);
     let begin = checkpoint.map(Begin::Checkpoint).or(asked.start.clone().map(Begin::Gap));
-    let watch = Progress::new(listener, Some(&keeper), &said, (states.len(), loads.len()));
+    let watch = Progress::new(listener, Some(&writer), &said, (states.len(), loads.len()));
     let walked = path.walk(begin, asked.pull_off, &watch, |i, reached| {
         watch.next();
         let (state, step) = (&reached.state, &asked.steps[i]);
@@ -226,7 +226,7 @@ pub(super) fn load_path(
             Ok(in_stage(stage, &file))
         };
         if state.stop == Stop::Interrupted {
-            keeper.leave(grid, state);
+            writer.write_interrupted(grid, state);
             return Err(Error::Interrupted);
         }
         let partial = state.stop != Stop::Converged;
@@ -253,7 +253,7 @@ pub(super) fn load_path(
         let adhesive = problem.adhesion != Adhesion::None;
         let found =
             summary(&asked, &reached, grid, step, adhesive, [gap, stress]);
-        keeper.finish(serde_json::to_value(&found).map_err(|e| Error::format(folder, e, "finite numbers"))?);
+        writer.load_finished(serde_json::to_value(&found).map_err(|e| Error::format(folder, e, "finite numbers"))?);
         states.push(found);
         Ok(())
     });
@@ -268,7 +268,7 @@ pub(super) fn load_path(
         }
         Err(e) => return Err(e),
     };
-    keeper.clear();
+    writer.remove_files();
     stiffen(&mut states);
     let percolation = percolation(&states);
     let hysteresis_work = asked.hysteresis.then(|| compare_branches(&mut states, asked.steps));
@@ -403,15 +403,15 @@ fn summary(
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Variant {
     /// What the scene asks for.
-    Asked,
+    Primary,
     /// Its loads there, without adhesion.
-    Without,
+    NonAdhesive,
     /// Its loads there, with another range of the adhesion, nm.
     Range(f64),
     /// Its reference load, without adhesion, by the method that is compared with.
-    Second,
+    CrossCheck,
     /// Its loads there by another method, with its adhesion or without.
-    Beside(&'static str, bool),
+    Comparison(&'static str, bool),
 }
 
 /// Solves a case, or a variant of it, at its loads.
@@ -424,7 +424,7 @@ pub(super) fn laboratory(
     listener: &dyn Listener,
 ) -> Result<ContinuumResults> {
     let scene = &case.scene;
-    let asked = variant == Variant::Asked;
+    let asked = variant == Variant::Primary;
     let start = match &scene.continuum.initial_gap {
         Some(file) if asked => Some(start(&case.resolve_path(file), case.grid)?),
         _ => None,
@@ -435,17 +435,17 @@ pub(super) fn laboratory(
     let mut method = scene.continuum.method.as_str();
     let mut range = case.range();
     match variant {
-        Variant::Asked => {}
-        Variant::Without => problem.adhesion = Adhesion::None,
+        Variant::Primary => {}
+        Variant::NonAdhesive => problem.adhesion = Adhesion::None,
         Variant::Range(nm) => problem.adhesion = case.adhesion_of_range(nm),
-        Variant::Second => {
+        Variant::CrossCheck => {
             problem.adhesion = Adhesion::None;
             // What only the default method estimates is no goal of another.
             problem.targets = Targets::default();
             method = scene.challenge.as_ref().map_or(method, |c| &c.cross_check_method);
             steps = &reference;
         }
-        Variant::Beside(id, adhesive) => {
+        Variant::Comparison(id, adhesive) => {
             if !adhesive {
                 problem.adhesion = Adhesion::None;
             }
@@ -458,7 +458,7 @@ pub(super) fn laboratory(
         }
     }
     let criterion = method::find(method).expect("checked with the scene").criterion(&problem.settings).to_string();
-    let maps = matches!(variant, Variant::Asked | Variant::Without | Variant::Beside(..));
+    let maps = matches!(variant, Variant::Primary | Variant::NonAdhesive | Variant::Comparison(..));
     let asked = Asked {
         problem,
         method,

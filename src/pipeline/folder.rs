@@ -60,10 +60,10 @@ const KEY_SHOWN: usize = 12;
 
 /// Whether what an earlier attempt left behind is of use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Leftovers<'a> {
-    Remove,
+pub enum ResumePolicy<'a> {
+    Restart,
     /// If the attempt was at this key, which may say less than the stage's own.
-    KeepOf(&'a Key),
+    ContinueFrom(&'a Key),
 }
 
 #[derive(Serialize, Deserialize)]
@@ -128,7 +128,7 @@ impl RunFolder {
         listener: &dyn Listener,
         (name, what): (&str, &str),
         key: &Key,
-        leftovers: Leftovers<'_>,
+        policy: ResumePolicy<'_>,
         work: impl FnOnce(&Path) -> Result<T>,
     ) -> Result<T> {
         let folder = self.root.join(name);
@@ -140,12 +140,12 @@ impl RunFolder {
             self.finish(listener, name, &done, true);
             return Ok(output);
         }
-        let kept = match leftovers {
-            Leftovers::Remove => key,
-            Leftovers::KeepOf(part) => part,
+        let kept = match policy {
+            ResumePolicy::Restart => key,
+            ResumePolicy::ContinueFrom(part) => part,
         };
         let same = json::read::<String>(&key_file).is_ok_and(|k| k == kept.0);
-        if folder.exists() && !(same && leftovers != Leftovers::Remove) {
+        if folder.exists() && !(same && policy != ResumePolicy::Restart) {
             fs::remove_dir_all(&folder).map_err(Error::io("clear", &folder))?;
         }
         fs::create_dir_all(&folder).map_err(Error::io("create", &folder))?;
@@ -222,7 +222,7 @@ mod tests {
         let key = |text: &str| Key::new("ladder", &text, &[]).expect("a key");
         let (part, first, second) = (key("part"), key("first"), key("second"));
         let stage = |run: &mut RunFolder, key: &Key, fails: bool| {
-            run.stage(&Silent, ("ladder", "steps"), key, Leftovers::KeepOf(&part), |folder| {
+            run.stage(&Silent, ("ladder", "steps"), key, ResumePolicy::ContinueFrom(&part), |folder| {
                 let file = File::create(folder.join("steps")).expect("written");
                 let later = std::time::SystemTime::now() + std::time::Duration::from_secs(100);
                 file.set_modified(later).expect("dated");
@@ -240,7 +240,7 @@ mod tests {
         assert!(more.earlier_seconds == cost.seconds && !more.reused, "{more:?}");
         // Nothing of another ladder is left.
         let other = key("other");
-        run.stage(&Silent, ("ladder", "steps"), &other, Leftovers::Remove, |_| Ok(0)).expect("done");
+        run.stage(&Silent, ("ladder", "steps"), &other, ResumePolicy::Restart, |_| Ok(0)).expect("done");
         assert_eq!(run.costs.last().expect("three").earlier_seconds, 0.0);
     }
 

@@ -8,9 +8,9 @@ use crate::interface::Adhesion;
 use crate::load::{Load, LoadStep};
 use crate::method::{Card, ContactMethod, Criterion, Estimate, Heights, Kind, Problem, Quantity, Settings, all_atom};
 use crate::observe::{
-    Connectivity, Spots, contact_area, gap_distribution, patch_sizes, stiffness, stress_distribution,
+    ClusterAreas, Connectivity, contact_area, gap_distribution, patch_sizes, stiffness, stress_distribution,
 };
-use crate::path::Given;
+use crate::path::EstimatorInput;
 use crate::record::methods::{MethodResults, MethodState, Missing, loading_states};
 use crate::record::results::AtomsResults;
 use crate::record::state_numbers::StateNumbers;
@@ -22,12 +22,12 @@ use std::path::{Path, PathBuf};
 
 /// A method, and whether it is given the scene's adhesion.
 #[derive(Clone, Copy)]
-pub(super) struct Beside {
+pub(super) struct MethodRun {
     pub method: &'static dyn ContactMethod,
     pub adhesive: bool,
 }
 
-impl Beside {
+impl MethodRun {
     /// Name of its stage and folder.
     pub fn stage(&self) -> String {
         format!("method-{}{}", self.method.card().id, if self.adhesive { "" } else { "-without" })
@@ -40,13 +40,13 @@ impl Beside {
 
 /// All that run beside the scene's own method: each with the scene's adhesion, if it knows any, and without where that is
 /// asked for or all that it knows.
-pub(super) fn all(case: &Case) -> Vec<Beside> {
+pub(super) fn all(case: &Case) -> Vec<MethodRun> {
     let attracts = case.adhesion != Adhesion::None;
     let without = !attracts || case.solves_all_nonadhesive();
     let of = |method: &'static dyn ContactMethod| {
         let knows = attracts && method.card().supports_adhesion() && method.card().id != all_atom::ID;
-        let with = knows.then_some(Beside { method, adhesive: true });
-        with.into_iter().chain((without || !knows).then_some(Beside { method, adhesive: false }))
+        let with = knows.then_some(MethodRun { method, adhesive: true });
+        with.into_iter().chain((without || !knows).then_some(MethodRun { method, adhesive: false }))
     };
     let atoms = |m: &&'static dyn ContactMethod| case.atoms.is_some() && m.card().id == all_atom::ID;
     case.comparison_methods().into_iter().filter(|m| !atoms(m)).flat_map(of).collect()
@@ -129,7 +129,7 @@ fn stiffen(states: &mut [MethodState]) {
 /// Runs a method at the loads on the way there. What it refuses, or does not bring to an end, is told in its results.
 pub(super) fn run(
     case: &Case,
-    beside: Beside,
+    beside: MethodRun,
     heights: Heights,
     (folder, stage): (&Path, &str),
     key: &Key,
@@ -151,13 +151,13 @@ pub(super) fn run(
     let ended = match card.kind {
         Kind::Solver => {
             results.planned_bytes = method.plan(&asked).bytes;
-            laboratory(case, Variant::Beside(card.id, adhesive), heights, (folder, stage, ""), key, listener)
+            laboratory(case, Variant::Comparison(card.id, adhesive), heights, (folder, stage, ""), key, listener)
                 .map(|c| (results.states, results.range) = (loading_states(&c), c.range))
         }
-        Kind::Estimate => Given::new(asked.clone(), method).and_then(|given| {
-            results.planned_bytes = Given::plan(&asked, method).bytes;
-            results.range = given.changed_adhesion().and_then(|used| range_results(adhesion, used, case.grid));
-            estimate(case, &given, (folder, stage), listener, &mut results.states)
+        Kind::Estimate => EstimatorInput::new(asked.clone(), method).and_then(|input| {
+            results.planned_bytes = EstimatorInput::plan(&asked, method).bytes;
+            results.range = input.changed_adhesion().and_then(|used| range_results(adhesion, used, case.grid));
+            estimate(case, &input, (folder, stage), listener, &mut results.states)
         }),
     };
     match ended {
@@ -185,7 +185,7 @@ fn finished(folder: &Path, i: usize) -> PathBuf {
 /// Estimates load by load.
 fn estimate(
     case: &Case,
-    given: &Given,
+    input: &EstimatorInput,
     (folder, stage): (&Path, &str),
     listener: &dyn Listener,
     states: &mut Vec<MethodState>,
@@ -194,8 +194,8 @@ fn estimate(
     let loads: Vec<Load> = steps.iter().map(|s| s.target).collect();
     states.extend((0..loads.len()).map_while(|i| json::read::<MethodState>(&finished(folder, i)).ok()));
     let watch = Progress::new(listener, None, "", (states.len(), loads.len()));
-    given.walk((&loads, states.len()), &watch, |i, problem, found| {
-        let mut state = state_of(given.card(), problem, (&steps[i], case.gradient), found);
+    input.walk((&loads, states.len()), &watch, |i, problem, found| {
+        let mut state = state_of(input.card(), problem, (&steps[i], case.gradient), found);
         if case.stores_maps(&steps[i]) {
             let grid = problem.grid;
             let name = |quantity: &str| format!("load-{}-{quantity}.npy", i + 1);
@@ -237,9 +237,9 @@ pub fn state_of(card: &Card, problem: &Problem, (step, gradient): (&LoadStep, f6
         (None, None) => e.stress.map(|stress| stress.iter().map(|s| if *s > 0.0 { 0.0 } else { 1.0 }).collect()),
     };
     let touching = open.as_ref().map(|open| Field::F64(open));
-    let spots = e.patches.as_ref().map(|areas| Spots::new(areas.iter().copied())).or_else(|| {
+    let clusters = e.patches.as_ref().map(|areas| ClusterAreas::new(areas.iter().copied())).or_else(|| {
         let sizes = patch_sizes(e.contact?, grid.nx, Connectivity::Eight);
-        Some(Spots::new(sizes.into_iter().map(|nodes| nodes as f64 * node)))
+        Some(ClusterAreas::new(sizes.into_iter().map(|nodes| nodes as f64 * node)))
     });
     let largest = |field: &[f64]| field.iter().copied().fold(0.0, f64::max);
     let gap = e
@@ -263,7 +263,7 @@ pub fn state_of(card: &Card, problem: &Problem, (step, gradient): (&LoadStep, f6
             pressure: e.pressure,
             contact_fraction: e.contact_fraction,
             stiffness: e.stiffness,
-            patches: spots.as_ref().map(Spots::count),
+            patches: clusters.as_ref().map(ClusterAreas::count),
             gap_map: None,
             stress_map: None,
             load_error: e.load_error,
@@ -275,10 +275,10 @@ pub fn state_of(card: &Card, problem: &Problem, (step, gradient): (&LoadStep, f6
         contact_fraction_corrected: corrected,
         contact_fraction_compressive: None,
         mean_gap: e.mean_gap,
-        median_cluster_area: spots.as_ref().and_then(Spots::typical),
+        median_cluster_area: clusters.as_ref().and_then(ClusterAreas::median),
         median_cluster_area_compressive: None,
-        patch_density: spots.as_ref().map_or(Vec::new(), |s| s.distribution(SIZES_PER_DECADE)),
-        patch_area: spots.as_ref().map_or(Vec::new(), Spots::cumulative),
+        patch_density: clusters.as_ref().map_or(Vec::new(), |s| s.distribution(SIZES_PER_DECADE)),
+        patch_area: clusters.as_ref().map_or(Vec::new(), ClusterAreas::cumulative),
         gap,
         stress: stress.as_ref().map(|s| s.all.clone()),
         contact_stress: stress.map(|s| s.contact),

@@ -32,7 +32,7 @@ pub use plan::{RunPlan, plan};
 pub use progress::Progress;
 pub use run::{rebuild_comparison, run};
 use tradeoff::adhesion_words;
-pub use tradeoff::{AskedOfLadder, Trial, prove, shortest_wavelength, tradeoff};
+pub use tradeoff::{TradeoffRequest, Verification, shortest_wavelength, tradeoff, verify};
 
 use crate::record::results::StageCost;
 

@@ -1,8 +1,9 @@
 use crate::grid::Grid;
 use crate::method::State;
 use crate::observe::{
-    Connectivity, contact_map, cumulative_area, gap_distribution, hydraulic_gap, linear_edges, logarithmic_edges,
-    patch_sizes, size_distribution, spans, spot_conductance, stress_distribution, typical_size,
+    Connectivity, constriction_conductance, contact_map, cumulative_area, gap_distribution, hydraulic_gap,
+    linear_edges, logarithmic_edges, median_cluster_size, patch_sizes, percolates, size_distribution,
+    stress_distribution,
 };
 use crate::record::results::{Compressive, Observed};
 
@@ -48,7 +49,7 @@ pub(super) fn observed(grid: Grid, state: &State, threshold: f64, adhesive: bool
         Compressive {
             fraction: sizes.iter().sum::<usize>() as f64 / grid.points() as f64,
             patches: sizes.len(),
-            median_cluster_area: typical_size(&sizes).map(|a| a as f64 * node),
+            median_cluster_area: median_cluster_size(&sizes).map(|a| a as f64 * node),
         }
     });
     let touching = sizes.iter().sum::<usize>() as f64 / grid.points() as f64;
@@ -63,11 +64,11 @@ pub(super) fn observed(grid: Grid, state: &State, threshold: f64, adhesive: bool
             .map(|(a, density, n)| [a * node, density / node, n as f64])
             .collect(),
         patch_area: cumulative_area(&sizes).into_iter().map(|(a, share)| [a as f64 * node, share]).collect(),
-        median_cluster_area: typical_size(&sizes).map(|a| a as f64 * node),
+        median_cluster_area: median_cluster_size(&sizes).map(|a| a as f64 * node),
         compressive,
-        constriction_conductance: spot_conductance(sizes.iter().map(|&a| a as f64 * node)),
+        constriction_conductance: constriction_conductance(sizes.iter().map(|&a| a as f64 * node)),
         hydraulic_gap: hydraulic_gap(state.gap, threshold),
-        contact_percolates: spans(&map, grid.nx, 1, true),
-        gap_percolates: spans(&map, grid.nx, 0, false),
+        contact_percolates: percolates(&map, grid.nx, 1, true),
+        gap_percolates: percolates(&map, grid.nx, 0, false),
     }
 }

@@ -3,7 +3,7 @@ use crate::atoms::nvt::MD_STEP_COST_RATIO;
 use crate::atoms::unloading::STEP_REFINEMENT;
 use crate::interface::Adhesion;
 use crate::method;
-use crate::path::{Given, LoadPath};
+use crate::path::{EstimatorInput, LoadPath};
 use crate::record::results::AuditLine;
 use crate::scene::{AtomsCase, Case, Start};
 use crate::{Error, Result};
@@ -143,7 +143,7 @@ pub fn plan(case: &Case, threads: usize, evaluation: Option<f64>) -> Result<RunP
     }
     for beside in super::methods::all(case) {
         let adhesion = if beside.adhesive { case.adhesion } else { Adhesion::None };
-        let p = Given::plan(&crate::method::Problem { adhesion, ..case.problem(empty.into()) }, beside.method);
+        let p = EstimatorInput::plan(&crate::method::Problem { adhesion, ..case.problem(empty.into()) }, beside.method);
         let pairs = p.iterations as f64 * p.pairs_per_iteration * there as f64;
         stages.push(PlannedStage {
             name: "method",

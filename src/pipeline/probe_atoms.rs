@@ -5,7 +5,7 @@ use crate::atoms::compliant_wall::CompliantWall;
 use crate::atoms::contact::clearance;
 use crate::atoms::indenter::Indenter;
 use crate::atoms::wall::Wall;
-use crate::compare::{Sites, softness_rise};
+use crate::compare::{Sites, wall_offset};
 use crate::grid::{Field, Grid, bilinear};
 use crate::scene::{AtomsCase, Case};
 
@@ -57,7 +57,7 @@ impl<'a> ProbeAtoms<'a> {
     pub fn rise(&self, clearances: &[f64], effective_pressure: f64) -> f64 {
         let mut sorted = clearances.to_vec();
         sorted.sort_unstable_by(f64::total_cmp);
-        softness_rise(self.wall, effective_pressure, |by| {
+        wall_offset(self.wall, effective_pressure, |by| {
             sorted.partition_point(|c| *c <= by) as f64 / sorted.len() as f64
         })
     }

@@ -1,13 +1,13 @@
 use super::Listener;
 use crate::method::{Iteration, Observer, SnapshotRef};
-use crate::path::Keeper;
+use crate::path::CheckpointWriter;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Tells a listener how far a load path is, and keeps checkpoints of it.
 pub struct Progress<'a> {
     listener: &'a dyn Listener,
-    keeper: Option<&'a Keeper>,
+    writer: Option<&'a CheckpointWriter>,
     /// What goes before the words.
     said: &'a str,
     done: AtomicUsize,
@@ -18,11 +18,11 @@ impl<'a> Progress<'a> {
     /// `done` loads `of` a path are.
     pub fn new(
         listener: &'a dyn Listener,
-        keeper: Option<&'a Keeper>,
+        writer: Option<&'a CheckpointWriter>,
         said: &'a str,
         (done, of): (usize, usize),
     ) -> Self {
-        Progress { listener, keeper, said, done: AtomicUsize::new(done), of }
+        Progress { listener, writer, said, done: AtomicUsize::new(done), of }
     }
 
     /// A load is done.
@@ -39,7 +39,7 @@ impl Observer for Progress<'_> {
         let message = format!("{}{part}, iteration {}{on}, residual {:.1e}", self.said, step.iteration, step.residual);
         let done = (load < of).then(|| (load as f64 + step.progress()) / of as f64);
         self.listener.progress(done, &message);
-        if let Some(e) = self.keeper.and_then(Keeper::trouble) {
+        if let Some(e) = self.writer.and_then(CheckpointWriter::take_error) {
             self.listener.warn(&format!("no checkpoint: {e}"));
         }
         if self.stop_requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -50,12 +50,12 @@ impl Observer for Progress<'_> {
     }
 
     fn snapshot_due(&self) -> bool {
-        self.keeper.is_some_and(Keeper::is_due)
+        self.writer.is_some_and(CheckpointWriter::is_due)
     }
 
     fn snapshot(&self, snapshot: SnapshotRef) {
-        if let Some(keeper) = self.keeper {
-            keeper.keep(&snapshot);
+        if let Some(writer) = self.writer {
+            writer.write(&snapshot);
         }
     }
 }

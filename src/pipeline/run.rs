@@ -1,7 +1,7 @@
 use super::atomistic::{self, LammpsOutcome};
 use super::comparison::{self, Matched};
 use super::continuum::Variant;
-use super::folder::{Key, Leftovers, RunFolder};
+use super::folder::{Key, ResumePolicy, RunFolder};
 use super::frame_analysis::INDENTER_SPECIES;
 use super::nvt::{self, STAGE as NVT_STAGE};
 use super::{Listener, continuum, engine, methods};
@@ -44,7 +44,7 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
         listener,
         ("surface", "heights and their statistics"),
         &surface_key,
-        Leftovers::Remove,
+        ResumePolicy::Restart,
         |dir| continuum::surface(case, &case.surface.heights(case.grid, 0.0), dir, "surface"),
     )?;
     let start = case.scene.continuum.initial_gap.as_ref().map(|p| Key::of_file(&case.resolve_path(p))).transpose()?;
@@ -74,27 +74,27 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
     };
     let solve = |folder: &mut RunFolder, name: &str, tag: &str, method: &str, variant: Variant| {
         let key = match variant {
-            Variant::Asked => {
+            Variant::Primary => {
                 Key::new(name, &(&scene.load, &alone, &own, &scene.methods, &start, unit), &[&surface_key])
             }
-            Variant::Without => Key::new(name, &(&there, &own, &scene.methods, unit), &[&surface_key]),
+            Variant::NonAdhesive => Key::new(name, &(&there, &own, &scene.methods, unit), &[&surface_key]),
             Variant::Range(nm) => {
                 let of_range = alone.clone().map(|a| AdhesionScene { range_nm: nm, ..a });
                 Key::new(name, &(&there, of_range, &own, &scene.methods, unit), &[&surface_key])
             }
-            Variant::Beside(..) => unreachable!("methods beside have stages of their own"),
-            Variant::Second => Key::new(name, &(&scene.challenge, &own, &scene.methods, unit), &[&surface_key]),
+            Variant::Comparison(..) => unreachable!("methods beside have stages of their own"),
+            Variant::CrossCheck => Key::new(name, &(&scene.challenge, &own, &scene.methods, unit), &[&surface_key]),
         }?;
         let what = match tag {
             "" => format!("{method} on {nx} x {ny} points"),
             tag => format!("{method} on {nx} x {ny} points, {tag}"),
         };
-        folder.stage(listener, (name, &what), &key, Leftovers::KeepOf(&key), |dir| {
+        folder.stage(listener, (name, &what), &key, ResumePolicy::ContinueFrom(&key), |dir| {
             continuum::laboratory(case, variant, heights()?, (dir, name, ""), &key, listener)
         })
     };
     let method = case.method().id;
-    let solved = case.solves().then(|| solve(&mut folder, "continuum", "", method, Variant::Asked)).transpose()?;
+    let solved = case.solves().then(|| solve(&mut folder, "continuum", "", method, Variant::Primary)).transpose()?;
     let mut failures = Vec::new();
     // What does not converge beside the asked problem takes nothing from it.
     let mut beside = |folder: &mut RunFolder, name: &str, tag: &str, method: &str, variant: Variant| match solve(
@@ -111,7 +111,7 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
     };
     let mut non_adhesive = None;
     if case.solves() && case.solves_nonadhesive() {
-        non_adhesive = beside(&mut folder, "non-adhesive", "without adhesion", method, Variant::Without)?;
+        non_adhesive = beside(&mut folder, "non-adhesive", "without adhesion", method, Variant::NonAdhesive)?;
     }
     let mut other_ranges: Vec<ContinuumResults> = Vec::new();
     let mut alike = Vec::new();
@@ -132,14 +132,14 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
     let mut cross_check = None;
     if let Some(challenge) = &scene.challenge {
         let tag = "the reference load without adhesion";
-        cross_check = beside(&mut folder, "cross-check", tag, &challenge.cross_check_method, Variant::Second)?;
+        cross_check = beside(&mut folder, "cross-check", tag, &challenge.cross_check_method, Variant::CrossCheck)?;
     }
     let mut told = Vec::new();
     for other in methods::all(case) {
         let stage = other.stage();
         let key = Key::new(&stage, &(&there, &alone, &own, &scene.methods, unit), &[&surface_key])?;
         let what = format!("{} on {nx} x {ny} points", other.words());
-        told.push(folder.stage(listener, (&stage, &what), &key, Leftovers::KeepOf(&key), |dir| {
+        told.push(folder.stage(listener, (&stage, &what), &key, ResumePolicy::ContinueFrom(&key), |dir| {
             methods::run(case, other, heights()?, (dir, &stage), &key, listener)
         })?);
     }
@@ -232,7 +232,7 @@ fn atomistic_stages(
     )?;
     let what = format!("{} on the atoms' heights, {1} x {1} points", case.method().id, a.matched.nx);
     let matched: Matched =
-        folder.stage(listener, ("matched", &what), &matched_key, Leftovers::KeepOf(&matched_key), |dir| {
+        folder.stage(listener, ("matched", &what), &matched_key, ResumePolicy::ContinueFrom(&matched_key), |dir| {
             comparison::matched(case, a, dir, "matched", &matched_key, listener)
         })?;
     let potential = match &a.potential {
@@ -267,7 +267,7 @@ fn atomistic_stages(
         }
     };
     let outcome: LammpsOutcome =
-        folder.stage(listener, ("lammps", &what), &lammps_key, Leftovers::KeepOf(&ladder_key), |dir| {
+        folder.stage(listener, ("lammps", &what), &lammps_key, ResumePolicy::ContinueFrom(&ladder_key), |dir| {
             let solved = (a.start == Start::Continuum).then_some((&matched.soft, root.as_path()));
             let job = atomistic::write_job(case, a, dir, solved)?;
             atomistic::run_lammps(engine, &job, listener)
@@ -288,17 +288,20 @@ fn atomistic_stages(
         listener,
         ("atoms", "contact and gap at the asked loads"),
         &atoms_key,
-        Leftovers::Remove,
+        ResumePolicy::Restart,
         |dir| atomistic::read(case, a, &Job::open(root.join("lammps"))?, &outcome, dir, "atoms"),
     )?;
     if let Some(settings) = &a.nvt {
         let nvt_key = Key::new(NVT_STAGE, &(settings, NVT.hash(), engine.describe()), &[&lammps_key])?;
         let nvt_results_key = Key::new("held", &Key::of_program()?, &[&nvt_key])?;
         let what = format!("the loads held at {} K, {} ps each", settings.temperature_k, settings.time_ps);
-        let held =
-            folder.stage(listener, (NVT_STAGE, &what), &nvt_results_key, Leftovers::KeepOf(&nvt_key), |dir| {
-                nvt::run_nvt(case, a, (engine, &Job::open(root.join("lammps"))?), settings, dir, listener)
-            })?;
+        let held = folder.stage(
+            listener,
+            (NVT_STAGE, &what),
+            &nvt_results_key,
+            ResumePolicy::ContinueFrom(&nvt_key),
+            |dir| nvt::run_nvt(case, a, (engine, &Job::open(root.join("lammps"))?), settings, dir, listener),
+        )?;
         found.nvt = Some(held);
     }
     let compare_key = Key::new(COMPARE, &(), &[&matched_key, &atoms_key])?;
@@ -306,7 +309,7 @@ fn atomistic_stages(
         listener,
         (COMPARE, "maps, areas and gaps side by side"),
         &compare_key,
-        Leftovers::Remove,
+        ResumePolicy::Restart,
         |_| comparison::compare(case, a, &found, &matched, &root, COMPARE),
     )?;
     let told = match methods::wants_atoms(case) {
@@ -319,7 +322,7 @@ fn atomistic_stages(
                 listener,
                 (&stage, "the atoms as one of the methods"),
                 &key,
-                Leftovers::Remove,
+                ResumePolicy::Restart,
                 |dir| methods::of_atoms(case, &found, seconds, (&root, dir, &stage)),
             )?)
         }

@@ -5,7 +5,7 @@ use crate::atoms::contact::onto_grid;
 use crate::compare::Sites;
 use crate::grid::{Field, Grid, smoothed};
 use crate::observe::{
-    Connectivity, Distribution, cumulative_area, gap_distribution, linear_edges, patch_sizes, typical_size,
+    Connectivity, Distribution, cumulative_area, gap_distribution, linear_edges, median_cluster_size, patch_sizes,
 };
 use crate::record::results::ModelChainStep;
 use crate::units::ANGSTROM_M;
@@ -103,7 +103,7 @@ pub(super) fn versions(
             mean_gap_angstrom: side.mean_gap_angstrom,
             contact_stress_gpa: (fraction > 0.0).then(|| pressure_gpa / fraction),
             patches: sizes.len(),
-            median_cluster_area_nm2: typical_size(&sizes).map(|a| a as f64 * node_nm2),
+            median_cluster_area_nm2: median_cluster_size(&sizes).map(|a| a as f64 * node_nm2),
             patch_area: cumulative_area(&sizes).into_iter().map(|(a, share)| [a as f64 * node_nm2, share]).collect(),
             gap: open_gaps(&side.gap, &side.touching, gap_edges.clone()),
             stress: gap_distribution(Field::F64(&side.stress), f64::NEG_INFINITY, stress_edges.clone()),

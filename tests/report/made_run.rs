@@ -128,7 +128,7 @@ pub fn observed(gap: &[f64]) -> Observed {
             .map(|(a, density, n)| [a * node, density / node, n as f64])
             .collect(),
         patch_area: observe::cumulative_area(&sizes).into_iter().map(|(a, share)| [a as f64 * node, share]).collect(),
-        median_cluster_area: observe::typical_size(&sizes).map(|a| a as f64 * node),
+        median_cluster_area: observe::median_cluster_size(&sizes).map(|a| a as f64 * node),
         constriction_conductance: 0.123,
         hydraulic_gap: 0.0,
         compressive: None,

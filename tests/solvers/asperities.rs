@@ -6,7 +6,7 @@ use asperity::interface::{Adhesion, Base, Elastic, Layer, LennardJonesWall, Wall
 use asperity::method::{
     self, ExperimentSettings, IchaSettings, Load, NoObserver, Problem, Settings, Stop, WinklerSettings,
 };
-use asperity::observe::{Connectivity, contact_area, contact_map, patch_sizes, typical_size};
+use asperity::observe::{Connectivity, contact_area, contact_map, median_cluster_size, patch_sizes};
 use asperity::surface::moments;
 use std::f64::consts::PI;
 
@@ -70,7 +70,7 @@ fn gradient(grid: Grid, heights: &[f64]) -> f64 {
 }
 
 fn typical(map: &[u8], nx: usize) -> f64 {
-    typical_size(&patch_sizes(map, nx, Connectivity::Eight)).unwrap_or(0) as f64
+    median_cluster_size(&patch_sizes(map, nx, Connectivity::Eight)).unwrap_or(0) as f64
 }
 
 // Winkler

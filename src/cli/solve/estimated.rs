@@ -8,7 +8,7 @@ use crate::grid::Field;
 use crate::interface::{Adhesion, RangeChoice};
 use crate::load::LoadStep;
 use crate::method::{ContactMethod, Estimate, Load, Precision, Problem, Quantity};
-use crate::path::Given;
+use crate::path::EstimatorInput;
 use crate::pipeline::{Progress, state_of};
 use crate::record::{json, npy};
 use crate::report::number::{duration, memory, percent, significant};
@@ -41,7 +41,7 @@ pub(super) fn run(
     progress: &TerminalProgress,
 ) -> Result<()> {
     let card = method.card();
-    let (plan, have) = (Given::plan(asked, method), crate::sys::available_memory_bytes());
+    let (plan, have) = (EstimatorInput::plan(asked, method), crate::sys::available_memory_bytes());
     let grid = asked.grid;
     solve.tell_plan(method, grid, plan.bytes, have)?;
     if solve.dry_run {
@@ -55,8 +55,8 @@ pub(super) fn run(
     let resolved_gradient = asked.resolved_gradient();
     let growth = crate::sys::MemoryGrowth::begin();
     let mut cpu = crate::sys::cpu_seconds();
-    let given = Given::new(asked.clone(), method)?;
-    given.walk((loads, 0), &watch, |i, problem, found| {
+    let input = EstimatorInput::new(asked.clone(), method)?;
+    input.walk((loads, 0), &watch, |i, problem, found| {
         // Before anything is counted in what was found.
         let (before, measured) = (std::mem::replace(&mut cpu, crate::sys::cpu_seconds()), growth.bytes());
         let mut line = line(solve, method, problem, found);

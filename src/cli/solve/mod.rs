@@ -7,7 +7,7 @@ use crate::error::Complaint;
 use crate::grid::{Grid, Series};
 use crate::interface::{Adhesion, Base, CubicHalfSpace, Elastic, Layer, NonPeriodic, PenaltyWall, RangeChoice, Wall};
 use crate::method::{self, ContactMethod, Heights, Kind, Load, Precision, Problem, Settings, Stop, Targets};
-use crate::path::{Begin, Checkpoint, Keeper, LoadPath};
+use crate::path::{Begin, Checkpoint, CheckpointWriter, LoadPath};
 use crate::pipeline::{Key, Listener, Progress};
 use crate::record::heights::Sign;
 use crate::report::number::memory;
@@ -487,7 +487,7 @@ impl Solve {
         let path = LoadPath::new(asked.clone(), method, self.range, 0.0, &loads);
         let mut reporter = SolveReporter::new(&self, &asked, &path, loads.len(), before);
         slope_warning(reporter.resolved_gradient).iter().for_each(|caveat| progress.warn(caveat));
-        let (mut keeper, mut begin) = (None, None);
+        let (mut writer, mut begin) = (None, None);
         let mut solved_by = String::new();
         if let Some(out) = &self.out {
             let key = self.key()?;
@@ -514,7 +514,7 @@ impl Solve {
                 });
             }
             finished.iter().try_for_each(|line| reporter.again(line.clone()))?;
-            keeper = Some(Keeper::new(out, CHECKPOINT, key, finished));
+            writer = Some(CheckpointWriter::new(out, CHECKPOINT, key, finished));
             begin = checkpoint.map(Begin::Checkpoint);
         }
         if let (None, Some(file)) = (&begin, &self.initial_gap) {
@@ -529,20 +529,20 @@ impl Solve {
         }
         let what = format!("{} on {} x {} points", method.card().id, grid.nx, grid.ny);
         progress.begin("solve", &what);
-        let watch = Progress::new(&progress, keeper.as_ref(), "", (reporter.lines.len(), loads.len()));
+        let watch = Progress::new(&progress, writer.as_ref(), "", (reporter.lines.len(), loads.len()));
         let pulled = path.walk(begin, self.pull_off, &watch, |i, reached| {
             watch.next();
             let state = &reached.state;
             if state.stop == Stop::Interrupted {
                 // Where it happened to be is no result.
-                keeper.iter().for_each(|k| k.leave(grid, state));
+                writer.iter().for_each(|k| k.write_interrupted(grid, state));
                 return Err(Error::Interrupted);
             }
             let line = reporter.state(i, &reached)?;
             match state.stop {
                 Stop::Converged => {
-                    if let Some(k) = &keeper {
-                        k.finish(line);
+                    if let Some(k) = &writer {
+                        k.load_finished(line);
                     }
                     Ok(())
                 }
@@ -560,7 +560,7 @@ impl Solve {
         if let Some(out) = &self.out {
             SolveCache::write(out, solved_by, reporter.lines, pulled)?;
         }
-        keeper.iter().for_each(Keeper::clear);
+        writer.iter().for_each(CheckpointWriter::remove_files);
         Ok(())
     }
 }

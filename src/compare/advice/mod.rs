@@ -5,7 +5,7 @@ mod table;
 pub use table::{Line, Table, Tables};
 
 use super::accuracy::rms;
-use super::frontier::growth;
+use super::pareto::growth;
 use crate::grid::next_fast_len;
 use crate::method::{Kind, find};
 use crate::record::advice::Advice;

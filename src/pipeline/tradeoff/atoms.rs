@@ -1,12 +1,12 @@
 //! Blocks of atoms as settings of a ladder: each is pressed by LAMMPS at the scene's loads, and read as a run reads it.
 
 use super::bench::Measured;
-use super::ladder::{Filter, Rung, bare, halves};
+use super::benchmark_point::{BenchmarkPoint, Filter, bare, halves};
 use crate::atoms::block::Block;
 use crate::atoms::engine::{Engine, LammpsEngine};
 use crate::interface::Adhesion;
 use crate::method::{Precision, all_atom};
-use crate::pipeline::methods::{self, Beside};
+use crate::pipeline::methods::{self, MethodRun};
 use crate::pipeline::{Key, Listener, atomistic, comparison, plan};
 use crate::record::tradeoff::{AtomsCost, BlockSize, Cost};
 use crate::scene::{AtomsCase, AtomsScene, Case, Start, Surface, highest_p_star};
@@ -30,7 +30,7 @@ pub const READ: &str = "atoms";
 
 /// The blocks of a ladder, small ones first, and the program that presses them.
 pub struct Blocks {
-    list: Vec<(Rung, Case)>,
+    list: Vec<(BenchmarkPoint, Case)>,
     pub engine: std::result::Result<LammpsEngine, String>,
 }
 
@@ -49,7 +49,7 @@ impl Blocks {
             BlockSize { cells: base.cells, depth_cells: base.depth_cells, foundation_cells: base.foundation_cells };
         let from_continuum = case.atoms.as_ref().is_some_and(|a| a.start == Start::Continuum);
         let sizes = asked.map_or_else(|| beside(own, from_continuum), <[_]>::to_vec);
-        let mut list: Vec<(Rung, Case)> = Vec::new();
+        let mut list: Vec<(BenchmarkPoint, Case)> = Vec::new();
         for size in sizes {
             if list.iter().any(|(rung, _)| rung.block == Some(size)) {
                 continue;
@@ -76,8 +76,11 @@ impl Blocks {
             let found = Case::resolve(scene, &case.file)?;
             let method = crate::method::find(all_atom::ID).expect("it is registered");
             let points = found.atoms.as_ref().map_or(0, |a| a.points);
-            let beside = Beside { method, adhesive: case.adhesion != Adhesion::None };
-            let rung = Rung { block: Some(size), ..Rung::on_grid(beside, points, Precision::F64, tolerance) };
+            let beside = MethodRun { method, adhesive: case.adhesion != Adhesion::None };
+            let rung = BenchmarkPoint {
+                block: Some(size),
+                ..BenchmarkPoint::on_grid(beside, points, Precision::F64, tolerance)
+            };
             list.push((rung, found));
         }
         list.sort_by_key(|(_, c)| c.atoms.as_ref().map_or(0, total));
@@ -89,16 +92,16 @@ impl Blocks {
         Ok(Some(Blocks { list, engine }))
     }
 
-    pub fn rungs(&self) -> Vec<Rung> {
+    pub fn points(&self) -> Vec<BenchmarkPoint> {
         self.list.iter().map(|(rung, _)| *rung).collect()
     }
 
-    pub fn case(&self, rung: &Rung) -> Option<&Case> {
+    pub fn case(&self, rung: &BenchmarkPoint) -> Option<&Case> {
         self.list.iter().find(|(r, _)| r.block == rung.block).map(|(_, case)| case)
     }
 
     /// What the results of these atoms depend on beside the scene.
-    pub fn depends_on(&self, rung: &Rung) -> Result<impl serde::Serialize> {
+    pub fn depends_on(&self, rung: &BenchmarkPoint) -> Result<impl serde::Serialize> {
         let case = self.case(rung);
         let file = case.and_then(|c| c.atoms.as_ref()).and_then(|a| a.potential.as_ref());
         let potential = file.map(|path| Key::of_file(path)).transpose()?;
@@ -132,14 +135,14 @@ pub fn planned(case: &Case) -> Result<(u64, f64)> {
 
 /// The solution that a block is held against beside the reference: the same problem, on heights that have only the waves that its
 /// indenter has.
-pub fn on_resolved_heights(reference: &Rung, case: &Case) -> Rung {
+pub fn on_resolved_heights(reference: &BenchmarkPoint, case: &Case) -> BenchmarkPoint {
     let (low_pass, stretch) = case.atoms.as_ref().map_or((0.0, 1.0), |a| (a.low_pass, a.stretch));
     let enough = |n: &usize| *n as f64 * low_pass >= NODES_PER_WAVE;
     let n = match case.surface {
         Surface::Imported { .. } => reference.n,
         _ => halves(reference.n, usize::BITS as usize).into_iter().rev().find(enough).unwrap_or(reference.n),
     };
-    Rung { n, filter: Some(Filter { low_pass, stretch }), ..*reference }
+    BenchmarkPoint { n, filter: Some(Filter { low_pass, stretch }), ..*reference }
 }
 
 /// Presses a block at every load and reads it. Its maps are left, and no other file of LAMMPS.
@@ -167,28 +170,28 @@ pub fn pressed(
         Start::Touch => None,
     };
     let job = atomistic::write_job(case, atoms, &job_folder, solved.as_ref().map(|s| (s, root)))?;
-    let climbed = atomistic::run_lammps(engine, &job, listener)?;
+    let outcome = atomistic::run_lammps(engine, &job, listener)?;
     let lammps_cpu_seconds = sys::children_cpu_seconds() - children;
     let in_stage = format!("{stage}/{READ}");
-    let found = atomistic::read(case, atoms, &job, &climbed, &read_folder, &in_stage)?;
+    let found = atomistic::read(case, atoms, &job, &outcome, &read_folder, &in_stage)?;
     let mut results = methods::of_atoms(case, &found, lammps_cpu_seconds, (root, dir, stage))?;
     results.planned_bytes = planned(case)?.0;
     // Of ranks the kernel tells the largest that has ended so far. Blocks are pressed small ones first.
     let largest_rank = Some(sys::children_peak_rss_bytes()).filter(|c| *c > largest_child).unwrap_or(0);
-    let child = climbed.peak_bytes.max(largest_rank);
+    let child = outcome.peak_bytes.max(largest_rank);
     let cost = Cost {
         wall_seconds: clock.elapsed().as_secs_f64(),
         cpu_seconds: sys::cpu_seconds() - own + lammps_cpu_seconds,
         cpu_over_reference: 1.0,
         fft_pairs: solved.iter().flat_map(|s| &s.states).map(|s| s.numbers.fft_pairs).sum(),
-        iterations: climbed.steps.iter().map(|s| s.force_evaluations).sum(),
+        iterations: outcome.steps.iter().map(|s| s.force_evaluations).sum(),
         planned_bytes: results.planned_bytes,
         measured_bytes: growth.bytes().max(child),
         resident_before_bytes: growth.before_bytes(),
         runs: 1,
         atoms: Some(AtomsCost {
             atoms: job.atoms(),
-            force_evaluations: climbed.steps.iter().map(|s| s.force_evaluations).sum(),
+            force_evaluations: outcome.steps.iter().map(|s| s.force_evaluations).sum(),
             lammps_cpu_seconds,
             frame_bytes: frame_bytes(&job.folder)?,
         }),
@@ -196,7 +199,7 @@ pub fn pressed(
     std::fs::remove_dir_all(&job.folder).map_err(Error::io("remove", &job.folder))?;
     let Block { cells, depth_cells, foundation_cells, .. } = atoms.block;
     let name = format!("all-atom, {}", BlockSize { cells, depth_cells, foundation_cells });
-    let notes = climbed
+    let notes = outcome
         .unconverged
         .iter()
         .map(|step| format!("{name}: load step {step} stopped above the force tolerance or off its load"));

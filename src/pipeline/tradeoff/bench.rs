@@ -1,13 +1,13 @@
 //! Settings measured one by one, each a stage of the run folder, and the way through all of them within a budget.
 
 use super::atoms::{self, Blocks};
-use super::judge::{self, MapErrors, Roughness};
-use super::ladder::{self, Filter, Rung};
-use super::{AskedOfLadder, Exact, Truth};
+use super::benchmark_point::{self, BenchmarkPoint, Filter};
+use super::errors::{self, MapErrors, Roughness};
+use super::{ExactSetting, ReferenceSolution, TradeoffRequest};
 use crate::grid::Series;
 use crate::method::{Heights, Precision, all_atom};
-use crate::pipeline::folder::{Key, Leftovers, RunFolder};
-use crate::pipeline::methods::{self, Beside};
+use crate::pipeline::folder::{Key, ResumePolicy, RunFolder};
+use crate::pipeline::methods::{self, MethodRun};
 use crate::pipeline::{Listener, run};
 use crate::record::methods::MethodResults;
 use crate::record::results::StageCost;
@@ -90,8 +90,8 @@ impl Listener for Until<'_> {
 /// All settings of a ladder, as far as it went.
 #[derive(Default)]
 pub struct Climbed {
-    pub done: Vec<(Rung, Measured)>,
-    pub skipped: Vec<(Rung, String)>,
+    pub done: Vec<(BenchmarkPoint, Measured)>,
+    pub skipped: Vec<(BenchmarkPoint, String)>,
 }
 
 pub struct Bench<'a> {
@@ -108,16 +108,16 @@ pub struct Bench<'a> {
     pub rough: Roughness,
     /// Waves of a synthesised surface, which are the same on every grid.
     series: OnceCell<Series<f64>>,
-    measured: Vec<(Rung, Measured)>,
+    measured: Vec<(BenchmarkPoint, Measured)>,
     /// Wall time of one run of each that was measured, and of those that were stopped, s.
-    seconds: Vec<(Rung, f64)>,
+    seconds: Vec<(BenchmarkPoint, f64)>,
     stopped_seconds: f64,
 }
 
 impl<'a> Bench<'a> {
     pub fn open(
         case: &'a Case,
-        asked: &AskedOfLadder,
+        asked: &TradeoffRequest,
         blocks: Option<Blocks>,
         out: &Path,
         listener: &'a dyn Listener,
@@ -144,41 +144,41 @@ impl<'a> Bench<'a> {
     }
 
     /// Of the stage that all others are judged against.
-    pub fn reference_key(&self, rung: &Rung) -> Result<Key> {
+    pub fn reference_key(&self, rung: &BenchmarkPoint) -> Result<Key> {
         self.key(rung, &self.at(rung)?, &[])
     }
 
     /// The problem that a setting solves.
-    fn at(&self, rung: &Rung) -> Result<Case> {
+    fn at(&self, rung: &BenchmarkPoint) -> Result<Case> {
         match rung.block {
             Some(_) => Ok(self.block(rung).1.clone()),
-            None => ladder::at(self.case, rung),
+            None => benchmark_point::at(self.case, rung),
         }
     }
 
-    fn block(&self, rung: &Rung) -> (&Blocks, &Case) {
+    fn block(&self, rung: &BenchmarkPoint) -> (&Blocks, &Case) {
         let blocks = self.blocks.as_ref().expect("settings of atoms come from blocks");
         (blocks, blocks.case(rung).expect("of these blocks"))
     }
 
     /// The solution that a block is held against beside the reference.
-    pub fn on_resolved_heights(&self, rung: &Rung, reference: &Rung) -> Rung {
+    pub fn on_resolved_heights(&self, rung: &BenchmarkPoint, reference: &BenchmarkPoint) -> BenchmarkPoint {
         atoms::on_resolved_heights(reference, self.block(rung).1)
     }
 
     /// Shortest wave over L and rms gradient of the heights that a block resolves.
-    pub fn resolved(&self, rung: &Rung) -> (f64, f64) {
+    pub fn resolved(&self, rung: &BenchmarkPoint) -> (f64, f64) {
         let found = self.block(rung).1.atoms.as_ref();
         found.map_or((0.0, 0.0), |a| (a.low_pass, a.resolved_gradient))
     }
 
     /// What is measured of a setting already.
-    pub fn known(&self, rung: &Rung) -> Option<&Measured> {
+    pub fn known(&self, rung: &BenchmarkPoint) -> Option<&Measured> {
         let stage = rung.stage();
         self.measured.iter().find(|(r, _)| r.stage() == stage).map(|(_, known)| known)
     }
 
-    fn key(&self, rung: &Rung, case: &Case, after: &[&Key]) -> Result<Key> {
+    fn key(&self, rung: &BenchmarkPoint, case: &Case, after: &[&Key]) -> Result<Key> {
         let s = &case.scene;
         let problem = (&s.laboratory, &s.surface, &s.load, &s.adhesion, &s.continuum, &s.methods, case.gradient);
         // A cost is that of a number of threads.
@@ -203,8 +203,8 @@ impl<'a> Bench<'a> {
     /// itself, whose maps stay.
     pub fn measure(
         &mut self,
-        rung: &Rung,
-        reference: Option<(&Rung, (&Measured, &Key))>,
+        rung: &BenchmarkPoint,
+        reference: Option<(&BenchmarkPoint, (&Measured, &Key))>,
         deadline: Option<Instant>,
     ) -> Result<Measured> {
         let stage = rung.stage();
@@ -226,7 +226,7 @@ impl<'a> Bench<'a> {
         let listener = Until { listener: self.listener, deadline };
         let (series, repeats, blocks, rough) = (&self.series, self.repeats, &self.blocks, self.rough);
         // What is half measured is measured anew: a cost that was put together from parts is none.
-        let found = self.folder.stage(&listener, (&stage, &rung.words()), &key, Leftovers::Remove, |dir| {
+        let found = self.folder.stage(&listener, (&stage, &rung.words()), &key, ResumePolicy::Restart, |dir| {
             let root = dir.parent().unwrap_or(dir);
             let found = match blocks.as_ref().filter(|_| rung.block.is_some()) {
                 Some(blocks) => {
@@ -239,7 +239,7 @@ impl<'a> Bench<'a> {
             let kind = rung.beside.method.card().kind;
             let against = |other: &Measured| -> Result<Vec<MapErrors>> {
                 let pairs = found.results.states.iter().zip(&other.results.states);
-                pairs.map(|(a, b)| judge::maps(root, (kind, rung.block.is_some()), a, b, rough)).collect()
+                pairs.map(|(a, b)| errors::maps(root, (kind, rung.block.is_some()), a, b, rough)).collect()
             };
             let maps = against(reference)?;
             let resolved = resolved.as_ref().map_or(Ok(Vec::new()), |(other, _)| against(other))?;
@@ -261,7 +261,13 @@ impl<'a> Bench<'a> {
     }
 
     /// Runs a setting if it can be expected to end within `share` of what is left of the budget; else tells why not.
-    fn attempt(&mut self, rung: Rung, truth: &Truth, share: f64, climbed: &mut Climbed) -> Result<Option<String>> {
+    fn attempt(
+        &mut self,
+        rung: BenchmarkPoint,
+        truth: &ReferenceSolution,
+        share: f64,
+        outcome: &mut Climbed,
+    ) -> Result<Option<String>> {
         let case = self.at(&rung)?;
         let key = self.reference_key(&truth.rung)?;
         let mut after = vec![key.clone()];
@@ -301,7 +307,7 @@ impl<'a> Bench<'a> {
         let clock = Instant::now();
         match self.measure(&rung, Some((&truth.rung, (&truth.measured, &key))), deadline) {
             Ok(found) => {
-                climbed.done.push((rung, found));
+                outcome.done.push((rung, found));
                 Ok(None)
             }
             Err(Error::Interrupted) if !self.listener.stopping() => {
@@ -319,41 +325,54 @@ impl<'a> Bench<'a> {
     }
 
     /// The settings of a list, in its order.
-    pub fn measure_all(&mut self, besides: &[Beside], list: &[Exact], truths: &[Truth]) -> Result<Climbed> {
-        let mut climbed = Climbed::default();
+    pub fn measure_all(
+        &mut self,
+        besides: &[MethodRun],
+        list: &[ExactSetting],
+        references: &[ReferenceSolution],
+    ) -> Result<Climbed> {
+        let mut outcome = Climbed::default();
         for e in list {
             for &beside in besides.iter().filter(|b| b.method.card().id == e.method) {
-                let rung = Rung::on_grid(beside, e.n, e.precision, e.tolerance);
-                let Some(truth) = truths.iter().find(|t| t.rung.beside.adhesive == beside.adhesive) else { continue };
-                let why = self.attempt(rung, truth, 1.0, &mut climbed)?;
-                climbed.skipped.extend(why.map(|w| (rung, w)));
+                let rung = BenchmarkPoint::on_grid(beside, e.n, e.precision, e.tolerance);
+                let Some(truth) = references.iter().find(|t| t.rung.beside.adhesive == beside.adhesive) else {
+                    continue;
+                };
+                let why = self.attempt(rung, truth, 1.0, &mut outcome)?;
+                outcome.skipped.extend(why.map(|w| (rung, w)));
             }
         }
-        Ok(climbed)
+        Ok(outcome)
     }
 
     /// Every method once, on the first of `grids` or the next one that fits; then blocks of atoms; then the other grids, coarse
     /// ones first; then other precisions and tolerances.
-    pub fn climb(&mut self, besides: &[Beside], grids: &[usize], slabs: &[f64], truths: &[Truth]) -> Result<Climbed> {
-        let tolerance = ladder::base_tolerance(self.case);
-        let rung = |&beside: &Beside, n: usize| Rung::on_grid(beside, n, Precision::F64, tolerance);
-        let truth = |rung: &Rung| truths.iter().find(|t| t.rung.beside.adhesive == rung.beside.adhesive);
-        let mut climbed = Climbed::default();
+    pub fn measure_grids(
+        &mut self,
+        besides: &[MethodRun],
+        grids: &[usize],
+        slabs: &[f64],
+        references: &[ReferenceSolution],
+    ) -> Result<Climbed> {
+        let tolerance = benchmark_point::base_tolerance(self.case);
+        let rung = |&beside: &MethodRun, n: usize| BenchmarkPoint::on_grid(beside, n, Precision::F64, tolerance);
+        let truth = |rung: &BenchmarkPoint| references.iter().find(|t| t.rung.beside.adhesive == rung.beside.adhesive);
+        let mut outcome = Climbed::default();
         // What did not fit is not tried again.
-        let mut refused: Vec<(Rung, String)> = Vec::new();
-        let mut first: Vec<Rung> = Vec::new();
+        let mut refused: Vec<(BenchmarkPoint, String)> = Vec::new();
+        let mut first: Vec<BenchmarkPoint> = Vec::new();
         let (&main, rest) = grids.split_first().expect("at least one grid");
         // Atoms that are pressed are no matter of grids.
-        let on_grids = |b: &&Beside| self.blocks.is_none() || b.method.card().id != all_atom::ID;
-        let besides: Vec<Beside> = besides.iter().filter(on_grids).copied().collect();
-        let mut pending: Vec<Rung> = besides.iter().map(|b| rung(b, main)).collect();
+        let on_grids = |b: &&MethodRun| self.blocks.is_none() || b.method.card().id != all_atom::ID;
+        let besides: Vec<MethodRun> = besides.iter().filter(on_grids).copied().collect();
+        let mut pending: Vec<BenchmarkPoint> = besides.iter().map(|b| rung(b, main)).collect();
         self.cheap_first(&mut pending)?;
         for (i, start) in pending.iter().enumerate() {
             let share = 1.0 / (pending.len() - i) as f64;
             let coarser = rest.iter().filter(|n| **n < main);
-            for r in std::iter::once(*start).chain(coarser.map(|&n| Rung { n, ..*start })) {
+            for r in std::iter::once(*start).chain(coarser.map(|&n| BenchmarkPoint { n, ..*start })) {
                 let Some(truth) = truth(&r) else { continue };
-                match self.attempt(r, truth, share, &mut climbed)? {
+                match self.attempt(r, truth, share, &mut outcome)? {
                     None => {
                         first.push(r);
                         break;
@@ -362,48 +381,48 @@ impl<'a> Bench<'a> {
                 }
             }
         }
-        for r in self.blocks.as_ref().map_or(Vec::new(), Blocks::rungs) {
+        for r in self.blocks.as_ref().map_or(Vec::new(), Blocks::points) {
             let Some(truth) = truth(&r) else { continue };
-            let why = self.attempt(r, truth, 1.0, &mut climbed)?;
-            climbed.skipped.extend(why.map(|w| (r, w)));
+            let why = self.attempt(r, truth, 1.0, &mut outcome)?;
+            outcome.skipped.extend(why.map(|w| (r, w)));
         }
-        let mut others: Vec<Rung> =
+        let mut others: Vec<BenchmarkPoint> =
             besides.iter().flat_map(|b| grids.iter().map(move |&n| rung(b, n))).filter(|r| is_new(r, &first)).collect();
         self.cheap_first(&mut others)?;
         let mut refined = Vec::new();
         for start in &pending {
             match first.iter().find(|r| r.is_of(start)) {
-                Some(r) => refined.extend(ladder::refinements(r, &ladder::at(self.case, r)?)),
+                Some(r) => refined.extend(benchmark_point::refinements(r, &benchmark_point::at(self.case, r)?)),
                 None => {
                     let none = "its method was left out on the grids before";
-                    let skipped = ladder::refinements(start, &ladder::at(self.case, start)?);
-                    climbed.skipped.extend(skipped.into_iter().map(|r| (r, none.to_string())));
+                    let skipped = benchmark_point::refinements(start, &benchmark_point::at(self.case, start)?);
+                    outcome.skipped.extend(skipped.into_iter().map(|r| (r, none.to_string())));
                 }
             }
         }
-        for t in truths {
-            let layer = |&thickness: &f64| Rung { n: main, layer_thickness: Some(thickness), ..t.rung };
+        for t in references {
+            let layer = |&thickness: &f64| BenchmarkPoint { n: main, layer_thickness: Some(thickness), ..t.rung };
             refined.extend(slabs.iter().map(layer));
         }
         self.cheap_first(&mut refined)?;
         for r in others.into_iter().chain(refined) {
             let Some(truth) = truth(&r) else { continue };
-            let stopped = |(k, why): &&(Rung, String)| k.stage() == r.stage() && why.starts_with("stopped");
+            let stopped = |(k, why): &&(BenchmarkPoint, String)| k.stage() == r.stage() && why.starts_with("stopped");
             let why = match refused.iter().find(stopped) {
                 Some((_, why)) => Some(why.clone()),
-                None => self.attempt(r, truth, 1.0, &mut climbed)?,
+                None => self.attempt(r, truth, 1.0, &mut outcome)?,
             };
-            climbed.skipped.extend(why.map(|w| (r, w)));
+            outcome.skipped.extend(why.map(|w| (r, w)));
         }
-        Ok(climbed)
+        Ok(outcome)
     }
 
     /// With a budget, what is expected to cost least comes first: it leaves most of it to the others.
-    fn cheap_first(&self, rungs: &mut [Rung]) -> Result<()> {
+    fn cheap_first(&self, rungs: &mut [BenchmarkPoint]) -> Result<()> {
         if self.budget.is_some() {
             let mut expected = Vec::new();
             for r in rungs.iter() {
-                expected.push((r.expected_seconds(&self.seconds, &ladder::at(self.case, r)?), *r));
+                expected.push((r.expected_seconds(&self.seconds, &benchmark_point::at(self.case, r)?), *r));
             }
             expected.sort_by(|a, b| a.0.total_cmp(&b.0));
             rungs.iter_mut().zip(expected).for_each(|(r, (_, e))| *r = e);
@@ -412,13 +431,13 @@ impl<'a> Bench<'a> {
     }
 }
 
-fn is_new(rung: &Rung, done: &[Rung]) -> bool {
+fn is_new(rung: &BenchmarkPoint, done: &[BenchmarkPoint]) -> bool {
     !done.iter().any(|d| d.stage() == rung.stage())
 }
 
 /// Runs a setting as often as asked; what it told is told once, and the least that it took counts.
 fn measured(
-    rung: &Rung,
+    rung: &BenchmarkPoint,
     case: &Case,
     series: &OnceCell<Series<f64>>,
     (dir, stage): (&Path, &str),

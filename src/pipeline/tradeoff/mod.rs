@@ -2,11 +2,11 @@
 
 mod atoms;
 mod bench;
-mod judge;
-mod ladder;
-mod proof;
+mod benchmark_point;
+mod errors;
+mod verification;
 
-use super::methods::Beside;
+use super::methods::MethodRun;
 use super::{Listener, run};
 use crate::compare::forecast::{Ran, forecast};
 use crate::interface::{Adhesion, Elastic, RangeChoice};
@@ -20,9 +20,9 @@ use crate::scene::{Case, Surface};
 use crate::{Error, Result, report};
 use atoms::Blocks;
 use bench::{Bench, Measured};
-use ladder::{COARSEST, REFERENCE_TOLERANCE, Rung};
-pub use proof::{Trial, prove};
+use benchmark_point::{BenchmarkPoint, COARSEST, REFERENCE_TOLERANCE};
 use std::path::{Path, PathBuf};
+pub use verification::{Verification, verify};
 
 /// Grids of the reference: three show whether there is an order to extrapolate with.
 const LEVELS_BELOW: usize = 2;
@@ -31,7 +31,7 @@ const LEVELS_BELOW: usize = 2;
 const FINEST: usize = 65_536;
 
 /// What a ladder is made of.
-pub struct AskedOfLadder {
+pub struct TradeoffRequest {
     pub methods: Vec<&'static dyn ContactMethod>,
     /// Points a side, each a divisor of the reference's. Default: the scene's, its half and its quarter.
     pub grids: Option<Vec<usize>>,
@@ -42,7 +42,7 @@ pub struct AskedOfLadder {
     /// Runs of each setting; by default more of short ones.
     pub repeats: Option<usize>,
     /// These settings alone, on grids that need not divide the reference's.
-    pub exact: Option<Vec<Exact>>,
+    pub exact: Option<Vec<ExactSetting>>,
     /// Thicknesses over L of bonded layers in place of the half-space, by the reference's method on the scene's grid.
     pub slabs: Vec<f64>,
     /// Blocks of atoms. Default: those of a scene with atoms, where `all-atom` is among the methods.
@@ -51,25 +51,25 @@ pub struct AskedOfLadder {
 
 /// A setting.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Exact {
+pub struct ExactSetting {
     pub method: String,
     pub n: usize,
     pub precision: Precision,
     pub tolerance: f64,
 }
 
-impl Exact {
+impl ExactSetting {
     /// Whether a point was measured in it.
     pub fn is_of(&self, point: &TradeoffPoint) -> bool {
         let s = &point.setting;
         (&s.method, s.nx, s.precision.as_str(), s.tolerance)
-            == (&self.method, self.n, ladder::word(self.precision), self.tolerance)
+            == (&self.method, self.n, benchmark_point::word(self.precision), self.tolerance)
     }
 }
 
 /// The reference, and what its grids tell of its errors.
-struct Truth {
-    rung: Rung,
+struct ReferenceSolution {
+    rung: BenchmarkPoint,
     measured: Measured,
     ny: usize,
     numbers: Vec<ReferenceLoad>,
@@ -83,13 +83,13 @@ struct Truth {
 /// Grids that do not fit each other; a reference that tells nothing.
 pub fn tradeoff(
     case: &Case,
-    asked: &AskedOfLadder,
+    asked: &TradeoffRequest,
     out: &Path,
     listener: &dyn Listener,
 ) -> Result<(Tradeoff, PathBuf)> {
     let has_atoms = asked.methods.iter().any(|m| m.card().id == all_atom::ID) || asked.blocks.is_some();
     let blocks = if has_atoms && asked.exact.is_none() { Blocks::of(case, asked.blocks.as_deref())? } else { None };
-    let case = Case::resolve(ladder::bare(case), &case.file)?;
+    let case = Case::resolve(benchmark_point::bare(case), &case.file)?;
     if !asked.slabs.is_empty() && case.kernel != Elastic::HalfSpace {
         let accepted = format!("a scene of a half-space that layers stand for, not of a {}", case.kernel);
         return Err(Error::input("command line", "--layer-thickness", "given", accepted));
@@ -100,14 +100,14 @@ pub fn tradeoff(
         None => grids(&case, asked, &mut warnings)?,
     };
     let attracts = case.adhesion != Adhesion::None;
-    let mut besides: Vec<Beside> = asked
+    let mut besides: Vec<MethodRun> = asked
         .methods
         .iter()
-        .map(|&method| Beside { method, adhesive: attracts && method.card().supports_adhesion() })
+        .map(|&method| MethodRun { method, adhesive: attracts && method.card().supports_adhesion() })
         .collect();
     if let Some(blocks) = &blocks {
         besides.retain(|b| b.method.card().id != all_atom::ID);
-        besides.extend(blocks.rungs().first().map(|r| r.beside));
+        besides.extend(blocks.points().first().map(|r| r.beside));
     }
     let without: Vec<&str> = besides.iter().filter(|b| attracts && !b.adhesive).map(|b| b.method.card().id).collect();
     if !without.is_empty() {
@@ -119,20 +119,20 @@ pub fn tradeoff(
     let mut bench = Bench::open(&case, asked, blocks, out, listener)?;
     warnings.iter().for_each(|w| listener.warn(w));
     run::keep_scene(&case, out)?;
-    let mut truths = Vec::new();
+    let mut references = Vec::new();
     for adhesive in [true, false] {
         if besides.iter().any(|b| b.adhesive == adhesive) {
-            truths.push(truth(&mut bench, &case, adhesive, reference, out)?);
+            references.push(truth(&mut bench, &case, adhesive, reference, out)?);
         }
     }
-    let of = |rung: &Rung| truths.iter().find(|t| t.rung.beside.adhesive == rung.beside.adhesive);
-    let climbed = match &asked.exact {
-        Some(list) => bench.measure_all(&besides, list, &truths)?,
-        None => bench.climb(&besides, &grids, &asked.slabs, &truths)?,
+    let of = |rung: &BenchmarkPoint| references.iter().find(|t| t.rung.beside.adhesive == rung.beside.adhesive);
+    let outcome = match &asked.exact {
+        Some(list) => bench.measure_all(&besides, list, &references)?,
+        None => bench.measure_grids(&besides, &grids, &asked.slabs, &references)?,
     };
-    warnings.extend(climbed.done.iter().flat_map(|(_, found)| found.notes.clone()));
+    warnings.extend(outcome.done.iter().flat_map(|(_, found)| found.notes.clone()));
     let there = case.loading_steps().len();
-    for (rung, found) in climbed.done.iter().filter(|(rung, _)| rung.block.is_some()) {
+    for (rung, found) in outcome.done.iter().filter(|(rung, _)| rung.block.is_some()) {
         let pressed = found.results.states.len();
         if pressed < there {
             warnings.push(format!(
@@ -141,26 +141,26 @@ pub fn tradeoff(
             ));
         }
     }
-    let cost = |c: &crate::record::tradeoff::Cost, truth: &Truth| crate::record::tradeoff::Cost {
+    let cost = |c: &crate::record::tradeoff::Cost, truth: &ReferenceSolution| crate::record::tradeoff::Cost {
         cpu_over_reference: c.cpu_seconds / truth.measured.cost.cpu_seconds.max(f64::MIN_POSITIVE),
         ..*c
     };
     let rough = bench.rough;
-    let point = |(rung, found): &(Rung, Measured)| {
+    let point = |(rung, found): &(BenchmarkPoint, Measured)| {
         let truth = of(rung)?;
         let is_reference = rung.stage() == truth.rung.stage();
         let loads = match &found.results.unavailable_reason {
             Some(_) => Vec::new(),
             None if is_reference => truth.uncertainty.clone(),
-            None => judge::errors((found, &found.maps), &truth.measured, &truth.numbers, rough),
+            None => errors::errors((found, &found.maps), &truth.measured, &truth.numbers, rough),
         };
         let resolved = rung.block.and_then(|_| {
             let on = bench.on_resolved_heights(rung, &truth.rung);
             let other = bench.known(&on)?;
-            let numbers = judge::numbers(&[&other.results.states]);
-            let loads = judge::errors((found, &found.resolved), other, &numbers, rough);
+            let numbers = errors::numbers(&[&other.results.states]);
+            let loads = errors::errors((found, &found.resolved), other, &numbers, rough);
             let (shortest_wavelength, gradient) = bench.resolved(rung);
-            let errors = judge::over_loads(loads.iter().map(|l| &l.errors));
+            let errors = errors::over_loads(loads.iter().map(|l| &l.errors));
             Some(ResolvedErrors { shortest_wavelength, gradient, nx: on.n, errors, loads })
         });
         let card = rung.beside.method.card();
@@ -173,16 +173,16 @@ pub fn tradeoff(
             unavailable_reason: found.results.unavailable_reason.clone(),
             missing: found.results.missing.clone(),
             cost: cost(&found.cost, truth),
-            errors: judge::over_loads(loads.iter().map(|l| &l.errors)),
+            errors: errors::over_loads(loads.iter().map(|l| &l.errors)),
             loads,
             resolved,
         })
     };
-    let mut points: Vec<TradeoffPoint> = climbed.done.iter().filter_map(point).collect();
+    let mut points: Vec<TradeoffPoint> = outcome.done.iter().filter_map(point).collect();
     // As tables list them: the registry's order, fine grids first.
     let place = |p: &TradeoffPoint| besides.iter().position(|b| b.method.card().id == p.setting.method);
     points.sort_by_key(|p| (place(p), p.setting.layer_thickness.is_some(), std::cmp::Reverse(p.setting.nx)));
-    let left_out = climbed.skipped.into_iter().map(|(rung, reason)| {
+    let left_out = outcome.skipped.into_iter().map(|(rung, reason)| {
         let ny = rung.n * case.grid.ny / case.grid.nx;
         SkippedSetting { setting: rung.setting(ny), reason }
     });
@@ -204,14 +204,14 @@ pub fn tradeoff(
         repeats: asked.repeats,
         budget_seconds: asked.budget_seconds,
         spent_seconds: bench.spent_seconds(),
-        references: truths
+        references: references
             .iter()
             .map(|t| Reference {
                 setting: t.rung.setting(t.ny),
                 cost: cost(&t.measured.cost, t),
                 coarser: t.coarser.clone(),
                 loads: t.numbers.clone(),
-                uncertainty: judge::over_loads(t.uncertainty.iter().map(|l| &l.errors)),
+                uncertainty: errors::over_loads(t.uncertainty.iter().map(|l| &l.errors)),
             })
             .collect(),
         points,
@@ -249,7 +249,7 @@ fn foreseen(grids: &[&TradeoffPoint]) -> Option<Forecast> {
 }
 
 /// Points a side of the reference, and of the ladder from the grid that methods are asked on first to the coarsest.
-fn grids(case: &Case, asked: &AskedOfLadder, warnings: &mut Vec<String>) -> Result<(usize, Vec<usize>)> {
+fn grids(case: &Case, asked: &TradeoffRequest, warnings: &mut Vec<String>) -> Result<(usize, Vec<usize>)> {
     const PLACE: &str = "command line";
     let own = case.grid.nx;
     let reference = asked.reference.unwrap_or(own);
@@ -278,15 +278,15 @@ fn grids(case: &Case, asked: &AskedOfLadder, warnings: &mut Vec<String>) -> Resu
                         format!("divisors of the reference's {reference} points a side: nodes must coincide");
                     return Err(Error::input(PLACE, "--grids", n, accepted));
                 }
-                ladder::on_grid(case, n).map_err(|e| e.with_context(PLACE, Some("--grids")))?;
+                benchmark_point::on_grid(case, n).map_err(|e| e.with_context(PLACE, Some("--grids")))?;
                 if !list.contains(&n) {
                     list.push(n);
                 }
             }
         }
         None => {
-            for n in ladder::default_grids(own) {
-                match ladder::on_grid(case, n) {
+            for n in benchmark_point::default_grids(own) {
+                match benchmark_point::on_grid(case, n) {
                     Ok(_) => list.push(n),
                     Err(e) => warnings.push(format!("no grid of {n} points a side: {e}")),
                 }
@@ -302,10 +302,10 @@ fn grids(case: &Case, asked: &AskedOfLadder, warnings: &mut Vec<String>) -> Resu
 }
 
 /// Solves the reference and the grids below it.
-fn truth(bench: &mut Bench, case: &Case, adhesive: bool, n: usize, out: &Path) -> Result<Truth> {
+fn truth(bench: &mut Bench, case: &Case, adhesive: bool, n: usize, out: &Path) -> Result<ReferenceSolution> {
     let fast = crate::method::find("fast").expect("it is registered");
-    let tolerance = ladder::base_tolerance(case).min(REFERENCE_TOLERANCE);
-    let at = |n: usize| Rung::on_grid(Beside { method: fast, adhesive }, n, Precision::F64, tolerance);
+    let tolerance = benchmark_point::base_tolerance(case).min(REFERENCE_TOLERANCE);
+    let at = |n: usize| BenchmarkPoint::on_grid(MethodRun { method: fast, adhesive }, n, Precision::F64, tolerance);
     let rung = at(n);
     let measured = bench.measure(&rung, None, None)?;
     if let Some(why) = &measured.results.unavailable_reason {
@@ -314,9 +314,9 @@ fn truth(bench: &mut Bench, case: &Case, adhesive: bool, n: usize, out: &Path) -
     }
     let key = bench.reference_key(&rung)?;
     let mut levels = Vec::new();
-    for n in ladder::halves(n, LEVELS_BELOW).into_iter().skip(1) {
+    for n in benchmark_point::halves(n, LEVELS_BELOW).into_iter().skip(1) {
         // A grid that does not hold the surface's waves, or did not converge, tells nothing.
-        if ladder::on_grid(case, n).is_err() {
+        if benchmark_point::on_grid(case, n).is_err() {
             break;
         }
         let found = bench.measure(&at(n), Some((&rung, (&measured, &key))), None)?;
@@ -328,12 +328,12 @@ fn truth(bench: &mut Bench, case: &Case, adhesive: bool, n: usize, out: &Path) -
     levels.reverse();
     let states: Vec<_> =
         levels.iter().map(|(_, m)| m).chain([&measured]).map(|m| m.results.states.as_slice()).collect();
-    let numbers = judge::numbers(&states);
+    let numbers = errors::numbers(&states);
     let rough = bench.rough;
-    let below = levels.iter().rev().map(|(_, m)| judge::errors((m, &m.maps), &measured, &numbers, rough));
-    let uncertainty = judge::uncertainty(&numbers, &below.collect::<Vec<_>>(), rough);
+    let below = levels.iter().rev().map(|(_, m)| errors::errors((m, &m.maps), &measured, &numbers, rough));
+    let uncertainty = errors::uncertainty(&numbers, &below.collect::<Vec<_>>(), rough);
     let coarser = levels.iter().map(|(n, _)| *n).collect();
-    Ok(Truth { rung, ny: measured.ny, measured, numbers, uncertainty, coarser })
+    Ok(ReferenceSolution { rung, ny: measured.ny, measured, numbers, uncertainty, coarser })
 }
 
 /// What a table says of a case's adhesion: where the range is not what a mesh is given by default, grids that do not resolve it

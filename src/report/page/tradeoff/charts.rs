@@ -1,7 +1,7 @@
 //! One chart per quantity: what settings err by against what they cost, and those that none beats in both.
 
 use super::methods;
-use crate::compare::frontier::front;
+use crate::compare::pareto::front;
 use crate::error::Result;
 use crate::method::REGISTRY;
 use crate::record::quantity::Quantity;

@@ -6,7 +6,7 @@ mod tables;
 
 use super::figures::{FigureWriter, text};
 use super::{Section, document};
-use crate::compare::frontier::{Growth, growth};
+use crate::compare::pareto::{Growth, growth};
 use crate::error::Result;
 use crate::record::tradeoff::{FILE, Setting, Tradeoff, TradeoffPoint};
 use crate::report::number::{duration, trimmed};

@@ -1,7 +1,7 @@
 //! What is cheapest, what the reference is, and every setting.
 
 use super::{dash, words};
-use crate::compare::frontier::cheapest as least;
+use crate::compare::pareto::cheapest as least;
 use crate::record::quantity::Quantity;
 use crate::record::tradeoff::{Tradeoff, TradeoffPoint};
 use crate::report::number::{count, duration, memory, percent, significant, trimmed};

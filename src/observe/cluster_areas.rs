@@ -1,18 +1,18 @@
 /// Contact patches whose areas are any numbers, not whole ones of nodes: what methods of single asperities have.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Spots {
+pub struct ClusterAreas {
     /// From the smallest to the largest; none of zero.
     areas: Vec<f64>,
     total: f64,
 }
 
-impl Spots {
+impl ClusterAreas {
     /// Of areas in any order; those that are not positive are no patches.
     pub fn new(areas: impl IntoIterator<Item = f64>) -> Self {
         let mut areas: Vec<f64> = areas.into_iter().filter(|a| *a > 0.0).collect();
         areas.sort_unstable_by(f64::total_cmp);
         let total = areas.iter().sum();
-        Spots { areas, total }
+        ClusterAreas { areas, total }
     }
 
     pub fn count(&self) -> usize {
@@ -26,7 +26,7 @@ impl Spots {
     }
 
     /// Half of the contact lies in patches up to this area. None without contact.
-    pub fn typical(&self) -> Option<f64> {
+    pub fn median(&self) -> Option<f64> {
         self.cumulative().into_iter().find(|[_, share]| *share >= 0.5).map(|[area, _]| area)
     }
 
@@ -52,11 +52,11 @@ mod tests {
 
     #[test]
     fn shares_weigh_by_area() {
-        let spots = Spots::new([4.0, 1.0, 0.0, 2.0, 1.0]);
+        let spots = ClusterAreas::new([4.0, 1.0, 0.0, 2.0, 1.0]);
         assert_eq!(spots.count(), 4);
         assert_eq!(spots.cumulative(), [[1.0, 0.125], [1.0, 0.25], [2.0, 0.5], [4.0, 1.0]]);
-        assert_eq!(spots.typical(), Some(2.0));
-        assert_eq!(Spots::new([]).typical(), None);
+        assert_eq!(spots.median(), Some(2.0));
+        assert_eq!(ClusterAreas::new([]).median(), None);
     }
 
     /// Areas that fall with the challenge's exponent show it, and the density adds up to one.
@@ -64,7 +64,7 @@ mod tests {
     fn a_power_law_keeps_its_exponent() {
         let n = 40_000;
         // Pareto's law of exponent 1.45 by its quantiles.
-        let spots = Spots::new((0..n).map(|i| (1.0 - (f64::from(i) + 0.5) / f64::from(n)).powf(-1.0 / 0.45)));
+        let spots = ClusterAreas::new((0..n).map(|i| (1.0 - (f64::from(i) + 0.5) / f64::from(n)).powf(-1.0 / 0.45)));
         let density = spots.distribution(10);
         let counted: f64 = density.iter().map(|d| d[2]).sum();
         assert_eq!(counted, f64::from(n));

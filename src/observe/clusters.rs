@@ -1,3 +1,5 @@
+use crate::grid::UnionFind;
+
 /// Which neighbours belong to the same patch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Connectivity {
@@ -21,12 +23,12 @@ pub struct Patches {
 
 /// Connected patches of a map `[ny, nx]` (nonzero = contact) on the periodic cell.
 pub fn patches(map: &[u8], nx: usize, connectivity: Connectivity) -> Patches {
-    let (mut label, mut parent) = forest(map, nx, connectivity);
-    // A patch's smallest label is its root and that of its first node, so it is met before the others.
-    let mut number = vec![NO_PATCH; parent.len()];
+    let (mut label, mut sets, count) = joined(map, nx, connectivity);
+    // The root is the smallest label, that of the patch's first node, so it is met before the others.
+    let mut number = vec![NO_PATCH; count];
     let mut sizes = Vec::new();
     for l in label.iter_mut().filter(|l| **l != NO_PATCH) {
-        let r = root(&mut parent, *l) as usize;
+        let r = sets.root(*l) as usize;
         if number[r] == NO_PATCH {
             number[r] = sizes.len() as u32;
             sizes.push(0);
@@ -40,24 +42,25 @@ pub fn patches(map: &[u8], nx: usize, connectivity: Connectivity) -> Patches {
 /// Sizes in nodes of the connected patches of a map `[ny, nx]` (nonzero = contact) on the periodic cell, in the order of
 /// their first node.
 pub fn patch_sizes(map: &[u8], nx: usize, connectivity: Connectivity) -> Vec<usize> {
-    let (_, mut parent) = forest(map, nx, connectivity);
-    let mut size = vec![0; parent.len()];
-    for l in 0..parent.len() as u32 {
-        size[root(&mut parent, l) as usize] += 1;
+    let (_, mut sets, count) = joined(map, nx, connectivity);
+    let mut size = vec![0; count];
+    for l in 0..count as u32 {
+        size[sets.root(l) as usize] += 1;
     }
     size.retain(|s| *s > 0);
     size
 }
 
-/// Two-pass union-find over contact nodes only: the label of each node, and the parent of each label.
-fn forest(map: &[u8], nx: usize, connectivity: Connectivity) -> (Vec<u32>, Vec<u32>) {
+/// Contact nodes numbered in their order ([`NO_PATCH`] for others), the sets of connected ones, and how many nodes there are.
+fn joined(map: &[u8], nx: usize, connectivity: Connectivity) -> (Vec<u32>, UnionFind, usize) {
     let ny = map.len() / nx.max(1);
     let mut label = vec![NO_PATCH; map.len()];
-    let mut parent: Vec<u32> = Vec::new();
+    let mut count = 0;
     for (i, _) in map.iter().enumerate().filter(|(_, m)| **m != 0) {
-        label[i] = parent.len() as u32;
-        parent.push(parent.len() as u32);
+        label[i] = count as u32;
+        count += 1;
     }
+    let mut sets = UnionFind::new(count);
     for y in 0..ny {
         for x in 0..nx {
             let here = label[y * nx + x];
@@ -68,9 +71,7 @@ fn forest(map: &[u8], nx: usize, connectivity: Connectivity) -> (Vec<u32>, Vec<u
             let mut join = |x: usize, y: usize| {
                 let other = label[y * nx + x];
                 if other != NO_PATCH {
-                    let (a, b) = (root(&mut parent, here), root(&mut parent, other));
-                    // The smaller label stays, so patches keep the order of their first node.
-                    parent[a.max(b) as usize] = a.min(b);
+                    sets.unite(here, other);
                 }
             };
             join(right, y);
@@ -81,7 +82,7 @@ fn forest(map: &[u8], nx: usize, connectivity: Connectivity) -> (Vec<u32>, Vec<u
             }
         }
     }
-    (label, parent)
+    (label, sets, count)
 }
 
 /// Share of the contact area in patches of at most each size, from the smallest on: sizes in nodes, CPr (Müser et al. 2017,
@@ -104,7 +105,7 @@ pub fn cumulative_area(sizes: &[usize]) -> Vec<(usize, f64)> {
 
 /// Size of the patch that a typical point of the contact lies in: where [`cumulative_area`] reaches one half. None without
 /// contact.
-pub fn typical_size(sizes: &[usize]) -> Option<usize> {
+pub fn median_cluster_size(sizes: &[usize]) -> Option<usize> {
     cumulative_area(sizes).into_iter().find(|(_, share)| *share >= 0.5).map(|(size, _)| size)
 }
 
@@ -130,17 +131,8 @@ pub fn size_distribution(sizes: &[usize], per_decade: usize) -> Vec<(f64, f64, u
 /// of L: circular spots side by side, each alone between half-spaces, 2a each (Holm, Electric Contacts (1967)). Spots that
 /// feel each other conduct less: together dū/dp over the cell's area gives it, K/E* of the contact stiffness K (Barber,
 /// Proc. R. Soc. A 459 (2003) 53).
-pub fn spot_conductance(areas: impl IntoIterator<Item = f64>) -> f64 {
+pub fn constriction_conductance(areas: impl IntoIterator<Item = f64>) -> f64 {
     areas.into_iter().map(|a| 2.0 * (a / std::f64::consts::PI).sqrt()).sum()
-}
-
-fn root(parent: &mut [u32], mut l: u32) -> u32 {
-    while parent[l as usize] != l {
-        // Path halving.
-        parent[l as usize] = parent[parent[l as usize] as usize];
-        l = parent[l as usize];
-    }
-    l
 }
 
 #[cfg(test)]
@@ -191,8 +183,8 @@ mod tests {
         let sizes = [4, 1, 1, 2, 8];
         let curve = cumulative_area(&sizes);
         assert_eq!(curve, [(1, 0.125), (2, 0.25), (4, 0.5), (8, 1.0)]);
-        assert_eq!((typical_size(&sizes), typical_size(&[])), (Some(4), None));
-        assert_eq!(typical_size(&[3]), Some(3));
+        assert_eq!((median_cluster_size(&sizes), median_cluster_size(&[])), (Some(4), None));
+        assert_eq!(median_cluster_size(&[3]), Some(3));
     }
 
     /// A power law of exponent 3/2 on a logarithmic scale, and a density that is one as a whole.
@@ -214,7 +206,7 @@ mod tests {
 
     #[test]
     fn one_spot_conducts_as_holm_says() {
-        assert!((spot_conductance([std::f64::consts::PI * 0.04]) - 0.4).abs() < 1e-15);
-        assert_eq!(spot_conductance([]), 0.0);
+        assert!((constriction_conductance([std::f64::consts::PI * 0.04]) - 0.4).abs() < 1e-15);
+        assert_eq!(constriction_conductance([]), 0.0);
     }
 }

@@ -4,14 +4,14 @@ use crate::surface::PowerSpectrum;
 use crate::{Error, Result};
 
 /// What a method that estimates is given of a problem.
-pub struct Given<'a> {
+pub struct EstimatorInput<'a> {
     asked: Problem<'a>,
     method: &'static dyn ContactMethod,
     /// Of the surface, for a method that needs no more of it.
     power: Option<PowerSpectrum>,
 }
 
-impl<'a> Given<'a> {
+impl<'a> EstimatorInput<'a> {
     /// What a method takes of a problem, its power where it needs that, before anything is taken.
     pub fn plan(asked: &Problem, method: &dyn ContactMethod) -> Plan {
         let own = method.plan(asked);
@@ -30,7 +30,7 @@ impl<'a> Given<'a> {
             return Err(Error::Memory { what, need, have, advice: "a coarser grid needs less".into() });
         }
         let power = (method.card().needs == Needs::Spectrum).then(|| asked.power_of_heights()).transpose()?;
-        Ok(Given { asked, method, power })
+        Ok(EstimatorInput { asked, method, power })
     }
 
     /// The problem as the method sees it: what it does not need it is not given.

@@ -2,8 +2,8 @@
 
 use crate::interface::{Base, Elastic, Layer};
 use crate::method::{ContactMethod, Heights, Kind, Precision, Problem};
-use crate::path::Given;
-use crate::pipeline::methods::Beside;
+use crate::path::EstimatorInput;
+use crate::pipeline::methods::MethodRun;
 use crate::pipeline::plan::SECONDS_PER_POINT_PAIR;
 use crate::record::tradeoff::{BlockSize, Setting};
 use crate::scene::{Case, Scene, Surface, default_tolerance};
@@ -31,8 +31,8 @@ const GROWTH: f64 = 1.5;
 
 /// A method on a grid, in a precision, to a tolerance.
 #[derive(Clone, Copy)]
-pub struct Rung {
-    pub beside: Beside,
+pub struct BenchmarkPoint {
+    pub beside: MethodRun,
     /// Points in x.
     pub n: usize,
     pub precision: Precision,
@@ -54,10 +54,10 @@ pub struct Filter {
     pub stretch: f64,
 }
 
-impl Rung {
+impl BenchmarkPoint {
     /// On the scene's own heights, over the scene's own body.
-    pub fn on_grid(beside: Beside, n: usize, precision: Precision, tolerance: f64) -> Self {
-        Rung { beside, n, precision, tolerance, layer_thickness: None, block: None, filter: None }
+    pub fn on_grid(beside: MethodRun, n: usize, precision: Precision, tolerance: f64) -> Self {
+        BenchmarkPoint { beside, n, precision, tolerance, layer_thickness: None, block: None, filter: None }
     }
 
     pub fn id(&self) -> &'static str {
@@ -98,17 +98,17 @@ impl Rung {
         }
     }
 
-    pub fn is_of(&self, other: &Rung) -> bool {
+    pub fn is_of(&self, other: &BenchmarkPoint) -> bool {
         self.id() == other.id() && self.beside.adhesive == other.beside.adhesive
     }
 
     pub fn planned_bytes(&self, case: &Case) -> u64 {
-        Given::plan(&problem(case, &self.beside), self.beside.method).bytes
+        EstimatorInput::plan(&problem(case, &self.beside), self.beside.method).bytes
     }
 
     /// Seconds, from what is measured of the same method, or, before anything is, from what it plans. An order of magnitude.
-    pub fn expected_seconds(&self, measured: &[(Rung, f64)], case: &Case) -> f64 {
-        let step = |r: &Rung| (self.n as f64 / r.n as f64).ln();
+    pub fn expected_seconds(&self, measured: &[(BenchmarkPoint, f64)], case: &Case) -> f64 {
+        let step = |r: &BenchmarkPoint| (self.n as f64 / r.n as f64).ln();
         let same = measured.iter().filter(|(r, _)| self.is_of(r));
         let nearest = same.min_by(|(a, _), (b, _)| step(a).abs().total_cmp(&step(b).abs()));
         match nearest {
@@ -129,7 +129,7 @@ impl Rung {
 }
 
 /// What a method is asked to plan.
-fn problem<'a>(case: &Case, beside: &Beside) -> Problem<'a> {
+fn problem<'a>(case: &Case, beside: &MethodRun) -> Problem<'a> {
     let problem = case.problem(Heights::Nodes(&[]));
     if beside.adhesive { problem } else { Problem { adhesion: crate::interface::Adhesion::None, ..problem } }
 }
@@ -162,7 +162,7 @@ pub fn bare(case: &Case) -> Scene {
 ///
 /// # Errors
 /// If the grid does not hold the surface, or is none of a height map.
-pub fn at(case: &Case, rung: &Rung) -> Result<Case> {
+pub fn at(case: &Case, rung: &BenchmarkPoint) -> Result<Case> {
     let mut found = on_grid(case, rung.n)?;
     found.scene.continuum.precision = rung.precision;
     found.scene.continuum.tolerance = Some(rung.tolerance);
@@ -222,16 +222,16 @@ pub fn base_tolerance(case: &Case) -> f64 {
 }
 
 /// Other precisions and tolerances of a setting; methods that estimate have none.
-pub fn refinements(rung: &Rung, case: &Case) -> Vec<Rung> {
+pub fn refinements(rung: &BenchmarkPoint, case: &Case) -> Vec<BenchmarkPoint> {
     let method: &dyn ContactMethod = rung.beside.method;
     if method.card().kind == Kind::Estimate {
         return Vec::new();
     }
     // At light loads round-off keeps f32 from its usual tolerance.
     let single = [default_tolerance(Precision::F32, case.grid), TOLERANCES[0]];
-    let single = single.map(|tolerance| Rung { precision: Precision::F32, tolerance, ..*rung });
+    let single = single.map(|tolerance| BenchmarkPoint { precision: Precision::F32, tolerance, ..*rung });
     let others = TOLERANCES.into_iter().filter(|t| *t != rung.tolerance);
-    single.into_iter().chain(others.map(|tolerance| Rung { tolerance, ..*rung })).collect()
+    single.into_iter().chain(others.map(|tolerance| BenchmarkPoint { tolerance, ..*rung })).collect()
 }
 
 #[cfg(test)]
@@ -252,7 +252,7 @@ mod tests {
         let file = std::path::Path::new("t.toml");
         let case = Case::resolve(Scene::parse(scene, file).expect("a scene"), file).expect("a case");
         let method = crate::method::find("gfmd").expect("registered");
-        let rung = |n: usize| Rung::on_grid(Beside { method, adhesive: false }, n, Precision::F64, 1e-8);
+        let rung = |n: usize| BenchmarkPoint::on_grid(MethodRun { method, adhesive: false }, n, Precision::F64, 1e-8);
         let measured = [(rung(32), 1.0), (rung(64), 6.0)];
         assert!((rung(128).expected_seconds(&measured, &case) / 48.0 - 1.0).abs() < 1e-12);
         assert!((rung(16).expected_seconds(&measured, &case) / 0.25 - 1.0).abs() < 1e-12);

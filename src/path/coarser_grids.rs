@@ -1,6 +1,6 @@
 //! What grids coarser than the problem's say about its error.
 
-use super::pull_off::{self, Held};
+use super::pull_off::{self, SeparationStart};
 use crate::grid::{Grid, Series};
 use crate::interface::RangeChoice;
 use crate::method::{
@@ -34,7 +34,7 @@ pub(super) fn grids(grid: Grid, count: usize) -> Vec<Grid> {
 
 /// A state on one grid, in the numbers that are compared.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Level {
+pub(super) struct GridResult {
     pub grid: Grid,
     pub range: f64,
     /// Contact fraction: nodes counted, and perimeter-corrected.
@@ -45,9 +45,9 @@ pub(super) struct Level {
     pub error_estimates: ErrorEstimates,
 }
 
-impl Level {
+impl GridResult {
     pub fn new(grid: Grid, range: f64, area: &ContactArea, mean_gap: f64, error_estimates: ErrorEstimates) -> Self {
-        Level { grid, range, counted: area.fraction, area: area.corrected, mean_gap, error_estimates }
+        GridResult { grid, range, counted: area.fraction, area: area.corrected, mean_gap, error_estimates }
     }
 }
 
@@ -63,7 +63,7 @@ const CLOSED: f64 = 1e-6;
 
 /// The change from a coarser grid. Where that grid was still to change by more than the two differ, their difference says
 /// little: the sum of both is a bound.
-pub(super) fn discretisation(coarse: &Level, fine: &Level, rms_height: f64) -> Discretisation {
+pub(super) fn discretisation(coarse: &GridResult, fine: &GridResult, rms_height: f64) -> Discretisation {
     let told = |c: f64, f: f64, least: f64, error_estimates: Option<f64>| {
         let (difference, to_come) = ((f - c).abs(), error_estimates.unwrap_or(0.0) * c.abs());
         let bound = to_come > difference.max(least);
@@ -104,9 +104,9 @@ const IN_DOUBT: f64 = 0.5;
 /// way and all that the grids differ by are added. The area's has a third of the perimeter correction in addition.
 ///
 /// None where the error is as large as the value: such grids tell nothing.
-pub(super) fn extrapolated(range: f64, levels: &[Level], held: bool) -> Option<Extrapolated> {
+pub(super) fn extrapolated(range: f64, levels: &[GridResult], held: bool) -> Option<Extrapolated> {
     let fine = levels.last()?;
-    let estimate = |of: fn(&Level) -> f64, least: f64| {
+    let estimate = |of: fn(&GridResult) -> f64, least: f64| {
         let points: Vec<(f64, f64)> = levels.iter().map(|l| (l.range, of(l))).collect();
         let [.., a, b] = points[..] else { return None };
         let slope = (b.1 - a.1) / (b.0 - a.0);
@@ -138,17 +138,17 @@ pub(super) fn extrapolated(range: f64, levels: &[Level], held: bool) -> Option<E
 }
 
 /// Notes the grids that a method comes by, and passes everything on.
-pub(super) struct Levels<'a> {
+pub(super) struct CoarseGridResults<'a> {
     observer: &'a dyn Observer,
     threshold: f64,
-    passed: Mutex<Vec<Level>>,
+    passed: Mutex<Vec<GridResult>>,
     /// Whether the loads are done, so that nothing is kept any more.
     done: AtomicBool,
 }
 
-impl<'a> Levels<'a> {
+impl<'a> CoarseGridResults<'a> {
     pub fn new(observer: &'a dyn Observer, threshold: f64) -> Self {
-        Levels { observer, threshold, passed: Mutex::default(), done: AtomicBool::new(false) }
+        CoarseGridResults { observer, threshold, passed: Mutex::default(), done: AtomicBool::new(false) }
     }
 
     /// Keeps the state after the last load, from which a pull-off is done anew, and no other from now on.
@@ -158,12 +158,12 @@ impl<'a> Levels<'a> {
     }
 
     /// The finest since the last call.
-    pub fn take(&self) -> Option<Level> {
+    pub fn take(&self) -> Option<GridResult> {
         std::mem::take(&mut *self.passed.lock().unwrap_or_else(|e| e.into_inner())).pop()
     }
 }
 
-impl Observer for Levels<'_> {
+impl Observer for CoarseGridResults<'_> {
     fn iteration(&self, step: Iteration) -> ControlFlow<()> {
         self.observer.iteration(step)
     }
@@ -174,7 +174,7 @@ impl Observer for Levels<'_> {
 
     fn coarse_grid_done(&self, state: CoarseState) {
         let area = contact_area(state.grid, state.gap, self.threshold);
-        let level = Level::new(state.grid, state.range, &area, state.mean_gap, state.error_estimates);
+        let level = GridResult::new(state.grid, state.range, &area, state.mean_gap, state.error_estimates);
         self.passed.lock().unwrap_or_else(|e| e.into_inner()).push(level);
         self.observer.coarse_grid_done(state);
     }
@@ -191,9 +191,9 @@ impl Observer for Levels<'_> {
 }
 
 /// Stops when the path is to stop, and tells nothing.
-pub(super) struct Silent<'a>(pub &'a dyn Observer);
+pub(super) struct StopOnly<'a>(pub &'a dyn Observer);
 
-impl Observer for Silent<'_> {
+impl Observer for StopOnly<'_> {
     fn iteration(&self, _: Iteration) -> ControlFlow<()> {
         if self.0.stop_requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
@@ -222,30 +222,36 @@ pub(super) fn coarsened<'s>(
 }
 
 /// A coarser grid that follows the same path.
-pub(super) struct Companion<'s> {
+pub(super) struct CoarseSolver<'s> {
     problem: &'s Problem<'s>,
     run: Box<dyn Run + 's>,
     threshold: f64,
     /// The last state, for one that is to be pulled apart from it.
-    held: Option<Held>,
+    held: Option<SeparationStart>,
     holds: bool,
 }
 
-impl<'s> Companion<'s> {
+impl<'s> CoarseSolver<'s> {
     pub fn start(problem: &'s Problem<'s>, threshold: f64, holds: bool, observer: &'s dyn Observer) -> Result<Self> {
-        Ok(Companion { problem, run: method().start(problem, observer)?.solver()?, threshold, held: None, holds })
+        Ok(CoarseSolver { problem, run: method().start(problem, observer)?.solver()?, threshold, held: None, holds })
     }
 
     /// `None` where this grid has no equilibrium to offer, or no time: the problem's own solve stops at once then, and keeps
     /// what is worth keeping.
-    pub fn follow(&mut self, load: Load) -> Result<Option<Level>> {
+    pub fn follow(&mut self, load: Load) -> Result<Option<GridResult>> {
         let grid = self.problem.grid;
         let state = self.run.equilibrate(load)?;
-        self.held = (self.holds && state.stop == Stop::Converged).then(|| Held::of(&state));
+        self.held = (self.holds && state.stop == Stop::Converged).then(|| SeparationStart::of(&state));
         match state.stop {
             Stop::Converged => {
                 let area = contact_area(grid, state.gap, self.threshold);
-                Ok(Some(Level::new(grid, self.problem.adhesion.range(), &area, state.mean_gap, state.error_estimates)))
+                Ok(Some(GridResult::new(
+                    grid,
+                    self.problem.adhesion.range(),
+                    &area,
+                    state.mean_gap,
+                    state.error_estimates,
+                )))
             }
             _ => Ok(None),
         }
@@ -267,8 +273,8 @@ impl<'s> Companion<'s> {
 mod tests {
     use super::*;
 
-    fn level(n: usize, range: f64, area: f64) -> Level {
-        Level {
+    fn level(n: usize, range: f64, area: f64) -> GridResult {
+        GridResult {
             grid: Grid::unit(n, n),
             range,
             counted: area,
@@ -283,7 +289,7 @@ mod tests {
     #[test]
     fn a_parabola_is_extrapolated() {
         let area = |rho: f64| 0.03 - 0.2 * rho + 0.7 * rho * rho;
-        let levels: Vec<Level> = [(64, 0.08), (128, 0.06), (256, 0.04)].map(|(n, r)| level(n, r, area(r))).into();
+        let levels: Vec<GridResult> = [(64, 0.08), (128, 0.06), (256, 0.04)].map(|(n, r)| level(n, r, area(r))).into();
         let found = extrapolated(0.01, &levels, true).expect("three levels");
         let line = area(0.04) - 0.03 * (area(0.06) - area(0.04)) / 0.02;
         let value = 0.5 * (line + area(0.01));
@@ -298,11 +304,11 @@ mod tests {
     /// and nothing is told where that is all of the value.
     #[test]
     fn doubt_is_told() {
-        let of = |areas: [f64; 3]| -> Vec<Level> {
+        let of = |areas: [f64; 3]| -> Vec<GridResult> {
             [(64, 0.08), (128, 0.06), (256, 0.04)].iter().zip(areas).map(|(&(n, r), a)| level(n, r, a)).collect()
         };
         let steady = of([0.20, 0.21, 0.22]);
-        let error = |levels: &[Level], held: bool| extrapolated(0.02, levels, held).map(|e| e.area.error);
+        let error = |levels: &[GridResult], held: bool| extrapolated(0.02, levels, held).map(|e| e.area.error);
         let close = |found: Option<f64>, expected: f64| {
             assert!(found.is_some_and(|f| (f - expected).abs() < 1e-12), "{found:?} {expected}");
         };
@@ -329,7 +335,7 @@ mod tests {
         let relative = |d: Discretisation| d.area.expect("enough touches");
         assert!((relative(d) - 0.1).abs() < 1e-12 && d.mean_gap == Some(0.0) && d.coarser == [64, 64]);
         // Equal areas of two grids are no proof: a third of the correction stays in doubt.
-        let fine = Level { counted: 0.036, ..level(128, 0.0, 0.03) };
+        let fine = GridResult { counted: 0.036, ..level(128, 0.0, 0.03) };
         assert!((relative(discretisation(&level(64, 0.0, 0.03), &fine, 1.0)) - 0.2 / 3.0).abs() < 1e-12);
     }
 
@@ -338,14 +344,14 @@ mod tests {
     #[test]
     fn an_unsettled_coarser_grid_gives_a_bound() {
         let error_estimates = ErrorEstimates { energy: None, area: Some(0.04), mean_gap: Some(1e-9) };
-        let coarse = Level { mean_gap: 1.1, error_estimates, ..level(64, 0.0, 0.0301) };
+        let coarse = GridResult { mean_gap: 1.1, error_estimates, ..level(64, 0.0, 0.0301) };
         let d = discretisation(&coarse, &level(128, 0.0, 0.03), 1.0);
         assert!(d.area_is_bound && !d.mean_gap_is_bound && d.coarser == [64, 64], "{d:?}");
         assert!(d.area.is_some_and(|a| (a - (0.0001 + 0.04 * 0.0301) / 0.03).abs() < 1e-12), "{d:?}");
         assert!(d.mean_gap.is_some_and(|g| (g - 0.1).abs() < 1e-12), "{d:?}");
         let touching = discretisation(&level(64, 0.0, 9e-4), &level(128, 0.0, 1e-4), 1.0);
         assert_eq!((touching.area, touching.area_is_bound), (None, false));
-        let closed = Level { mean_gap: 1e-9, ..level(128, 0.0, 1.0) };
+        let closed = GridResult { mean_gap: 1e-9, ..level(128, 0.0, 1.0) };
         assert_eq!(discretisation(&coarse, &closed, 1.0).mean_gap, None);
     }
 }

@@ -1,6 +1,6 @@
 //! What is advised, held against what is found: on surfaces that no table has seen.
 
-use super::{AskedOfLadder, Exact, shortest_wavelength, tradeoff};
+use super::{ExactSetting, TradeoffRequest, shortest_wavelength, tradeoff};
 use crate::Result;
 use crate::compare::advice::{Limit, Table};
 use crate::method::{self, Precision};
@@ -17,7 +17,7 @@ const REFERENCE_POINTS: f64 = 32.0;
 
 /// An error that was asked for, and what came of it.
 #[derive(Debug, Clone, Serialize)]
-pub struct Trial {
+pub struct Verification {
     pub surface: String,
     pub quantity: Quantity,
     pub asked: f64,
@@ -29,7 +29,7 @@ pub struct Trial {
     pub uncertainty: Option<f64>,
 }
 
-impl Trial {
+impl Verification {
     /// Whether the advised setting errs by no more than asked for. Not known of what was not advised.
     pub fn met(&self) -> Option<bool> {
         self.advice.as_ref().map(|_| self.found.is_some_and(|e| e <= self.quantity.error_of_deviation(self.asked)))
@@ -41,15 +41,15 @@ impl Trial {
 ///
 /// # Errors
 /// Those of a ladder.
-pub fn prove(
+pub fn verify(
     case: &Case,
     tables: &[Table],
     (quantities, errors): (&[Quantity], &[f64]),
     out: &Path,
     listener: &dyn Listener,
-) -> Result<Vec<Trial>> {
-    let mut trials = Vec::new();
-    let mut exact: Vec<Exact> = Vec::new();
+) -> Result<Vec<Verification>> {
+    let mut verifications = Vec::new();
+    let mut exact: Vec<ExactSetting> = Vec::new();
     for &quantity in quantities {
         for &asked in errors {
             let served = advise(tables, case, quantity, Limit::Error(asked), false);
@@ -61,11 +61,19 @@ pub fn prove(
                 exact.push(setting);
             }
             let surface = case.surface.origin();
-            trials.push(Trial { surface, quantity, asked, advice, unavailable_reason, found: None, uncertainty: None });
+            verifications.push(Verification {
+                surface,
+                quantity,
+                asked,
+                advice,
+                unavailable_reason,
+                found: None,
+                uncertainty: None,
+            });
         }
     }
     if exact.is_empty() {
-        return Ok(trials);
+        return Ok(verifications);
     }
     let finest = exact.iter().map(|e| e.n).max().unwrap_or(0);
     let waves = (REFERENCE_POINTS / shortest_wavelength(&case.surface)).ceil() as usize;
@@ -74,7 +82,7 @@ pub fn prove(
         _ => waves.max(2 * finest).next_power_of_two(),
     };
     let methods = method::REGISTRY.iter().copied().filter(|m| exact.iter().any(|e| e.method == m.card().id)).collect();
-    let asked = AskedOfLadder {
+    let asked = TradeoffRequest {
         methods,
         grids: None,
         reference: Some(reference),
@@ -85,20 +93,20 @@ pub fn prove(
         blocks: None,
     };
     let (told, _) = tradeoff(case, &asked, out, listener)?;
-    for trial in &mut trials {
-        let Some(setting) = trial.advice.as_ref().map(exact_of) else { continue };
+    for verification in &mut verifications {
+        let Some(setting) = verification.advice.as_ref().map(exact_of) else { continue };
         let point = told.points.iter().find(|p| setting.is_of(p));
-        trial.found = point.and_then(|p| p.errors.get(&trial.quantity).copied());
-        trial.uncertainty = point.and_then(|p| uncertainty(&told, p, trial.quantity));
+        verification.found = point.and_then(|p| p.errors.get(&verification.quantity).copied());
+        verification.uncertainty = point.and_then(|p| uncertainty(&told, p, verification.quantity));
     }
-    Ok(trials)
+    Ok(verifications)
 }
 
 fn uncertainty(told: &Tradeoff, point: &TradeoffPoint, quantity: Quantity) -> Option<f64> {
     told.reference(point.setting.adhesive)?.uncertainty.get(&quantity).copied()
 }
 
-fn exact_of(advice: &Advice) -> Exact {
+fn exact_of(advice: &Advice) -> ExactSetting {
     let precision = if advice.precision == "f32" { Precision::F32 } else { Precision::F64 };
-    Exact { method: advice.method.clone(), n: advice.grid, precision, tolerance: advice.tolerance }
+    ExactSetting { method: advice.method.clone(), n: advice.grid, precision, tolerance: advice.tolerance }
 }

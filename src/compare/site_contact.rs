@@ -43,7 +43,7 @@ impl Sites {
     }
 
     /// The continuum's contact against the atoms', site by site. `map` names the file that keeps it.
-    pub fn judge(
+    pub fn compare(
         &self,
         here: &[bool],
         atoms: &[bool],
@@ -54,7 +54,7 @@ impl Sites {
         CriterionMatch {
             id: criterion.id().into(),
             criterion: criterion.words(),
-            offset_angstrom: criterion.raised(),
+            offset_angstrom: criterion.offset_angstrom(),
             contact_fraction: here.iter().filter(|c| **c).count() as f64 / here.len() as f64,
             overlap: overlap(here, atoms),
             shifted: overlap(&shifted, atoms),
@@ -86,7 +86,7 @@ impl SiteCriterion {
     }
 
     /// Å.
-    pub fn raised(self) -> f64 {
+    pub fn offset_angstrom(self) -> f64 {
         match self {
             SiteCriterion::OffsetWall(by) => by,
             SiteCriterion::HardWall | SiteCriterion::CompliantWall => 0.0,
@@ -107,7 +107,7 @@ impl SiteCriterion {
 /// A Lennard-Jones wall that carries the stress σ has been pressed in by `r_m - d(σ)`, so the bodies stand that much closer
 /// than a hard wall would let them. The stress is the mean over what then touches, which makes the rise self-consistent:
 /// `pressure` (eV/Å³) over `fraction(rise)`. Nothing in it is fitted to the atoms.
-pub fn softness_rise(wall: &Wall, pressure: f64, fraction: impl Fn(f64) -> f64) -> f64 {
+pub fn wall_offset(wall: &Wall, pressure: f64, fraction: impl Fn(f64) -> f64) -> f64 {
     let most = wall.minimum_angstrom();
     // Raised farther more of them touch, hence there is less stress and less approach: one crossing.
     let (mut low, mut high) = (0.0, most);
@@ -129,9 +129,9 @@ mod tests {
     fn rise_of_a_flat_punch() {
         let wall = Wall::new(5.5884 * 5.0 / 11.0, 5.5884).unwrap();
         let (pressure, fraction) = (3e-3, 0.1);
-        let found = softness_rise(&wall, pressure, |_| fraction);
+        let found = wall_offset(&wall, pressure, |_| fraction);
         assert!((found - (wall.minimum_angstrom() - wall.distance_at_pressure(pressure / fraction))).abs() < 1e-9);
-        assert!(softness_rise(&wall, 1e-12, |_| fraction) < 1e-3);
+        assert!(wall_offset(&wall, 1e-12, |_| fraction) < 1e-3);
     }
 
     /// Contact is read at the nearest node, values between nodes; the shifted map is the map shifted by (1/3, 1/5).
@@ -150,7 +150,7 @@ mod tests {
         }
         // The first site comes to lie on the last.
         assert_eq!(sites.shifted, [3, 1, 1, 1]);
-        let judged = sites.judge(
+        let judged = sites.compare(
             &[true, false, false, true],
             &[true, false, false, false],
             SiteCriterion::OffsetWall(0.3),

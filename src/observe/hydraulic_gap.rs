@@ -1,4 +1,4 @@
-use crate::grid::Field;
+use crate::grid::{Field, UnionFind};
 use rayon::prelude::*;
 
 /// Height of the even gap that leaks as much, units of the gap's: pressure-driven flow through the space between the
@@ -70,9 +70,9 @@ impl Classes {
 
 /// Whether the nodes of a map `[ny, nx]` that are `what` (0: open, 1: contact) lead around the periodic cell, along x and
 /// along y.
-pub fn spans(map: &[u8], nx: usize, what: u8, corners: bool) -> [bool; 2] {
+pub fn percolates(map: &[u8], nx: usize, what: u8, corners: bool) -> [bool; 2] {
     let ny = map.len() / nx.max(1);
-    let mut forest = Forest((0..map.len() as u32).map(|i| (i, [0, 0])).collect());
+    let mut clusters: UnionFind<[i32; 2]> = UnionFind::new(map.len());
     let mut around = [false; 2];
     let neighbours: &[(i32, i32)] = if corners { &[(1, 0), (0, 1), (1, 1), (-1, 1)] } else { &[(1, 0), (0, 1)] };
     let is = |i: usize| (map[i] != 0) == (what != 0);
@@ -81,48 +81,14 @@ pub fn spans(map: &[u8], nx: usize, what: u8, corners: bool) -> [bool; 2] {
             for &(dx, dy) in neighbours {
                 let (x1, y1) = ((x as i64 + i64::from(dx)).rem_euclid(nx as i64) as usize, (y + dy as usize) % ny);
                 if is(y1 * nx + x1) {
-                    let wound = forest.join((y * nx + x) as u32, (y1 * nx + x1) as u32, [dx, dy]);
-                    around = [around[0] || wound[0], around[1] || wound[1]];
+                    if let Err(winding) = clusters.join((y * nx + x) as u32, (y1 * nx + x1) as u32, [dx, dy]) {
+                        around = [around[0] || winding[0] != 0, around[1] || winding[1] != 0];
+                    }
                 }
             }
         }
     }
     around
-}
-
-/// Union-find whose nodes know how far they are from their root, along steps between neighbours.
-struct Forest(Vec<(u32, [i32; 2])>);
-
-impl Forest {
-    /// Root of a node, and the way from there to the node.
-    fn root(&mut self, node: u32) -> (u32, [i32; 2]) {
-        let (mut top, mut way) = (node, [0, 0]);
-        while self.0[top as usize].0 != top {
-            let (parent, step) = self.0[top as usize];
-            way = [way[0] + step[0], way[1] + step[1]];
-            top = parent;
-        }
-        // All on the way point to the root from now on.
-        let (mut at, mut left) = (node, way);
-        while at != top {
-            let (parent, step) = std::mem::replace(&mut self.0[at as usize], (top, left));
-            left = [left[0] - step[0], left[1] - step[1]];
-            at = parent;
-        }
-        (top, way)
-    }
-
-    /// Joins two neighbours, the second `step` from the first. If they were joined before, by another way around the cell,
-    /// along which axes.
-    fn join(&mut self, a: u32, b: u32, step: [i32; 2]) -> [bool; 2] {
-        let ((ra, wa), (rb, wb)) = (self.root(a), self.root(b));
-        let way = [wa[0] + step[0] - wb[0], wa[1] + step[1] - wb[1]];
-        if ra == rb {
-            return way.map(|w| w != 0);
-        }
-        self.0[rb as usize] = (ra, way);
-        [false; 2]
-    }
 }
 
 #[cfg(test)]
@@ -143,13 +109,13 @@ mod tests {
             ("##.. .##. ..## #..#", [true, true]),
         ] {
             let (m, nx) = drawn(text);
-            assert_eq!(spans(&m, nx, 1, false), contact, "{text}");
+            assert_eq!(percolates(&m, nx, 1, false), contact, "{text}");
         }
         let (m, nx) = drawn("#... .#.. ..#. ...#");
-        assert_eq!(spans(&m, nx, 1, false), [false, false]);
-        assert_eq!(spans(&m, nx, 1, true), [true, true]);
+        assert_eq!(percolates(&m, nx, 1, false), [false, false]);
+        assert_eq!(percolates(&m, nx, 1, true), [true, true]);
         let (m, nx) = drawn("#### .... #### ....");
-        assert_eq!(spans(&m, nx, 0, false), [true, false]);
+        assert_eq!(percolates(&m, nx, 0, false), [true, false]);
     }
 
     #[test]
