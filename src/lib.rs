@@ -1,43 +1,87 @@
-//! A rough surface from a profile to atoms and back.
+//! Rough-surface contact: gap, pressure and contact area of a rough surface on an elastic body, with adhesion or without.
 //!
-//! The crate answers one question: *given a rough surface, a load and adhesion, where are the surfaces in contact, and how much
-//! accuracy does a cheaper method, or an atomistic model, lose?*
+//! A [`Surface`] comes from an array of heights, a file or a spectrum. A [`Problem`] adds the elastic body, the adhesion and the
+//! method; [`Problem::solve`] gives the equilibrium under one mean pressure and [`Problem::load_path`] those under a sequence of
+//! loads. A [`State`] has its maps as arrays `[ny, nx]`, x fastest, and functions such as [`clusters`] and [`gap_distribution`]
+//! evaluate any map. [`compare_maps`] measures the agreement of two contact maps, [`methods`] lists the methods, and [`FinishedRun`]
+//! reads the folder of `asperity run`.
 //!
-//! Data flows one way, and imports run downwards only:
+//! ```
+//! use asperity::{Problem, Surface, Touching};
+//! use ndarray::Array2;
+//! use std::f64::consts::TAU;
 //!
-//! ```text
-//! cli → pipeline → report → challenge → compare → path → scene → method → atoms → interface, surface → record → observe → grid → load, units, sys, error
+//! // A wavy surface of amplitude 0.1 µm on a cell of 10 µm x 10 µm, on a half-space with E* = 25 MPa: lengths in µm, pressures in MPa.
+//! let wave = |i: usize| (TAU * i as f64 / 64.0).cos();
+//! let heights = Array2::from_shape_fn((64, 64), |(y, x)| 0.1 * wave(x) * wave(y));
+//! let surface = Surface::from_array(heights.view(), 10.0, Touching::HighPoints)?;
+//! let state = Problem::new(surface, 25.0).solve(0.2)?;
+//! println!("contact {:.1} %, mean gap {:.4} µm", 100.0 * state.area.corrected, state.mean_gap);
+//! assert!((state.pressure.mean().unwrap() - 0.2).abs() < 1e-8);
+//! # Ok::<(), asperity::Error>(())
 //! ```
 //!
-//! * [`scene`]: a TOML file and flags, checked and resolved into one [`Case`](scene::Case).
-//! * [`surface`]: power spectra, realisations that depend on the seed alone, statistics.
-//! * [`interface`]: elastic kernels, adhesion laws, walls.
-//! * [`method`]: the contact solvers and estimates behind one trait. They read a `Problem`, never a scene.
-//! * [`atoms`]: potential, block, indenter, the LAMMPS run and its dump frames.
-//! * [`path`]: a sequence of loads, with error estimates, checkpoints and pull-off.
-//! * [`observe`]: contact area, clusters and distributions of one state. [`compare`]: differences between two.
-//! * [`challenge`]: the statements of the contact-mechanics challenge, tested against results.
-//! * [`record`]: files for other programs. [`report`]: figures and pages for people.
-//! * [`pipeline`]: stages, their cache and the run folder. [`cli`]: the commands of the program.
-//! * [`grid`], [`load`], [`units`], [`sys`]: fields and transforms, loads, units, the operating system.
+//! Units are those of the caller: lengths have the unit of the surface, pressures that of the contact modulus, and energies per
+//! area their product.
+//!
+//! What is documented here is the interface of the crate. The modules are internals of the program `asperity`: they are public
+//! for its tests and benchmarks, hidden from this page, and change without notice.
 
+#![warn(missing_docs)]
+
+mod api;
+
+pub use api::*;
+#[doc(inline)]
+pub use error::{Complaint, Error, LammpsFailure, Result};
+#[doc(inline)]
+pub use interface::{Base, RangeChoice};
+#[doc(inline)]
+pub use load::{Branch, Load};
+#[doc(inline)]
+pub use method::Precision;
+#[doc(inline)]
+pub use observe::{Connectivity, ContactArea, Distribution, linear_edges, logarithmic_edges};
+#[doc(inline)]
+pub use record::results::Overlap;
+#[doc(inline)]
+pub use scene::{AdhesionLaw, Touching};
+#[doc(inline)]
+pub use surface::{Amplitudes, Spectrum};
+
+#[doc(hidden)]
 pub mod atoms;
+#[doc(hidden)]
 pub mod challenge;
+#[doc(hidden)]
 pub mod cli;
+#[doc(hidden)]
 pub mod compare;
+#[doc(hidden)]
 pub mod error;
+#[doc(hidden)]
 pub mod grid;
+#[doc(hidden)]
 pub mod interface;
+#[doc(hidden)]
 pub mod load;
+#[doc(hidden)]
 pub mod method;
+#[doc(hidden)]
 pub mod observe;
+#[doc(hidden)]
 pub mod path;
+#[doc(hidden)]
 pub mod pipeline;
+#[doc(hidden)]
 pub mod record;
+#[doc(hidden)]
 pub mod report;
+#[doc(hidden)]
 pub mod scene;
+#[doc(hidden)]
 pub mod surface;
+#[doc(hidden)]
 pub mod sys;
+#[doc(hidden)]
 pub mod units;
-
-pub use error::{Error, Result};

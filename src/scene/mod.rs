@@ -334,7 +334,7 @@ pub enum WallKind {
     Penalty,
 }
 
-/// Elastic constants of a cubic crystal under its (001) face, x along [100]. Only their ratios matter: the contact modulus
+/// Elastic constants of a cubic crystal under its (001) face, x along `[100]`. Only their ratios matter: the contact modulus
 /// E* is the laboratory's, and stands for the mean compliance over all in-plane directions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -7,6 +7,7 @@ mod extremes;
 mod import;
 #[path = "../common/lammps.rs"]
 mod lammps;
+mod library;
 mod methods;
 mod pipeline;
 #[path = "../common/program.rs"]

@@ -1,0 +1,31 @@
+// Solves contact for a measured height map and checks the solution.
+//
+//     cargo run --release --example solve_a_map
+
+use asperity::{FileOptions, Problem, Surface, Touching};
+
+fn main() -> asperity::Result<()> {
+    // Heights in nm on a cell of 20 µm x 20 µm: all lengths below are in µm, all pressures in MPa.
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/own-surface.txt");
+    let options = FileOptions { length: 20.0, height_unit: 1e-3, touching: Touching::HighPoints, dataset: None };
+    let surface = Surface::from_file(file, &options)?;
+    println!("rms height {:.3} µm, rms gradient {:.3}", surface.rms_height(), surface.rms_gradient());
+    surface.warnings().iter().for_each(|warning| println!("warning: {warning}"));
+
+    let pressure = 0.5;
+    let state = Problem::new(surface, 25.0).solve(pressure)?;
+    println!("contact fraction {:.4}, mean gap {:.4} µm", state.area.corrected, state.mean_gap);
+    if let Some(area) = state.grid_error.and_then(|e| e.area) {
+        println!("the contact fraction changes by {:.1} % from half the nodes per side", 100.0 * area);
+    }
+    println!("largest pressure {:.2} MPa", state.pressure.iter().copied().fold(0.0, f64::max));
+    println!("{} contact clusters", state.clusters().sizes.len());
+
+    // The pressure balances the load, and acts only where the gap is closed.
+    let mean = state.pressure.mean().expect("a map has nodes");
+    assert!((mean / pressure - 1.0).abs() < 1e-6, "mean pressure {mean} MPa");
+    assert!(state.gap.iter().all(|gap| *gap >= 0.0));
+    let open = state.pressure.iter().zip(&state.gap).filter(|(_, gap)| **gap > 0.0);
+    assert!(open.map(|(p, _)| p.abs()).fold(0.0, f64::max) < 1e-4 * pressure);
+    Ok(())
+}

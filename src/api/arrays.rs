@@ -1,0 +1,45 @@
+//! Conversion between the arrays of the interface and the flat fields of the crate.
+
+use crate::grid::Grid;
+use ndarray::{Array2, ArrayView2};
+use std::borrow::Cow;
+
+/// Extent of the periodic cell, in the unit of the heights.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cell {
+    /// Extent along x, the fast axis of a map.
+    pub x: f64,
+    /// Extent along y.
+    pub y: f64,
+}
+
+impl Cell {
+    /// A cell of extent `x` along x with square pixels for maps of this shape `(ny, nx)`.
+    pub fn with_square_pixels(x: f64, shape: (usize, usize)) -> Self {
+        Cell { x, y: x * shape.0 as f64 / shape.1 as f64 }
+    }
+
+    /// The grid of a map in reduced units, in which the cell has the extent 1 along x.
+    pub(super) fn grid<T>(self, map: &ArrayView2<T>) -> Grid {
+        let (ny, nx) = map.dim();
+        Grid { nx, ny, lx: 1.0, ly: self.y / self.x }
+    }
+}
+
+/// Values of a map in the order of the crate's fields: row by row, x fastest.
+pub(super) fn row_major<T: Copy>(map: ArrayView2<'_, T>) -> Cow<'_, [T]> {
+    match map.to_slice() {
+        Some(values) => Cow::Borrowed(values),
+        None => Cow::Owned(map.iter().copied().collect()),
+    }
+}
+
+/// A map of flags as the crate's observers take it.
+pub(super) fn flags(map: ArrayView2<bool>) -> Vec<u8> {
+    map.iter().map(|&contact| u8::from(contact)).collect()
+}
+
+/// A map `[ny, nx]` from a field of the same length.
+pub(super) fn map<T>(grid: Grid, values: Vec<T>) -> Array2<T> {
+    Array2::from_shape_vec((grid.ny, grid.nx), values).expect("a field has one value per node")
+}

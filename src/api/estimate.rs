@@ -1,0 +1,66 @@
+//! What any method gives for one load.
+
+use super::Problem;
+use super::arrays::map;
+use super::state::State;
+use crate::load::LoadStep;
+use crate::method::{self, ContactMethod, Settings};
+use ndarray::Array2;
+
+/// The contact under one load, as any method gives it: a solver of the fields or an estimate. Units are those of its [`Problem`].
+#[derive(Debug, Clone)]
+pub struct Estimate {
+    /// Id of the method.
+    pub method: &'static str,
+    /// What the method counts as contact.
+    pub criterion: String,
+    /// Contact area over the area of the cell, corrected for the perimeter where contact is counted on nodes.
+    pub contact_fraction: f64,
+    /// Mean gap, where the method has one.
+    pub mean_gap: Option<f64>,
+    /// Gap `[ny, nx]`, where the method has one.
+    pub gap: Option<Array2<f64>>,
+    /// Interfacial pressure `[ny, nx]`, where the method has one.
+    pub pressure: Option<Array2<f64>>,
+    /// Whether a node is in contact, `[ny, nx]`, where the method locates the contact.
+    pub contact: Option<Array2<bool>>,
+    /// Wall time, s.
+    pub seconds: f64,
+}
+
+impl Estimate {
+    pub(super) fn of_state(state: State, method: &dyn ContactMethod, settings: &Settings) -> Self {
+        Estimate {
+            method: method.card().id,
+            criterion: method.criterion(settings).to_string(),
+            contact_fraction: state.area.corrected,
+            mean_gap: Some(state.mean_gap),
+            gap: Some(state.gap),
+            pressure: Some(state.pressure),
+            contact: Some(state.contact),
+            seconds: state.seconds,
+        }
+    }
+
+    pub(super) fn new(
+        problem: &Problem,
+        method: &dyn ContactMethod,
+        reduced: &method::Problem,
+        found: &method::Estimate,
+    ) -> Self {
+        let (length, modulus) = (problem.surface.length(), problem.contact_modulus);
+        let step = LoadStep::single(found.pressure, 1.0);
+        let state = crate::pipeline::state_of(method.card(), reduced, (&step, 1.0), found);
+        let field = |field: &[f64], unit: f64| map(reduced.grid, field.iter().map(|v| v * unit).collect());
+        Estimate {
+            method: method.card().id,
+            criterion: method.criterion(&reduced.settings).to_string(),
+            contact_fraction: state.area(),
+            mean_gap: found.mean_gap.map(|g| g * length),
+            gap: found.gap.map(|gap| field(gap, length)),
+            pressure: found.stress.map(|stress| field(stress, modulus)),
+            contact: found.contact.map(|c| map(reduced.grid, c.iter().map(|&c| c != 0).collect())),
+            seconds: found.seconds,
+        }
+    }
+}

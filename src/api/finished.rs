@@ -1,0 +1,125 @@
+//! Results of a finished run.
+
+use crate::load::Branch;
+use crate::record::npy;
+use crate::record::results::{Results, StateResults};
+use crate::{Error, Result};
+use ndarray::Array2;
+use std::path::{Path, PathBuf};
+
+/// The folder of a finished `asperity run`, in SI units.
+///
+/// The states are those of the scene's own continuum problem; [`FinishedRun::json`] has everything else.
+#[derive(Debug, Clone)]
+pub struct FinishedRun {
+    /// Name of the scene.
+    pub name: String,
+    /// Description in the scene.
+    pub description: String,
+    /// Id of the method of the states; empty if the scene has no continuum problem.
+    pub method: String,
+    /// Extent of the cell along x, m.
+    pub length_m: f64,
+    /// Contact modulus E*, Pa.
+    pub modulus_pa: f64,
+    /// One for each load, in their order.
+    pub states: Vec<FinishedState>,
+    /// Warnings of the run.
+    pub warnings: Vec<String>,
+    folder: PathBuf,
+    heights: Option<String>,
+}
+
+/// One equilibrium of a finished run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FinishedState {
+    /// Branch of the load path.
+    pub branch: Branch,
+    /// Mean pressure over E* times the rms gradient.
+    pub p_star: f64,
+    /// Mean pressure, Pa.
+    pub pressure_pa: f64,
+    /// Contact area over the area of the cell, corrected for the perimeter.
+    pub contact_fraction: f64,
+    /// Mean gap, m.
+    pub mean_gap_m: f64,
+    /// Grid-convergence estimate of the contact fraction, a relative change.
+    pub area_grid_error: Option<f64>,
+    gap: Option<String>,
+    stress: Option<String>,
+}
+
+impl FinishedRun {
+    /// Reads `results.json` of a run folder; maps are read when they are requested.
+    ///
+    /// # Errors
+    /// If the folder has no results, or those of another schema.
+    pub fn read(folder: impl AsRef<Path>) -> Result<Self> {
+        let folder = folder.as_ref();
+        let results = Results::read(folder)?;
+        let (length, modulus) = (results.scales.length_m, results.scales.modulus_pa);
+        let state = |s: &StateResults| FinishedState {
+            branch: s.branch,
+            p_star: s.numbers.p_star,
+            pressure_pa: s.numbers.pressure * modulus,
+            contact_fraction: s.contact_fraction_corrected,
+            mean_gap_m: s.mean_gap * length,
+            area_grid_error: s.discretisation.and_then(|d| d.area),
+            gap: s.numbers.gap_map.clone(),
+            stress: s.numbers.stress_map.clone(),
+        };
+        let continuum = results.continuum.as_ref();
+        Ok(FinishedRun {
+            name: results.name,
+            description: results.description,
+            method: continuum.map_or(String::new(), |c| c.method.clone()),
+            length_m: length,
+            modulus_pa: modulus,
+            states: continuum.iter().flat_map(|c| &c.states).map(state).collect(),
+            warnings: results.warnings,
+            folder: folder.to_path_buf(),
+            heights: results.surface.heights,
+        })
+    }
+
+    /// Heights `[ny, nx]`, m, low points in contact first; none if the run stored no maps.
+    ///
+    /// # Errors
+    /// Those of reading the file.
+    pub fn heights(&self) -> Result<Option<Array2<f64>>> {
+        self.map(self.heights.as_ref(), self.length_m)
+    }
+
+    /// Gap `[ny, nx]` of a state, m; none if the run did not store it.
+    ///
+    /// # Errors
+    /// Those of reading the file.
+    pub fn gap(&self, state: &FinishedState) -> Result<Option<Array2<f64>>> {
+        self.map(state.gap.as_ref(), self.length_m)
+    }
+
+    /// Interfacial pressure `[ny, nx]` of a state, Pa, compression positive; none if the run did not store it.
+    ///
+    /// # Errors
+    /// Those of reading the file.
+    pub fn pressure(&self, state: &FinishedState) -> Result<Option<Array2<f64>>> {
+        self.map(state.stress.as_ref(), self.modulus_pa)
+    }
+
+    /// All of `results.json`, as docs/formats.md describes it.
+    ///
+    /// # Errors
+    /// Those of reading the file.
+    pub fn json(&self) -> Result<serde_json::Value> {
+        crate::record::json::read(&self.folder.join(crate::record::results::FILE))
+    }
+
+    fn map(&self, file: Option<&String>, unit: f64) -> Result<Option<Array2<f64>>> {
+        let Some(file) = file else { return Ok(None) };
+        let path = self.folder.join(file);
+        let field = npy::read(&path)?;
+        let values = field.values.into_iter().map(|v| v * unit).collect();
+        let shaped = Array2::from_shape_vec((field.ny, field.nx), values);
+        shaped.map(Some).map_err(|e| Error::format(&path, e, "a map [ny, nx]"))
+    }
+}

@@ -1,0 +1,24 @@
+//! The documented interface of the crate; `lib.rs` re-exports all of it at the crate root.
+
+mod agreement;
+mod arrays;
+mod estimate;
+mod finished;
+mod methods;
+mod observables;
+mod problem;
+mod state;
+mod surface;
+
+pub use agreement::{MapAgreement, compare_maps};
+pub use arrays::Cell;
+pub use estimate::Estimate;
+pub use finished::{FinishedRun, FinishedState};
+pub use methods::{Method, methods};
+pub use observables::{
+    Clusters, Percolation, PressureDistribution, clusters, contact_area, gap_distribution, hydraulic_gap, percolation,
+    pressure_distribution,
+};
+pub use problem::{Adhesion, Body, Problem};
+pub use state::{GridError, LoadPath, PullOff, State};
+pub use surface::{FileOptions, Surface, SynthesisOptions};

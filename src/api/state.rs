@@ -1,0 +1,156 @@
+//! States of a load path.
+
+use super::Problem;
+use super::arrays::{Cell, map};
+use super::observables::{Clusters, Percolation, clusters, hydraulic_gap, percolation};
+use crate::load::{Branch, Load, LoadStep};
+use crate::observe::{Connectivity, ContactArea, contact_map, hysteresis_work};
+use crate::path::Reached;
+use crate::record::results::{self, Discretisation};
+use ndarray::Array2;
+
+/// An equilibrium. Units are those of its [`Problem`].
+#[derive(Debug, Clone)]
+pub struct State {
+    /// The load that was imposed.
+    pub load: Load,
+    /// Branch of the load path.
+    pub branch: Branch,
+    /// Extent of the cell.
+    pub cell: Cell,
+    /// Gap between the surfaces, `[ny, nx]`, x fastest.
+    pub gap: Array2<f64>,
+    /// Interfacial pressure, `[ny, nx]`, compression positive; adhesive stress is part of it.
+    pub pressure: Array2<f64>,
+    /// Whether a node is in contact, `[ny, nx]`.
+    pub contact: Array2<bool>,
+    /// Mean of the pressure.
+    pub mean_pressure: f64,
+    /// Mean of the gap.
+    pub mean_gap: f64,
+    /// Contact area over the area of the cell, counted and corrected for the perimeter, and the perimeter per area.
+    pub area: ContactArea,
+    /// Free energy per area.
+    pub energy: f64,
+    /// Its elastic part.
+    pub elastic_energy: f64,
+    /// Its part from the interaction of the surfaces.
+    pub interaction_energy: f64,
+    /// Relative changes from the grid of half the nodes per side; none where that grid does not converge.
+    pub grid_error: Option<GridError>,
+    /// Relative difference between the load and the forces across the interface.
+    pub load_error: f64,
+    /// rms residual over the mean pressure.
+    pub residual: f64,
+    /// Iterations on this load.
+    pub iterations: usize,
+    /// Wall time of this load, s.
+    pub seconds: f64,
+}
+
+/// Grid-convergence estimate: relative changes from the grid of half the nodes per side.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GridError {
+    /// Of the perimeter-corrected contact fraction; none where the contact has too few nodes.
+    pub area: Option<f64>,
+    /// Of the mean gap; none where it was imposed or is nearly zero.
+    pub mean_gap: Option<f64>,
+}
+
+impl From<Discretisation> for GridError {
+    fn from(d: Discretisation) -> Self {
+        GridError { area: d.area, mean_gap: d.mean_gap }
+    }
+}
+
+impl State {
+    pub(super) fn new(problem: &Problem, step: &LoadStep, reached: &Reached) -> Self {
+        let Reached { state, area, discretisation, .. } = reached;
+        let (grid, length, modulus) = (problem.surface.grid(), problem.surface.length(), problem.contact_modulus);
+        let field = |field: crate::grid::Field, unit: f64| map(grid, field.to_vec()).mapv_into(|v| v * unit);
+        State {
+            load: match step.target {
+                Load::Pressure(p) => Load::Pressure(p * modulus),
+                Load::MeanGap(g) => Load::MeanGap(g * length),
+            },
+            branch: step.branch,
+            cell: problem.surface.cell(),
+            gap: field(state.gap, length),
+            pressure: field(state.stress, modulus),
+            contact: map(grid, contact_map(state.gap, 0.0)).mapv(|c| c != 0),
+            mean_pressure: state.pressure * modulus,
+            mean_gap: state.mean_gap * length,
+            area: ContactArea { perimeter: area.perimeter / length, ..*area },
+            energy: state.energy * problem.energy_unit(),
+            elastic_energy: state.elastic_energy * problem.energy_unit(),
+            interaction_energy: state.interaction_energy * problem.energy_unit(),
+            grid_error: discretisation.map(GridError::from),
+            load_error: state.load_error,
+            residual: state.residual,
+            iterations: state.iterations,
+            seconds: state.seconds,
+        }
+    }
+
+    /// Contact clusters; nodes that share an edge or a corner are neighbours.
+    pub fn clusters(&self) -> Clusters {
+        clusters(self.contact.view(), Connectivity::Eight)
+    }
+
+    /// Whether the contact percolates.
+    pub fn percolation(&self) -> Percolation {
+        percolation(self.contact.view())
+    }
+
+    /// Height of the uniform gap with the same pressure-driven flow: [`hydraulic_gap`].
+    pub fn hydraulic_gap(&self) -> f64 {
+        hydraulic_gap(self.gap.view(), 0.0)
+    }
+}
+
+/// Equilibria of a load path.
+#[derive(Debug, Clone)]
+pub struct LoadPath {
+    /// One for each load, in their order.
+    pub states: Vec<State>,
+    /// The largest tensile pressure, where it was requested.
+    pub pull_off: Option<PullOff>,
+}
+
+impl LoadPath {
+    /// States of one branch, in the order of the loads.
+    pub fn branch(&self, branch: Branch) -> impl Iterator<Item = &State> {
+        self.states.iter().filter(move |s| s.branch == branch)
+    }
+
+    /// Work per area that a closed path dissipates, -∮ p dū, by trapezoids over the mean gap.
+    pub fn hysteresis_work(&self) -> f64 {
+        let path: Vec<(f64, f64)> = self.states.iter().map(|s| (s.mean_pressure, s.mean_gap)).collect();
+        hysteresis_work(&path)
+    }
+}
+
+/// The largest tensile pressure of an equilibrium on separation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PullOff {
+    /// Mean pressure, negative.
+    pub mean_pressure: f64,
+    /// Its change from the grid of half the nodes per side, or within the last bracket if that is more.
+    pub pressure_error: f64,
+    /// Mean gap there.
+    pub mean_gap: f64,
+    /// As `pressure_error`.
+    pub mean_gap_error: f64,
+}
+
+impl PullOff {
+    pub(super) fn new(problem: &Problem, found: &results::PullOff) -> Self {
+        let (length, modulus) = (problem.surface.length(), problem.contact_modulus);
+        PullOff {
+            mean_pressure: found.pressure * modulus,
+            pressure_error: found.pressure_error * modulus,
+            mean_gap: found.mean_gap * length,
+            mean_gap_error: found.mean_gap_error * length,
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! The documented interface of the crate: its examples run, and its numbers are those of `asperity solve`.
+
+use crate::program::{asperity, stderr};
+use asperity::{Adhesion, FileOptions, Load, Problem, Surface, Touching};
+use ndarray::Array2;
+use serde_json::Value;
+use std::path::Path;
+
+/// Includes a program of `examples/`, whose `main` verifies its results.
+macro_rules! example {
+    ($name:ident, $file:literal) => {
+        mod $name {
+            include!($file);
+
+            #[test]
+            fn runs_and_verifies_its_results() -> asperity::Result<()> {
+                main()
+            }
+        }
+    };
+}
+
+example!(solve_a_map, "../../examples/solve_a_map.rs");
+example!(adhesive_load_path, "../../examples/adhesive_load_path.rs");
+example!(all_methods, "../../examples/all_methods.rs");
+example!(own_observable, "../../examples/own_observable.rs");
+
+#[allow(dead_code, reason = "the test calls what `main` calls")]
+mod read_a_run {
+    include!("../../examples/read_a_run.rs");
+
+    #[test]
+    fn reads_the_run_of_a_scene() -> asperity::Result<()> {
+        let folder = tempfile::tempdir().expect("scratch");
+        let (scene, out) = (folder.path().join("scene.toml"), folder.path().join("run"));
+        let text = "name = \"small\"\nsurface = { grid = 32, cut_off_mode = 8 }\nload = { p_star = [0.02, 0.05] }\n";
+        std::fs::write(&scene, text).expect("written");
+        let run = crate::program::asperity().arg("run").arg(&scene).arg("--out").arg(&out).output().expect("started");
+        assert!(run.status.success(), "{}", crate::program::stderr(&run));
+        print(&out)
+    }
+}
+
+const MAP: &str = "configs/own-surface.txt";
+
+/// Lines of JSON of `asperity solve` on the shipped map, and the folder with its fields.
+fn solve(arguments: &[&str], out: &Path) -> Vec<Value> {
+    let mut command = asperity();
+    command
+        .args(["solve", "--json", "--touching", "high-points", "--length", "20000", "--modulus", "25"])
+        .args(arguments);
+    let output = command.arg("--out").arg(out).arg(MAP).output().expect("started");
+    assert!(output.status.success(), "{}", stderr(&output));
+    let lines = String::from_utf8(output.stdout).expect("UTF-8");
+    lines.lines().map(|l| serde_json::from_str(l).expect("JSON")).collect()
+}
+
+fn problem() -> Problem {
+    let options = FileOptions { length: 20000.0, height_unit: 1.0, touching: Touching::HighPoints, dataset: None };
+    Problem::new(Surface::from_file(MAP, &options).expect("a map"), 25.0)
+}
+
+fn stored(file: &Path) -> Array2<f64> {
+    let field = asperity::record::npy::read(file).expect("a field");
+    Array2::from_shape_vec((field.ny, field.nx), field.values).expect("its shape")
+}
+
+/// Lengths in nm, pressures in MPa, as the numbers of the command line below.
+#[test]
+fn states_have_the_bits_of_the_command_line() {
+    let out = tempfile::tempdir().expect("scratch");
+    let lines = solve(&["--pressure", "0.5"], out.path());
+    let state = problem().solve(0.5).expect("solved");
+    let number = |key: &str| lines[0][key].as_f64();
+    assert_eq!(Some(state.area.fraction), number("contact_fraction"));
+    assert_eq!(Some(state.area.corrected), number("contact_fraction_corrected"));
+    assert_eq!(Some(state.area.perimeter), number("perimeter"));
+    assert_eq!(Some(state.mean_gap), number("mean_gap"));
+    assert_eq!(Some(state.energy), number("energy"));
+    assert_eq!(Some(state.mean_pressure), number("pressure"));
+    assert_eq!(state.grid_error.and_then(|e| e.area), lines[0]["discretisation"]["area"].as_f64());
+    assert!(state.gap == stored(&out.path().join("gap.npy")));
+    assert!(state.pressure == stored(&out.path().join("stress.npy")));
+}
+
+#[test]
+fn adhesive_load_paths_have_the_bits_of_the_command_line() {
+    let out = tempfile::tempdir().expect("scratch");
+    let flags = ["--pressure", "0.5,1,0.5", "--work-of-adhesion", "50", "--adhesion-range", "40", "--pull-off"];
+    let lines = solve(&flags, out.path());
+    let adhesion = Adhesion { work_of_adhesion: 50.0, range: 40.0, ..Adhesion::default() };
+    let problem = Problem { adhesion: Some(adhesion), ..problem() };
+    let path = problem.load_path_with_pull_off(&[0.5, 1.0, 0.5].map(Load::Pressure)).expect("solved");
+    for (state, line) in path.states.iter().zip(&lines) {
+        assert_eq!(Some(state.area.corrected), line["contact_fraction_corrected"].as_f64());
+        assert_eq!(Some(state.mean_gap), line["mean_gap"].as_f64());
+    }
+    let pull_off = path.pull_off.expect("it was requested");
+    assert_eq!(Some(pull_off.mean_pressure), lines[3]["pull_off_pressure"].as_f64());
+}
+
+#[test]
+fn methods_that_estimate_have_the_bits_of_the_command_line() {
+    let out = tempfile::tempdir().expect("scratch");
+    for id in ["winkler", "persson"] {
+        let lines = solve(&["--pressure", "0.5", "--method", id], &out.path().join(id));
+        let found = Problem { method: id.into(), ..problem() }.estimate(0.5).expect("estimated");
+        let line = &lines[0];
+        let fraction = line["contact_fraction_corrected"].as_f64().or(line["contact_fraction"].as_f64());
+        assert_eq!(Some(found.contact_fraction), fraction, "{id}");
+        assert_eq!(found.mean_gap, line["mean_gap"].as_f64(), "{id}");
+    }
+}
+
+#[test]
+fn errors_name_the_value_and_the_remedy() {
+    let refused = |problem: &Problem| problem.solve(0.5).expect_err("refused").to_string();
+    let text = refused(&Problem { contact_modulus: -1.0, ..problem() });
+    assert!(text.contains("modulus") && text.contains("-1") && text.contains("a positive number"), "{text}");
+    let text = refused(&Problem { method: "persson".into(), ..problem() });
+    assert!(text.contains("persson") && text.contains("Problem::estimate"), "{text}");
+    let text = refused(&Problem { method: "unknown".into(), ..problem() });
+    assert!(text.contains("unknown") && text.contains("fast"), "{text}");
+    let pulled = problem().load_path_with_pull_off(&[Load::Pressure(0.5)]).expect_err("refused").to_string();
+    assert!(pulled.contains("adhesion"), "{pulled}");
+}
