@@ -59,7 +59,7 @@ impl ContactMethod for Bvm {
         let iterations = (6.0 * (problem.grid.nx.max(problem.grid.ny) as f64).sqrt()) as usize + 50;
         Plan {
             bytes: fields * problem.grid.points() as u64 * problem.precision.bytes() + spectrum,
-            iterations: iterations * super::adhesion_effort(problem),
+            iterations: iterations * problem.adhesion_effort(),
             pairs_per_iteration: 1.5,
             seconds: 0.0,
         }

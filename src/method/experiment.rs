@@ -11,6 +11,7 @@
 //! 50 mJ/m² in a cell of 0.1 m, equals the challenge's γ/(E*L) = 2·10⁻⁵ at E* = 25 kPa and is less for stiffer rubber; a molecular
 //! range is far below the challenge's ρ/L = 2·10⁻⁵. The model uses the adhesion of the problem.
 
+use super::settings::{self, ExperimentSettings};
 use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Observer, Plan, Problem, Quantity,
     Settings, Started, Support, fast, require,
@@ -19,14 +20,9 @@ use crate::grid::{Grid, Transform};
 use crate::interface::{Adhesion, Base, Elastic, Layer, RangeChoice};
 use crate::{Error, Result};
 use rustfft::num_complex::Complex;
-use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
 pub struct Experiment;
-
-/// Side of the print, and optical gap (between 100 and 200 nm).
-const LENGTH_NM: f64 = 1e8;
-const OPTICAL_GAP_NM: f64 = 150.0;
 
 static CARD: Card = Card {
     id: "experiment",
@@ -34,7 +30,7 @@ static CARD: Card = Card {
     family: "laboratory",
     kind: Kind::Estimate,
     needs: Needs::Heights,
-    criterion: Criterion::Optical { gap_nm: OPTICAL_GAP_NM },
+    criterion: Criterion::Optical { gap_nm: settings::OPTICAL_GAP_NM },
     calibrated_on: None,
     summary: "printed surface, bonded rubber layer and camera, solved by fast",
     supports,
@@ -54,37 +50,6 @@ fn supports(quantity: Quantity) -> Support {
         }
         Quantity::Stiffness => Support::Only("as differences between loads"),
         Quantity::StressMap | Quantity::StressPdf => Support::No("optical images show contact, not stress"),
-    }
-}
-
-/// Settings of the method `experiment`; lengths in units of L = 0.1 m.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct ExperimentSettings {
-    /// Resolution of the printer, over which heights are averaged: 16 µm. 0 for none.
-    pub print_resolution: f64,
-    /// Pixel of the camera: 4900 along a side (36.3 megapixels). 0 for none.
-    pub pixel_size: f64,
-    /// Largest gap that appears as contact: 0.15 µm (0.1 to 0.2).
-    pub optical_gap: f64,
-    /// Thickness of the rubber: 15 mm.
-    pub thickness: f64,
-    /// Poisson's ratio of the rubber.
-    pub poisson: f64,
-    /// Window of the image correlation, over which displacements are averaged. Assumed: 0.5 mm, about 24 pixels. 0 for none.
-    pub correlation_window: f64,
-}
-
-impl Default for ExperimentSettings {
-    fn default() -> Self {
-        ExperimentSettings {
-            print_resolution: 1.6e-4,
-            pixel_size: 1.0 / 4900.0,
-            optical_gap: OPTICAL_GAP_NM / LENGTH_NM,
-            thickness: 0.15,
-            poisson: 0.5,
-            correlation_window: 5e-3,
-        }
     }
 }
 
@@ -121,7 +86,7 @@ impl ContactMethod for Experiment {
 
     fn criterion(&self, settings: &Settings) -> Criterion {
         // Rounded to a thousandth of a nanometre.
-        let gap_nm = (settings.experiment.optical_gap * LENGTH_NM * 1e3).round() / 1e3;
+        let gap_nm = (settings.experiment.optical_gap * settings::PRINT_SIDE_NM * 1e3).round() / 1e3;
         Criterion::Optical { gap_nm }
     }
 

@@ -62,7 +62,7 @@ impl ContactMethod for Gfmd {
         Plan {
             bytes: 3 * problem.grid.points() as u64 * problem.precision.bytes() + spectrum,
             iterations: (40.0 * (problem.grid.nx.max(problem.grid.ny) as f64).sqrt()) as usize
-                * super::adhesion_effort(problem),
+                * problem.adhesion_effort(),
             pairs_per_iteration: 1.0,
             seconds: 0.0,
         }

@@ -6,6 +6,7 @@
 //! traction of the law at the mean gap of the band; the state is the one reached from first contact.
 
 use super::require;
+use super::settings;
 use super::sinusoid;
 use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Observer, Plan, Problem, Quantity,
@@ -14,7 +15,6 @@ use super::{
 use crate::interface::{Adhesion, Law};
 use crate::surface::PowerSpectrum;
 use crate::{Error, Result};
-use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
 pub struct MsArchard;
@@ -47,24 +47,6 @@ fn supports(quantity: Quantity) -> Support {
     }
 }
 
-/// Settings of the method `ms-archard`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct MsArchardSettings {
-    /// Longest over shortest wavelength of a band, above 1. With 5 the adhesive surface of the challenge jumps to full contact
-    /// from a contact fraction of one third, as in the paper; with 2 from one tenth.
-    pub band_ratio: f64,
-}
-
-impl Default for MsArchardSettings {
-    fn default() -> Self {
-        MsArchardSettings { band_ratio: FITTED }
-    }
-}
-
-/// Fitted band ratio; the data are on the card.
-const FITTED: f64 = 5.0;
-
 /// Largest band ratio.
 const WIDEST: f64 = 1e6;
 
@@ -77,7 +59,7 @@ impl ContactMethod for MsArchard {
     }
 
     fn calibrated_on(&self, settings: &Settings) -> Option<&'static str> {
-        if settings.ms_archard.band_ratio == FITTED { CARD.calibrated_on } else { None }
+        if settings.ms_archard.band_ratio == settings::FITTED_BAND_RATIO { CARD.calibrated_on } else { None }
     }
 
     fn plan(&self, problem: &Problem) -> Plan {

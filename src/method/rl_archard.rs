@@ -15,7 +15,6 @@ use crate::interface::Adhesion;
 use crate::observe::contact_area;
 use crate::surface::PowerSpectrum;
 use crate::{Error, Result};
-use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 use std::time::Instant;
 
@@ -46,14 +45,6 @@ fn supports(quantity: Quantity) -> Support {
         }
         Quantity::StressPdf => Support::No("only mean values are computed"),
     }
-}
-
-/// Settings of the method `rl-archard`.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct RlArchardSettings {
-    /// Shortest wave that is solved, as the number of waves along x. By default 32, or the largest number that the grid resolves.
-    pub cut_off_modes: Option<usize>,
 }
 
 /// Default cut-off between solved and modelled waves.
@@ -90,8 +81,8 @@ impl ContactMethod for RlArchard {
             Heights::Series(series) => series.bytes(),
         };
         // In transform pairs of the problem's grid.
-        let share = grid.points() as f64 / problem.grid.points() as f64;
-        let pairs_per_iteration = solver.pairs_per_iteration * share;
+        let fraction = grid.points() as f64 / problem.grid.points() as f64;
+        let pairs_per_iteration = solver.pairs_per_iteration * fraction;
         Plan { bytes: series.max(solver.bytes) + field(grid), pairs_per_iteration, ..solver }
     }
 

@@ -12,8 +12,7 @@ use super::{
 };
 use crate::Result;
 use crate::grid::{Grid, mean, sum_rows};
-use crate::surface::{Summit, SummitCurvature, SummitFit};
-use serde::{Deserialize, Serialize};
+use crate::surface::{Summit, SummitFit};
 use std::borrow::Cow;
 use std::f64::consts::PI;
 use std::time::Instant;
@@ -45,16 +44,6 @@ fn supports(quantity: Quantity) -> Support {
         Quantity::Stiffness => Support::Only("as differences between loads"),
         Quantity::ContactMap => Support::No("contact spots are areas without nodes"),
     }
-}
-
-/// Settings of the method `srgw`.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct SrgwSettings {
-    /// Fit from which the curvatures of summits are taken.
-    pub fit: SummitFit,
-    /// Mean of the two principal curvatures.
-    pub curvature: SummitCurvature,
 }
 
 /// Relative load balance at which the search for the approach ends.

@@ -21,6 +21,7 @@ mod newton;
 use super::fields::{self, Convolution, Symbol, add, each, inner, means};
 use super::iteration::{IterationControl, LoadCase};
 use super::residuals::Residuals;
+use super::settings::BemBsplineSettings;
 use super::{
     Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Quantity, Run, Started, State, Stop,
     Support, require,
@@ -29,7 +30,6 @@ use crate::grid::{Grid, rms};
 use crate::interface::{Adhesion, Elastic, Kernel, Law, Wall};
 use crate::{Error, Result};
 use newton::Newton;
-use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 pub struct BemBspline;
@@ -52,22 +52,6 @@ fn supports(quantity: Quantity) -> Support {
     match quantity {
         Quantity::Stiffness => super::card::fields(quantity),
         _ => Support::Only("of roughness with wavelengths above bem-bspline.shortest_wavelength mesh spacings"),
-    }
-}
-
-/// Settings of the method `bem-bspline`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct BemBsplineSettings {
-    /// Shortest wavelength of the roughness in mesh spacings; 2 disables the filter.
-    pub shortest_wavelength: f64,
-    /// Penalty r over the stiffness of the stiffest mode.
-    pub penalty: f64,
-}
-
-impl Default for BemBsplineSettings {
-    fn default() -> Self {
-        BemBsplineSettings { shortest_wavelength: 4.0, penalty: 2.0 }
     }
 }
 
@@ -112,7 +96,7 @@ impl ContactMethod for BemBspline {
         // solver; stiffness and preconditioner.
         let fields = 9 + Newton::FIELDS;
         let bytes = (fields * grid.points() * size_of::<f64>()) as u64 + Convolution::bytes(grid, 2);
-        let iterations = 40 * super::adhesion_effort(problem);
+        let iterations = 40 * problem.adhesion_effort();
         Plan { bytes, iterations, pairs_per_iteration: 40.0, seconds: 0.0 }
     }
 
@@ -282,16 +266,16 @@ impl Solver<'_> {
         let predicted = -inner(&self.gradient, &self.step);
         // Rounding of energies must not count as a rise.
         let noise = 64.0 * f64::EPSILON * (energy.abs() + (pressure * self.rms_height).abs());
-        let mut share = 1.0;
+        let mut length = 1.0;
         for _ in 0..RETREATS {
-            add(&mut self.gap, share, &self.step);
+            add(&mut self.gap, length, &self.step);
             let next = self.augmented(pressure);
-            if next <= *energy - ARMIJO * share * predicted + noise {
+            if next <= *energy - ARMIJO * length * predicted + noise {
                 *energy = next;
                 return true;
             }
             self.gap.copy_from_slice(&self.before);
-            share *= 0.5;
+            length *= 0.5;
         }
         *energy = self.augmented(pressure);
         false

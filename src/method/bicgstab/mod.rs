@@ -24,7 +24,6 @@ use crate::grid::{extent, rms};
 use crate::interface::{Adhesion, Kernel, Law, PowerLaw93, PowerLawWall, Wall, WithAdhesion};
 use crate::{Error, Result};
 use inner::BiCgStab;
-use serde::{Deserialize, Serialize};
 
 pub struct Bicgstab;
 
@@ -54,26 +53,6 @@ fn supports(quantity: Quantity) -> Support {
         | Quantity::MedianClusterArea => Support::Only("area under compression of the soft wall"),
         Quantity::StressMap | Quantity::StressPdf => Support::Only("with the range enlarged to the mesh"),
         Quantity::Stiffness => super::card::fields(quantity),
-    }
-}
-
-/// Settings of the method `bicgstab`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct BicgstabSettings {
-    /// Range of the wall without adhesion, in mesh spacings.
-    pub wall_range: f64,
-    /// Stress `γ/ρ` of the wall without adhesion, units of E*.
-    pub wall_strength: f64,
-    /// Smallest resolution `1/√(dx · softening/E*)` of the adhesion law on the mesh; a shorter range is enlarged to it. 0
-    /// leaves the range unchanged.
-    pub min_resolution: f64,
-}
-
-impl Default for BicgstabSettings {
-    /// An exponential law that was itself adapted to the mesh has a resolution of 1.28 after its replacement.
-    fn default() -> Self {
-        BicgstabSettings { wall_range: 0.25, wall_strength: 1.0, min_resolution: 1.25 }
     }
 }
 
@@ -108,7 +87,7 @@ impl ContactMethod for Bicgstab {
         // Heights, gap, previous gap, trial, step, stress, traction, forces and slopes, and the fields of the linear solver.
         let bytes = ((9 + BiCgStab::FIELDS) * grid.points() * size_of::<f64>()) as u64 + Convolution::bytes(grid, 2);
         // Newton steps with tens of linear iterations of four pairs each.
-        Plan { bytes, iterations: 15 * super::adhesion_effort(problem), pairs_per_iteration: 160.0, seconds: 0.0 }
+        Plan { bytes, iterations: 15 * problem.adhesion_effort(), pairs_per_iteration: 160.0, seconds: 0.0 }
     }
 
     fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
@@ -269,16 +248,16 @@ impl<'p, L: Law, M: Fn(f64) -> L> Solver<'p, L, M> {
         }
         let (energy, before) = (residuals.energy(pressure), self.gap.clone());
         let noise = 64.0 * f64::EPSILON * residuals.magnitude(pressure);
-        let mut share = 1.0;
+        let mut length = 1.0;
         for _ in 0..RETREATS {
             let Solver { gap, step, .. } = self;
             // Distances stay positive.
-            each(gap, |i, _| (before[i] + share * step[i]).max(-rho + (1.0 - CLOSER) * (before[i] + rho)));
+            each(gap, |i, _| (before[i] + length * step[i]).max(-rho + (1.0 - CLOSER) * (before[i] + rho)));
             *residuals = self.evaluate(pressure);
-            if residuals.energy(pressure) <= energy - ARMIJO * share * predicted + noise {
+            if residuals.energy(pressure) <= energy - ARMIJO * length * predicted + noise {
                 return true;
             }
-            share *= 0.5;
+            length *= 0.5;
         }
         self.gap.copy_from_slice(&before);
         *residuals = self.evaluate(pressure);

@@ -1,12 +1,11 @@
 //! Iterations on one grid.
 
 use super::level::{Level, Trial};
-use super::{Ended, Solver};
 use crate::grid::Real;
 use crate::interface::{Kernel, Law};
 use crate::method::iteration::{ConvergenceMonitor, MonitorMark};
 use crate::method::residuals::Residuals;
-use crate::method::{ErrorEstimates, Iteration, Load, Precision, Problem, SnapshotRef, Stop, Targets};
+use crate::method::{ErrorEstimates, Iteration, Load, Observer, Precision, Problem, SnapshotRef, Stop, Targets};
 use serde::{Deserialize, Serialize};
 
 /// Plain (smoothing) steps after an interpolation, after a Newton step, and after a failed line search. A Newton step changes the
@@ -55,6 +54,48 @@ const INNER_LIMIT: usize = 40;
 
 /// Largest convergence rate per cycle that error estimates use.
 const SLOWEST_RATE: f64 = 0.9;
+
+/// Bounds of the stress scale under mean-gap control, over E* h_rms/L, the stress that flattens the longest waves.
+const STRESS_SCALE_BOUNDS: [f64; 2] = [1e-6, 1e-2];
+
+/// Data of a solve that the iterations on all its grids share.
+pub(super) struct Task<'p> {
+    pub problem: &'p Problem<'p>,
+    pub observer: &'p dyn Observer,
+    pub load: Load,
+    /// rms height of the surface, L.
+    pub rms_height: f64,
+    /// Range of the attraction on the finest grid, L; 0 without adhesion.
+    pub range: f64,
+    /// Points of the finest grid.
+    pub points: usize,
+    /// Transform pairs of the coarser grids so far, in pairs of the finest grid.
+    pub earlier_pairs: f64,
+}
+
+impl Task<'_> {
+    /// Stress by which residuals are divided. Under mean-gap control the pressure may pass through zero; the attraction, estimated
+    /// as energy over range, then sets the scale. Both vanish for separated surfaces, so the scale has a lower bound.
+    pub fn scale(&self, pressure: f64, residuals: &Residuals) -> f64 {
+        let pull = if self.range > 0.0 { residuals.interaction.abs() / self.range } else { 0.0 };
+        match self.load {
+            Load::Pressure(p) => Problem::stress_scale(p),
+            Load::MeanGap(target) => {
+                // Stresses for which rounding exceeds the tolerance count as zero.
+                let height = self.rms_height.max(target);
+                let rounded = 10.0 * self.problem.rounding_floor(height, 1.0) / self.problem.tolerance;
+                let [least, most] = STRESS_SCALE_BOUNDS.map(|bound| bound * height);
+                Problem::stress_scale((pressure.abs() + pull).max(rounded.clamp(least, most)))
+            }
+        }
+    }
+}
+
+/// Result on one grid.
+pub(super) struct Ended {
+    pub stop: Stop,
+    pub error_estimates: ErrorEstimates,
+}
 
 /// The state before the last Newton step, and the energy that the step could gain.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
@@ -123,41 +164,38 @@ pub(super) struct Pause {
     progress: ConvergenceMonitor,
 }
 
-impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
-    /// Iterates on one grid until tolerance and targets are met.
-    pub(super) fn improve(
-        &self,
-        level: &mut Level<T, K, L>,
-        (load, tolerance, targets): (Load, f64, Targets),
-        iterations: &mut usize,
-        resumed: Option<Pause>,
-    ) -> Ended {
-        let mut descent = Descent::begin(self, level, (load, tolerance), iterations, resumed);
-        loop {
-            descent.confirm();
-            let error_estimates = descent.error_estimates();
-            if let Some(stop) = descent.ended(&targets, &error_estimates) {
-                return Ended { stop, error_estimates };
-            }
-            let plain = descent.takes_plain_step();
-            if descent.checkpoint_or_interrupt(plain) {
-                return Ended { stop: Stop::Interrupted, error_estimates };
-            }
-            *descent.iterations += 1;
-            let precision = descent.trial_precision();
-            let length = if plain { descent.plain_step() } else { descent.newton_step() };
-            if let Some(stop) = length.and_then(|length| descent.advance(length, plain, precision)) {
-                return Ended { stop, error_estimates };
-            }
+/// Iterates on one grid until tolerance and targets are met.
+pub(super) fn iterate<T: Real, K: Kernel, L: Law>(
+    task: &Task,
+    level: &mut Level<T, K, L>,
+    (tolerance, targets): (f64, Targets),
+    iterations: &mut usize,
+    resumed: Option<Pause>,
+) -> Ended {
+    let mut descent = Descent::begin(task, level, tolerance, iterations, resumed);
+    loop {
+        descent.confirm();
+        let error_estimates = descent.error_estimates();
+        if let Some(stop) = descent.ended(&targets, &error_estimates) {
+            return Ended { stop, error_estimates };
+        }
+        let plain = descent.takes_plain_step();
+        if descent.checkpoint_or_interrupt(plain) {
+            return Ended { stop: Stop::Interrupted, error_estimates };
+        }
+        *descent.iterations += 1;
+        let precision = descent.trial_precision();
+        let length = if plain { descent.plain_step() } else { descent.newton_step() };
+        if let Some(stop) = length.and_then(|length| descent.advance(length, plain, precision)) {
+            return Ended { stop, error_estimates };
         }
     }
 }
 
 /// State of the iteration on one grid.
 struct Descent<'a, 'p, 'h, T: Real, K, L> {
-    solver: &'a Solver<'p, T, K, L>,
+    task: &'a Task<'p>,
     level: &'a mut Level<'h, T, K, L>,
-    load: Load,
     tolerance: f64,
     iterations: &'a mut usize,
     pressure: f64,
@@ -185,18 +223,18 @@ struct Descent<'a, 'p, 'h, T: Real, K, L> {
 
 impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
     fn begin(
-        solver: &'a Solver<'p, T, K, L>,
+        task: &'a Task<'p>,
         level: &'a mut Level<'h, T, K, L>,
-        (load, tolerance): (Load, f64),
+        tolerance: f64,
         iterations: &'a mut usize,
         resumed: Option<Pause>,
     ) -> Self {
         let pressure = level.pressure;
-        let stiffest_mode = Problem { grid: level.grid(), ..solver.problem.clone() }.stiffest_mode();
+        let stiffest_mode = Problem { grid: level.grid(), ..task.problem.clone() }.stiffest_mode();
         // The pending step of the last solve.
         level.apply_pending();
         level.inner.step.fill(0.0);
-        let precision = resumed.as_ref().and_then(|pause| pause.precision).unwrap_or(solver.problem.precision);
+        let precision = resumed.as_ref().and_then(|pause| pause.precision).unwrap_or(task.problem.precision);
         let now = level.trial(0.0, precision);
         level.accept(0.0);
         let untouched = resumed.is_none();
@@ -218,9 +256,8 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         *iterations = done;
         level.pairs += pairs;
         Descent {
-            solver,
+            task,
             level,
-            load,
             tolerance,
             iterations,
             pressure,
@@ -242,7 +279,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
 
     /// Stress by which residuals are divided.
     fn scale(&self) -> f64 {
-        self.solver.scale(self.load, self.pressure, &self.now.residuals)
+        self.task.scale(self.pressure, &self.now.residuals)
     }
 
     fn residual(&self) -> f64 {
@@ -251,14 +288,14 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
 
     /// Relative residual due to rounding.
     fn floor(&self) -> f64 {
-        self.solver.problem.rounding_floor(self.solver.rms_height, self.scale())
+        self.task.problem.rounding_floor(self.task.rms_height, self.scale())
     }
 
     /// Precision of the next trial.
     fn trial_precision(&self) -> Precision {
-        let problem = self.solver.problem;
+        let problem = self.task.problem;
         let narrow = Problem { precision: Precision::F32, grid: self.level.grid(), ..problem.clone() };
-        let floor = narrow.rounding_floor(self.solver.rms_height, self.scale());
+        let floor = narrow.rounding_floor(self.task.rms_height, self.scale());
         let rough = !L::ACTIVE && !self.careful && self.cycle.is_none() && self.residual() > ROUGH * floor;
         if rough { Precision::F32 } else { problem.precision }
     }
@@ -271,10 +308,10 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
 
     /// Evaluates a state that may have converged in the precision of the problem.
     fn confirm(&mut self) {
-        let narrow = self.precision != self.solver.problem.precision;
+        let narrow = self.precision != self.task.problem.precision;
         let whole = self.cycle.is_some() || self.residual() < NEGLIGIBLE * self.tolerance;
         if narrow && whole && self.now.residuals.meets(self.tolerance, self.scale()) {
-            self.precision = self.solver.problem.precision;
+            self.precision = self.task.problem.precision;
             self.now = self.level.trial(self.level.inner.pending, self.precision);
         }
     }
@@ -282,7 +319,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
     /// Stop reason of the present state, if there is one.
     fn ended(&mut self, targets: &Targets, error_estimates: &ErrorEstimates) -> Option<Stop> {
         let (scale, residual) = (self.scale(), self.residual());
-        let (solver, residuals) = (self.solver, self.now.residuals);
+        let (task, residuals) = (self.task, self.now.residuals);
         self.level.last = residuals;
         // Plain steps alone may reduce the residual without converging long waves and the mean gap, whose error was 5e-4 at 4096² and
         // a residual of 2 %. An initial state that meets the criteria needs no step.
@@ -291,7 +328,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         if whole && residuals.meets(self.tolerance, scale) && targets.met(error_estimates) {
             return Some(Stop::Converged);
         }
-        if *self.iterations >= solver.problem.max_iterations {
+        if *self.iterations >= task.problem.max_iterations {
             return Some(Stop::IterationLimit);
         }
         self.known = self.progress.mark();
@@ -299,8 +336,8 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         if let Some(stop) = self.progress.stalled(residual, floor) {
             return Some(stop);
         }
-        let separated =
-            matches!(self.load, Load::Pressure(_)) && residuals.separated(self.pressure, self.level.body.law.range());
+        let separated = matches!(self.task.load, Load::Pressure(_))
+            && residuals.separated(self.pressure, self.level.body.law.range());
         separated.then_some(Stop::Detached)
     }
 
@@ -311,8 +348,8 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
     /// Reports the iteration and passes a snapshot if one is due. True where the observer stops the solve. Snapshots contain only the
     /// gap: repeating a few plain steps costs less than storing a direction.
     fn checkpoint_or_interrupt(&mut self, plain: bool) -> bool {
-        let (observer, residual) = (self.solver.observer, self.residual());
-        let grid_fraction = self.level.grid().points() as f64 / self.solver.cell.grid.points() as f64;
+        let (observer, residual) = (self.task.observer, self.residual());
+        let grid_fraction = self.level.grid().points() as f64 / self.task.points as f64;
         let step = Iteration { iteration: *self.iterations, residual, tolerance: self.tolerance, grid_fraction };
         self.stopping |= observer.iteration(step).is_break() || observer.stop_requested();
         let resumable = self.beta == 0.0 || !plain;
@@ -322,7 +359,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
                 pressure: self.pressure,
                 iterations: *self.iterations,
                 pairs: self.level.pairs(),
-                earlier_pairs: self.solver.earlier_pairs.get(),
+                earlier_pairs: self.task.earlier_pairs,
                 smoothing: self.smoothing,
                 careful: self.careful,
                 precision: Some(self.precision),
@@ -344,7 +381,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
     /// Stiffness of the rigid approach, about the pressure over half the rms height; any finite value for a flat surface.
     fn mean_stiffness(&self) -> f64 {
         let facing = self.level.window.points() as f64 / self.level.grid().points() as f64;
-        let approach = facing * self.scale() / (0.5 * self.solver.rms_height).max(f64::MIN_POSITIVE);
+        let approach = facing * self.scale() / (0.5 * self.task.rms_height).max(f64::MIN_POSITIVE);
         approach.min(self.stiffest_mode.max(1.0)) + self.level.spring.stiffness
     }
 
@@ -375,7 +412,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         let enough = (0.25 * self.tolerance / residual).min(ROUGHEST);
         let forcing = (residual / self.last).powi(2).clamp(finest, ROUGHEST).max(enough);
         let accuracy = (self.mean_stiffness(), forcing, INNER_LIMIT);
-        let (pairs, observer) = (self.level.pairs(), self.solver.observer);
+        let (pairs, observer) = (self.level.pairs(), self.task.observer);
         let Some(excess) = self.level.newton(accuracy, &|| observer.stop_requested()) else {
             self.level.inner.step.fill(0.0);
             self.now = self.level.trial(0.0, self.precision);

@@ -17,7 +17,7 @@ mod window;
 use super::iteration::Outcome;
 use super::operator::{Build, dispatch};
 use super::require::refused;
-use super::residuals::{LOAD_BALANCE, LOAD_SHARE, Residuals};
+use super::residuals::{LOAD_BALANCE, LOAD_SHARE};
 use super::{
     Card, CoarseState, ContactMethod, Criterion, ErrorEstimates, Heights, Kind, Load, Needs, Observer, Plan, Precision,
     Problem, Run, SolverSnapshot, Started, State, Stop, Targets,
@@ -25,7 +25,7 @@ use super::{
 use crate::grid::{Grid, Real, Series, lowest, mean, next_fast_len, rms};
 use crate::interface::{HalfSpace, HardWall, Kernel, Law};
 use crate::{Error, Result};
-use descent::Pause;
+use descent::{Ended, Pause, Task, iterate};
 use level::{Level, Spring};
 use rayon::prelude::*;
 use std::cell::OnceCell;
@@ -57,9 +57,6 @@ const COARSE_TOLERANCE: f64 = 1e-2;
 
 /// Largest number of pressure corrections on a coarse grid under mean-gap control.
 const COARSE_CORRECTIONS: usize = 4;
-
-/// Bounds of the stress scale under mean-gap control, over E* h_rms/L, the stress that flattens the longest waves.
-const NO_STRESS: [f64; 2] = [1e-6, 1e-2];
 
 /// Stiffness of the mean-gap control over that of the stiffest mode of the grid: far above the contact stiffness, so that few
 /// corrections of the pressure suffice, and no stiffer than modes that the solver handles anyway.
@@ -159,12 +156,6 @@ struct Solver<'p, T: Real, K, L> {
     resumed: Option<(Grid, Vec<T>, Pause)>,
 }
 
-/// Result on one grid.
-struct Ended {
-    stop: Stop,
-    error_estimates: ErrorEstimates,
-}
-
 /// The next coarser grid: half the points along every side, down to the coarsest, rounded up to a fast transform length.
 fn coarser(grid: Grid) -> Option<Grid> {
     let half = |n: usize| if n >= 2 * COARSEST { next_fast_len(n.div_ceil(2)) } else { n };
@@ -172,7 +163,7 @@ fn coarser(grid: Grid) -> Option<Grid> {
     (coarse.points() < grid.points()).then_some(coarse)
 }
 
-impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
+impl<'p, T: Real, K: Kernel, L: Law> Solver<'p, T, K, L> {
     /// Nested iteration from the coarsest grid, or from a snapshot.
     fn nested(
         &self,
@@ -225,8 +216,8 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
                         error_estimates,
                     });
                 }
-                let share = level.grid().points() as f64 / self.cell.grid.points() as f64;
-                self.earlier_pairs.set(self.earlier_pairs.get() + level.pairs() * share);
+                let fraction = level.grid().points() as f64 / self.cell.grid.points() as f64;
+                self.earlier_pairs.set(self.earlier_pairs.get() + level.pairs() * fraction);
                 level = if separated {
                     let mut level = Level::at_first_contact(grid, body(grid, self.kernel), &self.heights, self.cell);
                     self.set_load(&mut level, load);
@@ -254,19 +245,15 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         (level, outcome.expect("the last grid is that of the problem"))
     }
 
-    /// Stress by which residuals are divided. Under mean-gap control the pressure may pass through zero; the attraction, estimated
-    /// as energy over range, then sets the scale. Both vanish for separated surfaces, so the scale has a lower bound.
-    fn scale(&self, load: Load, pressure: f64, residuals: &Residuals) -> f64 {
-        let pull = if self.law.range() > 0.0 { residuals.interaction.abs() / self.law.range() } else { 0.0 };
-        match load {
-            Load::Pressure(p) => Problem::stress_scale(p),
-            Load::MeanGap(target) => {
-                // Stresses for which rounding exceeds the tolerance count as zero.
-                let height = self.rms_height.max(target);
-                let rounded = 10.0 * self.problem.rounding_floor(height, 1.0) / self.problem.tolerance;
-                let [least, most] = NO_STRESS.map(|share| share * height);
-                Problem::stress_scale((pressure.abs() + pull).max(rounded.clamp(least, most)))
-            }
+    fn task(&self, load: Load) -> Task<'p> {
+        Task {
+            problem: self.problem,
+            observer: self.observer,
+            load,
+            rms_height: self.rms_height,
+            range: self.law.range(),
+            points: self.cell.grid.points(),
+            earlier_pairs: self.earlier_pairs.get(),
         }
     }
 
@@ -292,7 +279,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         mut pause: Option<Pause>,
     ) -> Ended {
         let Load::MeanGap(target) = load else {
-            return self.improve(level, (load, tolerance, targets), iterations, pause);
+            return iterate(&self.task(load), level, (tolerance, targets), iterations, pause);
         };
         // The stiffness of the spring depends on the grid.
         let pressure = level.pressure;
@@ -303,7 +290,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         let coarse = level.grid() != self.cell.grid;
         let mut corrections = 0;
         loop {
-            let ended = self.improve(level, (load, tolerance, targets), iterations, pause.take());
+            let ended = iterate(&self.task(load), level, (tolerance, targets), iterations, pause.take());
             let miss = level.last.mean_gap - target;
             level.pressure += level.spring.stiffness * miss;
             let within = LOAD_BALANCE.max(LOAD_SHARE * tolerance) * self.rms_height.max(target.abs());
@@ -394,7 +381,7 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         let (gap, pairs, pressure) =
             (std::mem::take(&mut level.gap), level.pairs() + self.earlier_pairs.get(), level.pressure);
         drop(level);
-        let scale = self.scale(load, pressure, &residuals);
+        let scale = self.task(load).scale(pressure, &residuals);
         (self.gap, self.stress, self.pressure) = (gap, stress, pressure);
         let (gap, stress) = if self.cell.is_padded() {
             let (window, nx) = (self.cell.window(self.cell.grid), self.cell.grid.nx);

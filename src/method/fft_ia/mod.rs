@@ -21,7 +21,6 @@ use crate::grid::{lowest, rms};
 use crate::interface::{Adhesion, Exponential, Kernel, Wall};
 use crate::{Error, Result};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 pub struct FftIa;
 
@@ -39,20 +38,6 @@ static CARD: Card = Card {
     papers: &["Medina & Dini, Int. J. Solids Struct. 51 (2014) 2620"],
 };
 
-/// Settings of the method `fft-ia`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct FftIaSettings {
-    /// Relaxation factor of the adhesive pressure, above 0 and at most 1.
-    pub relaxation: f64,
-}
-
-impl Default for FftIaSettings {
-    fn default() -> Self {
-        FftIaSettings { relaxation: 0.3 }
-    }
-}
-
 /// Error of the inner iteration over the change of the outer one.
 const INNER: f64 = 0.1;
 
@@ -68,7 +53,7 @@ impl ContactMethod for FftIa {
         let grid = problem.grid;
         // Heights, both pressures, gap, direction, its response, stress and traction; two symbols.
         let bytes = 8 * (grid.points() * size_of::<f64>()) as u64 + Convolution::bytes(grid, 2);
-        let iterations = (12.0 * (grid.nx.max(grid.ny) as f64).sqrt()) as usize * super::adhesion_effort(problem);
+        let iterations = (12.0 * (grid.nx.max(grid.ny) as f64).sqrt()) as usize * problem.adhesion_effort();
         Plan { bytes, iterations, pairs_per_iteration: 2.0, seconds: 0.0 }
     }
 

@@ -60,7 +60,7 @@ impl ContactMethod for GfmdFire {
         let grid = problem.grid;
         // Heights without their mean, gap, velocity and imbalance.
         let bytes = 4 * (grid.points() * size_of::<f64>()) as u64 + Plane::bytes(grid);
-        let iterations = (60.0 * (grid.nx.max(grid.ny) as f64).sqrt()) as usize * super::adhesion_effort(problem);
+        let iterations = (60.0 * (grid.nx.max(grid.ny) as f64).sqrt()) as usize * problem.adhesion_effort();
         Plan { bytes, iterations, pairs_per_iteration: 1.0, seconds: 0.0 }
     }
 

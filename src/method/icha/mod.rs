@@ -18,10 +18,9 @@ use super::{
     Quantity, Started, Stop, Support, require,
 };
 use crate::grid::{Grid, mean};
-use crate::surface::{SummitCurvature, SummitFit};
+use crate::surface::SummitFit;
 use crate::{Error, Result};
 use equilibrium::EquilibriumSolver;
-use serde::{Deserialize, Serialize};
 use spots::{Asperity, Spots};
 use std::time::Instant;
 
@@ -54,24 +53,6 @@ fn supports(quantity: Quantity) -> Support {
         Quantity::Stiffness => Support::Only("as differences between loads"),
         Quantity::ContactMap => Support::No("contact spots are areas without nodes"),
         Quantity::GapMap | Quantity::GapPdf => Support::No("the gap is known only at summits"),
-    }
-}
-
-/// Settings of the method `icha`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct IchaSettings {
-    /// Fit from which the curvatures of summits are taken.
-    pub fit: SummitFit,
-    /// Mean of the two principal curvatures.
-    pub curvature: SummitCurvature,
-    /// Load steps per decade, starting at p* = 10⁻⁶; spots merge after each. 1 to 1000.
-    pub steps_per_decade: u32,
-}
-
-impl Default for IchaSettings {
-    fn default() -> Self {
-        IchaSettings { fit: SummitFit::default(), curvature: SummitCurvature::default(), steps_per_decade: 8 }
     }
 }
 

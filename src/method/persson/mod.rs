@@ -10,6 +10,7 @@ mod gaps;
 mod roughening;
 
 use super::require;
+use super::settings::{self, PerssonForm, PerssonSettings};
 use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Observer, Plan, Problem, Quantity,
     Settings, Started, Stop, Support,
@@ -19,7 +20,6 @@ use crate::observe::{Distribution, StressDistribution, linear_edges};
 use crate::{Error, Result};
 use adhesive::{Cascade, Contact, Resolution};
 use roughening::{Band, Opening, Rules, bands, contact_fraction, gap_sum};
-use serde::{Deserialize, Serialize};
 use std::f64::consts::SQRT_2;
 use std::time::Instant;
 
@@ -60,17 +60,6 @@ fn supports(quantity: Quantity) -> Support {
     }
 }
 
-/// Relation between contact area and pressure.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum PerssonForm {
-    /// erf(√2 p*): the original theory.
-    #[default]
-    Pure,
-    /// erf(√π p*): contact fraction 2 p* at small loads, close to numerical solutions.
-    Kappa2,
-}
-
 impl PerssonForm {
     /// The constant c.
     fn constant(self) -> f64 {
@@ -78,26 +67,6 @@ impl PerssonForm {
             PerssonForm::Pure => roughening::PURE,
             PerssonForm::Kappa2 => roughening::kappa2(),
         }
-    }
-}
-
-/// Settings of the method `persson`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct PerssonSettings {
-    /// Relation between contact area and pressure.
-    pub form: PerssonForm,
-    /// Elastic energy at small contact over that of full contact on the same area, above 0 and at most 1: 1 is the original theory,
-    /// 0.45 reproduces solved mean gaps (Yang & Persson, J. Phys.: Condens. Matter 20 (2008) 215214).
-    pub energy_factor: f64,
-}
-
-/// Energy factor that reproduces solved mean gaps.
-const FITTED: f64 = 0.45;
-
-impl Default for PerssonSettings {
-    fn default() -> Self {
-        PerssonSettings { form: PerssonForm::Pure, energy_factor: FITTED }
     }
 }
 
@@ -112,7 +81,7 @@ impl ContactMethod for Persson {
     }
 
     fn calibrated_on(&self, settings: &Settings) -> Option<&'static str> {
-        if settings.persson.energy_factor == FITTED { CARD.calibrated_on } else { None }
+        if settings.persson.energy_factor == settings::FITTED_ENERGY_FACTOR { CARD.calibrated_on } else { None }
     }
 
     fn plan(&self, problem: &Problem) -> Plan {

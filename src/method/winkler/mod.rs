@@ -9,13 +9,13 @@
 
 mod growth;
 
+use super::settings::WinklerSettings;
 use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Observer, Plan, Problem,
     Quantity, Settings, Started, Stop, Support, require,
 };
 use crate::grid::{mean, sum_rows};
 use crate::{Error, Result};
-use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::time::Instant;
 
@@ -42,16 +42,6 @@ fn supports(quantity: Quantity) -> Support {
         Quantity::StressMap | Quantity::StressPdf => Support::Only("springs in the overlap, without adhesion"),
         _ => Support::NoAdhesion,
     }
-}
-
-/// Settings of the method `winkler`.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct WinklerSettings {
-    /// λ in κ = E*/λ, L. Default 0.0034 without `calibrate_to`.
-    pub spring_length: Option<f64>,
-    /// Contact fraction of this surface at p* = 0.01 from which λ is determined instead.
-    pub calibrate_to: Option<f64>,
 }
 
 /// λ/L for a contact fraction of 3 % at p* = 0.01 on surfaces with the challenge's spectrum: 0.0034 ± 0.0004 on six surfaces of
@@ -180,10 +170,10 @@ impl Springs<'_> {
         // An upper bound by Jensen's inequality.
         let mut depth = mean(&self.heights) + target;
         for iteration in 0..self.problem.max_iterations {
-            let (found, share) = overlap(self.problem.grid.nx, &self.heights, depth);
+            let (found, fraction) = overlap(self.problem.grid.nx, &self.heights, depth);
             let residual = (found - target) / target;
             let step = Iteration { iteration, residual: residual.abs(), tolerance: BALANCE, grid_fraction: 1.0 };
-            let next = depth - (found - target) / share;
+            let next = depth - (found - target) / fraction;
             if residual <= BALANCE || next >= depth {
                 return (depth, Stop::Converged, iteration);
             }
