@@ -85,3 +85,7 @@ pub mod surface;
 pub mod sys;
 #[doc(hidden)]
 pub mod units;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
