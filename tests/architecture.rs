@@ -12,8 +12,7 @@ const FUNCTION_LINES: usize = 80;
 const SHORT_FUNCTIONS: [&str; 3] = ["pipeline", "scene", "cli"];
 
 /// Files that are still in circles with others of their room. These numbers only ever fall; the aim is an empty list.
-const FILES_IN_CIRCLES: [(&str, usize); 7] =
-    [("atoms", 8), ("cli", 5), ("method", 31), ("pipeline", 17), ("record", 12), ("report", 5), ("scene", 5)];
+const FILES_IN_CIRCLES: [(&str, usize); 5] = [("atoms", 8), ("cli", 5), ("method", 31), ("pipeline", 17), ("scene", 5)];
 
 /// Files and functions that are still too long. Nothing is added here.
 const LONG_FILES: [&str; 1] = ["src/scene/mod.rs"];

@@ -4,7 +4,7 @@ use super::arrays::{Cell, map};
 use crate::grid::{Grid, Series};
 use crate::method::{Heights, Problem};
 use crate::record::heights::{HeightMap, Sign};
-use crate::record::import::Asked;
+use crate::record::import::ImportOptions;
 use crate::scene::{self, SurfaceFile, Touching, slope_warning};
 use crate::surface::{Spectrum, quality_warnings};
 use crate::{Error, Result};
@@ -104,7 +104,7 @@ impl Surface {
         let source = scene::Surface::read(
             path,
             SurfaceFile {
-                asked: Asked { dataset: options.dataset.as_deref(), fourier: None },
+                asked: ImportOptions { dataset: options.dataset.as_deref(), fourier: None },
                 fourier_points: None,
                 sign: sign(options.touching),
                 unit: options.height_unit / options.length,

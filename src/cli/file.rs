@@ -1,5 +1,5 @@
 use crate::error::Complaint;
-use crate::record::import::{Asked, Fourier};
+use crate::record::import::{Fourier, ImportOptions};
 
 /// What the contents of a surface file cannot tell.
 #[derive(Debug, Clone, clap::Args)]
@@ -16,8 +16,8 @@ pub struct FileFlags {
 }
 
 impl FileFlags {
-    pub fn asked(&self) -> Asked<'_> {
-        Asked { dataset: self.dataset.as_deref(), fourier: self.fourier }
+    pub fn asked(&self) -> ImportOptions<'_> {
+        ImportOptions { dataset: self.dataset.as_deref(), fourier: self.fourier }
     }
 
     pub fn are_waves(&self) -> bool {

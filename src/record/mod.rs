@@ -10,6 +10,7 @@ pub mod comparison;
 pub mod continuum;
 pub mod csv;
 pub mod downsample;
+pub mod height_map;
 pub mod heights;
 pub mod import;
 pub mod json;

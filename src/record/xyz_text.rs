@@ -1,4 +1,6 @@
-use super::heights::HeightMap;
+//! Height maps from lines of `x y h`.
+
+use super::height_map::HeightMap;
 use crate::error::{Error, Result};
 use std::path::Path;
 

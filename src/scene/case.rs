@@ -9,7 +9,7 @@ use crate::load::{Load, LoadStep};
 use crate::method::{self, Card, ContactMethod, Heights, Kind, Problem, REGISTRY};
 use crate::record::advice::AccuracyChoice;
 use crate::record::heights::Sign;
-use crate::record::import::Asked as AskedOfFile;
+use crate::record::import::ImportOptions;
 use crate::surface::{Spectrum, moments, non_periodic_gradient, quality_warnings};
 use crate::units::Scales;
 use crate::{Error, Result};
@@ -329,7 +329,7 @@ fn surface(scene: &Scene, file: &Path) -> Result<Surface> {
         return Surface::read(
             &path,
             SurfaceFile {
-                asked: AskedOfFile { dataset: s.dataset.as_deref(), fourier: s.fourier },
+                asked: ImportOptions { dataset: s.dataset.as_deref(), fourier: s.fourier },
                 fourier_points: s.fourier_points,
                 sign,
                 unit: s.heights_unit_um / length_um,

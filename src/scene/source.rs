@@ -1,6 +1,6 @@
 use crate::grid::{Grid, rms};
 use crate::record::heights::{HeightMap, Sign};
-use crate::record::import::{self, Asked, Content, Fourier};
+use crate::record::import::{self, Content, Fourier, ImportOptions};
 use crate::surface::{FourierModes, Modes, Spectrum, lower_to_zero, resample};
 use crate::{Error, Result};
 use std::path::Path;
@@ -29,7 +29,7 @@ pub enum Surface {
 /// What a file of heights or of Fourier coefficients is to be taken for.
 #[derive(Debug, Clone, Copy)]
 pub struct SurfaceFile<'a> {
-    pub asked: Asked<'a>,
+    pub asked: ImportOptions<'a>,
     /// Points per side of the grid that an FFTW transform was of.
     pub fourier_points: Option<usize>,
     pub sign: Sign,

@@ -2,7 +2,7 @@
 //! damaged, ambiguous or of another kind is refused in one line with exit code 2.
 
 use crate::program::{asperity, json_line, stderr};
-use asperity::record::import::{self, Asked, Content, Fourier};
+use asperity::record::import::{self, Content, Fourier, ImportOptions};
 use asperity::record::npy;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
@@ -54,7 +54,7 @@ fn every_format_gives_the_same_heights() {
         ("triples.txt", None, DOUBLE, "text, lines of x y h"),
         ("konfig.dat", None, DOUBLE, "konfig of contMech, lines of x y h"),
     ] {
-        let found = import::read(&fixture(name), Asked { dataset, fourier: None }).expect(name);
+        let found = import::read(&fixture(name), ImportOptions { dataset, fourier: None }).expect(name);
         assert_eq!(found.layout, says, "{name}");
         let Content::Map(map) = found.content else { panic!("{name}") };
         assert_eq!((map.nx, map.ny), (NX, NY), "{name}");
@@ -67,7 +67,7 @@ fn every_format_gives_the_same_heights() {
 
 #[test]
 fn integers_are_the_numbers_of_their_file() {
-    let found = import::read(&fixture("integers.h5"), Asked::default()).expect("read");
+    let found = import::read(&fixture("integers.h5"), ImportOptions::default()).expect("read");
     let Content::Map(map) = found.content else { panic!("a map") };
     let off = |(i, h): (usize, &f64)| (h / 1000.0 - height(i % NX, i / NX)).abs();
     assert!(map.heights.iter().enumerate().map(off).fold(0.0, f64::max) < THOUSANDTHS);
@@ -77,7 +77,7 @@ fn integers_are_the_numbers_of_their_file() {
 #[test]
 fn packed_heights_are_scaled_and_shifted() {
     for (name, unit) in [("packed.nc", Some("um")), ("packed4.nc", None), ("packed.h5", None)] {
-        let found = import::read(&fixture(name), Asked::default()).expect(name);
+        let found = import::read(&fixture(name), ImportOptions::default()).expect(name);
         assert_eq!(found.declared.unit.as_deref(), unit, "{name}");
         let Content::Map(map) = found.content else { panic!("{name}") };
         assert_eq!((map.nx, map.ny), (NX, NY), "{name}");
@@ -90,7 +90,7 @@ fn packed_heights_are_scaled_and_shifted() {
 #[test]
 fn links_in_circles_come_to_an_end() {
     for dataset in [None, Some("deep/surface"), Some("/deep/hard3/soft1/deep/surface")] {
-        let found = import::read(&fixture("circles.h5"), Asked { dataset, fourier: None }).expect("read");
+        let found = import::read(&fixture("circles.h5"), ImportOptions { dataset, fourier: None }).expect("read");
         let Content::Map(map) = found.content else { panic!("a map") };
         assert!((map.heights[1] - height(1, 0)).abs() < DOUBLE);
     }
@@ -300,7 +300,7 @@ fn a_map_four_points_wide_is_one_when_it_is_said() {
     let scratch = tempfile::tempdir().expect("scratch");
     let path = scratch.path().join("narrow.txt");
     std::fs::write(&path, "1 2 3 4\n2 3 4 1\n0 1 2 2\n").expect("written");
-    let read = |fourier| import::read(&path, Asked { dataset: None, fourier });
+    let read = |fourier| import::read(&path, ImportOptions { dataset: None, fourier });
     assert!(read(None).is_err());
     let Content::Map(map) = read(Some(Fourier::None)).expect("a map").content else { panic!("a map") };
     assert_eq!((map.nx, map.ny), (4, 3));
@@ -313,7 +313,7 @@ fn text_is_taken_for_what_it_is() {
     let path = scratch.path().join("some.txt");
     let read = |bytes: &[u8], fourier| {
         std::fs::write(&path, bytes).expect("written");
-        import::read(&path, Asked { dataset: None, fourier }).map(|found| match found.content {
+        import::read(&path, ImportOptions { dataset: None, fourier }).map(|found| match found.content {
             Content::Map(map) => [map.nx, map.ny],
             Content::Waves(waves) => [waves.len(), 0],
         })

@@ -1,4 +1,4 @@
-use super::Asked;
+use super::content::ImportOptions;
 use crate::error::{Error, Result};
 use crate::record::heights::HeightMap;
 use std::path::Path;
@@ -8,10 +8,10 @@ const USUAL: [&str; 3] = ["heights", "surface", "topography"];
 
 /// The array that is meant: the one that is asked for, the only one, or the only one with a usual name. `names` are those of
 /// the two-dimensional arrays of numbers.
-pub(super) fn choose<'a>(path: &Path, names: &'a [String], asked: Asked) -> Result<&'a str> {
+pub(super) fn choose<'a>(path: &Path, names: &'a [String], options: ImportOptions) -> Result<&'a str> {
     let list = names.join(", ");
     let last = |name: &str| name.rsplit('/').next().unwrap_or(name).to_string();
-    if let Some(wanted) = asked.dataset {
+    if let Some(wanted) = options.dataset {
         let found = names.iter().find(|n| n.trim_start_matches('/') == wanted.trim_start_matches('/'));
         return found.map(String::as_str).ok_or_else(|| {
             let accepted =

@@ -1,6 +1,7 @@
 use super::array::{self, Order, choose};
 use super::attributes::{Array, Attributes};
-use super::{Asked, Found, netcdf};
+use super::content::{ImportOptions, ImportedFile};
+use super::netcdf;
 use crate::error::{Error, Result};
 use crate::record::heights::Declared;
 use crate::record::npy::{DType, fits};
@@ -15,19 +16,19 @@ const MOST_GROUPS: usize = 10_000;
 const ADVISED_CHUNK: u64 = 1024;
 
 /// One two-dimensional data set of an HDF5 file, NetCDF-4 included: `[ny, nx]` unless its dimensions are named x and y.
-pub(super) fn read(path: &Path, asked: Asked) -> Result<Found> {
+pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
     let damaged = |e: hdf5_reader::error::Error| {
         Error::format(path, format!("damaged, or not to be understood ({e})"), "an HDF5 file")
     };
     let file = Hdf5File::open(path).map_err(damaged)?;
     // What is asked for is opened without a look at the rest, however many groups there are.
-    let direct = asked.dataset.and_then(|name| Some((name, file.dataset(name).ok().filter(map_like)?)));
+    let direct = options.dataset.and_then(|name| Some((name, file.dataset(name).ok().filter(map_like)?)));
     let names;
     let (name, dataset) = match direct {
         Some((name, dataset)) => (name.trim_start_matches('/'), dataset),
         None => {
             names = collect(path, &file)?;
-            let name = choose(path, &names, asked)?;
+            let name = choose(path, &names, options)?;
             (name, file.dataset(name).map_err(damaged)?)
         }
     };
@@ -53,7 +54,7 @@ pub(super) fn read(path: &Path, asked: Asked) -> Result<Found> {
     attributes.unpack(&Array { path, name, width: shape[1], stored }, &mut values, is_netcdf)?;
     let map = array::map(path, shape, values, order)?;
     let declared = Declared { sign: None, unit: attributes.unit() };
-    Ok(Found::map(map, declared, format!("HDF5 data set {name} {}", order.words())))
+    Ok(ImportedFile::map(map, declared, format!("HDF5 data set {name} {}", order.words())))
 }
 
 fn map_like(d: &Dataset) -> bool {

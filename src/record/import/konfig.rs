@@ -1,4 +1,4 @@
-use super::Found;
+use super::content::ImportedFile;
 use crate::error::{Error, Result};
 use crate::grid::extent;
 use crate::record::heights::{self, HeightMap, Layout};
@@ -21,11 +21,11 @@ pub(super) fn header(start: &[u8]) -> Option<(usize, usize)> {
 
 /// A `konfig` file of contMech: `#nx ny`, then lines of `x y h` in blocks, whose last line and last block repeat the first
 /// because the cell does.
-pub(super) fn read(path: &Path, source: impl BufRead, nx: usize, ny: usize) -> Result<Found> {
+pub(super) fn read(path: &Path, source: impl BufRead, nx: usize, ny: usize) -> Result<ImportedFile> {
     let (map, declared, layout) = heights::read_ascii(path, source, false)?;
     // Writers of plain matrices put the shape first, too, in either order.
     if layout == Layout::Matrix && [(nx, ny), (ny, nx)].contains(&(map.nx, map.ny)) {
-        return Ok(Found::map(map, declared, "text, one line per y"));
+        return Ok(ImportedFile::map(map, declared, "text, one line per y"));
     }
     if layout != Layout::XyzLines || (map.nx, map.ny) != (nx + 1, ny + 1) {
         let found = match layout {
@@ -48,5 +48,5 @@ pub(super) fn read(path: &Path, source: impl BufRead, nx: usize, ny: usize) -> R
     }
     let heights = (0..nx * ny).map(|i| at(i % nx, i / nx)).collect();
     let map = HeightMap::new(&path.display().to_string(), nx, ny, heights)?;
-    Ok(Found::map(map, declared, "konfig of contMech, lines of x y h"))
+    Ok(ImportedFile::map(map, declared, "konfig of contMech, lines of x y h"))
 }

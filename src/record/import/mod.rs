@@ -2,82 +2,33 @@
 //! NumPy, NetCDF and contMech. The kind of a file is seen from its contents, never from its name.
 //!
 //! What contents cannot tell is asked for: which of several arrays is meant, and how Fourier coefficients are scaled
-//! ([`Asked`]). Which points touch first, and the unit, are the caller's business, as they are for every height map.
+//! ([`ImportOptions`]). Which points touch first, and the unit, are the caller's business, as they are for every height map.
 
 mod array;
 mod attributes;
+mod content;
 mod fourier;
 mod hdf5;
 mod konfig;
 mod netcdf;
 mod npz;
 
+pub use content::{Content, Fourier, ImportOptions, ImportedFile};
 pub use fourier::Wave;
 
-use super::heights::{self, BOM, Declared, HeightMap, KINDS, Layout};
+use super::heights::{self, BOM, Declared, KINDS, Layout};
 use crate::error::{Error, Result};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
-
-/// What four columns `qX qY Re Im` are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema, clap::ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum Fourier {
-    /// Coefficients a of the Fourier series h(r) = Σ a exp(iq·r).
-    Series,
-    /// What a forward transform of FFTW (r2c or c2c, exp(-iq·r), not normalised) gives for heights on n x n points: the
-    /// coefficients of the series times n².
-    Fftw,
-    /// No waves: all columns are heights, be they four, or three of which two look like coordinates.
-    None,
-}
-
-impl Fourier {
-    pub fn are_waves(self) -> bool {
-        self != Fourier::None
-    }
-}
-
-/// What the contents of a file cannot tell.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Asked<'a> {
-    /// Name of the array in a file that holds several.
-    pub dataset: Option<&'a str>,
-    pub fourier: Option<Fourier>,
-}
-
-/// What a file holds.
-#[derive(Debug, Clone)]
-pub enum Content {
-    Map(HeightMap),
-    Waves(Vec<Wave>),
-}
-
-/// A file as it was understood.
-#[derive(Debug, Clone)]
-pub struct Found {
-    pub content: Content,
-    pub declared: Declared,
-    /// Format and orientation, in words.
-    pub layout: String,
-}
-
-impl Found {
-    fn map(map: HeightMap, declared: Declared, layout: impl Into<String>) -> Self {
-        Found { content: Content::Map(map), declared, layout: layout.into() }
-    }
-}
 
 /// Reads a file of heights, or of the coefficients of their Fourier series.
 ///
 /// # Errors
 /// One line that names the file, the place in it, and what would be accepted: damaged files, NaN, arrays that are not
 /// two-dimensional or not of numbers, several arrays of which none was asked for, four columns of which the first two are
-/// whole numbers and [`Asked::fourier`] does not say what they are.
-pub fn read(path: &Path, asked: Asked) -> Result<Found> {
+/// whole numbers and [`ImportOptions::fourier`] does not say what they are.
+pub fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
     let file = File::open(path).map_err(Error::io("open", path))?;
     let mut source = BufReader::with_capacity(1 << 18, file);
     let start = source.fill_buf().map_err(Error::io("read", path))?;
@@ -86,39 +37,43 @@ pub fn read(path: &Path, asked: Asked) -> Result<Found> {
         source.consume(BOM.len());
     }
     let named = matches!(kind, Kind::Npz | Kind::Hdf5 | Kind::Netcdf);
-    if let Some(name) = asked.dataset.filter(|_| !named) {
+    if let Some(name) = options.dataset.filter(|_| !named) {
         let found = format!("--dataset (surface.dataset) = {name:?} for a file without names");
         return Err(Error::format(path, found, "the name only with .npz, HDF5 or NetCDF"));
     }
-    let waves = asked.fourier.is_some_and(Fourier::are_waves);
+    let waves = options.fourier.is_some_and(Fourier::are_waves);
     let found = match kind {
         Kind::Npy => {
             let (map, declared) = heights::read_npy(path)?;
-            Found::map(map, declared, ".npy [ny, nx]")
+            ImportedFile::map(map, declared, ".npy [ny, nx]")
         }
-        Kind::Npz => npz::read(path, asked)?,
-        Kind::Hdf5 => hdf5::read(path, asked)?,
-        Kind::Netcdf => netcdf::read(path, asked)?,
+        Kind::Npz => npz::read(path, options)?,
+        Kind::Hdf5 => hdf5::read(path, options)?,
+        Kind::Netcdf => netcdf::read(path, options)?,
         Kind::Binary => return Err(Error::format(path, "a binary file of a kind that is not known", KINDS)),
         Kind::Text if waves => {
             let waves = fourier::read_text(path, source)?;
-            Found { content: Content::Waves(waves), declared: Declared::default(), layout: "text, qX qY Re Im".into() }
+            ImportedFile {
+                content: Content::Waves(waves),
+                declared: Declared::default(),
+                layout: "text, qX qY Re Im".into(),
+            }
         }
         Kind::Text => {
-            let (map, declared, layout) = heights::read_ascii(path, source, asked.fourier == Some(Fourier::None))?;
+            let (map, declared, layout) = heights::read_ascii(path, source, options.fourier == Some(Fourier::None))?;
             if layout == Layout::XyzLines {
                 // Coordinates have said what it is, also of a map four points wide.
-                return Ok(Found::map(map, declared, "text, lines of x y h"));
+                return Ok(ImportedFile::map(map, declared, "text, lines of x y h"));
             }
-            Found::map(map, declared, "text, one line per y")
+            ImportedFile::map(map, declared, "text, one line per y")
         }
         Kind::Konfig { nx, ny } => konfig::read(path, source, nx, ny)?,
     };
-    settle(path, found, asked.fourier)
+    settle(path, found, options.fourier)
 }
 
 /// Turns four columns into waves where they are said to be, and refuses to guess where they may be.
-fn settle(path: &Path, found: Found, said: Option<Fourier>) -> Result<Found> {
+fn settle(path: &Path, found: ImportedFile, said: Option<Fourier>) -> Result<ImportedFile> {
     let Content::Map(map) = &found.content else { return Ok(found) };
     match said {
         None if map.nx == 4 && fourier::may_be(&map.heights) => Err(Error::format(
@@ -129,7 +84,7 @@ fn settle(path: &Path, found: Found, said: Option<Fourier>) -> Result<Found> {
         None | Some(Fourier::None) => Ok(found),
         Some(_) if map.nx == 4 => {
             let waves = fourier::of_columns(path, &map.heights)?;
-            Ok(Found {
+            Ok(ImportedFile {
                 content: Content::Waves(waves),
                 layout: format!("{}, columns qX qY Re Im", found.layout),
                 ..found

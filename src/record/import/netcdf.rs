@@ -1,6 +1,6 @@
 use super::array::{self, Order, choose};
 use super::attributes::{Array, Attributes};
-use super::{Asked, Found};
+use super::content::{ImportOptions, ImportedFile};
 use crate::error::{Error, Result};
 use crate::record::heights::Declared;
 use crate::record::npy::{DType, fits};
@@ -9,7 +9,7 @@ use std::path::Path;
 
 /// A variable of a classic NetCDF file (NetCDF-3, as scipy and SurfaceTopography write it): `[ny, nx]`, or `[nx, ny]` where
 /// its dimensions are named x and y in this order.
-pub(super) fn read(path: &Path, asked: Asked) -> Result<Found> {
+pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
     let damaged = |e: netcdf_reader::Error| {
         Error::format(path, format!("damaged, or not to be understood ({e})"), "a NetCDF file")
     };
@@ -20,7 +20,7 @@ pub(super) fn read(path: &Path, asked: Asked) -> Result<Found> {
     let names: Vec<String> = variables.iter().filter(map_like).map(|v| v.name().to_string()).collect();
     // SurfaceTopography marks the points that were not measured beside the heights.
     let (masks, names): (Vec<_>, Vec<_>) = names.into_iter().partition(|n| n == "mask");
-    let name = choose(path, &names, asked)?;
+    let name = choose(path, &names, options)?;
     let variable = file.variable(name).map_err(damaged)?;
     let stored = stored(variable.dtype()).expect("chosen among numbers");
     let shape = variable.shape();
@@ -39,7 +39,7 @@ pub(super) fn read(path: &Path, asked: Asked) -> Result<Found> {
     attributes.unpack(&Array { path, name, width: shape[1], stored }, &mut values, true)?;
     let (order, unit) = (order(variable), attributes.unit());
     let map = array::map(path, shape, values, order)?;
-    Ok(Found::map(map, Declared { sign: None, unit }, format!("NetCDF variable {name} {}", order.words())))
+    Ok(ImportedFile::map(map, Declared { sign: None, unit }, format!("NetCDF variable {name} {}", order.words())))
 }
 
 /// Which index is x.

@@ -1,5 +1,5 @@
 use super::array::choose;
-use super::{Asked, Found};
+use super::content::{ImportOptions, ImportedFile};
 use crate::error::{Error, Result};
 use crate::record::heights::{Declared, HeightMap};
 use crate::record::npy;
@@ -9,7 +9,7 @@ use std::path::Path;
 use zip::ZipArchive;
 
 /// One array of a `.npz` archive, stored or deflated.
-pub(super) fn read(path: &Path, asked: Asked) -> Result<Found> {
+pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
     let file = File::open(path).map_err(Error::io("open", path))?;
     let damaged =
         |e: zip::result::ZipError| Error::format(path, format!("a damaged archive ({e})"), "a whole .npz file");
@@ -21,14 +21,14 @@ pub(super) fn read(path: &Path, asked: Asked) -> Result<Found> {
         let entry = archive.by_name(&format!("{name}.npy")).map_err(damaged)?;
         let length = entry.size();
         // What is no map of numbers is told only if it is asked for.
-        if asked.dataset == Some(&name) || npy::Reader::of(entry, length, path).is_ok() {
+        if options.dataset == Some(&name) || npy::Reader::of(entry, length, path).is_ok() {
             names.push(name);
         }
     }
-    let name = choose(path, &names, asked)?;
+    let name = choose(path, &names, options)?;
     let entry = archive.by_name(&format!("{name}.npy")).map_err(damaged)?;
     let length = entry.size();
     let field = npy::Reader::of(entry, length, path)?.numbers()?;
     let map = HeightMap::new(&path.display().to_string(), field.nx, field.ny, field.values)?;
-    Ok(Found::map(map, Declared::default(), format!(".npz array {name} [ny, nx]")))
+    Ok(ImportedFile::map(map, Declared::default(), format!(".npz array {name} [ny, nx]")))
 }

@@ -1,4 +1,4 @@
-use super::{Attribute, Variable};
+use super::variable::{Attribute, Variable};
 
 /// Numbers of one file's variables begin at multiples of this.
 const ALIGNMENT: u64 = 8;
@@ -7,10 +7,10 @@ const UNDEFINED: u64 = u64::MAX;
 /// Smallest global heap that the reference library accepts.
 const SMALLEST_HEAP: usize = 4096;
 
-/// Kinds of messages of an object header.
 /// Characters of an attribute: four bytes each at most, and a header's message has 65 535 bytes.
 const LONGEST_TEXT: usize = 16_000;
 
+/// Kinds of messages of an object header.
 const DATASPACE: u16 = 0x01;
 const LINK_INFO: u16 = 0x02;
 const DATATYPE: u16 = 0x03;

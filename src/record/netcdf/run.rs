@@ -1,6 +1,7 @@
 //! A finished run as one file: maps with their coordinates, curves and distributions, in SI units.
 
-use super::{Attribute, Data, Variable, write};
+use super::file::write;
+use super::variable::{Attribute, Data, Variable};
 use crate::error::Result;
 use crate::load::Branch;
 use crate::observe::Distribution;

@@ -9,6 +9,7 @@ mod compare;
 mod criteria;
 mod curves;
 mod distributions;
+mod document;
 mod figures;
 mod loads;
 mod methods;
@@ -24,7 +25,7 @@ mod unloading;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 
 use crate::error::{Error, Result};
 use crate::record::atomic_file::write_atomic;
@@ -32,6 +33,7 @@ use crate::record::results::{FILE, Results, StageCost, StateResults};
 use crate::record::tradeoff::Tradeoff;
 use crate::record::uncertainty::UncertaintySource;
 use crate::report::number::{duration, memory};
+use document::{Section, document, linked};
 use figures::{FigureWriter, table, text};
 
 /// Name of the page in a run folder.
@@ -68,13 +70,6 @@ fn place(run_folder: &Path, page: impl FnOnce() -> Result<Markup>) -> Result<Pat
     let path = run_folder.join(PAGE);
     write_atomic(&path, |w| w.write_all(page.as_bytes()))?;
     Ok(path)
-}
-
-/// A section of the page: anchor, title, contents.
-struct Section {
-    anchor: &'static str,
-    title: &'static str,
-    body: Markup,
 }
 
 fn page(writer: &FigureWriter, results: &Results) -> Result<Markup> {
@@ -123,31 +118,6 @@ fn page(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     Ok(document((&results.name, &results.description), summary::section(results), &sections, FILE))
 }
 
-/// A whole page: its name and what is said below it, what stands at its top, its sections; `from` is the file it is drawn from.
-fn document((name, lead): (&str, &str), top: Markup, sections: &[Section], from: &str) -> Markup {
-    html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="generator" content={ "asperity " (env!("CARGO_PKG_VERSION")) };
-                title { (name) }
-                style { (PreEscaped(include_str!("style.css"))) }
-            }
-            body {
-                h1 { (name) }
-                @if !lead.is_empty() { p.lead { (lead) } }
-                nav { @for s in sections { a href={ "#" (s.anchor) } { (s.title) } } }
-                (top)
-                @for s in sections { section id=(s.anchor) { h2 { (s.title) } (s.body) } }
-                footer { "Drawn by asperity " (env!("CARGO_PKG_VERSION")) " from " (from) " in the same folder; the figures "
-                    "are there as files, too. No number on this page was typed." }
-            }
-        }
-    }
-}
-
 fn costs(stages: &[StageCost]) -> Markup {
     let mut rows: Vec<Vec<Markup>> = stages
         .iter()
@@ -179,38 +149,4 @@ fn origin(stage: &StageCost) -> String {
         s => format!(", {} of it in earlier parts", duration(s)),
     };
     format!("{}{parts}", if stage.reused { "taken from an earlier run" } else { "computed" })
-}
-
-/// A citation with its DOI or address as a link; both are for the reader to follow, the page fetches nothing.
-fn linked(citation: &str) -> Markup {
-    let words: Vec<Markup> = citation
-        .split_inclusive(char::is_whitespace)
-        .map(|word| {
-            let bare = word.trim();
-            let target = bare.trim_end_matches(['.', ',', ';', ')']);
-            let doi = target.trim_start_matches("doi:").trim_start_matches("DOI:");
-            if target.starts_with("https://") || target.starts_with("http://") {
-                html! { a href=(target) { (target) } (word[target.len()..]) }
-            } else if doi.starts_with("10.") && doi.contains('/') {
-                html! { a href={ "https://doi.org/" (doi) } { (target) } (word[target.len()..]) }
-            } else {
-                html! { (word) }
-            }
-        })
-        .collect();
-    html! { @for w in &words { (w) } }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn citations_become_links_and_nothing_else_does() {
-        let text = linked("Müser et al. (2017) <TL> 65, 118, doi:10.1007/s11249-017-0900-2.").into_string();
-        let link = "<a href=\"https://doi.org/10.1007/s11249-017-0900-2\">doi:10.1007/s11249-017-0900-2</a>.";
-        assert!(text.ends_with(link), "{text}");
-        assert!(text.contains("&lt;TL&gt;"));
-        assert_eq!(linked("10.5 nm and a/b").into_string(), "10.5 nm and a/b");
-    }
 }

@@ -1,6 +1,6 @@
 //! One chart per quantity: what settings err by against what they cost, and those that none beats in both.
 
-use super::methods;
+use super::labels::methods;
 use crate::compare::pareto::front;
 use crate::error::Result;
 use crate::method::REGISTRY;

@@ -1,6 +1,7 @@
 //! How what a method costs grows with its grid, beside the paper's own figures.
 
-use super::{charts, dash, grows, methods};
+use super::charts;
+use super::labels::{dash, grows, methods};
 use crate::compare::pareto::Growth;
 use crate::error::Result;
 use crate::record::tradeoff::{FORECAST_TOLERANCE, Forecast, Tradeoff, TradeoffPoint};

@@ -2,14 +2,15 @@
 
 mod charts;
 mod costs;
+mod labels;
 mod tables;
 
-use super::figures::{FigureWriter, text};
-use super::{Section, document};
-use crate::compare::pareto::{Growth, growth};
+use super::document::{Section, document, linked};
+use super::figures::FigureWriter;
 use crate::error::Result;
-use crate::record::tradeoff::{FILE, Setting, Tradeoff, TradeoffPoint};
+use crate::record::tradeoff::{FILE, Tradeoff};
 use crate::report::number::{duration, trimmed};
+use labels::methods;
 use maud::{Markup, html};
 
 pub fn page(writer: &FigureWriter, told: &Tradeoff) -> Result<Markup> {
@@ -26,7 +27,7 @@ pub fn page(writer: &FigureWriter, told: &Tradeoff) -> Result<Markup> {
     if !told.skipped.is_empty() {
         add("left-out", "What was left out", tables::left_out(told));
     }
-    add("sources", "Sources", html! { ol { li { (super::linked(costs::SOURCE)) } } });
+    add("sources", "Sources", html! { ol { li { (linked(costs::SOURCE)) } } });
     let name = format!("{}: accuracy and its cost", told.name);
     Ok(document((&name, &lead(told)), top(told), &sections, FILE))
 }
@@ -66,34 +67,4 @@ fn runs(told: &Tradeoff) -> String {
         Some(n) => format!("the least of {n} runs each"),
         None => "one run each, and the least of three to thirty where they take less than a second".into(),
     }
-}
-
-/// A setting in few words.
-fn words(s: &Setting) -> String {
-    if let Some(block) = s.block {
-        return format!("{}, a block of {block} cells", s.method);
-    }
-    let slab = s.layer_thickness.map_or(String::new(), |t| format!(", a layer of {} L", trimmed(t, 3)));
-    format!("{}, {} points a side, {} to\u{a0}{}{slab}", s.method, s.nx, s.precision, trimmed(s.tolerance, 2))
-}
-
-/// The methods that told something, in the order of the table, with whether they had adhesion.
-fn methods(told: &Tradeoff) -> Vec<(&str, bool)> {
-    let mut list: Vec<(&str, bool)> = Vec::new();
-    for p in told.points.iter().filter(|p| p.unavailable_reason.is_none()) {
-        if !list.contains(&(&p.setting.method, p.setting.adhesive)) {
-            list.push((&p.setting.method, p.setting.adhesive));
-        }
-    }
-    list
-}
-
-/// How the processor time of a method grows with the points of its grids.
-fn grows(told: &Tradeoff, method: &str) -> Option<Growth> {
-    let of = |p: &&TradeoffPoint| ((p.setting.nx * p.setting.ny) as f64, p.cost.cpu_seconds);
-    growth(&told.grids(method).iter().map(of).collect::<Vec<_>>())
-}
-
-fn dash() -> Markup {
-    text("–")
 }

@@ -1,6 +1,6 @@
 //! What is cheapest, what the reference is, and every setting.
 
-use super::{dash, words};
+use super::labels::{dash, words};
 use crate::compare::pareto::cheapest as least;
 use crate::record::quantity::Quantity;
 use crate::record::tradeoff::{Tradeoff, TradeoffPoint};

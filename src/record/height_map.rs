@@ -1,0 +1,77 @@
+//! Heights on a grid, and the side that touches first.
+
+use crate::error::{Error, Result};
+use crate::grid::extent;
+use serde::{Deserialize, Serialize};
+
+/// Which points of a height map meet the flat counterface first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Sign {
+    /// The contact-mechanics challenge: the counterface comes from below.
+    #[serde(rename = "low points touch first")]
+    LowFirst,
+    /// An indenter's summits, or a measured topography seen from above.
+    #[serde(rename = "high points touch first")]
+    HighFirst,
+}
+
+impl Sign {
+    pub fn words(self) -> &'static str {
+        match self {
+            Sign::LowFirst => "low points touch first",
+            Sign::HighFirst => "high points touch first",
+        }
+    }
+}
+
+/// Heights of a periodic cell: row-major `[ny, nx]`, finite, in whatever unit and sign the file has.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeightMap {
+    pub nx: usize,
+    pub ny: usize,
+    pub heights: Vec<f64>,
+}
+
+impl HeightMap {
+    /// Checks shape and finiteness, also that of the range; `place` is named in the error.
+    pub fn new(place: &str, nx: usize, ny: usize, heights: Vec<f64>) -> Result<Self> {
+        if nx == 0 || ny == 0 || nx.checked_mul(ny) != Some(heights.len()) {
+            let found = format!("{} heights for shape [{ny}, {nx}]", heights.len());
+            return Err(Error::format(place, found, "ny·nx heights, at least one"));
+        }
+        if let Some(i) = heights.iter().position(|h| !h.is_finite()) {
+            return Err(Error::Height { place: place.to_string(), row: i / nx, column: i % nx, value: heights[i] });
+        }
+        let (low, high) = extent(&heights);
+        if !(high - low).is_finite() {
+            // Low points are put at 0, which would make infinities of the others.
+            let found = format!("heights from {low:e} to {high:e}");
+            return Err(Error::format(place, found, "heights whose range is a finite number"));
+        }
+        Ok(HeightMap { nx, ny, heights })
+    }
+
+    /// The same surface with low points touching first and min = 0: `h − min h`, or `max h − h` for the other sign.
+    pub fn low_first(mut self, sign: Sign) -> Self {
+        let (low, high) = extent(&self.heights);
+        for h in &mut self.heights {
+            *h = match sign {
+                Sign::LowFirst => *h - low,
+                Sign::HighFirst => high - *h,
+            };
+        }
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn low_points_first_and_never_below_zero() {
+        let map = HeightMap::new("here", 3, 1, vec![-1.0, 0.0, 3.0]).unwrap();
+        assert_eq!(map.clone().low_first(Sign::LowFirst).heights, [0.0, 1.0, 4.0]);
+        assert_eq!(map.low_first(Sign::HighFirst).heights, [4.0, 3.0, 0.0]);
+    }
+}

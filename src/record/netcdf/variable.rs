@@ -1,0 +1,62 @@
+//! Variables of a NetCDF file: names, dimensions, attributes and the source of their numbers.
+
+use std::path::PathBuf;
+
+/// Metadata of a file or a variable.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Attribute {
+    Text(String),
+    Number(f64),
+}
+
+/// Where the numbers of a variable come from.
+#[derive(Debug, Clone)]
+pub enum Data {
+    Numbers(Vec<f64>),
+    /// Maps `[ny, nx]` one after another, times a factor.
+    Scaled(Vec<PathBuf>, f64),
+    /// 1 where the maps are at most zero, else 0; as bytes.
+    AtMostZero(Vec<PathBuf>),
+    /// Maps of flags; as bytes.
+    Flags(Vec<PathBuf>),
+}
+
+impl Data {
+    pub(super) fn bytes_each(&self) -> usize {
+        match self {
+            Data::Numbers(_) | Data::Scaled(..) => 8,
+            Data::AtMostZero(_) | Data::Flags(_) => 1,
+        }
+    }
+}
+
+/// An array in row-major order. One of a single dimension of its own name is that dimension's coordinate.
+#[derive(Debug, Clone)]
+pub struct Variable {
+    pub name: String,
+    pub dimensions: Vec<String>,
+    pub data: Data,
+    pub attributes: Vec<(String, Attribute)>,
+}
+
+impl Variable {
+    /// With its unit ("1" for none) and what it is.
+    pub fn new(name: &str, dimensions: &[&str], data: Data, units: &str, long_name: &str) -> Self {
+        let text = |key: &str, value: &str| (key.to_string(), Attribute::Text(value.to_string()));
+        let dimensions = dimensions.iter().map(|d| d.to_string()).collect();
+        let attributes = vec![text("units", units), text("long_name", long_name)];
+        Variable { name: name.into(), dimensions, data, attributes }
+    }
+
+    pub fn with(mut self, key: &str, value: Attribute) -> Self {
+        self.attributes.push((key.into(), value));
+        self
+    }
+
+    /// Under a name of its own, along dimensions of its own but for those that are `shared`.
+    pub fn prefixed(mut self, prefix: &str, shared: &[&str]) -> Self {
+        self.name.insert_str(0, prefix);
+        self.dimensions.iter_mut().filter(|d| !shared.contains(&d.as_str())).for_each(|d| d.insert_str(0, prefix));
+        self
+    }
+}
