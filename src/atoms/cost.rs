@@ -1,6 +1,6 @@
 //! What LAMMPS will take for a block: memory, force evaluations, time, from what blocks of 8 to 98 nm have taken.
 
-use super::job::FORCE_TOLERANCE;
+use super::job_spec::FORCE_TOLERANCE;
 
 /// Resident memory of one process at its largest, of which some 50 MB are the program. From the continuum: 63, 129, 399 and 2351 MB for
 /// 7839, 119 151, 509 004 and 3 394 475 atoms. From first touch positions are kept for the start of the next step: 143 MB for

@@ -13,7 +13,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use super::job::{Job, PRESCRIBED_LOAD};
+use super::job::Job;
+use super::job_files::lock;
 use super::load_history::{self, LoadHistory, StepRecord};
 use super::minimizer_checkpoint;
 use super::styles::Styles;
@@ -83,7 +84,7 @@ impl Finished {
     pub(super) fn collect(job: &Job, resumed_from: Option<usize>, begun: Instant) -> Result<Finished> {
         let history = LoadHistory::read(&job.folder)?;
         let evaluations = read_evaluations(&job.folder)?;
-        let settings = &job.record.settings;
+        let settings = &job.spec.settings;
         let steps = history.steps.iter().map(|r| r.to_results(settings.load_unit, &evaluations)).collect();
         let loose = |r: &&StepRecord| !r.load_converged || r.max_force > FORCE_ROUNDING * settings.force_tolerance;
         let unconverged = history.steps.iter().filter(loose).map(|r| r.step).collect();
@@ -134,7 +135,7 @@ impl<'a> Watcher<'a> {
     }
 
     fn progress(&self, record: Option<&StepRecord>, is_new: bool) -> Progress {
-        let settings = &self.job.record.settings;
+        let settings = &self.job.spec.settings;
         Progress {
             record: record.cloned(),
             is_new,
@@ -265,7 +266,7 @@ impl LammpsEngine {
     }
 
     fn check_styles(&self, job: &Job) -> Result<()> {
-        match self.missing(job.record.interaction.adhesion.is_some(), job.record.nvt.is_some()).next() {
+        match self.missing(job.spec.interaction.adhesion.is_some(), job.spec.protocol.nvt().is_some()).next() {
             None => Ok(()),
             Some((kind, name)) => {
                 Err(failed(job, LammpsFailure::MissingStyle { missing: format!("the {kind} style {name}") }))
@@ -294,7 +295,7 @@ impl LammpsEngine {
         for (name, value) in job.variables(done, self.styles.has("dump", "custom/zstd")) {
             command.args(["-var", &name, &value]);
         }
-        if job.script() == PRESCRIBED_LOAD {
+        if job.spec.protocol.prescribed().is_some() {
             let often = minimizer_checkpoint::iterations(self.checkpoint_interval, job.atoms(), self.ranks);
             command.args(["-var", "restart_every", &often.to_string()]);
             if let Some(file) =
@@ -362,7 +363,7 @@ impl Engine for LammpsEngine {
                 Err(e @ Error::Format { .. }) => {
                     drop(group);
                     load_history::roll_back(&job.folder, vouched)?;
-                    return Err(failed(job, LammpsFailure::Output(format!("its history cannot be read: {e}"))));
+                    return Err(failed(job, LammpsFailure::Output(format!("its load steps cannot be read: {e}"))));
                 }
                 other => other?,
             };
@@ -417,25 +418,6 @@ impl Drop for Group {
 
 pub(super) fn failed(job: &Job, failure: LammpsFailure) -> Error {
     Error::Lammps { folder: job.folder.clone(), failure }
-}
-
-/// How often a lock is asked for before it is somebody else's: a child that another thread has just forked holds all files of this
-/// process until it is the program that it is to be.
-const ASKED: usize = 25;
-
-/// Two programs in one folder would write over each other. The lock goes with the process that holds it.
-pub(super) fn lock(folder: &Path) -> Result<File> {
-    let path = folder.join("job.lock");
-    let file = File::create(&path).map_err(Error::io("create", &path))?;
-    for _ in 0..ASKED {
-        match file.try_lock() {
-            Ok(()) => return Ok(file),
-            Err(std::fs::TryLockError::WouldBlock) => std::thread::sleep(POLL),
-            Err(std::fs::TryLockError::Error(e)) => return Err(Error::io("lock", &path)(e)),
-        }
-    }
-    let failure = LammpsFailure::Output("another program is writing or running this job".into());
-    Err(Error::Lammps { folder: folder.to_path_buf(), failure })
 }
 
 /// The ladder has come to its end, and its last frame is there.

@@ -9,7 +9,7 @@ use super::block::Block;
 use super::dump::{DumpReader, Frame};
 use super::forces::indenter_forces;
 use super::indenter::Indenter;
-use super::job::Interaction;
+use super::interaction::Interaction;
 use super::load_history::{Between, Bracket, between, bracket};
 use crate::{Error, Result};
 

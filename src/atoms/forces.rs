@@ -7,7 +7,7 @@
 use super::contact::within;
 use super::dump::Frame;
 use super::indenter::Indenter;
-use super::job::Interaction;
+use super::interaction::Interaction;
 use crate::{Error, Result};
 
 /// The load that is met by moving the indenter, relative to the load: rounding of sums over some thousand atoms is 1e-13.
@@ -104,7 +104,7 @@ pub fn lowered_to(
 mod tests {
     use super::*;
     use crate::atoms::block::Block;
-    use crate::atoms::job::Yukawa;
+    use crate::atoms::interaction::Yukawa;
 
     const YUKAWA: Yukawa = Yukawa { amplitude_ev_angstrom: -300.0, kappa_per_angstrom: 2.0, cutoff_angstrom: 7.5 };
 

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::block::Block;
 use super::indenter::Indenter;
-use super::job::Hashing;
+use super::job_files::Hashing;
 use crate::grid::{Grid, Transform, mean, signed_mode};
 use crate::interface::{Kernel, Layer};
 use crate::{Error, Result};
@@ -69,7 +69,6 @@ pub struct PrescribedLoads {
     /// Rising, then falling where the way back is asked for.
     pub loads: Vec<PrescribedLoad>,
     /// Those that a longer list had after these, in the same folder: their states may be there.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub earlier: Vec<PrescribedLoad>,
 }
 

@@ -5,14 +5,11 @@
 //! of the samples in which it touches; errors come from the scatter of block means (Flyvbjerg & Petersen, J. Chem. Phys. 91 (1989)
 //! 461). Units: Å, eV, ps.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use super::block::Block;
-use super::engine::lock;
-use super::job::{Job, NVT, POTENTIAL_FILE, Record};
-use super::load_history::{LOAD_STEPS_FILE, LoadHistory};
 use crate::record::results::ValueWithError;
 use crate::{Error, Result};
 
@@ -99,6 +96,32 @@ impl NvtSettings {
 }
 
 impl NvtRun {
+    /// The run that samples the relaxed states of `loads` (eV/Å, rising) on `block`; `relaxed_hash` is the hash of their load steps.
+    pub(super) fn new(
+        settings: &NvtSettings,
+        block: &Block,
+        loads: impl Iterator<Item = f64>,
+        relaxed_hash: String,
+    ) -> Self {
+        let expansion = settings.lattice_constant_angstrom / block.a0;
+        let (block_steps, warm_blocks) = settings.blocks();
+        let ids = |from: usize, to: usize| {
+            let first = |layer: usize| layer as u64 * block.atoms_per_layer();
+            [first(from) as u32 + 1, first(to) as u32]
+        };
+        NvtRun {
+            temperature_k: settings.temperature_k,
+            expansion,
+            timestep_ps: settings.timestep_ps(),
+            block_steps,
+            warm_blocks,
+            surface: ids(block.layers() - 1, block.layers()),
+            thermostatted: ids(block.base_layers, block.layers() - FREE_LAYERS),
+            loads: loads.map(|load| load * expansion * expansion).collect(),
+            relaxed_hash,
+        }
+    }
+
     /// Time that is averaged over at each load, and time before it, ps.
     pub fn averaging_ps(&self) -> f64 {
         (BLOCKS * self.block_steps) as f64 * self.timestep_ps
@@ -137,59 +160,7 @@ impl NvtRun {
 }
 
 /// Relaxed states in a hold's folder are `relaxed.K`.
-const RELAXED: &str = "relaxed";
-
-impl Job {
-    /// Writes the folder of a hold of the states that `relaxed` has found at its rising loads, whose restart files it has kept.
-    /// PrescribedLoads that an earlier run of exactly this hold finished there are kept.
-    ///
-    /// # Errors
-    /// `Io`; `Format` for a job without such states.
-    pub fn write_nvt(folder: &Path, relaxed: &Job, block: &Block, settings: &NvtSettings) -> Result<Job> {
-        std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
-        let _lock = lock(folder)?;
-        let history = LoadHistory::read(&relaxed.folder)?;
-        let asked = relaxed.record.loads.as_ref().filter(|l| history.steps.len() > l.peak());
-        let asked = asked.ok_or_else(|| {
-            let accepted = "loads from the continuum's solution that have been run";
-            Error::format(&relaxed.folder, "no relaxed states at asked loads", accepted)
-        })?;
-        let place = |from: PathBuf, to: PathBuf| {
-            let _ = std::fs::remove_file(&to);
-            // A link costs nothing; other file systems take a copy.
-            std::fs::hard_link(&from, &to)
-                .or_else(|_| std::fs::copy(&from, &to).map(drop))
-                .map_err(Error::io("copy", &from))
-        };
-        let count = asked.peak();
-        for k in 0..count {
-            let state = relaxed.folder.join(format!("restart.{}", k + 1));
-            place(state, folder.join(format!("{RELAXED}.{k}")))?;
-        }
-        place(relaxed.folder.join(POTENTIAL_FILE), folder.join(POTENTIAL_FILE))?;
-        let expansion = settings.lattice_constant_angstrom / block.a0;
-        let (block_steps, warm_blocks) = settings.blocks();
-        let ids = |from: usize, to: usize| {
-            let first = |layer: usize| layer as u64 * block.atoms_per_layer();
-            [first(from) as u32 + 1, first(to) as u32]
-        };
-        let file = relaxed.folder.join(LOAD_STEPS_FILE);
-        let found = std::fs::read(&file).map_err(Error::io("read", &file))?;
-        let nvt = NvtRun {
-            temperature_k: settings.temperature_k,
-            expansion,
-            timestep_ps: settings.timestep_ps(),
-            block_steps,
-            warm_blocks,
-            surface: ids(block.layers() - 1, block.layers()),
-            thermostatted: ids(block.base_layers, block.layers() - FREE_LAYERS),
-            loads: asked.loads[..count].iter().map(|l| l.load * expansion * expansion).collect(),
-            relaxed_hash: blake3::hash(&found).to_hex().to_string(),
-        };
-        let record = Record { loads: None, nvt: Some(nvt), script_hash: NVT.hash(), ..relaxed.record.clone() };
-        Job::place(folder, record)
-    }
-}
+pub(super) const RELAXED: &str = "relaxed";
 
 /// One block of time at a load.
 #[derive(Debug, Clone, PartialEq)]
@@ -216,20 +187,20 @@ impl NvtSamples {
     ///
     /// # Errors
     /// `Io`; `Format` for files that do not hold every block of every surface site.
-    pub fn read(job: &Job, nvt: &NvtRun, k: usize) -> Result<NvtSamples> {
-        let file = job.folder.join(format!("block_averages.{k}.txt"));
+    pub fn read(folder: &Path, run: &NvtRun, k: usize) -> Result<NvtSamples> {
+        let file = folder.join(format!("block_averages.{k}.txt"));
         let text = std::fs::read_to_string(&file).map_err(Error::io("read", &file))?;
         let rows: Vec<Vec<f64>> = text.lines().filter(|l| !l.starts_with('#')).map(numbers).collect();
         let whole = |rows: &[Vec<f64>], n: usize| rows.len() == BLOCKS && rows.iter().all(|r| r.len() == n);
         if !whole(&rows, 5) {
             return Err(Error::format(&file, format!("{} rows", rows.len()), format!("{BLOCKS} rows of five numbers")));
         }
-        let file = job.folder.join(format!("sites.{k}.dump"));
+        let file = folder.join(format!("sites.{k}.dump"));
         let text = std::fs::read_to_string(&file).map_err(Error::io("read", &file))?;
-        let count = (nvt.surface[1] - nvt.surface[0] + 1) as usize;
+        let count = (run.surface[1] - run.surface[0] + 1) as usize;
         // The first frame is from before the first block has ended.
         let frames: Vec<&str> = text.split("ITEM: TIMESTEP\n").skip(2).collect();
-        let sites: Option<Vec<Sites>> = frames.iter().map(|f| sites(f, nvt.surface[0])).collect();
+        let sites: Option<Vec<Sites>> = frames.iter().map(|f| sites(f, run.surface[0])).collect();
         let sites = sites.filter(|s| s.len() == BLOCKS && s.iter().all(|(touching, _)| touching.len() == count));
         let bounds = frames.first().and_then(|f| bounds(f));
         let (Some(sites), Some(bounds)) = (sites, bounds) else {

@@ -5,8 +5,9 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use super::engine::{Engine, Finished, Progress, Watcher, check_ladder, failed, is_complete, lock};
+use super::engine::{Engine, Finished, Progress, Watcher, check_ladder, failed, is_complete};
 use super::job::Job;
+use super::job_files::lock;
 use super::load_history::{self, HEADER, LOAD_STEPS_FILE, LoadHistory};
 use crate::error::LammpsFailure;
 use crate::{Error, Result};

@@ -84,9 +84,9 @@ impl Atoms {
                 let job = pipeline::build_job(&case, &atoms, &out, &progress)?;
                 drop(progress);
                 if json {
-                    return output::json_line(&json!({ "out": out, "job": job.record, "audit": atoms.audit }));
+                    return output::json_line(&json!({ "out": out, "job": job.spec, "audit": atoms.audit }));
                 }
-                let r = &job.record;
+                let r = &job.spec;
                 output::print(&format!(
                     "{}: {} deformable, {} fixed, {} indenter atoms",
                     out.display(),

@@ -10,7 +10,9 @@ use crate::atoms::dump::read_frame;
 use crate::atoms::engine::{Engine, Finished, LammpsEngine, Progress};
 use crate::atoms::external_dump::DumpTrajectory;
 use crate::atoms::indenter::Indenter;
-use crate::atoms::job::{FRAME_LAYERS, Job, POTENTIAL_FILE, RunSettings};
+use crate::atoms::job::{Crystal, Job, Loading, POTENTIAL_FILE};
+use crate::atoms::job_spec::{DisplacementRamp, FRAME_LAYERS, LoadingProtocol, RelaxationSettings};
+use crate::atoms::load_history::StepRecord;
 use crate::atoms::potential::Potential;
 use crate::atoms::properties::LmpCommand;
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
@@ -64,22 +66,25 @@ pub(super) fn write_job(
     let indenter = Indenter::above(&atoms.block, atoms.points, heights, interaction.touch_angstrom())?;
     let highest = case.highest_p_star();
     let way = atoms.first_touch_gap_angstrom / scene.step_or_default();
-    let history = RunSettings {
-        step_angstrom: scene.step_or_default(),
-        // The step that passes the last asked load is enough to interpolate to it.
-        max_load: highest * atoms.load_unit,
-        max_steps: way.ceil() as usize + SPARE_STEPS,
+    let settings = RelaxationSettings {
         force_tolerance: scene.force_tolerance_ev_per_angstrom,
         load_unit: atoms.load_unit,
         contact_angstrom: CONTACT_DISTANCE_ANGSTROM,
         // Slip begins at any depth below the contact.
         frame_layers: if scene.plasticity { 2 * atoms.block.depth_cells } else { FRAME_LAYERS },
-        unload: atoms.unload && atoms.start == Start::Touch,
-        keep: atoms.nvt.is_some(),
+        keep_restarts: atoms.nvt.is_some(),
     };
-    let initial_configurations = solved.map(|s| initial_configurations(case, atoms, &indenter, s)).transpose()?;
-    let crystal = (potential.as_path(), atoms.element.as_str(), atoms.mass_u);
-    Job::write(folder, &atoms.block, &indenter, crystal, interaction, history, initial_configurations.as_deref())
+    let ramp = DisplacementRamp {
+        step_angstrom: scene.step_or_default(),
+        // The first step beyond the highest load is enough to interpolate to that load.
+        max_load: highest * atoms.load_unit,
+        max_steps: way.ceil() as usize + SPARE_STEPS,
+        unload: atoms.unload,
+    };
+    let configurations = solved.map(|s| initial_configurations(case, atoms, &indenter, s)).transpose()?;
+    let loading = configurations.as_deref().map_or(Loading::Ramp(ramp), Loading::Prescribed);
+    let crystal = Crystal { potential: &potential, element: &atoms.element, mass_u: atoms.mass_u };
+    Job::write(folder, &atoms.block, &indenter, crystal, interaction, settings, loading)
 }
 
 /// The potential asked for, or the shipped one, written where the job wants it.
@@ -146,37 +151,11 @@ const NEARLY: f64 = 0.9;
 
 /// Runs the ladder of a job, or goes on with it.
 pub fn run_lammps(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Result<LammpsOutcome> {
-    let highest = job.record.settings.max_load;
-    let usual =
-        evaluations_from_continuum(job.record.cells, job.record.depth_cells, job.record.settings.force_tolerance);
-    let mut turned = job.reversal_step(&load_history::LoadHistory::read(&job.folder)?.steps).is_some();
+    let mut reversed = job.reversal_step(&load_history::LoadHistory::read(&job.folder)?.steps).is_some();
     let mut watch = |p: Progress| {
         if let Some(record) = &p.record {
-            let atoms = if record.contacts == 1 { "atom" } else { "atoms" };
-            let found = format!("p* = {:.5}, {} {atoms} in contact", p.p_star, record.contacts);
-            match &job.record.loads {
-                Some(asked) => {
-                    let (of, next) = (asked.loads.len(), record.step + 1);
-                    let part = (p.iterations as f64 / usual).min(NEARLY);
-                    let within = if next > of || p.is_new { 0.0 } else { part };
-                    let now =
-                        if next > of { String::new() } else { format!(", iteration {} of the next", p.iterations) };
-                    let done = (record.step as f64 + within) / of as f64;
-                    listener.progress(Some(done), &format!("load {} of {of}, {found}{now}", record.step));
-                }
-                // The load rises about as the square of the way down.
-                None => {
-                    let down = (record.load / highest).clamp(0.0, 1.0).sqrt();
-                    let settings = &job.record.settings;
-                    turned |= settings.unload && (record.load >= highest || record.step >= settings.max_steps);
-                    let (done, way) = match (settings.unload, turned) {
-                        (false, _) => (down, ""),
-                        (true, false) => (0.5 * down, ""),
-                        (true, true) => (1.0 - 0.5 * down, " on the way back"),
-                    };
-                    listener.progress(Some(done), &format!("step {}{way}, {found}", record.step));
-                }
-            }
+            let (done, words) = progress_of(job, &p, record, &mut reversed);
+            listener.progress(done, &words);
         }
         if listener.stopping() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
@@ -204,6 +183,35 @@ pub fn run_lammps(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Re
     )?;
     let Finished { steps, unconverged, peak_bytes, .. } = finished;
     Ok(LammpsOutcome { engine: engine.describe().to_string(), steps, unconverged, peak_bytes })
+}
+
+/// Fraction of a job that is done, and a line about its last step. `reversed` is set once the job unloads.
+fn progress_of(job: &Job, p: &Progress, record: &StepRecord, reversed: &mut bool) -> (Option<f64>, String) {
+    let atoms = if record.contacts == 1 { "atom" } else { "atoms" };
+    let state = format!("p* = {:.5}, {} {atoms} in contact", p.p_star, record.contacts);
+    match &job.spec.protocol {
+        LoadingProtocol::Ramp(ramp) => {
+            // The load rises about as the square of the displacement.
+            let loaded = (record.load / ramp.max_load).clamp(0.0, 1.0).sqrt();
+            *reversed |= ramp.unload && (record.load >= ramp.max_load || record.step >= ramp.max_steps);
+            let (done, branch) = match (ramp.unload, *reversed) {
+                (false, _) => (loaded, ""),
+                (true, false) => (0.5 * loaded, ""),
+                (true, true) => (1.0 - 0.5 * loaded, ", unloading"),
+            };
+            (Some(done), format!("step {}{branch}, {state}", record.step))
+        }
+        LoadingProtocol::Prescribed(loads) => {
+            let spec = &job.spec;
+            let expected = evaluations_from_continuum(spec.cells, spec.depth_cells, spec.settings.force_tolerance);
+            let (of, next) = (loads.loads.len(), record.step + 1);
+            let part = (p.iterations as f64 / expected).min(NEARLY);
+            let within = if next > of || p.is_new { 0.0 } else { part };
+            let now = if next > of { String::new() } else { format!(", iteration {} of the next", p.iterations) };
+            (Some((record.step as f64 + within) / of as f64), format!("load {} of {of}, {state}{now}", record.step))
+        }
+        LoadingProtocol::Nvt(_) => (None, format!("load {}, {state}", record.step)),
+    }
 }
 
 /// Reads frames of the scene's block from any LAMMPS: files are named relative to `out`.

@@ -5,7 +5,7 @@ use crate::atoms::contact::{Contact, contact_by, gaps, mean, onto_grid};
 use crate::atoms::dump::Frame;
 use crate::atoms::forces::{IndenterForces, indenter_forces, lowered_to};
 use crate::atoms::indenter::Indenter;
-use crate::atoms::job::Interaction;
+use crate::atoms::interaction::Interaction;
 use crate::atoms::load_history::Between;
 use crate::atoms::voronoi;
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;

@@ -26,7 +26,7 @@ pub(super) fn run_nvt(
 ) -> Result<NvtResults> {
     let job = Job::write_nvt(folder, relaxed, &atoms.block, settings)?;
     let lost = || Error::format(folder, "a job that holds nothing", "the nvt that was written");
-    let nvt = job.record.nvt.clone().ok_or_else(lost)?;
+    let nvt = job.spec.protocol.nvt().cloned().ok_or_else(lost)?;
     run(engine, &job, &nvt, listener)?;
     let reader = FrameAnalyzer::new(case, atoms, folder, STAGE)?;
     let steps = case.rising_steps();
@@ -61,7 +61,7 @@ fn run(engine: &dyn Engine, job: &Job, nvt: &NvtRun, listener: &dyn Listener) ->
 
 /// Averages at the load `k` of a hold, which is that of `step`; maps written.
 fn state(step: &LoadStep, reader: &FrameAnalyzer, (job, nvt): (&Job, &NvtRun), k: usize) -> Result<NvtState> {
-    let held = NvtSamples::read(job, nvt, k)?;
+    let held = NvtSamples::read(&job.folder, nvt, k)?;
     let load = nvt.loads[k];
     let gap = |b: &crate::atoms::nvt::BlockAverage| {
         let gaps = reader.gaps_expanded((nvt.expansion, held.bounds), &b.positions, b.low_angstrom);

@@ -17,7 +17,7 @@ pub use nvt::NvtScene;
 pub use outputs::{AccuracyScene, RequestedOutputs};
 pub use source::{Surface, SurfaceFile};
 
-use crate::atoms::job::FORCE_TOLERANCE;
+use crate::atoms::job_spec::FORCE_TOLERANCE;
 use crate::grid::Grid;
 use crate::interface::{Adhesion, Base, RangeChoice};
 use crate::method::{Precision, Settings, Targets};

@@ -2,7 +2,7 @@
 //!
 //! Where there is no LAMMPS these tests say so on standard error and pass: the machine cannot decide anything.
 
-use crate::jobs::{A0, CUTOFF, DISPLACEMENT_RAMP, on, written};
+use crate::jobs::{A0, CUTOFF, RAMP, RELAXATION, on, ramp, written};
 use crate::lammps::lammps;
 use std::io::Write;
 use std::ops::ControlFlow;
@@ -11,7 +11,8 @@ use std::process::Command;
 
 use asperity::atoms::block::Block;
 use asperity::atoms::engine::{Engine, Finished, LammpsEngine, Progress};
-use asperity::atoms::job::{Job, RunSettings};
+use asperity::atoms::job::Job;
+use asperity::atoms::job_spec::DisplacementRamp;
 use asperity::atoms::load_history::frame_file;
 
 /// Steps of the ladders here: contact begins in the second.
@@ -26,7 +27,8 @@ fn job(folder: &Path) -> Job {
         0.7 + 0.4 * wave(x) + 0.3 * wave(y)
     };
     let block = Block::new(6, 3, A0, CUTOFF).expect("valid");
-    written(folder, block, height, None, RunSettings { step_angstrom: 0.2, max_steps: STEPS, ..DISPLACEMENT_RAMP }).job
+    let ramp = DisplacementRamp { step_angstrom: 0.2, max_steps: STEPS, ..RAMP };
+    written(folder, block, height, None, ramp, RELAXATION).job
 }
 
 /// What a user is told of a run that fails.
@@ -102,10 +104,10 @@ fn what_lammps_says_is_passed_on() {
     let unknown = with_script(&engine, &job, MINIMIZE, "minimise      0.0");
     assert!(unknown.contains("Unknown command: minimise"), "{unknown}");
 
-    job.record.settings.step_angstrom = f64::NAN;
+    ramp(&mut job).step_angstrom = f64::NAN;
     let step = said(&engine, &job);
-    assert!(step.contains("its history cannot be read") && step.contains("0 nan"), "{step}");
-    job.record.settings.step_angstrom = 0.2;
+    assert!(step.contains("its load steps cannot be read") && step.contains("0,nan"), "{step}");
+    ramp(&mut job).step_angstrom = 0.2;
 
     std::fs::rename(folder.path().join("potential.eam.alloy"), folder.path().join("gone")).expect("moved");
     let missing = said(&engine, &job);

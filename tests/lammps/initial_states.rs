@@ -1,15 +1,16 @@
 //! Loads that start from the continuum, in the real LAMMPS: the state is that of the ladder from first touch.
 
-use crate::jobs::{built, case, on};
+use crate::jobs::{built, case, on, ramp};
 use crate::lammps::lammps;
 use asperity::atoms::block::SurfaceSites;
 use asperity::atoms::contact::{Contact, contact};
 use asperity::atoms::dump::read_frame;
 use asperity::atoms::engine::{Engine, Finished};
 use asperity::atoms::indenter::Indenter;
-use asperity::atoms::job::{Job, PRESCRIBED_LOAD};
+use asperity::atoms::job::Job;
 use asperity::atoms::load_history::frame_file;
 use asperity::atoms::minimizer_checkpoint;
+use asperity::atoms::scripts::PRESCRIBED_LOAD;
 use asperity::grid::Grid;
 use asperity::scene::Case;
 use std::ops::ControlFlow;
@@ -30,7 +31,7 @@ fn touching(case: &Case, job: &Job, finished: &Finished, step: usize) -> Contact
     let frame = read_frame(frame_file(&job.folder, step).expect("a frame")).expect("good");
     let sites: SurfaceSites = atoms.block.surface();
     let down = finished.history.steps[step].displacement_angstrom;
-    contact(&frame, &indenter, down, &sites, job.record.settings.contact_angstrom)
+    contact(&frame, &indenter, down, &sites, job.spec.settings.contact_angstrom)
 }
 
 /// Both stop at a largest force of 2e-3 eV/Å or below, which leaves the load of so small a cell uncertain by 2e-2 eV/Å, half a
@@ -48,7 +49,7 @@ fn the_continuums_start_ends_in_the_ladders_state_for_less() {
     let found = engine.run(&job, &mut on).expect("a clean run");
     assert!(found.unconverged.is_empty());
     assert_eq!(found.history.steps.len(), 1 + LOADS.len());
-    let unit = job.record.settings.load_unit;
+    let unit = job.spec.settings.load_unit;
     for (record, p_star) in found.history.steps[1..].iter().zip(LOADS) {
         assert!((record.load / (p_star * unit) - 1.0).abs() < 1e-3, "{} of {}", record.load / unit, p_star);
         // Read as it is, not between two steps.
@@ -61,7 +62,8 @@ fn the_continuums_start_ends_in_the_ladders_state_for_less() {
         let step = record.displacement_angstrom / steps;
         let touch = smooth_case(&format!("step_angstrom = {step}"));
         let mut history = built(&touch, &cold.path().join(k.to_string()));
-        (history.record.settings.max_steps, history.record.settings.max_load) = (steps as usize, f64::MAX);
+        let settings = ramp(&mut history);
+        (settings.max_steps, settings.max_load) = (steps as usize, f64::MAX);
         let outcome = engine.run(&history, &mut on).expect("a clean run");
         let last = outcome.history.last().expect("steps");
         assert!((last.load / record.load - 1.0).abs() < SAME_LOAD, "{} and {}", last.load, record.load);
@@ -92,7 +94,7 @@ fn a_loose_tolerance_is_enough_where_load_and_base_are_met() {
         let job = built(&case, folder.path());
         let finished = engine.run(&job, &mut on).expect("a clean run");
         let sites: Vec<_> = (1..=LOADS.len()).map(|k| touching(&case, &job, &finished, k).sites).collect();
-        (finished, sites, job.record.settings.load_unit)
+        (finished, sites, job.spec.settings.load_unit)
     };
     let ((tight, sites, unit), (loose, loose_sites, _)) = (ran(""), ran("force_tolerance_ev_per_angstrom = 0.4"));
     assert!(loose.unconverged.is_empty());

@@ -3,7 +3,9 @@
 use asperity::atoms::block::Block;
 use asperity::atoms::engine::{LammpsEngine, Progress};
 use asperity::atoms::indenter::{Indenter, grid_points};
-use asperity::atoms::job::{FRAME_LAYERS, Interaction, Job, RunSettings, Yukawa};
+use asperity::atoms::interaction::{Interaction, Yukawa};
+use asperity::atoms::job::{Crystal, Job, Loading};
+use asperity::atoms::job_spec::{DisplacementRamp, FRAME_LAYERS, RelaxationSettings};
 use asperity::atoms::properties::LmpCommand;
 use asperity::pipeline::{Silent, build_job};
 use asperity::scene::{Case, Scene};
@@ -43,18 +45,20 @@ pub struct Setting {
     pub job: Job,
 }
 
-/// Settings that tests change where they need to.
-pub const DISPLACEMENT_RAMP: RunSettings = RunSettings {
-    step_angstrom: 0.3,
-    max_load: 1e9,
-    max_steps: 40,
+/// Loading and relaxation that tests change where they need to.
+pub const RAMP: DisplacementRamp = DisplacementRamp { step_angstrom: 0.3, max_load: 1e9, max_steps: 40, unload: false };
+pub const RELAXATION: RelaxationSettings = RelaxationSettings {
     force_tolerance: 2e-3,
     load_unit: 100.0,
     contact_angstrom: D_C,
     frame_layers: FRAME_LAYERS,
-    unload: false,
-    keep: false,
+    keep_restarts: false,
 };
+
+/// The displacement ramp of a job, to be changed.
+pub fn ramp(job: &mut Job) -> &mut DisplacementRamp {
+    job.spec.protocol.ramp_mut().expect("a displacement ramp")
+}
 
 /// Writes a job for `block` under an indenter. `height` gives its heights (Å) at grid point (x, y) of `points` × `points`.
 pub fn written(
@@ -62,13 +66,16 @@ pub fn written(
     block: Block,
     height: impl Fn(usize, usize, usize) -> f64,
     adhesion: Option<Yukawa>,
-    history: RunSettings,
+    ramp: DisplacementRamp,
+    settings: RelaxationSettings,
 ) -> Setting {
     let points = grid_points(block.cells, block.a0);
     let heights = (0..points * points).map(|k| height(k % points, k / points, points)).collect();
     let interaction = Interaction { epsilon_ev: 0.2145, sigma_angstrom: 3.5927, adhesion };
     let indenter = Indenter::above(&block, points, heights, interaction.touch_angstrom()).expect("valid");
-    let job = Job::write(folder, &block, &indenter, (&potential(), "Ca", 40.078), interaction, history, None)
+    let potential = potential();
+    let crystal = Crystal { potential: &potential, element: "Ca", mass_u: 40.078 };
+    let job = Job::write(folder, &block, &indenter, crystal, interaction, settings, Loading::Ramp(ramp))
         .expect("a written job");
     Setting { block, indenter, job }
 }

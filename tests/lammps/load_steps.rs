@@ -2,7 +2,7 @@
 //!
 //! Where there is no LAMMPS the first kind says so on standard error and passes: the machine cannot decide anything.
 
-use crate::jobs::{A0, CUTOFF, D_C, DISPLACEMENT_RAMP, Setting, on, written};
+use crate::jobs::{A0, CUTOFF, D_C, RAMP, RELAXATION, Setting, on, ramp, written};
 use crate::lammps::lammps;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -15,7 +15,9 @@ use asperity::atoms::contact::contact;
 use asperity::atoms::dump::read_frame;
 use asperity::atoms::engine::{Engine, Finished, LammpsEngine};
 use asperity::atoms::forces::indenter_forces;
-use asperity::atoms::job::{FRAME_LAYERS, Job, RunSettings, Yukawa};
+use asperity::atoms::interaction::Yukawa;
+use asperity::atoms::job::Job;
+use asperity::atoms::job_spec::{DisplacementRamp, FRAME_LAYERS, RelaxationSettings};
 use asperity::atoms::load_history::{HEADER, frame_file};
 use asperity::atoms::replay::ReplayEngine;
 use asperity::error::LammpsFailure;
@@ -51,7 +53,8 @@ fn steeper(folder: &Path, adhesion: Option<Yukawa>, factor: f64, frame_layers: u
         block,
         height,
         adhesion,
-        RunSettings { max_load: P_STAR * load_unit, load_unit, frame_layers, ..DISPLACEMENT_RAMP },
+        DisplacementRamp { max_load: P_STAR * load_unit, ..RAMP },
+        RelaxationSettings { load_unit, frame_layers, ..RELAXATION },
     )
 }
 
@@ -83,9 +86,8 @@ fn the_ladder_rises_and_contact_is_what_lammps_counts() {
     assert!(records[0].load.abs() < 0.1, "{}", records[0].load);
     assert!(records.windows(2).all(|w| w[1].load > w[0].load - LOAD_NOISE));
     let last = records.last().expect("steps");
-    assert!(
-        last.load >= job.record.settings.max_load && records[records.len() - 2].load < job.record.settings.max_load
-    );
+    let max_load = job.spec.protocol.ramp().expect("a displacement ramp").max_load;
+    assert!(last.load >= max_load && records[records.len() - 2].load < max_load);
     assert!(records.iter().all(|r| r.atoms == job.atoms()));
     assert!(finished.steps.iter().skip(1).all(|s| s.force_evaluations > 0));
     assert!((indenter.lowest_z() - records[0].indenter_low_angstrom).abs() < 1e-6);
@@ -96,8 +98,7 @@ fn the_ladder_rises_and_contact_is_what_lammps_counts() {
         let frame = read_frame(frame_file(folder.path(), record.step).expect("a frame")).expect("good");
         let found = contact(&frame, &indenter, record.displacement_angstrom, &surface, D_C);
         assert_eq!(found.ids.len(), record.contacts, "step {}", record.step);
-        let load =
-            indenter_forces(&frame, &indenter, record.displacement_angstrom, &job.record.interaction, 0.0).load();
+        let load = indenter_forces(&frame, &indenter, record.displacement_angstrom, &job.spec.interaction, 0.0).load();
         let slack = SAME_LOAD.0 * record.load.abs() + SAME_LOAD.1;
         assert!((load - record.load).abs() < slack, "step {}: {load} for {}", record.step, record.load);
         most = most.max(record.contacts);
@@ -105,7 +106,7 @@ fn the_ladder_rises_and_contact_is_what_lammps_counts() {
     assert!(most > 20, "only {most} contacts");
 
     let asked = 0.5 * P_STAR;
-    let at = job.at_load(&finished.history, asked * job.record.settings.load_unit).expect("reached");
+    let at = job.at_load(&finished.history, asked * job.spec.settings.load_unit).expect("reached");
     let found = contact(&at.frame, &indenter, at.displacement_angstrom, &surface, D_C);
     let between = records[at.bracket.lower].contacts..=records[at.bracket.lower + 1].contacts;
     assert!(between.contains(&found.ids.len()), "{} not in {between:?}", found.ids.len());
@@ -146,12 +147,11 @@ fn adhesion_pulls_before_it_pushes() {
     let folder = tempfile::tempdir().expect("scratch");
     let weak = Yukawa { amplitude_ev_angstrom: -60.0, kappa_per_angstrom: 2.0, cutoff_angstrom: 7.0 };
     let Setting { indenter, mut job, .. } = setting(folder.path(), Some(weak));
-    job.record.settings.max_steps = 1;
+    ramp(&mut job).max_steps = 1;
     let finished = engine.run(&job, &mut on).expect("a clean run");
     for record in &finished.history.steps {
         let frame = read_frame(frame_file(folder.path(), record.step).expect("a frame")).expect("good");
-        let load =
-            indenter_forces(&frame, &indenter, record.displacement_angstrom, &job.record.interaction, 0.0).load();
+        let load = indenter_forces(&frame, &indenter, record.displacement_angstrom, &job.spec.interaction, 0.0).load();
         assert!(
             (load - record.load).abs() < SAME_LOAD.0 * record.load.abs() + SAME_LOAD.1,
             "{load} for {}",
@@ -226,7 +226,7 @@ fn record(folder: &Path, job: &Job, loads: &[f64]) {
 fn a_replayed_run_is_told_in_order_stopped_and_failed() {
     let (recording, folder) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
     let job = setting(folder.path(), None).job;
-    let unit = job.record.settings.load_unit;
+    let unit = job.spec.settings.load_unit;
     let loads: Vec<f64> = (0..6).map(|k| 0.005 * unit * k as f64).collect();
     record(recording.path(), &job, &loads);
 

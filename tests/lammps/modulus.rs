@@ -1,12 +1,12 @@
 //! How the block gives way in the real LAMMPS: its modulus, from the stress and the displacement of an indentation, and what a
 //! single surface atom yields.
 
-use crate::jobs::{DISPLACEMENT_RAMP, Setting, command, written};
+use crate::jobs::{RAMP, RELAXATION, Setting, command, written};
 use crate::lammps::lammps;
 use asperity::atoms::block::Block;
 use asperity::atoms::compliant_wall::compliance;
 use asperity::atoms::engine::LammpsEngine;
-use asperity::atoms::job::RunSettings;
+use asperity::atoms::job_spec::{DisplacementRamp, RelaxationSettings};
 use asperity::atoms::potential::{CALCIUM, CALCIUM_MODULUS_GPA};
 use asperity::atoms::properties::RunScript;
 use asperity::interface::{Base, Kernel, Layer};
@@ -27,15 +27,9 @@ fn modulus(engine: &LammpsEngine, folder: &Path, pressure: f64, amplitude: f64) 
     let height =
         |x: usize, y: usize, points: usize| amplitude * profile(x as f64 / points as f64, y as f64 / points as f64);
     let load = pressure / GPA_PER_EV_A3 * length * length;
-    let history = RunSettings {
-        step_angstrom: 0.1,
-        max_load: load,
-        max_steps: 1,
-        force_tolerance: 1e-6,
-        load_unit: load,
-        ..DISPLACEMENT_RAMP
-    };
-    let Setting { block, .. } = written(folder, block, height, None, history);
+    let ramp = DisplacementRamp { step_angstrom: 0.1, max_load: load, max_steps: 1, ..RAMP };
+    let settings = RelaxationSettings { force_tolerance: 1e-6, load_unit: load, ..RELAXATION };
+    let Setting { block, .. } = written(folder, block, height, None, ramp, settings);
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let vars = [("potential", "potential.eam.alloy".to_string()), ("load", load.to_string())];
     command(engine).run(folder, &root.join("lammps-inputs/constant_load.in"), &vars).expect("a clean run");

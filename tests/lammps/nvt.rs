@@ -103,7 +103,7 @@ fn killed_between_loads_a_hold_goes_on_and_its_errors_shrink_with_time() {
     let long = written("long", &NvtSettings { time_ps: 40.0, ..settings });
     engine.run(&long, &mut on).expect("a clean run");
     let site_error = |job: &Job| {
-        let held = NvtSamples::read(job, job.record.nvt.as_ref().expect("a hold"), 1).expect("read");
+        let held = NvtSamples::read(&job.folder, job.spec.protocol.nvt().expect("an NVT run"), 1).expect("read");
         assert_eq!(held.blocks.len(), BLOCKS);
         let sites = held.probabilities();
         sites.iter().map(|s| s.error).sum::<f64>() / sites.len() as f64

@@ -57,7 +57,7 @@ fn without_adhesion_the_steps_back_are_the_steps_there() {
     assert!(found.unconverged.is_empty());
     let records = &found.history.steps;
     let turn = job.reversal_step(records).expect("a turn");
-    assert!(records[turn].load >= LOADS[1] * job.record.settings.load_unit);
+    assert!(records[turn].load >= LOADS[1] * job.spec.settings.load_unit);
     assert_eq!(job.end(records), Some(records.len() - 1));
     let mut met = 0;
     for (there, back) in records[..turn].iter().rev().zip(&records[turn + 1..]) {
@@ -86,7 +86,7 @@ fn loads_from_the_continuum_come_back_load_by_load() {
     let records = &found.history.steps;
     assert!(found.unconverged.is_empty() && records.len() == 4);
     assert_eq!(job.reversal_step(records), Some(2));
-    let unit = job.record.settings.load_unit;
+    let unit = job.spec.settings.load_unit;
     assert!((records[3].load / (LOADS[0] * unit) - 1.0).abs() < 1e-3);
     assert!((records[3].displacement_angstrom - records[1].displacement_angstrom).abs() < 0.01);
     let (found, back) = read(&case, &job);
@@ -110,7 +110,7 @@ fn with_adhesion_the_largest_pull_is_found_within_its_error() {
         // Followed in quarter steps.
         assert!((pull.step_angstrom - 0.25 * step).abs() < 1e-6, "{pull:?}");
         // No more than two flats would hold that the law pulls at with its largest stress.
-        let length = job.record.cells as f64 * job.record.a0_angstrom;
+        let length = job.spec.cells as f64 * job.spec.a0_angstrom;
         let gamma = 2e-4 * 28.57 * length / GPA_PER_EV_A3;
         let flats = gamma / 0.5 * length * length;
         let force = pull.force_ev_per_angstrom;

@@ -1,0 +1,50 @@
+//! Hashes and the lock of a job folder.
+
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::Path;
+use std::time::Duration;
+
+use crate::error::LammpsFailure;
+use crate::{Error, Result};
+
+/// A writer that also computes the BLAKE3 hash of the bytes written.
+pub(super) struct Hashing<W> {
+    pub file: W,
+    pub hasher: blake3::Hasher,
+}
+
+impl<W: Write> Write for Hashing<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.file.write(bytes)?;
+        self.hasher.update(&bytes[..written]);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+/// Attempts to take the lock before another program is assumed to hold it. A child that another thread has just forked keeps all
+/// files of this process open until it executes its own program.
+const ATTEMPTS: usize = 25;
+const RETRY_AFTER: Duration = Duration::from_millis(40);
+
+/// Locks a job folder against a second program. The lock ends with the process that holds it.
+///
+/// # Errors
+/// `Lammps` when another program holds the lock, `Io`.
+pub(super) fn lock(folder: &Path) -> Result<File> {
+    let path = folder.join("job.lock");
+    let file = File::create(&path).map_err(Error::io("create", &path))?;
+    for _ in 0..ATTEMPTS {
+        match file.try_lock() {
+            Ok(()) => return Ok(file),
+            Err(std::fs::TryLockError::WouldBlock) => std::thread::sleep(RETRY_AFTER),
+            Err(std::fs::TryLockError::Error(e)) => return Err(Error::io("lock", &path)(e)),
+        }
+    }
+    let failure = LammpsFailure::Output("another program is writing or running this job".into());
+    Err(Error::Lammps { folder: folder.to_path_buf(), failure })
+}
