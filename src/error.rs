@@ -1,14 +1,13 @@
-//! What can go wrong, in the words a user needs: which file or flag, which key, what was found and what would be accepted.
+//! Errors of the crate. Each message names the file or flag, the key, the value found and the values accepted.
 //!
-//! Every variant belongs to one exit code (`Error::exit_code`), and the texts are the whole message: nothing above
-//! this module adds to them except the word "error".
+//! Every variant has one exit code ([`Error::exit_code`]). The texts are complete messages: callers only put "error: " in front.
 
 use std::path::{Path, PathBuf};
 
-/// A result whose error already names its place.
+/// A result with this crate's [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// One thing wrong with a scene, a flag or a file: collected, so that all of them are reported at once.
+/// One invalid value of a scene, a flag or a file. All of a scene are collected and reported together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Complaint {
     /// Dotted path of the key (`surface.hurst`) or the flag (`--tol`).
@@ -29,7 +28,7 @@ impl std::fmt::Display for Complaint {
     }
 }
 
-/// How a LAMMPS run ended other than well (`Error::Lammps`).
+/// Why a LAMMPS run failed ([`Error::Lammps`]).
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum LammpsFailure {
     #[error("it stopped with: {0}")]
@@ -52,20 +51,20 @@ pub enum LammpsFailure {
 
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// A scene file or a command line with one or more bad values.
+    /// A scene file or a command line with one or more invalid values.
     #[error("{}", complaints(.place, .list))]
     Input { place: String, list: Vec<Complaint> },
-    /// A scene file that is not TOML, or has unknown or missing keys or values of the wrong type: each with its line.
+    /// A scene file that is not TOML, or has unknown or missing keys, or values of the wrong type, each with its line.
     #[error("{}", lines(.file, .list))]
     Syntax { file: PathBuf, list: Vec<(Option<usize>, String)> },
-    /// A file whose contents are not what they should be.
+    /// A file whose contents are not in the expected format.
     #[error("{}: {found}; accepted: {accepted}", .file.display())]
     Format { file: PathBuf, found: String, accepted: String },
     /// A height that is not a finite number, by index (row = y, column = x).
     #[error("{place}: the height at row {row}, column {column} is {value}; accepted: finite numbers")]
     Height { place: String, row: usize, column: usize, value: f64 },
-    /// A solver stopped short of its tolerance. The partial state is kept in `partial` when there is a run folder.
-    #[error("{method} stopped without converging ({why}) after {iterations} iterations: residual {residual:.3e}, asked {tolerance:.1e}{}", kept(.partial))]
+    /// A solver stopped before it reached its tolerance. `partial` is the file of the last state, if there is a run folder.
+    #[error("{method} stopped without converging ({why}) after {iterations} iterations: residual {residual:.3e}, tolerance {tolerance:.1e}{}", kept(.partial))]
     NotConverged {
         method: &'static str,
         why: String,
@@ -74,24 +73,24 @@ pub enum Error {
         tolerance: f64,
         partial: Option<PathBuf>,
     },
-    /// The loads of a run were solved and its report stands, but the surfaces were not pulled apart.
+    /// The loads of a run were solved and its report is complete, but the pull-off was not found.
     #[error("the pull-off was not found: {why}; the loads before it are in {}", .kept.display())]
     PullOff { why: String, kept: PathBuf },
-    /// What was asked for was solved and its report stands, but not all that was to be solved beside it.
+    /// The requested loads were solved and the report is complete, but an auxiliary solve (a comparison, a reference) failed.
     #[error("{why}; the rest is in {}", .kept.display())]
     AuxiliarySolve { why: String, kept: PathBuf },
-    /// LAMMPS was started and did not end well.
+    /// LAMMPS was started and failed.
     #[error("LAMMPS failed in {}: {failure}", .folder.display())]
     Lammps { folder: PathBuf, failure: LammpsFailure },
-    /// This machine lacks the memory for what was asked.
+    /// This machine has too little memory for the request.
     #[error("{what} needs {:.2} GB of memory and {:.2} GB are available; {advice}", *.need as f64 / 1e9, *.have as f64 / 1e9)]
     Memory { what: String, need: u64, have: u64, advice: String },
-    /// This machine lacks a program.
+    /// A program is missing on this machine.
     #[error("{program} was not found; {how}")]
     MissingProgram { program: String, how: String },
     #[error("interrupted; `run`, `tradeoff`, `atoms run` and `solve --out` go on from what is finished")]
     Interrupted,
-    /// The file system said no.
+    /// An operation on a file failed.
     #[error("cannot {doing} {}: {source}", .path.display())]
     Io { doing: &'static str, path: PathBuf, source: std::io::Error },
 }
@@ -112,7 +111,7 @@ fn kept(partial: &Option<PathBuf>) -> String {
 }
 
 impl Error {
-    /// A single complaint about a scene file or a command line.
+    /// A single invalid value of a scene file or a command line.
     pub fn input(
         place: impl ToString,
         key: impl Into<String>,
@@ -122,7 +121,7 @@ impl Error {
         Error::Input { place: place.to_string(), list: vec![Complaint::new(key, found, accepted)] }
     }
 
-    /// The same complaints about a value, told of the file and, where it has another name there, the key it came from.
+    /// The same error with `place` (a file or flag) as its origin, and `key` as the name of the value there, if given.
     pub fn with_context(self, place: impl ToString, key: Option<&str>) -> Self {
         match self {
             Error::Input { mut list, .. } => {
@@ -154,7 +153,7 @@ impl Error {
             Error::Memory { .. } | Error::MissingProgram { .. } => 5,
             Error::Io { source, .. } => match source.kind() {
                 StorageFull | QuotaExceeded | OutOfMemory => 5,
-                // A path that does not exist or may not be written is an argument to correct.
+                // A missing or unwritable path is a wrong argument.
                 _ => 2,
             },
             Error::Interrupted => 130,

@@ -1,17 +1,17 @@
-//! The only unsafe code, and the only questions put to the operating system.
+//! The only unsafe code: memory and processor time of this process and its children, process groups, and column access to
+//! matrices.
 
-/// Largest resident set of this process so far, bytes (`VmHWM`); 0 where the kernel does not tell.
+/// Largest resident set of this process so far, bytes (`VmHWM`); 0 where the kernel does not report it.
 pub fn peak_rss_bytes() -> u64 {
     status_kib("self", "VmHWM:") * 1024
 }
 
-/// Starts the count of [`peak_rss_bytes`] again, where the kernel allows it.
+/// Resets [`peak_rss_bytes`] to the present resident set, where the kernel allows it.
 pub fn reset_peak_rss() {
     let _ = std::fs::write("/proc/self/clear_refs", "5");
 }
 
-/// Gives memory that was freed back to the system, where the allocator keeps it: what is measured next is then not found
-/// there already.
+/// Returns freed memory to the system. The allocator would otherwise reuse it, and the next measurement would not count it.
 pub fn return_freed_memory() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     // SAFETY: malloc_trim takes an integer and touches only memory that nobody holds.
@@ -20,14 +20,14 @@ pub fn return_freed_memory() {
     }
 }
 
-/// Memory that a piece of work takes beyond what was there before it.
+/// Peak memory since a starting point, beyond what was resident then.
 pub struct MemoryGrowth {
     before: u64,
     earlier_peak: u64,
 }
 
 impl MemoryGrowth {
-    /// What was freed goes back to the system first: it would be found there again, and not be counted.
+    /// Returns freed memory to the system first (see [`return_freed_memory`]), then starts to count.
     pub fn begin() -> Self {
         let earlier_peak = peak_rss_bytes();
         return_freed_memory();
@@ -35,17 +35,17 @@ impl MemoryGrowth {
         MemoryGrowth { before: peak_rss_bytes(), earlier_peak }
     }
 
-    /// Resident when it began, bytes.
+    /// Resident set at the start, bytes.
     pub fn before_bytes(&self) -> u64 {
         self.before
     }
 
-    /// The most beyond that since, bytes.
+    /// Largest increase since the start, bytes.
     pub fn bytes(&self) -> u64 {
         peak_rss_bytes().saturating_sub(self.before)
     }
 
-    /// Peak of the process, bytes, what came before included.
+    /// Peak of the whole process, bytes, including the time before the start.
     pub fn peak_bytes(&self) -> u64 {
         peak_rss_bytes().max(self.earlier_peak)
     }
@@ -80,7 +80,7 @@ fn usage(who: libc::c_int) -> libc::rusage {
     }
 }
 
-/// Memory that can be taken without swapping, bytes (`MemAvailable`); `u64::MAX` where the kernel does not tell.
+/// Memory that can be taken without swapping, bytes (`MemAvailable`); `u64::MAX` where the kernel does not report it.
 pub fn available_memory_bytes() -> u64 {
     std::fs::read_to_string("/proc/meminfo")
         .ok()
@@ -88,13 +88,13 @@ pub fn available_memory_bytes() -> u64 {
         .map_or(u64::MAX, |k| k * 1024)
 }
 
-/// Runs with the superuser's rights; mpirun refuses them unless told.
+/// Whether this process runs as root, which mpirun refuses by default.
 pub fn is_root() -> bool {
     use std::os::unix::fs::MetadataExt;
     std::fs::metadata("/proc/self").is_ok_and(|m| m.uid() == 0)
 }
 
-/// Largest resident set so far of a process that is running, bytes; 0 of one that is not.
+/// Largest resident set so far of a running process, bytes; 0 for one that has ended.
 pub fn peak_rss_bytes_of(process: u32) -> u64 {
     1024 * status_kib(&process.to_string(), "VmHWM:")
 }
@@ -107,7 +107,7 @@ fn kib_after(text: &str, key: &str) -> Option<u64> {
     text.lines().find_map(|l| l.strip_prefix(key))?.split_whitespace().next()?.parse().ok()
 }
 
-/// A row-major matrix lent to threads in blocks of whole columns.
+/// A mutably borrowed row-major matrix, split into blocks of whole columns for threads.
 ///
 /// The column pass of a two-dimensional transform is parallel over columns, whose elements are interleaved in memory;
 /// slices cannot express that split. Each block is handed out once, and blocks cover disjoint columns.
@@ -140,7 +140,7 @@ impl<'a, T: Send> ColumnBlocks<'a, T> {
         ColumnBlocks { start: matrix.as_mut_ptr(), rows, stride, width, matrix: std::marker::PhantomData }
     }
 
-    /// Runs `work` on every block, in parallel, and returns what it gave in the order of the columns.
+    /// Runs `work` on every block, in parallel. The results are in the order of the columns.
     pub fn map_init<S, R: Send>(
         self,
         init: impl Fn() -> S + Sync + Send,
@@ -171,7 +171,7 @@ impl<T> ColumnBlock<'_, T> {
         self.first
     }
 
-    /// Asks the processor to fetch this block's part of row `y`, which need not exist.
+    /// Prefetches this block's part of row `y`. The row need not exist.
     pub fn fetch(&self, y: usize) {
         #[cfg(target_arch = "x86_64")]
         for line in (0..self.width * size_of::<T>()).step_by(64) {
@@ -194,7 +194,7 @@ impl<T> ColumnBlock<'_, T> {
 }
 
 /// Kills a process and everything it started, provided it leads its own process group
-/// (`CommandExt::process_group(0)`). A group that is already gone is no error: that is what was wanted.
+/// (`CommandExt::process_group(0)`). A group that has already ended is no error.
 pub fn kill_process_group(leader: u32) {
     // 0 and 1 would address this process's own group and every process there is.
     if let Ok(group) = libc::pid_t::try_from(leader)
@@ -207,8 +207,8 @@ pub fn kill_process_group(leader: u32) {
     }
 }
 
-/// Makes the kernel kill the child when the thread that starts it ends, so that a killed program leaves no run behind
-/// that writes on into a folder somebody else has taken over. Elsewhere than on Linux this does nothing.
+/// Makes the kernel kill the child when the thread that starts it ends: a killed program leaves no child that goes on writing
+/// into its folder. Linux only; no effect elsewhere.
 pub fn die_with_parent(command: &mut std::process::Command) {
     #[cfg(target_os = "linux")]
     {
@@ -241,7 +241,7 @@ mod tests {
     use std::process::Command;
 
     #[test]
-    fn a_group_dies_with_its_members() {
+    fn killing_a_process_group_kills_its_members() {
         let mut shell = Command::new("sh").args(["-c", "sleep 60 & wait"]).process_group(0).spawn().expect("a shell");
         kill_process_group(shell.id());
         assert_eq!(shell.wait().expect("waited").signal(), Some(libc::SIGKILL));
@@ -251,7 +251,7 @@ mod tests {
 
     #[test]
     #[cfg(target_os = "linux")]
-    fn a_child_dies_with_the_thread_that_started_it() {
+    fn a_child_is_killed_when_the_thread_that_started_it_ends() {
         let started = std::thread::spawn(|| {
             let mut command = Command::new("sleep");
             command.arg("60");

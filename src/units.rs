@@ -1,10 +1,9 @@
-//! The three systems of units, and the numbers that carry one into the other.
+//! The three systems of units and the conversions between them.
 //!
-//! Inside, everything is *reduced*: the cell's extent in x is the unit of length and the contact modulus `E*` the unit of
-//! stress. SI appears at the border of scenes and reports, LAMMPS `metal` (Å, eV, ps, bar) in `atoms`. A quantity with a
-//! unit carries it in its name.
+//! Solvers use *reduced* units: the cell's extent in x is the unit of length, the contact modulus `E*` the unit of stress. Scenes
+//! and reports use SI, `atoms` uses LAMMPS `metal` units (Å, eV, ps, bar). A quantity with a unit has it in its name.
 
-/// Longest time that anything can be given, s: thirty years, which clocks can still add to now.
+/// Longest accepted duration, s: thirty years. `Instant` can still represent it as a deadline.
 pub const MAX_SECONDS: f64 = 1e9;
 
 /// 1 eV/Å³ in GPa (CODATA 2018: e = 1.602176634e-19 C).
@@ -15,7 +14,7 @@ pub const J_M2_PER_EV_A2: f64 = 16.021_766_34;
 pub const NN_PER_EV_A: f64 = 1.602_176_634;
 pub const ANGSTROM_M: f64 = 1e-10;
 
-/// Length and stress scales of one realisation of the dimensionless problem: the laboratory's or the atoms'.
+/// Length and stress scales of a dimensionless problem, in the laboratory or for the block of atoms.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scales {
     /// Extent of the cell in x, metres.
@@ -59,7 +58,7 @@ mod tests {
 
     /// The paper's scale-down: L = 97.797 nm, E* = 28.57 GPa, γ/(E*L) = 2e-5 is 0.05588 J/m² = 3.4878e-3 eV/Å².
     #[test]
-    fn the_papers_numbers() {
+    fn conversions_reproduce_the_numbers_of_the_paper() {
         let block = Scales { length_m: 175.0 * 5.5884e-10, modulus_pa: 28.57e9 };
         assert!((block.energy_per_area_ev_a2(2e-5) - 3.4878e-3).abs() < 1e-6);
         assert!((block.length_angstrom(2.071e-5) - 0.020254).abs() < 1e-6);

@@ -2,12 +2,12 @@
 //!
 //! Exact Euclidean distances in two passes over the field, one along each axis (Felzenszwalb & Huttenlocher, Theory of
 //! Computing 8 (2012) 415): down the columns the nearest marked row, then along each row the lower envelope of the
-//! parabolas that stand on the columns' answers. Time is linear in the nodes.
+//! parabolas given by the columns' results. The time is linear in the number of nodes.
 
 use super::Grid;
 use rayon::prelude::*;
 
-/// No node is marked.
+/// Result where no node is marked.
 pub const NO_NODE: u32 = u32::MAX;
 
 /// For each node `[ny, nx]` the index of the nearest marked one (nonzero in `map`); [`NO_NODE`] if none is.
@@ -50,10 +50,10 @@ fn around(a: usize, b: usize, n: usize) -> f64 {
     d.min(n - d) as f64
 }
 
-/// For each node the nearest row in its column with a marked node; of two as near, the one reached by rising rows.
+/// For each node the nearest row of its column with a marked node; of two at the same distance, the one found by increasing rows.
 fn nearest_rows(nx: usize, ny: usize, map: &[u8]) -> Vec<u32> {
     let mut rows = vec![NO_NODE; nx * ny];
-    // Twice around each way: the first round knows nothing of what lies behind the seam.
+    // Twice in each direction: the first pass does not know the rows beyond the periodic boundary.
     let mut last = vec![NO_NODE; nx];
     for y in (0..ny).chain(0..ny) {
         for x in 0..nx {
@@ -107,12 +107,12 @@ impl Envelope {
         }
     }
 
-    /// Column whose parabola is the lowest at column x; asked for with rising x.
+    /// Column whose parabola is the lowest at column x; x increases from call to call.
     fn lowest_at(&mut self, x: i64, dx: f64) -> Option<i64> {
         while self.at + 1 < self.parts.len() && self.parts[self.at + 1].2 <= x as f64 {
             self.at += 1;
         }
-        // Where parabolas meet, rounding may leave a neighbour of the lowest.
+        // At intersections of parabolas, rounding may have selected a neighbour of the lowest.
         let value = |part: &(i64, f64, f64)| (dx * (x - part.0) as f64).powi(2) + part.1;
         let near = self.parts.get(self.at.saturating_sub(1)..self.parts.len().min(self.at + 2))?;
         near.iter().min_by(|a, b| value(a).total_cmp(&value(b))).map(|part| part.0)
@@ -125,7 +125,7 @@ mod tests {
 
     /// Against all pairs, on square and oblong pixels, with few and with many marked nodes.
     #[test]
-    fn distances_are_those_of_all_pairs() {
+    fn distances_equal_those_of_all_pairs() {
         for (nx, ny, ly) in [(17, 12, 12.0 / 17.0), (16, 16, 0.4), (1, 9, 2.0), (8, 1, 0.1)] {
             let grid = Grid { nx, ny, lx: 1.0, ly };
             for every in [1, 3, 11, 60] {

@@ -2,17 +2,17 @@ use super::{Grid, Real};
 use rustfft::num_complex::Complex;
 use std::ops::{Deref, DerefMut};
 
-/// Bytes that the processor fetches at once.
+/// Bytes of a cache line.
 const LINE: usize = 64;
 
 /// A half spectrum: `ny` rows of `nx/2+1` coefficients, a row `pitch` elements after the one before (see [`Grid::pitch`]).
 ///
-/// Rows of more columns than are gathered at once begin with whole cache lines, so that the blocks which the column pass gathers are
-/// whole lines, too. On rows that lie anyhow the gathering of 2048² coefficients takes two to three times as long.
+/// Rows longer than a block of columns are aligned to cache lines, so that the blocks of the column pass are whole lines, too. Without
+/// alignment, gathering 2048² coefficients takes two to three times as long.
 #[derive(Debug)]
 pub struct HalfSpectrum<T> {
     elements: Vec<Complex<T>>,
-    /// Elements before the first that begins a line.
+    /// Elements before the first aligned one.
     first: usize,
     len: usize,
 }
@@ -22,7 +22,7 @@ impl<T: Real> HalfSpectrum<T> {
         let len = grid.ny * grid.pitch();
         let spare = LINE / size_of::<Complex<T>>();
         let elements = vec![Complex::default(); len + spare];
-        // An allocator may give a place from which no number of elements leads to a line.
+        // `align_offset` may fail: alignment is then given up.
         let first = elements.as_ptr().align_offset(LINE).min(spare);
         HalfSpectrum { elements, first, len }
     }

@@ -46,9 +46,8 @@ pub fn bilinear(grid: Grid, node: impl Fn(usize) -> f64, x: f64, y: f64) -> f64 
 mod tests {
     use super::*;
 
-    /// A plane is met exactly inside the cell, and the seam joins the last node to the first.
     #[test]
-    fn bilinear_on_a_plane_and_across_the_seam() {
+    fn bilinear_is_exact_on_a_plane_and_periodic() {
         let grid = Grid { nx: 5, ny: 4, lx: 1.0, ly: 2.0 };
         let node = |k: usize| 3.0 * (k % 5) as f64 - (k / 5) as f64;
         assert!((bilinear(grid, node, 0.33, 1.2) - (3.0 * 1.65 - 2.4)).abs() < 1e-12);

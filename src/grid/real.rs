@@ -2,7 +2,7 @@ use rayon::prelude::*;
 use rustfft::num_traits::{Float, NumAssign};
 use std::borrow::Cow;
 
-/// The two precisions of the fields. Sums are always taken in `f64`.
+/// Precision of the fields. Sums are always taken in `f64`.
 pub trait Real: rustfft::FftNum + Float + NumAssign + Default + std::iter::Sum + bytemuck::Pod {
     /// Name as in `--precision`.
     const NAME: &'static str;
@@ -11,11 +11,11 @@ pub trait Real: rustfft::FftNum + Float + NumAssign + Default + std::iter::Sum +
 
     fn wide(self) -> f64;
 
-    /// Heights in working precision with what is to be subtracted from them: those given, with their `mean`, where the
-    /// precision is the same, else a converted copy from which it has been subtracted.
+    /// Heights in working precision, and the offset still to be subtracted from them: the given ones with their `mean` for `f64`, a
+    /// converted copy without its mean for `f32`.
     fn heights(source: &[f64], mean: f64) -> (Cow<'_, [Self]>, Self);
 
-    /// The field as a borrow of either precision.
+    /// The field as a [`Field`].
     fn lend(values: &[Self]) -> Field<'_>;
 }
 

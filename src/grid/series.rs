@@ -4,8 +4,8 @@ use rustfft::num_complex::Complex;
 
 /// A real periodic field without its mean, as the coefficients of its Fourier series `Σ a e^{iqr}` in a box of modes.
 ///
-/// A rough surface whose shortest waves are long beside the pixels fits in a small box: the challenge's two million modes
-/// take 32 MB, where its heights on 32768² points take 8.6 GB.
+/// A rough surface whose shortest waves are much longer than a pixel has few modes: the challenge's two million take 32 MB, its
+/// heights on 32768² points 8.6 GB.
 #[derive(Debug, Clone)]
 pub struct Series<T> {
     /// `[kx][ky]`, kx = 0 … and ky in the order of an FFT.
@@ -13,12 +13,12 @@ pub struct Series<T> {
     /// Values of kx, and of ky.
     width: usize,
     height: usize,
-    /// The grid whose nodes the series came from and passes through; on others it ends below its Nyquist modes.
+    /// The grid whose nodes define the series. On other grids the Nyquist modes are omitted.
     nodes: Option<Grid>,
 }
 
 impl<T: Real> Series<T> {
-    /// Modes up to kx_max and |ky| up to ky_max with the amplitudes given, the mean left out.
+    /// Modes up to kx_max and |ky| up to ky_max with the given amplitudes, without the mean.
     pub fn from_modes(kx_max: usize, ky_max: usize, amplitude: impl Fn(i64, i64) -> Complex<f64> + Sync) -> Self {
         let (width, height) = (kx_max + 1, 2 * ky_max + 1);
         let mut coefficients = vec![Complex::default(); width * height];
@@ -33,7 +33,7 @@ impl<T: Real> Series<T> {
         Series { coefficients, width, height, nodes: None }
     }
 
-    /// The series through the nodes of a grid.
+    /// The series that interpolates a field `[ny, nx]` on a grid.
     pub fn from_nodes(grid: Grid, field: &[f64]) -> Self {
         let transform = Transform::<f64>::new(grid);
         let mut spectrum = transform.spectrum();
@@ -55,7 +55,7 @@ impl<T: Real> Series<T> {
         Series { coefficients, width, height, nodes: Some(grid) }
     }
 
-    /// Only the waves (kx, ky) that are wanted.
+    /// The series with only the waves (kx, ky) that are wanted.
     pub fn kept(&self, wanted: impl Fn(i64, i64) -> bool + Sync) -> Self {
         let mut series = self.clone();
         series.coefficients.par_chunks_mut(self.height).enumerate().for_each(|(kx, column)| {
@@ -83,11 +83,11 @@ impl<T: Real> Series<T> {
     }
 
     /// Column `i` of the half spectrum on a grid: the coefficients of ky = 0, 1, …, and those of the last negative ky …, -1.
-    /// Modes that the grid does not hold below its Nyquist modes are left out.
+    /// Modes from the grid's Nyquist modes on are omitted.
     pub fn column(&self, i: usize, grid: Grid) -> (&[Complex<T>], &[Complex<T>]) {
         let own = self.nodes.is_some_and(|g| (g.nx, g.ny) == (grid.nx, grid.ny));
         let held = |k: usize, n: usize| k == 0 || 2 * k < n;
-        // Nyquist modes of the nodes' own grid are no waves elsewhere.
+        // Nyquist modes of the defining grid are ambiguous on others.
         let limit = |box_modes: usize, nodes: Option<usize>, n: usize| {
             (0..box_modes).rev().find(|&k| held(k, n) && nodes.is_none_or(|m| held(k, m))).unwrap_or(0)
         };
@@ -105,14 +105,14 @@ impl<T: Real> Series<T> {
         (&column[..=top], &column[self.height - top..])
     }
 
-    /// rms gradient of the waves that a grid holds.
+    /// rms gradient of the waves that a grid resolves.
     pub fn rms_gradient(&self, grid: Grid) -> f64 {
         let columns = (0..self.width.min(grid.half())).into_par_iter();
         let sums: Vec<f64> = columns
             .map(|i| {
                 let (up, down) = self.column(i, grid);
                 let qx = grid.qx(i);
-                // Where the two meet the column is whole, in the order of an FFT.
+                // Together the two parts are a column in FFT order.
                 let rows = self.height.max(up.len() + down.len());
                 let wave = |j: usize, c: &Complex<T>| {
                     let qy = std::f64::consts::TAU / grid.ly * signed_mode(j, rows) as f64;
@@ -127,7 +127,7 @@ impl<T: Real> Series<T> {
         sums.iter().sum::<f64>().sqrt()
     }
 
-    /// Sum of `w(kx, j)·|a|²` is a mean square: of the field itself with `w = 1`.
+    /// Root mean square of the field.
     pub fn rms(&self) -> f64 {
         let grid = self.nodes.unwrap_or(Grid::unit(2 * self.width - 1, self.height));
         let sums: Vec<f64> = self
@@ -146,7 +146,7 @@ impl<T: Real> Series<T> {
         sums.iter().sum::<f64>().sqrt()
     }
 
-    /// Values on the nodes of a transform's grid, by way of `spectrum`, in the transform's precision.
+    /// Values on the nodes of a transform's grid, in its precision. `spectrum` is scratch space.
     pub fn on_nodes<U: Real>(&self, transform: &Transform<U>, spectrum: &mut [Complex<U>]) -> Vec<U> {
         let grid = transform.grid();
         let mut field = vec![U::default(); grid.points()];

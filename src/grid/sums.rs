@@ -78,7 +78,7 @@ pub fn lowest<T: Real>(field: &[T]) -> T {
     field.par_iter().copied().reduce(T::infinity, T::min)
 }
 
-/// Lowest and highest of finite numbers; of none, infinities the wrong way round.
+/// Lowest and highest of finite numbers; (∞, −∞) of an empty slice.
 pub fn extent(values: &[f64]) -> (f64, f64) {
     let (lanes, rest) = values.as_chunks::<LANES>();
     let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lanes_take_every_element() {
+    fn vectorised_sums_include_every_element() {
         for n in [0, 1, 7, 8, 9, 40, 43] {
             let a: Vec<f32> = (0..n).map(|i| i as f32).collect();
             let b: Vec<f64> = (0..n).map(|i| f64::from(i) + 1.0).collect();
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn extents_see_every_element() {
+    fn extent_includes_every_element() {
         for n in [7, 8, 9, 43] {
             for (low, high) in [(0, n - 1), (n / 2, n / 3), (n - 1, n / 2)] {
                 let mut values = vec![0.5; n];
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn same_bits_for_any_number_of_threads() {
+    fn sums_do_not_depend_on_the_number_of_threads() {
         let field: Vec<f64> = (0..100_000).map(|i| (i as f64 * 0.7).sin() * 1e3f64.powi(i % 5)).collect();
         let on = |n| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();

@@ -14,17 +14,16 @@ use rustfft::{Fft, FftPlanner};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Rows ahead of the one being gathered that are fetched: rows lie a page apart, which no processor foresees. At 2048² in f32, 8
-/// rows save a third of the time, 16 half of it, 32 two thirds.
+/// Distance of the prefetch in rows: rows are a page apart, which hardware prefetchers do not follow. At 2048² in f32, 8 rows save a
+/// third of the time, 16 half of it, 32 two thirds.
 const AHEAD: usize = 32;
-/// Columns of one block lie `ny + PAD` apart, so that a power-of-two height does not map them to the same cache sets.
+/// Columns of a block are `ny + PAD` elements apart, so that they do not share cache sets at power-of-two heights.
 const PAD: usize = 8;
 
-/// Nodes that went through a transform since the program began.
+/// Nodes transformed since the program started.
 static TRANSFORMED: AtomicU64 = AtomicU64::new(0);
 
-/// How many nodes went through a transform, forward or inverse, since the program began: what solving costs, without the noise of
-/// a clock.
+/// Number of nodes transformed, forward or inverse, since the program started: the cost of solving without the noise of a clock.
 pub fn transformed_nodes() -> u64 {
     TRANSFORMED.load(Ordering::Relaxed)
 }
@@ -47,8 +46,8 @@ pub struct Worker<'t, T: Real> {
 
 /// A multiplication in Fourier space, a column at a time.
 pub trait Filter<T: Real>: Sync {
-    /// Multiplies column `i` (all `ny` rows in FFT order), the transform's `1/(nx·ny)` included, and returns what is to be
-    /// summed over the spectrum (0 where nothing is).
+    /// Multiplies column `i` (all `ny` rows in FFT order), including the transform's `1/(nx·ny)`. Returns this column's part of a sum
+    /// over the spectrum.
     fn apply(&self, i: usize, column: &mut [Complex<T>]) -> f64;
 }
 
@@ -63,7 +62,7 @@ enum Direction {
     Both,
     Forward,
     Inverse,
-    /// Forward, for what the filter returns alone.
+    /// Forward, only for the sum that the filter returns.
     Sum,
 }
 
@@ -96,12 +95,13 @@ impl<T: Real> Transform<T> {
         Worker { transform: self, scratch: self.rows.scratch(), row: vec![T::default(); self.grid.nx] }
     }
 
-    /// The column pass: forward, `filter`, inverse. Returns the ordered sum of what the filter returned.
+    /// The column pass: forward, `filter`, inverse. Returns the ordered sum of the filter's results.
     pub fn filter_columns(&self, spectrum: &mut [Complex<T>], filter: &impl Filter<T>) -> f64 {
         self.columns(spectrum, filter, Direction::Both)
     }
 
-    /// The ordered sum of what `filter` returns of every column of rows transformed before, which it leaves as they are.
+    /// The ordered sum of the filter's results over the columns of a spectrum whose rows are transformed already. The spectrum is
+    /// unchanged.
     pub fn sum_columns(&self, spectrum: &mut [Complex<T>], filter: &impl Filter<T>) -> f64 {
         self.columns(spectrum, filter, Direction::Sum)
     }
@@ -111,7 +111,7 @@ impl<T: Real> Transform<T> {
         self.forward_filtered(field, spectrum, &|_: usize, _: &mut [Complex<T>]| 0.0);
     }
 
-    /// As [`Transform::forward`], of a field whose rows `fill` gives.
+    /// As [`Transform::forward`], for a field whose rows `fill` writes.
     pub fn forward_of(&self, fill: impl Fn(usize, &mut [T]) + Sync + Send, spectrum: &mut [Complex<T>]) {
         spectrum.par_chunks_mut(self.grid.pitch()).enumerate().for_each_init(
             || self.worker(),
@@ -123,7 +123,7 @@ impl<T: Real> Transform<T> {
         self.columns(spectrum, &|_: usize, _: &mut [Complex<T>]| 0.0, Direction::Forward);
     }
 
-    /// As [`Transform::forward`], with `filter` applied to (or merely shown) every column. Returns its ordered sum.
+    /// As [`Transform::forward`], then applies `filter` to every column. Returns the ordered sum of its results.
     pub fn forward_filtered(&self, field: &[T], spectrum: &mut [Complex<T>], filter: &impl Filter<T>) -> f64 {
         let (nx, pitch) = (self.grid.nx, self.grid.pitch());
         spectrum.par_chunks_mut(pitch).zip(field.par_chunks(nx)).for_each_init(
@@ -136,7 +136,7 @@ impl<T: Real> Transform<T> {
         self.columns(spectrum, filter, Direction::Forward)
     }
 
-    /// Half spectrum to real field, un-normalised; the spectrum is used up.
+    /// Half spectrum to real field, un-normalised; the spectrum is overwritten.
     pub fn inverse(&self, spectrum: &mut [Complex<T>], field: &mut [T]) {
         self.inverse_after(spectrum, field, &|_: usize, _: &mut [Complex<T>]| 0.0);
     }
@@ -198,20 +198,20 @@ impl<T: Real> Transform<T> {
 }
 
 impl<T: Real> Worker<'_, T> {
-    /// `row` to a row of the spectrum. `row` is used up.
+    /// Transforms `row`, which is overwritten, to a row of the spectrum.
     pub fn forward(&mut self, spectrum: &mut [Complex<T>]) {
         let Transform { grid, rows, .. } = self.transform;
         rows.forward(&mut self.row, &mut spectrum[..grid.half()], &mut self.scratch);
     }
 
-    /// A row of the spectrum (used up) to `row`.
+    /// Transforms a row of the spectrum, which is overwritten, to `row`.
     pub fn inverse(&mut self, spectrum: &mut [Complex<T>]) {
         let Transform { grid, rows, .. } = self.transform;
         rows.inverse(&mut spectrum[..grid.half()], &mut self.row, &mut self.scratch);
     }
 }
 
-/// The smallest even number from `least` (and 2) on without prime factors above 5: what transforms are fast on.
+/// The smallest even number from `least` (and 2) on without prime factors above 5, for which transforms are fast.
 pub fn next_fast_len(least: usize) -> usize {
     let is_smooth = |mut n: usize| {
         for factor in [2, 3, 5] {
@@ -231,7 +231,7 @@ mod tests {
     use std::f64::consts::PI;
 
     #[test]
-    fn grids_suit_transforms() {
+    fn fast_lengths_have_small_prime_factors() {
         assert_eq!([0, 3, 128, 129, 256, 257].map(next_fast_len), [2, 4, 128, 144, 256, 270]);
     }
 
@@ -242,7 +242,7 @@ mod tests {
     /// Round trip and every coefficient against the direct sum, on even, odd, prime, flat and single-point grids, and on rows long
     /// enough to be folded and gathered in batches, with and without a rest.
     #[test]
-    fn equals_the_direct_sum() {
+    fn transforms_equal_the_direct_sum() {
         /// Rounding of a sum of at most 144 terms of size 4.
         const TOLERANCE: f64 = 1e-11;
         for (nx, ny) in [(1, 1), (2, 1), (1, 7), (8, 6), (9, 5), (13, 4), (6, 20), (66, 2), (72, 2), (70, 1)] {
@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn same_bits_for_any_number_of_threads() {
+    fn results_do_not_depend_on_the_number_of_threads() {
         let grid = Grid::unit(96, 50);
         let run = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

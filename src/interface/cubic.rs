@@ -96,8 +96,8 @@ impl Cubic {
 /// Semi-infinite cubic crystal under its (001) face, x along \[100\]: stiffness `E* q/2 · f(θ)`.
 ///
 /// `f(θ) = E*(θ)/E*`, θ the direction of the wave vector and E* the face's contact modulus ([`Cubic::contact_modulus`]), so
-/// that the mean of 1/f over θ is one: a problem's E* stays what an axisymmetric or isotropically rough indenter feels, and
-/// only ratios of the elastic constants matter. By four-fold and mirror symmetry f is a cosine series in 4θ.
+/// that the mean of 1/f over θ is one: E* is the modulus for axisymmetric and isotropically rough indenters, and only ratios of
+/// the elastic constants matter. By four-fold and mirror symmetry f is a cosine series in 4θ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CubicHalfSpace {
     /// Coefficients of cos 4mθ, zero from `terms` on.
@@ -107,12 +107,11 @@ pub struct CubicHalfSpace {
     pub zener: f64,
 }
 
-/// Most terms of the series: enough for a Zener ratio of 20, and a kernel is passed by value.
+/// Largest number of terms: enough for a Zener ratio of 20. A kernel is passed by value.
 const TERMS: usize = 24;
 /// Directions between \[100\] and \[110\] from which the series is computed.
 const SAMPLES: usize = 128;
-/// What the dropped terms may sum up to, over E*: far below what elastic constants are known to, and still few terms
-/// (9 for copper).
+/// Largest sum of the omitted terms over E*: far below the uncertainty of elastic constants, with few terms (9 for copper).
 const SERIES_ACCURACY: f64 = 1e-7;
 
 impl CubicHalfSpace {
@@ -134,7 +133,7 @@ impl CubicHalfSpace {
         let all: Vec<f64> = (0..SAMPLES).map(coefficient).collect();
         let lost = |terms: usize| all[terms..].iter().map(|c| c.abs()).sum::<f64>();
         let Some(terms) = (1..=TERMS).find(|&terms| lost(terms) <= SERIES_ACCURACY) else {
-            let accepted = "a crystal less anisotropic: its stiffness changes too sharply with direction";
+            let accepted = "a less anisotropic crystal: the stiffness changes too sharply with direction";
             return Err(Error::input("elastic constants", "2 C44/(C11 - C12)", zener, accepted));
         };
         let series = std::array::from_fn(|m| if m < terms { all[m] } else { 0.0 });
@@ -189,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn calcium_by_experiment_and_as_fitted() {
+    fn moduli_of_calcium_equal_published_values() {
         let measured = Cubic::new(27.8, 18.2, 16.3).unwrap();
         assert!((measured.contact_modulus() - 26.01).abs() < QUOTED_DIGIT);
         let k = 1.0985;
@@ -202,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn the_integrals_have_converged() {
+    fn integrals_are_converged() {
         // Copper: strongly anisotropic. Twice the points of the integral or twice the directions change nothing.
         let copper = Cubic::new(168.4, 121.4, 75.4).unwrap();
         let quarter = std::f64::consts::FRAC_PI_2;
@@ -228,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn the_series_is_the_direct_solution() {
+    fn the_cosine_series_equals_the_direct_solution() {
         // Calcium, copper, tungsten (nearly isotropic), potassium chloride (Zener below one), lithium, and harder cases.
         for (c11, c12, c44) in [
             (27.8, 18.2, 16.3),
@@ -253,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn an_isotropic_crystal_is_the_half_space() {
+    fn an_isotropic_crystal_is_a_half_space() {
         for nu in [-0.4, 0.0, 0.3, 0.49] {
             let (c44, c12) = (0.5 / (1.0 + nu), nu / ((1.0 + nu) * (1.0 - 2.0 * nu)));
             let kernel = CubicHalfSpace::new(c12 + 2.0 * c44, c12, c44).unwrap();

@@ -2,7 +2,7 @@ use super::cubic::CubicHalfSpace;
 use super::kernel::{Base, HalfSpace, Kernel, Layer};
 use super::non_periodic::NonPeriodic;
 
-/// The kernel as a scene chooses it.
+/// Any of the kernels, as selected by a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Elastic {
     HalfSpace,
@@ -22,7 +22,7 @@ impl Kernel for Elastic {
         }
     }
 
-    /// The choice is made here and not by type: solvers are compiled once for all kernels.
+    // Selected at run time, not by type: solvers are compiled once for all kernels.
     #[inline(always)]
     fn along(&self, qx: f64, first: f64, step: f64, stiffness: &mut [f64]) {
         match self {
@@ -38,7 +38,7 @@ impl std::fmt::Display for Elastic {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Elastic::HalfSpace => write!(f, "half-space"),
-            Elastic::NonPeriodic(_) => write!(f, "half-space, loaded on this patch alone (not periodic)"),
+            Elastic::NonPeriodic(_) => write!(f, "half-space, loaded on this area alone (not periodic)"),
             Elastic::Cubic(c) => write!(f, "half-space of a cubic crystal, (001), Zener ratio {:.3}", c.zener),
             Elastic::Layer(l) => {
                 let base = match l.base {

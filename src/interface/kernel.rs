@@ -1,12 +1,12 @@
 //! Surface stiffness of the elastic body, mode by mode: stress amplitude over displacement amplitude, in units of E*.
 //!
-//! The mean mode has no stiffness here: the mean displacement is a gauge that load control leaves free, and a mean gap
-//! does not contain it. What a layer yields as a whole under the mean pressure is [`Layer::compression`].
+//! The mean mode has no stiffness here: under load control the mean displacement is free, and the mean gap does not contain it. The
+//! compression of a layer under the mean pressure is [`Layer::compression`].
 
 use serde::{Deserialize, Serialize};
 
-/// Stiffness of the mode with the wave vector (qx, qy) in units of 1/L, in E*/L; the same for (qx, -qy): the axes lie along those of
-/// the body, if it has any.
+/// Stiffness of the mode with the wave vector (qx, qy) in units of 1/L, in E*/L; even in qy: the axes are symmetry axes
+/// of the body.
 pub trait Kernel: Copy + Sync + Send {
     fn stiffness(&self, qx: f64, qy: f64) -> f64;
 
@@ -37,7 +37,7 @@ impl Kernel for HalfSpace {
     }
 }
 
-/// What the layer's lower face rests on.
+/// Boundary condition at the lower face of a layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Base {
@@ -58,7 +58,7 @@ pub struct Layer {
 }
 
 impl Layer {
-    /// Beyond this `q·t` the correction is below 1e-16 and its hyperbolic functions would overflow soon.
+    /// Beyond this `q·t` the correction is below 1e-16, and its hyperbolic functions would soon overflow.
     const DEEP: f64 = 25.0;
 
     /// Stiffness over that of a half-space, at `w = q·t`.
@@ -91,8 +91,8 @@ impl Layer {
         }
     }
 
-    /// How much the whole layer shortens per unit mean pressure (lengths of L per E*): thickness over the uniaxial-strain
-    /// modulus `E*(1-ν)²/(1-2ν)`. Zero for an incompressible or a freely floating layer.
+    /// Compression of the layer per unit mean pressure (L/E*): thickness over the uniaxial-strain modulus `E*(1-ν)²/(1-2ν)`. Zero for
+    /// an incompressible layer and for constant stress at the base.
     pub fn compression(&self) -> f64 {
         match self.base {
             Base::Bonded => self.thickness * (1.0 - 2.0 * self.poisson) / (1.0 - self.poisson).powi(2),
@@ -115,7 +115,7 @@ mod tests {
     use std::f64::consts::PI;
 
     #[test]
-    fn thick_layers_are_half_spaces_and_thin_ones_oedometers() {
+    fn thick_layers_are_half_spaces_and_thin_ones_are_uniaxially_strained() {
         for base in [Base::Bonded, Base::ConstantStress] {
             let layer = Layer { thickness: 10.0, poisson: 0.3, base };
             assert!((layer.stiffness(2.0 * PI, 0.0) / PI - 1.0).abs() < 1e-14);
@@ -132,7 +132,7 @@ mod tests {
 
     /// Slab of 139.71 Å under a cell of 977.97 Å at ν = 0.3, and a counter-sample 0.15 L thick at ν = 0.5.
     #[test]
-    fn printed_stiffening_of_the_longest_waves() {
+    fn stiffening_of_the_longest_waves_equals_published_values() {
         let slab = Layer { thickness: 139.71 / 977.97, poisson: 0.3, base: Base::Bonded };
         for (n, factor) in [(1.0, 2.68), (2.0, 1.42), (5.0, 1.007)] {
             assert!((slab.stiffening(2.0 * PI * n * slab.thickness) - factor).abs() < 0.006, "{n}");
@@ -143,10 +143,9 @@ mod tests {
         }
     }
 
-    /// A thin incompressible layer gives way only by flowing aside, held at one face and free of shear at the other: the
-    /// flux is -t³∇p/3G, so p = 3G u/(q²t³), and E* = 4G at ν = 1/2. The next term of the series is 9w²/5 of it.
+    /// A thin incompressible layer deforms by lateral flow only, with no slip at one face and no shear at the other: the flux is -t³∇p/3G, so p = 3G u/(q²t³), and E* = 4G at ν = 1/2. The next term of the series is 9w²/5 of it.
     #[test]
-    fn no_cancellation_in_thin_incompressible_layers() {
+    fn thin_incompressible_layers_suffer_no_cancellation() {
         for w in [1e-5_f64, 1e-4, 1e-3, 1e-2] {
             // One layer under several waves, and several layers under one.
             for q in [1.0, 50.0] {

@@ -1,4 +1,4 @@
-//! What a pressure on a bonded layer does inside it: the displacement at every depth, mode by mode.
+//! Displacements inside a bonded layer under a pressure on its surface, mode by mode.
 //!
 //! A pressure `p e^{iqx}` without shear on an isotropic layer that sticks to a rigid base leaves, at the height `z` above the
 //! base, the displacements of Papkovich and Neuber's potentials `B = a cosh qz + b sinh qz` and
@@ -17,7 +17,7 @@
 
 use super::{Base, Layer};
 
-/// Displacement amplitudes under a unit pressure amplitude, units of L per E*.
+/// Displacement amplitudes inside a layer per unit pressure amplitude, units of L/E*.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LayerDisplacement {
     /// Towards the base, in phase with the pressure.

@@ -1,4 +1,4 @@
-//! What the two surfaces do to each other and to the elastic body: elastic kernels, adhesion laws, walls.
+//! Interactions between the surfaces and the response of the elastic body: adhesion laws, walls, elastic kernels.
 
 mod cubic;
 mod elastic;

@@ -1,19 +1,19 @@
-//! The half-space of which a patch is loaded and all the rest is free, where waves and images are those of no periodic cell.
+//! The half-space that is loaded on a finite area, without periodic images.
 
 use super::Kernel;
 use super::kernel::length;
 use std::sync::OnceLock;
 
-/// Half-space under a patch, solved for in a periodic cell that holds the patch and padding around it.
+/// Half-space loaded on a rectangle, solved in a periodic cell that contains the rectangle and padding.
 ///
-/// The displacement under a unit force, 1/(πE*r), is cut off at a distance that no two points of the patch have, and before
-/// any image of the patch is reached: inside the patch the periodic sum is the free one (Vico, Greengard & Ferrando, J.
-/// Comput. Phys. 323 (2016) 191), but for a table's 1e-10. The cut is a smooth one, between 1 and [`NonPeriodic::REACH`] diagonals, so
+/// The displacement under a unit force, 1/(πE*r), is cut off beyond the largest distance inside the rectangle and before its
+/// nearest image: inside the rectangle the periodic sum equals the free one (Vico, Greengard & Ferrando, J.
+/// Comput. Phys. 323 (2016) 191), up to 1e-10 from a table. The cut-off is smooth, between 1 and [`NonPeriodic::REACH`] diagonals, so
 /// that the compliance (2/E*q) F(q·diagonal) soon is that of the half-space; being a mean of sharp cuts, whose F is ∫J₀, it is
 /// positive for every wave, and has an inverse: the stiffness that solvers need.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NonPeriodic {
-    /// Of the patch, units of L.
+    /// Diagonal of the rectangle, units of L.
     pub diagonal: f64,
 }
 
@@ -21,7 +21,7 @@ pub struct NonPeriodic {
 static TABLE: OnceLock<Vec<[f64; 2]>> = OnceLock::new();
 
 impl NonPeriodic {
-    /// Where the cut ends, in diagonals; also the width of the padding that keeps images away.
+    /// End of the cut-off, in diagonals; also the width of the padding.
     pub const REACH: f64 = 1.1;
 
     /// Entries of the table per unit: the cubic between two of them is off by 1e-10.
@@ -36,19 +36,19 @@ impl NonPeriodic {
     /// From here on F is 1.
     const END: f64 = 1.04 * Self::BETA / (0.5 * (Self::REACH - 1.0));
 
-    /// Of a patch of these extents, units of L.
+    /// For a loaded rectangle of these extents, units of L.
     pub fn of_region(lx: f64, ly: f64) -> Self {
         NonPeriodic { diagonal: lx.hypot(ly) }
     }
 
-    /// Padding beside the patch, units of L.
+    /// Width of the padding, units of L.
     pub fn padding(&self) -> f64 {
         Self::REACH * self.diagonal
     }
 
     /// Compliance of the mean mode, in L/E*: the mean displacement under a mean pressure of one.
     pub fn mean_compliance(&self) -> f64 {
-        // The cuts lie evenly about their mean.
+        // The cut-offs are symmetric about their mean.
         (1.0 + Self::REACH) * self.diagonal
     }
 
@@ -65,10 +65,10 @@ impl NonPeriodic {
             let slope = |x: f64| cuts.iter().map(|(r, w)| w * r * libm::j0(x * r)).sum::<f64>() / total;
             let h = 1.0 / Self::FINENESS;
             // Gauss's rule of three points.
-            let aside = 0.6f64.sqrt();
+            let node = 0.6f64.sqrt();
             let step = |x: f64| {
                 let at = |s: f64| slope(x + 0.5 * h * (1.0 + s));
-                h * (5.0 * at(-aside) + 8.0 * at(0.0) + 5.0 * at(aside)) / 18.0
+                h * (5.0 * at(-node) + 8.0 * at(0.0) + 5.0 * at(node)) / 18.0
             };
             let entries = (Self::END * Self::FINENESS).ceil() as usize + 2;
             let mut value = 0.0;
@@ -83,8 +83,8 @@ impl NonPeriodic {
         })
     }
 
-    /// What the cut leaves of the half-space's compliance at q times the diagonal.
-    fn left(x: f64) -> f64 {
+    /// Compliance over that of the half-space, at `x` = q times the diagonal.
+    fn compliance_ratio(x: f64) -> f64 {
         if x >= Self::END {
             return 1.0;
         }
@@ -101,7 +101,7 @@ impl Kernel for NonPeriodic {
     #[inline]
     fn stiffness(&self, qx: f64, qy: f64) -> f64 {
         let q = length(qx, qy);
-        if q == 0.0 { 0.0 } else { 0.5 * q / Self::left(q * self.diagonal) }
+        if q == 0.0 { 0.0 } else { 0.5 * q / Self::compliance_ratio(q * self.diagonal) }
     }
 }
 
@@ -114,7 +114,7 @@ mod tests {
 
     /// A pressure e^(-r²/2s²) lifts the surface by √(2π) s e^(-t) I₀(t), t = r²/4s², on a half-space without end.
     #[test]
-    fn a_patch_feels_no_images() {
+    fn periodic_images_have_no_effect() {
         /// Of the displacement in the middle: the table's cubics, and what of the pressure is beyond the grid's waves.
         const TOLERANCE: f64 = 1e-9;
         let (n, s) = (64usize, 0.05f64);

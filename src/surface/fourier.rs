@@ -4,7 +4,7 @@ use crate::{Error, Result};
 use rustfft::num_complex::Complex;
 use std::path::Path;
 
-/// By how much a(-q) may differ from a(q)*, over |a|: what writers of six digits round away.
+/// Largest accepted difference of a(-q) and a(q)*, over |a|: rounding of files with six digits.
 const PARTNERS: f64 = 1e-5;
 
 /// A periodic surface on a square cell as the coefficients of its Fourier series h(r) = Σ a exp(iq·r), reduced heights,
@@ -18,11 +18,12 @@ pub struct FourierModes {
 }
 
 impl FourierModes {
-    /// The surface whose coefficients are `factor` times those given, of waves no shorter than `low_pass` (over the cell's
-    /// extent; 0 for all). One of a pair ±q is enough.
+    /// The surface with `factor` times the given coefficients, for waves no shorter than `low_pass` (over the cell's extent; 0 for
+    /// all). One of a pair ±q is enough.
     ///
     /// # Errors
-    /// A wave given twice, partners that are not each other's conjugate, nothing left by the low pass; `path` is named.
+    /// `Error::Format` for a wave given twice, for pairs ±q that are not complex conjugates, and if the low pass removes everything;
+    /// `Error::Memory` for too many waves.
     pub fn new(path: &Path, waves: &[Wave], factor: f64, low_pass: f64) -> Result<Self> {
         let kept = |w: &&Wave| f64::from(w.kx).hypot(f64::from(w.ky)) * low_pass <= 1.0 + 1e-9;
         let kept = || waves.iter().filter(kept).filter(|w| (w.re, w.im) != (0.0, 0.0));
@@ -48,7 +49,7 @@ impl FourierModes {
             });
         }
         let mut table = vec![Complex::<f64>::default(); (kx_max + 1) * height];
-        // Whether q, and whether -q, was in the file.
+        // Whether q, and whether -q, occurred in the file.
         let mut seen = vec![[false; 2]; table.len()];
         let place = |kx: i64, ky: i64| kx as usize * height + (ky + ky_max as i64) as usize;
         for wave in kept() {
@@ -75,7 +76,7 @@ impl FourierModes {
         Ok(FourierModes { series, largest: kx_max.max(ky_max), waves })
     }
 
-    /// Points per side of the smallest grid that holds every wave.
+    /// Points per side of the smallest grid that resolves every wave.
     pub fn smallest_grid(&self) -> usize {
         2 * self.largest + 1
     }
@@ -102,8 +103,7 @@ impl FourierModes {
         self.series
     }
 
-    /// Heights `[ny, nx]` with zero mean, of the waves that the grid holds and whose length is at least `low_pass` (0 for
-    /// all).
+    /// Heights `[ny, nx]` with zero mean, of the waves that the grid resolves and that are no shorter than `low_pass` (0 for all).
     pub fn heights(&self, grid: Grid, low_pass: f64) -> Vec<f64> {
         let transform = Transform::<f64>::new(grid);
         let mut spectrum = transform.spectrum();
@@ -114,7 +114,7 @@ impl FourierModes {
         self.series.kept(long).on_nodes(&transform, &mut spectrum)
     }
 
-    /// One line for people.
+    /// One line for messages.
     pub fn summary(&self) -> String {
         format!("{} waves up to |qX|, |qY| = {}·2π/L", self.waves, self.largest)
     }
@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn waves_that_cannot_be_are_refused() {
+    fn contradictory_and_missing_waves_are_refused() {
         let says = |waves: &[Wave], low_pass: f64| {
             FourierModes::new(Path::new(FILE), waves, 1.0, low_pass).unwrap_err().to_string()
         };

@@ -1,13 +1,13 @@
 use crate::grid::Grid;
 use rayon::prelude::*;
 
-/// The lowest profile that a ball of `radius` can feel when it rolls under `heights` (low points stick out): how high the
-/// top of the ball comes, node by node, with its centre under the node. A flat is itself, a slope s is lower by
-/// r (√(1 + s²) − 1), a tip of radius R is one of R + r, and valleys narrower than the ball are bridged. In surface metrology this is
-/// the dilation of a profile by a disk (ISO 16610-41), here over a periodic area.
+/// Dilation of a periodic surface by a ball of `radius` (ISO 16610-41 for profiles and disks), heights `[ny, nx]` with the low points
+/// protruding: for each node the highest position of the top of a ball that is centred below the node and touches the surface from
+/// below. A flat is unchanged, a slope s becomes lower by r (√(1 + s²) − 1), a tip of radius R becomes one of R + r, and valleys
+/// narrower than the ball are bridged.
 ///
-/// The ball meets nodes alone: where it does beside its own node, the result is too high by up to dx² (1 + s²)^(3/2)/4r, a third of
-/// that in the mean.
+/// Only contacts at nodes are considered. Where the ball touches between nodes, the result is too high by up to
+/// dx² (1 + s²)^(3/2)/4r, on average by a third of that.
 pub fn dilate_by_ball(grid: Grid, heights: &[f64], radius: f64) -> Vec<f64> {
     let reach = |step: f64| (radius / step).floor() as i64;
     let mut cap = Vec::new();
@@ -20,17 +20,17 @@ pub fn dilate_by_ball(grid: Grid, heights: &[f64], radius: f64) -> Vec<f64> {
         }
     }
     let (nx, ny) = (grid.nx as i64, grid.ny as i64);
-    let mut touched = vec![0.0; grid.points()];
-    touched.par_chunks_mut(grid.nx).enumerate().for_each(|(row, line)| {
+    let mut dilated = vec![0.0; grid.points()];
+    dilated.par_chunks_mut(grid.nx).enumerate().for_each(|(row, line)| {
         for (column, value) in line.iter_mut().enumerate() {
-            let meets = |&(i, j, below): &(i64, i64, f64)| {
+            let height_of_ball = |&(i, j, below): &(i64, i64, f64)| {
                 let (x, y) = ((column as i64 + i).rem_euclid(nx), (row as i64 + j).rem_euclid(ny));
                 heights[(y * nx + x) as usize] + below
             };
-            *value = cap.iter().map(meets).fold(f64::INFINITY, f64::min);
+            *value = cap.iter().map(height_of_ball).fold(f64::INFINITY, f64::min);
         }
     });
-    touched
+    dilated
 }
 
 #[cfg(test)]
@@ -41,8 +41,8 @@ mod tests {
     const GRID: Grid = Grid { nx: 240, ny: 200, lx: 24.0, ly: 20.0 };
     const RADIUS: f64 = 1.5;
 
-    /// What nodes alone cost on slopes of up to 0.65 that bend away by a quarter of 1/RADIUS.
-    fn coarse() -> f64 {
+    /// Discretisation error on slopes up to 0.65 with a curvature of a quarter of 1/RADIUS.
+    fn discretisation_error() -> f64 {
         2.0 * GRID.dx().powi(2) / (4.0 * RADIUS)
     }
 
@@ -51,23 +51,23 @@ mod tests {
     }
 
     #[test]
-    fn a_flat_stays_and_a_tip_grows_by_the_ball() {
+    fn a_flat_is_unchanged_and_the_radius_of_a_tip_grows_by_that_of_the_ball() {
         assert!(dilate_by_ball(GRID, &vec![0.7; GRID.points()], RADIUS).iter().all(|h| *h == 0.7));
-        // A ball of radius 4 over a floor that lies too high to be met.
+        // A tip of radius 4 whose surroundings are too high for the ball to touch.
         let ball = |r: f64, x: f64, y: f64| r - (r * r - (x - 12.0).powi(2) - (y - 10.0).powi(2)).max(0.0).sqrt();
         let found = dilate_by_ball(GRID, &on(|x, y| ball(4.0, x, y)), RADIUS);
         let grown = on(|x, y| ball(4.0 + RADIUS, x, y));
         for (k, (found, grown)) in found.iter().zip(grown).enumerate() {
             let (x, y) = ((k % 240) as f64 * 0.1 - 12.0, (k / 240) as f64 * 0.1 - 10.0);
             if x.hypot(y) < 3.0 {
-                assert!((0.0..coarse()).contains(&(found - grown + 1e-12)), "{x} {y}: {found} {grown}");
+                assert!((0.0..discretisation_error()).contains(&(found - grown + 1e-12)), "{x} {y}: {found} {grown}");
             }
         }
     }
 
-    /// Where a wave is steepest and as good as straight, and across the seam, where it is lowest.
+    /// At the steepest point of a wave, where its curvature vanishes, and at its lowest point, across the periodic boundary.
     #[test]
-    fn a_slope_comes_nearer_by_its_secant_and_low_points_stay() {
+    fn a_slope_is_lowered_by_its_secant_and_low_points_are_unchanged() {
         let (k, amplitude) = (TAU / 24.0, 2.0);
         let heights = on(|x, _| -amplitude * (k * x).cos());
         let found = dilate_by_ball(GRID, &heights, RADIUS);
@@ -76,7 +76,7 @@ mod tests {
         let steep = 60 + 240 * 17;
         // Third derivatives bend the slope under the ball.
         assert!(
-            (heights[steep] - found[steep] - lower).abs() < 0.03 * lower + coarse(),
+            (heights[steep] - found[steep] - lower).abs() < 0.03 * lower + discretisation_error(),
             "{} {lower}",
             heights[steep] - found[steep]
         );

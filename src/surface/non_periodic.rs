@@ -1,13 +1,13 @@
-//! Statistics of heights that do not repeat: nothing is taken across an edge.
+//! Statistics of non-periodic heights: no difference is taken across an edge.
 
 use super::non_periodic_gradient;
 use crate::grid::{Grid, mean, rms};
 use std::f64::consts::TAU;
 
-/// Moments of a patch, from its nodes and the differences between neighbours (reduced units).
+/// Moments of a non-periodic height map, from differences between neighbouring nodes (reduced units).
 #[derive(Debug, Clone, Copy)]
 pub struct NonPeriodicMoments {
-    /// About the mean height, not about a plane: a tilt is part of the surface that is pressed.
+    /// About the mean height, not about a fitted plane: a tilt is part of the surface.
     pub rms_height: f64,
     pub rms_gradient: f64,
     /// Profile moments m2 = ⟨|∇h|²⟩/2 and m4 = (⟨h_xx²⟩ + ⟨h_yy²⟩)/2.
@@ -33,15 +33,15 @@ pub fn non_periodic_moments(grid: Grid, heights: &[f64]) -> NonPeriodicMoments {
     }
 }
 
-/// Heights about their mean plane under a window of Hann along both axes, of mean square one: their spectrum has no seam,
-/// and powers that spread over a mode or two.
+/// Heights minus their least-squares plane, times a Hann window along both axes with mean square one: the spectrum is free of the
+/// step at the boundary, at the price of a resolution of one to two modes.
 pub fn hann_windowed(grid: Grid, heights: &[f64]) -> Vec<f64> {
     let hann = |n: usize| -> Vec<f64> {
         let w: Vec<f64> = (0..n).map(|i| 1.0 - (TAU * (i as f64 + 0.5) / n as f64).cos()).collect();
         let square = w.iter().map(|v| v * v).sum::<f64>() / n as f64;
         w.into_iter().map(|v| v / square.sqrt()).collect()
     };
-    // Offsets from the middle are orthogonal to each other and to the mean.
+    // Offsets from the centre are orthogonal to each other and to a constant.
     let (mx, my) = ((grid.nx - 1) as f64 / 2.0, (grid.ny - 1) as f64 / 2.0);
     let offsets = |i: usize| ((i % grid.nx) as f64 - mx, (i / grid.nx) as f64 - my);
     let mean = mean(heights);
@@ -63,10 +63,9 @@ mod tests {
     use super::*;
     use crate::surface::{moments, psd};
 
-    /// A bowl on a slope: second differences of a parabola are exact, and its periodic moments, with the step at the seam,
-    /// are far off.
+    /// Second differences of a parabola are exact. Its periodic moments contain the step at the boundary.
     #[test]
-    fn a_tilted_bowl() {
+    fn moments_of_a_tilted_paraboloid_are_exact() {
         let grid = Grid { nx: 9, ny: 7, lx: 1.0, ly: 0.7 };
         let at = |i: usize| ((i % 9) as f64 * grid.dx(), (i / 9) as f64 * grid.dy());
         let bowl: Vec<f64> = (0..63).map(at).map(|(x, y)| 0.2 * x + 1.5 * x * x + 0.5 * y * y).collect();
@@ -76,9 +75,9 @@ mod tests {
         assert!(moments(grid, &bowl).m4 > 2.0 * m.m4);
     }
 
-    /// Under the window a wave on a slope keeps its power near its mode, and nothing of the slope is left.
+    /// The windowed power of a wave stays near its mode, and that of the slope vanishes.
     #[test]
-    fn a_wave_on_a_slope() {
+    fn the_window_removes_the_slope_and_keeps_the_wave() {
         let grid = Grid::unit(64, 64);
         let x = |i: usize| (i % 64) as f64 / 64.0;
         let wave: Vec<f64> = (0..64 * 64).map(|i| 0.3 * x(i) + 0.01 * (TAU * 8.3 * x(i)).cos()).collect();

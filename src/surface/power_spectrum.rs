@@ -2,27 +2,27 @@ use crate::grid::{Grid, Series, signed_mode};
 use crate::surface::Spectrum;
 use std::f64::consts::TAU;
 
-/// Power of a surface by wave number alone, in shells about |q| = 1, 2, … times 2π: all that theories of a random surface
-/// are given of it. Lengths in the cell's extent in x.
+/// Isotropic power spectrum of a surface, in shells about |q| = 1, 2, … times 2π: the input of statistical theories. Unit of length:
+/// the cell's extent in x.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PowerSpectrum {
     /// Shells with power in them, by rising wave number.
     pub shells: Vec<Shell>,
-    /// How far the gradients are from being alike in all directions: the larger of the second and fourth angular harmonic
-    /// of q²C over its mean; 0 for a spectrum of |q| alone.
+    /// Anisotropy of the gradients: the larger of the second and fourth angular harmonic of q²C over its mean; 0 for an isotropic
+    /// spectrum.
     pub anisotropy: f64,
 }
 
-/// Waves of about one length.
+/// Modes with similar wave numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shell {
-    /// rms gradient over rms height: the shell's own wave number, 2π over the wavelength.
+    /// Effective wave number: rms gradient over rms height.
     pub q: f64,
     /// Mean square height.
     pub height: f64,
     /// Mean square gradient.
     pub gradient: f64,
-    /// Mean square of h_xx over both axes: what the shell gives to the profile moment m4.
+    /// Mean square of h_xx over both axes: the contribution to the profile moment m4.
     pub curvature: f64,
 }
 
@@ -35,13 +35,13 @@ struct Sums {
 }
 
 impl PowerSpectrum {
-    /// Of the waves that a grid holds of a series.
+    /// Spectrum of the modes of a series that a grid resolves.
     pub fn from_series(series: &Series<f64>, grid: Grid) -> Self {
         let mut tally = Tally::default();
         for i in 0..grid.half() {
             let (up, down) = series.column(i, grid);
             let weight = grid.column_weight(i);
-            // Where the two parts meet the column is whole, in the order of an FFT.
+            // Together the two parts are a column in FFT order.
             let rows = grid.ny.max(up.len() + down.len());
             let first = rows - down.len();
             let waves = up.iter().enumerate().chain(down.iter().enumerate().map(|(j, c)| (first + j, c)));
@@ -52,12 +52,12 @@ impl PowerSpectrum {
         tally.power()
     }
 
-    /// Of heights on the nodes of a grid.
+    /// Spectrum of heights `[ny, nx]`.
     pub fn from_nodes(grid: Grid, heights: &[f64]) -> Self {
         Self::from_series(&Series::from_nodes(grid, heights), grid)
     }
 
-    /// Expected of a spectrum in a cell of this aspect `ly/lx`, by its modes one by one.
+    /// Ensemble average for a self-affine spectrum in a cell of aspect `ly/lx`, summed over its modes.
     pub fn expected(spectrum: &Spectrum, aspect: f64) -> Self {
         let scale = spectrum.expected(aspect, 0.0).power_scale;
         let (kx_max, ky_max) = spectrum.largest_modes(aspect);
@@ -72,11 +72,11 @@ impl PowerSpectrum {
                 }
             }
         }
-        // A quarter of the lattice has told of all of it; its own directions are no anisotropy.
+        // One quadrant was summed for all four, so its angular harmonics mean nothing.
         PowerSpectrum { anisotropy: 0.0, ..tally.power() }
     }
 
-    /// Sum over the shells of a part of them.
+    /// Sum of `part` over the shells.
     pub fn sum(&self, part: impl Fn(&Shell) -> f64) -> f64 {
         self.shells.iter().map(part).sum()
     }
@@ -142,9 +142,9 @@ mod tests {
     use super::*;
     use crate::surface::{Modes, moments};
 
-    /// Shells add up to what the nodes say, whether they come from nodes or from a series, and to the ensemble's values.
+    /// Shells from nodes and from a series add up to the moments of the nodes and to the ensemble averages.
     #[test]
-    fn shells_hold_all_moments() {
+    fn shells_add_up_to_the_moments() {
         let spectrum = Spectrum { lambda_s: 1.0 / 24.0, ..Spectrum::CHALLENGE };
         for (nx, ny) in [(64, 64), (72, 54), (65, 63)] {
             let grid = Grid { nx, ny, lx: 1.0, ly: ny as f64 / nx as f64 };

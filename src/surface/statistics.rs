@@ -57,8 +57,7 @@ pub fn moments(grid: Grid, heights: &[f64]) -> Moments {
     }
 }
 
-/// rms gradient of heights `[ny, nx]` that do not repeat: of the differences between neighbouring nodes, none of them across
-/// an edge.
+/// rms gradient of non-periodic heights `[ny, nx]`, from differences between neighbouring nodes.
 pub fn non_periodic_gradient(grid: Grid, heights: &[f64]) -> f64 {
     let slopes = |step: usize, d: f64, inside: &dyn Fn(usize) -> bool| {
         let squares = (0..heights.len()).filter(|&i| inside(i)).map(|i| ((heights[i + step] - heights[i]) / d).powi(2));
@@ -70,22 +69,23 @@ pub fn non_periodic_gradient(grid: Grid, heights: &[f64]) -> f64 {
     (along_x + along_y).sqrt()
 }
 
-/// Points a side below which a map holds no waves that could be told from its grid.
+/// Smaller side (points) below which a map resolves hardly any wave.
 const FEW_POINTS: usize = 16;
 
-/// Step between heights over their rms from which contact at light loads is one of terraces: eight bits for heights that range over
-/// six times their rms are 0.023.
+/// Digitisation step over the rms height from which light contact is that of terraces: eight bits over a range of six rms heights
+/// are 0.023.
 const COARSE_STEP: f64 = 0.02;
 
-/// Share of nodes on a terrace, as high as their neighbours along both axes, below which equal steps are the shape's own (a wedge).
+/// Fraction of nodes as high as their neighbours along both axes, below which equal steps belong to the shape (a wedge).
 const TERRACES: f64 = 0.01;
 
-/// What is to be said of a map `[ny, nx]`, in any unit, before anything is made of it: one sentence each.
+/// Warnings about the quality of a height map `[ny, nx]` in any unit, one sentence each.
 pub fn quality_warnings(grid: Grid, heights: &[f64]) -> Vec<String> {
     let mut list = Vec::new();
     if grid.nx.min(grid.ny) < FEW_POINTS {
         list.push(format!(
-            "a map of {} x {} points: below {FEW_POINTS} a side hardly a wave is resolved, and results are those of the grid",
+            "a map of {} x {} points: with fewer than {FEW_POINTS} points along a side hardly any wave is resolved, and results depend on the \
+             grid",
             grid.nx, grid.ny
         ));
     }
@@ -94,26 +94,26 @@ pub fn quality_warnings(grid: Grid, heights: &[f64]) -> Vec<String> {
         && on_terraces(grid, heights) > TERRACES
     {
         list.push(format!(
-            "heights lie on steps of {:.2} of their rms, so that light contact is of terraces: a file with more digits (numbers in \
-             single precision with a large offset have few) tells more",
+            "heights are digitised in steps of {:.2} of their rms, so light contact is that of terraces: use a file with more digits \
+             (single precision with a large offset has few)",
             step / rms
         ));
     }
     list
 }
 
-/// Share of nodes that are as high as the next along either axis.
+/// Fraction of nodes that are as high as the next one along both axes.
 fn on_terraces(grid: Grid, heights: &[f64]) -> f64 {
     let level = (0..grid.points().saturating_sub(grid.nx))
         .filter(|&i| (i + 1) % grid.nx != 0 && heights[i] == heights[i + 1] && heights[i] == heights[i + grid.nx]);
     level.count() as f64 / grid.points() as f64
 }
 
-/// The step between heights that are all whole numbers of it; none where they are not, or are too many for it to matter.
+/// The digitisation step, if all heights are whole multiples of one step and there are few enough levels for it to matter.
 fn step(heights: &[f64]) -> Option<f64> {
     const MOST_LEVELS: usize = 1000;
     const SAMPLES: usize = 1 << 20;
-    /// Of a step: units are converted, and the mean is taken out, before this is asked.
+    /// Rounding of the levels over a step, after conversion of units and subtraction of the mean.
     const ROUNDING: f64 = 1e-3;
     let mut levels = std::collections::HashSet::new();
     for h in heights.iter().step_by(heights.len().div_ceil(SAMPLES).max(1)) {
@@ -125,7 +125,7 @@ fn step(heights: &[f64]) -> Option<f64> {
     }
     let mut levels: Vec<f64> = levels.into_iter().map(f64::from_bits).collect();
     levels.sort_by(f64::total_cmp);
-    // Two levels are a step, or a flat punch.
+    // Two levels alone may be a flat punch.
     let [first, _, _, ..] = levels[..] else { return None };
     let step = levels.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
     let whole = |l: &f64| ((l - first) / step - ((l - first) / step).round()).abs() < ROUNDING;
@@ -143,8 +143,8 @@ pub struct PsdBin {
     pub expected: f64,
 }
 
-/// Radial power spectral density of heights `[ny, nx]` in about ten bins a decade, with the mean of `expected(n)` over the
-/// same modes beside it. Bins without a mode are left out, and so is what lies beyond the axis Nyquist mode.
+/// Radial power spectral density of heights `[ny, nx]` in about ten bins per decade, with the mean of `expected(n)` over the same
+/// modes. Empty bins and modes beyond the axes' Nyquist mode are omitted.
 pub fn psd(grid: Grid, heights: &[f64], expected: impl Fn(f64) -> f64 + Sync) -> Vec<PsdBin> {
     const PER_DECADE: f64 = 10.0;
     let last = (grid.nx as f64 / 2.0).min(grid.ny as f64 / 2.0 * grid.lx / grid.ly).max(1.0);
@@ -235,9 +235,9 @@ mod tests {
         close(m.full_contact_energy, kx.hypot(ky) / 4.0 * a * a / 4.0);
     }
 
-    /// A tilted plane has its slope, which its Fourier series, with the step at the seam, has not.
+    /// The gradient of a tilted plane. Its Fourier series contains the step at the boundary.
     #[test]
-    fn a_patch_has_no_seam() {
+    fn non_periodic_gradient_of_a_plane_is_its_slope() {
         let grid = Grid { nx: 7, ny: 5, lx: 1.0, ly: 0.5 };
         let plane: Vec<f64> =
             (0..35).map(|i| 0.3 * (i % 7) as f64 * grid.dx() - 0.4 * (i / 7) as f64 * grid.dy()).collect();
@@ -247,18 +247,18 @@ mod tests {
     }
 
     #[test]
-    fn coarse_maps_are_doubted() {
+    fn small_and_digitised_maps_are_warned_about() {
         let grid = Grid::unit(64, 64);
         let on = |of: &dyn Fn(f64, f64) -> f64| -> Vec<f64> {
             (0..4096).map(|k| of(f64::from(k % 64) / 64.0, f64::from(k / 64) / 64.0)).collect()
         };
         let smooth = on(&|x, y| (2.0 * PI * x + 0.3).sin() + 0.7 * (2.0 * PI * y + 0.2).sin());
         assert_eq!(quality_warnings(grid, &smooth), [""; 0]);
-        // As a file in single precision keeps them, a millimetre up and in nanometres.
+        // Single precision, nanometres on an offset of a millimetre.
         let coarse: Vec<f64> = smooth.iter().map(|h| (f64::from((1e6 + h) as f32) - 1e6) * 1e-9).collect();
         let told = quality_warnings(grid, &coarse);
         assert!(matches!(&told[..], [one] if one.contains("steps of 0.07")), "{told:?}");
-        // Shapes have levels of their own.
+        // Steps that belong to the shape.
         let (punch, wedge) = (on(&|x, _| f64::from(x < 0.5)), on(&|x, _| (x - 0.5).abs()));
         assert_eq!([quality_warnings(grid, &punch), quality_warnings(grid, &wedge)], [[""; 0], [""; 0]]);
         assert!(matches!(&quality_warnings(Grid::unit(4, 4), &smooth[..16])[..], [one] if one.contains("4 x 4")));

@@ -1,41 +1,41 @@
-//! Summits: where a surface is nearest to its counterface, with their radii. Low points touch first, so they are minima.
+//! Summits of a surface and their radii. Low points touch first, so summits are minima of the heights.
 
 use crate::grid::{Grid, Transform};
 use rustfft::num_complex::Complex;
 use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
 
-/// Where the curvatures of a summit come from.
+/// How the curvatures of a summit are determined.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SummitFit {
     /// Least squares of a quadratic form through the node and its eight neighbours.
     #[default]
     NinePoints,
-    /// The surface's Fourier series at the node: exact for waves that the grid holds.
+    /// Derivatives of the surface's Fourier series at the node: exact for waves that the grid resolves.
     Fourier,
 }
 
-/// Which one number stands for the two principal curvatures of a summit.
+/// Which mean of the two principal curvatures describes a summit.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SummitCurvature {
-    /// Their geometric mean: a round spot of this curvature is nearest to the elliptic one (Greenwood, Wear 261 (2006) 191).
+    /// Geometric mean: a circular contact of this curvature approximates the elliptic one best (Greenwood, Wear 261 (2006) 191).
     #[default]
     Geometric,
-    /// Their mean.
+    /// Arithmetic mean.
     Mean,
 }
 
 /// A summit as the paraboloid `height + r²/(2 radius)` about (x, y).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Summit {
-    /// Lowest node, the first one of a plateau.
+    /// Lowest node; the first one of a plateau.
     pub node: usize,
-    /// Of the vertex, which is at most a pixel from the node. Units of L, in the cell.
+    /// Position of the vertex, within a pixel of the node, units of L.
     pub x: f64,
     pub y: f64,
-    /// Of the vertex.
+    /// Height of the vertex.
     pub height: f64,
     pub radius: f64,
 }
@@ -74,7 +74,7 @@ pub fn summits(grid: Grid, heights: &[f64], fit: SummitFit, curvature: SummitCur
 fn summit(grid: Grid, heights: &[f64], node: usize, shape: Shape, curvature: SummitCurvature) -> Summit {
     let (mut mean, mut gauss) = (shape.mean(), shape.gauss());
     if mean <= 0.0 {
-        // A summit narrower than the stencil, or a plateau: what the neighbours rise by tells, of which one does; so does the mean where the form is a saddle.
+        // A summit narrower than the stencil, or a plateau: the mean rise of the neighbours gives the curvature.
         let z = stencil(grid, heights, node);
         let rise = |k: usize| {
             let (x, y) = ((k % 3) as f64 - 1.0, (k / 3) as f64 - 1.0);
@@ -87,7 +87,7 @@ fn summit(grid: Grid, heights: &[f64], node: usize, shape: Shape, curvature: Sum
         SummitCurvature::Geometric if gauss > 0.0 => gauss.sqrt(),
         _ => mean,
     };
-    // The vertex, unless the form has none within a pixel.
+    // The vertex, if the quadratic form has one within a pixel.
     let Shape { xx, yy, xy, x, y } = shape;
     let (sx, sy) = (-(yy * x - xy * y) / gauss, -(xx * y - xy * x) / gauss);
     let near = gauss > 0.0 && sx.abs() <= grid.dx() && sy.abs() <= grid.dy();
@@ -116,7 +116,7 @@ fn minima(grid: Grid, heights: &[f64]) -> Vec<usize> {
         .collect()
 }
 
-/// Whether the plateau around a node is below all that surrounds it, and is surrounded by something.
+/// Whether the plateau around a node is lower than all its neighbours, of which there is at least one.
 fn is_summit_plateau(grid: Grid, heights: &[f64], from: usize, seen: &mut HashSet<usize>) -> bool {
     let (mut lowest, mut bounded) = (true, false);
     let mut open = vec![from];
@@ -133,7 +133,7 @@ fn is_summit_plateau(grid: Grid, heights: &[f64], from: usize, seen: &mut HashSe
     lowest && bounded
 }
 
-/// Nodes around and the node itself, row by row.
+/// The node and its eight neighbours, row by row.
 fn around(grid: Grid, i: usize) -> [usize; 9] {
     let (nx, ny) = (grid.nx, grid.ny);
     let (x, y) = (i % nx, i / nx);

@@ -1,6 +1,6 @@
 use super::{Dugdale, Exponential, Law, LennardJonesWall, PenaltyWall, PowerLaw93, PowerLawWall, TabulatedWall};
 
-/// Adhesion as a problem chooses it.
+/// Adhesion law of a problem.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Adhesion {
     None,
@@ -52,7 +52,7 @@ impl Adhesion {
     }
 }
 
-/// Any of the laws, chosen node by node: for those that are not worth a solver of their own.
+/// Any of the laws, selected node by node at run time.
 impl Law for Adhesion {
     const ACTIVE: bool = true;
     const HARD: bool = true;
@@ -111,9 +111,9 @@ impl std::fmt::Display for Adhesion {
     }
 }
 
-/// The wall as a problem chooses it.
+/// Repulsion of a problem.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "copied once for a solve, and asked for every node")]
+#[expect(clippy::large_enum_variant, reason = "copied once for a solve, and evaluated at every node")]
 pub enum Wall {
     Hard,
     LennardJones(LennardJonesWall),
@@ -148,10 +148,10 @@ impl std::fmt::Display for Wall {
     }
 }
 
-/// A wall that gives way, as solvers take it. The choice is made node by node: it costs less than the wall's own powers, and
-/// solvers are compiled once for all soft walls instead of once for each.
+/// A wall of finite stiffness. It is selected node by node at run time, which costs less than evaluating the wall, so that solvers are
+/// compiled once for all soft walls.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "copied once for a solve, and asked for every node")]
+#[expect(clippy::large_enum_variant, reason = "copied once for a solve, and evaluated at every node")]
 pub enum SoftWall {
     LennardJones(LennardJonesWall),
     PowerLaw(PowerLawWall),
@@ -193,7 +193,7 @@ impl Law for SoftWall {
         }
     }
 
-    /// All walls end at zero gap.
+    /// All walls vanish at zero gap.
     fn cutoff(&self) -> f64 {
         0.0
     }

@@ -3,10 +3,10 @@ use super::{Law, range_on_mesh};
 /// Constant attraction `γ/ρ` up to the gap ρ, none beyond (Dugdale, J. Mech. Phys. Solids 8 (1960) 100; for adhesion
 /// Maugis, J. Colloid Interface Sci. 150 (1992) 243), its edge tapered.
 ///
-/// A jump of the traction is an energy with a kink: a node beyond it and a node before it both have a force, no node has
-/// none, and no method that follows gradients comes to rest there. So the traction falls from `γ/ρ` at `ρ(1 - w)` to
-/// zero at `ρ(1 + w)` along a cubic with flat ends. The taper is antisymmetric about ρ, which leaves γ and the
-/// largest stress exact, and its slope is continuous, which Newton steps need.
+/// A jump of the traction is a kink of the energy, where gradient methods do not converge: the force is nonzero on either side of it.
+/// Here the traction falls from `γ/ρ` at `ρ(1 - w)` to
+/// zero at `ρ(1 + w)` along a cubic with flat ends. The taper is antisymmetric about ρ, so γ and the
+/// largest stress are exact, and its slope is continuous, as Newton steps require.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dugdale {
     /// Work of adhesion γ, units of E*·L.
@@ -18,16 +18,16 @@ pub struct Dugdale {
 }
 
 impl Dugdale {
-    /// Half-width of the taper over the range. What other widths would answer is in `docs/methods.md`.
+    /// Half-width of the taper over the range. `docs/methods.md` compares other widths.
     pub const TAPER: f64 = 0.25;
 
     pub fn new(gamma: f64, rho: f64) -> Self {
         Dugdale { gamma, rho, taper: Self::TAPER }
     }
 
-    /// What is left of the taper at gap `g`: one where it begins, zero where it ends.
+    /// Position in the taper at gap `g`: one at its start, zero at its end.
     #[inline]
-    fn left(&self, g: f64) -> f64 {
+    fn taper_position(&self, g: f64) -> f64 {
         (0.5 + (self.rho - g) / self.width()).clamp(0.0, 1.0)
     }
 
@@ -49,22 +49,22 @@ impl Law for Dugdale {
 
     #[inline]
     fn traction(&self, g: f64) -> f64 {
-        let u = self.left(g);
+        let u = self.taper_position(g);
         self.gamma / self.rho * u * u * (3.0 - 2.0 * u)
     }
 
     #[inline]
     fn energy(&self, g: f64) -> f64 {
-        let u = self.left(g);
+        let u = self.taper_position(g);
         let tapered = self.width() * u * u * u * (1.0 - 0.5 * u);
-        // Before the taper, and behind a soft wall, the stress is constant.
+        // Constant stress at gaps below the taper, negative ones included.
         let constant = (self.rho - 0.5 * self.width() - g).max(0.0);
         -self.gamma / self.rho * (tapered + constant)
     }
 
     #[inline]
     fn slope(&self, g: f64) -> f64 {
-        let u = self.left(g);
+        let u = self.taper_position(g);
         -self.gamma / self.rho * 6.0 * u * (1.0 - u) / self.width()
     }
 

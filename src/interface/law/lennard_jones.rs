@@ -18,8 +18,8 @@ impl LennardJonesWall {
         2f64.powf(1.0 / 6.0) * self.sigma
     }
 
-    /// Closest plane distance that is evaluated; nearer points are pushed as if they were here plus a linear spring, so
-    /// that a wild trial state has a finite force. At half the pair diameter the wall pushes with thousands of E*.
+    /// Smallest plane distance that is evaluated. Below it the traction is extrapolated linearly, so that trial states have finite
+    /// forces. At half the pair diameter the repulsion is thousands of E*.
     pub(super) fn floor(&self) -> f64 {
         0.5 * self.sigma
     }

@@ -37,13 +37,13 @@ pub trait Law: Copy + Sync + Send {
     /// Slope of the traction, `dt/dg`: negative where attraction fades with the gap, positive where a soft wall pushes.
     fn slope(&self, g: f64) -> f64;
 
-    /// Gap at which the wall pushes with `pressure`: zero for a hard one.
+    /// Gap at which the wall's repulsion equals `pressure`: zero for a hard wall.
     fn gap_at_pressure(&self, _pressure: f64) -> f64 {
         0.0
     }
 
-    /// Gap below which an attraction that acts together with this wall stays what it is there. A wall that pushes in proportion
-    /// to the depth could not hold against one that grows exponentially.
+    /// Gap below which an attraction combined with this wall stays constant. An exponentially growing attraction would otherwise
+    /// overcome a wall whose repulsion is linear in the depth.
     fn adhesion_floor(&self) -> f64 {
         f64::NEG_INFINITY
     }
@@ -53,7 +53,7 @@ pub trait Law: Copy + Sync + Send {
         0.0
     }
 
-    /// Gap from which on traction, energy and slope are all zero, to the last bit.
+    /// Gap from which on traction, energy and slope are exactly zero.
     fn cutoff(&self) -> f64 {
         f64::INFINITY
     }
@@ -61,13 +61,12 @@ pub trait Law: Copy + Sync + Send {
     /// Upper bound of `|slope|` over the gaps from `lowest` on.
     fn max_slope(&self, lowest: f64) -> f64;
 
-    /// Upper bound of `|slope|` over the gaps at which the wall pushes with no more than `pressure` (units of E*).
+    /// Upper bound of `|slope|` over the gaps at which the wall's repulsion is at most `pressure` (units of E*).
     fn max_slope_at_pressure(&self, pressure: f64) -> f64 {
         self.max_slope(self.gap_at_pressure(pressure))
     }
 
-    /// How steeply the attraction fades at most as the gap opens: the largest `-slope` over the gaps from zero on, in E*/L.
-    /// Zero for laws without attraction.
+    /// Largest `-slope` over non-negative gaps, in E*/L: how fast the attraction decreases at most. Zero without attraction.
     fn softening(&self) -> f64 {
         0.0
     }
@@ -78,8 +77,8 @@ pub trait Law: Copy + Sync + Send {
         1.0 / (dx * self.softening()).sqrt()
     }
 
-    /// The law as a mesh of spacing `dx` can carry it without pinning contact lines: with its own γ, and a range that is
-    /// enlarged until the cohesive resolution is at least [`COHESIVE_RESOLUTION`].
+    /// The law with the same γ and a range enlarged, if necessary, until the cohesive resolution on a mesh of spacing `dx` is at least
+    /// [`COHESIVE_RESOLUTION`]: contact lines are then not pinned to the mesh.
     fn on_mesh(&self, _dx: f64) -> Self {
         *self
     }
@@ -87,8 +86,8 @@ pub trait Law: Copy + Sync + Send {
 
 /// Cohesive resolution from which on the grid itself does not pin contact lines: a node whose attraction fades faster than
 /// the max_slope_at_pressure wave restores it can be in two places. On the challenge's surface at p* = 0.01, with the exponential law,
-/// areas found on different paths differ by several per cent at 1.0, and by a tenth of one at 1.4. Stickier or hardly
-/// loaded surfaces have branches of their own, which no grid removes.
+/// areas found on different paths differ by several per cent at 1.0, and by a tenth of one at 1.4. Surfaces with
+/// strong adhesion or little load have several branches on any grid.
 pub const COHESIVE_RESOLUTION: f64 = 1.4;
 
 /// Range of a law of the form `(γ/ρ) f(g/ρ)` on a mesh of spacing `dx`; `steepness` is its softening over `γ/ρ²`.
@@ -96,11 +95,11 @@ fn range_on_mesh(gamma: f64, rho: f64, steepness: f64, dx: f64) -> f64 {
     rho.max(COHESIVE_RESOLUTION * (steepness * gamma * dx).sqrt())
 }
 
-/// Gap between `lowest` and zero at which a soft wall pushes with `pressure`, by bisection; the pressure falls monotonically
+/// Gap between `lowest` and zero at which the repulsion of a soft wall equals `pressure`, by bisection: it decreases monotonically
 /// with the gap.
 fn bisect_gap(wall: &impl Law, pressure: f64, lowest: f64) -> f64 {
     let (mut low, mut high) = (lowest, 0.0);
-    // Sixty halvings reach the last bit.
+    // Sixty bisections reach the precision of f64.
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
         if -wall.traction(middle) > pressure { low = middle } else { high = middle }
@@ -223,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn tractions_are_energy_slopes() {
+    fn tractions_are_derivatives_of_energies() {
         let adhesion = Exponential { gamma: GAMMA, rho: RHO };
         derivatives_agree(adhesion, &[0.0, 0.01, 0.05, 0.2, -0.15, -0.3]);
         let wall = LennardJonesWall { strength: 30.0, sigma: 0.3 };
@@ -258,8 +257,8 @@ mod tests {
         }
     }
 
-    /// γ is what it takes to part the surfaces from zero gap: the traction's integral, and the energy there.
-    fn parts_with_gamma(law: impl Law) {
+    /// γ is the work of separation from zero gap: the integral of the traction, and minus the energy at zero gap.
+    fn work_of_separation_is_gamma(law: impl Law) {
         /// Gauss-Legendre in two points on intervals that grow by a thousandth. What it misses is where a narrow taper begins
         /// and ends, 2e-9.
         const GROWTH: f64 = 1e-3;
@@ -278,12 +277,12 @@ mod tests {
     }
 
     #[test]
-    fn every_law_parts_with_its_work_of_adhesion() {
-        parts_with_gamma(Exponential { gamma: GAMMA, rho: RHO });
+    fn work_of_separation_is_the_work_of_adhesion() {
+        work_of_separation_is_gamma(Exponential { gamma: GAMMA, rho: RHO });
         for taper in [0.05, Dugdale::TAPER, 1.0] {
-            parts_with_gamma(Dugdale { taper, ..Dugdale::new(GAMMA, RHO) });
+            work_of_separation_is_gamma(Dugdale { taper, ..Dugdale::new(GAMMA, RHO) });
         }
-        parts_with_gamma(power_law());
+        work_of_separation_is_gamma(power_law());
     }
 
     /// Bounds of the slope hold on a scan, and the softening is reached.
@@ -299,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn slopes_have_their_bounds() {
+    fn slope_bounds_hold_and_are_tight() {
         let adhesion = Exponential { gamma: GAMMA, rho: RHO };
         let walls = [
             SoftWall::LennardJones(LennardJonesWall { strength: 30.0, sigma: 0.3 }),
@@ -319,9 +318,9 @@ mod tests {
         }
     }
 
-    /// Walls push with the stress where they say they do, below their floors, too.
+    /// Below the floors of the walls, too.
     #[test]
-    fn walls_are_where_they_push() {
+    fn gap_at_pressure_inverts_the_traction() {
         let power = SoftWall::PowerLaw(power_law_wall());
         // The floor of the 9-3 wall is at 1344 γ/ρ.
         for stress in [1.0, 1e2, 1.3e3, 1.4e3, 1e5].map(|s| s * GAMMA / RHO) {
@@ -332,7 +331,7 @@ mod tests {
         }
     }
 
-    /// An exponential attraction that went on growing would overcome a wall that pushes in proportion to the depth.
+    /// An exponential attraction without a floor would overcome a repulsion that is linear in the depth.
     #[test]
     fn penalty_walls_balance_every_attraction() {
         let wall = SoftWall::Penalty(PenaltyWall { length: 0.1 });
@@ -343,7 +342,7 @@ mod tests {
 
     /// Müser et al. (2017): largest tension 1.0264 γ/ρ at 3^(1/6) ρ from the singularity; 16 γ/ρ² at zero force.
     #[test]
-    fn the_printed_numbers_of_the_power_law() {
+    fn power_law_has_the_published_constants() {
         let law = power_law();
         let most = law.traction((3f64.powf(1.0 / 6.0) - 1.0) * RHO);
         assert!((most * RHO / GAMMA - 1.0264).abs() < 5e-5, "{most}");
@@ -354,7 +353,7 @@ mod tests {
     }
 
     #[test]
-    fn meshes_stretch_ranges_to_their_cohesive_resolution() {
+    fn on_mesh_enlarges_the_range_to_the_cohesive_resolution() {
         fn check(law: impl Law + std::fmt::Debug + PartialEq) {
             for dx in [0.1, 1.0, 10.0, 100.0] {
                 let stretched = law.on_mesh(dx);
@@ -370,7 +369,7 @@ mod tests {
         assert_eq!(stretched.rho, COHESIVE_RESOLUTION * (GAMMA * 100.0).sqrt());
         check(Dugdale::new(GAMMA, RHO));
         check(power_law());
-        // Without attraction every mesh will do.
+        // Without attraction every mesh resolves the law.
         assert_eq!(HardWall.cohesive_resolution(1.0), f64::INFINITY);
         assert_eq!(Adhesion::None.resolution_on(1.0), None);
     }

@@ -1,4 +1,4 @@
-//! The 9-3 law: what a half-space of Lennard-Jones atoms does to another surface, `t = (8γ/3ρ) [x³ - x⁹]` with
+//! The 9-3 law, the interaction of a half-space of Lennard-Jones atoms with a surface: `t = (8γ/3ρ) [x³ - x⁹]` with
 //! `x = ρ/(ρ + g)` and the gap counted from the zero of force (Müser et al. 2017, eq. 3). Its largest tension is
 //! 1.0264 γ/ρ at `ρ + g = 3^(1/6) ρ`, its stiffness at zero force 16 γ/ρ².
 //!
@@ -30,7 +30,7 @@ fn slope(x: f64) -> f64 {
 /// Stiffness at zero force over γ/ρ².
 const AT_REST: f64 = 16.0;
 
-/// Attractive branch of the 9-3 law, energy -γ at zero gap. Nothing at negative gaps, which are the wall's.
+/// Attractive branch of the 9-3 law, energy -γ at zero gap; no traction at negative gaps, where the wall acts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PowerLaw93 {
     /// Work of adhesion γ, units of E*·L.
@@ -71,7 +71,7 @@ impl Law for PowerLaw93 {
     }
 
     fn max_slope(&self, lowest: f64) -> f64 {
-        // The traction rises from zero before it fades, and more steeply.
+        // The traction rises more steeply than it decreases.
         self.slope(lowest.max(0.0)).abs().max(self.softening())
     }
 
@@ -91,15 +91,15 @@ impl Law for PowerLaw93 {
 /// Repulsive branch of the 9-3 law as a soft wall: zero from gap 0 upwards.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PowerLawWall {
-    /// Work of adhesion γ of the law that this is a branch of, units of E*·L.
+    /// Work of adhesion γ of the whole law, units of E*·L.
     pub gamma: f64,
     /// Distance ρ of the zero of force from the singularity, units of L.
     pub rho: f64,
 }
 
 impl PowerLawWall {
-    /// Closest approach to the singularity, over ρ, that is evaluated. Nearer points are pushed as if they were here plus a
-    /// linear spring, so that a wild trial state has a finite force. The wall pushes with 1344 γ/ρ here.
+    /// Smallest distance from the singularity, over ρ, that is evaluated. Below it the traction is extrapolated linearly, so that trial
+    /// states have finite forces. The repulsion is 1344 γ/ρ here.
     const FLOOR: f64 = 0.5;
 
     /// Traction (γ/ρ), energy (γ, zero at zero gap) and slope (γ/ρ²) at `z = 1 + g/ρ` below one.
@@ -138,7 +138,7 @@ impl Law for PowerLawWall {
     }
 
     fn max_slope(&self, lowest: f64) -> f64 {
-        // Finite from the first push on.
+        // The slope is finite at zero gap.
         self.slope(lowest).max(AT_REST * self.gamma / self.rho.powi(2))
     }
 }

@@ -2,26 +2,26 @@ use super::{Adhesion, COHESIVE_RESOLUTION, Law};
 use serde::{Deserialize, Serialize};
 
 /// Tabor's parameter (R γ²/(E*² ρ³))^(1/3) of a curvature radius and a range, units of L, and a work of adhesion, E* L:
-/// how far a contact is from one whose adhesion has no range (Tabor, J. Colloid Interface Sci. 58 (1977) 2).
+/// the ratio of the elastic deformation to the range of adhesion (Tabor, J. Colloid Interface Sci. 58 (1977) 2).
 pub fn tabor(radius: f64, gamma: f64, rho: f64) -> f64 {
     libm::cbrt(radius) * libm::cbrt(gamma * gamma) / rho
 }
 
-/// Which range of the adhesion a grid is given.
+/// How the range of the adhesion is chosen for a grid.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum RangeChoice {
-    /// The true one, or where the grid is too coarse for it the shortest that does not pin contact lines to the grid.
+    /// The true range, or on a coarser grid the shortest range that does not pin contact lines to the grid.
     #[default]
     Mesh,
-    /// The true one on any grid. Where the grid is too coarse, the answer is one of many and depends on the path.
+    /// The true range on any grid. On too coarse a grid the result depends on the load path.
     True,
-    /// As `mesh`, but on three grids, and from these what the true range would give.
+    /// As `mesh` on three grids, with the results extrapolated to the true range.
     Extrapolate,
 }
 
 impl RangeChoice {
-    /// The law that a grid of spacing `dx` is given.
+    /// The law used on a grid of spacing `dx`.
     pub fn law(self, asked: Adhesion, dx: f64) -> Adhesion {
         match self {
             RangeChoice::True => asked,
@@ -29,14 +29,14 @@ impl RangeChoice {
         }
     }
 
-    /// What a user should know of an adhesion that the grid does not resolve.
+    /// A warning if the grid does not resolve the adhesion.
     pub fn resolution_warning(self, asked: Adhesion, dx: f64) -> Option<String> {
         let c = asked.resolution_on(dx).filter(|c| *c < COHESIVE_RESOLUTION)?;
         let points = (COHESIVE_RESOLUTION.powi(2) * asked.softening()).ceil();
         let stretch = self.law(asked, dx).range() / asked.range();
         let what = match self {
             RangeChoice::True => {
-                "below that, contact lines are pinned to the grid and the answer depends on the path".to_string()
+                "below that, contact lines are pinned to the grid and the result depends on the load path".to_string()
             }
             RangeChoice::Mesh => format!("the range is enlarged {stretch:.2} times, which reaches it"),
             RangeChoice::Extrapolate => {

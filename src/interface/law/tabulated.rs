@@ -3,20 +3,19 @@ use super::{Law, bisect_gap};
 /// Nodes of a table.
 const NODES: usize = 65;
 
-/// A wall whose pressure is known at equal steps of the depth, with its slope: cubic between them, zero from gap 0 upwards, and
-/// beyond the last node going on as it is there.
+/// A wall with pressure and slope tabulated at equal steps of the depth: cubic Hermite interpolation between them, zero for gaps from
+/// 0 on, linear extrapolation beyond the last node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TabulatedWall {
     /// Between two nodes, units of L.
     step: f64,
-    /// At the depths 0, 1, … steps: pressure, its rise over a step of the depth (both units of E*), and the energy over a step
-    /// times E*.
+    /// At the depths 0, 1, … steps: pressure, its slope times a step (both units of E*), and the energy over a step times E*.
     nodes: [[f64; 3]; NODES],
 }
 
 impl TabulatedWall {
     /// `law` gives the pressure (units of E*) and its slope along the depth (E*/L) at a depth up to `deepest` (units of L); the
-    /// pressure rises with the depth from nothing at none.
+    /// pressure increases with the depth from zero at zero.
     pub fn new(deepest: f64, mut law: impl FnMut(f64) -> [f64; 2]) -> Self {
         let step = deepest / (NODES - 1) as f64;
         let mut nodes = [[0.0; 3]; NODES];
@@ -28,7 +27,7 @@ impl TabulatedWall {
         TabulatedWall { step, nodes }
     }
 
-    /// The law with `pressure` P(`depth` g) at the gap g, where this one has P(g).
+    /// The law with pressure `pressure` P(`depth` g) at the gap g, where this one has P(g).
     pub fn scaled(&self, depth: f64, pressure: f64) -> Self {
         let step = self.step / depth;
         TabulatedWall { step, nodes: self.nodes.map(|node| node.map(|v| v * pressure)) }
@@ -100,11 +99,11 @@ mod tests {
     use super::*;
     use crate::interface::LennardJonesWall;
 
-    /// Of the fourth order in a step of a 64th of the depth.
+    /// Interpolation error, of fourth order in the step.
     const BETWEEN_NODES: f64 = 1e-5;
 
     #[test]
-    fn a_table_of_a_law_is_that_law() {
+    fn a_tabulated_law_equals_the_law() {
         let law = LennardJonesWall { strength: 30.0, sigma: 0.01 };
         let deepest = 0.003;
         let table = TabulatedWall::new(deepest, |d| [-law.traction(-d), law.slope(-d)]);
@@ -125,9 +124,8 @@ mod tests {
         assert!((table.gap_at_pressure(pressure) / law.gap_at_pressure(pressure) - 1.0).abs() < BETWEEN_NODES);
     }
 
-    /// Past its end it goes on straight, with the energy of that.
     #[test]
-    fn beyond_the_last_node_it_is_straight() {
+    fn pressure_is_extrapolated_linearly_beyond_the_last_node() {
         let table = TabulatedWall::new(0.5, |d| [d * d, 2.0 * d]);
         for (g, p, energy) in [(-0.5, 0.25, 0.125 / 3.0), (-0.7, 0.45, 0.125 / 3.0 + 0.5 * (0.25 + 0.45) * 0.2)] {
             assert!((table.traction(g) + p).abs() < 1e-14 && (table.energy(g) - energy).abs() < 1e-14, "{g}");
