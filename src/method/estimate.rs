@@ -73,7 +73,7 @@ pub trait Estimator {
     ///
     /// # Errors
     /// As [`Estimator::estimate`].
-    fn pass(&mut self, _load: Load) -> Result<()> {
+    fn replay(&mut self, _load: Load) -> Result<()> {
         Ok(())
     }
 }

@@ -163,7 +163,7 @@ impl Estimator for Laboratory<'_> {
     }
 
     /// With adhesion a load starts from the gap of the previous one.
-    fn pass(&mut self, load: Load) -> Result<()> {
+    fn replay(&mut self, load: Load) -> Result<()> {
         if self.problem.adhesion != Adhesion::None { self.estimate(load).map(|_| ()) } else { Ok(()) }
     }
 }

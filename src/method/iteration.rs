@@ -1,5 +1,5 @@
 //! What the iteration loops of the field solvers share: the stop criteria and their order, the reports to the observer,
-//! snapshots, and the state that is lent at the end.
+//! snapshots, and the final state.
 
 use super::residuals::Residuals;
 use super::{ErrorEstimates, Iteration, Load, Observer, Problem, SnapshotRef, State, Stop};
@@ -7,7 +7,7 @@ use crate::grid::Real;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
-/// Result of a load, from which the [`State`] is made that observers are lent.
+/// Result of a load, from which the [`State`] is made.
 pub(super) struct Outcome {
     pub load: Load,
     /// Mean pressure, E*.

@@ -241,7 +241,7 @@ impl Estimator for Path<'_> {
     }
 
     /// With adhesion the contacts of the next load depend on those of this one.
-    fn pass(&mut self, load: Load) -> Result<()> {
+    fn replay(&mut self, load: Load) -> Result<()> {
         if self.asperities.jkr.gamma > 0.0 { self.estimate(load).map(|_| ()) } else { Ok(()) }
     }
 }

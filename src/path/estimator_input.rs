@@ -70,7 +70,7 @@ impl<'a> EstimatorInput<'a> {
         let mut run = self.method.start(&problem, observer)?.estimator()?;
         // After the last load nothing follows.
         if known < loads.len() {
-            loads[..known].iter().try_for_each(|&load| run.pass(load))?;
+            loads[..known].iter().try_for_each(|&load| run.replay(load))?;
         }
         for (i, &load) in loads.iter().enumerate().skip(known) {
             let found = run.estimate(load)?;

@@ -238,8 +238,8 @@ impl Solver<'_> {
             let (law, convolution) = (self.law, &mut self.convolution);
             // Curvature of multipliers and law, node by node.
             each(scratch, |i, _| {
-                let held = if multiplier[i] > r * gap[i] { r } else { 0.0 };
-                held + if gap[i] > 0.0 { law.slope(gap[i]) } else { 0.0 }
+                let penalty = if multiplier[i] > r * gap[i] { r } else { 0.0 };
+                penalty + if gap[i] > 0.0 { law.slope(gap[i]) } else { 0.0 }
             });
             // Mean stiffness of multipliers and law, at least that of the longest wave.
             let [mean] = means(gap.len(), |i| [scratch[i].max(0.0)]);
@@ -297,8 +297,8 @@ impl Solver<'_> {
                 // Sixty halvings exhaust the precision.
                 for _ in 0..60 {
                     let middle = 0.5 * (lower + upper);
-                    let [held] = means(heights.len(), |i| [*penalty * (middle - heights[i]).max(0.0)]);
-                    if held > pressure { upper = middle } else { lower = middle }
+                    let [carried] = means(heights.len(), |i| [*penalty * (middle - heights[i]).max(0.0)]);
+                    if carried > pressure { upper = middle } else { lower = middle }
                 }
                 each(gap, |i, _| heights[i] - upper);
             }
