@@ -1,5 +1,5 @@
 //! Adhesive contact against closed forms: Johnson's wave, the sphere of Johnson, Kendall & Roberts and of Maugis, Kendall's
-//! flat punch. Under loads that rise and fall: with adhesion it is the path that says where a contact jumps.
+//! flat punch, during loading and unloading: with adhesion the jumps depend on the path.
 
 use asperity::grid::{Grid, mean};
 use asperity::interface::Adhesion;
@@ -15,7 +15,7 @@ fn start<'p>(problem: &'p Problem<'p>, id: &str) -> Box<dyn Run + 'p> {
     method::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap()
 }
 
-/// A load of the path that must have its equilibrium.
+/// A load of the path, which must converge.
 fn hold<R>(run: &mut dyn Run, load: Load, look: impl FnOnce(&State) -> R) -> R {
     let state = run.equilibrate(load).unwrap();
     assert_eq!(
@@ -40,14 +40,14 @@ struct Wave {
 impl Wave {
     const AMPLITUDE: f64 = 0.01;
 
-    /// Pressure and mean gap where a share of the cell touches.
+    /// Pressure and mean gap at a contact fraction.
     fn at(self, fraction: f64) -> (f64, f64) {
         let s = (0.5 * PI * fraction).sin().powi(2);
         let p = s - self.alpha * (s / (1.0 - s)).powf(0.25);
         (p, 1.0 - s + p * s.ln())
     }
 
-    /// Pressures beyond which there is no equilibrium: pull-off and jump to full contact.
+    /// Pressures beyond which there is no equilibrium: pull-off, and the jump to full contact.
     fn jumps(self) -> (f64, f64) {
         let curve: Vec<f64> = (1..10_000).map(|k| self.at(f64::from(k) * 1e-4).0).collect();
         let highest = curve.iter().copied().fold(f64::MIN, f64::max);
@@ -83,10 +83,10 @@ impl Wave {
     }
 }
 
-/// The closed form's own jumps, as the paper's curves give them.
+/// Jumps of the closed form against the values of the paper.
 #[test]
 fn johnsons_jumps() {
-    /// Half a unit of the last digit given.
+    /// Half a unit of the last printed digit.
     const PRINTED: f64 = 6e-5;
     for (alpha, jump, pull) in [
         (0.1, 0.7414, -0.0220),
@@ -100,12 +100,11 @@ fn johnsons_jumps() {
     }
 }
 
-/// At imposed mean gaps, which go through the loads that no pressure control holds.
+/// At imposed mean gaps, including states that are unstable under pressure control.
 #[test]
 fn johnsons_wave_at_imposed_mean_gaps() {
-    // Grid, cohesive resolution, and what may be off: pressures over p_fc, shares of the cell, and the largest pull in
-    // relation to the closed form's. Found: 0.0015, 0.0064, 0.004 and 0.0009, 0.002, 0.004. Areas lack half a node at
-    // either end of the strip.
+    // Grid, cohesive resolution, and tolerances of pressures over p_fc, contact fractions, and the relative pull-off. Measured: 0.0015,
+    // 0.0064, 0.004 and 0.0009, 0.002, 0.004. Areas lack half a node at either end of the strip.
     for (n, c, pressures, areas, pull) in [(1024, 2.0, 0.002, 0.008, 0.006), (4096, 2.0, 0.0012, 0.003, 0.006)] {
         for alpha in [0.2, 0.4] {
             let wave = Wave { alpha };
@@ -129,12 +128,12 @@ fn johnsons_wave_at_imposed_mean_gaps() {
     }
 }
 
-/// Under load: the jump to full contact on the way up, the jump out of contact on the way down.
+/// Under load control: jump to full contact on loading, jump out of contact on unloading.
 #[test]
 fn johnsons_wave_jumps_under_load() {
-    /// Step of the load near the jump, over p_fc; the jump was found within it of the closed form's.
+    /// Load step near the jump over p_fc; the measured jump is within one step of the closed form.
     const STEP: f64 = 0.005;
-    /// Share of the pull-off load by which the path goes down there; surfaces were found to part at 1 to 1.025 of it.
+    /// Load step near pull-off over the pull-off load; measured separation at 1 to 1.025 of it.
     const PULL_STEP: f64 = 0.01;
     for (alpha, n, c) in [(0.2, 512, 1.4), (0.4, 512, 2.0), (0.2, 2048, 4.0), (0.4, 2048, 2.8)] {
         let wave = Wave { alpha };
@@ -157,10 +156,10 @@ fn johnsons_wave_jumps_under_load() {
     }
 }
 
-/// A path must jump where the branch ends and not because a step was long.
+/// A path jumps at the end of its branch, independent of the step.
 #[test]
 fn load_path_stays_on_its_branch() {
-    /// Over p_fc, how far before its branch ends a path may leave it; 0 was found.
+    /// Largest distance over p_fc at which a path may leave its branch early; measured: 0.
     const EARLY: f64 = 0.001;
     for (id, alpha, n, c, steps) in [
         ("fast", 0.2, 512, 2.0, [0.02, 0.011]),
@@ -184,19 +183,19 @@ fn load_path_stays_on_its_branch() {
     }
 }
 
-/// The paraboloid r²/2R with R = 1 in the middle of the unit cell.
+/// The paraboloid r²/2R with R = 1 at the centre of the unit cell.
 fn paraboloid(n: usize) -> Vec<f64> {
     let offset = |i: usize| i as f64 / n as f64 - 0.5;
     (0..n * n).map(|i| 0.5 * (offset(i % n).powi(2) + offset(i / n).powi(2))).collect()
 }
 
-/// Radius of the paraboloid where its images, each under the same force (compression positive), have flattened the surface:
+/// Effective radius of the paraboloid due to the displacement by its images under the same force (compression positive):
 /// 1/R_eff = 1/R + 9.03362 F/(2π E* L³), with the lattice sum of 1/r³.
 fn flattened(force: f64) -> f64 {
     1.0 / (1.0 + 9.03362 * force / (2.0 * PI))
 }
 
-/// Largest pull over πγR on the paraboloid, scanned over mean gaps whose approaches are given in units of s², s³ = γR²/E*.
+/// Pull-off force over πγR of the paraboloid from a scan over mean gaps, with approaches in units of s², s³ = γR²/E*.
 fn pull_off(n: usize, s: f64, adhesion: Adhesion, approaches: impl Iterator<Item = f64>) -> f64 {
     let grid = Grid::unit(n, n);
     let heights = paraboloid(n);
@@ -214,7 +213,7 @@ fn pull_off(n: usize, s: f64, adhesion: Adhesion, approaches: impl Iterator<Item
 /// Johnson, Kendall & Roberts (1971): a pull-off of 3/2 πγR, and a contact radius (9π γR²/2E*)^(1/3) without load.
 #[test]
 fn jkr() {
-    /// At a Tabor number of 5.1: 1.1 % were found in both, 2.4 % at 3.6.
+    /// Measured at a Tabor number of 5.1: 1.1 % for both; at 3.6: 2.4 %.
     const TOLERANCE: f64 = 0.02;
     let (n, s) = (512, 0.1f64);
     let gamma = s.powi(3);
@@ -256,7 +255,7 @@ fn maugis(tabor: f64) -> f64 {
 
 #[test]
 fn maugis_pull_off() {
-    /// Of the closed form itself: values tabulated to four digits.
+    /// Tabulated values have four digits.
     const TABULATED: f64 = 1e-4;
     for (lambda, expected) in [(0.1, 1.9506), (0.5, 1.7182), (1.0, 1.6007), (5.0, 1.5063)] {
         let found = maugis(lambda / (4.5 / PI).cbrt());
@@ -281,18 +280,18 @@ fn maugis_pull_off() {
     }
 }
 
-/// A flat strip beside a groove, under tension: it parts where the energy that its edges release is the work of adhesion,
-/// at a mean pull of √(2γE* tan πa) (Kendall 1971, in a row of strips).
+/// A flat strip next to a groove under tension separates when the energy release rate of its edges equals the work of adhesion, at a mean
+/// tension of √(2γE* tan πa) (Kendall 1971, for a row of strips).
 #[test]
 fn kendalls_punch() {
-    /// At the singular edges the range is felt: 0.955 to 0.995 of the ideal load at 320 to 1280 points, 1.015 at 5120.
+    /// Effect of the range at the singular edges: 0.955 to 0.995 of the ideal load at 320 to 1280 points, 1.015 at 5120.
     const TOLERANCE: f64 = 0.03;
     const STEP: f64 = 0.01;
     let (half_width, gamma, n, c) = (0.2f64, 1e-4f64, 1280usize, 1.4);
     let grid = Grid { nx: n, ny: 1, lx: 1.0, ly: 1.0 / n as f64 };
     let edge = (half_width * n as f64).round() as usize;
     let ideal = (2.0 * gamma * (PI * half_width).tan()).sqrt();
-    // How deep the groove is does not matter.
+    // The depth of the groove has no influence.
     for depth in [0.02, 1.0] {
         let heights: Vec<f64> = (0..n).map(|i| if i < edge || i >= n - edge { 0.0 } else { depth }).collect();
         let adhesion = Adhesion::exponential(gamma, c * (gamma / n as f64).sqrt());

@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 
 const METHODS: [&str; 3] = ["gfmd", "bvm", "fast"];
 
-/// What the solvers impose on every converged state.
+/// Load balance of every converged state.
 const LOAD_BALANCE: f64 = 1e-9;
 
 fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
@@ -36,7 +36,7 @@ fn fraction(state: &State, grid: Grid) -> (f64, f64) {
 /// r = p/p_fc, p_fc = π E* A/λ.
 #[test]
 fn westergaard() {
-    // The fraction may be off by one node on either side of the contact line.
+    // The fraction may differ by one node at either contact line.
     let n = 1024;
     let amplitude = 0.01;
     let grid = Grid { nx: n, ny: 1, lx: 1.0, ly: 1.0 / n as f64 };
@@ -98,7 +98,7 @@ fn two_dimensional_sinusoid() {
     }
 }
 
-/// Hertz in a periodic cell: radius from the load with the image correction of the curvature.
+/// Hertz in a periodic cell: contact radius with the correction of the curvature by the images.
 #[test]
 fn hertz() {
     let n = 512;
@@ -115,7 +115,7 @@ fn hertz() {
             let effective = (1.0 / radius + 9.03362 * force / (2.0 * PI)).recip();
             let a = (0.75 * force * effective).cbrt();
             let (_, corrected) = fraction(state, grid);
-            // 50 pixels of radius: the staircase leaves less than one per cent after the correction.
+            // For a radius of 50 pixels the perimeter-corrected area is accurate to 1 %.
             assert!((corrected / (PI * a * a) - 1.0).abs() < 0.01, "{id}: {corrected} {}", PI * a * a);
             let highest = state.stress.to_vec().into_iter().fold(0.0, f64::max);
             let p0 = 1.5 * force / (PI * a * a);
@@ -130,10 +130,10 @@ fn rough(n: usize, short: f64, seed: u64) -> (Grid, Vec<f64>) {
     (grid, Modes::new(spectrum, seed, 1.0).heights(grid, 0.0))
 }
 
-/// In full contact the stress is p - K h, exactly: rms E* g/2 and no gap.
+/// In full contact the stress is exactly p - K h, with the rms E* g/2, and the gap is zero.
 #[test]
 fn full_contact() {
-    // Large enough for `fast` to nest grids, as in the next tests of what must be exact.
+    // Large enough for `fast` to nest grids.
     let (grid, heights) = rough(144, 1.0 / 16.0, 1);
     let gradient = moments(grid, &heights).rms_gradient;
     for id in METHODS {
@@ -185,7 +185,7 @@ fn methods_agree_on_a_rough_surface() {
     }
 }
 
-/// Thin bonded layers are stiffest for their longest waves: the methods' steps must be safe for those, too.
+/// Thin bonded layers are stiffest for the longest waves, which limit the step lengths.
 #[test]
 fn methods_agree_on_a_thin_incompressible_layer() {
     let (grid, heights) = rough(64, 1.0 / 16.0, 3);
@@ -201,7 +201,7 @@ fn methods_agree_on_a_thin_incompressible_layer() {
     assert!(others.iter().all(|b| (b / a - 1.0).abs() < 1e-7), "{a} {others:?}");
 }
 
-/// Grids that do not halve evenly, through the nested iteration of `fast`.
+/// Nested iteration of `fast` on grids that do not halve evenly.
 #[test]
 fn nested_grids_need_not_halve() {
     for (nx, ny) in [(129, 129), (200, 200), (256, 130)] {
@@ -214,7 +214,7 @@ fn nested_grids_need_not_halve() {
     }
 }
 
-/// A rough surface on the atoms' soft wall, from first touch, where the wall does not push yet.
+/// A rough surface on the soft wall of the atoms, from first contact, where the wall has no force.
 #[test]
 fn methods_agree_on_a_soft_wall() {
     let (grid, heights) = rough(128, 1.0 / 24.0, 18);
@@ -226,16 +226,16 @@ fn methods_agree_on_a_soft_wall() {
     }
 }
 
-/// What a card declares in full is delivered, and every id is found.
+/// Quantities with full support on a card are provided, and every id is found.
 #[test]
 fn cards_agree_with_results() {
     use asperity::method::{Kind, Quantity, REGISTRY, Support};
     let (grid, heights) = rough(128, 1.0 / 24.0, 18);
-    // Those that estimate are held to theirs in tests/program/methods.rs.
+    // Estimators are tested in tests/program/methods.rs.
     for method in REGISTRY.iter().filter(|m| m.card().kind == Kind::Solver) {
         let card = method.card();
         assert!(std::ptr::eq(method::find(card.id).unwrap().card(), card));
-        // With a caveat or without one.
+        // With or without a limitation.
         let told = |q: Quantity| !matches!((card.supports)(q), Support::No(_));
         solve(&problem(grid, &heights), card.id, 0.02, |s| {
             assert_eq!(told(Quantity::GapMap), s.gap.len() == grid.points());
@@ -254,7 +254,7 @@ fn cards_agree_with_results() {
     }
 }
 
-/// The operator against the direct sum over modes and points.
+/// Comparison with the direct sum over modes and points.
 #[test]
 fn elastic_stress_equals_the_direct_sum() {
     let grid = Grid { nx: 6, ny: 5, lx: 1.0, ly: 0.7 };
@@ -280,7 +280,7 @@ fn elastic_stress_equals_the_direct_sum() {
     });
 }
 
-/// γ = 0 takes the path without adhesion: the same bits.
+/// γ = 0 is bit-identical to no adhesion.
 #[test]
 fn no_work_of_adhesion_is_no_adhesion() {
     let (grid, heights) = rough(144, 1.0 / 16.0, 5);
@@ -291,7 +291,7 @@ fn no_work_of_adhesion_is_no_adhesion() {
     }
 }
 
-/// Same bits for one thread and for two.
+/// Results are bit-identical on one and two threads.
 #[test]
 fn threads_do_not_change_bits() {
     let (grid, heights) = rough(144, 1.0 / 16.0, 5);
@@ -306,7 +306,7 @@ fn threads_do_not_change_bits() {
     }
 }
 
-/// What must not depend on how the problem is put: an offset, the transposed surface, (h, ρ, γ, E*) → (h/2, ρ/2, γ/2, 2E*).
+/// Invariance to an offset, transposition, and the change of units (h, ρ, γ, E*) → (h/2, ρ/2, γ/2, 2E*).
 #[test]
 fn results_are_invariant_to_offset_transposition_and_units() {
     let (grid, heights) = rough(64, 1.0 / 16.0, 9);
@@ -329,8 +329,8 @@ fn results_are_invariant_to_offset_transposition_and_units() {
     assert!((2.0 * g / gap - 1.0).abs() < 1e-8 && a == area, "{g} {gap}");
 }
 
-/// Adhesion only adds a negative term, so the lowest energy with it lies below the lowest without. Where the grid does
-/// not resolve the range (ρ/√(γ dx) = 0.1) there are many equilibria; none that a method ends in may lie above.
+/// Adhesion adds a negative term, so the minimum energy with adhesion is below that without. If the grid does not resolve the range
+/// (ρ/√(γ dx) = 0.1) there are many equilibria; none that a method finds may lie above that bound.
 #[test]
 fn unresolved_adhesion_ends_in_no_far_valley() {
     let (grid, heights) = rough(128, 1.0 / 32.0, 18);
@@ -344,7 +344,7 @@ fn unresolved_adhesion_ends_in_no_far_valley() {
     }
 }
 
-/// A range far beyond the roughness is a uniform attraction (DMT): the area is that of the larger pressure.
+/// A range far above the roughness is a uniform attraction (DMT): the area is that at the correspondingly larger pressure.
 #[test]
 fn long_range_adhesion_adds_to_the_pressure() {
     let (grid, heights) = rough(64, 1.0 / 16.0, 4);
@@ -355,7 +355,7 @@ fn long_range_adhesion_adds_to_the_pressure() {
     assert_eq!(area, plain);
 }
 
-/// f32 fields with f64 sums: what is lost.
+/// Accuracy of f32 fields with f64 sums.
 #[test]
 fn single_precision() {
     let (grid, heights) = rough(256, 1.0 / 64.0, 18);
@@ -365,13 +365,13 @@ fn single_precision() {
         let mut run = method::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
         let s = run.equilibrate(Load::Pressure(0.02)).unwrap();
         assert_eq!(s.stop, Stop::Converged);
-        // A residual of 1e-3 of the pressure leaves this much in the soft mean mode: 3.5e-4 with gfmd.
+        // Error of the soft mean mode at a residual of 1e-3 of the pressure: 3.5e-4 with gfmd.
         assert!((s.mean_gap / double.0 - 1.0).abs() < 1e-3, "{id}: {} {}", s.mean_gap, double.0);
         assert!((fraction(&s, grid).0 / double.1 - 1.0).abs() < 2e-3);
     }
 }
 
-/// Soft wall: on a flat surface the gap is where the wall's pressure is the load.
+/// On a flat surface the gap is that at which the pressure of the wall equals the load.
 #[test]
 fn soft_wall_on_a_flat_surface() {
     use asperity::interface::{Law, LennardJonesWall};
@@ -384,7 +384,7 @@ fn soft_wall_on_a_flat_surface() {
     }
 }
 
-/// Any grid: odd, prime, flat lines and single points.
+/// Odd and prime grids, lines and single points.
 #[test]
 fn any_grid_size_is_solved() {
     for (nx, ny) in [(1, 1), (2, 1), (1, 9), (3, 5), (17, 31), (15, 16)] {
@@ -399,7 +399,7 @@ fn any_grid_size_is_solved() {
     }
 }
 
-/// A surface given by its Fourier series is the surface on the nodes, whatever part of it the grid holds.
+/// Heights as a Fourier series and on nodes give the same result, also if the grid resolves only part of the series.
 #[test]
 fn heights_as_a_series() {
     let spectrum = Spectrum { lambda_s: 1.0 / 24.0, ..Spectrum::CHALLENGE };
@@ -420,8 +420,7 @@ fn heights_as_a_series() {
     }
 }
 
-/// The mean gap that a pressure leads to, imposed, leads to that pressure; with adhesion also where no pressure would
-/// hold the state.
+/// Imposing the mean gap at a pressure returns that pressure; with adhesion also for states that are unstable under a pressure.
 #[test]
 fn mean_gap_control_inverts_load_control() {
     let (grid, heights) = rough(144, 1.0 / 16.0, 5);
@@ -436,16 +435,16 @@ fn mean_gap_control_inverts_load_control() {
         assert!((state.mean_gap / gap - 1.0).abs() < 1e-8, "{adhesion}: {}", state.mean_gap / gap - 1.0);
         assert!((state.pressure / 0.02 - 1.0).abs() < 1e-6, "{adhesion}: {}", state.pressure);
         assert!((state.energy / energy - 1.0).abs() < 1e-7);
-        // Of the state that is given back, at the pressure that is told: the spring's force is counted once.
+        // Residuals of the returned state at its pressure, with the force of the spring counted once.
         assert!(state.load_error < LOAD_BALANCE && state.residual <= p.tolerance, "{}", state.load_error);
         let mean = (0..state.stress.len()).map(|i| state.stress.at(i)).sum::<f64>() / state.stress.len() as f64;
         if adhesion == Adhesion::None {
             assert!((mean / state.pressure - 1.0).abs() < LOAD_BALANCE, "{mean} {}", state.pressure);
         }
-        // Farther apart than anything reaches there is no stress, and that is an answer.
+        // Beyond the range of all forces the pressure is zero.
         let apart = run.equilibrate(Load::MeanGap(1.0)).unwrap();
         assert!(apart.stop == Stop::Converged && apart.pressure.abs() < 1e-9, "{}, {}", apart.stop, apart.pressure);
-        // Where nothing attracts that is known before anything is solved.
+        // Without adhesion no solve is needed for that.
         if adhesion == Adhesion::None {
             assert!((apart.pressure, apart.iterations) == (0.0, 0) && (apart.mean_gap - 1.0).abs() < LOAD_BALANCE);
         }
@@ -463,7 +462,7 @@ fn mean_gap_control_inverts_load_control() {
     }
 }
 
-/// Without a push nothing but touch is left, and a pull parts the surfaces; with adhesion, too, once it is large enough.
+/// Zero pressure gives first contact and tension separates the surfaces; with adhesion only above the pull-off stress.
 #[test]
 fn excessive_tension_separates_the_surfaces() {
     let (grid, heights) = rough(128, 1.0 / 16.0, 5);
@@ -475,7 +474,7 @@ fn excessive_tension_separates_the_surfaces() {
     assert!((touching.mean_gap + lowest - asperity::grid::mean(&heights)).abs() < 1e-12);
     let apart = touching.mean_gap;
     assert_eq!(run.equilibrate(Load::Pressure(-1e-3)).unwrap().stop, Stop::Detached);
-    // Farther apart than at first touch nothing presses; a little nearer something does.
+    // No pressure at mean gaps above that of first contact; positive pressure slightly below.
     for precision in [Precision::F64, Precision::F32] {
         let p = Problem { precision, tolerance: 1e-3, ..p.clone() };
         let mut run = method::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
@@ -487,11 +486,11 @@ fn excessive_tension_separates_the_surfaces() {
     let p = Problem { adhesion: Adhesion::exponential(gamma, 1.4 * (gamma / 128.0).sqrt()), ..p };
     let mut run = method::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
     assert_eq!(run.equilibrate(Load::Pressure(1e-3)).unwrap().stop, Stop::Converged);
-    // Half the largest attraction of two flats, far beyond what the few spots of a rough one hold.
+    // Half the largest attraction of two flat surfaces, far above that of rough ones.
     assert_eq!(run.equilibrate(Load::Pressure(-0.07)).unwrap().stop, Stop::Detached);
 }
 
-/// Physical goals end a solve sooner than a tight residual, within what they promise.
+/// Accuracy targets end a solve earlier than a small tolerance, with errors within the targets.
 #[test]
 fn accuracy_targets_are_met() {
     let (grid, heights) = rough(256, 1.0 / 32.0, 5);
@@ -509,7 +508,7 @@ fn accuracy_targets_are_met() {
     assert!((fraction(&state, grid).0 / exact.1 - 1.0).abs() < 3e-3);
     let miss = (state.mean_gap / exact.2 - 1.0).abs();
     assert!(miss < 1e-4, "{miss:e} {:?} {:e}", state.error_estimates, state.residual);
-    // A method that cannot tell how far its energy is above the minimum says so; area and gap it can follow.
+    // Methods without an estimate of the energy error refuse an energy target, but accept targets of area and mean gap.
     let unavailable_reason = method::find("gfmd")
         .unwrap()
         .start(&p, &NoObserver)
@@ -528,7 +527,7 @@ fn accuracy_targets_are_met() {
     }
 }
 
-/// A state set from outside is where the next load starts: at its own load, it is the answer.
+/// A gap that was set is the start of the next load; at its own load the solve converges at once.
 #[test]
 fn solve_starts_from_an_initial_gap() {
     let (grid, heights) = rough(128, 1.0 / 16.0, 5);
@@ -547,8 +546,8 @@ fn solve_starts_from_an_initial_gap() {
     }
 }
 
-/// Full contact begins where the pressure outweighs the largest pull that the surface's shape asks of a node: of a wave of
-/// amplitude A, at π A over its length (Westergaard). On a rough surface the solver touches everywhere above it and not below.
+/// Full contact starts at the pressure that cancels the largest tension of the conforming displacement; for a wave of amplitude A at π A over
+/// its wavelength (Westergaard). On a rough surface the solver is in full contact above it and not below.
 #[test]
 fn full_contact_begins_at_its_pressure() {
     /// Rounding of one transform.

@@ -1,5 +1,5 @@
-//! Contact without adhesion under refinement: orders of convergence, and extrapolated values against closed forms. The
-//! same bodies on single grids are in `analytic`.
+//! Mesh convergence without adhesion: orders of convergence, and extrapolated values against closed forms. `analytic` has the same
+//! problems on single grids.
 
 use asperity::grid::{Grid, mean};
 use asperity::interface::Adhesion;
@@ -21,12 +21,12 @@ fn solve<R>(problem: &Problem, id: &str, pressure: f64, look: impl FnOnce(&State
     look(&state)
 }
 
-/// Order of convergence that two errors show, the second on a mesh of half the size.
+/// Order of convergence from two errors, the second at half the mesh size.
 fn order(coarse: f64, fine: f64) -> f64 {
     (coarse / fine).abs().log2()
 }
 
-/// The value at zero mesh size from two meshes, the second half as wide, whose error is of the given order.
+/// Richardson extrapolation from two meshes, the second of half the size, for an error of the given order.
 fn extrapolated(coarse: f64, fine: f64, order: i32) -> f64 {
     fine + (fine - coarse) / (2f64.powi(order) - 1.0)
 }
@@ -35,15 +35,14 @@ fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt()
 }
 
-/// 1-D wave of Westergaard (1939), at loads whose contact lines are nodes of every grid: the mean gap A(1 - r + r ln r)
-/// converges with the second power of the mesh, the free energy, its integral over the load, with the third. A strip's
-/// nodes are those on it, both ends counted.
+/// 1-D wave of Westergaard (1939) at loads whose contact lines are nodes of every grid: the mean gap A(1 - r + r ln r) converges at
+/// second order, the free energy, its integral over the load, at third order. Both end nodes of a strip are in contact.
 #[test]
 fn westergaard_is_of_second_order() {
-    /// Off the order, at 192 to 768 points: 0.05 and 0.01 were found.
+    /// Tolerances of the orders at 192 to 768 points; measured: 0.05 and 0.01.
     const GAP_ORDER: f64 = 0.1;
     const ENERGY_ORDER: f64 = 0.03;
-    /// Extrapolated errors over raw ones: at most 0.02 were found.
+    /// Extrapolated over raw errors; measured: at most 0.02.
     const GAIN: f64 = 0.05;
     let amplitude = 0.01;
     for (r, fraction) in [(0.25, 1.0 / 3.0), (0.5f64, 0.5), (0.75, 2.0 / 3.0)] {
@@ -76,9 +75,9 @@ const LATTICE: f64 = -3.900_264_92;
 const LATTICE_CUBED: f64 = 9.033_62;
 
 /// An axisymmetric indenter h = r²/2R + c r⁴ with contact radius a, one per square cell of length L: force, and approach
-/// of the bodies' mean planes. Own pressure: Hertz, and Galin's r⁴ (δ = 8/3 c a⁴, F = 64/15 c a⁵). Images lift the
+/// of the bodies' mean planes. Without images: Hertz, and Galin's r⁴ (δ = 8/3 c a⁴, F = 64/15 c a⁵). Images lift the
 /// surface between contacts by F/π (Σ1/r + (r² + s²) Σ1/r³/4), s² = 2a²/5 the mean square of the radius over a pressure of
-/// Hertz: a constant and a curvature. What is left out is of the fifth power of a/L.
+/// Hertz: a constant and a curvature. The next term is of fifth order in a/L.
 fn indenter(a: f64, (radius, quartic): (f64, f64), cell: f64) -> (f64, f64) {
     let images = LATTICE_CUBED / (2.0 * PI * cell.powi(3));
     let force =
@@ -96,20 +95,20 @@ fn under_force(force: f64, shape: (f64, f64), cell: f64) -> (f64, f64, f64) {
         let middle = 0.5 * (low + high);
         if indenter(middle, shape, cell).0 < force { low = middle } else { high = middle }
     }
-    // Trapezia are short by 1e-7 of the work.
+    // The trapezoidal rule is accurate to 1e-7.
     let steps = 2000;
     let points: Vec<_> = (0..=steps).map(|k| indenter(low * k as f64 / steps as f64, shape, cell)).collect();
     let work = points.windows(2).map(|w| 0.5 * (w[0].0 + w[1].0) * (w[1].1 - w[0].1)).sum();
     (low, points[steps].1, work)
 }
 
-/// Hertz: approach and elastic energy converge with at least the second power of the mesh, the counted area with the
-/// first; the area's perimeter correction, and extrapolation, each do better than the count. Contact lines cross the grid
-/// anyhow, so errors scatter: over three loads and three places of the sphere between the nodes.
+/// Hertz: approach and elastic energy converge at least at second order, the counted area at first order; perimeter correction and
+/// extrapolation improve the area. Errors scatter with the position of contact lines on the grid and are averaged over three loads and
+/// three positions of the sphere.
 #[test]
 fn hertz_converges_at_second_order() {
-    /// Contact radii of 3.9 to 5.9 nodes on the coarsest grid and of 16 to 23 on the finest, L/11 and less: what the
-    /// closed form leaves out is 1e-6 of the approach.
+    /// Contact radii of 3.9 to 5.9 nodes on the coarsest grid and 16 to 23 on the finest, at most L/11: the error of the closed form is
+    /// 1e-6 of the approach.
     const FORCES: [f64; 3] = [3e-4, 5.5e-4, 1e-3];
     let shape = (1.0, 0.0);
     // Per grid, relative errors of approach, elastic energy, counted and corrected area.
@@ -125,7 +124,7 @@ fn hertz_converges_at_second_order() {
                 solve(&problem(grid, &heights), "fast", force, |s| {
                     let area = contact_area(grid, s.gap, 0.0);
                     let disc = PI * a * a;
-                    // Heights count from their plane, the approach from first touch at height zero.
+                    // The approach is measured from first contact at height zero.
                     found[0].push((plane - s.mean_gap) / approach - 1.0);
                     found[1].push(s.elastic_energy / work - 1.0);
                     found[2].push(area.fraction / disc - 1.0);
@@ -138,12 +137,12 @@ fn hertz_converges_at_second_order() {
     falls(&errors.map(|found| found.map(|e| rms(&e))));
 }
 
-/// What refinement must bring, from rms errors of approach, elastic energy, counted and corrected area on grids that double.
+/// Checks the orders of rms errors of approach, elastic energy, counted and corrected area on successively doubled grids.
 fn falls(errors: &[[f64; 4]; 3]) {
-    /// Orders at least: approach and energy (1.85 to 3.0 found), counted area (0.8 to 1.4 found).
+    /// Smallest orders: approach and energy (measured: 1.85 to 3.0), counted area (measured: 0.8 to 1.4).
     const ORDER: f64 = 1.7;
     const AREA_ORDER: f64 = 0.7;
-    /// The corrected area's error over the counted one's at most: 0.2 to 0.65 were found.
+    /// Error of the corrected over that of the counted area; measured: 0.2 to 0.65.
     const CORRECTION: f64 = 0.75;
     for pair in errors.windows(2) {
         let orders = [0, 1, 2].map(|i| order(pair[0][i], pair[1][i]));
@@ -152,7 +151,7 @@ fn falls(errors: &[[f64; 4]; 3]) {
     assert!(errors.iter().all(|e| e[3] < CORRECTION * e[2]), "{errors:?}");
 }
 
-/// h = D cos cos, touching at the low points: at a light load its contacts are Hertz's with a quartic term and images.
+/// h = D cos cos at a small load: contacts at the low points are Hertzian with a quartic term and images.
 /// Per unit cell two, on a square lattice of length 1/√2; near a low point h = D(q²r²/2 - q⁴r⁴/16) on average over the
 /// directions.
 #[test]
@@ -182,14 +181,14 @@ fn two_dimensional_sinusoid_converges_at_second_order() {
     }));
 }
 
-/// A flat strip of half-width a beside a groove too deep to touch: the pressure of a row of flat punches under the mean
+/// A flat strip of half-width a next to a groove without contact: the pressure of a row of flat punches under the mean
 /// pressure p, p cos(πx)/√(sin²πa - sin²πx) (Sadowsky 1928, Koiter 1959 for the cracks between), and the mean gap
 /// D(1 - 2a) + (2p/π) ln sin πa.
 #[test]
 fn flat_punches_in_a_row() {
-    /// Off the first order, which the singular edges leave: 0.003 were found in the mean gap, stresses do a little better.
+    /// Tolerance of the first order, due to the singular edges; measured: 0.003 in the mean gap, slightly less in stresses.
     const ORDER: f64 = 0.05;
-    /// Of the energies of methods that are converged to residuals of 1e-9 of the pressure; 1e-15 was found.
+    /// Relative difference of energies converged to residuals of 1e-9 of the pressure; measured: 1e-15.
     const AGREEMENT: f64 = 1e-9;
     let (half_width, depth, pressure) = (0.2, 0.1, 0.01);
     let strip = |n: usize| -> (Grid, Vec<f64>) {
@@ -221,11 +220,10 @@ fn flat_punches_in_a_row() {
     assert!(others.iter().all(|b| (b / a - 1.0).abs() < AGREEMENT), "{a} {others:?}");
 }
 
-/// The methods end in the same energy on grids that are not square, whose meshes are not, and at light and heavy loads,
-/// with and without adhesion.
+/// Methods agree in energy on rectangular grids and meshes, at small and large loads, with and without adhesion.
 #[test]
 fn methods_agree_on_oblong_grids() {
-    /// Over the energy; methods are converged to residuals of 1e-9 of the pressure.
+    /// Relative difference of energies converged to residuals of 1e-9 of the pressure.
     const TOLERANCE: f64 = 1e-6;
     let gamma: f64 = 2.7e-4;
     // A half cell of square meshes, and a square cell of oblong ones.
