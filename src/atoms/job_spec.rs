@@ -90,8 +90,7 @@ pub struct JobSpec {
     pub cells: usize,
     pub depth_cells: usize,
     pub base_layers: usize,
-    /// Of an elastic foundation, with which the base moves; 0 of a rigid one.
-    #[serde(default, skip_serializing_if = "crate::record::json::is_default")]
+    /// Thickness of the elastic foundation, whose displacement the base follows; 0 for a rigid base.
     pub foundation_cells: usize,
     pub a0_angstrom: f64,
     pub deformable: u64,
