@@ -7,11 +7,11 @@ use asperity::{Adhesion, Branch, Load, Problem, Spectrum, Surface, SynthesisOpti
 fn main() -> asperity::Result<()> {
     // Reduced units: the cell has the extent 1, the contact modulus is 1.
     let spectrum = Spectrum { lambda_s: 1.0 / 8.0, ..Spectrum::CHALLENGE };
-    let surface = Surface::from_spectrum(spectrum, SynthesisOptions { nodes: 64, length: 1.0, seed: 3 })?;
-    let adhesion = Adhesion { work_of_adhesion: 2e-3, range: 3e-3, ..Adhesion::default() };
+    let surface = Surface::from_spectrum(spectrum, SynthesisOptions { nodes: 256, length: 1.0, seed: 3 })?;
+    let adhesion = Adhesion { work_of_adhesion: 4e-3, range: 5.6e-3, ..Adhesion::default() };
     let problem = Problem { adhesion: Some(adhesion), ..Problem::new(surface, 1.0) };
 
-    let loads = [0.005, 0.02, 0.05, 0.1, 0.05, 0.02, 0.005].map(Load::Pressure);
+    let loads = [0.005, 0.05, 0.1, 0.05, 0.005].map(Load::Pressure);
     let path = problem.load_path_with_pull_off(&loads)?;
     for state in &path.states {
         println!(
