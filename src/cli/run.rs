@@ -100,7 +100,7 @@ impl Run {
         }
         output::print(&output::table(
             &["stage", "what", "memory", "time"],
-            plan.stages.iter().map(|s| vec![s.name.into(), s.what.clone(), memory(s.bytes), duration(s.seconds)]),
+            plan.stages.iter().map(|s| vec![s.name.clone(), s.what.clone(), memory(s.bytes), duration(s.seconds)]),
         ));
         output::print(&format!(
             "needs {} of memory and about {} (an order of magnitude)",

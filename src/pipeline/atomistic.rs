@@ -2,8 +2,10 @@
 
 use super::frame_analysis::FrameAnalyzer;
 use super::initial_states::initial_configurations;
+use super::matched::compliant_wall;
+use super::stage::StageContext;
 use super::unloading::unloading;
-use super::{Key, Listener, comparison, frame_analysis};
+use super::{Key, Listener, frame_analysis};
 use crate::atoms::block::SurfaceSites;
 use crate::atoms::cost::evaluations_from_continuum;
 use crate::atoms::dump::read_frame;
@@ -45,7 +47,7 @@ pub fn build_job(case: &Case, atoms: &AtomsCase, folder: &Path, listener: &dyn L
     let inside = folder.join(CONTINUUM);
     std::fs::create_dir_all(&inside).map_err(Error::io("create", &inside))?;
     let key = Key::new(CONTINUUM, &case.portable_scene(), &[])?;
-    let solved = comparison::soft(case, atoms, (&inside, CONTINUUM), &key, listener)?;
+    let solved = compliant_wall(case, atoms, &StageContext { folder: &inside, stage: CONTINUUM, key: &key, listener })?;
     write_job(case, atoms, folder, Some((&solved, folder)))
 }
 

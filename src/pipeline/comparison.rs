@@ -1,170 +1,26 @@
-//! The continuum on the atoms' own heights, layer and load, and what the two say about each other.
+//! Atoms and continuum compared load by load: contact under each criterion, gaps, stresses and sections.
 
 use super::atomistic::site_positions;
-use super::continuum::{Asked, Keep, load_path};
 use super::findings::{effective_pressure, findings};
+use super::matched::{Matched, reduced};
 use super::probe_atoms::{ProbeAtoms, Profile, map_name, share, within};
 use super::versions::{Side, Solved, Units, versions};
-use super::{Key, Listener};
 use crate::atoms::contact::onto_grid;
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
 use crate::compare::{SiteCriterion, Sites, registration};
 use crate::grid::{Field, Grid, bilinear, mean};
-use crate::interface::{Elastic, RangeChoice, Wall};
-use crate::method::{Precision, Problem};
 use crate::observe::{Connectivity, along_y, column_at, patch_sizes};
 use crate::record::npy;
-use crate::record::quantity::Quantity;
 use crate::record::results::{
-    AtomState, AtomsResults, ComparisonResults, ContinuumResults, CriterionArea, CriterionMatch, LoadComparison,
-    Section, StateResults,
+    AtomState, AtomsResults, ComparisonResults, CriterionArea, CriterionMatch, LoadComparison, Section,
 };
-use crate::record::uncertainty::{UncertaintyComponent, UncertaintySource};
 use crate::scene::{AtomsCase, Case};
 use crate::units::GPA_PER_EV_A3;
 use crate::{Error, Result};
-use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Position of the section over the cell's extent in x.
 const SECTION: f64 = 0.5;
-
-/// rms KKT residual over the pressure of the matched solutions: gaps to a thousandth of an ångström.
-const MATCHED_TOLERANCE: f64 = 1e-8;
-
-/// Continuum solutions of the atoms' load on their layer: on the full heights, on the atoms' heights with a hard wall, and with
-/// the atoms' own wall.
-#[derive(Debug, Serialize, Deserialize)]
-pub(super) struct Matched {
-    /// None in a run folder of an earlier version.
-    #[serde(default)]
-    pub full: Option<ContinuumResults>,
-    pub hard: ContinuumResults,
-    pub soft: ContinuumResults,
-}
-
-pub(super) fn matched(
-    case: &Case,
-    atoms: &AtomsCase,
-    folder: &Path,
-    stage: &str,
-    key: &Key,
-    listener: &dyn Listener,
-) -> Result<Matched> {
-    let (kernel, wall) = (atoms.kernel(), Wall::Hard);
-    let hard = Matching { kernel, wall, soft: false, tag: "hard wall", criterion: "zero gap" };
-    // The scene's own grid, which holds more of the spectrum than atoms do; neither low-passed nor scaled up.
-    let whole = case.surface.heights(case.grid, 0.0);
-    let full = Matching { tag: "full heights", ..hard };
-    let asked = case
-        .requested_outputs()
-        .distributions
-        .then(|| solve(case, atoms, (case.grid, &whole), full, (folder, stage), key, listener));
-    let full = match asked.transpose() {
-        // MethodRun the others: what does not converge here takes nothing from them.
-        Err(e @ Error::NotConverged { .. }) => {
-            listener.warn(&format!("the continuum on the full heights is left out: {e}"));
-            None
-        }
-        other => other?,
-    };
-    let heights = reduced(atoms, atoms.heights_angstrom(&case.surface, atoms.matched));
-    let mut found = solve(case, atoms, (atoms.matched, &heights), hard, (folder, stage), key, listener)?;
-    if case.scene.atoms.as_ref().is_some_and(|a| a.depth_error) {
-        let deep = Matching { kernel: Elastic::HalfSpace, tag: "half-space", ..hard };
-        let deep = solve(case, atoms, (atoms.matched, &heights), deep, (folder, stage), key, listener)?;
-        found
-            .states
-            .iter_mut()
-            .zip(&deep.states)
-            .for_each(|(state, deep)| state.uncertainty.extend(of_depth(state, deep)));
-    }
-    Ok(Matched { full, hard: found, soft: soft(case, atoms, (folder, stage), key, listener)? })
-}
-
-/// What the finite depth of a block makes of contact and mean gap: the way from the half-space, over the value.
-fn of_depth(state: &StateResults, deep: &StateResults) -> [UncertaintyComponent; 2] {
-    let part = |quantity, found: f64, deep: f64| {
-        let relative = Some((found / deep - 1.0).abs()).filter(|r| r.is_finite());
-        UncertaintyComponent { quantity, source: UncertaintySource::Depth, relative, is_bound: false }
-    };
-    [
-        part(Quantity::ContactArea, state.contact_fraction_corrected, deep.contact_fraction_corrected),
-        part(Quantity::MeanGap, state.mean_gap, deep.mean_gap),
-    ]
-}
-
-/// The continuum with the atoms' own wall, at every load; its gaps are stored in the folder.
-pub(super) fn soft(
-    case: &Case,
-    atoms: &AtomsCase,
-    place: (&Path, &str),
-    key: &Key,
-    listener: &dyn Listener,
-) -> Result<ContinuumResults> {
-    let matching = Matching {
-        kernel: atoms.kernel(),
-        wall: Wall::Tabulated(atoms.soft_wall()),
-        soft: true,
-        tag: "compliant wall",
-        criterion: "the wall pushes",
-    };
-    // The law acts straight up: on what a ball feels it acts where, and as soon as, an atom would be met on a slope.
-    let heights = reduced(atoms, atoms.dilated_heights_angstrom(&case.surface));
-    solve(case, atoms, (atoms.matched, &heights), matching, place, key, listener)
-}
-
-/// Å in units of L.
-fn reduced(atoms: &AtomsCase, mut heights: Vec<f64>) -> Vec<f64> {
-    heights.iter_mut().for_each(|h| *h /= atoms.block.length());
-    heights
-}
-
-/// What is solved for the comparison, and what it calls contact.
-#[derive(Clone, Copy)]
-struct Matching {
-    kernel: Elastic,
-    wall: Wall,
-    soft: bool,
-    tag: &'static str,
-    criterion: &'static str,
-}
-
-fn solve(
-    case: &Case,
-    atoms: &AtomsCase,
-    (grid, heights): (Grid, &[f64]),
-    matching: Matching,
-    (folder, stage): (&Path, &str),
-    key: &Key,
-    listener: &dyn Listener,
-) -> Result<ContinuumResults> {
-    let problem = Problem {
-        kernel: matching.kernel,
-        adhesion: atoms.matched_adhesion(matching.soft),
-        wall: matching.wall,
-        precision: Precision::F64,
-        tolerance: MATCHED_TOLERANCE,
-        max_iterations: case.scene.continuum.max_iterations,
-        ..Problem::new(grid, heights)
-    };
-    let asked = Asked {
-        problem,
-        method: &case.scene.continuum.method,
-        // The pair adhesion is what the atoms have, whatever the grid.
-        range: RangeChoice::True,
-        steps: case.load_steps(),
-        pull_off: false,
-        start: None,
-        gradient: case.gradient,
-        hysteresis: false,
-        threshold: 0.0,
-        criterion: matching.criterion.into(),
-        keep: &|_| Keep { gap: true, stress: case.requested_outputs().distributions },
-        wants: case.requested_outputs(),
-    };
-    load_path(asked, (folder, stage, matching.tag), key, listener)
-}
 
 /// A stored field of the run folder.
 struct Stored(npy::Field<f64>);

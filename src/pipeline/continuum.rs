@@ -1,150 +1,24 @@
-//! Stages of the continuum: the surface in numbers, and equilibria along the load path.
+//! Equilibria of the continuum along a load path.
 
+use super::Progress;
 use super::budget::budget;
 use super::observed::observed;
-use super::{Key, Listener, Progress};
+use super::stage::StageContext;
 use crate::grid::{Field, Grid};
 use crate::interface::{Adhesion, RangeChoice};
 use crate::load::{Branch, Load, LoadStep};
-use crate::method::{self, Heights, Problem, Stop, Targets};
+use crate::method::{self, Problem, Stop};
 use crate::observe::{hysteresis_work, stiffness};
 use crate::path::{Begin, Checkpoint, CheckpointWriter, LoadPath, Reached};
 use crate::record::npy;
-use crate::record::results::{
-    CURVATURE_RADIUS, ContinuumResults, FIRST_TOUCH, HEIGHT_RANGE, Hysteresis, Observed, PsdPoint, RMS_HEIGHT,
-    RangeResults, StateNumbers, StateResults, Statistic, SurfaceResults,
-};
-use crate::scene::{Case, REFERENCE_LOAD, RequestedOutputs, Surface};
-use crate::surface::{Expected, hann_windowed, moments, non_periodic_moments, psd, range};
+use crate::record::results::{ContinuumResults, Hysteresis, Observed, RangeResults, StateNumbers, StateResults};
+use crate::scene::RequestedOutputs;
 use crate::{Error, Result};
 use std::path::Path;
 
 /// Name of a stage folder's file as `results.json` names it, relative to the run folder.
-fn in_stage(stage: &str, file: &str) -> String {
+pub(super) fn in_stage(stage: &str, file: &str) -> String {
     format!("{stage}/{file}")
-}
-
-/// Statistics of heights, expected against realised, and their spectrum; heights go to `heights.npy`.
-pub(super) fn surface(case: &Case, heights: &[f64], folder: &Path, stage: &str) -> Result<SurfaceResults> {
-    let wants = case.requested_outputs();
-    // Heights that were read are solved from there.
-    let kept = wants.maps || matches!(case.surface, Surface::Imported { .. });
-    if kept {
-        npy::write(&folder.join("heights.npy"), case.grid.nx, case.grid.ny, heights.iter().copied())?;
-    }
-    let patch = case.is_non_periodic();
-    let note = "Heights that do not repeat: moments are those of the nodes and of the differences between neighbours, none of \
-                them across an edge; the spectrum is that of the heights about their mean plane under a Hann window.";
-    Ok(SurfaceResults {
-        origin: case.surface.origin(),
-        periodic: !patch,
-        note: if patch { note.into() } else { String::new() },
-        nx: case.grid.nx,
-        ny: case.grid.ny,
-        aspect: case.grid.ly / case.grid.lx,
-        heights: kept.then(|| in_stage(stage, "heights.npy")),
-        statistics: if wants.spectrum { statistics(case, heights) } else { Vec::new() },
-        psd: if !wants.spectrum {
-            Vec::new()
-        } else if patch {
-            spectrum(&case.surface, case.grid, &hann_windowed(case.grid, heights))
-        } else {
-            spectrum(&case.surface, case.grid, heights)
-        },
-    })
-}
-
-/// The table "expected against realised" of heights on their grid. Expected values are those of the whole spectrum, beside
-/// those of the modes that the grid holds, where it does not hold all.
-pub fn statistics(case: &Case, heights: &[f64]) -> Vec<Statistic> {
-    let (surface, grid, um) = (&case.surface, case.grid, case.scales.length_m * 1e6);
-    if case.is_non_periodic() {
-        return patch_statistics(grid, heights, um);
-    }
-    let (m, r) = (moments(grid, heights), range(heights));
-    let (expected, held) = match surface {
-        Surface::Synthesised { spectrum, modes, .. } => (
-            Some(spectrum.expected(grid.ly / grid.lx, 0.0)),
-            (!modes.held_by(grid)).then(|| spectrum.expected_on(grid)),
-        ),
-        Surface::Imported { .. } | Surface::Fourier { .. } => (None, None),
-    };
-    let line = |name: &str, symbol: &str, unit: &str, of: Option<&dyn Fn(&Expected) -> f64>, realised: f64| Statistic {
-        name: name.into(),
-        symbol: symbol.into(),
-        unit: unit.into(),
-        expected: of.and_then(|of| expected.as_ref().map(of)),
-        expected_on_grid: of.and_then(|of| held.as_ref().map(of)),
-        realised,
-        band: None,
-    };
-    let band = held.as_ref().or(expected.as_ref()).map(|e| e.rms_height_band * um);
-    vec![
-        Statistic { band, ..line("rms height", RMS_HEIGHT, "µm", Some(&|e| e.rms_height * um), m.rms_height * um) },
-        line("rms gradient", "ḡ", "1", Some(&|e| e.rms_gradient), m.rms_gradient),
-        line(
-            "curvature radius",
-            CURVATURE_RADIUS,
-            "nm",
-            Some(&|e| e.curvature_radius * um * 1e3),
-            m.curvature_radius() * um * 1e3,
-        ),
-        line("profile moment m0", "m0", "µm²", Some(&|e| e.m0 * um * um), m.m0 * um * um),
-        line("profile moment m2", "m2", "1", Some(&|e| e.m2), m.m2),
-        line("profile moment m4", "m4", "µm⁻²", Some(&|e| e.m4 / um / um), m.m4 / um / um),
-        line("Nayak's bandwidth parameter", "α", "1", Some(&|e| e.nayak()), m.nayak()),
-        line("mean minus lowest height (first-touch mean gap)", FIRST_TOUCH, "µm", None, (r.mean - r.min) * um),
-        line("range of heights", HEIGHT_RANGE, "µm", None, (r.max - r.min) * um),
-        line(
-            "elastic energy of full contact",
-            "U_el",
-            "µm E*",
-            Some(&|e| e.full_contact_energy * um),
-            m.full_contact_energy * um,
-        ),
-    ]
-}
-
-/// The same of heights that do not repeat, of which nothing is expected.
-fn patch_statistics(grid: Grid, heights: &[f64], um: f64) -> Vec<Statistic> {
-    let (m, r) = (non_periodic_moments(grid, heights), range(heights));
-    let lines = [
-        ("rms height about the mean", RMS_HEIGHT, "µm", m.rms_height * um),
-        ("rms gradient between neighbours", "ḡ", "1", m.rms_gradient),
-        ("curvature radius", CURVATURE_RADIUS, "nm", m.m4.sqrt().recip() * um * 1e3),
-        ("profile moment m2", "m2", "1", m.m2),
-        ("profile moment m4", "m4", "µm⁻²", m.m4 / um / um),
-        ("mean minus lowest height (first-touch mean gap)", FIRST_TOUCH, "µm", (r.mean - r.min) * um),
-        ("range of heights", HEIGHT_RANGE, "µm", (r.max - r.min) * um),
-    ];
-    lines
-        .into_iter()
-        // A map without curvature has no radius of it.
-        .filter(|line| line.3.is_finite())
-        .map(|(name, symbol, unit, realised)| Statistic {
-            name: name.into(),
-            symbol: symbol.into(),
-            unit: unit.into(),
-            expected: None,
-            expected_on_grid: None,
-            realised,
-            band: None,
-        })
-        .collect()
-}
-
-fn spectrum(surface: &Surface, grid: Grid, heights: &[f64]) -> Vec<PsdPoint> {
-    let power = match surface {
-        Surface::Synthesised { spectrum, .. } => {
-            let scale = spectrum.expected(grid.ly / grid.lx, 0.0).power_scale;
-            Some(move |n: f64| spectrum.relative_power(n) * scale)
-        }
-        Surface::Imported { .. } | Surface::Fourier { .. } => None,
-    };
-    let bins = psd(grid, heights, |n| power.as_ref().map_or(0.0, |p| p(n)));
-    bins.iter()
-        .map(|b| PsdPoint { mode: b.mode, realised: b.power, expected: power.as_ref().map(|_| b.expected) })
-        .collect()
 }
 
 /// Which of the fields of a state are kept.
@@ -181,9 +55,8 @@ pub(super) struct Asked<'a> {
 /// apart from those of others. `tag` tells several paths of one stage apart.
 pub(super) fn load_path(
     asked: Asked,
-    (folder, stage, tag): (&Path, &str, &str),
-    key: &Key,
-    listener: &dyn Listener,
+    &StageContext { folder, stage, key, listener }: &StageContext,
+    tag: &str,
 ) -> Result<ContinuumResults> {
     let method = method::find(asked.method).expect("checked with the scene");
     let loads: Vec<Load> = asked.steps.iter().map(|s| s.target).collect();
@@ -397,86 +270,6 @@ fn summary(
         hysteresis: None,
         observed,
     }
-}
-
-/// A problem at laboratory scale.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Variant {
-    /// What the scene asks for.
-    Primary,
-    /// Its loads there, without adhesion.
-    NonAdhesive,
-    /// Its loads there, with another range of the adhesion, nm.
-    Range(f64),
-    /// Its reference load, without adhesion, by the method that is compared with.
-    CrossCheck,
-    /// Its loads there by another method, with its adhesion or without.
-    Comparison(&'static str, bool),
-}
-
-/// Solves a case, or a variant of it, at its loads.
-pub(super) fn laboratory(
-    case: &Case,
-    variant: Variant,
-    heights: Heights,
-    (folder, stage, tag): (&Path, &str, &str),
-    key: &Key,
-    listener: &dyn Listener,
-) -> Result<ContinuumResults> {
-    let scene = &case.scene;
-    let asked = variant == Variant::Primary;
-    let start = match &scene.continuum.initial_gap {
-        Some(file) if asked => Some(start(&case.resolve_path(file), case.grid)?),
-        _ => None,
-    };
-    let mut problem = case.problem(heights);
-    let reference = [LoadStep::single(REFERENCE_LOAD, case.gradient)];
-    let mut steps = if asked { case.load_steps() } else { case.loading_steps() };
-    let mut method = scene.continuum.method.as_str();
-    let mut range = case.range();
-    match variant {
-        Variant::Primary => {}
-        Variant::NonAdhesive => problem.adhesion = Adhesion::None,
-        Variant::Range(nm) => problem.adhesion = case.adhesion_of_range(nm),
-        Variant::CrossCheck => {
-            problem.adhesion = Adhesion::None;
-            // What only the default method estimates is no goal of another.
-            problem.targets = Targets::default();
-            method = scene.challenge.as_ref().map_or(method, |c| &c.cross_check_method);
-            steps = &reference;
-        }
-        Variant::Comparison(id, adhesive) => {
-            if !adhesive {
-                problem.adhesion = Adhesion::None;
-            }
-            if id != method::find(method).map_or("", |m| m.card().id) {
-                problem.targets = Targets::default();
-            }
-            // The error of the range is estimated once, by the scene's own method.
-            range = if range == RangeChoice::Extrapolate { RangeChoice::Mesh } else { range };
-            method = id;
-        }
-    }
-    let criterion = method::find(method).expect("checked with the scene").criterion(&problem.settings).to_string();
-    let maps = matches!(variant, Variant::Primary | Variant::NonAdhesive | Variant::Comparison(..));
-    let asked = Asked {
-        problem,
-        method,
-        range,
-        steps,
-        pull_off: asked && scene.load.pull_off,
-        start,
-        gradient: case.gradient,
-        hysteresis: asked && scene.load.is_closed(),
-        threshold: 0.0,
-        criterion,
-        keep: &|step| {
-            let keep = maps && case.stores_maps(step);
-            Keep { gap: keep, stress: keep }
-        },
-        wants: case.requested_outputs(),
-    };
-    load_path(asked, (folder, stage, tag), key, listener)
 }
 
 /// A gap to start from.

@@ -1,6 +1,6 @@
 //! What the comparison of atoms and continuum says, in sentences.
 
-use super::comparison::Matched;
+use super::matched::Matched;
 use crate::interface::Kernel;
 use crate::record::results::{
     AtomState, AtomsResults, CriterionMatch, LoadComparison, Overlap, PlasticityResults, StateResults,

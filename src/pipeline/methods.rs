@@ -1,8 +1,11 @@
 //! Methods beside the scene's own, at the same loads: solvers as the scene's is run, and those that estimate.
 
-use super::continuum::{Variant, laboratory, range_results};
+use super::continuum::range_results;
+use super::folder::Key;
+use super::laboratory::{SECONDS_PER_POINT_PAIR, SolvedHeights, Variant, laboratory, variant_key};
 use super::observed::{SIZES_PER_DECADE, gap_edges, stress_edges};
-use super::{Key, Listener, Progress};
+use super::stage::{Cost, Machine, Stage, StageContext, StageKeys};
+use super::{Listener, Progress};
 use crate::grid::{Field, Grid};
 use crate::interface::Adhesion;
 use crate::load::{Load, LoadStep};
@@ -28,11 +31,6 @@ pub(super) struct MethodRun {
 }
 
 impl MethodRun {
-    /// Name of its stage and folder.
-    pub fn stage(&self) -> String {
-        format!("method-{}{}", self.method.card().id, if self.adhesive { "" } else { "-without" })
-    }
-
     pub fn words(&self) -> String {
         format!("{}{}", self.method.card().id, if self.adhesive { "" } else { ", without adhesion" })
     }
@@ -50,6 +48,48 @@ pub(super) fn all(case: &Case) -> Vec<MethodRun> {
     };
     let atoms = |m: &&'static dyn ContactMethod| case.atoms.is_some() && m.card().id == all_atom::ID;
     case.comparison_methods().into_iter().filter(|m| !atoms(m)).flat_map(of).collect()
+}
+
+/// Solves or estimates by one of the comparison methods.
+pub(super) struct MethodStage<'a> {
+    pub case: &'a Case,
+    pub of: MethodRun,
+}
+
+impl Stage for MethodStage<'_> {
+    type Input<'i> = &'i SolvedHeights<'i>;
+    type Output = MethodResults;
+
+    fn name(&self) -> String {
+        format!("method-{}{}", self.of.method.card().id, if self.of.adhesive { "" } else { "-non-adhesive" })
+    }
+
+    fn what(&self) -> String {
+        let (n, grid) = (self.case.loading_steps().len(), self.case.grid);
+        let loads = if n == 1 { "load" } else { "loads" };
+        format!("{} at {n} {loads} on {} x {} points", self.of.words(), grid.nx, grid.ny)
+    }
+
+    fn cost(&self, machine: Machine) -> Cost {
+        let (case, loads) = (self.case, self.case.loading_steps().len() as f64);
+        let adhesion = if self.of.adhesive { case.adhesion } else { Adhesion::None };
+        let problem = Problem { adhesion, ..case.problem((&[][..]).into()) };
+        let plan = EstimatorInput::plan(&problem, self.of.method);
+        let points = case.grid.points();
+        let pairs = plan.iterations as f64 * plan.pairs_per_iteration * loads;
+        // Sums of estimates are on one thread, or nearly so.
+        let seconds = pairs * points as f64 * SECONDS_PER_POINT_PAIR / machine.threads as f64 + plan.seconds * loads;
+        Cost { bytes: plan.bytes + 8 * points as u64, seconds }
+    }
+
+    fn keys(&self, after: &[&Key]) -> Result<StageKeys> {
+        let variant = Variant::Comparison(self.of.method.card().id, self.of.adhesive);
+        variant_key(self.case, &self.name(), variant, after).map(StageKeys::continued)
+    }
+
+    fn run(&self, heights: &SolvedHeights, at: &StageContext) -> Result<MethodResults> {
+        run(self.case, self.of, heights.get()?, at)
+    }
 }
 
 /// Whether the atoms that a case runs are to stand among the methods.
@@ -127,14 +167,8 @@ fn stiffen(states: &mut [MethodState]) {
 }
 
 /// Runs a method at the loads on the way there. What it refuses, or does not bring to an end, is told in its results.
-pub(super) fn run(
-    case: &Case,
-    beside: MethodRun,
-    heights: Heights,
-    (folder, stage): (&Path, &str),
-    key: &Key,
-    listener: &dyn Listener,
-) -> Result<MethodResults> {
+pub(super) fn run(case: &Case, beside: MethodRun, heights: Heights, at: &StageContext) -> Result<MethodResults> {
+    let &StageContext { folder, stage, listener, .. } = at;
     let (method, adhesive) = (beside.method, beside.adhesive);
     let card = method.card();
     let mut results = nothing(method, &case.scene.methods, adhesive);
@@ -151,7 +185,7 @@ pub(super) fn run(
     let ended = match card.kind {
         Kind::Solver => {
             results.planned_bytes = method.plan(&asked).bytes;
-            laboratory(case, Variant::Comparison(card.id, adhesive), heights, (folder, stage, ""), key, listener)
+            laboratory(case, Variant::Comparison(card.id, adhesive), heights, at)
                 .map(|c| (results.states, results.range) = (loading_states(&c), c.range))
         }
         Kind::Estimate => EstimatorInput::new(asked.clone(), method).and_then(|input| {

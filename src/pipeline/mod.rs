@@ -4,6 +4,7 @@
 //! a changed scene repeats only what the change touches.
 
 mod accuracy;
+mod atom_stages;
 mod atomistic;
 mod budget;
 mod comparison;
@@ -12,6 +13,8 @@ mod findings;
 mod folder;
 mod frame_analysis;
 mod initial_states;
+mod laboratory;
+mod matched;
 mod methods;
 mod nvt;
 mod observed;
@@ -19,18 +22,23 @@ mod plan;
 mod probe_atoms;
 mod progress;
 mod run;
+mod run_files;
+mod stage;
+mod surface;
 mod tradeoff;
 mod unloading;
 mod versions;
 
 pub use accuracy::{Unserved, advise, read_tables, resolve_accuracy};
 pub use atomistic::{LammpsOutcome, build_job, engine, read_atoms, read_frames, run_lammps, speed};
-pub use continuum::{start, statistics};
+pub use continuum::start;
 pub use folder::{Key, RunFolder};
 pub use methods::state_of;
 pub use plan::{RunPlan, plan};
 pub use progress::Progress;
 pub use run::{rebuild_comparison, run};
+pub use stage::PlannedStage;
+pub use surface::statistics;
 use tradeoff::adhesion_words;
 pub use tradeoff::{TradeoffRequest, Verification, shortest_wavelength, tradeoff, verify};
 

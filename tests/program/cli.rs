@@ -528,7 +528,7 @@ fn plans_and_progress_are_for_people() {
     }
     let continuum = call(&["run", word(&tiny(&scratch, false)), "--out", word(&scratch.path("run"))]);
     let said = stderr(&continuum);
-    assert!(said.contains("fast on 32 x 32 points") && !said.contains("auto"), "{said}");
+    assert!(said.contains("fast at 2 loads on 32 x 32 points") && !said.contains("auto"), "{said}");
     let pairs = String::from_utf8_lossy(&continuum.stdout).into_owned();
     assert!(pairs.contains("FFT pairs"), "{pairs}");
 }

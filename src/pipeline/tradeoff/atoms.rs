@@ -7,7 +7,8 @@ use crate::atoms::engine::{Engine, LammpsEngine};
 use crate::interface::Adhesion;
 use crate::method::{Precision, all_atom};
 use crate::pipeline::methods::{self, MethodRun};
-use crate::pipeline::{Key, Listener, atomistic, comparison, plan};
+use crate::pipeline::stage::StageContext;
+use crate::pipeline::{Key, Listener, atomistic, matched, plan};
 use crate::record::tradeoff::{AtomsCost, BlockSize, Cost};
 use crate::scene::{AtomsCase, AtomsScene, Case, Start, Surface, highest_p_star};
 use crate::{Error, Result, sys};
@@ -129,7 +130,7 @@ fn total(atoms: &AtomsCase) -> u64 {
 /// Bytes and seconds of a block, before it is pressed.
 pub fn planned(case: &Case) -> Result<(u64, f64)> {
     let plan = plan(case, rayon::current_num_threads(), None)?;
-    let of = plan.stages.iter().filter(|s| ["matched", "lammps", "atoms"].contains(&s.name));
+    let of = plan.stages.iter().filter(|s| ["matched", "lammps", "atoms"].contains(&s.name.as_str()));
     Ok(of.fold((0, 0.0), |(bytes, seconds), s| (bytes.max(s.bytes), seconds + s.seconds)))
 }
 
@@ -165,7 +166,8 @@ pub fn pressed(
     let solved = match atoms.start {
         Start::Continuum => {
             let in_stage = format!("{stage}/{JOB}");
-            Some(comparison::soft(case, atoms, (&job_folder, &in_stage), key, listener)?)
+            let at = StageContext { folder: &job_folder, stage: &in_stage, key, listener };
+            Some(matched::compliant_wall(case, atoms, &at)?)
         }
         Start::Touch => None,
     };

@@ -8,6 +8,7 @@ use crate::grid::Series;
 use crate::method::{Heights, Precision, all_atom};
 use crate::pipeline::folder::{Key, ResumePolicy, RunFolder};
 use crate::pipeline::methods::{self, MethodRun};
+use crate::pipeline::stage::StageContext;
 use crate::pipeline::{Listener, run};
 use crate::record::methods::MethodResults;
 use crate::record::results::StageCost;
@@ -464,7 +465,7 @@ fn measured(
     while !enough(repeats, runs, seconds) {
         let growth = sys::MemoryGrowth::begin();
         let (clock, cpu) = (Instant::now(), sys::cpu_seconds());
-        let results = methods::run(case, rung.beside, heights, (dir, stage), key, listener)?;
+        let results = methods::run(case, rung.beside, heights, &StageContext { folder: dir, stage, key, listener })?;
         let cost = Cost {
             wall_seconds: clock.elapsed().as_secs_f64(),
             cpu_seconds: sys::cpu_seconds() - cpu,

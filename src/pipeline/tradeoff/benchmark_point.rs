@@ -3,8 +3,8 @@
 use crate::interface::{Base, Elastic, Layer};
 use crate::method::{ContactMethod, Heights, Kind, Precision, Problem};
 use crate::path::EstimatorInput;
+use crate::pipeline::laboratory::SECONDS_PER_POINT_PAIR;
 use crate::pipeline::methods::MethodRun;
-use crate::pipeline::plan::SECONDS_PER_POINT_PAIR;
 use crate::record::tradeoff::{BlockSize, Setting};
 use crate::scene::{Case, Scene, Surface, default_tolerance};
 use crate::{Error, Result};

@@ -1,0 +1,314 @@
+//! The stages of the atoms: the LAMMPS run, its frames, the states at a temperature, and the comparison with the continuum.
+
+use super::atomistic::{self, LammpsOutcome};
+use super::comparison::compare;
+use super::folder::Key;
+use super::matched::{Matched, MatchedStage, crystal_key, pair_key, profile_key};
+use super::stage::{Cost, Machine, Stage, StageContext, StageKeys};
+use super::{methods, nvt};
+use crate::Result;
+use crate::atoms::cost::{self, LoadingMode, memory_bytes};
+use crate::atoms::engine::Engine;
+use crate::atoms::job::Job;
+use crate::atoms::nvt::{MD_STEP_COST_RATIO, NvtSettings};
+use crate::atoms::potential::CALCIUM;
+use crate::atoms::scripts::{DISPLACEMENT_RAMP, NVT, PRESCRIBED_LOAD};
+use crate::atoms::unloading::STEP_REFINEMENT;
+use crate::method::all_atom;
+use crate::record::methods::MethodResults;
+use crate::record::results::{AtomsResults, ComparisonResults, NvtResults};
+use crate::scene::{AtomsCase, AtomsScene, Case, Start};
+use std::path::Path;
+
+/// Name of the stage that runs LAMMPS.
+pub(super) const LAMMPS: &str = "lammps";
+
+/// Fraction of the first-touch mean gap that is closed at a few per cent of p*: ū falls from 2.63 to 0.58 µm at p* = 0.03.
+const CLOSED: f64 = 0.8;
+
+/// Distance that is covered in shorter steps on the unloading branch, in ranges of the adhesion.
+const PULLED_RANGES: f64 = 4.0;
+
+/// Time of the comparison, s per load, and per load and point: with pictures and curves three loads took 2.0, 2.8 and 11 s with
+/// 132², 396² and 1540² points; those take what [`super::plan`] counts for the report.
+const COMPARISON: (f64, f64) = (0.43, 1.44e-6);
+
+/// A case with atoms, and the program that runs them.
+#[derive(Clone, Copy)]
+pub(super) struct AtomStages<'a> {
+    pub case: &'a Case,
+    pub atoms: &'a AtomsCase,
+    pub scene: &'a AtomsScene,
+    /// None where a run is only planned.
+    engine: Option<&'a dyn Engine>,
+}
+
+impl<'a> AtomStages<'a> {
+    /// None of a case without atoms.
+    pub fn of(case: &'a Case, engine: Option<&'a dyn Engine>) -> Option<Self> {
+        let (atoms, scene) = case.atoms.as_ref().zip(case.scene.atoms.as_ref())?;
+        Some(AtomStages { case, atoms, scene, engine })
+    }
+
+    pub fn matched(&self) -> MatchedStage<'a> {
+        MatchedStage { case: self.case, atoms: self.atoms, scene: self.scene }
+    }
+
+    /// None where the scene requests no temperature.
+    pub fn nvt(&self) -> Option<NvtStage<'a>> {
+        Some(NvtStage { of: *self, settings: self.atoms.nvt.as_ref()? })
+    }
+
+    /// None where the atoms are not among the comparison methods.
+    pub fn all_atom(&self) -> Option<AllAtomStage<'a>> {
+        methods::wants_atoms(self.case).then_some(AllAtomStage(*self))
+    }
+
+    /// Block and indenter.
+    pub fn count(&self) -> u64 {
+        self.atoms.block.atoms() + (self.atoms.points * self.atoms.points) as u64
+    }
+
+    fn engine(&self) -> &'a dyn Engine {
+        self.engine.expect("LAMMPS is looked up before a run")
+    }
+
+    /// How the loads are reached, and the same in words.
+    fn loading(&self) -> (LoadingMode, String) {
+        match self.atoms.start {
+            Start::Touch => {
+                let (steps, step) = (self.ramp_steps(), self.scene.step_or_default());
+                let back = if self.atoms.unload { ", loading and unloading" } else { "" };
+                (LoadingMode::RampSteps(steps), format!("about {steps:.0} steps of {step} Å{back}"))
+            }
+            Start::Continuum => {
+                let number = self.case.rising_steps().len() + self.case.unloading_steps().len();
+                let words = format!("{number} load{} from the continuum", if number == 1 { "" } else { "s" });
+                let force_tolerance = self.scene.force_tolerance_ev_per_angstrom;
+                (LoadingMode::PrescribedLoads { number, force_tolerance }, words)
+            }
+        }
+    }
+
+    /// Steps of the indenter: those of the loading branch, on the unloading branch as many, and the shorter ones in which a
+    /// pull is followed.
+    fn ramp_steps(&self) -> f64 {
+        let (atoms, step) = (self.atoms, self.scene.step_or_default());
+        let down = CLOSED * atoms.first_touch_gap_angstrom / step;
+        let range = atoms.adhesion.map_or(0.0, |a| 1.0 / a.pair.kappa_per_angstrom);
+        match atoms.unload {
+            true => 2.0 * down + PULLED_RANGES * range / step * STEP_REFINEMENT as f64,
+            false => down,
+        }
+    }
+
+    fn force_evaluations(&self) -> f64 {
+        cost::evaluations(self.atoms.block.cells, self.atoms.block.depth_cells, self.loading().0)
+    }
+}
+
+/// Runs LAMMPS through the loads.
+pub(super) struct LammpsStage<'a>(pub AtomStages<'a>);
+
+impl Stage for LammpsStage<'_> {
+    /// The matched continuum, and the run folder that its file names are relative to.
+    type Input<'i> = (&'i Matched, &'i Path);
+    type Output = LammpsOutcome;
+
+    fn name(&self) -> String {
+        LAMMPS.into()
+    }
+
+    fn what(&self) -> String {
+        let of = &self.0;
+        format!("{} atoms, {}, about {:.0} force evaluations", of.count(), of.loading().1, of.force_evaluations())
+    }
+
+    fn cost(&self, machine: Machine) -> Cost {
+        let (total, ranks, mode) = (self.0.count(), self.0.scene.ranks, self.0.loading().0);
+        Cost {
+            bytes: memory_bytes(total, ranks, self.0.atoms.start == Start::Touch),
+            seconds: cost::seconds(total, self.0.force_evaluations(), mode, machine.seconds_per_evaluation, ranks),
+        }
+    }
+
+    /// `after`: the geometry, and the matched continuum.
+    fn keys(&self, after: &[&Key]) -> Result<StageKeys> {
+        let &AtomStages { case, atoms, scene, .. } = &self.0;
+        let [geometry, matched] = after else { unreachable!("two keys") };
+        let block = (profile_key(scene), scene.depth_cells, scene.foundation_cells);
+        let potential = match &atoms.potential {
+            Some(path) => Key::of_file(path)?,
+            None => format!("{CALCIUM:?}"),
+        };
+        let (script, step) = match atoms.start {
+            Start::Continuum => (PRESCRIBED_LOAD, None),
+            Start::Touch => (DISPLACEMENT_RAMP, Some(scene.step_or_default())),
+        };
+        // The job folder knows which of its steps serve other loads than they were made for.
+        let program = (block, crystal_key(scene, atoms), potential, self.0.engine().describe(), script.hash());
+        let steps = (step, scene.force_tolerance_ev_per_angstrom, scene.plasticity, pair_key(case));
+        let history = Key::new("ladder", &(program, steps), &[geometry])?;
+        let key = match atoms.start {
+            Start::Continuum => {
+                Key::new(LAMMPS, &(case.scene.load.p_star_path(), atoms.nvt.is_some()), &[&history, matched])?
+            }
+            // Of the loads only the highest counts, and only for where the loading branch ends.
+            Start::Touch => Key::new(LAMMPS, &(case.highest_p_star(), atoms.unload), &[&history])?,
+        };
+        Ok(StageKeys { key, resumes: Some(history) })
+    }
+
+    fn run(&self, (matched, root): (&Matched, &Path), at: &StageContext) -> Result<LammpsOutcome> {
+        let &AtomStages { case, atoms, .. } = &self.0;
+        let solved = (atoms.start == Start::Continuum).then_some((&matched.soft, root));
+        let job = atomistic::write_job(case, atoms, at.folder, solved)?;
+        atomistic::run_lammps(self.0.engine(), &job, at.listener)
+    }
+}
+
+/// Reads contact, gap and stress from the frames at every load step.
+pub(super) struct FramesStage<'a>(pub AtomStages<'a>);
+
+impl Stage for FramesStage<'_> {
+    /// What LAMMPS left in which run folder.
+    type Input<'i> = (&'i LammpsOutcome, &'i Path);
+    type Output = AtomsResults;
+
+    fn name(&self) -> String {
+        "atoms".into()
+    }
+
+    fn what(&self) -> String {
+        "contact, gap and frames at every load".into()
+    }
+
+    fn cost(&self, _: Machine) -> Cost {
+        let total = self.0.count();
+        Cost { bytes: 200 * total, seconds: 2e-6 * total as f64 * self.0.case.load_steps().len() as f64 }
+    }
+
+    fn keys(&self, after: &[&Key]) -> Result<StageKeys> {
+        let (case, atoms) = (self.0.case, self.0.atoms);
+        let outputs = (case.requested_outputs(), Key::of_program()?);
+        let depends = (&case.scene.load, atoms.contact_force, atoms.stress_width_angstrom, outputs);
+        Key::new("atoms", &depends, after).map(StageKeys::restarted)
+    }
+
+    fn run(&self, (outcome, root): (&LammpsOutcome, &Path), at: &StageContext) -> Result<AtomsResults> {
+        let job = Job::open(root.join(LAMMPS))?;
+        atomistic::read(self.0.case, self.0.atoms, &job, outcome, at.folder, at.stage)
+    }
+}
+
+/// Runs the relaxed states at a temperature.
+pub(super) struct NvtStage<'a> {
+    of: AtomStages<'a>,
+    settings: &'a NvtSettings,
+}
+
+impl Stage for NvtStage<'_> {
+    /// The run folder.
+    type Input<'i> = &'i Path;
+    type Output = NvtResults;
+
+    fn name(&self) -> String {
+        nvt::STAGE.into()
+    }
+
+    fn what(&self) -> String {
+        let loads = self.of.case.rising_steps().len();
+        format!(
+            "{loads} load{} at {} K, {} ps each, {} time steps",
+            if loads == 1 { "" } else { "s" },
+            self.settings.temperature_k,
+            self.settings.time_ps,
+            self.settings.steps() * loads
+        )
+    }
+
+    fn cost(&self, machine: Machine) -> Cost {
+        let (total, ranks) = (self.of.count(), self.of.scene.ranks);
+        let steps = self.settings.steps() * self.of.case.rising_steps().len();
+        let each = machine.seconds_per_evaluation;
+        Cost {
+            bytes: memory_bytes(total, ranks, true),
+            seconds: MD_STEP_COST_RATIO * total as f64 * each * steps as f64 / ranks as f64,
+        }
+    }
+
+    fn keys(&self, after: &[&Key]) -> Result<StageKeys> {
+        let samples = Key::new(nvt::STAGE, &(self.settings, NVT.hash(), self.of.engine().describe()), after)?;
+        let key = Key::new("averages", &Key::of_program()?, &[&samples])?;
+        Ok(StageKeys { key, resumes: Some(samples) })
+    }
+
+    fn run(&self, root: &Path, at: &StageContext) -> Result<NvtResults> {
+        let job = Job::open(root.join(LAMMPS))?;
+        nvt::run_nvt(self.of.case, self.of.atoms, (self.of.engine(), &job), self.settings, at.folder, at.listener)
+    }
+}
+
+/// Compares atoms and continuum load by load.
+pub(super) struct CompareStage<'a>(pub AtomStages<'a>);
+
+impl Stage for CompareStage<'_> {
+    /// Atoms and continuum, and the run folder that their file names are relative to.
+    type Input<'i> = (&'i AtomsResults, &'i Matched, &'i Path);
+    type Output = ComparisonResults;
+
+    fn name(&self) -> String {
+        "compare".into()
+    }
+
+    fn what(&self) -> String {
+        "maps, areas and gaps of atoms and continuum".into()
+    }
+
+    fn cost(&self, _: Machine) -> Cost {
+        let (points, (load, point)) = (self.0.atoms.matched.points(), COMPARISON);
+        let loads = self.0.case.load_steps().len() as f64;
+        Cost { bytes: 24 * points as u64, seconds: loads * (load + point * points as f64) }
+    }
+
+    fn keys(&self, after: &[&Key]) -> Result<StageKeys> {
+        Key::new(&self.name(), &(), after).map(StageKeys::restarted)
+    }
+
+    fn run(
+        &self,
+        (found, matched, root): (&AtomsResults, &Matched, &Path),
+        at: &StageContext,
+    ) -> Result<ComparisonResults> {
+        compare(self.0.case, self.0.atoms, found, matched, root, at.stage)
+    }
+}
+
+/// Lists the atoms among the comparison methods.
+pub(super) struct AllAtomStage<'a>(AtomStages<'a>);
+
+impl Stage for AllAtomStage<'_> {
+    /// The atoms, the seconds that LAMMPS took, and the run folder.
+    type Input<'i> = (&'i AtomsResults, f64, &'i Path);
+    type Output = MethodResults;
+
+    fn name(&self) -> String {
+        format!("method-{}", all_atom::ID)
+    }
+
+    fn what(&self) -> String {
+        "the atoms as one of the methods".into()
+    }
+
+    fn cost(&self, machine: Machine) -> Cost {
+        FramesStage(self.0).cost(machine)
+    }
+
+    fn keys(&self, after: &[&Key]) -> Result<StageKeys> {
+        Key::new(&self.name(), &(), after).map(StageKeys::restarted)
+    }
+
+    fn run(&self, (found, seconds, root): (&AtomsResults, f64, &Path), at: &StageContext) -> Result<MethodResults> {
+        methods::of_atoms(self.0.case, found, seconds, (root, at.folder, at.stage))
+    }
+}

@@ -1,0 +1,274 @@
+//! The stages that solve at laboratory scale: the scene's own problem and its variants.
+
+use super::continuum::{Asked, Keep, load_path, start};
+use super::folder::Key;
+use super::stage::{Cost, Machine, Stage, StageContext, StageKeys};
+use crate::Result;
+use crate::grid::Grid;
+use crate::interface::{Adhesion, RangeChoice};
+use crate::load::LoadStep;
+use crate::method::{self, ContactMethod, Heights, Problem, Targets};
+use crate::path::LoadPath;
+use crate::record::npy;
+use crate::record::results::{ContinuumResults, SurfaceResults};
+use crate::scene::{AdhesionScene, Case, ContinuumScene, REFERENCE_LOAD, Surface};
+use std::cell::OnceCell;
+use std::path::Path;
+
+/// Seconds per point and transform pair with everything around it, one thread, f64: 190 ms for a pair at 4096² and half
+/// as much again for vector passes. An order of magnitude for `--dry-run`, no promise.
+pub(super) const SECONDS_PER_POINT_PAIR: f64 = 17e-9;
+
+/// A problem at laboratory scale.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Variant {
+    /// The scene's own.
+    Primary,
+    /// Its loading steps, without adhesion.
+    NonAdhesive,
+    /// Its loading steps, with another range of the adhesion, nm.
+    Range(f64),
+    /// Its reference load, without adhesion, by the challenge's second method.
+    CrossCheck,
+    /// Its loading steps by another method, with its adhesion or without.
+    Comparison(&'static str, bool),
+}
+
+/// The heights of a scene, made or read when the first stage needs them.
+pub(super) struct SolvedHeights<'a> {
+    case: &'a Case,
+    root: &'a Path,
+    surface: &'a SurfaceResults,
+    series: OnceCell<crate::grid::Series<f64>>,
+    nodes: OnceCell<Vec<f64>>,
+}
+
+impl<'a> SolvedHeights<'a> {
+    /// `root`: the run folder, to which the file names of `surface` are relative.
+    pub fn new(case: &'a Case, root: &'a Path, surface: &'a SurfaceResults) -> Self {
+        SolvedHeights { case, root, surface, series: OnceCell::new(), nodes: OnceCell::new() }
+    }
+
+    pub fn get(&self) -> Result<Heights<'_>> {
+        Ok(match &self.case.surface {
+            // Its waves are the heights, and most often less to hold.
+            Surface::Synthesised { modes, .. } => Heights::Series(self.series.get_or_init(|| modes.series())),
+            Surface::Fourier { modes, .. } => Heights::Series(modes.series()),
+            Surface::Imported { .. } => {
+                if self.nodes.get().is_none() {
+                    let file = self.surface.heights.as_ref().expect("imported heights are stored");
+                    let _ = self.nodes.set(npy::read(&self.root.join(file))?.values);
+                }
+                Heights::Nodes(self.nodes.get().expect("just set"))
+            }
+        })
+    }
+}
+
+/// Memory and time of solving a case's problem on a grid at so many loads, heights included.
+pub(super) fn solve_cost(case: &Case, grid: Grid, loads: usize, machine: Machine) -> Cost {
+    let method = method::find(&case.scene.continuum.method).expect("checked with the scene");
+    let cost = method_cost(&Problem { grid, ..case.problem((&[][..]).into()) }, method, loads, machine);
+    Cost { bytes: cost.bytes + 8 * grid.points() as u64, ..cost }
+}
+
+/// The same of any problem and method, without the heights.
+fn method_cost(problem: &Problem, method: &dyn ContactMethod, loads: usize, machine: Machine) -> Cost {
+    let plan = method.plan(problem);
+    let pairs = plan.iterations as f64 * plan.pairs_per_iteration * loads as f64;
+    let seconds = pairs * problem.grid.points() as f64 * SECONDS_PER_POINT_PAIR / machine.threads as f64;
+    Cost { bytes: plan.bytes, seconds }
+}
+
+/// Key of a stage that solves a variant, or estimates for one.
+pub(super) fn variant_key(case: &Case, name: &str, variant: Variant, after: &[&Key]) -> Result<Key> {
+    let scene = &case.scene;
+    // What else is solved changes nothing in a problem.
+    let alone = scene.adhesion.clone().map(|a| AdhesionScene { also_nonadhesive: false, other_ranges_nm: vec![], ..a });
+    let own = ContinuumScene { compare_with: Vec::new(), ..scene.continuum.clone() };
+    let loading = (case.loading_p_star(), &scene.load.mean_gap_um, &scene.load.maps_at);
+    // What p* = 1 is: with [challenge] not what a file's own gradient makes of it.
+    let unit = (case.gradient, case.requested_outputs());
+    let methods = &scene.methods;
+    match variant {
+        Variant::Primary => {
+            let initial_gap = scene.continuum.initial_gap.as_ref();
+            let initial_gap = initial_gap.map(|p| Key::of_file(&case.resolve_path(p))).transpose()?;
+            Key::new(name, &(&scene.load, &alone, &own, methods, &initial_gap, unit), after)
+        }
+        Variant::NonAdhesive => Key::new(name, &(&loading, &own, methods, unit), after),
+        Variant::Range(nm) => {
+            let of_range = alone.map(|a| AdhesionScene { range_nm: nm, ..a });
+            Key::new(name, &(&loading, of_range, &own, methods, unit), after)
+        }
+        Variant::CrossCheck => Key::new(name, &(&scene.challenge, &own, methods, unit), after),
+        Variant::Comparison(..) => Key::new(name, &(&loading, &alone, &own, methods, unit), after),
+    }
+}
+
+/// Solves the scene's problem or a variant of it.
+pub(super) struct SolveStage<'a> {
+    pub case: &'a Case,
+    pub variant: Variant,
+}
+
+/// The variants that a scene asks for, in the order in which they are solved; and the ranges that are left out, with the reason.
+pub(super) fn variants(case: &Case) -> (Vec<SolveStage<'_>>, Vec<String>) {
+    let (mut list, mut left_out) = (Vec::new(), Vec::new());
+    if case.solves() && case.solves_nonadhesive() {
+        list.push(Variant::NonAdhesive);
+    }
+    let mut used: Vec<f64> = vec![case.range_used(case.adhesion)];
+    for &nm in case.scene.adhesion.iter().flat_map(|a| &a.other_ranges_nm) {
+        let range = case.range_used(case.adhesion_of_range(nm));
+        if used.contains(&range) {
+            left_out
+                .push(format!("range {nm} nm: on this grid it becomes the same range as another; it is solved once"));
+            continue;
+        }
+        used.push(range);
+        list.push(Variant::Range(nm));
+    }
+    if case.scene.challenge.is_some() {
+        list.push(Variant::CrossCheck);
+    }
+    (list.into_iter().map(|variant| SolveStage { case, variant }).collect(), left_out)
+}
+
+impl SolveStage<'_> {
+    /// What tells it from the scene's own problem.
+    pub fn label(&self) -> String {
+        match self.variant {
+            Variant::Primary => self.case.kernel.to_string(),
+            Variant::NonAdhesive => "without adhesion".into(),
+            Variant::Range(nm) => format!("range {nm} nm"),
+            Variant::CrossCheck => "the reference load without adhesion".into(),
+            Variant::Comparison(id, _) => id.into(),
+        }
+    }
+
+    fn method(&self) -> &'static dyn ContactMethod {
+        let scene = &self.case.scene;
+        let id = match (self.variant, &scene.challenge) {
+            (Variant::CrossCheck, Some(challenge)) => &challenge.cross_check_method,
+            _ => &scene.continuum.method,
+        };
+        method::find(id).expect("checked with the scene")
+    }
+
+    fn loads(&self) -> usize {
+        match self.variant {
+            Variant::Primary => self.case.load_steps().len(),
+            Variant::CrossCheck => 1,
+            _ => self.case.loading_steps().len(),
+        }
+    }
+}
+
+impl Stage for SolveStage<'_> {
+    type Input<'i> = &'i SolvedHeights<'i>;
+    type Output = ContinuumResults;
+
+    fn name(&self) -> String {
+        match self.variant {
+            Variant::Primary => "continuum".into(),
+            Variant::NonAdhesive => "non-adhesive".into(),
+            Variant::Range(nm) => format!("range-{nm}-nm"),
+            Variant::CrossCheck => "cross-check".into(),
+            Variant::Comparison(id, _) => format!("method-{id}"),
+        }
+    }
+
+    fn what(&self) -> String {
+        let (n, grid) = (self.loads(), self.case.grid);
+        let loads = if n == 1 { "load" } else { "loads" };
+        format!("{} at {n} {loads} on {} x {} points, {}", self.method().card().id, grid.nx, grid.ny, self.label())
+    }
+
+    fn cost(&self, machine: Machine) -> Cost {
+        let case = self.case;
+        let problem = case.problem((&[][..]).into());
+        let own = solve_cost(case, case.grid, self.loads(), machine);
+        if self.variant != Variant::Primary {
+            let problem = Problem { adhesion: Adhesion::None, ..problem };
+            let cost = method_cost(&problem, self.method(), self.loads(), machine);
+            return Cost { bytes: cost.bytes.max(own.bytes), ..cost };
+        }
+        // Coarser grids that the path takes with it, and what a pull-off holds.
+        let targets: Vec<_> = case.load_steps().iter().map(|s| s.target).collect();
+        let alone = self.method().plan(&problem).bytes;
+        let path = LoadPath::new(problem, self.method(), case.range(), 0.0, &targets);
+        Cost { bytes: own.bytes + (path.plan(case.scene.load.pull_off).bytes - alone), ..own }
+    }
+
+    fn keys(&self, after: &[&Key]) -> Result<StageKeys> {
+        variant_key(self.case, &self.name(), self.variant, after).map(StageKeys::continued)
+    }
+
+    fn run(&self, heights: &SolvedHeights, at: &StageContext) -> Result<ContinuumResults> {
+        laboratory(self.case, self.variant, heights.get()?, at)
+    }
+}
+
+/// Solves a case, or a variant of it, at its loads.
+pub(super) fn laboratory(
+    case: &Case,
+    variant: Variant,
+    heights: Heights,
+    at: &StageContext,
+) -> Result<ContinuumResults> {
+    let scene = &case.scene;
+    let asked = variant == Variant::Primary;
+    let start = match &scene.continuum.initial_gap {
+        Some(file) if asked => Some(start(&case.resolve_path(file), case.grid)?),
+        _ => None,
+    };
+    let mut problem = case.problem(heights);
+    let reference = [LoadStep::single(REFERENCE_LOAD, case.gradient)];
+    let mut steps = if asked { case.load_steps() } else { case.loading_steps() };
+    let mut method = scene.continuum.method.as_str();
+    let mut range = case.range();
+    match variant {
+        Variant::Primary => {}
+        Variant::NonAdhesive => problem.adhesion = Adhesion::None,
+        Variant::Range(nm) => problem.adhesion = case.adhesion_of_range(nm),
+        Variant::CrossCheck => {
+            problem.adhesion = Adhesion::None;
+            // What only the default method estimates is no goal of another.
+            problem.targets = Targets::default();
+            method = scene.challenge.as_ref().map_or(method, |c| &c.cross_check_method);
+            steps = &reference;
+        }
+        Variant::Comparison(id, adhesive) => {
+            if !adhesive {
+                problem.adhesion = Adhesion::None;
+            }
+            if id != method::find(method).map_or("", |m| m.card().id) {
+                problem.targets = Targets::default();
+            }
+            // The error of the range is estimated once, by the scene's own method.
+            range = if range == RangeChoice::Extrapolate { RangeChoice::Mesh } else { range };
+            method = id;
+        }
+    }
+    let criterion = method::find(method).expect("checked with the scene").criterion(&problem.settings).to_string();
+    let maps = matches!(variant, Variant::Primary | Variant::NonAdhesive | Variant::Comparison(..));
+    let asked = Asked {
+        problem,
+        method,
+        range,
+        steps,
+        pull_off: asked && scene.load.pull_off,
+        start,
+        gradient: case.gradient,
+        hysteresis: asked && scene.load.is_closed(),
+        threshold: 0.0,
+        criterion,
+        keep: &|step| {
+            let keep = maps && case.stores_maps(step);
+            Keep { gap: keep, stress: keep }
+        },
+        wants: case.requested_outputs(),
+    };
+    load_path(asked, at, "")
+}

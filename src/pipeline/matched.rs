@@ -1,0 +1,191 @@
+//! The continuum on the atoms' own heights, layer and loads, which the atoms are compared with.
+
+use super::continuum::{Asked, Keep, load_path};
+use super::folder::Key;
+use super::laboratory::solve_cost;
+use super::stage::{Cost, Machine, Stage, StageContext, StageKeys};
+use crate::grid::Grid;
+use crate::interface::{Elastic, RangeChoice, Wall};
+use crate::method::{Precision, Problem};
+use crate::record::quantity::Quantity;
+use crate::record::results::{ContinuumResults, StateResults};
+use crate::record::uncertainty::{UncertaintyComponent, UncertaintySource};
+use crate::scene::{AtomsCase, AtomsScene, Case};
+use crate::{Error, Result};
+use serde::{Deserialize, Serialize};
+
+/// rms KKT residual over the pressure of the matched solutions: gaps to a thousandth of an ångström.
+const MATCHED_TOLERANCE: f64 = 1e-8;
+
+/// Continuum solutions of the atoms' load on their layer: on the full heights, on the atoms' heights with a hard wall, and with
+/// the atoms' own wall.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct Matched {
+    /// None in a run folder of an earlier version.
+    #[serde(default)]
+    pub full: Option<ContinuumResults>,
+    pub hard: ContinuumResults,
+    pub soft: ContinuumResults,
+}
+
+/// The continuum on the atoms' own heights, layer and loads; and on the full heights.
+pub(super) struct MatchedStage<'a> {
+    pub case: &'a Case,
+    pub atoms: &'a AtomsCase,
+    pub scene: &'a AtomsScene,
+}
+
+impl Stage for MatchedStage<'_> {
+    type Input<'i> = ();
+    type Output = Matched;
+
+    fn name(&self) -> String {
+        "matched".into()
+    }
+
+    fn what(&self) -> String {
+        let (id, grid) = (self.case.method().id, self.atoms.matched);
+        let full = if self.case.requested_outputs().distributions { ", and on the full heights" } else { "" };
+        format!("{id} on the atoms' heights, {} x {} points, hard and compliant wall{full}", grid.nx, grid.ny)
+    }
+
+    fn cost(&self, machine: Machine) -> Cost {
+        let loads = self.case.load_steps().len();
+        let solves = if self.scene.depth_error { 3 } else { 2 };
+        let own = solve_cost(self.case, self.atoms.matched, solves * loads, machine);
+        if !self.case.requested_outputs().distributions {
+            return own;
+        }
+        let full = solve_cost(self.case, self.case.grid, loads, machine);
+        Cost { bytes: own.bytes.max(full.bytes), seconds: own.seconds + full.seconds }
+    }
+
+    fn keys(&self, after: &[&Key]) -> Result<StageKeys> {
+        let (scene, continuum) = (self.scene, &self.case.scene.continuum);
+        // A continuum knows no more of a foundation than that it adds to the depth.
+        let layer = (profile_key(scene), scene.depth_cells + scene.foundation_cells);
+        let method = (&continuum.method, &self.case.scene.methods, continuum.max_iterations);
+        let outputs = (self.case.requested_outputs(), scene.depth_error);
+        let (pair, crystal) = (pair_key(self.case), crystal_key(scene, self.atoms));
+        let depends = (&self.case.scene.load, pair, method, layer, crystal, outputs);
+        Key::new("matched", &depends, after).map(StageKeys::continued)
+    }
+
+    fn run(&self, (): (), at: &StageContext) -> Result<Matched> {
+        let (case, atoms) = (self.case, self.atoms);
+        let (kernel, wall) = (atoms.kernel(), Wall::Hard);
+        let hard = Matching { kernel, wall, soft: false, tag: "hard wall", criterion: "zero gap" };
+        // The scene's own grid, which holds more of the spectrum than atoms do; neither low-passed nor scaled up.
+        let whole = case.surface.heights(case.grid, 0.0);
+        let full = Matching { tag: "full heights", ..hard };
+        let wanted = case.requested_outputs().distributions;
+        let full = match wanted.then(|| solve(case, atoms, (case.grid, &whole), full, at)).transpose() {
+            // An auxiliary solution: where it does not converge, the others stand without it.
+            Err(e @ Error::NotConverged { .. }) => {
+                at.listener.warn(&format!("the continuum on the full heights is left out: {e}"));
+                None
+            }
+            other => other?,
+        };
+        let heights = reduced(atoms, atoms.heights_angstrom(&case.surface, atoms.matched));
+        let mut found = solve(case, atoms, (atoms.matched, &heights), hard, at)?;
+        if self.scene.depth_error {
+            let deep = Matching { kernel: Elastic::HalfSpace, tag: "half-space", ..hard };
+            let deep = solve(case, atoms, (atoms.matched, &heights), deep, at)?;
+            let pairs = found.states.iter_mut().zip(&deep.states);
+            pairs.for_each(|(state, deep)| state.uncertainty.extend(of_depth(state, deep)));
+        }
+        Ok(Matched { full, hard: found, soft: compliant_wall(case, atoms, at)? })
+    }
+}
+
+/// What decides the profile of the atoms and of the continuum that they are compared with.
+pub(super) fn profile_key(scene: &AtomsScene) -> impl Serialize + use<> {
+    (scene.cells, scene.slope, scene.low_pass_angstrom, scene.adhesion_range_angstrom)
+}
+
+/// The crystal as resolved: the potential decides it where the scene does not.
+pub(super) fn crystal_key<'a>(scene: &'a AtomsScene, atoms: &AtomsCase) -> impl Serialize + use<'a> {
+    (&scene.element, atoms.block.a0, atoms.modulus_gpa)
+}
+
+/// Of the scene's adhesion the atoms have the work, and the ratio of the ranges is audited; their own range is in the profile.
+pub(super) fn pair_key(case: &Case) -> impl Serialize + use<> {
+    case.scene.adhesion.as_ref().map(|a| (a.work_of_adhesion_mj_m2, a.range_nm, a.law))
+}
+
+/// What the finite depth of a block makes of contact and mean gap: the way from the half-space, over the value.
+fn of_depth(state: &StateResults, deep: &StateResults) -> [UncertaintyComponent; 2] {
+    let part = |quantity, found: f64, deep: f64| {
+        let relative = Some((found / deep - 1.0).abs()).filter(|r| r.is_finite());
+        UncertaintyComponent { quantity, source: UncertaintySource::Depth, relative, is_bound: false }
+    };
+    [
+        part(Quantity::ContactArea, state.contact_fraction_corrected, deep.contact_fraction_corrected),
+        part(Quantity::MeanGap, state.mean_gap, deep.mean_gap),
+    ]
+}
+
+/// The continuum with the atoms' own wall, at every load; its gaps are stored in the folder.
+pub(super) fn compliant_wall(case: &Case, atoms: &AtomsCase, at: &StageContext) -> Result<ContinuumResults> {
+    let matching = Matching {
+        kernel: atoms.kernel(),
+        wall: Wall::Tabulated(atoms.soft_wall()),
+        soft: true,
+        tag: "compliant wall",
+        criterion: "the wall pushes",
+    };
+    // The law acts straight up: on what a ball feels it acts where, and as soon as, an atom would be met on a slope.
+    let heights = reduced(atoms, atoms.dilated_heights_angstrom(&case.surface));
+    solve(case, atoms, (atoms.matched, &heights), matching, at)
+}
+
+/// Å in units of L.
+pub(super) fn reduced(atoms: &AtomsCase, mut heights: Vec<f64>) -> Vec<f64> {
+    heights.iter_mut().for_each(|h| *h /= atoms.block.length());
+    heights
+}
+
+/// What is solved for the comparison, and what it calls contact.
+#[derive(Clone, Copy)]
+struct Matching {
+    kernel: Elastic,
+    wall: Wall,
+    soft: bool,
+    tag: &'static str,
+    criterion: &'static str,
+}
+
+fn solve(
+    case: &Case,
+    atoms: &AtomsCase,
+    (grid, heights): (Grid, &[f64]),
+    matching: Matching,
+    at: &StageContext,
+) -> Result<ContinuumResults> {
+    let problem = Problem {
+        kernel: matching.kernel,
+        adhesion: atoms.matched_adhesion(matching.soft),
+        wall: matching.wall,
+        precision: Precision::F64,
+        tolerance: MATCHED_TOLERANCE,
+        max_iterations: case.scene.continuum.max_iterations,
+        ..Problem::new(grid, heights)
+    };
+    let asked = Asked {
+        problem,
+        method: &case.scene.continuum.method,
+        // The pair adhesion is what the atoms have, whatever the grid.
+        range: RangeChoice::True,
+        steps: case.load_steps(),
+        pull_off: false,
+        start: None,
+        gradient: case.gradient,
+        hysteresis: false,
+        threshold: 0.0,
+        criterion: matching.criterion.into(),
+        keep: &|_| Keep { gap: true, stress: case.requested_outputs().distributions },
+        wants: case.requested_outputs(),
+    };
+    load_path(asked, at, matching.tag)
+}

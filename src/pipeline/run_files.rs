@@ -1,0 +1,156 @@
+//! Files of a finished run beside its results: the manifest, the recording, and the list of sources.
+
+use super::frame_analysis::INDENTER_SPECIES;
+use crate::Result;
+use crate::record::advice::AccuracyChoice;
+use crate::record::mcap::{CloudAtom, GapMap, LoadScalars, LoadState, Recorder, Scene as Recorded};
+use crate::record::npy;
+use crate::record::results::{Results, StageCost};
+use crate::scene::{Case, Scene};
+use std::path::Path;
+
+pub(super) const RECORDING_FILE: &str = "run.mcap";
+
+/// What ran, on what, for how long: `manifest.json`.
+#[derive(serde::Serialize)]
+pub(super) struct Manifest<'a> {
+    program: String,
+    scene: &'a Scene,
+    engine: Option<&'a str>,
+    /// How the scene's accuracy chose grid, method, precision and tolerance.
+    accuracy: Option<&'a AccuracyChoice>,
+    threads: usize,
+    peak_rss_bytes: u64,
+    stages: &'a [StageCost],
+    stops: Vec<&'a str>,
+    warnings: &'a [String],
+}
+
+impl<'a> Manifest<'a> {
+    pub fn of(case: &'a Case, results: &'a Results, engine: Option<&'a str>) -> Self {
+        Manifest {
+            program: format!("asperity {}", env!("CARGO_PKG_VERSION")),
+            scene: &case.scene,
+            engine,
+            accuracy: results.accuracy.as_ref(),
+            threads: rayon::current_num_threads(),
+            peak_rss_bytes: results.stages.iter().map(|s| s.peak_rss_bytes).max().unwrap_or(0),
+            stages: &results.stages,
+            stops: results.continuum.iter().flat_map(|c| &c.states).map(|s| s.numbers.stop.as_str()).collect(),
+            warnings: &results.warnings,
+        }
+    }
+}
+
+/// Papers and data behind the numbers.
+pub(super) fn sources(case: &Case) -> Vec<String> {
+    let mut list = vec![
+        "Müser et al., Meeting the contact-mechanics challenge, Tribology Letters 65 (2017) 118, \
+         doi:10.1007/s11249-017-0900-2: the problem, its surface, methods and units."
+            .to_string(),
+        "Yastrebov, Anciaux & Molinari, J. Mech. Phys. Solids 107 (2017) 469, arXiv:1701.02727: perimeter correction of \
+         the contact area."
+            .to_string(),
+    ];
+    let second = case.scene.challenge.as_ref().and_then(|c| crate::method::find(&c.cross_check_method));
+    let beside = case.comparison_methods();
+    let cards = std::iter::once(case.method()).chain(second.map(|m| m.card())).chain(beside.iter().map(|m| m.card()));
+    let mut named: Vec<&str> = Vec::new();
+    for card in cards {
+        if named.contains(&card.id) {
+            continue;
+        }
+        named.push(card.id);
+        list.push(if card.paper_name == "-" {
+            format!(
+                "Method {}: asperity's own (version {}), described in docs/methods.md; its equations are those of the \
+                 challenge.",
+                card.id,
+                env!("CARGO_PKG_VERSION")
+            )
+        } else {
+            let dois = card.dois.iter().map(|d| format!("doi:{d}"));
+            let named = dois.chain(card.papers.iter().map(|p| p.to_string())).collect::<Vec<_>>().join("; ");
+            format!("Method {} ({}): {named}.", card.id, card.paper_name)
+        });
+    }
+    if case.atoms.is_some() {
+        list.push(
+            "Carbone, Lorenz, Persson & Wohlers, Eur. Phys. J. E 29 (2009) 275, doi:10.1140/epje/i2009-10484-8: elastic \
+             layer of finite thickness."
+                .to_string(),
+        );
+        list.push(
+            "Thompson et al., LAMMPS, Comput. Phys. Commun. 271 (2022) 108171, doi:10.1016/j.cpc.2021.108171: the \
+             molecular statics."
+                .to_string(),
+        );
+        list.push(
+            "The calcium-like potential is asperity's own; potentials/README.md describes fit and properties."
+                .to_string(),
+        );
+    }
+    list
+}
+
+/// The MCAP recording of a run: gaps and scalars per load, the touching atoms as a cloud.
+pub(super) fn record(case: &Case, results: &Results, out: &Path) -> Result<()> {
+    let length = results.atoms.as_ref().map_or(case.scales.length_m * 1e6, |a| a.length_angstrom);
+    let unit = if results.atoms.is_some() { "Å" } else { "µm" };
+    let scene = Recorded {
+        name: results.name.clone(),
+        length_unit: unit.into(),
+        cell: [length, length * case.grid.ly / case.grid.lx],
+        notes: [("program".to_string(), format!("asperity {}", env!("CARGO_PKG_VERSION")))].into(),
+    };
+    let mut recorder = Recorder::create(&out.join(RECORDING_FILE), scene)?;
+    // With atoms, the continuum that is recorded beside them is the one on their own profile and scale.
+    let continuum = results.comparison.as_ref().map(|c| &c.compliant_wall).or(results.continuum.as_ref());
+    for state in continuum.iter().flat_map(|c| &c.states) {
+        let gap = state.numbers.gap_map.as_ref().map(|g| npy::read(&out.join(g))).transpose()?;
+        let scaled: Option<(usize, Vec<f64>)> = gap.map(|g| (g.nx, g.values.iter().map(|v| v * length).collect()));
+        recorder.state(&LoadState {
+            source: "continuum",
+            index: state.numbers.index as u32,
+            scalars: LoadScalars {
+                p_star: state.numbers.p_star,
+                contact_fraction: state.numbers.contact_fraction,
+                criterion: state.criterion.clone(),
+                mean_gap: state.mean_gap * length,
+                patches: state.numbers.patches,
+                energy: Some(state.energy),
+                residual: Some(state.residual),
+            },
+            gap: scaled.as_ref().map(|(nx, gap)| GapMap { nx: *nx, gap }),
+            atoms: &[],
+        })?;
+    }
+    for state in results.atoms.iter().flat_map(|a| &a.states) {
+        let gap = npy::read(&out.join(&state.gap_map))?;
+        let cloud = match &state.frame {
+            Some(frame) => cloud(&out.join(frame))?,
+            None => Vec::new(),
+        };
+        recorder.state(&LoadState {
+            source: "atoms",
+            index: state.index as u32,
+            scalars: LoadScalars {
+                p_star: state.p_star,
+                contact_fraction: state.contact_fraction,
+                criterion: "indenter atom within d_c".into(),
+                mean_gap: state.mean_gap_angstrom,
+                ..LoadScalars::default()
+            },
+            gap: Some(GapMap { nx: gap.nx, gap: &gap.values }),
+            atoms: &cloud,
+        })?;
+    }
+    recorder.finish()
+}
+
+/// Block atoms of a frame, with their contact flag.
+fn cloud(frame: &Path) -> Result<Vec<CloudAtom>> {
+    let atoms = crate::record::xyz::read(frame)?;
+    let block = atoms.into_iter().filter(|a| a.species != INDENTER_SPECIES);
+    Ok(block.map(|a| CloudAtom { position: a.position_angstrom.map(|c| c as f32), contact: a.contact }).collect())
+}

@@ -1,0 +1,170 @@
+//! The stage of the surface: heights and their statistics.
+
+use super::continuum::in_stage;
+use super::folder::Key;
+use super::stage::{Cost, Machine, Stage, StageContext, StageKeys};
+use crate::Result;
+use crate::grid::Grid;
+use crate::record::npy;
+use crate::record::results::{
+    CURVATURE_RADIUS, FIRST_TOUCH, HEIGHT_RANGE, PsdPoint, RMS_HEIGHT, Statistic, SurfaceResults,
+};
+use crate::scene::{Case, Surface};
+use crate::surface::{Expected, hann_windowed, moments, non_periodic_moments, psd, range};
+use std::path::Path;
+
+/// Seconds per point of a synthesis with its statistics, one thread. An order of magnitude.
+const SECONDS_PER_POINT: f64 = 40e-9;
+
+pub(super) struct SurfaceStage<'a> {
+    pub case: &'a Case,
+}
+
+impl Stage for SurfaceStage<'_> {
+    type Input<'i> = ();
+    type Output = SurfaceResults;
+
+    fn name(&self) -> String {
+        "surface".into()
+    }
+
+    fn what(&self) -> String {
+        format!("{} x {} heights, statistics", self.case.grid.nx, self.case.grid.ny)
+    }
+
+    fn cost(&self, _: Machine) -> Cost {
+        let points = self.case.grid.points();
+        Cost { bytes: 3 * 8 * points as u64, seconds: SECONDS_PER_POINT * points as f64 }
+    }
+
+    fn keys(&self, after: &[&Key]) -> Result<StageKeys> {
+        Key::new("surface", &(Key::of_program()?, self.case.requested_outputs()), after).map(StageKeys::restarted)
+    }
+
+    fn run(&self, (): (), at: &StageContext) -> Result<SurfaceResults> {
+        surface(self.case, &self.case.surface.heights(self.case.grid, 0.0), at.folder, at.stage)
+    }
+}
+
+/// Statistics of heights, expected against realised, and their spectrum; heights go to `heights.npy`.
+fn surface(case: &Case, heights: &[f64], folder: &Path, stage: &str) -> Result<SurfaceResults> {
+    let wants = case.requested_outputs();
+    // Heights that were read are solved from there.
+    let kept = wants.maps || matches!(case.surface, Surface::Imported { .. });
+    if kept {
+        npy::write(&folder.join("heights.npy"), case.grid.nx, case.grid.ny, heights.iter().copied())?;
+    }
+    let patch = case.is_non_periodic();
+    let note = "Heights that do not repeat: moments are those of the nodes and of the differences between neighbours, none of \
+                them across an edge; the spectrum is that of the heights about their mean plane under a Hann window.";
+    Ok(SurfaceResults {
+        origin: case.surface.origin(),
+        periodic: !patch,
+        note: if patch { note.into() } else { String::new() },
+        nx: case.grid.nx,
+        ny: case.grid.ny,
+        aspect: case.grid.ly / case.grid.lx,
+        heights: kept.then(|| in_stage(stage, "heights.npy")),
+        statistics: if wants.spectrum { statistics(case, heights) } else { Vec::new() },
+        psd: if !wants.spectrum {
+            Vec::new()
+        } else if patch {
+            spectrum(&case.surface, case.grid, &hann_windowed(case.grid, heights))
+        } else {
+            spectrum(&case.surface, case.grid, heights)
+        },
+    })
+}
+
+/// The table "expected against realised" of heights on their grid. Expected values are those of the whole spectrum, beside
+/// those of the modes that the grid holds, where it does not hold all.
+pub fn statistics(case: &Case, heights: &[f64]) -> Vec<Statistic> {
+    let (surface, grid, um) = (&case.surface, case.grid, case.scales.length_m * 1e6);
+    if case.is_non_periodic() {
+        return patch_statistics(grid, heights, um);
+    }
+    let (m, r) = (moments(grid, heights), range(heights));
+    let (expected, held) = match surface {
+        Surface::Synthesised { spectrum, modes, .. } => (
+            Some(spectrum.expected(grid.ly / grid.lx, 0.0)),
+            (!modes.held_by(grid)).then(|| spectrum.expected_on(grid)),
+        ),
+        Surface::Imported { .. } | Surface::Fourier { .. } => (None, None),
+    };
+    let line = |name: &str, symbol: &str, unit: &str, of: Option<&dyn Fn(&Expected) -> f64>, realised: f64| Statistic {
+        name: name.into(),
+        symbol: symbol.into(),
+        unit: unit.into(),
+        expected: of.and_then(|of| expected.as_ref().map(of)),
+        expected_on_grid: of.and_then(|of| held.as_ref().map(of)),
+        realised,
+        band: None,
+    };
+    let band = held.as_ref().or(expected.as_ref()).map(|e| e.rms_height_band * um);
+    vec![
+        Statistic { band, ..line("rms height", RMS_HEIGHT, "µm", Some(&|e| e.rms_height * um), m.rms_height * um) },
+        line("rms gradient", "ḡ", "1", Some(&|e| e.rms_gradient), m.rms_gradient),
+        line(
+            "curvature radius",
+            CURVATURE_RADIUS,
+            "nm",
+            Some(&|e| e.curvature_radius * um * 1e3),
+            m.curvature_radius() * um * 1e3,
+        ),
+        line("profile moment m0", "m0", "µm²", Some(&|e| e.m0 * um * um), m.m0 * um * um),
+        line("profile moment m2", "m2", "1", Some(&|e| e.m2), m.m2),
+        line("profile moment m4", "m4", "µm⁻²", Some(&|e| e.m4 / um / um), m.m4 / um / um),
+        line("Nayak's bandwidth parameter", "α", "1", Some(&|e| e.nayak()), m.nayak()),
+        line("mean minus lowest height (first-touch mean gap)", FIRST_TOUCH, "µm", None, (r.mean - r.min) * um),
+        line("range of heights", HEIGHT_RANGE, "µm", None, (r.max - r.min) * um),
+        line(
+            "elastic energy of full contact",
+            "U_el",
+            "µm E*",
+            Some(&|e| e.full_contact_energy * um),
+            m.full_contact_energy * um,
+        ),
+    ]
+}
+
+/// The same of heights that do not repeat, of which nothing is expected.
+fn patch_statistics(grid: Grid, heights: &[f64], um: f64) -> Vec<Statistic> {
+    let (m, r) = (non_periodic_moments(grid, heights), range(heights));
+    let lines = [
+        ("rms height about the mean", RMS_HEIGHT, "µm", m.rms_height * um),
+        ("rms gradient between neighbours", "ḡ", "1", m.rms_gradient),
+        ("curvature radius", CURVATURE_RADIUS, "nm", m.m4.sqrt().recip() * um * 1e3),
+        ("profile moment m2", "m2", "1", m.m2),
+        ("profile moment m4", "m4", "µm⁻²", m.m4 / um / um),
+        ("mean minus lowest height (first-touch mean gap)", FIRST_TOUCH, "µm", (r.mean - r.min) * um),
+        ("range of heights", HEIGHT_RANGE, "µm", (r.max - r.min) * um),
+    ];
+    lines
+        .into_iter()
+        // A map without curvature has no radius of it.
+        .filter(|line| line.3.is_finite())
+        .map(|(name, symbol, unit, realised)| Statistic {
+            name: name.into(),
+            symbol: symbol.into(),
+            unit: unit.into(),
+            expected: None,
+            expected_on_grid: None,
+            realised,
+            band: None,
+        })
+        .collect()
+}
+
+fn spectrum(surface: &Surface, grid: Grid, heights: &[f64]) -> Vec<PsdPoint> {
+    let power = match surface {
+        Surface::Synthesised { spectrum, .. } => {
+            let scale = spectrum.expected(grid.ly / grid.lx, 0.0).power_scale;
+            Some(move |n: f64| spectrum.relative_power(n) * scale)
+        }
+        Surface::Imported { .. } | Surface::Fourier { .. } => None,
+    };
+    let bins = psd(grid, heights, |n| power.as_ref().map_or(0.0, |p| p(n)));
+    bins.iter()
+        .map(|b| PsdPoint { mode: b.mode, realised: b.power, expected: power.as_ref().map(|_| b.expected) })
+        .collect()
+}
