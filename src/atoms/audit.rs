@@ -1,7 +1,7 @@
-//! What a scale-down keeps: the dimensionless groups of the laboratory's problem beside those that the atoms run with.
+//! Audit of a scale-down: the dimensionless groups of the original problem (target) and of the block of atoms (actual).
 //!
-//! A group is *kept* if both agree within [`SAME`], *unreachable* if atoms cannot have the value asked for, and
-//! *changed* if they could but this block does not. Every reason holds the number used, with its unit.
+//! A group is *kept* if both agree within [`SAME`], *unreachable* if atoms cannot have the target value, and *changed* if they
+//! could but this block does not. Every reason states the value used, with its unit.
 
 use std::f64::consts::{PI, SQRT_2};
 
@@ -13,30 +13,29 @@ use crate::interface::{Base, Layer};
 use crate::record::results::AuditLine;
 use crate::units::{ANGSTROM_M, Scales};
 
-/// Two values are the same group if they agree to this: below what any count of atoms resolves, above the rounding of
-/// quoted inputs such as 3.4878e-3 eV/Å².
+/// Relative tolerance of equal values: below the resolution of atoms, above the rounding of quoted inputs such as 3.4878e-3 eV/Å².
 pub const SAME: f64 = 1e-3;
-/// Measured for flats: with 25 or more distinct positions of the crystal's atoms in the net's cell, adhesion is within
-/// 1 % of its areal law for ranges from 0.5 Å; with one position it is off by up to 80 % at 0.2 Å.
+/// Measured for flats: with 25 or more distinct positions of crystal atoms in the net's cell, adhesion is within 1 % of its areal
+/// law for ranges from 0.5 Å; with one position it is off by up to 80 % at 0.2 Å.
 pub const FEWEST_REGISTRIES: usize = 25;
-/// A wave stiffer than the half-space by less than this counts as unaffected by the slab's depth.
+/// Relative stiffening, compared with the half-space, below which a wave is unaffected by the depth of the slab.
 const HALF_SPACE: f64 = 0.02;
 
-/// The numbers of the audit. Lengths reduced (unit: the cell's extent) or in Å as the names say.
+/// Input of the audit. Lengths are reduced (unit: the cell's extent) or in Å as the names indicate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AuditInput {
     pub target: Target,
     pub actual: Actual,
 }
 
-/// The problem before it was scaled down, without units.
+/// The original problem, dimensionless.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Target {
     /// Mean pressure over E* times the full spectrum's rms gradient.
     pub p_star: f64,
     /// Work of adhesion over E* L; 0 without adhesion.
     pub gamma: f64,
-    /// Range of the adhesion over L; not read without adhesion.
+    /// Range of the adhesion over L; ignored without adhesion.
     pub rho: f64,
     /// rms gradient of the full spectrum.
     pub rms_gradient: f64,
@@ -52,24 +51,24 @@ pub struct Actual {
     /// Extent of the cell and depth of the deformable slab, Å.
     pub length_angstrom: f64,
     pub depth_angstrom: f64,
-    /// How much of the depth is an elastic foundation, Å.
+    /// Thickness of the elastic foundation within the depth, Å.
     pub foundation_angstrom: f64,
     /// Lattice constant, Å.
     pub a0_angstrom: f64,
     /// Contact modulus E* of the block's surface, GPa, and Poisson's ratio for the depth's effect.
     pub modulus_gpa: f64,
     pub poisson: f64,
-    /// Mean pressure over E* times `rms_gradient`, as the load will be set.
+    /// Mean pressure over E* times `rms_gradient`, as prescribed.
     pub p_star: f64,
-    /// Work of adhesion, eV/Å², and its range, Å, as given to the indenter; 0 without adhesion.
+    /// Work of adhesion, eV/Å², and its range, Å, of the indenter; 0 without adhesion.
     pub gamma_ev_a2: f64,
     pub rho_angstrom: f64,
-    /// rms gradient of the whole scaled spectrum, and of what the low-pass leaves.
+    /// rms gradient of the whole scaled spectrum, and after the low-pass.
     pub rms_gradient: f64,
     pub resolved_gradient: f64,
-    /// Shortest wavelength that the low-pass leaves, Å.
+    /// Shortest wavelength after the low-pass, Å.
     pub lambda_min_angstrom: f64,
-    /// R_c of what the low-pass leaves, Å.
+    /// R_c after the low-pass, Å.
     pub curvature_radius_angstrom: f64,
     /// The indenter's atoms: points along x, over the crystal cells along x.
     pub net_points: usize,
@@ -139,16 +138,16 @@ fn adhesion(target: &Target, actual: &Actual, wall: &Wall, lines: &mut Vec<Audit
 
     let rho_asked_angstrom = target.rho * actual.length_angstrom;
     let gamma_asked = scales.energy_per_area_ev_a2(target.gamma);
-    // What cannot be had is judged at the adhesion asked for; without any, every range can.
+    // Reachability is judged at the target adhesion; without adhesion every range is reachable.
     let least = if target.gamma > 0.0 { wall.smallest_range(gamma_asked)? } else { 0.0 };
     let reachable = rho_asked_angstrom >= least;
     let rho = actual.rho_angstrom;
     let why = if reachable {
-        format!("{rho_asked_angstrom:.4} Å would be the scaled range; {rho:.4} Å is actual")
+        format!("{rho_asked_angstrom:.4} Å would be the scaled range; {rho:.4} Å is used")
     } else {
         format!(
             "the scaled range is {rho_asked_angstrom:.4} Å, below the {:.2} Å at which the uncapped exponential outgrows \
-             the Lennard-Jones core and below an atom's thermal vibration of 0.1 to 0.2 Å; {rho:.4} Å is actual",
+             the Lennard-Jones core and below an atom's thermal vibration of 0.1 to 0.2 Å; {rho:.4} Å is used",
             (100.0 * least).ceil() / 100.0
         )
     };
@@ -164,7 +163,7 @@ fn adhesion(target: &Target, actual: &Actual, wall: &Wall, lines: &mut Vec<Audit
     let radius_reduced = actual.curvature_radius_angstrom / actual.length_angstrom;
     let (t_asked, t_used) =
         (tabor(target.curvature_radius, target.gamma, target.rho), tabor(radius_reduced, gamma_reduced, rho_reduced));
-    // The range that would keep the Tabor number with the blunter summits that the low-pass leaves.
+    // The range that would keep the Tabor number with the blunter summits after the low-pass.
     let keeping =
         if t_asked > 0.0 { tabor(radius_reduced, gamma_reduced, 1.0) / t_asked * actual.length_angstrom } else { rho };
     let reason = format!(
@@ -181,7 +180,7 @@ fn roughness(target: &Target, actual: &Actual) -> [AuditLine; 4] {
     let lambda_s = target.lambda_s * actual.length_angstrom;
     let lambda = actual.lambda_min_angstrom;
     let full = format!("rms gradient {:.4} over the whole spectrum, before the low-pass", actual.rms_gradient);
-    // An indenter of atoms on a net holds no wave shorter than two spacings, a crystal none shorter than two bonds.
+    // Indenter atoms on a net represent no wave shorter than two spacings, a crystal none shorter than two bonds.
     let reachable = lambda_s >= (2.0 * bond).max(2.0 * actual.spacing_angstrom());
     let resolved = format!(
         "rms gradient {:.4} remains of {:.4} in the waves of {lambda:.2} Å and longer",
@@ -242,8 +241,8 @@ fn spacing(actual: &Actual) -> AuditLine {
     line("indenter spacing", "s/d_c", target / CONTACT_DISTANCE_ANGSTROM, s / CONTACT_DISTANCE_ANGSTROM, true, reason)
 }
 
-/// Number of distinct positions that the atoms of an fcc (100) surface take in the cell of a square net with `points`
-/// per `cells` lattice constants; 1 for a net in register with the crystal.
+/// Number of distinct positions of the atoms of an fcc (100) surface in the cell of a square net with `points` per `cells` lattice
+/// constants; 1 for a net in registry with the crystal.
 pub fn distinct_registries(points: usize, cells: usize) -> usize {
     let divisor = gcd(points.max(1), cells.max(1));
     let (p, q) = (points.max(1) / divisor, cells.max(1) / divisor);
@@ -257,7 +256,7 @@ pub fn distinct_registries(points: usize, cells: usize) -> usize {
     };
     let (even, odd) = (reached(0), reached(1));
     let squared = |v: &[usize]| v.len() * v.len();
-    // Residues of even and odd sites are the same set or have nothing in common.
+    // Residues of even and odd sites are equal sets or disjoint.
     if even == odd { squared(&even) } else { squared(&even) + squared(&odd) }
 }
 
@@ -282,7 +281,7 @@ fn registries(actual: &Actual) -> AuditLine {
 mod tests {
     use super::*;
 
-    /// The challenge and its block of 175 cells, 25 deep, with the adhesion that atoms can carry.
+    /// The challenge with its block of 175 cells, 25 deep, and the adhesion that atoms can represent.
     fn challenge() -> AuditInput {
         let a0 = 5.5884;
         AuditInput {
@@ -319,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn the_challenges_block() {
+    fn audit_of_the_challenge_block() {
         let lines = audit(&challenge()).unwrap();
         let statuss: Vec<(&str, &str)> = lines.iter().map(|l| (l.group.as_str(), l.status.as_str())).collect();
         assert_eq!(
@@ -352,7 +351,7 @@ mod tests {
     }
 
     #[test]
-    fn without_adhesion_its_lines_are_absent_and_with_it_only_in_the_atoms_they_say_changed() {
+    fn adhesion_lines_are_absent_without_adhesion_and_changed_with_adhesion_of_the_atoms_only() {
         let mut input = challenge();
         input.target.gamma = 0.0;
         input.target.rho = 0.0;
@@ -364,7 +363,7 @@ mod tests {
     }
 
     #[test]
-    fn other_blocks_get_other_verdicts() {
+    fn other_blocks_get_other_statuses() {
         let mut input = challenge();
         input.target.rho = 0.5 / input.actual.length_angstrom;
         input.target.lambda_s = 10.16 / input.actual.length_angstrom;
@@ -390,7 +389,7 @@ mod tests {
     }
 
     #[test]
-    fn registries_are_counted_as_a_search_counts_them() {
+    fn registry_counts_agree_with_a_search() {
         for (p, q) in [(11, 5), (385, 175), (14, 5), (2, 1), (4, 1), (1, 1), (3, 2), (5, 3), (10, 5), (6, 5)] {
             let d = gcd(p, q);
             let (p0, q0) = (p / d, q / d);

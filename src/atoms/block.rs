@@ -1,26 +1,26 @@
 //! The block: a face-centred cubic crystal with a (100) surface, deformable cells above a rigid base.
 //!
-//! Lengths are in Å. Atoms are never held in memory: an id *is* a lattice site, so positions, layers and surface sites are
-//! computed from it. Layers are numbered from the lowest of the base upwards, ids start at 1 and run layer by layer.
+//! Lengths are in Å. No positions are stored: an id identifies a lattice site, from which position, layer and surface site follow.
+//! Layers are numbered from the lowest of the base upwards, ids start at 1 and increase layer by layer.
 
 use crate::{Error, Result};
 
-/// Height of the lowest layer above the floor of the box, Å. With atoms on the floor itself LAMMPS loses them through
-/// the fixed boundary as soon as one moves.
+/// Height of the lowest layer above the bottom of the box, Å. Atoms exactly at the fixed boundary are lost in LAMMPS as soon as
+/// one moves.
 pub const FLOOR_GAP_ANGSTROM: f64 = 2.0;
 
-/// Lattice sites stand this share of a cell away from the box faces, in x and y. The nearest site is then a quarter
-/// cell from the periodic boundary and small displacements do not make atoms swap sides between frames.
+/// Offset of lattice sites from the box faces in x and y, fraction of a cell. The nearest site is then a quarter cell from the
+/// periodic boundary, and small displacements do not move atoms across it between frames.
 const INSET_CELLS: f64 = 0.25;
 
-/// Fewer cells along an edge leave the indenter with fewer than nine points across, which is no rough surface.
+/// Smallest number of cells along an edge: with fewer, the indenter has fewer than nine points across.
 pub const MIN_CELLS: usize = 4;
 
-/// LAMMPS as distributed counts atoms in 32 bits.
+/// Standard LAMMPS builds count atoms in 32 bits.
 pub const MAX_ATOMS: u64 = i32::MAX as u64;
 
-/// `cells` × `cells` × `depth_cells` deformable cubic cells on `base_layers` layers that no force moves. Those are rigid, or go with
-/// an elastic foundation of `foundation_cells` cells below the deformable ones.
+/// `cells` × `cells` × `depth_cells` deformable cubic cells on `base_layers` layers without forces. The base is rigid, or moves
+/// with an elastic foundation of `foundation_cells` cells below the deformable ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Block {
     pub cells: usize,
@@ -35,17 +35,17 @@ pub struct Block {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Site {
     pub id: u32,
-    /// Belongs to the base.
+    /// Whether it belongs to the base.
     pub fixed: bool,
-    /// Å.
+    /// Lattice position, Å.
     pub position: [f64; 3],
 }
 
 impl Block {
-    /// The base gets as many layers as it takes to be no thinner than `cutoff_angstrom`, the range of the potential.
+    /// A block whose base is at least as thick as `cutoff_angstrom`, the range of the potential.
     ///
     /// # Errors
-    /// `Input` when there are too few cells, too many atoms for LAMMPS, or a length that is not positive.
+    /// `Input` for too few cells, too many atoms for LAMMPS, or a length that is not positive.
     pub fn new(cells: usize, depth_cells: usize, a0: f64, cutoff_angstrom: f64) -> Result<Self> {
         let place = "block of atoms";
         if cells < MIN_CELLS {
@@ -74,7 +74,7 @@ impl Block {
         }
     }
 
-    /// The same on an elastic foundation, in which its base lies; 0 is a rigid base.
+    /// The block on an elastic foundation that contains its base; 0 for a rigid base.
     ///
     /// # Errors
     /// `Input` for a foundation that is thinner than the base.
@@ -112,17 +112,17 @@ impl Block {
         self.cells as f64 * self.a0
     }
 
-    /// From the top layer of the base to the surface layer, Å.
+    /// Thickness from the top layer of the base to the surface layer, Å.
     pub fn deformable_thickness(&self) -> f64 {
         self.depth_cells as f64 * self.a0
     }
 
-    /// From what does not move, the base or the ground of the foundation, to the surface layer, Å: the depth of the elastic layer.
+    /// Thickness of the elastic layer, from the rigid base or the ground of the foundation to the surface layer, Å.
     pub fn thickness(&self) -> f64 {
         (self.depth_cells + self.foundation_cells) as f64 * self.a0
     }
 
-    /// Height of a layer over what does not move, Å.
+    /// Height of a layer above the rigid base or ground, Å.
     pub fn height_of(&self, layer: usize) -> f64 {
         self.thickness() + self.layer_z(layer) - self.top_z()
     }
@@ -151,7 +151,7 @@ impl Block {
         Some(Site { id, fixed: layer < self.base_layers, position: [x, y, self.layer_z(layer)] })
     }
 
-    /// Every atom in order of its id.
+    /// All atoms in the order of their ids.
     pub fn sites(&self) -> impl Iterator<Item = Site> + '_ {
         (1..=self.atoms() as u32).filter_map(|id| self.site(id))
     }
@@ -172,7 +172,7 @@ impl Block {
     }
 }
 
-/// The 2 n² lattice sites of the surface layer: a square lattice of spacing a0/√2, turned by 45°.
+/// The 2 n² lattice sites of the surface layer: a square lattice of spacing a0/√2, rotated by 45°.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfaceSites {
     block: Block,
@@ -183,12 +183,12 @@ impl SurfaceSites {
         self.block.atoms_per_layer() as usize
     }
 
-    /// Never: a block has at least `MIN_CELLS` cells.
+    /// Always false: a block has at least `MIN_CELLS` cells.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Id of the first surface atom; the others follow without gaps.
+    /// Id of the first surface atom; the ids of the others are consecutive.
     pub fn first_id(&self) -> u32 {
         (self.block.atoms() - self.block.atoms_per_layer()) as u32 + 1
     }
@@ -209,9 +209,9 @@ impl SurfaceSites {
         self.block.length()
     }
 
-    /// Index of the site nearest to a point of the plane (periodic): which Voronoi square the point lies in.
+    /// Index of the site nearest to a point of the periodic plane.
     ///
-    /// In half cells (X, Y) the sites are the integer points with X + Y of one parity, hence integer points of the turned
+    /// In half cells (X, Y) the sites are the integer points with X + Y of one parity, and hence integer points of the rotated
     /// coordinates p = (X+Y-c)/2, q = (X-Y-c)/2, whose Voronoi cells are squares along p and q.
     pub fn nearest(&self, x: f64, y: f64) -> usize {
         let half = 0.5 * self.block.a0;
@@ -225,7 +225,7 @@ impl SurfaceSites {
         row * self.block.cells + column / 2
     }
 
-    /// For every node (x = i·L/nx, y = j·L/ny) of a periodic `[ny, nx]` grid, the index of the nearest site.
+    /// Index of the nearest site for every node (x = i·L/nx, y = j·L/ny) of a periodic `[ny, nx]` grid.
     pub fn onto_grid(&self, nx: usize, ny: usize) -> Vec<usize> {
         let length = self.block.length();
         (0..nx * ny)
@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn the_papers_block_is_counted_without_building_it() {
+    fn atom_counts_of_the_challenge_block() {
         let block = Block::new(175, 25, A0, CUTOFF).expect("valid");
         assert_eq!(block.deformable(), 3_062_500);
         assert_eq!(block.base_layers, 3);
@@ -281,7 +281,7 @@ mod tests {
 
     /// Inside a face-centred cubic crystal every atom has 12 neighbours at a0/√2, and the periodic images fit.
     #[test]
-    fn it_is_face_centred_cubic() {
+    fn every_inner_atom_has_twelve_nearest_neighbours() {
         let block = small();
         let all: Vec<Site> = block.sites().collect();
         let l = block.length();
@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_site_is_the_nearest() {
+    fn nearest_site_agrees_with_a_search_of_all_sites() {
         // Both parities of the surface layer.
         for depth_cutoff in [CUTOFF, 1.9 * A0] {
             let block = Block::new(4, 2, A0, depth_cutoff).expect("valid");
@@ -319,7 +319,7 @@ mod tests {
                 let [x, y] = top.xy(index);
                 assert_eq!(top.nearest(x, y), index);
             }
-            // Every site owns an equal share of a fine grid.
+            // Every site owns an equal number of nodes of a fine grid.
             let mut owned = vec![0usize; top.len()];
             top.onto_grid(96, 96).into_iter().for_each(|s| owned[s] += 1);
             assert!(owned.iter().all(|&c| c.abs_diff(96 * 96 / top.len()) <= 24), "{owned:?}");
@@ -327,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn a_foundation_holds_the_base() {
+    fn a_foundation_contains_the_base() {
         // Three layers: the lowest is a lattice constant below the highest.
         let block = small();
         assert!((block.height_of(block.base_layers - 1)).abs() < 1e-12);

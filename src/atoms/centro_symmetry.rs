@@ -1,10 +1,9 @@
-//! Atoms that have left the crystal's order: centro-symmetry of the twelve nearest neighbours (Kelchner, Plimpton & Hamilton,
-//! Phys. Rev. B 58 (1998) 11085, with the pairs as LAMMPS chooses them).
+//! Defect atoms by the centro-symmetry parameter of the twelve nearest neighbours (Kelchner, Plimpton & Hamilton, Phys. Rev. B 58
+//! (1998) 11085, with the pairs as in LAMMPS).
 //!
-//! P = Σ |r_i + r_j|² over the six most opposite pairs of the twelve nearest neighbours. An evenly strained fcc crystal has P = 0
-//! however large the strain, which under a contact is up to a fifth; a common-neighbour analysis with a fixed cut-off takes
-//! such strains for another crystal. In a stacking fault P = a0²/2, around a partial dislocation about a0²/8, at a free
-//! (100) surface 3 a0²/2.
+//! P = Σ |r_i + r_j|² over the six most opposite pairs of the twelve nearest neighbours. A uniformly strained fcc crystal has P =
+//! 0 at any strain; under a contact strains reach 0.2, for which a common-neighbour analysis with a fixed cut-off reports a
+//! different crystal. In a stacking fault P = a0²/2, around a partial dislocation about a0²/8, at a free (100) surface 3 a0²/2.
 
 use super::block::Block;
 use super::dump::Frame;
@@ -13,18 +12,18 @@ use rayon::prelude::*;
 
 const NEIGHBOURS: usize = 12;
 
-/// P over a0² from which an atom has left the order: half of what a partial dislocation shows. Elastic ladders (8 nm, resolved
-/// slope 0.21, p* up to 0.054) stay below 0.01 under the masked layers.
+/// P over a0² above which an atom is a defect atom: half the value around a partial dislocation. Elastic load histories (8 nm,
+/// resolved slope 0.21, p* up to 0.054) stay below 0.01 under the masked layers.
 pub const THRESHOLD: f64 = 0.06;
 
-/// Layers from the top that are not looked at. The first has no neighbours above, and under the second the contact's strain
-/// changes so fast from atom to atom that P reaches 0.055 a0² in an elastic state (p* = 0.054 at 8 nm).
+/// Layers from the top that are not analysed. The first has no neighbours above, and under the second the contact strain varies so
+/// strongly from atom to atom that P reaches 0.055 a0² in an elastic state (p* = 0.054 at 8 nm).
 pub const MASKED_LAYERS: usize = 2;
 
-/// So many atoms are no yield yet: one point defect. Elastic steps show none.
+/// Number of defect atoms up to which there is no yield: one point defect. Elastic steps have none.
 pub const NOISE: usize = 3;
 
-/// Atoms of the frame that have left the order, ascending; [`analysed_atoms`] says how many were asked.
+/// Ids of the defect atoms of a frame, ascending, among the [`analysed_atoms`].
 ///
 /// # Errors
 /// `Format` when an atom of the deformable block is missing from the frame.
@@ -37,7 +36,7 @@ pub fn defect_atoms(frame: &Frame, block: &Block) -> Result<Vec<u32>> {
         let accepted = "every deformable atom (atoms.plasticity = true makes frames that have them)";
         return Err(Error::format(&frame.source, format!("no atom {id}"), accepted));
     }
-    // The lowest deformable atoms' neighbours in the base are at their sites, unless it goes with a foundation.
+    // Neighbours in the base are at their lattice sites, unless the base moves with a foundation.
     let below = (first - per_layer..first).filter_map(|id| block.site(id)).map(|s| s.position);
     let start = frame.ids.partition_point(|id| *id < first);
     let count = (last - first + 1) as usize;
@@ -52,19 +51,19 @@ pub fn defect_atoms(frame: &Frame, block: &Block) -> Result<Vec<u32>> {
     Ok(found.map(|k| first + k as u32).collect())
 }
 
-/// How many atoms of a block are looked at.
+/// Number of atoms of a block that are analysed.
 pub fn analysed_atoms(block: &Block) -> u64 {
     let [from, to] = inner_layers(block);
     (to - from) as u64 * block.atoms_per_layer()
 }
 
-/// Layers that are looked at, counted from the lowest deformable one: from the first, to the one above the last.
+/// Layers that are analysed, counted from the lowest deformable one: first, and one past the last.
 fn inner_layers(block: &Block) -> [usize; 2] {
     let from = usize::from(block.foundation_cells > 0);
     [from, (2 * block.depth_cells).saturating_sub(MASKED_LAYERS).max(from)]
 }
 
-/// P of an atom whose neighbours (at least those within reach) are at `near` relative to it; infinite with fewer than twelve.
+/// P of an atom from the relative positions `near` of its neighbours; infinite with fewer than twelve.
 fn centro_symmetry(near: &mut [[f64; 3]]) -> f64 {
     let square = |v: &[f64; 3]| v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
     if near.len() < NEIGHBOURS {
@@ -80,20 +79,20 @@ fn centro_symmetry(near: &mut [[f64; 3]]) -> f64 {
     }
     sums.select_nth_unstable_by(NEIGHBOURS / 2 - 1, f64::total_cmp);
     let six = &mut sums[..NEIGHBOURS / 2];
-    // In order, so that the sum does not depend on how they were selected.
+    // Sorted, so that the sum does not depend on the selection.
     six.sort_unstable_by(f64::total_cmp);
     six.iter().sum()
 }
 
-/// Points by cubic bins no narrower than a lattice constant: the twelve neighbours, at 0.71 of it, are in the 27 around.
+/// Points in cubic bins no narrower than a lattice constant: the twelve neighbours, at 0.71 of it, are in the 27 adjacent bins.
 struct Bins {
     length: f64,
     across: i64,
-    /// Lowest bin along z, and how many.
+    /// Lowest bin along z, and number of bins.
     floor: i64,
     levels: i64,
     width: f64,
-    /// Points in the order of their bins, and where each bin begins.
+    /// Points in the order of their bins, and the first point of each bin.
     order: Vec<u32>,
     begin: Vec<u32>,
 }
@@ -128,7 +127,7 @@ impl Bins {
         ((k * self.across + j) * self.across + i) as usize
     }
 
-    /// All points in the 27 bins around a point, relative to it.
+    /// Relative positions of all points in the 27 bins around a point.
     fn around(&self, points: &[[f64; 3]], own: usize) -> Vec<[f64; 3]> {
         let at = points[own];
         let [i, j, k] = self.bin(&at);
@@ -180,11 +179,11 @@ mod tests {
     }
 
     #[test]
-    fn a_perfect_crystal_has_order_up_to_its_masked_surface() {
+    fn a_perfect_crystal_has_no_defect_atoms_below_the_masked_layers() {
         let block = block();
         assert!(defect_atoms(&frame(&block, |_, p| p), &block).expect("complete").is_empty());
         assert_eq!(analysed_atoms(&block), 8 * 32);
-        // The surface shows as soon as it is looked at: the top layer lacks four of twelve.
+        // Without the mask the surface is detected: the top layer lacks four of twelve neighbours.
         let points: Vec<[f64; 3]> = block.sites().map(|s| s.position).collect();
         let bins = Bins::new(&points, block.length(), A0);
         let p = |own: usize| centro_symmetry(&mut bins.around(&points, own)) / (A0 * A0);
@@ -193,14 +192,14 @@ mod tests {
     }
 
     #[test]
-    fn strain_is_no_disorder_and_a_slipped_plane_is() {
+    fn strain_gives_no_defect_atoms_and_slip_does() {
         let block = block();
-        // Deep layers as they are, the upper ones pressed together by 15 %: what changes is at the border.
+        // The upper layers are compressed by 15 %: only atoms at the border have a defect environment.
         let z0 = block.layer_z(block.base_layers);
         let pressed = frame(&block, |_, [x, y, z]| [x, y, z0 + 0.85 * (z - z0)]);
         let found = defect_atoms(&pressed, &block).expect("complete");
         assert!(found.iter().all(|id| block.layer_of(*id) == Some(block.base_layers)), "{found:?}");
-        // Over a base that has gone elsewhere, which a frame does not tell, the lowest layer is left out.
+        // Above a base that has moved, which a frame does not contain, the lowest layer is excluded.
         let gone = frame(&block, |_, [x, y, z]| [x + 0.25 * A0, y, z - 1.0]);
         let found = defect_atoms(&gone, &block).expect("complete");
         assert!(
@@ -210,7 +209,7 @@ mod tests {
         let founded = block.on_foundation(3).expect("thick enough");
         assert!(defect_atoms(&gone, &founded).expect("complete").is_empty());
         assert_eq!(analysed_atoms(&founded), 7 * 32);
-        // The upper half slipped by half a lattice vector is fcc again but for nothing; by a quarter it is not.
+        // A slip by half a lattice vector restores fcc; a slip by a quarter does not.
         for (slip, disorder) in [(0.5, 0), (0.25, 2 * 32)] {
             let slipped = frame(&block, |layer, [x, y, z]| {
                 let d = if layer >= 5 { slip * A0 } else { 0.0 };
@@ -259,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_of_the_top_layers_is_refused() {
+    fn a_frame_without_all_deformable_atoms_is_refused() {
         let block = block();
         let mut top = frame(&block, |_, p| p);
         top.ids.drain(..32);

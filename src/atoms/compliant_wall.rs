@@ -1,12 +1,12 @@
-//! The wall's areal law where every surface atom gives way on its own: one that an atom of the indenter stands above is pressed
-//! more than the mean and sinks, one between them is pressed less and rises.
+//! Areal repulsion law of a wall whose surface atoms deform individually: an atom directly below an indenter atom carries more
+//! than the mean force and is pushed in, an atom between indenter atoms carries less and protrudes.
 //!
-//! An atom under the force f, where the mean is ⟨f⟩, stands c (⟨f⟩ - f) above the surface that a continuum has. With F(z) the
-//! force of the net on a rigid atom at the distance z, different for every place under the net, f = F(z + c f) where z is the
-//! distance of an atom that nothing presses; the distance of the mean surface is z + c ⟨f⟩. Forces of neighbours are taken as
-//! independent, as they are under a net that shares no period with the crystal. Nothing in it is fitted.
+//! An atom under the force f, where the mean force is ⟨f⟩, stands c (⟨f⟩ - f) above the surface of the continuum. With F(z) the
+//! force of the net on a rigid atom at the distance z, which depends on the position under the net, f = F(z + c f), where z is the
+//! distance of an unloaded atom; the distance of the mean surface is z + c ⟨f⟩. Forces on neighbours are taken as independent, as
+//! under a net that is incommensurate with the crystal. There are no fitted parameters.
 //!
-//! On a slope the net has fewer atoms per area, and presses along the normal: with θ the angle the pressure straight down at the
+//! On a slope the net has fewer atoms per area and presses along the normal: with slope angle θ the vertical pressure at the
 //! vertical gap g is cos²θ P(g cos θ).
 
 use std::f64::consts::PI;
@@ -14,33 +14,33 @@ use std::f64::consts::PI;
 use super::wall::Wall;
 use crate::interface::{Law, TabulatedWall};
 
-/// ProbeAtoms under the net along half a spacing; the rest are their mirror images. Twice as many change the pressure by less than
-/// a per cent at gaps where it is a thousandth of E*.
+/// Positions under the net along half a spacing; the others follow by symmetry. Doubling them changes the pressure by less than
+/// one per cent at gaps where it is a thousandth of E*.
 const PLACES: usize = 12;
 
-/// Depth of the table, as a part of r_m: there the pressure is twice E*.
+/// Depth of the table over r_m; the pressure there is twice E*.
 const DEEPEST: f64 = 0.25;
 
-/// Steps of Newton's method, or halvings where it leads astray: ten suffice.
+/// Limit of Newton or bisection steps; ten suffice.
 const STEPS: usize = 60;
 
-/// Nearest distance of an atom from the net, as a part of σ: no load brings one there.
+/// Smallest distance of an atom from the net over σ; no load reaches it.
 const NEAREST: f64 = 0.3;
 
 /// The areal law, in Å and eV.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CompliantWall {
     law: TabulatedWall,
-    /// c, Å per eV/Å.
+    /// Compliance c, Å per eV/Å.
     compliance: f64,
-    /// Per surface atom, Å².
+    /// Area per surface atom, Å².
     area: f64,
-    /// cos θ.
+    /// cos θ of the rms gradient.
     cosine: f64,
 }
 
 impl CompliantWall {
-    /// On a crystal of contact modulus `modulus` (eV/Å³), under a profile of this rms gradient, for whose slopes one stands.
+    /// The law on a crystal of contact modulus `modulus` (eV/Å³) under a profile of this rms gradient.
     pub fn new(wall: &Wall, modulus: f64, rms_gradient: f64) -> Self {
         let area = 0.5 * wall.a0_angstrom * wall.a0_angstrom;
         let compliance = compliance(wall.a0_angstrom, modulus);
@@ -62,12 +62,12 @@ impl CompliantWall {
         CompliantWall { law, compliance, area, cosine: 1.0 / rms_gradient.hypot(1.0) }
     }
 
-    /// Pressure straight down at the vertical gap `g` (Å), eV/Å³.
+    /// Vertical pressure at the vertical gap `g` (Å), eV/Å³.
     pub fn pressure(&self, g: f64) -> f64 {
         -self.cosine * self.cosine * self.law.traction(g * self.cosine)
     }
 
-    /// How far an atom that nothing presses stands above the surface, Å, where that is at the vertical gap `g` (Å).
+    /// Height of an unloaded atom above the mean surface at the vertical gap `g` (Å), Å.
     pub fn rise(&self, g: f64) -> f64 {
         self.compliance * self.area * self.pressure(g)
     }
@@ -78,16 +78,15 @@ impl CompliantWall {
     }
 }
 
-/// What a surface atom that is pressed alone sinks by, Å per eV/Å: the middle of a disc of its area under an even pressure,
-/// 2 f / (π E* a) (Johnson, Contact Mechanics (1985), eq. 3.29a). On the shipped potential it is 1.60, and an atom pressed in
-/// LAMMPS sinks by 1.60 to 1.65 (`tests/lammps/modulus.rs`).
+/// Compliance of a single surface atom, Å per eV/Å: displacement at the centre of a disc of its area under uniform pressure, 2 f /
+/// (π E* a) (Johnson, Contact Mechanics (1985), eq. 3.29a). It is 1.60 for the shipped potential; LAMMPS gives 1.60 to 1.65
+/// (`tests/lammps/modulus.rs`).
 pub fn compliance(a0_angstrom: f64, modulus: f64) -> f64 {
     let radius = a0_angstrom / (2.0 * PI).sqrt();
     2.0 / (PI * modulus * radius)
 }
 
-/// Mean force on surface atoms, eV/Å, each of which would be at the distance `z` (Å) from the net if it were not pressed, and
-/// the derivative.
+/// Mean force on surface atoms whose unloaded distance from the net is `z` (Å), eV/Å, and its derivative.
 fn mean_force(wall: &Wall, compliance: f64, z: f64) -> (f64, f64) {
     let (mut force, mut slope) = (0.0, 0.0);
     let place = |k: usize| 0.5 * wall.spacing_angstrom * (k as f64 + 0.5) / PLACES as f64;
@@ -102,9 +101,9 @@ fn mean_force(wall: &Wall, compliance: f64, z: f64) -> (f64, f64) {
     (force / count, slope / count)
 }
 
-/// Force f on an atom that comes to rest at the distance z + c f, where the net presses with just that, and df/dz.
+/// Force f = F(z + c f) on an atom in equilibrium at the distance z + c f, and df/dz.
 fn pressed(wall: &Wall, place: (f64, f64), c: f64, z: f64) -> (f64, f64) {
-    // The net presses harder the nearer the atom is, what pushes back the farther it is from z: one crossing.
+    // The net's force increases and the restoring force decreases towards the net: there is one intersection.
     let (mut low, mut high) = (z.max(NEAREST * wall.sigma_angstrom), wall.minimum_angstrom());
     if low >= high {
         return (0.0, 0.0);
@@ -130,7 +129,7 @@ fn pressed(wall: &Wall, place: (f64, f64), c: f64, z: f64) -> (f64, f64) {
     (force, slope / (1.0 - c * slope))
 }
 
-/// Repulsion of the net, straight down, on an atom under it at a distance `z` from its plane, eV/Å, and its derivative.
+/// Vertical repulsion of the net on an atom at a distance `z` from its plane, eV/Å, and its derivative.
 fn net_force(wall: &Wall, (x, y): (f64, f64), z: f64) -> (f64, f64) {
     let (s, touch) = (wall.spacing_angstrom, wall.minimum_angstrom());
     let reach = (touch / s).ceil() as i64;
@@ -160,9 +159,9 @@ mod tests {
         Wall::new(A0 * 5.0 / 11.0, A0).expect("valid")
     }
 
-    /// Rigid atoms: the mean over places is the integral. Few places are within reach at small depths.
+    /// For rigid atoms the mean over positions is the integral. At small depths few positions are within range.
     #[test]
-    fn atoms_that_do_not_give_way_have_the_areal_law() {
+    fn rigid_atoms_have_the_areal_law() {
         let wall = wall();
         for (depth, tolerance) in [(0.1, 0.01), (0.2, 0.01), (0.4, 0.005), (0.8, 0.005)] {
             let z = wall.minimum_angstrom() - depth;
@@ -173,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn derivatives_are_those_of_the_values() {
+    fn derivatives_agree_with_finite_differences() {
         let (wall, h) = (wall(), 1e-6);
         for (place, z) in [((0.0, 0.0), 3.8), ((0.4, 0.2), 3.6), ((1.2, 1.1), 3.2)] {
             let difference = (net_force(&wall, place, z + h).0 - net_force(&wall, place, z - h).0) / (2.0 * h);
@@ -186,10 +185,10 @@ mod tests {
         }
     }
 
-    /// Softer than rigid atoms, most where few touch: 0.43 of their pressure at 0.05 Å and 0.90 at 0.3 Å. The numbers are those of
-    /// another program (bisection, 144 places in all).
+    /// Softer than rigid atoms, most at small contact area: 0.43 of their pressure at 0.05 Å and 0.90 at 0.3 Å, from an
+    /// independent program (bisection, 144 positions).
     #[test]
-    fn atoms_that_give_way_are_softer() {
+    fn compliant_atoms_have_a_softer_law() {
         let wall = wall();
         let giving = CompliantWall::new(&wall, MODULUS, 0.0);
         let rigid = |g: f64| wall.repulsion_pressure(wall.minimum_angstrom() + g);

@@ -1,37 +1,37 @@
 //! Contact and gap of a frame of atoms under the rigid indenter.
 //!
-//! An atom touches when an indenter atom is nearer than the contact distance. The indenter is a regular periodic grid,
-//! so the few grid points in reach of an atom are known from its coordinates and no neighbour search is needed.
+//! An atom is in contact when an indenter atom is nearer than the contact distance. The indenter is a regular periodic grid, so
+//! its points within a given distance follow from the coordinates, without a neighbour search.
 
 use super::block::SurfaceSites;
 use super::dump::Frame;
 use super::indenter::Indenter;
 use crate::{Error, Result};
 
-/// Which atoms touch.
+/// The atoms in contact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contact {
-    /// Per site of the surface layer: does the atom that started there touch?
+    /// Per site of the surface layer: whether its atom is in contact.
     pub sites: Vec<bool>,
-    /// Touching atoms of the surface layer and below, ascending.
+    /// Ids of all contact atoms, ascending.
     pub ids: Vec<u32>,
-    /// Touching atoms that did not start in the surface layer: more than a few mean that material has flowed.
+    /// Contact atoms from below the surface layer: more than a few indicate plastic flow.
     pub below_surface: usize,
 }
 
 impl Contact {
-    /// Touching atoms of the surface layer over all atoms of that layer.
+    /// Contact atoms of the surface layer over all atoms of that layer.
     pub fn fraction(&self) -> f64 {
         self.sites.iter().filter(|t| **t).count() as f64 / self.sites.len() as f64
     }
 }
 
-/// Atoms of `frame` nearer than `distance` (Å) to an atom of the indenter, which has come down by `lowered` (Å).
+/// Atoms of `frame` nearer than `distance` (Å) to an indenter atom at the displacement `lowered` (Å).
 pub fn contact(frame: &Frame, indenter: &Indenter, lowered: f64, surface: &SurfaceSites, distance: f64) -> Contact {
     contact_by(frame, surface, |k| within(frame.positions[k], indenter, lowered, distance).next().is_some())
 }
 
-/// Contact of the atoms that a criterion chooses, by their place in the frame.
+/// Contact by a criterion on the index in the frame.
 pub fn contact_by(frame: &Frame, surface: &SurfaceSites, touches: impl Fn(usize) -> bool) -> Contact {
     let mut found = Contact { sites: vec![false; surface.len()], ids: Vec::new(), below_surface: 0 };
     for (_, id) in frame.ids.iter().enumerate().filter(|(k, _)| touches(*k)) {
@@ -44,7 +44,7 @@ pub fn contact_by(frame: &Frame, surface: &SurfaceSites, touches: impl Fn(usize)
     found
 }
 
-/// Vectors from an atom to the atoms of the indenter, which has come down by `lowered` (Å), that are nearer than `reach` (Å).
+/// Vectors (Å) from a point to the indenter atoms nearer than `reach` (Å), at the indenter displacement `lowered` (Å).
 pub(super) fn within(
     [x, y, z]: [f64; 3],
     indenter: &Indenter,
@@ -65,8 +65,8 @@ pub(super) fn within(
     })
 }
 
-/// How far an atom at `place` could rise before the first atom of the indenter (as it stands at the start) is at `distance`
-/// from it, Å: not above zero where one is that near already, infinite where none is above.
+/// Distance by which an atom at a point can rise until an atom of the indenter (at its first position) is at `distance` from it,
+/// Å: not positive where one is nearer already, infinite where none is above.
 pub fn clearance([x, y, z]: [f64; 3], indenter: &Indenter, distance: f64) -> f64 {
     let (s, n) = (indenter.spacing(), indenter.points());
     let range = |c: f64| ((c - distance) / s).ceil() as i64..=((c + distance) / s).floor() as i64;
@@ -85,9 +85,9 @@ pub fn clearance([x, y, z]: [f64; 3], indenter: &Indenter, distance: f64) -> f64
     least
 }
 
-/// Vertical gap per surface site, Å: the indenter's surface above the atom, less `standoff` (the distance at which a
-/// flat wall and a flat crystal would count as touching). `height` gives the indenter's surface as it stands now, at any
-/// point of the plane, Å; atoms are taken where they are, not where they started.
+/// Vertical gap per surface site, Å: height of the indenter's surface above the current position of the atom, less `standoff` (the
+/// distance at which a flat wall and a flat crystal are in contact). `height` is the current height of the indenter's surface at a
+/// point, Å.
 ///
 /// # Errors
 /// `Format` when an atom of the surface layer is missing from the frame.
@@ -113,8 +113,7 @@ pub fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Values per site, spread over a `[ny, nx]` grid whose nodes belong to the sites in `owners`
-/// ([`SurfaceSites::onto_grid`]).
+/// Values per site on a `[ny, nx]` grid whose nodes belong to the sites in `owners` ([`SurfaceSites::onto_grid`]).
 pub fn onto_grid<T: Copy>(values: &[T], owners: &[usize]) -> Vec<T> {
     owners.iter().map(|&site| values[site]).collect()
 }
@@ -144,14 +143,14 @@ mod tests {
             ids: sites.iter().map(|s| s.id).collect(),
             species: Vec::new(),
             elements: Vec::new(),
-            // Some leave the cell, as they do between two neighbour lists.
+            // Some atoms leave the cell, as between two neighbour lists.
             positions: sites.iter().map(|s| s.position.map(|c| c + 4.0 * noise())).collect(),
         }
     }
 
-    /// An atom that has risen by its clearance is exactly at the distance from the indenter, and not nearer.
+    /// An atom raised by its clearance is exactly at the distance from the indenter.
     #[test]
-    fn clearance_is_the_way_up_to_the_contact_distance() {
+    fn clearance_is_the_rise_to_the_contact_distance() {
         let block = Block::new(4, 2, 5.5884, 7.0).expect("valid");
         let heights: Vec<f64> = (0..81).map(|k| ((k * 37) % 41) as f64 / 12.0).collect();
         let indenter = Indenter::above(&block, 9, heights, R_M).expect("valid");
@@ -164,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn contact_agrees_with_every_pair_looked_at() {
+    fn contact_agrees_with_a_search_of_all_pairs() {
         let block = Block::new(4, 2, 5.5884, 7.0).expect("valid");
         let heights: Vec<f64> = (0..81).map(|k| ((k * 37) % 41) as f64 / 12.0).collect();
         let indenter = Indenter::above(&block, 9, heights, R_M).expect("valid");

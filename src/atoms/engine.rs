@@ -1,8 +1,8 @@
-//! Running a job: LAMMPS as a child process, watched, stoppable, and believed only when everything says that it went
-//! well.
+//! Running a job: LAMMPS as a child process that is monitored and can be stopped, and whose result is accepted only after all
+//! checks.
 //!
-//! What runs a job is an [`Engine`]; beside LAMMPS there is one that replays a recorded run
-//! ([`ReplayEngine`](super::replay::ReplayEngine)), so that order, time-outs and failures are tested in milliseconds.
+//! An [`Engine`] runs a job. Besides LAMMPS there is [`ReplayEngine`](super::replay::ReplayEngine), which replays a recorded run,
+//! so that order, time limits and failures are tested in milliseconds.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -22,61 +22,61 @@ use crate::error::LammpsFailure;
 use crate::record::results::LoadStepResults;
 use crate::{Error, Result, sys};
 
-/// How often the ladder is looked at: short beside the shortest step (0.1 s for three thousand atoms), and free.
+/// Polling interval of the load steps: short compared with the shortest step (0.1 s for three thousand atoms), at negligible cost.
 const POLL: Duration = Duration::from_millis(40);
 
-/// A minimisation that stops short of its force tolerance is within a rounding of the printed three digits above it.
+/// Forces are printed with three digits; a converged force may exceed the tolerance by this factor.
 const FORCE_ROUNDING: f64 = 1.001;
 
-/// Below so many atoms a second rank costs more than it saves: waiting ranks spin, and with 25 000 atoms on a busy machine two
-/// took 17 s of processor time where one takes 6; from 800 000 on two took no more than one.
+/// Smallest number of atoms for a second rank. Waiting ranks spin: with 25 000 atoms on a busy machine two ranks took 17 s of
+/// processor time instead of 6 s; from 800 000 atoms on they took no more than one.
 const FEWEST_ATOMS_FOR_RANKS: u64 = 200_000;
 
-/// What is to be said of so many ranks for so many atoms, if anything.
+/// Warning for a number of ranks that is too large for the number of atoms.
 pub fn caveat(ranks: usize, atoms: u64) -> Option<String> {
     (ranks > 1 && atoms < FEWEST_ATOMS_FOR_RANKS).then(|| {
         format!("{ranks} MPI ranks for {atoms} atoms: below {FEWEST_ATOMS_FOR_RANKS} atoms one is as fast, and faster on a busy machine")
     })
 }
 
-/// What runs a job.
+/// Runs jobs.
 pub trait Engine: Sync {
-    /// One line for the record: program and version.
+    /// Program and version, one line.
     fn describe(&self) -> &str;
 
-    /// Runs the job, or goes on with it from the last finished step, until its ladder ends. `watch` is called for every
-    /// finished step in order and often in between; `Break` stops the run.
+    /// Runs the job, or continues it after the last finished step, to its end. `watch` is called for every finished step in order
+    /// and repeatedly in between; `Break` stops the run.
     ///
     /// # Errors
-    /// `Interrupted` when `watch` said so, `Lammps` with what was wrong, `Memory`, `MissingProgram`, `Io`.
+    /// `Interrupted` after `Break`, `Lammps` with the failure, `Memory`, `MissingProgram`, `Io`.
     fn run(&self, job: &Job, watch: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<Finished>;
 }
 
-/// Where a run stands.
+/// Progress of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Progress {
-    /// The step finished last, and whether this is the first call that tells of it.
+    /// The last finished step, and whether this is the first call with it.
     pub record: Option<StepRecord>,
     pub is_new: bool,
-    /// Iterations of the step that is being relaxed, as its log has told last.
+    /// Iterations of the current step, from its log.
     pub iterations: usize,
     /// Mean pressure over E* times rms gradient.
     pub p_star: f64,
-    /// Since this call of `run`, seconds.
+    /// Time since the start of `run`, seconds.
     pub elapsed_s: f64,
 }
 
-/// A ladder that has come to its end.
+/// A finished job.
 #[derive(Debug, Clone)]
 pub struct Finished {
     pub history: LoadHistory,
     pub steps: Vec<LoadStepResults>,
-    /// The step it went on from.
+    /// The step after which an earlier run was continued.
     pub resumed_from: Option<usize>,
-    /// Steps whose largest force is above the tolerance asked, or whose load could not be met.
+    /// Steps whose largest force exceeds the tolerance, or whose load was not reached.
     pub unconverged: Vec<usize>,
     pub seconds: f64,
-    /// Largest resident set of LAMMPS in this call, bytes; 0 where it was not seen, as that of several ranks.
+    /// Peak resident memory of LAMMPS in this call, bytes; 0 if unknown, as for several ranks.
     pub peak_bytes: u64,
 }
 
@@ -99,7 +99,7 @@ impl Finished {
     }
 }
 
-/// Turns finished steps into calls of `watch`.
+/// Calls `watch` for finished steps.
 pub(super) struct Watcher<'a> {
     job: &'a Job,
     begun: Instant,
@@ -112,13 +112,13 @@ impl<'a> Watcher<'a> {
         Watcher { job, begun, seen: finished.map_or(0, |k| k + 1), iterations: 0 }
     }
 
-    /// Takes the iterations from the end of a log. LAMMPS counts them through all steps, restart files included.
+    /// Reads the iterations from the end of a log. LAMMPS counts them through all steps, restart files included.
     fn hear(&mut self, history: &LoadHistory, log: &Path) {
         let earlier: usize = history.steps.iter().map(|r| r.iterations).sum();
         self.iterations = last_iteration(log).map_or(0, |all| all.saturating_sub(earlier));
     }
 
-    /// One call per new step, or a single one to say that there is none.
+    /// One call per new step, or a single call without a new step.
     pub(super) fn tell(
         &mut self,
         history: &LoadHistory,
@@ -146,7 +146,7 @@ impl<'a> Watcher<'a> {
     }
 }
 
-/// LAMMPS, found and asked what it can do.
+/// LAMMPS with its styles.
 #[derive(Debug, Clone)]
 pub struct LammpsEngine {
     program: PathBuf,
@@ -158,7 +158,7 @@ pub struct LammpsEngine {
 }
 
 impl LammpsEngine {
-    /// The given program, or `lmp` or `lammps` of the search path.
+    /// Finds the given program, or `lmp` or `lammps` in the search path.
     ///
     /// # Errors
     /// `MissingProgram` when there is none or it is not LAMMPS.
@@ -175,7 +175,7 @@ impl LammpsEngine {
                 .find_map(|name| in_search_path(Path::new(name)))
                 .ok_or_else(|| missing("LAMMPS (lmp or lammps)"))?,
         };
-        // The working folder of the run is another one.
+        // The run has another working folder.
         let program = std::path::absolute(&program).map_err(Error::io("find", &program))?;
         let mut probe = Command::new(&program);
         probe.arg("-h").env("OMP_NUM_THREADS", "1").env("PAGER", "cat").stdin(Stdio::null());
@@ -195,8 +195,8 @@ impl LammpsEngine {
         })
     }
 
-    /// MPI processes. Two are no faster than one below some hundred thousand atoms, and far slower when other
-    /// programs want the cores: waiting ranks spin.
+    /// Sets the number of MPI processes. Two are no faster than one below some hundred thousand atoms, and far slower on a busy
+    /// machine: waiting ranks spin.
     ///
     /// # Errors
     /// `Input` for more ranks than cores, `MissingProgram` without mpirun.
@@ -213,24 +213,24 @@ impl LammpsEngine {
         Ok(self)
     }
 
-    /// Longest time one call of `run` may take; finished steps stay and the next call goes on.
+    /// Limits the time of one call of `run`; finished steps are kept and the next call continues.
     pub fn with_time_limit(mut self, limit: Option<Duration>) -> Self {
         self.time_limit = limit;
         self
     }
 
-    /// About how long to go between two states of a load that is being relaxed; [`minimizer_checkpoint::INTERVAL`] unless told.
+    /// Sets the time between two checkpoints of a load; the default is [`minimizer_checkpoint::INTERVAL`].
     pub fn with_checkpoint_interval(mut self, interval: Duration) -> Self {
         self.checkpoint_interval = interval;
         self
     }
 
-    /// The program found.
+    /// Path of the program.
     pub fn program(&self) -> &Path {
         &self.program
     }
 
-    /// Styles that a ladder needs, with adhesion, and this LAMMPS lacks.
+    /// Styles that jobs need, with adhesion, and this LAMMPS lacks.
     pub fn missing_styles(&self) -> Vec<String> {
         self.missing(true, true).map(|(kind, name)| format!("the {kind} style {name}")).collect()
     }
@@ -279,7 +279,7 @@ impl LammpsEngine {
             let mut mpirun = Command::new("mpirun");
             mpirun.args(["-np", &self.ranks.to_string()]);
             if sys::is_root() {
-                // Open MPI's own way of being asked, which another MPI does not mind.
+                // Open MPI requires these variables; other MPIs ignore them.
                 mpirun.env("OMPI_ALLOW_RUN_AS_ROOT", "1").env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
             }
             mpirun.arg(&self.program);
@@ -355,9 +355,9 @@ impl Engine for LammpsEngine {
             if self.ranks == 1 {
                 peak_bytes = sys::peak_rss_bytes_of(group.child.id()).max(peak_bytes);
             }
-            // In this order, so that a step finished just before the end is still told.
+            // In this order, so that a step finished just before the end is still reported.
             let ended = group.child.try_wait().map_err(Error::io("wait for", &self.program))?;
-            // Before anything else can fail: the number of a process that was waited for may be given to another.
+            // Before anything else can fail: the process id may be reused after the child was waited for.
             group.ended = ended.is_some();
             let history = match LoadHistory::read(&job.folder) {
                 Err(e @ Error::Format { .. }) => {
@@ -400,7 +400,7 @@ impl Engine for LammpsEngine {
     }
 }
 
-/// A child and all it started; killed when this is dropped before the child has ended, whatever the way out.
+/// A child process and its group; dropping it kills the group unless the child has ended.
 struct Group {
     child: Child,
     ended: bool,
@@ -410,7 +410,7 @@ impl Drop for Group {
     fn drop(&mut self) {
         if !self.ended {
             sys::kill_process_group(self.child.id());
-            // Nothing to do if waiting fails: the group has been killed.
+            // A failed wait needs no action: the group has been killed.
             let _ = self.child.wait();
         }
     }
@@ -420,14 +420,14 @@ pub(super) fn failed(job: &Job, failure: LammpsFailure) -> Error {
     Error::Lammps { folder: job.folder.clone(), failure }
 }
 
-/// The ladder has come to its end, and its last frame is there.
+/// Whether the job has ended and its last frame exists.
 pub(super) fn is_complete(job: &Job) -> Result<bool> {
     let history = LoadHistory::read(&job.folder)?;
     let ended = job.end(&history.steps).is_some();
     Ok(ended && history.last().is_some_and(|r| load_history::frame_file(&job.folder, r.step).is_ok()))
 }
 
-/// The ladder must have ended where the job says, with every atom still there.
+/// Checks that the load steps ended where the job specifies, with all atoms.
 pub(super) fn check_ladder(job: &Job) -> Result<()> {
     let history = LoadHistory::read(&job.folder)?;
     let before = job.atoms();
@@ -441,9 +441,9 @@ pub(super) fn check_ladder(job: &Job) -> Result<()> {
     Ok(())
 }
 
-/// What exit status, log and screen together say.
+/// Judges a run by exit status, log and screen output.
 pub(super) fn judge(status: ExitStatus, log: &str, screen: &str) -> std::result::Result<(), LammpsFailure> {
-    // Whatever else went wrong did so after it; the step in which it was reached is not finished.
+    // Other failures followed from this one; the step in which it occurred is not finished.
     if log.contains("Wall time limit reached") {
         let text = "its script's time limit (timer timeout) was reached; the same command goes on from the last step";
         return Err(LammpsFailure::Output(text.into()));
@@ -461,7 +461,7 @@ pub(super) fn judge(status: ExitStatus, log: &str, screen: &str) -> std::result:
     }
 }
 
-/// `ERROR: ...` or `ERROR on proc 3: ...` with the command it stopped at; lost atoms have a failure of their own.
+/// The text of `ERROR: ...` or `ERROR on proc 3: ...` with the command; lost atoms are a failure of their own.
 fn error_line(text: &str) -> Option<LammpsFailure> {
     let mut lines = text.lines().skip_while(|l| !l.starts_with("ERROR"));
     let line = lines.next()?.trim();
@@ -486,7 +486,7 @@ fn log_name(finished: Option<usize>) -> String {
 /// Longer than any line of numbers that the scripts print.
 const LOG_TAIL: u64 = 400;
 
-/// First column of the last whole line of nothing but numbers at the end of a log. That there is none yet is no trouble.
+/// First column of the last complete line of numbers at the end of a log, if there is one.
 fn last_iteration(log: &Path) -> Option<usize> {
     let mut file = File::open(log).ok()?;
     let length = file.metadata().ok()?.len();
@@ -497,7 +497,7 @@ fn last_iteration(log: &Path) -> Option<usize> {
 }
 
 fn iteration_of(tail: &str) -> Option<usize> {
-    // The first of them may have lost its beginning, the last its end.
+    // The first line of the tail may lack its beginning, the last its end.
     let mut lines: Vec<&str> = tail.split_inclusive('\n').skip(1).filter(|l| l.ends_with('\n')).collect();
     lines.reverse();
     lines.iter().find_map(|line| {
@@ -541,7 +541,7 @@ mod tests {
     }
 
     #[test]
-    fn the_end_of_a_log_tells_the_iteration() {
+    fn the_iteration_is_read_from_the_end_of_a_log() {
         let text = "100 -5.5 0.1 3\n     125   -1200.5  0.002 11.1\n     150   -1200.6  0.0";
         assert_eq!(iteration_of(text), Some(125));
         assert_eq!(iteration_of(&format!("{text}01 11.2\nLoop time of 3 on 1 procs\n")), Some(150));
@@ -549,13 +549,13 @@ mod tests {
     }
 
     #[test]
-    fn ranks_are_for_many_atoms() {
+    fn several_ranks_for_few_atoms_give_a_warning() {
         assert!(caveat(2, 100_000).is_some_and(|c| c.contains("2 MPI ranks")));
         assert_eq!((caveat(1, 100), caveat(2, 3_000_000)), (None, None));
     }
 
     #[test]
-    fn only_a_clean_end_is_believed() {
+    fn only_a_regular_end_is_accepted() {
         let good = "Loop time\nTotal wall time: 0:00:03\n";
         assert_eq!(judge(status(0), good, ""), Ok(()));
         assert_eq!(judge(status(0), "Loop time\n", ""), Err(LammpsFailure::Unfinished));
@@ -570,13 +570,13 @@ mod tests {
         for text in forms {
             let expected = LammpsFailure::Message("Unknown command: x (a.cpp:1); last command: x".into());
             assert_eq!(judge(status(1), "", text), Err(expected.clone()));
-            // Even with exit status 0 and a line that says it ended.
+            // Even with exit status 0 and the line of a regular end.
             assert_eq!(judge(status(0), &format!("{text}{good}"), ""), Err(expected));
         }
     }
 
     #[test]
-    fn what_is_not_there_is_said_to_be_missing() {
+    fn missing_styles_are_reported() {
         for name in ["no-such-lammps", "/no/such/lammps", "true"] {
             let error = LammpsEngine::find(Some(Path::new(name))).expect_err("missing");
             assert_eq!(error.exit_code(), 5);

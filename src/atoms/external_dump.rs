@@ -1,7 +1,7 @@
-//! Frames of a block that any LAMMPS has run, in files of any of its text dumps.
+//! Frames of a block from any LAMMPS run, in any of its text dump formats.
 //!
-//! Nothing but the frames is needed: how far the indenter has come down is read off its atoms, and the load is what it does to
-//! the atoms of the block ([`indenter_forces`]). A first pass notes both for every frame; a second one reads the two frames around a load.
+//! Only frames are needed: the displacement of the indenter follows from its atoms, and the load from its forces on the block
+//! ([`indenter_forces`]). A first pass reads both for every frame; a second reads the two frames around a load.
 
 use std::path::PathBuf;
 
@@ -13,26 +13,26 @@ use super::interaction::Interaction;
 use super::load_history::{Between, Bracket, between, bracket};
 use crate::{Error, Result};
 
-/// Heights of the indenter's atoms may differ so much from those of a rigid one, Å: a dump has six digits where it is not told
-/// otherwise, an ångström has three of them behind the point in a box of 100 nm.
+/// Tolerance of the heights of indenter atoms relative to a rigid indenter, Å: dumps have six digits by default, that is three
+/// decimals in a box of 100 nm.
 const RIGID_ANGSTROM: f64 = 5e-3;
 
-/// Relative difference of the box from the block's.
+/// Relative tolerance of the size of the box.
 const BOX: f64 = 1e-4;
 
-/// A frame whose load is so near to the asked one, relative, serves alone.
+/// Relative tolerance within which a single frame is used for a load.
 const NEAR: f64 = 0.02;
 
-/// Where a frame is, and what it says of the indenter.
+/// Location of a frame, its load and displacement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Place {
     pub file: PathBuf,
-    /// In its file, from 0.
+    /// Index in its file, from 0.
     pub index: usize,
     pub timestep: u64,
     /// Normal force on the indenter, eV/Å.
     pub load: f64,
-    /// How far the indenter has come down, Å.
+    /// Displacement of the indenter, downwards, Å.
     pub displacement_angstrom: f64,
 }
 
@@ -44,11 +44,10 @@ pub struct DumpTrajectory {
 }
 
 impl DumpTrajectory {
-    /// Reads all frames once. A last frame that was cut is told to `warn` and left out.
+    /// Reads all frames once. An incomplete last frame is reported to `warn` and ignored.
     ///
     /// # Errors
-    /// `Io`; `Format` for a frame that cannot be read, is of another block, or does not show where the indenter is; `Input`
-    /// without any frame.
+    /// `Io`; `Format` for a frame that cannot be read, is of another block, or has no indenter atom; `Input` without any frame.
     pub fn scan(
         files: &[PathBuf],
         block: &Block,
@@ -84,11 +83,11 @@ impl DumpTrajectory {
         Ok(DumpTrajectory { places, block: *block })
     }
 
-    /// The atoms at `load` (eV/Å): between the two frames on whose way the load is first reached, or as the frame whose load
-    /// is within 2 % of it has them.
+    /// The atoms at `load` (eV/Å): interpolated between the first two frames around the load, or the frame whose load is within 2
+    /// % of it.
     ///
     /// # Errors
-    /// `Input` when no frame is near and none are around the load; as [`DumpReader`].
+    /// `Input` when no frames are around the load and none is near it; as [`DumpReader`].
     pub fn at_load(&self, load: f64) -> Result<Between> {
         let loads: Vec<f64> = self.places.iter().map(|p| p.load).collect();
         if let Some(found) = bracket(&loads, load) {
@@ -117,7 +116,7 @@ impl DumpTrajectory {
     }
 }
 
-/// The deformable atoms of a frame: nothing else feels the indenter.
+/// The deformable atoms of a frame; only they interact with the indenter.
 fn of_block(mut frame: Frame, block: &Block) -> Frame {
     let range = |id: u32| u64::from(id) > block.fixed() && u64::from(id) <= block.atoms();
     let keep: Vec<bool> = frame.ids.iter().map(|id| range(*id)).collect();
@@ -146,7 +145,7 @@ fn check_box(frame: &Frame, block: &Block) -> Result<()> {
     Ok(())
 }
 
-/// How far the indenter has come down, Å.
+/// Displacement of the indenter, downwards, Å.
 fn lowered(frame: &Frame, block: &Block, indenter: &Indenter) -> Result<f64> {
     let first = block.atoms() as u32 + 1;
     let start = frame.ids.partition_point(|id| *id < first);
@@ -187,7 +186,7 @@ mod tests {
         (block, indenter, Interaction { epsilon_ev: 0.2145, sigma_angstrom: 3.5927, adhesion: None })
     }
 
-    /// One frame of the perfect lattice under the indenter, as `columns` has it; the atoms' order is turned around.
+    /// One frame of the perfect lattice under the indenter with these `columns`; atoms in reversed order.
     fn text(lowered: f64, columns: &str) -> String {
         let (block, indenter, _) = setting();
         let (l, top) = (block.length(), 60.0);
@@ -240,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn every_way_of_writing_the_same_frames_gives_the_same_loads() {
+    fn all_dump_formats_of_the_same_frames_give_the_same_loads() {
         let folder = tempfile::tempdir().expect("scratch");
         let (block, indenter, interaction) = setting();
         let perfect: Frame = {
@@ -262,7 +261,7 @@ mod tests {
             packed.write_all(both.as_bytes()).expect("packed");
             let packed = packed.finish().expect("packed");
             let zst = zstd::encode_all(both.as_bytes(), 3).expect("packed");
-            // The name does not matter: what a file is, its first bytes say.
+            // The compression is detected from the first bytes, not from the name.
             for (name, bytes) in
                 [("a.lammpstrj", both.as_bytes()), ("b.gz", &packed), ("c.dump", &packed), ("d.dump", &zst)]
             {
@@ -277,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cut_last_frame_is_told_and_left_out() {
+    fn an_incomplete_last_frame_is_reported_and_ignored() {
         let folder = tempfile::tempdir().expect("scratch");
         let (one, two) = (text(0.2, "id type x y z"), text(0.4, "id type x y z"));
         let cut = one.clone() + &two[..two.len() - 40];
@@ -287,7 +286,7 @@ mod tests {
             told[0].contains("the last frame ends (timestep 400) after") && told[0].contains("left out"),
             "{told:?}"
         );
-        // With nothing before it there is nothing to read.
+        // A file with an incomplete frame only is an error.
         let error = scan(&[put(folder.path(), "cut", &two.as_bytes()[..two.len() - 40])]).expect_err("no frame");
         assert!(error.to_string().contains("ends (timestep 400)"), "{error}");
         let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
@@ -298,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn loads_are_met_between_frames_of_several_files_or_near_one() {
+    fn loads_are_interpolated_between_frames_of_several_files() {
         let folder = tempfile::tempdir().expect("scratch");
         let files = [0.2, 0.4, 0.5].map(|d| put(folder.path(), &format!("f{d}"), text(d, "id x y z").as_bytes()));
         let (found, _) = scan(&files).expect("good");
@@ -312,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_of_something_else_are_refused_with_the_reason() {
+    fn frames_of_another_block_are_refused_with_the_reason() {
         let folder = tempfile::tempdir().expect("scratch");
         let good = text(0.4, "id type x y z");
         let refused =
@@ -325,13 +324,13 @@ mod tests {
         assert!(refused(sheared).contains("triclinic box"));
         let units = format!("ITEM: UNITS\nlj\n{good}");
         assert!(refused(units).contains("units lj"));
-        // Block atoms alone do not show where the indenter is.
+        // Block atoms alone do not determine the position of the indenter.
         let lines: Vec<&str> = good.lines().collect();
         let kept: Vec<&str> = lines[9..].iter().copied().filter(|w| w.split(' ').nth(1) == Some("1")).collect();
         let head = lines[..9].join("\n").replace(&(lines.len() - 9).to_string(), &kept.len().to_string());
         let alone = refused(format!("{head}\n{}\n", kept.join("\n")));
         assert!(alone.contains("no atom of the indenter") && alone.contains("how far"), "{alone}");
-        // One atom of it moved by itself.
+        // One indenter atom is displaced relative to the others.
         let (id, moved) = (setting().0.atoms() + 5, |line: &&str| {
             let mut words: Vec<String> = line.split(' ').map(str::to_string).collect();
             words[4] = format!("{}", words[4].parse::<f64>().expect("z") + 0.5);

@@ -1,7 +1,6 @@
-//! What the rigid indenter does to each atom of a frame: force, nearest distance, and where the indenter must stand to carry
-//! a load.
+//! Forces of the rigid indenter on the atoms of a frame, nearest distances, and the indenter position at a given load.
 //!
-//! The script's pair terms evaluated again from positions alone, so that a frame of any LAMMPS tells its own load. Units: Å,
+//! The pair terms of the scripts are evaluated from positions alone, so that the load of a frame of any LAMMPS is known. Units: Å,
 //! eV.
 
 use super::contact::within;
@@ -10,18 +9,19 @@ use super::indenter::Indenter;
 use super::interaction::Interaction;
 use crate::{Error, Result};
 
-/// The load that is met by moving the indenter, relative to the load: rounding of sums over some thousand atoms is 1e-13.
+/// Relative tolerance of the load when the indenter is moved: rounding of sums over some thousand atoms is 1e-13.
 pub const LOAD_BALANCE: f64 = 1e-10;
 
-/// Farthest that an indenter is moved to meet a load, Å. Between steps of 0.4 Å it takes 0.02 Å, of 0.8 Å up to 0.1 Å.
+/// Largest displacement of the indenter to balance a load, Å. It is 0.02 Å between steps of 0.4 Å, up to 0.1 Å between steps of
+/// 0.8 Å.
 const MOST_MOVED: f64 = 0.5;
 
-/// What each atom of a frame feels, in the frame's order.
+/// Forces of the indenter on the atoms of a frame, in the frame's order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IndenterForces {
-    /// Distance of the nearest indenter atom, Å; infinite where none is within the asked reach.
+    /// Distance to the nearest indenter atom, Å; infinite beyond the requested reach.
     pub nearest: Vec<f64>,
-    /// Downward force of the indenter on the atom, eV/Å: pressing positive.
+    /// Downward force of the indenter on the atom, eV/Å: repulsion positive.
     pub normal: Vec<f64>,
 }
 
@@ -32,8 +32,7 @@ impl IndenterForces {
     }
 }
 
-/// What the indenter, which has come down by `lowered` (Å), does to every atom of `frame`; distances are told up to `reach`
-/// (Å) at least.
+/// Forces of the indenter at the displacement `lowered` (Å) on every atom of `frame`, and distances up to at least `reach` (Å).
 pub fn indenter_forces(
     frame: &Frame,
     indenter: &Indenter,
@@ -57,13 +56,13 @@ pub fn indenter_forces(
     found
 }
 
-/// How far the indenter has to come down, near `lowered` (Å), for the atoms of `frame` as they are to carry `load` (eV/Å).
+/// Displacement of the indenter near `lowered` (Å) at which the atoms of `frame`, as they are, carry `load` (eV/Å).
 ///
-/// Positions interpolated between two steps carry less than the interpolated load, because the repulsion is convex: by 3 to
-/// 5 % between steps of 0.4 Å at the quickstart's lowest load.
+/// Positions interpolated between two steps carry less than the interpolated load, because the repulsion is convex: by 3 to 5 %
+/// between steps of 0.4 Å at the lowest load of the quickstart.
 ///
 /// # Errors
-/// `Format` when no place within half an ångström gives the load.
+/// `Format` when no displacement within half an ångström gives the load.
 pub fn lowered_to(
     frame: &Frame,
     indenter: &Indenter,
@@ -73,7 +72,7 @@ pub fn lowered_to(
 ) -> Result<f64> {
     let excess = |down: f64| indenter_forces(frame, indenter, down, interaction, 0.0).load() - load;
     let at = excess(lowered);
-    // The nearest place on either side, in growing steps: where adhesion pulls, the load may fall on the way down.
+    // Search in growing steps on both sides: with adhesion the load may decrease with displacement.
     let (mut near, mut step) = ([lowered; 2], 0.005);
     let (mut low, mut high) = 'found: loop {
         for (side, way) in [1.0, -1.0].into_iter().enumerate() {
@@ -89,7 +88,7 @@ pub fn lowered_to(
         }
         step *= 2.0;
     };
-    // `low` carries less than the load, `high` no less, whichever of them is lower down.
+    // `low` carries less than the load, `high` at least the load; either may be the larger displacement.
     loop {
         let middle = 0.5 * (low + high);
         let over = excess(middle);
@@ -132,7 +131,7 @@ mod tests {
         (frame, indenter)
     }
 
-    /// Energy of all pairs, each looked at, as LAMMPS has them: cut and shifted.
+    /// Energy of all pairs as in LAMMPS: cut and shifted.
     fn energy(frame: &Frame, indenter: &Indenter, lowered: f64, of: &Interaction) -> f64 {
         let l = frame.length(0);
         let lj = |r: f64| {
@@ -159,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn the_load_is_the_slope_of_the_pair_energy() {
+    fn the_load_is_the_derivative_of_the_pair_energy() {
         let (frame, indenter) = setting();
         for adhesion in [None, Some(YUKAWA)] {
             let of = interaction(adhesion);
@@ -168,14 +167,14 @@ mod tests {
                 let slope = (energy(&frame, &indenter, lowered + h, &of) - energy(&frame, &indenter, lowered - h, &of))
                     / (2.0 * h);
                 let load = indenter_forces(&frame, &indenter, lowered, &of, 0.0).load();
-                // The pairs that enter at the cut-off between the two energies leave 1e-6 of it.
+                // Pairs that enter at the cut-off between the two energies contribute 1e-6.
                 assert!((slope - load).abs() < 1e-5 * load.abs().max(1.0), "{slope} {load}");
             }
         }
     }
 
     #[test]
-    fn the_indenter_is_put_where_it_carries_the_load() {
+    fn the_indenter_is_moved_until_it_carries_the_load() {
         let (frame, indenter) = setting();
         let of = interaction(None);
         for (lowered, load) in [(0.7, 1.05), (0.7, 0.9), (0.9, 1.0)] {
@@ -190,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn nearest_distances_are_told_up_to_the_reach() {
+    fn nearest_distances_are_infinite_beyond_the_reach() {
         let (frame, indenter) = setting();
         let near = indenter_forces(&frame, &indenter, 0.7, &interaction(None), 4.6).nearest;
         let counted = near.iter().filter(|d| **d < 4.5).count();

@@ -1,26 +1,25 @@
 //! The indenter: rigid atoms on a square grid that follows the height profile, above the block.
 //!
-//! Lengths are in Å. Point (i, j) stands at x = i·s, y = j·s, the node of the height map it came from, so that maps of
-//! the continuum and of the atoms share one grid. Low points touch first.
+//! Lengths are in Å. Point (i, j) is at x = i·s, y = j·s, the node of its height map, so that maps of continuum and atoms share
+//! one grid. Low points touch first.
 
 use super::block::Block;
 use crate::{Error, Result};
 
-/// Rigid atoms farther apart than this let block atoms through: at rms gradient 1 and four times the reference load, 78
-/// atoms of 980 in contact had passed a net of 5.1 Å, four one of 4.0 Å, none one of 2.54 Å (a lattice of 5.5884 Å).
+/// Largest spacing of rigid atoms: block atoms pass a wider net. At rms gradient 1 and four times the reference load, 78 of 980
+/// contact atoms had passed a net of 5.1 Å, four one of 4.0 Å, none one of 2.54 Å (lattice constant 5.5884 Å).
 pub const MAX_SPACING_ANGSTROM: f64 = 2.6;
 
-/// A grid in step with the lattice shows every point the same registry (adhesion then differs seventeenfold between
-/// atop and hollow). So many different registries along an edge average that away to 1 %.
+/// Smallest number of different registries along an edge. A grid commensurate with the lattice gives every point the same registry
+/// (adhesion then differs seventeenfold between atop and hollow sites); this many registries average the difference to 1 %.
 pub const MIN_REGISTRIES: usize = 7;
 
-/// Room left at the start between the indenter and the distance at which its first atom touches, Å: more than
-/// rounding in a data file, less than a load step.
+/// Initial clearance between the indenter and the distance at which its first atom is in contact, Å: more than rounding in a data
+/// file, less than a load step.
 pub const CLEARANCE_ANGSTROM: f64 = 0.05;
 
-/// Points along an edge of the indenter over a block of `cells` cells: 11 on every 5 cells where that fits
-/// (s = 5/11 a0 = 2.5402 Å for a0 = 5.5884 Å), else the coarsest grid no coarser than `MAX_SPACING_ANGSTROM` that
-/// meets at least `MIN_REGISTRIES` registries.
+/// Points along an edge of the indenter over a block of `cells` cells: 11 per 5 cells where that divides (s = 5/11 a0 = 2.5402 Å
+/// for a0 = 5.5884 Å), otherwise the coarsest grid within `MAX_SPACING_ANGSTROM` with at least `MIN_REGISTRIES` registries.
 pub fn grid_points(cells: usize, a0: f64) -> usize {
     let preferred = cells / 5 * 11;
     if cells.is_multiple_of(5) && 5.0 / 11.0 * a0 <= MAX_SPACING_ANGSTROM {
@@ -45,17 +44,16 @@ pub struct Indenter {
     spacing: f64,
     /// Row-major `[points, points]`, x fastest, Å.
     heights: Vec<f64>,
-    /// Height of the zero of `heights` at the start, Å.
+    /// Height of the zero of `heights` at the first position, Å.
     start_z: f64,
 }
 
 impl Indenter {
-    /// ProbeAtoms the profile (row-major `[points, points]`, x fastest, Å, low points touch first) above the block so that
-    /// its first atom is `CLEARANCE_ANGSTROM` short of the distance `touch_angstrom` from the nearest block atom.
+    /// Places the profile (row-major `[points, points]`, x fastest, Å, low points touch first) above the block so that its first
+    /// atom is `CLEARANCE_ANGSTROM` above the distance `touch_angstrom` from the nearest block atom.
     ///
     /// # Errors
-    /// `Input` when the number of heights is not points² or the grid is too coarse; `Height` for a height that is not
-    /// finite.
+    /// `Input` when the number of heights is not points² or the grid is too coarse; `Height` for a height that is not finite.
     pub fn above(block: &Block, points: usize, heights: Vec<f64>, touch_angstrom: f64) -> Result<Self> {
         let place = "indenter";
         if points == 0 || heights.len() != points * points {
@@ -93,7 +91,7 @@ impl Indenter {
         self.start_z
     }
 
-    /// Height of the lowest atom at the start, Å.
+    /// Height of the lowest atom at the first position, Å.
     pub fn lowest_z(&self) -> f64 {
         self.start_z + self.heights.iter().copied().fold(f64::INFINITY, f64::min)
     }
@@ -102,7 +100,7 @@ impl Indenter {
         self.start_z + self.heights.iter().copied().fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// Atoms at the start, rows of constant y from below, x fastest.
+    /// Atoms at the first position, rows of constant y, x fastest.
     pub fn positions(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
         self.heights.iter().enumerate().map(|(k, h)| {
             let (row, column) = (k / self.points, k % self.points);
@@ -111,8 +109,8 @@ impl Indenter {
     }
 }
 
-/// The `start_z` at which the closest pair of an indenter atom and a block atom of the perfect lattice is exactly
-/// `touch` apart. Layers deeper than `touch` cannot be the first to be met.
+/// The `start_z` at which the closest pair of an indenter atom and an atom of the perfect lattice is exactly `touch` apart. Layers
+/// deeper than `touch` are not in contact first.
 fn first_touch(block: &Block, points: usize, heights: &[f64], touch: f64) -> f64 {
     let spacing = block.length() / points as f64;
     let deep = ((2.0 * touch / block.a0).ceil() as usize).min(block.layers());
@@ -146,7 +144,7 @@ mod tests {
     const ROUNDING: f64 = 1e-9;
 
     #[test]
-    fn grids_are_fine_and_out_of_step() {
+    fn grids_are_fine_and_incommensurate() {
         assert_eq!(grid_points(175, A0), 385);
         assert_eq!(grid_points(45, A0), 99);
         assert_eq!(grid_points(10, A0), 22);
@@ -157,7 +155,7 @@ mod tests {
         }
     }
 
-    /// Smallest distance between the indenter and the block, the block repeated in the plane.
+    /// Smallest distance between the indenter and the periodic block.
     fn closest(block: &Block, indenter: &Indenter) -> f64 {
         let l = block.length();
         let mut best = f64::INFINITY;
@@ -172,11 +170,11 @@ mod tests {
     }
 
     #[test]
-    fn the_first_touch_is_exact() {
+    fn the_first_contact_distance_is_exact() {
         for (cells, seed) in [(4usize, 1u64), (5, 2), (6, 3)] {
             let block = Block::new(cells, 2, A0, 7.015853).expect("valid");
             let points = grid_points(cells, A0);
-            // Steep and jagged on purpose: a multiplicative sequence over 6 Å.
+            // Steep and irregular on purpose: a multiplicative sequence over 6 Å.
             let heights: Vec<f64> =
                 (1..=points * points).map(|k| ((k as u64 * 7919 * seed) % 1009) as f64 / 168.0).collect();
             let indenter = Indenter::above(&block, points, heights.clone(), R_M).expect("valid");

@@ -1,8 +1,8 @@
-//! Where the continuum says that the atoms of a pressed block are: every deformable atom displaced by the elastic layer's own
-//! field at its depth, under the pressure that the continuum finds on the indenter's profile.
+//! Initial configurations of prescribed loads: every deformable atom is displaced by the field inside an elastic layer under the
+//! pressure of the continuum solution.
 //!
-//! The field is evaluated one atomic layer at a time. The sites of a layer are two square lattices of `cells` × `cells`, so
-//! that six small transforms give all three components on all of them, waves beyond the lattices' own included.
+//! The field is evaluated one atomic layer at a time. The sites of a layer are two square lattices of `cells` × `cells`, so that
+//! six small transforms give all three components at all sites, including waves beyond the lattices' Nyquist limits.
 
 use std::f64::consts::TAU;
 use std::io::{self, BufWriter, Write};
@@ -18,26 +18,26 @@ use crate::grid::{Grid, Transform, mean, signed_mode};
 use crate::interface::{Kernel, Layer};
 use crate::{Error, Result};
 
-/// Shortest wave of the field, lattice constants: two rows of atoms. A limit of 1.4 leaves the force evaluations of a block of
-/// 25 nm as they are (230), one of 2 those of a block of 8 nm (69 to 81 against 78 to 84).
+/// Shortest wave of the field, lattice constants: two rows of atoms. With 1.4 the number of force evaluations of a 25 nm block is
+/// unchanged (230); with 2 that of an 8 nm block is 69 to 81 instead of 78 to 84.
 const SHORTEST_WAVE_CELLS: f64 = 1.0;
 
-/// Mass of an indenter atom under load control, over that of a block atom. The indenter then swings on its contacts ten times
-/// faster than the block below, and the load is met to 1e-3 after some fifty steps. With a tenth of this the steps were too
-/// long for it: not settled after 250, where this was after 190 (25 nm, p/E* = 0.01).
+/// Mass of an indenter atom over that of a block atom. The indenter then oscillates on its contacts ten times faster than the
+/// block below, and the load converges to 1e-3 in some fifty steps. With a tenth of this mass the time step was too long: no
+/// convergence after 250 steps instead of 190 (25 nm, p/E* = 0.01).
 pub const INDENTER_MASS: f64 = 0.01;
 
-/// How far the load may be from the one asked for, relative: contact areas are proportional to it.
+/// Relative tolerance of the load; contact areas are proportional to the load.
 pub const LOAD_TOLERANCE: f64 = 1e-3;
 
-/// An elastic layer under a pressure on its surface. Lengths are in units of the cell's, stresses in units of E*.
+/// Displacement field of an elastic layer under a surface pressure. Lengths in units of the cell, stresses in units of E*.
 #[derive(Debug, Clone)]
 pub struct LayerDisplacementField {
     layer: Layer,
-    /// What the whole layer shortens per unit mean pressure.
+    /// Compression of the layer per unit mean pressure.
     compression: f64,
     mean: f64,
-    /// One of each pair (k, -k).
+    /// One mode of each pair (k, -k).
     modes: Vec<Mode>,
 }
 
@@ -48,48 +48,48 @@ struct Mode {
     pressure: Complex<f64>,
 }
 
-/// A load and where the continuum has the bodies under it.
+/// A load with the continuum's displacement field and indenter position.
 #[derive(Debug, Clone)]
 pub struct InitialConfiguration {
-    /// eV/Å.
+    /// Load, eV/Å.
     pub load: f64,
     pub pressed: LayerDisplacementField,
-    /// How far the indenter has come down since the start of the job, Å.
+    /// Displacement of the indenter since the start of the job, downwards, Å.
     pub displacement_angstrom: f64,
 }
 
-/// What a job keeps of its loads; part of `job.json`.
+/// Prescribed loads of a job; part of `job.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PrescribedLoads {
     /// Height of the indenter's lowest atom in the data file, Å.
     pub indenter_zmin_angstrom: f64,
     pub indenter_mass_u: f64,
-    /// Resistance of the deformable atoms to even compression, eV/Å².
+    /// Stiffness of the deformable atoms under uniform compression, eV/Å².
     pub compression_stiffness_ev_per_angstrom2: f64,
-    /// Rising, then falling where the way back is asked for.
+    /// Rising, then falling with an unloading branch.
     pub loads: Vec<PrescribedLoad>,
-    /// Those that a longer list had after these, in the same folder: their states may be there.
+    /// Further loads of an earlier, longer list in the same folder, whose states may still exist.
     pub earlier: Vec<PrescribedLoad>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PrescribedLoad {
-    /// eV/Å.
+    /// Load, eV/Å.
     pub load: f64,
-    /// Way down from the load before, Å.
+    /// Displacement of the indenter from the previous load, downwards, Å.
     pub dz_angstrom: f64,
-    /// BLAKE3 of the file that moves the atoms from the load before.
+    /// BLAKE3 hash of the file of displacements from the previous load.
     pub move_hash: String,
 }
 
-/// Moves of the atoms to load `k` (from 1) from the one before.
+/// File of displacements from load `k` - 1 to load `k` (from 1).
 pub fn move_file(k: usize) -> String {
     format!("move.{k}.dump")
 }
 
 impl LayerDisplacementField {
-    /// The layer under the pressure that goes with a contact's `gap` over `heights` (both `[ny, nx]` on `grid`, units of L) at
-    /// the mean pressure `mean`; waves that the `block` cannot follow are left out.
+    /// The field under the pressure that corresponds to a `gap` over `heights` (both `[ny, nx]` on `grid`, units of L) at the mean
+    /// pressure `pressure`; waves that the `block` cannot represent are omitted.
     pub fn under(
         block: &Block,
         (layer, compression): (Layer, f64),
@@ -125,7 +125,7 @@ impl LayerDisplacementField {
         LayerDisplacementField { layer, compression, mean: pressure, modes }
     }
 
-    /// What is to be added to `before` to be this; of the same grid and block.
+    /// The difference from `before`, a field on the same grid and block.
     pub fn since(&self, before: &LayerDisplacementField) -> LayerDisplacementField {
         let modes = self.modes.iter().zip(&before.modes);
         LayerDisplacementField {
@@ -135,7 +135,7 @@ impl LayerDisplacementField {
         }
     }
 
-    /// How far the surface has come down as a whole, units of L.
+    /// Mean displacement of the surface, downwards, units of L.
     pub fn compressed(&self) -> f64 {
         self.mean * self.compression
     }
@@ -143,7 +143,7 @@ impl LayerDisplacementField {
     /// Displacements of the atoms of a layer of the block in the order of their ids, Å.
     ///
     /// # Errors
-    /// `Input` for a layer that is not bonded to its base, which the block's is.
+    /// `Input` for a layer that is not bonded to its base.
     fn of_layer(&self, block: &Block, index: usize, transform: &Transform<f64>) -> Result<Vec<[f64; 3]>> {
         let (n, length) = (block.cells, block.length());
         let z = block.height_of(index) / length;
@@ -167,7 +167,7 @@ impl LayerDisplacementField {
                 for (m, u) in &inside {
                     let value = u[axis] * Complex::from_polar(1.0, m.kx as f64 * x + m.ky as f64 * y);
                     for (kx, ky, value) in [(m.kx, m.ky, value), (-m.kx, -m.ky, value.conj())] {
-                        // On the lattice a wave is the same as one that is shorter by its points.
+                        // On the lattice, waves are aliased to the lattice's own modes.
                         let [i, j] = [kx, ky].map(|k| k.rem_euclid(n as i64) as usize);
                         if i < grid.half() {
                             spectrum[j * grid.pitch() + i] += value;
@@ -185,8 +185,8 @@ impl LayerDisplacementField {
         Ok(moved)
     }
 
-    /// Writes the displacements of all deformable atoms, Å, and on a foundation of those of the base, in the columns of velocities of
-    /// a LAMMPS dump, which is how a script can read a vector for each atom. Returns the file's hash.
+    /// Writes the displacements of all deformable atoms, and of the base on a foundation, Å, as velocities of a LAMMPS dump, the
+    /// format in which a script can read a vector per atom. Returns the hash of the file.
     ///
     /// # Errors
     /// `Io`.
@@ -221,8 +221,8 @@ impl LayerDisplacementField {
 }
 
 impl InitialConfiguration {
-    /// `standoff_angstrom`: distance between the indenter's and the surface atoms' planes at zero gap. `offset_angstrom`: what
-    /// `heights` (of the gap, units of L) are above the indenter's own.
+    /// `standoff_angstrom`: distance between the planes of indenter and surface atoms at zero gap. `offset_angstrom`: height of
+    /// `heights` (units of L) above the indenter's own heights.
     pub fn new(
         block: &Block,
         indenter: &Indenter,
@@ -237,7 +237,7 @@ impl InitialConfiguration {
 }
 
 impl PrescribedLoads {
-    /// Writes the moves to every load of the list, each from the one before, into a job folder.
+    /// Writes the files of displacements, each from the previous load, into a job folder.
     ///
     /// # Errors
     /// `Io`.
@@ -270,14 +270,14 @@ impl PrescribedLoads {
         })
     }
 
-    /// Number of the highest load, from 1.
+    /// Step of the highest load, from 1.
     pub fn peak(&self) -> usize {
         let highest = self.loads.iter().map(|l| l.load).fold(f64::NEG_INFINITY, f64::max);
         self.loads.iter().position(|l| l.load == highest).map_or(0, |k| k + 1)
     }
 
-    /// How many loads the list of another run in the same folder has in common with this, from the first on: what it has done for
-    /// them serves these. Where that is all of these, the others of that run are kept in mind. None where the jobs differ otherwise.
+    /// Number of first loads in common with the list of an earlier run in the same folder, whose states can be reused. If all
+    /// loads are in common, the further loads of that run are stored in `earlier`. `None` if the jobs differ otherwise.
     pub(super) fn go_on_after(&mut self, other: &PrescribedLoads) -> Option<usize> {
         let bare = |l: &PrescribedLoads| PrescribedLoads { loads: Vec::new(), earlier: Vec::new(), ..*l };
         let all: Vec<&PrescribedLoad> = other.loads.iter().chain(&other.earlier).collect();
@@ -320,7 +320,7 @@ mod tests {
         Block::new(6, 3, A0, 7.0).expect("valid")
     }
 
-    /// A gap over a flat profile that is one wave, cosine of `phase` at the origin, and the field it asks for.
+    /// A gap over a flat profile with one wave, cosine of `phase` at the origin, and the surface displacement.
     fn wave(block: &Block, (kx, ky): (f64, f64), phase: f64) -> (LayerDisplacementField, impl Fn(f64, f64) -> f64) {
         let grid = Grid::unit(24, 24);
         let value = move |x: f64, y: f64| 0.01 * (TAU * (kx * x + ky * y) + phase).cos();
@@ -330,9 +330,9 @@ mod tests {
         (LayerDisplacementField::under(block, (layer, 0.4), grid, (&gap, &vec![0.0; grid.points()]), 0.02), value)
     }
 
-    /// Waves longer and shorter than the two lattices of a layer hold, along any direction.
+    /// Waves longer and shorter than the two lattices of a layer represent, in any direction.
     #[test]
-    fn surface_atoms_go_where_the_surface_goes_and_the_base_stays() {
+    fn surface_atoms_follow_the_surface_displacement_and_the_base_is_fixed() {
         let block = block();
         let transform = Transform::new(Grid::unit(6, 6));
         for (k, phase) in
@@ -350,9 +350,9 @@ mod tests {
         }
     }
 
-    /// Atoms between are displaced by the interior field, sideways a quarter wave ahead.
+    /// Atoms inside the layer follow the interior field; the tangential displacement is a quarter wave ahead.
     #[test]
-    fn inside_the_layers_field_moves_them() {
+    fn inner_atoms_follow_the_interior_field() {
         let block = block();
         let (k, phase, index) = ((2.0, 1.0), 0.4, block.base_layers + 3);
         let (pressed, _) = wave(&block, k, phase);
@@ -372,17 +372,17 @@ mod tests {
         }
     }
 
-    /// Under the same pressure a block of half the depth on a foundation of the other half moves as the upper half of the whole,
-    /// its base with it.
+    /// Under the same pressure, a block of half the depth on a foundation of the other half is displaced as the upper half of the
+    /// whole block, including its base.
     #[test]
-    fn on_a_foundation_the_base_goes_where_the_whole_layer_has_it() {
+    fn on_a_foundation_the_base_follows_the_field_of_the_whole_layer() {
         let whole = Block::new(6, 6, A0, 7.0).expect("valid");
         let founded = block().on_foundation(3).expect("valid");
         let transform = Transform::new(Grid::unit(6, 6));
         let of = |block: &Block, layer: usize| {
             wave(block, (2.0, -1.0), 0.7).0.of_layer(block, layer, &transform).expect("bonded")
         };
-        // Six half cells: the layers' rows are shifted alike.
+        // Six half cells: the rows of the layers are shifted alike.
         let deeper = whole.layers() - founded.layers();
         for layer in 0..founded.layers() {
             for (a, b) in of(&founded, layer).iter().zip(of(&whole, layer + deeper)) {
@@ -398,7 +398,7 @@ mod tests {
     }
 
     #[test]
-    fn moves_are_written_for_every_deformable_atom_and_add_up() {
+    fn displacements_are_written_for_every_deformable_atom_and_add_up() {
         let block = block();
         let folder = tempfile::tempdir().expect("scratch");
         let read = |pressed: &LayerDisplacementField| -> Vec<(u64, [f64; 3])> {

@@ -1,7 +1,7 @@
-//! What a displacement ladder left behind: its steps, the frames between which an asked load lies, and where to go on.
+//! The load steps of a job: their table, the interpolation of frames at a load, and the preparation of a continued run.
 //!
-//! `load_steps.csv` gets one line per finished step. A line is written after the frame and the restart file of its step are
-//! complete, so a whole line vouches for both, and whatever has no line is debris of an interrupted step.
+//! `load_steps.csv` has one line per finished step, written after the frame and the restart file of the step. Files of a step
+//! without a complete line belong to an interrupted step.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -28,18 +28,18 @@ pub struct StepRecord {
     pub load: f64,
     pub energy_ev: f64,
     pub iterations: usize,
-    /// Largest force component left on an atom that may move, eV/Å.
+    /// Largest residual force component on a free atom, eV/Å.
     pub max_force: f64,
     pub contacts: usize,
     pub indenter_low_angstrom: f64,
     pub indenter_mean_angstrom: f64,
     pub atoms: u64,
-    /// Not, where the forces on indenter and base could not be brought to the load asked for.
+    /// False where the forces on indenter and base were not brought to the prescribed load.
     pub load_converged: bool,
 }
 
 impl StepRecord {
-    /// `load_unit` is the load at p* = 1, eV/Å; `evaluations` come from the log ([`evaluations`]).
+    /// `load_unit` is the load at p* = 1, eV/Å; `evaluations` are the counts of the log ([`evaluations`]).
     pub fn to_results(&self, load_unit: f64, evaluations: &BTreeMap<usize, usize>) -> LoadStepResults {
         LoadStepResults {
             step: self.step,
@@ -48,8 +48,8 @@ impl StepRecord {
             p_star: self.load / load_unit,
             contacts: self.contacts,
             energy_ev: self.energy_ev,
-            // Without a log the iterations are all that is known, and those before a stop midway are not in it; the minimiser
-            // needs at least one evaluation for each.
+            // Without a log only the iterations are known, and they exclude those before a checkpoint; the minimiser needs at
+            // least one force evaluation per iteration.
             force_evaluations: evaluations.get(&self.step).copied().unwrap_or(0).max(self.iterations),
             max_force_ev_per_angstrom: self.max_force,
         }
@@ -63,7 +63,7 @@ impl StepRecord {
         let real = |k: usize| words[k].parse::<f64>().ok().filter(|v| v.is_finite());
         Some(StepRecord {
             step: words[0].parse().ok()?,
-            // The rounding of coordinates in a file may print a zero below zero.
+            // Rounded output may contain a negative zero.
             displacement_angstrom: real(1)? + 0.0,
             load: real(2)?,
             energy_ev: real(3)?,
@@ -78,30 +78,30 @@ impl StepRecord {
     }
 }
 
-/// The finished steps, 0, 1, 2, ... without gaps.
+/// The finished steps 0, 1, 2, ..., without gaps.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LoadHistory {
     pub steps: Vec<StepRecord>,
 }
 
-/// Where an asked load lies on the way down: `weight` of step `lower` + 1 and the rest of step `lower`.
+/// Position of a load between two steps: linear interpolation with `weight` of step `lower` + 1 and 1 - `weight` of step `lower`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bracket {
     pub lower: usize,
     pub weight: f64,
 }
 
-/// The atoms at an asked load.
+/// The atoms at a load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Between {
     pub bracket: Bracket,
     pub frame: Frame,
-    /// How far the indenter has come down since the start, Å.
+    /// Displacement of the indenter from its first position, downwards, Å.
     pub displacement_angstrom: f64,
 }
 
 impl LoadHistory {
-    /// A last line that was cut is left out; any other damage is an error.
+    /// Parses the table. An incomplete last line is ignored; any other damage is an error.
     ///
     /// # Errors
     /// `Format`, naming the line.
@@ -124,7 +124,7 @@ impl LoadHistory {
         Ok(LoadHistory { steps: records })
     }
 
-    /// The ladder of a job folder; one that has not begun is empty.
+    /// Reads the table of a job folder; it is empty before the first step is finished.
     ///
     /// # Errors
     /// `Io` and `Format`.
@@ -141,26 +141,25 @@ impl LoadHistory {
         self.steps.last()
     }
 
-    /// Where `load` is passed on the way back, which begins with step `turn`: the first fall.
+    /// The first decrease through `load` on the unloading branch, which starts at step `turn`.
     pub fn bracket_unloading(&self, load: f64, turn: usize) -> Option<Bracket> {
         let loads: Vec<f64> = self.steps.get(turn..)?.iter().map(|r| r.load).collect();
         let k = loads.windows(2).position(|pair| pair[0] >= load && load >= pair[1])?;
         Some(Bracket { lower: turn + k, weight: weight(loads[k], loads[k + 1], load) })
     }
 
-    /// Where the load rises through `load` for the first time, no later than at step `turn`: where a machine that controls the load
-    /// would first stop. `None` when the ladder does not reach so far.
+    /// The first increase through `load`, up to step `turn`: where a load-controlled machine would stop. `None` if the load is not
+    /// reached.
     pub fn bracket(&self, load: f64, turn: Option<usize>) -> Option<Bracket> {
         let there = &self.steps[..turn.map_or(self.steps.len(), |k| (k + 1).min(self.steps.len()))];
         bracket(&there.iter().map(|r| r.load).collect::<Vec<f64>>(), load)
     }
 
-    /// Positions and indenter height at a bracket of `load` (eV/Å), linear in the way between its two steps. Steps are
-    /// a fraction of an ångström, so an atom that does not slip moves by far less than the contact distance in between.
+    /// Linear interpolation of atom positions and indenter height at a bracket of `load` (eV/Å). Steps are a fraction of an
+    /// ångström, so an atom that does not slip moves by far less than the contact distance between them.
     ///
     /// # Errors
-    /// `Format` without a bracket, which is when the ladder does not reach the load, or where a frame is damaged; `Io` when a frame
-    /// is missing.
+    /// `Format` without a bracket (the load is not reached) or for a damaged frame; `Io` for a missing frame.
     pub(super) fn at(&self, folder: &Path, bracket: Option<Bracket>, load: f64) -> Result<Between> {
         let bracket = bracket.ok_or_else(|| {
             let reached = self.steps.iter().map(|r| r.load).fold(0.0, f64::max);
@@ -179,28 +178,28 @@ impl LoadHistory {
     }
 }
 
-/// The first of several loads, in their order, from which on `load` is passed.
+/// The first interval of `loads`, in their order, in which they increase through `load`.
 pub fn bracket(loads: &[f64], load: f64) -> Option<Bracket> {
     let lower = loads.windows(2).position(|pair| pair[0] <= load && load <= pair[1])?;
     Some(Bracket { lower, weight: weight(loads[lower], loads[lower + 1], load) })
 }
 
-/// The atoms on the way between two frames, whose indenters have come down by `ends` (Å).
+/// The interpolated frame at `bracket`; `ends` are the displacements of the indenter in both frames, Å.
 pub fn between(bracket: Bracket, below: &Frame, above: &Frame, ends: [f64; 2]) -> Between {
     let frame = interpolate(below, above, bracket.weight);
     Between { bracket, frame, displacement_angstrom: ends[0] + bracket.weight * (ends[1] - ends[0]) }
 }
 
-/// Share of the way from a step with load `a` to one with load `b` at which the load is reached: it rises about as the square
-/// of the way. Where one of them is a pull it is taken as linear. Measured on the quickstart with every second step left out:
-/// the indenter is then 0.01 Å from where the left-out step has it, against 0.04 Å with a linear load.
+/// Interpolation weight at `load` between steps with loads `a` and `b`. The load rises about as the square of the displacement;
+/// with a tensile load it is taken as linear. Measured on the quickstart with every second step omitted: the indenter is then 0.01
+/// Å off, against 0.04 Å with a linear load.
 pub fn weight(a: f64, b: f64, load: f64) -> f64 {
     let (a, b, load) = if a.min(b) >= 0.0 { (a.sqrt(), b.sqrt(), load.sqrt()) } else { (a, b, load) };
     if b == a { 0.0 } else { (load - a) / (b - a) }
 }
 
-/// Positions between two frames of one run; an atom that crossed a periodic face takes the short way, one that only one
-/// of them has (it touched in one of them) stays where it is there.
+/// Interpolates the positions of two frames of one run by the minimum image; an atom that is in one frame only keeps its position
+/// there.
 pub fn interpolate(below: &Frame, above: &Frame, weight: f64) -> Frame {
     let mut frame = Frame { ids: Vec::new(), species: Vec::new(), positions: Vec::new(), ..below.clone() };
     let (mut i, mut j) = (0, 0);
@@ -235,10 +234,10 @@ pub fn interpolate(below: &Frame, above: &Frame, weight: f64) -> Frame {
     frame
 }
 
-/// The frame of a step, plain or compressed, whichever the LAMMPS that ran could write.
+/// The frame file of a step, compressed or not.
 ///
 /// # Errors
-/// `Io` when there is neither.
+/// `Io` when there is no frame file.
 pub fn frame_file(folder: &Path, step: usize) -> Result<PathBuf> {
     let plain = folder.join(format!("frame.{step}.dump"));
     let packed = folder.join(format!("frame.{step}.dump.zst"));
@@ -251,8 +250,8 @@ pub fn frame_file(folder: &Path, step: usize) -> Result<PathBuf> {
     Err(Error::io("open", &plain)(std::io::ErrorKind::NotFound.into()))
 }
 
-/// Force evaluations per step, from the log: `Iterations, force evaluations = 12 24` after the marker `load step 3`.
-/// All minimisations of a step count; one that was begun twice counts as it was finished.
+/// Force evaluations per step, from the log: the sum over all minimisations after the line `load step 3` of `Iterations, force
+/// evaluations = 12 24`. A step that was started twice counts once.
 pub fn evaluations(log: &str) -> BTreeMap<usize, usize> {
     let mut counts = BTreeMap::new();
     let mut step = None;
@@ -270,14 +269,14 @@ pub fn evaluations(log: &str) -> BTreeMap<usize, usize> {
     counts
 }
 
-/// Looks at what a step has left as soon as it is finished: LAMMPS does not notice a frame that a full disk has cut. The hash of
-/// its restart file is kept in `restart.K.b3`, so that damage is seen before the run goes on from it.
+/// Verifies the frame of a finished step: LAMMPS does not detect a frame truncated by a full disk. The hash of the restart file is
+/// stored in `restart.K.b3`, so that later damage is detected before a run continues from it.
 ///
 /// # Errors
-/// `Format` for a frame that is not complete; `Io`.
+/// `Format` for an incomplete frame; `Io`.
 pub fn verify_step(folder: &Path, step: usize) -> Result<()> {
     read_frame(frame_file(folder, step)?)?;
-    // With steps shorter than the look-out the file may be gone: two later ones stand for it.
+    // With short steps LAMMPS may have removed the file already; two later files exist then.
     if let Some(hash) = hash_of(&folder.join(format!("restart.{step}")))? {
         write_atomic(&hash_file(folder, step), |w| w.write_all(hash.as_bytes()))?;
     }
@@ -287,7 +286,7 @@ pub fn verify_step(folder: &Path, step: usize) -> Result<()> {
     Ok(())
 }
 
-/// Takes back all steps from `step` on.
+/// Removes all steps from `step` on.
 ///
 /// # Errors
 /// As [`prepare_resume`].
@@ -303,7 +302,7 @@ fn hash_file(folder: &Path, step: usize) -> PathBuf {
     folder.join(format!("restart.{step}.b3"))
 }
 
-/// BLAKE3 of a file, as text; none where there is no file.
+/// BLAKE3 hash of a file, if it exists.
 fn hash_of(file: &Path) -> Result<Option<String>> {
     let mut hasher = blake3::Hasher::new();
     match std::fs::File::open(file).and_then(|mut f| std::io::copy(&mut f, &mut hasher)) {
@@ -320,7 +319,7 @@ fn remove(file: &Path) -> Result<()> {
     }
 }
 
-/// Keeps the first `steps` steps of a folder, and of what was under way no more.
+/// Keeps the first `steps` steps of a folder and removes later checkpoints.
 ///
 /// # Errors
 /// As [`prepare_resume`].
@@ -332,7 +331,7 @@ pub(super) fn keep_first(folder: &Path, steps: usize) -> Result<()> {
     minimizer_checkpoint::keep_first(folder, steps)
 }
 
-/// Keeps the first `steps` lines of the ladder.
+/// Truncates the table to its first `steps` steps.
 fn shorten(folder: &Path, steps: usize) -> Result<()> {
     let file = folder.join(LOAD_STEPS_FILE);
     if file.is_file() {
@@ -347,12 +346,11 @@ fn shorten(folder: &Path, steps: usize) -> Result<()> {
     Ok(())
 }
 
-/// Makes a folder fit to go on: keeps the ladder up to the last step whose frame can be read and whose restart file is what
-/// was written (one without a kept hash is believed), removes everything later, and returns that step. `None` means from the
-/// beginning.
+/// Prepares a folder for a continued run: keeps the steps up to the last one with a readable frame and an undamaged restart file
+/// (one without a stored hash counts as undamaged), removes later files, and returns that step. `None`: the run starts at step 0.
 ///
 /// # Errors
-/// `Io`, and `Format` for a ladder that is damaged otherwise than by a cut last line.
+/// `Io`; `Format` for a damaged table, unless only its last line is incomplete.
 pub fn prepare_resume(folder: &Path) -> Result<Option<usize>> {
     let history = LoadHistory::read(folder)?;
     let intact = |record: &&StepRecord| {
@@ -420,7 +418,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cut_last_line_is_left_out_and_other_damage_refused() {
+    fn an_incomplete_last_line_is_ignored_and_other_damage_is_an_error() {
         let text = table(&(line(0, 0.0) + &line(1, 1.0)));
         for cut in table(&line(0, 0.0)).len()..text.len() {
             let history = LoadHistory::parse(&text[..cut], Path::new("l")).expect("good");
@@ -432,12 +430,12 @@ mod tests {
     }
 
     #[test]
-    fn loads_are_bracketed_at_the_first_rise() {
-        // Adhesion pulls first, and a yield event drops the load.
+    fn loads_are_bracketed_at_the_first_increase() {
+        // Adhesion causes a tensile load first, and a yield event decreases the load.
         let l = history(&[0.0, -1.0, 2.0, 1.5, 4.0]);
         assert_eq!(l.bracket(1.0, None), Some(Bracket { lower: 1, weight: 2.0 / 3.0 }));
         assert_eq!(l.bracket(1.8, None).map(|b| b.lower), Some(1));
-        // That a later step has just this load changes nothing.
+        // A later step with exactly this load does not matter.
         assert_eq!(l.bracket(1.5, None).map(|b| b.lower), Some(1));
         assert_eq!(l.bracket(3.0, None).map(|b| b.lower), Some(3));
         assert_eq!((l.bracket(4.1, None), l.bracket(3.0, Some(2))), (None, None));
@@ -445,10 +443,10 @@ mod tests {
     }
 
     #[test]
-    fn on_the_way_back_loads_are_bracketed_at_the_first_fall() {
+    fn unloading_loads_are_bracketed_at_the_first_decrease() {
         let l = history(&[0.0, 2.0, 6.0, 4.0, 1.0, -1.0, 0.5, 0.0]);
         assert_eq!(l.bracket_unloading(4.0, 2), Some(Bracket { lower: 2, weight: 1.0 }));
-        // On the way there it is between the steps there.
+        // On the loading branch the bracket lies between the loading steps.
         assert_eq!(l.bracket(4.0, Some(2)).map(|b| b.lower), Some(1));
         let found = l.bracket_unloading(2.0, 2).expect("passed");
         assert_eq!(found.lower, 3);
@@ -458,7 +456,7 @@ mod tests {
     }
 
     #[test]
-    fn positions_are_linear_in_the_way_and_cross_faces_the_short_way() {
+    fn positions_are_interpolated_by_the_minimum_image() {
         let below = frame(&[(1, [9.9, 5.0, 20.0]), (2, [1.0, 1.0, 18.0]), (9, [3.0, 3.0, 21.0])]);
         let above = frame(&[(1, [0.3, 5.4, 19.0]), (4, [2.0, 2.0, 17.0]), (9, [3.0, 3.0, 20.0])]);
         let between = interpolate(&below, &above, 0.25);
@@ -471,7 +469,7 @@ mod tests {
     }
 
     #[test]
-    fn at_a_load_between_two_steps() {
+    fn atoms_are_interpolated_between_two_load_steps() {
         let folder = tempfile::tempdir().expect("scratch");
         (0..3).for_each(|k| dump(folder.path(), k, 20.0 - k as f64));
         let l = history(&[0.0, 2.0, 6.0]);
@@ -485,7 +483,7 @@ mod tests {
     }
 
     #[test]
-    fn going_on_drops_what_was_not_finished() {
+    fn a_continued_run_removes_unfinished_steps() {
         let folder = tempfile::tempdir().expect("scratch");
         let path = folder.path();
         assert_eq!(prepare_resume(path).expect("empty"), None);
@@ -499,11 +497,11 @@ mod tests {
         assert_eq!(std::fs::read_to_string(path.join(LOAD_STEPS_FILE)).expect("read"), whole);
         assert!(!path.join("frame.3.dump").exists() && !path.join("restart.3").exists());
         assert!(path.join("frame.2.dump").exists() && path.join("restart.1").exists());
-        // A lost restart file: one step further back.
+        // A missing restart file: the previous step.
         std::fs::remove_file(path.join("restart.2")).expect("removed");
         assert_eq!(prepare_resume(path).expect("good"), Some(1));
         assert_eq!(LoadHistory::read(path).expect("good").steps.len(), 2);
-        // One that is not what was written: it is not gone on from.
+        // A restart file that differs from the stored hash is not used.
         verify_step(path, 1).expect("whole");
         assert_eq!(prepare_resume(path).expect("good"), Some(1));
         std::fs::write(path.join("restart.0"), "older").expect("written");
@@ -517,7 +515,7 @@ mod tests {
     }
 
     #[test]
-    fn evaluations_belong_to_the_step_before_them() {
+    fn force_evaluations_are_assigned_to_their_step() {
         let log = "print \"load step $k\"\nload step 0\n  Iterations, force evaluations = 6 14\n  Iterations, force evaluations = 6 10\nload step 1\n\
                    load step 1\n  Iterations, force evaluations = 3 5\nload step 2\n";
         assert_eq!(evaluations(log), BTreeMap::from([(0, 24), (1, 5)]));

@@ -1,8 +1,8 @@
-//! States within a load, for blocks whose loads take long: LAMMPS writes one of two files in turn while it relaxes, and a run that was
-//! stopped goes on from the newer of those that are whole.
+//! Checkpoints within a load, for large blocks: LAMMPS writes two restart files alternately while it relaxes, and a continued run
+//! starts from the newest complete one.
 //!
-//! What such a run ends in is within the force tolerance of what it would have been, not the same to the last bit: the minimiser
-//! begins again without its momentum.
+//! The result agrees with that of an uninterrupted run within the force tolerance, but not bit by bit: the minimiser restarts
+//! without its momentum.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -12,27 +12,27 @@ use std::time::{Duration, SystemTime};
 use super::cost::SECONDS_PER_ATOM_EVALUATION;
 use crate::{Error, Result};
 
-/// What a kill may lose. A state of three million atoms is written in a second.
+/// Computing time that a kill may lose. A state of three million atoms is written in a second.
 pub const INTERVAL: Duration = Duration::from_secs(60);
 
-/// LAMMPS begins and ends a restart file with this.
+/// Marker at the start and end of a LAMMPS restart file.
 const MARK: &[u8] = b"LammpS RestartT";
 
-/// Start of the names of all such files.
+/// Prefix of the file names.
 pub(super) const PREFIX: &str = "checkpoint.";
 
-/// Iterations between two states.
+/// Iterations between two checkpoints.
 pub fn iterations(interval: Duration, atoms: u64, ranks: usize) -> usize {
     let one = atoms as f64 * SECONDS_PER_ATOM_EVALUATION / ranks as f64;
     (interval.as_secs_f64() / one).clamp(1.0, 1e6) as usize
 }
 
-/// The files of a step.
+/// The two files of a step.
 fn files(folder: &Path, step: usize) -> [PathBuf; 2] {
     ["a", "b"].map(|end| folder.join(format!("{PREFIX}{step}.{end}")))
 }
 
-/// The newest whole state of a step.
+/// The newest complete checkpoint of a step.
 pub fn newest(folder: &Path, step: usize) -> Option<PathBuf> {
     let written = |file: &PathBuf| -> Option<SystemTime> {
         let whole = is_whole(file).unwrap_or(false);
@@ -42,7 +42,7 @@ pub fn newest(folder: &Path, step: usize) -> Option<PathBuf> {
     found.max().map(|(_, file)| file)
 }
 
-/// LAMMPS does not say when a full disk has cut a file short; a kill may do the same.
+/// A kill or a full disk truncates a file without an error of LAMMPS.
 fn is_whole(file: &Path) -> std::io::Result<bool> {
     let mut handle = File::open(file)?;
     let mut tail = [0; 64];
@@ -52,7 +52,7 @@ fn is_whole(file: &Path) -> std::io::Result<bool> {
     Ok(tail[..read].windows(MARK.len()).any(|w| w == MARK))
 }
 
-/// Removes the states of all steps but one.
+/// Removes the checkpoints of all other steps.
 ///
 /// # Errors
 /// `Io`.
@@ -60,7 +60,7 @@ pub fn keep_only(folder: &Path, step: usize) -> Result<()> {
     keep(folder, |of| of == step)
 }
 
-/// Keeps the states of the first so many steps.
+/// Keeps the checkpoints of the first `steps` steps.
 ///
 /// # Errors
 /// `Io`.
@@ -86,7 +86,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_newer_whole_file_is_taken_and_other_steps_are_cleared_away() {
+    fn the_newest_complete_file_is_used_and_other_steps_are_removed() {
         let folder = tempfile::tempdir().expect("scratch");
         let path = |name: &str| folder.path().join(name);
         let put = |name: &str, text: &[u8], age: u64| {
@@ -100,7 +100,7 @@ mod tests {
         put("checkpoint.2.a", &whole, 20);
         put("checkpoint.2.b", &whole, 10);
         assert_eq!(newest(folder.path(), 2), Some(path("checkpoint.2.b")));
-        // Cut while it was written.
+        // Truncated while it was written.
         put("checkpoint.2.b", &whole[..300], 5);
         assert_eq!(newest(folder.path(), 2), Some(path("checkpoint.2.a")));
         put("checkpoint.2.a", b"", 0);
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn the_papers_block_keeps_a_state_every_few_dozen_iterations_and_a_small_one_hardly_ever() {
+    fn large_blocks_are_checkpointed_every_few_dozen_iterations_and_small_ones_rarely() {
         assert_eq!(iterations(INTERVAL, 3_400_000, 1), 39);
         assert!(iterations(INTERVAL, 20_000, 1) > 5000);
         assert_eq!(iterations(Duration::ZERO, 20_000, 1), 1);

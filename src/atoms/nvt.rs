@@ -1,9 +1,9 @@
-//! Relaxed states held at a temperature: their job folder, and what the averages over it say.
+//! Relaxed states at constant temperature: settings, sampling and averages.
 //!
-//! A job of its own, one step for each load: the relaxed state of the load is expanded to the crystal's lattice constant at the
-//! temperature, warmed, and then watched for [`BLOCKS`] blocks of time. Contact is a probability for each surface atom, the share
-//! of the samples in which it touches; errors come from the scatter of block means (Flyvbjerg & Petersen, J. Chem. Phys. 91 (1989)
-//! 461). Units: Å, eV, ps.
+//! A separate job with one step for each load: the relaxed state of the load is expanded to the lattice constant at the
+//! temperature, equilibrated, and sampled for [`BLOCKS`] blocks of time. Contact is a probability for each surface atom, the
+//! fraction of samples in which it is in contact; errors are standard errors from block averages (Flyvbjerg & Petersen, J. Chem.
+//! Phys. 91 (1989) 461). Units: Å, eV, ps.
 
 use std::path::Path;
 
@@ -13,46 +13,47 @@ use super::block::Block;
 use crate::record::results::ValueWithError;
 use crate::{Error, Result};
 
-/// Blocks of time that are averaged over.
+/// Blocks of time that are averaged.
 pub const BLOCKS: usize = 32;
 
-/// Fewest blocks, merged from those, that an error is taken from: of eight means the scatter is known to a quarter.
+/// Smallest number of merged blocks for an error estimate: eight means give the standard deviation to a quarter.
 const FEWEST_BLOCKS: usize = 8;
 
-/// Layers from the top whose atoms the thermostat leaves alone: two lattice constants, where contact is decided.
+/// Layers from the top without thermostat: two lattice constants, where contact is decided.
 pub const FREE_LAYERS: usize = 4;
 
-/// Time step, ps, up to 300 K and above: 0.012 ps let the energy of 2048 atoms at 300 K drift by 2.6 meV/ns an atom, 0.008 ps by 0.5.
+/// Time step up to 300 K and above, ps. With 0.012 ps the energy of 2048 atoms at 300 K drifts by 2.6 meV/ns per atom, with 0.008
+/// ps by 0.5.
 const TIMESTEPS_PS: [f64; 2] = [0.008, 0.004];
 
-/// Time steps between samples: 0.04 to 0.08 ps, well below the crystal's shortest period of about 0.2 ps.
+/// Time steps between samples: 0.04 to 0.08 ps, well below the shortest vibration period of about 0.2 ps.
 const EVERY: usize = 10;
 
-/// Shortest block, ps: longer than that period, and some samples.
+/// Shortest block, ps: longer than that period, with several samples.
 const SHORTEST_BLOCK_PS: f64 = 0.24;
 
-/// Least time that can be averaged over, ps.
+/// Shortest averaging time, ps.
 pub const LEAST_AVERAGED_PS: f64 = BLOCKS as f64 * SHORTEST_BLOCK_PS;
 
-/// Relaxation time of the thermostat, ps, and damping of each indenter atom's way up and down, eV ps/Å².
+/// Damping time of the thermostat, ps, and viscous damping of each indenter atom along z, eV ps/Å².
 const DAMP_PS: f64 = 1.0;
 const VISCOUS: f64 = 0.02;
 
-/// Processor time of a step of dynamics over that of a force evaluation of a minimiser: it rebuilds neighbour lists.
+/// Processor time of a time step over that of a force evaluation of a minimiser: molecular dynamics rebuilds neighbour lists.
 pub const MD_STEP_COST_RATIO: f64 = 2.0;
 
-/// What is asked for.
+/// Settings of the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct NvtSettings {
     pub temperature_k: f64,
-    /// All of the time at a load, ps, and the share of it that passes before anything is averaged.
+    /// Total time at a load, ps, and the fraction of it for equilibration.
     pub time_ps: f64,
     pub equilibration: f64,
-    /// Of the crystal at the temperature, Å.
+    /// Lattice constant at the temperature, Å.
     pub lattice_constant_angstrom: f64,
 }
 
-/// What a job keeps of its hold; part of `job.json`.
+/// The NVT run of a job; part of `job.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NvtRun {
     pub temperature_k: f64,
@@ -61,12 +62,12 @@ pub struct NvtRun {
     pub timestep_ps: f64,
     pub block_steps: usize,
     pub warm_blocks: usize,
-    /// First and last id of the surface layer, and of the atoms that the thermostat acts on.
+    /// First and last id of the surface layer, and of the atoms with a thermostat.
     pub surface: [u32; 2],
     pub thermostatted: [u32; 2],
-    /// Rising, eV/Å: the relaxed states' times the expansion of the cell's area, so that the pressure is theirs.
+    /// Loads, rising, eV/Å: those of the relaxed states times the expansion of the cell's area, so that the pressure is the same.
     pub loads: Vec<f64>,
-    /// BLAKE3 of the ladder of the relaxed states.
+    /// BLAKE3 hash of the load steps of the relaxed states.
     pub relaxed_hash: String,
 }
 
@@ -75,7 +76,7 @@ impl NvtSettings {
         TIMESTEPS_PS[usize::from(self.temperature_k > 300.0)]
     }
 
-    /// Time steps in a block, and blocks before anything is averaged.
+    /// Time steps per block, and number of equilibration blocks.
     fn blocks(&self) -> (usize, usize) {
         let steps = self.time_ps / self.timestep_ps();
         let averaged = steps * (1.0 - self.equilibration);
@@ -122,7 +123,7 @@ impl NvtRun {
         }
     }
 
-    /// Time that is averaged over at each load, and time before it, ps.
+    /// Averaging time and equilibration time at each load, ps.
     pub fn averaging_ps(&self) -> f64 {
         (BLOCKS * self.block_steps) as f64 * self.timestep_ps
     }
@@ -159,17 +160,17 @@ impl NvtRun {
     }
 }
 
-/// Relaxed states in a hold's folder are `relaxed.K`.
+/// Restart files of the relaxed states in the folder of an NVT run are `relaxed.K`.
 pub(super) const RELAXED: &str = "relaxed";
 
-/// One block of time at a load.
+/// Averages over one block of time at a load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BlockAverage {
     pub temperature_k: f64,
-    /// On the indenter, eV/Å, and height of its lowest atom, Å.
+    /// Load on the indenter, eV/Å, and height of its lowest atom, Å.
     pub load: f64,
     pub low_angstrom: f64,
-    /// For each surface site: the share of the samples in which its atom touches, and its mean position, Å (not wrapped).
+    /// For each surface site: contact probability and mean position of its atom, Å (not wrapped).
     pub touching: Vec<f64>,
     pub positions: Vec<[f64; 3]>,
 }
@@ -183,10 +184,10 @@ pub struct NvtSamples {
 }
 
 impl NvtSamples {
-    /// What the step `k` of a hold has left.
+    /// Reads the output of step `k`.
     ///
     /// # Errors
-    /// `Io`; `Format` for files that do not hold every block of every surface site.
+    /// `Io`; `Format` for files without every block of every surface site.
     pub fn read(folder: &Path, run: &NvtRun, k: usize) -> Result<NvtSamples> {
         let file = folder.join(format!("block_averages.{k}.txt"));
         let text = std::fs::read_to_string(&file).map_err(Error::io("read", &file))?;
@@ -198,7 +199,7 @@ impl NvtSamples {
         let file = folder.join(format!("sites.{k}.dump"));
         let text = std::fs::read_to_string(&file).map_err(Error::io("read", &file))?;
         let count = (run.surface[1] - run.surface[0] + 1) as usize;
-        // The first frame is from before the first block has ended.
+        // The first frame precedes the end of the first block.
         let frames: Vec<&str> = text.split("ITEM: TIMESTEP\n").skip(2).collect();
         let sites: Option<Vec<Sites>> = frames.iter().map(|f| sites(f, run.surface[0])).collect();
         let sites = sites.filter(|s| s.len() == BLOCKS && s.iter().all(|(touching, _)| touching.len() == count));
@@ -217,12 +218,12 @@ impl NvtSamples {
         Ok(NvtSamples { blocks: blocks.collect(), bounds })
     }
 
-    /// A number of each block, averaged.
+    /// Mean and error of a quantity of each block.
     pub fn mean(&self, of: impl Fn(&BlockAverage) -> f64) -> ValueWithError {
         mean(&self.blocks.iter().map(of).collect::<Vec<f64>>())
     }
 
-    /// For each surface site the probability that its atom touches.
+    /// Contact probability of each surface site.
     pub fn probabilities(&self) -> Vec<ValueWithError> {
         let count = self.blocks.first().map_or(0, |b| b.touching.len());
         (0..count).map(|i| self.mean(|b| b.touching[i])).collect()
@@ -240,10 +241,10 @@ fn bounds(frame: &str) -> Option<[[f64; 2]; 2]> {
     Some([pair()?, pair()?])
 }
 
-/// Shares of the samples in which surface sites touch, and their mean positions, Å.
+/// Contact probabilities of surface sites, and their mean positions, Å.
 type Sites = (Vec<f64>, Vec<[f64; 3]>);
 
-/// Of sites whose ids begin with `first` and have no gaps, from the text of a frame.
+/// Reads a frame of sites with consecutive ids from `first` on.
 fn sites(frame: &str, first: u32) -> Option<Sites> {
     let (mut touching, mut positions) = (Vec::new(), Vec::new());
     for line in frame.lines().skip_while(|l| !l.starts_with("ITEM: ATOMS")).skip(1) {
@@ -257,8 +258,8 @@ fn sites(frame: &str, first: u32) -> Option<Sites> {
     Some((touching, positions))
 }
 
-/// Mean of block means with its standard error: the largest that they show when neighbours are merged, two by two, down to
-/// `FEWEST_BLOCKS`. Blocks shorter than what they are correlated over show too small an error before they are merged.
+/// Mean of block averages with its standard error: the largest estimate when neighbouring blocks are merged in pairs, down to
+/// `FEWEST_BLOCKS`. Blocks shorter than the correlation time give too small an error before they are merged.
 pub fn mean(blocks: &[f64]) -> ValueWithError {
     let value = blocks.iter().sum::<f64>() / blocks.len() as f64;
     let (mut merged, mut error) = (blocks.to_vec(), 0.0_f64);
@@ -279,18 +280,18 @@ mod tests {
         NvtSettings { temperature_k: 300.0, time_ps: 40.0, equilibration: 0.2, lattice_constant_angstrom: 5.63 };
 
     #[test]
-    fn time_is_cut_into_whole_blocks() {
+    fn time_is_divided_into_whole_blocks() {
         let (block, warm) = ROOM.blocks();
         assert_eq!((block, warm, ROOM.steps()), (130, 8, 5200));
         assert!((ROOM.steps() as f64 * ROOM.timestep_ps() / ROOM.time_ps - 1.0).abs() < 0.05);
         let hot = NvtSettings { temperature_k: 301.0, ..ROOM };
         assert_eq!(hot.timestep_ps(), 0.004);
-        // Never a block that is shorter than a vibration.
+        // A block is never shorter than a vibration period.
         assert_eq!(NvtSettings { time_ps: 0.1, ..ROOM }.blocks().0, 3 * EVERY);
         assert_eq!(NvtSettings { time_ps: 0.1, ..hot }.blocks().0, 6 * EVERY);
     }
 
-    /// Numbers without correlation, uniform between 0 and 1.
+    /// Uncorrelated numbers, uniform between 0 and 1.
     fn noise(count: usize) -> Vec<f64> {
         let mut state = 7_u64;
         let mut next = || {
@@ -300,11 +301,11 @@ mod tests {
         (0..count).map(|_| next()).collect()
     }
 
-    /// The error of the mean of what is averaged in blocks falls as the square root of the time, and is what it should be.
+    /// The standard error decreases as the square root of the averaging time and agrees with its exact value.
     #[test]
-    fn errors_shrink_as_the_root_of_the_time() {
+    fn standard_errors_decrease_as_the_square_root_of_time() {
         let error = |length: usize| {
-            // Over many series, since the scatter of one is itself uncertain.
+            // Averaged over many series, since the scatter of a single one is uncertain.
             let all = noise(100 * BLOCKS * length);
             let series = all.chunks(BLOCKS * length);
             let of = |s: &[f64]| {
@@ -315,14 +316,14 @@ mod tests {
         };
         let (short, long) = (error(10), error(160));
         assert!((short / long - 4.0).abs() < 0.2, "{short} {long}");
-        // The largest of three levels is above the true one, but not far.
+        // The largest of three estimates exceeds the exact value slightly.
         let exact = (1.0 / 12.0 / (10.0 * BLOCKS as f64)).sqrt();
         assert!(short > exact && short < 1.5 * exact, "{short} {exact}");
     }
 
     #[test]
-    fn correlated_blocks_do_not_hide_their_error() {
-        // Four blocks in a row are alike: eight independent means.
+    fn correlated_blocks_give_the_full_standard_error() {
+        // Four consecutive blocks are equal: eight independent means.
         let few = noise(8);
         let blocks: Vec<f64> = few.iter().flat_map(|v| [*v; 4]).collect();
         let found = mean(&blocks);
@@ -333,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_of_sites_are_read_whole_or_not_at_all() {
+    fn incomplete_frames_of_sites_are_refused() {
         let frame = "800\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS pp pp ff\n-0.2 56.1\n-0.3 56.2\n0 60\n\
                      ITEM: ATOMS id f_site[1] f_site[2] f_site[3] f_site[4]\n7 0.5 1 2 3\n8 1 4 5 6\n";
         assert_eq!(bounds(frame), Some([[-0.2, 56.1], [-0.3, 56.2]]));

@@ -1,4 +1,4 @@
-//! An engine that serves a recorded run step by step, for tests of everything that watches one.
+//! An engine that replays a recorded run step by step, for tests.
 
 use std::io::Write;
 use std::ops::ControlFlow;
@@ -12,11 +12,11 @@ use super::load_history::{self, HEADER, LOAD_STEPS_FILE, LoadHistory};
 use crate::error::LammpsFailure;
 use crate::{Error, Result};
 
-/// Plays the folder of a finished run (`load_steps.csv`, frames, logs) into a job's folder.
+/// Replays the folder of a finished run (`load_steps.csv`, frames, logs) into a job's folder.
 #[derive(Debug, Clone)]
 pub struct ReplayEngine {
     pub recording: PathBuf,
-    /// Time each step takes.
+    /// Duration of each step.
     pub pace: Duration,
     pub time_limit: Option<Duration>,
     /// Fails instead of finishing this step.

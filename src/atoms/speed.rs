@@ -1,4 +1,4 @@
-//! How fast LAMMPS is on this machine, before a block is pressed.
+//! Time of a force evaluation on this machine.
 
 use super::properties::RunScript;
 use crate::error::{Error, LammpsFailure, Result};
@@ -6,12 +6,12 @@ use std::path::Path;
 
 const SCRIPT: (&str, &str) = ("force_evaluation.in", include_str!("../../lammps-inputs/force_evaluation.in"));
 
-/// Processor time that a force evaluation takes one process of LAMMPS here, s an atom: `lammps-inputs/force_evaluation.in`, about a second in
-/// `folder`, which keeps script and log. `potential`, in that folder, is a table of `element`; its crystal has the lattice constant
-/// `a0_angstrom`.
+/// Measures the processor time of a force evaluation of one LAMMPS process, seconds per atom, with
+/// `lammps-inputs/force_evaluation.in`: about a second in `folder`, which keeps script and log. `potential`, in that folder, is a
+/// table of `element`; its crystal has the lattice constant `a0_angstrom`.
 ///
 /// # Errors
-/// `Io`, `Lammps` where it fails or says no time.
+/// `Io`; `Lammps` if the run fails or prints no loop time.
 pub fn measure(
     lammps: &dyn RunScript,
     folder: &Path,
@@ -28,8 +28,8 @@ pub fn measure(
     })
 }
 
-/// Of the lines `Loop time of 0.65 on 1 procs for 20 steps with 48600 atoms` and `98.8% CPU use with 1 MPI tasks ...`: other programs
-/// take their share of the first.
+/// Evaluates the lines `Loop time of 0.65 on 1 procs for 20 steps with 48600 atoms` and `98.8% CPU use with 1 MPI tasks ...`: the
+/// wall time includes the use of other programs.
 fn evaluation(printed: &str) -> Option<f64> {
     let line = printed.lines().find(|l| l.starts_with("Loop time of"))?;
     let numbers: Vec<f64> = line.split_whitespace().filter_map(|w| w.parse().ok()).collect();
@@ -54,7 +54,7 @@ mod tests {
     }
 
     #[test]
-    fn a_loops_time_is_shared_among_its_atoms() {
+    fn the_loop_time_is_divided_by_steps_and_atoms() {
         let folder = tempfile::tempdir().unwrap();
         let told = |text| measure(&Says(text), folder.path(), ("x.alloy", "Ca", 5.5884));
         let text =

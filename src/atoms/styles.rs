@@ -1,8 +1,8 @@
-//! What a LAMMPS program can do, as it tells itself.
+//! Styles and packages of a LAMMPS program.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What `lmp -h` lists, by the section's first word in lower case ("pair", "compute").
+/// Lists of `lmp -h` by the first word of their section in lower case ("pair", "compute").
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Styles {
     pub version: String,
@@ -43,7 +43,7 @@ mod tests {
                         cg              fire\n\n* Pair styles:\n\neam/alloy       hybrid/overlay  lj/cut\n";
 
     #[test]
-    fn the_help_text_says_what_there_is() {
+    fn styles_are_read_from_the_help_text() {
         let styles = Styles::parse(HELP);
         assert_eq!(styles.version, "29 Sep 2021 - Update 2");
         assert!(styles.has("pair", "hybrid/overlay") && styles.has("minimize", "cg") && styles.has("package", "OPT"));

@@ -1,33 +1,33 @@
-//! The way back: where a job turns, where it ends, and the largest pull on it.
+//! The unloading branch of a displacement ramp: reversal, refinement, end and pull-off force.
 //!
-//! A ladder from first touch goes back in the steps that it came in, until nothing touches. With adhesion the steps are
-//! shortened before the load passes zero, where the largest pull is to be found. PrescribedLoads from the continuum go back load by load.
+//! Unloading takes the same steps as loading, until the surfaces are separated. With adhesion the steps are refined before the
+//! load passes zero, where the pull-off force is found.
 
 use super::load_history::StepRecord;
 use crate::record::results::AtomPullOff;
 use crate::units::NN_PER_EV_A;
 
-/// Steps on the way back over the shorter ones in which a pull is followed: a step of 0.3 Å becomes 0.075 Å, an eighth of the
-/// way (0.6 Å with a range of 0.5 Å) from no load to the largest pull.
+/// Unloading step over refined step: 0.3 Å becomes 0.075 Å, an eighth of the displacement (0.6 Å with a range of 0.5 Å) from zero
+/// load to pull-off.
 pub const STEP_REFINEMENT: usize = 4;
 
-/// The way back ends where nothing touches and the pull has fallen to this part of its largest, as that of the continuum.
+/// Unloading ends when there is no contact and the pull has decayed to this fraction of its maximum, as in the continuum.
 pub const PULL_FRACTION: f64 = 0.3;
 
-/// It ends in any case when the indenter is as far above where it started, Å: beyond the reach of the adhesion it would be
-/// pulling material after it.
+/// Unloading ends in any case when the indenter is this far above its first position, Å: beyond the range of the adhesion only
+/// material transfer holds it.
 pub const MAX_RISE_ANGSTROM: f64 = 7.0;
 
-/// What the script has to know of a way back that it goes on with.
+/// State of an unloading branch, which a continued run needs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UnloadingState {
-    /// The step from which on the indenter rises.
+    /// The step with the peak load, after which the indenter rises.
     pub reversal_step: usize,
-    /// The step from which on it does so in shorter steps.
+    /// The step after which steps are refined.
     pub refined_from: Option<usize>,
-    /// Lowest load on the way back, eV/Å; zero where nothing pulls.
+    /// Lowest load of the branch, eV/Å; zero without tensile load.
     pub min_load: f64,
-    /// The step with which the way back has ended.
+    /// The last step of a finished branch.
     pub end: Option<usize>,
 }
 
@@ -70,10 +70,10 @@ pub(super) fn variables(resumed: Option<(UnloadingState, &StepRecord)>) -> Vec<(
     list
 }
 
-/// The largest pull among the steps from `turn` on; none where nothing pulls. `load_unit` is the load at p* = 1, eV/Å.
+/// Pull-off force: the largest tensile load among the steps from `turn` on; none without tensile load. `load_unit` is the load at
+/// p* = 1, eV/Å.
 ///
-/// The pull grows ever more slowly towards its largest value, so that it grew by less after the step found than on the step to it:
-/// that change is the error.
+/// The pull increases ever more slowly towards its maximum; its increase on the step to the maximum therefore bounds the error.
 pub fn pull_off(records: &[StepRecord], turn: usize, load_unit: f64) -> Option<AtomPullOff> {
     let back = records.get(turn..)?;
     let k = (0..back.len()).min_by(|&a, &b| back[a].load.total_cmp(&back[b].load)).filter(|&k| k > 0)?;

@@ -1,13 +1,13 @@
-//! Area of the plane nearest to each of the atoms that make up a surface.
+//! Areas of the Voronoi cells of surface atoms.
 //!
-//! Shares of touching atoms differ from the lattice's: by 0.2 to 1.2 % on average while the crystal is elastic (quickstart), by
-//! 4.5 % with a scatter of 18 % where it has yielded (8 nm, resolved slope 1).
+//! Areas of contact atoms differ from the lattice value: by 0.2 to 1.2 % on average in an elastic crystal (quickstart), by 4.5 %
+//! with a scatter of 18 % after yield (8 nm, resolved slope 1).
 
-/// Neighbours are looked for up to this many mean spacings away before a cell is believed; grown where that is not enough.
+/// First radius of the neighbour search, mean spacings; increased where it is too small.
 const FIRST_LOOK: f64 = 2.5;
 
-/// Area of the Voronoi cell of each point of a periodic square of edge `length`; all together its area. Points may lie
-/// outside of the square. Two points in one place share its cell by the order in which they come: the first has it.
+/// Areas of the Voronoi cells of the points of a periodic square of edge `length`; their sum is its area. Points may lie outside
+/// of the square. Of coinciding points the first has the cell.
 pub fn shares(points: &[[f64; 2]], length: f64) -> Vec<f64> {
     let spacing = length / (points.len() as f64).sqrt().max(1.0);
     let bins = Bins::new(points, length, spacing);
@@ -39,7 +39,7 @@ fn share(bins: &Bins, points: &[[f64; 2]], own: usize, at: [f64; 2], spacing: f6
     }
 }
 
-/// Keeps the part of a convex polygon around the origin that is nearer to it than to `d`.
+/// Keeps the part of a convex polygon around the origin that is nearer to the origin than to `d`.
 fn clip(cell: &mut Vec<[f64; 2]>, d: [f64; 2]) {
     let half = 0.5 * (d[0] * d[0] + d[1] * d[1]);
     let beyond = |v: &[f64; 2]| v[0] * d[0] + v[1] * d[1] - half;
@@ -69,7 +69,7 @@ fn area(cell: &[[f64; 2]]) -> f64 {
     0.5 * cell.iter().enumerate().map(cross).sum::<f64>()
 }
 
-/// Points by square bins about one spacing wide.
+/// Points in square bins about one spacing wide.
 struct Bins {
     length: f64,
     across: usize,
@@ -87,7 +87,7 @@ impl Bins {
         Bins { length, across, bins }
     }
 
-    /// The other points and their images nearer than `reach`: index, and position relative to `at`.
+    /// Indices and relative positions of all other points and their images nearer than `reach`.
     fn within(&self, points: &[[f64; 2]], own: usize, [x, y]: [f64; 2], reach: f64) -> Vec<(usize, [f64; 2])> {
         let width = self.length / self.across as f64;
         let (x, y) = (x.rem_euclid(self.length), y.rem_euclid(self.length));
@@ -119,7 +119,7 @@ mod tests {
     const ROUNDING: f64 = 1e-10;
 
     #[test]
-    fn sites_of_the_lattice_share_evenly() {
+    fn lattice_sites_have_equal_cells() {
         let block = Block::new(5, 2, 5.5884, 7.0).expect("valid");
         let surface = block.surface();
         let points: Vec<[f64; 2]> = (0..surface.len()).map(|k| surface.xy(k)).collect();
@@ -129,13 +129,13 @@ mod tests {
     }
 
     #[test]
-    fn any_points_share_the_whole_and_as_a_fine_grid_counts() {
+    fn cell_areas_agree_with_counts_on_a_fine_grid() {
         let mut state = 7u64;
         let mut noise = || {
             state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
             (state >> 33) as f64 / (1u64 << 31) as f64
         };
-        // Clustered, with an empty corner, and some outside of the cell.
+        // Clustered points with an empty corner, some outside of the cell.
         let mut points: Vec<[f64; 2]> = (0..60).map(|_| [6.0 * noise() - 0.5, 10.0 * noise()]).collect();
         points.push(points[3]);
         let found = shares(&points, 10.0);
@@ -152,13 +152,13 @@ mod tests {
             counted[best.expect("points")] += 100.0 / (n * n) as f64;
         }
         for (a, b) in found.iter().zip(&counted) {
-            // The grid's perimeter error: a cell of edge 5 on squares of 0.025.
+            // Perimeter error of the grid: a cell of edge 5 on squares of 0.025.
             assert!((a - b).abs() < 0.05, "{a} {b}");
         }
     }
 
     #[test]
-    fn few_points_share_it_too() {
+    fn one_or_two_points_share_the_whole_square() {
         assert!((shares(&[[0.3, 0.2]], 2.0)[0] - 4.0).abs() < ROUNDING);
         let two = shares(&[[0.0, 0.0], [1.0, 0.0]], 2.0);
         assert!(two.iter().all(|s| (s - 2.0).abs() < ROUNDING), "{two:?}");

@@ -1,6 +1,6 @@
-//! Every way in which a LAMMPS run has been seen to fail, with what a user is told and the exit code.
+//! All observed failures of LAMMPS runs, with error message and exit code.
 //!
-//! Where there is no LAMMPS these tests say so on standard error and pass: the machine cannot decide anything.
+//! Without LAMMPS these tests print a warning and pass.
 
 use crate::jobs::{A0, CUTOFF, RAMP, RELAXATION, on, ramp, written};
 use crate::lammps::lammps;
@@ -15,9 +15,10 @@ use asperity::atoms::job::Job;
 use asperity::atoms::job_spec::DisplacementRamp;
 use asperity::atoms::load_history::frame_file;
 
-/// Steps of the ladders here: contact begins in the second.
+/// Steps of these runs: contact begins in the second.
 const STEPS: usize = 5;
-/// Loads after going on with another number of ranks: a force tolerance of 2e-3 eV/Å leaves the load uncertain by this, eV/Å.
+/// Tolerance of loads after a change of the number of ranks: a force tolerance of 2e-3 eV/Å leaves the load uncertain by this,
+/// eV/Å.
 const LOAD_NOISE: f64 = 2e-2;
 
 /// 6 × 6 × 3 cells under a wave of 1.4 Å.
@@ -31,7 +32,7 @@ fn job(folder: &Path) -> Job {
     written(folder, block, height, None, ramp, RELAXATION).job
 }
 
-/// What a user is told of a run that fails.
+/// The error message of a run that fails.
 fn said(engine: &LammpsEngine, job: &Job) -> String {
     told(engine, job, &mut on)
 }
@@ -77,18 +78,18 @@ fn run_with_script(
 
 const MINIMIZE: &str = "minimize      0.0";
 
-/// A file for which a run waits that [`waiting_at`] has changed, but no longer than 30 s.
+/// A file for which a run changed by [`waiting_at`] waits, for at most 30 s.
 const GO: &str = "go";
 const WAIT: &str = "i=0; while [ ! -e go ] && [ $i -lt 600 ]; do sleep 0.05; i=$((i + 1)); done\n";
 
-/// Makes the run wait before a step relaxes: what a test does meanwhile is done in time on the busiest machine.
+/// Makes the run wait before a step relaxes, so that the test acts in time on a busy machine as well.
 fn waiting_at(job: &Job, step: usize) -> String {
     std::fs::write(job.folder.join("wait.sh"), WAIT).expect("written");
     format!("if \"$k == {step}\" then \"shell sh wait.sh\"\n{MINIMIZE}")
 }
 
 #[test]
-fn what_lammps_says_is_passed_on() {
+fn lammps_errors_are_reported() {
     let Some(engine) = lammps(1) else { return };
     let folder = tempfile::tempdir().expect("scratch");
     let mut job = job(folder.path());
@@ -114,11 +115,11 @@ fn what_lammps_says_is_passed_on() {
     assert!(missing.contains("cannot open eam/alloy potential file potential.eam.alloy"), "{missing}");
     std::fs::rename(folder.path().join("gone"), folder.path().join("potential.eam.alloy")).expect("moved");
 
-    // After all that, the same folder runs.
+    // After these failures the same folder runs.
     assert_eq!(engine.run(&job, &mut on).expect("a clean run").history.steps.len(), STEPS + 1);
 }
 
-/// The job's own LAMMPS, by the folder it works in.
+/// The job's own LAMMPS, by its working folder.
 fn process_of(folder: &Path) -> Option<String> {
     let folder = folder.canonicalize().ok()?;
     std::fs::read_dir("/proc").ok()?.filter_map(Result::ok).find_map(|entry| {
@@ -128,7 +129,7 @@ fn process_of(folder: &Path) -> Option<String> {
 }
 
 #[test]
-fn a_run_that_was_killed_or_timed_out_goes_on() {
+fn a_killed_or_timed_out_run_can_be_continued() {
     let Some(engine) = lammps(1) else { return };
     let (whole, folder) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
     let expected = engine.run(&job(whole.path()), &mut on).expect("a clean run");
@@ -153,13 +154,13 @@ fn a_run_that_was_killed_or_timed_out_goes_on() {
     assert_eq!(finished.history, expected.history);
 }
 
-/// Lets a file of a step to come be one of a full disk.
+/// Makes a file of a later step behave as on a full disk.
 fn fill(folder: &Path, name: &str) {
     std::os::unix::fs::symlink("/dev/full", folder.join(name)).expect("linked");
 }
 
 #[test]
-fn a_full_disk_is_said_and_what_it_cut_is_done_again() {
+fn a_full_disk_is_reported_and_truncated_steps_are_repeated() {
     let Some(engine) = lammps(1) else { return };
     let (whole, folder) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
     let expected = engine.run(&job(whole.path()), &mut on).expect("a clean run");
@@ -175,13 +176,13 @@ fn a_full_disk_is_said_and_what_it_cut_is_done_again() {
             ControlFlow::Continue(())
         }
     };
-    // LAMMPS notices this one itself...
+    // LAMMPS detects this failure...
     let wait = waiting_at(&job, 1);
     let restart = watched_with_script(&engine, &job, (MINIMIZE, &wait), &mut at_first("restart.3".into()));
     assert!(restart.contains("I/O error while writing restart"), "{restart}");
     std::fs::remove_dir_all(path).expect("removed");
     let job = self::job(path);
-    // ...and writes a frame into nothing without a word.
+    // ...but writes a truncated frame without an error.
     let end = if packed { ".zst" } else { "" };
     let wait = waiting_at(&job, 1);
     let full = format!("frame.3.dump{end}");
@@ -191,7 +192,7 @@ fn a_full_disk_is_said_and_what_it_cut_is_done_again() {
     assert_eq!(finished.history, expected.history);
 }
 
-/// Runs a job up to a step and stops it there.
+/// Stops a run after a step.
 fn stopped_after(engine: &LammpsEngine, job: &Job, step: usize) {
     let wait = waiting_at(job, step + 1);
     let stopped = run_with_script(engine, job, (MINIMIZE, &wait), &mut |p| {
@@ -202,7 +203,7 @@ fn stopped_after(engine: &LammpsEngine, job: &Job, step: usize) {
 }
 
 #[test]
-fn a_damaged_restart_file_is_not_gone_on_from() {
+fn a_damaged_restart_file_is_not_used() {
     let Some(engine) = lammps(1) else { return };
     let (whole, folder) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
     let expected = engine.run(&job(whole.path()), &mut on).expect("a clean run");
@@ -220,7 +221,7 @@ fn a_damaged_restart_file_is_not_gone_on_from() {
 }
 
 #[test]
-fn a_run_goes_on_with_another_number_of_ranks() {
+fn a_run_can_be_continued_with_another_number_of_ranks() {
     let Some(engine) = lammps(2) else { return };
     let Ok(two) = engine.clone().with_ranks(2) else {
         let _ = writeln!(std::io::stderr(), "\n*** NOT TESTED: no second core, or no mpirun ***\n");

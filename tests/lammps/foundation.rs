@@ -1,5 +1,5 @@
-//! A shallow block whose base goes with an elastic foundation, in the real LAMMPS: held against the deep block that it stands for, and
-//! against the shallow one on a rigid base.
+//! A shallow block on an elastic foundation, compared with the deep block that it replaces and with a shallow block on a rigid
+//! base.
 
 use crate::jobs::{built, case, on};
 use crate::lammps::lammps;
@@ -12,14 +12,14 @@ use asperity::scene::Case;
 use std::path::Path;
 
 const LOADS: [f64; 2] = [0.02, 0.06];
-/// Of the deep block, and of the deformable part of the shallow one, lattice constants.
+/// Depth of the deep block, and of the deformable part of the shallow one, lattice constants.
 const DEEP: usize = 6;
 const SHALLOW: usize = 3;
 
 struct LayerDisplacementField {
     block: Block,
     found: Finished,
-    /// Of each load: how far the surface atoms are from their sites along x, y and z, Å.
+    /// Per load: displacements of the surface atoms from their sites along x, y and z, Å.
     moved: Vec<Vec<[f64; 3]>>,
 }
 
@@ -51,20 +51,20 @@ fn pressed(engine: &LammpsEngine, depth_cells: usize, foundation_cells: usize) -
     LayerDisplacementField { block, moved: (1..=LOADS.len()).map(of).collect(), found }
 }
 
-/// Root mean square distance between surfaces, Å.
+/// Root mean square distance between two surfaces, Å.
 fn apart(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     let square = |(a, b): (&[f64; 3], &[f64; 3])| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>();
     (a.iter().zip(b).map(square).sum::<f64>() / a.len() as f64).sqrt()
 }
 
-/// What the surface of the block on a foundation is off, over what it is off on a rigid base: 0.26 at the lower load. The foundation is
-/// isotropic and linear, and three cells are a short way from the contact.
+/// Error of the surface on a foundation over that on a rigid base: 0.26 at the lower load. The foundation is isotropic and linear,
+/// and only three cells away from the contact.
 const OF_RIGID: f64 = 0.4;
-/// Atoms at the edge of a contact that stand within a hundredth of an ångström of the contact distance.
+/// Atoms at the edge of a contact within a hundredth of an ångström of the contact distance.
 const AT_THE_EDGE: usize = 2;
 
 #[test]
-fn a_foundation_stands_for_the_missing_depth() {
+fn a_foundation_replaces_the_missing_depth() {
     let Some(engine) = lammps(1) else { return };
     let deep = pressed(&engine, DEEP, 0);
     let founded = pressed(&engine, SHALLOW, DEEP - SHALLOW);
@@ -90,22 +90,23 @@ fn a_foundation_stands_for_the_missing_depth() {
     }
 }
 
-/// Lattice constants of a foundation that shortens by several ångström under the first load, more than there is room below the atoms.
+/// Thickness of a foundation that is compressed by several ångström at the first load, more than the room below the atoms, lattice
+/// constants.
 const FAR_DOWN: usize = 200;
 
 #[test]
-fn a_base_that_sinks_far_stays_in_the_box() {
+fn a_base_that_moves_down_far_stays_in_the_box() {
     let Some(engine) = lammps(1) else { return };
     let found = pressed(&engine, SHALLOW, FAR_DOWN);
     let down: Vec<f64> = found.found.history.steps.iter().map(|r| r.displacement_angstrom).collect();
     eprintln!("the indenter is down by {down:?} Å");
-    // Atoms that leave the box are an error of the run; here they would have.
+    // Atoms that leave the box are an error of the run.
     assert!(down[1] > 5.0 && down[2] > 2.0 * down[1]);
 }
 
-/// The continuum of six cells, and of three on three of foundation, is one; the atoms are not.
+/// The continuum of six cells equals that of three on three of foundation; the atoms differ.
 #[test]
-fn in_one_run_folder_a_foundation_is_not_taken_for_atoms() {
+fn a_run_folder_distinguishes_foundation_and_atoms() {
     let Some(_lammps) = lammps(1) else { return };
     let folder = tempfile::tempdir().expect("scratch");
     let of = |depth: usize, foundation: usize| {

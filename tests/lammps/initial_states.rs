@@ -1,4 +1,4 @@
-//! Loads that start from the continuum, in the real LAMMPS: the state is that of the ladder from first touch.
+//! Prescribed loads started from the continuum solution reach the states of a displacement ramp.
 
 use crate::jobs::{built, case, on, ramp};
 use crate::lammps::lammps;
@@ -34,14 +34,14 @@ fn touching(case: &Case, job: &Job, finished: &Finished, step: usize) -> Contact
     contact(&frame, &indenter, down, &sites, job.spec.settings.contact_angstrom)
 }
 
-/// Both stop at a largest force of 2e-3 eV/Å or below, which leaves the load of so small a cell uncertain by 2e-2 eV/Å, half a
-/// per cent of the lower of the two.
+/// Both stop at a largest force of at most 2e-3 eV/Å, which leaves the load of this small cell uncertain by 2e-2 eV/Å, half a per
+/// cent of the lower load.
 const SAME_LOAD: f64 = 0.01;
-/// Atoms at the edge of a contact that stand within that of the contact distance.
+/// Atoms at the edge of a contact within this of the contact distance.
 const AT_THE_EDGE: usize = 1;
 
 #[test]
-fn the_continuums_start_ends_in_the_ladders_state_for_less() {
+fn prescribed_loads_reach_the_states_of_a_ramp_at_lower_cost() {
     let Some(engine) = lammps(1) else { return };
     let (warm, cold) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
     let from_continuum = smooth_case("");
@@ -52,12 +52,12 @@ fn the_continuums_start_ends_in_the_ladders_state_for_less() {
     let unit = job.spec.settings.load_unit;
     for (record, p_star) in found.history.steps[1..].iter().zip(LOADS) {
         assert!((record.load / (p_star * unit) - 1.0).abs() < 1e-3, "{} of {}", record.load / unit, p_star);
-        // Read as it is, not between two steps.
+        // Read at its own step, not between two steps.
         let at = job.at_load(&found.history, p_star * unit).expect("reached");
         assert_eq!((at.bracket.lower, at.bracket.weight), (record.step, 0.0));
     }
     for (k, record) in found.history.steps.iter().enumerate().skip(1) {
-        // A ladder from first touch, in equal steps no longer than usual, that meets the height found.
+        // A displacement ramp in equal steps no longer than usual that ends at the same height.
         let steps = (record.displacement_angstrom / 0.3).ceil();
         let step = record.displacement_angstrom / steps;
         let touch = smooth_case(&format!("step_angstrom = {step}"));
@@ -81,12 +81,12 @@ fn the_continuums_start_ends_in_the_ladders_state_for_less() {
     }
 }
 
-/// Where load and base are met to a thousandth before the forces are as small as they are asked to be by default, little is left to
-/// happen: at 25 nm the indenter goes 0.0002 Å.
+/// Where indenter and base agree with the load to a thousandth before the forces reach the default tolerance, little changes
+/// afterwards: at 25 nm the indenter moves by 0.0002 Å.
 const LEFT_TO_GO: f64 = 2e-3;
 
 #[test]
-fn a_loose_tolerance_is_enough_where_load_and_base_are_met() {
+fn a_loose_tolerance_suffices_where_load_and_base_agree() {
     let Some(engine) = lammps(1) else { return };
     let ran = |atoms: &str| {
         let folder = tempfile::tempdir().expect("scratch");
@@ -111,7 +111,7 @@ fn a_loose_tolerance_is_enough_where_load_and_base_are_met() {
 }
 
 #[test]
-fn killed_between_loads_it_goes_on_through_the_same_states() {
+fn a_run_killed_between_loads_continues_bit_identically() {
     let Some(engine) = lammps(1) else { return };
     let (whole, killed) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
     let case = smooth_case("");
@@ -124,7 +124,7 @@ fn killed_between_loads_it_goes_on_through_the_same_states() {
         });
         assert!(matches!(error, Err(asperity::Error::Interrupted)));
     }
-    // Written again, as the same command does.
+    // Written again, as by the same command.
     let finished = engine.run(&built(&case, killed.path()), &mut on).expect("the rest");
     assert!(finished.resumed_from.is_some_and(|k| k >= 1));
     assert_eq!(finished.history, expected.history);
@@ -134,11 +134,11 @@ fn killed_between_loads_it_goes_on_through_the_same_states() {
     }
 }
 
-/// Iterations of the second load after which it is stopped; its forces have settled for the first time after some forty.
+/// Iterations of the second load after which the run is stopped; its forces first converge after some forty.
 const STOPPED: usize = 20;
 
 #[test]
-fn stopped_within_a_load_it_goes_on_from_there() {
+fn a_run_stopped_within_a_load_continues_from_its_checkpoint() {
     let Some(lammps) = lammps(1) else { return };
     let engine = lammps.clone().with_checkpoint_interval(Duration::ZERO);
     let (whole, stopped) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
@@ -159,7 +159,7 @@ fn stopped_within_a_load_it_goes_on_from_there() {
     assert_eq!(left(stopped.path()).len(), 2);
     let state = minimizer_checkpoint::newest(stopped.path(), 2).expect("a state");
 
-    // Written again, as the same command does.
+    // Written again, as by the same command.
     let finished = engine.run(&built(&case, stopped.path()), &mut on).expect("the rest");
     let log = std::fs::read_to_string(stopped.path().join("log.2")).expect("a log");
     let name = state.file_name().and_then(|n| n.to_str()).expect("a name");
@@ -168,7 +168,7 @@ fn stopped_within_a_load_it_goes_on_from_there() {
     assert_eq!((finished.resumed_from, finished.history.steps.len()), (Some(1), 3));
     assert_eq!(finished.history.steps[..2], expected.history.steps[..2]);
     let (a, b) = (&finished.history.steps[2], &expected.history.steps[2]);
-    // Those before the stop and those after it, and the same state from another way.
+    // Iterations before and after the interruption; the same state within the tolerance.
     assert!(a.iterations > STOPPED && finished.steps[2].force_evaluations >= a.iterations, "{a:?}");
     assert!((a.load / b.load - 1.0).abs() < 2e-3 && a.contacts.abs_diff(b.contacts) <= AT_THE_EDGE, "{a:?} {b:?}");
     assert!((a.displacement_angstrom - b.displacement_angstrom).abs() < 0.01, "{a:?} {b:?}");

@@ -1,6 +1,6 @@
-//! A ladder outcome by the real LAMMPS, and one replayed without it.
+//! Displacement ramps in LAMMPS, and replayed without it.
 //!
-//! Where there is no LAMMPS the first kind says so on standard error and passes: the machine cannot decide anything.
+//! Without LAMMPS the former print a warning and pass.
 
 use crate::jobs::{A0, CUTOFF, D_C, RAMP, RELAXATION, Setting, on, ramp, written};
 use crate::lammps::lammps;
@@ -24,17 +24,17 @@ use asperity::error::LammpsFailure;
 
 /// E* of the potential, eV/Å³ (28.57 GPa).
 const MODULUS: f64 = 28.57 / 160.217_663_4;
-/// p/E* at which the ladders here end: two dozen atoms of the surface layer's 200 touch for every hundredth.
+/// p/E* at which the ramps end: two dozen of the 200 surface atoms are in contact per hundredth.
 const P_STAR: f64 = 0.02;
 
 /// A force tolerance of 2e-3 eV/Å leaves the load of this cell uncertain by 2e-2 eV/Å (measured against 2e-4); a step
 /// in contact changes it by more than 1 eV/Å.
 const LOAD_NOISE: f64 = 2e-2;
 
-/// A frame's load against LAMMPS's own: relative, and what six decimals leave of a wall of 1 eV/Å² per pair, eV/Å.
+/// Load of a frame against LAMMPS: relative tolerance, and the rounding of six decimals at 1 eV/Å² per pair, eV/Å.
 const SAME_LOAD: (f64, f64) = (1e-6, 1e-5);
 
-/// 10 × 10 × 6 cells under two crossed waves: peaks of 2.4 Å, no two atoms of the indenter alike.
+/// 10 × 10 × 6 cells under two crossed waves: peaks of 2.4 Å, all indenter atoms at different heights.
 fn setting(folder: &Path, adhesion: Option<Yukawa>) -> Setting {
     steeper(folder, adhesion, 1.0, FRAME_LAYERS)
 }
@@ -58,7 +58,7 @@ fn steeper(folder: &Path, adhesion: Option<Yukawa>, factor: f64, frame_layers: u
     )
 }
 
-/// Everything a run leaves that later stages read.
+/// All output that later stages read.
 fn results(folder: &Path, finished: &Finished) -> Vec<Vec<u8>> {
     let mut files = vec![folder.join("load_steps.csv")];
     files.extend(finished.history.steps.iter().map(|r| frame_file(folder, r.step).expect("a frame")));
@@ -66,7 +66,7 @@ fn results(folder: &Path, finished: &Finished) -> Vec<Vec<u8>> {
 }
 
 #[test]
-fn the_ladder_rises_and_contact_is_what_lammps_counts() {
+fn loads_increase_and_contact_agrees_with_lammps() {
     let Some(engine) = lammps(1) else { return };
     let folder = tempfile::tempdir().expect("scratch");
     let Setting { block, indenter, job } = setting(folder.path(), None);
@@ -82,7 +82,7 @@ fn the_ladder_rises_and_contact_is_what_lammps_counts() {
     let records = &finished.history.steps;
     assert_eq!(told, (0..records.len()).collect::<Vec<_>>());
     assert!(finished.unconverged.is_empty(), "{:?}", finished.unconverged);
-    // Free at the start, but for what the surface relaxes towards the indenter.
+    // No load before contact, except for the relaxation of the surface.
     assert!(records[0].load.abs() < 0.1, "{}", records[0].load);
     assert!(records.windows(2).all(|w| w[1].load > w[0].load - LOAD_NOISE));
     let last = records.last().expect("steps");
@@ -111,7 +111,7 @@ fn the_ladder_rises_and_contact_is_what_lammps_counts() {
     let between = records[at.bracket.lower].contacts..=records[at.bracket.lower + 1].contacts;
     assert!(between.contains(&found.ids.len()), "{} not in {between:?}", found.ids.len());
 
-    // A finished ladder is not outcome again.
+    // A finished job does not run again.
     let before = std::fs::read(folder.path().join("log.0")).expect("log");
     let again = engine.run(&job, &mut on).expect("nothing to do");
     assert_eq!(again.history, finished.history);
@@ -119,14 +119,14 @@ fn the_ladder_rises_and_contact_is_what_lammps_counts() {
 }
 
 #[test]
-fn a_killed_run_goes_on_through_the_same_states() {
+fn a_killed_ramp_continues_bit_identically() {
     let Some(engine) = lammps(1) else { return };
     let (whole, killed) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
     let reference = setting(whole.path(), None);
     let expected = engine.run(&reference.job, &mut on).expect("a clean run");
     let broken = setting(killed.path(), None);
     for stop in [2, 5] {
-        // A little into the step after the asked one; `Break` kills the process group with SIGKILL.
+        // Interrupted within the step after this one; `Break` kills the process group with SIGKILL.
         let error = engine.run(&broken.job, &mut |p| {
             let after = p.record.is_some_and(|r| r.step >= stop) && !p.is_new;
             if after { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -136,13 +136,13 @@ fn a_killed_run_goes_on_through_the_same_states() {
     let finished = engine.run(&broken.job, &mut on).expect("the rest");
     assert!(finished.resumed_from.is_some_and(|k| k >= 5));
     assert_eq!(finished.history, expected.history);
-    // The logs of the pieces together tell as much as the log of the whole.
+    // The logs of the parts together have the counts of the uninterrupted run's log.
     assert_eq!(serde_json::to_value(&finished.steps).ok(), serde_json::to_value(&expected.steps).ok());
     assert!(results(whole.path(), &expected) == results(killed.path(), &finished), "other bytes after going on");
 }
 
 #[test]
-fn adhesion_pulls_before_it_pushes() {
+fn adhesion_gives_a_tensile_load_before_contact() {
     let Some(engine) = lammps(1) else { return };
     let folder = tempfile::tempdir().expect("scratch");
     let weak = Yukawa { amplitude_ev_angstrom: -60.0, kappa_per_angstrom: 2.0, cutoff_angstrom: 7.0 };
@@ -161,7 +161,7 @@ fn adhesion_pulls_before_it_pushes() {
     assert!(finished.history.steps[0].load < -1e-3, "{}", finished.history.steps[0].load);
 }
 
-/// Waves with an rms gradient of about 0.1 leave the crystal elastic, ten times as steep ones press atoms out of their places.
+/// Waves with an rms gradient of about 0.1 leave the crystal elastic; waves ten times as steep cause plastic flow.
 #[test]
 fn a_steep_profile_yields_and_a_gentle_one_does_not() {
     let Some(engine) = lammps(1) else { return };
@@ -180,7 +180,7 @@ fn a_steep_profile_yields_and_a_gentle_one_does_not() {
 }
 
 #[test]
-fn what_goes_wrong_is_said_with_its_exit_code() {
+fn failures_are_reported_with_their_exit_code() {
     let Some(engine) = lammps(1) else { return };
     let folder = tempfile::tempdir().expect("scratch");
     let job = setting(folder.path(), None).job;
@@ -197,7 +197,7 @@ fn what_goes_wrong_is_said_with_its_exit_code() {
     std::fs::write(&script, text.replace("min_style", "max_style")).expect("written");
     let message = said(&engine);
     assert!(message.contains("Unknown command: max_style"), "{message}");
-    // A script that stops early ends well and is not believed.
+    // A script that stops early exits regularly, but its result is refused.
     std::fs::write(&script, text.replace("jump SELF step", "quit")).expect("written");
     let message = said(&engine);
     assert!(message.contains("stops at step 0") || message.contains("did not finish"), "{message}");
@@ -223,7 +223,7 @@ fn record(folder: &Path, job: &Job, loads: &[f64]) {
 }
 
 #[test]
-fn a_replayed_run_is_told_in_order_stopped_and_failed() {
+fn a_replayed_run_reports_steps_in_order_stops_and_fails() {
     let (recording, folder) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
     let job = setting(folder.path(), None).job;
     let unit = job.spec.settings.load_unit;
@@ -255,10 +255,10 @@ fn a_replayed_run_is_told_in_order_stopped_and_failed() {
         .expect("the rest");
     assert_eq!(told.iter().map(|t| t.0).collect::<Vec<_>>(), vec![3, 4]);
     assert!((told[1].1 - 0.02).abs() < 1e-12);
-    // It ends with the first step at or beyond the largest load, and knows where it had been.
+    // The run ends with the first step that reaches the maximum load, and knows where it continued.
     assert_eq!((finished.steps.len(), finished.resumed_from), (5, Some(2)));
 
-    // Lost atoms are noticed although everything else went well.
+    // Lost atoms are detected even if everything else is regular.
     let lost = std::fs::read_to_string(folder.path().join("load_steps.csv")).expect("read");
     let fewer = lost.replacen(&job.atoms().to_string(), &(job.atoms() - 1).to_string(), 1);
     std::fs::write(recording.path().join("load_steps.csv"), fewer).expect("written");

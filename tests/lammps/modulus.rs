@@ -1,5 +1,5 @@
-//! How the block gives way in the real LAMMPS: its modulus, from the stress and the displacement of an indentation, and what a
-//! single surface atom yields.
+//! Elastic response of the block: contact modulus from the stress and displacement of an indentation, and compliance of a single
+//! surface atom.
 
 use crate::jobs::{RAMP, RELAXATION, Setting, command, written};
 use crate::lammps::lammps;
@@ -17,9 +17,8 @@ use std::path::Path;
 /// Along the cube's edges and its face diagonals: the mean compliance of these is that of all directions to 0.4 %.
 const WAVES: [(f64, f64); 4] = [(1.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, -1.0)];
 
-/// E* (GPa) as the mean over the waves of an indenter that presses everywhere with `pressure` (GPa) on average, its atoms on
-/// waves of `amplitude` (Å): the ratio of the waves in its forces to those of the surface atoms' heights, by the layer's
-/// kernel.
+/// E* (GPa) as the mean over the waves of an indenter in full contact at the mean pressure `pressure` (GPa), its atoms on waves of
+/// `amplitude` (Å): ratio of the waves in its forces to those in the heights of the surface atoms, by the layer's kernel.
 fn modulus(engine: &LammpsEngine, folder: &Path, pressure: f64, amplitude: f64) -> f64 {
     let block = Block::new(20, 12, CALCIUM.a0, CALCIUM.rc).expect("valid");
     let length = block.length();
@@ -57,15 +56,15 @@ fn modulus(engine: &LammpsEngine, folder: &Path, pressure: f64, amplitude: f64) 
     WAVES.len() as f64 / compliance
 }
 
-/// Found 29.1 GPa, 1.8 % more: the wave is 112 Å long, and lattice, surface stress and the depth's isotropic correction each
-/// count for a per cent or so.
+/// Measured 29.1 GPa, 1.8 % more: the wave is 112 Å long, and lattice, surface stress and the isotropic depth correction each
+/// contribute about a per cent.
 const WITHIN: f64 = 0.03;
 
 #[test]
-fn an_indented_block_has_the_modulus_of_its_face() {
+fn the_modulus_of_an_indented_block_is_that_of_the_001_face() {
     let Some(engine) = lammps(1) else { return };
     let folder = tempfile::tempdir().expect("scratch");
-    // LayerDisplacementField crystals are stiffer, in proportion: what is left at no pressure is the modulus.
+    // A compressed crystal is stiffer in proportion to the pressure: the extrapolation to zero pressure is the modulus.
     let [low, high] =
         [(0.05, 0.006), (0.1, 0.012)].map(|(pressure, amplitude)| modulus(&engine, folder.path(), pressure, amplitude));
     let found = 2.0 * low - high;
@@ -73,11 +72,11 @@ fn an_indented_block_has_the_modulus_of_its_face() {
     assert!((found / CALCIUM_MODULUS_GPA - 1.0).abs() < WITHIN, "{found}");
 }
 
-/// Periodic images, the depth and the force count for some three per cent.
+/// Periodic images, depth and the finite force contribute some three per cent.
 const OF_ONE_ATOM: f64 = 0.05;
 
 #[test]
-fn an_atom_pressed_alone_sinks_as_the_middle_of_a_disc() {
+fn a_single_loaded_atom_has_the_compliance_of_a_disc() {
     let Some(engine) = lammps(1) else { return };
     let folder = tempfile::tempdir().expect("scratch");
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

@@ -1,4 +1,4 @@
-//! Relaxed states held at a temperature, in the real LAMMPS.
+//! Relaxed states at constant temperature.
 
 use crate::jobs::{built, case, command, on};
 use crate::lammps::lammps;
@@ -13,22 +13,22 @@ use asperity::scene::Case;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-fn held_case(loads: &[f64], nvt: &str) -> Case {
+fn nvt_case(loads: &[f64], nvt: &str) -> Case {
     case(&format!("p_star = {loads:?}"), "", &format!("[atoms.nvt]\n{nvt}"))
 }
 
-/// Standard errors by which a mean may miss.
+/// Standard errors by which a mean may differ.
 const MISSES: f64 = 4.0;
 /// What a step of 8 fs adds to the kinetic temperature's own error: (ωΔt)²/8 is 0.8 % with the
 /// highest ω of a crystal of nearest neighbours that has this C11, about 32/ps.
 const STEP_ERROR: f64 = 0.008;
 
 #[test]
-fn a_held_contact_is_a_probability_with_its_error() {
+fn contact_at_constant_temperature_is_a_probability_with_an_error() {
     let Some(_lammps) = lammps(1) else { return };
     let folder = tempfile::tempdir().expect("scratch");
     let (results, page) =
-        run(&held_case(&[0.06], "temperature_k = 100\ntime_ps = 20"), folder.path(), &Silent).expect("a clean run");
+        run(&nvt_case(&[0.06], "temperature_k = 100\ntime_ps = 20"), folder.path(), &Silent).expect("a clean run");
     let atoms = results.atoms.expect("atoms");
     let (hold, still) = (atoms.nvt.expect("a hold"), &atoms.states[0]);
     assert!((hold.averaging_ps + hold.equilibration_ps - 20.0).abs() < 1.0);
@@ -37,14 +37,14 @@ fn a_held_contact_is_a_probability_with_its_error() {
     let t = held.temperature_k;
     assert!((t.value - 100.0).abs() < MISSES * t.error + STEP_ERROR * 100.0 && t.error < 5.0, "{t:?}");
     assert!((held.load.value - 1.0).abs() < MISSES * held.load.error + 1e-3, "{:?}", held.load);
-    // Per site: a probability, and as the mean says.
+    // Per site: a probability whose mean is the contact fraction.
     let site = |name: &str| npy::read(&folder.path().join(name)).expect("a map").values;
     let (probability, error) = (site(&held.site_probability), site(&held.site_error));
     assert_eq!((probability.len(), error.len()), (200, 200));
     assert!(probability.iter().all(|p| (0.0..=1.0).contains(p)) && error.iter().all(|e| (0.0..0.3).contains(e)));
     let mean = probability.iter().sum::<f64>() / 200.0;
     assert!((mean - held.contact_fraction.value).abs() < 1e-6);
-    // What touches at rest touches often, what stands 1 Å clear never.
+    // Atoms in contact at 0 K are often in contact; atoms 1 Å away never are.
     let touching: Vec<bool> =
         npy::read_flags(&folder.path().join(still.contact_map.replace("contact.npy", "site-contact.npy")))
             .expect("flags")
@@ -61,14 +61,14 @@ fn a_held_contact_is_a_probability_with_its_error() {
     let (far, others) = of(&|i| gap[i] > 1.0);
     assert!(many > 20 && others > 20 && near > 0.75 && far < 0.01, "{near} of {many}, {far} of {others}");
     assert!(held.contact_fraction.error > 0.0 && held.contact_fraction.error < 0.05, "{:?}", held.contact_fraction);
-    // Vibrations hold the bodies a little apart.
+    // Vibrations increase the separation slightly.
     let further = held.mean_gap_angstrom.value - still.mean_gap_angstrom;
     assert!(further.abs() < 0.3 && held.mean_gap_angstrom.error < 0.05, "{further} {:?}", held.mean_gap_angstrom);
     let page = std::fs::read_to_string(page).expect("a report");
     assert!(page.contains("At 100 K") && folder.path().join("figures/probability-1.svg").is_file());
 }
 
-/// The relaxed states that holds begin with.
+/// The relaxed states from which NVT runs start.
 fn relaxed(case: &Case, folder: &Path, engine: &LammpsEngine) -> Job {
     let job = built(case, folder);
     engine.run(&job, &mut on).expect("a clean run");
@@ -76,10 +76,10 @@ fn relaxed(case: &Case, folder: &Path, engine: &LammpsEngine) -> Job {
 }
 
 #[test]
-fn killed_between_loads_a_hold_goes_on_and_its_errors_shrink_with_time() {
+fn a_killed_nvt_run_continues_and_its_errors_decrease_with_time() {
     let Some(engine) = lammps(1) else { return };
     let folder = tempfile::tempdir().expect("scratch");
-    let case = held_case(&[0.02, 0.06], "temperature_k = 300\ntime_ps = 10");
+    let case = nvt_case(&[0.02, 0.06], "temperature_k = 300\ntime_ps = 10");
     let relaxed = relaxed(&case, &folder.path().join("relaxed"), &engine);
     let atoms = case.atoms.as_ref().expect("atoms");
     let settings: NvtSettings = atoms.nvt.expect("a hold");
@@ -99,7 +99,7 @@ fn killed_between_loads_a_hold_goes_on_and_its_errors_shrink_with_time() {
         let read = |job: &Job| std::fs::read(job.folder.join(name)).expect("read");
         assert!(read(&whole) == read(&killed), "{name}");
     }
-    // Four times the time, half the error of a site: the mean over sites, since one alone is uncertain by a quarter.
+    // Four times the time gives half the error of a site: averaged over sites, since a single one is uncertain by a quarter.
     let long = written("long", &NvtSettings { time_ps: 40.0, ..settings });
     engine.run(&long, &mut on).expect("a clean run");
     let site_error = |job: &Job| {
@@ -112,11 +112,11 @@ fn killed_between_loads_a_hold_goes_on_and_its_errors_shrink_with_time() {
     assert!(short > 1.5 * long && short < 2.8 * long, "{short} and {long}");
 }
 
-/// Of a mean over so short a time: three standard errors.
+/// Tolerance of a mean over so short a time: three standard errors.
 const LATTICE_ERROR: f64 = 3e-3;
 
 #[test]
-fn the_crystal_expands_as_the_cell_that_is_held() {
+fn thermal_expansion_agrees_with_the_nvt_cell() {
     let Some(engine) = lammps(1) else { return };
     let folder = tempfile::tempdir().expect("scratch");
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -131,6 +131,6 @@ fn the_crystal_expands_as_the_cell_that_is_held() {
     let line = printed.lines().rev().find_map(|l| l.strip_prefix("RES ")).expect("a result");
     let found: Vec<f64> = line.split_whitespace().map(|w| w.parse().expect("a number")).collect();
     assert!((found[1] - calcium_lattice_constant(found[0])).abs() < LATTICE_ERROR, "{found:?}");
-    // It does expand: three quarters of a per cent.
+    // Expansion by three quarters of a per cent.
     assert!((calcium_lattice_constant(300.0) / calcium_lattice_constant(0.0) - 1.00778).abs() < 1e-4);
 }

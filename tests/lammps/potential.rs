@@ -1,6 +1,6 @@
 //! The generated potential and the indenter's pair terms, measured with LAMMPS itself.
 //!
-//! Without a program `lmp` on the search path these tests say so on standard error and prove nothing.
+//! Without LAMMPS these tests print a warning and pass.
 
 use crate::jobs::{A0, command};
 use crate::lammps::lammps;
@@ -13,7 +13,7 @@ use asperity::error::{Error, LammpsFailure};
 
 /// The challenge's lattice constant (Å) and work of adhesion, 2e-5 E* L (eV/Å²).
 const GAMMA: f64 = 3.4878e-3;
-/// The recommended net: 11 points per 5 cells put the crystal's atoms at 50 positions in the net's cell.
+/// The recommended net: 11 points per 5 cells give 50 positions of crystal atoms in the net's cell.
 const CELLS: usize = 5;
 const POINTS: usize = 11;
 /// Deeper than any cut-off below.
@@ -27,7 +27,7 @@ fn wall() -> Wall {
     Wall::new(A0 * CELLS as f64 / POINTS as f64, A0).unwrap()
 }
 
-/// What LAMMPS finds between two flats, per area: Lennard-Jones and Yukawa energy (eV/Å²) and the net's repulsion
+/// Energies and pressure between two flats in LAMMPS, per area: Lennard-Jones and Yukawa energy (eV/Å²) and the net's repulsion
 /// (eV/Å³).
 struct Flats {
     distance: f64,
@@ -73,16 +73,16 @@ fn the_generated_potential_has_the_stated_properties() {
     let card = Card::calcium().unwrap();
     let table = Path::new(env!("CARGO_MANIFEST_DIR")).join("potentials").join(&card.file);
     let folder = tempfile::tempdir().unwrap();
-    // A guess that is 2 % off: the lattice constant must be found, not kept.
+    // A first guess 2 % off: the lattice constant must be found.
     let found = measure(&command, folder.path(), &table, &card.element, 1.02 * A0).unwrap();
     eprintln!("{}", toml::to_string(&found).unwrap());
     assert!(card.deviations(&found).is_empty(), "{}", card.deviations(&found).join("\n"));
 }
 
-/// Bands of the stated values themselves: 1 % where the potential was fitted, and for what was only asked to be
-/// sensible the ranges of experiment and first-principles work for calcium (potentials/README.md).
+/// Tolerances of the stated values: 1 % for fitted properties, otherwise the ranges of experiment and first-principles
+/// calculations for calcium (potentials/README.md).
 #[test]
-fn the_stated_properties_are_those_of_a_crystal_like_calcium() {
+fn the_stated_properties_resemble_calcium() {
     let stated = Card::calcium().unwrap().properties;
     let one_percent = |found: f64, asked: f64| assert!((found / asked - 1.0).abs() < 0.01, "{found}, asked {asked}");
     one_percent(stated.a0_angstrom, A0);
@@ -93,7 +93,7 @@ fn the_stated_properties_are_those_of_a_crystal_like_calcium() {
     one_percent(stated.contact_modulus_gpa, 28.57);
     assert!((1.0..1.4).contains(&stated.vacancy_ev));
     assert!((0.40..0.55).contains(&stated.surface_j_m2));
-    // fcc must be the ground state, and a fault must cost something but little.
+    // fcc must be the ground state, and a stacking fault must have a small positive energy.
     assert!((0.0..0.006).contains(&stated.hcp_minus_fcc_ev) && stated.hcp_minus_fcc_ev > 0.0);
     assert!((0.001..0.02).contains(&stated.stacking_fault_j_m2));
     assert!(stated.unstable_fault_j_m2 > 5.0 * stated.stacking_fault_j_m2);
@@ -104,7 +104,7 @@ fn the_stated_properties_are_those_of_a_crystal_like_calcium() {
 const EXPONENTIAL: f64 = 1e-3;
 
 #[test]
-fn yukawa_between_flats_is_the_exponential_per_area() {
+fn yukawa_between_flats_is_exponential_per_area() {
     let Some(lammps) = lammps(1) else { return };
     let command = command(&lammps);
     let wall = wall();
@@ -120,11 +120,11 @@ fn yukawa_between_flats_is_the_exponential_per_area() {
     }
 }
 
-/// The cut-off is on both sides here: only the average over 50 registries is left, 2e-4 at a range of 0.3 Å.
+/// The cut-off is the same on both sides; only the average over 50 registries remains, 2e-4 at a range of 0.3 Å.
 const CLOSED_FORM: f64 = 1e-3;
 
 #[test]
-fn the_calibrated_flats_have_the_work_of_adhesion_asked_for() {
+fn calibrated_flats_have_the_target_work_of_adhesion() {
     let Some(lammps) = lammps(1) else { return };
     let command = command(&lammps);
     for rho in [0.3, 0.5, 1.0, 2.0] {
@@ -144,12 +144,12 @@ fn the_calibrated_flats_have_the_work_of_adhesion_asked_for() {
 /// Half a per cent was measured down to the disc of radius √(r_m² - d²) = 1.2 Å (d = 3.84 Å) in which an atom is
 /// repelled.
 const REPULSION: f64 = 0.01;
-/// Close to the cut-off few of the 50 registries are repelled at all (16 at 3.95 Å), and the sum is a coarse average:
-/// the pressure was measured 3.7 % low.
+/// Close to the cut-off few of the 50 registries are repelled at all (16 at 3.95 Å), so the average is coarse: the measured
+/// pressure is 3.7 % low.
 const FIRST_TOUCH: (f64, f64) = (3.9, 0.05);
 
 #[test]
-fn the_areal_repulsion_is_lammps_between_flats() {
+fn the_areal_repulsion_agrees_with_lammps_between_flats() {
     let Some(lammps) = lammps(1) else { return };
     let command = command(&lammps);
     let wall = wall();
@@ -167,7 +167,7 @@ fn the_areal_repulsion_is_lammps_between_flats() {
 }
 
 #[test]
-fn failures_of_lammps_are_told_apart() {
+fn failures_of_lammps_are_distinguished() {
     let Some(lammps) = lammps(1) else { return };
     let command = command(&lammps);
     let folder = tempfile::tempdir().unwrap();
@@ -185,9 +185,9 @@ fn failures_of_lammps_are_told_apart() {
 /// Rounding of some fifty terms an atom, of which forces are the small differences; measured 4e-15 and 2e-13.
 const ROUNDING: f64 = 1e-8;
 
-/// 500 atoms shaken by up to a quarter of an ångström along each axis, no two alike.
+/// 500 atoms displaced randomly by up to a quarter of an ångström along each axis.
 #[test]
-fn lammps_evaluates_the_table_as_the_table_says() {
+fn lammps_energies_and_forces_agree_with_the_table() {
     let Some(lammps) = lammps(1) else { return };
     let command = command(&lammps);
     let folder = tempfile::tempdir().unwrap();
@@ -218,7 +218,7 @@ fn lammps_evaluates_the_table_as_the_table_says() {
     ];
     let printed = command.run(folder.path(), &input("forces.in"), &vars).unwrap();
     let energy = results(folder.path(), &printed).unwrap()["energy"];
-    // Atoms where LAMMPS has them.
+    // Atoms at the positions of LAMMPS.
     let dumped = std::fs::read_to_string(folder.path().join("forces.txt")).unwrap();
     let rows: Vec<Vec<f64>> =
         dumped.lines().skip(9).map(|l| l.split_whitespace().map(|w| w.parse().unwrap()).collect()).collect();

@@ -1,8 +1,7 @@
 //! Energy and forces of atoms under an `eam/alloy` table, from the table alone.
 //!
-//! Between the rows of the table LAMMPS puts cubics whose slopes at the rows are differences of the fourth order
-//! (`PairEAM::interpolate`); these are the same, so that two independent sums over pairs of atoms can be held against each other
-//! to rounding.
+//! Between the rows of the table LAMMPS uses cubics whose slopes at the rows are fourth-order differences
+//! (`PairEAM::interpolate`). The same interpolation here makes two independent sums over pairs comparable to rounding.
 
 use std::path::Path;
 

@@ -1,5 +1,4 @@
-//! The way back from the highest load, in the real LAMMPS: the way there once more where nothing yields and nothing sticks, a
-//! pull before parting where adhesion holds.
+//! Unloading from the highest load: reversible without plasticity and adhesion, with a pull-off force with adhesion.
 
 use crate::jobs::{built, case, on};
 use crate::lammps::lammps;
@@ -34,7 +33,7 @@ fn read(case: &Case, job: &Job) -> (AtomsResults, Unloading) {
     (found, back)
 }
 
-/// The same number touches at each load, there and back, at the same mean gap.
+/// Equal contact and mean gap at each load of both branches.
 fn comes_back_the_same(found: &AtomsResults, back: &Unloading) {
     assert_eq!(found.states.len(), LOADS.len());
     assert_eq!(back.states.iter().map(|s| s.p_star).collect::<Vec<_>>(), [LOADS[0]]);
@@ -48,7 +47,7 @@ fn comes_back_the_same(found: &AtomsResults, back: &Unloading) {
 }
 
 #[test]
-fn without_adhesion_the_steps_back_are_the_steps_there() {
+fn unloading_without_adhesion_is_reversible() {
     let Some(engine) = lammps(1) else { return };
     let folder = tempfile::tempdir().expect("scratch");
     let case = there_and_back("unload = true", "", "start = \"touch\"");
@@ -68,7 +67,7 @@ fn without_adhesion_the_steps_back_are_the_steps_there() {
         met += back.contacts;
     }
     assert!(met > 100, "only {met} contacts");
-    // It ends where nothing touches.
+    // The branch ends without contact.
     let last = records.last().expect("steps");
     assert_eq!((last.contacts, last.load), (0, 0.0));
     let (found, back) = read(&case, &job);
@@ -77,7 +76,7 @@ fn without_adhesion_the_steps_back_are_the_steps_there() {
 }
 
 #[test]
-fn loads_from_the_continuum_come_back_load_by_load() {
+fn prescribed_loads_unload_reversibly() {
     let Some(engine) = lammps(1) else { return };
     let folder = tempfile::tempdir().expect("scratch");
     let case = there_and_back("unload = true", "", "");
@@ -94,9 +93,9 @@ fn loads_from_the_continuum_come_back_load_by_load() {
     assert_eq!(back.separated, None);
 }
 
-/// The largest pull in usual steps and in steps of two thirds.
+/// The pull-off force with usual steps and with steps of two thirds.
 #[test]
-fn with_adhesion_the_largest_pull_is_found_within_its_error() {
+fn the_pull_off_force_is_found_within_its_error() {
     let Some(engine) = lammps(1) else { return };
     let mut pulls = Vec::new();
     for step in [0.3, 0.2] {
@@ -107,9 +106,9 @@ fn with_adhesion_the_largest_pull_is_found_within_its_error() {
         let (_, back) = read(&case, &job);
         assert!(back.states.is_empty() && back.separated == Some(true));
         let pull = back.pull_off.expect("a pull");
-        // Followed in quarter steps.
+        // Steps refined to a quarter.
         assert!((pull.step_angstrom - 0.25 * step).abs() < 1e-6, "{pull:?}");
-        // No more than two flats would hold that the law pulls at with its largest stress.
+        // At most the pull of two flats at the largest stress of the law.
         let length = job.spec.cells as f64 * job.spec.a0_angstrom;
         let gamma = 2e-4 * 28.57 * length / GPA_PER_EV_A3;
         let flats = gamma / 0.5 * length * length;
@@ -120,7 +119,7 @@ fn with_adhesion_the_largest_pull_is_found_within_its_error() {
     let off = (pulls[0].force_ev_per_angstrom - pulls[1].force_ev_per_angstrom).abs();
     let error = pulls.iter().map(|p| p.error_ev_per_angstrom).fold(LOAD_NOISE, f64::max);
     assert!(off <= error, "{pulls:?}");
-    // The error says something: it is a small part.
+    // The error is a small fraction of the force.
     assert!(error < 0.2 * -pulls[0].force_ev_per_angstrom, "{pulls:?}");
 }
 
@@ -131,7 +130,7 @@ fn bytes(folder: &Path, finished: &Finished) -> Vec<Vec<u8>> {
 }
 
 #[test]
-fn killed_on_the_way_back_it_goes_on_through_the_same_states() {
+fn a_ramp_killed_while_unloading_continues_bit_identically() {
     let Some(engine) = lammps(1) else { return };
     let (whole, killed) = (tempfile::tempdir().expect("scratch"), tempfile::tempdir().expect("scratch"));
     let case = there_and_back("unload = true", ADHESION, "");
@@ -139,7 +138,7 @@ fn killed_on_the_way_back_it_goes_on_through_the_same_states() {
     let job = built(&case, killed.path());
     let turn = job.reversal_step(&expected.history.steps).expect("a turn");
     let slow = job.unloading_state(&expected.history.steps).and_then(|w| w.refined_from).expect("shorter steps");
-    // At the turn, before and after the steps are shortened, and where the pull is large.
+    // At the reversal, before and after the refinement, and at a large pull.
     for stop in [turn, slow - 1, slow, slow + 12] {
         let error = engine.run(&job, &mut |p| {
             let after = p.record.is_some_and(|r| r.step >= stop);
