@@ -136,22 +136,22 @@ pub fn speed(case: &Case) -> Result<f64> {
     measured::measure(&lammps, scratch.path(), (POTENTIAL_FILE, &atoms.element, atoms.block.a0))
 }
 
-/// What the LAMMPS stage leaves for the next.
+/// Output of the LAMMPS stage.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub struct LammpsOutcome {
     pub engine: String,
     pub steps: Vec<LoadStepResults>,
-    /// Steps whose largest force is above the tolerance asked, or whose load could not be met.
+    /// Steps whose largest force exceeds the tolerance, or whose load was not reached.
     pub unconverged: Vec<usize>,
-    /// Of the last call, bytes; 0 where it is not known.
+    /// Peak resident memory of the last call, bytes; 0 if unknown.
     #[serde(default)]
     pub peak_bytes: u64,
 }
 
-/// Share of a load that its iterations are taken for at most: some loads take several times as many as usual.
+/// Largest fraction of a load that is reported as done from its iterations: some loads take several times the usual number.
 const NEARLY: f64 = 0.9;
 
-/// Runs the ladder of a job, or goes on with it.
+/// Runs a job with LAMMPS, or continues it, and writes `load_curve.csv`.
 pub fn run_lammps(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Result<LammpsOutcome> {
     let mut reversed = job.reversal_step(&load_history::LoadHistory::read(&job.folder)?.steps).is_some();
     let mut watch = |p: Progress| {

@@ -59,7 +59,7 @@ fn run(engine: &dyn Engine, job: &Job, nvt: &NvtRun, listener: &dyn Listener) ->
     Ok(())
 }
 
-/// Averages at the load `k` of a hold, which is that of `step`; maps written.
+/// Averages at load `k` of the run, the load of `step`; writes the maps.
 fn state(step: &LoadStep, reader: &FrameAnalyzer, (job, nvt): (&Job, &NvtRun), k: usize) -> Result<NvtState> {
     let held = NvtSamples::read(&job.folder, nvt, k)?;
     let load = nvt.loads[k];

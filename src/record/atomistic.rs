@@ -31,7 +31,7 @@ pub struct AtomStress {
 /// Atoms that have left the crystal's order at one load.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct DefectAtoms {
-    /// Of the step of the ladder nearest to the load.
+    /// At the load step nearest to the load.
     pub atoms: usize,
     pub volume_nm3: f64,
 }
@@ -56,7 +56,7 @@ pub struct PlasticityResults {
     pub hardness_gpa: Option<f64>,
 }
 
-/// One step of the displacement ladder.
+/// One load step.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct LoadStepResults {
     pub step: usize,
@@ -71,7 +71,7 @@ pub struct LoadStepResults {
     pub max_force_ev_per_angstrom: f64,
 }
 
-/// The atoms at one asked load (interpolated between ladder steps).
+/// The atoms at one load, for a displacement ramp interpolated between two load steps.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct AtomState {
     /// Of its load step, from 0.
@@ -114,7 +114,7 @@ impl AtLoad for AtomState {
 /// The way back from the highest load.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Unloading {
-    /// Step of the ladder at which it begins.
+    /// The load step with the peak load.
     pub reversal_step: usize,
     /// The asked loads once more, falling.
     pub states: Vec<AtomState>,

@@ -40,7 +40,7 @@ mod tests {
     #[test]
     fn columns_keep_their_bits_and_their_lengths() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("ladder.csv");
+        let path = folder.path().join("table.csv");
         write(&path, &[("displacement_angstrom", &[0.1, 0.2]), ("p_star", &[1e-300, 2.0])]).unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
         assert_eq!(text, "displacement_angstrom,p_star\n0.1,1e-300\n0.2,2.0\n");

@@ -86,7 +86,7 @@ impl NvtScene {
                 !from_touch,
                 "atoms.nvt",
                 "given with atoms that start from first touch".into(),
-                "atoms.start = \"continuum\" without adhesion: the states of a ladder are between the loads".into(),
+                "atoms.start = \"continuum\" without adhesion: the steps of a displacement ramp are between the loads".into(),
             ),
             (
                 atoms.depth_cells >= least_depth,

@@ -42,7 +42,7 @@ fn the_atoms_way_back_is_drawn_and_its_pull_told_in_a_line() {
     for told in ["in 15 steps and goes back in 10", "0.8011 nN", "0.5000 ± 0.012", "25.0", "−0.0432"] {
         assert!(page.contains(told), "{told}");
     }
-    for figure in ["unloading-contacts.svg", "ladder-load.svg"] {
+    for figure in ["unloading-contacts.svg", "load-steps-load.svg"] {
         assert!(folder.join("figures").join(figure).is_file(), "{figure}");
     }
 }
@@ -104,7 +104,7 @@ fn a_full_report_is_whole_and_self_contained() {
         "heights.png",
         "psd.svg",
         "area.svg",
-        "ladder-load.svg",
+        "load-steps-load.svg",
         "section-2.svg",
         "superposed-2.png",
         "gap-1.png",

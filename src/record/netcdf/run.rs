@@ -340,7 +340,7 @@ fn of_atoms(folder: &Path, atoms: &AtomsResults) -> Result<Vec<Variable>> {
             Data::Numbers(atoms.load_steps.iter().map(of).collect())
         };
         let along = ["load_step"];
-        list.push(counter(along[0], 0, atoms.load_steps.len(), "step of the displacement ladder"));
+        list.push(counter(along[0], 0, atoms.load_steps.len(), "load step"));
         let down = step(|s| s.displacement_angstrom * ANGSTROM_M);
         list.push(Variable::new("load_step_displacement", &along, down, "m", "descent of the indenter"));
         list.push(Variable::new(

@@ -1,4 +1,4 @@
-//! What was run as atoms: the block, the audit of its groups, the ladder down to the loads, the states.
+//! Atoms: the block, the scaling audit, the load steps, and the states at the loads.
 
 use maud::{Markup, html};
 
@@ -38,7 +38,7 @@ pub fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
             (atoms.potential) ". Engine: " (atoms.engine) "." }
         @if !atoms.audit.is_empty() { h3 { "What scaling down kept" } (audit(&atoms.audit)) }
         h3 { @if atoms.from_continuum { "The loads" } @else { "The way down" } }
-        @if let Some(ladder) = ladder(writer, atoms)? { (ladder) }
+        @if let Some(curves) = load_steps(writer, atoms)? { (curves) }
         @if !atoms.states.is_empty() {
             h3 { "States at the asked loads" }
             (table(&head, states))
@@ -78,15 +78,15 @@ fn audit(lines: &[AuditLine]) -> Markup {
 }
 
 /// Load and number of contacts on the way down and, if there is one, back, one above the other.
-fn ladder(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Option<Markup>> {
+fn load_steps(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Option<Markup>> {
     let (steps, turn) = (&atoms.load_steps, atoms.unloading.as_ref().map(|u| u.reversal_step));
     let plot = |y_label: &str, of: fn(&LoadStepResults) -> f64| {
         let curves = unloading::there_and_back(steps, turn, |s| (s.displacement_angstrom, of(s)));
         let labels = ("displacement of the indenter (Å)", y_label);
         Plot { proportion: 0.36, ..Plot::new((Axis::Linear, Axis::Linear), labels, curves) }
     };
-    let load = writer.curves("ladder-load", &plot("p*", |s| s.p_star))?;
-    let contacts = writer.curves("ladder-contacts", &plot("contact atoms", |s| s.contacts as f64))?;
+    let load = writer.curves("load-steps-load", &plot("p*", |s| s.p_star))?;
+    let contacts = writer.curves("load-steps-contacts", &plot("contact atoms", |s| s.contacts as f64))?;
     let (Some(load), Some(contacts)) = (load, contacts) else { return Ok(None) };
     let worst = steps.iter().map(|s| s.max_force_ev_per_angstrom).fold(0.0, f64::max);
     let evaluations: usize = steps.iter().map(|s| s.force_evaluations).sum();

@@ -70,8 +70,7 @@ pub fn plasticity(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup>
         })
         .collect();
     let words = html! { "Atoms whose twelve nearest neighbours no longer lie opposite each other (centro-symmetry above "
-    (p.threshold) " a0²), of the " (count(p.atoms)) " below the uppermost " (p.masked_layers) " layers, at every step of the "
-    "ladder." };
+    (p.threshold) " a0²), of the " (count(p.atoms)) " below the uppermost " (p.masked_layers) " layers, at every load step." };
     Ok(html! {
         h3 { "Where the atoms leave elasticity" }
         p {

@@ -8,7 +8,7 @@ use crate::record::results::{AtomPullOff, AtomsResults, LoadStepResults, Unloadi
 use crate::report::number::{count, percent, significant, trimmed};
 use crate::report::plot::{ATOMS, Axis, BACK, Curve, Plot};
 
-/// A curve over the steps of a ladder; from the step `turn` on another one.
+/// Curves over the load steps: the loading branch, and the unloading branch from step `turn` on.
 pub fn there_and_back(
     steps: &[LoadStepResults],
     turn: Option<usize>,
