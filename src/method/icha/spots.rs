@@ -3,7 +3,7 @@
 use super::super::spots::hertz_load;
 use super::ewald::{EwaldMesh, NeighbourSearch, Weights};
 use super::images::images;
-use crate::grid::Grid;
+use crate::grid::{Grid, UnionFind};
 use crate::surface::Summit;
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -161,26 +161,19 @@ impl Spots {
         let all: Vec<_> = touching.iter().map(|&k| (self.all[k].place(), 2.0 * self.all[k].spot())).collect();
         let narrow = (self.area() / touching.len().max(1) as f64).sqrt();
         let near = NeighbourSearch::new(self.grid, narrow, &all);
-        let mut parent: Vec<usize> = (0..touching.len()).collect();
-        fn root(parent: &[usize], mut k: usize) -> usize {
-            while parent[k] != k {
-                k = parent[k];
-            }
-            k
-        }
+        let mut merged = UnionFind::new(touching.len());
         for i in 0..touching.len() {
             let a = &self.all[touching[i]];
             for j in near.around(a.place()).filter(|j| *j != i) {
                 let b = &self.all[touching[j]];
                 if self.distance(a.place(), b.place()) < a.spot() + b.spot() {
-                    let (a, b) = (root(&parent, i), root(&parent, j));
-                    parent[a.max(b)] = a.min(b);
+                    merged.unite(i as u32, j as u32);
                 }
             }
         }
         let mut groups = vec![Vec::new(); touching.len()];
         for k in 0..touching.len() {
-            groups[root(&parent, k)].push(touching[k]);
+            groups[merged.root(k as u32) as usize].push(touching[k]);
         }
         groups.retain(|parts| parts.len() > 1);
         if groups.is_empty() {

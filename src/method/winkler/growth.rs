@@ -1,6 +1,6 @@
 //! Dilation of overlap patches to twice their area.
 
-use crate::grid::{Grid, minimum_image, nearest_marked};
+use crate::grid::{Grid, Merged, UnionFind, minimum_image, nearest_marked};
 use crate::observe::{Connectivity, NO_PATCH, patches};
 use rayon::prelude::*;
 use std::cmp::Reverse;
@@ -71,8 +71,8 @@ struct Growth {
     cells: VoronoiCells,
     /// Patch of each contact node.
     label: Vec<u32>,
-    /// Union-find forest of merged patches.
-    parent: Vec<u32>,
+    /// Merged patches.
+    merged: UnionFind,
     /// For each root: nodes still to be added, and patches that wait for more.
     room: Vec<usize>,
     parked: Vec<Vec<u32>>,
@@ -89,7 +89,7 @@ impl Growth {
             grid,
             cells,
             label,
-            parent: (0..sizes.len() as u32).collect(),
+            merged: UnionFind::new(sizes.len()),
             room: sizes.to_vec(),
             parked: vec![Vec::new(); sizes.len()],
             cursor,
@@ -97,15 +97,6 @@ impl Growth {
         };
         (0..sizes.len() as u32).for_each(|patch| growth.enqueue(patch));
         growth
-    }
-
-    fn root(&mut self, mut patch: u32) -> u32 {
-        while self.parent[patch as usize] != patch {
-            // Path halving.
-            self.parent[patch as usize] = self.parent[self.parent[patch as usize] as usize];
-            patch = self.parent[patch as usize];
-        }
-        patch
     }
 
     /// Queues the next node of the cell of a patch, if there is one.
@@ -119,12 +110,7 @@ impl Growth {
 
     /// Merges two patches.
     fn merge(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.root(a), self.root(b));
-        if a == b {
-            return;
-        }
-        let (kept, lost) = (a.min(b), a.max(b));
-        self.parent[lost as usize] = kept;
+        let Some(Merged { kept, lost }) = self.merged.unite(a, b) else { return };
         self.room[kept as usize] += self.room[lost as usize];
         let mut waiting = std::mem::take(&mut self.parked[lost as usize]);
         waiting.append(&mut self.parked[kept as usize]);
@@ -137,7 +123,7 @@ impl Growth {
 
     fn run(mut self, map: &mut [u8]) {
         while let Some(Reverse((_, node, patch))) = self.queue.pop() {
-            let root = self.root(patch) as usize;
+            let root = self.merged.root(patch) as usize;
             if self.room[root] == 0 {
                 self.parked[root].push(patch);
                 continue;
@@ -157,7 +143,7 @@ impl Growth {
             // The last node of a cell is the farthest and lies at the border of another.
             if self.cursor[patch as usize] == self.cells.start[patch as usize + 1] {
                 for j in around {
-                    let root = self.root(patch);
+                    let root = self.merged.root(patch);
                     if self.room[root as usize] > 0 {
                         let core = self.cells.nearest[j] as usize;
                         self.merge(patch, self.label[core]);
