@@ -436,7 +436,10 @@ pub(super) fn check_ladder(job: &Job) -> Result<()> {
     }
     if !is_complete(job)? {
         let reached = history.last().map_or("before its first step".to_string(), |r| format!("at step {}", r.step));
-        return Err(failed(job, LammpsFailure::Output(format!("it ended well but its history stops {reached}"))));
+        return Err(failed(
+            job,
+            LammpsFailure::Output(format!("it ended regularly, but its load history stops {reached}")),
+        ));
     }
     Ok(())
 }

@@ -163,8 +163,10 @@ impl LoadHistory {
     pub(super) fn at(&self, folder: &Path, bracket: Option<Bracket>, load: f64) -> Result<Between> {
         let bracket = bracket.ok_or_else(|| {
             let reached = self.steps.iter().map(|r| r.load).fold(0.0, f64::max);
-            let found =
-                format!("a history from {:.4} to {reached:.4} eV/angstrom", self.steps.first().map_or(0.0, |r| r.load));
+            let found = format!(
+                "a load history from {:.4} to {reached:.4} eV/angstrom",
+                self.steps.first().map_or(0.0, |r| r.load)
+            );
             Error::format(folder.join(LOAD_STEPS_FILE), found, format!("one that passes {load:.4} eV/angstrom"))
         })?;
         let a = &self.steps[bracket.lower];

@@ -29,7 +29,7 @@ const ONE_ATOM: f64 = 1.0 / 200.0;
 fn read(case: &Case, job: &Job) -> (AtomsResults, Unloading) {
     let out = tempfile::tempdir().expect("scratch");
     let found = read_atoms(case, case.atoms.as_ref().expect("atoms"), job, out.path()).expect("read");
-    let back = found.unloading.clone().expect("a way back");
+    let back = found.unloading.clone().expect("an unloading branch");
     (found, back)
 }
 

@@ -217,7 +217,7 @@ fn with_adhesion_steps_are_refined_until_the_pull_has_decayed() {
         (-0.675, -0.5, 0),
     ]);
     let (_folder, job) = job(true, true);
-    let found = job.unloading_state(&way).expect("a way back");
+    let found = job.unloading_state(&way).expect("an unloading branch");
     assert_eq!(found, UnloadingState { reversal_step: 1, refined_from: Some(3), min_load: -2.0, end: Some(8) });
     // There is no contact while much of the pull remains.
     assert_eq!(job.end(&way[..8]), None);
