@@ -4,9 +4,8 @@ use super::arrays::{Cell, map};
 use crate::grid::{Grid, Series};
 use crate::method::{Heights, Problem};
 use crate::record::heights::{HeightMap, Sign};
-use crate::record::import::ImportOptions;
-use crate::scene::{self, SurfaceFile, Touching, slope_warning};
-use crate::surface::{Spectrum, quality_warnings};
+use crate::scene::{self, Laboratory, SurfaceScene, Touching, Units, slope_warning};
+use crate::surface::{Modes, Spectrum, quality_warnings};
 use crate::{Error, Result};
 use ndarray::{Array2, ArrayView2};
 use std::path::Path;
@@ -67,7 +66,8 @@ impl Surface {
         let mut map = HeightMap::new("heights", nx, ny, heights.iter().copied().collect())?.low_first(sign(touching));
         let unit = 1.0 / length;
         map.heights.iter_mut().for_each(|h| *h *= unit);
-        Ok(Self::of(scene::Surface::imported(map, "array".into()), Grid::unit(nx, ny), length))
+        let (grid, origin) = (Grid::unit(nx, ny), "array".into());
+        Ok(Self::of(scene::Surface::Imported { grid, heights: map.heights, origin }, grid, length))
     }
 
     /// A realisation of a self-affine spectrum. The seed determines the phases of the waves, whatever the grid.
@@ -89,7 +89,8 @@ impl Surface {
         if nodes == 0 {
             return Err(Error::input(PLACE, "nodes", 0, "at least 1"));
         }
-        Ok(Self::of(scene::Surface::synthesised(spectrum, seed), Grid::unit(nodes, nodes), length))
+        let modes = Modes::new(spectrum, seed, 1.0);
+        Ok(Self::of(scene::Surface::Synthesised { modes, spectrum, seed }, Grid::unit(nodes, nodes), length))
     }
 
     /// Reads a height map: `.npy`, `.npz`, HDF5, NetCDF, an ASCII matrix with one row per line, or lines of x y h.
@@ -101,21 +102,15 @@ impl Surface {
         let path = path.as_ref();
         positive("length", options.length)?;
         positive("height_unit", options.height_unit)?;
-        let source = scene::Surface::read(
-            path,
-            SurfaceFile {
-                asked: ImportOptions { dataset: options.dataset.as_deref(), fourier: None },
-                fourier_points: None,
-                sign: sign(options.touching),
-                unit: options.height_unit / options.length,
-                low_pass: 0.0,
-                low_pass_key: "low_pass",
-                sign_key: ("touching", &format!("{:?}", options.touching)),
-                unit_um: None,
-                place: PLACE,
-                unit_words: "as they are",
-            },
-        )?;
+        let table = SurfaceScene {
+            heights: Some(path.to_path_buf()),
+            heights_unit_um: options.height_unit,
+            dataset: options.dataset.clone(),
+            touching: Some(options.touching),
+            ..SurfaceScene::default()
+        };
+        let laboratory = Laboratory { length_um: options.length, units: Units::Consistent, ..Laboratory::default() };
+        let source = scene::Surface::resolve(&table, &laboratory, Path::new(PLACE))?;
         match source {
             scene::Surface::Imported { grid, .. } => Ok(Self::of(source, grid, options.length)),
             _ => {

@@ -14,40 +14,40 @@ const PLACE: &str = "command line";
 
 #[derive(Debug, clap::Args)]
 pub struct Advise {
-    /// Scene file (TOML) that is to be run.
+    /// Scene file (TOML).
     scene: PathBuf,
-    /// What is to be accurate: contact_area, mean_gap, stiffness, gap_map, contact_map, gap_pdf, stress_pdf, patch_area or
-    /// median_cluster_area. With --verify several, apart by commas.
-    #[arg(long, value_name = "WHAT", value_delimiter = ',', num_args = 1, required = true)]
+    /// Quantity: contact_area, mean_gap, stiffness, gap_map, contact_map, gap_pdf, stress_pdf, patch_area or
+    /// median_cluster_area. With --verify several, comma-separated.
+    #[arg(long, value_name = "QUANTITY", value_delimiter = ',', num_args = 1, required = true)]
     quantity: Vec<String>,
-    /// Error that is good enough, as 5% or 0.05; the cheapest setting within it is told. With --verify several, apart by commas.
+    /// Largest relative error, as 5% or 0.05, for the cheapest setting. With --verify several, comma-separated.
     #[arg(
         long,
-        value_name = "SHARE",
+        value_name = "ERROR",
         value_delimiter = ',',
         num_args = 1,
         required_unless_present = "budget",
         conflicts_with = "budget"
     )]
     error: Vec<String>,
-    /// Wall time that there is, as 30s, 10m or 2h; the most accurate setting within it is told.
+    /// Wall time instead, as 30s, 10m or 2h, for the most accurate setting.
     #[arg(long, value_name = "TIME")]
     budget: Option<String>,
-    /// Tables of `asperity tradeoff` or `asperity merge-tables`, apart by commas. Default: that of the scene's own
+    /// Tables of `asperity tradeoff` or `asperity merge-tables`, comma-separated. Default: that of the scene's own
     /// runs/NAME-tradeoff, or, where there is none, those that come with the program.
     #[arg(long, value_name = "FILES", value_delimiter = ',', num_args = 1)]
     table: Vec<PathBuf>,
-    /// Advise beyond what was measured, too, and say what of it is.
+    /// Extrapolate beyond the measured settings, and report where.
     #[arg(long, conflicts_with = "verify")]
     extrapolate: bool,
     /// Run what is advised for every error of every quantity and hold it against a reference. Exit code 1 if fewer than nine
-    /// in ten settings err by no more than asked for.
+    /// in ten settings meet their target.
     #[arg(long, conflicts_with = "budget")]
     verify: bool,
-    /// With --verify: seeds of the surfaces that are tried, apart by commas. Default: the scene's own.
+    /// With --verify: seeds of the surfaces, comma-separated. Default: the scene's own.
     #[arg(long, value_name = "LIST", value_delimiter = ',', num_args = 1, requires = "verify")]
     seeds: Vec<u64>,
-    /// With --verify: where the runs go. Default: runs/NAME-proof with the scene's name.
+    /// With --verify: folder of the runs. Default: runs/NAME-proof.
     #[arg(long, value_name = "DIR", requires = "verify")]
     out: Option<PathBuf>,
     /// One line of JSON on stdout.
@@ -55,13 +55,13 @@ pub struct Advise {
     json: bool,
 }
 
-/// Share of settings that must keep what was asked for.
+/// Fraction of settings that must meet their target.
 const KEPT: f64 = 0.9;
 
 impl Advise {
     pub fn execute(self) -> Result<ExitCode> {
         let quantities = self.quantity.iter().map(|q| quantity(q)).collect::<Result<Vec<_>>>()?;
-        let errors = self.error.iter().map(|e| share(e)).collect::<Result<Vec<_>>>()?;
+        let errors = self.error.iter().map(|e| relative_error(e)).collect::<Result<Vec<_>>>()?;
         if self.verify {
             return self.verify_advice(&quantities, &errors);
         }
@@ -75,7 +75,7 @@ impl Advise {
             ));
         };
         let (limit, flag, asked) = match (errors.first(), &self.budget) {
-            (Some(share), _) => (Limit::Error(*share), "--error", &self.error[0]),
+            (Some(error), _) => (Limit::Error(*error), "--error", &self.error[0]),
             (None, Some(text)) => (Limit::Seconds(tradeoff::seconds("--budget", text)?), "--budget", text),
             (None, None) => return Err(Error::input(PLACE, "--error", "not given", "an error, or --budget")),
         };
@@ -96,14 +96,14 @@ impl Advise {
             advice.tolerance
         );
         if self.json {
-            let mut told =
+            let mut line =
                 serde_json::to_value(&advice).map_err(|e| Error::format("advice", e, "values that JSON can hold"))?;
-            told["quantity"] = quantity.id().into();
-            told["tables"] = provenance.into();
-            told["command"] = command.into();
-            output::json_line(&told)?;
+            line["quantity"] = quantity.id().into();
+            line["tables"] = provenance.into();
+            line["command"] = command.into();
+            output::json_line(&line)?;
         } else {
-            say(&advice, *quantity, &provenance);
+            print_advice(&advice, *quantity, &provenance);
             output::print(&command);
         }
         Ok(ExitCode::SUCCESS)
@@ -130,9 +130,9 @@ impl Advise {
                 &serde_json::json!({ "kept": kept, "advised": known.len(), "asked": trials.len(), "trials": trials }),
             )?;
         } else {
-            say_trials(&trials);
+            print_trials(&trials);
             output::print(&format!(
-                "{kept} of {} advised settings err by no more than asked for; {} were refused",
+                "{kept} of {} advised settings meet their target; {} were refused",
                 known.len(),
                 trials.len() - known.len()
             ));
@@ -153,11 +153,11 @@ impl Advise {
     }
 }
 
-/// A share as people write it.
-fn share(text: &str) -> Result<f64> {
+/// A relative error as 5% or 0.05.
+fn relative_error(text: &str) -> Result<f64> {
     let (number, unit) = text.trim().strip_suffix('%').map_or((text.trim(), 1.0), |n| (n, 0.01));
     let found = number.trim().parse::<f64>().ok().map(|n| unit * n).filter(|e| e.is_finite() && *e > 0.0);
-    found.ok_or_else(|| Error::input(PLACE, "--error", text, "a share above zero, as 5% or 0.05"))
+    found.ok_or_else(|| Error::input(PLACE, "--error", text, "a relative error above zero, as 5% or 0.05"))
 }
 
 /// A quantity by its id.
@@ -168,8 +168,8 @@ fn quantity(id: &str) -> Result<Quantity> {
     })
 }
 
-fn say_trials(trials: &[Verification]) {
-    let head = ["surface", "quantity", "asked", "advised", "expected", "found", "reference ±", "kept"];
+fn print_trials(trials: &[Verification]) {
+    let head = ["surface", "quantity", "target", "advised", "expected", "found", "reference ±", "met"];
     let row = |t: &Verification| {
         let error = |e: Option<f64>| e.map_or("-".into(), |e| error_of(t.quantity, e));
         let setting = |a: &Advice| format!("{} {}, {} to {:e}", a.method, a.grid, a.precision, a.tolerance);
@@ -187,12 +187,12 @@ fn say_trials(trials: &[Verification]) {
     output::print(&output::table(&head, trials.iter().map(row)));
 }
 
-fn say(a: &Advice, quantity: Quantity, provenance: &str) {
-    output::print(&format!("{} on {} points a side, {} to {:e}", a.method, a.grid, a.precision, a.tolerance));
+fn print_advice(a: &Advice, quantity: Quantity, provenance: &str) {
+    output::print(&format!("{} on {} × {} points, {} to {:e}", a.method, a.grid, a.grid, a.precision, a.tolerance));
     let range = a.error_range.map(|e| error_of(quantity, e));
     let surfaces = if a.surfaces == 1 { "one surface".into() } else { format!("{} surfaces", a.surfaces) };
     output::print(&format!(
-        "{}: expected to err by {} ({} to {} at single loads), as measured on {surfaces}",
+        "{}: expected error {} ({} to {} at single loads), as measured on {surfaces}",
         quantity.name(),
         error_of(quantity, a.expected_error),
         range[0],
@@ -219,12 +219,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shares_have_a_percent_or_none() {
+    fn relative_errors_are_fractions_or_percentages() {
         for (text, expected) in [("5%", 0.05), ("0.05", 0.05), (" 20 % ", 0.2)] {
-            assert!(share(text).is_ok_and(|s| (s - expected).abs() < 1e-12), "{text}");
+            assert!(relative_error(text).is_ok_and(|s| (s - expected).abs() < 1e-12), "{text}");
         }
         for text in ["", "%", "-1%", "0", "five", "NaN"] {
-            assert_eq!(share(text).err().map(|e| e.exit_code()), Some(2), "{text}");
+            assert_eq!(relative_error(text).err().map(|e| e.exit_code()), Some(2), "{text}");
         }
     }
 }

@@ -12,7 +12,7 @@ use std::time::Duration;
 
 #[derive(Debug, clap::Subcommand)]
 pub enum Atoms {
-    /// Write a job folder: data file, script, potential, variables. Runs by hand as lammps-inputs/README.md says.
+    /// Write a LAMMPS job folder: data file, script, potential, variables (lammps-inputs/README.md).
     Build {
         /// Scene with [atoms].
         scene: PathBuf,
@@ -23,7 +23,7 @@ pub enum Atoms {
         #[arg(long)]
         json: bool,
     },
-    /// Run a job folder with LAMMPS, or go on with it.
+    /// Run or resume a job folder with LAMMPS.
     #[command(allow_negative_numbers = true)]
     Run {
         /// Folder that `atoms build` wrote.
@@ -34,25 +34,24 @@ pub enum Atoms {
         /// MPI processes, at most one per core.
         #[arg(long, default_value_t = 1, value_name = "N")]
         ranks: usize,
-        /// Seconds after which the run is stopped; the same command goes on.
+        /// Time limit in seconds; the same command resumes the run.
         #[arg(long, value_name = "S")]
         time_limit: Option<f64>,
         /// One line of JSON on stdout.
         #[arg(long)]
         json: bool,
     },
-    /// Read contact, gap, stress and maps at the scene's loads from a job folder that has run, or from frames of any LAMMPS.
+    /// Analyse a finished job folder, or dumps of any LAMMPS run: contact, gap, stress and maps.
     Read {
         /// The scene that the job was built from.
         scene: PathBuf,
-        /// The job folder that has run.
+        /// Finished job folder.
         #[arg(long, value_name = "DIR", conflicts_with = "frames", required_unless_present = "frames")]
         job: Option<PathBuf>,
-        /// Text dumps (plain, gzip or zstd) of the job's atoms, one or several frames each, in the order of the run. Each needs
-        /// the block's surface layer and an atom of the indenter.
+        /// LAMMPS text dumps (plain, gzip, zstd) in the order of the run, with the block's surface layer and one indenter atom.
         #[arg(long, value_name = "FILE", num_args = 1..)]
         frames: Vec<PathBuf>,
-        /// Where maps and frames go. Default: JOB/read, or read beside the first file.
+        /// Folder for maps and frames. Default: JOB/read, or read in the first dump's folder.
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
         /// One line of JSON on stdout.
@@ -78,25 +77,7 @@ fn block(scene: &Path) -> Result<(Case, AtomsCase)> {
 impl Atoms {
     pub fn execute(self) -> Result<()> {
         match self {
-            Atoms::Build { scene, out, json } => {
-                let (case, atoms) = block(&scene)?;
-                let progress = TerminalProgress::new();
-                let job = pipeline::build_job(&case, &atoms, &out, &progress)?;
-                drop(progress);
-                if json {
-                    return output::json_line(&json!({ "out": out, "job": job.spec, "audit": atoms.audit }));
-                }
-                let r = &job.spec;
-                output::print(&format!(
-                    "{}: {} deformable, {} fixed, {} indenter atoms",
-                    out.display(),
-                    count(r.deformable as usize),
-                    count(r.fixed as usize),
-                    count(r.indenter as usize)
-                ));
-                output::print(&output::audit(&atoms.audit));
-                Ok(())
-            }
+            Atoms::Build { scene, out, json } => build(&scene, &out, json),
             Atoms::Run { job, lammps, ranks, time_limit, json } => {
                 if let Some(s) = time_limit.filter(|s| !(*s > 0.0 && *s <= MAX_SECONDS)) {
                     let accepted = format!("a positive number of seconds, at most {MAX_SECONDS}");
@@ -106,85 +87,106 @@ impl Atoms {
                 let engine = LammpsEngine::find(lammps.as_deref())?
                     .with_ranks(ranks)?
                     .with_time_limit(time_limit.map(Duration::from_secs_f64));
-                let progress = TerminalProgress::new();
-                caveat(ranks, job.atoms()).iter().for_each(|c| progress.warn(c));
-                let outcome = pipeline::run_lammps(&engine, &job, &progress)?;
-                drop(progress);
-                if json {
-                    return output::json_line(&outcome);
-                }
-                let rows = outcome.steps.iter().map(|s| {
-                    vec![
-                        s.step.to_string(),
-                        format!("{:.2}", s.displacement_angstrom),
-                        significant(s.load_ev_per_angstrom, 5),
-                        significant(s.p_star, 4),
-                        s.contacts.to_string(),
-                        s.force_evaluations.to_string(),
-                    ]
-                });
-                output::print(&output::table(
-                    &["step", "down / Å", "load / eV/Å", "p*", "contacts", "evaluations"],
-                    rows,
-                ));
-                Ok(())
+                run(&engine, &job, ranks, json)
             }
             Atoms::Read { scene, job, frames, out, json } => {
-                let (case, atoms) = block(&scene)?;
-                let beside = || frames[0].parent().map_or(PathBuf::new(), Path::to_path_buf);
-                let out = out.unwrap_or_else(|| job.clone().unwrap_or_else(beside).join("read"));
-                let make = || std::fs::create_dir_all(&out).map_err(Error::io("create", &out));
-                let found = match job {
-                    Some(job) => {
-                        let job = Job::open(&job)?;
-                        make()?;
-                        pipeline::read_atoms(&case, &atoms, &job, &out)?
-                    }
-                    None => {
-                        make()?;
-                        let progress = TerminalProgress::new();
-                        let (places, found) =
-                            pipeline::read_frames(&case, &atoms, &frames, &out, &mut |w| progress.warn(w))?;
-                        drop(progress);
-                        if !json {
-                            let loads = places.places.iter().map(|p| {
-                                let file = p.file.display().to_string();
-                                let down = format!("{:.4}", p.displacement_angstrom);
-                                let p_star = significant(p.load / atoms.load_unit, 4);
-                                vec![file, p.timestep.to_string(), down, significant(p.load, 6), p_star]
-                            });
-                            output::print(&output::table(
-                                &["file", "timestep", "down / Å", "load / eV/Å", "p*"],
-                                loads,
-                            ));
-                        }
-                        found
-                    }
-                };
-                if json {
-                    return output::json_line(&json!({ "out": out, "states": found.states }));
-                }
-                let rows = found.states.iter().map(|s| {
-                    vec![
-                        s.p_star.to_string(),
-                        s.contacts.to_string(),
-                        percent(s.contact_fraction),
-                        significant(s.mean_gap_angstrom, 4),
-                        significant(s.contact_stress_gpa, 3),
-                        s.criteria
-                            .iter()
-                            .map(|w| format!("{} {}", w.id, percent(w.contact_fraction)))
-                            .collect::<Vec<_>>()
-                            .join(", "),
-                    ]
-                });
-                output::print(&output::table(
-                    &["p*", "contacts", "fraction", "mean gap / Å", "contact stress / GPa", "by criterion"],
-                    rows,
-                ));
-                output::print(&format!("maps and frames: {}", out.display()));
-                Ok(())
+                let frames_folder = || frames[0].parent().map_or(PathBuf::new(), Path::to_path_buf);
+                let out = out.unwrap_or_else(|| job.clone().unwrap_or_else(frames_folder).join("read"));
+                read(&scene, job.as_deref(), &frames, &out, json)
             }
         }
     }
+}
+
+fn build(scene: &Path, out: &Path, json: bool) -> Result<()> {
+    let (case, atoms) = block(scene)?;
+    let progress = TerminalProgress::new();
+    let job = pipeline::build_job(&case, &atoms, out, &progress)?;
+    drop(progress);
+    if json {
+        return output::json_line(&json!({ "out": out, "job": job.spec, "audit": atoms.audit }));
+    }
+    let r = &job.spec;
+    output::print(&format!(
+        "{}: {} deformable, {} fixed, {} indenter atoms",
+        out.display(),
+        count(r.deformable as usize),
+        count(r.fixed as usize),
+        count(r.indenter as usize)
+    ));
+    output::print(&output::audit(&atoms.audit));
+    Ok(())
+}
+
+fn run(engine: &LammpsEngine, job: &Job, ranks: usize, json: bool) -> Result<()> {
+    let progress = TerminalProgress::new();
+    caveat(ranks, job.atoms()).iter().for_each(|c| progress.warn(c));
+    let outcome = pipeline::run_lammps(engine, job, &progress)?;
+    drop(progress);
+    if json {
+        return output::json_line(&outcome);
+    }
+    let rows = outcome.steps.iter().map(|s| {
+        vec![
+            s.step.to_string(),
+            format!("{:.2}", s.displacement_angstrom),
+            significant(s.load_ev_per_angstrom, 5),
+            significant(s.p_star, 4),
+            s.contacts.to_string(),
+            s.force_evaluations.to_string(),
+        ]
+    });
+    output::print(&output::table(&["step", "down / Å", "load / eV/Å", "p*", "contacts", "evaluations"], rows));
+    Ok(())
+}
+
+fn read(scene: &Path, job: Option<&Path>, frames: &[PathBuf], out: &Path, json: bool) -> Result<()> {
+    let (case, atoms) = block(scene)?;
+    let make = || std::fs::create_dir_all(out).map_err(Error::io("create", out));
+    let found = match job {
+        Some(job) => {
+            let job = Job::open(job)?;
+            make()?;
+            pipeline::read_atoms(&case, &atoms, &job, out)?
+        }
+        None => {
+            make()?;
+            let progress = TerminalProgress::new();
+            let (places, found) = pipeline::read_frames(&case, &atoms, frames, out, &mut |w| progress.warn(w))?;
+            drop(progress);
+            if !json {
+                let loads = places.places.iter().map(|p| {
+                    let file = p.file.display().to_string();
+                    let down = format!("{:.4}", p.displacement_angstrom);
+                    let p_star = significant(p.load / atoms.load_unit, 4);
+                    vec![file, p.timestep.to_string(), down, significant(p.load, 6), p_star]
+                });
+                output::print(&output::table(&["file", "timestep", "down / Å", "load / eV/Å", "p*"], loads));
+            }
+            found
+        }
+    };
+    if json {
+        return output::json_line(&json!({ "out": out, "states": found.states }));
+    }
+    let rows = found.states.iter().map(|s| {
+        vec![
+            s.p_star.to_string(),
+            s.contacts.to_string(),
+            percent(s.contact_fraction),
+            significant(s.mean_gap_angstrom, 4),
+            significant(s.contact_stress_gpa, 3),
+            s.criteria
+                .iter()
+                .map(|w| format!("{} {}", w.id, percent(w.contact_fraction)))
+                .collect::<Vec<_>>()
+                .join(", "),
+        ]
+    });
+    output::print(&output::table(
+        &["p*", "contacts", "fraction", "mean gap / Å", "contact stress / GPa", "by criterion"],
+        rows,
+    ));
+    output::print(&format!("maps and frames: {}", out.display()));
+    Ok(())
 }

@@ -1,4 +1,6 @@
-use super::{file::FileFlags, output, progress::TerminalProgress};
+use super::file::{FileFlags, refuse_grid};
+use super::flag_names::{FlagName, with_flags};
+use super::{output, progress::TerminalProgress};
 use crate::challenge::MESH_LIMIT;
 use crate::interface::RangeChoice;
 use crate::pipeline;
@@ -7,11 +9,11 @@ use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// The scene that this command runs, with what its options change.
+/// The scene of this command, before its options.
 const SCENE: &str = include_str!("../../configs/challenge.toml");
 const SCENE_NAME: &str = "command line";
 
-/// Points a side below which the challenge's surface is hardly one.
+/// Least points per side: fewer do not resolve the roll-off.
 const COARSEST: usize = 32;
 
 /// Unit of lengths in the challenge's own files, µm.
@@ -19,43 +21,55 @@ const FILE_UNIT_UM: f64 = 100.0;
 
 #[derive(Debug, clap::Args)]
 pub struct Challenge {
-    /// Points a side of a surface made from the spectrum, or from Fourier coefficients. Default: 2048.
+    /// Points per side for a synthesised surface or Fourier coefficients. Default: 2048.
     #[arg(long, value_name = "N")]
     grid: Option<usize>,
-    /// Seed of such a surface.
+    /// Seed of a synthesised surface.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// The challenge's own surface, in any of its formats, instead.
+    /// File of the challenge's own surface instead.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["seed"])]
     heights: Option<PathBuf>,
     /// Unit of the heights in that file, µm; the challenge's own is 0.1 mm.
     #[arg(long, value_name = "UM", default_value_t = FILE_UNIT_UM, requires = "heights")]
     heights_unit_um: f64,
-    /// Which points of that file touch first.
+    /// Points of that file that touch first.
     #[arg(long, value_enum, default_value = "low-points", requires = "heights")]
     touching: Touching,
     #[command(flatten)]
     file: FileFlags,
-    /// Give a grid that does not resolve the adhesion's range the shortest that it does. Without, the range is the
-    /// challenge's own, what depends on it is not judged on such a grid, and the way back, which would be the grid's, is left
-    /// out.
+    /// Enlarge a range of adhesion that the grid does not resolve. Default: the challenge's own range, without checks that depend on
+    /// its resolution and without unloading.
     #[arg(long)]
     regularise: bool,
-    /// Run folder. Default: runs/challenge-N, with the seed or the file's name where one is given, and -regularised.
+    /// Run folder. Default: runs/challenge-N, extended by seed, file name and -regularised.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Further methods that are given the same loads: ids from `asperity methods` apart by commas, or all.
-    #[arg(long, value_name = "IDS", value_delimiter = ',', num_args = 1)]
+    /// Further methods for the same loads: comma-separated ids from `asperity methods`, or all.
+    #[arg(long, alias = "also", value_name = "IDS", value_delimiter = ',', num_args = 1)]
     compare_with: Vec<String>,
     /// One line of JSON on stdout.
     #[arg(long)]
     json: bool,
 }
 
+/// Keys and their flags.
+const FLAGS: [FlagName; 9] = [
+    ("surface.grid", "--grid"),
+    ("surface.seed", "--seed"),
+    ("surface.heights_unit_um", "--heights-unit-um"),
+    ("surface.heights", "--heights"),
+    ("surface.touching", "--touching"),
+    ("surface.dataset", "--dataset"),
+    ("surface.fourier_points", "--fourier-points"),
+    ("surface.fourier", "--fourier"),
+    ("continuum.compare_with", "--compare-with"),
+];
+
 impl Challenge {
     /// Exit code 1 where a statement failed.
     pub fn execute(self) -> Result<ExitCode> {
-        let case = Case::resolve(self.scene()?, Path::new(SCENE_NAME))?;
+        let case = Case::resolve(self.scene()?, Path::new(SCENE_NAME)).map_err(|e| with_flags(e, &FLAGS))?;
         let out = self.out.clone().unwrap_or_else(|| {
             let file = self.heights.as_ref().and_then(|p| p.file_stem()).map(|s| format!("-{}", s.to_string_lossy()));
             let seed = self.seed.map(|s| format!("-seed-{s}"));
@@ -92,9 +106,11 @@ impl Challenge {
         let s = &mut scene.surface;
         s.grid = self.grid.unwrap_or(s.grid);
         if s.grid < COARSEST {
-            return Err(Error::input("command line", "--grid", s.grid, format!("at least {COARSEST} points a side")));
+            return Err(Error::input("command line", "--grid", s.grid, format!("at least {COARSEST} points per side")));
         }
         s.seed = self.seed.unwrap_or(s.seed);
+        (s.dataset, s.fourier) = (self.file.dataset.clone(), self.file.fourier);
+        s.fourier_points = self.file.fourier_points;
         scene.continuum.compare_with.extend(self.compare_with.iter().cloned());
         if let Some(path) = &self.heights {
             if !path.exists() {
@@ -103,23 +119,13 @@ impl Challenge {
             }
             s.heights = Some(std::path::absolute(path).unwrap_or_else(|_| path.clone()));
             (s.heights_unit_um, s.touching) = (self.heights_unit_um, Some(self.touching));
-            (s.dataset, s.fourier) = (self.file.dataset.clone(), self.file.fourier);
-            s.fourier_points = self.file.fourier_points;
-            if let Some(n) = self.grid.filter(|_| !self.file.are_waves()) {
-                let accepted = format!("none: {} is a height map with points of its own", path.display());
-                return Err(Error::input("command line", "--grid", n, accepted));
-            }
-        }
-        let mut complaints = Vec::new();
-        self.file.check(self.heights.is_some(), &mut complaints);
-        if !complaints.is_empty() {
-            return Err(Error::Input { place: "command line".into(), list: complaints });
+            refuse_grid(self.grid, Some(path), !self.file.are_waves())?;
         }
         if let Some(a) = scene.adhesion.as_mut().filter(|_| !self.regularise) {
             a.range = RangeChoice::True;
             let (length, modulus) = (scene.laboratory.length_um * 1e-6, scene.laboratory.contact_modulus_mpa * 1e6);
             let stiff = a.work_of_adhesion_mj_m2 * 1e-3 / modulus / (a.range_nm * 1e-9).powi(2);
-            // Of a file the grid is known once it is read; none of the distributed ones resolves the range.
+            // The grid of a file is known once it is read; no distributed file resolves the range.
             scene.load.unload = self.heights.is_none() && length / scene.surface.grid as f64 * stiff <= MESH_LIMIT;
         }
         Ok(scene)

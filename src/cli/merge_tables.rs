@@ -9,19 +9,19 @@ use std::path::PathBuf;
 const HEAD: &str = "# Cost and error of grid, tolerance, precision and layer thickness\n\nWritten by `make measured`, on the surface of \
                     `configs/measured/waves-32.toml`: root mean square errors over its loads.\n\n";
 
-/// Puts tables of `asperity tradeoff` into one file, as `asperity advise --table` and [accuracy] read it.
+/// Merge tables of `asperity tradeoff` into one file for `asperity advise --table` and [accuracy].
 #[derive(Debug, clap::Args)]
 pub struct MergeTables {
-    /// tradeoff.json of one run folder or several, or files that this command wrote.
+    /// Files tradeoff.json of run folders, or merged files.
     #[arg(required = true)]
     tables: Vec<PathBuf>,
-    /// Where they go.
+    /// File to write.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Markdown file for the series of `fast` of the first tradeoff.json.
     #[arg(long, value_name = "FILE")]
     series: Option<PathBuf>,
-    /// Said in the file: the command that measured them, and on what.
+    /// Origin of the tables, stored in the file.
     #[arg(long, value_name = "TEXT", default_value = "asperity tradeoff")]
     provenance: String,
 }

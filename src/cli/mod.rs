@@ -1,4 +1,4 @@
-//! Commands: plain arguments, resolved once; results on stdout, everything else on stderr.
+//! Commands: arguments become a scene once; results go to stdout, everything else to stderr.
 
 mod advise;
 mod atoms;
@@ -6,6 +6,7 @@ mod bench;
 mod challenge;
 mod doctor;
 mod file;
+mod flag_names;
 mod merge_tables;
 mod methods;
 mod output;
@@ -23,13 +24,13 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Rough-surface contact from a profile to atoms and back.
+/// Contact of rough surfaces: continuum methods, atoms, and their comparison.
 ///
-/// Exit codes: 0 ok, 1 a statement of the challenge failed or an advice did not hold, 2 bad input, 3 not converged, 4 LAMMPS failed, 5 not possible on this machine, 130 interrupted.
+/// Exit codes: 0 ok, 1 an acceptance check or an advice failed, 2 bad input, 3 not converged, 4 LAMMPS failed, 5 not possible on this machine, 130 interrupted.
 #[derive(Debug, Parser)]
 #[command(name = "asperity", version, max_term_width = 110)]
 struct Arguments {
-    /// Threads for solvers and surfaces; 0 is all cores. Results do not depend on it.
+    /// Threads; 0 for all cores. Results do not depend on it.
     #[arg(long, global = true, default_value_t = 0, value_name = "N")]
     threads: usize,
     #[command(subcommand)]
@@ -38,41 +39,41 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Run a scene: surface, continuum, atoms, comparison, report. The same command goes on where a killed one stopped.
+    /// Run a scene: surface, continuum, atoms, comparison, report. The same command resumes an interrupted run.
     Run(run::Run),
-    /// Make or read a surface; statistics, expected against realised.
+    /// Synthesise or read a surface; print its statistics.
     Surface(surface::Surface),
-    /// Solve the contact of one height map under one load.
+    /// Solve one surface under one load path, without a scene file.
     Solve(Box<solve::Solve>),
-    /// Solve the contact-mechanics challenge's problem and hold its paper's statements against what is found.
+    /// Solve the contact-mechanics challenge's problem and check the statements of its paper.
     Challenge(challenge::Challenge),
-    /// Measure what accuracy costs: methods, grids, precisions and tolerances against one reference, on a scene.
+    /// Measure cost and error of methods, grids, precisions and tolerances against one reference.
     Tradeoff(tradeoff::Tradeoff),
-    /// Say which setting is the cheapest that is accurate enough, or the most accurate within a time, from measured tables.
+    /// Predict the cheapest setting for an error, or the most accurate for a time, from measured tables.
     Advise(advise::Advise),
     MergeTables(merge_tables::MergeTables),
     /// Write, measure or check an EAM potential.
     Potential(potential::Potential),
-    /// Build, run or read the block of atoms of a scene.
+    /// Build, run or analyse the atoms of a scene.
     #[command(subcommand)]
     Atoms(atoms::Atoms),
-    /// Compare atoms and continuum of a run folder again, and draw its report.
+    /// Repeat the comparison of atoms and continuum in a run folder, and its report.
     Compare(RunFolder),
-    /// Draw the report of a run folder from its results.json.
+    /// Write the report of a run folder from its results.json.
     Report(RunFolder),
-    /// List the methods and what each delivers.
+    /// List the methods and their outputs.
     Methods(methods::Methods),
     /// Print the JSON Schema of scene files.
     Schema,
-    /// Say what is installed, what is missing and how to get it.
+    /// Check the installation: what is missing, and how to install it.
     Doctor(doctor::Doctor),
-    /// Time transforms and solves of the challenge's surface on this machine.
+    /// Time transforms and solves on this machine.
     Bench(bench::Bench),
 }
 
 #[derive(Debug, clap::Args)]
 struct RunFolder {
-    /// Folder of a finished run.
+    /// Run folder.
     folder: PathBuf,
     /// One line of JSON on stdout.
     #[arg(long)]
@@ -87,7 +88,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
             if let Some(complaint) = no_number(&e) {
                 return Err(complaint);
             }
-            // Help and version are answers; everything else is bad input, told in clap's words.
+            // Help and version are answers; everything else is bad input, with clap's message.
             let _ = e.print();
             return Ok(ExitCode::from(if e.use_stderr() { 2 } else { 0 }));
         }
@@ -130,7 +131,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What is said of an argument that is to be a number and is none: clap tells what it stumbled over, not what it accepts.
+/// The complaint about an argument that should be a number: clap's own does not say what is accepted.
 fn no_number(e: &clap::Error) -> Option<Error> {
     use std::error::Error as _;
     use std::num::{IntErrorKind, ParseFloatError, ParseIntError};
@@ -140,11 +141,11 @@ fn no_number(e: &clap::Error) -> Option<Error> {
         Some(_) => "a whole number, zero or above",
         None => why.downcast_ref::<ParseFloatError>().map(|_| "a number, as 0.01 or 1e-8")?,
     };
-    let told = |kind| match e.get(kind)? {
+    let context = |kind| match e.get(kind)? {
         ContextValue::String(text) => Some(text.as_str()),
         _ => None,
     };
-    let (argument, value) = (told(ContextKind::InvalidArg)?, told(ContextKind::InvalidValue)?);
+    let (argument, value) = (context(ContextKind::InvalidArg)?, context(ContextKind::InvalidValue)?);
     let key = argument.split(' ').next().unwrap_or(argument);
     Some(Error::input("command line", key, format!("{value:?}"), accepted))
 }
@@ -155,7 +156,7 @@ mod tests {
     use clap::CommandFactory;
 
     #[test]
-    fn what_is_no_number_is_told_what_is_one() {
+    fn arguments_that_are_no_numbers_are_refused_with_what_is_accepted() {
         for (given, accepted) in [
             (["--pressure", "0,o1", "--grid", "8"], "a number"),
             (["--pressure", "0.01", "--grid", "8.5"], "a whole number"),
@@ -171,13 +172,13 @@ mod tests {
         assert!(no_number(&unknown).is_none());
     }
 
-    /// Arguments without help, as `command argument`, of a command and all below it.
-    fn mute(command: &clap::Command, path: &str) -> Vec<String> {
+    /// Arguments without help, as `command argument`, of a command and its subcommands.
+    fn without_help(command: &clap::Command, path: &str) -> Vec<String> {
         let path = format!("{path} {}", command.get_name());
         let own = command.get_arguments().filter(|a| a.get_help().is_none_or(|h| h.to_string().trim().is_empty()));
         let mut list: Vec<String> = own.map(|a| format!("{path} {}", a.get_id())).collect();
         list.extend(command.get_about().is_none().then(|| path.clone()));
-        list.extend(command.get_subcommands().flat_map(|c| mute(c, &path)));
+        list.extend(command.get_subcommands().flat_map(|c| without_help(c, &path)));
         list
     }
 
@@ -185,7 +186,7 @@ mod tests {
     fn every_argument_has_help() {
         let mut all = Arguments::command();
         all.build();
-        assert_eq!(mute(&all, ""), Vec::<String>::new());
+        assert_eq!(without_help(&all, ""), Vec::<String>::new());
         assert!(all.find_subcommand("atoms").is_some_and(|c| c.find_subcommand("run").is_some()), "nothing was walked");
     }
 }

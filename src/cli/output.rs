@@ -1,4 +1,4 @@
-//! Answers on stdout.
+//! Results on stdout, in words and tables.
 
 use crate::load::Branch;
 use crate::record::acceptance::{AcceptanceCheck, CheckStatus};
@@ -31,7 +31,7 @@ pub fn json_line(value: &impl Serialize) -> Result<()> {
     Ok(())
 }
 
-/// A table without lines, columns apart.
+/// A table without rules.
 pub fn table(header: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> String {
     let mut table = Table::new();
     table.load_style(comfy_table::presets::NOTHING);
@@ -65,7 +65,7 @@ pub fn statistics(list: &[Statistic]) -> String {
 /// What scaling down keeps.
 pub fn audit(lines: &[AuditLine]) -> String {
     table(
-        &["group", "symbol", "asked", "used", "status", "why"],
+        &["group", "symbol", "target", "actual", "status", "reason"],
         lines.iter().map(|l| {
             let (asked, used) = (significant(l.target, 4), significant(l.actual, 4));
             vec![l.group.clone(), l.symbol.clone(), asked, used, l.status.clone(), l.reason.clone()]
@@ -99,7 +99,7 @@ pub fn results(results: &Results) {
     comparison(results);
 }
 
-/// What methods beside the scene's own found, a line per load.
+/// Results of the compared methods, one row per load.
 fn methods(list: &[MethodResults], um: f64) {
     let dash = || "-".to_string();
     let lines = list.iter().flat_map(|m| {
@@ -121,7 +121,7 @@ fn methods(list: &[MethodResults], um: f64) {
     print(&table(&head, lines));
     for m in list {
         if let Some(why) = &m.unavailable_reason {
-            print(&format!("{} tells nothing: {why}", m.method));
+            print(&format!("{} not available: {why}", m.method));
         }
     }
 }
@@ -134,9 +134,10 @@ pub fn chosen(c: &AccuracyChoice) -> String {
         (None, s) => format!("as well as {} allow", duration(s.unwrap_or(0.0))),
     };
     format!(
-        "{} {asked}: {} on {} points a side, {} to {:e}; expected to err by {} and to take {}",
+        "{} {asked}: {} on {} × {} points, {} to {:e}; expected error {}, expected time {}",
         c.quantity.name(),
         a.method,
+        a.grid,
         a.grid,
         a.precision,
         a.tolerance,
@@ -145,7 +146,7 @@ pub fn chosen(c: &AccuracyChoice) -> String {
     )
 }
 
-/// Loads of a path, with what half of the points a side would change.
+/// States of a load path, with the change from half the points per side.
 fn states(c: &ContinuumResults, um: f64) {
     let known = c.states.iter().any(|s| s.discretisation.is_some());
     let mut head = vec!["p*", "contact", "corrected", "mean gap / µm", "patches", "residual", "FFT pairs", "stop"];
@@ -172,7 +173,7 @@ fn states(c: &ContinuumResults, um: f64) {
         }),
     ));
     if known {
-        print("grid: relative change from half the points a side, corrected contact and mean gap");
+        print("grid: relative change from half the points per side, of corrected contact and mean gap");
     }
 }
 
@@ -273,8 +274,7 @@ fn acceptance(list: &[AcceptanceCheck]) -> String {
     )
 }
 
-/// How a run ends that has left its report: not all that was to be solved beside it was, or a statement of the challenge
-/// failed (exit code 1), or well.
+/// Exit code of a run with a report: an error if an auxiliary solve failed, 1 if an acceptance check failed.
 pub fn ended(results: &Results, page: PathBuf) -> Result<ExitCode> {
     if let Some(why) = results.continuum.as_ref().and_then(|c| c.pull_off_failure.clone()) {
         return Err(Error::PullOff { why, kept: page });

@@ -19,12 +19,12 @@ const QUIET: Duration = Duration::from_secs(5);
 /// Resolution of the bar.
 const STEPS: u64 = 1000;
 
-/// What a stage has told.
+/// Progress of a stage.
 struct Stage {
     name: String,
-    /// When it last spoke, and what it said.
+    /// Time and text of the last line.
     last: (Instant, String),
-    /// When it first said how far it was, and how far that was.
+    /// Time and progress of the first report.
     first: Option<(Instant, f64)>,
 }
 
@@ -33,7 +33,7 @@ impl Stage {
         Stage { name: name.into(), last: (Instant::now(), String::new()), first: None }
     }
 
-    /// Time to go, if the rest goes as what was seen did.
+    /// Remaining time at the mean speed so far, s.
     fn remaining(&mut self, done: f64) -> Option<f64> {
         let (since, from) = *self.first.get_or_insert((Instant::now(), done));
         let (seen, seconds) = (done - from, since.elapsed().as_secs_f64());
@@ -41,17 +41,17 @@ impl Stage {
     }
 }
 
-/// Part of a stage from which the time of the rest is told.
+/// Progress from which the remaining time is printed.
 const LEAST_SEEN: f64 = 0.02;
 
-/// Tells stderr.
+/// Prints progress to stderr: a bar on a terminal, lines elsewhere.
 pub struct TerminalProgress {
     bar: ProgressBar,
     terminal: bool,
     stage: Mutex<Stage>,
 }
 
-/// Whether the user has asked to stop. The first Ctrl-C asks; the second ends the program at once.
+/// Whether the user has requested a stop. The first Ctrl-C requests it; the second ends the program at once.
 pub fn stopping() -> bool {
     HANDLER.call_once(|| {
         // Failing to install a handler leaves the default behaviour, which stops the program.
@@ -76,7 +76,7 @@ impl TerminalProgress {
         TerminalProgress { bar, terminal, stage: Mutex::new(Stage::new("")) }
     }
 
-    /// Something worth a line of its own, whatever the stage.
+    /// Prints a line of its own.
     pub fn note(&self, text: &str) {
         self.line(&format!("      note  {text}"));
     }

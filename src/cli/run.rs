@@ -1,4 +1,4 @@
-use super::{output, progress::TerminalProgress};
+use super::{file::refuse_grid, output, progress::TerminalProgress};
 use crate::method::Precision;
 use crate::pipeline;
 use crate::record::import::Fourier;
@@ -15,13 +15,13 @@ pub struct Run {
     /// Run folder. Default: runs/NAME with the scene's name.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Say what would be done and what it would take, and do nothing.
+    /// Print stages, memory and time, and stop.
     #[arg(long)]
     dry_run: bool,
-    /// Further methods that are given the same loads: ids from `asperity methods` apart by commas, or all.
-    #[arg(long, value_name = "IDS", value_delimiter = ',', num_args = 1)]
+    /// Further methods for the same loads: comma-separated ids from `asperity methods`, or all.
+    #[arg(long, alias = "also", value_name = "IDS", value_delimiter = ',', num_args = 1)]
     compare_with: Vec<String>,
-    /// Points a side, instead of surface.grid.
+    /// Points per side, instead of surface.grid.
     #[arg(long, value_name = "N")]
     grid: Option<usize>,
     /// An id from `asperity methods`, instead of continuum.method.
@@ -31,7 +31,7 @@ pub struct Run {
     #[arg(long, value_enum)]
     precision: Option<Precision>,
     /// Instead of continuum.tolerance.
-    #[arg(long, value_name = "SHARE")]
+    #[arg(long, value_name = "RESIDUAL")]
     tolerance: Option<f64>,
     /// One line of JSON on stdout.
     #[arg(long)]
@@ -63,7 +63,7 @@ impl Run {
         output::ended(&results, page)
     }
 
-    /// Flags that stand for keys of the scene, and are checked as those are.
+    /// Sets keys of the scene from flags; they are checked with the scene.
     fn overrule(&self, scene: &mut Scene) -> Result<()> {
         let flags = [
             ("--grid", self.grid.is_some()),
@@ -76,10 +76,7 @@ impl Run {
             return Err(Error::input("command line", *flag, "given", accepted));
         }
         let waves = scene.surface.fourier.is_some_and(Fourier::are_waves);
-        if let (Some(n), Some(file)) = (self.grid, scene.surface.heights.as_ref().filter(|_| !waves)) {
-            let accepted = format!("none: {} is a height map with points of its own", file.display());
-            return Err(Error::input("command line", "--grid", n, accepted));
-        }
+        refuse_grid(self.grid, scene.surface.heights.as_deref(), !waves)?;
         let c = &mut scene.continuum;
         scene.surface.grid = self.grid.unwrap_or(scene.surface.grid);
         c.method = self.method.clone().unwrap_or(std::mem::take(&mut c.method));
@@ -89,7 +86,7 @@ impl Run {
     }
 
     fn plan(&self, case: &Case) -> Result<()> {
-        // A plan needs no LAMMPS, but where there is one it tells how fast this machine is.
+        // A plan needs no LAMMPS, but an installed one gives the speed of this machine.
         let here = case.atoms.as_ref().map(|_| pipeline::speed(case));
         let untold = here.as_ref().and_then(|h| h.as_ref().err()).map(|e| e.to_string()).unwrap_or_default();
         let evaluation = here.and_then(Result::ok);

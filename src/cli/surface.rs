@@ -1,4 +1,5 @@
-use super::file::FileFlags;
+use super::file::{FileFlags, refuse_grid};
+use super::flag_names::{FlagName, with_flags};
 use super::output;
 use crate::pipeline::statistics;
 use crate::record::heights::{self, HeightMap, Sign};
@@ -11,14 +12,13 @@ use std::path::PathBuf;
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true)]
 pub struct Surface {
-    /// Scene whose surface is meant, or a file of heights or of Fourier coefficients, as --heights names one. Without any: the
-    /// challenge's, changed by the options.
+    /// Scene, or file of heights or Fourier coefficients. Default: the challenge's surface, changed by the options.
     #[arg(value_name = "SCENE|FILE")]
     given: Option<PathBuf>,
     /// Points per side; a height map has its own.
     #[arg(long, value_name = "N")]
     grid: Option<usize>,
-    /// Seed of the random numbers: the same seed is the same surface on every grid.
+    /// Seed of the random phases. The surface of a seed does not depend on the grid.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
     /// Hurst exponent, above 0 and up to 1.
@@ -33,15 +33,15 @@ pub struct Surface {
     /// rms gradient of the whole Fourier sum.
     #[arg(long, value_name = "G")]
     rms_gradient: Option<f64>,
-    /// File to read instead, with --touching: .npy, .npz, HDF5, NetCDF, ASCII matrix, lines of x y h, or Fourier coefficients.
+    /// File instead, with --touching: .npy, .npz, HDF5, NetCDF, ASCII matrix, x y h, or Fourier coefficients.
     #[arg(long, value_name = "FILE")]
     heights: Option<PathBuf>,
     #[command(flatten)]
     file: FileFlags,
-    /// Shortest wavelength that is kept of Fourier coefficients, µm.
+    /// Shortest wavelength kept of Fourier coefficients, µm.
     #[arg(long, value_name = "UM")]
     low_pass_um: Option<f64>,
-    /// Which points of the file touch first.
+    /// Points of the file that touch first.
     #[arg(long, value_enum)]
     touching: Option<Touching>,
     /// Unit of the heights in the file, µm.
@@ -50,7 +50,7 @@ pub struct Surface {
     /// Extent of the cell in x, µm.
     #[arg(long, value_name = "UM")]
     length_um: Option<f64>,
-    /// Write heights in µm, low points touching first: .npy, anything else is an ASCII matrix.
+    /// Write heights in µm, low points touching first: .npy, otherwise an ASCII matrix.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// One line of JSON on stdout.
@@ -58,11 +58,28 @@ pub struct Surface {
     json: bool,
 }
 
+/// Keys and their flags, in the order of [`Surface::flag_names`].
+const FLAGS: [FlagName; 13] = [
+    ("laboratory.length_um", "--length-um"),
+    ("surface.grid", "--grid"),
+    ("surface.hurst", "--hurst"),
+    ("surface.roll_off_um", "--roll-off-um"),
+    ("surface.cut_off_um", "--cut-off-um"),
+    ("surface.rms_gradient", "--rms-gradient"),
+    ("surface.heights_unit_um", "--heights-unit-um"),
+    ("surface.heights", "--heights"),
+    ("surface.dataset", "--dataset"),
+    ("surface.fourier_points", "--fourier-points"),
+    ("surface.fourier", "--fourier"),
+    ("surface.low_pass_um", "--low-pass-um"),
+    ("surface.touching", "--touching"),
+];
+
 impl Surface {
     pub fn execute(mut self) -> Result<()> {
         if let Some(path) = self.given.take_if(|p| p.exists() && holds_numbers(p).unwrap_or(false)) {
             if let Some(heights) = &self.heights {
-                let found = format!("{} beside {}", heights.display(), path.display());
+                let found = format!("{} and {}", heights.display(), path.display());
                 return Err(Error::input("command line", "--heights", found, "one file of heights"));
             }
             self.heights = Some(path);
@@ -93,16 +110,18 @@ impl Surface {
                 accepted,
             ));
         }
-        // A surface has no atoms and no adhesion to be checked, and nothing is solved on it.
+        // Nothing is solved, so atoms, adhesion and accuracy are not checked.
         (scene.atoms, scene.adhesion, scene.accuracy) = (None, None, None);
         self.overwrite(&mut scene);
         let waves = scene.surface.fourier.is_some_and(Fourier::are_waves);
-        if let (Some(n), Some(path), false) = (self.grid, &scene.surface.heights, waves) {
-            let accepted = format!("none: {} is a height map with points of its own", path.display());
-            return Err(Error::input("command line", "--grid", n, accepted));
-        }
-        let case = Case::resolve(scene, &file)?;
+        refuse_grid(self.grid, scene.surface.heights.as_deref(), !waves)?;
+        let case = Case::resolve(scene, &file).map_err(|e| with_flags(e, &self.flag_names()))?;
         case.warnings.iter().for_each(|w| output::eprint(&format!("warning: {w}")));
+        self.report(&case)
+    }
+
+    /// Writes the heights and prints the statistics.
+    fn report(&self, case: &Case) -> Result<()> {
         // Heights, their half spectrum while it is transformed, and the copy that is written.
         let (need, have) = (4 * 8 * case.grid.points() as u64, crate::sys::available_memory_bytes());
         if need > have {
@@ -111,7 +130,7 @@ impl Surface {
         }
         let heights = case.surface.heights(case.grid, 0.0);
         let length_um = case.scales.length_m * 1e6;
-        let list = statistics(&case, &heights);
+        let list = statistics(case, &heights);
         if let Some(out) = &self.out {
             let um = heights.iter().map(|h| h * length_um).collect();
             let map = HeightMap::new("surface", case.grid.nx, case.grid.ny, um)?;
@@ -144,6 +163,27 @@ impl Surface {
         }
     }
 
+    /// The flag of every key whose value came from a flag: of all where there is no scene.
+    fn flag_names(&self) -> Vec<FlagName> {
+        let (file, s) = (self.heights.is_some(), &self.file);
+        let given = [
+            self.length_um.is_some(),
+            self.grid.is_some(),
+            self.hurst.is_some(),
+            self.roll_off_um.is_some(),
+            self.cut_off_um.is_some(),
+            self.rms_gradient.is_some(),
+            self.heights_unit_um.is_some() || file,
+            file,
+            s.dataset.is_some() || file,
+            s.fourier_points.is_some() || s.fourier.is_some(),
+            s.fourier.is_some() || file,
+            self.low_pass_um.is_some(),
+            self.touching.is_some() || file,
+        ];
+        FLAGS.into_iter().zip(given).filter(|(_, given)| *given || self.given.is_none()).map(|(name, _)| name).collect()
+    }
+
     fn overwrite(&self, scene: &mut Scene) {
         let s = &mut scene.surface;
         let set = |to: &mut f64, from: Option<f64>| *to = from.unwrap_or(*to);
@@ -165,7 +205,7 @@ impl Surface {
         }
         s.touching = self.touching.or(s.touching);
         if self.heights.is_some() {
-            // What the scene says of its own file is not true of another.
+            // Properties of the scene's own file do not hold for another.
             (s.dataset, s.fourier, s.fourier_points, s.low_pass_um) = Default::default();
         }
         if self.file.fourier.is_some() {

@@ -3,7 +3,7 @@ use crate::method::{self, ContactMethod, REGISTRY};
 use crate::pipeline::{self, TradeoffRequest};
 use crate::record::quantity::Quantity;
 use crate::record::tradeoff::{
-    AtomsCost, BlockSize, FORECAST_TOLERANCE, Forecast, ResolvedErrors, Tradeoff as Told, TradeoffPoint,
+    AtomsCost, BlockSize, FORECAST_TOLERANCE, Forecast, ResolvedErrors, Tradeoff as Table, TradeoffPoint,
 };
 use crate::report::number::{count, duration, error_of, memory, significant, trimmed};
 use crate::scene::{ALL_METHODS, Case, MOST_FOUNDATION_CELLS, Scene};
@@ -14,23 +14,23 @@ use std::process::ExitCode;
 
 const PLACE: &str = "command line";
 
-/// Most runs of a setting: more tell nothing more of its least cost.
+/// Largest number of repeats: more hardly lower the least cost.
 const MOST_REPEATS: usize = 100;
 
 #[derive(Debug, clap::Args)]
 pub struct Tradeoff {
     /// Scene file (TOML): its surface, loads and adhesion.
     scene: PathBuf,
-    /// Run folder. Default: runs/NAME-tradeoff with the scene's name.
+    /// Run folder. Default: runs/NAME-tradeoff.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Methods, ids from `asperity methods` apart by commas. Default: all.
+    /// Methods: comma-separated ids from `asperity methods`. Default: all.
     #[arg(long, value_name = "IDS", value_delimiter = ',', num_args = 1)]
     methods: Vec<String>,
-    /// Points a side of the grids, apart by commas; each divides the reference's. Default: the scene's, its half and its quarter.
+    /// Points per side of the grids, comma-separated divisors of the reference's. Default: the scene's, a half, a quarter.
     #[arg(long, value_name = "LIST", value_delimiter = ',', num_args = 1)]
     grids: Vec<usize>,
-    /// Points a side of the reference, `fast` in f64. Default: the scene's.
+    /// Points per side of the reference (`fast`, f64). Default: the scene's.
     #[arg(long, value_name = "N")]
     reference: Option<usize>,
     /// Instead of surface.seed.
@@ -40,7 +40,7 @@ pub struct Tradeoff {
     /// what is left out is listed. The reference is solved in any case. Default: no limit.
     #[arg(long, value_name = "TIME")]
     budget: Option<String>,
-    /// Thicknesses over L of bonded layers that stand for the scene's half-space, apart by commas: what a finite slab costs.
+    /// Thicknesses over L of bonded layers in place of the half-space, comma-separated.
     #[arg(long, value_name = "LIST", value_delimiter = ',', num_args = 1)]
     layer_thickness: Vec<f64>,
     /// Blocks of atoms, CELLSxDEPTH or CELLSxDEPTH+FOUNDATION in lattice constants apart by commas, pressed by LAMMPS. Default: of a
@@ -85,12 +85,12 @@ impl Tradeoff {
             blocks: (!self.atoms.is_empty()).then(|| self.atoms.iter().map(|a| block(a)).collect()).transpose()?,
         };
         let progress = TerminalProgress::new();
-        let (told, page) = pipeline::tradeoff(&case, &asked, &out, &progress)?;
+        let (tradeoff, page) = pipeline::tradeoff(&case, &asked, &out, &progress)?;
         drop(progress);
         if self.json {
-            output::json_line(&serde_json::json!({ "out": out, "report": page, "tradeoff": told }))?;
+            output::json_line(&serde_json::json!({ "out": out, "report": page, "tradeoff": tradeoff }))?;
         } else {
-            say(&told);
+            print_tradeoff(&tradeoff);
             output::print(&format!("report: {}", page.display()));
         }
         Ok(ExitCode::SUCCESS)
@@ -110,7 +110,7 @@ fn methods(ids: &[String]) -> Result<Vec<&'static dyn ContactMethod>> {
     Ok(REGISTRY.iter().copied().filter(|m| wanted(m.card().id)).collect())
 }
 
-/// A block as people write it.
+/// A block as CELLSxDEPTH or CELLSxDEPTH+FOUNDATION.
 fn block(text: &str) -> Result<BlockSize> {
     let found = text.trim().split_once('x').and_then(|(cells, depth)| {
         let (depth, below) = depth.split_once('+').unwrap_or((depth, "0"));
@@ -127,7 +127,7 @@ fn block(text: &str) -> Result<BlockSize> {
     found.ok_or_else(|| Error::input(PLACE, "--atoms", text, accepted))
 }
 
-/// A time as people write it, in s.
+/// A time with its unit, in s.
 pub fn seconds(flag: &str, text: &str) -> Result<f64> {
     let text = text.trim();
     let digits = text.trim_end_matches(char::is_alphabetic);
@@ -144,11 +144,11 @@ pub fn seconds(flag: &str, text: &str) -> Result<f64> {
         .ok_or_else(|| Error::input(PLACE, flag, text, "a time above zero, at most 30 years, as 0.5s, 30s, 10m or 2h"))
 }
 
-/// The table on stdout: what each setting took and erred by.
-fn say(told: &Told) {
-    for r in &told.references {
+/// Prints cost and error of each setting.
+fn print_tradeoff(tradeoff: &Table) {
+    for r in &tradeoff.references {
         let s = &r.setting;
-        let which = if told.references.len() == 1 {
+        let which = if tradeoff.references.len() == 1 {
             ""
         } else if s.adhesive {
             ", with adhesion"
@@ -164,13 +164,13 @@ fn say(told: &Told) {
             s.tolerance,
             duration(r.cost.cpu_seconds)
         ));
-        let told: Vec<String> = Quantity::COMPARED
+        let uncertainty: Vec<String> = Quantity::COMPARED
             .iter()
             .filter_map(|m| r.uncertainty.get(m).map(|u| format!("{} {}", m.name(), error_of(*m, *u))))
             .collect();
         output::print(&format!(
             "  uncertain by: {}",
-            if told.is_empty() { "not known".into() } else { told.join(", ") }
+            if uncertainty.is_empty() { "not known".into() } else { uncertainty.join(", ") }
         ));
     }
     const COLUMNS: [Quantity; 5] =
@@ -195,30 +195,30 @@ fn say(told: &Told) {
         cells.extend(COLUMNS.map(|m| p.errors.get(&m).map_or("-".into(), |e| error_of(m, *e))));
         cells
     };
-    output::print(&output::table(&head, told.points.iter().filter(|p| p.unavailable_reason.is_none()).map(row)));
-    say_atoms(told);
-    say_forecasts(told);
+    output::print(&output::table(&head, tradeoff.points.iter().filter(|p| p.unavailable_reason.is_none()).map(row)));
+    print_atoms(tradeoff);
+    print_forecasts(tradeoff);
     let mut refused: Vec<(&str, &str)> = Vec::new();
-    for p in &told.points {
+    for p in &tradeoff.points {
         if let Some(why) = p.unavailable_reason.as_deref().filter(|w| !refused.contains(&(&p.setting.method, w))) {
             refused.push((&p.setting.method, why));
-            output::print(&format!("{} in {} tells nothing: {why}", p.setting.method, p.setting.precision));
+            output::print(&format!("{} in {} not available: {why}", p.setting.method, p.setting.precision));
         }
     }
-    for l in &told.skipped {
+    for l in &tradeoff.skipped {
         let s = &l.setting;
         output::print(&format!(
             "left out: {} on {}, {} to {:e}: {}",
             s.method, s.nx, s.precision, s.tolerance, l.reason
         ));
     }
-    told.warnings.iter().for_each(|w| output::print(&format!("warning: {w}")));
+    tradeoff.warnings.iter().for_each(|w| output::print(&format!("warning: {w}")));
 }
 
-/// What blocks of atoms took, and their errors against the heights that they resolve.
-fn say_atoms(told: &Told) {
+/// Prints cost of the blocks of atoms, and their errors against the solution on the heights that they resolve.
+fn print_atoms(tradeoff: &Table) {
     let blocks: Vec<(&TradeoffPoint, &ResolvedErrors)> =
-        told.points.iter().filter_map(|p| p.resolved.as_ref().map(|r| (p, r))).collect();
+        tradeoff.points.iter().filter_map(|p| p.resolved.as_ref().map(|r| (p, r))).collect();
     if blocks.is_empty() {
         return;
     }
@@ -241,9 +241,9 @@ fn say_atoms(told: &Told) {
     output::print(&output::table(&head, blocks.iter().map(row)));
 }
 
-/// What coarser grids said of the finest.
-fn say_forecasts(told: &Told) {
-    if told.forecasts.is_empty() {
+/// Costs of the finest grid, predicted from coarser grids.
+fn print_forecasts(tradeoff: &Table) {
+    if tradeoff.forecasts.is_empty() {
         return;
     }
     let row = |f: &Forecast| {
@@ -258,11 +258,13 @@ fn say_forecasts(told: &Told) {
             f.doubled_grid_cpu_seconds.map_or("-".into(), duration),
         ]
     };
-    let head = ["method", "grid", "from", "foreseen", "CPU", "ratio", "twice the grid"];
-    output::print(&output::table(&head, told.forecasts.iter().map(row)));
-    let held = told.forecasts.iter().filter(|f| f.holds()).count();
-    let (all, within) = (told.forecasts.len(), (100.0 * FORECAST_TOLERANCE).round());
-    output::print(&format!("costs: {held} of {all} methods are within {within} % of what their coarser grids say"));
+    let head = ["method", "grid", "from", "predicted", "CPU", "ratio", "twice the grid"];
+    output::print(&output::table(&head, tradeoff.forecasts.iter().map(row)));
+    let held = tradeoff.forecasts.iter().filter(|f| f.holds()).count();
+    let (all, within) = (tradeoff.forecasts.len(), (100.0 * FORECAST_TOLERANCE).round());
+    output::print(&format!(
+        "costs: {held} of {all} methods are within {within} % of the prediction from coarser grids"
+    ));
 }
 
 #[cfg(test)]

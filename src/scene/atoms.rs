@@ -1,6 +1,6 @@
-//! The block of atoms of a scene, resolved: crystal, indenter, walls, and what scaling down has kept.
+//! The block of atoms of a scene, resolved: crystal, indenter, wall, and the audit of scaling down.
 
-use super::{Case, Slope, Start, Surface};
+use super::{AtomsScene, Case, Slope, Start, Surface};
 use crate::atoms::audit::{Actual, AuditInput, Target, audit};
 use crate::atoms::block::Block;
 use crate::atoms::compliant_wall::CompliantWall;
@@ -23,7 +23,7 @@ use std::path::PathBuf;
 /// Poisson's ratio of the calcium-like block for the depth's effect: the Hill average of its elastic constants is 0.298.
 const BLOCK_POISSON: f64 = 0.3;
 
-/// Points of the comparison grid per indenter atom along a side: a quarter of the low-pass's sixteenth wave.
+/// Grid spacings of the comparison per spacing of the indenter's atoms: sixteen per shortest wave of the profile.
 const MATCHED_REFINEMENT: usize = 4;
 
 /// Normal force from which an atom counts as loaded over the largest force that an equilibrium leaves, of a looser one than usual
@@ -45,7 +45,7 @@ pub fn highest_p_star(gradient: f64) -> f64 {
     MAX_PRESSURE_OVER_MODULUS / gradient
 }
 
-/// To two digits, so that what is told to be accepted is.
+/// Rounded down to two digits, so that the printed limit itself is accepted.
 fn rounded_down(value: f64) -> f64 {
     let unit = 10f64.powf(value.log10().floor() - 1.0);
     (value / unit).floor() * unit
@@ -81,9 +81,9 @@ pub struct AtomsCase {
     pub stretch: f64,
     pub resolved_gradient: f64,
     pub start: Start,
-    /// Whether there is a way back from the highest load.
+    /// Whether the highest load is followed by an unloading branch.
     pub unload: bool,
-    /// At which the relaxed states are held, if at any temperature.
+    /// Constant-temperature runs of the relaxed states, if requested.
     pub nvt: Option<NvtSettings>,
     /// Load at p* = 1, eV/Å.
     pub load_unit: f64,
@@ -94,8 +94,120 @@ pub struct AtomsCase {
     /// Normal force from which an atom counts as loaded, eV/Å, and width of the Gaussian of the stress field, Å.
     pub contact_force: f64,
     pub stress_width_angstrom: f64,
-    /// First-touch mean gap of the profile, Å: the way the indenter can come down.
+    /// Mean gap of the profile at first contact, Å: the largest descent of the indenter.
     pub first_touch_gap_angstrom: f64,
+}
+
+/// A pressure that would shorten the block by half is refused.
+fn refuse_crushing(case: &Case, place: &str) -> Result<()> {
+    let (p_star, most) = (case.highest_p_star(), highest_p_star(case.gradient));
+    if p_star <= most {
+        return Ok(());
+    }
+    let accepted = format!(
+        "at most {:.1e} with atoms, which more than {MAX_PRESSURE_OVER_MODULUS} E* crushes: p* is the pressure over the product of \
+         E* and rms gradient, and if the gradient of {:.3} is not the surface's, its heights or extent have another unit than \
+         the scene says",
+        rounded_down(most),
+        case.gradient
+    );
+    Err(Error::input(place, "load.p_star", p_star, accepted))
+}
+
+/// Constants of the block's crystal.
+struct Crystal {
+    /// Lattice constant, Å.
+    a0: f64,
+    modulus_gpa: f64,
+    cutoff_angstrom: f64,
+    mass_u: f64,
+}
+
+impl Crystal {
+    fn resolve(case: &Case, a: &AtomsScene, place: &str) -> Result<Self> {
+        let Some(path) = &a.potential else {
+            let (symbol, _, mass_u) = CALCIUM_ELEMENT;
+            if a.element != symbol {
+                let accepted = format!("{symbol:?}, the element of the shipped potential, or another atoms.potential");
+                return Err(Error::input(place, "atoms.element", format!("{:?}", a.element), accepted));
+            }
+            let (a0, cutoff_angstrom) = (CALCIUM.a0, CALCIUM.rc);
+            return Ok(Crystal { a0, modulus_gpa: CALCIUM_MODULUS_GPA, cutoff_angstrom, mass_u });
+        };
+        let path = case.resolve_path(path);
+        let header = SetflHeader::read(&path)?;
+        let mass_u = header.element(&path, &a.element)?.mass_u;
+        let known = a.lattice_constant_angstrom.zip(a.contact_modulus_gpa);
+        let (a0, modulus_gpa) = known.expect("checked: both are given with another potential");
+        Ok(Crystal { a0, modulus_gpa, cutoff_angstrom: header.cutoff_angstrom, mass_u })
+    }
+}
+
+/// The low-passed profile of the indenter, in units of the block's length.
+struct Profile {
+    grid: Grid,
+    low_pass_angstrom: f64,
+    /// Factor on the heights.
+    stretch: f64,
+    resolved_gradient: f64,
+    /// Before the factor.
+    curvature_radius: f64,
+    /// Mean minus lowest height, before the factor.
+    first_touch_gap: f64,
+}
+
+impl Profile {
+    /// `points`: atoms along a side of the indenter; `length`: of the block, Å.
+    fn resolve(case: &Case, a: &AtomsScene, wall: &AtomWall, points: usize, length: f64) -> Result<Self> {
+        let place = case.file.display();
+        let low_pass_angstrom = a.low_pass_angstrom.unwrap_or(LOW_PASS_SPACINGS * wall.spacing_angstrom);
+        let (low_pass, shortest) = (low_pass_angstrom / length, 2.0 * wall.spacing_angstrom);
+        if low_pass_angstrom < shortest || low_pass > 1.0 {
+            let accepted = format!("{shortest:.2} (two spacings of the indenter's atoms) to {length:.1} Å");
+            return Err(Error::input(place, "atoms.low_pass_angstrom", low_pass_angstrom, accepted));
+        }
+        let grid = Grid::unit(MATCHED_REFINEMENT * points, MATCHED_REFINEMENT * points);
+        // The audit needs the moments of the low-passed heights: these and their spectrum.
+        let (need, have) = (3 * 8 * grid.points() as u64, crate::sys::available_memory_bytes());
+        if need > have {
+            let what = format!("the indenter's profile on {} x {} points", grid.nx, grid.ny);
+            return Err(Error::Memory { what, need, have, advice: "a smaller atoms.cells needs less".into() });
+        }
+        let heights = case.surface.heights(grid, low_pass);
+        let resolved = moments(grid, &heights);
+        if resolved.rms_gradient == 0.0 {
+            let found = format!("{low_pass_angstrom} (nothing of the profile is left)");
+            let accepted = "a wavelength below the profile's longest";
+            return Err(Error::input(place, "atoms.low_pass_angstrom", found, accepted));
+        }
+        let stretch = match a.slope {
+            Slope::Literal => 1.0,
+            Slope::Renormalised => case.gradient / resolved.rms_gradient,
+        };
+        let extent = range(&heights);
+        Ok(Profile {
+            grid,
+            low_pass_angstrom,
+            stretch,
+            resolved_gradient: resolved.rms_gradient * stretch,
+            curvature_radius: resolved.curvature_radius(),
+            first_touch_gap: extent.mean - extent.min,
+        })
+    }
+}
+
+/// The dimensionless groups of the laboratory's problem.
+fn target(case: &Case) -> Target {
+    let (gamma, rho) = (case.adhesion.work_of_adhesion(), case.adhesion.range());
+    let (lambda_s, curvature_radius) = match &case.surface {
+        Surface::Synthesised { spectrum, .. } => (spectrum.lambda_s, spectrum.expected(1.0, 0.0).curvature_radius),
+        Surface::Imported { grid, heights, .. } => (2.0 * grid.dx(), moments(*grid, heights).curvature_radius()),
+        Surface::Fourier { modes, .. } => {
+            let heights = modes.heights(case.grid, 0.0);
+            (modes.shortest(), moments(case.grid, &heights).curvature_radius())
+        }
+    };
+    Target { p_star: case.highest_p_star(), gamma, rho, rms_gradient: case.gradient, lambda_s, curvature_radius }
 }
 
 impl AtomsCase {
@@ -107,138 +219,66 @@ impl AtomsCase {
     pub(super) fn resolve(case: &Case) -> Result<AtomsCase> {
         let place = case.file.display().to_string();
         let a = case.scene.atoms.as_ref().expect("called for scenes with atoms");
-        let p_star = case.highest_p_star();
-        if p_star > highest_p_star(case.gradient) {
-            let accepted = format!(
-                "at most {:.1e} with atoms, which more than {MAX_PRESSURE_OVER_MODULUS} E* crushes: p* is the pressure over the product of E* and rms \
-                 gradient, and if the gradient of {:.3} is not the surface's, its heights or extent have another unit than the scene says",
-                rounded_down(highest_p_star(case.gradient)),
-                case.gradient
-            );
-            return Err(Error::input(place, "load.p_star", p_star, accepted));
-        }
-        let (a0, modulus_gpa, cutoff, mass_u) = match &a.potential {
-            None => {
-                let (symbol, _, mass) = CALCIUM_ELEMENT;
-                if a.element != symbol {
-                    let accepted =
-                        format!("{symbol:?}, the element of the shipped potential, or another atoms.potential");
-                    return Err(Error::input(place, "atoms.element", format!("{:?}", a.element), accepted));
-                }
-                (CALCIUM.a0, CALCIUM_MODULUS_GPA, CALCIUM.rc, mass)
-            }
-            Some(path) => {
-                let path = case.resolve_path(path);
-                let header = SetflHeader::read(&path)?;
-                let element = header.element(&path, &a.element)?;
-                let known = a.lattice_constant_angstrom.zip(a.contact_modulus_gpa);
-                let (a0, modulus) = known.expect("checked: both are given with another potential");
-                (a0, modulus, header.cutoff_angstrom, element.mass_u)
-            }
-        };
-        let block = Block::new(a.cells, a.depth_cells, a0, cutoff).and_then(|b| b.on_foundation(a.foundation_cells));
-        let block = block.map_err(|e| e.with_context(&place, None))?;
+        refuse_crushing(case, &place)?;
+        let crystal = Crystal::resolve(case, a, &place)?;
+        let block = Block::new(a.cells, a.depth_cells, crystal.a0, crystal.cutoff_angstrom)
+            .and_then(|b| b.on_foundation(a.foundation_cells))
+            .map_err(|e| e.with_context(&place, None))?;
         if case.grid.lx != case.grid.ly {
             let found = format!("{} x {} points", case.grid.nx, case.grid.ny);
             return Err(Error::input(place, "surface.heights", found, "a square cell: the block of atoms is square"));
         }
-        let points = grid_points(a.cells, a0);
+        let points = grid_points(a.cells, crystal.a0);
         let length = block.length();
-        let wall = AtomWall::new(length / points as f64, a0)?;
-        let low_pass_angstrom = a.low_pass_angstrom.unwrap_or(LOW_PASS_SPACINGS * wall.spacing_angstrom);
-        let low_pass = low_pass_angstrom / length;
-        if low_pass_angstrom < 2.0 * wall.spacing_angstrom || low_pass > 1.0 {
-            let accepted =
-                format!("{:.2} (two spacings of the indenter's atoms) to {length:.1} Å", 2.0 * wall.spacing_angstrom);
-            return Err(Error::input(place, "atoms.low_pass_angstrom", low_pass_angstrom, accepted));
-        }
-        let scales = Scales { length_m: length * crate::units::ANGSTROM_M, modulus_pa: modulus_gpa * 1e9 };
-        let matched = Grid::unit(MATCHED_REFINEMENT * points, MATCHED_REFINEMENT * points);
-        // Heights and their spectrum, here already: the audit needs what the low-pass leaves.
-        let (need, have) = (3 * 8 * matched.points() as u64, crate::sys::available_memory_bytes());
-        if need > have {
-            let what = format!("the indenter's profile on {} x {} points", matched.nx, matched.ny);
-            return Err(Error::Memory { what, need, have, advice: "a smaller atoms.cells needs less".into() });
-        }
-        let profile = case.surface.heights(matched, low_pass);
-        let resolved = moments(matched, &profile);
-        if resolved.rms_gradient == 0.0 {
-            let found = format!("{low_pass_angstrom} (nothing of the profile is left)");
-            return Err(Error::input(
-                place,
-                "atoms.low_pass_angstrom",
-                found,
-                "a wavelength below the profile's longest",
-            ));
-        }
-        let stretch = match a.slope {
-            Slope::Literal => 1.0,
-            Slope::Renormalised => case.gradient / resolved.rms_gradient,
-        };
-        let load_unit = length * length * scales.stress_ev_a3(1.0) * case.gradient;
+        let wall = AtomWall::new(length / points as f64, crystal.a0)?;
+        let profile = Profile::resolve(case, a, &wall, points, length)?;
+        let scales = Scales { length_m: length * crate::units::ANGSTROM_M, modulus_pa: crystal.modulus_gpa * 1e9 };
         let adhesion = pair_adhesion(case, a.adhesion_range_angstrom, &wall, scales)
             .map_err(|e| e.with_context(&place, Some("atoms.adhesion_range_angstrom")))?;
-        let (asked_gamma, asked_rho) = (case.adhesion.work_of_adhesion(), case.adhesion.range());
-        let (lambda_s, curvature_radius) = match &case.surface {
-            Surface::Synthesised { spectrum, .. } => (spectrum.lambda_s, spectrum.expected(1.0, 0.0).curvature_radius),
-            Surface::Imported { grid, heights, .. } => (2.0 * grid.dx(), moments(*grid, heights).curvature_radius()),
-            Surface::Fourier { modes, .. } => {
-                let heights = modes.heights(case.grid, 0.0);
-                (modes.shortest(), moments(case.grid, &heights).curvature_radius())
-            }
-        };
         let audit = audit(&AuditInput {
-            target: Target {
-                p_star,
-                gamma: asked_gamma,
-                rho: asked_rho,
-                rms_gradient: case.gradient,
-                lambda_s,
-                curvature_radius,
-            },
+            target: target(case),
             actual: Actual {
                 length_angstrom: length,
                 depth_angstrom: block.thickness(),
                 foundation_angstrom: block.thickness() - block.deformable_thickness(),
-                a0_angstrom: a0,
-                modulus_gpa,
+                a0_angstrom: crystal.a0,
+                modulus_gpa: crystal.modulus_gpa,
                 poisson: BLOCK_POISSON,
-                p_star,
+                p_star: case.highest_p_star(),
                 gamma_ev_a2: adhesion.map_or(0.0, |p| scales.energy_per_area_ev_a2(p.gamma)),
                 rho_angstrom: if adhesion.is_some() { a.adhesion_range_angstrom } else { 0.0 },
                 rms_gradient: case.gradient,
-                resolved_gradient: resolved.rms_gradient * stretch,
-                lambda_min_angstrom: low_pass_angstrom,
-                curvature_radius_angstrom: resolved.curvature_radius() / stretch * length,
+                resolved_gradient: profile.resolved_gradient,
+                lambda_min_angstrom: profile.low_pass_angstrom,
+                curvature_radius_angstrom: profile.curvature_radius / profile.stretch * length,
                 net_points: points,
                 crystal_cells: a.cells,
             },
         })?;
-        let extent = range(&profile);
         Ok(AtomsCase {
             block,
             points,
             wall,
             potential: a.potential.as_ref().map(|p| case.resolve_path(p)),
             element: a.element.clone(),
-            mass_u,
+            mass_u: crystal.mass_u,
             scales,
-            modulus_gpa,
-            low_pass,
-            stretch,
-            resolved_gradient: resolved.rms_gradient * stretch,
+            modulus_gpa: crystal.modulus_gpa,
+            low_pass: profile.low_pass_angstrom / length,
+            stretch: profile.stretch,
+            resolved_gradient: profile.resolved_gradient,
             start: a.start_or_default(adhesion.is_some()),
             unload: case.scene.load.is_closed() || case.scene.load.pull_off,
             nvt: a.nvt.as_ref().map(|h| h.settings()),
-            load_unit,
+            load_unit: length * length * scales.stress_ev_a3(1.0) * case.gradient,
             adhesion,
             audit,
-            matched,
+            matched: profile.grid,
             contact_force: a
                 .contact_force_ev_per_angstrom
                 .unwrap_or(CONTACT_FORCE_TOLERANCES * a.force_tolerance_ev_per_angstrom.min(FORCE_TOLERANCE)),
-            stress_width_angstrom: a.stress_width_angstrom.unwrap_or(a0),
-            first_touch_gap_angstrom: (extent.mean - extent.min) * stretch * length,
+            stress_width_angstrom: a.stress_width_angstrom.unwrap_or(crystal.a0),
+            first_touch_gap_angstrom: profile.first_touch_gap * profile.stretch * length,
         })
     }
 
@@ -274,7 +314,7 @@ impl AtomsCase {
         }
     }
 
-    /// The areal law of the indenter's atoms over the block, whose own give way under them one by one.
+    /// Repulsion law per area of the indenter's atoms over the block, with the compliance of the block's single atoms.
     pub fn compliant_wall(&self) -> CompliantWall {
         CompliantWall::new(&self.wall, self.modulus_gpa / GPA_PER_EV_A3, self.resolved_gradient)
     }
@@ -290,7 +330,7 @@ impl AtomsCase {
             .map_or(Adhesion::None, |a| Adhesion::exponential(a.gamma * if soft { a.calibration } else { 1.0 }, a.rho))
     }
 
-    /// The shipped potential as `setfl` text, where no other is asked for.
+    /// The shipped potential, used where the scene names no other.
     pub fn shipped_potential() -> Potential {
         Potential::calcium()
     }

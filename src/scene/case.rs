@@ -1,29 +1,24 @@
-use super::check::{complaints, cut_offs, missing_files};
-use super::{
-    ALL_METHODS, AdhesionScene, AtomsCase, LoadScene, RequestedOutputs, Scene, Surface, SurfaceFile, SurfaceScene,
-    Touching,
-};
+use super::check::{complaints, missing_files};
+use super::model::relative_to;
+use super::{ALL_METHODS, AdhesionScene, AtomsCase, Laboratory, RequestedOutputs, Scene, Surface, Units};
 use crate::grid::Grid;
 use crate::interface::{Adhesion, CubicHalfSpace, Elastic, Layer, NonPeriodic, PenaltyWall, RangeChoice, Wall};
 use crate::load::{Load, LoadStep};
 use crate::method::{self, Card, ContactMethod, Heights, Kind, Problem, REGISTRY};
 use crate::record::advice::AccuracyChoice;
-use crate::record::heights::Sign;
-use crate::record::import::ImportOptions;
 use crate::surface::{Spectrum, moments, non_periodic_gradient, quality_warnings};
 use crate::units::Scales;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 
-/// rms gradient from which a surface is called steep; the challenge's, 1, is at the edge of what linear theory is used for.
+/// rms gradient above which a warning is given. That of the challenge, 1, is at the limit of small-slope theory.
 const STEEP: f64 = 3.0;
 
-/// What is to be said of a surface so steep.
+/// A warning for a surface so steep that its unit of length is in doubt.
 pub fn slope_warning(rms_gradient: f64) -> Option<String> {
     (rms_gradient > STEEP).then(|| {
         format!(
-            "the rms gradient is {rms_gradient:.3}: the theory is one of small slopes, and so steep a surface is more likely a wrong \
-             unit of length"
+            "the rms gradient is {rms_gradient:.3}: the theory assumes small slopes, and so steep a surface suggests a wrong unit of length"
         )
     })
 }
@@ -45,7 +40,7 @@ pub struct Case {
     pub adhesion: Adhesion,
     pub wall: Wall,
     pub atoms: Option<AtomsCase>,
-    /// How the scene's accuracy was resolved, where it asks for one.
+    /// The setting chosen for the scene's `[accuracy]`, if it has one.
     pub chosen: Option<AccuracyChoice>,
     pub warnings: Vec<String>,
 }
@@ -63,76 +58,32 @@ impl Case {
         if !list.is_empty() {
             return Err(Error::Input { place, list });
         }
-        let mut warnings = Vec::new();
         let lab = &scene.laboratory;
-        let scales = Scales { length_m: lab.length_um * 1e-6, modulus_pa: lab.contact_modulus_mpa * 1e6 };
-        let surface = surface(&scene, file)?;
-        let (grid, gradient) = match &surface {
-            Surface::Synthesised { modes, spectrum, .. } => {
-                let grid = Grid::unit(scene.surface.grid, scene.surface.grid);
-                warnings.extend(modes.left_out_by(grid));
-                (grid, spectrum.rms_gradient)
-            }
-            Surface::Fourier { modes, .. } => {
-                let n = scene.surface.grid;
-                if !modes.held_by(Grid::unit(n, n)) {
-                    let least = modes.smallest_grid();
-                    let accepted =
-                        format!("at least {least}, which holds every wave, or surface.low_pass_um that leaves fewer");
-                    return Err(Error::input(place, "surface.grid", n, accepted));
-                }
-                (Grid::unit(n, n), modes.rms_gradient())
-            }
-            Surface::Imported { grid, heights, .. } if !scene.continuum.periodic => {
-                (*grid, non_periodic_gradient(*grid, heights))
-            }
-            Surface::Imported { grid, heights, .. } => (*grid, moments(*grid, heights).rms_gradient),
-        };
-        if gradient == 0.0 {
-            let found = "a flat surface, rms gradient 0";
-            return Err(Error::input(
-                place,
-                "load.p_star",
-                found,
-                "a rough surface: p* is pressure over E* times rms gradient",
-            ));
-        }
-        // A coarse file of the challenge's surface lacks gradient, not load.
-        let gradient = if scene.challenge.is_some() { Spectrum::CHALLENGE.rms_gradient } else { gradient };
-        warnings.extend(slope_warning(gradient));
-        if let Surface::Imported { grid, heights, .. } = &surface {
-            warnings.extend(quality_warnings(*grid, heights));
-        }
-        let adhesion = scene.adhesion.as_ref().map_or(Adhesion::None, |a| adhesion(a, a.range_nm, scales));
-        let range = scene.adhesion.as_ref().map_or(RangeChoice::default(), |a| a.range);
-        warnings.extend(range.resolution_warning(adhesion, grid.dx()));
-        let kernel = match (&scene.continuum.layer, &scene.continuum.crystal) {
-            (Some(l), _) => {
-                Elastic::Layer(Layer { thickness: l.thickness_um / lab.length_um, poisson: l.poisson, base: l.base })
-            }
-            (None, Some(c)) => Elastic::Cubic(CubicHalfSpace::new(c.c11_gpa, c.c12_gpa, c.c44_gpa)?),
-            (None, None) if !scene.continuum.periodic => Elastic::NonPeriodic(NonPeriodic::of_region(grid.lx, grid.ly)),
-            (None, None) => Elastic::HalfSpace,
-        };
+        let scales = lab.scales();
+        let surface = Surface::resolve(&scene.surface, lab, file)?;
+        let grid = grid(&scene, &surface, &place)?;
+        let gradient = gradient(&scene, &surface, &place)?;
+        let adhesion = scene.adhesion.as_ref().map_or(Adhesion::None, |a| adhesion(lab, a, a.range_nm));
         let wall = match scene.continuum.penalty_length_nm {
-            Some(nm) => Wall::Penalty(PenaltyWall { length: nm * 1e-9 / scales.length_m }),
+            Some(nm) => Wall::Penalty(PenaltyWall { length: lab.reduced_nm(nm) }),
             None => Wall::Hard,
         };
         let mut case = Case {
-            load_steps: load_steps(&scene.load, gradient, scales),
+            load_steps: load_steps(&scene, gradient),
+            kernel: kernel(&scene, grid)?,
             scene,
             file: file.to_path_buf(),
             scales,
             surface,
             grid,
             gradient,
-            kernel,
             adhesion,
             wall,
             atoms: None,
             chosen: None,
-            warnings,
+            warnings: Vec::new(),
         };
+        case.warnings = case.surface_warnings();
         case.refuse_closed()?;
         if case.scene.atoms.is_some() {
             case.atoms = Some(AtomsCase::resolve(&case)?);
@@ -142,7 +93,19 @@ impl Case {
         Ok(case)
     }
 
-    /// Behind a hard wall a mean gap of zero is reached by any pressure from one on, so that it asks for none.
+    /// What the grid leaves out of the spectrum, slopes and maps that suggest a wrong unit, a range of the adhesion that the grid
+    /// does not resolve.
+    fn surface_warnings(&self) -> Vec<String> {
+        let of_surface = match &self.surface {
+            Surface::Synthesised { modes, .. } => modes.left_out_by(self.grid).into_iter().collect(),
+            Surface::Imported { grid, heights, .. } => quality_warnings(*grid, heights),
+            Surface::Fourier { .. } => Vec::new(),
+        };
+        let of_range = self.range().resolution_warning(self.adhesion, self.grid.dx().max(self.grid.dy()));
+        of_surface.into_iter().chain(slope_warning(self.gradient)).chain(of_range).collect()
+    }
+
+    /// Behind a hard wall every pressure from that of full contact on has the mean gap zero, so that it determines no load.
     fn refuse_closed(&self) -> Result<()> {
         let zero = self.scene.load.mean_gap_um.iter().position(|g| *g == 0.0);
         let Some(i) = zero.filter(|_| self.wall == Wall::Hard) else { return Ok(()) };
@@ -151,13 +114,17 @@ impl Case {
         let fits = 3 * 8 * self.grid.points() as u64 <= crate::sys::available_memory_bytes();
         if self.adhesion == Adhesion::None && fits {
             let heights = self.surface.heights(self.grid, 0.0);
-            let full = self.problem((&heights).into()).full_contact_pressure() / self.gradient;
-            accepted += &format!("; all of the surface touches from load.p_star = {full} on");
+            let full = self.problem((&heights).into()).full_contact_pressure();
+            let load = match self.scene.laboratory.units {
+                Units::Named => format!("load.p_star = {}", full / self.gradient),
+                Units::Consistent => format!("load.pressure_mpa = {}", full * self.scales.modulus_pa),
+            };
+            accepted += &format!("; full contact from {load} on");
         }
         Err(Error::input(self.file.display(), format!("load.mean_gap_um[{i}]"), 0, accepted))
     }
 
-    /// Whether the surface is a map that does not repeat. One made from its spectrum does, whatever lies around it.
+    /// Whether the surface is a non-periodic map. A synthesised surface is periodic even on a non-periodic half-space.
     pub fn is_non_periodic(&self) -> bool {
         !self.scene.continuum.periodic && matches!(self.surface, Surface::Imported { .. })
     }
@@ -196,7 +163,7 @@ impl Case {
         self.load_steps.iter().filter_map(|s| s.p_star).fold(0.0, f64::max)
     }
 
-    /// What is kept and counted: what an accuracy is asked of needs, or everything.
+    /// Outputs of the run: those that `[accuracy]` needs, or all.
     pub fn requested_outputs(&self) -> RequestedOutputs {
         self.scene.accuracy.as_ref().map_or(RequestedOutputs::EVERYTHING, |a| RequestedOutputs::of(a.quantity))
     }
@@ -206,20 +173,20 @@ impl Case {
         self.requested_outputs().maps && step.maps
     }
 
-    /// Whether the loads are solved without the scene's adhesion, too: where that is asked for, and where a method beside knows
-    /// no adhesion and is to be held against something.
+    /// Whether the loads are solved without the scene's adhesion, too: on request, or as the reference of a compared method without
+    /// adhesion.
     pub fn solves_nonadhesive(&self) -> bool {
         let attracts = self.scene.adhesion.is_some();
         self.solves_all_nonadhesive()
             || attracts && self.comparison_methods().iter().any(|m| !m.card().supports_adhesion())
     }
 
-    /// Whether all that solves or estimates does so without the scene's adhesion, too.
+    /// Whether every method repeats the loads without the scene's adhesion.
     pub fn solves_all_nonadhesive(&self) -> bool {
         self.scene.challenge.is_some() || self.scene.adhesion.as_ref().is_some_and(|a| a.also_nonadhesive)
     }
 
-    /// Whether the scene's own method solves for the fields. One that estimates runs as those beside it do.
+    /// Whether the scene's own method is a solver. An estimate runs as the compared methods do.
     pub fn solves(&self) -> bool {
         self.method().kind == Kind::Solver
     }
@@ -229,7 +196,7 @@ impl Case {
         method::find(&self.scene.continuum.method).expect("checked with the scene").card()
     }
 
-    /// Methods that are given the same loads beside the scene's own, in the order of the registry.
+    /// Methods that are compared with the scene's own at the same loads, in the order of the registry.
     pub fn comparison_methods(&self) -> Vec<&'static dyn ContactMethod> {
         let (own, also) = (self.method().id, &self.scene.continuum.compare_with);
         let wanted =
@@ -238,22 +205,22 @@ impl Case {
         REGISTRY.iter().copied().filter(|m| runs(m.card().id)).collect()
     }
 
-    /// Which range grids are given.
+    /// Treatment of a range that the grid does not resolve.
     pub fn range(&self) -> RangeChoice {
         self.scene.adhesion.as_ref().map_or(RangeChoice::default(), |a| a.range)
     }
 
     /// The scene's adhesion with another range.
     pub fn adhesion_of_range(&self, nm: f64) -> Adhesion {
-        self.scene.adhesion.as_ref().map_or(Adhesion::None, |a| adhesion(a, nm, self.scales))
+        self.scene.adhesion.as_ref().map_or(Adhesion::None, |a| adhesion(&self.scene.laboratory, a, nm))
     }
 
-    /// The range that the grid is given of a law, units of L.
+    /// Range of a law on the scene's grid, units of L: enlarged where the grid does not resolve it.
     pub fn range_used(&self, adhesion: Adhesion) -> f64 {
         self.range().law(adhesion, self.grid.dx().max(self.grid.dy())).range()
     }
 
-    /// The laboratory-scale problem on the scene's grid, with the adhesion as asked for.
+    /// The laboratory-scale problem on the scene's grid, with the scene's own range of adhesion.
     pub fn problem<'a>(&self, heights: Heights<'a>) -> Problem<'a> {
         let c = &self.scene.continuum;
         Problem {
@@ -267,6 +234,12 @@ impl Case {
             settings: self.scene.methods,
             ..Problem::new(self.grid, heights)
         }
+    }
+
+    /// The surface, for a caller that stores its heights in another form. An empty map is left.
+    pub fn take_surface(&mut self) -> Surface {
+        let empty = Surface::Imported { grid: self.grid, heights: Vec::new(), origin: String::new() };
+        std::mem::replace(&mut self.surface, empty)
     }
 
     /// The scene with its paths made absolute, so that it means the same wherever it is read from.
@@ -293,57 +266,69 @@ impl Case {
     }
 }
 
+/// The grid on which the surface is solved.
+fn grid(scene: &Scene, surface: &Surface, place: &str) -> Result<Grid> {
+    let n = scene.surface.grid;
+    match surface {
+        Surface::Imported { grid, .. } => Ok(*grid),
+        Surface::Fourier { modes, .. } if !modes.held_by(Grid::unit(n.max(1), n.max(1))) => {
+            let least = modes.smallest_grid();
+            let accepted =
+                format!("at least {least}, which holds every wave, or surface.low_pass_um that leaves fewer");
+            Err(Error::input(place, "surface.grid", n, accepted))
+        }
+        Surface::Synthesised { .. } | Surface::Fourier { .. } => Ok(Grid::unit(n, n)),
+    }
+}
+
+/// rms gradient of the whole spectrum.
+fn gradient(scene: &Scene, surface: &Surface, place: &str) -> Result<f64> {
+    let found = match surface {
+        Surface::Synthesised { spectrum, .. } => spectrum.rms_gradient,
+        Surface::Fourier { modes, .. } => modes.rms_gradient(),
+        Surface::Imported { grid, heights, .. } if !scene.continuum.periodic => non_periodic_gradient(*grid, heights),
+        Surface::Imported { grid, heights, .. } => moments(*grid, heights).rms_gradient,
+    };
+    // In consistent units nothing is given or reported as p*.
+    if found == 0.0 && scene.laboratory.units == Units::Named {
+        let accepted = "a rough surface: p* is pressure over E* times rms gradient";
+        return Err(Error::input(place, "load.p_star", "a flat surface, rms gradient 0", accepted));
+    }
+    // A coarse file of the challenge's surface lacks gradient, not load.
+    Ok(if scene.challenge.is_some() { Spectrum::CHALLENGE.rms_gradient } else { found })
+}
+
+/// The elastic body.
+fn kernel(scene: &Scene, grid: Grid) -> Result<Elastic> {
+    let c = &scene.continuum;
+    Ok(match (&c.layer, &c.crystal) {
+        (Some(l), _) => {
+            let thickness = l.thickness_um / scene.laboratory.length_um;
+            Elastic::Layer(Layer { thickness, poisson: l.poisson, base: l.base })
+        }
+        (None, Some(c)) => Elastic::Cubic(CubicHalfSpace::new(c.c11_gpa, c.c12_gpa, c.c44_gpa)?),
+        (None, None) if !c.periodic => Elastic::NonPeriodic(NonPeriodic::of_region(grid.lx, grid.ly)),
+        (None, None) => Elastic::HalfSpace,
+    })
+}
+
 /// The load steps of a scene. `gradient`: rms gradient, to which p* refers.
-fn load_steps(scene: &LoadScene, gradient: f64, scales: Scales) -> Vec<LoadStep> {
-    let p_star = scene.p_star_path();
-    let pressures = p_star.iter().map(|p| Load::Pressure(p * gradient));
-    let gaps = scene.mean_gap_path().into_iter().map(|um| Load::MeanGap(um * 1e-6 / scales.length_m));
+fn load_steps(scene: &Scene, gradient: f64) -> Vec<LoadStep> {
+    let (lab, load) = (&scene.laboratory, &scene.load);
+    let p_star = load.p_star_path();
+    let pressures = load.pressure_mpa.iter().map(|p| p / lab.contact_modulus_mpa);
+    let pressures = p_star.iter().map(|p| p * gradient).chain(pressures).map(Load::Pressure);
+    let gaps = load.mean_gap_path().into_iter().map(|um| Load::MeanGap(lab.reduced_um(um)));
     let targets: Vec<Load> = pressures.chain(gaps).collect();
-    let mut steps = LoadStep::path(&targets, &p_star, scene.loading_count());
-    if let Some(list) = &scene.maps_at {
-        let stored: Vec<usize> = list.iter().flat_map(|p| scene.indices_of(*p)).collect();
+    let mut steps = LoadStep::path(&targets, &p_star, load.loading_count());
+    if let Some(list) = &load.maps_at {
+        let stored: Vec<usize> = list.iter().flat_map(|p| load.indices_of(*p)).collect();
         steps.iter_mut().for_each(|step| step.maps = stored.contains(&step.index));
     }
     steps
 }
 
 /// The law of a scene, with a range that may be another than its own.
-fn adhesion(a: &AdhesionScene, range_nm: f64, scales: Scales) -> Adhesion {
-    let gamma = scales.reduced_energy_per_area(a.work_of_adhesion_mj_m2 * 1e-3);
-    a.law.adhesion(gamma, range_nm * 1e-9 / scales.length_m)
-}
-
-pub(super) fn relative_to(file: &Path, path: &Path) -> PathBuf {
-    file.parent().unwrap_or(Path::new("")).join(path)
-}
-
-fn surface(scene: &Scene, file: &Path) -> Result<Surface> {
-    let s: &SurfaceScene = &scene.surface;
-    if let Some(path) = &s.heights {
-        let path = relative_to(file, path);
-        let sign = match s.touching {
-            Some(Touching::HighPoints) => Sign::HighFirst,
-            _ => Sign::LowFirst,
-        };
-        let length_um = scene.laboratory.length_um;
-        return Surface::read(
-            &path,
-            SurfaceFile {
-                asked: ImportOptions { dataset: s.dataset.as_deref(), fourier: s.fourier },
-                fourier_points: s.fourier_points,
-                sign,
-                unit: s.heights_unit_um / length_um,
-                low_pass: s.low_pass_um.map_or(0.0, |um| um / length_um),
-                low_pass_key: "surface.low_pass_um",
-                sign_key: ("surface.touching", &format!("{:?}", s.touching)),
-                unit_um: Some((s.heights_unit_um, "surface.heights_unit_um (--heights-unit-um)")),
-                place: &file.display().to_string(),
-                unit_words: &format!("in units of {} µm", s.heights_unit_um),
-            },
-        );
-    }
-    let (lambda_r, lambda_s) = cut_offs(s, scene.laboratory.length_um);
-    let spectrum =
-        Spectrum { hurst: s.hurst, lambda_r, lambda_s, rms_gradient: s.rms_gradient, amplitudes: s.amplitudes };
-    Ok(Surface::synthesised(spectrum, s.seed))
+fn adhesion(lab: &Laboratory, a: &AdhesionScene, range_nm: f64) -> Adhesion {
+    a.law.adhesion(lab.reduced_work(a.work_of_adhesion_mj_m2), lab.reduced_nm(range_nm))
 }

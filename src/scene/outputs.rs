@@ -1,4 +1,4 @@
-//! What is to be kept and counted of a run, and the accuracy that may be asked for in place of a grid.
+//! Requested outputs of a run, and the accuracy that can be requested in place of a grid.
 
 use crate::record::quantity::Quantity;
 use schemars::JsonSchema;
@@ -26,7 +26,7 @@ pub struct AccuracyScene {
     pub extrapolate: bool,
 }
 
-/// What a run keeps and counts beside areas and mean gaps.
+/// Outputs of a run besides areas and mean gaps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct RequestedOutputs {
     /// Maps of heights, gaps and stresses.

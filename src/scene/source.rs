@@ -1,11 +1,16 @@
+//! The surface of a scene.
+
+use super::check::{cut_offs, word};
+use super::model::relative_to;
+use super::{Laboratory, SurfaceScene, Touching, Units};
 use crate::grid::{Grid, rms};
-use crate::record::heights::{HeightMap, Sign};
-use crate::record::import::{self, Content, Fourier, ImportOptions};
+use crate::record::heights::Sign;
+use crate::record::import::{self, Content, Fourier, ImportOptions, Wave};
 use crate::surface::{FourierModes, Modes, Spectrum, lower_to_zero, resample};
 use crate::{Error, Result};
 use std::path::Path;
 
-/// Where heights come from: a rule that gives them on any grid, or a map that is resampled.
+/// Source of heights: a spectrum or series that gives them on any grid, or a map that is resampled.
 #[derive(Debug, Clone)]
 pub enum Surface {
     Synthesised {
@@ -19,109 +24,73 @@ pub enum Surface {
         heights: Vec<f64>,
         origin: String,
     },
-    /// Fourier coefficients, which give heights on any grid that holds them.
+    /// Fourier coefficients, which give heights on any grid that resolves them.
     Fourier {
         modes: FourierModes,
         origin: String,
     },
 }
 
-/// What a file of heights or of Fourier coefficients is to be taken for.
-#[derive(Debug, Clone, Copy)]
-pub struct SurfaceFile<'a> {
-    pub asked: ImportOptions<'a>,
-    /// Points per side of the grid that an FFTW transform was of.
-    pub fourier_points: Option<usize>,
-    pub sign: Sign,
-    /// Unit of the file's heights over the cell's extent in x.
-    pub unit: f64,
-    /// Shortest wave that is kept of a file of coefficients, over the cell's extent; 0 for all.
-    pub low_pass: f64,
-    /// How the keys of a complaint are called: as flags, or as keys of a scene.
-    pub low_pass_key: &'a str,
-    /// The sign's key and what it says, for a file that declares another.
-    pub sign_key: (&'a str, &'a str),
-    /// The heights' unit in µm and its key, where they have one: a file that declares another is refused.
-    pub unit_um: Option<(f64, &'a str)>,
-    /// Named in complaints about the keys.
-    pub place: &'a str,
-    /// How the unit is told.
-    pub unit_words: &'a str,
-}
-
-/// Share by which a unit may be off the one that a file declares.
-const UNIT_OFF: f64 = 1e-9;
+/// Relative deviation that a unit may have from the one that a file declares.
+const UNIT_TOLERANCE: f64 = 1e-9;
 
 impl Surface {
-    pub fn synthesised(spectrum: Spectrum, seed: u64) -> Self {
-        Surface::Synthesised { modes: Modes::new(spectrum, seed, 1.0), spectrum, seed }
-    }
-
-    /// Reads a file, lowest point at 0, low points touching first.
+    /// The surface of a scene's table: synthesised, or read from its file with the lowest point at 0 and low points touching first. `file` is
+    /// the scene file.
     ///
     /// # Errors
-    /// Those of [`import::read`] and [`FourierModes::new`], a declared sign or unit that is not the one asked for, waves that the
-    /// transform's own grid does not hold, a low pass for what has no waves.
-    pub fn read(path: &Path, ask: SurfaceFile) -> Result<Self> {
-        let found = import::read(path, ask.asked)?;
-        if let Some(says) = found.declared.sign.filter(|s| *s != ask.sign) {
-            let (key, value) = ask.sign_key;
-            let accepted = format!("what {} declares: {}", path.display(), says.words());
-            return Err(Error::input(ask.place, key, value, accepted));
+    /// Those of [`import::read`] and [`FourierModes::new`], a sign or unit that contradicts the file, waves that the transform's own
+    /// grid does not hold, a low pass for a height map.
+    pub fn resolve(s: &SurfaceScene, laboratory: &Laboratory, file: &Path) -> Result<Self> {
+        let Some(path) = &s.heights else {
+            let (lambda_r, lambda_s) = cut_offs(s, laboratory.length_um);
+            let spectrum =
+                Spectrum { hurst: s.hurst, lambda_r, lambda_s, rms_gradient: s.rms_gradient, amplitudes: s.amplitudes };
+            return Ok(Surface::Synthesised { modes: Modes::new(spectrum, s.seed, 1.0), spectrum, seed: s.seed });
+        };
+        let path = relative_to(file, path);
+        let found = import::read(&path, ImportOptions { dataset: s.dataset.as_deref(), fourier: s.fourier })?;
+        let place = file.display().to_string();
+        let sign = match s.touching {
+            Some(Touching::HighPoints) => Sign::HighFirst,
+            _ => Sign::LowFirst,
+        };
+        if let Some(declared) = found.declared.sign.filter(|declared| *declared != sign) {
+            let given = s.touching.map_or("not given".into(), |t| word(&t));
+            let accepted = format!("what {} declares: {}", path.display(), declared.words());
+            return Err(Error::input(place, "surface.touching", given, accepted));
         }
-        if let (Some((um, key)), Some(says)) = (ask.unit_um, found.declared.unit_um())
-            && (um / says - 1.0).abs() > UNIT_OFF
+        let (um, named) = (s.heights_unit_um, laboratory.units == Units::Named);
+        if let Some(declared) = found.declared.unit_um().filter(|_| named)
+            && (um / declared - 1.0).abs() > UNIT_TOLERANCE
         {
             let unit = found.declared.unit.as_deref().unwrap_or_default();
-            let accepted = format!("{says}, as {} declares its heights in {unit}", path.display());
-            return Err(Error::input(ask.place, key, um, accepted));
+            let accepted = format!("{declared}, as {} declares its heights in {unit}", path.display());
+            return Err(Error::input(place, "surface.heights_unit_um", um, accepted));
         }
+        let unit = if named { format!("in units of {um} µm") } else { "as they are".to_string() };
         let declared = found.declared.unit.map_or(String::new(), |u| format!(" (the file declares {u:?})"));
-        let told = |what: String| {
-            format!("read from {}: {what}; heights {}{declared}, {}", path.display(), ask.unit_words, ask.sign.words())
-        };
+        let origin =
+            |what: String| format!("read from {}: {what}; heights {unit}{declared}, {}", path.display(), sign.words());
+        let length_um = laboratory.length_um;
         match found.content {
-            Content::Map(_) if ask.low_pass > 0.0 => {
+            Content::Map(_) if s.low_pass_um.is_some() => {
                 let accepted = format!("none: {} is a height map", path.display());
-                Err(Error::input(ask.place, ask.low_pass_key, "given", accepted))
+                Err(Error::input(place, "surface.low_pass_um", "given", accepted))
             }
             Content::Map(map) => {
-                let mut map = map.low_first(ask.sign);
-                map.heights.iter_mut().for_each(|h| *h *= ask.unit);
-                Ok(Surface::imported(map, told(found.layout)))
+                let mut map = map.low_first(sign);
+                map.heights.iter_mut().for_each(|h| *h *= um / length_um);
+                let mut grid = Grid::unit(map.nx, map.ny);
+                grid.ly = laboratory.length_y_um.map_or(grid.ly, |y| y / length_um);
+                Ok(Surface::Imported { grid, heights: map.heights, origin: origin(found.layout) })
             }
             Content::Waves(waves) => {
-                let points = match ask.asked.fourier {
-                    Some(Fourier::Fftw) => ask.fourier_points,
-                    _ => None,
-                };
-                let beyond = |w: &&import::Wave| {
-                    points.is_some_and(|n| 2 * w.kx.unsigned_abs().max(w.ky.unsigned_abs()) as usize >= n)
-                };
-                if let (Some(n), Some(w)) = (points, waves.iter().find(beyond)) {
-                    let found = format!("q = ({}, {})", w.kx, w.ky);
-                    return Err(Error::format(
-                        path,
-                        found,
-                        format!("waves below half of the {n} points of --fourier-points"),
-                    ));
-                }
-                let sign = if ask.sign == Sign::HighFirst { -1.0 } else { 1.0 };
-                let scale = points.map_or(1.0, |n| (n as f64).powi(-2));
-                let modes = FourierModes::new(path, &waves, sign * scale * ask.unit, ask.low_pass)?;
-                let sum = match points {
-                    None => "coefficients a of h(r) = Σ a exp(iq·r)".to_string(),
-                    Some(n) => format!("n² a of h(r) = Σ a exp(iq·r), n = {n}"),
-                };
-                let origin = told(format!("{}, {sum}, {}", found.layout, modes.summary()));
+                let (modes, sum) = series(s, laboratory.length_um, &path, &waves, sign)?;
+                let origin = origin(format!("{}, {sum}, {}", found.layout, modes.summary()));
                 Ok(Surface::Fourier { modes, origin })
             }
         }
-    }
-
-    /// `map` is in lengths of the cell.
-    pub fn imported(map: HeightMap, origin: String) -> Self {
-        Surface::Imported { grid: Grid::unit(map.nx, map.ny), heights: map.heights, origin }
     }
 
     /// Heights `[ny, nx]`, lowest at 0, with the modes whose wavelength is at least `low_pass` (0 for all that the grid
@@ -153,4 +122,23 @@ impl Surface {
             Surface::Imported { origin, .. } | Surface::Fourier { origin, .. } => origin.clone(),
         }
     }
+}
+
+/// Fourier coefficients of a file over the cell's extent, and the sum that they are the coefficients of.
+fn series(s: &SurfaceScene, length_um: f64, path: &Path, waves: &[Wave], sign: Sign) -> Result<(FourierModes, String)> {
+    let points = s.fourier_points.filter(|_| s.fourier == Some(Fourier::Fftw));
+    let beyond = |w: &&Wave| points.is_some_and(|n| 2 * w.kx.unsigned_abs().max(w.ky.unsigned_abs()) as usize >= n);
+    if let (Some(n), Some(w)) = (points, waves.iter().find(beyond)) {
+        let found = format!("q = ({}, {})", w.kx, w.ky);
+        return Err(Error::format(path, found, format!("waves below half of the {n} points of --fourier-points")));
+    }
+    let sign = if sign == Sign::HighFirst { -1.0 } else { 1.0 };
+    let scale = points.map_or(1.0, |n| (n as f64).powi(-2));
+    let low_pass = s.low_pass_um.map_or(0.0, |um| um / length_um);
+    let modes = FourierModes::new(path, waves, sign * scale * (s.heights_unit_um / length_um), low_pass)?;
+    let sum = match points {
+        None => "coefficients a of h(r) = Σ a exp(iq·r)".to_string(),
+        Some(n) => format!("n² a of h(r) = Σ a exp(iq·r), n = {n}"),
+    };
+    Ok((modes, sum))
 }

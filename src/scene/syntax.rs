@@ -1,50 +1,69 @@
-//! A scene that TOML or its types refuse, told in the words of scenes: which key, what stands there, what is accepted.
+//! Reading a scene file. Errors of syntax and of types name key, value and accepted values, with the line.
 
-use super::Scene;
-use crate::Error;
+use super::model::Scene;
+use crate::{Error, Result};
 use serde::Deserialize;
 use std::ops::Range;
 use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
-/// Longest piece of the file that a message repeats.
+impl Scene {
+    /// Reads a scene file.
+    ///
+    /// # Errors
+    /// Syntax, unknown keys and wrong types, each with its line.
+    pub fn read(path: &Path) -> Result<Scene> {
+        let text = std::fs::read_to_string(path).map_err(Error::io("read", path))?;
+        Self::parse(&text, path)
+    }
+
+    pub fn parse(text: &str, path: &Path) -> Result<Scene> {
+        toml::from_str(text).map_err(|e| syntax_error(e, text, path))
+    }
+
+    /// JSON Schema of scene files, for editors.
+    pub fn schema() -> serde_json::Value {
+        schemars::schema_for!(Scene).to_value()
+    }
+}
+
+/// Longest excerpt of the file in a message, characters.
 const REPEATED: usize = 60;
 
-/// All that the types of a scene have to say against a text. They stop at the first, so what was told of is made good in
-/// the tree, and the tree is read again.
-pub(super) fn unavailable_reason(first: toml::de::Error, text: &str, file: &Path) -> Error {
-    let mut list = vec![told(&first, text)];
+/// All type errors of a text. Deserialisation stops at the first one, so the tree is repaired there and deserialised again.
+pub(super) fn syntax_error(first: toml::de::Error, text: &str, file: &Path) -> Error {
+    let mut list = vec![complaint_of(&first, text)];
     let mut error = first;
     if let Ok(mut tree) = DeTable::parse(text) {
-        while mended(tree.get_mut(), &error, text) {
+        while repaired(tree.get_mut(), &error, text) {
             match Scene::deserialize(toml::de::Deserializer::from(tree.clone())) {
                 Ok(_) => break,
                 Err(next) => error = next,
             }
-            let complaint = told(&error, text);
-            // What cannot be made good would be told for ever.
+            let complaint = complaint_of(&error, text);
+            // An error that cannot be repaired would repeat for ever.
             if list.contains(&complaint) {
                 break;
             }
             list.push(complaint);
         }
     }
-    // In the order of the file; what is missing has no line and comes last.
+    // In the order of the file. A missing key has no line and comes last.
     list.sort_by_key(|(line, _)| line.unwrap_or(usize::MAX));
     Error::Syntax { file: file.to_path_buf(), list }
 }
 
-/// Takes what an error is about out of the tree, or puts something of the right kind in its place. Whether that was done.
-fn mended<'i>(tree: &mut DeTable<'i>, error: &toml::de::Error, text: &str) -> bool {
+/// Removes the key or value of an error from the tree, or replaces it by one of the right type. Whether that was possible.
+fn repaired<'i>(tree: &mut DeTable<'i>, error: &toml::de::Error, text: &str) -> bool {
     let span = error.span().filter(|s| text.get(s.clone()).is_some()).unwrap_or(0..0);
     let path = if span.is_empty() { None } else { key_at(tree, &span) };
     let message = error.message();
     if let Some(field) = message.strip_prefix("missing field ") {
         let field = field.trim_matches('`').to_string();
-        // The tables and the text that a scene must have; every other key without a default is a number.
+        // The required tables and texts; every other key without a default is a number.
         let value = match field.as_str() {
-            "name" => DeValue::String("mended".into()),
+            "name" => DeValue::String("repaired".into()),
             "surface" | "load" => DeValue::Table(DeTable::new()),
             _ => number(),
         };
@@ -62,13 +81,13 @@ fn mended<'i>(tree: &mut DeTable<'i>, error: &toml::de::Error, text: &str) -> bo
         Some((_, "f32" | "f64" | "usize" | "u8" | "u16" | "u32" | "u64" | "i8" | "i16" | "i32" | "i64")) => {
             Some(number())
         }
-        Some((_, "a string")) => Some(DeValue::String("mended".into())),
+        Some((_, "a string")) => Some(DeValue::String("repaired".into())),
         Some((_, "a sequence")) => Some(DeValue::Array(DeArray::new())),
         Some((_, kind)) if kind.starts_with("struct ") => Some(DeValue::Table(DeTable::new())),
         _ => None,
     };
     let Some(old) = table.remove(key) else { return false };
-    // Keys that must be there get a value; all others do without.
+    // Required keys get a value; the others are left out.
     if let Some(value) = stand_in {
         table.insert(Spanned::new(0..0, key.to_string().into()), Spanned::new(old.span(), value));
     }
@@ -88,16 +107,16 @@ fn table_at<'t, 'i>(tree: &'t mut DeTable<'i>, path: Option<&str>) -> Option<&'t
     })
 }
 
-/// One error in the words of scenes, with its line.
-fn told(error: &toml::de::Error, text: &str) -> (Option<usize>, String) {
+/// One error as key, value and accepted values, with its line.
+fn complaint_of(error: &toml::de::Error, text: &str) -> (Option<usize>, String) {
     let span = error.span().filter(|s| text.get(s.clone()).is_some()).unwrap_or(0..0);
     let found = short(&text[span.clone()]);
     let line = 1 + text[..span.start].matches('\n').count();
-    // No tree where the syntax is at fault, no place in it for what the whole file lacks.
+    // There is no tree after a syntax error, and no place in it for a missing top-level table.
     let tree = DeTable::parse(text).ok().filter(|_| !span.is_empty());
     let key = tree.and_then(|tree| key_at(tree.get_ref(), &span));
     let message = error.message();
-    let told = if let Some(field) = message.strip_prefix("missing field ") {
+    let complaint = if let Some(field) = message.strip_prefix("missing field ") {
         let table = key.map_or(String::new(), |k| k + ".");
         format!("{table}{} is missing and has no default", field.trim_matches('`'))
     } else if let Some(key) = key {
@@ -118,10 +137,10 @@ fn told(error: &toml::de::Error, text: &str) -> (Option<usize>, String) {
         let whole = text.lines().nth(line - 1).unwrap_or_default();
         format!("{}: {}", short(whole), message.replace('\n', ", "))
     };
-    ((!span.is_empty() || !message.starts_with("missing field")).then_some(line), told)
+    ((!span.is_empty() || !message.starts_with("missing field")).then_some(line), complaint)
 }
 
-/// Dotted path of what stands at `span`: a key, a value, an entry of a list, or a table by its header.
+/// Dotted path of the key, value, list entry or table header at `span`.
 fn key_at(table: &DeTable, span: &Range<usize>) -> Option<String> {
     let holds = |outer: Range<usize>| outer.start <= span.start && span.end <= outer.end;
     table.iter().find_map(|(key, value)| {
@@ -143,7 +162,7 @@ fn list(known: &str) -> &str {
     known.strip_prefix("one of ").unwrap_or(known)
 }
 
-/// What a type of Rust is to somebody who writes a scene.
+/// A Rust type in plain words.
 fn plain(expected: &str) -> &str {
     match expected {
         "f32" | "f64" => "a number",
@@ -151,7 +170,6 @@ fn plain(expected: &str) -> &str {
         "i8" | "i16" | "i32" | "i64" => "a whole number",
         "a string" | "path string" => "a text in quotes",
         "a boolean" => "true or false",
-        // Loads are the only list that a scene has.
         "a sequence" => "a list of numbers, such as [0.01, 0.03]",
         other if other.starts_with("struct ") => "a table",
         other => other,
@@ -171,10 +189,10 @@ mod tests {
 
     /// Types, unknown keys and missing ones, in the order of the file.
     #[test]
-    fn all_complaints_come_at_once() {
+    fn all_complaints_are_reported_at_once() {
         let text = "name = 3\nlaod = 1\n[surface]\ngrid = \"many\"\nhurts = 0.8\nhurst = \"x\"\n[adhesion]\nrange_nm = true\n\
                     law = \"sticky\"\n[continuum]\nmethod = 1\nperiodic = \"no\"\n[load]\np_star = [1, \"x\", \"y\"]\n";
-        let told = Scene::parse(text, Path::new("a.toml")).expect_err("refused").to_string();
+        let complaint = Scene::parse(text, Path::new("a.toml")).expect_err("refused").to_string();
         let begins = [
             "line 1: name = 3;",
             "line 2: laod is no key",
@@ -188,15 +206,15 @@ mod tests {
             "line 12: continuum.periodic = \"no\";",
             "line 14: load.p_star[1] = \"x\";",
         ];
-        let lines: Vec<&str> = told.lines().collect();
-        assert_eq!(lines.len(), begins.len(), "{told}");
+        let lines: Vec<&str> = complaint.lines().collect();
+        assert_eq!(lines.len(), begins.len(), "{complaint}");
         for (line, begin) in lines.iter().zip(begins) {
-            assert!(line.strip_prefix("a.toml, ").is_some_and(|l| l.starts_with(begin)), "{told}");
+            assert!(line.strip_prefix("a.toml, ").is_some_and(|l| l.starts_with(begin)), "{complaint}");
         }
     }
 
     #[test]
-    fn no_word_of_rust_reaches_the_user() {
+    fn messages_name_no_rust_types() {
         let whole = "a whole number, zero or above";
         for (text, expected) in [
             ("name = 1\n[load]\np_star = [1]", "line 1: name = 1; accepted: a text in quotes"),
@@ -231,9 +249,9 @@ mod tests {
             ),
             ("name = \"a\"\n[load]\np_star: 1", "line 3: p_star: 1: key with no value, expected `=`"),
         ] {
-            let told = Scene::parse(text, Path::new("a.toml")).expect_err(text).to_string();
-            assert!(told.lines().all(|l| l.starts_with("a.toml")), "{told}");
-            assert!(told.lines().any(|l| l.ends_with(expected)), "{told}");
+            let complaint = Scene::parse(text, Path::new("a.toml")).expect_err(text).to_string();
+            assert!(complaint.lines().all(|l| l.starts_with("a.toml")), "{complaint}");
+            assert!(complaint.lines().any(|l| l.ends_with(expected)), "{complaint}");
         }
     }
 }

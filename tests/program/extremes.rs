@@ -97,8 +97,11 @@ fn grids_beyond_the_memory_are_refused_with_what_fits() {
 /// Spectra that are none are refused; what the grid leaves out of one is said.
 #[test]
 fn cut_offs_of_the_challenge() {
-    for cut_off in ["0", "-1", "nan", "inf", "1e-5", "0.21", "2"] {
-        refused(&challenge("32", &["--cut-off", cut_off]), 2, "accepted: a number from 0.0001 to the roll-off's 0.2");
+    let (short, long) = ("a wavelength of at least 1e-4 of the cell", "no longer than the roll-off wavelength");
+    for (cut_off, accepted) in
+        [("0", short), ("-1", short), ("nan", short), ("1e-5", short), ("inf", long), ("0.21", long), ("2", long)]
+    {
+        refused(&challenge("32", &["--cut-off", cut_off]), 2, accepted);
     }
     let (coarse, held) = (challenge("32", &["--cut-off", "0.02"]), challenge("128", &["--cut-off", "0.02"]));
     assert!(coarse.status.success() && held.status.success());
@@ -145,10 +148,10 @@ fn maps_that_are_none() {
         let output = solve("fits.txt", heights, &["--length", length]);
         assert!(output.status.success() && json_line(&output)["energy"].is_f64(), "{}", stderr(&output));
     }
-    for flag in ["--length", "--length-y", "--modulus", "--pressure", "--rho", "--thickness"] {
+    for flag in ["--length", "--length-y", "--modulus", "--pressure", "--adhesion-range", "--thickness"] {
         for value in ["0", "-1", "nan", "inf"] {
             let mut more = if flag == "--pressure" { vec![] } else { vec!["--pressure", "0.01"] };
-            more.extend(if flag == "--rho" { vec!["--gamma", "1e-3"] } else { vec![] });
+            more.extend(if flag == "--adhesion-range" { vec!["--gamma", "1e-3"] } else { vec![] });
             let file = scratch.path().join("fits.txt");
             refused(&self::solve(&file, &[&more[..], &[flag, value]].concat()), 2, &format!("{flag} = "));
         }

@@ -231,14 +231,13 @@ fn what_is_damaged_or_ambiguous_is_refused() {
         ("konfig.dat", series, &["[4, 6] numbers", "four columns qX qY Re Im"]),
         ("triples.txt", series, &["3 numbers on line 1", "four, qX qY Re Im"]),
         ("contradiction.dat", series, &["q = (-1, -1) and (1, 1) that contradict"]),
-        ("series.dat", &["--fourier", "series", "--grid", "6"], &["surface.grid = 6", "at least 7"]),
-        ("series.dat", &["--fourier", "fftw"], &["surface.fourier_points = not given"]),
-        ("series.dat", &["--fourier", "series", "--fourier-points", "8"], &["surface.fourier_points = 8"]),
+        ("series.dat", &["--fourier", "series", "--grid", "6"], &["--grid = 6", "at least 7"]),
+        ("series.dat", &["--fourier", "fftw"], &["--fourier-points = not given"]),
+        ("series.dat", &["--fourier", "series", "--fourier-points", "8"], &["--fourier-points = 8"]),
         ("fftw.dat", &["--fourier", "fftw", "--fourier-points", "6", "--grid", "8"], &["q = (2, -3)", "half of the 6"]),
-        ("plain.h5", &["--low-pass-um", "3"], &["surface.low_pass_um = 3", "only together with surface.fourier"]),
+        ("plain.h5", &["--low-pass-um", "3"], &["--low-pass-um = 3", "only together with --fourier"]),
     ] {
-        let about =
-            if pieces[0].starts_with("surface.") || pieces[0].starts_with("--") { "command line" } else { name };
+        let about = if pieces[0].starts_with("--") { "command line" } else { name };
         refused(&surface(name, flags), about, pieces);
     }
     let nan = surface("nan.h5", &[]);
@@ -258,7 +257,7 @@ fn what_is_damaged_or_ambiguous_is_refused() {
             .expect("started")
     };
     refused(&solve(&["--fourier", "series"]), "--grid", &["not given", "at least 7"]);
-    refused(&solve(&["--grid", "8"]), "--grid", &["only together with --fourier"]);
+    refused(&solve(&["--grid", "8"]), "--grid", &["is a height map with points of its own"]);
     refused(&solve(&["--fourier", "fftw", "--grid", "8"]), "--fourier-points", &["not given"]);
     let challenge = ["solve", "--challenge", "16", "--pressure", "1", "--cut-off", "0.2", "--fourier", "series"];
     refused(&asperity().args(challenge).output().expect("started"), "--fourier", &["only together with a file"]);
@@ -350,10 +349,7 @@ fn a_declared_unit_is_compared() {
     refused(
         &surface("packed.nc", nm),
         "command line",
-        &[
-            "surface.heights_unit_um (--heights-unit-um) = 0.001; accepted: 1, as ",
-            "packed.nc declares its heights in um",
-        ],
+        &["--heights-unit-um = 0.001; accepted: 1, as ", "packed.nc declares its heights in um"],
     );
     let scratch = tempfile::tempdir().expect("scratch");
     let path = scratch.path().join("nm.txt");

@@ -213,12 +213,67 @@ fn what_a_path_cannot_do_is_refused() {
         assert!(stderr(&output).contains(piece), "{flags:?}: {}", stderr(&output));
     };
     refused(&["--pressure", "0.01", "--pull-off"], "--pull-off");
-    refused(&["--mean-gap", "0.01", "--method", "bvm"], "--method = bvm; accepted: fast or auto");
+    refused(&["--mean-gap", "0.01", "--method", "bvm"], "--method = \"bvm\"; accepted: \"fast\" or \"auto\"");
     refused(&["--mean-gap", "-0.01"], "--mean-gap = -0.01");
-    refused(&["--mean-gap", "0.01,0"], "--mean-gap = 0; accepted: a positive gap; all of the surface touches from");
+    refused(&["--mean-gap", "0.01,0"], "--mean-gap = 0; accepted: a positive number; full contact from --pressure = ");
     refused(&["--pressure", "0.01", "--mean-gap", "0.01"], "--mean-gap");
     refused(&["--pressure", "0.01", "--initial-gap", "nowhere.npy"], "nowhere.npy");
     refused(&["--pressure", "0.01,-0.01"], "--pressure = -0.01");
+}
+
+/// Both commands build the same case: one map under one load path gives the same numbers and the same warnings.
+#[test]
+fn solve_and_run_give_the_same_numbers_and_warnings() {
+    /// Lengths in nm and in the unit of the map are rounded differently.
+    const ROUNDING: f64 = 1e-9;
+    const SCENE: &str = "name = \"same\"\n[laboratory]\nlength_um = 1\ncontact_modulus_mpa = 1\n[surface]\nheights = \"map.txt\"\n\
+                         touching = \"high-points\"\n[load]\np_star = [0.02, 0.05]\n[adhesion]\nwork_of_adhesion_mj_m2 = 4\n\
+                         range_nm = 1\n[continuum.layer]\nthickness_um = 0.5\n";
+    let scratch = tempfile::tempdir().expect("scratch");
+    let path = |name: &str| scratch.path().join(name).to_str().expect("UTF-8").to_string();
+    // Steep, on few points, with a range that they do not resolve: three warnings.
+    let height =
+        |i: usize, j: usize| (0.55 * i as f64).cos() + (0.5 * j as f64).sin() + 0.2 * (1.7 * (i + j) as f64).cos();
+    let row = |j: usize| (0..12).map(|i| height(i, j).to_string()).collect::<Vec<_>>().join(" ");
+    std::fs::write(path("map.txt"), (0..12).map(row).collect::<Vec<_>>().join("\n")).expect("written");
+    std::fs::write(path("same.toml"), SCENE).expect("written");
+    let run = asperity().args(["run", &path("same.toml"), "--json", "--out", &path("run")]).output().expect("started");
+    assert!(run.status.success(), "{}", stderr(&run));
+    let results = json_line(&run);
+    let states = results["results"]["continuum"]["states"].as_array().expect("states");
+    let pressures: Vec<String> = states.iter().map(|s| number(s, "pressure").to_string()).collect();
+    let flags =
+        ["--touching", "high-points", "--work-of-adhesion", "4e-3", "--adhesion-range", "1e-3", "--thickness", "0.5"];
+    let solved = asperity()
+        .args(["solve", &path("map.txt"), "--json", "--pressure", &pressures.join(",")])
+        .args(flags)
+        .output()
+        .expect("started");
+    assert!(solved.status.success(), "{}", stderr(&solved));
+    let lines = String::from_utf8(solved.stdout.clone()).expect("UTF-8");
+    let lines: Vec<Value> = lines.lines().map(|l| serde_json::from_str(l).expect("JSON")).collect();
+    assert_eq!(lines.len(), states.len());
+    for (line, state) in lines.iter().zip(states) {
+        assert_eq!(line["contact_fraction"], state["contact_fraction"]);
+        assert_eq!(line["stop"], state["stop"]);
+        for key in ["pressure", "mean_gap", "energy", "contact_fraction_corrected"] {
+            let (found, expected) = (number(line, key), number(state, key));
+            assert!((found / expected - 1.0).abs() < ROUNDING, "{key}: {found} {expected}");
+        }
+    }
+    let warnings = |output: &std::process::Output| -> Vec<String> {
+        stderr(output).lines().filter(|l| l.trim_start().starts_with("warning")).map(str::to_string).collect()
+    };
+    assert_eq!(warnings(&solved), warnings(&run));
+    assert_eq!(warnings(&solved).len(), 3, "{}", stderr(&solved));
+    // A refusal names the flag here and the key there.
+    let wall = ["--wall", "penalty"];
+    let refused =
+        asperity().args(["solve", &path("map.txt"), "--pressure", "0.1"]).args(wall).output().expect("started");
+    assert!(stderr(&refused).contains("command line: --penalty-length = not given"), "{}", stderr(&refused));
+    std::fs::write(path("wall.toml"), format!("{SCENE}[continuum]\nwall = \"penalty\"\n")).expect("written");
+    let refused = asperity().args(["run", &path("wall.toml"), "--dry-run"]).output().expect("started");
+    assert!(stderr(&refused).contains("wall.toml: continuum.penalty_length_nm = not given"), "{}", stderr(&refused));
 }
 
 /// Ctrl-C leaves a checkpoint; the same command goes on from it, tells all loads, and ends in the same bits.
@@ -252,7 +307,7 @@ fn an_interrupted_path_goes_on() {
     assert!(stopped.join("checkpoint.json").exists() && !stopped.join(format!("load-{LOADS}-gap.npy")).exists());
     let again = command(&stopped).output().expect("started");
     assert!(again.status.success(), "{}", stderr(&again));
-    let from = format!("going on from load {} of {LOADS}", told.lines().count() + 1);
+    let from = format!("resuming at load {} of {LOADS}", told.lines().count() + 1);
     assert!(stderr(&again).contains(&from), "{from}: {}", stderr(&again));
     assert_eq!(String::from_utf8_lossy(&again.stdout).lines().count(), LOADS, "every load is told");
     for i in [2, 3, LOADS] {

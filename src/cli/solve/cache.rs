@@ -1,4 +1,4 @@
-//! The folder of a solve, and what a finished one leaves there, so that the same command tells it again instead of solving anew.
+//! The folder of a solve, and the results of a finished one, which the same command reports instead of solving again.
 
 use crate::record::json;
 use crate::{Error, Result};
@@ -7,7 +7,7 @@ use serde_json::Value;
 use std::fs::{self, File};
 use std::path::Path;
 
-/// Tells a folder that solves may clear from any other.
+/// Marks a folder that solves may clear.
 const MARKER: &str = ".asperity-solve";
 
 const FILE: &str = "done.json";
@@ -18,7 +18,7 @@ const OF_STATES: [&str; 5] = ["gap.npy", "stress.npy", "contact.npy", "solve.jso
 #[derive(Serialize, Deserialize)]
 pub(super) struct SolveCache {
     key: String,
-    /// What was told of each load, and of the pull-off.
+    /// Line of JSON of each load, and of the pull-off.
     pub states: Vec<Value>,
     pub pull_off: Option<Value>,
 }
@@ -26,22 +26,21 @@ pub(super) struct SolveCache {
 /// Creates the folder, if need be.
 ///
 /// # Errors
-/// Where it holds what no solve wrote.
+/// If it contains files that no solve wrote.
 pub(super) fn open(folder: &Path) -> Result<()> {
     fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
     let marker = folder.join(MARKER);
     let own = || marker.exists() || json::read::<SolveCache>(&folder.join(FILE)).is_ok();
     let mut entries = fs::read_dir(folder).map_err(Error::io("read", folder))?;
     if entries.next().is_some() && !own() {
-        let found = format!("{} (holds what no solve wrote)", folder.display());
+        let found = format!("{} (contains files that no solve wrote)", folder.display());
         return Err(Error::input("command line", "--out", found, "a new or empty folder, or that of an earlier solve"));
     }
     File::create(&marker).map_err(Error::io("write", &marker))?;
     Ok(())
 }
 
-/// Removes the states of an earlier solve, whole or partial, but the one that this one starts from: another one's are about to be
-/// written.
+/// Removes the states of an earlier solve, whole or partial, except the gap from which this one starts.
 pub(super) fn clear(folder: &Path, start: Option<&Path>) -> Result<()> {
     SolveCache::forget(folder);
     let start = start.and_then(|file| fs::canonicalize(file).ok());
@@ -60,7 +59,7 @@ pub(super) fn clear(folder: &Path, start: Option<&Path>) -> Result<()> {
 }
 
 impl SolveCache {
-    /// That of a folder, if it is of this key and the fields are still there.
+    /// The results in a folder, if they have this key and the fields still exist.
     pub fn find(folder: &Path, key: &str, fields: impl IntoIterator<Item = String>) -> Option<SolveCache> {
         let found: SolveCache = json::read(&folder.join(FILE)).ok()?;
         let whole = found.key == key && fields.into_iter().all(|name| folder.join(name).exists());
@@ -69,7 +68,7 @@ impl SolveCache {
 
     /// Before any of its fields is replaced.
     pub fn forget(folder: &Path) {
-        // What is not there need not go.
+        // A missing file is fine.
         let _ = fs::remove_file(folder.join(FILE));
     }
 
@@ -83,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_states_are_cleared() {
+    fn clear_removes_states_only() {
         let folder = tempfile::tempdir().expect("scratch");
         let path = |name: &str| folder.path().join(name);
         open(folder.path()).expect("empty");

@@ -3,47 +3,25 @@
 use super::{Solve, cache};
 use crate::Result;
 use crate::cli::{output, progress::TerminalProgress};
-use crate::error::Complaint;
 use crate::grid::Field;
-use crate::interface::{Adhesion, RangeChoice};
-use crate::load::LoadStep;
-use crate::method::{ContactMethod, Estimate, Load, Precision, Problem, Quantity};
+use crate::interface::Adhesion;
+use crate::load::{Load, LoadStep};
+use crate::method::{self, ContactMethod, Estimate, Heights, Problem, Quantity};
 use crate::path::EstimatorInput;
 use crate::pipeline::{Progress, state_of};
 use crate::record::{json, npy};
 use crate::report::number::{duration, memory, percent, significant};
+use crate::scene::Case;
 use serde_json::{Value, json};
 
-/// What only a solver can do.
-pub(super) fn complaints(solve: &Solve) -> Vec<Complaint> {
-    let accepted = "not with this method: it does not solve for the fields";
-    [
-        ("--pull-off", solve.pull_off),
-        ("--mean-gap", !solve.mean_gap.is_empty()),
-        ("--initial-gap", solve.initial_gap.is_some()),
-        ("--energy-tolerance", solve.energy_tolerance.is_some()),
-        ("--area-tolerance", solve.area_tolerance.is_some()),
-        ("--mean-gap-tolerance", solve.mean_gap_tolerance.is_some()),
-        ("--precision f32", solve.precision == Precision::F32),
-        ("--range extrapolate", solve.range == RangeChoice::Extrapolate),
-    ]
-    .into_iter()
-    .filter(|(_, given)| *given)
-    .map(|(key, _)| Complaint::new(key, "given", accepted))
-    .collect()
-}
-
-pub(super) fn run(
-    solve: &Solve,
-    method: &'static dyn ContactMethod,
-    asked: &Problem,
-    loads: &[Load],
-    progress: &TerminalProgress,
-) -> Result<()> {
+pub(super) fn run(solve: &Solve, case: &Case, heights: Heights, progress: &TerminalProgress) -> Result<()> {
+    let method = method::find(&solve.method).expect("checked with the scene");
+    let loads: Vec<Load> = case.load_steps().iter().map(|step| step.target).collect();
+    let asked = &case.problem(heights);
     let card = method.card();
     let (plan, have) = (EstimatorInput::plan(asked, method), crate::sys::available_memory_bytes());
     let grid = asked.grid;
-    solve.tell_plan(method, grid, plan.bytes, have)?;
+    solve.print_plan(method, grid, plan.bytes, have)?;
     if solve.dry_run {
         return Ok(());
     }
@@ -56,7 +34,7 @@ pub(super) fn run(
     let growth = crate::sys::MemoryGrowth::begin();
     let mut cpu = crate::sys::cpu_seconds();
     let input = EstimatorInput::new(asked.clone(), method)?;
-    input.walk((loads, 0), &watch, |i, problem, found| {
+    input.walk((&loads, 0), &watch, |i, problem, found| {
         // Before anything is counted in what was found.
         let (before, measured) = (std::mem::replace(&mut cpu, crate::sys::cpu_seconds()), growth.bytes());
         let mut line = line(solve, method, problem, found);

@@ -1,4 +1,4 @@
-//! What `solve` finds, for people and for programs.
+//! Results of `solve`, as tables and as JSON.
 
 use super::Solve;
 use crate::Result;
@@ -14,10 +14,10 @@ use crate::sys::MemoryGrowth;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-/// Tells one solve's states in the units of its command line.
+/// Reports the states of one solve in the units of its command line.
 pub(super) struct SolveReporter<'a> {
     solve: &'a Solve,
-    /// As asked for, and as the method worked with it on this grid.
+    /// As requested, and as used by the method on this grid.
     asked: Adhesion,
     used: Adhesion,
     problem: Problem<'a>,
@@ -26,13 +26,13 @@ pub(super) struct SolveReporter<'a> {
     planned_bytes: u64,
     growth: MemoryGrowth,
     loads: usize,
-    /// What was told so far, a line per state.
+    /// Line of JSON of each state so far.
     pub lines: Vec<Value>,
-    /// Processor time up to the state told last, s.
+    /// Processor time up to the last state, s.
     cpu: f64,
 }
 
-/// What was planned, and where memory and processor time stood, before anything was made.
+/// Planned memory, and memory and processor time before the solve.
 pub(super) struct Before {
     pub planned_bytes: u64,
     pub growth: MemoryGrowth,
@@ -75,12 +75,12 @@ impl<'a> SolveReporter<'a> {
         if self.loads == 1 { format!("{prefix}{name}") } else { format!("{prefix}load-{}-{name}", i + 1) }
     }
 
-    /// A state that was found before, by an interrupted solve or by a finished one.
+    /// Reports a state of an interrupted or finished solve.
     pub fn again(&mut self, line: Value) -> Result<()> {
-        self.tell(line)
+        self.report(line)
     }
 
-    fn tell(&mut self, line: Value) -> Result<()> {
+    fn report(&mut self, line: Value) -> Result<()> {
         if self.solve.json {
             output::json_line(&line)?;
         } else {
@@ -90,14 +90,14 @@ impl<'a> SolveReporter<'a> {
         Ok(())
     }
 
-    /// Tells a state, writes its files, and gives its line of JSON.
+    /// Reports a state and writes its files. Returns its line of JSON.
     pub fn state(&mut self, i: usize, reached: &Reached) -> Result<Value> {
         let before = std::mem::replace(&mut self.cpu, crate::sys::cpu_seconds());
         let line = self.line(reached, self.cpu - before);
         let (solve, state, grid) = (self.solve, &reached.state, self.problem.grid);
         if let Some(out) = &solve.out {
             let (length, modulus) = (solve.length, solve.modulus);
-            // A state that did not converge must not be taken for one that did, by name or by whoever reads the folder.
+            // The name distinguishes a state that did not converge.
             let prefix = if state.stop == Stop::Converged { "" } else { "partial-" };
             let path = |name: &str| out.join(self.name(i, prefix, name));
             npy::write_field(&path("gap.npy"), grid.nx, grid.ny, state.gap, length)?;
@@ -105,7 +105,7 @@ impl<'a> SolveReporter<'a> {
             npy::write(&path("contact.npy"), grid.nx, grid.ny, contact_map(state.gap, 0.0))?;
             json::write(&path("solve.json"), &line)?;
         }
-        self.tell(line.clone())?;
+        self.report(line.clone())?;
         Ok(line)
     }
 
@@ -136,8 +136,8 @@ impl<'a> SolveReporter<'a> {
             "criterion": self.criterion,
             "contact_fraction": area.fraction,
             "contact_fraction_corrected": area.corrected,
-            // Without adhesion all that touches presses.
-            "contact_fraction_compressive": (self.asked != Adhesion::None).then(|| pressed(state)),
+            // Without adhesion all contact is compressive.
+            "contact_fraction_compressive": (self.asked != Adhesion::None).then(|| compressive_fraction(state)),
             "perimeter": area.perimeter / length,
             "mean_gap": state.mean_gap * length,
             "discretisation": discretisation,
@@ -164,7 +164,7 @@ impl<'a> SolveReporter<'a> {
         })
     }
 
-    /// Tells the largest pull, writes its file, and gives its line of JSON.
+    /// Reports the pull-off and writes its file. Returns its line of JSON.
     pub fn pull_off(&self, found: &PullOff) -> Result<Value> {
         let (length, modulus) = (self.solve.length, self.solve.modulus);
         let curve: Vec<[f64; 2]> = found.curve.iter().map(|[g, p]| [g * length, p * modulus]).collect();
@@ -205,8 +205,8 @@ impl<'a> SolveReporter<'a> {
     }
 }
 
-/// Share of the nodes that touch and press.
-fn pressed(state: &State) -> f64 {
+/// Fraction of the nodes that are in contact and under compression.
+fn compressive_fraction(state: &State) -> f64 {
     let (n, presses) = (state.gap.len(), |i: &usize| state.gap.at(*i) <= 0.0 && state.stress.at(*i) > 0.0);
     (0..n).filter(presses).count() as f64 / n as f64
 }
@@ -216,9 +216,9 @@ fn table(line: &Value, range: RangeChoice) -> String {
     let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
     let plain = |key: &str, digits: usize| significant(number(&line[key]), digits);
     let power = |key: &str| format!("{:.1e}", number(&line[key]));
-    // Surfaces that have parted are nowhere: where the solver gave them up says nothing.
-    let parted = line["stop"] == Stop::Detached.to_string();
-    let of_contact = |text: String| if parted { "–".to_string() } else { text };
+    // Separated surfaces have no equilibrium: the last iterate is no result.
+    let separated = line["stop"] == Stop::Detached.to_string();
+    let of_contact = |text: String| if separated { "–".to_string() } else { text };
     let counted = format!("contact ({})", line["criterion"].as_str().unwrap_or_default());
     let mut rows = vec![
         ("mean pressure", plain("pressure", 6)),
@@ -237,7 +237,7 @@ fn table(line: &Value, range: RangeChoice) -> String {
         rows.push(("relative change of the mean gap", gap));
     }
     let enlarged = line["range"]["requested"] != line["range"]["used"];
-    if range == RangeChoice::Extrapolate && enlarged && !parted && line["extrapolated"].is_null() {
+    if range == RangeChoice::Extrapolate && enlarged && !separated && line["extrapolated"].is_null() {
         rows.push((
             "at the true range",
             "cannot be reporter: three grids as coarse as these differ by too much".into(),
@@ -246,8 +246,8 @@ fn table(line: &Value, range: RangeChoice) -> String {
     if let Some(e) = line["extrapolated"].as_object() {
         let of = |key: &str| e.get(key).map(|v| (number(&v["value"]), number(&v["error"])));
         if let Some((area, error)) = of("contact_fraction") {
-            let told = format!("{} ± {} % of the cell", significant(100.0 * area, 3), significant(100.0 * error, 2));
-            rows.push(("at the true range: contact", told));
+            let contact = format!("{} ± {} % of the cell", significant(100.0 * area, 3), significant(100.0 * error, 2));
+            rows.push(("at the true range: contact", contact));
         }
         if let Some((gap, error)) = of("mean_gap").filter(|g| g.0.is_finite()) {
             rows.push(("at the true range: mean gap", format!("{} ± {}", significant(gap, 6), significant(error, 2))));
@@ -256,7 +256,7 @@ fn table(line: &Value, range: RangeChoice) -> String {
     if let Some(range) = line["range"].as_object() {
         let of = |key: &str| range.get(key).map_or(f64::NAN, number);
         rows.push(("work of adhesion", plain("gamma", 4)));
-        rows.push(("range of adhesion asked for", significant(of("requested"), 4)));
+        rows.push(("requested range of adhesion", significant(of("requested"), 4)));
         rows.push(("range used on this grid", significant(of("used"), 4)));
     }
     rows.extend([

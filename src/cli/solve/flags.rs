@@ -1,0 +1,313 @@
+//! Flags of `solve`, and the scene that they make.
+
+use crate::cli::file::{FileFlags, refuse_grid};
+use crate::cli::flag_names::FlagName;
+use crate::interface::{Base, RangeChoice};
+use crate::method::{Precision, Settings};
+use crate::scene::{
+    AdhesionLaw, AdhesionScene, ContinuumScene, CrystalScene, Laboratory, LayerScene, LoadScene, Scene, SurfaceScene,
+    Touching, Units, WallKind,
+};
+use crate::surface::Spectrum;
+use crate::{Error, Result};
+use std::path::{Path, PathBuf};
+
+pub const COMMAND_LINE: &str = "command line";
+
+/// Consistent units: lengths in that of the heights, stresses in that of the modulus.
+// A negative value is refused by its flag's own check, not taken for a flag.
+#[derive(Debug, Clone, clap::Args)]
+#[command(allow_negative_numbers = true)]
+pub struct Solve {
+    /// File of heights or of Fourier coefficients, as --heights names one.
+    #[arg(required_unless_present_any = ["challenge", "heights"], conflicts_with_all = ["challenge", "heights"])]
+    pub(super) file: Option<PathBuf>,
+    /// Height map (.npy, .npz, HDF5, NetCDF, ASCII matrix, lines of x y h) or Fourier coefficients qX qY Re Im.
+    #[arg(long, value_name = "FILE", conflicts_with = "challenge")]
+    pub(super) heights: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) file_flags: FileFlags,
+    /// Points per side for Fourier coefficients; a height map has its own.
+    #[arg(long, value_name = "N", conflicts_with = "challenge")]
+    pub(super) grid: Option<usize>,
+    /// Shortest wavelength kept of Fourier coefficients.
+    #[arg(long, value_name = "LAMBDA", conflicts_with = "challenge")]
+    pub(super) low_pass: Option<f64>,
+    /// Instead of a file: the challenge's spectrum on an N x N grid. The heights are never stored.
+    #[arg(long, value_name = "N")]
+    pub(super) challenge: Option<usize>,
+    /// Seed of the challenge's surface.
+    #[arg(long, value_name = "N", default_value_t = SurfaceScene::default().seed, requires = "challenge")]
+    pub(super) seed: u64,
+    /// Short cut-off wavelength of the challenge's surface, in units of the cell's extent.
+    #[arg(long, value_name = "LAMBDA", default_value_t = Spectrum::CHALLENGE.lambda_s, requires = "challenge")]
+    pub(super) cut_off: f64,
+    /// Extent of the cell in x.
+    #[arg(long, default_value_t = 1.0, value_name = "L")]
+    pub(super) length: f64,
+    /// Extent of the cell in y. Default: square pixels.
+    #[arg(long, value_name = "L", conflicts_with = "challenge")]
+    pub(super) length_y: Option<f64>,
+    /// Contact modulus E* = E/(1-ν²).
+    #[arg(long, default_value_t = 1.0, value_name = "E")]
+    pub(super) modulus: f64,
+    /// Mean pressures, comma-separated, applied in this order. Negative with adhesion only.
+    #[arg(long, value_name = "P", value_delimiter = ',', num_args = 1, required_unless_present = "mean_gap")]
+    pub(super) pressure: Vec<f64>,
+    /// Mean gaps instead, comma-separated: they reach states that no pressure sustains.
+    #[arg(long, value_name = "G", value_delimiter = ',', num_args = 1, conflicts_with = "pressure")]
+    pub(super) mean_gap: Vec<f64>,
+    /// After the last load, separate the surfaces and find the pull-off pressure.
+    #[arg(long)]
+    pub(super) pull_off: bool,
+    /// Gap to start from (.npy), in the unit of the heights, as written to --out.
+    #[arg(long, value_name = "FILE")]
+    pub(super) initial_gap: Option<PathBuf>,
+    /// Work of adhesion γ (modulus times length).
+    #[arg(long, alias = "gamma", default_value_t = 0.0, value_name = "GAMMA")]
+    pub(super) work_of_adhesion: f64,
+    /// Range ρ of the adhesion.
+    #[arg(long, alias = "rho", requires = "work_of_adhesion", value_name = "RHO")]
+    pub(super) adhesion_range: Option<f64>,
+    /// What is done where the grid is too coarse for the range of the adhesion.
+    #[arg(long, value_enum, default_value_t = RangeChoice::Mesh)]
+    pub(super) range: RangeChoice,
+    /// Decay of the attraction with the gap.
+    #[arg(long, value_enum, default_value_t = AdhesionLaw::Exponential, requires = "work_of_adhesion")]
+    pub(super) law: AdhesionLaw,
+    /// Repulsion between the surfaces.
+    #[arg(long, value_enum, default_value_t = WallKind::Hard)]
+    pub(super) wall: WallKind,
+    /// Compression of the penalty wall under a pressure of E*.
+    #[arg(long, value_name = "LENGTH")]
+    pub(super) penalty_length: Option<f64>,
+    /// An id from `asperity methods`, or auto.
+    #[arg(long, default_value = "auto", value_name = "ID")]
+    pub(super) method: String,
+    /// A setting of a method as KEY=VALUE, such as winkler.spring_length=0.0034; `asperity schema` lists them under methods.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(super) set: Vec<String>,
+    /// Largest rms KKT residual over the pressure. Default: 1e-8 in f64; 1e-3 in f32, more beyond 1024 x 1024 points.
+    #[arg(long, alias = "tol", value_name = "RESIDUAL")]
+    pub(super) tolerance: Option<f64>,
+    /// Largest relative excess of the energy over its minimum, as `fast` estimates it.
+    #[arg(long, value_name = "FRACTION")]
+    pub(super) energy_tolerance: Option<f64>,
+    /// Largest estimated relative change of the contact area.
+    #[arg(long, value_name = "FRACTION")]
+    pub(super) area_tolerance: Option<f64>,
+    /// Largest estimated relative change of the mean gap.
+    #[arg(long, value_name = "FRACTION")]
+    pub(super) mean_gap_tolerance: Option<f64>,
+    /// Floating-point type of the fields; sums are always f64.
+    #[arg(long, value_enum, default_value_t = Precision::F64)]
+    pub(super) precision: Precision,
+    /// Limit of iterations per load.
+    #[arg(long, default_value_t = 50_000, value_name = "N")]
+    pub(super) max_iterations: usize,
+    /// Points of the file that touch first.
+    #[arg(long, value_enum, conflicts_with = "challenge", default_value = "low-points")]
+    pub(super) touching: Touching,
+    /// As --touching high-points.
+    #[arg(long, hide = true, conflicts_with_all = ["challenge", "touching"])]
+    pub(super) flip: bool,
+    /// A single map on a half-space that is free around it, instead of a periodic one.
+    #[arg(long)]
+    pub(super) non_periodic: bool,
+    /// Elastic layer of this thickness instead of the half-space.
+    #[arg(long, value_name = "T")]
+    pub(super) thickness: Option<f64>,
+    /// Poisson's ratio of the layer.
+    #[arg(long, default_value_t = 0.3, value_name = "NU", requires = "thickness")]
+    pub(super) poisson: f64,
+    /// The layer's lower face.
+    #[arg(long, value_enum, default_value_t = Base::Bonded, requires = "thickness")]
+    pub(super) base: Base,
+    /// Elastic constants of a cubic half-space, (001) face, x along [100]. Only their ratios matter: E* is --modulus.
+    #[arg(long, value_name = "C11,C12,C44", value_delimiter = ',', num_args = 1)]
+    pub(super) crystal: Vec<f64>,
+    /// Folder for fields, numbers and checkpoints. The same command resumes an interrupted solve.
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: Option<PathBuf>,
+    /// Print the memory needed and stop.
+    #[arg(long)]
+    pub(super) dry_run: bool,
+    /// One line of JSON per load on stdout.
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+impl Solve {
+    /// The scene of these flags, in consistent units.
+    ///
+    /// # Errors
+    /// What has no value in a scene: a list of the wrong length, an adhesion without its range, settings of no method.
+    pub(super) fn scene(&self) -> Result<Scene> {
+        refuse_grid(self.grid, self.surface_file(), !self.file_flags.are_waves())?;
+        Ok(Scene {
+            name: "solve".into(),
+            description: String::new(),
+            laboratory: Laboratory {
+                length_um: self.length,
+                contact_modulus_mpa: self.modulus,
+                length_y_um: self.length_y,
+                units: Units::Consistent,
+            },
+            surface: self.surface(),
+            load: LoadScene {
+                pressure_mpa: self.pressure.clone(),
+                mean_gap_um: self.mean_gap.clone(),
+                pull_off: self.pull_off,
+                ..LoadScene::default()
+            },
+            adhesion: self.adhesion(),
+            continuum: ContinuumScene {
+                method: self.method.clone(),
+                precision: self.precision,
+                tolerance: self.tolerance,
+                max_iterations: self.max_iterations,
+                energy_tolerance: self.energy_tolerance,
+                area_tolerance: self.area_tolerance,
+                mean_gap_tolerance: self.mean_gap_tolerance,
+                initial_gap: self.initial_gap.clone(),
+                periodic: !self.non_periodic,
+                layer: self.thickness.map(|thickness_um| LayerScene {
+                    thickness_um,
+                    poisson: self.poisson,
+                    base: self.base,
+                }),
+                crystal: self.crystal()?,
+                wall: self.wall,
+                penalty_length_nm: self.penalty_length,
+                compare_with: Vec::new(),
+            },
+            methods: self.settings()?,
+            accuracy: None,
+            challenge: None,
+            atoms: None,
+        })
+    }
+
+    fn surface(&self) -> SurfaceScene {
+        let standard = SurfaceScene::default();
+        match self.challenge {
+            Some(n) => SurfaceScene {
+                grid: n,
+                seed: self.seed,
+                cut_off_um: Some(self.cut_off * self.length),
+                dataset: self.file_flags.dataset.clone(),
+                fourier: self.file_flags.fourier,
+                fourier_points: self.file_flags.fourier_points,
+                ..standard
+            },
+            None => SurfaceScene {
+                grid: self.grid.unwrap_or(0),
+                heights: self.surface_file().map(PathBuf::from),
+                heights_unit_um: 1.0,
+                dataset: self.file_flags.dataset.clone(),
+                fourier: self.file_flags.fourier,
+                fourier_points: self.file_flags.fourier_points,
+                low_pass_um: self.low_pass,
+                touching: Some(if self.flip { Touching::HighPoints } else { self.touching }),
+                ..standard
+            },
+        }
+    }
+
+    /// Without a range there is no adhesion to check, but for the complaint that the range is missing.
+    fn adhesion(&self) -> Option<AdhesionScene> {
+        let given = self.work_of_adhesion != 0.0 || self.adhesion_range.is_some();
+        given.then(|| AdhesionScene {
+            law: self.law,
+            work_of_adhesion_mj_m2: self.work_of_adhesion,
+            range_nm: self.adhesion_range.unwrap_or(f64::NAN),
+            range: self.range,
+            also_nonadhesive: false,
+            other_ranges_nm: Vec::new(),
+        })
+    }
+
+    fn crystal(&self) -> Result<Option<CrystalScene>> {
+        match self.crystal[..] {
+            [] => Ok(None),
+            [c11_gpa, c12_gpa, c44_gpa] => Ok(Some(CrystalScene { c11_gpa, c12_gpa, c44_gpa })),
+            _ => {
+                let found = format!("{} numbers", self.crystal.len());
+                Err(Error::input(COMMAND_LINE, "--crystal", found, "three: C11,C12,C44"))
+            }
+        }
+    }
+
+    /// Settings of single methods.
+    fn settings(&self) -> Result<Settings> {
+        // KEY=VALUE is TOML, except that words have no quotes.
+        let quoted = |given: &String| match given.split_once('=') {
+            Some((key, value)) if given.parse::<toml::Table>().is_err() => format!("{key} = {:?}", value.trim()),
+            _ => given.clone(),
+        };
+        let lines: Vec<String> = self.set.iter().map(quoted).collect();
+        toml::from_str(&lines.join("\n")).map_err(|e| {
+            let found = format!("{} ({})", self.set.join(" "), e.message());
+            let accepted = "METHOD.KEY=VALUE, as `asperity schema` lists them under methods";
+            Error::input(COMMAND_LINE, "--set", found, accepted)
+        })
+    }
+
+    pub(super) fn surface_file(&self) -> Option<&Path> {
+        self.file.as_ref().or(self.heights.as_ref()).map(PathBuf::as_path)
+    }
+
+    /// The flag of every key that these flags can set.
+    pub(super) fn flag_names(&self) -> Vec<FlagName> {
+        let grid = if self.challenge.is_some() { "--challenge" } else { "--grid" };
+        let mut names = vec![("surface.grid", grid)];
+        names.extend(FLAGS);
+        names
+    }
+}
+
+/// Keys and their flags, of keys that begin alike the longest first.
+const FLAGS: [FlagName; 42] = [
+    ("laboratory.length_um", "--length"),
+    ("laboratory.length_y_um", "--length-y"),
+    ("laboratory.contact_modulus_mpa", "--modulus"),
+    ("surface.heights", "--heights"),
+    ("surface.seed", "--seed"),
+    ("surface.cut_off_um", "--cut-off"),
+    ("surface.roll_off_um", "the roll-off wavelength"),
+    ("surface.dataset", "--dataset"),
+    ("surface.fourier_points", "--fourier-points"),
+    ("surface.fourier", "--fourier"),
+    ("surface.low_pass_um", "--low-pass"),
+    ("surface.touching", "--touching"),
+    ("load.pressure_mpa", "--pressure"),
+    ("load.mean_gap_um", "--mean-gap"),
+    ("load.pull_off", "--pull-off"),
+    ("load.p_star", "--pressure"),
+    ("adhesion.work_of_adhesion_mj_m2", "--work-of-adhesion"),
+    ("adhesion.range_nm", "--adhesion-range"),
+    ("adhesion.range", "--range"),
+    ("adhesion.law", "--law"),
+    ("[adhesion]", "--work-of-adhesion"),
+    ("continuum.method", "--method"),
+    ("continuum.precision", "--precision"),
+    ("continuum.tolerance", "--tolerance"),
+    ("continuum.max_iterations", "--max-iterations"),
+    ("continuum.energy_tolerance", "--energy-tolerance"),
+    ("continuum.area_tolerance", "--area-tolerance"),
+    ("continuum.mean_gap_tolerance", "--mean-gap-tolerance"),
+    ("continuum.initial_gap", "--initial-gap"),
+    ("continuum.periodic = false", "--non-periodic"),
+    ("continuum.periodic", "--non-periodic"),
+    ("continuum.layer.thickness_um", "--thickness"),
+    ("continuum.layer.poisson", "--poisson"),
+    ("continuum.layer", "--thickness"),
+    ("continuum.crystal.c11_gpa", "--crystal, C11"),
+    ("continuum.crystal.c12_gpa", "--crystal, C12"),
+    ("continuum.crystal.c44_gpa", "--crystal, C44"),
+    ("continuum.crystal", "--crystal"),
+    ("continuum.wall", "--wall"),
+    ("continuum.penalty_length_nm", "--penalty-length"),
+    ("continuum.compare_with", "`run --compare-with`"),
+    ("continuum.start", "--initial-gap"),
+];

@@ -1,0 +1,143 @@
+//! Checks of `[continuum]`.
+
+use super::complaints::Complaints;
+use crate::error::{Complaint, Error};
+use crate::interface::{CubicHalfSpace, RangeChoice};
+use crate::method::{self, Kind, Precision};
+use crate::scene::{ALL_METHODS, Scene, WallKind};
+
+pub fn check(c: &mut Complaints, scene: &Scene) {
+    let m = &scene.continuum;
+    let ids = method::ids().join(", ");
+    c.unless(method::find(&m.method).is_some(), "continuum.method", format!("{:?}", m.method), &ids);
+    for (i, id) in m.compare_with.iter().enumerate() {
+        let known = id == ALL_METHODS || method::find(id).is_some();
+        c.unless(known, &format!("continuum.compare_with[{i}]"), format!("{id:?}"), &format!("{ALL_METHODS}, {ids}"));
+    }
+    estimates(c, scene);
+    if let Some(t) = m.tolerance {
+        c.unless(t > 0.0 && t < 1.0, "continuum.tolerance", t, "a number between 0 and 1");
+    }
+    for (key, goal) in [
+        ("continuum.energy_tolerance", m.energy_tolerance),
+        ("continuum.area_tolerance", m.area_tolerance),
+        ("continuum.mean_gap_tolerance", m.mean_gap_tolerance),
+    ] {
+        goal.into_iter().for_each(|g| c.positive(key, g));
+    }
+    c.unless(
+        m.energy_tolerance.is_none() || method::find(&m.method).is_none_or(|m| m.card().id == "fast"),
+        "continuum.energy_tolerance",
+        m.energy_tolerance.unwrap_or(0.0),
+        "none with this method: `fast` estimates its energy above the minimum",
+    );
+    c.unless(m.max_iterations > 0, "continuum.max_iterations", m.max_iterations, "at least 1");
+    let extrapolates = scene.adhesion.as_ref().is_some_and(|a| a.range == RangeChoice::Extrapolate);
+    c.unless(
+        m.initial_gap.is_none() || !extrapolates,
+        "adhesion.range",
+        "\"extrapolate\" with continuum.initial_gap",
+        "another range: the coarser grids of an extrapolation cannot start there",
+    );
+    non_periodic(c, scene);
+    body(c, scene);
+    match (m.wall, m.penalty_length_nm) {
+        (WallKind::Penalty, None) => c.unless(
+            false,
+            "continuum.penalty_length_nm",
+            "not given",
+            "the length by which the penalty wall yields under a pressure of E*",
+        ),
+        (WallKind::Penalty, Some(length)) => c.positive("continuum.penalty_length_nm", length),
+        (WallKind::Hard, Some(length)) => {
+            c.unless(false, "continuum.penalty_length_nm", length, "only together with continuum.wall = \"penalty\"")
+        }
+        (WallKind::Hard, None) => {}
+    }
+}
+
+/// A surface that does not repeat.
+fn non_periodic(c: &mut Complaints, scene: &Scene) {
+    let m = &scene.continuum;
+    if m.periodic {
+        return;
+    }
+    let extrapolates = scene.adhesion.as_ref().is_some_and(|a| a.range == RangeChoice::Extrapolate);
+    for (hinders, what, accepted) in [
+        (scene.atoms.is_some(), "atoms", "a periodic surface: atoms repeat"),
+        (
+            m.layer.is_some() || m.crystal.is_some(),
+            "continuum.layer or continuum.crystal",
+            "a periodic surface, or the half-space",
+        ),
+        (
+            method::find(&m.method).is_some_and(|m| m.card().id != "fast"),
+            "this continuum.method",
+            "a periodic surface, or continuum.method = \"fast\"",
+        ),
+        (
+            scene.load.pull_off || !scene.load.mean_gap_um.is_empty(),
+            "a mean gap or a pull-off",
+            "a periodic surface, or load control",
+        ),
+        (extrapolates, "adhesion.range = \"extrapolate\"", "a periodic surface, or another range"),
+    ] {
+        c.unless(!hinders, "continuum.periodic", format!("false with {what}"), accepted);
+    }
+}
+
+/// Layer or crystal.
+fn body(c: &mut Complaints, scene: &Scene) {
+    let m = &scene.continuum;
+    if let Some(layer) = &m.layer {
+        c.positive("continuum.layer.thickness_um", layer.thickness_um);
+        let nu = layer.poisson;
+        c.unless((0.0..=0.5).contains(&nu), "continuum.layer.poisson", nu, "a Poisson's ratio from 0 to 0.5");
+    }
+    if let Some(crystal) = &m.crystal {
+        c.unless(
+            m.layer.is_none(),
+            "continuum.crystal",
+            "given together with continuum.layer",
+            "one of the two: layers are isotropic",
+        );
+        // The kernel checks that the crystal is stable and its stiffness a short series.
+        if let Err(Error::Input { list, .. }) = CubicHalfSpace::new(crystal.c11_gpa, crystal.c12_gpa, crystal.c44_gpa) {
+            for complaint in list {
+                let key = match complaint.key.as_str() {
+                    "C11" => "continuum.crystal.c11_gpa".into(),
+                    "C44" => "continuum.crystal.c44_gpa".into(),
+                    other => format!("continuum.crystal, {other}"),
+                };
+                c.0.push(Complaint { key, ..complaint });
+            }
+        }
+    }
+}
+
+/// What a method that estimates cannot do.
+fn estimates(c: &mut Complaints, scene: &Scene) {
+    let m = &scene.continuum;
+    if method::find(&m.method).is_none_or(|m| m.card().kind == Kind::Solver) {
+        return;
+    }
+    let extrapolates = scene.adhesion.as_ref().is_some_and(|a| a.range == RangeChoice::Extrapolate);
+    for (asked, key) in [
+        (scene.atoms.is_some(), "[atoms]"),
+        (scene.challenge.is_some(), "[challenge]"),
+        (scene.load.unload, "load.unload"),
+        (m.initial_gap.is_some(), "continuum.initial_gap"),
+        (extrapolates, "adhesion.range = \"extrapolate\""),
+        (scene.adhesion.as_ref().is_some_and(|a| !a.other_ranges_nm.is_empty()), "adhesion.other_ranges_nm"),
+        (m.area_tolerance.is_some(), "continuum.area_tolerance"),
+        (m.mean_gap_tolerance.is_some(), "continuum.mean_gap_tolerance"),
+        (m.precision == Precision::F32, "continuum.precision = \"f32\""),
+    ] {
+        c.unless(
+            !asked,
+            "continuum.method",
+            format!("{:?} with {key}", m.method),
+            "a solver of the fields (see `asperity methods`); estimates can stand in continuum.compare_with",
+        );
+    }
+}

@@ -1,0 +1,96 @@
+//! Checks of a scene. Every complaint is collected, so that all are reported at once.
+
+mod atoms;
+mod challenge;
+mod complaints;
+mod continuum;
+mod loads;
+mod nvt;
+mod surface;
+
+pub(super) use complaints::word;
+pub(super) use surface::cut_offs;
+
+use super::{AdhesionLaw, Scene, Units};
+use crate::error::Complaint;
+use complaints::Complaints;
+use std::path::Path;
+
+pub(super) fn complaints(scene: &Scene) -> Vec<Complaint> {
+    let mut c = Complaints(Vec::new());
+    let name_ok = !scene.name.is_empty()
+        && scene.name.chars().all(|ch| ch.is_alphanumeric() || "-_.".contains(ch))
+        && !scene.name.starts_with('.');
+    c.unless(
+        name_ok,
+        "name",
+        format!("{:?}", scene.name),
+        "letters, digits, '-', '_' and '.' (it names the run folder)",
+    );
+    c.positive("laboratory.length_um", scene.laboratory.length_um);
+    c.positive("laboratory.contact_modulus_mpa", scene.laboratory.contact_modulus_mpa);
+    surface::check(&mut c, scene);
+    loads::check(&mut c, scene);
+    challenge::check(&mut c, scene);
+    accuracy(&mut c, scene);
+    adhesion(&mut c, scene);
+    continuum::check(&mut c, scene);
+    atoms::check(&mut c, scene);
+    c.0
+}
+
+fn adhesion(c: &mut Complaints, scene: &Scene) {
+    let Some(a) = &scene.adhesion else { return };
+    let gamma = a.work_of_adhesion_mj_m2;
+    c.unless(gamma.is_finite() && gamma >= 0.0, "adhesion.work_of_adhesion_mj_m2", gamma, "a number, zero or above");
+    c.positive("adhesion.range_nm", a.range_nm);
+    for (i, range) in a.other_ranges_nm.iter().enumerate() {
+        let key = format!("adhesion.other_ranges_nm[{i}]");
+        c.positive(&key, *range);
+        c.unless(!a.other_ranges_nm[..i].contains(range) && *range != a.range_nm, &key, range, "another range");
+    }
+    c.unless(
+        a.law == AdhesionLaw::Exponential || scene.atoms.is_none(),
+        "adhesion.law",
+        format!("{:?} with atoms", word(&a.law)),
+        "\"exponential\": the atoms have no other law",
+    );
+}
+
+fn accuracy(c: &mut Complaints, scene: &Scene) {
+    let Some(a) = &scene.accuracy else { return };
+    let given = [a.error.is_some(), a.budget_s.is_some()];
+    let found = if given == [true; 2] { "error and budget_s" } else { "neither error nor budget_s" };
+    c.unless(given[0] != given[1], "accuracy", found, "one of error (0.05) and budget_s (30)");
+    a.error.iter().for_each(|e| c.positive("accuracy.error", *e));
+    a.budget_s.iter().for_each(|s| c.positive("accuracy.budget_s", *s));
+    c.unless(scene.challenge.is_none(), "challenge", "with [accuracy]", "none: its statements need every output");
+}
+
+/// Complaints about files that a scene names and that do not exist. An error on opening them would not know the key.
+pub(super) fn missing_files(scene: &Scene, file: &Path) -> Vec<Complaint> {
+    let named = [
+        ("surface.heights", scene.surface.heights.as_ref(), "a file of heights or of their Fourier coefficients"),
+        ("continuum.initial_gap", scene.continuum.initial_gap.as_ref(), "a gap (.npy)"),
+        ("atoms.potential", scene.atoms.as_ref().and_then(|a| a.potential.as_ref()), "an eam/alloy (setfl) file"),
+    ];
+    let tables = scene.accuracy.iter().flat_map(|a| &a.tables);
+    let named = named.into_iter().chain(tables.map(|t| ("accuracy.tables", Some(t), "a table of asperity tradeoff")));
+    let from_flags = scene.laboratory.units == Units::Consistent;
+    let complaint = |key: &str, path: &Path, accepted: &str| {
+        let found = super::model::relative_to(file, path);
+        if from_flags && !found.exists() {
+            return Some(Complaint::new(key, format!("{} (no such file)", path.display()), accepted));
+        }
+        let why = match std::fs::metadata(&found) {
+            Ok(m) if m.is_dir() => "which is a folder",
+            Ok(_) => return None,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => "where there is no file",
+            // The error on opening it is more precise.
+            Err(_) => return None,
+        };
+        let found = format!("{:?}, that is {}, {why}", path.display(), found.display());
+        Some(Complaint::new(key, found, format!("{accepted}, its path relative to the scene file")))
+    };
+    named.filter_map(|(key, path, accepted)| complaint(key, path?, accepted)).collect()
+}

@@ -1,0 +1,447 @@
+//! The tables of a scene file.
+
+use super::laboratory::Laboratory;
+use super::load::LoadScene;
+use super::nvt::NvtScene;
+use super::outputs::AccuracyScene;
+use crate::atoms::job_spec::FORCE_TOLERANCE;
+use crate::grid::Grid;
+use crate::interface::{Adhesion, Base, RangeChoice};
+use crate::method::{Precision, Settings, Targets};
+use crate::record::import::Fourier;
+use crate::surface::Amplitudes;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// A rough surface, its loads, its material, and the requested methods and outputs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// Names the run folder.
+    pub name: String,
+    /// Printed at the top of the report.
+    #[serde(default)]
+    pub description: String,
+    #[serde(default)]
+    pub laboratory: Laboratory,
+    pub surface: SurfaceScene,
+    pub load: LoadScene,
+    /// Default: no adhesion.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adhesion: Option<AdhesionScene>,
+    #[serde(default)]
+    pub continuum: ContinuumScene,
+    /// Settings of single methods.
+    #[serde(default, skip_serializing_if = "crate::record::json::is_default")]
+    pub methods: Settings,
+    /// Default: grid, method, precision and tolerance are those of the scene.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<AccuracyScene>,
+    /// Default: no acceptance checks.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub challenge: Option<ChallengeScene>,
+    /// Default: no atomistic simulation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub atoms: Option<AtomsScene>,
+}
+
+/// A surface made from its spectrum, or read from a file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SurfaceScene {
+    /// Points per side of the grid on which the continuum is solved (a synthesised surface, or one from Fourier coefficients;
+    /// a height map has its own).
+    pub grid: usize,
+    pub seed: u64,
+    /// Hurst exponent H, 0 < H ≤ 1.
+    pub hurst: f64,
+    /// Roll-off wavelength λ_r, µm. Give this or `roll_off_mode` = L/λ_r.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub roll_off_um: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub roll_off_mode: Option<f64>,
+    /// Short cut-off wavelength λ_s, µm. Give this or `cut_off_mode` = L/λ_s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cut_off_um: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cut_off_mode: Option<f64>,
+    /// rms gradient of the whole Fourier sum.
+    pub rms_gradient: f64,
+    pub amplitudes: Amplitudes,
+    /// A file to use instead: a height map (`.npy`, `.npz`, HDF5, NetCDF, an ASCII matrix with one row per line, or lines of
+    /// x y h), or Fourier coefficients qX qY Re Im (text, or an array of four columns). Relative to the scene file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub heights: Option<PathBuf>,
+    /// Unit of the heights in the file, µm.
+    pub heights_unit_um: f64,
+    /// Name of the array in a file with several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dataset: Option<String>,
+    /// Kind of the coefficients in four columns qX qY Re Im; required for them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fourier: Option<Fourier>,
+    /// Points per side of the grid whose transform gave the `"fftw"` coefficients.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fourier_points: Option<usize>,
+    /// Shortest wavelength kept of Fourier coefficients, µm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub low_pass_um: Option<f64>,
+    /// Points of the file that touch first; required for a file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub touching: Option<Touching>,
+}
+
+impl Default for SurfaceScene {
+    fn default() -> Self {
+        SurfaceScene {
+            grid: 512,
+            // Of the first 24 seeds the one whose rms height, first-touch gap and range come nearest to what the paper
+            // prints for its surface (0.777, 2.69, 5.57 µm against 0.762, 2.633, 5.642 µm).
+            seed: 18,
+            hurst: 0.8,
+            roll_off_um: None,
+            roll_off_mode: None,
+            cut_off_um: None,
+            cut_off_mode: None,
+            rms_gradient: 1.0,
+            amplitudes: Amplitudes::Gaussian,
+            heights: None,
+            heights_unit_um: 1.0,
+            dataset: None,
+            fourier: None,
+            fourier_points: None,
+            low_pass_um: None,
+            touching: None,
+        }
+    }
+}
+
+/// Which heights are nearest to the other body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Touching {
+    /// The challenge's sign: dark areas touch first.
+    LowPoints,
+    /// An indenter's heights, as most instruments and programs store them.
+    HighPoints,
+}
+
+/// Attraction between the surfaces.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AdhesionScene {
+    #[serde(default)]
+    pub law: AdhesionLaw,
+    /// Work of adhesion γ, mJ/m².
+    pub work_of_adhesion_mj_m2: f64,
+    /// Range ρ, nm.
+    pub range_nm: f64,
+    /// Treatment of a range that the grid does not resolve.
+    #[serde(default)]
+    pub range: RangeChoice,
+    /// Repeat the loads without adhesion.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub also_nonadhesive: bool,
+    /// Further ranges, nm, for which the loading branch is solved: area and mean gap against the Tabor parameter.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub other_ranges_nm: Vec<f64>,
+}
+
+/// Value of `continuum.compare_with` for all methods.
+pub const ALL_METHODS: &str = "all";
+
+/// p* to which the statements of the challenge refer.
+pub const REFERENCE_LOAD: f64 = 0.01;
+
+/// Acceptance checks against the statements of the contact-mechanics challenge. Scales, spectrum and adhesion must be the challenge's.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ChallengeScene {
+    /// Method that solves the reference load without adhesion again, to cross-check stresses; an id from `asperity methods`.
+    pub cross_check_method: String,
+}
+
+impl Default for ChallengeScene {
+    fn default() -> Self {
+        ChallengeScene { cross_check_method: "bvm".into() }
+    }
+}
+
+/// Decay of the attraction with the gap g.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum AdhesionLaw {
+    /// Energy -γ exp(-g/ρ) per area, the challenge's.
+    #[default]
+    Exponential,
+    /// Constant stress γ/ρ up to the gap ρ, its edge tapered.
+    Dugdale,
+    /// Lennard-Jones 9-3 traction, g counted from its zero of force.
+    #[serde(rename = "power-9-3")]
+    #[value(name = "power-9-3")]
+    Power93,
+}
+
+impl AdhesionLaw {
+    /// The law with work of adhesion γ (units of E*·L) and range ρ (units of L).
+    pub fn adhesion(self, gamma: f64, rho: f64) -> Adhesion {
+        match self {
+            AdhesionLaw::Exponential => Adhesion::exponential(gamma, rho),
+            AdhesionLaw::Dugdale => Adhesion::dugdale(gamma, rho),
+            AdhesionLaw::Power93 => Adhesion::power_law_93(gamma, rho),
+        }
+    }
+}
+
+/// Repulsion between the surfaces.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum WallKind {
+    /// Gaps are never negative.
+    #[default]
+    Hard,
+    /// Overlap in proportion to the pressure. Contact is a gap of zero or below.
+    Penalty,
+}
+
+/// Elastic constants of a cubic crystal under its (001) face, x along `[100]`. Only their ratios matter: the contact modulus
+/// E* is the laboratory's and is that of the mean compliance over all in-plane directions.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CrystalScene {
+    pub c11_gpa: f64,
+    pub c12_gpa: f64,
+    pub c44_gpa: f64,
+}
+
+/// How the continuum is solved.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ContinuumScene {
+    /// An id from `asperity methods`, or "auto".
+    pub method: String,
+    /// Further methods for the loading branch: ids from `asperity methods`, or "all".
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub compare_with: Vec<String>,
+    pub precision: Precision,
+    /// Largest rms KKT residual over the pressure. Default: 1e-8 in f64; 1e-3 in f32, above 1024 × 1024 points in proportion to the
+    /// points per side.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
+    pub max_iterations: usize,
+    /// Largest relative excess of the energy over its minimum, as `fast` estimates it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub energy_tolerance: Option<f64>,
+    /// Largest estimated relative change of the contact area, and of the mean gap.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub area_tolerance: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mean_gap_tolerance: Option<f64>,
+    /// Gap from which the first load starts, `.npy` `[ny, nx]` in units of the cell's extent, as runs write it. Relative to the scene
+    /// file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub initial_gap: Option<PathBuf>,
+    /// Whether the surface is periodic. If not, it is a single patch on a half-space that is free around it.
+    pub periodic: bool,
+    /// A finite elastic layer instead of the half-space.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub layer: Option<LayerScene>,
+    /// The half-space of a cubic crystal instead of an isotropic one. The comparison with atoms keeps its own layer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub crystal: Option<CrystalScene>,
+    pub wall: WallKind,
+    /// Length by which the penalty wall yields under a pressure of E*, nm; must be given with one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub penalty_length_nm: Option<f64>,
+}
+
+impl Default for ContinuumScene {
+    fn default() -> Self {
+        ContinuumScene {
+            method: "auto".into(),
+            compare_with: Vec::new(),
+            precision: Precision::F64,
+            tolerance: None,
+            max_iterations: 50_000,
+            energy_tolerance: None,
+            area_tolerance: None,
+            mean_gap_tolerance: None,
+            initial_gap: None,
+            periodic: true,
+            layer: None,
+            crystal: None,
+            wall: WallKind::Hard,
+            penalty_length_nm: None,
+        }
+    }
+}
+
+impl ContinuumScene {
+    pub fn tolerance_or_default(&self, grid: Grid) -> f64 {
+        self.tolerance.unwrap_or(default_tolerance(self.precision, grid))
+    }
+
+    pub fn targets(&self) -> Targets {
+        Targets { energy: self.energy_tolerance, area: self.area_tolerance, mean_gap: self.mean_gap_tolerance }
+    }
+}
+
+/// The tolerance that a precision can reach: in f32 the displacement's round-off weighs in proportion to the grid's stiffest
+/// mode. At p = 0.01 E* and the challenge's rms height the residual is 3e-4 on 1024 × 1024 points and 1.3e-3 on 4096 × 4096.
+pub fn default_tolerance(precision: Precision, grid: Grid) -> f64 {
+    match precision {
+        Precision::F32 => 1e-3 * (grid.nx.max(grid.ny) as f64 / 1024.0).max(1.0),
+        Precision::F64 => 1e-8,
+    }
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LayerScene {
+    pub thickness_um: f64,
+    #[serde(default = "third")]
+    pub poisson: f64,
+    #[serde(default = "bonded")]
+    pub base: Base,
+}
+
+fn third() -> f64 {
+    0.3
+}
+
+fn bonded() -> Base {
+    Base::Bonded
+}
+
+/// The block of atoms, its indenter and its run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct AtomsScene {
+    /// Cubic cells along x and along y; the cell of the profile is scaled to this many lattice constants.
+    pub cells: usize,
+    /// Deformable cubic cells along z.
+    pub depth_cells: usize,
+    /// Cubic cells of elastic continuum between these and what does not move: the base of the atoms is displaced with every load to
+    /// where the continuum has it. 0: the base is rigid.
+    #[serde(skip_serializing_if = "crate::record::json::is_default")]
+    pub foundation_cells: usize,
+    /// An eam/alloy file instead of the shipped calcium-like one. Relative to the scene file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub potential: Option<PathBuf>,
+    /// Element of the block in that file.
+    pub element: String,
+    /// Lattice constant in Å; must be given with another potential.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lattice_constant_angstrom: Option<f64>,
+    /// Contact modulus of the (100) face in GPa; must be given with another potential.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact_modulus_gpa: Option<f64>,
+    /// Shortest wavelength of the indenter, Å. Default: four spacings of its atoms.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub low_pass_angstrom: Option<f64>,
+    pub slope: Slope,
+    /// Where the atoms start from at each load. Default: the continuum's solution; with adhesion, where the way matters, and with
+    /// a step, first touch.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start: Option<Start>,
+    /// Descent of the indenter per load step from first touch, Å. Default: 0.3.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step_angstrom: Option<f64>,
+    /// Largest force on any atom in an equilibrium, eV/Å. Above 0.002 a load that starts from the continuum ends where no force is larger
+    /// than a quarter of it and indenter and base carry the load to a thousandth.
+    pub force_tolerance_ev_per_angstrom: f64,
+    /// Range of the pair adhesion, Å: what atoms can carry where the scaled range is shorter than their softness.
+    pub adhesion_range_angstrom: f64,
+    /// Normal force from which an atom counts as loaded, eV/Å. Default: ten times the force tolerance, at most 0.02.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact_force_ev_per_angstrom: Option<f64>,
+    /// Standard deviation of the Gaussian that makes a stress field of the indenter's forces, Å. Default: the lattice constant.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stress_width_angstrom: Option<f64>,
+    /// Count defect atoms (centro-symmetry) at every step. Frames then contain the whole deformable block.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub plasticity: bool,
+    /// Solve the matched continuum on a half-space, too, for the effect of the block's finite depth on contact and mean gap.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub depth_error: bool,
+    /// Default: the atoms stay at 0 K.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nvt: Option<NvtScene>,
+    /// MPI ranks.
+    pub ranks: usize,
+    /// Wall-clock limit of the LAMMPS stage, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_limit_s: Option<f64>,
+    /// The LAMMPS program.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub program: Option<PathBuf>,
+}
+
+/// Largest elastic foundation, lattice constants: a half-space to any block.
+pub const MOST_FOUNDATION_CELLS: usize = 1_000_000;
+
+impl Default for AtomsScene {
+    fn default() -> Self {
+        AtomsScene {
+            cells: 45,
+            depth_cells: 12,
+            foundation_cells: 0,
+            potential: None,
+            element: "Ca".into(),
+            lattice_constant_angstrom: None,
+            contact_modulus_gpa: None,
+            low_pass_angstrom: None,
+            slope: Slope::Literal,
+            start: None,
+            step_angstrom: None,
+            force_tolerance_ev_per_angstrom: FORCE_TOLERANCE,
+            adhesion_range_angstrom: 0.5,
+            contact_force_ev_per_angstrom: None,
+            stress_width_angstrom: None,
+            plasticity: false,
+            depth_error: false,
+            nvt: None,
+            ranks: 1,
+            time_limit_s: None,
+            program: None,
+        }
+    }
+}
+
+impl AtomsScene {
+    pub fn step_or_default(&self) -> f64 {
+        self.step_angstrom.unwrap_or(0.3)
+    }
+
+    /// Where the atoms of a load start from, where the bodies attract each other or not.
+    pub fn start_or_default(&self, attracts: bool) -> Start {
+        let steps = attracts || self.step_angstrom.is_some();
+        self.start.unwrap_or(if steps { Start::Touch } else { Start::Continuum })
+    }
+}
+
+/// Treatment of the gradient that atoms cannot resolve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Slope {
+    /// The profile as it is, low-passed: the resolved gradient is smaller than the whole spectrum's.
+    Literal,
+    /// The resolved gradient is scaled back to the whole spectrum's: contact stresses exceed the crystal's strength at once.
+    Renormalised,
+}
+
+/// Initial configuration of the atoms at a load.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Start {
+    /// The continuum's solution at that load. The indenter then finds its height under the load.
+    Continuum,
+    /// First touch: the indenter descends step by step, and the loads are interpolated between two steps.
+    Touch,
+}
+
+/// A path of a scene, relative to the folder of the scene file.
+pub(super) fn relative_to(file: &Path, path: &Path) -> PathBuf {
+    file.parent().unwrap_or(Path::new("")).join(path)
+}
