@@ -73,6 +73,18 @@ pub struct CriterionMatch {
     pub map: Option<String>,
 }
 
+impl CriterionMatch {
+    /// Name for captions.
+    pub fn label(&self) -> &str {
+        match self.id.as_str() {
+            "hard_wall" => "hard wall",
+            "offset_wall" => "offset wall",
+            "compliant_wall" => "compliant wall",
+            other => other,
+        }
+    }
+}
+
 /// Agreement of two boolean maps; the second is the reference. NaN-free: an empty union has Jaccard 1.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Overlap {

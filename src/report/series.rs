@@ -16,10 +16,10 @@ const COLUMNS: [Quantity; 7] = [
 ];
 
 /// Tables of a method's points, one per series in which a single parameter differs from the reference's setting.
-pub fn markdown(told: &Tradeoff, method: &str) -> String {
+pub fn markdown(tradeoff: &Tradeoff, method: &str) -> String {
     let known: Vec<&TradeoffPoint> =
-        told.points.iter().filter(|p| p.setting.method == method && p.unavailable_reason.is_none()).collect();
-    let grids: Vec<&TradeoffPoint> = told.grids(method);
+        tradeoff.points.iter().filter(|p| p.setting.method == method && p.unavailable_reason.is_none()).collect();
+    let grids: Vec<&TradeoffPoint> = tradeoff.grids(method);
     let Some(base) = grids.first().map(|p| &p.setting) else { return String::new() };
     let of = |p: &&&TradeoffPoint, n: usize| p.setting.nx == n && p.setting.layer_thickness.is_none();
     // Tolerances and precisions are those of one grid: that with most of them.
@@ -37,7 +37,7 @@ pub fn markdown(told: &Tradeoff, method: &str) -> String {
     });
     let mut coarse_first = grids.clone();
     coarse_first.sort_by_key(|p| p.setting.nx);
-    let wave = |p: &TradeoffPoint| significant(p.setting.nx as f64 * told.shortest_wavelength, 3);
+    let wave = |p: &TradeoffPoint| significant(p.setting.nx as f64 * tradeoff.shortest_wavelength, 3);
     let mut text = String::new();
     let head = ["points per side", "per shortest wave"].map(str::to_string);
     table(&mut text, "Grid", &head, &coarse_first, &|p| vec![p.setting.nx.to_string(), wave(p)]);

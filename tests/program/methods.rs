@@ -230,7 +230,7 @@ fn ranges_that_are_used_and_stresses_that_press_are_told() {
     let presses = state.contact_fraction_compressive.expect("with adhesion");
     assert!(presses > 0.0 && presses < state.numbers.contact_fraction, "{presses} {}", state.numbers.contact_fraction);
     let page = std::fs::read_to_string(out.join("report.html")).expect("a report");
-    assert!(page.contains("bicgstab works with a range of the adhesion of"));
+    assert!(page.contains("bicgstab uses a range of adhesion of"));
     let grid = ["solve", "--challenge", "128", "--cut-off", "0.04", "--pressure", "0.02", "--gamma", "2e-5"];
     let law = ["--rho", "1e-3", "--json", "--method", "bicgstab", "--set", "bicgstab.min_resolution=4"];
     let output = asperity().args(grid).args(law).output().expect("started");

@@ -127,7 +127,7 @@ fn errors_fall_with_the_grid() {
     assert!(foreseen.doubled_grid_cpu_seconds.is_some_and(|t| t > 0.0));
     assert!(told.points.iter().all(|p| p.cost.runs >= 1));
     let page = std::fs::read_to_string(bench.out("run").join("report.html")).expect("a page");
-    assert!(page.contains("twice the grid"));
+    assert!(page.contains("doubled grid"));
     // Every point has its line in the CSV, and every line as many cells as the first.
     let csv = std::fs::read_to_string(bench.out("run").join("tradeoff.csv")).expect("a CSV");
     let cells: Vec<usize> = csv.lines().map(|l| l.split(',').count()).collect();
@@ -227,7 +227,7 @@ fn a_budget_leaves_out_and_says_so() {
     let words = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(words.contains("left out: gfmd") && words.contains("budget"), "{words}");
     let page = std::fs::read_to_string(bench.out("run").join("report.html")).expect("a page");
-    assert!(page.contains("What was left out"));
+    assert!(page.contains("Settings not run"));
 }
 
 /// Where the scene has adhesion and a method knows none, it is held against the solution without it, and that is said.

@@ -39,7 +39,7 @@ fn the_atoms_way_back_is_drawn_and_its_pull_told_in_a_line() {
     });
     results.write(&folder).unwrap();
     let page = page(&folder);
-    for told in ["in 15 steps and goes back in 10", "0.8011 nN", "0.5000 ± 0.012", "25.0", "−0.0432"] {
+    for told in ["in 15 steps and rises in 10", "0.8011 nN", "0.5000 ± 0.012", "25.0", "−0.0432"] {
         assert!(page.contains(told), "{told}");
     }
     for figure in ["unloading-contacts.svg", "load-steps-load.svg"] {
@@ -90,13 +90,13 @@ fn a_full_report_is_whole_and_self_contained() {
     assert!(
         page.contains("below 0.170")
             && page.contains("work γ = 50.00")
-            && page.contains("2.070\u{a0}nm asked for, 8.280")
+            && page.contains("2.070\u{a0}nm requested, 8.280")
     );
-    assert!(page.contains("going in") && page.contains("coming back"));
-    assert!(page.contains(">retract<") && page.contains(">2.34") && page.contains("enlarged 4.00 times"));
+    assert!(page.contains(", loading") && page.contains(", unloading"));
+    assert!(page.contains(">unloading<") && page.contains(">2.34") && page.contains("enlarged 4.00 times"));
     // Three quarters of what is known of the area are the grid's; what is not known is said.
     assert!(page.contains("width:75.000%") && page.contains("not known") && page.contains("Contact area, 3.12"));
-    assert!(page.contains("3.34") && page.contains("a pull of at most"));
+    assert!(page.contains("3.34") && page.contains("a tensile stress of at most"));
     assert!(page.contains("outside the band") && page.contains("within the band"));
     // Pictures are base64, where any three letters may stand.
     assert!(page.split('"').filter(|part| !part.starts_with("data:")).all(|part| !part.contains("NaN")));
@@ -178,13 +178,21 @@ fn criteria_versions_and_yield_are_told_and_drawn() {
     results.write(&folder).unwrap();
     let page = page(&folder);
     assert!(
-        page.contains("what is area") && page.contains("9.81") && page.contains("5.588 Å") && page.contains("4.32 GPa")
+        page.contains("what is voronoi_area")
+            && page.contains("9.81")
+            && page.contains("5.588 Å")
+            && page.contains("4.32 GPa")
     );
     assert!(page.contains("first yields at p* = <strong>0.0137</strong>") && page.contains("2.42 GPa"));
     assert!(page.contains("\nfirst yield\n") && page.contains("full heights, zero gap"));
-    for figure in
-        ["plasticity", "stress-atoms-2", "versions-area", "versions-stress-1", "against-distance-2", "against-gap-1"]
-    {
+    for figure in [
+        "plasticity",
+        "stress-atoms-2",
+        "model-chain-area",
+        "model-chain-stress-1",
+        "area-vs-distance-2",
+        "area-vs-gap-1",
+    ] {
         assert!(folder.join(format!("figures/{figure}.svg")).exists(), "{figure}");
     }
 }
@@ -222,13 +230,13 @@ fn a_path_up_and_down_is_told_by_its_extremes() {
     results.write(folder.path()).unwrap();
     let page = page(folder.path()).replace('\u{a0}', " ");
     let told = "At p* = 0.002 to 0.04 the mean gap is 980 nm to 600 nm and the contact 3.00 % to 22.0 %; at p* = 0.01 it is 5.00 % \
-                going in and 8.00 % coming back";
+                on loading and 8.00 % on unloading";
     assert!(page.contains(told), "{}", &page[page.find("class=\"found\"").unwrap()..][..600]);
-    let tile = "perimeter-corrected; at p* = 0.01 5.00 % going in, 8.00 % coming back; uncertain by ";
+    let tile = "perimeter-corrected; at p* = 0.01 5.00 % on loading, 8.00 % on unloading; uncertainty ";
     assert!(page.contains(tile), "{}", &page[page.find("div class=\"tiles\"").unwrap()..][..900]);
     assert!(page.contains("The pull-off was not found: ") && page.contains("fast stopped"));
     let curves = std::fs::read_to_string(folder.path().join("figures/mean-gap.svg")).unwrap();
-    assert!(curves.contains("going in") && curves.contains("coming back") && curves.contains("mean gap (nm)"));
+    assert!(curves.contains(", loading") && curves.contains(", unloading") && curves.contains("mean gap (nm)"));
 }
 
 /// A state of parted surfaces has no numbers, and waves that are not there have no point.
@@ -252,7 +260,7 @@ fn what_means_nothing_is_not_told() {
     results.write(folder.path()).unwrap();
     let page = page(folder.path());
     assert!(page.contains(">detached<") && !page.contains(">123<") && page.contains("<td>–</td>"));
-    assert!(page.contains("over a patch that does not repeat,") && page.contains("Heights that do not repeat."));
+    assert!(page.contains("over a non-periodic patch") && page.contains("Heights that do not repeat."));
     assert!(!page.contains("periodic cell of"));
 }
 
@@ -269,7 +277,7 @@ fn parts_that_were_not_run_are_left_out() {
     (results.stages, results.sources, results.warnings) = (vec![], vec![], vec![]);
     results.write(&folder).unwrap();
     let text = page(&folder);
-    assert!(text.contains("id=\"surface\"") && !text.contains("id=\"area\"") && !text.contains("Read these first"));
+    assert!(text.contains("id=\"surface\"") && !text.contains("id=\"area\"") && !text.contains("Warnings"));
     run_folder(&folder);
 }
 

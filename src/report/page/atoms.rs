@@ -1,4 +1,4 @@
-//! Atoms: the block, the scaling audit, the load steps, and the states at the loads.
+//! The atomistic simulation: block, scaling audit, load steps, states.
 
 use maud::{Markup, html};
 
@@ -25,8 +25,7 @@ pub fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
             ]
         })
         .collect();
-    let head =
-        ["p*", "contact", "contact atoms", "of these below the surface", "mean gap", "stress in the contact", "frame"];
+    let head = ["p*", "contact", "contact atoms", "of these below the surface", "mean gap", "contact stress", "frame"];
     Ok(html! {
         p { "The same dimensionless problem on a cell of " (trimmed(atoms.length_angstrom / 10.0, 4)) " nm: a block of "
             (atoms.cells) " × " (atoms.cells) " × " (atoms.depth_cells) " lattice cells (lattice constant "
@@ -36,17 +35,17 @@ pub fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
             } @else { " that do not" }
             ", under a rigid rough indenter of " (count(atoms.indenter)) " atoms. Potential: "
             (atoms.potential) ". Engine: " (atoms.engine) "." }
-        @if !atoms.audit.is_empty() { h3 { "What scaling down kept" } (audit(&atoms.audit)) }
-        h3 { @if atoms.from_continuum { "The loads" } @else { "The way down" } }
-        @if let Some(curves) = load_steps(writer, atoms)? { (curves) }
+        @if !atoms.audit.is_empty() { h3 { "Scaling audit" } (audit(&atoms.audit)) }
+        h3 { @if atoms.from_continuum { "Loads" } @else { "Load steps" } }
+        @if let Some(steps) = load_steps(writer, atoms)? { (steps) }
         @if !atoms.states.is_empty() {
-            h3 { "States at the asked loads" }
+            h3 { "States at the requested loads" }
             (table(&head, states))
-            p.quiet { "Contact is the share of the surface layer’s atoms that touch. More than a few contact atoms from below "
-                "the surface mean that material has flowed, which no elastic method can follow." }
+            p.quiet { "Contact: fraction of the surface layer’s atoms in contact. More than a few contact atoms from below "
+                "the surface indicate plastic flow, which no elastic method describes." }
         }
         @if let Some(back) = &atoms.unloading { (unloading::section(writer, atoms, back)?) }
-        @if let Some(held) = &atoms.nvt { (nvt::section(writer, atoms, held)?) }
+        @if let Some(run) = &atoms.nvt { (nvt::section(writer, atoms, run)?) }
         (criteria::section(writer, atoms)?)
         (criteria::plasticity(writer, atoms)?)
     })
@@ -71,17 +70,17 @@ fn audit(lines: &[AuditLine]) -> Markup {
         })
         .collect();
     html! {
-        p { "The dimensionless groups that make two problems the same: what the scene asks (at its highest load) and what "
-            "the atoms run with. Where they differ, the comparison below is made at the atoms’ values on both sides." }
-        (table(&["group", "asked", "used", "status", "reason"], rows))
+        p { "Dimensionless groups: the target of the scene (at its highest load) and the actual value of the simulation. "
+            "Where they differ, the comparison below uses the atoms’ values on both sides." }
+        (table(&["group", "target", "actual", "status", "reason"], rows))
     }
 }
 
-/// Load and number of contacts on the way down and, if there is one, back, one above the other.
+/// Load and number of contact atoms against displacement, on loading and unloading.
 fn load_steps(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Option<Markup>> {
     let (steps, turn) = (&atoms.load_steps, atoms.unloading.as_ref().map(|u| u.reversal_step));
     let plot = |y_label: &str, of: fn(&LoadStepResults) -> f64| {
-        let curves = unloading::there_and_back(steps, turn, |s| (s.displacement_angstrom, of(s)));
+        let curves = unloading::branch_curves(steps, turn, |s| (s.displacement_angstrom, of(s)));
         let labels = ("displacement of the indenter (Å)", y_label);
         Plot { proportion: 0.36, ..Plot::new((Axis::Linear, Axis::Linear), labels, curves) }
     };
@@ -93,15 +92,15 @@ fn load_steps(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Option<Mark
     Ok(Some(figure(
         html! { (load) (contacts) },
         html! { @if atoms.from_continuum {
-            "Every load of the way there starts from the relaxed state of the one before, moved by the difference between the continuum’s "
-            "solutions; the indenter floats under the load while the block is relaxed"
-            @if let Some(t) = turn { ". " (t + 1) " points are of the way there, the others of the way back" }
+            "Every loading state starts from the relaxed state of the previous load, displaced by the difference between the continuum "
+            "solutions; the load acts on the indenter while the block is relaxed"
+            @if let Some(t) = turn { ". " (t + 1) " points are on loading, the others on unloading" }
         } @else {
             "The indenter comes down in " (turn.map_or(steps.len(), |t| t + 1)) " steps"
-            @if let Some(t) = turn { " and goes back in " (steps.len() - 1 - t) } ", the block relaxed at each"
+            @if let Some(t) = turn { " and rises in " (steps.len() - 1 - t) } "; the block is relaxed at each"
         }
-        " (" (count(evaluations)) " force evaluations in all, largest force left " (significant(worst, 2)) " eV/Å)."
-        @if steps.iter().any(|s| s.p_star < 0.0) { " A negative p* is a pull: adhesion before there is much contact." }
-        @if !atoms.from_continuum { " States at asked loads lie between steps." } },
+        " (" (count(evaluations)) " force evaluations in all, largest residual force " (significant(worst, 2)) " eV/Å)."
+        @if steps.iter().any(|s| s.p_star < 0.0) { " Negative p* is tension, by adhesion." }
+        @if !atoms.from_continuum { " States at requested loads are interpolated between steps." } },
     )))
 }

@@ -1,4 +1,4 @@
-//! The challenge's statements and their verdicts, and figures 1 to 12 of its paper.
+//! Acceptance checks of the challenge, and figures 1 to 12 of its paper.
 
 use maud::{Markup, html};
 
@@ -24,8 +24,8 @@ const PART: Style = Style { dash: Dash::Dotted, marker: Marker::None, ..plot::SO
 /// Points of a drawn formula.
 const FINE: usize = 200;
 
-/// Statements, what was found, verdicts.
-pub fn verdicts(list: &[AcceptanceCheck]) -> Markup {
+/// Table of the acceptance checks.
+pub fn checks(list: &[AcceptanceCheck]) -> Markup {
     let rows = list
         .iter()
         .map(|j| {
@@ -47,8 +47,8 @@ pub fn verdicts(list: &[AcceptanceCheck]) -> Markup {
         })
         .collect();
     html! {
-        p { "The challenge’s statements: " (tally(list)) ", for the reason given." }
-        (table(&["", "statement", "found", "reference", "accepted", "status", "why"], rows))
+        p { "Statements of the paper compared with this run: " (tally(list)) "." }
+        (table(&["", "statement", "found", "reference", "accepted", "status", "reason"], rows))
     }
 }
 
@@ -68,12 +68,12 @@ pub fn figures(writer: &FigureWriter, results: &Results) -> Result<Markup> {
         (
             7,
             shares(writer, with, without),
-            "CPr(a): share of the contact in patches up to an area, at the reference load.",
+            "CPr(a): fraction of the contact in patches up to an area, at the reference load.",
         ),
         (8, gaps(writer, with, without), "Pr(u): distribution of the gap out of contact, at the reference load."),
         (9, stresses(with, without), "Pr(σ): distribution of the interfacial stress, at the reference load."),
         (10, area(with, without), "Relative contact area (perimeter-corrected) against load."),
-        (11, contact_pressure(with, without), "Mean contact pressure against load, there and back."),
+        (11, contact_pressure(with, without), "Mean contact pressure against load, loading and unloading."),
         (12, mean_gap(writer, results, with, without), "Mean gap against load; the triangle is the rigid first touch."),
     ] {
         drawn.extend(writer.curves(&format!("figure-{number:02}"), &plot)?.map(|curve| (number, curve, caption)));
@@ -91,7 +91,7 @@ pub fn figures(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     }
     drawn.sort_by_key(|(number, ..)| *number);
     Ok(html! {
-        p { "The figures of the challenge’s paper, from this run: with its adhesion, without, and on the way back. "
+        p { "The figures of the challenge’s paper, from this run: with and without adhesion, loading and unloading. "
             "Loads are p* = p/(E* ḡ), the reference load is p* = 0.01." }
         @for (number, drawing, caption) in &drawn {
             (figure(drawing.clone(), html! { (caption) " (The paper’s figure " (number) ".)" }))
@@ -207,7 +207,7 @@ fn stresses(with: &ContinuumResults, without: &ContinuumResults) -> Plot {
     Plot::new((Axis::Linear, Axis::Log), ("stress σ/E* ḡ", "Pr(σ) E* ḡ"), curves)
 }
 
-/// With adhesion there and back, and without.
+/// Curves with adhesion, loading and unloading, and without.
 fn paths(with: &ContinuumResults, without: &ContinuumResults, of: impl Fn(&StateResults) -> f64) -> Vec<Curve> {
     let point = |s: &StateResults| (s.numbers.p_star, of(s));
     let mut curves = branches(with, ("with adhesion", WITH), &point);

@@ -19,13 +19,13 @@ use crate::units::ANGSTROM_M;
 /// Loads count as the same within this share: a solver meets its load to 10⁻³ or better, loads of a path differ by far more.
 pub const SAME_LOAD: f64 = 0.01;
 
-/// The state whose load is the asked one.
+/// The state at a load.
 pub fn at_load<T>(states: &[T], p_star: f64, of: impl Fn(&T) -> f64) -> Option<&T> {
     let distance = |s: &T| (of(s) - p_star).abs();
     states.iter().filter(|s| distance(s) <= SAME_LOAD * p_star.abs()).min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 
-/// The criterion that pictures and headlines use: the atoms' own question, asked of the solution with the atoms' own wall.
+/// The criterion of pictures and summary: the atoms' own, on the solution with the compliant wall.
 pub fn matched(load: &LoadComparison) -> Option<&CriterionMatch> {
     ["compliant_wall", "offset_wall"].iter().find_map(|id| load.continuum.iter().find(|m| m.id == *id))
 }
@@ -40,26 +40,26 @@ pub fn section(writer: &FigureWriter, atoms: &AtomsResults, c: &ComparisonResult
         loads.push(one_load(writer, atoms, c, load, i + 1)?);
     }
     Ok(html! {
-        p { "Both sides have the same heights, the same load and the same elastic body at the atoms’ scale; what differs is "
-            "the method and what it calls contact. The continuum is solved twice: with a hard wall, and with a soft wall, which "
-            "is the atoms’ interaction as atoms feel it: on the profile that a ball of their distance feels, each giving way on "
-            "its own. Pictures and headline show the criterion “"
-            (c.loads.first().and_then(matched).map_or("hard_wall", |m| m.id.as_str())) "”." }
+        p { "Both sides have the same heights, load and elastic body at the atoms’ scale; they differ in the method and the "
+            "contact criterion. The continuum is solved twice: with a hard wall, and with a compliant wall, which is the "
+            "atoms’ own repulsion law, with the compliance of single atoms, on the profile dilated by the atoms’ distance. "
+            "Pictures and summary use the criterion “"
+            (c.loads.first().and_then(matched).map_or("hard wall", |m| m.label())) "”." }
         (overview(c))
         @for l in &loads { (l) }
         (model_chain::section(writer, c)?)
         (criteria::sensitivity(writer, c)?)
         (sections(writer, &c.sections)?)
-        @if let Some(full) = &c.full_heights { h3 { "The continuum solutions: full heights" } (setting(full)) (states(full, &units)) }
-        h3 { "The continuum solutions: hard wall" }
+        @if let Some(full) = &c.full_heights { h3 { "Continuum solution: full heights" } (setting(full)) (states(full, &units)) }
+        h3 { "Continuum solution: hard wall" }
         (setting(&c.hard_wall)) (states(&c.hard_wall, &units))
-        h3 { "The continuum solutions: soft wall" }
-        p.quiet { "Mean gaps count from what a ball feels of the heights, those above from the heights themselves." }
+        h3 { "Continuum solution: compliant wall" }
+        p.quiet { "Mean gaps are measured from the dilated profile; those above from the heights." }
         (setting(&c.compliant_wall)) (states(&c.compliant_wall, &units))
     })
 }
 
-/// All loads in one table: areas under each criterion, and how well the best agrees.
+/// All loads in one table: contact under each criterion, and agreement of the maps.
 fn overview(c: &ComparisonResults) -> Markup {
     let rows = c
         .loads
@@ -86,19 +86,19 @@ fn overview(c: &ComparisonResults) -> Markup {
         "p*",
         "atoms",
         "hard wall, zero gap",
-        "hard wall, raised",
+        "offset wall",
         "compliant wall",
-        "atoms over soft wall",
+        "atoms / compliant wall",
         "κ",
-        "κ, shifted map",
+        "κ, misaligned map",
     ];
     html! {
         (numbers(&head, rows))
-        p.quiet { "Contact under each criterion; the deviation of the atoms and κ are those of the criterion in the pictures." }
+        p.quiet { "Contact fraction under each criterion; the deviation of the atoms and κ are for the criterion of the pictures." }
     }
 }
 
-/// How far the atoms' contact exceeds a criterion's, as a share of it; none where that is zero.
+/// Relative deviation of the atoms' contact from that under a criterion; none where the latter is zero.
 pub fn deviation(load: &LoadComparison, m: &CriterionMatch) -> Option<f64> {
     (m.contact_fraction > 0.0).then(|| load.atoms.contact_fraction / m.contact_fraction - 1.0)
 }
@@ -146,8 +146,8 @@ fn continuum_contact(writer: &FigureWriter, m: &CriterionMatch) -> Result<Option
     let Some(file) = &m.map else { return Ok(None) };
     let title = match m.id.as_str() {
         "hard_wall" => "Hard wall, gap = 0".into(),
-        "offset_wall" => format!("Hard wall, atoms raised by {}\u{a0}Å", trimmed(m.offset_angstrom, 3)),
-        _ => "Soft wall".into(),
+        "offset_wall" => format!("Offset wall, {}\u{a0}Å", trimmed(m.offset_angstrom, 3)),
+        _ => "Compliant wall".into(),
     };
     Ok(Some(Contact { title, map: flags(writer, file, LONGEST_SIDE)?, share: m.contact_fraction }))
 }
@@ -178,12 +178,12 @@ fn contact_maps(
                 &contact.title,
                 &contact.map,
                 ORANGE,
-                html! { (percent(contact.share)) " touches" },
+                html! { (percent(contact.share)) " in contact" },
             )?);
             drawn.push((contact, m));
         }
     }
-    let atoms_share = html! { (percent(load.atoms.contact_fraction)) " touches (" (load.atoms.criterion) ")" };
+    let atoms_share = html! { (percent(load.atoms.contact_fraction)) " in contact (" (load.atoms.criterion) ")" };
     panels.push(draw("contact-atoms", "Atoms", &touching, BLUE, atoms_share)?);
     if let Some((contact, m)) = drawn.last() {
         if (contact.map.nx, contact.map.ny) != (touching.nx, touching.ny) {
@@ -201,7 +201,7 @@ fn contact_maps(
     }
     let rule = if touching.factor > 1 {
         format!(
-            " A picture element is drawn as touching where at least half of its {0} × {0} nodes touch.",
+            " A picture element is drawn as contact where at least half of its {0} × {0} nodes are in contact.",
             touching.factor
         )
     } else {
@@ -212,7 +212,7 @@ fn contact_maps(
             (self::panels(panels.len(), &panels))
             div.key { (key(BLACK, "both")) (key(ORANGE, "only the continuum")) (key(BLUE, "only the atoms")) }
         },
-        html! { "Where the surfaces touch, white where they do not. x to the right, y up." (rule) },
+        html! { "Contact maps; white: no contact. x to the right, y up." (rule) },
     ))
 }
 
@@ -222,8 +222,8 @@ pub fn key([r, g, b]: Rgb, words: &str) -> Markup {
 
 fn agreement(m: &CriterionMatch) -> Markup {
     html! {
-        "“" (m.id) "” and atoms: κ = " (significant(m.overlap.kappa, 2)) ", Jaccard " (significant(m.overlap.jaccard, 2)) br;
-        span.quiet { "shifted map: κ = " (significant(m.shifted.kappa, 2)) ", Jaccard "
+        (m.label()) " and atoms: κ = " (significant(m.overlap.kappa, 2)) ", Jaccard " (significant(m.overlap.jaccard, 2)) br;
+        span.quiet { "misaligned map: κ = " (significant(m.shifted.kappa, 2)) ", Jaccard "
             (significant(m.shifted.jaccard, 2)) }
     }
 }
@@ -237,7 +237,7 @@ fn matches(load: &LoadComparison) -> Markup {
         .iter()
         .map(|m| {
             vec![
-                html! { strong { (m.id) } ": " (m.criterion) },
+                html! { strong { (m.label()) } ": " (m.criterion) },
                 text(percent(m.contact_fraction)),
                 beside(m.overlap.kappa, m.shifted.kappa),
                 beside(m.overlap.jaccard, m.shifted.jaccard),
@@ -258,16 +258,16 @@ fn matches(load: &LoadComparison) -> Markup {
     let angstrom = |v: f64| format!("{}\u{a0}Å", significant(v, 4));
     html! {
         (table(&["contact criterion", "contact", "κ", "Jaccard", "precision", "recall"], rows))
-        p.quiet { "In brackets: the same for the shifted map. Precision: share of the continuum’s contact that touches in the "
-            "atoms, too; recall: share of the atoms’ contact that the continuum finds." }
+        p.quiet { "In brackets: the same for the misaligned map. Precision: fraction of the continuum’s contact that is also contact of the "
+            "atoms; recall: fraction of the atoms’ contact that is also contact of the continuum." }
         p { "Mean gap: atoms " (angstrom(load.atoms_mean_gap_angstrom)) ", hard wall "
-            (angstrom(load.hard_wall_mean_gap_angstrom)) ", soft wall " (angstrom(load.compliant_wall_mean_gap_angstrom))
+            (angstrom(load.hard_wall_mean_gap_angstrom)) ", compliant wall " (angstrom(load.compliant_wall_mean_gap_angstrom))
             ". Patches, corners connecting: " (count(load.atoms_patches)) " in the atoms, " (count(load.hard_wall_patches))
-            " with the soft wall. Outside both contacts the gaps of these two differ by "
+            " with the compliant wall. Outside both contacts the gaps of these two differ by "
             (angstrom(load.gap_rms_difference_angstrom)) " (rms). "
-            @if load.registration == [0, 0] { "The maps lie on each other without a shift." }
-            @else { "The maps lie best on each other with the atoms shifted by (" (sx) ", " (sy)
-                ") nodes, so something displaced one of them; the pictures are not shifted." } }
+            @if load.registration == [0, 0] { "Registration: the maps are aligned." }
+            @else { "Registration: the maps agree best with the atoms shifted by (" (sx) ", " (sy)
+                ") nodes; the pictures are not shifted." } }
     }
 }
 
@@ -285,7 +285,7 @@ fn gap_maps(
     let mut maps = Vec::new();
     for (title, name, file, id) in [
         ("Gap, hard wall", "gap-hard", gap_of(&c.hard_wall, load.p_star), "hard_wall"),
-        ("Gap, soft wall", "gap-soft", Some(load.compliant_wall_gap.as_str()), "compliant_wall"),
+        ("Gap, compliant wall", "gap-compliant", Some(load.compliant_wall_gap.as_str()), "compliant_wall"),
     ] {
         if let (Some(file), Some(map)) = (file, touching(id)) {
             let small = picture::load(&writer.field(file)?, PANEL_SIDE, |v| v * length)?;
@@ -305,8 +305,8 @@ fn gap_maps(
     }
     Ok(figure(
         self::panels(panels.len(), &panels),
-        html! { "The gap at p* = " (trimmed(load.p_star, 4)) ", in one range of colours; dark is small, black is what "
-        "touches (hard wall: zero gap; soft wall and atoms: by their own criteria above). The atoms have one value per "
+        html! { "The gap at p* = " (trimmed(load.p_star, 4)) ", in one colour range; dark is small, black is contact "
+        "(hard wall: zero gap; compliant wall and atoms: by the criteria above). The atoms have one value per "
         "surface atom." },
     ))
 }
@@ -331,9 +331,8 @@ fn sections(writer: &FigureWriter, list: &[Section]) -> Result<Markup> {
         let plot = Plot { proportion: 0.42, ..Plot::new((Axis::Linear, Axis::Linear), ("y / L", "gap (Å)"), curves) };
         if let Some(svg) = writer.curves(&format!("section-{}", i + 1), &plot)? {
             let caption = html! { "The gap along the line x = L/2 at p* = " (trimmed(s.p_star, 4)) "."
-            @if i == 0 { " Gaps of the atoms and of the soft wall count from where the wall’s force begins, so they are "
-                "negative where it pushes; a hard wall stops at zero. The steps are atoms: each stretch of the line has "
-                "the gap of its nearest surface atom." } };
+            @if i == 0 { " Gaps of the atoms and of the compliant wall are measured from where the repulsion begins, so they are "
+                "negative under compression. Steps are atoms: each point of the line has the gap of the nearest surface atom." } };
             figures.push(figure(svg, caption));
         }
     }

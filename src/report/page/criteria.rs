@@ -1,4 +1,4 @@
-//! The atoms' contact under several criteria, how much the contact distance decides, and their stress.
+//! The atoms' contact under several criteria, its sensitivity to the contact distance, and their stress.
 
 use maud::{Markup, html};
 
@@ -12,13 +12,13 @@ use crate::report::picture::{self, Range};
 use crate::report::plot::{ATOMS, Axis, Curve, HARD, PANEL, Plot, SOFT, Style, THRESHOLD};
 use crate::units::ANGSTROM_M;
 
-/// Contact under each criterion and the stress; nothing where the results are of an earlier version.
+/// Contact under each criterion and the stress; empty where the scene does not request distributions.
 pub fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
-    let told: Vec<_> = atoms.states.iter().filter(|s| !s.criteria.is_empty()).collect();
-    let Some(first) = told.first() else { return Ok(html! {}) };
+    let known: Vec<_> = atoms.states.iter().filter(|s| !s.criteria.is_empty()).collect();
+    let Some(first) = known.first() else { return Ok(html! {}) };
     let mut head = vec!["p*"];
     head.extend(first.criteria.iter().map(|w| name(&w.id)));
-    let rows = told
+    let rows = known
         .iter()
         .map(|s| {
             let shares = s.criteria.iter().map(|w| {
@@ -28,13 +28,13 @@ pub fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
         })
         .collect();
     Ok(html! {
-        h3 { "Contact, several ways" }
+        h3 { "Contact by criterion" }
         (numbers(&head, rows))
         p.quiet {
             @for (i, w) in first.criteria.iter().enumerate() {
                 @if i > 0 { " " } em { (capitalised(name(&w.id))) } ": " (w.criterion) "."
             }
-            " In brackets the touching atoms, those from below the surface layer among them."
+            " In brackets: number of contact atoms, including those from below the surface layer."
         }
         (stresses(writer, atoms)?)
     })
@@ -42,20 +42,18 @@ pub fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
 
 fn name(id: &str) -> &str {
     match id {
+        "force_threshold" => "force threshold",
         "voronoi_area" => "Voronoi area",
         other => other,
     }
 }
 
-/// Where the atoms leave elasticity; nothing where it was not asked for.
+/// Onset of plasticity; empty where it was not requested.
 pub fn plasticity(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
     let Some(p) = &atoms.plasticity else { return Ok(html! {}) };
     let points = p.steps.iter().map(|s| (s[0], s[1])).collect();
     let curves = vec![Curve { label: String::new(), style: ATOMS, points }];
-    let plot = Plot {
-        proportion: 0.36,
-        ..Plot::new((Axis::Linear, Axis::Linear), ("p*", "atoms out of the crystal"), curves)
-    };
+    let plot = Plot { proportion: 0.36, ..Plot::new((Axis::Linear, Axis::Linear), ("p*", "defect atoms"), curves) };
     let rows = atoms
         .states
         .iter()
@@ -69,24 +67,24 @@ pub fn plasticity(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup>
             ])
         })
         .collect();
-    let words = html! { "Atoms whose twelve nearest neighbours no longer lie opposite each other (centro-symmetry above "
-    (p.threshold) " a0²), of the " (count(p.atoms)) " below the uppermost " (p.masked_layers) " layers, at every load step." };
+    let words = html! { "Defect atoms: centro-symmetry parameter above "
+    (p.threshold) " a0², of the " (count(p.atoms)) " below the uppermost " (p.masked_layers) " layers, at every load step." };
     Ok(html! {
-        h3 { "Where the atoms leave elasticity" }
+        h3 { "Onset of plasticity" }
         p {
             @match p.first_yield {
                 Some(load) => {
-                    "The crystal first yields at p* = " strong { (significant(load, 3)) } ": there more than " (p.noise_atoms)
-                    " atoms have left its order"
-                    @if let Some(before) = p.last_elastic { ", at the step before, at " (significant(before, 3)) ", no more" } "."
-                    @if let Some(h) = p.hardness_gpa { " Beyond it the mean stress over the touching atoms is " (significant(h, 3))
+                    "The crystal first yields at p* = " strong { (significant(load, 3)) } ": more than " (p.noise_atoms)
+                    " defect atoms"
+                    @if let Some(before) = p.last_elastic { "; at the previous step, p* = " (significant(before, 3)) ", fewer" } "."
+                    @if let Some(h) = p.hardness_gpa { " Beyond it the mean contact stress is " (significant(h, 3))
                         " GPa, an estimate of the hardness." }
                 },
-                None => { "At no step have more than " (p.noise_atoms) " atoms left the crystal’s order: the block stays elastic." },
+                None => { "At no step are there more than " (p.noise_atoms) " defect atoms: the block remains elastic." },
             }
         }
         @if let Some(svg) = writer.curves("plasticity", &plot)? { (figure(svg, words)) }
-        (numbers(&["p*", "atoms out of the crystal", "their volume", "stress in the contact"], rows))
+        (numbers(&["p*", "defect atoms (centro-symmetry)", "their volume", "contact stress"], rows))
     })
 }
 
@@ -113,11 +111,11 @@ fn stresses(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
     Ok(figure(
         panels(drawn.len().min(3), &drawn),
         html! { "Normal stress: the indenter’s force on each atom, spread by a Gaussian with a standard deviation of "
-        (trimmed(width, 4)) " Å. The field carries the load to " (significant(worst, 1)) " of it." },
+        (trimmed(width, 4)) " Å. The integral of the field is the load to " (significant(worst, 1)) " (relative)." },
     ))
 }
 
-/// How much of the atoms’ area is their contact distance, beside how much of the continuum's is the gap that counts.
+/// Sensitivity of the contact fraction to the contact distance, and of the continuum's to the gap threshold.
 pub fn sensitivity(writer: &FigureWriter, c: &ComparisonResults) -> Result<Markup> {
     let mut figures = Vec::new();
     for (i, load) in c.loads.iter().enumerate() {
@@ -139,20 +137,23 @@ pub fn sensitivity(writer: &FigureWriter, c: &ComparisonResults) -> Result<Marku
         let gap = |label: &str, style: Style, k: usize| {
             curve(label, style, load.area_vs_gap.iter().map(|row| (row[0], 100.0 * row[k])).collect())
         };
-        let by_distance =
-            vec![distance("atoms", ATOMS, 1), distance("hard, raised", THRESHOLD, 2), distance("soft", SOFT, 3)];
+        let by_distance = vec![
+            distance("atoms", ATOMS, 1),
+            distance("offset wall", THRESHOLD, 2),
+            distance("compliant wall", SOFT, 3),
+        ];
         let by_gap = vec![gap("hard wall", HARD, 1), gap("compliant wall", SOFT, 2)];
         let both = [
-            panel_of("against-distance", "Contact distance", "contact distance (Å)", by_distance)?,
-            panel_of("against-gap", "Gap that counts", "gap up to which a point counts (Å)", by_gap)?,
+            panel_of("area-vs-distance", "Contact distance", "contact distance (Å)", by_distance)?,
+            panel_of("area-vs-gap", "Gap threshold", "gap threshold (Å)", by_gap)?,
         ];
         let drawn: Vec<Markup> = both.into_iter().flatten().collect();
-        let caption = html! { "Contact at p* = " (trimmed(load.p_star, 4)) @if i == 0 { ", left against the distance d_c from 0.95 to 1.1 of "
-        "that at which the wall’s force begins, the continuum’s surface atoms asked the same; right the continuum’s against the gap up to which a "
-        "point counts, over the same lengths. Where the left curves are steep, the criterion decides the area." } @else { "." } };
+        let caption = html! { "Contact at p* = " (trimmed(load.p_star, 4)) @if i == 0 { ". Left: against the contact distance d_c, from 0.95 to 1.1 of "
+        "the distance at which the repulsion begins, with the same criterion for the continuum’s surface atoms. Right: continuum, against the "
+        "gap threshold, over the same lengths. Where the left curves are steep, the criterion determines the area." } @else { "." } };
         figures.push(figure(panels(2, &drawn), caption));
     }
-    Ok(html! { @if !figures.is_empty() { h3 { "What the criterion decides" } @for f in &figures { (f) } } })
+    Ok(html! { @if !figures.is_empty() { h3 { "Sensitivity to the contact criterion" } @for f in &figures { (f) } } })
 }
 
 fn curve(label: &str, style: Style, points: Vec<(f64, f64)>) -> Curve {

@@ -24,7 +24,8 @@ pub fn section(writer: &FigureWriter, results: &Results) -> Result<Option<Markup
     Ok((area.is_some() || gap.is_some()).then(|| html! { @for figure in [area, gap].iter().flatten() { (figure) } }))
 }
 
-/// Curves of a load path, one per branch, each from the state that its branch begins with; what is not converged apart.
+/// Curves of a load path, one per branch, each from the state at which its branch begins; states that did not converge in a curve of
+/// their own.
 pub fn branches(
     c: &ContinuumResults,
     (label, look): (&str, Style),
@@ -37,8 +38,8 @@ pub fn branches(
     for state in converged {
         if last.is_none_or(|l| l.branch != state.branch) {
             let (style, name) = match state.branch {
-                Branch::Loading => (look, if both { format!("{label}, going in") } else { label.to_string() }),
-                Branch::Unloading => (BACK, format!("{label}, coming back")),
+                Branch::Loading => (look, if both { format!("{label}, loading") } else { label.to_string() }),
+                Branch::Unloading => (BACK, format!("{label}, unloading")),
             };
             // One entry in the legend for all stretches of a branch.
             let known = curves.iter().any(|c| c.label == name);
@@ -55,11 +56,11 @@ pub fn branches(
     curves
 }
 
-/// Contact share against p*, every method under every criterion.
+/// Contact fraction against p*, for all solutions and criteria.
 fn area(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
     let mut curves = Vec::new();
     if let Some(c) = &results.continuum {
-        let label = format!("{}, scene’s scale", c.method);
+        let label = format!("{}, laboratory scale", c.method);
         curves.extend(branches(c, (&label, LABORATORY), &|s| (s.numbers.p_star, 100.0 * s.contact_fraction_corrected)));
     }
     if let Some(c) = &results.non_adhesive {
@@ -79,8 +80,8 @@ fn area(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
             };
             let (style, label): (Style, String) = match id {
                 "hard_wall" => (HARD, "hard wall, gap = 0".into()),
-                "offset_wall" => (THRESHOLD, "hard wall, raised atoms".into()),
-                "compliant_wall" => (SOFT, "compliant_wall".into()),
+                "offset_wall" => (THRESHOLD, "offset wall".into()),
+                "compliant_wall" => (SOFT, "compliant wall".into()),
                 other => (THRESHOLD, other.into()),
             };
             curves.push(Curve { label, style, points: c.loads.iter().filter_map(of).collect() });
@@ -107,9 +108,9 @@ fn area(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
     let Some(svg) = writer.curves("area", &plot)? else { return Ok(None) };
     Ok(Some(figure(
         svg,
-        html! { "Contact share against reduced load. The curve at the scene’s own scale is perimeter-corrected"
-        @if results.comparison.is_some() { "; those at the atoms’ scale are raw shares of the surface atoms’ sites, so that "
-            "they compare with the atoms" } "." },
+        html! { "Contact fraction against reduced load. The curve at the laboratory scale is perimeter-corrected"
+        @if results.comparison.is_some() { "; those at the atoms’ scale are fractions of the surface sites, for comparison "
+            "with the atoms" } "." },
     )))
 }
 
@@ -146,7 +147,7 @@ fn mean_gap(writer: &FigureWriter, c: &ContinuumResults, without: Option<&Contin
     let Some(svg) = writer.curves("mean-gap", &plot)? else { return Ok(None) };
     Ok(Some(figure(
         svg,
-        html! { "Mean gap against reduced load at the scene’s own scale."
-        @if pressed { " On the logarithmic axis a rough surface under light load falls about straight." } },
+        html! { "Mean gap against reduced load at the laboratory scale."
+        @if pressed { " At light loads the mean gap is about linear in the logarithm of the load." } },
     )))
 }

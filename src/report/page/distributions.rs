@@ -14,7 +14,7 @@ use crate::report::plot::{self, Axis, Curve, Dash, Marker, Plot, Style};
 /// Loads drawn, spread over the path.
 const LOADS: usize = 4;
 
-/// Looks of the loads, from the first to the last: colour and dashes say the same.
+/// Styles of the loads, from the first to the last: colour and dashes are redundant.
 pub const LOOKS: [Style; LOADS] = [
     Style { marker: Marker::None, ..plot::ATOMS },
     Style { marker: Marker::None, ..plot::HARD },
@@ -59,23 +59,23 @@ pub fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     let sizes = Plot::new((Axis::Log, Axis::Log), ("area of a patch (µm²)", "density of patches (1/µm²)"), sizes);
     let shares = Plot::new(
         (Axis::Log, Axis::Linear),
-        ("area of a patch (µm²)", "share of the contact in patches up to it"),
+        ("area of a patch (µm²)", "fraction of the contact in patches up to it"),
         curves(&|o| o.patch_area.iter().map(|[a, share]| (a * um * um, *share)).collect()),
     );
     let mut figures = Vec::new();
     for (name, plot, caption) in [
-        ("gap-distribution", gaps, "Distribution of the gap where the surfaces do not touch; the rest is contact."),
+        ("gap-distribution", gaps, "Distribution of the gap outside the contact."),
         (
             "stress-distribution",
             stresses,
-            "Distribution of the normal stress. Without adhesion nodes out of contact, all at zero, are left out; with it \
-             they are the part under tension.",
+            "Distribution of the normal stress. Without adhesion, nodes out of contact have zero stress and are not shown; with \
+             adhesion they are under tension.",
         ),
-        ("patch-sizes", sizes, "How many patches of contact there are of a size, over all patches."),
+        ("patch-sizes", sizes, "Density of contact patches by area."),
         (
             "patch-area",
             shares,
-            "How much of the contact lies in patches of at most a size: a typical point of it at one half.",
+            "Fraction of the contact in patches up to an area; the median cluster area is at one half.",
         ),
     ] {
         if let Some(curve) = writer.curves(name, &plot)? {
@@ -85,9 +85,9 @@ pub fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     Ok(html! {
         (table(writer, &all))
         @if let Some([open, sealed]) = c.percolation {
-            p { "The gap leads around the cell along both axes up to p* = " (trimmed(open, 4)) " and no longer from p* = "
-                (trimmed(sealed, 4)) " on: the percolation load lies between. There a leak ends, along one axis at least, that the effective medium, which seals "
-                "at half contact, does not know." }
+            p { "The gap percolates along both axes up to p* = " (trimmed(open, 4)) " and not from p* = "
+                (trimmed(sealed, 4)) " on: the percolation load, at which leakage along at least one axis ends, is between them. The effective medium, which seals "
+                "at half contact, does not describe this." }
         }
         @for f in &figures { (f) }
     })
@@ -135,20 +135,21 @@ fn table(writer: &FigureWriter, all: &[(&StateResults, &Observed)]) -> Markup {
     let head = [
         "p*",
         "mean contact pressure",
-        "typical patch (µm²)",
+        "median cluster area (µm²)",
         "contact stiffness",
-        "conductance of spots",
-        "of the whole",
-        "leaks as a gap of",
-        "contact spans",
-        "gap spans",
+        "constriction conductance",
+        "conductance from stiffness",
+        "equivalent hydraulic gap",
+        "contact percolates",
+        "gap percolates",
         "contact",
     ];
     html! {
         (numbers(&head, rows))
-        p.quiet { "Typical patch: half of the contact lies in patches up to this size. Contact stiffness: change of "
-            "the mean pressure with the mean gap, from the neighbouring loads. Conductance: of the patches as circular spots side by side, and of the whole from the stiffness, in which spots "
-            "feel each other; both over that of a cube of the cell's extent. Leaks as a gap of: the even gap of the same flow, by the effective "
-            "medium, which seals at half contact. Spans: leads around the periodic cell, contact by edges and corners, gap by edges." }
+        p.quiet { "Median cluster area (area-weighted): half of the contact is in patches up to this area. Contact stiffness: derivative of "
+            "the mean pressure by the mean gap, from the neighbouring loads. Constriction conductance: patches as independent circular "
+            "spots; conductance from stiffness: with their interaction; both relative to a cube of the cell's extent. Equivalent "
+            "hydraulic gap: uniform gap with the same flow, by the effective medium, which seals at half contact. Percolates: connects "
+            "around the periodic cell, contact by edges and corners, gap by edges." }
     }
 }

@@ -9,7 +9,7 @@ pub struct Section {
     pub body: Markup,
 }
 
-/// A whole page: its name and what is said below it, what stands at its top, its sections; `from` is the file it is drawn from.
+/// A whole page: name and lead, summary, sections. `from`: the file that it is drawn from.
 pub fn document((name, lead): (&str, &str), top: Markup, sections: &[Section], from: &str) -> Markup {
     html! {
         (DOCTYPE)
@@ -28,13 +28,13 @@ pub fn document((name, lead): (&str, &str), top: Markup, sections: &[Section], f
                 (top)
                 @for s in sections { section id=(s.anchor) { h2 { (s.title) } (s.body) } }
                 footer { "Drawn by asperity " (env!("CARGO_PKG_VERSION")) " from " (from) " in the same folder; the figures "
-                    "are there as files, too. No number on this page was typed." }
+                    "are also files there. Every number on this page comes from the results. Terms are defined in docs/glossary.md." }
             }
         }
     }
 }
 
-/// A citation with its DOI or address as a link; both are for the reader to follow, the page fetches nothing.
+/// A citation with its DOI or address as a link. The page itself fetches nothing.
 pub fn linked(citation: &str) -> Markup {
     let words: Vec<Markup> = citation
         .split_inclusive(char::is_whitespace)

@@ -15,7 +15,7 @@ use crate::report::picture::{self, BLACK, Range};
 
 /// Pictures of single loads; several stand side by side.
 pub const PANEL_SIDE: usize = 400;
-/// Share of a map that may lie above its colour bar's end.
+/// Fraction of a map that may lie above the end of its colour bar.
 pub const CLIPPED: f64 = 0.002;
 /// Loads shown as maps in the page; the others' pictures are only files.
 const LOADS_SHOWN: usize = 4;
@@ -31,11 +31,11 @@ pub fn section(writer: &FigureWriter, continuum: &ContinuumResults) -> Result<Ma
     })
 }
 
-/// What was solved, in one line.
+/// The problem solved, in one line.
 pub fn setting(c: &ContinuumResults) -> Markup {
     html! {
         p { "Method " strong { (c.method) } " on " (count(c.nx)) " × " (count(c.ny)) " nodes; elastic body: " (c.kernel)
-            "; adhesion: " (c.adhesion) "; contact: " (c.wall) "." }
+            "; adhesion: " (c.adhesion) "; wall: " (c.wall) "." }
     }
 }
 
@@ -44,25 +44,25 @@ fn laboratory(writer: &FigureWriter, s: &StateResults) -> [String; 2] {
     [si(s.numbers.pressure * writer.scales.modulus_pa, "Pa", 3), si(s.mean_gap * writer.scales.length_m, "m", 4)]
 }
 
-/// The table of states; `units` says mean pressure and mean gap of a state in the units that suit its scale.
+/// The table of states; `units` formats mean pressure and mean gap of a state.
 pub fn states(c: &ContinuumResults, units: &dyn Fn(&StateResults) -> [String; 2]) -> Markup {
     let rows = c
         .states
         .iter()
         .map(|s| {
             let [pressure, gap] = units(s);
-            // Surfaces that have parted are nowhere: where the solver gave them up says nothing.
-            let told = |number: String| text(if s.numbers.stop == "detached" { "–".into() } else { number });
+            // Separated surfaces have no equilibrium: the last iterate is meaningless.
+            let known = |number: String| text(if s.numbers.stop == "detached" { "–".into() } else { number });
             vec![
                 html! { (trimmed(s.numbers.p_star, 4)) (back(s)) },
                 text(pressure),
-                told(percent(s.numbers.contact_fraction)),
-                told(percent(s.contact_fraction_corrected)),
-                told(gap),
-                s.numbers.patches.map_or_else(|| text("–"), |n| told(count(n))),
+                known(percent(s.numbers.contact_fraction)),
+                known(percent(s.contact_fraction_corrected)),
+                known(gap),
+                s.numbers.patches.map_or_else(|| text("–"), |n| known(count(n))),
                 stop(s),
-                told(significant(s.numbers.load_error, 2)),
-                told(significant(s.residual, 2)),
+                known(significant(s.numbers.load_error, 2)),
+                known(significant(s.residual, 2)),
                 text(count(s.numbers.iterations)),
                 text(count(s.numbers.fft_pairs.round() as usize)),
                 text(duration(s.numbers.seconds)),
@@ -87,16 +87,16 @@ pub fn states(c: &ContinuumResults, units: &dyn Fn(&StateResults) -> [String; 2]
     criteria.dedup();
     html! {
         (numbers(&head, rows))
-        p.quiet { "Contact is counted where: " (criteria.join("; ")) ". Corrected: without the parts of nodes by which a "
-            "grid overcounts the rim of every patch. Patches hang together by edges or corners. Load error: what the "
-            "stresses across the interface miss of the load; residual: rms violation of equilibrium over the mean "
-            "pressure. An FFT pair is one transform forth and back." }
+        p.quiet { "Contact criterion: " (criteria.join("; ")) ". Corrected: perimeter-corrected for the overcounting of nodes at the rim "
+            "of patches. Patches connect by edges or corners. Load error: relative deviation of the integrated stress from "
+            "the target load; residual: rms violation of equilibrium over the mean pressure. FFT pair: one forward and one "
+            "inverse transform." }
     }
 }
 
-/// What tells a load on the way back from the same one on the way in.
+/// Mark of a load on the unloading branch.
 pub fn back(s: &StateResults) -> &'static str {
-    if s.branch == Branch::Unloading { " (back)" } else { "" }
+    if s.branch == Branch::Unloading { " (unloading)" } else { "" }
 }
 
 fn stop(s: &StateResults) -> Markup {
@@ -107,7 +107,7 @@ fn stop(s: &StateResults) -> Markup {
     }
 }
 
-/// Stresses below this share of the largest are rounding: a colour bar without tension begins at zero.
+/// Stresses below this fraction of the largest are rounding: a colour bar without tension begins at zero.
 const NO_TENSION: f64 = 1e-6;
 
 /// Loads worth a picture: all of them, or a few spread over the path with both ends.
@@ -142,7 +142,7 @@ fn gallery(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
             gaps.extend(shown.contains(&i).then(|| panel(&names.1, image, html! {})));
             let names = (format!("contact-{}", i + 1), title("Contact"));
             let image = writer.map((&names.0, &names.1), &picture::contact(&contact, BLACK), length_m, Legend::None)?;
-            let share = html! { (percent(state.numbers.contact_fraction)) " touches (black)" };
+            let share = html! { (percent(state.numbers.contact_fraction)) " in contact (black)" };
             contacts.extend(shown.contains(&i).then(|| panel(&names.1, image, share)));
         }
         if let Some(file) = &state.numbers.stress_map {
@@ -158,18 +158,18 @@ fn gallery(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     if gaps.is_empty() && stresses.is_empty() {
         return Ok(html! {});
     }
-    // A narrow picture says more than a huge one: two loads take half of the page.
+    // Two loads take half of the page width.
     let row = shown.len().max(3);
     Ok(figure(
         html! {
             @for list in [&contacts, &gaps, &stresses] { @if !list.is_empty() { (panels(row, list)) } }
         },
         html! {
-            "Where the surfaces touch; the gap, black where it is zero; the normal stress (compression positive, tension, "
-            "where adhesion pulls, negative). Dark is low. Every map has its own range of colours. Large grids are shown as "
-            "block means, which smooth single peaks, and as touching where at least half of a block touches."
+            "Contact; gap, black in contact; normal stress, compression positive. Dark is low. Every map has its own colour range. "
+            "Large grids are shown as block means, which smooth single peaks, and as contact where at least half of a block is "
+            "in contact."
             @if shown.len() < c.states.iter().filter(|s| s.numbers.gap_map.is_some() || s.numbers.stress_map.is_some()).count() {
-                " The other maps are in the folder figures."
+                " The other maps are in figures/."
             }
         },
     ))

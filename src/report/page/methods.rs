@@ -1,4 +1,4 @@
-//! Every method that ran beside the scene's own, against it: the numbers of a load, and the paper's figures 4 to 12.
+//! Methods compared with the scene's own: the numbers of a load, and the paper's figures 4 to 12.
 
 use maud::{Markup, html};
 
@@ -98,7 +98,7 @@ const FIGURES: [Figure; 9] = [
         number: 7,
         shows: Shown::Shares,
         name: "patch-area",
-        caption: "CPr(a), share of the contact in patches up to an area",
+        caption: "CPr(a), fraction of the contact in patches up to an area",
         needs: Quantity::PatchPdf,
         axes: (Axis::Log, Axis::Linear),
         labels: ("area a (µm²)", "CPr(a)"),
@@ -156,7 +156,7 @@ const FIGURES: [Figure; 9] = [
     },
 ];
 
-/// States of the scene's own method, in the terms of those beside it.
+/// States of the scene's own method, in the same terms.
 struct Own {
     with: Vec<MethodState>,
     without: Vec<MethodState>,
@@ -224,7 +224,7 @@ pub fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
         let of = load.map_or(String::new(), |(_, p)| format!(", at p* = {}", trimmed(p, 4)));
         let caption = html! {
             (kind.caption) (of) ". Grey: " (own_name(results)) " (The paper’s figure " (kind.number) ".)"
-            @for (why, titles) in &empty { br; "Not in it (" (why) "): " (titles.join(", ")) "." }
+            @for (why, titles) in &empty { br; "Not available (" (why) "): " (titles.join(", ")) "." }
         };
         Ok(figure(panels(ROW, &drawn), caption))
     };
@@ -249,8 +249,8 @@ pub fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     }
     Ok(html! {
         p { "Deviations are from " (own_name(results))
-            " Areas count as each method’s own criterion has it; where contact is a map of nodes they are perimeter-corrected." }
-        p.quiet { "Blue, solid: with the scene’s adhesion; orange, dashed: without. Below a figure stands what it does not show, and why." }
+            " Areas are by each method’s own criterion, perimeter-corrected where contact is a map of nodes." }
+        p.quiet { "Blue, solid: with the scene’s adhesion; orange, dashed: without. Below each figure: what it does not show, and why." }
         @if loads.is_empty() { (table(writer, results, &own, REFERENCE_LOAD)) }
         @for load in &of_loads { (load) }
         (notes(writer, results))
@@ -309,7 +309,7 @@ fn table(writer: &FigureWriter, results: &Results, own: &Own, p_star: f64) -> Ma
             text(&m.criterion),
         ];
         if here.is_none() && !m.states.is_empty() {
-            cells.push(html! { span.quiet { "ended before this load" } });
+            cells.push(html! { span.quiet { "no result at this load" } });
         } else if here.is_some() {
             cells.extend([
                 html! {
@@ -331,11 +331,11 @@ fn table(writer: &FigureWriter, results: &Results, own: &Own, p_star: f64) -> Ma
     let head = [
         "method",
         "adhesion",
-        "contact is",
+        "criterion",
         "contact",
         "mean gap",
         "stiffness (E*/L)",
-        "typical patch",
+        "median cluster area",
         "CPU, all loads",
     ];
     figures::table(
@@ -358,13 +358,13 @@ fn notes(writer: &FigureWriter, results: &Results) -> Markup {
         });
     html! {
         @for m in &results.methods {
-            @if let Some(why) = &m.unavailable_reason { p.quiet { (m.method) @if !m.adhesive { " without adhesion" } " tells nothing: " (why) "." } }
+            @if let Some(why) = &m.unavailable_reason { p.quiet { (m.method) @if !m.adhesive { " without adhesion" } ": not available: " (why) "." } }
         }
         @for (m, range) in results.methods.iter().filter_map(|m| Some((m, m.range?))).filter(|(_, r)| r.used != r.requested) {
-            p.quiet { (m.method) " works with a range of the adhesion of " (si(range.used * writer.scales.length_m, "m", 3))
-                " on this grid, where " (si(range.requested * writer.scales.length_m, "m", 3)) " is asked for." }
+            p.quiet { (m.method) " uses a range of adhesion of " (si(range.used * writer.scales.length_m, "m", 3))
+                " on this grid; requested: " (si(range.requested * writer.scales.length_m, "m", 3)) "." }
         }
-        @if !fitted.is_empty() { p.quiet { "* has constants that were fitted. " (fitted.join("; ")) "." } }
+        @if !fitted.is_empty() { p.quiet { "*: with fitted constants. " (fitted.join("; ")) "." } }
     }
 }
 
@@ -421,7 +421,7 @@ fn cell(
     let of_load = load.map_or(String::new(), |(k, _)| format!("-load-{}", k + 1));
     Ok(match writer.curves(&format!("methods-{}-{}{of_load}", kind.name, first.method), &plot)? {
         Some(drawn) => Cell::Panel(panel(&title, drawn, html! { (reasons.join("; ")) })),
-        None => Cell::Empty { title, why: "nothing that these axes could show".into() },
+        None => Cell::Empty { title, why: "no values in the range of the axes".into() },
     })
 }
 

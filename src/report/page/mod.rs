@@ -41,7 +41,7 @@ pub const PAGE: &str = "report.html";
 
 /// Draws the report of a run folder and returns the page's path.
 ///
-/// Fails when `results.json` is missing, damaged or of a newer schema, and when a field that it names is missing or has
+/// Fails when `results.json` is missing, damaged or of another schema, and when a field that it names is missing or has
 /// another shape than the map it is compared with.
 pub fn write(run_folder: &Path) -> Result<PathBuf> {
     if !run_folder.join(FILE).exists() && run_folder.join(crate::record::tradeoff::FILE).exists() {
@@ -55,11 +55,12 @@ pub fn write(run_folder: &Path) -> Result<PathBuf> {
     place(run_folder, || page(&writer, &results))
 }
 
-/// Draws the report of a ladder of methods from its `tradeoff.json`.
+/// Draws the report of a trade-off of methods from its `tradeoff.json`.
 pub fn write_tradeoff(run_folder: &Path) -> Result<PathBuf> {
-    let told = Tradeoff::read(&run_folder.join(crate::record::tradeoff::FILE))?;
-    let writer = FigureWriter { folder: run_folder, aspect: told.ny as f64 / told.nx as f64, scales: told.scales };
-    place(run_folder, || tradeoff::page(&writer, &told))
+    let tradeoff = Tradeoff::read(&run_folder.join(crate::record::tradeoff::FILE))?;
+    let writer =
+        FigureWriter { folder: run_folder, aspect: tradeoff.ny as f64 / tradeoff.nx as f64, scales: tradeoff.scales };
+    place(run_folder, || tradeoff::page(&writer, &tradeoff))
 }
 
 /// Makes room for figures, and lands the page.
@@ -76,12 +77,12 @@ fn page(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     let mut sections = Vec::new();
     let mut add = |anchor, title, body| sections.push(Section { anchor, title, body });
     if !results.acceptance.is_empty() {
-        add("acceptance", "The challenge’s statements", challenge::verdicts(&results.acceptance));
+        add("acceptance", "Acceptance checks of the challenge", challenge::checks(&results.acceptance));
         add("challenge", "The challenge’s figures", challenge::figures(writer, results)?);
     }
     add("surface", "The surface", surface::section(writer, results)?);
     if let Some(continuum) = &results.continuum {
-        add("loads", "Contact at the scene’s own scale", loads::section(writer, continuum)?);
+        add("loads", "Contact at the laboratory scale", loads::section(writer, continuum)?);
         if continuum.states.iter().any(|s| s.observed.is_some()) {
             add("distributions", "Gaps, stresses and patches", distributions::section(writer, continuum)?);
         }
@@ -90,16 +91,16 @@ fn page(writer: &FigureWriter, results: &Results) -> Result<Markup> {
         add("ranges", "Range of the adhesion", ranges::section(writer, results)?);
     }
     if !results.methods.is_empty() {
-        add("methods", "Methods side by side", methods::section(writer, results)?);
+        add("methods", "Comparison of methods", methods::section(writer, results)?);
     }
     if let Some(atoms) = &results.atoms {
         add("atoms", "The atoms", atoms::section(writer, atoms)?);
     }
     if let (Some(atoms), Some(comparison)) = (&results.atoms, &results.comparison) {
-        let told = |s: &StateResults| s.uncertainty.iter().any(|p| p.source == UncertaintySource::Depth);
+        let has_depth = |s: &StateResults| s.uncertainty.iter().any(|p| p.source == UncertaintySource::Depth);
         let body = html! {
             (compare::section(writer, atoms, comparison)?)
-            @if comparison.hard_wall.states.iter().any(told) { (uncertainty::budgets(&comparison.hard_wall)) }
+            @if comparison.hard_wall.states.iter().any(has_depth) { (uncertainty::budgets(&comparison.hard_wall)) }
         };
         add("comparison", "Continuum against atoms", body);
     }
@@ -107,10 +108,10 @@ fn page(writer: &FigureWriter, results: &Results) -> Result<Markup> {
         add("area", "Contact and mean gap against load", plots);
     }
     if let Some(c) = results.comparison.as_ref().filter(|c| !c.findings.is_empty()) {
-        add("findings", "Why they differ", html! { ul { @for f in &c.findings { li { (f) } } } });
+        add("findings", "Discussion", html! { ul { @for f in &c.findings { li { (f) } } } });
     }
     if !results.stages.is_empty() {
-        add("costs", "What it cost", costs(&results.stages));
+        add("costs", "Computational cost", costs(&results.stages));
     }
     if !results.sources.is_empty() {
         add("sources", "Sources", html! { ol { @for s in &results.sources { li { (linked(s)) } } } });
@@ -136,9 +137,8 @@ fn costs(stages: &[StageCost]) -> Markup {
     let bold = |t: String| html! { strong { (t) } };
     rows.push(vec![bold("all".into()), bold(duration(all)), bold(memory(peak)), html! {}, html! {}]);
     html! {
-        p { "Wall time and largest resident memory of each stage. A stage is recognised by the key of its inputs; one "
-            "that is taken from an earlier run shows what it cost then, and one that went on from where a run was stopped "
-            "the time of all its parts." }
+        p { "Wall time and peak resident memory of each stage. A stage is identified by the key of its inputs. A stage reused "
+            "from an earlier run shows its cost in that run; a resumed stage shows the time of all its parts." }
         (table(&["stage", "time", "peak memory", "origin", "key"], rows))
     }
 }
@@ -148,5 +148,5 @@ fn origin(stage: &StageCost) -> String {
         0.0 => String::new(),
         s => format!(", {} of it in earlier parts", duration(s)),
     };
-    format!("{}{parts}", if stage.reused { "taken from an earlier run" } else { "computed" })
+    format!("{}{parts}", if stage.reused { "reused from an earlier run" } else { "computed" })
 }

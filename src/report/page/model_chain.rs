@@ -1,4 +1,4 @@
-//! The versions of the compared problem side by side: what each step from the full heights to the atoms changes.
+//! Stepwise comparison: the effect of each step from the full heights to the atoms.
 
 use maud::{Markup, html};
 
@@ -8,18 +8,18 @@ use crate::record::results::{ComparisonResults, LoadComparison, ModelChainStep};
 use crate::report::number::{count, percent, significant, trimmed};
 use crate::report::plot::{ATOMS, Axis, Curve, HARD, LABORATORY, PANEL, Plot, SOFT, Style, THRESHOLD};
 
-/// Look and name of a version.
+/// Style and name of a step.
 fn look(id: &str) -> (Style, &'static str) {
     match id {
         "full_heights" => (LABORATORY, "full heights, zero gap"),
         "hard_wall" => (HARD, "atoms’ heights, zero gap"),
-        "offset_wall" => (THRESHOLD, "atoms’ heights, raised atoms"),
-        "compliant_wall" => (SOFT, "atoms’ heights, soft wall"),
+        "offset_wall" => (THRESHOLD, "atoms’ heights, offset wall"),
+        "compliant_wall" => (SOFT, "atoms’ heights, compliant wall"),
         _ => (ATOMS, "atoms"),
     }
 }
 
-/// Nothing where the results are of an earlier version.
+/// Empty where the scene does not request distributions.
 pub fn section(writer: &FigureWriter, c: &ComparisonResults) -> Result<Markup> {
     let loads: Vec<&LoadComparison> = c.loads.iter().filter(|l| !l.model_chain.is_empty()).collect();
     if loads.is_empty() {
@@ -37,7 +37,6 @@ pub fn section(writer: &FigureWriter, c: &ComparisonResults) -> Result<Markup> {
             loads.iter().filter_map(|l| Some((l.p_star, of(l.model_chain.iter().find(|v| v.id == id)?)))).collect()
         };
         let curve = |id: &&str| Curve { label: look(id).1.into(), style: look(id).0, points: points(id) };
-        // With the matched criterion nothing but what counts as contact changes.
         ids.iter().map(curve).collect()
     };
     let area = Plot {
@@ -47,8 +46,8 @@ pub fn section(writer: &FigureWriter, c: &ComparisonResults) -> Result<Markup> {
     let gap = Plot::new((Axis::Log, Axis::Linear), ("p*", "mean gap (Å)"), along(&|v| v.mean_gap_angstrom));
     let mut figures = Vec::new();
     for (name, plot, caption) in [
-        ("versions-area", area, "Contact of each version at the block’s surface sites."),
-        ("versions-gap", gap, "Mean gap of each version; matching the criterion does not change it."),
+        ("model-chain-area", area, "Contact fraction of each step at the block’s surface sites."),
+        ("model-chain-gap", gap, "Mean gap of each step; the contact criterion does not change it."),
     ] {
         figures.extend(writer.curves(name, &plot)?.map(|svg| figure(svg, html! { (caption) })));
     }
@@ -57,11 +56,11 @@ pub fn section(writer: &FigureWriter, c: &ComparisonResults) -> Result<Markup> {
         each.push(one_load(writer, load, i + 1)?);
     }
     Ok(html! {
-        h3 { "From the full heights to the atoms" }
-        p { "The same load and the same elastic layer, changed one step at a time: the heights of the scene’s grid; the heights that "
-            "atoms resolve; on these the gap that counts as contact; the atoms’ wall law in place of the hard wall; the atoms. All "
-            "are read at the block’s surface sites, and all stresses are smoothed by the Gaussian that makes a field of the "
-            "atoms’ forces." }
+        h3 { "Stepwise comparison" }
+        p { "The same load and elastic layer, changed one step at a time: the heights of the scene’s grid; the heights that "
+            "atoms resolve; on these, the atoms’ contact criterion; the atoms’ repulsion law in place of the hard wall; the atoms. All "
+            "are evaluated at the block’s surface sites, and all stresses are smoothed by the Gaussian that turns the atoms’ "
+            "forces into a field." }
         (table(&loads))
         @for f in &figures { (f) }
         @for e in &each { (e) }
@@ -83,10 +82,10 @@ fn table(loads: &[&LoadComparison]) -> Markup {
             ]);
         }
     }
-    let head = ["p*", "version", "contact", "mean gap", "stress in the contact", "patches", "typical patch"];
+    let head = ["p*", "step", "contact", "mean gap", "contact stress", "patches", "median cluster area"];
     html! {
         (numbers(&head, rows))
-        p.quiet { "Typical patch: half of the contact lies in patches up to this area." }
+        p.quiet { "Median cluster area (area-weighted): half of the contact is in patches up to this area." }
     }
 }
 
@@ -107,21 +106,21 @@ fn one_load(writer: &FigureWriter, load: &LoadComparison, number: usize) -> Resu
     let stress = Plot::new(log, ("stress (GPa)", "density (1/GPa)"), curves(&|v| v.stress.density(), "offset_wall"));
     let patches = Plot::new(
         (Axis::Log, Axis::Linear),
-        ("area of a patch (nm²)", "share of the contact"),
+        ("area of a patch (nm²)", "fraction of the contact"),
         curves(&|v| v.patch_area.iter().map(|[a, share]| (*a, *share)).collect(), ""),
     );
     let mut drawn = Vec::new();
     for (title, name, plot) in [
-        ("Gap", "versions-gaps", gaps),
-        ("Normal stress", "versions-stress", stress),
-        ("Patches up to an area", "versions-patches", patches),
+        ("Gap", "model-chain-gaps", gaps),
+        ("Normal stress", "model-chain-stress", stress),
+        ("Cumulative patch areas", "model-chain-patches", patches),
     ] {
         let plot = Plot { width: PANEL, proportion: 0.8, ..plot };
         drawn.extend(writer.curves(&format!("{name}-{number}"), &plot)?.map(|svg| panel(title, svg, html! {})));
     }
     Ok(figure(
         panels(drawn.len(), &drawn),
-        html! { "Distributions at p* = " (trimmed(load.p_star, 4)) ": of the gap where nothing touches, of the smoothed stress over the "
-        "whole cell, and the share of the contact in patches of at most an area." },
+        html! { "Distributions at p* = " (trimmed(load.p_star, 4)) ": gap outside the contact, smoothed stress over the "
+        "whole cell, and fraction of the contact in patches up to an area." },
     ))
 }

@@ -1,4 +1,4 @@
-//! The atoms at a temperature: how often each touches.
+//! NVT runs: contact probability of the surface atoms.
 
 use maud::{Markup, html};
 
@@ -18,7 +18,7 @@ pub fn section(writer: &FigureWriter, atoms: &AtomsResults, nvt: &NvtResults) ->
         let range = Range { low: 0.0, high: 1.0 };
         let legend = Legend::Ramp { range, unit: String::new(), clipped: false };
         let title = format!("p* = {}", trimmed(state.p_star, 4));
-        let names = (format!("probability-{}", i + 1), format!("how often each surface atom touches at {title}"));
+        let names = (format!("probability-{}", i + 1), format!("contact probability of the surface atoms at {title}"));
         let length = atoms.cells as f64 * nvt.lattice_constant_angstrom * ANGSTROM_M;
         let image = writer.map((&names.0, &names.1), &picture::map(&small, range), length, legend)?;
         let contact = state.contact_fraction;
@@ -37,24 +37,15 @@ pub fn section(writer: &FigureWriter, atoms: &AtomsResults, nvt: &NvtResults) ->
             text(with_error(state.temperature_k, "K")),
         ]);
     }
-    let head = [
-        "p*",
-        "contact",
-        "at 0 K",
-        "touch more than half of the time",
-        "touch at all",
-        "mean gap",
-        "at 0 K",
-        "temperature",
-    ];
+    let head = ["p*", "contact", "at 0 K", "majority contact", "any contact", "mean gap", "at 0 K", "temperature"];
     Ok(html! {
         h3 { "At " (trimmed(nvt.temperature_k, 4)) " K" }
         (figure(
             panels(drawn.len().min(3), &drawn),
-            html! { "The share of the time in which each surface atom touches, over " (significant(nvt.averaging_ps, 3)) " ps after "
-                (significant(nvt.equilibration_ps, 3)) " ps that are not counted, in a cell expanded to the lattice constant of "
-                (significant(nvt.lattice_constant_angstrom, 5)) " Å. Contact is the mean of that share; errors are standard errors "
-                "from " (nvt.blocks) " blocks of time." },
+            html! { "Contact probability of each surface atom: fraction of the time in contact, over " (significant(nvt.averaging_ps, 3)) " ps after "
+                (significant(nvt.equilibration_ps, 3)) " ps of equilibration, in a cell expanded to the lattice constant of "
+                (significant(nvt.lattice_constant_angstrom, 5)) " Å. Contact: mean probability; majority contact: fraction of the surface atoms with a probability above one half; any contact: above zero. "
+                "Errors are standard errors from " (nvt.blocks) " blocks of time." },
         ))
         (numbers(&head, rows))
     })

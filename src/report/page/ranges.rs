@@ -50,7 +50,7 @@ pub fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
             curves(&|s| s.contact_fraction_corrected),
             "Contact area, perimeter-corrected, against Tabor’s parameter: short ranges to the right.",
         ),
-        ("mean-gap-of-range", "mean gap (µm)", curves(&|s| s.mean_gap * um), "Mean gap likewise."),
+        ("mean-gap-of-range", "mean gap (µm)", curves(&|s| s.mean_gap * um), "Mean gap against Tabor’s parameter."),
     ] {
         let plot = Plot::new((Axis::Log, Axis::Log), ("Tabor parameter", label), curves);
         figures.extend(writer.curves(name, &plot)?.map(|c| figure(c, html! { (caption) })));
@@ -73,9 +73,9 @@ pub fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
         })
         .collect();
     Ok(html! {
-        p { "The loads on the way there, solved with the same work of adhesion over other ranges. Tabor’s parameter is "
+        p { "The loading branch with the same work of adhesion and other ranges. Tabor’s parameter is "
             "(R_c γ²/(E*² ρ³))^1/3 with the surface’s curvature radius R_c, " (si(tabor.radius * writer.scales.length_m, "m", 4))
-            ", and the range that the grid was given." }
+            ", and the range used on the grid." }
         @for f in &figures { (f) }
         (numbers(&["range", "Tabor parameter", "resolution", "p*", "contact, corrected", "mean gap"], rows))
     })

@@ -1,4 +1,4 @@
-//! What a reader should know after half a minute: the numbers in tiles, the warnings, the words.
+//! Summary at the top of the page: key numbers, warnings, definitions.
 
 use crate::load::Branch;
 use maud::{Markup, html};
@@ -27,26 +27,27 @@ pub fn section(results: &Results) -> Markup {
             }
         }
         @if !results.warnings.is_empty() {
-            div.warnings { h3 { "Read these first" } ul { @for w in &results.warnings { li { (w) } } } }
+            div.warnings { h3 { "Warnings" } ul { @for w in &results.warnings { li { (w) } } } }
         }
         (words(results))
     }
 }
 
-/// What the scene's accuracy was resolved into.
+/// The setting chosen for the accuracy that the scene requests.
 fn chosen(c: &AccuracyChoice) -> String {
     let a = &c.advice;
-    let asked = match (c.error, c.budget_s) {
-        (Some(share), _) => format!("within {}", percent(share)),
-        (None, s) => format!("as well as {} allow", duration(s.unwrap_or(0.0))),
+    let requested = match (c.error, c.budget_s) {
+        (Some(error), _) => format!("within {}", percent(error)),
+        (None, s) => format!("within a time of {}", duration(s.unwrap_or(0.0))),
     };
     let beyond = if a.extrapolated.is_empty() {
         String::new()
     } else {
-        format!(" Beyond what was measured: {}.", a.extrapolated.join("; "))
+        format!(" Extrapolated: {}.", a.extrapolated.join("; "))
     };
     format!(
-        "Asked for: the {} {asked}. Measured tables ({}) chose {} on {} points a side, {} to {:e}: expected to err by {}.{beyond} What          this needs none of was neither kept nor counted.",
+        "Requested: the {0} {requested}. Chosen from measured tables ({1}): {2} on an {3} × {3} grid, {4} to {5:e}; expected error {6}.{beyond} \
+         Quantities that this does not need were neither computed nor stored.",
         c.quantity.name(),
         c.tables,
         a.method,
@@ -57,7 +58,7 @@ fn chosen(c: &AccuracyChoice) -> String {
     )
 }
 
-/// What was found, in a sentence per scale.
+/// Main result, one sentence per scale.
 fn found(results: &Results) -> Vec<String> {
     let continuum = results.continuum.as_ref().and_then(|c| continuum_found(results, c));
     let comparison = results.comparison.as_ref().and_then(comparison_found);
@@ -81,9 +82,9 @@ fn comparison_found(c: &ComparisonResults) -> Option<String> {
     let kappa = span(judged.iter().map(|(_, m)| m.overlap.kappa), |k| significant(k, 2));
     let shifted = judged.iter().map(|(_, m)| m.shifted.kappa.abs()).fold(0.0, f64::max);
     Some(format!(
-        "At p* = {p_star}, {atoms} of the surface atoms touch. The continuum on the same profile has {continuum} under the \
-         criterion “{}”: the areas differ by at most {}, the maps agree with κ = {kappa} (at most {} in size for a shifted map).",
-        best.id,
+        "At p* = {p_star}, {atoms} of the surface atoms are in contact; the continuum on the same profile has a contact fraction of \
+         {continuum} ({}). The areas differ by at most {}; the maps agree with κ = {kappa} (|κ| ≤ {} for a misaligned map).",
+        best.label(),
         percent(off),
         significant(shifted, 2),
     ))
@@ -94,11 +95,11 @@ fn continuum_found(results: &Results, c: &ContinuumResults) -> Option<String> {
     let gap = |gap: f64| si(gap * results.scales.length_m, "m", 3);
     let missed = c.states.iter().filter(|s| s.numbers.stop != "converged").count();
     let stops = if missed == 0 { "all loads converged".into() } else { format!("{missed} loads did not converge") };
-    let scale = if results.atoms.is_some() { "At the scene’s own scale " } else { "" };
+    let scale = if results.atoms.is_some() { "At the laboratory scale " } else { "" };
     let of = |pick: fn(&StateResults) -> f64| c.states.iter().filter(|s| s.numbers.stop != "detached").map(pick);
     let path = if c.states.len() == 1 {
         format!(
-            "{} touches at p* = {}, with a mean gap of {}",
+            "the contact fraction is {} at p* = {}, the mean gap {}",
             percent(first.contact_fraction_corrected),
             trimmed(first.numbers.p_star, 4),
             gap(first.mean_gap)
@@ -108,7 +109,7 @@ fn continuum_found(results: &Results, c: &ContinuumResults) -> Option<String> {
         let contact = span(of(|s| s.contact_fraction_corrected), percent);
         let both = turned(c).map_or(String::new(), |(there, back)| {
             format!(
-                "; at p* = {} it is {} going in and {} coming back",
+                "; at p* = {} it is {} on loading and {} on unloading",
                 trimmed(back.numbers.p_star, 4),
                 percent(there.contact_fraction_corrected),
                 percent(back.contact_fraction_corrected)
@@ -123,7 +124,7 @@ fn continuum_found(results: &Results, c: &ContinuumResults) -> Option<String> {
     Some(super::figures::capitalised(&sentence))
 }
 
-/// The most that a quantity is uncertain by at a load, all that is known of it together, and what most of that is from.
+/// Largest known uncertainty of a quantity over the loads, and its main source.
 fn uncertain(c: &ContinuumResults, quantity: Quantity) -> Option<String> {
     let total = |parts: &[(UncertaintySource, f64)]| parts.iter().map(|p| p.1).sum::<f64>();
     let there = c.states.iter().filter(|s| s.numbers.stop != "detached");
@@ -137,7 +138,7 @@ fn uncertain(c: &ContinuumResults, quantity: Quantity) -> Option<String> {
     Some(format!("{share}, mostly due to the {}", source.name()))
 }
 
-/// The last load of the way back that was put on before on the way in, and what it was then.
+/// The last unloading state with a loading state at the same load, as (loading, unloading).
 fn turned(c: &ContinuumResults) -> Option<(&StateResults, &StateResults)> {
     let pair = |i: usize| {
         let back = &c.states[i];
@@ -146,7 +147,7 @@ fn turned(c: &ContinuumResults) -> Option<(&StateResults, &StateResults)> {
             |s: &&StateResults| (s.numbers.p_star - back.numbers.p_star).abs() <= SAME_LOAD * back.numbers.p_star.abs();
         (back.branch == Branch::Unloading && back.numbers.stop == "converged").then_some(())?;
         let there = there.rfind(same)?;
-        // Without hysteresis there is one branch, and nothing to tell.
+        // Without hysteresis both branches are the same.
         let alike = percent(there.contact_fraction_corrected) == percent(back.contact_fraction_corrected);
         (!alike).then_some((there, back))
     };
@@ -167,14 +168,14 @@ fn tiles(results: &Results) -> Vec<Tile> {
         let branches = |pick: fn(&StateResults) -> f64, show: &dyn Fn(f64) -> String| {
             turned(c).map_or(String::new(), |(there, back)| {
                 let load = trimmed(back.numbers.p_star, 4);
-                format!("; at p* = {load} {} going in, {} coming back", show(pick(there)), show(pick(back)))
+                format!("; at p* = {load} {} on loading, {} on unloading", show(pick(there)), show(pick(back)))
             })
         };
-        let scale = if results.atoms.is_some() { ", scene’s scale" } else { "" };
+        let scale = if results.atoms.is_some() { ", laboratory scale" } else { "" };
         let (contact, gap) = (|s: &StateResults| s.contact_fraction_corrected, |s: &StateResults| s.mean_gap);
         let length = |g: f64| si(g * results.scales.length_m, "m", 3);
         let pressure = span(of(|s| s.numbers.pressure), |p| si(p * results.scales.modulus_pa, "Pa", 3));
-        let doubt = |of| uncertain(c, of).map_or(String::new(), |u| format!("; uncertain by {u}"));
+        let doubt = |of| uncertain(c, of).map_or(String::new(), |u| format!("; uncertainty {u}"));
         tiles.push(Tile {
             name: format!("contact at p* = {loads}{scale}"),
             value: span(of(contact), percent),
@@ -193,7 +194,7 @@ fn tiles(results: &Results) -> Vec<Tile> {
             let of = |p: f64, n: usize| si(p * results.scales.modulus_pa, "Pa", n);
             let error = format!("± {}, ", of(p.pressure_error, 2));
             tiles.push(Tile {
-                name: "largest pull".into(),
+                name: "pull-off stress".into(),
                 value: of(-p.pressure, 3),
                 note: format!("{error}at a mean gap of {}", length(p.mean_gap)),
             });
@@ -204,16 +205,16 @@ fn tiles(results: &Results) -> Vec<Tile> {
         tiles.push(Tile {
             name: format!("atoms in contact at p* = {}", trimmed(load.p_star, 4)),
             value: percent(load.atoms.contact_fraction),
-            note: plain.map_or(String::new(), |p| format!("hard wall at zero gap on the same profile: {p}")),
+            note: plain.map_or(String::new(), |p| format!("hard wall, zero gap, same profile: {p}")),
         });
         if let Some(m) = matched(load) {
             tiles.push(Tile {
                 name: "agreement of the maps".into(),
                 value: format!("κ = {}", significant(m.overlap.kappa, 2)),
                 note: format!(
-                    "at p* = {}, criterion “{}”; a shifted map gives {}",
+                    "at p* = {}, {}; a misaligned map gives {}",
                     trimmed(load.p_star, 4),
-                    m.id,
+                    m.label(),
                     significant(m.shifted.kappa, 2)
                 ),
             });
@@ -230,18 +231,18 @@ fn tiles(results: &Results) -> Vec<Tile> {
         tiles.push(Tile {
             name: "cost".into(),
             value: duration(results.stages.iter().map(|s| s.seconds).sum()),
-            note: format!("wall time, {} of memory at most", memory(peak)),
+            note: format!("wall time; peak memory {}", memory(peak)),
         });
     }
     tiles
 }
 
-/// The symbols of this page, each once. Only those that the page uses.
+/// Definitions of the symbols that the page uses.
 fn words(results: &Results) -> Markup {
     let modulus = si_given(results.scales.modulus_pa, "Pa");
     let length = si_given(results.scales.length_m, "m");
     html! {
-        h3 { "How to read the numbers" }
+        h3 { "Definitions" }
         dl {
             dt { "L, E*" }
             dd { "Extent of the cell in x, here " (length) ", and contact modulus E/(1 − ν²), here " (modulus)
@@ -253,29 +254,28 @@ fn words(results: &Results) -> Markup {
             dt { "p*" }
             dd { "Reduced load: mean pressure over E* times the rms gradient of the surface. Loads are compared in it "
                 "because contact area grows with p* alike for all surfaces of small slope. The gradient is always that of "
-                "the whole spectrum: on a grid or a block that resolves less of it, more touches at the same p*." }
+                "the whole spectrum: a grid or block that resolves less of it has more contact at the same p*." }
             dt { "Gap" }
             dd { "Distance between the two surfaces along z; zero where they touch. The mean gap is over the whole cell."
                 @if results.atoms.is_some() {
-                    " Atoms and the soft wall have no surface to touch: there the gap counts from the distance at which the "
-                    "wall’s force begins, and a negative gap means that the atoms are nearer than that, pushed by the load."
+                    " For atoms and the compliant wall the gap is measured from the distance at which the repulsion begins; it is "
+                    "negative where the load presses them closer."
                 } }
             dt { "Contact" }
-            dd { "Share of the cell that touches. It means little without its " em { "criterion" } ": a zero gap for a "
-                "hard wall, a distance below a threshold for atoms, which have no sharp surface. Every number here names "
-                "its criterion." }
+            dd { "Fraction of the cell in contact. It depends on the " em { "criterion" } ": zero gap for a hard wall, a distance "
+                "below a threshold for atoms, which have no sharp surface. Every contact fraction is given with its criterion." }
             @if let Some(load) = results.comparison.as_ref().and_then(|c| c.loads.first()) {
                 dt { "Criteria" }
-                dd { em { "Atoms" } ": " (load.atoms.criterion) " (that distance is d_c). " em { "Plain" } ": the gap at a hard "
-                    "wall is zero. " em { "Soft wall" } ": the continuum has the atoms’ wall law itself; a surface atom put where "
-                    "the continuum has the surface is within d_c of an indenter atom. " em { "Raised" } ": the same with "
-                    "a hard wall, the atom raised by what the atoms’ wall gives way under the mean stress of what then "
-                    "touches. Nothing in either is fitted to the atoms." }
+                dd { em { "Atoms" } ": " (load.atoms.criterion) " (that distance is d_c). " em { "Hard wall" } ": zero gap at a hard "
+                    "wall. " em { "Compliant wall" } ": the continuum uses the atoms’ own repulsion law; contact where a surface atom at "
+                    "the continuum’s surface is within d_c of an indenter atom. " em { "Offset wall" } ": the same with "
+                    "a hard wall, the surface shifted by the wall’s compression under the mean contact stress. "
+                    "No parameter is fitted to the atoms." }
                 dt { "κ, Jaccard" }
-                dd { "Agreement of two contact maps site by site. Jaccard is the sites touching in both over those touching "
-                    "in either; κ (Cohen) is the agreement beyond chance: 1 for equal maps, 0 for chance. "
-                    "Each stands beside its value for a map shifted by a third and a fifth of the cell, which has the "
-                    "same patches in the wrong places." }
+                dd { "Agreement of two contact maps site by site. Jaccard: sites in contact in both over sites in contact "
+                    "in either; κ (Cohen): agreement beyond chance, 1 for equal maps, 0 for chance. "
+                    "Each is given with its value for a map misaligned by a third and a fifth of the cell: the same patches "
+                    "in the wrong places." }
             }
         }
     }

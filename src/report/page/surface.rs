@@ -17,16 +17,16 @@ pub fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     let expected = surface.psd.iter().any(|p| p.expected.is_some());
     let [length_x, length_y] = [1.0, surface.aspect].map(|l| si_given(l * writer.scales.length_m, "m"));
     Ok(html! {
-        p { (capitalised(&surface.origin)) ", on " (count(nx)) " × " (count(ny)) " nodes over a " (if surface.periodic { "periodic cell" } else { "patch that does not repeat," }) " of " (length_x) " × "
-            (length_y) ". Heights count from the lowest point; the counterface touches the low points first." }
+        p { (capitalised(&surface.origin)) ", on " (count(nx)) " × " (count(ny)) " nodes over a " (if surface.periodic { "periodic cell" } else { "non-periodic patch" }) " of " (length_x) " × "
+            (length_y) ". Heights are measured from the lowest point; low points touch first." }
         @if !surface.statistics.is_empty() { (statistics(&surface.statistics)) }
         @if !surface.note.is_empty() { p.quiet { (surface.note) } }
         @if let Some(map) = map { (map) }
         @if let Some(psd) = psd(writer, results)? {
             (figure(psd, html! { "Radial power spectral density"
-                @if expected { ": what the realisation has against what the spectrum prescribes" } ". |n| is the wave number "
+                @if expected { ", realised and prescribed" } ". |n| is the wave number "
                 "over 2π/L, so |n| = 1 is one wave per cell."
-                @if !surface.periodic { " Of the patch under a window: below |n| = 2 it tells of the window, too." } }))
+                @if !surface.periodic { " Computed under a Hann window, which affects |n| < 2." } }))
         }
     })
 }
@@ -35,7 +35,7 @@ pub fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
 fn map(writer: &FigureWriter, file: &str, [nx, ny]: [usize; 2]) -> Result<Markup> {
     let path = writer.field(file)?;
     let heights = picture::load(&path, LONGEST_SIDE, |h| h * writer.scales.length_m)?;
-    // The picture has the file's shape; a table that speaks of another one must not stand beside it.
+    // The picture must have the shape that the table states.
     if (heights.nx, heights.ny) != (nx.div_ceil(heights.factor), ny.div_ceil(heights.factor)) {
         let found = format!("another shape than the {nx} × {ny} nodes of results.json");
         return Err(Error::format(path, found, format!("[{ny}, {nx}]")));

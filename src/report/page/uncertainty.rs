@@ -1,4 +1,4 @@
-//! What the grid leaves uncertain, and the pull that parts the surfaces.
+//! Grid convergence, uncertainty budget, and the pull-off.
 
 use crate::load::Branch;
 use maud::{Markup, html};
@@ -17,18 +17,18 @@ pub fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
         @if let Some(r) = c.range {
             p { "Adhesion: "
                 "work γ = " (significant(r.gamma * writer.scales.modulus_pa * writer.scales.length_m * 1e3, 4)) " mJ/m², "
-                "range ρ = " (si(r.requested * writer.scales.length_m, "m", 4)) " asked for, "
+                "range ρ = " (si(r.requested * writer.scales.length_m, "m", 4)) " requested, "
                 (si(r.used * writer.scales.length_m, "m", 4)) " used." }
         }
         @if let Some(r) = c.range.filter(|r| r.used != r.requested) {
-            p { "The adhesion's range of " (si(r.requested * writer.scales.length_m, "m", 3)) " is enlarged "
-                (significant(r.used / r.requested, 3)) " times on this grid, which would not resolve it: cohesive resolution "
+            p { "The range of adhesion of " (si(r.requested * writer.scales.length_m, "m", 3)) " is enlarged "
+                (significant(r.used / r.requested, 3)) " times because this grid does not resolve it: cohesive resolution "
                 (significant(r.resolution_requested, 2)) " instead of " (significant(r.resolution_used, 2)) "." }
         }
         @if c.states.iter().any(|s| s.discretisation.is_some()) { (table(writer, c)) }
         (budgets(c))
         @if let Some(why) = &c.pull_off_failure {
-            p { span.bad { "The pull-off was not found: " } (why) ". The loads above are whole without it." }
+            p { span.bad { "The pull-off was not found: " } (why) ". The loads above are not affected." }
         }
         (pull_off(writer, c)?)
     })
@@ -41,7 +41,7 @@ fn table(writer: &FigureWriter, c: &ContinuumResults) -> Markup {
     head.extend(branches.then_some("branch"));
     head.extend(["relative change of contact", "relative change of mean gap", "energy above its minimum"]);
     if extrapolated {
-        head.extend(["contact at the true range", "mean gap at the true range"]);
+        head.extend(["contact at the requested range", "mean gap at the requested range"]);
     }
     let row = |s: &StateResults| {
         let mut row = vec![text(trimmed(s.numbers.p_star, 4))];
@@ -63,19 +63,19 @@ fn table(writer: &FigureWriter, c: &ContinuumResults) -> Markup {
     };
     html! {
         (numbers(&head, c.states.iter().map(row).collect()))
-        p.quiet { "Relative change: of contact (corrected) and mean gap from half the points a side to this grid, over the value "
-            "on this one; what converges at first order has as much of an error left. “Below” where the coarser grid was left "
-            "with more to change than the two differ by; – where there is next to nothing that could change. Energy above its "
-            "minimum: the method's estimate, relative."
-            @if extrapolated { " At the true range: extrapolated from three grids, each with the shortest range it resolves; "
-                "the errors are absolute, of the contact in percentage points; – where they would be as large as the value." } }
+        p.quiet { "Relative change of contact (corrected) and mean gap from the grid with half the points per side to this one; at first-"
+            "order convergence the remaining error is as large. “Below”: an upper bound, because the coarser solution was less "
+            "converged than the difference. –: too small for a relative change. Energy above its minimum: relative, as "
+            "estimated by the method."
+            @if extrapolated { " At the requested range: extrapolated from three grids, each with the shortest range that it resolves; "
+                "errors are absolute, of the contact in percentage points; –: error as large as the value." } }
     }
 }
 
 /// Colours of the parts of a bar, in the order of [`UncertaintySource::ALL`].
 const COLOURS: [&str; 6] = ["#0072b2", "#cc79a7", "#009e73", "#e69f00", "#56b4e9", "#d55e00"];
 
-/// What area and mean gap are uncertain by: bars for the load nearest to the reference, numbers for all.
+/// Uncertainty budget of area and mean gap: bars for the load nearest to the reference, numbers for all loads.
 pub fn budgets(c: &ContinuumResults) -> Markup {
     let near = |s: &&StateResults| (s.numbers.p_star / REFERENCE_LOAD).ln().abs();
     let known = c.states.iter().filter(|s| !s.uncertainty.is_empty() && s.numbers.p_star > 0.0);
@@ -102,7 +102,7 @@ pub fn budgets(c: &ContinuumResults) -> Markup {
     let head: Vec<&str> = ["p*", "of"].into_iter().chain(sources.map(UncertaintySource::name)).collect();
     let longest = quantities.map(|q| parts(shown, q).iter().map(|p| p.1).sum()).into_iter().fold(0.0, f64::max);
     html! {
-        h3 { "What the numbers are uncertain by" }
+        h3 { "Uncertainty budget" }
         p.key { @for (source, colour) in UncertaintySource::ALL.iter().zip(COLOURS).filter(|(s, _)| has(**s)) {
             span { i style={ "background:" (colour) } {} (source.name()) }
         } }
@@ -111,19 +111,19 @@ pub fn budgets(c: &ContinuumResults) -> Markup {
             summary { "All loads" }
             (numbers(&head, c.states.iter().flat_map(|s| quantities.map(|q| row(s, q))).collect()))
         }
-        p.quiet { "At p* = " (trimmed(shown.numbers.p_star, 4)) ", over the value. Grid: the change from half the points a side. Solver and "
-            "precision: what would change if the residual, or the round-off of the fields, were a change of the load. Contact "
+        p.quiet { "At p* = " (trimmed(shown.numbers.p_star, 4)) ", relative. Grid: the change from the grid with half the points per side. Solver and "
+            "precision: the effect of a load error as large as the residual, or as the round-off of the fields. Contact "
             "criterion: a third of the perimeter correction. " @if has(UncertaintySource::Depth) { "Finite depth: the change from a "
-            "half-space. " } "What is not known has no part in a bar." }
+            "half-space. " } "Unknown components are not in the bars." }
     }
 }
 
-/// What is known of what a quantity is uncertain by, over its value.
+/// Known components of the relative uncertainty of a quantity.
 pub(super) fn parts(s: &StateResults, quantity: Quantity) -> Vec<(UncertaintySource, f64)> {
     s.uncertainty.iter().filter(|p| p.quantity == quantity).filter_map(|p| Some((p.source, p.relative?))).collect()
 }
 
-/// One quantity's parts side by side, as shares of the longest bar.
+/// Stacked bar of one quantity's components, in fractions of the longest bar.
 fn bar(s: &StateResults, quantity: Quantity, longest: f64) -> Markup {
     let parts = parts(s, quantity);
     let total: f64 = parts.iter().map(|p| p.1).sum();
@@ -148,12 +148,12 @@ fn pull_off(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     let (um, kpa) = (writer.scales.length_m * 1e6, writer.scales.modulus_pa * 1e-3);
     let curves = vec![
         Curve {
-            label: "on the way apart".into(),
+            label: "unloading".into(),
             style: LABORATORY,
             points: pulled.curve.iter().map(|[g, p]| (g * um, p * kpa)).collect(),
         },
         Curve {
-            label: "largest pull".into(),
+            label: "pull-off".into(),
             style: POINTED_OUT,
             points: vec![(pulled.mean_gap * um, pulled.pressure * kpa)],
         },
@@ -163,14 +163,14 @@ fn pull_off(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     let plot = Plot { include, ..Plot::new((Axis::Linear, Axis::Linear), labels, curves) };
     let curve = writer.curves("pull-off", &plot)?;
     Ok(html! {
-        p { "Pulled apart from there, the surfaces hold a pull of at most "
+        p { "Pull-off: the contact sustains a tensile stress of at most "
             strong { (si(-pulled.pressure * writer.scales.modulus_pa, "Pa", 4)) }
             " ± " (si(pulled.pressure_error * writer.scales.modulus_pa, "Pa", 2))
             ", at a mean gap of " (si(pulled.mean_gap * writer.scales.length_m, "m", 4)) " ± "
             (si(pulled.mean_gap_error * writer.scales.length_m, "m", 2)) ". "
             @match pulled.coarser {
                 Some([nx, ny]) => { "The errors are the changes from a grid of " (nx) " × " (ny) " nodes." }
-                None => { "The errors are what the search on this grid leaves; what the grid itself leaves is not known." }
+                None => { "The errors are those of the search on this grid; the grid error is not known." }
             } }
         @if let Some(curve) = curve {
             (figure(curve, html! { "Pressure over mean gap on the way apart. Where it is lowest, a pulled weight lets go." }))

@@ -1,4 +1,4 @@
-//! The atoms' way back from the highest load: contact against load, the loads once more, the largest pull.
+//! Unloading of the atoms: contact against load, comparison with loading, pull-off.
 
 use maud::{Markup, html};
 
@@ -8,10 +8,10 @@ use crate::record::results::{AtomPullOff, AtomsResults, LoadStepResults, Unloadi
 use crate::report::number::{count, percent, significant, trimmed};
 use crate::report::plot::{ATOMS, Axis, BACK, Curve, Plot};
 
-/// Curves over the load steps: the loading branch, and the unloading branch from step `turn` on.
-pub fn there_and_back(
+/// Curves over the load steps, one per branch; `reversal`: the last step of loading.
+pub fn branch_curves(
     steps: &[LoadStepResults],
-    turn: Option<usize>,
+    reversal: Option<usize>,
     of: impl Fn(&LoadStepResults) -> (f64, f64),
 ) -> Vec<Curve> {
     let curve = |label: &str, style, steps: &[LoadStepResults]| Curve {
@@ -19,14 +19,14 @@ pub fn there_and_back(
         style,
         points: steps.iter().map(&of).collect(),
     };
-    match turn.filter(|t| *t < steps.len()) {
+    match reversal.filter(|t| *t < steps.len()) {
         None => vec![curve("", ATOMS, steps)],
-        Some(t) => vec![curve("there", ATOMS, &steps[..=t]), curve("back", BACK, &steps[t..])],
+        Some(t) => vec![curve("loading", ATOMS, &steps[..=t]), curve("unloading", BACK, &steps[t..])],
     }
 }
 
 pub fn section(writer: &FigureWriter, atoms: &AtomsResults, back: &Unloading) -> Result<Markup> {
-    let curves = there_and_back(&atoms.load_steps, Some(back.reversal_step), |s| (s.p_star, s.contacts as f64));
+    let curves = branch_curves(&atoms.load_steps, Some(back.reversal_step), |s| (s.p_star, s.contacts as f64));
     let plot = Plot { proportion: 0.5, ..Plot::new((Axis::Linear, Axis::Linear), ("p*", "contact atoms"), curves) };
     let curve = writer.curves("unloading-contacts", &plot)?;
     let rows = back
@@ -46,26 +46,26 @@ pub fn section(writer: &FigureWriter, atoms: &AtomsResults, back: &Unloading) ->
             ]
         })
         .collect();
-    let head = ["p*", "contact there", "contact back", "change of the contact", "change of the mean gap"];
+    let head = ["p*", "contact, loading", "contact, unloading", "change of contact", "change of mean gap"];
     Ok(html! {
-        h3 { "The way back" }
+        h3 { "Unloading" }
         @if let Some(curve) = curve {
-            (figure(curve, html! { "Contact against load, there and back. Without adhesion and yield both ways are one." }))
+            (figure(curve, html! { "Contact against load on loading and unloading. Without adhesion and plasticity both branches coincide." }))
         }
         @if !back.changes.is_empty() { (numbers(&head, rows)) }
         @if let Some(p) = &back.pull_off { (pull_off(p)) }
-        @else if back.separated == Some(true) { p { "On the way back nothing pulls." } }
+        @else if back.separated == Some(true) { p { "No tensile load occurs on unloading." } }
         @if back.separated == Some(false) {
-            p { span.bad { "The indenter did not come free: " } "atoms touched it still where the way back ended." }
+            p { span.bad { "The surfaces did not separate: " } "atoms were still in contact at the last unloading step." }
         }
     })
 }
 
 fn pull_off(p: &AtomPullOff) -> Markup {
     html! {
-        p { "The largest pull is " strong { (significant(-p.force_nn, 4)) " nN" } " (" (significant(-p.force_ev_per_angstrom, 4))
+        p { "The pull-off force is " strong { (significant(-p.force_nn, 4)) " nN" } " (" (significant(-p.force_ev_per_angstrom, 4))
             " ± " (significant(p.error_ev_per_angstrom, 2)) " eV/Å, p* = " (significant(p.p_star, 3)) "), with the indenter "
-            (significant(p.displacement_angstrom, 4)) " Å below its start and " (count(p.contacts)) " atoms in contact. The error is "
-            "what the pull grew by on the step to it, of " (significant(p.step_angstrom, 2)) " Å." }
+            (significant(p.displacement_angstrom, 4)) " Å below its initial position and " (count(p.contacts)) " atoms in contact. The error is "
+            "the increase of the tension over the last step, of " (significant(p.step_angstrom, 2)) " Å." }
     }
 }

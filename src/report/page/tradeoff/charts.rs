@@ -1,4 +1,4 @@
-//! One chart per quantity: what settings err by against what they cost, and those that none beats in both.
+//! One chart per quantity: error against cost, with the Pareto front.
 
 use super::labels::methods;
 use crate::compare::pareto::front;
@@ -30,48 +30,48 @@ pub fn style(method: &str) -> Style {
     Style { colour: COLOURS[place % COLOURS.len()], dash: Dash::None, marker }
 }
 
-pub fn section(writer: &FigureWriter, told: &Tradeoff) -> Result<Markup> {
+pub fn section(writer: &FigureWriter, tradeoff: &Tradeoff) -> Result<Markup> {
     let mut figures = Vec::new();
     for quantity in Quantity::COMPARED {
-        if let Some(drawn) = chart(writer, told, quantity)? {
+        if let Some(drawn) = chart(writer, tradeoff, quantity)? {
             let caption = html! { (capitalised(quantity.name())) ": " (quantity.error_definition()) "." };
             figures.push(figure(drawn, caption));
         }
     }
     Ok(html! {
-        p { "Each mark is a setting: a grid, a precision and a tolerance of one method. The line joins those that no other beats "
-            "in both, grey lines are what is uncertain of the reference. Methods that tell nothing of a quantity are missing "
-            "there; the reasons are in the " a href="#settings" { "list of settings" } "." }
+        p { "Each mark is a setting: a grid, a precision and a tolerance of one method. The line joins the Pareto-optimal settings; "
+            "grey lines are the uncertainty of the reference. Methods that do not deliver a quantity are absent; "
+            "the reasons are in the " a href="#settings" { "list of settings" } "." }
         @for f in &figures { (f) }
     })
 }
 
-fn chart(writer: &FigureWriter, told: &Tradeoff, quantity: Quantity) -> Result<Option<Markup>> {
+fn chart(writer: &FigureWriter, tradeoff: &Tradeoff, quantity: Quantity) -> Result<Option<Markup>> {
     let place = |p: &TradeoffPoint| {
-        Some((p.cost.cpu_seconds.max(LEAST_SECONDS), told.error(p, quantity).filter(|e| *e > 0.0)?))
+        Some((p.cost.cpu_seconds.max(LEAST_SECONDS), tradeoff.error(p, quantity).filter(|e| *e > 0.0)?))
     };
-    let all: Vec<(f64, f64)> = told.points.iter().filter_map(place).collect();
+    let all: Vec<(f64, f64)> = tradeoff.points.iter().filter_map(place).collect();
     let (Some(least), Some(most)) =
         (all.iter().map(|p| p.0).reduce(f64::min), all.iter().map(|p| p.0).reduce(f64::max))
     else {
         return Ok(None);
     };
     let mut curves = Vec::new();
-    for r in &told.references {
+    for r in &tradeoff.references {
         if let Some(&u) = r.uncertainty.get(&quantity).filter(|u| **u > 0.0) {
-            let (label, style) = match told.references.len() {
-                1 => ("uncertain of the reference", UNCERTAIN),
-                _ if r.setting.adhesive => ("uncertain of the reference", UNCERTAIN),
-                _ => ("of that without adhesion", UNCERTAIN_WITHOUT),
+            let (label, style) = match tradeoff.references.len() {
+                1 => ("uncertainty of the reference", UNCERTAIN),
+                _ if r.setting.adhesive => ("uncertainty of the reference", UNCERTAIN),
+                _ => ("uncertainty without adhesion", UNCERTAIN_WITHOUT),
             };
             curves.push(Curve { label: label.into(), style, points: vec![(least, u), (most, u)] });
         }
     }
     let points = front(&all).into_iter().map(|i| all[i]).collect();
-    curves.push(Curve { label: "best for its cost".into(), style: FRONT, points });
-    for (method, adhesive) in methods(told) {
+    curves.push(Curve { label: "Pareto front".into(), style: FRONT, points });
+    for (method, adhesive) in methods(tradeoff) {
         let of = |p: &&TradeoffPoint| p.setting.method == method && p.setting.adhesive == adhesive;
-        let points: Vec<(f64, f64)> = told.points.iter().filter(of).filter_map(place).collect();
+        let points: Vec<(f64, f64)> = tradeoff.points.iter().filter(of).filter_map(place).collect();
         if !points.is_empty() {
             curves.push(Curve { label: method.into(), style: style(method), points });
         }

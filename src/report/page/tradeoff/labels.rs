@@ -6,19 +6,19 @@ use crate::report::number::trimmed;
 use crate::report::page::figures::text;
 use maud::Markup;
 
-/// A setting in few words.
+/// Short name of a setting.
 pub fn words(s: &Setting) -> String {
     if let Some(block) = s.block {
         return format!("{}, a block of {block} cells", s.method);
     }
     let slab = s.layer_thickness.map_or(String::new(), |t| format!(", a layer of {} L", trimmed(t, 3)));
-    format!("{}, {} points a side, {} to\u{a0}{}{slab}", s.method, s.nx, s.precision, trimmed(s.tolerance, 2))
+    format!("{0}, {1} × {1} grid, {2} to\u{a0}{3}{slab}", s.method, s.nx, s.precision, trimmed(s.tolerance, 2))
 }
 
-/// The methods that told something, in the order of the table, with whether they had adhesion.
-pub fn methods(told: &Tradeoff) -> Vec<(&str, bool)> {
+/// Methods with results, in the order of the table, and whether they had adhesion.
+pub fn methods(tradeoff: &Tradeoff) -> Vec<(&str, bool)> {
     let mut list: Vec<(&str, bool)> = Vec::new();
-    for p in told.points.iter().filter(|p| p.unavailable_reason.is_none()) {
+    for p in tradeoff.points.iter().filter(|p| p.unavailable_reason.is_none()) {
         if !list.contains(&(&p.setting.method, p.setting.adhesive)) {
             list.push((&p.setting.method, p.setting.adhesive));
         }
@@ -27,9 +27,9 @@ pub fn methods(told: &Tradeoff) -> Vec<(&str, bool)> {
 }
 
 /// How the processor time of a method grows with the points of its grids.
-pub fn grows(told: &Tradeoff, method: &str) -> Option<Growth> {
+pub fn grows(tradeoff: &Tradeoff, method: &str) -> Option<Growth> {
     let of = |p: &&TradeoffPoint| ((p.setting.nx * p.setting.ny) as f64, p.cost.cpu_seconds);
-    growth(&told.grids(method).iter().map(of).collect::<Vec<_>>())
+    growth(&tradeoff.grids(method).iter().map(of).collect::<Vec<_>>())
 }
 
 pub fn dash() -> Markup {

@@ -1,4 +1,4 @@
-//! The page of a ladder of methods: error against cost, what is cheapest, how costs grow.
+//! The page of a trade-off: error against cost, cheapest settings, growth of the cost.
 
 mod charts;
 mod costs;
@@ -13,58 +13,57 @@ use crate::report::number::{duration, trimmed};
 use labels::methods;
 use maud::{Markup, html};
 
-pub fn page(writer: &FigureWriter, told: &Tradeoff) -> Result<Markup> {
+pub fn page(writer: &FigureWriter, tradeoff: &Tradeoff) -> Result<Markup> {
     let mut sections = Vec::new();
     let mut add = |anchor, title, body| sections.push(Section { anchor, title, body });
-    add("front", "Error against cost", charts::section(writer, told)?);
-    add("cheapest", "The cheapest that is good enough", tables::cheapest(told));
-    add("growth", "How costs grow", costs::section(writer, told)?);
-    if told.points.iter().any(|p| p.resolved.is_some()) {
-        add("atoms", "Blocks of atoms", tables::atoms(told));
+    add("front", "Error against cost", charts::section(writer, tradeoff)?);
+    add("cheapest", "Cheapest setting per error class", tables::cheapest(tradeoff));
+    add("growth", "Growth of the cost with the grid", costs::section(writer, tradeoff)?);
+    if tradeoff.points.iter().any(|p| p.resolved.is_some()) {
+        add("atoms", "Blocks of atoms", tables::atoms(tradeoff));
     }
-    add("reference", "The reference", tables::references(told));
-    add("settings", "All settings", tables::settings(told));
-    if !told.skipped.is_empty() {
-        add("left-out", "What was left out", tables::left_out(told));
+    add("reference", "The reference", tables::references(tradeoff));
+    add("settings", "All settings", tables::settings(tradeoff));
+    if !tradeoff.skipped.is_empty() {
+        add("skipped", "Settings not run", tables::skipped(tradeoff));
     }
     add("sources", "Sources", html! { ol { li { (linked(costs::SOURCE)) } } });
-    let name = format!("{}: accuracy and its cost", told.name);
-    Ok(document((&name, &lead(told)), top(told), &sections, FILE))
+    let name = format!("{}: accuracy and its cost", tradeoff.name);
+    Ok(document((&name, &lead(tradeoff)), top(tradeoff), &sections, FILE))
 }
 
-fn lead(told: &Tradeoff) -> String {
-    let settings = told.points.iter().filter(|p| p.unavailable_reason.is_none()).count();
-    let (methods, loads) = (methods(told).len(), told.p_star.len().max(1));
+fn lead(tradeoff: &Tradeoff) -> String {
+    let settings = tradeoff.points.iter().filter(|p| p.unavailable_reason.is_none()).count();
+    let (methods, loads) = (methods(tradeoff).len(), tradeoff.p_star.len().max(1));
     let many = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
-    let against = told.references.first().map_or("nothing".into(), |r| {
+    let against = tradeoff.references.first().map_or("nothing".into(), |r| {
         format!("{} in {} on {} × {} points", r.setting.method, r.setting.precision, r.setting.nx, r.setting.ny)
     });
     let (settings, methods, loads) = (many(settings, "setting"), many(methods, "method"), many(loads, "load"));
     format!("{settings} of {methods}, each at {loads}, against {against}.")
 }
 
-fn top(told: &Tradeoff) -> Markup {
-    let loads: Vec<String> = told.p_star.iter().map(|p| trimmed(*p, 4)).collect();
+fn top(tradeoff: &Tradeoff) -> Markup {
+    let loads: Vec<String> = tradeoff.p_star.iter().map(|p| trimmed(*p, 4)).collect();
     html! {
-        @if !told.warnings.is_empty() {
-            div.warnings { h3 { "Read these first" } ul { @for w in &told.warnings { li { (w) } } } }
+        @if !tradeoff.warnings.is_empty() {
+            div.warnings { h3 { "Warnings" } ul { @for w in &tradeoff.warnings { li { (w) } } } }
         }
-        p { "Surface " (told.surface) "; " (told.kernel) "; adhesion " (told.adhesion)
-            @if !loads.is_empty() { "; loads p* = " (loads.join(", ")) } ". On " (told.threads)
-            @if told.threads == 1 { " thread" } @else { " threads" } ", " (runs(told)) "; " (duration(told.spent_seconds)) " in all"
-            @if let Some(b) = told.budget_seconds { " of a budget of " (duration(b)) } "." }
-        p { "Costs are those of all loads, with what any run counts of its states (distributions, patches, maps, and the coarser "
-            "grid that solvers follow for their error): seconds of processor time, all threads together. Errors are root mean "
-            "squares over the loads, against the reference; none is told that is smaller than what is uncertain of the "
-            "reference itself." }
+        p { "Surface " (tradeoff.surface) "; " (tradeoff.kernel) "; adhesion " (tradeoff.adhesion)
+            @if !loads.is_empty() { "; loads p* = " (loads.join(", ")) } ". On " (tradeoff.threads)
+            @if tradeoff.threads == 1 { " thread" } @else { " threads" } ", " (runs(tradeoff)) "; " (duration(tradeoff.spent_seconds)) " in all"
+            @if let Some(b) = tradeoff.budget_seconds { " of a budget of " (duration(b)) } "." }
+        p { "Costs are seconds of processor time of all threads, for all loads, including the observables of every run "
+            "(distributions, patches, maps, and the coarser grid of the error estimate). Errors are root mean squares over "
+            "the loads, against the reference; no error is given below the uncertainty of the reference." }
     }
 }
 
 /// How often settings were run.
-fn runs(told: &Tradeoff) -> String {
-    match told.repeats {
+fn runs(tradeoff: &Tradeoff) -> String {
+    match tradeoff.repeats {
         Some(1) => "one run each".into(),
-        Some(n) => format!("the least of {n} runs each"),
-        None => "one run each, and the least of three to thirty where they take less than a second".into(),
+        Some(n) => format!("the minimum of {n} runs each"),
+        None => "one run each, and the minimum of three to thirty for runs shorter than a second".into(),
     }
 }

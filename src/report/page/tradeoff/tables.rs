@@ -11,7 +11,7 @@ use maud::{Markup, html};
 /// Classes of error, as relative deviations. An order of magnitude is what is ten times too small: for errors in decades, one.
 const CLASSES: [(&str, f64); 4] = [("1 %", 0.01), ("5 %", 0.05), ("20 %", 0.2), ("an order of magnitude", 0.9)];
 
-/// Limit of a class for a measure.
+/// Limit of a class for a quantity.
 fn limit(quantity: Quantity, share: f64) -> f64 {
     if quantity.in_decades() && share == CLASSES[3].1 { 1.0 } else { quantity.error_of_deviation(share) }
 }
@@ -27,10 +27,10 @@ fn percent_of(error: f64) -> String {
 }
 
 /// The cheapest setting of each class.
-pub fn cheapest(told: &Tradeoff) -> Markup {
+pub fn cheapest(tradeoff: &Tradeoff) -> Markup {
     let rows = Quantity::COMPARED.into_iter().filter_map(|quantity| {
         let known: Vec<(&TradeoffPoint, f64)> =
-            told.points.iter().filter_map(|p| Some((p, told.error(p, quantity)?))).collect();
+            tradeoff.points.iter().filter_map(|p| Some((p, tradeoff.error(p, quantity)?))).collect();
         let points: Vec<(f64, f64)> = known.iter().map(|(p, e)| (p.cost.cpu_seconds, *e)).collect();
         let cell = |(_, share): &(&str, f64)| match least(&points, limit(quantity, *share)) {
             None => dash(),
@@ -47,23 +47,23 @@ pub fn cheapest(told: &Tradeoff) -> Markup {
     });
     let head: Vec<&str> = std::iter::once("quantity").chain(CLASSES.iter().map(|c| c.0)).collect();
     html! {
-        p { "Processor time of all loads. Errors in decades are held against the same ratios: 5 % is a factor of 1.05, an order "
-            "of magnitude a factor of ten; of other errors an order of magnitude is 90 %. * has constants that were fitted." }
+        p { "Processor time of all loads. For errors in decades 5 % is a factor of 1.05 and an order of magnitude a factor of "
+            "ten; for other errors an order of magnitude is 90 %. *: with fitted constants." }
         (table(&head, rows.collect()))
     }
 }
 
-/// What all is held against, load by load.
-pub fn references(told: &Tradeoff) -> Markup {
-    let um = told.scales.length_m * 1e6;
+/// The reference solutions, load by load.
+pub fn references(tradeoff: &Tradeoff) -> Markup {
+    let um = tradeoff.scales.length_m * 1e6;
     html! {
-        @for r in &told.references {
+        @for r in &tradeoff.references {
             h3 { (words(&r.setting))
-                @if told.references.len() > 1 { (if r.setting.adhesive { ", with adhesion" } else { ", without adhesion" }) } }
+                @if tradeoff.references.len() > 1 { (if r.setting.adhesive { ", with adhesion" } else { ", without adhesion" }) } }
             p { "Processor time " (duration(r.cost.cpu_seconds)) ", wall " (duration(r.cost.wall_seconds)) ", "
                 (significant(r.cost.fft_pairs, 3)) " FFT pairs. "
-                @if r.coarser.is_empty() { "No coarser grid tells how far it is from convergence." }
-                @else { "Grids below it: " (r.coarser.iter().map(|n| n.to_string()).collect::<Vec<_>>().join(", "))
+                @if r.coarser.is_empty() { "Without coarser grids its convergence is not known." }
+                @else { "Coarser grids: " (r.coarser.iter().map(|n| n.to_string()).collect::<Vec<_>>().join(", "))
                     " points a side. Numbers are extrapolated where three grids show an order, and uncertain by the way that this "
                     "goes; where they show none, the finest grid’s number stands and is uncertain by the last change. Maps and \
                      distributions are uncertain by what is left to come where errors fall from grid to grid as they did on these, \
@@ -86,14 +86,14 @@ pub fn references(told: &Tradeoff) -> Markup {
             });
             (numbers(&["p*", "contact", "mean gap", "stiffness"], rows.collect()))
             @let of = |m: Quantity| r.uncertainty.get(&m).map(|u| format!("{} {}", m.name(), shown(m, *u)));
-            p.quiet { "Uncertain, over the loads: " (Quantity::COMPARED.into_iter().filter_map(of).collect::<Vec<_>>().join("; ")) "." }
+            p.quiet { "Uncertainty, root mean square over the loads: " (Quantity::COMPARED.into_iter().filter_map(of).collect::<Vec<_>>().join("; ")) "." }
         }
     }
 }
 
-/// What blocks of atoms took, and what they err by where the short waves that they leave out are left out of the reference, too.
-pub fn atoms(told: &Tradeoff) -> Markup {
-    let rows = told.points.iter().filter_map(|p| {
+/// Cost and errors of blocks of atoms, against the scene’s reference and against the solution on the heights that they resolve.
+pub fn atoms(tradeoff: &Tradeoff) -> Markup {
+    let rows = tradeoff.points.iter().filter_map(|p| {
         let (r, c) = (p.resolved.as_ref()?, p.cost.atoms.as_ref()?);
         let mut cells = vec![
             p.setting.block.map_or_else(dash, text),
@@ -122,13 +122,13 @@ pub fn atoms(told: &Tradeoff) -> Markup {
         "force evaluations",
         "LAMMPS",
         "frames",
-        "waves down to",
+        "shortest wavelength",
         "rms gradient",
         "area",
         "mean gap",
         "gap map",
         "contact map",
-        "typical patch",
+        "median cluster area",
     ];
     html! {
         p { "Cells across and deep, lattice constants. Of each pair of errors the first is against the scene’s reference, the "
@@ -140,8 +140,8 @@ pub fn atoms(told: &Tradeoff) -> Markup {
 }
 
 /// Every setting with its cost and its errors.
-pub fn settings(told: &Tradeoff) -> Markup {
-    let both = told.references.len() > 1;
+pub fn settings(tradeoff: &Tradeoff) -> Markup {
+    let both = tradeoff.references.len() > 1;
     let row = |p: &TradeoffPoint| {
         let (s, c) = (&p.setting, &p.cost);
         let mut cells = vec![
@@ -161,10 +161,10 @@ pub fn settings(told: &Tradeoff) -> Markup {
     };
     let head = [
         "method",
-        "points a side",
-        "to",
+        "N (N × N grid)",
+        "tolerance",
         "CPU",
-        "of reference",
+        "CPU / reference",
         "wall",
         "FFT pairs",
         "planned",
@@ -177,7 +177,7 @@ pub fn settings(told: &Tradeoff) -> Markup {
         "Pr(u)",
         "Pr(σ)",
         "CPr(a)",
-        "typical patch",
+        "median cluster area",
     ];
     let mut reasons: Vec<(String, Vec<&str>)> = Vec::new();
     let mut tell = |why: String, method| match reasons.iter_mut().find(|r| r.0 == why) {
@@ -185,7 +185,7 @@ pub fn settings(told: &Tradeoff) -> Markup {
         Some((_, methods)) => methods.push(method),
         None => reasons.push((why, vec![method])),
     };
-    for p in &told.points {
+    for p in &tradeoff.points {
         let method = p.setting.method.as_str();
         match &p.unavailable_reason {
             Some(why) => tell(why.clone(), method),
@@ -198,18 +198,18 @@ pub fn settings(told: &Tradeoff) -> Markup {
         }
     }
     html! {
-        p { "Errors as they are, even below what is uncertain of the reference; those of the reference itself are what is uncertain "
-            "of it. Measured memory is what the resident set rose by." }
-        (numbers(&head, told.points.iter().filter(|p| p.unavailable_reason.is_none()).map(row).collect()))
+        p { "Errors as computed, even below the uncertainty of the reference; those of the reference itself are its uncertainty. "
+            "Measured memory is the growth of the resident set." }
+        (numbers(&head, tradeoff.points.iter().filter(|p| p.unavailable_reason.is_none()).map(row).collect()))
         @if !reasons.is_empty() {
-            h3 { "Not told" }
+            h3 { "Not available" }
             ul { @for (why, methods) in &reasons { li { (methods.join(", ")) ": " (why) } } }
         }
     }
 }
 
-/// Settings that were not run, apart by their reasons.
-pub fn left_out(told: &Tradeoff) -> Markup {
-    let rows = told.skipped.iter().map(|l| vec![text(words(&l.setting)), text(&l.reason)]);
-    table(&["setting", "why"], rows.collect())
+/// Settings that were not run, and why.
+pub fn skipped(tradeoff: &Tradeoff) -> Markup {
+    let rows = tradeoff.skipped.iter().map(|l| vec![text(words(&l.setting)), text(&l.reason)]);
+    table(&["setting", "reason"], rows.collect())
 }
