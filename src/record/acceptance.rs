@@ -1,8 +1,8 @@
-//! Statements of the challenge held against what was found, in the terms of `results.json`.
+//! Statements of the challenge compared with the results, in the terms of `results.json`.
 
 use serde::{Deserialize, Serialize};
 
-/// A statement of the challenge and what was found.
+/// A statement of the challenge and the value found.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AcceptanceCheck {
     /// "S07", as in docs/challenge.md.
@@ -15,7 +15,7 @@ pub struct AcceptanceCheck {
     /// Lowest and highest value that agree, where there are such.
     pub tolerance: Option<[Option<f64>; 2]>,
     pub status: CheckStatus,
-    /// Where the tolerance comes from, or why nothing is judged.
+    /// Source of the tolerance, or why the statement is not assessed.
     pub reason: String,
 }
 

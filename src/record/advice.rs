@@ -1,13 +1,13 @@
-//! What was advised, and why: kept with the results of a scene that asked for an accuracy.
+//! Advised settings, stored with the results of a scene that requests an accuracy.
 
 use super::quantity::Quantity;
 use serde::{Deserialize, Serialize};
 
-/// A setting, and what is to be expected of it.
+/// A setting with its expected error and cost.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Advice {
     pub method: String,
-    /// Points a side.
+    /// Points per side.
     pub grid: usize,
     pub precision: String,
     pub tolerance: f64,
@@ -23,7 +23,7 @@ pub struct Advice {
     pub threads: usize,
     /// How many surfaces were measured in this setting.
     pub surfaces: usize,
-    /// What of this lies beyond what was measured.
+    /// In which respects it is extrapolated from the measurements.
     pub extrapolated: Vec<String>,
 }
 
@@ -31,13 +31,13 @@ pub struct Advice {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AccuracyChoice {
     pub quantity: Quantity,
-    /// Error that was good enough.
+    /// Accepted error.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<f64>,
-    /// Wall time that there was, s.
+    /// Wall time budget, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub budget_s: Option<f64>,
-    /// Where the tables are from.
+    /// Provenance of the tables.
     pub tables: String,
     pub advice: Advice,
 }

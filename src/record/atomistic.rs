@@ -1,4 +1,4 @@
-//! What is told of the atoms beside their contact by distance, and of each version of the compared problem.
+//! Results of the atomistic simulation, in the terms of `results.json`.
 
 use super::uncertainty::ValueWithError;
 use crate::load::{AtLoad, Branch};
@@ -10,9 +10,9 @@ pub struct ContactByCriterion {
     /// "distance", "compressed", "force_threshold" or "voronoi_area".
     pub id: String,
     pub criterion: String,
-    /// Atoms that touch, wherever they started.
+    /// Contact atoms, of any layer.
     pub atoms: usize,
-    /// Share of the cell: atoms of the surface layer over all of that layer, for "voronoi_area" the touching atoms' own shares.
+    /// Contact atoms of the surface layer over all of that layer; for "voronoi_area" the contact atoms' Voronoi areas over the cell.
     pub contact_fraction: f64,
 }
 
@@ -28,7 +28,7 @@ pub struct AtomStress {
     pub map: String,
 }
 
-/// Atoms that have left the crystal's order at one load.
+/// Defect atoms (centro-symmetry) at one load.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct DefectAtoms {
     /// At the load step nearest to the load.
@@ -36,15 +36,15 @@ pub struct DefectAtoms {
     pub volume_nm3: f64,
 }
 
-/// Where the crystal stops to be elastic.
+/// Onset of plasticity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PlasticityResults {
-    /// Atoms looked at per step: those below the masked layers.
+    /// Atoms analysed per step: those below the masked layers.
     pub atoms: usize,
     pub masked_layers: usize,
     /// Centro-symmetry over a0² from which an atom counts.
     pub threshold: f64,
-    /// Up to so many atoms are no yield.
+    /// Largest number of defect atoms without yield.
     pub noise_atoms: usize,
     /// p* and number of atoms of every step.
     pub steps: Vec<[f64; 2]>,
@@ -52,7 +52,7 @@ pub struct PlasticityResults {
     pub first_yield: Option<f64>,
     /// p* of the step before it: the crystal yields between the two.
     pub last_elastic: Option<f64>,
-    /// Mean stress in the contact at the asked loads beyond it, on average, GPa.
+    /// Mean contact stress over the requested loads beyond it, GPa.
     pub hardness_gpa: Option<f64>,
 }
 
@@ -60,7 +60,7 @@ pub struct PlasticityResults {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct LoadStepResults {
     pub step: usize,
-    /// How far the indenter has come down since the start.
+    /// Descent of the indenter from its initial position.
     pub displacement_angstrom: f64,
     /// Normal force on the indenter, repulsion positive.
     pub load_ev_per_angstrom: f64,
@@ -81,7 +81,7 @@ pub struct AtomState {
     /// Contact atoms of the surface layer over all atoms of that layer.
     pub contact_fraction: f64,
     pub contacts: usize,
-    /// Contact atoms that did not start in the surface layer: more than a few mean that material has flowed.
+    /// Contact atoms that were initially below the surface layer: more than a few indicate plastic flow.
     pub contacts_below_surface: usize,
     pub mean_gap_angstrom: f64,
     /// Mean normal stress over the contact atoms' area.
@@ -91,12 +91,12 @@ pub struct AtomState {
     pub gap_map: String,
     /// Extended XYZ of the frame.
     pub frame: Option<String>,
-    /// How much farther than interpolated the indenter stands, so that the atoms carry the load, Å.
+    /// Displacement of the indenter beyond the interpolated one that balances the load, Å.
     pub indenter_shift_angstrom: f64,
     /// The contact area under each criterion.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub criteria: Vec<ContactByCriterion>,
-    /// Contact distance d_c, Å, and the contact fraction that it would give.
+    /// Contact distance d_c, Å, and contact fraction with it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sensitivity: Vec<[f64; 2]>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -111,16 +111,16 @@ impl AtLoad for AtomState {
     }
 }
 
-/// The way back from the highest load.
+/// Unloading from the highest load.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Unloading {
     /// The load step with the peak load.
     pub reversal_step: usize,
-    /// The asked loads once more, falling.
+    /// The requested loads in decreasing order.
     pub states: Vec<AtomState>,
-    /// What the same loads had on the way there, in the order of `states`.
+    /// Changes from the loading branch at the same loads, in the order of `states`.
     pub changes: Vec<BranchChange>,
-    /// From first touch: whether nothing touched in the end.
+    /// For runs from first touch: whether the surfaces separated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub separated: Option<bool>,
     /// With adhesion.
@@ -128,33 +128,33 @@ pub struct Unloading {
     pub pull_off: Option<AtomPullOff>,
 }
 
-/// A load on the way back against the same load on the way there.
+/// Change from loading to unloading at one load.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BranchChange {
     pub p_star: f64,
     pub contact_fraction_loading: f64,
     pub contact_fraction_unloading: f64,
-    /// Mean gap back less mean gap there, Å.
+    /// Mean gap on unloading minus that on loading, Å.
     pub mean_gap_angstrom: f64,
 }
 
-/// The largest pull that the atoms' contact holds on the way back.
+/// The largest tensile load of the atoms on unloading.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct AtomPullOff {
     pub step: usize,
     /// Negative.
     pub force_ev_per_angstrom: f64,
-    /// By how much the pull grew on the step to it: it grows by less within the next.
+    /// Increase of the tension over the last step: an upper bound of the error.
     pub error_ev_per_angstrom: f64,
     pub force_nn: f64,
     pub p_star: f64,
-    /// How far the indenter stood below its start, and how far it had risen from the step before.
+    /// Displacement of the indenter below its initial position, and its rise over the last step.
     pub displacement_angstrom: f64,
     pub step_angstrom: f64,
     pub contacts: usize,
 }
 
-/// Relaxed states held at a temperature.
+/// NVT runs from relaxed states.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NvtResults {
     pub temperature_k: f64,
@@ -169,7 +169,7 @@ pub struct NvtResults {
     pub states: Vec<NvtState>,
 }
 
-/// One load held at a temperature. Errors are standard errors.
+/// NVT run at one load. Errors are standard errors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NvtState {
     /// Of its load step, from 0.
@@ -179,12 +179,12 @@ pub struct NvtState {
     pub temperature_k: ValueWithError,
     /// On the indenter, over the one asked for.
     pub load: ValueWithError,
-    /// Probability that an atom of the surface layer touches, averaged over the layer.
+    /// Contact probability of the surface atoms, averaged over the layer.
     pub contact_fraction: ValueWithError,
     pub mean_gap_angstrom: ValueWithError,
-    /// Share of the surface layer's atoms that touch with a probability above one half.
+    /// Fraction of the surface atoms with a contact probability above one half.
     pub majority_contact: f64,
-    /// Share of them that touched at all.
+    /// Fraction of them in contact at any time.
     pub any_contact: f64,
     /// `[ny, nx]` f64 map of the probability on the comparison grid.
     pub probability_map: String,
@@ -205,7 +205,7 @@ pub struct AtomsResults {
     pub foundation_cells: usize,
     pub a0_angstrom: f64,
     pub length_angstrom: f64,
-    /// Contact modulus E* of the block, for stresses in GPa; files without it show them in units of E*.
+    /// Contact modulus E* of the block.
     pub modulus_gpa: f64,
     pub deformable: usize,
     pub fixed: usize,
@@ -228,7 +228,7 @@ pub struct AtomsResults {
     pub plasticity: Option<PlasticityResults>,
 }
 
-/// One dimensionless group of the scale-down: what was asked, what the atoms run with, and why they differ if they do.
+/// One dimensionless group of the scaling audit: target of the scene, actual value of the simulation, and reason of a difference.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct AuditLine {
     pub group: String,

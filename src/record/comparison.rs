@@ -17,7 +17,7 @@ pub struct ComparisonResults {
     pub loads: Vec<LoadComparison>,
     /// `[n]` position and gap columns per load, in the section x = L/2.
     pub sections: Vec<Section>,
-    /// Sentences that say why they differ, each with its numbers.
+    /// Sentences on the causes of the differences, each with its numbers.
     pub findings: Vec<String>,
 }
 
@@ -38,7 +38,7 @@ pub struct LoadComparison {
     pub gap_rms_difference_angstrom: f64,
     /// File of the soft wall's gap up to the heights themselves, as the atoms' gaps count, units of L; none in older files.
     pub compliant_wall_gap: String,
-    /// The same quantities of each version of the problem, from the full heights to the atoms.
+    /// Stepwise comparison from the full heights to the atoms.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub model_chain: Vec<ModelChainStep>,
     /// Contact against the contact distance: d_c (Å), fractions of atoms, matched hard wall and soft wall.
@@ -61,7 +61,7 @@ pub struct CriterionMatch {
     /// "hard_wall", "offset_wall" or "compliant_wall".
     pub id: String,
     pub criterion: String,
-    /// How far atoms on the continuum's surface were raised before they were asked what touches, Å.
+    /// Offset of the atoms on the continuum's surface before the distance criterion is applied, Å.
     pub offset_angstrom: f64,
     pub contact_fraction: f64,
     pub overlap: Overlap,

@@ -36,7 +36,7 @@ pub const SCHEMA: u32 = 2;
 /// Name of the file in a run folder.
 pub const FILE: &str = "results.json";
 
-/// What ran, on what, for how long, beside it.
+/// Scene, versions, times and memory of the run.
 pub const MANIFEST_FILE: &str = "manifest.json";
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -61,13 +61,13 @@ pub struct Results {
     /// The reference load without adhesion, by the method that is compared with.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cross_check: Option<ContinuumResults>,
-    /// What other methods tell of the same loads.
+    /// Other methods at the same loads.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub methods: Vec<MethodResults>,
-    /// What was to be solved beside the asked problem and could not be, and why.
+    /// Auxiliary problems that could not be solved, and why.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub failures: Vec<String>,
-    /// What the challenge says, held against what was found.
+    /// Statements of the challenge compared with the results.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub acceptance: Vec<AcceptanceCheck>,
     pub atoms: Option<AtomsResults>,
@@ -92,8 +92,7 @@ impl Results {
         json::read_schema(&path, SCHEMA)
     }
 
-    /// Writes `results.json` into a run folder. A NaN or an infinity has no place in JSON and is refused here, where the
-    /// stage that made it can still be told.
+    /// Writes `results.json` into a run folder. NaN and infinity, which JSON does not have, are refused.
     pub fn write(&self, run_folder: &Path) -> Result<()> {
         let path = run_folder.join(FILE);
         // Such numbers become `null`, which no field but an optional one accepts.

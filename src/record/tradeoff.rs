@@ -1,4 +1,4 @@
-//! `tradeoff.json` and `tradeoff.csv`: what settings of methods cost, and how far what they tell is from a reference.
+//! `tradeoff.json` and `tradeoff.csv`: cost of settings of methods, and their errors against a reference.
 
 use super::atomic_file::write_atomic;
 use super::json;
@@ -16,7 +16,7 @@ pub const SCHEMA: u32 = 3;
 pub const FILE: &str = "tradeoff.json";
 pub const CSV_FILE: &str = "tradeoff.csv";
 
-/// Errors by what they are of; what a method does not tell is absent.
+/// Errors by quantity; quantities that a method does not deliver are absent.
 pub type Errors = BTreeMap<Quantity, f64>;
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -40,17 +40,17 @@ pub struct Tradeoff {
     pub adhesion: String,
     pub program: String,
     pub threads: usize,
-    /// Runs of each setting, of which the cheapest counts. Absent where that was left to how long they take: `cost.runs`.
+    /// Runs of each setting, of which the minimum counts. Absent where the number depends on the duration: `cost.runs`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub repeats: Option<usize>,
-    /// Wall time that was granted, and what all that was asked for has taken, s.
+    /// Wall time budget, and wall time spent, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub budget_seconds: Option<f64>,
     pub spent_seconds: f64,
-    /// With the scene's adhesion and without, as the methods need them.
+    /// With the scene's adhesion and without, as needed by the methods.
     pub references: Vec<Reference>,
     pub points: Vec<TradeoffPoint>,
-    /// What coarser grids say of finer ones, for methods that ran on at least three.
+    /// Predictions from coarser grids, for methods with at least three grids.
     pub forecasts: Vec<Forecast>,
     pub skipped: Vec<SkippedSetting>,
     pub warnings: Vec<String>,
@@ -61,8 +61,7 @@ impl Tradeoff {
         self.references.iter().find(|r| r.setting.adhesive == adhesive)
     }
 
-    /// An error of a point that can be relied on: one below what is uncertain of the reference is no smaller than that.
-    /// None of a slab, which is another problem than that of the scene.
+    /// Error of a point, not below the uncertainty of the reference. None for a layer, which is another problem than the scene's.
     pub fn error(&self, point: &TradeoffPoint, quantity: Quantity) -> Option<f64> {
         if point.setting.layer_thickness.is_some() {
             return None;
@@ -71,7 +70,7 @@ impl Tradeoff {
         Some(point.errors.get(&quantity)?.max(least.copied().unwrap_or(0.0)))
     }
 
-    /// What coarser grids said of a point's cost.
+    /// Prediction of a point's cost from coarser grids.
     pub fn forecast(&self, point: &TradeoffPoint) -> Option<&Forecast> {
         self.forecasts.iter().find(|f| f.setting == point.setting)
     }
@@ -124,7 +123,7 @@ const COLUMNS: &str = "method,adhesive,nx,ny,precision,tolerance,layer_thickness
                        iterations,planned_bytes,measured_bytes,runs,predicted_cpu_seconds,atoms,\
                        force_evaluations";
 
-/// A method and how it is asked.
+/// A method and its settings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Setting {
     pub method: String,
@@ -134,7 +133,7 @@ pub struct Setting {
     pub ny: usize,
     pub precision: String,
     pub tolerance: f64,
-    /// Thickness over L of a bonded layer in place of the scene's half-space, whose error this is.
+    /// Thickness over L of a bonded layer in place of the scene's half-space.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub layer_thickness: Option<f64>,
     /// Of `all-atom`: its block. Points are then those of the indenter, the tolerance is the force's in eV/Å.
@@ -143,7 +142,7 @@ pub struct Setting {
 }
 
 impl Setting {
-    /// Whether it is one of a ladder of grids of the scene's own problem.
+    /// Whether it belongs to the grid series of the scene's own problem.
     pub fn is_grid(&self) -> bool {
         self.layer_thickness.is_none() && self.block.is_none()
     }
@@ -165,7 +164,7 @@ impl std::fmt::Display for BlockSize {
     }
 }
 
-/// What a setting took for all loads, with what any run counts of its states: the least of its repeats.
+/// Cost of a setting for all loads, including the observables: minimum over its repeats.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
     pub wall_seconds: f64,
@@ -176,16 +175,16 @@ pub struct Cost {
     pub fft_pairs: f64,
     pub iterations: usize,
     pub planned_bytes: u64,
-    /// What the largest resident set rose by, and the set that it rose from.
+    /// Growth of the peak resident set, and the resident set before.
     pub measured_bytes: u64,
     pub resident_before_bytes: u64,
-    /// Runs that this is the least of; 0 in tables of an earlier version.
+    /// Number of runs that this is the minimum of.
     pub runs: usize,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub atoms: Option<AtomsCost>,
 }
 
-/// What LAMMPS took of a setting's cost.
+/// LAMMPS's part of the cost.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct AtomsCost {
     /// Deformable, fixed and of the indenter.
@@ -197,23 +196,23 @@ pub struct AtomsCost {
     pub frame_bytes: u64,
 }
 
-/// Share of a cost by which what was foreseen of it may be off.
+/// Relative deviation up to which a prediction of a cost holds.
 pub const FORECAST_TOLERANCE: f64 = 0.3;
 
-/// The cost of a method's finest grid as its coarser ones tell it, held against what it was, and that of the next one.
+/// Predicted cost of a method's finest grid from its coarser ones, compared with the measured one, and that of the next grid.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Forecast {
     /// The finest grid.
     #[serde(flatten)]
     pub setting: Setting,
-    /// Points a side of the coarser grids, coarse to fine.
+    /// Points per side of the coarser grids, coarse to fine.
     pub coarser: Vec<usize>,
-    /// Processor time of all loads as these tell it, and as it was, s.
+    /// Processor time of all loads, predicted and measured, s.
     pub predicted_cpu_seconds: f64,
     pub cpu_seconds: f64,
     /// Predicted over measured.
     pub ratio: f64,
-    /// Of twice the points a side, as all grids tell it, s.
+    /// Prediction for twice the points per side from all grids, s.
     pub doubled_grid_cpu_seconds: Option<f64>,
 }
 
@@ -224,27 +223,27 @@ impl Forecast {
     }
 }
 
-/// The solution that others are held against.
+/// Reference solution.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Reference {
     #[serde(flatten)]
     pub setting: Setting,
     pub cost: Cost,
-    /// Points a side in x of the coarser grids that it was extrapolated from, coarse to fine.
+    /// Points along x of the coarser grids that it was extrapolated from, coarse to fine.
     pub coarser: Vec<usize>,
     pub loads: Vec<ReferenceLoad>,
-    /// What is uncertain of it, in the terms of errors, root mean square over the loads: the way of the extrapolation, or the
-    /// change from half of the points a side. Absent where no coarser grid tells.
+    /// Uncertainty, root mean square over the loads: the extrapolated change, or the change from half the points per side.
+    /// Absent without coarser grids.
     pub uncertainty: Errors,
 }
 
-/// A number as grids of ever more points tell it.
+/// A number extrapolated from a series of grids.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Extrapolation {
     pub value: f64,
     /// Of the finest grid.
     pub finest: f64,
-    /// The way from the finest grid to the value, or, where nothing was extrapolated, from the one before; none of one grid.
+    /// Change from the finest grid to the value or, without extrapolation, from the grid before; none for a single grid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub uncertainty: Option<f64>,
     /// Power of the spacing with which the changes shrink, where it is one.
@@ -255,11 +254,11 @@ pub struct Extrapolation {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceLoad {
     pub p_star: f64,
-    /// Contact area as a share, mean gap in L, stiffness in E*/L.
+    /// Contact fraction, mean gap in L, stiffness in E*/L.
     pub numbers: BTreeMap<Quantity, Extrapolation>,
 }
 
-/// One setting of the ladder.
+/// One setting that was run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TradeoffPoint {
     #[serde(flatten)]
@@ -270,7 +269,7 @@ pub struct TradeoffPoint {
     pub calibrated_on: Option<String>,
     /// The solution that others are held against; its errors are what is uncertain of it.
     pub is_reference: bool,
-    /// Why it tells nothing.
+    /// Why there are no errors.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unavailable_reason: Option<String>,
     pub missing: Vec<Missing>,
@@ -283,14 +282,14 @@ pub struct TradeoffPoint {
     pub resolved: Option<ResolvedErrors>,
 }
 
-/// Errors against the half-space under the heights that a block's indenter resolves: what is left when the short waves that it
-/// leaves out are left out of the reference, too.
+/// Errors against the half-space under the heights that a block's indenter resolves, without the short waves that the block leaves
+/// out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ResolvedErrors {
     /// Shortest wave of these heights over L, and their rms gradient.
     pub shortest_wavelength: f64,
     pub gradient: f64,
-    /// Points a side of that solution, which is not extrapolated.
+    /// Points per side of that solution, which is not extrapolated.
     pub nx: usize,
     pub errors: Errors,
     pub loads: Vec<LoadErrors>,
@@ -302,7 +301,7 @@ pub struct LoadErrors {
     pub errors: Errors,
 }
 
-/// A setting of the ladder that was not run.
+/// A setting that was not run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SkippedSetting {
     #[serde(flatten)]

@@ -1,17 +1,17 @@
-//! What the numbers of a state are uncertain by, part by part.
+//! Uncertainty budget of a state.
 
 use super::quantity::Quantity;
 use serde::{Deserialize, Serialize};
 
-/// Where an uncertainty comes from.
+/// Source of an uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum UncertaintySource {
-    /// The grid: the change from half of the points a side.
+    /// Grid: the change from the grid with half the points per side.
     Grid,
-    /// Adhesion over a longer range than asked for, which the grid resolves.
+    /// Range of the adhesion enlarged to what the grid resolves.
     Range,
-    /// What the solver left of the residual, as a change of the load by as much.
+    /// Residual of the solver, as an equal relative change of the load.
     Solver,
     /// Round-off of the fields, likewise.
     Precision,
@@ -43,7 +43,7 @@ impl UncertaintySource {
     }
 }
 
-/// One part of what a quantity is uncertain by.
+/// One component of the relative uncertainty of a quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct UncertaintyComponent {
     pub quantity: Quantity,
