@@ -82,6 +82,7 @@ pub mod scene;
 #[doc(hidden)]
 pub mod surface;
 #[doc(hidden)]
+#[allow(unsafe_code)]
 pub mod sys;
 #[doc(hidden)]
 pub mod units;
