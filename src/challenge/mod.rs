@@ -45,7 +45,7 @@ pub fn tally(list: &[AcceptanceCheck]) -> String {
     )
 }
 
-/// Holds the statements against results of a run whose scene has `[challenge]`.
+/// Evaluates the statements on the results of a run whose scene has `[challenge]`.
 pub fn judge(results: &Results) -> Vec<AcceptanceCheck> {
     let Some(data) = ChallengeData::of(results) else { return Vec::new() };
     [setting::judge, area::judge, gap::judge, stress::judge, patches::judge]
@@ -54,21 +54,21 @@ pub fn judge(results: &Results) -> Vec<AcceptanceCheck> {
         .collect()
 }
 
-/// The state at the challenge's reference load, on the way there.
+/// The state at the challenge's reference load, on the loading branch.
 pub fn reference(c: &ContinuumResults) -> Option<&StateResults> {
     ChallengeData::there(c).find(|s| (s.numbers.p_star / REFERENCE_LOAD - 1.0).abs() < 1e-6)
 }
 
-/// A run, as its judges see it.
+/// A run, as the statements are evaluated on it.
 struct ChallengeData<'a> {
     results: &'a Results,
-    /// With adhesion: all loads; and why this says nothing of the challenge's adhesion, if so.
+    /// With adhesion: all loads; and why it is not the challenge's adhesion, if so.
     adhesive: &'a ContinuumResults,
     unresolved: Option<String>,
     /// Without.
     plain: &'a ContinuumResults,
     length_um: f64,
-    /// dx γ/(ρ² E*) for the range asked for and the one used.
+    /// dx γ/(ρ² E*) for the requested range and the one used.
     mesh: [f64; 2],
 }
 
@@ -94,12 +94,12 @@ impl<'a> ChallengeData<'a> {
         self.results.surface.psd.iter().all(|p| p.expected.is_none())
     }
 
-    /// The states on the way there.
+    /// The states on the loading branch.
     fn there(c: &ContinuumResults) -> impl Iterator<Item = &StateResults> {
         c.states.iter().filter(|s| s.branch == Branch::Loading)
     }
 
-    /// States on the way there with enough contact to say something.
+    /// States on the loading branch with enough contact to evaluate.
     fn touching(c: &ContinuumResults) -> impl Iterator<Item = &StateResults> {
         let nodes = (c.nx * c.ny) as f64;
         Self::there(c)

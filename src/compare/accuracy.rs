@@ -1,4 +1,4 @@
-//! How far what one method tells is from what another does: numbers, maps and distributions.
+//! Deviations between two methods: numbers, maps and distributions.
 
 use super::overlap;
 use crate::grid::{Grid, bilinear};
@@ -76,7 +76,7 @@ impl Masses {
         Masses(bins.chain(beyond).filter(|m| m.2 > 0.0).collect())
     }
 
-    /// Of CPr(a), areas and the share of the contact in patches up to them, along log10 a.
+    /// Of CPr(a), areas and the fraction of the contact in patches up to them, along log10 a.
     pub fn of_patches(curve: &[[f64; 2]]) -> Self {
         let mut before = 0.0;
         let step = |[area, share]: &[f64; 2]| {

@@ -19,7 +19,7 @@ impl ClusterAreas {
         self.areas.len()
     }
 
-    /// CPr(a): share of the contact in patches up to each area.
+    /// CPr(a): fraction of the contact in patches up to each area.
     pub fn cumulative(&self) -> Vec<[f64; 2]> {
         let mut sum = 0.0;
         self.areas.iter().map(|a| [*a, (sum += a, sum / self.total).1]).collect()

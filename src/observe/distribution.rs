@@ -60,7 +60,7 @@ pub fn gap_distribution(gap: Field, threshold: f64, edges: Vec<f64>) -> Distribu
     })
 }
 
-/// Pr(σ), with the share of the contact. Without adhesion what is not in contact has no stress: that is the delta, and not
+/// Pr(σ), with the fraction of the contact. Without adhesion what is not in contact has no stress: that is the delta, and not
 /// what a solver leaves there.
 pub fn stress_distribution(
     gap: Field,

@@ -128,7 +128,7 @@ mod tests {
         // Two conductivities, half of the area each: Keller and Dykhne's √(c₁c₂).
         let halves: Vec<f64> = (0..100).map(|i| if i % 2 == 0 { 1.0 } else { 4.0 }).collect();
         assert!((hydraulic_gap(Field::F64(&halves), 0.0) / 2.0 - 1.0).abs() < TOLERANCE);
-        // A share of closed nodes x leaves 1 - 2x of the conductivity.
+        // A fraction of closed nodes x leaves 1 - 2x of the conductivity.
         let closed: Vec<f64> = (0..100).map(|i| if i % 5 == 0 { 0.0 } else { 2.0 }).collect();
         assert!((hydraulic_gap(Field::F64(&closed), 0.0) / (8.0f64 * 0.6).cbrt() - 1.0).abs() < TOLERANCE);
         let sealed: Vec<f64> = (0..100).map(|i| if i % 2 == 0 { 0.0 } else { 2.0 }).collect();

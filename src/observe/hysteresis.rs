@@ -1,5 +1,5 @@
 /// What a loop of loads takes per area, -∮ p dū: `path` has pressure and mean gap in the order of the loads, there and back, and
-/// is closed at the load that it begins with. Trapezoids over the mean gap; where the way back is the way there they cancel
+/// is closed at the load that it begins with. Trapezoids over the mean gap; where both branches coincide they cancel
 /// exactly, however far apart the loads are.
 pub fn hysteresis_work(path: &[(f64, f64)]) -> f64 {
     let piece = |a: &(f64, f64), b: &(f64, f64)| 0.5 * (a.0 + b.0) * (a.1 - b.1);
@@ -21,7 +21,7 @@ mod tests {
         let there = [(0.1, 1.0), (0.3, 0.4), (1.0, 0.1)];
         let back = [(0.3, 0.4), (0.1, 1.0)];
         assert!(hysteresis_work(&[&there[..], &back[..]].concat()).abs() < TOLERANCE);
-        // On the way back the surfaces hang together: the gap is smaller, and work is lost.
+        // On the way back adhesion holds the surfaces together: the gap is smaller, and work is lost.
         let hanging = [(0.3, 0.3), (0.1, 0.8)];
         assert!(hysteresis_work(&[&there[..], &hanging[..]].concat()) > 0.0);
         assert_eq!(hysteresis_work(&[]), 0.0);

@@ -1,4 +1,4 @@
-//! What a state says: contact area, patches, sections. Observers read borrowed fields and keep nothing of them.
+//! Observables of a state: contact area, clusters, sections. Observers read borrowed fields and keep nothing of them.
 
 mod area;
 mod cluster_areas;

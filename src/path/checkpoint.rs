@@ -132,7 +132,7 @@ impl CheckpointWriter {
         self.inner().error.take()
     }
 
-    /// For [`Observer::snapshot`]. A file that cannot be written is told by [`CheckpointWriter::take_error`]: no reason to end a solve.
+    /// For [`Observer::snapshot`]. A file that cannot be written is reported by [`CheckpointWriter::take_error`] and does not end the solve.
     pub fn write(&self, snapshot: &SnapshotRef) {
         let clock = Instant::now();
         let mut inner = self.inner();

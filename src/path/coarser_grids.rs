@@ -1,4 +1,4 @@
-//! What grids coarser than the problem's say about its error.
+//! Discretisation errors from grids coarser than the problem's.
 
 use super::pull_off::{self, SeparationStart};
 use crate::grid::{Grid, Series};
@@ -20,12 +20,12 @@ pub(super) const EXTRAPOLATION: usize = 3;
 /// Residual over the pressure on the coarser grids: a hundredth of what they are compared for.
 const TOLERANCE: f64 = 1e-3;
 
-/// The method for coarser grids: what they are asked does not depend on it.
+/// The method for coarser grids: their results do not depend on it.
 pub(super) fn method() -> &'static dyn ContactMethod {
     find("fast").expect("it is registered")
 }
 
-/// Up to `count` grids below `grid`, each of half the points a side, finest first.
+/// Up to `count` grids below `grid`, each of half the points along a side, finest first.
 pub(super) fn grids(grid: Grid, count: usize) -> Vec<Grid> {
     let half = |g: Grid| Grid { nx: g.nx.div_ceil(2), ny: g.ny.div_ceil(2), ..g };
     let finer_than_nothing = |g: &Grid| g.nx.max(g.ny) >= 8;
@@ -51,7 +51,7 @@ impl GridResult {
     }
 }
 
-/// Part of the perimeter correction that an area is in doubt by whatever coarser grids say: factors fitted to solved contacts
+/// Fraction of the perimeter correction that is an error of the area whatever coarser grids show: factors fitted to solved contacts
 /// lie between 0.098 and 0.16, where the printed one is 0.118, and areas of two grids may agree by chance.
 pub const CORRECTION: f64 = 1.0 / 3.0;
 
@@ -61,8 +61,8 @@ const FEW_NODES: f64 = 10.0;
 /// Part of the rms height below which a mean gap has none.
 const CLOSED: f64 = 1e-6;
 
-/// The change from a coarser grid. Where that grid was still to change by more than the two differ, their difference says
-/// little: the sum of both is a bound.
+/// The change from a coarser grid. Where that grid was still to change by more than the two differ, their difference is
+/// no measure: the sum of both is a bound.
 pub(super) fn discretisation(coarse: &GridResult, fine: &GridResult, rms_height: f64) -> Discretisation {
     let told = |c: f64, f: f64, least: f64, error_estimates: Option<f64>| {
         let (difference, to_come) = ((f - c).abs(), error_estimates.unwrap_or(0.0) * c.abs());
@@ -97,13 +97,13 @@ const IN_STEP: f64 = 1.5;
 /// Part of the way from the finest grid that stays in doubt even where the three are in step.
 const IN_DOUBT: f64 = 0.5;
 
-/// What a range would give that is shorter than those of `levels`, which go from coarse to fine; `held` says that the
+/// Extrapolation to a range shorter than those of `levels`, which go from coarse to fine; `held` says that the
 /// coarsest holds the surface. The value is half-way between the line through the last two and the parabola through the
 /// last three. Its error is their difference, or half of the way from the finest grid, if that is more. Where the three are
 /// not in step (the changes have different signs, or are not about as the ranges), or are not of one surface, all of the
 /// way and all that the grids differ by are added. The area's has a third of the perimeter correction in addition.
 ///
-/// None where the error is as large as the value: such grids tell nothing.
+/// None where the error is as large as the value: such grids give no estimate.
 pub(super) fn extrapolated(range: f64, levels: &[GridResult], held: bool) -> Option<Extrapolated> {
     let fine = levels.last()?;
     let estimate = |of: fn(&GridResult) -> f64, least: f64| {
@@ -190,7 +190,7 @@ impl Observer for CoarseGridResults<'_> {
     }
 }
 
-/// Stops when the path is to stop, and tells nothing.
+/// Passes on requests to stop, and reports nothing.
 pub(super) struct StopOnly<'a>(pub &'a dyn Observer);
 
 impl Observer for StopOnly<'_> {
@@ -257,7 +257,7 @@ impl<'s> CoarseSolver<'s> {
         }
     }
 
-    /// The largest pull of this grid; `None` where it has none to tell of.
+    /// The largest pull of this grid; `None` where it has none.
     pub fn pull_off(&mut self) -> Result<Option<(Grid, PullOff)>> {
         let Some(held) = self.held.take() else { return Ok(None) };
         match pull_off::search(&mut *self.run, self.problem, held) {
@@ -301,7 +301,7 @@ mod tests {
     }
 
     /// All of the way is in doubt where grids do not hold the surface, or go up and then down, or where there are but two;
-    /// and nothing is told where that is all of the value.
+    /// and there is no estimate where the error is as large as the value.
     #[test]
     fn doubt_is_told() {
         let of = |areas: [f64; 3]| -> Vec<GridResult> {

@@ -49,7 +49,7 @@ pub enum Begin {
 }
 
 impl<'p> LoadPath<'p> {
-    /// `problem` has the adhesion as asked for; nodes whose gap is at most `threshold` count as contact.
+    /// `problem` has the adhesion as requested; nodes whose gap is at most `threshold` count as contact.
     pub fn new(
         problem: Problem<'p>,
         method: &'static dyn ContactMethod,
@@ -85,7 +85,7 @@ impl<'p> LoadPath<'p> {
         self.range == RangeChoice::Extrapolate && self.asked != self.problem.adhesion
     }
 
-    /// Grids that are followed beside the problem's own, finest first. A method that comes by way of coarser grids anyway
+    /// Grids that are followed in addition to the problem's own, finest first. A method that uses coarser grids itself
     /// needs none.
     fn coarser_grids_followed(&self, pulls_off: bool) -> Vec<Grid> {
         let nested = self.method.card().id == coarser_grids::method().card().id;
@@ -94,14 +94,14 @@ impl<'p> LoadPath<'p> {
             () if matches!(self.problem.kernel, Elastic::NonPeriodic(_)) => 0,
             () if self.extrapolates() => coarser_grids::EXTRAPOLATION - 1,
             () if !self.tells_error => 0,
-            // The way apart is followed on a coarser grid, too: a pull-off has no other measure of the grid's error.
+            // The separation is followed on a coarser grid, too: a pull-off has no other measure of the grid's error.
             () if nested && !pulls_off && (self.asked == Adhesion::None || self.loads.len() == 1) => 0,
             () => 1,
         };
         coarser_grids::grids(self.problem.grid, count)
     }
 
-    /// Memory and work of the path, its coarser grids and what is kept on the way apart with it.
+    /// Memory and work of the path, its coarser grids and what is kept during separation with it.
     pub fn plan(&self, pulls_off: bool) -> Plan {
         let own = self.method.plan(&self.problem);
         let beside = |&grid: &Grid| coarser_grids::method().plan(&Problem { grid, ..self.problem.clone() }).bytes;
@@ -116,7 +116,7 @@ impl<'p> LoadPath<'p> {
         Plan { bytes: own.bytes + series + held + grids.iter().map(beside).sum::<u64>(), ..own }
     }
 
-    /// This load on the next coarser grid, where nothing on the way has told of it: a solve that started from a given gap, or
+    /// This load on the next coarser grid, where no solve has provided it: a solve that started from a given gap, or
     /// went on from a checkpoint.
     fn coarse(&self, load: Load, observer: &dyn Observer) -> Result<Option<GridResult>> {
         if !self.tells_error || matches!(self.problem.kernel, Elastic::NonPeriodic(_)) {

@@ -3,7 +3,7 @@ use crate::method::{Load, Problem, Run, State, Stop};
 use crate::record::results::PullOff;
 use crate::{Error, Result};
 
-/// Steps of the mean gap on the way apart: the first, over the mean gap or the range, whichever is larger, and their growth.
+/// Steps of the mean gap during separation: the first, over the mean gap or the range, whichever is larger, and their growth.
 const FIRST_STEP: f64 = 0.02;
 const GROWTH: f64 = 1.2;
 /// By how much the first is shortened where the pull falls from the start, and over the mean gap when that is believed.
@@ -11,7 +11,7 @@ const SHORTER: f64 = 0.2;
 const SHORTEST_STEP: f64 = 1e-5;
 const MOST_STEPS: usize = 200;
 
-/// The way apart ends where nothing touches and the pull has fallen to this part of its largest.
+/// The separation ends where nothing touches and the pull has fallen to this part of its largest.
 const PASSED: f64 = 0.3;
 
 /// Golden sections of the bracket of the largest pull: they leave a hundredth of it, and of the curve's height there the

@@ -42,7 +42,7 @@ pub fn resolve_accuracy(mut scene: Scene, file: &Path) -> Result<Case> {
     c.method = advice.method.clone();
     c.precision = if advice.precision == "f32" { Precision::F32 } else { Precision::F64 };
     c.tolerance = Some(advice.tolerance);
-    // Frames then hold the whole block, for what no quantity that can be asked for needs.
+    // Frames then hold the whole block, which no quantity of [accuracy] needs.
     let watched = scene.atoms.as_mut().is_some_and(|a| std::mem::take(&mut a.plasticity));
     let chosen = AccuracyChoice {
         quantity: asked.quantity,
@@ -61,7 +61,7 @@ pub fn resolve_accuracy(mut scene: Scene, file: &Path) -> Result<Case> {
     Ok(settled)
 }
 
-/// A scene says what it wants or how to get it, not both.
+/// A scene gives an accuracy or a setting, not both.
 fn refuse_both(scene: &Scene, file: &Path) -> Result<()> {
     let (c, d) = (&scene.continuum, ContinuumScene::default());
     let given = [
@@ -100,7 +100,7 @@ pub fn read_tables(files: &[PathBuf]) -> Result<(Vec<Table>, String)> {
     Ok((list, names.join(", ")))
 }
 
-/// The setting for a case: within what was measured, or, if told so, beyond it.
+/// The setting for a case: within what was measured, or, if `extrapolate`, beyond it.
 pub fn advise(
     tables: &[Table],
     case: &Case,

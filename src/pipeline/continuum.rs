@@ -29,8 +29,8 @@ pub(super) struct Keep {
 }
 
 /// What to solve, with what, and how its results are labelled.
-pub(super) struct Asked<'a> {
-    /// With the adhesion as asked for.
+pub(super) struct PathRequest<'a> {
+    /// With the adhesion as requested.
     pub problem: Problem<'a>,
     pub method: &'a str,
     pub range: RangeChoice,
@@ -50,29 +50,18 @@ pub(super) struct Asked<'a> {
     pub wants: RequestedOutputs,
 }
 
-/// Equilibria along a load path, fields into `folder`. A state that is not converged is kept beside the others under a
-/// name that says so, and ends the stage with its error. An interrupted path goes on from its checkpoint, which `key` keeps
-/// apart from those of others. `tag` tells several paths of one stage apart.
-pub(super) fn load_path(
-    asked: Asked,
-    &StageContext { folder, stage, key, listener }: &StageContext,
-    tag: &str,
-) -> Result<ContinuumResults> {
-    let method = method::find(asked.method).expect("checked with the scene");
-    let loads: Vec<Load> = asked.steps.iter().map(|s| s.target).collect();
-    let path = LoadPath::new(asked.problem.clone(), method, asked.range, asked.threshold, &loads);
-    let path = if asked.wants.grid_error { path } else { path.without_error() };
+/// Equilibria along a load path, fields into `folder`. A state that is not converged is stored under a name of its
+/// own and ends the stage with its error. An interrupted path continues from its checkpoint, which is identified by `key`;
+/// `tag` distinguishes the paths of one stage.
+pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> Result<ContinuumResults> {
+    let &StageContext { folder, key, listener, .. } = at;
+    let method = method::find(request.method).expect("checked with the scene");
+    let loads: Vec<Load> = request.steps.iter().map(|s| s.target).collect();
+    let path = LoadPath::new(request.problem.clone(), method, request.range, request.threshold, &loads);
+    let path = if request.wants.grid_error { path } else { path.without_error() };
     let problem = path.problem();
     let grid = problem.grid;
-    let (plan, have) = (path.plan(asked.pull_off), crate::sys::available_memory_bytes());
-    if plan.bytes > have {
-        return Err(Error::Memory {
-            what: format!("{} on {} x {} points in {:?}", method.card().id, grid.nx, grid.ny, problem.precision),
-            need: plan.bytes,
-            have,
-            advice: "a coarser surface.grid or continuum.precision = \"f32\" needs less".into(),
-        });
-    }
+    check_memory(&path, request.pull_off)?;
     let (said, prefix) = match tag {
         "" => (String::new(), String::new()),
         tag => (format!("{tag}: "), format!("{}-", tag.replace(' ', "-"))),
@@ -86,55 +75,24 @@ pub(super) fn load_path(
     }
     let finished = checkpoint.as_ref().map_or(Vec::new(), |c| c.finished.clone());
     let writer = CheckpointWriter::new(folder, &stem, key, finished);
-    let begin = checkpoint.map(Begin::Checkpoint).or(asked.start.clone().map(Begin::Gap));
+    let begin = checkpoint.map(Begin::Checkpoint).or(request.start.clone().map(Begin::Gap));
     let watch = Progress::new(listener, Some(&writer), &said, (states.len(), loads.len()));
-    let walked = path.walk(begin, asked.pull_off, &watch, |i, reached| {
+    let walked = path.walk(begin, request.pull_off, &watch, |i, reached| {
         watch.next();
-        let (state, step) = (&reached.state, &asked.steps[i]);
-        let kind = if state.stop == Stop::Converged { "load" } else { "partial" };
-        let name = format!("{prefix}{kind}-{}", i + 1);
-        let write = |quantity: &str, field: Field| -> Result<String> {
-            let file = format!("{name}-{quantity}.npy");
-            npy::write_field(&folder.join(&file), grid.nx, grid.ny, field, 1.0)?;
-            Ok(in_stage(stage, &file))
-        };
-        if state.stop == Stop::Interrupted {
-            writer.write_interrupted(grid, state);
+        if reached.state.stop == Stop::Interrupted {
+            writer.write_interrupted(grid, &reached.state);
             return Err(Error::Interrupted);
         }
-        let partial = state.stop != Stop::Converged;
-        let extrapolates = asked.range == RangeChoice::Extrapolate && asked.problem.adhesion != problem.adhesion;
-        if extrapolates && !partial && reached.extrapolated.is_none() {
-            listener.warn(&format!(
-                "load {}: what the true range would give cannot be told, three grids as coarse as these differ by too much",
-                i + 1
-            ));
-        }
-        let keep = (asked.keep)(step);
-        let gap = if keep.gap || partial { Some(write("gap", state.gap)?) } else { None };
-        if partial {
-            return Err(Error::NotConverged {
-                method: method.card().id,
-                why: state.stop.to_string(),
-                iterations: state.iterations,
-                residual: state.residual,
-                tolerance: problem.tolerance,
-                partial: Some(folder.join(format!("{name}-gap.npy"))),
-            });
-        }
-        let stress = if keep.stress { Some(write("stress", state.stress)?) } else { None };
-        let adhesive = problem.adhesion != Adhesion::None;
-        let found =
-            summary(&asked, &reached, grid, step, adhesive, [gap, stress]);
+        let found = stored_state(&request, &request.steps[i], &path, &reached, at, &prefix)?;
         writer.load_finished(serde_json::to_value(&found).map_err(|e| Error::format(folder, e, "finite numbers"))?);
         states.push(found);
         Ok(())
     });
     let (pull_off, pull_off_failure) = match walked {
         Ok(found) => (found, None),
-        // All loads are done and stand by themselves; only the way apart did not end well.
+        // All loads are done and stand by themselves; only the separation failed.
         Err(why @ (Error::NotConverged { .. } | Error::Input { .. }))
-            if asked.pull_off && states.len() == loads.len() =>
+            if request.pull_off && states.len() == loads.len() =>
         {
             listener.warn(&format!("the pull-off was not found: {why}"));
             (None, Some(why.to_string()))
@@ -144,8 +102,8 @@ pub(super) fn load_path(
     writer.remove_files();
     stiffen(&mut states);
     let percolation = percolation(&states);
-    let hysteresis_work = asked.hysteresis.then(|| compare_branches(&mut states, asked.steps));
-    let range = range_results(asked.problem.adhesion, path.adhesion(), grid);
+    let hysteresis_work = request.hysteresis.then(|| compare_branches(&mut states, request.steps));
+    let range = range_results(request.problem.adhesion, path.adhesion(), grid);
     let rms_height = problem.heights.rms();
     for state in &mut states {
         state.uncertainty = budget(problem, rms_height, range.as_ref(), state);
@@ -167,20 +125,80 @@ pub(super) fn load_path(
     })
 }
 
-/// The range of a law as it was asked for and as it was used; none without adhesion.
-pub(super) fn range_results(asked: Adhesion, used: Adhesion, grid: Grid) -> Option<RangeResults> {
+/// # Errors
+/// `Memory` where the machine has less than the path takes.
+fn check_memory(path: &LoadPath, pull_off: bool) -> Result<()> {
+    let (need, have) = (path.plan(pull_off).bytes, crate::sys::available_memory_bytes());
+    if need <= have {
+        return Ok(());
+    }
+    let (problem, id) = (path.problem(), path.method().card().id);
+    Err(Error::Memory {
+        what: format!("{id} on {} x {} points in {:?}", problem.grid.nx, problem.grid.ny, problem.precision),
+        need,
+        have,
+        advice: "a coarser surface.grid or continuum.precision = \"f32\" needs less".into(),
+    })
+}
+
+/// Stores the requested fields of a state, and returns its numbers.
+///
+/// # Errors
+/// `NotConverged`, with the file of the gap; `Io`.
+fn stored_state(
+    request: &PathRequest,
+    step: &LoadStep,
+    path: &LoadPath,
+    reached: &Reached,
+    at: &StageContext,
+    prefix: &str,
+) -> Result<StateResults> {
+    let (problem, state) = (path.problem(), &reached.state);
+    let grid = problem.grid;
+    let partial = state.stop != Stop::Converged;
+    let name = format!("{prefix}{}-{}", if partial { "partial" } else { "load" }, step.number());
+    let write = |quantity: &str, field: Field| -> Result<String> {
+        let file = format!("{name}-{quantity}.npy");
+        npy::write_field(&at.folder.join(&file), grid.nx, grid.ny, field, 1.0)?;
+        Ok(in_stage(at.stage, &file))
+    };
+    let extrapolates = request.range == RangeChoice::Extrapolate && request.problem.adhesion != problem.adhesion;
+    if extrapolates && !partial && reached.extrapolated.is_none() {
+        at.listener.warn(&format!(
+            "load {}: no extrapolation to the true range: three grids as coarse as these differ by too much",
+            step.number()
+        ));
+    }
+    let keep = (request.keep)(step);
+    let gap = if keep.gap || partial { Some(write("gap", state.gap)?) } else { None };
+    if partial {
+        return Err(Error::NotConverged {
+            method: path.method().card().id,
+            why: state.stop.to_string(),
+            iterations: state.iterations,
+            residual: state.residual,
+            tolerance: problem.tolerance,
+            partial: Some(at.folder.join(format!("{name}-gap.npy"))),
+        });
+    }
+    let stress = if keep.stress { Some(write("stress", state.stress)?) } else { None };
+    Ok(summary(request, reached, grid, step, problem.adhesion != Adhesion::None, [gap, stress]))
+}
+
+/// The range of a law as requested and as used; none without adhesion.
+pub(super) fn range_results(request: Adhesion, used: Adhesion, grid: Grid) -> Option<RangeResults> {
     let spacing = grid.dx().max(grid.dy());
-    let (resolution_requested, resolution_used) = asked.resolution_on(spacing).zip(used.resolution_on(spacing))?;
+    let (resolution_requested, resolution_used) = request.resolution_on(spacing).zip(used.resolution_on(spacing))?;
     Some(RangeResults {
         gamma: used.work_of_adhesion(),
-        requested: asked.range(),
+        requested: request.range(),
         used: used.range(),
         resolution_requested,
         resolution_used,
     })
 }
 
-/// Contact stiffness along each branch. The load that a path turns at belongs to both, and is told for the first.
+/// Contact stiffness along each branch. The load that a path turns at belongs to both, and is counted with the first.
 fn stiffen(states: &mut [StateResults]) {
     let mut first = 0;
     while first < states.len() {
@@ -195,7 +213,7 @@ fn stiffen(states: &mut [StateResults]) {
     }
 }
 
-/// The last load on the way there whose gap leads around the cell along x and y, and the first after it whose gap does not.
+/// The last load on the loading branch whose gap leads around the cell along x and y, and the first after it whose gap does not.
 fn percolation(states: &[StateResults]) -> Option<[f64; 2]> {
     let there: Vec<(f64, bool)> = states
         .iter()
@@ -228,7 +246,7 @@ fn compare_branches(states: &mut [StateResults], steps: &[LoadStep]) -> f64 {
 
 /// A state in numbers.
 fn summary(
-    asked: &Asked,
+    request: &PathRequest,
     reached: &Reached,
     grid: Grid,
     step: &LoadStep,
@@ -236,11 +254,11 @@ fn summary(
     [gap_map, stress_map]: [Option<String>; 2],
 ) -> StateResults {
     let (state, area) = (&reached.state, &reached.area);
-    let observed = asked.wants.distributions.then(|| observed(grid, state, asked.threshold, adhesive));
+    let observed = request.wants.distributions.then(|| observed(grid, state, request.threshold, adhesive));
     StateResults {
         numbers: StateNumbers {
             index: step.index,
-            p_star: step.p_star_at(state.pressure, asked.gradient),
+            p_star: step.p_star_at(state.pressure, request.gradient),
             pressure: state.pressure,
             contact_fraction: area.fraction,
             stiffness: None,
@@ -254,7 +272,7 @@ fn summary(
             seconds: state.seconds,
         },
         branch: step.branch,
-        criterion: asked.criterion.clone(),
+        criterion: request.criterion.clone(),
         contact_fraction_corrected: area.corrected,
         mean_gap: state.mean_gap,
         energy: state.energy,

@@ -1,4 +1,4 @@
-//! What the comparison of atoms and continuum says, in sentences.
+//! The findings of the comparison of atoms and continuum, in sentences.
 
 use super::matched::Matched;
 use crate::interface::Kernel;

@@ -12,7 +12,7 @@ use std::time::Instant;
 /// Raised when what a stage writes changes its meaning, so that older folders are not taken for done.
 const FORMAT: u32 = 2;
 
-/// Locked while a run uses a folder, and what tells a run folder from any other.
+/// Locked while a run uses a folder, and the mark of a run folder.
 const MARKER: &str = ".asperity";
 
 /// What a stage depends on, hashed: its name, the resolved parameters it reads, the keys of the stages before it, and
@@ -35,7 +35,7 @@ impl Key {
         Ok(Key(hasher.finalize().to_hex().to_string()))
     }
 
-    /// The key as text, told apart by `tag` from others of the same stage.
+    /// The key as text, distinguished by `tag` from others of the same stage.
     pub fn with(&self, tag: &str) -> String {
         format!("{} {tag}", self.0)
     }
@@ -62,7 +62,7 @@ const KEY_SHOWN: usize = 12;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ResumePolicy<'a> {
     Restart,
-    /// If the attempt was at this key, which may say less than the stage's own.
+    /// If the attempt was at this key, which may depend on less than the stage's own.
     ContinueFrom(&'a Key),
 }
 
@@ -165,7 +165,7 @@ impl RunFolder {
         let children_before = sys::children_peak_rss_bytes();
         let (clock, before) = (Instant::now(), transformed_nodes());
         let output = work(&folder)?;
-        // The kernel tells of the largest child so far: one of this stage, if the number has risen.
+        // The kernel reports the largest child so far: one of this stage, if the number has risen.
         let child = Some(sys::children_peak_rss_bytes()).filter(|c| *c > children_before).unwrap_or(0);
         let done = Done {
             key: key.0.clone(),

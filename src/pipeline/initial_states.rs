@@ -10,7 +10,7 @@ use crate::scene::{AtomsCase, Case};
 use crate::{Error, Result};
 use std::path::Path;
 
-/// Every load once, rising, then those of the way back, with where `solved` (the continuum with the atoms' own wall, whose gaps are stored under `root`)
+/// Every load once, rising, then those of the unloading branch, with where `solved` (the continuum with the atoms' own wall, whose gaps are stored under `root`)
 /// has atoms and indenter.
 pub(super) fn initial_configurations(
     case: &Case,

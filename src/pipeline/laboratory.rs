@@ -1,6 +1,6 @@
 //! The stages that solve at laboratory scale: the scene's own problem and its variants.
 
-use super::continuum::{Asked, Keep, load_path, start};
+use super::continuum::{Keep, PathRequest, load_path, start};
 use super::folder::Key;
 use super::stage::{Cost, Machine, Stage, StageContext, StageKeys};
 use crate::Result;
@@ -136,7 +136,7 @@ pub(super) fn variants(case: &Case) -> (Vec<SolveStage<'_>>, Vec<String>) {
 }
 
 impl SolveStage<'_> {
-    /// What tells it from the scene's own problem.
+    /// What distinguishes it from the scene's own problem.
     pub fn label(&self) -> String {
         match self.variant {
             Variant::Primary => self.case.kernel.to_string(),
@@ -253,7 +253,7 @@ pub(super) fn laboratory(
     }
     let criterion = method::find(method).expect("checked with the scene").criterion(&problem.settings).to_string();
     let maps = matches!(variant, Variant::Primary | Variant::NonAdhesive | Variant::Comparison(..));
-    let asked = Asked {
+    let asked = PathRequest {
         problem,
         method,
         range,

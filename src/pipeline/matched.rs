@@ -1,6 +1,6 @@
 //! The continuum on the atoms' own heights, layer and loads, which the atoms are compared with.
 
-use super::continuum::{Asked, Keep, load_path};
+use super::continuum::{Keep, PathRequest, load_path};
 use super::folder::Key;
 use super::laboratory::solve_cost;
 use super::stage::{Cost, Machine, Stage, StageContext, StageKeys};
@@ -172,7 +172,7 @@ fn solve(
         max_iterations: case.scene.continuum.max_iterations,
         ..Problem::new(grid, heights)
     };
-    let asked = Asked {
+    let request = PathRequest {
         problem,
         method: &case.scene.continuum.method,
         // The pair adhesion is what the atoms have, whatever the grid.
@@ -187,5 +187,5 @@ fn solve(
         keep: &|_| Keep { gap: true, stress: case.requested_outputs().distributions },
         wants: case.requested_outputs(),
     };
-    load_path(asked, at, matching.tag)
+    load_path(request, at, matching.tag)
 }

@@ -1,4 +1,4 @@
-//! Methods beside the scene's own, at the same loads: solvers as the scene's is run, and those that estimate.
+//! Comparison methods at the loads of the scene: solvers and estimators.
 
 use super::continuum::range_results;
 use super::folder::Key;
@@ -36,8 +36,8 @@ impl MethodRun {
     }
 }
 
-/// All that run beside the scene's own method: each with the scene's adhesion, if it knows any, and without where that is
-/// asked for or all that it knows.
+/// All comparison methods: each with the scene's adhesion, if it supports any, and without where that
+/// is requested or is all that it supports.
 pub(super) fn all(case: &Case) -> Vec<MethodRun> {
     let attracts = case.adhesion != Adhesion::None;
     let without = !attracts || case.solves_all_nonadhesive();
@@ -138,7 +138,7 @@ pub(super) fn of_atoms(
     Ok(results)
 }
 
-/// What a method says of itself under these settings, and no state yet.
+/// A method's own description under these settings, without states.
 fn nothing(method: &dyn ContactMethod, settings: &Settings, adhesive: bool) -> MethodResults {
     let card = method.card();
     let missing = Quantity::OUTPUTS.into_iter().filter_map(|q| {
@@ -166,7 +166,7 @@ fn stiffen(states: &mut [MethodState]) {
     told.zip(stiffness(&points)).for_each(|(state, k)| state.numbers.stiffness = state.numbers.stiffness.or(k));
 }
 
-/// Runs a method at the loads on the way there. What it refuses, or does not bring to an end, is told in its results.
+/// Runs a method at the loads on the loading branch. Refusals and failures to converge are part of its results.
 pub(super) fn run(case: &Case, beside: MethodRun, heights: Heights, at: &StageContext) -> Result<MethodResults> {
     let &StageContext { folder, stage, listener, .. } = at;
     let (method, adhesive) = (beside.method, beside.adhesive);
@@ -258,7 +258,7 @@ fn estimate(
     Ok(())
 }
 
-/// An estimate in numbers: what it lends as fields is counted, what it tells itself is kept.
+/// An estimate in numbers: its fields are evaluated, its own numbers are kept.
 /// `gradient`: pressure over E* at p* = 1.
 pub fn state_of(card: &Card, problem: &Problem, (step, gradient): (&LoadStep, f64), e: &Estimate) -> MethodState {
     let grid = problem.grid;

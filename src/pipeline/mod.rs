@@ -48,7 +48,7 @@ use crate::record::results::StageCost;
 pub trait Listener: Sync {
     fn begin(&self, stage: &str, what: &str);
 
-    /// `done` is a share of the stage, where one is known.
+    /// `done` is the completed fraction of the stage, where it is known.
     fn progress(&self, done: Option<f64>, message: &str);
 
     fn end(&self, cost: &StageCost);

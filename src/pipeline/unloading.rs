@@ -1,4 +1,4 @@
-//! The atoms' way back from the highest load.
+//! The unloading branch of the atoms.
 
 use super::frame_analysis::FrameAnalyzer;
 use crate::Result;

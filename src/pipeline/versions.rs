@@ -55,7 +55,7 @@ impl Solved<'_> {
         smoothed(self.grid, &stress, units.width_angstrom / units.length_angstrom)
     }
 
-    /// `touching` tells which sites do.
+    /// `touching`: which sites are in contact.
     pub fn side(
         &self,
         id: &'static str,

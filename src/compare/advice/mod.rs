@@ -33,12 +33,12 @@ pub struct Target {
     /// Extent in y over that in x.
     pub aspect: f64,
     pub kernel: String,
-    /// In words, for what is told of it; none where there is none.
+    /// In words; none without adhesion.
     pub adhesion: Option<String>,
     pub p_star: Vec<f64>,
 }
 
-/// What is asked for: an error, as a relative deviation, or a time, s.
+/// The limit: an error, as a relative deviation, or a time, s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Limit {
     Error(f64),
@@ -121,7 +121,7 @@ fn candidate((tables, table): (&[Table], &Table), line: &Line, target: &Target, 
         let [asked, had] = [target.shortest_wavelength, table.shortest_wavelength].map(|w| (1.0 / w).round());
         extrapolated.push(format!("waves down to L/{asked}, where L/{had} was measured"));
     }
-    // What an estimate leaves out is no matter of its grid: nothing that was measured tells of it on other waves.
+    // What an estimate leaves out is no matter of its grid: no measurement covers other waves.
     if !same(ratio, 1.0) && find(&s.method).is_some_and(|m| m.card().kind == Kind::Estimate) {
         return None;
     }
@@ -167,7 +167,7 @@ fn candidate((tables, table): (&[Table], &Table), line: &Line, target: &Target, 
     })
 }
 
-/// Errors at the loads of a target: of each the larger one of the measured loads about it. None where one of these tells nothing.
+/// Errors at the loads of a target: of each the larger one of the measured loads about it. None where one of these has none.
 fn at_loads(table: &Table, errors: &[Option<f64>], loads: &[f64]) -> Option<Vec<f64>> {
     let known: Vec<(f64, Option<f64>)> = table.p_star.iter().copied().zip(errors.iter().copied()).collect();
     if known.is_empty() || loads.is_empty() {
@@ -244,7 +244,7 @@ mod tests {
     }
 
     /// On the measured surface the cheapest setting is that of the table, at half its cost for half of the loads, with the error
-    /// of the worse of the two loads about the asked one.
+    /// of the worse of the two loads about the target.
     #[test]
     fn the_cheapest_within_an_error_and_the_best_within_a_time() {
         let all = candidates(&[table()], &target(0.04), Quantity::MeanGap);
@@ -271,7 +271,7 @@ mod tests {
         assert_eq!((best.grid, best.extrapolated.len()), (256, 0));
         assert!((best.expected_seconds / (0.5 * 65536f64.powf(1.2) / 1e4) - 1.0).abs() < 1e-9, "{best:?}");
         assert!(best.exponent.is_some_and(|e| (e - 1.2).abs() < 1e-9));
-        // Beyond the finest grid that was measured it is an extrapolation, and says so.
+        // Beyond the finest grid that was measured it is an extrapolation, and is marked as one.
         let finest = choose(&all, Quantity::MeanGap, Limit::Error(0.03)).expect("one");
         assert!(finest.grid == 512 && finest.extrapolated[0].contains("512"), "{finest:?}");
         let far = Target { p_star: vec![0.5], kernel: "layer".into(), ..target(0.04) };

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 
-/// Errors load by load; `null` where a load tells nothing.
+/// Errors load by load; `null` where a load has none.
 type ByLoad = Vec<Option<f64>>;
 
 /// Digits that errors and costs keep in a table.
@@ -102,7 +102,7 @@ pub struct Line {
 }
 
 impl Table {
-    /// What a ladder measured, without what it could not tell.
+    /// The measured points of a benchmark, without those that have no errors.
     pub fn of(told: &Tradeoff) -> Table {
         let tells = |p: &&TradeoffPoint| p.unavailable_reason.is_none() && p.setting.is_grid() && !p.loads.is_empty();
         let known: Vec<&TradeoffPoint> = told.points.iter().filter(tells).collect();
@@ -154,7 +154,7 @@ fn as_fine(a: &Setting, b: &Setting) -> bool {
         && (single(b) || !single(a))
 }
 
-/// Errors of a point load by load, those by chance left out. None of what it does not tell.
+/// Errors of a point load by load, those by chance left out. None of what it does not provide.
 fn reliable(known: &[&TradeoffPoint], point: &TradeoffPoint, quantity: Quantity) -> Option<ByLoad> {
     let found = |p: &TradeoffPoint, i: usize| p.loads.get(i)?.errors.get(&quantity).copied();
     let reference = known.iter().find(|p| p.is_reference && p.setting.adhesive == point.setting.adhesive);

@@ -22,7 +22,7 @@ const SLAB_POISSON: f64 = 0.3;
 /// Points a side below which a grid holds no surface worth a comparison.
 pub const COARSEST: usize = 16;
 
-/// Grids below the scene's that are run where none are asked for, each of half the points a side.
+/// Grids below the scene's that are run where none are asked for, each of half the points along a side.
 const GRIDS_BELOW: usize = 2;
 
 /// Exponent of a cost in the number of points, for settings that are not yet run: that of the paper's own figures (1 min at 1k
