@@ -1,10 +1,13 @@
 //! Methods compared with the scene's own: the numbers of a load, and the paper's figures 4 to 12.
 
+use std::collections::BTreeMap;
+
 use maud::{Markup, html};
 
 use super::figures::{self, FigureWriter, figure, panel, panels, text};
 use crate::error::Result;
 use crate::grid::Grid;
+use crate::load::at_step;
 use crate::method::Quantity;
 use crate::observe::column_at;
 use crate::record::methods::{MethodResults, MethodState, loading_states};
@@ -180,17 +183,14 @@ impl Own {
 /// Loads whose figures are drawn, beside the tables of all: more make a page that browsers are slow with.
 const DRAWN: usize = 4;
 
-fn at(states: &[MethodState], p_star: f64) -> Option<&MethodState> {
-    states.iter().find(|s| s.numbers.p_star == p_star)
-}
-
-/// The loads of all methods, in their order, and which of them is nearest the reference load.
-fn loads(results: &Results) -> (Vec<f64>, usize) {
-    let mut loads: Vec<f64> = results.methods.iter().flat_map(|m| &m.states).map(|s| s.numbers.p_star).collect();
-    loads.sort_by(f64::total_cmp);
-    loads.dedup();
+/// Index and p* of the loads of all methods, and which of them is nearest the reference load.
+fn loads(results: &Results) -> (Vec<(usize, f64)>, usize) {
+    let states = results.methods.iter().flat_map(|m| &m.states);
+    let loads: BTreeMap<usize, f64> = states.map(|s| (s.numbers.index, s.numbers.p_star)).collect();
+    let mut loads: Vec<(usize, f64)> = loads.into_iter().collect();
+    loads.sort_by(|a, b| a.1.total_cmp(&b.1));
     let off = |p: f64| (p.max(f64::MIN_POSITIVE) / REFERENCE_LOAD).ln().abs();
-    let nearest = (0..loads.len()).min_by(|&a, &b| off(loads[a]).total_cmp(&off(loads[b]))).unwrap_or(0);
+    let nearest = (0..loads.len()).min_by(|&a, &b| off(loads[a].1).total_cmp(&off(loads[b].1))).unwrap_or(0);
     (loads, nearest)
 }
 
@@ -230,15 +230,15 @@ pub fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     };
     let (loads, nearest) = loads(results);
     let mut of_loads = Vec::new();
-    for (k, &p) in loads.iter().enumerate() {
+    for (k, &(index, p)) in loads.iter().enumerate() {
         let mut figures = Vec::new();
         for kind in FIGURES.iter().filter(|f| !f.path && is_drawn(k, nearest, loads.len())) {
-            figures.push(draw(kind, Some((k, p)))?);
+            figures.push(draw(kind, Some((index, p)))?);
         }
         of_loads.push(html! {
             details open[k == nearest] {
                 summary { "p* = " (trimmed(p, 4)) @if figures.is_empty() { " (table only)" } }
-                (table(writer, results, &own, p))
+                (table(writer, results, &own, Some(index)))
                 @for f in &figures { (f) }
             }
         });
@@ -251,7 +251,7 @@ pub fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
         p { "Deviations are from " (own_name(results))
             " Areas are by each method’s own criterion, perimeter-corrected where contact is a map of nodes." }
         p.quiet { "Blue, solid: with the scene’s adhesion; orange, dashed: without. Below each figure: what it does not show, and why." }
-        @if loads.is_empty() { (table(writer, results, &own, REFERENCE_LOAD)) }
+        @if loads.is_empty() { (table(writer, results, &own, None)) }
         @for load in &of_loads { (load) }
         (notes(writer, results))
         @for f in &paths { (f) }
@@ -268,7 +268,7 @@ fn own_name(results: &Results) -> String {
 }
 
 /// The numbers of a load.
-fn table(writer: &FigureWriter, results: &Results, own: &Own, p_star: f64) -> Markup {
+fn table(writer: &FigureWriter, results: &Results, own: &Own, index: Option<usize>) -> Markup {
     let um = writer.scales.length_m * 1e6;
     let off = |found: f64, reference: Option<f64>| match reference.filter(|r| *r != 0.0) {
         None => String::new(),
@@ -277,10 +277,10 @@ fn table(writer: &FigureWriter, results: &Results, own: &Own, p_star: f64) -> Ma
     };
     let grid = |adhesive: bool| {
         let solved = results.continuum.iter().chain(&results.non_adhesive).find(|c| c.range.is_some() == adhesive)?;
-        solved.states.iter().find(|s| s.numbers.p_star == p_star)?.discretisation?.area
+        at_step(&solved.states, index?)?.discretisation?.area
     };
     let own_row = |adhesive: bool| {
-        let s = at(own.like(adhesive), p_star)?;
+        let s = at_step(own.like(adhesive), index?)?;
         let error = grid(adhesive).map_or(String::new(), |e| format!(" ± {} by the grid", percent(e * s.area())));
         Some(vec![
             html! { strong { (results.continuum.as_ref().map_or("", |c| &c.method)) } },
@@ -294,7 +294,8 @@ fn table(writer: &FigureWriter, results: &Results, own: &Own, p_star: f64) -> Ma
         ])
     };
     let row = |m: &MethodResults| {
-        let (here, reference) = (at(&m.states, p_star), at(own.like(m.adhesive), p_star));
+        let at = |states| index.and_then(|index| at_step(states, index));
+        let (here, reference) = (at(m.states.as_slice()), at(own.like(m.adhesive)));
         type Of<'a> = &'a dyn Fn(&MethodState) -> Option<f64>;
         let with = |quantity: Quantity, of: Of, show: &dyn Fn(f64) -> String| match here.and_then(of) {
             Some(v) => html! { (show(v)) span.quiet { (off(v, reference.and_then(of))) } },
@@ -454,7 +455,7 @@ fn points(
         Shown::MeanGap => return Ok(along(&|s| s.mean_gap.map(|g| g * um))),
         _ => {}
     }
-    let Some(here) = load.and_then(|(_, p)| at(states, p)) else { return Ok(Vec::new()) };
+    let Some(here) = load.and_then(|(index, _)| at_step(states, index)) else { return Ok(Vec::new()) };
     Ok(match kind.shows {
         Shown::Gap => column(writer, here.numbers.gap_map.as_deref(), um)?,
         Shown::Stress => {
