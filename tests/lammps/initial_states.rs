@@ -151,8 +151,8 @@ fn a_run_stopped_within_a_load_continues_from_its_checkpoint() {
     assert_eq!(left(whole.path()), Vec::<String>::new());
 
     let job = built(&case, stopped.path());
-    let relax = "minimize      0.0 ${fine} ${most} 100000\n";
-    let cut = format!("if \"$k == 2\" then \"minimize 0.0 ${{fine}} {STOPPED} 100000\" \"quit 9\"\n{relax}");
+    let relax = "minimize      0.0 ${load_ftol} ${max_iterations} 100000\n";
+    let cut = format!("if \"$k == 2\" then \"minimize 0.0 ${{load_ftol}} {STOPPED} 100000\" \"quit 9\"\n{relax}");
     assert!(PRESCRIBED_LOAD.text.contains(relax));
     std::fs::write(job.folder.join(PRESCRIBED_LOAD.file), PRESCRIBED_LOAD.text.replace(relax, &cut)).expect("written");
     engine.run(&job, &mut on).expect_err("stopped");

@@ -68,7 +68,7 @@ fn a_grid_that_carries_the_adhesion_is_judged() {
         assert!(text.starts_with("<svg") && text.contains("</svg>"));
     }
     let page = std::fs::read_to_string(folder.join("report.html")).unwrap();
-    assert!(page.contains("The challenge’s statements") && page.contains("The paper’s figure 12"));
+    assert!(page.contains("Acceptance checks of the challenge") && page.contains("The paper’s figure 12"));
 }
 
 #[test]
@@ -101,7 +101,7 @@ fn a_coarse_file_is_not_the_whole_surface() {
     for (args, expected) in [
         (vec!["--heights", "nowhere.h5"], "--heights = nowhere.h5 (no such file)"),
         (vec!["--heights", heights, "--grid", "128"], "--grid = 128; accepted: none: "),
-        (vec!["--fourier", "series"], "--fourier = given without a file"),
+        (vec!["--fourier", "series"], "--fourier = given; accepted: only together with a file, --heights"),
     ] {
         let refused = asperity().arg("challenge").args(&args).output().expect("started");
         assert_eq!(refused.status.code(), Some(2), "{args:?}");

@@ -540,11 +540,14 @@ fn a_coarse_grid_is_told_what_it_can_hold() {
     };
     for symbol in ["ḡ", "R_c", "m2", "m4"] {
         let line = of(symbol);
-        assert_relative_eq!(number(&line, "realised"), number(&line, "held"), max_relative = 0.1);
+        assert_relative_eq!(number(&line, "realised"), number(&line, "expected_on_grid"), max_relative = 0.1);
         assert!((number(&line, "realised") / number(&line, "expected") - 1.0).abs() > 0.3, "{line}");
     }
     let fine = answer(&["surface", "--grid", "64", "--cut-off-um", "5", "--json"]);
-    assert!(fine["statistics"].as_array().is_some_and(|all| all.iter().all(|s| s.get("held").is_none())), "{fine}");
+    assert!(
+        fine["statistics"].as_array().is_some_and(|all| all.iter().all(|s| s.get("expected_on_grid").is_none())),
+        "{fine}"
+    );
 }
 
 #[test]

@@ -15,7 +15,7 @@ use std::path::Path;
 
 /// A 128² scene of which the grid holds every wave, at loads that touch with some nodes and do not close the gap.
 const SCENE: &str = "name = \"methods\"\n[surface]\ngrid = 128\ncut_off_um = 4.0\n[load]\np_star = [0.005, 0.01, 0.02]\n\
-                     [continuum]\nalso = [\"all\"]\n";
+                     [continuum]\ncompare_with = [\"all\"]\n";
 const ADHESION: &str = "[adhesion]\nwork_of_adhesion_mj_m2 = 50\nrange_nm = 100.0\nwithout_too = true\n";
 
 /// Methods that need more than a surface and a load; their unavailable_reason says what.
@@ -189,9 +189,12 @@ fn what_methods_say_of_themselves_follows_settings() {
     };
     assert!(told("experiment", None)["criterion"].as_str().is_some_and(|c| c.contains(" 150 nm")));
     assert!(told("experiment", Some("optical_gap=2e-6"))["criterion"].as_str().is_some_and(|c| c.contains(" 200 nm")));
-    for (id, given) in
-        [("winkler", "wavelength=0.005"), ("ms-archard", "ratio=2"), ("persson", "energy_factor=1"), ("srgw", "")]
-    {
+    for (id, given) in [
+        ("winkler", "spring_length=0.005"),
+        ("ms-archard", "band_ratio=2"),
+        ("persson", "energy_factor=1"),
+        ("srgw", ""),
+    ] {
         let card = method::find(id).expect("an id").card();
         assert_eq!(told(id, None)["calibrated_on"].as_str(), card.calibrated_on, "{id}");
         if !given.is_empty() {
@@ -208,7 +211,7 @@ fn what_methods_say_of_themselves_follows_settings() {
 fn ranges_that_are_used_and_stresses_that_press_are_told() {
     let scene = SCENE.replace("\"all\"", "\"bicgstab\", \"fft-ia\"");
     let scene = format!(
-        "{scene}[adhesion]\nwork_of_adhesion_mj_m2 = 50\nrange_nm = 100.0\n[methods.bicgstab]\nresolution = 4\n"
+        "{scene}[adhesion]\nwork_of_adhesion_mj_m2 = 50\nrange_nm = 100.0\n[methods.bicgstab]\nmin_resolution = 4\n"
     );
     let folder = tempfile::tempdir().expect("scratch");
     let file = folder.path().join("ranges.toml");

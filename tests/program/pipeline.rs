@@ -269,7 +269,7 @@ fn adhesive_atoms_run_to_the_end() {
     let (sticky, _) = bench.results(&bench.scene("[0.01]", COARSE, adhesion), "sticky");
     let fraction = |r: &Value| r["atoms"]["states"][0]["contact_fraction"].as_f64().expect("a fraction");
     assert!(fraction(&sticky) > fraction(&free), "{} {}", fraction(&sticky), fraction(&free));
-    for kind in ["hard", "soft"] {
+    for kind in ["hard_wall", "compliant_wall"] {
         let law = sticky["comparison"][kind]["adhesion"].as_str().expect("a law").to_string();
         assert!(law.starts_with("exponential"), "{law}");
     }

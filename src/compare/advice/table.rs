@@ -1,11 +1,11 @@
 //! What was measured of one surface, as advice needs it: settings with their costs and their errors load by load.
 
-use crate::Result;
 use crate::interface::Adhesion;
 use crate::record::atomic_file::write_atomic;
 use crate::record::json;
 use crate::record::quantity::Quantity;
 use crate::record::tradeoff::{Setting, Tradeoff, TradeoffPoint};
+use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -50,6 +50,10 @@ impl Tables {
         let found: serde_json::Value = json::read(file)?;
         if found.get("points").is_some() {
             return Tradeoff::read(file).map(|told| vec![Table::of(&told)]);
+        }
+        if found.get("tables").is_none() {
+            let accepted = "a file that `asperity tradeoff` or `asperity merge-tables` writes";
+            return Err(Error::format(file, "no measured points and no tables", accepted));
         }
         Ok(json::read_schema::<Tables>(file, SCHEMA)?.tables)
     }
