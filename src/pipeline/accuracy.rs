@@ -1,4 +1,4 @@
-//! The accuracy that a scene asks for, resolved into grid, method, precision and tolerance by measured tables.
+//! Choice of grid, method, precision and tolerance for a requested accuracy, from measured tables.
 
 use super::{adhesion_words, shortest_wavelength};
 use crate::compare::advice::{Limit, Table, Tables, Target, candidates, choose};
@@ -11,13 +11,14 @@ use crate::scene::{AccuracyScene, Case, ContinuumScene, Scene, Surface, SurfaceS
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 
-/// What the tables would serve instead of a setting that they do not have.
+/// The tables have no setting for a request. The text names accepted values.
 pub struct Unserved(pub String);
 
-/// A case as its scene asks for it; where that is an accuracy, with the setting that was chosen.
+/// Resolves a scene. If it requests an accuracy, the setting is chosen from tables.
 ///
 /// # Errors
-/// Bad input; an accuracy beside a grid, a method, a precision or a tolerance, or one that the tables do not support.
+/// Invalid input; an accuracy combined with a grid, method, precision or tolerance; an accuracy that the tables do not
+/// support.
 pub fn resolve_accuracy(mut scene: Scene, file: &Path) -> Result<Case> {
     let Some(asked) = scene.accuracy.clone() else { return Case::resolve(scene, file) };
     refuse_both(&scene, file)?;
@@ -42,7 +43,7 @@ pub fn resolve_accuracy(mut scene: Scene, file: &Path) -> Result<Case> {
     c.method = advice.method.clone();
     c.precision = if advice.precision == "f32" { Precision::F32 } else { Precision::F64 };
     c.tolerance = Some(advice.tolerance);
-    // Frames then hold the whole block, which no quantity of [accuracy] needs.
+    // Plasticity needs frames of the whole block; the quantities of [accuracy] do not.
     let watched = scene.atoms.as_mut().is_some_and(|a| std::mem::take(&mut a.plasticity));
     let chosen = AccuracyChoice {
         quantity: asked.quantity,
@@ -61,7 +62,7 @@ pub fn resolve_accuracy(mut scene: Scene, file: &Path) -> Result<Case> {
     Ok(settled)
 }
 
-/// A scene gives an accuracy or a setting, not both.
+/// Refuses a scene with both an accuracy and a setting that the accuracy determines.
 fn refuse_both(scene: &Scene, file: &Path) -> Result<()> {
     let (c, d) = (&scene.continuum, ContinuumScene::default());
     let given = [
@@ -83,10 +84,10 @@ fn tables(asked: &AccuracyScene, case: &Case) -> Result<(Vec<Table>, String)> {
     read_tables(&asked.tables.iter().map(|t| case.resolve_path(t)).collect::<Vec<_>>())
 }
 
-/// What is in these files, or, of none, in those that come with the program; and what they are called.
+/// Reads these table files, or the shipped tables if there are none. Returns the tables and their provenance.
 ///
 /// # Errors
-/// Those of [`Tables::read`].
+/// As [`Tables::read`].
 pub fn read_tables(files: &[PathBuf]) -> Result<(Vec<Table>, String)> {
     if files.is_empty() {
         let shipped = Tables::shipped();
@@ -100,7 +101,7 @@ pub fn read_tables(files: &[PathBuf]) -> Result<(Vec<Table>, String)> {
     Ok((list, names.join(", ")))
 }
 
-/// The setting for a case: within what was measured, or, if `extrapolate`, beyond it.
+/// Chooses the setting for a case: within the measured range, or, if `extrapolate`, beyond it.
 pub fn advise(
     tables: &[Table],
     case: &Case,

@@ -1,4 +1,4 @@
-//! The stages of the atoms: the LAMMPS run, its frames, the states at a temperature, and the comparison with the continuum.
+//! Stages of the atoms: LAMMPS run, analysis of frames, constant-temperature runs, and comparison with the continuum.
 
 use super::atomistic::{self, LammpsOutcome};
 use super::comparison::compare;
@@ -23,28 +23,29 @@ use std::path::Path;
 /// Name of the stage that runs LAMMPS.
 pub(super) const LAMMPS: &str = "lammps";
 
-/// Fraction of the first-touch mean gap that is closed at a few per cent of p*: ū falls from 2.63 to 0.58 µm at p* = 0.03.
+/// Fraction of the first-touch mean gap that is closed at p* of a few per cent. The mean gap ū falls from 2.63 µm to
+/// 0.58 µm at p* = 0.03.
 const CLOSED: f64 = 0.8;
 
-/// Distance that is covered in shorter steps on the unloading branch, in ranges of the adhesion.
+/// Length of the unloading branch with refined steps, in ranges of adhesion.
 const PULLED_RANGES: f64 = 4.0;
 
-/// Time of the comparison, s per load, and per load and point: with pictures and curves three loads took 2.0, 2.8 and 11 s with
-/// 132², 396² and 1540² points; those take what [`super::plan`] counts for the report.
+/// Time of the comparison: s per load, and s per load and point. Measured with figures: three loads took 2.0, 2.8 and
+/// 11 s on 132², 396² and 1540² grids. The time of figures is counted separately, as the report in [`super::plan`].
 const COMPARISON: (f64, f64) = (0.43, 1.44e-6);
 
-/// A case with atoms, and the program that runs them.
+/// A case with atoms, and the engine that runs them.
 #[derive(Clone, Copy)]
 pub(super) struct AtomStages<'a> {
     pub case: &'a Case,
     pub atoms: &'a AtomsCase,
     pub scene: &'a AtomsScene,
-    /// None where a run is only planned.
+    /// None if a run is only planned.
     engine: Option<&'a dyn Engine>,
 }
 
 impl<'a> AtomStages<'a> {
-    /// None of a case without atoms.
+    /// None for a case without atoms.
     pub fn of(case: &'a Case, engine: Option<&'a dyn Engine>) -> Option<Self> {
         let (atoms, scene) = case.atoms.as_ref().zip(case.scene.atoms.as_ref())?;
         Some(AtomStages { case, atoms, scene, engine })
@@ -54,17 +55,17 @@ impl<'a> AtomStages<'a> {
         MatchedStage { case: self.case, atoms: self.atoms, scene: self.scene }
     }
 
-    /// None where the scene requests no temperature.
+    /// None if the scene requests no constant-temperature runs.
     pub fn nvt(&self) -> Option<NvtStage<'a>> {
         Some(NvtStage { of: *self, settings: self.atoms.nvt.as_ref()? })
     }
 
-    /// None where the atoms are not among the comparison methods.
+    /// None if the atoms are not among the comparison methods.
     pub fn all_atom(&self) -> Option<AllAtomStage<'a>> {
         methods::wants_atoms(self.case).then_some(AllAtomStage(*self))
     }
 
-    /// Block and indenter.
+    /// Number of atoms of block and indenter.
     pub fn count(&self) -> u64 {
         self.atoms.block.atoms() + (self.atoms.points * self.atoms.points) as u64
     }
@@ -73,7 +74,7 @@ impl<'a> AtomStages<'a> {
         self.engine.expect("LAMMPS is looked up before a run")
     }
 
-    /// How the loads are reached, and the same in words.
+    /// Loading mode, and its description.
     fn loading(&self) -> (LoadingMode, String) {
         match self.atoms.start {
             Start::Touch => {
@@ -90,8 +91,8 @@ impl<'a> AtomStages<'a> {
         }
     }
 
-    /// Steps of the indenter: those of the loading branch, on the unloading branch as many, and the shorter ones in which a
-    /// pull is followed.
+    /// Expected displacement steps: those of the loading branch; with unloading the same number again, and the refined
+    /// steps before separation.
     fn ramp_steps(&self) -> f64 {
         let (atoms, step) = (self.atoms, self.scene.step_or_default());
         let down = CLOSED * atoms.first_touch_gap_angstrom / step;
@@ -107,11 +108,11 @@ impl<'a> AtomStages<'a> {
     }
 }
 
-/// Runs LAMMPS through the loads.
+/// Runs LAMMPS at all loads.
 pub(super) struct LammpsStage<'a>(pub AtomStages<'a>);
 
 impl Stage for LammpsStage<'_> {
-    /// The matched continuum, and the run folder that its file names are relative to.
+    /// The matched continuum, and the run folder to which its file names are relative.
     type Input<'i> = (&'i Matched, &'i Path);
     type Output = LammpsOutcome;
 
@@ -132,7 +133,7 @@ impl Stage for LammpsStage<'_> {
         }
     }
 
-    /// `after`: the geometry, and the matched continuum.
+    /// `after`: keys of the geometry and of the matched continuum.
     fn keys(&self, after: &[&Key]) -> Result<StageKeys> {
         let &AtomStages { case, atoms, scene, .. } = &self.0;
         let [geometry, matched] = after else { unreachable!("two keys") };
@@ -145,7 +146,7 @@ impl Stage for LammpsStage<'_> {
             Start::Continuum => (PRESCRIBED_LOAD, None),
             Start::Touch => (DISPLACEMENT_RAMP, Some(scene.step_or_default())),
         };
-        // The job folder knows which of its steps serve other loads than they were made for.
+        // The loads are not part of this key: the job folder determines which finished steps are valid for other loads.
         let program = (block, crystal_key(scene, atoms), potential, self.0.engine().describe(), script.hash());
         let steps = (step, scene.force_tolerance_ev_per_angstrom, scene.plasticity, pair_key(case));
         let history = Key::new("ladder", &(program, steps), &[geometry])?;
@@ -153,7 +154,7 @@ impl Stage for LammpsStage<'_> {
             Start::Continuum => {
                 Key::new(LAMMPS, &(case.scene.load.p_star_path(), atoms.nvt.is_some()), &[&history, matched])?
             }
-            // Of the loads only the highest counts, and only for where the loading branch ends.
+            // A ramp depends on the loads only through the highest one, where the loading branch ends.
             Start::Touch => Key::new(LAMMPS, &(case.highest_p_star(), atoms.unload), &[&history])?,
         };
         Ok(StageKeys { key, resumes: Some(history) })
@@ -171,7 +172,7 @@ impl Stage for LammpsStage<'_> {
 pub(super) struct FramesStage<'a>(pub AtomStages<'a>);
 
 impl Stage for FramesStage<'_> {
-    /// What LAMMPS left in which run folder.
+    /// Output of the LAMMPS stage, and the run folder.
     type Input<'i> = (&'i LammpsOutcome, &'i Path);
     type Output = AtomsResults;
 
@@ -201,7 +202,7 @@ impl Stage for FramesStage<'_> {
     }
 }
 
-/// Runs the relaxed states at a temperature.
+/// Runs the relaxed states at constant temperature.
 pub(super) struct NvtStage<'a> {
     of: AtomStages<'a>,
     settings: &'a NvtSettings,
@@ -253,7 +254,7 @@ impl Stage for NvtStage<'_> {
 pub(super) struct CompareStage<'a>(pub AtomStages<'a>);
 
 impl Stage for CompareStage<'_> {
-    /// Atoms and continuum, and the run folder that their file names are relative to.
+    /// Atoms and continuum, and the run folder to which their file names are relative.
     type Input<'i> = (&'i AtomsResults, &'i Matched, &'i Path);
     type Output = ComparisonResults;
 
@@ -288,7 +289,7 @@ impl Stage for CompareStage<'_> {
 pub(super) struct AllAtomStage<'a>(AtomStages<'a>);
 
 impl Stage for AllAtomStage<'_> {
-    /// The atoms, the seconds that LAMMPS took, and the run folder.
+    /// Results of the atoms, time of LAMMPS in s, and the run folder.
     type Input<'i> = (&'i AtomsResults, f64, &'i Path);
     type Output = MethodResults;
 

@@ -1,4 +1,4 @@
-//! Stages of the atoms: the potential file, the job folder, the LAMMPS run, and what its frames say.
+//! Building blocks of the atomistic stages: potential file, job folder, LAMMPS run, and analysis of its frames.
 
 use super::frame_analysis::FrameAnalyzer;
 use super::initial_states::initial_configurations;
@@ -32,14 +32,14 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Steps granted beyond the way from first touch to a closed gap.
+/// Ramp steps beyond the displacement that closes the first-touch mean gap.
 const SPARE_STEPS: usize = 40;
 
-/// Folder, inside a job's, of the continuum that says where its atoms start.
+/// Subfolder of a job for the continuum solution that gives the initial configurations.
 const CONTINUUM: &str = "continuum";
 
-/// Writes the job folder of a case: data file, script, potential, variables; and the moves to each load, for which the
-/// continuum is solved first.
+/// Writes the job folder of a case: data file, script, potential and variables. For a start from the continuum it
+/// solves the continuum first, and adds the initial displacements of each load.
 pub fn build_job(case: &Case, atoms: &AtomsCase, folder: &Path, listener: &dyn Listener) -> Result<Job> {
     if atoms.start == Start::Touch {
         return write_job(case, atoms, folder, None);
@@ -51,8 +51,8 @@ pub fn build_job(case: &Case, atoms: &AtomsCase, folder: &Path, listener: &dyn L
     write_job(case, atoms, folder, Some((&solved, folder)))
 }
 
-/// Writes the job folder, with the solved continuum and the folder that its file names are relative to, if the loads start
-/// from it.
+/// Writes the job folder. `solved`: the continuum solution that gives the initial configurations, and the folder to
+/// which its file names are relative; None for a displacement ramp.
 pub(super) fn write_job(
     case: &Case,
     atoms: &AtomsCase,
@@ -72,13 +72,13 @@ pub(super) fn write_job(
         force_tolerance: scene.force_tolerance_ev_per_angstrom,
         load_unit: atoms.load_unit,
         contact_angstrom: CONTACT_DISTANCE_ANGSTROM,
-        // Slip begins at any depth below the contact.
+        // Slip can start at any depth below the contact.
         frame_layers: if scene.plasticity { 2 * atoms.block.depth_cells } else { FRAME_LAYERS },
         keep_restarts: atoms.nvt.is_some(),
     };
     let ramp = DisplacementRamp {
         step_angstrom: scene.step_or_default(),
-        // The first step beyond the highest load is enough to interpolate to that load.
+        // The ramp ends at the first step beyond the highest load, which is interpolated between two steps.
         max_load: highest * atoms.load_unit,
         max_steps: way.ceil() as usize + SPARE_STEPS,
         unload: atoms.unload,
@@ -89,7 +89,7 @@ pub(super) fn write_job(
     Job::write(folder, &atoms.block, &indenter, crystal, interaction, settings, loading)
 }
 
-/// The potential asked for, or the shipped one, written where the job wants it.
+/// Path of the scene's potential, or of the shipped one, which is written into `folder`.
 fn potential_file(atoms: &AtomsCase, folder: &Path) -> Result<PathBuf> {
     if let Some(path) = &atoms.potential {
         return Ok(path.clone());
@@ -99,7 +99,7 @@ fn potential_file(atoms: &AtomsCase, folder: &Path) -> Result<PathBuf> {
     Ok(path)
 }
 
-/// LAMMPS as the scene wants it.
+/// LAMMPS with the program, ranks and time limit of the scene.
 pub fn engine(case: &Case) -> Result<LammpsEngine> {
     let scene = case.scene.atoms.as_ref().expect("asked for by scenes with atoms");
     let program =
@@ -119,16 +119,17 @@ pub fn engine(case: &Case) -> Result<LammpsEngine> {
     Ok(engine.with_time_limit(scene.time_limit_s.map(Duration::from_secs_f64)))
 }
 
-/// Processor time of a force evaluation, s an atom, as LAMMPS takes it here for the potential of a case with atoms: about a second.
+/// CPU time of LAMMPS on this machine with the potential of a case with atoms, s per atom and force evaluation. The
+/// measurement takes about a second.
 ///
 /// # Errors
-/// `MissingProgram` without LAMMPS, `Io`, `Lammps`.
+/// `MissingProgram` if LAMMPS is not found; `Io`; `Lammps`.
 pub fn speed(case: &Case) -> Result<f64> {
     let atoms = case.atoms.as_ref().expect("asked for of cases with atoms");
     let lammps = LmpCommand { program: engine(case)?.program().to_path_buf() };
     let scratch = tempfile::tempdir().map_err(Error::io("make", std::env::temp_dir()))?;
     let potential = potential_file(atoms, scratch.path())?;
-    // LAMMPS cuts a path at its spaces.
+    // LAMMPS splits a path at spaces, so the potential is copied into the working folder.
     let beside = scratch.path().join(POTENTIAL_FILE);
     if potential != beside {
         std::fs::copy(&potential, &beside).map_err(Error::io("copy", &potential))?;
@@ -148,7 +149,7 @@ pub struct LammpsOutcome {
     pub peak_bytes: u64,
 }
 
-/// Largest fraction of a load that is reported as done from its iterations: some loads take several times the usual number.
+/// Upper limit of the progress reported within a load: some loads take several times the expected iterations.
 const NEARLY: f64 = 0.9;
 
 /// Runs a job with LAMMPS, or continues it, and writes `load_curve.csv`.
@@ -162,7 +163,7 @@ pub fn run_lammps(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Re
         if listener.stopping() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let mut finished = engine.run(job, &mut watch)?;
-    // An earlier run may have gone further; what it found there is no part of this answer.
+    // Steps of an earlier run beyond the end of this job are not part of the results.
     let end = job.end(&finished.history.steps);
     finished.steps.truncate(end.map_or(usize::MAX, |last| last + 1));
     finished.unconverged.retain(|step| *step < finished.steps.len());
@@ -187,13 +188,13 @@ pub fn run_lammps(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Re
     Ok(LammpsOutcome { engine: engine.describe().to_string(), steps, unconverged, peak_bytes })
 }
 
-/// Fraction of a job that is done, and a line about its last step. `reversed` is set once the job unloads.
+/// Completed fraction of a job, and a message about its last step. Sets `reversed` when the job starts to unload.
 fn progress_of(job: &Job, p: &Progress, record: &StepRecord, reversed: &mut bool) -> (Option<f64>, String) {
     let atoms = if record.contacts == 1 { "atom" } else { "atoms" };
     let state = format!("p* = {:.5}, {} {atoms} in contact", p.p_star, record.contacts);
     match &job.spec.protocol {
         LoadingProtocol::Ramp(ramp) => {
-            // The load rises about as the square of the displacement.
+            // The load is roughly proportional to the square of the displacement.
             let loaded = (record.load / ramp.max_load).clamp(0.0, 1.0).sqrt();
             *reversed |= ramp.unload && (record.load >= ramp.max_load || record.step >= ramp.max_steps);
             let (done, branch) = match (ramp.unload, *reversed) {
@@ -216,7 +217,7 @@ fn progress_of(job: &Job, p: &Progress, record: &StepRecord, reversed: &mut bool
     }
 }
 
-/// Reads frames of the scene's block from any LAMMPS: files are named relative to `out`.
+/// Analyses external LAMMPS dump files of the scene's block. File names in the results are relative to `out`.
 pub fn read_frames(
     case: &Case,
     atoms: &AtomsCase,
@@ -236,13 +237,13 @@ pub fn read_frames(
     Ok((frames, found))
 }
 
-/// Reads a job folder that has run, outside a run folder: files are named relative to `out`.
+/// Analyses a finished job folder outside a run folder. File names in the results are relative to `out`.
 pub fn read_atoms(case: &Case, atoms: &AtomsCase, job: &Job, out: &Path) -> Result<AtomsResults> {
     let outcome = LammpsOutcome { engine: "unknown".into(), ..LammpsOutcome::default() };
     read(case, atoms, job, &outcome, out, ".")
 }
 
-/// Reads the atoms at every asked load: contact, gap, maps on the comparison grid, a frame for OVITO.
+/// Analyses the atoms at every load of the path: contact, gap, maps on the comparison grid, and a frame for OVITO.
 pub(super) fn read(
     case: &Case,
     atoms: &AtomsCase,
@@ -264,7 +265,8 @@ pub(super) fn read(
     Ok(AtomsResults { unloading, plasticity, ..results(atoms, &reader, outcome, states) })
 }
 
-/// Counts the atoms that have left the crystal's order at every step, and tells the states.
+/// Counts the defect atoms (centro-symmetry) at every step. Each state receives the count of the step with the nearest
+/// load.
 fn plasticity(
     atoms: &AtomsCase,
     job: &Job,
@@ -289,7 +291,7 @@ fn plasticity(
     }
     let yielded = steps.iter().position(|s| s[1] > centro_symmetry::NOISE as f64);
     let first_yield = yielded.map(|k| steps[k][0]);
-    // The free block carries what its tolerance leaves of a load.
+    // Step 0 is unloaded; its recorded load is a remainder within the force tolerance.
     let last_elastic = yielded.and_then(|k| k.checked_sub(1)).map(|k| if k == 0 { 0.0 } else { steps[k][0] });
     let beyond: Vec<f64> = first_yield.map_or(Vec::new(), |p| {
         states.iter().filter(|s| s.p_star >= p && s.contacts > 0).map(|s| s.contact_stress_gpa).collect()
@@ -306,7 +308,7 @@ fn plasticity(
     })
 }
 
-/// What is told of the atoms, with the states that were read.
+/// Results of the atoms with these states.
 fn results(atoms: &AtomsCase, reader: &FrameAnalyzer, outcome: &LammpsOutcome, states: Vec<AtomState>) -> AtomsResults {
     AtomsResults {
         potential: atoms.potential.as_ref().map_or("shipped calcium-like EAM".into(), |p| p.display().to_string()),
@@ -330,7 +332,7 @@ fn results(atoms: &AtomsCase, reader: &FrameAnalyzer, outcome: &LammpsOutcome, s
     }
 }
 
-/// Positions over the block's edge of the surface sites, in the order of their contact flags.
+/// Positions of the surface sites in units of the block's length, in the order of their contact flags.
 pub(super) fn site_positions(sites: &SurfaceSites) -> impl Iterator<Item = [f64; 2]> {
     let length = sites.length();
     (0..sites.len()).map(move |i| sites.xy(i).map(|c| (c / length).rem_euclid(1.0)))

@@ -1,4 +1,4 @@
-//! What areas and mean gaps of solved states are uncertain by.
+//! Uncertainty components of the contact area and the mean gap of solved states.
 
 use crate::method::Problem;
 use crate::path::CORRECTION;
@@ -6,7 +6,8 @@ use crate::record::quantity::Quantity;
 use crate::record::results::{RangeResults, StateResults};
 use crate::record::uncertainty::{UncertaintyComponent, UncertaintySource};
 
-/// The parts for a state of a problem whose heights have this rms. The mean gap counts where the load is what is imposed.
+/// Uncertainty components of a state. `rms_height` is that of the problem's heights, units of L. The components of the
+/// mean gap apply where the load is imposed.
 pub(super) fn budget(
     problem: &Problem,
     rms_height: f64,
@@ -15,7 +16,7 @@ pub(super) fn budget(
 ) -> Vec<UncertaintyComponent> {
     let mut parts = Vec::new();
     let mut add = |quantity, source, relative: Option<f64>, is_bound| {
-        // Nothing is uncertain of a quantity that there is none of.
+        // The relative uncertainty is not finite where the quantity is zero.
         let relative = relative.filter(|r| r.is_finite());
         parts.push(UncertaintyComponent { quantity, source, relative, is_bound });
     };
@@ -30,7 +31,8 @@ pub(super) fn budget(
         add(Quantity::ContactArea, UncertaintySource::Range, area.map(|a| a / state.contact_fraction_corrected), false);
         add(Quantity::MeanGap, UncertaintySource::Range, gap.map(|g| g / state.mean_gap), false);
     }
-    // A residual that were a change of the load: areas go as the load, and the mean gap by the contact's stiffness.
+    // A relative residual is treated as a relative error of the load. The area is proportional to the load; the mean
+    // gap changes by the load error over the contact stiffness.
     let of_load = |share: f64| {
         [Some(share), state.numbers.stiffness.map(|k| share * state.numbers.pressure.abs() / (k * state.mean_gap))]
     };

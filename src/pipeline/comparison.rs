@@ -1,4 +1,4 @@
-//! Atoms and continuum compared load by load: contact under each criterion, gaps, stresses and sections.
+//! Comparison of atoms and continuum at each load: contact by each criterion, gaps, stresses and sections.
 
 use super::atomistic::site_positions;
 use super::findings::{effective_pressure, findings};
@@ -19,13 +19,13 @@ use crate::units::GPA_PER_EV_A3;
 use crate::{Error, Result};
 use std::path::Path;
 
-/// Position of the section over the cell's extent in x.
+/// Position of the section in x, as a fraction of the cell length.
 const SECTION: f64 = 0.5;
 
 /// A stored field of the run folder.
 struct Stored(npy::Field<f64>);
 
-/// Shares of a gap field up to any threshold, after one sort.
+/// Sorted gaps, for the fraction of nodes with a gap up to any threshold.
 struct Shares(Vec<f64>);
 
 impl Shares {
@@ -47,7 +47,7 @@ impl Stored {
         Ok(Stored(npy::read(&root.join(file))?))
     }
 
-    /// The gap over heights that are so much higher.
+    /// The gap relative to other heights; `higher`: their height above the present ones, in the units of the gap.
     fn over(mut self, higher: &[f64]) -> Stored {
         self.0.values.iter_mut().zip(higher).for_each(|(g, h)| *g += h);
         self
@@ -58,8 +58,8 @@ impl Stored {
     }
 }
 
-/// The comparison at every load. `root` is the run folder that the results' file names are relative to; contact maps are
-/// written into its folder `stage`.
+/// Compares atoms and continuum at every load. File names in the results are relative to the run folder `root`; contact
+/// maps are written into its subfolder `stage`.
 pub(super) fn compare(
     case: &Case,
     atoms: &AtomsCase,
@@ -126,7 +126,7 @@ pub(super) fn compare(
         let solutions = Solutions { sites: [&fine, &sites], touching: touching_in, rise, bridged: &bridged };
         let sides = sides(case, atoms, matched, (i, state), solutions, root)?;
         let atoms_map = npy::read_flags(&root.join(&state.contact_map))?.values;
-        // At the atoms' resolution: a finer map would have more and smaller patches.
+        // At the resolution of the surface sites: a finer map would have more and smaller patches.
         let soft_map: Vec<u8> = owners.iter().map(|&site| u8::from(soft_flags[site])).collect();
         let soft_sites = sites.sample(compliant_wall_gap.field());
         let open: Vec<f64> = (0..touching.len())
@@ -181,33 +181,34 @@ pub(super) fn compare(
     })
 }
 
-/// What the atoms' heights are above what a ball feels of them, units of L, on the grid of the comparison.
+/// Height of the atoms' profile above the profile dilated by a ball, units of L, on the comparison grid.
 fn bridged(case: &Case, atoms: &AtomsCase) -> Vec<f64> {
     let (own, felt) =
         (atoms.heights_angstrom(&case.surface, atoms.matched), atoms.dilated_heights_angstrom(&case.surface));
     reduced(atoms, own.iter().zip(felt).map(|(own, felt)| own - felt).collect())
 }
 
-/// The gap of the full heights along the section, at the nodes of the comparison grid, Å.
+/// Gap of the full-heights solution along the section, at the nodes of the comparison grid, Å.
 fn full_section(own: Grid, gap: &Stored, grid: Grid, length: f64) -> Vec<f64> {
     let at = |j: usize| bilinear(own, |k| gap.field().at(k), SECTION, j as f64 * grid.dy()) * length;
     (0..grid.ny).map(at).collect()
 }
 
-/// The solutions of one load, read at the sites of the block's surface.
+/// Continuum solutions of one load at the surface sites of the block.
 struct Solutions<'a> {
-    /// On the scene's own grid, and on that of the comparison.
+    /// Surface sites on the scene's grid, and on the comparison grid.
     sites: [&'a Sites; 2],
-    /// Sites that touch: hard wall with raised atoms, soft wall.
+    /// Sites in contact: with the offset wall, and with the compliant wall.
     touching: [&'a [bool]; 2],
-    /// How far they were raised, Å.
+    /// Offset of the offset wall, Å.
     rise: f64,
-    /// What is to be added to gaps over what a ball feels, units of L, so that they are read as the atoms' are: up to the heights.
+    /// Height of the atoms' profile above the dilated profile, units of L. Added to gaps of the compliant wall, so that
+    /// these refer to the atoms' profile as the gaps of the atoms do.
     bridged: &'a [f64],
 }
 
-/// Every version of the problem at the load `i`. Versions whose stress was not kept (run folders of an earlier version) are
-/// left out.
+/// Every step of the model chain at the load `i`. Solutions without a stored stress (run folders of an earlier version)
+/// are omitted.
 fn sides(
     case: &Case,
     atoms: &AtomsCase,

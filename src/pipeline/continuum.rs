@@ -16,33 +16,33 @@ use crate::scene::RequestedOutputs;
 use crate::{Error, Result};
 use std::path::Path;
 
-/// Name of a stage folder's file as `results.json` names it, relative to the run folder.
+/// Path of a stage's file relative to the run folder, as in `results.json`.
 pub(super) fn in_stage(stage: &str, file: &str) -> String {
     format!("{stage}/{file}")
 }
 
-/// Which of the fields of a state are kept.
+/// Which fields of a state are stored.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Keep {
     pub gap: bool,
     pub stress: bool,
 }
 
-/// What to solve, with what, and how its results are labelled.
+/// Problem, method and load path of a continuum solution, and labels of its results.
 pub(super) struct PathRequest<'a> {
-    /// With the adhesion as requested.
+    /// Its adhesion has the requested range, before adaptation to the grid.
     pub problem: Problem<'a>,
     pub method: &'a str,
     pub range: RangeChoice,
     pub steps: &'a [LoadStep],
     pub pull_off: bool,
-    /// Gap to start from.
+    /// Initial gap, units of L.
     pub start: Option<Vec<f64>>,
     /// Pressure over E* at p* = 1.
     pub gradient: f64,
     /// Whether the unloading branch is compared with the loading branch.
     pub hysteresis: bool,
-    /// Gap at and below which a node counts as touching.
+    /// Largest gap of a node in contact, units of L.
     pub threshold: f64,
     pub criterion: String,
     /// Which fields of a load's state are stored.
@@ -50,9 +50,9 @@ pub(super) struct PathRequest<'a> {
     pub wants: RequestedOutputs,
 }
 
-/// Equilibria along a load path, fields into `folder`. A state that is not converged is stored under a name of its
-/// own and ends the stage with its error. An interrupted path continues from its checkpoint, which is identified by `key`;
-/// `tag` distinguishes the paths of one stage.
+/// Solves the equilibria along a load path, and writes fields into the stage folder. A state without convergence is
+/// stored under a separate name, and ends the stage with an error. An interrupted path continues from its checkpoint,
+/// which is identified by the key of the stage and `tag`. `tag` distinguishes the load paths of one stage.
 pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> Result<ContinuumResults> {
     let &StageContext { folder, key, listener, .. } = at;
     let method = method::find(request.method).expect("checked with the scene");
@@ -90,7 +90,7 @@ pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> R
     });
     let (pull_off, pull_off_failure) = match walked {
         Ok(found) => (found, None),
-        // All loads are done and stand by themselves; only the separation failed.
+        // All loads are solved and remain valid; only the pull-off failed.
         Err(why @ (Error::NotConverged { .. } | Error::Input { .. }))
             if request.pull_off && states.len() == loads.len() =>
         {
@@ -125,8 +125,10 @@ pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> R
     })
 }
 
+/// Checks the available memory.
+///
 /// # Errors
-/// `Memory` where the machine has less than the path takes.
+/// `Memory` if the path needs more.
 fn check_memory(path: &LoadPath, pull_off: bool) -> Result<()> {
     let (need, have) = (path.plan(pull_off).bytes, crate::sys::available_memory_bytes());
     if need <= have {
@@ -185,7 +187,7 @@ fn stored_state(
     Ok(summary(request, reached, grid, step, problem.adhesion != Adhesion::None, [gap, stress]))
 }
 
-/// The range of a law as requested and as used; none without adhesion.
+/// Requested and used range of an adhesion law; None without adhesion.
 pub(super) fn range_results(request: Adhesion, used: Adhesion, grid: Grid) -> Option<RangeResults> {
     let spacing = grid.dx().max(grid.dy());
     let (resolution_requested, resolution_used) = request.resolution_on(spacing).zip(used.resolution_on(spacing))?;
@@ -198,7 +200,8 @@ pub(super) fn range_results(request: Adhesion, used: Adhesion, grid: Grid) -> Op
     })
 }
 
-/// Contact stiffness along each branch. The load that a path turns at belongs to both, and is counted with the first.
+/// Sets the contact stiffness along each branch. The state at load reversal belongs to both branches, and is evaluated
+/// with the first.
 fn stiffen(states: &mut [StateResults]) {
     let mut first = 0;
     while first < states.len() {
@@ -213,7 +216,8 @@ fn stiffen(states: &mut [StateResults]) {
     }
 }
 
-/// The last load on the loading branch whose gap leads around the cell along x and y, and the first after it whose gap does not.
+/// Loads p* between which the gap ceases to percolate on the loading branch: the last load at which it percolates along
+/// both x and y, and the next load.
 fn percolation(states: &[StateResults]) -> Option<[f64; 2]> {
     let there: Vec<(f64, bool)> = states
         .iter()
@@ -223,7 +227,8 @@ fn percolation(states: &[StateResults]) -> Option<[f64; 2]> {
     there.windows(2).rfind(|w| w[0].1 && !w[1].1).map(|w| [w[0].0, w[1].0])
 }
 
-/// Gives the states of the unloading branch their changes from the loading branch. Returns the work per cycle.
+/// Sets the changes of the unloading states relative to the loading states at the same load. Returns the hysteresis
+/// work per cycle.
 fn compare_branches(states: &mut [StateResults], steps: &[LoadStep]) -> f64 {
     let change = |now: f64, then: f64| if now == then { 0.0 } else { (now - then) / then.abs().max(f64::MIN_POSITIVE) };
     for step in steps {
@@ -235,7 +240,7 @@ fn compare_branches(states: &mut [StateResults], steps: &[LoadStep]) -> f64 {
             mean_gap: change(state.mean_gap, mean_gap),
         });
     }
-    // Where both branches have one state, what solvers leave of its mean gap is no work.
+    // Where the branches do not differ significantly, the difference in mean gap is solver error and not work.
     let gap = |step: &LoadStep| match (states[step.index].hysteresis, step.counterpart) {
         (Some(h), Some(same)) if !h.is_significant() => states[same].mean_gap,
         _ => states[step.index].mean_gap,
@@ -244,7 +249,7 @@ fn compare_branches(states: &mut [StateResults], steps: &[LoadStep]) -> f64 {
     hysteresis_work(&path)
 }
 
-/// A state in numbers.
+/// The numbers of a state.
 fn summary(
     request: &PathRequest,
     reached: &Reached,
@@ -290,7 +295,10 @@ fn summary(
     }
 }
 
-/// A gap to start from.
+/// Reads an initial gap, units of L.
+///
+/// # Errors
+/// `Format` for another grid or values that are not finite; `Io`.
 pub fn start(file: &Path, grid: Grid) -> Result<Vec<f64>> {
     let field = npy::read(file)?;
     if (field.nx, field.ny) != (grid.nx, grid.ny) {

@@ -1,4 +1,4 @@
-//! The findings of the comparison of atoms and continuum, in sentences.
+//! Findings of the comparison of atoms and continuum, as sentences.
 
 use super::matched::Matched;
 use crate::interface::Kernel;
@@ -8,8 +8,8 @@ use crate::record::results::{
 use crate::scene::{AtomsCase, Case};
 use crate::units::GPA_PER_EV_A3;
 
-/// What presses the bodies together, over E*: the load and the mean attraction of the hard-wall solution, which for an
-/// exponential is its energy over its range.
+/// Total pressure over E*: the load, and the mean adhesive attraction of the hard-wall solution. For an exponential law
+/// the attraction is the interaction energy over the range.
 pub(super) fn effective_pressure(atoms: &AtomsCase, hard: &StateResults) -> f64 {
     hard.numbers.pressure + atoms.adhesion.map_or(0.0, |a| -hard.interaction_energy / a.rho)
 }
@@ -30,7 +30,7 @@ fn below_surface(p: &PlasticityResults) -> String {
     }
 }
 
-/// Deviation of the matched area up to which the criterion is said to explain the difference.
+/// Largest relative deviation of the compliant-wall area for which the contact criterion explains the difference.
 const EXPLAINED: f64 = 0.15;
 
 fn explanation(plain: f64, matched: f64) -> &'static str {
@@ -43,10 +43,10 @@ fn explanation(plain: f64, matched: f64) -> &'static str {
     }
 }
 
-/// Share of contact atoms from below the surface layer from which material is said to have flowed.
+/// Fraction of contact atoms from below the surface layer above which plastic flow is reported.
 const FLOWED: f64 = 0.02;
 
-/// Why atoms and continuum differ, in sentences with their numbers.
+/// Explains the differences between atoms and continuum, in sentences with numbers.
 pub(super) fn findings(
     case: &Case,
     atoms: &AtomsCase,
@@ -55,7 +55,7 @@ pub(super) fn findings(
     loads: &[LoadComparison],
 ) -> Vec<String> {
     let mut list = Vec::new();
-    // A true minus sign, as everywhere in the report.
+    // The report uses the minus sign U+2212.
     let percent = |x: f64| format!("{:.1} %", 100.0 * x).replace('-', "−");
     let kappa = |o: &Overlap| format!("{:.2}", o.kappa).replace('-', "−");
     for (load, state) in loads.iter().zip(&matched.hard.states) {

@@ -9,19 +9,20 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Raised when what a stage writes changes its meaning, so that older folders are not taken for done.
+/// Version of the stage folders. An increase invalidates all older folders; it is required when the meaning of stored
+/// results changes.
 const FORMAT: u32 = 2;
 
-/// Locked while a run uses a folder, and the mark of a run folder.
+/// Lock file of a run. Its presence also identifies a run folder.
 const MARKER: &str = ".asperity";
 
-/// What a stage depends on, hashed: its name, the resolved parameters it reads, the keys of the stages before it, and
-/// the contents of its input files. Never times.
+/// Hash of everything that a stage depends on: its name, the versions of program and format, its resolved parameters,
+/// the keys of earlier stages, and the contents of input files. Times are not included.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Key(String);
 
 impl Key {
-    /// `parameters` is hashed as canonical JSON (fields in the order of their declaration).
+    /// `parameters` is hashed as JSON with fields in the order of their declaration.
     pub fn new(stage: &str, parameters: &impl Serialize, after: &[&Key]) -> Result<Key> {
         let text = serde_json::to_string(parameters)
             .map_err(|e| Error::format("stage parameters", e, "values that JSON can hold"))?;
@@ -35,12 +36,12 @@ impl Key {
         Ok(Key(hasher.finalize().to_hex().to_string()))
     }
 
-    /// The key as text, distinguished by `tag` from others of the same stage.
+    /// The key as text. `tag` distinguishes the load paths of one stage.
     pub fn with(&self, tag: &str) -> String {
         format!("{} {tag}", self.0)
     }
 
-    /// Hash of a file's contents, to be part of the parameters.
+    /// Hash of a file's contents, for use as a parameter.
     pub fn of_file(path: &Path) -> Result<String> {
         let mut hasher = blake3::Hasher::new();
         let file = File::open(path).map_err(Error::io("read", path))?;
@@ -48,28 +49,28 @@ impl Key {
         Ok(hasher.finalize().to_hex().to_string())
     }
 
-    /// Hash of the running program, for stages whose results another build may change.
+    /// Hash of the executable, for stages whose results may differ between builds.
     pub fn of_program() -> Result<String> {
         let program = std::env::current_exe().map_err(Error::io("find", "this program"))?;
         Self::of_file(&program)
     }
 }
 
-/// Digits of a key that people are shown.
+/// Displayed digits of a key.
 const KEY_SHOWN: usize = 12;
 
-/// Whether what an earlier attempt left behind is of use.
+/// Whether a stage continues an interrupted attempt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ResumePolicy<'a> {
     Restart,
-    /// If the attempt was at this key, which may depend on less than the stage's own.
+    /// Continue an attempt with this key, which may depend on fewer inputs than the key of the stage.
     ContinueFrom(&'a Key),
 }
 
 #[derive(Serialize, Deserialize)]
 struct Done {
     key: String,
-    /// All attempts together, and those before the last one.
+    /// Time of all attempts; `earlier_seconds` is that of all but the last.
     seconds: f64,
     #[serde(default)]
     earlier_seconds: f64,
@@ -78,12 +79,12 @@ struct Done {
     transformed_nodes: u64,
 }
 
-/// Seconds that stopped attempts have spent on what a stage folder holds.
+/// Name of the file with the time of interrupted attempts in a stage folder, s.
 const SPENT: &str = "spent.json";
 const KEY: &str = "key.json";
 const DONE: &str = "done.json";
 
-/// The folder of one run, locked for as long as this value lives.
+/// The folder of one run, locked during the lifetime of this value.
 pub struct RunFolder {
     root: PathBuf,
     pub costs: Vec<StageCost>,
@@ -91,11 +92,14 @@ pub struct RunFolder {
 }
 
 impl RunFolder {
-    /// Creates the folder if need be and locks it; a second run in the same folder is refused.
+    /// Creates the folder if it does not exist, and locks it.
+    ///
+    /// # Errors
+    /// `Input` for a folder with other contents; `Format` if another run uses the folder; `Io`.
     pub fn open(root: &Path) -> Result<Self> {
         fs::create_dir_all(root).map_err(Error::io("create the run folder", root))?;
         let path = root.join(MARKER);
-        // Stages clear their folders: they must not meet folders that somebody else made.
+        // Stages delete the contents of their subfolders, so a folder with other files is refused.
         let mut entries = fs::read_dir(root).map_err(Error::io("read the run folder", root))?;
         if !path.exists() && entries.next().is_some() {
             let accepted = "a new or empty folder, or that of an earlier run";
@@ -104,7 +108,7 @@ impl RunFolder {
         Self::lock(root)
     }
 
-    /// Locks a folder that is known to be a run's.
+    /// Locks an existing run folder.
     pub fn lock(root: &Path) -> Result<Self> {
         let path = root.join(MARKER);
         let lock = File::create(&path).map_err(Error::io("write in the run folder", &path))?;
@@ -117,12 +121,12 @@ impl RunFolder {
         &self.root
     }
 
-    /// Whether a stage is done.
+    /// Whether the stage `name` is complete with this key.
     pub fn holds(&self, name: &str, key: &Key) -> bool {
         json::read::<Done>(&self.root.join(name).join(DONE)).is_ok_and(|done| done.key == key.0)
     }
 
-    /// Runs a stage in its folder, or reads what it gave when its key is done already.
+    /// Runs a stage in its subfolder, or reads its output if it is complete with this key.
     pub fn stage<T: Serialize + DeserializeOwned>(
         &mut self,
         listener: &dyn Listener,
@@ -151,9 +155,9 @@ impl RunFolder {
         fs::create_dir_all(&folder).map_err(Error::io("create", &folder))?;
         let earlier = spent(&folder);
         json::write(&folder.join(SPENT), &earlier)?;
-        // Its time is when this attempt began.
+        // The modification time of this file marks the start of the attempt.
         json::write(&key_file, &kept.0)?;
-        // From here on the folder's contents are no longer those of another key.
+        // The completed result of another key is no longer valid.
         if done_file.exists() {
             fs::remove_file(&done_file).map_err(Error::io("remove", &done_file))?;
         }
@@ -165,7 +169,8 @@ impl RunFolder {
         let children_before = sys::children_peak_rss_bytes();
         let (clock, before) = (Instant::now(), transformed_nodes());
         let output = work(&folder)?;
-        // The kernel reports the largest child so far: one of this stage, if the number has risen.
+        // The kernel reports the peak of the largest child process so far. An increase comes from a child of this
+        // stage.
         let child = Some(sys::children_peak_rss_bytes()).filter(|c| *c > children_before).unwrap_or(0);
         let done = Done {
             key: key.0.clone(),
@@ -195,8 +200,8 @@ impl RunFolder {
     }
 }
 
-/// What went into a stage folder before this attempt, seconds. A killed attempt leaves no word of its end: it is the time
-/// of its last file, less that of its key, with which it began.
+/// Time that earlier attempts spent on a stage folder, s. A killed attempt does not record its end: its time is the
+/// difference between the modification times of its last file and of its key file.
 fn spent(folder: &Path) -> f64 {
     if let Ok(done) = json::read::<Done>(&folder.join(DONE)) {
         return done.seconds;
@@ -214,7 +219,8 @@ mod tests {
     use super::*;
     use crate::pipeline::Silent;
 
-    /// A stopped attempt counts from its key to its last file; what is done counts as it says.
+    /// The time of an interrupted attempt is measured from its key file to its last file; a complete stage has a
+    /// recorded time.
     #[test]
     fn a_stage_that_goes_on_costs_the_sum_of_its_parts() {
         let scratch = tempfile::tempdir().expect("scratch");
@@ -234,17 +240,17 @@ mod tests {
         stage(&mut run, &first, false).expect("done");
         let cost = run.costs.last().expect("one").clone();
         assert!((cost.earlier_seconds - 200.0).abs() < 5.0 && cost.seconds >= cost.earlier_seconds, "{cost:?}");
-        // Another end of the same ladder goes on from what is there.
+        // A stage with another key and the same partial key continues the attempt.
         stage(&mut run, &second, false).expect("done");
         let more = run.costs.last().expect("two").clone();
         assert!(more.earlier_seconds == cost.seconds && !more.reused, "{more:?}");
-        // Nothing of another ladder is left.
+        // A restart with another key discards earlier files.
         let other = key("other");
         run.stage(&Silent, ("ladder", "steps"), &other, ResumePolicy::Restart, |_| Ok(0)).expect("done");
         assert_eq!(run.costs.last().expect("three").earlier_seconds, 0.0);
     }
 
-    /// Stages clear their folders; a folder that somebody else filled is refused before anything in it is touched.
+    /// A folder with foreign files is refused, and its files are not changed.
     #[test]
     fn foreign_folders_are_refused_untouched() {
         let folder = tempfile::tempdir().expect("scratch");

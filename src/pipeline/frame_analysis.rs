@@ -1,4 +1,4 @@
-//! The atoms at one load: contact under each criterion, gap, stress field, maps on the comparison grid.
+//! Analysis of frames at one load: contact by each criterion, gap, stress field, and maps on the comparison grid.
 
 use crate::Result;
 use crate::atoms::contact::{Contact, contact_by, gaps, mean, onto_grid};
@@ -17,13 +17,14 @@ use crate::scene::{AtomsCase, Case, RequestedOutputs};
 use crate::units::GPA_PER_EV_A3;
 use std::path::Path;
 
-/// Species of the indenter's atoms in frames.
+/// Species of indenter atoms in frames.
 pub(super) const INDENTER_SPECIES: &str = "Ind";
 
-/// Contact distances over the distance at which the wall's force begins, of the curve that tells what d_c decides.
+/// Contact distances d_c of the sensitivity curve: first and last over r_m (the distance at which the repulsion
+/// begins), and number.
 const DISTANCES: (f64, f64, usize) = (0.95, 1.1, 15);
 
-/// How the indenter's atoms act on the block's.
+/// Interaction of indenter atoms with block atoms.
 pub(super) fn interaction(atoms: &AtomsCase) -> Interaction {
     Interaction {
         epsilon_ev: atoms.wall.epsilon_ev,
@@ -32,7 +33,7 @@ pub(super) fn interaction(atoms: &AtomsCase) -> Interaction {
     }
 }
 
-/// Where contact is read: the block and its indenter, and where files go.
+/// Analyses frames of a block and its indenter, and writes maps and frames into `folder`.
 pub(super) struct FrameAnalyzer<'a> {
     atoms: &'a AtomsCase,
     pub indenter: Indenter,
@@ -41,7 +42,7 @@ pub(super) struct FrameAnalyzer<'a> {
     fine: Vec<f64>,
     wants: RequestedOutputs,
     folder: &'a Path,
-    /// Name of the stage in the run folder, before the files' names in the results.
+    /// Name of the stage; prefix of the file names in the results.
     stage: &'a str,
 }
 
@@ -61,8 +62,9 @@ impl<'a> FrameAnalyzer<'a> {
         })
     }
 
-    /// Gap of each surface site of a cell expanded by `expansion` with these `bounds`, Å: its atom at a position (Å, not wrapped),
-    /// the indenter's lowest atom at the height `low` (Å).
+    /// Gap of each surface site, Å, in a thermally expanded cell. `expansion`: linear expansion factor. `bounds`: lower
+    /// and upper bound of the cell in x and y, Å. `positions`: atoms of the sites, Å, not wrapped. `low`: height of the
+    /// lowest indenter atom, Å.
     pub fn gaps_expanded(
         &self,
         (expansion, bounds): (f64, [[f64; 2]; 2]),
@@ -79,7 +81,8 @@ impl<'a> FrameAnalyzer<'a> {
         positions.iter().map(gap).collect()
     }
 
-    /// Values per surface site as a map on the comparison grid and as a list, written; their files' names.
+    /// Writes values per surface site as a map on the comparison grid (`map`) and as a list (`list`). Returns both file
+    /// names.
     pub fn write_sites(&self, values: &[f64], map: &str, list: &str) -> Result<[String; 2]> {
         let (nx, ny) = (self.atoms.matched.nx, self.atoms.matched.ny);
         npy::write(&self.folder.join(map), nx, ny, onto_grid(values, &self.owners))?;
@@ -87,7 +90,7 @@ impl<'a> FrameAnalyzer<'a> {
         Ok([map, list].map(|name| format!("{}/{name}", self.stage)))
     }
 
-    /// The state at a load, its maps and its frame written.
+    /// Analyses the state at a load, and writes its maps and its frame.
     pub fn state(&self, step: &LoadStep, between: &Between) -> Result<AtomState> {
         let (atoms, frame) = (self.atoms, &between.frame);
         let (sites, touch) = (atoms.block.surface(), atoms.wall.minimum_angstrom());
@@ -96,8 +99,9 @@ impl<'a> FrameAnalyzer<'a> {
         let forces = indenter_forces(frame, &self.indenter, down, &self.interaction, DISTANCES.1 * touch);
         let near = |distance: f64| contact_by(frame, &sites, |k| forces.nearest[k] < distance);
         let touching = near(CONTACT_DISTANCE_ANGSTROM);
-        // Both grids are shifted to their own lowest node; the indenter stands where its atoms say. Between them its
-        // surface is read off a grid with sixteen nodes in the shortest wave: an error of a hundredth of that wave's amplitude.
+        // Each grid has its zero at its own lowest node; `offset` is the difference. The height of the indenter is that
+        // of its atoms. Between nodes its profile is interpolated on a grid with 16 nodes per shortest wavelength; the
+        // error is a hundredth of that wave's amplitude.
         let (length, offset) = (sites.length(), self.fine[0] - self.indenter.heights()[0]);
         let profile = |x: f64, y: f64| bilinear(atoms.matched, |k| self.fine[k], x / length, y / length);
         let gap = gaps(frame, &sites, |x, y| self.indenter.start_z() - down + profile(x, y) - offset, touch)?;
@@ -150,7 +154,7 @@ impl<'a> FrameAnalyzer<'a> {
         })
     }
 
-    /// Normal stress on the comparison grid, GPa: the forces spread by the scene's Gaussian.
+    /// Normal stress on the comparison grid, GPa: normal forces smoothed by a Gaussian of the scene's width.
     fn stress(&self, frame: &Frame, forces: &IndenterForces) -> Vec<f64> {
         let length = self.atoms.block.length();
         let forces = frame.positions.iter().zip(&forces.normal).filter(|(_, f)| **f != 0.0);
@@ -168,7 +172,7 @@ impl<'a> FrameAnalyzer<'a> {
         };
         let pressed = contact_by(frame, &sites, |k| forces.normal[k] > 0.0);
         let loaded = contact_by(frame, &sites, |k| forces.normal[k] > least);
-        // The surface as it is now: the layer that was on top, and what touches from below it.
+        // Current surface: atoms of the initial surface layer, and contact atoms from below it.
         let on_top = |id: &u32| sites.index_of(*id).is_some() || touching.ids.binary_search(id).is_ok();
         let (ids, points): (Vec<u32>, Vec<[f64; 2]>) = frame
             .ids
@@ -192,7 +196,7 @@ impl<'a> FrameAnalyzer<'a> {
     }
 }
 
-/// Extended XYZ of the block atoms of a frame and of the indenter.
+/// Writes the block atoms of a frame and the indenter atoms as extended XYZ.
 fn write_frame(
     path: &Path,
     frame: &Frame,

@@ -1,4 +1,4 @@
-//! The way of the atoms from load to load, as the continuum goes it.
+//! Initial configurations of the atoms at each load, from the continuum solution.
 
 use super::continuum::start;
 use crate::atoms::block::Block;
@@ -10,8 +10,8 @@ use crate::scene::{AtomsCase, Case};
 use crate::{Error, Result};
 use std::path::Path;
 
-/// Every load once, rising, then those of the unloading branch, with where `solved` (the continuum with the atoms' own wall, whose gaps are stored under `root`)
-/// has atoms and indenter.
+/// Initial configurations at the distinct loads in rising order, followed by those of the unloading branch. `solved` is
+/// the compliant-wall solution; its gap maps are stored under `root`.
 pub(super) fn initial_configurations(
     case: &Case,
     atoms: &AtomsCase,
@@ -21,9 +21,9 @@ pub(super) fn initial_configurations(
     let (grid, block): (_, &Block) = (atoms.matched, &atoms.block);
     let length = block.length();
     let fine = atoms.heights_angstrom(&case.surface, grid);
-    // Both profiles are shifted to the lowest of their own nodes.
+    // Each profile has its zero at its own lowest node.
     let offset = fine[0] - indenter.heights()[0];
-    // From where the gaps count.
+    // The gaps of the compliant wall refer to the dilated heights.
     let heights: Vec<f64> = atoms.dilated_heights_angstrom(&case.surface).iter().map(|h| h / length).collect();
     let order = case.rising_steps().into_iter().chain(case.unloading_steps());
     let approach = |step: &LoadStep| {

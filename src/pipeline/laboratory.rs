@@ -1,4 +1,4 @@
-//! The stages that solve at laboratory scale: the scene's own problem and its variants.
+//! Stages that solve the scene's problem and its variants at laboratory scale.
 
 use super::continuum::{Keep, PathRequest, load_path, start};
 use super::folder::Key;
@@ -15,26 +15,26 @@ use crate::scene::{AdhesionScene, Case, ContinuumScene, REFERENCE_LOAD, Surface}
 use std::cell::OnceCell;
 use std::path::Path;
 
-/// Seconds per point and transform pair with everything around it, one thread, f64: 190 ms for a pair at 4096² and half
-/// as much again for vector passes. An order of magnitude for `--dry-run`, no promise.
+/// Time per grid point and pair of Fourier transforms on one thread in f64, s. At 4096² a pair takes 190 ms, and vector
+/// operations half as much again. An order of magnitude for `--dry-run`.
 pub(super) const SECONDS_PER_POINT_PAIR: f64 = 17e-9;
 
 /// A problem at laboratory scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Variant {
-    /// The scene's own.
+    /// The scene's own problem.
     Primary,
-    /// Its loading steps, without adhesion.
+    /// The loading branch without adhesion.
     NonAdhesive,
-    /// Its loading steps, with another range of the adhesion, nm.
+    /// The loading branch with another range of adhesion, nm.
     Range(f64),
-    /// Its reference load, without adhesion, by the challenge's second method.
+    /// The challenge's reference load without adhesion, by the cross-check method.
     CrossCheck,
-    /// Its loading steps by another method, with its adhesion or without.
+    /// The loading branch by another method (id), with or without the scene's adhesion.
     Comparison(&'static str, bool),
 }
 
-/// The heights of a scene, made or read when the first stage needs them.
+/// Heights of a scene, generated or read on first use.
 pub(super) struct SolvedHeights<'a> {
     case: &'a Case,
     root: &'a Path,
@@ -51,7 +51,7 @@ impl<'a> SolvedHeights<'a> {
 
     pub fn get(&self) -> Result<Heights<'_>> {
         Ok(match &self.case.surface {
-            // Its waves are the heights, and most often less to hold.
+            // The Fourier series defines the heights, and usually needs less memory.
             Surface::Synthesised { modes, .. } => Heights::Series(self.series.get_or_init(|| modes.series())),
             Surface::Fourier { modes, .. } => Heights::Series(modes.series()),
             Surface::Imported { .. } => {
@@ -65,14 +65,14 @@ impl<'a> SolvedHeights<'a> {
     }
 }
 
-/// Memory and time of solving a case's problem on a grid at so many loads, heights included.
+/// Memory and time to solve a case's problem on a grid at `loads` loads, including the heights.
 pub(super) fn solve_cost(case: &Case, grid: Grid, loads: usize, machine: Machine) -> Cost {
     let method = method::find(&case.scene.continuum.method).expect("checked with the scene");
     let cost = method_cost(&Problem { grid, ..case.problem((&[][..]).into()) }, method, loads, machine);
     Cost { bytes: cost.bytes + 8 * grid.points() as u64, ..cost }
 }
 
-/// The same of any problem and method, without the heights.
+/// Memory and time of any problem and method, without the heights.
 fn method_cost(problem: &Problem, method: &dyn ContactMethod, loads: usize, machine: Machine) -> Cost {
     let plan = method.plan(problem);
     let pairs = plan.iterations as f64 * plan.pairs_per_iteration * loads as f64;
@@ -80,14 +80,15 @@ fn method_cost(problem: &Problem, method: &dyn ContactMethod, loads: usize, mach
     Cost { bytes: plan.bytes, seconds }
 }
 
-/// Key of a stage that solves a variant, or estimates for one.
+/// Key of a stage that solves or estimates a variant.
 pub(super) fn variant_key(case: &Case, name: &str, variant: Variant, after: &[&Key]) -> Result<Key> {
     let scene = &case.scene;
-    // What else is solved changes nothing in a problem.
+    // Other variants do not affect this problem.
     let alone = scene.adhesion.clone().map(|a| AdhesionScene { also_nonadhesive: false, other_ranges_nm: vec![], ..a });
     let own = ContinuumScene { compare_with: Vec::new(), ..scene.continuum.clone() };
     let loading = (case.loading_p_star(), &scene.load.mean_gap_um, &scene.load.maps_at);
-    // What p* = 1 is: with [challenge] not what a file's own gradient makes of it.
+    // Definition of p* = 1; with [challenge] the nominal gradient of the challenge's surface, not that of the height
+    // file.
     let unit = (case.gradient, case.requested_outputs());
     let methods = &scene.methods;
     match variant {
@@ -112,7 +113,7 @@ pub(super) struct SolveStage<'a> {
     pub variant: Variant,
 }
 
-/// The variants that a scene asks for, in the order in which they are solved; and the ranges that are left out, with the reason.
+/// Variants that a scene requests, in the order of solution, and messages about omitted ranges of adhesion.
 pub(super) fn variants(case: &Case) -> (Vec<SolveStage<'_>>, Vec<String>) {
     let (mut list, mut left_out) = (Vec::new(), Vec::new());
     if case.solves() && case.solves_nonadhesive() {
@@ -136,7 +137,7 @@ pub(super) fn variants(case: &Case) -> (Vec<SolveStage<'_>>, Vec<String>) {
 }
 
 impl SolveStage<'_> {
-    /// What distinguishes it from the scene's own problem.
+    /// Label of the variant; for the primary problem, its kernel.
     pub fn label(&self) -> String {
         match self.variant {
             Variant::Primary => self.case.kernel.to_string(),
@@ -194,7 +195,7 @@ impl Stage for SolveStage<'_> {
             let cost = method_cost(&problem, self.method(), self.loads(), machine);
             return Cost { bytes: cost.bytes.max(own.bytes), ..cost };
         }
-        // Coarser grids that the path takes with it, and what a pull-off holds.
+        // The path adds the memory of its coarser grids and of the pull-off.
         let targets: Vec<_> = case.load_steps().iter().map(|s| s.target).collect();
         let alone = self.method().plan(&problem).bytes;
         let path = LoadPath::new(problem, self.method(), case.range(), 0.0, &targets);
@@ -234,7 +235,7 @@ pub(super) fn laboratory(
         Variant::Range(nm) => problem.adhesion = case.adhesion_of_range(nm),
         Variant::CrossCheck => {
             problem.adhesion = Adhesion::None;
-            // What only the default method estimates is no goal of another.
+            // Only the default method estimates these errors, so the targets do not apply to other methods.
             problem.targets = Targets::default();
             method = scene.challenge.as_ref().map_or(method, |c| &c.cross_check_method);
             steps = &reference;
@@ -246,7 +247,7 @@ pub(super) fn laboratory(
             if id != method::find(method).map_or("", |m| m.card().id) {
                 problem.targets = Targets::default();
             }
-            // The error of the range is estimated once, by the scene's own method.
+            // The solution by the scene's own method already estimates the error of the range.
             range = if range == RangeChoice::Extrapolate { RangeChoice::Mesh } else { range };
             method = id;
         }

@@ -1,4 +1,4 @@
-//! The continuum on the atoms' own heights, layer and loads, which the atoms are compared with.
+//! The matched continuum: solutions for the atoms' heights, elastic layer and loads, with which the atoms are compared.
 
 use super::continuum::{Keep, PathRequest, load_path};
 use super::folder::Key;
@@ -14,21 +14,21 @@ use crate::scene::{AtomsCase, AtomsScene, Case};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 
-/// rms KKT residual over the pressure of the matched solutions: gaps to a thousandth of an ångström.
+/// Tolerance of the matched solutions: rms KKT residual over the pressure. Gaps are then accurate to 0.001 Å.
 const MATCHED_TOLERANCE: f64 = 1e-8;
 
-/// Continuum solutions of the atoms' load on their layer: on the full heights, on the atoms' heights with a hard wall, and with
-/// the atoms' own wall.
+/// Continuum solutions at the atoms' loads on their elastic layer: hard wall on the full heights, hard wall on the
+/// atoms' heights, and compliant wall.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Matched {
-    /// None in a run folder of an earlier version.
+    /// None if not requested, if it did not converge, or in a run folder of an earlier version.
     #[serde(default)]
     pub full: Option<ContinuumResults>,
     pub hard: ContinuumResults,
     pub soft: ContinuumResults,
 }
 
-/// The continuum on the atoms' own heights, layer and loads; and on the full heights.
+/// Solves the matched continuum, and the continuum on the full heights if distributions are requested.
 pub(super) struct MatchedStage<'a> {
     pub case: &'a Case,
     pub atoms: &'a AtomsCase,
@@ -62,7 +62,7 @@ impl Stage for MatchedStage<'_> {
 
     fn keys(&self, after: &[&Key]) -> Result<StageKeys> {
         let (scene, continuum) = (self.scene, &self.case.scene.continuum);
-        // A continuum knows no more of a foundation than that it adds to the depth.
+        // The foundation enters the continuum only through the total depth.
         let layer = (profile_key(scene), scene.depth_cells + scene.foundation_cells);
         let method = (&continuum.method, &self.case.scene.methods, continuum.max_iterations);
         let outputs = (self.case.requested_outputs(), scene.depth_error);
@@ -75,12 +75,12 @@ impl Stage for MatchedStage<'_> {
         let (case, atoms) = (self.case, self.atoms);
         let (kernel, wall) = (atoms.kernel(), Wall::Hard);
         let hard = Matching { kernel, wall, soft: false, tag: "hard wall", criterion: "zero gap" };
-        // The scene's own grid, which holds more of the spectrum than atoms do; neither low-passed nor scaled up.
+        // The full heights on the scene's grid, without low-pass filter and stretch factor.
         let whole = case.surface.heights(case.grid, 0.0);
         let full = Matching { tag: "full heights", ..hard };
         let wanted = case.requested_outputs().distributions;
         let full = match wanted.then(|| solve(case, atoms, (case.grid, &whole), full, at)).transpose() {
-            // An auxiliary solution: where it does not converge, the others stand without it.
+            // This solution is auxiliary, and is omitted if it does not converge.
             Err(e @ Error::NotConverged { .. }) => {
                 at.listener.warn(&format!("the continuum on the full heights is left out: {e}"));
                 None
@@ -99,22 +99,23 @@ impl Stage for MatchedStage<'_> {
     }
 }
 
-/// What decides the profile of the atoms and of the continuum that they are compared with.
+/// Parameters of the height profile of the atoms and of the matched continuum.
 pub(super) fn profile_key(scene: &AtomsScene) -> impl Serialize + use<> {
     (scene.cells, scene.slope, scene.low_pass_angstrom, scene.adhesion_range_angstrom)
 }
 
-/// The crystal as resolved: the potential decides it where the scene does not.
+/// Resolved parameters of the crystal; the potential gives those that the scene does not.
 pub(super) fn crystal_key<'a>(scene: &'a AtomsScene, atoms: &AtomsCase) -> impl Serialize + use<'a> {
     (&scene.element, atoms.block.a0, atoms.modulus_gpa)
 }
 
-/// Of the scene's adhesion the atoms have the work, and the ratio of the ranges is audited; their own range is in the profile.
+/// Adhesion parameters of the scene. The atoms have its work of adhesion, and its range enters the scaling audit. The
+/// atoms' own range is part of [`profile_key`].
 pub(super) fn pair_key(case: &Case) -> impl Serialize + use<> {
     case.scene.adhesion.as_ref().map(|a| (a.work_of_adhesion_mj_m2, a.range_nm, a.law))
 }
 
-/// What the finite depth of a block makes of contact and mean gap: the way from the half-space, over the value.
+/// Effect of the block's finite depth on contact area and mean gap: relative difference from the half-space.
 fn of_depth(state: &StateResults, deep: &StateResults) -> [UncertaintyComponent; 2] {
     let part = |quantity, found: f64, deep: f64| {
         let relative = Some((found / deep - 1.0).abs()).filter(|r| r.is_finite());
@@ -126,7 +127,7 @@ fn of_depth(state: &StateResults, deep: &StateResults) -> [UncertaintyComponent;
     ]
 }
 
-/// The continuum with the atoms' own wall, at every load; its gaps are stored in the folder.
+/// Solves the compliant-wall continuum at every load, and stores its gaps in the stage folder.
 pub(super) fn compliant_wall(case: &Case, atoms: &AtomsCase, at: &StageContext) -> Result<ContinuumResults> {
     let matching = Matching {
         kernel: atoms.kernel(),
@@ -135,18 +136,19 @@ pub(super) fn compliant_wall(case: &Case, atoms: &AtomsCase, at: &StageContext) 
         tag: "compliant wall",
         criterion: "the wall pushes",
     };
-    // The law acts straight up: on what a ball feels it acts where, and as soon as, an atom would be met on a slope.
+    // The wall law acts vertically. The dilated heights account for contact on slopes, where the nearest indenter atom
+    // is not directly above.
     let heights = reduced(atoms, atoms.dilated_heights_angstrom(&case.surface));
     solve(case, atoms, (atoms.matched, &heights), matching, at)
 }
 
-/// Å in units of L.
+/// Converts heights from Å to units of L.
 pub(super) fn reduced(atoms: &AtomsCase, mut heights: Vec<f64>) -> Vec<f64> {
     heights.iter_mut().for_each(|h| *h /= atoms.block.length());
     heights
 }
 
-/// What is solved for the comparison, and what it calls contact.
+/// Kernel, wall and contact criterion of a matched solution.
 #[derive(Clone, Copy)]
 struct Matching {
     kernel: Elastic,
@@ -175,7 +177,7 @@ fn solve(
     let request = PathRequest {
         problem,
         method: &case.scene.continuum.method,
-        // The pair adhesion is what the atoms have, whatever the grid.
+        // The range is that of the atoms' pair adhesion on any grid.
         range: RangeChoice::True,
         steps: case.load_steps(),
         pull_off: false,

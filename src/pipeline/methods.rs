@@ -23,7 +23,7 @@ use crate::{Error, Result};
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-/// A method, and whether it is given the scene's adhesion.
+/// A method, with or without the scene's adhesion.
 #[derive(Clone, Copy)]
 pub(super) struct MethodRun {
     pub method: &'static dyn ContactMethod,
@@ -36,8 +36,8 @@ impl MethodRun {
     }
 }
 
-/// All comparison methods: each with the scene's adhesion, if it supports any, and without where that
-/// is requested or is all that it supports.
+/// Runs of all comparison methods: with the scene's adhesion if the method supports it; without adhesion if that is
+/// requested, if the method does not support it, or if the scene has none.
 pub(super) fn all(case: &Case) -> Vec<MethodRun> {
     let attracts = case.adhesion != Adhesion::None;
     let without = !attracts || case.solves_all_nonadhesive();
@@ -50,7 +50,7 @@ pub(super) fn all(case: &Case) -> Vec<MethodRun> {
     case.comparison_methods().into_iter().filter(|m| !atoms(m)).flat_map(of).collect()
 }
 
-/// Solves or estimates by one of the comparison methods.
+/// Runs one of the comparison methods.
 pub(super) struct MethodStage<'a> {
     pub case: &'a Case,
     pub of: MethodRun,
@@ -77,7 +77,7 @@ impl Stage for MethodStage<'_> {
         let plan = EstimatorInput::plan(&problem, self.of.method);
         let points = case.grid.points();
         let pairs = plan.iterations as f64 * plan.pairs_per_iteration * loads;
-        // Sums of estimates are on one thread, or nearly so.
+        // Estimators run nearly serially, so their time is not divided by the number of threads.
         let seconds = pairs * points as f64 * SECONDS_PER_POINT_PAIR / machine.threads as f64 + plan.seconds * loads;
         Cost { bytes: plan.bytes + 8 * points as u64, seconds }
     }
@@ -92,12 +92,12 @@ impl Stage for MethodStage<'_> {
     }
 }
 
-/// Whether the atoms that a case runs are to stand among the methods.
+/// Whether the atoms of the case are listed among the comparison methods.
 pub(super) fn wants_atoms(case: &Case) -> bool {
     case.atoms.is_some() && case.comparison_methods().iter().any(|m| m.card().id == all_atom::ID)
 }
 
-/// The atoms of a run as one of the methods; `seconds` is what LAMMPS took.
+/// Results of the atoms in the form of a comparison method. `seconds`: time of LAMMPS, s.
 pub(super) fn of_atoms(
     case: &Case,
     atoms: &AtomsResults,
@@ -111,7 +111,7 @@ pub(super) fn of_atoms(
     for s in &atoms.states {
         let map = npy::read(&root.join(&s.contact_map))?;
         let contact: Vec<u8> = map.values.iter().map(|v| *v as u8).collect();
-        // Gaps count from where the wall's force begins, and are negative where it pushes.
+        // Gaps of atoms are measured from the distance at which the repulsion begins, and are negative below it.
         let gap = npy::read(&root.join(&s.gap_map))?
             .values
             .iter()
@@ -138,7 +138,7 @@ pub(super) fn of_atoms(
     Ok(results)
 }
 
-/// A method's own description under these settings, without states.
+/// Results of a method without states: its description, and the quantities that it does not give.
 fn nothing(method: &dyn ContactMethod, settings: &Settings, adhesive: bool) -> MethodResults {
     let card = method.card();
     let missing = Quantity::OUTPUTS.into_iter().filter_map(|q| {
@@ -159,21 +159,22 @@ fn nothing(method: &dyn ContactMethod, settings: &Settings, adhesive: bool) -> M
     }
 }
 
-/// Contact stiffness from neighbouring loads, where the method has none of its own.
+/// Sets the contact stiffness from neighbouring loads where the method gives none.
 fn stiffen(states: &mut [MethodState]) {
     let points: Vec<(f64, f64)> = states.iter().filter_map(|s| Some((s.numbers.pressure, s.mean_gap?))).collect();
     let told = states.iter_mut().filter(|s| s.mean_gap.is_some());
     told.zip(stiffness(&points)).for_each(|(state, k)| state.numbers.stiffness = state.numbers.stiffness.or(k));
 }
 
-/// Runs a method at the loads on the loading branch. Refusals and failures to converge are part of its results.
+/// Runs a method at the loads of the loading branch. Invalid input, lack of memory and missing convergence are recorded
+/// in the results as `unavailable_reason`.
 pub(super) fn run(case: &Case, beside: MethodRun, heights: Heights, at: &StageContext) -> Result<MethodResults> {
     let &StageContext { folder, stage, listener, .. } = at;
     let (method, adhesive) = (beside.method, beside.adhesive);
     let card = method.card();
     let mut results = nothing(method, &case.scene.methods, adhesive);
     if card.id == all_atom::ID {
-        // Those of a scene with atoms stand with the methods after they have run.
+        // In a scene with [atoms], the results are added after the LAMMPS run.
         return Ok(MethodResults {
             unavailable_reason: Some("runs in scenes with [atoms], and in `asperity tradeoff --atoms`".into()),
             ..results
@@ -204,19 +205,19 @@ pub(super) fn run(case: &Case, beside: MethodRun, heights: Heights, at: &StageCo
         Err(e) => return Err(e),
     }
     for i in 0..case.loading_steps().len() {
-        // What is not there need not go.
+        // Only estimators write these files; a missing file is no error.
         let _ = std::fs::remove_file(finished(folder, i));
     }
     results.cpu_seconds = crate::sys::cpu_seconds() - cpu;
     Ok(results)
 }
 
-/// File of a load that is done, until all are: a method that was killed goes on after it.
+/// File of a finished load, from which an interrupted estimator continues. It is removed when all loads are finished.
 fn finished(folder: &Path, i: usize) -> PathBuf {
     folder.join(format!("load-{}.json", i + 1))
 }
 
-/// Estimates load by load.
+/// Runs an estimator load by load, after the loads that an earlier attempt finished.
 fn estimate(
     case: &Case,
     input: &EstimatorInput,
@@ -258,16 +259,16 @@ fn estimate(
     Ok(())
 }
 
-/// An estimate in numbers: its fields are evaluated, its own numbers are kept.
+/// The numbers of an estimate: those that the method gives, and those evaluated from its fields.
 /// `gradient`: pressure over E* at p* = 1.
 pub fn state_of(card: &Card, problem: &Problem, (step, gradient): (&LoadStep, f64), e: &Estimate) -> MethodState {
     let grid = problem.grid;
     let node = grid.dx() * grid.dy();
-    // Zero where a node touches, as observers of gaps have it.
+    // Zero at nodes in contact, positive elsewhere.
     let open: Option<Cow<[f64]>> = match (e.contact, e.gap) {
         (Some(map), _) => Some(map.iter().map(|&m| if m == 0 { 1.0 } else { 0.0 }).collect()),
         (None, Some(gap)) => Some(gap.into()),
-        // What presses touches.
+        // Nodes under compression are in contact.
         (None, None) => e.stress.map(|stress| stress.iter().map(|s| if *s > 0.0 { 0.0 } else { 1.0 }).collect()),
     };
     let touching = open.as_ref().map(|open| Field::F64(open));
@@ -286,7 +287,8 @@ pub fn state_of(card: &Card, problem: &Problem, (step, gradient): (&LoadStep, f6
         let edges = stress_edges(stress.iter().copied().fold(0.0, f64::min), largest(stress));
         Some(stress_distribution(touching?, Field::F64(stress), (0.0, adhesive), edges))
     });
-    // A small gap that was solved for has a rim of nodes counted too much; what overlaps is counted without a bias.
+    // Contact defined by a solved gap includes a rim of nodes too many and needs the perimeter correction. Contact
+    // defined by overlap has no such bias.
     let of_gaps = matches!(card.criterion, Criterion::ZeroGap | Criterion::Optical { .. });
     let corrected =
         touching.filter(|_| e.contact.is_some() && of_gaps).map(|open| contact_area(grid, open, 0.0).corrected);

@@ -1,7 +1,7 @@
-//! A run: stages in their order, each keyed by what it depends on, all in one folder.
+//! A run executes its stages in a fixed order, in one folder. The key of a stage is a hash of its inputs.
 //!
-//! A stage whose key is found in the folder is not run again, so the same command goes on where a killed one stopped, and
-//! a changed scene repeats only what the change touches.
+//! A stage is reused if its folder has the same key. The same command therefore continues an interrupted run, and a
+//! changed scene recomputes only the stages that depend on the change.
 
 mod accuracy;
 mod atom_stages;
@@ -44,7 +44,7 @@ pub use tradeoff::{TradeoffRequest, Verification, shortest_wavelength, tradeoff,
 
 use crate::record::results::StageCost;
 
-/// Hears how a run goes, and may ask it to stop. The words for people are the listener's.
+/// Receives the progress of a run, and can request a stop. The listener formats the output.
 pub trait Listener: Sync {
     fn begin(&self, stage: &str, what: &str);
 
@@ -55,11 +55,11 @@ pub trait Listener: Sync {
 
     fn warn(&self, text: &str);
 
-    /// Whether the user wants the run to stop.
+    /// Whether the user has requested a stop.
     fn stopping(&self) -> bool;
 }
 
-/// Hears nothing, and never stops a run.
+/// A listener without output, which never requests a stop.
 pub struct Silent;
 
 impl Listener for Silent {

@@ -1,4 +1,4 @@
-//! The atoms at a temperature: each load's relaxed state, held.
+//! Constant-temperature (NVT) runs of the relaxed state at each load.
 
 use super::Listener;
 use super::frame_analysis::FrameAnalyzer;
@@ -15,7 +15,8 @@ use std::path::Path;
 /// Name of the stage and of its folder.
 pub(super) const STAGE: &str = "nvt";
 
-/// Holds the states of the job `relaxed` at a temperature and reads what came of it; files are written into `folder`.
+/// Runs the relaxed states of the job `relaxed` at constant temperature, and reads the averages. Files are written into
+/// `folder`.
 pub(super) fn run_nvt(
     case: &Case,
     atoms: &AtomsCase,
@@ -59,7 +60,7 @@ fn run(engine: &dyn Engine, job: &Job, nvt: &NvtRun, listener: &dyn Listener) ->
     Ok(())
 }
 
-/// Averages at load `k` of the run, the load of `step`; writes the maps.
+/// Averages at load `k` of the NVT run, which is the load of `step`. Writes the maps of the contact probability.
 fn state(step: &LoadStep, reader: &FrameAnalyzer, (job, nvt): (&Job, &NvtRun), k: usize) -> Result<NvtState> {
     let held = NvtSamples::read(&job.folder, nvt, k)?;
     let load = nvt.loads[k];

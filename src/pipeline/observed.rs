@@ -7,31 +7,32 @@ use crate::observe::{
 };
 use crate::record::results::{Compressive, Observed};
 
-/// Bins of equal width.
+/// Number of bins of equal width.
 const BINS: usize = 120;
-/// Bins of the gap on a logarithmic scale, and how far below the largest gap they begin.
+/// Logarithmic gap bins per decade, over [`DECADES`] decades below the largest gap.
 const PER_DECADE: usize = 12;
 const DECADES: usize = 6;
-/// Bins of patch sizes, per decade.
+/// Bins of patch areas per decade.
 pub(super) const SIZES_PER_DECADE: usize = 5;
-/// The upper end of bins over the largest value, so that this one falls into the last.
+/// Factor on the range of bins, so that the last bin includes the largest value.
 const ABOVE: f64 = 1.0 + 1e-9;
 
-/// Bins of the gap on a logarithmic scale, for gaps up to a largest.
+/// Edges of logarithmic bins for gaps up to `largest`.
 pub(super) fn gap_edges(largest: f64) -> Vec<f64> {
-    // A surface that is closed has no scale of its own; any will do.
+    // At full contact all gaps are zero, and the scale is arbitrary.
     let top = if largest > 0.0 { ABOVE * largest } else { 1.0 };
     logarithmic_edges(top * 10f64.powi(-(DECADES as i32)), top, PER_DECADE * DECADES)
 }
 
-/// Bins of stresses, from a least to a largest.
+/// Edges of linear bins for stresses from `least` to `most`.
 pub(super) fn stress_edges(least: f64, most: f64) -> Vec<f64> {
-    // The same of a surface free of stress.
+    // Without stress the width is arbitrary.
     let width = if most > least { ABOVE * (most - least) } else { 1.0 };
     linear_edges(least, least + width, BINS)
 }
 
-/// Distributions, patches and what follows from them. A node is in contact at a gap of at most `threshold`.
+/// Distributions, contact patches, conductances and percolation of a state. A node is in contact if its gap is at most
+/// `threshold` (units of L).
 pub(super) fn observed(grid: Grid, state: &State, threshold: f64, adhesive: bool) -> Observed {
     let map = contact_map(state.gap, threshold);
     let sizes = patch_sizes(&map, grid.nx, Connectivity::Eight);

@@ -1,4 +1,4 @@
-//! What a run will do and take: the same table of stages that it executes.
+//! The plan of a run: its stages with estimated memory and time.
 
 use super::atom_stages::{AtomStages, CompareStage, FramesStage, LammpsStage};
 use super::laboratory::{SolveStage, Variant, variants};
@@ -11,10 +11,11 @@ use crate::scene::Case;
 use crate::{Error, Result};
 use serde::Serialize;
 
-/// Maps, pictures and curves of a load, s, and what its points add: three loads took 0.54, 0.63 and 1.2 s with 512², 1024² and 2048².
+/// Time of the report's maps and curves: s per load, and s per load and point. Measured: three loads took 0.54, 0.63
+/// and 1.2 s on 512², 1024² and 2048² grids.
 const REPORT: (f64, f64) = (0.17, 6e-8);
 
-/// What a run will do and take, before it starts.
+/// The plan of a run.
 #[derive(Debug, Serialize)]
 pub struct RunPlan {
     pub stages: Vec<PlannedStage>,
@@ -31,14 +32,13 @@ pub struct PlannedAtoms {
     pub deformable: u64,
     pub fixed: u64,
     pub indenter: u64,
-    /// Processor time of a force evaluation, s an atom, and whether it was measured here.
+    /// CPU time of LAMMPS, s per atom and force evaluation. `measured` is true if it was measured on this machine.
     pub seconds_per_evaluation: f64,
     pub measured: bool,
 }
 
 impl RunPlan {
-    /// # Errors
-    /// `Memory` when this machine has less than the plan takes.
+    /// `Memory` if the plan needs more than the available memory.
     pub fn fits(&self) -> Result<()> {
         let have = crate::sys::available_memory_bytes();
         if self.bytes <= have {
@@ -49,8 +49,9 @@ impl RunPlan {
     }
 }
 
-/// Plans a case on `threads` threads. `evaluation` is what LAMMPS takes here, s an atom and force evaluation
-/// ([`super::speed`]); without it that of another machine.
+/// Plans a case on `threads` threads. `evaluation` is the CPU time of LAMMPS on this machine, s per atom and force
+/// evaluation ([`super::speed`]). Without it the plan uses `cost::SECONDS_PER_ATOM_EVALUATION`, measured on another
+/// machine.
 pub fn plan(case: &Case, threads: usize, evaluation: Option<f64>) -> Result<RunPlan> {
     let seconds_per_evaluation = evaluation.unwrap_or(cost::SECONDS_PER_ATOM_EVALUATION);
     let machine = Machine { threads, seconds_per_evaluation };

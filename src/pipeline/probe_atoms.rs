@@ -1,4 +1,4 @@
-//! Surface atoms put where a continuum has the surface: what they would touch if they were there.
+//! Virtual surface atoms on a continuum solution: which of them are in contact by the atoms' distance criterion.
 
 use crate::Result;
 use crate::atoms::compliant_wall::CompliantWall;
@@ -14,13 +14,13 @@ pub(super) struct ProbeAtoms<'a> {
     wall: &'a Wall,
     giving: CompliantWall,
     indenter: Indenter,
-    /// Where the atom of each site stands at zero gap under the heights, and under what a ball feels of them, Å; the indenter
-    /// as at the start.
+    /// Position of each site's atom at zero gap, Å, in the order of [`Profile`]: for the atoms' own heights and for the
+    /// dilated heights. The indenter is at its initial position.
     closed: [Vec<[f64; 3]>; 2],
     length: f64,
 }
 
-/// The heights that a continuum was solved on.
+/// Heights of a continuum solution: the atoms' own, or these dilated by a ball of radius r_m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Profile {
     Own,
@@ -28,13 +28,13 @@ pub(super) enum Profile {
 }
 
 impl<'a> ProbeAtoms<'a> {
-    /// `sites` are those of the block's surface on the grid of the comparison.
+    /// `sites`: surface sites of the block on the comparison grid.
     pub fn new(case: &Case, atoms: &'a AtomsCase, sites: &'a Sites) -> Result<Self> {
         let (touch, length) = (atoms.wall.minimum_angstrom(), atoms.block.length());
         let heights = atoms.heights_angstrom(&case.surface, Grid::unit(atoms.points, atoms.points));
         let indenter = Indenter::above(&atoms.block, atoms.points, heights, touch)?;
         let fine = atoms.heights_angstrom(&case.surface, atoms.matched);
-        // Both profiles are shifted to the lowest of their own nodes.
+        // Each profile has its zero at its own lowest node.
         let base = indenter.start_z() + indenter.heights()[0] - fine[0] - touch;
         let under = |profile: &[f64]| -> Vec<[f64; 3]> {
             let z = |x: f64, y: f64| base + bilinear(atoms.matched, |k| profile[k], x, y);
@@ -44,8 +44,8 @@ impl<'a> ProbeAtoms<'a> {
         Ok(ProbeAtoms { sites, wall: &atoms.wall, giving: atoms.compliant_wall(), indenter, closed, length })
     }
 
-    /// How far the atom of each site could rise before one of the indenter's is at `distance`, Å, with the surface where the
-    /// `gap` (units of L) over that profile has it.
+    /// Distance by which each site's atom can rise until an indenter atom is at `distance`, Å. The surface is at the
+    /// `gap` (units of L) of a continuum solution with this profile.
     pub fn clearances(&self, (profile, gap): (Profile, Field), distance: f64) -> Vec<f64> {
         let gaps = self.sites.sample(gap);
         let below = |([x, y, z], gap): (&[f64; 3], f64)| [*x, *y, z - gap * self.length];
@@ -53,7 +53,8 @@ impl<'a> ProbeAtoms<'a> {
         closed.iter().zip(gaps).map(|p| clearance(below(p), &self.indenter, distance)).collect()
     }
 
-    /// How far atoms on a hard wall are to be raised under the mean pressure `effective_pressure` (eV/Å³), Å; from their clearances.
+    /// Self-consistent rise of atoms on a hard wall under the mean pressure `effective_pressure` (eV/Å³), Å; see
+    /// [`wall_offset`]. `clearances`: those of the atoms, Å.
     pub fn rise(&self, clearances: &[f64], effective_pressure: f64) -> f64 {
         let mut sorted = clearances.to_vec();
         sorted.sort_unstable_by(f64::total_cmp);
@@ -62,13 +63,13 @@ impl<'a> ProbeAtoms<'a> {
         })
     }
 
-    /// How far the atom of each site stands above the surface if nothing presses on it, Å, at the `gap` (units of L).
+    /// Height of each site's atom above the mean surface without a force on it, Å, at the `gap` (units of L).
     pub fn unpressed(&self, gap: Field) -> Vec<f64> {
         self.sites.sample(gap).into_iter().map(|gap| self.giving.rise(gap * self.length)).collect()
     }
 }
 
-/// Which atoms touch once each is raised.
+/// Which atoms are in contact after each site's atom is raised by `raised(site)`, Å.
 pub(super) fn within(clearances: &[f64], raised: impl Fn(usize) -> f64) -> Vec<bool> {
     clearances.iter().enumerate().map(|(k, c)| *c <= raised(k)).collect()
 }
@@ -77,7 +78,7 @@ pub(super) fn share(touching: &[bool]) -> f64 {
     touching.iter().filter(|t| **t).count() as f64 / touching.len() as f64
 }
 
-/// The name of a criterion in the name of a file.
+/// File name of the contact map of a criterion at a load.
 pub(super) fn map_name(load: usize, id: &str) -> String {
     format!("load-{load}-{}.npy", id.replace(' ', "-"))
 }

@@ -4,18 +4,18 @@ use crate::path::CheckpointWriter;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Tells a listener how far a load path is, and keeps checkpoints of it.
+/// Reports the progress of a load path to a listener, and writes its checkpoints.
 pub struct Progress<'a> {
     listener: &'a dyn Listener,
     writer: Option<&'a CheckpointWriter>,
-    /// What goes before the words.
+    /// Prefix of each message.
     said: &'a str,
     done: AtomicUsize,
     of: usize,
 }
 
 impl<'a> Progress<'a> {
-    /// `done` loads `of` a path are.
+    /// `(done, of)`: number of finished loads, and number of loads of the path.
     pub fn new(
         listener: &'a dyn Listener,
         writer: Option<&'a CheckpointWriter>,
@@ -25,7 +25,7 @@ impl<'a> Progress<'a> {
         Progress { listener, writer, said, done: AtomicUsize::new(done), of }
     }
 
-    /// A load is done.
+    /// Counts a load as finished.
     pub fn next(&self) {
         self.done.fetch_add(1, Ordering::Relaxed);
     }

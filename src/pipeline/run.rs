@@ -1,4 +1,4 @@
-//! A run: the stages of a case in their order, and the files of the run folder.
+//! Execution of a run: the stages of a case in order, and the files of the run folder.
 
 use super::atom_stages::{AtomStages, CompareStage, FramesStage, LAMMPS, LammpsStage};
 use super::comparison::compare;
@@ -24,18 +24,20 @@ use std::path::{Path, PathBuf};
 /// Folder of the comparison of atoms and continuum.
 const COMPARE: &str = "compare";
 
-/// Runs a case into a folder, all stages, and writes its report. Returns the report's path.
+/// Runs all stages of a case in a folder, and writes results and report. Returns the results and the path of the
+/// report.
 ///
 /// # Errors
-/// `MissingProgram`, `Memory` before anything is written; those of the stages.
+/// `MissingProgram` and `Memory` before anything is written; errors of the stages.
 pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results, PathBuf)> {
-    // A missing program should not cost a solved continuum, nor leave a folder.
+    // LAMMPS is looked up first: a missing program then costs no computing time and leaves no folder.
     let engine = case.atoms.as_ref().map(|_| engine(case)).transpose()?;
     super::plan(case, rayon::current_num_threads(), None)?.fits()?;
     let folder = RunFolder::open(out)?;
     case.warnings.iter().for_each(|w| listener.warn(w));
     keep_scene(case, out)?;
-    // LAMMPS's steps outlive a new build of this program, whose job folder decides what is still good; results do not.
+    // The key of the geometry does not depend on the executable, so LAMMPS steps remain valid after a new build; other
+    // results do not. The job folder determines which of its steps are valid.
     let geometry = Key::new("geometry", &(&case.scene.laboratory, &case.scene.surface, heights_hash(case)?), &[])?;
     let mut run = Running { case, listener, folder, geometry, warnings: case.warnings.clone(), failures: Vec::new() };
     let (surface, surface_key) = run.execute(&SurfaceStage { case }, &[&run.geometry.clone()], ())?;
@@ -75,18 +77,18 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
     Ok((results, page))
 }
 
-/// A run under way.
+/// State of a run.
 struct Running<'a> {
     case: &'a Case,
     listener: &'a dyn Listener,
     folder: RunFolder,
-    /// Key of the surface's geometry, whatever is observed of it.
+    /// Key of the surface's heights, independent of the requested statistics.
     geometry: Key,
     warnings: Vec<String>,
     failures: Vec<String>,
 }
 
-/// What was solved and estimated at laboratory scale.
+/// Results at laboratory scale.
 #[derive(Default)]
 struct Laboratory {
     primary: Option<ContinuumResults>,
@@ -106,7 +108,7 @@ impl Running<'_> {
         self.warnings.push(text);
     }
 
-    /// Solves the scene's problem, its variants, and the same loads by the comparison methods.
+    /// Solves the scene's problem and its variants, and runs the comparison methods.
     fn laboratory(&mut self, surface: &SurfaceResults, surface_key: &Key, out: &Path) -> Result<Laboratory> {
         let case = self.case;
         let heights = SolvedHeights::new(case, out, surface);
@@ -120,7 +122,7 @@ impl Running<'_> {
         for stage in variants {
             let solved = match self.execute(&stage, &[surface_key], &heights) {
                 Ok((solved, _)) => solved,
-                // A variant that does not converge takes nothing from the scene's own problem.
+                // A variant without convergence does not invalidate the solution of the scene's own problem.
                 Err(e @ Error::NotConverged { .. }) => {
                     let failure = format!("{}: {e}", stage.label());
                     self.failures.push(failure.clone());
@@ -142,7 +144,8 @@ impl Running<'_> {
         Ok(found)
     }
 
-    /// Runs the atoms and compares them with the continuum on their own heights; last, the atoms as one of the methods.
+    /// Runs the atoms, and compares them with the matched continuum. If requested, lists the atoms among the comparison
+    /// methods.
     fn atoms(
         &mut self,
         stages: AtomStages,
@@ -170,8 +173,8 @@ impl Running<'_> {
     }
 }
 
-/// Writes the scene into the run folder. Results of another scene that stand there go: `report` and `compare` would
-/// take them for this one's.
+/// Writes the scene into the run folder. Removes the results of a different scene, which `report` and `compare` would
+/// read as those of this one.
 pub(super) fn keep_scene(case: &Case, out: &Path) -> Result<()> {
     let text = toml::to_string_pretty(&case.portable_scene())
         .map_err(|e| Error::format("scene", e, "a scene that TOML can hold"))?;
@@ -189,7 +192,8 @@ pub(super) fn keep_scene(case: &Case, out: &Path) -> Result<()> {
     write_atomic(&file, |w| std::io::Write::write_all(w, text.as_bytes()))
 }
 
-/// Compares again what a run folder holds, without solving or running anything, and writes results and report.
+/// Repeats the comparison from the stored results of a run folder, without new solutions, and writes results and
+/// report.
 pub fn rebuild_comparison(out: &Path) -> Result<(Results, PathBuf)> {
     let mut results = Results::read(out)?;
     let _locked = RunFolder::lock(out)?;

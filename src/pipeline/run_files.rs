@@ -1,4 +1,4 @@
-//! Files of a finished run beside its results: the manifest, the recording, and the list of sources.
+//! Files of a finished run in addition to its results: the manifest and the recording; and the list of sources.
 
 use super::frame_analysis::INDENTER_SPECIES;
 use crate::Result;
@@ -11,13 +11,13 @@ use std::path::Path;
 
 pub(super) const RECORDING_FILE: &str = "run.mcap";
 
-/// What ran, on what, for how long: `manifest.json`.
+/// Contents of `manifest.json`: program, scene, engine, threads, memory, and time of each stage.
 #[derive(serde::Serialize)]
 pub(super) struct Manifest<'a> {
     program: String,
     scene: &'a Scene,
     engine: Option<&'a str>,
-    /// How the scene's accuracy chose grid, method, precision and tolerance.
+    /// Grid, method, precision and tolerance that were chosen for the requested accuracy.
     accuracy: Option<&'a AccuracyChoice>,
     threads: usize,
     peak_rss_bytes: u64,
@@ -42,7 +42,7 @@ impl<'a> Manifest<'a> {
     }
 }
 
-/// Papers and data behind the numbers.
+/// Papers and data on which the results are based.
 pub(super) fn sources(case: &Case) -> Vec<String> {
     let mut list = vec![
         "Müser et al., Meeting the contact-mechanics challenge, Tribology Letters 65 (2017) 118, \
@@ -93,7 +93,7 @@ pub(super) fn sources(case: &Case) -> Vec<String> {
     list
 }
 
-/// The MCAP recording of a run: gaps and scalars per load, the touching atoms as a cloud.
+/// Writes the MCAP recording of a run: gap map and scalars per load, and the block atoms as a point cloud.
 pub(super) fn record(case: &Case, results: &Results, out: &Path) -> Result<()> {
     let length = results.atoms.as_ref().map_or(case.scales.length_m * 1e6, |a| a.length_angstrom);
     let unit = if results.atoms.is_some() { "Å" } else { "µm" };
@@ -104,7 +104,8 @@ pub(super) fn record(case: &Case, results: &Results, out: &Path) -> Result<()> {
         notes: [("program".to_string(), format!("asperity {}", env!("CARGO_PKG_VERSION")))].into(),
     };
     let mut recorder = Recorder::create(&out.join(RECORDING_FILE), scene)?;
-    // With atoms, the continuum that is recorded beside them is the one on their own profile and scale.
+    // In a run with atoms, the recorded continuum is the compliant-wall solution, which has the atoms' profile and
+    // scale.
     let continuum = results.comparison.as_ref().map(|c| &c.compliant_wall).or(results.continuum.as_ref());
     for state in continuum.iter().flat_map(|c| &c.states) {
         let gap = state.numbers.gap_map.as_ref().map(|g| npy::read(&out.join(g))).transpose()?;

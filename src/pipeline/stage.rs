@@ -1,4 +1,4 @@
-//! A stage of a run, described once: the plan lists it, the run executes it.
+//! Stages of a run. The plan lists them, and the run executes them.
 
 use super::Listener;
 use super::folder::{Key, ResumePolicy, RunFolder};
@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// What a stage is called, what it does and what it takes.
+/// A stage as listed in a plan: name, description, memory (bytes) and time (s).
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct PlannedStage {
     pub name: String,
@@ -16,61 +16,62 @@ pub struct PlannedStage {
     pub seconds: f64,
 }
 
-/// Memory and time of a stage, orders of magnitude.
+/// Estimated memory (bytes) and time (s) of a stage, to an order of magnitude.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cost {
     pub bytes: u64,
     pub seconds: f64,
 }
 
-/// What the times of a plan depend on.
+/// Machine parameters of the time estimates.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Machine {
     pub threads: usize,
-    /// Processor time of LAMMPS, s per atom and force evaluation.
+    /// CPU time of LAMMPS, s per atom and force evaluation.
     pub seconds_per_evaluation: f64,
 }
 
 /// Keys of a stage.
 pub(super) struct StageKeys {
-    /// Of its results.
+    /// Key of the results.
     pub key: Key,
-    /// Of attempts that it continues, where it can continue any: it may depend on less than the results do.
+    /// Key of interrupted attempts that the stage can continue; None if it always restarts. It may depend on fewer
+    /// inputs than `key`.
     pub resumes: Option<Key>,
 }
 
 impl StageKeys {
-    /// Of a stage that starts anew after an interruption.
+    /// Keys of a stage that restarts after an interruption.
     pub fn restarted(key: Key) -> Self {
         StageKeys { key, resumes: None }
     }
 
-    /// Of a stage that continues an interrupted attempt at the same key.
+    /// Keys of a stage that continues an interrupted attempt with the same key.
     pub fn continued(key: Key) -> Self {
         StageKeys { resumes: Some(key.clone()), key }
     }
 }
 
-/// Where a stage works.
+/// Working folder, key and listener of a stage.
 #[derive(Clone, Copy)]
 pub(super) struct StageContext<'a> {
     pub folder: &'a Path,
-    /// Name of the folder as results name it, relative to the run folder.
+    /// Path of the folder relative to the run folder, as in `results.json`.
     pub stage: &'a str,
     pub key: &'a Key,
     pub listener: &'a dyn Listener,
 }
 
-/// One stage of a run: a folder of the run folder, known by its key.
+/// One stage of a run, with its own subfolder, identified by a key.
 pub(super) trait Stage {
-    /// What earlier stages provide.
+    /// Output of earlier stages.
     type Input<'i>;
     type Output: Serialize + DeserializeOwned;
 
     /// Name of the stage and of its folder.
     fn name(&self) -> String;
 
-    /// What it does, for the plan and for progress.
+    /// Description for the plan and for progress messages.
     fn what(&self) -> String;
 
     fn cost(&self, machine: Machine) -> Cost;
@@ -87,7 +88,7 @@ pub(super) trait Stage {
 }
 
 impl RunFolder {
-    /// Runs a stage, or reads its output where it is complete. Returns its key, too.
+    /// Runs a stage, or reads its output if it is complete. Returns the output and the key.
     pub(super) fn execute<S: Stage>(
         &mut self,
         stage: &S,

@@ -1,4 +1,4 @@
-//! The stage of the surface: heights and their statistics.
+//! The surface stage: heights and their statistics.
 
 use super::continuum::in_stage;
 use super::folder::Key;
@@ -13,7 +13,7 @@ use crate::scene::{Case, Surface};
 use crate::surface::{Expected, hann_windowed, moments, non_periodic_moments, psd, range};
 use std::path::Path;
 
-/// Seconds per point of a synthesis with its statistics, one thread. An order of magnitude.
+/// Time of synthesis and statistics on one thread, s per point; an order of magnitude.
 const SECONDS_PER_POINT: f64 = 40e-9;
 
 pub(super) struct SurfaceStage<'a> {
@@ -46,10 +46,11 @@ impl Stage for SurfaceStage<'_> {
     }
 }
 
-/// Statistics of heights, expected against realised, and their spectrum; heights go to `heights.npy`.
+/// Expected and realised statistics of heights, and their power spectrum. Heights are written to `heights.npy` if maps
+/// are requested or the heights are imported.
 fn surface(case: &Case, heights: &[f64], folder: &Path, stage: &str) -> Result<SurfaceResults> {
     let wants = case.requested_outputs();
-    // Heights that were read are solved from there.
+    // The solve stages read imported heights from this file.
     let kept = wants.maps || matches!(case.surface, Surface::Imported { .. });
     if kept {
         npy::write(&folder.join("heights.npy"), case.grid.nx, case.grid.ny, heights.iter().copied())?;
@@ -76,8 +77,8 @@ fn surface(case: &Case, heights: &[f64], folder: &Path, stage: &str) -> Result<S
     })
 }
 
-/// The table "expected against realised" of heights on their grid. Expected values are those of the whole spectrum, beside
-/// those of the modes that the grid holds, where it does not hold all.
+/// Expected and realised statistics of heights on their grid. Expected values are those of the full spectrum; if the
+/// grid does not resolve all modes, the values of the resolved modes are added.
 pub fn statistics(case: &Case, heights: &[f64]) -> Vec<Statistic> {
     let (surface, grid, um) = (&case.surface, case.grid, case.scales.length_m * 1e6);
     if case.is_non_periodic() {
@@ -127,7 +128,7 @@ pub fn statistics(case: &Case, heights: &[f64]) -> Vec<Statistic> {
     ]
 }
 
-/// The same of heights that do not repeat, of which nothing is expected.
+/// Statistics of non-periodic heights, without expected values.
 fn patch_statistics(grid: Grid, heights: &[f64], um: f64) -> Vec<Statistic> {
     let (m, r) = (non_periodic_moments(grid, heights), range(heights));
     let lines = [
@@ -141,7 +142,7 @@ fn patch_statistics(grid: Grid, heights: &[f64], um: f64) -> Vec<Statistic> {
     ];
     lines
         .into_iter()
-        // A map without curvature has no radius of it.
+        // Heights without curvature have no finite radius.
         .filter(|line| line.3.is_finite())
         .map(|(name, symbol, unit, realised)| Statistic {
             name: name.into(),

@@ -9,8 +9,8 @@ use crate::load::at_step;
 use crate::record::results::{AtomState, BranchChange, Unloading};
 use crate::scene::{AtomsCase, Case};
 
-/// What the way back says, if the job has one: states at the loads of the path's second half, held against `there`, those of its
-/// first; from first touch what parting took.
+/// Results of the unloading branch, if the job has one: states at the unloading loads of the path, and their changes
+/// from the loading states `there`. A displacement ramp that ends with separation also gives the pull-off.
 pub(super) fn unloading(
     case: &Case,
     atoms: &AtomsCase,

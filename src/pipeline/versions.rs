@@ -1,5 +1,6 @@
-//! The versions of one problem side by side: the continuum on the full heights and on those that atoms resolve, under each
-//! criterion, and the atoms. All are read at the block's surface sites, and their stresses smoothed alike.
+//! The model chain at one load: the continuum on the full heights, the continuum on the heights that the atoms resolve
+//! (by each contact criterion), and the atoms. Gaps and contact are evaluated at the block's surface sites, and
+//! stresses are smoothed by the same Gaussian.
 
 use crate::atoms::contact::onto_grid;
 use crate::compare::Sites;
@@ -10,41 +11,41 @@ use crate::observe::{
 use crate::record::results::ModelChainStep;
 use crate::units::ANGSTROM_M;
 
-/// Bins of the gaps: some seventy sites each at 25 nm.
+/// Gap bins; about 70 surface sites per bin for a block of 25 nm.
 const GAP_BINS: usize = 60;
 const STRESS_BINS: usize = 80;
-/// The upper end of bins over the largest value, so that this one falls into the last.
+/// Factor on the range of bins, so that the last bin includes the largest value.
 const ABOVE: f64 = 1.0 + 1e-9;
 
-/// One version, before its distributions are counted.
+/// One step of the model chain, before its distributions are evaluated.
 pub(super) struct Side {
     pub id: &'static str,
     pub criterion: String,
-    /// Per surface site.
+    /// Contact flag per surface site.
     pub touching: Vec<bool>,
-    /// Å, per surface site.
+    /// Gap per surface site, Å.
     pub gap: Vec<f64>,
     pub mean_gap_angstrom: f64,
-    /// Smoothed, GPa, on the nodes of the version's own grid.
+    /// Smoothed normal stress, GPa, at the nodes of the step's own grid.
     pub stress: Vec<f64>,
 }
 
-/// A continuum solution of the same load.
+/// A continuum solution at the same load.
 pub(super) struct Solved<'a> {
     pub sites: &'a Sites,
     pub grid: Grid,
-    /// Units of L and of E*.
+    /// Gap in units of L; stress in units of E*.
     pub gap: Field<'a>,
     pub stress: Field<'a>,
     pub mean_gap: f64,
 }
 
-/// What turns reduced numbers into the atoms' units.
+/// Factors from reduced units to the units of the atoms.
 #[derive(Clone, Copy)]
 pub(super) struct Units {
     pub length_angstrom: f64,
     pub modulus_gpa: f64,
-    /// Of the Gaussian, Å.
+    /// Width of the smoothing Gaussian, Å.
     pub width_angstrom: f64,
 }
 
@@ -75,7 +76,8 @@ impl Solved<'_> {
     }
 }
 
-/// All versions of a load under `pressure_gpa`, with common bins. `owners` are the sites of the nodes of `grid`.
+/// All steps of the model chain at the pressure `pressure_gpa`, with common bins. `owners`: surface site of each node
+/// of `grid`.
 pub(super) fn versions(
     sides: Vec<Side>,
     (grid, owners): (Grid, &[usize]),
@@ -112,7 +114,7 @@ pub(super) fn versions(
     sides.into_iter().map(version).collect()
 }
 
-/// Gaps where nothing touches; what touches is the delta, whatever its gap.
+/// Distribution of the gaps outside contact. Sites in contact are counted in the delta, whatever their gap.
 fn open_gaps(gap: &[f64], touching: &[bool], edges: Vec<f64>) -> Distribution {
     let open: Vec<f64> = gap.iter().zip(touching).map(|(g, t)| if *t { f64::NEG_INFINITY } else { *g }).collect();
     gap_distribution(Field::F64(&open), f64::NEG_INFINITY, edges)
@@ -139,7 +141,7 @@ mod tests {
             assert_eq!((v.gap.delta, v.gap.below, v.gap.above), (0.25, 0.0, 0.0));
             assert!((v.gap.total() - 1.0).abs() < 1e-12 && (v.stress.total() - 1.0).abs() < 1e-12);
             assert_eq!((v.contact_fraction, v.contact_stress_gpa), (0.25, Some(8.0)));
-            // A row of three sites, and one that touches its rim by a corner only across the seam: 10 nm over 4 nodes a side.
+            // Two clusters: a row of three sites, and a single site. The area of a node is (10 nm / 4)² = 6.25 nm².
             assert_eq!((v.patches, v.median_cluster_area_nm2), (2, Some(3.0 * 6.25)));
             assert_eq!(v.patch_area.last(), Some(&[3.0 * 6.25, 1.0]));
         }

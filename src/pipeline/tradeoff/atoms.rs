@@ -1,4 +1,5 @@
-//! Blocks of atoms as settings of a ladder: each is pressed by LAMMPS at the scene's loads, and read as a run reads it.
+//! Blocks of atoms as settings of a benchmark. LAMMPS runs each block at the scene's loads; frames are analysed as in a
+//! run.
 
 use super::bench::Measured;
 use super::benchmark_point::{BenchmarkPoint, Filter, bare, halves};
@@ -15,32 +16,34 @@ use crate::{Error, Result, sys};
 use std::path::Path;
 use std::time::Instant;
 
-/// Nodes in the shortest wave of the heights that a block resolves, of the solution on these: as many as its own matched continuum has.
+/// Nodes per shortest wavelength of the continuum solution on the heights that a block resolves; the same number as in
+/// its matched continuum.
 const NODES_PER_WAVE: f64 = 16.0;
 
-/// Highest load that blocks are pressed to, p*: where half of the cell touches the crystal has flowed long since, and a ladder from
-/// first touch that ends before the last load says nothing of the others (the challenge's twelve, up to 1, with 10 cells: 0.85).
+/// Highest load of blocks, p*. At contact fractions of one half the crystal has long yielded. A ramp that ends before
+/// its last load gives no result at any load: the challenge's ramp to p* = 1 ended at 0.85 with 10 cells.
 const HIGHEST: f64 = 0.3;
 
-/// Least cells and depth of the blocks that are run beside a scene's own, where none are asked for.
+/// Smallest extent and depth of the additional blocks when no sizes are requested.
 const LEAST: BlockSize = BlockSize { cells: 10, depth_cells: 3, foundation_cells: 0 };
 
-/// Folders of LAMMPS and of what is read of it, inside that of the setting.
+/// Subfolders of a setting: LAMMPS job, and analysis of its frames.
 const JOB: &str = "job";
 pub const READ: &str = "atoms";
 
-/// The blocks of a ladder, small ones first, and the program that presses them.
+/// Blocks of a benchmark in the order of their size, and the engine that runs them.
 pub struct Blocks {
     list: Vec<(BenchmarkPoint, Case)>,
     pub engine: std::result::Result<LammpsEngine, String>,
 }
 
 impl Blocks {
-    /// Of these sizes; by default those of a scene with atoms: its own, one of half the cells, one of half the depth, and that on a
-    /// foundation that makes up for the other half. None of a scene without atoms that asks for none.
+    /// Blocks of the requested sizes. Default for a scene with atoms: its own block, one with half the cells, one with
+    /// half the depth, and the latter on a foundation that replaces the missing depth. None without requested sizes if
+    /// the scene has no atoms or its first load exceeds `HIGHEST`.
     ///
     /// # Errors
-    /// A size or a scene that atoms cannot have; LAMMPS missing where sizes are asked for.
+    /// `Input` for invalid sizes, scenes or loads; `MissingProgram` if sizes are requested and LAMMPS is not found.
     pub fn of(case: &Case, asked: Option<&[BlockSize]>) -> Result<Option<Blocks>> {
         let base = match (&case.scene.atoms, asked) {
             (None, None) => return Ok(None),
@@ -56,9 +59,9 @@ impl Blocks {
                 continue;
             }
             let mut scene = bare(case);
-            // Atoms are not unloaded, and compared at every load.
+            // Blocks are only loaded, and compared at every load.
             (scene.load.unload, scene.load.maps_at) = (false, None);
-            // Loads are compared one by one, from the first on.
+            // Loads are compared by index, so only leading loads are kept.
             let highest = HIGHEST.min(highest_p_star(case.gradient));
             let pressed = scene.load.p_star.iter().take_while(|p| **p <= highest).count();
             if pressed == 0 && asked.is_none() {
@@ -69,7 +72,7 @@ impl Blocks {
                 return Err(Error::input(case.file.display(), "load.p_star", "loads of atoms", accepted));
             }
             scene.load.p_star.truncate(pressed);
-            // A setting is a relaxed block; what is told of it afterwards costs it nothing.
+            // The cost of a setting is that of the relaxed states, without constant-temperature runs.
             let BlockSize { cells, depth_cells, foundation_cells } = size;
             let atoms = AtomsScene { cells, depth_cells, foundation_cells, nvt: None, ..base.clone() };
             let tolerance = atoms.force_tolerance_ev_per_angstrom;
@@ -101,7 +104,7 @@ impl Blocks {
         self.list.iter().find(|(r, _)| r.block == rung.block).map(|(_, case)| case)
     }
 
-    /// What the results of these atoms depend on beside the scene.
+    /// Dependencies of a block's results in addition to the scene: atoms section, potential and engine.
     pub fn depends_on(&self, rung: &BenchmarkPoint) -> Result<impl serde::Serialize> {
         let case = self.case(rung);
         let file = case.and_then(|c| c.atoms.as_ref()).and_then(|a| a.potential.as_ref());
@@ -111,9 +114,10 @@ impl Blocks {
     }
 }
 
-/// A block and those beside it that tell what its size and its depth are worth; a foundation goes with a start from the continuum.
+/// A block, and further blocks that show the effect of extent and depth. A block on a foundation requires a start from
+/// the continuum.
 fn beside(own: BlockSize, from_continuum: bool) -> Vec<BlockSize> {
-    // Indenters of blocks of fives are spaced alike.
+    // Blocks with a multiple of five cells have the same indenter spacing.
     let narrower = BlockSize { cells: own.cells / 10 * 5, ..own };
     let shallower = BlockSize { depth_cells: own.depth_cells / 2, ..own };
     let fit = |s: &BlockSize| s.cells >= LEAST.cells && s.depth_cells >= LEAST.depth_cells;
@@ -127,15 +131,14 @@ fn total(atoms: &AtomsCase) -> u64 {
     atoms.block.atoms() + (atoms.points * atoms.points) as u64
 }
 
-/// Bytes and seconds of a block, before it is pressed.
+/// Estimated memory (bytes) and time (s) of a block.
 pub fn planned(case: &Case) -> Result<(u64, f64)> {
     let plan = plan(case, rayon::current_num_threads(), None)?;
     let of = plan.stages.iter().filter(|s| ["matched", "lammps", "atoms"].contains(&s.name.as_str()));
     Ok(of.fold((0, 0.0), |(bytes, seconds), s| (bytes.max(s.bytes), seconds + s.seconds)))
 }
 
-/// The solution that a block is held against beside the reference: the same problem, on heights that have only the waves that its
-/// indenter has.
+/// The second reference of a block: the same problem on heights with only the wavelengths that its indenter resolves.
 pub fn on_resolved_heights(reference: &BenchmarkPoint, case: &Case) -> BenchmarkPoint {
     let (low_pass, stretch) = case.atoms.as_ref().map_or((0.0, 1.0), |a| (a.low_pass, a.stretch));
     let enough = |n: &usize| *n as f64 * low_pass >= NODES_PER_WAVE;
@@ -146,7 +149,7 @@ pub fn on_resolved_heights(reference: &BenchmarkPoint, case: &Case) -> Benchmark
     BenchmarkPoint { n, filter: Some(Filter { low_pass, stretch }), ..*reference }
 }
 
-/// Presses a block at every load and reads it. Its maps are left, and no other file of LAMMPS.
+/// Runs a block at every load, and analyses it. The maps are kept; the LAMMPS job folder is removed.
 pub fn pressed(
     case: &Case,
     engine: &LammpsEngine,
@@ -178,7 +181,8 @@ pub fn pressed(
     let found = atomistic::read(case, atoms, &job, &outcome, &read_folder, &in_stage)?;
     let mut results = methods::of_atoms(case, &found, lammps_cpu_seconds, (root, dir, stage))?;
     results.planned_bytes = planned(case)?.0;
-    // Of ranks the kernel tells the largest that has ended so far. Blocks are pressed small ones first.
+    // The kernel reports the peak of the largest child process so far. Blocks run in the order of size, so an increase
+    // comes from this block.
     let largest_rank = Some(sys::children_peak_rss_bytes()).filter(|c| *c > largest_child).unwrap_or(0);
     let child = outcome.peak_bytes.max(largest_rank);
     let cost = Cost {

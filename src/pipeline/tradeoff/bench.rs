@@ -1,4 +1,4 @@
-//! Settings measured one by one, each a stage of the run folder, and the way through all of them within a budget.
+//! Measurement of settings, each as a stage of the run folder, within a time budget.
 
 use super::atoms::{self, Blocks};
 use super::benchmark_point::{self, BenchmarkPoint, Filter};
@@ -21,33 +21,32 @@ use std::cell::OnceCell;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// What a setting told and took.
+/// Results and cost of a setting.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Measured {
     pub ny: usize,
     pub results: MethodResults,
-    /// Of each load, against the reference.
+    /// Map errors at each load, relative to the reference.
     pub maps: Vec<MapErrors>,
-    /// Of each load of atoms, against the solution on the heights that they resolve.
+    /// Map errors at each load of a block, relative to the solution on the heights that it resolves.
     #[serde(default)]
     pub resolved: Vec<MapErrors>,
     pub cost: Cost,
-    /// What is to be known of it.
+    /// Warnings about the setting.
     #[serde(default)]
     pub notes: Vec<String>,
 }
 
-/// By how much a setting may outlast its share of the budget before it is stopped: what is expected of it is an order of
-/// magnitude.
+/// Time limit of a setting over its fraction of the budget. Expected times are only orders of magnitude.
 const PATIENCE: f64 = 2.0;
 
-/// Settings that take less than this, s, are run again: what else a machine does is as long as they are.
+/// Settings that take less than this, s, are repeated: other load on the machine distorts short timings.
 const SHORT_SECONDS: f64 = 1.0;
 
-/// Runs of short settings: at least, and at most as long as they have not taken [`SHORT_SECONDS`] together.
+/// Smallest and largest number of runs of a short setting. Between them, runs end after [`SHORT_SECONDS`] in total.
 const RUNS_OF_SHORT: [usize; 2] = [3, 30];
 
-/// Whether `runs` runs that took so many seconds together are enough.
+/// Whether `runs` runs with a total time of `seconds` suffice.
 fn enough(repeats: Option<usize>, runs: usize, seconds: f64) -> bool {
     let [least, most] = RUNS_OF_SHORT;
     let is_short = runs > 0 && seconds / (runs as f64) < SHORT_SECONDS;
@@ -58,13 +57,13 @@ fn enough(repeats: Option<usize>, runs: usize, seconds: f64) -> bool {
     }
 }
 
-/// What all runs of a setting take together of which one takes so many seconds.
+/// Total time of all runs of a setting, s, if one run takes `seconds`.
 fn in_all(repeats: Option<usize>, seconds: f64) -> f64 {
     let runs = (1..).find(|&n| enough(repeats, n, n as f64 * seconds)).unwrap_or(1);
     runs as f64 * seconds
 }
 
-/// Passes on, and asks to stop once the time is up.
+/// Forwards to a listener, and requests a stop at the deadline.
 struct Until<'a> {
     listener: &'a dyn Listener,
     deadline: Option<Instant>,
@@ -88,7 +87,7 @@ impl Listener for Until<'_> {
     }
 }
 
-/// All settings of a ladder, as far as it went.
+/// Measured and skipped settings of a benchmark.
 #[derive(Default)]
 pub struct Climbed {
     pub done: Vec<(BenchmarkPoint, Measured)>,
@@ -101,16 +100,16 @@ pub struct Bench<'a> {
     folder: RunFolder,
     repeats: Option<usize>,
     budget: Option<f64>,
-    /// What every stage depends on.
+    /// Dependencies of every stage: hashes of the program and of the height file.
     common: (String, Option<String>),
-    /// Atoms, if there are any to be pressed.
+    /// Blocks of atoms, if any are requested.
     blocks: Option<Blocks>,
-    /// What errors are over.
+    /// Scales of relative errors.
     pub rough: Roughness,
-    /// Waves of a synthesised surface, which are the same on every grid.
+    /// Fourier series of a synthesised surface, the same on every grid.
     series: OnceCell<Series<f64>>,
     measured: Vec<(BenchmarkPoint, Measured)>,
-    /// Wall time of one run of each that was measured, and of those that were stopped, s.
+    /// Wall time of one run of each measured setting, and (`stopped_seconds`) total time of stopped settings, s.
     seconds: Vec<(BenchmarkPoint, f64)>,
     stopped_seconds: f64,
 }
@@ -139,17 +138,17 @@ impl<'a> Bench<'a> {
         })
     }
 
-    /// All stages, those that were found done with what they took then.
+    /// Wall time of all stages, s. Reused stages count with their recorded time.
     pub fn spent_seconds(&self) -> f64 {
         self.folder.costs.iter().map(|c| c.seconds).sum::<f64>() + self.stopped_seconds
     }
 
-    /// Of the stage that all others are judged against.
+    /// Key of the stage of a reference solution.
     pub fn reference_key(&self, rung: &BenchmarkPoint) -> Result<Key> {
         self.key(rung, &self.at(rung)?, &[])
     }
 
-    /// The problem that a setting solves.
+    /// The case of a setting.
     fn at(&self, rung: &BenchmarkPoint) -> Result<Case> {
         match rung.block {
             Some(_) => Ok(self.block(rung).1.clone()),
@@ -162,18 +161,18 @@ impl<'a> Bench<'a> {
         (blocks, blocks.case(rung).expect("of these blocks"))
     }
 
-    /// The solution that a block is held against beside the reference.
+    /// The second reference of a block: the solution on the heights that it resolves.
     pub fn on_resolved_heights(&self, rung: &BenchmarkPoint, reference: &BenchmarkPoint) -> BenchmarkPoint {
         atoms::on_resolved_heights(reference, self.block(rung).1)
     }
 
-    /// Shortest wave over L and rms gradient of the heights that a block resolves.
+    /// Shortest wavelength (units of L) and rms gradient of the heights that a block resolves.
     pub fn resolved(&self, rung: &BenchmarkPoint) -> (f64, f64) {
         let found = self.block(rung).1.atoms.as_ref();
         found.map_or((0.0, 0.0), |a| (a.low_pass, a.resolved_gradient))
     }
 
-    /// What is measured of a setting already.
+    /// The result of a setting that is already measured.
     pub fn known(&self, rung: &BenchmarkPoint) -> Option<&Measured> {
         let stage = rung.stage();
         self.measured.iter().find(|(r, _)| r.stage() == stage).map(|(_, known)| known)
@@ -182,7 +181,7 @@ impl<'a> Bench<'a> {
     fn key(&self, rung: &BenchmarkPoint, case: &Case, after: &[&Key]) -> Result<Key> {
         let s = &case.scene;
         let problem = (&s.laboratory, &s.surface, &s.load, &s.adhesion, &s.continuum, &s.methods, case.gradient);
-        // A cost is that of a number of threads.
+        // The cost depends on the number of threads.
         let how = (
             rung.beside.adhesive,
             rung.id(),
@@ -200,8 +199,8 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Runs a setting, or reads what is done of it. `reference` is what its maps are compared with; none for the reference
-    /// itself, whose maps stay.
+    /// Runs a setting, or reads its result if it is complete. Its maps are compared with those of `reference` and then
+    /// deleted. `reference` is None for the reference itself, which keeps its maps.
     pub fn measure(
         &mut self,
         rung: &BenchmarkPoint,
@@ -212,7 +211,7 @@ impl<'a> Bench<'a> {
         if let Some(known) = self.known(rung) {
             return Ok(known.clone());
         }
-        // Before the atoms: a block whose heights cannot be solved for has nothing to be held against.
+        // Solved before the atoms run: a block needs this solution as its second reference.
         let resolved = match (rung.block, &reference) {
             (Some(_), Some((truth, _))) => {
                 let other = self.on_resolved_heights(rung, truth);
@@ -226,7 +225,7 @@ impl<'a> Bench<'a> {
         let key = self.key(rung, &case, &after)?;
         let listener = Until { listener: self.listener, deadline };
         let (series, repeats, blocks, rough) = (&self.series, self.repeats, &self.blocks, self.rough);
-        // What is half measured is measured anew: a cost that was put together from parts is none.
+        // An interrupted measurement restarts, because a cost summed over attempts is not comparable.
         let found = self.folder.stage(&listener, (&stage, &rung.words()), &key, ResumePolicy::Restart, |dir| {
             let root = dir.parent().unwrap_or(dir);
             let found = match blocks.as_ref().filter(|_| rung.block.is_some()) {
@@ -261,7 +260,8 @@ impl<'a> Bench<'a> {
         Ok(found)
     }
 
-    /// Runs a setting if it can be expected to end within `share` of what is left of the budget; else tells why not.
+    /// Runs a setting if it is expected to end within the fraction `share` of the remaining budget. Otherwise returns
+    /// the reason.
     fn attempt(
         &mut self,
         rung: BenchmarkPoint,
@@ -325,7 +325,7 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// The settings of a list, in its order.
+    /// Measures the settings of a list, in its order.
     pub fn measure_all(
         &mut self,
         besides: &[MethodRun],
@@ -346,8 +346,9 @@ impl<'a> Bench<'a> {
         Ok(outcome)
     }
 
-    /// Every method once, on the first of `grids` or the next one that fits; then blocks of atoms; then the other grids, coarse
-    /// ones first; then other precisions and tolerances.
+    /// Measures every method once, on the first of `grids` or the next coarser one that memory and budget permit; then
+    /// blocks of atoms; then the other grids; then other precisions, tolerances and layers. With a budget, the settings
+    /// of a group run in the order of expected cost; blocks run in the order of size.
     pub fn measure_grids(
         &mut self,
         besides: &[MethodRun],
@@ -359,11 +360,11 @@ impl<'a> Bench<'a> {
         let rung = |&beside: &MethodRun, n: usize| BenchmarkPoint::on_grid(beside, n, Precision::F64, tolerance);
         let truth = |rung: &BenchmarkPoint| references.iter().find(|t| t.rung.beside.adhesive == rung.beside.adhesive);
         let mut outcome = Climbed::default();
-        // What did not fit is not tried again.
+        // Settings that failed. Those that were stopped are not run again.
         let mut refused: Vec<(BenchmarkPoint, String)> = Vec::new();
         let mut first: Vec<BenchmarkPoint> = Vec::new();
         let (&main, rest) = grids.split_first().expect("at least one grid");
-        // Atoms that are pressed are no matter of grids.
+        // Blocks of atoms run separately, not on grids.
         let on_grids = |b: &&MethodRun| self.blocks.is_none() || b.method.card().id != all_atom::ID;
         let besides: Vec<MethodRun> = besides.iter().filter(on_grids).copied().collect();
         let mut pending: Vec<BenchmarkPoint> = besides.iter().map(|b| rung(b, main)).collect();
@@ -418,7 +419,7 @@ impl<'a> Bench<'a> {
         Ok(outcome)
     }
 
-    /// With a budget, what is expected to cost least comes first: it leaves most of it to the others.
+    /// Sorts settings by expected cost if there is a budget: cheap settings leave most of it to the others.
     fn cheap_first(&self, rungs: &mut [BenchmarkPoint]) -> Result<()> {
         if self.budget.is_some() {
             let mut expected = Vec::new();
@@ -436,7 +437,8 @@ fn is_new(rung: &BenchmarkPoint, done: &[BenchmarkPoint]) -> bool {
     !done.iter().any(|d| d.stage() == rung.stage())
 }
 
-/// Runs a setting as often as asked; what it told is told once, and the least that it took counts.
+/// Runs a setting as often as requested. Results are those of the first run. Times are the minimum over all runs, and
+/// memory is the maximum.
 fn measured(
     rung: &BenchmarkPoint,
     case: &Case,
@@ -478,7 +480,7 @@ fn measured(
             runs: 1,
             atoms: None,
         };
-        // On a machine with other work the clock runs longer than all threads together.
+        // With other load on the machine, the wall time exceeds the CPU time; the smaller of the two counts.
         (runs, seconds) = (runs + 1, seconds + cost.wall_seconds.min(cost.cpu_seconds));
         let refused = results.unavailable_reason.is_some();
         match &mut best {

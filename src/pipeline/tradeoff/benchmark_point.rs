@@ -1,4 +1,4 @@
-//! The settings that are run, in the order of what they tell.
+//! Settings of a benchmark: method, grid, precision and tolerance.
 
 use crate::interface::{Base, Elastic, Layer};
 use crate::method::{ContactMethod, Heights, Kind, Precision, Problem};
@@ -10,26 +10,27 @@ use crate::scene::{Case, Scene, Surface, default_tolerance};
 use crate::{Error, Result};
 use serde::Serialize;
 
-/// Tolerances beside the scene's own, over the pressure: from one that leaves areas in doubt to that of the reference.
+/// Tolerances in addition to the scene's, over the pressure: from a coarse one, with inaccurate areas, to that of the
+/// reference.
 const TOLERANCES: [f64; 4] = [1e-2, 1e-4, 1e-6, 1e-8];
 
 /// Largest tolerance of the reference: the default of f64.
 pub const REFERENCE_TOLERANCE: f64 = 1e-8;
 
-/// Poisson's ratio of layers that stand for a half-space: that of the atoms' block.
+/// Poisson's ratio of the layers that replace the half-space; that of the atoms' block.
 const SLAB_POISSON: f64 = 0.3;
 
-/// Points a side below which a grid holds no surface worth a comparison.
+/// Points per side of the coarsest grid that is compared.
 pub const COARSEST: usize = 16;
 
-/// Grids below the scene's that are run where none are asked for, each of half the points along a side.
+/// Number of default grids below the scene's, each with half the points per side of the previous one.
 const GRIDS_BELOW: usize = 2;
 
-/// Exponent of a cost in the number of points, for settings that are not yet run: that of the paper's own figures (1 min at 1k
-/// a side, 1 h at 4k, three weeks at 32k).
+/// Exponent of the cost in the number of points, for predictions. From the challenge paper (Müser et al. 2017): 1 min
+/// on a 1k × 1k grid, 1 h on 4k × 4k, three weeks on 32k × 32k.
 const GROWTH: f64 = 1.5;
 
-/// A method on a grid, in a precision, to a tolerance.
+/// A setting: method, grid, precision and tolerance.
 #[derive(Clone, Copy)]
 pub struct BenchmarkPoint {
     pub beside: MethodRun,
@@ -37,25 +38,26 @@ pub struct BenchmarkPoint {
     pub n: usize,
     pub precision: Precision,
     pub tolerance: f64,
-    /// Thickness over L of a bonded layer in place of the half-space.
+    /// Thickness of a bonded layer that replaces the half-space, units of L.
     pub layer_thickness: Option<f64>,
-    /// Of atoms: their block. `n` is then the indenter's points a side, the tolerance the force's in eV/Å.
+    /// Block of an atomistic setting. `n` is then the number of indenter points per side, and `tolerance` the force
+    /// tolerance in eV/Å.
     pub block: Option<BlockSize>,
-    /// Other heights than the scene's.
+    /// Filter of the heights; None for the scene's own heights.
     pub filter: Option<Filter>,
 }
 
-/// Heights without their short waves.
+/// Low-pass filter of heights.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Filter {
-    /// Shortest wave that is left, over L.
+    /// Shortest wavelength that is kept, units of L.
     pub low_pass: f64,
-    /// Factor on what is left.
+    /// Factor on the filtered heights.
     pub stretch: f64,
 }
 
 impl BenchmarkPoint {
-    /// On the scene's own heights, over the scene's own body.
+    /// A setting with the scene's own heights and elastic body.
     pub fn on_grid(beside: MethodRun, n: usize, precision: Precision, tolerance: f64) -> Self {
         BenchmarkPoint { beside, n, precision, tolerance, layer_thickness: None, block: None, filter: None }
     }
@@ -64,7 +66,7 @@ impl BenchmarkPoint {
         self.beside.method.card().id
     }
 
-    /// Name of its stage and folder.
+    /// Name of the stage and of its folder.
     pub fn stage(&self) -> String {
         let adhesive = if self.beside.adhesive { "-adhesive" } else { "" };
         let slab = self.layer_thickness.map_or(String::new(), |t| format!("-slab-{t}"));
@@ -106,14 +108,15 @@ impl BenchmarkPoint {
         EstimatorInput::plan(&problem(case, &self.beside), self.beside.method).bytes
     }
 
-    /// Seconds, from what is measured of the same method, or, before anything is, from what it plans. An order of magnitude.
+    /// Expected time of one run, s: scaled from the nearest measured grid of the same method, or, without one, from the
+    /// plan of the method. An order of magnitude.
     pub fn expected_seconds(&self, measured: &[(BenchmarkPoint, f64)], case: &Case) -> f64 {
         let step = |r: &BenchmarkPoint| (self.n as f64 / r.n as f64).ln();
         let same = measured.iter().filter(|(r, _)| self.is_of(r));
         let nearest = same.min_by(|(a, _), (b, _)| step(a).abs().total_cmp(&step(b).abs()));
         match nearest {
             Some((r, seconds)) => {
-                // Towards coarser grids a cost may fall more slowly.
+                // The cost may decrease more slowly towards coarser grids.
                 let exponent = if self.n > r.n { GROWTH } else { 1.0 };
                 seconds * (2.0 * exponent * step(r)).exp()
             }
@@ -128,13 +131,13 @@ impl BenchmarkPoint {
     }
 }
 
-/// What a method is asked to plan.
+/// The problem of which a method plans the cost.
 fn problem<'a>(case: &Case, beside: &MethodRun) -> Problem<'a> {
     let problem = case.problem(Heights::Nodes(&[]));
     if beside.adhesive { problem } else { Problem { adhesion: crate::interface::Adhesion::None, ..problem } }
 }
 
-/// As JSON names it.
+/// Name of the precision in JSON.
 pub fn word(precision: Precision) -> &'static str {
     match precision {
         Precision::F32 => "f32",
@@ -142,7 +145,7 @@ pub fn word(precision: Precision) -> &'static str {
     }
 }
 
-/// The scene as all settings have it: its surface, loads and adhesion, and nothing that is solved beside.
+/// The scene common to all settings: surface, loads and adhesion, without additional solutions.
 pub fn bare(case: &Case) -> Scene {
     let mut scene = case.scene.clone();
     (scene.atoms, scene.accuracy) = (None, None);
@@ -150,7 +153,7 @@ pub fn bare(case: &Case) -> Scene {
     let c = &mut scene.continuum;
     (c.method, c.initial_gap) = ("auto".into(), None);
     c.compare_with.clear();
-    // A tolerance is what all methods can be asked for.
+    // Other methods have only the tolerance of the residual as a target.
     (c.energy_tolerance, c.area_tolerance, c.mean_gap_tolerance) = (None, None, None);
     if let Some(a) = &mut scene.adhesion {
         (a.also_nonadhesive, a.other_ranges_nm) = (false, Vec::new());
@@ -158,10 +161,10 @@ pub fn bare(case: &Case) -> Scene {
     scene
 }
 
-/// A case on another grid.
+/// The case of a setting.
 ///
 /// # Errors
-/// If the grid does not hold the surface, or is none of a height map.
+/// `Input` if the grid does not resolve the surface, or does not fit the height map.
 pub fn at(case: &Case, rung: &BenchmarkPoint) -> Result<Case> {
     let mut found = on_grid(case, rung.n)?;
     found.scene.continuum.precision = rung.precision;
@@ -172,7 +175,7 @@ pub fn at(case: &Case, rung: &BenchmarkPoint) -> Result<Case> {
     Ok(found)
 }
 
-/// A case of as many points in x.
+/// The case with `n` points in x.
 pub fn on_grid(case: &Case, n: usize) -> Result<Case> {
     let own = case.grid;
     if n == own.nx {
@@ -202,18 +205,18 @@ pub fn on_grid(case: &Case, n: usize) -> Result<Case> {
     }
 }
 
-/// Grids of a ladder whose reference has `n` points in x, none asked for: that one and those of half the points.
+/// Default grids: `n` points in x, and successive halves.
 pub fn default_grids(n: usize) -> Vec<usize> {
     halves(n, GRIDS_BELOW)
 }
 
-/// A number and its halves, as long as they are whole and not too coarse.
+/// `n` and up to `count` successive halves, as long as they are integers and at least [`COARSEST`].
 pub fn halves(n: usize, count: usize) -> Vec<usize> {
     let half = |n: &usize| (n.is_multiple_of(2) && n / 2 >= COARSEST).then_some(n / 2);
     std::iter::successors(Some(n), half).take(count + 1).collect()
 }
 
-/// The tolerance at which methods and grids are compared: the scene's, or the default.
+/// Tolerance at which methods and grids are compared: the scene's if it is for f64, or the default.
 pub fn base_tolerance(case: &Case) -> f64 {
     match (case.scene.continuum.precision, case.scene.continuum.tolerance) {
         (Precision::F64, Some(t)) => t,
@@ -221,13 +224,13 @@ pub fn base_tolerance(case: &Case) -> f64 {
     }
 }
 
-/// Other precisions and tolerances of a setting; methods that estimate have none.
+/// Other precisions and tolerances of a setting; none for estimators.
 pub fn refinements(rung: &BenchmarkPoint, case: &Case) -> Vec<BenchmarkPoint> {
     let method: &dyn ContactMethod = rung.beside.method;
     if method.card().kind == Kind::Estimate {
         return Vec::new();
     }
-    // At light loads round-off keeps f32 from its usual tolerance.
+    // At low loads rounding errors prevent f32 from reaching its default tolerance, so a coarser one is added.
     let single = [default_tolerance(Precision::F32, case.grid), TOLERANCES[0]];
     let single = single.map(|tolerance| BenchmarkPoint { precision: Precision::F32, tolerance, ..*rung });
     let others = TOLERANCES.into_iter().filter(|t| *t != rung.tolerance);
@@ -245,7 +248,7 @@ mod tests {
         assert_eq!(halves(81, 2), [81]);
     }
 
-    /// A setting that is measured tells of its neighbours; finer ones are expected to cost what the paper's grids did.
+    /// Costs are scaled from the nearest measured grid, towards finer grids with the exponent `GROWTH`.
     #[test]
     fn costs_are_expected_from_the_nearest() {
         let scene = "name = \"t\"\n[surface]\ngrid = 64\n[load]\np_star = [0.01]\n";

@@ -1,4 +1,4 @@
-//! Errors of what a setting told, against the reference.
+//! Errors of a setting relative to the reference.
 
 use super::bench::Measured;
 use crate::Result;
@@ -17,17 +17,18 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// What deviations that are no shares are over.
+/// Scales of the surface that make deviations relative.
 #[derive(Debug, Clone, Copy)]
 pub struct Roughness {
     /// rms gradient.
     pub gradient: f64,
-    /// rms height, over L.
+    /// rms height, units of L.
     pub height: f64,
 }
 
-/// Part of the rms height that a mean gap counts as at least: when the last gaps close, a share of what is left of them says nothing of
-/// a method. The challenge's mean gap passes it between p* = 0.14 and 1, where relative deviations reached 1e4.
+/// Smallest scale of deviations of the mean gap, over the rms height. Near full contact a deviation relative to the
+/// mean gap itself is meaningless: such values reached 1e4. The challenge's mean gap falls below this scale between p*
+/// = 0.14 and 1.
 const NARROW: f64 = 0.01;
 
 impl Roughness {
@@ -35,38 +36,38 @@ impl Roughness {
         Roughness { gradient: case.gradient, height: case.surface.rms_height() }
     }
 
-    /// What deviations of gaps are over.
+    /// Scale of deviations of gaps, units of L.
     fn gap(self, mean_gap: f64) -> f64 {
         mean_gap.abs().max(NARROW * self.height)
     }
 
-    /// What deviations of a number of this value are over.
+    /// Scale of deviations of a quantity with this value.
     fn number(self, quantity: Quantity, value: f64) -> f64 {
         if quantity == Quantity::MeanGap { self.gap(value) } else { value.abs() }
     }
 }
 
-/// Errors of the maps of a load, which are found while the maps are there.
+/// Errors of the maps of a load, evaluated before the maps are deleted.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub struct MapErrors {
     gap: Option<f64>,
     contact: Option<f64>,
 }
 
-/// Contact of a state: the map of its own, or where the gap that a solver found is closed.
+/// Contact map of a state: that of the method, or, for a solver, the nodes at zero gap.
 fn contact(root: &Path, kind: Kind, state: &MethodState) -> Result<Option<npy::Field<f64>>> {
     if let Some(file) = &state.contact_map {
         return npy::read(&root.join(file)).map(Some);
     }
-    // Where undeformed bodies overlap, as in the gaps of estimates, is not where they touch.
+    // Gaps of estimators may be those of undeformed bodies, whose overlap is not the contact.
     let Some(file) = state.numbers.gap_map.as_ref().filter(|_| kind == Kind::Solver) else { return Ok(None) };
     let mut map = npy::read(&root.join(file))?;
     map.values.iter_mut().for_each(|g| *g = f64::from(u8::from(*g <= 0.0)));
     Ok(Some(map))
 }
 
-/// Maps of a state of a method of this kind against those of the reference, which was solved, where both were kept. A block of
-/// atoms has a grid of its own: at its nodes the reference is read between its own.
+/// Errors of the maps of a state relative to the reference solution, if both have maps. `kind`: kind of the method. A
+/// block of atoms (`is_block`) has its own grid, and the reference is interpolated to its nodes.
 pub fn maps(
     root: &Path,
     (kind, is_block): (Kind, bool),
@@ -101,7 +102,7 @@ fn number(state: &MethodState, quantity: Quantity) -> Option<f64> {
     }
 }
 
-/// The reference's numbers load by load, from its grids, coarse to fine.
+/// Numbers of the reference at each load, extrapolated from its grids (`levels`, coarse to fine).
 pub fn numbers(levels: &[&[MethodState]]) -> Vec<ReferenceLoad> {
     let finest = levels.last().copied().unwrap_or_default();
     let of = |(i, state): (usize, &MethodState)| {
@@ -109,7 +110,7 @@ pub fn numbers(levels: &[&[MethodState]]) -> Vec<ReferenceLoad> {
         for quantity in Quantity::NUMBERS {
             let values: Option<Vec<f64>> =
                 levels.iter().map(|states| states.get(i).and_then(|s| number(s, quantity))).collect();
-            // Where a coarser grid does not tell, the finest stands alone.
+            // Without a value on every coarser grid, the finest grid is used alone.
             let values = values.unwrap_or_else(|| number(state, quantity).into_iter().collect());
             if let Some(mut found) = richardson(&values) {
                 if let Some(u) = found.uncertainty.as_mut().filter(|_| quantity == Quantity::ContactArea) {
@@ -123,7 +124,7 @@ pub fn numbers(levels: &[&[MethodState]]) -> Vec<ReferenceLoad> {
     finest.iter().enumerate().map(of).collect()
 }
 
-/// Errors load by load; `maps` are those of the maps against the same reference.
+/// Errors at each load. `maps`: errors of the maps relative to the same reference.
 pub fn errors(
     (found, maps): (&Measured, &[MapErrors]),
     reference: &Measured,
@@ -170,14 +171,15 @@ fn of_load(
     Quantity::COMPARED.into_iter().filter_map(told).collect()
 }
 
-/// Root mean square over the loads that tell.
+/// Root mean square over the loads with a value.
 pub fn over_loads<'a>(loads: impl Iterator<Item = &'a Errors> + Clone) -> Errors {
     let of = |m: Quantity| rms(&loads.clone().filter_map(|e| e.get(&m).copied()).collect::<Vec<_>>()).map(|e| (m, e));
     Quantity::COMPARED.into_iter().filter_map(of).collect()
 }
 
-/// What is uncertain of the reference: of numbers what their grids tell, of all else what is left to come by the errors of the
-/// grids of half and of a quarter of the points, in this order.
+/// Relative uncertainty of the reference at each load. For numbers it is that of the extrapolation. For maps and
+/// distributions it is estimated from the errors of the grids with 1/2 and 1/4 of the points per side (`coarser`, in
+/// this order).
 pub fn uncertainty(numbers: &[ReferenceLoad], coarser: &[Vec<LoadErrors>], rough: Roughness) -> Vec<LoadErrors> {
     let of = |(i, load): (usize, &ReferenceLoad)| {
         let error = |grid: usize, m: Quantity| coarser.get(grid)?.get(i)?.errors.get(&m).copied();
@@ -195,8 +197,8 @@ pub fn uncertainty(numbers: &[ReferenceLoad], coarser: &[Vec<LoadErrors>], rough
 mod tests {
     use super::*;
 
-    /// When the last gaps close, what a method is off by counts against the roughness, not against what is left; areas and open gaps
-    /// against their own values.
+    /// Near full contact, deviations of the mean gap are relative to the rms height. Deviations of areas and larger
+    /// gaps are relative to their own values.
     #[test]
     fn closed_gaps_are_judged_by_the_roughness() {
         let rough = Roughness { gradient: 1.0, height: 0.02 };

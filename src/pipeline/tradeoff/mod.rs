@@ -1,4 +1,5 @@
-//! What accuracy costs: a ladder of methods, grids, precisions and tolerances against one reference, each setting a stage.
+//! Benchmark of cost and accuracy: methods, grids, precisions and tolerances are compared with one reference. Each
+//! setting is a stage.
 
 mod atoms;
 mod bench;
@@ -24,32 +25,33 @@ use benchmark_point::{BenchmarkPoint, COARSEST, REFERENCE_TOLERANCE};
 use std::path::{Path, PathBuf};
 pub use verification::{Verification, verify};
 
-/// Grids of the reference: three show whether there is an order to extrapolate with.
+/// Coarser grids of the reference. Three grids in all are the minimum for a test of the order of convergence.
 const LEVELS_BELOW: usize = 2;
 
-/// Most points a side that a grid may have, as in scenes.
+/// Points per side of the finest grid, as in scenes.
 const FINEST: usize = 65_536;
 
-/// What a ladder is made of.
+/// Request for a benchmark.
 pub struct TradeoffRequest {
     pub methods: Vec<&'static dyn ContactMethod>,
-    /// Points a side, each a divisor of the reference's. Default: the scene's, its half and its quarter.
+    /// Points per side, each a divisor of the reference's. Default: the scene's, one half and one quarter of it.
     pub grids: Option<Vec<usize>>,
-    /// Points a side of the reference. Default: the scene's.
+    /// Points per side of the reference. Default: the scene's.
     pub reference: Option<usize>,
-    /// Wall time for all settings, those of earlier runs in the same folder among them, s.
+    /// Limit on the wall time of all settings, including earlier runs in the same folder, s.
     pub budget_seconds: Option<f64>,
-    /// Runs of each setting; by default more of short ones.
+    /// Runs of each setting. Default: one, and more for short settings.
     pub repeats: Option<usize>,
-    /// These settings alone, on grids that need not divide the reference's.
+    /// Only these settings, on grids that need not divide the reference's.
     pub exact: Option<Vec<ExactSetting>>,
-    /// Thicknesses over L of bonded layers in place of the half-space, by the reference's method on the scene's grid.
+    /// Thicknesses of bonded layers that replace the half-space, units of L; solved by the reference's method on the
+    /// scene's grid.
     pub slabs: Vec<f64>,
-    /// Blocks of atoms. Default: those of a scene with atoms, where `all-atom` is among the methods.
+    /// Blocks of atoms. Default: those of a scene with atoms, if `all-atom` is among the methods.
     pub blocks: Option<Vec<BlockSize>>,
 }
 
-/// A setting.
+/// A setting that is requested explicitly.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExactSetting {
     pub method: String,
@@ -59,7 +61,7 @@ pub struct ExactSetting {
 }
 
 impl ExactSetting {
-    /// Whether a point was measured in it.
+    /// Whether `point` was measured with this setting.
     pub fn is_of(&self, point: &TradeoffPoint) -> bool {
         let s = &point.setting;
         (&s.method, s.nx, s.precision.as_str(), s.tolerance)
@@ -67,7 +69,7 @@ impl ExactSetting {
     }
 }
 
-/// The reference, and what its grids tell of its errors.
+/// The reference solution, with its extrapolated numbers and their uncertainty from coarser grids.
 struct ReferenceSolution {
     rung: BenchmarkPoint,
     measured: Measured,
@@ -77,10 +79,11 @@ struct ReferenceSolution {
     coarser: Vec<usize>,
 }
 
-/// Runs the ladder of a case into a folder, and draws its page. Returns the page's path.
+/// Runs the benchmark of a case in a folder, and writes its report page. Returns the results and the path of the page.
 ///
 /// # Errors
-/// Grids that do not fit each other; a reference that tells nothing.
+/// `Input` for grids that do not fit the surface or each other; `AuxiliarySolve` if the reference fails; errors of the
+/// stages.
 pub fn tradeoff(
     case: &Case,
     asked: &TradeoffRequest,
@@ -179,7 +182,7 @@ pub fn tradeoff(
         })
     };
     let mut points: Vec<TradeoffPoint> = outcome.done.iter().filter_map(point).collect();
-    // As tables list them: the registry's order, fine grids first.
+    // Order of the tables: methods as in the registry, fine grids first.
     let place = |p: &TradeoffPoint| besides.iter().position(|b| b.method.card().id == p.setting.method);
     points.sort_by_key(|p| (place(p), p.setting.layer_thickness.is_some(), std::cmp::Reverse(p.setting.nx)));
     let left_out = outcome.skipped.into_iter().map(|(rung, reason)| {
@@ -225,7 +228,8 @@ pub fn tradeoff(
     Ok((told, page))
 }
 
-/// What all grids of a method but the finest tell of it, and all of twice its points a side. None of fewer than three.
+/// Cost forecast of a method: for the finest grid from all coarser ones, and for twice its points per side from all
+/// grids. None with fewer than three grids.
 fn foreseen(grids: &[&TradeoffPoint]) -> Option<Forecast> {
     let mut grids = grids.to_vec();
     grids.sort_by_key(|p| p.setting.nx);
@@ -248,7 +252,7 @@ fn foreseen(grids: &[&TradeoffPoint]) -> Option<Forecast> {
     })
 }
 
-/// Points a side of the reference, and of the ladder from the grid that methods are asked on first to the coarsest.
+/// Points per side of the reference, and of the grids in the order in which they run.
 fn grids(case: &Case, asked: &TradeoffRequest, warnings: &mut Vec<String>) -> Result<(usize, Vec<usize>)> {
     const PLACE: &str = "command line";
     let own = case.grid.nx;
@@ -294,14 +298,14 @@ fn grids(case: &Case, asked: &TradeoffRequest, warnings: &mut Vec<String>) -> Re
         }
     }
     list.sort_unstable_by(|a, b| b.cmp(a));
-    // The scene's own grid first, if it is among them; what is finer comes with the other grids.
+    // The scene's own grid runs first, if it is in the list; the others follow from fine to coarse.
     if let Some(i) = list.iter().position(|n| *n == own) {
         list[..=i].rotate_right(1);
     }
     Ok((reference, list))
 }
 
-/// Solves the reference and the grids below it.
+/// Solves the reference and its coarser grids.
 fn truth(bench: &mut Bench, case: &Case, adhesive: bool, n: usize, out: &Path) -> Result<ReferenceSolution> {
     let fast = crate::method::find("fast").expect("it is registered");
     let tolerance = benchmark_point::base_tolerance(case).min(REFERENCE_TOLERANCE);
@@ -315,7 +319,7 @@ fn truth(bench: &mut Bench, case: &Case, adhesive: bool, n: usize, out: &Path) -
     let key = bench.reference_key(&rung)?;
     let mut levels = Vec::new();
     for n in benchmark_point::halves(n, LEVELS_BELOW).into_iter().skip(1) {
-        // A grid that does not hold the surface's waves, or did not converge, tells nothing.
+        // A grid that does not resolve the surface, or whose solution fails, gives no estimate; nor do coarser grids.
         if benchmark_point::on_grid(case, n).is_err() {
             break;
         }
@@ -336,8 +340,8 @@ fn truth(bench: &mut Bench, case: &Case, adhesive: bool, n: usize, out: &Path) -
     Ok(ReferenceSolution { rung, ny: measured.ny, measured, numbers, uncertainty, coarser })
 }
 
-/// What a table says of a case's adhesion: where the range is not what a mesh is given by default, grids that do not resolve it
-/// have another problem.
+/// Adhesion as named in tables. With a true range on every grid, coarse grids may not resolve it and the problem
+/// differs from the default, so the text states it.
 pub fn adhesion_words(case: &Case) -> String {
     match case.range() {
         RangeChoice::True if case.adhesion != Adhesion::None => format!("{}, true on every grid", case.adhesion),
@@ -345,7 +349,7 @@ pub fn adhesion_words(case: &Case) -> String {
     }
 }
 
-/// Shortest wave of a surface, over L; of a map two of its spacings.
+/// Shortest wavelength of a surface, units of L; for a height map, two grid spacings.
 pub fn shortest_wavelength(surface: &Surface) -> f64 {
     match surface {
         Surface::Synthesised { spectrum, .. } => spectrum.lambda_s,

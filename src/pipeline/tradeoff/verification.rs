@@ -1,4 +1,4 @@
-//! What is advised, held against what is found: on surfaces that no table has seen.
+//! Verification of advised settings on surfaces that are not in the tables.
 
 use super::{ExactSetting, TradeoffRequest, shortest_wavelength, tradeoff};
 use crate::Result;
@@ -12,35 +12,36 @@ use crate::scene::{Case, Surface};
 use serde::Serialize;
 use std::path::Path;
 
-/// Points per shortest wave of the reference: twice those of the finest settings that the shipped tables have.
+/// Nodes per shortest wavelength of the reference: twice those of the finest settings in the shipped tables.
 const REFERENCE_POINTS: f64 = 32.0;
 
-/// An error that was asked for, and what came of it.
+/// A requested error, and the error of the advised setting.
 #[derive(Debug, Clone, Serialize)]
 pub struct Verification {
     pub surface: String,
     pub quantity: Quantity,
     pub asked: f64,
-    /// None where the tables do not serve it, for a reason.
+    /// None if the tables do not support the request; `unavailable_reason` gives the reason.
     pub advice: Option<Advice>,
     pub unavailable_reason: Option<String>,
-    /// Root mean square over the loads, and what is uncertain of the reference. None where the setting told nothing.
+    /// Root mean square error over the loads; `uncertainty` is that of the reference. None if the setting does not give
+    /// the quantity.
     pub found: Option<f64>,
     pub uncertainty: Option<f64>,
 }
 
 impl Verification {
-    /// Whether the advised setting errs by no more than asked for. Not known of what was not advised.
+    /// Whether the error of the advised setting is at most the requested error. None without an advised setting.
     pub fn met(&self) -> Option<bool> {
         self.advice.as_ref().map(|_| self.found.is_some_and(|e| e <= self.quantity.error_of_deviation(self.asked)))
     }
 }
 
-/// Asks for every error of every quantity on a case's surface, runs what is advised into a folder, and holds it against a
-/// reference there.
+/// Requests every error for every quantity on a case's surface, runs the advised settings in a folder, and compares
+/// them with a reference.
 ///
 /// # Errors
-/// Those of a ladder.
+/// As [`tradeoff`].
 pub fn verify(
     case: &Case,
     tables: &[Table],
