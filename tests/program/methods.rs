@@ -16,7 +16,7 @@ use std::path::Path;
 /// A 128² scene of which the grid holds every wave, at loads that touch with some nodes and do not close the gap.
 const SCENE: &str = "name = \"methods\"\n[surface]\ngrid = 128\ncut_off_um = 4.0\n[load]\np_star = [0.005, 0.01, 0.02]\n\
                      [continuum]\ncompare_with = [\"all\"]\n";
-const ADHESION: &str = "[adhesion]\nwork_of_adhesion_mj_m2 = 50\nrange_nm = 100.0\nwithout_too = true\n";
+const ADHESION: &str = "[adhesion]\nwork_of_adhesion_mj_m2 = 50\nrange_nm = 100.0\nalso_nonadhesive = true\n";
 
 /// Methods that need more than a surface and a load; their unavailable_reason says what.
 const NEED_MORE: [&str; 1] = ["all-atom"];

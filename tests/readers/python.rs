@@ -31,7 +31,7 @@ fn python() -> Option<PathBuf> {
 fn a_run_opens_in_h5py_xarray_and_netcdf4() {
     let Some(python) = python() else { return };
     let adhesion =
-        "[adhesion]\nwork_of_adhesion_mj_m2 = 50\nrange_nm = 900\nwithout_too = true\nother_ranges_nm = [1200]\n";
+        "[adhesion]\nwork_of_adhesion_mj_m2 = 50\nrange_nm = 900\nalso_nonadhesive = true\nother_ranges_nm = [1200]\n";
     // The maps of all loads, and of one; what is solved beside.
     for maps in ["", "maps_at = [0.05]\n", adhesion] {
         let scratch = tempfile::tempdir().expect("scratch");
