@@ -1,18 +1,18 @@
-//! Loads: what is imposed on a contact, in which order and on which branch.
+//! Loads: the imposed quantity, its order and its branch.
 
 use serde::{Deserialize, Serialize};
 
-/// What is imposed.
+/// The imposed quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Load {
     /// Mean pressure over E*, compression positive.
     Pressure(f64),
-    /// Mean gap, units of L: the pressure follows. Reaches states that no pressure sustains.
+    /// Mean gap, units of L. Includes states that are unstable under an imposed pressure.
     MeanGap(f64),
 }
 
 impl Load {
-    /// Whether this load presses the surfaces together less than `previous` does.
+    /// Whether this load is lower than `previous`.
     fn is_below(self, previous: Load) -> bool {
         match (self, previous) {
             (Load::Pressure(now), Load::Pressure(before)) => now < before,
@@ -22,7 +22,7 @@ impl Load {
     }
 }
 
-/// Branch of a load path: with adhesion or plasticity the same load has another state on each.
+/// Branch of a load path. With adhesion or plasticity the state at a load depends on the branch.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Branch {
@@ -31,30 +31,30 @@ pub enum Branch {
     Unloading,
 }
 
-/// One load of a scene's load path. States of a run refer to it by its index.
+/// One step of a scene's load path; results refer to it by its index.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadStep {
     /// Position on the load path, from 0.
     pub index: usize,
-    /// Mean pressure over E* times the rms gradient; none where the mean gap is imposed.
+    /// Mean pressure over E* times the rms gradient; `None` if the mean gap is imposed.
     pub p_star: Option<f64>,
     pub target: Load,
     pub branch: Branch,
-    /// Index of the step with the same load on the loading branch, for the unloading steps of a closed path.
+    /// Index of the step with the same load on the loading branch, for unloading steps of a closed path.
     pub counterpart: Option<usize>,
     /// Whether the scene requests the maps of this load.
     pub maps: bool,
 }
 
 impl LoadStep {
-    /// A path of one load, whose maps are not requested. `gradient`: rms gradient.
+    /// A path of one load without maps. `gradient`: rms gradient.
     pub fn single(p_star: f64, gradient: f64) -> Self {
         let target = Load::Pressure(p_star * gradient);
         LoadStep { index: 0, p_star: Some(p_star), target, branch: Branch::Loading, counterpart: None, maps: false }
     }
 
-    /// The steps of `targets` in their order. `p_star`: those of imposed pressures, empty where the mean gap is imposed.
-    /// `loading_count`: steps before the unloading branch of a closed path, all steps of any other path.
+    /// The steps of `targets` in order. `p_star`: values of imposed pressures, empty if the mean gap is imposed.
+    /// `loading_count`: number of steps before the unloading branch of a closed path; all steps for other paths.
     pub fn path(targets: &[Load], p_star: &[f64], loading_count: usize) -> Vec<Self> {
         let falls = |i: usize| i > 0 && targets[i].is_below(targets[i - 1]);
         let step = |(index, &target): (usize, &Load)| LoadStep {
@@ -68,7 +68,7 @@ impl LoadStep {
         targets.iter().enumerate().map(step).collect()
     }
 
-    /// p* as imposed, or that of the `pressure` (over E*) found under an imposed mean gap.
+    /// The imposed p*, or p* of the resulting `pressure` (over E*) if the mean gap is imposed.
     pub fn p_star_at(&self, pressure: f64, gradient: f64) -> f64 {
         self.p_star.unwrap_or(pressure / gradient)
     }
@@ -76,7 +76,7 @@ impl LoadStep {
     /// p* of an imposed pressure.
     ///
     /// # Panics
-    /// Where the mean gap is imposed, which scenes with atoms refuse.
+    /// If the mean gap is imposed, which scenes with atoms do not permit.
     pub fn imposed_p_star(&self) -> f64 {
         self.p_star.expect("an imposed pressure")
     }
@@ -87,13 +87,13 @@ impl LoadStep {
     }
 }
 
-/// A result that belongs to one load step.
+/// A result of one load step.
 pub trait AtLoad {
     /// [`LoadStep::index`].
     fn index(&self) -> usize;
 }
 
-/// The result of the step `index`, if the list has it.
+/// The result of step `index`, if `list` contains it.
 pub fn at_step<T: AtLoad>(list: &[T], index: usize) -> Option<&T> {
     list.iter().find(|result| result.index() == index)
 }
@@ -110,7 +110,7 @@ mod tests {
         assert_eq!(path.iter().map(|s| s.counterpart).collect::<Vec<_>>(), [None, None, None, Some(1), Some(0)]);
         let unloading: Vec<usize> = path.iter().filter(|s| s.branch == Branch::Unloading).map(|s| s.index).collect();
         assert_eq!(unloading, [3, 4]);
-        // A path that only falls is no closed one.
+        // A path with decreasing loads only is not closed.
         let path = LoadStep::path(&targets[2..], &p_star[2..], 3);
         assert!(path.iter().all(|s| s.counterpart.is_none()));
         assert_eq!(

@@ -1,20 +1,21 @@
-//! Rooms import from rooms below them, files of a room do not import each other in a circle, and files and functions stay short.
+//! Module rules: modules import only from lower ones, files of a module have no circular imports, files and functions
+//! are short.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// First words of the chain of rooms in docs/architecture.md, from the highest room to the lowest.
+/// Start of the line in docs/architecture.md that lists the modules from the highest to the lowest.
 const FIRST_ROOM: &str = "cli → ";
 
-/// Most lines of a file, and of a function in the rooms listed.
+/// Largest number of lines of a file, and of a function in the modules listed.
 const FILE_LINES: usize = 600;
 const FUNCTION_LINES: usize = 80;
 const SHORT_FUNCTIONS: [&str; 3] = ["pipeline", "scene", "cli"];
 
-/// Files that are still in circles with others of their room. These numbers only ever fall; the aim is an empty list.
+/// Numbers of files with circular imports. These numbers may only decrease; the aim is an empty list.
 const FILES_IN_CIRCLES: [(&str, usize); 4] = [("api", 3), ("cli", 5), ("pipeline", 22), ("scene", 5)];
 
-/// Files and functions that are still too long. Nothing is added here.
+/// Files and functions that are still too long. No entries are added.
 const LONG_FILES: [&str; 0] = [];
 const LONG_FUNCTIONS: [&str; 6] = [
     "src/pipeline/comparison.rs: compare",
@@ -25,16 +26,16 @@ const LONG_FUNCTIONS: [&str; 6] = [
     "src/pipeline/tradeoff/mod.rs: tradeoff",
 ];
 
-/// A module: its path from the crate's root.
+/// Path of a module from the crate root.
 type Module = Vec<String>;
 
 /// A source file without tests and comments.
 struct Source {
-    /// Path below the repository's root.
+    /// Path relative to the repository.
     file: String,
     lines: usize,
     code: String,
-    /// Imported paths, absolute, and whether they are exported again. A glob ends in `*`.
+    /// Absolute paths of imports, and whether they are re-exported. A glob ends in `*`.
     uses: Vec<(Module, bool)>,
 }
 
@@ -46,7 +47,7 @@ fn is_word(c: char) -> bool {
     c.is_alphanumeric() || c == '_'
 }
 
-/// The code above the unit tests, without lines that are comments.
+/// The code above the unit tests, without comments.
 fn without_tests(text: &str) -> String {
     let code = text.split("#[cfg(test)]\nmod tests").next().unwrap_or(text);
     let kept = code.lines().filter(|l| !l.trim_start().starts_with("//"));
@@ -81,7 +82,7 @@ fn expand(tree: &str, prefix: &[String], found: &mut Vec<Module>) {
 }
 
 impl Source {
-    /// Reads a file; `modules` are all of the crate.
+    /// Reads a file. `modules`: all modules of the crate.
     fn read(root: &Path, file: &str, module: &Module, modules: &BTreeSet<Module>) -> Self {
         let text = std::fs::read_to_string(root.join(file)).expect("read");
         let (mut code, mut uses) = (String::new(), Vec::new());
@@ -110,7 +111,7 @@ impl Source {
     }
 }
 
-/// A path as seen from `module`, from the crate's root; `None` for other crates and local names.
+/// The path from the crate root of a path used in `module`; `None` for other crates and local names.
 fn absolute(path: &[String], module: &Module, modules: &BTreeSet<Module>) -> Option<Module> {
     let mut base = module.clone();
     let mut rest = path;
@@ -164,7 +165,7 @@ impl Crate {
         Crate { sources: files.iter().map(read).collect() }
     }
 
-    /// The module that defines what an absolute path names: re-exports are followed.
+    /// The module that defines the item of an absolute path, following re-exports.
     fn definition(&self, path: &[String], depth: usize) -> Option<Module> {
         let length = (1..=path.len()).rev().find(|&n| self.sources.contains_key(&path[..n]))?;
         let (module, rest) = path.split_at(length);
@@ -195,7 +196,7 @@ impl Crate {
         Some(module.to_vec())
     }
 
-    /// Modules that a module uses: what it imports without exporting it again, and paths in its code.
+    /// Modules used by a module: imports that are not re-exported, and paths in its code.
     fn imports(&self, module: &Module) -> BTreeSet<Module> {
         let source = &self.sources[module];
         let modules: BTreeSet<Module> = self.sources.keys().cloned().collect();
@@ -209,7 +210,7 @@ impl Crate {
         paths.iter().filter_map(|p| self.definition(p, 8)).filter(|m| m != module).collect()
     }
 
-    /// Groups of files of one room that import each other in a circle.
+    /// Groups of files of one top-level module with circular imports.
     fn circles(&self) -> BTreeSet<BTreeSet<Module>> {
         let imports: BTreeMap<&Module, BTreeSet<Module>> = self.sources.keys().map(|m| (m, self.imports(m))).collect();
         let reach = |from: &Module| {
@@ -229,7 +230,7 @@ impl Crate {
     }
 }
 
-/// Rank of each room, the lowest 0; rooms of one rank do not import each other.
+/// Rank of each top-level module, the lowest 0; modules of equal rank do not import each other.
 fn ranks(chain: &str) -> BTreeMap<String, usize> {
     let tiers: Vec<&str> = chain.split('→').collect();
     let of = |(k, tier): (usize, &&str)| -> Vec<(String, usize)> {
@@ -260,7 +261,8 @@ fn rooms_import_from_rooms_below_them() {
     assert!(checked > 100, "{checked} imports");
 }
 
-/// A `mod.rs` that re-exports its children is in no circle with them, unless it uses a child that uses what it defines.
+/// A `mod.rs` that re-exports its children is in no circle with them, unless it uses a child that uses items defined in
+/// it.
 #[test]
 fn files_of_a_room_do_not_import_each_other_in_a_circle() {
     let sources = Crate::read(repository());
@@ -289,7 +291,7 @@ fn files_of_a_room_do_not_import_each_other_in_a_circle() {
     assert!(grown.is_empty(), "{}", grown.join("\n"));
 }
 
-/// Lines of each function, by name, from its signature to its closing brace.
+/// Name and number of lines of each function, from its signature to its closing brace.
 fn functions(code: &str) -> Vec<(String, usize)> {
     let lines: Vec<&str> = code.lines().collect();
     let mut found = Vec::new();

@@ -1,4 +1,4 @@
-//! Planned memory of the methods against the measured increase of a separate process for each.
+//! Planned memory of the methods against the measured increase in a separate process for each.
 
 #[path = "common/program.rs"]
 mod program;
@@ -6,17 +6,19 @@ mod program;
 use asperity::method::{REGISTRY, find};
 use program::{asperity, json_line, stderr};
 
-/// Memory of a first solve that does not depend on the grid: pages of the program, plans of transforms, stacks of threads. Measured:
-/// 3 MB.
+/// Memory (bytes) of a first solve that does not depend on the grid: program pages, FFT plans, thread stacks.
+/// Measured: 3 MB.
 const FIXED: f64 = 6e6;
 
-/// Tolerance beyond that. Plans count whole fields, without lists of nodes and rows of threads.
+/// Tolerance in addition to the fixed memory. Plans count whole fields, without lists of nodes and row buffers of
+/// threads.
 const FACTOR: f64 = 1.25;
 
 /// Largest ratio of planned to measured memory: pages that a short solve never writes are not resident.
 const UNUSED: f64 = 1.5;
 
-/// Resolution of the measurement: the kernel counts 64 pages per thread at a time, so that 6 kB appeared as 0 to 0.4 MB.
+/// Resolution of the measurement: the kernel counts 64 pages per thread at a time, so that 6 kB appeared as 0 to 0.4
+/// MB.
 const RESOLUTION: f64 = 64.0 * 4096.0;
 
 /// Sixteen fields of this grid are 34 MB, far above the fixed part.

@@ -5,18 +5,18 @@ use crate::record::acceptance::AcceptanceCheck;
 use crate::record::results::StateResults;
 use std::f64::consts::PI;
 
-/// Loads, p*, of the law for all pressures without adhesion.
+/// Largest load p* for the area law without adhesion.
 const ALL: f64 = 1.001;
-/// Contact up to which area and load are in proportion.
+/// Contact fraction up to which area is proportional to load.
 const PROPORTIONAL: f64 = 0.2;
-/// "A few per cent" of contact.
+/// Contact fractions that count as "a few per cent".
 const FEW_PER_CENT: [f64; 2] = [0.01, 0.05];
-/// Loads p* over which the mean contact pressure hardly changes: two of the paper's three decades.
+/// Loads p* with nearly constant mean contact pressure: two of the paper's three decades.
 const SPAN: [f64; 2] = [1e-3, 0.1];
-/// "Within the symbol size" of the paper's figure.
+/// Relative tolerance for "within the symbol size" of the paper's figure.
 const SYMBOL_SIZE: f64 = 0.2;
 
-/// Contact fractions are perimeter-corrected throughout: what a grid counts at the rim of patches is not the surface's.
+/// All contact fractions are perimeter-corrected, which removes the discretisation error at the edges of patches.
 fn area(s: &StateResults) -> f64 {
     s.contact_fraction_corrected
 }
@@ -24,7 +24,8 @@ fn area(s: &StateResults) -> f64 {
 pub(super) fn judge(data: &ChallengeData) -> Vec<AcceptanceCheck> {
     let plain: Vec<&StateResults> = ChallengeData::touching(data.plain).collect();
     let adhesive: Vec<&StateResults> = ChallengeData::touching(data.adhesive).collect();
-    // What the surface has above the grid's shortest wave touches nowhere: loads count in what is resolved.
+    // Waves that the grid does not resolve are absent from the solution: loads are relative to the resolved rms
+    // gradient.
     let gradient = data.plain.resolved_gradient.unwrap_or(1.0);
     let load = |s: &StateResults| s.numbers.pressure / gradient;
     let worst = |list: &[f64], aim: f64| {

@@ -6,15 +6,15 @@ use crate::record::results::FIRST_TOUCH;
 
 /// Mean gap at the reference load, µm, and three standard deviations: seeds 1 to 24 on 512² (`docs/challenge.md`).
 const MEAN_GAP: [f64; 2] = [1.037, 0.105];
-/// Contact stiffness there, E* ḡ/L, likewise.
+/// Contact stiffness at the reference load, E* ḡ/L, and three standard deviations of the same seeds.
 const STIFFNESS: [f64; 2] = [2.785, 0.47];
-/// Loads of the exponential law.
+/// Loads p* of the exponential law.
 const EXPONENTIAL: std::ops::Range<f64> = 0.137..1.002;
-/// Loads of the logarithmic one.
+/// Loads p* of the logarithmic law.
 const LOGARITHMIC: std::ops::Range<f64> = 9.9e-4..0.101;
-/// Gap above which adhesion leaves the distribution as it is, µm.
+/// Gap above which adhesion does not change the distribution, µm.
 const FAR_UM: f64 = 0.1;
-/// "Equal" in a plot of probabilities.
+/// Tolerance for "equal" curves in a plot of probabilities.
 const EQUAL: f64 = 0.05;
 
 pub(super) fn judge(data: &ChallengeData) -> Vec<AcceptanceCheck> {

@@ -1,7 +1,8 @@
-//! The contact-mechanics challenge (Müser et al. 2017): what its paper states, held against what a run found.
+//! Acceptance checks of the contact-mechanics challenge (Müser et al. 2017): statements of the paper against results of
+//! a run.
 //!
-//! Statements are numbered as in `docs/challenge.md`. What a grid or a run cannot tell is not judged, with the reason; it is
-//! never a pass.
+//! Statements are numbered as in `docs/challenge.md`. A statement that the grid or the run cannot test is not assessed,
+//! with the reason.
 
 mod area;
 mod gap;
@@ -17,22 +18,23 @@ use crate::record::acceptance::{AcceptanceCheck, CheckStatus};
 use crate::record::results::{ContinuumResults, Observed, Results, StateResults};
 use crate::scene::REFERENCE_LOAD;
 
-/// Largest dx γ/(ρ² E*) at which adhesion is no stiffer than the stiffest wave of the grid, along an axis.
+/// Largest dx γ/(ρ² E*) at which the stiffness of adhesion is at most that of the stiffest wave of the grid along an
+/// axis.
 pub const MESH_LIMIT: f64 = std::f64::consts::FRAC_PI_2;
 
-/// Share of the rms gradient from which on a grid tells what the shortest waves do.
+/// Smallest resolved fraction of the rms gradient for statements that depend on the shortest waves.
 const HELD: f64 = 0.97;
 
-/// Nodes in contact from which on a load's area is the surface's and not single pixels'.
+/// Smallest number of contact nodes for an area that is not dominated by single nodes.
 const ENOUGH_NODES: f64 = 500.0;
 
-/// Exponent of the density of contact patches over their area.
+/// Exponent of the number density of contact patches over their area.
 pub const SIZE_EXPONENT: f64 = -1.45;
 
-/// Statements that the set-up keeps or breaks, whatever is solved.
+/// Statements about the set-up, independent of the solution.
 const OF_THE_SETTING: [&str; 3] = ["S01", "S02", "S03"];
 
-/// How many of each verdict, in words.
+/// Number of checks of each status, as text.
 pub fn tally(list: &[AcceptanceCheck]) -> String {
     let of = |v: CheckStatus| list.iter().filter(|j| j.status == v).count();
     let set = |j: &&AcceptanceCheck| j.status == CheckStatus::Pass && OF_THE_SETTING.contains(&j.id.as_str());
@@ -45,7 +47,7 @@ pub fn tally(list: &[AcceptanceCheck]) -> String {
     )
 }
 
-/// Evaluates the statements on the results of a run whose scene has `[challenge]`.
+/// Evaluates all statements for a run of a scene with `[challenge]`.
 pub fn judge(results: &Results) -> Vec<AcceptanceCheck> {
     let Some(data) = ChallengeData::of(results) else { return Vec::new() };
     [setting::judge, area::judge, gap::judge, stress::judge, patches::judge]
@@ -54,18 +56,18 @@ pub fn judge(results: &Results) -> Vec<AcceptanceCheck> {
         .collect()
 }
 
-/// The state at the challenge's reference load, on the loading branch.
+/// The state at the challenge's reference load on the loading branch.
 pub fn reference(c: &ContinuumResults) -> Option<&StateResults> {
     ChallengeData::there(c).find(|s| (s.numbers.p_star / REFERENCE_LOAD - 1.0).abs() < 1e-6)
 }
 
-/// A run, as the statements are evaluated on it.
+/// Results of a run, for the evaluation of the statements.
 struct ChallengeData<'a> {
     results: &'a Results,
-    /// With adhesion: all loads; and why it is not the challenge's adhesion, if so.
+    /// Results with adhesion. `unresolved`: why the grid does not resolve it, if so.
     adhesive: &'a ContinuumResults,
     unresolved: Option<String>,
-    /// Without.
+    /// Results without adhesion.
     plain: &'a ContinuumResults,
     length_um: f64,
     /// dx γ/(ρ² E*) for the requested range and the one used.
@@ -89,30 +91,31 @@ impl<'a> ChallengeData<'a> {
         Some(ChallengeData { results, adhesive, unresolved, plain, length_um, mesh })
     }
 
-    /// Whether the surface came from a file, and so is the challenge's own, if it is what it should be.
+    /// Whether the surface was read from a file, as the challenge's own surface is.
     fn is_imported(&self) -> bool {
         self.results.surface.psd.iter().all(|p| p.expected.is_none())
     }
 
-    /// The states on the loading branch.
+    /// The states of the loading branch.
     fn there(c: &ContinuumResults) -> impl Iterator<Item = &StateResults> {
         c.states.iter().filter(|s| s.branch == Branch::Loading)
     }
 
-    /// States on the loading branch with enough contact to evaluate.
+    /// States of the loading branch with enough contact nodes.
     fn touching(c: &ContinuumResults) -> impl Iterator<Item = &StateResults> {
         let nodes = (c.nx * c.ny) as f64;
         Self::there(c)
             .filter(move |s| s.numbers.contact_fraction * nodes >= ENOUGH_NODES && s.contact_fraction_corrected > 0.0)
     }
 
-    /// What was observed at the reference load, with adhesion and without.
+    /// Observables at the reference load, with and without adhesion.
     fn observed(&self) -> Option<[&Observed; 2]> {
         let of = |c| reference(c)?.observed.as_ref();
         Some([of(self.adhesive)?, of(self.plain)?])
     }
 
-    /// Judges a statement about adhesion, where the grid carries it; with a longer range than the challenge's it is said.
+    /// Checks a statement about adhesion if the grid resolves it. If the range used exceeds the requested one, the
+    /// reason states the Tabor parameter.
     fn of_adhesion(&self, item: Statement, judge: impl FnOnce(Statement) -> AcceptanceCheck) -> AcceptanceCheck {
         if let Some(reason) = &self.unresolved {
             return item.not_judged(reason);
@@ -127,7 +130,7 @@ impl<'a> ChallengeData<'a> {
         }
     }
 
-    /// Judges a statement about the surface's shortest waves, where the grid holds them.
+    /// Checks a statement about the shortest waves if the grid resolves them.
     fn of_roughness(&self, item: Statement, judge: impl FnOnce(Statement) -> AcceptanceCheck) -> AcceptanceCheck {
         match self.plain.resolved_gradient {
             Some(g) if g < HELD => {
@@ -137,13 +140,13 @@ impl<'a> ChallengeData<'a> {
         }
     }
 
-    /// Judges a statement about both.
+    /// Checks a statement about adhesion and the shortest waves if the grid resolves both.
     fn of_both(&self, item: Statement, judge: impl FnOnce(Statement) -> AcceptanceCheck) -> AcceptanceCheck {
         self.of_adhesion(item, |item| self.of_roughness(item, judge))
     }
 }
 
-/// A statement about to be judged.
+/// A statement of the paper.
 #[derive(Clone, Copy)]
 struct Statement {
     id: &'static str,
@@ -173,7 +176,7 @@ impl Statement {
         self.judged(CheckStatus::NotAssessed, reason)
     }
 
-    /// Passes within `low` to `high`.
+    /// Passes between `low` and `high`; not assessed without a finite value.
     fn within(
         self,
         value: Option<f64>,
@@ -194,18 +197,18 @@ impl Statement {
         }
     }
 
-    /// Passes from `reference` on upwards.
+    /// Passes at or above `reference`.
     fn at_least(self, value: Option<f64>, reference: f64, reason: impl Into<String>) -> AcceptanceCheck {
         self.within(value, reference, [reference, f64::INFINITY], reason)
     }
 
-    /// Passes within `reference` plus and minus `width`.
+    /// Passes within `reference` ± `width`.
     fn near(self, value: Option<f64>, reference: f64, width: f64, reason: impl Into<String>) -> AcceptanceCheck {
         self.within(value, reference, [reference - width, reference + width], reason)
     }
 }
 
-/// Share of what is counted, delta apart, that lies below `x`; linear within a bin.
+/// Fraction of the counted nodes with values below `x`, without the delta function; linear interpolation within a bin.
 fn share_below(d: &Distribution, x: f64) -> f64 {
     let within = |i: usize| {
         let (a, b) = (d.edges[i], d.edges[i + 1]);
@@ -214,14 +217,14 @@ fn share_below(d: &Distribution, x: f64) -> f64 {
     d.below + (0..d.fractions.len()).map(within).sum::<f64>()
 }
 
-/// Whether loads reach from one end of a span to the other.
+/// Whether the loads extend from `from` to `to`, within 5 %.
 fn cover(loads: impl Iterator<Item = f64>, [from, to]: [f64; 2]) -> bool {
     let few_per_cent = 1.05;
     let (least, most) = loads.fold((f64::INFINITY, 0.0_f64), |(l, m), p| (l.min(p), m.max(p)));
     least <= from * few_per_cent && most * few_per_cent >= to
 }
 
-/// Slope, offset and coefficient of determination of the straight line through points; none for fewer than three.
+/// Slope, intercept and coefficient of determination of the least-squares line; `None` for fewer than three points.
 fn line(points: &[(f64, f64)]) -> Option<(f64, f64, f64)> {
     if points.len() < 3 {
         return None;

@@ -4,16 +4,16 @@ use super::{ChallengeData, SIZE_EXPONENT, Statement, line};
 use crate::record::acceptance::AcceptanceCheck;
 use crate::record::results::Observed;
 
-/// Smallest patch of the fit, nodes: below it a patch's size is its pixels'.
+/// Smallest patch of the fit, nodes; sizes below depend on the discretisation.
 const SMALLEST_NODES: f64 = 16.0;
-/// Patches in a bin below which its density is chance.
+/// Smallest number of patches in a bin of the fit.
 const FEWEST: f64 = 5.0;
-/// Area up to which a fifth of the contact lies, µm².
+/// Area of patches that contain a fifth of the contact, µm².
 const FIFTH_UM2: f64 = 1.0;
-/// Range, over the challenge's, above which the part of the contact that is under tension is another: where contact is
-/// compression the typical patch of seed 18 is 4.0 µm² at 9.4 times the range, 2.1 µm² at 6.7 times.
+/// Largest range over the challenge's for statements about the compressed contact area. With seed 18 the typical
+/// compressed patch is 4.0 µm² at 9.4 times the range and 2.1 µm² at 6.7 times.
 const LONGER: f64 = 3.0;
-/// Spacing of nodes that tells the most probable patch, µm.
+/// Largest node spacing for the most probable patch, µm.
 const FINE_UM: f64 = 5e-3;
 
 pub(super) fn judge(data: &ChallengeData) -> Vec<AcceptanceCheck> {
@@ -65,7 +65,8 @@ pub(super) fn judge(data: &ChallengeData) -> Vec<AcceptanceCheck> {
     ]
 }
 
-/// Of the power law with which the density of patches falls, from a smallest area (units of L²) to the typical one.
+/// Negative exponent of the number density of patches, fitted from the area `smallest` (units of L²) to the typical
+/// one.
 fn exponent(o: &Observed, smallest: f64) -> Option<f64> {
     let largest = o.median_cluster_area?;
     let fits = |[a, density, n]: &&[f64; 3]| (smallest..=largest).contains(a) && *n >= FEWEST && *density > 0.0;

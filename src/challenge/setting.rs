@@ -1,4 +1,4 @@
-//! The problem itself: scales, adhesion, surface.
+//! Set-up of the problem: scales, adhesion, surface.
 
 use super::{ChallengeData, MESH_LIMIT, Statement, reference};
 use crate::interface;
@@ -6,13 +6,13 @@ use crate::record::acceptance::{AcceptanceCheck, CheckStatus};
 use crate::record::results::{CURVATURE_RADIUS, FIRST_TOUCH, HEIGHT_RANGE, RMS_HEIGHT};
 use crate::scene::REFERENCE_LOAD;
 
-/// γ/(E* L): 50 mJ/m² on 25 MPa and 0.1 mm.
+/// γ/(E* L): 50 mJ/m² over 25 MPa × 0.1 mm.
 pub(super) const GAMMA: f64 = 2e-5;
-/// Curvature radius that the paper prints, over L.
+/// Curvature radius stated in the paper, over L.
 const PRINTED_RADIUS: f64 = 60e-9 / 1e-4;
 
-/// A statistic of heights: as printed of the challenge's own surface, with half of the last digit; and of surfaces like it,
-/// with three standard deviations.
+/// A statistic of heights. `printed`: value of the challenge's surface and half a unit of its last digit; `alike`: mean
+/// over surfaces with the same spectrum and three standard deviations.
 struct Statistic {
     id: &'static str,
     text: &'static str,
@@ -22,7 +22,7 @@ struct Statistic {
     alike: [f64; 2],
 }
 
-/// Surfaces like it: seeds 1 to 24 on 2048² (`docs/challenge.md`).
+/// Surfaces with the same spectrum: seeds 1 to 24 on 2048² (`docs/challenge.md`).
 const HEIGHTS: [Statistic; 4] = [
     Statistic {
         id: "S04a",
@@ -58,18 +58,18 @@ const HEIGHTS: [Statistic; 4] = [
     },
 ];
 
-/// Half of the last digit printed of heights, µm.
+/// Half a unit of the last printed digit of heights, µm.
 pub(super) const HALF_A_DIGIT: f64 = 5e-4;
-/// Mean radius of the surface's summits (random-field theory), µm.
+/// Mean radius of curvature of the summits (random-field theory), µm.
 const SUMMIT_RADIUS_UM: f64 = 0.040;
 
-/// How far an extreme may lie above the highest of the nodes around it, µm.
+/// Largest height difference between an extremum of the surface and the highest node near it, µm.
 pub(super) fn sampling(data: &ChallengeData) -> f64 {
     let spacing = data.length_um / data.adhesive.nx as f64;
     spacing * spacing / (4.0 * SUMMIT_RADIUS_UM)
 }
 
-/// Tabor's parameter at a range, units of L.
+/// Tabor parameter for the range `rho`, units of L.
 pub(super) fn tabor(rho: f64) -> f64 {
     interface::tabor(PRINTED_RADIUS, GAMMA, rho)
 }

@@ -6,15 +6,16 @@ use crate::record::acceptance::AcceptanceCheck;
 use crate::record::results::Observed;
 use libm::erf;
 
-/// What a residual of 1e-4 of the pressure leaves at single nodes, over γ/ρ.
+/// Error of nodal stresses at a residual of 1e-4 of the pressure, over γ/ρ.
 const BOUND: f64 = 1e-2;
-/// "O(10 %)" between two solvers.
+/// Tolerance for "O(10 %)" between two solvers.
 const CLOSE: f64 = 0.1;
 
 pub(super) fn judge(data: &ChallengeData) -> Vec<AcceptanceCheck> {
     let pull = data.adhesive.range.map(|r| super::setting::GAMMA / r.used);
     let observed = data.observed();
-    // Elsewhere the residual, in proportion to the pressure, outweighs the tension.
+    // The histogram starts at the largest tension. At loads above the reference load the residual, proportional to the
+    // pressure, exceeds the tension.
     let tension = observed.and_then(|[with, _]| with.stress.edges.first().copied());
     let reference = reference(data.plain);
     let form =
@@ -70,26 +71,26 @@ fn under_tension(o: &Observed) -> Option<f64> {
     (o.gap.delta > 0.0).then(|| 100.0 * (1.0 - compressive.fraction / o.gap.delta))
 }
 
-/// Density of the tension out of contact in the bin below zero, over that at half of the largest.
+/// Density of tension outside contact in the last bin below zero stress, over that at half of the largest tension.
 fn peak(o: &Observed) -> Option<f64> {
     let edges = &o.stress.edges;
     let outside = |i: usize| (o.stress.fractions[i] - o.contact_stress.fractions[i]) / (edges[i + 1] - edges[i]);
     let bin = |x: f64| (0..edges.len() - 1).find(|&i| edges[i + 1] >= x);
-    // The last bin that holds no compression.
+    // The last bin without compression.
     let zero = edges.iter().rposition(|e| *e <= 0.0)?.checked_sub(1)?;
     let half = bin(0.5 * edges[0])?;
     (half < zero && outside(half) > 0.0).then(|| outside(zero) / outside(half))
 }
 
-/// Largest difference of the fractions below any stress, each of its own total.
+/// Largest difference of two cumulative distributions, each normalised to one.
 fn distance(a: &Distribution, b: &Distribution) -> f64 {
     let total = |d: &Distribution| d.fractions.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     let apart = |x: &f64| (share_below(a, *x) / total(a) - share_below(b, *x) / total(b)).abs();
     a.edges.iter().chain(&b.edges).map(apart).fold(0.0, f64::max)
 }
 
-/// The same to Persson's Pr(σ), a Gaussian around the pressure minus its mirror image, whose variance is chosen such that
-/// its integral is the area.
+/// Largest difference from Persson's Pr(σ), a Gaussian around the pressure minus its mirror image, with the variance
+/// that gives the contact area found.
 fn persson_distance(pressure: f64, contact: &Distribution) -> f64 {
     let area: f64 = contact.fractions.iter().sum();
     // erf(t) = area, and t = p/√(2v).

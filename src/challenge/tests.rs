@@ -1,4 +1,4 @@
-//! Every judge, on made-up results that agree with the paper in all it states: one number changed must change a verdict.
+//! All acceptance checks, on synthetic results that agree with the paper. Changing one number must change a status.
 
 use super::*;
 use crate::record::results::{
@@ -7,14 +7,14 @@ use crate::record::results::{
 };
 use std::f64::consts::PI;
 
-/// Loads p*: those of configs/challenge.toml.
+/// Loads p* of configs/challenge.toml.
 const LOADS: [f64; 12] = [1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.14, 0.2, 0.4, 0.7, 1.0];
 /// Length of the cell, µm.
 const UM: f64 = 100.0;
 /// γ/ρ of the challenge.
 const PULL: f64 = 2e-5 / 2.071e-5;
 
-/// The paper's mean gap, µm: exponential at high loads, and with its logarithm where that ends.
+/// Mean gap of the paper, µm: exponential in the load at high loads, logarithmic below.
 fn mean_gap_um(p: f64) -> f64 {
     let turn: f64 = 0.137;
     let there = 0.3 * (-8.0 * turn).exp();
@@ -29,17 +29,17 @@ fn distribution(from: f64, to: f64, delta: f64, density: impl Fn(f64) -> f64) ->
     Distribution { edges, fractions, delta, below: 0.0, above: 0.0 }
 }
 
-/// What is observed of contact that covers a share of the cell.
+/// Observables for a contact fraction `area`.
 fn observed(area: f64, adhesive: bool) -> Observed {
     let um2 = UM * UM;
     let contact = |s: f64| if s > 0.0 { s * (-s * s).exp() } else { 0.0 };
     let mut contact_stress = distribution(-PULL, 4.0, 1.0 - area, contact);
     contact_stress.delta = 0.0;
-    // Out of contact all is tension, the more of it the nearer to zero.
+    // Outside contact there is only tension, with a density that increases towards zero.
     let open = distribution(-PULL, 4.0, 0.0, |s| if s < 0.0 { (8.0 * s).exp() } else { 0.0 });
     let mut stress = contact_stress.clone();
     stress.fractions.iter_mut().zip(&open.fractions).for_each(|(all, o)| *all += (1.0 - area) * o);
-    // Adhesion takes from the smallest gaps.
+    // Adhesion reduces the probability of the smallest gaps.
     let gap = |u: f64| (-u / 1e-2).exp() * if adhesive { 1.0 - 0.5 * (-u / 5e-5).exp() } else { 1.0 };
     let linear = distribution(0.0, 0.05, area, gap);
     let sizes: Vec<f64> = (0..30).map(|k| 5e-4 * 10f64.powf(f64::from(k) / 6.0)).collect();
@@ -119,7 +119,7 @@ fn solved(adhesive: bool) -> ContinuumResults {
     }
 }
 
-/// A run of the paper's own surface that finds what the paper says.
+/// A run on the paper's surface with all results as stated there.
 fn agreeing() -> Results {
     let statistic = |symbol: &str, realised: f64| Statistic {
         name: symbol.into(),
@@ -167,7 +167,7 @@ fn status(results: &Results, id: &str) -> CheckStatus {
     judge(results).into_iter().find(|j| j.id == id).unwrap_or_else(|| panic!("no {id}")).status
 }
 
-/// No limit follows from the paper's words.
+/// The paper states no limit.
 const NEVER_ASSESSED: &str = "S22";
 
 #[test]
@@ -214,7 +214,7 @@ fn one_number_changed_fails_a_statement() {
         ("S02", |r| at(with(r), 0.01).numbers.pressure *= 1.00001),
         ("S03", |r| with(r).range.as_mut().unwrap().requested *= 0.999),
         ("S04a", |r| r.surface.statistics[0].realised += 0.001),
-        // What lies between the nodes is allowed for: 0.06 nm here.
+        // The tolerance includes the sampling between nodes, 0.06 nm here.
         ("S04b", |r| r.surface.statistics[1].realised += 0.001),
         ("S04c", |r| r.surface.statistics[2].realised += 0.001),
         ("S04d", |r| r.surface.statistics[3].realised += 0.6),
@@ -238,7 +238,7 @@ fn one_number_changed_fails_a_statement() {
         ("S17b", |r| seen(with(r)).patch_area.iter_mut().for_each(|[_, share]| *share *= 0.5)),
         ("S18", |r| seen(with(r)).compressive.as_mut().unwrap().median_cluster_area = Some(2.2e-4)),
         ("S21a", |r| {
-            // A tenth of all gaps, from far to near.
+            // Moves a tenth of the gaps from large to small values.
             let d = &mut seen(with(r)).gap_logarithmic;
             let far = d.edges.iter().position(|e| *e > 0.01).unwrap();
             d.fractions[far] += 0.1;
@@ -268,10 +268,11 @@ fn one_number_changed_fails_a_statement() {
     }
 }
 
-/// A grid that pins contact lines says nothing of adhesion; one that holds too little of the roughness nothing of that.
+/// A grid that pins contact lines cannot test statements about adhesion; one that resolves too little of the roughness
+/// cannot test those about short waves.
 #[test]
 fn what_a_grid_cannot_tell_is_not_judged() {
-    // And the most probable patch needs fine nodes.
+    // The most probable patch needs a fine grid as well.
     let of_adhesion =
         ["MESH", "S16", "S05", "S06", "S08", "S10", "S15", "S17a", "S17b", "S18", "S21a", "S21b", "S23a", "S23b"];
     let mut coarse = agreeing();

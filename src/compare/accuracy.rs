@@ -1,4 +1,4 @@
-//! Deviations between two methods: numbers, maps and distributions.
+//! Deviations between two methods: scalars, maps and distributions.
 
 use super::overlap;
 use crate::grid::{Grid, bilinear};
@@ -6,18 +6,18 @@ use crate::observe::Distribution;
 use crate::record::npy;
 use crate::record::tradeoff::Extrapolation;
 
-/// Decades between two positive numbers.
+/// Absolute log₁₀ of the ratio of two positive numbers.
 pub fn decades(found: f64, reference: f64) -> Option<f64> {
     Some((found / reference).log10().abs()).filter(|e| e.is_finite())
 }
 
-/// Root of the mean square.
+/// Root mean square; `None` of no values.
 pub fn rms(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt())
 }
 
-/// Values of two maps of the same cell at the nodes that both have: node (i, j) of n points a side is node (ki, kj) of kn.
-/// None where neither grid's points divide the other's.
+/// Pairs of values at the nodes common to two maps of the same cell. `None` if the number of nodes of one grid is no
+/// multiple of the other's.
 fn coincident<'a>(
     a: &'a npy::Field<f64>,
     b: &'a npy::Field<f64>,
@@ -34,8 +34,8 @@ fn coincident<'a>(
     Some((0..ny).flat_map(move |j| (0..nx).map(move |i| pair(j, i))))
 }
 
-/// A periodic map as it is between its nodes, at those of another grid: values that vary evenly, or, of what is either one or
-/// the other, those of the nearest node.
+/// Values of a periodic map at the nodes of an `nx` × `ny` grid: bilinear interpolation, or the nearest node for binary
+/// maps.
 pub fn at_nodes_of(map: &npy::Field<f64>, nx: usize, ny: usize, nearest: bool) -> npy::Field<f64> {
     let own = Grid::unit(map.nx, map.ny);
     let node = |x: f64, n: usize| (x * n as f64).round() as usize % n;
@@ -49,26 +49,27 @@ pub fn at_nodes_of(map: &npy::Field<f64>, nx: usize, ny: usize, nearest: bool) -
     npy::Field { nx, ny, values: (0..nx * ny).map(at).collect() }
 }
 
-/// Root of the mean square difference of two maps at the nodes that both have, over `scale`.
+/// rms difference of two maps at their common nodes, over `scale`.
 pub fn map_l2(found: &npy::Field<f64>, reference: &npy::Field<f64>, scale: f64) -> Option<f64> {
     let differences: Vec<f64> = coincident(found, reference)?.map(|(a, b)| a - b).collect();
     rms(&differences).map(|d| d / scale).filter(|e| e.is_finite())
 }
 
-/// One less Jaccard's index of two contact maps (positive: touches) at the nodes that both have: 0 for the same maps, 1 for
-/// maps that share nothing.
+/// One minus the Jaccard index of two contact maps (positive: contact) at their common nodes: 0 for equal maps, 1 for
+/// disjoint ones.
 pub fn map_mismatch(found: &npy::Field<f64>, reference: &npy::Field<f64>) -> Option<f64> {
     let (a, b): (Vec<bool>, Vec<bool>) = coincident(found, reference)?.map(|(a, b)| (a > 0.0, b > 0.0)).unzip();
     Some(1.0 - overlap(&a, &b).jaccard)
 }
 
-/// Probability along a line: parts that lie evenly between two values, or at one.
+/// A distribution on a line: entries (from, to, mass) with uniform density between `from` and `to`, or a delta function
+/// if they are equal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Masses(Vec<(f64, f64, f64)>);
 
 impl Masses {
-    /// Of a distribution whose delta is at zero, from the lowest value on that there may be: what lies below the bins is
-    /// spread from there, or, without one, put at the first border; what lies above is put at the last.
+    /// From a histogram whose delta function is at zero. The mass below the bins is spread uniformly from `lowest` to
+    /// the first edge, or placed at the first edge without `lowest`; the mass above is placed at the last edge.
     pub fn of(d: &Distribution, lowest: Option<f64>) -> Self {
         let (Some(&first), Some(&last)) = (d.edges.first(), d.edges.last()) else { return Masses(Vec::new()) };
         let bins = d.edges.windows(2).zip(&d.fractions).map(|(e, share)| (e[0], e[1], *share));
@@ -76,7 +77,8 @@ impl Masses {
         Masses(bins.chain(beyond).filter(|m| m.2 > 0.0).collect())
     }
 
-    /// Of CPr(a), areas and the fraction of the contact in patches up to them, along log10 a.
+    /// From CPr(a), pairs of cluster area a and fraction of the contact in clusters up to that area, as a distribution
+    /// over log₁₀ a.
     pub fn of_patches(curve: &[[f64; 2]]) -> Self {
         let mut before = 0.0;
         let step = |[area, share]: &[f64; 2]| {
@@ -88,15 +90,15 @@ impl Masses {
     }
 }
 
-/// Wasserstein's distance: how far the one has to be moved, on average, to become the other; the area between the cumulative
-/// curves. In the unit of the line. None where one of them is empty.
+/// Wasserstein-1 distance: the area between the normalised cumulative distributions, in the unit of the axis. `None` if
+/// one of them is empty.
 pub fn wasserstein(a: &Masses, b: &Masses) -> Option<f64> {
     let total = |m: &Masses| m.0.iter().map(|p| p.2).sum::<f64>();
     let (of_a, of_b) = (total(a), total(b));
     if !(of_a > 0.0 && of_b > 0.0) {
         return None;
     }
-    // Where the difference of the curves changes its slope, or jumps.
+    // Points where the difference of the cumulative distributions changes its slope or jumps.
     let mut events: Vec<(f64, f64, f64)> = Vec::new();
     for (masses, sign) in [(a, 1.0 / of_a), (b, -1.0 / of_b)] {
         for &(from, to, mass) in &masses.0 {
@@ -117,17 +119,17 @@ pub fn wasserstein(a: &Masses, b: &Masses) -> Option<f64> {
     Some(distance).filter(|d: &f64| d.is_finite())
 }
 
-/// Mean absolute value of a line between two heights.
+/// Mean absolute value of a linear function with the end values `a` and `b`.
 fn between(a: f64, b: f64) -> f64 {
     if a * b >= 0.0 { 0.5 * (a + b).abs() } else { 0.5 * (a * a + b * b) / (a - b).abs() }
 }
 
-/// Orders of convergence that are taken for one: contact lines make the fields' second order into something between first and
-/// second, and three grids whose changes shrink much faster or slower agree by chance.
+/// Accepted orders of convergence. Contact lines reduce the second order of the fields to between first and second;
+/// much smaller or larger apparent orders of three grids are accidental.
 const ORDERS: std::ops::RangeInclusive<f64> = 0.5..=4.0;
 
-/// Richardson's extrapolation of the finest three of `levels`, coarse to fine, each of twice the points a side. Where they show
-/// no order the finest stands. None of no level.
+/// Richardson extrapolation from the last three of `levels`, from coarse to fine with the mesh size halved each time.
+/// Without a valid order of convergence the finest value is returned. `None` of no levels.
 pub fn richardson(levels: &[f64]) -> Option<Extrapolation> {
     let &finest = levels.last()?;
     let before = levels.len().checked_sub(2).map(|i| levels[i]);
@@ -142,15 +144,16 @@ pub fn richardson(levels: &[f64]) -> Option<Extrapolation> {
     Some(Extrapolation { value: finest + way, finest, uncertainty: Some(way.abs()), order: Some(order) })
 }
 
-/// Orders with which what is no number (maps, distributions) may go to its end: second where all is smooth, and where it hardly
-/// converges the root of the spacing.
+/// Lowest and highest order assumed for the convergence of maps and distributions: second order for smooth fields, and
+/// order 1/2 at slow convergence.
 const SLOWEST_AND_FASTEST: [f64; 2] = [0.5, 2.0];
 
-/// How far the finest of three grids, each of twice the points a side, is from its end, by how far the coarser two are from
-/// it: the errors of all three are taken to be alike and to fall with one order. Without the coarsest that is one.
+/// Estimated error of the finest of three grids, with the mesh size halved each time, from the distances of the coarser
+/// two to it. The errors are assumed to follow a power law of the mesh size. Without the coarsest grid first order is
+/// assumed.
 pub fn finest_error(coarse: Option<f64>, middle: f64) -> f64 {
     let [slowest, fastest] = SLOWEST_AND_FASTEST;
-    // Distances of 4ᵖ - 1 and 2ᵖ - 1 errors of the finest: their ratio is 2ᵖ + 1.
+    // With the error e of the finest grid these distances are (4ᵖ - 1) e and (2ᵖ - 1) e; their ratio is 2ᵖ + 1.
     let order = match coarse.map(|c| c / middle) {
         Some(ratio) if ratio.is_finite() => (ratio - 1.0).max(0.0).log2().clamp(slowest, fastest),
         _ => 1.0,
@@ -184,7 +187,7 @@ mod tests {
         assert_eq!(rms(&[]), None);
     }
 
-    /// The same function on two grids is the same map, whichever is the finer; another by a constant is off by that.
+    /// Samples of one function on two grids are equal maps, in either order. A constant offset is the distance.
     #[test]
     fn maps_meet_at_the_nodes_that_both_have() {
         let wave = |x: f64, y: f64| (6.0 * x).sin() + y * y;
@@ -193,34 +196,34 @@ mod tests {
             close(map_l2(a, b, 1.0), 0.0);
         }
         close(map_l2(&map(8, |x, y| wave(x, y) + 0.3), &fine, 0.5), 0.6);
-        // Half of the nodes off by one.
+        // Half of the nodes differ by one.
         close(map_l2(&map(4, |x, _| if x < 0.5 { 1.0 } else { 0.0 }), &map(4, |_, _| 0.0), 1.0), 0.5f64.sqrt());
         assert_eq!(map_l2(&map(6, wave), &map(8, wave), 1.0), None);
         assert_eq!(map_l2(&coarse, &fine, 0.0), None);
     }
 
-    /// Between nodes a map is even, or that of the nearest; at its own nodes itself.
+    /// Interpolated and nearest values between nodes; unchanged values at the map's own nodes.
     #[test]
     fn maps_are_read_between_their_nodes() {
         let ramp = map(4, |x, y| 4.0 * x + 40.0 * y);
         let fine = at_nodes_of(&ramp, 8, 8, false);
         assert_eq!(fine.values[..6], [0.0, 0.5, 1.0, 1.5, 2.0, 2.5]);
         assert_eq!((fine.values[8], fine.values[16]), (5.0, 10.0));
-        // The last node's neighbour is the first one's.
+        // The last node is interpolated with the first, by periodicity.
         assert_eq!(fine.values[7], 1.5);
         let coarse = at_nodes_of(&ramp, 3, 1, true);
         assert_eq!(coarse.values, [0.0, 1.0, 3.0]);
         assert_eq!(at_nodes_of(&ramp, 4, 4, false).values, ramp.values);
     }
 
-    /// Stripes of a half and of a quarter that lie in each other share half of what they cover.
+    /// Stripes of a half and a quarter of the cell, one inside the other: Jaccard index of one half.
     #[test]
     fn contact_maps_mismatch() {
         let stripe = |to: f64| move |x: f64, _: f64| f64::from(u8::from(x < to));
         close(map_mismatch(&map(8, stripe(0.25)), &map(16, stripe(0.5))), 0.5);
         close(map_mismatch(&map(8, stripe(0.5)), &map(16, stripe(0.5))), 0.0);
         close(map_mismatch(&map(8, stripe(0.5)), &map(8, |x, _| f64::from(u8::from(x >= 0.5)))), 1.0);
-        // Nothing touches in either: the same.
+        // Two maps without contact are equal.
         close(map_mismatch(&map(8, |_, _| 0.0), &map(8, |_, _| 0.0)), 0.0);
     }
 
@@ -229,7 +232,8 @@ mod tests {
         Distribution { edges, fractions: vec![1.0 / bins as f64; bins], delta: 0.0, below: 0.0, above: 0.0 }
     }
 
-    /// What is shifted is off by the shift, whatever the bins; what is stretched about its middle by a quarter of the stretch.
+    /// The distance of shifted distributions is the shift, for any bins. Doubling the width of a uniform distribution
+    /// on [-1, 1] gives 1/2.
     #[test]
     fn wasserstein_of_known_pairs() {
         let masses = |from: f64, to: f64, bins: usize| Masses::of(&even(from, to, bins), None);
@@ -240,12 +244,12 @@ mod tests {
         assert_eq!(wasserstein(&Masses(Vec::new()), &masses(0.0, 1.0, 1)), None);
     }
 
-    /// Deltas and what lies beyond the bins are masses, too, and fractions that do not add up to one are scaled.
+    /// Deltas and the mass outside the bins count as well; distributions are normalised.
     #[test]
     fn wasserstein_moves_deltas() {
         let half = Distribution { fractions: vec![0.5], delta: 0.5, ..even(1.0, 3.0, 1) };
         let open = even(1.0, 3.0, 1);
-        // Half of the whole goes from 0 to an even spread about 2.
+        // Half of the mass moves from 0 to a uniform distribution around 2.
         close(wasserstein(&Masses::of(&half, None), &Masses::of(&open, None)), 1.0);
         let twice = Distribution { fractions: vec![2.0], ..open.clone() };
         close(wasserstein(&Masses::of(&twice, None), &Masses::of(&open, None)), 0.0);
@@ -256,14 +260,14 @@ mod tests {
         close(wasserstein(&Masses::of(&above, None), &Masses::of(&open, None)), 1.0);
     }
 
-    /// Patches ten times as large are a decade off; a share that moves over two decades counts as much as it is.
+    /// Clusters of ten times the area are one decade away.
     #[test]
     fn patches_are_compared_in_decades() {
         let curve = [[1e-4, 0.2], [1e-3, 1.0]];
         let larger = curve.map(|[a, share]| [10.0 * a, share]);
         close(wasserstein(&Masses::of_patches(&curve), &Masses::of_patches(&larger)), 1.0);
         let other = [[1e-5, 0.1], [1e-3, 1.0]];
-        // A tenth by one decade, another tenth by one.
+        // A tenth of the mass moves by one decade between 1e-5 and 1e-4, and another tenth between 1e-4 and 1e-3.
         close(wasserstein(&Masses::of_patches(&curve), &Masses::of_patches(&other)), 0.1 + 0.1);
         assert_eq!(wasserstein(&Masses::of_patches(&[]), &Masses::of_patches(&curve)), None);
     }
@@ -275,7 +279,7 @@ mod tests {
         assert!((found.value - 3.0).abs() < ROUNDING, "{found:?}");
         assert!(found.order.is_some_and(|o| (o - 2.0).abs() < 1e-9), "{found:?}");
         close(found.uncertainty, at(0.1) - 3.0);
-        // Up and down again, or ever larger steps: no order, the finest stands.
+        // Values that are not monotonic, and increasing changes: no order, the finest value.
         for levels in [[1.0, 2.0, 1.5], [1.0, 1.1, 1.4], [1.0, 1.0, 1.0]] {
             let found = richardson(&levels).expect("levels");
             assert_eq!((found.value, found.order), (levels[2], None));
@@ -285,13 +289,13 @@ mod tests {
         assert_eq!(richardson(&[]), None);
     }
 
-    /// Errors of 0.16, 0.08 and 0.04 are 0.12 and 0.04 apart from the last.
+    /// First order: errors of 0.16, 0.08 and 0.04 have distances of 0.12 and 0.04 to the finest.
     #[test]
     fn the_finest_errs_by_what_the_others_show() {
         close(Some(finest_error(Some(0.12), 0.04)), 0.04);
-        // Second order: 0.16, 0.04, 0.01.
+        // Second order: errors of 0.16, 0.04 and 0.01.
         close(Some(finest_error(Some(0.15), 0.03)), 0.01);
-        // No faster than that, and where nothing converges by more than the last change.
+        // Second order at most, and order 1/2 at least.
         close(Some(finest_error(Some(30.0), 0.03)), 0.01);
         close(Some(finest_error(Some(0.03), 0.03)), 0.03 / (2f64.sqrt() - 1.0));
         close(Some(finest_error(None, 0.03)), 0.03);

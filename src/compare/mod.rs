@@ -1,5 +1,4 @@
-//! What two states say about each other: contact maps at the atoms' surface sites, registration, gaps, and how far the one is
-//! from the other beside what it cost.
+//! Comparison of two states: contact maps at surface sites, registration, gaps, and deviations against cost.
 
 pub mod accuracy;
 pub mod advice;

@@ -1,7 +1,7 @@
 use crate::record::results::Overlap;
 
-/// Agreement of two boolean maps of equal length; `reference` is the truth of precision and recall. Where a ratio has
-/// no denominator (nothing touches in either map), the maps agree and it is 1.
+/// Agreement of two boolean maps of equal length; precision and recall are relative to `reference`. A ratio with a zero
+/// denominator is 1 (no contact in either map: the maps agree).
 pub fn overlap(map: &[bool], reference: &[bool]) -> Overlap {
     assert_eq!(map.len(), reference.len());
     let mut count = [[0.0; 2]; 2];
@@ -26,7 +26,7 @@ pub fn overlap(map: &[bool], reference: &[bool]) -> Overlap {
 mod tests {
     use super::*;
 
-    /// The textbook 2 × 2 table: 20 yes/yes, 5 yes/no, 10 no/yes, 15 no/no gives κ = 0.4.
+    /// Textbook 2 × 2 table: 20 yes/yes, 5 yes/no, 10 no/yes, 15 no/no gives κ = 0.4.
     #[test]
     fn cohens_kappa_of_a_known_table() {
         let table = [(true, true, 20), (true, false, 5), (false, true, 10), (false, false, 15)];

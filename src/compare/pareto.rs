@@ -1,6 +1,6 @@
-//! Cost against error of many settings: which are worth their cost, and how cost grows.
+//! Cost against error: Pareto front, and growth of the cost with the grid.
 
-/// Settings that no other beats in both, by rising cost; indices into pairs of cost and error.
+/// Pareto front of `points` (cost, error), as indices in order of increasing cost.
 pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     let mut order: Vec<usize> =
         (0..points.len()).filter(|&i| points[i].0.is_finite() && points[i].1.is_finite()).collect();
@@ -14,7 +14,7 @@ pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     order
 }
 
-/// The cheapest whose error is at most `limit`.
+/// Index of the cheapest point with an error of at most `limit`.
 pub fn cheapest(points: &[(f64, f64)], limit: f64) -> Option<usize> {
     let good = (0..points.len()).filter(|&i| points[i].1 <= limit && points[i].0.is_finite());
     good.min_by(|&a, &b| points[a].0.total_cmp(&points[b].0))
@@ -24,13 +24,13 @@ pub fn cheapest(points: &[(f64, f64)], limit: f64) -> Option<usize> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Growth {
     pub exponent: f64,
-    /// Standard error of the exponent; none of two sizes, which a line goes through whatever they are.
+    /// Standard error of the exponent; `None` for two sizes.
     pub error: Option<f64>,
-    /// Number of sizes it rests on.
+    /// Number of sizes in the fit.
     pub sizes: usize,
 }
 
-/// Exponent of a cost in the number of points, by least squares of the logarithms. None of fewer than two sizes.
+/// Exponent of the cost in the number of points by least squares of the logarithms. `None` for fewer than two sizes.
 pub fn growth(sizes: &[(f64, f64)]) -> Option<Growth> {
     let logs: Vec<(f64, f64)> =
         sizes.iter().map(|(n, c)| (n.ln(), c.ln())).filter(|(n, c)| n.is_finite() && c.is_finite()).collect();
@@ -67,7 +67,7 @@ mod tests {
         let two = growth(&[(64.0, 1.0), (256.0, 4.0)]).expect("two sizes");
         assert!((two.exponent - 1.0).abs() < 1e-12 && two.error.is_none(), "{two:?}");
         assert_eq!(growth(&[(64.0, 1.0), (64.0, 4.0)]), None);
-        // A point off the line by a factor of e in the middle of three.
+        // The middle one of three points is off the line by a factor of e.
         let bent = growth(&[(1.0, 1.0), (std::f64::consts::E, std::f64::consts::E), (1f64.exp().powi(2), 1.0)]);
         assert!(bent.is_some_and(|g| g.exponent.abs() < 1e-12 && g.error.is_some_and(|e| e > 0.5)), "{bent:?}");
     }

@@ -1,7 +1,8 @@
 use crate::grid::{Grid, HalfSpectrum, Transform};
 
-/// Periodic shift (x, y) in nodes that brings `map` onto `reference` best: the peak of their cross-correlation, as signed
-/// numbers of at most half the grid. Maps of the same surface in the same place give (0, 0).
+/// Periodic shift (x, y) in nodes, each at most half the grid, that maximises the cross-correlation of `map` with
+/// `reference`.
+/// Equal maps give (0, 0).
 pub fn registration(grid: Grid, map: &[u8], reference: &[u8]) -> [i64; 2] {
     let transform = Transform::<f64>::new(grid);
     let spectrum_of = |m: &[u8]| -> HalfSpectrum<f64> {
@@ -16,12 +17,12 @@ pub fn registration(grid: Grid, map: &[u8], reference: &[u8]) -> [i64; 2] {
     }
     let mut correlation = vec![0.0; grid.points()];
     transform.inverse(&mut product, &mut correlation);
-    // Ties (an empty map) go to the smallest shift.
+    // Of equal peaks (an empty map) the smallest shift is taken.
     let signed = |k: usize, n: usize| if 2 * k > n { k as i64 - n as i64 } else { k as i64 };
     let place = |i: usize| [signed(i % grid.nx, grid.nx), signed(i / grid.nx, grid.ny)];
     let size = |[x, y]: [i64; 2]| x * x + y * y;
     let highest = correlation.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    // Counts of nodes: anything within rounding of the peak is the peak.
+    // Correlations are counts of nodes, with rounding errors below one half.
     let peak = (0..correlation.len()).filter(|&i| correlation[i] > highest - 0.5).map(place);
     peak.min_by_key(|s| size(*s)).unwrap_or([0, 0])
 }

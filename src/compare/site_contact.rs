@@ -1,11 +1,12 @@
-//! Contact of a continuum solution under the criteria that make it comparable with atoms.
+//! Contact of a continuum solution at the atoms' surface sites, by several criteria.
 
 use super::overlap;
 use crate::atoms::wall::Wall;
 use crate::grid::{Field, Grid, bilinear};
 use crate::record::results::CriterionMatch;
 
-/// The surface sites of the block on a continuum grid, and where each comes to lie after a shift that destroys all registry.
+/// The surface sites of the block on a continuum grid, and a permutation of them by a shift that destroys all
+/// correlation.
 pub struct Sites {
     grid: Grid,
     positions: Vec<[f64; 2]>,
@@ -14,7 +15,8 @@ pub struct Sites {
 }
 
 impl Sites {
-    /// `sites` are lattice positions over the block's edge, in [0, 1); `nearest` names the nearest of them to a point of it.
+    /// `sites`: site positions over the length of the block, in [0, 1). `nearest(x, y)`: index of the site nearest to a
+    /// position.
     pub fn new(grid: Grid, sites: impl Iterator<Item = [f64; 2]>, nearest: impl Fn(f64, f64) -> usize) -> Self {
         let node = |x: f64, y: f64| {
             let (i, j) = ((x / grid.dx()).round() as usize % grid.nx, (y / grid.dy()).round() as usize % grid.ny);
@@ -26,23 +28,24 @@ impl Sites {
         Sites { grid, positions, nodes, shifted }
     }
 
-    /// Over the block's edge.
+    /// Site positions over the length of the block.
     pub fn positions(&self) -> &[[f64; 2]] {
         &self.positions
     }
 
-    /// Values of a field at the sites, between its nodes.
+    /// Values of a field at the sites, by bilinear interpolation.
     pub fn sample(&self, field: Field) -> Vec<f64> {
         self.positions.iter().map(|&[x, y]| bilinear(self.grid, |n| field.at(n), x, y)).collect()
     }
 
-    /// Which sites a gap field touches. Read at the nearest node: between a touching node and an open one no gap is zero,
-    /// and interpolation would take the edge from every contact.
+    /// Contact at the sites, by the gap of the nearest node. Interpolated gaps are positive next to open nodes, which
+    /// would remove the edge of every contact.
     pub fn touching(&self, gap: Field, threshold: f64) -> Vec<bool> {
         self.nodes.iter().map(|&n| gap.at(n) <= threshold).collect()
     }
 
-    /// The continuum's contact against the atoms', site by site. `map` names the file that keeps it.
+    /// Site-by-site comparison of continuum contact `here` with the contact of `atoms`. `map`: file name of the contact
+    /// map.
     pub fn compare(
         &self,
         here: &[bool],
@@ -63,16 +66,16 @@ impl Sites {
     }
 }
 
-/// The ways in which a surface site of the continuum counts as touching.
+/// Contact criterion at a surface site of the continuum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SiteCriterion {
     /// Hard wall, zero gap.
     HardWall,
-    /// Hard wall, atoms put on it and raised by what the atoms' wall yields at the mean contact stress, Å: an indenter atom
-    /// within the contact distance.
+    /// Hard wall, with the atoms shifted by the wall's compression under the mean contact pressure, Å: contact if an
+    /// indenter atom is within the contact distance.
     OffsetWall(f64),
-    /// The areal law of atoms that give way, atoms put on its solution, those that nothing presses risen: an indenter atom within
-    /// the contact distance.
+    /// Compliant wall: areal repulsion with the compliance of single atoms. Atoms are placed on its solution; contact
+    /// if an indenter atom is within the contact distance.
     CompliantWall,
 }
 
@@ -102,14 +105,14 @@ impl SiteCriterion {
     }
 }
 
-/// How far atoms that are put on a hard-wall solution are to be raised, Å.
+/// Shift of atoms placed on a hard-wall solution, Å.
 ///
-/// A Lennard-Jones wall that carries the stress σ has been pressed in by `r_m - d(σ)`, so the bodies stand that much closer
-/// than a hard wall would let them. The stress is the mean over what then touches, which makes the rise self-consistent:
-/// `pressure` (eV/Å³) over `fraction(rise)`. Nothing in it is fitted to the atoms.
+/// Under the stress σ a Lennard-Jones wall is compressed by `r_m - d(σ)`, so that the bodies are closer by this
+/// distance than with a hard wall. The stress is the mean over the contact, `pressure` (eV/Å³) over `fraction(shift)`,
+/// which makes the shift self-consistent. It has no parameter fitted to the atoms.
 pub fn wall_offset(wall: &Wall, pressure: f64, fraction: impl Fn(f64) -> f64) -> f64 {
     let most = wall.minimum_angstrom();
-    // Raised farther more of them touch, hence there is less stress and less approach: one crossing.
+    // A larger shift gives more contact, a lower stress and less compression: there is one solution.
     let (mut low, mut high) = (0.0, most);
     for _ in 0..40 {
         let middle = 0.5 * (low + high);
@@ -124,7 +127,7 @@ pub fn wall_offset(wall: &Wall, pressure: f64, fraction: impl Fn(f64) -> f64) ->
 mod tests {
     use super::*;
 
-    /// Where the area does not depend on the rise, the rise is the wall's approach at that stress.
+    /// For a contact area independent of the shift, the shift is the compression of the wall at that stress.
     #[test]
     fn rise_of_a_flat_punch() {
         let wall = Wall::new(5.5884 * 5.0 / 11.0, 5.5884).unwrap();
@@ -134,7 +137,7 @@ mod tests {
         assert!(wall_offset(&wall, 1e-12, |_| fraction) < 1e-3);
     }
 
-    /// Contact is read at the nearest node, values between nodes; the shifted map is the map shifted by (1/3, 1/5).
+    /// Contact is that of the nearest node, values are interpolated, and the shift is (1/3, 1/5).
     #[test]
     fn sites_read_contact_at_nodes_and_values_between() {
         let grid = Grid::unit(30, 30);
@@ -148,7 +151,7 @@ mod tests {
         for (found, exact) in values.iter().zip([0.0, 450.0 + 0.3 * 29.0, 0.51]) {
             assert!((found - exact).abs() < 1e-9, "{values:?}");
         }
-        // The first site comes to lie on the last.
+        // The first site is shifted to the last.
         assert_eq!(sites.shifted, [3, 1, 1, 1]);
         let judged = sites.compare(
             &[true, false, false, true],

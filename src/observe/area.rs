@@ -2,20 +2,20 @@ use crate::grid::{Field, Grid, Real, sum_rows};
 use std::f64::consts::LN_2;
 use std::f64::consts::PI;
 
-/// Relative contact area, counted and corrected.
+/// Contact area over the cell area.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactArea {
-    /// Contact nodes over all nodes. First order in the pixel size: every boundary node counts fully.
+    /// Contact nodes over all nodes. First order in the mesh size, because boundary nodes count fully.
     pub fraction: f64,
-    /// Minus `(π - 1 + ln 2)/24` of the perimeter's pixels (Yastrebov, Anciaux & Molinari, J. Mech. Phys. Solids 107
-    /// (2017) 469, arXiv:1701.02727).
+    /// `fraction` minus `(π - 1 + ln 2)/24` times the number of boundary edges over the number of nodes (Yastrebov,
+    /// Anciaux & Molinari, J. Mech. Phys. Solids 107 (2017) 469, arXiv:1701.02727).
     pub corrected: f64,
-    /// Length of the edges between contact and non-contact nodes over the cell's area, units of 1/L.
+    /// Length of the edges between contact and open nodes over the cell area, units of 1/L.
     pub perimeter: f64,
     pub nodes: usize,
 }
 
-/// Area of the nodes with gap of at most `threshold` (0 for the hard wall's contact), over the periodic cell.
+/// Contact area of a periodic cell: nodes with a gap of at most `threshold` (0 for a hard wall).
 pub fn contact_area(grid: Grid, gap: Field, threshold: f64) -> ContactArea {
     let [nodes, across_x, across_y] = match gap {
         Field::F32(gap) => counted(grid, gap, |g| f64::from(g) <= threshold),
@@ -30,7 +30,7 @@ pub fn contact_area(grid: Grid, gap: Field, threshold: f64) -> ContactArea {
     ContactArea { fraction, corrected, perimeter, nodes: nodes as usize }
 }
 
-/// Nodes that touch, and edges along x and along y between one that does and one that does not.
+/// Contact nodes, and boundary edges crossed along x and along y.
 fn counted<T: Real>(grid: Grid, gap: &[T], touches: impl Fn(T) -> bool + Sync + Send) -> [f64; 3] {
     let (nx, ny) = (grid.nx, grid.ny);
     sum_rows(ny, |y| {
@@ -52,7 +52,7 @@ pub fn contact_map(gap: Field, threshold: f64) -> Vec<u8> {
 mod tests {
     use super::*;
 
-    /// A rectangle across the periodic seam: area and perimeter by hand.
+    /// A rectangle across the periodic boundary.
     #[test]
     fn a_rectangle_across_the_seam() {
         let grid = Grid { nx: 10, ny: 8, lx: 1.0, ly: 0.4 };
@@ -67,18 +67,18 @@ mod tests {
         assert!((area.fraction - 0.15).abs() < 1e-15);
         // Two sides of 3 nodes (dy = 0.05) and two of 4 (dx = 0.1) over a cell of 0.4.
         assert!((area.perimeter - (2.0 * 3.0 * 0.05 + 2.0 * 4.0 * 0.1) / 0.4).abs() < 1e-12);
-        // 12 nodes less 0.1181142 for each of 14 edges, of 80 nodes.
+        // Twelve of 80 nodes, minus 0.1181142 for each of 14 edges.
         assert!((area.corrected - (12.0 - 14.0 * 0.118_114_159_756_239) / 80.0).abs() < 1e-12);
     }
 
-    /// The printed factor, edge by edge. Nodes that are counted where a given outline covers their centre have no bias to
-    /// correct, so no drawn disc can show what the correction is good for: solved contacts of known area do, in
+    /// The published correction factor per boundary edge. Nodes marked by their centres inside a given outline have no
+    /// bias, so that a drawn disc cannot test the accuracy of the correction; solved contacts do in
     /// `tests/solvers/analytic.rs`.
     #[test]
     fn the_correction_is_a_factor_on_edges() {
         let grid = Grid::unit(8, 8);
         let beta = 0.118_114_159_756_239;
-        // Touching nodes as (x, y); their number of edges.
+        // Contact nodes (x, y), and their number of boundary edges.
         let shapes: [(&[(usize, usize)], f64); 4] = [
             (&[(3, 3)], 4.0),
             (&[(3, 3), (4, 4)], 8.0),
@@ -103,7 +103,7 @@ mod tests {
         assert_eq!((none.fraction, none.corrected, none.nodes), (0.0, 0.0, 0));
     }
 
-    /// One row, one column, and contact below a threshold: across a seam that is no seam there is no edge.
+    /// One row or one column, with a threshold: a node is no neighbour of itself across the periodic boundary.
     #[test]
     fn thin_cells_have_no_edges_across() {
         let gap = [0.1, 0.3, 0.2, 0.4, 0.1];
@@ -111,7 +111,7 @@ mod tests {
             let grid = Grid { nx, ny, lx: 1.0, ly: 1.0 };
             let area = contact_area(grid, Field::F64(&gap), 0.2);
             assert_eq!((area.nodes, area.fraction), (3, 0.6), "{nx} x {ny}");
-            // Four changes along the five nodes, each as wide as the cell.
+            // Four boundary edges along the five nodes, each as long as the cell is wide.
             assert!((area.perimeter - 4.0).abs() < 1e-14, "{nx} x {ny}: {}", area.perimeter);
         }
         assert_eq!(contact_area(Grid::unit(1, 1), Field::F32(&[0.0]), 0.0).perimeter, 0.0);

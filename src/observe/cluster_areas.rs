@@ -1,13 +1,13 @@
-/// Contact patches whose areas are any numbers, not whole ones of nodes: what methods of single asperities have.
+/// Areas of contact clusters as real numbers, as provided by methods of single asperities.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ClusterAreas {
-    /// From the smallest to the largest; none of zero.
+    /// In increasing order, all positive.
     areas: Vec<f64>,
     total: f64,
 }
 
 impl ClusterAreas {
-    /// Of areas in any order; those that are not positive are no patches.
+    /// From areas in any order; areas that are not positive are discarded.
     pub fn new(areas: impl IntoIterator<Item = f64>) -> Self {
         let mut areas: Vec<f64> = areas.into_iter().filter(|a| *a > 0.0).collect();
         areas.sort_unstable_by(f64::total_cmp);
@@ -19,19 +19,19 @@ impl ClusterAreas {
         self.areas.len()
     }
 
-    /// CPr(a): fraction of the contact in patches up to each area.
+    /// CPr(a): pairs of area and fraction of the contact in clusters up to this area.
     pub fn cumulative(&self) -> Vec<[f64; 2]> {
         let mut sum = 0.0;
         self.areas.iter().map(|a| [*a, (sum += a, sum / self.total).1]).collect()
     }
 
-    /// Half of the contact lies in patches up to this area. None without contact.
+    /// Area-weighted median: half of the contact is in clusters up to this area. `None` without contact.
     pub fn median(&self) -> Option<f64> {
         self.cumulative().into_iter().find(|[_, share]| *share >= 0.5).map(|[area, _]| area)
     }
 
-    /// Pr(a): density of the number of patches over their area in bins of equal ratio from the smallest on: the bin's
-    /// geometric middle, density, number. Empty bins are left out.
+    /// Pr(a): number density of clusters over their area, in bins of equal ratio from the smallest area on. Entries:
+    /// geometric mean of the bin edges, density, number of clusters. Empty bins are omitted.
     pub fn distribution(&self, per_decade: usize) -> Vec<[f64; 3]> {
         let (Some(smallest), Some(largest)) = (self.areas.first(), self.areas.last()) else { return Vec::new() };
         let edge = |k: usize| smallest * 10f64.powf(k as f64 / per_decade as f64);
@@ -59,11 +59,11 @@ mod tests {
         assert_eq!(ClusterAreas::new([]).median(), None);
     }
 
-    /// Areas that fall with the challenge's exponent show it, and the density adds up to one.
+    /// The distribution reproduces the exponent of the challenge, and each cluster is counted once.
     #[test]
     fn a_power_law_keeps_its_exponent() {
         let n = 40_000;
-        // Pareto's law of exponent 1.45 by its quantiles.
+        // Quantiles of a Pareto distribution with a density exponent of -1.45.
         let spots = ClusterAreas::new((0..n).map(|i| (1.0 - (f64::from(i) + 0.5) / f64::from(n)).powf(-1.0 / 0.45)));
         let density = spots.distribution(10);
         let counted: f64 = density.iter().map(|d| d[2]).sum();

@@ -1,6 +1,6 @@
 use crate::grid::UnionFind;
 
-/// Which neighbours belong to the same patch.
+/// Neighbours that belong to the same contact patch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Connectivity {
     /// Edge neighbours.
@@ -9,22 +9,23 @@ pub enum Connectivity {
     Eight,
 }
 
-/// Nodes that belong to no patch.
+/// Label of nodes without contact.
 pub const NO_PATCH: u32 = u32::MAX;
 
-/// Which patch each node of a map lies in.
+/// Contact patches of a map.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Patches {
-    /// Number of the patch, `[ny, nx]`, [`NO_PATCH`] without contact. Patches are in the order of their first node.
+    /// Index of the patch of each node, `[ny, nx]`; [`NO_PATCH`] without contact. Patches are numbered by their first
+    /// node.
     pub label: Vec<u32>,
-    /// Nodes of each patch.
+    /// Number of nodes of each patch.
     pub sizes: Vec<usize>,
 }
 
-/// Connected patches of a map `[ny, nx]` (nonzero = contact) on the periodic cell.
+/// Connected contact patches of a map `[ny, nx]` (nonzero = contact) on the periodic cell.
 pub fn patches(map: &[u8], nx: usize, connectivity: Connectivity) -> Patches {
     let (mut label, mut sets, count) = joined(map, nx, connectivity);
-    // The root is the smallest label, that of the patch's first node, so it is met before the others.
+    // The root is the smallest label of the set, that of the first node.
     let mut number = vec![NO_PATCH; count];
     let mut sizes = Vec::new();
     for l in label.iter_mut().filter(|l| **l != NO_PATCH) {
@@ -39,8 +40,8 @@ pub fn patches(map: &[u8], nx: usize, connectivity: Connectivity) -> Patches {
     Patches { label, sizes }
 }
 
-/// Sizes in nodes of the connected patches of a map `[ny, nx]` (nonzero = contact) on the periodic cell, in the order of
-/// their first node.
+/// Number of nodes of each connected contact patch of a map `[ny, nx]` (nonzero = contact) on the periodic cell, in the
+/// order of the first nodes.
 pub fn patch_sizes(map: &[u8], nx: usize, connectivity: Connectivity) -> Vec<usize> {
     let (_, mut sets, count) = joined(map, nx, connectivity);
     let mut size = vec![0; count];
@@ -51,7 +52,7 @@ pub fn patch_sizes(map: &[u8], nx: usize, connectivity: Connectivity) -> Vec<usi
     size
 }
 
-/// Contact nodes numbered in their order ([`NO_PATCH`] for others), the sets of connected ones, and how many nodes there are.
+/// Indices of the contact nodes ([`NO_PATCH`] elsewhere), the connected sets, and the number of contact nodes.
 fn joined(map: &[u8], nx: usize, connectivity: Connectivity) -> (Vec<u32>, UnionFind, usize) {
     let ny = map.len() / nx.max(1);
     let mut label = vec![NO_PATCH; map.len()];
@@ -85,8 +86,8 @@ fn joined(map: &[u8], nx: usize, connectivity: Connectivity) -> (Vec<u32>, Union
     (label, sets, count)
 }
 
-/// Share of the contact area in patches of at most each size, from the smallest on: sizes in nodes, CPr (Müser et al. 2017,
-/// eq. 4: weighted by area).
+/// CPr: fraction of the contact area in patches of at most each size (Müser et al. 2017, eq. 4: weighted by area).
+/// Pairs of size in nodes and fraction, in increasing order.
 pub fn cumulative_area(sizes: &[usize]) -> Vec<(usize, f64)> {
     let mut sorted = sizes.to_vec();
     sorted.sort_unstable();
@@ -103,17 +104,17 @@ pub fn cumulative_area(sizes: &[usize]) -> Vec<(usize, f64)> {
     curve
 }
 
-/// Size of the patch that a typical point of the contact lies in: where [`cumulative_area`] reaches one half. None without
-/// contact.
+/// Area-weighted median size of the patches, in nodes: the size at which [`cumulative_area`] reaches one half. `None`
+/// without contact.
 pub fn median_cluster_size(sizes: &[usize]) -> Option<usize> {
     cumulative_area(sizes).into_iter().find(|(_, share)| *share >= 0.5).map(|(size, _)| size)
 }
 
-/// Pr(a): density of the number of patches over their area, in bins of equal ratio from one node on; unit area per node.
-/// Middle (the geometric one), density, number. Empty bins are left out.
+/// Pr(a): number density of patches over their area in nodes, in bins of equal ratio from one node on. Entries:
+/// geometric mean of the bin edges, density, number of patches. Empty bins are omitted.
 pub fn size_distribution(sizes: &[usize], per_decade: usize) -> Vec<(f64, f64, usize)> {
     let largest = sizes.iter().copied().max().unwrap_or(0);
-    // The first bins would hold one whole number or none.
+    // The first edge is at 1/2; a bin of small sizes contains one whole number or none.
     let edge = |k: usize| 10f64.powf(k as f64 / per_decade as f64) - 0.5;
     (0..)
         .map(|k| (edge(k), edge(k + 1)))
@@ -127,10 +128,10 @@ pub fn size_distribution(sizes: &[usize], per_decade: usize) -> Vec<(f64, f64, u
         .collect()
 }
 
-/// Electrical conductance of patches of the given areas (units of L²) times the resistivity of the bodies (one for both), units
-/// of L: circular spots side by side, each alone between half-spaces, 2a each (Holm, Electric Contacts (1967)). Spots that
-/// feel each other conduct less: together dū/dp over the cell's area gives it, K/E* of the contact stiffness K (Barber,
-/// Proc. R. Soc. A 459 (2003) 53).
+/// Constriction conductance of patches of the given areas (units of L²) times the resistivity of the bodies (equal for
+/// both), units of L: circular spots of radius a without interaction, 2a each (Holm, Electric Contacts (1967)).
+/// Interacting spots conduct less: K/E* with the contact stiffness K, force over length (Barber, Proc. R. Soc. A 459
+/// (2003) 53).
 pub fn constriction_conductance(areas: impl IntoIterator<Item = f64>) -> f64 {
     areas.into_iter().map(|a| 2.0 * (a / std::f64::consts::PI).sqrt()).sum()
 }
@@ -145,7 +146,8 @@ mod tests {
         let (m, nx) = drawn("#...# ..... .##.. ...#. #....");
         let mut four = patch_sizes(&m, nx, Connectivity::Four);
         four.sort();
-        // The corner pair joins across x; the node below it joins across y; the diagonal is apart.
+        // The two corner nodes are connected across x, and the node below them across y; the diagonal pair is not
+        // connected.
         assert_eq!(four, [1, 2, 3]);
         let mut eight = patch_sizes(&m, nx, Connectivity::Eight);
         eight.sort();
@@ -163,7 +165,7 @@ mod tests {
         assert!(patch_sizes(&[0; 12], 3, Connectivity::Four).is_empty());
     }
 
-    /// Labels agree with sizes, patch by patch, and nodes without contact have none.
+    /// Labels are consistent with sizes; nodes without contact have no label.
     #[test]
     fn labels_number_the_patches() {
         let (m, nx) = drawn("#...# ..... .##.. ...#. #....");
@@ -173,7 +175,7 @@ mod tests {
             assert_eq!(found.label.iter().filter(|l| **l == patch as u32).count(), *size);
         }
         assert!(found.label.iter().zip(&m).all(|(l, m)| (*l == NO_PATCH) == (*m == 0)));
-        // Corners join across the seam; the other patch crosses a corner, too.
+        // Nodes at corners are connected across the periodic boundary; the second patch has a diagonal connection.
         assert_eq!((found.label[0], found.label[4], found.label[20]), (0, 0, 0));
         assert_eq!((found.label[11], found.label[18]), (1, 1));
     }
@@ -187,10 +189,10 @@ mod tests {
         assert_eq!(median_cluster_size(&[3]), Some(3));
     }
 
-    /// A power law of exponent 3/2 on a logarithmic scale, and a density that is one as a whole.
+    /// A power law with an exponent of -3/2, and the density of a small sample.
     #[test]
     fn sizes_have_a_density() {
-        /// Whole numbers in bins of equal ratio.
+        /// Tolerance of the exponent, due to whole numbers in bins of equal ratio.
         const SLOPE: f64 = 0.03;
         let number = |a: usize| (1e7 * (a as f64).powf(-1.5)).round() as usize;
         let sizes: Vec<usize> = (1..=1000).flat_map(|a| std::iter::repeat_n(a, number(a))).collect();

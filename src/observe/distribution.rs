@@ -2,57 +2,58 @@ use crate::grid::Field;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Shares of the nodes by value, the contact's delta and what lies beyond the bins counted apart: all together one.
+/// Histogram of nodal values as fractions of all nodes, with a delta function and the values outside the bins. The sum
+/// is one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Distribution {
-    /// Borders of the bins, rising; one more than there are bins.
+    /// Edges of the bins in increasing order, one more than bins.
     pub edges: Vec<f64>,
-    /// Shares of all nodes, bin by bin; a value on a border belongs to the bin above it.
+    /// Fraction of nodes in each bin; a value on an edge belongs to the bin above it.
     pub fractions: Vec<f64>,
-    /// Share of the nodes whose value is a delta: no gap where the surfaces touch, no stress where they do not.
+    /// Fraction of nodes in the delta function: zero gap in contact, zero stress outside.
     pub delta: f64,
     pub below: f64,
-    /// From the last border on.
+    /// Values from the last edge on.
     pub above: f64,
 }
 
-/// Of the interfacial stress, compression positive.
+/// Distribution of the interfacial stress, compression positive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StressDistribution {
     pub all: Distribution,
-    /// Of the nodes in contact alone, as shares of all nodes.
+    /// Contact nodes only, as fractions of all nodes.
     pub contact: Distribution,
 }
 
 impl Distribution {
-    /// Probability density in the middle of each bin: middle, density. The middle is the arithmetic one.
+    /// Probability density in each bin: arithmetic mean of the bin edges, density.
     pub fn density(&self) -> Vec<(f64, f64)> {
         let bin = |(e, share): (&[f64], &f64)| (0.5 * (e[0] + e[1]), share / (e[1] - e[0]));
         self.edges.windows(2).zip(&self.fractions).map(bin).collect()
     }
 
-    /// The same with values in a unit of which one of this distribution's is `unit`.
+    /// The density in another unit, of which one unit of this distribution is `unit`.
     pub fn density_in(&self, unit: f64) -> Vec<(f64, f64)> {
         self.density().into_iter().map(|(middle, density)| (middle * unit, density / unit)).collect()
     }
 
-    /// What all shares add up to: one.
+    /// Sum of all fractions, which is one for a distribution of all nodes.
     pub fn total(&self) -> f64 {
         self.fractions.iter().sum::<f64>() + self.delta + self.below + self.above
     }
 }
 
-/// Borders of `n` bins of equal width.
+/// Edges of `n` bins of equal width.
 pub fn linear_edges(from: f64, to: f64, n: usize) -> Vec<f64> {
     (0..=n).map(|k| from + (to - from) * k as f64 / n as f64).collect()
 }
 
-/// Borders of `n` bins of equal ratio; both ends positive.
+/// Edges of `n` bins of equal ratio; `from` and `to` are positive.
 pub fn logarithmic_edges(from: f64, to: f64, n: usize) -> Vec<f64> {
     (0..=n).map(|k| from * (to / from).powf(k as f64 / n as f64)).collect()
 }
 
-/// Pr(u): gaps of at most `threshold` are contact, the delta.
+/// Pr(u): gaps of at most `threshold` are contact and belong to the delta function.
 pub fn gap_distribution(gap: Field, threshold: f64, edges: Vec<f64>) -> Distribution {
     count(gap.len(), edges, |i| {
         let g = gap.at(i);
@@ -60,8 +61,8 @@ pub fn gap_distribution(gap: Field, threshold: f64, edges: Vec<f64>) -> Distribu
     })
 }
 
-/// Pr(σ), with the fraction of the contact. Without adhesion what is not in contact has no stress: that is the delta, and not
-/// what a solver leaves there.
+/// Pr(σ) of all nodes and of contact. Without adhesion, open nodes belong to the delta function at zero stress, because
+/// the values of a solver there are its residual.
 pub fn stress_distribution(
     gap: Field,
     stress: Field,
@@ -84,7 +85,7 @@ enum Value {
 fn count(len: usize, edges: Vec<f64>, value: impl Fn(usize) -> Value + Sync) -> Distribution {
     const BLOCK: usize = 1 << 16;
     let bins = edges.len() - 1;
-    // Below, the bins, above, delta. Whole numbers add up to the same sums in any order.
+    // Below, the bins, above, delta. Sums of integers do not depend on the order.
     let counts = (0..len.div_ceil(BLOCK))
         .into_par_iter()
         .fold(
@@ -115,7 +116,7 @@ fn count(len: usize, edges: Vec<f64>, value: impl Fn(usize) -> Value + Sync) -> 
 mod tests {
     use super::*;
 
-    /// All shares together; rounding of sums of some hundred.
+    /// Rounding of the sum of all fractions.
     const WHOLE: f64 = 1e-12;
 
     #[test]

@@ -1,21 +1,21 @@
 use crate::grid::{Field, UnionFind};
 use rayon::prelude::*;
 
-/// Height of the even gap that leaks as much, units of the gap's: pressure-driven flow through the space between the
-/// surfaces, with the lubrication conductivity u³ at each node, in the effective medium of Bruggeman (Ann. Phys. 416 (1935)
-/// 636; for leakage Lorenz & Persson, Eur. Phys. J. E 31 (2010) 159): ⟨(u³ - c)/(u³ + c)⟩ = 0 in two dimensions. Zero where
-/// half or more of the nodes, those at gaps of at most `threshold`, are closed: there the effective medium seals.
+/// Equivalent hydraulic gap, in units of the gap: the uniform gap with the same leakage. Pressure-driven flow with the
+/// lubrication conductivity u³ at each node, in Bruggeman's effective-medium theory (Ann. Phys. 416 (1935) 636; for
+/// leakage Lorenz & Persson, Eur. Phys. J. E 31 (2010) 159): ⟨(u³ - c)/(u³ + c)⟩ = 0 in two dimensions. Zero if at
+/// least half of the nodes have a gap of at most `threshold`, where the effective medium has no conductivity.
 pub fn hydraulic_gap(gap: Field, threshold: f64) -> f64 {
     let open = Classes::of(gap, threshold);
     if 2 * open.count() <= gap.len() as u64 {
         return 0.0;
     }
     let closed = (gap.len() as u64 - open.count()) as f64;
-    // Falls with c: from open less closed nodes to all of them, negative.
+    // Decreases with c, from the number of open minus closed nodes to a negative value.
     let balance = |c: f64| open.0.iter().map(|&(n, k)| n as f64 * (k - c) / (k + c)).sum::<f64>() - closed;
     let conductivities = open.0.iter().map(|c| c.1);
     let (mut low, mut high) = (0.0, conductivities.fold(0.0, f64::max));
-    // Halved in the logarithm once the lower end has left zero; 200 steps reach the last bit from any scale.
+    // Bisection in the logarithm once the lower bound is positive; 200 steps reach full precision from any scale.
     for _ in 0..200 {
         let middle = if low > 0.0 { (low * high).sqrt() } else { high * 1e-3 };
         if balance(middle) > 0.0 {
@@ -30,17 +30,17 @@ pub fn hydraulic_gap(gap: Field, threshold: f64) -> f64 {
     high.cbrt()
 }
 
-/// Open nodes in classes of nearly the same gap: their number and mean u³.
+/// Open nodes in classes of nearly equal gap: number of nodes and mean of u³.
 struct Classes(Vec<(u64, f64)>);
 
 impl Classes {
-    /// Classes per factor of two of the gap. With their means the effective medium is off by the square of their width.
+    /// Classes per factor of two of the gap. The error of the result is of second order in the width of a class.
     const PER_OCTAVE: usize = 64;
 
     fn of(gap: Field, threshold: f64) -> Self {
         const BLOCK: usize = 1 << 16;
         let largest = (0..gap.len()).into_par_iter().map(|i| gap.at(i)).reduce(|| 0.0, f64::max);
-        // Gaps below 2^-60 of the largest leak nothing; they are open all the same.
+        // Gaps below 2^-60 of the largest have no conductivity but count as open.
         let classes = 60 * Self::PER_OCTAVE;
         let class = |g: f64| ((largest / g).log2() * Self::PER_OCTAVE as f64).min(classes as f64) as usize;
         let blocks: Vec<Vec<(usize, u64, f64)>> = (0..gap.len().div_ceil(BLOCK))
@@ -68,8 +68,8 @@ impl Classes {
     }
 }
 
-/// Whether the nodes of a map `[ny, nx]` that are `what` (0: open, 1: contact) lead around the periodic cell, along x and
-/// along y.
+/// Whether the nodes of a map `[ny, nx]` with the value `what` (0: open, 1: contact) percolate around the periodic cell
+/// along x and along y. `corners`: whether corner neighbours are connected.
 pub fn percolates(map: &[u8], nx: usize, what: u8, corners: bool) -> [bool; 2] {
     let ny = map.len() / nx.max(1);
     let mut clusters: UnionFind<[i32; 2]> = UnionFind::new(map.len());
@@ -102,10 +102,10 @@ mod tests {
             (".... #### .... ....", [true, false]),
             ("..#. ..#. ..#. ..#.", [false, true]),
             ("..#. ..#. .... ..#.", [false, false]),
-            // A loop around nothing, and a contact across the seam, go nowhere.
+            // A closed loop and a contact across the periodic boundary do not percolate.
             ("##.. ##.. .... ....", [false, false]),
             ("#..# .... .... #..#", [false, false]),
-            // A staircase goes around both.
+            // A staircase percolates in both directions.
             ("##.. .##. ..## #..#", [true, true]),
         ] {
             let (m, nx) = drawn(text);
@@ -120,15 +120,15 @@ mod tests {
 
     #[test]
     fn parallel_plates_and_two_heights_leak_as_they_must() {
-        /// Of the class means: none for one gap; widths of 1 % squared for more.
+        /// Error of the class means: zero for one gap, second order in their width of 1 % otherwise.
         const TOLERANCE: f64 = 1e-9;
         for g in [1.0, 1e-6, 3e7] {
             assert!((hydraulic_gap(Field::F64(&[g; 100]), 0.0) / g - 1.0).abs() < TOLERANCE);
         }
-        // Two conductivities, half of the area each: Keller and Dykhne's √(c₁c₂).
+        // Two conductivities with equal area: √(c₁c₂) (Keller, Dykhne).
         let halves: Vec<f64> = (0..100).map(|i| if i % 2 == 0 { 1.0 } else { 4.0 }).collect();
         assert!((hydraulic_gap(Field::F64(&halves), 0.0) / 2.0 - 1.0).abs() < TOLERANCE);
-        // A fraction of closed nodes x leaves 1 - 2x of the conductivity.
+        // A fraction x of closed nodes leaves a conductivity of 1 - 2x.
         let closed: Vec<f64> = (0..100).map(|i| if i % 5 == 0 { 0.0 } else { 2.0 }).collect();
         assert!((hydraulic_gap(Field::F64(&closed), 0.0) / (8.0f64 * 0.6).cbrt() - 1.0).abs() < TOLERANCE);
         let sealed: Vec<f64> = (0..100).map(|i| if i % 2 == 0 { 0.0 } else { 2.0 }).collect();

@@ -1,4 +1,4 @@
-//! Observables of a state: contact area, clusters, sections. Observers read borrowed fields and keep nothing of them.
+//! Observables of a state: contact area, contact clusters, sections. They read borrowed fields.
 
 mod area;
 mod cluster_areas;
@@ -9,7 +9,7 @@ mod hysteresis;
 mod section;
 mod stiffness;
 
-/// A map `[ny, nx]` and its width, drawn in words: dots are open, all else is contact.
+/// A contact map `[ny, nx]` and its width from text rows: dots are open nodes, other characters are contact.
 #[cfg(test)]
 fn drawn(text: &str) -> (Vec<u8>, usize) {
     let rows: Vec<&str> = text.split_whitespace().collect();

@@ -1,8 +1,10 @@
-/// Contact stiffness dp/dū (units of pressure over length, positive) at each point of a branch, from its neighbours: the slope
-/// of the mean gap over ln p of the parabola through three, of the line through two at the ends, times p. Points `(p, ū)` in
-/// the order of the branch; none where a pressure is not positive, where neighbours do not differ, and for a point alone.
+/// Contact stiffness dp/dū (pressure over length, positive) at each point of a branch: p over the slope of the mean gap
+/// against ln p, from the parabola through the point and its neighbours, or from the line through two points at the
+/// ends. `branch`: points `(p, ū)` in the order of the loads. `None` for non-positive pressures, equal neighbours, and
+/// a single point.
 ///
-/// ū falls nearly linearly with ln p where p* is small, so that loads a factor of three apart still serve.
+/// The slope against ln p is used because ū is nearly linear in ln p at small p*, which permits loads a factor of three
+/// apart.
 pub fn stiffness(branch: &[(f64, f64)]) -> Vec<Option<f64>> {
     let slope = |a: usize, b: usize| {
         let (run, rise) = ((branch[b].0 / branch[a].0).ln(), branch[b].1 - branch[a].1);
@@ -35,7 +37,7 @@ mod tests {
         for (k, p) in stiffness(&logarithmic).iter().zip(loads) {
             assert!((k.expect("a neighbour") / (p / 0.3) - 1.0).abs() < TOLERANCE);
         }
-        // With curvature, where there are neighbours on both sides; downwards as well.
+        // A parabola in ln p, at points with neighbours on both sides, for increasing and decreasing loads.
         let mut curved: Vec<(f64, f64)> =
             loads.iter().map(|p: &f64| (*p, -0.3 * p.ln() + 0.01 * p.ln().powi(2))).collect();
         for _ in 0..2 {

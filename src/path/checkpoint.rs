@@ -1,4 +1,4 @@
-//! Files from which an interrupted path goes on.
+//! Checkpoints of load paths.
 
 use crate::grid::Grid;
 use crate::method::{Run, SnapshotRef, SolverSnapshot, State};
@@ -10,38 +10,38 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-/// A solve is kept this often, or less often where keeping it would take more than a twentieth of the time.
+/// Shortest interval between checkpoints; it is longer if writing would take more than a twentieth of the time.
 const EVERY: Duration = Duration::from_secs(60);
 const SHARE: u32 = 20;
 
-/// Where a path was left.
+/// State of an interrupted path.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Checkpoint {
-    /// What it is a state of: another problem or load path must not go on from it.
+    /// Identifies problem and load path; a checkpoint with another key is ignored.
     key: String,
-    /// Results of the loads that are done, as who follows the path has put them.
+    /// Results of the finished loads, in the caller's format.
     pub finished: Vec<Value>,
     nx: usize,
     ny: usize,
     /// File of the gap `[ny, nx]`, in the same folder.
     gap: String,
-    /// File of the second field that the method goes on from, if it needs one.
+    /// File of the auxiliary field of the method, if it has one.
     #[serde(default)]
     auxiliary: Option<String>,
-    /// The method's own; `null` where it begins its load anew from the gap.
+    /// Internal state of the method; `null` if the solve of the current load restarts from the gap.
     progress: Value,
     #[serde(skip)]
     folder: PathBuf,
 }
 
 impl Checkpoint {
-    /// `STEM.json` of a folder, if there is one of this key.
+    /// Reads `STEM.json` in `folder` if it exists and has this key.
     pub fn find(folder: &Path, stem: &str, key: &str) -> Option<Checkpoint> {
         let found: Checkpoint = json::read(&folder.join(format!("{stem}.json"))).ok()?;
         (found.key == key).then(|| Checkpoint { folder: folder.to_path_buf(), ..found })
     }
 
-    /// The gap that was kept.
+    /// The stored gap `[ny, nx]`.
     pub(super) fn gap(&self) -> Result<Vec<f64>> {
         self.field(&self.gap)
     }
@@ -56,7 +56,7 @@ impl Checkpoint {
         Ok(field.values)
     }
 
-    /// Puts a run where this one was.
+    /// Restores the stored state in `run`.
     pub(super) fn resume(&self, run: &mut dyn Run) -> Result<()> {
         let gap = self.gap()?;
         match &self.progress {
@@ -84,19 +84,20 @@ pub struct CheckpointWriter {
 
 struct Inner {
     finished: Vec<Value>,
-    /// When the next one is due.
+    /// Time from which the next checkpoint is due.
     due: Instant,
-    /// Checkpoints written so far: each has files of its own, so that the one before is whole until the next one is.
+    /// Number of checkpoints written. File names alternate, so that the previous checkpoint stays complete while the
+    /// next is written.
     count: usize,
     error: Option<Error>,
-    /// Whether the load at hand has been kept.
+    /// Whether a checkpoint of the current load has been written.
     kept: bool,
 }
 
 impl CheckpointWriter {
-    /// Writes `STEM.json` and its fields.
+    /// A writer of `STEM.json` and its fields.
     pub fn new(folder: &Path, stem: &str, key: String, finished: Vec<Value>) -> Self {
-        // The file of the checkpoint that is gone on from stays until the next one is whole.
+        // The checkpoint that a run continues from is not overwritten before the next one is complete.
         let first = Checkpoint::find(folder, stem, &key).is_some_and(|c| c.gap.ends_with("-0.npy"));
         let inner =
             Inner { finished, due: Instant::now() + EVERY, count: usize::from(first), error: None, kept: false };
@@ -112,14 +113,14 @@ impl CheckpointWriter {
         Instant::now() >= self.inner().due
     }
 
-    /// A load is done.
+    /// Adds the result of a finished load.
     pub fn load_finished(&self, result: Value) {
         let mut inner = self.inner();
         inner.finished.push(result);
         inner.kept = false;
     }
 
-    /// The path stopped in a load whose method has offered no snapshot: its gap is kept.
+    /// Writes the gap of an interrupted load if its method has provided no snapshot.
     pub fn write_interrupted(&self, grid: Grid, state: &State) {
         let kept = self.inner().kept;
         if !kept {
@@ -127,12 +128,13 @@ impl CheckpointWriter {
         }
     }
 
-    /// What went wrong with writing, once.
+    /// The last error of writing; later calls return `None` until another write fails.
     pub fn take_error(&self) -> Option<Error> {
         self.inner().error.take()
     }
 
-    /// For [`Observer::snapshot`]. A file that cannot be written is reported by [`CheckpointWriter::take_error`] and does not end the solve.
+    /// For [`Observer::snapshot`]. A file that cannot be written is reported by [`CheckpointWriter::take_error`] and
+    /// does not end the solve.
     pub fn write(&self, snapshot: &SnapshotRef) {
         let clock = Instant::now();
         let mut inner = self.inner();
@@ -156,17 +158,18 @@ impl CheckpointWriter {
             folder: PathBuf::new(),
         };
         match written.and_then(|()| json::write(&self.folder.join(format!("{}.json", self.stem)), &checkpoint)) {
-            // Where this one failed, the next one takes its turn: the files that the last whole one names are not touched.
+            // After a failed write the next checkpoint uses the same file names; the files of the last complete one are
+            // not overwritten.
             Ok(()) => (inner.kept, inner.count) = (true, inner.count + 1),
             Err(e) => inner.error = Some(e),
         }
         inner.due = Instant::now() + EVERY.max(SHARE * clock.elapsed());
     }
 
-    /// The path is done: nothing is to go on from.
+    /// Removes all checkpoint files after the end of the path.
     pub fn remove_files(&self) {
         for end in [".json", "-0.npy", "-1.npy", "-auxiliary-0.npy", "-auxiliary-1.npy"] {
-            // What is not there need not go.
+            // Missing files are not an error.
             let _ = std::fs::remove_file(self.folder.join(format!("{}{end}", self.stem)));
         }
     }
@@ -179,7 +182,7 @@ mod tests {
     use crate::grid::Field;
     use crate::method::Load;
 
-    /// Takes up what was kept.
+    /// Stores the snapshot from which it is resumed.
     #[derive(Default)]
     struct Taken(Option<SolverSnapshot>);
 
@@ -204,7 +207,8 @@ mod tests {
         run.0.expect("taken up")
     }
 
-    /// Both fields are those of the last checkpoint that was written whole, also after one that could not be; and all go in the end.
+    /// After a failed write both fields are still those of the last complete checkpoint. At the end all files are
+    /// removed.
     #[test]
     fn both_fields_are_of_the_last_whole_checkpoint() {
         let folder = tempfile::tempdir().unwrap();
@@ -226,7 +230,7 @@ mod tests {
         is(1.0);
         keep(2.0);
         is(2.0);
-        // A folder in place of a file cannot be written over.
+        // A directory with the name of the file makes writing fail.
         let first = folder.path().join("c-auxiliary-0.npy");
         std::fs::remove_file(&first).unwrap();
         std::fs::create_dir(&first).unwrap();

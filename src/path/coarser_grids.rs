@@ -14,34 +14,34 @@ use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
-/// Grids that an extrapolation in the range takes, the problem's own among them: a parabola's worth.
+/// Number of grids in an extrapolation to the requested range, including the problem's own: a parabola needs three.
 pub(super) const EXTRAPOLATION: usize = 3;
 
-/// Residual over the pressure on the coarser grids: a hundredth of what they are compared for.
+/// Largest residual on coarser grids, relative to the pressure.
 const TOLERANCE: f64 = 1e-3;
 
-/// The method for coarser grids: their results do not depend on it.
+/// Method for coarser grids.
 pub(super) fn method() -> &'static dyn ContactMethod {
     find("fast").expect("it is registered")
 }
 
-/// Up to `count` grids below `grid`, each of half the points along a side, finest first.
+/// Up to `count` coarser grids, finest first; each has half as many points per side as the one before.
 pub(super) fn grids(grid: Grid, count: usize) -> Vec<Grid> {
     let half = |g: Grid| Grid { nx: g.nx.div_ceil(2), ny: g.ny.div_ceil(2), ..g };
     let finer_than_nothing = |g: &Grid| g.nx.max(g.ny) >= 8;
     std::iter::successors(Some(half(grid)), |g| Some(half(*g))).take_while(finer_than_nothing).take(count).collect()
 }
 
-/// A state on one grid, in the numbers that are compared.
+/// Results of one state on one grid, for comparison between grids.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct GridResult {
     pub grid: Grid,
     pub range: f64,
-    /// Contact fraction: nodes counted, and perimeter-corrected.
+    /// Contact fractions: node count (`counted`) and perimeter-corrected (`area`).
     pub counted: f64,
     pub area: f64,
     pub mean_gap: f64,
-    /// What may still have been to come.
+    /// Remaining iteration errors.
     pub error_estimates: ErrorEstimates,
 }
 
@@ -51,18 +51,19 @@ impl GridResult {
     }
 }
 
-/// Fraction of the perimeter correction that is an error of the area whatever coarser grids show: factors fitted to solved contacts
-/// lie between 0.098 and 0.16, where the printed one is 0.118, and areas of two grids may agree by chance.
+/// Fraction of the perimeter correction that always counts as uncertainty of the area. Correction factors fitted to
+/// solved contacts range from 0.098 to 0.16, while the published factor is 0.118, and the areas of two grids may agree
+/// by chance.
 pub const CORRECTION: f64 = 1.0 / 3.0;
 
-/// Nodes of the coarser grid below which a contact has no relative change: one more or less of them is a tenth of it.
+/// Minimum number of contact nodes on the coarser grid for a relative change of the area.
 const FEW_NODES: f64 = 10.0;
 
-/// Part of the rms height below which a mean gap has none.
+/// Minimum mean gap over the rms height for a relative change of the mean gap.
 const CLOSED: f64 = 1e-6;
 
-/// The change from a coarser grid. Where that grid was still to change by more than the two differ, their difference is
-/// no measure: the sum of both is a bound.
+/// Relative changes from a coarser to a finer grid. If the estimated iteration error of the coarse result exceeds the
+/// difference, the sum of both is reported as a bound.
 pub(super) fn discretisation(coarse: &GridResult, fine: &GridResult, rms_height: f64) -> Discretisation {
     let told = |c: f64, f: f64, least: f64, error_estimates: Option<f64>| {
         let (difference, to_come) = ((f - c).abs(), error_estimates.unwrap_or(0.0) * c.abs());
@@ -83,27 +84,30 @@ pub(super) fn discretisation(coarse: &GridResult, fine: &GridResult, rms_height:
     }
 }
 
-/// Part of the finest grid's rms gradient that the coarsest must hold for the three to be of one surface.
+/// Minimum rms gradient of the coarsest grid over that of the finest for an extrapolation over both.
 const HELD: f64 = 0.9;
 
-/// Whether a coarse grid holds the waves that matter.
+/// Whether the coarse grid resolves the roughness well enough for an extrapolation.
 pub(super) fn holds(series: &Series<f64>, coarse: Grid, fine: Grid) -> bool {
     series.rms_gradient(coarse) >= HELD * series.rms_gradient(fine)
 }
 
-/// By which factor the last step may be off the one that a line through the range predicts.
+/// Largest ratio of the last two slopes, and largest inverse ratio, at which the grids count as consistent.
 const IN_STEP: f64 = 1.5;
 
-/// Part of the way from the finest grid that stays in doubt even where the three are in step.
+/// Fraction of the extrapolated change that remains as error for consistent grids.
 const IN_DOUBT: f64 = 0.5;
 
-/// Extrapolation to a range shorter than those of `levels`, which go from coarse to fine; `held` says that the
-/// coarsest holds the surface. The value is half-way between the line through the last two and the parabola through the
-/// last three. Its error is their difference, or half of the way from the finest grid, if that is more. Where the three are
-/// not in step (the changes have different signs, or are not about as the ranges), or are not of one surface, all of the
-/// way and all that the grids differ by are added. The area's has a third of the perimeter correction in addition.
+/// Linear and quadratic extrapolation to `range` from `levels`, ordered from coarse to fine. `held`: whether the
+/// coarsest grid resolves the roughness.
 ///
-/// None where the error is as large as the value: such grids give no estimate.
+/// The value is the mean of the line through the last two results and the parabola through the last three. The error is
+/// the difference of line and parabola, or half of the change from the finest grid if that is larger. If the results
+/// are not consistent (slopes of different sign or differing by more than a factor of 1.5) or the coarsest grid does
+/// not resolve the roughness, the error is the sum of that difference and the larger of the full change and the
+/// differences between the grids. The error of the area also includes a third of the perimeter correction.
+///
+/// `None` if the error is as large as the value.
 pub(super) fn extrapolated(range: f64, levels: &[GridResult], held: bool) -> Option<Extrapolated> {
     let fine = levels.last()?;
     let estimate = |of: fn(&GridResult) -> f64, least: f64| {
@@ -114,7 +118,7 @@ pub(super) fn extrapolated(range: f64, levels: &[GridResult], held: bool) -> Opt
         let Some(&c) = points.len().checked_sub(3).map(|i| &points[i]) else {
             return Some(ValueWithError { value: line, error: (line - b.1).abs() + (b.1 - a.1).abs() + least });
         };
-        // Newton's form, from the finest point on.
+        // Newton's form of the parabola.
         let before = (a.1 - c.1) / (a.0 - c.0);
         let bend = (slope - before) / (b.0 - c.0);
         let parabola = line + bend * (range - b.0) * (range - a.0);
@@ -125,7 +129,8 @@ pub(super) fn extrapolated(range: f64, levels: &[GridResult], held: bool) -> Opt
         let error = if held && in_step {
             differ.max(IN_DOUBT * way)
         } else {
-            // Over a way that is short beside the ranges of the grids, not all of that.
+            // For an extrapolation over a small fraction of the grids' ranges, a corresponding fraction of their
+            // differences.
             let share = ((b.0 - range) / (IN_DOUBT * (c.0 - b.0))).min(1.0);
             differ + way.max(share * ((b.1 - a.1).abs() + (a.1 - c.1).abs()))
         };
@@ -137,12 +142,12 @@ pub(super) fn extrapolated(range: f64, levels: &[GridResult], held: bool) -> Opt
     Some(Extrapolated { range: range / fine.range, area, mean_gap })
 }
 
-/// Notes the grids that a method comes by, and passes everything on.
+/// Records the results of coarser grids that a nested method reports, and forwards all events to `observer`.
 pub(super) struct CoarseGridResults<'a> {
     observer: &'a dyn Observer,
     threshold: f64,
     passed: Mutex<Vec<GridResult>>,
-    /// Whether the loads are done, so that nothing is kept any more.
+    /// Whether all loads are finished; later snapshots are discarded.
     done: AtomicBool,
 }
 
@@ -151,13 +156,13 @@ impl<'a> CoarseGridResults<'a> {
         CoarseGridResults { observer, threshold, passed: Mutex::default(), done: AtomicBool::new(false) }
     }
 
-    /// Keeps the state after the last load, from which a pull-off is done anew, and no other from now on.
+    /// Saves the state after the last load, from which a search for pull-off restarts, and discards later snapshots.
     pub fn finish(&self, snapshot: SnapshotRef) {
         self.observer.snapshot(snapshot);
         self.done.store(true, Relaxed);
     }
 
-    /// The finest since the last call.
+    /// The finest result since the last call.
     pub fn take(&self) -> Option<GridResult> {
         std::mem::take(&mut *self.passed.lock().unwrap_or_else(|e| e.into_inner())).pop()
     }
@@ -190,7 +195,7 @@ impl Observer for CoarseGridResults<'_> {
     }
 }
 
-/// Passes on requests to stop, and reports nothing.
+/// Forwards requests to stop and discards all other events.
 pub(super) struct StopOnly<'a>(pub &'a dyn Observer);
 
 impl Observer for StopOnly<'_> {
@@ -221,12 +226,12 @@ pub(super) fn coarsened<'s>(
     }
 }
 
-/// A coarser grid that follows the same path.
+/// A solver that follows the load path on a coarser grid.
 pub(super) struct CoarseSolver<'s> {
     problem: &'s Problem<'s>,
     run: Box<dyn Run + 's>,
     threshold: f64,
-    /// The last state, for one that is to be pulled apart from it.
+    /// The state at the last load, for a search for pull-off.
     held: Option<SeparationStart>,
     holds: bool,
 }
@@ -236,8 +241,8 @@ impl<'s> CoarseSolver<'s> {
         Ok(CoarseSolver { problem, run: method().start(problem, observer)?.solver()?, threshold, held: None, holds })
     }
 
-    /// `None` where this grid has no equilibrium to offer, or no time: the problem's own solve stops at once then, and keeps
-    /// what is worth keeping.
+    /// `None` if this grid does not converge or the run is interrupted; the solve on the problem's own grid then stops
+    /// by itself and writes its checkpoint.
     pub fn follow(&mut self, load: Load) -> Result<Option<GridResult>> {
         let grid = self.problem.grid;
         let state = self.run.equilibrate(load)?;
@@ -257,12 +262,12 @@ impl<'s> CoarseSolver<'s> {
         }
     }
 
-    /// The largest pull of this grid; `None` where it has none.
+    /// Pull-off on this grid; `None` if it has none.
     pub fn pull_off(&mut self) -> Result<Option<(Grid, PullOff)>> {
         let Some(held) = self.held.take() else { return Ok(None) };
         match pull_off::search(&mut *self.run, self.problem, held) {
             Ok(found) => Ok(Some((self.problem.grid, found))),
-            // What the problem's own grid has found stands without it.
+            // The result on the problem's own grid remains valid.
             Err(Error::NotConverged { .. } | Error::Input { .. }) => Ok(None),
             Err(e) => Err(e),
         }
@@ -284,8 +289,8 @@ mod tests {
         }
     }
 
-    /// A parabola in the range is met half-way between its chord and itself, with their distance as the error if that is
-    /// more than half of the way.
+    /// For results on a parabola the value is the mean of line and parabola. The error is their difference, or half of
+    /// the change from the finest grid if that is larger.
     #[test]
     fn a_parabola_is_extrapolated() {
         let area = |rho: f64| 0.03 - 0.2 * rho + 0.7 * rho * rho;
@@ -300,8 +305,8 @@ mod tests {
         assert!(extrapolated(0.01, &levels[2..], true).is_none());
     }
 
-    /// All of the way is in doubt where grids do not hold the surface, or go up and then down, or where there are but two;
-    /// and there is no estimate where the error is as large as the value.
+    /// The error includes the full change if the coarsest grid does not resolve the surface, if the results are not
+    /// monotonic, and for two grids only. There is no estimate if the error is as large as the value.
     #[test]
     fn doubt_is_told() {
         let of = |areas: [f64; 3]| -> Vec<GridResult> {
@@ -334,13 +339,13 @@ mod tests {
         let d = discretisation(&level(64, 0.0, 0.033), &level(128, 0.0, 0.03), 1.0);
         let relative = |d: Discretisation| d.area.expect("enough touches");
         assert!((relative(d) - 0.1).abs() < 1e-12 && d.mean_gap == Some(0.0) && d.coarser == [64, 64]);
-        // Equal areas of two grids are no proof: a third of the correction stays in doubt.
+        // Equal areas on two grids: a third of the perimeter correction remains.
         let fine = GridResult { counted: 0.036, ..level(128, 0.0, 0.03) };
         assert!((relative(discretisation(&level(64, 0.0, 0.03), &fine, 1.0)) - 0.2 / 3.0).abs() < 1e-12);
     }
 
-    /// What the coarser grid was still to change by is no error of the finer one: it makes a bound of the change. What is
-    /// next to nothing has no relative change.
+    /// The iteration error of the coarser grid makes the change a bound. Very small contacts and mean gaps have no
+    /// relative change.
     #[test]
     fn an_unsettled_coarser_grid_gives_a_bound() {
         let error_estimates = ErrorEstimates { energy: None, area: Some(0.04), mean_gap: Some(1e-9) };

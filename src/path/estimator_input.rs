@@ -3,16 +3,16 @@ use crate::method::{Card, ContactMethod, Estimate, Load, Needs, Observer, Plan, 
 use crate::surface::PowerSpectrum;
 use crate::{Error, Result};
 
-/// What a method that estimates is given of a problem.
+/// Input of an estimator: only what its card declares it needs.
 pub struct EstimatorInput<'a> {
     asked: Problem<'a>,
     method: &'static dyn ContactMethod,
-    /// Of the surface, for a method that needs no more of it.
+    /// Power spectrum of the surface, for methods that need no heights.
     power: Option<PowerSpectrum>,
 }
 
 impl<'a> EstimatorInput<'a> {
-    /// What a method takes of a problem, its power where it needs that, before anything is taken.
+    /// Planned memory of the method, including the power spectrum if the method needs it.
     pub fn plan(asked: &Problem, method: &dyn ContactMethod) -> Plan {
         let own = method.plan(asked);
         match method.card().needs {
@@ -22,7 +22,7 @@ impl<'a> EstimatorInput<'a> {
     }
 
     /// # Errors
-    /// `Memory` before anything is taken.
+    /// `Memory` if the estimate needs more than the available memory; nothing has been allocated then.
     pub fn new(asked: Problem<'a>, method: &'static dyn ContactMethod) -> Result<Self> {
         let (need, have) = (Self::plan(&asked, method).bytes, crate::sys::available_memory_bytes());
         if need > have {
@@ -33,7 +33,7 @@ impl<'a> EstimatorInput<'a> {
         Ok(EstimatorInput { asked, method, power })
     }
 
-    /// The problem as the method sees it: what it does not need it is not given.
+    /// The problem without the data that the method does not need.
     pub fn problem(&self) -> Problem<'_> {
         match &self.power {
             Some(power) => Problem { power: Some(power), heights: (&[][..]).into(), ..self.asked.clone() },
@@ -45,7 +45,7 @@ impl<'a> EstimatorInput<'a> {
         self.method
     }
 
-    /// The law that the method works with, where it is not the problem's own.
+    /// The adhesion that the method uses, if it differs from the problem's.
     pub fn changed_adhesion(&self) -> Option<Adhesion> {
         Some(self.method.adhesion(&self.asked)).filter(|used| *used != self.asked.adhesion)
     }
@@ -54,11 +54,11 @@ impl<'a> EstimatorInput<'a> {
         self.method.card()
     }
 
-    /// Estimates load by load, but for the first `known` ones; `visit` is given each with the problem. The first that is none
-    /// ends the path.
+    /// Estimates all loads in order, except the first `known` ones, and passes each result to `visit`. The path ends at
+    /// the first load that does not converge.
     ///
     /// # Errors
-    /// The method's, for what it cannot do; `NotConverged`; `visit`'s.
+    /// Unsupported loads, `NotConverged`, and the errors of `visit`.
     pub fn walk(
         &self,
         (loads, known): (&[Load], usize),
@@ -68,7 +68,7 @@ impl<'a> EstimatorInput<'a> {
         let problem = self.problem();
         let id = self.method.card().id;
         let mut run = self.method.start(&problem, observer)?.estimator()?;
-        // After the last load nothing follows.
+        // The method needs previous loads only if further loads follow.
         if known < loads.len() {
             loads[..known].iter().try_for_each(|&load| run.replay(load))?;
         }

@@ -1,5 +1,5 @@
-//! Load paths: equilibria one after another, on the branch that their order leads to, each with what its grid leaves
-//! uncertain.
+//! Load paths: sequences of equilibria, each with its discretisation error. The branch depends on the order of the
+//! loads.
 
 mod checkpoint;
 mod coarser_grids;
@@ -19,9 +19,9 @@ use crate::{Error, Result};
 use coarser_grids::{CoarseGridResults, CoarseSolver, GridResult, StopOnly, coarsened};
 use pull_off::SeparationStart;
 
-/// A problem and the loads that are put on it one after another.
+/// A problem and its sequence of loads.
 pub struct LoadPath<'p> {
-    /// With the law that the grid is given.
+    /// The problem with the adhesion law used on its grid.
     problem: Problem<'p>,
     asked: Adhesion,
     method: &'static dyn ContactMethod,
@@ -31,20 +31,20 @@ pub struct LoadPath<'p> {
     tells_error: bool,
 }
 
-/// An equilibrium on the path, or where the path ended.
+/// A state of the load path; the last one may not have converged.
 pub struct Reached<'a> {
     pub state: State<'a>,
     pub area: ContactArea,
-    /// What the grid leaves uncertain; `None` where this state or that of the coarser grid did not converge.
+    /// Discretisation error; `None` if this state or the coarser grid's did not converge.
     pub discretisation: Option<Discretisation>,
     pub extrapolated: Option<Extrapolated>,
 }
 
-/// Where a path begins, if not at first touch.
+/// Initial state of a path other than first contact.
 pub enum Begin {
-    /// From a gap `[ny, nx]`, units of L.
+    /// Initial gap `[ny, nx]`, units of L.
     Gap(Vec<f64>),
-    /// From where it was left.
+    /// Continuation from a checkpoint.
     Checkpoint(Checkpoint),
 }
 
@@ -62,12 +62,12 @@ impl<'p> LoadPath<'p> {
         LoadPath { problem: Problem { adhesion, ..problem }, asked, method, range, threshold, loads, tells_error: true }
     }
 
-    /// Without grids that are followed for nothing but the error of the problem's own.
+    /// Without the coarser grids that serve only the error estimate.
     pub fn without_error(self) -> Self {
         LoadPath { tells_error: false, ..self }
     }
 
-    /// The problem with the law that its grid is given.
+    /// The problem with the adhesion law used on its grid.
     pub fn problem(&self) -> &Problem<'p> {
         &self.problem
     }
@@ -76,7 +76,7 @@ impl<'p> LoadPath<'p> {
         self.method
     }
 
-    /// The law that the method works with there.
+    /// The adhesion law that the method uses.
     pub fn adhesion(&self) -> Adhesion {
         self.method.adhesion(&self.problem)
     }
@@ -85,29 +85,29 @@ impl<'p> LoadPath<'p> {
         self.range == RangeChoice::Extrapolate && self.asked != self.problem.adhesion
     }
 
-    /// Grids that are followed in addition to the problem's own, finest first. A method that uses coarser grids itself
-    /// needs none.
+    /// Coarser grids solved in addition to the problem's own, finest first. Nested methods report coarser grids
+    /// themselves and need none.
     fn coarser_grids_followed(&self, pulls_off: bool) -> Vec<Grid> {
         let nested = self.method.card().id == coarser_grids::method().card().id;
         let count = match () {
-            // Heights of a patch are no periodic series that a coarser grid could take.
+            // The heights of a non-periodic patch have no Fourier series to restrict to a coarser grid.
             () if matches!(self.problem.kernel, Elastic::NonPeriodic(_)) => 0,
             () if self.extrapolates() => coarser_grids::EXTRAPOLATION - 1,
             () if !self.tells_error => 0,
-            // The separation is followed on a coarser grid, too: a pull-off has no other measure of the grid's error.
+            // Pull-off is also computed on a coarser grid, which is the only measure of its discretisation error.
             () if nested && !pulls_off && (self.asked == Adhesion::None || self.loads.len() == 1) => 0,
             () => 1,
         };
         coarser_grids::grids(self.problem.grid, count)
     }
 
-    /// Memory and work of the path, its coarser grids and what is kept during separation with it.
+    /// Memory and work of the path, including coarser grids and the states stored during separation.
     pub fn plan(&self, pulls_off: bool) -> Plan {
         let own = self.method.plan(&self.problem);
         let beside = |&grid: &Grid| coarser_grids::method().plan(&Problem { grid, ..self.problem.clone() }).bytes;
         let grids = self.coarser_grids_followed(pulls_off);
         let field = (size_of::<f64>() * self.problem.grid.points()) as u64;
-        // A series through the nodes is as large as they are.
+        // A Fourier series of the nodes has the size of one field.
         let series = match self.problem.heights {
             Heights::Nodes(_) if !grids.is_empty() => field,
             _ => 0,
@@ -116,8 +116,8 @@ impl<'p> LoadPath<'p> {
         Plan { bytes: own.bytes + series + held + grids.iter().map(beside).sum::<u64>(), ..own }
     }
 
-    /// This load on the next coarser grid, where no solve has provided it: a solve that started from a given gap, or
-    /// went on from a checkpoint.
+    /// This load on the next coarser grid, if no other solve has provided it: for a solve from a given gap or a
+    /// checkpoint.
     fn coarse(&self, load: Load, observer: &dyn Observer) -> Result<Option<GridResult>> {
         if !self.tells_error || matches!(self.problem.kernel, Elastic::NonPeriodic(_)) {
             return Ok(None);
@@ -135,11 +135,11 @@ impl<'p> LoadPath<'p> {
         CoarseSolver::start(&problem, self.threshold, false, observer)?.follow(load)
     }
 
-    /// Equilibrates load by load; `visit` is given every state. The first that did not converge ends the path. Then, if
-    /// `pulls_off`, the surfaces are pulled apart.
+    /// Solves the loads in order and passes each state to `visit`. The path ends at the first load that does not
+    /// converge. If `pulls_off`, the surfaces are then separated to find the pull-off pressure.
     ///
     /// # Errors
-    /// The method's, for a load that it cannot impose; `visit`'s.
+    /// Loads that the method does not support, and the errors of `visit`.
     pub fn walk(
         &self,
         begin: Option<Begin>,
@@ -148,7 +148,7 @@ impl<'p> LoadPath<'p> {
         mut visit: impl FnMut(usize, Reached) -> Result<()>,
     ) -> Result<Option<PullOff>> {
         let (coarse_results, silent) = (CoarseGridResults::new(observer, self.threshold), StopOnly(observer));
-        // From a gap that is given, coarser grids might end on another branch.
+        // From a given gap, coarser grids might end on another branch.
         let given = matches!(begin, Some(Begin::Gap(_))) && self.problem.adhesion != Adhesion::None;
         let grids = if given { Vec::new() } else { self.coarser_grids_followed(pulls_off) };
         let made: Series<f64>;
@@ -164,7 +164,7 @@ impl<'p> LoadPath<'p> {
             grids.iter().filter_map(|&grid| series.map(|s| coarsened(&self.problem, grid, s, self.asked))).collect();
         let mut coarse_solvers = Vec::new();
         for problem in &problems {
-            // Of the coarser grids only the finest is pulled apart, too.
+            // Pull-off is computed only on the finest of the coarser grids.
             let holds = pulls_off && coarse_solvers.is_empty();
             coarse_solvers.push(CoarseSolver::start(problem, self.threshold, holds, &silent)?);
         }
@@ -188,7 +188,7 @@ impl<'p> LoadPath<'p> {
                 if done < self.loads.len() {
                     checkpoint.resume(&mut *run)?;
                 } else {
-                    // The surfaces were being pulled apart, which is done anew from the last load.
+                    // The interrupted separation restarts from the state at the last load.
                     run.set_gap(&checkpoint.gap()?);
                     if let Some(&load) = self.loads.last() {
                         let state = run.equilibrate(load)?;

@@ -3,34 +3,33 @@ use crate::method::{Load, Problem, Run, State, Stop};
 use crate::record::results::PullOff;
 use crate::{Error, Result};
 
-/// Steps of the mean gap during separation: the first, over the mean gap or the range, whichever is larger, and their growth.
+/// Step of the mean gap during separation: the first, over the larger of mean gap and range, and the growth factor.
 const FIRST_STEP: f64 = 0.02;
 const GROWTH: f64 = 1.2;
-/// By how much the first is shortened where the pull falls from the start, and over the mean gap when that is believed.
+/// Reduction of the first step if the tension decreases from the start, and smallest first step over the mean gap.
 const SHORTER: f64 = 0.2;
 const SHORTEST_STEP: f64 = 1e-5;
 const MOST_STEPS: usize = 200;
 
-/// The separation ends where nothing touches and the pull has fallen to this part of its largest.
+/// The separation ends when there is no contact and the tension has fallen to this fraction of the maximum.
 const PASSED: f64 = 0.3;
 
-/// Golden sections of the bracket of the largest pull: they leave a hundredth of it, and of the curve's height there the
-/// square.
+/// Golden-section steps within the bracket of the maximum tension. They reduce the bracket to a hundredth of its width.
 const SECTIONS: usize = 10;
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
-/// Fields in f64 that a search holds at most: where it began, the state at hand, the one before it and the one before the
-/// largest pull.
+/// Largest number of f64 fields in memory during a search: the initial state, the current one, the previous one and the
+/// one before the maximum tension.
 pub(super) const FIELDS: u64 = 4;
 
-/// A state on the way.
+/// A state of the separation curve.
 #[derive(Clone, Copy)]
 struct Point {
     mean_gap: f64,
     pressure: f64,
 }
 
-/// The state that surfaces are pulled apart from.
+/// Initial state of a separation.
 pub(super) struct SeparationStart {
     pub mean_gap: f64,
     pub pressure: f64,
@@ -43,8 +42,8 @@ impl SeparationStart {
     }
 }
 
-/// Pulls the surfaces apart from the state that `run` is in. Under control of the mean gap every state on the way has an
-/// equilibrium, those with it that no pull would hold.
+/// Separates the surfaces from the current state of `run` and finds the maximum tension. The mean gap is imposed: then
+/// states that are unstable under an imposed pressure also have an equilibrium.
 pub(super) fn search(run: &mut dyn Run, problem: &Problem, from: SeparationStart) -> Result<PullOff> {
     let SeparationStart { mean_gap, pressure, gap } = from;
     let range = problem.adhesion.range();
@@ -54,8 +53,8 @@ pub(super) fn search(run: &mut dyn Run, problem: &Problem, from: SeparationStart
     let mut first_step = FIRST_STEP * mean_gap.max(range);
     let mut step = first_step;
     let mut curve = vec![Point { mean_gap, pressure }];
-    // Gaps of the last two states before the lowest pressure: what the search within the bracket starts from, since a branch
-    // is left only onwards.
+    // Gap of the state before the lowest pressure. The search within the bracket starts from it, because a branch that
+    // the surfaces have left is not reached again by a smaller separation.
     let mut before: Vec<f64> = Vec::new();
     let start = gap;
     let mut last = start.clone();
@@ -67,11 +66,11 @@ pub(super) fn search(run: &mut dyn Run, problem: &Problem, from: SeparationStart
         if point.pressure < curve[lowest].pressure {
             (lowest, before) = (curve.len() - 1, std::mem::take(&mut last));
         }
-        // A rough surface lets go summit by summit, and the last may pull the most: the way ends where nothing touches any
-        // more and the pull has faded.
+        // A rough surface separates asperity by asperity, and the last one may have the maximum tension. The scan
+        // therefore ends only without contact and at a small tension.
         let parted = gap.iter().all(|g| *g > 0.0);
         last = gap;
-        // From a load close to the largest pull the first step may lead past it.
+        // For an initial load close to the maximum tension the first step may be too long.
         if curve.len() == 2 && lowest == 0 && first_step > SHORTEST_STEP * mean_gap {
             first_step *= SHORTER;
             step = first_step;
@@ -125,7 +124,7 @@ pub(super) fn search(run: &mut dyn Run, problem: &Problem, from: SeparationStart
     })
 }
 
-/// What was found, with the change from a coarser grid as its error where that is the larger one.
+/// `found` with errors of at least the change from the coarser grid.
 pub(super) fn compared(found: PullOff, grid: Grid, coarse: PullOff) -> PullOff {
     let change = (found.pressure - coarse.pressure).abs();
     PullOff {
@@ -136,7 +135,7 @@ pub(super) fn compared(found: PullOff, grid: Grid, coarse: PullOff) -> PullOff {
     }
 }
 
-/// The state at a mean gap, and its gap.
+/// The state at a mean gap and its gap field, from the gap `start` if given.
 fn equilibrium(
     run: &mut dyn Run,
     problem: &Problem,

@@ -5,31 +5,32 @@ use std::io::Write;
 use std::ops::Deref;
 use std::sync::{Condvar, Mutex, PoisonError};
 
-/// Cores that tests of this binary have reserved for LAMMPS.
+/// Cores reserved for LAMMPS by tests of this binary.
 static RESERVED: Mutex<usize> = Mutex::new(0);
 static RELEASED: Condvar = Condvar::new();
 
-/// LAMMPS, with as many cores as it has ranks. The tests of a binary together never run it on more cores than there are.
+/// LAMMPS, with one reserved core per rank. All tests of a binary together never use more cores than the machine has.
 pub struct Lammps {
     engine: LammpsEngine,
     ranks: usize,
 }
 
-/// Waits until `ranks` cores are free for LAMMPS. `None`, with a warning, where LAMMPS is missing. A test calls this once.
+/// Waits until `ranks` cores are free for LAMMPS. `None`, with a warning, if LAMMPS is not installed. A test calls this
+/// once.
 pub fn lammps(ranks: usize) -> Option<Lammps> {
     let engine = match LammpsEngine::find(None) {
         Ok(engine) => engine,
         Err(error) => {
             let thread = std::thread::current();
             let test = thread.name().unwrap_or("a test");
-            // The harness captures what a passing test prints, but not what is written to the stream itself.
+            // The harness captures the output of `eprintln!` in passing tests, but not direct writes to standard error.
             let _ = writeln!(std::io::stderr(), "\n*** SKIPPED: {test}: {error}. NOTHING WAS CHECKED. ***\n");
             return None;
         }
     };
     let cores = std::thread::available_parallelism().map_or(1, |c| c.get());
     let reserved = RESERVED.lock().unwrap_or_else(PoisonError::into_inner);
-    // More ranks than cores run when nothing else does.
+    // A test with more ranks than cores runs when no other test uses LAMMPS.
     let is_busy = |reserved: &mut usize| *reserved > 0 && *reserved + ranks > cores;
     *RELEASED.wait_while(reserved, is_busy).unwrap_or_else(PoisonError::into_inner) += ranks;
     Some(Lammps { engine, ranks })

@@ -1,4 +1,4 @@
-//! The real binary, as a user starts it.
+//! The compiled program, started as a user starts it.
 
 use std::process::{Command, Output};
 
@@ -10,7 +10,7 @@ pub fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// The one line of JSON on stdout, whatever the exit status was.
+/// The single line of JSON on standard output, for any exit status.
 pub fn json_line(output: &Output) -> serde_json::Value {
     let text = std::str::from_utf8(&output.stdout).expect("UTF-8 on stdout");
     assert_eq!(text.matches('\n').count(), 1, "not one line on stdout: {text:?}; stderr: {}", stderr(output));

@@ -1,4 +1,5 @@
-//! Atoms of which one number is asked: LAMMPS goes the same way, and what that number does not need is neither solved nor kept.
+//! Scenes with atoms that request one quantity: LAMMPS runs the same steps, and unneeded results are neither computed
+//! nor stored.
 
 use crate::alone;
 use crate::lammps::lammps;
@@ -9,7 +10,7 @@ use asperity::record::uncertainty::UncertaintySource;
 use asperity::scene::{Case, Scene};
 use std::path::Path;
 
-/// A smooth gentle surface at one load: LAMMPS is done in a second.
+/// A smooth surface of small slope at one load: LAMMPS takes about a second.
 const SCENE: &str = "name = \"lean\"\n[surface]\nroll_off_mode = 2\ncut_off_mode = 8\nrms_gradient = 0.3\nGRID\n\
                      [load]\np_star = [0.02]\n[atoms]\ncells = 10\ndepth_cells = 6\nplasticity = true\n";
 
@@ -17,7 +18,7 @@ struct Counted {
     results: Results,
     nodes: u64,
     evaluations: usize,
-    /// Of LAMMPS's frames, and of all that is read of them.
+    /// Bytes in the frames of LAMMPS, and bytes read from them.
     frame_bytes: u64,
     read_bytes: u64,
 }
@@ -45,7 +46,7 @@ fn run(folder: &Path, name: &str, text: &str) -> Counted {
     }
 }
 
-/// A table in which one setting, that of the full scene, has an error of 1 %.
+/// A table with one setting, that of the full scene, with an error of 1 %.
 fn table(folder: &Path) {
     let text = SCENE.replace("GRID", "grid = 64");
     let case = Case::resolve(Scene::parse(&text, Path::new("s")).expect("a scene"), Path::new("s")).expect("a case");
@@ -69,20 +70,22 @@ fn atoms_do_no_more_than_is_asked() {
     let lean = run(folder, "asked", &format!("{}{asked}", SCENE.replace("GRID", "")));
     let state = |c: &Counted| c.results.atoms.as_ref().expect("atoms").states[0].clone();
     let (all, few) = (state(&full), state(&lean));
-    // LAMMPS takes the same steps, to the same bits; its frames hold three layers of the block instead of twelve.
+    // LAMMPS runs the same steps with bit-identical results; its frames contain three layers of the block instead of
+    // twelve.
     assert_eq!(full.evaluations, lean.evaluations);
     assert_eq!((all.contact_fraction, all.mean_gap_angstrom), (few.contact_fraction, few.mean_gap_angstrom));
     assert!(2 * lean.frame_bytes < full.frame_bytes, "{} {}", lean.frame_bytes, full.frame_bytes);
     assert!(lean.results.warnings.iter().any(|w| w.contains("atoms.plasticity")), "{:?}", lean.results.warnings);
-    // No stress field, no Voronoi cells, no frame for people, no slip.
+    // No stress field, no Voronoi cells, no visualisation frame, no slip analysis.
     assert!(all.stress.is_some() && all.frame.is_some() && all.criteria.len() == 4 && all.defects.is_some());
     assert!(few.stress.is_none() && few.frame.is_none() && few.criteria.is_empty() && few.defects.is_none(), "{few:?}");
     assert!(2 * lean.read_bytes < full.read_bytes, "{} {}", lean.read_bytes, full.read_bytes);
-    // The full heights are not solved for; the criteria are compared all the same.
+    // The continuum is not solved for the full heights; the criteria are compared nevertheless.
     let compared = |c: &Counted| c.results.comparison.clone().expect("compared");
     assert!(compared(&full).full_heights.is_some() && compared(&lean).full_heights.is_none());
     assert_eq!(compared(&lean).loads[0].continuum.len(), 3);
-    // What the finite depth makes of area and mean gap is told where it was asked for, and takes a solution more.
+    // The error of area and mean gap due to the finite depth needs another solution and is given only if it is
+    // requested.
     let of_depth = |c: &Counted| -> Vec<f64> {
         let budget = compared(c).hard_wall.states[0].uncertainty.clone();
         budget.iter().filter(|p| p.source == UncertaintySource::Depth).filter_map(|p| p.relative).collect()

@@ -1,4 +1,4 @@
-//! A scene that asks for one number of itself models no more than that: counted in transforms and in bytes.
+//! A scene that requests one quantity computes only that: number of transforms and of allocated bytes.
 
 use crate::alone;
 use asperity::grid::transformed_nodes;
@@ -9,13 +9,13 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Bytes that were asked for.
+/// Bytes allocated so far.
 static ALLOCATED: AtomicU64 = AtomicU64::new(0);
 
 struct Counting;
 
 #[allow(unsafe_code)]
-// SAFETY: the system's allocator does all of it.
+// SAFETY: every call is forwarded to the system allocator.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATED.fetch_add(layout.size() as u64, Ordering::Relaxed);
@@ -30,7 +30,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
-/// Two loads with adhesion, for which the error of the grid needs a coarser one that is solved beside.
+/// Two loads with adhesion, whose discretisation error needs an additional solve on a coarser grid.
 const SCENE: &str = "name = \"s\"\n[surface]\ncut_off_um = 4.0\nGRID\n[load]\np_star = [0.01, 0.03]\n[adhesion]\n\
                      work_of_adhesion_mj_m2 = 50\nrange_nm = 400.0\nTAIL\n";
 
@@ -58,7 +58,7 @@ fn run(folder: &Path, name: &str, text: &str) -> Counted {
     Counted { results, nodes, bytes, files }
 }
 
-/// A table in which one setting, that of the full scene, has an error of 1 %.
+/// A table with one setting, that of the full scene, with an error of 1 %.
 fn table(folder: &Path) {
     let line = r#"{"schema": 3, "provenance": "a test", "tables": [{"name": "t", "surface": "one", "shortest_wavelength": 0.04,
         "p_star": [0.001, 1.0], "kernel": "KERNEL", "adhesion": "ADHESION", "program": "", "threads": 1, "lines": [
@@ -84,7 +84,7 @@ fn what_is_not_asked_for_costs_nothing() {
     let lean = asked("mean_gap");
     let states = |c: &Counted| c.results.continuum.as_ref().expect("solved").states.clone();
     let (all, few) = (states(&full), states(&lean));
-    // The same numbers to the last bit.
+    // Bit-identical results.
     assert_eq!(few.len(), 2);
     for (a, b) in all.iter().zip(&few) {
         assert_eq!(
@@ -100,22 +100,22 @@ fn what_is_not_asked_for_costs_nothing() {
         );
         assert!(b.observed.is_none() && b.numbers.gap_map.is_none() && b.numbers.stress_map.is_none(), "{b:?}");
     }
-    // No map on the disk, and the transforms are those of the loads, but for what starts a solver.
+    // No maps are written, and the number of transforms is that of the loads, apart from the start of the solver.
     let maps = |c: &Counted| c.files.iter().filter(|f| f.ends_with(".npy")).count();
     assert_eq!((maps(&full), maps(&lean)), (5, 0), "{:?} {:?}", full.files, lean.files);
     let of_loads: f64 = few.iter().map(|s| s.numbers.fft_pairs).sum::<f64>() * 2.0 * 128.0 * 128.0;
     assert!((lean.nodes as f64) < 1.1 * of_loads + 10.0 * 128.0 * 128.0, "{} of {of_loads}", lean.nodes);
-    // The grid beside has a quarter of the nodes, and goes part of the way for the other one anyway: 1.14 was counted.
+    // The coarser grid has a quarter of the nodes; measured ratio: 1.14.
     assert!((full.nodes as f64) > 1.1 * lean.nodes as f64, "{} {}", full.nodes, lean.nodes);
     assert!(full.bytes as f64 > 1.5 * lean.bytes as f64, "{} {}", full.bytes, lean.bytes);
-    // What is asked for is there.
+    // Requested quantities are provided.
     assert!(asked("gap_pdf").results.continuum.is_some_and(|c| c.states.iter().all(|s| s.observed.is_some())));
     let maps_asked = asked("gap_map");
     assert!(
         maps(&maps_asked) == 5
             && states(&maps_asked).iter().all(|s| s.numbers.gap_map.is_some() && s.observed.is_none())
     );
-    // Without adhesion none is evaluated: the same scene without the table takes fewer transforms, and tells no energy of it.
+    // Without adhesion the same scene takes fewer transforms and has no interaction energy.
     let dry = SCENE.replace("GRID", "grid = 128").split("[adhesion]").next().expect("a head").to_string();
     let dry = run(folder, "dry", &dry);
     assert!(states(&dry).iter().all(|s| s.interaction_energy == 0.0) && dry.nodes < full.nodes);

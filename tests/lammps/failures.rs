@@ -1,4 +1,4 @@
-//! All observed failures of LAMMPS runs, with error message and exit code.
+//! Failures of LAMMPS runs, with error message and exit code.
 //!
 //! Without LAMMPS these tests print a warning and pass.
 
@@ -15,10 +15,10 @@ use asperity::atoms::job::Job;
 use asperity::atoms::job_spec::DisplacementRamp;
 use asperity::atoms::load_history::frame_file;
 
-/// Steps of these runs: contact begins in the second.
+/// Steps of these runs: contact starts in the second.
 const STEPS: usize = 5;
-/// Tolerance of loads after a change of the number of ranks: a force tolerance of 2e-3 eV/Å leaves the load uncertain by this,
-/// eV/Å.
+/// Tolerance of loads after a change of the number of ranks, eV/Å: the uncertainty of the load at a force tolerance of
+/// 2e-3 eV/Å.
 const LOAD_NOISE: f64 = 2e-2;
 
 /// 6 × 6 × 3 cells under a wave of 1.4 Å.
@@ -154,7 +154,7 @@ fn a_killed_or_timed_out_run_can_be_continued() {
     assert_eq!(finished.history, expected.history);
 }
 
-/// Makes a file of a later step behave as on a full disk.
+/// Makes writing a file of a later step fail as on a full disk.
 fn fill(folder: &Path, name: &str) {
     std::os::unix::fs::symlink("/dev/full", folder.join(name)).expect("linked");
 }

@@ -1,5 +1,5 @@
-//! A shallow block on an elastic foundation, compared with the deep block that it replaces and with a shallow block on a rigid
-//! base.
+//! A shallow block on an elastic foundation, compared with the deep block that it replaces and with a shallow block on
+//! a rigid base.
 
 use crate::jobs::{built, case, on};
 use crate::lammps::lammps;
@@ -57,10 +57,10 @@ fn apart(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     (a.iter().zip(b).map(square).sum::<f64>() / a.len() as f64).sqrt()
 }
 
-/// Error of the surface on a foundation over that on a rigid base: 0.26 at the lower load. The foundation is isotropic and linear,
-/// and only three cells away from the contact.
+/// Displacement error of the surface on a foundation over that on a rigid base. Measured: 0.26 at the lower load. The
+/// foundation is isotropic and linear, and only three cells below the contact.
 const OF_RIGID: f64 = 0.4;
-/// Atoms at the edge of a contact within a hundredth of an ångström of the contact distance.
+/// Atoms at the edge of contact, within 0.01 Å of the contact distance, that may differ.
 const AT_THE_EDGE: usize = 2;
 
 #[test]
@@ -90,8 +90,8 @@ fn a_foundation_replaces_the_missing_depth() {
     }
 }
 
-/// Thickness of a foundation that is compressed by several ångström at the first load, more than the room below the atoms, lattice
-/// constants.
+/// Thickness in lattice constants of a foundation whose compression at the first load, several ångström, exceeds the
+/// free space below the atoms.
 const FAR_DOWN: usize = 200;
 
 #[test]
@@ -100,11 +100,11 @@ fn a_base_that_moves_down_far_stays_in_the_box() {
     let found = pressed(&engine, SHALLOW, FAR_DOWN);
     let down: Vec<f64> = found.found.history.steps.iter().map(|r| r.displacement_angstrom).collect();
     eprintln!("the indenter is down by {down:?} Å");
-    // Atoms that leave the box are an error of the run.
+    // LAMMPS reports an error if atoms leave the box.
     assert!(down[1] > 5.0 && down[2] > 2.0 * down[1]);
 }
 
-/// The continuum of six cells equals that of three on three of foundation; the atoms differ.
+/// The continuum layer of six cells equals that of three cells on a foundation of three; the atoms differ.
 #[test]
 fn a_run_folder_distinguishes_foundation_and_atoms() {
     let Some(_lammps) = lammps(1) else { return };

@@ -34,10 +34,10 @@ fn touching(case: &Case, job: &Job, finished: &Finished, step: usize) -> Contact
     contact(&frame, &indenter, down, &sites, job.spec.settings.contact_angstrom)
 }
 
-/// Both stop at a largest force of at most 2e-3 eV/Å, which leaves the load of this small cell uncertain by 2e-2 eV/Å, half a per
-/// cent of the lower load.
+/// Relative tolerance of loads. Both runs stop at a largest force of 2e-3 eV/Å, which leaves the load of this small
+/// cell uncertain by 2e-2 eV/Å, half a per cent of the lower load.
 const SAME_LOAD: f64 = 0.01;
-/// Atoms at the edge of a contact within this of the contact distance.
+/// Atoms at the edge of contact that may differ.
 const AT_THE_EDGE: usize = 1;
 
 #[test]
@@ -52,12 +52,12 @@ fn prescribed_loads_reach_the_states_of_a_ramp_at_lower_cost() {
     let unit = job.spec.settings.load_unit;
     for (record, p_star) in found.history.steps[1..].iter().zip(LOADS) {
         assert!((record.load / (p_star * unit) - 1.0).abs() < 1e-3, "{} of {}", record.load / unit, p_star);
-        // Read at its own step, not between two steps.
+        // Evaluated at its own step, without interpolation between steps.
         let at = job.at_load(&found.history, p_star * unit).expect("reached");
         assert_eq!((at.bracket.lower, at.bracket.weight), (record.step, 0.0));
     }
     for (k, record) in found.history.steps.iter().enumerate().skip(1) {
-        // A displacement ramp in equal steps no longer than usual that ends at the same height.
+        // A displacement ramp to the same height, in equal steps of at most the usual length.
         let steps = (record.displacement_angstrom / 0.3).ceil();
         let step = record.displacement_angstrom / steps;
         let touch = smooth_case(&format!("step_angstrom = {step}"));
@@ -81,8 +81,8 @@ fn prescribed_loads_reach_the_states_of_a_ramp_at_lower_cost() {
     }
 }
 
-/// Where indenter and base agree with the load to a thousandth before the forces reach the default tolerance, little changes
-/// afterwards: at 25 nm the indenter moves by 0.0002 Å.
+/// Remaining displacement of the indenter after load and base agree with the prescribed load to 1e-3 but before the
+/// forces reach the default tolerance, Å. Measured at 25 nm: 0.0002 Å.
 const LEFT_TO_GO: f64 = 2e-3;
 
 #[test]
@@ -124,7 +124,7 @@ fn a_run_killed_between_loads_continues_bit_identically() {
         });
         assert!(matches!(error, Err(asperity::Error::Interrupted)));
     }
-    // Written again, as by the same command.
+    // The job is written again, as the same command does.
     let finished = engine.run(&built(&case, killed.path()), &mut on).expect("the rest");
     assert!(finished.resumed_from.is_some_and(|k| k >= 1));
     assert_eq!(finished.history, expected.history);
@@ -134,7 +134,7 @@ fn a_run_killed_between_loads_continues_bit_identically() {
     }
 }
 
-/// Iterations of the second load after which the run is stopped; its forces first converge after some forty.
+/// Iteration of the second load at which the run is stopped; the forces first converge after some forty.
 const STOPPED: usize = 20;
 
 #[test]
@@ -159,7 +159,7 @@ fn a_run_stopped_within_a_load_continues_from_its_checkpoint() {
     assert_eq!(left(stopped.path()).len(), 2);
     let state = minimizer_checkpoint::newest(stopped.path(), 2).expect("a state");
 
-    // Written again, as by the same command.
+    // The job is written again, as the same command does.
     let finished = engine.run(&built(&case, stopped.path()), &mut on).expect("the rest");
     let log = std::fs::read_to_string(stopped.path().join("log.2")).expect("a log");
     let name = state.file_name().and_then(|n| n.to_str()).expect("a name");

@@ -12,8 +12,8 @@ use asperity::scene::{Case, Scene};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-/// A smooth gentle surface on 10 × 10 × 6 cells, which stay elastic under it: LAMMPS takes seconds. `load` is the text of
-/// `[load]`, `atoms` more of `[atoms]`; `tables` stand between them.
+/// A smooth surface of small slope on 10 × 10 × 6 cells, which stay elastic: LAMMPS takes seconds. `load`: text of
+/// `[load]`; `tables`: further tables; `atoms`: further keys of `[atoms]`.
 pub fn case(load: &str, tables: &str, atoms: &str) -> Case {
     let text = format!(
         "name = \"smooth\"\n[surface]\ngrid = 32\nroll_off_mode = 2\ncut_off_mode = 8\nrms_gradient = 0.3\n\
@@ -38,14 +38,14 @@ pub const A0: f64 = 5.5884;
 pub const CUTOFF: f64 = 7.015853;
 pub const D_C: f64 = 4.0354;
 
-/// A written job with what it was made of.
+/// A written job with its block and indenter.
 pub struct Setting {
     pub block: Block,
     pub indenter: Indenter,
     pub job: Job,
 }
 
-/// Loading and relaxation that tests change where they need to.
+/// Default loading and relaxation of the tests.
 pub const RAMP: DisplacementRamp = DisplacementRamp { step_angstrom: 0.3, max_load: 1e9, max_steps: 40, unload: false };
 pub const RELAXATION: RelaxationSettings = RelaxationSettings {
     force_tolerance: 2e-3,
@@ -55,12 +55,13 @@ pub const RELAXATION: RelaxationSettings = RelaxationSettings {
     keep_restarts: false,
 };
 
-/// The displacement ramp of a job, to be changed.
+/// The displacement ramp of a job, for changes.
 pub fn ramp(job: &mut Job) -> &mut DisplacementRamp {
     job.spec.protocol.ramp_mut().expect("a displacement ramp")
 }
 
-/// Writes a job for `block` under an indenter. `height` gives its heights (Å) at grid point (x, y) of `points` × `points`.
+/// Writes a job for `block` under an indenter. `height` gives its heights (Å) at grid point (x, y) of `points` ×
+/// `points`.
 pub fn written(
     folder: &Path,
     block: Block,

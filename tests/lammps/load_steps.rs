@@ -1,4 +1,4 @@
-//! Displacement ramps in LAMMPS, and replayed without it.
+//! Displacement ramps in LAMMPS, and replayed without LAMMPS.
 //!
 //! Without LAMMPS the former print a warning and pass.
 
@@ -24,14 +24,15 @@ use asperity::error::LammpsFailure;
 
 /// E* of the potential, eV/Å³ (28.57 GPa).
 const MODULUS: f64 = 28.57 / 160.217_663_4;
-/// p/E* at which the ramps end: two dozen of the 200 surface atoms are in contact per hundredth.
+/// p/E* at the end of the ramps: some 50 of the 200 surface atoms are in contact.
 const P_STAR: f64 = 0.02;
 
-/// A force tolerance of 2e-3 eV/Å leaves the load of this cell uncertain by 2e-2 eV/Å (measured against 2e-4); a step
-/// in contact changes it by more than 1 eV/Å.
+/// Uncertainty of the load of this cell at a force tolerance of 2e-3 eV/Å, measured against 2e-4, eV/Å; a step in
+/// contact changes the load by more than 1 eV/Å.
 const LOAD_NOISE: f64 = 2e-2;
 
-/// Load of a frame against LAMMPS: relative tolerance, and the rounding of six decimals at 1 eV/Å² per pair, eV/Å.
+/// Tolerance of loads computed from a frame: relative, and absolute for coordinates of six decimals at 1 eV/Å² per
+/// pair, eV/Å.
 const SAME_LOAD: (f64, f64) = (1e-6, 1e-5);
 
 /// 10 × 10 × 6 cells under two crossed waves: peaks of 2.4 Å, all indenter atoms at different heights.
@@ -58,7 +59,7 @@ fn steeper(folder: &Path, adhesion: Option<Yukawa>, factor: f64, frame_layers: u
     )
 }
 
-/// All output that later stages read.
+/// All files that later stages read.
 fn results(folder: &Path, finished: &Finished) -> Vec<Vec<u8>> {
     let mut files = vec![folder.join("load_steps.csv")];
     files.extend(finished.history.steps.iter().map(|r| frame_file(folder, r.step).expect("a frame")));
@@ -126,7 +127,7 @@ fn a_killed_ramp_continues_bit_identically() {
     let expected = engine.run(&reference.job, &mut on).expect("a clean run");
     let broken = setting(killed.path(), None);
     for stop in [2, 5] {
-        // Interrupted within the step after this one; `Break` kills the process group with SIGKILL.
+        // Interrupted during the next step; `Break` kills the process group with SIGKILL.
         let error = engine.run(&broken.job, &mut |p| {
             let after = p.record.is_some_and(|r| r.step >= stop) && !p.is_new;
             if after { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -136,7 +137,7 @@ fn a_killed_ramp_continues_bit_identically() {
     let finished = engine.run(&broken.job, &mut on).expect("the rest");
     assert!(finished.resumed_from.is_some_and(|k| k >= 5));
     assert_eq!(finished.history, expected.history);
-    // The logs of the parts together have the counts of the uninterrupted run's log.
+    // The logs of the parts have the same total counts as the log of the uninterrupted run.
     assert_eq!(serde_json::to_value(&finished.steps).ok(), serde_json::to_value(&expected.steps).ok());
     assert!(results(whole.path(), &expected) == results(killed.path(), &finished), "other bytes after going on");
 }
@@ -197,7 +198,7 @@ fn failures_are_reported_with_their_exit_code() {
     std::fs::write(&script, text.replace("min_style", "max_style")).expect("written");
     let message = said(&engine);
     assert!(message.contains("Unknown command: max_style"), "{message}");
-    // A script that stops early exits regularly, but its result is refused.
+    // A script that ends early exits normally, but its result is refused.
     std::fs::write(&script, text.replace("jump SELF step", "quit")).expect("written");
     let message = said(&engine);
     assert!(message.contains("stops at step 0") || message.contains("did not finish"), "{message}");
@@ -255,10 +256,10 @@ fn a_replayed_run_reports_steps_in_order_stops_and_fails() {
         .expect("the rest");
     assert_eq!(told.iter().map(|t| t.0).collect::<Vec<_>>(), vec![3, 4]);
     assert!((told[1].1 - 0.02).abs() < 1e-12);
-    // The run ends with the first step that reaches the maximum load, and knows where it continued.
+    // The run ends with the first step that reaches the maximum load, and records the step from which it continued.
     assert_eq!((finished.steps.len(), finished.resumed_from), (5, Some(2)));
 
-    // Lost atoms are detected even if everything else is regular.
+    // Lost atoms are detected even if everything else is normal.
     let lost = std::fs::read_to_string(folder.path().join("load_steps.csv")).expect("read");
     let fewer = lost.replacen(&job.atoms().to_string(), &(job.atoms() - 1).to_string(), 1);
     std::fs::write(recording.path().join("load_steps.csv"), fewer).expect("written");

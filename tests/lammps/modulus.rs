@@ -1,5 +1,5 @@
-//! Elastic response of the block: contact modulus from the stress and displacement of an indentation, and compliance of a single
-//! surface atom.
+//! Elastic response of the block: contact modulus from the stress and displacement of an indentation, and compliance of
+//! a single surface atom.
 
 use crate::jobs::{RAMP, RELAXATION, Setting, command, written};
 use crate::lammps::lammps;
@@ -14,11 +14,11 @@ use asperity::units::GPA_PER_EV_A3;
 use std::f64::consts::TAU;
 use std::path::Path;
 
-/// Along the cube's edges and its face diagonals: the mean compliance of these is that of all directions to 0.4 %.
+/// Wave vectors along cube edges and face diagonals: their mean compliance is that of all directions to 0.4 %.
 const WAVES: [(f64, f64); 4] = [(1.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, -1.0)];
 
-/// E* (GPa) as the mean over the waves of an indenter in full contact at the mean pressure `pressure` (GPa), its atoms on waves of
-/// `amplitude` (Å): ratio of the waves in its forces to those in the heights of the surface atoms, by the layer's kernel.
+/// E* (GPa) from a full contact at the mean pressure `pressure` (GPa), with the indenter atoms on waves of `amplitude`
+/// (Å): mean over the waves of the ratio of forces to surface displacements, with the kernel of the layer.
 fn modulus(engine: &LammpsEngine, folder: &Path, pressure: f64, amplitude: f64) -> f64 {
     let block = Block::new(20, 12, CALCIUM.a0, CALCIUM.rc).expect("valid");
     let length = block.length();
@@ -56,15 +56,15 @@ fn modulus(engine: &LammpsEngine, folder: &Path, pressure: f64, amplitude: f64) 
     WAVES.len() as f64 / compliance
 }
 
-/// Measured 29.1 GPa, 1.8 % more: the wave is 112 Å long, and lattice, surface stress and the isotropic depth correction each
-/// contribute about a per cent.
+/// Relative tolerance. Measured: 29.1 GPa, 1.8 % too high. The wave is 112 Å long; lattice, surface stress and the
+/// isotropic depth correction each contribute about a per cent.
 const WITHIN: f64 = 0.03;
 
 #[test]
 fn the_modulus_of_an_indented_block_is_that_of_the_001_face() {
     let Some(engine) = lammps(1) else { return };
     let folder = tempfile::tempdir().expect("scratch");
-    // A compressed crystal is stiffer in proportion to the pressure: the extrapolation to zero pressure is the modulus.
+    // A compressed crystal is stiffer in proportion to the pressure: the modulus is extrapolated to zero pressure.
     let [low, high] =
         [(0.05, 0.006), (0.1, 0.012)].map(|(pressure, amplitude)| modulus(&engine, folder.path(), pressure, amplitude));
     let found = 2.0 * low - high;
@@ -72,7 +72,7 @@ fn the_modulus_of_an_indented_block_is_that_of_the_001_face() {
     assert!((found / CALCIUM_MODULUS_GPA - 1.0).abs() < WITHIN, "{found}");
 }
 
-/// Periodic images, depth and the finite force contribute some three per cent.
+/// Relative tolerance: periodic images, depth and the finite force contribute some three per cent.
 const OF_ONE_ATOM: f64 = 0.05;
 
 #[test]

@@ -1,4 +1,4 @@
-//! Relaxed states at constant temperature.
+//! NVT runs from relaxed states.
 
 use crate::jobs::{built, case, command, on};
 use crate::lammps::lammps;
@@ -17,10 +17,10 @@ fn nvt_case(loads: &[f64], nvt: &str) -> Case {
     case(&format!("p_star = {loads:?}"), "", &format!("[atoms.nvt]\n{nvt}"))
 }
 
-/// Standard errors by which a mean may differ.
+/// Largest deviation of a mean in standard errors.
 const MISSES: f64 = 4.0;
-/// What a step of 8 fs adds to the kinetic temperature's own error: (ωΔt)²/8 is 0.8 % with the
-/// highest ω of a crystal of nearest neighbours that has this C11, about 32/ps.
+/// Relative error of the kinetic temperature due to a time step of 8 fs: (ωΔt)²/8 is 0.8 % for the highest ω of a
+/// nearest-neighbour crystal with this C11, about 32/ps.
 const STEP_ERROR: f64 = 0.008;
 
 #[test]
@@ -37,7 +37,7 @@ fn contact_at_constant_temperature_is_a_probability_with_an_error() {
     let t = held.temperature_k;
     assert!((t.value - 100.0).abs() < MISSES * t.error + STEP_ERROR * 100.0 && t.error < 5.0, "{t:?}");
     assert!((held.load.value - 1.0).abs() < MISSES * held.load.error + 1e-3, "{:?}", held.load);
-    // Per site: a probability whose mean is the contact fraction.
+    // The mean of the contact probabilities of the sites is the contact fraction.
     let site = |name: &str| npy::read(&folder.path().join(name)).expect("a map").values;
     let (probability, error) = (site(&held.site_probability), site(&held.site_error));
     assert_eq!((probability.len(), error.len()), (200, 200));
@@ -99,7 +99,8 @@ fn a_killed_nvt_run_continues_and_its_errors_decrease_with_time() {
         let read = |job: &Job| std::fs::read(job.folder.join(name)).expect("read");
         assert!(read(&whole) == read(&killed), "{name}");
     }
-    // Four times the time gives half the error of a site: averaged over sites, since a single one is uncertain by a quarter.
+    // Four times the time halves the error per site, averaged over sites, because a single error is uncertain by a
+    // quarter.
     let long = written("long", &NvtSettings { time_ps: 40.0, ..settings });
     engine.run(&long, &mut on).expect("a clean run");
     let site_error = |job: &Job| {
@@ -112,7 +113,7 @@ fn a_killed_nvt_run_continues_and_its_errors_decrease_with_time() {
     assert!(short > 1.5 * long && short < 2.8 * long, "{short} and {long}");
 }
 
-/// Tolerance of a mean over so short a time: three standard errors.
+/// Tolerance of the mean over the short run, Å: three standard errors.
 const LATTICE_ERROR: f64 = 3e-3;
 
 #[test]
@@ -131,6 +132,6 @@ fn thermal_expansion_agrees_with_the_nvt_cell() {
     let line = printed.lines().rev().find_map(|l| l.strip_prefix("RES ")).expect("a result");
     let found: Vec<f64> = line.split_whitespace().map(|w| w.parse().expect("a number")).collect();
     assert!((found[1] - calcium_lattice_constant(found[0])).abs() < LATTICE_ERROR, "{found:?}");
-    // Expansion by three quarters of a per cent.
+    // The thermal expansion is three quarters of a per cent.
     assert!((calcium_lattice_constant(300.0) / calcium_lattice_constant(0.0) - 1.00778).abs() < 1e-4);
 }

@@ -1,4 +1,4 @@
-//! The generated potential and the indenter's pair terms, measured with LAMMPS itself.
+//! The generated potential and the indenter's pair terms, measured with LAMMPS.
 //!
 //! Without LAMMPS these tests print a warning and pass.
 
@@ -11,12 +11,13 @@ use asperity::atoms::properties::{Card, LmpCommand, RunScript, measure, results}
 use asperity::atoms::wall::{Adhesion, EPSILON_EV, SIGMA_ANGSTROM, Wall};
 use asperity::error::{Error, LammpsFailure};
 
-/// The challenge's lattice constant (Å) and work of adhesion, 2e-5 E* L (eV/Å²).
+/// Work of adhesion of the challenge, 2e-5 E* L, eV/Å².
 const GAMMA: f64 = 3.4878e-3;
-/// The recommended net: 11 points per 5 cells give 50 positions of crystal atoms in the net's cell.
+/// The recommended indenter grid: 11 points per 5 cells give 50 lateral positions of crystal atoms relative to the
+/// grid.
 const CELLS: usize = 5;
 const POINTS: usize = 11;
-/// Deeper than any cut-off below.
+/// Depth of the blocks in cells, larger than any cut-off below.
 const DEPTH: usize = 8;
 
 fn input(name: &str) -> PathBuf {
@@ -27,8 +28,8 @@ fn wall() -> Wall {
     Wall::new(A0 * CELLS as f64 / POINTS as f64, A0).unwrap()
 }
 
-/// Energies and pressure between two flats in LAMMPS, per area: Lennard-Jones and Yukawa energy (eV/Å²) and the net's repulsion
-/// (eV/Å³).
+/// Energies and pressure between two flat surfaces in LAMMPS, per area: Lennard-Jones and Yukawa energy (eV/Å²) and the
+/// repulsion of the indenter (eV/Å³).
 struct Flats {
     distance: f64,
     repulsion: f64,
@@ -73,7 +74,7 @@ fn the_generated_potential_has_the_stated_properties() {
     let card = Card::calcium().unwrap();
     let table = Path::new(env!("CARGO_MANIFEST_DIR")).join("potentials").join(&card.file);
     let folder = tempfile::tempdir().unwrap();
-    // A first guess 2 % off: the lattice constant must be found.
+    // The initial guess of the lattice constant is 2 % too large.
     let found = measure(&command, folder.path(), &table, &card.element, 1.02 * A0).unwrap();
     eprintln!("{}", toml::to_string(&found).unwrap());
     assert!(card.deviations(&found).is_empty(), "{}", card.deviations(&found).join("\n"));
@@ -99,8 +100,8 @@ fn the_stated_properties_resemble_calcium() {
     assert!(stated.unstable_fault_j_m2 > 5.0 * stated.stacking_fault_j_m2);
 }
 
-/// Measured: 50 registries leave 1e-5 of the areal law's average for ranges from 0.5 Å on; at 8 Å with a range of 0.5 Å
-/// the shift at the cut-off, 20 decay lengths out, takes 2e-4.
+/// Relative tolerance. Measured: 1e-5 of the areal law, averaged over 50 lateral positions, for ranges of 0.5 Å and
+/// more; 2e-4 at a cut-off of 8 Å and a range of 0.5 Å, due to the shift of the energy at the cut-off.
 const EXPONENTIAL: f64 = 1e-3;
 
 #[test]
@@ -120,7 +121,8 @@ fn yukawa_between_flats_is_exponential_per_area() {
     }
 }
 
-/// The cut-off is the same on both sides; only the average over 50 registries remains, 2e-4 at a range of 0.3 Å.
+/// Relative tolerance. Both have the same cut-off; the average over 50 lateral positions has an error of 2e-4 at a
+/// range of 0.3 Å.
 const CLOSED_FORM: f64 = 1e-3;
 
 #[test]
@@ -141,11 +143,11 @@ fn calibrated_flats_have_the_target_work_of_adhesion() {
     }
 }
 
-/// Half a per cent was measured down to the disc of radius √(r_m² - d²) = 1.2 Å (d = 3.84 Å) in which an atom is
-/// repelled.
+/// Relative tolerance. Measured: half a per cent down to d = 3.84 Å, where atoms are repelled within a disc of radius
+/// √(r_m² - d²) = 1.2 Å.
 const REPULSION: f64 = 0.01;
-/// Close to the cut-off few of the 50 registries are repelled at all (16 at 3.95 Å), so the average is coarse: the measured
-/// pressure is 3.7 % low.
+/// Distance (Å) beyond which another relative tolerance applies. Near the cut-off only few of the 50 lateral positions
+/// are repelled (16 at 3.95 Å), so that the average is coarse: the measured pressure is 3.7 % low.
 const FIRST_TOUCH: (f64, f64) = (3.9, 0.05);
 
 #[test]
@@ -182,7 +184,7 @@ fn failures_of_lammps_are_distinguished() {
     assert!(results(folder.path(), "RES early nan\n").is_err());
 }
 
-/// Rounding of some fifty terms an atom, of which forces are the small differences; measured 4e-15 and 2e-13.
+/// Rounding of some fifty terms per atom, of which forces are small differences. Measured: 4e-15 and 2e-13.
 const ROUNDING: f64 = 1e-8;
 
 /// 500 atoms displaced randomly by up to a quarter of an ångström along each axis.

@@ -1,7 +1,7 @@
-//! Energy and forces of atoms under an `eam/alloy` table, from the table alone.
+//! Energy and forces of atoms from an `eam/alloy` table, independent of LAMMPS.
 //!
-//! Between the rows of the table LAMMPS uses cubics whose slopes at the rows are fourth-order differences
-//! (`PairEAM::interpolate`). The same interpolation here makes two independent sums over pairs comparable to rounding.
+//! LAMMPS interpolates between the rows of the table by cubics whose slopes at the rows are fourth-order differences
+//! (`PairEAM::interpolate`). With the same interpolation two independent sums over pairs agree to rounding.
 
 use std::path::Path;
 
@@ -37,7 +37,7 @@ impl Spline {
     }
 }
 
-/// The one element of an `eam/alloy` file.
+/// The single element of an `eam/alloy` file.
 pub struct Table {
     cutoff: f64,
     embedding: Spline,
@@ -49,7 +49,7 @@ pub struct Table {
 impl Table {
     pub fn read(file: &Path) -> Self {
         let text = std::fs::read_to_string(file).expect("the table");
-        // Three comments, the elements, the axes, the element's own line.
+        // Skips three comment lines and the line of elements; axes and the line of the element follow.
         let mut lines = text.lines().skip(4);
         let axes: Vec<f64> =
             lines.next().expect("axes").split_whitespace().map(|w| w.parse().expect("a number")).collect();

@@ -1,4 +1,4 @@
-//! Unloading from the highest load: reversible without plasticity and adhesion, with a pull-off force with adhesion.
+//! Unloading from the highest load: reversible without plasticity and adhesion; with a pull-off force with adhesion.
 
 use crate::jobs::{built, case, on};
 use crate::lammps::lammps;
@@ -21,9 +21,9 @@ fn there_and_back(load: &str, adhesion: &str, atoms: &str) -> Case {
 /// γ/(E* L) = 2·10⁻⁴: 0.032 J/m² between flats of this block.
 const ADHESION: &str = "[adhesion]\nwork_of_adhesion_mj_m2 = 500\nrange_nm = 2\n";
 
-/// A force tolerance of 2e-3 eV/Å leaves the load of so small a cell uncertain by 2e-2 eV/Å.
+/// Uncertainty of the load of this small cell at a force tolerance of 2e-3 eV/Å, eV/Å.
 const LOAD_NOISE: f64 = 2e-2;
-/// Contact fractions: one of the 200 surface atoms.
+/// Tolerance of contact fractions: one of the 200 surface atoms.
 const ONE_ATOM: f64 = 1.0 / 200.0;
 
 fn read(case: &Case, job: &Job) -> (AtomsResults, Unloading) {
@@ -33,7 +33,7 @@ fn read(case: &Case, job: &Job) -> (AtomsResults, Unloading) {
     (found, back)
 }
 
-/// Equal contact and mean gap at each load of both branches.
+/// Checks that contact and mean gap are equal on both branches at each load.
 fn comes_back_the_same(found: &AtomsResults, back: &Unloading) {
     assert_eq!(found.states.len(), LOADS.len());
     assert_eq!(back.states.iter().map(|s| s.p_star).collect::<Vec<_>>(), [LOADS[0]]);
@@ -93,7 +93,7 @@ fn prescribed_loads_unload_reversibly() {
     assert_eq!(back.separated, None);
 }
 
-/// The pull-off force with usual steps and with steps of two thirds.
+/// The pull-off force with default steps and with steps of two thirds.
 #[test]
 fn the_pull_off_force_is_found_within_its_error() {
     let Some(engine) = lammps(1) else { return };
@@ -106,9 +106,9 @@ fn the_pull_off_force_is_found_within_its_error() {
         let (_, back) = read(&case, &job);
         assert!(back.states.is_empty() && back.separated == Some(true));
         let pull = back.pull_off.expect("a pull");
-        // Steps refined to a quarter.
+        // Steps are refined to a quarter.
         assert!((pull.step_angstrom - 0.25 * step).abs() < 1e-6, "{pull:?}");
-        // At most the pull of two flats at the largest stress of the law.
+        // At most the tension of two flat surfaces at the strength of the law.
         let length = job.spec.cells as f64 * job.spec.a0_angstrom;
         let gamma = 2e-4 * 28.57 * length / GPA_PER_EV_A3;
         let flats = gamma / 0.5 * length * length;
@@ -138,7 +138,7 @@ fn a_ramp_killed_while_unloading_continues_bit_identically() {
     let job = built(&case, killed.path());
     let turn = job.reversal_step(&expected.history.steps).expect("a turn");
     let slow = job.unloading_state(&expected.history.steps).and_then(|w| w.refined_from).expect("shorter steps");
-    // At the reversal, before and after the refinement, and at a large pull.
+    // At the reversal, before and after the refinement, and at a large tension.
     for stop in [turn, slow - 1, slow, slow + 12] {
         let error = engine.run(&job, &mut |p| {
             let after = p.record.is_some_and(|r| r.step >= stop);

@@ -1,4 +1,5 @@
-//! Scenes that ask for an accuracy: what is chosen keeps it, is told, and what cannot be served is refused in one line.
+//! Scenes with an accuracy target: the chosen setting meets it and is reported; a target out of reach gives a one-line
+//! error.
 
 use crate::program::{asperity, json_line, stderr};
 use std::path::{Path, PathBuf};
@@ -32,8 +33,8 @@ impl Folder {
     }
 }
 
-/// The mean gap of the chosen setting is within what was asked of it, against a grid of eight times the points a side; the choice is
-/// in results and manifest, and the stages cost no more than it needs.
+/// The mean gap of the chosen setting is within the target, against a grid of eight times the points per side. The
+/// choice is in results and manifest, and the stages cost no more than it needs.
 #[test]
 fn the_chosen_setting_keeps_what_was_asked() {
     let folder = Folder::new();
@@ -57,7 +58,7 @@ fn the_chosen_setting_keeps_what_was_asked() {
         if chosen["advice"]["method"] == "fast" {
             for i in 0..2 {
                 let error = (gap(&told, i) / gap(&fine, i) - 1.0).abs();
-                // The share is of the root mean square over the loads.
+                // The target applies to the root mean square over two loads: a single error may be √2 times as large.
                 assert!(error <= 2f64.sqrt() * share, "{error} of {share}");
             }
             assert_eq!(told["results"]["continuum"]["nx"], chosen["advice"]["grid"]);
@@ -97,7 +98,7 @@ fn what_cannot_be_served_is_refused() {
     assert!(output.status.code() == Some(2) && stderr(&output).contains("--grid"), "{}", stderr(&output));
 }
 
-/// On a surface that the tables have not seen, what is advised is run and held against a reference.
+/// On a surface that is not in the tables the recommended setting is run and compared with a reference.
 #[test]
 fn advice_is_proved() {
     let folder = Folder::new();

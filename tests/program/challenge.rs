@@ -1,4 +1,5 @@
-//! The challenge as a command: solved, judged, drawn; what a grid cannot tell is not judged.
+//! `asperity challenge`: solution, acceptance checks and figures; statements that the grid cannot test are not
+//! assessed.
 
 use crate::program::{asperity, json_line, stderr};
 use serde_json::Value;
@@ -22,9 +23,9 @@ fn verdicts(said: &Value) -> BTreeMap<String, (String, Option<f64>)> {
         .collect()
 }
 
-/// Statements that say nothing of adhesion, and hold on any grid.
+/// Statements that do not depend on adhesion and can be tested on any grid.
 const ALWAYS: [&str; 11] = ["S01", "S02", "S03", "S04a", "S04b", "S04c", "S07a", "S07b", "S09", "S12", "S24"];
-/// Statements that a grid tells which carries the adhesion; and those that need the surface's shortest waves as well.
+/// Statements that need a grid that resolves adhesion; and those that also need the shortest waves of the surface.
 const OF_ADHESION: [&str; 4] = ["S21a", "S21b", "S23a", "S23b"];
 const OF_BOTH: [&str; 8] = ["S05", "S06", "S08", "S10", "S15", "S17a", "S17b", "S18"];
 
@@ -41,7 +42,7 @@ fn a_grid_that_carries_the_adhesion_is_judged() {
     for id in OF_ADHESION {
         assert_ne!(found[id].0, "not assessed", "{id}");
     }
-    // Half of the gradient lies in waves that it does not hold.
+    // Half of the gradient is in waves that the grid does not resolve.
     for id in ["S04d", "S11a", "S11b", "S13", "S16", "S22"].iter().chain(&OF_BOTH) {
         assert_eq!(found[*id].0, "not assessed", "{id}");
     }
@@ -83,7 +84,8 @@ fn a_grid_that_pins_contact_lines_judges_no_adhesion() {
     assert!(said["surface"].as_str().unwrap().contains("seed 2"));
 }
 
-/// A coarse file of the challenge's surface is pressed with the challenge's load, and not held against what it cannot have.
+/// A coarse file of the challenge's surface is loaded with the challenge's loads; statements about short waves are not
+/// assessed.
 #[test]
 fn a_coarse_file_is_not_the_whole_surface() {
     let out = tempfile::tempdir().expect("a folder");

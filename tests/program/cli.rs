@@ -1,4 +1,4 @@
-//! Every command on tiny inputs, as a script would call it.
+//! All commands on small inputs, as in scripts.
 
 use crate::lammps::lammps;
 use crate::program::{asperity, json_line, stderr};
@@ -9,21 +9,22 @@ use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
-/// Side of the small surface: its shortest wave, L/8, has eight points.
+/// Points per side of the small surface: eight per shortest wavelength, L/8.
 const N: usize = 64;
 const LENGTH_UM: f64 = 100.0;
 
-/// Outputs that must be equal but for rounding: solutions of the same numbers in other units go through the same
-/// iterations, whose rounding errors stay near the last bits of a double.
+/// Relative difference of solutions of the same problem in other units: the iterations are the same, apart from
+/// rounding of doubles.
 const ROUNDING: f64 = 1e-10;
 
-/// Two maps solved to a KKT residual of 1e-8 of the pressure: areas are equal, energies and gaps nearly so.
+/// Relative difference of energies and gaps of two maps solved to a KKT residual of 1e-8 of the pressure; areas are
+/// equal.
 const SOLVED: f64 = 1e-6;
 
-/// f32 solves to 1e-3 of the pressure and holds seven digits.
+/// Relative accuracy of f32 solves to 1e-3 of the pressure.
 const SINGLE: f64 = 1e-2;
 
-/// What `solve --json` owes to scripts.
+/// Keys of `solve --json` that scripts rely on.
 const SOLVE_KEYS: [&str; 16] = [
     "method",
     "nx",
@@ -47,14 +48,14 @@ fn call(arguments: &[&str]) -> Output {
     asperity().args(arguments).output().expect("started")
 }
 
-/// The JSON of a command that succeeds.
+/// The JSON output of a successful command.
 fn answer(arguments: &[&str]) -> Value {
     let output = call(arguments);
     assert!(output.status.success(), "{arguments:?}: {}", stderr(&output));
     json_line(&output)
 }
 
-/// The one word of error_message of a command.
+/// The one-line error message of a command that fails with the exit code `code`.
 fn error_message(arguments: &[&str], code: i32) -> String {
     let output = call(arguments);
     let said = stderr(&output);
@@ -101,7 +102,7 @@ impl Scratch {
     }
 }
 
-/// The numbers of a `solve`, without what differs from run to run.
+/// The output of `solve` without values that vary between runs.
 fn lasting(mut solved: Value) -> Value {
     let all = solved.as_object_mut().expect("an object");
     ["seconds", "cpu_seconds", "measured_bytes", "peak_rss_bytes", "threads"]
@@ -157,7 +158,7 @@ fn solve_says_all_that_scripts_rely_on() {
         assert_eq!((solved["method"].as_str(), solved["stop"].as_str()), (Some(method), Some("converged")));
         assert!((0.005..0.5).contains(&number(&solved, "contact_fraction")), "{solved}");
         assert!(number(&solved, "residual") <= 1e-8 && number(&solved, "load_error").abs() < 1e-9, "{solved}");
-        // What is written is what is said.
+        // The files agree with the output.
         let (gap, contact) =
             (npy::read(&out.join("gap.npy")).expect("read"), npy::read_flags(&out.join("contact.npy")).expect("read"));
         let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
@@ -233,7 +234,7 @@ fn adhesion_pulls() {
     let adhesive = answer(&[&plain[..], &["--gamma", "1e-4", "--rho", "0.01"]].concat());
     assert!(number(&adhesive, "contact_fraction") > number(&free, "contact_fraction"), "{adhesive} {free}");
     assert!(number(&adhesive, "mean_gap") < number(&free, "mean_gap"), "{adhesive} {free}");
-    // No adhesion is no adhesion, however it is said.
+    // All inputs that mean no adhesion give the same result.
     let zero = answer(&[&plain[..], &["--gamma", "0", "--rho", "0.01"]].concat());
     assert_eq!(lasting(zero), lasting(free));
 }
@@ -250,12 +251,12 @@ fn lines_and_rectangles_are_solved() {
     let (one, two) = (solve(&line, &[]), solve(&strip, &[]));
     assert_eq!((number(&one, "nx"), number(&one, "ny")), (128.0, 1.0));
     assert_eq!((number(&two, "nx"), number(&two, "ny")), (128.0, 8.0));
-    // A profile that does not change along y is the same problem on any strip.
+    // A profile that is constant along y is the same problem on a strip of any width.
     for other in [&two, &solve(&strip, &["--length-y", "3"])] {
         assert_eq!(one["contact_fraction"], other["contact_fraction"]);
         assert_relative_eq!(number(&one, "mean_gap"), number(other, "mean_gap"), max_relative = SOLVED);
     }
-    // A wave along y is stiffer on the shorter side.
+    // A wave along y is stiffer in the shorter cell.
     let bumps = scratch.map("bumps.npy", 64, 32, |x, y| 0.01 * ((6.3 * x).cos() + (6.3 * y).cos()));
     let (square_pixels, square_cell) = (solve(&bumps, &[]), solve(&bumps, &["--length-y", "1"]));
     assert!(number(&square_pixels, "mean_gap") > number(&square_cell, "mean_gap"), "{square_pixels} {square_cell}");
@@ -274,7 +275,7 @@ fn high_points_touch_first_when_flipped() {
     assert_relative_eq!(number(&straight, "mean_gap"), number(&flipped, "mean_gap"), max_relative = ROUNDING);
     let other_side = solve(&low, &["--flip"]);
     assert_ne!(straight["contact_fraction"], other_side["contact_fraction"], "the flip does nothing");
-    // A file that says its sign is believed, not overruled.
+    // A sign declared in a file is used, and `--flip` is refused.
     let declared = scratch.surface("declared.npy");
     let said = error_message(&["solve", "--heights", word(&declared), "--pressure", "0.01", "--flip"], 2);
     assert!(said.contains("--touching = high-points") && said.contains("low points touch first"), "{said}");
@@ -343,11 +344,11 @@ fn bad_arguments_are_refused_together() {
     }
     assert!(error_message(&["solve", "--heights", "nowhere.npy", "--pressure", "1"], 2).contains("nowhere.npy"));
     assert!(error_message(&[&solve[..], &["0.1,-1"]].concat(), 2).contains("--pressure = -1"));
-    // What clap finds itself.
+    // Errors found by clap.
     for bad in [&["solve", "--heights", file][..], &["solve", "--presure", "1"], &["guess"], &[]] {
         assert_eq!(call(bad).status.code(), Some(2), "{bad:?}");
     }
-    // Flags that would be silently without effect.
+    // Flags that would have no effect.
     let challenge = ["solve", "--challenge", "16", "--cut-off", "0.2", "--pressure", "0.1"];
     for (flags, from) in [
         (&["--flip"][..], &challenge[..]),
@@ -431,7 +432,7 @@ fn the_potential_is_written_and_checked() {
     error_message(&["potential", "--potential", word(&file), "--out", "x"], 2);
 }
 
-/// A scene whose block is 10 x 10 x 6 cells.
+/// A scene with a block of 10 × 10 × 6 cells.
 fn tiny(scratch: &Scratch, atoms: bool) -> PathBuf {
     let mut text = "name = \"tiny\"\n[surface]\ngrid = 32\n[load]\np_star = [0.01, 0.02]\n".to_string();
     if atoms {
@@ -457,18 +458,19 @@ fn a_run_without_atoms_leaves_a_report() {
     let told = answer(&["report", word(&out), "--json"]);
     assert_eq!(told["report"].as_str(), Some(word(&page)));
     assert!(std::fs::read(&page).expect("drawn") == first, "the same results gave another report");
-    // There is nothing to compare.
+    // A run without atoms has nothing to compare.
     assert!(error_message(&["compare", word(&out)], 2).contains("[atoms]"));
     assert!(error_message(&["report", word(&scratch.path("nowhere"))], 2).contains("nowhere"));
     assert!(error_message(&["atoms", "build", word(&scene), "--out", word(&scratch.path("job"))], 2).contains("atoms"));
 }
 
-/// A pull-off that is not found costs no load: results and report stand, and say so, and the command ends as not converged.
+/// If pull-off is not found, the loads are kept: results and report contain them with a message, and the exit code is
+/// "not converged".
 #[test]
 fn a_failing_pull_off_keeps_the_loads() {
     let scratch = Scratch::new();
     let (scene, out) = (scratch.path("behind.toml"), scratch.path("run"));
-    // The second mean gap lies behind the largest pull.
+    // The second mean gap is beyond the maximum tension.
     let text = "name = \"behind\"\n[surface]\ngrid = 64\ncut_off_mode = 8\nroll_off_mode = 4\n[load]\nmean_gap_um = [5, 11]\n\
                 pull_off = true\n[adhesion]\nwork_of_adhesion_mj_m2 = 5000\nrange_nm = 1200\n[continuum]\ntolerance = 1e-6\n";
     std::fs::write(&scene, text).expect("written");
@@ -505,7 +507,7 @@ fn folders_that_are_no_runs_are_refused() {
     assert!(!nowhere.exists());
 }
 
-/// Methods are named by their id, also where the scene left the choice to the program, and tables are tables.
+/// Methods are named by their id, also if the program chose them, and tables are aligned.
 #[test]
 fn plans_and_progress_are_for_people() {
     let scratch = Scratch::new();
@@ -513,7 +515,7 @@ fn plans_and_progress_are_for_people() {
     let plan = call(&["run", word(&scene), "--dry-run"]);
     let said = String::from_utf8_lossy(&plan.stdout).into_owned();
     assert!(said.contains("fast at 2 loads") && !said.contains("auto"), "{said}");
-    // The columns of the audit begin where their heads do.
+    // The columns of the scaling audit start below their headings.
     let lines: Vec<Vec<char>> = said.lines().map(|l| l.chars().collect()).collect();
     let head =
         lines.iter().position(|l| l.iter().collect::<String>().trim_start().starts_with("group")).expect("a head");
@@ -530,7 +532,7 @@ fn plans_and_progress_are_for_people() {
     assert!(pairs.contains("FFT pairs"), "{pairs}");
 }
 
-/// What a coarse grid leaves out of the spectrum is no fault of the surface on it.
+/// Statistics of a surface on a coarse grid are compared with the part of the spectrum that the grid resolves.
 #[test]
 fn a_coarse_grid_is_told_what_it_can_hold() {
     let told = answer(&["surface", "--grid", "64", "--json"]);

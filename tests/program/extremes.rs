@@ -1,6 +1,6 @@
-//! What the program says at the ends of what it may be given: numbers in any unit, maps of any size, files of any kind.
+//! The program with extreme input: units of any size, maps of any size, invalid files.
 //!
-//! `docs/extremes.md` lists every case with what becomes of it.
+//! `docs/extremes.md` lists all cases and their results.
 
 use crate::program::{asperity, json_line, stderr};
 use asperity::record::npy;
@@ -16,7 +16,7 @@ fn challenge(n: &str, more: &[&str]) -> Output {
     asperity().args(["solve", "--pressure", "0.01", "--challenge", n]).args(more).output().expect("started")
 }
 
-/// One line on stderr, with this exit code and these words.
+/// The command fails with this exit code and one line on standard error that contains `says`.
 fn refused(output: &Output, code: i32, says: &str) {
     let said = stderr(output);
     assert_eq!(output.status.code(), Some(code), "{said}");
@@ -24,10 +24,10 @@ fn refused(output: &Output, code: i32, says: &str) {
     assert!(said.starts_with("asperity: error: ") && said.contains(says), "{said} lacks {says}");
 }
 
-/// Lengths and stresses in units from 1e-12 to 1e12 of the others: the same contact in the same steps.
+/// Lengths and stresses in units from 1e-12 to 1e12 of the others give the same contact in the same iterations.
 #[test]
 fn units_of_any_size() {
-    /// Scaled numbers are rounded anew: the same solution but for rounding.
+    /// Scaled inputs are rounded differently; the solutions are equal apart from rounding.
     const ROUNDING: f64 = 1e-10;
     let scratch = tempfile::tempdir().expect("scratch");
     let (n, file) = (48, scratch.path().join("h.npy"));
@@ -51,7 +51,7 @@ fn units_of_any_size() {
         let reduced = run(1.0, 1.0, precision);
         for (length, stress) in [(1e12, 1e-12), (1e-12, 1e12), (1e12, 1e12), (1e-12, 1e-12)] {
             for (found, expected) in run(length, stress, precision).into_iter().zip(&reduced) {
-                // Rounded anew, f32 takes other last bits on its way, and stops at 1e-3 of the pressure.
+                // In f32 the different rounding leads to other iterates, and the solve stops at 1e-3 of the pressure.
                 let bound = if precision == "f32" { 1e-4 } else { ROUNDING };
                 assert!(
                     (found / expected - 1.0).abs() < bound,
@@ -62,14 +62,15 @@ fn units_of_any_size() {
     }
 }
 
-/// The challenge's surface on grids that no machine, or no grid, could be: one line, and what would fit.
+/// Grids of the challenge's surface that are too large for any machine or invalid: a one-line error with the largest
+/// grid that fits.
 #[test]
 fn grids_beyond_the_memory_are_refused_with_what_fits() {
     for n in ["0", "1048577", "5000000000", "18446744073709551615"] {
         refused(&challenge(n, &[]), 2, "accepted: 1 to 1048576 points per side");
     }
     for (method, n) in ["fast", "bvm", "gfmd"].into_iter().flat_map(|m| [(m, 65_536usize), (m, 1 << 20)]) {
-        // Fields and spectrum at the very least.
+        // At least the memory of fields and spectrum.
         if asperity::sys::available_memory_bytes() > 24 * (n * n) as u64 {
             println!("not tested: this machine has the memory");
             continue;
@@ -80,7 +81,7 @@ fn grids_beyond_the_memory_are_refused_with_what_fits() {
         let fits: Vec<usize> = said.split(" x ").skip(1).filter_map(|w| w.split(' ').next()?.parse().ok()).collect();
         assert!(fits.len() == 2 && 1000 < fits[0] && fits[0] < fits[1] && fits[1] < n, "{method}: {said}");
     }
-    // A sound file of more than 2^31 points, most of it a hole: refused before it is read.
+    // A valid sparse file of more than 2^31 points is refused before it is read.
     let scratch = tempfile::tempdir().expect("scratch");
     let file = scratch.path().join("large.npy");
     let points = 1u64 << 34;
@@ -94,7 +95,7 @@ fn grids_beyond_the_memory_are_refused_with_what_fits() {
     }
 }
 
-/// Spectra that are none are refused; what the grid leaves out of one is said.
+/// Invalid spectra are refused; the unresolved part of a spectrum is reported.
 #[test]
 fn cut_offs_of_the_challenge() {
     let (short, long) = ("a wavelength of at least 1e-4 of the cell", "no longer than the roll-off wavelength");
@@ -108,13 +109,13 @@ fn cut_offs_of_the_challenge() {
     let said = stderr(&coarse);
     assert!(said.contains("warning  the grid of 32² points cannot hold λ_s") && said.contains("is resolved"), "{said}");
     assert!(!stderr(&held).contains("warning"), "{}", stderr(&held));
-    // One wavelength alone, and a single pixel.
+    // A single wavelength, and a single pixel.
     for (n, cut_off) in [("64", "0.2"), ("1", "0.2"), ("2", "0.2"), ("3", "0.2")] {
         assert!(challenge(n, &["--cut-off", cut_off]).status.success(), "{n}");
     }
 }
 
-/// Files that are no map.
+/// Files that contain no map.
 #[test]
 fn maps_that_are_none() {
     let scratch = tempfile::tempdir().expect("scratch");
@@ -137,11 +138,11 @@ fn maps_that_are_none() {
     ] {
         refused(&solve(name, contents, &[]), 2, says);
     }
-    // Numbers whose squares are beyond the largest double: no solution is claimed.
+    // Squares of these heights overflow: the solve diverges.
     let output = solve("large.txt", b"1e200 0\n0 0\n", &[]);
     assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
     assert_eq!(json_line(&output)["stop"], "diverged");
-    // In a unit that fits them they are heights, down to the smallest doubles, which are flat.
+    // In a suitable length unit they are valid heights; the smallest doubles are flat.
     for (heights, length) in
         [(&b"1e200 0\n0 0\n"[..], "1e200"), (b"1e-310 0\n0 0\n", "1"), (b"5\n", "1"), (b"5 5 5\n", "1")]
     {
@@ -158,7 +159,7 @@ fn maps_that_are_none() {
     }
 }
 
-/// A range of nothing is no NaN but a warning, and is as good as none at all on a map that it does not close.
+/// Ranges down to 1e-300 L give finite results, with a warning if the grid does not resolve the adhesion.
 #[test]
 fn ranges_that_no_grid_resolves_are_warned_of() {
     let scratch = tempfile::tempdir().expect("scratch");

@@ -1,5 +1,5 @@
-//! Surfaces from files that other programs wrote (`fixtures/make.py`): every format gives the same heights, and what is
-//! damaged, ambiguous or of another kind is refused in one line with exit code 2.
+//! Surfaces from files of other programs (`fixtures/make.py`): all formats give the same heights. Damaged, ambiguous
+//! and unsupported files are refused in one line with exit code 2.
 
 use crate::program::{asperity, json_line, stderr};
 use asperity::record::import::{self, Content, Fourier, ImportOptions};
@@ -11,7 +11,7 @@ use std::process::Output;
 const NX: usize = 6;
 const NY: usize = 4;
 
-/// `make.py`'s surface at node (x, y).
+/// The surface of `make.py` at node (x, y).
 fn height(x: usize, y: usize) -> f64 {
     let (u, v) = (TAU * x as f64 / NX as f64, TAU * y as f64 / NY as f64);
     1.0 + 0.5 * u.cos() - 0.25 * (u + v).sin() + 0.125 * (2.0 * u).sin()
@@ -31,7 +31,7 @@ fn surface(name: &str, flags: &[&str]) -> Output {
         .expect("started")
 }
 
-/// Rounding of what a file keeps: a double, a float, and thousandths as integers.
+/// Rounding of the formats: double, float, and integers in units of a thousandth.
 const DOUBLE: f64 = 1e-11;
 const SINGLE: f64 = 1e-6;
 const THOUSANDTHS: f64 = 5.1e-4;
@@ -73,7 +73,7 @@ fn integers_are_the_numbers_of_their_file() {
     assert!(map.heights.iter().enumerate().map(off).fold(0.0, f64::max) < THOUSANDTHS);
 }
 
-/// Thousandths about an offset, packed into two bytes, become heights again.
+/// Heights stored as two-byte integers with scale and offset are restored.
 #[test]
 fn packed_heights_are_scaled_and_shifted() {
     for (name, unit) in [("packed.nc", Some("um")), ("packed4.nc", None), ("packed.h5", None)] {
@@ -86,7 +86,7 @@ fn packed_heights_are_scaled_and_shifted() {
     }
 }
 
-/// Links in circles are followed once, with and without a name.
+/// Circular links are followed once, with and without a dataset name.
 #[test]
 fn links_in_circles_come_to_an_end() {
     for dataset in [None, Some("deep/surface"), Some("/deep/hard3/soft1/deep/surface")] {
@@ -96,7 +96,7 @@ fn links_in_circles_come_to_an_end() {
     }
 }
 
-/// The surface of the fixtures' coefficients at any place of the cell, lowest node of the grid at 0.
+/// The surface of the fixtures' coefficients, with the lowest node of the grid at 0.
 fn waves(n: usize) -> Vec<f64> {
     let at = |i: usize| {
         let (u, v) = (TAU * (i % n) as f64 / n as f64, TAU * (i / n) as f64 / n as f64);
@@ -107,7 +107,8 @@ fn waves(n: usize) -> Vec<f64> {
     heights.iter().map(|h| h - low).collect()
 }
 
-/// On the grid they came from, on a finer one, and on the smallest that holds them; heights come back in µm.
+/// Heights on the grid of the coefficients, on a finer one, and on the smallest one that resolves them; heights are in
+/// µm.
 #[test]
 fn coefficients_give_heights_on_any_grid() {
     let scratch = tempfile::tempdir().expect("scratch");
@@ -129,14 +130,14 @@ fn coefficients_give_heights_on_any_grid() {
             assert!(off < 1e-12, "{name} on {n}: {off:e}");
         }
     }
-    // Only the waves of at least 0.9 L: cos u.
+    // Only wavelengths of at least 0.9 L remain: cos u.
     let output = surface("series.dat", &["--fourier", "series", "--low-pass-um", "90", "--grid", "4", "--out", out]);
     assert!(output.status.success(), "{}", stderr(&output));
     let cosine = npy::read(Path::new(out)).expect("written").values;
     assert!(cosine[..4].iter().zip([1.0, 0.5, 0.0, 0.5]).all(|(f, e)| (f - e).abs() < 1e-12), "{cosine:?}");
 }
 
-/// High points of the file first: the same waves upside down.
+/// With `high-points` in contact the same heights are inverted.
 #[test]
 fn coefficients_are_turned_with_their_sign() {
     let scratch = tempfile::tempdir().expect("scratch");
@@ -150,7 +151,7 @@ fn coefficients_are_turned_with_their_sign() {
     assert!(found.iter().zip(&upright).all(|(f, u)| (f - (high - u)).abs() < 1e-12));
 }
 
-/// `solve` on coefficients is `solve` on the heights that NumPy's transform was of.
+/// `solve` gives the same result for coefficients and for the heights from which NumPy computed them.
 #[test]
 fn solving_on_coefficients_is_solving_on_their_heights() {
     let solved = |name: &str, flags: &[&str]| {
@@ -168,7 +169,7 @@ fn solving_on_coefficients_is_solving_on_their_heights() {
     }
 }
 
-/// A scene on coefficients keeps its unit, sign and grid to the results.
+/// A scene with coefficients keeps their unit, sign and grid in the results.
 #[test]
 fn a_scene_takes_coefficients() {
     let scratch = tempfile::tempdir().expect("scratch");
@@ -183,11 +184,11 @@ fn a_scene_takes_coefficients() {
     let output = asperity().arg("run").arg(&scene).arg("--out").arg(&out).output().expect("started");
     assert!(output.status.success(), "{}", stderr(&output));
     let stored = npy::read(&out.join("surface/heights.npy")).expect("heights").values;
-    // In lengths of the cell, 100 µm by default.
+    // In units of the cell, 100 µm by default.
     assert!(stored.iter().zip(waves(16)).all(|(f, e)| (f * 200.0 - e).abs() < 1e-12));
 }
 
-/// One line, exit code 2, with the file or the flag and what would be accepted.
+/// Exit code 2 and one line that names the file or the flag and the accepted values.
 fn refused(output: &Output, names: &str, pieces: &[&str]) {
     let said = stderr(output);
     assert_eq!(output.status.code(), Some(2), "{said}");
@@ -263,7 +264,7 @@ fn what_is_damaged_or_ambiguous_is_refused() {
     refused(&asperity().args(challenge).output().expect("started"), "--fourier", &["only together with a file"]);
 }
 
-/// Bad twins of text, made here: one thing changed in a good file.
+/// Invalid text files, each created by one change in a valid file.
 #[test]
 fn text_that_is_spoilt_is_refused_with_its_line() {
     let scratch = tempfile::tempdir().expect("scratch");
@@ -293,7 +294,7 @@ fn text_that_is_spoilt_is_refused_with_its_line() {
     spoil("konfig.dat", last, "1\t0.666666666667\t1.6\n", &[], &["1.6e0 at the repeated point x = 6, y = 4", "1.5e0"]);
 }
 
-/// The four columns of a map may be whole numbers, once that is said.
+/// Four columns of integers are a map if this is specified.
 #[test]
 fn a_map_four_points_wide_is_one_when_it_is_said() {
     let scratch = tempfile::tempdir().expect("scratch");
@@ -305,7 +306,7 @@ fn a_map_four_points_wide_is_one_when_it_is_said() {
     assert_eq!((map.nx, map.ny), (4, 3));
 }
 
-/// Text that is heights or is not, each with what is said of it.
+/// Text files that are heights or not, each with the reported kind.
 #[test]
 fn text_is_taken_for_what_it_is() {
     let scratch = tempfile::tempdir().expect("scratch");
@@ -329,20 +330,20 @@ fn text_is_taken_for_what_it_is() {
         assert!(said.to_string().contains("line 1 is not UTF-8; accepted: text in UTF-8 or ASCII"), "{said}");
         assert_eq!(said.exit_code(), 2);
     }
-    // The last line of x y h is missing: no map three points wide, unless it is said to be one.
+    // The last line of x y h is missing: the file is no map three points wide, unless this is specified.
     let list = b"0 0 1\n1 0 2\n2 0 3\n0 1 4\n1 1 5\n";
     let said = read(list, None).unwrap_err().to_string();
     assert!(said.contains("2 lines in block 2 and 3 in the first") && said.contains("--fourier none"), "{said}");
     assert_eq!(read(list, Some(Fourier::None)).expect("said"), [3, 5]);
     assert_eq!(read(b"0 1 4\n1 1 5\n2 1 6\n0 0 1\n1 0 2\n2 0 3\n", None).expect("downwards"), [3, 2]);
-    // A map four points wide whose heights are whole numbers, but no waves.
+    // A map four points wide with integer heights, but no coefficients.
     let wide: String = (0..12).map(|i| format!("{} {} {}\n", i % 4, i / 4, i * i % 7)).collect();
     assert_eq!(read(wide.as_bytes(), None).expect("a list"), [4, 3]);
     let said = read(b"1e308 0\n-1e308 0\n", None).unwrap_err().to_string();
     assert!(said.contains("heights from -1e308 to 1e308"), "{said}");
 }
 
-/// A unit that a file declares is not overruled; `solve` has lengths in whatever unit the file does.
+/// A unit declared in a file is not overridden; `solve` uses lengths in the unit of the file.
 #[test]
 fn a_declared_unit_is_compared() {
     let nm = &["--heights-unit-um", "0.001"];

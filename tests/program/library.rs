@@ -1,4 +1,4 @@
-//! The documented interface of the crate: its examples run, and its numbers are those of `asperity solve`.
+//! The documented interface of the crate: its examples run, and its results are those of `asperity solve`.
 
 use crate::program::{asperity, stderr};
 use asperity::{Adhesion, FileOptions, Load, Problem, Surface, Touching};
@@ -43,7 +43,7 @@ mod read_a_run {
 
 const MAP: &str = "configs/own-surface.txt";
 
-/// Lines of JSON of `asperity solve` on the shipped map, and the folder with its fields.
+/// JSON lines of `asperity solve` for the shipped map, with its fields in the folder `out`.
 fn solve(arguments: &[&str], out: &Path) -> Vec<Value> {
     let mut command = asperity();
     command
@@ -65,7 +65,7 @@ fn stored(file: &Path) -> Array2<f64> {
     Array2::from_shape_vec((field.ny, field.nx), field.values).expect("its shape")
 }
 
-/// Lengths in nm, pressures in MPa, as the numbers of the command line below.
+/// Lengths in nm and pressures in MPa, as in the command line below.
 #[test]
 fn states_have_the_bits_of_the_command_line() {
     let out = tempfile::tempdir().expect("scratch");

@@ -1,4 +1,4 @@
-//! The built program, as a user starts it.
+//! The compiled program, started as a user starts it.
 
 mod accuracy;
 mod challenge;

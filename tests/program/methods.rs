@@ -1,5 +1,5 @@
-//! Every method of the registry, run from one scene: what its card declares it delivers, what it does not it refuses with
-//! the card's reason, and none is given what it says it does not need.
+//! All methods of the registry in one scene: a method provides what its card declares, gives the card's reason for
+//! everything else, and receives only the input that the card declares.
 
 use crate::program::{asperity, json_line, stderr};
 use asperity::Error;
@@ -13,16 +13,16 @@ use asperity::scene::Case;
 use asperity::surface::{Modes, PowerSpectrum, Spectrum};
 use std::path::Path;
 
-/// A 128² scene of which the grid holds every wave, at loads that touch with some nodes and do not close the gap.
+/// A 128² scene whose grid resolves all waves, at loads with some contact nodes and open gaps.
 const SCENE: &str = "name = \"methods\"\n[surface]\ngrid = 128\ncut_off_um = 4.0\n[load]\np_star = [0.005, 0.01, 0.02]\n\
                      [continuum]\ncompare_with = [\"all\"]\n";
 const ADHESION: &str = "[adhesion]\nwork_of_adhesion_mj_m2 = 50\nrange_nm = 100.0\nalso_nonadhesive = true\n";
 
-/// Methods that need more than a surface and a load; their unavailable_reason says what.
+/// Methods that need more input than a surface and a load; their reason names it.
 const NEED_MORE: [&str; 1] = ["all-atom"];
 
-/// Relative load balance of estimates: sums of closed forms end in rounding; what the cascade of Persson's theory with
-/// adhesion leaves is below half a per cent of the pressure and told by its own tests.
+/// Relative load balance of estimates. Sums of closed forms are accurate to rounding; the cascade of Persson's theory
+/// with adhesion has an error below half a per cent of the pressure, which its own tests verify.
 const LOAD_BALANCE: f64 = 5e-3;
 
 fn run(scene: &str) -> Vec<MethodResults> {
@@ -40,9 +40,10 @@ fn run(scene: &str) -> Vec<MethodResults> {
     let page = std::fs::read_to_string(out.join("report.html")).expect("a report");
     for m in &found {
         let titles = page.matches(&format!("{}: {}", m.method, m.paper_name)).count();
-        // In each of figures 4 to 9 at each of three loads, and in figures 10 to 12.
+        // Each method is in figures 4 to 9 at each of three loads, and in figures 10 to 12.
         assert_eq!(titles, 6 * 3 + 3, "{} is in every figure or said not to be", m.method);
-        // Where all is refused that is the reason for every empty cell; a contact map has none of its own.
+        // If a method is refused altogether, that reason stands in every empty cell; a contact map has no cell of its
+        // own.
         let reasons = m.missing.iter().filter(|missing| missing.quantity != Quantity::ContactMap.id());
         let reasons: Vec<&String> =
             m.unavailable_reason.as_ref().map_or(reasons.map(|m| &m.reason).collect(), |why| vec![why]);
@@ -64,7 +65,7 @@ fn delivers(kind: Kind, s: &MethodState, quantity: Quantity) -> bool {
     match quantity {
         Quantity::GapMap => s.numbers.gap_map.is_some(),
         Quantity::StressMap => s.numbers.stress_map.is_some(),
-        // Solvers touch where their gap is closed.
+        // For solvers contact is where the gap is closed.
         Quantity::ContactMap => s.contact_map.is_some() || kind == Kind::Solver && s.numbers.gap_map.is_some(),
         Quantity::PatchPdf | Quantity::PatchArea | Quantity::MedianClusterArea => {
             !s.patch_area.is_empty() && !s.patch_density.is_empty()
@@ -77,7 +78,7 @@ fn delivers(kind: Kind, s: &MethodState, quantity: Quantity) -> bool {
     }
 }
 
-/// What a run says otherwise than its card.
+/// Deviations of a run from the method's card.
 fn faults(card: &Card, run: &MethodResults) -> Vec<String> {
     let mut faults = Vec::new();
     let name = format!("{}, adhesion {}", card.id, run.adhesive);
@@ -119,7 +120,7 @@ fn cards_say_what_is_delivered() {
     let mut found = Vec::new();
     for (scene, adhesion) in [(SCENE.to_string(), false), (format!("{SCENE}{ADHESION}"), true)] {
         let told = run(&scene);
-        // The scene's own, `fast`, is not beside itself.
+        // The scene's own method, `fast`, is not listed as a comparison method.
         for card in REGISTRY.iter().map(|m| m.card()).filter(|c| c.id != "fast") {
             let runs: Vec<&MethodResults> = told.iter().filter(|m| m.method == card.id).collect();
             let runs_twice = adhesion && card.supports_adhesion() && !NEED_MORE.contains(&card.id);
@@ -131,8 +132,8 @@ fn cards_say_what_is_delivered() {
     assert!(found.is_empty(), "{}", found.join("\n"));
 }
 
-/// A method that needs a spectrum runs without a single height, and one that needs heights without a spectrum; given the
-/// other alone it says what is missing.
+/// A method that needs a spectrum runs without heights, and one that needs heights runs without a spectrum. With the
+/// other input only, the error names the missing one.
 #[test]
 fn no_method_needs_what_its_card_does_not_say() {
     let spectrum = Spectrum { lambda_s: 1.0 / 25.0, ..Spectrum::CHALLENGE };
@@ -159,7 +160,7 @@ fn no_method_needs_what_its_card_does_not_say() {
     }
 }
 
-/// `solve` takes any method; what only a solver can do is refused in a line that names the flag.
+/// `solve` accepts estimators; options that need a solver are refused in one line that names the flag.
 #[test]
 fn solve_takes_methods_that_estimate() {
     for method in REGISTRY.iter().filter(|m| !NEED_MORE.contains(&m.card().id) && m.card().kind == Kind::Estimate) {
@@ -177,7 +178,7 @@ fn solve_takes_methods_that_estimate() {
     }
 }
 
-/// Settings that move a criterion or take the place of a fitted constant are told, by the method and by `solve`.
+/// The method and `solve` report settings that change a criterion or replace a fitted constant.
 #[test]
 fn what_methods_say_of_themselves_follows_settings() {
     let told = |id: &str, set: Option<&str>| {
@@ -205,8 +206,8 @@ fn what_methods_say_of_themselves_follows_settings() {
     assert!(to_area["calibrated_on"].as_str().is_some_and(|c| c.contains("calibrate_to")), "{to_area}");
 }
 
-/// A range that the grid does not carry well enough: `bicgstab` tells the one that it used, in results and in `solve`; `fft-ia` tells
-/// where the gap is closed and where the stress presses.
+/// For a range that the grid does not resolve, `bicgstab` reports the range used, in results and in `solve`; `fft-ia`
+/// reports closed area and compressed area.
 #[test]
 fn ranges_that_are_used_and_stresses_that_press_are_told() {
     let scene = SCENE.replace("\"all\"", "\"bicgstab\", \"fft-ia\"");
@@ -244,7 +245,7 @@ fn ranges_that_are_used_and_stresses_that_press_are_told() {
     assert!(line["contact_fraction_compressive"].as_f64().is_some_and(|c| c > 0.0), "{line}");
 }
 
-/// Hears nothing, and stops a run once a file is there.
+/// A listener that ignores progress and stops the run once a file exists.
 struct Until(std::path::PathBuf);
 
 impl Listener for Until {
@@ -257,8 +258,8 @@ impl Listener for Until {
     }
 }
 
-/// A run that is stopped goes on after the last load that an estimate has finished, to the bits of one left alone, with
-/// adhesion by which a load remembers the one before, too.
+/// A stopped run continues after the last load that an estimator has finished, and is bit-identical to an uninterrupted
+/// one, also with adhesion, where a load depends on the previous one.
 #[test]
 fn finished_loads_of_estimates_are_kept() {
     let scene = SCENE.replace("\"all\"", "\"srgw\"").replace("= 128", "= 64").replace("4.0", "8.0") + ADHESION;
@@ -272,7 +273,7 @@ fn finished_loads_of_estimates_are_kept() {
     let second = out.join("method-srgw").join("load-2.json");
     let stopped = pipeline::run(&case, &out, &Until(second.clone()));
     assert!(matches!(stopped, Err(Error::Interrupted)), "{:?}", stopped.map(|_| ()));
-    // What is told of a load in the end is what was kept of it.
+    // The final results contain the stored states of finished loads.
     let mark = |name: &str| {
         let path = second.with_file_name(name);
         let mut state: MethodState = json::read(&path).expect("kept");
@@ -293,7 +294,7 @@ fn finished_loads_of_estimates_are_kept() {
     assert!(!second.exists(), "loads are in the results now");
 }
 
-/// The table of docs/methods.md is what `asperity methods --markdown` prints.
+/// The table in docs/methods.md is the output of `asperity methods --markdown`.
 #[test]
 fn the_documentation_has_the_table_of_methods() {
     let output = asperity().args(["methods", "--markdown"]).output().expect("started");

@@ -1,5 +1,5 @@
-//! Whole runs with the real LAMMPS on a block of 3484 atoms: what is done is not done again, and whatever stops a run, the
-//! same command goes on and ends with the same results.
+//! Complete runs with LAMMPS on a block of 3484 atoms: finished work is not repeated, and after any interruption the
+//! same command continues and gives the same results.
 
 use crate::lammps::lammps;
 use crate::program::{asperity, json_line, stderr};
@@ -9,18 +9,18 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Output, Stdio};
 use std::time::{Duration, Instant};
 
-/// Å per step: 16 steps and some three seconds of LAMMPS, long enough to stop it in between.
+/// Displacement step, Å: 16 steps and some three seconds of LAMMPS, enough to interrupt it.
 const FINE: f64 = 0.1;
-/// Four steps, one second.
+/// Displacement step, Å: four steps, one second.
 const COARSE: f64 = 0.5;
 
-/// Steps that must be finished before a run is stopped: with fewer, going on and starting over look alike.
+/// Steps finished before a run is stopped; with fewer steps a continued run looks like a new one.
 const STEPS_BEFORE: usize = 3;
 
-/// No wait here takes longer unless something hangs: the whole run takes five seconds on an idle machine.
+/// Limit of waiting times; the whole run takes five seconds on an idle machine.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// A killed LAMMPS is gone after its parent: the kernel delivers at once, a busy machine schedules late.
+/// A killed LAMMPS ends after its parent: the signal is immediate, but a busy machine may schedule the process late.
 const GONE_WITHIN: Duration = Duration::from_secs(10);
 
 const STAGES: [&str; 6] = ["surface", "continuum", "matched", "lammps", "atoms", "compare"];
@@ -38,7 +38,7 @@ impl Bench {
         self.folder.path().join(name)
     }
 
-    /// Writes the tiny scene; `more` goes to its end, into `[atoms]`.
+    /// Writes the small scene, with `more` appended to `[atoms]`.
     fn scene(&self, loads: &str, step: f64, more: &str) -> PathBuf {
         let text = format!(
             "name = \"tiny\"\n[surface]\ngrid = 32\n[load]\np_star = {loads}\n\
@@ -59,7 +59,7 @@ impl Bench {
         self.start(scene, out).wait_with_output().expect("ended")
     }
 
-    /// Runs to a good end; the results and what was said on the way.
+    /// Results and standard error of a successful run.
     fn results(&self, scene: &Path, out: &str) -> (Value, String) {
         let output = self.run(scene, out);
         assert!(output.status.success(), "{}", stderr(&output));
@@ -69,7 +69,7 @@ impl Bench {
         (told, stderr(&output))
     }
 
-    /// Starts a run and comes back when LAMMPS has finished some steps.
+    /// Starts a run and returns when LAMMPS has finished some steps.
     fn interrupted_start(&self, scene: &Path, out: &str) -> Child {
         let child = self.start(scene, out);
         let table = self.path(out).join("lammps/load_steps.csv");
@@ -78,20 +78,20 @@ impl Bench {
         child
     }
 
-    /// Processes that work in the job's folder.
+    /// Processes with the job folder as working directory.
     fn processes(&self, out: &str) -> Vec<PathBuf> {
         let job = self.path(out).join("lammps").canonicalize().expect("a job folder");
         let all = std::fs::read_dir("/proc").expect("/proc").flatten().map(|e| e.path());
         all.filter(|p| std::fs::read_link(p.join("cwd")).is_ok_and(|cwd| cwd == job)).collect()
     }
 
-    /// The same command goes on from where LAMMPS was, and the end is that of `reference`.
+    /// The same command continues after the last finished step, and its results are those of `reference`.
     fn goes_on(&self, scene: &Path, out: &str, reference: &str) {
         wait_until("the end of LAMMPS", GONE_WITHIN, || self.processes(out).is_empty());
         let before = steps(&self.path(out).join("lammps/load_steps.csv"));
         let (results, said) = self.results(scene, out);
         let from = resumed_from(&said).unwrap_or_else(|| panic!("started over: {said}"));
-        // The step in progress when the run was stopped is lost, and one more at most.
+        // At most the step in progress and one more are lost.
         assert!(from + 2 >= before && from > 0, "went on from {from} of {before} steps");
         let (whole, _) = self.results(scene, reference);
         assert_eq!(lasting(&results), lasting(&whole));
@@ -112,7 +112,7 @@ fn wait_until(what: &str, patience: Duration, good: impl Fn() -> bool) {
     }
 }
 
-/// Complete lines after the header.
+/// Number of complete lines after the header.
 fn steps(table: &Path) -> usize {
     std::fs::read_to_string(table).map_or(0, |t| t.matches('\n').count().saturating_sub(1))
 }
@@ -122,7 +122,7 @@ fn resumed_from(said: &str) -> Option<usize> {
     rest.split_whitespace().next()?.parse().ok()
 }
 
-/// Results without what may differ from run to run: the costs of the stages, and seconds anywhere.
+/// Results without values that vary between runs: computational costs and times.
 fn lasting(results: &Value) -> Value {
     fn clean(value: &mut Value) {
         match value {
@@ -140,7 +140,7 @@ fn lasting(results: &Value) -> Value {
     kept
 }
 
-/// Names of the stages that were run, not found done.
+/// Names of the stages that were run, not reused.
 fn worked(results: &Value) -> Vec<&str> {
     let stages = results["stages"].as_array().expect("stages");
     assert_eq!(stages.iter().map(|s| s["name"].as_str().expect("a name")).collect::<Vec<_>>(), STAGES);
@@ -157,7 +157,7 @@ fn a_finished_run_is_not_run_again() {
     let (again, said) = bench.results(&scene, "run");
     assert!(worked(&again).is_empty(), "{said}");
     assert_eq!(lasting(&first), lasting(&again));
-    // Not the words and widths of a time, but every cost is as it was.
+    // Costs of reused stages are unchanged.
     let costs =
         |r: &Value| r["stages"].as_array().expect("stages").iter().map(|s| s["seconds"].clone()).collect::<Vec<_>>();
     assert_eq!(costs(&first), costs(&again));
@@ -189,7 +189,7 @@ fn an_interrupted_run_says_so_and_goes_on() {
     let bench = Bench::new();
     let scene = bench.scene("[0.01, 0.02]", FINE, "");
     let child = bench.interrupted_start(&scene, "run");
-    // The shell's own: not every system has a program `kill`.
+    // The shell's built-in `kill`, because not every system has the program.
     let kill = format!("kill -INT {}", child.id());
     assert!(std::process::Command::new("sh").args(["-c", &kill]).status().expect("a shell").success());
     let output = child.wait_with_output().expect("ended");
@@ -204,7 +204,7 @@ fn a_run_past_its_time_limit_goes_on_with_a_longer_one() {
     let Some(_lammps) = lammps(1) else { return };
     let bench = Bench::new();
     let limited = |seconds: f64| bench.scene("[0.01, 0.02]", FINE, &format!("time_limit_s = {seconds}\n"));
-    // Over before LAMMPS has read its input, on any machine.
+    // On any machine the limit ends before LAMMPS has read its input.
     let mut limit = 0.05;
     let mut output = bench.run(&limited(limit), "run");
     assert_eq!(output.status.code(), Some(4), "{}", stderr(&output));
@@ -213,14 +213,14 @@ fn a_run_past_its_time_limit_goes_on_with_a_longer_one() {
         assert!(stderr(&output).contains(&format!("time limit of {limit} s")), "{}", stderr(&output));
         wait_until("the end of LAMMPS", GONE_WITHIN, || bench.processes("run").is_empty());
         before = steps(&bench.path("run/lammps/load_steps.csv"));
-        // Doubled, so that a slow machine gets there too.
+        // Doubled each time, so that the run ends on a slow machine as well.
         limit *= 2.0;
         output = bench.run(&limited(limit), "run");
     }
     assert!(output.status.success(), "{}", stderr(&output));
     assert!(before <= 1 || resumed_from(&stderr(&output)).is_some_and(|k| k > 0), "{}", stderr(&output));
     let results = json_line(&output)["results"].clone();
-    // How long it may take is no question of physics.
+    // Only stages that depend on the time limit ran again.
     assert_eq!(worked(&results), ["lammps", "atoms", "compare"]);
     let (whole, _) = bench.results(&bench.scene("[0.01, 0.02]", FINE, ""), "reference");
     assert_eq!(lasting(&results), lasting(&whole));
@@ -233,13 +233,13 @@ fn other_loads_repeat_only_what_they_touch() {
     let (first, _) = bench.results(&bench.scene("[0.01, 0.02]", FINE, ""), "run");
     let (more, _) = bench.results(&bench.scene("[0.005, 0.02]", FINE, ""), "run");
     assert_eq!(worked(&more), ["continuum", "matched", "atoms", "compare"]);
-    // A higher load goes on from the last step.
+    // A higher load continues from the last step.
     let (higher, said) = bench.results(&bench.scene("[0.005, 0.03]", FINE, ""), "run");
     assert_eq!(worked(&higher), ["continuum", "matched", "lammps", "atoms", "compare"]);
     let last = |r: &Value| r["atoms"]["load_steps"].as_array().expect("load steps").len() - 1;
     assert_eq!(resumed_from(&said), Some(last(&more)), "{said}");
     assert!(last(&higher) > last(&more));
-    // And the way there leaves no trace in the results of the way back.
+    // Returning to lower loads gives the earlier results.
     let (back, _) = bench.results(&bench.scene("[0.01, 0.02]", FINE, ""), "run");
     assert_eq!(lasting(&back), lasting(&first));
     let (fresh, _) = bench.results(&bench.scene("[0.005, 0.03]", FINE, ""), "fresh");
@@ -273,14 +273,14 @@ fn adhesive_atoms_run_to_the_end() {
         let law = sticky["comparison"][kind]["adhesion"].as_str().expect("a law").to_string();
         assert!(law.starts_with("exponential"), "{law}");
     }
-    // Drawn to each other before they touch: the first step pulls.
+    // Attraction before contact: the load of the first step is lower than without adhesion.
     let loads = |r: &Value| r["atoms"]["load_steps"][0]["load_ev_per_angstrom"].as_f64().expect("a load");
     assert!(loads(&sticky) < loads(&free), "{} {}", loads(&sticky), loads(&free));
     let page = std::fs::read_to_string(bench.path("sticky/report.html")).expect("a report");
     assert!(page.contains("Tabor"), "the audit of an adhesive run speaks of its range");
 }
 
-/// The run folder must not need the scene's folder to find its files: `compare` reads its own copy of the scene.
+/// `compare` reads the copy of the scene in the run folder and finds its files without the folder of the scene.
 #[test]
 fn files_beside_the_scene_are_found_from_the_run_folder() {
     let Some(_lammps) = lammps(1) else { return };
@@ -296,13 +296,13 @@ fn files_beside_the_scene_are_found_from_the_run_folder() {
     assert_eq!(json_line(&compared)["comparison"], results["comparison"]);
 }
 
-/// Results of the scene before must not be taken for those of the scene that has just failed.
+/// Results of an earlier scene must not remain as results of a scene that failed.
 #[test]
 fn a_failed_run_leaves_no_results_of_another_scene() {
     let Some(_lammps) = lammps(1) else { return };
     let bench = Bench::new();
     bench.results(&bench.scene("[0.01]", COARSE, ""), "run");
-    // LAMMPS in all but its work, which a load far above the first makes necessary.
+    // A LAMMPS that answers `-h` but fails in every run; the higher load needs a run.
     let fake = bench.path("lmp");
     let script = "#!/bin/sh\n[ \"$1\" = -h ] && exec lmp -h\necho 'ERROR: Out of luck (src/luck.cpp:7)'\nexit 1\n";
     std::fs::write(&fake, script).expect("written");

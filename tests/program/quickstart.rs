@@ -1,5 +1,5 @@
-//! The shipped quickstart, run as a newcomer runs it, and held to what the project promises of it: atoms and elasticity
-//! tell the same story where they are asked the same question. Some three minutes, nearly all of them LAMMPS.
+//! The shipped quickstart scene. Atoms and continuum agree on equal contact criteria, within the limits that the
+//! project states. It takes some three minutes, mostly for LAMMPS.
 
 use crate::lammps::lammps;
 use crate::program::{asperity, json_line, stderr};
@@ -7,17 +7,17 @@ use asperity::atoms::initial_configuration::LOAD_TOLERANCE;
 use asperity::record::results::{CriterionMatch, LoadComparison, Results};
 use std::path::Path;
 
-/// Contact fractions of atoms and matched continuum: the promise. Of the block's 4050 surface atoms some 150 touch at the
-/// lowest load, so that counting alone scatters by 8 % there; measured were 4, 5 and 6 %.
+/// Relative difference of the contact fractions of atoms and matched continuum. Of the 4050 surface atoms some 150 are
+/// in contact at the lowest load, with a counting error of 8 %. Measured: 4, 5 and 6 %.
 const FRACTION: f64 = 0.10;
 
-/// Mean gaps of atoms and soft wall, Å; measured were 0.03, 0.02 and −0.01.
+/// Difference of the mean gaps of atoms and compliant wall, Å. Measured: 0.03, 0.02 and −0.01.
 const MEAN_GAP_ANGSTROM: f64 = 0.1;
 
-/// Cohen's κ of the matched contact map at p* = 0.01: the promise; measured was 0.96.
+/// Cohen's κ of the matched contact map at p* = 0.01. Measured: 0.96.
 const KAPPA: f64 = 0.9;
 
-/// What the matched map must have ahead of the same map shifted, whose κ is 0 but for chance.
+/// Smallest difference of κ between the matched map and the same map shifted, whose κ is about 0.
 const ABOVE_CHANCE: f64 = 0.5;
 
 /// Force balance of every continuum state.
@@ -32,7 +32,7 @@ fn criterion<'a>(load: &'a LoadComparison, id: &str) -> &'a CriterionMatch {
 #[test]
 fn the_quickstart_keeps_its_promises() {
     let Some(_lammps) = lammps(1) else { return };
-    // Kept after the test, to be looked at; never taken up again, so that every part of it is made here.
+    // Kept after the test for inspection, but never continued: every part of it is computed here.
     let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("quickstart");
     if out.exists() {
         std::fs::remove_dir_all(&out).expect("removed");
@@ -73,7 +73,7 @@ fn the_quickstart_keeps_its_promises() {
         assert!(matched.overlap.jaccard > matched.shifted.jaccard, "p* = {}: {matched:?}", load.p_star);
         if load.p_star == 0.01 {
             assert!(matched.overlap.kappa >= KAPPA, "{matched:?}");
-            // The match is the criterion's doing: zero gap alone is no such agreement.
+            // The agreement is due to the criterion: zero gap alone agrees less.
             assert!(criterion(load, "hard_wall").overlap.kappa < matched.overlap.kappa, "{load:?}");
         }
     }
@@ -94,7 +94,7 @@ fn the_quickstart_keeps_its_promises() {
     for piece in ["<svg", "data:image/png;base64,", "κ", "Jaccard"] {
         assert!(page.contains(piece), "the report lacks {piece}");
     }
-    // A recording that a reader recognises.
+    // A complete MCAP recording.
     let recording = std::fs::read(out.join("run.mcap")).expect("a recording");
     assert!(recording.starts_with(b"\x89MCAP") && recording.ends_with(b"\x89MCAP0\r\n"), "run.mcap is not whole");
 }

@@ -1,7 +1,7 @@
-//! Good scenes are understood, and bad ones are refused in one clear word with the documented exit code.
+//! Valid scenes are accepted, and invalid ones are refused with a clear error and the documented exit code.
 //!
-//! A bad scene says in its first lines what is expected of it: `# expect CODE: piece` for each line of the message, in
-//! order, and `# about: FILE` where the complaint is about another file than the scene.
+//! The first lines of an invalid scene state the expected error: `# expect CODE: piece` for each line of the message,
+//! in order, and `# about: FILE` if the error concerns another file than the scene.
 
 use crate::program::{asperity, json_line, stderr};
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ fn repository() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Scene files of a folder; none would make a test that cannot fail.
+/// Scene files of a folder; an empty folder fails, because the test would verify nothing.
 fn scenes(folder: &str) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(repository().join(folder)).expect("a folder of scenes");
     let mut list: Vec<PathBuf> = entries.map(|e| e.expect("readable").path()).collect();
@@ -31,7 +31,7 @@ fn run(scene: &Path, out: &Path, flags: &[&str]) -> Output {
     asperity().arg("run").arg(scene).arg("--out").arg(out).args(flags).output().expect("started")
 }
 
-/// What a bad scene says of itself.
+/// The expected error of an invalid scene.
 struct Expected {
     code: i32,
     pieces: Vec<String>,
@@ -54,8 +54,8 @@ impl Expected {
     }
 }
 
-/// One head line; one line per complaint, in order, each with the file and what is expected of it; nothing else.
-/// What is wrong with it, if anything.
+/// Deviations from the expected message: one head line and one line per error, in order, each with the file and the
+/// expected text.
 fn refusal_faults(output: &Output, expected: &Expected) -> Vec<String> {
     let said = stderr(output);
     let lines: Vec<&str> = said.trim_end().lines().collect();
@@ -136,7 +136,7 @@ fn a_scene_that_is_not_there_is_named() {
     check_refusal(&output, &Expected { code: 2, pieces, about: "nowhere.toml".into() });
 }
 
-/// Written here: no `.npy` belongs into a text folder.
+/// The `.npy` file is created here, because the folder of scenes contains only text.
 #[test]
 fn a_height_that_is_no_number_is_told_by_row_and_column() {
     const SCENE: &str =
@@ -155,7 +155,7 @@ fn a_height_that_is_no_number_is_told_by_row_and_column() {
     }
 }
 
-/// Below a regular file nobody can make a folder, not even root.
+/// A folder below a regular file cannot be created, even by root.
 #[test]
 fn a_run_folder_that_cannot_be_written_is_named() {
     let scratch = tempfile::tempdir().expect("scratch");
@@ -167,7 +167,7 @@ fn a_run_folder_that_cannot_be_written_is_named() {
     assert_eq!(std::fs::read_to_string(&file).expect("untouched"), "in the way");
 }
 
-/// Refused before the first byte is taken, with both numbers.
+/// Refused before memory is allocated, with required and available memory.
 #[test]
 fn a_scene_that_does_not_fit_is_refused_before_it_starts() {
     let scratch = tempfile::tempdir().expect("scratch");
@@ -176,7 +176,7 @@ fn a_scene_that_does_not_fit_is_refused_before_it_starts() {
     let out = scratch.path().join("run");
     let plan = json_line(&run(&scene, &out, &["--dry-run", "--json"]));
     let fields = 8.0 * 65536f64.powi(2);
-    // Heights, gap and stress at the very least.
+    // At least the memory of heights, gap and stress.
     assert!(plan["bytes"].as_f64().expect("bytes") > 3.0 * fields, "{plan}");
     if plan["bytes"].as_u64() <= Some(asperity::sys::available_memory_bytes()) {
         println!("not tested: this machine has the memory");

@@ -1,4 +1,4 @@
-//! `asperity solve` along load paths, as a script would call it.
+//! `asperity solve` along load paths, as in scripts.
 
 use crate::program::{asperity, json_line, stderr};
 use serde_json::Value;
@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// The challenge's spectrum cut at L/16, in the unit of its cell, with an adhesion that 64 points resolve.
+/// The challenge's spectrum with a cut-off at L/16, in units of the cell, with an adhesion that 64 points resolve.
 const SURFACE: [&str; 6] = ["solve", "--challenge", "64", "--cut-off", "0.0625", "--json"];
 const STICKY: [&str; 4] = ["--gamma", "9e-4", "--rho", "6e-3"];
 
@@ -14,7 +14,7 @@ fn solve(flags: &[&str]) -> std::process::Output {
     asperity().args(SURFACE).args(flags).output().expect("started")
 }
 
-/// One JSON object per line.
+/// The output, one JSON object per line.
 fn lines(flags: &[&str]) -> Vec<Value> {
     let output = solve(flags);
     assert!(output.status.success(), "{flags:?}: {}", stderr(&output));
@@ -26,7 +26,7 @@ fn number(line: &Value, key: &str) -> f64 {
     line[key].as_f64().unwrap_or_else(|| panic!("{key} in {line}"))
 }
 
-/// A line per load, files per load; a mean gap that a pressure led to leads back to the pressure.
+/// One line and one set of files per load. Imposing the mean gap found at a pressure returns that pressure.
 #[test]
 fn loads_one_after_another() {
     let scratch = tempfile::tempdir().expect("scratch");
@@ -42,7 +42,7 @@ fn loads_one_after_another() {
         }
     }
     assert!(!out.join("checkpoint.json").exists(), "nothing is left to go on with");
-    // What is finished is told again, times and all, and for people, too.
+    // Finished loads are printed again with the same times, also in text form.
     let again = solve(&path);
     let told = String::from_utf8_lossy(&again.stdout).into_owned();
     let lines_again: Vec<Value> = told.lines().map(|l| serde_json::from_str(l).expect("JSON")).collect();
@@ -54,17 +54,18 @@ fn loads_one_after_another() {
         stderr(&people).contains("finished already") && said.matches("range used on this grid").count() == 2,
         "{said}"
     );
-    // Not without its fields.
+    // A load is solved again if its fields are missing.
     std::fs::remove_file(out.join("load-2-gap.npy")).expect("removed");
     assert!(!stderr(&solve(&path)).contains("finished already") && out.join("load-2-gap.npy").exists());
     let gap = number(&states[1], "mean_gap").to_string();
     let start = out.join("load-1-gap.npy");
     let back = lines(&[&STICKY[..], &["--mean-gap", &gap, "--initial-gap", start.to_str().expect("UTF-8")]].concat());
-    // Both are solved to 1e-8 of the pressure.
+    // Both are solved to a residual of 1e-8 of the pressure.
     assert!((number(&back[0], "pressure") / 0.03 - 1.0).abs() < 1e-6, "{}", back[0]);
 }
 
-/// The range that a grid is given is told, and the true one extrapolated to only where it is not resolved.
+/// The range used on a grid is reported; extrapolation to the requested range is done only if the grid does not resolve
+/// it.
 #[test]
 fn ranges_are_told() {
     let asked = |range: &str, rho: &str| {
@@ -79,7 +80,7 @@ fn ranges_are_told() {
     let found = &far["extrapolated"]["contact_fraction"];
     assert!(found["error"].as_f64().is_some_and(|e| e > 0.0), "{far}");
     assert!(asked("extrapolate", "6e-3")["extrapolated"].is_null());
-    // Where the three grids tell nothing of it, that is told.
+    // If the three grids give no estimate, the output states this.
     let lost = ["--pressure", "0.01", "--gamma", "9e-4", "--rho", "1e-3", "--range", "extrapolate"];
     assert!(lines(&lost)[0]["extrapolated"].is_null());
     let words: Vec<&str> = SURFACE.into_iter().filter(|f| *f != "--json").chain(lost).collect();
@@ -98,7 +99,7 @@ fn pulled_off_and_dry_run() {
     let output = solve(&[&STICKY[..], &["--pressure", &format!("0.01,{beyond}")]].concat());
     assert_eq!(output.status.code(), Some(3));
     assert!(stderr(&output).contains("detached"), "{}", stderr(&output));
-    // The pull has an error, and parted surfaces have no numbers for people.
+    // The pull-off pressure has an error, and detached states have no results in text form.
     assert!(number(&states[1], "pull_off_pressure_error") > 0.0 && states[1]["coarser"][0] == 32, "{}", states[1]);
     let plain: Vec<&str> = SURFACE.into_iter().filter(|f| *f != "--json").collect();
     let pressures = format!("0.01,{beyond}");
@@ -107,7 +108,7 @@ fn pulled_off_and_dry_run() {
     let last = &said[said.rfind("mean pressure").expect("a table")..];
     let row = |name: &str| last.lines().find(|l| l.trim_start().starts_with(name)).map(|l| l.trim_end().ends_with('–'));
     assert_eq!(["contact (zero gap)", "mean gap", "KKT residual"].map(row), [Some(true); 3], "{said}");
-    // A plan and nothing else, for a grid that no desk machine holds, too.
+    // Only a plan is printed, also for a grid that exceeds the memory of common machines.
     assert!(number(&json_line(&solve(&["--pressure", "0.01", "--dry-run"])), "bytes") > 0.0);
     let huge = asperity().args(["solve", "--challenge", "524288", "--pressure", "0.01", "--dry-run"]).output();
     let huge = huge.expect("started");
@@ -115,10 +116,10 @@ fn pulled_off_and_dry_run() {
     assert!(stderr(&huge).contains("with --precision f32"), "{}", stderr(&huge));
 }
 
-/// A map is solved as the waves that it was made of, in either precision, and the result tells the plan that a dry run told.
+/// A map is solved as the waves it was generated from, in both precisions; the result contains the plan of a dry run.
 #[test]
 fn a_map_is_its_waves() {
-    /// Of the default tolerance of each precision, in mean gap and contact.
+    /// Relative tolerance of mean gap and contact fraction, for the default tolerance of each precision.
     const AGREE: [(&str, f64); 2] = [("f64", 1e-6), ("f32", 2e-3)];
     let scratch = tempfile::tempdir().expect("scratch");
     let map = scratch.path().join("map.npy");
@@ -147,8 +148,8 @@ fn a_map_is_its_waves() {
     }
 }
 
-/// A folder with somebody's files is refused untouched; that of an earlier solve has nothing left of it. A surface that a wrong unit
-/// makes a needle is told.
+/// A folder with other files is refused and not changed; files of an earlier solve are removed. A surface that is very
+/// steep because of a wrong unit gives a warning.
 #[test]
 fn a_folder_is_one_solve() {
     let scratch = tempfile::tempdir().expect("scratch");
@@ -169,7 +170,7 @@ fn a_folder_is_one_solve() {
     assert!(own.join("partial-solve.json").exists());
     assert!(into(&own, &["--pressure", "0.01,0.02"]).status.success());
     assert!(own.join("load-2-gap.npy").exists() && !own.join("partial-solve.json").exists());
-    // From a state that lies there.
+    // The initial gap is a file of the output folder.
     let start = own.join("load-1-gap.npy");
     let again = into(&own, &["--pressure", "0.01", "--initial-gap", start.to_str().expect("UTF-8")]);
     assert!(again.status.success(), "{}", stderr(&again));
@@ -183,7 +184,7 @@ fn a_folder_is_one_solve() {
     assert!(stderr(&needle).contains("wrong unit of length"), "{}", stderr(&needle));
 }
 
-/// What a plan counts: coarser grids beside the solver, and what is held on the way apart. What is said to fit does.
+/// A plan counts coarser grids and the states stored during separation. A solve that is said to fit does fit.
 #[test]
 fn plans_count_what_is_held_beside_the_solver() {
     let planned = |more: &[&str]| number(&json_line(&solve(&[&STICKY[..], &["--dry-run"], more].concat())), "bytes");
@@ -199,7 +200,7 @@ fn plans_count_what_is_held_beside_the_solver() {
     assert_eq!(huge.status.code(), Some(5), "{said}");
     let advice = said.rsplit_once("; ").expect("an advice").1;
     let fits: f64 = advice.split(' ').next().and_then(|n| n.parse().ok()).expect("points per side");
-    // A little less: the memory that is free changes.
+    // A little less, because the free memory varies.
     let smaller = many(&format!("{:.0}", 0.95 * fits));
     assert!(smaller.status.success(), "{fits}: {}", stderr(&smaller));
     assert!(String::from_utf8_lossy(&smaller.stdout).contains(" of memory; "), "{smaller:?}");
@@ -221,17 +222,17 @@ fn what_a_path_cannot_do_is_refused() {
     refused(&["--pressure", "0.01,-0.01"], "--pressure = -0.01");
 }
 
-/// Both commands build the same case: one map under one load path gives the same numbers and the same warnings.
+/// Both commands construct the same case: one map and one load path give the same results and warnings.
 #[test]
 fn solve_and_run_give_the_same_numbers_and_warnings() {
-    /// Lengths in nm and in the unit of the map are rounded differently.
+    /// Rounding of lengths in nm and in the unit of the map.
     const ROUNDING: f64 = 1e-9;
     const SCENE: &str = "name = \"same\"\n[laboratory]\nlength_um = 1\ncontact_modulus_mpa = 1\n[surface]\nheights = \"map.txt\"\n\
                          touching = \"high-points\"\n[load]\np_star = [0.02, 0.05]\n[adhesion]\nwork_of_adhesion_mj_m2 = 4\n\
                          range_nm = 1\n[continuum.layer]\nthickness_um = 0.5\n";
     let scratch = tempfile::tempdir().expect("scratch");
     let path = |name: &str| scratch.path().join(name).to_str().expect("UTF-8").to_string();
-    // Steep, on few points, with a range that they do not resolve: three warnings.
+    // A steep map of few points with an unresolved range: three warnings.
     let height =
         |i: usize, j: usize| (0.55 * i as f64).cos() + (0.5 * j as f64).sin() + 0.2 * (1.7 * (i + j) as f64).cos();
     let row = |j: usize| (0..12).map(|i| height(i, j).to_string()).collect::<Vec<_>>().join(" ");
@@ -266,7 +267,7 @@ fn solve_and_run_give_the_same_numbers_and_warnings() {
     };
     assert_eq!(warnings(&solved), warnings(&run));
     assert_eq!(warnings(&solved).len(), 3, "{}", stderr(&solved));
-    // A refusal names the flag here and the key there.
+    // The error of `solve` names the flag, that of `run` names the key.
     let wall = ["--wall", "penalty"];
     let refused =
         asperity().args(["solve", &path("map.txt"), "--pressure", "0.1"]).args(wall).output().expect("started");
@@ -276,11 +277,11 @@ fn solve_and_run_give_the_same_numbers_and_warnings() {
     assert!(stderr(&refused).contains("wall.toml: continuum.penalty_length_nm = not given"), "{}", stderr(&refused));
 }
 
-/// Ctrl-C leaves a checkpoint; the same command goes on from it, tells all loads, and ends in the same bits.
+/// Ctrl-C leaves a checkpoint. The same command continues from it, prints all loads, and ends bit-identically.
 #[test]
 #[cfg(unix)]
 fn an_interrupted_path_goes_on() {
-    /// A signal comes while the path is being walked if it is sent when the second of this many loads is done.
+    /// Loads of the path, so many that a signal sent after the second one arrives before the last.
     const LOADS: usize = 40;
     let scratch = tempfile::tempdir().expect("scratch");
     let loads: Vec<String> = (1..=LOADS).map(|i| (0.002 * i as f64).to_string()).collect();
@@ -301,7 +302,7 @@ fn an_interrupted_path_goes_on() {
     let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
     let ended = child.wait_with_output().expect("ended");
     assert!(sent.success() && ended.status.code() == Some(130));
-    // Where it was interrupted is no result.
+    // The interrupted load is not printed as a result.
     let told = String::from_utf8_lossy(&ended.stdout).into_owned();
     assert!(told.lines().count() >= 2 && told.lines().all(|l| l.contains("\"stop\":\"converged\"")), "{told}");
     assert!(stopped.join("checkpoint.json").exists() && !stopped.join(format!("load-{LOADS}-gap.npy")).exists());

@@ -1,5 +1,5 @@
-//! The ladder of methods through the real binary: what its table holds, that it goes on where it was stopped, and that a
-//! budget leaves things out and says so.
+//! The benchmark of methods with the compiled program: contents of its table, continuation after an interruption, and
+//! settings omitted by a time budget.
 
 use crate::lammps::lammps;
 use crate::program::{asperity, json_line, stderr};
@@ -10,11 +10,11 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-/// Every wave is held by 64 points a side and more; loads that touch with some nodes and do not close the gap.
+/// Grids of 64 points per side and more resolve all waves; the loads give some contact nodes and open gaps.
 const SCENE: &str = "name = \"ladder\"\n[surface]\ngrid = 128\ncut_off_um = 4.0\n[load]\np_star = [0.005, 0.02]\n";
 const ADHESION: &str = "[adhesion]\nwork_of_adhesion_mj_m2 = 50\nrange_nm = 100.0\n";
 
-/// No wait takes longer unless something hangs: a ladder here takes seconds.
+/// Limit of waiting times; a benchmark here takes seconds.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 struct Bench {
@@ -44,7 +44,7 @@ impl Bench {
         self.command(out, flags).output().expect("started")
     }
 
-    /// The table of a run that ends well, which is that of its file.
+    /// The table of a successful run, which is identical to that in its file.
     fn table(&self, out: &str, flags: &[&str]) -> Tradeoff {
         let output = self.run(out, &[flags, &["--json"]].concat());
         assert!(output.status.success(), "{}", stderr(&output));
@@ -57,7 +57,7 @@ impl Bench {
     }
 }
 
-/// The point of a method on a grid in f64 to 1e-8.
+/// The point of a method on a grid, in f64 at a tolerance of 1e-8.
 fn on_grid<'a>(told: &'a Tradeoff, method: &str, n: usize) -> &'a TradeoffPoint {
     let is = |p: &&TradeoffPoint| {
         let s = &p.setting;
@@ -70,8 +70,7 @@ fn error(p: &TradeoffPoint, quantity: Quantity) -> f64 {
     *p.errors.get(&quantity).unwrap_or_else(|| panic!("{} tells no {}", p.setting.method, quantity.name()))
 }
 
-/// Every method of the registry is in the table, with errors where its card says that it delivers, or is left out with a
-/// reason.
+/// Every method of the registry is in the table, with the errors that its card declares, or is left out with a reason.
 #[test]
 fn the_table_has_every_method() {
     let bench = Bench::new(&SCENE.replace("128", "64"));
@@ -99,8 +98,8 @@ fn the_table_has_every_method() {
     assert_eq!(told.references[0].coarser, [16, 32]);
 }
 
-/// `fast` errs less on a finer grid, the reference by what is uncertain of it, and in another precision on the same grid by
-/// less than by half of the points.
+/// The error of `fast` decreases with the grid; that of the reference is its uncertainty. On the same grid, f32 has a
+/// smaller error than half the points per side in f64.
 #[test]
 fn errors_fall_with_the_grid() {
     let bench = Bench::new(SCENE);
@@ -119,7 +118,7 @@ fn errors_fall_with_the_grid() {
     let loose = told.points.iter().find(|p| p.setting.tolerance == 1e-2).expect("a loose tolerance");
     assert!(loose.cost.fft_pairs < fine.cost.fft_pairs, "{loose:?}");
     assert_eq!(told.points.len(), 3 + 5, "grids, and f32 to two and f64 to three more tolerances on the scene's");
-    // What coarser grids say of the finest is told beside what it took.
+    // The cost of the finest grid predicted from coarser grids is listed with the measured one.
     let [foreseen] = &told.forecasts[..] else { panic!("{:?}", told.forecasts) };
     assert!(foreseen.setting == fine.setting && foreseen.coarser == [32, 64], "{foreseen:?}");
     assert!(foreseen.predicted_cpu_seconds > 0.0 && foreseen.cpu_seconds == fine.cost.cpu_seconds);
@@ -128,25 +127,25 @@ fn errors_fall_with_the_grid() {
     assert!(told.points.iter().all(|p| p.cost.runs >= 1));
     let page = std::fs::read_to_string(bench.out("run").join("report.html")).expect("a page");
     assert!(page.contains("doubled grid"));
-    // Every point has its line in the CSV, and every line as many cells as the first.
+    // Every point has one line in the CSV, and all lines have the same number of cells.
     let csv = std::fs::read_to_string(bench.out("run").join("tradeoff.csv")).expect("a CSV");
     let cells: Vec<usize> = csv.lines().map(|l| l.split(',').count()).collect();
     assert!(cells.len() == 1 + told.points.len() && cells.iter().all(|c| *c == cells[0]), "{csv}");
 }
 
-/// A finer reference than the scene's grid, and the scene's grid in the middle of the ladder.
+/// A reference finer than the scene's grid, with the scene's grid in the middle of the benchmark.
 #[test]
 fn the_reference_may_be_finer() {
     let bench = Bench::new(&SCENE.replace("128", "32"));
     let told = bench.table("run", &["--methods", "fast", "--grids", "16,32,64", "--reference", "64"]);
     assert_eq!((told.nx, told.references[0].setting.nx), (32, 64));
-    // Refinements are on the scene's grid.
+    // Variations of precision and tolerance are on the scene's grid.
     assert!(told.points.iter().any(|p| p.setting.precision == "f32" && p.setting.nx == 32));
     assert!(error(on_grid(&told, "fast", 32), Quantity::GapMap) > 0.0);
 }
 
-/// Blocks of atoms stand in the table with what LAMMPS took, and with two errors: against the scene's reference, and against the
-/// half-space under the heights that they resolve.
+/// Blocks of atoms are in the table with the cost of LAMMPS and two errors: against the scene's reference, and against
+/// the half-space under the heights that they resolve.
 #[test]
 fn atoms_are_settings_too() {
     let Some(_lammps) = lammps(1) else { return };
@@ -169,23 +168,23 @@ fn atoms_are_settings_too() {
             assert!(error(p, quantity) > 0.0 && resolved.errors.contains_key(&quantity), "{p:?}");
         }
         assert!(!p.errors.contains_key(&Quantity::StressPdf) && p.missing.iter().any(|m| m.quantity == "stress_pdf"));
-        // Waves that the indenter does not have make the gaps of the reference other ones than those of its heights.
+        // Waves that the indenter does not resolve make these two errors of the gaps different.
         assert_ne!(error(p, Quantity::GapMap), resolved.errors[&Quantity::GapMap]);
         assert!(resolved.shortest_wavelength > 1.0 / 24.0 && resolved.gradient < 0.3, "{resolved:?}");
     }
     let [atoms_thin, atoms_thick] = [0, 1].map(|i| blocks[i].cost.atoms.map_or(0, |c| c.atoms));
     assert!(atoms_thin > 0 && atoms_thin < atoms_thick);
-    // Neither LAMMPS's files nor maps are left, and the same command runs nothing again.
+    // LAMMPS files and maps are removed, and the same command does not run anything again.
     let stage = bench.out("run").join("point-all-atom-10x6");
     assert!(stage.join("output.json").exists() && !stage.join("job").exists() && !stage.join("atoms").exists());
     assert_eq!(bench.table("run", &flags).points, told.points);
-    // They are no grids: no table for advice has them, no cost of theirs is foreseen.
+    // Blocks are no grids: they are in no table for recommendations and have no predicted cost.
     assert!(told.forecasts.is_empty());
     let page = std::fs::read_to_string(bench.out("run").join("report.html")).expect("a page");
     assert!(page.contains("Blocks of atoms") && page.contains("10x6"));
 }
 
-/// What was measured before a kill is not measured again, and the end is the same.
+/// Measurements finished before a kill are not repeated, and the final table is the same.
 #[test]
 fn a_killed_ladder_goes_on() {
     let bench = Bench::new(SCENE);
@@ -207,10 +206,10 @@ fn a_killed_ladder_goes_on() {
         t.points.iter().map(|p| (p.setting.clone(), p.loads.clone(), p.cost.iterations)).collect()
     };
     assert_eq!(numbers(&found), numbers(&whole));
-    // No maps are left but the reference's.
+    // Only the maps of the reference remain.
     let maps = |stage: &str| Path::exists(&bench.out("whole").join(stage).join("load-1-gap.npy"));
     assert!(maps("point-fast-128-f64-1e-8") && !maps("point-gfmd-128-f64-1e-8"));
-    // And once more: nothing is measured, the same costs are told.
+    // Another run measures nothing and reports the same costs.
     assert_eq!(bench.table("whole", &flags[..4]).points, whole.points);
 }
 
@@ -230,7 +229,8 @@ fn a_budget_leaves_out_and_says_so() {
     assert!(page.contains("Settings not run"));
 }
 
-/// Where the scene has adhesion and a method knows none, it is held against the solution without it, and that is said.
+/// In a scene with adhesion, methods without adhesion are compared with the solution without it, and the table states
+/// this.
 #[test]
 fn without_adhesion_is_compared_with_without() {
     let bench = Bench::new(&format!("{}{ADHESION}", SCENE.replace("128", "64")));
@@ -270,7 +270,8 @@ fn bad_flags_are_refused() {
     }
 }
 
-/// What a table says is told again as a setting, a cost and a command that runs; what it cannot say is refused.
+/// A recommendation from the table has a setting, a cost and a command that runs; requests outside the table are
+/// refused.
 #[test]
 fn advice_comes_from_the_table() {
     let bench = Bench::new(SCENE);
@@ -296,10 +297,10 @@ fn advice_comes_from_the_table() {
     let out = bench.out("advised");
     let output = asperity().args(words).arg("--out").arg(&out).output().expect("started");
     assert!(output.status.success(), "{command}: {}", stderr(&output));
-    // People are told the same.
+    // The text output contains the same command.
     let output = advise(&bench.scene, &["--budget", "1h"]);
     assert!(String::from_utf8_lossy(&output.stdout).contains("asperity run"), "{}", stderr(&output));
-    // Waves of a quarter of the length need finer grids than were measured.
+    // An eighth of the cut-off wavelength needs finer grids than were measured.
     let fine = bench.out("fine.toml");
     std::fs::write(&fine, SCENE.replace("4.0", "0.5")).expect("written");
     let output = advise(&fine, &["--error", "5%"]);

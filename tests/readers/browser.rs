@@ -1,13 +1,15 @@
-//! The report in a real browser: every picture in it loads, nothing is fetched, nothing is complained of.
+//! The report in a real browser: all images load, nothing is fetched from the network, and there are no console
+//! messages.
 //!
-//! `scripts/setup.sh --tests` installs Chromium. Without one this test says so and proves nothing.
+//! `scripts/setup.sh --tests` installs Chromium. Without it this test prints a warning and passes.
 
 use crate::program::{asperity, json_line, stderr};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Loads all pictures of the page, those inside drawings too, and says in the title how many there are and which fail.
+/// Loads all images of the page, including those inside drawings, and writes their number and the failures into the
+/// title.
 const CHECK: &str = r#"<script>
 const all = [...document.querySelectorAll("img, image")].map(e => e.getAttribute("src") || e.getAttribute("href"));
 const load = source => new Promise(done => {
@@ -29,7 +31,7 @@ fn chromium() -> Option<PathBuf> {
     let path = std::env::var_os("PATH")?;
     let found = std::env::split_paths(&path).flat_map(|d| names.map(|n| d.join(n))).find(|p| p.is_file());
     if found.is_none() {
-        // Written to the stream itself, which the harness does not hold back.
+        // Direct writes to standard error are not captured by the harness.
         let _ = writeln!(
             std::io::stderr(),
             "\n***** no Chromium: the report IS NOT CHECKED in a browser *****\n***** scripts/setup.sh --tests installs it *****\n"
@@ -38,7 +40,7 @@ fn chromium() -> Option<PathBuf> {
     found
 }
 
-/// What Chromium prints of a page, and what it complains of.
+/// Chromium's output for a page: the DOM on standard output, and console messages on standard error.
 fn browse(chromium: &Path, page: &Path, home: &Path, flags: &[&str]) -> (String, String) {
     let output = Command::new(chromium)
         .args(["--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", "--hide-scrollbars"])
@@ -67,7 +69,7 @@ fn a_report_is_whole_in_a_browser() {
     let title = dom.split("<title>").nth(1).and_then(|t| t.split("</title>").next()).expect("a title");
     let words: Vec<&str> = title.split_whitespace().collect();
     assert_eq!(words[0], "pictures", "the check has not run: {title}; {said}");
-    // Height map twice, three contact maps, and contact, gap and stress of the reference load on both ways.
+    // Two height maps, three contact maps, and contact, gap and stress of the reference load on both branches.
     assert!(words[1].parse::<usize>().expect("a number") >= 11, "{title}");
     assert_eq!(words[2..8], ["failed", "0", "blank", "0", "wide", "false"], "{title}");
     let complaints: Vec<&str> = said.lines().filter(|l| l.contains("CONSOLE")).collect();

@@ -1,4 +1,4 @@
-//! Results in other programs: Python's readers and a browser.
+//! Results in other programs: Python readers and a browser.
 
 mod browser;
 #[path = "../common/program.rs"]

@@ -1,7 +1,8 @@
-//! What Python users see of a run's `results.nc`: h5py, xarray and netCDF4 open it, and find in it what the run's other
-//! files hold.
+//! A run's `results.nc` in h5py, xarray and netCDF4: the files open, and their contents agree with the other files of
+//! the run.
 //!
-//! `scripts/setup.sh --tests` makes the environment, `target/python`. Without one this test says so and proves nothing.
+//! `scripts/setup.sh --tests` creates the environment `target/python`. Without it this test prints a warning and
+//! passes.
 
 use crate::program::{asperity, json_line, stderr};
 use std::io::Write;
@@ -17,7 +18,7 @@ fn python() -> Option<PathBuf> {
             .output()
             .is_ok_and(|o| o.status.success());
     if !ready {
-        // Written to the stream itself, which the harness does not hold back.
+        // Direct writes to standard error are not captured by the harness.
         let _ = writeln!(
             std::io::stderr(),
             "\n***** {} lacks h5py, xarray, h5netcdf or netCDF4: results.nc IS NOT CHECKED *****\n***** scripts/setup.sh --tests makes it where PyPI can be reached *****\n",
@@ -32,7 +33,7 @@ fn a_run_opens_in_h5py_xarray_and_netcdf4() {
     let Some(python) = python() else { return };
     let adhesion =
         "[adhesion]\nwork_of_adhesion_mj_m2 = 50\nrange_nm = 900\nalso_nonadhesive = true\nother_ranges_nm = [1200]\n";
-    // The maps of all loads, and of one; what is solved beside.
+    // Maps of all loads, maps of one load, and the additional solutions of a scene with adhesion.
     for maps in ["", "maps_at = [0.05]\n", adhesion] {
         let scratch = tempfile::tempdir().expect("scratch");
         let scene = scratch.path().join("small.toml");

@@ -1,4 +1,4 @@
-//! A run folder whose results are made up, with every part that a report draws.
+//! A run folder with synthetic results for every part of a report.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -14,7 +14,7 @@ use asperity::record::uncertainty::{UncertaintyComponent, UncertaintySource};
 pub const N: usize = 64;
 pub const LENGTH_ANGSTROM: f64 = 400.0;
 
-/// A few waves with fixed phases, heights over L, at x and y over L.
+/// A sum of waves with fixed phases: height over L at the position (x, y) over L.
 pub fn height(x: f64, y: f64) -> f64 {
     let waves =
         [(1, 0, 0.3), (1, 2, 1.1), (-2, 3, 2.0), (4, 1, 0.2), (3, -5, 4.0), (6, 5, 5.1), (-8, 3, 0.9), (2, 9, 3.3)];
@@ -110,7 +110,7 @@ pub fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResul
     }
 }
 
-/// Of the gap's own values; stresses are made up from it.
+/// Observables of a gap field, with stresses derived from the gap.
 pub fn observed(gap: &[f64]) -> Observed {
     let stress: Vec<f64> = gap.iter().map(|g| 0.05 - 3.0 * g).collect();
     let (field, stress) = (Field::F64(gap), Field::F64(&stress));
@@ -179,7 +179,7 @@ pub fn continuum(folder: &Path, name: &str, method: &str, level: f64, stored: [b
 
 pub fn atoms(folder: &Path) -> AtomsResults {
     let states = [0.01, 0.02].iter().zip(1..).map(|(&p_star, i)| {
-        // Two nodes off, so that the superposition has all of its colours.
+        // Shifted by two nodes, so that the superposition contains all of its colours.
         let gap = grid(|x, y| LENGTH_ANGSTROM * (height(x + 0.012, y) - 0.0083 - 0.25 * p_star).max(0.0) + 2.0);
         let flags = gap.iter().map(|g| u8::from(*g < 2.1));
         let contacts = flags.clone().map(usize::from).sum();
@@ -319,7 +319,7 @@ pub fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResults {
     }
 }
 
-/// A run folder with everything a run may leave.
+/// A run folder with every optional output of a run.
 pub fn run_folder(folder: &Path) -> Results {
     std::fs::create_dir_all(folder).unwrap();
     store(folder, "heights.npy", &grid(height));
@@ -355,7 +355,7 @@ pub fn run_folder(folder: &Path) -> Results {
                 .map(f64::from)
                 .map(|n| PsdPoint {
                     mode: n,
-                    // From 50 on nothing but rounding.
+                    // From mode 50 on only rounding errors.
                     realised: if n < 50.0 { 1e-5 * n.powf(-3.6) * (1.0 + 0.5 * (7.0 * n).sin()) } else { 1e-37 },
                     expected: Some(1e-5 * n.powf(-3.6)),
                 })

@@ -1,4 +1,4 @@
-//! The report of a made-up run: whole, self-contained, and nothing in it that is not in `results.json`.
+//! The report of a synthetic run: complete, self-contained, and consistent with `results.json`.
 
 mod made_run;
 
@@ -47,7 +47,7 @@ fn the_atoms_way_back_is_drawn_and_its_pull_told_in_a_line() {
     }
 }
 
-/// Kept under `target/tmp` after the test, to be looked at.
+/// Kept under `target/tmp` after the test, for inspection.
 fn kept(name: &str) -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join("report").join(name)
 }
@@ -81,8 +81,8 @@ fn a_full_report_is_whole_and_self_contained() {
     for anchor in ["surface", "loads", "distributions", "atoms", "comparison", "area", "findings", "costs", "sources"] {
         assert!(page.contains(&format!("<section id=\"{anchor}\">")), "{anchor}");
     }
-    // Height map, two contacts, gaps and stresses; per load of the comparison four contact panels and three gaps. Each has
-    // its axes, and all but contact maps their colours.
+    // Height map, two contact maps, gaps and stresses; per load of the comparison four contact panels and three gap
+    // panels. Each has axes, and all but contact maps a colour bar.
     assert_eq!(page.matches("<image ").count(), 1 + 6 + 2 * (4 + 3));
     assert_eq!(page.matches(">x (µm)<").count(), 7);
     assert_eq!(page.matches(">x (nm)<").count(), 2 * (4 + 3));
@@ -94,11 +94,11 @@ fn a_full_report_is_whole_and_self_contained() {
     );
     assert!(page.contains(", loading") && page.contains(", unloading"));
     assert!(page.contains(">unloading<") && page.contains(">2.34") && page.contains("enlarged 4.00 times"));
-    // Three quarters of what is known of the area are the grid's; what is not known is said.
+    // The grid contributes three quarters of the known uncertainty of the area; unknown contributions are named.
     assert!(page.contains("width:75.000%") && page.contains("not known") && page.contains("Contact area, 3.12"));
     assert!(page.contains("3.34") && page.contains("a tensile stress of at most"));
     assert!(page.contains("outside the band") && page.contains("within the band"));
-    // Pictures are base64, where any three letters may stand.
+    // Base64 data of images may contain any three letters.
     assert!(page.split('"').filter(|part| !part.starts_with("data:")).all(|part| !part.contains("NaN")));
     for figure in [
         "heights.png",
@@ -209,7 +209,7 @@ fn numbers_come_from_the_results() {
     assert!(page(folder.path()).contains("κ = 0.42"));
 }
 
-/// The headline names the lowest and the highest of a path that goes up and down, and both branches where they meet again.
+/// The summary names the lowest and the highest load of a loading and unloading path, and both branches at equal loads.
 #[test]
 fn a_path_up_and_down_is_told_by_its_extremes() {
     let folder = tempfile::tempdir().unwrap();
@@ -239,7 +239,7 @@ fn a_path_up_and_down_is_told_by_its_extremes() {
     assert!(curves.contains(", loading") && curves.contains(", unloading") && curves.contains("mean gap (nm)"));
 }
 
-/// A state of parted surfaces has no numbers, and waves that are not there have no point.
+/// A detached state has no results, and modes without power have no point in the spectrum.
 #[test]
 fn what_means_nothing_is_not_told() {
     let folder = tempfile::tempdir().unwrap();
@@ -250,7 +250,7 @@ fn what_means_nothing_is_not_told() {
         (psd.matches("<circle").count(), psd.contains("10⁻³⁰"))
     };
     page(folder.path());
-    // Those of modes 1 to 49, and one in the legend.
+    // Points of modes 1 to 49, and one in the legend.
     assert_eq!(points(folder.path()), (50, false));
     let c = results.continuum.as_mut().unwrap();
     c.states[1].numbers.stop = "detached".into();

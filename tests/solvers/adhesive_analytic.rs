@@ -1,5 +1,5 @@
-//! Adhesive contact against closed forms: Johnson's wave, the sphere of Johnson, Kendall & Roberts and of Maugis, Kendall's
-//! flat punch, during loading and unloading: with adhesion the jumps depend on the path.
+//! Adhesive contact against closed forms during loading and unloading: Johnson's wave, the sphere of Johnson, Kendall &
+//! Roberts and of Maugis, Kendall's flat punch.
 
 use asperity::grid::{Grid, mean};
 use asperity::interface::Adhesion;
@@ -15,7 +15,7 @@ fn start<'p>(problem: &'p Problem<'p>, id: &str) -> Box<dyn Run + 'p> {
     method::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap()
 }
 
-/// A load of the path, which must converge.
+/// Solves a load of the path, which must converge, and evaluates `look` on the state.
 fn hold<R>(run: &mut dyn Run, load: Load, look: impl FnOnce(&State) -> R) -> R {
     let state = run.equilibrate(load).unwrap();
     assert_eq!(
@@ -103,8 +103,9 @@ fn johnsons_jumps() {
 /// At imposed mean gaps, including states that are unstable under pressure control.
 #[test]
 fn johnsons_wave_at_imposed_mean_gaps() {
-    // Grid, cohesive resolution, and tolerances of pressures over p_fc, contact fractions, and the relative pull-off. Measured: 0.0015,
-    // 0.0064, 0.004 and 0.0009, 0.002, 0.004. Areas lack half a node at either end of the strip.
+    // Grid, cohesive resolution, and tolerances of pressures over p_fc, of contact fractions and of the relative
+    // pull-off. Measured: 0.0015, 0.0064, 0.004 and 0.0009, 0.002, 0.004. The area lacks half a node at either end of
+    // the strip.
     for (n, c, pressures, areas, pull) in [(1024, 2.0, 0.002, 0.008, 0.006), (4096, 2.0, 0.0012, 0.003, 0.006)] {
         for alpha in [0.2, 0.4] {
             let wave = Wave { alpha };
@@ -133,7 +134,7 @@ fn johnsons_wave_at_imposed_mean_gaps() {
 fn johnsons_wave_jumps_under_load() {
     /// Load step near the jump over p_fc; the measured jump is within one step of the closed form.
     const STEP: f64 = 0.005;
-    /// Load step near pull-off over the pull-off load; measured separation at 1 to 1.025 of it.
+    /// Load step near pull-off over the pull-off pressure; separation was measured between 1 and 1.025 of it.
     const PULL_STEP: f64 = 0.01;
     for (alpha, n, c) in [(0.2, 512, 1.4), (0.4, 512, 2.0), (0.2, 2048, 4.0), (0.4, 2048, 2.8)] {
         let wave = Wave { alpha };
@@ -189,8 +190,8 @@ fn paraboloid(n: usize) -> Vec<f64> {
     (0..n * n).map(|i| 0.5 * (offset(i % n).powi(2) + offset(i / n).powi(2))).collect()
 }
 
-/// Effective radius of the paraboloid due to the displacement by its images under the same force (compression positive):
-/// 1/R_eff = 1/R + 9.03362 F/(2π E* L³), with the lattice sum of 1/r³.
+/// Effective radius of the paraboloid due to the displacement by its images under the same force (compression
+/// positive): 1/R_eff = 1/R + 9.03362 F/(2π E* L³), with the lattice sum of 1/r³.
 fn flattened(force: f64) -> f64 {
     1.0 / (1.0 + 9.03362 * force / (2.0 * PI))
 }
@@ -228,8 +229,8 @@ fn jkr() {
 }
 
 /// Pull-off over πγR after Maugis (J. Colloid Interface Sci. 150 (1992) 243, eqs. 6.26 to 6.28), for his parameter
-/// λ = (9/2π)^(1/3) μ of the Tabor number μ. With contact radius a in units of (πγR²/K)^(1/3), K = 4E*/3, and the cohesive
-/// zone out to m a.
+/// λ = (9/2π)^(1/3) μ of the Tabor number μ. With contact radius a in units of (πγR²/K)^(1/3), K = 4E*/3, and the
+/// cohesive zone out to m a.
 fn maugis(tabor: f64) -> f64 {
     let lambda = (4.5 / PI).cbrt() * tabor;
     let pull = |a: f64| {
@@ -280,11 +281,12 @@ fn maugis_pull_off() {
     }
 }
 
-/// A flat strip next to a groove under tension separates when the energy release rate of its edges equals the work of adhesion, at a mean
-/// tension of √(2γE* tan πa) (Kendall 1971, for a row of strips).
+/// A flat strip next to a groove under tension separates when the energy release rate of its edges equals the work of
+/// adhesion: at a mean tension of √(2γE* tan πa) (Kendall 1971, for a row of strips).
 #[test]
 fn kendalls_punch() {
-    /// Effect of the range at the singular edges: 0.955 to 0.995 of the ideal load at 320 to 1280 points, 1.015 at 5120.
+    /// Effect of the range at the singular edges: 0.955 to 0.995 of the ideal load at 320 to 1280 points, 1.015 at
+    /// 5120.
     const TOLERANCE: f64 = 0.03;
     const STEP: f64 = 0.01;
     let (half_width, gamma, n, c) = (0.2f64, 1e-4f64, 1280usize, 1.4);

@@ -160,16 +160,16 @@ fn full_contact() {
     }
 }
 
-/// Methods with different unknowns and iterations agree on a rough surface. They share the transform, the kernel and the
-/// energy, which the direct sum and the closed forms below and above check.
+/// Methods with different unknowns and iterations agree on a rough surface. They have transform, kernel and energy in
+/// common, which are tested against the direct sum and closed forms.
 #[test]
 fn methods_agree_on_a_rough_surface() {
-    /// Over the rms height: both are converged to residuals of 1e-9 of the pressure.
+    /// Relative to the rms height; both are converged to residuals of 1e-9 of the pressure.
     const TOLERANCE: f64 = 1e-6;
     let (grid, heights) = rough(512, 1.0 / 64.0, 18);
     let rms = moments(grid, &heights).rms_height;
     let layer = Elastic::Layer(Layer { thickness: 0.143, poisson: 0.3, base: Base::Bonded });
-    // Cohesive resolution ρ/√(γ dx) = 1.4 on this grid: the answer does not depend on the path.
+    // Cohesive resolution ρ/√(γ dx) = 1.4 on this grid: the result does not depend on the path.
     let gamma: f64 = 2.7e-4;
     let adhesion = Adhesion::exponential(gamma, 1.4 * (gamma / 512.0).sqrt());
     for (kernel, adhesion) in
@@ -190,7 +190,7 @@ fn methods_agree_on_a_rough_surface() {
 fn methods_agree_on_a_thin_incompressible_layer() {
     let (grid, heights) = rough(64, 1.0 / 16.0, 3);
     let layer = Layer { thickness: 0.005, poisson: 0.5, base: Base::Bonded };
-    // Waves a thousand times stiffer than on a half-space cost digits of the residual.
+    // Waves a thousand times stiffer than on a half-space reduce the attainable accuracy of the residual.
     let p = Problem { kernel: Elastic::Layer(layer), tolerance: 1e-7, ..problem(grid, &heights) };
     let [a, others @ ..] = METHODS.map(|id| {
         let mut run = method::find(id).unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
@@ -201,7 +201,7 @@ fn methods_agree_on_a_thin_incompressible_layer() {
     assert!(others.iter().all(|b| (b / a - 1.0).abs() < 1e-7), "{a} {others:?}");
 }
 
-/// Nested iteration of `fast` on grids that do not halve evenly.
+/// Nested iteration of `fast` on grids that cannot be halved repeatedly.
 #[test]
 fn nested_grids_need_not_halve() {
     for (nx, ny) in [(129, 129), (200, 200), (256, 130)] {
@@ -214,7 +214,7 @@ fn nested_grids_need_not_halve() {
     }
 }
 
-/// A rough surface on the soft wall of the atoms, from first contact, where the wall has no force.
+/// A rough surface on the Lennard-Jones wall of the atoms, from first contact, where the wall has no force.
 #[test]
 fn methods_agree_on_a_soft_wall() {
     let (grid, heights) = rough(128, 1.0 / 24.0, 18);
@@ -226,7 +226,7 @@ fn methods_agree_on_a_soft_wall() {
     }
 }
 
-/// Quantities with full support on a card are provided, and every id is found.
+/// Quantities with full support on a method's card are provided, and every id is found.
 #[test]
 fn cards_agree_with_results() {
     use asperity::method::{Kind, Quantity, REGISTRY, Support};
@@ -235,7 +235,7 @@ fn cards_agree_with_results() {
     for method in REGISTRY.iter().filter(|m| m.card().kind == Kind::Solver) {
         let card = method.card();
         assert!(std::ptr::eq(method::find(card.id).unwrap().card(), card));
-        // With or without a limitation.
+        // Support with or without a limitation.
         let told = |q: Quantity| !matches!((card.supports)(q), Support::No(_));
         solve(&problem(grid, &heights), card.id, 0.02, |s| {
             assert_eq!(told(Quantity::GapMap), s.gap.len() == grid.points());
@@ -329,8 +329,8 @@ fn results_are_invariant_to_offset_transposition_and_units() {
     assert!((2.0 * g / gap - 1.0).abs() < 1e-8 && a == area, "{g} {gap}");
 }
 
-/// Adhesion adds a negative term, so the minimum energy with adhesion is below that without. If the grid does not resolve the range
-/// (ρ/√(γ dx) = 0.1) there are many equilibria; none that a method finds may lie above that bound.
+/// Adhesion adds a negative term, so that the minimum energy with adhesion is below that without. If the grid does not
+/// resolve the range (ρ/√(γ dx) = 0.1) there are many equilibria; a method must not end in one above that bound.
 #[test]
 fn unresolved_adhesion_ends_in_no_far_valley() {
     let (grid, heights) = rough(128, 1.0 / 32.0, 18);
@@ -344,7 +344,8 @@ fn unresolved_adhesion_ends_in_no_far_valley() {
     }
 }
 
-/// A range far above the roughness is a uniform attraction (DMT): the area is that at the correspondingly larger pressure.
+/// A range far above the roughness is a uniform attraction (DMT): the area is that at the correspondingly larger
+/// pressure.
 #[test]
 fn long_range_adhesion_adds_to_the_pressure() {
     let (grid, heights) = rough(64, 1.0 / 16.0, 4);
@@ -420,7 +421,8 @@ fn heights_as_a_series() {
     }
 }
 
-/// Imposing the mean gap at a pressure returns that pressure; with adhesion also for states that are unstable under a pressure.
+/// Imposing the mean gap at a pressure returns that pressure; with adhesion also for states that are unstable under a
+/// pressure.
 #[test]
 fn mean_gap_control_inverts_load_control() {
     let (grid, heights) = rough(144, 1.0 / 16.0, 5);
@@ -435,7 +437,7 @@ fn mean_gap_control_inverts_load_control() {
         assert!((state.mean_gap / gap - 1.0).abs() < 1e-8, "{adhesion}: {}", state.mean_gap / gap - 1.0);
         assert!((state.pressure / 0.02 - 1.0).abs() < 1e-6, "{adhesion}: {}", state.pressure);
         assert!((state.energy / energy - 1.0).abs() < 1e-7);
-        // Residuals of the returned state at its pressure, with the force of the spring counted once.
+        // Residuals of the returned state at its pressure; the force of the constraint counts once.
         assert!(state.load_error < LOAD_BALANCE && state.residual <= p.tolerance, "{}", state.load_error);
         let mean = (0..state.stress.len()).map(|i| state.stress.at(i)).sum::<f64>() / state.stress.len() as f64;
         if adhesion == Adhesion::None {
@@ -546,8 +548,9 @@ fn solve_starts_from_an_initial_gap() {
     }
 }
 
-/// Full contact starts at the pressure that cancels the largest tension of the conforming displacement; for a wave of amplitude A at π A over
-/// its wavelength (Westergaard). On a rough surface the solver is in full contact above it and not below.
+/// Full contact starts at the pressure that cancels the largest tension of the conforming displacement: πE*A/λ for a
+/// wave of amplitude A and wavelength λ (Westergaard). On a rough surface the solver is in full contact above it and
+/// not below.
 #[test]
 fn full_contact_begins_at_its_pressure() {
     /// Rounding of one transform.

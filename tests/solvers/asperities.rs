@@ -1,4 +1,5 @@
-//! Methods of single asperities, bearing areas and the laboratory against closed forms, solvers and statements of the challenge paper.
+//! Single-asperity models, bearing-area models and the experiment model against closed forms, solvers and the challenge
+//! paper.
 
 use crate::found::{near, path, problem, rough, solved};
 use asperity::grid::{Field, Grid, minimum_image};
@@ -75,7 +76,8 @@ fn typical(map: &[u8], nx: usize) -> f64 {
 
 // Winkler
 
-/// Paraboloid of radius R: the load is πb⁴κ/4R for an overlap of radius b, and the contact area twice that of the overlap.
+/// Paraboloid of radius R: the load is πb⁴κ/4R for an overlap of radius b, and the contact area twice that of the
+/// overlap.
 #[test]
 fn winkler_paraboloid_agrees_with_the_closed_form() {
     /// Discretisation of a circle of 48 nodes of radius.
@@ -92,7 +94,7 @@ fn winkler_paraboloid_agrees_with_the_closed_form() {
     assert_eq!(patch_sizes(&found.contact, 256, Connectivity::Eight).len(), 1);
     let highest = found.stress.iter().copied().fold(0.0, f64::max);
     assert!(near(highest, b * b / (2.0 * radius) / length, AREA), "{highest}");
-    // The overlap is half of the contact.
+    // The overlap area is half of the contact area.
     let core = found.stress.iter().filter(|s| **s > 0.0).count();
     assert_eq!(2 * core, found.contact.iter().filter(|c| **c != 0).count());
 }
@@ -122,7 +124,7 @@ fn winkler_area_depends_on_pressure_over_gradient() {
     assert!(near(b.mean_gap, 2.0 * a.mean_gap, 1e-12) && a.area > 0.01 && a.area < 0.9);
 }
 
-/// The same for merging spots: load steps are in p*, so that spots merge in the same order.
+/// The same holds for merging contact spots: load steps are in p*, so that spots merge in the same order.
 #[test]
 fn icha_area_depends_on_pressure_over_gradient() {
     let (grid, heights) = rough(128, 128, 1.0 / 24.0, 4);
@@ -133,8 +135,9 @@ fn icha_area_depends_on_pressure_over_gradient() {
     assert!(near(b.area, a.area, 1e-9) && near(b.mean_gap, 2.0 * a.mean_gap, 1e-9) && a.area > 0.01);
 }
 
-/// The calibrated area at p* = 0.01 is met to the node. S27: below, the area scales with a power of the load less than 0.95, while that
-/// of the solver is linear. S28: the mean gap is overestimated, and the last gap closes at p* between 0.6 and 1.3.
+/// The calibrated area at p* = 0.01 is reproduced to one node. S27: at lower loads the area grows with an exponent
+/// below 0.95, while that of the solver is proportional to the load. S28: the mean gap is overestimated; the last gap
+/// closes at p* between 0.6 and 1.3.
 #[test]
 fn winkler_calibration_meets_the_area() {
     let (mut areas, mut reference) = ([0.0; 2], [0.0; 2]);
@@ -160,8 +163,8 @@ fn winkler_calibration_meets_the_area() {
     assert!(power(reference) > power(areas) + 0.02, "{} {}", power(reference), power(areas));
 }
 
-/// The default λ on the challenge's spectrum, as much of it as 1024² points nvt: 3 % of contact at p = 0.01 E*, within what
-/// surfaces scatter (1.9 to 3.1 % on eight of them).
+/// The default spring length for the challenge's spectrum, resolved by 1024² points up to the grid's limit: a contact
+/// fraction of 3 % at p = 0.01 E*, within the scatter of surfaces (1.9 to 3.1 % on eight of them).
 #[test]
 fn default_spring_length_gives_the_challenges_area() {
     let area = |seed: u64| {
@@ -174,8 +177,8 @@ fn default_spring_length_gives_the_challenges_area() {
 
 // Summits
 
-/// JKR on one summit during loading and unloading: radii of the closed form, jump into contact at first contact, and separation beyond
-/// the pull-off force 3πγR/2.
+/// JKR on one summit during loading and unloading: contact radii of the closed form, jump into contact at first
+/// contact, and separation beyond the pull-off force 3πγR/2.
 #[test]
 fn srgw_single_summit_is_jkr() {
     let (radius, gamma) = (0.5, 1e-4);
@@ -240,8 +243,8 @@ fn icha_single_summit_is_periodic_hertz() {
     let p = problem(grid, &heights);
     let found = one(&p, "icha", load);
     assert!(near(found.area, PI * 0.01, 1e-6), "{}", found.area);
-    // δ = a²/R - 3.900265 F/π for zero mean displacement; the term with 9.0336, the lattice sum of 1/r³, is due to the finite size of the
-    // images.
+    // δ = a²/R - 3.900265 F/π for zero mean displacement. The term with 9.0336, the lattice sum of 1/r³, is due to the
+    // finite size of the images.
     let mean = asperity::grid::mean(&heights);
     let exact = mean - (0.01 - 3.900_264_92 * load / PI + 9.033_62 * 0.1 * 0.01 * load / PI);
     assert!(near(found.mean_gap, exact, 1e-6), "{} {exact}", found.mean_gap);
@@ -251,8 +254,8 @@ fn icha_single_summit_is_periodic_hertz() {
     assert!(near(highest(&found.stress), highest(&solved.stress), 0.02));
 }
 
-/// Two interacting spheres of different radius and height: the load on each and the mean gap agree with `bvm`, unlike those of independent
-/// spheres.
+/// Two interacting spheres of different radius and height: the load on each and the mean gap agree with `bvm`; without
+/// interaction they do not.
 #[test]
 fn icha_interaction_agrees_with_bvm() {
     let list = [(0.375, 0.5, 0.05, 0.0), (0.625, 0.5, 0.08, 0.004)];
@@ -281,7 +284,7 @@ fn icha_interaction_agrees_with_bvm() {
     assert!(near(interacting.mean_gap, exact.mean_gap, 0.01), "{} {}", interacting.mean_gap, exact.mean_gap);
 }
 
-/// Spots that meet merge, and the load is carried; merging does not depend on the sequence of requested loads.
+/// Contact spots that meet merge and carry the load; merging does not depend on the sequence of requested loads.
 #[test]
 fn icha_spots_merge_with_load() {
     let (grid, heights) = spheres(128, &[(0.46875, 0.5, 0.2, 0.0), (0.53125, 0.5, 0.2, 0.0)]);
@@ -296,8 +299,8 @@ fn icha_spots_merge_with_load() {
     assert_eq!(estimates(&p, "icha", &[loads[2], loads[0]])[1], found[0]);
 }
 
-/// S09: the mean contact pressure at low load is E*ḡ/2, on surfaces with 8 nodes per shortest wave. S26: areas are up to 30 % below those of
-/// the solver, and mean gaps within 10 %; independent summits deviate more.
+/// S09: the mean contact pressure at low load is E*ḡ/2, on surfaces with 8 nodes per shortest wave. S26: areas are up
+/// to 30 % below those of the solver, and mean gaps within 10 %; independent summits deviate more.
 #[test]
 fn icha_on_rough_surfaces_agrees_with_fast() {
     let (mut load, mut areas, mut exact, mut alone) = (0.0, [0.0; 2], [0.0; 2], 0.0);
@@ -331,7 +334,8 @@ fn icha_on_rough_surfaces_agrees_with_fast() {
     assert!(alone < areas[1]);
 }
 
-/// With the whole spectrum of the challenge and large contact areas many spots overlap; the method converges, and areas increase with load.
+/// With the whole spectrum of the challenge many contact spots overlap at large loads; the method converges, and the
+/// area increases with load.
 #[test]
 fn icha_converges_with_crowded_spots() {
     let (grid, heights) = rough(128, 128, 1e-3, 18);
@@ -360,14 +364,14 @@ fn threads_do_not_change_estimates() {
     }
 }
 
-// Laboratory
+// Experiment model
 
 fn laboratory<'p>(problem: Problem<'p>, experiment: ExperimentSettings) -> Problem<'p> {
     Problem { settings: Settings { experiment, ..Settings::default() }, ..problem }
 }
 
-/// With ideal printer and camera the contact is that of `fast`, on thick rubber and on the layer of the laboratory; averaging over the
-/// window conserves the mean gap.
+/// With ideal printer and camera the contact is that of `fast`, on a half-space and on the layer of the experiment;
+/// averaging over the window conserves the mean gap.
 #[test]
 fn experiment_with_ideal_camera_agrees_with_fast() {
     /// Rounding due to the offset of the heights.
@@ -398,7 +402,8 @@ fn experiment_with_ideal_camera_agrees_with_fast() {
     }
 }
 
-/// A coarse printer smooths the surface and increases the area; so does a larger optical gap; a coarse camera loses small patches.
+/// A coarser printer smooths the surface and increases the area; so does a larger optical gap; a coarser camera loses
+/// small patches.
 #[test]
 fn experiment_resolution_changes_the_contact_area() {
     let (grid, heights) = rough(256, 256, 1.0 / 32.0, 2);
@@ -416,7 +421,7 @@ fn experiment_resolution_changes_the_contact_area() {
 
 // Unsupported problems
 
-/// Unsupported problems give an error of one line that names the method and the key.
+/// Unsupported problems give a one-line error that names the method and the key.
 #[test]
 fn errors_name_the_unsupported_input() {
     let (grid, heights) = rough(64, 64, 1.0 / 16.0, 1);
@@ -448,7 +453,7 @@ fn errors_name_the_unsupported_input() {
     }
     let calibrated = WinklerSettings { spring_length: None, calibrate_to: Some(0.03) };
     refused(&with(problem(grid, &flat), calibrated), "winkler", "flat");
-    // Two height levels: no area between 0 and 1/2 can overlap.
+    // Two height levels: the overlap fraction cannot be between 0 and 1/2.
     let steps: Vec<f64> = (0..64 * 64).map(|i| f64::from(i as u32 % 2)).collect();
     refused(&with(problem(grid, &steps), calibrated), "winkler", "steps");
     for bad in [winkler(Some(-1.0), None), winkler(Some(0.1), Some(0.1)), winkler(None, Some(1.5))] {
@@ -470,8 +475,8 @@ fn winkler_flat_surface_is_in_full_contact() {
     assert!(found.stress.iter().all(|s| near(*s, 0.02, 1e-12)));
 }
 
-/// Ignored by default: seconds per node for one load from 512² to 4096² points, and deviations of patches and mean gaps from `fast` as the
-/// spectrum widens (S19, S28).
+/// Ignored by default: seconds per node for one load from 512² to 4096² points, and deviations of patches and mean gaps
+/// from `fast` for wider spectra (S19, S28).
 #[test]
 #[ignore = "minutes; prints measurements"]
 fn measurements() {

@@ -1,4 +1,4 @@
-//! The stated error of what is extrapolated to the true range of the adhesion, against a grid that resolves it.
+//! The error of results extrapolated to the requested range of adhesion, against a grid that resolves it.
 
 use asperity::grid::Grid;
 use asperity::interface::{Adhesion, COHESIVE_RESOLUTION, RangeChoice};
@@ -7,15 +7,15 @@ use asperity::path::LoadPath;
 use asperity::record::results::ValueWithError;
 use asperity::surface::{Modes, Spectrum};
 
-/// The grid that resolves the range of every surface below.
+/// Points per side of the reference grid, which resolves the range on all surfaces.
 const FINE: usize = 1024;
 
-/// Grids whose stated error is judged. With the two below it, 64 points look at it from 16.
+/// Grids whose extrapolation is tested. Each uses the two next coarser grids, down to 16 points for 64.
 const JUDGED: [usize; 3] = [64, 128, 256];
 
-/// Shortest wave, as a mode; seed; work of adhesion; pressure. The coarsest of three grids holds the waves of some, not of
-/// all: cut at mode 64, not even 64 points do. The rules for the error were found on the first eight; the last four are new
-/// to them.
+/// Shortest wave as a mode number; seed; work of adhesion; pressure. The coarsest of three grids resolves the roughness
+/// for some of the surfaces only; with a cut-off at mode 64, 64 points do not. The error rules were derived from the
+/// first eight surfaces; the last four are independent.
 const SURFACES: [(f64, u64, f64, f64); 12] = [
     (16.0, 3, 9e-4, 0.02),
     (16.0, 5, 9e-4, 0.02),
@@ -31,7 +31,7 @@ const SURFACES: [(f64, u64, f64, f64); 12] = [
     (48.0, 24, 2e-4, 0.01),
 ];
 
-/// How many of those that are judged may be off by more than they state, and by how much.
+/// Number of extrapolations whose deviation may exceed the stated error, and the largest ratio.
 const MISSED: usize = 1;
 const BY: f64 = 1.6;
 

@@ -1,6 +1,6 @@
-//! Solvers at the ends of what may be asked of them: loads, adhesion, walls, layers, grids, precisions.
+//! Solvers at extreme loads, adhesion, walls, layers, grids and precisions.
 //!
-//! `docs/extremes.md` lists every case with what becomes of it.
+//! `docs/extremes.md` lists all cases and their results.
 
 use crate::found::{Found, near, path, problem, rough, solved};
 use crate::variants::{METHODS, PRECISIONS, in_precision};
@@ -10,15 +10,15 @@ use asperity::method::{Precision, Problem, Stop};
 use asperity::surface::{Modes, Spectrum, moments};
 use std::f64::consts::PI;
 
-/// Energies of two states converged to residuals of 1e-8 of the pressure.
+/// Relative difference of energies converged to residuals of 1e-8 of the pressure.
 const SAME_ENERGY: f64 = 1e-8;
 
-/// Mean gaps in f32 over the rms height, against f64. Measured: 1.4e-5 where the load is largest, since a residual of
-/// 1e-3 of it is left; 7e-7 at the smallest.
+/// Tolerance of mean gaps in f32 over the rms height, against f64. Measured: 1.4e-5 at the largest load, due to a
+/// residual of 1e-3 of the pressure; 7e-7 at the smallest.
 const SINGLE: f64 = 5e-5;
 
-/// From one pixel to full contact, p* = 1e-6 to 10. In f32 the smallest loads end on the rounding floor and say so, with
-/// the gap of f64.
+/// From one contact node to full contact, p* = 1e-6 to 10. In f32 the smallest loads stop at the rounding floor, with
+/// the mean gap of f64.
 #[test]
 fn loads_from_one_pixel_to_full_contact() {
     let (grid, heights) = rough(128, 128, 1.0 / 16.0, 5);
@@ -40,9 +40,10 @@ fn loads_from_one_pixel_to_full_contact() {
         let error = (single.mean_gap - found.mean_gap).abs() / m.rms_height;
         assert!(error < SINGLE, "p* = {p_star}: {error:e}");
         match p_star {
-            // The single summit.
+            // The highest summit only.
             1e-6 => assert_eq!(found.area * grid.points() as f64, 1.0),
-            // Persson's theory leaves 1 - erf(√2 p*) = 4.6 % open for a Gaussian surface, this one 3.6 %.
+            // Persson's theory predicts an open fraction of 1 - erf(√2 p*) = 4.6 % for a Gaussian surface; this one has
+            // 3.6 %.
             1.0 => assert!((0.94..0.99).contains(&found.area), "{}", found.area),
             3.0.. => assert_eq!((found.area, found.mean_gap, lowest(&found.stress) > 0.0), (1.0, 0.0, true)),
             _ => {}
@@ -51,13 +52,14 @@ fn loads_from_one_pixel_to_full_contact() {
     }
 }
 
-/// Any grid: the wave of Westergaard on odd, prime, non-square ones and on lines, against the closed form; on two points
-/// the mean gap is A(1 - r), by hand.
+/// Westergaard's wave on odd, prime and rectangular grids and on lines, against the closed form; on two points the mean
+/// gap is A(1 - r).
 #[test]
 fn waves_on_grids_of_any_shape() {
-    /// Of the mean gap over the amplitude times the square of the points: measured 0.1 to 1.3, even numbers no better.
+    /// Error of the mean gap over the amplitude, times the number of points squared. Measured: 0.1 to 1.3, for even and
+    /// odd numbers.
     const SECOND_ORDER: f64 = 2.0;
-    /// What f32 adds: a residual of 1e-3 of the pressure; measured 6e-5.
+    /// Additional error of f32 at a residual of 1e-3 of the pressure. Measured: 6e-5.
     const SINGLE: f64 = 3e-4;
     let (amplitude, r) = (0.01, 0.37f64);
     for (nx, ny, ly) in [
@@ -92,8 +94,8 @@ fn waves_on_grids_of_any_shape() {
     }
 }
 
-/// Constant heights, whatever their value: all touches, nothing is divided by the rms height of zero. Adhesion holds a
-/// pull below γ/ρ, and none above.
+/// Constant heights of any value are in full contact, although the rms height is zero. Adhesion sustains a tension
+/// below γ/ρ and none above.
 #[test]
 fn flat_surfaces_touch_everywhere() {
     let (gamma, rho) = (1e-4, 1e-3);
@@ -108,7 +110,7 @@ fn flat_surfaces_touch_everywhere() {
                 for (p, load) in [(&p, 0.125), (&p, 1e-9), (&adhesive, 0.125), (&adhesive, 0.0), (&adhesive, -0.0625)] {
                     let found = solved(p, id, load);
                     assert_eq!((found.area, found.mean_gap, found.residual), (1.0, 0.0, 0.0), "{what}");
-                    // To the last bit of the strength, where the mean of the heights is rounded.
+                    // Accurate to the rounding of the strength, because the mean of the heights is rounded.
                     let exact = |s: &f64| (s - load).abs() <= p.precision.epsilon() * load.abs().max(gamma / rho);
                     assert!(found.stress.iter().all(exact), "{what}: {:?}", found.stress);
                 }
@@ -118,13 +120,13 @@ fn flat_surfaces_touch_everywhere() {
     }
 }
 
-/// Heights of a millionth of their offset.
+/// Heights with an rms value of a millionth of their offset.
 #[test]
 fn offsets_of_a_million_rms_heights_change_nothing() {
-    /// The offset costs the heights 1e6 of the 2^53 steps of a double: 1e-10 of their rms. What f32 is lent is the
-    /// difference from the mean, so that it loses nothing more.
+    /// The offset takes 1e6 of the 2^53 steps of a double: 1e-10 of the rms height remains. The f32 solver receives the
+    /// difference from the mean and loses no further digits.
     const DOUBLE: f64 = 1e-8;
-    /// Other bits, other rounding errors, on a residual of 1e-3 of the pressure: measured 3e-8.
+    /// Different rounding errors, at a residual of 1e-3 of the pressure. Measured: 3e-8.
     const SINGLE: f64 = 1e-6;
     let (grid, heights) = rough(96, 96, 1.0 / 16.0, 5);
     let rms = moments(grid, &heights).rms_height;
@@ -141,8 +143,7 @@ fn offsets_of_a_million_rms_heights_change_nothing() {
     }
 }
 
-/// Heights that are no numbers, or whose energy is beyond the largest one, are told, never taken for a solution: a clamp
-/// makes zero of NaN.
+/// Heights that are not finite, or whose energy overflows, are reported as diverged: a clamp would turn NaN into zero.
 #[test]
 fn what_is_no_number_diverges() {
     let (grid, plain) = rough(32, 32, 1.0 / 8.0, 5);
@@ -156,8 +157,8 @@ fn what_is_no_number_diverges() {
     }
 }
 
-/// Layers from a thousandth of the cell to ten of it, both bases, compressible and not. On a base of constant stress
-/// Poisson's ratio drops out, and ten cells deep a layer is a half-space.
+/// Layers from a thousandth of the cell to ten cells, with both base conditions, compressible and incompressible. On a
+/// base of constant stress the result does not depend on Poisson's ratio, and a layer of ten cells is a half-space.
 #[test]
 fn layers_of_any_thickness() {
     let (grid, heights) = rough(64, 64, 1.0 / 16.0, 5);
@@ -169,7 +170,7 @@ fn layers_of_any_thickness() {
                 let kernel = Elastic::Layer(Layer { thickness, poisson, base });
                 let layer = Problem { kernel, ..p.clone() };
                 let single = path(&in_precision(&layer, Precision::F32), "fast", &[0.02]).remove(0);
-                // The incompressible thousandth is stiffer than the digits of f32.
+                // The stiffness of the thin incompressible layer exceeds the precision of f32.
                 assert!(matches!(single.stop, Stop::Converged | Stop::RoundingFloor), "{kernel}: {:?}", single.stop);
                 solved(&layer, "fast", 0.02).energy
             });
@@ -184,11 +185,11 @@ fn layers_of_any_thickness() {
     }
 }
 
-/// Walls from a thousand cells of compliance to a ten-thousandth. The softest are pressed flat, by ℓ times the pressure; the
-/// stiffest are nearly the hard wall.
+/// Penalty lengths from a thousand cells to a ten-thousandth. On the softest walls contact is complete, with a
+/// compression of ℓ times the pressure; the stiffest walls are nearly hard.
 #[test]
 fn walls_of_any_stiffness() {
-    /// ℓ = 1e-4 over the hard wall, first order in ℓ: measured 1e-3.
+    /// Energy at ℓ = 1e-4 relative to the hard wall, first order in ℓ. Measured: 1e-3.
     const NEARLY_HARD: f64 = 2e-3;
     let (grid, heights) = rough(128, 128, 1.0 / 24.0, 18);
     let p = problem(grid, &heights);
@@ -206,7 +207,7 @@ fn walls_of_any_stiffness() {
             _ => {}
         }
     }
-    // Far stiffer than the grid's stiffest mode, no method gets there; each says so.
+    // No method converges for a wall that is far stiffer than the stiffest mode of the grid; each reports it.
     for id in METHODS {
         let wall = Problem { wall: Wall::Penalty(PenaltyWall { length: 1e-8 }), max_iterations: 200, ..p.clone() };
         let found = path(&wall, id, &[0.02]).remove(0);
@@ -214,7 +215,7 @@ fn walls_of_any_stiffness() {
     }
 }
 
-/// Roughness exponents from none to one; one wavelength alone, short and long.
+/// Hurst exponents from zero to one; a single short or long wavelength.
 #[test]
 fn spectra_at_their_ends() {
     let grid = Grid::unit(144, 144);
@@ -228,7 +229,7 @@ fn spectra_at_their_ends() {
         assert!(near(moments(grid, &heights).rms_gradient, 1.0, 1e-12), "{spectrum:?}");
         let found = solved(&problem(grid, &heights), "fast", 0.01);
         assert!((0.01..0.1).contains(&found.area), "{spectrum:?}: {}", found.area);
-        // A grid that does not hold it says what it leaves out.
+        // A grid that does not resolve the spectrum gives a warning with the resolved fraction.
         if lambda_s < 0.1 {
             let coarse = Grid::unit(32, 32);
             let (kept, said) =
@@ -238,7 +239,7 @@ fn spectra_at_their_ends() {
     }
 }
 
-/// Mirrored, turned and shifted heights are the same contact, with adhesion, too; `fast` nests grids.
+/// Mirrored, transposed and shifted heights give the same contact, with and without adhesion; `fast` uses nested grids.
 #[test]
 fn symmetries_of_the_cell() {
     let n = 192;
@@ -267,7 +268,7 @@ fn symmetries_of_the_cell() {
     }
 }
 
-/// One thread and two give the same bits: every method, precision, with adhesion and without, on an odd grid.
+/// One and two threads give the same bits: for all methods and precisions, with and without adhesion, on an odd grid.
 #[test]
 fn threads_change_no_bit_of_any_kind() {
     let (grid, heights) = rough(135, 77, 1.0 / 16.0, 5);

@@ -1,7 +1,7 @@
-//! Solvers at the ends of adhesion: ranges from a thousandth of a pixel to a million of them, work of adhesion sixteen
-//! times the challenge's, pulls up to and beyond what holds.
+//! Solvers at extreme adhesion: ranges from a thousandth of the mesh size to a million times it, sixteen times the
+//! challenge's work of adhesion, tension up to and beyond pull-off.
 //!
-//! `docs/extremes.md` lists every case with what becomes of it.
+//! `docs/extremes.md` lists all cases and their results.
 
 use crate::found::{near, path, problem, rough, solved};
 use crate::variants::{METHODS, PRECISIONS, in_precision};
@@ -20,8 +20,8 @@ fn radius(lambda_s: f64) -> f64 {
     Spectrum { lambda_s, ..Spectrum::CHALLENGE }.expected(1.0, 0.0).curvature_radius
 }
 
-/// Whatever the range, each solve converges to finite numbers, below the energy without adhesion; a range far beyond the
-/// roughness is the larger pressure p + (γ/ρ)⟨exp(-g/ρ)⟩ of Derjaguin, Muller & Toporov.
+/// For any range each solve converges to finite values, with an energy below that without adhesion. A range far beyond
+/// the roughness gives the contact at the larger pressure p + (γ/ρ)⟨exp(-g/ρ)⟩ (Derjaguin, Muller & Toporov).
 #[test]
 fn ranges_from_far_below_a_pixel_to_far_above_the_roughness() {
     let (lambda_s, load) = (1.0 / 16.0, 0.01);
@@ -48,8 +48,8 @@ fn ranges_from_far_below_a_pixel_to_far_above_the_roughness() {
     }
 }
 
-/// Sixteen times the challenge's work of adhesion on grids that do not resolve it: nearly or all of the surface is pulled
-/// into contact, whatever the load; every solve ends converged.
+/// Sixteen times the challenge's work of adhesion on grids that do not resolve it: nearly the whole surface is in
+/// contact at any load, and every solve converges.
 #[test]
 fn sixteenfold_adhesion_unresolved() {
     let lambda_s = 1.0 / 16.0;
@@ -69,10 +69,10 @@ fn sixteenfold_adhesion_unresolved() {
     }
 }
 
-/// The same on a line of points that resolves it: the methods agree, and so do two grids.
+/// The same work of adhesion on lines that resolve it: the methods agree, and so do two grids.
 #[test]
 fn sixteenfold_adhesion_resolved() {
-    /// Energies on meshes of which one has twice the points, over the energy: contact lines move by a pixel.
+    /// Relative difference of energies on meshes of size dx and dx/2, where contact lines move by one node.
     const MESHES: f64 = 1e-3;
     let profile = |n: usize| -> (Grid, Vec<f64>) {
         let x = |i: usize| 2.0 * PI * i as f64 / n as f64;
@@ -99,7 +99,7 @@ fn sixteenfold_adhesion_resolved() {
     }
 }
 
-/// A sphere from the DMT to the JKR limit, pressed, let go, and pulled off beyond what holds it.
+/// A sphere from the DMT to the JKR limit, during loading, unloading and beyond pull-off.
 #[test]
 fn tabor_numbers_from_a_hundredth_to_ten() {
     let (n, r, gamma) = (96, 1.0, 2e-4);
@@ -111,13 +111,13 @@ fn tabor_numbers_from_a_hundredth_to_ten() {
     for tabor in [0.01, 0.1, 1.0, 3.0, 10.0] {
         let adhesion = Adhesion::exponential(gamma, (r * gamma * gamma).cbrt() / tabor);
         let resolution = adhesion.resolution_on(grid.dx()).expect("adhesive");
-        // More than the law's strength γ/ρ all over the cell.
+        // A tension above the strength γ/ρ of the law over the whole cell.
         let beyond = 1.01 * gamma / adhesion.range() + 2.5 * unit;
         for precision in PRECISIONS {
             let p = in_precision(&Problem { adhesion, ..problem(grid, &heights) }, precision);
             let found = path(&p, "fast", &[1e-3, 0.0, -0.5 * unit, -2.5 * unit, -beyond]);
             for (i, state) in found[..3].iter().enumerate() {
-                // In f32 the small loads may end on the rounding floor, which is no convergence and is not called one.
+                // In f32 the small loads may stop at the rounding floor, which does not count as convergence.
                 let single = precision == Precision::F32 && state.stop == Stop::RoundingFloor;
                 assert!(state.stop == Stop::Converged || single, "{tabor}, {i}: {:?}", state.stop);
                 assert!(state.area > 0.0 && lowest(&state.stress) < 0.0 && state.is_finite(), "{tabor}, {i}");
@@ -132,10 +132,10 @@ fn tabor_numbers_from_a_hundredth_to_ten() {
     }
 }
 
-/// A pull that nothing holds ends soon as detached, with every method; pressed again, the surfaces touch as before.
+/// A tension above pull-off ends soon as detached, with every method; pressing again restores the contact.
 #[test]
 fn pulls_beyond_pull_off_are_detached() {
-    /// Iterations: gfmd, the slowest, takes 400.
+    /// Iterations; `gfmd`, the slowest method, takes 400.
     const SOON: usize = 2000;
     let (grid, heights) = rough(64, 64, 1.0 / 8.0, 5);
     let gamma: f64 = 1e-2;
@@ -151,7 +151,7 @@ fn pulls_beyond_pull_off_are_detached() {
         assert!(found.iter().all(|f| f.is_finite() && f.iterations < SOON), "{id} {precision:?}");
         assert!(near(found[4].area, found[0].area, 1e-3), "{id}: {} {}", found[4].area, found[0].area);
     }
-    // Without adhesion, behind a soft wall, too, a pull is detached at once or refused.
+    // Without adhesion, with a compliant wall as well, a tension is detached at once or refused.
     for wall in [Wall::Hard, Wall::Penalty(PenaltyWall { length: 1e-2 })] {
         let p = Problem { wall, ..problem(grid, &heights) };
         let parted = path(&p, "fast", &[-1e-6, -1.0]);
@@ -169,10 +169,10 @@ fn pulls_beyond_pull_off_are_detached() {
     }
 }
 
-/// Full contact of a wave holds, to the bit, until the lowest stress is -γ/ρ; then it opens there, and soon parts.
+/// A wave stays in full contact, bit by bit, until the lowest stress is -γ/ρ; there it opens, and separates soon after.
 #[test]
 fn full_contact_opens_at_the_strength_of_the_law() {
-    /// Of the strength: the pressures tried on either side.
+    /// Distance of the tested pressures from the opening pressure, over the strength.
     const SIDE: f64 = 1e-4;
     let n = 64;
     let grid = Grid::unit(n, n);
@@ -181,7 +181,7 @@ fn full_contact_opens_at_the_strength_of_the_law() {
     let heights: Vec<f64> = (0..n * n).map(|i| amplitude * wave(i % n) * wave(i / n)).collect();
     let (gamma, rho) = (1e-5, 1e-3);
     let strength = gamma / rho;
-    // p - K h with the wave's stiffness √2 π.
+    // p - K h with the stiffness √2 π of the wave.
     let opening = 2f64.sqrt() * PI * amplitude - strength;
     let p = Problem { adhesion: Adhesion::exponential(gamma, rho), ..problem(grid, &heights) };
     for id in METHODS {

@@ -14,12 +14,12 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
     (a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / a.len() as f64).sqrt()
 }
 
-/// The forces across the interface carry the load: contact stress where the gap is closed, adhesion elsewhere.
+/// Checks the load balance: contact stress where the gap is closed, adhesion elsewhere.
 fn balanced(found: &Found, what: &str) {
     assert!(found.load_error < LOAD_BALANCE, "{what}: load error {:e}", found.load_error);
 }
 
-/// Adhesion that the grid resolves without pinning: ρ/√(γ dx) = 1.4.
+/// Adhesion with a cohesive resolution ρ/√(γ dx) = 1.4, which does not pin contact lines.
 fn resolved(gamma: f64, n: usize) -> Adhesion {
     Adhesion::exponential(gamma, 1.4 * (gamma / n as f64).sqrt())
 }
@@ -33,13 +33,15 @@ fn from_gap(problem: &Problem, id: &str, gap: &[f64], pressure: f64) -> Found {
     Found::of(problem.grid, &s)
 }
 
-/// The two methods share only the equations: transform, sums and minimiser are separate. Both converge to 1e-9 of the pressure.
+/// The two methods have only the equations in common: transform, sums and minimiser are separate. Both converge to 1e-9
+/// of the pressure.
 #[test]
 fn gfmd_fire_agrees_with_bvm() {
     /// The same equilibrium.
     const ENERGY: f64 = 1e-9;
     const FIELD: f64 = 1e-7;
-    /// From first contact on different paths: with adhesion single spots may end on either of two branches. Measured: 1.0e-7 on 256².
+    /// From first contact the methods follow different paths: with adhesion single contact spots may end on either of
+    /// two branches. Measured: 1.0e-7 on 256².
     const BRANCHES: f64 = 1e-6;
     let (grid, heights) = rough(128, 128, 1.0 / 24.0, 18);
     let scale = asperity::grid::rms(&heights);
@@ -91,7 +93,7 @@ fn gfmd_fire_agrees_with_bvm_on_a_soft_wall() {
     }
 }
 
-/// Fractions of nodes under compression and of closed nodes, and the typical patch of each, in nodes.
+/// Fractions of nodes under compression and with closed gap, and the typical patch size of each, in nodes.
 struct Touching {
     pressing: f64,
     closed: f64,
@@ -118,14 +120,14 @@ fn listed(errors: &[f64]) -> String {
     errors.iter().map(|e| format!("{e:.2e}")).collect::<Vec<_>>().join(" ")
 }
 
-/// Errors on meshes of 64 to 256 nodes decrease at least by this factor from each to the next.
+/// Checks that errors on meshes of 64 to 256 nodes decrease at least by the factor `by` from each to the next.
 fn falls(errors: &[f64], by: f64, what: &str) {
     let orders: Vec<String> = errors.windows(2).map(|e| format!("{:.2}", (e[0] / e[1]).log2())).collect();
     println!("{what}: errors {}, orders {orders:?}", listed(errors));
     assert!(errors.windows(2).all(|e| e[1] < e[0] / by), "{what}: {errors:?}");
 }
 
-/// Without adhesion the alternating scheme is the dual form of the problem of `bvm`.
+/// Without adhesion the alternating scheme solves the dual of the problem of `bvm`.
 #[test]
 fn fft_ia_without_adhesion_agrees_with_bvm() {
     const FIELD: f64 = 1e-7;
@@ -146,8 +148,8 @@ fn fft_ia_without_adhesion_agrees_with_bvm() {
     }
 }
 
-/// Adhesion integrated over elements converges to nodal adhesion with the mesh. On every mesh the tension of a node is at most γ/ρ,
-/// and the area under compression is part of the closed area.
+/// Adhesion integrated over elements converges to nodal adhesion with the mesh. On every mesh the tension of a node is
+/// at most γ/ρ, and the area under compression is part of the closed area.
 #[test]
 fn fft_ia_converges_to_pointwise_adhesion() {
     let adhesion = resolved(1e-4, 64);
@@ -214,16 +216,16 @@ fn bicgstab_agrees_with_bvm_for_the_same_law() {
     let a = from_gap(&p, "bvm", &found.gap, 0.02);
     println!("energies {} {}, lowest stress {} of {}", found.energy, a.energy, lowest(&found.stress), gamma / rho);
     assert!(near(found.energy, a.energy, 1e-8) && apart(&found.gap, &a.gap) < 1e-6 * asperity::grid::rms(&heights));
-    // The largest tension is that of the exponential law; zero force is at zero gap.
+    // The largest tension is that of the exponential law; the force is zero at zero gap.
     assert!(lowest(&found.stress) > -gamma / rho * (1.0 + 1e-4) && lowest(&found.stress) < -0.9 * gamma / rho);
     let t = touching(&found, grid.nx, 0.02);
     println!("pressing {:.4} closed {:.4}, patches {} {}", t.pressing, t.closed, t.pressing_patch, t.closed_patch);
     assert!((t.pressing / t.closed - 1.0).abs() < 0.02);
 }
 
-/// Area under compression and closed area for strong adhesion. The factor of about three between typical patches in the paper is not
-/// found on meshes that resolve roughness and adhesion: 0.7 to 0.9 was measured on 256² (λ_s = L/32, γ = 2.7e-4, p = 0.005 to 0.02),
-/// for `bvm` and for `fft-ia`.
+/// Area under compression and closed area for strong adhesion. The factor of about three between typical patches in the
+/// paper is not found on meshes that resolve roughness and adhesion: 0.7 to 0.9 was measured on 256² (λ_s = L/32, γ =
+/// 2.7e-4, p = 0.005 to 0.02), for `bvm` and for `fft-ia`.
 #[test]
 fn compressed_patches_are_smaller_than_closed_ones() {
     let n = 128;
@@ -246,7 +248,8 @@ fn compressed_patches_are_smaller_than_closed_ones() {
     }
 }
 
-/// Splines and nodal modes agree in the limit of fine meshes, with and without adhesion; the load is balanced on every mesh.
+/// Splines and nodal modes agree in the limit of fine meshes, with and without adhesion; the load is balanced on every
+/// mesh.
 #[test]
 fn bem_bspline_converges_to_bvm() {
     for (adhesion, law) in [(Adhesion::None, "none"), (resolved(1e-4, 64), "exponential")] {
@@ -268,8 +271,8 @@ fn bem_bspline_converges_to_bvm() {
     }
 }
 
-/// On a mesh that does not resolve the shortest waves the mean gap is 4 % low, and the width of the stress distribution decreases
-/// with the remaining gradient.
+/// On a mesh that does not resolve the shortest waves the mean gap is 4 % low, and the width of the stress distribution
+/// decreases with the remaining gradient.
 #[test]
 fn bem_bspline_filters_unresolved_roughness() {
     let n = 128;
@@ -289,7 +292,7 @@ fn bem_bspline_filters_unresolved_roughness() {
     assert!((width / ratio - 1.0).abs() < 0.1, "{width} {ratio}");
 }
 
-/// Unsupported problems give an error of one line.
+/// Unsupported problems give a one-line error.
 #[test]
 fn unsupported_problems_are_errors() {
     let (grid, heights) = rough(16, 16, 1.0 / 4.0, 3);
@@ -332,7 +335,7 @@ fn unsupported_problems_are_errors() {
     );
 }
 
-/// Bit-identical results on one and two threads; a solve from its own result converges to it.
+/// Bit-identical results on one and two threads; a solve that starts from its own result converges to it.
 #[test]
 fn results_do_not_depend_on_threads_and_are_stationary() {
     let (grid, heights) = rough(64, 48, 1.0 / 16.0, 5);

@@ -5,7 +5,7 @@ use asperity::method::{self, Load, NoObserver, Problem, State, Stop};
 use asperity::observe::contact_area;
 use asperity::surface::{Modes, Spectrum};
 
-/// The defaults of scenes and of `solve`.
+/// A problem with the default settings of scenes and of `solve`.
 pub fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
     Problem { max_iterations: 20_000, ..Problem::new(grid, heights) }
 }
@@ -66,7 +66,7 @@ pub fn near(a: f64, b: f64, tolerance: f64) -> bool {
     (a - b).abs() <= tolerance * b.abs()
 }
 
-/// The challenge's surface with a longer cut-off, all of whose waves the grid resolves.
+/// The challenge's surface with a longer cut-off wavelength; the grid resolves all waves.
 pub fn rough(nx: usize, ny: usize, lambda_s: f64, seed: u64) -> (Grid, Vec<f64>) {
     let grid = Grid::unit(nx, ny);
     let spectrum = Spectrum { lambda_s, ..Spectrum::CHALLENGE };

@@ -1,4 +1,4 @@
-//! Solvers with every law of adhesion, every wall and the crystal's kernel, against closed forms and each other.
+//! Solvers with all adhesion laws, all walls and the kernel of a cubic crystal, against closed forms and each other.
 
 use crate::program;
 use asperity::grid::Grid;
@@ -30,21 +30,21 @@ fn rough(n: usize) -> (Grid, Vec<f64>) {
     (grid, Modes::new(spectrum, 18, 1.0).heights(grid, 0.0))
 }
 
-/// Work of adhesion that about doubles the area of the rough surface at the loads used here, units of E*·L.
+/// Work of adhesion that about doubles the area of the rough surface at these loads, units of E*·L.
 const GAMMA: f64 = 2.7e-4;
 
-/// A law of work γ whose range has the cohesive resolution `c` on the grid.
+/// A law with work of adhesion γ and cohesive resolution `c` on the grid.
 fn resolved(make: fn(f64, f64) -> Adhesion, grid: Grid, c: f64) -> Adhesion {
-    // Laws are (γ/ρ) f(g/ρ): the resolution is proportional to the range.
+    // Laws have the form (γ/ρ) f(g/ρ): the resolution is proportional to the range.
     let unit = make(GAMMA, 1.0).resolution_on(grid.dx()).expect("an adhesive law");
     make(GAMMA, c / unit)
 }
 
 const LAWS: [fn(f64, f64) -> Adhesion; 3] = [Adhesion::exponential, Adhesion::dugdale, Adhesion::power_law_93];
 
-/// Over the rough surface the methods end in the same state, with every law and wall.
+/// Checks that the methods agree on the state of the rough surface.
 fn agree(problem: &Problem, pressure: f64) {
-    /// Over the energy.
+    /// Relative to the energy.
     const TOLERANCE: f64 = 1e-6;
     let [a, others @ ..] = METHODS.map(|id| solve(problem, id, pressure, |s| (s.energy, s.mean_gap)));
     let Problem { kernel, adhesion, wall, .. } = problem;
@@ -83,7 +83,7 @@ fn methods_agree_on_a_crystal() {
     let kernel = Elastic::Cubic(CubicHalfSpace::new(27.8, 18.2, 16.3).unwrap());
     let p = Problem { kernel, ..problem(grid, &heights) };
     agree(&p, 0.02);
-    // The crystal's axes are alike, its diagonals are not its axes.
+    // The crystal axes are equivalent; the diagonals differ from them.
     let n = grid.nx;
     let transposed: Vec<f64> = (0..n * n).map(|i| heights[(i % n) * n + i / n]).collect();
     let [a, b, isotropic] = [p.clone(), Problem { heights: (&transposed).into(), ..p }, problem(grid, &heights)]
@@ -92,7 +92,7 @@ fn methods_agree_on_a_crystal() {
     assert!((a / isotropic - 1.0).abs() > 1e-5, "{a} {isotropic}");
 }
 
-/// Isotropic constants are the half-space.
+/// A crystal with isotropic constants is the isotropic half-space.
 #[test]
 fn an_isotropic_crystal_changes_nothing() {
     let (grid, heights) = rough(64);
@@ -102,7 +102,7 @@ fn an_isotropic_crystal_changes_nothing() {
     assert!((a / b - 1.0).abs() < 1e-7, "{a} {b}");
 }
 
-/// On flat surfaces the gap is uniform, where wall and attraction together carry the pressure.
+/// On flat surfaces the gap is uniform, with wall and attraction in equilibrium with the pressure.
 #[test]
 fn flat_surfaces_rest_where_the_law_carries_the_load() {
     fn check(wall: Wall, adhesion: Adhesion, law: impl Law, pressure: f64) {
@@ -133,14 +133,14 @@ fn flat_surfaces_rest_where_the_law_carries_the_load() {
         let with = WithAdhesion { wall, adhesion: power };
         check(Wall::PowerLaw(wall), Adhesion::PowerLaw93(power), with, pressure);
     }
-    // Pulled with 0.4 of γ/ρ the 9-3 law rests on its rising branch, behind either wall.
+    // Under a tension of 0.4 γ/ρ the 9-3 law is in equilibrium on its rising branch, with either wall.
     let pull = -0.4 * gamma / rho;
     check(Wall::Hard, Adhesion::PowerLaw93(power), power, pull);
     check(Wall::PowerLaw(wall), Adhesion::PowerLaw93(power), WithAdhesion { wall, adhesion: power }, pull);
 }
 
-/// A range far beyond the roughness is a uniform attraction (Derjaguin, Muller & Toporov): the area is that of the
-/// pressure raised by the mean attraction, which is γ/ρ.
+/// A range far beyond the roughness is a uniform attraction (Derjaguin, Muller & Toporov): the area is that at the
+/// pressure plus the mean attraction γ/ρ.
 #[test]
 fn long_range_attraction_adds_to_the_pressure() {
     let (grid, heights) = rough(64);
@@ -155,14 +155,14 @@ fn long_range_attraction_adds_to_the_pressure() {
     }
 }
 
-/// The penalty wall becomes the hard one with the first power of its length: the energy falls short by what the contact
-/// stress presses into it, ℓ/2 times its mean square.
+/// The penalty wall converges to the hard wall at first order in its length ℓ: the energy is lower by ℓ/2 times the
+/// mean square stress, the energy of the wall's compression.
 #[test]
 fn penalty_walls_converge_to_the_hard_wall() {
     let (grid, heights) = rough(128);
     let pressure = 0.02;
     let (hard, square) = solve(&problem(grid, &heights), "fast", pressure, |s| {
-        // Where the gap is open the stress is zero.
+        // The stress is zero where the gap is open.
         let stress = s.stress.to_vec();
         ((s.energy, s.mean_gap), stress.iter().map(|s| s * s).sum::<f64>() / stress.len() as f64)
     });
@@ -181,7 +181,7 @@ fn penalty_walls_converge_to_the_hard_wall() {
     assert!((fine.0 / (0.5 * lengths[2] * square) - 1.0).abs() < 0.03, "{} {}", fine.0, 0.5 * lengths[2] * square);
 }
 
-/// The program's flags reach the solver, and are refused in one clear line each.
+/// The command-line flags reach the solver; each invalid one gives a one-line error.
 #[test]
 fn the_program_takes_laws_walls_and_crystals() {
     let scratch = tempfile::tempdir().expect("scratch");

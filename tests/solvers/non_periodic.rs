@@ -1,4 +1,4 @@
-//! A patch on a half-space that is free around it: Hertz's sphere, wherever it lies, and adhesion.
+//! A non-periodic patch on a half-space: Hertzian contact at any position, and adhesion.
 
 use asperity::grid::Grid;
 use asperity::interface::{Adhesion, Elastic, NonPeriodic};
@@ -27,11 +27,12 @@ fn sphere(grid: Grid, (x, y): (usize, usize)) -> Vec<f64> {
     (0..grid.points()).map(|k| 0.5 * squared(k % grid.nx, k / grid.nx)).collect()
 }
 
-/// Hertz (1882), R = E* = 1, on patches in which he is off the middle: pressure, gap, elastic and free energy 2/5 and
-/// -3/5 of the force times the approach. No image to correct for.
+/// Hertz (1882), R = E* = 1, with the sphere off the centre of the patch: pressure, gap, elastic and free energy 2/5
+/// and -3/5 of the force times the approach. There are no images.
 #[test]
 fn hertz_without_images() {
-    /// Of the largest pressure away from the edge, of the approach, of the energies, of the area: contact radii of 13 nodes.
+    /// Relative tolerances of the pressure away from the edge, the approach, the energies and the area, for contact
+    /// radii of 13 nodes.
     const PRESSURE: f64 = 0.01;
     const GAP: f64 = 2e-3;
     const ENERGY: f64 = 2e-3;
@@ -43,7 +44,7 @@ fn hertz_without_images() {
         let (force, approach, highest) = (4.0 / 3.0 * a.powi(3), a * a, 2.0 * a / PI);
         let heights = sphere(grid, middle);
         let pressure = force / (grid.lx * grid.ly);
-        // Slopes are the coordinates, between two nodes.
+        // The slopes of the paraboloid are the coordinates, here midway between nodes.
         let slopes = heights.iter().sum::<f64>() * 2.0 / heights.len() as f64;
         assert!((problem(grid, &heights).resolved_gradient() / slopes.sqrt() - 1.0).abs() < 0.02);
         let load = solve(&problem(grid, &heights), pressure, |s| {
@@ -72,10 +73,10 @@ fn hertz_without_images() {
     }
 }
 
-/// Where on the patch the sphere lies does not matter, to what the solver leaves: no edge and no image is felt.
+/// The results do not depend on the position of the sphere on the patch, within the tolerance of the solver.
 #[test]
 fn a_shift_changes_nothing() {
-    /// 9e-7 and 6e-6 were found with adhesion, less than a tenth of it without.
+    /// Measured with adhesion: 9e-7 and 6e-6; without: less than a tenth.
     const ENERGY: f64 = 2e-6;
     const ELASTIC: f64 = 1e-5;
     let grid = Grid::unit(96, 96);
@@ -94,7 +95,7 @@ fn a_shift_changes_nothing() {
     }
 }
 
-/// What cannot do without a cell is refused, and a detached patch is told.
+/// Quantities that need a periodic cell are refused; a detached patch is reported.
 #[test]
 fn what_a_patch_cannot_have() {
     let grid = Grid::unit(32, 32);

@@ -1,4 +1,4 @@
-//! Load paths: branches, what grids leave uncertain, pulling apart, and going on after a stop.
+//! Load paths: branches, discretisation errors, pull-off, and continuation after an interruption.
 
 use asperity::grid::Grid;
 use asperity::interface::{Adhesion, COHESIVE_RESOLUTION, RangeChoice};
@@ -23,7 +23,7 @@ fn problem(grid: Grid, heights: Heights<'_>, adhesion: Adhesion) -> Problem<'_> 
     Problem { adhesion, tolerance: 1e-6, max_iterations: 5_000, ..Problem::new(grid, heights) }
 }
 
-/// A state in the numbers that the tests compare.
+/// Results that the tests compare.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Found {
     area: f64,
@@ -56,12 +56,12 @@ fn walk(problem: &Problem, id: &str, range: RangeChoice, loads: &[Load], pulls: 
     (found, pulled.expect("the path is walked"))
 }
 
-/// What the grid of half the points says of this one's error is of the error's size, whatever the method, with adhesion and
-/// without, at every load.
+/// The change from the grid with half the points per side has the magnitude of the discretisation error, for all
+/// methods, with and without adhesion, at every load.
 #[test]
 fn the_error_of_the_grid_is_told() {
-    /// The change may exceed the error, where it shrinks fast; it may be exceeded by as much as the next finer grid, which
-    /// stands for the truth, itself changes.
+    /// Smallest ratio of change to error. The change may exceed the error if the error decreases fast. The next finer
+    /// grid, which serves as reference, has an error itself.
     const AT_LEAST: f64 = 0.5;
     let modes = Modes::new(spectrum(1.0 / 16.0), 3, 1.0).series();
     let loads = [0.01, 0.05].map(Load::Pressure);
@@ -83,11 +83,12 @@ fn the_error_of_the_grid_is_told() {
     }
 }
 
-/// Three grids, each with the range it resolves, give what a grid gives that resolves the true one.
+/// The extrapolation from three grids, each with the range that it resolves, agrees with a grid that resolves the
+/// requested range.
 #[test]
 fn the_true_range_is_extrapolated_to() {
     let modes = Modes::new(spectrum(1.0 / 16.0), 3, 1.0).series();
-    // Resolved from 1024 points on: 256, 128 and 64 are given ranges of two, 2.8 and four times the true one.
+    // A grid of 1024 points resolves the range; 256, 128 and 64 points use 2, 2.8 and 4 times the range.
     let rho = COHESIVE_RESOLUTION * (GAMMA / 1024.0).sqrt();
     let adhesion = Adhesion::exponential(GAMMA, rho);
     let load = [Load::Pressure(0.02)];
@@ -104,14 +105,14 @@ fn the_true_range_is_extrapolated_to() {
         ("mean gap", coarse.true_gap, coarse.mean_gap, truth.mean_gap),
     ] {
         let (value, error) = found.expect("it is extrapolated");
-        // Nearer to the truth than the finest grid itself, and no farther off than it admits.
+        // The value is closer to the reference than the finest grid, and its error covers the deviation.
         assert!((value - truth).abs() < 0.5 * (finest - truth).abs(), "{name}: {value} {finest} {truth}");
         assert!((value - truth).abs() < error, "{name}: {value} ± {error}, {truth}");
     }
 }
 
-/// Sticky surfaces come down and go up on different branches: on the way back there is more contact at the same load, and
-/// the energy tells that it is the less stable state. Without adhesion there is one branch.
+/// With adhesion, unloading gives more contact at the same load than loading, in the less stable state of higher
+/// energy. Without adhesion the branches coincide.
 #[test]
 fn branches_are_followed() {
     let modes = Modes::new(spectrum(1.0 / 8.0), 3, 1.0).series();
@@ -126,8 +127,8 @@ fn branches_are_followed() {
     assert_eq!(dry[0].area, dry[2].area);
 }
 
-/// The largest pull is found from both sides: no mean gap has a lower pressure, just short of it load control has an
-/// equilibrium, and just beyond it the surfaces part.
+/// The maximum tension is confirmed by load control: there is an equilibrium just below it, and the surfaces separate
+/// just above.
 #[test]
 fn pulled_apart() {
     let modes = Modes::new(spectrum(1.0 / 8.0), 3, 1.0).series();
@@ -140,7 +141,7 @@ fn pulled_apart() {
     assert!(pulled.pressure < 0.0 && pulled.mean_gap > found[0].mean_gap, "{pulled:?}");
     assert!(pulled.curve.iter().all(|[_, p]| *p >= pulled.pressure));
     assert!(pulled.curve.windows(2).all(|w| w[0][0] < w[1][0]));
-    // Its error is the change from half the points a side, which there is a pull-off of, too.
+    // The error is the change from the grid with half the points per side.
     assert_eq!(pulled.coarser, Some([32, 32]));
     let fine = |n: usize| {
         let adhesion = Adhesion::exponential(gamma, COHESIVE_RESOLUTION * (gamma / n as f64).sqrt());
@@ -164,8 +165,8 @@ fn pulled_apart() {
             assert_eq!(state.stop, if last { expected } else { Stop::Converged }, "{load} {pulled:?}");
         }
     }
-    // From a load next to the largest pull the same is found; behind it there is nothing to find, which is said.
-    // Closer to it than the first step of the mean gap is wide.
+    // A load next to the maximum tension, closer than the first step of the mean gap, gives the same result. Beyond the
+    // maximum the search is refused.
     let near = [0.01, 0.5 * pulled.pressure, 0.97 * pulled.pressure, 0.99 * pulled.pressure].map(Load::Pressure);
     let (_, again) = walk(&p, "fast", RangeChoice::Mesh, &near, true);
     assert!((again.expect("asked for").pressure / pulled.pressure - 1.0).abs() < 0.01);
@@ -173,16 +174,16 @@ fn pulled_apart() {
     let path = LoadPath::new(p.clone(), method::find("fast").expect("it is there"), RangeChoice::Mesh, 0.0, &behind);
     let refused = path.walk(None, true, &NoObserver, |_, _| Ok(())).expect_err("refused").to_string();
     assert!(refused.contains("from which on it falls"), "{refused}");
-    // Nothing to pull at.
+    // Without adhesion there is no pull-off.
     let p = problem(grid, Heights::Series(&modes), Adhesion::None);
     let path = LoadPath::new(p, method::find("fast").expect("it is there"), RangeChoice::Mesh, 0.0, &[]);
     assert!(path.walk(None, true, &NoObserver, |_, _| Ok(())).expect("no load, no search").is_none());
 }
 
-/// Once it is armed, stops after a number of iterations and keeps the snapshot.
+/// Once armed, stops after a number of iterations and stores the snapshot.
 #[derive(Default)]
 struct Stopper {
-    /// Iterations to go; negative where it is not armed.
+    /// Remaining iterations; negative if not armed.
     left: AtomicI64,
     kept: Mutex<Option<SolverSnapshot>>,
 }
@@ -199,14 +200,15 @@ impl Observer for Stopper {
 
     fn snapshot(&self, s: SnapshotRef) {
         let (gap, auxiliary) = (s.gap.to_vec(), s.auxiliary.map(|b| b.to_vec()));
-        // Numbers go through the file's text.
+        // Numbers pass through JSON text, as in a checkpoint.
         let progress = serde_json::from_str(&s.progress.to_string()).expect("JSON");
         *self.kept.lock().expect("one thread") = Some(SolverSnapshot { grid: s.grid, gap, auxiliary, progress });
     }
 }
 
-/// A solve that goes on from a snapshot, written and read as JSON, ends in the same bits as one that was never stopped:
-/// wherever it was stopped, under both controls, in both precisions, in the first load of a path and in a later one.
+/// A solve continued from a snapshot that was written and read as JSON is bit-identical to an uninterrupted one: for
+/// all points of interruption, under pressure and mean-gap control, in both precisions, in the first and in a later
+/// load of a path.
 #[test]
 fn a_resumed_solve_has_the_same_bits() {
     let modes = Modes::new(spectrum(1.0 / 32.0), 3, 1.0).series();
@@ -225,7 +227,7 @@ fn a_resumed_solve_has_the_same_bits() {
         ("gfmd", sticky, Precision::F32, vec![Load::Pressure(0.02)]),
     ] {
         let method = method::find(id).expect("it is there");
-        // The paper's own methods take hundreds of iterations; bits need none of the last ones.
+        // The paper's own methods take hundreds of iterations; a comparison of bits does not need the last ones.
         let tolerance = if precision == Precision::F32 || id != "fast" { 1e-2 } else { 1e-7 };
         let p = Problem { precision, tolerance, ..problem(grid, Heights::Series(&modes), adhesion) };
         let mut run = method.start(&p, &NoObserver).expect("it starts").solver().expect("it starts");

@@ -1,5 +1,5 @@
-//! Mesh convergence without adhesion: orders of convergence, and extrapolated values against closed forms. `analytic` has the same
-//! problems on single grids.
+//! Mesh convergence without adhesion: orders of convergence, and extrapolated values against closed forms. `analytic`
+//! tests the same problems on single grids.
 
 use asperity::grid::{Grid, mean};
 use asperity::interface::Adhesion;
@@ -35,8 +35,9 @@ fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt()
 }
 
-/// 1-D wave of Westergaard (1939) at loads whose contact lines are nodes of every grid: the mean gap A(1 - r + r ln r) converges at
-/// second order, the free energy, its integral over the load, at third order. Both end nodes of a strip are in contact.
+/// 1-D wave of Westergaard (1939) at loads whose contact lines are nodes of every grid: the mean gap A(1 - r + r ln r)
+/// converges at second order, the free energy, its integral over the load, at third order. Both end nodes of a strip
+/// are in contact.
 #[test]
 fn westergaard_is_of_second_order() {
     /// Tolerances of the orders at 192 to 768 points; measured: 0.05 and 0.01.
@@ -74,10 +75,10 @@ fn westergaard_is_of_second_order() {
 const LATTICE: f64 = -3.900_264_92;
 const LATTICE_CUBED: f64 = 9.033_62;
 
-/// An axisymmetric indenter h = r²/2R + c r⁴ with contact radius a, one per square cell of length L: force, and approach
-/// of the bodies' mean planes. Without images: Hertz, and Galin's r⁴ (δ = 8/3 c a⁴, F = 64/15 c a⁵). Images lift the
-/// surface between contacts by F/π (Σ1/r + (r² + s²) Σ1/r³/4), s² = 2a²/5 the mean square of the radius over a pressure of
-/// Hertz: a constant and a curvature. The next term is of fifth order in a/L.
+/// An axisymmetric indenter h = r²/2R + c r⁴ with contact radius a, one per square cell of length L: force, and
+/// approach of the mean planes of the bodies. Without images: Hertz, and Galin's solution for r⁴ (δ = 8/3 c a⁴, F =
+/// 64/15 c a⁵). Images displace the surface by F/π (Σ1/r + (r² + s²) Σ1/r³/4), with the mean square radius s² = 2a²/5
+/// of the Hertzian pressure: a constant and a curvature. The next term is of fifth order in a/L.
 fn indenter(a: f64, (radius, quartic): (f64, f64), cell: f64) -> (f64, f64) {
     let images = LATTICE_CUBED / (2.0 * PI * cell.powi(3));
     let force =
@@ -88,7 +89,7 @@ fn indenter(a: f64, (radius, quartic): (f64, f64), cell: f64) -> (f64, f64) {
     (force, approach)
 }
 
-/// Contact radius under a force, approach there, and the work ∫ F dδ up to there, which is the elastic energy.
+/// Contact radius at a force, approach, and the work ∫ F dδ, which is the elastic energy.
 fn under_force(force: f64, shape: (f64, f64), cell: f64) -> (f64, f64, f64) {
     let (mut low, mut high) = (0.0, 0.25 * cell);
     for _ in 0..100 {
@@ -102,13 +103,13 @@ fn under_force(force: f64, shape: (f64, f64), cell: f64) -> (f64, f64, f64) {
     (low, points[steps].1, work)
 }
 
-/// Hertz: approach and elastic energy converge at least at second order, the counted area at first order; perimeter correction and
-/// extrapolation improve the area. Errors scatter with the position of contact lines on the grid and are averaged over three loads and
-/// three positions of the sphere.
+/// Hertz: approach and elastic energy converge at least at second order, the node count of the area at first order;
+/// perimeter correction and extrapolation reduce the error of the area. Errors depend on the position of contact lines
+/// on the grid and are averaged over three loads and three positions of the sphere.
 #[test]
 fn hertz_converges_at_second_order() {
-    /// Contact radii of 3.9 to 5.9 nodes on the coarsest grid and 16 to 23 on the finest, at most L/11: the error of the closed form is
-    /// 1e-6 of the approach.
+    /// Contact radii of 3.9 to 5.9 nodes on the coarsest grid and 16 to 23 on the finest, at most L/11: the error of
+    /// the closed form is 1e-6 of the approach.
     const FORCES: [f64; 3] = [3e-4, 5.5e-4, 1e-3];
     let shape = (1.0, 0.0);
     // Per grid, relative errors of approach, elastic energy, counted and corrected area.
@@ -137,7 +138,8 @@ fn hertz_converges_at_second_order() {
     falls(&errors.map(|found| found.map(|e| rms(&e))));
 }
 
-/// Checks the orders of rms errors of approach, elastic energy, counted and corrected area on successively doubled grids.
+/// Checks the orders of rms errors of approach, elastic energy, counted and corrected area on successively doubled
+/// grids.
 fn falls(errors: &[[f64; 4]; 3]) {
     /// Smallest orders: approach and energy (measured: 1.85 to 3.0), counted area (measured: 0.8 to 1.4).
     const ORDER: f64 = 1.7;
@@ -152,8 +154,8 @@ fn falls(errors: &[[f64; 4]; 3]) {
 }
 
 /// h = D cos cos at a small load: contacts at the low points are Hertzian with a quartic term and images.
-/// Per unit cell two, on a square lattice of length 1/√2; near a low point h = D(q²r²/2 - q⁴r⁴/16) on average over the
-/// directions.
+/// There are two per unit cell, on a square lattice of length 1/√2. Near a low point h = D(q²r²/2 - q⁴r⁴/16), averaged
+/// over directions.
 #[test]
 fn two_dimensional_sinusoid_converges_at_second_order() {
     let (amplitude, q) = (0.02, 2.0 * PI);
@@ -186,7 +188,8 @@ fn two_dimensional_sinusoid_converges_at_second_order() {
 /// D(1 - 2a) + (2p/π) ln sin πa.
 #[test]
 fn flat_punches_in_a_row() {
-    /// Tolerance of the first order, due to the singular edges; measured: 0.003 in the mean gap, slightly less in stresses.
+    /// Tolerance of the first order, due to the singular edges; measured: 0.003 in the mean gap, slightly less in
+    /// stresses.
     const ORDER: f64 = 0.05;
     /// Relative difference of energies converged to residuals of 1e-9 of the pressure; measured: 1e-15.
     const AGREEMENT: f64 = 1e-9;

@@ -1,5 +1,5 @@
-//! Methods that know a surface by its statistics, and one that knows its long waves: against closed forms, against a solver
-//! and against what the challenge paper error_of of them.
+//! Estimators based on surface statistics, and one based on the long waves, against closed forms, a solver and the
+//! challenge paper.
 
 use asperity::grid::Grid;
 use asperity::interface::{Adhesion, Base, Elastic, Layer, PenaltyWall, Wall};
@@ -51,7 +51,7 @@ fn near(a: f64, b: f64, tolerance: f64) -> bool {
     (a - b).abs() <= tolerance * b.abs()
 }
 
-/// The challenge's surface with a longer cut-off, all of whose waves the grid resolves.
+/// The challenge's surface with a longer cut-off wavelength; the grid resolves all waves.
 fn rough(n: usize, lambda_s: f64) -> (Grid, Vec<f64>) {
     let grid = Grid::unit(n, n);
     let spectrum = Spectrum { lambda_s, ..Spectrum::CHALLENGE };
@@ -126,7 +126,7 @@ fn resolved() -> (Grid, Vec<f64>, PowerSpectrum) {
     (grid, heights, power)
 }
 
-/// Unsupported problems give an error of one line that names the key.
+/// Unsupported problems give a one-line error that names the key.
 #[test]
 fn unsupported_problems_are_errors() {
     let (grid, heights, power) = resolved();
@@ -237,8 +237,8 @@ fn persson_areas_are_error_functions() {
     }
 }
 
-/// Mean gaps for the challenge's spectrum in µm by an independent quadrature of the published integral, with the original and the fitted
-/// energy factor.
+/// Mean gaps for the challenge's spectrum, µm, against an independent quadrature of the published integral, with the
+/// original and the fitted energy factor.
 #[test]
 fn persson_mean_gaps_agree_with_quadrature() {
     let power = challenge();
@@ -253,7 +253,7 @@ fn persson_mean_gaps_agree_with_quadrature() {
     assert!(near(100.0 * estimated(&original, "persson", 0.01).gap, 1.434, 0.012));
 }
 
-/// Comparison with differences.
+/// The stiffness equals a difference quotient of the mean gap.
 #[test]
 fn persson_and_scgw_stiffness_is_the_slope_of_the_gap() {
     let power = challenge();
@@ -298,8 +298,8 @@ fn apart(distribution: &Distribution, total: f64, values: &[f64]) -> f64 {
     apart
 }
 
-/// S22: largest difference of the cumulative distributions of contact stresses from those of `bvm`; smaller for the narrower distribution
-/// of the form with larger areas.
+/// S22: largest difference of the cumulative distributions of contact stress from those of `bvm`. The narrower
+/// distribution of the form with larger areas has a smaller difference.
 #[test]
 fn persson_stress_distribution_agrees_with_bvm() {
     let (grid, heights, power) = resolved();
@@ -345,8 +345,9 @@ fn persson_gap_distribution_has_the_mean_gap() {
     }
 }
 
-/// S34: the mean gap is within 20 % of `bvm` above p* = 5e-3, for the realised spectrum. The original theory underestimates areas by 20 to
-/// 30 % (S33: contact pressures are high); the form with 2 p* at small loads is within 20 % (S07).
+/// S34: the mean gap is within 20 % of `bvm` above p* = 5e-3, for the realised spectrum. The original theory
+/// underestimates areas by 20 to 30 % (S33: contact pressures are high); the form with 2 p* at small loads is within 20
+/// % (S07).
 #[test]
 fn persson_area_and_gap_agree_with_bvm() {
     let (grid, heights, power) = resolved();
@@ -367,8 +368,8 @@ fn persson_area_and_gap_agree_with_bvm() {
     }
 }
 
-/// Adhesion increases the area and hardly changes the mean gap. The area remains proportional to small pressures (S33), does not depend on
-/// the range, and tends to that without adhesion as the work of adhesion vanishes.
+/// Adhesion increases the area and hardly changes the mean gap. The area remains proportional to small pressures (S33),
+/// does not depend on the range, and tends to the area without adhesion as the work of adhesion vanishes.
 #[test]
 fn persson_with_adhesion() {
     let power = challenge();
@@ -440,7 +441,7 @@ fn scgw_underestimates_the_area_of_bvm() {
     }
 }
 
-/// Octaves without adhesion give κ of about 2.3; the load is balanced in all bands.
+/// Octaves without adhesion give a κ of about 2.3; the load is balanced in all bands.
 #[test]
 fn ms_archard_area_by_band_ratio() {
     let power = challenge();
@@ -498,8 +499,8 @@ fn ms_archard_full_contact_pressure() {
     assert!(high < 0.8 && estimated(&of(&power), "ms-archard", high).contact_fraction == 1.0);
 }
 
-/// S31: at small loads the mean gap of the long waves is within 20 % of that of the surface for all cut-offs; the area is of the order of
-/// that of `bvm`.
+/// S31: at small loads the mean gap of the long waves is within 20 % of that of the surface for all cut-offs; the area
+/// is of the order of that of `bvm`.
 #[test]
 fn rl_archard_gap_agrees_with_bvm() {
     let (grid, heights) = rough(256, 1.0 / 64.0);

@@ -1,4 +1,4 @@
-//! What a case at the extremes is tried with.
+//! Methods and precisions of the tests of extreme cases.
 
 use asperity::method::{Precision, Problem};
 

@@ -1,4 +1,4 @@
-//! Which setting to take for a scene, from what was measured on others.
+//! Choice of a method, grid, precision and tolerance for a scene from measurements on other scenes.
 
 mod table;
 
@@ -11,42 +11,43 @@ use crate::method::{Kind, find};
 use crate::record::advice::Advice;
 use crate::record::quantity::Quantity;
 
-/// Exponent of a cost in the number of points where a table has one grid of a method: that of the paper's own figures (1 min at
-/// 1k points a side, 1 h at 4k, three weeks at 32k).
+/// Exponent of the cost in the number of points for methods measured on one grid only. It follows from the challenge
+/// paper (1 min at 1024² points, 1 h at 4096², three weeks at 32768²).
 const GROWTH: f64 = 1.5;
 
-/// Share by which points or loads may lie beyond those measured and count as the same.
+/// Relative tolerance of point numbers and loads at the limits of the measured range.
 const SAME: f64 = 1e-6;
 
-/// Factor by which the shortest wave of a surface may differ from that of a measured one. Errors are carried over at equal
-/// points per shortest wave, which keeps those of areas; of gaps, which live on the long waves, it keeps a bound where the
-/// measured surface has fewer waves, and less than that where it has more.
+/// Largest ratio of the shortest wavelengths of target and measured surface, and largest inverse ratio. Errors are
+/// transferred at equal points per shortest wavelength. This preserves errors of areas. Errors of gaps depend on the
+/// long waves: they are bounds if the measured surface has a narrower spectrum, and may be larger if it has a wider
+/// one.
 const LIKE_WAVES: f64 = 4.0;
 
-/// The scene that is to be solved.
+/// The scene to be solved.
 #[derive(Debug, Clone)]
 pub struct Target {
-    /// Shortest wave of its surface over L.
+    /// Shortest wavelength of the surface over L.
     pub shortest_wavelength: f64,
-    /// Points a side of a surface that has its own grid.
+    /// Points per side of a surface that is given on a grid.
     pub own_grid: Option<usize>,
-    /// Extent in y over that in x.
+    /// Cell size along y over that along x.
     pub aspect: f64,
     pub kernel: String,
-    /// In words; none without adhesion.
+    /// Description of the adhesion law; `None` without adhesion.
     pub adhesion: Option<String>,
     pub p_star: Vec<f64>,
 }
 
-/// The limit: an error, as a relative deviation, or a time, s.
+/// Upper limit: an error as relative deviation, or a time, s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Limit {
     Error(f64),
     Seconds(f64),
 }
 
-/// All that the tables know of a quantity, for a target: points per shortest wave are kept. Of a setting that several surfaces
-/// were measured in, the larger error and cost.
+/// All measured settings that provide the quantity, transferred to the target at equal points per shortest wavelength.
+/// For settings measured on several surfaces the largest error and cost are taken.
 pub fn candidates(tables: &[Table], target: &Target, quantity: Quantity) -> Vec<Advice> {
     let mut found: Vec<Advice> = Vec::new();
     let each = tables.iter().flat_map(|t| t.lines.iter().map(move |l| (t, l)));
@@ -59,7 +60,7 @@ pub fn candidates(tables: &[Table], target: &Target, quantity: Quantity) -> Vec<
     found
 }
 
-/// Whether two advise the same setting, both within what was measured or both beyond.
+/// Whether two candidates have the same setting, both within the measured range or both outside.
 fn alike(a: &Advice, b: &Advice) -> bool {
     (&a.method, a.grid, &a.precision, a.extrapolated.is_empty())
         == (&b.method, b.grid, &b.precision, b.extrapolated.is_empty())
@@ -84,7 +85,7 @@ fn join(a: &mut Advice, b: &Advice) {
 
 fn candidate((tables, table): (&[Table], &Table), line: &Line, target: &Target, quantity: Quantity) -> Option<Advice> {
     let s = &line.setting;
-    // What knows no adhesion was held against another problem, in a scene that has some.
+    // In a scene with adhesion, methods without adhesion were compared with a different reference solution.
     if s.adhesive != target.adhesion.is_some() || table.is_adhesive() != s.adhesive {
         return None;
     }
@@ -96,7 +97,7 @@ fn candidate((tables, table): (&[Table], &Table), line: &Line, target: &Target, 
         None if same(exact, s.nx as f64) => s.nx,
         None => next_fast_len((exact * (1.0 - SAME)).ceil() as usize),
     };
-    // A grid that is given may have more points a wave than was measured, and none fewer.
+    // A given grid may have more points per wavelength than was measured, but not fewer.
     if (grid as f64) < exact * (1.0 - SAME) {
         return None;
     }
@@ -121,11 +122,11 @@ fn candidate((tables, table): (&[Table], &Table), line: &Line, target: &Target, 
         let [asked, had] = [target.shortest_wavelength, table.shortest_wavelength].map(|w| (1.0 / w).round());
         extrapolated.push(format!("waves down to L/{asked}, where L/{had} was measured"));
     }
-    // What an estimate leaves out is no matter of its grid: no measurement covers other waves.
+    // The model error of an estimate does not depend on the grid: measurements apply only to the same spectrum.
     if !same(ratio, 1.0) && find(&s.method).is_some_and(|m| m.card().kind == Kind::Estimate) {
         return None;
     }
-    // Nor is how well a grid resolves adhesion, whose range has a length of its own.
+    // With adhesion the error also depends on the resolution of its range, which is an independent length.
     if !same(ratio, 1.0) && target.adhesion.is_some() {
         let [asked, had] = [target.shortest_wavelength, table.shortest_wavelength].map(|w| (1.0 / w).round());
         extrapolated
@@ -167,7 +168,8 @@ fn candidate((tables, table): (&[Table], &Table), line: &Line, target: &Target, 
     })
 }
 
-/// Errors at the loads of a target: of each the larger one of the measured loads about it. None where one of these has none.
+/// Errors at the target's loads: the larger one of the two neighbouring measured loads. `None` if one of these has no
+/// error.
 fn at_loads(table: &Table, errors: &[Option<f64>], loads: &[f64]) -> Option<Vec<f64>> {
     let known: Vec<(f64, Option<f64>)> = table.p_star.iter().copied().zip(errors.iter().copied()).collect();
     if known.is_empty() || loads.is_empty() {
@@ -182,7 +184,8 @@ fn at_loads(table: &Table, errors: &[Option<f64>], loads: &[f64]) -> Option<Vec<
     loads.iter().map(at).collect()
 }
 
-/// The cheapest within an error, or of least error within a time; of equal ones the cheaper.
+/// The cheapest candidate within an error limit, or the most accurate one within a time limit and the cheaper of two
+/// equal ones.
 pub fn choose(candidates: &[Advice], quantity: Quantity, limit: Limit) -> Option<&Advice> {
     let cheaper = |a: &&Advice, b: &&Advice| a.expected_seconds.total_cmp(&b.expected_seconds);
     match limit {
@@ -203,7 +206,8 @@ mod tests {
     use crate::record::tradeoff::Setting;
     use std::collections::BTreeMap;
 
-    /// Errors that fall with the grid's points a side and rise with the load, costs that grow as its points to the power of 1.2.
+    /// Errors inversely proportional to the points per side and increasing with load; costs proportional to the number
+    /// of points to the power of 1.2.
     fn table() -> Table {
         let line = |nx: usize, method: &str, factor: f64| Line {
             setting: Setting {
@@ -243,8 +247,8 @@ mod tests {
         }
     }
 
-    /// On the measured surface the cheapest setting is that of the table, at half its cost for half of the loads, with the error
-    /// of the worse of the two loads about the target.
+    /// For the measured surface the table's own setting is chosen. Half the number of loads takes half the time; the
+    /// error is that of the worse of the two neighbouring loads.
     #[test]
     fn the_cheapest_within_an_error_and_the_best_within_a_time() {
         let all = candidates(&[table()], &target(0.04), Quantity::MeanGap);
@@ -263,7 +267,7 @@ mod tests {
         assert!(candidates(&[table()], &target(0.04), Quantity::Stiffness).is_empty());
     }
 
-    /// Waves of half the length need twice the points a side, and cost what the fitted exponent says.
+    /// Half the shortest wavelength needs twice the points per side; the cost follows the fitted exponent.
     #[test]
     fn points_per_wave_are_kept() {
         let all = candidates(&[table()], &target(0.02), Quantity::MeanGap);
@@ -271,24 +275,24 @@ mod tests {
         assert_eq!((best.grid, best.extrapolated.len()), (256, 0));
         assert!((best.expected_seconds / (0.5 * 65536f64.powf(1.2) / 1e4) - 1.0).abs() < 1e-9, "{best:?}");
         assert!(best.exponent.is_some_and(|e| (e - 1.2).abs() < 1e-9));
-        // Beyond the finest grid that was measured it is an extrapolation, and is marked as one.
+        // A grid finer than all measured ones is marked as an extrapolation.
         let finest = choose(&all, Quantity::MeanGap, Limit::Error(0.03)).expect("one");
         assert!(finest.grid == 512 && finest.extrapolated[0].contains("512"), "{finest:?}");
         let far = Target { p_star: vec![0.5], kernel: "layer".into(), ..target(0.04) };
         assert!(candidates(&[table()], &far, Quantity::MeanGap).iter().all(|a| a.extrapolated.len() == 2));
-        // What an estimate leaves out is another thing on another surface, of which nobody knows.
+        // Model errors of an estimate are not transferred to another spectrum.
         let mut estimate = table();
         estimate.lines.iter_mut().for_each(|l| l.setting.method = "persson".into());
         let told = |wave: f64| candidates(&[estimate.clone()], &target(wave), Quantity::MeanGap);
         assert!(told(0.04)[0].extrapolated.is_empty() && told(0.02).is_empty());
-        // Waves of another world, and a scene with adhesion in a table without.
+        // A very different shortest wavelength is marked as an extrapolation.
         let own_grid = Some(256);
         let other = Target { own_grid, ..target(0.2) };
         assert!(candidates(&[table()], &other, Quantity::MeanGap)[0].extrapolated[0].contains("waves"));
     }
 
-    /// A scene with adhesion is served by tables with the same adhesion, and one without by those without, whatever knew none
-    /// in the former; nor are waves of another length the same thing.
+    /// A scene with adhesion uses only measurements with adhesion, and a scene without adhesion only those without.
+    /// Another law or another shortest wavelength is marked as an extrapolation.
     #[test]
     fn adhesion_is_served_by_adhesion() {
         let with = |word: &str, wave: f64| Target { adhesion: Some(word.into()), ..target(wave) };
@@ -304,12 +308,12 @@ mod tests {
         assert_eq!(beyond(&with("exponential", 0.04)), [0; 6]);
         assert_eq!(beyond(&with("another", 0.04)), [1; 6]);
         assert_eq!(beyond(&with("exponential", 0.02))[..4], [1; 4]);
-        // Dry: the one table's six, each of one surface.
+        // Without adhesion: the six settings of the first table, each measured on one surface.
         let dry = candidates(&[table(), adhesive], &target(0.04), Quantity::MeanGap);
         assert!(dry.len() == 6 && dry.iter().all(|a| a.surfaces == 1), "{dry:?}");
     }
 
-    /// Of two surfaces the worse error and the larger cost count.
+    /// For two surfaces the larger error and the larger cost are taken.
     #[test]
     fn surfaces_join() {
         let mut worse = table();

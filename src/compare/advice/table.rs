@@ -1,4 +1,4 @@
-//! What was measured of one surface, as advice needs it: settings with their costs and their errors load by load.
+//! Measured costs and errors of settings on one surface, per load.
 
 use crate::interface::Adhesion;
 use crate::record::atomic_file::write_atomic;
@@ -11,23 +11,23 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 
-/// Errors load by load; `null` where a load has none.
+/// Errors per load; `null` where a load has none.
 type ByLoad = Vec<Option<f64>>;
 
-/// Digits that errors and costs keep in a table.
+/// Significant digits of errors and costs in a table.
 const DIGITS: usize = 3;
 
-/// Raised when a field changes meaning; a reader refuses a newer one.
+/// Increased when a field changes its meaning; files with another schema are refused.
 const SCHEMA: u32 = 3;
 
-/// The tables that are part of the program: `make measured` writes them.
+/// The tables included in the program, written by `make measured`.
 const SHIPPED: &str = include_str!("../../../data/measured.json");
 
 /// A file of tables.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Tables {
     pub schema: u32,
-    /// The command that made it, and what it ran on.
+    /// Command and machine of the measurements.
     pub provenance: String,
     pub tables: Vec<Table>,
 }
@@ -37,15 +37,15 @@ impl Tables {
         Tables { schema: SCHEMA, provenance, tables }
     }
 
-    /// What was measured on the shipped scenes.
+    /// The tables included in the program, measured on the shipped scenes.
     pub fn shipped() -> Tables {
         serde_json::from_str(SHIPPED).expect("a file of this program, read by its tests")
     }
 
-    /// Tables of a file: of one like the shipped one, or `tradeoff.json`.
+    /// Tables of a file in the format of [`Tables::write`], or the table of a `tradeoff.json`.
     ///
     /// # Errors
-    /// A file that is neither, or one of another schema.
+    /// Another format or another schema.
     pub fn read(file: &Path) -> Result<Vec<Table>> {
         let found: serde_json::Value = json::read(file)?;
         if found.get("points").is_some() {
@@ -58,7 +58,7 @@ impl Tables {
         Ok(json::read_schema::<Tables>(file, SCHEMA)?.tables)
     }
 
-    /// Writes the file, a setting a line.
+    /// Writes the file with one setting per line.
     pub fn write(&self, file: &Path) -> Result<()> {
         write_atomic(file, |w| {
             let provenance = serde_json::to_string(&self.provenance)?;
@@ -81,10 +81,10 @@ impl Tables {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Table {
     pub name: String,
-    /// Where the surface is from, and its shortest wave over L.
+    /// Origin of the surface.
     pub surface: String,
     pub shortest_wavelength: f64,
-    /// Loads; empty under control of the mean gap.
+    /// Loads; empty if the mean gap is imposed.
     pub p_star: Vec<f64>,
     pub kernel: String,
     pub adhesion: String,
@@ -93,26 +93,26 @@ pub struct Table {
     pub lines: Vec<Line>,
 }
 
-/// A setting, what it took for all loads, and how far it was from the reference.
+/// A setting, its wall time for all loads, and its errors against the reference.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Line {
     #[serde(flatten)]
     pub setting: Setting,
     /// Wall time, s.
     pub seconds: f64,
-    /// No less than what is uncertain of the reference, and no less than those of settings that are finer in every way: an error
-    /// that happens to change its sign between two grids is small by chance.
+    /// At least the uncertainty of the reference and the errors of all settings that are finer in every respect: an
+    /// error that changes sign between two grids may be small by chance.
     pub errors: BTreeMap<Quantity, ByLoad>,
 }
 
 impl Table {
-    /// The measured points of a benchmark, without those that have no errors.
+    /// The points of a benchmark that have errors.
     pub fn of(told: &Tradeoff) -> Table {
         let tells = |p: &&TradeoffPoint| p.unavailable_reason.is_none() && p.setting.is_grid() && !p.loads.is_empty();
         let known: Vec<&TradeoffPoint> = told.points.iter().filter(tells).collect();
         let lines = known.iter().map(|p| Line {
             setting: p.setting.clone(),
-            // On a machine with other work the clock runs longer than all threads together.
+            // On a busy machine the wall time exceeds the sum of the CPU times of all threads.
             seconds: rounded(p.cost.wall_seconds.min(p.cost.cpu_seconds), DIGITS),
             errors: Quantity::COMPARED.into_iter().filter_map(|m| Some((m, reliable(&known, p, m)?))).collect(),
         });
@@ -129,12 +129,12 @@ impl Table {
         }
     }
 
-    /// Whether its surface was measured with adhesion.
+    /// Whether the measurements include adhesion.
     pub fn is_adhesive(&self) -> bool {
         self.adhesion != Adhesion::None.to_string()
     }
 
-    /// Lines of a method on grids in one precision and to one tolerance: those of which there are most.
+    /// Grids of a method at one precision and tolerance: the pair with the most grids.
     pub fn grids(&self, method: &str, adhesive: bool) -> Vec<&Line> {
         let of = |l: &&Line| l.setting.method == method && l.setting.adhesive == adhesive;
         let how = |l: &Line| (l.setting.precision.clone(), l.setting.tolerance);
@@ -144,12 +144,12 @@ impl Table {
     }
 }
 
-/// To so many digits, as they are printed.
+/// Rounds to `digits` significant digits.
 fn rounded(value: f64, digits: usize) -> f64 {
     format!("{value:.0$e}", digits - 1).parse().unwrap_or(value)
 }
 
-/// Whether a setting is as fine as another in every way.
+/// Whether `a` has at least the resolution, tolerance and precision of `b`.
 fn as_fine(a: &Setting, b: &Setting) -> bool {
     let single = |s: &Setting| s.precision == "f32";
     (&a.method, a.adhesive) == (&b.method, b.adhesive)
@@ -158,7 +158,7 @@ fn as_fine(a: &Setting, b: &Setting) -> bool {
         && (single(b) || !single(a))
 }
 
-/// Errors of a point load by load, those by chance left out. None of what it does not provide.
+/// Errors of a point per load, without accidentally small ones. `None` if the point does not provide the quantity.
 fn reliable(known: &[&TradeoffPoint], point: &TradeoffPoint, quantity: Quantity) -> Option<ByLoad> {
     let found = |p: &TradeoffPoint, i: usize| p.loads.get(i)?.errors.get(&quantity).copied();
     let reference = known.iter().find(|p| p.is_reference && p.setting.adhesive == point.setting.adhesive);
@@ -227,7 +227,7 @@ mod tests {
         }
     }
 
-    /// An error that is small between two of another sign is no merit of its grid, nor is one below the reference's own.
+    /// A small error at a change of sign is replaced by the errors of finer grids and of the reference.
     #[test]
     fn errors_by_chance_do_not_count() {
         let table = Table::of(&told(&[(64, 0.04, false), (128, 0.0001, false), (256, 0.02, false), (512, 0.03, true)]));
