@@ -1,7 +1,7 @@
 //! Audit of a scale-down: the dimensionless groups of the original problem (target) and of the block of atoms (actual).
 //!
-//! A group is *kept* if both agree within [`SAME`], *unreachable* if atoms cannot have the target value, and *changed* if they
-//! could but this block does not. Every reason states the value used, with its unit.
+//! A group is *kept* if both agree within [`SAME`], *unreachable* if a block of atoms cannot have the target value,
+//! and *changed* if it could but this block does not. Every reason states the value used, with its unit.
 
 use std::f64::consts::{PI, SQRT_2};
 
@@ -13,12 +13,14 @@ use crate::interface::{Base, Layer};
 use crate::record::results::AuditLine;
 use crate::units::{ANGSTROM_M, Scales};
 
-/// Relative tolerance of equal values: below the resolution of atoms, above the rounding of quoted inputs such as 3.4878e-3 eV/Å².
+/// Relative tolerance of equal values: below the resolution of atoms, above the rounding of quoted inputs such as
+/// 3.4878e-3 eV/Å².
 pub const SAME: f64 = 1e-3;
-/// Measured for flats: with 25 or more distinct positions of crystal atoms in the net's cell, adhesion is within 1 % of its areal
-/// law for ranges from 0.5 Å; with one position it is off by up to 80 % at 0.2 Å.
+/// Minimum number of distinct positions of crystal atoms in the cell of the indenter's net. Measured for flats: with
+/// 25 positions or more, adhesion is within 1 % of its areal law for ranges from 0.5 Å; with one position it is off
+/// by up to 80 % at 0.2 Å.
 pub const FEWEST_REGISTRIES: usize = 25;
-/// Relative stiffening, compared with the half-space, below which a wave is unaffected by the depth of the slab.
+/// Relative stiffening by the finite depth of the slab below which a wave is treated as on a half-space.
 const HALF_SPACE: f64 = 0.02;
 
 /// Input of the audit. Lengths are reduced (unit: the cell's extent) or in Å as the names indicate.
@@ -28,10 +30,10 @@ pub struct AuditInput {
     pub actual: Actual,
 }
 
-/// The original problem, dimensionless.
+/// The original problem in dimensionless form.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Target {
-    /// Mean pressure over E* times the full spectrum's rms gradient.
+    /// Mean pressure over E* times the rms gradient of the full spectrum.
     pub p_star: f64,
     /// Work of adhesion over E* L; 0 without adhesion.
     pub gamma: f64,
@@ -70,7 +72,7 @@ pub struct Actual {
     pub lambda_min_angstrom: f64,
     /// R_c after the low-pass, Å.
     pub curvature_radius_angstrom: f64,
-    /// The indenter's atoms: points along x, over the crystal cells along x.
+    /// Indenter atoms along x; crystal cells along x.
     pub net_points: usize,
     pub crystal_cells: usize,
 }
@@ -241,8 +243,8 @@ fn spacing(actual: &Actual) -> AuditLine {
     line("indenter spacing", "s/d_c", target / CONTACT_DISTANCE_ANGSTROM, s / CONTACT_DISTANCE_ANGSTROM, true, reason)
 }
 
-/// Number of distinct positions of the atoms of an fcc (100) surface in the cell of a square net with `points` per `cells` lattice
-/// constants; 1 for a net in registry with the crystal.
+/// Number of distinct positions of the atoms of an fcc (100) surface in the cell of a square net with `points` per
+/// `cells` lattice constants; 1 for a net in registry with the crystal.
 pub fn distinct_registries(points: usize, cells: usize) -> usize {
     let divisor = gcd(points.max(1), cells.max(1));
     let (p, q) = (points.max(1) / divisor, cells.max(1) / divisor);

@@ -1,16 +1,16 @@
 //! The block: a face-centred cubic crystal with a (100) surface, deformable cells above a rigid base.
 //!
-//! Lengths are in Å. No positions are stored: an id identifies a lattice site, from which position, layer and surface site follow.
-//! Layers are numbered from the lowest of the base upwards, ids start at 1 and increase layer by layer.
+//! Lengths are in Å. No positions are stored: an id identifies a lattice site, from which position, layer and surface
+//! site follow. Layers are numbered from the lowest of the base upwards, ids start at 1 and increase layer by layer.
 
 use crate::{Error, Result};
 
-/// Height of the lowest layer above the bottom of the box, Å. Atoms exactly at the fixed boundary are lost in LAMMPS as soon as
-/// one moves.
+/// Height of the lowest layer above the bottom of the box, Å. Atoms exactly at the fixed boundary are lost in LAMMPS
+/// as soon as one moves.
 pub const FLOOR_GAP_ANGSTROM: f64 = 2.0;
 
-/// Offset of lattice sites from the box faces in x and y, fraction of a cell. The nearest site is then a quarter cell from the
-/// periodic boundary, and small displacements do not move atoms across it between frames.
+/// Offset of lattice sites from the box faces in x and y, fraction of a cell. The nearest site is then a quarter cell
+/// from the periodic boundary, and small displacements do not move atoms across it between frames.
 const INSET_CELLS: f64 = 0.25;
 
 /// Smallest number of cells along an edge: with fewer, the indenter has fewer than nine points across.
@@ -19,8 +19,8 @@ pub const MIN_CELLS: usize = 4;
 /// Standard LAMMPS builds count atoms in 32 bits.
 pub const MAX_ATOMS: u64 = i32::MAX as u64;
 
-/// `cells` × `cells` × `depth_cells` deformable cubic cells on `base_layers` layers without forces. The base is rigid, or moves
-/// with an elastic foundation of `foundation_cells` cells below the deformable ones.
+/// `cells` × `cells` × `depth_cells` deformable cubic cells on `base_layers` layers without forces. The base is
+/// rigid, or moves with an elastic foundation of `foundation_cells` cells below the deformable ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Block {
     pub cells: usize,
@@ -211,8 +211,8 @@ impl SurfaceSites {
 
     /// Index of the site nearest to a point of the periodic plane.
     ///
-    /// In half cells (X, Y) the sites are the integer points with X + Y of one parity, and hence integer points of the rotated
-    /// coordinates p = (X+Y-c)/2, q = (X-Y-c)/2, whose Voronoi cells are squares along p and q.
+    /// In half cells (X, Y) the sites are the integer points with X + Y of one parity, and hence integer points of
+    /// the rotated coordinates p = (X+Y-c)/2, q = (X-Y-c)/2, whose Voronoi cells are squares along p and q.
     pub fn nearest(&self, x: f64, y: f64) -> usize {
         let half = 0.5 * self.block.a0;
         let parity = ((self.block.layers() - 1) % 2) as f64;

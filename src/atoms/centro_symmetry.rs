@@ -1,9 +1,10 @@
-//! Defect atoms by the centro-symmetry parameter of the twelve nearest neighbours (Kelchner, Plimpton & Hamilton, Phys. Rev. B 58
-//! (1998) 11085, with the pairs as in LAMMPS).
+//! Defect atoms by the centro-symmetry parameter of the twelve nearest neighbours (Kelchner, Plimpton & Hamilton,
+//! Phys. Rev. B 58 (1998) 11085, with the pairs as in LAMMPS).
 //!
-//! P = Σ |r_i + r_j|² over the six most opposite pairs of the twelve nearest neighbours. A uniformly strained fcc crystal has P =
-//! 0 at any strain; under a contact strains reach 0.2, for which a common-neighbour analysis with a fixed cut-off reports a
-//! different crystal. In a stacking fault P = a0²/2, around a partial dislocation about a0²/8, at a free (100) surface 3 a0²/2.
+//! P = Σ |r_i + r_j|² over the six most opposite pairs of the twelve nearest neighbours. A uniformly strained fcc
+//! crystal has P = 0 at any strain; under a contact strains reach 0.2, for which a common-neighbour analysis with a
+//! fixed cut-off reports a different crystal. In a stacking fault P = a0²/2, around a partial dislocation about
+//! a0²/8, at a free (100) surface 3 a0²/2.
 
 use super::block::Block;
 use super::dump::Frame;
@@ -12,12 +13,12 @@ use rayon::prelude::*;
 
 const NEIGHBOURS: usize = 12;
 
-/// P over a0² above which an atom is a defect atom: half the value around a partial dislocation. Elastic load histories (8 nm,
-/// resolved slope 0.21, p* up to 0.054) stay below 0.01 under the masked layers.
+/// P over a0² above which an atom is a defect atom: half the value around a partial dislocation. Elastic load
+/// histories (8 nm, resolved slope 0.21, p* up to 0.054) stay below 0.01 under the masked layers.
 pub const THRESHOLD: f64 = 0.06;
 
-/// Layers from the top that are not analysed. The first has no neighbours above, and under the second the contact strain varies so
-/// strongly from atom to atom that P reaches 0.055 a0² in an elastic state (p* = 0.054 at 8 nm).
+/// Layers from the top that are not analysed. The first has no neighbours above, and under the second the contact
+/// strain varies so strongly from atom to atom that P reaches 0.055 a0² in an elastic state (p* = 0.054 at 8 nm).
 pub const MASKED_LAYERS: usize = 2;
 
 /// Number of defect atoms up to which there is no yield: one point defect. Elastic steps have none.
@@ -84,7 +85,8 @@ fn centro_symmetry(near: &mut [[f64; 3]]) -> f64 {
     six.iter().sum()
 }
 
-/// Points in cubic bins no narrower than a lattice constant: the twelve neighbours, at 0.71 of it, are in the 27 adjacent bins.
+/// Points in cubic bins no narrower than a lattice constant: the twelve neighbours, at 0.71 of it, are in the 27
+/// adjacent bins.
 struct Bins {
     length: f64,
     across: i64,

@@ -1,21 +1,22 @@
-//! Areal repulsion law of a wall whose surface atoms deform individually: an atom directly below an indenter atom carries more
-//! than the mean force and is pushed in, an atom between indenter atoms carries less and protrudes.
+//! Areal repulsion law of a wall whose surface atoms deform individually: an atom directly below an indenter atom
+//! carries more than the mean force and is pushed in, an atom between indenter atoms carries less and protrudes.
 //!
-//! An atom under the force f, where the mean force is ⟨f⟩, stands c (⟨f⟩ - f) above the surface of the continuum. With F(z) the
-//! force of the net on a rigid atom at the distance z, which depends on the position under the net, f = F(z + c f), where z is the
-//! distance of an unloaded atom; the distance of the mean surface is z + c ⟨f⟩. Forces on neighbours are taken as independent, as
-//! under a net that is incommensurate with the crystal. There are no fitted parameters.
+//! An atom under the force f, where the mean force is ⟨f⟩, is c (⟨f⟩ - f) above the surface of the continuum.
+//! With F(z) the force of the net on a rigid atom at the distance z, which depends on the position under the net, f =
+//! F(z + c f), where z is the distance of an unloaded atom; the distance of the mean surface is z + c ⟨f⟩. Forces on
+//! neighbours are taken as independent, as under a net that is incommensurate with the crystal. There are no fitted
+//! parameters.
 //!
-//! On a slope the net has fewer atoms per area and presses along the normal: with slope angle θ the vertical pressure at the
-//! vertical gap g is cos²θ P(g cos θ).
+//! On a slope the net has fewer atoms per area and presses along the normal: with slope angle θ the vertical pressure
+//! at the vertical gap g is cos²θ P(g cos θ).
 
 use std::f64::consts::PI;
 
 use super::wall::Wall;
 use crate::interface::{Law, TabulatedWall};
 
-/// Positions under the net along half a spacing; the others follow by symmetry. Doubling them changes the pressure by less than
-/// one per cent at gaps where it is a thousandth of E*.
+/// Positions under the net along half a spacing; the others follow by symmetry. Doubling them changes the pressure by
+/// less than one per cent at gaps where it is a thousandth of E*.
 const PLACES: usize = 12;
 
 /// Depth of the table over r_m; the pressure there is twice E*.
@@ -78,9 +79,9 @@ impl CompliantWall {
     }
 }
 
-/// Compliance of a single surface atom, Å per eV/Å: displacement at the centre of a disc of its area under uniform pressure, 2 f /
-/// (π E* a) (Johnson, Contact Mechanics (1985), eq. 3.29a). It is 1.60 for the shipped potential; LAMMPS gives 1.60 to 1.65
-/// (`tests/lammps/modulus.rs`).
+/// Compliance of a single surface atom, Å per eV/Å: displacement at the centre of a disc of its area under uniform
+/// pressure, 2 f / (π E* a) (Johnson, Contact Mechanics (1985), eq. 3.29a). It is 1.60 for the shipped potential;
+/// LAMMPS gives 1.60 to 1.65 (`tests/lammps/modulus.rs`).
 pub fn compliance(a0_angstrom: f64, modulus: f64) -> f64 {
     let radius = a0_angstrom / (2.0 * PI).sqrt();
     2.0 / (PI * modulus * radius)

@@ -1,7 +1,7 @@
 //! Contact and gap of a frame of atoms under the rigid indenter.
 //!
-//! An atom is in contact when an indenter atom is nearer than the contact distance. The indenter is a regular periodic grid, so
-//! its points within a given distance follow from the coordinates, without a neighbour search.
+//! An atom is in contact when an indenter atom is nearer than the contact distance. The indenter is a regular
+//! periodic grid, so its points within a given distance follow from the coordinates, without a neighbour search.
 
 use super::block::SurfaceSites;
 use super::dump::Frame;
@@ -11,11 +11,11 @@ use crate::{Error, Result};
 /// The atoms in contact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contact {
-    /// Per site of the surface layer: whether its atom is in contact.
+    /// Whether the atom of each site of the surface layer is in contact.
     pub sites: Vec<bool>,
     /// Ids of all contact atoms, ascending.
     pub ids: Vec<u32>,
-    /// Contact atoms from below the surface layer: more than a few indicate plastic flow.
+    /// Contact atoms that were initially below the surface layer: more than a few indicate plastic flow.
     pub below_surface: usize,
 }
 
@@ -31,7 +31,7 @@ pub fn contact(frame: &Frame, indenter: &Indenter, lowered: f64, surface: &Surfa
     contact_by(frame, surface, |k| within(frame.positions[k], indenter, lowered, distance).next().is_some())
 }
 
-/// Contact by a criterion on the index in the frame.
+/// Contact atoms by a criterion on the index of an atom in the frame.
 pub fn contact_by(frame: &Frame, surface: &SurfaceSites, touches: impl Fn(usize) -> bool) -> Contact {
     let mut found = Contact { sites: vec![false; surface.len()], ids: Vec::new(), below_surface: 0 };
     for (_, id) in frame.ids.iter().enumerate().filter(|(k, _)| touches(*k)) {
@@ -65,8 +65,9 @@ pub(super) fn within(
     })
 }
 
-/// Distance by which an atom at a point can rise until an atom of the indenter (at its first position) is at `distance` from it,
-/// Å: not positive where one is nearer already, infinite where none is above.
+/// Distance by which an atom at a point can rise until an indenter atom (at its initial position) is at `distance`
+/// from it, Å: zero or negative where an indenter atom is already within `distance`, infinite where no indenter atom
+/// is above.
 pub fn clearance([x, y, z]: [f64; 3], indenter: &Indenter, distance: f64) -> f64 {
     let (s, n) = (indenter.spacing(), indenter.points());
     let range = |c: f64| ((c - distance) / s).ceil() as i64..=((c + distance) / s).floor() as i64;
@@ -85,9 +86,9 @@ pub fn clearance([x, y, z]: [f64; 3], indenter: &Indenter, distance: f64) -> f64
     least
 }
 
-/// Vertical gap per surface site, Å: height of the indenter's surface above the current position of the atom, less `standoff` (the
-/// distance at which a flat wall and a flat crystal are in contact). `height` is the current height of the indenter's surface at a
-/// point, Å.
+/// Vertical gap per surface site, Å: height of the indenter's surface above the current position of the atom, less
+/// `standoff` (the distance at which a flat wall and a flat crystal are in contact). `height` is the current height
+/// of the indenter's surface at a point, Å.
 ///
 /// # Errors
 /// `Format` when an atom of the surface layer is missing from the frame.

@@ -2,37 +2,40 @@
 
 use super::job_spec::FORCE_TOLERANCE;
 
-/// Peak resident memory of one process, of which about 50 MB are the program. Prescribed loads: 63, 129, 399 and 2351 MB for 7839,
-/// 119 151, 509 004 and 3 394 475 atoms. A displacement ramp also stores the previous positions: 143 MB for 119 151.
+/// Peak resident memory of one process, of which about 50 MB are the program. Prescribed loads: 63, 129, 399 and 2351
+/// MB for 7839, 119 151, 509 004 and 3 394 475 atoms. A displacement ramp also stores the previous positions: 143 MB
+/// for 119 151.
 const MEMORY_BASE_BYTES: u64 = 50_000_000;
 const MEMORY_BYTES_PER_ATOM: u64 = 680;
 const MEMORY_BYTES_PER_ATOM_OF_A_LADDER: u64 = 870;
 
-/// One core of an EPYC server, potential cut-off 7.0 Å, `opt` variants: 0.42 to 0.43 µs over three displacement ramps of 119 151
-/// atoms. Relaxation rarely rebuilds a neighbour list, so this is half the time of a molecular-dynamics step. [`super::speed`]
-/// measures it on this machine.
+/// One core of an EPYC server, potential cut-off 7.0 Å, `opt` variants: 0.42 to 0.43 µs over three displacement ramps
+/// of 119 151 atoms. Relaxation rarely rebuilds a neighbour list, so this is half the time of a molecular-dynamics
+/// step. [`super::speed`] measures it on this machine.
 pub const SECONDS_PER_ATOM_EVALUATION: f64 = 0.45e-6;
 
-/// Each step clears LAMMPS, reads a state and writes one: 0.66 s for the four steps of 7839 atoms beyond their force evaluations.
+/// Each step clears LAMMPS, reads a state and writes one: 0.66 s for the four steps of 7839 atoms beyond their force
+/// evaluations.
 const SECONDS_PER_STEP: f64 = 0.16;
 
 /// Force evaluations that relax the free block: 24 for 7839 and for 3 394 475 atoms.
 const FREE: f64 = 24.0;
 
-/// Force evaluations of one prescribed load for a block of one lattice constant. The longest waves converge last, so the number
-/// grows with extent and depth, with the exponents below: on average 71, 219, 128, 88, 358 and 1043 for 15 × 6, 45 × 12, 45 × 6,
-/// 45 × 4, 90 × 13 and 175 × 25 lattice constants at p/E* = 0.003, 0.01 and (but for the last two) 0.03; 294 for 90 × 13 with the
-/// current script. (The largest block had a tolerance of 0.05 eV/Å, before loose tolerances ended loads by the balance of forces.)
+/// Force evaluations of one prescribed load for a block of one lattice constant. The longest waves converge last, so
+/// the number grows with extent and depth, with the exponents below: on average 71, 219, 128, 88, 358 and 1043 for 15
+/// × 6, 45 × 12, 45 × 6, 45 × 4, 90 × 13 and 175 × 25 lattice constants at p/E* = 0.003, 0.01 and (but for the last
+/// two) 0.03; 294 for 90 × 13 with the current script. (The largest block had a tolerance of 0.05 eV/Å, before loose
+/// tolerances ended loads by the balance of forces.)
 const EVALUATIONS: f64 = 3.1;
 const GROWTH_WITH_EXTENT: f64 = 0.6;
 const GROWTH_WITH_DEPTH: f64 = 0.8;
 
-/// With a loose tolerance, which ends loads by the balance of the forces on indenter and base: factor and power of the number
-/// above, which is the maximum. 152, 279 and 442 for 45 × 12, 90 × 13 and 175 × 25.
+/// With a loose tolerance, which ends loads by the balance of the forces on indenter and base: factor and power of
+/// the number above, which is the maximum. 152, 279 and 442 for 45 × 12, 90 × 13 and 175 × 25.
 const LOOSE: (f64, f64) = (2.9, 0.75);
 
-/// Force evaluations of a ramp step of 0.3 Å over those of a prescribed load: 31 before contact, 120 to 160 in contact, up to 430
-/// at the onset of slip (45 × 12, up to p/E* = 0.033).
+/// Force evaluations of a ramp step of 0.3 Å over those of a prescribed load: 31 before contact, 120 to 160 in
+/// contact, up to 430 at the onset of slip (45 × 12, up to p/E* = 0.033).
 const STEP: f64 = 0.72;
 
 /// Force evaluations of one prescribed load, relaxed to a largest force in eV/Å.
@@ -67,7 +70,7 @@ pub fn seconds(atoms: u64, evaluations: f64, way: LoadingMode, each: f64, ranks:
     SECONDS_PER_STEP * (1.0 + steps) + atoms as f64 * each * evaluations / ranks as f64
 }
 
-/// Resident memory of LAMMPS, all ranks together, bytes; `steps`: a displacement ramp, otherwise prescribed loads.
+/// Resident memory of all LAMMPS ranks together, bytes; `steps`: displacement ramp instead of prescribed loads.
 pub fn memory_bytes(atoms: u64, ranks: usize, steps: bool) -> u64 {
     let per_atom = if steps { MEMORY_BYTES_PER_ATOM_OF_A_LADDER } else { MEMORY_BYTES_PER_ATOM };
     ranks as u64 * MEMORY_BASE_BYTES + atoms * per_atom

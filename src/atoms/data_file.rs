@@ -11,8 +11,8 @@ use super::job_files::Hashing;
 /// Empty box above the highest atom of the indenter, Å.
 const HEAD_ROOM_ANGSTROM: f64 = 5.0;
 
-/// Writes the atoms as a LAMMPS data file and returns the BLAKE3 hash of the file. The box has room for an indenter that rises by
-/// `max_rise_angstrom` above its first position.
+/// Writes the atoms as a LAMMPS data file and returns the BLAKE3 hash of the file. The box has space for an indenter
+/// that rises by `max_rise_angstrom` above its initial position.
 pub(super) fn write_data(
     file: &Path,
     block: &Block,
@@ -28,7 +28,7 @@ pub(super) fn write_data(
     writeln!(out, "0.0 {length:.10} xlo xhi\n0.0 {length:.10} ylo yhi")?;
     let room = HEAD_ROOM_ANGSTROM + max_rise_angstrom;
     writeln!(out, "0.0 {:.10} zlo zhi\n", indenter.highest_z() + room)?;
-    // The indenter's mass is never used, but LAMMPS requires one.
+    // LAMMPS requires a mass for every type; the mass of the indenter is not used.
     writeln!(out, "Masses\n\n1 {mass_u} # deformable\n2 {mass_u} # indenter\n3 {mass_u} # base\n\nAtoms # atomic\n")?;
     for site in block.sites() {
         let [x, y, z] = site.position;

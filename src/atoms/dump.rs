@@ -1,8 +1,8 @@
-//! LAMMPS text dumps, read frame by frame.
+//! Reads LAMMPS text dumps frame by frame.
 //!
-//! What a file holds is decided by its own headers: columns in any order, wrapped, unwrapped or scaled coordinates,
-//! types or element names, any number of frames, plain or compressed with gzip or zstd. Image flags are passed over, because
-//! everything here is periodic in x and y. A file that cannot be read faithfully is refused with the reason.
+//! The headers of the file determine its format: columns in any order; wrapped, unwrapped or scaled coordinates;
+//! types or element names; any number of frames; plain text, gzip or zstd. Image flags are ignored, because the cell
+//! is periodic in x and y. Any other format is an error.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -13,23 +13,24 @@ use flate2::bufread::MultiGzDecoder;
 
 use crate::{Error, Result};
 
-/// Longer lines are no dump; the limit keeps a file without line ends from being read into memory whole.
+/// Limit of the line length, so that a file without line ends is not read into memory as a whole.
 const MAX_LINE_BYTES: u64 = 64 * 1024;
 
-/// Room made before the atoms arrive: a header may promise any number.
+/// Limit of the number of atoms for which memory is allocated before they are read: a damaged header may state any
+/// number.
 const MAX_PROMISE: usize = 1 << 20;
 
 /// First bytes of compressed files.
 const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
 const GZIP: [u8; 2] = [0x1f, 0x8b];
 
-/// LAMMPS's systems of units with lengths in Å.
+/// LAMMPS unit systems with lengths in Å.
 const LENGTHS_IN_ANGSTROM: [&str; 2] = ["metal", "real"];
 
-/// One frame, atoms in order of their id.
+/// One frame; atoms in ascending order of their ids.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
-    /// Where it came from, for messages.
+    /// File of the frame, for messages.
     pub source: PathBuf,
     pub timestep: u64,
     /// `ITEM: TIME`, in the units of the run.
@@ -37,13 +38,13 @@ pub struct Frame {
     /// Lower and upper bound per axis, Å.
     pub bounds: [[f64; 2]; 3],
     pub periodic: [bool; 3],
-    /// Ascending, no id twice.
+    /// Ascending and unique.
     pub ids: Vec<u32>,
-    /// Type number, or index into `elements`; empty when the dump has neither column.
+    /// Type number, or index into `elements`; empty if the dump has neither column.
     pub species: Vec<u32>,
-    /// Element names in order of appearance, when the dump gives names and no types.
+    /// Element names in order of appearance, if the dump has element names and no types.
     pub elements: Vec<String>,
-    /// As in the file, not wrapped into the box, Å.
+    /// Unwrapped positions as in the file, Å.
     pub positions: Vec<[f64; 3]>,
 }
 
@@ -56,7 +57,7 @@ impl Frame {
         self.ids.is_empty()
     }
 
-    /// Position of an atom, `None` if the frame does not have it.
+    /// Position of an atom, Å; `None` if it is not in the frame.
     pub fn position(&self, id: u32) -> Option<[f64; 3]> {
         self.ids.binary_search(&id).ok().map(|k| self.positions[k])
     }
@@ -66,7 +67,7 @@ impl Frame {
     }
 }
 
-/// Frames of a dump, one at a time. After an error nothing more is delivered.
+/// Iterator over the frames of a dump. It ends after the first error.
 pub struct DumpReader {
     source: PathBuf,
     input: Box<dyn BufRead>,
@@ -77,6 +78,8 @@ pub struct DumpReader {
 }
 
 impl DumpReader {
+    /// Opens a dump; the compression is detected from the first bytes.
+    ///
     /// # Errors
     /// `Io` when the file cannot be opened, `Format` for a binary dump.
     pub fn open(file: impl AsRef<Path>) -> Result<Self> {
@@ -89,7 +92,7 @@ impl DumpReader {
             return Ok(Self::new(Box::new(BufReader::new(decoder)), file));
         }
         if start.starts_with(&GZIP) {
-            // Several parts, where LAMMPS has appended.
+            // LAMMPS appends to a gzip file by adding members.
             return Ok(Self::new(Box::new(BufReader::new(MultiGzDecoder::new(raw))), file));
         }
         if start.contains(&0) {
@@ -103,7 +106,7 @@ impl DumpReader {
         DumpReader { source, input, line: Vec::new(), line_number: 0, truncated: false, finished: false }
     }
 
-    /// The file ended inside a frame: what came before is good.
+    /// Whether the file ended inside a frame; the frames before it are complete.
     pub fn truncated(&self) -> bool {
         self.truncated
     }
@@ -111,7 +114,7 @@ impl DumpReader {
     /// The next frame, `None` after the last.
     ///
     /// # Errors
-    /// `Format`, naming the line, for anything that is not a readable orthogonal frame, a truncated one included.
+    /// `Format`, with the line number, for a damaged, non-orthogonal or truncated frame.
     pub fn next_frame(&mut self) -> Result<Option<Frame>> {
         if self.finished {
             return Ok(None);
@@ -225,7 +228,7 @@ impl DumpReader {
         let mut names: HashMap<String, u32> = HashMap::new();
         for done in 0..count {
             let end = |timestep| format!("(timestep {timestep}) after {done} of {count} atoms");
-            // A line without its end may have lost digits, not only columns.
+            // A last line without a line end may be truncated within a number.
             if !self.read_line()? || self.line.last() != Some(&b'\n') {
                 return Err(self.cut(end(frame.timestep)));
             }
@@ -300,7 +303,7 @@ impl DumpReader {
         self.text().map(str::to_owned)
     }
 
-    /// False at the end of the file.
+    /// Reads a line; false at the end of the file.
     fn read_line(&mut self) -> Result<bool> {
         self.line.clear();
         let read = self.input.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', &mut self.line);
@@ -312,7 +315,7 @@ impl DumpReader {
                 }
                 Ok(bytes > 0)
             }
-            // The word of both for a file that was cut.
+            // Both decoders report a truncated file by this kind.
             Err(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => {
                 Err(self.cut("inside its compressed data".into()))
             }
@@ -345,10 +348,10 @@ impl Iterator for DumpReader {
     }
 }
 
-/// The one frame of a file that holds one.
+/// Reads a file with a single frame.
 ///
 /// # Errors
-/// As [`DumpReader`], and `Format` when there is no frame.
+/// As [`DumpReader`]; `Format` when there is no frame.
 pub fn read_frame(file: impl AsRef<Path>) -> Result<Frame> {
     let file = file.as_ref();
     DumpReader::open(file)?.next_frame()?.ok_or_else(|| Error::format(file, "no frame", "a LAMMPS text dump"))
@@ -364,7 +367,7 @@ struct Columns {
     count: usize,
     id: usize,
     axes: [Axis; 3],
-    /// Column, and whether it holds element names.
+    /// Column, and whether it has element names.
     species: Option<(usize, bool)>,
 }
 
@@ -454,7 +457,7 @@ mod tests {
         assert!(unavailable_reason("units metal\n").contains("line 1"));
         assert!(reader(vec![b'x'; 200_000]).next_frame().is_err());
         assert!(reader(vec![0xff, 0xfe, b'\n']).next_frame().is_err());
-        // More atoms promised than memory holds: the promise is not believed.
+        // More atoms stated than memory can store.
         assert!(bad("ATOMS\n2\n", "ATOMS\n9000000000000000\n").contains("after 2 of"));
     }
 

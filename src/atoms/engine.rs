@@ -1,8 +1,8 @@
-//! Running a job: LAMMPS as a child process that is monitored and can be stopped, and whose result is accepted only after all
+//! Runs a job: LAMMPS runs as a child process, is monitored and can be stopped. Its result is accepted only after all
 //! checks.
 //!
-//! An [`Engine`] runs a job. Besides LAMMPS there is [`ReplayEngine`](super::replay::ReplayEngine), which replays a recorded run,
-//! so that order, time limits and failures are tested in milliseconds.
+//! An [`Engine`] runs a job. Besides LAMMPS there is [`ReplayEngine`](super::replay::ReplayEngine), which replays a
+//! recorded run, so that order, time limits and failures are tested in milliseconds.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -22,14 +22,15 @@ use crate::error::LammpsFailure;
 use crate::record::results::LoadStepResults;
 use crate::{Error, Result, sys};
 
-/// Polling interval of the load steps: short compared with the shortest step (0.1 s for three thousand atoms), at negligible cost.
+/// Polling interval of the load steps: short compared with the shortest step (0.1 s for three thousand atoms), at
+/// negligible cost.
 const POLL: Duration = Duration::from_millis(40);
 
 /// Forces are printed with three digits; a converged force may exceed the tolerance by this factor.
 const FORCE_ROUNDING: f64 = 1.001;
 
-/// Smallest number of atoms for a second rank. Waiting ranks spin: with 25 000 atoms on a busy machine two ranks took 17 s of
-/// processor time instead of 6 s; from 800 000 atoms on they took no more than one.
+/// Smallest number of atoms for a second rank. Waiting ranks spin: with 25 000 atoms on a busy machine two ranks took
+/// 17 s of processor time instead of 6 s; from 800 000 atoms on they took no more than one.
 const FEWEST_ATOMS_FOR_RANKS: u64 = 200_000;
 
 /// Warning for a number of ranks that is too large for the number of atoms.
@@ -44,8 +45,8 @@ pub trait Engine: Sync {
     /// Program and version, one line.
     fn describe(&self) -> &str;
 
-    /// Runs the job, or continues it after the last finished step, to its end. `watch` is called for every finished step in order
-    /// and repeatedly in between; `Break` stops the run.
+    /// Runs the job, or continues it after the last finished step, to its end. `watch` is called for every finished
+    /// step in order and repeatedly in between; `Break` stops the run.
     ///
     /// # Errors
     /// `Interrupted` after `Break`, `Lammps` with the failure, `Memory`, `MissingProgram`, `Io`.
@@ -112,7 +113,7 @@ impl<'a> Watcher<'a> {
         Watcher { job, begun, seen: finished.map_or(0, |k| k + 1), iterations: 0 }
     }
 
-    /// Reads the iterations from the end of a log. LAMMPS counts them through all steps, restart files included.
+    /// Reads the iteration count from the end of a log. LAMMPS counts iterations over all steps, across restarts.
     fn hear(&mut self, history: &LoadHistory, log: &Path) {
         let earlier: usize = history.steps.iter().map(|r| r.iterations).sum();
         self.iterations = last_iteration(log).map_or(0, |all| all.saturating_sub(earlier));
@@ -195,8 +196,8 @@ impl LammpsEngine {
         })
     }
 
-    /// Sets the number of MPI processes. Two are no faster than one below some hundred thousand atoms, and far slower on a busy
-    /// machine: waiting ranks spin.
+    /// Sets the number of MPI processes. Two are no faster than one below some hundred thousand atoms, and far slower
+    /// on a busy machine: waiting ranks spin.
     ///
     /// # Errors
     /// `Input` for more ranks than cores, `MissingProgram` without mpirun.
@@ -230,7 +231,7 @@ impl LammpsEngine {
         &self.program
     }
 
-    /// Styles that jobs need, with adhesion, and this LAMMPS lacks.
+    /// Styles that jobs with adhesion need and this LAMMPS lacks.
     pub fn missing_styles(&self) -> Vec<String> {
         self.missing(true, true).map(|(kind, name)| format!("the {kind} style {name}")).collect()
     }
@@ -279,7 +280,7 @@ impl LammpsEngine {
             let mut mpirun = Command::new("mpirun");
             mpirun.args(["-np", &self.ranks.to_string()]);
             if sys::is_root() {
-                // Open MPI requires these variables; other MPIs ignore them.
+                // Open MPI refuses to run as root without these variables; other MPIs ignore them.
                 mpirun.env("OMPI_ALLOW_RUN_AS_ROOT", "1").env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
             }
             mpirun.arg(&self.program);
@@ -289,7 +290,7 @@ impl LammpsEngine {
         };
         command.args(["-in", job.script().file, "-nocite", "-log", &log_name(done.last().map(|r| r.step))]);
         if self.styles.has("pair", "eam/alloy/opt") {
-            // Eight to ten per cent faster.
+            // The `opt` variants are 8 to 10 % faster.
             command.args(["-sf", "opt"]);
         }
         for (name, value) in job.variables(done, self.styles.has("dump", "custom/zstd")) {
@@ -357,7 +358,7 @@ impl Engine for LammpsEngine {
             }
             // In this order, so that a step finished just before the end is still reported.
             let ended = group.child.try_wait().map_err(Error::io("wait for", &self.program))?;
-            // Before anything else can fail: the process id may be reused after the child was waited for.
+            // Set before any other error can occur: the process id may be reused once the child has been waited for.
             group.ended = ended.is_some();
             let history = match LoadHistory::read(&job.folder) {
                 Err(e @ Error::Format { .. }) => {
@@ -427,7 +428,7 @@ pub(super) fn is_complete(job: &Job) -> Result<bool> {
     Ok(ended && history.last().is_some_and(|r| load_history::frame_file(&job.folder, r.step).is_ok()))
 }
 
-/// Checks that the load steps ended where the job specifies, with all atoms.
+/// Checks that the load steps end where the job specifies, and that no atoms are missing.
 pub(super) fn check_ladder(job: &Job) -> Result<()> {
     let history = LoadHistory::read(&job.folder)?;
     let before = job.atoms();
@@ -444,9 +445,9 @@ pub(super) fn check_ladder(job: &Job) -> Result<()> {
     Ok(())
 }
 
-/// Judges a run by exit status, log and screen output.
+/// Classifies the end of a run by exit status, log and screen output.
 pub(super) fn judge(status: ExitStatus, log: &str, screen: &str) -> std::result::Result<(), LammpsFailure> {
-    // Other failures followed from this one; the step in which it occurred is not finished.
+    // Other errors are consequences of the time limit; the interrupted step is not finished.
     if log.contains("Wall time limit reached") {
         let text = "its script's time limit (timer timeout) was reached; the same command goes on from the last step";
         return Err(LammpsFailure::Output(text.into()));
@@ -464,7 +465,7 @@ pub(super) fn judge(status: ExitStatus, log: &str, screen: &str) -> std::result:
     }
 }
 
-/// The text of `ERROR: ...` or `ERROR on proc 3: ...` with the command; lost atoms are a failure of their own.
+/// Text of `ERROR: ...` or `ERROR on proc 3: ...` with the command; lost atoms are a separate failure.
 fn error_line(text: &str) -> Option<LammpsFailure> {
     let mut lines = text.lines().skip_while(|l| !l.starts_with("ERROR"));
     let line = lines.next()?.trim();
@@ -486,7 +487,7 @@ fn log_name(finished: Option<usize>) -> String {
     format!("log.{}", finished.map_or(0, |k| k + 1))
 }
 
-/// Longer than any line of numbers that the scripts print.
+/// Bytes read from the end of a log; longer than any line of numbers that the scripts print.
 const LOG_TAIL: u64 = 400;
 
 /// First column of the last complete line of numbers at the end of a log, if there is one.
@@ -500,7 +501,7 @@ fn last_iteration(log: &Path) -> Option<usize> {
 }
 
 fn iteration_of(tail: &str) -> Option<usize> {
-    // The first line of the tail may lack its beginning, the last its end.
+    // The first line of the tail may lack its start, the last line its end.
     let mut lines: Vec<&str> = tail.split_inclusive('\n').skip(1).filter(|l| l.ends_with('\n')).collect();
     lines.reverse();
     lines.iter().find_map(|line| {
@@ -510,7 +511,7 @@ fn iteration_of(tail: &str) -> Option<usize> {
     })
 }
 
-/// Force evaluations from all logs of a folder, later runs last.
+/// Force evaluations from all logs of a folder; later runs override earlier ones.
 fn read_evaluations(folder: &Path) -> Result<BTreeMap<usize, usize>> {
     let mut logs: Vec<(usize, PathBuf)> = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(Error::io("list", folder))? {

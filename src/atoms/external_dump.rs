@@ -1,7 +1,8 @@
-//! Frames of a block from any LAMMPS run, in any of its text dump formats.
+//! Frames of a block from any LAMMPS run, in any LAMMPS text dump format.
 //!
-//! Only frames are needed: the displacement of the indenter follows from its atoms, and the load from its forces on the block
-//! ([`indenter_forces`]). A first pass reads both for every frame; a second reads the two frames around a load.
+//! Only frames are needed: the displacement of the indenter follows from its atoms, and the load from the forces of
+//! the indenter on the block ([`indenter_forces`]). The first pass computes both for every frame; the second pass
+//! reads the two frames that bracket a load.
 
 use std::path::PathBuf;
 
@@ -13,8 +14,8 @@ use super::interaction::Interaction;
 use super::load_history::{Between, Bracket, between, bracket};
 use crate::{Error, Result};
 
-/// Tolerance of the heights of indenter atoms relative to a rigid indenter, Å: dumps have six digits by default, that is three
-/// decimals in a box of 100 nm.
+/// Tolerance of the heights of indenter atoms relative to a rigid indenter, Å: dumps have six digits by default, that
+/// is three decimals in a box of 100 nm.
 const RIGID_ANGSTROM: f64 = 5e-3;
 
 /// Relative tolerance of the size of the box.
@@ -44,10 +45,11 @@ pub struct DumpTrajectory {
 }
 
 impl DumpTrajectory {
-    /// Reads all frames once. An incomplete last frame is reported to `warn` and ignored.
+    /// Reads all frames once. An incomplete last frame causes a call of `warn` and is ignored.
     ///
     /// # Errors
-    /// `Io`; `Format` for a frame that cannot be read, is of another block, or has no indenter atom; `Input` without any frame.
+    /// `Io`; `Format` for a frame that cannot be read, belongs to another block, or has no indenter atom; `Input`
+    /// without any frame.
     pub fn scan(
         files: &[PathBuf],
         block: &Block,
@@ -83,11 +85,11 @@ impl DumpTrajectory {
         Ok(DumpTrajectory { places, block: *block })
     }
 
-    /// The atoms at `load` (eV/Å): interpolated between the first two frames around the load, or the frame whose load is within 2
-    /// % of it.
+    /// The atoms at `load` (eV/Å): interpolated between the first two frames that bracket the load, or a frame whose
+    /// load differs by less than 2 %.
     ///
     /// # Errors
-    /// `Input` when no frames are around the load and none is near it; as [`DumpReader`].
+    /// `Input` if no two frames bracket the load and no frame is near it; errors of [`DumpReader`].
     pub fn at_load(&self, load: f64) -> Result<Between> {
         let loads: Vec<f64> = self.places.iter().map(|p| p.load).collect();
         if let Some(found) = bracket(&loads, load) {
@@ -116,7 +118,7 @@ impl DumpTrajectory {
     }
 }
 
-/// The deformable atoms of a frame; only they interact with the indenter.
+/// The deformable atoms of a frame; the base does not interact with the indenter.
 fn of_block(mut frame: Frame, block: &Block) -> Frame {
     let range = |id: u32| u64::from(id) > block.fixed() && u64::from(id) <= block.atoms();
     let keep: Vec<bool> = frame.ids.iter().map(|id| range(*id)).collect();

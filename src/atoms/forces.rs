@@ -1,7 +1,7 @@
 //! Forces of the rigid indenter on the atoms of a frame, nearest distances, and the indenter position at a given load.
 //!
-//! The pair terms of the scripts are evaluated from positions alone, so that the load of a frame of any LAMMPS is known. Units: Å,
-//! eV.
+//! The pair terms of the scripts are evaluated from positions alone, so the load of a frame from any LAMMPS run can
+//! be computed. Units: Å, eV.
 
 use super::contact::within;
 use super::dump::Frame;
@@ -9,11 +9,12 @@ use super::indenter::Indenter;
 use super::interaction::Interaction;
 use crate::{Error, Result};
 
-/// Relative tolerance of the load when the indenter is moved: rounding of sums over some thousand atoms is 1e-13.
+/// Relative tolerance of the load when the indenter is displaced. Rounding of a sum over several thousand atoms is
+/// 1e-13.
 pub const LOAD_BALANCE: f64 = 1e-10;
 
-/// Largest displacement of the indenter to balance a load, Å. It is 0.02 Å between steps of 0.4 Å, up to 0.1 Å between steps of
-/// 0.8 Å.
+/// Maximum displacement of the indenter to balance a load, Å. Measured: 0.02 Å between steps of 0.4 Å, up to 0.1 Å
+/// between steps of 0.8 Å.
 const MOST_MOVED: f64 = 0.5;
 
 /// Forces of the indenter on the atoms of a frame, in the frame's order.
@@ -32,7 +33,8 @@ impl IndenterForces {
     }
 }
 
-/// Forces of the indenter at the displacement `lowered` (Å) on every atom of `frame`, and distances up to at least `reach` (Å).
+/// Forces of the indenter at the displacement `lowered` (Å) on every atom of `frame`, and distances up to at least
+/// `reach` (Å).
 pub fn indenter_forces(
     frame: &Frame,
     indenter: &Indenter,
@@ -56,10 +58,10 @@ pub fn indenter_forces(
     found
 }
 
-/// Displacement of the indenter near `lowered` (Å) at which the atoms of `frame`, as they are, carry `load` (eV/Å).
+/// Displacement of the indenter near `lowered` (Å) at which the force on the fixed atoms of `frame` is `load` (eV/Å).
 ///
-/// Positions interpolated between two steps carry less than the interpolated load, because the repulsion is convex: by 3 to 5 %
-/// between steps of 0.4 Å at the lowest load of the quickstart.
+/// Positions interpolated between two steps give less than the interpolated load, because the repulsion is convex: 3
+/// to 5 % less between steps of 0.4 Å at the lowest load of the quickstart.
 ///
 /// # Errors
 /// `Format` when no displacement within half an ångström gives the load.

@@ -1,25 +1,28 @@
-//! The indenter: rigid atoms on a square grid that follows the height profile, above the block.
+//! Rigid indenter: atoms on a square grid that follow the height profile, above the block.
 //!
-//! Lengths are in Å. Point (i, j) is at x = i·s, y = j·s, the node of its height map, so that maps of continuum and atoms share
-//! one grid. Low points touch first.
+//! Lengths are in Å. Point (i, j) is at x = i·s, y = j·s, a node of the height map, so maps of continuum and atoms
+//! use the same grid. Low points come into contact first.
 
 use super::block::Block;
 use crate::{Error, Result};
 
-/// Largest spacing of rigid atoms: block atoms pass a wider net. At rms gradient 1 and four times the reference load, 78 of 980
-/// contact atoms had passed a net of 5.1 Å, four one of 4.0 Å, none one of 2.54 Å (lattice constant 5.5884 Å).
+/// Maximum spacing of the indenter atoms: block atoms pass through a wider net. At rms gradient 1 and four times the
+/// reference load, 78 of 980 contact atoms had passed a net of 5.1 Å, four a net of 4.0 Å, none a net of 2.54 Å
+/// (lattice constant 5.5884 Å).
 pub const MAX_SPACING_ANGSTROM: f64 = 2.6;
 
-/// Smallest number of different registries along an edge. A grid commensurate with the lattice gives every point the same registry
-/// (adhesion then differs seventeenfold between atop and hollow sites); this many registries average the difference to 1 %.
+/// Minimum number of different registries along an edge. In a grid commensurate with the lattice every point has the
+/// same registry, and adhesion then differs by a factor of 17 between atop and hollow sites. With this many
+/// registries the average is accurate to 1 %.
 pub const MIN_REGISTRIES: usize = 7;
 
-/// Initial clearance between the indenter and the distance at which its first atom is in contact, Å: more than rounding in a data
-/// file, less than a load step.
+/// Initial clearance between the first contact distance and the indenter, Å: more than the rounding of a data file,
+/// less than a load step.
 pub const CLEARANCE_ANGSTROM: f64 = 0.05;
 
-/// Points along an edge of the indenter over a block of `cells` cells: 11 per 5 cells where that divides (s = 5/11 a0 = 2.5402 Å
-/// for a0 = 5.5884 Å), otherwise the coarsest grid within `MAX_SPACING_ANGSTROM` with at least `MIN_REGISTRIES` registries.
+/// Points along an edge of the indenter over a block of `cells` cells. If 5 divides `cells`: 11 per 5 cells (s = 5/11
+/// a0 = 2.5402 Å for a0 = 5.5884 Å). Otherwise: the coarsest grid within `MAX_SPACING_ANGSTROM` with at least
+/// `MIN_REGISTRIES` registries.
 pub fn grid_points(cells: usize, a0: f64) -> usize {
     let preferred = cells / 5 * 11;
     if cells.is_multiple_of(5) && 5.0 / 11.0 * a0 <= MAX_SPACING_ANGSTROM {
@@ -44,16 +47,17 @@ pub struct Indenter {
     spacing: f64,
     /// Row-major `[points, points]`, x fastest, Å.
     heights: Vec<f64>,
-    /// Height of the zero of `heights` at the first position, Å.
+    /// Height at which `heights` is zero, at the initial position, Å.
     start_z: f64,
 }
 
 impl Indenter {
-    /// Places the profile (row-major `[points, points]`, x fastest, Å, low points touch first) above the block so that its first
-    /// atom is `CLEARANCE_ANGSTROM` above the distance `touch_angstrom` from the nearest block atom.
+    /// Places the profile (row-major `[points, points]`, x fastest, Å, low points in contact first) above the block.
+    /// The closest pair of an indenter atom and a block atom is `touch_angstrom` + `CLEARANCE_ANGSTROM` apart.
     ///
     /// # Errors
-    /// `Input` when the number of heights is not points² or the grid is too coarse; `Height` for a height that is not finite.
+    /// `Input` when the number of heights is not points² or the grid is too coarse; `Height` for a height that is not
+    /// finite.
     pub fn above(block: &Block, points: usize, heights: Vec<f64>, touch_angstrom: f64) -> Result<Self> {
         let place = "indenter";
         if points == 0 || heights.len() != points * points {
@@ -91,7 +95,7 @@ impl Indenter {
         self.start_z
     }
 
-    /// Height of the lowest atom at the first position, Å.
+    /// Height of the lowest atom at the initial position, Å.
     pub fn lowest_z(&self) -> f64 {
         self.start_z + self.heights.iter().copied().fold(f64::INFINITY, f64::min)
     }
@@ -100,7 +104,7 @@ impl Indenter {
         self.start_z + self.heights.iter().copied().fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// Atoms at the first position, rows of constant y, x fastest.
+    /// Atoms at the initial position, rows of constant y, x fastest.
     pub fn positions(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
         self.heights.iter().enumerate().map(|(k, h)| {
             let (row, column) = (k / self.points, k % self.points);
@@ -109,8 +113,8 @@ impl Indenter {
     }
 }
 
-/// The `start_z` at which the closest pair of an indenter atom and an atom of the perfect lattice is exactly `touch` apart. Layers
-/// deeper than `touch` are not in contact first.
+/// The `start_z` at which the closest pair of an indenter atom and an atom of the perfect lattice is `touch` apart.
+/// Layers deeper than `touch` cannot come into contact first.
 fn first_touch(block: &Block, points: usize, heights: &[f64], touch: f64) -> f64 {
     let spacing = block.length() / points as f64;
     let deep = ((2.0 * touch / block.a0).ceil() as usize).min(block.layers());
@@ -174,7 +178,7 @@ mod tests {
         for (cells, seed) in [(4usize, 1u64), (5, 2), (6, 3)] {
             let block = Block::new(cells, 2, A0, 7.015853).expect("valid");
             let points = grid_points(cells, A0);
-            // Steep and irregular on purpose: a multiplicative sequence over 6 Å.
+            // Steep and irregular heights: a multiplicative sequence over 6 Å.
             let heights: Vec<f64> =
                 (1..=points * points).map(|k| ((k as u64 * 7919 * seed) % 1009) as f64 / 168.0).collect();
             let indenter = Indenter::above(&block, points, heights.clone(), R_M).expect("valid");

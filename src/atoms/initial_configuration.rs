@@ -1,8 +1,9 @@
-//! Initial configurations of prescribed loads: every deformable atom is displaced by the field inside an elastic layer under the
-//! pressure of the continuum solution.
+//! Initial configurations of prescribed loads: every deformable atom is displaced by the field inside an elastic
+//! layer under the pressure of the continuum solution.
 //!
-//! The field is evaluated one atomic layer at a time. The sites of a layer are two square lattices of `cells` × `cells`, so that
-//! six small transforms give all three components at all sites, including waves beyond the lattices' Nyquist limits.
+//! The field is evaluated one atomic layer at a time. The sites of a layer are two square lattices of `cells` ×
+//! `cells`, so that six small transforms give all three components at all sites, including waves beyond the lattices'
+//! Nyquist limits.
 
 use std::f64::consts::TAU;
 use std::io::{self, BufWriter, Write};
@@ -18,19 +19,20 @@ use crate::grid::{Grid, Transform, mean, signed_mode};
 use crate::interface::{Kernel, Layer};
 use crate::{Error, Result};
 
-/// Shortest wave of the field, lattice constants: two rows of atoms. With 1.4 the number of force evaluations of a 25 nm block is
-/// unchanged (230); with 2 that of an 8 nm block is 69 to 81 instead of 78 to 84.
+/// Shortest wave of the field, lattice constants: two rows of atoms. With 1.4 the number of force evaluations of a 25
+/// nm block is unchanged (230); with 2 that of an 8 nm block is 69 to 81 instead of 78 to 84.
 const SHORTEST_WAVE_CELLS: f64 = 1.0;
 
-/// Mass of an indenter atom over that of a block atom. The indenter then oscillates on its contacts ten times faster than the
-/// block below, and the load converges to 1e-3 in some fifty steps. With a tenth of this mass the time step was too long: no
-/// convergence after 250 steps instead of 190 (25 nm, p/E* = 0.01).
+/// Mass of an indenter atom over that of a block atom. The indenter then oscillates on its contacts ten times faster
+/// than the block below, and the load converges to 1e-3 in some fifty steps. With a tenth of this mass the time step
+/// was too long: no convergence after 250 steps instead of 190 (25 nm, p/E* = 0.01).
 pub const INDENTER_MASS: f64 = 0.01;
 
 /// Relative tolerance of the load; contact areas are proportional to the load.
 pub const LOAD_TOLERANCE: f64 = 1e-3;
 
-/// Displacement field of an elastic layer under a surface pressure. Lengths in units of the cell, stresses in units of E*.
+/// Displacement field of an elastic layer under a surface pressure. Lengths in units of the cell, stresses in units
+/// of E*.
 #[derive(Debug, Clone)]
 pub struct LayerDisplacementField {
     layer: Layer,
@@ -88,8 +90,8 @@ pub fn move_file(k: usize) -> String {
 }
 
 impl LayerDisplacementField {
-    /// The field under the pressure that corresponds to a `gap` over `heights` (both `[ny, nx]` on `grid`, units of L) at the mean
-    /// pressure `pressure`; waves that the `block` cannot represent are omitted.
+    /// The field under the pressure that corresponds to a `gap` over `heights` (both `[ny, nx]` on `grid`, units of
+    /// L) at the mean pressure `pressure`; waves that the `block` cannot represent are omitted.
     pub fn under(
         block: &Block,
         (layer, compression): (Layer, f64),
@@ -185,8 +187,8 @@ impl LayerDisplacementField {
         Ok(moved)
     }
 
-    /// Writes the displacements of all deformable atoms, and of the base on a foundation, Å, as velocities of a LAMMPS dump, the
-    /// format in which a script can read a vector per atom. Returns the hash of the file.
+    /// Writes the displacements of all deformable atoms, and of the base on a foundation, Å, as velocities of a
+    /// LAMMPS dump, the format in which a script can read a vector per atom. Returns the hash of the file.
     ///
     /// # Errors
     /// `Io`.
@@ -221,8 +223,8 @@ impl LayerDisplacementField {
 }
 
 impl InitialConfiguration {
-    /// `standoff_angstrom`: distance between the planes of indenter and surface atoms at zero gap. `offset_angstrom`: height of
-    /// `heights` (units of L) above the indenter's own heights.
+    /// `standoff_angstrom`: distance between the planes of indenter and surface atoms at zero gap. `offset_angstrom`:
+    /// height of `heights` (units of L) above the indenter's own heights.
     pub fn new(
         block: &Block,
         indenter: &Indenter,
@@ -276,8 +278,9 @@ impl PrescribedLoads {
         self.loads.iter().position(|l| l.load == highest).map_or(0, |k| k + 1)
     }
 
-    /// Number of first loads in common with the list of an earlier run in the same folder, whose states can be reused. If all
-    /// loads are in common, the further loads of that run are stored in `earlier`. `None` if the jobs differ otherwise.
+    /// Number of leading loads in common with the list of an earlier run in the same folder, whose states can be
+    /// reused. If all loads are in common, the additional loads of that run are stored in `earlier`. `None` if the
+    /// jobs differ otherwise.
     pub(super) fn go_on_after(&mut self, other: &PrescribedLoads) -> Option<usize> {
         let bare = |l: &PrescribedLoads| PrescribedLoads { loads: Vec::new(), earlier: Vec::new(), ..*l };
         let all: Vec<&PrescribedLoad> = other.loads.iter().chain(&other.earlier).collect();
@@ -372,8 +375,8 @@ mod tests {
         }
     }
 
-    /// Under the same pressure, a block of half the depth on a foundation of the other half is displaced as the upper half of the
-    /// whole block, including its base.
+    /// Under the same pressure, a block of half the depth on a foundation of the other half is displaced as the upper
+    /// half of the whole block, including its base.
     #[test]
     fn on_a_foundation_the_base_follows_the_field_of_the_whole_layer() {
         let whole = Block::new(6, 6, A0, 7.0).expect("valid");

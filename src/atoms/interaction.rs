@@ -2,27 +2,27 @@
 
 use serde::{Deserialize, Serialize};
 
-/// How the indenter's atoms act on the block's.
+/// Pair interaction of indenter atoms with block atoms.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Interaction {
-    /// Lennard-Jones, cut at its minimum and shifted to zero there.
+    /// Lennard-Jones repulsion, cut off at the minimum and shifted to zero there.
     pub epsilon_ev: f64,
     pub sigma_angstrom: f64,
     pub adhesion: Option<Yukawa>,
 }
 
 impl Interaction {
-    /// The minimum 2^(1/6) σ, beyond which there is no repulsion, Å.
+    /// Lennard-Jones minimum 2^(1/6) σ, the cut-off of the repulsion, Å.
     pub fn touch_angstrom(&self) -> f64 {
         2f64.powf(1.0 / 6.0) * self.sigma_angstrom
     }
 
-    /// Beyond this distance two atoms do not feel each other, Å.
+    /// Cut-off of the whole interaction, Å.
     pub fn reach_angstrom(&self) -> f64 {
         self.adhesion.map_or(0.0, |y| y.cutoff_angstrom).max(self.touch_angstrom())
     }
 
-    /// Force between two atoms over their distance, eV/Å², repulsion positive; `square` is the distance's, Å².
+    /// Pair force divided by the distance, eV/Å², repulsion positive; `square` is the squared distance, Å².
     pub fn force_over_distance(&self, square: f64) -> f64 {
         let touch = self.touch_angstrom();
         let mut force = 0.0;
@@ -39,10 +39,10 @@ impl Interaction {
     }
 }
 
-/// `amplitude` e^(-κr)/r, the pair form whose sum over a plane of atoms is an exponential.
+/// Yukawa term `amplitude` e^(-κr)/r; its sum over a plane of atoms is an exponential.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Yukawa {
-    /// Negative attracts, eV·Å.
+    /// Negative for attraction, eV·Å.
     pub amplitude_ev_angstrom: f64,
     pub kappa_per_angstrom: f64,
     pub cutoff_angstrom: f64,

@@ -1,7 +1,8 @@
-//! The job folder of one LAMMPS run, which a person can also run by hand.
+//! Job folder of one LAMMPS run; it can also be run by hand.
 //!
-//! `block.data` (the atoms), the script with the scripts that it includes, `potential.eam.alloy` (a copy) and `job.json` (all variables
-//! and counts); `move.K.dump` for prescribed loads. The run adds `load_steps.csv`, `frame.K.dump`, `restart.K` and its logs.
+//! Files: `block.data` (the atoms), the script and the scripts that it includes, `potential.eam.alloy` (a copy),
+//! `job.json` (all variables and counts), and `move.K.dump` for prescribed loads. The run adds `load_steps.csv`,
+//! `frame.K.dump`, `restart.K` and its logs.
 
 use std::path::{Path, PathBuf};
 
@@ -36,7 +37,7 @@ pub struct Crystal<'a> {
 #[derive(Debug, Clone, Copy)]
 pub enum Loading<'a> {
     Ramp(DisplacementRamp),
-    /// Loads that rise, and may fall again; each step starts from its initial configuration.
+    /// Rising loads, optionally followed by falling ones; each step starts from its initial configuration.
     Prescribed(&'a [InitialConfiguration]),
 }
 
@@ -48,7 +49,8 @@ pub struct Job {
 }
 
 impl Job {
-    /// Writes a job folder. Finished steps of an earlier run of the same job are kept; those of any other job are removed.
+    /// Writes a job folder. Finished steps of an earlier run of the same job are kept; those of any other job are
+    /// removed.
     ///
     /// # Errors
     /// `Input` for values that LAMMPS cannot use, `Io`.
@@ -103,11 +105,11 @@ impl Job {
         Job::place(folder, spec)
     }
 
-    /// Writes the folder of a job that samples, at constant temperature, the states that `relaxed` found at its rising loads and
-    /// whose restart files it has kept. Loads that an earlier run of the same job finished are kept.
+    /// Writes the folder of an NVT run of the relaxed states of `relaxed` at its rising loads, whose restart files
+    /// must exist. Loads finished by an earlier run of the same job are kept.
     ///
     /// # Errors
-    /// `Io`; `Format` for a job without such states.
+    /// `Io`; `Format` if `relaxed` has no such states.
     pub fn write_nvt(folder: &Path, relaxed: &Job, block: &Block, settings: &NvtSettings) -> Result<Job> {
         std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
         let _lock = lock(folder)?;
@@ -119,7 +121,7 @@ impl Job {
         })?;
         let place = |from: PathBuf, to: PathBuf| {
             let _ = std::fs::remove_file(&to);
-            // A hard link costs nothing; file systems without links get a copy.
+            // A hard link needs no disk space; file systems without links get a copy.
             std::fs::hard_link(&from, &to)
                 .or_else(|_| std::fs::copy(&from, &to).map(drop))
                 .map_err(Error::io("copy", &from))
@@ -139,7 +141,7 @@ impl Job {
         Job::place(folder, spec)
     }
 
-    /// Writes scripts and `job.json` into a folder that has all other files, and removes the steps of a different job.
+    /// Writes scripts and `job.json` into a folder that has all other files. Steps of a different job are removed.
     fn place(folder: &Path, mut spec: JobSpec) -> Result<Job> {
         let earlier = Job::open(folder).ok().map(|job| job.spec);
         let in_common = match (&mut spec.protocol, earlier.as_ref().map(|e| &e.protocol)) {
@@ -168,7 +170,7 @@ impl Job {
     /// Opens a folder that [`Job::write`] wrote.
     ///
     /// # Errors
-    /// `Io`; `Format` when `job.json` is not a job's.
+    /// `Io`; `Format` if `job.json` does not describe a job.
     pub fn open(folder: impl AsRef<Path>) -> Result<Job> {
         let folder = folder.as_ref().to_path_buf();
         let file = folder.join(SPEC_FILE);
@@ -182,7 +184,7 @@ impl Job {
         self.spec.deformable + self.spec.fixed + self.spec.indenter
     }
 
-    /// Resident memory of LAMMPS, all ranks together, bytes.
+    /// Resident memory of all LAMMPS ranks together, bytes.
     pub fn memory_bytes(&self, ranks: usize) -> u64 {
         memory_bytes(self.atoms(), ranks, self.spec.protocol.prescribed().is_none())
     }
@@ -241,7 +243,7 @@ impl Job {
         list.into_iter().map(|(key, value)| (key.to_string(), value)).chain(own).collect()
     }
 
-    /// The step with the peak load, once it is finished, of a job that unloads.
+    /// Step of the peak load, if it is finished and the job unloads.
     pub fn reversal_step(&self, records: &[StepRecord]) -> Option<usize> {
         match &self.spec.protocol {
             LoadingProtocol::Ramp(ramp) if ramp.unload => peak_step(ramp, records),
@@ -253,7 +255,7 @@ impl Job {
         }
     }
 
-    /// The last step of the job, once it is finished.
+    /// Last step of the job, if it is finished.
     pub fn end(&self, records: &[StepRecord]) -> Option<usize> {
         match &self.spec.protocol {
             LoadingProtocol::Ramp(ramp) if ramp.unload => self.unloading_state(records)?.end,
@@ -263,8 +265,8 @@ impl Job {
         }
     }
 
-    /// The atoms at a load (eV/Å) of the loading branch: the step with this prescribed load, or, for a displacement ramp, interpolated
-    /// between two steps.
+    /// The atoms at a load (eV/Å) of the loading branch: the step with this prescribed load, or, for a displacement
+    /// ramp, interpolated between two steps.
     ///
     /// # Errors
     /// `Format` when the job does not reach the load or a frame is damaged; `Io` when a frame is missing.
@@ -309,7 +311,8 @@ fn peak_step(ramp: &DisplacementRamp, records: &[StepRecord]) -> Option<usize> {
     records.iter().find(|r| r.load >= ramp.max_load || r.step >= ramp.max_steps).map(|r| r.step)
 }
 
-/// The step of `load` among the `prescribed` loads of the steps from `first` on, if it is finished. Both loads come from the same p*.
+/// The step of `load` among the `prescribed` loads of the steps from `first` on, if it is finished. Loads are
+/// compared exactly: both are computed from the same p*.
 fn own_step(history: &LoadHistory, first: usize, prescribed: &[PrescribedLoad], load: f64) -> Option<Bracket> {
     let lower = first + prescribed.iter().position(|a| (a.load - load).abs() <= 1e-9 * load.abs())?;
     (lower < history.steps.len()).then_some(Bracket { lower, weight: 0.0 })

@@ -26,15 +26,15 @@ impl<W: Write> Write for Hashing<W> {
     }
 }
 
-/// Attempts to take the lock before another program is assumed to hold it. A child that another thread has just forked keeps all
-/// files of this process open until it executes its own program.
+/// Attempts to take the lock before it is assumed to belong to another program. A child process that another thread
+/// has just forked keeps all files of this process open until it calls exec.
 const ATTEMPTS: usize = 25;
 const RETRY_AFTER: Duration = Duration::from_millis(40);
 
-/// Locks a job folder against a second program. The lock ends with the process that holds it.
+/// Locks a job folder against a second program. The lock ends with the process.
 ///
 /// # Errors
-/// `Lammps` when another program holds the lock, `Io`.
+/// `Lammps` if another program has locked the folder, `Io`.
 pub(super) fn lock(folder: &Path) -> Result<File> {
     let path = folder.join("job.lock");
     let file = File::create(&path).map_err(Error::io("create", &path))?;

@@ -1,4 +1,4 @@
-//! What a LAMMPS job computes: interaction, relaxation and loading protocol; the contents of `job.json`.
+//! Definition of a LAMMPS job, stored in `job.json`: interaction, relaxation and loading protocol.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,17 +7,17 @@ use super::interaction::Interaction;
 use super::nvt::NvtRun;
 use crate::{Error, Result};
 
-/// Default of [`RelaxationSettings::force_tolerance`], eV/Å. With a larger tolerance, steps at prescribed load end by the balance of
-/// the forces on indenter and base (`prescribed_load.in`).
+/// Default of [`RelaxationSettings::force_tolerance`], eV/Å. With a larger tolerance, steps at prescribed load end by
+/// the balance of the forces on indenter and base (`prescribed_load.in`).
 pub const FORCE_TOLERANCE: f64 = 2e-3;
 
-/// Layers of the block in every frame: contact is decided in the first, two more show plastic flow.
+/// Layers of the block in every frame: the first determines contact, two more show plastic flow.
 pub const FRAME_LAYERS: usize = 3;
 
 /// Relaxation and output of each load step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RelaxationSettings {
-    /// Largest force component left on a free atom, eV/Å.
+    /// Convergence criterion: largest force component on a free atom, eV/Å.
     pub force_tolerance: f64,
     /// Load at p* = 1: cell area × E* × rms gradient, eV/Å.
     pub load_unit: f64,
@@ -29,7 +29,7 @@ pub struct RelaxationSettings {
     pub keep_restarts: bool,
 }
 
-/// Displacement-controlled loading in equal steps, from just before first contact.
+/// Displacement-controlled loading in equal steps, starting just before first contact.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct DisplacementRamp {
     /// Displacement per step, Å.
@@ -41,7 +41,7 @@ pub struct DisplacementRamp {
     pub unload: bool,
 }
 
-/// How a job is loaded.
+/// Loading protocol.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LoadingProtocol {
@@ -110,11 +110,11 @@ pub struct JobSpec {
 }
 
 impl JobSpec {
-    /// Whether finished steps of `earlier` are steps of this job, too. `common_loads`: the lists of prescribed loads have their first
-    /// loads in common.
+    /// Whether the finished steps of `earlier` are also steps of this job. `common_loads`: the lists of prescribed
+    /// loads have their first loads in common.
     pub(super) fn shares_steps_with(&self, earlier: JobSpec, common_loads: bool) -> bool {
         let mut settings = earlier.settings;
-        // Additional restart files do no harm.
+        // Additional restart files do not change the steps.
         settings.keep_restarts &= self.settings.keep_restarts;
         // The end of a loading ramp does not change its steps. An unloading branch depends on the peak load.
         if !earlier.protocol.ramp().is_some_and(|ramp| ramp.unload) {

@@ -1,7 +1,7 @@
 //! The load steps of a job: their table, the interpolation of frames at a load, and the preparation of a continued run.
 //!
-//! `load_steps.csv` has one line per finished step, written after the frame and the restart file of the step. Files of a step
-//! without a complete line belong to an interrupted step.
+//! `load_steps.csv` has one line per finished step, written after the frame and the restart file of the step. Files
+//! of a step without a complete line belong to an interrupted step.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -34,7 +34,7 @@ pub struct StepRecord {
     pub indenter_low_angstrom: f64,
     pub indenter_mean_angstrom: f64,
     pub atoms: u64,
-    /// False where the forces on indenter and base were not brought to the prescribed load.
+    /// False if the forces on indenter and base did not converge to the prescribed load.
     pub load_converged: bool,
 }
 
@@ -48,8 +48,8 @@ impl StepRecord {
             p_star: self.load / load_unit,
             contacts: self.contacts,
             energy_ev: self.energy_ev,
-            // Without a log only the iterations are known, and they exclude those before a checkpoint; the minimiser needs at
-            // least one force evaluation per iteration.
+            // Without a log only the iterations are known, and they exclude those before a checkpoint; the minimiser
+            // needs at least one force evaluation per iteration.
             force_evaluations: evaluations.get(&self.step).copied().unwrap_or(0).max(self.iterations),
             max_force_ev_per_angstrom: self.max_force,
         }
@@ -84,19 +84,20 @@ pub struct LoadHistory {
     pub steps: Vec<StepRecord>,
 }
 
-/// Position of a load between two steps: linear interpolation with `weight` of step `lower` + 1 and 1 - `weight` of step `lower`.
+/// Position of a load between two steps: linear interpolation with `weight` of step `lower` + 1 and 1 - `weight` of
+/// step `lower`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bracket {
     pub lower: usize,
     pub weight: f64,
 }
 
-/// The atoms at a load.
+/// Atoms and indenter displacement at a load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Between {
     pub bracket: Bracket,
     pub frame: Frame,
-    /// Displacement of the indenter from its first position, downwards, Å.
+    /// Displacement of the indenter from its initial position, downwards, Å.
     pub displacement_angstrom: f64,
 }
 
@@ -148,15 +149,15 @@ impl LoadHistory {
         Some(Bracket { lower: turn + k, weight: weight(loads[k], loads[k + 1], load) })
     }
 
-    /// The first increase through `load`, up to step `turn`: where a load-controlled machine would stop. `None` if the load is not
+    /// The first increase through `load`, up to step `turn`, as under load control. `None` if the load is not
     /// reached.
     pub fn bracket(&self, load: f64, turn: Option<usize>) -> Option<Bracket> {
         let there = &self.steps[..turn.map_or(self.steps.len(), |k| (k + 1).min(self.steps.len()))];
         bracket(&there.iter().map(|r| r.load).collect::<Vec<f64>>(), load)
     }
 
-    /// Linear interpolation of atom positions and indenter height at a bracket of `load` (eV/Å). Steps are a fraction of an
-    /// ångström, so an atom that does not slip moves by far less than the contact distance between them.
+    /// Linear interpolation of atom positions and indenter height at a bracket of `load` (eV/Å). Load steps are a
+    /// fraction of an ångström, so atoms that do not slip move by far less than the contact distance.
     ///
     /// # Errors
     /// `Format` without a bracket (the load is not reached) or for a damaged frame; `Io` for a missing frame.
@@ -192,16 +193,16 @@ pub fn between(bracket: Bracket, below: &Frame, above: &Frame, ends: [f64; 2]) -
     Between { bracket, frame, displacement_angstrom: ends[0] + bracket.weight * (ends[1] - ends[0]) }
 }
 
-/// Interpolation weight at `load` between steps with loads `a` and `b`. The load rises about as the square of the displacement;
-/// with a tensile load it is taken as linear. Measured on the quickstart with every second step omitted: the indenter is then 0.01
-/// Å off, against 0.04 Å with a linear load.
+/// Interpolation weight at `load` between steps with loads `a` and `b`. Compressive loads rise approximately as the
+/// square of the displacement; with a tensile load the interpolation is linear. Measured on the quickstart without
+/// every second step: the indenter height is off by 0.01 Å, with a linear load by 0.04 Å.
 pub fn weight(a: f64, b: f64, load: f64) -> f64 {
     let (a, b, load) = if a.min(b) >= 0.0 { (a.sqrt(), b.sqrt(), load.sqrt()) } else { (a, b, load) };
     if b == a { 0.0 } else { (load - a) / (b - a) }
 }
 
-/// Interpolates the positions of two frames of one run by the minimum image; an atom that is in one frame only keeps its position
-/// there.
+/// Interpolates the positions of two frames of one run by the minimum image. An atom that is in only one frame keeps
+/// its position.
 pub fn interpolate(below: &Frame, above: &Frame, weight: f64) -> Frame {
     let mut frame = Frame { ids: Vec::new(), species: Vec::new(), positions: Vec::new(), ..below.clone() };
     let (mut i, mut j) = (0, 0);
@@ -252,8 +253,8 @@ pub fn frame_file(folder: &Path, step: usize) -> Result<PathBuf> {
     Err(Error::io("open", &plain)(std::io::ErrorKind::NotFound.into()))
 }
 
-/// Force evaluations per step, from the log: the sum over all minimisations after the line `load step 3` of `Iterations, force
-/// evaluations = 12 24`. A step that was started twice counts once.
+/// Force evaluations per step, from the log: the sum over all minimisations after the line `load step 3` of
+/// `Iterations, force evaluations = 12 24`. A step that was started twice counts once.
 pub fn evaluations(log: &str) -> BTreeMap<usize, usize> {
     let mut counts = BTreeMap::new();
     let mut step = None;
@@ -271,8 +272,8 @@ pub fn evaluations(log: &str) -> BTreeMap<usize, usize> {
     counts
 }
 
-/// Verifies the frame of a finished step: LAMMPS does not detect a frame truncated by a full disk. The hash of the restart file is
-/// stored in `restart.K.b3`, so that later damage is detected before a run continues from it.
+/// Verifies the frame of a finished step: LAMMPS does not detect a frame truncated by a full disk. The hash of the
+/// restart file is stored in `restart.K.b3`, so that later damage is detected before a run continues from it.
 ///
 /// # Errors
 /// `Format` for an incomplete frame; `Io`.
@@ -348,8 +349,9 @@ fn shorten(folder: &Path, steps: usize) -> Result<()> {
     Ok(())
 }
 
-/// Prepares a folder for a continued run: keeps the steps up to the last one with a readable frame and an undamaged restart file
-/// (one without a stored hash counts as undamaged), removes later files, and returns that step. `None`: the run starts at step 0.
+/// Prepares a folder for a continued run: keeps the steps up to the last one with a readable frame and an undamaged
+/// restart file (one without a stored hash counts as undamaged), removes later files, and returns that step. `None`:
+/// the run starts at step 0.
 ///
 /// # Errors
 /// `Io`; `Format` for a damaged table, unless only its last line is incomplete.

@@ -1,8 +1,8 @@
-//! Checkpoints within a load, for large blocks: LAMMPS writes two restart files alternately while it relaxes, and a continued run
-//! starts from the newest complete one.
+//! Checkpoints within a load, for large blocks: LAMMPS writes two restart files alternately while it relaxes, and a
+//! continued run starts from the newest complete one.
 //!
-//! The result agrees with that of an uninterrupted run within the force tolerance, but not bit by bit: the minimiser restarts
-//! without its momentum.
+//! The result agrees with that of an uninterrupted run within the force tolerance, but not bit by bit: the minimiser
+//! restarts without its momentum.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -12,7 +12,7 @@ use std::time::{Duration, SystemTime};
 use super::cost::SECONDS_PER_ATOM_EVALUATION;
 use crate::{Error, Result};
 
-/// Computing time that a kill may lose. A state of three million atoms is written in a second.
+/// Computing time between two checkpoints, the most that a kill can lose. Writing three million atoms takes a second.
 pub const INTERVAL: Duration = Duration::from_secs(60);
 
 /// Marker at the start and end of a LAMMPS restart file.
@@ -42,7 +42,7 @@ pub fn newest(folder: &Path, step: usize) -> Option<PathBuf> {
     found.max().map(|(_, file)| file)
 }
 
-/// A kill or a full disk truncates a file without an error of LAMMPS.
+/// Checks the end marker: after a kill or on a full disk LAMMPS may leave a truncated file without an error.
 fn is_whole(file: &Path) -> std::io::Result<bool> {
     let mut handle = File::open(file)?;
     let mut tail = [0; 64];
@@ -100,7 +100,7 @@ mod tests {
         put("checkpoint.2.a", &whole, 20);
         put("checkpoint.2.b", &whole, 10);
         assert_eq!(newest(folder.path(), 2), Some(path("checkpoint.2.b")));
-        // Truncated while it was written.
+        // Truncated during writing.
         put("checkpoint.2.b", &whole[..300], 5);
         assert_eq!(newest(folder.path(), 2), Some(path("checkpoint.2.a")));
         put("checkpoint.2.a", b"", 0);

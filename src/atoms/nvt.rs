@@ -1,9 +1,9 @@
 //! Relaxed states at constant temperature: settings, sampling and averages.
 //!
-//! A separate job with one step for each load: the relaxed state of the load is expanded to the lattice constant at the
-//! temperature, equilibrated, and sampled for [`BLOCKS`] blocks of time. Contact is a probability for each surface atom, the
-//! fraction of samples in which it is in contact; errors are standard errors from block averages (Flyvbjerg & Petersen, J. Chem.
-//! Phys. 91 (1989) 461). Units: Å, eV, ps.
+//! A separate job with one step per load: the relaxed state of the load is expanded to the lattice constant at the
+//! temperature, equilibrated, and sampled for [`BLOCKS`] blocks of time. The contact probability of a surface atom is
+//! the fraction of samples in which it is in contact. Errors are standard errors from block averages (Flyvbjerg &
+//! Petersen, J. Chem. Phys. 91 (1989) 461). Units: Å, eV, ps.
 
 use std::path::Path;
 
@@ -13,17 +13,17 @@ use super::block::Block;
 use crate::record::results::ValueWithError;
 use crate::{Error, Result};
 
-/// Blocks of time that are averaged.
+/// Number of averaging blocks.
 pub const BLOCKS: usize = 32;
 
-/// Smallest number of merged blocks for an error estimate: eight means give the standard deviation to a quarter.
+/// Smallest number of merged blocks for an error estimate: eight blocks give the standard deviation to 25 %.
 const FEWEST_BLOCKS: usize = 8;
 
-/// Layers from the top without thermostat: two lattice constants, where contact is decided.
+/// Layers from the top without thermostat: two lattice constants, in which contact is determined.
 pub const FREE_LAYERS: usize = 4;
 
-/// Time step up to 300 K and above, ps. With 0.012 ps the energy of 2048 atoms at 300 K drifts by 2.6 meV/ns per atom, with 0.008
-/// ps by 0.5.
+/// Time step up to 300 K and above, ps. With 0.012 ps the energy of 2048 atoms at 300 K drifts by 2.6 meV/ns per
+/// atom, with 0.008 ps by 0.5.
 const TIMESTEPS_PS: [f64; 2] = [0.008, 0.004];
 
 /// Time steps between samples: 0.04 to 0.08 ps, well below the shortest vibration period of about 0.2 ps.
@@ -39,14 +39,15 @@ pub const LEAST_AVERAGED_PS: f64 = BLOCKS as f64 * SHORTEST_BLOCK_PS;
 const DAMP_PS: f64 = 1.0;
 const VISCOUS: f64 = 0.02;
 
-/// Processor time of a time step over that of a force evaluation of a minimiser: molecular dynamics rebuilds neighbour lists.
+/// Processor time of a time step over that of a force evaluation of a minimiser: molecular dynamics rebuilds
+/// neighbour lists.
 pub const MD_STEP_COST_RATIO: f64 = 2.0;
 
 /// Settings of the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct NvtSettings {
     pub temperature_k: f64,
-    /// Total time at a load, ps, and the fraction of it for equilibration.
+    /// Total time per load, ps, and its fraction for equilibration.
     pub time_ps: f64,
     pub equilibration: f64,
     /// Lattice constant at the temperature, Å.
@@ -65,7 +66,8 @@ pub struct NvtRun {
     /// First and last id of the surface layer, and of the atoms with a thermostat.
     pub surface: [u32; 2],
     pub thermostatted: [u32; 2],
-    /// Loads, rising, eV/Å: those of the relaxed states times the expansion of the cell's area, so that the pressure is the same.
+    /// Loads, rising, eV/Å: those of the relaxed states times the expansion of the cell's area, so that the pressure
+    /// is the same.
     pub loads: Vec<f64>,
     /// BLAKE3 hash of the load steps of the relaxed states.
     pub relaxed_hash: String,
@@ -97,7 +99,8 @@ impl NvtSettings {
 }
 
 impl NvtRun {
-    /// The run that samples the relaxed states of `loads` (eV/Å, rising) on `block`; `relaxed_hash` is the hash of their load steps.
+    /// The run that samples the relaxed states of `loads` (eV/Å, rising) on `block`; `relaxed_hash` is the hash of
+    /// their load steps.
     pub(super) fn new(
         settings: &NvtSettings,
         block: &Block,
@@ -258,8 +261,8 @@ fn sites(frame: &str, first: u32) -> Option<Sites> {
     Some((touching, positions))
 }
 
-/// Mean of block averages with its standard error: the largest estimate when neighbouring blocks are merged in pairs, down to
-/// `FEWEST_BLOCKS`. Blocks shorter than the correlation time give too small an error before they are merged.
+/// Mean of block averages with its standard error: the largest estimate when neighbouring blocks are merged in pairs,
+/// down to `FEWEST_BLOCKS`. Blocks shorter than the correlation time underestimate the error.
 pub fn mean(blocks: &[f64]) -> ValueWithError {
     let value = blocks.iter().sum::<f64>() / blocks.len() as f64;
     let (mut merged, mut error) = (blocks.to_vec(), 0.0_f64);

@@ -1,7 +1,7 @@
-//! What a potential's crystal is like, measured with LAMMPS at 0 K.
+//! Properties of the crystal of a potential at 0 K, measured with LAMMPS.
 //!
-//! The scripts are `lammps-inputs/properties/*.in`; each prints its results as lines `RES name value` and can be run by
-//! hand. `measure` runs the same files, so that what a person sees and what the program believes cannot differ.
+//! The scripts are `lammps-inputs/properties/*.in`; each prints its results as lines `RES name value` and can be run
+//! by hand. [`measure`] runs the same files.
 
 use std::collections::BTreeMap;
 use std::io::ErrorKind;
@@ -16,14 +16,14 @@ use crate::error::{Error, LammpsFailure, Result};
 use crate::interface::Cubic;
 use crate::units::J_M2_PER_EV_A2;
 
-/// Something that can run a LAMMPS script: a program, or recorded output.
+/// Runs LAMMPS scripts: the program, or a replay of recorded output.
 pub trait RunScript {
-    /// Runs `script` (an absolute path) with `folder` as the working directory and `-var name words...` for each of
-    /// `vars`; a value of several words makes an index variable. Returns what LAMMPS printed.
+    /// Runs `script` (an absolute path) in the working directory `folder`, with `-var name words...` for each of
+    /// `vars`; several words define an index variable. Returns the screen output of LAMMPS.
     fn run(&self, folder: &Path, script: &Path, vars: &[(&str, String)]) -> Result<String>;
 }
 
-/// LAMMPS as a program, one process, without a time limit.
+/// LAMMPS as a single process without a time limit.
 #[derive(Debug, Clone)]
 pub struct LmpCommand {
     pub program: PathBuf,
@@ -33,7 +33,7 @@ impl RunScript for LmpCommand {
     fn run(&self, folder: &Path, script: &Path, vars: &[(&str, String)]) -> Result<String> {
         let log = script.file_stem().map_or("log.lammps".into(), |s| format!("{}.log", s.to_string_lossy()));
         let mut command = Command::new(&self.program);
-        // One thread: these cells are too small for more, and LAMMPS warns if nobody says how many.
+        // One thread: the cells are too small for more, and LAMMPS warns if the variable is not set.
         command.current_dir(folder).env("OMP_NUM_THREADS", "1").stdin(Stdio::null());
         command.arg("-in").arg(script).arg("-log").arg(log);
         for (name, value) in vars {
@@ -61,7 +61,7 @@ impl RunScript for LmpCommand {
     }
 }
 
-/// The values of all lines `RES name value` that LAMMPS printed.
+/// Values of all lines `RES name value` of the output.
 ///
 /// # Errors
 /// `Error::Lammps` if a value is not a finite number.
@@ -80,34 +80,34 @@ pub fn results(folder: &Path, printed: &str) -> Result<BTreeMap<String, f64>> {
     Ok(found)
 }
 
-/// The fcc crystal of a potential at 0 K.
+/// Properties of the fcc crystal of a potential at 0 K.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Properties {
     pub a0_angstrom: f64,
-    /// Energy per atom of the free atoms less that of the crystal, eV.
+    /// Energy per atom of isolated atoms minus that of the crystal, eV.
     pub cohesive_energy_ev: f64,
     pub c11_gpa: f64,
     pub c12_gpa: f64,
     pub c44_gpa: f64,
-    /// Contact modulus E* of the (001) surface, from the elastic constants.
+    /// Contact modulus E* of the (001) surface, computed from the elastic constants, GPa.
     pub contact_modulus_gpa: f64,
-    /// Relaxed at fixed volume.
+    /// Vacancy formation energy, relaxed at fixed volume, eV.
     pub vacancy_ev: f64,
-    /// (100), relaxed.
+    /// Surface energy of (100), relaxed, J/m².
     pub surface_j_m2: f64,
-    /// Intrinsic stacking fault on (111), relaxed along the normal, and the barrier on the way to it.
+    /// Intrinsic (stable) and unstable stacking-fault energy on (111), relaxed along the normal, J/m².
     pub stacking_fault_j_m2: f64,
     pub unstable_fault_j_m2: f64,
-    /// Energy per atom of hcp less that of fcc, eV.
+    /// Energy per atom of hcp minus that of fcc, eV.
     pub hcp_minus_fcc_ev: f64,
 }
 
-/// Strain of the central differences: third-order constants enter with its square, 1e-6, rounding of the printed
-/// stresses with 1e-7.
+/// Strain of the central differences. Relative errors: 1e-6 from third-order elastic constants (strain squared), 1e-7
+/// from rounding of the printed stresses.
 const STRAIN: f64 = 1e-3;
 const GPA_PER_BAR: f64 = 1e-4;
-/// What `folder` holds a copy of the table as: LAMMPS cuts a path at its spaces.
+/// File name of the copy of the table in `folder`; LAMMPS splits paths at spaces.
 const TABLE: &str = "potential.eam.alloy";
 
 const SCRIPTS: [(&str, &str); 5] = [
@@ -118,12 +118,13 @@ const SCRIPTS: [(&str, &str); 5] = [
     ("stacking_fault.in", include_str!("../../lammps-inputs/properties/stacking_fault.in")),
 ];
 
-/// Measures the fcc crystal of `element` in the table `setfl`; `a0_angstrom` is the first guess of the lattice
-/// constant. Scripts, a copy of the table and the logs stay in `folder`, which is made if need be. Seconds on one core.
+/// Measures the fcc crystal of `element` in the table `setfl`; `a0_angstrom` is the initial value of the lattice
+/// constant. Scripts, a copy of the table and the logs remain in `folder`, which is created if necessary. Takes
+/// seconds on one core.
 ///
 /// # Errors
-/// `Error::Format` if the table is damaged or lacks the element, `Error::Lammps` if LAMMPS fails or a result is missing,
-/// `Error::Input` if the measured elastic constants are those of an unstable crystal.
+/// `Error::Format` if the table is damaged or lacks the element; `Error::Lammps` if LAMMPS fails or a result is
+/// missing; `Error::Input` if the measured elastic constants violate crystal stability.
 pub fn measure(
     lammps: &dyn RunScript,
     folder: &Path,
@@ -148,13 +149,13 @@ pub fn measure(
             ("strain", STRAIN.to_string()),
         ];
         measured.extend(results(folder, &lammps.run(folder, &script, &vars)?)?);
-        // `lattice.in` comes first: the others strain and cut the relaxed crystal.
+        // `lattice.in` comes first: the other scripts use the relaxed lattice constant.
         a0 = measured.get("a0").copied().unwrap_or(a0);
     }
     derive(folder, &measured)
 }
 
-/// From what the scripts print (bar, eV, eV/Å²) to [`Properties`].
+/// Converts the script results (bar, eV, eV/Å²) to [`Properties`].
 fn derive(folder: &Path, measured: &BTreeMap<String, f64>) -> Result<Properties> {
     let get = |name: &str| {
         measured.get(name).copied().ok_or_else(|| Error::Lammps {
@@ -183,21 +184,21 @@ fn derive(folder: &Path, measured: &BTreeMap<String, f64>) -> Result<Properties>
     })
 }
 
-/// `potentials/Ca.toml`: where a table comes from and what was measured with it.
+/// Card of a potential (`potentials/Ca.toml`): provenance and measured properties.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Card {
     pub file: String,
-    /// Of the table, in hexadecimal.
+    /// BLAKE3 hash of the table, hexadecimal.
     pub blake3: String,
     pub licence: String,
     pub element: String,
     pub style: String,
     pub units: String,
-    /// Functional form and fit.
+    /// Functional form and reference of the fit.
     pub source: String,
     pub measured: Measured,
-    /// The stated values, and how far a measurement may be from them, in the same units.
+    /// Stated values, and tolerances of a measurement in the same units.
     pub properties: Properties,
     pub tolerance: Properties,
 }
@@ -213,13 +214,13 @@ impl Card {
     /// The card of the generated calcium-like potential.
     ///
     /// # Errors
-    /// `Error::Format` if the file built into the program is not a card; a test reads it.
+    /// `Error::Format` if the embedded file is not a valid card.
     pub fn calcium() -> Result<Card> {
         let text = include_str!("../../potentials/Ca.toml");
         toml::from_str(text).map_err(|e| Error::format("potentials/Ca.toml", e.message(), "a potential's card"))
     }
 
-    /// One sentence for each property of `found` that is further from the stated value than its tolerance.
+    /// One sentence for each property of `found` that deviates from the stated value by more than its tolerance.
     pub fn deviations(&self, found: &Properties) -> Vec<String> {
         let columns = [found, &self.properties, &self.tolerance].map(named);
         let mut list = Vec::new();
@@ -253,7 +254,7 @@ fn named(p: &Properties) -> [(&'static str, f64); 11] {
 mod tests {
     use super::*;
 
-    /// What LAMMPS printed for the calcium-like potential, by script.
+    /// Output of LAMMPS for the calcium-type potential, by script.
     const RECORDED: [(&str, &str); 5] = [
         ("lattice.in", "noise\nRES a0 5.5883981287\nRES energy -1.8400004595\nRES energy_hcp -1.8382084265\n"),
         (
@@ -333,7 +334,8 @@ mod tests {
         let script = folder.path().join("x.in");
         let error = LmpCommand { program: "/no/such/lmp".into() }.run(folder.path(), &script, &[]).unwrap_err();
         assert_eq!(error.exit_code(), 5, "{error}");
-        // Stand-ins for LAMMPS that end without a word: true does not finish, false has a status.
+        // Programs that end without the output of LAMMPS: `true` does not finish the script, `false` returns status
+        // 1.
         for (program, failure) in [("true", LammpsFailure::Unfinished), ("false", LammpsFailure::Status(1))] {
             match (LmpCommand { program: program.into() }).run(folder.path(), &script, &[]) {
                 Err(Error::Lammps { failure: found, .. }) => assert_eq!(found, failure),

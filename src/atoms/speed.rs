@@ -7,8 +7,8 @@ use std::path::Path;
 const SCRIPT: (&str, &str) = ("force_evaluation.in", include_str!("../../lammps-inputs/force_evaluation.in"));
 
 /// Measures the processor time of a force evaluation of one LAMMPS process, seconds per atom, with
-/// `lammps-inputs/force_evaluation.in`: about a second in `folder`, which keeps script and log. `potential`, in that folder, is a
-/// table of `element`; its crystal has the lattice constant `a0_angstrom`.
+/// `lammps-inputs/force_evaluation.in`: about a second in `folder`, which keeps script and log. `potential`, in that
+/// folder, is a table of `element`; its crystal has the lattice constant `a0_angstrom`.
 ///
 /// # Errors
 /// `Io`; `Lammps` if the run fails or prints no loop time.
@@ -28,8 +28,8 @@ pub fn measure(
     })
 }
 
-/// Evaluates the lines `Loop time of 0.65 on 1 procs for 20 steps with 48600 atoms` and `98.8% CPU use with 1 MPI tasks ...`: the
-/// wall time includes the use of other programs.
+/// Evaluates the lines `Loop time of 0.65 on 1 procs for 20 steps with 48600 atoms` and
+/// `98.8% CPU use with 1 MPI tasks ...`: the wall time includes the use of other programs.
 fn evaluation(printed: &str) -> Option<f64> {
     let line = printed.lines().find(|l| l.starts_with("Loop time of"))?;
     let numbers: Vec<f64> = line.split_whitespace().filter_map(|w| w.parse().ok()).collect();

@@ -1,21 +1,22 @@
 //! The unloading branch of a displacement ramp: reversal, refinement, end and pull-off force.
 //!
-//! Unloading takes the same steps as loading, until the surfaces are separated. With adhesion the steps are refined before the
-//! load passes zero, where the pull-off force is found.
+//! Unloading takes the same steps as loading, until the surfaces are separated. With adhesion the steps are refined
+//! before the load passes zero, where the pull-off force is found.
 
 use super::load_history::StepRecord;
 use crate::record::results::AtomPullOff;
 use crate::units::NN_PER_EV_A;
 
-/// Unloading step over refined step: 0.3 Å becomes 0.075 Å, an eighth of the displacement (0.6 Å with a range of 0.5 Å) from zero
-/// load to pull-off.
+/// Unloading step over refined step: 0.3 Å becomes 0.075 Å, an eighth of the displacement (0.6 Å with a range of 0.5
+/// Å) from zero load to pull-off.
 pub const STEP_REFINEMENT: usize = 4;
 
-/// Unloading ends when there is no contact and the pull has decayed to this fraction of its maximum, as in the continuum.
+/// Unloading ends when there is no contact and the pull has decayed to this fraction of its maximum, as in the
+/// continuum.
 pub const PULL_FRACTION: f64 = 0.3;
 
-/// Unloading ends in any case when the indenter is this far above its first position, Å: beyond the range of the adhesion only
-/// material transfer holds it.
+/// Unloading ends at the latest when the indenter is this far above its initial position, Å: beyond the range of the
+/// adhesion the surfaces can be connected only by material transfer.
 pub const MAX_RISE_ANGSTROM: f64 = 7.0;
 
 /// State of an unloading branch, which a continued run needs.
@@ -32,8 +33,8 @@ pub struct UnloadingState {
 }
 
 impl UnloadingState {
-    /// The unloading branch of a ramp that reversed at step `reversal_step`, up to the last of `records`. Steps are refined with
-    /// `adhesion` only, from where the load would pass zero within the next step.
+    /// The unloading branch of a ramp that reversed at step `reversal_step`, up to the last of `records`. Steps are
+    /// refined with `adhesion` only, from where the load would pass zero within the next step.
     pub(super) fn of(records: &[StepRecord], reversal_step: usize, adhesion: bool) -> Self {
         let mut state = UnloadingState { reversal_step, refined_from: None, min_load: 0.0, end: None };
         for pair in records[reversal_step..].windows(2) {
@@ -52,8 +53,8 @@ impl UnloadingState {
     }
 }
 
-/// `-var` pairs of `displacement_ramp.in` for unloading; `resumed` is the unloading branch and the last finished step of a job that
-/// continues on it.
+/// `-var` pairs of `displacement_ramp.in` for unloading; `resumed` is the unloading branch and the last finished step
+/// of a job that continues on it.
 pub(super) fn variables(resumed: Option<(UnloadingState, &StepRecord)>) -> Vec<(&'static str, String)> {
     let mut list = vec![
         ("unload", "1".to_string()),
@@ -70,10 +71,11 @@ pub(super) fn variables(resumed: Option<(UnloadingState, &StepRecord)>) -> Vec<(
     list
 }
 
-/// Pull-off force: the largest tensile load among the steps from `turn` on; none without tensile load. `load_unit` is the load at
-/// p* = 1, eV/Å.
+/// Pull-off force: the largest tensile load among the steps from `turn` on; `None` without tensile load. `load_unit`
+/// is the load at p* = 1, eV/Å.
 ///
-/// The pull increases ever more slowly towards its maximum; its increase on the step to the maximum therefore bounds the error.
+/// The slope of the tensile load decreases towards the maximum, so its increase over the step to the maximum bounds
+/// the error.
 pub fn pull_off(records: &[StepRecord], turn: usize, load_unit: f64) -> Option<AtomPullOff> {
     let back = records.get(turn..)?;
     let k = (0..back.len()).min_by(|&a, &b| back[a].load.total_cmp(&back[b].load)).filter(|&k| k > 0)?;

@@ -1,13 +1,13 @@
 //! Areas of the Voronoi cells of surface atoms.
 //!
-//! Areas of contact atoms differ from the lattice value: by 0.2 to 1.2 % on average in an elastic crystal (quickstart), by 4.5 %
-//! with a scatter of 18 % after yield (8 nm, resolved slope 1).
+//! Areas of contact atoms differ from the lattice value: by 0.2 to 1.2 % on average in an elastic crystal
+//! (quickstart), by 4.5 % with a scatter of 18 % after yield (8 nm, resolved slope 1).
 
-/// First radius of the neighbour search, mean spacings; increased where it is too small.
+/// First radius of the neighbour search, in mean spacings; increased where too small.
 const FIRST_LOOK: f64 = 2.5;
 
-/// Areas of the Voronoi cells of the points of a periodic square of edge `length`; their sum is its area. Points may lie outside
-/// of the square. Of coinciding points the first has the cell.
+/// Areas of the Voronoi cells of the points of a periodic square of edge `length`; their sum is the area of the
+/// square. Points may lie outside the square. Of coinciding points the first one gets the cell.
 pub fn shares(points: &[[f64; 2]], length: f64) -> Vec<f64> {
     let spacing = length / (points.len() as f64).sqrt().max(1.0);
     let bins = Bins::new(points, length, spacing);
@@ -39,7 +39,7 @@ fn share(bins: &Bins, points: &[[f64; 2]], own: usize, at: [f64; 2], spacing: f6
     }
 }
 
-/// Keeps the part of a convex polygon around the origin that is nearer to the origin than to `d`.
+/// Clips a convex polygon around the origin to the half-plane that is nearer to the origin than to `d`.
 fn clip(cell: &mut Vec<[f64; 2]>, d: [f64; 2]) {
     let half = 0.5 * (d[0] * d[0] + d[1] * d[1]);
     let beyond = |v: &[f64; 2]| v[0] * d[0] + v[1] * d[1] - half;

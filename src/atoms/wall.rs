@@ -1,10 +1,11 @@
-//! The rigid indenter's atoms seen as a wall: what a plane of them does, per area, to an fcc (100) surface.
+//! Areal law of the rigid indenter: energy and pressure of a plane net of indenter atoms on an fcc (100) surface.
 //!
-//! The wall is a square net of spacing s, hence `n₁ = 1/s²` atoms per area, in front of a crystal with `n_s = 2/a₀²`
-//! atoms per area of each (100) plane and planes `a₀/2` apart. d is the distance between the net and the outermost
-//! plane of nuclei. "Areal" laws are averages over the registry of net and crystal: `E(d) = n_s n₁ Σ_planes ∫_z^∞ V(r)
-//! 2πr dr`, hence `P = -dE/dd = n_s Σ_planes 2π n₁ z V(z)`. A net that is incommensurate with the crystal realises the
-//! average in every small patch. Units: Å, eV; pressures in eV/Å³, repulsion positive.
+//! The wall is a square net of spacing s with `n₁ = 1/s²` atoms per area. Each (100) plane of the crystal has
+//! `n_s = 2/a₀²` atoms per area, and the planes are `a₀/2` apart. d is the distance between the net and the outermost
+//! plane of nuclei. Areal laws are averages over the registry of net and crystal:
+//! `E(d) = n_s n₁ Σ_planes ∫_z^∞ V(r) 2πr dr`, hence `P = -dE/dd = n_s Σ_planes 2π n₁ z V(z)`. A net that is
+//! incommensurate with the crystal has all registries within every small area. Units: Å, eV; pressures in eV/Å³,
+//! repulsion positive.
 
 use std::f64::consts::PI;
 
@@ -12,21 +13,21 @@ use crate::error::{Complaint, Error, Result};
 use crate::interface::{Law, LennardJonesWall};
 use crate::units::GPA_PER_EV_A3;
 
-/// Lennard-Jones depth and length of the challenge's indenter.
+/// Lennard-Jones energy (eV) and length (Å) of the challenge's indenter.
 pub const EPSILON_EV: f64 = 0.2145;
 pub const SIGMA_ANGSTROM: f64 = 3.5927;
-/// The challenge's criterion: an atom nearer than this to an indenter atom is in contact. It is the Lennard-Jones
-/// minimum plus 0.0027 Å: whoever feels any repulsion touches.
+/// Contact criterion of the challenge: an atom within this distance of an indenter atom is in contact. It is the
+/// Lennard-Jones minimum plus 0.0027 Å, so every atom under repulsion is in contact.
 pub const CONTACT_DISTANCE_ANGSTROM: f64 = 4.0354;
-/// The adhesive pair term ends this many decay lengths outside the Lennard-Jones minimum. Ending (and shifting) it
-/// there takes about 0.6 % from the energy at the minimum, which the calibration gives back.
+/// Cut-off of the adhesive pair term, in decay lengths beyond the Lennard-Jones minimum. Truncation and shift reduce
+/// the energy at the minimum by about 0.6 %, which the calibration compensates.
 pub const CUTOFF_DECAY_LENGTHS: f64 = 7.0;
-/// Step of the searches along d, Å: a hundredth of the distance over which the wall's stiffness doubles.
+/// Step of the searches along d, Å: 1 % of the distance over which the stiffness of the wall doubles.
 const SCAN_STEP: f64 = 0.002;
-/// The searches end here, as a part of σ: the repulsion is above 10⁴ GPa.
+/// Smallest distance of the searches over σ: the repulsion exceeds 10⁴ GPa there.
 const SCAN_END: f64 = 0.5;
 
-/// A net of Lennard-Jones atoms, truncated and shifted at the minimum, against an fcc (100) surface.
+/// Net of Lennard-Jones atoms, cut off and shifted at the minimum, on an fcc (100) surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wall {
     pub epsilon_ev: f64,
@@ -38,10 +39,10 @@ pub struct Wall {
 }
 
 impl Wall {
-    /// The challenge's ε and σ.
+    /// A wall with ε and σ of the challenge.
     ///
     /// # Errors
-    /// `Error::Input` unless both lengths are positive numbers.
+    /// `Error::Input` unless both lengths are positive.
     pub fn new(spacing_angstrom: f64, a0_angstrom: f64) -> Result<Self> {
         let lengths = [("spacing of the indenter's atoms", spacing_angstrom), ("lattice constant", a0_angstrom)];
         let list: Vec<Complaint> = lengths
@@ -55,29 +56,30 @@ impl Wall {
         Ok(Wall { epsilon_ev: EPSILON_EV, sigma_angstrom: SIGMA_ANGSTROM, spacing_angstrom, a0_angstrom })
     }
 
-    /// Distance r_m = 2^(1/6) σ of the Lennard-Jones minimum, which is also its cut-off, Å.
+    /// Lennard-Jones minimum r_m = 2^(1/6) σ, which is also the cut-off, Å.
     pub fn minimum_angstrom(&self) -> f64 {
         self.sigma_angstrom * 2f64.powf(1.0 / 6.0)
     }
 
-    /// n_s n₁ 2π, Å⁻⁴: turns ∫ V r dr into energy per area.
+    /// 2π n_s n₁, Å⁻⁴: prefactor from ∫ V r dr to energy per area.
     fn pairs(&self) -> f64 {
         let per_area = 2.0 / (self.a0_angstrom * self.a0_angstrom);
         2.0 * PI * per_area / (self.spacing_angstrom * self.spacing_angstrom)
     }
 
-    /// Distances z = d + k a₀/2 of the crystal's planes that are nearer than `reach`.
+    /// Distances z = d + k a₀/2 of the crystal planes within `reach`.
     fn planes(&self, d: f64, reach: f64) -> impl Iterator<Item = f64> {
         let gap = 0.5 * self.a0_angstrom;
         (0..).map(move |k| d + gap * k as f64).take_while(move |z| *z < reach)
     }
 
-    /// The areal law of one crystal plane, in Å and eV, as the continuum's soft wall has it.
+    /// Areal law of one crystal plane, in Å and eV, as in the compliant wall of the continuum.
     pub fn areal_law(&self) -> LennardJonesWall {
         LennardJonesWall { strength: self.pairs() * self.epsilon_ev, sigma: self.sigma_angstrom }
     }
 
-    /// A function of the law, at the gaps of all crystal planes within its reach when the first is at distance `d`.
+    /// Sum of a function of the law over the gaps of all crystal planes within the cut-off, where the first plane is
+    /// at distance `d`.
     fn over_planes(&self, d: f64, of: impl Fn(&LennardJonesWall, f64) -> f64) -> f64 {
         let (law, m) = (self.areal_law(), self.minimum_angstrom());
         self.planes(d, m).map(|z| of(&law, z - m)).sum()
@@ -98,14 +100,14 @@ impl Wall {
         self.over_planes(d, |law, gap| law.slope(gap))
     }
 
-    /// The distance at which the areal repulsion is `pressure` (eV/Å³), Å; r_m for no pressure or tension, 0 for more
-    /// than the law has anywhere.
+    /// Distance at which the areal repulsion is `pressure` (eV/Å³), Å; r_m for zero or tensile pressure, 0 for a
+    /// pressure above the maximum of the law.
     pub fn distance_at_pressure(&self, pressure: f64) -> f64 {
         let m = self.minimum_angstrom();
         if pressure.is_nan() || pressure <= 0.0 {
             return m;
         }
-        // The law is linear below its floor, so that its pressure is bounded.
+        // The law is linear below a minimum gap, so its pressure is bounded.
         if pressure >= self.repulsion_pressure(0.0) {
             return 0.0;
         }
@@ -113,7 +115,7 @@ impl Wall {
         while self.repulsion_pressure(d) < pressure {
             d *= 0.5;
         }
-        // P falls and is convex, so Newton's steps from the left of the root never pass it.
+        // P decreases and is convex, so Newton steps from the left of the root never overshoot.
         for _ in 0..200 {
             let step = (self.repulsion_pressure(d) - pressure) / self.repulsion_stiffness(d);
             if step > 1e-15 * d {
@@ -125,9 +127,8 @@ impl Wall {
         d
     }
 
-    /// The smallest adhesion range this wall can carry with the work of adhesion `gamma` (eV/Å²), Å, to 1 %: 0.207 Å
-    /// for the challenge's. It is a bound on stability, not a recommendation: below 0.5 Å single atoms feel the
-    /// registry.
+    /// Smallest range of adhesion for which a work of adhesion `gamma` (eV/Å²) has a stable equilibrium, Å, to 1 %:
+    /// 0.207 Å for the challenge. Below 0.5 Å the adhesion of single atoms depends on their registry.
     ///
     /// # Errors
     /// `Error::Input` if even a range of 10 Å fails.
@@ -147,38 +148,39 @@ impl Wall {
 
 /// Exponential adhesion `-γ exp(-(d - z₀)/ρ)` per area, z₀ = r_m, as a sum of pair terms.
 ///
-/// The pair term is `A exp(-r/ρ)/r`, LAMMPS `pair_style yukawa` with κ = 1/ρ: one plane of the net then gives exactly
-/// `2π n₁ A ρ exp(-z/ρ)`, and summing the crystal's planes multiplies by `1/(1 - exp(-a₀/2ρ))`.
+/// The pair term is `A exp(-r/ρ)/r`, LAMMPS `pair_style yukawa` with κ = 1/ρ. The energy of an atom above the net is then
+/// exactly `2π n₁ A ρ exp(-z/ρ)`, and the sum over the crystal planes multiplies it by `1/(1 - exp(-a₀/2ρ))`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Adhesion {
     pub wall: Wall,
-    /// Work of adhesion asked for, eV/Å², and decay length, Å.
+    /// Target work of adhesion, eV/Å², and decay length, Å.
     pub gamma_ev_a2: f64,
     pub rho_angstrom: f64,
     /// A, eV Å, negative; includes `calibration`.
     pub coefficient_ev_angstrom: f64,
     /// Pair cut-off, Å; LAMMPS must shift the pair energy to zero there (`pair_modify pair yukawa shift yes`).
     pub cutoff_angstrom: f64,
-    /// Factor on A that makes the real work of adhesion of repulsion plus adhesion γ; below 1, because the soft
-    /// repulsion lets the net come nearer than z₀. 1 if not calibrated.
+    /// Factor on A with which the work of adhesion of repulsion plus adhesion is γ; below 1, because the equilibrium
+    /// distance under the soft repulsion is smaller than z₀. 1 if not calibrated.
     pub calibration: f64,
-    /// Distance of the equilibrium without load, Å; z₀ if not calibrated.
+    /// Equilibrium distance without load, Å; z₀ if not calibrated.
     pub equilibrium_angstrom: f64,
 }
 
-/// Why a wall cannot carry an adhesion.
+/// Reason why a wall has no stable equilibrium with an adhesion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Refusal {
     Number {
         key: &'static str,
         found: f64,
     },
-    /// The equilibrium is lost before the work of adhesion reaches γ.
+    /// The equilibrium becomes unstable before the work of adhesion reaches γ.
     Weak {
         rho: f64,
         reached: f64,
     },
-    /// Equilibrium exists, but pressing beyond `pressure` (eV/Å³) pulls the net through the surface.
+    /// An equilibrium exists, but beyond `pressure` (eV/Å³) the adhesion exceeds the repulsion and the net passes
+    /// through the surface.
     PullsThrough {
         rho: f64,
         pressure: f64,
@@ -208,7 +210,7 @@ impl Refusal {
 }
 
 impl Adhesion {
-    /// The pair term whose areal energy is `-γ exp(-(d - z₀)/ρ)` but for the cut-off (Å), whatever the repulsion does.
+    /// Pair term with the areal energy `-γ exp(-(d - z₀)/ρ)` apart from the cut-off (Å), regardless of the repulsion.
     pub fn uncalibrated(wall: &Wall, gamma_ev_a2: f64, rho_angstrom: f64, cutoff_angstrom: f64) -> Self {
         let (rho, z0) = (rho_angstrom, wall.minimum_angstrom());
         let planes = 1.0 / (1.0 - (-0.5 * wall.a0_angstrom / rho).exp());
@@ -223,12 +225,12 @@ impl Adhesion {
         }
     }
 
-    /// The pair term for which two flats have the work of adhesion γ, cut off [`CUTOFF_DECAY_LENGTHS`] outside r_m.
+    /// Pair term with which two flats have the work of adhesion γ; cut-off [`CUTOFF_DECAY_LENGTHS`] beyond r_m.
     ///
     /// # Errors
-    /// `Error::Input`, with the smallest usable range, if ρ is so small (below 0.21 Å at the challenge's γ) that the
-    /// uncapped exponential beats the repulsion's core: there is no equilibrium with this work of adhesion, or one
-    /// through which a load pulls the net.
+    /// `Error::Input`, with the smallest usable range, if ρ is too small (below 0.21 Å at the γ of the challenge):
+    /// the exponential then exceeds the repulsive core, and there is no equilibrium with this work of adhesion, or
+    /// only one that is unstable under load.
     pub fn new(wall: &Wall, gamma_ev_a2: f64, rho_angstrom: f64) -> Result<Self> {
         Self::calibrate(wall, gamma_ev_a2, rho_angstrom)
             .map_err(|unavailable_reason| unavailable_reason.into_error(wall.smallest_range(gamma_ev_a2).ok()))
@@ -242,8 +244,8 @@ impl Adhesion {
         }
         let z0 = wall.minimum_angstrom();
         let plain = Self::uncalibrated(wall, gamma, rho, z0 + CUTOFF_DECAY_LENGTHS * rho);
-        // Each d < r_m is the equilibrium of one factor c(d) = P_rep/|P_adh|. Coming from outside, it is stable while c
-        // grows; there dW/dc = |E_adh| > 0, so W(d) grows too, and the first d with W = γ is the one sought.
+        // Each d < r_m is the equilibrium of one factor c(d) = P_rep/|P_adh|. With decreasing d it is stable while c
+        // increases. There dW/dc = |E_adh| > 0, so W(d) increases, too, and the first d with W = γ is the solution.
         let factor = |d: f64| -wall.repulsion_pressure(d) / plain.pressure(d);
         let work = |d: f64| -wall.repulsion_energy(d) - factor(d) * plain.energy(d);
         let (mut outer, mut d) = (z0, z0 - SCAN_STEP);
@@ -288,7 +290,7 @@ impl Adhesion {
         1.0 / self.rho_angstrom
     }
 
-    /// Areal energy of the adhesive term alone, with its cut-off, eV/Å².
+    /// Areal energy of the adhesive term alone, cut-off included, eV/Å².
     pub fn energy(&self, d: f64) -> f64 {
         let (rho, rc) = (self.rho_angstrom, self.cutoff_angstrom);
         let end = (-rc / rho).exp();
@@ -296,7 +298,7 @@ impl Adhesion {
         self.wall.pairs() * self.coefficient_ev_angstrom * self.wall.planes(d, rc).map(one_plane).sum::<f64>()
     }
 
-    /// Areal pressure of the adhesive term alone, eV/Å³; negative, it pulls.
+    /// Areal pressure of the adhesive term alone, eV/Å³; negative (attraction).
     pub fn pressure(&self, d: f64) -> f64 {
         let (rho, rc) = (self.rho_angstrom, self.cutoff_angstrom);
         let one_plane = |z: f64| (-z / rho).exp() - z * (-rc / rho).exp() / rc;
@@ -308,7 +310,7 @@ impl Adhesion {
 mod tests {
     use super::*;
 
-    /// The challenge's adhesion on its scaled-down block: 2e-5 E* L with E* = 28.57 GPa and L = 978 Å, eV/Å².
+    /// Adhesion of the challenge on its scaled-down block: 2e-5 E* L with E* = 28.57 GPa and L = 978 Å, eV/Å².
     const GAMMA: f64 = 3.4879e-3;
 
     /// The recommended net: 11 points per 5 cells of calcium.
@@ -320,13 +322,14 @@ mod tests {
         pressure * GPA_PER_EV_A3
     }
 
-    /// Central differences of smooth closed forms with a step of 1e-4 Å: the error is the third derivative times h².
+    /// Central differences of smooth closed forms with step h = 1e-4 Å: the error is proportional to the third
+    /// derivative times h².
     const DERIVATIVE: f64 = 1e-5;
 
     #[test]
     fn pressure_and_stiffness_are_derivatives_of_the_energy() {
         let (w, h) = (wall(), 1e-4);
-        // The last two are where the second plane is in reach.
+        // At the last two distances the second plane is within the cut-off.
         for d in [4.0, 3.8, 3.66, 3.3, 2.5, 1.1, 0.9] {
             let p = (w.repulsion_energy(d - h) - w.repulsion_energy(d + h)) / (2.0 * h);
             assert!((p / w.repulsion_pressure(d) - 1.0).abs() < DERIVATIVE, "P({d})");
@@ -346,7 +349,7 @@ mod tests {
         let m = w.minimum_angstrom();
         assert!((m - 4.03267).abs() < 1e-5);
         assert_eq!((w.repulsion_energy(m), w.repulsion_pressure(m + 0.1)), (0.0, 0.0));
-        // A table of pair sums over 5 x 5 cells, read to 0.01 Å: 1, 5, 14, 28 GPa at these distances.
+        // Distances from pair sums over 5 x 5 cells, to 0.01 Å, at 1, 5, 14 and 28 GPa.
         for (d, p) in [(3.84, 1.0), (3.66, 5.0), (3.50, 14.0), (3.36, 28.0)] {
             let slack = gpa(w.repulsion_stiffness(d)) * 0.01;
             assert!((gpa(w.repulsion_pressure(d)) - p).abs() < slack, "{} GPa at {d}", gpa(w.repulsion_pressure(d)));
@@ -373,7 +376,7 @@ mod tests {
     fn the_uncut_pair_sum_is_the_exponential() {
         let w = wall();
         for rho in [0.3, 0.5, 1.0, 2.0] {
-            // 40 decay lengths leave 1e-16 of the cut-off's effect.
+            // A cut-off of 40 decay lengths leaves a relative truncation error of 1e-16.
             let a = Adhesion::uncalibrated(&w, GAMMA, rho, w.minimum_angstrom() + 40.0 * rho);
             for d in [3.5, 4.0, 5.0] {
                 let expected = -GAMMA * (-(d - w.minimum_angstrom()) / rho).exp();
@@ -385,9 +388,9 @@ mod tests {
     #[test]
     fn the_calibrated_work_of_adhesion_is_gamma() {
         let w = wall();
-        // Factors from explicit pair sums over 5 x 5 cells, searched on a grid of 0.01 Å, with a cut-off at 8 decay
-        // lengths and 0.5 Å. Ours ends at 7, which takes 0.5 % more; the rest of the 1.2 % is for the grid and the
-        // small cell.
+        // Factors from explicit pair sums over 5 x 5 cells on a grid of 0.01 Å, with a cut-off at 8 decay lengths and
+        // 0.5 Å. Our cut-off at 7 decay lengths increases the factor by 0.5 %; the remaining 0.7 % are due to the
+        // grid and the small cell.
         for (rho, factor) in [(0.3, 0.530), (0.5, 0.746), (1.0, 0.902), (2.0, 0.970)] {
             let a = Adhesion::new(&w, GAMMA, rho).unwrap();
             let total = |d: f64| w.repulsion_energy(d) + a.energy(d);
@@ -404,7 +407,7 @@ mod tests {
     #[test]
     fn a_range_below_the_cores_is_refused_with_the_smallest_that_works() {
         let w = wall();
-        // 0.2 Å has an equilibrium, but a pressure of 10 GPa would pull the net through.
+        // With 0.2 Å an equilibrium exists, but it is lost above a pressure of 10 GPa.
         for (rho, why) in [(0.0203, "equilibrium is lost"), (0.1, "equilibrium is lost"), (0.2, "beyond a pressure of")]
         {
             let message = Adhesion::new(&w, GAMMA, rho).unwrap_err().to_string();
@@ -414,8 +417,8 @@ mod tests {
         let least = w.smallest_range(GAMMA).unwrap();
         assert!((0.20..0.21).contains(&least), "{least}");
         assert!(Adhesion::new(&w, GAMMA, least).is_ok() && Adhesion::new(&w, GAMMA, 0.97 * least).is_err());
-        // A stronger adhesion needs a longer range, up to that at which the exponential is softer than the core
-        // anywhere.
+        // A stronger adhesion needs a longer range, up to the range at which the exponential is softer than the core
+        // everywhere.
         let (weak, strong) = (w.smallest_range(0.1 * GAMMA).unwrap(), w.smallest_range(30.0 * GAMMA).unwrap());
         assert!(weak < least && least < strong && strong < 0.23, "{weak} {least} {strong}");
     }

@@ -50,10 +50,11 @@ fn around(a: usize, b: usize, n: usize) -> f64 {
     d.min(n - d) as f64
 }
 
-/// For each node the nearest row of its column with a marked node; of two at the same distance, the one found by increasing rows.
+/// For each node the nearest row of its column with a marked node; of two at the same distance, the one found by
+/// increasing rows.
 fn nearest_rows(nx: usize, ny: usize, map: &[u8]) -> Vec<u32> {
     let mut rows = vec![NO_NODE; nx * ny];
-    // Twice in each direction: the first pass does not know the rows beyond the periodic boundary.
+    // Two passes in each direction: the first one has no data beyond the periodic boundary.
     let mut last = vec![NO_NODE; nx];
     for y in (0..ny).chain(0..ny) {
         for x in 0..nx {
@@ -80,7 +81,7 @@ fn nearest_rows(nx: usize, ny: usize, map: &[u8]) -> Vec<u32> {
 /// Lower envelope of parabolas `(x dx - k dx)² + f(k)` along a row and half a row to either side of it.
 #[derive(Default)]
 struct Envelope {
-    /// Column, its f, and from where on (in columns) its parabola is the lowest.
+    /// Column, its f, and start (in columns) of the interval in which its parabola is the lowest.
     parts: Vec<(i64, f64, f64)>,
     at: usize,
 }

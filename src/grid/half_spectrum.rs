@@ -5,10 +5,11 @@ use std::ops::{Deref, DerefMut};
 /// Bytes of a cache line.
 const LINE: usize = 64;
 
-/// A half spectrum: `ny` rows of `nx/2+1` coefficients, a row `pitch` elements after the one before (see [`Grid::pitch`]).
+/// A half spectrum: `ny` rows of `nx/2+1` coefficients, a row `pitch` elements after the one before (see
+/// [`Grid::pitch`]).
 ///
-/// Rows longer than a block of columns are aligned to cache lines, so that the blocks of the column pass are whole lines, too. Without
-/// alignment, gathering 2048² coefficients takes two to three times as long.
+/// Rows longer than a block of columns are aligned to cache lines, so that the blocks of the column pass are whole
+/// lines, too. Without alignment, gathering 2048² coefficients takes two to three times as long.
 #[derive(Debug)]
 pub struct HalfSpectrum<T> {
     elements: Vec<Complex<T>>,
@@ -22,7 +23,7 @@ impl<T: Real> HalfSpectrum<T> {
         let len = grid.ny * grid.pitch();
         let spare = LINE / size_of::<Complex<T>>();
         let elements = vec![Complex::default(); len + spare];
-        // `align_offset` may fail: alignment is then given up.
+        // `align_offset` may fail; the rows then stay unaligned.
         let first = elements.as_ptr().align_offset(LINE).min(spare);
         HalfSpectrum { elements, first, len }
     }

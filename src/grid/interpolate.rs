@@ -2,8 +2,8 @@ use super::{Grid, Real, Transform, signed_mode};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 
-/// The field whose half spectrum on `from` is given, on the grid of `to` by its Fourier series: the modes (kx, ky), mean
-/// included, that both grids hold below their Nyquist modes and that are `kept`. `scratch` is a spectrum of `to`.
+/// Fourier interpolation to the grid of `to` of a field given by its half spectrum on `from`. The mean and the modes
+/// (kx, ky) below the Nyquist modes of both grids are included if they are `kept`. `scratch` is a spectrum of `to`.
 pub fn interpolate<T: Real>(
     from: &Transform<T>,
     spectrum: &[Complex<T>],
@@ -31,8 +31,7 @@ pub fn interpolate<T: Real>(
     to.inverse(scratch, field);
 }
 
-/// Value between nodes of the periodic grid at (x, y), linear along each axis between the four nodes around, of which
-/// `node` gives the values.
+/// Bilinear interpolation on the periodic grid at (x, y); `node` returns the value of a node.
 pub fn bilinear(grid: Grid, node: impl Fn(usize) -> f64, x: f64, y: f64) -> f64 {
     let (u, v) = (x / grid.dx(), y / grid.dy());
     let (i, j) = (u.floor(), v.floor());

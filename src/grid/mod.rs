@@ -23,12 +23,12 @@ pub use union_find::{Merged, Offset, UnionFind};
 
 use std::f64::consts::PI;
 
-/// Columns of a spectrum that are gathered at once: a cache line of a row in f32, two in f64. Measured at 4096²: 4 columns cost
-/// 1.3 times as much.
+/// Columns of a spectrum that are gathered at once: a cache line of a row in f32, two in f64. Measured at 4096²: 4
+/// columns cost 1.3 times as much.
 const COLUMNS: usize = 8;
 
 /// A periodic, node-centred grid of `ny` rows of `nx` points (x fastest) on a cell of extent `lx` by `ly`, in reduced
-/// units (`lx` is 1 unless a caller says otherwise).
+/// units (`lx` is 1 by default).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grid {
     pub nx: usize,
@@ -55,12 +55,13 @@ impl Grid {
         self.ly / self.ny as f64
     }
 
-    /// Complex columns of the half spectrum that a real transform keeps.
+    /// Number of complex columns of the half spectrum of a real transform.
     pub fn half(&self) -> usize {
         self.nx / 2 + 1
     }
 
-    /// Elements from one row of a half spectrum to the next: its columns, and what fills the last of more than one block of them.
+    /// Distance of consecutive rows of a half spectrum, in elements: the number of columns, rounded up to whole
+    /// blocks if it exceeds one block.
     pub fn pitch(&self) -> usize {
         let half = self.half();
         if half > COLUMNS { half.next_multiple_of(COLUMNS) } else { half }
@@ -81,13 +82,13 @@ impl Grid {
         2.0 * PI / self.ly
     }
 
-    /// How often column `i` of the half spectrum stands for a mode of the full one: 1 on the axis and on the Nyquist
-    /// column of an even grid, else 2.
+    /// Weight of column `i` of the half spectrum in sums over the full spectrum: 1 on the axis and on the Nyquist
+    /// column of an even grid, otherwise 2.
     pub fn column_weight(&self, i: usize) -> f64 {
         if i == 0 || 2 * i == self.nx { 1.0 } else { 2.0 }
     }
 
-    /// The largest wave number the grid holds (the corner of the spectrum).
+    /// Largest wave number of the grid (corner of the spectrum).
     pub fn q_max(&self) -> f64 {
         let (qx, qy) = (self.qx(self.nx / 2), 2.0 * PI / self.ly * (self.ny / 2) as f64);
         qx.hypot(qy)

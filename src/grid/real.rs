@@ -11,11 +11,11 @@ pub trait Real: rustfft::FftNum + Float + NumAssign + Default + std::iter::Sum +
 
     fn wide(self) -> f64;
 
-    /// Heights in working precision, and the offset still to be subtracted from them: the given ones with their `mean` for `f64`, a
-    /// converted copy without its mean for `f32`.
+    /// Heights in working precision, and the offset still to be subtracted from them. For `f64` these are the given
+    /// heights and `mean`; for `f32` a converted copy with `mean` subtracted, and zero.
     fn heights(source: &[f64], mean: f64) -> (Cow<'_, [Self]>, Self);
 
-    /// The field as a [`Field`].
+    /// The values as a borrowed [`Field`].
     fn lend(values: &[Self]) -> Field<'_>;
 }
 

@@ -1,8 +1,8 @@
 //! Transforms of real rows.
 //!
-//! A row of even length is treated as half as many complex numbers. A last (inverse: first) pass converts their transform to that of
-//! the row. The pass is vectorised here: with `realfft`, which converts one number at a time, a solve on 2048² took 10 % longer. Odd
-//! rows use `realfft`.
+//! A row of even length is treated as half as many complex numbers. A last (inverse: first) pass converts their
+//! transform to that of the row. The pass is vectorised here: with `realfft`, which converts one number at a time, a
+//! solve on 2048² took 10 % longer. Odd rows use `realfft`.
 
 use super::{Real, vectorised};
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
@@ -75,8 +75,8 @@ impl<T: Real> Rows<T> {
         }
     }
 
-    /// Transforms `spectrum`, which is overwritten, to `row`. Imaginary parts of the mean and of an even row's Nyquist mode, which are
-    /// rounding errors, are ignored.
+    /// Transforms `spectrum`, which is overwritten, to `row`. Imaginary parts of the mean and of an even row's
+    /// Nyquist mode, which are rounding errors, are ignored.
     pub fn inverse(&self, spectrum: &mut [Complex<T>], row: &mut [T], scratch: &mut [Complex<T>]) {
         match self {
             Rows::Even { inverse: Folded { transform, share, turns }, .. } => {
@@ -95,11 +95,11 @@ impl<T: Real> Rows<T> {
     }
 }
 
-/// Modes that are folded at once.
+/// Number of modes folded at once.
 const BATCH: usize = 16;
 
-/// Of modes `1 … m-1` every pair `a` = k and `b` = m-k: `s + d` and `(s - d)*` with `s = share (a + b*)` and `d = turn (a - b*)`. The
-/// one that is its own pair is turned by a right angle.
+/// Of modes `1 … m-1` every pair `a` = k and `b` = m-k: `s + d` and `(s - d)*` with `s = share (a + b*)` and
+/// `d = turn (a - b*)`. The one that is its own pair is turned by a right angle.
 fn fold<T: Real>(modes: &mut [Complex<T>], share: T, turns: &[Vec<T>; 2]) {
     let pairs = modes.len() / 2;
     if modes.len() % 2 == 1 {
@@ -136,7 +136,7 @@ fn fold_batch<T: Real, const N: usize>(
     share: T,
     (re, im): (&[T; N], &[T; N]),
 ) {
-    // Real and imaginary parts apart, and those from above in the order of those from below.
+    // Real and imaginary parts separately; the upper modes are in the order of the lower ones.
     let [mut a_re, mut a_im, mut b_re, mut b_im] = [[T::zero(); N]; 4];
     for i in 0..N {
         (a_re[i], a_im[i]) = (up[i].re, up[i].im);

@@ -4,8 +4,8 @@ use rustfft::num_complex::Complex;
 
 /// A real periodic field without its mean, as the coefficients of its Fourier series `Σ a e^{iqr}` in a box of modes.
 ///
-/// A rough surface whose shortest waves are much longer than a pixel has few modes: the challenge's two million take 32 MB, its
-/// heights on 32768² points 8.6 GB.
+/// A rough surface whose shortest waves are much longer than a pixel has few modes: the challenge's two million take
+/// 32 MB, its heights on 32768² points 8.6 GB.
 #[derive(Debug, Clone)]
 pub struct Series<T> {
     /// `[kx][ky]`, kx = 0 … and ky in the order of an FFT.
@@ -55,7 +55,7 @@ impl<T: Real> Series<T> {
         Series { coefficients, width, height, nodes: Some(grid) }
     }
 
-    /// The series with only the waves (kx, ky) that are wanted.
+    /// The series with only the waves (kx, ky) that satisfy `wanted`.
     pub fn kept(&self, wanted: impl Fn(i64, i64) -> bool + Sync) -> Self {
         let mut series = self.clone();
         series.coefficients.par_chunks_mut(self.height).enumerate().for_each(|(kx, column)| {
@@ -82,8 +82,8 @@ impl<T: Real> Series<T> {
         size_of_val(&self.coefficients[..]) as u64
     }
 
-    /// Column `i` of the half spectrum on a grid: the coefficients of ky = 0, 1, …, and those of the last negative ky …, -1.
-    /// Modes from the grid's Nyquist modes on are omitted.
+    /// Column `i` of the half spectrum on a grid: the coefficients of ky = 0, 1, …, and those of the last negative ky
+    /// …, -1. Modes from the grid's Nyquist modes on are omitted.
     pub fn column(&self, i: usize, grid: Grid) -> (&[Complex<T>], &[Complex<T>]) {
         let own = self.nodes.is_some_and(|g| (g.nx, g.ny) == (grid.nx, grid.ny));
         let held = |k: usize, n: usize| k == 0 || 2 * k < n;
@@ -180,7 +180,8 @@ mod tests {
     use super::*;
     use std::f64::consts::PI;
 
-    /// Nodes and back, where the half spectrum is less than a block of columns, one, and some with and without a rest.
+    /// Round trip from nodes to the series and back, for half spectra of less than a block of columns, one block, and
+    /// several blocks with and without a remainder.
     #[test]
     fn series_through_nodes_meet_them() {
         for (nx, ny) in [(1, 1), (1, 7), (7, 1), (14, 6), (15, 5), (16, 4), (17, 3), (34, 3)] {
@@ -198,7 +199,7 @@ mod tests {
         }
     }
 
-    /// A few waves, from their amplitudes and through nodes, on grids that hold all of them or some.
+    /// A few waves, from their amplitudes and from nodes, on grids that resolve all or some of them.
     #[test]
     fn series_give_the_same_field_on_every_grid() {
         let waves = [(1, 0, 0.3, 0.1), (0, 2, -0.2, 0.4), (3, -2, 0.05, -0.07), (4, 3, 0.02, 0.01)];

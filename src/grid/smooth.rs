@@ -1,11 +1,11 @@
 use super::Grid;
 
-/// A Gaussian is cut here, in units of its width: it has fallen to 1.5e-8 of its peak.
+/// Truncation of a Gaussian in units of its width, at 1.5e-8 of its maximum.
 const REACH: f64 = 6.0;
 
-/// Values at points of the plane, spread over the periodic grid by a Gaussian of standard deviation `width`: a density per
-/// area. The points' weights on the nodes add up to one along each axis, so that the sum over nodes times the area of a
-/// node is the sum of the values, whatever the width.
+/// Distributes values at points of the plane over the periodic grid by a Gaussian of standard deviation `width`: a
+/// density per area. The weights of a point add up to one along each axis, so the sum over nodes times the area of a
+/// node is the sum of the values for any width.
 pub fn spread(grid: Grid, points: impl Iterator<Item = ([f64; 2], f64)>, width: f64) -> Vec<f64> {
     let mut field = vec![0.0; grid.points()];
     let node = grid.dx() * grid.dy();
@@ -23,7 +23,7 @@ pub fn spread(grid: Grid, points: impl Iterator<Item = ([f64; 2], f64)>, width: 
 
 /// A field of the periodic grid, smoothed by the Gaussian of [`spread`].
 pub fn smoothed(grid: Grid, field: &[f64], width: f64) -> Vec<f64> {
-    // A node sees all others at the same distances.
+    // The weights are the same for all nodes.
     let along_x = weights(0.0, width / grid.dx(), grid.nx);
     let along_y = weights(0.0, width / grid.dy(), grid.ny);
     let mut rows = vec![0.0; field.len()];
@@ -42,8 +42,8 @@ pub fn smoothed(grid: Grid, field: &[f64], width: f64) -> Vec<f64> {
     both
 }
 
-/// Node and weight of a Gaussian around `centre`, both in node spacings, on a periodic line of `n` nodes. The weights add
-/// up to one.
+/// Node and weight of a Gaussian around `centre`, both in node spacings, on a periodic line of `n` nodes. The weights
+/// add up to one.
 fn weights(centre: f64, width: f64, n: usize) -> Vec<(usize, f64)> {
     let (low, high) = ((centre - REACH * width).ceil() as i64, (centre + REACH * width).floor() as i64);
     let mut list: Vec<(usize, f64)> = (low..=high)
@@ -53,7 +53,7 @@ fn weights(centre: f64, width: f64, n: usize) -> Vec<(usize, f64)> {
         })
         .collect();
     let sum: f64 = list.iter().map(|l| l.1).sum();
-    // Narrower than the grid can show: all on the nearest node.
+    // A Gaussian that is too narrow for the grid is replaced by the nearest node.
     if sum.is_nan() || sum <= 0.0 {
         return vec![((centre.round() as i64).rem_euclid(n as i64) as usize, 1.0)];
     }
@@ -80,7 +80,8 @@ mod tests {
         let field = spread(grid, [([0.5, 0.4], 1.0)].into_iter(), 0.05);
         let second: f64 =
             (0..grid.points()).map(|k| ((k % 60) as f64 / 60.0 - 0.5).powi(2) * field[k] * grid.dx() * grid.dy()).sum();
-        // The cut at six widths takes 7e-8 of the second moment, sampling at three nodes a width nothing.
+        // The truncation at six widths changes the second moment by 7e-8; sampling with three nodes per width does
+        // not change it.
         assert!((second.sqrt() / 0.05 - 1.0).abs() < 1e-6, "{second}");
     }
 

@@ -1,7 +1,7 @@
-//! Sums whose bits do not depend on the number of threads.
+//! Sums that are bit-identical for any number of threads.
 //!
-//! rayon's own reductions combine in an order that depends on work stealing. Here every row is summed in order, and the
-//! row sums are added in order: the same bits for one thread and for eight.
+//! The reductions of rayon combine partial sums in an order that depends on work stealing. Here every row is summed
+//! in order, and the row sums are added in order.
 
 use super::Real;
 use rayon::prelude::*;
@@ -23,20 +23,20 @@ pub fn block_sums<const K: usize>(partial: &[[f64; K]]) -> [f64; K] {
     total
 }
 
-/// Runs a loop as compiled for the widest vectors that this machine has; `work` must be inlined to gain from it. The bits of
-/// the result are the same on every machine: nothing is contracted or reordered.
+/// Runs a loop compiled for the widest vector instructions of this machine; `work` must be inlined. Results are
+/// bit-identical on all machines: operations are neither contracted nor reordered.
 #[inline(always)]
 pub fn vectorised<R>(work: impl FnOnce() -> R) -> R {
     pulp::Arch::new().dispatch(work)
 }
 
-/// Running sums that one sum is kept in, so that its additions need not wait for each other.
+/// Number of independent partial sums, so that additions can overlap.
 const LANES: usize = 8;
 
-/// Elements that stay close by between a loop over nodes or modes and the sums over what it gave.
+/// Elements per chunk: the results of a loop over nodes or modes are still in cache when they are summed.
 pub const CHUNK: usize = 64;
 
-/// `Σ a`, in an order of additions that vectors can follow.
+/// `Σ a` in a vectorisable order of additions.
 #[inline(always)]
 pub fn total(a: &[f64]) -> f64 {
     let mut lanes = [0.0; LANES];
@@ -50,7 +50,7 @@ pub fn total(a: &[f64]) -> f64 {
     lanes.iter().sum::<f64>() + rest
 }
 
-/// `Σ a b`, in an order of additions that vectors can follow.
+/// `Σ a b` in a vectorisable order of additions.
 #[inline(always)]
 pub fn dot<A: Real, B: Real>(a: &[A], b: &[B]) -> f64 {
     let mut lanes = [0.0; LANES];
@@ -83,7 +83,7 @@ pub fn extent(values: &[f64]) -> (f64, f64) {
     let (lanes, rest) = values.as_chunks::<LANES>();
     let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
     let mut include = |l: usize, v: f64| {
-        // Not `f64::min`, which vectors have no instruction for: it looks for NaNs.
+        // `f64::min` handles NaN, for which there is no vector instruction.
         low[l] = if v < low[l] { v } else { low[l] };
         high[l] = if v > high[l] { v } else { high[l] };
     };

@@ -1,9 +1,9 @@
-//! The two-dimensional real transform, in three passes: rows, columns (forward, filter, inverse while a column is in
+//! Two-dimensional real transform in three passes: rows, columns (forward, filter and inverse while a column is in
 //! cache), rows.
 //!
-//! A solver owns one half spectrum (see [`HalfSpectrum`]) and its real fields; nothing here allocates a field. Rows are handed
-//! to the solver one by one through a [`Worker`], so that the pointwise law and the sums run while a row is in cache,
-//! between the inverse rows of one pair and the forward rows of the next.
+//! A solver owns one half spectrum (see [`HalfSpectrum`]) and its real fields; transforms allocate no fields. The
+//! solver processes rows one by one with a [`Worker`], so the pointwise law and the sums are evaluated while a row is
+//! in cache, between the inverse row transforms of one pair and the forward row transforms of the next.
 
 use super::rows::Rows;
 use super::{COLUMNS, Grid, HalfSpectrum, Real};
@@ -14,8 +14,8 @@ use rustfft::{Fft, FftPlanner};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Distance of the prefetch in rows: rows are a page apart, which hardware prefetchers do not follow. At 2048² in f32, 8 rows save a
-/// third of the time, 16 half of it, 32 two thirds.
+/// Distance of the prefetch in rows: rows are a page apart, which hardware prefetchers do not follow. At 2048² in
+/// f32, 8 rows save a third of the time, 16 half of it, 32 two thirds.
 const AHEAD: usize = 32;
 /// Columns of a block are `ny + PAD` elements apart, so that they do not share cache sets at power-of-two heights.
 const PAD: usize = 8;
@@ -23,7 +23,8 @@ const PAD: usize = 8;
 /// Nodes transformed since the program started.
 static TRANSFORMED: AtomicU64 = AtomicU64::new(0);
 
-/// Number of nodes transformed, forward or inverse, since the program started: the cost of solving without the noise of a clock.
+/// Number of nodes transformed, forward or inverse, since the program started: the cost of solving without the noise
+/// of a clock.
 pub fn transformed_nodes() -> u64 {
     TRANSFORMED.load(Ordering::Relaxed)
 }
@@ -36,18 +37,18 @@ pub struct Transform<T: Real> {
     inverse_column: Arc<dyn Fft<T>>,
 }
 
-/// One thread's scratch for row transforms, and a row to work in.
+/// Scratch space of one thread for row transforms, and a row for the caller's data.
 pub struct Worker<'t, T: Real> {
     transform: &'t Transform<T>,
     scratch: Vec<Complex<T>>,
-    /// A spare real row of `nx` points, for whatever the caller transforms.
+    /// Real row of `nx` points for the caller's data.
     pub row: Vec<T>,
 }
 
 /// A multiplication in Fourier space, a column at a time.
 pub trait Filter<T: Real>: Sync {
-    /// Multiplies column `i` (all `ny` rows in FFT order), including the transform's `1/(nx·ny)`. Returns this column's part of a sum
-    /// over the spectrum.
+    /// Multiplies column `i` (all `ny` rows in FFT order), including the `1/(nx·ny)` of the transform. Returns the
+    /// contribution of this column to a sum over the spectrum.
     fn apply(&self, i: usize, column: &mut [Complex<T>]) -> f64;
 }
 
@@ -100,8 +101,8 @@ impl<T: Real> Transform<T> {
         self.columns(spectrum, filter, Direction::Both)
     }
 
-    /// The ordered sum of the filter's results over the columns of a spectrum whose rows are transformed already. The spectrum is
-    /// unchanged.
+    /// The ordered sum of the filter's results over the columns of a spectrum whose rows are transformed already. The
+    /// spectrum is unchanged.
     pub fn sum_columns(&self, spectrum: &mut [Complex<T>], filter: &impl Filter<T>) -> f64 {
         self.columns(spectrum, filter, Direction::Sum)
     }
@@ -239,8 +240,8 @@ mod tests {
         (0..grid.points()).map(|i| ((i * i + 7 * i) % 101) as f64 / 17.0 - 2.0).collect()
     }
 
-    /// Round trip and every coefficient against the direct sum, on even, odd, prime, flat and single-point grids, and on rows long
-    /// enough to be folded and gathered in batches, with and without a rest.
+    /// Round trip, and every coefficient against the direct sum, on even, odd, prime, flat and single-point grids,
+    /// and on rows long enough to be folded and gathered in batches, with and without a remainder.
     #[test]
     fn transforms_equal_the_direct_sum() {
         /// Rounding of a sum of at most 144 terms of size 4.

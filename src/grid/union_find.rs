@@ -1,6 +1,6 @@
-//! Disjoint sets of numbers.
+//! Disjoint sets of integers.
 
-/// What leads from one member of a set to another.
+/// Offset between two members of a set.
 pub trait Offset: Copy + Default {
     fn plus(self, other: Self) -> Self;
     fn minus(self, other: Self) -> Self;
@@ -23,8 +23,8 @@ impl Offset for [i32; 2] {
     }
 }
 
-/// Union-find over the numbers `0..n` with path compression. The root of a set is its smallest member. Members know their
-/// offset from the root, where sets have positions.
+/// Union-find over the numbers `0..n` with path compression. The root of a set is its smallest member. For sets with
+/// positions the offset of each member from the root is stored.
 #[derive(Debug, Clone)]
 pub struct UnionFind<D = ()> {
     /// Parent of each number, and the offset from the parent to it.
@@ -54,10 +54,11 @@ impl<D: Offset> UnionFind<D> {
         (root, offset)
     }
 
-    /// Merges the sets of `a` and `b`, where `step` leads from `a` to `b`.
+    /// Merges the sets of `a` and `b`; `step` is the offset from `a` to `b`.
     ///
     /// # Errors
-    /// Where both are of one set: the offset around the loop that the step closes, zero unless it leads around a periodic cell.
+    /// If both are in the same set: the offset around the closed loop, which is nonzero if the loop winds around the
+    /// periodic cell.
     pub fn join(&mut self, a: u32, b: u32, step: D) -> Result<Merged, D> {
         let ((root_a, to_a), (root_b, to_b)) = (self.find(a), self.find(b));
         let offset = to_a.plus(step).minus(to_b);
@@ -77,13 +78,13 @@ impl UnionFind {
         self.find(member).0
     }
 
-    /// Merges the sets of two members; none where they are of one set.
+    /// Merges the sets of two members; `None` if they are in the same set.
     pub fn unite(&mut self, a: u32, b: u32) -> Option<Merged> {
         self.join(a, b, ()).ok()
     }
 }
 
-/// Two sets became one: the root of both, and the number that was a root before.
+/// Result of a merge: the root of the merged set (`kept`), and the former root of the other set (`lost`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Merged {
     pub kept: u32,

@@ -1,9 +1,9 @@
-//! Surface of a cubic crystal, (001): its contact modulus, and its stiffness wave by wave.
+//! (001) surface of a cubic crystal: contact modulus, and stiffness of each mode.
 //!
 //! A pressure wave `p cos(q·x)` on a half-space moves its surface by `G₃₃(θ) p/q`, where θ is the direction of the wave
 //! vector. For an isotropic solid `G₃₃ = 2/E*`; a crystal has a different `E*(θ) = 2/G₃₃(θ)` for each direction.
-//! Vlassak and Nix (J. Mech. Phys. Solids 42 (1994) 1223) average the compliance over θ for axisymmetric contacts, and
-//! a surface of isotropic roughness has no other direction to prefer.
+//! Vlassak and Nix (J. Mech. Phys. Solids 42 (1994) 1223) average the compliance over θ for axisymmetric contacts;
+//! isotropic roughness has no preferred direction either.
 //!
 //! `G₃₃ = (L⁻¹)₃₃` with the Barnett-Lothe tensor `L = ⟨Q(ω) - R(ω) T(ω)⁻¹ R(ω)ᵀ⟩`, a mean over the plane of the wave
 //! vector and the normal (Barnett and Lothe, Physica Norvegica 7 (1973) 13; Ting, *Anisotropic Elasticity*, 1996). It
@@ -20,7 +20,7 @@ use crate::error::{Complaint, Error, Result};
 const INTEGRAL_POINTS: usize = 256;
 const DIRECTIONS: usize = 64;
 
-/// Elastic constants of a cubic crystal, in any one unit of stress; moduli come out in the same unit.
+/// Elastic constants of a cubic crystal in any unit of stress; moduli have the same unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cubic {
     pub c11: f64,
@@ -95,9 +95,10 @@ impl Cubic {
 
 /// Semi-infinite cubic crystal under its (001) face, x along \[100\]: stiffness `E* q/2 · f(θ)`.
 ///
-/// `f(θ) = E*(θ)/E*`, θ the direction of the wave vector and E* the face's contact modulus ([`Cubic::contact_modulus`]), so
-/// that the mean of 1/f over θ is one: E* is the modulus for axisymmetric and isotropically rough indenters, and only ratios of
-/// the elastic constants matter. By four-fold and mirror symmetry f is a cosine series in 4θ.
+/// `f(θ) = E*(θ)/E*`, θ the direction of the wave vector and E* the face's contact modulus
+/// ([`Cubic::contact_modulus`]), so that the mean of 1/f over θ is one: E* is the modulus for axisymmetric and
+/// isotropically rough indenters, and only ratios of the elastic constants matter. By four-fold and mirror symmetry f
+/// is a cosine series in 4θ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CubicHalfSpace {
     /// Coefficients of cos 4mθ, zero from `terms` on.
@@ -111,7 +112,8 @@ pub struct CubicHalfSpace {
 const TERMS: usize = 24;
 /// Directions between \[100\] and \[110\] from which the series is computed.
 const SAMPLES: usize = 128;
-/// Largest sum of the omitted terms over E*: far below the uncertainty of elastic constants, with few terms (9 for copper).
+/// Largest sum of the omitted terms over E*: far below the uncertainty of elastic constants, with few terms (9 for
+/// copper).
 const SERIES_ACCURACY: f64 = 1e-7;
 
 impl CubicHalfSpace {
@@ -228,7 +230,8 @@ mod tests {
 
     #[test]
     fn the_cosine_series_equals_the_direct_solution() {
-        // Calcium, copper, tungsten (nearly isotropic), potassium chloride (Zener below one), lithium, and harder cases.
+        // Calcium, copper, tungsten (nearly isotropic), potassium chloride (Zener below one), lithium, and harder
+        // cases.
         for (c11, c12, c44) in [
             (27.8, 18.2, 16.3),
             (168.4, 121.4, 75.4),
@@ -263,7 +266,7 @@ mod tests {
         }
     }
 
-    /// The face's compliance, averaged over directions, is that of the isotropic body it stands in for.
+    /// The compliance of the face, averaged over directions, equals that of the equivalent isotropic body.
     #[test]
     fn the_mean_compliance_is_that_of_the_contact_modulus() {
         let kernel = CubicHalfSpace::new(168.4, 121.4, 75.4).unwrap();

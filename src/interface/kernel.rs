@@ -1,7 +1,7 @@
 //! Surface stiffness of the elastic body, mode by mode: stress amplitude over displacement amplitude, in units of E*.
 //!
-//! The mean mode has no stiffness here: under load control the mean displacement is free, and the mean gap does not contain it. The
-//! compression of a layer under the mean pressure is [`Layer::compression`].
+//! The mean mode has no stiffness here: under load control the mean displacement is free, and the mean gap does not
+//! contain it. The compression of a layer under the mean pressure is [`Layer::compression`].
 
 use serde::{Deserialize, Serialize};
 
@@ -19,8 +19,8 @@ pub trait Kernel: Copy + Sync + Send {
     }
 }
 
-/// Length of a wave vector. `f64::hypot` guards against overflow, which wave vectors do not need, and costs ten times as
-/// much.
+/// Length of a wave vector. `f64::hypot` guards against overflow, which wave vectors do not need, and costs ten times
+/// as much.
 #[inline(always)]
 pub(super) fn length(qx: f64, qy: f64) -> f64 {
     (qx * qx + qy * qy).sqrt()
@@ -91,8 +91,8 @@ impl Layer {
         }
     }
 
-    /// Compression of the layer per unit mean pressure (L/E*): thickness over the uniaxial-strain modulus `E*(1-ν)²/(1-2ν)`. Zero for
-    /// an incompressible layer and for constant stress at the base.
+    /// Compression of the layer per unit mean pressure (L/E*): thickness over the uniaxial-strain modulus
+    /// `E*(1-ν)²/(1-2ν)`. Zero for an incompressible layer and for constant stress at the base.
     pub fn compression(&self) -> f64 {
         match self.base {
             Base::Bonded => self.thickness * (1.0 - 2.0 * self.poisson) / (1.0 - self.poisson).powi(2),
@@ -130,7 +130,7 @@ mod tests {
         assert!((plate.stiffness(0.6, -0.8) / (1e-12 / 12.0) - 1.0).abs() < 1e-6);
     }
 
-    /// Slab of 139.71 Å under a cell of 977.97 Å at ν = 0.3, and a counter-sample 0.15 L thick at ν = 0.5.
+    /// Layer of 139.71 Å under a cell of 977.97 Å at ν = 0.3, and a layer of thickness 0.15 L at ν = 0.5.
     #[test]
     fn stiffening_of_the_longest_waves_equals_published_values() {
         let slab = Layer { thickness: 139.71 / 977.97, poisson: 0.3, base: Base::Bonded };
@@ -143,7 +143,8 @@ mod tests {
         }
     }
 
-    /// A thin incompressible layer deforms by lateral flow only, with no slip at one face and no shear at the other: the flux is -t³∇p/3G, so p = 3G u/(q²t³), and E* = 4G at ν = 1/2. The next term of the series is 9w²/5 of it.
+    /// A thin incompressible layer deforms by lateral flow only, with no slip at one face and no shear at the other:
+    /// the flux is -t³∇p/3G, so p = 3G u/(q²t³), and E* = 4G at ν = 1/2. The next term of the series is 9w²/5 of it.
     #[test]
     fn thin_incompressible_layers_suffer_no_cancellation() {
         for w in [1e-5_f64, 1e-4, 1e-3, 1e-2] {

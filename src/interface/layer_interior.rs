@@ -1,8 +1,8 @@
 //! Displacements inside a bonded layer under a pressure on its surface, mode by mode.
 //!
-//! A pressure `p e^{iqx}` without shear on an isotropic layer that sticks to a rigid base leaves, at the height `z` above the
-//! base, the displacements of Papkovich and Neuber's potentials `B = a cosh qz + b sinh qz` and
-//! `β = (3-4ν)(a/q) sinh qz`, which vanish at the base as they stand; `a` and `b` follow from the two stresses at the surface.
+//! A pressure `p e^{iqx}` without shear on an isotropic layer bonded to a rigid base causes, at the height `z` above
+//! the base, the displacements of the Papkovich-Neuber potentials `B = a cosh qz + b sinh qz` and
+//! `β = (3-4ν)(a/q) sinh qz`, which vanish at the base. The two stresses at the surface determine `a` and `b`.
 //! With `w = qt`, `t` the thickness,
 //!
 //! ```text
@@ -11,8 +11,8 @@
 //! tangential  = i (1-ν)^-1 /(qΔ) [qz (a cosh qz + b sinh qz) + (3-4ν) a sinh qz]
 //! ```
 //!
-//! in units of `p/E*` with `2G = E*(1-ν)`. At the surface `normal` is the compliance of the bonded [`Layer`] (Carbone, Lorenz,
-//! Persson & Wohlers 2009), and under a deep one both are the half-space's
+//! in units of `p/E*` with `2G = E*(1-ν)`. At the surface `normal` is the compliance of the bonded [`Layer`]
+//! (Carbone, Lorenz, Persson & Wohlers 2009). For a deep layer both converge to those of the half-space,
 //! `(2/q)[1 + qd/2(1-ν)] e^{-qd}` and `i (2/q)[(1-2ν) - qd]/2(1-ν) e^{-qd}` at the depth `d`.
 
 use super::{Base, Layer};
@@ -27,8 +27,8 @@ pub struct LayerDisplacement {
 }
 
 impl Layer {
-    /// Displacements at the height `z` above the base (0 to the thickness) under a pressure wave of wave number `q` > 0; `None`
-    /// for a layer that is not bonded.
+    /// Displacements at the height `z` above the base (0 to the thickness) under a pressure wave of wave number `q` >
+    /// 0; `None` for a layer that is not bonded.
     pub fn displacement_at(&self, q: f64, z: f64) -> Option<LayerDisplacement> {
         if self.base != Base::Bonded {
             return None;
@@ -40,7 +40,7 @@ impl Layer {
         let (sinh_w, cosh_w) = (-0.5 * (-2.0 * w).exp_m1(), 0.5 * (1.0 + e_w));
         let sinh_x = -0.5 * (-2.0 * x).exp_m1();
         let (sinh_deep, cosh_deep) = (-0.5 * e_x * (2.0 * (x - w)).exp_m1(), 0.5 * (e_x + e_w));
-        // a and b inserted, so that what is as large as w times the answer has cancelled.
+        // With a and b inserted, terms that exceed the result by a factor of w cancel analytically.
         let normal = k * sinh_x * (press * cosh_w + (w - x) * sinh_w) - x * (press * cosh_deep + w * sinh_deep);
         let tangential = k * sinh_x * (shear * sinh_w - (w - x) * cosh_w) + x * (shear * sinh_deep - w * cosh_deep);
         let delta = k * sinh_w * sinh_w + (4.0 * (1.0 - nu).powi(2) + w * w) * e_w;
@@ -81,11 +81,11 @@ mod tests {
         assert_eq!(Layer { base: Base::ConstantStress, ..layer(0.3) }.displacement_at(1.0, 0.1), None);
     }
 
-    /// Central differences with a step of 1e-4 of the wave are good to 1e-7; the stresses are told over the pressure.
+    /// Central differences with a step of 1e-4/q are accurate to 1e-7; stresses are relative to the pressure.
     const DIFFERENCES: f64 = 1e-6;
 
-    /// The displacements `u = -normal`, `v = i tangential` (up, along) obey the equations of equilibrium inside, and the stresses at the
-    /// surface are the pressure and no shear.
+    /// The displacements `u = -normal`, `v = i tangential` (up, along) obey the equations of equilibrium inside, and
+    /// the stresses at the surface are the pressure and no shear.
     #[test]
     fn it_is_in_equilibrium_under_the_pressure_alone() {
         for (nu, q) in [(0.3, 3.0), (0.3, 20.0), (0.1, 9.0)] {
@@ -100,7 +100,7 @@ mod tests {
             let normal = |z: f64| (lambda + two_g) * slope(&up, z) - lambda * q * along(z);
             let shear = |z: f64| 0.5 * two_g * (slope(&along, z) + q * up(z));
             let side = |z: f64| -(lambda + two_g) * q * along(z) + lambda * slope(&up, z);
-            // The formulas go on above the surface, which is all that the differences need.
+            // The formulas are also valid just above the surface, where the differences evaluate them.
             assert!((normal(t) + 1.0).abs() < DIFFERENCES, "{nu} {q}: {}", normal(t));
             assert!(shear(t).abs() < DIFFERENCES, "{nu} {q}: {}", shear(t));
             for z in [0.2 * t, 0.5 * t, 0.9 * t] {
@@ -124,7 +124,7 @@ mod tests {
             assert!((found.normal / (fades * (2.0 * (1.0 - nu) + q * d)) - 1.0).abs() < 1e-10, "{d}");
             assert!((found.tangential - fades * ((1.0 - 2.0 * nu) - q * d)).abs() < 1e-10 * fades, "{d}");
         }
-        // A wave much longer than the layer is thick compresses it evenly.
+        // A wave much longer than the thickness compresses the layer uniformly.
         let thin = Layer { thickness: 1e-4, poisson: nu, base: Base::Bonded };
         for share in [0.25, 0.5, 1.0] {
             let found = at(&thin, 1e-3, share * thin.thickness).normal;

@@ -1,4 +1,4 @@
-//! The half-space that is loaded on a finite area, without periodic images.
+//! Half-space loaded on a finite area, without periodic images.
 
 use super::Kernel;
 use super::kernel::length;
@@ -6,11 +6,12 @@ use std::sync::OnceLock;
 
 /// Half-space loaded on a rectangle, solved in a periodic cell that contains the rectangle and padding.
 ///
-/// The displacement under a unit force, 1/(πE*r), is cut off beyond the largest distance inside the rectangle and before its
-/// nearest image: inside the rectangle the periodic sum equals the free one (Vico, Greengard & Ferrando, J.
-/// Comput. Phys. 323 (2016) 191), up to 1e-10 from a table. The cut-off is smooth, between 1 and [`NonPeriodic::REACH`] diagonals, so
-/// that the compliance (2/E*q) F(q·diagonal) soon is that of the half-space; being a mean of sharp cuts, whose F is ∫J₀, it is
-/// positive for every wave, and has an inverse: the stiffness that solvers need.
+/// The displacement under a unit force, 1/(πE*r), is cut off beyond the largest distance inside the rectangle and
+/// before its nearest image. Inside the rectangle the periodic sum then equals the free one (Vico, Greengard &
+/// Ferrando, J. Comput. Phys. 323 (2016) 191), up to 1e-10 from a table. The cut-off is smooth, between 1 and
+/// [`NonPeriodic::REACH`] diagonals, so the compliance (2/E*q) F(q·diagonal) converges rapidly to that of the
+/// half-space. As a mean of sharp cut-offs, whose F is ∫J₀, it is positive for every wave, so its inverse, the
+/// stiffness, exists.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NonPeriodic {
     /// Diagonal of the rectangle, units of L.
@@ -24,19 +25,19 @@ impl NonPeriodic {
     /// End of the cut-off, in diagonals; also the width of the padding.
     pub const REACH: f64 = 1.1;
 
-    /// Entries of the table per unit: the cubic between two of them is off by 1e-10.
+    /// Table entries per unit; the error of cubic interpolation is 1e-10.
     const FINENESS: f64 = 64.0;
 
     /// Bump from -1 to 1 whose transform is below 1e-13 beyond this wave number: e^(β(√(1 - s²) - 1)).
     const BETA: f64 = 30.0;
 
-    /// Sharp cuts that the smooth one is made of.
+    /// Number of sharp cut-offs that are averaged for the smooth one.
     const CUTS: usize = 32;
 
-    /// From here on F is 1.
+    /// Argument from which on F is 1.
     const END: f64 = 1.04 * Self::BETA / (0.5 * (Self::REACH - 1.0));
 
-    /// For a loaded rectangle of these extents, units of L.
+    /// Half-space for a loaded rectangle of these extents, units of L.
     pub fn of_region(lx: f64, ly: f64) -> Self {
         NonPeriodic { diagonal: lx.hypot(ly) }
     }
@@ -64,7 +65,7 @@ impl NonPeriodic {
             let total: f64 = cuts.iter().map(|c| c.1).sum();
             let slope = |x: f64| cuts.iter().map(|(r, w)| w * r * libm::j0(x * r)).sum::<f64>() / total;
             let h = 1.0 / Self::FINENESS;
-            // Gauss's rule of three points.
+            // Three-point Gauss quadrature.
             let node = 0.6f64.sqrt();
             let step = |x: f64| {
                 let at = |s: f64| slope(x + 0.5 * h * (1.0 + s));
@@ -112,10 +113,11 @@ mod tests {
     use rustfft::num_complex::Complex;
     use std::f64::consts::PI;
 
-    /// A pressure e^(-r²/2s²) lifts the surface by √(2π) s e^(-t) I₀(t), t = r²/4s², on a half-space without end.
+    /// A pressure e^(-r²/2s²) displaces the surface of an unbounded half-space by √(2π) s e^(-t) I₀(t), t = r²/4s².
     #[test]
     fn periodic_images_have_no_effect() {
-        /// Of the displacement in the middle: the table's cubics, and what of the pressure is beyond the grid's waves.
+        /// Error over the displacement at the centre: interpolation of the table, and pressure beyond the Nyquist
+        /// modes of the grid.
         const TOLERANCE: f64 = 1e-9;
         let (n, s) = (64usize, 0.05f64);
         for (lx, ly) in [(1.0, 1.0), (1.0, 0.75)] {
@@ -124,7 +126,7 @@ mod tests {
             let cells = |l: f64| ((l + kernel.padding()) / dx).ceil() as usize;
             let (nx, ny) = (cells(lx), cells(ly));
             let grid = Grid { nx, ny, lx: nx as f64 * dx, ly: ny as f64 * dx };
-            // Near a corner of the patch, so that its far corner is as far as can be.
+            // Near a corner of the patch, so that the opposite corner is at the largest distance.
             let square = |i: usize, j: usize| {
                 let (x, y) = (i as f64 * dx - 0.3 * lx, j as f64 * dx - 0.4 * ly);
                 x * x + y * y

@@ -1,7 +1,7 @@
 //! All-atom simulation: the scaled-down problem on a block of atoms, run by LAMMPS (Solhjoo & Vakis's submission).
 //!
-//! A continuum problem contains neither the block nor its potential nor a folder for LAMMPS, so this method runs from a scene with
-//! `[atoms]`. The card lets tables and reports list it with the other methods.
+//! A continuum problem contains neither the block nor its potential nor a folder for LAMMPS, so this method runs from
+//! a scene with `[atoms]`. The card lets tables and reports list it with the other methods.
 
 use super::{Card, ContactMethod, Criterion, Kind, Needs, Observer, Plan, Problem, Quantity, Started, Support};
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;

@@ -1,9 +1,9 @@
 //! Boundary-value method: the gap is the unknown, found by projected conjugate gradients without restart
 //! (Bugnicourt, Sainsot, Dureisseix, Gauthier & Lubrecht, Tribology Letters 66 (2018) 29).
 //!
-//! One iteration takes one and a half transform pairs: the curvature along the search direction is a sum over its spectrum
-//! and needs no inverse transform. Two safeguards for adhesion under load control are added to the published scheme: after
-//! negative curvature or a rise of the energy the method takes gradient steps of safe length.
+//! One iteration takes one and a half transform pairs: the curvature along the search direction is a sum over its
+//! spectrum and needs no inverse transform. Two safeguards for adhesion under load control are added to the published
+//! scheme: after negative curvature or a rise of the energy the method takes gradient steps of safe length.
 
 use super::iteration::{ConvergenceMonitor, IterationControl};
 use super::operator::{Build, Operator, dispatch};
@@ -46,8 +46,8 @@ impl ContactMethod for Bvm {
     }
 
     fn plan(&self, problem: &Problem) -> Plan {
-        // Gap, residual and direction in working precision; the previous gap with adhesion; heights if they are converted or
-        // synthesised; one half spectrum.
+        // Gap, residual and direction in working precision; the previous gap with adhesion; heights if they are
+        // converted or synthesised; one half spectrum.
         let fields = 3
             + u64::from(problem.adhesion != Adhesion::None || problem.wall != Wall::Hard)
             + u64::from(problem.precision == super::Precision::F32 || matches!(problem.heights, Heights::Series(_)));
@@ -186,8 +186,8 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         (rd, 1.0 / self.operator.stiffest(&self.gap))
     }
 
-    /// A step along the direction. With adhesion, whose energy is not convex, a step that raises the energy above `highest`
-    /// may have left the valley, so it is undone and shortened.
+    /// A step along the direction. With adhesion, whose energy is not convex, a step that raises the energy above
+    /// `highest` may have left the valley, so it is undone and shortened.
     fn advance_downhill(&mut self, step: f64, highest: f64) -> Step {
         if L::ACTIVE {
             self.previous.resize(self.gap.len(), T::zero());

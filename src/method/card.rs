@@ -1,16 +1,17 @@
 pub use crate::record::quantity::Quantity;
 use serde::Serialize;
 
-/// Whether a method provides a quantity, and under which conditions. The reason is printed in the empty cell of a table.
+/// Whether a method provides a quantity, and under which conditions. The reason is printed in the empty cell of a
+/// table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Support {
     Full,
     /// Without adhesion only.
     NoAdhesion,
-    /// With the limitation that is stated.
+    /// With the stated limitation.
     Only(&'static str),
-    /// Not provided, for the reason that is stated.
+    /// Not provided, for the stated reason.
     No(&'static str),
 }
 
@@ -98,7 +99,7 @@ impl Card {
         matches!((self.supports)(Quantity::ContactArea), Support::Full | Support::Only(_))
     }
 
-    /// Why a quantity is not provided for a problem with or without adhesion; none if it is.
+    /// Reason why a quantity is not provided for a problem with or without adhesion; `None` if it is provided.
     pub fn unsupported_reason(&self, quantity: Quantity, adhesive: bool) -> Option<&'static str> {
         match (self.supports)(quantity) {
             Support::No(reason) => Some(reason),

@@ -2,8 +2,8 @@ use super::{Load, Run, Stop};
 use crate::observe::{Distribution, StressDistribution};
 use crate::{Error, Result};
 
-/// Result at one load of a method that does not solve for the fields: the quantities that its card declares, and no others.
-/// Lengths in L, stresses in E*, areas in L²; maps `[ny, nx]` on the grid of the problem.
+/// Result at one load of a method that does not solve for the fields: the quantities that its card declares, and no
+/// others. Lengths in L, stresses in E*, areas in L²; maps `[ny, nx]` on the grid of the problem.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate<'a> {
     pub load: Load,
@@ -68,8 +68,8 @@ pub trait Estimator {
     /// `Input` for a load that the method cannot impose.
     fn estimate(&mut self, load: Load) -> Result<Estimate<'_>>;
 
-    /// Restores the state after a load whose estimate is already stored, so that the next estimate is bit-identical to that
-    /// of an uninterrupted path. Nothing to do for a method without hysteresis.
+    /// Restores the state after a load whose estimate is already stored, so that the next estimate is bit-identical
+    /// to that of an uninterrupted path. Nothing to do for a method without hysteresis.
     ///
     /// # Errors
     /// As [`Estimator::estimate`].

@@ -1,15 +1,18 @@
-//! Model of the laboratory submission: a printed surface, scaled up a thousand times, is pressed onto a rubber sheet, and a camera
-//! images the contact by frustrated total internal reflection (Bennett, Harris, Schulze, Urueña, McGhee, Pitenis, Müser, Angelini & Sawyer, Tribology
-//! Letters 65 (2017) 134; section 3 of Müser et al., Tribology Letters 65 (2017) 118).
+//! Model of the laboratory submission: a printed surface, scaled up a thousand times, is pressed onto a rubber sheet,
+//! and a camera images the contact by frustrated total internal reflection (Bennett, Harris, Schulze, Urueña, McGhee,
+//! Pitenis, Müser, Angelini & Sawyer, Tribology Letters 65 (2017) 134; section 3 of Müser et al., Tribology Letters
+//! 65 (2017) 118).
 //!
 //! Heights are averaged over the resolution of the printer (a box average, exact in Fourier space); the body is an
-//! incompressible layer bonded to its support; a camera pixel is in contact if the gap of most of its nodes is below the optical
-//! gap; gaps follow from a displacement averaged over the window of the image correlation. The method `fast` solves the contact
-//! problem. Not modelled: the edges of sheet and print (the cell is periodic), friction, viscosity.
+//! incompressible layer bonded to its support; a camera pixel is in contact if the gap of most of its nodes is below
+//! the optical gap; gaps follow from a displacement averaged over the window of the image correlation. The method
+//! `fast` solves the contact problem. Not modelled: the edges of sheet and print (the cell is periodic), friction,
+//! viscosity.
 //!
-//! Scaling up at the same E*ḡ preserves the dimensionless groups except those of adhesion: the work of adhesion of rubber,
-//! 50 mJ/m² in a cell of 0.1 m, equals the challenge's γ/(E*L) = 2·10⁻⁵ at E* = 25 kPa and is less for stiffer rubber; a molecular
-//! range is far below the challenge's ρ/L = 2·10⁻⁵. The model uses the adhesion of the problem.
+//! Scaling up at the same E*ḡ preserves the dimensionless groups except those of adhesion: the work of adhesion of
+//! rubber, 50 mJ/m² in a cell of 0.1 m, equals the challenge's γ/(E*L) = 2·10⁻⁵ at E* = 25 kPa and is less for
+//! stiffer rubber; a molecular range is far below the challenge's ρ/L = 2·10⁻⁵. The model uses the adhesion of the
+//! problem.
 
 use super::settings::{self, ExperimentSettings};
 use super::{
@@ -185,8 +188,8 @@ fn box_average(grid: Grid, field: &mut [f64], width: f64) {
     transform.inverse(&mut spectrum, field);
 }
 
-/// Contact map: 1 on the nodes of camera pixels in which most nodes have a gap below `optical_gap`. Pixels smaller than the
-/// node spacing are replaced by the nodes.
+/// Contact map: 1 on the nodes of camera pixels in which most nodes have a gap below `optical_gap`. Pixels smaller
+/// than the node spacing are replaced by the nodes.
 fn photograph(grid: Grid, gap: &[f64], optical_gap: f64, pixel: f64) -> Vec<u8> {
     let close: Vec<u8> = gap.iter().map(|g| u8::from(*g <= optical_gap)).collect();
     let pixels = |l: f64, n: usize| if pixel > 0.0 { ((l / pixel).round() as usize).clamp(1, n) } else { n };

@@ -1,5 +1,6 @@
-//! Operations on whole fields: convolutions with a symbol, inner products in a fixed order, common requirements, and the
-//! residuals of a gap. Except for the transform this is independent of the row-wise operator of `bvm`, `fast` and `gfmd`.
+//! Operations on whole fields: convolutions with a symbol, inner products in a fixed order, common requirements, and
+//! the residuals of a gap. Except for the transform this is independent of the row-wise operator of `bvm`, `fast` and
+//! `gfmd`.
 
 use super::residuals::Residuals;
 use super::{Precision, Problem, require};
@@ -125,8 +126,8 @@ pub(super) fn heights(problem: &Problem, id: &str) -> Result<Vec<f64>> {
     Ok(heights)
 }
 
-/// Residuals of a gap with the elastic stress plus pressure `stress` and the adhesive `traction`. With a hard wall (`hard`)
-/// closed nodes may carry compression. The last argument is the elastic and the interaction energy.
+/// Residuals of a gap with the elastic stress plus pressure `stress` and the adhesive `traction`. With a hard wall
+/// (`hard`) closed nodes may carry compression. The last argument is the elastic and the interaction energy.
 pub(super) fn residuals(
     gap: &[f64],
     stress: &[f64],

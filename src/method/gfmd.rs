@@ -1,11 +1,11 @@
-//! Green's-function molecular dynamics, the reference of the challenge: every surface mode is a damped oscillator, all with
-//! the same mass; after each step nodes that crossed the hard wall are moved back onto it (Campañá & Müser, Phys. Rev. B 74
-//! (2006) 075420; Prodanov, Dapp & Müser, Tribology Letters 53 (2014) 433).
+//! Green's-function molecular dynamics, the reference of the challenge: every surface mode is a damped oscillator,
+//! all with the same mass; after each step nodes that crossed the hard wall are moved back onto it (Campañá & Müser,
+//! Phys. Rev. B 74 (2006) 075420; Prodanov, Dapp & Müser, Tribology Letters 53 (2014) 433).
 //!
-//! With one mass for all modes the Verlet step is the same in real and in Fourier space. The state is stored in real space,
-//! where the wall acts, and one transform pair gives the elastic force. Masses proportional to the stiffness would converge
-//! in fewer steps but to another fixed point: the clamp is a projection only in the metric of uniform masses (1-D Westergaard
-//! at half its full-contact pressure: contact fraction 0.605 instead of 0.5).
+//! With one mass for all modes the Verlet step is the same in real and in Fourier space. The state is stored in real
+//! space, where the wall acts, and one transform pair gives the elastic force. Masses proportional to the stiffness
+//! would converge in fewer steps but to another fixed point: the clamp is a projection only in the metric of uniform
+//! masses (1-D Westergaard at half its full-contact pressure: contact fraction 0.605 instead of 0.5).
 
 use super::iteration::{ConvergenceMonitor, IterationControl};
 use super::operator::{Build, Operator, dispatch};
@@ -38,11 +38,11 @@ static CARD: Card = Card {
 };
 
 /// Square of the time step times the highest frequency. Verlet is stable up to 4; the paper's choices are 0.25 to 1.
-/// At 512², p* = 0.01, the number of steps is inversely proportional to the time step; 1.6 leaves a margin for impacts on the
-/// wall.
+/// At 512², p* = 0.01, the number of steps is inversely proportional to the time step; 1.6 leaves a margin for
+/// impacts on the wall.
 const STEP_SQUARED: f64 = 1.6;
-/// The same for soft walls, on which nodes bounce: on a rough 128² surface the larger step does not converge for walls 14
-/// times stiffer than the stiffest mode of the grid; this one converges for walls 90 times stiffer.
+/// The same for soft walls, on which nodes bounce: on a rough 128² surface the larger step does not converge for
+/// walls 14 times stiffer than the stiffest mode of the grid; this one converges for walls 90 times stiffer.
 const STEP_SQUARED_SOFT: f64 = 0.4;
 
 /// Damping over the critical damping of the slowest mode; slightly underdamped, as in the paper.
@@ -126,8 +126,8 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         });
     }
 
-    /// One step: elastic force of the displacement in the spectrum, residuals, Verlet update and clamp; the rows of the new
-    /// displacement are transformed in the same sweep.
+    /// One step: elastic force of the displacement in the spectrum, residuals, Verlet update and clamp; the rows of
+    /// the new displacement are transformed in the same sweep.
     fn step(&mut self, inertia: f64, step: f64) -> Residuals {
         let elastic = {
             let Operator { transform, spectrum, stiffness, .. } = &mut self.operator;
@@ -175,8 +175,8 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
         let pairs_before = self.operator.pairs;
         let mut control = self.operator.control(load, self.observer, CARD.id)?;
-        // Softest modes: the longest wave, and the rigid approach, whose stiffness dp/dū is about p over half the rms height
-        // (Persson's exponential law).
+        // Softest modes: the longest wave, and the rigid approach, whose stiffness dp/dū is about p over half the rms
+        // height (Persson's exponential law).
         let (wave, _) = self.operator.problem.stiffness_range();
         let approach = control.scale / (0.5 * self.operator.rms_height).max(f64::MIN_POSITIVE);
         let slowest = wave.min(approach);
@@ -194,8 +194,8 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             let residuals = self.step(inertia, step);
             control.record(&residuals);
             if control.converged(&residuals) {
-                // The residuals are those of the state before the step, and an oscillation may pass through equilibrium: the
-                // state after the step must meet the criteria.
+                // The residuals are those of the state before the step, and an oscillation may pass through
+                // equilibrium: the state after the step must meet the criteria.
                 let final_residuals = self.operator.stress(&mut self.gap, &mut self.velocity);
                 if control.converged(&final_residuals) {
                     break (Stop::Converged, final_residuals);

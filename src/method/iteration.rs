@@ -1,4 +1,4 @@
-//! What the iteration loops of the field solvers share: the stop criteria and their order, the reports to the observer,
+//! Common parts of the iteration loops of the field solvers: stop criteria and their order, reports to the observer,
 //! snapshots, and the final state.
 
 use super::residuals::Residuals;
@@ -69,7 +69,7 @@ pub(super) struct IterationControl<'p> {
     case: LoadCase,
     /// Stress by which residuals are divided, E*.
     pub scale: f64,
-    /// Relative residual that rounding leaves.
+    /// Relative residual due to rounding.
     pub floor: f64,
     /// The same for the stall criterion; 0 disables it.
     stall_floor: f64,
@@ -170,8 +170,9 @@ impl<'p> IterationControl<'p> {
         self.observer.stop_requested() || self.observer.iteration(self.report(residuals)).is_break()
     }
 
-    /// Reports the iteration and, where the observer wants a snapshot or stops the solve, hands over the two fields and the
-    /// `progress` from which [`Run::resume`](super::Run::resume) continues. True where the observer stops the solve.
+    /// Reports the iteration and, if the observer requests a snapshot or stops the solve, passes on the two fields
+    /// and the `progress` from which [`Run::resume`](super::Run::resume) continues. True if the observer stops the
+    /// solve.
     pub fn checkpoint_or_interrupt<T: Real, P: Serialize>(
         &self,
         residuals: &Residuals,
@@ -211,7 +212,7 @@ impl<'p> IterationControl<'p> {
 /// Detects that the residual has stalled, and estimates how much area and mean gap still change.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct ConvergenceMonitor {
-    /// Lowest residual so far; none before the first iteration.
+    /// Lowest residual so far; `None` before the first iteration.
     best: Option<f64>,
     since: usize,
     /// Contact fraction and mean gap of every iteration.

@@ -1,7 +1,8 @@
 //! Contact solvers behind one trait.
 //!
-//! A method receives a [`Problem`] (grid, heights, kernel, interaction), never a scene. A new method is one file and one
-//! line in [`REGISTRY`]. States are borrowed, not copied. A quantity that a method does not support has a stated reason.
+//! A method receives a [`Problem`] (grid, heights, kernel, interaction), never a scene. A new method is one file and
+//! one line in [`REGISTRY`]. States are borrowed, not copied. For a quantity that a method does not support, its card
+//! states the reason.
 
 pub mod all_atom;
 mod bem_bspline;

@@ -1,9 +1,11 @@
-//! Asperities on asperities: each band of wavelengths is a two-dimensional sinusoid that carries the load on the contact area of
-//! the longer bands (Jackson & Streator, Wear 261 (2006) 1337, after Archard, Proc. R. Soc. A 243 (1957) 190).
+//! Asperities on asperities: each band of wavelengths is a two-dimensional sinusoid that carries the load on the
+//! contact area of the longer bands (Jackson & Streator, Wear 261 (2006) 1337, after Archard, Proc. R. Soc. A 243
+//! (1957) 190).
 //!
-//! A band of rms height σ and rms gradient g is a wave of amplitude 2σ with the full-contact pressure E* g. Its contact fraction
-//! multiplies the contact area of the longer bands, and the mean pressure in contact increases accordingly. Adhesion adds the
-//! traction of the law at the mean gap of the band; the state is the one reached from first contact.
+//! A band of rms height σ and rms gradient g is a wave of amplitude 2σ with the full-contact pressure E* g. Its
+//! contact fraction multiplies the contact area of the longer bands, and the mean pressure in contact increases
+//! accordingly. Adhesion adds the traction of the law at the mean gap of the band; the state is the one reached from
+//! first contact.
 
 use super::require;
 use super::settings;
@@ -138,8 +140,8 @@ impl Band {
         adhesion.traction(self.amplitude * sinusoid::mean_gap(x))
     }
 
-    /// Contact pressure over that of full contact under an external pressure; with adhesion the smallest in equilibrium, at
-    /// which growing contact stops. Also the number of evaluations.
+    /// Contact pressure over that of full contact under an external pressure; with adhesion the smallest in
+    /// equilibrium, at which growing contact stops. Also the number of evaluations.
     fn pressed(&self, pressure: f64, adhesion: &Adhesion) -> (f64, usize) {
         if *adhesion == Adhesion::None {
             return ((pressure / self.gradient).min(1.0), 1);

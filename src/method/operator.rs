@@ -6,8 +6,8 @@
 //! F(g) = ½⟨(g-h) K (g-h)⟩ + p⟨g⟩ + ⟨v(g)⟩,   t = dF/dg = K(g-h) + p + v'(g)
 //! ```
 //!
-//! In equilibrium `t = 0` where the gap is open and `t ≥ 0`, the contact stress, where a hard wall closes it. `K` has no mean
-//! mode, so the mean of `t - v'` is the pressure for any gap, and load balance is a condition on `t`.
+//! In equilibrium `t = 0` where the gap is open and `t ≥ 0`, the contact stress, where a hard wall closes it. `K` has
+//! no mean mode, so the mean of `t - v'` is the pressure for any gap, and load balance is a condition on `t`.
 
 use super::iteration::{IterationControl, LoadCase};
 use super::residuals::{Residuals, kkt_row};
@@ -109,8 +109,8 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
         self.heights.par_iter().map(|&h| h - self.lowest).collect()
     }
 
-    /// Gradient `t` at `gap`, one transform pair. For each row `update` may first change the gap; then `visit` receives gap
-    /// and `t`, may write to `store`, and returns sums in addition to [`Residuals`].
+    /// Gradient `t` at `gap`, one transform pair. For each row `update` may first change the gap; then `visit`
+    /// receives gap and `t`, may write to `store`, and returns sums in addition to [`Residuals`].
     pub fn evaluate<const M: usize>(
         &mut self,
         gap: &mut [T],
@@ -177,9 +177,9 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
         residuals
     }
 
-    /// Upper bound of the curvature of the energy around `gap`, the inverse of a safe gradient step. The stiffness of a soft
-    /// wall is taken at a stress of E* or four times the mean pressure, above that of contact spots of slope one, or at the
-    /// present smallest gap if the wall is stiffer there.
+    /// Upper bound of the curvature of the energy around `gap`, the inverse of a safe gradient step. The stiffness of
+    /// a soft wall is taken at a stress of E* or four times the mean pressure, above that of contact spots of slope
+    /// one, or at the present smallest gap if the wall is stiffer there.
     pub fn stiffest(&self, gap: &[T]) -> f64 {
         let law = if L::HARD {
             self.law.max_slope_at_pressure(0.0)
@@ -208,8 +208,8 @@ pub(super) fn dispatch<'p, B: Build<'p>>(problem: &'p Problem<'p>, builder: B) -
 
 fn with_law<'p, T: Real, B: Build<'p>>(problem: &'p Problem<'p>, builder: B) -> B::Built {
     let kernel = problem.kernel;
-    // The most frequent laws have solvers of their own; the others share two, in which the law is selected node by node, since
-    // every instance lengthens the build.
+    // The most frequent laws have their own solver instances. The others share two instances, in which the law is
+    // selected node by node, since every instance increases the build time.
     match (problem.wall.soft(), problem.adhesion) {
         (None, Adhesion::None) => builder.build::<T, _, _>(kernel, HardWall),
         (None, Adhesion::Exponential(law)) => builder.build::<T, _, _>(kernel, law),

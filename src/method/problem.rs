@@ -86,8 +86,8 @@ pub struct Targets {
     /// decrease of the residual since.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub energy: Option<f64>,
-    /// Relative error of the contact area, estimated from its last change and the convergence rate of the residual; for a
-    /// method of many small steps, the change over the last fifth of them.
+    /// Relative error of the contact area, estimated from its last change and the convergence rate of the residual;
+    /// for a method of many small steps, the change over the last fifth of them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub area: Option<f64>,
     /// Relative error of the mean gap, estimated in the same way.
@@ -117,7 +117,7 @@ pub struct ErrorEstimates {
 #[derive(Debug, Clone)]
 pub struct Problem<'a> {
     pub grid: Grid,
-    /// Low points touch first; any offset. Empty for methods that need no heights.
+    /// Low points come into contact first; any offset. Empty for methods that need no heights.
     pub heights: Heights<'a>,
     /// Power spectrum, for methods that need it instead of heights.
     pub power: Option<&'a PowerSpectrum>,
@@ -134,8 +134,8 @@ pub struct Problem<'a> {
 }
 
 impl<'a> Problem<'a> {
-    /// Heights `[ny, nx]` (units of L) or a Fourier series on a half-space with a hard wall and without adhesion, in f64, to
-    /// a residual of 1e-8 of the pressure.
+    /// Heights `[ny, nx]` (units of L) or a Fourier series on a half-space with a hard wall and without adhesion, in
+    /// f64, to a residual of 1e-8 of the pressure.
     pub fn new(grid: Grid, heights: impl Into<Heights<'a>>) -> Self {
         Problem {
             grid,
@@ -173,7 +173,8 @@ impl<'a> Problem<'a> {
         self.power.map_or((0.5 * (nx as f64).hypot(ny as f64 * lx / ly)).ceil() as usize, |p| p.shells.len())
     }
 
-    /// Bytes that [`Problem::power_of_heights`] allocates: for nodal heights, a half spectrum and the series made from it.
+    /// Bytes that [`Problem::power_of_heights`] allocates: for nodal heights, a half spectrum and the series made
+    /// from it.
     pub fn power_bytes(&self) -> u64 {
         match self.heights {
             Heights::Series(_) => 0,
@@ -199,8 +200,8 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// rms gradient of the modes that the grid resolves; for a non-periodic surface, of differences between neighbouring
-    /// nodes.
+    /// rms gradient of the modes that the grid resolves; for a non-periodic surface, of differences between
+    /// neighbouring nodes.
     pub fn resolved_gradient(&self) -> f64 {
         let grid = self.grid;
         if let Elastic::NonPeriodic(_) = self.kernel {
@@ -248,16 +249,16 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Stress (E*) by which residuals are divided: the mean pressure, or 0.01 E* where the pressure is zero but for rounding,
-    /// as on a load path that passes through zero.
+    /// Stress (E*) by which residuals are divided: the mean pressure, or 0.01 E* where the pressure is zero but for
+    /// rounding, as on a load path that passes through zero.
     pub fn stress_scale(pressure: f64) -> f64 {
         const NONE: f64 = 1e-12;
         if pressure.abs() < NONE { 0.01 } else { pressure.abs() }
     }
 
-    /// Stiffness (E*/L) of the softest and of the stiffest mode of the grid. Both are searched between the longest wavelength
-    /// and the corner of the spectrum, since a bonded layer is stiff for long waves, too; and along the axes and the diagonal,
-    /// between which the stiffness of a cubic crystal lies.
+    /// Stiffness (E*/L) of the softest and of the stiffest mode of the grid. Both are searched between the longest
+    /// wavelength and the corner of the spectrum, since a bonded layer is stiff for long waves, too; and along the
+    /// axes and the diagonal, between which the stiffness of a cubic crystal lies.
     pub fn stiffness_range(&self) -> (f64, f64) {
         const SAMPLES: i32 = 64;
         const DIAGONAL: f64 = std::f64::consts::FRAC_1_SQRT_2;
@@ -270,7 +271,8 @@ impl<'a> Problem<'a> {
             .fold((f64::INFINITY, 0.0), |(softest, stiffest), k| (softest.min(k), stiffest.max(k)))
     }
 
-    /// Factor on the iterations for adhesion that the grid does not resolve: 4 to 10 on 512² with the challenge's adhesion.
+    /// Factor on the iterations for adhesion that the grid does not resolve: 4 to 10 on 512² with the challenge's
+    /// adhesion.
     pub(super) fn adhesion_effort(&self) -> usize {
         if self.adhesion == Adhesion::None { 1 } else { 6 }
     }
@@ -280,8 +282,8 @@ impl<'a> Problem<'a> {
         self.stiffness_range().1
     }
 
-    /// Lower bound of the rms residual over the pressure due to rounding of the fields: the round-off of the displacement of
-    /// the stiffest mode. The factor was measured: f32 at 512² (h_rms = 0.0159 L, p = 0.01 E*) stalls
+    /// Lower bound of the rms residual over the pressure due to rounding of the fields: the round-off of the
+    /// displacement of the stiffest mode. The factor was measured: f32 at 512² (h_rms = 0.0159 L, p = 0.01 E*) stalls
     /// between 1.5e-4 and 3e-4, which is 1.4 to 2.7 times the bare product.
     pub fn rounding_floor(&self, rms_height: f64, pressure: f64) -> f64 {
         3.0 * self.precision.epsilon() * self.stiffest_mode() * rms_height / Self::stress_scale(pressure)
@@ -349,8 +351,8 @@ pub struct State<'a> {
     pub energy: f64,
     pub elastic_energy: f64,
     pub interaction_energy: f64,
-    /// Relative difference between the pressure and the forces across the interface (contact stress where the gap is zero,
-    /// the adhesion law elsewhere).
+    /// Relative difference between the pressure and the forces across the interface (contact stress where the gap is
+    /// zero, the adhesion law elsewhere).
     pub load_error: f64,
     /// rms over the grid of the KKT residual (stress imbalance off contact, tension on contact) over the pressure.
     pub residual: f64,
@@ -372,8 +374,8 @@ pub trait Run {
     /// `Input` for a load that the method cannot impose.
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>>;
 
-    /// Continues from a snapshot of the same method and problem. The next load must be the one that was interrupted; its
-    /// result is bit-identical to that of an uninterrupted solve.
+    /// Continues from a snapshot of the same method and problem. The next load must be the one that was interrupted;
+    /// its result is bit-identical to that of an uninterrupted solve.
     ///
     /// # Errors
     /// `Input` if the snapshot is of another method or grid.
@@ -398,8 +400,8 @@ pub struct Iteration {
 }
 
 impl Iteration {
-    /// Estimated fraction of the solve that is done: residuals fall about exponentially from 1, and the cost of a grid is
-    /// proportional to its points, so that all coarser grids together cost a third of it.
+    /// Estimated fraction of the solve that is done: residuals fall about exponentially from 1, and the cost of a
+    /// grid is proportional to its points, so that all coarser grids together cost a third of it.
     pub fn progress(&self) -> f64 {
         let here = (self.residual.min(1.0).ln() / self.tolerance.ln()).clamp(0.0, 1.0);
         0.75 * self.grid_fraction * (1.0 / 3.0 + here)

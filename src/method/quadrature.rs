@@ -41,7 +41,7 @@ mod tests {
             let exact = (2f64.powi(degree + 1) + 1.0) / f64::from(degree + 1);
             assert!((found / exact - 1.0).abs() < 1e-12, "{n}: {found} {exact}");
         }
-        // One degree too many shows.
+        // The rule is not exact for the next higher degree.
         let two = gauss_legendre(2);
         assert!((integral(&two, 0.0, 1.0, |x| x.powi(4)) - 0.2).abs() > 1e-3);
     }

@@ -1,4 +1,4 @@
-//! All methods, and how they are found by id.
+//! Registry of all methods, and lookup by id.
 
 use super::contact_method::ContactMethod;
 use super::{

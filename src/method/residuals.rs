@@ -4,8 +4,8 @@ use crate::grid::{CHUNK, Real, dot, total, vectorised};
 use crate::interface::Law;
 use serde::{Deserialize, Serialize};
 
-/// Tolerance of the load balance over the pressure: the larger of this, for the default tolerance of 1e-8, and `LOAD_SHARE`
-/// times the tolerance of the residual.
+/// Tolerance of the load balance over the pressure: the larger of this, for the default tolerance of 1e-8, and
+/// `LOAD_SHARE` times the tolerance of the residual.
 pub(super) const LOAD_BALANCE: f64 = 1e-9;
 pub(super) const LOAD_SHARE: f64 = 0.1;
 
@@ -16,7 +16,8 @@ pub(super) struct Residuals {
     pub elastic: f64,
     pub interaction: f64,
     pub mean_gap: f64,
-    /// Mean gap of the whole cell, the work conjugate of the pressure; equals `mean_gap` unless part of the cell is padding.
+    /// Mean gap of the whole cell, the work conjugate of the pressure; equals `mean_gap` unless part of the cell is
+    /// padding.
     pub mean_separation: f64,
     /// Fraction of closed nodes.
     pub contact: f64,
@@ -28,17 +29,17 @@ pub(super) struct Residuals {
     pub complementarity: f64,
 }
 
-/// Surfaces under tension count as separated where the attraction, estimated as energy over range, is below this fraction of
-/// the tension; in equilibrium the two are of the same size.
+/// Surfaces under tension count as separated where the attraction, estimated as energy over range, is below this
+/// fraction of the tension; in equilibrium the two are of the same size.
 const SEPARATED: f64 = 1e-2;
 
 /// Curvature of the energy along a line over that of the elastic body alone, at and below which it counts as none.
-/// Near the jumps of an adhesive wave (tests `adhesive_analytic`) steps left the branch with 0 but not with 0.01; 0.05 costs
-/// half as many steps again.
+/// Near the jumps of an adhesive wave (tests `adhesive_analytic`) steps left the branch with 0 but not with 0.01;
+/// 0.05 costs half as many steps again.
 const SOFTENED: f64 = 0.01;
 
-/// Curvature along a line, or none where attraction cancels nearly all of the elastic curvature: the minimum of such a flat
-/// parabola is far away, often in another valley, and a step there leaves the branch of the load path.
+/// Curvature along a line, or none where attraction cancels nearly all of the elastic curvature: the minimum of such
+/// a flat parabola is far away, often in another valley, and a step there leaves the branch of the load path.
 pub(super) fn curvature_of(elastic: f64, law: f64) -> f64 {
     let curvature = elastic + law;
     if curvature <= SOFTENED * elastic { curvature.min(0.0) } else { curvature }

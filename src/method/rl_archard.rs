@@ -1,8 +1,9 @@
-//! Long waves are solved, short ones modelled: the low-pass filtered surface is solved without adhesion on a grid that just
-//! resolves it, and its contact area carries one sinusoid with the summit density and the rms curvature of the whole surface
-//! (after Rostami & Streator, in Müser et al., Tribology Letters 65 (2017) 118).
+//! Solves the long waves and models the short ones: the low-pass filtered surface is solved without adhesion on a
+//! grid that just resolves it, and its contact area carries one sinusoid with the summit density and the rms
+//! curvature of the whole surface (after Rostami & Streator, in Müser et al., Tribology Letters 65 (2017) 118).
 //!
-//! The version in the paper solves a one-dimensional equivalent of the long waves; here the two-dimensional problem is solved.
+//! The version in the paper solves a one-dimensional equivalent of the long waves; here the two-dimensional problem
+//! is solved.
 
 use super::require;
 use super::sinusoid;
@@ -50,8 +51,8 @@ fn supports(quantity: Quantity) -> Support {
 /// Default cut-off between solved and modelled waves.
 const CUT_OFF: usize = 32;
 
-/// Points of the coarse grid per shortest wavelength, enough for mean gaps. Contact areas are not corrected for the grid, which
-/// overestimates them by some per cent; the contact fraction of the short waves compensates most of it.
+/// Points of the coarse grid per shortest wavelength, enough for mean gaps. Contact areas are not corrected for the
+/// grid, which overestimates them by some per cent; the contact fraction of the short waves compensates most of it.
 const POINTS_PER_WAVE: usize = 4;
 
 /// Number of waves along x below the Nyquist modes of both axes.

@@ -1,6 +1,6 @@
-//! Slightly corrected Greenwood-Williamson model: the curvature of summits depends on their height (Carbone, J. Mech. Phys.
-//! Solids 57 (2009) 1093). Summits are those of a Gaussian surface with three spectral moments (Nayak, J. Lubr. Technol. 93
-//! (1971) 398), each an independent Hertz contact.
+//! Slightly corrected Greenwood-Williamson model: the curvature of summits depends on their height (Carbone, J. Mech.
+//! Phys. Solids 57 (2009) 1093). Summits are those of a Gaussian surface with three spectral moments (Nayak, J. Lubr.
+//! Technol. 93 (1971) 398), each an independent Hertz contact.
 
 use super::quadrature::{gauss_legendre, integral};
 use super::require;
@@ -74,8 +74,9 @@ const CURVATURES: usize = 64;
 /// Standard deviations at which Gaussians are truncated.
 const REACH: f64 = 9.0;
 
-/// Smallest variance of the curvature at given height, over m4. Nayak's bandwidth parameter is at least 3/2, its value for a
-/// single wavelength, on an isotropic surface; a realisation may have less by the scatter of its directions.
+/// Smallest variance of the curvature at given height, over m4. Nayak's bandwidth parameter is at least 3/2, its
+/// value for a single wavelength, on an isotropic surface; a realisation may have less by the scatter of its
+/// directions.
 const LEAST_SPREAD: f64 = 1e-6;
 
 /// Joint distribution of summits in height and curvature. Heights towards the other body, from the mean plane.
@@ -103,10 +104,10 @@ impl Summits {
 
     /// Number density of summits per area and height, and their mean curvature at that height.
     ///
-    /// Height z and mean curvature A are jointly normal with variances m0 and 2 m4/3 and covariance m2. A point with a
-    /// horizontal tangent, of density 1/(2π m2), is a summit if the half difference of its principal curvatures, Rayleigh
-    /// distributed with s² = m4/3, is less than A; the mean of A² less its square over these is
-    /// A² - 2 s² + 2 s² exp(-A²/2s²).
+    /// Height z and mean curvature A are jointly normal with variances m0 and 2 m4/3 and covariance m2. A point with
+    /// a horizontal tangent, of density 1/(2π m2), is a summit if the half difference of its principal curvatures,
+    /// Rayleigh distributed with s² = m4/3, is less than A; the mean of A² less its square over these is A² - 2 s² +
+    /// 2 s² exp(-A²/2s²).
     fn at(&self, z: f64) -> (f64, f64) {
         let (m0, m2, m4) = (self.m0, self.m2, self.m4);
         let mean = m2 * z / m0;

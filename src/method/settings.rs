@@ -53,8 +53,8 @@ pub struct BicgstabSettings {
     pub wall_range: f64,
     /// Stress `γ/ρ` of the wall without adhesion, units of E*.
     pub wall_strength: f64,
-    /// Smallest resolution `1/√(dx · softening/E*)` of the adhesion law on the mesh; a shorter range is enlarged to it. 0
-    /// leaves the range unchanged.
+    /// Smallest resolution `1/√(dx · softening/E*)` of the adhesion law on the mesh; a shorter range is enlarged to
+    /// it. 0 leaves the range unchanged.
     pub min_resolution: f64,
 }
 
@@ -136,8 +136,9 @@ pub enum PerssonForm {
 pub struct PerssonSettings {
     /// Relation between contact area and pressure.
     pub form: PerssonForm,
-    /// Elastic energy at small contact over that of full contact on the same area, above 0 and at most 1: 1 is the original theory,
-    /// 0.45 reproduces solved mean gaps (Yang & Persson, J. Phys.: Condens. Matter 20 (2008) 215214).
+    /// Elastic energy at small contact over that of full contact on the same area, above 0 and at most 1: 1 is the
+    /// original theory, 0.45 reproduces solved mean gaps (Yang & Persson, J. Phys.: Condens. Matter 20 (2008)
+    /// 215214).
     pub energy_factor: f64,
 }
 
@@ -151,8 +152,8 @@ impl Default for PerssonSettings {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MsArchardSettings {
-    /// Longest over shortest wavelength of a band, above 1. With 5 the adhesive surface of the challenge jumps to full contact
-    /// from a contact fraction of one third, as in the paper; with 2 from one tenth.
+    /// Longest over shortest wavelength of a band, above 1. With 5 the adhesive surface of the challenge jumps to
+    /// full contact from a contact fraction of one third, as in the paper; with 2 from one tenth.
     pub band_ratio: f64,
 }
 
@@ -166,7 +167,8 @@ impl Default for MsArchardSettings {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RlArchardSettings {
-    /// Shortest wave that is solved, as the number of waves along x. By default 32, or the largest number that the grid resolves.
+    /// Shortest wave that is solved, as the number of waves along x. By default 32, or the largest number that the
+    /// grid resolves.
     pub cut_off_modes: Option<usize>,
 }
 
@@ -184,7 +186,8 @@ pub struct ExperimentSettings {
     pub thickness: f64,
     /// Poisson's ratio of the rubber.
     pub poisson: f64,
-    /// Window of the image correlation, over which displacements are averaged. Assumed: 0.5 mm, about 24 pixels. 0 for none.
+    /// Window of the image correlation, over which displacements are averaged. Assumed: 0.5 mm, about 24 pixels. 0
+    /// for none.
     pub correlation_window: f64,
 }
 

@@ -1,9 +1,10 @@
-//! Contact with a two-dimensional sinusoid D cos(kx) cos(ky), without adhesion: area and mean gap from first to full contact.
-//! Both limits are known in closed form (Hertz; penny-shaped gaps, after Johnson, Greenwood & Higginson, Int. J. Mech. Sci. 27
-//! (1985) 383); between them a table of solved states is interpolated, which the ignored test below prints.
+//! Contact with a two-dimensional sinusoid D cos(kx) cos(ky), without adhesion: area and mean gap from first to full
+//! contact. Both limits are known in closed form (Hertz; penny-shaped gaps, after Johnson, Greenwood & Higginson,
+//! Int. J. Mech. Sci. 27 (1985) 383); between them a table of solved states is interpolated, which the ignored test
+//! below prints.
 //!
-//! Pressures are relative to that of full contact, √2 π E* D/λ, E* times the rms gradient. The common fit (Jackson & Streator,
-//! Wear 261 (2006) 1337) deviates by up to 10 %.
+//! Pressures are relative to that of full contact, √2 π E* D/λ, E* times the rms gradient. The common fit (Jackson &
+//! Streator, Wear 261 (2006) 1337) deviates by up to 10 %.
 
 /// Cube root of the pressure; contact area over the pressure to 2/3; mean gap over D and over (1 - pressure)^(5/2).
 /// Solved by `fast` on 640² nodes per summit; means over three offsets of the nodes, perimeter-corrected areas.
@@ -132,8 +133,8 @@ mod tests {
         assert!((open / (1.5 / PI) - 1.0).abs() < 0.05, "{open}");
     }
 
-    /// Pressure, contact fraction and mean gap over D from another solver, converged on 256² nodes per two summits: fractions to
-    /// 1 %, gaps to 3e-4.
+    /// Pressure, contact fraction and mean gap over D from another solver, converged on 256² nodes per two summits:
+    /// fractions to 1 %, gaps to 3e-4.
     #[test]
     fn table_agrees_with_another_solver() {
         const OTHER: [(f64, f64, f64); 12] = [
@@ -158,8 +159,8 @@ mod tests {
 
     /// Contact fraction (perimeter-corrected) and mean gap over D.
     ///
-    /// Rotated by 45° the wave is D/2 (cos + cos) in a cell of side λ/√2 with one summit; its full-contact pressure is π E* D over
-    /// that side. The mean over a few offsets of the nodes hardly depends on the mesh.
+    /// Rotated by 45° the wave is D/2 (cos + cos) in a cell of side λ/√2 with one summit; its full-contact pressure
+    /// is π E* D over that side. The mean over a few offsets of the nodes hardly depends on the mesh.
     fn solved(n: usize, x: f64, offsets: &[f64]) -> (f64, f64) {
         const D: f64 = 0.02;
         let grid = Grid::unit(n, n);
@@ -177,8 +178,8 @@ mod tests {
         (sums.0 / offsets.len() as f64, sums.1 / offsets.len() as f64)
     }
 
-    /// At points of the table and between them. The error on 160² nodes is 0.5 % of the area; interpolation adds up to 1.1 %
-    /// where patches merge, at about t = 0.62.
+    /// At points of the table and between them. The error on 160² nodes is 0.5 % of the area; interpolation adds up
+    /// to 1.1 % where patches merge, at about t = 0.62.
     #[test]
     fn table_agrees_with_fast() {
         for t in [0.4f64, 0.575, 0.625, 0.7, 0.925] {

@@ -1,7 +1,7 @@
 //! Contact spots of single asperities: Hertz and JKR in closed form, and their stress profiles on a grid. E* = 1.
 //!
-//! Hertz: K. L. Johnson, Contact Mechanics (1985), chapter 4. JKR: K. L. Johnson, K. Kendall & A. D. Roberts, Proc. R. Soc. A
-//! 324 (1971) 301. Lengths in L, forces in E*·L².
+//! Hertz: K. L. Johnson, Contact Mechanics (1985), chapter 4. JKR: K. L. Johnson, K. Kendall & A. D. Roberts, Proc.
+//! R. Soc. A 324 (1971) 301. Lengths in L, forces in E*·L².
 
 use crate::grid::Grid;
 use std::f64::consts::PI;
@@ -38,8 +38,8 @@ impl Jkr {
         -0.75 * ((PI * self.gamma).powi(2) * r).cbrt()
     }
 
-    /// Radius on the stable branch, the larger root of [`Jkr::approach`]; none below the least approach. The approach is convex
-    /// in the radius, so Newton steps from above converge monotonically.
+    /// Radius on the stable branch, the larger root of [`Jkr::approach`]; `None` below the least approach. The approach
+    /// is convex in the radius, so Newton steps from above converge monotonically.
     pub fn radius(&self, approach: f64, r: f64) -> Option<f64> {
         if approach < self.least_approach(r) || (self.gamma == 0.0 && approach <= 0.0) {
             return None;
@@ -79,8 +79,8 @@ const ACROSS: f64 = 8.0;
 /// Lower bound of `1 - r²/a²` in the profile of the punch, which is singular at its edge.
 const RIM: f64 = 1e-2;
 
-/// Writes the stress of spots `[ny, nx]`: each profile is averaged over pixels and scaled to its load, so that the mean is the
-/// pressure on any grid; overlapping profiles are added.
+/// Writes the stress of spots `[ny, nx]`: each profile is averaged over pixels and scaled to its load, so that the
+/// mean is the pressure on any grid; overlapping profiles are added.
 pub(super) fn paint(grid: Grid, spots: impl IntoIterator<Item = Spot>, stress: &mut Vec<f64>) {
     stress.clear();
     stress.resize(grid.points(), 0.0);
@@ -172,7 +172,8 @@ mod tests {
         assert_eq!(Jkr { gamma: 0.0 }.radius(-1e-9, 0.25), None);
     }
 
-    /// Painted spots carry their loads to rounding, across the cell boundary, within a pixel and over many; the profile is Hertz's.
+    /// Painted spots carry their loads to rounding, across the cell boundary, within a pixel and over many; the
+    /// profile is Hertz's.
     #[test]
     fn painted_spots_carry_their_loads() {
         let grid = Grid { nx: 64, ny: 48, lx: 1.0, ly: 0.7 };

@@ -1,9 +1,10 @@
-//! Spatially resolved Greenwood-Williamson with JKR summits (Müser et al., Tribology Letters 65 (2017) 118, section 3; Greenwood
-//! & Williamson, Proc. R. Soc. A 295 (1966) 300; Johnson, Kendall & Roberts, Proc. R. Soc. A 324 (1971) 301).
+//! Spatially resolved Greenwood-Williamson with JKR summits (Müser et al., Tribology Letters 65 (2017) 118, section
+//! 3; Greenwood & Williamson, Proc. R. Soc. A 295 (1966) 300; Johnson, Kendall & Roberts, Proc. R. Soc. A 324 (1971)
+//! 301).
 //!
-//! Every summit is an independent sphere at a common rigid approach. With adhesion a summit jumps into contact at δ = 0, since
-//! JKR has no force at a distance, and stays in contact down to its pull-off approach: the contacts are a state of the load
-//! path. The gap is that of the undeformed surface.
+//! Every summit is an independent sphere at a common rigid approach. With adhesion a summit jumps into contact at δ =
+//! 0, since JKR has no force at a distance, and stays in contact down to its pull-off approach: the contacts are a
+//! state of the load path. The gap is that of the undeformed surface.
 
 use super::spots::{Jkr, Spot, hertz_load, paint};
 use super::{
@@ -105,7 +106,7 @@ struct Asperities {
 }
 
 impl Asperities {
-    /// Contact radius of a summit at an approach reached from that of the last load; none without contact.
+    /// Contact radius of a summit at an approach reached from that of the last load; `None` without contact.
     fn radius(&self, k: usize, depth: f64) -> Option<f64> {
         let Summit { height, radius, .. } = self.summits[k];
         let approach = depth - height;
@@ -129,8 +130,8 @@ impl Asperities {
         load / (self.grid.lx * self.grid.ly)
     }
 
-    /// Two approaches, the first with a pressure of at most `target` and the second of at least, on the path from `depth`; none
-    /// if the surfaces separate before.
+    /// Two approaches, the first with a pressure of at most `target` and the second of at least, on the path from
+    /// `depth`; none if the surfaces separate before.
     fn bracket(&self, depth: f64, target: f64) -> Option<(f64, f64)> {
         let last = self.summits.len() - 1;
         let mut step = 1e-6 * (self.summits[last].height - self.summits[0].height + self.summits[0].radius);
@@ -176,9 +177,9 @@ struct Path<'p> {
 }
 
 impl Path<'_> {
-    /// Bisection. The force decreases at jumps into contact and increases at detachments, each opposite to the direction of the
-    /// search, so the pressure is continuous at the limit. With adhesion several approaches within the jump of one summit may
-    /// have the target pressure; one of them is found.
+    /// Bisection. The force decreases at jumps into contact and increases at detachments, each opposite to the
+    /// direction of the search, so the pressure is continuous at the limit. With adhesion several approaches within
+    /// the jump of one summit may have the target pressure; one of them is found.
     fn search(&self, (mut low, mut high): (f64, f64), target: f64) -> (f64, Stop, usize) {
         let scale = Problem::stress_scale(target);
         for iteration in 0..HALVINGS {

@@ -4,9 +4,10 @@ use crate::grid::{Real, Transform, Worker, block_sums};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 
-/// Calls `row(worker, y, spectrum, fields)` for every row `y` in parallel, with the transform's worker of the thread, that row
-/// of the half spectrum and that row of the fields (`par_chunks` of `nx` nodes, zipped). The worker transforms the row in
-/// either direction, so a field is read and written once while it is in cache. Returns the values of the rows in order.
+/// Calls `row(worker, y, spectrum, fields)` for every row `y` in parallel, with the transform's worker of the thread,
+/// that row of the half spectrum and that row of the fields (`par_chunks` of `nx` nodes, zipped). The worker
+/// transforms the row in either direction, so a field is read and written once while it is in cache. Returns the
+/// values of the rows in order.
 pub(super) fn sweep<T: Real, F: Send, S: Send>(
     transform: &Transform<T>,
     spectrum: &mut [Complex<T>],
@@ -21,7 +22,7 @@ pub(super) fn sweep<T: Real, F: Send, S: Send>(
         .collect()
 }
 
-/// As [`sweep`], with the sums of what the rows return, added in the order of the rows.
+/// As [`sweep`]; the values of the rows are summed in order.
 pub(super) fn sweep_sums<T: Real, F: Send, const K: usize>(
     transform: &Transform<T>,
     spectrum: &mut [Complex<T>],

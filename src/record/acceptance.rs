@@ -1,21 +1,21 @@
-//! Statements of the challenge compared with the results, in the terms of `results.json`.
+//! Acceptance checks: statements of the challenge compared with the results, as in `results.json`.
 
 use serde::{Deserialize, Serialize};
 
 /// A statement of the challenge and the value found.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AcceptanceCheck {
-    /// "S07", as in docs/challenge.md.
+    /// Identifier such as "S07" of docs/challenge.md.
     pub id: String,
     pub statement: String,
-    /// For people ("µm", "%", "1").
+    /// Unit for display ("µm", "%", "1").
     pub unit: String,
     pub value: Option<f64>,
     pub reference: Option<f64>,
-    /// Lowest and highest value that agree, where there are such.
+    /// Lowest and highest accepted value, where defined.
     pub tolerance: Option<[Option<f64>; 2]>,
     pub status: CheckStatus,
-    /// Source of the tolerance, or why the statement is not assessed.
+    /// Source of the tolerance, or the reason why the statement is not assessed.
     pub reason: String,
 }
 
@@ -30,7 +30,7 @@ pub enum CheckStatus {
 }
 
 impl AcceptanceCheck {
-    /// The values that agree, in words; none where no value would.
+    /// The accepted range in words; `None` without a tolerance.
     pub fn accepted(&self, number: impl Fn(f64) -> String) -> Option<String> {
         Some(match self.tolerance? {
             [Some(low), Some(high)] => format!("{} to {}", number(low), number(high)),

@@ -7,27 +7,28 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Advice {
     pub method: String,
-    /// Points per side.
+    /// Number of grid points along each side.
     pub grid: usize,
     pub precision: String,
     pub tolerance: f64,
-    /// Root mean square over the loads, of the surface that it is largest on.
+    /// Root mean square over the loads; maximum over the surfaces.
     pub expected_error: f64,
-    /// Of single loads.
+    /// Smallest and largest error of single loads.
     pub error_range: [f64; 2],
-    /// Wall time of all loads, on the machine and the threads that the table was measured on.
+    /// Wall time of all loads on the machine and with the number of threads of the table, s.
     pub expected_seconds: f64,
-    /// One standard error of the exponent with which cost grows, either way; none where it rests on two grids or on none.
+    /// Expected time with the cost exponent one standard error lower and higher, s; absent if the exponent has no
+    /// error estimate.
     pub seconds_range: Option<[f64; 2]>,
     pub exponent: Option<f64>,
     pub threads: usize,
-    /// How many surfaces were measured in this setting.
+    /// Number of surfaces measured with this setting.
     pub surfaces: usize,
-    /// In which respects it is extrapolated from the measurements.
+    /// Parameters in which the setting is extrapolated from the measurements.
     pub extrapolated: Vec<String>,
 }
 
-/// How a scene's accuracy was resolved.
+/// Setting chosen for the accuracy that a scene requests.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AccuracyChoice {
     pub quantity: Quantity,

@@ -1,4 +1,4 @@
-//! A file appears under its name only when it is whole.
+//! Atomic file writes: a file appears under its name only when it is complete.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 
-/// A file being written beside its final name, gone again unless [`AtomicFile::commit`] is reached.
+/// A temporary file next to its final name; deleted unless [`AtomicFile::commit`] succeeds.
 pub struct AtomicFile {
     path: PathBuf,
     file: BufWriter<tempfile::NamedTempFile>,
 }
 
 impl AtomicFile {
-    /// Opens a temporary file in the folder of `path`, because a rename does not cross file systems.
+    /// Opens a temporary file in the folder of `path`: a rename cannot cross file systems.
     pub fn open(path: &Path) -> Result<Self> {
         let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let mut builder = tempfile::Builder::new();
@@ -29,7 +29,7 @@ impl AtomicFile {
         &self.path
     }
 
-    /// Flushes to the disk and renames: after a power cut the name holds the old contents or the new, never a part.
+    /// Syncs to disk and renames: after a power failure the file has either the old or the new contents, complete.
     pub fn commit(self) -> Result<()> {
         let file = self.file.into_inner().map_err(|e| Error::io("write", &self.path)(e.into_error()))?;
         file.as_file().sync_data().map_err(Error::io("write", &self.path))?;
@@ -54,21 +54,21 @@ impl Seek for AtomicFile {
     }
 }
 
-/// Writes `path` in one piece; whatever `fill` reports is told with the file's name.
+/// Writes `path` atomically; errors of `fill` are reported with the file name.
 pub fn write_atomic(path: &Path, fill: impl FnOnce(&mut AtomicFile) -> io::Result<()>) -> Result<()> {
     let mut file = AtomicFile::open(path)?;
     fill(&mut file).map_err(Error::io("write", path))?;
     file.commit()
 }
 
-/// A whole text file, or an error that names it (also when it is not UTF-8).
+/// Reads a text file; errors name the file, also if it is not UTF-8.
 pub fn read_text(path: &Path) -> Result<String> {
     let mut text = String::new();
     File::open(path).and_then(|mut f| f.read_to_string(&mut text)).map_err(Error::io("read", path))?;
     Ok(text)
 }
 
-/// "Too few" or "too many" values from an iterator, as an I/O error for [`atomic_file`].
+/// I/O error for an iterator with too few or too many values.
 pub(crate) fn miscount(what: &str, given: impl std::fmt::Display, wanted: usize) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidInput, format!("{given} {what} were given where {wanted} belong"))
 }

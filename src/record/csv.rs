@@ -1,4 +1,4 @@
-//! Curves as comma-separated columns, for spreadsheets and for `numpy.genfromtxt(..., names=True)`.
+//! Curves as comma-separated columns, for spreadsheets and `numpy.genfromtxt(..., names=True)`.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -6,10 +6,11 @@ use std::path::Path;
 use super::atomic_file::{miscount, write_atomic};
 use crate::error::Result;
 
-/// Writes columns side by side. A header carries its unit in its name (`displacement_angstrom`); numbers are printed
-/// with as many digits as it takes to read the same bits back.
+/// Writes columns of equal length. The unit is part of the header (`displacement_angstrom`); numbers have enough
+/// digits to be read back exactly.
 ///
-/// Fails when the columns differ in length or a header holds a comma, a quote or a line break.
+/// # Errors
+/// Columns of different lengths; a header with a comma, a quote or a line break; I/O errors.
 pub fn write(path: &Path, columns: &[(&str, &[f64])]) -> Result<()> {
     write_atomic(path, |w| {
         let rows = columns.first().map_or(0, |c| c.1.len());

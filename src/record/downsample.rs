@@ -1,9 +1,9 @@
-//! Maps made small enough to look at: means over square blocks of nodes.
+//! Maps reduced for display by means over square blocks of nodes.
 
-/// A map being reduced, row by row, so that the full one need not be in memory.
+/// Downsamples a map row by row, so the full map need not be in memory.
 ///
-/// Each cell of the small map is the mean of `factor × factor` nodes (fewer at the far edges where the size does not
-/// divide). A mean keeps areas and average gaps; it smooths peaks, and the captions say so.
+/// Each cell of the small map is the mean of `factor × factor` nodes (fewer at the far edges if the size is not a
+/// multiple of `factor`). Block means preserve areas and mean gaps but smooth peaks; captions state this.
 #[derive(Debug, Clone)]
 pub struct Downsampler {
     full_nx: usize,
@@ -12,7 +12,7 @@ pub struct Downsampler {
     sums: Vec<f64>,
 }
 
-/// A small map, row-major `[ny, nx]`; one cell covers `factor` nodes along each side.
+/// Downsampled map, row-major `[ny, nx]`; each cell is the mean of `factor` × `factor` nodes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DownsampledMap {
     pub nx: usize,
@@ -22,13 +22,13 @@ pub struct DownsampledMap {
 }
 
 impl Downsampler {
-    /// For maps of `nx × ny` nodes, none of the small map's sides longer than `longest` cells (at least one).
+    /// For maps of `nx × ny` nodes; the sides of the small map have at most `longest` cells (at least one).
     pub fn new(nx: usize, ny: usize, longest: usize) -> Self {
         let factor = nx.max(ny).div_ceil(longest.max(1)).max(1);
         Downsampler { full_nx: nx, full_ny: ny, factor, sums: vec![0.0; nx.div_ceil(factor) * ny.div_ceil(factor)] }
     }
 
-    /// Adds row `y` of `nx` values; each row once, in any order.
+    /// Adds row `y` of `nx` values. Every row must be added once, in any order.
     pub fn add_row(&mut self, y: usize, row: &[f64]) {
         let small_nx = self.full_nx.div_ceil(self.factor);
         let cells = &mut self.sums[y / self.factor * small_nx..][..small_nx];
@@ -49,7 +49,7 @@ impl Downsampler {
     }
 }
 
-/// [`Downsampler`] for a map that is in memory anyway: row-major `[ny, nx]`.
+/// Downsamples a map in memory, row-major `[ny, nx]`.
 pub fn downsample(nx: usize, values: &[f64], longest: usize) -> DownsampledMap {
     let mut downsampler = Downsampler::new(nx, values.len() / nx.max(1), longest);
     values.chunks_exact(nx.max(1)).enumerate().for_each(|(y, row)| downsampler.add_row(y, row));

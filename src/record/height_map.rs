@@ -1,16 +1,16 @@
-//! Heights on a grid, and the side that touches first.
+//! Heights on a grid, and the sign convention: which points come into contact first.
 
 use crate::error::{Error, Result};
 use crate::grid::extent;
 use serde::{Deserialize, Serialize};
 
-/// Which points of a height map meet the flat counterface first.
+/// Sign convention: the points of a height map that contact the flat counterface first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Sign {
-    /// The contact-mechanics challenge: the counterface comes from below.
+    /// Convention of the contact-mechanics challenge: the counterface is below the surface.
     #[serde(rename = "low points touch first")]
     LowFirst,
-    /// An indenter's summits, or a measured topography seen from above.
+    /// Convention of an indenter's summits, or of a measured topography: the counterface is above the surface.
     #[serde(rename = "high points touch first")]
     HighFirst,
 }
@@ -24,7 +24,7 @@ impl Sign {
     }
 }
 
-/// Heights of a periodic cell: row-major `[ny, nx]`, finite, in whatever unit and sign the file has.
+/// Heights of a periodic cell: row-major `[ny, nx]`, finite, in the unit and sign of the file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeightMap {
     pub nx: usize,
@@ -33,7 +33,7 @@ pub struct HeightMap {
 }
 
 impl HeightMap {
-    /// Checks shape and finiteness, also that of the range; `place` is named in the error.
+    /// Checks the shape and that heights and their range are finite; errors name `place`.
     pub fn new(place: &str, nx: usize, ny: usize, heights: Vec<f64>) -> Result<Self> {
         if nx == 0 || ny == 0 || nx.checked_mul(ny) != Some(heights.len()) {
             let found = format!("{} heights for shape [{ny}, {nx}]", heights.len());
@@ -44,14 +44,15 @@ impl HeightMap {
         }
         let (low, high) = extent(&heights);
         if !(high - low).is_finite() {
-            // Low points are put at 0, which would make infinities of the others.
+            // Subtracting the minimum of such heights would overflow.
             let found = format!("heights from {low:e} to {high:e}");
             return Err(Error::format(place, found, "heights whose range is a finite number"));
         }
         Ok(HeightMap { nx, ny, heights })
     }
 
-    /// The same surface with low points touching first and min = 0: `h − min h`, or `max h − h` for the other sign.
+    /// The same surface with low points in contact first and minimum 0: `h − min h`, or `max h − h` for the other
+    /// sign.
     pub fn low_first(mut self, sign: Sign) -> Self {
         let (low, high) = extent(&self.heights);
         for h in &mut self.heights {

@@ -1,9 +1,9 @@
-//! Height maps read and written: `.npy`, the challenge's ASCII matrix, and its blocks of `x y h` lines.
+//! Reads and writes height maps: `.npy`, ASCII matrices, and blocks of `x y h` lines.
 //!
 //! An ASCII matrix has one line per y, from y = 0, with the heights along x separated by blanks; `#` starts a comment
-//! and blank lines are ignored. Which side touches first cannot be seen in numbers, so the caller declares it; what this
-//! module writes says it in a comment (`# sign: low points touch first`) or, beside `NAME.npy`, in `NAME.npy.json`, and
-//! [`read`] hands it back. Nothing is flipped or shifted unless [`HeightMap::low_first`] is called.
+//! and blank lines are ignored. The numbers do not determine the sign convention, so the caller states it.
+//! [`write()`] stores it in a comment (`# sign: low points touch first`) or, for `NAME.npy`, in `NAME.npy.json`, and
+//! [`read`] returns it. Heights are not flipped or shifted unless [`HeightMap::low_first`] is called.
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -15,14 +15,14 @@ pub use super::height_map::{HeightMap, Sign};
 use super::{json, npy, xyz_text};
 use crate::error::{Error, Result};
 
-/// What a file said of itself besides its heights; files from elsewhere say nothing.
+/// Sign and unit stated in a file; empty for files from other programs.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Declared {
     pub sign: Option<Sign>,
     pub unit: Option<String>,
 }
 
-/// The sidecar of a `.npy` height map.
+/// JSON sidecar of a `.npy` height map.
 #[derive(Debug, Serialize, Deserialize)]
 struct Sidecar {
     nx: usize,
@@ -40,9 +40,9 @@ fn sidecar_path(path: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// Writes `.npy` (f64, with a JSON sidecar) where the name ends so, and an ASCII matrix otherwise.
+/// Writes `.npy` (f64, with a JSON sidecar) if the name has this extension, otherwise an ASCII matrix.
 ///
-/// `unit` is for readers ("m", "µm", "cell extent in x"). ASCII numbers are read back to the same bits.
+/// `unit` is a label ("m", "µm", "cell extent in x"). ASCII numbers are read back exactly.
 pub fn write(path: &Path, map: &HeightMap, sign: Sign, unit: &str) -> Result<()> {
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npy")) {
         npy::write(path, map.nx, map.ny, map.heights.iter().copied())?;
@@ -63,11 +63,13 @@ pub fn write(path: &Path, map: &HeightMap, sign: Sign, unit: &str) -> Result<()>
     })
 }
 
-/// Reads either format (a file that starts as `.npy` files do is one, whatever its name) and what it says of itself. More
-/// formats are [`super::import`]'s.
+/// Reads a `.npy` file, detected by its first bytes, or an ASCII file, with the sign and unit that it states. For
+/// other formats see [`super::import`].
 ///
-/// NaN and infinite heights are [`Error::Height`]; ragged, empty or truncated files [`Error::Format`]. Integers, as many
-/// instruments store them, become the same numbers in f64: their unit is the caller's business, as it is for all others.
+/// Integers are converted to f64 without scaling.
+///
+/// # Errors
+/// [`Error::Height`] for NaN and infinite heights; [`Error::Format`] for ragged, empty or truncated files.
 pub fn read(path: &Path) -> Result<(HeightMap, Declared)> {
     let file = std::fs::File::open(path).map_err(Error::io("open", path))?;
     let mut source = BufReader::with_capacity(1 << 18, file);
@@ -85,13 +87,13 @@ pub fn read(path: &Path) -> Result<(HeightMap, Declared)> {
     Ok((map, declared))
 }
 
-/// What a file of heights may be.
+/// Accepted formats of height files.
 pub(super) const KINDS: &str = "text (a matrix, lines of x y h, or qX qY Re Im), .npy, .npz, HDF5 or NetCDF";
 
-/// What some editors put before UTF-8.
+/// UTF-8 byte order mark, which some editors write.
 pub(super) const BOM: &[u8] = b"\xEF\xBB\xBF";
 
-/// A line of text that could not be read.
+/// Error for a line of text that could not be read.
 pub(super) fn unread(path: &Path, line: usize, e: std::io::Error) -> Error {
     if e.kind() == std::io::ErrorKind::InvalidData {
         let accepted = "text in UTF-8 or ASCII (iconv -f LATIN1 -t UTF-8 makes it of Latin-1)";
@@ -100,7 +102,7 @@ pub(super) fn unread(path: &Path, line: usize, e: std::io::Error) -> Error {
     Error::io("read", path)(e)
 }
 
-/// How text gave its heights.
+/// Layout of a text file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Layout {
     Matrix,
@@ -122,10 +124,10 @@ pub(super) fn read_npy(path: &Path) -> Result<(HeightMap, Declared)> {
     Ok((map, Declared { sign: Some(said.sign), unit: Some(said.unit) }))
 }
 
-/// The words of a line, apart by blanks or commas.
+/// Splits a line into words separated by blanks or commas.
 ///
 /// # Errors
-/// Where some are apart by a comma alone and others by blanks alone: `1,5 2,5` is two numbers to whoever writes decimal commas.
+/// Some words are separated by commas alone and others by blanks alone, as in `1,5 2,5`: these may be decimal commas.
 pub(super) fn numbers<'a>(path: &Path, line: usize, text: &'a str) -> Result<impl Iterator<Item = &'a str>> {
     let blanks: Vec<&str> = text.split_whitespace().collect();
     let inside = blanks.iter().any(|w| w.trim_matches(',').contains(','));
@@ -136,7 +138,7 @@ pub(super) fn numbers<'a>(path: &Path, line: usize, text: &'a str) -> Result<imp
     Ok(text.split(|c: char| c.is_whitespace() || c == ',').filter(|w| !w.is_empty()))
 }
 
-/// `heights_only` says that three columns are heights, whatever they look like.
+/// Reads a text file. With `heights_only` three columns are always heights, never `x y h`.
 pub(super) fn read_ascii(
     path: &Path,
     source: impl BufRead,
@@ -145,7 +147,7 @@ pub(super) fn read_ascii(
     let mut heights = Vec::new();
     let (mut nx, mut ny) = (0, 0);
     let mut declared = Declared::default();
-    // Rows of each block between blank lines: the mark of the other ASCII format, one "x y h" triple a line.
+    // Number of lines of each block; blank lines between blocks indicate the `x y h` format.
     let (mut blocks, mut in_block): (Vec<usize>, _) = (Vec::new(), false);
     for (number, line) in (1..).zip(source.lines()) {
         let line = line.map_err(|e| unread(path, number, e))?;
@@ -180,7 +182,7 @@ pub(super) fn read_ascii(
     if ny == 0 {
         return Err(Error::format(path, "no heights", "an ASCII matrix, one line per y"));
     }
-    // Lists without blank lines, as instruments write them.
+    // Lines of `x y h` without blank lines, as instruments write them.
     if nx == 3
         && !heights_only
         && blocks.len() == 1
@@ -188,7 +190,7 @@ pub(super) fn read_ascii(
     {
         return Ok((map?, declared, Layout::XyzLines));
     }
-    // A matrix three wide must have no blank lines, or be said to be one.
+    // Three columns with blank lines are `x y h`, unless `heights_only` is set.
     if nx == 3 && !heights_only && blocks.len() > 1 {
         return Ok((xyz_text::map(path, &heights, &blocks)?, declared, Layout::XyzLines));
     }
@@ -196,12 +198,12 @@ pub(super) fn read_ascii(
 }
 
 impl Declared {
-    /// The declared unit in µm, where it is one of the lengths that files name.
+    /// The stated unit in µm, if it is a known unit of length.
     pub fn unit_um(&self) -> Option<f64> {
         match self.unit.as_deref()?.trim() {
             "m" => Some(1e6),
             "mm" => Some(1e3),
-            // The sign of micro, and the letter mu.
+            // Micro sign, and Greek letter mu.
             "um" | "\u{b5}m" | "\u{3bc}m" => Some(1.0),
             "nm" => Some(1e-3),
             _ => None,
@@ -268,13 +270,13 @@ mod tests {
         for text in ["1,2\n3,4\n", "1 ,2\n3, 4,\n", "1 2\n3 4\n"] {
             assert_eq!(reads(text).unwrap().0.heights, [1.0, 2.0, 3.0, 4.0], "{text}");
         }
-        // Decimal commas are not twice as many numbers.
+        // Decimal commas are rejected, not read as two numbers.
         for text in ["1,5 2,5\n3,5 4,5\n", "1 2,5\n3 4\n", "1,5\t2\n"] {
             assert!(complaint(text).contains("on line 1; accepted: numbers with points"), "{}", complaint(text));
         }
     }
 
-    /// Blocks of constant y, and of constant x, are the same map, rows of constant y.
+    /// Blocks of constant y and blocks of constant x give the same map, with rows of constant y.
     #[test]
     fn triples_are_laid_by_their_coordinates() {
         let map = HeightMap { nx: 3, ny: 2, heights: vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0] };
@@ -284,13 +286,13 @@ mod tests {
         for text in [rows, columns, &bare(rows), &bare(columns)] {
             assert_eq!(reads(text).unwrap().0, map, "{text}");
         }
-        // Downwards, x, y or both.
+        // Descending x, y or both.
         for text in ["0 1 4\n1 1 5\n2 1 6\n0 0 1\n1 0 2\n2 0 3\n", "2 1 6\n1 1 5\n0 1 4\n\n2 0 3\n1 0 2\n0 0 1\n"] {
             assert_eq!(reads(text).unwrap().0, map, "{text}");
         }
     }
 
-    /// Coordinates that are not quite those of an even grid never become heights; heights that are none of a grid do.
+    /// Coordinates slightly off an even grid are an error, not heights; values that form no grid are heights.
     #[test]
     fn three_columns_are_a_matrix_only_where_they_are_no_coordinates() {
         let grid = |skip: usize| -> String {

@@ -1,4 +1,4 @@
-//! JSON files: written whole, read with the place of an error.
+//! JSON files: written atomically; errors on reading state the position.
 
 use std::io::Write;
 use std::path::Path;
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::atomic_file::{read_text, write_atomic};
 use crate::error::{Error, Result};
 
-/// Writes `value` indented, with a final newline. NaN and infinities become `null`, as JSON has no word for them.
+/// Writes `value` indented, with a final newline. NaN and infinities become `null`.
 pub fn write<T: Serialize>(path: &Path, value: &T) -> Result<()> {
     write_atomic(path, |w| {
         serde_json::to_writer_pretty(&mut *w, value)?;
@@ -17,16 +17,16 @@ pub fn write<T: Serialize>(path: &Path, value: &T) -> Result<()> {
     })
 }
 
-/// The schema of a file, where it says one.
+/// Schema number of a file.
 #[derive(Deserialize)]
 struct Head {
     schema: u32,
 }
 
-/// Reads a file of one schema, which is checked before its fields.
+/// Reads a file with a schema number, which is checked before the other fields.
 ///
 /// # Errors
-/// A file without a number under "schema", or of another schema: each program reads what it writes.
+/// `Format` without a number under "schema", or with another schema.
 pub fn read_schema<T: DeserializeOwned>(path: &Path, schema: u32) -> Result<T> {
     let text = read_text(path)?;
     let accepted = format!("schema {schema}, which this program writes");
@@ -43,7 +43,7 @@ pub fn read<T: DeserializeOwned>(path: &Path) -> Result<T> {
     serde_json::from_str(&text).map_err(|e| Error::format(path, e, format!("JSON of {}", short_name::<T>())))
 }
 
-/// For serde: a value equal to its default is left out of a file.
+/// For serde: fields equal to their default are omitted.
 pub(crate) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }

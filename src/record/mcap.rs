@@ -6,7 +6,7 @@
 //! * `/SOURCE/cloud`: `foxglove.PointCloud` of atoms, x, y, z float32 and contact uint8;
 //! * `/SOURCE/load`: the scalars of the state as JSON with a JSON Schema, so that they plot without a plug-in.
 //!
-//! Times are given, never taken from a clock: the same run writes the same bytes.
+//! Time stamps follow from the load index, not from a clock: equal runs give identical files.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -23,12 +23,12 @@ use super::atomic_file::AtomicFile;
 use super::downsample::downsample;
 use crate::error::{Error, Result};
 
-/// Cells along the longer side of a recorded map: 256² float32 are 256 KiB a frame before compression.
+/// Maximum number of cells along the longer side of a map: 256² float32 are 256 KiB per frame before compression.
 pub const LONGEST_SIDE: usize = 256;
-/// Frame of reference of every grid and cloud; its origin is the cell's corner.
+/// Coordinate frame of all grids and clouds; its origin is the corner of the cell.
 pub const FRAME_ID: &str = "cell";
 
-/// What stays the same through a recording.
+/// Metadata of a recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     pub name: String,
@@ -36,7 +36,7 @@ pub struct Scene {
     pub length_unit: String,
     /// Extents of the cell along x and y in that unit.
     pub cell: [f64; 2],
-    /// Anything else worth keeping with the recording: hash of the scene, versions.
+    /// Additional metadata: hash of the scene, versions.
     pub notes: BTreeMap<String, String>,
 }
 
@@ -53,14 +53,14 @@ pub struct CloudAtom {
     pub contact: bool,
 }
 
-/// Scalars of one state. Lengths in the scene's unit; absent where the source does not say.
+/// Scalars of one state. Lengths in the unit of the recording; absent where not available.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LoadScalars {
     /// Mean pressure over E* times the rms gradient.
     pub p_star: f64,
-    /// Touching share of the cell or of the surface atoms.
+    /// Contact fraction of the cell or of the surface atoms.
     pub contact_fraction: f64,
-    /// What counts as touching.
+    /// Contact criterion.
     pub criterion: String,
     pub mean_gap: f64,
     pub patches: Option<usize>,
@@ -71,18 +71,18 @@ pub struct LoadScalars {
 /// One load state of one source.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadState<'a> {
-    /// "continuum", "atoms": the first part of the topic.
+    /// "continuum" or "atoms": first element of the topic.
     pub source: &'a str,
-    /// Place on the load path: the log time in seconds.
+    /// Index on the load path, which is the log time in seconds.
     pub index: u32,
     pub scalars: LoadScalars,
     pub gap: Option<GapMap<'a>>,
     pub atoms: &'a [CloudAtom],
 }
 
-/// A recording being written; it appears under its name at [`Recorder::finish`].
+/// Writer of a recording; the file appears under its name at [`Recorder::finish`].
 pub struct Recorder {
-    // Dropped after the writer is taken apart in `finish`; an abandoned recording leaves no file.
+    // Dropping the recorder before `finish` leaves no file.
     writer: mcap::Writer<AtomicFile>,
     scene: Scene,
     path: std::path::PathBuf,
@@ -104,7 +104,7 @@ impl Recorder {
         Ok(Recorder { writer, scene, path: path.to_path_buf(), sequence: 0 })
     }
 
-    /// Records scalars, and the gap and the atoms where given.
+    /// Records the scalars and, where given, the gap map and the atoms.
     pub fn state(&mut self, state: &LoadState) -> Result<()> {
         let at = Timestamp::new(state.index, 0);
         let schema = serde_json::to_vec(&schemars::schema_for!(LoadScalars)).map_err(|e| told(&self.path, e))?;
@@ -123,7 +123,7 @@ impl Recorder {
         Ok(())
     }
 
-    /// Writes index and summary, and lets the file appear.
+    /// Writes index and summary, and commits the file.
     pub fn finish(mut self) -> Result<()> {
         self.writer.finish().map_err(|e| told(&self.path, e))?;
         self.writer.into_inner().commit()
@@ -157,7 +157,7 @@ impl Recorder {
         self.message(state, what, (&schema.name, &schema.encoding, &schema.data), &encoding, &bytes)
     }
 
-    /// Schemas and channels are registered once: the writer knows those that it has seen.
+    /// The writer stores each schema and channel only once.
     fn message(
         &mut self,
         state: &LoadState,

@@ -1,4 +1,4 @@
-//! Results of the methods that are compared with the scene's own, in the terms of `results.json`.
+//! Results of the compared methods, as in `results.json`.
 
 use super::continuum::{ContinuumResults, RangeResults, StateResults};
 use super::state_numbers::StateNumbers;
@@ -6,71 +6,72 @@ use crate::load::{AtLoad, Branch};
 use crate::observe::Distribution;
 use serde::{Deserialize, Serialize};
 
-/// One method at the loads of the loading branch.
+/// Results of one method at the loads of the loading branch.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MethodResults {
-    /// An id of `asperity methods`, and its name in the paper.
+    /// Id in `asperity methods`, and name in the paper.
     pub method: String,
     pub paper_name: String,
     pub criterion: String,
-    /// What its constants were fitted to; none without such constants.
+    /// Data to which constants of the method were fitted; absent without fitted constants.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub calibrated_on: Option<String>,
-    /// Whether it was given the scene's adhesion.
+    /// Whether the method was run with the scene's adhesion.
     pub adhesive: bool,
-    /// Of an estimate only where requested and used range differ.
+    /// For estimates only if requested and used range differ.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range: Option<RangeResults>,
-    /// Why there are no states: the method refused the scene or did not converge.
+    /// Reason for missing states: the method does not support the scene or did not converge.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unavailable_reason: Option<String>,
     pub missing: Vec<Missing>,
     pub states: Vec<MethodState>,
-    /// Memory planned for it, and processor time of all its loads, s.
+    /// Estimated memory, and processor time of all loads, s.
     pub planned_bytes: u64,
     pub cpu_seconds: f64,
 }
 
-/// A quantity that a method does not deliver, and why: an empty cell of a table.
+/// A quantity that a method does not provide, and the reason.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Missing {
-    /// Its id in `asperity methods --json`.
+    /// Id in `asperity methods --json`.
     pub quantity: String,
     pub reason: String,
 }
 
-/// Results of a method at one load. Lengths in L, areas in L², stresses in E*; quantities that it does not deliver are absent.
+/// Results of a method at one load. Lengths in L, areas in L², stresses in E*; quantities that the method does not
+/// provide are absent.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MethodState {
     #[serde(flatten)]
     pub numbers: StateNumbers,
-    /// Perimeter-corrected, for methods whose contact is a map of nodes.
+    /// Perimeter-corrected contact fraction, for methods with a contact map.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact_fraction_corrected: Option<f64>,
-    /// Nodes in contact under compression, for solvers with adhesion.
+    /// Fraction of nodes in contact under compression, for solvers with adhesion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact_fraction_compressive: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mean_gap: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub median_cluster_area: Option<f64>,
-    /// Of the contact under compression, for solvers with adhesion.
+    /// Median cluster area of the contact under compression, for solvers with adhesion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub median_cluster_area_compressive: Option<f64>,
-    /// Pr(a): area, density, number. CPr(a): area, fraction of the contact.
+    /// Pr(a): area, density, number; CPr(a): area, fraction of the contact.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub patch_density: Vec<[f64; 3]>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub patch_area: Vec<[f64; 2]>,
-    /// Pr(u), in bins of equal ratio where the method's gaps are a field.
+    /// Pr(u); in bins of equal ratio for methods with a gap field.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<Distribution>,
-    /// Pr(σ), and the part of it from contact.
+    /// Pr(σ), and its contribution from contact.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stress: Option<Distribution>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact_stress: Option<Distribution>,
-    /// `[ny, nx]` u8 file, if stored.
+    /// File of the `[ny, nx]` u8 map, if stored.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact_map: Option<String>,
 }
@@ -82,7 +83,7 @@ impl AtLoad for MethodState {
 }
 
 impl MethodState {
-    /// A solver's state in the same terms.
+    /// Converts a state of a solver.
     pub fn of(s: &StateResults) -> Self {
         let o = s.observed.as_ref();
         MethodState {
@@ -101,7 +102,7 @@ impl MethodState {
         }
     }
 
-    /// Contact fraction to compare: corrected where the method has it.
+    /// Contact fraction for comparisons: perimeter-corrected if available.
     pub fn area(&self) -> f64 {
         self.contact_fraction_corrected.unwrap_or(self.numbers.contact_fraction)
     }

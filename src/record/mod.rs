@@ -1,6 +1,6 @@
-//! Files that others read: height maps, fields, curves, atoms, recordings, and `results.json`.
+//! File formats: height maps, fields, curves, atoms, recordings, and `results.json`.
 //!
-//! Every writer lands its file by rename ([`atomic_file`]), so a reader sees the old file or the whole new one.
+//! All files are written atomically ([`atomic_file`]): a reader finds the old file or the complete new one.
 
 pub mod acceptance;
 pub mod advice;

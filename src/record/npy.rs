@@ -1,7 +1,7 @@
 //! `.npy` fields `[ny, nx]`: row = y, column = x, x fastest.
 //!
-//! Written little-endian in C order, straight from an iterator; read in either order and either byte order. A field is
-//! read row by row where it can be, because the largest is 2 GiB and a picture of it needs one row at a time.
+//! Files are written little-endian in C order from an iterator; both index orders and both byte orders can be read.
+//! C-ordered fields are read row by row: the largest fields have 2 GiB, and a picture needs only one row at a time.
 
 use std::fs::File;
 use std::io::{BufReader, Read, Write};
@@ -21,11 +21,11 @@ pub struct Field<T> {
     pub values: Vec<T>,
 }
 
-/// What a field may hold on disk.
+/// Number types of a field file.
 pub trait Element: bytemuck::NoUninit {
-    /// As NumPy writes it: `<f8`, `<f4`, `|u1`.
+    /// NumPy type descriptor: `<f8`, `<f4`, `|u1`.
     const DESCRIPTOR: &'static str;
-    /// With its bytes in the order of the file.
+    /// The value in the byte order of the file.
     fn stored(self) -> Self;
 }
 
@@ -50,10 +50,10 @@ impl Element for u8 {
     }
 }
 
-/// Values that are handed on together: one at a time, writing its maps took a fiftieth of a solve on 2048².
+/// Number of values written at once; writing single values took 2 % of the time of a solve on 2048².
 const BLOCK: usize = 4096;
 
-/// Writes `[ny, nx]` values, row by row from y = 0. Fails when the iterator does not hold exactly `nx·ny` of them.
+/// Writes `[ny, nx]` values, row by row from y = 0. Returns an error unless the iterator has exactly `nx·ny` values.
 pub fn write<T: Element>(path: &Path, nx: usize, ny: usize, values: impl IntoIterator<Item = T>) -> Result<()> {
     write_atomic(path, |w| {
         let descriptor = format!("'{}'", T::DESCRIPTOR).parse().map_err(std::io::Error::other)?;
@@ -78,8 +78,7 @@ pub fn write<T: Element>(path: &Path, nx: usize, ny: usize, values: impl IntoIte
     })
 }
 
-/// Writes a field times `unit`, in the precision that it has. A positive value stays positive: that tells an open gap from
-/// contact.
+/// Writes a field times `unit` in its own precision. Positive values stay positive, because a zero gap means contact.
 pub fn write_field(path: &Path, nx: usize, ny: usize, field: grid::Field, unit: f64) -> Result<()> {
     let narrow = |v: &f32| {
         let scaled = f64::from(*v) * unit;
@@ -92,7 +91,7 @@ pub fn write_field(path: &Path, nx: usize, ny: usize, field: grid::Field, unit: 
     }
 }
 
-/// Kind and byte order of one stored number.
+/// Type and byte order of a stored number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum DType {
     F8 { big: bool },
@@ -104,7 +103,7 @@ pub(super) enum DType {
 }
 
 impl DType {
-    /// From a NumPy descriptor: byte order (`|` where there is none), kind and width.
+    /// Parses a NumPy descriptor: byte order (`|` if not applicable), kind and width.
     fn named(descriptor: &str) -> Option<DType> {
         let big = descriptor.starts_with('>');
         Some(match descriptor.strip_prefix(['<', '>', '|'])? {
@@ -133,10 +132,10 @@ impl DType {
         }
     }
 
-    /// As many numbers as there are values.
+    /// Converts `values.len()` numbers.
     fn values(self, bytes: &[u8], values: &mut [f64]) {
         match self {
-            // What programs write for themselves, without asking for each number what it is.
+            // Fast path for the types that this program writes.
             DType::F8 { big: false } => {
                 values.iter_mut().zip(bytes.as_chunks().0).for_each(|(v, b)| *v = f64::from_le_bytes(*b));
             }
@@ -156,7 +155,7 @@ impl DType {
             DType::F4 { big: false } => f32::from_le_bytes(four(b)).into(),
             DType::F4 { big: true } => f32::from_be_bytes(four(b)).into(),
             DType::F2 { big } => half(bits(b, big) as u16),
-            // The sign bit goes to the top and comes back down with the shift.
+            // The left shift puts the sign bit at the top; the arithmetic right shift extends it.
             DType::Signed { bytes, big } => {
                 let unused = 64 - 8 * bytes as u32;
                 (((bits(b, big) << unused) as i64) >> unused) as f64
@@ -167,13 +166,13 @@ impl DType {
     }
 }
 
-/// The bytes of one number as the low bits of a word.
+/// Bytes of one number as the low bits of a word.
 fn bits(b: &[u8], big: bool) -> u64 {
     let join = |word: u64, byte: &u8| word << 8 | u64::from(*byte);
     if big { b.iter().fold(0, join) } else { b.iter().rev().fold(0, join) }
 }
 
-/// IEEE 754 half precision: 1 bit of sign, 5 of exponent, 10 of fraction.
+/// IEEE 754 half precision: 1 sign bit, 5 exponent bits, 10 fraction bits.
 fn half(word: u16) -> f64 {
     let (exponent, fraction) = (i32::from(word >> 10 & 31), f64::from(word & 1023));
     let size = match exponent {
@@ -185,7 +184,7 @@ fn half(word: u16) -> f64 {
     if word >> 15 == 1 { -size } else { size }
 }
 
-/// An open `.npy` file, or one inside another, whose header and length have been checked.
+/// An open `.npy` file or archive member with checked header and length.
 pub struct Reader<R = BufReader<File>> {
     pub nx: usize,
     pub ny: usize,
@@ -195,10 +194,10 @@ pub struct Reader<R = BufReader<File>> {
     path: std::path::PathBuf,
 }
 
-/// Shapes past this many entries are taken for a damaged header (it is 64 times the largest challenge grid).
+/// Larger shapes are treated as a damaged header (64 times the largest grid of the challenge).
 const MOST_ENTRIES: usize = 1 << 34;
 
-/// What passes through it, counted.
+/// Reader that counts the bytes read.
 struct Counted<'a, R>(&'a mut R, u64);
 
 impl<R: Read> Read for Counted<'_, R> {
@@ -210,8 +209,8 @@ impl<R: Read> Read for Counted<'_, R> {
 }
 
 impl Reader {
-    /// Opens a field of floating-point numbers (f2, f4, f8), integers (i1 to i8, u1 to u8) or flags (b1), either byte
-    /// order, C or Fortran order.
+    /// Opens a field of floating-point numbers (f2, f4, f8), integers (i1 to i8, u1 to u8) or flags (b1), in either
+    /// byte order and index order.
     pub fn open(path: &Path) -> Result<Self> {
         let file = File::open(path).map_err(Error::io("open", path))?;
         let length = file.metadata().map_err(Error::io("read", path))?.len();
@@ -220,7 +219,7 @@ impl Reader {
 }
 
 impl<R: Read> Reader<R> {
-    /// The same from `length` bytes of a source; `path` is named in errors.
+    /// Reads `length` bytes of a source; errors name `path`.
     pub(super) fn of(mut source: R, length: u64, path: &Path) -> Result<Self> {
         let mut counted = Counted(&mut source, 0);
         let header = Header::from_reader(&mut counted).map_err(|e| Error::format(path, e, "a .npy file"))?;
@@ -235,7 +234,7 @@ impl<R: Read> Reader<R> {
             [ny, nx] if ny > 0 && nx > 0 && ny.checked_mul(nx).is_some_and(|n| n <= MOST_ENTRIES) => (ny, nx),
             _ => return Err(Error::format(path, format!("shape {:?}", header.shape), "two dimensions, [ny, nx]")),
         };
-        // Before anything is allocated: a damaged header must not ask for more memory than the file could fill.
+        // Checked before allocation: a damaged header must not request more memory than the file has data.
         let (have, want) = (length.saturating_sub(start), (nx * ny * stored.bytes()) as u64);
         if have != want {
             let found = format!("{have} bytes of data, {} of them", if have < want { "too few" } else { "too many" });
@@ -244,7 +243,7 @@ impl<R: Read> Reader<R> {
         Ok(Reader { nx, ny, stored, fortran: header.layout.is_fortran(), source, path: path.to_path_buf() })
     }
 
-    /// Calls `row(y, values)` for y = 0, 1, …; only a Fortran-ordered field is read whole first.
+    /// Calls `row(y, values)` for y = 0, 1, …; a Fortran-ordered field is first read as a whole.
     pub fn for_each_row(mut self, mut row: impl FnMut(usize, &[f64])) -> Result<()> {
         if self.fortran {
             let field = self.whole_transposed()?;
@@ -261,7 +260,7 @@ impl<R: Read> Reader<R> {
         Ok(())
     }
 
-    /// The whole field as [`read`] gives it.
+    /// Reads the whole field as [`read`] does.
     pub(super) fn numbers(mut self) -> Result<Field<f64>> {
         if self.stored == DType::Flag {
             return Err(Error::format(&self.path, "entries of type bool", "numbers, floating-point or integer"));
@@ -269,7 +268,7 @@ impl<R: Read> Reader<R> {
         let (nx, ny) = (self.nx, self.ny);
         fits(&self.path, 8 * (nx * ny) as u64)?;
         if self.fortran {
-            // No second copy of a field that is whole already.
+            // The transposed field is returned without a second copy.
             return Ok(Field { nx, ny, values: self.whole_transposed()? });
         }
         let mut values = Vec::with_capacity(nx * ny);
@@ -290,13 +289,12 @@ impl<R: Read> Reader<R> {
     }
 }
 
-/// Reads a field of numbers as f64; integers above 2^53 are rounded. Truth values are refused: they are no heights and
-/// no gaps.
+/// Reads a numeric field as f64; integers above 2^53 are rounded. Boolean fields are an error.
 pub fn read(path: &Path) -> Result<Field<f64>> {
     Reader::open(path)?.numbers()
 }
 
-/// Refuses what would not fit into memory.
+/// Returns an error if reading needs more than the available memory.
 pub(super) fn fits(path: &Path, need: u64) -> Result<()> {
     let have = crate::sys::available_memory_bytes();
     let (what, advice) = (format!("reading {}", path.display()), "a coarser map needs less".into());
@@ -326,7 +324,7 @@ mod tests {
         (folder, path)
     }
 
-    /// The other writer is ndarray-npy's own, so that both sides of the format are checked.
+    /// Files written by ndarray-npy, an independent implementation.
     #[test]
     fn both_orders_and_both_widths_read_alike() {
         let (_folder, path) = scratch();
@@ -344,7 +342,7 @@ mod tests {
         assert_eq!(read_flags(&path).unwrap().values, [0, 1, 2, 10, 11, 12]);
     }
 
-    /// What a solver in f32 does not know is not stored, and what is open does not close by rounding.
+    /// Fields in f32 are stored in f32, and a positive gap does not become zero by rounding.
     #[test]
     fn fields_keep_their_precision() {
         let (_folder, path) = scratch();
@@ -384,7 +382,7 @@ mod tests {
         assert_eq!(whole(&path, [u16::MAX, 1]), [65535.0, 1.0]);
         assert_eq!(whole(&path, [u32::MAX, 1]), [4294967295.0, 1.0]);
         assert_eq!(whole(&path, [u64::MAX, 1]), [2f64.powi(64), 1.0]);
-        // Big-endian, by hand: the descriptor is as long.
+        // Big-endian file made by editing the descriptor, whose length is unchanged.
         ndarray_npy::write_npy(&path, &Array2::from_shape_vec((1, 2), vec![0x0100_i16, 0x00FF]).unwrap()).unwrap();
         let mut bytes = std::fs::read(&path).unwrap();
         let at = bytes.windows(3).position(|w| w == b"<i2").unwrap();
@@ -393,7 +391,7 @@ mod tests {
         assert_eq!(read(&path).unwrap().values, [1.0, -256.0]);
     }
 
-    /// Values whose bits are printed with the format: one, the largest, the smallest above zero, a third.
+    /// Half-precision values with known bits: one, the largest, the smallest positive, and one third.
     #[test]
     fn half_precision_is_read() {
         let words = [0x3C00, 0x7BFF, 0x0001, 0x3555, 0xC000];
@@ -444,7 +442,7 @@ mod tests {
         assert!(!path.exists());
     }
 
-    /// Fields of less than a block, of whole blocks, and of a rest after them.
+    /// Fields shorter than a block, of whole blocks, and with a remainder.
     #[test]
     fn blocks_are_no_seams() {
         let (_folder, path) = scratch();

@@ -1,9 +1,9 @@
-//! What methods deliver of a contact, and what of it is compared.
+//! Quantities that methods provide, and quantities that are compared.
 
 use serde::{Deserialize, Serialize};
 
-/// A number, curve or map of a contact. Cards of methods declare which [`Quantity::OUTPUTS`] they deliver; errors against a
-/// reference are those of [`Quantity::COMPARED`].
+/// A number, curve or map of a contact. Method cards declare which [`Quantity::OUTPUTS`] they provide; errors against
+/// a reference are computed for [`Quantity::COMPARED`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
@@ -14,19 +14,19 @@ pub enum Quantity {
     ContactMap,
     GapPdf,
     StressPdf,
-    /// CPr(a): cumulative distribution of patch areas.
+    /// CPr(a): cumulative distribution of cluster areas.
     PatchArea,
     MedianClusterArea,
-    /// Delivered only: errors of stress are those of its distribution.
+    /// Output only: stresses are compared by their distribution.
     #[schemars(skip)]
     StressMap,
-    /// Pr(a): delivered only, compared as [`Quantity::PatchArea`] and [`Quantity::MedianClusterArea`].
+    /// Pr(a): output only, compared as [`Quantity::PatchArea`] and [`Quantity::MedianClusterArea`].
     #[schemars(skip)]
     PatchPdf,
 }
 
 impl Quantity {
-    /// What a method may deliver.
+    /// Quantities that a method may provide.
     pub const OUTPUTS: [Quantity; 9] = [
         Quantity::GapMap,
         Quantity::StressMap,
@@ -39,7 +39,7 @@ impl Quantity {
         Quantity::Stiffness,
     ];
 
-    /// What is compared with a reference.
+    /// Quantities that are compared with a reference.
     pub const COMPARED: [Quantity; 9] = [
         Quantity::ContactArea,
         Quantity::MeanGap,
@@ -52,10 +52,10 @@ impl Quantity {
         Quantity::MedianClusterArea,
     ];
 
-    /// Numbers, of which a reference has an extrapolated value.
+    /// Scalars, for which the reference has an extrapolated value.
     pub const NUMBERS: [Quantity; 3] = [Quantity::ContactArea, Quantity::MeanGap, Quantity::Stiffness];
 
-    /// As JSON and flags name it.
+    /// Name in JSON and flags.
     pub fn id(self) -> &'static str {
         match self {
             Quantity::ContactArea => "contact_area",
@@ -88,7 +88,7 @@ impl Quantity {
         }
     }
 
-    /// Definition of its error, for those of [`Quantity::COMPARED`].
+    /// Definition of the error of a quantity of [`Quantity::COMPARED`].
     pub fn error_definition(self) -> &'static str {
         match self {
             Quantity::ContactArea => "relative deviation, perimeter-corrected where contact is a map of nodes",
@@ -106,17 +106,17 @@ impl Quantity {
         }
     }
 
-    /// Whether errors are in decades instead of fractions.
+    /// Whether errors are in decades instead of relative deviations.
     pub fn in_decades(self) -> bool {
         matches!(self, Quantity::PatchArea | Quantity::MedianClusterArea)
     }
 
-    /// The error that a relative deviation by `fraction` is.
+    /// The error that corresponds to a relative deviation `fraction`.
     pub fn error_of_deviation(self, fraction: f64) -> f64 {
         if self.in_decades() { (1.0 + fraction).log10() } else { fraction }
     }
 
-    /// The output that it is derived from.
+    /// The output from which the quantity is computed.
     pub fn output(self) -> Quantity {
         match self {
             Quantity::PatchArea | Quantity::MedianClusterArea => Quantity::PatchPdf,

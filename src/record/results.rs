@@ -1,9 +1,9 @@
-//! `results.json`: everything a run found, in one plain structure.
+//! `results.json`: all results of a run in one structure.
 //!
-//! The report, the comparison tables and every figure are drawn from this file and the field files it names, so that a
-//! number in a report is never typed and a report can be drawn again without running anything. Paths are relative to
-//! the run folder. Lengths are reduced (unit: the cell's extent in x) unless the name carries a unit; `p_star` is the
-//! mean pressure over E* times the full spectrum's rms gradient.
+//! Report, comparison tables and figures are generated from this file and the field files that it names, so a report
+//! can be regenerated without solving anything. Paths are relative to the run folder. Lengths are reduced (unit:
+//! extent of the cell in x) unless the name contains a unit; `p_star` is the mean pressure over E* times the rms
+//! gradient of the full spectrum.
 
 pub use super::atomistic::{
     AtomPullOff, AtomState, AtomStress, AtomsResults, AuditLine, BranchChange, ContactByCriterion, DefectAtoms,
@@ -30,7 +30,7 @@ use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Raised when a field changes its name or meaning; a reader accepts no other.
+/// Schema version, increased when a field changes its name or meaning; other versions cannot be read.
 pub const SCHEMA: u32 = 2;
 
 /// Name of the file in a run folder.
@@ -43,28 +43,28 @@ pub const MANIFEST_FILE: &str = "manifest.json";
 pub struct Results {
     pub schema: u32,
     pub name: String,
-    /// One paragraph from the scene, printed at the top of the report.
+    /// Description in the scene, printed at the top of the report.
     pub description: String,
     pub scales: ScalesSi,
     pub surface: SurfaceResults,
-    /// How the scene's accuracy chose grid, method, precision and tolerance.
+    /// Settings chosen for the accuracy that the scene requests.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<AccuracyChoice>,
     /// The laboratory-scale problem of the scene.
     pub continuum: Option<ContinuumResults>,
-    /// The loads there, without adhesion.
+    /// The same loads without adhesion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub non_adhesive: Option<ContinuumResults>,
-    /// The loads there, with other ranges of the adhesion.
+    /// The same loads with other ranges of the adhesion.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub other_ranges: Vec<ContinuumResults>,
-    /// The reference load without adhesion, by the method that is compared with.
+    /// The reference load without adhesion, solved by a second method.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cross_check: Option<ContinuumResults>,
     /// Other methods at the same loads.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub methods: Vec<MethodResults>,
-    /// Auxiliary problems that could not be solved, and why.
+    /// Auxiliary problems without a solution, with reasons.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub failures: Vec<String>,
     /// Statements of the challenge compared with the results.
@@ -73,9 +73,9 @@ pub struct Results {
     pub atoms: Option<AtomsResults>,
     pub comparison: Option<ComparisonResults>,
     pub stages: Vec<StageCost>,
-    /// Sentences a reader must see: unresolved wavelengths, regularised ranges, yield.
+    /// Warnings: unresolved wavelengths, enlarged ranges, yield.
     pub warnings: Vec<String>,
-    /// Papers and data behind the numbers, as printed at the end of the report.
+    /// Papers and data used, printed at the end of the report.
     pub sources: Vec<String>,
 }
 
@@ -83,7 +83,7 @@ impl Results {
     /// Reads `results.json` of a run folder.
     ///
     /// # Errors
-    /// A folder without results, results of another schema.
+    /// A folder without results; results of another schema.
     pub fn read(run_folder: &Path) -> Result<Self> {
         let path = run_folder.join(FILE);
         if !path.exists() {
@@ -92,17 +92,17 @@ impl Results {
         json::read_schema(&path, SCHEMA)
     }
 
-    /// Writes `results.json` into a run folder. NaN and infinity, which JSON does not have, are refused.
+    /// Writes `results.json` into a run folder. NaN and infinity are an error, because JSON has neither.
     pub fn write(&self, run_folder: &Path) -> Result<()> {
         let path = run_folder.join(FILE);
-        // Such numbers become `null`, which no field but an optional one accepts.
+        // They become `null`, which only optional fields accept.
         let readable = serde_json::to_string(self).and_then(|text| serde_json::from_str::<Results>(&text).map(|_| ()));
         readable.map_err(|e| Error::format(&path, format!("a value that is not finite ({e})"), "finite numbers"))?;
         json::write(&path, self)
     }
 }
 
-/// A folder without results, told by what it lacks.
+/// Error for a folder without results; it names the missing files.
 fn no_run(folder: &Path) -> Error {
     let missing: Vec<&str> = [FILE, MANIFEST_FILE].into_iter().filter(|f| !folder.join(f).exists()).collect();
     let verb = if missing.len() > 1 { "are" } else { "is" };
@@ -124,13 +124,13 @@ pub struct ScalesSi {
 pub struct StageCost {
     pub name: String,
     pub key: String,
-    /// All that was spent on it, earlier attempts included.
+    /// Computing time including earlier attempts.
     pub seconds: f64,
-    /// What attempts that were stopped had spent on what the last one went on from.
+    /// Computing time of the interrupted attempts that the last one continued.
     pub earlier_seconds: f64,
     pub peak_rss_bytes: u64,
-    /// Nodes that went through a transform, forward or inverse.
+    /// Number of transformed nodes, forward and inverse.
     pub transformed_nodes: u64,
-    /// Taken from an earlier run with the same key.
+    /// Whether the results of an earlier run with the same key were used.
     pub reused: bool,
 }

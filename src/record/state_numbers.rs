@@ -1,23 +1,23 @@
-//! The numbers of one equilibrium that every method delivers.
+//! Numbers of one equilibrium that every method provides.
 
 use serde::{Deserialize, Serialize};
 
-/// One load of one method, solver or estimate: load, contact, convergence and cost.
+/// One load of a solver or an estimate: load, contact, convergence and cost.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StateNumbers {
-    /// Of its load step, from 0.
+    /// Index of the load step, from 0.
     pub index: usize,
     pub p_star: f64,
     /// Mean pressure over E*.
     pub pressure: f64,
-    /// By the method's own criterion.
+    /// Contact fraction by the method's own criterion.
     pub contact_fraction: f64,
-    /// Contact stiffness dp/dū, E*/L: the method's own, else from the neighbouring loads of the same branch.
+    /// Contact stiffness dp/dū, E*/L: computed by the method, or from the neighbouring loads of the same branch.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub patches: Option<usize>,
-    /// `[ny, nx]` files of the gap (L) and the stress (E*), if stored.
+    /// Files of the `[ny, nx]` maps of gap (L) and stress (E*), if stored.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap_map: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]

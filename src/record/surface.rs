@@ -1,30 +1,30 @@
-//! The surface in numbers, in the terms of `results.json`.
+//! Surface and its statistics, as in `results.json`.
 
 use serde::{Deserialize, Serialize};
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct SurfaceResults {
-    /// What made it: "synthesised, seed 1" or the imported file.
+    /// Origin: "synthesised, seed 1" or the imported file.
     pub origin: String,
     pub nx: usize,
     pub ny: usize,
     /// Extent in y over extent in x.
     pub aspect: f64,
-    /// Whether the cell repeats. If not, statistics and spectrum are those of a patch: see [`Self::note`].
+    /// Whether the surface is periodic. If not, statistics and spectrum are those of a finite patch: see
+    /// [`Self::note`].
     pub periodic: bool,
-    /// What statistics and spectrum assume, where that is not the periodic cell.
+    /// Assumption of statistics and spectrum for a non-periodic surface.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub note: String,
-    /// `[ny, nx]` f64 heights, low points touch first, min = 0.
-    /// Absent where no map was asked for.
+    /// File of the `[ny, nx]` f64 heights, low points in contact first, min = 0. Absent if no map was requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heights: Option<String>,
     pub statistics: Vec<Statistic>,
-    /// Radial power spectral density; absent `expected` for an imported surface.
+    /// Radial power spectral density; without `expected` for an imported surface.
     pub psd: Vec<PsdPoint>,
 }
 
-/// Symbols of [`Statistic`]s that others look up.
+/// Symbols of [`Statistic`]s that other modules use.
 pub const RMS_HEIGHT: &str = "h_rms";
 
 pub const CURVATURE_RADIUS: &str = "R_c";
@@ -40,20 +40,20 @@ impl SurfaceResults {
     }
 }
 
-/// One line of the table "expected against realised".
+/// One statistic: expected and realised value.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Statistic {
     pub name: String,
     pub symbol: String,
-    /// Unit of both values, for people ("µm", "nm", "1").
+    /// Unit of both values, for display ("µm", "nm", "1").
     pub unit: String,
-    /// Ensemble value of the spectrum; none for an imported surface.
+    /// Ensemble average of the spectrum; absent for an imported surface.
     pub expected: Option<f64>,
-    /// The same of the modes that the grid holds, where it does not hold the whole spectrum.
+    /// Ensemble average of the modes on the grid, if the grid does not resolve the whole spectrum.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expected_on_grid: Option<f64>,
     pub realised: f64,
-    /// Half-width of the band in which a realisation is expected (two standard deviations), where known.
+    /// Two standard deviations of the realisations, where known.
     pub band: Option<f64>,
 }
 

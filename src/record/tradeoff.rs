@@ -1,4 +1,4 @@
-//! `tradeoff.json` and `tradeoff.csv`: cost of settings of methods, and their errors against a reference.
+//! `tradeoff.json` and `tradeoff.csv`: cost of method settings and their errors against a reference.
 
 use super::atomic_file::write_atomic;
 use super::json;
@@ -11,12 +11,12 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 
-/// Raised when a field changes its name or meaning; a reader accepts no other.
+/// Schema version, increased when a field changes its name or meaning; other versions cannot be read.
 pub const SCHEMA: u32 = 3;
 pub const FILE: &str = "tradeoff.json";
 pub const CSV_FILE: &str = "tradeoff.csv";
 
-/// Errors by quantity; quantities that a method does not deliver are absent.
+/// Errors by quantity; quantities that a method does not provide are absent.
 pub type Errors = BTreeMap<Quantity, f64>;
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -27,30 +27,30 @@ pub struct Tradeoff {
     /// Where the surface is from, its rms gradient, and its shortest wave over L.
     pub surface: String,
     pub gradient: f64,
-    /// rms height over L, of a spectrum what is expected of it. Not told before schema 2, which has deviations of gaps over no less
-    /// than a hundredth of it.
+    /// rms height over L; for a spectrum its ensemble average. Errors of gaps are relative to at least 1 % of it.
     pub rms_height: f64,
     pub shortest_wavelength: f64,
     /// Grid of the scene.
     pub nx: usize,
     pub ny: usize,
-    /// Loads p* there; empty under control of the mean gap.
+    /// Loads p* of the scene; empty if the mean gap is prescribed.
     pub p_star: Vec<f64>,
     pub kernel: String,
     pub adhesion: String,
     pub program: String,
     pub threads: usize,
-    /// Runs of each setting, of which the minimum counts. Absent where the number depends on the duration: `cost.runs`.
+    /// Number of runs of each setting, of which the fastest counts. Absent if it depends on the duration: see
+    /// `cost.runs`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub repeats: Option<usize>,
-    /// Wall time budget, and wall time spent, s.
+    /// Wall-time budget, and wall time used, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub budget_seconds: Option<f64>,
     pub spent_seconds: f64,
-    /// With the scene's adhesion and without, as needed by the methods.
+    /// References with and without the scene's adhesion, as needed by the methods.
     pub references: Vec<Reference>,
     pub points: Vec<TradeoffPoint>,
-    /// Predictions from coarser grids, for methods with at least three grids.
+    /// Cost predictions from coarser grids, for methods with at least three grids.
     pub forecasts: Vec<Forecast>,
     pub skipped: Vec<SkippedSetting>,
     pub warnings: Vec<String>,
@@ -61,7 +61,8 @@ impl Tradeoff {
         self.references.iter().find(|r| r.setting.adhesive == adhesive)
     }
 
-    /// Error of a point, not below the uncertainty of the reference. None for a layer, which is another problem than the scene's.
+    /// Error of a point, at least the uncertainty of the reference. `None` for a layer, whose problem differs from
+    /// that of the scene.
     pub fn error(&self, point: &TradeoffPoint, quantity: Quantity) -> Option<f64> {
         if point.setting.layer_thickness.is_some() {
             return None;
@@ -70,12 +71,13 @@ impl Tradeoff {
         Some(point.errors.get(&quantity)?.max(least.copied().unwrap_or(0.0)))
     }
 
-    /// Prediction of a point's cost from coarser grids.
+    /// Prediction of the cost of a point from coarser grids.
     pub fn forecast(&self, point: &TradeoffPoint) -> Option<&Forecast> {
         self.forecasts.iter().find(|f| f.setting == point.setting)
     }
 
-    /// Grids of a method in one precision and to one tolerance: those that it ran on most grids in, of equally many the first.
+    /// The longest grid series of a method with one precision and one tolerance; the first of several equally long
+    /// ones.
     pub fn grids(&self, method: &str) -> Vec<&TradeoffPoint> {
         let told =
             |p: &&TradeoffPoint| p.setting.method == method && p.setting.is_grid() && p.unavailable_reason.is_none();
@@ -127,22 +129,22 @@ const COLUMNS: &str = "method,adhesive,nx,ny,precision,tolerance,layer_thickness
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Setting {
     pub method: String,
-    /// Whether it was given the scene's adhesion.
+    /// Whether the setting includes the scene's adhesion.
     pub adhesive: bool,
     pub nx: usize,
     pub ny: usize,
     pub precision: String,
     pub tolerance: f64,
-    /// Thickness over L of a bonded layer in place of the scene's half-space.
+    /// Thickness over L of a bonded layer instead of the scene's half-space.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub layer_thickness: Option<f64>,
-    /// Of `all-atom`: its block. Points are then those of the indenter, the tolerance is the force's in eV/Å.
+    /// Block of `all-atom`: points are then those of the indenter, and the tolerance is that of the force, eV/Å.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub block: Option<BlockSize>,
 }
 
 impl Setting {
-    /// Whether it belongs to the grid series of the scene's own problem.
+    /// Whether it belongs to the grid series of the scene's problem.
     pub fn is_grid(&self) -> bool {
         self.layer_thickness.is_none() && self.block.is_none()
     }
@@ -169,50 +171,51 @@ impl std::fmt::Display for BlockSize {
 pub struct Cost {
     pub wall_seconds: f64,
     pub cpu_seconds: f64,
-    /// Processor time over the reference's.
+    /// Processor time over that of the reference.
     pub cpu_over_reference: f64,
-    /// Of all loads.
+    /// Number of all loads together.
     pub fft_pairs: f64,
     pub iterations: usize,
     pub planned_bytes: u64,
-    /// Growth of the peak resident set, and the resident set before.
+    /// Increase of the peak resident set, and resident set before, bytes.
     pub measured_bytes: u64,
     pub resident_before_bytes: u64,
-    /// Number of runs that this is the minimum of.
+    /// Number of runs, of which this is the minimum.
     pub runs: usize,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub atoms: Option<AtomsCost>,
 }
 
-/// LAMMPS's part of the cost.
+/// Cost of LAMMPS.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct AtomsCost {
-    /// Deformable, fixed and of the indenter.
+    /// Deformable, fixed and indenter atoms.
     pub atoms: u64,
-    /// Of all loads.
+    /// Number for all loads together.
     pub force_evaluations: usize,
     pub lammps_cpu_seconds: f64,
-    /// Its frames on the disk.
+    /// Size of the frames on disk, bytes.
     pub frame_bytes: u64,
 }
 
-/// Relative deviation up to which a prediction of a cost holds.
+/// Maximum relative deviation of an accepted cost prediction.
 pub const FORECAST_TOLERANCE: f64 = 0.3;
 
-/// Predicted cost of a method's finest grid from its coarser ones, compared with the measured one, and that of the next grid.
+/// Cost of a method's finest grid predicted from its coarser grids, compared with the measured cost, and prediction
+/// for the next grid.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Forecast {
     /// The finest grid.
     #[serde(flatten)]
     pub setting: Setting,
-    /// Points per side of the coarser grids, coarse to fine.
+    /// Points along each side of the coarser grids, coarse to fine.
     pub coarser: Vec<usize>,
     /// Processor time of all loads, predicted and measured, s.
     pub predicted_cpu_seconds: f64,
     pub cpu_seconds: f64,
-    /// Predicted over measured.
+    /// Predicted over measured time.
     pub ratio: f64,
-    /// Prediction for twice the points per side from all grids, s.
+    /// Prediction from all grids for twice the points along each side, s.
     pub doubled_grid_cpu_seconds: Option<f64>,
 }
 
@@ -229,24 +232,25 @@ pub struct Reference {
     #[serde(flatten)]
     pub setting: Setting,
     pub cost: Cost,
-    /// Points along x of the coarser grids that it was extrapolated from, coarse to fine.
+    /// Points along x of the coarser grids used for the extrapolation, coarse to fine.
     pub coarser: Vec<usize>,
     pub loads: Vec<ReferenceLoad>,
-    /// Uncertainty, root mean square over the loads: the extrapolated change, or the change from half the points per side.
-    /// Absent without coarser grids.
+    /// Uncertainty, root mean square over the loads: the change by extrapolation, or the change from the grid with
+    /// half the points along each side. Absent without coarser grids.
     pub uncertainty: Errors,
 }
 
-/// A number extrapolated from a series of grids.
+/// A value extrapolated from a series of grids.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Extrapolation {
     pub value: f64,
-    /// Of the finest grid.
+    /// Value on the finest grid.
     pub finest: f64,
-    /// Change from the finest grid to the value or, without extrapolation, from the grid before; none for a single grid.
+    /// Difference between the finest grid and the extrapolated value or, without extrapolation, the next coarser
+    /// grid; absent for a single grid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub uncertainty: Option<f64>,
-    /// Power of the spacing with which the changes shrink, where it is one.
+    /// Order of convergence in the grid spacing, if the changes have one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub order: Option<f64>,
 }
@@ -267,9 +271,9 @@ pub struct TradeoffPoint {
     pub criterion: String,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub calibrated_on: Option<String>,
-    /// The solution that others are held against; its errors are what is uncertain of it.
+    /// Whether this is the reference; its errors are its uncertainty.
     pub is_reference: bool,
-    /// Why there are no errors.
+    /// Reason for missing errors.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unavailable_reason: Option<String>,
     pub missing: Vec<Missing>,
@@ -277,19 +281,19 @@ pub struct TradeoffPoint {
     /// Root mean square over the loads.
     pub errors: Errors,
     pub loads: Vec<LoadErrors>,
-    /// Of atoms: against the solution on the heights that they resolve.
+    /// For atoms: errors against the solution on the heights that they resolve.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resolved: Option<ResolvedErrors>,
 }
 
-/// Errors against the half-space under the heights that a block's indenter resolves, without the short waves that the block leaves
-/// out.
+/// Errors against the half-space solution on the heights that the indenter of a block resolves, without shorter
+/// waves.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ResolvedErrors {
-    /// Shortest wave of these heights over L, and their rms gradient.
+    /// Shortest wavelength of these heights over L, and their rms gradient.
     pub shortest_wavelength: f64,
     pub gradient: f64,
-    /// Points per side of that solution, which is not extrapolated.
+    /// Points along each side of that solution, which is not extrapolated.
     pub nx: usize,
     pub errors: Errors,
     pub loads: Vec<LoadErrors>,

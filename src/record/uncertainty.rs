@@ -7,17 +7,17 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum UncertaintySource {
-    /// Grid: the change from the grid with half the points per side.
+    /// Discretization: the change from the grid with half the points along each side.
     Grid,
-    /// Range of the adhesion enlarged to what the grid resolves.
+    /// Range of the adhesion, enlarged to the shortest range that the grid resolves.
     Range,
-    /// Residual of the solver, as an equal relative change of the load.
+    /// Residual of the solver, converted to an equal relative change of the load.
     Solver,
-    /// Round-off of the fields, likewise.
+    /// Round-off of the fields, converted in the same way.
     Precision,
-    /// What counts as contact at the rim of patches: a third of the perimeter correction.
+    /// Contact criterion at the perimeter of clusters: a third of the perimeter correction.
     Criterion,
-    /// The finite depth of the atoms' block: the change from a half-space under the same heights.
+    /// Finite depth of the atoms' block: the change from a half-space on the same heights.
     Depth,
 }
 
@@ -48,9 +48,9 @@ impl UncertaintySource {
 pub struct UncertaintyComponent {
     pub quantity: Quantity,
     pub source: UncertaintySource,
-    /// Over the value; none where it is not known.
+    /// Uncertainty over the value; absent if unknown.
     pub relative: Option<f64>,
-    /// Whether that is only a bound.
+    /// Whether `relative` is only a bound.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub is_bound: bool,
 }

@@ -16,17 +16,17 @@ pub struct Atom<'a> {
     pub contact: bool,
 }
 
-/// What the frame is of.
+/// Metadata of a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {
     /// Edges of the orthogonal cell. Periodic in x and y, open in z.
     pub cell_angstrom: [f64; 3],
     pub p_star: f64,
-    /// How many atoms follow; the format states it first.
+    /// Number of atoms, which the format requires first.
     pub atoms: usize,
 }
 
-/// Writes one frame, atom by atom: 10⁶ atoms are never held twice. Fails when the count is wrong.
+/// Writes one frame atom by atom, without a second copy in memory. Returns an error if the number of atoms is wrong.
 pub fn write<'a>(path: &Path, frame: Frame, atoms: impl IntoIterator<Item = Atom<'a>>) -> Result<()> {
     write_atomic(path, |w| {
         let [a, b, c] = frame.cell_angstrom;
@@ -47,14 +47,14 @@ pub fn write<'a>(path: &Path, frame: Frame, atoms: impl IntoIterator<Item = Atom
                 return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
             }
             let [x, y, z] = atom.position_angstrom;
-            // 1e-6 Å: a hundredth of what separates touching from not touching in the scaled-down challenge.
+            // Six decimals (1e-6 Å): 1 % of the smallest difference from the contact distance in the scaled-down challenge.
             writeln!(w, "{} {x:.6} {y:.6} {z:.6} {} {}", atom.species, u8::from(atom.contact), atom.id)?;
         }
         if count < frame.atoms { Err(miscount("atoms", count, frame.atoms)) } else { Ok(()) }
     })
 }
 
-/// An atom as read back.
+/// An atom read from a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReadAtom {
     pub species: String,
@@ -62,10 +62,10 @@ pub struct ReadAtom {
     pub contact: bool,
 }
 
-/// Reads a frame that [`write`] wrote.
+/// Reads a frame written by [`write`].
 ///
 /// # Errors
-/// `Io`, and `Format` naming the line that is not what [`write`] writes.
+/// `Io`; `Format`, with the line number, for any other line than [`write`] produces.
 pub fn read(path: &Path) -> Result<Vec<ReadAtom>> {
     let text = super::atomic_file::read_text(path)?;
     let wrong = |line: usize, found: &str| {

@@ -4,11 +4,11 @@ use super::height_map::HeightMap;
 use crate::error::{Error, Result};
 use std::path::Path;
 
-/// Share of a spacing by which a coordinate may be off its place: what writers round away.
+/// Tolerance of a coordinate over the spacing: rounding by the writing program.
 const OFF: f64 = 1e-2;
 
-/// A height map from lines of `x y h` without blank lines between its blocks, or what is wrong with them, where the first two
-/// columns are coordinates; nothing where they are heights.
+/// A height map from lines of `x y h` without blank lines between blocks. Returns an error if the first two columns
+/// are inconsistent coordinates, and `None` if they are heights.
 pub(super) fn list(path: &Path, values: &[f64]) -> Option<Result<HeightMap>> {
     if values.len() < 12 {
         return None;
@@ -37,8 +37,8 @@ pub(super) fn list(path: &Path, values: &[f64]) -> Option<Result<HeightMap>> {
     }
 }
 
-/// Which of its distinct values each entry has, counted upwards, and how many there are. Values closer than a quarter of the
-/// widest gap are one: coordinates have gaps of a spacing and, in between, those of rounding.
+/// Rank of each entry among the distinct values, ascending, and the number of distinct values. Values closer than a
+/// quarter of the widest difference are equal: coordinates differ by a spacing or by rounding.
 fn levels(column: impl Iterator<Item = f64>) -> (Vec<usize>, usize) {
     let column: Vec<f64> = column.collect();
     let mut order: Vec<usize> = (0..column.len()).collect();
@@ -53,7 +53,7 @@ fn levels(column: impl Iterator<Item = f64>) -> (Vec<usize>, usize) {
     (of, level + 1)
 }
 
-/// Whether one column stays in runs while the other goes one way in each of them: what heights hardly do.
+/// Whether one column is constant in runs while the other is monotonic in each run, which is unlikely for heights.
 fn runs_along(runs: &[usize], stays: Option<usize>, values: &[f64]) -> bool {
     let Some(other) = stays.map(|k| 1 - k) else { return false };
     if runs.len() < 2 || runs[..runs.len() - 1].iter().any(|n| *n < 2) {
@@ -68,8 +68,8 @@ fn runs_along(runs: &[usize], stays: Option<usize>, values: &[f64]) -> bool {
     })
 }
 
-/// Whether the pairs are distinct points of a lattice of which they fill more than a half. Heights fall upon one another, or
-/// are on a lattice as wide as there are lines.
+/// Whether the pairs are distinct points of a lattice and fill more than half of it. Pairs of heights either coincide
+/// or are on a lattice with about as many rows as there are lines.
 fn lattice(columns: &[(Vec<usize>, usize); 2]) -> bool {
     let [(x, nx), (y, ny)] = columns;
     let mut pairs: Vec<_> = x.iter().zip(y).collect();
@@ -78,12 +78,13 @@ fn lattice(columns: &[(Vec<usize>, usize); 2]) -> bool {
     *nx > 1 && *ny > 1 && pairs.len() == x.len() && 2 * x.len() > nx * ny
 }
 
-/// A height map from lines of `x y h` in blocks apart by blank lines, as gnuplot takes them and the challenge's surface is
-/// given: one coordinate is constant in a block, the other runs in even steps, up or down, the same in all blocks. Which is
-/// which is seen from the numbers; the map has both upwards. `blocks` are the numbers of lines.
+/// A height map from lines of `x y h` in blocks separated by blank lines, the format of gnuplot and of the
+/// challenge's surface. One coordinate is constant in a block; the other has constant steps, up or down, that are the
+/// same in all blocks. The numbers determine which is which; in the map both increase. `blocks`: number of lines of
+/// each block.
 ///
 /// # Errors
-/// Blocks of different lengths, coordinates off an even grid, other spacings along x than along y.
+/// Blocks of different lengths; coordinates off an even grid; different spacings along x and y.
 pub(super) fn map(path: &Path, values: &[f64], blocks: &[usize]) -> Result<HeightMap> {
     let wrong = |found: String, accepted: &str| Err(Error::format(path, found, accepted));
     let (n, m) = (blocks[0], blocks.len());
@@ -95,7 +96,7 @@ pub(super) fn map(path: &Path, values: &[f64], blocks: &[usize]) -> Result<Heigh
         return wrong(format!("{m} blocks of {n} lines"), "at least two blocks of two lines of x, y, h");
     }
     let at = |block: usize, line: usize, column: usize| values[3 * (block * n + line) + column];
-    // The coordinate that runs within a block: 0 is x, 1 is y.
+    // Coordinate that varies within a block: 0 is x, 1 is y.
     let moves = |column: usize| (at(0, n - 1, column) - at(0, 0, column)).abs();
     let runs = usize::from(moves(0) < moves(1));
     let stays = 1 - runs;

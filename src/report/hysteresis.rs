@@ -1,7 +1,8 @@
 use super::number::trimmed;
 use crate::record::results::{ContinuumResults, Hysteresis};
 
-/// Hysteresis of a load cycle in a sentence; none without an unloading branch. `work` formats energies per area, units of E* L.
+/// One sentence on the hysteresis of a load cycle; `None` without an unloading branch. `work` formats energies per
+/// area, units of E* L.
 pub fn hysteresis_sentence(c: &ContinuumResults, work: impl Fn(f64) -> String) -> Option<String> {
     let dissipated = work(c.hysteresis_work?);
     let changes: Vec<String> = c

@@ -1,4 +1,4 @@
-//! A map with its axes and its colour bar as one SVG, which says by itself what its colours and lengths are.
+//! SVG of a map with axes and colour bar.
 
 use std::fmt::Write;
 
@@ -8,24 +8,24 @@ use base64::engine::general_purpose::STANDARD;
 use super::number::{si_scale, trimmed};
 use super::picture::{self, BLACK, Range, Rgb};
 
-/// Units of the drawing: text is this high in all of them, so that a narrow frame, which is shown small, has larger letters
-/// beside its map.
+/// Text height in drawing units. It is the same in all frames, so a narrow frame, which is displayed small, has
+/// larger text relative to its map.
 const TEXT: f64 = 24.0;
 const LINE: f64 = 30.0;
-/// Widths of a frame that stands alone, and of one of several in a row.
+/// Widths of a single frame, and of one of several in a row.
 pub const ALONE: f64 = 900.0;
 pub const IN_A_ROW: f64 = 480.0;
 
 const STOPS: u32 = 24;
 
-/// What the colours are.
+/// Meaning of the colours.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Legend {
-    /// A ramp over a range of values in `unit`; `clipped` says that some values lie above its end.
+    /// Colour ramp over a range of values in `unit`; `clipped`: some values exceed the end of the range.
     Ramp { range: Range, unit: String, clipped: bool },
-    /// The same above a contact that is drawn in black.
+    /// The same, with contact in black.
     OverContact { range: Range, unit: String, clipped: bool },
-    /// Nothing but colours that are told beside the picture.
+    /// No colour bar; the caption explains the colours.
     None,
 }
 
@@ -47,9 +47,9 @@ fn prefixed(range: Range, unit: &str) -> (Range, String) {
     (Range { low: range.low / scale, high: range.high / scale }, format!("{prefix}{unit}"))
 }
 
-/// A map as it is to be framed.
+/// A map with the data of its frame.
 pub struct Framed<'a> {
-    /// Tells the frame's gradient from those of others on a page.
+    /// Unique name on the page, for the id of the colour gradient.
     pub name: &'a str,
     pub alt: &'a str,
     pub png: &'a [u8],
@@ -168,7 +168,7 @@ fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// Round numbers from zero to an extent, at most six.
+/// At most six round numbers from zero to an extent.
 fn ticks(extent: f64) -> Vec<f64> {
     let rough = extent / 5.0;
     let decade = 10f64.powf(rough.log10().floor());

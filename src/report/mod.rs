@@ -1,7 +1,7 @@
-//! Pictures, curves and the page that shows them.
+//! Report pages with pictures, curves and tables.
 //!
-//! Everything shown comes from `results.json` and the field files that it names: a report can be drawn again, and looks
-//! the same, without running anything.
+//! All contents come from `results.json` and the field files that it names, so a report can be regenerated without
+//! solving anything.
 
 pub mod hysteresis;
 mod map;

@@ -1,5 +1,4 @@
-//! Numbers as people read them: a stated number of digits, SI prefixes, powers of ten. The space before a unit does not
-//! break.
+//! Number formatting: significant digits, SI prefixes, powers of ten. The space before a unit is non-breaking.
 
 use crate::record::quantity::Quantity;
 
@@ -12,7 +11,7 @@ pub fn superscript(exponent: i32) -> String {
     sign.chars().chain(digits.bytes().map(|d| SUPERSCRIPTS[usize::from(d - b'0')])).collect()
 }
 
-/// `x` to `n` significant digits: plain between 10⁻³ and 10⁵, as `1.23×10⁻⁷` outside. Zero is `0`.
+/// `x` to `n` significant digits: plain between 10⁻³ and 10⁵, otherwise as `1.23×10⁻⁷`. Zero is `0`.
 pub fn significant(x: f64, n: usize) -> String {
     if x == 0.0 {
         return "0".into();
@@ -20,21 +19,21 @@ pub fn significant(x: f64, n: usize) -> String {
     if !x.is_finite() {
         return x.to_string();
     }
-    // Let the formatter round first: 9.996 to three digits is 10.0, with another exponent than 9.996.
+    // Rounding can change the exponent: 9.996 to three digits is 10.0.
     let rounded = format!("{:.*e}", n.max(1) - 1, x.abs());
     let (mantissa, exponent) = rounded.split_once('e').unwrap_or((&rounded, "0"));
     let exponent: i32 = exponent.parse().unwrap_or(0);
     let sign = if x < 0.0 { "−" } else { "" };
     if (-3..5).contains(&exponent) {
         let decimals = (n as i32 - 1 - exponent).max(0) as usize;
-        // Digits left of the point that were rounded away stay zero, as `{:.0}` of the rounded value shows them.
+        // Rounded digits before the decimal point become zeros.
         let value: f64 = rounded.parse().unwrap_or(x.abs());
         return format!("{sign}{value:.decimals$}");
     }
     format!("{sign}{mantissa}×10{}", superscript(exponent))
 }
 
-/// [`significant`] without zeros at the end: for axis ticks and for numbers that a person asked for.
+/// [`significant`] without trailing zeros, for axis ticks and input values.
 pub fn trimmed(x: f64, n: usize) -> String {
     let text = significant(x, n);
     let (number, power) = text.split_once('×').map_or((text.as_str(), None), |(m, p)| (m, Some(p)));
@@ -47,12 +46,12 @@ pub fn trimmed(x: f64, n: usize) -> String {
     }
 }
 
-/// A share as a percentage to three digits; below one in a million as a power of ten.
+/// A fraction in per cent with three digits; below one in a million as a power of ten.
 pub fn percent(share: f64) -> String {
     format!("{}\u{a0}%", significant(100.0 * share, 3))
 }
 
-/// An error of a measure in the unit that is usual for it.
+/// An error of a quantity in its usual unit.
 pub fn error_of(quantity: Quantity, error: f64) -> String {
     if quantity.in_decades() {
         format!("{} decades", significant(error, 2))
@@ -61,7 +60,7 @@ pub fn error_of(quantity: Quantity, error: f64) -> String {
     }
 }
 
-/// A relative change, or a bound of one; above a hundred per cent its size says nothing more.
+/// A relative change, or a bound of one. Values above 100 % are not stated exactly.
 pub fn change(relative: Option<f64>, is_bound: bool) -> String {
     match relative {
         None => "–".into(),
@@ -78,13 +77,13 @@ pub fn si(value: f64, unit: &str, n: usize) -> String {
     format!("{}\u{a0}{prefix}{unit}", significant(value / scaled, n))
 }
 
-/// [`si`] for a value that a person chose: up to four digits, none of them a needless zero.
+/// [`si`] for an input value: up to four digits, without trailing zeros.
 pub fn si_given(value: f64, unit: &str) -> String {
     let (scaled, prefix) = si_scale(value);
     format!("{}\u{a0}{prefix}{unit}", trimmed(value / scaled, 4))
 }
 
-/// The factor and prefix [`si`] would use: for axes, whose ticks share one.
+/// Factor and prefix of [`si`], for axes whose ticks use a common prefix.
 pub fn si_scale(value: f64) -> (f64, &'static str) {
     const PREFIXES: [(f64, &str); 9] = [
         (1e12, "T"),
@@ -97,7 +96,7 @@ pub fn si_scale(value: f64) -> (f64, &'static str) {
         (1e-9, "n"),
         (1e-12, "p"),
     ];
-    // 0.9995 would print as 1000 of the next smaller unit.
+    // 0.9995 would be printed as 1000 of the next smaller unit.
     let magnitude = value.abs() * 1.0005;
     if magnitude == 0.0 || !magnitude.is_finite() {
         return (1.0, "");
@@ -123,7 +122,7 @@ pub fn memory(bytes: u64) -> String {
     }
 }
 
-/// 1234567 as `1 234 567`, with spaces that do not break.
+/// 1234567 as `1 234 567`, with non-breaking spaces.
 pub fn count(n: usize) -> String {
     let digits = n.to_string();
     let mut text = String::new();

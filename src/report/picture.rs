@@ -1,8 +1,8 @@
-//! Maps as PNG: x to the right, y up (the first row of a field is the lowest line of its picture).
+//! Maps as PNG: x to the right, y upwards (the first row of a field is the lowest line of the picture).
 //!
-//! Large maps are reduced by block means, small ones enlarged by whole factors. CIVIDIS grows steadily lighter and the
-//! four colours of a superposition differ in lightness, so that every picture also reads in grey and to colour-blind
-//! eyes.
+//! Large maps are reduced by block means, small ones enlarged by integer factors. The lightness of CIVIDIS increases
+//! monotonically and the four colours of a superposition differ in lightness, so pictures are also readable in
+//! greyscale and with colour vision deficiency.
 
 use std::path::Path;
 
@@ -15,10 +15,10 @@ use crate::record::npy;
 
 pub type Rgb = [u8; 3];
 
-/// Okabe and Ito's colours, in the roles they have on every page.
+/// Colours of Okabe and Ito, with the same roles on every page.
 pub const WHITE: Rgb = [255, 255, 255];
 pub const BLACK: Rgb = [0, 0, 0];
-/// What others are held against.
+/// Reference for comparisons.
 pub const GREY: Rgb = [140, 140, 140];
 pub const ORANGE: Rgb = [230, 159, 0];
 pub const BLUE: Rgb = [0, 114, 178];
@@ -26,11 +26,11 @@ pub const VERMILION: Rgb = [213, 94, 0];
 pub const GREEN: Rgb = [0, 158, 115];
 pub const PURPLE: Rgb = [204, 121, 167];
 
-/// Longest side of a picture, pixels, and the size below which small grids are enlarged.
+/// Maximum side of a picture, and the side up to which small grids are enlarged, pixels.
 pub const LONGEST_SIDE: usize = 800;
 pub const SMALLEST_SIDE: usize = 320;
 
-/// Pixels, row-major from the top, as image files have them.
+/// Pixels, row-major from the top, as in image files.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
     pub width: usize,
@@ -38,7 +38,7 @@ pub struct Picture {
     pixels: Vec<Rgb>,
 }
 
-/// Values at the two ends of a colour bar; what lies outside takes the end's colour.
+/// Values at the ends of a colour bar; values outside are clamped.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Range {
     pub low: f64,
@@ -46,8 +46,8 @@ pub struct Range {
 }
 
 impl Range {
-    /// From the lowest value to the one that a share `1 − clip` of them stays below: single peaks must not darken a
-    /// whole map. Values that are all alike get a range of width one around them.
+    /// Range from the lowest value to the quantile `1 − clip`, so that single peaks do not darken the whole map. A
+    /// constant field gets a range of width one.
     pub fn of<'a>(values: impl IntoIterator<Item = &'a f64>, clip: f64) -> Self {
         let mut sorted: Vec<f64> = values.into_iter().copied().filter(|v| v.is_finite()).collect();
         sorted.sort_by(f64::total_cmp);
@@ -56,7 +56,7 @@ impl Range {
         };
         let kept = ((1.0 - clip) * sorted.len() as f64).ceil() as usize;
         let high = sorted[kept.clamp(1, sorted.len()) - 1];
-        // A map that is flat but for a few nodes keeps its peaks.
+        // If only few values differ from the rest, the range ends at the highest value.
         let high = if high > low { high } else { last };
         if high > low { Range { low, high } } else { Range { low, high: low + 1.0 } }
     }
@@ -66,23 +66,22 @@ impl Range {
     }
 }
 
-/// The colour of a share between 0 (dark) and 1 (light).
+/// Colour of a normalised value between 0 (dark) and 1 (light).
 pub fn colour(share: f64) -> Rgb {
     let c = colorous::CIVIDIS.eval_continuous(share);
     [c.r, c.g, c.b]
 }
 
-/// Darkest share of the ramp beside a contact in black, from which it differs in grey, too.
+/// Darkest normalised value of the ramp used with contact in black; the two also differ in greyscale.
 const DARKEST: f64 = 0.3;
 
-/// The colour of a share where black is contact.
+/// Colour of a normalised value if contact is black.
 pub fn over_contact(share: f64) -> Rgb {
     colour(DARKEST + (1.0 - DARKEST) * share)
 }
 
-/// A field file reduced to at most `longest` cells a side, each node passed through `of` first.
-///
-/// One row is in memory at a time, whatever the size of the field.
+/// Reads a field file and reduces it to at most `longest` cells along a side; `of` is applied to each node first.
+/// Only one row is in memory at a time.
 pub fn load(path: &Path, longest: usize, of: impl Fn(f64) -> f64) -> Result<DownsampledMap> {
     let reader = npy::Reader::open(path)?;
     let mut reducer = Downsampler::new(reader.nx, reader.ny, longest);
@@ -102,29 +101,30 @@ pub fn load(path: &Path, longest: usize, of: impl Fn(f64) -> f64) -> Result<Down
     }
 }
 
-/// A continuous map in CIVIDIS: dark is low.
+/// A continuous map in CIVIDIS; low values are dark.
 pub fn map(small: &DownsampledMap, range: Range) -> Picture {
     Picture::from_cells(small.nx, small.ny, |i| colour(range.share(small.values[i])))
 }
 
-/// A gap with its contact (the touching share of each cell) in black: dark is near.
+/// A gap map with contact (from the contact fraction of each cell) in black; small gaps are dark.
 pub fn gap(small: &DownsampledMap, range: Range, contact: &DownsampledMap) -> Picture {
     Picture::from_cells(small.nx, small.ny, |i| {
         if touches(contact, i) { BLACK } else { over_contact(range.share(small.values[i])) }
     })
 }
 
-/// A cell of a reduced contact map is drawn as touching when at least half of its nodes touch.
+/// Whether a cell of a reduced contact map is drawn as contact: at least half of its nodes are in contact.
 pub fn touches(small: &DownsampledMap, i: usize) -> bool {
     small.values[i] >= 0.5
 }
 
-/// A contact map, `values` being the touching share of each cell: touching in `colour`, on white.
+/// A contact map from the contact fraction of each cell: contact in `colour`, on white.
 pub fn contact(small: &DownsampledMap, colour: Rgb) -> Picture {
     Picture::from_cells(small.nx, small.ny, |i| if touches(small, i) { colour } else { WHITE })
 }
 
-/// Two contact maps of one shape on top of each other: both black, only the continuum orange, only the atoms blue.
+/// Superposition of two contact maps of the same shape: black where both are in contact, orange for the continuum
+/// only, blue for the atoms only.
 pub fn superposed(continuum: &DownsampledMap, atoms: &DownsampledMap) -> Picture {
     Picture::from_cells(continuum.nx, continuum.ny, |i| match (touches(continuum, i), touches(atoms, i)) {
         (true, true) => BLACK,
@@ -151,12 +151,12 @@ impl Picture {
         Picture { width, height, pixels }
     }
 
-    /// Colour at a pixel counted from the upper left corner.
+    /// Colour of a pixel, counted from the upper left corner.
     pub fn at(&self, x: usize, y: usize) -> Rgb {
         self.pixels[y * self.width + x]
     }
 
-    /// The bytes of a PNG file, 8-bit RGB.
+    /// PNG file contents, 8-bit RGB.
     pub fn png(&self) -> std::io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
         PngEncoder::new_with_quality(&mut bytes, CompressionType::Best, FilterType::Adaptive)
@@ -183,7 +183,7 @@ mod tests {
         assert_eq!(picture.at(0, 0), colour(1.0));
     }
 
-    /// Rec. 709 luma of the four colours of a superposition, at least a fifth of the scale apart.
+    /// The Rec. 709 luma values of the four colours of a superposition differ by at least a fifth of the scale.
     #[test]
     fn a_superposition_reads_in_grey() {
         let luma = |c: Rgb| 0.2126 * f64::from(c[0]) + 0.7152 * f64::from(c[1]) + 0.0722 * f64::from(c[2]);
@@ -196,7 +196,7 @@ mod tests {
         assert_eq!([0, 1, 2, 3].map(|i| picture.at(i * quarter, 0)), [BLACK, ORANGE, BLUE, WHITE]);
     }
 
-    /// Contact is darker than any gap by a sixth of the scale.
+    /// Contact is darker than any gap by at least a sixth of the scale.
     #[test]
     fn contact_reads_in_grey() {
         let luma = |c: Rgb| 0.2126 * f64::from(c[0]) + 0.7152 * f64::from(c[1]) + 0.0722 * f64::from(c[2]);

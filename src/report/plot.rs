@@ -1,5 +1,5 @@
-//! Curves as SVG: linear or logarithmic axes, a legend above the frame where it hides nothing, and for every curve a
-//! dash pattern and a marker besides its colour, so that a print in grey still tells them apart.
+//! Curves as SVG: linear or logarithmic axes, a legend above the frame, and a dash pattern and a marker for every
+//! curve, so that curves can also be distinguished in greyscale.
 
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, ValueFormatter};
@@ -9,13 +9,15 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use super::number::{superscript, trimmed};
 use super::picture::{self, Rgb};
 
-/// The backend rounds coordinates to whole units; at twice the displayed size the steps are below half a pixel.
+/// Width of a figure. The backend rounds coordinates to integers; at twice the displayed size the rounding is below
+/// half a pixel.
 pub const WHOLE: u32 = 1440;
-/// The same for one of several side by side, whose text is not to shrink with it.
+/// Width of one of several figures in a row; its text is displayed at the same size.
 pub const PANEL: u32 = 640;
 const TEXT: i32 = 33;
 const LEGEND_ROW: i32 = 46;
-/// Width of an average character over the font's nominal size, sans-serif; only the legend's line breaks need it.
+/// Mean character width over the nominal font size, sans-serif; used only for line breaks of the legend and tick
+/// labels.
 const CHARACTER: f64 = 0.45;
 /// Length of a line sample in the legend, and the room between its entries.
 const SAMPLE: i32 = 84;
@@ -58,7 +60,7 @@ pub enum Marker {
 }
 
 impl Marker {
-    /// Those that a print in grey tells apart, filled and open ones in turn.
+    /// Markers that can be distinguished in greyscale, filled and open in turn.
     pub const DISTINCT: [Marker; 14] = [
         Marker::Disc,
         Marker::Frame,
@@ -77,7 +79,7 @@ impl Marker {
     ];
 }
 
-/// How one curve looks. The constants below keep one look per thing through all figures of a report.
+/// Style of a curve. With the constants below an object has the same style in all figures of a report.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Style {
     pub colour: Rgb,
@@ -90,7 +92,7 @@ pub const HARD: Style = Style { colour: picture::ORANGE, dash: Dash::Dashed, mar
 pub const THRESHOLD: Style = Style { colour: picture::GREEN, dash: Dash::Dashed, marker: Marker::Ring };
 pub const SOFT: Style = Style { colour: picture::VERMILION, dash: Dash::Dotted, marker: Marker::Triangle };
 pub const LABORATORY: Style = Style { colour: picture::BLACK, dash: Dash::Solid, marker: Marker::Square };
-/// The way back of a load path, and what is pointed out on a curve.
+/// Unloading branch, and highlighted points.
 pub const BACK: Style = Style { colour: picture::VERMILION, dash: Dash::Dashed, marker: Marker::Ring };
 pub const POINTED_OUT: Style = Style { colour: picture::VERMILION, dash: Dash::None, marker: Marker::Disc };
 pub const EXPECTED: Style = Style { colour: picture::BLACK, dash: Dash::Dashed, marker: Marker::None };
@@ -112,20 +114,21 @@ impl Style {
 pub struct Curve {
     pub label: String,
     pub style: Style,
-    /// Points that an axis cannot show (not finite, or not positive on a logarithmic one) are left out, and break the line.
+    /// Points outside the domain of an axis (not finite, or not positive on a logarithmic axis) are omitted and
+    /// interrupt the line.
     pub points: Vec<(f64, f64)>,
 }
 
-/// One frame with its curves.
+/// A frame with its curves.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plot {
     pub x: Axis,
     pub y: Axis,
-    /// With the unit in brackets.
+    /// Axis labels with the unit in brackets.
     pub x_label: String,
     pub y_label: String,
     pub curves: Vec<Curve>,
-    /// Values that the axes must reach even if no point does.
+    /// Points that the axes must include.
     pub include: Vec<(f64, f64)>,
     /// Height over width of the whole figure.
     pub proportion: f64,
@@ -134,13 +137,13 @@ pub struct Plot {
 }
 
 impl Plot {
-    /// A frame of the usual proportion around what its curves show; labels with their units, x before y.
+    /// A frame of default proportions around its curves; labels include units.
     pub fn new((x, y): (Axis, Axis), (x_label, y_label): (&str, &str), curves: Vec<Curve>) -> Self {
         let (x_label, y_label) = (x_label.into(), y_label.into());
         Plot { x, y, x_label, y_label, curves, include: Vec::new(), proportion: 0.55, width: WHOLE }
     }
 
-    /// The SVG text, or nothing when no curve has a point to show.
+    /// SVG text; `None` if no curve has a point in the domain of the axes.
     pub fn svg(&self) -> Option<String> {
         let curves: Vec<Curve> = self.curves.iter().filter_map(|c| self.shown(c)).collect();
         if curves.is_empty() {
@@ -154,7 +157,7 @@ impl Plot {
         let x = Scale::new(self.x, &spread(|p| p.0));
         let y = Scale::new(self.y, &spread(|p| p.1));
         let mut text = String::new();
-        // Drawing into a string has no way to fail that a caller could act on: no figure rather than half of one.
+        // Drawing into a string fails only in the backend; an incomplete figure is discarded.
         self.draw(&mut text, &curves, &x, &y).ok()?;
         Some(text)
     }
@@ -174,11 +177,11 @@ impl Plot {
         root.fill(&plotters::style::WHITE)?;
         let (top, frame) = root.split_vertically(legend);
         draw_legend(&top, &rows)?;
-        // Room for the longest tick label, which is turned no way: about half a font size per character.
+        // Space for the longest horizontal tick label: about half a font size per character.
         let y_room =
             y.labels().map(|l| l.chars().count()).max().unwrap_or(1).max(5) as f64 * CHARACTER * f64::from(TEXT);
         let mut chart = ChartBuilder::on(&frame)
-            // The axis' description is drawn from the edge on, and accents and brackets rise above its capitals.
+            // The rotated axis label starts at the edge; accents and brackets extend above its capitals.
             .margin_left(8)
             .margin_right(60)
             .margin_top(14)
@@ -203,7 +206,7 @@ impl Plot {
             for piece in curve.points.split(|p| !is_seen(p)).filter(|piece| !piece.is_empty()) {
                 let (points, line) = (piece.iter().copied(), curve.style.shape(4));
                 match (curve.style.dash, piece) {
-                    // A line of one point.
+                    // A line with a single point is drawn as a dot.
                     (Dash::Solid | Dash::Dashed | Dash::Dotted, [alone]) => {
                         root.draw(&Circle::new(chart.backend_coord(alone), 3, line.filled()))?;
                     }
@@ -224,7 +227,7 @@ impl Plot {
     }
 }
 
-/// Whether an axis can show a point, in axis coordinates.
+/// Whether a point in axis coordinates can be drawn.
 fn is_seen(point: &(f64, f64)) -> bool {
     point.0.is_finite() && point.1.is_finite()
 }
@@ -277,7 +280,7 @@ fn mark(area: &Area, (x, y): (i32, i32), style: Style) -> Drawn {
     Ok(())
 }
 
-/// Entries of the legend, broken into rows that fit.
+/// Legend entries, broken into rows that fit the width.
 fn legend_rows(curves: &[Curve], whole: u32) -> Vec<Vec<(i32, &Curve)>> {
     let mut rows: Vec<Vec<(i32, &Curve)>> = Vec::new();
     let mut at = whole as i32;
@@ -323,10 +326,10 @@ fn draw_legend(area: &Area, rows: &[Vec<(i32, &Curve)>]) -> Drawn {
     Ok(())
 }
 
-/// Decades of an axis below which multiples of the powers of ten are labelled, too.
+/// Number of decades below which multiples of powers of ten are also labelled.
 const FEW_DECADES: f64 = 3.0;
 
-/// An axis with its ends and ticks, in axis coordinates.
+/// Range and ticks of an axis, in axis coordinates.
 #[derive(Debug, Clone, PartialEq)]
 struct Scale {
     axis: Axis,
@@ -335,7 +338,7 @@ struct Scale {
     ticks: Vec<f64>,
     minor: Vec<f64>,
     step: f64,
-    /// Power of ten taken out of all labels of a linear axis.
+    /// Power of ten factored out of the labels of a linear axis.
     power: i32,
 }
 
@@ -350,7 +353,7 @@ impl Scale {
     }
 
     fn linear(low: f64, high: f64) -> Self {
-        // One value alone gets room on both sides.
+        // A single value gets a margin on both sides.
         let half = if high > low { 0.0 } else { (0.1 * low.abs()).max(1e-12) };
         let (low, high) = (low - half, high + half);
         let rough = (high - low) / 6.0;
@@ -361,7 +364,7 @@ impl Scale {
             .find(|s| *s >= 0.999_999 * rough)
             .unwrap_or(rough);
         let room = 0.03 * (high - low);
-        // An axis that starts close to zero starts at zero, and no room is left below data that are never negative.
+        // An axis that would start close to zero starts at zero, without a margin below data that are never negative.
         let low = if low >= 0.0 && low < 0.3 * high { 0.0 } else { low - room };
         let high = high + room;
         let (first, last) = ((low / step).ceil() as i64, (high / step + 1e-9).floor() as i64);
@@ -381,7 +384,7 @@ impl Scale {
             (first - 1..=last).flat_map(|d| of.iter().map(move |m| f64::from(d) + m.log10())).filter(within).collect()
         };
         let decades = (first..=last).filter(|d| (d - first) % every == 0).map(f64::from).collect::<Vec<f64>>();
-        // Under three decades the powers of ten alone say too little.
+        // Over fewer than three decades, powers of ten alone are too few labels.
         let ticks = if high - low < FEW_DECADES { multiples(&[1.0, 2.0, 5.0]) } else { decades };
         let minor = if every == 1 { multiples(&[2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]) } else { Vec::new() };
         Scale { axis: Axis::Log, low, high, ticks, minor, step: 1.0, power: 0 }
@@ -389,7 +392,7 @@ impl Scale {
 
     fn label(&self, v: f64) -> String {
         match self.axis {
-            // Beside its multiples a power of ten is written as they are.
+            // If multiples are labelled, powers of ten have the same format.
             Axis::Log if self.high - self.low >= FEW_DECADES && v.fract() == 0.0 && !(-2.0..=4.0).contains(&v) => {
                 format!("10{}", superscript(v as i32))
             }
@@ -397,12 +400,12 @@ impl Scale {
             Axis::Linear => {
                 let factor = 10f64.powi(self.power);
                 let step = self.step / factor;
-                // 2.5 needs one decimal more than its decade.
+                // A step of 2.5 needs one more decimal than its decade.
                 let mantissa = step / 10f64.powf(step.log10().floor());
                 let whole = (mantissa - mantissa.round()).abs() < 1e-6;
                 let decimals = (-(step.log10().floor()) + if whole { 0.0 } else { 1.0 }).max(0.0) as usize;
                 let text = format!("{:.decimals$}", v / factor);
-                // A rounding error below zero must not print as "−0.0".
+                // A negative rounding error must not be printed as "−0.0".
                 if text.trim_matches(['-', '0', '.']).is_empty() { "0".into() } else { text.replace('-', "−") }
             }
         }

@@ -1,10 +1,11 @@
-//! Series of one method's settings as Markdown: cost and error of grid, tolerance, precision and layer thickness.
+//! Cost and error of one method's settings as Markdown tables: series over grid, tolerance, precision and layer
+//! thickness.
 
 use super::number::{duration, error_of, significant};
 use crate::record::quantity::Quantity;
 use crate::record::tradeoff::{Tradeoff, TradeoffPoint};
 
-/// Columns of errors.
+/// Error columns.
 const COLUMNS: [Quantity; 7] = [
     Quantity::ContactArea,
     Quantity::MeanGap,
@@ -15,14 +16,14 @@ const COLUMNS: [Quantity; 7] = [
     Quantity::StressPdf,
 ];
 
-/// Tables of a method's points, one per series in which a single parameter differs from the reference's setting.
+/// Tables of a method's points, one per series in which a single parameter differs from the setting of the reference.
 pub fn markdown(tradeoff: &Tradeoff, method: &str) -> String {
     let known: Vec<&TradeoffPoint> =
         tradeoff.points.iter().filter(|p| p.setting.method == method && p.unavailable_reason.is_none()).collect();
     let grids: Vec<&TradeoffPoint> = tradeoff.grids(method);
     let Some(base) = grids.first().map(|p| &p.setting) else { return String::new() };
     let of = |p: &&&TradeoffPoint, n: usize| p.setting.nx == n && p.setting.layer_thickness.is_none();
-    // Tolerances and precisions are those of one grid: that with most of them.
+    // Series over tolerance and precision use the grid with the most settings.
     let settings = |n: usize| known.iter().filter(|p| of(p, n)).count();
     let n = grids.iter().map(|p| p.setting.nx).max_by_key(|n| settings(*n)).unwrap_or(base.nx);
     let mut tolerances: Vec<&TradeoffPoint> =

@@ -18,12 +18,12 @@ pub struct FourierModes {
 }
 
 impl FourierModes {
-    /// The surface with `factor` times the given coefficients, for waves no shorter than `low_pass` (over the cell's extent; 0 for
-    /// all). One of a pair ±q is enough.
+    /// The surface with `factor` times the given coefficients, for waves no shorter than `low_pass` (over the cell's
+    /// extent; 0 for all). One of a pair ±q is enough.
     ///
     /// # Errors
-    /// `Error::Format` for a wave given twice, for pairs ±q that are not complex conjugates, and if the low pass removes everything;
-    /// `Error::Memory` for too many waves.
+    /// `Error::Format` for a wave given twice, for pairs ±q that are not complex conjugates, and if the low pass
+    /// removes everything; `Error::Memory` for too many waves.
     pub fn new(path: &Path, waves: &[Wave], factor: f64, low_pass: f64) -> Result<Self> {
         let kept = |w: &&Wave| f64::from(w.kx).hypot(f64::from(w.ky)) * low_pass <= 1.0 + 1e-9;
         let kept = || waves.iter().filter(kept).filter(|w| (w.re, w.im) != (0.0, 0.0));
@@ -103,7 +103,8 @@ impl FourierModes {
         self.series
     }
 
-    /// Heights `[ny, nx]` with zero mean, of the waves that the grid resolves and that are no shorter than `low_pass` (0 for all).
+    /// Heights `[ny, nx]` with zero mean, of the waves that the grid resolves and that are no shorter than `low_pass`
+    /// (0 for all).
     pub fn heights(&self, grid: Grid, low_pass: f64) -> Vec<f64> {
         let transform = Transform::<f64>::new(grid);
         let mut spectrum = transform.spectrum();

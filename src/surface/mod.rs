@@ -1,6 +1,6 @@
-//! Rough surfaces: the self-affine spectrum, its realisation mode by mode, and what a realisation looks like in numbers.
+//! Rough surfaces: the self-affine spectrum, its realisations, imported surfaces, and their statistics.
 //!
-//! Heights are reduced (unit: the cell's extent in x) and low points touch first.
+//! Heights are reduced (unit: extent of the cell in x), and low points come into contact first.
 
 mod fourier;
 mod morphology;

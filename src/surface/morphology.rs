@@ -1,10 +1,10 @@
 use crate::grid::Grid;
 use rayon::prelude::*;
 
-/// Dilation of a periodic surface by a ball of `radius` (ISO 16610-41 for profiles and disks), heights `[ny, nx]` with the low points
-/// protruding: for each node the highest position of the top of a ball that is centred below the node and touches the surface from
-/// below. A flat is unchanged, a slope s becomes lower by r (√(1 + s²) − 1), a tip of radius R becomes one of R + r, and valleys
-/// narrower than the ball are bridged.
+/// Dilation of a periodic surface by a ball of `radius` (ISO 16610-41 for profiles and disks), heights `[ny, nx]`
+/// with the low points protruding: for each node the highest position of the top of a ball that is centred below the
+/// node and touches the surface from below. A flat is unchanged, a slope s becomes lower by r (√(1 + s²) − 1), a tip
+/// of radius R becomes one of R + r, and valleys narrower than the ball are bridged.
 ///
 /// Only contacts at nodes are considered. Where the ball touches between nodes, the result is too high by up to
 /// dx² (1 + s²)^(3/2)/4r, on average by a third of that.
@@ -65,7 +65,8 @@ mod tests {
         }
     }
 
-    /// At the steepest point of a wave, where its curvature vanishes, and at its lowest point, across the periodic boundary.
+    /// At the steepest point of a wave, where its curvature vanishes, and at its lowest point, across the periodic
+    /// boundary.
     #[test]
     fn a_slope_is_lowered_by_its_secant_and_low_points_are_unchanged() {
         let (k, amplitude) = (TAU / 24.0, 2.0);

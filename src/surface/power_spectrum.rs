@@ -2,14 +2,14 @@ use crate::grid::{Grid, Series, signed_mode};
 use crate::surface::Spectrum;
 use std::f64::consts::TAU;
 
-/// Isotropic power spectrum of a surface, in shells about |q| = 1, 2, … times 2π: the input of statistical theories. Unit of length:
-/// the cell's extent in x.
+/// Isotropic power spectrum of a surface, in shells about |q| = 1, 2, … times 2π: the input of statistical theories.
+/// Unit of length: the cell's extent in x.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PowerSpectrum {
-    /// Shells with power in them, by rising wave number.
+    /// Non-empty shells, by increasing wave number.
     pub shells: Vec<Shell>,
-    /// Anisotropy of the gradients: the larger of the second and fourth angular harmonic of q²C over its mean; 0 for an isotropic
-    /// spectrum.
+    /// Anisotropy of the gradients: the larger of the second and fourth angular harmonic of q²C over its mean; 0 for
+    /// an isotropic spectrum.
     pub anisotropy: f64,
 }
 
@@ -72,7 +72,7 @@ impl PowerSpectrum {
                 }
             }
         }
-        // One quadrant was summed for all four, so its angular harmonics mean nothing.
+        // Only one quadrant was summed, so its angular harmonics are meaningless.
         PowerSpectrum { anisotropy: 0.0, ..tally.power() }
     }
 

@@ -3,18 +3,18 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
-/// How the modulus of a mode is drawn; phases are uniform in both cases.
+/// Distribution of the moduli of modes; phases are uniform in both cases.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Amplitudes {
     /// Real and imaginary part normally distributed: a Gaussian surface. The challenge's choice.
     Gaussian,
-    /// Every modus exactly at the spectrum's value, so that the rms height does not scatter.
+    /// Moduli equal to the values of the spectrum, so that the rms height does not scatter.
     Fixed,
 }
 
-/// The self-affine spectrum of the contact-mechanics challenge (Müser et al. 2017, eq. 1): flat between the cell and the
-/// roll-off wavelength, `q^(-2(1+H))` down to the short cut-off, zero below it.
+/// The self-affine spectrum of the contact-mechanics challenge (Müser et al. 2017, eq. 1): flat between the cell and
+/// the roll-off wavelength, `q^(-2(1+H))` down to the short cut-off, zero below it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spectrum {
     /// Hurst exponent H.
@@ -54,7 +54,7 @@ impl Spectrum {
 
     /// Power of a mode relative to the plateau, as a function of its number `n = |q| L/2π`.
     pub fn relative_power(&self, n: f64) -> f64 {
-        // The cut-off belongs to the spectrum; 1e-9 keeps n = L/λ_s inside whatever the rounding of its reciprocal.
+        // The mode at the cut-off is included; 1e-9 allows for the rounding of 1/λ_s.
         if n <= 0.0 || n * self.lambda_s > 1.0 + 1e-9 {
             0.0
         } else if n * self.lambda_r <= 1.0 {
@@ -76,7 +76,7 @@ impl Spectrum {
         self.ensemble(aspect, |_, _, n| n * low_pass <= 1.0 + 1e-9)
     }
 
-    /// The same by summing over the modes that a grid holds, which are those that `Modes::heights` gives it.
+    /// The same for the modes that a grid resolves, as in `Modes::heights`.
     pub fn expected_on(&self, grid: Grid) -> Expected {
         let below_nyquist = |k: i64, n: usize| k == 0 || 2 * k < n as i64;
         self.ensemble(grid.ly / grid.lx, |kx, ky, _| below_nyquist(kx, grid.nx) && below_nyquist(ky, grid.ny))
@@ -160,7 +160,7 @@ mod tests {
         assert!((e.rms_height_band / e.rms_height - 2.0 * 0.042).abs() < 0.004);
     }
 
-    /// What a coarse grid or a block of atoms keeps of the gradient (band-limit table of the challenge).
+    /// Fraction of the gradient that a coarse grid or a block of atoms resolves (band-limit table of the challenge).
     #[test]
     fn resolved_gradient_below_a_cut_off() {
         for (n, gradient) in [(5.0, 0.120), (16.0, 0.305), (64.0, 0.502), (256.0, 0.727), (512.0, 0.858)] {

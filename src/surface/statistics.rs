@@ -72,11 +72,12 @@ pub fn non_periodic_gradient(grid: Grid, heights: &[f64]) -> f64 {
 /// Smaller side (points) below which a map resolves hardly any wave.
 const FEW_POINTS: usize = 16;
 
-/// Digitisation step over the rms height from which light contact is that of terraces: eight bits over a range of six rms heights
-/// are 0.023.
+/// Digitisation step over the rms height above which light contact is dominated by terraces (eight bits over a range
+/// of six rms heights: 0.023).
 const COARSE_STEP: f64 = 0.02;
 
-/// Fraction of nodes as high as their neighbours along both axes, below which equal steps belong to the shape (a wedge).
+/// Fraction of nodes as high as their neighbours along both axes, below which equal steps belong to the shape (a
+/// wedge).
 const TERRACES: f64 = 0.01;
 
 /// Warnings about the quality of a height map `[ny, nx]` in any unit, one sentence each.
@@ -109,7 +110,8 @@ fn on_terraces(grid: Grid, heights: &[f64]) -> f64 {
     level.count() as f64 / grid.points() as f64
 }
 
-/// The digitisation step, if all heights are whole multiples of one step and there are few enough levels for it to matter.
+/// The digitisation step, if all heights are whole multiples of one step and there are few enough levels for it to
+/// matter.
 fn step(heights: &[f64]) -> Option<f64> {
     const MOST_LEVELS: usize = 1000;
     const SAMPLES: usize = 1 << 20;
@@ -117,7 +119,7 @@ fn step(heights: &[f64]) -> Option<f64> {
     const ROUNDING: f64 = 1e-3;
     let mut levels = std::collections::HashSet::new();
     for h in heights.iter().step_by(heights.len().div_ceil(SAMPLES).max(1)) {
-        // Both zeros are one level.
+        // +0 and -0 are the same level.
         levels.insert((h + 0.0).to_bits());
         if levels.len() > MOST_LEVELS {
             return None;
@@ -143,8 +145,8 @@ pub struct PsdBin {
     pub expected: f64,
 }
 
-/// Radial power spectral density of heights `[ny, nx]` in about ten bins per decade, with the mean of `expected(n)` over the same
-/// modes. Empty bins and modes beyond the axes' Nyquist mode are omitted.
+/// Radial power spectral density of heights `[ny, nx]` in about ten bins per decade, with the mean of `expected(n)`
+/// over the same modes. Empty bins and modes beyond the axes' Nyquist mode are omitted.
 pub fn psd(grid: Grid, heights: &[f64], expected: impl Fn(f64) -> f64 + Sync) -> Vec<PsdBin> {
     const PER_DECADE: f64 = 10.0;
     let last = (grid.nx as f64 / 2.0).min(grid.ny as f64 / 2.0 * grid.lx / grid.ly).max(1.0);
@@ -258,7 +260,7 @@ mod tests {
         let coarse: Vec<f64> = smooth.iter().map(|h| (f64::from((1e6 + h) as f32) - 1e6) * 1e-9).collect();
         let told = quality_warnings(grid, &coarse);
         assert!(matches!(&told[..], [one] if one.contains("steps of 0.07")), "{told:?}");
-        // Steps that belong to the shape.
+        // Steps that are part of the shape.
         let (punch, wedge) = (on(&|x, _| f64::from(x < 0.5)), on(&|x, _| (x - 0.5).abs()));
         assert_eq!([quality_warnings(grid, &punch), quality_warnings(grid, &wedge)], [[""; 0], [""; 0]]);
         assert!(matches!(&quality_warnings(Grid::unit(4, 4), &smooth[..16])[..], [one] if one.contains("4 x 4")));

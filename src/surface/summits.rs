@@ -1,4 +1,4 @@
-//! Summits of a surface and their radii. Low points touch first, so summits are minima of the heights.
+//! Summits of a surface and their radii. Low points come into contact first, so summits are minima of the heights.
 
 use crate::grid::{Grid, Transform};
 use rustfft::num_complex::Complex;
@@ -20,7 +20,8 @@ pub enum SummitFit {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SummitCurvature {
-    /// Geometric mean: a circular contact of this curvature approximates the elliptic one best (Greenwood, Wear 261 (2006) 191).
+    /// Geometric mean: a circular contact of this curvature approximates the elliptic one best (Greenwood, Wear 261
+    /// (2006) 191).
     #[default]
     Geometric,
     /// Arithmetic mean.
@@ -200,7 +201,8 @@ mod tests {
     use crate::surface::{Modes, Spectrum, moments};
     use std::f64::consts::{PI, TAU};
 
-    /// A paraboloid between nodes and across the seam: its vertex and radius to rounding, whatever the offset.
+    /// A paraboloid between nodes and across the periodic boundary: its vertex and radius to rounding, for any
+    /// offset.
     #[test]
     fn a_paraboloid_is_found_exactly() {
         let grid = Grid { nx: 24, ny: 20, lx: 1.0, ly: 0.7 };
@@ -228,7 +230,7 @@ mod tests {
         let find = |h: &[f64]| summits(grid, h, SummitFit::NinePoints, SummitCurvature::Mean);
         assert!(find(&[3.0; 64]).is_empty());
         let mut heights = vec![1.0; 64];
-        // Across the seam, with a step that is no summit and a plateau beside a lower node.
+        // Across the periodic boundary, with a step that is not a summit and a plateau next to a lower node.
         for i in [0, 7, 63] {
             heights[i] = 0.0;
         }
@@ -239,7 +241,7 @@ mod tests {
         assert!(found.iter().all(|s| s.radius > 0.0 && s.radius.is_finite()), "{found:?}");
     }
 
-    /// A wave's curvature is exact by Fourier and smeared over three nodes by the fit.
+    /// The curvature of a wave is exact with its Fourier series; the fit averages it over three nodes.
     #[test]
     fn fourier_curvature_of_waves() {
         let grid = Grid::unit(32, 32);
@@ -259,7 +261,7 @@ mod tests {
     /// m4/(6π√3 m2) and, on average, the mean curvature (8/3)√(m4/π).
     #[test]
     fn a_resolved_random_surface_is_nayaks() {
-        /// Standard error of some 2000 summits with what a surface of 12 nodes to its shortest wave loses.
+        /// Standard error of about 2000 summits, plus the discretisation error with 12 nodes per shortest wavelength.
         const NUMBER: f64 = 0.06;
         /// The same of their curvatures, whose relative spread is smaller.
         const CURVATURE: f64 = 0.03;

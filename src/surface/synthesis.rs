@@ -5,11 +5,11 @@ use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 use std::f64::consts::PI;
 
-/// One realisation of a spectrum as a rule that gives the amplitude of any mode.
+/// One realisation of a spectrum, which defines the amplitude of every mode.
 ///
-/// The random numbers of a mode are keyed by its wave vector (ChaCha8, one stream per mode), so the same seed is the same
-/// surface on every grid, for any number of threads and in whatever order modes are asked for. The whole set is
-/// normalised once to the spectrum's rms gradient, whether or not a grid can hold all of it.
+/// The random numbers of a mode depend on its wave vector (ChaCha8, one stream per mode). The same seed therefore
+/// gives the same surface on every grid, for any number of threads and any order of evaluation. All modes together
+/// are normalised to the rms gradient of the spectrum, even if a grid does not resolve all of them.
 #[derive(Debug, Clone)]
 pub struct Modes {
     spectrum: Spectrum,
@@ -71,8 +71,8 @@ impl Modes {
         sum.sqrt()
     }
 
-    /// Heights `[ny, nx]` with zero mean, of all modes that the grid holds below its Nyquist modes and whose wavelength
-    /// is at least `low_pass` (0 for all). The grid's cell must have the aspect of these modes.
+    /// Heights `[ny, nx]` with zero mean, of all modes below the Nyquist modes of the grid whose wavelength is at
+    /// least `low_pass` (0 for all). The cell of the grid must have the aspect of these modes.
     pub fn heights<T: Real>(&self, grid: Grid, low_pass: f64) -> Vec<T> {
         let transform = Transform::<T>::new(grid);
         let mut spectrum = transform.spectrum();
@@ -96,13 +96,13 @@ impl Modes {
         heights
     }
 
-    /// Every mode of the spectrum as a Fourier series, from which heights on any grid follow.
+    /// The Fourier series of all modes of the spectrum, from which heights on any grid can be computed.
     pub fn series(&self) -> Series<f64> {
         let (kx_max, ky_max) = self.spectrum.largest_modes(self.aspect);
         Series::from_modes(kx_max as usize, ky_max as usize, |kx, ky| self.amplitude(kx, ky))
     }
 
-    /// What a grid leaves out of the spectrum, as a warning; `None` if it holds all of it.
+    /// Warning if the grid does not resolve all modes of the spectrum.
     pub fn left_out_by(&self, grid: Grid) -> Option<String> {
         (!self.held_by(grid)).then(|| {
             let kept = self.spectrum.expected_on(grid).rms_gradient;
@@ -117,15 +117,15 @@ impl Modes {
         })
     }
 
-    /// Whether a grid holds every mode of the spectrum.
+    /// Whether a grid resolves every mode of the spectrum.
     pub fn held_by(&self, grid: Grid) -> bool {
         let (kx, ky) = self.spectrum.largest_modes(self.aspect);
         2 * kx < grid.nx as i64 && 2 * ky < grid.ny as i64
     }
 }
 
-/// Heights (zero mean) of a periodic map on another grid over the same cell, by its Fourier series, with the modes that
-/// both grids hold below their Nyquist modes and whose wavelength is at least `low_pass` (0 for all).
+/// Fourier interpolation of a periodic map to another grid of the same cell: heights with zero mean, of the modes
+/// below the Nyquist modes of both grids whose wavelength is at least `low_pass` (0 for all).
 pub fn resample(from: Grid, heights: &[f64], to: Grid, low_pass: f64) -> Vec<f64> {
     let transform = Transform::<f64>::new(from);
     let mut source = transform.spectrum();
@@ -145,7 +145,7 @@ fn uniform(bits: u64) -> f64 {
     ((bits >> 11) + 1) as f64 / (1u64 << 53) as f64
 }
 
-/// Shifts heights so that the lowest, which touches first, is at 0. Returns what was subtracted.
+/// Shifts heights so that the lowest, the point of first contact, is at 0. Returns the subtracted value.
 pub fn lower_to_zero<T: Real>(heights: &mut [T]) -> f64 {
     let lowest = lowest(heights);
     heights.par_iter_mut().for_each(|h| *h -= lowest);
@@ -157,15 +157,15 @@ mod tests {
     use super::*;
     use crate::surface::{moments, range};
 
-    /// rms height and R_c of every realisation inside the two-standard-deviation bands of the ensemble (0.1 mm cell); the
-    /// extremes, whose distribution has a long tail, in most of them (24 seeds on this grid: mean - min 2.93 ± 0.23 µm,
-    /// range 5.84 ± 0.36 µm; the challenge's own surface: 2.633 and 5.642 µm).
+    /// rms height and R_c of every realisation inside the two-standard-deviation bands of the ensemble (0.1 mm cell);
+    /// the extremes, whose distribution has a long tail, in most of them (24 seeds on this grid: mean - min 2.93 ±
+    /// 0.23 µm, range 5.84 ± 0.36 µm; the challenge's own surface: 2.633 and 5.642 µm).
     #[test]
     fn realisations_meet_the_challenges_bands() {
         /// Seeds tried, and how many may leave a band of two standard deviations: one would be expected to.
         const SEEDS: u64 = 8;
         const OUTLIERS: usize = 1;
-        // 2048² holds all modes up to |k| = 1000, so nothing is truncated.
+        // 2048² resolves all modes up to |k| = 1000, so nothing is truncated.
         let grid = Grid::unit(2048, 2048);
         let mut outliers = 0;
         for seed in 1..=SEEDS {
@@ -184,8 +184,8 @@ mod tests {
         assert!(outliers <= OUTLIERS, "{outliers} of {SEEDS} realisations have unlikely extremes");
     }
 
-    /// The same seed is the same surface: nodes that two grids share have the same height, and one thread draws the
-    /// same bits as two.
+    /// The same seed gives the same surface: common nodes of two grids have the same height, and results with one and
+    /// two threads are bit-identical.
     #[test]
     fn same_modes_on_every_grid_and_thread_count() {
         /// Rounding of two transforms of different length.

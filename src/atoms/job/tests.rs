@@ -1,4 +1,4 @@
-//! Tests of job folders: what is written, kept and removed, and where jobs reverse and end.
+//! Tests of job folders: files written, kept and removed, and the steps at which jobs reverse and end.
 
 use super::*;
 use crate::atoms::interaction::Yukawa;
@@ -219,7 +219,7 @@ fn with_adhesion_steps_are_refined_until_the_pull_has_decayed() {
     let (_folder, job) = job(true, true);
     let found = job.unloading_state(&way).expect("an unloading branch");
     assert_eq!(found, UnloadingState { reversal_step: 1, refined_from: Some(3), min_load: -2.0, end: Some(8) });
-    // There is no contact while much of the pull remains.
+    // Contact is lost, but the tensile load has not yet decayed to `PULL_FRACTION`, so unloading continues.
     assert_eq!(job.end(&way[..8]), None);
     let pull = pull_off(&way, 1, 100.0).expect("a pull");
     assert_eq!((pull.step, pull.force_ev_per_angstrom, pull.contacts), (6, -2.0, 1));

@@ -21,7 +21,7 @@ macro_rules! of_law {
     };
 }
 
-/// Zero work of adhesion is no adhesion: the same code path, bit for bit.
+/// Zero work of adhesion uses the code path without adhesion, with bit-identical results.
 impl Adhesion {
     pub fn exponential(gamma: f64, rho: f64) -> Self {
         if gamma == 0.0 { Adhesion::None } else { Adhesion::Exponential(Exponential { gamma, rho }) }
@@ -148,8 +148,8 @@ impl std::fmt::Display for Wall {
     }
 }
 
-/// A wall of finite stiffness. It is selected node by node at run time, which costs less than evaluating the wall, so that solvers are
-/// compiled once for all soft walls.
+/// A wall of finite stiffness. It is selected node by node at run time, which costs less than evaluating the wall, so
+/// that solvers are compiled once for all soft walls.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "copied once for a solve, and evaluated at every node")]
 pub enum SoftWall {

@@ -3,10 +3,10 @@ use super::{Law, range_on_mesh};
 /// Constant attraction `γ/ρ` up to the gap ρ, none beyond (Dugdale, J. Mech. Phys. Solids 8 (1960) 100; for adhesion
 /// Maugis, J. Colloid Interface Sci. 150 (1992) 243), its edge tapered.
 ///
-/// A jump of the traction is a kink of the energy, where gradient methods do not converge: the force is nonzero on either side of it.
-/// Here the traction falls from `γ/ρ` at `ρ(1 - w)` to
-/// zero at `ρ(1 + w)` along a cubic with flat ends. The taper is antisymmetric about ρ, so γ and the
-/// largest stress are exact, and its slope is continuous, as Newton steps require.
+/// A jump of the traction is a kink of the energy, where gradient methods do not converge: the force is nonzero on
+/// either side of it. Here the traction falls from `γ/ρ` at `ρ(1 - w)` to zero at `ρ(1 + w)` along a cubic with flat
+/// ends. The taper is antisymmetric about ρ, so γ and the largest stress are exact, and its slope is continuous, as
+/// Newton steps require.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dugdale {
     /// Work of adhesion γ, units of E*·L.
@@ -37,7 +37,8 @@ impl Dugdale {
         2.0 * self.taper * self.rho
     }
 
-    /// Largest softening over `γ/ρ²`: the middle of a cubic with flat ends is one and a half times as steep as its chord.
+    /// Largest softening over `γ/ρ²`: the middle of a cubic with flat ends is one and a half times as steep as its
+    /// chord.
     fn steepness(&self) -> f64 {
         1.5 / (2.0 * self.taper)
     }

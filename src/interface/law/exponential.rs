@@ -10,12 +10,12 @@ pub struct Exponential {
 }
 
 impl Exponential {
-    /// From this many ranges on the traction, below 5e-18 of its maximum, is set to zero: most of a rough interface lies beyond, and
-    /// the exponential is the most expensive pointwise operation.
+    /// From this many ranges on the traction, below 5e-18 of its maximum, is set to zero: most of a rough interface
+    /// lies beyond, and the exponential is the most expensive pointwise operation.
     const FAR: f64 = 40.0;
 
-    /// With a soft wall gaps may be negative. Below this many ranges, which no equilibrium reaches, the attraction is constant, so that
-    /// the wall's repulsion bounds the energy of trial states.
+    /// With a soft wall gaps may be negative. Below this many ranges, which no equilibrium reaches, the attraction is
+    /// constant, so that the wall's repulsion bounds the energy of trial states.
     const DEEP: f64 = -10.0;
 
     #[inline(always)]
@@ -26,8 +26,8 @@ impl Exponential {
     }
 }
 
-/// The exponential function of `x` between -40 and 10, to 4e-16 of its value. Calls of the library's function took a third of an adhesive
-/// solve; this one is vectorised.
+/// The exponential function of `x` between -40 and 10, to 4e-16 of its value. Calls of the library's function took a
+/// third of an adhesive solve; this one is vectorised.
 #[inline(always)]
 fn exp(x: f64) -> f64 {
     /// Adding and subtracting this rounds to the nearest integer and leaves it in the lowest bits.

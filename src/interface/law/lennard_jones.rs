@@ -3,8 +3,8 @@ use super::{Law, bisect_gap};
 /// The areal law of a plane of Lennard-Jones atoms over a crystal surface, truncated and shifted at the pair minimum:
 /// purely repulsive, zero from gap 0 upwards, where gap 0 is the plane distance `r_m = 2^(1/6) σ`.
 ///
-/// With `n` wall atoms and `N` surface atoms per area, averaging the pair energy over lateral registry gives the pressure
-/// `P(d) = 2π n N d V(d)` at plane distance `d` (one layer of the crystal is within reach).
+/// With `n` wall atoms and `N` surface atoms per area, averaging the pair energy over lateral registry gives the
+/// pressure `P(d) = 2π n N d V(d)` at plane distance `d` (one layer of the crystal is within reach).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LennardJonesWall {
     /// Pair energy ε times `2π n N`, units such that `strength · d · (V/ε)` is a stress in E* with `d` in L.
@@ -18,8 +18,8 @@ impl LennardJonesWall {
         2f64.powf(1.0 / 6.0) * self.sigma
     }
 
-    /// Smallest plane distance that is evaluated. Below it the traction is extrapolated linearly, so that trial states have finite
-    /// forces. At half the pair diameter the repulsion is thousands of E*.
+    /// Smallest plane distance that is evaluated. Below it the traction is extrapolated linearly, so that trial
+    /// states have finite forces. At half the pair diameter the repulsion is thousands of E*.
     pub(super) fn floor(&self) -> f64 {
         0.5 * self.sigma
     }

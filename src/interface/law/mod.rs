@@ -1,7 +1,7 @@
 //! Traction between the surfaces as a function of the gap between them.
 //!
-//! Laws are type parameters of the solvers, so that a scene without adhesion carries no trace of it. Gaps and ranges are
-//! in units of L, tractions in E*, energies per area in E*·L.
+//! Laws are type parameters of the solvers, so a scene without adhesion has no overhead. Gaps and ranges are in units
+//! of L, tractions in E*, energies per area in E*·L.
 
 mod choice;
 mod dugdale;
@@ -23,18 +23,19 @@ pub use tabulated::TabulatedWall;
 
 /// An interaction energy `v(g)` per area and its traction `dv/dg`: attraction is positive.
 pub trait Law: Copy + Sync + Send {
-    /// False if every traction is zero wherever the gap is allowed to be: the solvers then skip the law altogether.
+    /// False if the traction is zero at all admissible gaps; solvers then do not evaluate the law.
     const ACTIVE: bool;
     /// Whether gaps are bounded below by zero. A soft wall has no bound.
     const HARD: bool;
 
-    /// Attractive traction at gap `g` (negative where a soft wall pushes).
+    /// Traction at gap `g`, attraction positive (negative where a compliant wall repels).
     fn traction(&self, g: f64) -> f64;
 
     /// Interaction energy per area.
     fn energy(&self, g: f64) -> f64;
 
-    /// Slope of the traction, `dt/dg`: negative where attraction fades with the gap, positive where a soft wall pushes.
+    /// Slope of the traction, `dt/dg`: negative where attraction decreases with the gap, positive where a compliant
+    /// wall repels.
     fn slope(&self, g: f64) -> f64;
 
     /// Gap at which the wall's repulsion equals `pressure`: zero for a hard wall.
@@ -42,8 +43,8 @@ pub trait Law: Copy + Sync + Send {
         0.0
     }
 
-    /// Gap below which an attraction combined with this wall stays constant. An exponentially growing attraction would otherwise
-    /// overcome a wall whose repulsion is linear in the depth.
+    /// Gap below which an attraction combined with this wall stays constant. An exponentially growing attraction
+    /// would otherwise overcome a wall whose repulsion is linear in the depth.
     fn adhesion_floor(&self) -> f64 {
         f64::NEG_INFINITY
     }
@@ -66,28 +67,30 @@ pub trait Law: Copy + Sync + Send {
         self.max_slope(self.gap_at_pressure(pressure))
     }
 
-    /// Largest `-slope` over non-negative gaps, in E*/L: how fast the attraction decreases at most. Zero without attraction.
+    /// Largest `-slope` over non-negative gaps, E*/L: the steepest decrease of the attraction. Zero without
+    /// attraction.
     fn softening(&self) -> f64 {
         0.0
     }
 
-    /// Whether a mesh of spacing `dx` resolves the adhesion: `1/√(dx · softening/E*)`, to be compared with
+    /// Cohesive resolution `1/√(dx · softening/E*)` of the adhesion on a mesh of spacing `dx`, to be compared with
     /// [`COHESIVE_RESOLUTION`]. For the exponential law this is `ρ/√(γ dx/E*)`.
     fn cohesive_resolution(&self, dx: f64) -> f64 {
         1.0 / (dx * self.softening()).sqrt()
     }
 
-    /// The law with the same γ and a range enlarged, if necessary, until the cohesive resolution on a mesh of spacing `dx` is at least
-    /// [`COHESIVE_RESOLUTION`]: contact lines are then not pinned to the mesh.
+    /// The law with the same γ and a range enlarged, if necessary, until the cohesive resolution on a mesh of spacing
+    /// `dx` is at least [`COHESIVE_RESOLUTION`]: contact lines are then not pinned to the mesh.
     fn on_mesh(&self, _dx: f64) -> Self {
         *self
     }
 }
 
-/// Cohesive resolution from which on the grid itself does not pin contact lines: a node whose attraction fades faster than
-/// the max_slope_at_pressure wave restores it can be in two places. On the challenge's surface at p* = 0.01, with the exponential law,
-/// areas found on different paths differ by several per cent at 1.0, and by a tenth of one at 1.4. Surfaces with
-/// strong adhesion or little load have several branches on any grid.
+/// Cohesive resolution above which contact lines are not pinned to the grid. Below it, the attraction of a node can
+/// decrease faster with the gap than the stiffest wave restores the node, which then has two equilibria. On the
+/// challenge's surface at p* = 0.01 with the exponential law, areas on different load paths differ by several per
+/// cent at 1.0, and by 0.1 % at 1.4. With strong adhesion or at small loads, surfaces have several branches on any
+/// grid.
 pub const COHESIVE_RESOLUTION: f64 = 1.4;
 
 /// Range of a law of the form `(γ/ρ) f(g/ρ)` on a mesh of spacing `dx`; `steepness` is its softening over `γ/ρ²`.
@@ -95,8 +98,8 @@ fn range_on_mesh(gamma: f64, rho: f64, steepness: f64, dx: f64) -> f64 {
     rho.max(COHESIVE_RESOLUTION * (steepness * gamma * dx).sqrt())
 }
 
-/// Gap between `lowest` and zero at which the repulsion of a soft wall equals `pressure`, by bisection: it decreases monotonically
-/// with the gap.
+/// Gap between `lowest` and zero at which the repulsion of a soft wall equals `pressure`, by bisection: it decreases
+/// monotonically with the gap.
 fn bisect_gap(wall: &impl Law, pressure: f64, lowest: f64) -> f64 {
     let (mut low, mut high) = (lowest, 0.0);
     // Sixty bisections reach the precision of f64.
@@ -259,13 +262,13 @@ mod tests {
 
     /// γ is the work of separation from zero gap: the integral of the traction, and minus the energy at zero gap.
     fn work_of_separation_is_gamma(law: impl Law) {
-        /// Gauss-Legendre in two points on intervals that grow by a thousandth. What it misses is where a narrow taper begins
-        /// and ends, 2e-9.
+        /// Two-point Gauss-Legendre quadrature on intervals that grow by a factor of 1.001. The error, 2e-9, is at
+        /// the ends of a narrow taper.
         const GROWTH: f64 = 1e-3;
         const TOLERANCE: f64 = 1e-8;
         let node = 1.0 / 3f64.sqrt();
         let (mut work, mut g) = (0.0, 0.0);
-        // What the slowest law, 1/g³, has left beyond is its own tail, (ρ/g)² of γ.
+        // Beyond this gap the tail of the slowest law, 1/g³, contributes (ρ/g)² of γ.
         while g < 1e6 * RHO {
             let half = 0.5 * GROWTH * (0.1 * RHO + g);
             work += half * [-node, node].map(|x| law.traction(g + half * (1.0 + x))).iter().sum::<f64>();
@@ -285,7 +288,7 @@ mod tests {
         work_of_separation_is_gamma(power_law());
     }
 
-    /// Bounds of the slope hold on a scan, and the softening is reached.
+    /// Slopes on a scan of gaps are within their bounds, and the softening is attained.
     fn bounds_hold(law: impl Law, lowest: f64) {
         const POINTS: i32 = 20_000;
         let scan = |from: f64| (0..=POINTS).map(move |i| from + (4.0 * RHO - from) * f64::from(i) / f64::from(POINTS));
@@ -364,7 +367,7 @@ mod tests {
             }
         }
         check(Exponential { gamma: GAMMA, rho: RHO });
-        // To the bit.
+        // Bit-identical.
         let stretched = Exponential { gamma: GAMMA, rho: RHO }.on_mesh(100.0);
         assert_eq!(stretched.rho, COHESIVE_RESOLUTION * (GAMMA * 100.0).sqrt());
         check(Dugdale::new(GAMMA, RHO));
@@ -374,7 +377,7 @@ mod tests {
         assert_eq!(Adhesion::None.resolution_on(1.0), None);
     }
 
-    /// No work of adhesion is no adhesion, whatever the law.
+    /// For every law, zero work of adhesion equals no adhesion.
     #[test]
     fn choices_are_told_and_vanish_without_work() {
         let makers = [Adhesion::exponential, Adhesion::dugdale, Adhesion::power_law_93];
@@ -387,7 +390,7 @@ mod tests {
         assert_eq!(Wall::Penalty(PenaltyWall { length: 0.5 }).to_string(), "penalty wall, ℓ = 5.0000e-1 L");
     }
 
-    /// Whatever σ rounds to, the law is finite and continuous where its table of distances ends.
+    /// For any rounding of σ, the law is finite and continuous at the end of its distance table.
     #[test]
     fn the_wall_has_no_hole_at_its_floor() {
         for k in 0..2000 {

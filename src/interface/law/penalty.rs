@@ -1,11 +1,11 @@
 use super::Law;
 
-/// A wall that gives way in proportion to the pressure: `P = E* (-g/ℓ)` at negative gaps. As ℓ goes to zero it becomes the
-/// hard wall, from which energies differ by ℓ/2 times the mean squared contact stress. An attraction stays at negative gaps
-/// what it is at zero.
+/// Linear penalty wall: pressure `P = E* (-g/ℓ)` at negative gaps. For ℓ → 0 it converges to the hard wall, from
+/// which energies differ by ℓ/2 times the mean squared contact stress. At negative gaps an attraction has its value
+/// at zero gap.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PenaltyWall {
-    /// Length ℓ by which the wall gives way under a pressure of E*, units of L.
+    /// Compression ℓ of the wall under a pressure of E*, units of L.
     pub length: f64,
 }
 
@@ -33,7 +33,7 @@ impl Law for PenaltyWall {
         -pressure * self.length
     }
 
-    /// It stands for a hard wall, so what is behind it is at zero gap.
+    /// The wall approximates a hard wall, so the attraction at negative gaps is that at zero gap.
     fn adhesion_floor(&self) -> f64 {
         0.0
     }

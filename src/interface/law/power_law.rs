@@ -2,8 +2,8 @@
 //! `x = ρ/(ρ + g)` and the gap counted from the zero of force (Müser et al. 2017, eq. 3). Its largest tension is
 //! 1.0264 γ/ρ at `ρ + g = 3^(1/6) ρ`, its stiffness at zero force 16 γ/ρ².
 //!
-//! The attractive branch is an adhesion law, the repulsive one a wall; together, with the same γ and ρ, they are the whole
-//! law, smooth through zero.
+//! The attractive branch is an adhesion law, the repulsive one a wall; together, with the same γ and ρ, they are the
+//! whole law, smooth through zero.
 
 use super::{Law, bisect_gap, range_on_mesh};
 
@@ -98,8 +98,8 @@ pub struct PowerLawWall {
 }
 
 impl PowerLawWall {
-    /// Smallest distance from the singularity, over ρ, that is evaluated. Below it the traction is extrapolated linearly, so that trial
-    /// states have finite forces. The repulsion is 1344 γ/ρ here.
+    /// Smallest distance from the singularity, over ρ, that is evaluated. Below it the traction is extrapolated
+    /// linearly, so that trial states have finite forces. The repulsion is 1344 γ/ρ here.
     const FLOOR: f64 = 0.5;
 
     /// Traction (γ/ρ), energy (γ, zero at zero gap) and slope (γ/ρ²) at `z = 1 + g/ρ` below one.

@@ -3,19 +3,20 @@ use super::{Law, bisect_gap};
 /// Nodes of a table.
 const NODES: usize = 65;
 
-/// A wall with pressure and slope tabulated at equal steps of the depth: cubic Hermite interpolation between them, zero for gaps from
-/// 0 on, linear extrapolation beyond the last node.
+/// A wall with pressure and slope tabulated at equal steps of the depth: cubic Hermite interpolation between them,
+/// zero for gaps from 0 on, linear extrapolation beyond the last node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TabulatedWall {
-    /// Between two nodes, units of L.
+    /// Spacing of the nodes, units of L.
     step: f64,
-    /// At the depths 0, 1, … steps: pressure, its slope times a step (both units of E*), and the energy over a step times E*.
+    /// At the depths 0, 1, … steps: pressure, its slope times a step (both units of E*), and the energy over a step
+    /// times E*.
     nodes: [[f64; 3]; NODES],
 }
 
 impl TabulatedWall {
-    /// `law` gives the pressure (units of E*) and its slope along the depth (E*/L) at a depth up to `deepest` (units of L); the
-    /// pressure increases with the depth from zero at zero.
+    /// `law` gives the pressure (units of E*) and its slope along the depth (E*/L) at a depth up to `deepest` (units
+    /// of L); the pressure increases with the depth from zero at zero.
     pub fn new(deepest: f64, mut law: impl FnMut(f64) -> [f64; 2]) -> Self {
         let step = deepest / (NODES - 1) as f64;
         let mut nodes = [[0.0; 3]; NODES];

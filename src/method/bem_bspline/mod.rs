@@ -1,20 +1,20 @@
-//! Boundary elements with cubic B-splines and an augmented Lagrangian (Vorlaufer & Vernes, in Müser et al., Tribology Letters
-//! 65 (2017) 118, BEM+B).
+//! Boundary elements with cubic B-splines and an augmented Lagrangian (Vorlaufer & Vernes, in Müser et al., Tribology
+//! Letters 65 (2017) 118, BEM+B).
 //!
-//! The displacement is a periodic cubic spline with one coefficient per node. Coefficients and nodal values are proportional
-//! mode by mode, `u = b c` with `b = Π(2 + cos qΔ)/3`, so the unknowns here are the nodal gaps. A spline mode consists of a wave
-//! and its aliases, with amplitudes `Π sinc⁴(qΔ/2)` of the coefficient. The elastic energy includes the aliases up to the second,
-//! so that the stiffness of a nodal mode is
+//! The displacement is a periodic cubic spline with one coefficient per node. Coefficients and nodal values are
+//! proportional mode by mode, `u = b c` with `b = Π(2 + cos qΔ)/3`, so the unknowns here are the nodal gaps. A spline
+//! mode consists of a wave and its aliases, with amplitudes `Π sinc⁴(qΔ/2)` of the coefficient. The elastic energy
+//! includes the aliases up to the second, so that the stiffness of a nodal mode is
 //!
 //! ```text
 //! K(q) = Σ_m k(q + 2πm/Δ) Π sinc⁸((q + 2πm/Δ)Δ/2) / b(q)²,   |m_x|, |m_y| ≤ 2
 //! ```
 //!
-//! It equals that of the body for long waves, to fourth order, and about half of it for the shortest. Roughness is low-pass
-//! filtered to waves that the splines resolve, λ ≥ 4Δ by default (the paper: λ > L/256 on 1024 nodes); gaps are those of the
-//! filtered surface. Multipliers prevent overlap at the nodes, `λ ← max(0, λ - r g)`; between their updates Newton steps with
-//! conjugate gradients minimise the augmented energy. Adhesion acts at the nodes; for overlapping trial states it has its value
-//! at contact.
+//! It equals that of the body for long waves, to fourth order, and about half of it for the shortest. Roughness is
+//! low-pass filtered to waves that the splines resolve, λ ≥ 4Δ by default (the paper: λ > L/256 on 1024 nodes); gaps
+//! are those of the filtered surface. Multipliers prevent overlap at the nodes, `λ ← max(0, λ - r g)`; between their
+//! updates Newton steps with conjugate gradients minimise the augmented energy. Adhesion acts at the nodes; for
+//! overlapping trial states it has its value at contact.
 
 mod newton;
 
@@ -92,8 +92,8 @@ impl ContactMethod for BemBspline {
 
     fn plan(&self, problem: &Problem) -> Plan {
         let grid = problem.grid;
-        // Heights, multipliers, gap, previous gap, gradient, step, stress, traction and scratch, and the fields of the linear
-        // solver; stiffness and preconditioner.
+        // Heights, multipliers, gap, previous gap, gradient, step, stress, traction and scratch, and the fields of
+        // the linear solver; stiffness and preconditioner.
         let fields = 9 + Newton::FIELDS;
         let bytes = (fields * grid.points() * size_of::<f64>()) as u64 + Convolution::bytes(grid, 2);
         let iterations = 40 * problem.adhesion_effort();
@@ -281,8 +281,8 @@ impl Solver<'_> {
         false
     }
 
-    /// Starts a load: for the first one, rigid surfaces that overlap until the penalty carries the pressure; for a gap that was
-    /// set, multipliers in equilibrium with it.
+    /// Starts a load: for the first one, rigid surfaces that overlap until the penalty carries the pressure; for a
+    /// gap that was set, multipliers in equilibrium with it.
     fn begin(&mut self, pressure: f64) {
         match self.start {
             Begin::Gap => {
@@ -368,8 +368,8 @@ impl Run for Solver<'_> {
 mod tests {
     use super::*;
 
-    /// A wave through the nodes is `sinc⁴/b = 1 - φ⁴/720` of the spline's, φ = qΔ, and the aliases add less: long waves lose
-    /// φ⁴/360 of their stiffness. The shortest is half itself and half its first alias.
+    /// A wave through the nodes is `sinc⁴/b = 1 - φ⁴/720` of the spline's, φ = qΔ, and the aliases add less: long
+    /// waves lose φ⁴/360 of their stiffness. The shortest is half itself and half its first alias.
     #[test]
     fn stiffness_of_splines() {
         let grid = Grid::unit(64, 64);

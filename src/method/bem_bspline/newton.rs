@@ -19,9 +19,9 @@ impl Newton {
         Newton { residual: zero(), direction: zero(), image: zero(), conditioned: zero() }
     }
 
-    /// Solves `A step = -gradient` to a relative residual, or as far as the curvature is positive, so that the step is a descent
-    /// direction (Steihaug, SIAM J. Numer. Anal. 20 (1983) 626). `apply(true, …)` applies the preconditioner `M`,
-    /// `apply(false, …)` applies `A`.
+    /// Solves `A step = -gradient` to a relative residual, or as far as the curvature is positive, so that the step
+    /// is a descent direction (Steihaug, SIAM J. Numer. Anal. 20 (1983) 626). `apply(true, …)` applies the
+    /// preconditioner `M`, `apply(false, …)` applies `A`.
     pub fn step(
         &mut self,
         gradient: &[f64],

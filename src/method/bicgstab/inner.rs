@@ -1,6 +1,7 @@
 use crate::method::fields::{add, each, inner};
 
-/// Stabilised bi-conjugate gradients with their scratch fields (van der Vorst, SIAM J. Sci. Stat. Comput. 13 (1992) 631).
+/// Stabilised bi-conjugate gradients with their scratch fields (van der Vorst, SIAM J. Sci. Stat. Comput. 13 (1992)
+/// 631).
 pub(super) struct BiCgStab {
     residual: Vec<f64>,
     shadow: Vec<f64>,
@@ -26,8 +27,8 @@ impl BiCgStab {
         }
     }
 
-    /// Solves `A x = right` to a relative residual, or as far as `most` iterations lead: a Newton step need not be exact.
-    /// `condition` applies the preconditioner `M`, `image_of` applies `A`.
+    /// Solves `A x = right` to a relative residual, or as far as `most` iterations lead: a Newton step need not be
+    /// exact. `condition` applies the preconditioner `M`, `image_of` applies `A`.
     pub fn solve(
         &mut self,
         right: &[f64],

@@ -1,15 +1,16 @@
-//! Newton's method on a smooth law, its linear systems solved by stabilised bi-conjugate gradients (Wu, in Müser et al.,
-//! Tribology Letters 65 (2017) 118, BICGSTAB).
+//! Newton's method on a smooth law, its linear systems solved by stabilised bi-conjugate gradients (Wu, in Müser et
+//! al., Tribology Letters 65 (2017) 118, BICGSTAB).
 //!
-//! Wall and cohesion are one law, the 9-3 traction `(8γ/3ρ)[(ρ/z)⁹ - (ρ/z)³]` of eq. (3) of that paper (which calls it an
-//! energy) at the distance `z = g + ρ`. The gap `g` is counted from the zero of force, so that contact, defined by compressive
-//! stress, is `g < 0`. An exponential law of range ρ is replaced by the range 1.026 ρ, which keeps the largest tension γ/ρ.
-//! Without adhesion only the repulsive branch is used, with a range in mesh spacings; the hard wall is its limit.
+//! Wall and cohesion are one law, the 9-3 traction `(8γ/3ρ)[(ρ/z)⁹ - (ρ/z)³]` of eq. (3) of that paper (which calls
+//! it an energy) at the distance `z = g + ρ`. The gap `g` is counted from the zero of force, so that contact, defined
+//! by compressive stress, is `g < 0`. An exponential law of range ρ is replaced by the range 1.026 ρ, which keeps the
+//! largest tension γ/ρ. Without adhesion only the repulsive branch is used, with a range in mesh spacings; the hard
+//! wall is its limit.
 //!
-//! `F(g) = K(g-h) + p + t(g) = 0` is solved by steps `(K + t')d = -F`, the inner systems conditioned by `1/(k(q) + c)`.
-//! A step is shortened until distances stay positive and the energy decreases, and replaced by the preconditioned gradient
-//! where it is not a descent direction: with attraction `K + t'` may be indefinite. The first load is solved by continuation in
-//! the range, starting at about the rms height.
+//! `F(g) = K(g-h) + p + t(g) = 0` is solved by steps `(K + t')d = -F`, the inner systems conditioned by
+//! `1/(k(q) + c)`. A step is shortened until distances stay positive and the energy decreases, and replaced by the
+//! preconditioned gradient where it is not a descent direction: with attraction `K + t'` may be indefinite. The first
+//! load is solved by continuation in the range, starting at about the rms height.
 
 mod inner;
 
@@ -84,7 +85,8 @@ impl ContactMethod for Bicgstab {
 
     fn plan(&self, problem: &Problem) -> Plan {
         let grid = problem.grid;
-        // Heights, gap, previous gap, trial, step, stress, traction, forces and slopes, and the fields of the linear solver.
+        // Heights, gap, previous gap, trial, step, stress, traction, forces and slopes, and the fields of the linear
+        // solver.
         let bytes = ((9 + BiCgStab::FIELDS) * grid.points() * size_of::<f64>()) as u64 + Convolution::bytes(grid, 2);
         // Newton steps with tens of linear iterations of four pairs each.
         Plan { bytes, iterations: 15 * problem.adhesion_effort(), pairs_per_iteration: 160.0, seconds: 0.0 }
@@ -126,8 +128,8 @@ impl ContactMethod for Bicgstab {
     }
 }
 
-/// The 9-3 law that replaces the adhesion of the problem, with a range that the mesh resolves; none without adhesion and for
-/// laws that are not supported.
+/// The 9-3 law that replaces the adhesion of the problem, with a range that the mesh resolves; none without adhesion
+/// and for laws that are not supported.
 fn replacement(problem: &Problem) -> Option<PowerLaw93> {
     let law = match problem.adhesion {
         Adhesion::Exponential(a) => PowerLaw93 { gamma: a.gamma, rho: SAME_TENSION * a.rho },
@@ -160,7 +162,7 @@ struct Solver<'p, L, M> {
     /// -F.
     force: Vec<f64>,
     slope: Vec<f64>,
-    /// Whether there is a gap to start from.
+    /// Whether a gap to start from exists.
     begun: bool,
 }
 

@@ -11,8 +11,8 @@ pub(super) enum Factor {
     Compliance,
 }
 
-/// Multiplies column `i` by stiffness or compliance (`rigid` for the mean mode) and by the 1/(nx ny) of the transform. Returns the
-/// contribution of the column to `Σ factor |c|²` over the spectrum.
+/// Multiplies column `i` by stiffness or compliance (`rigid` for the mean mode) and by the 1/(nx ny) of the
+/// transform. Returns the contribution of the column to `Σ factor |c|²` over the spectrum.
 pub(super) fn multiply<T: Real, K: Kernel>(
     (kernel, factor, rigid): (&K, Factor, f64),
     grid: Grid,

@@ -8,9 +8,9 @@ use crate::method::residuals::Residuals;
 use crate::method::{ErrorEstimates, Iteration, Load, Observer, Precision, Problem, SnapshotRef, Stop, Targets};
 use serde::{Deserialize, Serialize};
 
-/// Plain (smoothing) steps after an interpolation, after a Newton step, and after a failed line search. A Newton step changes the
-/// free set and leaves errors at contact lines: with two plain steps 2048² takes 52 instead of 68 transform pairs to 1e-3 of the
-/// pressure.
+/// Plain (smoothing) steps after an interpolation, after a Newton step, and after a failed line search. A Newton step
+/// changes the free set and leaves errors at contact lines: with two plain steps 2048² takes 52 instead of 68
+/// transform pairs to 1e-3 of the pressure.
 const SMOOTHING: usize = 4;
 const SMOOTHING_AFTER_NEWTON: usize = 2;
 const FALLBACK: usize = 10;
@@ -18,8 +18,8 @@ const FALLBACK: usize = 10;
 /// Transform pairs of a plain step.
 const PLAIN_PAIRS: f64 = 1.5;
 
-/// Residual over the tolerance up to which the convergence rate of plain steps is extrapolated; above it they slow down, and take
-/// half as many transform pairs again to 1e-8.
+/// Residual over the tolerance up to which the convergence rate of plain steps is extrapolated; above it they slow
+/// down, and take half as many transform pairs again to 1e-8.
 const NEAR: f64 = 4.0;
 
 /// Residual over the tolerance below which long waves have converged, too.
@@ -31,22 +31,23 @@ const SHORTER: f64 = 0.4;
 /// The same for a gradient step after a failed plain step: down to 1e-12 of a step of safe length.
 const CAREFUL_SHORTENINGS: usize = 30;
 
-/// Rise of the energy over the magnitude of its terms that is accepted if the residual decreases: laws with a soft wall lose this
-/// precision in the difference of large terms.
+/// Rise of the energy over the magnitude of its terms that is accepted if the residual decreases: laws with a soft
+/// wall lose this precision in the difference of large terms.
 const ENERGY_DIGITS: f64 = 1e-10;
 
-/// Curvature over that of the stiffest mode below which a direction counts as flat; rounding in f32 is 1e-14 of it, the softest wave
-/// of any grid has 1e-5.
+/// Curvature over that of the stiffest mode below which a direction counts as flat; rounding in f32 is 1e-14 of it,
+/// the softest wave of any grid has 1e-5.
 const FLAT: f64 = 1e-10;
 
-/// Bounds of the relative residual of a linear problem: the largest, and the smallest without and with an active law. Without a law
-/// the problem is linear except for the free set, and the last linear problem can be solved accurately: 0.02 takes 7 to 13 % more
-/// transform pairs to 1e-7. With a law nonlinearity limits the gain: 0.001 takes 6 to 16 % more to 1e-6.
+/// Bounds of the relative residual of a linear problem: the largest, and the smallest without and with an active law.
+/// Without a law the problem is linear except for the free set, and the last linear problem can be solved accurately:
+/// 0.02 takes 7 to 13 % more transform pairs to 1e-7. With a law nonlinearity limits the gain: 0.001 takes 6 to 16 %
+/// more to 1e-6.
 const ROUGHEST: f64 = 0.3;
 const FINEST: [f64; 2] = [0.001, 0.02];
 
-/// Residual over the rounding level of f32 above which trials before the first Newton step of a grid are evaluated in f32, at half
-/// the cost. Not with a law, whose branches may be close.
+/// Residual over the rounding level of f32 above which trials before the first Newton step of a grid are evaluated in
+/// f32, at half the cost. Not with a law, whose branches may be close.
 const ROUGH: f64 = 20.0;
 
 /// Iterations per linear problem at most.
@@ -74,8 +75,9 @@ pub(super) struct Task<'p> {
 }
 
 impl Task<'_> {
-    /// Stress by which residuals are divided. Under mean-gap control the pressure may pass through zero; the attraction, estimated
-    /// as energy over range, then sets the scale. Both vanish for separated surfaces, so the scale has a lower bound.
+    /// Stress by which residuals are divided. Under mean-gap control the pressure may pass through zero; the
+    /// attraction, estimated as energy over range, then sets the scale. Both vanish for separated surfaces, so the
+    /// scale has a lower bound.
     pub fn scale(&self, pressure: f64, residuals: &Residuals) -> f64 {
         let pull = if self.range > 0.0 { residuals.interaction.abs() / self.range } else { 0.0 };
         match self.load {
@@ -109,15 +111,15 @@ struct Cycle {
 struct SmoothingPhase {
     /// Transform pairs of the Newton step.
     newton: f64,
-    /// Residual after it; none before its evaluation.
+    /// Residual after it; `None` before its evaluation.
     first: Option<f64>,
     plain: i32,
 }
 
 impl SmoothingPhase {
-    /// Whether plain steps, at their average rate, reach `tolerance` in fewer transform pairs than another Newton step. A Newton step
-    /// first increases the residual at new contact lines; near convergence it costs more than it gains. At 4096² with adhesion this
-    /// criterion saves 48 of 85 pairs (f32, 1e-2).
+    /// Whether plain steps, at their average rate, reach `tolerance` in fewer transform pairs than another Newton
+    /// step. A Newton step first increases the residual at new contact lines; near convergence it costs more than it
+    /// gains. At 4096² with adhesion this criterion saves 48 of 85 pairs (f32, 1e-2).
     fn is_promising(&self, residual: f64, tolerance: f64) -> bool {
         let near = residual > tolerance && residual < NEAR * tolerance;
         let Some(first) = self.first.filter(|f| near && residual < *f) else { return false };
@@ -127,10 +129,11 @@ impl SmoothingPhase {
 }
 
 impl Cycle {
-    /// Remaining changes, extrapolated as a geometric series with the rate of the residual over the last cycle. For area and mean gap
-    /// at least the change of the last cycle, since long waves, which determine the mean gap, weigh little in the residual: without
-    /// this bound 256² stopped with an error of 1.5e-4 at an estimate of 0.6e-4. The energy above the minimum is quadratic in the
-    /// error and decreases faster than the residual, whose rate is therefore safe.
+    /// Remaining changes, extrapolated as a geometric series with the rate of the residual over the last cycle. For
+    /// area and mean gap at least the change of the last cycle, since long waves, which determine the mean gap, weigh
+    /// little in the residual: without this bound 256² stopped with an error of 1.5e-4 at an estimate of 0.6e-4. The
+    /// energy above the minimum is quadratic in the error and decreases faster than the residual, whose rate is
+    /// therefore safe.
     fn error_estimates(&self, now: &Residuals, pressure: f64) -> ErrorEstimates {
         let rate = (now.residual / self.before.residual).min(SLOWEST_RATE);
         let rest = |now: f64, then: f64| {
@@ -144,7 +147,8 @@ impl Cycle {
     }
 }
 
-/// State of the iteration in addition to the gap, at points without a stored direction. Resuming from it is bit-identical.
+/// State of the iteration in addition to the gap, at points without a stored direction. Resuming from it is
+/// bit-identical.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Pause {
     pub pressure: f64,
@@ -321,8 +325,8 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         let (scale, residual) = (self.scale(), self.residual());
         let (task, residuals) = (self.task, self.now.residuals);
         self.level.last = residuals;
-        // Plain steps alone may reduce the residual without converging long waves and the mean gap, whose error was 5e-4 at 4096² and
-        // a residual of 2 %. An initial state that meets the criteria needs no step.
+        // Plain steps alone may reduce the residual without converging long waves and the mean gap, whose error was
+        // 5e-4 at 4096² and a residual of 2 %. An initial state that meets the criteria needs no step.
         let whole =
             self.cycle.is_some() || std::mem::take(&mut self.untouched) || residual < NEGLIGIBLE * self.tolerance;
         if whole && residuals.meets(self.tolerance, scale) && targets.met(error_estimates) {
@@ -345,8 +349,8 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         self.smoothing > 0 || self.phase.is_some_and(|s| s.is_promising(self.residual(), self.tolerance))
     }
 
-    /// Reports the iteration and passes a snapshot if one is due. True where the observer stops the solve. Snapshots contain only the
-    /// gap: repeating a few plain steps costs less than storing a direction.
+    /// Reports the iteration and passes a snapshot if one is due. True where the observer stops the solve. Snapshots
+    /// contain only the gap: repeating a few plain steps costs less than storing a direction.
     fn checkpoint_or_interrupt(&mut self, plain: bool) -> bool {
         let (observer, residual) = (self.task.observer, self.residual());
         let grid_fraction = self.level.grid().points() as f64 / self.task.points as f64;
@@ -378,7 +382,8 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         resumable && self.stopping
     }
 
-    /// Stiffness of the rigid approach, about the pressure over half the rms height; any finite value for a flat surface.
+    /// Stiffness of the rigid approach, about the pressure over half the rms height; any finite value for a flat
+    /// surface.
     fn mean_stiffness(&self) -> f64 {
         let facing = self.level.window.points() as f64 / self.level.grid().points() as f64;
         let approach = facing * self.scale() / (0.5 * self.task.rms_height).max(f64::MIN_POSITIVE);
@@ -406,8 +411,9 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
     /// A Newton step on the free set. None if it was stopped; the state before it is then restored.
     fn newton_step(&mut self) -> Option<f64> {
         let residual = self.residual();
-        // Forcing term after Eisenstat & Walker (SIAM J. Sci. Comput. 17 (1996) 16): as accurate as the last step was successful, and
-        // no more than the tolerance needs. In the first step 0.02 costs a third more transform pairs in all than 0.3.
+        // Forcing term after Eisenstat & Walker (SIAM J. Sci. Comput. 17 (1996) 16): as accurate as the last step was
+        // successful, and no more than the tolerance needs. In the first step 0.02 costs a third more transform pairs
+        // in all than 0.3.
         let finest = FINEST[usize::from(L::ACTIVE)];
         let enough = (0.25 * self.tolerance / residual).min(ROUGHEST);
         let forcing = (residual / self.last).powi(2).clamp(finest, ROUGHEST).max(enough);
@@ -427,7 +433,8 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         Some(1.0)
     }
 
-    /// Line search along the direction for a decrease of the energy. Returns a stop reason if not even the gradient step descends.
+    /// Line search along the direction for a decrease of the energy. Returns a stop reason if not even the gradient
+    /// step descends.
     fn advance(&mut self, mut length: f64, plain: bool, precision: Precision) -> Option<Stop> {
         let (pressure, residuals, old_rr) = (self.pressure, self.now.residuals, self.now.rr);
         let energy = residuals.energy(pressure);

@@ -1,9 +1,10 @@
-//! The linear problem of a Newton step on a fixed free set: conjugate gradients preconditioned with the inverse stiffness restricted
-//! to that set, in f32 for any precision of the state.
+//! The linear problem of a Newton step on a fixed free set: conjugate gradients preconditioned with the inverse
+//! stiffness restricted to that set, in f32 for any precision of the state.
 //!
-//! An iteration takes two column passes and two row sweeps. Step length and conjugation need inner products that are sums over
-//! spectra (`⟨d K d⟩` and `⟨r K⁻¹ r⟩`), known before the inverse row transforms. A row is therefore transformed back, updated and
-//! transformed forward while it is in cache, and the preconditioned residual is not stored.
+//! An iteration takes two column passes and two row sweeps. Step length and conjugation need inner products that are
+//! sums over spectra (`⟨d K d⟩` and `⟨r K⁻¹ r⟩`), known before the inverse row transforms. A row is therefore
+//! transformed back, updated and transformed forward while it is in cache, and the preconditioned residual is not
+//! stored.
 
 use super::column::{Factor, multiply};
 use super::rows;
@@ -46,7 +47,8 @@ pub(super) struct Inner {
     pub pending: f64,
     /// Gradient `t` of the state; residual of the linear problem while it is being solved.
     pub residual: Vec<f32>,
-    /// Search direction. Low precision suffices, since all products use the stored values. Negative zero marks closed nodes.
+    /// Search direction. Low precision suffices, since all products use the stored values. Negative zero marks closed
+    /// nodes.
     direction: Vec<bf16>,
     pub pairs: f64,
 }
@@ -98,8 +100,8 @@ impl Inner {
         }
     }
 
-    /// Direction `-t + β d` on the free nodes (steepest descent or conjugate gradients in the plain metric), copied to the
-    /// step. Returns `⟨t d⟩` and `⟨d H d⟩`; half a transform pair.
+    /// Direction `-t + β d` on the free nodes (steepest descent or conjugate gradients in the plain metric), copied
+    /// to the step. Returns `⟨t d⟩` and `⟨d H d⟩`; half a transform pair.
     pub fn plain<T: Real, K: Kernel, L: Law>(
         &mut self,
         beta: f64,
@@ -126,11 +128,12 @@ impl Inner {
         (td / n, curvature_of(elastic, law_curvature / n))
     }
 
-    /// Solves `H x = -t` on the free nodes for the step, until the residual is `forcing` times its first value or at most `limit`
-    /// iterations of two transform pairs. `mean` is the stiffness of the mean mode in the preconditioner. Ends at negative curvature
-    /// with the present iterate. Returns `⟨t M⁻¹ t⟩` on the free nodes; without adhesion half of it estimates the energy above the
-    /// minimum, as the inverse of the restricted stiffness is bounded by the restriction of the inverse, except for the mean mode.
-    /// `None` if stopped, with an unusable step.
+    /// Solves `H x = -t` on the free nodes for the step, until the residual is `forcing` times its first value or at
+    /// most `limit` iterations of two transform pairs. `mean` is the stiffness of the mean mode in the
+    /// preconditioner. Ends at negative curvature with the present iterate. Returns `⟨t M⁻¹ t⟩` on the free nodes;
+    /// without adhesion half of it estimates the energy above the minimum, as the inverse of the restricted stiffness
+    /// is bounded by the restriction of the inverse, except for the mean mode. `None` if stopped, with an unusable
+    /// step.
     pub fn newton<T: Real, K: Kernel, L: Law>(
         &mut self,
         gap: &mut [T],
@@ -174,8 +177,8 @@ impl Inner {
         Some(excess)
     }
 
-    /// Applies the pending step; sets residual `-t` on the free nodes, transforms its rows, and sets step and direction to zero.
-    /// Returns `Σ r²`.
+    /// Applies the pending step; sets residual `-t` on the free nodes, transforms its rows, and sets step and
+    /// direction to zero. Returns `Σ r²`.
     fn begin<T: Real, L: Law>(&mut self, gap: &mut [T], spectrum: &mut [Complex<f32>]) -> f64 {
         let (nx, window) = (self.transform.grid().nx, self.window);
         let pending = T::of(std::mem::take(&mut self.pending));
@@ -191,8 +194,8 @@ impl Inner {
         sum
     }
 
-    /// Inverse row transforms of the preconditioned residual `z`, `d = z + β d` on the free nodes, forward transforms of `d`.
-    /// Returns `Σ v'' d²`.
+    /// Inverse row transforms of the preconditioned residual `z`, `d = z + β d` on the free nodes, forward transforms
+    /// of `d`. Returns `Σ v'' d²`.
     fn conjugate<T: Real, L: Law>(&mut self, beta: f64, gap: &[T], spectrum: &mut [Complex<f32>], law: &L) -> f64 {
         let (nx, window, beta) = (self.transform.grid().nx, self.window, beta as f32);
         let fields = self.direction.par_chunks_mut(nx).zip(gap.par_chunks(nx));
@@ -205,7 +208,8 @@ impl Inner {
         sum
     }
 
-    /// Inverse row transforms of `K d`, `x += α d` and `r -= α H d` on the free nodes, forward transforms of `r`. Returns `Σ r²`.
+    /// Inverse row transforms of `K d`, `x += α d` and `r -= α H d` on the free nodes, forward transforms of `r`.
+    /// Returns `Σ r²`.
     fn descend<T: Real, L: Law>(&mut self, alpha: f64, gap: &[T], spectrum: &mut [Complex<f32>], law: &L) -> f64 {
         let (nx, window, alpha) = (self.transform.grid().nx, self.window, alpha as f32);
         let fields = (self.step.par_chunks_mut(nx).zip(self.residual.par_chunks_mut(nx)))

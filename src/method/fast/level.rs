@@ -19,7 +19,8 @@ pub(super) struct Spring {
 
 /// One grid of the hierarchy with its state and working arrays.
 ///
-/// Heights are not stored on nodes: the column pass subtracts their Fourier series from the transform of the gap in `K(g - h)`.
+/// Heights are not stored on nodes: the column pass subtracts their Fourier series from the transform of the gap in
+/// `K(g - h)`.
 pub(super) struct Level<'h, T: Real, K, L> {
     pub transform: Transform<T>,
     /// Shared by the state and, in its first bytes, the linear problem in f32.
@@ -102,8 +103,8 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
         level
     }
 
-    /// Fourier interpolation of the displacement of a coarser level to this grid. In Fourier space the gap is that of the coarse
-    /// grid for the modes that it resolves, and the heights for the others.
+    /// Fourier interpolation of the displacement of a coarser level to this grid. In Fourier space the gap is that of
+    /// the coarse grid for the modes that it resolves, and the heights for the others.
     pub fn refined(grid: Grid, law: L, coarse: Level<'h, T, K, L>) -> Self {
         let Level { transform: from, spectrum: mut known, body, heights, cell, gap, pressure, spring, .. } = coarse;
         from.forward(&gap, &mut known);
@@ -178,8 +179,8 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
         self.pressure * self.window.points() as f64 / self.grid().points() as f64
     }
 
-    /// Residuals and gradient at the gap plus `scale` times the step, without changing the gap. One transform pair, in f32 where that
-    /// suffices.
+    /// Residuals and gradient at the gap plus `scale` times the step, without changing the gap. One transform pair,
+    /// in f32 where that suffices.
     pub fn trial(&mut self, scale: f64, precision: Precision) -> Trial {
         let filter = self.displaced();
         let (pressure, scale) = (T::of(self.spread()), T::of(scale));
@@ -235,7 +236,8 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
         self.pairs + self.inner.pairs
     }
 
-    /// Residuals and interfacial stress `p + K(g - h)` at the present gap; one transform pair. Releases the working arrays.
+    /// Residuals and interfacial stress `p + K(g - h)` at the present gap; one transform pair. Releases the working
+    /// arrays.
     pub fn stress(&mut self) -> (Residuals, Vec<T>) {
         self.apply_pending();
         self.inner.release();

@@ -1,11 +1,11 @@
 //! The default field method: nested iteration with projected Newton steps whose linear problems are solved in f32.
 //!
-//! The problem is solved on grids from coarse to fine, each starting from the Fourier interpolation of the displacement on the
-//! previous one. The interpolation error is concentrated at contact lines, in the shortest waves, and is removed by a few
-//! conjugate-gradient steps in the plain metric (smoothing). The remaining error is global and is reduced by Newton steps on
-//! the free set. Their linear problems are preconditioned by the inverse stiffness in Fourier space, restricted to the free set
-//! on both sides; a restriction on one side would have another fixed point. With adhesion the range is adapted to each grid, so
-//! that no grid pins contact lines.
+//! The problem is solved on grids from coarse to fine, each starting from the Fourier interpolation of the
+//! displacement on the previous one. The interpolation error is concentrated at contact lines, in the shortest waves,
+//! and is removed by a few conjugate-gradient steps in the plain metric (smoothing). The remaining error is global
+//! and is reduced by Newton steps on the free set. Their linear problems are preconditioned by the inverse stiffness
+//! in Fourier space, restricted to the free set on both sides; a restriction on one side would have another fixed
+//! point. With adhesion the range is adapted to each grid, so that no grid pins contact lines.
 
 mod column;
 mod descent;
@@ -51,15 +51,16 @@ static CARD: Card = Card {
 /// Grids with fewer than twice this number of points along a side are not halved along it.
 const COARSEST: usize = 64;
 
-/// Tolerance of the residual on coarse grids; a smaller one does not reduce the work on the next grid. 5e-2 takes 3 to 13 % fewer
-/// transform pairs in all, but makes the estimate of the discretisation error two to three times as large.
+/// Tolerance of the residual on coarse grids; a smaller one does not reduce the work on the next grid. 5e-2 takes 3
+/// to 13 % fewer transform pairs in all, but makes the estimate of the discretisation error two to three times as
+/// large.
 const COARSE_TOLERANCE: f64 = 1e-2;
 
 /// Largest number of pressure corrections on a coarse grid under mean-gap control.
 const COARSE_CORRECTIONS: usize = 4;
 
-/// Stiffness of the mean-gap control over that of the stiffest mode of the grid: far above the contact stiffness, so that few
-/// corrections of the pressure suffice, and no stiffer than modes that the solver handles anyway.
+/// Stiffness of the mean-gap control over that of the stiffest mode of the grid: far above the contact stiffness, so
+/// that few corrections of the pressure suffice, and no stiffer than modes that the solver handles anyway.
 const SPRING: f64 = 0.25;
 
 impl ContactMethod for Fast {
@@ -156,7 +157,8 @@ struct Solver<'p, T: Real, K, L> {
     resumed: Option<(Grid, Vec<T>, Pause)>,
 }
 
-/// The next coarser grid: half the points along every side, down to the coarsest, rounded up to a fast transform length.
+/// The next coarser grid: half the points along every side, down to the coarsest, rounded up to a fast transform
+/// length.
 fn coarser(grid: Grid) -> Option<Grid> {
     let half = |n: usize| if n >= 2 * COARSEST { next_fast_len(n.div_ceil(2)) } else { n };
     let coarse = Grid { nx: half(grid.nx), ny: half(grid.ny), ..grid };
@@ -268,8 +270,8 @@ impl<'p, T: Real, K: Kernel, L: Law> Solver<'p, T, K, L> {
         }
     }
 
-    /// Solves at the load. Under mean-gap control the pressure is the multiplier of the constraint: the force of the spring is
-    /// added to it until the spring is relaxed (method of multipliers).
+    /// Solves at the load. Under mean-gap control the pressure is the multiplier of the constraint: the force of the
+    /// spring is added to it until the spring is relaxed (method of multipliers).
     fn solve_at(
         &self,
         level: &mut Level<T, K, L>,
@@ -333,8 +335,8 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         }
         self.stress = Vec::new();
         let mut iterations = 0;
-        // With adhesion the solve continues on the branch of the load path. Without it the solution is unique, and nested iteration
-        // is faster than the start from the last load.
+        // With adhesion the solve continues on the branch of the load path. Without it the solution is unique, and
+        // nested iteration is faster than the start from the last load.
         let warm = L::ACTIVE && !self.gap.is_empty();
         let start = std::mem::take(&mut self.gap);
         let resumed = self.resumed.take();

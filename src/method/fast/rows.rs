@@ -1,7 +1,7 @@
 //! Vectorised loops of the sweeps over a row of nodes, between its inverse and its next forward transform.
 //!
-//! With a non-periodic body only the first nodes of the first rows face the rigid surface. The rest of the periodic cell is padding
-//! with a free surface: the same loops with the law [`FreeSurface`].
+//! With a non-periodic body only the first nodes of the first rows face the rigid surface. The rest of the periodic
+//! cell is padding with a free surface: the same loops with the law [`FreeSurface`].
 
 use crate::grid::{CHUNK, Real, dot, vectorised};
 use crate::interface::Law;
@@ -130,8 +130,9 @@ pub(super) fn shifted<L: Law, T: Real, W: Real>(inside: usize, gap: &[T], scale:
     )
 }
 
-/// Sums of a trial state: [`KKT`] sums over the facing nodes, of which the first two and the last include the padding, and the gap
-/// of the padding. `row` is the elastic stress; `residual` is that of the last state and is replaced.
+/// Sums of a trial state: [`KKT`] sums over the facing nodes, of which the first two and the last include the
+/// padding, and the gap of the padding. `row` is the elastic stress; `residual` is that of the last state and is
+/// replaced.
 pub(super) fn trial<L: Law, T: Real, W: Real>(
     law: &L,
     inside: usize,
@@ -190,8 +191,8 @@ fn with_free(facing: [f64; KKT], free: Option<[f64; KKT]>) -> [f64; KKT + 1] {
     sums
 }
 
-/// Applies the `pending` step, then sets the direction `-t + β d` on the free nodes and copies it to step and `row`. Returns
-/// `Σ t d` and `Σ v'' d²`.
+/// Applies the `pending` step, then sets the direction `-t + β d` on the free nodes and copies it to step and `row`.
+/// Returns `Σ t d` and `Σ v'' d²`.
 pub(super) fn plain<L: Law, T: Real>(
     law: &L,
     inside: usize,
@@ -232,8 +233,8 @@ pub(super) fn plain<L: Law, T: Real>(
     )
 }
 
-/// Applies the `pending` step, sets the residual of the linear problem to `-t` on the free nodes, and step and direction to zero.
-/// Returns `Σ r²`.
+/// Applies the `pending` step, sets the residual of the linear problem to `-t` on the free nodes, and step and
+/// direction to zero. Returns `Σ r²`.
 pub(super) fn begin<L: Law, T: Real>(
     inside: usize,
     (gap, pending, step): (&mut [T], T, &mut [f32]),
@@ -322,7 +323,8 @@ pub(super) fn descend<L: Law, T: Real>(
     )
 }
 
-/// Sums of a state, as in [`trial`]. On return `stress`, the elastic stress plus pressure, contains the traction of the law as well.
+/// Sums of a state, as in [`trial`]. On return `stress`, the elastic stress plus pressure, contains the traction of
+/// the law as well.
 pub(super) fn residuals<L: Law, T: Real>(law: &L, inside: usize, gap: &[T], stress: &mut [T]) -> [f64; KKT + 1] {
     let (facing, padding) = stress.split_at_mut(inside);
     let free = if padding.is_empty() { None } else { Some(kkt_row(&FreeSurface, &gap[inside..], padding)) };

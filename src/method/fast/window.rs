@@ -103,8 +103,8 @@ impl Cell {
         field
     }
 
-    /// Elastic energy of the mean mode per facing area under a pressure on the facing nodes, and the mean gap of the cell at zero
-    /// approach, from which the work of the load is counted.
+    /// Elastic energy of the mean mode per facing area under a pressure on the facing nodes, and the mean gap of the
+    /// cell at zero approach, from which the work of the load is counted.
     pub fn mean_mode(&self, pressure: f64) -> (f64, f64) {
         let spread = pressure * self.window(self.grid).points() as f64 / self.grid.points() as f64;
         let lift = spread * self.compliance;

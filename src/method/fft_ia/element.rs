@@ -1,6 +1,6 @@
-//! The exponential attraction integrated over two triangles per pixel, on which the gap is linear. By the Hermite-Genocchi
-//! formula the mean of `exp(-x)` over a triangle is twice its divided difference at the corners; the derivative with respect
-//! to a corner is twice the difference in which that corner appears twice.
+//! The exponential attraction integrated over two triangles per pixel, on which the gap is linear. By the
+//! Hermite-Genocchi formula the mean of `exp(-x)` over a triangle is twice its divided difference at the corners; the
+//! derivative with respect to a corner is twice the difference in which that corner appears twice.
 
 use crate::grid::Grid;
 use crate::interface::Exponential;

@@ -1,13 +1,14 @@
-//! Boundary elements with integrated adhesion: contact pressure and adhesive pressure are two non-negative fields, computed
-//! alternately (Medina & Dini, International Journal of Solids and Structures 51 (2014) 2620; the challenge's
-//! FFT-IA).
+//! Boundary elements with integrated adhesion: contact pressure and adhesive pressure are two non-negative fields,
+//! computed alternately (Medina & Dini, International Journal of Solids and Structures 51 (2014) 2620; the
+//! challenge's FFT-IA).
 //!
 //! With stress `σ = p_c - p_a` and compliance `C = 1/K` the gap is `g = h - δ + Cσ`. For a given `p_a` the contact
-//! pressure minimises `½⟨p_c C p_c⟩ + ⟨p_c (h - C p_a)⟩` among fields that are nowhere negative and carry `p + ⟨p_a⟩`: the
-//! constrained conjugate gradients of Polonsky & Keer (Wear 231 (1999) 206), whose approach δ makes the mean gap in contact
-//! zero. Then `p_a` is relaxed towards the adhesive pressure of the law at that gap. The inner iteration is no more accurate
-//! than the outer one needs. The adhesive pressure of a node is that of the piecewise linear surface around it, integrated
-//! exactly ([`element`]), and therefore smooth where a pointwise law changes abruptly from node to node.
+//! pressure minimises `½⟨p_c C p_c⟩ + ⟨p_c (h - C p_a)⟩` among fields that are nowhere negative and carry
+//! `p + ⟨p_a⟩`: the constrained conjugate gradients of Polonsky & Keer (Wear 231 (1999) 206), whose approach δ makes
+//! the mean gap in contact zero. Then `p_a` is relaxed towards the adhesive pressure of the law at that gap. The
+//! inner iteration is no more accurate than the outer one needs. The adhesive pressure of a node is that of the
+//! piecewise linear surface around it, integrated exactly ([`element`]), and therefore smooth where a pointwise law
+//! changes abruptly from node to node.
 
 mod element;
 
@@ -133,7 +134,8 @@ enum Inner {
 }
 
 impl Solver<'_> {
-    /// Sets the gap of the present pressures without the approach. Returns the approach, which makes the mean gap in contact zero.
+    /// Sets the gap of the present pressures without the approach. Returns the approach, which makes the mean gap in
+    /// contact zero.
     fn approach(&mut self) -> f64 {
         let Solver { convolution, compliance, contact, adhesive, stress, gap, heights, .. } = self;
         each(stress, |i, _| contact[i] - adhesive[i]);
@@ -248,8 +250,8 @@ impl Run for Solver<'_> {
         let stiffest = problem.stiffest_mode();
         let (stop, residuals) = loop {
             let [pulled] = means(self.adhesive.len(), |i| [self.adhesive[i]]);
-            // As accurate as the adhesive pressure and, at the end, as the tolerance: an error of the gap times a stiffness is
-            // an error of the stress.
+            // As accurate as the adhesive pressure and, at the end, as the tolerance: an error of the gap times a
+            // stiffness is an error of the stress.
             let wanted = (INNER * change).clamp(0.1 * problem.tolerance, 1e-2) * scale / stiffest;
             let inner_stop = self.contact(pressure + pulled, wanted);
             // The gap of the state: closed where the contact pressure is positive, open elsewhere.

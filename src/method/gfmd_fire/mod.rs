@@ -1,15 +1,15 @@
-//! A second GFMD, independent of the first, as in the challenge (Monti, Pastewka & Robbins in Müser et al., Tribology Letters
-//! 65 (2017) 118): separate transform of the elastic body ([`Plane`]), separate sums, and the fast inertial relaxation
-//! engine as minimiser (Bitzek, Koskinen, Gähler, Moseler & Gumbsch, Phys. Rev.
-//! Lett. 97 (2006) 170201; for GFMD Zhou, Moseler & Müser, Phys. Rev. B 99 (2019) 144103).
+//! A second GFMD, independent of the first, as in the challenge (Monti, Pastewka & Robbins in Müser et al., Tribology
+//! Letters 65 (2017) 118): separate transform of the elastic body ([`Plane`]), separate sums, and the fast inertial
+//! relaxation engine as minimiser (Bitzek, Koskinen, Gähler, Moseler & Gumbsch, Phys. Rev. Lett. 97 (2006) 170201;
+//! for GFMD Zhou, Moseler & Müser, Phys. Rev. B 99 (2019) 144103).
 //!
-//! Newton's equations with one mass for all nodes. The velocity is rotated towards the force, and set to zero when the power
-//! is negative. After each step nodes that crossed a hard wall are moved back onto it, at rest.
+//! Newton's equations with one mass for all nodes. The velocity is rotated towards the force, and set to zero when
+//! the power is negative. After each step nodes that crossed a hard wall are moved back onto it, at rest.
 //!
-//! Masses proportional to the stiffness of their mode, which make FIRE-GFMD fast on smooth potentials, are incompatible with
-//! this clamp. It is a projection in the metric of uniform masses only; with others the dynamics converges to states in which
-//! open nodes carry stress (test `weighted_masses_converge_to_a_wrong_fixed_point`). Masses are therefore uniform, with soft
-//! walls as well.
+//! Masses proportional to the stiffness of their mode, which make FIRE-GFMD fast on smooth potentials, are
+//! incompatible with this clamp. It is a projection in the metric of uniform masses only; with others the dynamics
+//! converges to states in which open nodes carry stress (test `weighted_masses_converge_to_a_wrong_fixed_point`).
+//! Masses are therefore uniform, with soft walls as well.
 
 mod plane;
 
@@ -202,7 +202,7 @@ impl<L: Law> Run for Solver<'_, L> {
                 }
                 self.step(time, 1.0 - turn, turn * motion.speed / motion.force);
             } else {
-                // Uphill, and in the first step: from rest.
+                // Uphill, and in the first step: restart at zero velocity.
                 (downhill, turn) = (0, TURN);
                 self.step(time, 0.0, 0.0);
             }
@@ -222,8 +222,9 @@ mod tests {
     use crate::interface::Elastic;
     use std::f64::consts::PI;
 
-    /// A wave at half its full-contact pressure has a contact fraction of one half and the mean gap A(1 - r + r ln r). With a
-    /// clamp in real space uniform masses converge to it; masses proportional to the stiffness converge to another state.
+    /// A wave at half its full-contact pressure has a contact fraction of one half and the mean gap A(1 - r + r ln
+    /// r). With a clamp in real space uniform masses converge to it; masses proportional to the stiffness converge to
+    /// another state.
     #[test]
     fn weighted_masses_converge_to_a_wrong_fixed_point() {
         const N: usize = 256;

@@ -6,8 +6,8 @@ use rustfft::{Fft, FftPlanner};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// The elastic body on the full complex spectrum: transform of rows, transposition, transform of columns, multiplication by the
-/// stiffness, and inverse. Twice the work of a real transform, but no code in common with it.
+/// The elastic body on the full complex spectrum: transform of rows, transposition, transform of columns,
+/// multiplication by the stiffness, and inverse. Twice the work of a real transform, but no code in common with it.
 pub(super) struct Plane {
     nx: usize,
     ny: usize,

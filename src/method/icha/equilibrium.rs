@@ -1,7 +1,7 @@
 //! Equilibrium of interacting contact spots under a load, by Newton's method.
 //!
-//! The approach δ of a summit, negative without contact, is `depth - height - Σ C·F(δ)` with all loads F = 4/3·√(Rδ³). The Jacobian
-//! `I + C'·2a` of these smooth equations contains displacements by flat punches in C'.
+//! The approach δ of a summit, negative without contact, is `depth - height - Σ C·F(δ)` with all loads F =
+//! 4/3·√(Rδ³). The Jacobian `I + C'·2a` of these smooth equations contains displacements by flat punches in C'.
 
 use super::ewald::{EwaldMesh, NeighbourSearch, Weights};
 use super::spots::{Asperity, Spots};
@@ -99,7 +99,8 @@ impl EquilibriumSolver {
         spots.transformed += self.mesh.take_transformed();
     }
 
-    /// Stabilised bi-conjugate gradients (van der Vorst, SIAM J. Sci. Stat. Comput. 13 (1992) 631) for `J x = b`, starting from b.
+    /// Stabilised bi-conjugate gradients (van der Vorst, SIAM J. Sci. Stat. Comput. 13 (1992) 631) for `J x = b`,
+    /// starting from b.
     fn solve(&mut self, matrix: &Matrix, b: &[f64]) -> Vec<f64> {
         let mut x = b.to_vec();
         let mut r = self.apply(matrix, &x);
@@ -154,8 +155,8 @@ impl Matrix {
         let row = |k: usize| {
             let place = asperities[k].place();
             let own = asperities[k].spot();
-            // Overlapping spots, which are to be merged, are treated as tangent: one inside another would make the Jacobian
-            // singular.
+            // Overlapping spots, which are to be merged, are treated as tangent: one inside another would make the
+            // Jacobian singular.
             let coefficient = |j: usize, r: f64| {
                 let a = asperities[j].spot();
                 (j, punch_displacement(r.max(own + a), a) - mesh.smooth(r, 0.0))
@@ -174,8 +175,8 @@ impl Matrix {
     }
 }
 
-/// Displacement at the distance `r` by a unit increment of the load on a spot of radius `a`: that of a flat punch (Johnson,
-/// Contact Mechanics (1985), eqs 3.36 and 3.37).
+/// Displacement at the distance `r` by a unit increment of the load on a spot of radius `a`: that of a flat punch
+/// (Johnson, Contact Mechanics (1985), eqs 3.36 and 3.37).
 fn punch_displacement(r: f64, a: f64) -> f64 {
     if r <= a {
         0.5 / a
@@ -238,12 +239,12 @@ mod tests {
         assert!(((spots.depth - merged.height - others) / merged.approach - 1.0).abs() < 1e-12);
     }
 
-    /// Many spots, some as wide as the cutoff, in a rectangular cell: displacements do not depend on the cutoff and equal direct
-    /// sums over all pairs with point loads as images.
+    /// Many spots, some as wide as the cutoff, in a rectangular cell: displacements do not depend on the cutoff and
+    /// equal direct sums over all pairs with point loads as images.
     #[test]
     fn displacements_do_not_depend_on_the_cutoff() {
-        /// Errors over the largest displacement: of the cutoff (3e-6 of a load), and of point loads as images of a spot whose
-        /// radius is a twelfth of the cell.
+        /// Errors over the largest displacement: of the cutoff (3e-6 of a load), and of point loads as images of a
+        /// spot whose radius is a twelfth of the cell.
         const SPLIT: f64 = 1e-5;
         const POINTS: f64 = 5e-3;
         /// Cancellation of the mesh terms inside a wide spot.

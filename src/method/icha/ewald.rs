@@ -1,10 +1,10 @@
-//! Displacement of the periodic half-space by many loads at many positions, in a time proportional to their number: particle mesh
-//! Ewald summation of 1/r with near pairs one by one and the smooth part on a mesh with splines (Essmann et al., J. Chem. Phys. 103
-//! (1995) 8577).
+//! Displacement of the periodic half-space by many loads at many positions, in a time proportional to their number:
+//! particle mesh Ewald summation of 1/r with near pairs one by one and the smooth part on a mesh with splines
+//! (Essmann et al., J. Chem. Phys. 103 (1995) 8577).
 //!
-//! The displacement by a load F on a Hertzian spot of radius a is F·(2/q)·f(qa) in Fourier space, f = 1 - (qa)²/10 + O((qa)⁴). The
-//! mesh carries its part with the factor erfc(q/2α), smooth on the scale 1/α; the rest decays as erfc(αr). E* = 1; the mean
-//! displacement is zero.
+//! The displacement by a load F on a Hertzian spot of radius a is F·(2/q)·f(qa) in Fourier space, f = 1 - (qa)²/10 +
+//! O((qa)⁴). The mesh carries its part with the factor erfc(q/2α), smooth on the scale 1/α; the rest decays as
+//! erfc(αr). E* = 1; the mean displacement is zero.
 
 use crate::grid::{Grid, HalfSpectrum, Transform, next_fast_len};
 use std::f64::consts::PI;
@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 const NEIGHBOURS: f64 = 16.0;
 /// α times the cutoff, beyond which 3e-6 of a load is neglected.
 const CUT: f64 = 3.3;
-/// EwaldMesh spacing times α; the error of splines of order 8 is then below that of the cutoff (test
+/// Mesh spacing times α; the error of splines of order 8 is then below that of the cutoff (test
 /// `displacements_do_not_depend_on_the_cutoff`).
 const SPACING: f64 = 0.35;
 const ORDER: usize = 8;
@@ -26,7 +26,7 @@ pub(super) struct Weights {
     along: [[f64; ORDER]; 2],
 }
 
-/// EwaldMesh for the smooth part of the displacement.
+/// Mesh for the smooth part of the displacement.
 pub(super) struct EwaldMesh {
     grid: Grid,
     /// Cutoff: distance beyond which loads act through the mesh only.
@@ -171,7 +171,8 @@ impl EwaldMesh {
     }
 }
 
-/// Cardinal B-spline of order [`ORDER`] on the nodes at the fraction `f` of a spacing behind the central one (de Boor's recursion).
+/// Cardinal B-spline of order [`ORDER`] on the nodes at the fraction `f` of a spacing behind the central one (de
+/// Boor's recursion).
 fn spline(f: f64) -> [f64; ORDER] {
     let mut w = [0.0; ORDER];
     w[0] = 1.0;

@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
-/// Displacement by the periodic images of a unit load at the position (x, y) from it, without its own `1/(πE*r)`; the mean of the
-/// total is zero. The cell is lx by ly; E* = 1.
+/// Displacement by the periodic images of a unit load at the position (x, y) from it, without its own `1/(πE*r)`; the
+/// mean of the total is zero. The cell is lx by ly; E* = 1.
 ///
-/// Ewald summation of `1/r` in two dimensions to rounding, with the long waves `2π erfc(q/2α)/q`, for single positions and as
-/// the reference for [`super::ewald`].
+/// Ewald summation of `1/r` in two dimensions to rounding, with the long waves `2π erfc(q/2α)/q`, for single
+/// positions and as the reference for [`super::ewald`].
 pub(super) fn images(lx: f64, ly: f64, (x, y): (f64, f64)) -> f64 {
     /// erfc is below 1e-16 beyond this argument.
     const NEGLIGIBLE: f64 = 6.0;

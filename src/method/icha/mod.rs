@@ -1,11 +1,11 @@
 //! Interacting and coalescing Hertzian asperities (Afferrante, Carbone & Demelio, Wear 278-279 (2012) 28; Afferrante,
 //! Bottiglione, Putignano, Persson & Carbone, Tribology Letters 66 (2018) 75).
 //!
-//! Every summit is a Hertzian sphere whose approach is reduced by the displacement due to all other spots. Overlapping spots merge
-//! into one of the same area and load. The load increases in small steps, since merging is irreversible. Displacements are those of
-//! the periodic half-space with zero mean: closed form of one spot plus Ewald sums over images. The mean gap is therefore the mean
-//! height minus the approach, which the published method cannot give, as its approach has no zero. It includes overlap of the
-//! bodies away from summits as negative gap.
+//! Every summit is a Hertzian sphere whose approach is reduced by the displacement due to all other spots.
+//! Overlapping spots merge into one of the same area and load. The load increases in small steps, since merging is
+//! irreversible. Displacements are those of the periodic half-space with zero mean: closed form of one spot plus
+//! Ewald sums over images. The mean gap is therefore the mean height minus the approach, which the published method
+//! cannot give, as its approach has no zero. It includes overlap of the bodies away from summits as negative gap.
 
 mod equilibrium;
 mod ewald;
@@ -68,8 +68,8 @@ const INTERMEDIATE_TOLERANCE: f64 = 1e-5;
 /// Newton steps after which overlapping spots merge without equilibrium; nearly all solves take fewer than ten.
 const PATIENCE: usize = 12;
 
-/// Radius of the widest spot over the shorter side up to which the approach gives the mean gap. For wider spots the periodic images
-/// as point loads are inaccurate; above 0.4 the approach decreases with load.
+/// Radius of the widest spot over the shorter side up to which the approach gives the mean gap. For wider spots the
+/// periodic images as point loads are inaccurate; above 0.4 the approach decreases with load.
 const WIDEST: f64 = 0.25;
 
 /// Processor time of a load over the points, measured by `asperity bench --methods`; an order of magnitude.
@@ -81,8 +81,8 @@ impl ContactMethod for Icha {
     }
 
     fn plan(&self, problem: &Problem) -> Plan {
-        // Heights and stress, three lists with one asperity per about 20 nodes, and neighbours of those in contact; for the Fourier fit
-        // also a field and a spectrum. Measured: 17 to 22 bytes per point at 512² and 1024².
+        // Heights and stress, three lists with one asperity per about 20 nodes, and neighbours of those in contact;
+        // for the Fourier fit also a field and a spectrum. Measured: 17 to 22 bytes per point at 512² and 1024².
         let fourier = u64::from(problem.settings.icha.fit == SummitFit::Fourier);
         let per_point = 2 * 8 + 16 * fourier + 8;
         let points = problem.grid.points();
@@ -135,7 +135,8 @@ impl Path<'_> {
         self.first * 10f64.powf(f64::from(step) / f64::from(self.problem.settings.icha.steps_per_decade))
     }
 
-    /// Equilibrium at a pressure with all overlapping spots merged: stop reason and residual. Adds the Newton steps to `steps`.
+    /// Equilibrium at a pressure with all overlapping spots merged: stop reason and residual. Adds the Newton steps
+    /// to `steps`.
     fn equilibrate(&self, spots: &mut Spots, (target, tolerance): (f64, f64), steps: &mut usize) -> (Stop, f64) {
         loop {
             let mut solver = EquilibriumSolver::new(spots, target);
@@ -166,8 +167,8 @@ impl Path<'_> {
         }
     }
 
-    /// Load steps up to a pressure. Returns the spots; stop reason, residual and tolerance of the last step; and the Newton steps. The
-    /// intermediate steps remain for the next load.
+    /// Load steps up to a pressure. Returns the spots; stop reason, residual and tolerance of the last step; and the
+    /// Newton steps. The intermediate steps remain for the next load.
     fn load_to(&mut self, target: f64) -> (Spots, (Stop, f64, f64), usize) {
         let mut steps = 0;
         if self.step > 0 && self.step_pressure(self.step - 1) > target {

@@ -40,8 +40,8 @@ impl Asperity {
     }
 }
 
-/// Displacement of the half-space by a Hertz contact of radius `a` on a summit of radius `radius`, at the distance `r` from its
-/// centre (Johnson, Contact Mechanics (1985), eqs 3.41 and 3.42a).
+/// Displacement of the half-space by a Hertz contact of radius `a` on a summit of radius `radius`, at the distance
+/// `r` from its centre (Johnson, Contact Mechanics (1985), eqs 3.41 and 3.42a).
 pub(super) fn displacement(r: f64, a: f64, radius: f64) -> f64 {
     let x = a / r;
     if x >= 1.0 {
@@ -58,9 +58,10 @@ pub(super) fn displacement(r: f64, a: f64, radius: f64) -> f64 {
 /// Radius over distance below which the displacement is expanded about a point load.
 const FAR: f64 = 0.25;
 
-/// Distance over contact radius beyond which the mesh represents a spot: the terms of the expansion beyond its two are then below
-/// 5e-6 of the largest displacement. At the centre of a spot wider than the cutoff the two terms cancel, with an error of 1e-4 at a
-/// radius of twice and 4e-3 at six times the cutoff (test `displacements_do_not_depend_on_the_cutoff`).
+/// Distance over contact radius beyond which the mesh represents a spot: the terms of the expansion beyond its two
+/// are then below 5e-6 of the largest displacement. At the centre of a spot wider than the cutoff the two terms
+/// cancel, with an error of 1e-4 at a radius of twice and 4e-3 at six times the cutoff (test
+/// `displacements_do_not_depend_on_the_cutoff`).
 const WIDTHS: f64 = 5.0;
 
 #[derive(Debug, Clone)]
@@ -153,8 +154,8 @@ impl Spots {
         places.par_iter().map(by_all).collect()
     }
 
-    /// Merges overlapping spots into spots with their total area and load, at their centre of load, with heights in equilibrium at
-    /// the present approach. Returns whether any were merged.
+    /// Merges overlapping spots into spots with their total area and load, at their centre of load, with heights in
+    /// equilibrium at the present approach. Returns whether any were merged.
     pub fn merge(&mut self) -> bool {
         let touching: Vec<usize> = (0..self.all.len()).filter(|&k| self.all[k].approach > 0.0).collect();
         // The distance of overlapping spots is at most twice the larger radius.
@@ -219,7 +220,8 @@ impl Spots {
 mod tests {
     use super::*;
 
-    /// The closed form is continuous at the edge of the spot and at the changeover to the series, which tends to a point load.
+    /// The closed form is continuous at the edge of the spot and at the changeover to the series, which tends to a
+    /// point load.
     #[test]
     fn displacement_of_one_spot() {
         let (a, radius) = (0.02, 0.3);

@@ -1,9 +1,11 @@
-//! Diffusion of the contact stress with adhesion: contact is lost at the tension at which a crack opens (Persson, Eur. Phys. J. E 8
-//! (2002) 385; Persson & Scaraggi, J. Chem. Phys. 141 (2014) 124701), the JKR limit of adhesion without range.
+//! Diffusion of the contact stress with adhesion: contact is lost at the tension at which a crack opens (Persson,
+//! Eur. Phys. J. E 8 (2002) 385; Persson & Scaraggi, J. Chem. Phys. 141 (2014) 124701), the JKR limit of adhesion
+//! without range.
 //!
-//! The stress distribution broadens as its variance increases with the added waves, and is zero at the detachment tension -σ_a. It
-//! is represented on a grid of stresses above that tension, which moves. The tension of area that detaches is redistributed to the
-//! remaining contact, so that the contact carries exactly the pressure; in the published theory it is lost.
+//! The stress distribution broadens as its variance increases with the added waves, and is zero at the detachment
+//! tension -σ_a. It is represented on a grid of stresses above that tension, which moves. The tension of area that
+//! detaches is redistributed to the remaining contact, so that the contact carries exactly the pressure; in the
+//! published theory it is lost.
 
 use super::roughening::{Band, contact_fraction, full_contact_energy, relaxed};
 use crate::method::Stop;
@@ -27,7 +29,8 @@ const RESOLVED: f64 = 6.0;
 /// Extent of the grid above the mean, in rms stresses of full contact.
 const REACH: f64 = 6.0;
 
-/// Pressure over the rms stress of full contact above which the contact is complete: the tail of the Gaussian is below 1e-22.
+/// Pressure over the rms stress of full contact above which the contact is complete: the tail of the Gaussian is
+/// below 1e-22.
 const CLOSED: f64 = 10.0;
 
 /// Fixed-point iterations for tensions and areas, and the relative change of the area at which they end.
@@ -179,8 +182,9 @@ impl Cascade {
 
     /// From the longest waves to the shortest.
     ///
-    /// The first steps are in closed form, a Gaussian minus its mirror image. The grid starts when it resolves the distribution:
-    /// starting from a single node it would broaden the stress by its spacing and overestimate the area at small pressures.
+    /// The first steps are in closed form, a Gaussian minus its mirror image. The grid starts when it resolves the
+    /// distribution: starting from a single node it would broaden the stress by its spacing and overestimate the area
+    /// at small pressures.
     fn sweep(&self, pressure: f64, tension: &[f64]) -> Sweep {
         let total = self.total();
         if pressure > CLOSED * total {
@@ -292,8 +296,8 @@ mod tests {
         }
     }
 
-    /// Without adhesion the grid reproduces the error function, also at pressures far below its spacing: areas are proportional to
-    /// small pressures on any grid.
+    /// Without adhesion the grid reproduces the error function, also at pressures far below its spacing: areas are
+    /// proportional to small pressures on any grid.
     #[test]
     fn area_is_proportional_to_small_pressures() {
         for (gamma, mesh) in [(0.0, Resolution::DEFAULT), (0.0, FINE), (2e-5, Resolution::DEFAULT), (2e-5, FINE)] {

@@ -23,11 +23,12 @@ struct SeparatedArea {
     rough: f64,
 }
 
-/// Pr(u) and the number of evaluations of the opening; none if stopped.
+/// Pr(u) and the number of evaluations of the opening; `None` if stopped.
 ///
-/// The mean gap in the area that loses contact with a band follows from the volumes `ū A` before and after: their difference over
-/// the lost area. Shorter waves broaden it to a Gaussian whose negative part is mirrored. In the publication the mirrored part
-/// increases the mean; here the Gaussian is shifted so that the mean of the distribution is the mean gap.
+/// The mean gap in the area that loses contact with a band follows from the volumes `ū A` before and after: their
+/// difference over the lost area. Shorter waves broaden it to a Gaussian whose negative part is mirrored. In the
+/// publication the mirrored part increases the mean; here the Gaussian is shifted so that the mean of the
+/// distribution is the mean gap.
 pub(super) fn gap_distribution(
     bands: &[Band],
     c: f64,
@@ -75,8 +76,8 @@ impl SeparatedArea {
     /// Halvings that exhaust the precision.
     const HALVINGS: usize = 60;
 
-    /// A mirrored Gaussian with the mean `gap`: of the width `rough`, or narrower about zero where a Gaussian of this width has a larger
-    /// mirrored mean.
+    /// A mirrored Gaussian with the mean `gap`: of the width `rough`, or narrower about zero where a Gaussian of this
+    /// width has a larger mirrored mean.
     fn of(contact_fraction: f64, gap: f64, rough: f64) -> Self {
         if gap <= rough * (2.0 / PI).sqrt() {
             return SeparatedArea { contact_fraction, gap: 0.0, rough: gap * (0.5 * PI).sqrt() };

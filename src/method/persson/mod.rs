@@ -1,9 +1,11 @@
-//! Persson's theory: the stress distribution broadens as waves are added from the longest to the shortest, and contact is lost where
-//! the stress vanishes (Persson, J. Chem. Phys. 115 (2001) 3840). The only input is the power spectrum.
+//! Persson's theory: the stress distribution broadens as waves are added from the longest to the shortest, and
+//! contact is lost where the stress vanishes (Persson, J. Chem. Phys. 115 (2001) 3840). The only input is the power
+//! spectrum.
 //!
-//! Contact fractions are `erf(c p*)` with the rms gradient of the problem in p*. With c = √2 the variance of the stress is that of
-//! full contact, and there is no fitted constant. The generalisation in the challenge paper has c = √π, so that the area at small
-//! loads is 2 p*. Here area, stress and gap follow consistently from one distribution, whose variance is 2/π of that of full contact.
+//! Contact fractions are `erf(c p*)` with the rms gradient of the problem in p*. With c = √2 the variance of the
+//! stress is that of full contact, and there is no fitted constant. The generalisation in the challenge paper has c =
+//! √π, so that the area at small loads is 2 p*. Here area, stress and gap follow consistently from one distribution,
+//! whose variance is 2/π of that of full contact.
 
 mod adhesive;
 mod gaps;
@@ -123,13 +125,13 @@ struct Theory<'p> {
     gradient: f64,
     c: f64,
     opening: Opening,
-    /// With and without adhesion; none for a problem without adhesion.
+    /// With and without adhesion; `None` for a problem without adhesion.
     cascades: Option<[Cascade; 2]>,
     observer: &'p dyn Observer,
 }
 
-/// Ratio of successive loads up to full contact in the integral for the adhesive correction of the mean gap, which is 1 to 2 % for
-/// the challenge.
+/// Ratio of successive loads up to full contact in the integral for the adhesive correction of the mean gap, which is
+/// 1 to 2 % for the challenge.
 const LOAD_RATIO: f64 = 1.4;
 
 /// p* at which all but a millionth is in contact.

@@ -26,7 +26,8 @@ impl Band {
 /// Largest number of bands per shell; needed for the longest waves, which start from zero gradient.
 const MOST_PARTS: f64 = 8.0;
 
-/// The shells from long to short waves; those that increase the gradient strongly are divided into bands of equal power.
+/// The shells from long to short waves; those that increase the gradient strongly are divided into bands of equal
+/// power.
 pub(super) fn bands(power: &PowerSpectrum) -> Vec<Band> {
     let mut bands = Vec::with_capacity(power.shells.len() + 64);
     let mut before = 0.0;
@@ -41,8 +42,8 @@ pub(super) fn bands(power: &PowerSpectrum) -> Vec<Band> {
     bands
 }
 
-/// Elastic energy in partial contact over that of full contact at the same contact fraction: `γ + (1 - γ) P²` (Yang & Persson, J. Phys.:
-/// Condens. Matter 20 (2008) 215214).
+/// Elastic energy in partial contact over that of full contact at the same contact fraction: `γ + (1 - γ) P²` (Yang &
+/// Persson, J. Phys.: Condens. Matter 20 (2008) 215214).
 pub(super) fn relaxed(gamma: f64, contact_fraction: f64) -> f64 {
     gamma + (1.0 - gamma) * contact_fraction * contact_fraction
 }
@@ -111,7 +112,8 @@ impl Rules {
         Rules([gauss_legendre(2), gauss_legendre(5), gauss_legendre(24)])
     }
 
-    /// Two points suffice where a band hardly changes the rms gradient; the last rule is for bands that start from zero.
+    /// Two points suffice where a band hardly changes the rms gradient; the last rule is for bands that start from
+    /// zero.
     fn of(&self, ratio: f64) -> &[(f64, f64)] {
         let rule = if ratio < 0.05 {
             0

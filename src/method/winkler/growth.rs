@@ -6,9 +6,10 @@ use rayon::prelude::*;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Dilates the patches of `map` `[ny, nx]` node by node, closest nodes first, until each has twice its area. Patches that
-/// meet (at edges or corners) are merged and double their common area. A patch that fills its Voronoi cell continues in that
-/// of a neighbour, as if the two had met. The number of contact nodes doubles, or becomes all nodes.
+/// Dilates the patches of `map` `[ny, nx]` node by node, closest nodes first, until each has twice its area. Patches
+/// that meet (at edges or corners) are merged and double their common area. A patch that fills its Voronoi cell
+/// continues in that of a neighbour, as if the two had met. The number of contact nodes doubles, or becomes all
+/// nodes.
 ///
 /// `O(N log N)`: one distance transform, one sort per Voronoi cell, and one queue of patches.
 pub(super) fn double(grid: Grid, map: &mut [u8]) {
@@ -73,7 +74,7 @@ struct Growth {
     label: Vec<u32>,
     /// Merged patches.
     merged: UnionFind,
-    /// For each root: nodes still to be added, and patches that wait for more.
+    /// For each root: number of nodes still to be added, and patches that wait for more.
     room: Vec<usize>,
     parked: Vec<Vec<u32>>,
     cursor: Vec<usize>,

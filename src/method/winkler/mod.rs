@@ -1,11 +1,11 @@
-//! Winkler foundation with dilation (Müser et al., Tribology Letters 65 (2017) 118, section 3): bearing area on independent
-//! springs, with patches enlarged to twice their area.
+//! Winkler foundation with dilation (Müser et al., Tribology Letters 65 (2017) 118, section 3): bearing area on
+//! independent springs, with patches enlarged to twice their area.
 //!
-//! Springs are compressed where the undeformed bodies overlap: `p(r) = κ (d - h(r))₊` at the approach `d`. The foundation
-//! modulus is `κ = E*/λ`; the paper prints `k = E*ḡ λ`, which has other units, and with a factor ḡ areas would not be a function of
-//! p/(E*ḡ) alone, as for every linear body. Contact is the patches of overlap enlarged to twice their area. For a paraboloid
-//! tensile springs in the enlarged patch would cancel the load, so only the overlap carries load. Elsewhere the gap is the
-//! undeformed one.
+//! Springs are compressed where the undeformed bodies overlap: `p(r) = κ (d - h(r))₊` at the approach `d`. The
+//! foundation modulus is `κ = E*/λ`; the paper prints `k = E*ḡ λ`, which has other units, and with a factor ḡ areas
+//! would not be a function of p/(E*ḡ) alone, as for every linear body. Contact is the patches of overlap enlarged to
+//! twice their area. For a paraboloid tensile springs in the enlarged patch would cancel the load, so only the
+//! overlap carries load. Elsewhere the gap is the undeformed one.
 
 mod growth;
 
@@ -44,9 +44,9 @@ fn supports(quantity: Quantity) -> Support {
     }
 }
 
-/// λ/L for a contact fraction of 3 % at p* = 0.01 on surfaces with the challenge's spectrum: 0.0034 ± 0.0004 on six surfaces of
-/// another generator, 0.0043 ± 0.0011 on eight of this one (1024² points; 0.0079 without dilation). The paper gives 1 µm of
-/// 100 µm.
+/// λ/L for a contact fraction of 3 % at p* = 0.01 on surfaces with the challenge's spectrum: 0.0034 ± 0.0004 on six
+/// surfaces of another generator, 0.0043 ± 0.0011 on eight of this one (1024² points; 0.0079 without dilation). The
+/// paper gives 1 µm of 100 µm.
 const WAVELENGTH: f64 = 0.0034;
 
 /// p* of the calibration, the reference load of the challenge.
@@ -118,8 +118,8 @@ fn spring_length(problem: &Problem, heights: &[f64]) -> Result<f64> {
     }
 }
 
-/// λ for which this surface has the contact fraction `area` at p* = 0.01. Dilation doubles areas, so half of it must overlap:
-/// the approach is a quantile of the heights, and λ follows from the load.
+/// λ for which this surface has the contact fraction `area` at p* = 0.01. Dilation doubles areas, so half of it must
+/// overlap: the approach is a quantile of the heights, and λ follows from the load.
 fn calibrated(problem: &Problem, heights: &[f64], area: f64) -> Result<f64> {
     let refuse = |found: &dyn std::fmt::Display, accepted: &str| {
         Err(Error::input("method winkler", "winkler.calibrate_to", found, accepted))
@@ -164,8 +164,8 @@ struct Springs<'p> {
 }
 
 impl Springs<'_> {
-    /// Approach, from first contact, at which the mean overlap is `target`; stop reason; iterations. The mean overlap is convex
-    /// and piecewise linear in the approach, so Newton steps from above converge monotonically.
+    /// Approach, from first contact, at which the mean overlap is `target`; stop reason; iterations. The mean overlap
+    /// is convex and piecewise linear in the approach, so Newton steps from above converge monotonically.
     fn approach(&self, target: f64) -> (f64, Stop, usize) {
         // An upper bound by Jensen's inequality.
         let mut depth = mean(&self.heights) + target;

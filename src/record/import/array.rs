@@ -3,11 +3,11 @@ use crate::error::{Error, Result};
 use crate::record::heights::HeightMap;
 use std::path::Path;
 
-/// Names that heights go by, where a file holds several arrays.
+/// Names preferred for heights in a file with several arrays.
 const USUAL: [&str; 3] = ["heights", "surface", "topography"];
 
-/// The array that is meant: the one that is asked for, the only one, or the only one with a usual name. `names` are those of
-/// the two-dimensional arrays of numbers.
+/// Selects an array: the one requested by name, the only one, or the only one with a usual name. `names`:
+/// two-dimensional numeric arrays.
 pub(super) fn choose<'a>(path: &Path, names: &'a [String], options: ImportOptions) -> Result<&'a str> {
     let list = names.join(", ");
     let last = |name: &str| name.rsplit('/').next().unwrap_or(name).to_string();
@@ -31,12 +31,12 @@ pub(super) fn choose<'a>(path: &Path, names: &'a [String], options: ImportOption
     }
 }
 
-/// Which index of a stored array is x.
+/// Index order of a stored array.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Order {
-    /// `[y, x]`, as everywhere in this program.
+    /// `[y, x]`, the order used in this program.
     RowsOfX,
-    /// `[x, y]`, as SurfaceTopography and ContactMechanics have it.
+    /// `[x, y]`, the order of SurfaceTopography and ContactMechanics.
     RowsOfY,
 }
 
@@ -49,7 +49,7 @@ impl Order {
     }
 }
 
-/// A map from an array `[first, second]` in C order.
+/// Height map from an array `[first, second]` in C order.
 pub(super) fn map(path: &Path, [first, second]: [usize; 2], values: Vec<f64>, order: Order) -> Result<HeightMap> {
     let place = path.display().to_string();
     match order {

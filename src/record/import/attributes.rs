@@ -3,7 +3,7 @@ use crate::record::npy::DType;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// What stands beside the numbers of an array, NetCDF's or HDF5's, and tells heights from what is stored.
+/// Attributes of a NetCDF or HDF5 array, which define the conversion of stored numbers to heights.
 #[derive(Debug, Default)]
 pub(super) struct Attributes {
     pub(super) numbers: BTreeMap<String, Vec<f64>>,
@@ -15,8 +15,8 @@ impl Attributes {
         ["units", "unit"].iter().find_map(|a| self.words.get(*a).cloned())
     }
 
-    /// Makes heights of stored numbers, in place: refuses what stands for a missing one, then scales and shifts. `unwritten`
-    /// says whether NetCDF's own fill values, which no attribute names, stand for what was never written.
+    /// Converts stored numbers to heights in place: missing values are an error, then scale and offset are applied.
+    /// With `unwritten`, NetCDF's default fill values count as missing, too.
     pub(super) fn unpack(&self, array: &Array, values: &mut [f64], unwritten: bool) -> Result<()> {
         let sign = self.sign(array.stored);
         let told = |name: &str| -> Vec<f64> {
@@ -35,7 +35,8 @@ impl Attributes {
         };
         let (scale, offset) = (self.factor(array, "scale_factor", 1.0)?, self.factor(array, "add_offset", 0.0)?);
         for (i, value) in values.iter_mut().enumerate() {
-            // Stored numbers are compared, not heights: that is how the attributes are meant.
+            // By the NetCDF conventions fill values and valid ranges refer to stored numbers, before scale and
+            // offset.
             let raw = sign.apply(*value);
             let why = if missing.contains(&raw) {
                 "that stands for a missing one"
@@ -67,7 +68,7 @@ impl Attributes {
         }
     }
 
-    /// The classic format has no unsigned integers and says `_Unsigned` instead.
+    /// The classic NetCDF format has no unsigned integers; the attribute `_Unsigned` marks them.
     fn sign(&self, stored: DType) -> Sign {
         let says = |word: &str| self.words.get("_Unsigned").is_some_and(|w| w.eq_ignore_ascii_case(word));
         match stored {
@@ -78,7 +79,7 @@ impl Attributes {
     }
 }
 
-/// The array whose attributes they are, as messages name it.
+/// The array of the attributes, with its name for error messages.
 pub(super) struct Array<'a> {
     pub path: &'a Path,
     pub name: &'a str,
@@ -86,7 +87,7 @@ pub(super) struct Array<'a> {
     pub stored: DType,
 }
 
-/// How stored integers are to be taken; the number is that of their values.
+/// Interpretation of stored integers; the number is 2 to the power of their bits.
 #[derive(Clone, Copy)]
 enum Sign {
     AsStored,
@@ -104,12 +105,12 @@ impl Sign {
     }
 }
 
-/// An attribute in double precision means the float that is nearest to it where floats are stored.
+/// Rounds an attribute in double precision to f32 if the array is f32, so that equal values compare equal.
 fn narrowed(value: f64, stored: DType) -> f64 {
     if matches!(stored, DType::F4 { .. }) { f64::from(value as f32) } else { value }
 }
 
-/// NetCDF's `NC_FILL_…`: what the library leaves where nothing was written. It has none for single bytes.
+/// NetCDF default fill values `NC_FILL_…` of elements never written; single bytes have none.
 fn default_fill(stored: DType) -> Option<f64> {
     Some(match stored {
         DType::F8 { .. } => 15.0 * 2f64.powi(119),

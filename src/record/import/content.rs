@@ -1,20 +1,20 @@
-//! What a file of heights holds, and what its contents cannot tell.
+//! Contents of a height file, and options for what the contents do not determine.
 
 use super::fourier::Wave;
 use crate::record::heights::{Declared, HeightMap};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What four columns `qX qY Re Im` are.
+/// Meaning of four columns `qX qY Re Im`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Fourier {
     /// Coefficients a of the Fourier series h(r) = Σ a exp(iq·r).
     Series,
-    /// What a forward transform of FFTW (r2c or c2c, exp(-iq·r), not normalised) gives for heights on n x n points: the
-    /// coefficients of the series times n².
+    /// Output of a forward FFTW transform (r2c or c2c, exp(-iq·r), not normalised) of heights on n × n points: the
+    /// series coefficients times n².
     Fftw,
-    /// No waves: all columns are heights, be they four, or three of which two look like coordinates.
+    /// Not Fourier coefficients: all columns are heights, also if two of three columns look like coordinates.
     None,
 }
 
@@ -24,22 +24,22 @@ impl Fourier {
     }
 }
 
-/// What the contents of a file cannot tell.
+/// Options for what the contents of a file do not determine.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ImportOptions<'a> {
-    /// Name of the array in a file that holds several.
+    /// Name of the array, for a file with several arrays.
     pub dataset: Option<&'a str>,
     pub fourier: Option<Fourier>,
 }
 
-/// What a file holds.
+/// Contents of a file.
 #[derive(Debug, Clone)]
 pub enum Content {
     Map(HeightMap),
     Waves(Vec<Wave>),
 }
 
-/// A file as it was understood.
+/// An imported file.
 #[derive(Debug, Clone)]
 pub struct ImportedFile {
     pub content: Content,

@@ -3,7 +3,7 @@ use crate::record::heights::{self, unread};
 use std::io::BufRead;
 use std::path::Path;
 
-/// One line `qX qY Re Im`: wave numbers in units of 2π over the cell's extent.
+/// One line `qX qY Re Im`: wave numbers in units of 2π over the extent of the cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wave {
     pub kx: i32,
@@ -12,10 +12,11 @@ pub struct Wave {
     pub im: f64,
 }
 
-/// Largest wave number that is read. A grid that holds it has 65537 points a side.
+/// Largest accepted wave number; it requires a grid of 65537 × 65537 points.
 const LARGEST: f64 = 32_768.0;
 
-/// Whether four columns could be waves: all of the first two are whole numbers, and most lines are of a wave of their own.
+/// Whether four columns could be Fourier coefficients: all values of the first two columns are integers, and most
+/// pairs are distinct.
 pub(super) fn may_be(columns: &[f64]) -> bool {
     let pair = |line: &[f64]| Some((whole(line[0])?, whole(line[1])?));
     let Some(mut pairs) = columns.chunks_exact(4).map(pair).collect::<Option<Vec<_>>>() else { return false };
@@ -29,7 +30,7 @@ fn whole(value: f64) -> Option<i32> {
     (value.fract() == 0.0 && value.abs() <= LARGEST).then_some(value as i32)
 }
 
-/// Waves from four columns; `n` of the message counts lines from 1.
+/// Fourier coefficients from four columns; errors count lines from 1.
 pub(super) fn of_columns(path: &Path, columns: &[f64]) -> Result<Vec<Wave>> {
     let lines = columns.chunks_exact(4).zip(1..);
     lines.map(|(line, n)| wave(path, n, [line[0], line[1], line[2], line[3]])).collect()
@@ -50,7 +51,7 @@ fn wave(path: &Path, line: usize, [kx, ky, re, im]: [f64; 4]) -> Result<Wave> {
     Ok(Wave { kx: mode("qX", kx)?, ky: mode("qY", ky)?, re, im })
 }
 
-/// Waves from lines of text; `#` starts a comment. One line is held at a time.
+/// Fourier coefficients from lines of text, read one by one; `#` starts a comment.
 pub(super) fn read_text(path: &Path, mut source: impl BufRead) -> Result<Vec<Wave>> {
     let mut waves = Vec::new();
     let (mut text, mut number) = (String::new(), 0);

@@ -9,19 +9,19 @@ use hdf5_reader::{ByteOrder, DEFAULT_MAX_CHUNK_BYTES, Dataset, Datatype, Hdf5Fil
 use std::collections::{HashSet, VecDeque};
 use std::path::Path;
 
-/// Groups that are looked into for data sets, each once: links may go in circles and multiply.
+/// Maximum number of groups searched for data sets. Each is searched once, because links may form cycles.
 const MOST_GROUPS: usize = 10_000;
 
-/// Points per side of the chunks that are advised: 8 MiB of doubles.
+/// Suggested chunk size along each side: 1024² doubles are 8 MiB.
 const ADVISED_CHUNK: u64 = 1024;
 
-/// One two-dimensional data set of an HDF5 file, NetCDF-4 included: `[ny, nx]` unless its dimensions are named x and y.
+/// Reads a two-dimensional data set of an HDF5 or NetCDF-4 file: `[ny, nx]` unless its dimensions are named x and y.
 pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
     let damaged = |e: hdf5_reader::error::Error| {
         Error::format(path, format!("damaged, or not to be understood ({e})"), "an HDF5 file")
     };
     let file = Hdf5File::open(path).map_err(damaged)?;
-    // What is asked for is opened without a look at the rest, however many groups there are.
+    // A requested data set is opened directly, without a search of all groups.
     let direct = options.dataset.and_then(|name| Some((name, file.dataset(name).ok().filter(map_like)?)));
     let names;
     let (name, dataset) = match direct {
@@ -35,13 +35,13 @@ pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> 
     let stored = stored(dataset.dtype()).expect("chosen among numbers");
     let shape = [dataset.shape()[0] as usize, dataset.shape()[1] as usize];
     refuse_large_chunks(path, name, &dataset, stored)?;
-    // As bytes, and as numbers.
+    // Memory of the stored bytes and of the converted numbers.
     let count = dataset.num_elements().map_err(damaged)?;
     fits(path, count.saturating_mul(stored.bytes() as u64 + 8))?;
     let bytes = dataset.read_raw_bytes().map_err(damaged)?;
     let mut values: Vec<f64> = bytes.chunks_exact(stored.bytes()).map(|b| stored.value(b)).collect();
     drop(bytes);
-    // Plain HDF5 does not name its dimensions, and knows no fill values but those that it declares.
+    // Plain HDF5 has no named dimensions and no default fill values.
     let is_netcdf = dataset.attribute("DIMENSION_LIST").is_ok();
     let mut order = Order::RowsOfX;
     if is_netcdf
@@ -61,7 +61,7 @@ fn map_like(d: &Dataset) -> bool {
     d.ndim() == 2 && d.shape().iter().all(|n| *n > 0) && stored(d.dtype()).is_some()
 }
 
-/// Names of the data sets that may be meant, those of the root first.
+/// Names of the candidate data sets, those of the root group first.
 fn collect(path: &Path, file: &Hdf5File) -> Result<Vec<String>> {
     let damaged = |e: hdf5_reader::error::Error| {
         let accepted = "an HDF5 file, or a data set of it as --dataset (surface.dataset)";
@@ -89,7 +89,7 @@ fn collect(path: &Path, file: &Hdf5File) -> Result<Vec<String>> {
     Ok(names)
 }
 
-/// The reader takes chunks up to a limit, and its words for larger ones say nothing of what to do.
+/// The reader limits the chunk size; its own error message suggests no remedy.
 fn refuse_large_chunks(path: &Path, name: &str, dataset: &Dataset, stored: DType) -> Result<()> {
     let Some(chunks) = dataset.chunks() else { return Ok(()) };
     let bytes = chunks.iter().fold(stored.bytes() as u64, |n, c| n.saturating_mul((*c).into()));

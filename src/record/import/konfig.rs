@@ -5,10 +5,10 @@ use crate::record::heights::{self, HeightMap, Layout};
 use std::io::BufRead;
 use std::path::Path;
 
-/// How far a repeated edge may be from the first, over the range of heights: what writers round away.
+/// Tolerance of repeated edges over the range of heights: rounding by the writing program.
 const OFF: f64 = 1e-5;
 
-/// Points along x and y from a first line `#nx ny`, if that is what a file starts with.
+/// Points along x and y from a first line `#nx ny`, if present.
 pub(super) fn header(start: &[u8]) -> Option<(usize, usize)> {
     let line = start.split(|b| *b == b'\n').next()?;
     let words = std::str::from_utf8(line).ok()?.strip_prefix('#')?;
@@ -19,11 +19,11 @@ pub(super) fn header(start: &[u8]) -> Option<(usize, usize)> {
     }
 }
 
-/// A `konfig` file of contMech: `#nx ny`, then lines of `x y h` in blocks, whose last line and last block repeat the first
-/// because the cell does.
+/// Reads a `konfig` file of contMech: `#nx ny`, then blocks of `x y h` lines. The last line of a block and the last
+/// block repeat the first, because the cell is periodic.
 pub(super) fn read(path: &Path, source: impl BufRead, nx: usize, ny: usize) -> Result<ImportedFile> {
     let (map, declared, layout) = heights::read_ascii(path, source, false)?;
-    // Writers of plain matrices put the shape first, too, in either order.
+    // Other programs write the shape before a plain matrix, in either order.
     if layout == Layout::Matrix && [(nx, ny), (ny, nx)].contains(&(map.nx, map.ny)) {
         return Ok(ImportedFile::map(map, declared, "text, one line per y"));
     }

@@ -1,8 +1,8 @@
-//! Surfaces from files of others: every format in which the contact-mechanics challenge's surface is given out, and those of
-//! NumPy, NetCDF and contMech. The kind of a file is seen from its contents, never from its name.
+//! Imports surfaces: all formats of the surface of the contact-mechanics challenge, and those of NumPy, NetCDF and
+//! contMech. The format is detected from the contents, never from the file name.
 //!
-//! What contents cannot tell is asked for: which of several arrays is meant, and how Fourier coefficients are scaled
-//! ([`ImportOptions`]). Which points touch first, and the unit, are the caller's business, as they are for every height map.
+//! [`ImportOptions`] specify what the contents do not determine: which of several arrays is read, and how Fourier
+//! coefficients are scaled. The caller specifies sign convention and unit, as for every height map.
 
 mod array;
 mod attributes;
@@ -22,12 +22,12 @@ use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
-/// Reads a file of heights, or of the coefficients of their Fourier series.
+/// Reads a file of heights or Fourier coefficients.
 ///
 /// # Errors
-/// One line that names the file, the place in it, and what would be accepted: damaged files, NaN, arrays that are not
-/// two-dimensional or not of numbers, several arrays of which none was asked for, four columns of which the first two are
-/// whole numbers and [`ImportOptions::fourier`] does not say what they are.
+/// Damaged files; NaN; arrays that are not two-dimensional or not numeric; several arrays without a requested name;
+/// four columns whose first two are integers without [`ImportOptions::fourier`]. The message names the file, the
+/// place in it, and the accepted value.
 pub fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
     let file = File::open(path).map_err(Error::io("open", path))?;
     let mut source = BufReader::with_capacity(1 << 18, file);
@@ -62,7 +62,7 @@ pub fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
         Kind::Text => {
             let (map, declared, layout) = heights::read_ascii(path, source, options.fourier == Some(Fourier::None))?;
             if layout == Layout::XyzLines {
-                // Coordinates have said what it is, also of a map four points wide.
+                // The coordinates determine the format, also of a map four points wide.
                 return Ok(ImportedFile::map(map, declared, "text, lines of x y h"));
             }
             ImportedFile::map(map, declared, "text, one line per y")
@@ -72,7 +72,7 @@ pub fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
     settle(path, found, options.fourier)
 }
 
-/// Turns four columns into waves where they are said to be, and refuses to guess where they may be.
+/// Converts four columns to Fourier coefficients if requested; returns an error if they are ambiguous.
 fn settle(path: &Path, found: ImportedFile, said: Option<Fourier>) -> Result<ImportedFile> {
     let Content::Map(map) = &found.content else { return Ok(found) };
     match said {
@@ -97,7 +97,7 @@ fn settle(path: &Path, found: ImportedFile, said: Option<Fourier>) -> Result<Imp
     }
 }
 
-/// Whether a file holds numbers rather than the words of a scene.
+/// Whether a file contains numbers rather than a scene.
 pub fn holds_numbers(path: &Path) -> Result<bool> {
     let file = File::open(path).map_err(Error::io("open", path))?;
     let mut source = BufReader::new(file);
@@ -107,7 +107,7 @@ pub fn holds_numbers(path: &Path) -> Result<bool> {
     }
     let text = String::from_utf8_lossy(start.strip_prefix(BOM).unwrap_or(start));
     let mut lines = text.lines().map(|l| l.split('#').next().unwrap_or("").trim()).filter(|l| !l.is_empty());
-    // Every scene begins with a table or a key.
+    // A scene starts with a table or a key.
     Ok(lines.next().is_some_and(|l| !l.starts_with('[') && !l.contains('=')))
 }
 

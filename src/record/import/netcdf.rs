@@ -7,8 +7,8 @@ use crate::record::npy::{DType, fits};
 use netcdf_reader::{NcFile, NcType, NcVariable};
 use std::path::Path;
 
-/// A variable of a classic NetCDF file (NetCDF-3, as scipy and SurfaceTopography write it): `[ny, nx]`, or `[nx, ny]` where
-/// its dimensions are named x and y in this order.
+/// Reads a variable of a classic NetCDF file (NetCDF-3, as written by scipy and SurfaceTopography): `[ny, nx]`, or
+/// `[nx, ny]` if its dimensions are named x and y in this order.
 pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
     let damaged = |e: netcdf_reader::Error| {
         Error::format(path, format!("damaged, or not to be understood ({e})"), "a NetCDF file")
@@ -18,14 +18,14 @@ pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> 
     let map_like =
         |v: &&NcVariable| v.shape().len() == 2 && v.shape().iter().all(|n| *n > 0) && stored(v.dtype()).is_some();
     let names: Vec<String> = variables.iter().filter(map_like).map(|v| v.name().to_string()).collect();
-    // SurfaceTopography marks the points that were not measured beside the heights.
+    // SurfaceTopography stores a mask of the points that were not measured as a separate variable.
     let (masks, names): (Vec<_>, Vec<_>) = names.into_iter().partition(|n| n == "mask");
     let name = choose(path, &names, options)?;
     let variable = file.variable(name).map_err(damaged)?;
     let stored = stored(variable.dtype()).expect("chosen among numbers");
     let shape = variable.shape();
     let shape = [shape[0] as usize, shape[1] as usize];
-    // As numbers, and once more while they are turned.
+    // Two copies in f64: as read, and transposed.
     fits(path, 16 * (shape[0] as u64).saturating_mul(shape[1] as u64))?;
     let mut values: Vec<f64> = file.read_variable_as_f64(name).map_err(damaged)?.iter().copied().collect();
     for mask in masks {
@@ -42,7 +42,7 @@ pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> 
     Ok(ImportedFile::map(map, Declared { sign: None, unit }, format!("NetCDF variable {name} {}", order.words())))
 }
 
-/// Which index is x.
+/// Index order of a variable.
 pub(super) fn order(variable: &NcVariable) -> Order {
     let names: Vec<&str> = variable.dimensions().iter().map(|d| d.name.as_str()).collect();
     if names == ["x", "y"] { Order::RowsOfY } else { Order::RowsOfX }
@@ -60,7 +60,7 @@ fn attributes(variable: &NcVariable) -> Attributes {
     all
 }
 
-/// Kind of a stored number; its byte order is the reader's business.
+/// Type of a stored number; the reader handles the byte order.
 fn stored(kind: &NcType) -> Option<DType> {
     let big = true;
     Some(match kind {

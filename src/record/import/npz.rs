@@ -8,7 +8,7 @@ use std::io::BufReader;
 use std::path::Path;
 use zip::ZipArchive;
 
-/// One array of a `.npz` archive, stored or deflated.
+/// Reads one array of a `.npz` archive, stored or deflated.
 pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
     let file = File::open(path).map_err(Error::io("open", path))?;
     let damaged =
@@ -20,7 +20,7 @@ pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> 
     for name in entries {
         let entry = archive.by_name(&format!("{name}.npy")).map_err(damaged)?;
         let length = entry.size();
-        // What is no map of numbers is told only if it is asked for.
+        // Other arrays cause an error only if they are requested by name.
         if options.dataset == Some(&name) || npy::Reader::of(entry, length, path).is_ok() {
             names.push(name);
         }

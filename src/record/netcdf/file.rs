@@ -1,4 +1,4 @@
-//! Writing of a NetCDF-4 file from front to back.
+//! Sequential writer of NetCDF-4 files.
 
 use super::layout;
 use super::variable::{Attribute, Data, Variable};
@@ -8,14 +8,14 @@ use crate::record::npy::Reader;
 use std::io::{self, Write};
 use std::path::Path;
 
-/// A message of an object header holds at most 64 KiB.
+/// Maximum length of a text attribute, bytes; a message of an object header has at most 64 KiB.
 const LONGEST_TEXT: usize = 60_000;
 
-/// Writes a file. Every dimension must have its coordinate among the variables, of numbers; that is where its size is from.
+/// Writes a file. Every dimension must have a numeric coordinate variable, which defines its size.
 ///
 /// # Errors
-/// A dimension without a coordinate, a variable whose numbers do not fill its dimensions, maps of another shape than they
-/// declare.
+/// A dimension without a coordinate; a variable whose values do not match its dimensions; a map whose shape differs
+/// from the declared one.
 pub fn write(path: &Path, attributes: &[(String, Attribute)], variables: &[Variable]) -> Result<()> {
     let texts = variables.iter().flat_map(|v| &v.attributes).chain(attributes);
     if let Some((name, _)) = texts.into_iter().find(|(_, a)| matches!(a, Attribute::Text(t) if t.len() > LONGEST_TEXT))
@@ -62,7 +62,7 @@ fn shape(path: &Path, variables: &[Variable], of: &Variable) -> Result<Vec<u64>>
     if holds { Ok(shape) } else { Err(Error::format(path, found(), "as many as they have points")) }
 }
 
-/// Writes the numbers of a variable and returns how many bytes they are.
+/// Writes the values of a variable and returns their number of bytes.
 fn put(w: &mut impl Write, data: &Data, shape: &[u64]) -> io::Result<u64> {
     let count: u64 = shape.iter().product();
     let (files, of): (_, Box<dyn Fn(f64) -> f64>) = match data {
@@ -110,7 +110,7 @@ mod tests {
         Variable::new(name, dimensions, Data::Numbers(values.to_vec()), "m", "what it is")
     }
 
-    /// Read back by another implementation of the format.
+    /// The file is read by an independent implementation of the format.
     #[test]
     fn another_reader_finds_names_numbers_and_units() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,16 +1,17 @@
 use super::variable::{Attribute, Variable};
 
-/// Numbers of one file's variables begin at multiples of this.
+/// Alignment of the data of variables, bytes.
 const ALIGNMENT: u64 = 8;
 const SUPERBLOCK: u64 = 96;
 const UNDEFINED: u64 = u64::MAX;
-/// Smallest global heap that the reference library accepts.
+/// Minimum size of a global heap in the reference library, bytes.
 const SMALLEST_HEAP: usize = 4096;
 
-/// Characters of an attribute: four bytes each at most, and a header's message has 65 535 bytes.
+/// Maximum number of characters of an attribute: at most four bytes each, and a header message has at most 65 535
+/// bytes.
 const LONGEST_TEXT: usize = 16_000;
 
-/// Kinds of messages of an object header.
+/// Message types of an object header.
 const DATASPACE: u16 = 0x01;
 const LINK_INFO: u16 = 0x02;
 const DATATYPE: u16 = 0x03;
@@ -20,7 +21,7 @@ const LAYOUT: u16 = 0x08;
 const GROUP_INFO: u16 = 0x0A;
 const ATTRIBUTE: u16 = 0x0C;
 
-/// Datatypes in their encoded form.
+/// Encoded datatypes.
 const F64: [u8; 20] = [0x11, 0x20, 0x3F, 0, 8, 0, 0, 0, 0, 0, 64, 0, 52, 11, 0, 52, 0xFF, 0x03, 0, 0];
 const U8: [u8; 12] = [0x10, 0, 0, 0, 1, 0, 0, 0, 0, 0, 8, 0];
 const I32: [u8; 12] = [0x10, 0x08, 0, 0, 4, 0, 0, 0, 0, 0, 32, 0];
@@ -30,9 +31,9 @@ pub(super) fn padding(bytes: u64) -> usize {
     (bytes.next_multiple_of(ALIGNMENT) - bytes) as usize
 }
 
-/// All that stands before the numbers: superblock, headers of the group and of every variable, and the heap of the
-/// references from variables to their dimensions. No size depends on an address, so the headers are made twice: once to be
-/// measured, once with the addresses that follow.
+/// Everything before the data: superblock, headers of the group and of all variables, and the heap with the
+/// references from variables to their dimensions. Sizes do not depend on addresses, so the headers are built twice:
+/// first to compute the addresses, then with them.
 pub(super) fn head(attributes: &[(String, Attribute)], variables: &[Variable], shapes: &[Vec<u64>]) -> Vec<u8> {
     let lost = Places { headers: vec![0; variables.len()], data: vec![0; variables.len()], heap: 0 };
     let group_size = group(attributes, variables, &lost).len() as u64;
@@ -64,15 +65,15 @@ struct Places {
 
 fn superblock(end: u64) -> Vec<u8> {
     let mut out = b"\x89HDF\r\n\x1a\n".to_vec();
-    // Versions, sizes of offsets and lengths, and the two orders of group trees that this file has none of.
+    // Versions, sizes of offsets and lengths, and the parameters of group B-trees, which this file does not use.
     out.extend([0, 0, 0, 0, 0, 8, 8, 0, 4, 0, 16, 0, 0, 0, 0, 0]);
     [0, UNDEFINED, end, UNDEFINED].iter().for_each(|v| out.extend(v.to_le_bytes()));
-    // The root group: its header comes next.
+    // Symbol table entry of the root group, whose header follows.
     [0, SUPERBLOCK, 0, 0, 0].iter().for_each(|v: &u64| out.extend(v.to_le_bytes()));
     out
 }
 
-/// A header of version 1 of these messages.
+/// Object header, version 1, with these messages.
 fn object(messages: &[(u16, Vec<u8>)]) -> Vec<u8> {
     let mut body = Vec::new();
     for (kind, message) in messages {
@@ -99,7 +100,7 @@ fn group(attributes: &[(String, Attribute)], variables: &[Variable], places: &Pl
     info.extend(UNDEFINED.to_le_bytes());
     let mut messages = vec![(LINK_INFO, info), (GROUP_INFO, vec![0, 0])];
     for (variable, address) in variables.iter().zip(&places.headers) {
-        // A hard link; the name's length takes two bytes.
+        // Hard link with a name length of two bytes.
         let mut link = vec![1, 0x01];
         link.extend((variable.name.len() as u16).to_le_bytes());
         link.extend(variable.name.as_bytes());
@@ -110,7 +111,7 @@ fn group(attributes: &[(String, Attribute)], variables: &[Variable], places: &Pl
     object(&messages)
 }
 
-/// The header of one variable.
+/// Object header of one variable.
 fn header(variables: &[Variable], shapes: &[Vec<u64>], i: usize, places: &Places) -> Vec<u8> {
     let (variable, shape) = (&variables[i], &shapes[i]);
     let each = variable.data.bytes_each();
@@ -120,7 +121,7 @@ fn header(variables: &[Variable], shapes: &[Vec<u64>], i: usize, places: &Places
     let mut messages = vec![
         (DATASPACE, dataspace(shape)),
         (DATATYPE, if each == 8 { F64.to_vec() } else { U8.to_vec() }),
-        // Version 2, room taken at once, written if set, which it is not.
+        // Version 2, space allocated early, fill value written only if defined; it is not defined.
         (FILL_VALUE, vec![2, 1, 2, 0]),
         (LAYOUT, layout),
     ];
@@ -139,14 +140,14 @@ fn header(variables: &[Variable], shapes: &[Vec<u64>], i: usize, places: &Places
             list.extend(places.heap.to_le_bytes());
             list.extend(((before + k + 1) as u32).to_le_bytes());
         }
-        // Sequences of references.
+        // Variable-length sequences of references.
         let kind = [&[0x19, 0, 0, 0, 16, 0, 0, 0][..], &REFERENCE].concat();
         messages.push((ATTRIBUTE, raw_attribute("DIMENSION_LIST", &kind, &[variable.dimensions.len() as u64], &list)));
     }
     object(&messages)
 }
 
-/// Which variables lie along a dimension, for programs that ask the dimension.
+/// Attribute REFERENCE_LIST of a dimension: the variables that use it.
 fn users(variables: &[Variable], scale: usize, places: &Places) -> Option<(u16, Vec<u8>)> {
     let mut list = Vec::new();
     let mut count = 0;
@@ -158,7 +159,7 @@ fn users(variables: &[Variable], scale: usize, places: &Places) -> Option<(u16, 
             count += 1;
         }
     }
-    // A pair of a reference and a number, as the reference library's own structure lies in memory.
+    // Compound type of a reference and an integer, in the memory layout of the reference library.
     let mut kind = vec![0x36, 2, 0, 0, 16, 0, 0, 0];
     kind.extend(b"dataset\0\0");
     kind.extend(REFERENCE);
@@ -175,12 +176,12 @@ fn coordinates(variables: &[Variable]) -> impl Iterator<Item = usize> {
     (0..variables.len()).filter(|&i| is_coordinate(&variables[i]))
 }
 
-/// How many references a variable needs to name its dimensions.
+/// Number of references of a variable to its dimensions.
 fn scales(variable: &Variable) -> usize {
     if is_coordinate(variable) { 0 } else { variable.dimensions.len() }
 }
 
-/// The global heap: one reference for every dimension of every variable, counted from 1.
+/// Global heap: one reference per dimension of every variable, numbered from 1.
 fn heap(variables: &[Variable], places: &Places) -> Vec<u8> {
     let mut objects = Vec::new();
     let mut index = 0_u16;
@@ -199,7 +200,7 @@ fn heap(variables: &[Variable], places: &Places) -> Vec<u8> {
     let mut out = b"GCOL\x01\0\0\0".to_vec();
     out.extend((size as u64).to_le_bytes());
     out.extend(objects);
-    // The rest is object 0, free.
+    // Object 0 is the free space.
     let free = (size - out.len()) as u64;
     out.extend([0; 8]);
     out.extend(free.to_le_bytes());
@@ -217,7 +218,7 @@ fn attribute(name: &str, value: &Attribute) -> Vec<u8> {
     match value {
         Attribute::Number(number) => raw_attribute(name, &F64, &[], &number.to_le_bytes()),
         Attribute::Text(text) => {
-            // UTF-8, ended by a zero. What no header could hold is cut, and says so.
+            // UTF-8, zero-terminated; longer texts are truncated and end in "…".
             let text = match text.char_indices().nth(LONGEST_TEXT) {
                 Some((end, _)) => format!("{} …", &text[..end]),
                 None => text.clone(),

@@ -1,4 +1,4 @@
-//! A finished run as one file: maps with their coordinates, curves and distributions, in SI units.
+//! Results of a run as a single NetCDF file in SI units: maps with coordinates, curves and distributions.
 
 use super::file::write;
 use super::variable::{Attribute, Data, Variable};
@@ -17,7 +17,7 @@ pub const FILE: &str = "results.nc";
 
 const ATOMS_MAP: [&str; 3] = ["atoms_load", "atoms_y", "atoms_x"];
 
-/// Writes `results.nc` into a run folder, from its results and the fields that they name.
+/// Writes `results.nc` into a run folder, from the results and the field files that they name.
 pub fn write_run(folder: &Path, results: &Results) -> Result<()> {
     let text = |key: &str, value: &str| (key.to_string(), Attribute::Text(value.to_string()));
     let mut attributes = vec![
@@ -64,7 +64,7 @@ pub fn write_run(folder: &Path, results: &Results) -> Result<()> {
     write(&folder.join(FILE), &attributes, &list)
 }
 
-/// All that is known of one load path.
+/// All variables of one load path.
 fn solved(folder: &Path, c: &ContinuumResults, length: f64, modulus: f64) -> Vec<Variable> {
     let mut list = curves(c, length, modulus);
     list.extend(maps(folder, c, length, modulus));
@@ -72,13 +72,13 @@ fn solved(folder: &Path, c: &ContinuumResults, length: f64, modulus: f64) -> Vec
     list
 }
 
-/// A coordinate of `n` numbers from `first` on.
+/// Coordinate with `n` consecutive integers from `first` on.
 fn counter(name: &str, first: usize, n: usize, long_name: &str) -> Variable {
     let numbers = (first..first + n).map(|i| i as f64).collect();
     Variable::new(name, &[name], Data::Numbers(numbers), "1", long_name)
 }
 
-/// Positions of `n` nodes over an extent.
+/// Coordinate with the positions of `n` nodes of a periodic cell.
 fn axis(name: &str, n: usize, extent: f64) -> Variable {
     let at = (0..n).map(|i| i as f64 * extent / n as f64).collect();
     Variable::new(name, &[name], Data::Numbers(at), "m", &format!("position along {}", &name[name.len() - 1..]))
@@ -87,7 +87,7 @@ fn axis(name: &str, n: usize, extent: f64) -> Variable {
 fn surface(folder: &Path, s: &SurfaceResults, length: f64) -> Vec<Variable> {
     let mut list = vec![axis("x", s.nx, length), axis("y", s.ny, length * s.aspect)];
     if let Some(file) = &s.heights {
-        // A stack of one map is the map.
+        // A single map, without a load dimension.
         let file = Data::Scaled(vec![folder.join(file)], length);
         let heights = Variable::new("heights", &["y", "x"], file, "m", "height of the rigid surface")
             .with("sign", Attribute::Text(Sign::LowFirst.words().into()))
@@ -108,7 +108,7 @@ fn surface(folder: &Path, s: &SurfaceResults, length: f64) -> Vec<Variable> {
     list
 }
 
-/// One number per load; what a state does not know is NaN, and a curve that no state knows is left out.
+/// Curves over the loads. Values that a state does not have are NaN; a curve without any value is omitted.
 fn curves(c: &ContinuumResults, length: f64, modulus: f64) -> Vec<Variable> {
     type Of = fn(&StateResults) -> Option<f64>;
     let list: [(&str, f64, &str, &str, Of); 24] = [
@@ -200,7 +200,8 @@ fn curves(c: &ContinuumResults, length: f64, modulus: f64) -> Vec<Variable> {
     variables
 }
 
-/// Fields of the continuum: along `load` if they are stored for every load, else along the loads that they are stored for.
+/// Fields of the continuum: along `load` if stored for every load, otherwise along `map_load`, the loads with stored
+/// fields.
 fn maps(folder: &Path, c: &ContinuumResults, length: f64, modulus: f64) -> Vec<Variable> {
     let stored: Vec<(usize, &StateResults)> = c
         .states
@@ -231,14 +232,14 @@ fn maps(folder: &Path, c: &ContinuumResults, length: f64, modulus: f64) -> Vec<V
     list
 }
 
-/// Rows of different length side by side, the short ones filled up with NaN.
+/// Rows of different lengths as a rectangular array, padded with NaN.
 fn ragged(rows: &[Vec<f64>], width: usize) -> Data {
     let filled =
         |row: &Vec<f64>| row.iter().copied().chain(std::iter::repeat(f64::NAN)).take(width).collect::<Vec<_>>();
     Data::Numbers(rows.iter().flat_map(filled).collect())
 }
 
-/// Probability densities and patches, one row per load.
+/// Probability densities and cluster areas, one row per load.
 fn distributions(states: &[StateResults], length: f64, modulus: f64) -> Vec<Variable> {
     type Of = fn(&Observed) -> &Distribution;
     let known: Vec<Option<&Observed>> = states.iter().map(|s| s.observed.as_ref()).collect();
@@ -246,7 +247,7 @@ fn distributions(states: &[StateResults], length: f64, modulus: f64) -> Vec<Vari
         return Vec::new();
     }
     let mut list = Vec::new();
-    // Rows of one column of what each load knows, along a dimension that is made for them.
+    // One row per load, along a new dimension.
     let mut table = |dimension: &str, columns: &[(&str, &str, &str, Vec<Vec<f64>>)]| {
         let width = columns.iter().flat_map(|c| &c.3).map(Vec::len).max().unwrap_or(0);
         if width > 0 {
@@ -310,7 +311,7 @@ fn distributions(states: &[StateResults], length: f64, modulus: f64) -> Vec<Vari
     list
 }
 
-/// Maps and curves of the atoms, on the grid on which they are compared.
+/// Maps and curves of the atoms on the comparison grid.
 fn of_atoms(folder: &Path, atoms: &AtomsResults) -> Result<Vec<Variable>> {
     let mut list = Vec::new();
     if let Some(first) = atoms.states.first() {

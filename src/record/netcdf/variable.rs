@@ -1,4 +1,4 @@
-//! Variables of a NetCDF file: names, dimensions, attributes and the source of their numbers.
+//! Variables of a NetCDF file: names, dimensions, attributes and data sources.
 
 use std::path::PathBuf;
 
@@ -9,13 +9,13 @@ pub enum Attribute {
     Number(f64),
 }
 
-/// Where the numbers of a variable come from.
+/// Data source of a variable.
 #[derive(Debug, Clone)]
 pub enum Data {
     Numbers(Vec<f64>),
-    /// Maps `[ny, nx]` one after another, times a factor.
+    /// Stack of `[ny, nx]` maps times a factor.
     Scaled(Vec<PathBuf>, f64),
-    /// 1 where the maps are at most zero, else 0; as bytes.
+    /// 1 where a map is at most zero, otherwise 0; as bytes.
     AtMostZero(Vec<PathBuf>),
     /// Maps of flags; as bytes.
     Flags(Vec<PathBuf>),
@@ -30,7 +30,8 @@ impl Data {
     }
 }
 
-/// An array in row-major order. One of a single dimension of its own name is that dimension's coordinate.
+/// An array in row-major order. A one-dimensional variable with the name of its dimension is the coordinate of that
+/// dimension.
 #[derive(Debug, Clone)]
 pub struct Variable {
     pub name: String,
@@ -40,7 +41,7 @@ pub struct Variable {
 }
 
 impl Variable {
-    /// With its unit ("1" for none) and what it is.
+    /// A variable with its unit ("1" for none) and a description.
     pub fn new(name: &str, dimensions: &[&str], data: Data, units: &str, long_name: &str) -> Self {
         let text = |key: &str, value: &str| (key.to_string(), Attribute::Text(value.to_string()));
         let dimensions = dimensions.iter().map(|d| d.to_string()).collect();
@@ -53,7 +54,7 @@ impl Variable {
         self
     }
 
-    /// Under a name of its own, along dimensions of its own but for those that are `shared`.
+    /// Adds a prefix to the name of the variable and to those of its dimensions that are not `shared`.
     pub fn prefixed(mut self, prefix: &str, shared: &[&str]) -> Self {
         self.name.insert_str(0, prefix);
         self.dimensions.iter_mut().filter(|d| !shared.contains(&d.as_str())).for_each(|d| d.insert_str(0, prefix));

@@ -21,7 +21,7 @@ const WITHOUT: Style = plot::HARD;
 const THEORY: Style = plot::EXPECTED;
 const PART: Style = Style { dash: Dash::Dotted, marker: Marker::None, ..plot::SOFT };
 
-/// Points of a drawn formula.
+/// Number of points of a curve given by a formula.
 const FINE: usize = 200;
 
 /// Table of the acceptance checks.
@@ -124,7 +124,7 @@ fn curve(label: &str, style: Style, points: Vec<(f64, f64)>) -> Curve {
     Curve { label: label.into(), style, points }
 }
 
-/// Points of what was observed at the reference load, with adhesion and without.
+/// Observed values at the reference load, with and without adhesion.
 fn observed(
     with: &ContinuumResults,
     without: &ContinuumResults,
@@ -178,7 +178,7 @@ fn sizes(writer: &FigureWriter, with: &ContinuumResults, without: &ContinuumResu
     let um2 = (writer.scales.length_m * 1e6).powi(2);
     let points = |o: &Observed| o.patch_density.iter().map(|[a, d, _]| (a * um2, d / um2)).collect::<Vec<_>>();
     let mut curves = observed(with, without, &points);
-    // Through the middle of what was found.
+    // Passes through the middle point of the observed curve.
     if let Some(middle) = curves[0].points.get(curves[0].points.len() / 2).copied() {
         let at = |p: &(f64, f64)| (p.0, middle.1 * (p.0 / middle.0).powf(SIZE_EXPONENT));
         let line = curves[0].points.iter().map(at).collect();
@@ -215,7 +215,7 @@ fn paths(with: &ContinuumResults, without: &ContinuumResults, of: impl Fn(&State
     curves
 }
 
-/// A formula over the loads of a curve.
+/// A formula evaluated over the load range of the curves.
 fn formula(label: &str, over: &[Curve], axis: Axis, of: impl Fn(f64) -> f64) -> Curve {
     let loads = || over.iter().flat_map(|c| &c.points).map(|p| p.0);
     let (low, high) = (loads().fold(f64::INFINITY, f64::min), loads().fold(0.0, f64::max));
@@ -230,7 +230,7 @@ fn formula(label: &str, over: &[Curve], axis: Axis, of: impl Fn(f64) -> f64) -> 
 fn area(with: &ContinuumResults, without: &ContinuumResults) -> Plot {
     let mut curves = paths(with, without, |s| s.contact_fraction_corrected);
     let root = std::f64::consts::PI.sqrt();
-    // As statement S07 has it: the load counts in the gradient that the grid resolves.
+    // As in statement S07, p* is based on the rms gradient that the grid resolves.
     let gradient = without.resolved_gradient.unwrap_or(1.0);
     let label = if gradient > 0.99 { "erf(√π p*)".into() } else { format!("erf(√π p*/{gradient:.2})") };
     curves.push(formula(&label, &curves, Axis::Log, |p| libm::erf(root * p / gradient)));

@@ -1,4 +1,4 @@
-//! Continuum and atoms on one surface: contact maps, their agreement, gap sections, areas.
+//! Comparison of continuum and atoms: contact maps, agreement, gap profiles, areas.
 
 use maud::{Markup, html};
 
@@ -16,7 +16,7 @@ use crate::report::picture::{self, BLACK, BLUE, LONGEST_SIDE, ORANGE, Range, Rgb
 use crate::report::plot::{ATOMS, Axis, Curve, HARD, LABORATORY, Plot, SOFT, Style};
 use crate::units::ANGSTROM_M;
 
-/// Loads count as the same within this share: a solver meets its load to 10⁻³ or better, loads of a path differ by far more.
+/// Relative tolerance of equal loads: solvers meet a load to 10⁻³ or better, and loads of a path differ by far more.
 pub const SAME_LOAD: f64 = 0.01;
 
 /// The state at a load.
@@ -25,7 +25,7 @@ pub fn at_load<T>(states: &[T], p_star: f64, of: impl Fn(&T) -> f64) -> Option<&
     states.iter().filter(|s| distance(s) <= SAME_LOAD * p_star.abs()).min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 
-/// The criterion of pictures and summary: the atoms' own, on the solution with the compliant wall.
+/// Criterion of pictures and summary: the distance criterion of the atoms, applied to the compliant-wall solution.
 pub fn matched(load: &LoadComparison) -> Option<&CriterionMatch> {
     ["compliant_wall", "offset_wall"].iter().find_map(|id| load.continuum.iter().find(|m| m.id == *id))
 }
@@ -59,7 +59,7 @@ pub fn section(writer: &FigureWriter, atoms: &AtomsResults, c: &ComparisonResult
     })
 }
 
-/// All loads in one table: contact under each criterion, and agreement of the maps.
+/// Table of all loads: contact fraction under each criterion, and agreement of the maps.
 fn overview(c: &ComparisonResults) -> Markup {
     let rows = c
         .loads
@@ -98,7 +98,7 @@ fn overview(c: &ComparisonResults) -> Markup {
     }
 }
 
-/// Relative deviation of the atoms' contact from that under a criterion; none where the latter is zero.
+/// Relative deviation of the atoms' contact from that under a criterion; `None` if the latter is zero.
 pub fn deviation(load: &LoadComparison, m: &CriterionMatch) -> Option<f64> {
     (m.contact_fraction > 0.0).then(|| load.atoms.contact_fraction / m.contact_fraction - 1.0)
 }
@@ -108,7 +108,7 @@ fn signed_percent(share: f64) -> String {
     format!("{sign}{}\u{a0}%", significant(100.0 * share, 2))
 }
 
-/// A reduced contact map with the title of its panel.
+/// A downsampled contact map with the title of its panel.
 struct Contact {
     title: String,
     map: DownsampledMap,
@@ -131,17 +131,17 @@ fn one_load(
     })
 }
 
-/// The gap file of a continuum at a load, if it was stored.
+/// Gap file of a continuum solution at a load, if stored.
 fn gap_of(c: &ContinuumResults, p_star: f64) -> Option<&str> {
     at_load(&c.states, p_star, |s: &StateResults| s.numbers.p_star)?.numbers.gap_map.as_deref()
 }
 
-/// A stored contact map, reduced.
+/// A stored contact map, downsampled.
 fn flags(writer: &FigureWriter, file: &str, longest: usize) -> Result<DownsampledMap> {
     picture::load(&writer.field(file)?, longest, |v| f64::from(u8::from(v != 0.0)))
 }
 
-/// Contact of a continuum under a criterion, if its map was stored.
+/// Contact map of the continuum under a criterion, if stored.
 fn continuum_contact(writer: &FigureWriter, m: &CriterionMatch) -> Result<Option<Contact>> {
     let Some(file) = &m.map else { return Ok(None) };
     let title = match m.id.as_str() {
@@ -271,7 +271,7 @@ fn matches(load: &LoadComparison) -> Markup {
     }
 }
 
-/// The three gaps in one range of colours.
+/// The three gap maps with a common colour range.
 fn gap_maps(
     writer: &FigureWriter,
     atoms: &AtomsResults,

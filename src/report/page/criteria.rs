@@ -1,4 +1,4 @@
-//! The atoms' contact under several criteria, its sensitivity to the contact distance, and their stress.
+//! Contact of the atoms under several criteria, sensitivity to the contact distance, and stress maps.
 
 use maud::{Markup, html};
 
@@ -12,7 +12,7 @@ use crate::report::picture::{self, Range};
 use crate::report::plot::{ATOMS, Axis, Curve, HARD, PANEL, Plot, SOFT, Style, THRESHOLD};
 use crate::units::ANGSTROM_M;
 
-/// Contact under each criterion and the stress; empty where the scene does not request distributions.
+/// Contact under each criterion and the stress maps; empty if the scene does not request distributions.
 pub fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
     let known: Vec<_> = atoms.states.iter().filter(|s| !s.criteria.is_empty()).collect();
     let Some(first) = known.first() else { return Ok(html! {}) };
@@ -48,7 +48,7 @@ fn name(id: &str) -> &str {
     }
 }
 
-/// Onset of plasticity; empty where it was not requested.
+/// Onset of plasticity; empty if not requested.
 pub fn plasticity(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
     let Some(p) = &atoms.plasticity else { return Ok(html! {}) };
     let points = p.steps.iter().map(|s| (s[0], s[1])).collect();
@@ -115,7 +115,7 @@ fn stresses(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
     ))
 }
 
-/// Sensitivity of the contact fraction to the contact distance, and of the continuum's to the gap threshold.
+/// Contact fraction of the atoms against the contact distance, and of the continuum against the gap threshold.
 pub fn sensitivity(writer: &FigureWriter, c: &ComparisonResults) -> Result<Markup> {
     let mut figures = Vec::new();
     for (i, load) in c.loads.iter().enumerate() {
@@ -160,7 +160,7 @@ fn curve(label: &str, style: Style, points: Vec<(f64, f64)>) -> Curve {
     Curve { label: label.into(), style: style.without_marker(), points }
 }
 
-/// One vertical axis for both panels.
+/// Common upper end of the vertical axes of both panels.
 fn top(load: &LoadComparison) -> f64 {
     let rows = load.area_vs_distance.iter().flat_map(|r| &r[1..]).chain(load.area_vs_gap.iter().flat_map(|r| &r[1..]));
     100.0 * rows.copied().fold(0.0, f64::max)

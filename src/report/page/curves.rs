@@ -1,4 +1,4 @@
-//! Contact and mean gap against load, branch by branch.
+//! Contact and mean gap against load, by branch.
 
 use crate::load::Branch;
 use maud::{Markup, html};
@@ -11,10 +11,10 @@ use crate::report::plot::{
     ATOMS, Axis, BACK, Curve, HARD, LABORATORY, Marker, POINTED_OUT, Plot, SOFT, Style, THRESHOLD, UNCONVERGED,
 };
 
-/// Highest over lowest load from which on contact is drawn on logarithmic axes.
+/// Ratio of highest to lowest load above which the contact fraction is plotted on logarithmic axes.
 const LONG_PATH: f64 = 30.0;
 
-/// Both figures; nothing where there is no load at all.
+/// Both figures; `None` without any load.
 pub fn section(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
     let area = area(writer, results)?;
     let gap = match &results.continuum {
@@ -24,8 +24,8 @@ pub fn section(writer: &FigureWriter, results: &Results) -> Result<Option<Markup
     Ok((area.is_some() || gap.is_some()).then(|| html! { @for figure in [area, gap].iter().flatten() { (figure) } }))
 }
 
-/// Curves of a load path, one per branch, each from the state at which its branch begins; states that did not converge in a curve of
-/// their own.
+/// Curves of a load path, one per branch, each starting at the first state of its branch. States that did not
+/// converge form a separate curve.
 pub fn branches(
     c: &ContinuumResults,
     (label, look): (&str, Style),
@@ -41,7 +41,7 @@ pub fn branches(
                 Branch::Loading => (look, if both { format!("{label}, loading") } else { label.to_string() }),
                 Branch::Unloading => (BACK, format!("{label}, unloading")),
             };
-            // One entry in the legend for all stretches of a branch.
+            // One legend entry per branch.
             let known = curves.iter().any(|c| c.label == name);
             let label = if known { String::new() } else { name };
             curves.push(Curve { label, style, points: last.iter().map(|l| of(l)).collect() });
@@ -101,7 +101,7 @@ fn area(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
         points().map(of).fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)))
     };
     let ((least, most), (smallest, _)) = (span(|p| p.0), span(|p| p.1));
-    // A long load path would crowd its low end into a corner.
+    // On linear axes the low loads of a long load path would not be distinguishable.
     let axis = if least > 0.0 && smallest > 0.0 && most > LONG_PATH * least { Axis::Log } else { Axis::Linear };
     let include = if axis == Axis::Linear { vec![(0.0, 0.0)] } else { vec![] };
     let plot = Plot { include, ..Plot::new((axis, axis), ("p*", "contact (%)"), curves) };
@@ -129,8 +129,8 @@ fn first_yield(a: &AtomsResults) -> Option<(f64, f64)> {
     Some((p_star, a0 + (area(s1) - a0) * (p_star - p0) / (s1.p_star - p0)))
 }
 
-/// Mean gap against the logarithm of the load, in which rough surfaces fall about straight; on a linear axis where some
-/// loads are pulls.
+/// Mean gap against the logarithm of the load, on which rough surfaces follow nearly a straight line; on a linear
+/// axis if some loads are tensile.
 fn mean_gap(writer: &FigureWriter, c: &ContinuumResults, without: Option<&ContinuumResults>) -> Result<Option<Markup>> {
     let highest = c.states.iter().map(|s| s.mean_gap).fold(0.0, f64::max) * writer.scales.length_m;
     let (scale, prefix) = si_scale(highest);

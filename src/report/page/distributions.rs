@@ -1,4 +1,4 @@
-//! Distributions of gap, stress and patch sizes, and what follows from them.
+//! Distributions of gap, stress and cluster area, and derived quantities.
 
 use crate::load::Branch;
 use maud::{Markup, html};
@@ -11,10 +11,10 @@ use crate::record::results::{ContinuumResults, Observed, StateResults};
 use crate::report::number::{percent, si, significant, trimmed};
 use crate::report::plot::{self, Axis, Curve, Dash, Marker, Plot, Style};
 
-/// Loads drawn, spread over the path.
+/// Number of plotted loads, spread over the load path.
 const LOADS: usize = 4;
 
-/// Styles of the loads, from the first to the last: colour and dashes are redundant.
+/// Styles of the loads, first to last. Both colour and dash pattern identify a load.
 pub const LOOKS: [Style; LOADS] = [
     Style { marker: Marker::None, ..plot::ATOMS },
     Style { marker: Marker::None, ..plot::HARD },
@@ -93,7 +93,7 @@ pub fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     })
 }
 
-/// A line of the exponent found by the challenge, above the last load's patches.
+/// Line with the exponent of the challenge, above the distribution of the last load.
 fn slope(curves: &[Curve]) -> Option<Curve> {
     let points = &curves.last()?.points;
     let (first, last) = (points.first()?, points.last()?);

@@ -1,4 +1,4 @@
-//! A page: head, sections, footer.
+//! HTML page: head, sections, footer.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -9,7 +9,7 @@ pub struct Section {
     pub body: Markup,
 }
 
-/// A whole page: name and lead, summary, sections. `from`: the file that it is drawn from.
+/// A complete page: title and lead, summary, sections. `from`: name of the source file.
 pub fn document((name, lead): (&str, &str), top: Markup, sections: &[Section], from: &str) -> Markup {
     html! {
         (DOCTYPE)
@@ -34,7 +34,7 @@ pub fn document((name, lead): (&str, &str), top: Markup, sections: &[Section], f
     }
 }
 
-/// A citation with its DOI or address as a link. The page itself fetches nothing.
+/// A citation with its DOI or address as a link.
 pub fn linked(citation: &str) -> Markup {
     let words: Vec<Markup> = citation
         .split_inclusive(char::is_whitespace)

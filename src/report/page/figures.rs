@@ -1,4 +1,4 @@
-//! Where figures are made: each is written to `figures/` and comes back as markup to put into the page.
+//! Figure writer: figures are written to `figures/` and returned as markup.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -11,16 +11,17 @@ use crate::report::map::{self, Framed, Legend};
 use crate::report::picture::Picture;
 use crate::report::plot::Plot;
 
-/// The run folder, and what all its pictures share.
+/// Run folder and common data of its pictures.
 pub struct FigureWriter<'a> {
     pub folder: &'a Path,
-    /// Extent in y over extent in x: pictures keep the cell's shape even where the grid's cells are not square.
+    /// Extent in y over extent in x; pictures have the shape of the cell even if pixels are not square.
     pub aspect: f64,
     pub scales: ScalesSi,
 }
 
 impl FigureWriter<'_> {
-    /// A file that `results.json` names: relative and inside the run folder, so that the folder can be moved.
+    /// Path of a file named in `results.json`. It must be relative and inside the run folder, so that the folder can
+    /// be moved.
     pub fn field(&self, name: &str) -> Result<PathBuf> {
         let inside = Path::new(name).components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir));
         if name.is_empty() || !inside {
@@ -30,13 +31,13 @@ impl FigureWriter<'_> {
         Ok(self.folder.join(name))
     }
 
-    /// Writes the bare `figures/NAME.png`, and `figures/NAME.svg` with axes and colour bar, which is returned. The cell is
-    /// `length_m` wide.
+    /// Writes the bitmap `figures/NAME.png`, and `figures/NAME.svg` with axes and colour bar; returns the latter.
+    /// `length_m`: width of the cell, m.
     pub fn map(&self, (name, alt): (&str, &str), picture: &Picture, length_m: f64, legend: Legend) -> Result<Markup> {
         self.framed((name, alt), picture, length_m, legend, map::IN_A_ROW)
     }
 
-    /// [`Self::map`] of a picture that stands alone.
+    /// [`Self::map`] at full width.
     pub fn large_map(&self, names: (&str, &str), picture: &Picture, length_m: f64, legend: Legend) -> Result<Markup> {
         self.framed(names, picture, length_m, legend, map::ALONE)
     }
@@ -57,7 +58,7 @@ impl FigureWriter<'_> {
         Ok(PreEscaped(svg))
     }
 
-    /// Writes `figures/NAME.svg` and returns it; nothing where there is nothing to show.
+    /// Writes `figures/NAME.svg` and returns it; `None` if no curve has points.
     pub fn curves(&self, name: &str, plot: &Plot) -> Result<Option<Markup>> {
         let Some(svg) = plot.svg() else { return Ok(None) };
         let path = self.folder.join("figures").join(format!("{name}.svg"));
@@ -66,22 +67,22 @@ impl FigureWriter<'_> {
     }
 }
 
-/// A figure with its caption; the style sheet numbers them.
+/// A figure with caption, numbered by the style sheet.
 pub fn figure(content: Markup, caption: Markup) -> Markup {
     html! { figure { (content) figcaption { (caption) } } }
 }
 
-/// Pictures side by side, so many in a row.
+/// Pictures side by side, `row` of them in a row.
 pub fn panels(row: usize, panels: &[Markup]) -> Markup {
     html! { div.panels style={ "--row:" (row.max(1)) } { @for p in panels { (p) } } }
 }
 
-/// One of several pictures side by side.
+/// One of several pictures in a row.
 pub fn panel(title: &str, content: Markup, below: Markup) -> Markup {
     html! { div.panel { @if !title.is_empty() { div.panel-title { (title) } } (content) div.below { (below) } } }
 }
 
-/// A symbol in italics, `h_rms` with its index set low. Several words are no symbol and stay upright.
+/// A symbol in italics, with the index of `h_rms` as a subscript. Text of several words stays upright.
 pub fn symbol(text: &str) -> Markup {
     if text.split(' ').filter(|w| !w.contains('_') && w.chars().filter(char::is_ascii_alphabetic).count() > 2).count()
         > 1
@@ -99,12 +100,12 @@ pub fn symbol(text: &str) -> Markup {
     }
 }
 
-/// A wide table that scrolls by itself on a narrow window.
+/// A table that scrolls horizontally in a narrow window.
 pub fn table(head: &[&str], rows: Vec<Vec<Markup>>) -> Markup {
     of_class("words", head, rows)
 }
 
-/// [`table`] of numbers, whose cells are not broken.
+/// [`table`] of numbers without line breaks in cells.
 pub fn numbers(head: &[&str], rows: Vec<Vec<Markup>>) -> Markup {
     of_class("numbers", head, rows)
 }
@@ -120,7 +121,7 @@ fn of_class(class: &str, head: &[&str], rows: Vec<Vec<Markup>>) -> Markup {
     }
 }
 
-/// A sentence's beginning.
+/// The text with its first letter capitalised.
 pub fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())

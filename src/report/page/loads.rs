@@ -1,4 +1,4 @@
-//! Continuum states: the table of loads, maps of gap and stress.
+//! Continuum states: table of loads, maps of gap and stress.
 
 use crate::load::Branch;
 use maud::{Markup, html};
@@ -13,11 +13,11 @@ use crate::report::map::Legend;
 use crate::report::number::{count, duration, percent, si, significant, trimmed};
 use crate::report::picture::{self, BLACK, Range};
 
-/// Pictures of single loads; several stand side by side.
+/// Maximum side of pictures of single loads, which are shown in a row, pixels.
 pub const PANEL_SIDE: usize = 400;
-/// Fraction of a map that may lie above the end of its colour bar.
+/// Fraction of a map that may exceed the end of the colour bar.
 pub const CLIPPED: f64 = 0.002;
-/// Loads shown as maps in the page; the others' pictures are only files.
+/// Number of loads with maps in the page; maps of the other loads are only written to files.
 const LOADS_SHOWN: usize = 4;
 
 pub fn section(writer: &FigureWriter, continuum: &ContinuumResults) -> Result<Markup> {
@@ -31,7 +31,7 @@ pub fn section(writer: &FigureWriter, continuum: &ContinuumResults) -> Result<Ma
     })
 }
 
-/// The problem solved, in one line.
+/// One-line description of the problem.
 pub fn setting(c: &ContinuumResults) -> Markup {
     html! {
         p { "Method " strong { (c.method) } " on " (count(c.nx)) " × " (count(c.ny)) " nodes; elastic body: " (c.kernel)
@@ -39,7 +39,7 @@ pub fn setting(c: &ContinuumResults) -> Markup {
     }
 }
 
-/// Mean pressure and mean gap in the units of the scene's own scale.
+/// Mean pressure and mean gap in SI units at the scale of the scene.
 fn laboratory(writer: &FigureWriter, s: &StateResults) -> [String; 2] {
     [si(s.numbers.pressure * writer.scales.modulus_pa, "Pa", 3), si(s.mean_gap * writer.scales.length_m, "m", 4)]
 }
@@ -51,7 +51,7 @@ pub fn states(c: &ContinuumResults, units: &dyn Fn(&StateResults) -> [String; 2]
         .iter()
         .map(|s| {
             let [pressure, gap] = units(s);
-            // Separated surfaces have no equilibrium: the last iterate is meaningless.
+            // Separated surfaces have no equilibrium, so the last iterate is meaningless.
             let known = |number: String| text(if s.numbers.stop == "detached" { "–".into() } else { number });
             vec![
                 html! { (trimmed(s.numbers.p_star, 4)) (back(s)) },
@@ -94,7 +94,7 @@ pub fn states(c: &ContinuumResults, units: &dyn Fn(&StateResults) -> [String; 2]
     }
 }
 
-/// Mark of a load on the unloading branch.
+/// Label of a load on the unloading branch.
 pub fn back(s: &StateResults) -> &'static str {
     if s.branch == Branch::Unloading { " (unloading)" } else { "" }
 }
@@ -107,10 +107,11 @@ fn stop(s: &StateResults) -> Markup {
     }
 }
 
-/// Stresses below this fraction of the largest are rounding: a colour bar without tension begins at zero.
+/// Tensile stresses below this fraction of the largest stress are rounding errors; the colour bar then starts at
+/// zero.
 const NO_TENSION: f64 = 1e-6;
 
-/// Loads worth a picture: all of them, or a few spread over the path with both ends.
+/// Indices of the loads shown: all, or a few spread over the path including both ends.
 fn shown(states: &[StateResults]) -> Vec<usize> {
     let with_maps: Vec<usize> = (0..states.len())
         .filter(|&i| states[i].numbers.gap_map.is_some() || states[i].numbers.stress_map.is_some())

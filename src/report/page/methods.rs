@@ -1,4 +1,4 @@
-//! Methods compared with the scene's own: the numbers of a load, and the paper's figures 4 to 12.
+//! Comparison of methods: tables of all loads, and figures 4 to 12 of the paper.
 
 use std::collections::BTreeMap;
 
@@ -18,27 +18,27 @@ use crate::report::picture;
 use crate::report::plot::{self, Axis, Curve, Dash, Marker, PANEL, Plot, Style};
 use crate::scene::REFERENCE_LOAD;
 
-/// The scene's own method in every panel, with its adhesion and without.
+/// Style of the scene's own method in every panel, with and without adhesion.
 const OWN: Style = Style { colour: picture::GREY, dash: Dash::Solid, marker: Marker::None };
 const OWN_WITHOUT: Style = Style { dash: Dash::Dashed, ..OWN };
 const WITH: Style = plot::ATOMS;
 const WITHOUT: Style = plot::HARD;
 
-/// Panels in a row, and height over width of each.
+/// Panels per row, and height over width of a panel.
 const ROW: usize = 4;
 const PROPORTION: f64 = 0.7;
 /// Position of the sections, over L.
 const SECTION: f64 = 0.5;
-/// Stresses over the mean pressure below which a line has none.
+/// Stresses over the mean pressure below which a profile is not drawn.
 const NOISE: f64 = 1e-3;
-/// How far a panel shows what lies beyond the scene's own curve: so many decades, or times its extent.
+/// Axis range beyond the values of the scene's own method: in decades (logarithmic), or over their range (linear).
 const BEYOND_DECADES: f64 = 1.0;
 const BEYOND: f64 = 0.5;
 
-/// What is drawn of a method.
+/// Plotted quantity.
 #[derive(Clone, Copy)]
 enum Shown {
-    /// Along the section.
+    /// Profiles along the section.
     Gap,
     Stress,
     /// Pr(a), CPr(a), Pr(u), Pr(σ).
@@ -46,13 +46,13 @@ enum Shown {
     Shares,
     Gaps,
     Stresses,
-    /// Against the load.
+    /// Curves against the load.
     Area,
     Pressure,
     MeanGap,
 }
 
-/// A figure of the paper, for one method in each panel.
+/// A figure of the paper with one panel per method.
 struct Figure {
     /// Number in the paper.
     number: usize,
@@ -62,7 +62,7 @@ struct Figure {
     needs: Quantity,
     axes: (Axis, Axis),
     labels: (&'static str, &'static str),
-    /// Against the load, or of a load.
+    /// Whether the figure is a curve over all loads; otherwise it shows a single load.
     path: bool,
 }
 
@@ -159,7 +159,7 @@ const FIGURES: [Figure; 9] = [
     },
 ];
 
-/// States of the scene's own method, in the same terms.
+/// States of the scene's own method.
 struct Own {
     with: Vec<MethodState>,
     without: Vec<MethodState>,
@@ -180,10 +180,10 @@ impl Own {
     }
 }
 
-/// Loads whose figures are drawn, beside the tables of all: more make a page that browsers are slow with.
+/// Number of loads with figures; a page with more is slow in browsers.
 const DRAWN: usize = 4;
 
-/// Index and p* of the loads of all methods, and which of them is nearest the reference load.
+/// Index and p* of the loads of all methods, and position of the load nearest to the reference load.
 fn loads(results: &Results) -> (Vec<(usize, f64)>, usize) {
     let states = results.methods.iter().flat_map(|m| &m.states);
     let loads: BTreeMap<usize, f64> = states.map(|s| (s.numbers.index, s.numbers.p_star)).collect();
@@ -194,7 +194,7 @@ fn loads(results: &Results) -> (Vec<(usize, f64)>, usize) {
     (loads, nearest)
 }
 
-/// Whether figures of a load are drawn: of the nearest to the reference, and of others at even distances.
+/// Whether figures of load `k` are drawn: the load nearest to the reference, and others at equal intervals.
 fn is_drawn(k: usize, nearest: usize, count: usize) -> bool {
     let others = DRAWN - 1;
     let place = if k < nearest { k } else { k.saturating_sub(1) };
@@ -258,7 +258,7 @@ pub fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     })
 }
 
-/// What the grey curves are.
+/// Name of the grey curves.
 fn own_name(results: &Results) -> String {
     match results.continuum.as_ref() {
         Some(c) if c.range.is_some() => format!("{} of the scene, dashed without adhesion.", c.method),
@@ -267,7 +267,7 @@ fn own_name(results: &Results) -> String {
     }
 }
 
-/// The numbers of a load.
+/// Table of all methods at one load.
 fn table(writer: &FigureWriter, results: &Results, own: &Own, index: Option<usize>) -> Markup {
     let um = writer.scales.length_m * 1e6;
     let off = |found: f64, reference: Option<f64>| match reference.filter(|r| *r != 0.0) {
@@ -345,7 +345,7 @@ fn table(writer: &FigureWriter, results: &Results, own: &Own, index: Option<usiz
     )
 }
 
-/// What holds at all loads: refusals, ranges, fits.
+/// Notes for all loads: unavailable methods, ranges of adhesion, fitted constants.
 fn notes(writer: &FigureWriter, results: &Results) -> Markup {
     let fitted: Vec<String> = results
         .methods
@@ -369,13 +369,13 @@ fn notes(writer: &FigureWriter, results: &Results) -> Markup {
     }
 }
 
-/// What a figure has of a method.
+/// Panel of a figure.
 enum Cell {
     Panel(Markup),
     Empty { title: String, why: String },
 }
 
-/// Panel of a method at a load, or of all loads, or the reason why there is none.
+/// Panel of a method at one load or over all loads; if there is none, the reason.
 fn cell(
     writer: &FigureWriter,
     kind: &Figure,
@@ -426,7 +426,7 @@ fn cell(
     })
 }
 
-/// What of an axis is shown: around what the scene's own method found, if it found anything.
+/// Axis limits around the values of the scene's own method; unlimited if it has none.
 fn bounds(axis: Axis, own: &[Curve], of: fn(&(f64, f64)) -> f64) -> [f64; 2] {
     let shown = |v: &f64| v.is_finite() && (axis == Axis::Linear || *v > 0.0);
     let values = own.iter().flat_map(|c| &c.points).map(of).filter(shown);
@@ -438,7 +438,7 @@ fn bounds(axis: Axis, own: &[Curve], of: fn(&(f64, f64)) -> f64) -> [f64; 2] {
     }
 }
 
-/// What a figure shows of a method, at a load where it is one of a load.
+/// Points of a method in a figure, at a load if the figure shows a single load.
 fn points(
     writer: &FigureWriter,
     kind: &Figure,
@@ -460,7 +460,7 @@ fn points(
         Shown::Gap => column(writer, here.numbers.gap_map.as_deref(), um)?,
         Shown::Stress => {
             let found = column(writer, here.numbers.stress_map.as_deref(), 1.0)?;
-            // A line that touches nowhere has what rounding leaves of stresses, and nothing to be drawn.
+            // A section without contact has only rounding errors of stresses.
             let most = found.iter().map(|p| p.1.abs()).fold(0.0, f64::max);
             if most < NOISE * here.numbers.pressure.abs() { Vec::new() } else { found }
         }
@@ -472,11 +472,11 @@ fn points(
     })
 }
 
-/// A column of a stored map, µm along it.
+/// A column of a stored map: position along y (µm) and value times `unit`.
 pub fn column(writer: &FigureWriter, file: Option<&str>, unit: f64) -> Result<Vec<(f64, f64)>> {
     let Some(file) = file else { return Ok(Vec::new()) };
     let um = writer.scales.length_m * 1e6;
-    // Row by row: a map may be far larger than its one column.
+    // Read row by row, because the whole map may not fit into memory.
     let map = npy::Reader::open(&writer.field(file)?)?;
     let grid = Grid { nx: map.nx, ny: map.ny, lx: 1.0, ly: writer.aspect };
     let at = column_at(grid, SECTION);

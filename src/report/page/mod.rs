@@ -1,7 +1,7 @@
-//! One self-contained page: styles, curves and pictures inside it, no script, nothing fetched.
+//! Report pages: single HTML files with embedded styles and figures, without scripts or external resources.
 //!
-//! [`write`] reads `results.json` and the fields that it names and leaves `report.html` and `figures/`. Sections whose
-//! part of the results is absent are left out. [`write_tradeoff`] does the same of `tradeoff.json`.
+//! [`write()`] reads `results.json` and the field files that it names, and writes `report.html` and `figures/`.
+//! Sections without results are omitted. [`write_tradeoff`] does the same for `tradeoff.json`.
 
 mod atoms;
 mod challenge;
@@ -36,13 +36,13 @@ use crate::report::number::{duration, memory};
 use document::{Section, document, linked};
 use figures::{FigureWriter, table, text};
 
-/// Name of the page in a run folder.
+/// File name of the page in a run folder.
 pub const PAGE: &str = "report.html";
 
-/// Draws the report of a run folder and returns the page's path.
+/// Writes the report of a run folder and returns the path of the page.
 ///
-/// Fails when `results.json` is missing, damaged or of another schema, and when a field that it names is missing or has
-/// another shape than the map it is compared with.
+/// # Errors
+/// `results.json` is missing, damaged or of another schema; a field file is missing or has an unexpected shape.
 pub fn write(run_folder: &Path) -> Result<PathBuf> {
     if !run_folder.join(FILE).exists() && run_folder.join(crate::record::tradeoff::FILE).exists() {
         return write_tradeoff(run_folder);
@@ -55,7 +55,7 @@ pub fn write(run_folder: &Path) -> Result<PathBuf> {
     place(run_folder, || page(&writer, &results))
 }
 
-/// Draws the report of a trade-off of methods from its `tradeoff.json`.
+/// Writes the report of a method trade-off from `tradeoff.json`.
 pub fn write_tradeoff(run_folder: &Path) -> Result<PathBuf> {
     let tradeoff = Tradeoff::read(&run_folder.join(crate::record::tradeoff::FILE))?;
     let writer =
@@ -63,7 +63,7 @@ pub fn write_tradeoff(run_folder: &Path) -> Result<PathBuf> {
     place(run_folder, || tradeoff::page(&writer, &tradeoff))
 }
 
-/// Makes room for figures, and lands the page.
+/// Creates the figures folder, and writes the page.
 fn place(run_folder: &Path, page: impl FnOnce() -> Result<Markup>) -> Result<PathBuf> {
     let figures = run_folder.join("figures");
     std::fs::create_dir_all(&figures).map_err(Error::io("create", &figures))?;

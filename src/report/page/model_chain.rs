@@ -1,4 +1,4 @@
-//! Stepwise comparison: the effect of each step from the full heights to the atoms.
+//! Stepwise comparison from the full heights to the atoms.
 
 use maud::{Markup, html};
 
@@ -19,7 +19,7 @@ fn look(id: &str) -> (Style, &'static str) {
     }
 }
 
-/// Empty where the scene does not request distributions.
+/// Table and figures of the model chain; empty if the scene does not request distributions.
 pub fn section(writer: &FigureWriter, c: &ComparisonResults) -> Result<Markup> {
     let loads: Vec<&LoadComparison> = c.loads.iter().filter(|l| !l.model_chain.is_empty()).collect();
     if loads.is_empty() {
@@ -102,7 +102,7 @@ fn one_load(writer: &FigureWriter, load: &LoadComparison, number: usize) -> Resu
     };
     let log = (Axis::Linear, Axis::Log);
     let gaps = Plot::new(log, ("gap (Å)", "density (1/Å)"), curves(&|v| v.gap.density(), ""));
-    // The criterion does not change the stress.
+    // The offset wall has the stresses of the hard wall.
     let stress = Plot::new(log, ("stress (GPa)", "density (1/GPa)"), curves(&|v| v.stress.density(), "offset_wall"));
     let patches = Plot::new(
         (Axis::Log, Axis::Linear),

@@ -1,4 +1,4 @@
-//! Area and mean gap against the range of the adhesion.
+//! Contact area and mean gap against the range of adhesion.
 
 use crate::load::Branch;
 use maud::{Markup, html};
@@ -20,7 +20,7 @@ pub fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
         .filter_map(|c| Some((tabor.of_range(c.range?.used), c)))
         .collect();
     solved.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // Loads in their order: where mean gaps are imposed, pressures are the answer.
+    // Loads are matched by index: with prescribed mean gaps the pressures differ between ranges.
     let n = results.other_ranges[0].states.len();
     let shown: Vec<usize> = if n <= LOOKS.len() {
         (0..n).collect()

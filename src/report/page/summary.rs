@@ -58,14 +58,14 @@ fn chosen(c: &AccuracyChoice) -> String {
     )
 }
 
-/// Main result, one sentence per scale.
+/// Main results, one sentence per scale.
 fn found(results: &Results) -> Vec<String> {
     let continuum = results.continuum.as_ref().and_then(|c| continuum_found(results, c));
     let comparison = results.comparison.as_ref().and_then(comparison_found);
     comparison.into_iter().chain(continuum).collect()
 }
 
-/// `lowest to highest` of values as `show` prints them, or one of them where they print alike.
+/// `lowest to highest` of formatted values, or a single value if both are formatted alike.
 fn span(values: impl Iterator<Item = f64>, show: impl Fn(f64) -> String) -> String {
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
     let (low, high) = (show(low), show(high));
@@ -138,7 +138,7 @@ fn uncertain(c: &ContinuumResults, quantity: Quantity) -> Option<String> {
     Some(format!("{share}, mostly due to the {}", source.name()))
 }
 
-/// The last unloading state with a loading state at the same load, as (loading, unloading).
+/// The last unloading state with a loading state at the same load: (loading, unloading).
 fn turned(c: &ContinuumResults) -> Option<(&StateResults, &StateResults)> {
     let pair = |i: usize| {
         let back = &c.states[i];
@@ -147,7 +147,7 @@ fn turned(c: &ContinuumResults) -> Option<(&StateResults, &StateResults)> {
             |s: &&StateResults| (s.numbers.p_star - back.numbers.p_star).abs() <= SAME_LOAD * back.numbers.p_star.abs();
         (back.branch == Branch::Unloading && back.numbers.stop == "converged").then_some(())?;
         let there = there.rfind(same)?;
-        // Without hysteresis both branches are the same.
+        // Without hysteresis both branches have the same area.
         let alike = percent(there.contact_fraction_corrected) == percent(back.contact_fraction_corrected);
         (!alike).then_some((there, back))
     };

@@ -1,4 +1,4 @@
-//! Statistics expected and realised, the height map, the power spectrum.
+//! Surface section: statistics, height map, power spectrum.
 
 use maud::{Markup, html};
 
@@ -31,11 +31,11 @@ pub fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     })
 }
 
-/// The heights as a picture.
+/// Picture of the heights.
 fn map(writer: &FigureWriter, file: &str, [nx, ny]: [usize; 2]) -> Result<Markup> {
     let path = writer.field(file)?;
     let heights = picture::load(&path, LONGEST_SIDE, |h| h * writer.scales.length_m)?;
-    // The picture must have the shape that the table states.
+    // The map must have the shape stated in `results.json`.
     if (heights.nx, heights.ny) != (nx.div_ceil(heights.factor), ny.div_ceil(heights.factor)) {
         let found = format!("another shape than the {nx} × {ny} nodes of results.json");
         return Err(Error::format(path, found, format!("[{ny}, {nx}]")));
@@ -91,27 +91,27 @@ fn statistics(list: &[Statistic]) -> Markup {
     }
 }
 
-/// The realisation against what its grid lets one expect.
+/// Deviation of a realised statistic from its expected value on the grid.
 fn status(s: &Statistic) -> Markup {
     match (s.expected_on_grid.or(s.expected), s.band) {
         (Some(expected), Some(band)) if (s.realised - expected).abs() <= band => text("within the band"),
         (Some(_), Some(_)) => html! { span.bad { "outside the band" } },
         (Some(expected), None) if expected != 0.0 => {
             let off = (s.realised - expected).abs() / expected.abs();
-            // What is scaled to its value is off by rounding.
+            // Normalised statistics deviate only by rounding.
             text(if off < 1e-9 { "met".into() } else { format!("{} % off", significant(100.0 * off, 2)) })
         }
         _ => text("–"),
     }
 }
 
-/// Power over the largest below which it is rounding: that of double precision is 10⁻³² a mode, and the challenge's spectrum
-/// falls to 10⁻¹⁴ on the largest grids.
+/// Power over the largest power below which a mode is a rounding error: the rounding of double precision is 10⁻³² per
+/// mode, and the challenge's spectrum decreases to 10⁻¹⁴ on the largest grids.
 const ROUNDING: f64 = 1e-24;
 
 fn psd(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
     let points = &results.surface.psd;
-    // Waves that are not there have the power of rounding errors.
+    // Modes outside the spectrum have only rounding errors.
     let largest = points.iter().map(|p| p.realised).fold(0.0, f64::max);
     let there = points.iter().filter(|p| p.realised > ROUNDING * largest);
     let curve = |label: &str, style, points: Vec<(f64, f64)>| Curve { label: label.into(), style, points };

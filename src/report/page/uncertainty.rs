@@ -1,4 +1,4 @@
-//! Grid convergence, uncertainty budget, and the pull-off.
+//! Grid convergence, uncertainty budget, and pull-off.
 
 use crate::load::Branch;
 use maud::{Markup, html};
@@ -72,16 +72,17 @@ fn table(writer: &FigureWriter, c: &ContinuumResults) -> Markup {
     }
 }
 
-/// Colours of the parts of a bar, in the order of [`UncertaintySource::ALL`].
+/// Colours of the components of a bar, in the order of [`UncertaintySource::ALL`].
 const COLOURS: [&str; 6] = ["#0072b2", "#cc79a7", "#009e73", "#e69f00", "#56b4e9", "#d55e00"];
 
-/// Uncertainty budget of area and mean gap: bars for the load nearest to the reference, numbers for all loads.
+/// Uncertainty budget of area and mean gap: a bar chart for the load nearest to the reference, and a table of all
+/// loads.
 pub fn budgets(c: &ContinuumResults) -> Markup {
     let near = |s: &&StateResults| (s.numbers.p_star / REFERENCE_LOAD).ln().abs();
     let known = c.states.iter().filter(|s| !s.uncertainty.is_empty() && s.numbers.p_star > 0.0);
     let Some(shown) = known.min_by(|a, b| near(a).total_cmp(&near(b))) else { return html! {} };
     let quantities = [Quantity::ContactArea, Quantity::MeanGap];
-    // A continuum of its own has no block.
+    // Continuum solutions at laboratory scale have no depth component.
     let has = |source: UncertaintySource| {
         source != UncertaintySource::Depth || c.states.iter().any(|s| s.uncertainty.iter().any(|p| p.source == source))
     };

@@ -8,7 +8,7 @@ use crate::record::results::{AtomPullOff, AtomsResults, LoadStepResults, Unloadi
 use crate::report::number::{count, percent, significant, trimmed};
 use crate::report::plot::{ATOMS, Axis, BACK, Curve, Plot};
 
-/// Curves over the load steps, one per branch; `reversal`: the last step of loading.
+/// Curves over the load steps, one per branch; `reversal`: last step of loading.
 pub fn branch_curves(
     steps: &[LoadStepResults],
     reversal: Option<usize>,

@@ -11,10 +11,10 @@ use crate::report::picture::{self, Rgb};
 use crate::report::plot::{Axis, Curve, Dash, Marker, Plot, Style};
 use maud::{Markup, html};
 
-/// Least cost that a chart shows, s: below, clocks of processors count nothing.
+/// Smallest cost of a chart, s: shorter processor times cannot be measured.
 const LEAST_SECONDS: f64 = 1e-4;
 
-/// Factor that a chart's axis of errors goes beyond them on both sides: alike errors are to look alike.
+/// Factor by which the error axis extends beyond the data on both sides, so that similar errors appear similar.
 const ROOM: f64 = 1.6;
 
 const COLOURS: [Rgb; 6] =
@@ -23,7 +23,7 @@ const FRONT: Style = Style { colour: picture::BLACK, dash: Dash::Solid, marker: 
 const UNCERTAIN: Style = Style { colour: picture::GREY, dash: Dash::Dashed, marker: Marker::None };
 const UNCERTAIN_WITHOUT: Style = Style { dash: Dash::Dotted, ..UNCERTAIN };
 
-/// A method's marker and colour on every page, whatever else was run: by its place in the registry.
+/// Marker and colour of a method, by its index in the registry; the same on every page.
 pub fn style(method: &str) -> Style {
     let place = REGISTRY.iter().position(|m| m.card().id == method).unwrap_or(REGISTRY.len());
     let marker = Marker::DISTINCT[place % Marker::DISTINCT.len()];

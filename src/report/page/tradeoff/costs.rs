@@ -1,4 +1,4 @@
-//! Growth of the cost of a method with its grid, and the costs that the paper states.
+//! Growth of the cost of a method with its grid, and costs stated in the paper.
 
 use super::charts;
 use super::labels::{dash, grows, methods};
@@ -13,10 +13,10 @@ use maud::{Markup, html};
 pub const SOURCE: &str = "Müser et al., Meeting the contact-mechanics challenge, Tribology Letters 65 (2017) 118, \
                           doi:10.1007/s11249-017-0900-2: the paper’s own figures of cost.";
 
-/// A solution with the cost that the paper states.
+/// A solution whose cost the paper states.
 struct StatedCost {
     side: &'static str,
-    /// Points per side.
+    /// Points along each side.
     n: f64,
     iterations: usize,
     time: &'static str,
@@ -24,7 +24,7 @@ struct StatedCost {
     memory: &'static str,
 }
 
-/// Müser et al. 2017: the reference solution by its own method, on the grids it names.
+/// Müser et al. 2017: grids and costs stated for the reference solution.
 const PAPER: [StatedCost; 3] = [
     StatedCost { side: "1k", n: 1024.0, iterations: 200, time: "1 min", seconds: 60.0, memory: "–" },
     StatedCost { side: "4k", n: 4096.0, iterations: 700, time: "1 h", seconds: 3600.0, memory: "–" },
@@ -84,7 +84,7 @@ pub fn section(writer: &FigureWriter, tradeoff: &Tradeoff) -> Result<Markup> {
     })
 }
 
-/// Of a method: numbers of its grids, coarse to fine, apart by bars.
+/// Table row of a method: the values of its grids, coarse to fine, separated by bars.
 fn row(method: &str, points: &[&TradeoffPoint], found: Option<Growth>, predicted: Option<&Forecast>) -> Vec<Markup> {
     let mut points = points.to_vec();
     points.sort_by_key(|p| p.setting.nx);

@@ -15,7 +15,7 @@ pub fn words(s: &Setting) -> String {
     format!("{0}, {1} × {1} grid, {2} to\u{a0}{3}{slab}", s.method, s.nx, s.precision, trimmed(s.tolerance, 2))
 }
 
-/// Methods with results, in the order of the table, and whether they had adhesion.
+/// Methods with results in the order of the table, and whether they include adhesion.
 pub fn methods(tradeoff: &Tradeoff) -> Vec<(&str, bool)> {
     let mut list: Vec<(&str, bool)> = Vec::new();
     for p in tradeoff.points.iter().filter(|p| p.unavailable_reason.is_none()) {
@@ -26,7 +26,7 @@ pub fn methods(tradeoff: &Tradeoff) -> Vec<(&str, bool)> {
     list
 }
 
-/// How the processor time of a method grows with the points of its grids.
+/// Power-law growth of a method's processor time with the number of grid points.
 pub fn grows(tradeoff: &Tradeoff, method: &str) -> Option<Growth> {
     let of = |p: &&TradeoffPoint| ((p.setting.nx * p.setting.ny) as f64, p.cost.cpu_seconds);
     growth(&tradeoff.grids(method).iter().map(of).collect::<Vec<_>>())

@@ -1,4 +1,4 @@
-//! The page of a trade-off: error against cost, cheapest settings, growth of the cost.
+//! Trade-off page: error against cost, cheapest settings, growth of the cost.
 
 mod charts;
 mod costs;
@@ -59,7 +59,7 @@ fn top(tradeoff: &Tradeoff) -> Markup {
     }
 }
 
-/// How often settings were run.
+/// Number of runs per setting.
 fn runs(tradeoff: &Tradeoff) -> String {
     match tradeoff.repeats {
         Some(1) => "one run each".into(),

@@ -1,4 +1,4 @@
-//! What is cheapest, what the reference is, and every setting.
+//! Tables of the cheapest settings, the references, and all settings.
 
 use super::labels::{dash, words};
 use crate::compare::pareto::cheapest as least;
@@ -8,7 +8,8 @@ use crate::report::number::{count, duration, memory, percent, significant, trimm
 use crate::report::page::figures::{capitalised, numbers, table, text};
 use maud::{Markup, html};
 
-/// Classes of error, as relative deviations. An order of magnitude is what is ten times too small: for errors in decades, one.
+/// Error classes as relative deviations. An order of magnitude is a value ten times too small: for errors in decades,
+/// one.
 const CLASSES: [(&str, f64); 4] = [("1 %", 0.01), ("5 %", 0.05), ("20 %", 0.2), ("an order of magnitude", 0.9)];
 
 /// Limit of a class for a quantity.
@@ -16,13 +17,13 @@ fn limit(quantity: Quantity, share: f64) -> f64 {
     if quantity.in_decades() && share == CLASSES[3].1 { 1.0 } else { quantity.error_of_deviation(share) }
 }
 
-/// An error as people read it.
+/// An error in its usual format.
 pub fn shown(quantity: Quantity, error: f64) -> String {
     if quantity.in_decades() { format!("{} dec", significant(error, 2)) } else { percent_of(error) }
 }
 
 fn percent_of(error: f64) -> String {
-    // Three digits of an error say more than it does.
+    // A third digit of an error is not significant.
     if error < 1e-6 { percent(error) } else { format!("{}\u{a0}%", significant(100.0 * error, 2)) }
 }
 
@@ -91,7 +92,8 @@ pub fn references(tradeoff: &Tradeoff) -> Markup {
     }
 }
 
-/// Cost and errors of blocks of atoms, against the scene’s reference and against the solution on the heights that they resolve.
+/// Cost and errors of blocks of atoms, relative to the scene's reference and to the solution on the heights that they
+/// resolve.
 pub fn atoms(tradeoff: &Tradeoff) -> Markup {
     let rows = tradeoff.points.iter().filter_map(|p| {
         let (r, c) = (p.resolved.as_ref()?, p.cost.atoms.as_ref()?);
