@@ -113,14 +113,7 @@ fn line(group: &str, symbol: &str, target: f64, actual: f64, reachable: bool, re
         (false, true) => "changed",
         (false, false) => "unreachable",
     };
-    AuditLine {
-        group: group.into(),
-        symbol: symbol.into(),
-        target: target,
-        actual: actual,
-        status: status.into(),
-        reason,
-    }
+    AuditLine { group: group.into(), symbol: symbol.into(), target, actual, status: status.into(), reason }
 }
 
 fn load(target: &Target, actual: &Actual) -> AuditLine {

@@ -80,10 +80,10 @@ pub fn percolates(map: &[u8], nx: usize, what: u8, corners: bool) -> [bool; 2] {
         for x in (0..nx).filter(|x| is(y * nx + x)) {
             for &(dx, dy) in neighbours {
                 let (x1, y1) = ((x as i64 + i64::from(dx)).rem_euclid(nx as i64) as usize, (y + dy as usize) % ny);
-                if is(y1 * nx + x1) {
-                    if let Err(winding) = clusters.join((y * nx + x) as u32, (y1 * nx + x1) as u32, [dx, dy]) {
-                        around = [around[0] || winding[0] != 0, around[1] || winding[1] != 0];
-                    }
+                if is(y1 * nx + x1)
+                    && let Err(winding) = clusters.join((y * nx + x) as u32, (y1 * nx + x1) as u32, [dx, dy])
+                {
+                    around = [around[0] || winding[0] != 0, around[1] || winding[1] != 0];
                 }
             }
         }
