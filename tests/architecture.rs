@@ -17,14 +17,7 @@ const FILES_IN_CIRCLES: [(&str, usize); 4] = [("api", 3), ("cli", 5), ("pipeline
 
 /// Files and functions that are still too long. No entries are added.
 const LONG_FILES: [&str; 0] = [];
-const LONG_FUNCTIONS: [&str; 6] = [
-    "src/pipeline/comparison.rs: compare",
-    "src/pipeline/continuum.rs: load_path",
-    "src/pipeline/plan.rs: plan",
-    "src/pipeline/run.rs: run",
-    "src/pipeline/run.rs: atomistic_stages",
-    "src/pipeline/tradeoff/mod.rs: tradeoff",
-];
+const LONG_FUNCTIONS: [&str; 2] = ["src/pipeline/comparison.rs: compare", "src/pipeline/tradeoff/mod.rs: tradeoff"];
 
 /// Path of a module from the crate root.
 type Module = Vec<String>;
@@ -279,7 +272,7 @@ fn files_of_a_room_do_not_import_each_other_in_a_circle() {
             let others = sources.imports(m).into_iter().filter(|o| circle.contains(o));
             others.map(|o| format!("  {} imports {}", sources.sources[m].file, sources.sources[&o].file)).collect()
         };
-        if modules.len() > known {
+        if modules.len() != known {
             let edges: Vec<String> = modules.iter().flat_map(edges).collect();
             grown.push(format!(
                 "{room}: {} files in circles, {known} were known:\n{}",

@@ -7,7 +7,7 @@ pub struct Methods {
     /// One line of JSON on stdout.
     #[arg(long)]
     json: bool,
-    /// The table as it stands in the README.
+    /// Print the table as Markdown, as in docs/methods.md.
     #[arg(long, conflicts_with = "json")]
     markdown: bool,
 }

@@ -182,7 +182,7 @@ fn certainty(c: &ContinuumResults, um: f64) {
     if let Some(r) = c.range {
         let gamma = significant(r.gamma, 4);
         let [asked, used] = [r.requested, r.used].map(|r| significant(r * um * 1e3, 4));
-        print(&format!("adhesion: work γ = {gamma} E*L, range ρ = {asked} nm asked for, {used} nm used"));
+        print(&format!("adhesion: work γ = {gamma} E*L, range ρ = {asked} nm requested, {used} nm used"));
     }
     for s in &c.states {
         if let Some(e) = s.extrapolated {
@@ -208,7 +208,7 @@ fn certainty(c: &ContinuumResults, um: f64) {
 pub fn comparison(results: &Results) {
     let Some(c) = &results.comparison else { return };
     let pair = |a: &Overlap, b: &Overlap, of: fn(&Overlap) -> f64| format!("{:.2} ({:.2})", of(a), of(b));
-    print("atoms against the continuum on the same profile, layer and load (in brackets: shifted map)");
+    print("atoms against the continuum on the same profile, layer and load (in brackets: misaligned map)");
     let rows = c.loads.iter().flat_map(|load| {
         let atoms = vec![
             load.p_star.to_string(),

@@ -99,8 +99,8 @@ impl SiteCriterion {
     pub fn words(self) -> String {
         match self {
             SiteCriterion::HardWall => "hard wall, zero gap".into(),
-            SiteCriterion::OffsetWall(by) => format!("hard wall, d_c from atoms put there and raised by {by:.3} Å"),
-            SiteCriterion::CompliantWall => "soft wall, d_c from atoms put there".into(),
+            SiteCriterion::OffsetWall(by) => format!("offset wall, shifted by {by:.3} Å, within d_c of the atoms"),
+            SiteCriterion::CompliantWall => "compliant wall, within d_c of the atoms".into(),
         }
     }
 }

@@ -188,12 +188,12 @@ fn stored_state(
 }
 
 /// Requested and used range of an adhesion law; None without adhesion.
-pub(super) fn range_results(request: Adhesion, used: Adhesion, grid: Grid) -> Option<RangeResults> {
+pub(super) fn range_results(requested: Adhesion, used: Adhesion, grid: Grid) -> Option<RangeResults> {
     let spacing = grid.dx().max(grid.dy());
-    let (resolution_requested, resolution_used) = request.resolution_on(spacing).zip(used.resolution_on(spacing))?;
+    let (resolution_requested, resolution_used) = requested.resolution_on(spacing).zip(used.resolution_on(spacing))?;
     Some(RangeResults {
         gamma: used.work_of_adhesion(),
-        requested: request.range(),
+        requested: requested.range(),
         used: used.range(),
         resolution_requested,
         resolution_used,

@@ -64,10 +64,10 @@ pub(super) fn findings(
             effective_pressure(atoms, state) * atoms.modulus_gpa / load.atoms.contact_fraction.max(f64::MIN_POSITIVE);
         let over = |m: &CriterionMatch| load.atoms.contact_fraction / m.contact_fraction - 1.0;
         list.push(format!(
-            "p* = {}: {} of the surface atoms touch. A hard wall at zero gap has {} (the atoms deviate by {}). With the \
-             atoms' own wall law, and contact counted as atoms count it, the continuum has {} (deviation {}), κ = {} \
-             against {} for a shifted map. {}. Under the mean stress of {:.1} GPa on what touches the wall gives way by \
-             {:.2} Å: atoms on the hard wall and raised by {:.2} Å have {} (deviation {}), κ = {}.",
+            "p* = {}: {} of the surface atoms are in contact. Hard wall, zero gap: {} (the atoms deviate by {}). Compliant \
+             wall, with the contact criterion of the atoms: {} (deviation {}), κ = {}, for a misaligned map {}. {}. The mean \
+             contact stress of {:.1} GPa compresses the wall by {:.2} Å. Offset wall, shifted by {:.2} Å: {} (deviation {}), \
+             κ = {}.",
             load.p_star,
             percent(load.atoms.contact_fraction),
             percent(plain.contact_fraction),
@@ -106,7 +106,7 @@ pub(super) fn findings(
     ));
     if atoms.resolved_gradient < 0.999 * case.gradient {
         list.push(format!(
-            "Both see the profile low-passed at {:.1} Å, with a resolved rms gradient of {:.3} instead of {}.",
+            "Both use the profile without wavelengths below {:.1} Å, with a resolved rms gradient of {:.3} instead of {:.3}.",
             atoms.low_pass * atoms.block.length(),
             atoms.resolved_gradient,
             case.gradient
@@ -125,13 +125,13 @@ fn yield_finding(states: &[AtomState], plasticity: Option<&PlasticityResults>) -
             s.p_star, s.contacts_below_surface, s.contacts
         ),
         None => format!(
-            "Contact atoms come from the surface layer (but for at most {} %), at a mean stress over their area of up to \
+            "At most {} % of the contact atoms come from below the surface layer, at a mean contact stress of up to \
              {hardest:.1} GPa: no sign that material has flowed at the surface.",
             100.0 * FLOWED
         ),
     };
     let below = match plasticity {
-        None => "Slip below it is not looked for (atoms.plasticity).".to_string(),
+        None => "Slip below the surface was not examined (atoms.plasticity).".to_string(),
         Some(p) => below_surface(p),
     };
     format!("{at_surface} {below}")

@@ -26,7 +26,7 @@ pub(super) fn run_nvt(
     listener: &dyn Listener,
 ) -> Result<NvtResults> {
     let job = Job::write_nvt(folder, relaxed, &atoms.block, settings)?;
-    let lost = || Error::format(folder, "a job that holds nothing", "the nvt that was written");
+    let lost = || Error::format(folder, "a job without an NVT run", "the NVT job that was written");
     let nvt = job.spec.protocol.nvt().cloned().ok_or_else(lost)?;
     run(engine, &job, &nvt, listener)?;
     let reader = FrameAnalyzer::new(case, atoms, folder, STAGE)?;
@@ -49,13 +49,13 @@ fn run(engine: &dyn Engine, job: &Job, nvt: &NvtRun, listener: &dyn Listener) ->
         let ended = p.record.as_ref().map_or(0, |r| r.step + 1);
         let within = if ended == of || p.is_new { 0.0 } else { (p.iterations as f64 / nvt.steps() as f64).min(1.0) };
         let ps = within * nvt.steps() as f64 * nvt.timestep_ps;
-        let words = format!("{ended} of {of} loads held at {} K, {ps:.1} ps of the next", nvt.temperature_k);
+        let words = format!("{ended} of {of} loads sampled at {} K, {ps:.1} ps of the next", nvt.temperature_k);
         listener.progress(Some((ended as f64 + within) / of as f64), &words);
         if listener.stopping() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let finished = engine.run(job, &mut watch)?;
     if let Some(step) = finished.resumed_from.filter(|s| s + 1 < of) {
-        listener.warn(&format!("went on from load {} of an earlier hold", step + 1));
+        listener.warn(&format!("resumed at load {} of an earlier NVT run", step + 1));
     }
     Ok(())
 }

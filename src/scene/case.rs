@@ -110,14 +110,12 @@ impl Case {
         let zero = self.scene.load.mean_gap_um.iter().position(|g| *g == 0.0);
         let Some(i) = zero.filter(|_| self.wall == Wall::Hard) else { return Ok(()) };
         let mut accepted = "a positive number".to_string();
-        // Heights, a spectrum and the stress.
-        let fits = 3 * 8 * self.grid.points() as u64 <= crate::sys::available_memory_bytes();
-        if self.adhesion == Adhesion::None && fits {
+        if self.adhesion == Adhesion::None && fits(self.grid) {
             let heights = self.surface.heights(self.grid, 0.0);
             let full = self.problem((&heights).into()).full_contact_pressure();
             let load = match self.scene.laboratory.units {
                 Units::Named => format!("load.p_star = {}", full / self.gradient),
-                Units::Consistent => format!("load.pressure_mpa = {}", full * self.scales.modulus_pa),
+                Units::Consistent => format!("load.pressure_mpa {}", full * self.scales.modulus_pa),
             };
             accepted += &format!("; full contact from {load} on");
         }
@@ -281,16 +279,24 @@ fn grid(scene: &Scene, surface: &Surface, place: &str) -> Result<Grid> {
     }
 }
 
+/// Whether a transform of the heights fits into memory: heights, a spectrum and one more field.
+fn fits(grid: Grid) -> bool {
+    3 * 8 * grid.points() as u64 <= crate::sys::available_memory_bytes()
+}
+
 /// rms gradient of the whole spectrum.
 fn gradient(scene: &Scene, surface: &Surface, place: &str) -> Result<f64> {
+    let consistent = scene.laboratory.units == Units::Consistent;
     let found = match surface {
+        // In consistent units the gradient serves a warning only; the memory plan of the solver comes later.
+        Surface::Imported { grid, .. } if consistent && !fits(*grid) => return Ok(f64::NAN),
         Surface::Synthesised { spectrum, .. } => spectrum.rms_gradient,
         Surface::Fourier { modes, .. } => modes.rms_gradient(),
         Surface::Imported { grid, heights, .. } if !scene.continuum.periodic => non_periodic_gradient(*grid, heights),
         Surface::Imported { grid, heights, .. } => moments(*grid, heights).rms_gradient,
     };
     // In consistent units nothing is given or reported as p*.
-    if found == 0.0 && scene.laboratory.units == Units::Named {
+    if found == 0.0 && !consistent {
         let accepted = "a rough surface: p* is pressure over E* times rms gradient";
         return Err(Error::input(place, "load.p_star", "a flat surface, rms gradient 0", accepted));
     }

@@ -130,7 +130,11 @@ fn series(s: &SurfaceScene, length_um: f64, path: &Path, waves: &[Wave], sign: S
     let beyond = |w: &&Wave| points.is_some_and(|n| 2 * w.kx.unsigned_abs().max(w.ky.unsigned_abs()) as usize >= n);
     if let (Some(n), Some(w)) = (points, waves.iter().find(beyond)) {
         let found = format!("q = ({}, {})", w.kx, w.ky);
-        return Err(Error::format(path, found, format!("waves below half of the {n} points of --fourier-points")));
+        return Err(Error::format(
+            path,
+            found,
+            format!("waves below half of the {n} points of surface.fourier_points (--fourier-points)"),
+        ));
     }
     let sign = if sign == Sign::HighFirst { -1.0 } else { 1.0 };
     let scale = points.map_or(1.0, |n| (n as f64).powi(-2));

@@ -216,7 +216,7 @@ fn what_a_path_cannot_do_is_refused() {
     refused(&["--pressure", "0.01", "--pull-off"], "--pull-off");
     refused(&["--mean-gap", "0.01", "--method", "bvm"], "--method = \"bvm\"; accepted: \"fast\" or \"auto\"");
     refused(&["--mean-gap", "-0.01"], "--mean-gap = -0.01");
-    refused(&["--mean-gap", "0.01,0"], "--mean-gap = 0; accepted: a positive number; full contact from --pressure = ");
+    refused(&["--mean-gap", "0.01,0"], "--mean-gap = 0; accepted: a positive number; full contact from --pressure ");
     refused(&["--pressure", "0.01", "--mean-gap", "0.01"], "--mean-gap");
     refused(&["--pressure", "0.01", "--initial-gap", "nowhere.npy"], "nowhere.npy");
     refused(&["--pressure", "0.01,-0.01"], "--pressure = -0.01");
@@ -318,4 +318,19 @@ fn an_interrupted_path_goes_on() {
         }
     }
     assert!(!stopped.join("checkpoint.json").exists());
+}
+
+/// The cut-off wavelength is given, and named in messages, as a fraction of the cell, whatever the length of the cell.
+#[test]
+fn cut_off_is_a_fraction_of_the_cell() {
+    let plan = |flags: &[&str]| {
+        let command = ["solve", "--challenge", "16", "--pressure", "1", "--dry-run"];
+        asperity().args(command).args(flags).output().expect("started")
+    };
+    let beyond = plan(&["--length", "100", "--cut-off", "0.5"]);
+    assert_eq!(beyond.status.code(), Some(2));
+    assert!(stderr(&beyond).contains("--cut-off = 0.5 "), "{}", stderr(&beyond));
+    // 0.2 * 3 / 3 exceeds the roll-off of 0.2 by rounding.
+    let equal = plan(&["--length", "3", "--cut-off", "0.2"]);
+    assert!(equal.status.success(), "{}", stderr(&equal));
 }

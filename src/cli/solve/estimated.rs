@@ -127,7 +127,7 @@ fn table(line: &Value) -> String {
     }
     rows.extend([
         ("mean gap", or_reason("mean_gap", "mean_gap", &plain)),
-        ("typical patch", or_reason("median_cluster_area", "patch_pdf", &plain)),
+        ("median cluster area", or_reason("median_cluster_area", "patch_pdf", &plain)),
         ("rms gradient on this grid", or_reason("resolved_gradient", "", &|v| significant(v, 4))),
         ("load error", or_reason("load_error", "", &|v| format!("{v:.1e}"))),
         ("time, peak memory", {

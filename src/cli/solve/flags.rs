@@ -283,6 +283,7 @@ const FLAGS: [FlagName; 42] = [
     ("load.pressure_mpa", "--pressure"),
     ("load.mean_gap_um", "--mean-gap"),
     ("load.pull_off", "--pull-off"),
+    ("load.p_star_range", "--pressure"),
     ("load.p_star", "--pressure"),
     ("adhesion.work_of_adhesion_mj_m2", "--work-of-adhesion"),
     ("adhesion.range_nm", "--adhesion-range"),
@@ -309,5 +310,4 @@ const FLAGS: [FlagName; 42] = [
     ("continuum.wall", "--wall"),
     ("continuum.penalty_length_nm", "--penalty-length"),
     ("continuum.compare_with", "`run --compare-with`"),
-    ("continuum.start", "--initial-gap"),
 ];

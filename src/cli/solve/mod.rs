@@ -66,6 +66,8 @@ impl Solve {
             if let Error::Input { list, .. } = &mut error {
                 let absent = |key: &str| missing.iter().any(|(flag, absent)| *flag == key && *absent);
                 list.iter_mut().filter(|c| absent(&c.key)).for_each(|c| c.found = "not given".into());
+                let non_periodic = list.iter_mut().filter(|c| c.key == "--non-periodic");
+                non_periodic.for_each(|c| c.found = c.found.replacen("false", "given", 1));
             }
             error
         })
@@ -130,7 +132,7 @@ impl Solve {
             return Ok(());
         }
         let stored = match method.card().id {
-            // The default method works on waves, which give the gradient, too: a map is transformed once and dropped.
+            // The default method works on waves: the nodes of a map are dropped.
             "fast" if !self.non_periodic => stored.into_series(case.grid),
             _ => stored,
         };

@@ -238,10 +238,7 @@ fn table(line: &Value, range: RangeChoice) -> String {
     }
     let enlarged = line["range"]["requested"] != line["range"]["used"];
     if range == RangeChoice::Extrapolate && enlarged && !separated && line["extrapolated"].is_null() {
-        rows.push((
-            "at the true range",
-            "cannot be reporter: three grids as coarse as these differ by too much".into(),
-        ));
+        rows.push(("at the true range", "not extrapolated: three grids as coarse as these differ by too much".into()));
     }
     if let Some(e) = line["extrapolated"].as_object() {
         let of = |key: &str| e.get(key).map(|v| (number(&v["value"]), number(&v["error"])));

@@ -45,13 +45,13 @@ static CARD: Card = Card {
 fn supports(quantity: Quantity) -> Support {
     match quantity {
         Quantity::GapMap | Quantity::GapPdf | Quantity::MeanGap => {
-            Support::Only("measured from the zero of force of the soft wall")
+            Support::Only("measured from the zero of force of the repulsive wall")
         }
         Quantity::ContactArea
         | Quantity::ContactMap
         | Quantity::PatchPdf
         | Quantity::PatchArea
-        | Quantity::MedianClusterArea => Support::Only("area under compression of the soft wall"),
+        | Quantity::MedianClusterArea => Support::Only("area under compression"),
         Quantity::StressMap | Quantity::StressPdf => Support::Only("with the range enlarged to the mesh"),
         Quantity::Stiffness => super::card::fields(quantity),
     }

@@ -111,17 +111,20 @@ fn spectrum(c: &mut Complaints, scene: &Scene) {
 fn wavelengths(c: &mut Complaints, scene: &Scene) {
     let (s, length_um) = (&scene.surface, scene.laboratory.length_um);
     let (roll_off, cut_off) = cut_offs(s, length_um);
+    // `solve --cut-off` is a fraction of the cell. Dividing by its length again may change the last digits.
+    let unit = if scene.laboratory.units == Units::Consistent { length_um } else { 1.0 };
+    const ROUNDING: f64 = 1e-9;
     let written =
         |[um_key, mode_key]: [&'static str; 2], um: Option<f64>, mode: Option<f64>, resolved: f64| match (um, mode) {
             (None, Some(mode)) => (mode_key, mode),
-            (um, _) => (um_key, um.unwrap_or(resolved * length_um)),
+            (um, _) => (um_key, um.unwrap_or(resolved * length_um) / unit),
         };
     let (roll_off_key, roll_off_written) =
         written(["surface.roll_off_um", "surface.roll_off_mode"], s.roll_off_um, s.roll_off_mode, roll_off);
     let (cut_off_key, cut_off_written) =
         written(["surface.cut_off_um", "surface.cut_off_mode"], s.cut_off_um, s.cut_off_mode, cut_off);
     c.unless(
-        cut_off <= roll_off || cut_off.is_nan() || roll_off.is_nan(),
+        cut_off <= roll_off * (1.0 + ROUNDING) || cut_off.is_nan() || roll_off.is_nan(),
         cut_off_key,
         format!("{cut_off_written} (with {roll_off_key} = {roll_off_written})"),
         "a short cut-off wavelength no longer than the roll-off wavelength",
@@ -133,7 +136,7 @@ fn wavelengths(c: &mut Complaints, scene: &Scene) {
         "a wavelength of at most the cell's length, a mode of at least 1",
     );
     c.unless(
-        cut_off >= SHORTEST_CUT_OFF,
+        cut_off >= SHORTEST_CUT_OFF * (1.0 - ROUNDING),
         cut_off_key,
         cut_off_written,
         "a wavelength of at least 1e-4 of the cell, a mode of at most 1e4",
