@@ -12,8 +12,8 @@ const FILE_LINES: usize = 600;
 const FUNCTION_LINES: usize = 80;
 const SHORT_FUNCTIONS: [&str; 3] = ["pipeline", "scene", "cli"];
 
-/// Numbers of files with circular imports. These numbers may only decrease; the aim is an empty list.
-const FILES_IN_CIRCLES: [(&str, usize); 4] = [("api", 3), ("cli", 5), ("pipeline", 22), ("scene", 5)];
+/// Numbers of files with circular imports, as they are. They may only decrease; the aim is an empty list.
+const FILES_IN_CIRCLES: [(&str, usize); 4] = [("api", 3), ("cli", 2), ("pipeline", 22), ("scene", 2)];
 
 /// Files and functions that are still too long. No entries are added.
 const LONG_FILES: [&str; 0] = [];
