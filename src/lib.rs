@@ -82,7 +82,7 @@ pub mod scene;
 #[doc(hidden)]
 pub mod surface;
 #[doc(hidden)]
-#[allow(unsafe_code)]
+#[allow(unsafe_code, reason = "system calls: process groups, memory maps")]
 pub mod sys;
 #[doc(hidden)]
 pub mod units;

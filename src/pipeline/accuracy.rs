@@ -57,7 +57,7 @@ pub fn resolve_accuracy(mut scene: Scene, file: &Path) -> Result<Case> {
         let what = asked.quantity.name();
         settled
             .warnings
-            .push(format!("atoms.plasticity is left out: {what} is all that is asked for, and needs none of it"));
+            .push(format!("atoms.plasticity is left out: {what} is the only requested quantity and does not need it"));
     }
     Ok(settled)
 }

@@ -207,8 +207,7 @@ struct Solutions<'a> {
     bridged: &'a [f64],
 }
 
-/// Every step of the model chain at the load `i`. Solutions without a stored stress (run folders of an earlier version)
-/// are omitted.
+/// Every step of the model chain at the load `i`. Solutions without a stored stress are omitted.
 fn sides(
     case: &Case,
     atoms: &AtomsCase,

@@ -21,8 +21,7 @@ const MATCHED_TOLERANCE: f64 = 1e-8;
 /// atoms' heights, and compliant wall.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Matched {
-    /// None if not requested, if it did not converge, or in a run folder of an earlier version.
-    #[serde(default)]
+    /// None if not requested, or if it did not converge.
     pub full: Option<ContinuumResults>,
     pub hard: ContinuumResults,
     pub soft: ContinuumResults,

@@ -9,7 +9,7 @@ use crate::atoms::indenter::grid_points;
 use crate::atoms::interaction::Yukawa;
 use crate::atoms::job_spec::FORCE_TOLERANCE;
 use crate::atoms::nvt::NvtSettings;
-use crate::atoms::potential::{CALCIUM, CALCIUM_C11_GPA, CALCIUM_ELEMENT, CALCIUM_MODULUS_GPA, Potential, SetflHeader};
+use crate::atoms::potential::{CALCIUM, CALCIUM_C11_GPA, CALCIUM_ELEMENT, CALCIUM_MODULUS_GPA, SetflHeader};
 use crate::atoms::wall::{self, Wall as AtomWall};
 use crate::grid::Grid;
 use crate::interface::{Adhesion, Base, Elastic, Layer, TabulatedWall};
@@ -328,11 +328,6 @@ impl AtomsCase {
     pub fn matched_adhesion(&self, soft: bool) -> Adhesion {
         self.adhesion
             .map_or(Adhesion::None, |a| Adhesion::exponential(a.gamma * if soft { a.calibration } else { 1.0 }, a.rho))
-    }
-
-    /// The shipped potential, used where the scene names no other.
-    pub fn shipped_potential() -> Potential {
-        Potential::calcium()
     }
 
     pub(super) fn warnings(&self, gradient: f64, ranks: usize) -> Vec<String> {

@@ -14,7 +14,7 @@ static ALLOCATED: AtomicU64 = AtomicU64::new(0);
 
 struct Counting;
 
-#[allow(unsafe_code)]
+#[allow(unsafe_code, reason = "an allocator that counts")]
 // SAFETY: every call is forwarded to the system allocator.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {

@@ -362,8 +362,12 @@ fn bad_arguments_are_refused_together() {
         assert_eq!(call(&[from, flags].concat()).status.code(), Some(2), "{flags:?}");
     }
     let sticky = ["--gamma", "1e-4", "--rho", "0.1", "--range", "extrapolate"];
-    for more in [&["--initial-gap", "nowhere.npy"][..], &["--non-periodic"]] {
-        assert!(error_message(&[&challenge[..], &sticky, more].concat(), 2).contains("--range"));
+    for (more, expected) in [
+        (&["--initial-gap", "nowhere.npy"][..], "--range = \"extrapolate\" with --initial-gap"),
+        (&["--non-periodic"], "--non-periodic = given with --range extrapolate"),
+    ] {
+        let message = error_message(&[&challenge[..], &sticky, more].concat(), 2);
+        assert!(message.contains(expected), "{message}");
     }
     for good in ["--help", "--version"] {
         assert_eq!(call(&[good]).status.code(), Some(0));

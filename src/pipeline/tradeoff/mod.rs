@@ -313,7 +313,7 @@ fn truth(bench: &mut Bench, case: &Case, adhesive: bool, n: usize, out: &Path) -
     let rung = at(n);
     let measured = bench.measure(&rung, None, None)?;
     if let Some(why) = &measured.results.unavailable_reason {
-        let why = format!("the reference ({}) tells nothing: {why}", rung.words());
+        let why = format!("the reference ({}) is not available: {why}", rung.words());
         return Err(Error::AuxiliarySolve { why, kept: out.to_path_buf() });
     }
     let key = bench.reference_key(&rung)?;
