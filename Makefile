@@ -6,16 +6,29 @@ export PATH := $(PATH):$(HOME)/.cargo/bin
 SCENE := configs/quickstart.toml
 RUN := runs/quickstart
 
-.PHONY: help demo test bench bench-peers measured verify-advice lint
+PREFIX ?= $(HOME)/.local
+
+.PHONY: help install docs demo test bench fuzz bench-peers measured verify-advice lint
 
 help:
+	@echo "make install  build, install program, manual pages and completions under PREFIX ($(PREFIX)); DESTDIR is respected"
+	@echo "make docs   write docs/scene.schema.json and docs/keys.md"
 	@echo "make demo   install, build, run $(SCENE), print the path of the report (a few minutes)"
 	@echo "make test   install, then run every test"
 	@echo "make bench  run the benchmarks"
 	@echo "make bench-peers  compare with Tamaas and ContactMechanics from PyPI (half an hour; PEERS=--quick: minutes)"
 	@echo "make measured  write the tables of advise, and docs/trade-off-series.md (an hour on two idle cores)"
 	@echo "make verify-advice  compare advice with results on five other seeds and two other spectra (half an hour)"
+	@echo "make fuzz   read 100000 damaged copies of each surface file of the tests"
 	@echo "make lint   check formatting and clippy"
+
+install:
+	cargo build --release --locked
+	scripts/install.sh target/release/asperity "$(DESTDIR)$(PREFIX)"
+
+docs:
+	cargo run --locked -- schema > docs/scene.schema.json
+	cargo run --locked -- schema --keys > docs/keys.md
 
 demo:
 	@scripts/setup.sh
@@ -27,12 +40,14 @@ demo:
 
 test:
 	@scripts/setup.sh --tests
-	cargo test --locked
+	@rm -f target/tmp/skipped
+	@cargo test --locked; status=$$?; \
+	if [ -s target/tmp/skipped ]; then echo "$$(wc -l < target/tmp/skipped) tests were SKIPPED:"; cat target/tmp/skipped; fi; \
+	exit $$status
 
 bench:
-	cargo bench --locked
-	cargo build --release --locked
-	target/release/asperity bench
+	cargo bench --locked --bench solve
+	cargo bench --locked --bench measure -- times
 
 bench-peers:
 	cargo build --release --locked
@@ -43,8 +58,10 @@ measured:
 	scripts/measure.sh target/release/asperity
 
 verify-advice:
-	cargo build --release --locked
-	scripts/verify-advice.sh target/release/asperity
+	scripts/verify-advice.sh
+
+fuzz:
+	cargo bench --locked --bench measure -- damage --inputs 100000
 
 lint:
 	cargo fmt --check

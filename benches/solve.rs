@@ -8,7 +8,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use rustfft::num_complex::Complex;
 
 fn pair<T: Real>(c: &mut Criterion) {
-    let name = T::NAME;
+    let name = std::any::type_name::<T>();
     for n in [512, 1024] {
         let grid = Grid::unit(n, n);
         let transform = Transform::<T>::new(grid);
@@ -33,7 +33,7 @@ fn transform_pair(c: &mut Criterion) {
     pair::<f64>(c);
 }
 
-/// The challenge's surface as a Fourier series, as for large grids; `asperity bench` times larger ones.
+/// The challenge's surface as a Fourier series, as for large grids; the benchmark `measure` times larger ones.
 fn challenge(c: &mut Criterion) {
     let grid = Grid::unit(512, 512);
     let series = Modes::new(Spectrum::CHALLENGE, 1, 1.0).series();

@@ -2,7 +2,7 @@
 //
 //     cargo run --release --example adhesive_load_path
 
-use asperity::{Adhesion, Branch, Load, Problem, Spectrum, Surface, SynthesisOptions};
+use asperity::{Adhesion, Branch, Loads, Problem, Spectrum, Surface, SynthesisOptions};
 
 fn main() -> asperity::Result<()> {
     // Reduced units: the cell has the extent 1, the contact modulus is 1.
@@ -11,7 +11,7 @@ fn main() -> asperity::Result<()> {
     let adhesion = Adhesion { work_of_adhesion: 4e-3, range: 5.6e-3, ..Adhesion::default() };
     let problem = Problem { adhesion: Some(adhesion), ..Problem::new(surface, 1.0) };
 
-    let loads = [0.005, 0.05, 0.1, 0.05, 0.005].map(Load::Pressure);
+    let loads = Loads::Pressure(vec![0.005, 0.05, 0.1, 0.05, 0.005]);
     let path = problem.load_path_with_pull_off(&loads)?;
     for state in &path.states {
         println!(

@@ -24,4 +24,4 @@ for seed in 1 2; do
 done
 series adhesion configs/adhesion.toml --methods fast --grids 512,256,128 --reference 1024
 # shellcheck disable=SC2086
-"$program" merge-tables $tables --out data/measured.json --series docs/trade-off-series.md --provenance "make measured"
+cargo bench --locked --bench measure -- merge-tables $tables --out data/measured.json --series docs/trade-off-series.md --provenance "make measured"

@@ -4,7 +4,7 @@
 #
 #   scripts/setup.sh           fails without LAMMPS
 #   scripts/setup.sh --tests   prints a prominent message without LAMMPS and continues: its tests are skipped; also creates a Python
-#                              environment with the readers of results.nc, and installs Chromium for the tests of the report;
+#                              environment with the readers of results.nc and of frames, and installs Chromium for the tests of the report;
 #                              continues without them, too
 set -eu
 
@@ -26,10 +26,10 @@ if ! has cargo; then
     exit 1
 fi
 
-# Readers of results.nc (tests/readers/python.rs); under target/, so that `cargo clean` removes it.
+# Readers of results.nc and of frames (tests/readers/python.rs); under target/, so that `cargo clean` removes it.
 python=target/python
-python_packages="h5py h5netcdf netCDF4 xarray"
-has_python() { "$python/bin/python" -c "import h5py, h5netcdf, netCDF4, xarray" >/dev/null 2>&1; }
+python_packages="ase h5py h5netcdf netCDF4 xarray"
+has_python() { "$python/bin/python" -c "import ase, h5py, h5netcdf, netCDF4, xarray" >/dev/null 2>&1; }
 has_venv() { has python3 && python3 -c "import venv, ensurepip" >/dev/null 2>&1; }
 wants_python() { [ "$need_lammps" = no ] && ! has_python; }
 
@@ -73,8 +73,9 @@ fi
 
 if wants_python && has_venv; then
     echo "setup: creating $python with $python_packages" >&2
+    # `pip` itself names the folder in which it was created, which is another one after a copy of target/.
     # shellcheck disable=SC2086 # a list of words
-    python3 -m venv "$python" && "$python/bin/pip" install --quiet --disable-pip-version-check $python_packages ||
+    python3 -m venv "$python" && "$python/bin/python" -m pip install --quiet --disable-pip-version-check $python_packages ||
         echo "setup: $python could not be created" >&2
 fi
 
@@ -86,8 +87,9 @@ if wants_python; then
     cat >&2 <<'WORDS'
 
 *********************************************************************************
-***  A Python environment with h5py, h5netcdf, netCDF4 and xarray could not   ***
-***  be created in target/python: READING results.nc IS NOT TESTED.           ***
+***  A Python environment with ase, h5py, h5netcdf, netCDF4 and xarray could  ***
+***  not be created in target/python: READING results.nc AND FRAMES IS NOT    ***
+***  TESTED, or fails if the environment exists without one of them.          ***
 ***  On Debian: apt-get install python3-venv, and access to PyPI              ***
 *********************************************************************************
 

@@ -60,8 +60,8 @@ pub enum Error {
     /// A file whose contents are not in the expected format.
     #[error("{}: {found}; accepted: {accepted}", .file.display())]
     Format { file: PathBuf, found: String, accepted: String },
-    /// A height that is not a finite number, by index (row = y, column = x).
-    #[error("{place}: the height at row {row}, column {column} is {value}; accepted: finite numbers")]
+    /// A height that is not a finite number, by index from 0 (row = y, column = x); the message counts from 1, as for lines of text.
+    #[error("{place}: the height in row {}, column {} (counted from 1) is {value}; accepted: finite numbers", .row + 1, .column + 1)]
     Height { place: String, row: usize, column: usize, value: f64 },
     /// A solver stopped before it reached its tolerance. `partial` is the file of the last state, if there is a run folder.
     #[error("{method} stopped without converging ({why}) after {iterations} iterations: residual {residual:.3e}, tolerance {tolerance:.1e}{}", kept(.partial))]
@@ -88,8 +88,11 @@ pub enum Error {
     /// A program is missing on this machine.
     #[error("{program} was not found; {how}")]
     MissingProgram { program: String, how: String },
-    #[error("interrupted; `run`, `tradeoff`, `atoms run` and `solve --out` go on from what is finished")]
+    #[error("interrupted; `run`, `tradeoff`, `atoms run` and `solve --out` resume after what is finished")]
     Interrupted,
+    /// Results could not be written on stdout.
+    #[error("cannot write on stdout: {source}; files that the command names are complete")]
+    Output { source: std::io::Error },
     /// An operation on a file failed.
     #[error("cannot {doing} {}: {source}", .path.display())]
     Io { doing: &'static str, path: PathBuf, source: std::io::Error },
@@ -150,7 +153,7 @@ impl Error {
             Error::Input { .. } | Error::Syntax { .. } | Error::Format { .. } | Error::Height { .. } => 2,
             Error::NotConverged { .. } | Error::PullOff { .. } | Error::AuxiliarySolve { .. } => 3,
             Error::Lammps { .. } => 4,
-            Error::Memory { .. } | Error::MissingProgram { .. } => 5,
+            Error::Memory { .. } | Error::MissingProgram { .. } | Error::Output { .. } => 5,
             Error::Io { source, .. } => match source.kind() {
                 StorageFull | QuotaExceeded | OutOfMemory => 5,
                 // A missing or unwritable path is a wrong argument.

@@ -39,7 +39,7 @@ pub use interface::{Base, RangeChoice};
 #[doc(inline)]
 pub use load::{Branch, Load};
 #[doc(inline)]
-pub use method::Precision;
+pub use method::{Precision, Targets};
 #[doc(inline)]
 pub use observe::{Connectivity, ContactArea, Distribution, linear_edges, logarithmic_edges};
 #[doc(inline)]

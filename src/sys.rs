@@ -1,6 +1,8 @@
 //! The only unsafe code: memory and processor time of this process and its children, process groups, and column access to
 //! matrices.
 
+mod memory;
+
 /// Largest resident set of this process so far, bytes (`VmHWM`); 0 where the kernel does not report it.
 pub fn peak_rss_bytes() -> u64 {
     status_kib("self", "VmHWM:") * 1024
@@ -80,12 +82,11 @@ fn usage(who: libc::c_int) -> libc::rusage {
     }
 }
 
-/// Memory that can be taken without swapping, bytes (`MemAvailable`); `u64::MAX` where the kernel does not report it.
+/// Memory that can be taken without swapping, bytes: `MemAvailable`, or what control groups and the limit of address space leave, if
+/// that is less; `u64::MAX` where the kernel reports none of them.
 pub fn available_memory_bytes() -> u64 {
-    std::fs::read_to_string("/proc/meminfo")
-        .ok()
-        .and_then(|t| kib_after(&t, "MemAvailable:"))
-        .map_or(u64::MAX, |k| k * 1024)
+    let machine = std::fs::read_to_string("/proc/meminfo").ok().and_then(|t| kib_after(&t, "MemAvailable:"));
+    machine.map(|kib| kib * 1024).into_iter().chain(memory::limit()).min().unwrap_or(u64::MAX)
 }
 
 /// Whether this process runs as root, which mpirun refuses by default.
@@ -207,6 +208,18 @@ pub fn kill_process_group(leader: u32) {
     }
 }
 
+/// Sends SIGTERM to a process.
+pub fn terminate(process: u32) {
+    if let Ok(process) = libc::pid_t::try_from(process)
+        && process > 1
+    {
+        // SAFETY: kill takes two integers and touches no memory of this process.
+        unsafe {
+            libc::kill(process, libc::SIGTERM);
+        }
+    }
+}
+
 /// Makes the kernel kill the child when the thread that starts it ends: a killed program leaves no child that goes on writing
 /// into its folder. Linux only; no effect elsewhere.
 pub fn die_with_parent(command: &mut std::process::Command) {
@@ -234,6 +247,65 @@ pub fn die_with_parent(command: &mut std::process::Command) {
     let _ = command;
 }
 
+/// What a short run of a program printed on stdout, and how it ended.
+pub struct Printed {
+    pub status: std::process::ExitStatus,
+    pub stdout: Vec<u8>,
+}
+
+/// Runs a program whose answer is short and quick. It has no stdin, and leads its own process group, which is killed at
+/// either limit.
+///
+/// # Errors
+/// `TimedOut` after `limit`; `FileTooLarge` if it prints more than `most_bytes`; those of starting it.
+pub fn probe(
+    mut command: std::process::Command,
+    limit: std::time::Duration,
+    most_bytes: u64,
+) -> std::io::Result<Printed> {
+    use std::io::{Error, ErrorKind, Read};
+    use std::os::unix::process::CommandExt;
+    use std::process::Stdio;
+    let begun = std::time::Instant::now();
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null()).process_group(0);
+    die_with_parent(&mut command);
+    let mut child = command.spawn()?;
+    let pipe = child.stdout.take().expect("a pipe");
+    let (send, receive) = std::sync::mpsc::channel();
+    // Ends when all members of the group have closed the pipe, at the latest when they are killed.
+    std::thread::spawn(move || {
+        let mut bytes = Vec::new();
+        let read = pipe.take(most_bytes + 1).read_to_end(&mut bytes).map(|_| bytes);
+        // Nobody listens any more after the time limit.
+        let _ = send.send(read);
+    });
+    let answer = receive.recv_timeout(limit);
+    let in_time = || -> std::io::Result<Option<std::process::ExitStatus>> {
+        loop {
+            match child.try_wait()? {
+                None if begun.elapsed() < limit => std::thread::sleep(std::time::Duration::from_millis(2)),
+                ended => return Ok(ended),
+            }
+        }
+    };
+    let printed = match answer {
+        Err(_) => Err(ErrorKind::TimedOut.into()),
+        Ok(Ok(bytes)) if bytes.len() as u64 > most_bytes => {
+            Err(Error::new(ErrorKind::FileTooLarge, format!("it printed more than {most_bytes} bytes")))
+        }
+        Ok(read) => read.and_then(|stdout| {
+            let mut in_time = in_time;
+            let status = in_time()?.ok_or(ErrorKind::TimedOut)?;
+            Ok(Printed { status, stdout })
+        }),
+    };
+    if printed.is_err() {
+        kill_process_group(child.id());
+        child.wait()?;
+    }
+    printed
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -247,6 +319,27 @@ mod tests {
         assert_eq!(shell.wait().expect("waited").signal(), Some(libc::SIGKILL));
         // Would be this process's own group.
         kill_process_group(0);
+    }
+
+    /// A program that answers, one that hangs with a child that holds the pipe, and one that prints for ever.
+    #[test]
+    fn probes_have_a_limit_of_time_and_of_output() {
+        let shell = |script: &str, milliseconds| {
+            let mut command = Command::new("sh");
+            command.args(["-c", script]);
+            probe(command, std::time::Duration::from_millis(milliseconds), 1000)
+        };
+        let answered = shell("echo yes; exit 3", 10_000).expect("answered");
+        assert_eq!((answered.stdout.as_slice(), answered.status.code()), (b"yes\n".as_slice(), Some(3)));
+        let begun = std::time::Instant::now();
+        for (script, kind) in [
+            ("sleep 60 & wait", std::io::ErrorKind::TimedOut),
+            ("exec >&-; sleep 60", std::io::ErrorKind::TimedOut),
+            ("while :; do echo more; done", std::io::ErrorKind::FileTooLarge),
+        ] {
+            assert_eq!(shell(script, 500).err().map(|e| e.kind()), Some(kind), "{script}");
+        }
+        assert!(begun.elapsed().as_secs() < 30, "a limit did not end its program");
     }
 
     #[test]

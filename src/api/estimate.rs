@@ -1,13 +1,12 @@
 //! What any method gives for one load.
 
-use super::Problem;
 use super::arrays::map;
 use super::state::State;
 use crate::load::LoadStep;
 use crate::method::{self, ContactMethod, Settings};
 use ndarray::Array2;
 
-/// The contact under one load, as any method gives it: a solver of the fields or an estimate. Units are those of its [`Problem`].
+/// The contact under one load, as any method gives it: a solver of the fields or an estimate. Units are those of its [`Problem`](crate::Problem).
 #[derive(Debug, Clone)]
 pub struct Estimate {
     /// Id of the method.
@@ -43,12 +42,11 @@ impl Estimate {
     }
 
     pub(super) fn new(
-        problem: &Problem,
+        (length, modulus): (f64, f64),
         method: &dyn ContactMethod,
         reduced: &method::Problem,
         found: &method::Estimate,
     ) -> Self {
-        let (length, modulus) = (problem.surface.length(), problem.contact_modulus);
         let step = LoadStep::single(found.pressure, 1.0);
         let state = crate::pipeline::state_of(method.card(), reduced, (&step, 1.0), found);
         let field = |field: &[f64], unit: f64| map(reduced.grid, field.iter().map(|v| v * unit).collect());

@@ -4,21 +4,25 @@ mod agreement;
 mod arrays;
 mod estimate;
 mod finished;
+mod loads;
 mod methods;
 mod observables;
 mod problem;
 mod state;
 mod surface;
 
+pub use crate::record::provenance::Provenance;
+pub use crate::surface::{Detrend, Edges, Fill, FilterKind, Preparation};
 pub use agreement::{MapAgreement, compare_maps};
 pub use arrays::Cell;
 pub use estimate::Estimate;
 pub use finished::{FinishedRun, FinishedState};
+pub use loads::Loads;
 pub use methods::{Method, methods};
 pub use observables::{
     Clusters, Percolation, PressureDistribution, clusters, contact_area, gap_distribution, hydraulic_gap, percolation,
     pressure_distribution,
 };
-pub use problem::{Adhesion, Body, Problem};
+pub use problem::{Adhesion, Body, Problem, Progress};
 pub use state::{GridError, LoadPath, PullOff, State};
 pub use surface::{FileOptions, Surface, SynthesisOptions};

@@ -3,8 +3,7 @@
 use super::arrays::{Cell, flags, map, row_major};
 use crate::grid::{Field, Grid};
 use crate::observe::{
-    self, Connectivity, ContactArea, Distribution, NO_PATCH, median_cluster_size, patches, percolates,
-    stress_distribution,
+    self, Connectivity, ContactArea, Distribution, NO_CLUSTER, median_cluster_size, percolates, stress_distribution,
 };
 use ndarray::{Array2, ArrayView2};
 
@@ -75,8 +74,8 @@ pub fn contact_area(gap: ArrayView2<f64>, threshold: f64, cell: Cell) -> Contact
 /// ```
 pub fn clusters(contact: ArrayView2<bool>, connectivity: Connectivity) -> Clusters {
     let (ny, nx) = contact.dim();
-    let found = patches(&flags(contact), nx, connectivity);
-    let label = |l: u32| if l == NO_PATCH { 0 } else { l as usize + 1 };
+    let found = observe::clusters(&flags(contact), nx, connectivity);
+    let label = |l: u32| if l == NO_CLUSTER { 0 } else { l as usize + 1 };
     Clusters { labels: map(Grid::unit(nx, ny), found.label.into_iter().map(label).collect()), sizes: found.sizes }
 }
 

@@ -2,14 +2,19 @@
 
 use super::Surface;
 use super::estimate::Estimate;
+use super::loads::Loads;
 use super::state::{LoadPath, PullOff, State};
-use crate::error::Complaint;
-use crate::interface::{self, Base, CubicHalfSpace, Elastic, Layer, NonPeriodic, PenaltyWall, RangeChoice, Wall};
-use crate::load::{Load, LoadStep};
-use crate::method::{self, ContactMethod, Heights, Kind, NoObserver, Precision, Stop};
-use crate::path;
-use crate::scene::{AdhesionLaw, default_tolerance};
+use crate::interface::{Base, RangeChoice};
+use crate::load::Load;
+use crate::method::{self, Card, Kind, NoObserver, Observer, Precision, Stop, Targets};
+use crate::path::{self, Begin};
+use crate::scene::{
+    AdhesionLaw, AdhesionScene, Case, ContinuumScene, CrystalScene, KeyName, LayerScene, LoadScene, Scene, WallKind,
+    rename_keys,
+};
 use crate::{Error, Result};
+use ndarray::Array2;
+use std::ops::ControlFlow;
 
 /// A rigid rough surface on an elastic body.
 ///
@@ -33,8 +38,23 @@ pub struct Problem {
     pub precision: Precision,
     /// Largest rms residual over the mean pressure. Default: 1e-8, in single precision what rounding allows.
     pub tolerance: Option<f64>,
+    /// Estimated errors at which a solver may stop before the residual has reached the tolerance.
+    pub targets: Targets,
     /// Iterations per load after which a solver stops.
     pub max_iterations: usize,
+    /// Gap `[ny, nx]` from which the first load starts, in the unit of the surface's length. None, the default, is first contact.
+    pub initial_gap: Option<Array2<f64>>,
+}
+
+/// Progress of a load.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// Iteration of the present grid.
+    pub iteration: usize,
+    /// Residual over the mean pressure.
+    pub residual: f64,
+    /// Estimated fraction of this load that is done.
+    pub fraction: f64,
 }
 
 /// The elastic body.
@@ -96,7 +116,9 @@ impl Problem {
             method: "auto".into(),
             precision: Precision::F64,
             tolerance: None,
-            max_iterations: 50_000,
+            targets: Targets::default(),
+            max_iterations: ContinuumScene::default().max_iterations,
+            initial_gap: None,
         }
     }
 
@@ -117,7 +139,7 @@ impl Problem {
     /// # Ok::<(), asperity::Error>(())
     /// ```
     pub fn solve(&self, mean_pressure: f64) -> Result<State> {
-        let mut path = self.load_path(&[Load::Pressure(mean_pressure)])?;
+        let mut path = self.load_path(&Loads::Pressure(vec![mean_pressure]))?;
         Ok(path.states.remove(0))
     }
 
@@ -125,8 +147,8 @@ impl Problem {
     ///
     /// # Errors
     /// As [`Problem::solve`].
-    pub fn load_path(&self, loads: &[Load]) -> Result<LoadPath> {
-        self.path(loads, false)
+    pub fn load_path(&self, loads: &Loads) -> Result<LoadPath> {
+        self.path((loads, false), &NoObserver)
     }
 
     /// As [`Problem::load_path`]; after the last load the surfaces are separated, and the largest tensile pressure on the way
@@ -134,8 +156,36 @@ impl Problem {
     ///
     /// # Errors
     /// As [`Problem::solve`]; `Input` without adhesion.
-    pub fn load_path_with_pull_off(&self, loads: &[Load]) -> Result<LoadPath> {
-        self.path(loads, true)
+    pub fn load_path_with_pull_off(&self, loads: &Loads) -> Result<LoadPath> {
+        self.path((loads, true), &NoObserver)
+    }
+
+    /// As [`Problem::load_path`]; `progress` is called once in each iteration, from any thread, and stops the solver by `Break`.
+    ///
+    /// # Errors
+    /// As [`Problem::solve`]; `Interrupted` after `Break`.
+    ///
+    /// ```
+    /// use asperity::{Error, Loads, Problem, Spectrum, Surface, SynthesisOptions};
+    /// use std::ops::ControlFlow;
+    ///
+    /// let spectrum = Spectrum { lambda_s: 1.0 / 8.0, ..Spectrum::CHALLENGE };
+    /// let surface = Surface::from_spectrum(spectrum, SynthesisOptions { nodes: 32, length: 1.0, seed: 1 })?;
+    /// let problem = Problem::new(surface, 1.0);
+    /// let stopped = problem.load_path_with_progress(&Loads::PStar(vec![0.05]), |_| ControlFlow::Break(()));
+    /// assert!(matches!(stopped, Err(Error::Interrupted)));
+    /// # Ok::<(), asperity::Error>(())
+    /// ```
+    pub fn load_path_with_progress(
+        &self,
+        loads: &Loads,
+        progress: impl Fn(Progress) -> ControlFlow<()> + Sync,
+    ) -> Result<LoadPath> {
+        let observer = |step: method::Iteration| {
+            let fraction = step.progress();
+            progress(Progress { iteration: step.iteration, residual: step.residual, fraction })
+        };
+        self.path((loads, false), &observer)
     }
 
     /// The contact under a mean pressure by any method, those included that do not solve for the fields.
@@ -143,45 +193,59 @@ impl Problem {
     /// # Errors
     /// As [`Problem::solve`].
     pub fn estimate(&self, mean_pressure: f64) -> Result<Estimate> {
-        let method = self.find_method()?;
+        let load = Loads::Pressure(vec![mean_pressure]);
+        let (mut case, method) = self.case(&load, false)?;
         if method.card().kind == Kind::Solver {
             return Ok(Estimate::of_state(self.solve(mean_pressure)?, method, &method::Settings::default()));
         }
-        let loads = self.reduced_loads(&[Load::Pressure(mean_pressure)], false)?;
+        let loads: Vec<Load> = case.load_steps().iter().map(|step| step.target).collect();
+        case.take_surface();
         self.surface.with_heights(false, |heights| {
-            let input = path::EstimatorInput::new(self.reduced(heights)?, method)?;
+            let input = path::EstimatorInput::new(case.problem(heights), method)?;
             let mut found = None;
             input.walk((&loads, 0), &NoObserver, |_, problem, estimate| {
-                found = Some(Estimate::new(self, method, problem, estimate));
+                found = Some(Estimate::new((self.surface.length(), self.contact_modulus), method, problem, estimate));
                 Ok(())
             })?;
             Ok(found.expect("a path that ends without an error has visited its load"))
         })
     }
 
-    /// Bytes that solving for a load path takes besides the surface.
+    /// Bytes that solving for a load takes besides the surface.
     ///
     /// # Errors
     /// As [`Problem::solve`].
     pub fn memory(&self) -> Result<u64> {
-        let method = self.find_method()?;
+        let (case, method) = self.case(&Loads::Pressure(vec![self.contact_modulus]), false)?;
         self.surface.with_heights(false, |heights| {
-            Ok(path::LoadPath::new(self.reduced(heights)?, method, self.resolution(), 0.0, &[]).plan(false).bytes)
+            Ok(path::LoadPath::new(case.problem(heights), method, case.range(), 0.0, &[]).plan(false).bytes)
         })
     }
 
-    fn path(&self, loads: &[Load], pull_off: bool) -> Result<LoadPath> {
-        let method = self.find_method()?;
+    /// Warnings about this problem: what the grid does not resolve, slopes and heights that suggest a wrong unit, a load beyond full
+    /// contact.
+    ///
+    /// # Errors
+    /// As [`Problem::solve`].
+    pub fn warnings(&self, loads: &Loads) -> Result<Vec<String>> {
+        Ok(self.case(loads, false)?.0.warnings)
+    }
+
+    fn path(&self, (loads, pull_off): (&Loads, bool), observer: &dyn Observer) -> Result<LoadPath> {
+        let (mut case, method) = self.case(loads, pull_off)?;
         if method.card().kind != Kind::Solver {
             let accepted = "a method that solves for the fields, or `Problem::estimate`";
             return Err(Error::input(PLACE, "method", method.card().id, accepted));
         }
-        let loads = self.reduced_loads(loads, pull_off)?;
-        let steps = LoadStep::path(&loads, &[], loads.len());
+        case.find_contact_pressures().map_err(named)?;
+        // The surface lends its heights; the case needs them no longer.
+        case.take_surface();
+        let targets: Vec<Load> = case.load_steps().iter().map(|step| step.target).collect();
+        let begin = self.begin()?;
         // As on the command line: the default method works on waves.
-        let as_waves = method.card().id == "fast" && self.body != Body::NonPeriodic;
+        let as_waves = method.card().id == "fast" && case.scene.continuum.is_periodic();
         self.surface.with_heights(as_waves, |heights| {
-            let path = path::LoadPath::new(self.reduced(heights)?, method, self.resolution(), 0.0, &loads);
+            let path = path::LoadPath::new(case.problem(heights), method, case.range(), 0.0, &targets);
             let (need, have) = (path.plan(pull_off).bytes, crate::sys::available_memory_bytes());
             if need > have {
                 let what = method.card().id.into();
@@ -189,104 +253,128 @@ impl Problem {
                 return Err(Error::Memory { what, need, have, advice });
             }
             let mut states = Vec::new();
-            let pulled = path.walk(None, pull_off, &NoObserver, |i, reached| match reached.state.stop {
-                Stop::Converged => {
-                    states.push(State::new(self, &steps[i], &reached));
-                    Ok(())
+            let pulled = path.walk(begin, pull_off, observer, |i, reached| {
+                require_converged(&reached, method.card(), path.problem().tolerance)?;
+                let mut state = State::new(&self.surface, self.contact_modulus, &case.load_steps()[i], &reached);
+                if self.adhesion.is_none() {
+                    state.clear_open_pressure();
                 }
-                Stop::Interrupted => Err(Error::Interrupted),
-                stop => Err(Error::NotConverged {
-                    method: method.card().id,
-                    why: stop.to_string(),
-                    iterations: reached.state.iterations,
-                    residual: reached.state.residual,
-                    tolerance: path.problem().tolerance,
-                    partial: None,
-                }),
+                states.push(state);
+                Ok(())
             })?;
-            Ok(LoadPath { states, pull_off: pulled.map(|p| PullOff::new(self, &p)) })
+            Ok(LoadPath {
+                states,
+                pull_off: pulled.map(|p| PullOff::new(self.surface.length(), self.contact_modulus, &p)),
+            })
         })
     }
 
-    fn find_method(&self) -> Result<&'static dyn ContactMethod> {
-        method::find(&self.method)
-            .ok_or_else(|| Error::input(PLACE, "method", format!("{:?}", self.method), method::ids().join(", ")))
+    /// The initial gap in reduced units.
+    fn begin(&self) -> Result<Option<Begin>> {
+        let Some(gap) = &self.initial_gap else { return Ok(None) };
+        let shape = self.surface.shape();
+        if gap.dim() != shape || gap.iter().any(|g| !g.is_finite()) {
+            let found = format!("an array of {:?}, finite: {}", gap.dim(), gap.iter().all(|g| g.is_finite()));
+            return Err(Error::input(
+                PLACE,
+                "initial_gap",
+                found,
+                format!("finite gaps {shape:?}, as the surface has"),
+            ));
+        }
+        Ok(Some(Begin::Gap(gap.iter().map(|g| g / self.surface.length()).collect())))
     }
 
-    fn resolution(&self) -> RangeChoice {
-        self.adhesion.map_or(RangeChoice::default(), |a| a.resolution)
-    }
-
-    /// Unit of the energies per area.
-    pub(super) fn energy_unit(&self) -> f64 {
-        self.contact_modulus * self.surface.length()
-    }
-
-    /// The problem in reduced units.
-    fn reduced<'a>(&self, heights: Heights<'a>) -> Result<method::Problem<'a>> {
-        self.check()?;
-        let (grid, length) = (self.surface.grid(), self.surface.length());
-        let kernel = match self.body {
-            Body::HalfSpace => Elastic::HalfSpace,
-            Body::Layer { thickness, poisson, base } => {
-                Elastic::Layer(Layer { thickness: thickness / length, poisson, base })
-            }
-            Body::Cubic { c11, c12, c44 } => Elastic::Cubic(CubicHalfSpace::new(c11, c12, c44)?),
-            Body::NonPeriodic => Elastic::NonPeriodic(NonPeriodic::of_region(grid.lx, grid.ly)),
-        };
-        let adhesion = self.adhesion.map_or(interface::Adhesion::None, |a| {
-            a.law.adhesion(a.work_of_adhesion / self.energy_unit(), a.range / length)
-        });
-        let wall = self.penalty_length.map_or(Wall::Hard, |l| Wall::Penalty(PenaltyWall { length: l / length }));
-        Ok(method::Problem {
-            kernel,
-            adhesion,
-            wall,
+    /// The checked case of this problem, as a scene or the flags of `solve` make it, and its method.
+    fn case(&self, loads: &Loads, pull_off: bool) -> Result<(Case, &'static dyn method::ContactMethod)> {
+        let continuum = ContinuumScene {
+            method: self.method.clone(),
             precision: self.precision,
-            tolerance: self.tolerance.unwrap_or(default_tolerance(self.precision, grid)),
+            tolerance: self.tolerance,
             max_iterations: self.max_iterations,
-            ..method::Problem::new(grid, heights)
-        })
-    }
-
-    fn check(&self) -> Result<()> {
-        let adhesion = self.adhesion.unwrap_or_default();
-        let mut list = Vec::new();
-        let mut unless = |good: bool, key: &str, found: f64, accepted: &str| {
-            if !good {
-                list.push(Complaint::new(key, found, accepted));
-            }
+            energy_tolerance: self.targets.energy,
+            area_tolerance: self.targets.area,
+            mean_gap_tolerance: self.targets.mean_gap,
+            wall: if self.penalty_length.is_some() { WallKind::Penalty } else { WallKind::Hard },
+            penalty_length_nm: self.penalty_length,
+            ..ContinuumScene::default()
         };
-        let positive = |value: f64| value.is_finite() && value > 0.0;
-        let (modulus, work) = (self.contact_modulus, adhesion.work_of_adhesion);
-        unless(positive(modulus), "contact_modulus", modulus, "a positive number");
-        unless(work.is_finite() && work >= 0.0, "adhesion.work_of_adhesion", work, "zero or a positive number");
-        let range = adhesion.range;
-        unless(self.adhesion.is_none() || positive(range), "adhesion.range", range, "a positive number");
-        self.penalty_length.iter().for_each(|&l| unless(positive(l), "penalty_length", l, "a positive number"));
-        self.tolerance.iter().for_each(|&t| unless(positive(t) && t < 1.0, "tolerance", t, "a number in (0, 1)"));
-        if let Body::Layer { thickness, poisson, .. } = self.body {
-            unless(positive(thickness), "body.thickness", thickness, "a positive number");
-            unless((0.0..=0.5).contains(&poisson), "body.poisson", poisson, "a number from 0 to 0.5");
-        }
-        if list.is_empty() { Ok(()) } else { Err(Error::Input { place: PLACE.into(), list }) }
-    }
-
-    /// Loads in reduced units.
-    fn reduced_loads(&self, loads: &[Load], pull_off: bool) -> Result<Vec<Load>> {
-        let attracts = self.adhesion.is_some_and(|a| a.work_of_adhesion > 0.0);
-        if pull_off && !attracts {
-            return Err(Error::input(PLACE, "pull-off", "without adhesion", "a positive work of adhesion"));
-        }
-        let reduced = |load: &Load| match *load {
-            Load::Pressure(p) if p.is_finite() && (attracts || p > 0.0) => Ok(Load::Pressure(p / self.contact_modulus)),
-            Load::Pressure(p) => Err(Error::input(PLACE, "mean pressure", p, "a positive number; with adhesion, any")),
-            Load::MeanGap(g) if g.is_finite() && g > 0.0 => Ok(Load::MeanGap(g / self.surface.length())),
-            Load::MeanGap(g) => Err(Error::input(PLACE, "mean gap", g, "a positive number")),
+        let (table, mut surface) = self.surface.resolved();
+        surface.laboratory.contact_modulus_mpa = Some(self.contact_modulus);
+        let scene = Scene {
+            laboratory: surface.laboratory.clone(),
+            continuum: match self.body {
+                Body::HalfSpace => continuum,
+                Body::NonPeriodic => ContinuumScene { periodic: Some(false), ..continuum },
+                Body::Layer { thickness: thickness_um, poisson, base } => {
+                    ContinuumScene { layer: Some(LayerScene { thickness_um, poisson, base }), ..continuum }
+                }
+                Body::Cubic { c11: c11_gpa, c12: c12_gpa, c44: c44_gpa } => {
+                    ContinuumScene { crystal: Some(CrystalScene { c11_gpa, c12_gpa, c44_gpa }), ..continuum }
+                }
+            },
+            adhesion: self.adhesion.map(|a| AdhesionScene {
+                law: a.law,
+                work_of_adhesion_mj_m2: a.work_of_adhesion,
+                range_nm: a.range,
+                range: a.resolution,
+                also_nonadhesive: false,
+                other_ranges_nm: Vec::new(),
+            }),
+            load: LoadScene { pull_off, ..loads.scene() },
+            ..Scene::new(PLACE, table)
         };
-        loads.iter().map(reduced).collect()
+        let case = Case::of_surface(scene, PLACE, surface).map_err(named)?;
+        Ok((case, method::find(&self.method).expect("checked with the case")))
     }
 }
 
 /// Named in errors.
 const PLACE: &str = "problem";
+
+/// Keys of scenes and their names here.
+const NAMES: [KeyName; 24] = [
+    ("laboratory.length_um", "the surface's length"),
+    ("laboratory.contact_modulus_mpa", "contact_modulus"),
+    ("load.pressure_mpa", "mean pressure"),
+    ("load.p_star", "p*"),
+    ("load.mean_gap_um", "mean gap"),
+    ("load.displacement_um", "displacement"),
+    ("load.contact", "contact fraction"),
+    ("load.pull_off", "pull-off"),
+    ("adhesion.work_of_adhesion_mj_m2", "adhesion.work_of_adhesion"),
+    ("adhesion.range_nm", "adhesion.range"),
+    ("[adhesion]", "adhesion"),
+    ("continuum.method", "method"),
+    ("continuum.precision", "precision"),
+    ("continuum.tolerance", "tolerance"),
+    ("continuum.max_iterations", "max_iterations"),
+    ("continuum.energy_tolerance", "targets.energy"),
+    ("continuum.area_tolerance", "targets.area"),
+    ("continuum.mean_gap_tolerance", "targets.mean_gap"),
+    ("continuum.periodic", "body"),
+    ("continuum.layer.thickness_um", "body.thickness"),
+    ("continuum.layer", "body"),
+    ("continuum.crystal", "body"),
+    ("continuum.penalty_length_nm", "penalty_length"),
+    ("surface.grid", "the surface's nodes"),
+];
+
+fn named(error: Error) -> Error {
+    rename_keys(error, &NAMES)
+}
+
+fn require_converged(reached: &path::Reached, card: &Card, tolerance: f64) -> Result<()> {
+    match reached.state.stop {
+        Stop::Converged => Ok(()),
+        Stop::Interrupted => Err(Error::Interrupted),
+        stop => Err(Error::NotConverged {
+            method: card.id,
+            why: stop.to_string(),
+            iterations: reached.state.iterations,
+            residual: reached.state.residual,
+            tolerance,
+            partial: None,
+        }),
+    }
+}

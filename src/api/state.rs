@@ -1,6 +1,6 @@
 //! States of a load path.
 
-use super::Problem;
+use super::Surface;
 use super::arrays::{Cell, map};
 use super::observables::{Clusters, Percolation, clusters, hydraulic_gap, percolation};
 use crate::load::{Branch, Load, LoadStep};
@@ -9,7 +9,7 @@ use crate::path::Reached;
 use crate::record::results::{self, Discretisation};
 use ndarray::Array2;
 
-/// An equilibrium. Units are those of its [`Problem`].
+/// An equilibrium. Units are those of its [`Problem`](crate::Problem).
 #[derive(Debug, Clone)]
 pub struct State {
     /// The load that was imposed.
@@ -20,7 +20,8 @@ pub struct State {
     pub cell: Cell,
     /// Gap between the surfaces, `[ny, nx]`, x fastest.
     pub gap: Array2<f64>,
-    /// Interfacial pressure, `[ny, nx]`, compression positive; adhesive stress is part of it.
+    /// Interfacial pressure, `[ny, nx]`, compression positive; adhesive stress is part of it. Without adhesion exactly zero where
+    /// the gap is open.
     pub pressure: Array2<f64>,
     /// Whether a node is in contact, `[ny, nx]`.
     pub contact: Array2<bool>,
@@ -64,9 +65,10 @@ impl From<Discretisation> for GridError {
 }
 
 impl State {
-    pub(super) fn new(problem: &Problem, step: &LoadStep, reached: &Reached) -> Self {
+    pub(super) fn new(surface: &Surface, modulus: f64, step: &LoadStep, reached: &Reached) -> Self {
         let Reached { state, area, discretisation, .. } = reached;
-        let (grid, length, modulus) = (problem.surface.grid(), problem.surface.length(), problem.contact_modulus);
+        let (grid, length) = (surface.grid(), surface.length());
+        let energy_unit = modulus * length;
         let field = |field: crate::grid::Field, unit: f64| map(grid, field.to_vec()).mapv_into(|v| v * unit);
         State {
             load: match step.target {
@@ -74,22 +76,27 @@ impl State {
                 Load::MeanGap(g) => Load::MeanGap(g * length),
             },
             branch: step.branch,
-            cell: problem.surface.cell(),
+            cell: surface.cell(),
             gap: field(state.gap, length),
             pressure: field(state.stress, modulus),
             contact: map(grid, contact_map(state.gap, 0.0)).mapv(|c| c != 0),
             mean_pressure: state.pressure * modulus,
             mean_gap: state.mean_gap * length,
             area: ContactArea { perimeter: area.perimeter / length, ..*area },
-            energy: state.energy * problem.energy_unit(),
-            elastic_energy: state.elastic_energy * problem.energy_unit(),
-            interaction_energy: state.interaction_energy * problem.energy_unit(),
+            energy: state.energy * energy_unit,
+            elastic_energy: state.elastic_energy * energy_unit,
+            interaction_energy: state.interaction_energy * energy_unit,
             grid_error: discretisation.map(GridError::from),
             load_error: state.load_error,
             residual: state.residual,
             iterations: state.iterations,
             seconds: state.seconds,
         }
+    }
+
+    /// Sets the pressure to exactly zero where the gap is open: solvers leave what their tolerance permits, of either sign.
+    pub(super) fn clear_open_pressure(&mut self) {
+        self.pressure.iter_mut().zip(&self.gap).filter(|(_, gap)| **gap > 0.0).for_each(|(p, _)| *p = 0.0);
     }
 
     /// Contact clusters; nodes that share an edge or a corner are neighbours.
@@ -144,8 +151,7 @@ pub struct PullOff {
 }
 
 impl PullOff {
-    pub(super) fn new(problem: &Problem, found: &results::PullOff) -> Self {
-        let (length, modulus) = (problem.surface.length(), problem.contact_modulus);
+    pub(super) fn new(length: f64, modulus: f64, found: &results::PullOff) -> Self {
         PullOff {
             mean_pressure: found.pressure * modulus,
             pressure_error: found.pressure_error * modulus,

@@ -4,8 +4,10 @@ use super::arrays::{Cell, map};
 use crate::grid::{Grid, Series};
 use crate::method::{Heights, Problem};
 use crate::record::heights::{HeightMap, Sign};
-use crate::scene::{self, Laboratory, SurfaceScene, Touching, Units, slope_warning};
-use crate::surface::{Modes, Spectrum, quality_warnings};
+use crate::record::import::Content;
+use crate::record::provenance::Provenance;
+use crate::scene::{self, Laboratory, ResolvedSurface, Scene, SurfaceFile, SurfaceScene, Touching, Units};
+use crate::surface::{Modes, Preparation, Spectrum, quality_warnings, slope_warnings};
 use crate::{Error, Result};
 use ndarray::{Array2, ArrayView2};
 use std::path::Path;
@@ -17,6 +19,7 @@ pub struct Surface {
     /// In reduced units: the cell has the extent 1 along x.
     grid: Grid,
     length: f64,
+    provenance: Option<Provenance>,
 }
 
 /// How a spectrum becomes a surface.
@@ -30,17 +33,17 @@ pub struct SynthesisOptions {
     pub seed: u64,
 }
 
-/// What a file of heights does not contain.
-#[derive(Debug, Clone, PartialEq)]
+/// What a file of heights does not declare, and the preparation of its map. Lengths are in the unit of the heights.
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct FileOptions {
-    /// Extent of the map along x, in any unit: results have the same.
-    pub length: f64,
-    /// One unit of the stored heights in the unit of `length`: 0.001 for heights in nm and a length in µm.
-    pub height_unit: f64,
-    /// Which points touch the other body first.
-    pub touching: Touching,
-    /// Name of the array, in a file with several.
+    /// Extent of the map along x. `None`: what the file declares.
+    pub length: Option<f64>,
+    /// Which points touch the other body first. `None`: what the file declares.
+    pub touching: Option<Touching>,
+    /// Name of the array or channel, in a file with several.
     pub dataset: Option<String>,
+    /// Steps that the map goes through before it is solved.
+    pub preparation: Preparation,
 }
 
 impl Surface {
@@ -93,30 +96,49 @@ impl Surface {
         Ok(Self::of(scene::Surface::Synthesised { modes, spectrum, seed }, Grid::unit(nodes, nodes), length))
     }
 
-    /// Reads a height map: `.npy`, `.npz`, HDF5, NetCDF, an ASCII matrix with one row per line, or lines of x y h.
+    /// Reads a height map: text, `.npy`, `.npz`, HDF5, NetCDF, `.x3p`, `.sdf`, `.sur` or `.gwy`.
     ///
     /// # Errors
-    /// Those of reading the file, with the place in it; a sign in the file other than `touching`; Fourier coefficients, for which
-    /// there is `asperity surface`.
+    /// Those of reading the file, with the place in it; a length or sign that neither file nor options have, or that differ between
+    /// them; those of the preparation; Fourier coefficients, for which there is `asperity surface`.
     pub fn from_file(path: impl AsRef<Path>, options: &FileOptions) -> Result<Self> {
         let path = path.as_ref();
-        positive("length", options.length)?;
-        positive("height_unit", options.height_unit)?;
         let table = SurfaceScene {
             heights: Some(path.to_path_buf()),
-            heights_unit_um: options.height_unit,
             dataset: options.dataset.clone(),
-            touching: Some(options.touching),
+            touching: options.touching,
+            fill: options.preparation.fill,
+            crop: options.preparation.crop,
+            remove_outliers: options.preparation.remove_outliers,
+            detrend: options.preparation.detrend,
+            low_pass_um: options.preparation.low_pass,
+            high_pass_um: options.preparation.high_pass,
+            filter: Some(options.preparation.filter),
+            resample: options.preparation.resample,
+            edges: options.preparation.edges,
             ..SurfaceScene::default()
         };
-        let laboratory = Laboratory { length_um: options.length, units: Units::Consistent, ..Laboratory::default() };
-        let source = scene::Surface::resolve(&table, &laboratory, Path::new(PLACE))?;
-        match source {
-            scene::Surface::Imported { grid, .. } => Ok(Self::of(source, grid, options.length)),
-            _ => {
-                Err(Error::format(path, "Fourier coefficients", "a height map (`asperity surface` makes one of them)"))
-            }
+        let mut scene = Scene::new("surface", table);
+        scene.laboratory = Laboratory { length_um: options.length, units: Units::Consistent, ..Laboratory::default() };
+        options.length.iter().try_for_each(|l| positive("length", *l))?;
+        let Some(mut file) = SurfaceFile::read(&scene.surface, Path::new(""))? else { unreachable!("it has a file") };
+        if !matches!(file.found.content, Content::Map(_)) {
+            let accepted = "a height map (`asperity surface` makes one of them)";
+            return Err(Error::format(path, "Fourier coefficients", accepted));
         }
+        let mut list = file.complete(&mut scene);
+        // Options have the last words of the scene's keys.
+        for complaint in &mut list {
+            let name = complaint.key.rsplit('.').next().unwrap_or_default();
+            complaint.key = name.trim_end_matches("_um").into();
+        }
+        if !list.is_empty() {
+            return Err(Error::Input { place: PLACE.into(), list });
+        }
+        let resolved = scene::Surface::resolve(&scene, Some(file), PLACE)?;
+        let scene::Surface::Imported { grid, .. } = resolved.surface else { unreachable!("a map") };
+        let length = resolved.laboratory.length();
+        Ok(Surface { provenance: resolved.provenance, ..Self::of(resolved.surface, grid, length) })
     }
 
     /// The same surface with this extent along y.
@@ -133,7 +155,12 @@ impl Surface {
     }
 
     fn of(source: scene::Surface, grid: Grid, length: f64) -> Self {
-        Surface { source, grid, length }
+        Surface { source, grid, length, provenance: None }
+    }
+
+    /// File, declared properties and preparation of a surface from a file.
+    pub fn provenance(&self) -> Option<&Provenance> {
+        self.provenance.as_ref()
     }
 
     /// Extent of the cell.
@@ -169,7 +196,7 @@ impl Surface {
             scene::Surface::Imported { heights, .. } => quality_warnings(self.grid, heights),
             scene::Surface::Fourier { .. } => Vec::new(),
         };
-        list.extend(slope_warning(self.rms_gradient()));
+        list.extend(slope_warnings(self.rms_gradient()));
         list
     }
 
@@ -179,6 +206,25 @@ impl Surface {
 
     pub(super) fn length(&self) -> f64 {
         self.length
+    }
+
+    /// The surface and its cell for a case, with the table `[surface]` of its grid.
+    pub(super) fn resolved(&self) -> (SurfaceScene, ResolvedSurface) {
+        let laboratory = Laboratory {
+            length_um: Some(self.length),
+            length_y_um: Some(self.grid.ly * self.length),
+            units: Units::Consistent,
+            ..Laboratory::default()
+        };
+        let table = SurfaceScene { grid: self.grid.nx, ..SurfaceScene::default() };
+        let surface = match &self.source {
+            scene::Surface::Imported { heights, origin, .. } => {
+                scene::Surface::Imported { grid: self.grid, heights: heights.clone(), origin: origin.clone() }
+            }
+            other => other.clone(),
+        };
+        let provenance = self.provenance.clone();
+        (table, ResolvedSurface { surface, laboratory, provenance, warnings: Vec::new() })
     }
 
     /// Lends the heights: as waves where the surface has them or `as_waves` requires them, else on the nodes.

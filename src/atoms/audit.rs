@@ -16,7 +16,7 @@ use crate::units::{ANGSTROM_M, Scales};
 /// Relative tolerance of equal values: below the resolution of atoms, above the rounding of quoted inputs such as
 /// 3.4878e-3 eV/Å².
 pub const SAME: f64 = 1e-3;
-/// Minimum number of distinct positions of crystal atoms in the cell of the indenter's net. Measured for flats: with
+/// Minimum number of distinct positions of crystal atoms in the cell of the indenter's lattice. Measured for flats: with
 /// 25 positions or more, adhesion is within 1 % of its areal law for ranges from 0.5 Å; with one position it is off
 /// by up to 80 % at 0.2 Å.
 pub const FEWEST_REGISTRIES: usize = 25;
@@ -82,7 +82,7 @@ impl Actual {
         Scales { length_m: self.length_angstrom * ANGSTROM_M, modulus_pa: self.modulus_gpa * 1e9 }
     }
 
-    /// Spacing s of the indenter's net, Å.
+    /// Spacing s of the indenter's lattice, Å.
     pub fn spacing_angstrom(&self) -> f64 {
         self.length_angstrom / self.net_points as f64
     }
@@ -91,7 +91,7 @@ impl Actual {
 /// Audits a scale-down, one line per group.
 ///
 /// # Errors
-/// `Error::Input` if the net's spacing or the lattice constant is not positive.
+/// `Error::Input` if the lattice's spacing or the lattice constant is not positive.
 pub fn audit(input: &AuditInput) -> Result<Vec<AuditLine>> {
     let AuditInput { target, actual } = input;
     let wall = Wall::new(actual.spacing_angstrom(), actual.a0_angstrom)?;
@@ -175,7 +175,7 @@ fn roughness(target: &Target, actual: &Actual) -> [AuditLine; 4] {
     let lambda_s = target.lambda_s * actual.length_angstrom;
     let lambda = actual.lambda_min_angstrom;
     let full = format!("rms gradient {:.4} over the whole spectrum, before the low-pass", actual.rms_gradient);
-    // Indenter atoms on a net represent no wave shorter than two spacings, a crystal none shorter than two bonds.
+    // Indenter atoms on a lattice represent no wave shorter than two spacings, a crystal none shorter than two bonds.
     let reachable = lambda_s >= (2.0 * bond).max(2.0 * actual.spacing_angstrom());
     let resolved = format!(
         "rms gradient {:.4} remains of {:.4} in the waves of {lambda:.2} Å and longer",
@@ -189,14 +189,7 @@ fn roughness(target: &Target, actual: &Actual) -> [AuditLine; 4] {
     let cut = format!("waves below {lambda:.2} Å are left out, {:.2} times λ_s = {lambda_s:.3} Å", lambda / lambda_s);
     [
         line("slope", "ḡ", target.rms_gradient, actual.rms_gradient, true, full),
-        line(
-            "slope that the atoms see",
-            "ḡ(λ_min)",
-            target.rms_gradient,
-            actual.resolved_gradient,
-            reachable,
-            resolved,
-        ),
+        line("resolved rms gradient", "ḡ(λ_min)", target.rms_gradient, actual.resolved_gradient, reachable, resolved),
         line("shortest wave in bonds", "λ_s √2/a0", lambda_s / bond, lambda / bond, reachable, bonds),
         line("shortest wave", "λ_min/λ_s", 1.0, lambda / lambda_s, reachable, cut),
     ]
@@ -225,10 +218,12 @@ fn spacing(actual: &Actual) -> AuditLine {
     let s = actual.spacing_angstrom();
     let within = s <= MAX_SPACING_ANGSTROM;
     let reason = if within {
-        format!("s = {s:.4} Å, at most {MAX_SPACING_ANGSTROM} Å: no crystal atom passes the net at slope 1")
+        format!(
+            "s = {s:.4} Å, at most {MAX_SPACING_ANGSTROM} Å: no crystal atom passes between indenter atoms at slope 1"
+        )
     } else {
         format!(
-            "s = {s:.4} Å is above {MAX_SPACING_ANGSTROM} Å: on slopes near 1 the net opens beyond 6.5 Å and crystal atoms \
+            "s = {s:.4} Å is above {MAX_SPACING_ANGSTROM} Å: on slopes near 1 the distance of indenter atoms exceeds 6.5 Å and crystal atoms \
              pass it"
         )
     };
@@ -236,12 +231,12 @@ fn spacing(actual: &Actual) -> AuditLine {
     line("indenter spacing", "s/d_c", target / CONTACT_DISTANCE_ANGSTROM, s / CONTACT_DISTANCE_ANGSTROM, true, reason)
 }
 
-/// Number of distinct positions of the atoms of an fcc (100) surface in the cell of a square net with `points` per
-/// `cells` lattice constants; 1 for a net in registry with the crystal.
+/// Number of distinct positions of the atoms of an fcc (100) surface in the cell of a square lattice with `points` per
+/// `cells` lattice constants; 1 for a lattice in registry with the crystal.
 pub fn distinct_registries(points: usize, cells: usize) -> usize {
     let divisor = gcd(points.max(1), cells.max(1));
     let (p, q) = (points.max(1) / divisor, cells.max(1) / divisor);
-    // Surface atoms sit at (i, j) a0/2 with i + j even, that is at i p/(2q) of a net cell: a residue of i p modulo 2q.
+    // Surface atoms sit at (i, j) a0/2 with i + j even, that is at i p/(2q) of a cell of that lattice: a residue of i p modulo 2q.
     let period = 2 * q;
     let reached = |parity: usize| -> Vec<usize> {
         let mut r: Vec<usize> = (parity..period).step_by(2).map(|i| i * p % period).collect();
@@ -261,15 +256,17 @@ fn registries(actual: &Actual) -> AuditLine {
     let divisor = gcd(actual.net_points.max(1), actual.crystal_cells.max(1));
     let (p, q) = (actual.net_points / divisor, actual.crystal_cells / divisor);
     let reason = if enough {
-        format!("{p} net points per {q} cells put surface atoms at {found} positions in the net's cell: incommensurate")
+        format!(
+            "{p} indenter atoms per {q} lattice constants put surface atoms at {found} positions in the cell of their lattice: incommensurate"
+        )
     } else {
         format!(
-            "{p} net points per {q} cells put surface atoms at only {found} positions in the net's cell: commensurate, so that \
+            "{p} indenter atoms per {q} lattice constants put surface atoms at only {found} positions in the cell of their lattice: commensurate, so that \
              adhesion and repulsion depend on the registry"
         )
     };
     let target = if enough { found } else { FEWEST_REGISTRIES };
-    line("lattice mismatch", "positions in the net's cell", target as f64, found as f64, true, reason)
+    line("lattice mismatch", "positions in the cell of their lattice", target as f64, found as f64, true, reason)
 }
 
 #[cfg(test)]
@@ -325,7 +322,7 @@ mod tests {
                 ("adhesive stress", "unreachable"),
                 ("Tabor number", "unreachable"),
                 ("slope", "kept"),
-                ("slope that the atoms see", "unreachable"),
+                ("resolved rms gradient", "unreachable"),
                 ("shortest wave in bonds", "unreachable"),
                 ("shortest wave", "unreachable"),
                 ("depth", "changed"),
@@ -372,7 +369,7 @@ mod tests {
             ("adhesion range", "kept"),
             ("adhesive stress", "kept"),
             ("slope", "changed"),
-            ("slope that the atoms see", "kept"),
+            ("resolved rms gradient", "kept"),
             ("shortest wave in bonds", "kept"),
             ("indenter spacing", "changed"),
             ("lattice mismatch", "changed"),

@@ -1,12 +1,9 @@
 //! Runs a job: LAMMPS runs as a child process, is monitored and can be stopped. Its result is accepted only after all
 //! checks.
-//!
-//! An [`Engine`] runs a job. Besides LAMMPS there is [`ReplayEngine`](super::replay::ReplayEngine), which replays a
-//! recorded run, so that order, time limits and failures are tested in milliseconds.
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{Read, Seek, SeekFrom};
+use std::io::{ErrorKind, Read, Seek, SeekFrom};
 use std::ops::ControlFlow;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
@@ -17,6 +14,7 @@ use super::job::Job;
 use super::job_files::lock;
 use super::load_history::{self, LoadHistory, StepRecord};
 use super::minimizer_checkpoint;
+use super::search_path::{find_lammps, search_path};
 use super::styles::Styles;
 use crate::error::LammpsFailure;
 use crate::record::results::LoadStepResults;
@@ -25,6 +23,10 @@ use crate::{Error, Result, sys};
 /// Polling interval of the load steps: short compared with the shortest step (0.1 s for three thousand atoms), at
 /// negligible cost.
 const POLL: Duration = Duration::from_millis(40);
+
+/// Limits of `lmp -h`, which takes 0.1 s and prints 30 KB.
+const PROBE_LIMIT: Duration = Duration::from_secs(10);
+const MOST_PROBE_BYTES: u64 = 4 << 20;
 
 /// Forces are printed with three digits; a converged force may exceed the tolerance by this factor.
 const FORCE_ROUNDING: f64 = 1.001;
@@ -38,19 +40,6 @@ pub fn caveat(ranks: usize, atoms: u64) -> Option<String> {
     (ranks > 1 && atoms < FEWEST_ATOMS_FOR_RANKS).then(|| {
         format!("{ranks} MPI ranks for {atoms} atoms: below {FEWEST_ATOMS_FOR_RANKS} atoms one is as fast, and faster on a busy machine")
     })
-}
-
-/// Runs jobs.
-pub trait Engine: Sync {
-    /// Program and version, one line.
-    fn describe(&self) -> &str;
-
-    /// Runs the job, or continues it after the last finished step, to its end. `watch` is called for every finished
-    /// step in order and repeatedly in between; `Break` stops the run.
-    ///
-    /// # Errors
-    /// `Interrupted` after `Break`, `Lammps` with the failure, `Memory`, `MissingProgram`, `Io`.
-    fn run(&self, job: &Job, watch: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<Finished>;
 }
 
 /// Progress of a run.
@@ -76,32 +65,24 @@ pub struct Finished {
     pub resumed_from: Option<usize>,
     /// Steps whose largest force exceeds the tolerance, or whose load was not reached.
     pub unconverged: Vec<usize>,
-    pub seconds: f64,
     /// Peak resident memory of LAMMPS in this call, bytes; 0 if unknown, as for several ranks.
     pub peak_bytes: u64,
 }
 
 impl Finished {
-    pub(super) fn collect(job: &Job, resumed_from: Option<usize>, begun: Instant) -> Result<Finished> {
+    fn collect(job: &Job, resumed_from: Option<usize>) -> Result<Finished> {
         let history = LoadHistory::read(&job.folder)?;
         let evaluations = read_evaluations(&job.folder)?;
         let settings = &job.spec.settings;
         let steps = history.steps.iter().map(|r| r.to_results(settings.load_unit, &evaluations)).collect();
         let loose = |r: &&StepRecord| !r.load_converged || r.max_force > FORCE_ROUNDING * settings.force_tolerance;
         let unconverged = history.steps.iter().filter(loose).map(|r| r.step).collect();
-        Ok(Finished {
-            history,
-            steps,
-            resumed_from,
-            unconverged,
-            seconds: begun.elapsed().as_secs_f64(),
-            peak_bytes: 0,
-        })
+        Ok(Finished { history, steps, resumed_from, unconverged, peak_bytes: 0 })
     }
 }
 
 /// Calls `watch` for finished steps.
-pub(super) struct Watcher<'a> {
+struct Watcher<'a> {
     job: &'a Job,
     begun: Instant,
     seen: usize,
@@ -109,22 +90,18 @@ pub(super) struct Watcher<'a> {
 }
 
 impl<'a> Watcher<'a> {
-    pub(super) fn new(job: &'a Job, begun: Instant, finished: Option<usize>) -> Self {
+    fn new(job: &'a Job, begun: Instant, finished: Option<usize>) -> Self {
         Watcher { job, begun, seen: finished.map_or(0, |k| k + 1), iterations: 0 }
     }
 
     /// Reads the iteration count from the end of a log. LAMMPS counts iterations over all steps, across restarts.
-    fn hear(&mut self, history: &LoadHistory, log: &Path) {
+    fn read_progress(&mut self, history: &LoadHistory, log: &Path) {
         let earlier: usize = history.steps.iter().map(|r| r.iterations).sum();
         self.iterations = last_iteration(log).map_or(0, |all| all.saturating_sub(earlier));
     }
 
     /// One call per new step, or a single call without a new step.
-    pub(super) fn tell(
-        &mut self,
-        history: &LoadHistory,
-        watch: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-    ) -> ControlFlow<()> {
+    fn report(&mut self, history: &LoadHistory, watch: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> ControlFlow<()> {
         if history.steps.len() <= self.seen {
             return watch(self.progress(history.last(), false));
         }
@@ -167,20 +144,25 @@ impl LammpsEngine {
         let how = "install LAMMPS (Debian: apt install lammps) or give its path with --lammps";
         let missing = |program: &str| Error::MissingProgram { program: program.into(), how: how.into() };
         let program = match given {
+            Some(path) if path.as_os_str().as_encoded_bytes().first() == Some(&b'-') => {
+                let accepted = "a program whose name does not begin with a dash; a path may begin with ./";
+                return Err(Error::input("LAMMPS", "program", path.display(), accepted));
+            }
             Some(path) if path.components().count() > 1 => {
                 path.is_file().then(|| path.to_path_buf()).ok_or_else(|| missing(&path.display().to_string()))?
             }
-            Some(name) => in_search_path(name).ok_or_else(|| missing(&name.display().to_string()))?,
-            None => ["lmp", "lammps"]
-                .into_iter()
-                .find_map(|name| in_search_path(Path::new(name)))
-                .ok_or_else(|| missing("LAMMPS (lmp or lammps)"))?,
+            Some(name) => search_path(name).ok_or_else(|| missing(&name.display().to_string()))?,
+            None => find_lammps().ok_or_else(|| missing("LAMMPS (lmp or lammps)"))?,
         };
         // The run has another working folder.
         let program = std::path::absolute(&program).map_err(Error::io("find", &program))?;
         let mut probe = Command::new(&program);
-        probe.arg("-h").env("OMP_NUM_THREADS", "1").env("PAGER", "cat").stdin(Stdio::null());
-        let output = probe.output().map_err(|_| missing(&program.display().to_string()))?;
+        probe.arg("-h").env("OMP_NUM_THREADS", "1").env("PAGER", "cat");
+        let output = sys::probe(probe, PROBE_LIMIT, MOST_PROBE_BYTES).map_err(|e| match e.kind() {
+            ErrorKind::TimedOut => missing(&format!("LAMMPS as {} (-h took more than 10 s)", program.display())),
+            ErrorKind::FileTooLarge => missing(&format!("LAMMPS as {} (-h: {e})", program.display())),
+            _ => missing(&program.display().to_string()),
+        })?;
         let styles = Styles::parse(&String::from_utf8_lossy(&output.stdout));
         if styles.lists.is_empty() {
             return Err(missing(&format!("LAMMPS as {}", program.display())));
@@ -206,7 +188,7 @@ impl LammpsEngine {
         if ranks == 0 || ranks > cores {
             return Err(Error::input("LAMMPS", "ranks", ranks, format!("1 to {cores}, the cores of this machine")));
         }
-        if ranks > 1 && in_search_path(Path::new("mpirun")).is_none() {
+        if ranks > 1 && search_path(Path::new("mpirun")).is_none() {
             let how = "install an MPI (Debian: apt install openmpi-bin) or run one rank".into();
             return Err(Error::MissingProgram { program: "mpirun".into(), how });
         }
@@ -323,18 +305,25 @@ impl LammpsEngine {
     }
 }
 
-impl Engine for LammpsEngine {
-    fn describe(&self) -> &str {
+impl LammpsEngine {
+    /// Program and version, one line.
+    pub fn describe(&self) -> &str {
         &self.description
     }
 
-    fn run(&self, job: &Job, watch: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<Finished> {
+    /// Runs the job, or continues it after the last finished step, to its end. `watch` is called for every finished
+    /// step in order and repeatedly in between; `Break` stops the run.
+    ///
+    /// # Errors
+    /// `Interrupted` after `Break`, `Lammps` with the failure, `Memory`, `MissingProgram`, `Io`.
+    pub fn run(&self, job: &Job, watch: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<Finished> {
         let begun = Instant::now();
         let _lock = lock(&job.folder)?;
         self.check_styles(job)?;
+        job.check_inputs()?;
         if is_complete(job)? {
             let all = LoadHistory::read(&job.folder)?.last().map(|r| r.step);
-            return Finished::collect(job, all, begun);
+            return Finished::collect(job, all);
         }
         let (need, have) = (job.memory_bytes(self.ranks), sys::available_memory_bytes());
         if need > have {
@@ -381,8 +370,8 @@ impl Engine for LammpsEngine {
             if is_further {
                 minimizer_checkpoint::keep_only(&job.folder, vouched)?;
             }
-            watcher.hear(&history, &job.folder.join(log_name(finished)));
-            if watcher.tell(&history, watch).is_break() {
+            watcher.read_progress(&history, &job.folder.join(log_name(finished)));
+            if watcher.report(&history, watch).is_break() {
                 return Err(Error::Interrupted);
             }
             if let Some(status) = ended {
@@ -396,8 +385,8 @@ impl Engine for LammpsEngine {
         let read = |name: &str| std::fs::read(job.folder.join(name)).unwrap_or_default();
         let (log, screen) = (read(&log_name(finished)), read("log.screen"));
         judge(status, &String::from_utf8_lossy(&log), &String::from_utf8_lossy(&screen)).map_err(|f| failed(job, f))?;
-        check_ladder(job)?;
-        Ok(Finished { peak_bytes, ..Finished::collect(job, finished, begun)? })
+        check_load_steps(job)?;
+        Ok(Finished { peak_bytes, ..Finished::collect(job, finished)? })
     }
 }
 
@@ -417,19 +406,19 @@ impl Drop for Group {
     }
 }
 
-pub(super) fn failed(job: &Job, failure: LammpsFailure) -> Error {
+fn failed(job: &Job, failure: LammpsFailure) -> Error {
     Error::Lammps { folder: job.folder.clone(), failure }
 }
 
 /// Whether the job has ended and its last frame exists.
-pub(super) fn is_complete(job: &Job) -> Result<bool> {
+fn is_complete(job: &Job) -> Result<bool> {
     let history = LoadHistory::read(&job.folder)?;
     let ended = job.end(&history.steps).is_some();
     Ok(ended && history.last().is_some_and(|r| load_history::frame_file(&job.folder, r.step).is_ok()))
 }
 
 /// Checks that the load steps end where the job specifies, and that no atoms are missing.
-pub(super) fn check_ladder(job: &Job) -> Result<()> {
+fn check_load_steps(job: &Job) -> Result<()> {
     let history = LoadHistory::read(&job.folder)?;
     let before = job.atoms();
     if let Some(record) = history.steps.iter().find(|r| r.atoms != before) {
@@ -446,10 +435,10 @@ pub(super) fn check_ladder(job: &Job) -> Result<()> {
 }
 
 /// Classifies the end of a run by exit status, log and screen output.
-pub(super) fn judge(status: ExitStatus, log: &str, screen: &str) -> std::result::Result<(), LammpsFailure> {
+fn judge(status: ExitStatus, log: &str, screen: &str) -> std::result::Result<(), LammpsFailure> {
     // Other errors are consequences of the time limit; the interrupted step is not finished.
     if log.contains("Wall time limit reached") {
-        let text = "its script's time limit (timer timeout) was reached; the same command goes on from the last step";
+        let text = "its script's time limit (timer timeout) was reached; the same command resumes at the last step";
         return Err(LammpsFailure::Output(text.into()));
     }
     if let Some(failure) = error_line(log).or_else(|| error_line(screen)) {
@@ -530,12 +519,6 @@ fn read_evaluations(folder: &Path) -> Result<BTreeMap<usize, usize>> {
     Ok(counts)
 }
 
-fn in_search_path(name: &Path) -> Option<PathBuf> {
-    use std::os::unix::fs::PermissionsExt;
-    let runs = |p: &PathBuf| std::fs::metadata(p).is_ok_and(|m| m.is_file() && m.permissions().mode() & 0o111 != 0);
-    std::env::split_paths(&std::env::var_os("PATH")?).map(|folder| folder.join(name)).find(runs)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -586,5 +569,7 @@ mod tests {
             assert_eq!(error.exit_code(), 5);
             assert!(error.to_string().contains(name) && error.to_string().contains("--lammps"), "{error}");
         }
+        let dash = LammpsEngine::find(Some(Path::new("-in"))).expect_err("refused");
+        assert!(dash.exit_code() == 2 && dash.to_string().contains("dash"), "{dash}");
     }
 }

@@ -161,7 +161,7 @@ fn lowered(frame: &Frame, block: &Block, indenter: &Indenter) -> Result<f64> {
     let name = format!("timestep {}", frame.timestep);
     if down.is_empty() {
         let found = format!("{name}: no atom of the indenter");
-        let accepted = format!("at least one (ids from {first} on): it tells how far the indenter has come down");
+        let accepted = format!("at least one (ids from {first} on): it gives the displacement of the indenter");
         return Err(Error::format(&frame.source, found, accepted));
     }
     let (least, most) = down.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), d| (a.min(*d), b.max(*d)));
@@ -229,9 +229,10 @@ mod tests {
 
     fn scan(files: &[PathBuf]) -> Result<(DumpTrajectory, Vec<String>)> {
         let (block, indenter, interaction) = setting();
-        let mut told = Vec::new();
-        let found = DumpTrajectory::scan(files, &block, &indenter, &interaction, &mut |w| told.push(w.to_string()))?;
-        Ok((found, told))
+        let mut warnings = Vec::new();
+        let found =
+            DumpTrajectory::scan(files, &block, &indenter, &interaction, &mut |w| warnings.push(w.to_string()))?;
+        Ok((found, warnings))
     }
 
     fn put(folder: &Path, name: &str, bytes: &[u8]) -> PathBuf {
@@ -267,8 +268,8 @@ mod tests {
             for (name, bytes) in
                 [("a.lammpstrj", both.as_bytes()), ("b.gz", &packed), ("c.dump", &packed), ("d.dump", &zst)]
             {
-                let (found, told) = scan(&[put(folder.path(), name, bytes)]).expect(columns);
-                assert_eq!((found.places.len(), told.len()), (2, 0));
+                let (found, warnings) = scan(&[put(folder.path(), name, bytes)]).expect(columns);
+                assert_eq!((found.places.len(), warnings.len()), (2, 0));
                 let last = &found.places[1];
                 assert_eq!((last.index, last.timestep), (1, 400));
                 assert!((last.displacement_angstrom - 0.4).abs() < 1e-5, "{columns}: {last:?}");
@@ -282,11 +283,11 @@ mod tests {
         let folder = tempfile::tempdir().expect("scratch");
         let (one, two) = (text(0.2, "id type x y z"), text(0.4, "id type x y z"));
         let cut = one.clone() + &two[..two.len() - 40];
-        let (found, told) = scan(&[put(folder.path(), "cut", cut.as_bytes())]).expect("one frame");
+        let (found, warnings) = scan(&[put(folder.path(), "cut", cut.as_bytes())]).expect("one frame");
         assert_eq!(found.places.len(), 1);
         assert!(
-            told[0].contains("the last frame ends (timestep 400) after") && told[0].contains("left out"),
-            "{told:?}"
+            warnings[0].contains("the last frame ends (timestep 400) after") && warnings[0].contains("left out"),
+            "{warnings:?}"
         );
         // A file with an incomplete frame only is an error.
         let error = scan(&[put(folder.path(), "cut", &two.as_bytes()[..two.len() - 40])]).expect_err("no frame");
@@ -294,8 +295,9 @@ mod tests {
         let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
         packed.write_all((one + &two).as_bytes()).expect("packed");
         let packed = packed.finish().expect("packed");
-        let (found, told) = scan(&[put(folder.path(), "cut.gz", &packed[..packed.len() - 200])]).expect("one frame");
-        assert_eq!((found.places.len(), told.len()), (1, 1));
+        let (found, warnings) =
+            scan(&[put(folder.path(), "cut.gz", &packed[..packed.len() - 200])]).expect("one frame");
+        assert_eq!((found.places.len(), warnings.len()), (1, 1));
     }
 
     #[test]

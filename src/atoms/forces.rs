@@ -180,11 +180,11 @@ mod tests {
         let (frame, indenter) = setting();
         let of = interaction(None);
         for (lowered, load) in [(0.7, 1.05), (0.7, 0.9), (0.9, 1.0)] {
-            let asked = load * indenter_forces(&frame, &indenter, lowered, &of, 0.0).load();
-            let down = lowered_to(&frame, &indenter, lowered, &of, asked).expect("found");
+            let load_down = load * indenter_forces(&frame, &indenter, lowered, &of, 0.0).load();
+            let down = lowered_to(&frame, &indenter, lowered, &of, load_down).expect("found");
             assert_eq!(down > lowered, load > 1.0);
             let carried = indenter_forces(&frame, &indenter, down, &of, 0.0).load();
-            assert!((carried / asked - 1.0).abs() <= LOAD_BALANCE, "{carried} {asked}");
+            assert!((carried / load_down - 1.0).abs() <= LOAD_BALANCE, "{carried} {load_down}");
         }
         let refused = lowered_to(&frame, &indenter, 0.1, &of, 1e6).expect_err("too much");
         assert!(refused.to_string().contains("carries about 1000000"), "{refused}");

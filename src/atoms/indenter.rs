@@ -207,6 +207,6 @@ mod tests {
         let mut heights = vec![0.0; 121];
         heights[13] = f64::NAN;
         let error = Indenter::above(&block, 11, heights, R_M).expect_err("NaN");
-        assert!(error.to_string().contains("row 1, column 2"), "{error}");
+        assert!(error.to_string().contains("row 2, column 3"), "{error}");
     }
 }

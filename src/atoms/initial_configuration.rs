@@ -115,9 +115,9 @@ impl LayerDisplacementField {
             let ky = signed_mode(j, grid.ny);
             for kx in 0..grid.half() as i64 {
                 let first_of_pair = kx > 0 || ky > 0;
-                let held = 2 * kx < grid.nx as i64 && 2 * ky.abs() < grid.ny as i64;
+                let resolved = 2 * kx < grid.nx as i64 && 2 * ky.abs() < grid.ny as i64;
                 let k = ((kx * kx + ky * ky) as f64).sqrt();
-                if first_of_pair && held && k <= most {
+                if first_of_pair && resolved && k <= most {
                     let stiffness = layer.stiffness(TAU * kx as f64, TAU * ky as f64);
                     let sunk = spectrum[j * grid.pitch() + kx as usize] / grid.points() as f64;
                     modes.push(Mode { kx, ky, pressure: sunk * stiffness });
@@ -304,9 +304,9 @@ impl PrescribedLoads {
             ("indenter_mass".to_string(), self.indenter_mass_u.to_string()),
             ("load_tol".to_string(), LOAD_TOLERANCE.to_string()),
         ];
-        for (k, asked) in self.loads.iter().enumerate() {
-            list.push((format!("load{}", k + 1), asked.load.to_string()));
-            list.push((format!("dz{}", k + 1), asked.dz_angstrom.to_string()));
+        for (k, prescribed) in self.loads.iter().enumerate() {
+            list.push((format!("load{}", k + 1), prescribed.load.to_string()));
+            list.push((format!("dz{}", k + 1), prescribed.dz_angstrom.to_string()));
         }
         list
     }

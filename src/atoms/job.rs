@@ -1,7 +1,7 @@
 //! Job folder of one LAMMPS run; it can also be run by hand.
 //!
 //! Files: `block.data` (the atoms), the script and the scripts that it includes, `potential.eam.alloy` (a copy),
-//! `job.json` (all variables and counts), and `move.K.dump` for prescribed loads. The run adds `load_steps.csv`,
+//! `job.json` (all variables and counts), `run.sh` and `in.vars` (its command line), and `move.K.dump` for prescribed loads. The run adds `load_steps.csv`,
 //! `frame.K.dump`, `restart.K` and its logs.
 
 use std::path::{Path, PathBuf};
@@ -12,13 +12,15 @@ use super::data_file::write_data;
 use super::indenter::Indenter;
 use super::initial_configuration::{InitialConfiguration, PrescribedLoad, PrescribedLoads};
 use super::interaction::Interaction;
-use super::job_files::lock;
+use super::job_files::{lock, write_run_script};
 use super::job_spec::{DisplacementRamp, JobSpec, LoadingProtocol, RelaxationSettings, check};
 use super::load_history::{self, Between, Bracket, LOAD_STEPS_FILE, LoadHistory, StepRecord};
 use super::minimizer_checkpoint;
 use super::nvt::{NvtRun, NvtSettings, RELAXED};
 use super::scripts::{self, INCLUDED, Script};
 use super::unloading::{self, MAX_RISE_ANGSTROM, UnloadingState};
+use crate::error::LammpsFailure;
+use crate::record::provenance::file_hash;
 use crate::{Error, Result};
 
 pub const DATA_FILE: &str = "block.data";
@@ -164,6 +166,7 @@ impl Job {
             None => {}
         }
         put(SPEC_FILE, text.as_bytes())?;
+        write_run_script(folder, job.script().file, &job.variables_by_hand())?;
         Ok(job)
     }
 
@@ -177,6 +180,24 @@ impl Job {
         let text = std::fs::read_to_string(&file).map_err(Error::io("read", &file))?;
         let spec = serde_json::from_str(&text).map_err(|e| Error::format(&file, e, "the specification of a job"))?;
         Ok(Job { folder, spec })
+    }
+
+    /// Checks the atoms and the potential against the hashes of `job.json`. LAMMPS itself reports missing ones.
+    ///
+    /// # Errors
+    /// `Lammps`, which names the file; `Io`.
+    pub fn check_inputs(&self) -> Result<()> {
+        let atoms = (DATA_FILE, &self.spec.data_hash);
+        let relaxes = !matches!(self.spec.protocol, LoadingProtocol::Nvt(_));
+        let table = (POTENTIAL_FILE, &self.spec.potential_hash);
+        for (name, written) in relaxes.then_some(atoms).into_iter().chain([table]) {
+            let file = self.folder.join(name);
+            if file.exists() && file_hash(&file)? != *written {
+                let what = format!("{name} changed since the job was written; `atoms build` writes it again");
+                return Err(Error::Lammps { folder: self.folder.clone(), failure: LammpsFailure::Output(what) });
+            }
+        }
+        Ok(())
     }
 
     /// Deformable, fixed and indenter atoms together.
@@ -241,6 +262,15 @@ impl Job {
             LoadingProtocol::Nvt(run) => own = run.variables(),
         }
         list.into_iter().map(|(key, value)| (key.to_string(), value)).chain(own).collect()
+    }
+
+    /// The same for a run from the first step on one rank, checkpoints included.
+    fn variables_by_hand(&self) -> Vec<(String, String)> {
+        let often = self.spec.protocol.prescribed().map(|_| {
+            let often = minimizer_checkpoint::iterations(minimizer_checkpoint::INTERVAL, self.atoms(), 1);
+            ("restart_every".to_string(), often.to_string())
+        });
+        self.variables(&[], false).into_iter().chain(often).collect()
     }
 
     /// Step of the peak load, if it is finished and the job unloads.

@@ -1,4 +1,4 @@
-//! Hashes and the lock of a job folder.
+//! Hashes, the lock, and the command line by hand of a job folder.
 
 use std::fs::File;
 use std::io::{self, Write};
@@ -7,6 +7,23 @@ use std::time::Duration;
 
 use crate::error::LammpsFailure;
 use crate::{Error, Result};
+
+/// Command line by hand, and the `-var` arguments of the script in it.
+pub(super) const RUN_SCRIPT: &str = "run.sh";
+pub(super) const VARIABLES_FILE: &str = "in.vars";
+
+/// Writes `run.sh`, which runs a job from its first step as the engine does, and the variables of its script into `in.vars`.
+///
+/// # Errors
+/// `Io`.
+pub(super) fn write_run_script(folder: &Path, script: &str, variables: &[(String, String)]) -> Result<()> {
+    let put = |name: &str, text: String| {
+        let file = folder.join(name);
+        std::fs::write(&file, text).map_err(Error::io("write", &file))
+    };
+    put(VARIABLES_FILE, variables.iter().map(|(name, value)| format!("-var {name} {value}\n")).collect())?;
+    put(RUN_SCRIPT, include_str!("run.sh").replace("@SCRIPT@", script))
+}
 
 /// A writer that also computes the BLAKE3 hash of the bytes written.
 pub(super) struct Hashing<W> {

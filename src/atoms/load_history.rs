@@ -55,7 +55,7 @@ impl StepRecord {
         }
     }
 
-    fn parse(line: &str) -> Option<Self> {
+    pub(super) fn parse(line: &str) -> Option<Self> {
         let words: Vec<&str> = line.trim_end().split(',').collect();
         if words.len() != HEADER.split(',').count() {
             return None;
@@ -272,13 +272,20 @@ pub fn evaluations(log: &str) -> BTreeMap<usize, usize> {
     counts
 }
 
-/// Verifies the frame of a finished step: LAMMPS does not detect a frame truncated by a full disk. The hash of the
-/// restart file is stored in `restart.K.b3`, so that later damage is detected before a run continues from it.
+/// Verifies the frame of a finished step: LAMMPS does not detect a frame truncated by a full disk. The hashes of the
+/// frame and of the step's line are stored in `frame.K.b3`, that of the restart file in `restart.K.b3`, so that later
+/// damage is detected before a run continues from it.
 ///
 /// # Errors
 /// `Format` for an incomplete frame; `Io`.
 pub fn verify_step(folder: &Path, step: usize) -> Result<()> {
-    read_frame(frame_file(folder, step)?)?;
+    let frame = frame_file(folder, step)?;
+    read_frame(&frame)?;
+    let table = folder.join(LOAD_STEPS_FILE);
+    let text = std::fs::read(&table).map_err(Error::io("read", &table))?;
+    let line = text.split_inclusive(|b| *b == b'\n').nth(1 + step).unwrap_or_default();
+    let hashes = hashes_of_step(&frame, line)?;
+    write_atomic(&folder.join(format!("frame.{step}.b3")), |w| w.write_all(hashes.as_bytes()))?;
     // With short steps LAMMPS may have removed the file already; two later files exist then.
     if let Some(hash) = hash_of(&folder.join(format!("restart.{step}")))? {
         write_atomic(&hash_file(folder, step), |w| w.write_all(hash.as_bytes()))?;
@@ -289,12 +296,19 @@ pub fn verify_step(folder: &Path, step: usize) -> Result<()> {
     Ok(())
 }
 
+/// Hashes of a frame and of its line in the table.
+pub(super) fn hashes_of_step(frame: &Path, line: &[u8]) -> Result<String> {
+    let frame = hash_of(frame)?.unwrap_or_default();
+    Ok(format!("{frame} {}", blake3::hash(line).to_hex()))
+}
+
 /// Removes all steps from `step` on.
 ///
 /// # Errors
 /// As [`prepare_resume`].
 pub fn roll_back(folder: &Path, step: usize) -> Result<()> {
-    for kept in [format!("frame.{step}.dump"), format!("frame.{step}.dump.zst"), format!("restart.{step}")] {
+    let frame = ["dump", "dump.zst", "b3"].map(|end| format!("frame.{step}.{end}"));
+    for kept in frame.into_iter().chain([format!("restart.{step}")]) {
         remove(&folder.join(kept))?;
     }
     shorten(folder, step)?;
@@ -315,7 +329,7 @@ fn hash_of(file: &Path) -> Result<Option<String>> {
     }
 }
 
-fn remove(file: &Path) -> Result<()> {
+pub(super) fn remove(file: &Path) -> Result<()> {
     match std::fs::remove_file(file) {
         Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::io("remove", file)(e)),
         _ => Ok(()),
@@ -338,9 +352,9 @@ pub(super) fn keep_first(folder: &Path, steps: usize) -> Result<()> {
 fn shorten(folder: &Path, steps: usize) -> Result<()> {
     let file = folder.join(LOAD_STEPS_FILE);
     if file.is_file() {
-        let text = std::fs::read_to_string(&file).map_err(Error::io("read", &file))?;
+        let text = std::fs::read(&file).map_err(Error::io("read", &file))?;
         let lines = if steps == 0 { 0 } else { 1 + steps };
-        let keep: usize = text.split_inclusive('\n').take(lines).map(str::len).sum();
+        let keep: usize = text.split_inclusive(|b| *b == b'\n').take(lines).map(<[u8]>::len).sum();
         if keep < text.len() {
             let handle = std::fs::OpenOptions::new().write(true).open(&file).map_err(Error::io("open", &file))?;
             handle.set_len(keep as u64).map_err(Error::io("shorten", &file))?;

@@ -253,34 +253,34 @@ impl SetflHeader {
 
         let line = lines.content("the number of elements and their symbols")?;
         let mut words = line.split_whitespace();
-        let asked = "the number of elements and their symbols, as in '1 Ca'";
-        let count: usize = lines.parse(words.next(), asked)?;
+        let accepted = "the number of elements and their symbols, as in '1 Ca'";
+        let count: usize = lines.parse(words.next(), accepted)?;
         let symbols: Vec<String> = words.map(str::to_owned).collect();
         if count == 0 || count > MOST_ELEMENTS || symbols.len() != count {
-            return Err(lines.refuse(&line, asked));
+            return Err(lines.refuse(&line, accepted));
         }
 
-        let asked = "'Nrho drho Nr dr cutoff', with all five positive";
-        let line = lines.content(asked)?;
+        let accepted = "'Nrho drho Nr dr cutoff', with all five positive";
+        let line = lines.content(accepted)?;
         let mut words = line.split_whitespace();
-        let n_rho: usize = lines.parse(words.next(), asked)?;
-        let d_rho: f64 = lines.parse(words.next(), asked)?;
-        let n_r: usize = lines.parse(words.next(), asked)?;
-        let d_r_angstrom: f64 = lines.parse(words.next(), asked)?;
-        let cutoff_angstrom: f64 = lines.parse(words.next(), asked)?;
+        let n_rho: usize = lines.parse(words.next(), accepted)?;
+        let d_rho: f64 = lines.parse(words.next(), accepted)?;
+        let n_r: usize = lines.parse(words.next(), accepted)?;
+        let d_r_angstrom: f64 = lines.parse(words.next(), accepted)?;
+        let cutoff_angstrom: f64 = lines.parse(words.next(), accepted)?;
         let rows_fit = [n_rho, n_r].iter().all(|n| (2..=MOST_ROWS).contains(n));
         let steps_fit = [d_rho, d_r_angstrom, cutoff_angstrom].iter().all(|x| x.is_finite() && *x > 0.0);
         if !rows_fit || !steps_fit {
-            return Err(lines.refuse(&line, asked));
+            return Err(lines.refuse(&line, accepted));
         }
 
         let mut elements = Vec::with_capacity(count);
         for symbol in symbols {
-            let asked = "an element line 'Z mass a0 lattice'";
-            let line = lines.content(asked)?;
+            let accepted = "an element line 'Z mass a0 lattice'";
+            let line = lines.content(accepted)?;
             let mut words = line.split_whitespace();
-            let atomic_number = lines.parse(words.next(), asked)?;
-            let mass_u: f64 = lines.parse(words.next(), asked)?;
+            let atomic_number = lines.parse(words.next(), accepted)?;
+            let mass_u: f64 = lines.parse(words.next(), accepted)?;
             if !(mass_u.is_finite() && mass_u > 0.0) {
                 return Err(lines.refuse(&line, "a positive mass"));
             }
@@ -336,19 +336,19 @@ impl<R: BufRead> Lines<'_, R> {
     }
 
     /// The next line that is not blank after removal of a `#` comment, as LAMMPS reads it.
-    fn content(&mut self, asked: &str) -> Result<String> {
+    fn content(&mut self, accepted: &str) -> Result<String> {
         while let Some(line) = self.next()? {
             let bare = line.split('#').next().unwrap_or_default().trim();
             if !bare.is_empty() {
                 return Ok(bare.to_owned());
             }
         }
-        Err(self.ended(asked))
+        Err(self.ended(accepted))
     }
 
-    fn parse<T: std::str::FromStr>(&self, word: Option<&str>, asked: &str) -> Result<T> {
+    fn parse<T: std::str::FromStr>(&self, word: Option<&str>, accepted: &str) -> Result<T> {
         let word = word.unwrap_or("nothing");
-        word.parse().map_err(|_| self.refuse(word, asked))
+        word.parse().map_err(|_| self.refuse(word, accepted))
     }
 
     /// Checks and skips `count` numbers; a table must end at the end of a line.
@@ -370,20 +370,20 @@ impl<R: BufRead> Lines<'_, R> {
         Ok(())
     }
 
-    fn refuse(&self, found: &str, asked: &str) -> Error {
+    fn refuse(&self, found: &str, accepted: &str) -> Error {
         // Control characters of a binary file must not reach the terminal.
         let shown: String =
             found.chars().take(60).map(|c| if c.is_control() || c == '\u{fffd}' { '?' } else { c }).collect();
-        let accepted = format!("{asked}, in a LAMMPS setfl (eam/alloy) table");
+        let accepted = format!("{accepted}, in a LAMMPS setfl (eam/alloy) table");
         Error::format(self.name, format!("line {}: '{shown}'", self.number), accepted)
     }
 
-    fn ended(&self, asked: &str) -> Error {
+    fn ended(&self, accepted: &str) -> Error {
         let lines = self.number.saturating_sub(1);
         Error::format(
             self.name,
             format!("the file ends after {lines} lines"),
-            format!("{asked}, in a LAMMPS setfl (eam/alloy) table"),
+            format!("{accepted}, in a LAMMPS setfl (eam/alloy) table"),
         )
     }
 }
@@ -495,8 +495,8 @@ mod tests {
         let c44 = curvature(&ca, |e| [[1.0, e / 2.0, 0.0], [e / 2.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
         let c12 = both / 2.0 - c11;
         let scale = 1.0985;
-        for (name, found, asked) in [("C11", c11, 27.8), ("C12", c12, 18.2), ("C44", c44, 16.3)] {
-            assert!((found - asked * scale).abs() < FIT_MODULUS_GPA, "{name} = {found}, asked {}", asked * scale);
+        for (name, found, target) in [("C11", c11, 27.8), ("C12", c12, 18.2), ("C44", c44, 16.3)] {
+            assert!((found - target * scale).abs() < FIT_MODULUS_GPA, "{name} = {found}, accepted {}", target * scale);
         }
         let modulus = crate::interface::Cubic::new(c11, c12, c44).unwrap().contact_modulus();
         assert!((modulus - 28.57).abs() < FIT_MODULUS_GPA, "E* = {modulus}");

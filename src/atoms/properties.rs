@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::atoms::potential::SetflHeader;
 use crate::error::{Error, LammpsFailure, Result};
 use crate::interface::Cubic;
+use crate::sys;
 use crate::units::J_M2_PER_EV_A2;
 
 /// Runs LAMMPS scripts: the program, or a replay of recorded output.
@@ -36,6 +37,7 @@ impl RunScript for LmpCommand {
         // One thread: the cells are too small for more, and LAMMPS warns if the variable is not set.
         command.current_dir(folder).env("OMP_NUM_THREADS", "1").stdin(Stdio::null());
         command.arg("-in").arg(script).arg("-log").arg(log);
+        sys::die_with_parent(&mut command);
         for (name, value) in vars {
             command.arg("-var").arg(name).args(value.split_whitespace());
         }

@@ -56,16 +56,16 @@ mod tests {
     #[test]
     fn the_loop_time_is_divided_by_steps_and_atoms() {
         let folder = tempfile::tempdir().unwrap();
-        let told = |text| measure(&Says(text), folder.path(), ("x.alloy", "Ca", 5.5884));
+        let measured = |text| measure(&Says(text), folder.path(), ("x.alloy", "Ca", 5.5884));
         let text =
             "noise\nLoop time of 0.5 on 1 procs for 20 steps with 50000 atoms\n\n80.0% CPU use with 1 MPI tasks x 1\n";
-        assert!((told(text).unwrap() / 4e-7 - 1.0).abs() < 1e-12);
+        assert!((measured(text).unwrap() / 4e-7 - 1.0).abs() < 1e-12);
         for less in [
             "",
             "Loop time of 0.5 on 1 procs for 20 steps with 50000 atoms\n",
             "Loop time of 0.5\n80.0% CPU use with 1\n",
         ] {
-            assert!(told(less).unwrap_err().to_string().contains("no time of its loop"), "{less}");
+            assert!(measured(less).unwrap_err().to_string().contains("no time of its loop"), "{less}");
         }
     }
 }

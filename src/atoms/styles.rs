@@ -10,7 +10,7 @@ pub(super) struct Styles {
 }
 
 impl Styles {
-    pub fn parse(help: &str) -> Styles {
+    pub(super) fn parse(help: &str) -> Styles {
         let mut styles = Styles::default();
         let mut section: Option<String> = None;
         for line in help.lines() {
@@ -29,7 +29,7 @@ impl Styles {
         styles
     }
 
-    pub fn has(&self, kind: &str, name: &str) -> bool {
+    pub(super) fn has(&self, kind: &str, name: &str) -> bool {
         self.lists.get(kind).is_some_and(|list| list.contains(name))
     }
 }

@@ -1,6 +1,6 @@
 //! Areal law of the rigid indenter: energy and pressure of a plane net of indenter atoms on an fcc (100) surface.
 //!
-//! The wall is a square net of spacing s with `n₁ = 1/s²` atoms per area. Each (100) plane of the crystal has
+//! The wall is a square lattice of spacing s with `n₁ = 1/s²` atoms per area. Each (100) plane of the crystal has
 //! `n_s = 2/a₀²` atoms per area, and the planes are `a₀/2` apart. d is the distance between the net and the outermost
 //! plane of nuclei. Areal laws are averages over the registry of net and crystal:
 //! `E(d) = n_s n₁ Σ_planes ∫_z^∞ V(r) 2πr dr`, hence `P = -dE/dd = n_s Σ_planes 2π n₁ z V(z)`. A net that is
@@ -32,7 +32,7 @@ const SCAN_END: f64 = 0.5;
 pub struct Wall {
     pub epsilon_ev: f64,
     pub sigma_angstrom: f64,
-    /// Spacing s of the square net, Å.
+    /// Spacing s of the square lattice, Å.
     pub spacing_angstrom: f64,
     /// Lattice constant of the crystal, Å.
     pub a0_angstrom: f64,
@@ -196,7 +196,7 @@ impl Refusal {
             Refusal::Number { key, found } => return Error::input("indenter", key, found, "a positive number"),
             Refusal::Weak { reached, .. } => format!(
                 "{least}: within so short a range the exponential outgrows the Lennard-Jones core, and the equilibrium \
-                 is lost when the work of adhesion is {reached:.2} of what is asked"
+                 is lost when the work of adhesion is {reached:.2} of the requested one"
             ),
             Refusal::PullsThrough { pressure, .. } => format!(
                 "{least}: beyond a pressure of {:.1} GPa the exponential outgrows the Lennard-Jones core and pulls the \

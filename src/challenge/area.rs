@@ -16,12 +16,12 @@ const SPAN: [f64; 2] = [1e-3, 0.1];
 /// Relative tolerance for "within the symbol size" of the paper's figure.
 const SYMBOL_SIZE: f64 = 0.2;
 
-/// All contact fractions are perimeter-corrected, which removes the discretisation error at the edges of patches.
+/// All contact fractions are perimeter-corrected, which removes the discretisation error at the edges of clusters.
 fn area(s: &StateResults) -> f64 {
     s.contact_fraction_corrected
 }
 
-pub(super) fn judge(data: &ChallengeData) -> Vec<AcceptanceCheck> {
+pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
     let plain: Vec<&StateResults> = ChallengeData::touching(data.plain).collect();
     let adhesive: Vec<&StateResults> = ChallengeData::touching(data.adhesive).collect();
     // Waves that the grid does not resolve are absent from the solution: loads are relative to the resolved rms
@@ -34,7 +34,7 @@ pub(super) fn judge(data: &ChallengeData) -> Vec<AcceptanceCheck> {
     let ratios: Vec<f64> = plain.iter().filter(|s| area(s) < PROPORTIONAL).map(|s| area(s) / load(s)).collect();
     let law: Vec<f64> =
         plain.iter().filter(|s| s.numbers.p_star < ALL).map(|s| area(s) / libm::erf(PI.sqrt() * load(s))).collect();
-    let raised: Vec<f64> = adhesive
+    let increases: Vec<f64> = adhesive
         .iter()
         .filter(|s| (FEW_PER_CENT[0]..FEW_PER_CENT[1]).contains(&area(s)))
         .filter_map(|s| Some(area(s) / area(plain.iter().find(|p| p.numbers.index == s.numbers.index)?)))
@@ -54,7 +54,7 @@ pub(super) fn judge(data: &ChallengeData) -> Vec<AcceptanceCheck> {
     vec![
         data.of_both(
             Statement::new("S05", "adhesion raises the contact area, at a few per cent of contact", "1"),
-            |item| item.near(worst(&raised, 1.5), 1.5, 0.2, "\"roughly 50 %\"; the load farthest from it"),
+            |item| item.near(worst(&increases, 1.5), 1.5, 0.2, "\"roughly 50 %\"; the load farthest from it"),
         ),
         data.of_both(Statement::new("S06", "contact at the reference load, with adhesion", "%"), |item| {
             item.near(at_reference.map(|a| 100.0 * a), 3.0, 0.5, "\"3 %\", to half of its digit")

@@ -5,8 +5,8 @@
 //! with the reason.
 
 mod area;
+mod clusters;
 mod gap;
-mod patches;
 mod setting;
 mod stress;
 #[cfg(test)]
@@ -14,7 +14,7 @@ mod tests;
 
 use crate::load::Branch;
 use crate::observe::Distribution;
-use crate::record::acceptance::{AcceptanceCheck, CheckStatus};
+use crate::record::acceptance::{AcceptanceCheck, CheckScope, CheckStatus};
 use crate::record::results::{ContinuumResults, Observed, Results, StateResults};
 use crate::scene::REFERENCE_LOAD;
 
@@ -23,42 +23,58 @@ use crate::scene::REFERENCE_LOAD;
 pub const MESH_LIMIT: f64 = std::f64::consts::FRAC_PI_2;
 
 /// Smallest resolved fraction of the rms gradient for statements that depend on the shortest waves.
-const HELD: f64 = 0.97;
+const RESOLVED: f64 = 0.97;
 
 /// Smallest number of contact nodes for an area that is not dominated by single nodes.
 const ENOUGH_NODES: f64 = 500.0;
 
-/// Exponent of the number density of contact patches over their area.
+/// Exponent of the number density of contact clusters over their area.
 pub const SIZE_EXPONENT: f64 = -1.45;
 
-/// Statements about the set-up, independent of the solution.
-const OF_THE_SETTING: [&str; 3] = ["S01", "S02", "S03"];
+/// Statements that follow from the set-up. MESH passes or is not assessed.
+const OF_THE_SETTING: [&str; 4] = ["MESH", "S01", "S02", "S03"];
 
-/// Number of checks of each status, as text.
-pub fn tally(list: &[AcceptanceCheck]) -> String {
-    let of = |v: CheckStatus| list.iter().filter(|j| j.status == v).count();
-    let set = |j: &&AcceptanceCheck| j.status == CheckStatus::Pass && OF_THE_SETTING.contains(&j.id.as_str());
+/// Number of checks of each status, as text. Checks that cannot fail and those at a longer range of adhesion are counted
+/// separately.
+pub fn summary(list: &[AcceptanceCheck]) -> String {
+    let ids = |status: CheckStatus, scope: Option<CheckScope>| -> Vec<&str> {
+        let is = |j: &&AcceptanceCheck| j.status == status && scope.is_none_or(|s| s == j.scope);
+        list.iter().filter(is).map(|j| j.id.as_str()).collect()
+    };
+    let counts = |scope| {
+        let failed = ids(CheckStatus::Fail, Some(scope));
+        let which = if failed.is_empty() { String::new() } else { format!(" ({})", failed.join(", ")) };
+        format!("{} pass, {} fail{which}", ids(CheckStatus::Pass, Some(scope)).len(), failed.len())
+    };
+    let longer = match list.iter().any(|j| j.scope == CheckScope::LongerRange && j.status != CheckStatus::NotAssessed) {
+        true => format!("; with the longer range of adhesion: {}", counts(CheckScope::LongerRange)),
+        false => String::new(),
+    };
     format!(
-        "{} pass ({} of them of the set-up alone), {} fail, {} not judged",
-        of(CheckStatus::Pass),
-        list.iter().filter(set).count(),
-        of(CheckStatus::Fail),
-        of(CheckStatus::NotAssessed)
+        "{}{longer}; {} not assessed; {} hold by set-up",
+        counts(CheckScope::Paper),
+        ids(CheckStatus::NotAssessed, None).len(),
+        ids(CheckStatus::Pass, Some(CheckScope::Setup)).len()
     )
 }
 
+/// Whether a statement about the paper's own problem failed.
+pub fn has_failed(list: &[AcceptanceCheck]) -> bool {
+    list.iter().any(|j| j.status == CheckStatus::Fail && j.scope != CheckScope::LongerRange)
+}
+
 /// Evaluates all statements for a run of a scene with `[challenge]`.
-pub fn judge(results: &Results) -> Vec<AcceptanceCheck> {
+pub fn assess(results: &Results) -> Vec<AcceptanceCheck> {
     let Some(data) = ChallengeData::of(results) else { return Vec::new() };
-    [setting::judge, area::judge, gap::judge, stress::judge, patches::judge]
+    [setting::assess, area::assess, gap::assess, stress::assess, clusters::assess]
         .into_iter()
-        .flat_map(|j| j(&data))
+        .flat_map(|of_data| of_data(&data))
         .collect()
 }
 
 /// The state at the challenge's reference load on the loading branch.
 pub fn reference(c: &ContinuumResults) -> Option<&StateResults> {
-    ChallengeData::there(c).find(|s| (s.numbers.p_star / REFERENCE_LOAD - 1.0).abs() < 1e-6)
+    ChallengeData::loading(c).find(|s| (s.numbers.p_star / REFERENCE_LOAD - 1.0).abs() < 1e-6)
 }
 
 /// Results of a run, for the evaluation of the statements.
@@ -97,14 +113,14 @@ impl<'a> ChallengeData<'a> {
     }
 
     /// The states of the loading branch.
-    fn there(c: &ContinuumResults) -> impl Iterator<Item = &StateResults> {
+    fn loading(c: &ContinuumResults) -> impl Iterator<Item = &StateResults> {
         c.states.iter().filter(|s| s.branch == Branch::Loading)
     }
 
     /// States of the loading branch with enough contact nodes.
     fn touching(c: &ContinuumResults) -> impl Iterator<Item = &StateResults> {
         let nodes = (c.nx * c.ny) as f64;
-        Self::there(c)
+        Self::loading(c)
             .filter(move |s| s.numbers.contact_fraction * nodes >= ENOUGH_NODES && s.contact_fraction_corrected > 0.0)
     }
 
@@ -114,35 +130,40 @@ impl<'a> ChallengeData<'a> {
         Some([of(self.adhesive)?, of(self.plain)?])
     }
 
-    /// Checks a statement about adhesion if the grid resolves it. If the range used exceeds the requested one, the
-    /// reason states the Tabor parameter.
-    fn of_adhesion(&self, item: Statement, judge: impl FnOnce(Statement) -> AcceptanceCheck) -> AcceptanceCheck {
-        if let Some(reason) = &self.unresolved {
-            return item.not_judged(reason);
+    /// Checks a statement about adhesion if the grid resolves it.
+    fn of_adhesion(&self, item: Statement, assess: impl FnOnce(Statement) -> AcceptanceCheck) -> AcceptanceCheck {
+        match &self.unresolved {
+            Some(reason) => item.not_assessed(reason),
+            None => self.at_range(assess(item)),
         }
-        let judged = judge(item);
+    }
+
+    /// Marks a check of results with adhesion if the range used exceeds the challenge's; the reason then states the Tabor
+    /// parameter.
+    fn at_range(&self, check: AcceptanceCheck) -> AcceptanceCheck {
         match self.adhesive.range.filter(|r| r.used > r.requested) {
-            Some(r) => {
-                let reason = format!("{}; at Tabor parameter {:.2}", judged.reason, setting::tabor(r.used));
-                AcceptanceCheck { reason, ..judged }
-            }
-            None => judged,
+            Some(r) => AcceptanceCheck {
+                reason: format!("{}; at Tabor parameter {:.2}", check.reason, setting::tabor(r.used)),
+                scope: CheckScope::LongerRange,
+                ..check
+            },
+            None => check,
         }
     }
 
     /// Checks a statement about the shortest waves if the grid resolves them.
-    fn of_roughness(&self, item: Statement, judge: impl FnOnce(Statement) -> AcceptanceCheck) -> AcceptanceCheck {
+    fn of_roughness(&self, item: Statement, assess: impl FnOnce(Statement) -> AcceptanceCheck) -> AcceptanceCheck {
         match self.plain.resolved_gradient {
-            Some(g) if g < HELD => {
-                item.not_judged(format!("the grid resolves {g:.2} of the rms gradient: 2002 points a side do all"))
-            }
-            _ => judge(item),
+            Some(g) if g < RESOLVED => item.not_assessed(format!(
+                "the grid resolves {g:.2} of the rms gradient: 2002 points per side resolve all of it"
+            )),
+            _ => assess(item),
         }
     }
 
     /// Checks a statement about adhesion and the shortest waves if the grid resolves both.
-    fn of_both(&self, item: Statement, judge: impl FnOnce(Statement) -> AcceptanceCheck) -> AcceptanceCheck {
-        self.of_adhesion(item, |item| self.of_roughness(item, judge))
+    fn of_both(&self, item: Statement, assess: impl FnOnce(Statement) -> AcceptanceCheck) -> AcceptanceCheck {
+        self.of_adhesion(item, |item| self.of_roughness(item, assess))
     }
 }
 
@@ -159,7 +180,7 @@ impl Statement {
         Statement { id, text, unit }
     }
 
-    fn judged(self, status: CheckStatus, reason: impl Into<String>) -> AcceptanceCheck {
+    fn with_status(self, status: CheckStatus, reason: impl Into<String>) -> AcceptanceCheck {
         AcceptanceCheck {
             id: self.id.into(),
             statement: self.text.into(),
@@ -168,12 +189,13 @@ impl Statement {
             reference: None,
             tolerance: None,
             status,
+            scope: if OF_THE_SETTING.contains(&self.id) { CheckScope::Setup } else { CheckScope::Paper },
             reason: reason.into(),
         }
     }
 
-    fn not_judged(self, reason: impl Into<String>) -> AcceptanceCheck {
-        self.judged(CheckStatus::NotAssessed, reason)
+    fn not_assessed(self, reason: impl Into<String>) -> AcceptanceCheck {
+        self.with_status(CheckStatus::NotAssessed, reason)
     }
 
     /// Passes between `low` and `high`; not assessed without a finite value.
@@ -185,15 +207,15 @@ impl Statement {
         reason: impl Into<String>,
     ) -> AcceptanceCheck {
         let Some(value) = value.filter(|v| v.is_finite()) else {
-            return self.not_judged("the run holds too few loads, or too little contact, to tell");
+            return self.not_assessed("too few loads, or too little contact, in this run");
         };
         let status = if (low..=high).contains(&value) { CheckStatus::Pass } else { CheckStatus::Fail };
-        let told = |end: f64| Some(end).filter(|e| e.is_finite());
+        let finite = |end: f64| Some(end).filter(|e| e.is_finite());
         AcceptanceCheck {
             value: Some(value),
             reference: Some(reference),
-            tolerance: Some([told(low), told(high)]),
-            ..self.judged(status, reason)
+            tolerance: Some([finite(low), finite(high)]),
+            ..self.with_status(status, reason)
         }
     }
 
@@ -263,7 +285,7 @@ mod arithmetic {
     }
 
     #[test]
-    fn what_cannot_be_told_is_no_pass() {
+    fn statements_without_a_value_do_not_pass() {
         let item = Statement::new("S00", "nothing", "1");
         assert_eq!(item.near(None, 1.0, 0.1, "").status, CheckStatus::NotAssessed);
         assert_eq!(item.near(Some(f64::NAN), 1.0, 0.1, "").status, CheckStatus::NotAssessed);

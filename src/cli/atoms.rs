@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 #[derive(Debug, clap::Subcommand)]
-pub enum Atoms {
+pub(super) enum Atoms {
     /// Write a LAMMPS job folder: data file, script, potential, variables (lammps-inputs/README.md).
     Build {
         /// Scene with [atoms].
@@ -75,7 +75,7 @@ fn block(scene: &Path) -> Result<(Case, AtomsCase)> {
 }
 
 impl Atoms {
-    pub fn execute(self) -> Result<()> {
+    pub(super) fn execute(self) -> Result<()> {
         match self {
             Atoms::Build { scene, out, json } => build(&scene, &out, json),
             Atoms::Run { job, lammps, ranks, time_limit, json } => {
@@ -104,7 +104,7 @@ fn build(scene: &Path, out: &Path, json: bool) -> Result<()> {
     let job = pipeline::build_job(&case, &atoms, out, &progress)?;
     drop(progress);
     if json {
-        return output::json_line(&json!({ "out": out, "job": job.spec, "audit": atoms.audit }));
+        return output::json_line(&json!({ "out": output::path(out), "job": job.spec, "audit": atoms.audit }));
     }
     let r = &job.spec;
     output::print(&format!(
@@ -167,7 +167,7 @@ fn read(scene: &Path, job: Option<&Path>, frames: &[PathBuf], out: &Path, json: 
         }
     };
     if json {
-        return output::json_line(&json!({ "out": out, "states": found.states }));
+        return output::json_line(&json!({ "out": output::path(out), "states": found.states }));
     }
     let rows = found.states.iter().map(|s| {
         vec![

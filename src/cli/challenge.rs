@@ -1,10 +1,10 @@
 use super::file::{FileFlags, refuse_grid};
-use super::flag_names::{FlagName, with_flags};
 use super::{output, progress::TerminalProgress};
 use crate::challenge::MESH_LIMIT;
 use crate::interface::RangeChoice;
-use crate::pipeline;
+use crate::pipeline::{self, OutFolder};
 use crate::scene::{Case, Scene, Touching};
+use crate::scene::{KeyName, rename_keys};
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -20,20 +20,20 @@ const COARSEST: usize = 32;
 const FILE_UNIT_UM: f64 = 100.0;
 
 #[derive(Debug, clap::Args)]
-pub struct Challenge {
+pub(super) struct Challenge {
     /// Points per side for a synthesised surface or Fourier coefficients. Default: 2048.
     #[arg(long, value_name = "N")]
     grid: Option<usize>,
     /// Seed of a synthesised surface.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// File of the challenge's own surface instead.
+    /// File with the challenge's own surface, instead of a synthesised one.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["seed"])]
     heights: Option<PathBuf>,
     /// Unit of the heights in that file, µm; the challenge's own is 0.1 mm.
     #[arg(long, value_name = "UM", default_value_t = FILE_UNIT_UM, requires = "heights")]
     heights_unit_um: f64,
-    /// Points of that file that touch first.
+    /// Which points of that file touch first: the high or the low ones.
     #[arg(long, value_enum, default_value = "low-points", requires = "heights")]
     touching: Touching,
     #[command(flatten)]
@@ -45,6 +45,9 @@ pub struct Challenge {
     /// Run folder. Default: runs/challenge-N, extended by seed, file name and -regularised.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Reuse finished parts of the folder without comparing their files with the stored hashes.
+    #[arg(long)]
+    no_verify: bool,
     /// Further methods for the same loads: comma-separated ids from `asperity methods`, or all.
     #[arg(long, alias = "also", value_name = "IDS", value_delimiter = ',', num_args = 1)]
     compare_with: Vec<String>,
@@ -54,7 +57,7 @@ pub struct Challenge {
 }
 
 /// Keys and their flags.
-const FLAGS: [FlagName; 9] = [
+const FLAGS: [KeyName; 9] = [
     ("surface.grid", "--grid"),
     ("surface.seed", "--seed"),
     ("surface.heights_unit_um", "--heights-unit-um"),
@@ -68,8 +71,8 @@ const FLAGS: [FlagName; 9] = [
 
 impl Challenge {
     /// Exit code 1 where a statement failed.
-    pub fn execute(self) -> Result<ExitCode> {
-        let case = Case::resolve(self.scene()?, Path::new(SCENE_NAME)).map_err(|e| with_flags(e, &FLAGS))?;
+    pub(super) fn execute(self) -> Result<ExitCode> {
+        let case = Case::resolve(self.scene()?, Path::new(SCENE_NAME)).map_err(|e| rename_keys(e, &FLAGS))?;
         let out = self.out.clone().unwrap_or_else(|| {
             let file = self.heights.as_ref().and_then(|p| p.file_stem()).map(|s| format!("-{}", s.to_string_lossy()));
             let seed = self.seed.map(|s| format!("-seed-{s}"));
@@ -78,12 +81,12 @@ impl Challenge {
             PathBuf::from("runs").join(format!("challenge-{}{which}{kind}", case.grid.nx))
         });
         let progress = TerminalProgress::new();
-        let (results, page) = pipeline::run(&case, &out, &progress)?;
+        let (results, page) = pipeline::run(&case, OutFolder { path: &out, verify: !self.no_verify }, &progress)?;
         drop(progress);
         if self.json {
             output::json_line(&serde_json::json!({
-                "out": out,
-                "report": page,
+                "out": output::path(&out),
+                "report": output::path(&page),
                 "grid": [case.grid.nx, case.grid.ny],
                 "surface": results.surface.origin,
                 "acceptance": results.acceptance,
@@ -118,12 +121,14 @@ impl Challenge {
                 return Err(Error::input("command line", "--heights", found, "the challenge's surface"));
             }
             s.heights = Some(std::path::absolute(path).unwrap_or_else(|_| path.clone()));
-            (s.heights_unit_um, s.touching) = (self.heights_unit_um, Some(self.touching));
+            (s.heights_unit_um, s.touching) = (Some(self.heights_unit_um), Some(self.touching));
+            let lab = &mut scene.laboratory;
+            (lab.length_um, lab.contact_modulus_mpa) = (Some(lab.length()), Some(lab.contact_modulus()));
             refuse_grid(self.grid, Some(path), !self.file.are_waves())?;
         }
         if let Some(a) = scene.adhesion.as_mut().filter(|_| !self.regularise) {
             a.range = RangeChoice::True;
-            let (length, modulus) = (scene.laboratory.length_um * 1e-6, scene.laboratory.contact_modulus_mpa * 1e6);
+            let (length, modulus) = (scene.laboratory.length() * 1e-6, scene.laboratory.contact_modulus() * 1e6);
             let stiff = a.work_of_adhesion_mj_m2 * 1e-3 / modulus / (a.range_nm * 1e-9).powi(2);
             // The grid of a file is known once it is read; no distributed file resolves the range.
             scene.load.unload = self.heights.is_none() && length / scene.surface.grid as f64 * stiff <= MESH_LIMIT;

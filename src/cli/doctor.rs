@@ -1,14 +1,14 @@
 use super::output;
 use crate::Result;
-use crate::atoms::engine::{Engine, LammpsEngine};
+use crate::atoms::engine::LammpsEngine;
 use crate::report::number::memory;
 use serde::Serialize;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
-pub struct Doctor {
-    /// The LAMMPS program to look at.
+pub(super) struct Doctor {
+    /// LAMMPS program to check. Default: lmp in the search path.
     #[arg(long, value_name = "FILE")]
     lammps: Option<PathBuf>,
     /// One line of JSON on stdout.
@@ -27,7 +27,7 @@ struct Finding {
 
 impl Doctor {
     /// Exit code 5 when something that scenes with atoms need is missing.
-    pub fn execute(self) -> Result<ExitCode> {
+    pub(super) fn execute(self) -> Result<ExitCode> {
         let engine = LammpsEngine::find(self.lammps.as_deref());
         let (lammps, styles) = match &engine {
             Ok(e) => (e.describe().to_string(), e.missing_styles()),

@@ -3,7 +3,7 @@ use crate::Result;
 use crate::method::{Card, Quantity, REGISTRY, Support};
 
 #[derive(Debug, clap::Args)]
-pub struct Methods {
+pub(super) struct Methods {
     /// One line of JSON on stdout.
     #[arg(long)]
     json: bool,
@@ -29,7 +29,7 @@ fn push_new<'a>(list: &mut Vec<&'a str>, name: &'a str) {
 }
 
 impl Methods {
-    pub fn execute(self) -> Result<()> {
+    pub(super) fn execute(self) -> Result<()> {
         let cards: Vec<_> = REGISTRY.iter().map(|m| m.card()).collect();
         if self.json {
             return output::json_line(&serde_json::json!({ "methods": cards }));
@@ -39,12 +39,12 @@ impl Methods {
             return Ok(());
         }
         output::print(&output::table(
-            &["id", "in the paper", "family", "contact is", "what it does"],
+            &["id", "in the paper", "family", "contact criterion", "what it does"],
             cards.iter().map(|c| {
                 vec![c.id.into(), c.paper_name.into(), c.family.into(), c.criterion.to_string(), c.summary.into()]
             }),
         ));
-        // Below the table, once per reason: in a column of their own they would be wider than any screen.
+        // Below the table, once per reason: a column of reasons would be wider than a screen.
         let mut limits: Vec<(String, Vec<&str>, Vec<&str>)> = Vec::new();
         for card in &cards {
             for quantity in Quantity::OUTPUTS {
@@ -72,7 +72,7 @@ fn markdown(cards: &[&Card]) -> String {
         let name = if name == "-" { "–" } else { name };
         format!("| `{}`{fitted} | {name} | {} | {} | {} |", c.id, c.family, c.criterion, c.summary)
     };
-    let head =
-        ["| id | in the paper | family | contact is | what it does |", "|---|---|---|---|---|"].map(String::from);
+    let head = ["| id | in the paper | family | contact criterion | what it does |", "|---|---|---|---|---|"]
+        .map(String::from);
     head.into_iter().chain(cards.iter().map(line)).collect::<Vec<_>>().join("\n")
 }

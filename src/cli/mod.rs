@@ -2,31 +2,34 @@
 
 mod advise;
 mod atoms;
-mod bench;
+pub mod bug;
 mod challenge;
+mod completions;
 mod doctor;
 mod file;
-mod flag_names;
-mod merge_tables;
+mod init;
+mod keys;
 mod methods;
-mod output;
+pub mod output;
 mod potential;
-mod progress;
+mod programs;
+pub mod progress;
 mod run;
 mod solve;
 mod surface;
+mod sweep;
 mod tradeoff;
 
 use crate::{Error, Result};
 use clap::error::{ContextKind, ContextValue};
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Contact of rough surfaces: continuum methods, atoms, and their comparison.
 ///
-/// Exit codes: 0 ok, 1 an acceptance check or an advice failed, 2 bad input, 3 not converged, 4 LAMMPS failed, 5 not possible on this machine, 130 interrupted.
+/// Exit codes: 0 ok, 1 an acceptance check failed, 2 bad input, 3 not converged, 4 LAMMPS failed, 5 not possible on this machine, 70 a bug, 130 interrupted.
 #[derive(Debug, Parser)]
 #[command(name = "asperity", version, max_term_width = 110)]
 struct Arguments {
@@ -39,10 +42,16 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Write a commented scene: of a surface file, of the challenge, or of a synthesised surface.
+    Init(init::Init),
     /// Run a scene: surface, continuum, atoms, comparison, report. The same command resumes an interrupted run.
     Run(run::Run),
+    /// Run a scene for many values of its keys: seeds, loads, sizes, methods. Statistics, tables and one report.
+    Sweep(sweep::Sweep),
+    /// Run a scene for many seeds of its surface: means with standard errors.
+    Ensemble(sweep::EnsembleArguments),
     /// Synthesise or read a surface; print its statistics.
-    Surface(surface::Surface),
+    Surface(Box<surface::Surface>),
     /// Solve one surface under one load path, without a scene file.
     Solve(Box<solve::Solve>),
     /// Solve the contact-mechanics challenge's problem and check the statements of its paper.
@@ -51,7 +60,6 @@ enum Command {
     Tradeoff(tradeoff::Tradeoff),
     /// Predict the cheapest setting for an error, or the most accurate for a time, from measured tables.
     Advise(advise::Advise),
-    MergeTables(merge_tables::MergeTables),
     /// Write, measure or check an EAM potential.
     Potential(potential::Potential),
     /// Build, run or analyse the atoms of a scene.
@@ -64,11 +72,17 @@ enum Command {
     /// List the methods and their outputs.
     Methods(methods::Methods),
     /// Print the JSON Schema of scene files.
-    Schema,
+    Schema {
+        /// A Markdown table of all keys instead.
+        #[arg(long)]
+        keys: bool,
+    },
     /// Check the installation: what is missing, and how to install it.
     Doctor(doctor::Doctor),
-    /// Time transforms and solves on this machine.
-    Bench(bench::Bench),
+    /// Print the completions of a shell.
+    Completions(completions::Completions),
+    /// Write manual pages.
+    Man(completions::Man),
 }
 
 #[derive(Debug, clap::Args)]
@@ -81,7 +95,18 @@ struct RunFolder {
 }
 
 /// Runs the command line `arguments` (the program's name first).
+///
+/// # Errors
+/// Those of the command; `Output` if it succeeded, but stdout could not be written.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
+    let ended = execute(arguments)?;
+    output::written().map(|()| ended)
+}
+
+/// Largest number of threads: more than any machine that this program was run on has cores.
+const MOST_THREADS: usize = 1024;
+
+fn execute(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
     let arguments = match Arguments::try_parse_from(arguments) {
         Ok(a) => a,
         Err(e) => {
@@ -89,44 +114,61 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
                 return Err(complaint);
             }
             // Help and version are answers; everything else is bad input, with clap's message.
-            let _ = e.print();
-            return Ok(ExitCode::from(if e.use_stderr() { 2 } else { 0 }));
+            if e.use_stderr() {
+                output::eprint(e.render().to_string().trim_end());
+                return Ok(ExitCode::from(2));
+            }
+            output::note_failure(e.print());
+            return Ok(ExitCode::SUCCESS);
         }
     };
-    rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build_global().map_err(|e| {
-        Error::input("command line", "--threads", arguments.threads, format!("a number of threads ({e})"))
-    })?;
+    let accepted = || format!("0 for all cores, or up to {MOST_THREADS}");
+    if arguments.threads > MOST_THREADS {
+        return Err(Error::input("command line", "--threads", arguments.threads, accepted()));
+    }
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(arguments.threads)
+        .build_global()
+        .map_err(|e| Error::input("command line", "--threads", arguments.threads, format!("{} ({e})", accepted())))?;
     match arguments.command {
+        Command::Init(c) => c.execute()?,
         Command::Run(c) => return c.execute(),
+        Command::Sweep(c) => return c.execute(),
+        Command::Ensemble(c) => return c.execute(),
         Command::Surface(c) => c.execute()?,
         Command::Solve(c) => c.execute()?,
         Command::Challenge(c) => return c.execute(),
         Command::Tradeoff(c) => return c.execute(),
         Command::Advise(c) => return c.execute(),
-        Command::MergeTables(c) => c.execute()?,
         Command::Potential(c) => c.execute()?,
         Command::Atoms(c) => c.execute()?,
         Command::Compare(c) => {
             let (results, page) = crate::pipeline::rebuild_comparison(&c.folder)?;
             if c.json {
-                output::json_line(&serde_json::json!({ "report": page, "comparison": results.comparison }))?;
+                output::json_line(
+                    &serde_json::json!({ "report": output::path(&page), "comparison": results.comparison }),
+                )?;
             } else {
                 output::comparison(&results);
                 output::print(&format!("report: {}", page.display()));
             }
         }
         Command::Report(c) => {
-            let page = crate::report::write(&c.folder)?;
+            let page = crate::pipeline::redraw(&c.folder)?;
             if c.json {
-                output::json_line(&serde_json::json!({ "report": page }))?;
+                output::json_line(&serde_json::json!({ "report": output::path(&page) }))?;
             } else {
                 output::print(&page.display().to_string());
             }
         }
         Command::Methods(c) => c.execute()?,
-        Command::Schema => output::print(&format!("{:#}", crate::scene::Scene::schema())),
+        Command::Schema { keys } => {
+            let schema = crate::scene::Scene::schema();
+            output::print(&if keys { keys::markdown(&schema) } else { format!("{schema:#}") });
+        }
         Command::Doctor(c) => return c.execute(),
-        Command::Bench(c) => return c.execute(),
+        Command::Completions(c) => c.execute(Arguments::command()),
+        Command::Man(c) => c.execute(Arguments::command())?,
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -153,7 +195,6 @@ fn no_number(e: &clap::Error) -> Option<Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn arguments_that_are_no_numbers_are_refused_with_what_is_accepted() {

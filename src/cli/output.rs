@@ -1,7 +1,7 @@
 //! Results on stdout, in words and tables.
 
 use crate::load::Branch;
-use crate::record::acceptance::{AcceptanceCheck, CheckStatus};
+use crate::record::acceptance::{AcceptanceCheck, CheckScope, CheckStatus};
 use crate::record::advice::AccuracyChoice;
 use crate::record::methods::MethodResults;
 use crate::record::results::{AtomState, AtomsResults, AuditLine, ContinuumResults, Overlap, Results, Statistic};
@@ -10,18 +10,67 @@ use crate::report::number::{change, duration, error_of, percent, si, significant
 use crate::{Error, Result};
 use comfy_table::Table;
 use serde::Serialize;
+use std::borrow::Cow;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Mutex;
 
-/// A line on stdout. A reader that has gone away (`| head`) is no error of ours.
-pub fn print(line: &str) {
-    let _ = writeln!(std::io::stdout(), "{line}");
+/// The first failure to write stdout.
+static FAILURE: Mutex<Option<std::io::Error>> = Mutex::new(None);
+
+/// Keeps a failure to write stdout for [`written`]. A reader that has gone away (`| head`) is no error of ours.
+pub(super) fn note_failure(wrote: std::io::Result<()>) {
+    if let Err(e) = wrote
+        && e.kind() != std::io::ErrorKind::BrokenPipe
+    {
+        FAILURE.lock().unwrap_or_else(|e| e.into_inner()).get_or_insert(e);
+    }
 }
 
-/// A line on stderr, likewise.
+/// Whether all of stdout was written.
+///
+/// # Errors
+/// `Output` with the first failure.
+pub(super) fn written() -> Result<()> {
+    note_failure(std::io::stdout().flush());
+    match FAILURE.lock().unwrap_or_else(|e| e.into_inner()).take() {
+        None => Ok(()),
+        Some(source) => Err(Error::Output { source }),
+    }
+}
+
+/// The text with control characters as `\u{1b}`: names of files and scenes must not drive a terminal. New lines and
+/// tabs stay.
+pub fn printable(text: &str) -> Cow<'_, str> {
+    // Marks that reverse the order of the characters shown are no control characters of Unicode, but act as such.
+    let drives = |c: char| {
+        c.is_control() && c != '\n' && c != '\t' || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    };
+    if !text.contains(drives) {
+        return text.into();
+    }
+    text.chars().map(|c| if drives(c) { c.escape_unicode().to_string() } else { c.into() }).collect::<String>().into()
+}
+
+/// A path for JSON. Bytes that are no UTF-8 become `\xff`.
+pub(super) fn path(path: &Path) -> String {
+    let chunks = path.as_os_str().as_encoded_bytes().utf8_chunks();
+    let shown = |c: std::str::Utf8Chunk| {
+        let invalid: String = c.invalid().iter().map(|b| format!("\\x{b:02x}")).collect();
+        c.valid().to_string() + &invalid
+    };
+    chunks.map(shown).collect()
+}
+
+/// A line on stdout. Whether all lines were written is reported by `written`.
+pub fn print(line: &str) {
+    note_failure(writeln!(std::io::stdout(), "{}", printable(line)));
+}
+
+/// A line on stderr; without stderr there is no place for a complaint.
 pub fn eprint(line: &str) {
-    let _ = writeln!(std::io::stderr(), "{line}");
+    let _ = writeln!(std::io::stderr(), "{}", printable(line));
 }
 
 /// One line of JSON on stdout.
@@ -67,8 +116,8 @@ pub fn audit(lines: &[AuditLine]) -> String {
     table(
         &["group", "symbol", "target", "actual", "status", "reason"],
         lines.iter().map(|l| {
-            let (asked, used) = (significant(l.target, 4), significant(l.actual, 4));
-            vec![l.group.clone(), l.symbol.clone(), asked, used, l.status.clone(), l.reason.clone()]
+            let (target, actual) = (significant(l.target, 4), significant(l.actual, 4));
+            vec![l.group.clone(), l.symbol.clone(), target, actual, l.status.clone(), l.reason.clone()]
         }),
     )
 }
@@ -94,7 +143,7 @@ pub fn results(results: &Results) {
     }
     if !results.acceptance.is_empty() {
         print(&acceptance(&results.acceptance));
-        print(&crate::challenge::tally(&results.acceptance));
+        print(&crate::challenge::summary(&results.acceptance));
     }
     comparison(results);
 }
@@ -117,7 +166,7 @@ fn methods(list: &[MethodResults], um: f64) {
             ]
         })
     });
-    let head = ["method", "p*", "contact", "corrected", "mean gap / µm", "patches", "typical / µm²", "time"];
+    let head = ["method", "p*", "contact", "corrected", "mean gap / µm", "clusters", "median / µm²", "time"];
     print(&table(&head, lines));
     for m in list {
         if let Some(why) = &m.unavailable_reason {
@@ -129,12 +178,12 @@ fn methods(list: &[MethodResults], um: f64) {
 /// What a scene's accuracy was resolved into.
 pub fn chosen(c: &AccuracyChoice) -> String {
     let a = &c.advice;
-    let asked = match (c.error, c.budget_s) {
+    let requested = match (c.error, c.budget_s) {
         (Some(share), _) => format!("within {} %", significant(100.0 * share, 3)),
         (None, s) => format!("as well as {} allow", duration(s.unwrap_or(0.0))),
     };
     format!(
-        "{} {asked}: {} on {} × {} points, {} to {:e}; expected error {}, expected time {}",
+        "{} {requested}: {} on {} × {} points, {} to {:e}; expected error {}, expected time {}",
         c.quantity.name(),
         a.method,
         a.grid,
@@ -149,7 +198,7 @@ pub fn chosen(c: &AccuracyChoice) -> String {
 /// States of a load path, with the change from half the points per side.
 fn states(c: &ContinuumResults, um: f64) {
     let known = c.states.iter().any(|s| s.discretisation.is_some());
-    let mut head = vec!["p*", "contact", "corrected", "mean gap / µm", "patches", "residual", "FFT pairs", "stop"];
+    let mut head = vec!["p*", "contact", "corrected", "mean gap / µm", "clusters", "residual", "FFT pairs", "stop"];
     if known {
         head.extend(["grid: contact", "grid: mean gap"]);
     }
@@ -181,8 +230,8 @@ fn states(c: &ContinuumResults, um: f64) {
 fn certainty(c: &ContinuumResults, um: f64) {
     if let Some(r) = c.range {
         let gamma = significant(r.gamma, 4);
-        let [asked, used] = [r.requested, r.used].map(|r| significant(r * um * 1e3, 4));
-        print(&format!("adhesion: work γ = {gamma} E*L, range ρ = {asked} nm requested, {used} nm used"));
+        let [requested, used] = [r.requested, r.used].map(|r| significant(r * um * 1e3, 4));
+        print(&format!("adhesion: work γ = {gamma} E*L, range ρ = {requested} nm requested, {used} nm used"));
     }
     for s in &c.states {
         if let Some(e) = s.extrapolated {
@@ -267,7 +316,11 @@ fn acceptance(list: &[AcceptanceCheck]) -> String {
                 j.reference.map_or("-".into(), number),
                 j.accepted(number).unwrap_or("-".into()),
                 if j.unit == "1" { String::new() } else { j.unit.clone() },
-                if j.status == CheckStatus::Fail { "FAIL".into() } else { j.status.to_string() },
+                match (j.status, j.scope) {
+                    (CheckStatus::Fail, CheckScope::LongerRange) => "fail, longer range".into(),
+                    (CheckStatus::Fail, _) => "FAIL".into(),
+                    (status, _) => status.to_string(),
+                },
                 j.reason.clone(),
             ]
         }),
@@ -282,6 +335,18 @@ pub fn ended(results: &Results, page: PathBuf) -> Result<ExitCode> {
     if !results.failures.is_empty() {
         return Err(Error::AuxiliarySolve { why: results.failures.join("; "), kept: page });
     }
-    let failed = results.acceptance.iter().any(|j| j.status == CheckStatus::Fail);
-    Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+    Ok(if crate::challenge::has_failed(&results.acceptance) { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::os::unix::ffi::OsStrExt;
+
+    #[test]
+    fn control_characters_and_foreign_bytes_are_shown_and_not_sent() {
+        assert_eq!(printable("a\tb\nü"), "a\tb\nü");
+        assert_eq!(printable("a\u{1b}[2Jb\r\u{202e}c\u{9b}"), "a\\u{1b}[2Jb\\u{d}\\u{202e}c\\u{9b}");
+        assert_eq!(path(Path::new(std::ffi::OsStr::from_bytes(b"a\xff\xfe/b"))), "a\\xff\\xfe/b");
+    }
 }

@@ -8,7 +8,7 @@ use crate::{Error, Result};
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
-pub struct Potential {
+pub(super) struct Potential {
     /// Write the shipped calcium-like potential (setfl, eam/alloy) here.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -33,7 +33,7 @@ pub struct Potential {
 }
 
 impl Potential {
-    pub fn execute(self) -> Result<()> {
+    pub(super) fn execute(self) -> Result<()> {
         if let (Some(given), Some(_)) = (&self.potential, &self.out) {
             let accepted = "--out writes the shipped potential; leave out one of the two";
             return Err(Error::input("command line", "--potential", given.display(), accepted));

@@ -51,18 +51,28 @@ pub struct TerminalProgress {
     stage: Mutex<Stage>,
 }
 
-/// Whether the user has requested a stop. The first Ctrl-C requests it; the second ends the program at once.
+/// Whether a computation has begun, which a stop lets reach its next step.
+static COMPUTING: AtomicBool = AtomicBool::new(false);
+
+/// Whether the user has requested a stop. The first Ctrl-C or SIGTERM requests it, or ends the program if nothing has
+/// begun to compute; the second ends the program at once.
 pub fn stopping() -> bool {
     HANDLER.call_once(|| {
         // Failing to install a handler leaves the default behaviour, which stops the program.
         let _ = ctrlc::set_handler(|| {
-            if STOPPING.swap(true, Ordering::Relaxed) {
+            if STOPPING.swap(true, Ordering::Relaxed) || !COMPUTING.load(Ordering::Relaxed) {
                 std::process::exit(130);
             }
             output::eprint("stopping after the current step (once more: at once)");
         });
     });
     STOPPING.load(Ordering::Relaxed)
+}
+
+impl Default for TerminalProgress {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl TerminalProgress {
@@ -92,10 +102,11 @@ impl TerminalProgress {
 
 impl Listener for TerminalProgress {
     fn begin(&self, stage: &str, what: &str) {
+        COMPUTING.store(true, Ordering::Relaxed);
         *self.stage.lock().unwrap_or_else(|e| e.into_inner()) = Stage::new(stage);
         self.bar.reset();
         self.bar.set_prefix(stage.to_string());
-        self.bar.set_message(what.to_string());
+        self.bar.set_message(output::printable(what).into_owned());
         if !self.terminal {
             self.line(&format!("{stage:>10}  {what}"));
         }
@@ -109,7 +120,7 @@ impl Listener for TerminalProgress {
             if let Some(share) = done {
                 self.bar.set_position((share * STEPS as f64) as u64);
             }
-            self.bar.set_message(message);
+            self.bar.set_message(output::printable(&message).into_owned());
             return;
         }
         if stage.last.0.elapsed() >= QUIET && stage.last.1 != message {

@@ -1,6 +1,6 @@
-use super::{file::refuse_grid, output, progress::TerminalProgress};
+use super::{file::refuse_grid, output, programs, progress::TerminalProgress};
 use crate::method::Precision;
-use crate::pipeline;
+use crate::pipeline::{self, OutFolder};
 use crate::record::import::Fourier;
 use crate::report::number::{count, duration, memory, si};
 use crate::scene::{Case, Scene};
@@ -9,13 +9,25 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
-pub struct Run {
+pub(super) struct Run {
     /// Scene file (TOML).
     scene: PathBuf,
     /// Run folder. Default: runs/NAME with the scene's name.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Print stages, memory and time, and stop.
+    /// Replace the results of another scene in that folder. Stages that the change does not concern are kept.
+    #[arg(long)]
+    overwrite: bool,
+    /// Reuse finished parts of the folder without comparing their files with the stored hashes.
+    #[arg(long)]
+    no_verify: bool,
+    /// Execute the program that the scene names as atoms.program.
+    #[arg(long)]
+    allow_program: bool,
+    /// Leave out the atoms.
+    #[arg(long)]
+    no_atoms: bool,
+    /// Print the stages with their memory and time, without running them.
     #[arg(long)]
     dry_run: bool,
     /// Further methods for the same loads: comma-separated ids from `asperity methods`, or all.
@@ -27,10 +39,10 @@ pub struct Run {
     /// An id from `asperity methods`, instead of continuum.method.
     #[arg(long, value_name = "ID")]
     method: Option<String>,
-    /// Instead of continuum.precision.
+    /// f32 or f64, instead of continuum.precision.
     #[arg(long, value_enum)]
     precision: Option<Precision>,
-    /// Instead of continuum.tolerance.
+    /// Relative residual at which solvers stop, instead of continuum.tolerance.
     #[arg(long, value_name = "RESIDUAL")]
     tolerance: Option<f64>,
     /// One line of JSON on stdout.
@@ -39,23 +51,35 @@ pub struct Run {
 }
 
 impl Run {
-    pub fn execute(self) -> Result<ExitCode> {
+    pub(super) fn execute(self) -> Result<ExitCode> {
         let mut scene = Scene::read(&self.scene)?;
         scene.continuum.compare_with.extend(self.compare_with.iter().cloned());
         self.overrule(&mut scene)?;
-        let case = pipeline::resolve_accuracy(scene, &self.scene)?;
+        let mut case = pipeline::resolve_accuracy(scene, &self.scene)?;
         if let Some(chosen) = &case.chosen {
             output::eprint(&output::chosen(chosen));
+        }
+        if let Some(provenance) = &case.provenance {
+            output::eprint(&provenance.to_string());
         }
         if self.dry_run {
             return self.plan(&case).map(|()| ExitCode::SUCCESS);
         }
+        programs::check(&case, self.allow_program)?;
+        case.find_contact_pressures()?;
         let out = self.out.unwrap_or_else(|| PathBuf::from("runs").join(&case.scene.name));
+        if let Some(difference) = pipeline::other_scene(&case, &out).filter(|_| !self.overwrite) {
+            let found = format!("{} (contains the results of another scene: {difference})", out.display());
+            let accepted = "another folder, or --overwrite to replace these results";
+            return Err(Error::input("command line", "--out", found, accepted));
+        }
         let progress = TerminalProgress::new();
-        let (results, page) = pipeline::run(&case, &out, &progress)?;
+        let (results, page) = pipeline::run(&case, OutFolder { path: &out, verify: !self.no_verify }, &progress)?;
         drop(progress);
         if self.json {
-            output::json_line(&serde_json::json!({ "out": out, "report": page, "results": results }))?;
+            output::json_line(
+                &serde_json::json!({ "out": output::path(&out), "report": output::path(&page), "results": results }),
+            )?;
         } else {
             output::results(&results);
             output::print(&format!("report: {}", page.display()));
@@ -77,6 +101,9 @@ impl Run {
         }
         let waves = scene.surface.fourier.is_some_and(Fourier::are_waves);
         refuse_grid(self.grid, scene.surface.heights.as_deref(), !waves)?;
+        if self.no_atoms {
+            scene.atoms = None;
+        }
         let c = &mut scene.continuum;
         scene.surface.grid = self.grid.unwrap_or(scene.surface.grid);
         c.method = self.method.clone().unwrap_or(std::mem::take(&mut c.method));
@@ -86,8 +113,8 @@ impl Run {
     }
 
     fn plan(&self, case: &Case) -> Result<()> {
-        // A plan needs no LAMMPS, but an installed one gives the speed of this machine.
-        let here = case.atoms.as_ref().map(|_| pipeline::speed(case));
+        // A plan needs no LAMMPS, but an installed one gives the speed of this machine. That of a scene is not executed.
+        let here = case.atoms.as_ref().map(|_| programs::check(case, false).and_then(|()| pipeline::speed(case)));
         let untold = here.as_ref().and_then(|h| h.as_ref().err()).map(|e| e.to_string()).unwrap_or_default();
         let evaluation = here.and_then(Result::ok);
         let plan = pipeline::plan(case, rayon::current_num_threads(), evaluation)?;

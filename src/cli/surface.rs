@@ -1,17 +1,22 @@
-use super::file::{FileFlags, refuse_grid};
-use super::flag_names::{FlagName, with_flags};
+use super::file::{FileFlags, Lengths, MapFlags, refuse_grid};
 use super::output;
+use crate::grid::rms;
 use crate::pipeline::statistics;
+use crate::record::declared::{Declared, DeclaredExtent};
 use crate::record::heights::{self, HeightMap, Sign};
 use crate::record::import::{Fourier, holds_numbers};
+use crate::record::results::Statistic;
 use crate::report::number::trimmed;
-use crate::scene::{Case, LoadScene, REFERENCE_LOAD, Scene, SurfaceScene, Touching};
+use crate::scene::{Case, Scene, SurfaceScene, Touching, Units};
+use crate::scene::{KeyName, rename_keys, rename_keys_in};
+use crate::surface::range;
 use crate::{Error, Result};
-use std::path::PathBuf;
+use clap::ValueEnum;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true)]
-pub struct Surface {
+pub(super) struct Surface {
     /// Scene, or file of heights or Fourier coefficients. Default: the challenge's surface, changed by the options.
     #[arg(value_name = "SCENE|FILE")]
     given: Option<PathBuf>,
@@ -33,24 +38,23 @@ pub struct Surface {
     /// rms gradient of the whole Fourier sum.
     #[arg(long, value_name = "G")]
     rms_gradient: Option<f64>,
-    /// File instead, with --touching: .npy, .npz, HDF5, NetCDF, ASCII matrix, x y h, or Fourier coefficients.
+    /// File instead: text, .npy, .npz, HDF5, NetCDF, .x3p, .sdf, .sur, .gwy, or Fourier coefficients.
     #[arg(long, value_name = "FILE")]
     heights: Option<PathBuf>,
     #[command(flatten)]
     file: FileFlags,
+    #[command(flatten)]
+    map: MapFlags,
     /// Shortest wavelength kept of Fourier coefficients, µm.
-    #[arg(long, value_name = "UM")]
+    #[arg(long, hide = true, value_name = "UM", conflicts_with = "low_pass")]
     low_pass_um: Option<f64>,
-    /// Points of the file that touch first.
-    #[arg(long, value_enum)]
-    touching: Option<Touching>,
     /// Unit of the heights in the file, µm.
-    #[arg(long, value_name = "UM")]
+    #[arg(long, hide = true, value_name = "UM", conflicts_with = "unit")]
     heights_unit_um: Option<f64>,
-    /// Extent of the cell in x, µm.
-    #[arg(long, value_name = "UM")]
+    /// Extent of the cell of a synthesised surface in x, µm.
+    #[arg(long, value_name = "UM", conflicts_with = "length")]
     length_um: Option<f64>,
-    /// Write heights in µm, low points touching first: .npy, otherwise an ASCII matrix.
+    /// Write the prepared heights in µm with what they declare: .npy with a JSON file, otherwise an ASCII matrix with comments.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// One line of JSON on stdout.
@@ -58,25 +62,37 @@ pub struct Surface {
     json: bool,
 }
 
-/// Keys and their flags, in the order of [`Surface::flag_names`].
-const FLAGS: [FlagName; 13] = [
-    ("laboratory.length_um", "--length-um"),
+/// Keys and their flags; of keys that begin alike the longest first.
+const FLAGS: [KeyName; 25] = [
+    ("laboratory.length_um", "--length"),
+    ("laboratory.length_y_um", "--length-y"),
     ("surface.grid", "--grid"),
     ("surface.hurst", "--hurst"),
     ("surface.roll_off_um", "--roll-off-um"),
     ("surface.cut_off_um", "--cut-off-um"),
     ("surface.rms_gradient", "--rms-gradient"),
-    ("surface.heights_unit_um", "--heights-unit-um"),
+    ("surface.heights_unit_um", "--unit"),
     ("surface.heights", "--heights"),
+    ("surface.unit", "--unit"),
     ("surface.dataset", "--dataset"),
     ("surface.fourier_points", "--fourier-points"),
     ("surface.fourier", "--fourier"),
-    ("surface.low_pass_um", "--low-pass-um"),
+    ("surface.low_pass_um", "--low-pass"),
+    ("surface.high_pass_um", "--high-pass"),
+    ("surface.filter", "--filter"),
     ("surface.touching", "--touching"),
+    ("surface.crop", "--crop"),
+    ("surface.remove_outliers", "--remove-outliers"),
+    ("surface.fill", "--fill"),
+    ("surface.detrend", "--detrend"),
+    ("surface.resample", "--resample"),
+    ("surface.edges", "--edges"),
+    ("surface.strict", "--strict"),
+    ("continuum.periodic = false", "--non-periodic"),
 ];
 
 impl Surface {
-    pub fn execute(mut self) -> Result<()> {
+    pub(super) fn execute(mut self) -> Result<()> {
         if let Some(path) = self.given.take_if(|p| p.exists() && holds_numbers(p).unwrap_or(false)) {
             if let Some(heights) = &self.heights {
                 let found = format!("{} and {}", heights.display(), path.display());
@@ -87,19 +103,7 @@ impl Surface {
         let file = self.given.clone().unwrap_or_else(|| PathBuf::from("command line"));
         let mut scene = match &self.given {
             Some(path) => Scene::read(path)?,
-            None => Scene {
-                accuracy: None,
-                name: "surface".into(),
-                description: String::new(),
-                laboratory: Default::default(),
-                surface: SurfaceScene::default(),
-                load: LoadScene { p_star: vec![REFERENCE_LOAD], ..LoadScene::default() },
-                adhesion: None,
-                continuum: Default::default(),
-                methods: Default::default(),
-                challenge: None,
-                atoms: None,
-            },
+            None => Scene::new("surface", SurfaceScene::default()),
         };
         if let Some(path) = self.heights.as_ref().filter(|p| !p.exists()) {
             let accepted = "a file of heights or of their Fourier coefficients";
@@ -112,11 +116,17 @@ impl Surface {
         }
         // Nothing is solved, so atoms, adhesion and accuracy are not checked.
         (scene.atoms, scene.adhesion, scene.accuracy) = (None, None, None);
-        self.overwrite(&mut scene);
+        // Nothing is pressed: statistics need no modulus.
+        scene.laboratory.contact_modulus_mpa.get_or_insert(1.0);
+        self.overwrite(&mut scene)?;
         let waves = scene.surface.fourier.is_some_and(Fourier::are_waves);
         refuse_grid(self.grid, scene.surface.heights.as_deref(), !waves)?;
-        let case = Case::resolve(scene, &file).map_err(|e| with_flags(e, &self.flag_names()))?;
-        case.warnings.iter().for_each(|w| output::eprint(&format!("warning: {w}")));
+        let names = &self.flag_names()[..];
+        let case = Case::resolve(scene, &file).map_err(|e| rename_keys(e, names))?;
+        case.warnings.iter().for_each(|w| output::eprint(&format!("warning: {}", rename_keys_in(w, names))));
+        if let Some(provenance) = case.provenance.as_ref().filter(|_| self.json) {
+            output::eprint(&provenance.to_string());
+        }
         self.report(&case)
     }
 
@@ -129,68 +139,89 @@ impl Surface {
             return Err(Error::Memory { what, need, have, advice: "a smaller --grid needs less".into() });
         }
         let heights = case.surface.heights(case.grid, 0.0);
-        let length_um = case.scales.length_m * 1e6;
+        let length_um = case.laboratory.length();
         let list = statistics(case, &heights);
         if let Some(out) = &self.out {
-            let um = heights.iter().map(|h| h * length_um).collect();
-            let map = HeightMap::new("surface", case.grid.nx, case.grid.ny, um)?;
-            heights::write(out, &map, Sign::LowFirst, "um")?;
+            let same = |file: &str| {
+                std::fs::canonicalize(file).ok().is_some_and(|f| Some(f) == std::fs::canonicalize(out).ok())
+            };
+            if case.provenance.as_ref().is_some_and(|p| same(&p.file)) {
+                let found = format!("{} (the file that is read)", out.display());
+                return Err(Error::input("command line", "--out", found, "another file: the measured one is kept"));
+            }
+            write(out, case, &heights)?;
         }
         if self.json {
-            output::json_line(&serde_json::json!({
-                "origin": case.surface.origin(),
-                "nx": case.grid.nx,
-                "ny": case.grid.ny,
-                "length_um": length_um,
-                "sign": Sign::LowFirst.words(),
-                "out": self.out,
-                "statistics": list,
-                "warnings": case.warnings,
-            }))
+            output::json_line(&self.json(case, &heights, &list))
         } else {
-            output::print(&format!(
-                "{}, {} x {} points on {} µm",
-                case.surface.origin(),
-                case.grid.nx,
-                case.grid.ny,
-                trimmed(length_um, 6)
-            ));
+            let cell = format!(", {} x {} points on {} µm", case.grid.nx, case.grid.ny, trimmed(length_um, 6));
+            let cell = if case.provenance.is_some() { String::new() } else { cell };
+            output::print(&format!("{}{cell}", case.surface.origin()));
             output::print(&output::statistics(&list));
             if let Some(out) = &self.out {
-                output::print(&format!("heights in µm, {}: {}", Sign::LowFirst.words(), out.display()));
+                output::print(&format!("heights in µm, {}: {}", sign(case).words(), out.display()));
             }
             Ok(())
         }
     }
 
-    /// The flag of every key whose value came from a flag: of all where there is no scene.
-    fn flag_names(&self) -> Vec<FlagName> {
-        let (file, s) = (self.heights.is_some(), &self.file);
-        let given = [
-            self.length_um.is_some(),
-            self.grid.is_some(),
-            self.hurst.is_some(),
-            self.roll_off_um.is_some(),
-            self.cut_off_um.is_some(),
-            self.rms_gradient.is_some(),
-            self.heights_unit_um.is_some() || file,
-            file,
-            s.dataset.is_some() || file,
-            s.fourier_points.is_some() || s.fourier.is_some(),
-            s.fourier.is_some() || file,
-            self.low_pass_um.is_some(),
-            self.touching.is_some() || file,
-        ];
-        FLAGS.into_iter().zip(given).filter(|(_, given)| *given || self.given.is_none()).map(|(name, _)| name).collect()
+    /// Everything about the surface, in SI units; low points touch first in a written file.
+    fn json(&self, case: &Case, heights: &[f64], list: &[Statistic]) -> serde_json::Value {
+        let (metres, p) = (case.scales.length_m, &case.provenance);
+        let values = range(heights);
+        let periodic = case.scene.continuum.is_periodic();
+        let touching = Touching::LowPoints.to_possible_value().map(|v| v.get_name().to_string());
+        serde_json::json!({
+            "origin": case.surface.origin(),
+            "format": p.as_ref().map_or("synthesised", |p| &p.format),
+            "file": p.as_ref().map(|p| &p.file),
+            "hash": p.as_ref().map(|p| &p.hash),
+            "channel": p.as_ref().and_then(|p| p.channel.clone()),
+            "channels": p.as_ref().map(|p| &p.channels),
+            "unit": p.as_ref().and_then(|p| p.unit.clone()),
+            "nx": case.grid.nx,
+            "ny": case.grid.ny,
+            "length_um": case.laboratory.length(),
+            "length_x_m": case.grid.lx * metres,
+            "length_y_m": case.grid.ly * metres,
+            "height_range_m": (values.max - values.min) * metres,
+            "rms_height_m": rms(heights) * metres,
+            "rms_gradient": case.gradient,
+            "missing_points": p.as_ref().map_or(0, |p| p.missing_points),
+            "filled_points": p.as_ref().map_or(0, |p| p.filled_points),
+            "touching": p.as_ref().map(|p| p.touching.clone()).or(touching),
+            "periodic": periodic,
+            "sign": sign(case).words(),
+            "preparation": p.as_ref().map_or(&[][..], |p| &p.preparation),
+            "version": env!("CARGO_PKG_VERSION"),
+            "out": self.out,
+            "statistics": list,
+            "warnings": case.warnings,
+        })
     }
 
-    fn overwrite(&self, scene: &mut Scene) {
+    /// The flag of every key whose value came from a flag: of all where there is no scene, or another file than its own.
+    fn flag_names(&self) -> Vec<KeyName> {
+        let spectrum = [
+            ("--grid", self.grid.is_some()),
+            ("--hurst", self.hurst.is_some()),
+            ("--roll-off-um", self.roll_off_um.is_some()),
+            ("--cut-off-um", self.cut_off_um.is_some()),
+            ("--rms-gradient", self.rms_gradient.is_some()),
+            ("--length", self.length_um.is_some() || self.map.length.is_some()),
+        ];
+        let all = self.heights.is_some() || self.given.is_none();
+        let given = |flag: &str| all || spectrum.iter().any(|(name, given)| *given && *name == flag);
+        FLAGS.into_iter().filter(|(_, flag)| given(flag)).collect()
+    }
+
+    /// Sets keys of the scene from flags.
+    fn overwrite(&self, scene: &mut Scene) -> Result<()> {
         let s = &mut scene.surface;
         let set = |to: &mut f64, from: Option<f64>| *to = from.unwrap_or(*to);
         set(&mut s.hurst, self.hurst);
         set(&mut s.rms_gradient, self.rms_gradient);
-        set(&mut s.heights_unit_um, self.heights_unit_um);
-        set(&mut scene.laboratory.length_um, self.length_um);
+        scene.laboratory.length_um = self.length_um.or(scene.laboratory.length_um);
         s.grid = self.grid.unwrap_or(s.grid);
         s.seed = self.seed.unwrap_or(s.seed);
         if self.roll_off_um.is_some() {
@@ -203,10 +234,12 @@ impl Surface {
             // A file given here is relative to where the command runs, not to the scene.
             s.heights = Some(std::path::absolute(path).unwrap_or_else(|_| path.clone()));
         }
-        s.touching = self.touching.or(s.touching);
         if self.heights.is_some() {
             // Properties of the scene's own file do not hold for another.
-            (s.dataset, s.fourier, s.fourier_points, s.low_pass_um) = Default::default();
+            let own = SurfaceScene::default();
+            *s = SurfaceScene { heights: s.heights.take(), grid: s.grid, seed: s.seed, ..own };
+            scene.laboratory.length_y_um = None;
+            scene.laboratory.length_um = self.length_um;
         }
         if self.file.fourier.is_some() {
             s.fourier_points = None;
@@ -215,5 +248,34 @@ impl Surface {
         s.fourier = self.file.fourier.or(s.fourier);
         s.fourier_points = self.file.fourier_points.or(s.fourier_points);
         s.low_pass_um = self.low_pass_um.or(s.low_pass_um);
+        s.heights_unit_um = self.heights_unit_um.or(s.heights_unit_um);
+        let lengths = Lengths::new(s.heights.as_deref(), &self.file, &self.map, Units::Named, false)?;
+        self.map.set(s, &mut scene.laboratory, &mut scene.continuum, &lengths)
     }
+}
+
+/// The sign with which a surface is written: that of its file.
+fn sign(case: &Case) -> Sign {
+    match case.scene.surface.touching {
+        Some(Touching::HighPoints) => Sign::HighFirst,
+        _ => Sign::LowFirst,
+    }
+}
+
+/// Writes the prepared heights in µm, with all that `solve` needs to know about them.
+fn write(out: &Path, case: &Case, heights: &[f64]) -> Result<()> {
+    let (um, sign, highest) = (case.laboratory.length(), sign(case), range(heights).max);
+    let flipped = |h: &f64| if sign == Sign::HighFirst { highest - h } else { *h };
+    let map = HeightMap::new("surface", case.grid.nx, case.grid.ny, heights.iter().map(|h| flipped(h) * um).collect())?;
+    let declared = Declared {
+        sign: Some(sign),
+        unit: Some("um".into()),
+        extent: Some(DeclaredExtent { x: um, y: case.grid.ly * um, unit: Some("um".into()) }),
+        // Periodicity that nobody stated is not declared.
+        periodic: Some(case.scene.continuum.is_periodic())
+            .filter(|periodic| !periodic || case.provenance.as_ref().is_none_or(|p| p.periodicity_is_known)),
+        history: case.provenance.as_ref().map_or(Vec::new(), |p| p.preparation.clone()),
+        ..Declared::default()
+    };
+    heights::write(out, &map, &declared)
 }

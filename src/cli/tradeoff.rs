@@ -1,6 +1,6 @@
-use super::{output, progress::TerminalProgress};
+use super::{output, programs, progress::TerminalProgress};
 use crate::method::{self, ContactMethod, REGISTRY};
-use crate::pipeline::{self, TradeoffRequest};
+use crate::pipeline::{self, OutFolder, TradeoffRequest};
 use crate::record::quantity::Quantity;
 use crate::record::tradeoff::{
     AtomsCost, BlockSize, FORECAST_TOLERANCE, Forecast, ResolvedErrors, Tradeoff as Table, TradeoffPoint,
@@ -14,11 +14,11 @@ use std::process::ExitCode;
 
 const PLACE: &str = "command line";
 
-/// Largest number of repeats: more hardly lower the least cost.
+/// Largest number of repeats: the least cost hardly decreases with more.
 const MOST_REPEATS: usize = 100;
 
 #[derive(Debug, clap::Args)]
-pub struct Tradeoff {
+pub(super) struct Tradeoff {
     /// Scene file (TOML): its surface, loads and adhesion.
     scene: PathBuf,
     /// Run folder. Default: runs/NAME-tradeoff.
@@ -33,31 +33,37 @@ pub struct Tradeoff {
     /// Points per side of the reference (`fast`, f64). Default: the scene's.
     #[arg(long, value_name = "N")]
     reference: Option<usize>,
-    /// Instead of surface.seed.
+    /// Seed of the surface. Default: surface.seed of the scene.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Time for all settings, as 90s, 10m or 2h, those done before in this folder among them: the most telling come first, and
-    /// what is left out is listed. The reference is solved in any case. Default: no limit.
+    /// Limit on the time of all settings, as 90s, 10m or 2h, including earlier runs in this folder. Each method runs once before
+    /// its other settings; skipped settings are listed. The reference is always solved. Default: no limit.
     #[arg(long, value_name = "TIME")]
     budget: Option<String>,
-    /// Thicknesses over L of bonded layers in place of the half-space, comma-separated.
+    /// Thicknesses of bonded layers that replace the half-space, in units of the cell length L, comma-separated.
     #[arg(long, value_name = "LIST", value_delimiter = ',', num_args = 1)]
     layer_thickness: Vec<f64>,
-    /// Blocks of atoms, CELLSxDEPTH or CELLSxDEPTH+FOUNDATION in lattice constants apart by commas, pressed by LAMMPS. Default: of a
-    /// scene with [atoms] its own, one of half the cells (in fives), one of half the depth, and, where atoms start from the
-    /// continuum, that on a foundation of the other half.
+    /// Blocks of atoms that LAMMPS runs, comma-separated, as CELLSxDEPTH or CELLSxDEPTH+FOUNDATION in lattice constants. Default for
+    /// a scene with [atoms]: its own block; a block with half the cells (a multiple of five); a block with half the depth; if the
+    /// atoms start from the continuum, also the latter on a foundation that replaces the other half.
     #[arg(long, value_name = "LIST", value_delimiter = ',', num_args = 1)]
     atoms: Vec<String>,
-    /// Runs of each setting, of which the cheapest counts. Default: one; three to thirty of settings that take less than a second.
+    /// Number of runs of each setting; the fastest counts. Default: one, or three to thirty for settings that take less than a second.
     #[arg(long, value_name = "N")]
     repeats: Option<usize>,
+    /// Reuse finished parts of the folder without comparing their files with the stored hashes.
+    #[arg(long)]
+    no_verify: bool,
+    /// Execute the program that the scene names as atoms.program.
+    #[arg(long)]
+    allow_program: bool,
     /// One line of JSON on stdout.
     #[arg(long)]
     json: bool,
 }
 
 impl Tradeoff {
-    pub fn execute(self) -> Result<ExitCode> {
+    pub(super) fn execute(self) -> Result<ExitCode> {
         let budget_seconds = self.budget.as_deref().map(|text| seconds("--budget", text)).transpose()?;
         if let Some(n) = self.repeats.filter(|n| !(1..=MOST_REPEATS).contains(n)) {
             return Err(Error::input(PLACE, "--repeats", n, format!("1 to {MOST_REPEATS} runs")));
@@ -72,23 +78,28 @@ impl Tradeoff {
             return Err(Error::input(PLACE, "--seed", seed, accepted));
         }
         scene.surface.seed = self.seed.unwrap_or(scene.surface.seed);
-        let case = Case::resolve(scene, &self.scene)?;
+        let mut case = Case::resolve(scene, &self.scene)?;
+        case.find_contact_pressures()?;
         let out = self.out.unwrap_or_else(|| PathBuf::from("runs").join(format!("{}-tradeoff", case.scene.name)));
-        let asked = TradeoffRequest {
+        let request = TradeoffRequest {
             methods,
             grids: (!self.grids.is_empty()).then_some(self.grids),
             reference: self.reference,
             budget_seconds,
             repeats: self.repeats,
             exact: None,
-            slabs: self.layer_thickness,
+            layer_thicknesses: self.layer_thickness,
             blocks: (!self.atoms.is_empty()).then(|| self.atoms.iter().map(|a| block(a)).collect()).transpose()?,
         };
+        programs::check(&case, self.allow_program)?;
         let progress = TerminalProgress::new();
-        let (tradeoff, page) = pipeline::tradeoff(&case, &asked, &out, &progress)?;
+        let folder = OutFolder { path: &out, verify: !self.no_verify };
+        let (tradeoff, page) = pipeline::tradeoff(&case, &request, folder, &progress)?;
         drop(progress);
         if self.json {
-            output::json_line(&serde_json::json!({ "out": out, "report": page, "tradeoff": tradeoff }))?;
+            output::json_line(
+                &serde_json::json!({ "out": output::path(&out), "report": output::path(&page), "tradeoff": tradeoff }),
+            )?;
         } else {
             print_tradeoff(&tradeoff);
             output::print(&format!("report: {}", page.display()));
@@ -128,7 +139,7 @@ fn block(text: &str) -> Result<BlockSize> {
 }
 
 /// A time with its unit, in s.
-pub fn seconds(flag: &str, text: &str) -> Result<f64> {
+pub(super) fn seconds(flag: &str, text: &str) -> Result<f64> {
     let text = text.trim();
     let digits = text.trim_end_matches(char::is_alphabetic);
     let unit = match &text[digits.len()..] {
@@ -176,7 +187,7 @@ fn print_tradeoff(tradeoff: &Table) {
     const COLUMNS: [Quantity; 5] =
         [Quantity::ContactArea, Quantity::MeanGap, Quantity::GapMap, Quantity::ContactMap, Quantity::MedianClusterArea];
     let head =
-        ["method", "grid", "to", "CPU", "of ref.", "memory", "area", "mean gap", "gap map", "contact map", "patch"];
+        ["method", "grid", "to", "CPU", "of ref.", "memory", "area", "mean gap", "gap map", "contact map", "cluster"];
     let row = |p: &TradeoffPoint| {
         let s = &p.setting;
         let mut cells = vec![
@@ -260,10 +271,10 @@ fn print_forecasts(tradeoff: &Table) {
     };
     let head = ["method", "grid", "from", "predicted", "CPU", "ratio", "twice the grid"];
     output::print(&output::table(&head, tradeoff.forecasts.iter().map(row)));
-    let held = tradeoff.forecasts.iter().filter(|f| f.holds()).count();
+    let accurate = tradeoff.forecasts.iter().filter(|f| f.is_accurate()).count();
     let (all, within) = (tradeoff.forecasts.len(), (100.0 * FORECAST_TOLERANCE).round());
     output::print(&format!(
-        "costs: {held} of {all} methods are within {within} % of the prediction from coarser grids"
+        "costs: {accurate} of {all} methods are within {within} % of the prediction from coarser grids"
     ));
 }
 

@@ -48,9 +48,9 @@ pub fn forecast(ran: &[Ran], points: f64) -> Option<f64> {
         ran.iter_mut().for_each(|r| r.pairs = 1.0);
         1.0
     };
-    let asked = Ran { points, pairs, seconds: 0.0 };
+    let target = Ran { points, pairs, seconds: 0.0 };
     let (constant, slope) = line(&ran);
-    Some(constant + slope * asked.work()).filter(|s| s.is_finite())
+    Some(constant + slope * target.work()).filter(|s| s.is_finite())
 }
 
 /// a + b Nᶜ through three grids, from coarse to fine, with c limited to [`EXPONENTS`] (then through the finer two).

@@ -2,6 +2,7 @@
 
 pub mod accuracy;
 pub mod advice;
+pub mod ensemble;
 pub mod forecast;
 mod overlap;
 pub mod pareto;

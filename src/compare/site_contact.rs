@@ -56,7 +56,7 @@ impl Sites {
         let shifted: Vec<bool> = self.shifted.iter().map(|&site| here[site]).collect();
         CriterionMatch {
             id: criterion.id().into(),
-            criterion: criterion.words(),
+            criterion: criterion.label(),
             offset_angstrom: criterion.offset_angstrom(),
             contact_fraction: here.iter().filter(|c| **c).count() as f64 / here.len() as f64,
             overlap: overlap(here, atoms),
@@ -96,7 +96,7 @@ impl SiteCriterion {
         }
     }
 
-    pub fn words(self) -> String {
+    pub fn label(self) -> String {
         match self {
             SiteCriterion::HardWall => "hard wall, zero gap".into(),
             SiteCriterion::OffsetWall(by) => format!("offset wall, shifted by {by:.3} Å, within d_c of the atoms"),
@@ -153,13 +153,13 @@ mod tests {
         }
         // The first site is shifted to the last.
         assert_eq!(sites.shifted, [3, 1, 1, 1]);
-        let judged = sites.compare(
+        let agreement = sites.compare(
             &[true, false, false, true],
             &[true, false, false, false],
             SiteCriterion::OffsetWall(0.3),
             None,
         );
-        assert_eq!((judged.contact_fraction, judged.overlap.jaccard, judged.offset_angstrom), (0.5, 0.5, 0.3));
-        assert_eq!(judged.shifted.jaccard, 1.0);
+        assert_eq!((agreement.contact_fraction, agreement.overlap.jaccard, agreement.offset_angstrom), (0.5, 0.5, 0.3));
+        assert_eq!(agreement.shifted.jaccard, 1.0);
     }
 }

@@ -14,12 +14,13 @@ pub fn interpolate<T: Real>(
 ) {
     let (old, new) = (from.grid(), to.grid());
     let per_point = T::of(1.0 / old.points() as f64);
-    let held = |k: i64, n: usize| k == 0 || 2 * k.unsigned_abs() < n as u64;
-    let columns = (0..new.half().min(old.half())).filter(|&i| held(i as i64, new.nx) && held(i as i64, old.nx)).count();
+    let resolved = |k: i64, n: usize| k == 0 || 2 * k.unsigned_abs() < n as u64;
+    let columns =
+        (0..new.half().min(old.half())).filter(|&i| resolved(i as i64, new.nx) && resolved(i as i64, old.nx)).count();
     scratch.par_chunks_mut(new.pitch()).enumerate().for_each(|(j, row)| {
         row.fill(Complex::default());
         let ky = signed_mode(j, new.ny);
-        if held(ky, new.ny) && held(ky, old.ny) {
+        if resolved(ky, new.ny) && resolved(ky, old.ny) {
             let start = ky.rem_euclid(old.ny as i64) as usize * old.pitch();
             for (kx, (value, source)) in row[..columns].iter_mut().zip(&spectrum[start..]).enumerate() {
                 if kept(kx as i64, ky) {

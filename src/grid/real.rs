@@ -4,9 +4,6 @@ use std::borrow::Cow;
 
 /// Precision of the fields. Sums are always taken in `f64`.
 pub trait Real: rustfft::FftNum + Float + NumAssign + Default + std::iter::Sum + bytemuck::Pod {
-    /// Name as in `--precision`.
-    const NAME: &'static str;
-
     fn of(value: f64) -> Self;
 
     fn wide(self) -> f64;
@@ -20,8 +17,6 @@ pub trait Real: rustfft::FftNum + Float + NumAssign + Default + std::iter::Sum +
 }
 
 impl Real for f32 {
-    const NAME: &'static str = "f32";
-
     fn of(value: f64) -> Self {
         value as f32
     }
@@ -40,8 +35,6 @@ impl Real for f32 {
 }
 
 impl Real for f64 {
-    const NAME: &'static str = "f64";
-
     fn of(value: f64) -> Self {
         value
     }

@@ -27,7 +27,7 @@ pub(super) struct Folded<T: Real> {
 }
 
 impl<T: Real> Rows<T> {
-    pub fn new(nx: usize) -> Self {
+    pub(super) fn new(nx: usize) -> Self {
         if !nx.is_multiple_of(2) {
             let mut planner = RealFftPlanner::new();
             return Rows::Odd { forward: planner.plan_fft_forward(nx), inverse: planner.plan_fft_inverse(nx) };
@@ -46,7 +46,7 @@ impl<T: Real> Rows<T> {
     }
 
     /// Scratch space of a transform.
-    pub fn scratch(&self) -> Vec<Complex<T>> {
+    pub(super) fn scratch(&self) -> Vec<Complex<T>> {
         let len = match self {
             Rows::Even { forward, inverse } => {
                 let needs = |f: &Folded<T>| f.transform.get_outofplace_scratch_len();
@@ -58,7 +58,7 @@ impl<T: Real> Rows<T> {
     }
 
     /// Transforms `row`, which is overwritten, to the `nx/2+1` coefficients of `spectrum`.
-    pub fn forward(&self, row: &mut [T], spectrum: &mut [Complex<T>], scratch: &mut [Complex<T>]) {
+    pub(super) fn forward(&self, row: &mut [T], spectrum: &mut [Complex<T>], scratch: &mut [Complex<T>]) {
         match self {
             Rows::Even { forward: Folded { transform, share, turns }, .. } => {
                 let middle = spectrum.len() - 1;
@@ -77,7 +77,7 @@ impl<T: Real> Rows<T> {
 
     /// Transforms `spectrum`, which is overwritten, to `row`. Imaginary parts of the mean and of an even row's
     /// Nyquist mode, which are rounding errors, are ignored.
-    pub fn inverse(&self, spectrum: &mut [Complex<T>], row: &mut [T], scratch: &mut [Complex<T>]) {
+    pub(super) fn inverse(&self, spectrum: &mut [Complex<T>], row: &mut [T], scratch: &mut [Complex<T>]) {
         match self {
             Rows::Even { inverse: Folded { transform, share, turns }, .. } => {
                 let middle = spectrum.len() - 1;

@@ -1,3 +1,4 @@
+use super::sums::root_of_squares;
 use super::{COLUMNS, Grid, Real, Transform, dot, signed_mode, vectorised};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
@@ -78,6 +79,18 @@ impl<T: Real> Series<T> {
         }
     }
 
+    /// The series over a divisor.
+    pub fn divided(&self, by: f64) -> Self {
+        let mut series = self.clone();
+        series.coefficients.par_iter_mut().for_each(|c| *c = c.unscale(T::of(by)));
+        series
+    }
+
+    /// Largest magnitude of a real or imaginary part.
+    fn largest(&self) -> f64 {
+        self.coefficients.iter().map(|c| c.re.wide().abs().max(c.im.wide().abs())).fold(0.0, f64::max)
+    }
+
     pub fn bytes(&self) -> u64 {
         size_of_val(&self.coefficients[..]) as u64
     }
@@ -86,10 +99,10 @@ impl<T: Real> Series<T> {
     /// …, -1. Modes from the grid's Nyquist modes on are omitted.
     pub fn column(&self, i: usize, grid: Grid) -> (&[Complex<T>], &[Complex<T>]) {
         let own = self.nodes.is_some_and(|g| (g.nx, g.ny) == (grid.nx, grid.ny));
-        let held = |k: usize, n: usize| k == 0 || 2 * k < n;
+        let resolved = |k: usize, n: usize| k == 0 || 2 * k < n;
         // Nyquist modes of the defining grid are ambiguous on others.
         let limit = |box_modes: usize, nodes: Option<usize>, n: usize| {
-            (0..box_modes).rev().find(|&k| held(k, n) && nodes.is_none_or(|m| held(k, m))).unwrap_or(0)
+            (0..box_modes).rev().find(|&k| resolved(k, n) && nodes.is_none_or(|m| resolved(k, m))).unwrap_or(0)
         };
         if i >= self.width {
             return (&[], &[]);
@@ -98,7 +111,7 @@ impl<T: Real> Series<T> {
         if own {
             return (column, &[]);
         }
-        if !held(i, grid.nx) || !self.nodes.is_none_or(|g| held(i, g.nx)) {
+        if !resolved(i, grid.nx) || !self.nodes.is_none_or(|g| resolved(i, g.nx)) {
             return (&[], &[]);
         }
         let top = limit(self.height / 2 + 1, self.nodes.map(|g| g.ny), grid.ny);
@@ -107,6 +120,10 @@ impl<T: Real> Series<T> {
 
     /// rms gradient of the waves that a grid resolves.
     pub fn rms_gradient(&self, grid: Grid) -> f64 {
+        root_of_squares(|unit| self.gradient_over(unit, grid), || self.largest())
+    }
+
+    fn gradient_over(&self, unit: f64, grid: Grid) -> f64 {
         let columns = (0..self.width.min(grid.half())).into_par_iter();
         let sums: Vec<f64> = columns
             .map(|i| {
@@ -116,7 +133,7 @@ impl<T: Real> Series<T> {
                 let rows = self.height.max(up.len() + down.len());
                 let wave = |j: usize, c: &Complex<T>| {
                     let qy = std::f64::consts::TAU / grid.ly * signed_mode(j, rows) as f64;
-                    (qx * qx + qy * qy) * c.norm_sqr().wide()
+                    (qx * qx + qy * qy) * c.unscale(T::of(unit)).norm_sqr().wide()
                 };
                 let up_sum: f64 = up.iter().enumerate().map(|(j, c)| wave(j, c)).sum();
                 let first = rows - down.len();
@@ -129,6 +146,10 @@ impl<T: Real> Series<T> {
 
     /// Root mean square of the field.
     pub fn rms(&self) -> f64 {
+        root_of_squares(|unit| self.rms_over(unit), || self.largest())
+    }
+
+    fn rms_over(&self, unit: f64) -> f64 {
         let grid = self.nodes.unwrap_or(Grid::unit(2 * self.width - 1, self.height));
         let sums: Vec<f64> = self
             .coefficients
@@ -136,10 +157,14 @@ impl<T: Real> Series<T> {
             .enumerate()
             .map(|(i, column)| {
                 let parts: &[T] = bytemuck::cast_slice(column);
-                let square = vectorised(
-                    #[inline(always)]
-                    || dot(parts, parts),
-                );
+                let square = if unit == 1.0 {
+                    vectorised(
+                        #[inline(always)]
+                        || dot(parts, parts),
+                    )
+                } else {
+                    parts.iter().map(|p| (p.wide() / unit).powi(2)).sum()
+                };
                 grid.column_weight(i) * square
             })
             .collect();
@@ -211,7 +236,7 @@ mod tests {
                     .map(|w| Complex::new(w.2, -w.3))
                     .sum::<Complex<f64>>()
         };
-        let direct = |grid: Grid, held: usize| -> Vec<f64> {
+        let direct = |grid: Grid, resolved: usize| -> Vec<f64> {
             (0..grid.points())
                 .map(|k| {
                     let (x, y) = ((k % grid.nx) as f64 / grid.nx as f64, (k / grid.nx) as f64 / grid.ny as f64);
@@ -219,19 +244,19 @@ mod tests {
                         let phase = 2.0 * PI * (w.0 as f64 * x + w.1 as f64 * y);
                         2.0 * (w.2 * phase.cos() - w.3 * phase.sin())
                     };
-                    waves[..held].iter().map(one).sum()
+                    waves[..resolved].iter().map(one).sum()
                 })
                 .collect()
         };
         let modes = Series::<f64>::from_modes(4, 3, amplitude);
         let base = Grid::unit(12, 10);
         let through = Series::<f64>::from_nodes(base, &direct(base, 4));
-        for (grid, held) in [(base, 4), (Grid::unit(9, 7), 4), (Grid::unit(8, 6), 3), (Grid::unit(16, 4), 1)] {
+        for (grid, resolved) in [(base, 4), (Grid::unit(9, 7), 4), (Grid::unit(8, 6), 3), (Grid::unit(16, 4), 1)] {
             let transform = Transform::<f64>::new(grid);
             for series in [&modes, &through] {
                 let found = series.on_nodes(&transform, &mut transform.spectrum());
                 // (0, 2) is at the Nyquist mode of four points, like all shorter waves.
-                for (f, d) in found.iter().zip(direct(grid, held)) {
+                for (f, d) in found.iter().zip(direct(grid, resolved)) {
                     assert!((f - d).abs() < 1e-14, "{grid:?}: {f} {d}");
                 }
             }

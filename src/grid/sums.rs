@@ -92,11 +92,28 @@ pub fn extent(values: &[f64]) -> (f64, f64) {
     (low.into_iter().fold(f64::INFINITY, f64::min), high.into_iter().fold(f64::NEG_INFINITY, f64::max))
 }
 
-/// Root mean square deviation of a field from its mean.
+/// Root mean square deviation of a field from its mean, of finite values of any size.
 pub fn rms<T: Real>(field: &[T]) -> f64 {
     let m = mean(field);
-    let [s] = sum_rows(field.len().div_ceil(BLOCK), |b| [block(field, b).iter().map(|v| (v.wide() - m).powi(2)).sum()]);
-    (s / field.len() as f64).sqrt()
+    let over = |unit: f64| {
+        let square = |v: &T| ((v.wide() - m) / unit).powi(2);
+        let [s] = sum_rows(field.len().div_ceil(BLOCK), |b| [block(field, b).iter().map(square).sum()]);
+        (s / field.len() as f64).sqrt()
+    };
+    root_of_squares(over, || field.iter().map(|v| (v.wide() - m).abs()).fold(0.0, f64::max))
+}
+
+/// `root(1)`, a root mean square divided by its argument, computed again over the `largest` value if squares under- or
+/// overflow.
+pub(super) fn root_of_squares(root: impl Fn(f64) -> f64, largest: impl Fn() -> f64) -> f64 {
+    /// Between these roots no square that matters is below 1e-300, none above 1e300.
+    const SAFE: std::ops::Range<f64> = 1e-140..1e140;
+    let plain = root(1.0);
+    if SAFE.contains(&plain) || plain.is_nan() {
+        return plain;
+    }
+    let unit = largest();
+    if unit > 0.0 && unit.is_finite() { unit * root(unit) } else { plain }
 }
 
 fn block<T>(field: &[T], b: usize) -> &[T] {
@@ -116,6 +133,16 @@ mod tests {
             assert_eq!(vectorised(|| dot(&a, &b)), direct, "{n}");
             assert_eq!(vectorised(|| total(&b)), f64::from(n * (n + 1) / 2), "{n}");
         }
+    }
+
+    /// The root mean square of ±1 and of the same times any double is that double.
+    #[test]
+    fn rms_of_values_of_any_size() {
+        for size in [1e-307, 1e-200, 1e-100, 1.0, 1e100, 1e200, 1e307] {
+            assert!((rms(&[size, -size, size, -size]) / size - 1.0).abs() < 1e-15, "{size:e}");
+        }
+        assert_eq!((rms(&[3.0, 3.0]), rms(&[f64::INFINITY, 0.0]).is_finite()), (0.0, false));
+        assert!(rms(&[f64::NAN, 1.0]).is_nan());
     }
 
     #[test]

@@ -6,6 +6,7 @@
 //! scheme: after negative curvature or a rise of the energy the method takes gradient steps of safe length.
 
 use super::iteration::{ConvergenceMonitor, IterationControl};
+use super::judge::Ending;
 use super::operator::{Build, Operator, dispatch};
 use super::residuals::{Residuals, curvature_of, kkt};
 use super::{
@@ -18,7 +19,7 @@ use crate::interface::{Adhesion, Kernel, Law, Wall};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-pub struct Bvm;
+pub(super) struct Bvm;
 
 static CARD: Card = Card {
     id: "bvm",
@@ -32,6 +33,7 @@ static CARD: Card = Card {
     supports: super::card::fields,
     dois: &["10.1007/s11249-017-0980-z", "10.1007/s11249-017-0900-2"],
     papers: &[],
+    measured_errors: &[],
 };
 
 /// Times a step that raises the energy is divided by four, for laws whose energy is not convex.
@@ -236,14 +238,14 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         }
         let pressure = self.operator.pressure;
         let (mut residuals, ..) = self.advance(0.0);
-        let stop = loop {
-            if let Some(stop) = control.stop(&residuals) {
-                break stop;
+        let ending = loop {
+            if let Some(ending) = control.ended(&residuals) {
+                break ending;
             }
             let pause =
                 |c: &IterationControl| Pause { iterations: c.iterations, beta, safe, progress: c.monitor_before() };
             if control.checkpoint_or_interrupt(&residuals, (&self.gap, &self.direction), pause) {
-                break Stop::Interrupted;
+                break Ending::Stopped(Stop::Interrupted);
             }
             let (slope, step) = self.choose_step(beta, safe > 0);
             // Rounding of an energy of order E*·h_rms² must not count as a rise.
@@ -264,11 +266,12 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             control.iterations += 1;
             if next.exhausted && was_safe {
                 // Not even a gradient step of safe length lowers the energy.
-                break if before <= 10.0 * control.floor { Stop::RoundingFloor } else { Stop::NoDescent };
+                let rounded = before <= 10.0 * control.floor;
+                break Ending::Stopped(if rounded { Stop::RoundingFloor } else { Stop::NoDescent });
             }
         };
         let residuals = self.operator.stress(&mut self.gap, &mut self.residual);
         let pairs = self.operator.pairs - pairs_before;
-        Ok(control.finish(stop, residuals, pairs).state(&self.gap, &self.residual))
+        Ok(control.finish(ending, residuals, pairs).state(&self.gap, &self.residual))
     }
 }

@@ -91,9 +91,29 @@ pub struct Card {
     pub dois: &'static [&'static str],
     /// Sources without a DOI here: authors, journal, volume, year, page.
     pub papers: &'static [&'static str],
+    /// Measured relative errors of an estimate: root mean squares over the challenge's loads on 1024², of the mean gap up
+    /// to p* = 0.14, against `fast` on 2048² (`asperity tradeoff configs/challenge.toml`, docs/trade-off.md). Empty for
+    /// solvers, whose errors are those of their grid.
+    pub measured_errors: &'static [(Quantity, f64)],
 }
 
+/// Measured relative error from which on results of a method carry a warning.
+const NOTABLE: f64 = 0.2;
+
 impl Card {
+    /// One sentence on the quantities whose measured error is notable; `None` without any.
+    pub fn warning(&self) -> Option<String> {
+        let notable = self.measured_errors.iter().filter(|(_, error)| *error > NOTABLE);
+        let list: Vec<String> = notable.map(|(q, error)| format!("{} by {:.0} %", q.name(), 100.0 * error)).collect();
+        let spectra = if self.calibrated_on.is_some() {
+            "; its constants are fitted, so that it may deviate more on other spectra"
+        } else {
+            ""
+        };
+        let measured = "in the measured comparison with solved contacts";
+        (!list.is_empty()).then(|| format!("deviates in {} {measured}{spectra}", list.join(" and ")))
+    }
+
     /// Whether the method models adhesion.
     pub fn supports_adhesion(&self) -> bool {
         matches!((self.supports)(Quantity::ContactArea), Support::Full | Support::Only(_))

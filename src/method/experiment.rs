@@ -14,6 +14,7 @@
 //! stiffer rubber; a molecular range is far below the challenge's ρ/L = 2·10⁻⁵. The model uses the adhesion of the
 //! problem.
 
+use super::judge::estimating;
 use super::settings::{self, ExperimentSettings};
 use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Observer, Plan, Problem, Quantity,
@@ -25,7 +26,7 @@ use crate::{Error, Result};
 use rustfft::num_complex::Complex;
 use std::time::Instant;
 
-pub struct Experiment;
+pub(super) struct Experiment;
 
 static CARD: Card = Card {
     id: "experiment",
@@ -39,6 +40,7 @@ static CARD: Card = Card {
     supports,
     dois: &["10.1007/s11249-017-0900-2"],
     papers: &["Bennett et al., Tribology Letters 65 (2017) 134"],
+    measured_errors: &[],
 };
 
 fn supports(quantity: Quantity) -> Support {
@@ -112,7 +114,7 @@ impl ContactMethod for Experiment {
         let mut printed = require::from_lowest(problem).into_owned();
         box_average(grid, &mut printed, problem.settings.experiment.print_resolution);
         let (last, contact, gap) = (Vec::new(), Vec::new(), Vec::new());
-        Ok(Started::Estimator(Box::new(Laboratory { problem, observer, printed, last, contact, gap })))
+        Ok(estimating(Laboratory { problem, observer, printed, last, contact, gap }))
     }
 }
 

@@ -24,19 +24,19 @@ pub(super) struct Convolution {
 pub(super) struct Symbol(Vec<f64>);
 
 impl Convolution {
-    pub fn new(grid: Grid) -> Self {
+    pub(super) fn new(grid: Grid) -> Self {
         let transform = Transform::new(grid);
         let spectrum = transform.spectrum();
         Convolution { transform, spectrum, pairs: 0.0 }
     }
 
     /// Bytes of a convolution with `symbols` symbols.
-    pub fn bytes(grid: Grid, symbols: u64) -> u64 {
+    pub(super) fn bytes(grid: Grid, symbols: u64) -> u64 {
         Transform::<f64>::spectrum_bytes(grid) + symbols * (grid.half() * grid.ny * size_of::<f64>()) as u64
     }
 
     /// Symbol with the values `of(qx, qy)`.
-    pub fn symbol(&self, of: impl Fn(f64, f64) -> f64 + Sync) -> Symbol {
+    pub(super) fn symbol(&self, of: impl Fn(f64, f64) -> f64 + Sync) -> Symbol {
         let grid = self.transform.grid();
         let per_point = 1.0 / grid.points() as f64;
         let mut values = vec![0.0; grid.half() * grid.ny];
@@ -47,7 +47,7 @@ impl Convolution {
     }
 
     /// Writes the convolution of `field` to `into`; one transform pair.
-    pub fn apply(&mut self, symbol: &Symbol, field: &[f64], into: &mut [f64]) {
+    pub(super) fn apply(&mut self, symbol: &Symbol, field: &[f64], into: &mut [f64]) {
         let ny = self.transform.grid().ny;
         let filter = |i: usize, column: &mut [Complex<f64>]| {
             column.iter_mut().zip(&symbol.0[i * ny..]).for_each(|(c, &s)| *c = c.scale(s));
@@ -61,17 +61,17 @@ impl Convolution {
 
 impl Symbol {
     /// The largest stored value, including `1/N`.
-    pub fn most(&self) -> f64 {
+    pub(super) fn most(&self) -> f64 {
         self.0.iter().copied().fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// Sets the stored values to `of` those of another symbol of the same grid, both including `1/N`.
-    pub fn set(&mut self, from: &Symbol, of: impl Fn(f64) -> f64) {
+    pub(super) fn set(&mut self, from: &Symbol, of: impl Fn(f64) -> f64) {
         self.0.iter_mut().zip(&from.0).for_each(|(to, &v)| *to = of(v));
     }
 
     /// A symbol with the values `of` the stored ones, both including `1/N`.
-    pub fn map(&self, of: impl Fn(f64) -> f64) -> Symbol {
+    pub(super) fn map(&self, of: impl Fn(f64) -> f64) -> Symbol {
         Symbol(self.0.iter().map(|&v| of(v)).collect())
     }
 }

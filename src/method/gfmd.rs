@@ -8,6 +8,7 @@
 //! masses (1-D Westergaard at half its full-contact pressure: contact fraction 0.605 instead of 0.5).
 
 use super::iteration::{ConvergenceMonitor, IterationControl};
+use super::judge::Ending;
 use super::operator::{Build, Operator, dispatch};
 use super::residuals::{Residuals, kkt_row};
 use super::sweep::{sweep, sweep_sums};
@@ -21,7 +22,7 @@ use crate::interface::{Kernel, Law};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-pub struct Gfmd;
+pub(super) struct Gfmd;
 
 static CARD: Card = Card {
     id: "gfmd",
@@ -35,6 +36,7 @@ static CARD: Card = Card {
     supports: super::card::fields,
     dois: &["10.1007/s11249-017-0900-2", "10.1103/PhysRevB.74.075420", "10.1007/s11249-013-0288-4"],
     papers: &[],
+    measured_errors: &[],
 };
 
 /// Square of the time step times the highest frequency. Verlet is stable up to 4; the paper's choices are 0.25 to 1.
@@ -187,7 +189,7 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
                 self.transform_displacement();
             }
         }
-        let (stop, residuals) = loop {
+        let (ending, residuals) = loop {
             let squared = if L::HARD { STEP_SQUARED } else { STEP_SQUARED_SOFT };
             let step = squared / self.operator.stiffest(&self.gap);
             let inertia = (-2.0 * DAMPING * (slowest * step).sqrt()).exp();
@@ -198,25 +200,25 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
                 // equilibrium: the state after the step must meet the criteria.
                 let final_residuals = self.operator.stress(&mut self.gap, &mut self.velocity);
                 if control.converged(&final_residuals) {
-                    break (Stop::Converged, final_residuals);
+                    break (Ending::Met, final_residuals);
                 }
                 self.rest();
             }
-            if let Some(stop) = control.failed(&residuals) {
-                break (stop, residuals);
+            if let Some(ending) = control.failed(&residuals) {
+                break (ending, residuals);
             }
             let pause = |c: &IterationControl| Pause { iterations: c.iterations + 1, progress: c.monitor.clone() };
             if control.checkpoint_or_interrupt(&residuals, (&self.gap, &self.velocity), pause) {
-                break (Stop::Interrupted, residuals);
+                break (Ending::Stopped(Stop::Interrupted), residuals);
             }
             control.iterations += 1;
         };
-        let residuals = match stop {
-            Stop::Converged => residuals,
+        let residuals = match ending {
+            Ending::Met => residuals,
             // Those of the present state, not of the one before the last step.
             _ => self.operator.stress(&mut self.gap, &mut self.velocity),
         };
         let pairs = self.operator.pairs - pairs_before;
-        Ok(control.finish(stop, residuals, pairs).state(&self.gap, &self.velocity))
+        Ok(control.finish(ending, residuals, pairs).state(&self.gap, &self.velocity))
     }
 }

@@ -1,6 +1,7 @@
 //! Common parts of the iteration loops of the field solvers: stop criteria and their order, reports to the observer,
 //! snapshots, and the final state.
 
+use super::judge::{Ending, Judge, judge};
 use super::residuals::Residuals;
 use super::{ErrorEstimates, Iteration, Load, Observer, Problem, SnapshotRef, State, Stop};
 use crate::grid::Real;
@@ -12,11 +13,8 @@ pub(super) struct Outcome {
     pub load: Load,
     /// Mean pressure, E*.
     pub pressure: f64,
-    /// Stress by which residuals are divided, E*.
-    pub scale: f64,
-    /// rms height of the surface, L.
-    pub rms_height: f64,
-    pub stop: Stop,
+    pub judge: Judge,
+    pub ending: Ending,
     pub iterations: usize,
     /// Transform pairs of this load.
     pub pairs: f64,
@@ -26,28 +24,41 @@ pub(super) struct Outcome {
 }
 
 impl Outcome {
-    /// State with gap and interfacial stress `[ny, nx]`.
-    pub fn state<'a, T: Real>(self, gap: &'a [T], stress: &'a [T]) -> State<'a> {
-        let Outcome { load, pressure, scale, rms_height, residuals, .. } = self;
-        State {
+    /// State with gap and interfacial stress `[ny, nx]`, and the judge's stop reason.
+    pub(super) fn state<'a, T: Real>(self, gap: &'a [T], stress: &'a [T]) -> State<'a> {
+        let Outcome { load, pressure, judge, residuals, .. } = self;
+        let Judge { scale, rms_height, .. } = judge;
+        let balance = residuals.imbalance.abs() / scale;
+        let mut state = State {
             load,
             pressure,
             error_estimates: self.error_estimates,
             gap: T::lend(gap),
             stress: T::lend(stress),
             mean_gap: residuals.mean_gap,
+            separation: residuals.mean_separation,
             energy: residuals.energy(pressure),
             elastic_energy: residuals.elastic,
             interaction_energy: residuals.interaction,
-            load_error: residuals.imbalance.abs() / scale,
+            load_error: match load {
+                Load::Pressure(_) => balance,
+                // Not `f64::max`, which drops a NaN.
+                Load::MeanGap(target) => {
+                    let miss = (residuals.mean_gap - target).abs() / judge.gap_scale(target);
+                    if miss > balance || miss.is_nan() { miss } else { balance }
+                }
+            },
             residual: residuals.residual / scale,
             // A flat surface has neither height nor gap; the smallest positive number avoids 0/0.
             complementarity: residuals.complementarity / (scale * rms_height.max(f64::MIN_POSITIVE)),
-            stop: self.stop,
+            stop: Stop::Interrupted,
             iterations: self.iterations,
             fft_pairs: self.pairs,
-            seconds: self.clock.elapsed().as_secs_f64(),
-        }
+            seconds: 0.0,
+        };
+        state.stop = judge.decide(self.ending, &state, gap, stress);
+        state.seconds = self.clock.elapsed().as_secs_f64();
+        state
     }
 }
 
@@ -60,6 +71,8 @@ pub(super) struct LoadCase {
     pub range: f64,
     /// rms height of the surface, L.
     pub rms_height: f64,
+    /// Gaps are not negative.
+    pub hard: bool,
 }
 
 /// Counts the iterations of a solve and decides when it stops.
@@ -82,14 +95,14 @@ pub(super) struct IterationControl<'p> {
 }
 
 impl<'p> IterationControl<'p> {
-    pub fn new(problem: &'p Problem<'p>, observer: &'p dyn Observer, case: LoadCase) -> Self {
+    pub(super) fn new(problem: &'p Problem<'p>, observer: &'p dyn Observer, case: LoadCase) -> Self {
         let monitor = ConvergenceMonitor::new();
         let floor = problem.rounding_floor(case.rms_height, case.pressure);
         IterationControl {
             problem,
             observer,
             case,
-            scale: Problem::stress_scale(case.pressure),
+            scale: problem.stress_scale(case.pressure),
             floor,
             stall_floor: floor,
             clock: Instant::now(),
@@ -101,59 +114,59 @@ impl<'p> IterationControl<'p> {
     }
 
     /// Without the stall criterion, for a method whose line search detects the rounding floor itself.
-    pub fn without_stall_limit(self) -> Self {
+    pub(super) fn without_stall_limit(self) -> Self {
         IterationControl { stall_floor: 0.0, ..self }
     }
 
     /// Continues the iteration of a snapshot.
-    pub fn resume(&mut self, iterations: usize, monitor: ConvergenceMonitor) {
+    pub(super) fn resume(&mut self, iterations: usize, monitor: ConvergenceMonitor) {
         (self.iterations, self.monitor) = (iterations, monitor);
     }
 
     /// Continues with an attraction of another range.
-    pub fn set_range(&mut self, range: f64) {
+    pub(super) fn set_range(&mut self, range: f64) {
         self.case.range = range;
     }
 
     /// Residual over the stress scale.
-    pub fn relative(&self, residuals: &Residuals) -> f64 {
+    pub(super) fn relative(&self, residuals: &Residuals) -> f64 {
         residuals.residual / self.scale
     }
 
     /// Records the state of this iteration.
-    pub fn record(&mut self, residuals: &Residuals) {
+    pub(super) fn record(&mut self, residuals: &Residuals) {
         self.before = self.monitor.mark();
         self.error_estimates = self.monitor.error_estimates(residuals);
     }
 
     /// The monitor as it was before the present iteration was recorded.
-    pub fn monitor_before(&self) -> ConvergenceMonitor {
+    pub(super) fn monitor_before(&self) -> ConvergenceMonitor {
         self.monitor.at(&self.before)
     }
 
     /// Whether tolerance, load balance and accuracy targets are met.
-    pub fn converged(&self, residuals: &Residuals) -> bool {
+    pub(super) fn converged(&self, residuals: &Residuals) -> bool {
         residuals.meets(self.problem.tolerance, self.scale) && self.problem.targets.met(&self.error_estimates)
     }
 
     /// Whether a tensile load has separated the surfaces.
-    pub fn separated(&self, residuals: &Residuals) -> bool {
+    pub(super) fn separated(&self, residuals: &Residuals) -> bool {
         residuals.separated(self.case.pressure, self.case.range)
     }
 
     /// Stop reason of a state that has not converged: iteration limit, divergence or rounding floor, separation.
-    pub fn failed(&mut self, residuals: &Residuals) -> Option<Stop> {
+    pub(super) fn failed(&mut self, residuals: &Residuals) -> Option<Ending> {
         if self.iterations >= self.problem.max_iterations {
-            return Some(Stop::IterationLimit);
+            return Some(Ending::Stopped(Stop::IterationLimit));
         }
         let stalled = self.monitor.stalled(self.relative(residuals), self.stall_floor);
-        stalled.or_else(|| self.separated(residuals).then_some(Stop::Detached))
+        stalled.or_else(|| self.separated(residuals).then_some(Stop::Detached)).map(Ending::Stopped)
     }
 
-    /// Records a state and returns the reason to stop there, if there is one.
-    pub fn stop(&mut self, residuals: &Residuals) -> Option<Stop> {
+    /// Records a state and returns how the iteration ends there, if it does.
+    pub(super) fn ended(&mut self, residuals: &Residuals) -> Option<Ending> {
         self.record(residuals);
-        if self.converged(residuals) { Some(Stop::Converged) } else { self.failed(residuals) }
+        if self.converged(residuals) { Some(Ending::Met) } else { self.failed(residuals) }
     }
 
     fn report(&self, residuals: &Residuals) -> Iteration {
@@ -166,14 +179,14 @@ impl<'p> IterationControl<'p> {
     }
 
     /// Reports the iteration. True where the observer stops the solve.
-    pub fn interrupted(&self, residuals: &Residuals) -> bool {
+    pub(super) fn interrupted(&self, residuals: &Residuals) -> bool {
         self.observer.stop_requested() || self.observer.iteration(self.report(residuals)).is_break()
     }
 
     /// Reports the iteration and, if the observer requests a snapshot or stops the solve, passes on the two fields
     /// and the `progress` from which [`Run::resume`](super::Run::resume) continues. True if the observer stops the
     /// solve.
-    pub fn checkpoint_or_interrupt<T: Real, P: Serialize>(
+    pub(super) fn checkpoint_or_interrupt<T: Real, P: Serialize>(
         &self,
         residuals: &Residuals,
         (gap, auxiliary): (&[T], &[T]),
@@ -192,14 +205,13 @@ impl<'p> IterationControl<'p> {
     }
 
     /// Result after `pairs` transform pairs.
-    pub fn finish(self, stop: Stop, residuals: Residuals, pairs: f64) -> Outcome {
-        let LoadCase { pressure, rms_height, .. } = self.case;
+    pub(super) fn finish(self, ending: Ending, residuals: Residuals, pairs: f64) -> Outcome {
+        let LoadCase { pressure, rms_height, hard, .. } = self.case;
         Outcome {
             load: Load::Pressure(pressure),
             pressure,
-            scale: self.scale,
-            rms_height,
-            stop,
+            judge: judge(self.problem, hard, rms_height, self.scale),
+            ending,
             iterations: self.iterations,
             pairs,
             clock: self.clock,
@@ -233,22 +245,22 @@ impl ConvergenceMonitor {
     /// Iterations needed for an estimate.
     const FEWEST: usize = 10;
 
-    pub fn new() -> Self {
+    pub(super) fn new() -> Self {
         ConvergenceMonitor { best: None, since: 0, history: Vec::new() }
     }
 
     /// The present point in the history.
-    pub fn mark(&self) -> MonitorMark {
+    pub(super) fn mark(&self) -> MonitorMark {
         MonitorMark { best: self.best, since: self.since, len: self.history.len() }
     }
 
     /// The monitor as it was at a mark.
-    pub fn at(&self, mark: &MonitorMark) -> ConvergenceMonitor {
+    pub(super) fn at(&self, mark: &MonitorMark) -> ConvergenceMonitor {
         ConvergenceMonitor { best: mark.best, since: mark.since, history: self.history[..mark.len].to_vec() }
     }
 
     /// Records a state and compares it with that of a fifth of the iterations ago.
-    pub fn error_estimates(&mut self, residuals: &Residuals) -> ErrorEstimates {
+    pub(super) fn error_estimates(&mut self, residuals: &Residuals) -> ErrorEstimates {
         self.history.push((residuals.contact, residuals.mean_gap));
         let before = self.history[4 * (self.history.len() - 1) / 5];
         let enough = self.history.len() >= Self::FEWEST;
@@ -261,7 +273,7 @@ impl ConvergenceMonitor {
     }
 
     /// Stop reason if `residual` (over the pressure) is not finite or has stalled below ten times `floor`.
-    pub fn stalled(&mut self, residual: f64, floor: f64) -> Option<Stop> {
+    pub(super) fn stalled(&mut self, residual: f64, floor: f64) -> Option<Stop> {
         if !residual.is_finite() {
             return Some(Stop::Diverged);
         }

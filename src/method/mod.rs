@@ -19,6 +19,7 @@ mod gfmd;
 mod gfmd_fire;
 mod icha;
 mod iteration;
+mod judge;
 mod ms_archard;
 mod operator;
 mod persson;
@@ -28,6 +29,7 @@ mod registry;
 mod require;
 mod residuals;
 mod rl_archard;
+mod scale;
 mod scgw;
 mod settings;
 mod sinusoid;
@@ -45,6 +47,7 @@ pub use problem::{
 };
 
 pub use registry::{REGISTRY, find, ids};
+pub use scale::{Scale, ScaledHeights, is_representable};
 pub use settings::{
     BemBsplineSettings, BicgstabSettings, ExperimentSettings, FftIaSettings, IchaSettings, MsArchardSettings,
     PerssonForm, PerssonSettings, RlArchardSettings, Settings, SrgwSettings, WinklerSettings,

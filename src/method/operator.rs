@@ -60,7 +60,7 @@ pub(super) struct Operator<'p, T: Real, K, L> {
 }
 
 impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
-    pub fn new(problem: &'p Problem<'p>, kernel: K, law: L) -> Self {
+    pub(super) fn new(problem: &'p Problem<'p>, kernel: K, law: L) -> Self {
         let grid = problem.grid;
         let transform = Transform::new(grid);
         let (heights, offset) = match problem.heights {
@@ -89,29 +89,29 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
     ///
     /// # Errors
     /// `Input` for a mean gap, for a tensile pressure without adhesion, and for an energy target.
-    pub fn control(&mut self, load: Load, observer: &'p dyn Observer, id: &str) -> Result<IterationControl<'p>> {
+    pub(super) fn control(&mut self, load: Load, observer: &'p dyn Observer, id: &str) -> Result<IterationControl<'p>> {
         let range = self.law.range();
         self.pressure = require::pressure(load, range > 0.0, id)?;
         require::no_energy_target(self.problem, id)?;
-        let case = LoadCase { pressure: self.pressure, range, rms_height: self.rms_height };
+        let case = LoadCase { pressure: self.pressure, range, rms_height: self.rms_height, hard: L::HARD };
         Ok(IterationControl::new(self.problem, observer, case))
     }
 
     /// Allocates the spectrum.
-    pub fn allocate_spectrum(&mut self) {
+    pub(super) fn allocate_spectrum(&mut self) {
         if self.spectrum.is_empty() {
             self.spectrum = self.transform.spectrum();
         }
     }
 
     /// Gap at first contact, without displacement.
-    pub fn first_touch(&self) -> Vec<T> {
+    pub(super) fn first_touch(&self) -> Vec<T> {
         self.heights.par_iter().map(|&h| h - self.lowest).collect()
     }
 
     /// Gradient `t` at `gap`, one transform pair. For each row `update` may first change the gap; then `visit`
     /// receives gap and `t`, may write to `store`, and returns sums in addition to [`Residuals`].
-    pub fn evaluate<const M: usize>(
+    pub(super) fn evaluate<const M: usize>(
         &mut self,
         gap: &mut [T],
         store: &mut [T],
@@ -143,7 +143,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
     }
 
     /// `⟨d K d⟩`, half a transform pair. `update` first sets each row of `d` and returns sums.
-    pub fn curvature<const M: usize>(
+    pub(super) fn curvature<const M: usize>(
         &mut self,
         direction: &mut [T],
         update: impl Fn(usize, &mut [T]) -> [f64; M] + Sync,
@@ -161,7 +161,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
     }
 
     /// Writes the interfacial stress `p + K(g-h)` to `stress` and returns the residuals.
-    pub fn stress(&mut self, gap: &mut [T], stress: &mut [T]) -> Residuals {
+    pub(super) fn stress(&mut self, gap: &mut [T], stress: &mut [T]) -> Residuals {
         let law = self.law;
         let (residuals, _) = self.evaluate(
             gap,
@@ -180,7 +180,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
     /// Upper bound of the curvature of the energy around `gap`, the inverse of a safe gradient step. The stiffness of
     /// a soft wall is taken at a stress of E* or four times the mean pressure, above that of contact spots of slope
     /// one, or at the present smallest gap if the wall is stiffer there.
-    pub fn stiffest(&self, gap: &[T]) -> f64 {
+    pub(super) fn stiffest(&self, gap: &[T]) -> f64 {
         let law = if L::HARD {
             self.law.max_slope_at_pressure(0.0)
         } else {

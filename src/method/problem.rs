@@ -249,11 +249,18 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Stress (E*) by which residuals are divided: the mean pressure, or 0.01 E* where the pressure is zero but for
-    /// rounding, as on a load path that passes through zero.
-    pub fn stress_scale(pressure: f64) -> f64 {
+    /// Stress (E*) by which residuals are divided: the mean pressure. Where it is zero but for rounding, as on a load
+    /// path that passes through zero, adhesion sets the scale: the stress γ/ρ, at most 0.01 E*. Without adhesion no
+    /// stress acts under zero pressure, and any scale will do.
+    pub fn stress_scale(&self, pressure: f64) -> f64 {
         const NONE: f64 = 1e-12;
-        if pressure.abs() < NONE { 0.01 } else { pressure.abs() }
+        const SMALL: f64 = 0.01;
+        match self.adhesion {
+            Adhesion::None if pressure != 0.0 => pressure.abs(),
+            Adhesion::None => SMALL,
+            law if pressure.abs() < NONE => pressure.abs().max((law.work_of_adhesion() / law.range()).min(SMALL)),
+            _ => pressure.abs(),
+        }
     }
 
     /// Stiffness (E*/L) of the softest and of the stiffest mode of the grid. Both are searched between the longest
@@ -286,7 +293,7 @@ impl<'a> Problem<'a> {
     /// displacement of the stiffest mode. The factor was measured: f32 at 512² (h_rms = 0.0159 L, p = 0.01 E*) stalls
     /// between 1.5e-4 and 3e-4, which is 1.4 to 2.7 times the bare product.
     pub fn rounding_floor(&self, rms_height: f64, pressure: f64) -> f64 {
-        3.0 * self.precision.epsilon() * self.stiffest_mode() * rms_height / Self::stress_scale(pressure)
+        3.0 * self.precision.epsilon() * self.stiffest_mode() * rms_height / self.stress_scale(pressure)
     }
 }
 
@@ -300,7 +307,7 @@ pub struct Plan {
     /// Transform pairs (forward and inverse) per iteration.
     pub pairs_per_iteration: f64,
     /// Processor time of a load without its transforms, s, an order of magnitude: constants times points, measured by
-    /// `asperity bench --methods`.
+    /// the benchmark `measure`.
     pub seconds: f64,
 }
 
@@ -320,6 +327,8 @@ pub enum Stop {
     Detached,
     /// Stopped by the observer.
     Interrupted,
+    /// The solver's criteria are met, but the final fields are not in equilibrium with the load.
+    Rejected,
 }
 
 impl std::fmt::Display for Stop {
@@ -332,6 +341,7 @@ impl std::fmt::Display for Stop {
             Stop::Diverged => "diverged",
             Stop::Detached => "detached",
             Stop::Interrupted => "interrupted",
+            Stop::Rejected => "no equilibrium: the final fields do not balance the load",
         })
     }
 }
@@ -347,6 +357,9 @@ pub struct State<'a> {
     /// Interfacial stress `[ny, nx]` over E*: contact plus adhesive, compression positive; its mean is the pressure.
     pub stress: Field<'a>,
     pub mean_gap: f64,
+    /// Work conjugate of the pressure, L: the mean gap; of a non-periodic body, minus the rigid approach from first
+    /// contact.
+    pub separation: f64,
     /// Free energy per area, E*·L: elastic + interaction + pressure times mean gap.
     pub energy: f64,
     pub elastic_energy: f64,

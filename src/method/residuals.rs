@@ -76,13 +76,13 @@ pub(super) struct Nodes<T> {
 
 impl<T: Real> Nodes<T> {
     #[inline(always)]
-    pub fn new() -> Self {
+    pub(super) fn new() -> Self {
         Nodes { gap: [T::zero(); CHUNK], imbalance: [T::zero(); CHUNK], old: [0.0; CHUNK] }
     }
 
     /// Adds, for the first `n` nodes, residual², residual, |t g|, g, v(g), closed nodes, residual times the old one.
     #[inline(always)]
-    pub fn add_to<L: Law>(&mut self, n: usize, law: &L, sums: &mut [f64; KKT]) {
+    pub(super) fn add_to<L: Law>(&mut self, n: usize, law: &L, sums: &mut [f64; KKT]) {
         let gap = self.gap.map(
             #[inline(always)]
             |g| g.wide(),
@@ -139,7 +139,7 @@ pub(super) fn kkt_row<L: Law, T: Real>(law: &L, gap: &[T], t: &mut [T]) -> [f64;
 }
 
 impl Residuals {
-    pub fn new(points: usize, elastic: f64, sums: &[f64]) -> Self {
+    pub(super) fn new(points: usize, elastic: f64, sums: &[f64]) -> Self {
         let mean = |i: usize| sums[i] / points as f64;
         // The clamp of a hard wall turns a NaN into a closed gap without a residual; the elastic energy remains NaN.
         let residual = if elastic.is_finite() { mean(0).sqrt() } else { f64::NAN };
@@ -156,23 +156,23 @@ impl Residuals {
     }
 
     /// Sum of the magnitudes of the energy terms: the scale of the rounding error of the energy.
-    pub fn magnitude(&self, pressure: f64) -> f64 {
+    pub(super) fn magnitude(&self, pressure: f64) -> f64 {
         self.elastic.abs() + self.interaction.abs() + (pressure * self.mean_separation).abs()
     }
 
     /// Whether the residual is within the tolerance and the forces balance, both over `scale`.
-    pub fn meets(&self, tolerance: f64, scale: f64) -> bool {
+    pub(super) fn meets(&self, tolerance: f64, scale: f64) -> bool {
         let load = LOAD_BALANCE.max(LOAD_SHARE * tolerance);
         self.residual <= tolerance * scale && self.imbalance.abs() <= load * scale
     }
 
     /// Whether a tensile pressure has separated the surfaces, for a law of this range.
-    pub fn separated(&self, pressure: f64, range: f64) -> bool {
+    pub(super) fn separated(&self, pressure: f64, range: f64) -> bool {
         pressure < 0.0 && self.interaction.abs() < SEPARATED * -pressure * range
     }
 
     /// Free energy per area at a pressure.
-    pub fn energy(&self, pressure: f64) -> f64 {
+    pub(super) fn energy(&self, pressure: f64) -> f64 {
         self.elastic + self.interaction + pressure * self.mean_separation
     }
 }

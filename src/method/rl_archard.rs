@@ -5,6 +5,7 @@
 //! The version in the paper solves a one-dimensional equivalent of the long waves; here the two-dimensional problem
 //! is solved.
 
+use super::judge::estimating;
 use super::require;
 use super::sinusoid;
 use super::{
@@ -19,7 +20,7 @@ use crate::{Error, Result};
 use std::f64::consts::PI;
 use std::time::Instant;
 
-pub struct RlArchard;
+pub(super) struct RlArchard;
 
 static CARD: Card = Card {
     id: "rl-archard",
@@ -33,6 +34,7 @@ static CARD: Card = Card {
     supports,
     dois: &["10.1007/s11249-017-0900-2"],
     papers: &[],
+    measured_errors: &[(Quantity::ContactArea, 0.15), (Quantity::MeanGap, 0.2)],
 };
 
 fn supports(quantity: Quantity) -> Support {
@@ -122,7 +124,7 @@ impl ContactMethod for RlArchard {
         let coarse = coarse(grid, modes);
         let transform = Transform::<f64>::new(coarse);
         let heights = long.on_nodes(&transform, &mut transform.spectrum());
-        Ok(Started::Estimator(Box::new(Layered { heights, grid: coarse, layer: Layer::of(&power), problem, observer })))
+        Ok(estimating(Layered { heights, grid: coarse, layer: Layer::of(&power), problem, observer }))
     }
 }
 

@@ -49,9 +49,9 @@ impl Default for FftIaSettings {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct BicgstabSettings {
-    /// Range of the wall without adhesion, in mesh spacings.
+    /// Range of the wall without adhesion, in mesh spacings times the rms gradient.
     pub wall_range: f64,
-    /// Stress `γ/ρ` of the wall without adhesion, units of E*.
+    /// Stress `γ/ρ` of the wall without adhesion, units of E* times the rms gradient.
     pub wall_strength: f64,
     /// Smallest resolution `1/√(dx · softening/E*)` of the adhesion law on the mesh; a shorter range is enlarged to
     /// it. 0 leaves the range unchanged.

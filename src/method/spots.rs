@@ -19,28 +19,28 @@ pub(super) struct Jkr {
 
 impl Jkr {
     /// Tensile load of the flat punch that JKR superposes on Hertz, `√(8πγa³)`.
-    pub fn pull(&self, a: f64) -> f64 {
+    pub(super) fn pull(&self, a: f64) -> f64 {
         (8.0 * PI * self.gamma * a.powi(3)).sqrt()
     }
 
     /// Load of a contact of radius `a`.
-    pub fn load(&self, a: f64, r: f64) -> f64 {
+    pub(super) fn load(&self, a: f64, r: f64) -> f64 {
         hertz_load(a, r) - self.pull(a)
     }
 
     /// Approach `δ = a²/R - √(2πγa)`.
-    pub fn approach(&self, a: f64, r: f64) -> f64 {
+    pub(super) fn approach(&self, a: f64, r: f64) -> f64 {
         a * a / r - (2.0 * PI * self.gamma * a).sqrt()
     }
 
     /// Approach at pull-off under displacement control, `-(3/4)(π²γ²R)^(1/3)`.
-    pub fn least_approach(&self, r: f64) -> f64 {
+    pub(super) fn least_approach(&self, r: f64) -> f64 {
         -0.75 * ((PI * self.gamma).powi(2) * r).cbrt()
     }
 
     /// Radius on the stable branch, the larger root of [`Jkr::approach`]; `None` below the least approach. The approach
     /// is convex in the radius, so Newton steps from above converge monotonically.
-    pub fn radius(&self, approach: f64, r: f64) -> Option<f64> {
+    pub(super) fn radius(&self, approach: f64, r: f64) -> Option<f64> {
         if approach < self.least_approach(r) || (self.gamma == 0.0 && approach <= 0.0) {
             return None;
         }

@@ -1,6 +1,6 @@
 use crate::grid::UnionFind;
 
-/// Neighbours that belong to the same contact patch.
+/// Neighbours that belong to the same contact cluster.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Connectivity {
     /// Edge neighbours.
@@ -10,39 +10,39 @@ pub enum Connectivity {
 }
 
 /// Label of nodes without contact.
-pub const NO_PATCH: u32 = u32::MAX;
+pub const NO_CLUSTER: u32 = u32::MAX;
 
-/// Contact patches of a map.
+/// Contact clusters of a map.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Patches {
-    /// Index of the patch of each node, `[ny, nx]`; [`NO_PATCH`] without contact. Patches are numbered by their first
+pub struct Clusters {
+    /// Index of the cluster of each node, `[ny, nx]`; [`NO_CLUSTER`] without contact. Clusters are numbered by their first
     /// node.
     pub label: Vec<u32>,
-    /// Number of nodes of each patch.
+    /// Number of nodes of each cluster.
     pub sizes: Vec<usize>,
 }
 
-/// Connected contact patches of a map `[ny, nx]` (nonzero = contact) on the periodic cell.
-pub fn patches(map: &[u8], nx: usize, connectivity: Connectivity) -> Patches {
+/// Connected contact clusters of a map `[ny, nx]` (nonzero = contact) on the periodic cell.
+pub fn clusters(map: &[u8], nx: usize, connectivity: Connectivity) -> Clusters {
     let (mut label, mut sets, count) = joined(map, nx, connectivity);
     // The root is the smallest label of the set, that of the first node.
-    let mut number = vec![NO_PATCH; count];
+    let mut number = vec![NO_CLUSTER; count];
     let mut sizes = Vec::new();
-    for l in label.iter_mut().filter(|l| **l != NO_PATCH) {
+    for l in label.iter_mut().filter(|l| **l != NO_CLUSTER) {
         let r = sets.root(*l) as usize;
-        if number[r] == NO_PATCH {
+        if number[r] == NO_CLUSTER {
             number[r] = sizes.len() as u32;
             sizes.push(0);
         }
         *l = number[r];
         sizes[*l as usize] += 1;
     }
-    Patches { label, sizes }
+    Clusters { label, sizes }
 }
 
-/// Number of nodes of each connected contact patch of a map `[ny, nx]` (nonzero = contact) on the periodic cell, in the
+/// Number of nodes of each connected contact cluster of a map `[ny, nx]` (nonzero = contact) on the periodic cell, in the
 /// order of the first nodes.
-pub fn patch_sizes(map: &[u8], nx: usize, connectivity: Connectivity) -> Vec<usize> {
+pub fn cluster_sizes(map: &[u8], nx: usize, connectivity: Connectivity) -> Vec<usize> {
     let (_, mut sets, count) = joined(map, nx, connectivity);
     let mut size = vec![0; count];
     for l in 0..count as u32 {
@@ -52,10 +52,10 @@ pub fn patch_sizes(map: &[u8], nx: usize, connectivity: Connectivity) -> Vec<usi
     size
 }
 
-/// Indices of the contact nodes ([`NO_PATCH`] elsewhere), the connected sets, and the number of contact nodes.
+/// Indices of the contact nodes ([`NO_CLUSTER`] elsewhere), the connected sets, and the number of contact nodes.
 fn joined(map: &[u8], nx: usize, connectivity: Connectivity) -> (Vec<u32>, UnionFind, usize) {
     let ny = map.len() / nx.max(1);
-    let mut label = vec![NO_PATCH; map.len()];
+    let mut label = vec![NO_CLUSTER; map.len()];
     let mut count = 0;
     for (i, _) in map.iter().enumerate().filter(|(_, m)| **m != 0) {
         label[i] = count as u32;
@@ -65,13 +65,13 @@ fn joined(map: &[u8], nx: usize, connectivity: Connectivity) -> (Vec<u32>, Union
     for y in 0..ny {
         for x in 0..nx {
             let here = label[y * nx + x];
-            if here == NO_PATCH {
+            if here == NO_CLUSTER {
                 continue;
             }
             let (right, left, below) = ((x + 1) % nx, (x + nx - 1) % nx, (y + 1) % ny);
             let mut join = |x: usize, y: usize| {
                 let other = label[y * nx + x];
-                if other != NO_PATCH {
+                if other != NO_CLUSTER {
                     sets.unite(here, other);
                 }
             };
@@ -86,7 +86,7 @@ fn joined(map: &[u8], nx: usize, connectivity: Connectivity) -> (Vec<u32>, Union
     (label, sets, count)
 }
 
-/// CPr: fraction of the contact area in patches of at most each size (Müser et al. 2017, eq. 4: weighted by area).
+/// CPr: fraction of the contact area in clusters of at most each size (Müser et al. 2017, eq. 4: weighted by area).
 /// Pairs of size in nodes and fraction, in increasing order.
 pub fn cumulative_area(sizes: &[usize]) -> Vec<(usize, f64)> {
     let mut sorted = sizes.to_vec();
@@ -104,14 +104,14 @@ pub fn cumulative_area(sizes: &[usize]) -> Vec<(usize, f64)> {
     curve
 }
 
-/// Area-weighted median size of the patches, in nodes: the size at which [`cumulative_area`] reaches one half. `None`
+/// Area-weighted median size of the clusters, in nodes: the size at which [`cumulative_area`] reaches one half. `None`
 /// without contact.
 pub fn median_cluster_size(sizes: &[usize]) -> Option<usize> {
     cumulative_area(sizes).into_iter().find(|(_, share)| *share >= 0.5).map(|(size, _)| size)
 }
 
-/// Pr(a): number density of patches over their area in nodes, in bins of equal ratio from one node on. Entries:
-/// geometric mean of the bin edges, density, number of patches. Empty bins are omitted.
+/// Pr(a): number density of clusters over their area in nodes, in bins of equal ratio from one node on. Entries:
+/// geometric mean of the bin edges, density, number of clusters. Empty bins are omitted.
 pub fn size_distribution(sizes: &[usize], per_decade: usize) -> Vec<(f64, f64, usize)> {
     let largest = sizes.iter().copied().max().unwrap_or(0);
     // The first edge is at 1/2; a bin of small sizes contains one whole number or none.
@@ -128,7 +128,7 @@ pub fn size_distribution(sizes: &[usize], per_decade: usize) -> Vec<(f64, f64, u
         .collect()
 }
 
-/// Constriction conductance of patches of the given areas (units of L²) times the resistivity of the bodies (equal for
+/// Constriction conductance of clusters of the given areas (units of L²) times the resistivity of the bodies (equal for
 /// both), units of L: circular spots of radius a without interaction, 2a each (Holm, Electric Contacts (1967)).
 /// Interacting spots conduct less: K/E* with the contact stiffness K, force over length (Barber, Proc. R. Soc. A 459
 /// (2003) 53).
@@ -144,12 +144,12 @@ mod tests {
     #[test]
     fn patches_join_across_the_seam_and_at_corners() {
         let (m, nx) = drawn("#...# ..... .##.. ...#. #....");
-        let mut four = patch_sizes(&m, nx, Connectivity::Four);
+        let mut four = cluster_sizes(&m, nx, Connectivity::Four);
         four.sort();
         // The two corner nodes are connected across x, and the node below them across y; the diagonal pair is not
         // connected.
         assert_eq!(four, [1, 2, 3]);
-        let mut eight = patch_sizes(&m, nx, Connectivity::Eight);
+        let mut eight = cluster_sizes(&m, nx, Connectivity::Eight);
         eight.sort();
         assert_eq!(eight, [3, 3]);
     }
@@ -157,25 +157,25 @@ mod tests {
     #[test]
     fn checkerboard_stripe_and_full() {
         let (m, nx) = drawn("#.#. .#.# #.#. .#.#");
-        assert_eq!(patch_sizes(&m, nx, Connectivity::Four), [1; 8]);
-        assert_eq!(patch_sizes(&m, nx, Connectivity::Eight), [8]);
+        assert_eq!(cluster_sizes(&m, nx, Connectivity::Four), [1; 8]);
+        assert_eq!(cluster_sizes(&m, nx, Connectivity::Eight), [8]);
         let (m, nx) = drawn(".... #### .... ....");
-        assert_eq!(patch_sizes(&m, nx, Connectivity::Four), [4]);
-        assert_eq!(patch_sizes(&[1; 12], 3, Connectivity::Four), [12]);
-        assert!(patch_sizes(&[0; 12], 3, Connectivity::Four).is_empty());
+        assert_eq!(cluster_sizes(&m, nx, Connectivity::Four), [4]);
+        assert_eq!(cluster_sizes(&[1; 12], 3, Connectivity::Four), [12]);
+        assert!(cluster_sizes(&[0; 12], 3, Connectivity::Four).is_empty());
     }
 
     /// Labels are consistent with sizes; nodes without contact have no label.
     #[test]
     fn labels_number_the_patches() {
         let (m, nx) = drawn("#...# ..... .##.. ...#. #....");
-        let found = patches(&m, nx, Connectivity::Eight);
-        assert_eq!(found.sizes, patch_sizes(&m, nx, Connectivity::Eight));
-        for (patch, size) in found.sizes.iter().enumerate() {
-            assert_eq!(found.label.iter().filter(|l| **l == patch as u32).count(), *size);
+        let found = clusters(&m, nx, Connectivity::Eight);
+        assert_eq!(found.sizes, cluster_sizes(&m, nx, Connectivity::Eight));
+        for (cluster, size) in found.sizes.iter().enumerate() {
+            assert_eq!(found.label.iter().filter(|l| **l == cluster as u32).count(), *size);
         }
-        assert!(found.label.iter().zip(&m).all(|(l, m)| (*l == NO_PATCH) == (*m == 0)));
-        // Nodes at corners are connected across the periodic boundary; the second patch has a diagonal connection.
+        assert!(found.label.iter().zip(&m).all(|(l, m)| (*l == NO_CLUSTER) == (*m == 0)));
+        // Nodes at corners are connected across the periodic boundary; the second cluster has a diagonal connection.
         assert_eq!((found.label[0], found.label[4], found.label[20]), (0, 0, 0));
         assert_eq!((found.label[11], found.label[18]), (1, 1));
     }

@@ -6,6 +6,7 @@ mod clusters;
 mod distribution;
 mod hydraulic_gap;
 mod hysteresis;
+mod leakage;
 mod section;
 mod stiffness;
 
@@ -19,13 +20,14 @@ fn drawn(text: &str) -> (Vec<u8>, usize) {
 pub use area::{ContactArea, contact_area, contact_map};
 pub use cluster_areas::ClusterAreas;
 pub use clusters::{
-    Connectivity, NO_PATCH, Patches, constriction_conductance, cumulative_area, median_cluster_size, patch_sizes,
-    patches, size_distribution,
+    Clusters, Connectivity, NO_CLUSTER, cluster_sizes, clusters, constriction_conductance, cumulative_area,
+    median_cluster_size, size_distribution,
 };
 pub use distribution::{
     Distribution, StressDistribution, gap_distribution, linear_edges, logarithmic_edges, stress_distribution,
 };
 pub use hydraulic_gap::{hydraulic_gap, percolates};
 pub use hysteresis::hysteresis_work;
+pub use leakage::{FlowEdges, Leakage, leakage, leakage_bytes};
 pub use section::{along_y, column_at};
-pub use stiffness::stiffness;
+pub use stiffness::{Stiffness, stiffness};

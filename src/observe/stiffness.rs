@@ -1,3 +1,13 @@
+/// Contact stiffness with its error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stiffness {
+    /// dp/dū, pressure over length.
+    pub value: f64,
+    /// Between neighbours the change from the line to the nearer of them to the parabola; at an end the error of the line
+    /// from the curvature of the next two intervals. `None` where two points are all there is.
+    pub error: Option<f64>,
+}
+
 /// Contact stiffness dp/dū (pressure over length, positive) at each point of a branch: p over the slope of the mean gap
 /// against ln p, from the parabola through the point and its neighbours, or from the line through two points at the
 /// ends. `branch`: points `(p, ū)` in the order of the loads. `None` for non-positive pressures, equal neighbours, and
@@ -5,21 +15,30 @@
 ///
 /// The slope against ln p is used because ū is nearly linear in ln p at small p*, which permits loads a factor of three
 /// apart.
-pub fn stiffness(branch: &[(f64, f64)]) -> Vec<Option<f64>> {
+pub fn stiffness(branch: &[(f64, f64)]) -> Vec<Option<Stiffness>> {
     let slope = |a: usize, b: usize| {
-        let (run, rise) = ((branch[b].0 / branch[a].0).ln(), branch[b].1 - branch[a].1);
+        let (run, rise) = ((branch.get(b)?.0 / branch.get(a)?.0).ln(), branch[b].1 - branch[a].1);
         (branch[a].0 > 0.0 && branch[b].0 > 0.0 && run != 0.0).then(|| (rise / run, run))
     };
+    // Error of a line of extent h, from the change to the slope of the next interval.
+    let of_line =
+        |line: (f64, f64), next: Option<(f64, f64)>| next.map(|(t, k)| ((t - line.0) * line.1 / (line.1 + k)).abs());
     (0..branch.len())
         .map(|i| {
             let before = i.checked_sub(1).and_then(|a| slope(a, i));
-            let after = (i + 1 < branch.len()).then(|| slope(i, i + 1)).flatten();
-            let per_log = match (before, after) {
-                (Some((s, h)), Some((t, k))) => (s * k + t * h) / (h + k),
-                (Some((s, _)), None) | (None, Some((s, _))) => s,
+            let after = slope(i, i + 1);
+            let (per_log, error) = match (before, after) {
+                (Some((s, h)), Some((t, k))) => {
+                    let parabola = (s * k + t * h) / (h + k);
+                    let nearer = if h.abs() < k.abs() { s } else { t };
+                    (parabola, Some((parabola - nearer).abs()))
+                }
+                (Some(line), None) => (line.0, of_line(line, i.checked_sub(2).and_then(|a| slope(a, i - 1)))),
+                (None, Some(line)) => (line.0, of_line(line, slope(i + 1, i + 2))),
                 (None, None) => return None,
             };
-            (per_log != 0.0).then(|| -branch[i].0 / per_log)
+            let value = -branch[i].0 / per_log;
+            (per_log != 0.0).then(|| Stiffness { value, error: error.map(|e| (value * e / per_log).abs()) })
         })
         .collect()
 }
@@ -35,7 +54,7 @@ mod tests {
         let loads = [0.001, 0.004, 0.01, 0.02];
         let logarithmic: Vec<(f64, f64)> = loads.iter().map(|p: &f64| (*p, 0.1 - 0.3 * p.ln())).collect();
         for (k, p) in stiffness(&logarithmic).iter().zip(loads) {
-            assert!((k.expect("a neighbour") / (p / 0.3) - 1.0).abs() < TOLERANCE);
+            assert!((k.expect("a neighbour").value / (p / 0.3) - 1.0).abs() < TOLERANCE);
         }
         // A parabola in ln p, at points with neighbours on both sides, for increasing and decreasing loads.
         let mut curved: Vec<(f64, f64)> =
@@ -43,7 +62,7 @@ mod tests {
         for _ in 0..2 {
             for (k, (p, _)) in stiffness(&curved).iter().zip(&curved).skip(1).take(2) {
                 let expected = p / (0.3 - 0.02 * p.ln());
-                assert!((k.expect("neighbours") / expected - 1.0).abs() < TOLERANCE);
+                assert!((k.expect("neighbours").value / expected - 1.0).abs() < TOLERANCE);
             }
             curved.reverse();
         }

@@ -1,8 +1,9 @@
 //! Checkpoints of load paths.
 
 use crate::grid::Grid;
-use crate::method::{Run, SnapshotRef, SolverSnapshot, State};
-use crate::record::{json, npy};
+use crate::method::{Run, Scale, SnapshotRef, SolverSnapshot, State};
+use crate::record::hashed::{self, FileHash, Stored};
+use crate::record::npy;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -13,6 +14,9 @@ use std::time::{Duration, Instant};
 /// Shortest interval between checkpoints; it is longer if writing would take more than a twentieth of the time.
 const EVERY: Duration = Duration::from_secs(60);
 const SHARE: u32 = 20;
+
+/// Files of a path of one load.
+const OF_ONE_LOAD: [&str; 5] = ["gap.npy", "stress.npy", "elastic-stress.npy", "contact.npy", "solve.json"];
 
 /// State of an interrupted path.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -35,10 +39,22 @@ pub struct Checkpoint {
 }
 
 impl Checkpoint {
-    /// Reads `STEM.json` in `folder` if it exists and has this key.
-    pub fn find(folder: &Path, stem: &str, key: &str) -> Option<Checkpoint> {
-        let found: Checkpoint = json::read(&folder.join(format!("{stem}.json"))).ok()?;
-        (found.key == key).then(|| Checkpoint { folder: folder.to_path_buf(), ..found })
+    /// Reads `STEM.json` in `folder` if it exists and has this key. A damaged one is not used; `warn` is called with the reason.
+    pub fn find(folder: &Path, stem: &str, key: &str, warn: &dyn Fn(&str)) -> Option<Checkpoint> {
+        match hashed::read::<Checkpoint>(&folder.join(format!("{stem}.json")), true) {
+            Stored::Valid(found) if found.key == key => Some(Checkpoint { folder: folder.to_path_buf(), ..found }),
+            Stored::Damaged(what) => {
+                warn(&format!("{what}; the loads are solved from the first"));
+                None
+            }
+            Stored::Valid(_) | Stored::Absent => None,
+        }
+    }
+
+    /// Whether `STEM.json` in `folder` is the checkpoint of another path than that of `key`.
+    pub fn is_of_another(folder: &Path, stem: &str, key: &str) -> bool {
+        let found = hashed::read::<Checkpoint>(&folder.join(format!("{stem}.json")), false).valid();
+        found.is_some_and(|c| c.key != key)
     }
 
     /// The stored gap `[ny, nx]`.
@@ -56,12 +72,12 @@ impl Checkpoint {
         Ok(field.values)
     }
 
-    /// Restores the stored state in `run`.
-    pub(super) fn resume(&self, run: &mut dyn Run) -> Result<()> {
+    /// Restores the stored state in `run`, which works in the unit `scale`.
+    pub(super) fn resume(&self, run: &mut dyn Run, scale: Scale) -> Result<()> {
         let gap = self.gap()?;
         match &self.progress {
             Value::Null => {
-                run.set_gap(&gap);
+                run.set_gap(&scale.gap(&gap));
                 Ok(())
             }
             progress => run.resume(SolverSnapshot {
@@ -71,6 +87,23 @@ impl Checkpoint {
                 progress: progress.clone(),
             }),
         }
+    }
+}
+
+impl Inner {
+    /// Adds the files of finished loads that are not listed yet. Those of later loads may come from an earlier attempt.
+    fn list_fields(&mut self, folder: &Path, prefix: &str) -> Result<()> {
+        let listed = |name: &str| self.fields.iter().any(|f| f.name == name);
+        let finished = |name: &str| {
+            let Some(own) = name.strip_prefix(prefix) else { return false };
+            let number = own.strip_prefix("load-").and_then(|l| l.split('-').next()).and_then(|n| n.parse().ok());
+            // The files of a single load have no number.
+            let number = number.or(OF_ONE_LOAD.contains(&own).then_some(1));
+            number.is_some_and(|n: usize| n <= self.finished.len())
+        };
+        let new = hashed::hashes(folder, &|name| finished(name) && !listed(name))?;
+        self.fields.extend(new);
+        Ok(())
     }
 }
 
@@ -84,6 +117,8 @@ pub struct CheckpointWriter {
 
 struct Inner {
     finished: Vec<Value>,
+    /// Files of the finished loads, which a continued path does not write again.
+    fields: Vec<FileHash>,
     /// Time from which the next checkpoint is due.
     due: Instant,
     /// Number of checkpoints written. File names alternate, so that the previous checkpoint stays complete while the
@@ -98,9 +133,15 @@ impl CheckpointWriter {
     /// A writer of `STEM.json` and its fields.
     pub fn new(folder: &Path, stem: &str, key: String, finished: Vec<Value>) -> Self {
         // The checkpoint that a run continues from is not overwritten before the next one is complete.
-        let first = Checkpoint::find(folder, stem, &key).is_some_and(|c| c.gap.ends_with("-0.npy"));
-        let inner =
-            Inner { finished, due: Instant::now() + EVERY, count: usize::from(first), error: None, kept: false };
+        let first = Checkpoint::find(folder, stem, &key, &|_| {}).is_some_and(|c| c.gap.ends_with("-0.npy"));
+        let inner = Inner {
+            finished,
+            fields: Vec::new(),
+            due: Instant::now() + EVERY,
+            count: usize::from(first),
+            error: None,
+            kept: false,
+        };
         CheckpointWriter { folder: folder.to_path_buf(), stem: stem.into(), key, inner: Mutex::new(inner) }
     }
 
@@ -157,7 +198,16 @@ impl CheckpointWriter {
             progress: snapshot.progress.clone(),
             folder: PathBuf::new(),
         };
-        match written.and_then(|()| json::write(&self.folder.join(format!("{}.json", self.stem)), &checkpoint)) {
+        let prefix = self.stem.trim_end_matches("checkpoint");
+        let written = written.and_then(|()| inner.list_fields(&self.folder, prefix));
+        let own = [Some(&checkpoint.gap), checkpoint.auxiliary.as_ref()];
+        let stored = written.and_then(|()| {
+            let hash = |name: &String| FileHash::of(&self.folder, name);
+            let mut files = own.into_iter().flatten().map(hash).collect::<Result<Vec<_>>>()?;
+            files.extend(inner.fields.iter().cloned());
+            hashed::write(&self.folder.join(format!("{}.json", self.stem)), &checkpoint, &files)
+        });
+        match stored {
             // After a failed write the next checkpoint uses the same file names; the files of the last complete one are
             // not overwritten.
             Ok(()) => (inner.kept, inner.count) = (true, inner.count + 1),
@@ -203,8 +253,46 @@ mod tests {
 
     fn taken(folder: &Path) -> SolverSnapshot {
         let mut run = Taken::default();
-        Checkpoint::find(folder, "c", "key").expect("a checkpoint").resume(&mut run).expect("whole");
+        Checkpoint::find(folder, "c", "key", &|w| panic!("{w}"))
+            .expect("a checkpoint")
+            .resume(&mut run, Scale::ONE)
+            .expect("whole");
         run.0.expect("taken up")
+    }
+
+    /// One byte of a file of a finished load, of a field, and of the checkpoint itself.
+    #[test]
+    fn a_damaged_checkpoint_is_not_used() {
+        for damaged in ["load-1-gap.npy", "checkpoint-0.npy", "checkpoint.json"] {
+            let folder = tempfile::tempdir().unwrap();
+            let path = |name: &str| folder.path().join(name);
+            let field = Field::F64(&[1.0, 2.0]);
+            let snapshot = SnapshotRef { grid: Grid::unit(2, 1), gap: field, auxiliary: None, progress: Value::Null };
+            let writer = CheckpointWriter::new(folder.path(), "checkpoint", "key".into(), Vec::new());
+            for name in ["load-1-gap.npy", "load-2-gap.npy"] {
+                npy::write_field(&path(name), 2, 1, field, 1.0).unwrap();
+            }
+            writer.load_finished(Value::from(1));
+            writer.write(&snapshot);
+            assert!(writer.take_error().is_none());
+            let find = || {
+                let heard = std::cell::RefCell::new(Vec::new());
+                let found =
+                    Checkpoint::find(folder.path(), "checkpoint", "key", &|w| heard.borrow_mut().push(w.to_string()));
+                (found.is_some(), heard.into_inner())
+            };
+            // The second load is of an earlier attempt, and is solved again.
+            std::fs::remove_file(path("load-2-gap.npy")).unwrap();
+            assert_eq!(find(), (true, vec![]));
+            assert!(Checkpoint::is_of_another(folder.path(), "checkpoint", "other"));
+            let mut bytes = std::fs::read(path(damaged)).unwrap();
+            let middle = bytes.len() / 2;
+            bytes[middle] ^= 1;
+            std::fs::write(path(damaged), bytes).unwrap();
+            let (found, heard) = find();
+            assert!(!found && heard.len() == 1 && heard[0].contains(damaged), "{heard:?}");
+            assert!(!damaged.ends_with("json") || !Checkpoint::is_of_another(folder.path(), "checkpoint", "other"));
+        }
     }
 
     /// After a failed write both fields are still those of the last complete checkpoint. At the end all files are

@@ -4,8 +4,8 @@ use super::pull_off::{self, SeparationStart};
 use crate::grid::{Grid, Series};
 use crate::interface::RangeChoice;
 use crate::method::{
-    CoarseState, ContactMethod, ErrorEstimates, Heights, Iteration, Load, Observer, Problem, Run, SnapshotRef, Stop,
-    find,
+    CoarseState, ContactMethod, ErrorEstimates, Heights, Iteration, Load, Observer, Problem, Run, Scale, SnapshotRef,
+    Stop, find,
 };
 use crate::observe::{ContactArea, contact_area};
 use crate::record::results::{Discretisation, Extrapolated, PullOff, ValueWithError};
@@ -28,8 +28,8 @@ pub(super) fn method() -> &'static dyn ContactMethod {
 /// Up to `count` coarser grids, finest first; each has half as many points per side as the one before.
 pub(super) fn grids(grid: Grid, count: usize) -> Vec<Grid> {
     let half = |g: Grid| Grid { nx: g.nx.div_ceil(2), ny: g.ny.div_ceil(2), ..g };
-    let finer_than_nothing = |g: &Grid| g.nx.max(g.ny) >= 8;
-    std::iter::successors(Some(half(grid)), |g| Some(half(*g))).take_while(finer_than_nothing).take(count).collect()
+    let large_enough = |g: &Grid| g.nx.max(g.ny) >= 8;
+    std::iter::successors(Some(half(grid)), |g| Some(half(*g))).take_while(large_enough).take(count).collect()
 }
 
 /// Results of one state on one grid, for comparison between grids.
@@ -46,7 +46,13 @@ pub(super) struct GridResult {
 }
 
 impl GridResult {
-    pub fn new(grid: Grid, range: f64, area: &ContactArea, mean_gap: f64, error_estimates: ErrorEstimates) -> Self {
+    pub(super) fn new(
+        grid: Grid,
+        range: f64,
+        area: &ContactArea,
+        mean_gap: f64,
+        error_estimates: ErrorEstimates,
+    ) -> Self {
         GridResult { grid, range, counted: area.fraction, area: area.corrected, mean_gap, error_estimates }
     }
 }
@@ -65,14 +71,14 @@ const CLOSED: f64 = 1e-6;
 /// Relative changes from a coarser to a finer grid. If the estimated iteration error of the coarse result exceeds the
 /// difference, the sum of both is reported as a bound.
 pub(super) fn discretisation(coarse: &GridResult, fine: &GridResult, rms_height: f64) -> Discretisation {
-    let told = |c: f64, f: f64, least: f64, error_estimates: Option<f64>| {
-        let (difference, to_come) = ((f - c).abs(), error_estimates.unwrap_or(0.0) * c.abs());
-        let bound = to_come > difference.max(least);
-        (if bound { difference.max(least) + to_come } else { difference.max(least) } / f.abs(), bound)
+    let relative = |c: f64, f: f64, least: f64, error_estimates: Option<f64>| {
+        let (difference, remaining) = ((f - c).abs(), error_estimates.unwrap_or(0.0) * c.abs());
+        let bound = remaining > difference.max(least);
+        (if bound { difference.max(least) + remaining } else { difference.max(least) } / f.abs(), bound)
     };
     let least = CORRECTION * (fine.counted - fine.area).abs();
-    let area = told(coarse.area, fine.area, least, coarse.error_estimates.area);
-    let gap = told(coarse.mean_gap, fine.mean_gap, 0.0, coarse.error_estimates.mean_gap);
+    let area = relative(coarse.area, fine.area, least, coarse.error_estimates.area);
+    let gap = relative(coarse.mean_gap, fine.mean_gap, 0.0, coarse.error_estimates.mean_gap);
     let touches = fine.area * coarse.grid.points() as f64 >= FEW_NODES;
     let open = fine.mean_gap > CLOSED * rms_height;
     Discretisation {
@@ -85,21 +91,21 @@ pub(super) fn discretisation(coarse: &GridResult, fine: &GridResult, rms_height:
 }
 
 /// Minimum rms gradient of the coarsest grid over that of the finest for an extrapolation over both.
-const HELD: f64 = 0.9;
+const RESOLVED: f64 = 0.9;
 
 /// Whether the coarse grid resolves the roughness well enough for an extrapolation.
-pub(super) fn holds(series: &Series<f64>, coarse: Grid, fine: Grid) -> bool {
-    series.rms_gradient(coarse) >= HELD * series.rms_gradient(fine)
+pub(super) fn resolves_roughness(series: &Series<f64>, coarse: Grid, fine: Grid) -> bool {
+    series.rms_gradient(coarse) >= RESOLVED * series.rms_gradient(fine)
 }
 
 /// Largest ratio of the last two slopes, and largest inverse ratio, at which the grids count as consistent.
-const IN_STEP: f64 = 1.5;
+const CONSISTENT: f64 = 1.5;
 
 /// Fraction of the extrapolated change that remains as error for consistent grids.
-const IN_DOUBT: f64 = 0.5;
+const REMAINING_ERROR: f64 = 0.5;
 
-/// Linear and quadratic extrapolation to `range` from `levels`, ordered from coarse to fine. `held`: whether the
-/// coarsest grid resolves the roughness.
+/// Linear and quadratic extrapolation to `range` from `levels`, ordered from coarse to fine. `resolved`: whether
+/// the coarsest grid resolves the roughness.
 ///
 /// The value is the mean of the line through the last two results and the parabola through the last three. The error is
 /// the difference of line and parabola, or half of the change from the finest grid if that is larger. If the results
@@ -108,7 +114,7 @@ const IN_DOUBT: f64 = 0.5;
 /// differences between the grids. The error of the area also includes a third of the perimeter correction.
 ///
 /// `None` if the error is as large as the value.
-pub(super) fn extrapolated(range: f64, levels: &[GridResult], held: bool) -> Option<Extrapolated> {
+pub(super) fn extrapolated(range: f64, levels: &[GridResult], resolved: bool) -> Option<Extrapolated> {
     let fine = levels.last()?;
     let estimate = |of: fn(&GridResult) -> f64, least: f64| {
         let points: Vec<(f64, f64)> = levels.iter().map(|l| (l.range, of(l))).collect();
@@ -123,16 +129,16 @@ pub(super) fn extrapolated(range: f64, levels: &[GridResult], held: bool) -> Opt
         let bend = (slope - before) / (b.0 - c.0);
         let parabola = line + bend * (range - b.0) * (range - a.0);
         let value = 0.5 * (line + parabola);
-        let (differ, way) = ((line - parabola).abs(), (value - b.1).abs());
-        let in_step =
-            slope == before || (slope * before > 0.0 && (1.0 / IN_STEP..=IN_STEP).contains(&(slope / before)));
-        let error = if held && in_step {
-            differ.max(IN_DOUBT * way)
+        let (spread, change) = ((line - parabola).abs(), (value - b.1).abs());
+        let consistent =
+            slope == before || (slope * before > 0.0 && (1.0 / CONSISTENT..=CONSISTENT).contains(&(slope / before)));
+        let error = if resolved && consistent {
+            spread.max(REMAINING_ERROR * change)
         } else {
             // For an extrapolation over a small fraction of the grids' ranges, a corresponding fraction of their
             // differences.
-            let share = ((b.0 - range) / (IN_DOUBT * (c.0 - b.0))).min(1.0);
-            differ + way.max(share * ((b.1 - a.1).abs() + (a.1 - c.1).abs()))
+            let share = ((b.0 - range) / (REMAINING_ERROR * (c.0 - b.0))).min(1.0);
+            spread + change.max(share * ((b.1 - a.1).abs() + (a.1 - c.1).abs()))
         };
         Some(ValueWithError { value, error: error + least })
     };
@@ -152,18 +158,18 @@ pub(super) struct CoarseGridResults<'a> {
 }
 
 impl<'a> CoarseGridResults<'a> {
-    pub fn new(observer: &'a dyn Observer, threshold: f64) -> Self {
+    pub(super) fn new(observer: &'a dyn Observer, threshold: f64) -> Self {
         CoarseGridResults { observer, threshold, passed: Mutex::default(), done: AtomicBool::new(false) }
     }
 
     /// Saves the state after the last load, from which a search for pull-off restarts, and discards later snapshots.
-    pub fn finish(&self, snapshot: SnapshotRef) {
+    pub(super) fn finish(&self, snapshot: SnapshotRef) {
         self.observer.snapshot(snapshot);
         self.done.store(true, Relaxed);
     }
 
     /// The finest result since the last call.
-    pub fn take(&self) -> Option<GridResult> {
+    pub(super) fn take(&self) -> Option<GridResult> {
         std::mem::take(&mut *self.passed.lock().unwrap_or_else(|e| e.into_inner())).pop()
     }
 }
@@ -232,21 +238,33 @@ pub(super) struct CoarseSolver<'s> {
     run: Box<dyn Run + 's>,
     threshold: f64,
     /// The state at the last load, for a search for pull-off.
-    held: Option<SeparationStart>,
-    holds: bool,
+    /// State from which the separation starts, if `pulls_off`.
+    start: Option<SeparationStart>,
+    pulls_off: bool,
 }
 
 impl<'s> CoarseSolver<'s> {
-    pub fn start(problem: &'s Problem<'s>, threshold: f64, holds: bool, observer: &'s dyn Observer) -> Result<Self> {
-        Ok(CoarseSolver { problem, run: method().start(problem, observer)?.solver()?, threshold, held: None, holds })
+    pub(super) fn start(
+        problem: &'s Problem<'s>,
+        threshold: f64,
+        pulls_off: bool,
+        observer: &'s dyn Observer,
+    ) -> Result<Self> {
+        Ok(CoarseSolver {
+            problem,
+            run: method().start(problem, observer)?.solver()?,
+            threshold,
+            start: None,
+            pulls_off,
+        })
     }
 
     /// `None` if this grid does not converge or the run is interrupted; the solve on the problem's own grid then stops
     /// by itself and writes its checkpoint.
-    pub fn follow(&mut self, load: Load) -> Result<Option<GridResult>> {
+    pub(super) fn follow(&mut self, load: Load) -> Result<Option<GridResult>> {
         let grid = self.problem.grid;
         let state = self.run.equilibrate(load)?;
-        self.held = (self.holds && state.stop == Stop::Converged).then(|| SeparationStart::of(&state));
+        self.start = (self.pulls_off && state.stop == Stop::Converged).then(|| SeparationStart::of(&state));
         match state.stop {
             Stop::Converged => {
                 let area = contact_area(grid, state.gap, self.threshold);
@@ -263,9 +281,9 @@ impl<'s> CoarseSolver<'s> {
     }
 
     /// Pull-off on this grid; `None` if it has none.
-    pub fn pull_off(&mut self) -> Result<Option<(Grid, PullOff)>> {
-        let Some(held) = self.held.take() else { return Ok(None) };
-        match pull_off::search(&mut *self.run, self.problem, held) {
+    pub(super) fn pull_off(&mut self, scale: Scale) -> Result<Option<(Grid, PullOff)>> {
+        let Some(start) = self.start.take() else { return Ok(None) };
+        match pull_off::search(&mut *self.run, self.problem, scale, start) {
             Ok(found) => Ok(Some((self.problem.grid, found))),
             // The result on the problem's own grid remains valid.
             Err(Error::NotConverged { .. } | Error::Input { .. }) => Ok(None),
@@ -308,12 +326,12 @@ mod tests {
     /// The error includes the full change if the coarsest grid does not resolve the surface, if the results are not
     /// monotonic, and for two grids only. There is no estimate if the error is as large as the value.
     #[test]
-    fn doubt_is_told() {
+    fn inconsistent_grids_have_larger_errors() {
         let of = |areas: [f64; 3]| -> Vec<GridResult> {
             [(64, 0.08), (128, 0.06), (256, 0.04)].iter().zip(areas).map(|(&(n, r), a)| level(n, r, a)).collect()
         };
         let steady = of([0.20, 0.21, 0.22]);
-        let error = |levels: &[GridResult], held: bool| extrapolated(0.02, levels, held).map(|e| e.area.error);
+        let error = |levels: &[GridResult], resolved: bool| extrapolated(0.02, levels, resolved).map(|e| e.area.error);
         let close = |found: Option<f64>, expected: f64| {
             assert!(found.is_some_and(|f| (f - expected).abs() < 1e-12), "{found:?} {expected}");
         };

@@ -3,32 +3,47 @@
 
 mod checkpoint;
 mod coarser_grids;
+mod end_steps;
 mod estimator_input;
 mod pull_off;
+mod unit;
 
 pub use checkpoint::{Checkpoint, CheckpointWriter};
 pub use coarser_grids::CORRECTION;
 pub use estimator_input::EstimatorInput;
 
-use crate::grid::{Field, Grid, Series};
+use crate::grid::{Field, Grid, Series, lowest, mean};
 use crate::interface::{Adhesion, Elastic, RangeChoice};
-use crate::method::{ContactMethod, Heights, Load, Observer, Plan, Problem, SnapshotRef, State, Stop};
-use crate::observe::{ContactArea, contact_area};
+use crate::method::{ContactMethod, Heights, Load, Observer, Plan, Problem, Run, Scale, SnapshotRef, State, Stop};
+use crate::observe::{ContactArea, FlowEdges, Leakage, contact_area};
 use crate::record::results::{Discretisation, Extrapolated, PullOff};
 use crate::{Error, Result};
 use coarser_grids::{CoarseGridResults, CoarseSolver, GridResult, StopOnly, coarsened};
 use pull_off::SeparationStart;
 
+/// The flow through a gap of this problem: of a periodic cell, or between opposite sides of a patch.
+pub fn leakage(problem: &Problem, gap: Field, threshold: f64) -> Option<Leakage> {
+    let edges = match problem.kernel {
+        Elastic::NonPeriodic(_) => FlowEdges::TwoSides,
+        _ => FlowEdges::Periodic,
+    };
+    crate::observe::leakage(problem.grid, gap, threshold, edges)
+}
+
 /// A problem and its sequence of loads.
 pub struct LoadPath<'p> {
     /// The problem with the adhesion law used on its grid.
     problem: Problem<'p>,
-    asked: Adhesion,
+    /// The adhesion as requested.
+    requested: Adhesion,
     method: &'static dyn ContactMethod,
     range: RangeChoice,
     threshold: f64,
     loads: &'p [Load],
-    tells_error: bool,
+    /// Whether the discretisation error is estimated.
+    with_error: bool,
+    /// Whether loads without a neighbour get a small step ([`LoadPath::with_end_steps`]).
+    end_steps: bool,
 }
 
 /// A state of the load path; the last one may not have converged.
@@ -38,6 +53,11 @@ pub struct Reached<'a> {
     /// Discretisation error; `None` if this state or the coarser grid's did not converge.
     pub discretisation: Option<Discretisation>,
     pub extrapolated: Option<Extrapolated>,
+    /// Displacement of the far field from first contact, L: with a periodic body the mean gap at first contact minus the
+    /// mean gap, else the rigid approach.
+    pub displacement: f64,
+    /// Pressure (E*) and [`State::separation`] (L) of small steps next to this load.
+    pub steps: Vec<[f64; 2]>,
 }
 
 /// Initial state of a path other than first contact.
@@ -57,14 +77,34 @@ impl<'p> LoadPath<'p> {
         threshold: f64,
         loads: &'p [Load],
     ) -> Self {
-        let asked = problem.adhesion;
-        let adhesion = range.law(asked, problem.grid.dx().max(problem.grid.dy()));
-        LoadPath { problem: Problem { adhesion, ..problem }, asked, method, range, threshold, loads, tells_error: true }
+        let requested = problem.adhesion;
+        let adhesion = range.law(requested, problem.grid.dx().max(problem.grid.dy()));
+        LoadPath {
+            problem: Problem { adhesion, ..problem },
+            requested,
+            method,
+            range,
+            threshold,
+            loads,
+            with_error: true,
+            end_steps: false,
+        }
     }
 
     /// Without the coarser grids that serve only the error estimate.
     pub fn without_error(self) -> Self {
-        LoadPath { tells_error: false, ..self }
+        LoadPath { with_error: false, ..self }
+    }
+
+    /// With small steps at the ends of the branches, where the method is nested and no adhesion makes the state depend
+    /// on the path.
+    pub fn with_end_steps(self) -> Self {
+        LoadPath { end_steps: self.is_nested() && self.requested == Adhesion::None, ..self }
+    }
+
+    /// Whether the method solves coarser grids itself.
+    fn is_nested(&self) -> bool {
+        self.method.card().id == coarser_grids::method().card().id
     }
 
     /// The problem with the adhesion law used on its grid.
@@ -82,29 +122,37 @@ impl<'p> LoadPath<'p> {
     }
 
     fn extrapolates(&self) -> bool {
-        self.range == RangeChoice::Extrapolate && self.asked != self.problem.adhesion
+        self.range == RangeChoice::Extrapolate && self.requested != self.problem.adhesion
     }
 
     /// Coarser grids solved in addition to the problem's own, finest first. Nested methods report coarser grids
     /// themselves and need none.
     fn coarser_grids_followed(&self, pulls_off: bool) -> Vec<Grid> {
-        let nested = self.method.card().id == coarser_grids::method().card().id;
         let count = match () {
-            // The heights of a non-periodic patch have no Fourier series to restrict to a coarser grid.
+            // The heights of a non-periodic map have no Fourier series to restrict to a coarser grid.
             () if matches!(self.problem.kernel, Elastic::NonPeriodic(_)) => 0,
             () if self.extrapolates() => coarser_grids::EXTRAPOLATION - 1,
-            () if !self.tells_error => 0,
+            () if !self.with_error => 0,
             // Pull-off is also computed on a coarser grid, which is the only measure of its discretisation error.
-            () if nested && !pulls_off && (self.asked == Adhesion::None || self.loads.len() == 1) => 0,
+            () if self.is_nested() && !pulls_off && (self.requested == Adhesion::None || self.loads.len() == 1) => 0,
             () => 1,
         };
         coarser_grids::grids(self.problem.grid, count)
     }
 
+    /// [`State::separation`] at first contact of the rigid surfaces.
+    fn separation_at_first_contact(&self) -> f64 {
+        if let Elastic::NonPeriodic(_) = self.problem.kernel {
+            return 0.0;
+        }
+        let heights = self.problem.heights.on_nodes(self.problem.grid);
+        mean(&heights) - lowest(&heights)
+    }
+
     /// Memory and work of the path, including coarser grids and the states stored during separation.
     pub fn plan(&self, pulls_off: bool) -> Plan {
         let own = self.method.plan(&self.problem);
-        let beside = |&grid: &Grid| coarser_grids::method().plan(&Problem { grid, ..self.problem.clone() }).bytes;
+        let coarse = |&grid: &Grid| coarser_grids::method().plan(&Problem { grid, ..self.problem.clone() }).bytes;
         let grids = self.coarser_grids_followed(pulls_off);
         let field = (size_of::<f64>() * self.problem.grid.points()) as u64;
         // A Fourier series of the nodes has the size of one field.
@@ -112,14 +160,18 @@ impl<'p> LoadPath<'p> {
             Heights::Nodes(_) if !grids.is_empty() => field,
             _ => 0,
         };
-        let held = if pulls_off { pull_off::FIELDS * field } else { 0 };
-        Plan { bytes: own.bytes + series + held + grids.iter().map(beside).sum::<u64>(), ..own }
+        let separation = if pulls_off { pull_off::FIELDS * field } else { 0 };
+        // Heights in their own unit, and the fields of a state converted back.
+        let converted = if Scale::of(&self.problem.heights).is_one() { 0 } else { 3 * field };
+        let coarser = grids.iter().map(coarse).sum::<u64>();
+        let steps = if self.end_steps { end_steps::FIELDS * field } else { 0 };
+        Plan { bytes: own.bytes + steps + series + separation + converted + coarser, ..own }
     }
 
     /// This load on the next coarser grid, if no other solve has provided it: for a solve from a given gap or a
     /// checkpoint.
     fn coarse(&self, load: Load, observer: &dyn Observer) -> Result<Option<GridResult>> {
-        if !self.tells_error || matches!(self.problem.kernel, Elastic::NonPeriodic(_)) {
+        if !self.with_error || matches!(self.problem.kernel, Elastic::NonPeriodic(_)) {
             return Ok(None);
         }
         let Some(&grid) = coarser_grids::grids(self.problem.grid, 1).first() else { return Ok(None) };
@@ -131,17 +183,14 @@ impl<'p> LoadPath<'p> {
                 &made
             }
         };
-        let problem = coarsened(&self.problem, grid, series, self.asked);
+        let problem = coarsened(&self.problem, grid, series, self.requested);
         CoarseSolver::start(&problem, self.threshold, false, observer)?.follow(load)
     }
 
-    /// Solves the loads in order and passes each state to `visit`. The path ends at the first load that does not
-    /// converge. If `pulls_off`, the surfaces are then separated to find the pull-off pressure.
-    ///
-    /// # Errors
-    /// Loads that the method does not support, and the errors of `visit`.
-    pub fn walk(
+    /// [`LoadPath::walk`] of a path in the unit `scale`, which the gap of a checkpoint may not have.
+    fn walk_in_unit(
         &self,
+        scale: Scale,
         begin: Option<Begin>,
         pulls_off: bool,
         observer: &dyn Observer,
@@ -160,100 +209,130 @@ impl<'p> LoadPath<'p> {
             }
             Heights::Nodes(_) => None,
         };
-        let problems: Vec<Problem> =
-            grids.iter().filter_map(|&grid| series.map(|s| coarsened(&self.problem, grid, s, self.asked))).collect();
+        let problems: Vec<Problem> = grids
+            .iter()
+            .filter_map(|&grid| series.map(|s| coarsened(&self.problem, grid, s, self.requested)))
+            .collect();
         let mut coarse_solvers = Vec::new();
         for problem in &problems {
             // Pull-off is computed only on the finest of the coarser grids.
-            let holds = pulls_off && coarse_solvers.is_empty();
-            coarse_solvers.push(CoarseSolver::start(problem, self.threshold, holds, &silent)?);
+            let pulls_off = pulls_off && coarse_solvers.is_empty();
+            coarse_solvers.push(CoarseSolver::start(problem, self.threshold, pulls_off, &silent)?);
         }
-        let held = grids.last().zip(series).is_some_and(|(&g, s)| coarser_grids::holds(s, g, self.problem.grid));
-        let rms_height = self.problem.heights.rms();
+        let resolved =
+            grids.last().zip(series).is_some_and(|(&g, s)| coarser_grids::resolves_roughness(s, g, self.problem.grid));
+        let touch = self.separation_at_first_contact();
         let mut run = self.method.start(&self.problem, &coarse_results)?.solver()?;
-        let mut last = None;
-        let first = match begin {
-            None => 0,
-            Some(Begin::Gap(gap)) => {
-                run.set_gap(&gap);
-                0
-            }
-            Some(Begin::Checkpoint(checkpoint)) => {
-                let done = checkpoint.finished.len();
-                for &load in &self.loads[..done] {
-                    for solver in &mut coarse_solvers {
-                        solver.follow(load)?;
-                    }
-                }
-                if done < self.loads.len() {
-                    checkpoint.resume(&mut *run)?;
-                } else {
-                    // The interrupted separation restarts from the state at the last load.
-                    run.set_gap(&checkpoint.gap()?);
-                    if let Some(&load) = self.loads.last() {
-                        let state = run.equilibrate(load)?;
-                        match state.stop {
-                            Stop::Converged => last = Some(SeparationStart::of(&state)),
-                            Stop::Interrupted => return Err(Error::Interrupted),
-                            stop => return Err(pull_off::unconverged(&self.problem, &state, stop)),
-                        }
-                    }
-                }
-                done
-            }
-        };
+        let (first, mut last) = self.begin(begin, scale, &mut *run, &mut coarse_solvers)?;
         for (i, &load) in self.loads.iter().enumerate().skip(first) {
             let mut coarse: Vec<GridResult> = Vec::new();
             for solver in &mut coarse_solvers {
                 coarse.extend(solver.follow(load)?);
             }
+            let steps = match self.end_steps {
+                true => end_steps::solve(self.method, &self.problem, self.loads, i, &silent)?,
+                false => Vec::new(),
+            };
             let state = run.equilibrate(load)?;
             let area = contact_area(self.problem.grid, state.gap, self.threshold);
             let converged = state.stop == Stop::Converged;
-            let (discretisation, extrapolated) = if converged {
+            let (mut discretisation, mut extrapolated) = (None, None);
+            if converged {
                 let range = self.problem.adhesion.range();
                 let fine = GridResult::new(self.problem.grid, range, &area, state.mean_gap, state.error_estimates);
-                let below = match coarse_results.take().or(coarse.first().copied()) {
+                let next = match coarse_results.take().or(coarse.first().copied()) {
                     None if coarse_solvers.is_empty() && !given => self.coarse(load, &silent)?,
                     known => known,
                 };
-                let all: Vec<GridResult> = coarse.iter().rev().copied().chain([fine]).collect();
-                let imposed = matches!(load, Load::MeanGap(_));
-                let keep = |gap: Option<f64>| gap.filter(|_| !imposed);
-                let told = below.map(|coarse| coarser_grids::discretisation(&coarse, &fine, rms_height));
-                let far =
-                    self.extrapolates().then(|| coarser_grids::extrapolated(self.asked.range(), &all, held)).flatten();
-                (
-                    told.map(|d| Discretisation { mean_gap: keep(d.mean_gap), ..d }),
-                    far.map(|e| Extrapolated { mean_gap: e.mean_gap.filter(|_| !imposed), ..e }),
-                )
-            } else {
-                (None, None)
-            };
+                (discretisation, extrapolated) = self.errors(load, next, &coarse, fine, resolved);
+            }
             if pulls_off && converged && i + 1 == self.loads.len() {
                 last = Some(SeparationStart::of(&state));
             }
-            visit(i, Reached { state, area, discretisation, extrapolated })?;
+            let displacement = touch - state.separation;
+            visit(i, Reached { state, area, discretisation, extrapolated, displacement, steps })?;
             if !converged {
                 return Ok(None);
             }
         }
-        match last {
-            Some(last) if pulls_off => {
-                coarse_results.finish(SnapshotRef {
-                    grid: self.problem.grid,
-                    gap: Field::F64(&last.gap),
-                    auxiliary: None,
-                    progress: serde_json::Value::Null,
-                });
-                let found = pull_off::search(&mut *run, &self.problem, last)?;
-                let coarse = coarse_solvers.first_mut().map(CoarseSolver::pull_off).transpose()?.flatten();
-                Ok(Some(match coarse {
-                    Some((grid, pull)) => pull_off::compared(found, grid, pull),
-                    None => found,
-                }))
+        let Some(last) = last.filter(|_| pulls_off) else { return Ok(None) };
+        coarse_results.finish(SnapshotRef {
+            grid: self.problem.grid,
+            gap: Field::F64(&last.gap),
+            auxiliary: None,
+            progress: serde_json::Value::Null,
+        });
+        let found = pull_off::search(&mut *run, &self.problem, scale, last)?;
+        let coarse = coarse_solvers.first_mut().map(|coarse| coarse.pull_off(scale)).transpose()?.flatten();
+        Ok(Some(match coarse {
+            Some((grid, pull)) => pull_off::compared(found, grid, pull),
+            None => found,
+        }))
+    }
+
+    /// Discretisation error of `fine` from the `next` coarser grid, and the extrapolation over all `coarse` grids.
+    fn errors(
+        &self,
+        load: Load,
+        next: Option<GridResult>,
+        coarse: &[GridResult],
+        fine: GridResult,
+        resolved: bool,
+    ) -> (Option<Discretisation>, Option<Extrapolated>) {
+        let rms_height = self.problem.heights.rms();
+        let discretisation = next.map(|next| coarser_grids::discretisation(&next, &fine, rms_height));
+        let extrapolated = self.extrapolated(coarse, fine, resolved);
+        match load {
+            // An imposed mean gap has no error.
+            Load::MeanGap(_) => (
+                discretisation.map(|d| Discretisation { mean_gap: None, ..d }),
+                extrapolated.map(|e| Extrapolated { mean_gap: None, ..e }),
+            ),
+            Load::Pressure(_) => (discretisation, extrapolated),
+        }
+    }
+
+    /// Extrapolation to the requested range. `resolved`: whether the coarsest grid resolves the roughness.
+    fn extrapolated(&self, coarse: &[GridResult], fine: GridResult, resolved: bool) -> Option<Extrapolated> {
+        let all: Vec<GridResult> = coarse.iter().rev().copied().chain([fine]).collect();
+        let extrapolated = || coarser_grids::extrapolated(self.requested.range(), &all, resolved);
+        self.extrapolates().then(extrapolated).flatten()
+    }
+
+    /// Sets the initial state of the path. Returns the number of finished loads and, if these are all loads, the state
+    /// from which an interrupted separation restarts.
+    fn begin(
+        &self,
+        begin: Option<Begin>,
+        scale: Scale,
+        run: &mut dyn Run,
+        coarse_solvers: &mut [CoarseSolver],
+    ) -> Result<(usize, Option<SeparationStart>)> {
+        let checkpoint = match begin {
+            None => return Ok((0, None)),
+            Some(Begin::Gap(gap)) => {
+                run.set_gap(&gap);
+                return Ok((0, None));
             }
-            _ => Ok(None),
+            Some(Begin::Checkpoint(checkpoint)) => checkpoint,
+        };
+        let finished = checkpoint.finished.len();
+        for &load in &self.loads[..finished] {
+            for solver in &mut *coarse_solvers {
+                solver.follow(load)?;
+            }
+        }
+        if finished < self.loads.len() {
+            checkpoint.resume(run, scale)?;
+            return Ok((finished, None));
+        }
+        run.set_gap(&scale.gap(&checkpoint.gap()?));
+        let Some(&load) = self.loads.last() else { return Ok((finished, None)) };
+        let state = run.equilibrate(load)?;
+        match state.stop {
+            Stop::Converged => Ok((finished, Some(SeparationStart::of(&state)))),
+            Stop::Interrupted => Err(Error::Interrupted),
+            stop => Err(pull_off::unconverged(&self.problem, scale, &state, stop)),
         }
     }
 }

@@ -1,5 +1,5 @@
 use crate::grid::Grid;
-use crate::method::{Load, Problem, Run, State, Stop};
+use crate::method::{Load, Problem, Run, Scale, State, Stop};
 use crate::record::results::PullOff;
 use crate::{Error, Result};
 
@@ -9,7 +9,16 @@ const GROWTH: f64 = 1.2;
 /// Reduction of the first step if the tension decreases from the start, and smallest first step over the mean gap.
 const SHORTER: f64 = 0.2;
 const SHORTEST_STEP: f64 = 1e-5;
-const MOST_STEPS: usize = 200;
+/// Largest number of equilibria of the scan.
+const MOST_STEPS: usize = 400;
+
+/// Loss of tension against the linear continuation of the last step, over the largest tension, at which a step is
+/// repeated with half its length: a sharp maximum may lie within it.
+const LOST: f64 = 0.02;
+
+/// Growth of the tension within a step, over the largest tension, at and below which it is not shortened: the error of
+/// a maximum at which the surfaces jump.
+const RESOLVED: f64 = 1e-3;
 
 /// The separation ends when there is no contact and the tension has fallen to this fraction of the maximum.
 const PASSED: f64 = 0.3;
@@ -37,91 +46,172 @@ pub(super) struct SeparationStart {
 }
 
 impl SeparationStart {
-    pub fn of(state: &State) -> Self {
+    pub(super) fn of(state: &State) -> Self {
         SeparationStart { mean_gap: state.mean_gap, pressure: state.pressure, gap: state.gap.to_vec() }
     }
 }
 
 /// Separates the surfaces from the current state of `run` and finds the maximum tension. The mean gap is imposed: then
-/// states that are unstable under an imposed pressure also have an equilibrium.
-pub(super) fn search(run: &mut dyn Run, problem: &Problem, from: SeparationStart) -> Result<PullOff> {
+/// states that are unstable under an imposed pressure also have an equilibrium. `scale` is the unit of the problem, for
+/// messages.
+///
+/// Steps adapt to the curve, so that none passes over a maximum of the tension: a step within which tension is lost is
+/// halved until the tension could only have grown by [`RESOLVED`] of the largest. Every maximum that may be the largest
+/// is then bracketed by golden sections.
+pub(super) fn search(run: &mut dyn Run, problem: &Problem, scale: Scale, from: SeparationStart) -> Result<PullOff> {
     let SeparationStart { mean_gap, pressure, gap } = from;
     let range = problem.adhesion.range();
     if range == 0.0 {
-        return Err(Error::input("pull-off", "adhesion", "none", "an adhesion: nothing else holds surfaces together"));
+        return Err(Error::input("pull-off", "adhesion", "none", "an adhesion, without which there is no tension"));
     }
-    let mut first_step = FIRST_STEP * mean_gap.max(range);
-    let mut step = first_step;
-    let mut curve = vec![Point { mean_gap, pressure }];
-    // Gap of the state before the lowest pressure. The search within the bracket starts from it, because a branch that
-    // the surfaces have left is not reached again by a smaller separation.
-    let mut before: Vec<f64> = Vec::new();
-    let start = gap;
-    let mut last = start.clone();
-    let mut lowest = 0;
-    loop {
-        let mean_gap = curve[curve.len() - 1].mean_gap + step;
-        let (point, gap) = equilibrium(run, problem, mean_gap, None)?;
-        curve.push(point);
-        if point.pressure < curve[lowest].pressure {
-            (lowest, before) = (curve.len() - 1, std::mem::take(&mut last));
+    let mut search = Search {
+        run,
+        problem,
+        scale,
+        step: FIRST_STEP * mean_gap.max(range),
+        curve: vec![Point { mean_gap, pressure }],
+        best: None,
+        lowest: pressure,
+        before: Vec::new(),
+        last: gap,
+    };
+    search.first_step()?;
+    for _ in 0..MOST_STEPS {
+        if search.advance()? {
+            return search.result(pressure);
+        }
+    }
+    let reached = search.curve[search.curve.len() - 1].mean_gap;
+    let [pull, mean_gap] = [-search.lowest, reached].map(|v| scale.multiply(v));
+    let found = format!("still a pull of {pull:.3e} E* at a mean gap of {mean_gap:.3e} L");
+    Err(Error::input("pull-off", "search", found, "an adhesion that ends"))
+}
+
+/// A maximum of the tension with its errors.
+#[derive(Clone, Copy)]
+struct Maximum {
+    at: Point,
+    pressure_error: f64,
+    mean_gap_error: f64,
+}
+
+/// Scan of the separation curve.
+struct Search<'a, 'p> {
+    run: &'a mut dyn Run,
+    problem: &'a Problem<'p>,
+    scale: Scale,
+    step: f64,
+    /// Equilibria of the scan in order; those of the sections follow in `result`.
+    curve: Vec<Point>,
+    /// The largest bracketed maximum.
+    best: Option<Maximum>,
+    /// Lowest pressure so far.
+    lowest: f64,
+    /// Gaps of the last equilibrium but one and of the last. Sections start from the former, because a branch that the
+    /// surfaces have left is not reached again by a smaller separation.
+    before: Vec<f64>,
+    last: Vec<f64>,
+}
+
+impl Search<'_, '_> {
+    /// The first step, shortened while the tension decreases within it: for an initial load close to the maximum
+    /// tension it may be too long.
+    fn first_step(&mut self) -> Result<()> {
+        let Point { mean_gap, pressure } = self.curve[0];
+        loop {
+            let (point, gap) = equilibrium(self.run, (self.problem, self.scale), mean_gap + self.step, None)?;
+            if point.pressure < pressure || self.step <= SHORTEST_STEP * mean_gap {
+                self.accept(point, gap);
+                return Ok(());
+            }
+            self.step *= SHORTER;
+            self.run.set_gap(&self.last);
+        }
+    }
+
+    fn accept(&mut self, point: Point, gap: Vec<f64>) {
+        self.lowest = self.lowest.min(point.pressure);
+        self.curve.push(point);
+        self.before = std::mem::replace(&mut self.last, gap);
+    }
+
+    /// One step of the scan, or a shorter second attempt at it. True when the surfaces have separated.
+    fn advance(&mut self) -> Result<bool> {
+        let [.., earlier, now] = self.curve[..] else { return Ok(false) };
+        let slope = (now.pressure - earlier.pressure) / (now.mean_gap - earlier.mean_gap);
+        let (next, gap) = equilibrium(self.run, (self.problem, self.scale), now.mean_gap + self.step, None)?;
+        let growth = -(slope * self.step).min(0.0);
+        let lost = next.pressure - now.pressure + growth.min(-self.lowest);
+        if growth > RESOLVED * -self.lowest && lost > LOST * -self.lowest {
+            self.step *= 0.5;
+            self.run.set_gap(&self.last);
+            return Ok(false);
+        }
+        let passed = now.pressure < earlier.pressure && next.pressure >= now.pressure;
+        if passed && -now.pressure >= (1.0 - LOST) * -self.lowest {
+            let end = next.mean_gap;
+            let found = self.bracketed([earlier, now], end)?;
+            if self.best.is_none_or(|best| found.at.pressure < best.at.pressure) {
+                self.best = Some(found);
+            }
+            self.lowest = self.lowest.min(found.at.pressure);
+            self.run.set_gap(&gap);
         }
         // A rough surface separates asperity by asperity, and the last one may have the maximum tension. The scan
         // therefore ends only without contact and at a small tension.
-        let parted = gap.iter().all(|g| *g > 0.0);
-        last = gap;
-        // For an initial load close to the maximum tension the first step may be too long.
-        if curve.len() == 2 && lowest == 0 && first_step > SHORTEST_STEP * mean_gap {
-            first_step *= SHORTER;
-            step = first_step;
-            curve.truncate(1);
-            run.set_gap(&start);
-            last.clone_from(&start);
-            continue;
-        }
-        if parted && lowest + 1 < curve.len() && -point.pressure < PASSED * -curve[lowest].pressure {
-            break;
-        }
-        if curve.len() > MOST_STEPS {
-            let found = format!("still a pull of {:.3e} E* at a mean gap of {mean_gap:.3e} L", -curve[lowest].pressure);
-            return Err(Error::input("pull-off", "search", found, "an adhesion that ends"));
-        }
-        step *= GROWTH;
+        let separated = gap.iter().all(|g| *g > 0.0) && -next.pressure < PASSED * -self.lowest;
+        self.accept(next, gap);
+        self.step *= GROWTH;
+        Ok(separated && self.curve.len() > 2)
     }
-    if lowest == 0 {
-        let found = format!("a pull of {:.3e} E*, from which on it falls", -pressure);
-        return Err(Error::input("pull-off", "last load", found, "one before the largest pull"));
-    }
-    let (mut low, mut high) = (curve[lowest - 1].mean_gap, curve[lowest + 1].mean_gap);
-    let mut best = curve[lowest];
-    let mut probe = |mean_gap: f64| -> Result<Point> {
-        let (point, _) = equilibrium(run, problem, mean_gap, Some(&before))?;
-        if point.pressure < best.pressure {
-            best = point;
+
+    /// The maximum between `earlier` and the mean gap `high` by golden sections.
+    fn bracketed(&mut self, [earlier, now]: [Point; 2], mut high: f64) -> Result<Maximum> {
+        let (mut low, mut best) = (earlier.mean_gap, now);
+        let slope = (earlier.pressure - now.pressure) / (now.mean_gap - earlier.mean_gap);
+        let mut probe = |mean_gap: f64| -> Result<Point> {
+            let (point, _) = equilibrium(self.run, (self.problem, self.scale), mean_gap, Some(&self.before))?;
+            if point.pressure < best.pressure {
+                best = point;
+            }
+            Ok(point)
+        };
+        let mut left = probe(high - GOLDEN * (high - low))?;
+        let mut right = probe(low + GOLDEN * (high - low))?;
+        for _ in 0..SECTIONS {
+            if left.pressure < right.pressure {
+                (high, right) = (right.mean_gap, left);
+                left = probe(high - GOLDEN * (high - low))?;
+            } else {
+                (low, left) = (left.mean_gap, right);
+                right = probe(low + GOLDEN * (high - low))?;
+            }
         }
-        curve.push(point);
-        Ok(point)
-    };
-    let mut left = probe(high - GOLDEN * (high - low))?;
-    let mut right = probe(low + GOLDEN * (high - low))?;
-    for _ in 0..SECTIONS {
-        if left.pressure < right.pressure {
-            (high, right) = (right.mean_gap, left);
-            left = probe(high - GOLDEN * (high - low))?;
-        } else {
-            (low, left) = (left.mean_gap, right);
-            right = probe(low + GOLDEN * (high - low))?;
-        }
+        let mean_gap_error = (high - best.mean_gap).max(best.mean_gap - low);
+        // At a jump the tension grows up to it at the slope before it, and the ends of the bracket are on two branches.
+        let (growth, spread) = (slope * mean_gap_error, left.pressure.max(right.pressure) - best.pressure);
+        Ok(Maximum { at: best, pressure_error: growth + spread.min(growth), mean_gap_error })
     }
-    curve.sort_by(|a, b| a.mean_gap.total_cmp(&b.mean_gap));
-    Ok(PullOff {
-        pressure: best.pressure,
-        mean_gap: best.mean_gap,
-        mean_gap_error: (high - best.mean_gap).max(best.mean_gap - low),
-        pressure_error: left.pressure.max(right.pressure) - best.pressure,
-        coarser: None,
-        curve: curve.iter().map(|p| [p.mean_gap, p.pressure]).collect(),
-    })
+
+    /// # Errors
+    /// `Input` if the tension falls from the initial pressure on.
+    fn result(mut self, initial: f64) -> Result<PullOff> {
+        let Some(Maximum { at: best, pressure_error, mean_gap_error }) = self.best.filter(|b| b.at.pressure < initial)
+        else {
+            let found = format!("a pull of {:.3e} E*, from which on it falls", -self.scale.multiply(initial));
+            return Err(Error::input("pull-off", "last load", found, "one before the largest pull"));
+        };
+        self.curve.push(best);
+        self.curve.sort_by(|a, b| a.mean_gap.total_cmp(&b.mean_gap));
+        Ok(PullOff {
+            pressure: best.pressure,
+            mean_gap: best.mean_gap,
+            mean_gap_error,
+            pressure_error,
+            coarser: None,
+            curve: self.curve.iter().map(|p| [p.mean_gap, p.pressure]).collect(),
+        })
+    }
 }
 
 /// `found` with errors of at least the change from the coarser grid.
@@ -138,7 +228,7 @@ pub(super) fn compared(found: PullOff, grid: Grid, coarse: PullOff) -> PullOff {
 /// The state at a mean gap and its gap field, from the gap `start` if given.
 fn equilibrium(
     run: &mut dyn Run,
-    problem: &Problem,
+    (problem, scale): (&Problem, Scale),
     mean_gap: f64,
     start: Option<&[f64]>,
 ) -> Result<(Point, Vec<f64>)> {
@@ -149,17 +239,101 @@ fn equilibrium(
     match state.stop {
         Stop::Converged => Ok((Point { mean_gap, pressure: state.pressure }, state.gap.to_vec())),
         Stop::Interrupted => Err(Error::Interrupted),
-        stop => Err(unconverged(problem, &state, stop)),
+        stop => Err(unconverged(problem, scale, &state, stop)),
     }
 }
 
-pub(super) fn unconverged(problem: &Problem, state: &State, stop: Stop) -> Error {
+pub(super) fn unconverged(problem: &Problem, scale: Scale, state: &State, stop: Stop) -> Error {
     Error::NotConverged {
         method: "fast",
-        why: format!("{stop}, on the way to pull-off at a mean gap of {:.6e} L", state.mean_gap),
+        why: format!("{stop}, on the way to pull-off at a mean gap of {:.6e} L", scale.multiply(state.mean_gap)),
         iterations: state.iterations,
         residual: state.residual,
         tolerance: problem.tolerance,
         partial: None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::Field;
+    use crate::interface::Adhesion;
+    use crate::method::{ErrorEstimates, Heights};
+
+    /// A separation curve in place of a solver: tension rises to sharp maxima, at each of which an asperity detaches.
+    struct Curve {
+        /// Mean gap and tension of the maxima, in order; the tension after each is `AFTER` of it.
+        maxima: Vec<(f64, f64)>,
+        gap: [f64; 1],
+    }
+
+    const AFTER: f64 = 0.6;
+
+    impl Curve {
+        fn tension(&self, mean_gap: f64) -> f64 {
+            let (mut from, mut low) = (0.0, 0.0);
+            for &(at, most) in &self.maxima {
+                if mean_gap <= at {
+                    return low + (most - low) * (mean_gap - from) / (at - from);
+                }
+                (from, low) = (at, AFTER * most);
+            }
+            low * (-(mean_gap - from) / 0.05).exp()
+        }
+    }
+
+    impl Run for Curve {
+        fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
+            let Load::MeanGap(mean_gap) = load else { panic!("a mean gap is imposed") };
+            let pressure = -self.tension(mean_gap);
+            self.gap = [if mean_gap > self.maxima[self.maxima.len() - 1].0 { mean_gap } else { 0.0 }];
+            Ok(State {
+                load,
+                pressure,
+                gap: Field::F64(&self.gap),
+                stress: Field::F64(&[0.0]),
+                mean_gap,
+                separation: mean_gap,
+                energy: 0.0,
+                elastic_energy: 0.0,
+                interaction_energy: 0.0,
+                load_error: 0.0,
+                residual: 0.0,
+                complementarity: 0.0,
+                error_estimates: ErrorEstimates::default(),
+                stop: Stop::Converged,
+                iterations: 1,
+                fft_pairs: 1.0,
+                seconds: 0.0,
+            })
+        }
+
+        fn set_gap(&mut self, _: &[f64]) {}
+    }
+
+    /// The largest of two sharp maxima, wherever it lies between the steps, within the stated errors.
+    #[test]
+    fn every_sharp_maximum_is_bracketed() {
+        let heights = [0.0];
+        let problem = Problem {
+            adhesion: Adhesion::exponential(1e-4, 0.01),
+            ..Problem::new(Grid::unit(1, 1), Heights::Nodes(&heights))
+        };
+        for k in 0..40 {
+            let first = 0.05 + 0.0007 * f64::from(k);
+            for (maxima, expected) in [
+                (vec![(first, 0.003443), (first + 0.03, 0.0032)], (first, 0.003443)),
+                (vec![(first, 0.0032), (first + 0.03, 0.003443)], (first + 0.03, 0.003443)),
+            ] {
+                let mut curve = Curve { maxima, gap: [0.0] };
+                let from = SeparationStart { mean_gap: 0.02, pressure: -curve.tension(0.02), gap: vec![0.0] };
+                let found = search(&mut curve, &problem, Scale::of(&problem.heights), from).expect("a maximum");
+                let miss = [found.pressure + expected.1, found.mean_gap - expected.0].map(f64::abs);
+                assert!(miss[0] <= found.pressure_error + 1e-15, "{k}: {miss:?} {found:?}");
+                assert!(miss[1] <= found.mean_gap_error + 1e-15, "{k}: {miss:?} {found:?}");
+                assert!(found.pressure_error < 2e-3 * expected.1, "{k}: {}", found.pressure_error);
+            }
+        }
     }
 }

@@ -1,8 +1,7 @@
 //! Choice of grid, method, precision and tolerance for a requested accuracy, from measured tables.
 
-use super::{adhesion_words, shortest_wavelength};
 use crate::compare::advice::{Limit, Table, Tables, Target, candidates, choose};
-use crate::interface::Adhesion;
+use crate::interface::{Adhesion, RangeChoice};
 use crate::method::Precision;
 use crate::record::advice::{AccuracyChoice, Advice};
 use crate::record::quantity::Quantity;
@@ -20,22 +19,23 @@ pub struct Unserved(pub String);
 /// Invalid input; an accuracy combined with a grid, method, precision or tolerance; an accuracy that the tables do not
 /// support.
 pub fn resolve_accuracy(mut scene: Scene, file: &Path) -> Result<Case> {
-    let Some(asked) = scene.accuracy.clone() else { return Case::resolve(scene, file) };
+    let Some(requested) = scene.accuracy.clone() else { return Case::resolve(scene, file) };
     refuse_both(&scene, file)?;
     let case = Case::resolve(scene.clone(), file)?;
-    let (tables, provenance) = tables(&asked, &case)?;
-    let limit = match (asked.error, asked.budget_s) {
+    let (tables, provenance) = tables(&requested, &case)?;
+    let limit = match (requested.error, requested.budget_s) {
         (Some(share), _) => Limit::Error(share),
         (None, Some(s)) => Limit::Seconds(s),
         (None, None) => unreachable!("checked with the scene"),
     };
-    let advice = advise(&tables, &case, asked.quantity, limit, asked.extrapolate).map_err(|Unserved(accepted)| {
-        let (key, found) = match limit {
-            Limit::Error(e) => ("accuracy.error", e),
-            Limit::Seconds(s) => ("accuracy.budget_s", s),
-        };
-        Error::input(file.display(), key, found, accepted)
-    })?;
+    let advice =
+        advise(&tables, &case, requested.quantity, limit, requested.extrapolate).map_err(|Unserved(accepted)| {
+            let (key, found) = match limit {
+                Limit::Error(e) => ("accuracy.error", e),
+                Limit::Seconds(s) => ("accuracy.budget_s", s),
+            };
+            Error::input(file.display(), key, found, accepted)
+        })?;
     if !matches!(case.surface, Surface::Imported { .. }) {
         scene.surface.grid = advice.grid;
     }
@@ -46,15 +46,15 @@ pub fn resolve_accuracy(mut scene: Scene, file: &Path) -> Result<Case> {
     // Plasticity needs frames of the whole block; the quantities of [accuracy] do not.
     let watched = scene.atoms.as_mut().is_some_and(|a| std::mem::take(&mut a.plasticity));
     let chosen = AccuracyChoice {
-        quantity: asked.quantity,
-        error: asked.error,
-        budget_s: asked.budget_s,
+        quantity: requested.quantity,
+        error: requested.error,
+        budget_s: requested.budget_s,
         tables: provenance,
         advice,
     };
     let mut settled = Case { chosen: Some(chosen), ..Case::resolve(scene, file)? };
     if watched {
-        let what = asked.quantity.name();
+        let what = requested.quantity.name();
         settled
             .warnings
             .push(format!("atoms.plasticity is left out: {what} is the only requested quantity and does not need it"));
@@ -80,8 +80,8 @@ fn refuse_both(scene: &Scene, file: &Path) -> Result<()> {
     }
 }
 
-fn tables(asked: &AccuracyScene, case: &Case) -> Result<(Vec<Table>, String)> {
-    read_tables(&asked.tables.iter().map(|t| case.resolve_path(t)).collect::<Vec<_>>())
+fn tables(requested: &AccuracyScene, case: &Case) -> Result<(Vec<Table>, String)> {
+    read_tables(&requested.tables.iter().map(|t| case.resolve_path(t)).collect::<Vec<_>>())
 }
 
 /// Reads these table files, or the shipped tables if there are none. Returns the tables and their provenance.
@@ -121,15 +121,33 @@ fn target(case: &Case) -> Target {
         own_grid: matches!(case.surface, Surface::Imported { .. }).then_some(case.grid.nx),
         aspect: case.grid.ny as f64 / case.grid.nx as f64,
         kernel: case.kernel.to_string(),
-        adhesion: (case.adhesion != Adhesion::None).then(|| adhesion_words(case)),
+        adhesion: (case.adhesion != Adhesion::None).then(|| adhesion_label(case)),
         p_star: case.loading_p_star(),
+    }
+}
+
+/// Adhesion as named in tables. With a true range on every grid, coarse grids may not resolve it and the problem
+/// differs from the default, so the text states it.
+pub(super) fn adhesion_label(case: &Case) -> String {
+    match case.range() {
+        RangeChoice::True if case.adhesion != Adhesion::None => format!("{}, true on every grid", case.adhesion),
+        _ => case.adhesion.to_string(),
+    }
+}
+
+/// Shortest wavelength of a surface, units of L; for a height map, two grid spacings.
+pub fn shortest_wavelength(surface: &Surface) -> f64 {
+    match surface {
+        Surface::Synthesised { spectrum, .. } => spectrum.lambda_s,
+        Surface::Fourier { modes, .. } => modes.shortest(),
+        Surface::Imported { grid, .. } => 2.0 * grid.dx(),
     }
 }
 
 fn accepted(known: &[Advice], beyond: &[Advice], quantity: Quantity, limit: Limit) -> String {
     if let Some(a) = choose(beyond, quantity, limit) {
         return format!(
-            "what some measured setting reaches; --extrapolate (in a scene accuracy.extrapolate = true) would take {} on {} points a \
+            "what some measured setting reaches; --extrapolate (in a scene accuracy.extrapolate = true) would take {} on {} points per \
              side, of which was not measured: {}",
             a.method,
             a.grid,

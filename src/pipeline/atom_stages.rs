@@ -8,7 +8,7 @@ use super::stage::{Cost, Machine, Stage, StageContext, StageKeys};
 use super::{methods, nvt};
 use crate::Result;
 use crate::atoms::cost::{self, LoadingMode, memory_bytes};
-use crate::atoms::engine::Engine;
+use crate::atoms::engine::LammpsEngine;
 use crate::atoms::job::Job;
 use crate::atoms::nvt::{MD_STEP_COST_RATIO, NvtSettings};
 use crate::atoms::potential::CALCIUM;
@@ -41,36 +41,36 @@ pub(super) struct AtomStages<'a> {
     pub atoms: &'a AtomsCase,
     pub scene: &'a AtomsScene,
     /// None if a run is only planned.
-    engine: Option<&'a dyn Engine>,
+    engine: Option<&'a LammpsEngine>,
 }
 
 impl<'a> AtomStages<'a> {
     /// None for a case without atoms.
-    pub fn of(case: &'a Case, engine: Option<&'a dyn Engine>) -> Option<Self> {
+    pub(super) fn of(case: &'a Case, engine: Option<&'a LammpsEngine>) -> Option<Self> {
         let (atoms, scene) = case.atoms.as_ref().zip(case.scene.atoms.as_ref())?;
         Some(AtomStages { case, atoms, scene, engine })
     }
 
-    pub fn matched(&self) -> MatchedStage<'a> {
+    pub(super) fn matched(&self) -> MatchedStage<'a> {
         MatchedStage { case: self.case, atoms: self.atoms, scene: self.scene }
     }
 
     /// None if the scene requests no constant-temperature runs.
-    pub fn nvt(&self) -> Option<NvtStage<'a>> {
+    pub(super) fn nvt(&self) -> Option<NvtStage<'a>> {
         Some(NvtStage { of: *self, settings: self.atoms.nvt.as_ref()? })
     }
 
     /// None if the atoms are not among the comparison methods.
-    pub fn all_atom(&self) -> Option<AllAtomStage<'a>> {
+    pub(super) fn all_atom(&self) -> Option<AllAtomStage<'a>> {
         methods::wants_atoms(self.case).then_some(AllAtomStage(*self))
     }
 
     /// Number of atoms of block and indenter.
-    pub fn count(&self) -> u64 {
+    pub(super) fn count(&self) -> u64 {
         self.atoms.block.atoms() + (self.atoms.points * self.atoms.points) as u64
     }
 
-    fn engine(&self) -> &'a dyn Engine {
+    fn engine(&self) -> &'a LammpsEngine {
         self.engine.expect("LAMMPS is looked up before a run")
     }
 
@@ -162,7 +162,7 @@ impl Stage for LammpsStage<'_> {
 
     fn run(&self, (matched, root): (&Matched, &Path), at: &StageContext) -> Result<LammpsOutcome> {
         let &AtomStages { case, atoms, .. } = &self.0;
-        let solved = (atoms.start == Start::Continuum).then_some((&matched.soft, root));
+        let solved = (atoms.start == Start::Continuum).then_some((&matched.compliant, root));
         let job = atomistic::write_job(case, atoms, at.folder, solved)?;
         atomistic::run_lammps(self.0.engine(), &job, at.listener)
     }

@@ -9,7 +9,7 @@ use super::{Key, Listener, frame_analysis};
 use crate::atoms::block::SurfaceSites;
 use crate::atoms::cost::evaluations_from_continuum;
 use crate::atoms::dump::read_frame;
-use crate::atoms::engine::{Engine, Finished, LammpsEngine, Progress};
+use crate::atoms::engine::{Finished, LammpsEngine, Progress};
 use crate::atoms::external_dump::DumpTrajectory;
 use crate::atoms::indenter::Indenter;
 use crate::atoms::job::{Crystal, Job, Loading, POTENTIAL_FILE};
@@ -18,7 +18,7 @@ use crate::atoms::load_history::StepRecord;
 use crate::atoms::potential::Potential;
 use crate::atoms::properties::LmpCommand;
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
-use crate::atoms::{centro_symmetry, load_history, speed as measured};
+use crate::atoms::{centro_symmetry, damage, load_history, speed as measured};
 use crate::grid::Grid;
 use crate::record::atomic_file::write_atomic;
 use crate::record::csv;
@@ -101,7 +101,7 @@ fn potential_file(atoms: &AtomsCase, folder: &Path) -> Result<PathBuf> {
 
 /// LAMMPS with the program, ranks and time limit of the scene.
 pub fn engine(case: &Case) -> Result<LammpsEngine> {
-    let scene = case.scene.atoms.as_ref().expect("asked for by scenes with atoms");
+    let scene = case.scene.atoms.as_ref().expect("a scene with atoms");
     let program =
         scene.program.as_ref().map(|p| if p.components().count() > 1 { case.resolve_path(p) } else { p.clone() });
     let engine = LammpsEngine::find(program.as_deref()).map_err(|e| match e {
@@ -112,7 +112,7 @@ pub fn engine(case: &Case) -> Result<LammpsEngine> {
                 case.file.display()
             ),
         },
-        other => other,
+        other => other.with_context(case.file.display(), Some("atoms.program")),
     })?;
     let engine =
         engine.with_ranks(scene.ranks).map_err(|e| e.with_context(case.file.display(), Some("atoms.ranks")))?;
@@ -125,14 +125,14 @@ pub fn engine(case: &Case) -> Result<LammpsEngine> {
 /// # Errors
 /// `MissingProgram` if LAMMPS is not found; `Io`; `Lammps`.
 pub fn speed(case: &Case) -> Result<f64> {
-    let atoms = case.atoms.as_ref().expect("asked for of cases with atoms");
+    let atoms = case.atoms.as_ref().expect("a case with atoms");
     let lammps = LmpCommand { program: engine(case)?.program().to_path_buf() };
     let scratch = tempfile::tempdir().map_err(Error::io("make", std::env::temp_dir()))?;
     let potential = potential_file(atoms, scratch.path())?;
     // LAMMPS splits a path at spaces, so the potential is copied into the working folder.
-    let beside = scratch.path().join(POTENTIAL_FILE);
-    if potential != beside {
-        std::fs::copy(&potential, &beside).map_err(Error::io("copy", &potential))?;
+    let copy = scratch.path().join(POTENTIAL_FILE);
+    if potential != copy {
+        std::fs::copy(&potential, &copy).map_err(Error::io("copy", &potential))?;
     }
     measured::measure(&lammps, scratch.path(), (POTENTIAL_FILE, &atoms.element, atoms.block.a0))
 }
@@ -153,7 +153,10 @@ pub struct LammpsOutcome {
 const NEARLY: f64 = 0.9;
 
 /// Runs a job with LAMMPS, or continues it, and writes `load_curve.csv`.
-pub fn run_lammps(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Result<LammpsOutcome> {
+pub fn run_lammps(engine: &LammpsEngine, job: &Job, listener: &dyn Listener) -> Result<LammpsOutcome> {
+    if let Some(what) = damage::remove_damaged(&job.folder)? {
+        listener.warn(&format!("{what}; LAMMPS computes the steps from there on again"));
+    }
     let mut reversed = job.reversal_step(&load_history::LoadHistory::read(&job.folder)?.steps).is_some();
     let mut watch = |p: Progress| {
         if let Some(record) = &p.record {
@@ -168,7 +171,7 @@ pub fn run_lammps(engine: &dyn Engine, job: &Job, listener: &dyn Listener) -> Re
     finished.steps.truncate(end.map_or(usize::MAX, |last| last + 1));
     finished.unconverged.retain(|step| *step < finished.steps.len());
     if let Some(step) = finished.resumed_from {
-        listener.warn(&format!("went on from load step {step} of an earlier run"));
+        listener.warn(&format!("resumed at load step {step} of an earlier run"));
     }
     let column = |value: fn(&LoadStepResults) -> f64| finished.steps.iter().map(value).collect::<Vec<f64>>();
     csv::write(

@@ -42,6 +42,10 @@ pub(super) fn budget(
     let [area, gap] = of_load(problem.rounding_floor(rms_height, state.numbers.pressure));
     add(Quantity::ContactArea, UncertaintySource::Precision, area, false);
     add(Quantity::MeanGap, UncertaintySource::Precision, gap, false);
+    let step = state.numbers.stiffness_error.zip(state.numbers.stiffness).map(|(error, k)| error / k);
+    if state.numbers.stiffness.is_some() {
+        add(Quantity::Stiffness, UncertaintySource::LoadStep, step, false);
+    }
     let rim = CORRECTION * (state.numbers.contact_fraction - state.contact_fraction_corrected).abs();
     add(Quantity::ContactArea, UncertaintySource::Criterion, Some(rim / state.contact_fraction_corrected), false);
     parts

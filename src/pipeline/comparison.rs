@@ -9,15 +9,16 @@ use crate::atoms::contact::onto_grid;
 use crate::atoms::wall::CONTACT_DISTANCE_ANGSTROM;
 use crate::compare::{SiteCriterion, Sites, registration};
 use crate::grid::{Field, Grid, bilinear, mean};
-use crate::observe::{Connectivity, along_y, column_at, patch_sizes};
+use crate::observe::{Connectivity, along_y, cluster_sizes, column_at};
 use crate::record::npy;
 use crate::record::results::{
-    AtomState, AtomsResults, ComparisonResults, CriterionArea, CriterionMatch, LoadComparison, Section,
+    AtomState, AtomsResults, ComparisonResults, ContinuumResults, CriterionArea, CriterionMatch, LoadComparison,
+    Section,
 };
 use crate::scene::{AtomsCase, Case};
 use crate::units::GPA_PER_EV_A3;
 use crate::{Error, Result};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Position of the section in x, as a fraction of the cell length.
 const SECTION: f64 = 0.5;
@@ -70,206 +71,273 @@ pub(super) fn compare(
 ) -> Result<ComparisonResults> {
     let folder = root.join(stage);
     std::fs::create_dir_all(&folder).map_err(Error::io("create", &folder))?;
-    let grid = atoms.matched;
-    let length = atoms.block.length();
     let surface = atoms.block.surface();
-    let owners = surface.onto_grid(grid.nx, grid.ny);
+    let length = atoms.block.length();
     let nearest = |x: f64, y: f64| surface.nearest(x * length, y * length);
-    let sites = Sites::new(grid, site_positions(&surface), nearest);
-    let places = ProbeAtoms::new(case, atoms, &sites)?;
-    let fine = Sites::new(case.grid, site_positions(&surface), nearest);
-    let bridged = bridged(case, atoms);
+    let sites = Sites::new(atoms.matched, site_positions(&surface), nearest);
+    let comparison = Comparison {
+        case,
+        atoms,
+        matched,
+        root,
+        stage,
+        grid: atoms.matched,
+        length,
+        owners: surface.onto_grid(atoms.matched.nx, atoms.matched.ny),
+        probes: ProbeAtoms::new(case, atoms, &sites)?,
+        sites: &sites,
+        fine_sites: Sites::new(case.grid, site_positions(&surface), nearest),
+        dilation: dilation(case, atoms),
+    };
     let (mut loads, mut sections) = (Vec::new(), Vec::new());
     for (i, state) in found.states.iter().enumerate() {
-        let (hard, soft) = (&matched.hard.states[i], &matched.soft.states[i]);
-        let (hard_wall_gap, felt_gap) =
-            (Stored::read(root, hard.numbers.gap_map.as_ref())?, Stored::read(root, soft.numbers.gap_map.as_ref())?);
-        let compliant_wall_gap = Stored::read(root, soft.numbers.gap_map.as_ref())?.over(&bridged);
-        let soft_gap_file = format!("{stage}/{}", map_name(i + 1, "soft gap"));
-        npy::write(&root.join(&soft_gap_file), grid.nx, grid.ny, compliant_wall_gap.0.values.iter().copied())?;
-        let per_site = |what: &str| root.join(state.contact_map.replace("contact.npy", what));
-        let touching: Vec<bool> =
-            npy::read_flags(&per_site("site-contact.npy"))?.values.iter().map(|v| *v != 0).collect();
-        let site_gap = npy::read(&per_site("site-gap.npy"))?.values;
-        let (hard_shares, soft_shares) = (Shares::of(&hard_wall_gap), Shares::of(&felt_gap));
-        let effective_pressure = effective_pressure(atoms, hard) * atoms.modulus_gpa / GPA_PER_EV_A3;
-        let raised_at = |distance: f64| {
-            let clear = places.clearances((Profile::Own, hard_wall_gap.field()), distance);
-            let rise = places.rise(&clear, effective_pressure);
-            (within(&clear, |_| rise), rise)
-        };
-        let unpressed = places.unpressed(felt_gap.field());
-        let soft_at = |distance: f64| {
-            within(&places.clearances((Profile::Dilated, felt_gap.field()), distance), |site| unpressed[site])
-        };
-        let (raised_flags, rise) = raised_at(CONTACT_DISTANCE_ANGSTROM);
-        let soft_flags = soft_at(CONTACT_DISTANCE_ANGSTROM);
-        let plain_flags = sites.touching(hard_wall_gap.field(), 0.0);
-        let judged = |flags: &[bool], criterion: SiteCriterion| -> Result<CriterionMatch> {
-            let name = map_name(i + 1, criterion.id());
-            let flags_on_grid: Vec<u8> = flags.iter().map(|t| u8::from(*t)).collect();
-            npy::write(&folder.join(&name), grid.nx, grid.ny, onto_grid(&flags_on_grid, &owners))?;
-            Ok(sites.compare(flags, &touching, criterion, Some(format!("{stage}/{name}"))))
-        };
-        let continuum = vec![
-            judged(&plain_flags, SiteCriterion::HardWall)?,
-            judged(&raised_flags, SiteCriterion::OffsetWall(rise))?,
-            judged(&soft_flags, SiteCriterion::CompliantWall)?,
-        ];
-        let area_vs_distance =
-            state.sensitivity.iter().map(|&[d, fraction]| [d, fraction, share(&raised_at(d).0), share(&soft_at(d))]);
-        let area_vs_gap = state.sensitivity.iter().map(|&[d, _]| {
-            let gap = (d - atoms.wall.minimum_angstrom()) / length;
-            [gap * length, hard_shares.up_to(gap), soft_shares.up_to(gap)]
-        });
-        let touching_in = [raised_flags.as_slice(), &soft_flags];
-        let solutions = Solutions { sites: [&fine, &sites], touching: touching_in, rise, bridged: &bridged };
-        let sides = sides(case, atoms, matched, (i, state), solutions, root)?;
-        let atoms_map = npy::read_flags(&root.join(&state.contact_map))?.values;
-        // At the resolution of the surface sites: a finer map would have more and smaller patches.
-        let soft_map: Vec<u8> = owners.iter().map(|&site| u8::from(soft_flags[site])).collect();
-        let soft_sites = sites.sample(compliant_wall_gap.field());
-        let open: Vec<f64> = (0..touching.len())
-            .filter(|&s| !touching[s] && !soft_flags[s])
-            .map(|s| site_gap[s] - soft_sites[s] * length)
-            .collect();
-        let rms = (open.iter().map(|d| d * d).sum::<f64>() / open.len().max(1) as f64).sqrt();
-        loads.push(LoadComparison {
-            p_star: state.p_star,
-            registration: registration(grid, &atoms_map, &soft_map),
-            atoms: CriterionArea {
-                criterion: format!("an indenter atom within {CONTACT_DISTANCE_ANGSTROM} Å"),
-                contact_fraction: state.contact_fraction,
-            },
-            continuum,
-            atoms_mean_gap_angstrom: state.mean_gap_angstrom,
-            hard_wall_mean_gap_angstrom: hard.mean_gap * length,
-            compliant_wall_mean_gap_angstrom: mean(&compliant_wall_gap.0.values) * length,
-            atoms_patches: patch_sizes(&atoms_map, grid.nx, Connectivity::Eight).len(),
-            hard_wall_patches: patch_sizes(&soft_map, grid.nx, Connectivity::Eight).len(),
-            gap_rms_difference_angstrom: rms,
-            compliant_wall_gap: soft_gap_file,
-            model_chain: versions(sides, (grid, &owners), hard.numbers.pressure * atoms.modulus_gpa, length),
-            area_vs_distance: area_vs_distance.collect(),
-            area_vs_gap: area_vs_gap.collect(),
-        });
-        let column = column_at(grid, SECTION);
-        let atoms_gap = Stored::read(root, Some(&state.gap_map))?;
-        let line = |field: Field, scale: f64| along_y(grid, field, column).iter().map(|p| p.1 * scale).collect();
-        sections.push(Section {
-            p_star: state.p_star,
-            y: (0..grid.ny).map(|j| j as f64 * grid.dy() / grid.lx).collect(),
-            atoms_gap_angstrom: line(atoms_gap.field(), 1.0),
-            hard_wall_gap_angstrom: line(hard_wall_gap.field(), length),
-            compliant_wall_gap_angstrom: line(compliant_wall_gap.field(), length),
-            full_heights_gap_angstrom: match &matched.full {
-                Some(full) => {
-                    full_section(case.grid, &Stored::read(root, full.states[i].numbers.gap_map.as_ref())?, grid, length)
-                }
-                None => Vec::new(),
-            },
-        });
+        let gaps = comparison.gaps(i)?;
+        loads.push(comparison.load(i, state, &gaps)?);
+        sections.push(comparison.section(i, state, &gaps)?);
     }
     let findings = findings(case, atoms, found, matched, &loads);
     Ok(ComparisonResults {
         full_heights: matched.full.clone(),
         hard_wall: matched.hard.clone(),
-        compliant_wall: matched.soft.clone(),
+        compliant_wall: matched.compliant.clone(),
         loads,
         sections,
         findings,
     })
 }
 
-/// Height of the atoms' profile above the profile dilated by a ball, units of L, on the comparison grid.
-fn bridged(case: &Case, atoms: &AtomsCase) -> Vec<f64> {
-    let (own, felt) =
-        (atoms.heights_angstrom(&case.surface, atoms.matched), atoms.dilated_heights_angstrom(&case.surface));
-    reduced(atoms, own.iter().zip(felt).map(|(own, felt)| own - felt).collect())
-}
-
-/// Gap of the full-heights solution along the section, at the nodes of the comparison grid, Å.
-fn full_section(own: Grid, gap: &Stored, grid: Grid, length: f64) -> Vec<f64> {
-    let at = |j: usize| bilinear(own, |k| gap.field().at(k), SECTION, j as f64 * grid.dy()) * length;
-    (0..grid.ny).map(at).collect()
-}
-
-/// Continuum solutions of one load at the surface sites of the block.
-struct Solutions<'a> {
-    /// Surface sites on the scene's grid, and on the comparison grid.
-    sites: [&'a Sites; 2],
-    /// Sites in contact: with the offset wall, and with the compliant wall.
-    touching: [&'a [bool]; 2],
-    /// Offset of the offset wall, Å.
-    rise: f64,
+/// What the comparisons of all loads share.
+struct Comparison<'a> {
+    case: &'a Case,
+    atoms: &'a AtomsCase,
+    matched: &'a Matched,
+    root: &'a Path,
+    stage: &'a str,
+    /// The comparison grid.
+    grid: Grid,
+    /// Length of the block, Å.
+    length: f64,
+    /// Surface site of each node of the grid.
+    owners: Vec<usize>,
+    probes: ProbeAtoms<'a>,
+    /// Surface sites on the comparison grid, and on the scene's grid.
+    sites: &'a Sites,
+    fine_sites: Sites,
     /// Height of the atoms' profile above the dilated profile, units of L. Added to gaps of the compliant wall, so that
     /// these refer to the atoms' profile as the gaps of the atoms do.
-    bridged: &'a [f64],
+    dilation: Vec<f64>,
 }
 
-/// Every step of the model chain at the load `i`. Solutions without a stored stress are omitted.
-fn sides(
-    case: &Case,
-    atoms: &AtomsCase,
-    matched: &Matched,
-    (i, state): (usize, &AtomState),
-    solutions: Solutions,
-    root: &Path,
-) -> Result<Vec<Side>> {
-    let units = Units {
-        length_angstrom: atoms.block.length(),
-        modulus_gpa: atoms.modulus_gpa,
-        width_angstrom: atoms.stress_width_angstrom,
-    };
-    let mut list = Vec::new();
-    let ([fine, sites], [raised, soft]) = (solutions.sites, solutions.touching);
-    let criteria = [
-        (matched.full.as_ref(), fine, case.grid, None, vec![("full_heights", SiteCriterion::HardWall, None)]),
-        (
-            Some(&matched.hard),
-            sites,
-            atoms.matched,
-            None,
-            vec![
-                ("hard_wall", SiteCriterion::HardWall, None),
-                ("offset_wall", SiteCriterion::OffsetWall(solutions.rise), Some(raised)),
-            ],
-        ),
-        (
-            Some(&matched.soft),
-            sites,
-            atoms.matched,
-            Some(solutions.bridged),
-            vec![("compliant_wall", SiteCriterion::CompliantWall, Some(soft))],
-        ),
-    ];
-    for (of, sites, grid, higher, criteria) in criteria {
-        let Some(found) = of.map(|c| &c.states[i]).filter(|s| s.numbers.stress_map.is_some()) else { continue };
-        let (gap, stress) = (
-            Stored::read(root, found.numbers.gap_map.as_ref())?,
-            Stored::read(root, found.numbers.stress_map.as_ref())?,
-        );
-        let gap = match higher {
-            Some(by) => gap.over(by),
-            None => gap,
-        };
-        let solved = Solved { sites, grid, gap: gap.field(), stress: stress.field(), mean_gap: mean(&gap.0.values) };
-        let smooth = solved.smooth(units);
-        for (id, criterion, touching) in criteria {
-            let touching = touching.map_or_else(|| sites.touching(gap.field(), 0.0), <[bool]>::to_vec);
-            list.push(solved.side(id, criterion.words(), touching, smooth.clone(), units));
+/// Gaps of the walls at one load, units of L.
+struct WallGaps {
+    hard: Stored,
+    /// Of the compliant wall, over the atoms' heights and over the dilated heights on which it was solved.
+    compliant: Stored,
+    compliant_dilated: Stored,
+}
+
+/// Contact of the walls' surface sites at a contact distance.
+struct WallContacts {
+    offset: Vec<bool>,
+    /// Offset of the offset wall, Å.
+    offset_angstrom: f64,
+    compliant: Vec<bool>,
+}
+
+impl Comparison<'_> {
+    fn gaps(&self, i: usize) -> Result<WallGaps> {
+        let read = |wall: &ContinuumResults| Stored::read(self.root, wall.states[i].numbers.gap_map.as_ref());
+        Ok(WallGaps {
+            hard: read(&self.matched.hard)?,
+            compliant: read(&self.matched.compliant)?.over(&self.dilation),
+            compliant_dilated: read(&self.matched.compliant)?,
+        })
+    }
+
+    /// Contact by the atoms' criterion with the contact distance `distance`, Å.
+    fn contacts(&self, i: usize, gaps: &WallGaps, distance: f64) -> WallContacts {
+        let hard = &self.matched.hard.states[i];
+        let effective_pressure = effective_pressure(self.atoms, hard) * self.atoms.modulus_gpa / GPA_PER_EV_A3;
+        let clear = self.probes.clearances((Profile::Own, gaps.hard.field()), distance);
+        let offset_angstrom = self.probes.rise(&clear, effective_pressure);
+        let dilated = gaps.compliant_dilated.field();
+        let unpressed = self.probes.unpressed(dilated);
+        let compliant = self.probes.clearances((Profile::Dilated, dilated), distance);
+        WallContacts {
+            offset: within(&clear, |_| offset_angstrom),
+            offset_angstrom,
+            compliant: within(&compliant, |site| unpressed[site]),
         }
     }
-    if let Some(stress) = &state.stress {
-        let per_site = |what: &str| root.join(state.contact_map.replace("contact.npy", what));
-        list.push(Side {
-            id: "atoms",
-            criterion: format!("an indenter atom within {CONTACT_DISTANCE_ANGSTROM} Å"),
-            touching: npy::read_flags(&per_site("site-contact.npy"))?.values.iter().map(|v| *v != 0).collect(),
-            gap: npy::read(&per_site("site-gap.npy"))?.values,
-            mean_gap_angstrom: state.mean_gap_angstrom,
-            stress: npy::read(&root.join(&stress.map))?.values,
+
+    /// The comparison at load `i`. Writes the gap of the compliant wall and the contact maps of the walls.
+    fn load(&self, i: usize, state: &AtomState, gaps: &WallGaps) -> Result<LoadComparison> {
+        let (grid, length, hard) = (self.grid, self.length, &self.matched.hard.states[i]);
+        let compliant_wall_gap = format!("{}/{}", self.stage, map_name(i + 1, "compliant wall gap"));
+        npy::write(&self.root.join(&compliant_wall_gap), grid.nx, grid.ny, gaps.compliant.0.values.iter().copied())?;
+        let touching = atoms_contact(self.root, state)?;
+        let contacts = self.contacts(i, gaps, CONTACT_DISTANCE_ANGSTROM);
+        let atoms_map = npy::read_flags(&self.root.join(&state.contact_map))?.values;
+        // At the resolution of the surface sites: a finer map would have more and smaller clusters.
+        let compliant_map: Vec<u8> = self.owners.iter().map(|&site| u8::from(contacts.compliant[site])).collect();
+        let model_chain = versions(
+            self.sides(i, state, &contacts)?,
+            (grid, &self.owners),
+            hard.numbers.pressure * self.atoms.modulus_gpa,
+            length,
+        );
+        let (hard_shares, compliant_shares) = (Shares::of(&gaps.hard), Shares::of(&gaps.compliant_dilated));
+        let area_vs_distance = state.sensitivity.iter().map(|&[d, fraction]| {
+            let at = self.contacts(i, gaps, d);
+            [d, fraction, share(&at.offset), share(&at.compliant)]
         });
+        let area_vs_gap = state.sensitivity.iter().map(|&[d, _]| {
+            let gap = (d - self.atoms.wall.minimum_angstrom()) / length;
+            [gap * length, hard_shares.up_to(gap), compliant_shares.up_to(gap)]
+        });
+        Ok(LoadComparison {
+            p_star: state.p_star,
+            registration: registration(grid, &atoms_map, &compliant_map),
+            atoms: CriterionArea { criterion: atoms_criterion(), contact_fraction: state.contact_fraction },
+            continuum: self.criteria(i, gaps, &contacts, &touching)?,
+            atoms_mean_gap_angstrom: state.mean_gap_angstrom,
+            hard_wall_mean_gap_angstrom: hard.mean_gap * length,
+            compliant_wall_mean_gap_angstrom: mean(&gaps.compliant.0.values) * length,
+            atoms_patches: cluster_sizes(&atoms_map, grid.nx, Connectivity::Eight).len(),
+            hard_wall_patches: cluster_sizes(&compliant_map, grid.nx, Connectivity::Eight).len(),
+            gap_rms_difference_angstrom: self.gap_difference(state, gaps, &touching, &contacts.compliant)?,
+            compliant_wall_gap,
+            model_chain,
+            area_vs_distance: area_vs_distance.collect(),
+            area_vs_gap: area_vs_gap.collect(),
+        })
     }
-    Ok(list)
+
+    /// Agreement of each wall's contact with that of the atoms (`touching`).
+    fn criteria(
+        &self,
+        i: usize,
+        gaps: &WallGaps,
+        contacts: &WallContacts,
+        touching: &[bool],
+    ) -> Result<Vec<CriterionMatch>> {
+        let compare = |(criterion, flags): (SiteCriterion, &[bool])| -> Result<CriterionMatch> {
+            let name = format!("{}/{}", self.stage, map_name(i + 1, criterion.id()));
+            let flags_on_grid: Vec<u8> = flags.iter().map(|t| u8::from(*t)).collect();
+            let map = onto_grid(&flags_on_grid, &self.owners);
+            npy::write(&self.root.join(&name), self.grid.nx, self.grid.ny, map)?;
+            Ok(self.sites.compare(flags, touching, criterion, Some(name)))
+        };
+        let hard = self.sites.touching(gaps.hard.field(), 0.0);
+        let walls: [(SiteCriterion, &[bool]); 3] = [
+            (SiteCriterion::HardWall, &hard),
+            (SiteCriterion::OffsetWall(contacts.offset_angstrom), &contacts.offset),
+            (SiteCriterion::CompliantWall, &contacts.compliant),
+        ];
+        walls.into_iter().map(compare).collect()
+    }
+
+    /// rms difference of the gaps of atoms and compliant wall outside both contacts, Å.
+    fn gap_difference(&self, state: &AtomState, gaps: &WallGaps, touching: &[bool], compliant: &[bool]) -> Result<f64> {
+        let atoms = npy::read(&per_site(self.root, state, "site-gap.npy"))?.values;
+        let wall = self.sites.sample(gaps.compliant.field());
+        let open = (0..touching.len()).filter(|&s| !touching[s] && !compliant[s]);
+        let differences: Vec<f64> = open.map(|s| atoms[s] - wall[s] * self.length).collect();
+        Ok((differences.iter().map(|d| d * d).sum::<f64>() / differences.len().max(1) as f64).sqrt())
+    }
+
+    /// Gaps along y in the middle of the cell.
+    fn section(&self, i: usize, state: &AtomState, gaps: &WallGaps) -> Result<Section> {
+        let (grid, length) = (self.grid, self.length);
+        let column = column_at(grid, SECTION);
+        let atoms_gap = Stored::read(self.root, Some(&state.gap_map))?;
+        let line = |gap: &Stored, scale: f64| along_y(grid, gap.field(), column).iter().map(|p| p.1 * scale).collect();
+        let full_heights_gap_angstrom = match &self.matched.full {
+            Some(full) => {
+                let gap = Stored::read(self.root, full.states[i].numbers.gap_map.as_ref())?;
+                let at = |j: usize| bilinear(self.case.grid, |k| gap.field().at(k), SECTION, j as f64 * grid.dy());
+                (0..grid.ny).map(|j| at(j) * length).collect()
+            }
+            None => Vec::new(),
+        };
+        Ok(Section {
+            p_star: state.p_star,
+            y: (0..grid.ny).map(|j| j as f64 * grid.dy() / grid.lx).collect(),
+            atoms_gap_angstrom: line(&atoms_gap, 1.0),
+            hard_wall_gap_angstrom: line(&gaps.hard, length),
+            compliant_wall_gap_angstrom: line(&gaps.compliant, length),
+            full_heights_gap_angstrom,
+        })
+    }
+
+    /// Every step of the model chain at load `i`. Solutions without a stored stress are omitted.
+    fn sides(&self, i: usize, state: &AtomState, contacts: &WallContacts) -> Result<Vec<Side>> {
+        let units = Units {
+            length_angstrom: self.length,
+            modulus_gpa: self.atoms.modulus_gpa,
+            width_angstrom: self.atoms.stress_width_angstrom,
+        };
+        let offset = SiteCriterion::OffsetWall(contacts.offset_angstrom);
+        let hard = vec![
+            ("hard_wall", SiteCriterion::HardWall, None),
+            ("offset_wall", offset, Some(contacts.offset.as_slice())),
+        ];
+        let compliant = vec![("compliant_wall", SiteCriterion::CompliantWall, Some(contacts.compliant.as_slice()))];
+        let full = vec![("full_heights", SiteCriterion::HardWall, None)];
+        let solutions = [
+            (self.matched.full.as_ref(), &self.fine_sites, self.case.grid, None, full),
+            (Some(&self.matched.hard), self.sites, self.grid, None, hard),
+            (Some(&self.matched.compliant), self.sites, self.grid, Some(&self.dilation), compliant),
+        ];
+        let mut list = Vec::new();
+        for (solution, sites, grid, dilation, criteria) in solutions {
+            let state = solution.map(|c| &c.states[i]).filter(|s| s.numbers.stress_map.is_some());
+            let Some(numbers) = state.map(|s| &s.numbers) else { continue };
+            let gap = Stored::read(self.root, numbers.gap_map.as_ref())?;
+            let gap = match dilation {
+                Some(by) => gap.over(by),
+                None => gap,
+            };
+            let stress = Stored::read(self.root, numbers.stress_map.as_ref())?;
+            let mean_gap = mean(&gap.0.values);
+            let solved = Solved { sites, grid, gap: gap.field(), stress: stress.field(), mean_gap };
+            let smooth = solved.smooth(units);
+            for (id, criterion, touching) in criteria {
+                let touching = touching.map_or_else(|| sites.touching(gap.field(), 0.0), <[bool]>::to_vec);
+                list.push(solved.side(id, criterion.label(), touching, smooth.clone(), units));
+            }
+        }
+        if let Some(stress) = &state.stress {
+            list.push(Side {
+                id: "atoms",
+                criterion: atoms_criterion(),
+                touching: atoms_contact(self.root, state)?,
+                gap: npy::read(&per_site(self.root, state, "site-gap.npy"))?.values,
+                mean_gap_angstrom: state.mean_gap_angstrom,
+                stress: npy::read(&self.root.join(&stress.map))?.values,
+            });
+        }
+        Ok(list)
+    }
+}
+
+/// Path of a file of an atoms' state with one value per surface site.
+fn per_site(root: &Path, state: &AtomState, what: &str) -> PathBuf {
+    root.join(state.contact_map.replace("contact.npy", what))
+}
+
+/// Contact flag of the atoms per surface site.
+fn atoms_contact(root: &Path, state: &AtomState) -> Result<Vec<bool>> {
+    Ok(npy::read_flags(&per_site(root, state, "site-contact.npy"))?.values.iter().map(|v| *v != 0).collect())
+}
+
+fn atoms_criterion() -> String {
+    format!("an indenter atom within {CONTACT_DISTANCE_ANGSTROM} Å")
+}
+
+/// Height of the atoms' profile above the profile dilated by a ball, units of L, on the comparison grid.
+fn dilation(case: &Case, atoms: &AtomsCase) -> Vec<f64> {
+    let own = atoms.heights_angstrom(&case.surface, atoms.matched);
+    let dilated = atoms.dilated_heights_angstrom(&case.surface);
+    reduced(atoms, own.iter().zip(dilated).map(|(own, dilated)| own - dilated).collect())
 }

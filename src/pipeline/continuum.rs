@@ -5,11 +5,11 @@ use super::budget::budget;
 use super::observed::observed;
 use super::stage::StageContext;
 use crate::grid::{Field, Grid};
-use crate::interface::{Adhesion, RangeChoice};
+use crate::interface::{Adhesion, Elastic, RangeChoice};
 use crate::load::{Branch, Load, LoadStep};
 use crate::method::{self, Problem, Stop};
-use crate::observe::{hysteresis_work, stiffness};
-use crate::path::{Begin, Checkpoint, CheckpointWriter, LoadPath, Reached};
+use crate::observe::{Leakage, hysteresis_work, leakage_bytes, stiffness};
+use crate::path::{self, Begin, Checkpoint, CheckpointWriter, LoadPath, Reached};
 use crate::record::npy;
 use crate::record::results::{ContinuumResults, Hysteresis, Observed, RangeResults, StateNumbers, StateResults};
 use crate::scene::RequestedOutputs;
@@ -44,6 +44,8 @@ pub(super) struct PathRequest<'a> {
     pub hysteresis: bool,
     /// Largest gap of a node in contact, units of L.
     pub threshold: f64,
+    /// Whether the flow through the gap is solved.
+    pub leakage: bool,
     pub criterion: String,
     /// Which fields of a load's state are stored.
     pub keep: &'a dyn Fn(&LoadStep) -> Keep,
@@ -59,15 +61,16 @@ pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> R
     let loads: Vec<Load> = request.steps.iter().map(|s| s.target).collect();
     let path = LoadPath::new(request.problem.clone(), method, request.range, request.threshold, &loads);
     let path = if request.wants.grid_error { path } else { path.without_error() };
+    let path = if request.wants.stiffness { path.with_end_steps() } else { path };
     let problem = path.problem();
     let grid = problem.grid;
-    check_memory(&path, request.pull_off)?;
+    check_memory(&path, &request)?;
     let (said, prefix) = match tag {
         "" => (String::new(), String::new()),
         tag => (format!("{tag}: "), format!("{}-", tag.replace(' ', "-"))),
     };
     let (key, stem) = (key.with(tag), format!("{prefix}checkpoint"));
-    let checkpoint = Checkpoint::find(folder, &stem, &key);
+    let checkpoint = Checkpoint::find(folder, &stem, &key, &|w| listener.warn(w));
     let mut states: Vec<StateResults> = Vec::new();
     for finished in checkpoint.iter().flat_map(|c| &c.finished) {
         let accepted = "results of loads, as this program writes them";
@@ -100,7 +103,7 @@ pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> R
         Err(e) => return Err(e),
     };
     writer.remove_files();
-    stiffen(&mut states);
+    stiffen(&mut states, matches!(problem.kernel, Elastic::NonPeriodic(_)));
     let percolation = percolation(&states);
     let hysteresis_work = request.hysteresis.then(|| compare_branches(&mut states, request.steps));
     let range = range_results(request.problem.adhesion, path.adhesion(), grid);
@@ -129,8 +132,9 @@ pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> R
 ///
 /// # Errors
 /// `Memory` if the path needs more.
-fn check_memory(path: &LoadPath, pull_off: bool) -> Result<()> {
-    let (need, have) = (path.plan(pull_off).bytes, crate::sys::available_memory_bytes());
+fn check_memory(path: &LoadPath, request: &PathRequest) -> Result<()> {
+    let flow = if request.leakage { leakage_bytes(path.problem().grid) } else { 0 };
+    let (need, have) = (path.plan(request.pull_off).bytes + flow, crate::sys::available_memory_bytes());
     if need <= have {
         return Ok(());
     }
@@ -183,8 +187,35 @@ fn stored_state(
             partial: Some(at.folder.join(format!("{name}-gap.npy"))),
         });
     }
-    let stress = if keep.stress { Some(write("stress", state.stress)?) } else { None };
-    Ok(summary(request, reached, grid, step, problem.adhesion != Adhesion::None, [gap, stress]))
+    let stress = match keep.stress {
+        true if problem.adhesion == Adhesion::None => {
+            let file = format!("{name}-stress.npy");
+            npy::write_contact_pressure(&at.folder.join(&file), [grid.nx, grid.ny], state.gap, state.stress, 1.0)?;
+            Some(in_stage(at.stage, &file))
+        }
+        true => Some(write("stress", state.stress)?),
+        false => None,
+    };
+    let found = summary(request, reached, grid, step, problem.adhesion != Adhesion::None, [gap, stress]);
+    Ok(StateResults { leakage: flow(request, problem, reached, at, step), ..found })
+}
+
+/// The flow through the gap of a state, if requested. Without convergence of the flow a warning.
+fn flow(
+    request: &PathRequest,
+    problem: &Problem,
+    reached: &Reached,
+    at: &StageContext,
+    step: &LoadStep,
+) -> Option<Leakage> {
+    if !request.leakage {
+        return None;
+    }
+    let found = path::leakage(problem, reached.state.gap, request.threshold);
+    if found.is_none() {
+        at.listener.warn(&format!("load {}: the flow through the gap did not converge", step.number()));
+    }
+    found
 }
 
 /// Requested and used range of an adhesion law; None without adhesion.
@@ -202,15 +233,28 @@ pub(super) fn range_results(requested: Adhesion, used: Adhesion, grid: Grid) -> 
 
 /// Sets the contact stiffness along each branch. The state at load reversal belongs to both branches, and is evaluated
 /// with the first.
-fn stiffen(states: &mut [StateResults]) {
+fn stiffen(states: &mut [StateResults], patch: bool) {
+    // The gap of a patch that is conjugate to the pressure is the rigid approach.
+    let separation = |s: &StateResults| if patch { -s.numbers.displacement.unwrap_or(f64::NAN) } else { s.mean_gap };
     let mut first = 0;
     while first < states.len() {
         let kind = states.get(first + 1).map_or(states[first].branch, |s| s.branch);
         let length = 1 + states[first + 1..].iter().take_while(|s| s.branch == kind).count();
         let branch = &mut states[first..first + length];
-        let points: Vec<(f64, f64)> = branch.iter().map(|s| (s.numbers.pressure, s.mean_gap)).collect();
-        for (state, k) in branch.iter_mut().zip(stiffness(&points)) {
-            state.numbers.stiffness = state.numbers.stiffness.or(k);
+        // Small steps are at the ends of a branch; that of a reversal is beyond it, on the first branch.
+        let rises = length == 1 || branch[1].numbers.pressure > branch[0].numbers.pressure;
+        let mut points: Vec<(f64, f64)> = branch.iter().map(|s| (s.numbers.pressure, separation(s))).collect();
+        let beyond = |state: &StateResults, above: bool| {
+            let step = |&[p, g]: &[f64; 2]| (p, g);
+            state.steps.iter().map(step).find(|(p, _)| (*p > state.numbers.pressure) == above)
+        };
+        points.extend(beyond(&branch[length - 1], rises));
+        let before = beyond(&branch[0], !rises).filter(|_| branch[0].numbers.stiffness.is_none());
+        let points: Vec<(f64, f64)> = before.into_iter().chain(points).collect();
+        let slopes = stiffness(&points).into_iter().skip(usize::from(before.is_some()));
+        for (state, k) in branch.iter_mut().zip(slopes).filter(|(s, _)| s.numbers.stiffness.is_none()) {
+            state.numbers.stiffness = k.map(|k| k.value);
+            state.numbers.stiffness_error = k.and_then(|k| k.error);
         }
         first += if first + length == states.len() { length } else { length - 1 }.max(1);
     }
@@ -219,12 +263,12 @@ fn stiffen(states: &mut [StateResults]) {
 /// Loads p* between which the gap ceases to percolate on the loading branch: the last load at which it percolates along
 /// both x and y, and the next load.
 fn percolation(states: &[StateResults]) -> Option<[f64; 2]> {
-    let there: Vec<(f64, bool)> = states
+    let loading: Vec<(f64, bool)> = states
         .iter()
         .take_while(|s| s.branch == Branch::Loading)
         .filter_map(|s| Some((s.numbers.p_star, s.observed.as_ref()?.gap_percolates == [true; 2])))
         .collect();
-    there.windows(2).rfind(|w| w[0].1 && !w[1].1).map(|w| [w[0].0, w[1].0])
+    loading.windows(2).rfind(|w| w[0].1 && !w[1].1).map(|w| [w[0].0, w[1].0])
 }
 
 /// Sets the changes of the unloading states relative to the loading states at the same load. Returns the hysteresis
@@ -266,6 +310,8 @@ fn summary(
             p_star: step.p_star_at(state.pressure, request.gradient),
             pressure: state.pressure,
             contact_fraction: area.fraction,
+            displacement: Some(reached.displacement),
+            stiffness_error: None,
             stiffness: None,
             patches: observed.as_ref().map(Observed::patches),
             gap_map,
@@ -292,6 +338,8 @@ fn summary(
         uncertainty: Vec::new(),
         hysteresis: None,
         observed,
+        steps: reached.steps.clone(),
+        leakage: None,
     }
 }
 
@@ -308,7 +356,8 @@ pub fn start(file: &Path, grid: Grid) -> Result<Vec<f64>> {
     match field.values.iter().position(|g| !g.is_finite()) {
         None => Ok(field.values),
         Some(i) => {
-            let found = format!("{} at row {}, column {}", field.values[i], i / grid.nx, i % grid.nx);
+            let (row, column) = (i / grid.nx + 1, i % grid.nx + 1);
+            let found = format!("{} in row {row}, column {column} (counted from 1)", field.values[i]);
             Err(Error::format(file, found, "finite gaps"))
         }
     }

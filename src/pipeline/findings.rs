@@ -24,7 +24,7 @@ fn below_surface(p: &PlasticityResults) -> String {
             let before = p.last_elastic.filter(|b| *b > 0.0);
             let after = before.map_or(String::new(), |b| format!(" (not yet at the step before, {b:.5})"));
             format!(
-                "Below the surface layers the crystal first yields at p* = {load:.5}{after}: from there on elasticity is not its law."
+                "Below the surface layers the crystal first yields at p* = {load:.5}{after}: at higher loads it is not elastic."
             )
         }
     }
@@ -33,10 +33,10 @@ fn below_surface(p: &PlasticityResults) -> String {
 /// Largest relative deviation of the compliant-wall area for which the contact criterion explains the difference.
 const EXPLAINED: f64 = 0.15;
 
-fn explanation(plain: f64, matched: f64) -> &'static str {
+fn explanation(hard: f64, matched: f64) -> &'static str {
     if matched.abs() > EXPLAINED {
         "Matching the criterion leaves a difference: here the mechanics differ, too"
-    } else if matched.abs() < 0.5 * plain.abs() {
+    } else if matched.abs() < 0.5 * hard.abs() {
         "Most of the difference is the criterion, not the mechanics"
     } else {
         "The difference is small under either criterion"
@@ -59,7 +59,7 @@ pub(super) fn findings(
     let percent = |x: f64| format!("{:.1} %", 100.0 * x).replace('-', "−");
     let kappa = |o: &Overlap| format!("{:.2}", o.kappa).replace('-', "−");
     for (load, state) in loads.iter().zip(&matched.hard.states) {
-        let [plain, raised, soft] = &load.continuum[..] else { continue };
+        let [hard, offset, compliant] = &load.continuum[..] else { continue };
         let stress =
             effective_pressure(atoms, state) * atoms.modulus_gpa / load.atoms.contact_fraction.max(f64::MIN_POSITIVE);
         let over = |m: &CriterionMatch| load.atoms.contact_fraction / m.contact_fraction - 1.0;
@@ -70,19 +70,19 @@ pub(super) fn findings(
              κ = {}.",
             load.p_star,
             percent(load.atoms.contact_fraction),
-            percent(plain.contact_fraction),
-            percent(over(plain)),
-            percent(soft.contact_fraction),
-            percent(over(soft)),
-            kappa(&soft.overlap),
-            kappa(&soft.shifted),
-            explanation(over(plain), over(soft)),
+            percent(hard.contact_fraction),
+            percent(over(hard)),
+            percent(compliant.contact_fraction),
+            percent(over(compliant)),
+            kappa(&compliant.overlap),
+            kappa(&compliant.shifted),
+            explanation(over(hard), over(compliant)),
             stress,
             atoms.wall.minimum_angstrom() - atoms.wall.distance_at_pressure(stress / GPA_PER_EV_A3),
-            raised.offset_angstrom,
-            percent(raised.contact_fraction),
-            percent(over(raised)),
-            kappa(&raised.overlap),
+            offset.offset_angstrom,
+            percent(offset.contact_fraction),
+            percent(over(offset)),
+            kappa(&offset.overlap),
         ));
         if load.registration != [0, 0] {
             list.push(format!(
@@ -120,7 +120,7 @@ fn yield_finding(states: &[AtomState], plasticity: Option<&PlasticityResults>) -
     let hardest = states.iter().map(|s| s.contact_stress_gpa).fold(0.0, f64::max);
     let at_surface = match flowed {
         Some(s) => format!(
-            "Material has flowed at p* = {}: {} of {} contact atoms did not start in the surface layer. From there on the \
+            "Atoms have changed layers at p* = {}: {} of {} contact atoms did not start in the surface layer. At higher loads the \
              atoms' area is that of a plastic contact, which no elastic continuum follows.",
             s.p_star, s.contacts_below_surface, s.contacts
         ),

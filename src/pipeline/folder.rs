@@ -1,6 +1,8 @@
 use super::Listener;
 use crate::grid::transformed_nodes;
+use crate::record::hashed::{self, Stored};
 use crate::record::json;
+use crate::record::provenance::file_hash;
 use crate::record::results::StageCost;
 use crate::{Error, Result, sys};
 use serde::de::DeserializeOwned;
@@ -11,7 +13,7 @@ use std::time::Instant;
 
 /// Version of the stage folders. An increase invalidates all older folders; it is required when the meaning of stored
 /// results changes.
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 
 /// Lock file of a run. Its presence also identifies a run folder.
 const MARKER: &str = ".asperity";
@@ -43,10 +45,7 @@ impl Key {
 
     /// Hash of a file's contents, for use as a parameter.
     pub fn of_file(path: &Path) -> Result<String> {
-        let mut hasher = blake3::Hasher::new();
-        let file = File::open(path).map_err(Error::io("read", path))?;
-        hasher.update_reader(file).map_err(Error::io("read", path))?;
-        Ok(hasher.finalize().to_hex().to_string())
+        file_hash(path)
     }
 
     /// Hash of the executable, for stages whose results may differ between builds.
@@ -84,9 +83,32 @@ const SPENT: &str = "spent.json";
 const KEY: &str = "key.json";
 const DONE: &str = "done.json";
 
+/// Files of a stage folder that its completion does not list: they describe attempts, or are the list itself.
+const OF_ATTEMPTS: [&str; 3] = [DONE, KEY, SPENT];
+
+/// A folder for results, and whether the files of its finished stages are verified before they are reused.
+#[derive(Debug, Clone, Copy)]
+pub struct OutFolder<'a> {
+    pub path: &'a Path,
+    pub verify: bool,
+}
+
+impl<'a> From<&'a Path> for OutFolder<'a> {
+    fn from(path: &'a Path) -> Self {
+        OutFolder { path, verify: true }
+    }
+}
+
+impl<'a> From<&'a PathBuf> for OutFolder<'a> {
+    fn from(path: &'a PathBuf) -> Self {
+        path.as_path().into()
+    }
+}
+
 /// The folder of one run, locked during the lifetime of this value.
 pub struct RunFolder {
     root: PathBuf,
+    verify: bool,
     pub costs: Vec<StageCost>,
     _lock: File,
 }
@@ -96,16 +118,17 @@ impl RunFolder {
     ///
     /// # Errors
     /// `Input` for a folder with other contents; `Format` if another run uses the folder; `Io`.
-    pub fn open(root: &Path) -> Result<Self> {
+    pub fn open<'a>(folder: impl Into<OutFolder<'a>>) -> Result<Self> {
+        let OutFolder { path: root, verify } = folder.into();
         fs::create_dir_all(root).map_err(Error::io("create the run folder", root))?;
         let path = root.join(MARKER);
         // Stages delete the contents of their subfolders, so a folder with other files is refused.
         let mut entries = fs::read_dir(root).map_err(Error::io("read the run folder", root))?;
-        if !path.exists() && entries.next().is_some() {
+        if !path.exists() && entries.next().is_some() && !holds_a_stage(root)? {
             let accepted = "a new or empty folder, or that of an earlier run";
             return Err(Error::input(root.display(), "--out", "a folder with other contents", accepted));
         }
-        Self::lock(root)
+        Ok(RunFolder { verify, ..Self::lock(root)? })
     }
 
     /// Locks an existing run folder.
@@ -114,19 +137,41 @@ impl RunFolder {
         let lock = File::create(&path).map_err(Error::io("write in the run folder", &path))?;
         let taken = |_| Error::format(root, "in use by another run", "a folder that no other run is using");
         lock.try_lock().map_err(taken)?;
-        Ok(RunFolder { root: root.to_path_buf(), costs: Vec::new(), _lock: lock })
+        Ok(RunFolder { root: root.to_path_buf(), verify: true, costs: Vec::new(), _lock: lock })
     }
 
     pub fn path(&self) -> &Path {
         &self.root
     }
 
-    /// Whether the stage `name` is complete with this key.
-    pub fn holds(&self, name: &str, key: &Key) -> bool {
-        json::read::<Done>(&self.root.join(name).join(DONE)).is_ok_and(|done| done.key == key.0)
+    /// Whether the stage `name` is complete with this key, and its files are as they were written.
+    pub fn is_complete(&self, name: &str, key: &Key) -> bool {
+        let done = hashed::read::<Done>(&self.root.join(name).join(DONE), self.verify);
+        done.valid().is_some_and(|done| done.key == key.0)
     }
 
-    /// Runs a stage in its subfolder, or reads its output if it is complete with this key.
+    /// Checks the files of all complete stages.
+    ///
+    /// # Errors
+    /// `Format`, which names the first file that is not as it was written.
+    pub fn check(&self) -> Result<()> {
+        for entry in fs::read_dir(&self.root).map_err(Error::io("read the run folder", &self.root))?.flatten() {
+            if let Stored::Damaged(what) = hashed::read::<Done>(&entry.path().join(DONE), true) {
+                return Err(Error::format(&self.root, what, AS_WRITTEN));
+            }
+        }
+        Ok(())
+    }
+
+    /// Lists the files of a complete stage again, after they were written anew.
+    pub(super) fn list_again(&self, name: &str) -> Result<()> {
+        let folder = self.root.join(name);
+        let file = folder.join(DONE);
+        hashed::read::<Done>(&file, false).valid().map_or(Ok(()), |done| write_done(&folder, &done))
+    }
+
+    /// Runs a stage in its subfolder, or reads its output if it is complete with this key and its files are as they
+    /// were written. The files of a damaged stage are removed.
     pub fn stage<T: Serialize + DeserializeOwned>(
         &mut self,
         listener: &dyn Listener,
@@ -137,18 +182,26 @@ impl RunFolder {
     ) -> Result<T> {
         let folder = self.root.join(name);
         let (done_file, key_file, output_file) = (folder.join(DONE), folder.join(KEY), folder.join("output.json"));
-        if let Ok(done) = json::read::<Done>(&done_file)
-            && done.key == key.0
+        let (mut earlier, mut damage) = (None, None);
+        match hashed::read::<Done>(&done_file, self.verify) {
+            Stored::Valid(done) => earlier = Some(done),
+            Stored::Damaged(what) => damage = Some(what),
+            Stored::Absent => {}
+        }
+        if let Some(done) = earlier.filter(|done| done.key == key.0)
             && let Ok(output) = json::read::<T>(&output_file)
         {
             self.finish(listener, name, &done, true);
             return Ok(output);
         }
+        if let Some(what) = &damage {
+            listener.warn(&format!("{what}; the stage {name} is computed again"));
+        }
         let kept = match policy {
             ResumePolicy::Restart => key,
             ResumePolicy::ContinueFrom(part) => part,
         };
-        let same = json::read::<String>(&key_file).is_ok_and(|k| k == kept.0);
+        let same = damage.is_none() && json::read::<String>(&key_file).is_ok_and(|k| k == kept.0);
         if folder.exists() && !(same && policy != ResumePolicy::Restart) {
             fs::remove_dir_all(&folder).map_err(Error::io("clear", &folder))?;
         }
@@ -180,7 +233,7 @@ impl RunFolder {
             transformed_nodes: transformed_nodes() - before,
         };
         json::write(&output_file, &output)?;
-        json::write(&done_file, &done)?;
+        write_done(&folder, &done)?;
         self.finish(listener, name, &done, false);
         Ok(output)
     }
@@ -198,6 +251,22 @@ impl RunFolder {
         listener.end(&cost);
         self.costs.push(cost);
     }
+}
+
+/// What `report` and `compare` accept, and the remedy.
+pub(super) const AS_WRITTEN: &str =
+    "a file as the run wrote it; the command that made the folder computes again what is damaged";
+
+/// Marks a stage as complete, with the hashes of its files.
+fn write_done(folder: &Path, done: &Done) -> Result<()> {
+    let files = hashed::hashes(folder, &|name| !OF_ATTEMPTS.contains(&name))?;
+    hashed::write(&folder.join(DONE), done, &files)
+}
+
+/// Whether a folder without a marker holds a stage that this program completed.
+fn holds_a_stage(root: &Path) -> Result<bool> {
+    let entries = fs::read_dir(root).map_err(Error::io("read the run folder", root))?;
+    Ok(entries.flatten().any(|e| hashed::read::<Done>(&e.path().join(DONE), false).valid().is_some()))
 }
 
 /// Time that earlier attempts spent on a stage folder, s. A killed attempt does not record its end: its time is the
@@ -225,10 +294,10 @@ mod tests {
     fn a_stage_that_goes_on_costs_the_sum_of_its_parts() {
         let scratch = tempfile::tempdir().expect("scratch");
         let mut run = RunFolder::open(&scratch.path().join("run")).expect("a new folder");
-        let key = |text: &str| Key::new("ladder", &text, &[]).expect("a key");
+        let key = |text: &str| Key::new("stage", &text, &[]).expect("a key");
         let (part, first, second) = (key("part"), key("first"), key("second"));
         let stage = |run: &mut RunFolder, key: &Key, fails: bool| {
-            run.stage(&Silent, ("ladder", "steps"), key, ResumePolicy::ContinueFrom(&part), |folder| {
+            run.stage(&Silent, ("stage", "steps"), key, ResumePolicy::ContinueFrom(&part), |folder| {
                 let file = File::create(folder.join("steps")).expect("written");
                 let later = std::time::SystemTime::now() + std::time::Duration::from_secs(100);
                 file.set_modified(later).expect("dated");
@@ -246,7 +315,7 @@ mod tests {
         assert!(more.earlier_seconds == cost.seconds && !more.reused, "{more:?}");
         // A restart with another key discards earlier files.
         let other = key("other");
-        run.stage(&Silent, ("ladder", "steps"), &other, ResumePolicy::Restart, |_| Ok(0)).expect("done");
+        run.stage(&Silent, ("stage", "steps"), &other, ResumePolicy::Restart, |_| Ok(0)).expect("done");
         assert_eq!(run.costs.last().expect("three").earlier_seconds, 0.0);
     }
 
@@ -263,5 +332,60 @@ mod tests {
         drop(RunFolder::open(&fresh).expect("a new folder"));
         fs::write(fresh.join("results.json"), "{}").expect("written");
         assert!(RunFolder::open(&fresh).is_ok(), "its own folder again");
+    }
+
+    /// Keeps the warnings of a run.
+    struct Warned(std::sync::Mutex<Vec<String>>);
+
+    impl Listener for Warned {
+        fn begin(&self, _: &str, _: &str) {}
+        fn progress(&self, _: Option<f64>, _: &str) {}
+        fn end(&self, _: &StageCost) {}
+        fn warn(&self, text: &str) {
+            self.0.lock().expect("no panic").push(text.into());
+        }
+        fn stopping(&self) -> bool {
+            false
+        }
+    }
+
+    /// A changed file of a complete stage, which a stage that continues would keep, leads to one warning and a new
+    /// computation, also after the marker of the run folder was lost.
+    #[test]
+    fn damaged_stages_are_computed_again_with_one_warning() {
+        let scratch = tempfile::tempdir().expect("scratch");
+        let root = scratch.path().join("run");
+        let key = Key::new("ladder", &"key", &[]).expect("a key");
+        let computed = std::cell::Cell::new(0);
+        let run = |verify: bool| {
+            let heard = Warned(Default::default());
+            let mut run = RunFolder::open(OutFolder { path: &root, verify }).expect("its folder");
+            let policy = ResumePolicy::ContinueFrom(&key);
+            let work = |folder: &Path| {
+                assert!(!folder.join("field.npy").exists(), "the damaged file was kept");
+                computed.set(computed.get() + 1);
+                fs::write(folder.join("field.npy"), "field").map_err(Error::io("write", folder))?;
+                Ok(7)
+            };
+            assert_eq!(run.stage(&heard, ("ladder", "steps"), &key, policy, work).expect("done"), 7);
+            heard.0.into_inner().expect("no panic")
+        };
+        let field = root.join("ladder/field.npy");
+        assert_eq!((run(true), computed.get()), (vec![], 1));
+        assert_eq!((run(true), computed.get()), (vec![], 1));
+        fs::write(&field, "fiold").expect("written");
+        assert_eq!((run(false), computed.get()), (vec![], 1), "not verified on request");
+        fs::remove_file(root.join(MARKER)).expect("removed");
+        let heard = run(true);
+        assert!(heard.len() == 1 && heard[0].contains("field.npy changed") && heard[0].contains("ladder"), "{heard:?}");
+        assert_eq!(computed.get(), 2);
+        fs::write(root.join("ladder/done.json"), "{").expect("written");
+        let heard = run(true);
+        assert!(heard.len() == 1 && heard[0].contains("done.json is damaged"), "{heard:?}");
+        let open = RunFolder::open(&root).expect("its folder");
+        open.check().expect("whole");
+        fs::write(&field, "").expect("written");
+        let refused = open.check().expect_err("damaged").to_string();
+        assert!(refused.contains("field.npy has 0 bytes") && refused.contains("computes again"), "{refused}");
     }
 }

@@ -17,9 +17,6 @@ use crate::scene::{AtomsCase, Case, RequestedOutputs};
 use crate::units::GPA_PER_EV_A3;
 use std::path::Path;
 
-/// Species of indenter atoms in frames.
-pub(super) const INDENTER_SPECIES: &str = "Ind";
-
 /// Contact distances d_c of the sensitivity curve: first and last over r_m (the distance at which the repulsion
 /// begins), and number.
 const DISTANCES: (f64, f64, usize) = (0.95, 1.1, 15);
@@ -47,7 +44,7 @@ pub(super) struct FrameAnalyzer<'a> {
 }
 
 impl<'a> FrameAnalyzer<'a> {
-    pub fn new(case: &Case, atoms: &'a AtomsCase, folder: &'a Path, stage: &'a str) -> Result<Self> {
+    pub(super) fn new(case: &Case, atoms: &'a AtomsCase, folder: &'a Path, stage: &'a str) -> Result<Self> {
         let points = Grid::unit(atoms.points, atoms.points);
         let heights = atoms.heights_angstrom(&case.surface, points);
         Ok(FrameAnalyzer {
@@ -65,7 +62,7 @@ impl<'a> FrameAnalyzer<'a> {
     /// Gap of each surface site, Å, in a thermally expanded cell. `expansion`: linear expansion factor. `bounds`: lower
     /// and upper bound of the cell in x and y, Å. `positions`: atoms of the sites, Å, not wrapped. `low`: height of the
     /// lowest indenter atom, Å.
-    pub fn gaps_expanded(
+    pub(super) fn gaps_expanded(
         &self,
         (expansion, bounds): (f64, [[f64; 2]; 2]),
         positions: &[[f64; 3]],
@@ -83,7 +80,7 @@ impl<'a> FrameAnalyzer<'a> {
 
     /// Writes values per surface site as a map on the comparison grid (`map`) and as a list (`list`). Returns both file
     /// names.
-    pub fn write_sites(&self, values: &[f64], map: &str, list: &str) -> Result<[String; 2]> {
+    pub(super) fn write_sites(&self, values: &[f64], map: &str, list: &str) -> Result<[String; 2]> {
         let (nx, ny) = (self.atoms.matched.nx, self.atoms.matched.ny);
         npy::write(&self.folder.join(map), nx, ny, onto_grid(values, &self.owners))?;
         npy::write(&self.folder.join(list), values.len(), 1, values.iter().copied())?;
@@ -91,7 +88,7 @@ impl<'a> FrameAnalyzer<'a> {
     }
 
     /// Analyses the state at a load, and writes its maps and its frame.
-    pub fn state(&self, step: &LoadStep, between: &Between) -> Result<AtomState> {
+    pub(super) fn state(&self, step: &LoadStep, between: &Between) -> Result<AtomState> {
         let (atoms, frame) = (self.atoms, &between.frame);
         let (sites, touch) = (atoms.block.surface(), atoms.wall.minimum_angstrom());
         let (p_star, force) = (step.imposed_p_star(), atoms.load(step));
@@ -211,12 +208,14 @@ fn write_frame(
         species: element,
         position_angstrom: *position,
         contact: touching.binary_search(id).is_ok(),
+        indenter: false,
     });
     let rigid = indenter.positions().enumerate().map(|(k, [x, y, z])| xyz::Atom {
         id: first + k as u64,
-        species: INDENTER_SPECIES,
+        species: xyz::DUMMY,
         position_angstrom: [x, y, z - down],
         contact: false,
+        indenter: true,
     });
     let info = xyz::Frame {
         cell_angstrom: [frame.length(0), frame.length(1), frame.length(2)],

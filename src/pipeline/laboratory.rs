@@ -45,11 +45,11 @@ pub(super) struct SolvedHeights<'a> {
 
 impl<'a> SolvedHeights<'a> {
     /// `root`: the run folder, to which the file names of `surface` are relative.
-    pub fn new(case: &'a Case, root: &'a Path, surface: &'a SurfaceResults) -> Self {
+    pub(super) fn new(case: &'a Case, root: &'a Path, surface: &'a SurfaceResults) -> Self {
         SolvedHeights { case, root, surface, series: OnceCell::new(), nodes: OnceCell::new() }
     }
 
-    pub fn get(&self) -> Result<Heights<'_>> {
+    pub(super) fn get(&self) -> Result<Heights<'_>> {
         Ok(match &self.case.surface {
             // The Fourier series defines the heights, and usually needs less memory.
             Surface::Synthesised { modes, .. } => Heights::Series(self.series.get_or_init(|| modes.series())),
@@ -138,7 +138,7 @@ pub(super) fn variants(case: &Case) -> (Vec<SolveStage<'_>>, Vec<String>) {
 
 impl SolveStage<'_> {
     /// Label of the variant; for the primary problem, its kernel.
-    pub fn label(&self) -> String {
+    pub(super) fn label(&self) -> String {
         match self.variant {
             Variant::Primary => self.case.kernel.to_string(),
             Variant::NonAdhesive => "without adhesion".into(),
@@ -219,14 +219,14 @@ pub(super) fn laboratory(
     at: &StageContext,
 ) -> Result<ContinuumResults> {
     let scene = &case.scene;
-    let asked = variant == Variant::Primary;
+    let primary = variant == Variant::Primary;
     let start = match &scene.continuum.initial_gap {
-        Some(file) if asked => Some(start(&case.resolve_path(file), case.grid)?),
+        Some(file) if primary => Some(start(&case.resolve_path(file), case.grid)?),
         _ => None,
     };
     let mut problem = case.problem(heights);
     let reference = [LoadStep::single(REFERENCE_LOAD, case.gradient)];
-    let mut steps = if asked { case.load_steps() } else { case.loading_steps() };
+    let mut steps = if primary { case.load_steps() } else { case.loading_steps() };
     let mut method = scene.continuum.method.as_str();
     let mut range = case.range();
     match variant {
@@ -254,16 +254,17 @@ pub(super) fn laboratory(
     }
     let criterion = method::find(method).expect("checked with the scene").criterion(&problem.settings).to_string();
     let maps = matches!(variant, Variant::Primary | Variant::NonAdhesive | Variant::Comparison(..));
-    let asked = PathRequest {
+    let request = PathRequest {
         problem,
         method,
         range,
         steps,
-        pull_off: asked && scene.load.pull_off,
+        pull_off: primary && scene.load.pull_off,
         start,
         gradient: case.gradient,
-        hysteresis: asked && scene.load.is_closed(),
+        hysteresis: primary && scene.load.is_closed(),
         threshold: 0.0,
+        leakage: primary && scene.continuum.leakage,
         criterion,
         keep: &|step| {
             let keep = maps && case.stores_maps(step);
@@ -271,5 +272,5 @@ pub(super) fn laboratory(
         },
         wants: case.requested_outputs(),
     };
-    load_path(asked, at, "")
+    load_path(request, at, "")
 }

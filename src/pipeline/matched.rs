@@ -24,7 +24,7 @@ pub(super) struct Matched {
     /// None if not requested, or if it did not converge.
     pub full: Option<ContinuumResults>,
     pub hard: ContinuumResults,
-    pub soft: ContinuumResults,
+    pub compliant: ContinuumResults,
 }
 
 /// Solves the matched continuum, and the continuum on the full heights if distributions are requested.
@@ -73,7 +73,7 @@ impl Stage for MatchedStage<'_> {
     fn run(&self, (): (), at: &StageContext) -> Result<Matched> {
         let (case, atoms) = (self.case, self.atoms);
         let (kernel, wall) = (atoms.kernel(), Wall::Hard);
-        let hard = Matching { kernel, wall, soft: false, tag: "hard wall", criterion: "zero gap" };
+        let hard = Matching { kernel, wall, is_compliant: false, tag: "hard wall", criterion: "zero gap" };
         // The full heights on the scene's grid, without low-pass filter and stretch factor.
         let whole = case.surface.heights(case.grid, 0.0);
         let full = Matching { tag: "full heights", ..hard };
@@ -94,7 +94,7 @@ impl Stage for MatchedStage<'_> {
             let pairs = found.states.iter_mut().zip(&deep.states);
             pairs.for_each(|(state, deep)| state.uncertainty.extend(of_depth(state, deep)));
         }
-        Ok(Matched { full, hard: found, soft: compliant_wall(case, atoms, at)? })
+        Ok(Matched { full, hard: found, compliant: compliant_wall(case, atoms, at)? })
     }
 }
 
@@ -131,7 +131,7 @@ pub(super) fn compliant_wall(case: &Case, atoms: &AtomsCase, at: &StageContext) 
     let matching = Matching {
         kernel: atoms.kernel(),
         wall: Wall::Tabulated(atoms.soft_wall()),
-        soft: true,
+        is_compliant: true,
         tag: "compliant wall",
         criterion: "the wall pushes",
     };
@@ -152,7 +152,7 @@ pub(super) fn reduced(atoms: &AtomsCase, mut heights: Vec<f64>) -> Vec<f64> {
 struct Matching {
     kernel: Elastic,
     wall: Wall,
-    soft: bool,
+    is_compliant: bool,
     tag: &'static str,
     criterion: &'static str,
 }
@@ -166,7 +166,7 @@ fn solve(
 ) -> Result<ContinuumResults> {
     let problem = Problem {
         kernel: matching.kernel,
-        adhesion: atoms.matched_adhesion(matching.soft),
+        adhesion: atoms.matched_adhesion(matching.is_compliant),
         wall: matching.wall,
         precision: Precision::F64,
         tolerance: MATCHED_TOLERANCE,
@@ -184,6 +184,7 @@ fn solve(
         gradient: case.gradient,
         hysteresis: false,
         threshold: 0.0,
+        leakage: false,
         criterion: matching.criterion.into(),
         keep: &|_| Keep { gap: true, stress: case.requested_outputs().distributions },
         wants: case.requested_outputs(),

@@ -11,13 +11,14 @@ use crate::interface::Adhesion;
 use crate::load::{Load, LoadStep};
 use crate::method::{Card, ContactMethod, Criterion, Estimate, Heights, Kind, Problem, Quantity, Settings, all_atom};
 use crate::observe::{
-    ClusterAreas, Connectivity, contact_area, gap_distribution, patch_sizes, stiffness, stress_distribution,
+    ClusterAreas, Connectivity, cluster_sizes, contact_area, gap_distribution, stiffness, stress_distribution,
 };
 use crate::path::EstimatorInput;
+use crate::record::hashed::{self, Stored};
 use crate::record::methods::{MethodResults, MethodState, Missing, loading_states};
+use crate::record::npy;
 use crate::record::results::AtomsResults;
 use crate::record::state_numbers::StateNumbers;
-use crate::record::{json, npy};
 use crate::scene::Case;
 use crate::{Error, Result};
 use std::borrow::Cow;
@@ -31,7 +32,8 @@ pub(super) struct MethodRun {
 }
 
 impl MethodRun {
-    pub fn words(&self) -> String {
+    /// Description for progress messages and warnings.
+    pub(super) fn label(&self) -> String {
         format!("{}{}", self.method.card().id, if self.adhesive { "" } else { ", without adhesion" })
     }
 }
@@ -42,9 +44,9 @@ pub(super) fn all(case: &Case) -> Vec<MethodRun> {
     let attracts = case.adhesion != Adhesion::None;
     let without = !attracts || case.solves_all_nonadhesive();
     let of = |method: &'static dyn ContactMethod| {
-        let knows = attracts && method.card().supports_adhesion() && method.card().id != all_atom::ID;
-        let with = knows.then_some(MethodRun { method, adhesive: true });
-        with.into_iter().chain((without || !knows).then_some(MethodRun { method, adhesive: false }))
+        let with_adhesion = attracts && method.card().supports_adhesion() && method.card().id != all_atom::ID;
+        let with = with_adhesion.then_some(MethodRun { method, adhesive: true });
+        with.into_iter().chain((without || !with_adhesion).then_some(MethodRun { method, adhesive: false }))
     };
     let atoms = |m: &&'static dyn ContactMethod| case.atoms.is_some() && m.card().id == all_atom::ID;
     case.comparison_methods().into_iter().filter(|m| !atoms(m)).flat_map(of).collect()
@@ -67,7 +69,7 @@ impl Stage for MethodStage<'_> {
     fn what(&self) -> String {
         let (n, grid) = (self.case.loading_steps().len(), self.case.grid);
         let loads = if n == 1 { "load" } else { "loads" };
-        format!("{} at {n} {loads} on {} x {} points", self.of.words(), grid.nx, grid.ny)
+        format!("{} at {n} {loads} on {} x {} points", self.of.label(), grid.nx, grid.ny)
     }
 
     fn cost(&self, machine: Machine) -> Cost {
@@ -149,6 +151,7 @@ fn nothing(method: &dyn ContactMethod, settings: &Settings, adhesive: bool) -> M
         paper_name: card.paper_name.into(),
         criterion: method.criterion(settings).to_string(),
         calibrated_on: method.calibrated_on(settings).map(Into::into),
+        warning: card.warning(),
         adhesive,
         range: None,
         unavailable_reason: None,
@@ -162,15 +165,18 @@ fn nothing(method: &dyn ContactMethod, settings: &Settings, adhesive: bool) -> M
 /// Sets the contact stiffness from neighbouring loads where the method gives none.
 fn stiffen(states: &mut [MethodState]) {
     let points: Vec<(f64, f64)> = states.iter().filter_map(|s| Some((s.numbers.pressure, s.mean_gap?))).collect();
-    let told = states.iter_mut().filter(|s| s.mean_gap.is_some());
-    told.zip(stiffness(&points)).for_each(|(state, k)| state.numbers.stiffness = state.numbers.stiffness.or(k));
+    let with_gap = states.iter_mut().filter(|s| s.mean_gap.is_some());
+    for (state, k) in with_gap.zip(stiffness(&points)).filter(|(s, _)| s.numbers.stiffness.is_none()) {
+        state.numbers.stiffness = k.map(|k| k.value);
+        state.numbers.stiffness_error = k.and_then(|k| k.error);
+    }
 }
 
 /// Runs a method at the loads of the loading branch. Invalid input, lack of memory and missing convergence are recorded
 /// in the results as `unavailable_reason`.
-pub(super) fn run(case: &Case, beside: MethodRun, heights: Heights, at: &StageContext) -> Result<MethodResults> {
+pub(super) fn run(case: &Case, method_run: MethodRun, heights: Heights, at: &StageContext) -> Result<MethodResults> {
     let &StageContext { folder, stage, listener, .. } = at;
-    let (method, adhesive) = (beside.method, beside.adhesive);
+    let (method, adhesive) = (method_run.method, method_run.adhesive);
     let card = method.card();
     let mut results = nothing(method, &case.scene.methods, adhesive);
     if card.id == all_atom::ID {
@@ -182,24 +188,28 @@ pub(super) fn run(case: &Case, beside: MethodRun, heights: Heights, at: &StageCo
     }
     let adhesion = if adhesive { case.adhesion } else { Adhesion::None };
     let cpu = crate::sys::cpu_seconds();
-    let asked = Problem { adhesion, ..case.problem(heights) };
+    let problem = Problem { adhesion, ..case.problem(heights) };
     let ended = match card.kind {
         Kind::Solver => {
-            results.planned_bytes = method.plan(&asked).bytes;
+            results.planned_bytes = method.plan(&problem).bytes;
             laboratory(case, Variant::Comparison(card.id, adhesive), heights, at)
                 .map(|c| (results.states, results.range) = (loading_states(&c), c.range))
         }
-        Kind::Estimate => EstimatorInput::new(asked.clone(), method).and_then(|input| {
-            results.planned_bytes = EstimatorInput::plan(&asked, method).bytes;
+        Kind::Estimate => EstimatorInput::new(problem.clone(), method).and_then(|input| {
+            results.planned_bytes = EstimatorInput::plan(&problem, method).bytes;
             results.range = input.changed_adhesion().and_then(|used| range_results(adhesion, used, case.grid));
             estimate(case, &input, (folder, stage), listener, &mut results.states)
         }),
     };
     match ended {
-        Ok(()) => {}
+        Ok(()) => {
+            if let Some(why) = &results.warning {
+                listener.warn(&format!("{}: {why}", method_run.label()));
+            }
+        }
         Err(e @ (Error::Input { .. } | Error::NotConverged { .. } | Error::Memory { .. })) => {
             let why = e.to_string().replace('\n', " ");
-            listener.warn(&format!("{}: {why}", beside.words()));
+            listener.warn(&format!("{}: {why}", method_run.label()));
             results.unavailable_reason = Some(why);
         }
         Err(e) => return Err(e),
@@ -217,6 +227,18 @@ fn finished(folder: &Path, i: usize) -> PathBuf {
     folder.join(format!("load-{}.json", i + 1))
 }
 
+/// State of a finished load of an earlier attempt, if its files are as they were written.
+fn finished_state(folder: &Path, i: usize, listener: &dyn Listener) -> Option<MethodState> {
+    match hashed::read(&finished(folder, i), true) {
+        Stored::Valid(state) => Some(state),
+        Stored::Absent => None,
+        Stored::Damaged(what) => {
+            listener.warn(&format!("{what}; load {} is estimated again", i + 1));
+            None
+        }
+    }
+}
+
 /// Runs an estimator load by load, after the loads that an earlier attempt finished.
 fn estimate(
     case: &Case,
@@ -227,7 +249,7 @@ fn estimate(
 ) -> Result<()> {
     let steps = case.loading_steps();
     let loads: Vec<Load> = steps.iter().map(|s| s.target).collect();
-    states.extend((0..loads.len()).map_while(|i| json::read::<MethodState>(&finished(folder, i)).ok()));
+    states.extend((0..loads.len()).map_while(|i| finished_state(folder, i, listener)));
     let watch = Progress::new(listener, None, "", (states.len(), loads.len()));
     input.walk((&loads, states.len()), &watch, |i, problem, found| {
         let mut state = state_of(input.card(), problem, (&steps[i], case.gradient), found);
@@ -250,7 +272,9 @@ fn estimate(
                 state.contact_map = Some(format!("{stage}/{file}"));
             }
         }
-        json::write(&finished(folder, i), &state)?;
+        let own = format!("load-{}-", i + 1);
+        let fields = hashed::hashes(folder, &|name| name.starts_with(&own))?;
+        hashed::write(&finished(folder, i), &state, &fields)?;
         states.push(state);
         watch.next();
         Ok(())
@@ -273,7 +297,7 @@ pub fn state_of(card: &Card, problem: &Problem, (step, gradient): (&LoadStep, f6
     };
     let touching = open.as_ref().map(|open| Field::F64(open));
     let clusters = e.patches.as_ref().map(|areas| ClusterAreas::new(areas.iter().copied())).or_else(|| {
-        let sizes = patch_sizes(e.contact?, grid.nx, Connectivity::Eight);
+        let sizes = cluster_sizes(e.contact?, grid.nx, Connectivity::Eight);
         Some(ClusterAreas::new(sizes.into_iter().map(|nodes| nodes as f64 * node)))
     });
     let largest = |field: &[f64]| field.iter().copied().fold(0.0, f64::max);
@@ -298,6 +322,8 @@ pub fn state_of(card: &Card, problem: &Problem, (step, gradient): (&LoadStep, f6
             p_star: step.p_star_at(e.pressure, gradient),
             pressure: e.pressure,
             contact_fraction: e.contact_fraction,
+            displacement: None,
+            stiffness_error: None,
             stiffness: e.stiffness,
             patches: clusters.as_ref().map(ClusterAreas::count),
             gap_map: None,

@@ -2,7 +2,8 @@
 
 use super::Listener;
 use super::frame_analysis::FrameAnalyzer;
-use crate::atoms::engine::{Engine, Progress};
+use crate::atoms::damage;
+use crate::atoms::engine::{LammpsEngine, Progress};
 use crate::atoms::job::Job;
 use crate::atoms::nvt::{BLOCKS, NvtRun, NvtSamples, NvtSettings, mean};
 use crate::load::LoadStep;
@@ -20,7 +21,7 @@ pub(super) const STAGE: &str = "nvt";
 pub(super) fn run_nvt(
     case: &Case,
     atoms: &AtomsCase,
-    (engine, relaxed): (&dyn Engine, &Job),
+    (engine, relaxed): (&LammpsEngine, &Job),
     settings: &NvtSettings,
     folder: &Path,
     listener: &dyn Listener,
@@ -43,7 +44,7 @@ pub(super) fn run_nvt(
     })
 }
 
-fn run(engine: &dyn Engine, job: &Job, nvt: &NvtRun, listener: &dyn Listener) -> Result<()> {
+fn run(engine: &LammpsEngine, job: &Job, nvt: &NvtRun, listener: &dyn Listener) -> Result<()> {
     let of = nvt.loads.len();
     let mut watch = |p: Progress| {
         let ended = p.record.as_ref().map_or(0, |r| r.step + 1);
@@ -53,6 +54,9 @@ fn run(engine: &dyn Engine, job: &Job, nvt: &NvtRun, listener: &dyn Listener) ->
         listener.progress(Some((ended as f64 + within) / of as f64), &words);
         if listener.stopping() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
+    if let Some(what) = damage::remove_damaged(&job.folder)? {
+        listener.warn(&format!("{what}; LAMMPS computes the loads from there on again"));
+    }
     let finished = engine.run(job, &mut watch)?;
     if let Some(step) = finished.resumed_from.filter(|s| s + 1 < of) {
         listener.warn(&format!("resumed at load {} of an earlier NVT run", step + 1));
@@ -62,13 +66,13 @@ fn run(engine: &dyn Engine, job: &Job, nvt: &NvtRun, listener: &dyn Listener) ->
 
 /// Averages at load `k` of the NVT run, which is the load of `step`. Writes the maps of the contact probability.
 fn state(step: &LoadStep, reader: &FrameAnalyzer, (job, nvt): (&Job, &NvtRun), k: usize) -> Result<NvtState> {
-    let held = NvtSamples::read(&job.folder, nvt, k)?;
+    let samples = NvtSamples::read(&job.folder, nvt, k)?;
     let load = nvt.loads[k];
     let gap = |b: &crate::atoms::nvt::BlockAverage| {
-        let gaps = reader.gaps_expanded((nvt.expansion, held.bounds), &b.positions, b.low_angstrom);
+        let gaps = reader.gaps_expanded((nvt.expansion, samples.bounds), &b.positions, b.low_angstrom);
         gaps.iter().sum::<f64>() / gaps.len() as f64
     };
-    let sites = held.probabilities();
+    let sites = samples.probabilities();
     let share = |of: fn(f64) -> bool| sites.iter().filter(|s| of(s.value)).count() as f64 / sites.len() as f64;
     let name = |what: &str| format!("load-{}-{what}.npy", step.number());
     let write = |what: &str, values: Vec<f64>| reader.write_sites(&values, &name(what), &name(&format!("site-{what}")));
@@ -77,10 +81,10 @@ fn state(step: &LoadStep, reader: &FrameAnalyzer, (job, nvt): (&Job, &NvtRun), k
     Ok(NvtState {
         index: step.index,
         p_star: step.imposed_p_star(),
-        temperature_k: held.mean(|b| b.temperature_k),
-        load: held.mean(|b| b.load / load),
-        contact_fraction: held.mean(|b| b.touching.iter().sum::<f64>() / b.touching.len() as f64),
-        mean_gap_angstrom: mean(&held.blocks.iter().map(gap).collect::<Vec<f64>>()),
+        temperature_k: samples.mean(|b| b.temperature_k),
+        load: samples.mean(|b| b.load / load),
+        contact_fraction: samples.mean(|b| b.touching.iter().sum::<f64>() / b.touching.len() as f64),
+        mean_gap_angstrom: mean(&samples.blocks.iter().map(gap).collect::<Vec<f64>>()),
         majority_contact: share(|p| p > 0.5),
         any_contact: share(|p| p > 0.0),
         probability_map,

@@ -1,8 +1,8 @@
 use crate::grid::Grid;
 use crate::method::State;
 use crate::observe::{
-    Connectivity, constriction_conductance, contact_map, cumulative_area, gap_distribution, hydraulic_gap,
-    linear_edges, logarithmic_edges, median_cluster_size, patch_sizes, percolates, size_distribution,
+    Connectivity, cluster_sizes, constriction_conductance, contact_map, cumulative_area, gap_distribution,
+    hydraulic_gap, linear_edges, logarithmic_edges, median_cluster_size, percolates, size_distribution,
     stress_distribution,
 };
 use crate::record::results::{Compressive, Observed};
@@ -12,7 +12,7 @@ const BINS: usize = 120;
 /// Logarithmic gap bins per decade, over [`DECADES`] decades below the largest gap.
 const PER_DECADE: usize = 12;
 const DECADES: usize = 6;
-/// Bins of patch areas per decade.
+/// Bins of cluster areas per decade.
 pub(super) const SIZES_PER_DECADE: usize = 5;
 /// Factor on the range of bins, so that the last bin includes the largest value.
 const ABOVE: f64 = 1.0 + 1e-9;
@@ -31,11 +31,11 @@ pub(super) fn stress_edges(least: f64, most: f64) -> Vec<f64> {
     linear_edges(least, least + width, BINS)
 }
 
-/// Distributions, contact patches, conductances and percolation of a state. A node is in contact if its gap is at most
+/// Distributions, contact clusters, conductances and percolation of a state. A node is in contact if its gap is at most
 /// `threshold` (units of L).
 pub(super) fn observed(grid: Grid, state: &State, threshold: f64, adhesive: bool) -> Observed {
     let map = contact_map(state.gap, threshold);
-    let sizes = patch_sizes(&map, grid.nx, Connectivity::Eight);
+    let sizes = cluster_sizes(&map, grid.nx, Connectivity::Eight);
     let node = grid.dx() * grid.dy();
     let nodes = 0..state.gap.len();
     let largest = nodes.clone().map(|i| state.gap.at(i)).fold(0.0, f64::max);
@@ -46,7 +46,7 @@ pub(super) fn observed(grid: Grid, state: &State, threshold: f64, adhesive: bool
     let compressive = adhesive.then(|| {
         let under: Vec<u8> =
             (0..state.gap.len()).map(|i| u8::from(state.gap.at(i) <= threshold && state.stress.at(i) > 0.0)).collect();
-        let sizes = patch_sizes(&under, grid.nx, Connectivity::Eight);
+        let sizes = cluster_sizes(&under, grid.nx, Connectivity::Eight);
         Compressive {
             fraction: sizes.iter().sum::<usize>() as f64 / grid.points() as f64,
             patches: sizes.len(),

@@ -29,7 +29,7 @@ pub(super) enum Profile {
 
 impl<'a> ProbeAtoms<'a> {
     /// `sites`: surface sites of the block on the comparison grid.
-    pub fn new(case: &Case, atoms: &'a AtomsCase, sites: &'a Sites) -> Result<Self> {
+    pub(super) fn new(case: &Case, atoms: &'a AtomsCase, sites: &'a Sites) -> Result<Self> {
         let (touch, length) = (atoms.wall.minimum_angstrom(), atoms.block.length());
         let heights = atoms.heights_angstrom(&case.surface, Grid::unit(atoms.points, atoms.points));
         let indenter = Indenter::above(&atoms.block, atoms.points, heights, touch)?;
@@ -46,7 +46,7 @@ impl<'a> ProbeAtoms<'a> {
 
     /// Distance by which each site's atom can rise until an indenter atom is at `distance`, Å. The surface is at the
     /// `gap` (units of L) of a continuum solution with this profile.
-    pub fn clearances(&self, (profile, gap): (Profile, Field), distance: f64) -> Vec<f64> {
+    pub(super) fn clearances(&self, (profile, gap): (Profile, Field), distance: f64) -> Vec<f64> {
         let gaps = self.sites.sample(gap);
         let below = |([x, y, z], gap): (&[f64; 3], f64)| [*x, *y, z - gap * self.length];
         let closed = &self.closed[profile as usize];
@@ -55,7 +55,7 @@ impl<'a> ProbeAtoms<'a> {
 
     /// Self-consistent rise of atoms on a hard wall under the mean pressure `effective_pressure` (eV/Å³), Å; see
     /// [`wall_offset`]. `clearances`: those of the atoms, Å.
-    pub fn rise(&self, clearances: &[f64], effective_pressure: f64) -> f64 {
+    pub(super) fn rise(&self, clearances: &[f64], effective_pressure: f64) -> f64 {
         let mut sorted = clearances.to_vec();
         sorted.sort_unstable_by(f64::total_cmp);
         wall_offset(self.wall, effective_pressure, |by| {
@@ -64,7 +64,7 @@ impl<'a> ProbeAtoms<'a> {
     }
 
     /// Height of each site's atom above the mean surface without a force on it, Å, at the `gap` (units of L).
-    pub fn unpressed(&self, gap: Field) -> Vec<f64> {
+    pub(super) fn unpressed(&self, gap: Field) -> Vec<f64> {
         self.sites.sample(gap).into_iter().map(|gap| self.giving.rise(gap * self.length)).collect()
     }
 }

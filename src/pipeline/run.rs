@@ -2,7 +2,8 @@
 
 use super::atom_stages::{AtomStages, CompareStage, FramesStage, LAMMPS, LammpsStage};
 use super::comparison::compare;
-use super::folder::{Key, RunFolder};
+use super::curve;
+use super::folder::{AS_WRITTEN, Key, OutFolder, RunFolder};
 use super::laboratory::{SolveStage, SolvedHeights, Variant, variants};
 use super::matched::Matched;
 use super::methods::{self, MethodStage};
@@ -10,16 +11,32 @@ use super::run_files::{Manifest, RECORDING_FILE, record, sources};
 use super::stage::Stage;
 use super::surface::SurfaceStage;
 use super::{Listener, engine};
-use crate::atoms::engine::Engine;
 use crate::record::atomic_file::write_atomic;
 use crate::record::methods::MethodResults;
 use crate::record::results::{
     self, AtomsResults, ComparisonResults, ContinuumResults, MANIFEST_FILE, Results, SCHEMA, ScalesSi, SurfaceResults,
 };
-use crate::record::{json, netcdf};
-use crate::scene::Case;
+use crate::record::{hashed, json, netcdf, tradeoff};
+use crate::scene::{Case, Scene};
 use crate::{Error, Result, challenge, report};
 use std::path::{Path, PathBuf};
+
+/// The scene of a run, in its folder.
+const SCENE_FILE: &str = "scene.toml";
+
+/// Files of a run or a benchmark outside its stages.
+const OUTSIDE_STAGES: [&str; 10] = [
+    SCENE_FILE,
+    results::FILE,
+    curve::FILE,
+    curve::PULL_OFF_FILE,
+    MANIFEST_FILE,
+    netcdf::run::FILE,
+    RECORDING_FILE,
+    tradeoff::FILE,
+    tradeoff::CSV_FILE,
+    report::PAGE,
+];
 
 /// Folder of the comparison of atoms and continuum.
 const COMPARE: &str = "compare";
@@ -29,20 +46,22 @@ const COMPARE: &str = "compare";
 ///
 /// # Errors
 /// `MissingProgram` and `Memory` before anything is written; errors of the stages.
-pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results, PathBuf)> {
+pub fn run<'a>(case: &Case, out: impl Into<OutFolder<'a>>, listener: &dyn Listener) -> Result<(Results, PathBuf)> {
+    let out = out.into();
     // LAMMPS is looked up first: a missing program then costs no computing time and leaves no folder.
     let engine = case.atoms.as_ref().map(|_| engine(case)).transpose()?;
     super::plan(case, rayon::current_num_threads(), None)?.fits()?;
     let folder = RunFolder::open(out)?;
+    let out = out.path;
     case.warnings.iter().for_each(|w| listener.warn(w));
-    keep_scene(case, out)?;
+    keep_scene(case, out, listener)?;
     // The key of the geometry does not depend on the executable, so LAMMPS steps remain valid after a new build; other
     // results do not. The job folder determines which of its steps are valid.
     let geometry = Key::new("geometry", &(&case.scene.laboratory, &case.scene.surface, heights_hash(case)?), &[])?;
     let mut run = Running { case, listener, folder, geometry, warnings: case.warnings.clone(), failures: Vec::new() };
     let (surface, surface_key) = run.execute(&SurfaceStage { case }, &[&run.geometry.clone()], ())?;
     let mut found = run.laboratory(&surface, &surface_key, out)?;
-    let atoms = AtomStages::of(case, engine.as_ref().map(|e| e as &dyn Engine));
+    let atoms = AtomStages::of(case, engine.as_ref());
     let atoms = atoms.map(|stages| run.atoms(stages, &surface_key, out)).transpose()?;
     let (atoms, comparison, all_atom) = atoms.map_or((None, None, None), |(a, c, m)| (Some(a), Some(c), m));
     found.methods.extend(all_atom);
@@ -67,14 +86,21 @@ pub fn run(case: &Case, out: &Path, listener: &dyn Listener) -> Result<(Results,
         sources: sources(case),
     };
     if case.scene.challenge.is_some() {
-        results.acceptance = challenge::judge(&results);
+        results.acceptance = challenge::assess(&results);
     }
     results.write(out)?;
+    curve::write(out, &results)?;
     json::write(&out.join(MANIFEST_FILE), &Manifest::of(case, &results, engine.as_ref().map(|e| e.describe())))?;
     netcdf::run::write_run(out, &results)?;
     record(case, &results, out)?;
     let page = report::write(out)?;
+    list_files(out)?;
     Ok((results, page))
+}
+
+/// Writes the hashes of the files outside the stages.
+pub(super) fn list_files(out: &Path) -> Result<()> {
+    hashed::write_checksums(out, &OUTSIDE_STAGES)
 }
 
 /// State of a run.
@@ -173,16 +199,34 @@ impl Running<'_> {
     }
 }
 
+/// What differs between the scene whose results are in a folder and this one, in words; `None` if there is no difference or there are no
+/// results.
+pub fn other_scene(case: &Case, out: &Path) -> Option<String> {
+    // A damaged scene says nothing about the results; the run writes it again.
+    if !out.join(results::FILE).exists() || !hashed::changed(out, &[SCENE_FILE]).is_empty() {
+        return None;
+    }
+    let earlier = Scene::read(&out.join(SCENE_FILE)).ok()?;
+    let values = [&earlier, &case.portable_scene()].map(|scene| serde_json::to_value(scene).unwrap_or_default());
+    Some(json::differences(&values[0], &values[1])).filter(|text| !text.is_empty())
+}
+
 /// Writes the scene into the run folder. Removes the results of a different scene, which `report` and `compare` would
-/// read as those of this one.
-pub(super) fn keep_scene(case: &Case, out: &Path) -> Result<()> {
+/// read as those of this one. Warns of files that changed since the last run wrote them.
+pub(super) fn keep_scene(case: &Case, out: &Path, listener: &dyn Listener) -> Result<()> {
+    let changed = hashed::changed(out, &OUTSIDE_STAGES);
+    if !changed.is_empty() {
+        let names = changed.join(", ");
+        listener.warn(&format!("{}: {names} changed since the last run; written again", out.display()));
+    }
     let text = toml::to_string_pretty(&case.portable_scene())
         .map_err(|e| Error::format("scene", e, "a scene that TOML can hold"))?;
-    let file = out.join("scene.toml");
+    let file = out.join(SCENE_FILE);
     if std::fs::read_to_string(&file).is_ok_and(|earlier| earlier == text) {
         return Ok(());
     }
-    for name in [results::FILE, MANIFEST_FILE, netcdf::run::FILE, RECORDING_FILE, report::PAGE] {
+    let results = [results::FILE, MANIFEST_FILE, netcdf::run::FILE, RECORDING_FILE, report::PAGE];
+    for name in [hashed::CHECKSUMS].into_iter().chain(results) {
         let path = out.join(name);
         match std::fs::remove_file(&path) {
             Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(Error::io("remove", &path)(e)),
@@ -195,21 +239,51 @@ pub(super) fn keep_scene(case: &Case, out: &Path) -> Result<()> {
 /// Repeats the comparison from the stored results of a run folder, without new solutions, and writes results and
 /// report.
 pub fn rebuild_comparison(out: &Path) -> Result<(Results, PathBuf)> {
-    let mut results = Results::read(out)?;
-    let _locked = RunFolder::lock(out)?;
-    let case = Case::read(&out.join("scene.toml"))?;
+    let (mut results, folder) = checked(out)?;
+    let case = Case::read(&out.join(SCENE_FILE))?;
     let lacking = || Error::format(out, "a run without atoms", "the folder of a run whose scene has [atoms]");
     let (a, found) = case.atoms.as_ref().zip(results.atoms.as_ref()).ok_or_else(lacking)?;
     let earlier = results.comparison.as_ref().ok_or_else(lacking)?;
     let matched = Matched {
         full: earlier.full_heights.clone(),
         hard: earlier.hard_wall.clone(),
-        soft: earlier.compliant_wall.clone(),
+        compliant: earlier.compliant_wall.clone(),
     };
     results.comparison = Some(compare(&case, a, found, &matched, out, COMPARE)?);
     results.write(out)?;
+    folder.list_again(COMPARE)?;
     let page = report::write(out)?;
+    list_files(out)?;
     Ok((results, page))
+}
+
+/// Draws the report of a run folder again. Returns its path.
+///
+/// # Errors
+/// `Format` for a file that is not as the run wrote it; `Io`.
+pub fn redraw(out: &Path) -> Result<PathBuf> {
+    if out.join(crate::record::ensemble::FILE).exists() {
+        return report::write_ensemble(out);
+    }
+    let _locked = checked(out)?;
+    let page = report::write(out)?;
+    list_files(out)?;
+    Ok(page)
+}
+
+/// Reads the results of a finished run folder, whose files are as they were written, and locks it.
+///
+/// # Errors
+/// `Format`, which names the file and the remedy; `Io`.
+fn checked(out: &Path) -> Result<(Results, RunFolder)> {
+    if let Some(name) = hashed::changed(out, &[results::FILE, SCENE_FILE]).first() {
+        return Err(Error::format(out.join(name), "changed since the run wrote it", AS_WRITTEN));
+    }
+    // Before the lock, which leaves a file: a folder without results is none of ours.
+    let results = Results::read(out)?;
+    let folder = RunFolder::lock(out)?;
+    folder.check()?;
+    Ok((results, folder))
 }
 
 pub(super) fn heights_hash(case: &Case) -> Result<Option<String>> {

@@ -1,6 +1,5 @@
 //! Files of a finished run in addition to its results: the manifest and the recording; and the list of sources.
 
-use super::frame_analysis::INDENTER_SPECIES;
 use crate::Result;
 use crate::record::advice::AccuracyChoice;
 use crate::record::mcap::{CloudAtom, GapMap, LoadScalars, LoadState, Recorder, Scene as Recorded};
@@ -27,7 +26,7 @@ pub(super) struct Manifest<'a> {
 }
 
 impl<'a> Manifest<'a> {
-    pub fn of(case: &'a Case, results: &'a Results, engine: Option<&'a str>) -> Self {
+    pub(super) fn of(case: &'a Case, results: &'a Results, engine: Option<&'a str>) -> Self {
         Manifest {
             program: format!("asperity {}", env!("CARGO_PKG_VERSION")),
             scene: &case.scene,
@@ -53,8 +52,8 @@ pub(super) fn sources(case: &Case) -> Vec<String> {
             .to_string(),
     ];
     let second = case.scene.challenge.as_ref().and_then(|c| crate::method::find(&c.cross_check_method));
-    let beside = case.comparison_methods();
-    let cards = std::iter::once(case.method()).chain(second.map(|m| m.card())).chain(beside.iter().map(|m| m.card()));
+    let compared = case.comparison_methods();
+    let cards = std::iter::once(case.method()).chain(second.map(|m| m.card())).chain(compared.iter().map(|m| m.card()));
     let mut named: Vec<&str> = Vec::new();
     for card in cards {
         if named.contains(&card.id) {
@@ -152,6 +151,6 @@ pub(super) fn record(case: &Case, results: &Results, out: &Path) -> Result<()> {
 /// Block atoms of a frame, with their contact flag.
 fn cloud(frame: &Path) -> Result<Vec<CloudAtom>> {
     let atoms = crate::record::xyz::read(frame)?;
-    let block = atoms.into_iter().filter(|a| a.species != INDENTER_SPECIES);
+    let block = atoms.into_iter().filter(|a| !a.indenter);
     Ok(block.map(|a| CloudAtom { position: a.position_angstrom.map(|c| c as f32), contact: a.contact }).collect())
 }

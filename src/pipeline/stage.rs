@@ -42,12 +42,12 @@ pub(super) struct StageKeys {
 
 impl StageKeys {
     /// Keys of a stage that restarts after an interruption.
-    pub fn restarted(key: Key) -> Self {
+    pub(super) fn restarted(key: Key) -> Self {
         StageKeys { key, resumes: None }
     }
 
     /// Keys of a stage that continues an interrupted attempt with the same key.
-    pub fn continued(key: Key) -> Self {
+    pub(super) fn continued(key: Key) -> Self {
         StageKeys { resumes: Some(key.clone()), key }
     }
 }

@@ -55,13 +55,14 @@ fn surface(case: &Case, heights: &[f64], folder: &Path, stage: &str) -> Result<S
     if kept {
         npy::write(&folder.join("heights.npy"), case.grid.nx, case.grid.ny, heights.iter().copied())?;
     }
-    let patch = case.is_non_periodic();
+    let is_finite = case.is_non_periodic();
     let note = "Heights that do not repeat: moments are those of the nodes and of the differences between neighbours, none of \
                 them across an edge; the spectrum is that of the heights about their mean plane under a Hann window.";
     Ok(SurfaceResults {
         origin: case.surface.origin(),
-        periodic: !patch,
-        note: if patch { note.into() } else { String::new() },
+        provenance: case.provenance.clone(),
+        periodic: !is_finite,
+        note: if is_finite { note.into() } else { String::new() },
         nx: case.grid.nx,
         ny: case.grid.ny,
         aspect: case.grid.ly / case.grid.lx,
@@ -69,7 +70,7 @@ fn surface(case: &Case, heights: &[f64], folder: &Path, stage: &str) -> Result<S
         statistics: if wants.spectrum { statistics(case, heights) } else { Vec::new() },
         psd: if !wants.spectrum {
             Vec::new()
-        } else if patch {
+        } else if is_finite {
             spectrum(&case.surface, case.grid, &hann_windowed(case.grid, heights))
         } else {
             spectrum(&case.surface, case.grid, heights)
@@ -85,7 +86,7 @@ pub fn statistics(case: &Case, heights: &[f64]) -> Vec<Statistic> {
         return patch_statistics(grid, heights, um);
     }
     let (m, r) = (moments(grid, heights), range(heights));
-    let (expected, held) = match surface {
+    let (expected, on_grid) = match surface {
         Surface::Synthesised { spectrum, modes, .. } => (
             Some(spectrum.expected(grid.ly / grid.lx, 0.0)),
             (!modes.held_by(grid)).then(|| spectrum.expected_on(grid)),
@@ -97,11 +98,11 @@ pub fn statistics(case: &Case, heights: &[f64]) -> Vec<Statistic> {
         symbol: symbol.into(),
         unit: unit.into(),
         expected: of.and_then(|of| expected.as_ref().map(of)),
-        expected_on_grid: of.and_then(|of| held.as_ref().map(of)),
+        expected_on_grid: of.and_then(|of| on_grid.as_ref().map(of)),
         realised,
         band: None,
     };
-    let band = held.as_ref().or(expected.as_ref()).map(|e| e.rms_height_band * um);
+    let band = on_grid.as_ref().or(expected.as_ref()).map(|e| e.rms_height_band * um);
     vec![
         Statistic { band, ..line("rms height", RMS_HEIGHT, "µm", Some(&|e| e.rms_height * um), m.rms_height * um) },
         line("rms gradient", "ḡ", "1", Some(&|e| e.rms_gradient), m.rms_gradient),

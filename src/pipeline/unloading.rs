@@ -10,19 +10,19 @@ use crate::record::results::{AtomState, BranchChange, Unloading};
 use crate::scene::{AtomsCase, Case};
 
 /// Results of the unloading branch, if the job has one: states at the unloading loads of the path, and their changes
-/// from the loading states `there`. A displacement ramp that ends with separation also gives the pull-off.
+/// from the loading states `loading`. A displacement ramp that ends with separation also gives the pull-off.
 pub(super) fn unloading(
     case: &Case,
     atoms: &AtomsCase,
     job: &Job,
     history: &LoadHistory,
-    (reader, there): (&FrameAnalyzer, &[AtomState]),
+    (reader, loading): (&FrameAnalyzer, &[AtomState]),
 ) -> Result<Option<Unloading>> {
     let Some(turn) = job.reversal_step(&history.steps) else { return Ok(None) };
     let (mut states, mut changes) = (Vec::new(), Vec::new());
     for step in case.unloading_steps() {
         let state = reader.state(step, &job.at_load_unloading(history, atoms.load(step))?)?;
-        if let Some(before) = step.counterpart.and_then(|k| at_step(there, k)) {
+        if let Some(before) = step.counterpart.and_then(|k| at_step(loading, k)) {
             changes.push(BranchChange {
                 p_star: state.p_star,
                 contact_fraction_loading: before.contact_fraction,

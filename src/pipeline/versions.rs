@@ -6,7 +6,7 @@ use crate::atoms::contact::onto_grid;
 use crate::compare::Sites;
 use crate::grid::{Field, Grid, smoothed};
 use crate::observe::{
-    Connectivity, Distribution, cumulative_area, gap_distribution, linear_edges, median_cluster_size, patch_sizes,
+    Connectivity, Distribution, cluster_sizes, cumulative_area, gap_distribution, linear_edges, median_cluster_size,
 };
 use crate::record::results::ModelChainStep;
 use crate::units::ANGSTROM_M;
@@ -51,13 +51,13 @@ pub(super) struct Units {
 
 impl Solved<'_> {
     /// Smoothed normal stress, GPa.
-    pub fn smooth(&self, units: Units) -> Vec<f64> {
+    pub(super) fn smooth(&self, units: Units) -> Vec<f64> {
         let stress: Vec<f64> = (0..self.grid.points()).map(|i| self.stress.at(i) * units.modulus_gpa).collect();
         smoothed(self.grid, &stress, units.width_angstrom / units.length_angstrom)
     }
 
     /// `touching`: which sites are in contact.
-    pub fn side(
+    pub(super) fn side(
         &self,
         id: &'static str,
         criterion: String,
@@ -96,7 +96,7 @@ pub(super) fn versions(
     let node_nm2 = grid.dx() * grid.dy() * (length_angstrom * ANGSTROM_M * 1e9).powi(2);
     let version = |side: Side| {
         let flags: Vec<u8> = side.touching.iter().map(|t| u8::from(*t)).collect();
-        let sizes = patch_sizes(&onto_grid(&flags, owners), grid.nx, Connectivity::Eight);
+        let sizes = cluster_sizes(&onto_grid(&flags, owners), grid.nx, Connectivity::Eight);
         let fraction = side.touching.iter().filter(|t| **t).count() as f64 / side.touching.len() as f64;
         ModelChainStep {
             id: side.id.into(),

@@ -15,6 +15,7 @@ pub struct AcceptanceCheck {
     /// Lowest and highest accepted value, where defined.
     pub tolerance: Option<[Option<f64>; 2]>,
     pub status: CheckStatus,
+    pub scope: CheckScope,
     /// Source of the tolerance, or the reason why the statement is not assessed.
     pub reason: String,
 }
@@ -27,6 +28,20 @@ pub enum CheckStatus {
     Fail,
     #[serde(rename = "not assessed")]
     NotAssessed,
+}
+
+/// The problem that a check refers to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum CheckScope {
+    /// Follows from the set-up and cannot fail.
+    #[serde(rename = "set-up")]
+    Setup,
+    /// The problem of the paper.
+    #[serde(rename = "paper")]
+    Paper,
+    /// The same with a longer range of adhesion, about which the paper states nothing.
+    #[serde(rename = "longer range")]
+    LongerRange,
 }
 
 impl AcceptanceCheck {

@@ -25,10 +25,6 @@ impl AtomicFile {
         Ok(AtomicFile { path: path.to_path_buf(), file: BufWriter::with_capacity(1 << 18, file) })
     }
 
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
     /// Syncs to disk and renames: after a power failure the file has either the old or the new contents, complete.
     pub fn commit(self) -> Result<()> {
         let file = self.file.into_inner().map_err(|e| Error::io("write", &self.path)(e.into_error()))?;

@@ -3,7 +3,7 @@
 use super::state_numbers::StateNumbers;
 use super::uncertainty::{UncertaintyComponent, ValueWithError};
 use crate::load::{AtLoad, Branch};
-use crate::observe::Distribution;
+use crate::observe::{Distribution, Leakage};
 use serde::{Deserialize, Serialize};
 
 /// Continuum states of one problem along its load path.
@@ -131,6 +131,13 @@ pub struct StateResults {
     /// Distributions, clusters and derived observables.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub observed: Option<Observed>,
+    /// Small steps next to this load, for its stiffness: pressure (E*) and mean gap (L), of a non-periodic body minus
+    /// the displacement.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub steps: Vec<[f64; 2]>,
+    /// Solved flow through the gap, if requested; conductivities in L³.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub leakage: Option<Leakage>,
 }
 
 impl AtLoad for StateResults {

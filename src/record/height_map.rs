@@ -24,7 +24,8 @@ impl Sign {
     }
 }
 
-/// Heights of a periodic cell: row-major `[ny, nx]`, finite, in the unit and sign of the file.
+/// Heights of a cell: row-major `[ny, nx]`, in the unit and sign of the file. Finite; NaN at points that were not measured,
+/// if it is made by [`HeightMap::with_missing`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeightMap {
     pub nx: usize,
@@ -35,12 +36,24 @@ pub struct HeightMap {
 impl HeightMap {
     /// Checks the shape and that heights and their range are finite; errors name `place`.
     pub fn new(place: &str, nx: usize, ny: usize, heights: Vec<f64>) -> Result<Self> {
+        let map = Self::with_missing(place, nx, ny, heights)?;
+        match map.first_missing() {
+            Some([row, column]) => Err(Error::Height { place: place.to_string(), row, column, value: f64::NAN }),
+            None => Ok(map),
+        }
+    }
+
+    /// Likewise for a map with points that were not measured, which are NaN; at least one is measured.
+    pub fn with_missing(place: &str, nx: usize, ny: usize, heights: Vec<f64>) -> Result<Self> {
         if nx == 0 || ny == 0 || nx.checked_mul(ny) != Some(heights.len()) {
             let found = format!("{} heights for shape [{ny}, {nx}]", heights.len());
             return Err(Error::format(place, found, "ny·nx heights, at least one"));
         }
-        if let Some(i) = heights.iter().position(|h| !h.is_finite()) {
+        if let Some(i) = heights.iter().position(|h| h.is_infinite()) {
             return Err(Error::Height { place: place.to_string(), row: i / nx, column: i % nx, value: heights[i] });
+        }
+        if heights.iter().all(|h| h.is_nan()) {
+            return Err(Error::format(place, "no measured height", "a map with heights"));
         }
         let (low, high) = extent(&heights);
         if !(high - low).is_finite() {
@@ -49,6 +62,16 @@ impl HeightMap {
             return Err(Error::format(place, found, "heights whose range is a finite number"));
         }
         Ok(HeightMap { nx, ny, heights })
+    }
+
+    /// Row and column, from 0, of the first point that was not measured.
+    pub fn first_missing(&self) -> Option<[usize; 2]> {
+        self.heights.iter().position(|h| h.is_nan()).map(|i| [i / self.nx, i % self.nx])
+    }
+
+    /// Number of points that were not measured.
+    pub fn missing(&self) -> usize {
+        self.heights.iter().filter(|h| h.is_nan()).count()
     }
 
     /// The same surface with low points in contact first and minimum 0: `h − min h`, or `max h − h` for the other

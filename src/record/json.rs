@@ -1,10 +1,12 @@
 //! JSON files: written atomically; errors on reading state the position.
 
+use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::Path;
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use super::atomic_file::{read_text, write_atomic};
 use crate::error::{Error, Result};
@@ -15,6 +17,37 @@ pub fn write<T: Serialize>(path: &Path, value: &T) -> Result<()> {
         serde_json::to_writer_pretty(&mut *w, value)?;
         w.write_all(b"\n")
     })
+}
+
+/// Entries that a message names.
+const MOST_NAMED: usize = 3;
+
+/// The entries that differ between two values, as `load.p_star = [0.02] (was [0.01])`; empty if there are none.
+pub fn differences(old: &Value, new: &Value) -> String {
+    let mut list = Vec::new();
+    collect(old, new, "", &mut list);
+    let more = list.len().saturating_sub(MOST_NAMED);
+    list.truncate(MOST_NAMED);
+    if more > 0 {
+        list.push(format!("{more} more"));
+    }
+    list.join(", ")
+}
+
+fn collect(old: &Value, new: &Value, path: &str, list: &mut Vec<String>) {
+    if old == new {
+        return;
+    }
+    let (Value::Object(a), Value::Object(b)) = (old, new) else {
+        let shown = |v: &Value| if v.is_null() { "not given".into() } else { v.to_string() };
+        list.push(format!("{path} = {} (was {})", shown(new), shown(old)));
+        return;
+    };
+    let keys: BTreeSet<&String> = a.keys().chain(b.keys()).collect();
+    for key in keys {
+        let below = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+        collect(a.get(key).unwrap_or(&Value::Null), b.get(key).unwrap_or(&Value::Null), &below, list);
+    }
 }
 
 /// Schema number of a file.

@@ -94,21 +94,21 @@ impl Recorder {
         let options = mcap::WriteOptions::new()
             .compression(Some(mcap::Compression::Zstd))
             .library(concat!("asperity ", env!("CARGO_PKG_VERSION")));
-        let mut writer = options.create(AtomicFile::open(path)?).map_err(|e| told(path, e))?;
+        let mut writer = options.create(AtomicFile::open(path)?).map_err(|e| write_error(path, e))?;
         let mut metadata = scene.notes.clone();
         metadata.insert("scene".into(), scene.name.clone());
         metadata.insert("length_unit".into(), scene.length_unit.clone());
         metadata.insert("cell".into(), format!("{} {}", scene.cell[0], scene.cell[1]));
         metadata.insert("time".into(), "one second per load state".into());
-        writer.write_metadata(&Metadata { name: "asperity".into(), metadata }).map_err(|e| told(path, e))?;
+        writer.write_metadata(&Metadata { name: "asperity".into(), metadata }).map_err(|e| write_error(path, e))?;
         Ok(Recorder { writer, scene, path: path.to_path_buf(), sequence: 0 })
     }
 
     /// Records the scalars and, where given, the gap map and the atoms.
     pub fn state(&mut self, state: &LoadState) -> Result<()> {
         let at = Timestamp::new(state.index, 0);
-        let schema = serde_json::to_vec(&schemars::schema_for!(LoadScalars)).map_err(|e| told(&self.path, e))?;
-        let json = serde_json::to_vec(&state.scalars).map_err(|e| told(&self.path, e))?;
+        let schema = serde_json::to_vec(&schemars::schema_for!(LoadScalars)).map_err(|e| write_error(&self.path, e))?;
+        let json = serde_json::to_vec(&state.scalars).map_err(|e| write_error(&self.path, e))?;
         self.message(state, "load", ("asperity.Load", "jsonschema", &schema), "json", &json)?;
         if let Some(map) = state.gap {
             if map.nx == 0 || map.gap.is_empty() || map.gap.len() % map.nx != 0 {
@@ -125,7 +125,7 @@ impl Recorder {
 
     /// Writes index and summary, and commits the file.
     pub fn finish(mut self) -> Result<()> {
-        self.writer.finish().map_err(|e| told(&self.path, e))?;
+        self.writer.finish().map_err(|e| write_error(&self.path, e))?;
         self.writer.into_inner().commit()
     }
 
@@ -150,9 +150,9 @@ impl Recorder {
     }
 
     fn foxglove<M: Encode + Decode>(&mut self, state: &LoadState, what: &str, message: &M) -> Result<()> {
-        let schema = M::get_schema().ok_or_else(|| told(&self.path, format!("no schema for {what}")))?;
+        let schema = M::get_schema().ok_or_else(|| write_error(&self.path, format!("no schema for {what}")))?;
         let mut bytes = Vec::with_capacity(message.encoded_len().unwrap_or(0));
-        message.encode(&mut bytes).map_err(|e| told(&self.path, e.to_string()))?;
+        message.encode(&mut bytes).map_err(|e| write_error(&self.path, e.to_string()))?;
         let encoding = M::get_message_encoding();
         self.message(state, what, (&schema.name, &schema.encoding, &schema.data), &encoding, &bytes)
     }
@@ -175,7 +175,7 @@ impl Recorder {
             let header = MessageHeader { channel_id, sequence: self.sequence, log_time: time, publish_time: time };
             writer.write_to_known_channel(&header, bytes)
         });
-        written.map_err(|e| told(&self.path, e))
+        written.map_err(|e| write_error(&self.path, e))
     }
 }
 
@@ -213,8 +213,14 @@ fn origin() -> Pose {
     }
 }
 
-fn told(path: &Path, e: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Error {
-    Error::io("write", path)(io::Error::other(e))
+fn write_error(path: &Path, e: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Error {
+    let e = e.into();
+    // The kind distinguishes a full disk from other failures.
+    let kind = match e.downcast_ref() {
+        Some(mcap::McapError::Io(e)) => e.kind(),
+        _ => io::ErrorKind::Other,
+    };
+    Error::io("write", path)(io::Error::new(kind, e))
 }
 
 #[cfg(test)]
@@ -297,6 +303,13 @@ mod tests {
             }
         }
         assert_eq!(seen, 8);
+    }
+
+    #[test]
+    fn a_full_disk_is_told_from_other_failures() {
+        let full = mcap::McapError::Io(io::ErrorKind::StorageFull.into());
+        assert_eq!(write_error(Path::new("run.mcap"), full).exit_code(), 5);
+        assert_eq!(write_error(Path::new("run.mcap"), "no schema").exit_code(), 2);
     }
 
     #[test]

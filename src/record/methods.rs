@@ -16,6 +16,9 @@ pub struct MethodResults {
     /// Data to which constants of the method were fitted; absent without fitted constants.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub calibrated_on: Option<String>,
+    /// Quantities in which the method is known to deviate by much.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub warning: Option<String>,
     /// Whether the method was run with the scene's adhesion.
     pub adhesive: bool,
     /// For estimates only if requested and used range differ.

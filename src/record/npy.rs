@@ -91,6 +91,27 @@ pub fn write_field(path: &Path, nx: usize, ny: usize, field: grid::Field, unit: 
     }
 }
 
+/// Writes the contact pressure: the stress where the gap is closed, exactly zero elsewhere. Solvers leave there what their tolerance
+/// permits, of either sign.
+pub fn write_contact_pressure(
+    path: &Path,
+    [nx, ny]: [usize; 2],
+    gap: grid::Field,
+    stress: grid::Field,
+    unit: f64,
+) -> Result<()> {
+    let closed = |i: usize| gap.at(i) <= 0.0;
+    match stress {
+        grid::Field::F32(values) => {
+            let values: Vec<f32> = (0..values.len()).map(|i| if closed(i) { values[i] } else { 0.0 }).collect();
+            write_field(path, nx, ny, grid::Field::F32(&values), unit)
+        }
+        grid::Field::F64(values) => {
+            write(path, nx, ny, (0..values.len()).map(|i| if closed(i) { values[i] * unit } else { 0.0 }))
+        }
+    }
+}
+
 /// Type and byte order of a stored number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum DType {
@@ -104,7 +125,7 @@ pub(super) enum DType {
 
 impl DType {
     /// Parses a NumPy descriptor: byte order (`|` if not applicable), kind and width.
-    fn named(descriptor: &str) -> Option<DType> {
+    pub(super) fn named(descriptor: &str) -> Option<DType> {
         let big = descriptor.starts_with('>');
         Some(match descriptor.strip_prefix(['<', '>', '|'])? {
             "f8" => DType::F8 { big },

@@ -82,8 +82,8 @@ impl Quantity {
             Quantity::ContactMap => "contact map",
             Quantity::GapPdf => "gap distribution Pr(u)",
             Quantity::StressPdf => "stress distribution Pr(σ)",
-            Quantity::PatchPdf => "patch areas Pr(a)",
-            Quantity::PatchArea => "patch areas CPr(a)",
+            Quantity::PatchPdf => "cluster areas Pr(a)",
+            Quantity::PatchArea => "cluster areas CPr(a)",
             Quantity::MedianClusterArea => "median cluster area",
         }
     }

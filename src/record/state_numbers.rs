@@ -12,9 +12,16 @@ pub struct StateNumbers {
     pub pressure: f64,
     /// Contact fraction by the method's own criterion.
     pub contact_fraction: f64,
+    /// Displacement of the far field from first contact, L: of a periodic body the mean gap at first contact minus the
+    /// mean gap, else the rigid approach. Absent for estimates.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub displacement: Option<f64>,
     /// Contact stiffness dp/dū, E*/L: computed by the method, or from the neighbouring loads of the same branch.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness: Option<f64>,
+    /// Error of the stiffness from the spacing of the loads; absent where it is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stiffness_error: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub patches: Option<usize>,
     /// Files of the `[ny, nx]` maps of gap (L) and stress (E*), if stored.

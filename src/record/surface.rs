@@ -1,11 +1,15 @@
 //! Surface and its statistics, as in `results.json`.
 
+use super::provenance::Provenance;
 use serde::{Deserialize, Serialize};
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct SurfaceResults {
     /// Origin: "synthesised, seed 1" or the imported file.
     pub origin: String,
+    /// File, declared properties and preparation of an imported surface.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub provenance: Option<Provenance>,
     pub nx: usize,
     pub ny: usize,
     /// Extent in y over extent in x.

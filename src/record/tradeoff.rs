@@ -79,13 +79,9 @@ impl Tradeoff {
     /// The longest grid series of a method with one precision and one tolerance; the first of several equally long
     /// ones.
     pub fn grids(&self, method: &str) -> Vec<&TradeoffPoint> {
-        let told =
+        let is_grid =
             |p: &&TradeoffPoint| p.setting.method == method && p.setting.is_grid() && p.unavailable_reason.is_none();
-        let how = |p: &TradeoffPoint| (p.setting.precision.clone(), p.setting.tolerance);
-        let alike =
-            |a: &TradeoffPoint| self.points.iter().filter(told).filter(|b| how(b) == how(a)).collect::<Vec<_>>();
-        let all = self.points.iter().filter(told).map(alike);
-        all.reduce(|a, b| if b.len() > a.len() { b } else { a }).unwrap_or_default()
+        longest_series(self.points.iter().filter(is_grid), |p| &p.setting)
     }
 
     /// Writes `tradeoff.json` and `tradeoff.csv` into a run folder.
@@ -118,6 +114,13 @@ impl Tradeoff {
     pub fn read(file: &Path) -> Result<Self> {
         json::read_schema(file, SCHEMA)
     }
+}
+
+/// The largest group with one precision and one tolerance; the first of several equally large ones.
+pub fn longest_series<'a, T>(all: impl Iterator<Item = &'a T> + Clone, setting: fn(&T) -> &Setting) -> Vec<&'a T> {
+    let how = |item: &T| (setting(item).precision.clone(), setting(item).tolerance);
+    let alike = |a: &'a T| all.clone().filter(|b| how(b) == how(a)).collect::<Vec<_>>();
+    all.clone().map(alike).reduce(|a, b| if b.len() > a.len() { b } else { a }).unwrap_or_default()
 }
 
 /// Columns before those of the errors.
@@ -221,7 +224,7 @@ pub struct Forecast {
 
 impl Forecast {
     /// Whether the prediction is within [`FORECAST_TOLERANCE`].
-    pub fn holds(&self) -> bool {
+    pub fn is_accurate(&self) -> bool {
         (self.ratio - 1.0).abs() <= FORECAST_TOLERANCE
     }
 }

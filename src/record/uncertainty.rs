@@ -17,17 +17,20 @@ pub enum UncertaintySource {
     Precision,
     /// Contact criterion at the perimeter of clusters: a third of the perimeter correction.
     Criterion,
+    /// Distance of the loads from which the contact stiffness is computed.
+    LoadStep,
     /// Finite depth of the atoms' block: the change from a half-space on the same heights.
     Depth,
 }
 
 impl UncertaintySource {
-    pub const ALL: [UncertaintySource; 6] = [
+    pub const ALL: [UncertaintySource; 7] = [
         UncertaintySource::Grid,
         UncertaintySource::Range,
         UncertaintySource::Solver,
         UncertaintySource::Precision,
         UncertaintySource::Criterion,
+        UncertaintySource::LoadStep,
         UncertaintySource::Depth,
     ];
 
@@ -38,6 +41,7 @@ impl UncertaintySource {
             UncertaintySource::Solver => "solver",
             UncertaintySource::Precision => "precision",
             UncertaintySource::Criterion => "contact criterion",
+            UncertaintySource::LoadStep => "load step",
             UncertaintySource::Depth => "finite depth",
         }
     }

@@ -6,14 +6,19 @@ use std::path::Path;
 use super::atomic_file::{miscount, write_atomic};
 use crate::error::{Error, Result};
 
+/// Species of an atom that is of no element: ASE refuses any name that is neither an element nor this.
+pub const DUMMY: &str = "X";
+
 /// One atom of a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Atom<'a> {
     pub id: u64,
-    /// Chemical symbol or role ("Ca", "Ind"), one word.
+    /// Chemical symbol; [`DUMMY`] for an atom that is of no element.
     pub species: &'a str,
     pub position_angstrom: [f64; 3],
     pub contact: bool,
+    /// Whether the atom is of the rigid indenter.
+    pub indenter: bool,
 }
 
 /// Metadata of a frame.
@@ -33,7 +38,7 @@ pub fn write<'a>(path: &Path, frame: Frame, atoms: impl IntoIterator<Item = Atom
         writeln!(w, "{}", frame.atoms)?;
         writeln!(
             w,
-            "Lattice=\"{a} 0 0 0 {b} 0 0 0 {c}\" Properties=species:S:1:pos:R:3:contact:I:1:id:I:1 p_star={} pbc=\"T T F\"",
+            "Lattice=\"{a} 0 0 0 {b} 0 0 0 {c}\" Properties=species:S:1:pos:R:3:contact:I:1:id:I:1:indenter:I:1 p_star={} pbc=\"T T F\"",
             frame.p_star
         )?;
         let mut count = 0;
@@ -48,7 +53,8 @@ pub fn write<'a>(path: &Path, frame: Frame, atoms: impl IntoIterator<Item = Atom
             }
             let [x, y, z] = atom.position_angstrom;
             // Six decimals (1e-6 Å): 1 % of the smallest difference from the contact distance in the scaled-down challenge.
-            writeln!(w, "{} {x:.6} {y:.6} {z:.6} {} {}", atom.species, u8::from(atom.contact), atom.id)?;
+            let [contact, indenter] = [atom.contact, atom.indenter].map(u8::from);
+            writeln!(w, "{} {x:.6} {y:.6} {z:.6} {contact} {} {indenter}", atom.species, atom.id)?;
         }
         if count < frame.atoms { Err(miscount("atoms", count, frame.atoms)) } else { Ok(()) }
     })
@@ -60,6 +66,7 @@ pub struct ReadAtom {
     pub species: String,
     pub position_angstrom: [f64; 3],
     pub contact: bool,
+    pub indenter: bool,
 }
 
 /// Reads a frame written by [`write`].
@@ -72,7 +79,7 @@ pub fn read(path: &Path) -> Result<Vec<ReadAtom>> {
         Error::format(
             path,
             format!("line {}: {found}", line + 1),
-            "species x y z contact id, as asperity writes frames",
+            "species x y z contact id indenter, as asperity writes frames",
         )
     };
     let parse = |line: &str| -> Option<ReadAtom> {
@@ -80,7 +87,8 @@ pub fn read(path: &Path) -> Result<Vec<ReadAtom>> {
         let species = words.next()?.to_string();
         let mut number = || words.next()?.parse::<f64>().ok();
         let position_angstrom = [number()?, number()?, number()?];
-        Some(ReadAtom { species, position_angstrom, contact: words.next()? == "1" })
+        let contact = words.next()? == "1";
+        Some(ReadAtom { species, position_angstrom, contact, indenter: words.nth(1)? == "1" })
     };
     let atoms: Vec<ReadAtom> = text
         .lines()
@@ -106,14 +114,16 @@ mod tests {
         let path = folder.path().join("frame.xyz");
         let frame = Frame { cell_angstrom: [10.0, 20.5, 30.0], p_star: 0.01, atoms: 2 };
         let atoms = [
-            Atom { id: 7, species: "Ca", position_angstrom: [0.0, 1.25, -2.0], contact: true },
-            Atom { id: 9, species: "Ind", position_angstrom: [9.0, 1e-7, 3.0], contact: false },
+            Atom { id: 7, species: "Ca", position_angstrom: [0.0, 1.25, -2.0], contact: true, indenter: false },
+            Atom { id: 9, species: DUMMY, position_angstrom: [9.0, 1e-7, 3.0], contact: false, indenter: true },
         ];
         write(&path, frame, atoms).unwrap();
         let wanted = "2\nLattice=\"10 0 0 0 20.5 0 0 0 30\" \
-                      Properties=species:S:1:pos:R:3:contact:I:1:id:I:1 p_star=0.01 pbc=\"T T F\"\n\
-                      Ca 0.000000 1.250000 -2.000000 1 7\nInd 9.000000 0.000000 3.000000 0 9\n";
+                      Properties=species:S:1:pos:R:3:contact:I:1:id:I:1:indenter:I:1 p_star=0.01 pbc=\"T T F\"\n\
+                      Ca 0.000000 1.250000 -2.000000 1 7 0\nX 9.000000 0.000000 3.000000 0 9 1\n";
         assert_eq!(std::fs::read_to_string(&path).unwrap(), wanted);
+        let flags: Vec<[bool; 2]> = read(&path).unwrap().iter().map(|a| [a.contact, a.indenter]).collect();
+        assert_eq!(flags, [[true, false], [false, true]]);
         assert!(write(&path, frame, atoms.into_iter().take(1)).unwrap_err().to_string().contains("1 atoms were given"));
         let blank = Atom { species: "C a", ..atoms[0] };
         assert!(write(&path, frame, [blank, blank]).is_err());

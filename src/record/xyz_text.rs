@@ -1,4 +1,4 @@
-//! Height maps from lines of `x y h`.
+//! Height maps from lines of `x y h`, in any order.
 
 use super::height_map::HeightMap;
 use crate::error::{Error, Result};
@@ -7,62 +7,148 @@ use std::path::Path;
 /// Tolerance of a coordinate over the spacing: rounding by the writing program.
 const OFF: f64 = 1e-2;
 
-/// A height map from lines of `x y h` without blank lines between blocks. Returns an error if the first two columns
-/// are inconsistent coordinates, and `None` if they are heights.
-pub(super) fn list(path: &Path, values: &[f64]) -> Option<Result<HeightMap>> {
-    if values.len() < 12 {
-        return None;
+/// Coordinates and heights of a list of points.
+pub(super) struct Points {
+    x: Vec<f64>,
+    y: Vec<f64>,
+    heights: Vec<f64>,
+}
+
+/// Places of one coordinate on an even grid.
+struct Places {
+    of: Vec<u32>,
+    count: usize,
+    spacing: f64,
+}
+
+impl Points {
+    /// From lines of `width` numbers; `columns`: those of x, y and the height.
+    pub(super) fn of(values: &[f64], width: usize, columns: [usize; 3]) -> Self {
+        let [x, y, heights] = columns.map(|k| values.iter().skip(k).step_by(width).copied().collect());
+        Points { x, y, heights }
     }
-    let columns = [0, 1].map(|k| levels(values.iter().skip(k).step_by(3).copied()));
-    let stays = (0..2).find(|&k| columns[k].0[0] == columns[k].0[1]);
-    let runs: Vec<usize> =
-        stays.map_or(Vec::new(), |k| columns[k].0.chunk_by(|a, b| a == b).map(<[usize]>::len).collect());
-    let read = if runs.is_empty() {
-        let found = "coordinates of which neither stays from the first line to the second";
-        Err(Error::format(path, found, "lines of x y h that run along x or along y"))
-    } else {
-        map(path, values, &runs)
-    };
-    match read {
-        Err(Error::Format { file, found, accepted }) if runs_along(&runs, stays, values) || lattice(&columns) => {
-            let or = "or --fourier none (surface.fourier) where all three columns are heights";
-            Some(Err(Error::Format {
-                file,
-                found: format!("lines of x y h with {found}"),
-                accepted: format!("{accepted}; {or}"),
-            }))
+
+    /// A height map from three columns without names or blank lines. Returns an error if the first two are inconsistent coordinates, and
+    /// `None` if they are heights.
+    pub(super) fn list(&self, path: &Path) -> Option<Result<(HeightMap, [f64; 2])>> {
+        if self.x.len() < 4 || self.x.iter().chain(&self.y).any(|v| !v.is_finite()) {
+            return None;
         }
-        Err(_) => None,
-        whole => Some(whole),
+        let columns = [levels(&self.x), levels(&self.y)];
+        let stays = (0..2).find(|&k| columns[k].0[0] == columns[k].0[1]);
+        let runs = stays.map_or(Vec::new(), |k| columns[k].0.chunk_by(|a, b| a == b).map(<[u32]>::len).collect());
+        let running = stays.is_some_and(|k| runs_along(&runs, if k == 0 { &self.y } else { &self.x }));
+        if !running && !lattice(&columns) {
+            return None;
+        }
+        let read = if stays.is_none() {
+            let found = "coordinates of which neither stays from the first line to the second";
+            Err(Error::format(path, found, "lines that run along x or along y, or names of the columns (# x y h)"))
+        } else {
+            self.grid(path)
+        };
+        Some(read.map_err(|e| match e {
+            Error::Format { file, found, accepted } => {
+                let or = "or --fourier none (surface.fourier) where all three columns are heights";
+                Error::Format {
+                    file,
+                    found: format!("lines of x y h with {found}"),
+                    accepted: format!("{accepted}; {or}"),
+                }
+            }
+            other => other,
+        }))
+    }
+
+    /// A height map and its extents, points times spacing, along x and y. Both coordinates are on even grids, not necessarily with the same
+    /// spacing, and increase in the map; points that the list lacks are missing.
+    ///
+    /// # Errors
+    /// Coordinates that are missing, stay, or are off an even grid; two heights at one point; fewer points than two thirds of the grid.
+    pub(super) fn grid(&self, path: &Path) -> Result<(HeightMap, [f64; 2])> {
+        let [x, y] = [places(path, "x", &self.x)?, places(path, "y", &self.y)?];
+        let (nx, ny) = (x.count, y.count);
+        // A single coordinate off by half a step doubles the columns and leaves at most two thirds filled. The limit also bounds the
+        // memory by the length of the file.
+        if 3 * (self.heights.len() as u128) <= 2 * nx as u128 * ny as u128 {
+            let found = format!("{} points on a grid of {nx} x {ny}", self.heights.len());
+            return Err(Error::format(path, found, "x and y on an even grid with more than two thirds of its points"));
+        }
+        let mut taken = vec![false; nx * ny];
+        let mut map = vec![f64::NAN; nx * ny];
+        for (k, h) in self.heights.iter().enumerate() {
+            let at = y.of[k] as usize * nx + x.of[k] as usize;
+            if std::mem::replace(&mut taken[at], true) {
+                let found = format!("two heights at x = {:e}, y = {:e}", self.x[k], self.y[k]);
+                return Err(Error::format(path, found, "one for each point"));
+            }
+            map[at] = *h;
+        }
+        let map = HeightMap::with_missing(&path.display().to_string(), nx, ny, map)?;
+        Ok((map, [nx as f64 * x.spacing, ny as f64 * y.spacing]))
     }
 }
 
-/// Rank of each entry among the distinct values, ascending, and the number of distinct values. Values closer than a
-/// quarter of the widest difference are equal: coordinates differ by a spacing or by rounding.
-fn levels(column: impl Iterator<Item = f64>) -> (Vec<usize>, usize) {
-    let column: Vec<f64> = column.collect();
-    let mut order: Vec<usize> = (0..column.len()).collect();
-    order.sort_by(|&a, &b| column[a].total_cmp(&column[b]));
-    let gaps: Vec<f64> = order.windows(2).map(|w| column[w[1]] - column[w[0]]).collect();
-    let widest = gaps.iter().copied().fold(0.0, f64::max);
-    let (mut of, mut level) = (vec![0; column.len()], 0);
-    for (gap, &entry) in gaps.iter().zip(&order[1..]) {
-        level += usize::from(*gap > 0.25 * widest);
-        of[entry] = level;
+/// Rank of each entry among the distinct values, ascending, and the mean of the entries of each rank. Values closer than a quarter of the
+/// widest difference are equal: coordinates differ by a spacing or by rounding.
+fn levels(column: &[f64]) -> (Vec<u32>, Vec<f64>) {
+    let mut order: Vec<u32> = (0..column.len() as u32).collect();
+    order.sort_unstable_by(|&a, &b| column[a as usize].total_cmp(&column[b as usize]));
+    let value = |i: usize| column[order[i] as usize];
+    let widest = (1..order.len()).map(|i| value(i) - value(i - 1)).fold(0.0, f64::max);
+    let (mut of, mut means, mut start) = (vec![0; column.len()], Vec::new(), 0);
+    for i in 0..order.len() {
+        of[order[i] as usize] = means.len() as u32;
+        if i + 1 == order.len() || value(i + 1) - value(i) > 0.25 * widest {
+            // Differences from the first keep the digits of large coordinates.
+            let sum: f64 = (start..=i).map(|k| value(k) - value(start)).sum();
+            means.push(value(start) + sum / (i + 1 - start) as f64);
+            start = i + 1;
+        }
     }
-    (of, level + 1)
+    (of, means)
 }
 
-/// Whether one column is constant in runs while the other is monotonic in each run, which is unlikely for heights.
-fn runs_along(runs: &[usize], stays: Option<usize>, values: &[f64]) -> bool {
-    let Some(other) = stays.map(|k| 1 - k) else { return false };
+fn places(path: &Path, name: &str, column: &[f64]) -> Result<Places> {
+    if let Some(k) = column.iter().position(|v| !v.is_finite()) {
+        let found = format!("{name} = {} at point {} (counted from 1)", column[k], k + 1);
+        return Err(Error::format(path, found, "coordinates that are finite numbers"));
+    }
+    let (of, means) = levels(column);
+    let mut steps: Vec<f64> = means.windows(2).map(|w| w[1] - w[0]).collect();
+    steps.sort_unstable_by(f64::total_cmp);
+    let Some(step) = steps.get(steps.len().saturating_sub(1) / 2).filter(|s| s.is_finite() && **s > 0.0) else {
+        let found =
+            format!("coordinates that stay ({name} = {:e} at all points)", column.first().copied().unwrap_or(0.0));
+        return Err(Error::format(path, found, "x and y on an even grid of at least two points along each"));
+    };
+    let first = means[0];
+    let last = ((means[means.len() - 1] - first) / step).round();
+    let spacing = (means[means.len() - 1] - first) / last;
+    let place = |v: f64| ((v - first) / spacing).round();
+    for (k, v) in column.iter().enumerate() {
+        let even = first + place(means[of[k] as usize]) * spacing;
+        if (v - even).abs() > OFF * spacing {
+            let found = format!("{name} = {v:e} at point {} (counted from 1)", k + 1);
+            return Err(Error::format(path, found, format!("{even:e}, as even steps of {spacing:e} would have it")));
+        }
+    }
+    if last >= f64::from(u32::MAX) {
+        return Err(Error::format(path, format!("{last:e} steps of {name}"), "x and y on an even grid"));
+    }
+    let of = of.iter().map(|level| place(means[*level as usize]) as u32).collect();
+    Ok(Places { of, count: last as usize + 1, spacing })
+}
+
+/// Whether one column is constant in runs while the other, `other`, is monotonic in each run, which is unlikely for heights.
+fn runs_along(runs: &[usize], other: &[f64]) -> bool {
     if runs.len() < 2 || runs[..runs.len() - 1].iter().any(|n| *n < 2) {
         return false;
     }
-    let up = values[3 + other] > values[other];
+    let up = other[1] > other[0];
     let mut line = 0;
     runs.iter().all(|n| {
-        let run: Vec<f64> = (line..line + n).map(|l| values[3 * l + other]).collect();
+        let run = &other[line..line + n];
         line += n;
         run.windows(2).all(|w| if up { w[1] > w[0] } else { w[1] < w[0] })
     })
@@ -70,74 +156,9 @@ fn runs_along(runs: &[usize], stays: Option<usize>, values: &[f64]) -> bool {
 
 /// Whether the pairs are distinct points of a lattice and fill more than half of it. Pairs of heights either coincide
 /// or are on a lattice with about as many rows as there are lines.
-fn lattice(columns: &[(Vec<usize>, usize); 2]) -> bool {
-    let [(x, nx), (y, ny)] = columns;
+fn lattice([(x, xs), (y, ys)]: &[(Vec<u32>, Vec<f64>); 2]) -> bool {
     let mut pairs: Vec<_> = x.iter().zip(y).collect();
     pairs.sort_unstable();
     pairs.dedup();
-    *nx > 1 && *ny > 1 && pairs.len() == x.len() && 2 * x.len() > nx * ny
-}
-
-/// A height map from lines of `x y h` in blocks separated by blank lines, the format of gnuplot and of the
-/// challenge's surface. One coordinate is constant in a block; the other has constant steps, up or down, that are the
-/// same in all blocks. The numbers determine which is which; in the map both increase. `blocks`: number of lines of
-/// each block.
-///
-/// # Errors
-/// Blocks of different lengths; coordinates off an even grid; different spacings along x and y.
-pub(super) fn map(path: &Path, values: &[f64], blocks: &[usize]) -> Result<HeightMap> {
-    let wrong = |found: String, accepted: &str| Err(Error::format(path, found, accepted));
-    let (n, m) = (blocks[0], blocks.len());
-    if let Some(k) = blocks.iter().position(|b| *b != n) {
-        let found = format!("{} lines in block {} and {n} in the first", blocks[k], k + 1);
-        return wrong(found, "blocks of x, y, h of one length (or the file is cut off)");
-    }
-    if n < 2 || m < 2 {
-        return wrong(format!("{m} blocks of {n} lines"), "at least two blocks of two lines of x, y, h");
-    }
-    let at = |block: usize, line: usize, column: usize| values[3 * (block * n + line) + column];
-    // Coordinate that varies within a block: 0 is x, 1 is y.
-    let moves = |column: usize| (at(0, n - 1, column) - at(0, 0, column)).abs();
-    let runs = usize::from(moves(0) < moves(1));
-    let stays = 1 - runs;
-    let (first, origin) = (at(0, 0, runs), at(0, 0, stays));
-    let (step, stride) =
-        ((at(0, n - 1, runs) - first) / (n - 1) as f64, (at(m - 1, 0, stays) - origin) / (m - 1) as f64);
-    if ![step, stride].iter().all(|s| s.is_finite() && *s != 0.0) {
-        return wrong(
-            format!("coordinates that stay (steps of {step:e} in a block, {stride:e} between blocks)"),
-            "x and y in even steps, one in a block, the other from block to block",
-        );
-    }
-    if ((step / stride).abs() - 1.0).abs() > OFF {
-        let found = format!("spacings of {step:e} in a block and {stride:e} between blocks");
-        return wrong(found, "the same spacing along x and y");
-    }
-    for block in 0..m {
-        for line in 0..n {
-            let place = [first + line as f64 * step, origin + block as f64 * stride];
-            let found = [at(block, line, runs), at(block, line, stays)];
-            if (0..2).any(|k| (found[k] - place[k]).abs() > OFF * step.abs()) {
-                let names = if runs == 0 { ["x", "y"] } else { ["y", "x"] };
-                return wrong(
-                    format!(
-                        "{} = {:e}, {} = {:e} in line {} of block {}",
-                        names[0],
-                        found[0],
-                        names[1],
-                        found[1],
-                        line + 1,
-                        block + 1
-                    ),
-                    &format!("{:e} and {:e}, as even steps would have it", place[0], place[1]),
-                );
-            }
-        }
-    }
-    let (nx, ny) = if runs == 0 { (n, m) } else { (m, n) };
-    let up = |step: f64, i: usize, n: usize| if step > 0.0 { i } else { n - 1 - i };
-    let upwards = |block: usize, line: usize| at(up(stride, block, m), up(step, line, n), 2);
-    let height = |x: usize, y: usize| if runs == 0 { upwards(y, x) } else { upwards(x, y) };
-    let heights = (0..nx * ny).map(|i| height(i % nx, i / nx)).collect();
-    HeightMap::new(&path.display().to_string(), nx, ny, heights)
+    xs.len() > 1 && ys.len() > 1 && pairs.len() == x.len() && 2 * x.len() > xs.len() * ys.len()
 }

@@ -13,14 +13,14 @@ use super::picture::{self, BLACK, Range, Rgb};
 const TEXT: f64 = 24.0;
 const LINE: f64 = 30.0;
 /// Widths of a single frame, and of one of several in a row.
-pub const ALONE: f64 = 900.0;
-pub const IN_A_ROW: f64 = 480.0;
+pub(super) const ALONE: f64 = 900.0;
+pub(super) const IN_A_ROW: f64 = 480.0;
 
 const STOPS: u32 = 24;
 
 /// Meaning of the colours.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Legend {
+pub(super) enum Legend {
     /// Colour ramp over a range of values in `unit`; `clipped`: some values exceed the end of the range.
     Ramp { range: Range, unit: String, clipped: bool },
     /// The same, with contact in black.
@@ -31,12 +31,12 @@ pub enum Legend {
 
 impl Legend {
     /// A ramp with the SI prefix that suits the upper end; values in `unit` without prefix.
-    pub fn ramp(range: Range, unit: &str, clipped: bool) -> Self {
+    pub(super) fn ramp(range: Range, unit: &str, clipped: bool) -> Self {
         let (range, unit) = prefixed(range, unit);
         Legend::Ramp { range, unit, clipped }
     }
 
-    pub fn over_contact(range: Range, unit: &str, clipped: bool) -> Self {
+    pub(super) fn over_contact(range: Range, unit: &str, clipped: bool) -> Self {
         let (range, unit) = prefixed(range, unit);
         Legend::OverContact { range, unit, clipped }
     }
@@ -48,7 +48,7 @@ fn prefixed(range: Range, unit: &str) -> (Range, String) {
 }
 
 /// A map with the data of its frame.
-pub struct Framed<'a> {
+pub(super) struct Framed<'a> {
     /// Unique name on the page, for the id of the colour gradient.
     pub name: &'a str,
     pub alt: &'a str,
@@ -60,7 +60,7 @@ pub struct Framed<'a> {
 }
 
 impl Framed<'_> {
-    pub fn svg(&self) -> String {
+    pub(super) fn svg(&self) -> String {
         let (left, right, top) = (3.2 * TEXT, 1.2 * TEXT, 0.5 * TEXT);
         let across = self.width - left - right;
         let down = across * self.cell_m[1] / self.cell_m[0];

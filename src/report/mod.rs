@@ -9,6 +9,5 @@ pub mod number;
 pub mod page;
 pub mod picture;
 pub mod plot;
-pub mod series;
 
-pub use page::{PAGE, write, write_tradeoff};
+pub use page::{PAGE, write, write_ensemble, write_tradeoff};

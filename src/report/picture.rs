@@ -96,7 +96,11 @@ pub fn load(path: &Path, longest: usize, of: impl Fn(f64) -> f64) -> Result<Down
         reducer.add_row(y, &seen);
     })?;
     match bad {
-        Some((y, x, value)) => Err(Error::format(path, format!("{value} at row {y}, column {x}"), "finite numbers")),
+        Some((y, x, value)) => Err(Error::format(
+            path,
+            format!("{value} in row {}, column {} (counted from 1)", y + 1, x + 1),
+            "finite numbers",
+        )),
         None => Ok(reducer.finish()),
     }
 }
@@ -151,11 +155,6 @@ impl Picture {
         Picture { width, height, pixels }
     }
 
-    /// Colour of a pixel, counted from the upper left corner.
-    pub fn at(&self, x: usize, y: usize) -> Rgb {
-        self.pixels[y * self.width + x]
-    }
-
     /// PNG file contents, 8-bit RGB.
     pub fn png(&self) -> std::io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
@@ -169,6 +168,13 @@ impl Picture {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    impl Picture {
+        /// Colour of a pixel, counted from the upper left corner.
+        fn at(&self, x: usize, y: usize) -> Rgb {
+            self.pixels[y * self.width + x]
+        }
+    }
 
     fn small(nx: usize, values: &[f64]) -> DownsampledMap {
         DownsampledMap { nx, ny: values.len() / nx, factor: 1, values: values.to_vec() }

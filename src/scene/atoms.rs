@@ -1,6 +1,7 @@
 //! The block of atoms of a scene, resolved: crystal, indenter, wall, and the audit of scaling down.
 
-use super::{AtomsScene, Case, Slope, Start, Surface};
+use super::model::relative_to;
+use super::{AtomsScene, Scene, Slope, Start, Surface};
 use crate::atoms::audit::{Actual, AuditInput, Target, audit};
 use crate::atoms::block::Block;
 use crate::atoms::compliant_wall::CompliantWall;
@@ -18,7 +19,7 @@ use crate::record::results::AuditLine;
 use crate::surface::{dilate_by_ball, moments, range};
 use crate::units::{GPA_PER_EV_A3, Scales};
 use crate::{Error, Result};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Poisson's ratio of the calcium-like block for the depth's effect: the Hill average of its elastic constants is 0.298.
 const BLOCK_POISSON: f64 = 0.3;
@@ -27,7 +28,7 @@ const BLOCK_POISSON: f64 = 0.3;
 const MATCHED_REFINEMENT: usize = 4;
 
 /// Normal force from which an atom counts as loaded over the largest force that an equilibrium leaves, of a looser one than usual
-/// over what is usual: below, one cannot be told from the other.
+/// over what is usual: below, the two cannot be distinguished.
 const CONTACT_FORCE_TOLERANCES: f64 = 10.0;
 
 /// Low-pass wavelength of the indenter over its spacing: the shortest wave that atoms on a grid still follow.
@@ -36,6 +37,10 @@ const LOW_PASS_SPACINGS: f64 = 4.0;
 /// Resolved rms gradient beyond which a profile that was scaled up is warned of. On a block of 25 nm no atom leaves the crystal's order
 /// at 0.2 up to p* = 0.03; at 0.37 4 in 1000 do, and areas still follow elasticity to 7 % (docs/validation.md).
 const YIELDING: f64 = 0.5;
+
+/// Relative deviation of the lattice constant from calcium's above which the wall and d_c, which are made for calcium, are warned of.
+/// Other potentials of calcium deviate by less.
+const OTHER_CRYSTAL: f64 = 0.01;
 
 /// Mean pressure over E* up to which a block is pressed: by that elasticity would have it shortened by half.
 const MAX_PRESSURE_OVER_MODULUS: f64 = 0.5;
@@ -98,9 +103,20 @@ pub struct AtomsCase {
     pub first_touch_gap_angstrom: f64,
 }
 
+/// The laboratory's problem, from which the atoms are scaled.
+pub(super) struct LaboratoryProblem<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) file: &'a Path,
+    pub(super) surface: &'a Surface,
+    pub(super) grid: Grid,
+    pub(super) gradient: f64,
+    pub(super) adhesion: Adhesion,
+    pub(super) highest_p_star: f64,
+}
+
 /// A pressure that would shorten the block by half is refused.
-fn refuse_crushing(case: &Case, place: &str) -> Result<()> {
-    let (p_star, most) = (case.highest_p_star(), highest_p_star(case.gradient));
+fn refuse_crushing(problem: &LaboratoryProblem, place: &str) -> Result<()> {
+    let (p_star, most) = (problem.highest_p_star, highest_p_star(problem.gradient));
     if p_star <= most {
         return Ok(());
     }
@@ -109,7 +125,7 @@ fn refuse_crushing(case: &Case, place: &str) -> Result<()> {
          E* and rms gradient, and if the gradient of {:.3} is not the surface's, its heights or extent have another unit than \
          the scene says",
         rounded_down(most),
-        case.gradient
+        problem.gradient
     );
     Err(Error::input(place, "load.p_star", p_star, accepted))
 }
@@ -124,7 +140,7 @@ struct Crystal {
 }
 
 impl Crystal {
-    fn resolve(case: &Case, a: &AtomsScene, place: &str) -> Result<Self> {
+    fn resolve(problem: &LaboratoryProblem, a: &AtomsScene, place: &str) -> Result<Self> {
         let Some(path) = &a.potential else {
             let (symbol, _, mass_u) = CALCIUM_ELEMENT;
             if a.element != symbol {
@@ -134,7 +150,7 @@ impl Crystal {
             let (a0, cutoff_angstrom) = (CALCIUM.a0, CALCIUM.rc);
             return Ok(Crystal { a0, modulus_gpa: CALCIUM_MODULUS_GPA, cutoff_angstrom, mass_u });
         };
-        let path = case.resolve_path(path);
+        let path = relative_to(problem.file, path);
         let header = SetflHeader::read(&path)?;
         let mass_u = header.element(&path, &a.element)?.mass_u;
         let known = a.lattice_constant_angstrom.zip(a.contact_modulus_gpa);
@@ -158,8 +174,14 @@ struct Profile {
 
 impl Profile {
     /// `points`: atoms along a side of the indenter; `length`: of the block, Å.
-    fn resolve(case: &Case, a: &AtomsScene, wall: &AtomWall, points: usize, length: f64) -> Result<Self> {
-        let place = case.file.display();
+    fn resolve(
+        problem: &LaboratoryProblem,
+        a: &AtomsScene,
+        wall: &AtomWall,
+        points: usize,
+        length: f64,
+    ) -> Result<Self> {
+        let place = problem.file.display();
         let low_pass_angstrom = a.low_pass_angstrom.unwrap_or(LOW_PASS_SPACINGS * wall.spacing_angstrom);
         let (low_pass, shortest) = (low_pass_angstrom / length, 2.0 * wall.spacing_angstrom);
         if low_pass_angstrom < shortest || low_pass > 1.0 {
@@ -173,7 +195,7 @@ impl Profile {
             let what = format!("the indenter's profile on {} x {} points", grid.nx, grid.ny);
             return Err(Error::Memory { what, need, have, advice: "a smaller atoms.cells needs less".into() });
         }
-        let heights = case.surface.heights(grid, low_pass);
+        let heights = problem.surface.heights(grid, low_pass);
         let resolved = moments(grid, &heights);
         if resolved.rms_gradient == 0.0 {
             let found = format!("{low_pass_angstrom} (nothing of the profile is left)");
@@ -182,7 +204,7 @@ impl Profile {
         }
         let stretch = match a.slope {
             Slope::Literal => 1.0,
-            Slope::Renormalised => case.gradient / resolved.rms_gradient,
+            Slope::Renormalised => problem.gradient / resolved.rms_gradient,
         };
         let extent = range(&heights);
         Ok(Profile {
@@ -197,17 +219,17 @@ impl Profile {
 }
 
 /// The dimensionless groups of the laboratory's problem.
-fn target(case: &Case) -> Target {
-    let (gamma, rho) = (case.adhesion.work_of_adhesion(), case.adhesion.range());
-    let (lambda_s, curvature_radius) = match &case.surface {
+fn target(problem: &LaboratoryProblem) -> Target {
+    let (gamma, rho) = (problem.adhesion.work_of_adhesion(), problem.adhesion.range());
+    let (lambda_s, curvature_radius) = match problem.surface {
         Surface::Synthesised { spectrum, .. } => (spectrum.lambda_s, spectrum.expected(1.0, 0.0).curvature_radius),
         Surface::Imported { grid, heights, .. } => (2.0 * grid.dx(), moments(*grid, heights).curvature_radius()),
         Surface::Fourier { modes, .. } => {
-            let heights = modes.heights(case.grid, 0.0);
-            (modes.shortest(), moments(case.grid, &heights).curvature_radius())
+            let heights = modes.heights(problem.grid, 0.0);
+            (modes.shortest(), moments(problem.grid, &heights).curvature_radius())
         }
     };
-    Target { p_star: case.highest_p_star(), gamma, rho, rms_gradient: case.gradient, lambda_s, curvature_radius }
+    Target { p_star: problem.highest_p_star, gamma, rho, rms_gradient: problem.gradient, lambda_s, curvature_radius }
 }
 
 impl AtomsCase {
@@ -216,27 +238,27 @@ impl AtomsCase {
         step.imposed_p_star() * self.load_unit
     }
 
-    pub(super) fn resolve(case: &Case) -> Result<AtomsCase> {
-        let place = case.file.display().to_string();
-        let a = case.scene.atoms.as_ref().expect("called for scenes with atoms");
-        refuse_crushing(case, &place)?;
-        let crystal = Crystal::resolve(case, a, &place)?;
+    pub(super) fn resolve(problem: &LaboratoryProblem) -> Result<AtomsCase> {
+        let place = problem.file.display().to_string();
+        let a = problem.scene.atoms.as_ref().expect("called for scenes with atoms");
+        refuse_crushing(problem, &place)?;
+        let crystal = Crystal::resolve(problem, a, &place)?;
         let block = Block::new(a.cells, a.depth_cells, crystal.a0, crystal.cutoff_angstrom)
             .and_then(|b| b.on_foundation(a.foundation_cells))
             .map_err(|e| e.with_context(&place, None))?;
-        if case.grid.lx != case.grid.ly {
-            let found = format!("{} x {} points", case.grid.nx, case.grid.ny);
+        if problem.grid.lx != problem.grid.ly {
+            let found = format!("{} x {} points", problem.grid.nx, problem.grid.ny);
             return Err(Error::input(place, "surface.heights", found, "a square cell: the block of atoms is square"));
         }
         let points = grid_points(a.cells, crystal.a0);
         let length = block.length();
         let wall = AtomWall::new(length / points as f64, crystal.a0)?;
-        let profile = Profile::resolve(case, a, &wall, points, length)?;
+        let profile = Profile::resolve(problem, a, &wall, points, length)?;
         let scales = Scales { length_m: length * crate::units::ANGSTROM_M, modulus_pa: crystal.modulus_gpa * 1e9 };
-        let adhesion = pair_adhesion(case, a.adhesion_range_angstrom, &wall, scales)
+        let adhesion = pair_adhesion(problem, a.adhesion_range_angstrom, &wall, scales)
             .map_err(|e| e.with_context(&place, Some("atoms.adhesion_range_angstrom")))?;
         let audit = audit(&AuditInput {
-            target: target(case),
+            target: target(problem),
             actual: Actual {
                 length_angstrom: length,
                 depth_angstrom: block.thickness(),
@@ -244,10 +266,10 @@ impl AtomsCase {
                 a0_angstrom: crystal.a0,
                 modulus_gpa: crystal.modulus_gpa,
                 poisson: BLOCK_POISSON,
-                p_star: case.highest_p_star(),
+                p_star: problem.highest_p_star,
                 gamma_ev_a2: adhesion.map_or(0.0, |p| scales.energy_per_area_ev_a2(p.gamma)),
                 rho_angstrom: if adhesion.is_some() { a.adhesion_range_angstrom } else { 0.0 },
-                rms_gradient: case.gradient,
+                rms_gradient: problem.gradient,
                 resolved_gradient: profile.resolved_gradient,
                 lambda_min_angstrom: profile.low_pass_angstrom,
                 curvature_radius_angstrom: profile.curvature_radius / profile.stretch * length,
@@ -259,7 +281,7 @@ impl AtomsCase {
             block,
             points,
             wall,
-            potential: a.potential.as_ref().map(|p| case.resolve_path(p)),
+            potential: a.potential.as_ref().map(|p| relative_to(problem.file, p)),
             element: a.element.clone(),
             mass_u: crystal.mass_u,
             scales,
@@ -268,9 +290,9 @@ impl AtomsCase {
             stretch: profile.stretch,
             resolved_gradient: profile.resolved_gradient,
             start: a.start_or_default(adhesion.is_some()),
-            unload: case.scene.load.is_closed() || case.scene.load.pull_off,
+            unload: problem.scene.load.is_closed() || problem.scene.load.pull_off,
             nvt: a.nvt.as_ref().map(|h| h.settings()),
-            load_unit: length * length * scales.stress_ev_a3(1.0) * case.gradient,
+            load_unit: length * length * scales.stress_ev_a3(1.0) * problem.gradient,
             adhesion,
             audit,
             matched: profile.grid,
@@ -333,6 +355,19 @@ impl AtomsCase {
     pub(super) fn warnings(&self, gradient: f64, ranks: usize) -> Vec<String> {
         let atoms = self.block.atoms() + (self.points * self.points) as u64;
         let mut list: Vec<String> = caveat(ranks, atoms).into_iter().collect();
+        let (d_c, a0) = (wall::CONTACT_DISTANCE_ANGSTROM, self.block.a0);
+        if (a0 / CALCIUM.a0 - 1.0).abs() > OTHER_CRYSTAL {
+            list.push(format!(
+                "the indenter is the one for calcium with any atoms.potential: epsilon = {} eV, sigma = {} Å, contact within \
+                 d_c = {d_c} Å, which is {:.2} lattice constants of this {} and {:.2} of calcium. Continuum and atoms have the \
+                 same wall and d_c; for areas that do not depend on d_c take the criteria compressed or force_threshold",
+                self.wall.epsilon_ev,
+                self.wall.sigma_angstrom,
+                d_c / a0,
+                self.element,
+                d_c / CALCIUM.a0
+            ));
+        }
         if self.stretch != 1.0 && self.resolved_gradient > YIELDING {
             list.push(format!(
                 "the resolved slope of the indenter is scaled up by {:.2} to the whole spectrum's: contact stresses will \
@@ -352,9 +387,14 @@ impl AtomsCase {
     }
 }
 
-fn pair_adhesion(case: &Case, rho_angstrom: f64, wall: &AtomWall, scales: Scales) -> Result<Option<PairAdhesion>> {
+fn pair_adhesion(
+    problem: &LaboratoryProblem,
+    rho_angstrom: f64,
+    wall: &AtomWall,
+    scales: Scales,
+) -> Result<Option<PairAdhesion>> {
     // Another law is refused with the scene.
-    let Adhesion::Exponential(law) = case.adhesion else { return Ok(None) };
+    let Adhesion::Exponential(law) = problem.adhesion else { return Ok(None) };
     let gamma_ev_a2 = scales.energy_per_area_ev_a2(law.gamma);
     let pair = wall::Adhesion::new(wall, gamma_ev_a2, rho_angstrom)?;
     Ok(Some(PairAdhesion {

@@ -1,27 +1,21 @@
+use super::atoms::LaboratoryProblem;
 use super::check::{complaints, missing_files};
+use super::load::estimated_p_star;
 use super::model::relative_to;
+use super::source::ResolvedSurface;
+use super::surface_file::{SurfaceFile, preparation_keys};
 use super::{ALL_METHODS, AdhesionScene, AtomsCase, Laboratory, RequestedOutputs, Scene, Surface, Units};
+use crate::error::Complaint;
 use crate::grid::Grid;
 use crate::interface::{Adhesion, CubicHalfSpace, Elastic, Layer, NonPeriodic, PenaltyWall, RangeChoice, Wall};
 use crate::load::{Load, LoadStep};
 use crate::method::{self, Card, ContactMethod, Heights, Kind, Problem, REGISTRY};
 use crate::record::advice::AccuracyChoice;
-use crate::surface::{Spectrum, moments, non_periodic_gradient, quality_warnings};
+use crate::record::provenance::Provenance;
+use crate::surface::{Spectrum, moments, non_periodic_gradient, quality_warnings, seam_warning, slope_warnings};
 use crate::units::Scales;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
-
-/// rms gradient above which a warning is given. That of the challenge, 1, is at the limit of small-slope theory.
-const STEEP: f64 = 3.0;
-
-/// A warning for a surface so steep that its unit of length is in doubt.
-pub fn slope_warning(rms_gradient: f64) -> Option<String> {
-    (rms_gradient > STEEP).then(|| {
-        format!(
-            "the rms gradient is {rms_gradient:.3}: the theory assumes small slopes, and so steep a surface suggests a wrong unit of length"
-        )
-    })
-}
 
 /// A scene, checked and resolved into reduced numbers.
 #[derive(Debug, Clone)]
@@ -29,8 +23,14 @@ pub struct Case {
     pub scene: Scene,
     /// The scene file, for messages and relative paths.
     pub file: PathBuf,
+    /// The scene's scales, with the extents of the prepared cell.
+    pub laboratory: Laboratory,
     pub scales: Scales,
     pub surface: Surface,
+    /// Mean gap at first touch, units of L; `None` for a synthesised surface without imposed displacements.
+    pub first_touch: Option<f64>,
+    /// Of an imported surface.
+    pub provenance: Option<Provenance>,
     pub grid: Grid,
     /// rms gradient of the whole spectrum: p* is pressure over E* times this.
     pub gradient: f64,
@@ -52,25 +52,60 @@ impl Case {
     }
 
     /// `file` is named in messages and is what relative paths are relative to.
-    pub fn resolve(scene: Scene, file: &Path) -> Result<Case> {
+    pub fn resolve(mut scene: Scene, file: &Path) -> Result<Case> {
         let place = file.display().to_string();
-        let list = [complaints(&scene), missing_files(&scene, file)].concat();
-        if !list.is_empty() {
-            return Err(Error::Input { place, list });
+        let refuse = |list: Vec<Complaint>| match list.is_empty() {
+            true => Ok(()),
+            false => Err(Error::Input { place: place.clone(), list }),
+        };
+        let mut list = [complaints(&scene), missing_files(&scene, file)].concat();
+        let mut source = match SurfaceFile::read(&scene.surface, file) {
+            // A wrong key may be the reason.
+            Err(_) if !list.is_empty() => None,
+            read => read?,
+        };
+        // What the file does not declare is reported together with everything else, once for each key.
+        for complaint in source.iter_mut().flat_map(|s| s.complete(&mut scene)) {
+            if list.iter().all(|c| c.key != complaint.key) {
+                list.push(complaint);
+            }
         }
-        let lab = &scene.laboratory;
+        refuse(list)?;
+        if source.is_some() {
+            // What the file declares is checked as what is given.
+            refuse(complaints(&scene))?;
+        }
+        let surface = Surface::resolve(&scene, source, &place)?;
+        Self::on_surface(scene, file, surface)
+    }
+
+    /// The case of a scene without a surface file, on a surface that exists already; `[surface]` has its grid.
+    pub(crate) fn of_surface(scene: Scene, place: &'static str, surface: ResolvedSurface) -> Result<Case> {
+        match complaints(&scene) {
+            list if list.is_empty() => Self::on_surface(scene, Path::new(place), surface),
+            list => Err(Error::Input { place: place.into(), list }),
+        }
+    }
+
+    /// Resolves a checked scene.
+    fn on_surface(scene: Scene, file: &Path, surface: ResolvedSurface) -> Result<Case> {
+        let place = file.display().to_string();
+        let ResolvedSurface { surface, laboratory: lab, provenance, warnings } = surface;
         let scales = lab.scales();
-        let surface = Surface::resolve(&scene.surface, lab, file)?;
         let grid = grid(&scene, &surface, &place)?;
         let gradient = gradient(&scene, &surface, &place)?;
-        let adhesion = scene.adhesion.as_ref().map_or(Adhesion::None, |a| adhesion(lab, a, a.range_nm));
+        let first_touch = first_touch(&scene, &lab, &surface, grid, &place)?;
+        let adhesion = scene.adhesion.as_ref().map_or(Adhesion::None, |a| adhesion(&lab, a, a.range_nm));
         let wall = match scene.continuum.penalty_length_nm {
             Some(nm) => Wall::Penalty(PenaltyWall { length: lab.reduced_nm(nm) }),
             None => Wall::Hard,
         };
         let mut case = Case {
-            load_steps: load_steps(&scene, gradient),
-            kernel: kernel(&scene, grid)?,
+            load_steps: load_steps(&scene, &lab, grid, gradient, first_touch.unwrap_or(f64::NAN)),
+            kernel: kernel(&scene, &lab, grid)?,
+            laboratory: lab,
+            first_touch,
+            provenance,
             scene,
             file: file.to_path_buf(),
             scales,
@@ -81,12 +116,30 @@ impl Case {
             wall,
             atoms: None,
             chosen: None,
-            warnings: Vec::new(),
+            warnings,
         };
-        case.warnings = case.surface_warnings();
+        case.warnings.extend(case.surface_warnings());
+        if case.scene.surface.strict {
+            let accepted = "a surface without this warning, or surface.strict = false";
+            let list =
+                case.warnings.iter().map(|w| Complaint::new("surface.strict", format!("true, but {w}"), accepted));
+            let list: Vec<Complaint> = list.collect();
+            if !list.is_empty() {
+                return Err(Error::Input { place, list });
+            }
+        }
         case.refuse_closed()?;
+        case.refuse_unrepresentable()?;
         if case.scene.atoms.is_some() {
-            case.atoms = Some(AtomsCase::resolve(&case)?);
+            case.atoms = Some(AtomsCase::resolve(&LaboratoryProblem {
+                scene: &case.scene,
+                file: &case.file,
+                surface: &case.surface,
+                grid: case.grid,
+                gradient: case.gradient,
+                adhesion: case.adhesion,
+                highest_p_star: case.highest_p_star(),
+            })?);
             let ranks = case.scene.atoms.as_ref().map_or(1, |a| a.ranks);
             case.warnings.extend(case.atoms.iter().flat_map(|a| a.warnings(case.gradient, ranks)));
         }
@@ -98,11 +151,15 @@ impl Case {
     fn surface_warnings(&self) -> Vec<String> {
         let of_surface = match &self.surface {
             Surface::Synthesised { modes, .. } => modes.left_out_by(self.grid).into_iter().collect(),
-            Surface::Imported { grid, heights, .. } => quality_warnings(*grid, heights),
+            Surface::Imported { grid, heights, .. } => {
+                let seam = seam_warning(*grid, heights).filter(|_| self.scene.continuum.is_periodic());
+                let list = quality_warnings(*grid, heights).into_iter().chain(seam);
+                list.map(|text| preparation_keys(&text)).collect()
+            }
             Surface::Fourier { .. } => Vec::new(),
         };
         let of_range = self.range().resolution_warning(self.adhesion, self.grid.dx().max(self.grid.dy()));
-        of_surface.into_iter().chain(slope_warning(self.gradient)).chain(of_range).collect()
+        of_surface.into_iter().chain(slope_warnings(self.gradient)).chain(of_range).collect()
     }
 
     /// Behind a hard wall every pressure from that of full contact on has the mean gap zero, so that it determines no load.
@@ -122,9 +179,40 @@ impl Case {
         Err(Error::input(self.file.display(), format!("load.mean_gap_um[{i}]"), 0, accepted))
     }
 
+    /// Values that over- or underflow in reduced units, and units whose products do.
+    fn refuse_unrepresentable(&self) -> Result<()> {
+        let Scales { length_m, modulus_pa } = self.scales;
+        let modulus = self.laboratory.contact_modulus();
+        let mut values = vec![("laboratory.contact_modulus_mpa".to_string(), modulus, modulus_pa * length_m)];
+        let lists = self.scene.load.lists();
+        let loads = lists.iter().flat_map(|(key, list)| list.iter().map(move |v| (key, *v)));
+        for ((i, (key, value)), step) in loads.enumerate().zip(&self.load_steps) {
+            let (Load::Pressure(reduced) | Load::MeanGap(reduced)) = step.target;
+            values.push((format!("{key}[{i}]"), value, reduced));
+        }
+        if let Some(a) = &self.scene.adhesion {
+            let work = self.adhesion.work_of_adhesion();
+            values.push(("adhesion.work_of_adhesion_mj_m2".into(), a.work_of_adhesion_mj_m2, work));
+            if a.work_of_adhesion_mj_m2 != 0.0 {
+                values.push(("adhesion.range_nm".into(), a.range_nm, self.adhesion.range()));
+            }
+        }
+        if let (Some(nm), Wall::Penalty(wall)) = (self.scene.continuum.penalty_length_nm, self.wall) {
+            values.push(("continuum.penalty_length_nm".into(), nm, wall.length));
+        }
+        match values.into_iter().find(|(_, given, reduced)| !method::is_representable(*given, *reduced)) {
+            None => Ok(()),
+            Some((key, found, _)) => {
+                let accepted = "a number that neither over- nor underflows over or times laboratory.contact_modulus_mpa and \
+                                laboratory.length_um";
+                Err(Error::input(self.file.display(), key, format!("{found:e}"), accepted))
+            }
+        }
+    }
+
     /// Whether the surface is a non-periodic map. A synthesised surface is periodic even on a non-periodic half-space.
     pub fn is_non_periodic(&self) -> bool {
-        !self.scene.continuum.periodic && matches!(self.surface, Surface::Imported { .. })
+        !self.scene.continuum.is_periodic() && matches!(self.surface, Surface::Imported { .. })
     }
 
     /// The load path, the unloading branch of a closed path included.
@@ -210,7 +298,7 @@ impl Case {
 
     /// The scene's adhesion with another range.
     pub fn adhesion_of_range(&self, nm: f64) -> Adhesion {
-        self.scene.adhesion.as_ref().map_or(Adhesion::None, |a| adhesion(&self.scene.laboratory, a, nm))
+        self.scene.adhesion.as_ref().map_or(Adhesion::None, |a| adhesion(&self.laboratory, a, nm))
     }
 
     /// Range of a law on the scene's grid, units of L: enlarged where the grid does not resolve it.
@@ -292,7 +380,9 @@ fn gradient(scene: &Scene, surface: &Surface, place: &str) -> Result<f64> {
         Surface::Imported { grid, .. } if consistent && !fits(*grid) => return Ok(f64::NAN),
         Surface::Synthesised { spectrum, .. } => spectrum.rms_gradient,
         Surface::Fourier { modes, .. } => modes.rms_gradient(),
-        Surface::Imported { grid, heights, .. } if !scene.continuum.periodic => non_periodic_gradient(*grid, heights),
+        Surface::Imported { grid, heights, .. } if !scene.continuum.is_periodic() => {
+            non_periodic_gradient(*grid, heights)
+        }
         Surface::Imported { grid, heights, .. } => moments(*grid, heights).rms_gradient,
     };
     // In consistent units nothing is given or reported as p*.
@@ -304,28 +394,62 @@ fn gradient(scene: &Scene, surface: &Surface, place: &str) -> Result<f64> {
     Ok(if scene.challenge.is_some() { Spectrum::CHALLENGE.rms_gradient } else { found })
 }
 
+/// Mean gap at first touch: of imported maps, and where displacements are imposed.
+fn first_touch(scene: &Scene, lab: &Laboratory, surface: &Surface, grid: Grid, place: &str) -> Result<Option<f64>> {
+    let displacements = &scene.load.displacement_um;
+    let gap = match surface {
+        Surface::Imported { heights, .. } => crate::grid::mean(heights),
+        _ if displacements.is_empty() => return Ok(None),
+        _ => crate::grid::mean(&surface.heights(grid, 0.0)),
+    };
+    match displacements.iter().position(|d| lab.reduced_um(*d) >= gap) {
+        None => Ok(Some(gap)),
+        Some(i) => {
+            let most = gap / lab.reduced_um(1.0);
+            let accepted = format!("less than {most:.6}, the mean gap at first touch: there the gap is closed");
+            Err(Error::input(place, format!("load.displacement_um[{i}]"), displacements[i], accepted))
+        }
+    }
+}
+
 /// The elastic body.
-fn kernel(scene: &Scene, grid: Grid) -> Result<Elastic> {
+fn kernel(scene: &Scene, lab: &Laboratory, grid: Grid) -> Result<Elastic> {
     let c = &scene.continuum;
     Ok(match (&c.layer, &c.crystal) {
         (Some(l), _) => {
-            let thickness = l.thickness_um / scene.laboratory.length_um;
+            let thickness = l.thickness_um / lab.length();
             Elastic::Layer(Layer { thickness, poisson: l.poisson, base: l.base })
         }
         (None, Some(c)) => Elastic::Cubic(CubicHalfSpace::new(c.c11_gpa, c.c12_gpa, c.c44_gpa)?),
-        (None, None) if !c.periodic => Elastic::NonPeriodic(NonPeriodic::of_region(grid.lx, grid.ly)),
+        (None, None) if !c.is_periodic() => Elastic::NonPeriodic(NonPeriodic::of_region(grid.lx, grid.ly)),
         (None, None) => Elastic::HalfSpace,
     })
 }
 
-/// The load steps of a scene. `gradient`: rms gradient, to which p* refers.
-fn load_steps(scene: &Scene, gradient: f64) -> Vec<LoadStep> {
-    let (lab, load) = (&scene.laboratory, &scene.load);
-    let p_star = load.p_star_path();
-    let pressures = load.pressure_mpa.iter().map(|p| p / lab.contact_modulus_mpa);
-    let pressures = p_star.iter().map(|p| p * gradient).chain(pressures).map(Load::Pressure);
-    let gaps = load.mean_gap_path().into_iter().map(|um| Load::MeanGap(lab.reduced_um(um)));
-    let targets: Vec<Load> = pressures.chain(gaps).collect();
+/// The load steps of a scene. `gradient`: rms gradient, to which p* refers; `first_touch`: mean gap at first touch. Contact fractions
+/// have estimated pressures ([`Case::find_contact_pressures`]).
+fn load_steps(scene: &Scene, lab: &Laboratory, grid: Grid, gradient: f64, first_touch: f64) -> Vec<LoadStep> {
+    let load = &scene.load;
+    let list = |of: &[f64], reduced: &dyn Fn(f64) -> f64| -> Vec<f64> {
+        load.with_unloading(of).into_iter().map(reduced).collect()
+    };
+    let pressures = [
+        list(&load.pressure_mpa, &|p| p / lab.contact_modulus()),
+        list(&load.force_mn, &|f| lab.reduced_force(f, grid.ly)),
+        list(&load.contact, &|area| gradient * estimated_p_star(area)),
+    ]
+    .concat();
+    let mut p_star = load.p_star_path();
+    let imposed = p_star.iter().map(|p| p * gradient).chain(pressures.iter().copied()).map(Load::Pressure);
+    let gaps = [
+        list(&load.mean_gap_um, &|um| lab.reduced_um(um)),
+        list(&load.displacement_um, &|um| first_touch - lab.reduced_um(um)),
+    ];
+    let targets: Vec<Load> = imposed.chain(gaps.concat().into_iter().map(Load::MeanGap)).collect();
+    // A flat surface has no p*.
+    if gradient > 0.0 && lab.units == Units::Named {
+        p_star.extend(pressures.iter().map(|p| p / gradient));
+    }
     let mut steps = LoadStep::path(&targets, &p_star, load.loading_count());
     if let Some(list) = &load.maps_at {
         let stored: Vec<usize> = list.iter().flat_map(|p| load.indices_of(*p)).collect();

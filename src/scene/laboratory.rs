@@ -4,26 +4,27 @@ use crate::units::Scales;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Scales of the continuum problem. The defaults are the challenge's.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+/// The challenge's extent of the cell, µm, and contact modulus, MPa: those of a synthesised surface by default.
+const CHALLENGE_LENGTH_UM: f64 = 100.0;
+const CHALLENGE_MODULUS_MPA: f64 = 25.0;
+
+/// Scales of the continuum problem.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Laboratory {
-    /// Extent of the periodic cell in x, µm.
-    pub length_um: f64,
-    /// Contact modulus E* = E/(1-ν²), MPa.
-    pub contact_modulus_mpa: f64,
-    /// Extent in y of a height map's cell, µm. Default: square pixels. Not a key of scene files.
-    #[serde(skip)]
+    /// Extent of the cell in x, µm. Default: 100 for a synthesised surface; what the file of an imported one declares, which is
+    /// required where it declares none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length_um: Option<f64>,
+    /// Extent in y of an imported map's cell, µm. Default: what the file declares, or square pixels.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub length_y_um: Option<f64>,
+    /// Contact modulus E* = E/(1-ν²), MPa. Default: 25 for a synthesised surface; required for an imported one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact_modulus_mpa: Option<f64>,
     /// Not a key of scene files.
     #[serde(skip)]
     pub units: Units,
-}
-
-impl Default for Laboratory {
-    fn default() -> Self {
-        Laboratory { length_um: 100.0, contact_modulus_mpa: 25.0, length_y_um: None, units: Units::Named }
-    }
 }
 
 /// Units of the numbers in a scene.
@@ -38,11 +39,22 @@ pub enum Units {
 }
 
 impl Laboratory {
+    /// Extent of the cell in x: the given one, or the challenge's.
+    pub fn length(&self) -> f64 {
+        self.length_um.unwrap_or(CHALLENGE_LENGTH_UM)
+    }
+
+    /// Contact modulus: the given one, or the challenge's.
+    pub fn contact_modulus(&self) -> f64 {
+        self.contact_modulus_mpa.unwrap_or(CHALLENGE_MODULUS_MPA)
+    }
+
     /// Length and stress that reduced numbers are multiples of: in SI, or in consistent units.
     pub fn scales(&self) -> Scales {
+        let (length, modulus) = (self.length(), self.contact_modulus());
         match self.units {
-            Units::Named => Scales { length_m: self.length_um * 1e-6, modulus_pa: self.contact_modulus_mpa * 1e6 },
-            Units::Consistent => Scales { length_m: self.length_um, modulus_pa: self.contact_modulus_mpa },
+            Units::Named => Scales { length_m: length * 1e-6, modulus_pa: modulus * 1e6 },
+            Units::Consistent => Scales { length_m: length, modulus_pa: modulus },
         }
     }
 
@@ -50,7 +62,7 @@ impl Laboratory {
     pub fn reduced_um(&self, um: f64) -> f64 {
         match self.units {
             Units::Named => um * 1e-6 / self.scales().length_m,
-            Units::Consistent => um / self.length_um,
+            Units::Consistent => um / self.length(),
         }
     }
 
@@ -58,7 +70,7 @@ impl Laboratory {
     pub fn reduced_nm(&self, nm: f64) -> f64 {
         match self.units {
             Units::Named => nm * 1e-9 / self.scales().length_m,
-            Units::Consistent => nm / self.length_um,
+            Units::Consistent => nm / self.length(),
         }
     }
 
@@ -69,5 +81,23 @@ impl Laboratory {
             Units::Consistent => mj_m2,
         };
         self.scales().reduced_energy_per_area(in_scales)
+    }
+
+    /// A force in mN on the cell, whose extent in y is `aspect` times that in x, as pressure over E*.
+    pub fn reduced_force(&self, mn: f64, aspect: f64) -> f64 {
+        let scales = self.scales();
+        let in_scales = match self.units {
+            Units::Named => mn * 1e-3,
+            Units::Consistent => mn,
+        };
+        in_scales / scales.modulus_pa / scales.length_m / (scales.length_m * aspect)
+    }
+
+    /// Metres of one unit of the scene's lengths; `heights_m` is that of the heights, where it is known.
+    pub fn metres(&self, heights_m: Option<f64>) -> Option<f64> {
+        match self.units {
+            Units::Named => Some(1e-6),
+            Units::Consistent => heights_m,
+        }
     }
 }

@@ -1,24 +1,43 @@
 //! `[load]`: the load path.
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::de::value::SeqAccessDeserializer;
+use serde::de::{Error as _, MapAccess, SeqAccess, Unexpected, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 
+/// The load path.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LoadScene {
     /// Mean pressures over E* times the rms gradient of the whole spectrum, in the order in which they are applied. With
     /// adhesion, up and down are different branches, and a pull may be negative.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, deserialize_with = "list_or_range", skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "Loads")]
     pub p_star: Vec<f64>,
     /// Such loads at equal ratios instead of a list.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub p_star_range: Option<LoadRange>,
-    /// Mean gaps instead, µm: they reach states that no pressure sustains.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub mean_gap_um: Vec<f64>,
-    /// Mean pressures instead, MPa. Not a key of scene files.
-    #[serde(skip)]
+    /// Mean pressures instead, MPa.
+    #[serde(default, deserialize_with = "list_or_range", skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "Loads")]
     pub pressure_mpa: Vec<f64>,
+    /// Normal forces on the cell instead, mN.
+    #[serde(default, deserialize_with = "list_or_range", skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "Loads")]
+    pub force_mn: Vec<f64>,
+    /// Mean gaps instead, µm: they reach states that no pressure sustains.
+    #[serde(default, deserialize_with = "list_or_range", skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "Loads")]
+    pub mean_gap_um: Vec<f64>,
+    /// Displacements of the rough surface from first touch towards the mean plane of the elastic one instead, µm: mean gap at first
+    /// touch minus mean gap.
+    #[serde(default, deserialize_with = "list_or_range", skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "Loads")]
+    pub displacement_um: Vec<f64>,
+    /// Fractions of the cell in contact instead: the pressures that give them are found first.
+    #[serde(default, deserialize_with = "list_or_range", skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "Loads")]
+    pub contact: Vec<f64>,
     /// Append the unloading branch: the same loads in reverse.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub unload: bool,
@@ -30,6 +49,109 @@ pub struct LoadScene {
     pub pull_off: bool,
 }
 
+/// Loads in the order in which they are applied, or a range of them: what [`list_or_range`] reads, for the schema.
+#[derive(JsonSchema)]
+#[schemars(untagged)]
+#[expect(dead_code, reason = "only its schema is used")]
+enum Loads {
+    List(Vec<f64>),
+    Range(CountedRange),
+}
+
+/// `count` loads from `from` to `to`, both included.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CountedRange {
+    pub from: f64,
+    pub to: f64,
+    pub count: usize,
+    #[serde(default)]
+    pub spacing: Spacing,
+}
+
+/// Equal differences, or equal ratios.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Spacing {
+    #[default]
+    Linear,
+    Log,
+}
+
+impl CountedRange {
+    /// Most loads of one range.
+    pub const MOST: usize = 10_000;
+
+    /// The loads.
+    ///
+    /// # Errors
+    /// What a range must have, in words.
+    pub fn loads(self) -> Result<Vec<f64>, String> {
+        let CountedRange { from, to, count, spacing } = self;
+        if !(2..=Self::MOST).contains(&count) || !from.is_finite() || !to.is_finite() {
+            return Err(format!("a range of 2 to {} loads between finite numbers", Self::MOST));
+        }
+        if spacing == Spacing::Log && !(from > 0.0 && to > 0.0) {
+            return Err("a logarithmic range between positive numbers".into());
+        }
+        let last = count - 1;
+        let share = |k: usize| k as f64 / last as f64;
+        Ok((0..count)
+            .map(|k| match spacing {
+                _ if k == 0 => from,
+                _ if k == last => to,
+                Spacing::Linear => from + (to - from) * share(k),
+                Spacing::Log => from * (to / from).powf(share(k)),
+            })
+            .collect())
+    }
+}
+
+fn list_or_range<'de, D: Deserializer<'de>>(source: D) -> Result<Vec<f64>, D::Error> {
+    source.deserialize_any(LoadsVisitor)
+}
+
+/// Reads a list or a range. An untagged enum would not name the entry that is wrong.
+struct LoadsVisitor;
+
+impl<'de> Visitor<'de> for LoadsVisitor {
+    type Value = Vec<f64>;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str("a list of numbers, such as [0.01, 0.03], or a range { from, to, count, spacing }")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Self::Value, A::Error> {
+        Vec::deserialize(SeqAccessDeserializer::new(list))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut table: A) -> Result<Self::Value, A::Error> {
+        let (mut from, mut to, mut count, mut spacing) = (None, None, None, Spacing::default());
+        while let Some(key) = table.next_key::<String>()? {
+            match key.as_str() {
+                "from" => from = Some(table.next_value()?),
+                "to" => to = Some(table.next_value()?),
+                "count" => count = Some(table.next_value()?),
+                "spacing" => spacing = table.next_value()?,
+                // The whole table is none of a range.
+                _ => return Err(A::Error::invalid_type(Unexpected::Map, &self)),
+            }
+        }
+        let from = from.ok_or_else(|| A::Error::missing_field("from"))?;
+        let to = to.ok_or_else(|| A::Error::missing_field("to"))?;
+        let count = count.ok_or_else(|| A::Error::missing_field("count"))?;
+        CountedRange { from, to, count, spacing }.loads().map_err(A::Error::custom)
+    }
+}
+
+/// p* at which about this fraction of a rough surface is in contact: A = erf(√π p*), inverted by Winitzki's formula (error below 0.4 %).
+pub(super) fn estimated_p_star(area: f64) -> f64 {
+    const A: f64 = 0.147;
+    let log = (1.0 - area * area).ln();
+    let half = 2.0 / (std::f64::consts::PI * A) + log / 2.0;
+    ((half * half - log / A).sqrt() - half).sqrt() / std::f64::consts::PI.sqrt()
+}
+
 /// Loads p* that a scene gives in two places are the same up to this relative difference.
 const SAME_LOAD: f64 = 1e-9;
 
@@ -37,7 +159,9 @@ const SAME_LOAD: f64 = 1e-9;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LoadRange {
+    /// First load.
     pub from: f64,
+    /// Last load.
     pub to: f64,
     /// Loads per factor of ten. Both ends are loads, so the ratio may be slightly smaller.
     pub per_decade: usize,
@@ -61,36 +185,42 @@ impl LoadRange {
 }
 
 impl LoadScene {
-    /// The loads `p*` in the order of their application, unloading included; empty where pressures or mean gaps are imposed.
+    /// The loads `p*` in the order of their application, unloading included; empty where other loads are imposed.
     pub fn p_star_path(&self) -> Vec<f64> {
         let up = self.p_star_range.map_or_else(|| self.p_star.clone(), |r| r.loads());
-        self.with_unloading(up)
+        self.with_unloading(&up)
     }
 
-    /// The mean gaps, µm, likewise.
-    pub fn mean_gap_path(&self) -> Vec<f64> {
-        self.with_unloading(self.mean_gap_um.clone())
-    }
-
-    fn with_unloading(&self, mut path: Vec<f64>) -> Vec<f64> {
-        if self.unload {
-            path.extend_from_within(..path.len().saturating_sub(1));
-            let there = path.len().div_ceil(2);
-            path[there..].reverse();
-        }
-        path
+    /// A list of loads and, if the scene has one, its unloading branch.
+    pub fn with_unloading(&self, list: &[f64]) -> Vec<f64> {
+        let back = list.iter().rev().skip(1).filter(|_| self.unload);
+        list.iter().chain(back).copied().collect()
     }
 
     /// Whether the path rises to its highest load and returns by the same loads, by `unload` or by its list.
     pub fn is_closed(&self) -> bool {
-        let path = self.p_star_path();
-        let (half, n) = (path.len() / 2, path.len());
-        let mirrored = n % 2 == 1 && n > 1 && path.iter().eq(path.iter().rev());
-        self.unload || mirrored && path[..=half].is_sorted_by(|a, b| a < b)
+        let lists = [self.p_star_path(), self.pressure_mpa.clone(), self.force_mn.clone()];
+        let mirrored = |path: &Vec<f64>| {
+            let (half, n) = (path.len() / 2, path.len());
+            n % 2 == 1 && n > 1 && path.iter().eq(path.iter().rev()) && path[..=half].is_sorted_by(|a, b| a < b)
+        };
+        self.unload || lists.iter().any(mirrored)
+    }
+
+    /// The loads of each kind by their key, unloading included: all but one list are empty.
+    pub fn lists(&self) -> [(&'static str, Vec<f64>); 6] {
+        [
+            ("load.p_star", self.p_star_path()),
+            ("load.pressure_mpa", self.with_unloading(&self.pressure_mpa)),
+            ("load.force_mn", self.with_unloading(&self.force_mn)),
+            ("load.contact", self.with_unloading(&self.contact)),
+            ("load.mean_gap_um", self.with_unloading(&self.mean_gap_um)),
+            ("load.displacement_um", self.with_unloading(&self.displacement_um)),
+        ]
     }
 
     pub fn count(&self) -> usize {
-        self.p_star_path().len() + self.mean_gap_path().len() + self.pressure_mpa.len()
+        self.lists().iter().map(|(_, list)| list.len()).sum()
     }
 
     /// How many loads come before the unloading branch of a closed path: all of any other path.
@@ -117,5 +247,14 @@ mod tests {
             assert!(!is_closed(path), "{path:?}");
         }
         assert!(LoadScene { p_star: vec![0.01, 0.02], unload: true, ..LoadScene::default() }.is_closed());
+    }
+
+    #[test]
+    fn the_estimate_inverts_the_error_function() {
+        // erf(√π p*) at p* = 0.01 and 0.5: 0.019998, 0.789908 (Abramowitz and Stegun 7.1.6).
+        for (p_star, area) in [(0.01, 0.019998), (0.5, 0.789908)] {
+            let found: f64 = estimated_p_star(area);
+            assert!((found / p_star - 1.0).abs() < 4e-3, "{found} for {p_star}");
+        }
     }
 }

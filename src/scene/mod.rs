@@ -6,22 +6,27 @@
 mod atoms;
 mod case;
 mod check;
+mod contact_target;
+mod key_names;
 mod laboratory;
 mod load;
 mod model;
 mod nvt;
 mod outputs;
 mod source;
+mod surface_file;
 mod syntax;
 
 pub use atoms::{AtomsCase, PairAdhesion, highest_p_star};
-pub use case::{Case, slope_warning};
+pub use case::Case;
+pub use key_names::{KeyName, rename_keys, rename_keys_in};
 pub use laboratory::{Laboratory, Units};
-pub use load::{LoadRange, LoadScene};
+pub use load::{CountedRange, LoadRange, LoadScene, Spacing};
 pub use model::{
     ALL_METHODS, AdhesionLaw, AdhesionScene, AtomsScene, ChallengeScene, ContinuumScene, CrystalScene, LayerScene,
     MOST_FOUNDATION_CELLS, REFERENCE_LOAD, Scene, Slope, Start, SurfaceScene, Touching, WallKind, default_tolerance,
 };
 pub use nvt::NvtScene;
 pub use outputs::{AccuracyScene, RequestedOutputs};
-pub use source::Surface;
+pub use source::{ResolvedSurface, Surface};
+pub use surface_file::SurfaceFile;

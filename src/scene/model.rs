@@ -3,13 +3,13 @@
 use super::laboratory::Laboratory;
 use super::load::LoadScene;
 use super::nvt::NvtScene;
-use super::outputs::AccuracyScene;
+use super::outputs::{AccuracyScene, Fraction, fraction};
 use crate::atoms::job_spec::FORCE_TOLERANCE;
 use crate::grid::Grid;
 use crate::interface::{Adhesion, Base, RangeChoice};
 use crate::method::{Precision, Settings, Targets};
 use crate::record::import::Fourier;
-use crate::surface::Amplitudes;
+use crate::surface::{Amplitudes, Detrend, Edges, Fill, FilterKind};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -46,6 +46,25 @@ pub struct Scene {
     pub atoms: Option<AtomsScene>,
 }
 
+impl Scene {
+    /// A scene of a surface at the reference load, with all defaults.
+    pub fn new(name: &str, surface: SurfaceScene) -> Self {
+        Scene {
+            name: name.into(),
+            description: String::new(),
+            laboratory: Laboratory::default(),
+            surface,
+            load: LoadScene { p_star: vec![REFERENCE_LOAD], ..LoadScene::default() },
+            adhesion: None,
+            continuum: ContinuumScene::default(),
+            methods: Settings::default(),
+            accuracy: None,
+            challenge: None,
+            atoms: None,
+        }
+    }
+}
+
 /// A surface made from its spectrum, or read from a file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -53,29 +72,37 @@ pub struct SurfaceScene {
     /// Points per side of the grid on which the continuum is solved (a synthesised surface, or one from Fourier coefficients;
     /// a height map has its own).
     pub grid: usize,
+    /// Seed of the random phases and amplitudes.
     pub seed: u64,
     /// Hurst exponent H, 0 < H ≤ 1.
     pub hurst: f64,
     /// Roll-off wavelength λ_r, µm. Give this or `roll_off_mode` = L/λ_r.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub roll_off_um: Option<f64>,
+    /// L/λ_r. Default: 5.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub roll_off_mode: Option<f64>,
     /// Short cut-off wavelength λ_s, µm. Give this or `cut_off_mode` = L/λ_s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cut_off_um: Option<f64>,
+    /// L/λ_s. Default: 1000.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cut_off_mode: Option<f64>,
     /// rms gradient of the whole Fourier sum.
     pub rms_gradient: f64,
+    /// Moduli of the Fourier coefficients.
     pub amplitudes: Amplitudes,
-    /// A file to use instead: a height map (`.npy`, `.npz`, HDF5, NetCDF, an ASCII matrix with one row per line, or lines of
-    /// x y h), or Fourier coefficients qX qY Re Im (text, or an array of four columns). Relative to the scene file.
+    /// A file to use instead: a height map (text, `.npy`, `.npz`, HDF5, NetCDF, `.x3p`, `.sdf`, `.sur`, `.gwy`), or Fourier
+    /// coefficients qX qY Re Im (text, or an array of four columns). Relative to the scene file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub heights: Option<PathBuf>,
-    /// Unit of the heights in the file, µm.
-    pub heights_unit_um: f64,
-    /// Name of the array in a file with several.
+    /// Unit of the heights in the file: "nm", "um", "mm", "m", "Å". Default: what the file declares, which is required otherwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+    /// The same as a number, µm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub heights_unit_um: Option<f64>,
+    /// Name of the array or channel in a file with several.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dataset: Option<String>,
     /// Kind of the coefficients in four columns qX qY Re Im; required for them.
@@ -84,12 +111,40 @@ pub struct SurfaceScene {
     /// Points per side of the grid whose transform gave the `"fftw"` coefficients.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fourier_points: Option<usize>,
-    /// Shortest wavelength kept of Fourier coefficients, µm.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub low_pass_um: Option<f64>,
-    /// Points of the file that touch first; required for a file.
+    /// Points of the file that touch first; required for a file that does not declare it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub touching: Option<Touching>,
+    /// Part of a map that is kept: first column, first row, columns, rows.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub crop: Option<[usize; 4]>,
+    /// Points of a map that deviate from the median of their neighbourhood by more than this many robust standard deviations
+    /// become missing points.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub remove_outliers: Option<f64>,
+    /// How missing points of a map are filled. Default: a map with missing points is refused.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fill: Option<Fill>,
+    /// Form that is subtracted from a map.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub detrend: Option<Detrend>,
+    /// Shortest wavelength kept of Fourier coefficients or of a map, µm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub low_pass_um: Option<f64>,
+    /// Longest wavelength kept of a map, µm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub high_pass_um: Option<f64>,
+    /// Transfer function of these filters for a map. Default: Gaussian.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub filter: Option<FilterKind>,
+    /// Columns and rows to which a map is resampled.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resample: Option<[usize; 2]>,
+    /// Makes a map repeat that does not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub edges: Option<Edges>,
+    /// Warnings about the surface are errors.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub strict: bool,
 }
 
 impl Default for SurfaceScene {
@@ -107,12 +162,22 @@ impl Default for SurfaceScene {
             rms_gradient: 1.0,
             amplitudes: Amplitudes::Gaussian,
             heights: None,
-            heights_unit_um: 1.0,
+            unit: None,
+            heights_unit_um: None,
             dataset: None,
             fourier: None,
             fourier_points: None,
-            low_pass_um: None,
             touching: None,
+            crop: None,
+            remove_outliers: None,
+            fill: None,
+            detrend: None,
+            low_pass_um: None,
+            high_pass_um: None,
+            filter: None,
+            resample: None,
+            edges: None,
+            strict: false,
         }
     }
 }
@@ -131,6 +196,7 @@ pub enum Touching {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AdhesionScene {
+    /// Decay of the attraction with the gap.
     #[serde(default)]
     pub law: AdhesionLaw,
     /// Work of adhesion γ, mJ/m².
@@ -210,8 +276,11 @@ pub enum WallKind {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CrystalScene {
+    /// Elastic constant C11.
     pub c11_gpa: f64,
+    /// Elastic constant C12.
     pub c12_gpa: f64,
+    /// Elastic constant C44.
     pub c44_gpa: f64,
 }
 
@@ -224,36 +293,48 @@ pub struct ContinuumScene {
     /// Further methods for the loading branch: ids from `asperity methods`, or "all".
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub compare_with: Vec<String>,
+    /// Floating-point numbers of the solver.
     pub precision: Precision,
     /// Largest rms KKT residual over the pressure. Default: 1e-8 in f64; 1e-3 in f32, above 1024 × 1024 points in proportion to the
     /// points per side.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
+    /// Iterations of a load after which the solver gives up.
     pub max_iterations: usize,
     /// Largest relative excess of the energy over its minimum, as `fast` estimates it.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "fraction", skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<Fraction>")]
     pub energy_tolerance: Option<f64>,
-    /// Largest estimated relative change of the contact area, and of the mean gap.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// Largest estimated relative change of the contact area.
+    #[serde(deserialize_with = "fraction", skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<Fraction>")]
     pub area_tolerance: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// Largest estimated relative change of the mean gap.
+    #[serde(deserialize_with = "fraction", skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<Fraction>")]
     pub mean_gap_tolerance: Option<f64>,
     /// Gap from which the first load starts, `.npy` `[ny, nx]` in units of the cell's extent, as runs write it. Relative to the scene
     /// file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub initial_gap: Option<PathBuf>,
-    /// Whether the surface is periodic. If not, it is a single patch on a half-space that is free around it.
-    pub periodic: bool,
+    /// Whether the surface is periodic. If not, it is a single patch on a half-space that is free around it. Default: what the
+    /// surface's file declares, or true.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub periodic: Option<bool>,
     /// A finite elastic layer instead of the half-space.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub layer: Option<LayerScene>,
     /// The half-space of a cubic crystal instead of an isotropic one. The comparison with atoms keeps its own layer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub crystal: Option<CrystalScene>,
+    /// Repulsion between the surfaces.
     pub wall: WallKind,
     /// Length by which the penalty wall yields under a pressure of E*, nm; must be given with one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub penalty_length_nm: Option<f64>,
+    /// Solve Reynolds' equation in the gap of each load: leakage along x and y, next to that of the effective medium.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub leakage: bool,
 }
 
 impl Default for ContinuumScene {
@@ -268,16 +349,21 @@ impl Default for ContinuumScene {
             area_tolerance: None,
             mean_gap_tolerance: None,
             initial_gap: None,
-            periodic: true,
+            periodic: None,
             layer: None,
             crystal: None,
             wall: WallKind::Hard,
             penalty_length_nm: None,
+            leakage: false,
         }
     }
 }
 
 impl ContinuumScene {
+    pub fn is_periodic(&self) -> bool {
+        self.periodic.unwrap_or(true)
+    }
+
     pub fn tolerance_or_default(&self, grid: Grid) -> f64 {
         self.tolerance.unwrap_or(default_tolerance(self.precision, grid))
     }
@@ -296,12 +382,16 @@ pub fn default_tolerance(precision: Precision, grid: Grid) -> f64 {
     }
 }
 
+/// A finite elastic layer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LayerScene {
+    /// Thickness.
     pub thickness_um: f64,
+    /// Poisson's ratio.
     #[serde(default = "third")]
     pub poisson: f64,
+    /// Lower face of the layer.
     #[serde(default = "bonded")]
     pub base: Base,
 }
@@ -340,6 +430,7 @@ pub struct AtomsScene {
     /// Shortest wavelength of the indenter, Å. Default: four spacings of its atoms.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub low_pass_angstrom: Option<f64>,
+    /// Treatment of the gradient that atoms cannot resolve.
     pub slope: Slope,
     /// Where the atoms start from at each load. Default: the continuum's solution; with adhesion, where the way matters, and with
     /// a step, first touch.

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NvtScene {
+    /// Temperature.
     pub temperature_k: f64,
     /// Time at each load, ps.
     pub time_ps: f64,

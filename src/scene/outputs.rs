@@ -1,7 +1,9 @@
 //! Requested outputs of a run, and the accuracy that can be requested in place of a grid.
 
 use crate::record::quantity::Quantity;
+use crate::units;
 use schemars::JsonSchema;
+use serde::de::{Deserializer, Error as _, IgnoredAny};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -10,15 +12,17 @@ use std::path::PathBuf;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AccuracyScene {
+    /// Quantity that the error is of.
     #[serde(deserialize_with = "compared_quantity")]
     pub quantity: Quantity,
-    /// Error that is good enough, as a relative deviation: 0.05.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// Error that is good enough, as a relative deviation: 0.05 or "5%".
+    #[serde(default, deserialize_with = "fraction", skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<Fraction>")]
     pub error: Option<f64>,
     /// Wall time that there is instead, s: the most accurate setting within it is taken.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub budget_s: Option<f64>,
-    /// Tables of `asperity tradeoff` or `asperity merge-tables`, relative to the scene file. Default: those that come with the program.
+    /// Tables of `asperity tradeoff`, relative to the scene file. Default: those that come with the program.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tables: Vec<PathBuf>,
     /// Go beyond what was measured, too.
@@ -37,11 +41,13 @@ pub struct RequestedOutputs {
     pub grid_error: bool,
     /// The surface's power spectrum and moments.
     pub spectrum: bool,
+    /// Small load steps at the ends of the branches, for the contact stiffness.
+    pub stiffness: bool,
 }
 
 impl RequestedOutputs {
     pub const EVERYTHING: RequestedOutputs =
-        RequestedOutputs { maps: true, distributions: true, grid_error: true, spectrum: true };
+        RequestedOutputs { maps: true, distributions: true, grid_error: true, spectrum: true, stiffness: true };
 
     /// What a quantity needs. The error of the grid is that of the table which chose it.
     pub fn of(quantity: Quantity) -> RequestedOutputs {
@@ -50,16 +56,90 @@ impl RequestedOutputs {
             quantity,
             Quantity::GapPdf | Quantity::StressPdf | Quantity::PatchArea | Quantity::MedianClusterArea
         );
-        RequestedOutputs { maps, distributions: counted, grid_error: false, spectrum: false }
+        RequestedOutputs {
+            maps,
+            distributions: counted,
+            grid_error: false,
+            spectrum: false,
+            stiffness: quantity == Quantity::Stiffness,
+        }
     }
 }
 
-/// A quantity that errors are known of.
-fn compared_quantity<'de, D: serde::Deserializer<'de>>(from: D) -> Result<Quantity, D::Error> {
-    let quantity = Quantity::deserialize(from)?;
-    if Quantity::COMPARED.contains(&quantity) {
-        return Ok(quantity);
+/// A quantity that errors are known of. Of any other value, whatever its type, the message is the same.
+fn compared_quantity<'de, D: Deserializer<'de>>(from: D) -> Result<Quantity, D::Error> {
+    let given = TextOrOther::deserialize(from)?;
+    let quantity = Quantity::COMPARED.into_iter().find(|q| matches!(&given, TextOrOther::Text(t) if t == q.id()));
+    quantity.ok_or_else(|| {
+        let accepted = Quantity::COMPARED.map(|q| format!("`{}`", q.id())).join(", ");
+        D::Error::custom(format!("unknown variant, expected one of {accepted}"))
+    })
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum TextOrOther {
+    Text(String),
+    Other(IgnoredAny),
+}
+
+/// A fraction as a number or as a percentage in quotes.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub(super) enum Fraction {
+    Number(f64),
+    Text(String),
+}
+
+/// Reads a fraction that may be a percentage.
+pub(super) fn fraction<'de, D: Deserializer<'de>>(from: D) -> Result<Option<f64>, D::Error> {
+    // The message of an untagged value does not say "expected".
+    let wrong = || D::Error::custom("no fraction, expected a fraction, as 0.05 or \"5%\"");
+    match Fraction::deserialize(from).map_err(|_| wrong())? {
+        Fraction::Number(number) => Ok(Some(number)),
+        Fraction::Text(text) => units::fraction(&text).map(Some).ok_or_else(wrong),
     }
-    let accepted = Quantity::COMPARED.map(Quantity::id).join(", ");
-    Err(serde::de::Error::custom(format!("no errors are known of {}; expected one of {accepted}", quantity.id())))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::scene::Scene;
+    use std::path::Path;
+
+    fn parsed(accuracy: &str) -> crate::Result<Scene> {
+        let text = format!("name = \"a\"\n[surface]\n[load]\np_star = [0.01]\n[accuracy]\n{accuracy}");
+        Scene::parse(&text, Path::new("a.toml"))
+    }
+
+    #[test]
+    fn an_unknown_quantity_is_one_complaint() {
+        let area = "quantity = \"area\"; accepted: \"contact_area\", \"mean_gap\"";
+        let number = "quantity = 3; accepted: \"contact_area\", \"mean_gap\"";
+        // Outputs of methods that no error is known of.
+        let output = "quantity = \"stress_map\"; accepted: \"contact_area\", \"mean_gap\"";
+        for (given, begins) in [("\"area\"", area), ("3", number), ("\"stress_map\"", output)] {
+            let complaint = parsed(&format!("quantity = {given}\nerror = 0.05\n")).expect_err("refused").to_string();
+            assert_eq!(complaint.lines().count(), 1, "{complaint}");
+            assert!(complaint.starts_with(&format!("a.toml, line 6: accuracy.{begins}")), "{complaint}");
+            assert!(!complaint.contains("accepted: \"contact_area\", \"stress_map\""), "{complaint}");
+        }
+        let complaint = parsed("error = 0.05\n").expect_err("refused").to_string();
+        assert!(complaint.ends_with("accuracy.quantity is missing and has no default"), "{complaint}");
+    }
+
+    #[test]
+    fn an_error_is_a_fraction_or_a_percentage() {
+        for (given, expected) in [("0.05", 0.05), ("\"5%\"", 0.05), ("\"0.05\"", 0.05), ("1", 1.0), ("\" 20 % \"", 0.2)]
+        {
+            let scene = parsed(&format!("quantity = \"mean_gap\"\nerror = {given}\n")).expect(given);
+            let error = scene.accuracy.and_then(|a| a.error).expect("given");
+            assert!((error - expected).abs() <= f64::EPSILON, "{given}: {error}");
+        }
+        for given in ["\"much\"", "true", "[0.05]", "\"5 percent\""] {
+            let complaint =
+                parsed(&format!("quantity = \"mean_gap\"\nerror = {given}\n")).expect_err(given).to_string();
+            let expected = format!("accuracy.error = {given}; accepted: a fraction, as 0.05 or \"5%\"");
+            assert!(complaint.ends_with(&expected) && complaint.lines().count() == 1, "{complaint}");
+        }
+    }
 }

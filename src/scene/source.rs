@@ -1,14 +1,14 @@
 //! The surface of a scene.
 
-use super::check::{cut_offs, word};
-use super::model::relative_to;
-use super::{Laboratory, SurfaceScene, Touching, Units};
+use super::check::cut_offs;
+use super::surface_file::{PreparedFile, SurfaceFile};
+use super::{Laboratory, Scene, Touching};
 use crate::grid::{Grid, rms};
 use crate::record::heights::Sign;
-use crate::record::import::{self, Content, Fourier, ImportOptions, Wave};
+use crate::record::import::{Content, Fourier, Wave};
+use crate::record::provenance::Provenance;
 use crate::surface::{FourierModes, Modes, Spectrum, lower_to_zero, resample};
 use crate::{Error, Result};
-use std::path::Path;
 
 /// Source of heights: a spectrum or series that gives them on any grid, or a map that is resampled.
 #[derive(Debug, Clone)]
@@ -31,66 +31,53 @@ pub enum Surface {
     },
 }
 
-/// Relative deviation that a unit may have from the one that a file declares.
-const UNIT_TOLERANCE: f64 = 1e-9;
+/// A surface with what its file determines beyond the heights.
+pub struct ResolvedSurface {
+    pub surface: Surface,
+    /// The scene's, with the extents of the prepared cell.
+    pub laboratory: Laboratory,
+    /// Of an imported surface.
+    pub provenance: Option<Provenance>,
+    /// What is doubtful about its file.
+    pub warnings: Vec<String>,
+}
 
 impl Surface {
-    /// The surface of a scene's table: synthesised, or read from its file with the lowest point at 0 and low points touching first. `file` is
-    /// the scene file.
+    /// The surface of a scene: synthesised, or that of its file, prepared, with the lowest point at 0 and low points touching first. The
+    /// scene is complete ([`SurfaceFile::complete`]).
     ///
     /// # Errors
-    /// Those of [`import::read`] and [`FourierModes::new`], a sign or unit that contradicts the file, waves that the transform's own
-    /// grid does not hold, a low pass for a height map.
-    pub fn resolve(s: &SurfaceScene, laboratory: &Laboratory, file: &Path) -> Result<Self> {
-        let Some(path) = &s.heights else {
-            let (lambda_r, lambda_s) = cut_offs(s, laboratory.length_um);
+    /// Those of [`Preparation::apply`](crate::surface::Preparation::apply) and [`FourierModes::new`], waves that the transform's own grid
+    /// does not hold, keys of maps for Fourier coefficients.
+    pub fn resolve(scene: &Scene, file: Option<SurfaceFile>, place: &str) -> Result<ResolvedSurface> {
+        let (s, mut laboratory) = (&scene.surface, scene.laboratory.clone());
+        let Some(file) = file else {
+            let (lambda_r, lambda_s) = cut_offs(s, laboratory.length());
             let spectrum =
                 Spectrum { hurst: s.hurst, lambda_r, lambda_s, rms_gradient: s.rms_gradient, amplitudes: s.amplitudes };
-            return Ok(Surface::Synthesised { modes: Modes::new(spectrum, s.seed, 1.0), spectrum, seed: s.seed });
+            let surface = Surface::Synthesised { modes: Modes::new(spectrum, s.seed, 1.0), spectrum, seed: s.seed };
+            return Ok(ResolvedSurface { surface, laboratory, provenance: None, warnings: Vec::new() });
         };
-        let path = relative_to(file, path);
-        let found = import::read(&path, ImportOptions { dataset: s.dataset.as_deref(), fourier: s.fourier })?;
-        let place = file.display().to_string();
         let sign = match s.touching {
             Some(Touching::HighPoints) => Sign::HighFirst,
             _ => Sign::LowFirst,
         };
-        if let Some(declared) = found.declared.sign.filter(|declared| *declared != sign) {
-            let given = s.touching.map_or("not given".into(), |t| word(&t));
-            let accepted = format!("what {} declares: {}", path.display(), declared.words());
-            return Err(Error::input(place, "surface.touching", given, accepted));
+        let warnings = file.found.warnings.clone();
+        if let Content::Waves(_) = file.found.content {
+            let (modes, provenance) = series(scene, file, sign, place)?;
+            let origin = format!("read from {provenance}; {}", modes.summary());
+            let surface = Surface::Fourier { modes, origin };
+            return Ok(ResolvedSurface { surface, laboratory, provenance: Some(provenance), warnings });
         }
-        let (um, named) = (s.heights_unit_um, laboratory.units == Units::Named);
-        if let Some(declared) = found.declared.unit_um().filter(|_| named)
-            && (um / declared - 1.0).abs() > UNIT_TOLERANCE
-        {
-            let unit = found.declared.unit.as_deref().unwrap_or_default();
-            let accepted = format!("{declared}, as {} declares its heights in {unit}", path.display());
-            return Err(Error::input(place, "surface.heights_unit_um", um, accepted));
-        }
-        let unit = if named { format!("in units of {um} µm") } else { "as they are".to_string() };
-        let declared = found.declared.unit.map_or(String::new(), |u| format!(" (the file declares {u:?})"));
-        let origin =
-            |what: String| format!("read from {}: {what}; heights {unit}{declared}, {}", path.display(), sign.words());
-        let length_um = laboratory.length_um;
-        match found.content {
-            Content::Map(_) if s.low_pass_um.is_some() => {
-                let accepted = format!("none: {} is a height map", path.display());
-                Err(Error::input(place, "surface.low_pass_um", "given", accepted))
-            }
-            Content::Map(map) => {
-                let mut map = map.low_first(sign);
-                map.heights.iter_mut().for_each(|h| *h *= um / length_um);
-                let mut grid = Grid::unit(map.nx, map.ny);
-                grid.ly = laboratory.length_y_um.map_or(grid.ly, |y| y / length_um);
-                Ok(Surface::Imported { grid, heights: map.heights, origin: origin(found.layout) })
-            }
-            Content::Waves(waves) => {
-                let (modes, sum) = series(s, laboratory.length_um, &path, &waves, sign)?;
-                let origin = origin(format!("{}, {sum}, {}", found.layout, modes.summary()));
-                Ok(Surface::Fourier { modes, origin })
-            }
-        }
+        let PreparedFile { map, extent: [x, y], provenance } = file.prepare(scene)?;
+        (laboratory.length_um, laboratory.length_y_um) = (Some(x), Some(y));
+        let mut map = map.low_first(sign);
+        map.heights.iter_mut().for_each(|h| *h *= 1.0 / x);
+        let mut grid = Grid::unit(map.nx, map.ny);
+        grid.ly = y / x;
+        let origin = format!("read from {provenance}");
+        let surface = Surface::Imported { grid, heights: map.heights, origin };
+        Ok(ResolvedSurface { surface, laboratory, provenance: Some(provenance), warnings })
     }
 
     /// Heights `[ny, nx]`, lowest at 0, with the modes whose wavelength is at least `low_pass` (0 for all that the grid
@@ -124,25 +111,33 @@ impl Surface {
     }
 }
 
-/// Fourier coefficients of a file over the cell's extent, and the sum that they are the coefficients of.
-fn series(s: &SurfaceScene, length_um: f64, path: &Path, waves: &[Wave], sign: Sign) -> Result<(FourierModes, String)> {
+/// Fourier coefficients of a file over the cell's extent.
+fn series(scene: &Scene, file: SurfaceFile, sign: Sign, place: &str) -> Result<(FourierModes, Provenance)> {
+    let (s, length) = (&scene.surface, scene.laboratory.length());
+    let of_maps = file.keys_of_maps(s);
+    if let Some(key) = of_maps.first() {
+        let accepted = format!("none: {} has Fourier coefficients", file.path().display());
+        return Err(Error::input(place, *key, "given", accepted));
+    }
+    let Content::Waves(waves) = &file.found.content else { unreachable!("a map is no series") };
     let points = s.fourier_points.filter(|_| s.fourier == Some(Fourier::Fftw));
     let beyond = |w: &&Wave| points.is_some_and(|n| 2 * w.kx.unsigned_abs().max(w.ky.unsigned_abs()) as usize >= n);
     if let (Some(n), Some(w)) = (points, waves.iter().find(beyond)) {
         let found = format!("q = ({}, {})", w.kx, w.ky);
         return Err(Error::format(
-            path,
+            file.path(),
             found,
             format!("waves below half of the {n} points of surface.fourier_points (--fourier-points)"),
         ));
     }
     let sign = if sign == Sign::HighFirst { -1.0 } else { 1.0 };
     let scale = points.map_or(1.0, |n| (n as f64).powi(-2));
-    let low_pass = s.low_pass_um.map_or(0.0, |um| um / length_um);
-    let modes = FourierModes::new(path, waves, sign * scale * (s.heights_unit_um / length_um), low_pass)?;
+    let low_pass = s.low_pass_um.map_or(0.0, |um| um / length);
+    let unit = file.height_unit(scene);
+    let modes = FourierModes::new(file.path(), waves, sign * scale * (unit / length), low_pass)?;
     let sum = match points {
         None => "coefficients a of h(r) = Σ a exp(iq·r)".to_string(),
         Some(n) => format!("n² a of h(r) = Σ a exp(iq·r), n = {n}"),
     };
-    Ok((modes, sum))
+    Ok((modes, file.provenance_of_waves(scene, &sum)?))
 }

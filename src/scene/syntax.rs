@@ -1,6 +1,7 @@
 //! Reading a scene file. Errors of syntax and of types name key, value and accepted values, with the line.
 
 use super::model::Scene;
+use crate::record::import::holds_numbers;
 use crate::{Error, Result};
 use serde::Deserialize;
 use std::ops::Range;
@@ -14,6 +15,11 @@ impl Scene {
     /// # Errors
     /// Syntax, unknown keys and wrong types, each with its line.
     pub fn read(path: &Path) -> Result<Scene> {
+        if path.is_file() && holds_numbers(path)? {
+            let accepted =
+                "a scene (TOML): `asperity init FILE` writes one for a surface, `asperity solve FILE` needs none";
+            return Err(Error::format(path, "a surface file", accepted));
+        }
         let text = std::fs::read_to_string(path).map_err(Error::io("read", path))?;
         Self::parse(&text, path)
     }
@@ -31,17 +37,27 @@ impl Scene {
 /// Longest excerpt of the file in a message, characters.
 const REPEATED: usize = 60;
 
-/// All type errors of a text. Deserialisation stops at the first one, so the tree is repaired there and deserialised again.
+/// Most errors of a text that are reported: each costs a deserialisation of the whole text, and nobody reads more.
+const MOST_REPORTED: usize = 20;
+
+/// The type errors of a text, up to [`MOST_REPORTED`]. Deserialisation stops at the first one, so the tree is repaired there and deserialised again.
 pub(super) fn syntax_error(first: toml::de::Error, text: &str, file: &Path) -> Error {
-    let mut list = vec![complaint_of(&first, text)];
+    let whole = DeTable::parse(text).ok();
+    let places = whole.as_ref().map(|tree| tree.get_ref());
+    let mut list = vec![complaint_of(&first, text, places)];
     let mut error = first;
-    if let Ok(mut tree) = DeTable::parse(text) {
+    let mut more = false;
+    if let Some(mut tree) = whole.clone() {
         while repaired(tree.get_mut(), &error, text) {
+            more = list.len() == MOST_REPORTED;
+            if more {
+                break;
+            }
             match Scene::deserialize(toml::de::Deserializer::from(tree.clone())) {
                 Ok(_) => break,
                 Err(next) => error = next,
             }
-            let complaint = complaint_of(&error, text);
+            let complaint = complaint_of(&error, text, places);
             // An error that cannot be repaired would repeat for ever.
             if list.contains(&complaint) {
                 break;
@@ -51,6 +67,9 @@ pub(super) fn syntax_error(first: toml::de::Error, text: &str, file: &Path) -> E
     }
     // In the order of the file. A missing key has no line and comes last.
     list.sort_by_key(|(line, _)| line.unwrap_or(usize::MAX));
+    if more {
+        list.push((None, format!("and perhaps more: only the first {MOST_REPORTED} faults found are listed")));
+    }
     Error::Syntax { file: file.to_path_buf(), list }
 }
 
@@ -78,6 +97,10 @@ fn repaired<'i>(tree: &mut DeTable<'i>, error: &toml::de::Error, text: &str) -> 
     let stand_in = match message.rsplit_once(", expected ") {
         _ if in_list => Some(DeValue::Array(DeArray::new())),
         Some((what, _)) if what.starts_with("unknown field") => None,
+        // Without a value a required key would be reported as missing.
+        Some((what, known)) if what.starts_with("unknown variant") => {
+            known.split('`').nth(1).map(|first| DeValue::String(first.to_string().into()))
+        }
         Some((_, "f32" | "f64" | "usize" | "u8" | "u16" | "u32" | "u64" | "i8" | "i16" | "i32" | "i64")) => {
             Some(number())
         }
@@ -108,13 +131,12 @@ fn table_at<'t, 'i>(tree: &'t mut DeTable<'i>, path: Option<&str>) -> Option<&'t
 }
 
 /// One error as key, value and accepted values, with its line.
-fn complaint_of(error: &toml::de::Error, text: &str) -> (Option<usize>, String) {
+fn complaint_of(error: &toml::de::Error, text: &str, tree: Option<&DeTable>) -> (Option<usize>, String) {
     let span = error.span().filter(|s| text.get(s.clone()).is_some()).unwrap_or(0..0);
     let found = short(&text[span.clone()]);
     let line = 1 + text[..span.start].matches('\n').count();
     // There is no tree after a syntax error, and no place in it for a missing top-level table.
-    let tree = DeTable::parse(text).ok().filter(|_| !span.is_empty());
-    let key = tree.and_then(|tree| key_at(tree.get_ref(), &span));
+    let key = tree.filter(|_| !span.is_empty()).and_then(|tree| key_at(tree, &span));
     let message = error.message();
     let complaint = if let Some(field) = message.strip_prefix("missing field ") {
         let table = key.map_or(String::new(), |k| k + ".");
@@ -229,7 +251,7 @@ mod tests {
             ),
             (
                 "name = \"a\"\n[surface]\n[load]\np_star = 1",
-                "line 4: load.p_star = 1; accepted: a list of numbers, such as [0.01, 0.03]",
+                "line 4: load.p_star = 1; accepted: a list of numbers, such as [0.01, 0.03], or a range { from, to, count, spacing }",
             ),
             (
                 "name = \"a\"\n[surface]\n[load]\np_star = [\n  1,\n  \"x\",\n]",
@@ -244,8 +266,8 @@ mod tests {
             ),
             (
                 "name = \"a\"\n[load]\np_stars = [1]",
-                "line 3: load.p_stars is no key of a scene; accepted: p_star, p_star_range, mean_gap_um, unload, \
-                 maps_at, pull_off",
+                "line 3: load.p_stars is no key of a scene; accepted: p_star, p_star_range, pressure_mpa, force_mn, \
+                 mean_gap_um, displacement_um, contact, unload, maps_at, pull_off",
             ),
             ("name = \"a\"\n[load]\np_star: 1", "line 3: p_star: 1: key with no value, expected `=`"),
         ] {

@@ -1,4 +1,4 @@
-use crate::grid::{Filter, Grid, Transform, extent, mean, rms, signed_mode};
+use crate::grid::{Filter, Grid, Transform, extent, mean, signed_mode};
 use rustfft::num_complex::Complex;
 use std::f64::consts::PI;
 use std::sync::Mutex;
@@ -69,71 +69,6 @@ pub fn non_periodic_gradient(grid: Grid, heights: &[f64]) -> f64 {
     (along_x + along_y).sqrt()
 }
 
-/// Smaller side (points) below which a map resolves hardly any wave.
-const FEW_POINTS: usize = 16;
-
-/// Digitisation step over the rms height above which light contact is dominated by terraces (eight bits over a range
-/// of six rms heights: 0.023).
-const COARSE_STEP: f64 = 0.02;
-
-/// Fraction of nodes as high as their neighbours along both axes, below which equal steps belong to the shape (a
-/// wedge).
-const TERRACES: f64 = 0.01;
-
-/// Warnings about the quality of a height map `[ny, nx]` in any unit, one sentence each.
-pub fn quality_warnings(grid: Grid, heights: &[f64]) -> Vec<String> {
-    let mut list = Vec::new();
-    if grid.nx.min(grid.ny) < FEW_POINTS {
-        list.push(format!(
-            "a map of {} x {} points: with fewer than {FEW_POINTS} points along a side hardly any wave is resolved, and results depend on the \
-             grid",
-            grid.nx, grid.ny
-        ));
-    }
-    let rms = rms(heights);
-    if let Some(step) = step(heights).filter(|step| *step > COARSE_STEP * rms)
-        && on_terraces(grid, heights) > TERRACES
-    {
-        list.push(format!(
-            "heights are digitised in steps of {:.2} of their rms, so light contact is that of terraces: use a file with more digits \
-             (single precision with a large offset has few)",
-            step / rms
-        ));
-    }
-    list
-}
-
-/// Fraction of nodes that are as high as the next one along both axes.
-fn on_terraces(grid: Grid, heights: &[f64]) -> f64 {
-    let level = (0..grid.points().saturating_sub(grid.nx))
-        .filter(|&i| (i + 1) % grid.nx != 0 && heights[i] == heights[i + 1] && heights[i] == heights[i + grid.nx]);
-    level.count() as f64 / grid.points() as f64
-}
-
-/// The digitisation step, if all heights are whole multiples of one step and there are few enough levels for it to
-/// matter.
-fn step(heights: &[f64]) -> Option<f64> {
-    const MOST_LEVELS: usize = 1000;
-    const SAMPLES: usize = 1 << 20;
-    /// Rounding of the levels over a step, after conversion of units and subtraction of the mean.
-    const ROUNDING: f64 = 1e-3;
-    let mut levels = std::collections::HashSet::new();
-    for h in heights.iter().step_by(heights.len().div_ceil(SAMPLES).max(1)) {
-        // +0 and -0 are the same level.
-        levels.insert((h + 0.0).to_bits());
-        if levels.len() > MOST_LEVELS {
-            return None;
-        }
-    }
-    let mut levels: Vec<f64> = levels.into_iter().map(f64::from_bits).collect();
-    levels.sort_by(f64::total_cmp);
-    // Two levels alone may be a flat punch.
-    let [first, _, _, ..] = levels[..] else { return None };
-    let step = levels.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
-    let whole = |l: &f64| ((l - first) / step - ((l - first) / step).round()).abs() < ROUNDING;
-    levels.iter().all(whole).then_some(step)
-}
-
 /// A logarithmic bin of the radial power spectral density.
 #[derive(Debug, Clone, Copy)]
 pub struct PsdBin {
@@ -150,15 +85,18 @@ pub struct PsdBin {
 pub fn psd(grid: Grid, heights: &[f64], expected: impl Fn(f64) -> f64 + Sync) -> Vec<PsdBin> {
     const PER_DECADE: f64 = 10.0;
     let last = (grid.nx as f64 / 2.0).min(grid.ny as f64 / 2.0 * grid.lx / grid.ly).max(1.0);
-    let bins = (last.log10() * PER_DECADE).ceil() as usize + 1;
-    let bin = |n: f64| (n.log10() * PER_DECADE + 0.5).floor() as usize;
+    // In a cell that is longer along y the longest waves have modes below 1.
+    let first = (grid.lx / grid.ly).min(1.0);
+    let below = (-first.log10() * PER_DECADE).ceil();
+    let bins = below as usize + (last.log10() * PER_DECADE).ceil() as usize + 1;
+    let bin = |n: f64| (n.log10() * PER_DECADE + 0.5 + below).floor() as usize;
     // One small histogram per column, added in column order.
     let columns = Mutex::new(vec![Vec::<(usize, [f64; 3])>::new(); grid.half()]);
     each_mode_column(grid, heights, |i, column| {
         let mut found: Vec<(usize, [f64; 3])> = Vec::new();
         for (j, a) in column.iter().enumerate() {
             let n = grid.qx(i).hypot(grid.qy(j)) * grid.lx / (2.0 * PI);
-            if n < 0.5 || n > last {
+            if n < 0.5 * first || n > last {
                 continue;
             }
             let (b, w) = (bin(n), grid.column_weight(i));
@@ -177,7 +115,11 @@ pub fn psd(grid: Grid, heights: &[f64], expected: impl Fn(f64) -> f64 + Sync) ->
     sums.iter()
         .enumerate()
         .filter(|(_, s)| s[0] > 0.0)
-        .map(|(b, s)| PsdBin { mode: 10f64.powf(b as f64 / PER_DECADE), power: s[1] / s[0], expected: s[2] / s[0] })
+        .map(|(b, s)| PsdBin {
+            mode: 10f64.powf((b as f64 - below) / PER_DECADE),
+            power: s[1] / s[0],
+            expected: s[2] / s[0],
+        })
         .collect()
 }
 
@@ -221,6 +163,18 @@ fn each_mode_column(grid: Grid, heights: &[f64], visit: impl Fn(usize, &[Complex
 mod tests {
     use super::*;
 
+    /// In a cell four times as long along y, the longest wave has |n| = 1/4.
+    #[test]
+    fn the_longest_waves_of_a_tall_cell_have_their_own_bin() {
+        let grid = Grid { ly: 4.0, ..Grid::unit(16, 64) };
+        let heights: Vec<f64> = (0..grid.points()).map(|i| (2.0 * PI * (i / 16) as f64 / 64.0).cos()).collect();
+        let bins = psd(grid, &heights, |_| 0.0);
+        let powerful: Vec<&PsdBin> = bins.iter().filter(|b| b.power > 1e-3).collect();
+        let [bin] = powerful[..] else { panic!("{bins:?}") };
+        // A bin is a tenth of a decade wide. Both waves of the cosine have |a|² = 1/4.
+        assert!((bin.mode / 0.25).log10().abs() <= 0.05 && (bin.power - 0.25).abs() < 1e-12, "{bin:?}");
+    }
+
     /// h = A cos(2π·3x) cos(2π·2y): every moment in closed form.
     #[test]
     fn moments_of_a_sinusoid() {
@@ -246,23 +200,5 @@ mod tests {
         assert!((non_periodic_gradient(grid, &plane) - 0.5).abs() < 1e-12);
         assert!(moments(grid, &plane).rms_gradient > 1.0);
         assert_eq!(non_periodic_gradient(Grid::unit(1, 1), &[3.0]), 0.0);
-    }
-
-    #[test]
-    fn small_and_digitised_maps_are_warned_about() {
-        let grid = Grid::unit(64, 64);
-        let on = |of: &dyn Fn(f64, f64) -> f64| -> Vec<f64> {
-            (0..4096).map(|k| of(f64::from(k % 64) / 64.0, f64::from(k / 64) / 64.0)).collect()
-        };
-        let smooth = on(&|x, y| (2.0 * PI * x + 0.3).sin() + 0.7 * (2.0 * PI * y + 0.2).sin());
-        assert_eq!(quality_warnings(grid, &smooth), [""; 0]);
-        // Single precision, nanometres on an offset of a millimetre.
-        let coarse: Vec<f64> = smooth.iter().map(|h| (f64::from((1e6 + h) as f32) - 1e6) * 1e-9).collect();
-        let told = quality_warnings(grid, &coarse);
-        assert!(matches!(&told[..], [one] if one.contains("steps of 0.07")), "{told:?}");
-        // Steps that are part of the shape.
-        let (punch, wedge) = (on(&|x, _| f64::from(x < 0.5)), on(&|x, _| (x - 0.5).abs()));
-        assert_eq!([quality_warnings(grid, &punch), quality_warnings(grid, &wedge)], [[""; 0], [""; 0]]);
-        assert!(matches!(&quality_warnings(Grid::unit(4, 4), &smooth[..16])[..], [one] if one.contains("4 x 4")));
     }
 }

@@ -58,7 +58,7 @@ fn table(folder: &Path) {
 }
 
 #[test]
-fn atoms_do_no_more_than_is_asked() {
+fn atoms_compute_only_what_is_requested() {
     let _alone = alone();
     let Some(_lammps) = lammps(1) else { return };
     let folder = tempfile::tempdir().expect("scratch");
@@ -66,8 +66,8 @@ fn atoms_do_no_more_than_is_asked() {
     table(folder);
     let full = SCENE.replace("GRID", "grid = 64").replace("plasticity = true", "plasticity = true\ndepth_error = true");
     let full = run(folder, "full", &full);
-    let asked = "[accuracy]\nquantity = \"contact_area\"\nerror = 0.02\ntables = [\"table.json\"]\n";
-    let lean = run(folder, "asked", &format!("{}{asked}", SCENE.replace("GRID", "")));
+    let requested = "[accuracy]\nquantity = \"contact_area\"\nerror = 0.02\ntables = [\"table.json\"]\n";
+    let lean = run(folder, "requested", &format!("{}{requested}", SCENE.replace("GRID", "")));
     let state = |c: &Counted| c.results.atoms.as_ref().expect("atoms").states[0].clone();
     let (all, few) = (state(&full), state(&lean));
     // LAMMPS runs the same steps with bit-identical results; its frames contain three layers of the block instead of

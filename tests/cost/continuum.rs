@@ -71,17 +71,17 @@ fn table(folder: &Path) {
 }
 
 #[test]
-fn what_is_not_asked_for_costs_nothing() {
+fn unrequested_results_cost_nothing() {
     let _alone = alone();
     let folder = tempfile::tempdir().expect("scratch");
     let folder = folder.path();
     table(folder);
     let full = run(folder, "full", &SCENE.replace("GRID", "grid = 128").replace("TAIL", ""));
-    let asked = |quantity: &str| {
+    let requested = |quantity: &str| {
         let tail = format!("[accuracy]\nquantity = \"{quantity}\"\nerror = 0.02\ntables = [\"table.json\"]");
         run(folder, quantity, &SCENE.replace("GRID", "").replace("TAIL", &tail))
     };
-    let lean = asked("mean_gap");
+    let lean = requested("mean_gap");
     let states = |c: &Counted| c.results.continuum.as_ref().expect("solved").states.clone();
     let (all, few) = (states(&full), states(&lean));
     // Bit-identical results.
@@ -109,11 +109,11 @@ fn what_is_not_asked_for_costs_nothing() {
     assert!((full.nodes as f64) > 1.1 * lean.nodes as f64, "{} {}", full.nodes, lean.nodes);
     assert!(full.bytes as f64 > 1.5 * lean.bytes as f64, "{} {}", full.bytes, lean.bytes);
     // Requested quantities are provided.
-    assert!(asked("gap_pdf").results.continuum.is_some_and(|c| c.states.iter().all(|s| s.observed.is_some())));
-    let maps_asked = asked("gap_map");
+    assert!(requested("gap_pdf").results.continuum.is_some_and(|c| c.states.iter().all(|s| s.observed.is_some())));
+    let maps_requested = requested("gap_map");
     assert!(
-        maps(&maps_asked) == 5
-            && states(&maps_asked).iter().all(|s| s.numbers.gap_map.is_some() && s.observed.is_none())
+        maps(&maps_requested) == 5
+            && states(&maps_requested).iter().all(|s| s.numbers.gap_map.is_some() && s.observed.is_none())
     );
     // Without adhesion the same scene takes fewer transforms and has no interaction energy.
     let dry = SCENE.replace("GRID", "grid = 128").split("[adhesion]").next().expect("a head").to_string();

@@ -5,6 +5,8 @@ mod atoms;
 mod continuum;
 #[path = "../common/lammps.rs"]
 mod lammps;
+#[path = "../common/tools.rs"]
+mod tools;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 

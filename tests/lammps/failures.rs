@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::Command;
 
 use asperity::atoms::block::Block;
-use asperity::atoms::engine::{Engine, Finished, LammpsEngine, Progress};
+use asperity::atoms::engine::{Finished, LammpsEngine, Progress};
 use asperity::atoms::job::Job;
 use asperity::atoms::job_spec::DisplacementRamp;
 use asperity::atoms::load_history::frame_file;
@@ -34,10 +34,10 @@ fn job(folder: &Path) -> Job {
 
 /// The error message of a run that fails.
 fn said(engine: &LammpsEngine, job: &Job) -> String {
-    told(engine, job, &mut on)
+    message_of(engine, job, &mut on)
 }
 
-fn told(engine: &LammpsEngine, job: &Job, watch: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> String {
+fn message_of(engine: &LammpsEngine, job: &Job, watch: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> String {
     failure(job, engine.run(job, watch).expect_err("a failure"))
 }
 
@@ -86,6 +86,22 @@ const WAIT: &str = "i=0; while [ ! -e go ] && [ $i -lt 600 ]; do sleep 0.05; i=$
 fn waiting_at(job: &Job, step: usize) -> String {
     std::fs::write(job.folder.join("wait.sh"), WAIT).expect("written");
     format!("if \"$k == {step}\" then \"shell sh wait.sh\"\n{MINIMIZE}")
+}
+
+#[test]
+fn changed_inputs_of_a_job_are_refused() {
+    let Some(engine) = lammps(1) else { return };
+    for name in ["block.data", "potential.eam.alloy"] {
+        let folder = tempfile::tempdir().expect("scratch");
+        let job = job(folder.path());
+        let file = folder.path().join(name);
+        let mut bytes = std::fs::read(&file).expect("read");
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 1;
+        std::fs::write(&file, bytes).expect("written");
+        let refused = engine.run(&job, &mut on).expect_err("refused").to_string();
+        assert!(refused.contains(name) && refused.contains("atoms build"), "{refused}");
+    }
 }
 
 #[test]
@@ -147,7 +163,7 @@ fn a_killed_or_timed_out_run_can_be_continued() {
     // The limit has passed when the fourth step begins to relax.
     let timer = "if \"$k > 2\" then \"timer timeout 0:00:01 every 1\" \"shell sleep 2\"\nminimize      0.0";
     let timed = with_script(&engine, &job, MINIMIZE, timer);
-    assert!(timed.contains("timer timeout") && timed.contains("goes on from the last step"), "{timed}");
+    assert!(timed.contains("timer timeout") && timed.contains("resumes at the last step"), "{timed}");
 
     let finished = engine.run(&job, &mut on).expect("the rest");
     assert_eq!(finished.resumed_from, Some(2));

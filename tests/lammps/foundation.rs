@@ -5,7 +5,7 @@ use crate::jobs::{built, case, on};
 use crate::lammps::lammps;
 use asperity::atoms::block::Block;
 use asperity::atoms::dump::read_frame;
-use asperity::atoms::engine::{Engine, Finished, LammpsEngine};
+use asperity::atoms::engine::{Finished, LammpsEngine};
 use asperity::atoms::load_history::frame_file;
 use asperity::pipeline::{Silent, run};
 use asperity::scene::Case;

@@ -5,7 +5,7 @@ use crate::lammps::lammps;
 use asperity::atoms::block::SurfaceSites;
 use asperity::atoms::contact::{Contact, contact};
 use asperity::atoms::dump::read_frame;
-use asperity::atoms::engine::{Engine, Finished};
+use asperity::atoms::engine::Finished;
 use asperity::atoms::indenter::Indenter;
 use asperity::atoms::job::Job;
 use asperity::atoms::load_history::frame_file;

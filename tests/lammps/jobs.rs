@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 
 /// A smooth surface of small slope on 10 × 10 × 6 cells, which stay elastic: LAMMPS takes seconds. `load`: text of
 /// `[load]`; `tables`: further tables; `atoms`: further keys of `[atoms]`.
-pub fn case(load: &str, tables: &str, atoms: &str) -> Case {
+pub(crate) fn case(load: &str, tables: &str, atoms: &str) -> Case {
     let text = format!(
         "name = \"smooth\"\n[surface]\ngrid = 32\nroll_off_mode = 2\ncut_off_mode = 8\nrms_gradient = 0.3\n\
          [load]\n{load}\n{tables}\n[atoms]\ncells = 10\ndepth_cells = 6\n{atoms}"
@@ -24,30 +24,31 @@ pub fn case(load: &str, tables: &str, atoms: &str) -> Case {
 }
 
 /// The job that the pipeline writes for a case.
-pub fn built(case: &Case, folder: &Path) -> Job {
+pub(crate) fn built(case: &Case, folder: &Path) -> Job {
     build_job(case, case.atoms.as_ref().expect("atoms"), folder, &Silent).expect("a job")
 }
 
 /// Ignores progress; the run continues.
-pub fn on(_: Progress) -> ControlFlow<()> {
+pub(crate) fn on(_: Progress) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
 /// Lattice constant and cut-off of the shipped potential, Å; distance below which atoms are in contact, Å.
-pub const A0: f64 = 5.5884;
-pub const CUTOFF: f64 = 7.015853;
-pub const D_C: f64 = 4.0354;
+pub(crate) const A0: f64 = 5.5884;
+pub(crate) const CUTOFF: f64 = 7.015853;
+pub(crate) const D_C: f64 = 4.0354;
 
 /// A written job with its block and indenter.
-pub struct Setting {
+pub(crate) struct Setting {
     pub block: Block,
     pub indenter: Indenter,
     pub job: Job,
 }
 
 /// Default loading and relaxation of the tests.
-pub const RAMP: DisplacementRamp = DisplacementRamp { step_angstrom: 0.3, max_load: 1e9, max_steps: 40, unload: false };
-pub const RELAXATION: RelaxationSettings = RelaxationSettings {
+pub(crate) const RAMP: DisplacementRamp =
+    DisplacementRamp { step_angstrom: 0.3, max_load: 1e9, max_steps: 40, unload: false };
+pub(crate) const RELAXATION: RelaxationSettings = RelaxationSettings {
     force_tolerance: 2e-3,
     load_unit: 100.0,
     contact_angstrom: D_C,
@@ -56,13 +57,13 @@ pub const RELAXATION: RelaxationSettings = RelaxationSettings {
 };
 
 /// The displacement ramp of a job, for changes.
-pub fn ramp(job: &mut Job) -> &mut DisplacementRamp {
+pub(crate) fn ramp(job: &mut Job) -> &mut DisplacementRamp {
     job.spec.protocol.ramp_mut().expect("a displacement ramp")
 }
 
 /// Writes a job for `block` under an indenter. `height` gives its heights (Å) at grid point (x, y) of `points` ×
 /// `points`.
-pub fn written(
+pub(crate) fn written(
     folder: &Path,
     block: Block,
     height: impl Fn(usize, usize, usize) -> f64,
@@ -82,11 +83,11 @@ pub fn written(
 }
 
 /// The shipped potential.
-pub fn potential() -> PathBuf {
+pub(crate) fn potential() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("potentials/Ca.eam.alloy")
 }
 
 /// LAMMPS as a command for scripts of `lammps-inputs`.
-pub fn command(engine: &LammpsEngine) -> LmpCommand {
+pub(crate) fn command(engine: &LammpsEngine) -> LmpCommand {
     LmpCommand { program: engine.program().to_path_buf() }
 }

@@ -1,5 +1,6 @@
-//! Blocks of atoms in the real LAMMPS. Without LAMMPS these tests print a warning and pass.
+//! Blocks of atoms in the real LAMMPS.
 
+mod by_hand;
 mod failures;
 mod foundation;
 mod initial_states;
@@ -11,4 +12,6 @@ mod modulus;
 mod nvt;
 mod potential;
 mod table;
+#[path = "../common/tools.rs"]
+mod tools;
 mod unloading;

@@ -2,7 +2,7 @@
 
 use crate::jobs::{built, case, command, on};
 use crate::lammps::lammps;
-use asperity::atoms::engine::{Engine, LammpsEngine};
+use asperity::atoms::engine::LammpsEngine;
 use asperity::atoms::job::Job;
 use asperity::atoms::nvt::{BLOCKS, NvtSamples, NvtSettings};
 use asperity::atoms::potential::calcium_lattice_constant;
@@ -32,18 +32,18 @@ fn contact_at_constant_temperature_is_a_probability_with_an_error() {
     let atoms = results.atoms.expect("atoms");
     let (hold, still) = (atoms.nvt.expect("a hold"), &atoms.states[0]);
     assert!((hold.averaging_ps + hold.equilibration_ps - 20.0).abs() < 1.0);
-    let held = &hold.states[0];
-    assert!((held.p_star / 0.06 - 1.0).abs() < 1e-9);
-    let t = held.temperature_k;
+    let state = &hold.states[0];
+    assert!((state.p_star / 0.06 - 1.0).abs() < 1e-9);
+    let t = state.temperature_k;
     assert!((t.value - 100.0).abs() < MISSES * t.error + STEP_ERROR * 100.0 && t.error < 5.0, "{t:?}");
-    assert!((held.load.value - 1.0).abs() < MISSES * held.load.error + 1e-3, "{:?}", held.load);
+    assert!((state.load.value - 1.0).abs() < MISSES * state.load.error + 1e-3, "{:?}", state.load);
     // The mean of the contact probabilities of the sites is the contact fraction.
     let site = |name: &str| npy::read(&folder.path().join(name)).expect("a map").values;
-    let (probability, error) = (site(&held.site_probability), site(&held.site_error));
+    let (probability, error) = (site(&state.site_probability), site(&state.site_error));
     assert_eq!((probability.len(), error.len()), (200, 200));
     assert!(probability.iter().all(|p| (0.0..=1.0).contains(p)) && error.iter().all(|e| (0.0..0.3).contains(e)));
     let mean = probability.iter().sum::<f64>() / 200.0;
-    assert!((mean - held.contact_fraction.value).abs() < 1e-6);
+    assert!((mean - state.contact_fraction.value).abs() < 1e-6);
     // Atoms in contact at 0 K are often in contact; atoms 1 Å away never are.
     let touching: Vec<bool> =
         npy::read_flags(&folder.path().join(still.contact_map.replace("contact.npy", "site-contact.npy")))
@@ -60,10 +60,10 @@ fn contact_at_constant_temperature_is_a_probability_with_an_error() {
     let (near, many) = of(&|i| touching[i]);
     let (far, others) = of(&|i| gap[i] > 1.0);
     assert!(many > 20 && others > 20 && near > 0.75 && far < 0.01, "{near} of {many}, {far} of {others}");
-    assert!(held.contact_fraction.error > 0.0 && held.contact_fraction.error < 0.05, "{:?}", held.contact_fraction);
+    assert!(state.contact_fraction.error > 0.0 && state.contact_fraction.error < 0.05, "{:?}", state.contact_fraction);
     // Vibrations increase the separation slightly.
-    let further = held.mean_gap_angstrom.value - still.mean_gap_angstrom;
-    assert!(further.abs() < 0.3 && held.mean_gap_angstrom.error < 0.05, "{further} {:?}", held.mean_gap_angstrom);
+    let further = state.mean_gap_angstrom.value - still.mean_gap_angstrom;
+    assert!(further.abs() < 0.3 && state.mean_gap_angstrom.error < 0.05, "{further} {:?}", state.mean_gap_angstrom);
     let page = std::fs::read_to_string(page).expect("a report");
     assert!(page.contains("At 100 K") && folder.path().join("figures/probability-1.svg").is_file());
 }
@@ -104,9 +104,9 @@ fn a_killed_nvt_run_continues_and_its_errors_decrease_with_time() {
     let long = written("long", &NvtSettings { time_ps: 40.0, ..settings });
     engine.run(&long, &mut on).expect("a clean run");
     let site_error = |job: &Job| {
-        let held = NvtSamples::read(&job.folder, job.spec.protocol.nvt().expect("an NVT run"), 1).expect("read");
-        assert_eq!(held.blocks.len(), BLOCKS);
-        let sites = held.probabilities();
+        let state = NvtSamples::read(&job.folder, job.spec.protocol.nvt().expect("an NVT run"), 1).expect("read");
+        assert_eq!(state.blocks.len(), BLOCKS);
+        let sites = state.probabilities();
         sites.iter().map(|s| s.error).sum::<f64>() / sites.len() as f64
     };
     let (short, long) = (site_error(&whole), site_error(&long));

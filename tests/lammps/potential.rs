@@ -85,7 +85,8 @@ fn the_generated_potential_has_the_stated_properties() {
 #[test]
 fn the_stated_properties_resemble_calcium() {
     let stated = Card::calcium().unwrap().properties;
-    let one_percent = |found: f64, asked: f64| assert!((found / asked - 1.0).abs() < 0.01, "{found}, asked {asked}");
+    let one_percent =
+        |found: f64, target: f64| assert!((found / target - 1.0).abs() < 0.01, "{found}, target {target}");
     one_percent(stated.a0_angstrom, A0);
     one_percent(stated.cohesive_energy_ev, 1.84);
     one_percent(stated.c11_gpa, 1.0985 * 27.8);

@@ -38,7 +38,7 @@ impl Spline {
 }
 
 /// The single element of an `eam/alloy` file.
-pub struct Table {
+pub(crate) struct Table {
     cutoff: f64,
     embedding: Spline,
     density: Spline,
@@ -47,7 +47,7 @@ pub struct Table {
 }
 
 impl Table {
-    pub fn read(file: &Path) -> Self {
+    pub(crate) fn read(file: &Path) -> Self {
         let text = std::fs::read_to_string(file).expect("the table");
         // Skips three comment lines and the line of elements; axes and the line of the element follow.
         let mut lines = text.lines().skip(4);
@@ -61,7 +61,7 @@ impl Table {
     }
 
     /// Energy (eV) and forces (eV/Å) of atoms in a periodic cube of edge `length` (Å), more than two cut-offs long.
-    pub fn evaluate(&self, positions: &[[f64; 3]], length: f64) -> (f64, Vec<[f64; 3]>) {
+    pub(crate) fn evaluate(&self, positions: &[[f64; 3]], length: f64) -> (f64, Vec<[f64; 3]>) {
         let n = positions.len();
         let mut near = Vec::new();
         for i in 0..n {

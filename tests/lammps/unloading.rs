@@ -2,7 +2,7 @@
 
 use crate::jobs::{built, case, on};
 use crate::lammps::lammps;
-use asperity::atoms::engine::{Engine, Finished};
+use asperity::atoms::engine::Finished;
 use asperity::atoms::job::Job;
 use asperity::atoms::load_history::frame_file;
 use asperity::pipeline::read_atoms;
@@ -149,5 +149,5 @@ fn a_ramp_killed_while_unloading_continues_bit_identically() {
     let finished = engine.run(&built(&case, killed.path()), &mut on).expect("the rest");
     assert!(finished.resumed_from.is_some_and(|k| k >= slow + 12));
     assert_eq!(finished.history, expected.history);
-    assert!(bytes(whole.path(), &expected) == bytes(killed.path(), &finished), "other bytes after going on");
+    assert!(bytes(whole.path(), &expected) == bytes(killed.path(), &finished), "other bytes after resuming");
 }

@@ -30,7 +30,7 @@ const OF_ADHESION: [&str; 4] = ["S21a", "S21b", "S23a", "S23b"];
 const OF_BOTH: [&str; 8] = ["S05", "S06", "S08", "S10", "S15", "S17a", "S17b", "S18"];
 
 #[test]
-fn a_grid_that_carries_the_adhesion_is_judged() {
+fn a_grid_that_resolves_the_adhesion_is_assessed() {
     let out = tempfile::tempdir().expect("a folder");
     let folder = out.path().join("run");
     let (code, said) = challenge(&folder, &["--grid", "256", "--regularise"]);
@@ -46,7 +46,7 @@ fn a_grid_that_carries_the_adhesion_is_judged() {
     for id in ["S04d", "S11a", "S11b", "S13", "S16", "S22"].iter().chain(&OF_BOTH) {
         assert_eq!(found[*id].0, "not assessed", "{id}");
     }
-    assert_eq!(code == Some(1), found.values().any(|(v, _)| v == "fail"), "the exit code tells of failures");
+    assert_eq!(code == Some(1), found.values().any(|(v, _)| v == "fail"), "the exit code is 1 for failures");
 
     let results: Value = serde_json::from_str(&std::fs::read_to_string(folder.join("results.json")).unwrap()).unwrap();
     let states = |of: &str| results[of]["states"].as_array().expect("states").clone();

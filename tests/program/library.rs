@@ -1,7 +1,7 @@
 //! The documented interface of the crate: its examples run, and its results are those of `asperity solve`.
 
 use crate::program::{asperity, stderr};
-use asperity::{Adhesion, FileOptions, Load, Problem, Surface, Touching};
+use asperity::{Adhesion, Body, FileOptions, Loads, Problem, Surface, Touching};
 use ndarray::Array2;
 use serde_json::Value;
 use std::path::Path;
@@ -56,7 +56,7 @@ fn solve(arguments: &[&str], out: &Path) -> Vec<Value> {
 }
 
 fn problem() -> Problem {
-    let options = FileOptions { length: 20000.0, height_unit: 1.0, touching: Touching::HighPoints, dataset: None };
+    let options = FileOptions { length: Some(20000.0), touching: Some(Touching::HighPoints), ..FileOptions::default() };
     Problem::new(Surface::from_file(MAP, &options).expect("a map"), 25.0)
 }
 
@@ -90,13 +90,24 @@ fn adhesive_load_paths_have_the_bits_of_the_command_line() {
     let lines = solve(&flags, out.path());
     let adhesion = Adhesion { work_of_adhesion: 50.0, range: 40.0, ..Adhesion::default() };
     let problem = Problem { adhesion: Some(adhesion), ..problem() };
-    let path = problem.load_path_with_pull_off(&[0.5, 1.0, 0.5].map(Load::Pressure)).expect("solved");
+    let path = problem.load_path_with_pull_off(&Loads::Pressure(vec![0.5, 1.0, 0.5])).expect("solved");
     for (state, line) in path.states.iter().zip(&lines) {
         assert_eq!(Some(state.area.corrected), line["contact_fraction_corrected"].as_f64());
         assert_eq!(Some(state.mean_gap), line["mean_gap"].as_f64());
     }
     let pull_off = path.pull_off.expect("it was requested");
     assert_eq!(Some(pull_off.mean_pressure), lines[3]["pull_off_pressure"].as_f64());
+}
+
+/// Loads of other kinds and a map that does not repeat.
+#[test]
+fn contact_fractions_have_the_bits_of_the_command_line() {
+    let out = tempfile::tempdir().expect("scratch");
+    let lines = solve(&["--contact", "0.05", "--non-periodic"], out.path());
+    let problem = Problem { body: Body::NonPeriodic, ..problem() };
+    let path = problem.load_path(&Loads::ContactFraction(vec![0.05])).expect("solved");
+    assert_eq!(Some(path.states[0].mean_pressure), lines[0]["pressure"].as_f64());
+    assert!(path.states[0].gap == stored(&out.path().join("gap.npy")));
 }
 
 #[test]
@@ -121,6 +132,6 @@ fn errors_name_the_value_and_the_remedy() {
     assert!(text.contains("persson") && text.contains("Problem::estimate"), "{text}");
     let text = refused(&Problem { method: "unknown".into(), ..problem() });
     assert!(text.contains("unknown") && text.contains("fast"), "{text}");
-    let pulled = problem().load_path_with_pull_off(&[Load::Pressure(0.5)]).expect_err("refused").to_string();
+    let pulled = problem().load_path_with_pull_off(&Loads::Pressure(vec![0.5])).expect_err("refused").to_string();
     assert!(pulled.contains("adhesion"), "{pulled}");
 }

@@ -3,16 +3,27 @@
 mod accuracy;
 mod challenge;
 mod cli;
+mod declared;
 mod extremes;
+mod first_minutes;
+mod flags;
 mod import;
+mod instrument_files;
 #[path = "../common/lammps.rs"]
 mod lammps;
 mod library;
+#[path = "../../benches/measure/commands/mod.rs"]
+mod measure;
 mod methods;
+mod own_surface;
 mod pipeline;
 #[path = "../common/program.rs"]
 mod program;
 mod quickstart;
+mod reliability;
 mod scenes;
 mod solve;
+mod sweep;
+#[path = "../common/tools.rs"]
+mod tools;
 mod tradeoff;

@@ -6,7 +6,7 @@ use asperity::Error;
 use asperity::grid::Grid;
 use asperity::method::{self, Card, Kind, Needs, NoObserver, Problem, Quantity, REGISTRY, Started, Support};
 use asperity::pipeline::{self, Listener};
-use asperity::record::json;
+use asperity::record::hashed;
 use asperity::record::methods::{MethodResults, MethodState};
 use asperity::record::results::{Results, StageCost};
 use asperity::scene::Case;
@@ -32,8 +32,8 @@ fn run(scene: &str) -> Vec<MethodResults> {
     let out = folder.path().join("out");
     let output = asperity().arg("run").arg(&file).arg("--out").arg(&out).arg("--json").output().expect("started");
     assert!(output.status.success(), "{}", stderr(&output));
-    let told = json_line(&output)["results"]["methods"].clone();
-    let found: Vec<MethodResults> = serde_json::from_value(told).expect("results of methods");
+    let json = json_line(&output)["results"]["methods"].clone();
+    let found: Vec<MethodResults> = serde_json::from_value(json).expect("results of methods");
     for state in found.iter().flat_map(|m| &m.states) {
         maps_exist(&out, state);
     }
@@ -119,10 +119,10 @@ fn faults(card: &Card, run: &MethodResults) -> Vec<String> {
 fn cards_say_what_is_delivered() {
     let mut found = Vec::new();
     for (scene, adhesion) in [(SCENE.to_string(), false), (format!("{SCENE}{ADHESION}"), true)] {
-        let told = run(&scene);
+        let results = run(&scene);
         // The scene's own method, `fast`, is not listed as a comparison method.
         for card in REGISTRY.iter().map(|m| m.card()).filter(|c| c.id != "fast") {
-            let runs: Vec<&MethodResults> = told.iter().filter(|m| m.method == card.id).collect();
+            let runs: Vec<&MethodResults> = results.iter().filter(|m| m.method == card.id).collect();
             let runs_twice = adhesion && card.supports_adhesion() && !NEED_MORE.contains(&card.id);
             let expected = if runs_twice { vec![true, false] } else { vec![false] };
             assert_eq!(runs.iter().map(|r| r.adhesive).collect::<Vec<_>>(), expected, "{}", card.id);
@@ -181,15 +181,17 @@ fn solve_takes_methods_that_estimate() {
 /// The method and `solve` report settings that change a criterion or replace a fitted constant.
 #[test]
 fn what_methods_say_of_themselves_follows_settings() {
-    let told = |id: &str, set: Option<&str>| {
+    let found_by = |id: &str, set: Option<&str>| {
         let command = ["solve", "--challenge", "128", "--cut-off", "0.04", "--pressure", "0.01", "--json", "--method"];
         let set = set.map(|s| ["--set".to_string(), format!("{id}.{s}")]);
         let output = asperity().args(command).arg(id).args(set.iter().flatten()).output().expect("started");
         assert!(output.status.success(), "{id}: {}", stderr(&output));
         json_line(&output)
     };
-    assert!(told("experiment", None)["criterion"].as_str().is_some_and(|c| c.contains(" 150 nm")));
-    assert!(told("experiment", Some("optical_gap=2e-6"))["criterion"].as_str().is_some_and(|c| c.contains(" 200 nm")));
+    assert!(found_by("experiment", None)["criterion"].as_str().is_some_and(|c| c.contains(" 150 nm")));
+    assert!(
+        found_by("experiment", Some("optical_gap=2e-6"))["criterion"].as_str().is_some_and(|c| c.contains(" 200 nm"))
+    );
     for (id, given) in [
         ("winkler", "spring_length=0.005"),
         ("ms-archard", "band_ratio=2"),
@@ -197,19 +199,19 @@ fn what_methods_say_of_themselves_follows_settings() {
         ("srgw", ""),
     ] {
         let card = method::find(id).expect("an id").card();
-        assert_eq!(told(id, None)["calibrated_on"].as_str(), card.calibrated_on, "{id}");
+        assert_eq!(found_by(id, None)["calibrated_on"].as_str(), card.calibrated_on, "{id}");
         if !given.is_empty() {
-            assert!(card.calibrated_on.is_some() && told(id, Some(given))["calibrated_on"].is_null(), "{id}");
+            assert!(card.calibrated_on.is_some() && found_by(id, Some(given))["calibrated_on"].is_null(), "{id}");
         }
     }
-    let to_area = told("winkler", Some("calibrate_to=0.05"));
+    let to_area = found_by("winkler", Some("calibrate_to=0.05"));
     assert!(to_area["calibrated_on"].as_str().is_some_and(|c| c.contains("calibrate_to")), "{to_area}");
 }
 
 /// For a range that the grid does not resolve, `bicgstab` reports the range used, in results and in `solve`; `fft-ia`
 /// reports closed area and compressed area.
 #[test]
-fn ranges_that_are_used_and_stresses_that_press_are_told() {
+fn used_ranges_and_compressive_contact_are_reported() {
     let scene = SCENE.replace("\"all\"", "\"bicgstab\", \"fft-ia\"");
     let scene = format!(
         "{scene}[adhesion]\nwork_of_adhesion_mj_m2 = 50\nrange_nm = 100.0\n[methods.bicgstab]\nmin_resolution = 4\n"
@@ -240,8 +242,8 @@ fn ranges_that_are_used_and_stresses_that_press_are_told() {
     let output = asperity().args(grid).args(law).output().expect("started");
     assert!(output.status.success(), "{}", stderr(&output));
     let line = json_line(&output);
-    let [asked, used] = ["requested", "used"].map(|k| line["range"][k].as_f64().expect("a length"));
-    assert!((used / range.used - 1.0).abs() < 1e-9 && (asked / range.requested - 1.0).abs() < 1e-9, "{line}");
+    let [requested, used] = ["requested", "used"].map(|k| line["range"][k].as_f64().expect("a length"));
+    assert!((used / range.used - 1.0).abs() < 1e-9 && (requested / range.requested - 1.0).abs() < 1e-9, "{line}");
     assert!(line["contact_fraction_compressive"].as_f64().is_some_and(|c| c > 0.0), "{line}");
 }
 
@@ -276,9 +278,9 @@ fn finished_loads_of_estimates_are_kept() {
     // The final results contain the stored states of finished loads.
     let mark = |name: &str| {
         let path = second.with_file_name(name);
-        let mut state: MethodState = json::read(&path).expect("kept");
+        let mut state: MethodState = hashed::read(&path, true).valid().expect("kept");
         state.numbers.seconds = 1234.5;
-        json::write(&path, &state).expect("written");
+        hashed::write(&path, &state, &[]).expect("written");
     };
     ["load-1.json", "load-2.json"].into_iter().for_each(mark);
     let (found, _) = pipeline::run(&case, &out, &never).expect("a run");

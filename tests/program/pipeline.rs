@@ -51,7 +51,7 @@ impl Bench {
 
     fn start(&self, scene: &Path, out: &str) -> Child {
         let mut command = asperity();
-        command.arg("run").arg(scene).arg("--out").arg(self.path(out)).arg("--json");
+        command.arg("run").arg(scene).arg("--out").arg(self.path(out)).args(["--json", "--overwrite"]);
         command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("started")
     }
 
@@ -63,10 +63,10 @@ impl Bench {
     fn results(&self, scene: &Path, out: &str) -> (Value, String) {
         let output = self.run(scene, out);
         assert!(output.status.success(), "{}", stderr(&output));
-        let told = json_line(&output)["results"].clone();
+        let results = json_line(&output)["results"].clone();
         let file = std::fs::read(self.path(out).join("results.json")).expect("results.json");
-        assert_eq!(told, serde_json::from_slice::<Value>(&file).expect("JSON"), "stdout and results.json differ");
-        (told, stderr(&output))
+        assert_eq!(results, serde_json::from_slice::<Value>(&file).expect("JSON"), "stdout and results.json differ");
+        (results, stderr(&output))
     }
 
     /// Starts a run and returns when LAMMPS has finished some steps.
@@ -86,13 +86,13 @@ impl Bench {
     }
 
     /// The same command continues after the last finished step, and its results are those of `reference`.
-    fn goes_on(&self, scene: &Path, out: &str, reference: &str) {
+    fn resumes(&self, scene: &Path, out: &str, reference: &str) {
         wait_until("the end of LAMMPS", GONE_WITHIN, || self.processes(out).is_empty());
         let before = steps(&self.path(out).join("lammps/load_steps.csv"));
         let (results, said) = self.results(scene, out);
         let from = resumed_from(&said).unwrap_or_else(|| panic!("started over: {said}"));
         // At most the step in progress and one more are lost.
-        assert!(from + 2 >= before && from > 0, "went on from {from} of {before} steps");
+        assert!(from + 2 >= before && from > 0, "resumed at {from} of {before} steps");
         let (whole, _) = self.results(scene, reference);
         assert_eq!(lasting(&results), lasting(&whole));
         for state in results["atoms"]["states"].as_array().expect("states") {
@@ -118,7 +118,7 @@ fn steps(table: &Path) -> usize {
 }
 
 fn resumed_from(said: &str) -> Option<usize> {
-    let rest = said.split_once("went on from load step ")?.1;
+    let rest = said.split_once("resumed at load step ")?.1;
     rest.split_whitespace().next()?.parse().ok()
 }
 
@@ -172,7 +172,7 @@ fn a_finished_run_is_not_run_again() {
 }
 
 #[test]
-fn a_killed_run_goes_on_and_leaves_no_orphan() {
+fn a_killed_run_resumes_and_leaves_no_orphan() {
     let Some(_lammps) = lammps(1) else { return };
     let bench = Bench::new();
     let scene = bench.scene("[0.01, 0.02]", FINE, "");
@@ -180,11 +180,11 @@ fn a_killed_run_goes_on_and_leaves_no_orphan() {
     child.kill().expect("killed");
     child.wait().expect("waited");
     assert!(!bench.path("run/results.json").exists());
-    bench.goes_on(&scene, "run", "reference");
+    bench.resumes(&scene, "run", "reference");
 }
 
 #[test]
-fn an_interrupted_run_says_so_and_goes_on() {
+fn an_interrupted_run_says_so_and_resumes() {
     let Some(_lammps) = lammps(1) else { return };
     let bench = Bench::new();
     let scene = bench.scene("[0.01, 0.02]", FINE, "");
@@ -196,11 +196,11 @@ fn an_interrupted_run_says_so_and_goes_on() {
     assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
     assert!(stderr(&output).contains("asperity: error: interrupted"), "{}", stderr(&output));
     assert!(output.stdout.is_empty());
-    bench.goes_on(&scene, "run", "reference");
+    bench.resumes(&scene, "run", "reference");
 }
 
 #[test]
-fn a_run_past_its_time_limit_goes_on_with_a_longer_one() {
+fn a_run_past_its_time_limit_resumes_with_a_longer_one() {
     let Some(_lammps) = lammps(1) else { return };
     let bench = Bench::new();
     let limited = |seconds: f64| bench.scene("[0.01, 0.02]", FINE, &format!("time_limit_s = {seconds}\n"));
@@ -282,7 +282,7 @@ fn adhesive_atoms_run_to_the_end() {
 
 /// `compare` reads the copy of the scene in the run folder and finds its files without the folder of the scene.
 #[test]
-fn files_beside_the_scene_are_found_from_the_run_folder() {
+fn files_next_to_the_scene_are_found_from_the_run_folder() {
     let Some(_lammps) = lammps(1) else { return };
     let bench = Bench::new();
     let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("potentials/Ca.eam.alloy");
@@ -307,7 +307,18 @@ fn a_failed_run_leaves_no_results_of_another_scene() {
     let script = "#!/bin/sh\n[ \"$1\" = -h ] && exec lmp -h\necho 'ERROR: Out of luck (src/luck.cpp:7)'\nexit 1\n";
     std::fs::write(&fake, script).expect("written");
     std::fs::set_permissions(&fake, std::fs::Permissions::from_mode(0o755)).expect("executable");
-    let output = bench.run(&bench.scene("[0.1]", COARSE, "program = \"./lmp\"\n"), "run");
+    let scene = bench.scene("[0.1]", COARSE, "program = \"./lmp\"\n");
+    // A program of a scene is executed on request only.
+    let refused = bench.run(&scene, "run");
+    assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
+    assert!(stderr(&refused).contains("--allow-program"), "{}", stderr(&refused));
+    let mut allowed = asperity();
+    allowed.arg("run").arg(&scene).arg("--out").arg(bench.path("run")).args([
+        "--json",
+        "--overwrite",
+        "--allow-program",
+    ]);
+    let output = allowed.output().expect("started");
     assert_eq!(output.status.code(), Some(4), "{}", stderr(&output));
     assert!(stderr(&output).contains("it stopped with: Out of luck"), "{}", stderr(&output));
     for file in ["results.json", "report.html", "manifest.json", "run.mcap", "results.nc"] {

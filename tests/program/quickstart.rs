@@ -40,7 +40,7 @@ fn the_quickstart_keeps_its_promises() {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/quickstart.toml");
     let output = asperity().arg("run").arg(scene).arg("--out").arg(&out).arg("--json").output().expect("started");
     assert!(output.status.success(), "{}", stderr(&output));
-    let told = json_line(&output);
+    let answer = json_line(&output);
     assert!(!stderr(&output).contains("above the force tolerance"), "{}", stderr(&output));
     let results = Results::read(&out).expect("results.json");
 
@@ -89,7 +89,7 @@ fn the_quickstart_keeps_its_promises() {
         }
     }
 
-    assert_eq!(told["report"].as_str(), out.join("report.html").to_str());
+    assert_eq!(answer["report"].as_str(), out.join("report.html").to_str());
     let page = std::fs::read_to_string(out.join("report.html")).expect("a report");
     for piece in ["<svg", "data:image/png;base64,", "κ", "Jaccard"] {
         assert!(page.contains(piece), "the report lacks {piece}");

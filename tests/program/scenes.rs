@@ -102,9 +102,9 @@ fn good_scenes_and_shipped_ones_are_planned() {
             let counts = ["deformable", "fixed", "indenter"].map(|k| plan["atoms"][k].as_u64().expect("a count"));
             assert!(counts.iter().all(|n| *n > 0), "{}: {plan}", scene.display());
         } else {
-            let beside: &[&str] =
+            let others: &[&str] =
                 if text.lines().any(|l| l.trim() == "[challenge]") { &["non-adhesive", "cross-check"] } else { &[] };
-            assert_eq!(names, [&["surface", "continuum"], beside, &["report"]].concat(), "{}", scene.display());
+            assert_eq!(names, [&["surface", "continuum"], others, &["report"]].concat(), "{}", scene.display());
             assert!(plan["atoms"].is_null());
         }
         let most = stages.iter().map(|s| of(s, "bytes")).fold(0.0, f64::max);
@@ -139,17 +139,20 @@ fn a_scene_that_is_not_there_is_named() {
 /// The `.npy` file is created here, because the folder of scenes contains only text.
 #[test]
 fn a_height_that_is_no_number_is_told_by_row_and_column() {
-    const SCENE: &str =
-        "name = \"n\"\n[surface]\nheights = \"h.npy\"\ntouching = \"low-points\"\n[load]\np_star = [0.01]\n";
+    const SCENE: &str = "name = \"n\"\n[laboratory]\nlength_um = 1\ncontact_modulus_mpa = 1\n[surface]\nheights = \"h.npy\"\nunit = \"um\"\n\
+                         touching = \"low-points\"\n[load]\np_star = [0.01]\n";
     let scratch = tempfile::tempdir().expect("scratch");
     let (nx, ny) = (8, 4);
-    for (value, word) in [(f64::NAN, "NaN"), (f64::INFINITY, "inf")] {
+    for (value, says) in [
+        (f64::NAN, "1 of 32 points were not measured, the first in row 3, column 6"),
+        (f64::INFINITY, "the height in row 3, column 6 (counted from 1) is inf"),
+    ] {
         let heights = (0..nx * ny).map(|i| if i == 2 * nx + 5 { value } else { (i % nx) as f64 });
         asperity::record::npy::write(&scratch.path().join("h.npy"), nx, ny, heights).expect("written");
         let scene = scratch.path().join("n.toml");
         std::fs::write(&scene, SCENE).expect("written");
         let out = scratch.path().join("run");
-        let pieces = vec![format!("the height at row 2, column 5 is {word}")];
+        let pieces = vec![says.to_string()];
         check_refusal(&run(&scene, &out, &[]), &Expected { code: 2, pieces, about: "h.npy".into() });
         assert!(!out.exists());
     }

@@ -11,7 +11,7 @@ use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 /// Grids of 64 points per side and more resolve all waves; the loads give some contact nodes and open gaps.
-const SCENE: &str = "name = \"ladder\"\n[surface]\ngrid = 128\ncut_off_um = 4.0\n[load]\np_star = [0.005, 0.02]\n";
+const SCENE: &str = "name = \"benchmark\"\n[surface]\ngrid = 128\ncut_off_um = 4.0\n[load]\np_star = [0.005, 0.02]\n";
 const ADHESION: &str = "[adhesion]\nwork_of_adhesion_mj_m2 = 50\nrange_nm = 100.0\n";
 
 /// Limit of waiting times; a benchmark here takes seconds.
@@ -25,7 +25,7 @@ struct Bench {
 impl Bench {
     fn new(scene: &str) -> Self {
         let folder = tempfile::tempdir().expect("scratch");
-        let file = folder.path().join("ladder.toml");
+        let file = folder.path().join("benchmark.toml");
         std::fs::write(&file, scene).expect("written");
         Bench { folder, scene: file }
     }
@@ -48,42 +48,42 @@ impl Bench {
     fn table(&self, out: &str, flags: &[&str]) -> Tradeoff {
         let output = self.run(out, &[flags, &["--json"]].concat());
         assert!(output.status.success(), "{}", stderr(&output));
-        let told: Tradeoff = serde_json::from_value(json_line(&output)["tradeoff"].clone()).expect("a table");
+        let results: Tradeoff = serde_json::from_value(json_line(&output)["tradeoff"].clone()).expect("a table");
         let file = Tradeoff::read(&self.out(out).join(FILE)).expect("its file");
-        assert_eq!(told.points, file.points);
+        assert_eq!(results.points, file.points);
         let page = std::fs::read_to_string(self.out(out).join("report.html")).expect("a page");
         assert!(page.contains("Error against cost"));
-        told
+        results
     }
 }
 
 /// The point of a method on a grid, in f64 at a tolerance of 1e-8.
-fn on_grid<'a>(told: &'a Tradeoff, method: &str, n: usize) -> &'a TradeoffPoint {
+fn on_grid<'a>(results: &'a Tradeoff, method: &str, n: usize) -> &'a TradeoffPoint {
     let is = |p: &&TradeoffPoint| {
         let s = &p.setting;
         s.method == method && s.nx == n && s.precision == "f64" && s.tolerance == 1e-8
     };
-    told.points.iter().find(is).unwrap_or_else(|| panic!("no {method} on {n}: {:?}", told.skipped))
+    results.points.iter().find(is).unwrap_or_else(|| panic!("no {method} on {n}: {:?}", results.skipped))
 }
 
 fn error(p: &TradeoffPoint, quantity: Quantity) -> f64 {
-    *p.errors.get(&quantity).unwrap_or_else(|| panic!("{} tells no {}", p.setting.method, quantity.name()))
+    *p.errors.get(&quantity).unwrap_or_else(|| panic!("{} has no {}", p.setting.method, quantity.name()))
 }
 
 /// Every method of the registry is in the table, with the errors that its card declares, or is left out with a reason.
 #[test]
 fn the_table_has_every_method() {
     let bench = Bench::new(&SCENE.replace("128", "64"));
-    let told = bench.table("run", &["--methods", "all", "--grids", "64,32", "--budget", "8s", "--repeats", "1"]);
+    let results = bench.table("run", &["--methods", "all", "--grids", "64,32", "--budget", "8s", "--repeats", "1"]);
     for method in REGISTRY {
         let card = method.card();
-        let points: Vec<&TradeoffPoint> = told.points.iter().filter(|p| p.setting.method == card.id).collect();
-        let out: Vec<_> = told.skipped.iter().filter(|l| l.setting.method == card.id).collect();
+        let points: Vec<&TradeoffPoint> = results.points.iter().filter(|p| p.setting.method == card.id).collect();
+        let out: Vec<_> = results.skipped.iter().filter(|l| l.setting.method == card.id).collect();
         assert!(!points.is_empty() || !out.is_empty(), "{} is nowhere", card.id);
         assert!(out.iter().all(|l| !l.reason.is_empty()));
         for p in points {
             if p.unavailable_reason.is_some() {
-                assert!(p.errors.is_empty(), "{} errs and tells nothing", card.id);
+                assert!(p.errors.is_empty(), "{} has errors without results", card.id);
                 continue;
             }
             assert!(p.errors.values().all(|e| e.is_finite() && *e >= 0.0), "{p:?}");
@@ -94,8 +94,8 @@ fn the_table_has_every_method() {
             }
         }
     }
-    assert_eq!(told.references.len(), 1);
-    assert_eq!(told.references[0].coarser, [16, 32]);
+    assert_eq!(results.references.len(), 1);
+    assert_eq!(results.references[0].coarser, [16, 32]);
 }
 
 /// The error of `fast` decreases with the grid; that of the reference is its uncertainty. On the same grid, f32 has a
@@ -103,45 +103,45 @@ fn the_table_has_every_method() {
 #[test]
 fn errors_fall_with_the_grid() {
     let bench = Bench::new(SCENE);
-    let told = bench.table("run", &["--methods", "fast", "--grids", "32,64,128"]);
-    let [coarse, middle, fine] = [32, 64, 128].map(|n| on_grid(&told, "fast", n));
+    let results = bench.table("run", &["--methods", "fast", "--grids", "32,64,128"]);
+    let [coarse, middle, fine] = [32, 64, 128].map(|n| on_grid(&results, "fast", n));
     for quantity in [Quantity::MeanGap, Quantity::GapMap, Quantity::ContactMap, Quantity::GapPdf, Quantity::StressPdf] {
         assert!(error(middle, quantity) < error(coarse, quantity), "{}: {coarse:?} {middle:?}", quantity.name());
     }
     assert!(fine.is_reference && (fine.cost.cpu_over_reference - 1.0).abs() < 1e-12);
     for quantity in Quantity::COMPARED {
-        let uncertain = told.references[0].uncertainty.get(&quantity).copied();
+        let uncertain = results.references[0].uncertainty.get(&quantity).copied();
         assert_eq!(fine.errors.get(&quantity).copied(), uncertain, "{}", quantity.name());
     }
-    let single = told.points.iter().find(|p| p.setting.precision == "f32").expect("f32");
+    let single = results.points.iter().find(|p| p.setting.precision == "f32").expect("f32");
     assert!(single.setting.nx == 128 && error(single, Quantity::GapMap) < error(middle, Quantity::GapMap));
-    let loose = told.points.iter().find(|p| p.setting.tolerance == 1e-2).expect("a loose tolerance");
+    let loose = results.points.iter().find(|p| p.setting.tolerance == 1e-2).expect("a loose tolerance");
     assert!(loose.cost.fft_pairs < fine.cost.fft_pairs, "{loose:?}");
-    assert_eq!(told.points.len(), 3 + 5, "grids, and f32 to two and f64 to three more tolerances on the scene's");
+    assert_eq!(results.points.len(), 3 + 5, "grids, and f32 to two and f64 to three more tolerances on the scene's");
     // The cost of the finest grid predicted from coarser grids is listed with the measured one.
-    let [foreseen] = &told.forecasts[..] else { panic!("{:?}", told.forecasts) };
-    assert!(foreseen.setting == fine.setting && foreseen.coarser == [32, 64], "{foreseen:?}");
-    assert!(foreseen.predicted_cpu_seconds > 0.0 && foreseen.cpu_seconds == fine.cost.cpu_seconds);
-    assert_eq!(foreseen.ratio, foreseen.predicted_cpu_seconds / foreseen.cpu_seconds);
-    assert!(foreseen.doubled_grid_cpu_seconds.is_some_and(|t| t > 0.0));
-    assert!(told.points.iter().all(|p| p.cost.runs >= 1));
+    let [forecast] = &results.forecasts[..] else { panic!("{:?}", results.forecasts) };
+    assert!(forecast.setting == fine.setting && forecast.coarser == [32, 64], "{forecast:?}");
+    assert!(forecast.predicted_cpu_seconds > 0.0 && forecast.cpu_seconds == fine.cost.cpu_seconds);
+    assert_eq!(forecast.ratio, forecast.predicted_cpu_seconds / forecast.cpu_seconds);
+    assert!(forecast.doubled_grid_cpu_seconds.is_some_and(|t| t > 0.0));
+    assert!(results.points.iter().all(|p| p.cost.runs >= 1));
     let page = std::fs::read_to_string(bench.out("run").join("report.html")).expect("a page");
     assert!(page.contains("doubled grid"));
     // Every point has one line in the CSV, and all lines have the same number of cells.
     let csv = std::fs::read_to_string(bench.out("run").join("tradeoff.csv")).expect("a CSV");
     let cells: Vec<usize> = csv.lines().map(|l| l.split(',').count()).collect();
-    assert!(cells.len() == 1 + told.points.len() && cells.iter().all(|c| *c == cells[0]), "{csv}");
+    assert!(cells.len() == 1 + results.points.len() && cells.iter().all(|c| *c == cells[0]), "{csv}");
 }
 
 /// A reference finer than the scene's grid, with the scene's grid in the middle of the benchmark.
 #[test]
 fn the_reference_may_be_finer() {
     let bench = Bench::new(&SCENE.replace("128", "32"));
-    let told = bench.table("run", &["--methods", "fast", "--grids", "16,32,64", "--reference", "64"]);
-    assert_eq!((told.nx, told.references[0].setting.nx), (32, 64));
+    let results = bench.table("run", &["--methods", "fast", "--grids", "16,32,64", "--reference", "64"]);
+    assert_eq!((results.nx, results.references[0].setting.nx), (32, 64));
     // Variations of precision and tolerance are on the scene's grid.
-    assert!(told.points.iter().any(|p| p.setting.precision == "f32" && p.setting.nx == 32));
-    assert!(error(on_grid(&told, "fast", 32), Quantity::GapMap) > 0.0);
+    assert!(results.points.iter().any(|p| p.setting.precision == "f32" && p.setting.nx == 32));
+    assert!(error(on_grid(&results, "fast", 32), Quantity::GapMap) > 0.0);
 }
 
 /// Blocks of atoms are in the table with the cost of LAMMPS and two errors: against the scene's reference, and against
@@ -151,12 +151,12 @@ fn atoms_are_settings_too() {
     let Some(_lammps) = lammps(1) else { return };
     let smooth =
         "[surface]\ngrid = 64\nroll_off_mode = 2\ncut_off_mode = 24\nrms_gradient = 0.3\n[load]\np_star = [0.02]\n";
-    let bench = Bench::new(&format!("name = \"ladder\"\n{smooth}"));
+    let bench = Bench::new(&format!("name = \"benchmark\"\n{smooth}"));
     let flags = ["--methods", "fast", "--grids", "64", "--repeats", "1", "--atoms", "10x6,10x3"];
-    let told = bench.table("run", &flags);
-    let blocks: Vec<&TradeoffPoint> = told.points.iter().filter(|p| p.setting.method == "all-atom").collect();
+    let results = bench.table("run", &flags);
+    let blocks: Vec<&TradeoffPoint> = results.points.iter().filter(|p| p.setting.method == "all-atom").collect();
     let sizes: Vec<String> = blocks.iter().filter_map(|p| p.setting.block).map(|b| b.to_string()).collect();
-    assert_eq!(sizes, ["10x3", "10x6"], "{:?}", told.skipped);
+    assert_eq!(sizes, ["10x3", "10x6"], "{:?}", results.skipped);
     for p in &blocks {
         let cost = p.cost.atoms.expect("what LAMMPS took");
         assert!(
@@ -177,16 +177,16 @@ fn atoms_are_settings_too() {
     // LAMMPS files and maps are removed, and the same command does not run anything again.
     let stage = bench.out("run").join("point-all-atom-10x6");
     assert!(stage.join("output.json").exists() && !stage.join("job").exists() && !stage.join("atoms").exists());
-    assert_eq!(bench.table("run", &flags).points, told.points);
+    assert_eq!(bench.table("run", &flags).points, results.points);
     // Blocks are no grids: they are in no table for recommendations and have no predicted cost.
-    assert!(told.forecasts.is_empty());
+    assert!(results.forecasts.is_empty());
     let page = std::fs::read_to_string(bench.out("run").join("report.html")).expect("a page");
     assert!(page.contains("Blocks of atoms") && page.contains("10x6"));
 }
 
 /// Measurements finished before a kill are not repeated, and the final table is the same.
 #[test]
-fn a_killed_ladder_goes_on() {
+fn a_killed_benchmark_resumes() {
     let bench = Bench::new(SCENE);
     let flags = ["--methods", "fast,gfmd", "--grids", "128,64", "--json"];
     let mut child =
@@ -217,11 +217,11 @@ fn a_killed_ladder_goes_on() {
 fn a_budget_leaves_out_and_says_so() {
     let bench = Bench::new(SCENE);
     let flags = ["--methods", "fast,gfmd,bvm", "--budget", "0.1s"];
-    let told = bench.table("run", &flags);
-    assert_eq!(told.budget_seconds, Some(0.1));
-    assert!(!told.skipped.is_empty());
-    assert!(told.skipped.iter().all(|l| l.reason.contains("budget") || l.reason.contains("its method")));
-    assert!(on_grid(&told, "fast", 128).is_reference, "the reference is solved in any case");
+    let results = bench.table("run", &flags);
+    assert_eq!(results.budget_seconds, Some(0.1));
+    assert!(!results.skipped.is_empty());
+    assert!(results.skipped.iter().all(|l| l.reason.contains("budget") || l.reason.contains("its method")));
+    assert!(on_grid(&results, "fast", 128).is_reference, "the reference is solved in any case");
     let output = bench.run("run", &flags);
     let words = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(words.contains("left out: gfmd") && words.contains("budget"), "{words}");
@@ -234,16 +234,16 @@ fn a_budget_leaves_out_and_says_so() {
 #[test]
 fn without_adhesion_is_compared_with_without() {
     let bench = Bench::new(&format!("{}{ADHESION}", SCENE.replace("128", "64")));
-    let told = bench.table("run", &["--methods", "fast", "--grids", "64,32"]);
-    assert!(told.references.len() == 1 && told.references[0].setting.adhesive);
-    assert!(told.points.iter().all(|p| p.setting.adhesive));
+    let results = bench.table("run", &["--methods", "fast", "--grids", "64,32"]);
+    assert!(results.references.len() == 1 && results.references[0].setting.adhesive);
+    assert!(results.points.iter().all(|p| p.setting.adhesive));
     let Some(dry) = REGISTRY.iter().map(|m| m.card()).find(|c| !c.supports_adhesion() && c.id != "all-atom") else {
         return;
     };
-    let told = bench.table("run", &["--methods", &format!("fast,{}", dry.id), "--grids", "64"]);
-    assert_eq!(told.references.iter().map(|r| r.setting.adhesive).collect::<Vec<_>>(), [true, false]);
-    assert!(told.points.iter().filter(|p| p.setting.method == dry.id).all(|p| !p.setting.adhesive));
-    assert!(told.warnings.iter().any(|w| w.contains(dry.id) && w.contains("no adhesion")), "{:?}", told.warnings);
+    let results = bench.table("run", &["--methods", &format!("fast,{}", dry.id), "--grids", "64"]);
+    assert_eq!(results.references.iter().map(|r| r.setting.adhesive).collect::<Vec<_>>(), [true, false]);
+    assert!(results.points.iter().filter(|p| p.setting.method == dry.id).all(|p| !p.setting.adhesive));
+    assert!(results.warnings.iter().any(|w| w.contains(dry.id) && w.contains("no adhesion")), "{:?}", results.warnings);
 }
 
 #[test]
@@ -263,9 +263,12 @@ fn bad_flags_are_refused() {
     ];
     for (flags, accepted) in refused {
         let output = bench.run("refused", &flags);
-        let told = stderr(&output);
-        assert_eq!(output.status.code(), Some(2), "{flags:?}: {told}");
-        assert!(told.contains(flags[0]) && told.contains(flags[1]) && told.contains(accepted), "{flags:?}: {told}");
+        let results = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{flags:?}: {results}");
+        assert!(
+            results.contains(flags[0]) && results.contains(flags[1]) && results.contains(accepted),
+            "{flags:?}: {results}"
+        );
         assert!(!bench.out("refused").exists(), "{flags:?} left a folder");
     }
 }
@@ -275,7 +278,7 @@ fn bad_flags_are_refused() {
 #[test]
 fn advice_comes_from_the_table() {
     let bench = Bench::new(SCENE);
-    let told = bench.table("run", &["--methods", "fast,gfmd", "--grids", "32,64,128"]);
+    let results = bench.table("run", &["--methods", "fast,gfmd", "--grids", "32,64,128"]);
     let table = bench.out("run").join(FILE);
     let advise = |scene: &Path, flags: &[&str]| {
         let mut command = asperity();
@@ -287,7 +290,7 @@ fn advice_comes_from_the_table() {
     let advice = json_line(&output);
     let (method, grid) = (advice["method"].as_str().expect("a method"), advice["grid"].as_u64().expect("a grid"));
     let is = |p: &&TradeoffPoint| p.setting.method == method && p.setting.nx as u64 == grid;
-    assert!(told.points.iter().any(|p| is(&p)), "{advice}");
+    assert!(results.points.iter().any(|p| is(&p)), "{advice}");
     assert!(
         advice["expected_error"].as_f64().is_some_and(|e| e <= 0.5) && advice["extrapolated"] == serde_json::json!([])
     );
@@ -307,7 +310,7 @@ fn advice_comes_from_the_table() {
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     assert!(stderr(&output).contains("--extrapolate"), "{}", stderr(&output));
     let output = advise(&fine, &["--error", "5%", "--extrapolate"]);
-    assert!(String::from_utf8_lossy(&output.stdout).contains("beyond what was measured"), "{}", stderr(&output));
+    assert!(String::from_utf8_lossy(&output.stdout).contains("extrapolated: "), "{}", stderr(&output));
     for (flags, accepted) in
         [(["--error", "0"], "5%"), (["--error", "1e-9%"], "at least"), (["--budget", "1us"], "10m")]
     {

@@ -1,10 +1,10 @@
 //! The report in a real browser: all images load, nothing is fetched from the network, and there are no console
 //! messages.
 //!
-//! `scripts/setup.sh --tests` installs Chromium. Without it this test prints a warning and passes.
+//! `scripts/setup.sh --tests` installs Chromium.
 
 use crate::program::{asperity, json_line, stderr};
-use std::io::Write;
+use crate::tools;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -27,15 +27,9 @@ Promise.all(all.map(load)).then(results => {
 </script>"#;
 
 fn chromium() -> Option<PathBuf> {
-    let names = ["chromium", "chromium-browser", "google-chrome"];
-    let path = std::env::var_os("PATH")?;
-    let found = std::env::split_paths(&path).flat_map(|d| names.map(|n| d.join(n))).find(|p| p.is_file());
+    let found = tools::program(&["chromium", "chromium-browser", "google-chrome"]);
     if found.is_none() {
-        // Direct writes to standard error are not captured by the harness.
-        let _ = writeln!(
-            std::io::stderr(),
-            "\n***** no Chromium: the report IS NOT CHECKED in a browser *****\n***** scripts/setup.sh --tests installs it *****\n"
-        );
+        tools::skip("browser", "Chromium is not installed; scripts/setup.sh --tests installs it");
     }
     found
 }

@@ -47,11 +47,11 @@ with h5py.File(folder / "results.nc") as file:
     assert file.attrs["description"].decode() == results["description"]
     assert file.attrs["length_m"] == length
 
-    # What is solved beside the asked problem lies beside it, along loads of its own.
-    for prefix, beside in (("non_adhesive_", results.get("non_adhesive")), ("range_1_", (results.get("other_ranges") or [None])[0])):
-        assert (f"{prefix}mean_gap" in file) == (beside is not None)
-        if beside:
-            gaps = [s["mean_gap"] * length for s in beside["states"]]
+    # Additional solutions have their own loads.
+    for prefix, other in (("non_adhesive_", results.get("non_adhesive")), ("range_1_", (results.get("other_ranges") or [None])[0])):
+        assert (f"{prefix}mean_gap" in file) == (other is not None)
+        if other:
+            gaps = [s["mean_gap"] * length for s in other["states"]]
             np.testing.assert_allclose(file[f"{prefix}mean_gap"][...], gaps, rtol=1e-15)
             assert [list(d.keys()) for d in file[f"{prefix}mean_gap"].dims] == [[f"{prefix}load"]]
 

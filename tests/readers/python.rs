@@ -1,31 +1,35 @@
-//! A run's `results.nc` in h5py, xarray and netCDF4: the files open, and their contents agree with the other files of
-//! the run.
+//! A run's `results.nc` in h5py, xarray and netCDF4, and its frames in ASE: the files open, and their contents agree with
+//! the other files of the run.
 //!
-//! `scripts/setup.sh --tests` creates the environment `target/python`. Without it this test prints a warning and
-//! passes.
+//! `scripts/setup.sh --tests` creates the environment `target/python`. A module that it lacks is a failure.
 
+use crate::lammps::lammps;
 use crate::program::{asperity, json_line, stderr};
-use std::io::Write;
+use crate::tools;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 fn python() -> Option<PathBuf> {
     let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent()?;
     let path = target.join("python/bin/python");
-    let ready = path.exists()
-        && Command::new(&path)
-            .args(["-c", "import h5py, xarray, h5netcdf, netCDF4"])
-            .output()
-            .is_ok_and(|o| o.status.success());
-    if !ready {
-        // Direct writes to standard error are not captured by the harness.
-        let _ = writeln!(
-            std::io::stderr(),
-            "\n***** {} lacks h5py, xarray, h5netcdf or netCDF4: results.nc IS NOT CHECKED *****\n***** scripts/setup.sh --tests makes it where PyPI can be reached *****\n",
-            path.display()
+    if !path.exists() {
+        tools::skip(
+            "python",
+            "target/python does not exist; scripts/setup.sh --tests creates it where PyPI can be reached",
         );
+        return None;
     }
-    ready.then_some(path)
+    let imports =
+        Command::new(&path).args(["-c", "import ase, h5py, xarray, h5netcdf, netCDF4"]).output().expect("started");
+    assert!(imports.status.success(), "run scripts/setup.sh --tests: {}", stderr(&imports));
+    Some(path)
+}
+
+fn check(python: &Path, script: &str, run: &Path) -> String {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/readers").join(script);
+    let checked = Command::new(python).arg(script).arg(run).output().expect("started");
+    assert!(checked.status.success(), "{}", stderr(&checked));
+    String::from_utf8_lossy(&checked.stdout).trim().to_string()
 }
 
 #[test]
@@ -46,9 +50,18 @@ fn a_run_opens_in_h5py_xarray_and_netcdf4() {
         let output = asperity().arg("run").arg(&scene).arg("--out").arg(&out).arg("--json").output().expect("started");
         assert!(output.status.success(), "{}", stderr(&output));
         assert_eq!(json_line(&output)["results"]["continuum"]["states"].as_array().expect("states").len(), 3);
-        let check = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/readers/check_results.py");
-        let checked = Command::new(&python).arg(check).arg(&out).output().expect("started");
-        assert!(checked.status.success(), "{maps}{}", stderr(&checked));
-        assert_eq!(String::from_utf8_lossy(&checked.stdout).trim(), "checked: h5py, xarray, netCDF4");
+        assert_eq!(check(&python, "check_results.py", &out), "checked: h5py, xarray, netCDF4", "{maps}");
     }
+}
+
+#[test]
+fn frames_open_in_ase() {
+    let Some(python) = python() else { return };
+    let Some(_lammps) = lammps(1) else { return };
+    let scratch = tempfile::tempdir().expect("scratch");
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/tiny.toml");
+    let out = scratch.path().join("run");
+    let output = asperity().arg("run").arg(scene).arg("--out").arg(&out).output().expect("started");
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert_eq!(check(&python, "check_frames.py", &out), "checked: ASE");
 }

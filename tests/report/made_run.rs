@@ -11,11 +11,11 @@ use asperity::record::quantity::Quantity;
 use asperity::record::results::*;
 use asperity::record::uncertainty::{UncertaintyComponent, UncertaintySource};
 
-pub const N: usize = 64;
-pub const LENGTH_ANGSTROM: f64 = 400.0;
+pub(crate) const N: usize = 64;
+pub(crate) const LENGTH_ANGSTROM: f64 = 400.0;
 
 /// A sum of waves with fixed phases: height over L at the position (x, y) over L.
-pub fn height(x: f64, y: f64) -> f64 {
+pub(crate) fn height(x: f64, y: f64) -> f64 {
     let waves =
         [(1, 0, 0.3), (1, 2, 1.1), (-2, 3, 2.0), (4, 1, 0.2), (3, -5, 4.0), (6, 5, 5.1), (-8, 3, 0.9), (2, 9, 3.3)];
     let sum: f64 = waves
@@ -28,16 +28,16 @@ pub fn height(x: f64, y: f64) -> f64 {
     0.01 * (sum + 2.5)
 }
 
-pub fn grid(of: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+pub(crate) fn grid(of: impl Fn(f64, f64) -> f64) -> Vec<f64> {
     (0..N * N).map(|i| of((i % N) as f64 / N as f64, (i / N) as f64 / N as f64)).collect()
 }
 
-pub fn store(folder: &Path, name: &str, values: &[f64]) -> Option<String> {
+pub(crate) fn store(folder: &Path, name: &str, values: &[f64]) -> Option<String> {
     npy::write(&folder.join(name), N, N, values.iter().copied()).unwrap();
     Some(name.into())
 }
 
-pub fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResults {
+pub(crate) fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResults {
     let share = gap.iter().filter(|g| **g == 0.0).count() as f64 / gap.len() as f64;
     let [gap_file, stress] = files;
     StateResults {
@@ -52,6 +52,8 @@ pub fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResul
             iterations: 143,
             fft_pairs: 301.0,
             seconds: 1.7,
+            displacement: None,
+            stiffness_error: None,
             stiffness: Some(0.345),
             gap_map: gap_file,
             stress_map: stress,
@@ -107,14 +109,16 @@ pub fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> StateResul
         ],
         hysteresis: None,
         observed: Some(observed(gap)),
+        steps: Vec::new(),
+        leakage: None,
     }
 }
 
 /// Observables of a gap field, with stresses derived from the gap.
-pub fn observed(gap: &[f64]) -> Observed {
+pub(crate) fn observed(gap: &[f64]) -> Observed {
     let stress: Vec<f64> = gap.iter().map(|g| 0.05 - 3.0 * g).collect();
     let (field, stress) = (Field::F64(gap), Field::F64(&stress));
-    let sizes = observe::patch_sizes(&observe::contact_map(field, 0.0), N, observe::Connectivity::Eight);
+    let sizes = observe::cluster_sizes(&observe::contact_map(field, 0.0), N, observe::Connectivity::Eight);
     let stresses = observe::stress_distribution(field, stress, (0.0, true), observe::linear_edges(-0.1, 0.1, 40));
     let node = 1.0 / (N * N) as f64;
     Observed {
@@ -137,7 +141,7 @@ pub fn observed(gap: &[f64]) -> Observed {
     }
 }
 
-pub fn continuum(folder: &Path, name: &str, method: &str, level: f64, stored: [bool; 2]) -> ContinuumResults {
+pub(crate) fn continuum(folder: &Path, name: &str, method: &str, level: f64, stored: [bool; 2]) -> ContinuumResults {
     let states = [0.01, 0.02].iter().zip(1..).map(|(&p_star, i)| {
         let gap = grid(|x, y| (height(x, y) - level - 0.25 * p_star).max(0.0));
         let stress = grid(|x, y| (0.3 * (level + 0.25 * p_star - height(x, y))).max(-1e-4));
@@ -177,7 +181,7 @@ pub fn continuum(folder: &Path, name: &str, method: &str, level: f64, stored: [b
     }
 }
 
-pub fn atoms(folder: &Path) -> AtomsResults {
+pub(crate) fn atoms(folder: &Path) -> AtomsResults {
     let states = [0.01, 0.02].iter().zip(1..).map(|(&p_star, i)| {
         // Shifted by two nodes, so that the superposition contains all of its colours.
         let gap = grid(|x, y| LENGTH_ANGSTROM * (height(x + 0.012, y) - 0.0083 - 0.25 * p_star).max(0.0) + 2.0);
@@ -217,10 +221,10 @@ pub fn atoms(folder: &Path) -> AtomsResults {
             max_force_ev_per_angstrom: 8e-5,
         }
     });
-    let line = |group: &str, symbol: &str, asked, used, status: &str, reason: &str| AuditLine {
+    let line = |group: &str, symbol: &str, target, used, status: &str, reason: &str| AuditLine {
         group: group.into(),
         symbol: symbol.into(),
-        target: asked,
+        target,
         actual: used,
         status: status.into(),
         reason: reason.into(),
@@ -257,7 +261,7 @@ pub fn atoms(folder: &Path) -> AtomsResults {
     }
 }
 
-pub fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResults {
+pub(crate) fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResults {
     let hard = continuum(folder, "hard", "bccg", 0.0085, [true, false]);
     let soft = continuum(folder, "soft", "gfmd", 0.007, [true, false]);
     let overlap = |kappa: f64| Overlap { jaccard: 0.8 * kappa, precision: 0.9 * kappa, recall: 0.95 * kappa, kappa };
@@ -320,7 +324,7 @@ pub fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResults {
 }
 
 /// A run folder with every optional output of a run.
-pub fn run_folder(folder: &Path) -> Results {
+pub(crate) fn run_folder(folder: &Path) -> Results {
     std::fs::create_dir_all(folder).unwrap();
     store(folder, "heights.npy", &grid(height));
     let statistic = |name: &str, symbol: &str, unit: &str, expected, realised, band| Statistic {
@@ -340,6 +344,7 @@ pub fn run_folder(folder: &Path) -> Results {
         scales: ScalesSi { length_m: 1e-4, modulus_pa: 25e6 },
         surface: SurfaceResults {
             origin: "Synthesised, seed 1".into(),
+            provenance: None,
             periodic: true,
             note: String::new(),
             nx: N,

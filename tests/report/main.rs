@@ -12,7 +12,7 @@ use asperity::report;
 use made_run::{grid, height, run_folder, store};
 
 #[test]
-fn the_atoms_way_back_is_drawn_and_its_pull_told_in_a_line() {
+fn the_unloading_branch_and_the_pull_off_of_the_atoms_are_shown() {
     let folder = kept("way-back");
     let mut results = run_folder(&folder);
     let atoms = results.atoms.as_mut().expect("atoms");
@@ -39,8 +39,8 @@ fn the_atoms_way_back_is_drawn_and_its_pull_told_in_a_line() {
     });
     results.write(&folder).unwrap();
     let page = page(&folder);
-    for told in ["in 15 steps and rises in 10", "0.8011 nN", "0.5000 ± 0.012", "25.0", "−0.0432"] {
-        assert!(page.contains(told), "{told}");
+    for text in ["in 15 steps and rises in 10", "0.8011 nN", "0.5000 ± 0.012", "25.0", "−0.0432"] {
+        assert!(page.contains(text), "{text}");
     }
     for figure in ["unloading-contacts.svg", "load-steps-load.svg"] {
         assert!(folder.join("figures").join(figure).is_file(), "{figure}");
@@ -114,8 +114,8 @@ fn a_full_report_is_whole_and_self_contained() {
         "pull-off.svg",
         "gap-distribution.svg",
         "stress-distribution.svg",
-        "patch-sizes.svg",
-        "patch-area.svg",
+        "cluster-sizes.svg",
+        "cluster-area.svg",
     ] {
         assert!(folder.join("figures").join(figure).exists(), "{figure}");
     }
@@ -128,7 +128,7 @@ fn even(to: f64) -> Distribution {
 }
 
 #[test]
-fn criteria_versions_and_yield_are_told_and_drawn() {
+fn criteria_model_chain_and_yield_are_shown() {
     let folder = kept("atoms");
     let mut results = run_folder(&folder);
     let atoms = results.atoms.as_mut().unwrap();
@@ -211,7 +211,7 @@ fn numbers_come_from_the_results() {
 
 /// The summary names the lowest and the highest load of a loading and unloading path, and both branches at equal loads.
 #[test]
-fn a_path_up_and_down_is_told_by_its_extremes() {
+fn a_loading_cycle_is_described_by_its_extremes() {
     let folder = tempfile::tempdir().unwrap();
     let mut results = run_folder(folder.path());
     (results.atoms, results.comparison) = (None, None);
@@ -229,9 +229,9 @@ fn a_path_up_and_down_is_told_by_its_extremes() {
     c.pull_off_failure = Some("fast stopped".into());
     results.write(folder.path()).unwrap();
     let page = page(folder.path()).replace('\u{a0}', " ");
-    let told = "At p* = 0.002 to 0.04 the mean gap is 980 nm to 600 nm and the contact 3.00 % to 22.0 %; at p* = 0.01 it is 5.00 % \
+    let text = "At p* = 0.002 to 0.04 the mean gap is 980 nm to 600 nm and the contact 3.00 % to 22.0 %; at p* = 0.01 it is 5.00 % \
                 on loading and 8.00 % on unloading";
-    assert!(page.contains(told), "{}", &page[page.find("class=\"found\"").unwrap()..][..600]);
+    assert!(page.contains(text), "{}", &page[page.find("class=\"found\"").unwrap()..][..600]);
     let tile = "perimeter-corrected; at p* = 0.01 5.00 % on loading, 8.00 % on unloading; uncertainty ";
     assert!(page.contains(tile), "{}", &page[page.find("div class=\"tiles\"").unwrap()..][..900]);
     assert!(page.contains("The pull-off was not found: ") && page.contains("fast stopped"));
@@ -241,7 +241,7 @@ fn a_path_up_and_down_is_told_by_its_extremes() {
 
 /// A detached state has no results, and modes without power have no point in the spectrum.
 #[test]
-fn what_means_nothing_is_not_told() {
+fn meaningless_values_are_omitted() {
     let folder = tempfile::tempdir().unwrap();
     let mut results = run_folder(folder.path());
     (results.atoms, results.comparison) = (None, None);
@@ -260,7 +260,7 @@ fn what_means_nothing_is_not_told() {
     results.write(folder.path()).unwrap();
     let page = page(folder.path());
     assert!(page.contains(">detached<") && !page.contains(">123<") && page.contains("<td>–</td>"));
-    assert!(page.contains("over a non-periodic patch") && page.contains("Heights that do not repeat."));
+    assert!(page.contains("over a non-periodic area") && page.contains("Heights that do not repeat."));
     assert!(!page.contains("periodic cell of"));
 }
 

@@ -4,7 +4,7 @@ use asperity::grid::{Grid, Transform};
 use asperity::interface::{Adhesion, Base, Elastic, Kernel, Layer, Wall};
 use asperity::method::{self, Heights, Load, NoObserver, Precision, Problem, State, Stop, Targets};
 use asperity::observe::{
-    Connectivity, contact_area, contact_map, gap_distribution, linear_edges, patch_sizes, stress_distribution,
+    Connectivity, cluster_sizes, contact_area, contact_map, gap_distribution, linear_edges, stress_distribution,
 };
 use asperity::surface::{Modes, Spectrum, moments};
 use std::f64::consts::PI;
@@ -236,18 +236,18 @@ fn cards_agree_with_results() {
         let card = method.card();
         assert!(std::ptr::eq(method::find(card.id).unwrap().card(), card));
         // Support with or without a limitation.
-        let told = |q: Quantity| !matches!((card.supports)(q), Support::No(_));
+        let delivers = |q: Quantity| !matches!((card.supports)(q), Support::No(_));
         solve(&problem(grid, &heights), card.id, 0.02, |s| {
-            assert_eq!(told(Quantity::GapMap), s.gap.len() == grid.points());
-            assert_eq!(told(Quantity::StressMap), s.stress.len() == grid.points());
-            assert_eq!(told(Quantity::ContactMap) && told(Quantity::ContactArea), fraction(s, grid).0 > 0.0);
-            assert_eq!(told(Quantity::MeanGap), s.mean_gap > 0.0);
+            assert_eq!(delivers(Quantity::GapMap), s.gap.len() == grid.points());
+            assert_eq!(delivers(Quantity::StressMap), s.stress.len() == grid.points());
+            assert_eq!(delivers(Quantity::ContactMap) && delivers(Quantity::ContactArea), fraction(s, grid).0 > 0.0);
+            assert_eq!(delivers(Quantity::MeanGap), s.mean_gap > 0.0);
             let map = contact_map(s.gap, 0.0);
-            assert_eq!(told(Quantity::PatchPdf), !patch_sizes(&map, grid.nx, Connectivity::Eight).is_empty());
+            assert_eq!(delivers(Quantity::PatchPdf), !cluster_sizes(&map, grid.nx, Connectivity::Eight).is_empty());
             let gaps = gap_distribution(s.gap, 0.0, linear_edges(0.0, 1.0, 50));
-            assert_eq!(told(Quantity::GapPdf), (gaps.total() - 1.0).abs() < 1e-12);
+            assert_eq!(delivers(Quantity::GapPdf), (gaps.total() - 1.0).abs() < 1e-12);
             let stresses = stress_distribution(s.gap, s.stress, (0.0, false), linear_edges(0.0, 5.0, 50));
-            assert_eq!(told(Quantity::StressPdf), (stresses.all.total() - 1.0).abs() < 1e-12);
+            assert_eq!(delivers(Quantity::StressPdf), (stresses.all.total() - 1.0).abs() < 1e-12);
         });
         let full = (card.supports)(Quantity::Stiffness) == Support::Full;
         assert!(!full, "{}: one load has no stiffness", card.id);

@@ -7,7 +7,7 @@ use asperity::interface::{Adhesion, Base, Elastic, Layer, LennardJonesWall, Wall
 use asperity::method::{
     self, ExperimentSettings, IchaSettings, Load, NoObserver, Problem, Settings, Stop, WinklerSettings,
 };
-use asperity::observe::{Connectivity, contact_area, contact_map, median_cluster_size, patch_sizes};
+use asperity::observe::{Connectivity, cluster_sizes, contact_area, contact_map, median_cluster_size};
 use asperity::surface::moments;
 use std::f64::consts::PI;
 
@@ -71,7 +71,7 @@ fn gradient(grid: Grid, heights: &[f64]) -> f64 {
 }
 
 fn typical(map: &[u8], nx: usize) -> f64 {
-    median_cluster_size(&patch_sizes(map, nx, Connectivity::Eight)).unwrap_or(0) as f64
+    median_cluster_size(&cluster_sizes(map, nx, Connectivity::Eight)).unwrap_or(0) as f64
 }
 
 // Winkler
@@ -91,7 +91,7 @@ fn winkler_paraboloid_agrees_with_the_closed_form() {
     let found = one(&p, "winkler", load);
     assert!(near(found.area, 2.0 * PI * b * b, AREA), "{} {}", found.area, 2.0 * PI * b * b);
     assert!(found.load_error < 1e-12, "{}", found.load_error);
-    assert_eq!(patch_sizes(&found.contact, 256, Connectivity::Eight).len(), 1);
+    assert_eq!(cluster_sizes(&found.contact, 256, Connectivity::Eight).len(), 1);
     let highest = found.stress.iter().copied().fold(0.0, f64::max);
     assert!(near(highest, b * b / (2.0 * radius) / length, AREA), "{highest}");
     // The overlap area is half of the contact area.
@@ -410,7 +410,7 @@ fn experiment_resolution_changes_the_contact_area() {
     let base = ExperimentSettings::default();
     let area = |settings: ExperimentSettings| {
         let found = one(&laboratory(problem(grid, &heights), settings), "experiment", 0.01);
-        (found.area, patch_sizes(&found.contact, 256, Connectivity::Eight).len())
+        (found.area, cluster_sizes(&found.contact, 256, Connectivity::Eight).len())
     };
     let (sharp, patches) = area(base);
     assert!(area(ExperimentSettings { print_resolution: 1.0 / 40.0, ..base }).0 > 1.1 * sharp);

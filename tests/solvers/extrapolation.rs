@@ -43,10 +43,15 @@ fn the_stated_error_covers_the_true_one() {
         let adhesion = Adhesion::exponential(gamma, COHESIVE_RESOLUTION * (gamma / FINE as f64).sqrt());
         let load = [Load::Pressure(pressure)];
         let on = |n: usize| {
-            let asked = Problem::new(Grid::unit(n, n), Heights::Series(&modes));
-            let asked = Problem { adhesion, tolerance: 1e-6, max_iterations: 5_000, ..asked };
-            let path =
-                LoadPath::new(asked, method::find("fast").expect("it is there"), RangeChoice::Extrapolate, 0.0, &load);
+            let requested = Problem::new(Grid::unit(n, n), Heights::Series(&modes));
+            let requested = Problem { adhesion, tolerance: 1e-6, max_iterations: 5_000, ..requested };
+            let path = LoadPath::new(
+                requested,
+                method::find("fast").expect("it is there"),
+                RangeChoice::Extrapolate,
+                0.0,
+                &load,
+            );
             let mut found = None;
             let walked = path.walk(None, false, &NoObserver, |_, r| {
                 assert_eq!(r.state.stop, Stop::Converged);
@@ -56,24 +61,24 @@ fn the_stated_error_covers_the_true_one() {
             walked.expect("a path");
             found.expect("a state")
         };
-        let truth = on(FINE);
-        assert_eq!(truth.2, None, "the fine grid resolves the range");
+        let fine_grid = on(FINE);
+        assert_eq!(fine_grid.2, None, "the fine grid resolves the range");
         for n in JUDGED {
             let far = on(n).2;
-            let of = |what: &str, found: Option<ValueWithError>, truth: f64| {
-                (format!("{what} of {cut}, {seed} on {n}"), found, truth)
+            let of = |what: &str, found: Option<ValueWithError>, fine_grid: f64| {
+                (format!("{what} of {cut}, {seed} on {n}"), found, fine_grid)
             };
-            for (what, found, truth) in
-                [of("area", far.map(|e| e.area), truth.0), of("gap", far.and_then(|e| e.mean_gap), truth.1)]
+            for (what, found, fine_grid) in
+                [of("area", far.map(|e| e.area), fine_grid.0), of("gap", far.and_then(|e| e.mean_gap), fine_grid.1)]
             {
                 let Some(e) = found else {
                     refused += 1;
                     continue;
                 };
                 judged += 1;
-                assert!(e.error < e.value, "{what}: {e:?} tells nothing");
-                let off = (e.value - truth).abs() / e.error;
-                println!("{what}: {:.5} ± {:.5}, {truth:.5}: {off:.2}", e.value, e.error);
+                assert!(e.error < e.value, "{what}: {e:?} is larger than the value");
+                let off = (e.value - fine_grid).abs() / e.error;
+                println!("{what}: {:.5} ± {:.5}, {fine_grid:.5}: {off:.2}", e.value, e.error);
                 if off > 1.0 {
                     missed.push((what, off));
                 }

@@ -4,7 +4,7 @@ use crate::found::{Found, near, path, problem, rough, solved};
 use asperity::grid::lowest;
 use asperity::interface::{Adhesion, LennardJonesWall, PowerLawWall, Wall};
 use asperity::method::{self, BicgstabSettings, Load, NoObserver, Precision, Problem, Settings, Stop, Targets};
-use asperity::observe::{Connectivity, median_cluster_size, patch_sizes};
+use asperity::observe::{Connectivity, cluster_sizes, median_cluster_size};
 
 /// Load balance of every converged state.
 const LOAD_BALANCE: f64 = 1e-9;
@@ -107,7 +107,7 @@ fn touching(found: &Found, nx: usize, pressure: f64) -> Touching {
     let pressing = map(&|i| found.stress[i] > 1e-6 * pressure);
     let closed = map(&|i| found.gap[i] <= 0.0);
     let share = |m: &[u8]| m.iter().map(|v| f64::from(*v)).sum::<f64>() / m.len() as f64;
-    let size = |m: &[u8]| median_cluster_size(&patch_sizes(m, nx, Connectivity::Eight)).unwrap_or(0);
+    let size = |m: &[u8]| median_cluster_size(&cluster_sizes(m, nx, Connectivity::Eight)).unwrap_or(0);
     Touching {
         pressing: share(&pressing),
         closed: share(&closed),

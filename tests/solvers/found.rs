@@ -6,13 +6,13 @@ use asperity::observe::contact_area;
 use asperity::surface::{Modes, Spectrum};
 
 /// A problem with the default settings of scenes and of `solve`.
-pub fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
+pub(crate) fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
     Problem { max_iterations: 20_000, ..Problem::new(grid, heights) }
 }
 
 /// A copied state.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Found {
+pub(crate) struct Found {
     pub stop: Stop,
     pub iterations: usize,
     pub residual: f64,
@@ -26,7 +26,7 @@ pub struct Found {
 }
 
 impl Found {
-    pub fn of(grid: Grid, s: &State) -> Self {
+    pub(crate) fn of(grid: Grid, s: &State) -> Self {
         Found {
             stop: s.stop,
             iterations: s.iterations,
@@ -41,19 +41,19 @@ impl Found {
         }
     }
 
-    pub fn is_finite(&self) -> bool {
+    pub(crate) fn is_finite(&self) -> bool {
         self.gap.iter().chain(&self.stress).chain(&[self.residual, self.energy]).all(|v| v.is_finite())
     }
 }
 
 /// States along a path of pressures.
-pub fn path(problem: &Problem, id: &str, pressures: &[f64]) -> Vec<Found> {
+pub(crate) fn path(problem: &Problem, id: &str, pressures: &[f64]) -> Vec<Found> {
     let mut run = method::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
     pressures.iter().map(|&p| Found::of(problem.grid, &run.equilibrate(Load::Pressure(p)).unwrap())).collect()
 }
 
 /// Converged state at one pressure.
-pub fn solved(problem: &Problem, id: &str, pressure: f64) -> Found {
+pub(crate) fn solved(problem: &Problem, id: &str, pressure: f64) -> Found {
     let found = path(problem, id, &[pressure]).remove(0);
     let Problem { kernel, adhesion, wall, precision, .. } = problem;
     let what = format!("{id} {precision:?} at {pressure}, {kernel}, {adhesion}, {wall}");
@@ -62,12 +62,12 @@ pub fn solved(problem: &Problem, id: &str, pressure: f64) -> Found {
     found
 }
 
-pub fn near(a: f64, b: f64, tolerance: f64) -> bool {
+pub(crate) fn near(a: f64, b: f64, tolerance: f64) -> bool {
     (a - b).abs() <= tolerance * b.abs()
 }
 
 /// The challenge's surface with a longer cut-off wavelength; the grid resolves all waves.
-pub fn rough(nx: usize, ny: usize, lambda_s: f64, seed: u64) -> (Grid, Vec<f64>) {
+pub(crate) fn rough(nx: usize, ny: usize, lambda_s: f64, seed: u64) -> (Grid, Vec<f64>) {
     let grid = Grid::unit(nx, ny);
     let spectrum = Spectrum { lambda_s, ..Spectrum::CHALLENGE };
     (grid, Modes::new(spectrum, seed, grid.ly).heights(grid, 0.0))

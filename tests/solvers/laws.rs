@@ -191,8 +191,9 @@ fn the_program_takes_laws_walls_and_crystals() {
     let heights = (0..n * n).map(|i| wave(i % n) * wave(i / n));
     asperity::record::npy::write(&file, n, n, heights).expect("written");
     let solve = |more: &[&str]| {
-        let plain = ["solve", "--length", "100", "--modulus", "25", "--pressure", "0.2", "--json", "--heights"];
-        program::asperity().args(plain).arg(&file).args(more).output().expect("started")
+        let plain = ["solve", "--length", "100", "--modulus", "25", "--pressure", "0.2", "--json"];
+        let sign = ["--touching", "low-points", "--heights"];
+        program::asperity().args(plain).args(sign).arg(&file).args(more).output().expect("started")
     };
     let adhesive = ["--gamma", "5", "--rho", "20", "--law"];
     let flags = ["--wall", "penalty", "--penalty-length", "0.5", "--crystal", "27.8,18.2,16.3"];

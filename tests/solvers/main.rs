@@ -11,8 +11,10 @@ mod found;
 mod laws;
 mod non_periodic;
 mod paths;
+mod preparation;
 #[path = "../common/program.rs"]
 mod program;
 mod refinement;
+mod scales;
 mod statistical;
 mod variants;

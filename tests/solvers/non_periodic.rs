@@ -1,9 +1,10 @@
 //! A non-periodic patch on a half-space: Hertzian contact at any position, and adhesion.
 
 use asperity::grid::Grid;
-use asperity::interface::{Adhesion, Elastic, NonPeriodic};
+use asperity::interface::{Adhesion, Elastic, NonPeriodic, RangeChoice};
 use asperity::method::{self, Load, NoObserver, Problem, State, Stop};
-use asperity::observe::contact_area;
+use asperity::observe::{contact_area, stiffness};
+use asperity::path::LoadPath;
 use std::f64::consts::PI;
 
 fn problem(grid: Grid, heights: &[f64]) -> Problem<'_> {
@@ -109,4 +110,118 @@ fn what_a_patch_cannot_have() {
     let refused = run.equilibrate(Load::MeanGap(0.1)).expect_err("refused").to_string();
     assert!(refused.contains("non-periodic"), "{refused}");
     assert_eq!(run.equilibrate(Load::Pressure(-0.1)).unwrap().stop, Stop::Detached);
+}
+
+/// Light loads on steep maps, at which interpolation from a coarser grid lifts all contact: a flat punch (Boussinesq:
+/// force 2aE*δ, work ½ force times δ), pillars, and a sphere whose contact is a few nodes wide (Hertz).
+#[test]
+fn light_loads_on_steep_maps() {
+    /// Relative errors of the energy: the radius of a punch of 32 nodes is uncertain by half a node; for the sphere the
+    /// contact is 4.5 nodes wide.
+    const PUNCH: f64 = 0.02;
+    const SPHERE: f64 = 0.03;
+    /// Solver's tolerance of the energies under two loads on the same contact.
+    const PROPORTIONAL: f64 = 1e-3;
+    let grid = Grid::unit(128, 128);
+    let from_centre = |k: usize| {
+        let middle = |i: usize, n: usize| (i as f64 + 0.5) / n as f64 - 0.5;
+        (middle(k % grid.nx, grid.nx), middle(k / grid.nx, grid.ny))
+    };
+    let radius = 0.25;
+    let punch: Vec<f64> =
+        (0..grid.points()).map(|k| f64::from(from_centre(k).0.hypot(from_centre(k).1) >= radius)).collect();
+    for pressure in [1e-2, 1e-5] {
+        let (energy, contact) = solve(&Problem { tolerance: 1e-7, ..problem(grid, &punch) }, pressure, |s| {
+            (s.energy, contact_area(grid, s.gap, 0.0).fraction)
+        });
+        let expected = -0.5 * pressure * pressure / (2.0 * radius);
+        assert!((energy / expected - 1.0).abs() < PUNCH, "{pressure}: {energy} {expected}");
+        // All nodes of the flat end touch.
+        let nodes = punch.iter().filter(|h| **h == 0.0).count();
+        assert_eq!((contact * grid.points() as f64).round() as usize, nodes, "{pressure}");
+    }
+    let on_pillar = |k: usize| (k % grid.nx / 16).is_multiple_of(2) && (k / grid.nx / 16).is_multiple_of(2);
+    let pillars: Vec<f64> = (0..grid.points()).map(|k| if on_pillar(k) { 0.0 } else { 0.05 }).collect();
+    let [light, heavier] =
+        [1e-4, 1e-3].map(|p| solve(&Problem { tolerance: 1e-7, ..problem(grid, &pillars) }, p, |s| s.energy / (p * p)));
+    assert!((light / heavier - 1.0).abs() < PROPORTIONAL, "{light} {heavier}");
+    let heights = sphere(grid, (64, 64));
+    let pressure = 5e-6_f64;
+    let approach = (0.75 * pressure).powf(2.0 / 3.0);
+    let energy = solve(&problem(grid, &heights), pressure, |s| s.energy);
+    let expected = -0.6 * pressure * approach;
+    assert!((energy / expected - 1.0).abs() < SPHERE, "{energy} {expected}");
+}
+
+/// The displacement from first contact: a²/R of Hertz and F/2aE* of a flat punch without images; of a periodic wave in full
+/// contact the mean height above the lowest point.
+#[test]
+fn displacement_from_first_contact() {
+    /// Of the contact radius on the grid: half a node of 32 for the punch; the sphere's contact is 27 nodes wide.
+    const PUNCH: f64 = 0.02;
+    const SPHERE: f64 = 3e-3;
+    const FULL: f64 = 1e-9;
+    let displacement = |problem: Problem, load: f64| {
+        let loads = [Load::Pressure(load)];
+        let path = LoadPath::new(problem, method::find("fast").unwrap(), RangeChoice::Mesh, 0.0, &loads);
+        let mut found = f64::NAN;
+        path.walk(None, false, &NoObserver, |_, reached| {
+            assert_eq!(reached.state.stop, Stop::Converged);
+            found = reached.displacement;
+            Ok(())
+        })
+        .unwrap();
+        found
+    };
+    let grid = Grid::unit(64, 64);
+    let a = 13.3 * grid.dx();
+    let found = displacement(problem(grid, &sphere(grid, (32, 32))), 4.0 / 3.0 * a.powi(3));
+    assert!((found / (a * a) - 1.0).abs() < SPHERE, "{found} {}", a * a);
+    let middle = |i: usize| (i as f64 + 0.5) / 64.0 - 0.5;
+    let radius = 0.25;
+    let punch: Vec<f64> = (0..64 * 64).map(|k| f64::from(middle(k % 64).hypot(middle(k / 64)) >= radius)).collect();
+    let found = displacement(problem(grid, &punch), 0.01);
+    assert!((found / (0.01 / (2.0 * radius)) - 1.0).abs() < 2.0 * PUNCH, "{found}");
+    let wave: Vec<f64> = (0..64 * 64).map(|k| 0.01 * (2.0 * PI * (k % 64) as f64 / 64.0).cos()).collect();
+    let found = displacement(Problem::new(grid, &wave), 0.1);
+    assert!((found / 0.01 - 1.0).abs() < FULL, "{found}");
+}
+
+/// Stiffness of Hertzian contact, dF/dδ = 2aE*, at loads a factor of three apart: at the ends of the path from small steps
+/// next to them, with an error that covers the deviation or the discretisation.
+#[test]
+fn stiffness_at_the_ends_of_a_load_path() {
+    /// Discretisation: single nodes that come into contact within a step.
+    const NODES: f64 = 0.015;
+    let grid = Grid::unit(64, 64);
+    let heights = sphere(grid, (32, 32));
+    let radii = [0.12, 0.17, 0.24];
+    let loads = radii.map(|a: f64| Load::Pressure(4.0 / 3.0 * a.powi(3)));
+    let path = LoadPath::new(problem(grid, &heights), method::find("fast").unwrap(), RangeChoice::Mesh, 0.0, &loads);
+    let (mut points, mut ends) = (Vec::new(), Vec::new());
+    path.with_end_steps()
+        .walk(None, false, &NoObserver, |_, reached| {
+            points.push((reached.state.pressure, reached.state.separation));
+            ends.push(reached.steps);
+            Ok(())
+        })
+        .unwrap();
+    assert_eq!(ends.iter().map(Vec::len).collect::<Vec<_>>(), [1, 0, 1]);
+    let [[first, _], [last, _]] =
+        [stiffness(&points[..2]), stiffness(&points[1..])].map(|s| [s[0].unwrap(), s[1].unwrap()]);
+    assert!(first.error.is_none() && last.error.is_none());
+    let one_sided = stiffness(&points)[2].unwrap().value;
+    // The line through the last two loads is far off.
+    assert!((one_sided / (2.0 * radii[2]) - 1.0).abs() > 0.1, "{one_sided}");
+    points.insert(0, (ends[0][0][0], ends[0][0][1]));
+    points.push((ends[2][0][0], ends[2][0][1]));
+    for (found, a) in stiffness(&points)[1..4].iter().zip(radii) {
+        let found = found.expect("has neighbours");
+        let (miss, error) = ((found.value / (2.0 * a) - 1.0).abs(), found.error.expect("known") / found.value);
+        assert!(miss < NODES.max(error) && error < 0.3, "{a}: {miss} {error}");
+    }
+    for (i, a) in [(1, radii[0]), (3, radii[2])] {
+        let found = stiffness(&points)[i].expect("has neighbours").value;
+        assert!((found / (2.0 * a) - 1.0).abs() < NODES, "{a}: {found}");
+    }
 }

@@ -59,7 +59,7 @@ fn walk(problem: &Problem, id: &str, range: RangeChoice, loads: &[Load], pulls: 
 /// The change from the grid with half the points per side has the magnitude of the discretisation error, for all
 /// methods, with and without adhesion, at every load.
 #[test]
-fn the_error_of_the_grid_is_told() {
+fn the_error_of_the_grid_is_reported() {
     /// Smallest ratio of change to error. The change may exceed the error if the error decreases fast. The next finer
     /// grid, which serves as reference, has an error itself.
     const AT_LEAST: f64 = 0.5;
@@ -96,18 +96,18 @@ fn the_true_range_is_extrapolated_to() {
         let p = problem(Grid::unit(n, n), Heights::Series(&modes), adhesion);
         walk(&p, "fast", range, &load, false).0[0]
     };
-    let truth = on(1024, RangeChoice::Extrapolate);
-    assert_eq!(truth.true_area, None, "a grid that resolves the range has nothing to extrapolate");
+    let fine_grid = on(1024, RangeChoice::Extrapolate);
+    assert_eq!(fine_grid.true_area, None, "a grid that resolves the range has nothing to extrapolate");
     let (coarse, mesh) = (on(256, RangeChoice::Extrapolate), on(256, RangeChoice::Mesh));
     assert_eq!((coarse.area, coarse.mean_gap), (mesh.area, mesh.mean_gap));
-    for (name, found, finest, truth) in [
-        ("area", coarse.true_area, coarse.area, truth.area),
-        ("mean gap", coarse.true_gap, coarse.mean_gap, truth.mean_gap),
+    for (name, found, finest, fine_grid) in [
+        ("area", coarse.true_area, coarse.area, fine_grid.area),
+        ("mean gap", coarse.true_gap, coarse.mean_gap, fine_grid.mean_gap),
     ] {
         let (value, error) = found.expect("it is extrapolated");
         // The value is closer to the reference than the finest grid, and its error covers the deviation.
-        assert!((value - truth).abs() < 0.5 * (finest - truth).abs(), "{name}: {value} {finest} {truth}");
-        assert!((value - truth).abs() < error, "{name}: {value} ± {error}, {truth}");
+        assert!((value - fine_grid).abs() < 0.5 * (finest - fine_grid).abs(), "{name}: {value} {finest} {fine_grid}");
+        assert!((value - fine_grid).abs() < error, "{name}: {value} ± {error}, {fine_grid}");
     }
 }
 
@@ -137,7 +137,7 @@ fn pulled_apart() {
     let adhesion = Adhesion::exponential(gamma, COHESIVE_RESOLUTION * (gamma / 64.0f64).sqrt());
     let p = problem(grid, Heights::Series(&modes), adhesion);
     let (found, pulled) = walk(&p, "fast", RangeChoice::Mesh, &[Load::Pressure(0.01)], true);
-    let pulled = pulled.expect("it was asked for");
+    let pulled = pulled.expect("it was requested for");
     assert!(pulled.pressure < 0.0 && pulled.mean_gap > found[0].mean_gap, "{pulled:?}");
     assert!(pulled.curve.iter().all(|[_, p]| *p >= pulled.pressure));
     assert!(pulled.curve.windows(2).all(|w| w[0][0] < w[1][0]));
@@ -146,7 +146,7 @@ fn pulled_apart() {
     let fine = |n: usize| {
         let adhesion = Adhesion::exponential(gamma, COHESIVE_RESOLUTION * (gamma / n as f64).sqrt());
         let p = problem(Grid::unit(n, n), Heights::Series(&modes), adhesion);
-        walk(&p, "fast", RangeChoice::Mesh, &[Load::Pressure(0.01)], true).1.expect("asked for")
+        walk(&p, "fast", RangeChoice::Mesh, &[Load::Pressure(0.01)], true).1.expect("requested for")
     };
     let (coarser, finer) = (fine(32), fine(128));
     let error = pulled.pressure_error;
@@ -169,7 +169,7 @@ fn pulled_apart() {
     // maximum the search is refused.
     let near = [0.01, 0.5 * pulled.pressure, 0.97 * pulled.pressure, 0.99 * pulled.pressure].map(Load::Pressure);
     let (_, again) = walk(&p, "fast", RangeChoice::Mesh, &near, true);
-    assert!((again.expect("asked for").pressure / pulled.pressure - 1.0).abs() < 0.01);
+    assert!((again.expect("requested for").pressure / pulled.pressure - 1.0).abs() < 0.01);
     let behind = [0.0, 3.0 * (pulled.mean_gap - found[0].mean_gap)].map(|d| Load::MeanGap(found[0].mean_gap + d));
     let path = LoadPath::new(p.clone(), method::find("fast").expect("it is there"), RangeChoice::Mesh, 0.0, &behind);
     let refused = path.walk(None, true, &NoObserver, |_, _| Ok(())).expect_err("refused").to_string();

@@ -303,7 +303,8 @@ fn apart(distribution: &Distribution, total: f64, values: &[f64]) -> f64 {
 #[test]
 fn persson_stress_distribution_agrees_with_bvm() {
     let (grid, heights, power) = resolved();
-    for p in [0.02, 0.2] {
+    // Measured: 0.304 and 0.182, 0.159 and 0.074.
+    for (p, most) in [(0.02, [0.32, 0.19]), (0.2, [0.17, 0.08])] {
         let p = p * power.rms_gradient();
         let solved = solved((grid, &heights), p);
         let values: Vec<f64> =
@@ -314,7 +315,7 @@ fn persson_stress_distribution_agrees_with_bvm() {
             apart(&found.stresses.unwrap().contact, found.contact_fraction, &values)
         });
         println!("{p:.4}: stresses apart by {pure:.3} pure, {twice:.3} kappa2");
-        assert!(pure < 0.35 && twice < 0.25 && twice < pure);
+        assert!(pure < most[0] && twice < most[1]);
     }
 }
 
@@ -333,7 +334,8 @@ fn persson_gap_distribution_has_the_mean_gap() {
         let most = 0.5 * (gaps.edges[1] - gaps.edges[0]) * (1.0 - gaps.delta) + 1e-4 * found.gap;
         assert!((mean - found.gap).abs() <= most, "{p}: {mean} {}", found.gap);
     }
-    for p in [0.02, 0.1, 0.2] {
+    // Measured: 0.048, 0.075, 0.108.
+    for (p, most) in [(0.02, 0.051), (0.1, 0.08), (0.2, 0.115)] {
         let p = p * power.rms_gradient();
         let solved = solved((grid, &heights), p);
         let gaps = estimated(&of(&power), "persson", p).gaps.unwrap();
@@ -341,17 +343,27 @@ fn persson_gap_distribution_has_the_mean_gap() {
         let open = Distribution { delta: 0.0, ..gaps.clone() };
         let found = apart(&open, 1.0 - gaps.delta, &values(&solved.gap));
         println!("{p:.4}: gaps apart by {found:.3}");
-        assert!(found < 0.2, "{found}");
+        assert!(found < most, "{found}");
     }
 }
 
-/// S34: the mean gap is within 20 % of `bvm` above p* = 5e-3, for the realised spectrum. The original theory
-/// underestimates areas by 20 to 30 % (S33: contact pressures are high); the form with 2 p* at small loads is within 20
-/// % (S07).
+/// S34: the mean gap is near that of `bvm` above p* = 5e-3, for the realised spectrum. The original theory
+/// underestimates areas by 20 to 30 % (S33: contact pressures are high); the form with 2 p* at small loads does so less
+/// (S07).
 #[test]
 fn persson_area_and_gap_agree_with_bvm() {
     let (grid, heights, power) = resolved();
-    for p in [0.006, 0.02, 0.05, 0.1, 0.2] {
+    // Ratios to `bvm`, as docs/validation.md has them: mean gap, area of the pure form, area of the form with 2 p*.
+    const RATIOS: [(f64, [f64; 3]); 5] = [
+        (0.006, [1.09, 0.66, 0.82]),
+        (0.02, [1.03, 0.70, 0.87]),
+        (0.05, [1.00, 0.74, 0.93]),
+        (0.1, [1.02, 0.78, 0.98]),
+        (0.2, [1.01, 0.84, 1.03]),
+    ];
+    // They are printed to two digits.
+    const PRINTED: f64 = 6e-3;
+    for (p, ratios) in RATIOS {
         let pressure = p * power.rms_gradient();
         let solved = solved((grid, &heights), pressure);
         let [pure, twice] =
@@ -362,9 +374,9 @@ fn persson_area_and_gap_agree_with_bvm() {
             "p* {p}: gap x{gap:.3} pure, x{other:.3} kappa2; area {:.4}, x{area:.3} pure, x{larger:.3} kappa2",
             solved.area
         );
-        assert!(near(gap, 1.0, 0.2), "{p}: {gap}");
-        assert!(area > 0.6 && area < 0.9, "{p}: {area}");
-        assert!(near(larger, 1.0, 0.2), "{p}: {larger}");
+        for (found, expected) in [gap, area, larger].into_iter().zip(ratios) {
+            assert!((found - expected).abs() < PRINTED, "{p}: {found} {expected}");
+        }
     }
 }
 
@@ -385,8 +397,9 @@ fn persson_with_adhesion() {
             w.load_error,
             w.iterations
         );
-        assert!(w.contact_fraction > 1.1 * d.contact_fraction && w.contact_fraction < 1.7 * d.contact_fraction);
-        assert!(w.gap < d.gap && w.gap > 0.95 * d.gap);
+        // The paper has 1.3 to 1.7.
+        assert!(near(w.contact_fraction / d.contact_fraction, 1.138, 3e-3));
+        assert!(w.gap < d.gap && w.gap > 0.97 * d.gap);
         assert!(w.load_error < 5e-3);
     }
     assert!(near(with[0].contact_fraction / pressures[0], with[1].contact_fraction / pressures[1], 1e-3));
@@ -518,7 +531,8 @@ fn rl_archard_gap_agrees_with_bvm() {
                 found.contact_fraction / solved.area
             );
             assert!(near(found.gap, solved.mean_gap, 0.2));
-            assert!(found.contact_fraction < 1.2 * solved.area && found.contact_fraction > 0.4 * solved.area);
+            // Measured: 0.571 to 0.646.
+            assert!(found.contact_fraction < 0.66 * solved.area && found.contact_fraction > 0.56 * solved.area);
         }
     }
 }

@@ -2,10 +2,10 @@
 
 use asperity::method::{Precision, Problem};
 
-pub const METHODS: [&str; 3] = ["gfmd", "bvm", "fast"];
-pub const PRECISIONS: [Precision; 2] = [Precision::F64, Precision::F32];
+pub(crate) const METHODS: [&str; 3] = ["gfmd", "bvm", "fast"];
+pub(crate) const PRECISIONS: [Precision; 2] = [Precision::F64, Precision::F32];
 
-pub fn in_precision<'p>(problem: &Problem<'p>, precision: Precision) -> Problem<'p> {
+pub(crate) fn in_precision<'p>(problem: &Problem<'p>, precision: Precision) -> Problem<'p> {
     let tolerance = if precision == Precision::F32 { 1e-3 } else { problem.tolerance };
     Problem { precision, tolerance, ..problem.clone() }
 }

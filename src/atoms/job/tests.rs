@@ -67,13 +67,13 @@ fn steps_of_common_prescribed_loads_are_kept_and_others_removed() {
     let folder = tempfile::tempdir().expect("scratch");
     let job = written(folder.path(), 0.3).expect("written");
     let path = |name: &str| job.folder.join(name);
-    let asked = |load: f64| PrescribedLoad { load, dz_angstrom: 1.0, move_hash: format!("{load}") };
+    let at_load = |load: f64| PrescribedLoad { load, dz_angstrom: 1.0, move_hash: format!("{load}") };
     let place = |loads: &[f64]| {
         let loads = PrescribedLoads {
             indenter_zmin_angstrom: 40.0,
             indenter_mass_u: 0.4,
             compression_stiffness_ev_per_angstrom2: 10.0,
-            loads: loads.iter().map(|l| asked(*l)).collect(),
+            loads: loads.iter().map(|l| at_load(*l)).collect(),
             earlier: Vec::new(),
         };
         Job::place(&job.folder, JobSpec { protocol: LoadingProtocol::Prescribed(loads), ..job.spec.clone() })
@@ -190,17 +190,17 @@ fn loading_ends_at_the_maximum_load_and_unloading_at_separation() {
 /// Loads of the unloading branch are not found at steps of the loading branch, and none is interpolated.
 #[test]
 fn a_prescribed_load_is_found_at_its_own_step() {
-    let asked = |load| PrescribedLoad { load, dz_angstrom: 1.0, move_hash: String::new() };
-    let [there, back] = [[asked(1.0), asked(3.0)], [asked(1.0), asked(0.5)]];
+    let at_load = |load| PrescribedLoad { load, dz_angstrom: 1.0, move_hash: String::new() };
+    let [loading, unloading] = [[at_load(1.0), at_load(3.0)], [at_load(1.0), at_load(0.5)]];
     let history = LoadHistory { steps: records(&[(0.0, 0.0, 0), (0.1, 1.0, 1), (0.2, 2.9, 2), (0.1, 1.0, 1)]) };
     let at = |bracket: Option<Bracket>| bracket.map(|b| (b.lower, b.weight));
-    assert_eq!(at(own_step(&history, 1, &there, 1.0)), Some((1, 0.0)));
+    assert_eq!(at(own_step(&history, 1, &loading, 1.0)), Some((1, 0.0)));
     // A step that did not reach its load is still the step of that load.
-    assert_eq!(at(own_step(&history, 1, &there, 3.0)), Some((2, 0.0)));
-    assert_eq!(at(own_step(&history, 1, &there, 2.0)), None);
-    assert_eq!(at(own_step(&history, 3, &back, 1.0)), Some((3, 0.0)));
+    assert_eq!(at(own_step(&history, 1, &loading, 3.0)), Some((2, 0.0)));
+    assert_eq!(at(own_step(&history, 1, &loading, 2.0)), None);
+    assert_eq!(at(own_step(&history, 3, &unloading, 1.0)), Some((3, 0.0)));
     // Not finished yet.
-    assert_eq!(at(own_step(&history, 3, &back, 0.5)), None);
+    assert_eq!(at(own_step(&history, 3, &unloading, 0.5)), None);
 }
 
 #[test]
@@ -226,13 +226,13 @@ fn with_adhesion_steps_are_refined_until_the_pull_has_decayed() {
     assert!((pull.error_ev_per_angstrom - 0.5).abs() < 1e-12 && (pull.step_angstrom - 0.075).abs() < 1e-12);
     assert!((pull.p_star + 0.02).abs() < 1e-12);
     // Variables of a continued run.
-    let told = job.variables(&way[..6], false);
+    let variables = job.variables(&way[..6], false);
     for (key, value) in
         [("start", "5"), ("reversal_step", "1"), ("refined_from", "3"), ("previous_load", "-1.5"), ("min_load", "-1.5")]
     {
-        assert!(told.contains(&(key.into(), value.into())), "{key} in {told:?}");
+        assert!(variables.contains(&(key.into(), value.into())), "{key} in {variables:?}");
     }
-    for (key, _) in told {
+    for (key, _) in variables {
         assert!(job.script().text.contains(&format!("\nvariable {key} ")), "{key}");
     }
 }

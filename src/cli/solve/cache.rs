@@ -1,6 +1,8 @@
 //! The folder of a solve, and the results of a finished one, which the same command reports instead of solving again.
 
+use crate::record::hashed::{self, Stored};
 use crate::record::json;
+use crate::scene::Scene;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -13,11 +15,26 @@ const MARKER: &str = ".asperity-solve";
 const FILE: &str = "done.json";
 
 /// Files of a state, and of the pull-off.
-const OF_STATES: [&str; 5] = ["gap.npy", "stress.npy", "contact.npy", "solve.json", "pull-off.json"];
+const OF_STATES: [&str; 8] = [
+    "gap.npy",
+    "stress.npy",
+    "elastic-stress.npy",
+    "contact.npy",
+    "solve.json",
+    "pull-off.json",
+    "pull-off.csv",
+    "curve.csv",
+];
+
+/// The file of these that each report of the results writes again.
+const REWRITTEN: &str = "curve.csv";
 
 #[derive(Serialize, Deserialize)]
 pub(super) struct SolveCache {
-    key: String,
+    pub key: String,
+    /// Scene of the solve, for the message about another one.
+    #[serde(default)]
+    pub scene: Value,
     /// Line of JSON of each load, and of the pull-off.
     pub states: Vec<Value>,
     pub pull_off: Option<Value>,
@@ -30,7 +47,7 @@ pub(super) struct SolveCache {
 pub(super) fn open(folder: &Path) -> Result<()> {
     fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
     let marker = folder.join(MARKER);
-    let own = || marker.exists() || json::read::<SolveCache>(&folder.join(FILE)).is_ok();
+    let own = || marker.exists() || SolveCache::read(folder, false).valid().is_some();
     let mut entries = fs::read_dir(folder).map_err(Error::io("read", folder))?;
     if entries.next().is_some() && !own() {
         let found = format!("{} (contains files that no solve wrote)", folder.display());
@@ -47,33 +64,57 @@ pub(super) fn clear(folder: &Path, start: Option<&Path>) -> Result<()> {
     for entry in fs::read_dir(folder).map_err(Error::io("read", folder))?.flatten() {
         let name = entry.file_name();
         let Some(name) = name.to_str() else { continue };
-        let name = name.strip_prefix("partial-").unwrap_or(name);
-        let numbered = name.strip_prefix("load-").and_then(|rest| rest.split_once('-'));
-        let name = numbered.filter(|(n, _)| n.parse::<usize>().is_ok()).map_or(name, |(_, name)| name);
         let is_start = || start.is_some() && fs::canonicalize(entry.path()).ok() == start;
-        if OF_STATES.contains(&name) && !is_start() {
+        if OF_STATES.contains(&of_state(name.strip_prefix("partial-").unwrap_or(name))) && !is_start() {
             fs::remove_file(entry.path()).map_err(Error::io("remove", &entry.path()))?;
         }
     }
     Ok(())
 }
 
+/// Name of a state's file without the number of its load.
+fn of_state(name: &str) -> &str {
+    let numbered = name.strip_prefix("load-").and_then(|rest| rest.split_once('-'));
+    numbered.filter(|(n, _)| n.parse::<usize>().is_ok()).map_or(name, |(_, name)| name)
+}
+
 impl SolveCache {
-    /// The results in a folder, if they have this key and the fields still exist.
-    pub fn find(folder: &Path, key: &str, fields: impl IntoIterator<Item = String>) -> Option<SolveCache> {
-        let found: SolveCache = json::read(&folder.join(FILE)).ok()?;
-        let whole = found.key == key && fields.into_iter().all(|name| folder.join(name).exists());
-        whole.then_some(found)
+    fn read(folder: &Path, verify: bool) -> Stored<SolveCache> {
+        hashed::read(&folder.join(FILE), verify)
+    }
+
+    /// The results in a folder, if they have this key. Damaged ones are not used; `warn` is called with the reason.
+    pub(super) fn find(folder: &Path, key: &str, verify: bool, warn: &dyn Fn(&str)) -> Option<SolveCache> {
+        match Self::read(folder, verify) {
+            Stored::Damaged(what) => {
+                warn(&format!("{what}; solved again"));
+                None
+            }
+            other => other.valid().filter(|found| found.key == key),
+        }
+    }
+
+    /// What differs between the finished solve in a folder and this one, in words; `None` if there is none or it is the same.
+    pub(super) fn difference(folder: &Path, key: &str, scene: &Scene) -> Result<Option<String>> {
+        let Some(found) = Self::read(folder, false).valid() else { return Ok(None) };
+        // The key ends with the hash of the program: another build solves again.
+        if found.key.starts_with(key) {
+            return Ok(None);
+        }
+        let now = serde_json::to_value(scene).map_err(|e| Error::format(folder, e, "values that JSON can hold"))?;
+        let list = json::differences(&found.scene, &now);
+        Ok(Some(if list.is_empty() { "the contents of its files changed".into() } else { list }))
     }
 
     /// Before any of its fields is replaced.
-    pub fn forget(folder: &Path) {
+    pub(super) fn forget(folder: &Path) {
         // A missing file is fine.
         let _ = fs::remove_file(folder.join(FILE));
     }
 
-    pub fn write(folder: &Path, key: String, states: Vec<Value>, pull_off: Option<Value>) -> Result<()> {
-        json::write(&folder.join(FILE), &SolveCache { key, states, pull_off })
+    pub(super) fn write(folder: &Path, cache: &SolveCache) -> Result<()> {
+        let own = |name: &str| OF_STATES.contains(&of_state(name)) && name != REWRITTEN;
+        hashed::write(&folder.join(FILE), cache, &hashed::hashes(folder, &own)?)
     }
 }
 

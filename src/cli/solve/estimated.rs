@@ -1,6 +1,7 @@
 //! Loads by a method that estimates instead of solving for the fields.
 
-use super::{Solve, cache};
+use super::reporter::load_name;
+use super::{Solve, cache, curve};
 use crate::Result;
 use crate::cli::{output, progress::TerminalProgress};
 use crate::grid::Field;
@@ -12,32 +13,35 @@ use crate::pipeline::{Progress, state_of};
 use crate::record::{json, npy};
 use crate::report::number::{duration, memory, percent, significant};
 use crate::scene::Case;
+use crate::units::Scales;
 use serde_json::{Value, json};
 
 pub(super) fn run(solve: &Solve, case: &Case, heights: Heights, progress: &TerminalProgress) -> Result<()> {
     let method = method::find(&solve.method).expect("checked with the scene");
     let loads: Vec<Load> = case.load_steps().iter().map(|step| step.target).collect();
-    let asked = &case.problem(heights);
+    let requested = &case.problem(heights);
     let card = method.card();
-    let (plan, have) = (EstimatorInput::plan(asked, method), crate::sys::available_memory_bytes());
-    let grid = asked.grid;
+    let (plan, have) = (EstimatorInput::plan(requested, method), crate::sys::available_memory_bytes());
+    let grid = requested.grid;
     solve.print_plan(method, grid, plan.bytes, have)?;
     if solve.dry_run {
         return Ok(());
     }
+    let key = solve.key()?;
     if let Some(out) = &solve.out {
-        cache::open(out)?;
+        solve.open_folder(out, &key)?;
         cache::clear(out, None)?;
     }
+    let mut lines = Vec::new();
     let watch = Progress::new(progress, None, "", (0, loads.len()));
-    let resolved_gradient = asked.resolved_gradient();
+    let resolved_gradient = requested.resolved_gradient();
     let growth = crate::sys::MemoryGrowth::begin();
     let mut cpu = crate::sys::cpu_seconds();
-    let input = EstimatorInput::new(asked.clone(), method)?;
+    let input = EstimatorInput::new(requested.clone(), method)?;
     input.walk((&loads, 0), &watch, |i, problem, found| {
         // Before anything is counted in what was found.
         let (before, measured) = (std::mem::replace(&mut cpu, crate::sys::cpu_seconds()), growth.bytes());
-        let mut line = line(solve, method, problem, found);
+        let mut line = line(case.scales, method, problem, found);
         line["method"] = json!(card.id);
         line["criterion"] = json!(method.criterion(&problem.settings).to_string());
         line["calibrated_on"] = json!(method.calibrated_on(&problem.settings));
@@ -47,14 +51,18 @@ pub(super) fn run(solve: &Solve, case: &Case, heights: Heights, progress: &Termi
         line["measured_bytes"] = json!(measured);
         line["peak_rss_bytes"] = json!(growth.peak_bytes());
         let adhesive = problem.adhesion != Adhesion::None;
+        line["provenance"] = json!(case.provenance);
         line["missing"] = Quantity::OUTPUTS
             .into_iter()
             .filter_map(|q| Some((q.id().to_string(), Value::from(card.unsupported_reason(q, adhesive)?))))
             .collect();
         if let Some(out) = &solve.out {
-            let name = |name: &str| if loads.len() == 1 { name.into() } else { format!("load-{}-{name}", i + 1) };
+            let name = |name: &str| match loads.len() {
+                1 => name.to_string(),
+                n => format!("{}-{name}", load_name(i, n)),
+            };
             for (file, field, unit) in
-                [("gap.npy", found.gap, solve.length), ("stress.npy", found.stress, solve.modulus)]
+                [("gap.npy", found.gap, case.scales.length_m), ("stress.npy", found.stress, case.scales.modulus_pa)]
             {
                 if let Some(field) = field {
                     npy::write_field(&out.join(name(file)), grid.nx, grid.ny, Field::F64(field), unit)?;
@@ -70,13 +78,17 @@ pub(super) fn run(solve: &Solve, case: &Case, heights: Heights, progress: &Termi
         } else {
             output::print(&table(&line));
         }
+        lines.push(line);
         watch.next();
         Ok(())
-    })
+    })?;
+    let Some(out) = &solve.out else { return Ok(()) };
+    curve::write(out, &lines, &solve.units(case))?;
+    solve.finish(out, key, lines, None)
 }
 
-fn line(solve: &Solve, method: &dyn ContactMethod, problem: &Problem, found: &Estimate) -> Value {
-    let (length, modulus, grid) = (solve.length, solve.modulus, problem.grid);
+fn line(scales: Scales, method: &dyn ContactMethod, problem: &Problem, found: &Estimate) -> Value {
+    let (length, modulus, grid) = (scales.length_m, scales.modulus_pa, problem.grid);
     let state = state_of(method.card(), problem, (&LoadStep::single(found.pressure, 1.0), 1.0), found);
     let used = method.adhesion(problem);
     json!({

@@ -1,38 +1,37 @@
 //! Flags of `solve`, and the scene that they make.
 
-use crate::cli::file::{FileFlags, refuse_grid};
-use crate::cli::flag_names::FlagName;
+use super::loads::{LoadFlags, LoadUnits};
+use crate::cli::file::{COMMAND_LINE, FileFlags, Lengths, MapFlags, refuse_grid};
 use crate::interface::{Base, RangeChoice};
 use crate::method::{Precision, Settings};
+use crate::scene::KeyName;
 use crate::scene::{
     AdhesionLaw, AdhesionScene, ContinuumScene, CrystalScene, Laboratory, LayerScene, LoadScene, Scene, SurfaceScene,
-    Touching, Units, WallKind,
+    Units, WallKind,
 };
 use crate::surface::Spectrum;
+use crate::units::{Measure, pascals_per};
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
-
-pub const COMMAND_LINE: &str = "command line";
 
 /// Consistent units: lengths in that of the heights, stresses in that of the modulus.
 // A negative value is refused by its flag's own check, not taken for a flag.
 #[derive(Debug, Clone, clap::Args)]
 #[command(allow_negative_numbers = true)]
-pub struct Solve {
+pub(crate) struct Solve {
     /// File of heights or of Fourier coefficients, as --heights names one.
     #[arg(required_unless_present_any = ["challenge", "heights"], conflicts_with_all = ["challenge", "heights"])]
     pub(super) file: Option<PathBuf>,
-    /// Height map (.npy, .npz, HDF5, NetCDF, ASCII matrix, lines of x y h) or Fourier coefficients qX qY Re Im.
+    /// Height map (.npy, .npz, HDF5, NetCDF, x3p, SDF, .sur, .gwy, ASCII matrix, lines of x y h) or Fourier coefficients qX qY Re Im.
     #[arg(long, value_name = "FILE", conflicts_with = "challenge")]
     pub(super) heights: Option<PathBuf>,
     #[command(flatten)]
     pub(super) file_flags: FileFlags,
+    #[command(flatten)]
+    pub(super) map: MapFlags,
     /// Points per side for Fourier coefficients; a height map has its own.
     #[arg(long, value_name = "N", conflicts_with = "challenge")]
     pub(super) grid: Option<usize>,
-    /// Shortest wavelength kept of Fourier coefficients.
-    #[arg(long, value_name = "LAMBDA", conflicts_with = "challenge")]
-    pub(super) low_pass: Option<f64>,
     /// Instead of a file: the challenge's spectrum on an N x N grid. The heights are never stored.
     #[arg(long, value_name = "N")]
     pub(super) challenge: Option<usize>,
@@ -42,24 +41,20 @@ pub struct Solve {
     /// Short cut-off wavelength of the challenge's surface, in units of the cell's extent.
     #[arg(long, value_name = "LAMBDA", default_value_t = Spectrum::CHALLENGE.lambda_s, requires = "challenge")]
     pub(super) cut_off: f64,
-    /// Extent of the cell in x.
-    #[arg(long, default_value_t = 1.0, value_name = "L")]
-    pub(super) length: f64,
-    /// Extent of the cell in y. Default: square pixels.
-    #[arg(long, value_name = "L", conflicts_with = "challenge")]
-    pub(super) length_y: Option<f64>,
-    /// Contact modulus E* = E/(1-ν²).
-    #[arg(long, default_value_t = 1.0, value_name = "E")]
-    pub(super) modulus: f64,
-    /// Mean pressures, comma-separated, applied in this order. Negative with adhesion only.
-    #[arg(long, value_name = "P", value_delimiter = ',', num_args = 1, required_unless_present = "mean_gap")]
-    pub(super) pressure: Vec<f64>,
-    /// Mean gaps instead, comma-separated: they reach states that no pressure sustains.
-    #[arg(long, value_name = "G", value_delimiter = ',', num_args = 1, conflicts_with = "pressure")]
-    pub(super) mean_gap: Vec<f64>,
+    /// Contact modulus E* = E/(1-ν²), with or without a unit (2MPa); required for a file.
+    #[arg(long, value_name = "E")]
+    pub(super) modulus: Option<Measure>,
+    #[command(flatten)]
+    pub(super) loads: LoadFlags,
+    /// Append the unloading branch: the same loads in reverse.
+    #[arg(long)]
+    pub(super) unload: bool,
     /// After the last load, separate the surfaces and find the pull-off pressure.
     #[arg(long)]
     pub(super) pull_off: bool,
+    /// Solve Reynolds' equation in the gap of each load: leakage along x and y, next to that of the effective medium.
+    #[arg(long)]
+    pub(super) leakage: bool,
     /// Gap to start from (.npy), in the unit of the heights, as written to --out.
     #[arg(long, value_name = "FILE")]
     pub(super) initial_gap: Option<PathBuf>,
@@ -105,15 +100,6 @@ pub struct Solve {
     /// Limit of iterations per load.
     #[arg(long, default_value_t = 50_000, value_name = "N")]
     pub(super) max_iterations: usize,
-    /// Points of the file that touch first.
-    #[arg(long, value_enum, conflicts_with = "challenge", default_value = "low-points")]
-    pub(super) touching: Touching,
-    /// As --touching high-points.
-    #[arg(long, hide = true, conflicts_with_all = ["challenge", "touching"])]
-    pub(super) flip: bool,
-    /// A single map on a half-space that is free around it, instead of a periodic one.
-    #[arg(long)]
-    pub(super) non_periodic: bool,
     /// Elastic layer of this thickness instead of the half-space.
     #[arg(long, value_name = "T")]
     pub(super) thickness: Option<f64>,
@@ -129,6 +115,15 @@ pub struct Solve {
     /// Folder for fields, numbers and checkpoints. The same command resumes an interrupted solve.
     #[arg(long, value_name = "DIR")]
     pub(super) out: Option<PathBuf>,
+    /// Replace the results of another solve in that folder.
+    #[arg(long, requires = "out")]
+    pub(super) overwrite: bool,
+    /// Reuse finished parts of the folder without comparing their files with the stored hashes.
+    #[arg(long, requires = "out")]
+    pub(super) no_verify: bool,
+    /// Store the stress of the elastic body, too, which has numerical noise outside of contact.
+    #[arg(long, requires = "out")]
+    pub(super) elastic_stress: bool,
     /// Print the memory needed and stop.
     #[arg(long)]
     pub(super) dry_run: bool,
@@ -144,48 +139,69 @@ impl Solve {
     /// What has no value in a scene: a list of the wrong length, an adhesion without its range, settings of no method.
     pub(super) fn scene(&self) -> Result<Scene> {
         refuse_grid(self.grid, self.surface_file(), !self.file_flags.are_waves())?;
+        if let Some(flag) = self.map.of_maps().filter(|_| self.challenge.is_some()) {
+            return Err(Error::input(COMMAND_LINE, flag, "given", "only together with a file, not with --challenge"));
+        }
+        let needed = self.loads.need_heights_unit();
+        let lengths = Lengths::new(self.surface_file(), &self.file_flags, &self.map, Units::Consistent, needed)?;
+        let mut laboratory = Laboratory {
+            contact_modulus_mpa: self.modulus.as_ref().map(|m| m.value),
+            units: Units::Consistent,
+            ..Laboratory::default()
+        };
+        if self.challenge.is_some() {
+            // Reduced units.
+            laboratory.length_um = Some(1.0);
+            laboratory.contact_modulus_mpa.get_or_insert(1.0);
+        }
+        let loads = self.loads.scene(&LoadUnits { lengths: &lengths, modulus_pa: self.modulus_pa()? })?;
+        let mut continuum = self.continuum()?;
+        let mut surface = self.surface();
+        self.map.set(&mut surface, &mut laboratory, &mut continuum, &lengths)?;
+        if self.challenge.is_some() {
+            surface.cut_off_um = Some(self.cut_off * laboratory.length());
+        }
         Ok(Scene {
-            name: "solve".into(),
-            description: String::new(),
-            laboratory: Laboratory {
-                length_um: self.length,
-                contact_modulus_mpa: self.modulus,
-                length_y_um: self.length_y,
-                units: Units::Consistent,
-            },
-            surface: self.surface(),
-            load: LoadScene {
-                pressure_mpa: self.pressure.clone(),
-                mean_gap_um: self.mean_gap.clone(),
-                pull_off: self.pull_off,
-                ..LoadScene::default()
-            },
+            load: LoadScene { unload: self.unload, pull_off: self.pull_off, ..loads },
+            laboratory,
             adhesion: self.adhesion(),
-            continuum: ContinuumScene {
-                method: self.method.clone(),
-                precision: self.precision,
-                tolerance: self.tolerance,
-                max_iterations: self.max_iterations,
-                energy_tolerance: self.energy_tolerance,
-                area_tolerance: self.area_tolerance,
-                mean_gap_tolerance: self.mean_gap_tolerance,
-                initial_gap: self.initial_gap.clone(),
-                periodic: !self.non_periodic,
-                layer: self.thickness.map(|thickness_um| LayerScene {
-                    thickness_um,
-                    poisson: self.poisson,
-                    base: self.base,
-                }),
-                crystal: self.crystal()?,
-                wall: self.wall,
-                penalty_length_nm: self.penalty_length,
-                compare_with: Vec::new(),
-            },
+            continuum,
             methods: self.settings()?,
-            accuracy: None,
-            challenge: None,
-            atoms: None,
+            ..Scene::new("solve", surface)
         })
+    }
+
+    fn continuum(&self) -> Result<ContinuumScene> {
+        Ok(ContinuumScene {
+            method: self.method.clone(),
+            precision: self.precision,
+            tolerance: self.tolerance,
+            max_iterations: self.max_iterations,
+            energy_tolerance: self.energy_tolerance,
+            area_tolerance: self.area_tolerance,
+            mean_gap_tolerance: self.mean_gap_tolerance,
+            initial_gap: self.initial_gap.clone(),
+            leakage: self.leakage,
+            periodic: None,
+            layer: self.thickness.map(|thickness_um| LayerScene {
+                thickness_um,
+                poisson: self.poisson,
+                base: self.base,
+            }),
+            crystal: self.crystal()?,
+            wall: self.wall,
+            penalty_length_nm: self.penalty_length,
+            compare_with: Vec::new(),
+        })
+    }
+
+    /// Pascals of one unit of the modulus, if it has one.
+    fn modulus_pa(&self) -> Result<Option<f64>> {
+        let Some(Measure { value, unit: Some(unit) }) = &self.modulus else { return Ok(None) };
+        let refused = || {
+            Error::input(COMMAND_LINE, "--modulus", format!("{value} {unit}"), "a unit of stress: Pa, kPa, MPa, GPa")
+        };
+        pascals_per(unit).ok_or_else(refused).map(Some)
     }
 
     fn surface(&self) -> SurfaceScene {
@@ -194,7 +210,6 @@ impl Solve {
             Some(n) => SurfaceScene {
                 grid: n,
                 seed: self.seed,
-                cut_off_um: Some(self.cut_off * self.length),
                 dataset: self.file_flags.dataset.clone(),
                 fourier: self.file_flags.fourier,
                 fourier_points: self.file_flags.fourier_points,
@@ -203,12 +218,9 @@ impl Solve {
             None => SurfaceScene {
                 grid: self.grid.unwrap_or(0),
                 heights: self.surface_file().map(PathBuf::from),
-                heights_unit_um: 1.0,
                 dataset: self.file_flags.dataset.clone(),
                 fourier: self.file_flags.fourier,
                 fourier_points: self.file_flags.fourier_points,
-                low_pass_um: self.low_pass,
-                touching: Some(if self.flip { Touching::HighPoints } else { self.touching }),
                 ..standard
             },
         }
@@ -258,7 +270,7 @@ impl Solve {
     }
 
     /// The flag of every key that these flags can set.
-    pub(super) fn flag_names(&self) -> Vec<FlagName> {
+    pub(super) fn flag_names(&self) -> Vec<KeyName> {
         let grid = if self.challenge.is_some() { "--challenge" } else { "--grid" };
         let mut names = vec![("surface.grid", grid)];
         names.extend(FLAGS);
@@ -267,7 +279,7 @@ impl Solve {
 }
 
 /// Keys and their flags, of keys that begin alike the longest first.
-const FLAGS: [FlagName; 42] = [
+const FLAGS: [KeyName; 58] = [
     ("laboratory.length_um", "--length"),
     ("laboratory.length_y_um", "--length-y"),
     ("laboratory.contact_modulus_mpa", "--modulus"),
@@ -279,12 +291,27 @@ const FLAGS: [FlagName; 42] = [
     ("surface.fourier_points", "--fourier-points"),
     ("surface.fourier", "--fourier"),
     ("surface.low_pass_um", "--low-pass"),
+    ("surface.high_pass_um", "--high-pass"),
+    ("surface.filter", "--filter"),
+    ("surface.heights_unit_um", "--unit"),
+    ("surface.unit", "--unit"),
+    ("surface.crop", "--crop"),
+    ("surface.remove_outliers", "--remove-outliers"),
+    ("surface.fill", "--fill"),
+    ("surface.detrend", "--detrend"),
+    ("surface.resample", "--resample"),
+    ("surface.edges", "--edges"),
+    ("surface.strict", "--strict"),
     ("surface.touching", "--touching"),
     ("load.pressure_mpa", "--pressure"),
     ("load.mean_gap_um", "--mean-gap"),
     ("load.pull_off", "--pull-off"),
-    ("load.p_star_range", "--pressure"),
-    ("load.p_star", "--pressure"),
+    ("load.force_mn", "--force"),
+    ("load.displacement_um", "--displacement"),
+    ("load.contact", "--contact"),
+    ("load.unload", "--unload"),
+    ("load.p_star_range", "--p-star"),
+    ("load.p_star", "--p-star"),
     ("adhesion.work_of_adhesion_mj_m2", "--work-of-adhesion"),
     ("adhesion.range_nm", "--adhesion-range"),
     ("adhesion.range", "--range"),
@@ -297,6 +324,7 @@ const FLAGS: [FlagName; 42] = [
     ("continuum.energy_tolerance", "--energy-tolerance"),
     ("continuum.area_tolerance", "--area-tolerance"),
     ("continuum.mean_gap_tolerance", "--mean-gap-tolerance"),
+    ("continuum.leakage", "--leakage"),
     ("continuum.initial_gap", "--initial-gap"),
     ("continuum.periodic = false", "--non-periodic"),
     ("continuum.periodic", "--non-periodic"),

@@ -1,24 +1,28 @@
 //! `solve`: one surface under one load path, in consistent units, without a run folder.
 
 mod cache;
+mod curve;
 mod estimated;
 mod flags;
+mod loads;
 mod reporter;
 
-pub use flags::Solve;
+pub(super) use flags::Solve;
 
-use super::flag_names::{in_flags, with_flags};
+use super::file::COMMAND_LINE;
 use super::{output, progress::TerminalProgress};
 use crate::grid::{Grid, Series};
 use crate::load::Load;
 use crate::method::{self, ContactMethod, Heights, Kind, Precision, Problem, Stop};
+use crate::observe::leakage_bytes;
 use crate::path::{Begin, Checkpoint, CheckpointWriter, LoadPath};
 use crate::pipeline::{Key, Listener, Progress};
 use crate::report::number::memory;
 use crate::scene::{Case, Surface};
+use crate::scene::{rename_keys, rename_keys_in};
 use crate::{Error, Result};
 use cache::SolveCache;
-use flags::COMMAND_LINE;
+use curve::ResultUnits;
 use reporter::{Before, SolveReporter};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -57,11 +61,17 @@ impl StoredHeights {
 }
 
 impl Solve {
+    /// Units of the results, where they are known.
+    fn units(&self, case: &Case) -> ResultUnits {
+        let length = case.provenance.as_ref().and_then(|p| p.unit.clone());
+        ResultUnits { length, stress: self.modulus.as_ref().and_then(|m| m.unit.clone()) }
+    }
+
     /// The case of these flags, checked and resolved as that of a scene.
     fn case(&self) -> Result<Case> {
         let case = Case::resolve(self.scene()?, Path::new(COMMAND_LINE));
         case.map_err(|error| {
-            let mut error = with_flags(error, &self.flag_names());
+            let mut error = rename_keys(error, &self.flag_names());
             let missing = [("--grid", self.grid.is_none()), ("--adhesion-range", self.adhesion_range.is_none())];
             if let Error::Input { list, .. } = &mut error {
                 let absent = |key: &str| missing.iter().any(|(flag, absent)| *flag == key && *absent);
@@ -84,7 +94,9 @@ impl Solve {
         problem: &Problem,
         loads: &[Load],
     ) -> Result<u64> {
-        let planned = |problem| LoadPath::new(problem, method, case.range(), 0.0, loads).plan(self.pull_off).bytes;
+        let flow = if self.leakage { leakage_bytes(case.grid) } else { 0 };
+        let planned =
+            |problem| LoadPath::new(problem, method, case.range(), 0.0, loads).plan(self.pull_off).bytes + flow;
         let (need, have) = (planned(problem.clone()), crate::sys::available_memory_bytes());
         self.print_plan(method, problem.grid, need, have)?;
         if need > have {
@@ -111,15 +123,44 @@ impl Solve {
     fn key(&self) -> Result<String> {
         let files = [self.surface_file(), self.initial_gap.as_deref()].map(|f| f.map(Key::of_file).transpose());
         let [heights, initial_gap] = files;
-        let silent = Solve { json: false, ..self.clone() };
-        Ok(Key::new("solve", &(format!("{silent:?}"), heights?, initial_gap?), &[])?.with(""))
+        let own = (self.scene()?, self.range, self.elastic_stress);
+        Ok(Key::new("solve", &(own, heights?, initial_gap?), &[])?.with(""))
     }
 
-    pub fn execute(self) -> Result<()> {
+    /// Opens the folder of results.
+    ///
+    /// # Errors
+    /// If it contains other files, or the results of another solve without --overwrite.
+    fn open_folder(&self, out: &Path, key: &str) -> Result<()> {
+        cache::open(out)?;
+        match SolveCache::difference(out, key, &self.scene()?)? {
+            Some(difference) if !self.overwrite => {
+                let difference = rename_keys_in(&difference, &self.flag_names());
+                let found = format!("{} (contains another solve: {difference})", out.display());
+                let accepted = "a new folder, or --overwrite to replace these results";
+                Err(Error::input(COMMAND_LINE, "--out", found, accepted))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Marks the results in the folder as complete.
+    fn finish(&self, out: &Path, key: String, states: Vec<Value>, pull_off: Option<Value>) -> Result<()> {
+        let scene = serde_json::to_value(self.scene()?).unwrap_or_default();
+        SolveCache::write(out, &SolveCache { key, scene, states, pull_off })
+    }
+
+    pub(super) fn execute(self) -> Result<()> {
         let mut case = self.case()?;
         let progress = TerminalProgress::new();
         let names = self.flag_names();
-        case.warnings.iter().for_each(|w| progress.warn(&in_flags(w, &names)));
+        case.warnings.iter().for_each(|w| progress.warn(&rename_keys_in(w, &names)));
+        if let Some(provenance) = &case.provenance {
+            progress.note(&provenance.to_string());
+        }
+        if !self.dry_run {
+            case.find_contact_pressures().map_err(|e| rename_keys(e, &names))?;
+        }
         let method = method::find(&self.method).expect("checked with the scene");
         let stored = StoredHeights::of(case.take_surface());
         if method.card().kind == Kind::Estimate {
@@ -133,22 +174,22 @@ impl Solve {
         }
         let stored = match method.card().id {
             // The default method works on waves: the nodes of a map are dropped.
-            "fast" if !self.non_periodic => stored.into_series(case.grid),
+            "fast" if case.scene.continuum.is_periodic() => stored.into_series(case.grid),
             _ => stored,
         };
         let problem = case.problem(stored.heights());
         let path = LoadPath::new(problem.clone(), method, case.range(), 0.0, &loads);
-        let mut reporter = SolveReporter::new(&self, &problem, &path, loads.len(), before);
+        let mut reporter = SolveReporter::new(&self, &case, &problem, &path, loads.len(), before);
         let Some(out) = &self.out else {
-            let begin = self.initial_gap(case.grid)?;
+            let begin = self.initial_gap(&case)?;
             return self.walk(&path, begin, None, &mut reporter, &progress).map(|_| ());
         };
         let key = self.key()?;
         // Another build of the program solves a finished load again.
         let solved_by = format!("{key} {}", Key::of_program()?);
-        cache::open(out)?;
-        let fields = (0..loads.len()).map(|i| reporter.name(i, "", "gap.npy"));
-        if let Some(finished) = SolveCache::find(out, &solved_by, fields.collect::<Vec<_>>()) {
+        self.open_folder(out, &key)?;
+        let finished = SolveCache::find(out, &solved_by, !self.no_verify, &|w| progress.warn(w));
+        if let Some(finished) = finished {
             progress.note(&format!("finished already: results read from {}", out.display()));
             finished.states.into_iter().try_for_each(|line| reporter.again(line))?;
             return finished.pull_off.iter().try_for_each(|line| reporter.pull_off_again(line));
@@ -160,22 +201,22 @@ impl Solve {
                 Some(checkpoint)
             }
             None => {
-                let begin = self.initial_gap(case.grid)?;
+                let begin = self.initial_gap(&case)?;
                 cache::clear(out, self.initial_gap.as_deref())?;
                 begin
             }
         };
         let pull_off = self.walk(&path, begin, Some(&writer), &mut reporter, &progress)?;
-        SolveCache::write(out, solved_by, reporter.lines, pull_off)?;
+        self.finish(out, solved_by, reporter.lines, pull_off)?;
         writer.remove_files();
         Ok(())
     }
 
     /// The gap that --initial-gap names, over the cell's extent.
-    fn initial_gap(&self, grid: Grid) -> Result<Option<Begin>> {
+    fn initial_gap(&self, case: &Case) -> Result<Option<Begin>> {
         let Some(file) = &self.initial_gap else { return Ok(None) };
-        let gap = crate::pipeline::start(file, grid)?;
-        Ok(Some(Begin::Gap(gap.into_iter().map(|g| g / self.length).collect())))
+        let gap = crate::pipeline::start(file, case.grid)?;
+        Ok(Some(Begin::Gap(gap.into_iter().map(|g| g / case.scales.length_m).collect())))
     }
 
     /// The checkpoint of an interrupted solve with this key, if there is one; its finished loads are reported.
@@ -186,15 +227,15 @@ impl Solve {
         reporter: &mut SolveReporter,
         progress: &TerminalProgress,
     ) -> Result<(CheckpointWriter, Option<Begin>)> {
-        let checkpoint = Checkpoint::find(out, CHECKPOINT, &key);
-        if checkpoint.is_none() && out.join(format!("{CHECKPOINT}.json")).exists() {
+        let checkpoint = Checkpoint::find(out, CHECKPOINT, &key, &|w| progress.warn(w));
+        if !self.overwrite && Checkpoint::is_of_another(out, CHECKPOINT, &key) {
             let found = format!("{} (holds the checkpoint of another solve)", out.display());
-            let accepted = "another folder, or that solve's own command to finish it";
+            let accepted = "another folder, that solve's own command to finish it, or --overwrite to replace it";
             return Err(Error::input(COMMAND_LINE, "--out", found, accepted));
         }
         let finished = checkpoint.as_ref().map_or(Vec::new(), |c| c.finished.clone());
         if checkpoint.is_some() {
-            let loads = self.pressure.len() + self.mean_gap.len();
+            let loads = reporter.loads;
             progress.note(&match finished.len() {
                 n if n < loads => format!("resuming at load {} of {loads}", n + 1),
                 _ => "resuming at the pull-off".to_string(),
@@ -215,7 +256,7 @@ impl Solve {
     ) -> Result<Option<Value>> {
         let (grid, tolerance, id) = (path.problem().grid, path.problem().tolerance, path.method().card().id);
         progress.begin("solve", &format!("{id} on {} x {} points", grid.nx, grid.ny));
-        let loads = self.pressure.len() + self.mean_gap.len();
+        let loads = reporter.loads;
         let observer = Progress::new(progress, writer, "", (reporter.lines.len(), loads));
         let pulled = path.walk(begin, self.pull_off, &observer, |i, reached| {
             observer.next();
@@ -245,7 +286,7 @@ impl Solve {
     }
 }
 
-/// The largest grids of the problem's shape that fit into `have` bytes; `bytes` plans a problem with all that is stored beside it.
+/// The largest grids of the problem's shape that fit into `have` bytes; `bytes` plans a problem with all that is also stored.
 fn fitting<'p>(bytes: impl Fn(Problem<'p>) -> u64, problem: &Problem<'p>, have: u64) -> String {
     let Grid { nx, ny, .. } = problem.grid;
     let of = |precision| {

@@ -1,31 +1,41 @@
 //! Results of `solve`, as tables and as JSON.
 
 use super::Solve;
+use super::curve::{self, ResultUnits};
 use crate::Result;
 use crate::cli::output;
 use crate::interface::{Adhesion, RangeChoice};
 use crate::method::{Problem, State, Stop};
-use crate::observe::contact_map;
-use crate::path::{LoadPath, Reached};
+use crate::observe::{Leakage, contact_map};
+use crate::path::{self, LoadPath, Reached};
+use crate::record::provenance::Provenance;
 use crate::record::results::{Discretisation, PullOff};
 use crate::record::{json, npy};
 use crate::report::number::{change, duration, memory, percent, significant};
+use crate::scene::Case;
 use crate::sys::MemoryGrowth;
+use crate::units::Scales;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
 /// Reports the states of one solve in the units of its command line.
 pub(super) struct SolveReporter<'a> {
     solve: &'a Solve,
+    /// Of the results: the units of the command line.
+    scales: Scales,
+    units: ResultUnits,
+    /// rms gradient, reduced.
+    gradient: f64,
+    provenance: Option<Provenance>,
     /// As requested, and as used by the method on this grid.
-    asked: Adhesion,
+    requested: Adhesion,
     used: Adhesion,
     problem: Problem<'a>,
     criterion: String,
     pub resolved_gradient: f64,
     planned_bytes: u64,
     growth: MemoryGrowth,
-    loads: usize,
+    pub loads: usize,
     /// Line of JSON of each state so far.
     pub lines: Vec<Value>,
     /// Processor time up to the last state, s.
@@ -40,15 +50,16 @@ pub(super) struct Before {
 }
 
 impl Before {
-    pub fn now(planned_bytes: u64) -> Self {
+    pub(super) fn now(planned_bytes: u64) -> Self {
         Before { planned_bytes, growth: MemoryGrowth::begin(), cpu: crate::sys::cpu_seconds() }
     }
 }
 
 impl<'a> SolveReporter<'a> {
-    pub fn new(
+    pub(super) fn new(
         solve: &'a Solve,
-        asked: &Problem<'a>,
+        case: &Case,
+        requested: &Problem<'a>,
         path: &LoadPath<'a>,
         loads: usize,
         Before { planned_bytes, growth, cpu }: Before,
@@ -57,7 +68,11 @@ impl<'a> SolveReporter<'a> {
         let resolved_gradient = problem.resolved_gradient();
         SolveReporter {
             solve,
-            asked: asked.adhesion,
+            scales: case.scales,
+            units: solve.units(case),
+            gradient: case.gradient,
+            provenance: case.provenance.clone(),
+            requested: requested.adhesion,
             used: path.adhesion(),
             criterion: path.method().criterion(&problem.settings).to_string(),
             problem,
@@ -71,37 +86,52 @@ impl<'a> SolveReporter<'a> {
     }
 
     /// Name of a file of load `i`.
-    pub fn name(&self, i: usize, prefix: &str, name: &str) -> String {
-        if self.loads == 1 { format!("{prefix}{name}") } else { format!("{prefix}load-{}-{name}", i + 1) }
+    pub(super) fn name(&self, i: usize, prefix: &str, name: &str) -> String {
+        if self.loads == 1 { format!("{prefix}{name}") } else { format!("{prefix}{}-{name}", load_name(i, self.loads)) }
     }
 
     /// Reports a state of an interrupted or finished solve.
-    pub fn again(&mut self, line: Value) -> Result<()> {
+    pub(super) fn again(&mut self, line: Value) -> Result<()> {
         self.report(line)
     }
 
     fn report(&mut self, line: Value) -> Result<()> {
         if self.solve.json {
             output::json_line(&line)?;
+        } else if self.loads == 1 {
+            output::print(&table(&line, self.solve.range, &self.units));
         } else {
-            output::print(&table(&line, self.solve.range));
+            if self.lines.is_empty() {
+                output::print(&curve::head(&self.units));
+            }
+            output::print(&curve::line(self.lines.len() + 1, &line));
         }
         self.lines.push(line);
-        Ok(())
+        match &self.solve.out {
+            Some(out) => curve::write(out, &self.lines, &self.units),
+            None => Ok(()),
+        }
     }
 
     /// Reports a state and writes its files. Returns its line of JSON.
-    pub fn state(&mut self, i: usize, reached: &Reached) -> Result<Value> {
+    pub(super) fn state(&mut self, i: usize, reached: &Reached) -> Result<Value> {
         let before = std::mem::replace(&mut self.cpu, crate::sys::cpu_seconds());
         let line = self.line(reached, self.cpu - before);
         let (solve, state, grid) = (self.solve, &reached.state, self.problem.grid);
         if let Some(out) = &solve.out {
-            let (length, modulus) = (solve.length, solve.modulus);
+            let (length, modulus) = (self.scales.length_m, self.scales.modulus_pa);
             // The name distinguishes a state that did not converge.
             let prefix = if state.stop == Stop::Converged { "" } else { "partial-" };
             let path = |name: &str| out.join(self.name(i, prefix, name));
             npy::write_field(&path("gap.npy"), grid.nx, grid.ny, state.gap, length)?;
-            npy::write_field(&path("stress.npy"), grid.nx, grid.ny, state.stress, modulus)?;
+            if self.used == Adhesion::None {
+                npy::write_contact_pressure(&path("stress.npy"), [grid.nx, grid.ny], state.gap, state.stress, modulus)?;
+            } else {
+                npy::write_field(&path("stress.npy"), grid.nx, grid.ny, state.stress, modulus)?;
+            }
+            if solve.elastic_stress {
+                npy::write_field(&path("elastic-stress.npy"), grid.nx, grid.ny, state.stress, modulus)?;
+            }
             npy::write(&path("contact.npy"), grid.nx, grid.ny, contact_map(state.gap, 0.0))?;
             json::write(&path("solve.json"), &line)?;
         }
@@ -110,12 +140,12 @@ impl<'a> SolveReporter<'a> {
     }
 
     fn line(&self, reached: &Reached, cpu_seconds: f64) -> Value {
-        let Reached { state, area, discretisation, extrapolated } = reached;
-        let (length, modulus) = (self.solve.length, self.solve.modulus);
+        let Reached { state, area, discretisation, extrapolated, displacement, .. } = reached;
+        let (length, modulus) = (self.scales.length_m, self.scales.modulus_pa);
         let (problem, grid) = (&self.problem, self.problem.grid);
         let spacing = grid.dx().max(grid.dy());
         let energy = modulus * length;
-        json!({
+        let mut line = json!({
             "method": crate::method::find(&self.solve.method).map(|m| m.card().id),
             "nx": grid.nx,
             "ny": grid.ny,
@@ -124,22 +154,24 @@ impl<'a> SolveReporter<'a> {
             "kernel": problem.kernel.to_string(),
             "adhesion": self.used.to_string(),
             "wall": problem.wall.to_string(),
-            "gamma": self.asked.work_of_adhesion() * energy,
-            "cohesive_resolution": self.asked.resolution_on(spacing),
+            "gamma": self.requested.work_of_adhesion() * energy,
+            "cohesive_resolution": self.requested.resolution_on(spacing),
             "range": self.used.resolution_on(spacing).map(|used| json!({
-                "requested": self.asked.range() * length,
+                "requested": self.requested.range() * length,
                 "used": self.used.range() * length,
                 "resolution_used": used,
             })),
             "resolved_gradient": self.resolved_gradient,
             "pressure": state.pressure * modulus,
+            "p_star": state.pressure / self.gradient,
             "criterion": self.criterion,
             "contact_fraction": area.fraction,
             "contact_fraction_corrected": area.corrected,
             // Without adhesion all contact is compressive.
-            "contact_fraction_compressive": (self.asked != Adhesion::None).then(|| compressive_fraction(state)),
+            "contact_fraction_compressive": (self.requested != Adhesion::None).then(|| compressive_fraction(state)),
             "perimeter": area.perimeter / length,
             "mean_gap": state.mean_gap * length,
+            "displacement": displacement * length,
             "discretisation": discretisation,
             "extrapolated": extrapolated.map(|e| json!({
                 "contact_fraction": e.area,
@@ -161,12 +193,39 @@ impl<'a> SolveReporter<'a> {
             "planned_bytes": self.planned_bytes,
             "measured_bytes": self.growth.bytes(),
             "peak_rss_bytes": self.growth.peak_bytes(),
-        })
+        });
+        line["length_x"] = json!(grid.lx * length);
+        line["length_y"] = json!(grid.ly * length);
+        line["modulus"] = json!(modulus);
+        line["units"] = json!({ "length": self.units.length, "stress": self.units.stress });
+        line["provenance"] = json!(self.provenance);
+        line["version"] = json!(env!("CARGO_PKG_VERSION"));
+        if self.solve.leakage {
+            self.add_leakage(state, &mut line);
+        }
+        line
+    }
+
+    /// Adds the flow through the gap to the line of a state: conductivities as the cube of a length, and the gaps.
+    fn add_leakage(&self, state: &State, line: &mut Value) {
+        let cube = self.scales.length_m.powi(3);
+        let flow = path::leakage(&self.problem, state.gap, 0.0).map(|flow| Leakage {
+            conductivity: flow.conductivity.map(|k| k * cube),
+            effective_medium: flow.effective_medium * cube,
+            ..flow
+        });
+        line["leakage"] = json!(flow);
+        if let Some(flow) = flow {
+            let [x, y] = flow.hydraulic_gaps();
+            line["hydraulic_gap_x"] = json!(x);
+            line["hydraulic_gap_y"] = json!(y);
+            line["hydraulic_gap_effective_medium"] = json!(flow.effective_medium.cbrt());
+        }
     }
 
     /// Reports the pull-off and writes its file. Returns its line of JSON.
-    pub fn pull_off(&self, found: &PullOff) -> Result<Value> {
-        let (length, modulus) = (self.solve.length, self.solve.modulus);
+    pub(super) fn pull_off(&self, found: &PullOff) -> Result<Value> {
+        let (length, modulus) = (self.scales.length_m, self.scales.modulus_pa);
         let curve: Vec<[f64; 2]> = found.curve.iter().map(|[g, p]| [g * length, p * modulus]).collect();
         let line = json!({
             "pull_off_pressure": found.pressure * modulus,
@@ -178,13 +237,14 @@ impl<'a> SolveReporter<'a> {
         });
         if let Some(out) = &self.solve.out {
             json::write(&out.join("pull-off.json"), &line)?;
+            curve::write_pull_off(out, &curve, &self.units)?;
         }
         self.pull_off_again(&line)?;
         Ok(line)
     }
 
     /// The line of a pull-off.
-    pub fn pull_off_again(&self, line: &Value) -> Result<()> {
+    pub(super) fn pull_off_again(&self, line: &Value) -> Result<()> {
         if self.solve.json {
             return output::json_line(line);
         }
@@ -205,6 +265,12 @@ impl<'a> SolveReporter<'a> {
     }
 }
 
+/// Name of load `i` of `count` in file names: numbers of equal length sort as the loads do.
+pub(super) fn load_name(i: usize, count: usize) -> String {
+    let digits = count.to_string().len();
+    format!("load-{:0digits$}", i + 1)
+}
+
 /// Fraction of the nodes that are in contact and under compression.
 fn compressive_fraction(state: &State) -> f64 {
     let (n, presses) = (state.gap.len(), |i: &usize| state.gap.at(*i) <= 0.0 && state.stress.at(*i) > 0.0);
@@ -212,7 +278,7 @@ fn compressive_fraction(state: &State) -> f64 {
 }
 
 /// A state for people, from its line of JSON.
-fn table(line: &Value, range: RangeChoice) -> String {
+fn table(line: &Value, range: RangeChoice, units: &ResultUnits) -> String {
     let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
     let plain = |key: &str, digits: usize| significant(number(&line[key]), digits);
     let power = |key: &str| format!("{:.1e}", number(&line[key]));
@@ -221,14 +287,26 @@ fn table(line: &Value, range: RangeChoice) -> String {
     let of_contact = |text: String| if separated { "–".to_string() } else { text };
     let counted = format!("contact ({})", line["criterion"].as_str().unwrap_or_default());
     let mut rows = vec![
-        ("mean pressure", plain("pressure", 6)),
+        ("mean pressure", units.stress(number(&line["pressure"]))),
         (counted.as_str(), of_contact(percent(number(&line["contact_fraction"])))),
         ("contact, perimeter-corrected", of_contact(percent(number(&line["contact_fraction_corrected"])))),
     ];
     if let Some(presses) = line["contact_fraction_compressive"].as_f64() {
         rows.push(("of it under compression", of_contact(percent(presses))));
     }
-    rows.extend([("mean gap", of_contact(plain("mean_gap", 6))), ("energy per area", of_contact(plain("energy", 6)))]);
+    rows.push(("mean gap", of_contact(units.length(number(&line["mean_gap"])))));
+    rows.push(("displacement from first contact", of_contact(units.length(number(&line["displacement"])))));
+    if line["leakage"].is_object() {
+        let gap = |key: &str| units.length(number(&line[key]));
+        rows.push((
+            "equivalent hydraulic gap along x, y",
+            format!("{}, {}", gap("hydraulic_gap_x"), gap("hydraulic_gap_y")),
+        ));
+        let ratio = line["leakage"]["ratio"].as_f64().map_or("–".into(), |r| significant(r, 3));
+        let medium = format!("{} (flow {ratio} times that solved)", gap("hydraulic_gap_effective_medium"));
+        rows.push(("the same in the effective medium", medium));
+    }
+    rows.push(("energy per area", of_contact(units.work(number(&line["energy"])))));
     if let Ok(d) = Discretisation::deserialize(&line["discretisation"]) {
         let [nx, ny] = d.coarser;
         let gap = change(d.mean_gap, d.mean_gap_is_bound);

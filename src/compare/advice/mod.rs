@@ -10,10 +10,11 @@ use crate::grid::next_fast_len;
 use crate::method::{Kind, find};
 use crate::record::advice::Advice;
 use crate::record::quantity::Quantity;
+use crate::record::tradeoff::Setting;
 
 /// Exponent of the cost in the number of points for methods measured on one grid only. It follows from the challenge
 /// paper (1 min at 1024² points, 1 h at 4096², three weeks at 32768²).
-const GROWTH: f64 = 1.5;
+pub const GROWTH: f64 = 1.5;
 
 /// Relative tolerance of point numbers and loads at the limits of the measured range.
 const SAME: f64 = 1e-6;
@@ -83,72 +84,31 @@ fn join(a: &mut Advice, b: &Advice) {
     }
 }
 
+/// A measured setting (`line`) transferred to the target; `None` if the measurement does not apply to it.
 fn candidate((tables, table): (&[Table], &Table), line: &Line, target: &Target, quantity: Quantity) -> Option<Advice> {
     let s = &line.setting;
     // In a scene with adhesion, methods without adhesion were compared with a different reference solution.
     if s.adhesive != target.adhesion.is_some() || table.is_adhesive() != s.adhesive {
         return None;
     }
-    let errors = at_loads(table, line.errors.get(&quantity)?, &target.p_star)?;
-    let exact = s.nx as f64 * table.shortest_wavelength / target.shortest_wavelength;
-    let same = |a: f64, b: f64| (a / b - 1.0).abs() < SAME;
-    let grid = match target.own_grid {
-        Some(own) => own,
-        None if same(exact, s.nx as f64) => s.nx,
-        None => next_fast_len((exact * (1.0 - SAME)).ceil() as usize),
-    };
-    // A given grid may have more points per wavelength than was measured, but not fewer.
-    if (grid as f64) < exact * (1.0 - SAME) {
-        return None;
-    }
-    let asked = grid as f64 * grid as f64 * target.aspect;
-    let points = |l: &Line| (l.setting.nx * l.setting.ny) as f64;
-    let grids = table.grids(&s.method, s.adhesive);
-    let sizes: Vec<(f64, f64)> = grids.iter().map(|l| (points(l), l.seconds)).collect();
-    let grows = growth(&sizes);
-    let mut extrapolated = Vec::new();
-    let alike = |l: &&Line| l.setting.method == s.method && l.setting.adhesive == s.adhesive;
-    let measured = || tables.iter().flat_map(|t| &t.lines).filter(alike).map(points);
-    let (least, most) = (measured().fold(f64::INFINITY, f64::min), measured().fold(0.0, f64::max));
-    if asked > most * (1.0 + SAME) || asked < least * (1.0 - SAME) {
-        let sides = [least, most].map(|n| n.sqrt().round());
-        extrapolated.push(format!(
-            "{grid} points a side, where {} was measured on {} to {} a side",
-            s.method, sides[0], sides[1]
-        ));
-    }
-    let ratio = table.shortest_wavelength / target.shortest_wavelength;
-    if ratio.max(1.0 / ratio) > LIKE_WAVES * (1.0 + SAME) {
-        let [asked, had] = [target.shortest_wavelength, table.shortest_wavelength].map(|w| (1.0 / w).round());
-        extrapolated.push(format!("waves down to L/{asked}, where L/{had} was measured"));
-    }
     // The model error of an estimate does not depend on the grid: measurements apply only to the same spectrum.
-    if !same(ratio, 1.0) && find(&s.method).is_some_and(|m| m.card().kind == Kind::Estimate) {
+    let is_same_spectrum = same(table.shortest_wavelength, target.shortest_wavelength);
+    if !is_same_spectrum && find(&s.method).is_some_and(|m| m.card().kind == Kind::Estimate) {
         return None;
     }
-    // With adhesion the error also depends on the resolution of its range, which is an independent length.
-    if !same(ratio, 1.0) && target.adhesion.is_some() {
-        let [asked, had] = [target.shortest_wavelength, table.shortest_wavelength].map(|w| (1.0 / w).round());
+    let errors = at_loads(table, line.errors.get(&quantity)?, &target.p_star)?;
+    let grid = transferred_grid(table, s.nx, target)?;
+    let points = grid as f64 * grid as f64 * target.aspect;
+    let sizes: Vec<(f64, f64)> = table.grids(&s.method, s.adhesive).iter().map(|l| (l.points(), l.seconds)).collect();
+    let grows = growth(&sizes);
+    let mut extrapolated: Vec<String> = beyond_grids(tables, s, grid, points).into_iter().collect();
+    extrapolated.extend(beyond_surface(table, s, target));
+    if grows.is_none() && !same(points, line.points()) {
         extrapolated
-            .push(format!("{}, with adhesion, on waves down to L/{asked}, where L/{had} was measured", s.method));
+            .push(format!("{} was measured on one grid: its cost is assumed to grow as in the paper", s.method));
     }
-    if grows.is_none() && !same(asked, points(line)) {
-        extrapolated
-            .push(format!("{} was measured on one grid: its cost is taken to grow as the paper's did", s.method));
-    }
-    let ends = |of: &[f64]| of.iter().fold((f64::INFINITY, 0.0f64), |(a, b), p| (a.min(*p), b.max(*p)));
-    let (low, high) = ends(&table.p_star);
-    if target.p_star.iter().any(|p| *p < low * (1.0 - SAME) || *p > high * (1.0 + SAME)) {
-        let (from, to) = ends(&target.p_star);
-        extrapolated.push(format!("loads p* of {from} to {to}, where {low} to {high} were measured"));
-    }
-    if table.kernel != target.kernel {
-        extrapolated.push(format!("{}, where {} was measured", target.kernel, table.kernel));
-    }
-    if let Some(adhesion) = target.adhesion.as_ref().filter(|a| **a != table.adhesion) {
-        extrapolated.push(format!("{adhesion}, where {} was measured", table.adhesion));
-    }
-    let step = asked / points(line);
+    extrapolated.extend(beyond_problem(table, target));
+    let step = points / line.points();
     let part = target.p_star.len().max(1) as f64 / table.p_star.len().max(1) as f64;
     let expected = line.seconds * part * step.powf(grows.map_or(GROWTH, |g| g.exponent));
     let spread = if same(step, 1.0) { Some(1.0) } else { grows.and_then(|g| g.error).map(|e| step.powf(e)) };
@@ -166,6 +126,68 @@ fn candidate((tables, table): (&[Table], &Table), line: &Line, target: &Target, 
         surfaces: 1,
         extrapolated,
     })
+}
+
+fn same(a: f64, b: f64) -> bool {
+    (a / b - 1.0).abs() < SAME
+}
+
+/// Points per side of the target with as many points per shortest wavelength as `nx` on the measured surface. `None` if
+/// the target's own grid has fewer.
+fn transferred_grid(table: &Table, nx: usize, target: &Target) -> Option<usize> {
+    let exact = nx as f64 * table.shortest_wavelength / target.shortest_wavelength;
+    let grid = match target.own_grid {
+        Some(own) => own,
+        None if same(exact, nx as f64) => nx,
+        None => next_fast_len((exact * (1.0 - SAME)).ceil() as usize),
+    };
+    (grid as f64 >= exact * (1.0 - SAME)).then_some(grid)
+}
+
+/// Whether the method was measured only on smaller or larger grids than that of the target, with `points` points.
+fn beyond_grids(tables: &[Table], s: &Setting, grid: usize, points: f64) -> Option<String> {
+    let is_same_method = |l: &&Line| l.setting.method == s.method && l.setting.adhesive == s.adhesive;
+    let measured = || tables.iter().flat_map(|t| &t.lines).filter(is_same_method).map(Line::points);
+    let (least, most) = (measured().fold(f64::INFINITY, f64::min), measured().fold(0.0, f64::max));
+    let is_beyond = points > most * (1.0 + SAME) || points < least * (1.0 - SAME);
+    let [least, most] = [least, most].map(|n| n.sqrt().round());
+    is_beyond.then(|| format!("{grid} points per side, where {} was measured on {least} to {most} per side", s.method))
+}
+
+/// Differences of the target's shortest wavelength.
+fn beyond_surface(table: &Table, s: &Setting, target: &Target) -> Vec<String> {
+    let ratio = table.shortest_wavelength / target.shortest_wavelength;
+    let [requested, measured] = [target.shortest_wavelength, table.shortest_wavelength].map(|w| (1.0 / w).round());
+    let mut list = Vec::new();
+    if ratio.max(1.0 / ratio) > LIKE_WAVES * (1.0 + SAME) {
+        list.push(format!("waves down to L/{requested}, where L/{measured} was measured"));
+    }
+    // With adhesion the error also depends on the resolution of its range, which is an independent length.
+    if !same(ratio, 1.0) && target.adhesion.is_some() {
+        list.push(format!(
+            "{}, with adhesion, on waves down to L/{requested}, where L/{measured} was measured",
+            s.method
+        ));
+    }
+    list
+}
+
+/// Differences of the target's loads, elastic body and adhesion.
+fn beyond_problem(table: &Table, target: &Target) -> Vec<String> {
+    let ends = |of: &[f64]| of.iter().fold((f64::INFINITY, 0.0f64), |(a, b), p| (a.min(*p), b.max(*p)));
+    let (low, high) = ends(&table.p_star);
+    let mut list = Vec::new();
+    if target.p_star.iter().any(|p| *p < low * (1.0 - SAME) || *p > high * (1.0 + SAME)) {
+        let (from, to) = ends(&target.p_star);
+        list.push(format!("loads p* of {from} to {to}, where {low} to {high} were measured"));
+    }
+    if table.kernel != target.kernel {
+        list.push(format!("{}, where {} was measured", target.kernel, table.kernel));
+    }
+    if let Some(adhesion) = target.adhesion.as_ref().filter(|a| **a != table.adhesion) {
+        list.push(format!("{adhesion}, where {} was measured", table.adhesion));
+    }
+    list
 }
 
 /// Errors at the target's loads: the larger one of the two neighbouring measured loads. `None` if one of these has no
@@ -203,7 +225,6 @@ pub fn choose(candidates: &[Advice], quantity: Quantity, limit: Limit) -> Option
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::tradeoff::Setting;
     use std::collections::BTreeMap;
 
     /// Errors inversely proportional to the points per side and increasing with load; costs proportional to the number
@@ -283,8 +304,8 @@ mod tests {
         // Model errors of an estimate are not transferred to another spectrum.
         let mut estimate = table();
         estimate.lines.iter_mut().for_each(|l| l.setting.method = "persson".into());
-        let told = |wave: f64| candidates(&[estimate.clone()], &target(wave), Quantity::MeanGap);
-        assert!(told(0.04)[0].extrapolated.is_empty() && told(0.02).is_empty());
+        let advised = |wave: f64| candidates(&[estimate.clone()], &target(wave), Quantity::MeanGap);
+        assert!(advised(0.04)[0].extrapolated.is_empty() && advised(0.02).is_empty());
         // A very different shortest wavelength is marked as an extrapolation.
         let own_grid = Some(256);
         let other = Target { own_grid, ..target(0.2) };

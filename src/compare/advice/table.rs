@@ -1,14 +1,12 @@
 //! Measured costs and errors of settings on one surface, per load.
 
 use crate::interface::Adhesion;
-use crate::record::atomic_file::write_atomic;
 use crate::record::json;
 use crate::record::quantity::Quantity;
-use crate::record::tradeoff::{Setting, Tradeoff, TradeoffPoint};
+use crate::record::tradeoff::{Setting, Tradeoff, TradeoffPoint, longest_series};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::io::Write;
 use std::path::Path;
 
 /// Errors per load; `null` where a load has none.
@@ -16,9 +14,6 @@ type ByLoad = Vec<Option<f64>>;
 
 /// Significant digits of errors and costs in a table.
 const DIGITS: usize = 3;
-
-/// Increased when a field changes its meaning; files with another schema are refused.
-const SCHEMA: u32 = 3;
 
 /// The tables included in the program, written by `make measured`.
 const SHIPPED: &str = include_str!("../../../data/measured.json");
@@ -33,47 +28,28 @@ pub struct Tables {
 }
 
 impl Tables {
-    pub fn new(provenance: String, tables: Vec<Table>) -> Tables {
-        Tables { schema: SCHEMA, provenance, tables }
-    }
+    /// Increased when a field changes its meaning; files with another schema are refused.
+    pub const SCHEMA: u32 = 3;
 
     /// The tables included in the program, measured on the shipped scenes.
     pub fn shipped() -> Tables {
         serde_json::from_str(SHIPPED).expect("a file of this program, read by its tests")
     }
 
-    /// Tables of a file in the format of [`Tables::write`], or the table of a `tradeoff.json`.
+    /// Tables of a file such as the included one, or the table of a `tradeoff.json`.
     ///
     /// # Errors
     /// Another format or another schema.
     pub fn read(file: &Path) -> Result<Vec<Table>> {
         let found: serde_json::Value = json::read(file)?;
         if found.get("points").is_some() {
-            return Tradeoff::read(file).map(|told| vec![Table::of(&told)]);
+            return Tradeoff::read(file).map(|results| vec![Table::of(&results)]);
         }
         if found.get("tables").is_none() {
-            let accepted = "a file that `asperity tradeoff` or `asperity merge-tables` writes";
+            let accepted = "a file that `asperity tradeoff` writes, or data/measured.json";
             return Err(Error::format(file, "no measured points and no tables", accepted));
         }
-        Ok(json::read_schema::<Tables>(file, SCHEMA)?.tables)
-    }
-
-    /// Writes the file with one setting per line.
-    pub fn write(&self, file: &Path) -> Result<()> {
-        write_atomic(file, |w| {
-            let provenance = serde_json::to_string(&self.provenance)?;
-            writeln!(w, "{{\"schema\": {}, \"provenance\": {provenance}, \"tables\": [", self.schema)?;
-            for (i, table) in self.tables.iter().enumerate() {
-                let head = serde_json::to_string(&Table { lines: Vec::new(), ..table.clone() })?;
-                writeln!(w, "{}", head.strip_suffix("]}").unwrap_or(&head))?;
-                for (k, line) in table.lines.iter().enumerate() {
-                    let comma = if k + 1 == table.lines.len() { "" } else { "," };
-                    writeln!(w, "  {}{comma}", serde_json::to_string(line)?)?;
-                }
-                writeln!(w, "]}}{}", if i + 1 == self.tables.len() { "" } else { "," })?;
-            }
-            writeln!(w, "]}}")
-        })
+        Ok(json::read_schema::<Tables>(file, Tables::SCHEMA)?.tables)
     }
 }
 
@@ -105,11 +81,18 @@ pub struct Line {
     pub errors: BTreeMap<Quantity, ByLoad>,
 }
 
+impl Line {
+    pub fn points(&self) -> f64 {
+        (self.setting.nx * self.setting.ny) as f64
+    }
+}
+
 impl Table {
     /// The points of a benchmark that have errors.
-    pub fn of(told: &Tradeoff) -> Table {
-        let tells = |p: &&TradeoffPoint| p.unavailable_reason.is_none() && p.setting.is_grid() && !p.loads.is_empty();
-        let known: Vec<&TradeoffPoint> = told.points.iter().filter(tells).collect();
+    pub fn of(results: &Tradeoff) -> Table {
+        let has_errors =
+            |p: &&TradeoffPoint| p.unavailable_reason.is_none() && p.setting.is_grid() && !p.loads.is_empty();
+        let known: Vec<&TradeoffPoint> = results.points.iter().filter(has_errors).collect();
         let lines = known.iter().map(|p| Line {
             setting: p.setting.clone(),
             // On a busy machine the wall time exceeds the sum of the CPU times of all threads.
@@ -117,14 +100,14 @@ impl Table {
             errors: Quantity::COMPARED.into_iter().filter_map(|m| Some((m, reliable(&known, p, m)?))).collect(),
         });
         Table {
-            name: told.name.clone(),
-            surface: told.surface.clone(),
-            shortest_wavelength: told.shortest_wavelength,
-            p_star: told.p_star.clone(),
-            kernel: told.kernel.clone(),
-            adhesion: told.adhesion.clone(),
-            program: told.program.clone(),
-            threads: told.threads,
+            name: results.name.clone(),
+            surface: results.surface.clone(),
+            shortest_wavelength: results.shortest_wavelength,
+            p_star: results.p_star.clone(),
+            kernel: results.kernel.clone(),
+            adhesion: results.adhesion.clone(),
+            program: results.program.clone(),
+            threads: results.threads,
             lines: lines.collect(),
         }
     }
@@ -137,10 +120,7 @@ impl Table {
     /// Grids of a method at one precision and tolerance: the pair with the most grids.
     pub fn grids(&self, method: &str, adhesive: bool) -> Vec<&Line> {
         let of = |l: &&Line| l.setting.method == method && l.setting.adhesive == adhesive;
-        let how = |l: &Line| (l.setting.precision.clone(), l.setting.tolerance);
-        let alike = |a: &Line| self.lines.iter().filter(of).filter(|b| how(b) == how(a)).collect::<Vec<_>>();
-        let all = self.lines.iter().filter(of).map(alike);
-        all.reduce(|a, b| if b.len() > a.len() { b } else { a }).unwrap_or_default()
+        longest_series(self.lines.iter().filter(of), |l| &l.setting)
     }
 }
 
@@ -178,7 +158,7 @@ mod tests {
     use crate::record::results::ScalesSi;
     use crate::record::tradeoff::{Cost, Errors, LoadErrors, SCHEMA};
 
-    fn told(errors: &[(usize, f64, bool)]) -> Tradeoff {
+    fn results(errors: &[(usize, f64, bool)]) -> Tradeoff {
         let point = |&(nx, error, is_reference): &(usize, f64, bool)| TradeoffPoint {
             setting: Setting {
                 method: "fast".into(),
@@ -230,24 +210,23 @@ mod tests {
     /// A small error at a change of sign is replaced by the errors of finer grids and of the reference.
     #[test]
     fn errors_by_chance_do_not_count() {
-        let table = Table::of(&told(&[(64, 0.04, false), (128, 0.0001, false), (256, 0.02, false), (512, 0.03, true)]));
+        let table =
+            Table::of(&results(&[(64, 0.04, false), (128, 0.0001, false), (256, 0.02, false), (512, 0.03, true)]));
         let errors: Vec<f64> = table.lines.iter().filter_map(|l| l.errors[&Quantity::MeanGap][0]).collect();
         assert_eq!(errors, [0.04, 0.03, 0.03, 0.03]);
         assert_eq!(table.lines[0].seconds, 0.123);
     }
 
     #[test]
-    fn a_file_is_read_as_it_was_written() {
+    fn other_files_are_refused() {
         let folder = tempfile::tempdir().expect("scratch");
         let file = folder.path().join("tables.json");
-        let tables =
-            vec![Table::of(&told(&[(64, 0.04, false), (128, 0.01, true)])), Table::of(&told(&[(32, 0.5, true)]))];
-        Tables::new("by \"hand\"".into(), tables.clone()).write(&file).expect("written");
-        assert_eq!(Tables::read(&file).expect("read"), tables);
-        std::fs::write(&file, "{\"schema\": 99, \"provenance\": \"\", \"tables\": []}").expect("written");
-        assert!(Tables::read(&file).is_err_and(|e| e.to_string().contains("99")));
-        std::fs::write(&file, "[]").expect("written");
-        assert!(Tables::read(&file).is_err_and(|e| e.to_string().contains("asperity merge-tables")));
+        for (text, complaint) in
+            [("{\"schema\": 99, \"provenance\": \"\", \"tables\": []}", "99"), ("[]", "asperity tradeoff")]
+        {
+            std::fs::write(&file, text).expect("written");
+            assert!(Tables::read(&file).is_err_and(|e| e.to_string().contains(complaint)), "{text}");
+        }
     }
 
     #[test]

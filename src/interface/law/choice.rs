@@ -46,6 +46,17 @@ impl Adhesion {
         of_law!(self, a => a.rho, 0.0)
     }
 
+    /// The law with heights, gaps and stresses in multiples of `unit`, a power of two: `γ/unit²` and `ρ/unit`.
+    pub fn in_units(self, unit: f64) -> Self {
+        let (gamma, rho) = (self.work_of_adhesion() / unit / unit, self.range() / unit);
+        match self {
+            Adhesion::None => Adhesion::None,
+            Adhesion::Exponential(_) => Adhesion::Exponential(Exponential { gamma, rho }),
+            Adhesion::Dugdale(law) => Adhesion::Dugdale(Dugdale { gamma, rho, ..law }),
+            Adhesion::PowerLaw93(_) => Adhesion::PowerLaw93(PowerLaw93 { gamma, rho }),
+        }
+    }
+
     /// [`Law::cohesive_resolution`]; `None` without adhesion.
     pub fn resolution_on(&self, dx: f64) -> Option<f64> {
         (*self != Adhesion::None).then(|| self.cohesive_resolution(dx))
@@ -124,6 +135,18 @@ pub enum Wall {
 }
 
 impl Wall {
+    /// The wall with heights, gaps and stresses in multiples of `unit`, a power of two. The compression of a penalty
+    /// wall over the pressure has no unit.
+    pub fn in_units(self, unit: f64) -> Self {
+        match self {
+            Wall::Hard => Wall::Hard,
+            Wall::LennardJones(w) => Wall::LennardJones(LennardJonesWall { sigma: w.sigma / unit, ..w }),
+            Wall::PowerLaw(w) => Wall::PowerLaw(PowerLawWall { gamma: w.gamma / unit / unit, rho: w.rho / unit }),
+            Wall::Penalty(w) => Wall::Penalty(w),
+            Wall::Tabulated(w) => Wall::Tabulated(w.scaled(unit, 1.0 / unit)),
+        }
+    }
+
     /// `None` for the hard wall.
     pub fn soft(self) -> Option<SoftWall> {
         match self {
@@ -159,38 +182,35 @@ pub enum SoftWall {
     Tabulated(TabulatedWall),
 }
 
+/// `$value` of the wall.
+macro_rules! of_wall {
+    ($self:expr, $wall:ident => $value:expr) => {
+        match $self {
+            SoftWall::LennardJones($wall) => $value,
+            SoftWall::PowerLaw($wall) => $value,
+            SoftWall::Penalty($wall) => $value,
+            SoftWall::Tabulated($wall) => $value,
+        }
+    };
+}
+
 impl Law for SoftWall {
     const ACTIVE: bool = true;
     const HARD: bool = false;
 
     #[inline]
     fn traction(&self, g: f64) -> f64 {
-        match self {
-            SoftWall::LennardJones(w) => w.traction(g),
-            SoftWall::PowerLaw(w) => w.traction(g),
-            SoftWall::Penalty(w) => w.traction(g),
-            SoftWall::Tabulated(w) => w.traction(g),
-        }
+        of_wall!(self, w => w.traction(g))
     }
 
     #[inline]
     fn energy(&self, g: f64) -> f64 {
-        match self {
-            SoftWall::LennardJones(w) => w.energy(g),
-            SoftWall::PowerLaw(w) => w.energy(g),
-            SoftWall::Penalty(w) => w.energy(g),
-            SoftWall::Tabulated(w) => w.energy(g),
-        }
+        of_wall!(self, w => w.energy(g))
     }
 
     #[inline]
     fn slope(&self, g: f64) -> f64 {
-        match self {
-            SoftWall::LennardJones(w) => w.slope(g),
-            SoftWall::PowerLaw(w) => w.slope(g),
-            SoftWall::Penalty(w) => w.slope(g),
-            SoftWall::Tabulated(w) => w.slope(g),
-        }
+        of_wall!(self, w => w.slope(g))
     }
 
     /// All walls vanish at zero gap.
@@ -199,30 +219,47 @@ impl Law for SoftWall {
     }
 
     fn gap_at_pressure(&self, pressure: f64) -> f64 {
-        match self {
-            SoftWall::LennardJones(w) => w.gap_at_pressure(pressure),
-            SoftWall::PowerLaw(w) => w.gap_at_pressure(pressure),
-            SoftWall::Penalty(w) => w.gap_at_pressure(pressure),
-            SoftWall::Tabulated(w) => w.gap_at_pressure(pressure),
-        }
+        of_wall!(self, w => w.gap_at_pressure(pressure))
     }
 
     #[inline]
     fn adhesion_floor(&self) -> f64 {
-        match self {
-            SoftWall::LennardJones(w) => w.adhesion_floor(),
-            SoftWall::PowerLaw(w) => w.adhesion_floor(),
-            SoftWall::Penalty(w) => w.adhesion_floor(),
-            SoftWall::Tabulated(w) => w.adhesion_floor(),
-        }
+        of_wall!(self, w => w.adhesion_floor())
     }
 
     fn max_slope(&self, lowest: f64) -> f64 {
-        match self {
-            SoftWall::LennardJones(w) => w.max_slope(lowest),
-            SoftWall::PowerLaw(w) => w.max_slope(lowest),
-            SoftWall::Penalty(w) => w.max_slope(lowest),
-            SoftWall::Tabulated(w) => w.max_slope(lowest),
+        of_wall!(self, w => w.max_slope(lowest))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A gap and a stress in multiples of a unit: the law gives the traction in it, too, to the last bit.
+    #[test]
+    fn laws_in_other_units_give_the_same_tractions() {
+        let unit = 2f64.powi(-40);
+        let laws = [Adhesion::exponential(0.5, 0.25), Adhesion::dugdale(0.5, 0.25), Adhesion::power_law_93(0.5, 0.25)];
+        for law in laws {
+            let tiny = law.in_units(1.0 / unit);
+            for g in [0.0, 0.1, 0.24, 0.3, 1.0] {
+                assert_eq!(tiny.traction(g * unit), law.traction(g) * unit, "{law} at {g}");
+                assert_eq!(tiny.slope(g * unit), law.slope(g), "{law} at {g}");
+            }
+        }
+        let table = TabulatedWall::new(0.5, |d| [d * d, 2.0 * d]);
+        for wall in [
+            Wall::LennardJones(LennardJonesWall { strength: 30.0, sigma: 0.25 }),
+            Wall::PowerLaw(PowerLawWall { gamma: 0.5, rho: 0.25 }),
+            Wall::Penalty(PenaltyWall { length: 0.5 }),
+            Wall::Tabulated(table),
+        ] {
+            let (law, tiny) = (wall.soft().expect("soft"), wall.in_units(1.0 / unit).soft().expect("soft"));
+            for g in [-0.4, -0.05, -0.01, 0.1] {
+                assert_eq!(tiny.traction(g * unit), law.traction(g) * unit, "{wall} at {g}");
+                assert_eq!(tiny.energy(g * unit), law.energy(g) * unit * unit, "{wall} at {g}");
+            }
         }
     }
 }

@@ -360,9 +360,12 @@ mod tests {
         fn check(law: impl Law + std::fmt::Debug + PartialEq) {
             for dx in [0.1, 1.0, 10.0, 100.0] {
                 let stretched = law.on_mesh(dx);
-                let (c, asked) = (stretched.cohesive_resolution(dx), law.cohesive_resolution(dx));
-                assert!((c / asked.max(COHESIVE_RESOLUTION) - 1.0).abs() < 1e-14, "{law:?} {stretched:?}: {c} {asked}");
-                assert_eq!(stretched == law, asked >= COHESIVE_RESOLUTION);
+                let (c, resolution) = (stretched.cohesive_resolution(dx), law.cohesive_resolution(dx));
+                assert!(
+                    (c / resolution.max(COHESIVE_RESOLUTION) - 1.0).abs() < 1e-14,
+                    "{law:?} {stretched:?}: {c} {resolution}"
+                );
+                assert_eq!(stretched == law, resolution >= COHESIVE_RESOLUTION);
                 assert_eq!(stretched.energy(0.0), law.energy(0.0));
             }
         }

@@ -22,18 +22,18 @@ pub enum RangeChoice {
 
 impl RangeChoice {
     /// The law used on a grid of spacing `dx`.
-    pub fn law(self, asked: Adhesion, dx: f64) -> Adhesion {
+    pub fn law(self, requested: Adhesion, dx: f64) -> Adhesion {
         match self {
-            RangeChoice::True => asked,
-            RangeChoice::Mesh | RangeChoice::Extrapolate => asked.on_mesh(dx),
+            RangeChoice::True => requested,
+            RangeChoice::Mesh | RangeChoice::Extrapolate => requested.on_mesh(dx),
         }
     }
 
     /// A warning if the grid does not resolve the adhesion.
-    pub fn resolution_warning(self, asked: Adhesion, dx: f64) -> Option<String> {
-        let c = asked.resolution_on(dx).filter(|c| *c < COHESIVE_RESOLUTION)?;
-        let points = (COHESIVE_RESOLUTION.powi(2) * asked.softening()).ceil();
-        let stretch = self.law(asked, dx).range() / asked.range();
+    pub fn resolution_warning(self, requested: Adhesion, dx: f64) -> Option<String> {
+        let c = requested.resolution_on(dx).filter(|c| *c < COHESIVE_RESOLUTION)?;
+        let points = (COHESIVE_RESOLUTION.powi(2) * requested.softening()).ceil();
+        let stretch = self.law(requested, dx).range() / requested.range();
         let what = match self {
             RangeChoice::True => {
                 "below that, contact lines are pinned to the grid and the result depends on the load path".to_string()

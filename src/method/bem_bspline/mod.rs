@@ -20,6 +20,7 @@ mod newton;
 
 use super::fields::{self, Convolution, Symbol, add, each, inner, means};
 use super::iteration::{IterationControl, LoadCase};
+use super::judge::Ending;
 use super::residuals::Residuals;
 use super::settings::BemBsplineSettings;
 use super::{
@@ -32,7 +33,7 @@ use crate::{Error, Result};
 use newton::Newton;
 use std::f64::consts::PI;
 
-pub struct BemBspline;
+pub(super) struct BemBspline;
 
 static CARD: Card = Card {
     id: "bem-bspline",
@@ -46,6 +47,7 @@ static CARD: Card = Card {
     supports,
     dois: &["10.1007/s11249-017-0900-2"],
     papers: &[],
+    measured_errors: &[],
 };
 
 fn supports(quantity: Quantity) -> Support {
@@ -190,6 +192,9 @@ enum Begin {
     Previous,
 }
 
+/// Newton steps without a decrease of the gradient by a tenth, after which a gradient at the level of rounding is final.
+const PATIENCE: usize = 20;
+
 /// Outcome of a round.
 enum Round {
     Done,
@@ -221,14 +226,20 @@ impl Solver<'_> {
         elastic + energy + pressure * mean_gap + 0.5 * squares / r
     }
 
-    /// Minimises the augmented energy until its rms gradient is `goal`.
-    fn round(&mut self, pressure: f64, goal: f64, iterations: &mut usize) -> Round {
+    /// Minimises the augmented energy until its rms gradient is `goal`, or has stalled below `rounded`, where rounding
+    /// hides whether the energy decreases.
+    fn round(&mut self, pressure: f64, (goal, rounded): (f64, f64), iterations: &mut usize) -> Round {
         let mut energy = self.augmented(pressure);
         let r = self.penalty;
+        let (mut lowest, mut stalled) = (f64::INFINITY, 0);
         loop {
             let slope = inner(&self.gradient, &self.gradient).sqrt();
             if slope <= goal || *iterations >= self.problem.max_iterations {
                 return Round::Done;
+            }
+            (lowest, stalled) = if slope < 0.9 * lowest { (slope, 0) } else { (lowest, stalled + 1) };
+            if stalled > PATIENCE && lowest <= rounded {
+                return Round::NoDescent;
             }
             if self.observer.stop_requested() {
                 return Round::Interrupted;
@@ -327,40 +338,44 @@ impl Run for Solver<'_> {
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
         let problem = self.problem;
         let pressure = require::pressure(load, self.law.range() > 0.0, CARD.id)?;
-        let case = LoadCase { pressure, range: self.law.range(), rms_height: self.rms_height };
+        let case = LoadCase { pressure, range: self.law.range(), rms_height: self.rms_height, hard: true };
         let mut control = IterationControl::new(problem, self.observer, case);
         let pairs_before = self.convolution.pairs;
         self.begin(pressure);
         let mut goal = ROUND;
-        let (stop, residuals) = loop {
-            let round = self.round(pressure, goal * control.scale, &mut control.iterations);
+        let (ending, residuals) = loop {
+            let goals = (goal * control.scale, 10.0 * control.floor * control.scale);
+            let round = self.round(pressure, goals, &mut control.iterations);
             let residuals = self.close(pressure);
             control.record(&residuals);
             if control.converged(&residuals) {
-                break (Stop::Converged, residuals);
+                break (Ending::Met, residuals);
             }
             // Checked before the outcome of the round: surfaces that separate have no equilibrium.
             if control.separated(&residuals) {
-                break (Stop::Detached, residuals);
+                break (Ending::Stopped(Stop::Detached), residuals);
             }
             let residual = control.relative(&residuals);
             match round {
-                Round::Interrupted => break (Stop::Interrupted, residuals),
-                Round::NoDescent if residual <= 10.0 * control.floor => break (Stop::RoundingFloor, residuals),
-                Round::NoDescent => break (Stop::NoDescent, residuals),
+                Round::Interrupted => break (Ending::Stopped(Stop::Interrupted), residuals),
+                Round::NoDescent => {
+                    let rounded = residual <= 10.0 * control.floor;
+                    let stop = if rounded { Stop::RoundingFloor } else { Stop::NoDescent };
+                    break (Ending::Stopped(stop), residuals);
+                }
                 Round::Done => {}
             }
-            if let Some(stop) = control.failed(&residuals) {
-                break (stop, residuals);
+            if let Some(ending) = control.failed(&residuals) {
+                break (ending, residuals);
             }
             if control.interrupted(&residuals) {
-                break (Stop::Interrupted, residuals);
+                break (Ending::Stopped(Stop::Interrupted), residuals);
             }
             // No more accurate than the multipliers.
             goal = (ROUND * residual).min(goal).max(0.1 * problem.tolerance);
         };
         let pairs = self.convolution.pairs - pairs_before;
-        Ok(control.finish(stop, residuals, pairs).state(&self.gap, &self.stress))
+        Ok(control.finish(ending, residuals, pairs).state(&self.gap, &self.stress))
     }
 }
 

@@ -10,11 +10,11 @@ pub(super) struct Newton {
 
 impl Newton {
     /// Number of scratch fields.
-    pub const FIELDS: usize = 4;
+    pub(super) const FIELDS: usize = 4;
     /// Iterations per step at most.
     const MOST: usize = 200;
 
-    pub fn new(points: usize) -> Self {
+    pub(super) fn new(points: usize) -> Self {
         let zero = || vec![0.0; points];
         Newton { residual: zero(), direction: zero(), image: zero(), conditioned: zero() }
     }
@@ -22,7 +22,7 @@ impl Newton {
     /// Solves `A step = -gradient` to a relative residual, or as far as the curvature is positive, so that the step
     /// is a descent direction (Steihaug, SIAM J. Numer. Anal. 20 (1983) 626). `apply(true, …)` applies the
     /// preconditioner `M`, `apply(false, …)` applies `A`.
-    pub fn step(
+    pub(super) fn step(
         &mut self,
         gradient: &[f64],
         step: &mut [f64],

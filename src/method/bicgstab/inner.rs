@@ -13,9 +13,9 @@ pub(super) struct BiCgStab {
 
 impl BiCgStab {
     /// Number of scratch fields.
-    pub const FIELDS: usize = 6;
+    pub(super) const FIELDS: usize = 6;
 
-    pub fn new(points: usize) -> Self {
+    pub(super) fn new(points: usize) -> Self {
         let zero = || vec![0.0; points];
         BiCgStab {
             residual: zero(),
@@ -29,7 +29,7 @@ impl BiCgStab {
 
     /// Solves `A x = right` to a relative residual, or as far as `most` iterations lead: a Newton step need not be
     /// exact. `condition` applies the preconditioner `M`, `image_of` applies `A`.
-    pub fn solve(
+    pub(super) fn solve(
         &mut self,
         right: &[f64],
         x: &mut [f64],

@@ -4,8 +4,8 @@
 //! Wall and cohesion are one law, the 9-3 traction `(8γ/3ρ)[(ρ/z)⁹ - (ρ/z)³]` of eq. (3) of that paper (which calls
 //! it an energy) at the distance `z = g + ρ`. The gap `g` is counted from the zero of force, so that contact, defined
 //! by compressive stress, is `g < 0`. An exponential law of range ρ is replaced by the range 1.026 ρ, which keeps the
-//! largest tension γ/ρ. Without adhesion only the repulsive branch is used, with a range in mesh spacings; the hard
-//! wall is its limit.
+//! largest tension γ/ρ. Without adhesion only the repulsive branch is used, with a range in mesh spacings and a strength
+//! in E*, both times the rms gradient; the hard wall is its limit.
 //!
 //! `F(g) = K(g-h) + p + t(g) = 0` is solved by steps `(K + t')d = -F`, the inner systems conditioned by
 //! `1/(k(q) + c)`. A step is shortened until distances stay positive and the energy decreases, and replaced by the
@@ -16,6 +16,7 @@ mod inner;
 
 use super::fields::{Convolution, Symbol, each, inner as product, means};
 use super::iteration::{ConvergenceMonitor, IterationControl, LoadCase};
+use super::judge::Ending;
 use super::residuals::Residuals;
 use super::{
     Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Quantity, Run, Started, State, Stop,
@@ -26,7 +27,7 @@ use crate::interface::{Adhesion, Kernel, Law, PowerLaw93, PowerLawWall, Wall, Wi
 use crate::{Error, Result};
 use inner::BiCgStab;
 
-pub struct Bicgstab;
+pub(super) struct Bicgstab;
 
 static CARD: Card = Card {
     id: "bicgstab",
@@ -40,6 +41,7 @@ static CARD: Card = Card {
     supports,
     dois: &["10.1007/s11249-017-0900-2", "10.1137/0913035"],
     papers: &[],
+    measured_errors: &[],
 };
 
 fn supports(quantity: Quantity) -> Support {
@@ -114,8 +116,10 @@ impl ContactMethod for Bicgstab {
         }
         let PowerLaw93 { gamma, rho } = match problem.adhesion {
             Adhesion::None => {
-                let rho = settings.wall_range * problem.grid.dx();
-                let wall = move |rho| PowerLawWall { gamma: settings.wall_strength * rho, rho };
+                // Scaled with the surface: flatter asperities press less. Any wall will do on a flat surface.
+                let gradient = Some(problem.resolved_gradient()).filter(|g| *g > 0.0).unwrap_or(1.0);
+                let rho = settings.wall_range * problem.grid.dx() * gradient;
+                let wall = move |rho| PowerLawWall { gamma: settings.wall_strength * gradient * rho, rho };
                 return Ok(Started::Solver(Box::new(Solver::new(problem, observer, heights, rho, wall))));
             }
             other => match replacement(problem) {
@@ -291,20 +295,20 @@ impl<L: Law, M: Fn(f64) -> L> Run for Solver<'_, L, M> {
             each(gap, |i, _| heights[i] - ground);
         }
         self.begun = true;
-        let case = LoadCase { pressure, range: self.law.range(), rms_height: self.rms_height };
+        let case = LoadCase { pressure, range: self.law.range(), rms_height: self.rms_height, hard: false };
         let mut control = IterationControl::new(problem, self.observer, case).without_stall_limit();
         let mut residuals = self.evaluate(pressure);
-        let stop = loop {
+        let ending = loop {
             control.record(&residuals);
             let (last, residual) = (rho <= self.rho, control.relative(&residuals));
             if last && control.converged(&residuals) {
-                break Stop::Converged;
+                break Ending::Met;
             }
-            if let Some(stop) = control.failed(&residuals) {
-                break stop;
+            if let Some(ending) = control.failed(&residuals) {
+                break ending;
             }
             if control.interrupted(&residuals) {
-                break Stop::Interrupted;
+                break Ending::Stopped(Stop::Interrupted);
             }
             if !last && residual <= STAGE {
                 // Gaps under compression scale with the range, so that the pressure stays about the same.
@@ -318,10 +322,11 @@ impl<L: Law, M: Fn(f64) -> L> Run for Solver<'_, L, M> {
             let forcing = FORCING.min(residual).max(0.1 * problem.tolerance);
             control.iterations += 1;
             if !self.advance(&mut residuals, pressure, rho, forcing) {
-                break if residual <= 10.0 * control.floor { Stop::RoundingFloor } else { Stop::NoDescent };
+                let rounded = residual <= 10.0 * control.floor;
+                break Ending::Stopped(if rounded { Stop::RoundingFloor } else { Stop::NoDescent });
             }
         };
         let pairs = self.convolution.pairs - pairs_before;
-        Ok(control.finish(stop, residuals, pairs).state(&self.gap, &self.stress))
+        Ok(control.finish(ending, residuals, pairs).state(&self.gap, &self.stress))
     }
 }

@@ -4,6 +4,7 @@ use super::level::{Level, Trial};
 use crate::grid::Real;
 use crate::interface::{Kernel, Law};
 use crate::method::iteration::{ConvergenceMonitor, MonitorMark};
+use crate::method::judge::Ending;
 use crate::method::residuals::Residuals;
 use crate::method::{ErrorEstimates, Iteration, Load, Observer, Precision, Problem, SnapshotRef, Stop, Targets};
 use serde::{Deserialize, Serialize};
@@ -59,6 +60,36 @@ const SLOWEST_RATE: f64 = 0.9;
 /// Bounds of the stress scale under mean-gap control, over E* h_rms/L, the stress that flattens the longest waves.
 const STRESS_SCALE_BOUNDS: [f64; 2] = [1e-6, 1e-2];
 
+/// Ratio of successive errors of an imposed mean gap above which the next correction of the pressure is a secant: near
+/// full contact the contact is stiffer than the spring, whose corrections then are too small.
+const SLOW: f64 = 0.25;
+
+/// Search for the pressure of an imposed mean gap on one grid.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub(super) struct GapSearch {
+    pub corrections: usize,
+    /// Corrections in succession that did not halve the error.
+    pub stalled: usize,
+    /// How often the gap was given its mean.
+    pub imposed: usize,
+    /// Pressure without the force of the spring, and the error at it.
+    previous: Option<(f64, f64)>,
+    /// Pressure per error, where corrections by the spring are slow.
+    pub secant: Option<f64>,
+}
+
+impl GapSearch {
+    /// Notes the error `miss` at a pressure under a spring of this stiffness.
+    pub(super) fn note(&mut self, pressure: f64, miss: f64, spring: f64) {
+        if let Some((before, error)) = self.previous.replace((pressure, miss)) {
+            let stiffness = (pressure - before) / (error - miss);
+            let slow = miss.abs() > SLOW * error.abs() && stiffness.is_finite();
+            self.secant = Some(stiffness).filter(|s| *s > spring).or(self.secant).filter(|_| slow);
+            self.stalled = if miss.abs() > 0.5 * error.abs() { self.stalled + 1 } else { 0 };
+        }
+    }
+}
+
 /// Data of a solve that the iterations on all its grids share.
 pub(super) struct Task<'p> {
     pub problem: &'p Problem<'p>,
@@ -72,22 +103,23 @@ pub(super) struct Task<'p> {
     pub points: usize,
     /// Transform pairs of the coarser grids so far, in pairs of the finest grid.
     pub earlier_pairs: f64,
+    pub search: GapSearch,
 }
 
 impl Task<'_> {
     /// Stress by which residuals are divided. Under mean-gap control the pressure may pass through zero; the
     /// attraction, estimated as energy over range, then sets the scale. Both vanish for separated surfaces, so the
     /// scale has a lower bound.
-    pub fn scale(&self, pressure: f64, residuals: &Residuals) -> f64 {
+    pub(super) fn scale(&self, pressure: f64, residuals: &Residuals) -> f64 {
         let pull = if self.range > 0.0 { residuals.interaction.abs() / self.range } else { 0.0 };
         match self.load {
-            Load::Pressure(p) => Problem::stress_scale(p),
+            Load::Pressure(p) => self.problem.stress_scale(p),
             Load::MeanGap(target) => {
                 // Stresses for which rounding exceeds the tolerance count as zero.
                 let height = self.rms_height.max(target);
                 let rounded = 10.0 * self.problem.rounding_floor(height, 1.0) / self.problem.tolerance;
                 let [least, most] = STRESS_SCALE_BOUNDS.map(|bound| bound * height);
-                Problem::stress_scale((pressure.abs() + pull).max(rounded.clamp(least, most)))
+                (pressure.abs() + pull).max(rounded.clamp(least, most))
             }
         }
     }
@@ -95,7 +127,7 @@ impl Task<'_> {
 
 /// Result on one grid.
 pub(super) struct Ended {
-    pub stop: Stop,
+    pub ending: Ending,
     pub error_estimates: ErrorEstimates,
 }
 
@@ -158,6 +190,9 @@ pub(super) struct Pause {
     pub earlier_pairs: f64,
     smoothing: usize,
     careful: bool,
+    /// Of an imposed mean gap.
+    #[serde(default)]
+    pub search: GapSearch,
     /// Precision of the last trial, if not that of the problem.
     #[serde(default)]
     precision: Option<Precision>,
@@ -178,20 +213,21 @@ pub(super) fn iterate<T: Real, K: Kernel, L: Law>(
 ) -> Ended {
     let mut descent = Descent::begin(task, level, tolerance, iterations, resumed);
     loop {
+        descent.touch();
         descent.confirm();
         let error_estimates = descent.error_estimates();
-        if let Some(stop) = descent.ended(&targets, &error_estimates) {
-            return Ended { stop, error_estimates };
+        if let Some(ending) = descent.ended(&targets, &error_estimates) {
+            return Ended { ending, error_estimates };
         }
         let plain = descent.takes_plain_step();
         if descent.checkpoint_or_interrupt(plain) {
-            return Ended { stop: Stop::Interrupted, error_estimates };
+            return Ended { ending: Ending::Stopped(Stop::Interrupted), error_estimates };
         }
         *descent.iterations += 1;
         let precision = descent.trial_precision();
         let length = if plain { descent.plain_step() } else { descent.newton_step() };
         if let Some(stop) = length.and_then(|length| descent.advance(length, plain, precision)) {
-            return Ended { stop, error_estimates };
+            return Ended { ending: Ending::Stopped(stop), error_estimates };
         }
     }
 }
@@ -247,6 +283,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
             iterations: *iterations,
             pairs: 0.0,
             earlier_pairs: 0.0,
+            search: GapSearch::default(),
             smoothing: SMOOTHING,
             careful: false,
             precision: None,
@@ -310,6 +347,21 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
             .map_or_else(ErrorEstimates::default, |c| c.error_estimates(&self.now.residuals, self.pressure))
     }
 
+    /// Rigid approach of a padded cell without contact to first contact. Under compression such a state is no
+    /// equilibrium: the body has no stiffness against a rigid approach, which lowers the energy until a node closes,
+    /// and the linear problem of a Newton step without closed nodes is singular.
+    fn touch(&mut self) {
+        let compressed = matches!(self.task.load, Load::Pressure(p) if p > 0.0);
+        if !(L::HARD && compressed && self.level.is_padded() && self.now.residuals.contact == 0.0) {
+            return;
+        }
+        self.level.approach(1);
+        self.level.inner.step.fill(0.0);
+        self.precision = self.task.problem.precision;
+        self.now = self.level.trial(0.0, self.precision);
+        (self.beta, self.phase, self.cycle, self.untouched) = (0.0, None, None, false);
+    }
+
     /// Evaluates a state that may have converged in the precision of the problem.
     fn confirm(&mut self) {
         let narrow = self.precision != self.task.problem.precision;
@@ -320,8 +372,8 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         }
     }
 
-    /// Stop reason of the present state, if there is one.
-    fn ended(&mut self, targets: &Targets, error_estimates: &ErrorEstimates) -> Option<Stop> {
+    /// How the iteration ends at the present state, if it does.
+    fn ended(&mut self, targets: &Targets, error_estimates: &ErrorEstimates) -> Option<Ending> {
         let (scale, residual) = (self.scale(), self.residual());
         let (task, residuals) = (self.task, self.now.residuals);
         self.level.last = residuals;
@@ -330,19 +382,19 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         let whole =
             self.cycle.is_some() || std::mem::take(&mut self.untouched) || residual < NEGLIGIBLE * self.tolerance;
         if whole && residuals.meets(self.tolerance, scale) && targets.met(error_estimates) {
-            return Some(Stop::Converged);
+            return Some(Ending::Met);
         }
         if *self.iterations >= task.problem.max_iterations {
-            return Some(Stop::IterationLimit);
+            return Some(Ending::Stopped(Stop::IterationLimit));
         }
         self.known = self.progress.mark();
         let floor = self.floor();
         if let Some(stop) = self.progress.stalled(residual, floor) {
-            return Some(stop);
+            return Some(Ending::Stopped(stop));
         }
         let separated = matches!(self.task.load, Load::Pressure(_))
             && residuals.separated(self.pressure, self.level.body.law.range());
-        separated.then_some(Stop::Detached)
+        separated.then_some(Ending::Stopped(Stop::Detached))
     }
 
     fn takes_plain_step(&self) -> bool {
@@ -364,6 +416,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
                 iterations: *self.iterations,
                 pairs: self.level.pairs(),
                 earlier_pairs: self.task.earlier_pairs,
+                search: self.task.search,
                 smoothing: self.smoothing,
                 careful: self.careful,
                 precision: Some(self.precision),
@@ -444,7 +497,8 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
         let blind = ENERGY_DIGITS * residuals.magnitude(pressure);
         let rises = |next: &Trial| {
             let rise = next.residuals.energy(pressure) - energy;
-            rise > noise && !(next.rr < old_rr && rise < blind)
+            // A step whose energy is no number is too long, too.
+            rise.is_nan() || rise > noise && !(next.rr < old_rr && rise < blind)
         };
         let mut next = self.level.trial(length, precision);
         let mut tries = 0;
@@ -462,6 +516,8 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
             }
             (self.smoothing, self.careful, self.phase) = (FALLBACK, plain, None);
             (self.beta, length) = (0.0, 0.0);
+            // A rejected step may not be finite.
+            self.level.inner.step.fill(0.0);
             next = self.level.trial(0.0, precision);
         } else {
             self.careful = false;

@@ -64,7 +64,7 @@ pub(super) struct Body<K, L> {
 
 impl Inner {
     /// Without the arrays, which are needed only during iterations.
-    pub fn idle(grid: Grid, window: Window) -> Self {
+    pub(super) fn idle(grid: Grid, window: Window) -> Self {
         Inner {
             window,
             transform: Transform::<f32>::new(grid),
@@ -76,22 +76,22 @@ impl Inner {
         }
     }
 
-    pub fn allocate(&mut self) {
+    pub(super) fn allocate(&mut self) {
         let n = self.transform.grid().points();
         (self.step, self.residual, self.direction) = (vec![0.0; n], vec![0.0; n], vec![bf16::ZERO; n]);
     }
 
-    pub fn release(&mut self) {
+    pub(super) fn release(&mut self) {
         (self.step, self.residual, self.direction) = Default::default();
     }
 
     /// Bytes for a grid.
-    pub fn bytes(grid: Grid) -> u64 {
+    pub(super) fn bytes(grid: Grid) -> u64 {
         ((2 * size_of::<f32>() + size_of::<bf16>()) * grid.points()) as u64
     }
 
     /// Adds the pending step to the gap.
-    pub fn apply_pending<T: Real, L: Law>(&mut self, gap: &mut [T]) {
+    pub(super) fn apply_pending<T: Real, L: Law>(&mut self, gap: &mut [T]) {
         let scale = T::of(std::mem::take(&mut self.pending));
         let (nx, window) = (self.transform.grid().nx, self.window);
         if scale != T::zero() {
@@ -102,7 +102,7 @@ impl Inner {
 
     /// Direction `-t + β d` on the free nodes (steepest descent or conjugate gradients in the plain metric), copied
     /// to the step. Returns `⟨t d⟩` and `⟨d H d⟩`; half a transform pair.
-    pub fn plain<T: Real, K: Kernel, L: Law>(
+    pub(super) fn plain<T: Real, K: Kernel, L: Law>(
         &mut self,
         beta: f64,
         gap: &mut [T],
@@ -134,7 +134,7 @@ impl Inner {
     /// without adhesion half of it estimates the energy above the minimum, as the inverse of the restricted stiffness
     /// is bounded by the restriction of the inverse, except for the mean mode. `None` if stopped, with an unusable
     /// step.
-    pub fn newton<T: Real, K: Kernel, L: Law>(
+    pub(super) fn newton<T: Real, K: Kernel, L: Law>(
         &mut self,
         gap: &mut [T],
         spectrum: &mut [Complex<f32>],
@@ -158,7 +158,8 @@ impl Inner {
             let elastic = self.transform.filter_columns(spectrum, &stiffness);
             let curvature = curvature_of(elastic, law_curvature / n);
             self.pairs += 2.0;
-            if curvature <= 0.0 || rz <= 0.0 {
+            // Neither is a number after an overflow.
+            if curvature <= 0.0 || rz <= 0.0 || curvature.is_nan() || rz.is_nan() {
                 if iteration == 1 {
                     // The preconditioned gradient is a descent direction; the line search finds the length.
                     self.step.par_iter_mut().zip(&self.direction).for_each(|(x, d)| *x = rows::wide(*d));

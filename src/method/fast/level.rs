@@ -85,7 +85,7 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
     }
 
     /// A level at first contact, without displacement.
-    pub fn at_first_contact(grid: Grid, body: (K, L), heights: &'h Series<T>, cell: Cell) -> Self {
+    pub(super) fn at_first_contact(grid: Grid, body: (K, L), heights: &'h Series<T>, cell: Cell) -> Self {
         let transform = Transform::<T>::new(grid);
         let mut level = Self::empty(grid, body, heights, cell, transform.spectrum());
         level.gap = heights.on_nodes(&transform, &mut level.spectrum);
@@ -97,7 +97,7 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
     }
 
     /// A level with this gap.
-    pub fn with_gap(grid: Grid, body: (K, L), heights: &'h Series<T>, cell: Cell, gap: Vec<T>) -> Self {
+    pub(super) fn with_gap(grid: Grid, body: (K, L), heights: &'h Series<T>, cell: Cell, gap: Vec<T>) -> Self {
         let mut level = Self::empty(grid, body, heights, cell, Transform::<T>::new(grid).spectrum());
         level.gap = gap;
         level
@@ -105,8 +105,9 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
 
     /// Fourier interpolation of the displacement of a coarser level to this grid. In Fourier space the gap is that of
     /// the coarse grid for the modes that it resolves, and the heights for the others.
-    pub fn refined(grid: Grid, law: L, coarse: Level<'h, T, K, L>) -> Self {
-        let Level { transform: from, spectrum: mut known, body, heights, cell, gap, pressure, spring, .. } = coarse;
+    pub(super) fn refined(grid: Grid, law: L, coarse: Level<'h, T, K, L>) -> Self {
+        let Level { transform: from, spectrum: mut known, body, heights, cell, gap, pressure, spring, last, .. } =
+            coarse;
         from.forward(&gap, &mut known);
         drop(gap);
         let old = from.grid();
@@ -137,21 +138,52 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
             });
         }
         (level.pressure, level.spring) = (pressure, spring);
+        // Interpolation over a steep edge may lift all contact. The fraction in contact is kept.
+        if L::HARD && pressure > 0.0 && level.is_padded() && !level.touches() {
+            level.approach((last.contact * level.window.points() as f64).round() as usize);
+        }
         level
     }
 
+    /// Whether only a part of the cell faces the rigid surface.
+    pub(super) fn is_padded(&self) -> bool {
+        self.window.points() < self.grid().points()
+    }
+
+    /// Whether a facing node is closed.
+    fn touches(&self) -> bool {
+        let nx = self.grid().nx;
+        let mut rows = self.gap.chunks(nx).enumerate();
+        rows.any(|(y, gap)| gap[..self.window.inside(y, nx)].iter().any(|g| *g <= T::zero()))
+    }
+
+    /// Shifts the gap rigidly so that (at least) `nodes` facing nodes close, without overlap.
+    pub(super) fn approach(&mut self, nodes: usize) {
+        self.apply_pending();
+        let nx = self.grid().nx;
+        let mut facing = self.window.cut(&self.gap, nx);
+        let last = nodes.clamp(1, facing.len()) - 1;
+        let (_, &mut by, _) = facing.select_nth_unstable_by(last, |a, b| a.wide().total_cmp(&b.wide()));
+        let window = self.window;
+        self.gap.par_chunks_mut(nx).enumerate().for_each(|(y, gap)| {
+            let (facing, padding) = gap.split_at_mut(window.inside(y, nx));
+            facing.iter_mut().for_each(|g| *g = (*g - by).max(T::zero()));
+            padding.iter_mut().for_each(|g| *g -= by);
+        });
+    }
+
     /// Allocates the working arrays.
-    pub fn prepare(&mut self) {
+    pub(super) fn prepare(&mut self) {
         self.inner.allocate();
         self.body.spring = self.spring.stiffness;
     }
 
-    pub fn grid(&self) -> Grid {
+    pub(super) fn grid(&self) -> Grid {
         self.transform.grid()
     }
 
     /// Bytes of a level without the series of the heights.
-    pub fn bytes(grid: Grid) -> u64 {
+    pub(super) fn bytes(grid: Grid) -> u64 {
         (grid.points() * size_of::<T>()) as u64 + Transform::<T>::spectrum_bytes(grid) + Inner::bytes(grid)
     }
 
@@ -160,14 +192,14 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
     }
 
     /// See [`Inner::plain`].
-    pub fn plain(&mut self, beta: f64) -> (f64, f64) {
+    pub(super) fn plain(&mut self, beta: f64) -> (f64, f64) {
         let len = self.spectrum.len();
         let spectrum = bytemuck::cast_slice_mut(&mut self.spectrum);
         self.inner.plain(beta, &mut self.gap, &mut spectrum[..len], &self.body)
     }
 
     /// See [`Inner::newton`].
-    pub fn newton(&mut self, accuracy: (f64, f64, usize), stopping: &dyn Fn() -> bool) -> Option<f64> {
+    pub(super) fn newton(&mut self, accuracy: (f64, f64, usize), stopping: &dyn Fn() -> bool) -> Option<f64> {
         let len = self.spectrum.len();
         let spectrum = bytemuck::cast_slice_mut(&mut self.spectrum);
         let excess = self.inner.newton(&mut self.gap, &mut spectrum[..len], &self.body, accuracy, stopping);
@@ -181,7 +213,7 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
 
     /// Residuals and gradient at the gap plus `scale` times the step, without changing the gap. One transform pair,
     /// in f32 where that suffices.
-    pub fn trial(&mut self, scale: f64, precision: Precision) -> Trial {
+    pub(super) fn trial(&mut self, scale: f64, precision: Precision) -> Trial {
         let filter = self.displaced();
         let (pressure, scale) = (T::of(self.spread()), T::of(scale));
         let (gap, law, window) = (&self.gap, &self.body.law, self.window);
@@ -222,23 +254,23 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
     }
 
     /// Accepts the last trial state.
-    pub fn accept(&mut self, scale: f64) {
+    pub(super) fn accept(&mut self, scale: f64) {
         self.inner.pending = scale;
     }
 
     /// Applies the pending step to the gap.
-    pub fn apply_pending(&mut self) {
+    pub(super) fn apply_pending(&mut self) {
         self.inner.apply_pending::<T, L>(&mut self.gap);
     }
 
     /// Transform pairs on this grid so far.
-    pub fn pairs(&self) -> f64 {
+    pub(super) fn pairs(&self) -> f64 {
         self.pairs + self.inner.pairs
     }
 
     /// Residuals and interfacial stress `p + K(g - h)` at the present gap; one transform pair. Releases the working
     /// arrays.
-    pub fn stress(&mut self) -> (Residuals, Vec<T>) {
+    pub(super) fn stress(&mut self) -> (Residuals, Vec<T>) {
         self.apply_pending();
         self.inner.release();
         let grid = self.grid();

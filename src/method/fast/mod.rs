@@ -15,9 +15,9 @@ mod rows;
 mod window;
 
 use super::iteration::Outcome;
+use super::judge::{Ending, Judge, judge};
 use super::operator::{Build, dispatch};
 use super::require::refused;
-use super::residuals::{LOAD_BALANCE, LOAD_SHARE};
 use super::{
     Card, CoarseState, ContactMethod, Criterion, ErrorEstimates, Heights, Kind, Load, Needs, Observer, Plan, Precision,
     Problem, Run, SolverSnapshot, Started, State, Stop, Targets,
@@ -25,14 +25,14 @@ use super::{
 use crate::grid::{Grid, Real, Series, lowest, mean, next_fast_len, rms};
 use crate::interface::{HalfSpace, HardWall, Kernel, Law};
 use crate::{Error, Result};
-use descent::{Ended, Pause, Task, iterate};
+use descent::{Ended, GapSearch, Pause, Task, iterate};
 use level::{Level, Spring};
 use rayon::prelude::*;
 use std::cell::OnceCell;
 use std::time::Instant;
 use window::Cell;
 
-pub struct Fast;
+pub(super) struct Fast;
 
 static CARD: Card = Card {
     id: "fast",
@@ -46,6 +46,7 @@ static CARD: Card = Card {
     supports: super::card::fields,
     dois: &["10.1007/s11249-017-0900-2"],
     papers: &[],
+    measured_errors: &[],
 };
 
 /// Grids with fewer than twice this number of points along a side are not halved along it.
@@ -62,6 +63,19 @@ const COARSE_CORRECTIONS: usize = 4;
 /// Stiffness of the mean-gap control over that of the stiffest mode of the grid: far above the contact stiffness, so
 /// that few corrections of the pressure suffice, and no stiffer than modes that the solver handles anyway.
 const SPRING: f64 = 0.25;
+
+/// Largest residual over the pressure at which rounding on a padded cell counts as convergence: far below the
+/// discretisation error of any contact.
+const ROUNDED: f64 = 1e-5;
+
+/// Margin of the rounding error of a padded cell: the residual of a sphere on 128² under 1e-6 E* stalls at the bare
+/// estimate.
+const ROUNDING_MARGIN: f64 = 3.0;
+
+/// Corrections that do not halve an error at the level of rounding, after which the gap is given its mean, and how often
+/// it is.
+const STALLED: usize = 3;
+const IMPOSED: usize = 50;
 
 impl ContactMethod for Fast {
     fn card(&self) -> &'static Card {
@@ -230,21 +244,35 @@ impl<'p, T: Real, K: Kernel, L: Law> Solver<'p, T, K, L> {
             }
             level.prepare();
             let (tolerance, targets) = if grid == self.cell.grid {
-                (problem.tolerance, problem.targets)
+                (self.tolerance(load), problem.targets)
             } else {
-                (COARSE_TOLERANCE.max(problem.tolerance), Targets::default())
+                (COARSE_TOLERANCE.max(self.tolerance(load)), Targets::default())
             };
             // After an interruption on a coarse grid its state is only interpolated to the finer ones.
             if outcome.is_none() {
                 let ended = self.solve_at(&mut level, load, (tolerance, targets), iterations, pause.take());
                 error_estimates = ended.error_estimates;
-                (separated, converged) = (ended.stop == Stop::Detached, ended.stop == Stop::Converged);
-                if grid == self.cell.grid || ended.stop == Stop::Interrupted {
+                (separated, converged) = (ended.ending == Ending::Stopped(Stop::Detached), ended.ending == Ending::Met);
+                if grid == self.cell.grid || ended.ending == Ending::Stopped(Stop::Interrupted) {
                     outcome = Some(ended);
                 }
             }
         }
         (level, outcome.expect("the last grid is that of the problem"))
+    }
+
+    /// Tolerance of the residual. On a padded cell at least the rounding error of its free surface, which under light
+    /// loads exceeds the problem's tolerance, up to [`ROUNDED`].
+    fn tolerance(&self, load: Load) -> f64 {
+        let Load::Pressure(p) = load else { return self.problem.tolerance };
+        let facing = self.cell.window(self.cell.grid).points() as f64;
+        // The residual counts the nodes of the cell per facing node.
+        let nodes = (self.cell.grid.points() as f64 / facing).sqrt();
+        let floor = match self.cell.is_padded() {
+            true => ROUNDING_MARGIN * nodes * self.problem.rounding_floor(self.rms_height, p),
+            false => 0.0,
+        };
+        self.problem.tolerance.max(floor.min(ROUNDED))
     }
 
     fn task(&self, load: Load) -> Task<'p> {
@@ -256,6 +284,7 @@ impl<'p, T: Real, K: Kernel, L: Law> Solver<'p, T, K, L> {
             range: self.law.range(),
             points: self.cell.grid.points(),
             earlier_pairs: self.earlier_pairs.get(),
+            search: GapSearch::default(),
         }
     }
 
@@ -290,19 +319,66 @@ impl<'p, T: Real, K: Kernel, L: Law> Solver<'p, T, K, L> {
         level.prepare();
         // Where a coarse mesh pins contact lines, no pressure may give this mean gap.
         let coarse = level.grid() != self.cell.grid;
-        let mut corrections = 0;
+        let mut search = pause.as_ref().map_or_else(GapSearch::default, |pause| pause.search);
+        let rounded = Judge::load_tolerance(tolerance) * self.rms_height.max(target.abs());
+        let within = if coarse { rounded } else { self.gap_tolerance(target) };
         loop {
-            let ended = iterate(&self.task(load), level, (tolerance, targets), iterations, pause.take());
+            let (pressure, begun) = (level.pressure, *iterations);
+            let task = Task { search, ..self.task(load) };
+            let ended = iterate(&task, level, (tolerance, targets), iterations, pause.take());
             let miss = level.last.mean_gap - target;
             level.pressure += level.spring.stiffness * miss;
-            let within = LOAD_BALANCE.max(LOAD_SHARE * tolerance) * self.rms_height.max(target.abs());
-            corrections += 1;
-            if ended.stop != Stop::Converged || miss.abs() <= within {
+            search.corrections += 1;
+            if ended.ending != Ending::Met || miss.abs() <= within {
                 return ended;
             }
-            if coarse && corrections == COARSE_CORRECTIONS {
-                return Ended { stop: Stop::IterationLimit, ..ended };
+            if search.imposed > IMPOSED || coarse && search.corrections == COARSE_CORRECTIONS {
+                return Ended { ending: Ending::Stopped(Stop::IterationLimit), ..ended };
             }
+            let moved = *iterations > begun;
+            if moved {
+                search.note(pressure, miss, level.spring.stiffness);
+            }
+            if let Some(stiffness) = search.secant {
+                level.pressure = pressure + stiffness * miss;
+            }
+            let hidden = !moved || miss.abs() <= rounded && search.stalled >= STALLED;
+            // Adhesion holds closed surfaces until the tension exceeds it.
+            let held = self.law.range() > 0.0 && level.last.mean_gap == 0.0;
+            if hidden && !coarse && !held {
+                (search.imposed, search.stalled) = (search.imposed + 1, 0);
+                self.impose(level, target);
+            }
+        }
+    }
+
+    /// Largest error of an imposed mean gap, L.
+    fn gap_tolerance(&self, target: f64) -> f64 {
+        let judge = judge(self.problem, L::HARD, self.rms_height, 1.0);
+        Judge::load_tolerance(self.problem.tolerance) * judge.gap_scale(target)
+    }
+
+    /// Gives the gap its imposed mean where the residual does not feel the difference: above a hard wall the gap is
+    /// scaled, and one that is closed everywhere is opened where the stress is lowest; behind a soft wall it is shifted.
+    fn impose(&self, level: &mut Level<T, K, L>, target: f64) {
+        level.apply_pending();
+        let found = mean(&level.gap);
+        if !L::HARD {
+            let shift = T::of(target - found);
+            level.gap.par_iter_mut().for_each(|g| *g += shift);
+        } else if found > 0.0 {
+            let factor = T::of(target / found);
+            level.gap.par_iter_mut().for_each(|g| *g *= factor);
+        } else {
+            let spring = std::mem::take(&mut level.spring);
+            let (_, stress) = level.stress();
+            level.spring = spring;
+            level.prepare();
+            let least = (0..stress.len()).min_by(|&i, &j| stress[i].wide().total_cmp(&stress[j].wide()));
+            let Some(least) = least else { return };
+            // The lowest pressure of full contact.
+            level.pressure -= stress[least].wide();
+            level.gap[least] = T::of(target * level.gap.len() as f64);
         }
     }
 }
@@ -351,7 +427,7 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             Load::Pressure(p) if p <= 0.0 => {
                 let mut level = untouched();
                 level.pressure = p;
-                Some((level, if p < 0.0 { Stop::Detached } else { Stop::Converged }))
+                Some((level, if p < 0.0 { Ending::Stopped(Stop::Detached) } else { Ending::Met }))
             }
             // Mean gaps at or beyond first contact.
             Load::MeanGap(target) if L::HARD => {
@@ -360,19 +436,19 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
                     let mut level = untouched();
                     let extra = T::of(target - touch);
                     level.gap.par_iter_mut().for_each(|g| *g += extra);
-                    (level, Stop::Converged)
+                    (level, Ending::Met)
                 })
             }
             _ => None,
         };
-        let (mut level, ended) = if let Some((level, stop)) = without_contact {
-            (level, Ended { stop, error_estimates: ErrorEstimates::default() })
+        let (mut level, ended) = if let Some((level, ending)) = without_contact {
+            (level, Ended { ending, error_estimates: ErrorEstimates::default() })
         } else if warm && resumed.is_none() {
             self.earlier_pairs.set(0.0);
             let mut level = Level::with_gap(self.cell.grid, (self.kernel, self.law), &self.heights, self.cell, start);
             self.set_load(&mut level, load);
             level.prepare();
-            let ended = self.solve_at(&mut level, load, (problem.tolerance, problem.targets), &mut iterations, None);
+            let ended = self.solve_at(&mut level, load, (self.tolerance(load), problem.targets), &mut iterations, None);
             (level, ended)
         } else {
             self.nested(load, &mut iterations, resumed)
@@ -392,10 +468,10 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         } else {
             (&self.gap, &self.stress)
         };
-        let Ended { stop, error_estimates } = ended;
-        let rms_height = self.rms_height;
-        let outcome =
-            Outcome { load, pressure, scale, rms_height, stop, iterations, pairs, clock, residuals, error_estimates };
+        let Ended { ending, error_estimates } = ended;
+        let judged = Problem { tolerance: self.tolerance(load), ..problem.clone() };
+        let judge = judge(&judged, L::HARD, self.rms_height, scale);
+        let outcome = Outcome { load, pressure, judge, ending, iterations, pairs, clock, residuals, error_estimates };
         Ok(outcome.state(gap, stress))
     }
 }

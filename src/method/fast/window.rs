@@ -26,22 +26,22 @@ pub(super) struct Window {
 impl Window {
     /// Number of facing nodes in row `y` of `nx` nodes.
     #[inline]
-    pub fn inside(&self, y: usize, nx: usize) -> usize {
+    pub(super) fn inside(&self, y: usize, nx: usize) -> usize {
         if y < self.ny { self.nx.min(nx) } else { 0 }
     }
 
-    pub fn points(&self) -> usize {
+    pub(super) fn points(&self) -> usize {
         self.nx * self.ny
     }
 
     /// Values at the facing nodes of a field with `nx` points per row.
-    pub fn cut<T: Copy>(&self, field: &[T], nx: usize) -> Vec<T> {
+    pub(super) fn cut<T: Copy>(&self, field: &[T], nx: usize) -> Vec<T> {
         field.chunks(nx).take(self.ny).flat_map(|row| row[..self.nx].iter().copied()).collect()
     }
 }
 
 impl Cell {
-    pub fn of(problem: &Problem) -> Self {
+    pub(super) fn of(problem: &Problem) -> Self {
         let grid = problem.grid;
         let Elastic::NonPeriodic(kernel) = problem.kernel else {
             return Cell { grid, patch: None, compliance: 0.0, mean_height: 0.0 };
@@ -57,12 +57,12 @@ impl Cell {
         }
     }
 
-    pub fn is_padded(&self) -> bool {
+    pub(super) fn is_padded(&self) -> bool {
         self.patch.is_some()
     }
 
     /// Facing nodes on a grid of this cell.
-    pub fn window(&self, grid: Grid) -> Window {
+    pub(super) fn window(&self, grid: Grid) -> Window {
         // Rounding error of an integer ratio.
         const WHOLE: f64 = 1e-6;
         let nodes = |extent: f64, d: f64| (extent / d + WHOLE) as usize + 1;
@@ -73,13 +73,13 @@ impl Cell {
     }
 
     /// Grid of the facing nodes, on a grid of this cell.
-    pub fn facing(&self, grid: Grid) -> Grid {
+    pub(super) fn facing(&self, grid: Grid) -> Grid {
         let Window { nx, ny } = self.window(grid);
         Grid { nx, ny, lx: nx as f64 * grid.dx(), ly: ny as f64 * grid.dy() }
     }
 
     /// Extends a field of the facing nodes continuously over the padding.
-    pub fn continued(&self, patch: &[f64]) -> Vec<f64> {
+    pub(super) fn continued(&self, patch: &[f64]) -> Vec<f64> {
         let Window { nx, ny } = self.window(self.grid);
         let blend = |k: usize, from: usize, n: usize, last: f64, first: f64| {
             let t = (k + 1 - from) as f64 / (n + 1 - from) as f64;
@@ -105,7 +105,7 @@ impl Cell {
 
     /// Elastic energy of the mean mode per facing area under a pressure on the facing nodes, and the mean gap of the
     /// cell at zero approach, from which the work of the load is counted.
-    pub fn mean_mode(&self, pressure: f64) -> (f64, f64) {
+    pub(super) fn mean_mode(&self, pressure: f64) -> (f64, f64) {
         let spread = pressure * self.window(self.grid).points() as f64 / self.grid.points() as f64;
         let lift = spread * self.compliance;
         (0.5 * pressure * lift, lift + self.mean_height)

@@ -14,6 +14,7 @@ mod element;
 
 use super::fields::{Convolution, Symbol, add, each, inner, means};
 use super::iteration::{IterationControl, LoadCase};
+use super::judge::Ending;
 use super::{
     Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Run, Started, State, Stop, fields,
     require,
@@ -23,7 +24,7 @@ use crate::interface::{Adhesion, Exponential, Kernel, Wall};
 use crate::{Error, Result};
 use rayon::prelude::*;
 
-pub struct FftIa;
+pub(super) struct FftIa;
 
 static CARD: Card = Card {
     id: "fft-ia",
@@ -37,6 +38,7 @@ static CARD: Card = Card {
     supports: super::card::fields,
     dois: &["10.1007/s11249-017-0900-2", "10.1016/S0043-1648(99)00113-1"],
     papers: &["Medina & Dini, Int. J. Solids Struct. 51 (2014) 2620"],
+    measured_errors: &[],
 };
 
 /// Error of the inner iteration over the change of the outer one.
@@ -232,7 +234,7 @@ impl Run for Solver<'_> {
         let problem = self.problem;
         let pressure = require::pressure(load, self.law.is_some(), CARD.id)?;
         // A separation is detected by the search for the contact pressure, not by the range.
-        let case = LoadCase { pressure, range: 0.0, rms_height: self.rms_height };
+        let case = LoadCase { pressure, range: 0.0, rms_height: self.rms_height, hard: true };
         let mut control = IterationControl::new(problem, self.observer, case);
         let scale = control.scale;
         let pairs_before = self.convolution.pairs;
@@ -248,7 +250,7 @@ impl Run for Solver<'_> {
         }
         let mut change = 1.0_f64;
         let stiffest = problem.stiffest_mode();
-        let (stop, residuals) = loop {
+        let (ending, residuals) = loop {
             let [pulled] = means(self.adhesive.len(), |i| [self.adhesive[i]]);
             // As accurate as the adhesive pressure and, at the end, as the tolerance: an error of the gap times a
             // stiffness is an error of the stress.
@@ -272,18 +274,18 @@ impl Run for Solver<'_> {
             change = missing.sqrt() / scale;
             control.record(&residuals);
             match inner_stop {
-                Inner::Separated => break (Stop::Detached, residuals),
-                Inner::Interrupted => break (Stop::Interrupted, residuals),
+                Inner::Separated => break (Ending::Stopped(Stop::Detached), residuals),
+                Inner::Interrupted => break (Ending::Stopped(Stop::Interrupted), residuals),
                 Inner::Done(n) => control.iterations += n + 1,
             }
             if control.converged(&residuals) {
-                break (Stop::Converged, residuals);
+                break (Ending::Met, residuals);
             }
-            if let Some(stop) = control.failed(&residuals) {
-                break (stop, residuals);
+            if let Some(ending) = control.failed(&residuals) {
+                break (ending, residuals);
             }
             if control.interrupted(&residuals) {
-                break (Stop::Interrupted, residuals);
+                break (Ending::Stopped(Stop::Interrupted), residuals);
             }
             // Without adhesion only the inner iteration continues, with a smaller tolerance.
             if self.law.is_none() {
@@ -295,6 +297,6 @@ impl Run for Solver<'_> {
         let Solver { stress, contact, adhesive, .. } = self;
         each(stress, |i, _| contact[i] - adhesive[i]);
         let pairs = self.convolution.pairs - pairs_before;
-        Ok(control.finish(stop, residuals, pairs).state(&self.gap, &self.stress))
+        Ok(control.finish(ending, residuals, pairs).state(&self.gap, &self.stress))
     }
 }

@@ -14,6 +14,7 @@
 mod plane;
 
 use super::iteration::{IterationControl, LoadCase};
+use super::judge::Ending;
 use super::residuals::Residuals;
 use super::{
     Card, ContactMethod, Criterion, Kind, Load, Needs, Observer, Plan, Problem, Run, Started, State, Stop, fields,
@@ -25,7 +26,7 @@ use crate::interface::{Law, WithAdhesion};
 use plane::Plane;
 use rayon::prelude::*;
 
-pub struct GfmdFire;
+pub(super) struct GfmdFire;
 
 static CARD: Card = Card {
     id: "gfmd-fire",
@@ -39,6 +40,7 @@ static CARD: Card = Card {
     supports: super::card::fields,
     dois: &["10.1007/s11249-017-0900-2", "10.1103/PhysRevLett.97.170201"],
     papers: &["Zhou, Moseler & Müser, Phys. Rev. B 99 (2019) 144103"],
+    measured_errors: &[],
 };
 
 /// Square of the time step times the largest curvature; the semi-implicit Euler step is stable up to 4.
@@ -182,17 +184,17 @@ impl<L: Law> Run for Solver<'_, L> {
 
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
         let pressure = require::pressure(load, self.law.range() > 0.0, CARD.id)?;
-        let case = LoadCase { pressure, range: self.law.range(), rms_height: self.rms_height };
+        let case = LoadCase { pressure, range: self.law.range(), rms_height: self.rms_height, hard: L::HARD };
         let mut control = IterationControl::new(self.problem, self.observer, case);
         let (mut downhill, mut turn) = (0, TURN);
         self.velocity.fill(0.0);
-        let (stop, residuals) = loop {
+        let (ending, residuals) = loop {
             let (residuals, motion) = self.evaluate(pressure);
-            if let Some(stop) = control.stop(&residuals) {
-                break (stop, residuals);
+            if let Some(ending) = control.ended(&residuals) {
+                break (ending, residuals);
             }
             if control.interrupted(&residuals) {
-                break (Stop::Interrupted, residuals);
+                break (Ending::Stopped(Stop::Interrupted), residuals);
             }
             let time = self.longest_step(pressure);
             if motion.power > 0.0 {
@@ -211,7 +213,7 @@ impl<L: Law> Run for Solver<'_, L> {
         let law = &self.law;
         self.imbalance.par_iter_mut().zip(&self.gap).for_each(|(t, &g)| *t -= law.traction(g));
         let pairs = control.iterations as f64 + 1.0;
-        Ok(control.finish(stop, residuals, pairs).state(&self.gap, &self.imbalance))
+        Ok(control.finish(ending, residuals, pairs).state(&self.gap, &self.imbalance))
     }
 }
 

@@ -22,7 +22,7 @@ pub(super) struct Plane {
 }
 
 impl Plane {
-    pub fn new(grid: Grid, kernel: Elastic) -> Self {
+    pub(super) fn new(grid: Grid, kernel: Elastic) -> Self {
         let (nx, ny) = (grid.nx, grid.ny);
         let mut planner = FftPlanner::new();
         let per_point = 1.0 / grid.points() as f64;
@@ -44,12 +44,12 @@ impl Plane {
     }
 
     /// Bytes of two complex spectra and the stiffness.
-    pub fn bytes(grid: Grid) -> u64 {
+    pub(super) fn bytes(grid: Grid) -> u64 {
         (grid.points() * (2 * size_of::<Complex<f64>>() + size_of::<f64>())) as u64
     }
 
     /// Writes the stress of the displacement `of(node)` to `into` `[ny, nx]`.
-    pub fn stress(&mut self, of: impl Fn(usize) -> f64 + Sync, into: &mut [f64]) {
+    pub(super) fn stress(&mut self, of: impl Fn(usize) -> f64 + Sync, into: &mut [f64]) {
         let (nx, ny) = (self.nx, self.ny);
         let [forward_row, inverse_row] = &self.rows;
         self.by_rows.par_chunks_mut(nx).enumerate().for_each_init(

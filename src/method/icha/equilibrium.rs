@@ -39,7 +39,7 @@ struct Matrix {
 
 impl EquilibriumSolver {
     /// Starts at the present spots, with new displacements.
-    pub fn new(spots: &mut Spots, target: f64) -> Self {
+    pub(super) fn new(spots: &mut Spots, target: f64) -> Self {
         let touching = spots.all.iter().filter(|s| s.approach > 0.0).count();
         let mut mesh = EwaldMesh::new(spots.grid, touching);
         if touching == 0 {
@@ -65,13 +65,13 @@ impl EquilibriumSolver {
     }
 
     /// Relative residual: the larger of the errors of the approaches, over the largest, and of the load.
-    pub fn residual(&self, spots: &Spots) -> f64 {
+    pub(super) fn residual(&self, spots: &Spots) -> f64 {
         let excess = self.excess.iter().map(|e| e.abs()).fold(0.0, f64::max) / self.scale;
         excess.max((spots.pressure() / self.target - 1.0).abs())
     }
 
     /// One Newton step, shortened while the residual does not decrease.
-    pub fn step(&mut self, spots: &mut Spots) {
+    pub(super) fn step(&mut self, spots: &mut Spots) {
         let asperities: Vec<Asperity> = self.active.iter().map(|&k| spots.all[k]).collect();
         let matrix = Matrix::new(spots, &self.mesh, &asperities);
         let settle = self.solve(&matrix, &self.excess.iter().map(|e| -e).collect::<Vec<_>>());

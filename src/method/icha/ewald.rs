@@ -44,12 +44,12 @@ pub(super) struct EwaldMesh {
 
 impl EwaldMesh {
     /// A mesh for about `spots` loads in a cell.
-    pub fn new(cell: Grid, spots: usize) -> Self {
+    pub(super) fn new(cell: Grid, spots: usize) -> Self {
         let Grid { lx, ly, .. } = cell;
         Self::with_reach(cell, (NEIGHBOURS * lx * ly / (PI * spots.max(1) as f64)).sqrt().min(WIDEST * lx.min(ly)))
     }
 
-    pub fn with_reach(cell: Grid, reach: f64) -> Self {
+    pub(super) fn with_reach(cell: Grid, reach: f64) -> Self {
         let Grid { lx, ly, .. } = cell;
         let alpha = CUT / reach;
         // At least the support of a spline.
@@ -83,7 +83,7 @@ impl EwaldMesh {
         }
     }
 
-    pub fn weights(&self, (x, y): (f64, f64)) -> Weights {
+    pub(super) fn weights(&self, (x, y): (f64, f64)) -> Weights {
         let along = |x: f64, dx: f64, n: usize| {
             let u = x / dx;
             let base = u.floor();
@@ -97,7 +97,7 @@ impl EwaldMesh {
     }
 
     /// Sets the field to the smooth displacement by loads F, with their second moments F·a²/10 if given.
-    pub fn load(&mut self, weights: &[Weights], loads: &[f64], second: Option<&[f64]>) {
+    pub(super) fn load(&mut self, weights: &[Weights], loads: &[f64], second: Option<&[f64]>) {
         self.spread(weights, loads);
         self.transform.forward(&self.field, &mut self.spectrum);
         if let Some(second) = second {
@@ -116,7 +116,7 @@ impl EwaldMesh {
     }
 
     /// Transform pairs times points since the last call.
-    pub fn take_transformed(&mut self) -> f64 {
+    pub(super) fn take_transformed(&mut self) -> f64 {
         std::mem::take(&mut self.transformed)
     }
 
@@ -136,7 +136,7 @@ impl EwaldMesh {
     }
 
     /// Interpolated field at a position.
-    pub fn read(&self, w: &Weights) -> f64 {
+    pub(super) fn read(&self, w: &Weights) -> f64 {
         let Grid { nx, ny, .. } = self.grid;
         let mut sum = 0.0;
         for (j, wy) in w.along[1].iter().enumerate() {
@@ -152,7 +152,7 @@ impl EwaldMesh {
     }
 
     /// Contribution of the mesh to the displacement by a unit load on a spot of radius `a` at the distance `r`.
-    pub fn smooth(&self, r: f64, a: f64) -> f64 {
+    pub(super) fn smooth(&self, r: f64, a: f64) -> f64 {
         let alpha = self.alpha;
         let gauss = 2.0 * alpha / PI.sqrt() * (-(alpha * r).powi(2)).exp();
         // erf(αr)/r and its Laplacian in the plane, as a series near the centre, where the closed form cancels.
@@ -166,7 +166,7 @@ impl EwaldMesh {
     }
 
     /// Constant per unit load that makes the mean displacement zero.
-    pub fn level(&self) -> f64 {
+    pub(super) fn level(&self) -> f64 {
         -2.0 / (PI.sqrt() * self.alpha * self.grid.lx * self.grid.ly)
     }
 }
@@ -196,7 +196,7 @@ struct CellList {
 
 impl CellList {
     /// A list with cells at least `reach` wide.
-    pub fn new(cell: Grid, reach: f64, at: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
+    pub(crate) fn new(cell: Grid, reach: f64, at: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
         let columns = [cell.lx, cell.ly].map(|l| ((l / reach).floor() as usize).clamp(1, 2048));
         let mut cells = CellList { columns, extents: [cell.lx, cell.ly], starts: Vec::new(), places: Vec::new() };
         let mut counts = vec![0; columns[0] * columns[1] + 1];
@@ -227,7 +227,7 @@ impl CellList {
     }
 
     /// Candidates within the cell width of a position: those of the cell and of its neighbours.
-    pub fn around(&self, (x, y): (f64, f64)) -> impl Iterator<Item = usize> + '_ {
+    pub(crate) fn around(&self, (x, y): (f64, f64)) -> impl Iterator<Item = usize> + '_ {
         let near = |axis: usize, x: f64| {
             let (n, k) = (self.columns[axis], self.column(axis, x));
             // With fewer than three columns each is visited once.
@@ -248,7 +248,7 @@ pub(super) struct NeighbourSearch {
 
 impl NeighbourSearch {
     /// A search over positions with their cutoffs; cutoffs below `least` are raised to it.
-    pub fn new(cell: Grid, least: f64, all: &[((f64, f64), f64)]) -> Self {
+    pub(super) fn new(cell: Grid, least: f64, all: &[((f64, f64), f64)]) -> Self {
         let mut members: Vec<Vec<usize>> = Vec::new();
         for (k, (_, reach)) in all.iter().enumerate() {
             // A diverging step may give any cutoff; the cell bounds it.
@@ -265,7 +265,7 @@ impl NeighbourSearch {
     }
 
     /// Candidates whose cutoff may include a position.
-    pub fn around(&self, place: (f64, f64)) -> impl Iterator<Item = usize> + '_ {
+    pub(super) fn around(&self, place: (f64, f64)) -> impl Iterator<Item = usize> + '_ {
         self.classes.iter().flat_map(move |(members, cells)| cells.around(place).map(|i| members[i]))
     }
 }

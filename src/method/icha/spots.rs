@@ -23,19 +23,19 @@ pub(super) struct Asperity {
 
 impl Asperity {
     /// Contact radius; 0 without contact.
-    pub fn spot(&self) -> f64 {
+    pub(super) fn spot(&self) -> f64 {
         (self.radius * self.approach.max(0.0)).sqrt()
     }
 
-    pub fn load(&self) -> f64 {
+    pub(super) fn load(&self) -> f64 {
         hertz_load(self.spot(), self.radius)
     }
 
-    pub fn area(&self) -> f64 {
+    pub(super) fn area(&self) -> f64 {
         PI * self.radius * self.approach.max(0.0)
     }
 
-    pub fn place(&self) -> (f64, f64) {
+    pub(super) fn place(&self) -> (f64, f64) {
         (self.x, self.y)
     }
 }
@@ -78,7 +78,7 @@ pub(super) struct Spots {
 }
 
 impl Spots {
-    pub fn new(grid: Grid, summits: &[Summit]) -> Self {
+    pub(super) fn new(grid: Grid, summits: &[Summit]) -> Self {
         let asperity = |s: &Summit| {
             let Summit { x, y, height, radius, .. } = *s;
             Asperity { x: x.rem_euclid(grid.lx), y: y.rem_euclid(grid.ly), height, radius, approach: f64::MIN }
@@ -89,32 +89,32 @@ impl Spots {
         Spots { grid, uplift: uplift.max(0.0), depth: all[0].height, all, transformed: 0.0 }
     }
 
-    pub fn area(&self) -> f64 {
+    pub(super) fn area(&self) -> f64 {
         self.grid.lx * self.grid.ly
     }
 
-    pub fn pressure(&self) -> f64 {
+    pub(super) fn pressure(&self) -> f64 {
         self.all.iter().map(Asperity::load).sum::<f64>() / self.area()
     }
 
-    pub fn distance(&self, a: (f64, f64), b: (f64, f64)) -> f64 {
+    pub(super) fn distance(&self, a: (f64, f64), b: (f64, f64)) -> f64 {
         let (dx, dy) = self.shortest((a.0 - b.0, a.1 - b.1));
         (dx * dx + dy * dy).sqrt()
     }
 
     /// Minimum-image vector.
-    pub fn shortest(&self, (dx, dy): (f64, f64)) -> (f64, f64) {
+    pub(super) fn shortest(&self, (dx, dy): (f64, f64)) -> (f64, f64) {
         let Grid { lx, ly, .. } = self.grid;
         (dx - lx * (dx / lx).round(), dy - ly * (dy / ly).round())
     }
 
     /// Cutoff of the pair sum for a spot.
-    pub fn reach(spot: &Asperity, mesh: &EwaldMesh) -> f64 {
+    pub(super) fn reach(spot: &Asperity, mesh: &EwaldMesh) -> f64 {
         mesh.reach.max(WIDTHS * spot.spot())
     }
 
     /// Initial state: the approach at which the first summit alone carries the pressure.
-    pub fn first_touch(&mut self, pressure: f64) {
+    pub(super) fn first_touch(&mut self, pressure: f64) {
         let first = self.all.iter_mut().min_by(|a, b| a.height.total_cmp(&b.height)).expect("there are summits");
         let a = (0.75 * pressure * self.grid.lx * self.grid.ly * first.radius).cbrt();
         first.approach = a * a / first.radius;
@@ -122,13 +122,13 @@ impl Spots {
     }
 
     /// Summits that are or may come into contact under a pressure; the largest upward displacement bounds their height.
-    pub fn candidates(&self, pressure: f64) -> Vec<usize> {
+    pub(super) fn candidates(&self, pressure: f64) -> Vec<usize> {
         let bound = self.depth + pressure * self.area() * self.uplift;
         (0..self.all.len()).filter(|&k| self.all[k].height < bound || self.all[k].approach > 0.0).collect()
     }
 
     /// Displacement at some summits by all other spots and all periodic images.
-    pub fn displacements(&self, mesh: &mut EwaldMesh, places: &[usize]) -> Vec<f64> {
+    pub(super) fn displacements(&self, mesh: &mut EwaldMesh, places: &[usize]) -> Vec<f64> {
         let touching: Vec<(usize, &Asperity)> = self.all.iter().enumerate().filter(|(_, s)| s.approach > 0.0).collect();
         let loads: Vec<f64> = touching.iter().map(|(_, s)| s.load()).collect();
         let second: Vec<f64> = touching.iter().map(|(_, s)| 0.1 * s.radius * s.approach * s.load()).collect();
@@ -156,7 +156,7 @@ impl Spots {
 
     /// Merges overlapping spots into spots with their total area and load, at their centre of load, with heights in
     /// equilibrium at the present approach. Returns whether any were merged.
-    pub fn merge(&mut self) -> bool {
+    pub(super) fn merge(&mut self) -> bool {
         let touching: Vec<usize> = (0..self.all.len()).filter(|&k| self.all[k].approach > 0.0).collect();
         // The distance of overlapping spots is at most twice the larger radius.
         let all: Vec<_> = touching.iter().map(|&k| (self.all[k].place(), 2.0 * self.all[k].spot())).collect();

@@ -20,7 +20,7 @@ pub(super) struct Resolution {
 
 impl Resolution {
     /// Areas without adhesion are within 1e-3 of their closed form.
-    pub const DEFAULT: Resolution = Resolution { growth: 0.06, stress: 0.012 };
+    pub(super) const DEFAULT: Resolution = Resolution { growth: 0.06, stress: 0.012 };
 }
 
 /// rms stress over the grid spacing at which the grid replaces the closed form.
@@ -79,7 +79,7 @@ struct Sweep {
 
 impl Cascade {
     /// `gamma` is the work of adhesion, `relaxation` the factor of the elastic energy.
-    pub fn new(bands: &[Band], c: f64, gamma: f64, relaxation: f64, mesh: Resolution) -> Self {
+    pub(super) fn new(bands: &[Band], c: f64, gamma: f64, relaxation: f64, mesh: Resolution) -> Self {
         let mut steps: Vec<Step> = Vec::new();
         for band in bands {
             let (variance, energy) = (0.5 * band.after() / (c * c), full_contact_energy(band));
@@ -101,14 +101,14 @@ impl Cascade {
     }
 
     /// Bytes of a sweep.
-    pub fn bytes(bands: usize) -> u64 {
+    pub(super) fn bytes(bands: usize) -> u64 {
         const FIELDS: u64 = 4;
         let nodes = ((REACH + 8.0) / Resolution::DEFAULT.stress) as u64;
         8 * (FIELDS * nodes + 8 * bands as u64)
     }
 
     /// Contact at a pressure, starting from the tensions found at another.
-    pub fn solve(&self, pressure: f64, near: Option<&Contact>, stopping: &impl Fn() -> bool) -> Contact {
+    pub(super) fn solve(&self, pressure: f64, near: Option<&Contact>, stopping: &impl Fn() -> bool) -> Contact {
         let mut tension = near.map_or_else(|| vec![0.0; self.steps.len()], |c| c.tension.clone());
         let mut sweep = self.sweep(pressure, &tension);
         let (mut stop, mut sweeps, mut residual) = (Stop::Converged, 1, 0.0);

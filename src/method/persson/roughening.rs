@@ -18,7 +18,7 @@ pub(super) struct Band {
 
 impl Band {
     /// Mean square gradient including this band.
-    pub fn after(&self) -> f64 {
+    pub(super) fn after(&self) -> f64 {
         self.before + self.gradient
     }
 }
@@ -62,7 +62,7 @@ impl Opening {
     /// F is below 1e-19 beyond this argument.
     const END: f64 = 6.5;
 
-    pub fn new(gamma: f64) -> Self {
+    pub(super) fn new(gamma: f64) -> Self {
         let rule = gauss_legendre(4);
         let slope = |x: f64| {
             if x == 0.0 {
@@ -84,7 +84,7 @@ impl Opening {
     }
 
     /// F(x) for x > 0.
-    pub fn at(&self, x: f64) -> f64 {
+    pub(super) fn at(&self, x: f64) -> f64 {
         if x >= Self::END {
             return 0.0;
         }
@@ -99,7 +99,7 @@ impl Opening {
     }
 
     /// `-x dF/dx`, the factor in the derivative of the mean gap with respect to ln p.
-    pub fn fall(&self, x: f64) -> f64 {
+    pub(super) fn fall(&self, x: f64) -> f64 {
         (self.gamma + 3.0 * (1.0 - self.gamma) * libm::erf(x).powi(2)) * (-x * x).exp()
     }
 }
@@ -108,7 +108,7 @@ impl Opening {
 pub(super) struct Rules([Vec<(f64, f64)>; 3]);
 
 impl Rules {
-    pub fn new() -> Self {
+    pub(super) fn new() -> Self {
         Rules([gauss_legendre(2), gauss_legendre(5), gauss_legendre(24)])
     }
 

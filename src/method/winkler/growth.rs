@@ -1,7 +1,7 @@
 //! Dilation of overlap patches to twice their area.
 
 use crate::grid::{Grid, Merged, UnionFind, minimum_image, nearest_marked};
-use crate::observe::{Connectivity, NO_PATCH, patches};
+use crate::observe::{Connectivity, NO_CLUSTER, clusters};
 use rayon::prelude::*;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -13,7 +13,7 @@ use std::collections::BinaryHeap;
 ///
 /// `O(N log N)`: one distance transform, one sort per Voronoi cell, and one queue of patches.
 pub(super) fn double(grid: Grid, map: &mut [u8]) {
-    let cores = patches(map, grid.nx, Connectivity::Eight);
+    let cores = clusters(map, grid.nx, Connectivity::Eight);
     if cores.sizes.is_empty() || 2 * cores.sizes.iter().sum::<usize>() >= map.len() {
         let all = u8::from(!cores.sizes.is_empty());
         map.iter_mut().for_each(|m| *m = all);
@@ -137,7 +137,7 @@ impl Growth {
             self.enqueue(patch);
             let around = neighbours(self.grid, i);
             for j in around {
-                if self.label[j] != NO_PATCH {
+                if self.label[j] != NO_CLUSTER {
                     self.merge(patch, self.label[j]);
                 }
             }
@@ -168,7 +168,7 @@ fn neighbours(grid: Grid, i: usize) -> [usize; 8] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::observe::patch_sizes;
+    use crate::observe::cluster_sizes;
 
     fn with(grid: Grid, inside: impl Fn(usize, usize) -> bool) -> Vec<u8> {
         (0..grid.points()).map(|i| u8::from(inside(i % grid.nx, i / grid.nx))).collect()
@@ -212,7 +212,7 @@ mod tests {
         }
         let mut map = with(grid, |x, y| (x < 4 && y < 5) || ((30..36).contains(&x) && (20..29).contains(&y)));
         double(grid, &mut map);
-        assert_eq!(patch_sizes(&map, 60, Connectivity::Eight), [40, 108]);
+        assert_eq!(cluster_sizes(&map, 60, Connectivity::Eight), [40, 108]);
         let mut none = vec![0; grid.points()];
         double(grid, &mut none);
         assert!(none.iter().all(|m| *m == 0));
@@ -224,7 +224,7 @@ mod tests {
         let grid = Grid::unit(64, 64);
         let mut map = with(grid, |x, y| ((10..30).contains(&x) && (10..30).contains(&y)) || (x, y) == (32, 20));
         double(grid, &mut map);
-        assert_eq!(patch_sizes(&map, 64, Connectivity::Eight), [802]);
+        assert_eq!(cluster_sizes(&map, 64, Connectivity::Eight), [802]);
     }
 
     /// A patch enclosed by others continues in their cells.

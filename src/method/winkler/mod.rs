@@ -9,6 +9,7 @@
 
 mod growth;
 
+use super::judge::estimating;
 use super::settings::WinklerSettings;
 use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Observer, Plan, Problem,
@@ -19,7 +20,7 @@ use crate::{Error, Result};
 use std::borrow::Cow;
 use std::time::Instant;
 
-pub struct Winkler;
+pub(super) struct Winkler;
 
 static CARD: Card = Card {
     id: "winkler",
@@ -33,6 +34,7 @@ static CARD: Card = Card {
     supports,
     dois: &["10.1007/s11249-017-0900-2"],
     papers: &[],
+    measured_errors: &[(Quantity::ContactArea, 1.05), (Quantity::MeanGap, 2.49)],
 };
 
 fn supports(quantity: Quantity) -> Support {
@@ -58,7 +60,7 @@ const REACHED: f64 = 0.1;
 /// Relative load balance, limited by rounding.
 const BALANCE: f64 = 1e-13;
 
-/// Processor time of a load, measured by `asperity bench --methods`; an order of magnitude.
+/// Processor time of a load, measured by the benchmark `measure`; an order of magnitude.
 const SECONDS_PER_POINT: f64 = 5e-7;
 
 impl ContactMethod for Winkler {
@@ -90,7 +92,7 @@ impl ContactMethod for Winkler {
         require::no_adhesion(problem, CARD.id)?;
         let heights = require::from_lowest(problem);
         let length = spring_length(problem, &heights)?;
-        Ok(Started::Estimator(Box::new(Springs {
+        Ok(estimating(Springs {
             problem,
             observer,
             heights,
@@ -98,7 +100,7 @@ impl ContactMethod for Winkler {
             contact: Vec::new(),
             gap: Vec::new(),
             stress: Vec::new(),
-        })))
+        }))
     }
 }
 

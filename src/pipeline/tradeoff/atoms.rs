@@ -1,15 +1,15 @@
 //! Blocks of atoms as settings of a benchmark. LAMMPS runs each block at the scene's loads; frames are analysed as in a
 //! run.
 
-use super::bench::Measured;
 use super::benchmark_point::{BenchmarkPoint, Filter, bare, halves};
+use super::measured::Measured;
 use crate::atoms::block::Block;
-use crate::atoms::engine::{Engine, LammpsEngine};
+use crate::atoms::engine::LammpsEngine;
 use crate::interface::Adhesion;
 use crate::method::{Precision, all_atom};
 use crate::pipeline::methods::{self, MethodRun};
 use crate::pipeline::stage::StageContext;
-use crate::pipeline::{Key, Listener, atomistic, matched, plan};
+use crate::pipeline::{Key, atomistic, matched, plan};
 use crate::record::tradeoff::{AtomsCost, BlockSize, Cost};
 use crate::scene::{AtomsCase, AtomsScene, Case, Start, Surface, highest_p_star};
 use crate::{Error, Result, sys};
@@ -29,10 +29,10 @@ const LEAST: BlockSize = BlockSize { cells: 10, depth_cells: 3, foundation_cells
 
 /// Subfolders of a setting: LAMMPS job, and analysis of its frames.
 const JOB: &str = "job";
-pub const READ: &str = "atoms";
+pub(super) const ANALYSIS: &str = "atoms";
 
 /// Blocks of a benchmark in the order of their size, and the engine that runs them.
-pub struct Blocks {
+pub(super) struct Blocks {
     list: Vec<(BenchmarkPoint, Case)>,
     pub engine: std::result::Result<LammpsEngine, String>,
 }
@@ -44,18 +44,18 @@ impl Blocks {
     ///
     /// # Errors
     /// `Input` for invalid sizes, scenes or loads; `MissingProgram` if sizes are requested and LAMMPS is not found.
-    pub fn of(case: &Case, asked: Option<&[BlockSize]>) -> Result<Option<Blocks>> {
-        let base = match (&case.scene.atoms, asked) {
+    pub(super) fn of(case: &Case, requested: Option<&[BlockSize]>) -> Result<Option<Blocks>> {
+        let base = match (&case.scene.atoms, requested) {
             (None, None) => return Ok(None),
             (own, _) => own.clone().unwrap_or_default(),
         };
         let own =
             BlockSize { cells: base.cells, depth_cells: base.depth_cells, foundation_cells: base.foundation_cells };
         let from_continuum = case.atoms.as_ref().is_some_and(|a| a.start == Start::Continuum);
-        let sizes = asked.map_or_else(|| beside(own, from_continuum), <[_]>::to_vec);
+        let sizes = requested.map_or_else(|| related_blocks(own, from_continuum), <[_]>::to_vec);
         let mut list: Vec<(BenchmarkPoint, Case)> = Vec::new();
         for size in sizes {
-            if list.iter().any(|(rung, _)| rung.block == Some(size)) {
+            if list.iter().any(|(point, _)| point.block == Some(size)) {
                 continue;
             }
             let mut scene = bare(case);
@@ -63,15 +63,15 @@ impl Blocks {
             (scene.load.unload, scene.load.maps_at) = (false, None);
             // Loads are compared by index, so only leading loads are kept.
             let highest = HIGHEST.min(highest_p_star(case.gradient));
-            let pressed = scene.load.p_star.iter().take_while(|p| **p <= highest).count();
-            if pressed == 0 && asked.is_none() {
+            let loads = scene.load.p_star.iter().take_while(|p| **p <= highest).count();
+            if loads == 0 && requested.is_none() {
                 return Ok(None);
             }
-            if pressed == 0 {
+            if loads == 0 {
                 let accepted = format!("a scene whose first load p* is at most {highest:.3}");
                 return Err(Error::input(case.file.display(), "load.p_star", "loads of atoms", accepted));
             }
-            scene.load.p_star.truncate(pressed);
+            scene.load.p_star.truncate(loads);
             // The cost of a setting is that of the relaxed states, without constant-temperature runs.
             let BlockSize { cells, depth_cells, foundation_cells } = size;
             let atoms = AtomsScene { cells, depth_cells, foundation_cells, nvt: None, ..base.clone() };
@@ -80,33 +80,33 @@ impl Blocks {
             let found = Case::resolve(scene, &case.file)?;
             let method = crate::method::find(all_atom::ID).expect("it is registered");
             let points = found.atoms.as_ref().map_or(0, |a| a.points);
-            let beside = MethodRun { method, adhesive: case.adhesion != Adhesion::None };
-            let rung = BenchmarkPoint {
+            let method_run = MethodRun { method, adhesive: case.adhesion != Adhesion::None };
+            let point = BenchmarkPoint {
                 block: Some(size),
-                ..BenchmarkPoint::on_grid(beside, points, Precision::F64, tolerance)
+                ..BenchmarkPoint::on_grid(method_run, points, Precision::F64, tolerance)
             };
-            list.push((rung, found));
+            list.push((point, found));
         }
         list.sort_by_key(|(_, c)| c.atoms.as_ref().map_or(0, total));
         let Some((_, first)) = list.first() else { return Ok(None) };
         let engine = match atomistic::engine(first) {
-            Err(e) if asked.is_some() => return Err(e),
+            Err(e) if requested.is_some() => return Err(e),
             other => other.map_err(|e| e.to_string()),
         };
         Ok(Some(Blocks { list, engine }))
     }
 
-    pub fn points(&self) -> Vec<BenchmarkPoint> {
-        self.list.iter().map(|(rung, _)| *rung).collect()
+    pub(super) fn points(&self) -> Vec<BenchmarkPoint> {
+        self.list.iter().map(|(point, _)| *point).collect()
     }
 
-    pub fn case(&self, rung: &BenchmarkPoint) -> Option<&Case> {
-        self.list.iter().find(|(r, _)| r.block == rung.block).map(|(_, case)| case)
+    pub(super) fn case(&self, point: &BenchmarkPoint) -> Option<&Case> {
+        self.list.iter().find(|(p, _)| p.block == point.block).map(|(_, case)| case)
     }
 
     /// Dependencies of a block's results in addition to the scene: atoms section, potential and engine.
-    pub fn depends_on(&self, rung: &BenchmarkPoint) -> Result<impl serde::Serialize> {
-        let case = self.case(rung);
+    pub(super) fn depends_on(&self, point: &BenchmarkPoint) -> Result<impl serde::Serialize> {
+        let case = self.case(point);
         let file = case.and_then(|c| c.atoms.as_ref()).and_then(|a| a.potential.as_ref());
         let potential = file.map(|path| Key::of_file(path)).transpose()?;
         let engine = self.engine.as_ref().map(|e| format!("{:?}", e.describe())).ok();
@@ -116,7 +116,7 @@ impl Blocks {
 
 /// A block, and further blocks that show the effect of extent and depth. A block on a foundation requires a start from
 /// the continuum.
-fn beside(own: BlockSize, from_continuum: bool) -> Vec<BlockSize> {
+fn related_blocks(own: BlockSize, from_continuum: bool) -> Vec<BlockSize> {
     // Blocks with a multiple of five cells have the same indenter spacing.
     let narrower = BlockSize { cells: own.cells / 10 * 5, ..own };
     let shallower = BlockSize { depth_cells: own.depth_cells / 2, ..own };
@@ -132,14 +132,14 @@ fn total(atoms: &AtomsCase) -> u64 {
 }
 
 /// Estimated memory (bytes) and time (s) of a block.
-pub fn planned(case: &Case) -> Result<(u64, f64)> {
+pub(super) fn planned(case: &Case) -> Result<(u64, f64)> {
     let plan = plan(case, rayon::current_num_threads(), None)?;
     let of = plan.stages.iter().filter(|s| ["matched", "lammps", "atoms"].contains(&s.name.as_str()));
     Ok(of.fold((0, 0.0), |(bytes, seconds), s| (bytes.max(s.bytes), seconds + s.seconds)))
 }
 
 /// The second reference of a block: the same problem on heights with only the wavelengths that its indenter resolves.
-pub fn on_resolved_heights(reference: &BenchmarkPoint, case: &Case) -> BenchmarkPoint {
+pub(super) fn on_resolved_heights(reference: &BenchmarkPoint, case: &Case) -> BenchmarkPoint {
     let (low_pass, stretch) = case.atoms.as_ref().map_or((0.0, 1.0), |a| (a.low_pass, a.stretch));
     let enough = |n: &usize| *n as f64 * low_pass >= NODES_PER_WAVE;
     let n = match case.surface {
@@ -150,16 +150,11 @@ pub fn on_resolved_heights(reference: &BenchmarkPoint, case: &Case) -> Benchmark
 }
 
 /// Runs a block at every load, and analyses it. The maps are kept; the LAMMPS job folder is removed.
-pub fn pressed(
-    case: &Case,
-    engine: &LammpsEngine,
-    (dir, stage): (&Path, &str),
-    key: &Key,
-    listener: &dyn Listener,
-) -> Result<Measured> {
+pub(super) fn run_block(case: &Case, engine: &LammpsEngine, at: &StageContext) -> Result<Measured> {
     let atoms = case.atoms.as_ref().expect("a block is resolved");
+    let &StageContext { folder: dir, stage, listener, .. } = at;
     let root = dir.parent().unwrap_or(dir);
-    let [job_folder, read_folder] = [JOB, READ].map(|name| dir.join(name));
+    let [job_folder, read_folder] = [JOB, ANALYSIS].map(|name| dir.join(name));
     for folder in [&job_folder, &read_folder] {
         std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
     }
@@ -169,7 +164,7 @@ pub fn pressed(
     let solved = match atoms.start {
         Start::Continuum => {
             let in_stage = format!("{stage}/{JOB}");
-            let at = StageContext { folder: &job_folder, stage: &in_stage, key, listener };
+            let at = StageContext { folder: &job_folder, stage: &in_stage, ..*at };
             Some(matched::compliant_wall(case, atoms, &at)?)
         }
         Start::Touch => None,
@@ -177,7 +172,7 @@ pub fn pressed(
     let job = atomistic::write_job(case, atoms, &job_folder, solved.as_ref().map(|s| (s, root)))?;
     let outcome = atomistic::run_lammps(engine, &job, listener)?;
     let lammps_cpu_seconds = sys::children_cpu_seconds() - children;
-    let in_stage = format!("{stage}/{READ}");
+    let in_stage = format!("{stage}/{ANALYSIS}");
     let found = atomistic::read(case, atoms, &job, &outcome, &read_folder, &in_stage)?;
     let mut results = methods::of_atoms(case, &found, lammps_cpu_seconds, (root, dir, stage))?;
     results.planned_bytes = planned(case)?.0;
@@ -213,7 +208,7 @@ pub fn pressed(
 }
 
 /// Bytes of the frames in a job folder.
-pub fn frame_bytes(folder: &Path) -> Result<u64> {
+pub(super) fn frame_bytes(folder: &Path) -> Result<u64> {
     let mut bytes = 0;
     for entry in std::fs::read_dir(folder).map_err(Error::io("list", folder))? {
         let entry = entry.map_err(Error::io("list", folder))?;
@@ -229,13 +224,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_block_has_others_beside_it() {
+    fn blocks_vary_in_extent_and_depth() {
         let size = |cells, depth_cells| BlockSize { cells, depth_cells, foundation_cells: 0 };
         let founded = BlockSize { foundation_cells: 6, ..size(45, 6) };
-        assert_eq!(beside(size(45, 12), false), [size(45, 12), size(20, 12), size(45, 6)]);
-        assert_eq!(beside(size(45, 12), true), [size(45, 12), size(20, 12), size(45, 6), founded]);
+        assert_eq!(related_blocks(size(45, 12), false), [size(45, 12), size(20, 12), size(45, 6)]);
+        assert_eq!(related_blocks(size(45, 12), true), [size(45, 12), size(20, 12), size(45, 6), founded]);
         assert_eq!(
-            beside(founded, true),
+            related_blocks(founded, true),
             [
                 founded,
                 BlockSize { cells: 20, ..founded },
@@ -243,7 +238,7 @@ mod tests {
                 BlockSize { foundation_cells: 9, ..size(45, 3) }
             ]
         );
-        assert_eq!(beside(size(15, 6), false), [size(15, 6), size(15, 3)]);
-        assert_eq!(beside(size(10, 4), true), [size(10, 4)]);
+        assert_eq!(related_blocks(size(15, 6), false), [size(15, 6), size(15, 3)]);
+        assert_eq!(related_blocks(size(10, 4), true), [size(10, 4)]);
     }
 }

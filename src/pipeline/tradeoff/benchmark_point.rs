@@ -1,5 +1,6 @@
 //! Settings of a benchmark: method, grid, precision and tolerance.
 
+use crate::compare::advice::GROWTH;
 use crate::interface::{Base, Elastic, Layer};
 use crate::method::{ContactMethod, Heights, Kind, Precision, Problem};
 use crate::path::EstimatorInput;
@@ -15,25 +16,21 @@ use serde::Serialize;
 const TOLERANCES: [f64; 4] = [1e-2, 1e-4, 1e-6, 1e-8];
 
 /// Largest tolerance of the reference: the default of f64.
-pub const REFERENCE_TOLERANCE: f64 = 1e-8;
+pub(super) const REFERENCE_TOLERANCE: f64 = 1e-8;
 
 /// Poisson's ratio of the layers that replace the half-space; that of the atoms' block.
-const SLAB_POISSON: f64 = 0.3;
+const LAYER_POISSON: f64 = 0.3;
 
 /// Points per side of the coarsest grid that is compared.
-pub const COARSEST: usize = 16;
+pub(super) const COARSEST: usize = 16;
 
 /// Number of default grids below the scene's, each with half the points per side of the previous one.
 const GRIDS_BELOW: usize = 2;
 
-/// Exponent of the cost in the number of points, for predictions. From the challenge paper (Müser et al. 2017): 1 min
-/// on a 1k × 1k grid, 1 h on 4k × 4k, three weeks on 32k × 32k.
-const GROWTH: f64 = 1.5;
-
 /// A setting: method, grid, precision and tolerance.
 #[derive(Clone, Copy)]
-pub struct BenchmarkPoint {
-    pub beside: MethodRun,
+pub(super) struct BenchmarkPoint {
+    pub method_run: MethodRun,
     /// Points in x.
     pub n: usize,
     pub precision: Precision,
@@ -49,7 +46,7 @@ pub struct BenchmarkPoint {
 
 /// Low-pass filter of heights.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Filter {
+pub(super) struct Filter {
     /// Shortest wavelength that is kept, units of L.
     pub low_pass: f64,
     /// Factor on the filtered heights.
@@ -58,59 +55,72 @@ pub struct Filter {
 
 impl BenchmarkPoint {
     /// A setting with the scene's own heights and elastic body.
-    pub fn on_grid(beside: MethodRun, n: usize, precision: Precision, tolerance: f64) -> Self {
-        BenchmarkPoint { beside, n, precision, tolerance, layer_thickness: None, block: None, filter: None }
+    pub(super) fn on_grid(method_run: MethodRun, n: usize, precision: Precision, tolerance: f64) -> Self {
+        BenchmarkPoint { method_run, n, precision, tolerance, layer_thickness: None, block: None, filter: None }
     }
 
-    pub fn id(&self) -> &'static str {
-        self.beside.method.card().id
+    pub(super) fn id(&self) -> &'static str {
+        self.method_run.method.card().id
     }
 
     /// Name of the stage and of its folder.
-    pub fn stage(&self) -> String {
-        let adhesive = if self.beside.adhesive { "-adhesive" } else { "" };
-        let slab = self.layer_thickness.map_or(String::new(), |t| format!("-slab-{t}"));
+    pub(super) fn stage(&self) -> String {
+        let adhesive = if self.method_run.adhesive { "-adhesive" } else { "" };
+        let layer = self.layer_thickness.map_or(String::new(), |t| format!("-layer-{t}"));
         let filter = self.filter.map_or(String::new(), |f| format!("-low-pass-{:.5}", f.low_pass));
         if let Some(block) = self.block {
             return format!("point-{}{adhesive}-{block}", self.id());
         }
-        format!("point-{}{adhesive}-{}-{}-{:e}{slab}{filter}", self.id(), self.n, word(self.precision), self.tolerance)
+        format!(
+            "point-{}{adhesive}-{}-{}-{:e}{layer}{filter}",
+            self.id(),
+            self.n,
+            precision_name(self.precision),
+            self.tolerance
+        )
     }
 
-    pub fn words(&self) -> String {
-        let with = if self.beside.adhesive { " with adhesion" } else { "" };
-        let slab = self.layer_thickness.map_or(String::new(), |t| format!(", a layer of {t} L"));
-        let slab = slab + &self.filter.map_or(String::new(), |f| format!(", waves down to {:.3} L", f.low_pass));
+    /// Description for progress messages and warnings.
+    pub(super) fn label(&self) -> String {
+        let with = if self.method_run.adhesive { " with adhesion" } else { "" };
+        let layer = self.layer_thickness.map_or(String::new(), |t| format!(", a layer of {t} L"));
+        let layer = layer + &self.filter.map_or(String::new(), |f| format!(", waves down to {:.3} L", f.low_pass));
         if let Some(block) = self.block {
             return format!("{}{with}, a block of {block} cells", self.id());
         }
-        format!("{}{with}, {} points a side, {} to {:e}{slab}", self.id(), self.n, word(self.precision), self.tolerance)
+        format!(
+            "{}{with}, {} points per side, {} to {:e}{layer}",
+            self.id(),
+            self.n,
+            precision_name(self.precision),
+            self.tolerance
+        )
     }
 
-    pub fn setting(&self, ny: usize) -> Setting {
+    pub(super) fn setting(&self, ny: usize) -> Setting {
         Setting {
             method: self.id().into(),
-            adhesive: self.beside.adhesive,
+            adhesive: self.method_run.adhesive,
             nx: self.n,
             ny,
-            precision: word(self.precision).into(),
+            precision: precision_name(self.precision).into(),
             tolerance: self.tolerance,
             layer_thickness: self.layer_thickness,
             block: self.block,
         }
     }
 
-    pub fn is_of(&self, other: &BenchmarkPoint) -> bool {
-        self.id() == other.id() && self.beside.adhesive == other.beside.adhesive
+    pub(super) fn is_of(&self, other: &BenchmarkPoint) -> bool {
+        self.id() == other.id() && self.method_run.adhesive == other.method_run.adhesive
     }
 
-    pub fn planned_bytes(&self, case: &Case) -> u64 {
-        EstimatorInput::plan(&problem(case, &self.beside), self.beside.method).bytes
+    pub(super) fn planned_bytes(&self, case: &Case) -> u64 {
+        EstimatorInput::plan(&problem(case, &self.method_run), self.method_run.method).bytes
     }
 
     /// Expected time of one run, s: scaled from the nearest measured grid of the same method, or, without one, from the
     /// plan of the method. An order of magnitude.
-    pub fn expected_seconds(&self, measured: &[(BenchmarkPoint, f64)], case: &Case) -> f64 {
+    pub(super) fn expected_seconds(&self, measured: &[(BenchmarkPoint, f64)], case: &Case) -> f64 {
         let step = |r: &BenchmarkPoint| (self.n as f64 / r.n as f64).ln();
         let same = measured.iter().filter(|(r, _)| self.is_of(r));
         let nearest = same.min_by(|(a, _), (b, _)| step(a).abs().total_cmp(&step(b).abs()));
@@ -121,7 +131,7 @@ impl BenchmarkPoint {
                 seconds * (2.0 * exponent * step(r)).exp()
             }
             None => {
-                let plan = self.beside.method.plan(&problem(case, &self.beside));
+                let plan = self.method_run.method.plan(&problem(case, &self.method_run));
                 let pairs = plan.iterations as f64 * plan.pairs_per_iteration;
                 let threads = rayon::current_num_threads() as f64;
                 let of_pairs = pairs * case.grid.points() as f64 * SECONDS_PER_POINT_PAIR / threads;
@@ -132,13 +142,13 @@ impl BenchmarkPoint {
 }
 
 /// The problem of which a method plans the cost.
-fn problem<'a>(case: &Case, beside: &MethodRun) -> Problem<'a> {
+fn problem<'a>(case: &Case, method_run: &MethodRun) -> Problem<'a> {
     let problem = case.problem(Heights::Nodes(&[]));
-    if beside.adhesive { problem } else { Problem { adhesion: crate::interface::Adhesion::None, ..problem } }
+    if method_run.adhesive { problem } else { Problem { adhesion: crate::interface::Adhesion::None, ..problem } }
 }
 
 /// Name of the precision in JSON.
-pub fn word(precision: Precision) -> &'static str {
+pub(super) fn precision_name(precision: Precision) -> &'static str {
     match precision {
         Precision::F32 => "f32",
         Precision::F64 => "f64",
@@ -146,7 +156,7 @@ pub fn word(precision: Precision) -> &'static str {
 }
 
 /// The scene common to all settings: surface, loads and adhesion, without additional solutions.
-pub fn bare(case: &Case) -> Scene {
+pub(super) fn bare(case: &Case) -> Scene {
     let mut scene = case.scene.clone();
     (scene.atoms, scene.accuracy) = (None, None);
     scene.load.pull_off = false;
@@ -165,18 +175,18 @@ pub fn bare(case: &Case) -> Scene {
 ///
 /// # Errors
 /// `Input` if the grid does not resolve the surface, or does not fit the height map.
-pub fn at(case: &Case, rung: &BenchmarkPoint) -> Result<Case> {
-    let mut found = on_grid(case, rung.n)?;
-    found.scene.continuum.precision = rung.precision;
-    found.scene.continuum.tolerance = Some(rung.tolerance);
-    if let Some(thickness) = rung.layer_thickness {
-        found.kernel = Elastic::Layer(Layer { thickness, poisson: SLAB_POISSON, base: Base::Bonded });
+pub(super) fn at(case: &Case, point: &BenchmarkPoint) -> Result<Case> {
+    let mut found = on_grid(case, point.n)?;
+    found.scene.continuum.precision = point.precision;
+    found.scene.continuum.tolerance = Some(point.tolerance);
+    if let Some(thickness) = point.layer_thickness {
+        found.kernel = Elastic::Layer(Layer { thickness, poisson: LAYER_POISSON, base: Base::Bonded });
     }
     Ok(found)
 }
 
 /// The case with `n` points in x.
-pub fn on_grid(case: &Case, n: usize) -> Result<Case> {
+pub(super) fn on_grid(case: &Case, n: usize) -> Result<Case> {
     let own = case.grid;
     if n == own.nx {
         return Ok(case.clone());
@@ -206,18 +216,18 @@ pub fn on_grid(case: &Case, n: usize) -> Result<Case> {
 }
 
 /// Default grids: `n` points in x, and successive halves.
-pub fn default_grids(n: usize) -> Vec<usize> {
+pub(super) fn default_grids(n: usize) -> Vec<usize> {
     halves(n, GRIDS_BELOW)
 }
 
 /// `n` and up to `count` successive halves, as long as they are integers and at least [`COARSEST`].
-pub fn halves(n: usize, count: usize) -> Vec<usize> {
+pub(super) fn halves(n: usize, count: usize) -> Vec<usize> {
     let half = |n: &usize| (n.is_multiple_of(2) && n / 2 >= COARSEST).then_some(n / 2);
     std::iter::successors(Some(n), half).take(count + 1).collect()
 }
 
 /// Tolerance at which methods and grids are compared: the scene's if it is for f64, or the default.
-pub fn base_tolerance(case: &Case) -> f64 {
+pub(super) fn base_tolerance(case: &Case) -> f64 {
     match (case.scene.continuum.precision, case.scene.continuum.tolerance) {
         (Precision::F64, Some(t)) => t,
         _ => default_tolerance(Precision::F64, case.grid),
@@ -225,16 +235,16 @@ pub fn base_tolerance(case: &Case) -> f64 {
 }
 
 /// Other precisions and tolerances of a setting; none for estimators.
-pub fn refinements(rung: &BenchmarkPoint, case: &Case) -> Vec<BenchmarkPoint> {
-    let method: &dyn ContactMethod = rung.beside.method;
+pub(super) fn refinements(point: &BenchmarkPoint, case: &Case) -> Vec<BenchmarkPoint> {
+    let method: &dyn ContactMethod = point.method_run.method;
     if method.card().kind == Kind::Estimate {
         return Vec::new();
     }
     // At low loads rounding errors prevent f32 from reaching its default tolerance, so a coarser one is added.
     let single = [default_tolerance(Precision::F32, case.grid), TOLERANCES[0]];
-    let single = single.map(|tolerance| BenchmarkPoint { precision: Precision::F32, tolerance, ..*rung });
-    let others = TOLERANCES.into_iter().filter(|t| *t != rung.tolerance);
-    single.into_iter().chain(others.map(|tolerance| BenchmarkPoint { tolerance, ..*rung })).collect()
+    let single = single.map(|tolerance| BenchmarkPoint { precision: Precision::F32, tolerance, ..*point });
+    let others = TOLERANCES.into_iter().filter(|t| *t != point.tolerance);
+    single.into_iter().chain(others.map(|tolerance| BenchmarkPoint { tolerance, ..*point })).collect()
 }
 
 #[cfg(test)]
@@ -255,11 +265,11 @@ mod tests {
         let file = std::path::Path::new("t.toml");
         let case = Case::resolve(Scene::parse(scene, file).expect("a scene"), file).expect("a case");
         let method = crate::method::find("gfmd").expect("registered");
-        let rung = |n: usize| BenchmarkPoint::on_grid(MethodRun { method, adhesive: false }, n, Precision::F64, 1e-8);
-        let measured = [(rung(32), 1.0), (rung(64), 6.0)];
-        assert!((rung(128).expected_seconds(&measured, &case) / 48.0 - 1.0).abs() < 1e-12);
-        assert!((rung(16).expected_seconds(&measured, &case) / 0.25 - 1.0).abs() < 1e-12);
-        assert!(rung(64).expected_seconds(&[], &case) > 0.0);
-        assert_eq!(refinements(&rung(64), &case).len(), 5);
+        let point = |n: usize| BenchmarkPoint::on_grid(MethodRun { method, adhesive: false }, n, Precision::F64, 1e-8);
+        let measured = [(point(32), 1.0), (point(64), 6.0)];
+        assert!((point(128).expected_seconds(&measured, &case) / 48.0 - 1.0).abs() < 1e-12);
+        assert!((point(16).expected_seconds(&measured, &case) / 0.25 - 1.0).abs() < 1e-12);
+        assert!(point(64).expected_seconds(&[], &case) > 0.0);
+        assert_eq!(refinements(&point(64), &case).len(), 5);
     }
 }

@@ -1,6 +1,5 @@
 //! Errors of a setting relative to the reference.
 
-use super::bench::Measured;
 use crate::Result;
 use crate::compare::accuracy::{
     Masses, at_nodes_of, decades, finest_error, map_l2, map_mismatch, richardson, rms, wasserstein,
@@ -19,7 +18,7 @@ use std::path::Path;
 
 /// Scales of the surface that make deviations relative.
 #[derive(Debug, Clone, Copy)]
-pub struct Roughness {
+pub(super) struct Roughness {
     /// rms gradient.
     pub gradient: f64,
     /// rms height, units of L.
@@ -32,7 +31,7 @@ pub struct Roughness {
 const NARROW: f64 = 0.01;
 
 impl Roughness {
-    pub fn of(case: &Case) -> Self {
+    pub(super) fn of(case: &Case) -> Self {
         Roughness { gradient: case.gradient, height: case.surface.rms_height() }
     }
 
@@ -49,7 +48,7 @@ impl Roughness {
 
 /// Errors of the maps of a load, evaluated before the maps are deleted.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-pub struct MapErrors {
+pub(super) struct MapErrors {
     gap: Option<f64>,
     contact: Option<f64>,
 }
@@ -68,26 +67,26 @@ fn contact(root: &Path, kind: Kind, state: &MethodState) -> Result<Option<npy::F
 
 /// Errors of the maps of a state relative to the reference solution, if both have maps. `kind`: kind of the method. A
 /// block of atoms (`is_block`) has its own grid, and the reference is interpolated to its nodes.
-pub fn maps(
+pub(super) fn maps(
     root: &Path,
     (kind, is_block): (Kind, bool),
     found: &MethodState,
     reference: &MethodState,
     rough: Roughness,
 ) -> Result<MapErrors> {
-    let there = |map: npy::Field<f64>, of: &npy::Field<f64>, nearest: bool| match is_block {
+    let on_nodes = |map: npy::Field<f64>, of: &npy::Field<f64>, nearest: bool| match is_block {
         true => at_nodes_of(&map, of.nx, of.ny, nearest),
         false => map,
     };
     let gap = match (&found.numbers.gap_map, &reference.numbers.gap_map, reference.mean_gap) {
         (Some(a), Some(b), Some(mean_gap)) => {
             let a = npy::read(&root.join(a))?;
-            map_l2(&a, &there(npy::read(&root.join(b))?, &a, false), rough.gap(mean_gap))
+            map_l2(&a, &on_nodes(npy::read(&root.join(b))?, &a, false), rough.gap(mean_gap))
         }
         _ => None,
     };
     let contact = match (contact(root, kind, found)?, contact(root, Kind::Solver, reference)?) {
-        (Some(a), Some(b)) => map_mismatch(&a, &there(b, &a, true)),
+        (Some(a), Some(b)) => map_mismatch(&a, &on_nodes(b, &a, true)),
         _ => None,
     };
     Ok(MapErrors { gap, contact })
@@ -103,7 +102,7 @@ fn number(state: &MethodState, quantity: Quantity) -> Option<f64> {
 }
 
 /// Numbers of the reference at each load, extrapolated from its grids (`levels`, coarse to fine).
-pub fn numbers(levels: &[&[MethodState]]) -> Vec<ReferenceLoad> {
+pub(super) fn numbers(levels: &[&[MethodState]]) -> Vec<ReferenceLoad> {
     let finest = levels.last().copied().unwrap_or_default();
     let of = |(i, state): (usize, &MethodState)| {
         let mut numbers = BTreeMap::new();
@@ -125,25 +124,25 @@ pub fn numbers(levels: &[&[MethodState]]) -> Vec<ReferenceLoad> {
 }
 
 /// Errors at each load. `maps`: errors of the maps relative to the same reference.
-pub fn errors(
-    (found, maps): (&Measured, &[MapErrors]),
-    reference: &Measured,
+pub(super) fn errors(
+    (found, maps): (&[MethodState], &[MapErrors]),
+    reference: &[MethodState],
     numbers: &[ReferenceLoad],
     rough: Roughness,
 ) -> Vec<LoadErrors> {
-    let states = found.results.states.iter().zip(&reference.results.states).zip(numbers);
+    let states = found.iter().zip(reference).zip(numbers);
     states
         .enumerate()
-        .map(|(i, ((state, truth), load))| LoadErrors {
-            p_star: truth.numbers.p_star,
-            errors: of_load(state, truth, &load.numbers, maps.get(i).copied().unwrap_or_default(), rough),
+        .map(|(i, ((state, reference), load))| LoadErrors {
+            p_star: reference.numbers.p_star,
+            errors: of_load(state, reference, &load.numbers, maps.get(i).copied().unwrap_or_default(), rough),
         })
         .collect()
 }
 
 fn of_load(
     state: &MethodState,
-    truth: &MethodState,
+    reference: &MethodState,
     numbers: &BTreeMap<Quantity, Extrapolation>,
     maps: MapErrors,
     rough: Roughness,
@@ -154,40 +153,41 @@ fn of_load(
     };
     let of = |quantity: Quantity| match quantity {
         Quantity::ContactArea | Quantity::MeanGap | Quantity::Stiffness => {
-            let (found, truth) = (number(state, quantity)?, numbers.get(&quantity)?.value);
-            Some((found - truth).abs() / rough.number(quantity, truth))
+            let (found, reference) = (number(state, quantity)?, numbers.get(&quantity)?.value);
+            Some((found - reference).abs() / rough.number(quantity, reference))
         }
         Quantity::GapMap => maps.gap,
         Quantity::ContactMap => maps.contact,
-        Quantity::GapPdf => distance(&state.gap, &truth.gap, Some(0.0), rough.gap(truth.mean_gap?)),
-        Quantity::StressPdf => distance(&state.stress, &truth.stress, None, rough.gradient),
+        Quantity::GapPdf => distance(&state.gap, &reference.gap, Some(0.0), rough.gap(reference.mean_gap?)),
+        Quantity::StressPdf => distance(&state.stress, &reference.stress, None, rough.gradient),
         Quantity::PatchArea => {
-            wasserstein(&Masses::of_patches(&state.patch_area), &Masses::of_patches(&truth.patch_area))
+            wasserstein(&Masses::of_patches(&state.patch_area), &Masses::of_patches(&reference.patch_area))
         }
-        Quantity::MedianClusterArea => decades(state.median_cluster_area?, truth.median_cluster_area?),
+        Quantity::MedianClusterArea => decades(state.median_cluster_area?, reference.median_cluster_area?),
         Quantity::StressMap | Quantity::PatchPdf => None,
     };
-    let told = |m: Quantity| of(m).filter(|e| e.is_finite()).map(|e| (m, e));
-    Quantity::COMPARED.into_iter().filter_map(told).collect()
+    let finite = |m: Quantity| of(m).filter(|e| e.is_finite()).map(|e| (m, e));
+    Quantity::COMPARED.into_iter().filter_map(finite).collect()
 }
 
 /// Root mean square over the loads with a value.
-pub fn over_loads<'a>(loads: impl Iterator<Item = &'a Errors> + Clone) -> Errors {
-    let of = |m: Quantity| rms(&loads.clone().filter_map(|e| e.get(&m).copied()).collect::<Vec<_>>()).map(|e| (m, e));
+pub(super) fn over_loads(loads: &[LoadErrors]) -> Errors {
+    let at_loads = |m: Quantity| loads.iter().filter_map(|l| l.errors.get(&m).copied()).collect::<Vec<_>>();
+    let of = |m: Quantity| rms(&at_loads(m)).map(|e| (m, e));
     Quantity::COMPARED.into_iter().filter_map(of).collect()
 }
 
 /// Relative uncertainty of the reference at each load. For numbers it is that of the extrapolation. For maps and
 /// distributions it is estimated from the errors of the grids with 1/2 and 1/4 of the points per side (`coarser`, in
 /// this order).
-pub fn uncertainty(numbers: &[ReferenceLoad], coarser: &[Vec<LoadErrors>], rough: Roughness) -> Vec<LoadErrors> {
+pub(super) fn uncertainty(numbers: &[ReferenceLoad], coarser: &[Vec<LoadErrors>], rough: Roughness) -> Vec<LoadErrors> {
     let of = |(i, load): (usize, &ReferenceLoad)| {
         let error = |grid: usize, m: Quantity| coarser.get(grid)?.get(i)?.errors.get(&m).copied();
-        let told = |m: Quantity| match load.numbers.get(&m) {
+        let relative = |m: Quantity| match load.numbers.get(&m) {
             Some(n) => Some(n.uncertainty?.abs() / rough.number(m, n.value)),
             None => error(0, m).map(|half| finest_error(error(1, m), half)),
         };
-        let known = |m: Quantity| told(m).filter(|e| e.is_finite()).map(|e| (m, e));
+        let known = |m: Quantity| relative(m).filter(|e| e.is_finite()).map(|e| (m, e));
         LoadErrors { p_star: load.p_star, errors: Quantity::COMPARED.into_iter().filter_map(known).collect() }
     };
     numbers.iter().enumerate().map(of).collect()
@@ -200,7 +200,7 @@ mod tests {
     /// Near full contact, deviations of the mean gap are relative to the rms height. Deviations of areas and larger
     /// gaps are relative to their own values.
     #[test]
-    fn closed_gaps_are_judged_by_the_roughness() {
+    fn deviations_of_closed_gaps_are_relative_to_the_roughness() {
         let rough = Roughness { gradient: 1.0, height: 0.02 };
         assert_eq!(rough.number(Quantity::MeanGap, 0.01), 0.01);
         assert_eq!(rough.number(Quantity::MeanGap, 1e-9), NARROW * 0.02);

@@ -1,6 +1,7 @@
 use super::content::ImportOptions;
+use super::source::{list, quoted};
 use crate::error::{Error, Result};
-use crate::record::heights::HeightMap;
+use crate::record::height_map::HeightMap;
 use std::path::Path;
 
 /// Names preferred for heights in a file with several arrays.
@@ -9,14 +10,14 @@ const USUAL: [&str; 3] = ["heights", "surface", "topography"];
 /// Selects an array: the one requested by name, the only one, or the only one with a usual name. `names`:
 /// two-dimensional numeric arrays.
 pub(super) fn choose<'a>(path: &Path, names: &'a [String], options: ImportOptions) -> Result<&'a str> {
-    let list = names.join(", ");
+    let list = list(names);
     let last = |name: &str| name.rsplit('/').next().unwrap_or(name).to_string();
     if let Some(wanted) = options.dataset {
         let found = names.iter().find(|n| n.trim_start_matches('/') == wanted.trim_start_matches('/'));
         return found.map(String::as_str).ok_or_else(|| {
             let accepted =
                 if names.is_empty() { "a file with a two-dimensional array of numbers".into() } else { list };
-            Error::format(path, format!("no two-dimensional array of numbers named {wanted:?}"), accepted)
+            Error::format(path, format!("no two-dimensional array of numbers named {}", quoted(wanted)), accepted)
         });
     }
     let usual: Vec<&String> = names.iter().filter(|n| USUAL.contains(&last(n).as_str())).collect();
@@ -49,14 +50,17 @@ impl Order {
     }
 }
 
-/// Height map from an array `[first, second]` in C order.
+/// Name of an array that marks points that were not measured, as SurfaceTopography writes it.
+pub(super) const MASK: &str = "mask";
+
+/// Height map from an array `[first, second]` in C order; missing heights are NaN.
 pub(super) fn map(path: &Path, [first, second]: [usize; 2], values: Vec<f64>, order: Order) -> Result<HeightMap> {
     let place = path.display().to_string();
     match order {
-        Order::RowsOfX => HeightMap::new(&place, second, first, values),
+        Order::RowsOfX => HeightMap::with_missing(&place, second, first, values),
         Order::RowsOfY => {
             let turned = (0..values.len()).map(|i| values[i % first * second + i / first]).collect();
-            HeightMap::new(&place, first, second, turned)
+            HeightMap::with_missing(&place, first, second, turned)
         }
     }
 }

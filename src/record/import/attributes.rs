@@ -1,21 +1,19 @@
+use super::header::quantity;
+use super::source::quoted;
 use crate::error::{Error, Result};
 use crate::record::npy::DType;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Attributes of a NetCDF or HDF5 array, which define the conversion of stored numbers to heights.
-#[derive(Debug, Default)]
+/// Attributes of a NetCDF or HDF5 array, which define the conversion of stored numbers to heights, and what else they state.
+#[derive(Debug, Clone, Default)]
 pub(super) struct Attributes {
     pub(super) numbers: BTreeMap<String, Vec<f64>>,
     pub(super) words: BTreeMap<String, String>,
 }
 
 impl Attributes {
-    pub(super) fn unit(&self) -> Option<String> {
-        ["units", "unit"].iter().find_map(|a| self.words.get(*a).cloned())
-    }
-
-    /// Converts stored numbers to heights in place: missing values are an error, then scale and offset are applied.
+    /// Converts stored numbers to heights in place: missing values become NaN, then scale and offset are applied.
     /// With `unwritten`, NetCDF's default fill values count as missing, too.
     pub(super) fn unpack(&self, array: &Array, values: &mut [f64], unwritten: bool) -> Result<()> {
         let sign = self.sign(array.stored);
@@ -34,23 +32,28 @@ impl Attributes {
             ),
         };
         let (scale, offset) = (self.factor(array, "scale_factor", 1.0)?, self.factor(array, "add_offset", 0.0)?);
-        for (i, value) in values.iter_mut().enumerate() {
+        for value in values {
             // By the NetCDF conventions fill values and valid ranges refer to stored numbers, before scale and
             // offset.
             let raw = sign.apply(*value);
-            let why = if missing.contains(&raw) {
-                "that stands for a missing one"
-            } else if raw < low || raw > high {
-                "outside of its valid range"
-            } else {
-                *value = raw * scale + offset;
-                continue;
-            };
-            let place = format!("[{}, {}] of {}", i / array.width, i % array.width, array.name);
-            let found = format!("no height at {place} ({raw}, {why})");
-            return Err(Error::format(array.path, found, "heights at all points; fill them in before"));
+            *value = if missing.contains(&raw) || raw < low || raw > high { f64::NAN } else { raw * scale + offset };
         }
         Ok(())
+    }
+
+    /// The numbers of the first attribute with one of these names, in lower case and with blanks for `_` and `-`; those in a text count.
+    pub(super) fn numbers_of(&self, names: &[&str]) -> Option<Vec<f64>> {
+        names.iter().find_map(|name| {
+            let found = self.numbers.iter().find(|(key, _)| plain_key(key) == *name).map(|(_, list)| list.clone());
+            found.or_else(|| Some(quantity(&self.words_of(&[name])?).0)).filter(|list| !list.is_empty())
+        })
+    }
+
+    /// The text of the first attribute with one of these names, likewise.
+    pub(super) fn words_of(&self, names: &[&str]) -> Option<String> {
+        let find =
+            |name: &&str| self.words.iter().find(|(key, _)| plain_key(key) == *name).map(|(_, text)| text.clone());
+        names.iter().find_map(find)
     }
 
     fn factor(&self, array: &Array, name: &str, default: f64) -> Result<f64> {
@@ -59,7 +62,7 @@ impl Attributes {
             Err(Error::format(array.path, found, "one finite number, for scale_factor another than 0"))
         };
         if let Some(text) = self.words.get(name) {
-            return wrong(format!("{text:?}"));
+            return wrong(quoted(text));
         }
         match self.numbers.get(name).map(Vec::as_slice) {
             None => Ok(default),
@@ -79,11 +82,14 @@ impl Attributes {
     }
 }
 
+fn plain_key(key: &str) -> String {
+    key.to_lowercase().replace(['_', '-'], " ")
+}
+
 /// The array of the attributes, with its name for error messages.
 pub(super) struct Array<'a> {
     pub path: &'a Path,
     pub name: &'a str,
-    pub width: usize,
     pub stored: DType,
 }
 

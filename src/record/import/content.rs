@@ -1,7 +1,8 @@
 //! Contents of a height file, and options for what the contents do not determine.
 
 use super::fourier::Wave;
-use crate::record::heights::{Declared, HeightMap};
+use crate::record::declared::Declared;
+use crate::record::height_map::HeightMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -27,7 +28,7 @@ impl Fourier {
 /// Options for what the contents of a file do not determine.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ImportOptions<'a> {
-    /// Name of the array, for a file with several arrays.
+    /// Name of the array or channel, for a file with several.
     pub dataset: Option<&'a str>,
     pub fourier: Option<Fourier>,
 }
@@ -46,10 +47,12 @@ pub struct ImportedFile {
     pub declared: Declared,
     /// Format and orientation, in words.
     pub layout: String,
+    /// Statements of the file that were not used, each with the remedy.
+    pub warnings: Vec<String>,
 }
 
 impl ImportedFile {
     pub(super) fn map(map: HeightMap, declared: Declared, layout: impl Into<String>) -> Self {
-        ImportedFile { content: Content::Map(map), declared, layout: layout.into() }
+        ImportedFile { content: Content::Map(map), declared, layout: layout.into(), warnings: Vec::new() }
     }
 }

@@ -1,6 +1,7 @@
+use super::decode::Lines;
+use super::fields::split;
+use super::source::quoted;
 use crate::error::{Error, Result};
-use crate::record::heights::{self, unread};
-use std::io::BufRead;
 use std::path::Path;
 
 /// One line `qX qY Re Im`: wave numbers in units of 2π over the extent of the cell.
@@ -52,31 +53,26 @@ fn wave(path: &Path, line: usize, [kx, ky, re, im]: [f64; 4]) -> Result<Wave> {
 }
 
 /// Fourier coefficients from lines of text, read one by one; `#` starts a comment.
-pub(super) fn read_text(path: &Path, mut source: impl BufRead) -> Result<Vec<Wave>> {
+pub(super) fn read_text(path: &Path) -> Result<Vec<Wave>> {
     let mut waves = Vec::new();
-    let (mut text, mut number) = (String::new(), 0);
-    loop {
-        text.clear();
-        number += 1;
-        if source.read_line(&mut text).map_err(|e| unread(path, number, e))? == 0 {
-            break;
-        }
-        let words = text.split('#').next().unwrap_or("");
+    let (mut lines, mut text) = (Lines::open(path)?, String::new());
+    while lines.next(&mut text)? {
+        let number = lines.number;
+        let (fields, _) = split(text.split('#').next().unwrap_or(""));
         let mut columns = [0.0; 4];
-        let mut count = 0;
-        for word in heights::numbers(path, number, words)? {
-            let value: f64 = word.parse().map_err(|_| {
-                Error::format(path, format!("{word:?} on line {number}, column {}", count + 1), "a number")
+        for (k, word) in fields.iter().enumerate() {
+            let value = word.parse().map_err(|_| {
+                let found = format!("{} on line {number}, column {} (counted from 1)", quoted(word), k + 1);
+                Error::format(path, found, "a number with a decimal point")
             })?;
-            if let Some(column) = columns.get_mut(count) {
+            if let Some(column) = columns.get_mut(k) {
                 *column = value;
             }
-            count += 1;
         }
-        match count {
+        match fields.len() {
             0 => {}
             4 => waves.push(wave(path, number, columns)?),
-            _ => {
+            count => {
                 let found = format!("{count} numbers on line {number}");
                 return Err(Error::format(path, found, "four, qX qY Re Im (or the file is cut off)"));
             }

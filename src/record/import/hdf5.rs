@@ -1,11 +1,12 @@
-use super::array::{self, Order, choose};
+use super::array::{self, MASK, Order, choose};
 use super::attributes::{Array, Attributes};
 use super::content::{ImportOptions, ImportedFile};
+use super::declare::{Coordinate, Described, declare};
 use super::netcdf;
+use super::source::check_ratio;
 use crate::error::{Error, Result};
-use crate::record::heights::Declared;
 use crate::record::npy::{DType, fits};
-use hdf5_reader::{ByteOrder, DEFAULT_MAX_CHUNK_BYTES, Dataset, Datatype, Hdf5File};
+use hdf5_reader::{Attribute, ByteOrder, DEFAULT_MAX_CHUNK_BYTES, Dataset, Datatype, Hdf5File};
 use std::collections::{HashSet, VecDeque};
 use std::path::Path;
 
@@ -15,46 +16,141 @@ const MOST_GROUPS: usize = 10_000;
 /// Suggested chunk size along each side: 1024² doubles are 8 MiB.
 const ADVISED_CHUNK: u64 = 1024;
 
-/// Reads a two-dimensional data set of an HDF5 or NetCDF-4 file: `[ny, nx]` unless its dimensions are named x and y.
-pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
+/// Reads a two-dimensional data set of an HDF5 or NetCDF-4 file: `[ny, nx]` unless its dimensions are named x and y. `length`: bytes of
+/// the file.
+pub(super) fn read(path: &Path, length: u64, options: ImportOptions) -> Result<ImportedFile> {
     let damaged = |e: hdf5_reader::error::Error| {
         Error::format(path, format!("damaged, or not to be understood ({e})"), "an HDF5 file")
     };
     let file = Hdf5File::open(path).map_err(damaged)?;
+    let end = file.superblock().eof_address;
+    if length < end {
+        return Err(Error::format(
+            path,
+            format!("{length} bytes, damaged: its header states {end}"),
+            "a whole HDF5 file",
+        ));
+    }
     // A requested data set is opened directly, without a search of all groups.
     let direct = options.dataset.and_then(|name| Some((name, file.dataset(name).ok().filter(map_like)?)));
     let names;
     let (name, dataset) = match direct {
-        Some((name, dataset)) => (name.trim_start_matches('/'), dataset),
+        Some((name, dataset)) => {
+            names = vec![name.trim_start_matches('/').to_string()];
+            (names[0].as_str(), dataset)
+        }
         None => {
-            names = collect(path, &file)?;
+            names = collect(path, &file)?.into_iter().filter(|n| last(n) != MASK).collect();
             let name = choose(path, &names, options)?;
             (name, file.dataset(name).map_err(damaged)?)
         }
     };
-    let stored = stored(dataset.dtype()).expect("chosen among numbers");
+    let kind = stored(dataset.dtype()).expect("chosen among numbers");
+    let (shape, mut values) = numbers(path, length, name, &dataset, kind)?;
+    // Plain HDF5 has no named dimensions and no default fill values.
+    let is_netcdf = dataset.attributes().iter().any(|a| a.name == "DIMENSION_LIST");
+    let own = attributes(dataset.attributes());
+    own.unpack(&Array { path, name, stored: kind }, &mut values, is_netcdf)?;
+    let folder = &name[..name.len() - last(name).len()];
+    if let Ok(mask) = file.dataset(&format!("{folder}{MASK}"))
+        && let Some(kind) = flags(mask.dtype()).or_else(|| stored(mask.dtype()))
+        && mask.ndim() == 2
+    {
+        let (found, flags) = numbers(path, length, MASK, &mask, kind)?;
+        if found != shape {
+            return Err(Error::format(
+                path,
+                format!("data set mask of shape {found:?}"),
+                format!("{shape:?}, as {name} has"),
+            ));
+        }
+        values.iter_mut().zip(flags).filter(|(_, m)| *m != 0.0).for_each(|(v, _)| *v = f64::NAN);
+    }
+    let (order, axes) = if is_netcdf {
+        scales(path, &file, name, folder)?
+    } else {
+        let labels = dataset.attribute("DIMENSION_LABELS").and_then(|a| a.read_strings()).unwrap_or_default();
+        let order = if labels == ["x", "y"] { Order::RowsOfY } else { Order::RowsOfX };
+        (order, ["x", "y"].map(|axis| sibling(&file, folder, axis)))
+    };
+    let map = array::map(path, shape, values, order)?;
+    let shared = groups_above(&file, folder).map_err(damaged)?;
+    let (declared, warnings) = declare(&Described {
+        path,
+        channel: name,
+        channels: &names,
+        points: [map.nx, map.ny],
+        own: &own,
+        shared: &shared,
+        axes,
+    })?;
+    let layout = format!("HDF5 data set {name} {}", order.words());
+    Ok(ImportedFile { warnings, ..ImportedFile::map(map, declared, layout) })
+}
+
+fn last(name: &str) -> &str {
+    name.rsplit('/').next().unwrap_or(name)
+}
+
+/// Shape and stored numbers of a data set in two dimensions.
+fn numbers(path: &Path, length: u64, name: &str, dataset: &Dataset, stored: DType) -> Result<([usize; 2], Vec<f64>)> {
+    let damaged = |e: hdf5_reader::error::Error| {
+        Error::format(path, format!("damaged, or not to be understood ({e})"), "an HDF5 file")
+    };
     let shape = [dataset.shape()[0] as usize, dataset.shape()[1] as usize];
-    refuse_large_chunks(path, name, &dataset, stored)?;
+    refuse_large_chunks(path, name, dataset, stored)?;
     // Memory of the stored bytes and of the converted numbers.
     let count = dataset.num_elements().map_err(damaged)?;
+    check_ratio(path, name, count.saturating_mul(stored.bytes() as u64), length)?;
     fits(path, count.saturating_mul(stored.bytes() as u64 + 8))?;
     let bytes = dataset.read_raw_bytes().map_err(damaged)?;
-    let mut values: Vec<f64> = bytes.chunks_exact(stored.bytes()).map(|b| stored.value(b)).collect();
-    drop(bytes);
-    // Plain HDF5 has no named dimensions and no default fill values.
-    let is_netcdf = dataset.attribute("DIMENSION_LIST").is_ok();
-    let mut order = Order::RowsOfX;
-    if is_netcdf
-        && let Ok(file) = netcdf_reader::NcFile::open(path)
-        && let Ok(variable) = file.variable(name)
-    {
-        order = netcdf::order(variable);
+    Ok((shape, bytes.chunks_exact(stored.bytes()).map(|b| stored.value(b)).collect()))
+}
+
+/// Index order and coordinates of a data set with dimension scales, which NetCDF-4 and xarray write.
+///
+/// # Errors
+/// Dimension scales that cannot be read: without them x and y could be swapped.
+fn scales(path: &Path, hdf5: &Hdf5File, name: &str, folder: &str) -> Result<(Order, [Option<Coordinate>; 2])> {
+    let damaged = |why: String| {
+        let found = format!("dimension scales of {name} are damaged, or not to be understood ({why})");
+        Error::format(path, found, "a whole NetCDF-4 file, or a data set without DIMENSION_LIST")
+    };
+    let unread = |e: netcdf_reader::Error| damaged(e.to_string());
+    let file = netcdf_reader::NcFile::open(path).map_err(unread)?;
+    let variable = file.variable(name).map_err(unread)?;
+    for dimension in variable.dimensions() {
+        // The reader makes up names of dimensions whose scales it does not find.
+        let above = folder.match_indices('/').map(|(i, _)| &folder[..=i]).chain([""]);
+        let is_there = |group: &str| hdf5.dataset(&format!("{group}{}", dimension.name)).is_ok_and(|d| d.ndim() == 1);
+        if !above.into_iter().any(is_there) {
+            return Err(damaged(format!("no data set for dimension {}", dimension.name)));
+        }
     }
-    let attributes = attributes(&dataset);
-    attributes.unpack(&Array { path, name, width: shape[1], stored }, &mut values, is_netcdf)?;
-    let map = array::map(path, shape, values, order)?;
-    let declared = Declared { sign: None, unit: attributes.unit() };
-    Ok(ImportedFile::map(map, declared, format!("HDF5 data set {name} {}", order.words())))
+    Ok((netcdf::order(variable), netcdf::axes(path, &file, variable)?))
+}
+
+/// Coordinates in a data set of the same group.
+fn sibling(file: &Hdf5File, folder: &str, axis: &str) -> Option<Coordinate> {
+    /// Points along one side of the largest maps.
+    const MOST: u64 = 1 << 20;
+    let dataset = file.dataset(&format!("{folder}{axis}")).ok()?;
+    let stored = stored(dataset.dtype()).filter(|_| dataset.ndim() == 1 && dataset.shape()[0] <= MOST)?;
+    let bytes = dataset.read_raw_bytes().ok()?;
+    let values = bytes.chunks_exact(stored.bytes()).map(|b| stored.value(b)).collect();
+    Some(Coordinate { name: axis.to_string(), attributes: attributes(dataset.attributes()), values })
+}
+
+/// Attributes of the group of a data set and of those above it, nearer ones first.
+fn groups_above(file: &Hdf5File, folder: &str) -> std::result::Result<Vec<Attributes>, hdf5_reader::error::Error> {
+    let mut all = Vec::new();
+    let mut folder = folder.trim_end_matches('/');
+    while !folder.is_empty() {
+        all.push(attributes(file.group(folder)?.attributes()?));
+        folder = folder.rsplit_once('/').map_or("", |(above, _)| above);
+    }
+    all.push(attributes(file.root_group()?.attributes()?));
+    Ok(all)
 }
 
 fn map_like(d: &Dataset) -> bool {
@@ -104,10 +200,10 @@ fn refuse_large_chunks(path: &Path, name: &str, dataset: &Dataset, stored: DType
     Err(Error::format(path, found, accepted))
 }
 
-fn attributes(dataset: &Dataset) -> Attributes {
+fn attributes(list: Vec<Attribute>) -> Attributes {
     let mut all = Attributes::default();
-    for a in dataset.attributes() {
-        if let Some(kind) = stored(&a.datatype) {
+    for a in list {
+        if let Some(kind) = flags(&a.datatype).or_else(|| stored(&a.datatype)) {
             let numbers = a.raw_data.chunks_exact(kind.bytes()).map(|b| kind.value(b)).collect();
             all.numbers.insert(a.name, numbers);
         } else if let Ok(words) = a.read_string() {
@@ -115,6 +211,14 @@ fn attributes(dataset: &Dataset) -> Attributes {
         }
     }
     all
+}
+
+/// Type of flags: h5py stores booleans as an enumeration.
+fn flags(kind: &Datatype) -> Option<DType> {
+    match kind {
+        Datatype::Enum { base, .. } => stored(base),
+        _ => None,
+    }
 }
 
 fn stored(kind: &Datatype) -> Option<DType> {

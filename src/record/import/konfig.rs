@@ -1,17 +1,16 @@
-use super::content::ImportedFile;
+use super::content::{ImportOptions, ImportedFile};
+use super::text::{self, Layout};
 use crate::error::{Error, Result};
 use crate::grid::extent;
-use crate::record::heights::{self, HeightMap, Layout};
-use std::io::BufRead;
+use crate::record::height_map::HeightMap;
 use std::path::Path;
 
 /// Tolerance of repeated edges over the range of heights: rounding by the writing program.
 const OFF: f64 = 1e-5;
 
 /// Points along x and y from a first line `#nx ny`, if present.
-pub(super) fn header(start: &[u8]) -> Option<(usize, usize)> {
-    let line = start.split(|b| *b == b'\n').next()?;
-    let words = std::str::from_utf8(line).ok()?.strip_prefix('#')?;
+pub(super) fn header(start: &str) -> Option<(usize, usize)> {
+    let words = start.lines().next()?.strip_prefix('#')?;
     let mut numbers = words.split_whitespace().map(|w| w.parse::<usize>().ok());
     match (numbers.next(), numbers.next(), numbers.next()) {
         (Some(Some(nx)), Some(Some(ny)), None) if nx > 0 && ny > 0 && nx.max(ny) < usize::MAX => Some((nx, ny)),
@@ -21,11 +20,12 @@ pub(super) fn header(start: &[u8]) -> Option<(usize, usize)> {
 
 /// Reads a `konfig` file of contMech: `#nx ny`, then blocks of `x y h` lines. The last line of a block and the last
 /// block repeat the first, because the cell is periodic.
-pub(super) fn read(path: &Path, source: impl BufRead, nx: usize, ny: usize) -> Result<ImportedFile> {
-    let (map, declared, layout) = heights::read_ascii(path, source, false)?;
+pub(super) fn read(path: &Path, nx: usize, ny: usize) -> Result<ImportedFile> {
+    let found = text::read(path, ImportOptions::default())?;
+    let (map, layout) = (&found.map, found.layout);
     // Other programs write the shape before a plain matrix, in either order.
     if layout == Layout::Matrix && [(nx, ny), (ny, nx)].contains(&(map.nx, map.ny)) {
-        return Ok(ImportedFile::map(map, declared, "text, one line per y"));
+        return Ok(found.into());
     }
     if layout != Layout::XyzLines || (map.nx, map.ny) != (nx + 1, ny + 1) {
         let found = match layout {
@@ -35,6 +35,10 @@ pub(super) fn read(path: &Path, source: impl BufRead, nx: usize, ny: usize) -> R
         let accepted =
             format!("lines of x y h on {} x {} points: the first row and column again at the end", nx + 1, ny + 1);
         return Err(Error::format(path, found, accepted));
+    }
+    if map.missing() > 0 {
+        let found = format!("{} of {} points", map.heights.len() - map.missing(), map.heights.len());
+        return Err(Error::format(path, found, "all points of a konfig file (this one is cut off)"));
     }
     let at = |x: usize, y: usize| map.heights[y * map.nx + x];
     let (low, high) = extent(&map.heights);
@@ -48,5 +52,15 @@ pub(super) fn read(path: &Path, source: impl BufRead, nx: usize, ny: usize) -> R
     }
     let heights = (0..nx * ny).map(|i| at(i % nx, i / nx)).collect();
     let map = HeightMap::new(&path.display().to_string(), nx, ny, heights)?;
-    Ok(ImportedFile::map(map, declared, "konfig of contMech, lines of x y h"))
+    let mut declared = found.declared;
+    if let Some(extent) = &mut declared.extent {
+        // Without the repeated edges.
+        extent.x *= nx as f64 / (nx + 1) as f64;
+        extent.y *= ny as f64 / (ny + 1) as f64;
+    }
+    declared.periodic = Some(true);
+    Ok(ImportedFile {
+        warnings: found.warnings,
+        ..ImportedFile::map(map, declared, "konfig of contMech, lines of x y h")
+    })
 }

@@ -1,73 +1,118 @@
-//! Imports surfaces: all formats of the surface of the contact-mechanics challenge, and those of NumPy, NetCDF and
-//! contMech. The format is detected from the contents, never from the file name.
+//! Imports surfaces: all formats of the surface of the contact-mechanics challenge, those of NumPy, NetCDF and contMech, and
+//! those of instruments: x3p and SDF (ISO 25178-72 and -71), Digital Surf, Gwyddion. The format is detected from the contents, never from the file name.
 //!
 //! [`ImportOptions`] specify what the contents do not determine: which of several arrays is read, and how Fourier
 //! coefficients are scaled. The caller specifies sign convention and unit, as for every height map.
 
 mod array;
 mod attributes;
+mod bytes;
 mod content;
+mod declare;
+mod decode;
+mod fields;
 mod fourier;
+mod gwy;
 mod hdf5;
+mod header;
+mod headings;
 mod konfig;
 mod netcdf;
 mod npz;
+mod sdf;
+mod section;
+mod source;
+mod sur;
+mod text;
+mod unit;
+mod x3p;
+mod x3p_header;
 
 pub use content::{Content, Fourier, ImportOptions, ImportedFile};
 pub use fourier::Wave;
 
-use super::heights::{self, BOM, Declared, KINDS, Layout};
+use super::declared::Declared;
+use super::heights;
 use crate::error::{Error, Result};
-use std::fs::File;
+use source::plain;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
-/// Reads a file of heights or Fourier coefficients.
+/// Accepted formats of height files.
+const KINDS: &str = "text (a matrix, lines of x y h, or qX qY Re Im), .npy, .npz, HDF5, NetCDF, x3p, SDF, .sur or .gwy";
+
+/// Longest part of an error message, and longest name in an [`ImportedFile`], in characters.
+const LONGEST_MESSAGE: usize = 500;
+
+/// Reads a file of heights or Fourier coefficients. Heights that were not measured are NaN ([`heights::HeightMap::missing`]).
 ///
 /// # Errors
-/// Damaged files; NaN; arrays that are not two-dimensional or not numeric; several arrays without a requested name;
-/// four columns whose first two are integers without [`ImportOptions::fourier`]. The message names the file, the
-/// place in it, and the accepted value.
+/// Damaged files; infinite heights; arrays that are not two-dimensional or not numeric; several arrays without a requested name;
+/// four columns whose first two are integers without [`ImportOptions::fourier`]; arrays that claim far more numbers than the file has
+/// bytes for; folders, pipes and devices. The message names the file, the place in it, and the accepted value.
 pub fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
-    let file = File::open(path).map_err(Error::io("open", path))?;
+    match read_any(path, options) {
+        // Words of a foreign file are quoted without control characters and in limited length.
+        Ok(mut found) => {
+            let d = &mut found.declared;
+            let names = [&mut d.unit, &mut d.channel].into_iter().flatten();
+            let lists =
+                d.channels.iter_mut().chain(&mut d.history).chain([&mut found.layout]).chain(&mut found.warnings);
+            names.chain(lists).for_each(|word| *word = plain(word, LONGEST_MESSAGE));
+            Ok(found)
+        }
+        Err(Error::Format { file, found, accepted }) => Err(Error::Format {
+            file,
+            found: plain(&found, LONGEST_MESSAGE),
+            accepted: plain(&accepted, LONGEST_MESSAGE),
+        }),
+        Err(other) => Err(other),
+    }
+}
+
+fn read_any(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
+    let (file, length) = source::open(path)?;
     let mut source = BufReader::with_capacity(1 << 18, file);
     let start = source.fill_buf().map_err(Error::io("read", path))?;
-    let kind = kind(start);
-    if start.starts_with(BOM) {
-        source.consume(BOM.len());
-    }
-    let named = matches!(kind, Kind::Npz | Kind::Hdf5 | Kind::Netcdf);
-    if let Some(name) = options.dataset.filter(|_| !named) {
-        let found = format!("--dataset (surface.dataset) = {name:?} for a file without names");
-        return Err(Error::format(path, found, "the name only with .npz, HDF5 or NetCDF"));
-    }
+    let kind = match kind(path, start) {
+        Kind::Npz if x3p::is(path, start) => Kind::X3p,
+        other => other,
+    };
+    drop(source);
+    let named = !matches!(kind, Kind::Npy | Kind::Konfig { .. } | Kind::X3p | Kind::Sdf | Kind::Sur);
     let waves = options.fourier.is_some_and(Fourier::are_waves);
+    if let Some(name) = options.dataset.filter(|_| !named || matches!(kind, Kind::Text) && waves) {
+        let found = format!("--dataset (surface.dataset) = {} for a file without names", source::quoted(name));
+        return Err(Error::format(path, found, "the name only with a file that names its channels or arrays"));
+    }
     let found = match kind {
         Kind::Npy => {
             let (map, declared) = heights::read_npy(path)?;
             ImportedFile::map(map, declared, ".npy [ny, nx]")
         }
         Kind::Npz => npz::read(path, options)?,
-        Kind::Hdf5 => hdf5::read(path, options)?,
-        Kind::Netcdf => netcdf::read(path, options)?,
+        Kind::X3p => x3p::read(path)?,
+        Kind::Sdf => sdf::read(path)?,
+        Kind::Sur => sur::read(path)?,
+        Kind::Gwy => gwy::read(path, options)?,
+        Kind::Hdf5 => hdf5::read(path, length, options)?,
+        Kind::Netcdf => netcdf::read(path, length, options)?,
         Kind::Binary => return Err(Error::format(path, "a binary file of a kind that is not known", KINDS)),
-        Kind::Text if waves => {
-            let waves = fourier::read_text(path, source)?;
-            ImportedFile {
-                content: Content::Waves(waves),
-                declared: Declared::default(),
-                layout: "text, qX qY Re Im".into(),
-            }
-        }
+        Kind::Text if waves => ImportedFile {
+            content: Content::Waves(fourier::read_text(path)?),
+            declared: Declared::default(),
+            layout: "text, qX qY Re Im".into(),
+            warnings: Vec::new(),
+        },
         Kind::Text => {
-            let (map, declared, layout) = heights::read_ascii(path, source, options.fourier == Some(Fourier::None))?;
-            if layout == Layout::XyzLines {
+            let found = text::read(path, options)?;
+            if found.layout == text::Layout::XyzLines {
                 // The coordinates determine the format, also of a map four points wide.
-                return Ok(ImportedFile::map(map, declared, "text, lines of x y h"));
+                return Ok(found.into());
             }
-            ImportedFile::map(map, declared, "text, one line per y")
+            found.into()
         }
-        Kind::Konfig { nx, ny } => konfig::read(path, source, nx, ny)?,
+        Kind::Konfig { nx, ny } => konfig::read(path, nx, ny)?,
     };
     settle(path, found, options.fourier)
 }
@@ -76,7 +121,7 @@ pub fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
 fn settle(path: &Path, found: ImportedFile, said: Option<Fourier>) -> Result<ImportedFile> {
     let Content::Map(map) = &found.content else { return Ok(found) };
     match said {
-        None if map.nx == 4 && fourier::may_be(&map.heights) => Err(Error::format(
+        None if map.nx == 4 && found.declared.extent.is_none() && fourier::may_be(&map.heights) => Err(Error::format(
             path,
             "four columns whose first two are whole numbers: Fourier coefficients qX qY Re Im, or a map 4 points wide",
             "--fourier (surface.fourier) that says which: series, fftw (with --fourier-points), or none",
@@ -97,23 +142,43 @@ fn settle(path: &Path, found: ImportedFile, said: Option<Fourier>) -> Result<Imp
     }
 }
 
-/// Whether a file contains numbers rather than a scene.
+/// Whether a file contains heights rather than a scene.
+///
+/// # Errors
+/// Those of opening and reading a regular file.
 pub fn holds_numbers(path: &Path) -> Result<bool> {
-    let file = File::open(path).map_err(Error::io("open", path))?;
+    let (file, _) = source::open(path)?;
     let mut source = BufReader::new(file);
     let start = source.fill_buf().map_err(Error::io("read", path))?;
-    if !matches!(kind(start), Kind::Text) {
+    if !matches!(kind(path, start), Kind::Text) {
         return Ok(true);
     }
-    let text = String::from_utf8_lossy(start.strip_prefix(BOM).unwrap_or(start));
-    let mut lines = text.lines().map(|l| l.split('#').next().unwrap_or("").trim()).filter(|l| !l.is_empty());
-    // A scene starts with a table or a key.
-    Ok(lines.next().is_some_and(|l| !l.starts_with('[') && !l.contains('=')))
+    let text = decode::start_of_text(path, start);
+    let mut assigns = None;
+    for line in text.lines().map(|l| l.split('#').next().unwrap_or("").trim()).filter(|l| !l.is_empty()) {
+        // A scene has tables; before them, keys that no height file has.
+        let name = line.strip_prefix('[').and_then(|l| l.strip_suffix(']'));
+        if name.is_some_and(|n| {
+            n.trim_matches(['[', ']']).chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '.' | '-'))
+        }) {
+            return Ok(false);
+        }
+        let numeric = fields::split(line).0.iter().all(|f| f.parse::<f64>().is_ok());
+        if numeric || header::is_known(line) {
+            return Ok(true);
+        }
+        assigns.get_or_insert(line.contains('='));
+    }
+    Ok(assigns == Some(false))
 }
 
 enum Kind {
     Npy,
     Npz,
+    X3p,
+    Sdf,
+    Sur,
+    Gwy,
     Hdf5,
     Netcdf,
     Konfig { nx: usize, ny: usize },
@@ -121,7 +186,7 @@ enum Kind {
     Binary,
 }
 
-fn kind(start: &[u8]) -> Kind {
+fn kind(path: &Path, start: &[u8]) -> Kind {
     if start.starts_with(b"\x93NUMPY") {
         Kind::Npy
     } else if start.starts_with(b"PK\x03\x04") {
@@ -130,9 +195,16 @@ fn kind(start: &[u8]) -> Kind {
         Kind::Hdf5
     } else if matches!(start, [b'C', b'D', b'F', 1 | 2 | 5, ..]) {
         Kind::Netcdf
-    } else if start.contains(&0) {
+    } else if sdf::starts(start) {
+        Kind::Sdf
+    } else if sur::starts(start) {
+        Kind::Sur
+    } else if gwy::starts(start) {
+        Kind::Gwy
+    } else if start.contains(&0) && !decode::is_utf16(start) {
         Kind::Binary
     } else {
-        konfig::header(start.strip_prefix(BOM).unwrap_or(start)).map_or(Kind::Text, |(nx, ny)| Kind::Konfig { nx, ny })
+        let text = decode::start_of_text(path, start);
+        konfig::header(&text).map_or(Kind::Text, |(nx, ny)| Kind::Konfig { nx, ny })
     }
 }

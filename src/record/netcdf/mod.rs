@@ -7,6 +7,7 @@
 //! The layout follows the HDF5 file format specification, version 3.0, in its oldest form (superblock 0, object
 //! headers 1). Dimensions follow the appendix "NetCDF-4 format" of the NetCDF user's guide.
 
+mod curves;
 mod file;
 mod layout;
 pub mod run;

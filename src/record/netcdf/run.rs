@@ -1,9 +1,9 @@
 //! Results of a run as a single NetCDF file in SI units: maps with coordinates, curves and distributions.
 
+use super::curves::curves;
 use super::file::write;
-use super::variable::{Attribute, Data, Variable};
+use super::variable::{Attribute, Data, Variable, counter};
 use crate::error::Result;
-use crate::load::Branch;
 use crate::observe::Distribution;
 use crate::record::acceptance::AcceptanceCheck;
 use crate::record::heights::Sign;
@@ -43,8 +43,8 @@ pub fn write_run(folder: &Path, results: &Results) -> Result<()> {
         list.extend(solved(folder, continuum, length, modulus));
     }
     let ranges = results.other_ranges.iter().enumerate().map(|(i, c)| (format!("range_{}_", i + 1), c));
-    let beside = results.non_adhesive.iter().map(|c| ("non_adhesive_".to_string(), c)).chain(ranges);
-    for (prefix, c) in beside.chain(results.cross_check.iter().map(|c| ("cross_check_".to_string(), c))) {
+    let others = results.non_adhesive.iter().map(|c| ("non_adhesive_".to_string(), c)).chain(ranges);
+    for (prefix, c) in others.chain(results.cross_check.iter().map(|c| ("cross_check_".to_string(), c))) {
         attributes
             .extend([text(&format!("{prefix}method"), &c.method), text(&format!("{prefix}adhesion"), &c.adhesion)]);
         attributes.extend(c.range.map(|r| (format!("{prefix}range_m"), Attribute::Number(r.used * length))));
@@ -72,12 +72,6 @@ fn solved(folder: &Path, c: &ContinuumResults, length: f64, modulus: f64) -> Vec
     list
 }
 
-/// Coordinate with `n` consecutive integers from `first` on.
-fn counter(name: &str, first: usize, n: usize, long_name: &str) -> Variable {
-    let numbers = (first..first + n).map(|i| i as f64).collect();
-    Variable::new(name, &[name], Data::Numbers(numbers), "1", long_name)
-}
-
 /// Coordinate with the positions of `n` nodes of a periodic cell.
 fn axis(name: &str, n: usize, extent: f64) -> Variable {
     let at = (0..n).map(|i| i as f64 * extent / n as f64).collect();
@@ -102,102 +96,10 @@ fn surface(folder: &Path, s: &SurfaceResults, length: f64) -> Vec<Variable> {
         list.push(psd(s.psd.iter().map(|p| p.realised * square).collect(), "psd", "mean |a|² of the waves, realised"));
         if s.psd.iter().any(|p| p.expected.is_some()) {
             let expected = s.psd.iter().map(|p| p.expected.map_or(f64::NAN, |e| e * square)).collect();
-            list.push(psd(expected, "psd_expected", "mean |a|² of the waves, as the spectrum has it"));
+            list.push(psd(expected, "psd_expected", "mean |a|² of the waves, expected from the spectrum"));
         }
     }
     list
-}
-
-/// Curves over the loads. Values that a state does not have are NaN; a curve without any value is omitted.
-fn curves(c: &ContinuumResults, length: f64, modulus: f64) -> Vec<Variable> {
-    type Of = fn(&StateResults) -> Option<f64>;
-    let list: [(&str, f64, &str, &str, Of); 24] = [
-        ("p_star", 1.0, "1", "mean pressure over E* times rms gradient", |s| Some(s.numbers.p_star)),
-        ("pressure", modulus, "Pa", "mean pressure", |s| Some(s.numbers.pressure)),
-        ("contact_fraction", 1.0, "1", "relative contact area, counted", |s| Some(s.numbers.contact_fraction)),
-        ("contact_fraction_corrected", 1.0, "1", "relative contact area, perimeter-corrected", |s| {
-            Some(s.contact_fraction_corrected)
-        }),
-        ("mean_gap", length, "m", "mean gap", |s| Some(s.mean_gap)),
-        ("stiffness", modulus / length, "Pa m-1", "contact stiffness dp/du from neighbouring loads", |s| {
-            s.numbers.stiffness
-        }),
-        ("energy", modulus * length, "J m-2", "energy per area", |s| Some(s.energy)),
-        ("interaction_energy", modulus * length, "J m-2", "energy per area of the interaction", |s| {
-            Some(s.interaction_energy)
-        }),
-        ("patches", 1.0, "1", "number of contact patches", |s| s.numbers.patches.map(|n| n as f64)),
-        ("unloading", 1.0, "1", "1 where the load was come to on the way apart", |s| {
-            Some(f64::from(u8::from(s.branch == Branch::Unloading)))
-        }),
-        ("residual", 1.0, "1", "rms KKT residual over the pressure", |s| Some(s.residual)),
-        ("load_error", 1.0, "1", "relative error of the load", |s| Some(s.numbers.load_error)),
-        ("contact_fraction_change", 1.0, "1", "relative change of the area from half the points a side", |s| {
-            s.discretisation.and_then(|d| d.area)
-        }),
-        ("mean_gap_change", 1.0, "1", "relative change of the mean gap from half the points a side", |s| {
-            s.discretisation.and_then(|d| d.mean_gap)
-        }),
-        ("contact_fraction_extrapolated", 1.0, "1", "area at the true range of the adhesion, corrected", |s| {
-            s.extrapolated.map(|e| e.area.value)
-        }),
-        ("mean_gap_extrapolated", length, "m", "mean gap at the true range of the adhesion", |s| {
-            s.extrapolated.and_then(|e| e.mean_gap).map(|g| g.value)
-        }),
-        ("mean_contact_pressure", modulus, "Pa", "mean pressure on what touches", |s| {
-            s.observed.as_ref().and_then(|o| o.mean_contact_pressure)
-        }),
-        ("median_cluster_area", length * length, "m2", "area of the patches up to which half the contact lies", |s| {
-            s.observed.as_ref().and_then(|o| o.median_cluster_area)
-        }),
-        ("compressive_fraction", 1.0, "1", "relative contact area under compression, counted", |s| {
-            s.observed.as_ref().and_then(|o| Some(o.compressive?.fraction))
-        }),
-        (
-            "compressive_median_cluster_area",
-            length * length,
-            "m2",
-            "typical patch of the contact under compression",
-            |s| s.observed.as_ref().and_then(|o| o.compressive?.median_cluster_area),
-        ),
-        (
-            "hysteresis_contact_fraction",
-            1.0,
-            "1",
-            "relative change of the area from the same load on the way there",
-            |s| s.hysteresis.map(|h| h.area),
-        ),
-        ("hysteresis_mean_gap", 1.0, "1", "relative change of the mean gap from the same load on the way there", |s| {
-            s.hysteresis.map(|h| h.mean_gap)
-        }),
-        ("constriction_conductance", length, "m", "electrical conductance times resistivity, patches as spots", |s| {
-            s.observed.as_ref().map(|o| o.constriction_conductance)
-        }),
-        ("hydraulic_gap", length, "m", "even gap that leaks as much", |s| s.observed.as_ref().map(|o| o.hydraulic_gap)),
-    ];
-    let mut variables = vec![counter("load", 1, c.states.len(), "number of the load, in the order of application")];
-    for (name, factor, units, long_name, of) in list {
-        let values: Vec<Option<f64>> = c.states.iter().map(of).collect();
-        if values.iter().any(Option::is_some) {
-            let numbers = values.iter().map(|v| v.map_or(f64::NAN, |v| v * factor)).collect();
-            variables.push(Variable::new(name, &["load"], Data::Numbers(numbers), units, long_name));
-        }
-    }
-    let criterion = c.states.first().map_or(String::new(), |s| s.criterion.clone());
-    for v in variables.iter_mut().filter(|v| v.name.starts_with("contact_fraction")) {
-        v.attributes.push(("criterion".into(), Attribute::Text(criterion.clone())));
-    }
-    if let Some(p) = c.pull_off.as_ref().filter(|p| !p.curve.is_empty()) {
-        let column = |k: usize, factor: f64| Data::Numbers(p.curve.iter().map(|point| point[k] * factor).collect());
-        let along = ["pull_off_point"];
-        variables.push(counter(along[0], 0, p.curve.len(), "points passed on the way apart"));
-        variables.push(Variable::new("pull_off_mean_gap", &along, column(0, length), "m", "mean gap on the way apart"));
-        variables.push(
-            Variable::new("pull_off_pressure", &along, column(1, modulus), "Pa", "mean pressure on the way apart")
-                .with("lowest_pa", Attribute::Number(p.pressure * modulus)),
-        );
-    }
-    variables
 }
 
 /// Fields of the continuum: along `load` if stored for every load, otherwise along `map_load`, the loads with stored
@@ -220,12 +122,12 @@ fn maps(folder: &Path, c: &ContinuumResults, length: f64, modulus: f64) -> Vec<V
     let along = if stored.len() == c.states.len() { "load" } else { "map_load" };
     if along == "map_load" {
         let numbers = Data::Numbers(stored.iter().map(|(i, _)| (i + 1) as f64).collect());
-        list.push(Variable::new(along, &[along], numbers, "1", "number of a load whose maps are kept"));
+        list.push(Variable::new(along, &[along], numbers, "1", "number of a load with stored maps"));
     }
     let map = |name, data, units, long_name| Variable::new(name, &[along, "y", "x"], data, units, long_name);
     list.push(map("gap", Data::Scaled(gaps.clone(), length), "m", "gap between the surfaces"));
     list.push(
-        map("contact", Data::AtMostZero(gaps), "1", "1 where the surfaces touch")
+        map("contact", Data::AtMostZero(gaps), "1", "1 at nodes in contact")
             .with("criterion", Attribute::Text("zero gap".into())),
     );
     list.push(map("stress", Data::Scaled(stresses, modulus), "Pa", "interfacial stress, compression positive"));
@@ -281,14 +183,19 @@ fn distributions(states: &[StateResults], length: f64, modulus: f64) -> Vec<Vari
     table(
         "patch_bin",
         &[
-            ("patch_area", "m2", "area of a patch", rows(&|o| o.patch_density.iter().map(|p| p[0] * square).collect())),
+            (
+                "patch_area",
+                "m2",
+                "area of a cluster",
+                rows(&|o| o.patch_density.iter().map(|p| p[0] * square).collect()),
+            ),
             (
                 "patch_density",
                 "m-2",
                 "probability density",
                 rows(&|o| o.patch_density.iter().map(|p| p[1] / square).collect()),
             ),
-            ("patch_count", "1", "patches in the bin", rows(&|o| o.patch_density.iter().map(|p| p[2]).collect())),
+            ("patch_count", "1", "clusters in the bin", rows(&|o| o.patch_density.iter().map(|p| p[2]).collect())),
         ],
     );
     table(
@@ -297,13 +204,13 @@ fn distributions(states: &[StateResults], length: f64, modulus: f64) -> Vec<Vari
             (
                 "patch_area_ranked",
                 "m2",
-                "area of a patch",
+                "area of a cluster",
                 rows(&|o| o.patch_area.iter().map(|p| p[0] * square).collect()),
             ),
             (
                 "patch_cumulative_fraction",
                 "1",
-                "share of the contact in patches up to it",
+                "fraction of the contact in clusters up to this area",
                 rows(&|o| o.patch_area.iter().map(|p| p[1]).collect()),
             ),
         ],
@@ -324,7 +231,7 @@ fn of_atoms(folder: &Path, atoms: &AtomsResults) -> Result<Vec<Variable>> {
             |of: fn(&crate::record::results::AtomState) -> f64| Data::Numbers(atoms.states.iter().map(of).collect());
         let along = ["atoms_load"];
         list.push(Variable::new("atoms_p_star", &along, curve(|s| s.p_star), "1", "load over E* times rms gradient"));
-        let contact = "share of the surface atoms that touch";
+        let contact = "fraction of the surface atoms in contact";
         list.push(Variable::new("atoms_contact_fraction", &along, curve(|s| s.contact_fraction), "1", contact));
         let gap = curve(|s| s.mean_gap_angstrom * ANGSTROM_M);
         list.push(Variable::new("atoms_mean_gap", &along, gap, "m", "mean gap of the atoms"));
@@ -351,7 +258,7 @@ fn of_atoms(folder: &Path, atoms: &AtomsResults) -> Result<Vec<Variable>> {
             "1",
             "load over E* times rms gradient",
         ));
-        list.push(Variable::new("load_step_contacts", &along, step(|s| s.contacts as f64), "1", "atoms that touch"));
+        list.push(Variable::new("load_step_contacts", &along, step(|s| s.contacts as f64), "1", "contact atoms"));
     }
     Ok(list)
 }

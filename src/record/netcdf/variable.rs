@@ -61,3 +61,9 @@ impl Variable {
         self
     }
 }
+
+/// Coordinate with `n` consecutive integers from `first` on.
+pub(super) fn counter(name: &str, first: usize, n: usize, long_name: &str) -> Variable {
+    let numbers = (first..first + n).map(|i| i as f64).collect();
+    Variable::new(name, &[name], Data::Numbers(numbers), "1", long_name)
+}

@@ -9,7 +9,7 @@ use crate::record::results::{AtomsResults, AuditLine, LoadStepResults};
 use crate::report::number::{count, percent, significant, trimmed};
 use crate::report::plot::{Axis, Plot};
 
-pub fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
+pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
     let states = atoms
         .states
         .iter()

@@ -6,9 +6,9 @@ use super::compare::key;
 use super::curves::branches;
 use super::figures::{FigureWriter, figure, panel, panels, table, text};
 use super::methods::column;
-use crate::challenge::{SIZE_EXPONENT, reference, tally};
+use crate::challenge::{SIZE_EXPONENT, reference, summary};
 use crate::error::Result;
-use crate::record::acceptance::{AcceptanceCheck, CheckStatus};
+use crate::record::acceptance::{AcceptanceCheck, CheckScope, CheckStatus};
 use crate::record::downsample::DownsampledMap;
 use crate::record::results::{ContinuumResults, FIRST_TOUCH, Observed, Results, StateResults};
 use crate::report::map::Legend;
@@ -25,7 +25,7 @@ const PART: Style = Style { dash: Dash::Dotted, marker: Marker::None, ..plot::SO
 const FINE: usize = 200;
 
 /// Table of the acceptance checks.
-pub fn checks(list: &[AcceptanceCheck]) -> Markup {
+pub(super) fn checks(list: &[AcceptanceCheck]) -> Markup {
     let rows = list
         .iter()
         .map(|j| {
@@ -37,23 +37,25 @@ pub fn checks(list: &[AcceptanceCheck]) -> Markup {
                 text(j.value.map_or("–".into(), value)),
                 text(j.reference.map_or("–".into(), value)),
                 text(j.accepted(value).unwrap_or("–".into())),
-                match j.status {
-                    CheckStatus::Pass => text(j.status),
-                    CheckStatus::Fail => html! { span.bad { (j.status) } },
-                    CheckStatus::NotAssessed => html! { span.quiet { (j.status) } },
+                match (j.status, j.scope) {
+                    (CheckStatus::Pass, CheckScope::Setup) => html! { span.quiet { "by set-up" } },
+                    (CheckStatus::Pass, _) => text(j.status),
+                    (CheckStatus::Fail, CheckScope::LongerRange) => html! { span.bad { (j.status) ", longer range" } },
+                    (CheckStatus::Fail, _) => html! { span.bad { (j.status) } },
+                    (CheckStatus::NotAssessed, _) => html! { span.quiet { (j.status) } },
                 },
                 text(&j.reason),
             ]
         })
         .collect();
     html! {
-        p { "Statements of the paper compared with this run: " (tally(list)) "." }
+        p { "Statements of the paper compared with this run: " (summary(list)) "." }
         (table(&["", "statement", "found", "reference", "accepted", "status", "reason"], rows))
     }
 }
 
 /// The figures of the paper.
-pub fn figures(writer: &FigureWriter, results: &Results) -> Result<Markup> {
+pub(super) fn figures(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     let (Some(with), Some(without)) = (&results.continuum, &results.non_adhesive) else { return Ok(html! {}) };
     let mut drawn = Vec::new();
     for (number, plot, caption) in [
@@ -64,11 +66,11 @@ pub fn figures(writer: &FigureWriter, results: &Results) -> Result<Markup> {
             section(writer, with, without, Quantity::Stress)?,
             "Interfacial stress along the same section; tension is negative.",
         ),
-        (6, sizes(writer, with, without), "Pr(a): density of patches of an area, at the reference load."),
+        (6, sizes(writer, with, without), "Pr(a): density of clusters of an area, at the reference load."),
         (
             7,
             shares(writer, with, without),
-            "CPr(a): fraction of the contact in patches up to an area, at the reference load.",
+            "CPr(a): fraction of the contact in clusters up to an area, at the reference load.",
         ),
         (8, gaps(writer, with, without), "Pr(u): distribution of the gap out of contact, at the reference load."),
         (9, stresses(with, without), "Pr(σ): distribution of the interfacial stress, at the reference load."),
@@ -184,13 +186,13 @@ fn sizes(writer: &FigureWriter, with: &ContinuumResults, without: &ContinuumResu
         let line = curves[0].points.iter().map(at).collect();
         curves.push(curve("a^−1.45", THEORY, line));
     }
-    Plot::new((Axis::Log, Axis::Log), ("area of a patch a (µm²)", "Pr(a) (1/µm²)"), curves)
+    Plot::new((Axis::Log, Axis::Log), ("area of a cluster a (µm²)", "Pr(a) (1/µm²)"), curves)
 }
 
 fn shares(writer: &FigureWriter, with: &ContinuumResults, without: &ContinuumResults) -> Plot {
     let um2 = (writer.scales.length_m * 1e6).powi(2);
     let points = |o: &Observed| o.patch_area.iter().map(|[a, share]| (a * um2, *share)).collect();
-    Plot::new((Axis::Log, Axis::Linear), ("area of a patch a (µm²)", "CPr(a)"), observed(with, without, &points))
+    Plot::new((Axis::Log, Axis::Linear), ("area of a cluster a (µm²)", "CPr(a)"), observed(with, without, &points))
 }
 
 fn gaps(writer: &FigureWriter, with: &ContinuumResults, without: &ContinuumResults) -> Plot {

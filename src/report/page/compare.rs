@@ -17,20 +17,20 @@ use crate::report::plot::{ATOMS, Axis, Curve, HARD, LABORATORY, Plot, SOFT, Styl
 use crate::units::ANGSTROM_M;
 
 /// Relative tolerance of equal loads: solvers meet a load to 10⁻³ or better, and loads of a path differ by far more.
-pub const SAME_LOAD: f64 = 0.01;
+pub(super) const SAME_LOAD: f64 = 0.01;
 
 /// The state at a load.
-pub fn at_load<T>(states: &[T], p_star: f64, of: impl Fn(&T) -> f64) -> Option<&T> {
+pub(super) fn at_load<T>(states: &[T], p_star: f64, of: impl Fn(&T) -> f64) -> Option<&T> {
     let distance = |s: &T| (of(s) - p_star).abs();
     states.iter().filter(|s| distance(s) <= SAME_LOAD * p_star.abs()).min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 
 /// Criterion of pictures and summary: the distance criterion of the atoms, applied to the compliant-wall solution.
-pub fn matched(load: &LoadComparison) -> Option<&CriterionMatch> {
+pub(super) fn matched(load: &LoadComparison) -> Option<&CriterionMatch> {
     ["compliant_wall", "offset_wall"].iter().find_map(|id| load.continuum.iter().find(|m| m.id == *id))
 }
 
-pub fn section(writer: &FigureWriter, atoms: &AtomsResults, c: &ComparisonResults) -> Result<Markup> {
+pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, c: &ComparisonResults) -> Result<Markup> {
     let units = |s: &StateResults| {
         let pressure = si(s.numbers.pressure * atoms.modulus_gpa * 1e9, "Pa", 3);
         [pressure, format!("{}\u{a0}Å", significant(s.mean_gap * atoms.length_angstrom, 4))]
@@ -99,7 +99,7 @@ fn overview(c: &ComparisonResults) -> Markup {
 }
 
 /// Relative deviation of the atoms' contact from that under a criterion; `None` if the latter is zero.
-pub fn deviation(load: &LoadComparison, m: &CriterionMatch) -> Option<f64> {
+pub(super) fn deviation(load: &LoadComparison, m: &CriterionMatch) -> Option<f64> {
     (m.contact_fraction > 0.0).then(|| load.atoms.contact_fraction / m.contact_fraction - 1.0)
 }
 
@@ -216,7 +216,7 @@ fn contact_maps(
     ))
 }
 
-pub fn key([r, g, b]: Rgb, words: &str) -> Markup {
+pub(super) fn key([r, g, b]: Rgb, words: &str) -> Markup {
     html! { span { i style={ "background:rgb(" (r) "," (g) "," (b) ")" } {} (words) } }
 }
 
@@ -229,7 +229,7 @@ fn agreement(m: &CriterionMatch) -> Markup {
 }
 
 fn matches(load: &LoadComparison) -> Markup {
-    let beside = |value: f64, shifted: f64| {
+    let with_misaligned = |value: f64, shifted: f64| {
         html! { (significant(value, 3)) " " span.quiet { "(" (significant(shifted, 2)) ")" } }
     };
     let rows = load
@@ -239,10 +239,10 @@ fn matches(load: &LoadComparison) -> Markup {
             vec![
                 html! { strong { (m.label()) } ": " (m.criterion) },
                 text(percent(m.contact_fraction)),
-                beside(m.overlap.kappa, m.shifted.kappa),
-                beside(m.overlap.jaccard, m.shifted.jaccard),
-                beside(m.overlap.precision, m.shifted.precision),
-                beside(m.overlap.recall, m.shifted.recall),
+                with_misaligned(m.overlap.kappa, m.shifted.kappa),
+                with_misaligned(m.overlap.jaccard, m.shifted.jaccard),
+                with_misaligned(m.overlap.precision, m.shifted.precision),
+                with_misaligned(m.overlap.recall, m.shifted.recall),
             ]
         })
         .chain([vec![
@@ -262,7 +262,7 @@ fn matches(load: &LoadComparison) -> Markup {
             "atoms; recall: fraction of the atoms’ contact that is also contact of the continuum." }
         p { "Mean gap: atoms " (angstrom(load.atoms_mean_gap_angstrom)) ", hard wall "
             (angstrom(load.hard_wall_mean_gap_angstrom)) ", compliant wall " (angstrom(load.compliant_wall_mean_gap_angstrom))
-            ". Patches, corners connecting: " (count(load.atoms_patches)) " in the atoms, " (count(load.hard_wall_patches))
+            ". Clusters, corners connecting: " (count(load.atoms_patches)) " in the atoms, " (count(load.hard_wall_patches))
             " with the compliant wall. Outside both contacts the gaps of these two differ by "
             (angstrom(load.gap_rms_difference_angstrom)) " (rms). "
             @if load.registration == [0, 0] { "Registration: the maps are aligned." }

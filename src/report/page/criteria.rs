@@ -13,7 +13,7 @@ use crate::report::plot::{ATOMS, Axis, Curve, HARD, PANEL, Plot, SOFT, Style, TH
 use crate::units::ANGSTROM_M;
 
 /// Contact under each criterion and the stress maps; empty if the scene does not request distributions.
-pub fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
+pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
     let known: Vec<_> = atoms.states.iter().filter(|s| !s.criteria.is_empty()).collect();
     let Some(first) = known.first() else { return Ok(html! {}) };
     let mut head = vec!["p*"];
@@ -49,7 +49,7 @@ fn name(id: &str) -> &str {
 }
 
 /// Onset of plasticity; empty if not requested.
-pub fn plasticity(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
+pub(super) fn plasticity(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
     let Some(p) = &atoms.plasticity else { return Ok(html! {}) };
     let points = p.steps.iter().map(|s| (s[0], s[1])).collect();
     let curves = vec![Curve { label: String::new(), style: ATOMS, points }];
@@ -116,7 +116,7 @@ fn stresses(writer: &FigureWriter, atoms: &AtomsResults) -> Result<Markup> {
 }
 
 /// Contact fraction of the atoms against the contact distance, and of the continuum against the gap threshold.
-pub fn sensitivity(writer: &FigureWriter, c: &ComparisonResults) -> Result<Markup> {
+pub(super) fn sensitivity(writer: &FigureWriter, c: &ComparisonResults) -> Result<Markup> {
     let mut figures = Vec::new();
     for (i, load) in c.loads.iter().enumerate() {
         if load.area_vs_distance.is_empty() {

@@ -15,7 +15,7 @@ use crate::report::plot::{
 const LONG_PATH: f64 = 30.0;
 
 /// Both figures; `None` without any load.
-pub fn section(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
+pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
     let area = area(writer, results)?;
     let gap = match &results.continuum {
         Some(c) => mean_gap(writer, c, results.non_adhesive.as_ref())?,
@@ -26,7 +26,7 @@ pub fn section(writer: &FigureWriter, results: &Results) -> Result<Option<Markup
 
 /// Curves of a load path, one per branch, each starting at the first state of its branch. States that did not
 /// converge form a separate curve.
-pub fn branches(
+pub(super) fn branches(
     c: &ContinuumResults,
     (label, look): (&str, Style),
     of: &dyn Fn(&StateResults) -> (f64, f64),

@@ -15,14 +15,14 @@ use crate::report::plot::{self, Axis, Curve, Dash, Marker, Plot, Style};
 const LOADS: usize = 4;
 
 /// Styles of the loads, first to last. Both colour and dash pattern identify a load.
-pub const LOOKS: [Style; LOADS] = [
+pub(super) const LOOKS: [Style; LOADS] = [
     Style { marker: Marker::None, ..plot::ATOMS },
     Style { marker: Marker::None, ..plot::HARD },
     Style { dash: Dash::Dotted, marker: Marker::None, ..plot::SOFT },
     Style { dash: Dash::Solid, marker: Marker::None, ..plot::LABORATORY },
 ];
 
-pub fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
+pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     let all: Vec<(&StateResults, &Observed)> = c
         .states
         .iter()
@@ -56,10 +56,10 @@ pub fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     );
     let mut sizes = curves(&|o| o.patch_density.iter().map(|[a, d, _]| (a * um * um, d / (um * um))).collect());
     sizes.extend(slope(&sizes));
-    let sizes = Plot::new((Axis::Log, Axis::Log), ("area of a patch (µm²)", "density of patches (1/µm²)"), sizes);
+    let sizes = Plot::new((Axis::Log, Axis::Log), ("area of a cluster (µm²)", "density of clusters (1/µm²)"), sizes);
     let shares = Plot::new(
         (Axis::Log, Axis::Linear),
-        ("area of a patch (µm²)", "fraction of the contact in patches up to it"),
+        ("area of a cluster (µm²)", "fraction of the contact in clusters up to it"),
         curves(&|o| o.patch_area.iter().map(|[a, share]| (a * um * um, *share)).collect()),
     );
     let mut figures = Vec::new();
@@ -71,11 +71,11 @@ pub fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
             "Distribution of the normal stress. Without adhesion, nodes out of contact have zero stress and are not shown; with \
              adhesion they are under tension.",
         ),
-        ("patch-sizes", sizes, "Density of contact patches by area."),
+        ("cluster-sizes", sizes, "Density of contact clusters by area."),
         (
-            "patch-area",
+            "cluster-area",
             shares,
-            "Fraction of the contact in patches up to an area; the median cluster area is at one half.",
+            "Fraction of the contact in clusters up to an area; the median cluster area is at one half.",
         ),
     ] {
         if let Some(curve) = writer.curves(name, &plot)? {
@@ -117,11 +117,11 @@ fn table(writer: &FigureWriter, all: &[(&StateResults, &Observed)]) -> Markup {
         .iter()
         .map(|(s, o)| {
             let pressure = o.mean_contact_pressure.map_or("–".into(), |p| si(p * writer.scales.modulus_pa, "Pa", 3));
-            let patch = o.median_cluster_area.map_or("–".into(), |a| significant(a * length * length * 1e12, 3));
+            let cluster = o.median_cluster_area.map_or("–".into(), |a| significant(a * length * length * 1e12, 3));
             vec![
                 html! { (trimmed(s.numbers.p_star, 4)) (back(s)) },
                 text(pressure),
-                text(patch),
+                text(cluster),
                 text(s.numbers.stiffness.map_or("–".into(), |k| si(k * writer.scales.modulus_pa / length, "Pa/m", 3))),
                 text(significant(o.constriction_conductance, 3)),
                 text(s.numbers.stiffness.map_or("–".into(), |k| significant(k, 3))),
@@ -146,8 +146,8 @@ fn table(writer: &FigureWriter, all: &[(&StateResults, &Observed)]) -> Markup {
     ];
     html! {
         (numbers(&head, rows))
-        p.quiet { "Median cluster area (area-weighted): half of the contact is in patches up to this area. Contact stiffness: derivative of "
-            "the mean pressure by the mean gap, from the neighbouring loads. Constriction conductance: patches as independent circular "
+        p.quiet { "Median cluster area (area-weighted): half of the contact is in clusters up to this area. Contact stiffness: derivative of "
+            "the mean pressure by the mean gap, from the neighbouring loads. Constriction conductance: clusters as independent circular "
             "spots; conductance from stiffness: with their interaction; both relative to a cube of the cell's extent. Equivalent "
             "hydraulic gap: uniform gap with the same flow, by the effective medium, which seals at half contact. Percolates: connects "
             "around the periodic cell, contact by edges and corners, gap by edges." }

@@ -3,14 +3,14 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// A section of the page: anchor, title, contents.
-pub struct Section {
+pub(super) struct Section {
     pub anchor: &'static str,
     pub title: &'static str,
     pub body: Markup,
 }
 
 /// A complete page: title and lead, summary, sections. `from`: name of the source file.
-pub fn document((name, lead): (&str, &str), top: Markup, sections: &[Section], from: &str) -> Markup {
+pub(super) fn document((name, lead): (&str, &str), top: Markup, sections: &[Section], from: &str) -> Markup {
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -35,7 +35,7 @@ pub fn document((name, lead): (&str, &str), top: Markup, sections: &[Section], f
 }
 
 /// A citation with its DOI or address as a link.
-pub fn linked(citation: &str) -> Markup {
+pub(super) fn linked(citation: &str) -> Markup {
     let words: Vec<Markup> = citation
         .split_inclusive(char::is_whitespace)
         .map(|word| {

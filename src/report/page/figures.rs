@@ -12,7 +12,7 @@ use crate::report::picture::Picture;
 use crate::report::plot::Plot;
 
 /// Run folder and common data of its pictures.
-pub struct FigureWriter<'a> {
+pub(super) struct FigureWriter<'a> {
     pub folder: &'a Path,
     /// Extent in y over extent in x; pictures have the shape of the cell even if pixels are not square.
     pub aspect: f64,
@@ -22,7 +22,7 @@ pub struct FigureWriter<'a> {
 impl FigureWriter<'_> {
     /// Path of a file named in `results.json`. It must be relative and inside the run folder, so that the folder can
     /// be moved.
-    pub fn field(&self, name: &str) -> Result<PathBuf> {
+    pub(super) fn field(&self, name: &str) -> Result<PathBuf> {
         let inside = Path::new(name).components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir));
         if name.is_empty() || !inside {
             let accepted = "a path inside the run folder, relative to it";
@@ -33,12 +33,24 @@ impl FigureWriter<'_> {
 
     /// Writes the bitmap `figures/NAME.png`, and `figures/NAME.svg` with axes and colour bar; returns the latter.
     /// `length_m`: width of the cell, m.
-    pub fn map(&self, (name, alt): (&str, &str), picture: &Picture, length_m: f64, legend: Legend) -> Result<Markup> {
+    pub(super) fn map(
+        &self,
+        (name, alt): (&str, &str),
+        picture: &Picture,
+        length_m: f64,
+        legend: Legend,
+    ) -> Result<Markup> {
         self.framed((name, alt), picture, length_m, legend, map::IN_A_ROW)
     }
 
     /// [`Self::map`] at full width.
-    pub fn large_map(&self, names: (&str, &str), picture: &Picture, length_m: f64, legend: Legend) -> Result<Markup> {
+    pub(super) fn large_map(
+        &self,
+        names: (&str, &str),
+        picture: &Picture,
+        length_m: f64,
+        legend: Legend,
+    ) -> Result<Markup> {
         self.framed(names, picture, length_m, legend, map::ALONE)
     }
 
@@ -59,7 +71,7 @@ impl FigureWriter<'_> {
     }
 
     /// Writes `figures/NAME.svg` and returns it; `None` if no curve has points.
-    pub fn curves(&self, name: &str, plot: &Plot) -> Result<Option<Markup>> {
+    pub(super) fn curves(&self, name: &str, plot: &Plot) -> Result<Option<Markup>> {
         let Some(svg) = plot.svg() else { return Ok(None) };
         let path = self.folder.join("figures").join(format!("{name}.svg"));
         write_atomic(&path, |w| std::io::Write::write_all(w, svg.as_bytes()))?;
@@ -68,22 +80,22 @@ impl FigureWriter<'_> {
 }
 
 /// A figure with caption, numbered by the style sheet.
-pub fn figure(content: Markup, caption: Markup) -> Markup {
+pub(super) fn figure(content: Markup, caption: Markup) -> Markup {
     html! { figure { (content) figcaption { (caption) } } }
 }
 
 /// Pictures side by side, `row` of them in a row.
-pub fn panels(row: usize, panels: &[Markup]) -> Markup {
+pub(super) fn panels(row: usize, panels: &[Markup]) -> Markup {
     html! { div.panels style={ "--row:" (row.max(1)) } { @for p in panels { (p) } } }
 }
 
 /// One of several pictures in a row.
-pub fn panel(title: &str, content: Markup, below: Markup) -> Markup {
+pub(super) fn panel(title: &str, content: Markup, below: Markup) -> Markup {
     html! { div.panel { @if !title.is_empty() { div.panel-title { (title) } } (content) div.below { (below) } } }
 }
 
 /// A symbol in italics, with the index of `h_rms` as a subscript. Text of several words stays upright.
-pub fn symbol(text: &str) -> Markup {
+pub(super) fn symbol(text: &str) -> Markup {
     if text.split(' ').filter(|w| !w.contains('_') && w.chars().filter(char::is_ascii_alphabetic).count() > 2).count()
         > 1
     {
@@ -101,12 +113,12 @@ pub fn symbol(text: &str) -> Markup {
 }
 
 /// A table that scrolls horizontally in a narrow window.
-pub fn table(head: &[&str], rows: Vec<Vec<Markup>>) -> Markup {
+pub(super) fn table(head: &[&str], rows: Vec<Vec<Markup>>) -> Markup {
     of_class("words", head, rows)
 }
 
 /// [`table`] of numbers without line breaks in cells.
-pub fn numbers(head: &[&str], rows: Vec<Vec<Markup>>) -> Markup {
+pub(super) fn numbers(head: &[&str], rows: Vec<Vec<Markup>>) -> Markup {
     of_class("numbers", head, rows)
 }
 
@@ -122,11 +134,11 @@ fn of_class(class: &str, head: &[&str], rows: Vec<Vec<Markup>>) -> Markup {
 }
 
 /// The text with its first letter capitalised.
-pub fn capitalised(text: &str) -> String {
+pub(super) fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
-pub fn text(content: impl std::fmt::Display) -> Markup {
+pub(super) fn text(content: impl std::fmt::Display) -> Markup {
     html! { (content.to_string()) }
 }

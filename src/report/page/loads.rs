@@ -14,13 +14,13 @@ use crate::report::number::{count, duration, percent, si, significant, trimmed};
 use crate::report::picture::{self, BLACK, Range};
 
 /// Maximum side of pictures of single loads, which are shown in a row, pixels.
-pub const PANEL_SIDE: usize = 400;
+pub(super) const PANEL_SIDE: usize = 400;
 /// Fraction of a map that may exceed the end of the colour bar.
-pub const CLIPPED: f64 = 0.002;
+pub(super) const CLIPPED: f64 = 0.002;
 /// Number of loads with maps in the page; maps of the other loads are only written to files.
 const LOADS_SHOWN: usize = 4;
 
-pub fn section(writer: &FigureWriter, continuum: &ContinuumResults) -> Result<Markup> {
+pub(super) fn section(writer: &FigureWriter, continuum: &ContinuumResults) -> Result<Markup> {
     let work = writer.scales.modulus_pa * writer.scales.length_m;
     Ok(html! {
         (setting(continuum))
@@ -32,7 +32,7 @@ pub fn section(writer: &FigureWriter, continuum: &ContinuumResults) -> Result<Ma
 }
 
 /// One-line description of the problem.
-pub fn setting(c: &ContinuumResults) -> Markup {
+pub(super) fn setting(c: &ContinuumResults) -> Markup {
     html! {
         p { "Method " strong { (c.method) } " on " (count(c.nx)) " × " (count(c.ny)) " nodes; elastic body: " (c.kernel)
             "; adhesion: " (c.adhesion) "; wall: " (c.wall) "." }
@@ -45,7 +45,7 @@ fn laboratory(writer: &FigureWriter, s: &StateResults) -> [String; 2] {
 }
 
 /// The table of states; `units` formats mean pressure and mean gap of a state.
-pub fn states(c: &ContinuumResults, units: &dyn Fn(&StateResults) -> [String; 2]) -> Markup {
+pub(super) fn states(c: &ContinuumResults, units: &dyn Fn(&StateResults) -> [String; 2]) -> Markup {
     let rows = c
         .states
         .iter()
@@ -75,7 +75,7 @@ pub fn states(c: &ContinuumResults, units: &dyn Fn(&StateResults) -> [String; 2]
         "contact",
         "corrected",
         "mean gap",
-        "patches",
+        "clusters",
         "solver",
         "load error",
         "residual",
@@ -88,14 +88,14 @@ pub fn states(c: &ContinuumResults, units: &dyn Fn(&StateResults) -> [String; 2]
     html! {
         (numbers(&head, rows))
         p.quiet { "Contact criterion: " (criteria.join("; ")) ". Corrected: perimeter-corrected for the overcounting of nodes at the rim "
-            "of patches. Patches connect by edges or corners. Load error: relative deviation of the integrated stress from "
+            "of clusters. Clusters connect by edges or corners. Load error: relative deviation of the integrated stress from "
             "the target load; residual: rms violation of equilibrium over the mean pressure. FFT pair: one forward and one "
             "inverse transform." }
     }
 }
 
 /// Label of a load on the unloading branch.
-pub fn back(s: &StateResults) -> &'static str {
+pub(super) fn back(s: &StateResults) -> &'static str {
     if s.branch == Branch::Unloading { " (unloading)" } else { "" }
 }
 
@@ -176,6 +176,6 @@ fn gallery(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     ))
 }
 
-pub fn clipped(small: &DownsampledMap, range: Range) -> bool {
+pub(super) fn clipped(small: &DownsampledMap, range: Range) -> bool {
     small.values.iter().any(|v| *v > range.high)
 }

@@ -90,8 +90,8 @@ const FIGURES: [Figure; 9] = [
     Figure {
         number: 6,
         shows: Shown::Sizes,
-        name: "patch-sizes",
-        caption: "Pr(a), density of patches of an area",
+        name: "cluster-sizes",
+        caption: "Pr(a), density of clusters of an area",
         needs: Quantity::PatchPdf,
         axes: (Axis::Log, Axis::Log),
         labels: ("area a (µm²)", "Pr(a) (1/µm²)"),
@@ -100,8 +100,8 @@ const FIGURES: [Figure; 9] = [
     Figure {
         number: 7,
         shows: Shown::Shares,
-        name: "patch-area",
-        caption: "CPr(a), fraction of the contact in patches up to an area",
+        name: "cluster-area",
+        caption: "CPr(a), fraction of the contact in clusters up to an area",
         needs: Quantity::PatchPdf,
         axes: (Axis::Log, Axis::Linear),
         labels: ("area a (µm²)", "CPr(a)"),
@@ -201,7 +201,7 @@ fn is_drawn(k: usize, nearest: usize, count: usize) -> bool {
     count <= DRAWN || k == nearest || (0..others).any(|d| place == d * (count - 2) / (others - 1))
 }
 
-pub fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
+pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     let own = Own::of(results);
     let mut ids: Vec<&str> = Vec::new();
     for m in &results.methods {
@@ -359,6 +359,7 @@ fn notes(writer: &FigureWriter, results: &Results) -> Markup {
         });
     html! {
         @for m in &results.methods {
+            @if let Some(why) = &m.warning { p.quiet { (m.method) " " (why) "." } }
             @if let Some(why) = &m.unavailable_reason { p.quiet { (m.method) @if !m.adhesive { " without adhesion" } ": not available: " (why) "." } }
         }
         @for (m, range) in results.methods.iter().filter_map(|m| Some((m, m.range?))).filter(|(_, r)| r.used != r.requested) {
@@ -473,7 +474,7 @@ fn points(
 }
 
 /// A column of a stored map: position along y (µm) and value times `unit`.
-pub fn column(writer: &FigureWriter, file: Option<&str>, unit: f64) -> Result<Vec<(f64, f64)>> {
+pub(super) fn column(writer: &FigureWriter, file: Option<&str>, unit: f64) -> Result<Vec<(f64, f64)>> {
     let Some(file) = file else { return Ok(Vec::new()) };
     let um = writer.scales.length_m * 1e6;
     // Read row by row, because the whole map may not fit into memory.

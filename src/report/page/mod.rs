@@ -10,6 +10,7 @@ mod criteria;
 mod curves;
 mod distributions;
 mod document;
+mod ensemble;
 mod figures;
 mod loads;
 mod methods;
@@ -29,7 +30,8 @@ use maud::{Markup, html};
 
 use crate::error::{Error, Result};
 use crate::record::atomic_file::write_atomic;
-use crate::record::results::{FILE, Results, StageCost, StateResults};
+use crate::record::ensemble::Ensemble;
+use crate::record::results::{FILE, Results, ScalesSi, StageCost, StateResults};
 use crate::record::tradeoff::Tradeoff;
 use crate::record::uncertainty::UncertaintySource;
 use crate::report::number::{duration, memory};
@@ -63,6 +65,16 @@ pub fn write_tradeoff(run_folder: &Path) -> Result<PathBuf> {
     place(run_folder, || tradeoff::page(&writer, &tradeoff))
 }
 
+/// Writes the report of a sweep from `ensemble.json`.
+///
+/// # Errors
+/// As [`write()`].
+pub fn write_ensemble(folder: &Path) -> Result<PathBuf> {
+    let ensemble = Ensemble::read(folder)?;
+    let writer = FigureWriter { folder, aspect: 1.0, scales: ScalesSi { length_m: 1.0, modulus_pa: 1.0 } };
+    place(folder, || ensemble::page(&writer, &ensemble))
+}
+
 /// Creates the figures folder, and writes the page.
 fn place(run_folder: &Path, page: impl FnOnce() -> Result<Markup>) -> Result<PathBuf> {
     let figures = run_folder.join("figures");
@@ -84,7 +96,7 @@ fn page(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     if let Some(continuum) = &results.continuum {
         add("loads", "Contact at the laboratory scale", loads::section(writer, continuum)?);
         if continuum.states.iter().any(|s| s.observed.is_some()) {
-            add("distributions", "Gaps, stresses and patches", distributions::section(writer, continuum)?);
+            add("distributions", "Gaps, stresses and clusters", distributions::section(writer, continuum)?);
         }
     }
     if !results.other_ranges.is_empty() {

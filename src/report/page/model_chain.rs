@@ -20,7 +20,7 @@ fn look(id: &str) -> (Style, &'static str) {
 }
 
 /// Table and figures of the model chain; empty if the scene does not request distributions.
-pub fn section(writer: &FigureWriter, c: &ComparisonResults) -> Result<Markup> {
+pub(super) fn section(writer: &FigureWriter, c: &ComparisonResults) -> Result<Markup> {
     let loads: Vec<&LoadComparison> = c.loads.iter().filter(|l| !l.model_chain.is_empty()).collect();
     if loads.is_empty() {
         return Ok(html! {});
@@ -82,14 +82,14 @@ fn table(loads: &[&LoadComparison]) -> Markup {
             ]);
         }
     }
-    let head = ["p*", "step", "contact", "mean gap", "contact stress", "patches", "median cluster area"];
+    let head = ["p*", "step", "contact", "mean gap", "contact stress", "clusters", "median cluster area"];
     html! {
         (numbers(&head, rows))
-        p.quiet { "Median cluster area (area-weighted): half of the contact is in patches up to this area." }
+        p.quiet { "Median cluster area (area-weighted): half of the contact is in clusters up to this area." }
     }
 }
 
-/// Distributions of gap, stress and patch area at one load.
+/// Distributions of gap, stress and cluster area at one load.
 fn one_load(writer: &FigureWriter, load: &LoadComparison, number: usize) -> Result<Markup> {
     let curves = |of: &dyn Fn(&ModelChainStep) -> Vec<(f64, f64)>, left_out: &str| -> Vec<Curve> {
         let shown = load.model_chain.iter().filter(|v| v.id != left_out);
@@ -104,16 +104,16 @@ fn one_load(writer: &FigureWriter, load: &LoadComparison, number: usize) -> Resu
     let gaps = Plot::new(log, ("gap (Å)", "density (1/Å)"), curves(&|v| v.gap.density(), ""));
     // The offset wall has the stresses of the hard wall.
     let stress = Plot::new(log, ("stress (GPa)", "density (1/GPa)"), curves(&|v| v.stress.density(), "offset_wall"));
-    let patches = Plot::new(
+    let clusters = Plot::new(
         (Axis::Log, Axis::Linear),
-        ("area of a patch (nm²)", "fraction of the contact"),
+        ("area of a cluster (nm²)", "fraction of the contact"),
         curves(&|v| v.patch_area.iter().map(|[a, share]| (*a, *share)).collect(), ""),
     );
     let mut drawn = Vec::new();
     for (title, name, plot) in [
         ("Gap", "model-chain-gaps", gaps),
         ("Normal stress", "model-chain-stress", stress),
-        ("Cumulative patch areas", "model-chain-patches", patches),
+        ("Cumulative cluster areas", "model-chain-clusters", clusters),
     ] {
         let plot = Plot { width: PANEL, proportion: 0.8, ..plot };
         drawn.extend(writer.curves(&format!("{name}-{number}"), &plot)?.map(|svg| panel(title, svg, html! {})));
@@ -121,6 +121,6 @@ fn one_load(writer: &FigureWriter, load: &LoadComparison, number: usize) -> Resu
     Ok(figure(
         panels(drawn.len(), &drawn),
         html! { "Distributions at p* = " (trimmed(load.p_star, 4)) ": gap outside the contact, smoothed stress over the "
-        "whole cell, and fraction of the contact in patches up to an area." },
+        "whole cell, and fraction of the contact in clusters up to an area." },
     ))
 }

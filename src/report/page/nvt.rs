@@ -11,7 +11,7 @@ use crate::report::number::{percent, significant, trimmed};
 use crate::report::picture::{self, Range};
 use crate::units::ANGSTROM_M;
 
-pub fn section(writer: &FigureWriter, atoms: &AtomsResults, nvt: &NvtResults) -> Result<Markup> {
+pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, nvt: &NvtResults) -> Result<Markup> {
     let (mut drawn, mut rows) = (Vec::new(), Vec::new());
     for (i, state) in nvt.states.iter().enumerate() {
         let small = picture::load(&writer.field(&state.probability_map)?, PANEL_SIDE, |v| v)?;

@@ -11,7 +11,7 @@ use crate::record::results::{CURVATURE_RADIUS, ContinuumResults, Results, StateR
 use crate::report::number::{percent, si, significant, trimmed};
 use crate::report::plot::{Axis, Curve, Marker, Plot, Style};
 
-pub fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
+pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     let Some(tabor) = Tabor::of(results) else { return Ok(html! {}) };
     let mut solved: Vec<(f64, &ContinuumResults)> = results
         .continuum

@@ -17,7 +17,7 @@ struct Tile {
     note: String,
 }
 
-pub fn section(results: &Results) -> Markup {
+pub(super) fn section(results: &Results) -> Markup {
     html! {
         @for sentence in found(results) { p.found { (sentence) } }
         @if let Some(c) = &results.accuracy { p { (chosen(c)) } }
@@ -73,14 +73,14 @@ fn span(values: impl Iterator<Item = f64>, show: impl Fn(f64) -> String) -> Stri
 }
 
 fn comparison_found(c: &ComparisonResults) -> Option<String> {
-    let judged: Vec<_> = c.loads.iter().filter_map(|l| Some((l, matched(l)?))).collect();
-    let best = judged.first()?.1;
+    let matches: Vec<_> = c.loads.iter().filter_map(|l| Some((l, matched(l)?))).collect();
+    let best = matches.first()?.1;
     let p_star = span(c.loads.iter().map(|l| l.p_star), |p| trimmed(p, 4));
     let atoms = span(c.loads.iter().map(|l| l.atoms.contact_fraction), percent);
-    let continuum = span(judged.iter().map(|(_, m)| m.contact_fraction), percent);
-    let off = judged.iter().filter_map(|(l, m)| deviation(l, m)).fold(0.0, |a: f64, d| a.max(d.abs()));
-    let kappa = span(judged.iter().map(|(_, m)| m.overlap.kappa), |k| significant(k, 2));
-    let shifted = judged.iter().map(|(_, m)| m.shifted.kappa.abs()).fold(0.0, f64::max);
+    let continuum = span(matches.iter().map(|(_, m)| m.contact_fraction), percent);
+    let off = matches.iter().filter_map(|(l, m)| deviation(l, m)).fold(0.0, |a: f64, d| a.max(d.abs()));
+    let kappa = span(matches.iter().map(|(_, m)| m.overlap.kappa), |k| significant(k, 2));
+    let shifted = matches.iter().map(|(_, m)| m.shifted.kappa.abs()).fold(0.0, f64::max);
     Some(format!(
         "At p* = {p_star}, {atoms} of the surface atoms are in contact; the continuum on the same profile has a contact fraction of \
          {continuum} ({}). The areas differ by at most {}; the maps agree with κ = {kappa} (|κ| ≤ {} for a misaligned map).",
@@ -107,11 +107,11 @@ fn continuum_found(results: &Results, c: &ContinuumResults) -> Option<String> {
     } else {
         let loads = span(of(|s| s.numbers.p_star), |p| trimmed(p, 4));
         let contact = span(of(|s| s.contact_fraction_corrected), percent);
-        let both = turned(c).map_or(String::new(), |(there, back)| {
+        let both = turned(c).map_or(String::new(), |(loading, back)| {
             format!(
                 "; at p* = {} it is {} on loading and {} on unloading",
                 trimmed(back.numbers.p_star, 4),
-                percent(there.contact_fraction_corrected),
+                percent(loading.contact_fraction_corrected),
                 percent(back.contact_fraction_corrected)
             )
         });
@@ -127,8 +127,8 @@ fn continuum_found(results: &Results, c: &ContinuumResults) -> Option<String> {
 /// Largest known uncertainty of a quantity over the loads, and its main source.
 fn uncertain(c: &ContinuumResults, quantity: Quantity) -> Option<String> {
     let total = |parts: &[(UncertaintySource, f64)]| parts.iter().map(|p| p.1).sum::<f64>();
-    let there = c.states.iter().filter(|s| s.numbers.stop != "detached");
-    let worst = there.map(|s| parts(s, quantity)).max_by(|a, b| total(a).total_cmp(&total(b)))?;
+    let loading = c.states.iter().filter(|s| s.numbers.stop != "detached");
+    let worst = loading.map(|s| parts(s, quantity)).max_by(|a, b| total(a).total_cmp(&total(b)))?;
     let (source, _) = worst.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
     let share = if total(&worst) > 1.0 {
         change(Some(total(&worst)), false)
@@ -142,14 +142,14 @@ fn uncertain(c: &ContinuumResults, quantity: Quantity) -> Option<String> {
 fn turned(c: &ContinuumResults) -> Option<(&StateResults, &StateResults)> {
     let pair = |i: usize| {
         let back = &c.states[i];
-        let mut there = c.states[..i].iter().filter(|s| s.branch == Branch::Loading);
+        let mut loading = c.states[..i].iter().filter(|s| s.branch == Branch::Loading);
         let same =
             |s: &&StateResults| (s.numbers.p_star - back.numbers.p_star).abs() <= SAME_LOAD * back.numbers.p_star.abs();
         (back.branch == Branch::Unloading && back.numbers.stop == "converged").then_some(())?;
-        let there = there.rfind(same)?;
+        let loading = loading.rfind(same)?;
         // Without hysteresis both branches have the same area.
-        let alike = percent(there.contact_fraction_corrected) == percent(back.contact_fraction_corrected);
-        (!alike).then_some((there, back))
+        let alike = percent(loading.contact_fraction_corrected) == percent(back.contact_fraction_corrected);
+        (!alike).then_some((loading, back))
     };
     (0..c.states.len()).rev().find_map(pair)
 }
@@ -162,21 +162,35 @@ fn tiles(results: &Results) -> Vec<Tile> {
         value: format!("{} × {}", count(surface.nx), count(surface.ny)),
         note: format!("nodes, L = {}", si_given(results.scales.length_m, "m")),
     });
-    if let Some(c) = results.continuum.as_ref().filter(|c| !c.states.is_empty()) {
-        let of = |pick: fn(&StateResults) -> f64| c.states.iter().filter(|s| s.numbers.stop != "detached").map(pick);
-        let loads = span(of(|s| s.numbers.p_star), |p| trimmed(p, 4));
-        let branches = |pick: fn(&StateResults) -> f64, show: &dyn Fn(f64) -> String| {
-            turned(c).map_or(String::new(), |(there, back)| {
-                let load = trimmed(back.numbers.p_star, 4);
-                format!("; at p* = {load} {} on loading, {} on unloading", show(pick(there)), show(pick(back)))
-            })
-        };
-        let scale = if results.atoms.is_some() { ", laboratory scale" } else { "" };
-        let (contact, gap) = (|s: &StateResults| s.contact_fraction_corrected, |s: &StateResults| s.mean_gap);
-        let length = |g: f64| si(g * results.scales.length_m, "m", 3);
-        let pressure = span(of(|s| s.numbers.pressure), |p| si(p * results.scales.modulus_pa, "Pa", 3));
-        let doubt = |of| uncertain(c, of).map_or(String::new(), |u| format!("; uncertainty {u}"));
+    tiles.extend(results.continuum.iter().filter(|c| !c.states.is_empty()).flat_map(|c| continuum_tiles(results, c)));
+    tiles.extend(atoms_tiles(results));
+    if !results.stages.is_empty() {
+        let peak = results.stages.iter().map(|s| s.peak_rss_bytes).max().unwrap_or(0);
         tiles.push(Tile {
+            name: "cost".into(),
+            value: duration(results.stages.iter().map(|s| s.seconds).sum()),
+            note: format!("wall time; peak memory {}", memory(peak)),
+        });
+    }
+    tiles
+}
+
+fn continuum_tiles(results: &Results, c: &ContinuumResults) -> Vec<Tile> {
+    let of = |pick: fn(&StateResults) -> f64| c.states.iter().filter(|s| s.numbers.stop != "detached").map(pick);
+    let loads = span(of(|s| s.numbers.p_star), |p| trimmed(p, 4));
+    let branches = |pick: fn(&StateResults) -> f64, show: &dyn Fn(f64) -> String| {
+        turned(c).map_or(String::new(), |(loading, back)| {
+            let load = trimmed(back.numbers.p_star, 4);
+            format!("; at p* = {load} {} on loading, {} on unloading", show(pick(loading)), show(pick(back)))
+        })
+    };
+    let scale = if results.atoms.is_some() { ", laboratory scale" } else { "" };
+    let (contact, gap) = (|s: &StateResults| s.contact_fraction_corrected, |s: &StateResults| s.mean_gap);
+    let length = |g: f64| si(g * results.scales.length_m, "m", 3);
+    let pressure = span(of(|s| s.numbers.pressure), |p| si(p * results.scales.modulus_pa, "Pa", 3));
+    let doubt = |of| uncertain(c, of).map_or(String::new(), |u| format!("; uncertainty {u}"));
+    let mut tiles = vec![
+        Tile {
             name: format!("contact at p* = {loads}{scale}"),
             value: span(of(contact), percent),
             note: format!(
@@ -184,22 +198,28 @@ fn tiles(results: &Results) -> Vec<Tile> {
                 branches(contact, &percent),
                 doubt(Quantity::ContactArea)
             ),
-        });
-        tiles.push(Tile {
+        },
+        Tile {
             name: format!("mean gap at p* = {loads}{scale}"),
             value: span(of(gap), length),
             note: format!("under {pressure}{}{}", branches(gap, &length), doubt(Quantity::MeanGap)),
+        },
+    ];
+    if let Some(p) = &c.pull_off {
+        let of = |p: f64, n: usize| si(p * results.scales.modulus_pa, "Pa", n);
+        let error = format!("± {}, ", of(p.pressure_error, 2));
+        tiles.push(Tile {
+            name: "pull-off stress".into(),
+            value: of(-p.pressure, 3),
+            note: format!("{error}at a mean gap of {}", length(p.mean_gap)),
         });
-        if let Some(p) = &c.pull_off {
-            let of = |p: f64, n: usize| si(p * results.scales.modulus_pa, "Pa", n);
-            let error = format!("± {}, ", of(p.pressure_error, 2));
-            tiles.push(Tile {
-                name: "pull-off stress".into(),
-                value: of(-p.pressure, 3),
-                note: format!("{error}at a mean gap of {}", length(p.mean_gap)),
-            });
-        }
     }
+    tiles
+}
+
+/// Contact of the atoms, and its agreement with the continuum at the highest load.
+fn atoms_tiles(results: &Results) -> Vec<Tile> {
+    let mut tiles = Vec::new();
     if let Some(load) = results.comparison.as_ref().and_then(|c| c.loads.last()) {
         let plain = load.continuum.first().map(|m| percent(m.contact_fraction));
         tiles.push(Tile {
@@ -224,14 +244,6 @@ fn tiles(results: &Results) -> Vec<Tile> {
             name: format!("atoms in contact at p* = {}", trimmed(state.p_star, 4)),
             value: percent(state.contact_fraction),
             note: format!("of the surface layer of {} moving atoms", count(atoms.deformable)),
-        });
-    }
-    if !results.stages.is_empty() {
-        let peak = results.stages.iter().map(|s| s.peak_rss_bytes).max().unwrap_or(0);
-        tiles.push(Tile {
-            name: "cost".into(),
-            value: duration(results.stages.iter().map(|s| s.seconds).sum()),
-            note: format!("wall time; peak memory {}", memory(peak)),
         });
     }
     tiles
@@ -274,7 +286,7 @@ fn words(results: &Results) -> Markup {
                 dt { "κ, Jaccard" }
                 dd { "Agreement of two contact maps site by site. Jaccard: sites in contact in both over sites in contact "
                     "in either; κ (Cohen): agreement beyond chance, 1 for equal maps, 0 for chance. "
-                    "Each is given with its value for a map misaligned by a third and a fifth of the cell: the same patches "
+                    "Each is given with its value for a map misaligned by a third and a fifth of the cell: the same clusters "
                     "in the wrong places." }
             }
         }

@@ -10,14 +10,14 @@ use crate::report::number::{count, si_given, significant};
 use crate::report::picture::{self, LONGEST_SIDE, Range};
 use crate::report::plot::{Axis, Curve, EXPECTED, Plot, REALISED};
 
-pub fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
+pub(super) fn section(writer: &FigureWriter, results: &Results) -> Result<Markup> {
     let surface = &results.surface;
     let (nx, ny) = (surface.nx, surface.ny);
     let map = surface.heights.as_ref().map(|file| map(writer, file, [nx, ny])).transpose()?;
     let expected = surface.psd.iter().any(|p| p.expected.is_some());
     let [length_x, length_y] = [1.0, surface.aspect].map(|l| si_given(l * writer.scales.length_m, "m"));
     Ok(html! {
-        p { (capitalised(&surface.origin)) ", on " (count(nx)) " × " (count(ny)) " nodes over a " (if surface.periodic { "periodic cell" } else { "non-periodic patch" }) " of " (length_x) " × "
+        p { (capitalised(&surface.origin)) ", on " (count(nx)) " × " (count(ny)) " nodes over a " (if surface.periodic { "periodic cell" } else { "non-periodic area" }) " of " (length_x) " × "
             (length_y) ". Heights are measured from the lowest point; low points touch first." }
         @if !surface.statistics.is_empty() { (statistics(&surface.statistics)) }
         @if !surface.note.is_empty() { p.quiet { (surface.note) } }
@@ -79,12 +79,12 @@ fn statistics(list: &[Statistic]) -> Markup {
     html! {
         (table(&head, rows))
         @if coarse {
-            p.quiet { "Whole spectrum and on this grid are ensemble values: of all waves, and of those that this grid holds. "
+            p.quiet { "Whole spectrum and on this grid are ensemble values: of all waves, and of those that this grid resolves. "
                 "The grid leaves out what is shorter than two nodes, and with it much of gradient and curvature; the status "
-                "is about the waves that are there." }
+                "is about the waves of this grid." }
         }
         @if list.iter().any(|s| s.expected.is_some()) {
-            p.quiet { @if !coarse { "Expected is the ensemble of the spectrum, all of which this grid holds. " }
+            p.quiet { @if !coarse { "Expected is the ensemble of the spectrum, all of which this grid resolves. " }
                 "Realised is this surface. The band is two standard deviations of what a realisation may have: about one "
                 "in twenty lies outside by chance." }
         }
@@ -113,10 +113,10 @@ fn psd(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
     let points = &results.surface.psd;
     // Modes outside the spectrum have only rounding errors.
     let largest = points.iter().map(|p| p.realised).fold(0.0, f64::max);
-    let there = points.iter().filter(|p| p.realised > ROUNDING * largest);
+    let present = points.iter().filter(|p| p.realised > ROUNDING * largest);
     let curve = |label: &str, style, points: Vec<(f64, f64)>| Curve { label: label.into(), style, points };
     let curves = vec![
-        curve("realised", REALISED, there.map(|p| (p.mode, p.realised)).collect()),
+        curve("realised", REALISED, present.map(|p| (p.mode, p.realised)).collect()),
         curve("expected", EXPECTED, points.iter().filter_map(|p| Some((p.mode, p.expected?))).collect()),
     ];
     let plot = Plot::new((Axis::Log, Axis::Log), ("mode number |n|", "power per mode (L²)"), curves);

@@ -12,7 +12,7 @@ use crate::report::number::{change, percent, si, significant, trimmed};
 use crate::report::plot::{Axis, Curve, LABORATORY, POINTED_OUT, Plot};
 use crate::scene::REFERENCE_LOAD;
 
-pub fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
+pub(super) fn section(writer: &FigureWriter, c: &ContinuumResults) -> Result<Markup> {
     Ok(html! {
         @if let Some(r) = c.range {
             p { "Adhesion: "
@@ -73,18 +73,21 @@ fn table(writer: &FigureWriter, c: &ContinuumResults) -> Markup {
 }
 
 /// Colours of the components of a bar, in the order of [`UncertaintySource::ALL`].
-const COLOURS: [&str; 6] = ["#0072b2", "#cc79a7", "#009e73", "#e69f00", "#56b4e9", "#d55e00"];
+const COLOURS: [&str; 7] = ["#0072b2", "#cc79a7", "#009e73", "#e69f00", "#56b4e9", "#999999", "#d55e00"];
 
 /// Uncertainty budget of area and mean gap: a bar chart for the load nearest to the reference, and a table of all
 /// loads.
-pub fn budgets(c: &ContinuumResults) -> Markup {
+pub(super) fn budgets(c: &ContinuumResults) -> Markup {
     let near = |s: &&StateResults| (s.numbers.p_star / REFERENCE_LOAD).ln().abs();
     let known = c.states.iter().filter(|s| !s.uncertainty.is_empty() && s.numbers.p_star > 0.0);
     let Some(shown) = known.min_by(|a, b| near(a).total_cmp(&near(b))) else { return html! {} };
     let quantities = [Quantity::ContactArea, Quantity::MeanGap];
-    // Continuum solutions at laboratory scale have no depth component.
+    // Continuum solutions at laboratory scale have no depth component, and load steps are of the stiffness.
     let has = |source: UncertaintySource| {
-        source != UncertaintySource::Depth || c.states.iter().any(|s| s.uncertainty.iter().any(|p| p.source == source))
+        !matches!(source, UncertaintySource::Depth | UncertaintySource::LoadStep)
+            || c.states
+                .iter()
+                .any(|s| s.uncertainty.iter().any(|p| p.source == source && quantities.contains(&p.quantity)))
     };
     let row = |s: &StateResults, quantity: Quantity| {
         let part = |source: UncertaintySource| match s

@@ -9,7 +9,7 @@ use crate::report::number::{count, percent, significant, trimmed};
 use crate::report::plot::{ATOMS, Axis, BACK, Curve, Plot};
 
 /// Curves over the load steps, one per branch; `reversal`: last step of loading.
-pub fn branch_curves(
+pub(super) fn branch_curves(
     steps: &[LoadStepResults],
     reversal: Option<usize>,
     of: impl Fn(&LoadStepResults) -> (f64, f64),
@@ -25,7 +25,7 @@ pub fn branch_curves(
     }
 }
 
-pub fn section(writer: &FigureWriter, atoms: &AtomsResults, back: &Unloading) -> Result<Markup> {
+pub(super) fn section(writer: &FigureWriter, atoms: &AtomsResults, back: &Unloading) -> Result<Markup> {
     let curves = branch_curves(&atoms.load_steps, Some(back.reversal_step), |s| (s.p_star, s.contacts as f64));
     let plot = Plot { proportion: 0.5, ..Plot::new((Axis::Linear, Axis::Linear), ("p*", "contact atoms"), curves) };
     let curve = writer.curves("unloading-contacts", &plot)?;
@@ -35,7 +35,7 @@ pub fn section(writer: &FigureWriter, atoms: &AtomsResults, back: &Unloading) ->
         .map(|c| {
             let change = match c.contact_fraction_loading {
                 0.0 => "–".to_string(),
-                there => percent(c.contact_fraction_unloading / there - 1.0),
+                loading => percent(c.contact_fraction_unloading / loading - 1.0),
             };
             vec![
                 text(trimmed(c.p_star, 4)),

@@ -5,7 +5,7 @@ use super::nvt;
 use crate::scene::{AtomsScene, MOST_FOUNDATION_CELLS, Scene, Start};
 use crate::units::MAX_SECONDS;
 
-pub fn check(c: &mut Complaints, scene: &Scene) {
+pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     let Some(a) = &scene.atoms else { return };
     c.unless((4..=2000).contains(&a.cells), "atoms.cells", a.cells, "4 to 2000 lattice constants");
     c.unless((1..=1000).contains(&a.depth_cells), "atoms.depth_cells", a.depth_cells, "1 to 1000 lattice constants");

@@ -7,7 +7,7 @@ use crate::scene::{AdhesionLaw, REFERENCE_LOAD, Scene, WallKind};
 use crate::surface::Spectrum;
 
 /// The challenge's statements are about its own problem.
-pub fn check(c: &mut Complaints, scene: &Scene) {
+pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     let Some(challenge) = &scene.challenge else { return };
     let ids = method::ids().join(", ");
     let second = &challenge.cross_check_method;
@@ -21,16 +21,16 @@ pub fn check(c: &mut Complaints, scene: &Scene) {
     );
     let (lab, s, a, m) = (&scene.laboratory, &scene.surface, &scene.adhesion, &scene.continuum);
     let own = |given: f64, its: f64| (given / its - 1.0).abs() < 1e-9;
-    c.unless(own(lab.length_um, 100.0), "laboratory.length_um", lab.length_um, "100 with [challenge]");
-    let modulus = lab.contact_modulus_mpa;
+    c.unless(own(lab.length(), 100.0), "laboratory.length_um", lab.length(), "100 with [challenge]");
+    let modulus = lab.contact_modulus();
     c.unless(own(modulus, 25.0), "laboratory.contact_modulus_mpa", modulus, "25 with [challenge]");
     if s.heights.is_none() {
-        let (lambda_r, lambda_s) = cut_offs(s, lab.length_um);
+        let (lambda_r, lambda_s) = cut_offs(s, lab.length());
         let its = Spectrum::CHALLENGE;
         for (key, given, own_value) in [
             ("surface.hurst", s.hurst, its.hurst),
-            ("surface.roll_off_um", lambda_r * lab.length_um, its.lambda_r * 100.0),
-            ("surface.cut_off_um", lambda_s * lab.length_um, its.lambda_s * 100.0),
+            ("surface.roll_off_um", lambda_r * lab.length(), its.lambda_r * 100.0),
+            ("surface.cut_off_um", lambda_s * lab.length(), its.lambda_s * 100.0),
             ("surface.rms_gradient", s.rms_gradient, its.rms_gradient),
         ] {
             c.unless(own(given, own_value), key, given, &format!("{own_value} with [challenge]"));
@@ -40,7 +40,7 @@ pub fn check(c: &mut Complaints, scene: &Scene) {
         own(a.work_of_adhesion_mj_m2, 50.0) && own(a.range_nm, 2.071) && a.law == AdhesionLaw::Exponential
     });
     c.unless(its, "adhesion", "another than the challenge's", "50 mJ/m² over 2.071 nm, exponential, with [challenge]");
-    let plain = m.layer.is_none() && m.crystal.is_none() && m.periodic && m.wall == WallKind::Hard;
+    let plain = m.layer.is_none() && m.crystal.is_none() && m.is_periodic() && m.wall == WallKind::Hard;
     c.unless(plain, "continuum", "another body or wall", "a periodic half-space and a hard wall with [challenge]");
     let reference = scene.load.p_star_path().iter().any(|p| own(*p, REFERENCE_LOAD));
     c.unless(reference, "load.p_star", "without 0.01", "loads with 0.01, the reference of [challenge]");

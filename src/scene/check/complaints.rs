@@ -1,22 +1,22 @@
 use crate::error::Complaint;
 
 /// Complaints about one scene.
-pub struct Complaints(pub Vec<Complaint>);
+pub(super) struct Complaints(pub Vec<Complaint>);
 
 impl Complaints {
-    pub fn unless(&mut self, good: bool, key: &str, found: impl ToString, accepted: &str) {
+    pub(super) fn unless(&mut self, good: bool, key: &str, found: impl ToString, accepted: &str) {
         if !good {
             self.0.push(Complaint::new(key, found, accepted));
         }
     }
 
     /// Positive and finite.
-    pub fn positive(&mut self, key: &str, value: f64) {
+    pub(super) fn positive(&mut self, key: &str, value: f64) {
         self.unless(value.is_finite() && value > 0.0, key, value, "a positive number");
     }
 }
 
 /// A choice as scenes write it.
-pub fn word(choice: &impl clap::ValueEnum) -> String {
+pub(crate) fn word(choice: &impl clap::ValueEnum) -> String {
     choice.to_possible_value().map_or(String::new(), |v| v.get_name().to_string())
 }

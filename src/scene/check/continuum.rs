@@ -6,7 +6,7 @@ use crate::interface::{CubicHalfSpace, RangeChoice};
 use crate::method::{self, Kind, Precision};
 use crate::scene::{ALL_METHODS, Scene, WallKind};
 
-pub fn check(c: &mut Complaints, scene: &Scene) {
+pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     let m = &scene.continuum;
     let ids = method::ids().join(", ");
     c.unless(method::find(&m.method).is_some(), "continuum.method", format!("{:?}", m.method), &ids);
@@ -59,7 +59,7 @@ pub fn check(c: &mut Complaints, scene: &Scene) {
 /// A surface that does not repeat.
 fn non_periodic(c: &mut Complaints, scene: &Scene) {
     let m = &scene.continuum;
-    if m.periodic {
+    if m.is_periodic() {
         return;
     }
     let extrapolates = scene.adhesion.as_ref().is_some_and(|a| a.range == RangeChoice::Extrapolate);
@@ -76,8 +76,8 @@ fn non_periodic(c: &mut Complaints, scene: &Scene) {
             "a periodic surface, or continuum.method = \"fast\"",
         ),
         (
-            scene.load.pull_off || !scene.load.mean_gap_um.is_empty(),
-            "a mean gap or a pull-off",
+            scene.load.pull_off || !scene.load.mean_gap_um.is_empty() || !scene.load.displacement_um.is_empty(),
+            "a mean gap, a displacement or a pull-off",
             "a periodic surface, or load control",
         ),
         (extrapolates, "adhesion.range = \"extrapolate\"", "a periodic surface, or another range"),
@@ -122,7 +122,7 @@ fn estimates(c: &mut Complaints, scene: &Scene) {
         return;
     }
     let extrapolates = scene.adhesion.as_ref().is_some_and(|a| a.range == RangeChoice::Extrapolate);
-    for (asked, key) in [
+    for (requested, key) in [
         (scene.atoms.is_some(), "[atoms]"),
         (scene.challenge.is_some(), "[challenge]"),
         (scene.load.unload, "load.unload"),
@@ -134,7 +134,7 @@ fn estimates(c: &mut Complaints, scene: &Scene) {
         (m.precision == Precision::F32, "continuum.precision = \"f32\""),
     ] {
         c.unless(
-            !asked,
+            !requested,
             "continuum.method",
             format!("{:?} with {key}", m.method),
             "a solver of the fields (see `asperity methods`); estimates can stand in continuum.compare_with",

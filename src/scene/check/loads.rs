@@ -2,52 +2,39 @@
 
 use super::complaints::Complaints;
 use crate::method;
-use crate::scene::{LoadRange, Scene};
+use crate::scene::{LoadRange, LoadScene, Scene};
 
 /// Loads that a message names.
 const MOST_NAMED: usize = 24;
 
-pub fn check(c: &mut Complaints, scene: &Scene) {
-    let p = &scene.load.p_star;
-    let gaps = &scene.load.mean_gap_um;
-    let range = &scene.load.p_star_range;
-    let pressures = &scene.load.pressure_mpa;
-    let given = [!p.is_empty(), range.is_some(), !gaps.is_empty(), !pressures.is_empty()];
-    let given = given.into_iter().filter(|g| *g).count();
-    c.unless(given > 0, "load.p_star", "[]", "at least one load, or load.p_star_range, or load.mean_gap_um");
-    c.unless(
-        given < 2,
-        if gaps.is_empty() { "load.p_star_range" } else { "load.mean_gap_um" },
-        "given together with other loads",
-        "one of load.p_star, load.p_star_range and load.mean_gap_um",
-    );
-    range.iter().for_each(|r| load_range(c, r));
+pub(super) fn check(c: &mut Complaints, scene: &Scene) {
+    let load = &scene.load;
     let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion_mj_m2 > 0.0);
     let atoms = scene.atoms.is_some();
-    let named = |name, list: &Vec<f64>| {
-        list.iter().enumerate().map(move |(i, v)| (format!("{name}[{i}]"), *v)).collect::<Vec<_>>()
-    };
-    for (key, value) in [named("load.p_star", p), named("load.pressure_mpa", pressures)].concat() {
-        c.unless(
-            value.is_finite() && (value > 0.0 || attracts && !atoms),
-            &key,
-            value,
-            "a positive number: tension needs adhesion, and atoms are only pressed",
-        );
-    }
-    for (i, value) in gaps.iter().enumerate() {
-        c.unless(
-            value.is_finite() && *value >= 0.0,
-            &format!("load.mean_gap_um[{i}]"),
-            value,
-            "zero or a positive number",
-        );
+    kinds(c, load);
+    load.p_star_range.iter().for_each(|r| load_range(c, r));
+    let pressures = [("p_star", &load.p_star), ("pressure_mpa", &load.pressure_mpa), ("force_mn", &load.force_mn)];
+    each(c, &pressures, "a positive number: tension needs adhesion, and atoms are only pressed", |v| {
+        v > 0.0 || attracts && !atoms
+    });
+    each(c, &[("mean_gap_um", &load.mean_gap_um)], "zero or a positive number", |v| v >= 0.0);
+    each(c, &[("displacement_um", &load.displacement_um)], "zero or a positive number", |v| v >= 0.0);
+    each(c, &[("contact", &load.contact)], "a fraction of the cell between 0 and 1", |v| v > 0.0 && v < 1.0);
+    for (key, list) in [
+        ("load.mean_gap_um", &load.mean_gap_um),
+        ("load.displacement_um", &load.displacement_um),
+        ("load.pressure_mpa", &load.pressure_mpa),
+        ("load.force_mn", &load.force_mn),
+        ("load.contact", &load.contact),
+    ] {
+        let accepted = "load.p_star: atoms are under load control in p*";
+        c.unless(!atoms || list.is_empty(), key, "given with atoms", accepted);
     }
     c.unless(
-        !atoms || gaps.is_empty(),
-        "load.mean_gap_um",
-        "given with atoms",
-        "load.p_star: atoms are under load control",
+        load.contact.is_empty() || !attracts,
+        "load.contact",
+        "given with adhesion",
+        "pressures or mean gaps: with adhesion several states have the same contact",
     );
     branches_of_atoms(c, scene);
     maps(c, scene);
@@ -58,7 +45,7 @@ pub fn check(c: &mut Complaints, scene: &Scene) {
         "an [adhesion] or [atoms]: without both, unloading repeats the loading branch",
     );
     c.unless(!scene.load.pull_off || attracts, "load.pull_off", "true", "an adhesive interface, [adhesion]");
-    let controls = !gaps.is_empty() || scene.load.pull_off;
+    let controls = !load.mean_gap_um.is_empty() || !load.displacement_um.is_empty() || load.pull_off;
     let method = &scene.continuum.method;
     c.unless(
         !controls || method::find(method).is_none_or(|m| m.card().id == "fast"),
@@ -66,6 +53,34 @@ pub fn check(c: &mut Complaints, scene: &Scene) {
         format!("{method:?}"),
         "\"fast\" or \"auto\": no other method controls the mean gap, which load.mean_gap_um and load.pull_off need",
     );
+}
+
+/// One kind of load, at least one value.
+fn kinds(c: &mut Complaints, load: &LoadScene) {
+    let kinds = [
+        ("load.p_star", !load.p_star.is_empty()),
+        ("load.p_star_range", load.p_star_range.is_some()),
+        ("load.pressure_mpa", !load.pressure_mpa.is_empty()),
+        ("load.force_mn", !load.force_mn.is_empty()),
+        ("load.mean_gap_um", !load.mean_gap_um.is_empty()),
+        ("load.displacement_um", !load.displacement_um.is_empty()),
+        ("load.contact", !load.contact.is_empty()),
+    ];
+    let given: Vec<&str> = kinds.iter().filter(|(_, given)| *given).map(|(key, _)| *key).collect();
+    let all = kinds.map(|(key, _)| key.trim_start_matches("load.")).join(", ");
+    c.unless(!given.is_empty(), "load.p_star", "[]", &format!("at least one load, in one of {all}"));
+    if let [first, second, ..] = given[..] {
+        c.unless(false, second, format!("given together with {first}"), "one kind of load");
+    }
+}
+
+/// Each value of lists of loads is finite and `good`.
+fn each(c: &mut Complaints, lists: &[(&str, &Vec<f64>)], accepted: &str, good: impl Fn(f64) -> bool) {
+    for (key, list) in lists {
+        for (i, value) in list.iter().enumerate() {
+            c.unless(value.is_finite() && good(*value), &format!("load.{key}[{i}]"), value, accepted);
+        }
+    }
 }
 
 fn load_range(c: &mut Complaints, r: &LoadRange) {

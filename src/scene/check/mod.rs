@@ -16,6 +16,9 @@ use crate::error::Complaint;
 use complaints::Complaints;
 use std::path::Path;
 
+/// Longest description, bytes. results.nc holds 60000 bytes of it, and it stands above the report.
+const LONGEST_DESCRIPTION: usize = 20_000;
+
 pub(super) fn complaints(scene: &Scene) -> Vec<Complaint> {
     let mut c = Complaints(Vec::new());
     let name_ok = !scene.name.is_empty()
@@ -27,8 +30,15 @@ pub(super) fn complaints(scene: &Scene) -> Vec<Complaint> {
         format!("{:?}", scene.name),
         "letters, digits, '-', '_' and '.' (it names the run folder)",
     );
-    c.positive("laboratory.length_um", scene.laboratory.length_um);
-    c.positive("laboratory.contact_modulus_mpa", scene.laboratory.contact_modulus_mpa);
+    let length = scene.description.len();
+    c.unless(
+        length <= LONGEST_DESCRIPTION,
+        "description",
+        format!("{length} bytes"),
+        &format!("at most {LONGEST_DESCRIPTION} bytes"),
+    );
+    c.positive("laboratory.length_um", scene.laboratory.length());
+    c.positive("laboratory.contact_modulus_mpa", scene.laboratory.contact_modulus());
     surface::check(&mut c, scene);
     loads::check(&mut c, scene);
     challenge::check(&mut c, scene);
@@ -79,8 +89,9 @@ pub(super) fn missing_files(scene: &Scene, file: &Path) -> Vec<Complaint> {
     let from_flags = scene.laboratory.units == Units::Consistent;
     let complaint = |key: &str, path: &Path, accepted: &str| {
         let found = super::model::relative_to(file, path);
-        if from_flags && !found.exists() {
-            return Some(Complaint::new(key, format!("{} (no such file)", path.display()), accepted));
+        if from_flags && !found.is_file() {
+            let why = if found.is_dir() { "a folder" } else { "no such file" };
+            return Some(Complaint::new(key, format!("{} ({why})", path.display()), accepted));
         }
         let why = match std::fs::metadata(&found) {
             Ok(m) if m.is_dir() => "which is a folder",

@@ -8,7 +8,7 @@ use crate::scene::{AtomsScene, NvtScene, Scene, Start};
 /// Strain of the crystal's expansion beyond which another unit or another crystal is more likely.
 const MOST_EXPANSION: f64 = 0.1;
 
-pub fn check(c: &mut Complaints, nvt: &NvtScene, atoms: &AtomsScene, scene: &Scene) {
+pub(super) fn check(c: &mut Complaints, nvt: &NvtScene, atoms: &AtomsScene, scene: &Scene) {
     let (t, shipped) = (nvt.temperature_k, atoms.potential.is_none());
     let a0 = atoms.lattice_constant_angstrom;
     let attracts = scene.adhesion.as_ref().is_some_and(|a| a.work_of_adhesion_mj_m2 > 0.0);

@@ -16,7 +16,7 @@ const SOLVE_GRID: RangeInclusive<usize> = 1..=1 << 20;
 const SHORTEST_CUT_OFF: f64 = 1e-4;
 
 /// Roll-off and cut-off wavelengths over the cell's extent, whichever way they are given.
-pub fn cut_offs(surface: &SurfaceScene, length_um: f64) -> (f64, f64) {
+pub(crate) fn cut_offs(surface: &SurfaceScene, length_um: f64) -> (f64, f64) {
     let pick = |um: Option<f64>, mode: Option<f64>, default: f64| match (um, mode) {
         (Some(um), _) => um / length_um,
         (None, Some(mode)) => 1.0 / mode,
@@ -28,7 +28,7 @@ pub fn cut_offs(surface: &SurfaceScene, length_um: f64) -> (f64, f64) {
     )
 }
 
-pub fn check(c: &mut Complaints, scene: &Scene) {
+pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     let points = match scene.laboratory.units {
         Units::Named => RUN_GRID,
         Units::Consistent => SOLVE_GRID,
@@ -50,12 +50,14 @@ pub fn check(c: &mut Complaints, scene: &Scene) {
 fn file(c: &mut Complaints, scene: &Scene) {
     let s = &scene.surface;
     c.unless(
-        s.touching.is_some(),
-        "surface.touching",
+        scene.laboratory.contact_modulus_mpa.is_some(),
+        "laboratory.contact_modulus_mpa",
         "not given",
-        "\"low-points\" or \"high-points\": a height file does not say which of its points touch first",
+        "the contact modulus E* = E/(1-ν²): an imported surface has none by default",
     );
-    c.positive("surface.heights_unit_um", s.heights_unit_um);
+    s.heights_unit_um.iter().for_each(|um| c.positive("surface.heights_unit_um", *um));
+    s.remove_outliers.iter().for_each(|sd| c.positive("surface.remove_outliers", *sd));
+    s.high_pass_um.iter().for_each(|um| c.positive("surface.high_pass_um", *um));
     let transform = s.fourier == Some(Fourier::Fftw);
     c.unless(
         s.fourier_points.is_some() == transform,
@@ -72,7 +74,6 @@ fn file(c: &mut Complaints, scene: &Scene) {
     let waves = s.fourier.is_some_and(Fourier::are_waves);
     if let Some(um) = s.low_pass_um {
         c.positive("surface.low_pass_um", um);
-        c.unless(waves, "surface.low_pass_um", um, "only together with surface.fourier");
     }
     if let Some(y) = scene.laboratory.length_y_um {
         c.positive("laboratory.length_y_um", y);
@@ -109,7 +110,7 @@ fn spectrum(c: &mut Complaints, scene: &Scene) {
 
 /// Order and limits of the roll-off and cut-off wavelengths, reported by the key that the scene uses.
 fn wavelengths(c: &mut Complaints, scene: &Scene) {
-    let (s, length_um) = (&scene.surface, scene.laboratory.length_um);
+    let (s, length_um) = (&scene.surface, scene.laboratory.length());
     let (roll_off, cut_off) = cut_offs(s, length_um);
     // `solve --cut-off` is a fraction of the cell. Dividing by its length again may change the last digits.
     let unit = if scene.laboratory.units == Units::Consistent { length_um } else { 1.0 };

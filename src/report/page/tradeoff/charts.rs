@@ -24,13 +24,13 @@ const UNCERTAIN: Style = Style { colour: picture::GREY, dash: Dash::Dashed, mark
 const UNCERTAIN_WITHOUT: Style = Style { dash: Dash::Dotted, ..UNCERTAIN };
 
 /// Marker and colour of a method, by its index in the registry; the same on every page.
-pub fn style(method: &str) -> Style {
+pub(super) fn style(method: &str) -> Style {
     let place = REGISTRY.iter().position(|m| m.card().id == method).unwrap_or(REGISTRY.len());
     let marker = Marker::DISTINCT[place % Marker::DISTINCT.len()];
     Style { colour: COLOURS[place % COLOURS.len()], dash: Dash::None, marker }
 }
 
-pub fn section(writer: &FigureWriter, tradeoff: &Tradeoff) -> Result<Markup> {
+pub(super) fn section(writer: &FigureWriter, tradeoff: &Tradeoff) -> Result<Markup> {
     let mut figures = Vec::new();
     for quantity in Quantity::COMPARED {
         if let Some(drawn) = chart(writer, tradeoff, quantity)? {

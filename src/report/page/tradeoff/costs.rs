@@ -10,7 +10,7 @@ use crate::report::page::figures::{FigureWriter, figure, numbers, text};
 use crate::report::plot::{Axis, Curve, Dash, Plot, Style};
 use maud::{Markup, html};
 
-pub const SOURCE: &str = "Müser et al., Meeting the contact-mechanics challenge, Tribology Letters 65 (2017) 118, \
+pub(super) const SOURCE: &str = "Müser et al., Meeting the contact-mechanics challenge, Tribology Letters 65 (2017) 118, \
                           doi:10.1007/s11249-017-0900-2: the paper’s own figures of cost.";
 
 /// A solution whose cost the paper states.
@@ -38,7 +38,7 @@ const PAPER: [StatedCost; 3] = [
     },
 ];
 
-pub fn section(writer: &FigureWriter, tradeoff: &Tradeoff) -> Result<Markup> {
+pub(super) fn section(writer: &FigureWriter, tradeoff: &Tradeoff) -> Result<Markup> {
     let mut curves = Vec::new();
     let mut rows = Vec::new();
     for (method, _) in methods(tradeoff) {
@@ -72,7 +72,7 @@ pub fn section(writer: &FigureWriter, tradeoff: &Tradeoff) -> Result<Markup> {
         @if !tradeoff.forecasts.is_empty() {
             p { "Predicted: processor time of the finest grid, extrapolated from the coarser ones as a constant plus a term linear in the "
                 "work (points times FFT pairs, whose number follows a power law; points alone without FFT). Ratio: predicted over "
-                "measured; " (tradeoff.forecasts.iter().filter(|f| f.holds()).count()) " of "
+                "measured; " (tradeoff.forecasts.iter().filter(|f| f.is_accurate()).count()) " of "
                 (tradeoff.forecasts.len()) " methods are within " (significant(100.0 * FORECAST_TOLERANCE, 2)) "\u{a0}%. Doubled grid: prediction from "
                 "all grids for twice the points along each side." }
         }

@@ -7,7 +7,7 @@ use crate::report::page::figures::text;
 use maud::Markup;
 
 /// Short name of a setting.
-pub fn words(s: &Setting) -> String {
+pub(super) fn words(s: &Setting) -> String {
     if let Some(block) = s.block {
         return format!("{}, a block of {block} cells", s.method);
     }
@@ -16,7 +16,7 @@ pub fn words(s: &Setting) -> String {
 }
 
 /// Methods with results in the order of the table, and whether they include adhesion.
-pub fn methods(tradeoff: &Tradeoff) -> Vec<(&str, bool)> {
+pub(super) fn methods(tradeoff: &Tradeoff) -> Vec<(&str, bool)> {
     let mut list: Vec<(&str, bool)> = Vec::new();
     for p in tradeoff.points.iter().filter(|p| p.unavailable_reason.is_none()) {
         if !list.contains(&(&p.setting.method, p.setting.adhesive)) {
@@ -27,11 +27,11 @@ pub fn methods(tradeoff: &Tradeoff) -> Vec<(&str, bool)> {
 }
 
 /// Power-law growth of a method's processor time with the number of grid points.
-pub fn grows(tradeoff: &Tradeoff, method: &str) -> Option<Growth> {
+pub(super) fn grows(tradeoff: &Tradeoff, method: &str) -> Option<Growth> {
     let of = |p: &&TradeoffPoint| ((p.setting.nx * p.setting.ny) as f64, p.cost.cpu_seconds);
     growth(&tradeoff.grids(method).iter().map(of).collect::<Vec<_>>())
 }
 
-pub fn dash() -> Markup {
+pub(super) fn dash() -> Markup {
     text("–")
 }

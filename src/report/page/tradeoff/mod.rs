@@ -13,7 +13,7 @@ use crate::report::number::{duration, trimmed};
 use labels::methods;
 use maud::{Markup, html};
 
-pub fn page(writer: &FigureWriter, tradeoff: &Tradeoff) -> Result<Markup> {
+pub(super) fn page(writer: &FigureWriter, tradeoff: &Tradeoff) -> Result<Markup> {
     let mut sections = Vec::new();
     let mut add = |anchor, title, body| sections.push(Section { anchor, title, body });
     add("front", "Error against cost", charts::section(writer, tradeoff)?);
@@ -54,7 +54,7 @@ fn top(tradeoff: &Tradeoff) -> Markup {
             @if tradeoff.threads == 1 { " thread" } @else { " threads" } ", " (runs(tradeoff)) "; " (duration(tradeoff.spent_seconds)) " in all"
             @if let Some(b) = tradeoff.budget_seconds { " of a budget of " (duration(b)) } "." }
         p { "Costs are seconds of processor time of all threads, for all loads, including the observables of every run "
-            "(distributions, patches, maps, and the coarser grid of the error estimate). Errors are root mean squares over "
+            "(distributions, clusters, maps, and the coarser grid of the error estimate). Errors are root mean squares over "
             "the loads, against the reference; no error is given below the uncertainty of the reference." }
     }
 }

@@ -18,7 +18,7 @@ fn limit(quantity: Quantity, share: f64) -> f64 {
 }
 
 /// An error in its usual format.
-pub fn shown(quantity: Quantity, error: f64) -> String {
+pub(super) fn shown(quantity: Quantity, error: f64) -> String {
     if quantity.in_decades() { format!("{} dec", significant(error, 2)) } else { percent_of(error) }
 }
 
@@ -28,7 +28,7 @@ fn percent_of(error: f64) -> String {
 }
 
 /// The cheapest setting of each class.
-pub fn cheapest(tradeoff: &Tradeoff) -> Markup {
+pub(super) fn cheapest(tradeoff: &Tradeoff) -> Markup {
     let rows = Quantity::COMPARED.into_iter().filter_map(|quantity| {
         let known: Vec<(&TradeoffPoint, f64)> =
             tradeoff.points.iter().filter_map(|p| Some((p, tradeoff.error(p, quantity)?))).collect();
@@ -55,7 +55,7 @@ pub fn cheapest(tradeoff: &Tradeoff) -> Markup {
 }
 
 /// The reference solutions, load by load.
-pub fn references(tradeoff: &Tradeoff) -> Markup {
+pub(super) fn references(tradeoff: &Tradeoff) -> Markup {
     let um = tradeoff.scales.length_m * 1e6;
     html! {
         @for r in &tradeoff.references {
@@ -65,7 +65,7 @@ pub fn references(tradeoff: &Tradeoff) -> Markup {
                 (significant(r.cost.fft_pairs, 3)) " FFT pairs. "
                 @if r.coarser.is_empty() { "Without coarser grids its convergence is not known." }
                 @else { "Coarser grids: " (r.coarser.iter().map(|n| n.to_string()).collect::<Vec<_>>().join(", "))
-                    " points a side. Numbers are extrapolated where three grids show an order, and uncertain by the way that this "
+                    " points per side. Numbers are extrapolated where three grids show an order, and uncertain by the way that this "
                     "goes; where they show none, the finest grid’s number stands and is uncertain by the last change. Maps and \
                      distributions are uncertain by what is left to come where errors fall from grid to grid as they did on these, \
                      at most with the second order; of one grid below, with the first." } }
@@ -94,7 +94,7 @@ pub fn references(tradeoff: &Tradeoff) -> Markup {
 
 /// Cost and errors of blocks of atoms, relative to the scene's reference and to the solution on the heights that they
 /// resolve.
-pub fn atoms(tradeoff: &Tradeoff) -> Markup {
+pub(super) fn atoms(tradeoff: &Tradeoff) -> Markup {
     let rows = tradeoff.points.iter().filter_map(|p| {
         let (r, c) = (p.resolved.as_ref()?, p.cost.atoms.as_ref()?);
         let mut cells = vec![
@@ -142,7 +142,7 @@ pub fn atoms(tradeoff: &Tradeoff) -> Markup {
 }
 
 /// Every setting with its cost and its errors.
-pub fn settings(tradeoff: &Tradeoff) -> Markup {
+pub(super) fn settings(tradeoff: &Tradeoff) -> Markup {
     let both = tradeoff.references.len() > 1;
     let row = |p: &TradeoffPoint| {
         let (s, c) = (&p.setting, &p.cost);
@@ -182,7 +182,7 @@ pub fn settings(tradeoff: &Tradeoff) -> Markup {
         "median cluster area",
     ];
     let mut reasons: Vec<(String, Vec<&str>)> = Vec::new();
-    let mut tell = |why: String, method| match reasons.iter_mut().find(|r| r.0 == why) {
+    let mut add = |why: String, method| match reasons.iter_mut().find(|r| r.0 == why) {
         Some((_, methods)) if methods.contains(&method) => {}
         Some((_, methods)) => methods.push(method),
         None => reasons.push((why, vec![method])),
@@ -190,11 +190,11 @@ pub fn settings(tradeoff: &Tradeoff) -> Markup {
     for p in &tradeoff.points {
         let method = p.setting.method.as_str();
         match &p.unavailable_reason {
-            Some(why) => tell(why.clone(), method),
+            Some(why) => add(why.clone(), method),
             None => p.missing.iter().for_each(|m| {
                 let quantity = Quantity::COMPARED.iter().find(|q| q.output().id() == m.quantity);
                 if let Some(q) = quantity {
-                    tell(format!("{}: {}", q.name(), m.reason), method);
+                    add(format!("{}: {}", q.name(), m.reason), method);
                 }
             }),
         }
@@ -211,7 +211,7 @@ pub fn settings(tradeoff: &Tradeoff) -> Markup {
 }
 
 /// Settings that were not run, and why.
-pub fn skipped(tradeoff: &Tradeoff) -> Markup {
+pub(super) fn skipped(tradeoff: &Tradeoff) -> Markup {
     let rows = tradeoff.skipped.iter().map(|l| vec![text(words(&l.setting)), text(&l.reason)]);
     table(&["setting", "reason"], rows.collect())
 }

@@ -1,0 +1,17 @@
+//! Measurements for developers: `cargo bench --bench measure -- --help` lists them.
+
+#![cfg_attr(test, allow(unused_imports, reason = "without a harness there are no unit tests; tests/program runs them"))]
+
+mod commands;
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    match commands::run(std::env::args_os()) {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("measure: error: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}

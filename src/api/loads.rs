@@ -1,0 +1,31 @@
+//! Loads of a path.
+
+use crate::scene::LoadScene;
+
+/// Loads of one kind, in the order in which they are applied.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Loads {
+    /// Mean pressures, in the unit of the modulus; compression is positive.
+    Pressure(Vec<f64>),
+    /// Mean pressures over E* times the rms gradient.
+    PStar(Vec<f64>),
+    /// Mean gaps, in the unit of the surface's length. They include states that no pressure sustains.
+    MeanGap(Vec<f64>),
+    /// Displacements from first touch, in the unit of the surface's length: mean gap at first touch minus mean gap.
+    Displacement(Vec<f64>),
+    /// Fractions of the cell in contact: the pressures that produce them are found first.
+    ContactFraction(Vec<f64>),
+}
+
+impl Loads {
+    pub(super) fn scene(&self) -> LoadScene {
+        let none = LoadScene::default();
+        match self.clone() {
+            Loads::Pressure(list) => LoadScene { pressure_mpa: list, ..none },
+            Loads::PStar(list) => LoadScene { p_star: list, ..none },
+            Loads::MeanGap(list) => LoadScene { mean_gap_um: list, ..none },
+            Loads::Displacement(list) => LoadScene { displacement_um: list, ..none },
+            Loads::ContactFraction(list) => LoadScene { contact: list, ..none },
+        }
+    }
+}

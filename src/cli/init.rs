@@ -1,0 +1,294 @@
+//! `asperity init`: a commented scene to start from.
+
+use super::file::{COMMAND_LINE, FileFlags};
+use super::output;
+use crate::record::declared::Declared;
+use crate::record::heights::Sign;
+use crate::record::import::{self, Content, ImportOptions, ImportedFile};
+use crate::scene::Touching;
+use crate::units::metres_per;
+use crate::{Error, Result};
+use serde_json::json;
+use std::fmt::{Display, Write};
+use std::path::{Path, PathBuf};
+
+const CHALLENGE: &str = include_str!("../../configs/challenge.toml");
+
+/// Points per side on which Fourier coefficients are evaluated by default.
+const GRID: usize = 512;
+
+const HEAD: &str = "\
+#:schema scene.schema.json
+# Editors that know TOML schemas complete and check the keys: asperity schema > scene.schema.json
+# Lines with `# FILL IN` are required: remove the # and give the value. All other lines with # are optional.
+";
+
+const LOADS: &str = "\
+[load]
+# Mean pressures over E* times the rms gradient of the surface, in the order in which they are applied.
+p_star = [0.001, 0.003, 0.01, 0.03, 0.1]
+# Instead of p_star: pressures in MPa, normal forces in mN, mean gaps or displacements in µm, or contact fractions.
+# pressure_mpa = [0.1, 0.2]
+# force_mn = { from = 1, to = 100, count = 5, spacing = \"log\" }
+# mean_gap_um = [0.5, 0.2]
+# displacement_um = [0.1, 0.2]
+# contact = [0.05, 0.1]
+# The same loads in reverse, for the hysteresis of adhesion.
+# unload = true
+
+# Without this table there is no adhesion.
+# [adhesion]
+# work_of_adhesion_mj_m2 = 50
+# range_nm = 2
+
+# Without this table there are no atoms (they need LAMMPS and a square cell).
+# [atoms]
+# cells = 15
+# depth_cells = 6
+";
+
+const SYNTHESISED: &str = "\
+name = \"scene\"
+description = \"\"
+
+[laboratory]
+# Extent of the cell, µm.
+length_um = 100
+# Contact modulus E* = E/(1-ν²), MPa; of two elastic bodies 1/E* is the sum of both (1-ν²)/E.
+contact_modulus_mpa = 25
+
+# A self-affine surface from its spectrum. `asperity init FILE` writes the scene of a measured one.
+[surface]
+# Points per side.
+grid = 512
+seed = 18
+# Hurst exponent.
+hurst = 0.8
+# Longest and shortest wavelength of the self-affine part, µm.
+roll_off_um = 20
+cut_off_um = 0.5
+# rms gradient of the whole surface.
+rms_gradient = 1
+
+";
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Init {
+    /// Surface file; what it declares is filled in. Default: a synthesised surface.
+    file: Option<PathBuf>,
+    /// The scene of the contact-mechanics challenge.
+    #[arg(long, conflicts_with = "file")]
+    challenge: bool,
+    #[command(flatten)]
+    of: FileFlags,
+    /// Points that touch first; required unless the file declares it.
+    #[arg(long, value_enum, requires = "file")]
+    touching: Option<Touching>,
+    /// Contact modulus E*, MPa, which no surface file declares.
+    #[arg(long, value_name = "MPA", requires = "file")]
+    modulus: Option<f64>,
+    /// Scene file to write.
+    #[arg(long, value_name = "FILE", default_value = "scene.toml")]
+    out: PathBuf,
+    /// Replace an existing file.
+    #[arg(long)]
+    overwrite: bool,
+    /// One line of JSON on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Init {
+    pub(super) fn execute(self) -> Result<()> {
+        if self.out.exists() && !self.overwrite {
+            let found = format!("{} (exists)", self.out.display());
+            return Err(Error::input(COMMAND_LINE, "--out", found, "another file, or --overwrite to replace it"));
+        }
+        let Draft { text, fill_in } = match &self.file {
+            Some(file) => self.of_file(file)?,
+            None if self.challenge => {
+                let text = CHALLENGE.split_once('\n').map_or(CHALLENGE, |(_, after_schema)| after_schema);
+                Draft::new(&format!("{}{text}", HEAD.lines().take(2).map(|l| format!("{l}\n")).collect::<String>()))
+            }
+            None => Draft::new(&format!("{HEAD}{SYNTHESISED}{LOADS}")),
+        };
+        std::fs::write(&self.out, text).map_err(Error::io("write", &self.out))?;
+        if self.json {
+            return output::json_line(&json!({ "out": self.out, "fill_in": fill_in }));
+        }
+        output::print(&format!("scene: {}", self.out.display()));
+        if !fill_in.is_empty() {
+            output::print(&format!("fill in: {}", fill_in.join(", ")));
+        }
+        output::print(&format!("then: asperity run {} --dry-run", self.out.display()));
+        Ok(())
+    }
+
+    fn of_file(&self, file: &Path) -> Result<Draft> {
+        let options = ImportOptions { dataset: self.of.dataset.as_deref(), fourier: self.of.fourier };
+        let found = import::read(file, options)?;
+        let stem = file.file_stem().map_or("scene".into(), |s| s.to_string_lossy());
+        let name: String =
+            stem.chars().map(|c| if c.is_alphanumeric() || "-_".contains(c) { c } else { '-' }).collect();
+        let mut draft = Draft::new(HEAD);
+        draft.line(format!("# {}: {}.", file.display(), found.layout));
+        draft.line(format!("name = {}\ndescription = \"\"\n", quoted(name)));
+        self.laboratory(&mut draft, &found.declared);
+        self.surface(&mut draft, &found, file)?;
+        let periodic = match found.declared.periodic {
+            Some(periodic) => format!("The file declares periodic = {periodic}."),
+            None => "The file does not declare whether the map repeats; by default it does.".into(),
+        };
+        draft.line(format!("[continuum]\n# {periodic} false: a single patch on a half-space that is free around it.\n# periodic = false\n"));
+        draft.line(LOADS.trim_end());
+        Ok(draft)
+    }
+
+    fn laboratory(&self, draft: &mut Draft, declared: &Declared) {
+        draft.line("[laboratory]");
+        let extent = declared.extent_m().map(|e| e.map(|m| significant(m * 1e6)));
+        match (extent, &declared.extent) {
+            (Some([x, y]), _) => {
+                draft.line("# Extents of the map along x and y, µm, as the file declares them.");
+                draft.line(format!("length_um = {x}\nlength_y_um = {y}"));
+            }
+            // The extents are known as soon as the unit is.
+            (None, Some(e)) => {
+                let unit = e.unit.as_deref().unwrap_or("units of the heights");
+                draft.line(format!(
+                    "# Extents along x and y, µm. Default: what the file declares, {} and {} {unit}.",
+                    e.x, e.y
+                ));
+                draft.line("# length_um = 20\n# length_y_um = 20");
+            }
+            (None, None) => {
+                draft.missing("laboratory.length_um", "20", "extent of the map in x, points times spacing, µm");
+                draft.line("# Extent in y, µm. Default: square pixels.\n# length_y_um = 20");
+            }
+        }
+        let modulus = "contact modulus E* = E/(1-ν²), MPa; of two elastic bodies 1/E* is the sum of both (1-ν²)/E";
+        match self.modulus {
+            Some(mpa) => draft.line(format!("# Contact modulus E*, MPa.\ncontact_modulus_mpa = {mpa}")),
+            None => draft.missing("laboratory.contact_modulus_mpa", "2", modulus),
+        }
+    }
+
+    fn surface(&self, draft: &mut Draft, found: &ImportedFile, file: &Path) -> Result<()> {
+        let declared = &found.declared;
+        draft.line(format!("\n[surface]\nheights = {}", quoted(self.relative(file)?.display())));
+        if let Some(dataset) = &self.of.dataset {
+            draft.line(format!("dataset = {}", quoted(dataset)));
+        }
+        match &declared.unit {
+            Some(unit) if metres_per(unit).is_some() => {
+                draft.line(format!("# Unit of the heights, as the file declares it.\nunit = {}", quoted(unit)));
+            }
+            other => {
+                let why = other.as_ref().map_or(String::new(), |u| format!(" (the file's {u:?} is none)"));
+                draft.missing("surface.unit", "\"nm\"", format!("unit of the heights: m, mm, um, nm, Å{why}"));
+            }
+        }
+        let sign = declared.sign.map(|sign| match sign {
+            Sign::LowFirst => Touching::LowPoints,
+            Sign::HighFirst => Touching::HighPoints,
+        });
+        match self.touching.or(sign) {
+            Some(touching) => draft.line(format!("# Points that touch first.\ntouching = {}", quoted(word(touching)))),
+            None => draft.missing(
+                "surface.touching",
+                "\"high-points\"",
+                "points that touch first, \"low-points\" or \"high-points\": instruments store high points of the rough body as high",
+            ),
+        }
+        match &found.content {
+            Content::Waves(_) => self.waves(draft),
+            Content::Map(map) => {
+                if let Some(kind) = self.of.fourier {
+                    draft.line(format!("fourier = {}", quoted(word(kind))));
+                }
+                preparation(draft, map.missing());
+            }
+        }
+        draft.line("");
+        Ok(())
+    }
+
+    /// Keys of Fourier coefficients.
+    fn waves(&self, draft: &mut Draft) {
+        draft.line(format!("# Points per side on which the coefficients are evaluated.\ngrid = {GRID}"));
+        if let Some(kind) = self.of.fourier {
+            draft.line(format!("fourier = {}", quoted(word(kind))));
+        }
+        if let Some(points) = self.of.fourier_points {
+            draft.line(format!("fourier_points = {points}"));
+        }
+        draft.line("# Shortest wavelength that is kept, µm.\n# low_pass_um = 0.5");
+    }
+
+    /// The surface file as the scene names it: relative to the scene's folder where it is inside.
+    fn relative(&self, file: &Path) -> Result<PathBuf> {
+        let whole = |path: &Path| std::path::absolute(path).map_err(Error::io("find", path));
+        let (file, scene) = (whole(file)?, whole(&self.out)?);
+        let folder = scene.parent().unwrap_or(Path::new("/"));
+        Ok(file.strip_prefix(folder).map_or(file.clone(), Path::to_path_buf))
+    }
+}
+
+/// Steps of preparation of a map.
+fn preparation(draft: &mut Draft, missing: usize) {
+    draft.line(
+        "# Preparation, in this order. Form to subtract: \"mean\", \"plane\" or \"quadratic\".\n# detrend = \"plane\"",
+    );
+    let ways = "\"harmonic\" continues the heights smoothly, \"nearest\" takes the nearest one";
+    match missing {
+        0 => draft
+            .line(format!("# Filling of missing points, of which the file has none: {ways}.\n# fill = \"harmonic\"")),
+        n => draft.missing(
+            "surface.fill",
+            "\"harmonic\"",
+            format!("filling of the {n} points that were not measured: {ways}"),
+        ),
+    }
+    draft.line(
+        "# Shortest and longest wavelength that are kept, µm.\n# low_pass_um = 0.5\n# high_pass_um = 10\n\
+         # Makes a map repeat that does not: \"taper\" or \"mirror\".\n# edges = \"taper\"",
+    );
+}
+
+/// A scene and the keys that it does not have yet.
+struct Draft {
+    text: String,
+    fill_in: Vec<String>,
+}
+
+impl Draft {
+    fn new(text: &str) -> Self {
+        Draft { text: text.into(), fill_in: Vec::new() }
+    }
+
+    fn line(&mut self, line: impl Display) {
+        let _ = writeln!(self.text, "{line}");
+    }
+
+    /// A required key that the file does not declare, with an example of its value.
+    fn missing(&mut self, key: &str, example: &str, what: impl Display) {
+        let own = key.rsplit('.').next().unwrap_or(key);
+        self.line(format!("# FILL IN {own}: {what}.\n# {own} = {example}"));
+        self.fill_in.push(key.into());
+    }
+}
+
+/// A text of TOML.
+fn quoted(text: impl Display) -> String {
+    toml::Value::String(text.to_string()).to_string()
+}
+
+/// Name of a value in scenes and flags.
+fn word(value: impl clap::ValueEnum) -> String {
+    value.to_possible_value().map_or(String::new(), |v| v.get_name().to_string())
+}
+
+/// With six digits: the rounding of headers.
+fn significant(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
+}

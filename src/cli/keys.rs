@@ -1,0 +1,123 @@
+//! The keys of a scene as Markdown tables, from its JSON Schema.
+
+use serde_json::Value;
+use std::fmt::Write;
+
+/// Above the tables of `docs/keys.md`.
+const HEAD: &str = "\
+# Keys of a scene
+
+Written by `asperity schema --keys` from the [JSON Schema](scene.schema.json). A key without a default is required where its type says
+so, and otherwise absent. Units are those in the names of the keys.
+";
+
+/// Units that end the name of a key.
+const UNITS: [(&str, &str); 15] = [
+    ("_ev_per_angstrom", "eV/Å"),
+    ("_mj_m2", "mJ/m²"),
+    ("_angstrom", "Å"),
+    ("_mpa", "MPa"),
+    ("_gpa", "GPa"),
+    ("_um", "µm"),
+    ("_nm", "nm"),
+    ("_mn", "mN"),
+    ("_ps", "ps"),
+    ("_k", "K"),
+    ("_s", "s"),
+    ("_mode", "per cell"),
+    ("_cells", "a₀"),
+    ("p_star", "E* ḡ"),
+    ("p_star_range", "E* ḡ"),
+];
+
+/// One table per table of a scene, in the order of the schema.
+pub(super) fn markdown(schema: &Value) -> String {
+    let mut text = HEAD.to_string();
+    table(schema, schema, "", &mut text);
+    text.trim_end().to_string()
+}
+
+/// The keys of `node`, whose path is `path`, and then those of the tables in it.
+fn table(schema: &Value, node: &Value, path: &str, text: &mut String) {
+    let Some(keys) = node["properties"].as_object() else { return };
+    let required = |key: &str| node["required"].as_array().is_some_and(|list| list.iter().any(|k| k == key));
+    let (tables, plain): (Vec<_>, Vec<_>) =
+        keys.iter().partition(|(_, k)| resolved(schema, k)["properties"].is_object());
+    if !path.is_empty() {
+        let _ = writeln!(text, "\n## [{path}]");
+    }
+    match one_line(&node["description"]).as_str() {
+        "" => text.push('\n'),
+        description => _ = writeln!(text, "\n{description}\n"),
+    }
+    if !plain.is_empty() {
+        text.push_str("| key | type | default | unit | description |\n|---|---|---|---|---|\n");
+    }
+    for (key, value) in plain {
+        let default = match &value["default"] {
+            _ if required(key) => "required".into(),
+            // A default that is that of its type is not in the schema; a key that may be null has none.
+            Value::Null => match value["type"].as_str() {
+                Some("boolean") => "`false`".into(),
+                Some("integer") => "`0`".into(),
+                Some("array") => "`[]`".into(),
+                _ => "–".to_string(),
+            },
+            default => format!("`{default}`"),
+        };
+        let (kind, description) = (kind(schema, value).join(" or "), one_line(&value["description"]));
+        let unit = UNITS.iter().find(|(end, _)| key.ends_with(end)).map_or("–", |(_, unit)| unit);
+        let _ = writeln!(text, "| `{key}` | {kind} | {default} | {unit} | {description} |");
+    }
+    for (key, value) in tables {
+        let inner = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+        table(schema, resolved(schema, value), &inner, text);
+    }
+}
+
+/// The definition that a node refers to, or the node itself. `null` stands for a key that is absent.
+fn resolved<'a>(schema: &'a Value, node: &'a Value) -> &'a Value {
+    let present = node["anyOf"].as_array().map(|list| list.iter().filter(|n| n["type"] != "null").collect::<Vec<_>>());
+    match (node["$ref"].as_str(), present.as_deref()) {
+        (Some(name), _) => schema.pointer(name.trim_start_matches('#')).unwrap_or(node),
+        (None, Some([only])) => resolved(schema, only),
+        _ => node,
+    }
+}
+
+/// Types that a key accepts, and texts with their meaning.
+fn kind(schema: &Value, node: &Value) -> Vec<String> {
+    let node = resolved(schema, node);
+    let whole = |name: &str| match name {
+        "integer" => Some("whole number".to_string()),
+        "string" => Some("text".to_string()),
+        "null" => None,
+        "array" => Some(format!("list of {}s", kind(schema, &node["items"]).join(" or "))),
+        "object" => {
+            let keys = node["properties"].as_object().into_iter().flatten().map(|(key, _)| key.as_str());
+            Some(format!("{{ {} }}", keys.collect::<Vec<_>>().join(", ")))
+        }
+        other => Some(other.to_string()),
+    };
+    let several = node["oneOf"].as_array().or(node["anyOf"].as_array());
+    if let Some(several) = several {
+        return several.iter().flat_map(|one| kind(schema, one)).collect();
+    }
+    if let Some(value) = node.get("const") {
+        let meaning = node["description"].as_str().map(|_| format!(" ({})", one_line(&node["description"])));
+        return vec![format!("`{value}`{}", meaning.unwrap_or_default().replace(".)", ")"))];
+    }
+    if let Some(values) = node["enum"].as_array() {
+        return values.iter().map(|v| format!("`{v}`")).collect();
+    }
+    match &node["type"] {
+        Value::String(name) => whole(name).into_iter().collect(),
+        Value::Array(names) => names.iter().filter_map(|n| whole(n.as_str()?)).collect(),
+        _ => Vec::new(),
+    }
+}
+
+/// A description in one cell of a table.
+fn one_line(description: &Value) -> String {
+    description.as_str().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ").replace('|', "\\|")
+}

@@ -1,0 +1,26 @@
+//! Programs that a scene names. A scene may come from somebody else, so they are executed only on request.
+
+use crate::atoms::search_path::{find_lammps, search_path};
+use crate::scene::Case;
+use crate::{Error, Result};
+use std::fs::canonicalize;
+use std::path::Path;
+
+/// Refuses a program that the scene names, unless it is `allowed` or the LAMMPS of the search path, which `doctor` shows.
+///
+/// # Errors
+/// `Input`, which names the key and the flag.
+pub(super) fn check(case: &Case, allowed: bool) -> Result<()> {
+    let named = case.scene.atoms.as_ref().and_then(|a| a.program.as_ref());
+    let Some(program) = named.filter(|_| !allowed) else { return Ok(()) };
+    let is_path = program.components().count() > 1;
+    let found = if is_path { Some(case.resolve_path(program)) } else { search_path(program) };
+    // A program that does not exist is reported as missing, with the remedy.
+    let Some(found) = found.filter(|p| p.exists()) else { return Ok(()) };
+    let same = |a: &Path, b: &Path| canonicalize(a).is_ok_and(|a| canonicalize(b).is_ok_and(|b| a == b));
+    if find_lammps().is_some_and(|usual| same(&usual, &found)) {
+        return Ok(());
+    }
+    let accepted = "lmp or lammps of the search path; --allow-program executes this one, so read the scene first";
+    Err(Error::input(case.file.display(), "atoms.program", found.display(), accepted))
+}

@@ -1,0 +1,190 @@
+//! Statistics over realisations: mean, scatter and confidence of each number, and differences of sources on the same
+//! realisations.
+
+use crate::record::ensemble::{Difference, Ensemble, Observable, Observation, Point, PointStatus, Sample, Statistic};
+use serde_json::Value;
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+/// The key over which statistics are taken.
+pub const SEED: &str = "surface.seed";
+
+/// Probability of the confidence interval.
+const CONFIDENCE: f64 = 0.95;
+
+/// Pairs of sources whose differences are computed: the first relative to the second.
+const PAIRS: [[&str; 2]; 5] = [
+    ["atoms", "compliant wall"],
+    ["atoms", "offset wall"],
+    ["atoms", "hard wall"],
+    ["continuum", "without adhesion"],
+    ["cross check", "without adhesion"],
+];
+
+/// The source that other methods are compared with.
+pub const CONTINUUM: &str = "continuum";
+
+/// Statistics of a sample; `None` without values.
+pub fn sample(values: &[f64]) -> Option<Sample> {
+    let n = values.len();
+    if n == 0 {
+        return None;
+    }
+    let mean = values.iter().sum::<f64>() / n as f64;
+    let standard_deviation =
+        (n > 1).then(|| (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1) as f64).sqrt());
+    let standard_error = standard_deviation.map(|s| s / (n as f64).sqrt());
+    let confidence = standard_error.map(|e| {
+        let half = student(n - 1) * e;
+        [mean - half, mean + half]
+    });
+    let [min, max] = values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, m], v| [l.min(*v), m.max(*v)]);
+    Some(Sample { realisations: n, mean, standard_deviation, standard_error, confidence, min, max })
+}
+
+/// Two-sided quantile of Student's t for the confidence interval.
+fn student(freedom: usize) -> f64 {
+    let t = StudentsT::new(0.0, 1.0, freedom as f64).expect("at least one degree of freedom");
+    t.inverse_cdf(0.5 * (1.0 + CONFIDENCE))
+}
+
+/// Fills in statistics and differences from the points that are done.
+pub fn evaluate(ensemble: &mut Ensemble) {
+    let (mut statistics, mut differences) = (Vec::new(), Vec::new());
+    for (group, points) in groups(&ensemble.keys, &ensemble.points) {
+        for of in observables(&points) {
+            let found: Vec<&Observation> = points.iter().filter_map(|p| find(p, &of)).collect();
+            let values = |of: fn(&Observation) -> f64| found.iter().map(|o| of(o)).collect::<Vec<f64>>();
+            if let (Some(sample), Some(p)) = (sample(&values(|o| o.value)), sample(&values(|o| o.p_star))) {
+                statistics.push(Statistic { group: group.clone(), of: of.clone(), p_star: p.mean, sample });
+            }
+            differences.extend(references(&of.source).filter_map(|r| difference(&group, &points, &of, r)));
+        }
+    }
+    (ensemble.statistics, ensemble.differences) = (statistics, differences);
+}
+
+/// A combination of the varied keys besides the seed, with its realisations.
+type Group<'a> = (Vec<(String, Value)>, Vec<&'a Point>);
+
+fn groups<'a>(keys: &[String], points: &'a [Point]) -> Vec<Group<'a>> {
+    let mut groups: Vec<Group> = Vec::new();
+    for point in points.iter().filter(|p| p.status == PointStatus::Done) {
+        let others = keys.iter().zip(&point.values).filter(|(k, _)| *k != SEED);
+        let of: Vec<(String, Value)> = others.map(|(k, v)| (k.clone(), v.clone())).collect();
+        match groups.iter_mut().find(|(g, _)| *g == of) {
+            Some((_, members)) => members.push(point),
+            None => groups.push((of, vec![point])),
+        }
+    }
+    groups
+}
+
+/// What any of the points has, in the order of the first that has it.
+fn observables(points: &[&Point]) -> Vec<Observable> {
+    let mut list: Vec<Observable> = Vec::new();
+    for o in points.iter().flat_map(|p| &p.numbers) {
+        if !list.contains(&o.of) {
+            list.push(o.of.clone());
+        }
+    }
+    list
+}
+
+fn find<'a>(point: &'a Point, of: &Observable) -> Option<&'a Observation> {
+    point.numbers.iter().find(|o| o.of == *of)
+}
+
+/// The sources with which one is compared.
+fn references(source: &str) -> impl Iterator<Item = &'static str> {
+    let is_method = crate::method::find(source).is_some().then_some(CONTINUUM);
+    let pairs: Vec<&str> = PAIRS.iter().filter(|[of, _]| *of == source).map(|[_, reference]| *reference).collect();
+    pairs.into_iter().chain(is_method)
+}
+
+fn difference(group: &[(String, Value)], points: &[&Point], of: &Observable, reference: &str) -> Option<Difference> {
+    let other = Observable { source: reference.into(), ..of.clone() };
+    let pairs: Vec<(&Observation, f64)> =
+        points.iter().filter_map(|p| Some((find(p, of)?, find(p, &other)?.value))).collect();
+    let apart: Vec<f64> = pairs.iter().map(|(a, b)| a.value - b).collect();
+    let relative: Vec<f64> = pairs.iter().filter(|(_, b)| *b != 0.0).map(|(a, b)| a.value / b - 1.0).collect();
+    let p_star: Vec<f64> = pairs.iter().map(|(a, _)| a.p_star).collect();
+    Some(Difference {
+        group: group.to_vec(),
+        of: of.clone(),
+        reference: reference.into(),
+        p_star: sample(&p_star)?.mean,
+        difference: sample(&apart)?,
+        relative: sample(&relative).filter(|r| r.realisations == pairs.len()),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::load::Branch;
+
+    /// Quantiles of Student's t of printed tables, to their last digit.
+    const LAST_DIGIT: f64 = 6e-4;
+
+    #[test]
+    fn quantiles_are_those_of_tables() {
+        for (freedom, t) in [(1, 12.706), (2, 4.303), (5, 2.571), (11, 2.201), (30, 2.042), (120, 1.980)] {
+            assert!((student(freedom) - t).abs() < LAST_DIGIT, "{freedom}: {}", student(freedom));
+        }
+    }
+
+    #[test]
+    fn samples_have_mean_scatter_and_confidence() {
+        let s = sample(&[1.0, 2.0, 4.0, 5.0]).expect("values");
+        // Deviations -2, -1, 1, 2: sum of squares 10 over 3.
+        let sd = (10.0_f64 / 3.0).sqrt();
+        assert_eq!((s.realisations, s.mean, s.min, s.max), (4, 3.0, 1.0, 5.0));
+        assert!((s.standard_deviation.expect("scatter") - sd).abs() < 1e-15);
+        assert!((s.standard_error.expect("scatter") - sd / 2.0).abs() < 1e-15);
+        let [low, high] = s.confidence.expect("an interval");
+        assert!((0.5 * (high - low) / (sd / 2.0) - 3.182).abs() < LAST_DIGIT && (low + high - 6.0).abs() < 1e-12);
+        let one = sample(&[7.0]).expect("a value");
+        assert_eq!((one.standard_deviation, one.standard_error, one.confidence), (None, None, None));
+        assert!(sample(&[]).is_none());
+    }
+
+    fn number(source: &str, value: f64) -> Observation {
+        let of = Observable {
+            source: source.into(),
+            load: 0,
+            branch: Branch::Loading,
+            quantity: "contact_fraction".into(),
+            unit: "1".into(),
+        };
+        Observation { of, p_star: 0.01, value }
+    }
+
+    /// Differences are paired by realisation: their scatter is not that of the realisations. Failed points do not count.
+    #[test]
+    fn differences_are_paired_and_groups_are_separate() {
+        let point = |seed: u64, hurst: f64, atoms: f64, wall: f64, status| Point {
+            label: String::new(),
+            values: vec![seed.into(), hurst.into()],
+            status,
+            reason: None,
+            numbers: vec![number("atoms", atoms), number("compliant wall", wall)],
+        };
+        let points = vec![
+            point(1, 0.8, 0.11, 0.10, PointStatus::Done),
+            point(2, 0.8, 0.22, 0.20, PointStatus::Done),
+            point(3, 0.8, 0.33, 0.30, PointStatus::Done),
+            point(1, 0.3, 0.5, 0.4, PointStatus::Done),
+            point(2, 0.3, 9.0, 1.0, PointStatus::Failed),
+        ];
+        let mut ensemble = Ensemble::new("test".into(), vec![SEED.into(), "surface.hurst".into()], points);
+        evaluate(&mut ensemble);
+        let wide: Vec<_> = ensemble.differences.iter().filter(|d| d.difference.realisations == 3).collect();
+        assert_eq!(wide.len(), 1);
+        let relative = wide[0].relative.expect("a positive reference");
+        assert!((relative.mean - 0.1).abs() < 1e-12 && relative.standard_deviation.expect("scatter") < 1e-12);
+        assert!((wide[0].difference.mean - 0.02).abs() < 1e-15);
+        assert_eq!(wide[0].group, [("surface.hurst".to_string(), Value::from(0.8))]);
+        assert_eq!(ensemble.statistics.len(), 4);
+        assert_eq!(ensemble.statistics[2].sample.realisations, 1);
+    }
+}

@@ -1,0 +1,109 @@
+//! Numbers of a finished point.
+
+use crate::load::Branch;
+use crate::record::comparison::{ComparisonResults, LoadComparison};
+use crate::record::continuum::{ContinuumResults, StateResults};
+use crate::record::ensemble::{Observable, Observation};
+use crate::record::methods::MethodResults;
+use crate::record::results::{Results, ScalesSi};
+
+/// The numbers of all loads of a run, by source. Lengths and stresses of the laboratory in µm and MPa, of the atoms in Å.
+pub(super) fn numbers(results: &Results) -> Vec<Observation> {
+    let mut list = Vec::new();
+    let solved = [
+        ("continuum", &results.continuum),
+        ("without adhesion", &results.non_adhesive),
+        ("cross check", &results.cross_check),
+    ];
+    for (source, c) in solved.into_iter().filter_map(|(source, c)| Some((source, c.as_ref()?))) {
+        continuum(&mut list, source, c, results.scales);
+    }
+    results.methods.iter().for_each(|m| method(&mut list, m, results.scales));
+    results.comparison.iter().for_each(|c| comparison(&mut list, c));
+    list.retain(|o| o.value.is_finite());
+    list
+}
+
+/// Adds values with quantity and unit at a load.
+fn add(
+    list: &mut Vec<Observation>,
+    (source, load, branch, p_star): (&str, usize, Branch, f64),
+    values: &[(&str, &str, Option<f64>)],
+) {
+    for (quantity, unit, value) in values {
+        let of =
+            Observable { source: source.into(), load, branch, quantity: quantity.to_string(), unit: unit.to_string() };
+        list.extend(value.map(|value| Observation { of, p_star, value }));
+    }
+}
+
+fn continuum(list: &mut Vec<Observation>, source: &str, c: &ContinuumResults, scales: ScalesSi) {
+    let (um, mpa) = (scales.length_m * 1e6, scales.modulus_pa * 1e-6);
+    let at = |s: &StateResults| (s.numbers.index, s.branch, s.numbers.p_star);
+    for s in &c.states {
+        let (load, branch, p_star) = at(s);
+        let observed = s.observed.as_ref();
+        let values = [
+            ("contact_fraction", "1", Some(s.contact_fraction_corrected)),
+            ("mean_gap", "um", Some(s.mean_gap * um)),
+            ("stiffness", "MPa/um", s.numbers.stiffness.map(|k| k * mpa / um)),
+            ("energy", "J/m2", Some(s.energy * um * mpa)),
+            ("clusters", "1", s.numbers.patches.map(|n| n as f64)),
+            ("mean_contact_pressure", "MPa", observed.and_then(|o| Some(o.mean_contact_pressure? * mpa))),
+            ("median_cluster_area", "um2", observed.and_then(|o| Some(o.median_cluster_area? * um * um))),
+            ("compressive_fraction", "1", observed.and_then(|o| Some(o.compressive?.fraction))),
+            ("hydraulic_gap", "um", observed.map(|o| o.hydraulic_gap * um)),
+            ("displacement", "um", s.numbers.displacement.map(|d| d * um)),
+        ];
+        add(list, (source, load, branch, p_star), &values);
+    }
+    if let (Some(p), Some(last)) = (&c.pull_off, c.states.last()) {
+        let (load, _, p_star) = at(last);
+        add(list, (source, load, Branch::Unloading, p_star), &[("pull_off_pressure", "MPa", Some(p.pressure * mpa))]);
+    }
+}
+
+fn method(list: &mut Vec<Observation>, m: &MethodResults, scales: ScalesSi) {
+    let (um, mpa) = (scales.length_m * 1e6, scales.modulus_pa * 1e-6);
+    for s in &m.states {
+        let n = &s.numbers;
+        let values = [
+            ("contact_fraction", "1", Some(s.contact_fraction_corrected.unwrap_or(n.contact_fraction))),
+            ("mean_gap", "um", s.mean_gap.map(|g| g * um)),
+            ("stiffness", "MPa/um", n.stiffness.map(|k| k * mpa / um)),
+            ("clusters", "1", n.patches.map(|n| n as f64)),
+            ("median_cluster_area", "um2", s.median_cluster_area.map(|a| a * um * um)),
+        ];
+        add(list, (&m.method, n.index, Branch::Loading, n.p_star), &values);
+    }
+}
+
+/// Atoms and continuum at the same loads, with the agreement of their contact maps.
+fn comparison(list: &mut Vec<Observation>, c: &ComparisonResults) {
+    for (load, l) in c.loads.iter().enumerate() {
+        let values = [
+            ("contact_fraction", "1", Some(l.atoms.contact_fraction)),
+            ("mean_gap", "angstrom", Some(l.atoms_mean_gap_angstrom)),
+            ("clusters", "1", Some(l.atoms_patches as f64)),
+        ];
+        add(list, ("atoms", load, Branch::Loading, l.p_star), &values);
+        for m in &l.continuum {
+            let values = [
+                ("contact_fraction", "1", Some(m.contact_fraction)),
+                ("mean_gap", "angstrom", mean_gap(l, &m.id)),
+                ("kappa", "1", Some(m.overlap.kappa)),
+                ("jaccard", "1", Some(m.overlap.jaccard)),
+                ("kappa_misaligned", "1", Some(m.shifted.kappa)),
+            ];
+            add(list, (m.label(), load, Branch::Loading, l.p_star), &values);
+        }
+    }
+}
+
+fn mean_gap(l: &LoadComparison, id: &str) -> Option<f64> {
+    match id {
+        "hard_wall" => Some(l.hard_wall_mean_gap_angstrom),
+        "compliant_wall" => Some(l.compliant_wall_mean_gap_angstrom),
+        _ => None,
+    }
+}

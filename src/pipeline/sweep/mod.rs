@@ -1,0 +1,9 @@
+//! Sweeps: a scene with varied keys, run point by point, and the statistics of the results.
+
+mod collect;
+mod files;
+mod points;
+mod run;
+
+pub use points::{RANGE, Sweep, SweepPoint, whole_numbers};
+pub use run::{Outcome, PointFolder, PointRunner, SweepListener, run};

@@ -1,0 +1,145 @@
+//! Table of a benchmark: measured settings with their cost and errors.
+
+use super::bench::{Bench, Outcome};
+use super::benchmark_point::BenchmarkPoint;
+use super::errors;
+use super::measured::{Measured, ReferenceSolution};
+use super::request::TradeoffRequest;
+use crate::compare::forecast::{Ran, forecast};
+use crate::pipeline::accuracy::{adhesion_label, shortest_wavelength};
+use crate::pipeline::methods::MethodRun;
+use crate::record::results::ScalesSi;
+use crate::record::tradeoff::{
+    Cost, Forecast, Reference, ResolvedErrors, SCHEMA, SkippedSetting, Tradeoff, TradeoffPoint,
+};
+use crate::scene::Case;
+
+/// `warnings`: those of the benchmark.
+pub(super) fn table(
+    (case, request): (&Case, &TradeoffRequest),
+    bench: &Bench,
+    method_runs: &[MethodRun],
+    references: &[ReferenceSolution],
+    outcome: Outcome,
+    warnings: Vec<String>,
+) -> Tradeoff {
+    let mut points: Vec<TradeoffPoint> =
+        outcome.done.iter().filter_map(|(point, found)| row(bench, references, point, found)).collect();
+    // Order of the tables: methods as in the registry, fine grids first.
+    let place = |p: &TradeoffPoint| method_runs.iter().position(|r| r.method.card().id == p.setting.method);
+    points.sort_by_key(|p| (place(p), p.setting.layer_thickness.is_some(), std::cmp::Reverse(p.setting.nx)));
+    let skipped = outcome.skipped.into_iter().map(|(point, reason)| {
+        let ny = point.n * case.grid.ny / case.grid.nx;
+        SkippedSetting { setting: point.setting(ny), reason }
+    });
+    let mut table = Tradeoff {
+        schema: SCHEMA,
+        name: case.scene.name.clone(),
+        scales: ScalesSi { length_m: case.scales.length_m, modulus_pa: case.scales.modulus_pa },
+        surface: case.surface.origin(),
+        gradient: case.gradient,
+        rms_height: bench.rough.height,
+        shortest_wavelength: shortest_wavelength(&case.surface),
+        nx: case.grid.nx,
+        ny: case.grid.ny,
+        p_star: case.loading_p_star(),
+        kernel: case.kernel.to_string(),
+        adhesion: adhesion_label(case),
+        program: format!("asperity {}", env!("CARGO_PKG_VERSION")),
+        threads: rayon::current_num_threads(),
+        repeats: request.repeats,
+        budget_seconds: request.budget_seconds,
+        spent_seconds: bench.spent_seconds(),
+        references: references.iter().map(reference).collect(),
+        points,
+        forecasts: Vec::new(),
+        skipped: skipped.collect(),
+        warnings,
+    };
+    table.forecasts = method_runs.iter().filter_map(|r| forecast_of(&table.grids(r.method.card().id))).collect();
+    table
+}
+
+/// `None` without a reference for the setting.
+fn row(
+    bench: &Bench,
+    references: &[ReferenceSolution],
+    point: &BenchmarkPoint,
+    found: &Measured,
+) -> Option<TradeoffPoint> {
+    let reference = ReferenceSolution::of(references, point)?;
+    let is_reference = point.stage() == reference.point.stage();
+    let loads = match &found.results.unavailable_reason {
+        Some(_) => Vec::new(),
+        None if is_reference => reference.uncertainty.clone(),
+        None => reference.errors(found, bench.rough),
+    };
+    let card = point.method_run.method.card();
+    Some(TradeoffPoint {
+        setting: point.setting(found.ny),
+        paper_name: card.paper_name.into(),
+        criterion: found.results.criterion.clone(),
+        calibrated_on: found.results.calibrated_on.clone(),
+        is_reference,
+        unavailable_reason: found.results.unavailable_reason.clone(),
+        missing: found.results.missing.clone(),
+        cost: cost(&found.cost, reference),
+        errors: errors::over_loads(&loads),
+        loads,
+        resolved: point.block.and_then(|_| resolved_errors(bench, reference, point, found)),
+    })
+}
+
+/// Errors of a block against the solution on the heights that it resolves.
+fn resolved_errors(
+    bench: &Bench,
+    reference: &ReferenceSolution,
+    point: &BenchmarkPoint,
+    found: &Measured,
+) -> Option<ResolvedErrors> {
+    let on = bench.on_resolved_heights(point, &reference.point);
+    let other = &bench.known(&on)?.results.states;
+    let numbers = errors::numbers(&[other]);
+    let loads = errors::errors((&found.results.states, &found.resolved), other, &numbers, bench.rough);
+    let (shortest_wavelength, gradient) = bench.resolved(point);
+    Some(ResolvedErrors { shortest_wavelength, gradient, nx: on.n, errors: errors::over_loads(&loads), loads })
+}
+
+fn reference(of: &ReferenceSolution) -> Reference {
+    Reference {
+        setting: of.point.setting(of.measured.ny),
+        cost: cost(&of.measured.cost, of),
+        coarser: of.coarser.clone(),
+        loads: of.numbers.clone(),
+        uncertainty: errors::over_loads(&of.uncertainty),
+    }
+}
+
+fn cost(cost: &Cost, reference: &ReferenceSolution) -> Cost {
+    let of_reference = reference.measured.cost.cpu_seconds.max(f64::MIN_POSITIVE);
+    Cost { cpu_over_reference: cost.cpu_seconds / of_reference, ..*cost }
+}
+
+/// Cost forecast of a method: for the finest grid from all coarser ones, and for twice its points per side from all
+/// grids. None with fewer than three grids.
+fn forecast_of(grids: &[&TradeoffPoint]) -> Option<Forecast> {
+    let mut grids = grids.to_vec();
+    grids.sort_by_key(|p| p.setting.nx);
+    let (finest, coarser) = grids.split_last().filter(|(_, coarser)| coarser.len() >= 2)?;
+    let ran = |p: &&TradeoffPoint| Ran {
+        points: (p.setting.nx * p.setting.ny) as f64,
+        pairs: p.cost.fft_pairs,
+        seconds: p.cost.cpu_seconds,
+    };
+    let all: Vec<Ran> = grids.iter().map(ran).collect();
+    let points = all.last()?.points;
+    let predicted = forecast(&all[..coarser.len()], points)?;
+    Some(Forecast {
+        setting: finest.setting.clone(),
+        coarser: coarser.iter().map(|p| p.setting.nx).collect(),
+        predicted_cpu_seconds: predicted,
+        cpu_seconds: finest.cost.cpu_seconds,
+        ratio: predicted / finest.cost.cpu_seconds,
+        doubled_grid_cpu_seconds: forecast(&all, 4.0 * points),
+    })
+}

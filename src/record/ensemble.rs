@@ -1,0 +1,144 @@
+//! `ensemble.json`: the points of a sweep with their results, and statistics over the realisations.
+
+use super::atomic_file::write_atomic;
+use crate::error::{Error, Result};
+use crate::load::Branch;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::io::Write;
+use std::path::Path;
+
+/// Name of the file in the folder of a sweep.
+pub const FILE: &str = "ensemble.json";
+
+/// Increased when a key changes its meaning.
+const SCHEMA: u32 = 1;
+
+/// Results of a sweep over keys of a scene.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Ensemble {
+    pub schema: u32,
+    pub name: String,
+    /// The varied keys, the slowest first.
+    pub keys: Vec<String>,
+    pub points: Vec<Point>,
+    pub statistics: Vec<Statistic>,
+    pub differences: Vec<Difference>,
+}
+
+/// A scene of the sweep.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Point {
+    /// Name of its run folder in `points/`.
+    pub label: String,
+    /// Values of the varied keys.
+    pub values: Vec<Value>,
+    pub status: PointStatus,
+    /// Why it failed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// Its numbers, once it is done.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub numbers: Vec<Observation>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum PointStatus {
+    Waiting,
+    Done,
+    Failed,
+}
+
+/// What is observed: by which model, at which load, which quantity.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Observable {
+    /// "continuum", the id of a method, "atoms", "compliant wall" …
+    pub source: String,
+    /// Index of the load step, from 0.
+    pub load: usize,
+    pub branch: Branch,
+    pub quantity: String,
+    pub unit: String,
+}
+
+/// A number of one point.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Observation {
+    #[serde(flatten)]
+    pub of: Observable,
+    pub p_star: f64,
+    pub value: f64,
+}
+
+/// Statistics over the realisations of one combination of the other varied keys.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Statistic {
+    /// Varied keys besides the seed, with their values.
+    pub group: Vec<(String, Value)>,
+    #[serde(flatten)]
+    pub of: Observable,
+    /// Mean over the realisations.
+    pub p_star: f64,
+    #[serde(flatten)]
+    pub sample: Sample,
+}
+
+/// Mean and scatter of a sample. With one value there is no scatter.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Sample {
+    pub realisations: usize,
+    pub mean: f64,
+    /// Of the single value, with n − 1.
+    pub standard_deviation: Option<f64>,
+    /// Of the mean.
+    pub standard_error: Option<f64>,
+    /// 95 % confidence interval of the mean by Student's t.
+    pub confidence: Option<[f64; 2]>,
+    pub min: f64,
+    pub max: f64,
+}
+
+/// Differences between two sources on the same realisations.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Difference {
+    pub group: Vec<(String, Value)>,
+    /// The source whose difference from `reference` is given.
+    #[serde(flatten)]
+    pub of: Observable,
+    pub reference: String,
+    pub p_star: f64,
+    pub difference: Sample,
+    /// Over the reference; absent where that is zero.
+    pub relative: Option<Sample>,
+}
+
+impl Ensemble {
+    pub fn new(name: String, keys: Vec<String>, points: Vec<Point>) -> Self {
+        Ensemble { schema: SCHEMA, name, keys, points, statistics: Vec::new(), differences: Vec::new() }
+    }
+
+    /// # Errors
+    /// I/O errors.
+    pub fn write(&self, folder: &Path) -> Result<()> {
+        write_atomic(&folder.join(FILE), |w| {
+            serde_json::to_writer_pretty(&mut *w, self)?;
+            writeln!(w)
+        })
+    }
+
+    /// # Errors
+    /// I/O errors, another schema, a damaged file.
+    pub fn read(folder: &Path) -> Result<Self> {
+        let path = folder.join(FILE);
+        let text = std::fs::read_to_string(&path).map_err(Error::io("read", &path))?;
+        let read: Ensemble = serde_json::from_str(&text)
+            .map_err(|e| Error::format(&path, e.to_string(), "the ensemble.json of `asperity sweep`"))?;
+        match read.schema {
+            SCHEMA => Ok(read),
+            other => {
+                Err(Error::format(&path, format!("schema {other}"), format!("schema {SCHEMA}; run the sweep again")))
+            }
+        }
+    }
+}

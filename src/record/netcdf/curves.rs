@@ -1,0 +1,147 @@
+//! Curves of `results.nc`: scalars of the states along the loads, and the separation curve.
+
+use super::variable::{Attribute, Data, Variable, counter};
+use crate::load::Branch;
+use crate::record::continuum::PullOff;
+use crate::record::results::{ContinuumResults, StateResults};
+
+/// Factor from reduced to SI units.
+#[derive(Clone, Copy)]
+enum Scale {
+    One,
+    Length,
+    Area,
+    Stress,
+    /// Stress over length.
+    Stiffness,
+    /// Energy per area.
+    Energy,
+}
+
+impl Scale {
+    fn factor(self, length: f64, modulus: f64) -> f64 {
+        match self {
+            Scale::One => 1.0,
+            Scale::Length => length,
+            Scale::Area => length * length,
+            Scale::Stress => modulus,
+            Scale::Stiffness => modulus / length,
+            Scale::Energy => modulus * length,
+        }
+    }
+}
+
+/// Name, factor, unit, long name and value of each scalar.
+type Column = (&'static str, Scale, &'static str, &'static str, fn(&StateResults) -> Option<f64>);
+
+const COLUMNS: [Column; 24] = [
+    ("p_star", Scale::One, "1", "mean pressure over E* times rms gradient", |s| Some(s.numbers.p_star)),
+    ("pressure", Scale::Stress, "Pa", "mean pressure", |s| Some(s.numbers.pressure)),
+    ("contact_fraction", Scale::One, "1", "relative contact area, counted", |s| Some(s.numbers.contact_fraction)),
+    ("contact_fraction_corrected", Scale::One, "1", "relative contact area, perimeter-corrected", |s| {
+        Some(s.contact_fraction_corrected)
+    }),
+    ("mean_gap", Scale::Length, "m", "mean gap", |s| Some(s.mean_gap)),
+    ("stiffness", Scale::Stiffness, "Pa m-1", "contact stiffness dp/du from neighbouring loads", |s| {
+        s.numbers.stiffness
+    }),
+    ("energy", Scale::Energy, "J m-2", "energy per area", |s| Some(s.energy)),
+    ("interaction_energy", Scale::Energy, "J m-2", "energy per area of the interaction", |s| {
+        Some(s.interaction_energy)
+    }),
+    ("patches", Scale::One, "1", "number of contact clusters", |s| s.numbers.patches.map(|n| n as f64)),
+    ("unloading", Scale::One, "1", "1 on the unloading branch", |s| {
+        Some(f64::from(u8::from(s.branch == Branch::Unloading)))
+    }),
+    ("residual", Scale::One, "1", "rms KKT residual over the pressure", |s| Some(s.residual)),
+    ("load_error", Scale::One, "1", "relative error of the load", |s| Some(s.numbers.load_error)),
+    ("contact_fraction_change", Scale::One, "1", "relative change of the area from half the points per side", |s| {
+        s.discretisation.and_then(|d| d.area)
+    }),
+    ("mean_gap_change", Scale::One, "1", "relative change of the mean gap from half the points per side", |s| {
+        s.discretisation.and_then(|d| d.mean_gap)
+    }),
+    ("contact_fraction_extrapolated", Scale::One, "1", "area at the true range of the adhesion, corrected", |s| {
+        s.extrapolated.map(|e| e.area.value)
+    }),
+    ("mean_gap_extrapolated", Scale::Length, "m", "mean gap at the true range of the adhesion", |s| {
+        s.extrapolated.and_then(|e| e.mean_gap).map(|g| g.value)
+    }),
+    ("mean_contact_pressure", Scale::Stress, "Pa", "pressure over the contact fraction", |s| {
+        s.observed.as_ref().and_then(|o| o.mean_contact_pressure)
+    }),
+    (
+        "median_cluster_area",
+        Scale::Area,
+        "m2",
+        "median cluster area: half of the contact area is in clusters up to it",
+        |s| s.observed.as_ref().and_then(|o| o.median_cluster_area),
+    ),
+    ("compressive_fraction", Scale::One, "1", "relative contact area under compression, counted", |s| {
+        s.observed.as_ref().and_then(|o| Some(o.compressive?.fraction))
+    }),
+    (
+        "compressive_median_cluster_area",
+        Scale::Area,
+        "m2",
+        "median cluster area of the contact under compression",
+        |s| s.observed.as_ref().and_then(|o| o.compressive?.median_cluster_area),
+    ),
+    (
+        "hysteresis_contact_fraction",
+        Scale::One,
+        "1",
+        "relative change of the area from the same load on the loading branch",
+        |s| s.hysteresis.map(|h| h.area),
+    ),
+    (
+        "hysteresis_mean_gap",
+        Scale::One,
+        "1",
+        "relative change of the mean gap from the same load on the loading branch",
+        |s| s.hysteresis.map(|h| h.mean_gap),
+    ),
+    (
+        "constriction_conductance",
+        Scale::Length,
+        "m",
+        "electrical conductance times resistivity, clusters as circular spots",
+        |s| s.observed.as_ref().map(|o| o.constriction_conductance),
+    ),
+    ("hydraulic_gap", Scale::Length, "m", "uniform gap with the same leakage", |s| {
+        s.observed.as_ref().map(|o| o.hydraulic_gap)
+    }),
+];
+
+/// Curves over the loads. Values that a state does not have are NaN; a curve without any value is omitted.
+pub(super) fn curves(c: &ContinuumResults, length: f64, modulus: f64) -> Vec<Variable> {
+    let mut variables = vec![counter("load", 1, c.states.len(), "number of the load, in the order of application")];
+    for (name, scale, units, long_name, of) in COLUMNS {
+        let values: Vec<Option<f64>> = c.states.iter().map(of).collect();
+        if values.iter().any(Option::is_some) {
+            let factor = scale.factor(length, modulus);
+            let numbers = values.iter().map(|v| v.map_or(f64::NAN, |v| v * factor)).collect();
+            variables.push(Variable::new(name, &["load"], Data::Numbers(numbers), units, long_name));
+        }
+    }
+    let criterion = c.states.first().map_or(String::new(), |s| s.criterion.clone());
+    for v in variables.iter_mut().filter(|v| v.name.starts_with("contact_fraction")) {
+        v.attributes.push(("criterion".into(), Attribute::Text(criterion.clone())));
+    }
+    if let Some(p) = c.pull_off.as_ref().filter(|p| !p.curve.is_empty()) {
+        variables.extend(separation(p, length, modulus));
+    }
+    variables
+}
+
+/// Mean gap and pressure during separation.
+fn separation(p: &PullOff, length: f64, modulus: f64) -> [Variable; 3] {
+    let column = |k: usize, factor: f64| Data::Numbers(p.curve.iter().map(|point| point[k] * factor).collect());
+    let along = ["pull_off_point"];
+    [
+        counter(along[0], 0, p.curve.len(), "points of the separation curve"),
+        Variable::new("pull_off_mean_gap", &along, column(0, length), "m", "mean gap during separation"),
+        Variable::new("pull_off_pressure", &along, column(1, modulus), "Pa", "mean pressure during separation")
+            .with("lowest_pa", Attribute::Number(p.pressure * modulus)),
+    ]
+}

@@ -1,0 +1,219 @@
+//! The page of a sweep: means over realisations with their errors, and differences between sources.
+
+use maud::{Markup, html};
+use serde_json::Value;
+
+use super::document::{Section, document};
+use super::figures::{FigureWriter, capitalised, figure, numbers, table, text};
+use crate::error::Result;
+use crate::load::Branch;
+use crate::record::ensemble::{Difference, Ensemble, FILE, Observable, PointStatus, Sample, Statistic};
+use crate::report::number::{percent, significant};
+use crate::report::picture::{BLACK, BLUE, GREEN, ORANGE, PURPLE, Rgb, VERMILION};
+use crate::report::plot::{Axis, Curve, Dash, Marker, Plot, Style};
+
+const COLOURS: [Rgb; 6] = [BLUE, ORANGE, GREEN, VERMILION, BLACK, PURPLE];
+
+/// Quantities that are drawn, with label and axis.
+const DRAWN: [(&str, &str, Axis); 3] = [
+    ("contact_fraction", "relative contact area", Axis::Log),
+    ("mean_gap", "mean gap", Axis::Log),
+    ("kappa", "Cohen’s κ with the atoms", Axis::Linear),
+];
+
+/// A combination of the varied keys besides the seed.
+type Group = Vec<(String, Value)>;
+
+pub(super) fn page(writer: &FigureWriter, e: &Ensemble) -> Result<Markup> {
+    let mut groups: Vec<&Group> = Vec::new();
+    for s in &e.statistics {
+        if !groups.contains(&&s.group) {
+            groups.push(&s.group);
+        }
+    }
+    let mut figures = Vec::new();
+    for (k, group) in groups.iter().enumerate() {
+        figures.push(html! { @if !group.is_empty() { h3 { (name(group)) } } });
+        for (quantity, label, axis) in DRAWN {
+            figures.extend(means(writer, e, (k, group), (quantity, label, axis))?);
+        }
+        figures.extend(differences(writer, e, (k, group))?);
+    }
+    let sections = [
+        Section { anchor: "means", title: "Means over the realisations", body: html! { @for f in &figures { (f) } } },
+        Section { anchor: "differences", title: "Differences between sources", body: difference_table(e) },
+        Section { anchor: "numbers", title: "All means", body: mean_table(e) },
+        Section { anchor: "points", title: "Points", body: points(e) },
+    ];
+    let lead = "Bars are standard errors of the means; dotted lines are the extreme realisations.";
+    Ok(document((&e.name, lead), summary(e), &sections, FILE))
+}
+
+fn summary(e: &Ensemble) -> Markup {
+    let count = |status: PointStatus| e.points.iter().filter(|p| p.status == status).count();
+    let largest =
+        e.differences.iter().filter(|d| d.of.quantity == "contact_fraction" && d.of.branch == Branch::Loading);
+    html! {
+        p { (count(PointStatus::Done)) " of " (e.points.len()) " points over " (e.keys.join(", ")) " are done, "
+            (count(PointStatus::Failed)) " failed." }
+        ul {
+            @for d in largest {
+                @if let Some(r) = &d.relative {
+                    li { "Contact area, " (d.of.source) " over " (d.reference) " at p* = " (significant(d.p_star, 3))
+                        @if !d.group.is_empty() { " (" (name(&d.group)) ")" } ": " (deviation(r)) "." }
+                }
+            }
+        }
+    }
+}
+
+/// `+4.2 ± 0.5 % (12 realisations, −1.0 to +7.3 %)`.
+fn deviation(r: &Sample) -> String {
+    let signed = |v: f64| format!("{:+.1}", 100.0 * v).replace('-', "−");
+    let error = r.standard_error.map_or(String::new(), |e| format!(" ± {:.1}", 100.0 * e));
+    let n = r.realisations;
+    format!("{}{error} % ({n} realisations, {} to {} %)", signed(r.mean), signed(r.min), signed(r.max))
+}
+
+/// End of a caption.
+fn of_group(group: &Group) -> String {
+    if group.is_empty() { String::new() } else { format!(", {}", name(group)) }
+}
+
+fn name(group: &Group) -> String {
+    group.iter().map(|(k, v)| format!("{k} = {v}")).collect::<Vec<_>>().join(", ")
+}
+
+/// Curves of means on the loading branch: bars of standard errors, dotted extremes.
+fn curves<'a>(samples: impl Iterator<Item = (&'a Observable, String, f64, &'a Sample)>, factor: f64) -> Vec<Curve> {
+    let mut lists: Vec<(String, Vec<(f64, Sample)>)> = Vec::new();
+    for (_, label, p_star, sample) in samples.filter(|(of, ..)| of.branch == Branch::Loading) {
+        match lists.iter_mut().find(|(l, _)| *l == label) {
+            Some((_, list)) => list.push((p_star, *sample)),
+            None => lists.push((label, vec![(p_star, *sample)])),
+        }
+    }
+    let mut curves = Vec::new();
+    for (i, (label, mut list)) in lists.into_iter().enumerate() {
+        list.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let style = |dash, marker| Style { colour: COLOURS[i % COLOURS.len()], dash, marker };
+        let line = |of: &dyn Fn(&Sample) -> f64| list.iter().map(|(p, s)| (*p, factor * of(s))).collect();
+        let bars = list.iter().filter_map(|(p, s)| {
+            let e = s.standard_error?;
+            Some((*p, [s.mean - e, s.mean + e]))
+        });
+        let bar = |(p, [low, high]): (f64, [f64; 2])| Curve {
+            label: String::new(),
+            style: style(Dash::Solid, Marker::None),
+            points: vec![(p, factor * low), (p, factor * high)],
+        };
+        let marker = Marker::DISTINCT[i % Marker::DISTINCT.len()];
+        curves.push(Curve { label, style: style(Dash::Solid, marker), points: line(&|s| s.mean) });
+        curves.extend(bars.map(bar));
+        let extreme = |points| Curve { label: String::new(), style: style(Dash::Dotted, Marker::None), points };
+        curves.extend([extreme(line(&|s| s.min)), extreme(line(&|s| s.max))]);
+    }
+    curves
+}
+
+fn means(
+    writer: &FigureWriter,
+    e: &Ensemble,
+    (k, group): (usize, &Group),
+    (quantity, label, axis): (&str, &str, Axis),
+) -> Result<Vec<Markup>> {
+    let of = |s: &&Statistic| s.group == *group && s.of.quantity == quantity;
+    let mut units: Vec<&str> = Vec::new();
+    for s in e.statistics.iter().filter(of) {
+        if !units.contains(&s.of.unit.as_str()) {
+            units.push(&s.of.unit);
+        }
+    }
+    let mut drawn = Vec::new();
+    // Gaps of the laboratory and of the atoms have their own figures.
+    for (i, unit) in units.into_iter().enumerate() {
+        let list = e.statistics.iter().filter(of).filter(|s| s.of.unit == unit);
+        let all = curves(list.map(|s| (&s.of, s.of.source.clone(), s.p_star, &s.sample)), 1.0);
+        let label = if unit == "1" { label.to_string() } else { format!("{label} ({})", shown(unit)) };
+        let plot = Plot::new((Axis::Log, axis), ("p*", &label), all);
+        let found = writer.curves(&format!("ensemble-{k}-{quantity}-{i}"), &plot)?;
+        drawn.extend(found.map(|c| figure(c, html! { (capitalised(&label)) " against load" (of_group(group)) "." })));
+    }
+    Ok(drawn)
+}
+
+fn differences(writer: &FigureWriter, e: &Ensemble, (k, group): (usize, &Group)) -> Result<Option<Markup>> {
+    let of = |d: &&Difference| d.group == *group && d.of.quantity == "contact_fraction";
+    let relative =
+        e.differences.iter().filter(of).filter_map(|d| {
+            Some((&d.of, format!("{} over {}", d.of.source, d.reference), d.p_star, d.relative.as_ref()?))
+        });
+    let label = "deviation of the contact area (%)";
+    let plot = Plot::new((Axis::Log, Axis::Linear), ("p*", label), curves(relative, 100.0));
+    let caption = html! { "Relative differences of the contact area on the same realisations" (of_group(group)) "." };
+    Ok(writer.curves(&format!("ensemble-{k}-differences"), &plot)?.map(|c| figure(c, caption)))
+}
+
+fn shown(unit: &str) -> &str {
+    match unit {
+        "um" => "µm",
+        "um2" => "µm²",
+        "angstrom" => "Å",
+        "J/m2" => "J/m²",
+        "MPa/um" => "MPa/µm",
+        other => other,
+    }
+}
+
+/// Group, source, load, quantity.
+fn observable(group: &Group, of: &Observable, p_star: f64) -> Vec<Markup> {
+    let branch = if of.branch == Branch::Unloading { ", unloading" } else { "" };
+    let load = format!("{}{branch}", significant(p_star, 3));
+    vec![text(name(group)), text(&of.source), text(load), text(of.quantity.replace('_', " "))]
+}
+
+fn mean_table(e: &Ensemble) -> Markup {
+    let number = |v: Option<f64>| text(v.map_or("–".into(), |v| significant(v, 3)));
+    let row = |s: &Statistic| {
+        let unit = if s.of.unit == "1" { "" } else { shown(&s.of.unit) };
+        let numbers = vec![
+            text(significant(s.sample.mean, 4)),
+            number(s.sample.standard_error),
+            number(s.sample.standard_deviation),
+            text(s.sample.realisations),
+            text(unit),
+        ];
+        [observable(&s.group, &s.of, s.p_star), numbers].concat()
+    };
+    let head = ["", "source", "p*", "quantity", "mean", "standard error", "standard deviation", "n", "unit"];
+    numbers(&head, e.statistics.iter().map(row).collect())
+}
+
+fn difference_table(e: &Ensemble) -> Markup {
+    let row = |d: &Difference| {
+        let relative = d.relative.as_ref().map_or("–".to_string(), deviation);
+        let error = d.difference.standard_error.map_or("–".into(), |e| significant(e, 2));
+        let numbers = vec![text(&d.reference), text(significant(d.difference.mean, 3)), text(error), text(relative)];
+        [observable(&d.group, &d.of, d.p_star), numbers].concat()
+    };
+    let head =
+        ["", "source", "p*", "quantity", "reference", "mean difference", "standard error", "relative difference"];
+    numbers(&head, e.differences.iter().map(row).collect())
+}
+
+fn points(e: &Ensemble) -> Markup {
+    let done = e.points.iter().filter(|p| p.status == PointStatus::Done).count() as f64 / e.points.len().max(1) as f64;
+    let row = |p: &crate::record::ensemble::Point| {
+        let status = match p.status {
+            PointStatus::Done => text("done"),
+            PointStatus::Waiting => text("waiting"),
+            PointStatus::Failed => html! { span.bad { "failed" } },
+        };
+        let link = html! { a href={ "points/" (p.label) "/report.html" } { (p.label) } };
+        vec![link, status, text(p.reason.as_deref().unwrap_or(""))]
+    };
+    html! {
+        p { (percent(done)) " of the points are done." }
+        (table(&["point", "status", "reason"], e.points.iter().map(row).collect()))
+    }
+}

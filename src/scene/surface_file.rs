@@ -1,0 +1,341 @@
+//! The file of an imported surface: what it declares is compared with what the scene states, and completes it.
+
+use super::check::word;
+use super::model::relative_to;
+use super::{Laboratory, Scene, SurfaceScene, Touching, Units};
+use crate::error::Complaint;
+use crate::record::declared::Declared;
+use crate::record::heights::{HeightMap, Sign};
+use crate::record::import::{self, Content, ImportOptions, ImportedFile};
+use crate::record::provenance::{Provenance, file_hash};
+use crate::surface::Preparation;
+use crate::units::metres_per;
+use crate::{Error, Result};
+use std::path::{Path, PathBuf};
+
+/// Relative deviation that a given unit may have from the declared one: rounding of a decimal fraction.
+const UNIT_TOLERANCE: f64 = 1e-9;
+
+/// Likewise of an extent: headers of instruments print four digits.
+const EXTENT_TOLERANCE: f64 = 1e-3;
+
+/// A file of heights or Fourier coefficients, as read.
+pub struct SurfaceFile {
+    path: PathBuf,
+    /// Whether the scene itself states whether the map is periodic.
+    periodicity_is_given: bool,
+    pub found: ImportedFile,
+}
+
+/// A map after its preparation, in the unit of the scene's lengths.
+pub struct PreparedFile {
+    pub map: HeightMap,
+    pub extent: [f64; 2],
+    pub provenance: Provenance,
+}
+
+impl SurfaceFile {
+    /// The file that a scene names, if it names one. `file`: the scene file.
+    ///
+    /// # Errors
+    /// Those of [`import::read`].
+    pub fn read(s: &SurfaceScene, file: &Path) -> Result<Option<Self>> {
+        let Some(path) = &s.heights else { return Ok(None) };
+        let path = relative_to(file, path);
+        let found = import::read(&path, ImportOptions { dataset: s.dataset.as_deref(), fourier: s.fourier })?;
+        Ok(Some(SurfaceFile { path, periodicity_is_given: false, found }))
+    }
+
+    /// Completes the scene with what the file declares: unit, extents, sign, periodicity. Returns what is missing in both, and what
+    /// differs between them.
+    pub fn complete(&mut self, scene: &mut Scene) -> Vec<Complaint> {
+        self.periodicity_is_given = scene.continuum.periodic.is_some();
+        let mut list = Vec::new();
+        let heights_m = self.unit(&mut scene.surface, &scene.laboratory, &mut list);
+        self.extents(&mut scene.laboratory, heights_m, &mut list);
+        self.sign(&mut scene.surface, &mut list);
+        self.periodicity(scene, &mut list);
+        list
+    }
+
+    fn declared(&self) -> &Declared {
+        &self.found.declared
+    }
+
+    fn declares(&self, what: impl std::fmt::Display) -> String {
+        format!("{what}, as {} declares", self.path.display())
+    }
+
+    /// Sets the unit of the heights. Returns its length in metres, if it is known.
+    fn unit(&self, s: &mut SurfaceScene, lab: &Laboratory, list: &mut Vec<Complaint>) -> Option<f64> {
+        let declared = self.declared().unit_m();
+        let named = s.unit.as_deref().and_then(metres_per);
+        if let Some(unit) = s.unit.as_deref().filter(|_| named.is_none()) {
+            list.push(Complaint::new("surface.unit", format!("{unit:?}"), "a unit of length: m, mm, um, nm, Å"));
+        }
+        let um = s.heights_unit_um.map(|um| um * 1e-6);
+        if let (Some(a), Some(b)) = (named, um)
+            && differs(a, b, UNIT_TOLERANCE)
+        {
+            let accepted = "one of surface.unit and surface.heights_unit_um";
+            list.push(Complaint::new("surface.heights_unit_um", "given together with another unit", accepted));
+        }
+        let given = named.or(um.filter(|_| lab.units == Units::Named));
+        if let (Some(given), Some(declared)) = (given, declared)
+            && differs(given, declared, UNIT_TOLERANCE)
+        {
+            let text = self.declared().unit.clone().unwrap_or_default();
+            let (key, value) = match (&s.unit, s.heights_unit_um) {
+                (Some(unit), _) => ("surface.unit", unit.clone()),
+                (None, um) => ("surface.heights_unit_um", um.unwrap_or(f64::NAN).to_string()),
+            };
+            let accepted = self.declares(format!("{text} ({} µm)", declared * 1e6));
+            list.push(Complaint::new(key, value, accepted));
+        }
+        let metres = given.or(declared);
+        if lab.units == Units::Named {
+            if metres.is_none() && list.is_empty() {
+                let declares = match &self.declared().unit {
+                    Some(unit) => {
+                        format!("{} declares {unit:?}, which is no known unit of length", self.path.display())
+                    }
+                    None => format!("{} declares none", self.path.display()),
+                };
+                let accepted = format!("the unit of the heights (m, mm, um, nm, Å): {declares}");
+                list.push(Complaint::new("surface.unit", "not given", accepted));
+            }
+            s.heights_unit_um = metres.map(|m| m * 1e6);
+        }
+        metres
+    }
+
+    /// Sets the extents. A unit is not needed where heights and extents have the same.
+    fn extents(&self, lab: &mut Laboratory, heights_m: Option<f64>, list: &mut Vec<Complaint>) {
+        let declared = self.declared().extent.as_ref();
+        let own_unit = declared.and_then(|e| e.unit.as_deref());
+        let scale = match (own_unit, lab.metres(heights_m)) {
+            (Some(unit), Some(metres)) => metres_per(unit).map(|m| m / metres),
+            // Lines of x y h in consistent units.
+            (None, None) => Some(1.0),
+            (None, Some(metres)) => heights_m.map(|m| m / metres),
+            (Some(unit), None) => {
+                if lab.length_um.is_none() {
+                    let accepted = format!("the unit of the heights: {} has extents in {unit}", self.path.display());
+                    list.push(Complaint::new("surface.unit", "not given", accepted));
+                    return;
+                }
+                None
+            }
+        };
+        let Some([x, y]) = declared.zip(scale).map(|(e, scale)| [e.x * scale, e.y * scale]) else {
+            if lab.length_um.is_none() {
+                let accepted = format!("the extent of the cell in x: {} declares none", self.path.display());
+                list.push(Complaint::new("laboratory.length_um", "not given", accepted));
+            }
+            return;
+        };
+        for (key, given, declared) in
+            [("laboratory.length_um", &mut lab.length_um, x), ("laboratory.length_y_um", &mut lab.length_y_um, y)]
+        {
+            match *given {
+                Some(given) if differs(given, declared, EXTENT_TOLERANCE) => {
+                    list.push(Complaint::new(key, given, self.declares(rounded(declared))));
+                }
+                Some(_) => {}
+                None => *given = Some(declared),
+            }
+        }
+    }
+
+    fn sign(&self, s: &mut SurfaceScene, list: &mut Vec<Complaint>) {
+        let declared = self.declared().sign.map(|sign| match sign {
+            Sign::LowFirst => Touching::LowPoints,
+            Sign::HighFirst => Touching::HighPoints,
+        });
+        match (s.touching, declared) {
+            (Some(given), Some(declared)) if given != declared => {
+                list.push(Complaint::new("surface.touching", word(&given), self.declares(word(&declared))));
+            }
+            (None, None) => list.push(Complaint::new(
+                "surface.touching",
+                "not given",
+                format!(
+                    "\"low-points\" or \"high-points\": {} does not declare which touch first",
+                    self.path.display()
+                ),
+            )),
+            (None, declared) => s.touching = declared,
+            _ => {}
+        }
+    }
+
+    /// A map that does not repeat is made to by its edges, or it is solved as a single patch.
+    fn periodicity(&self, scene: &mut Scene, list: &mut Vec<Complaint>) {
+        let given = &mut scene.continuum.periodic;
+        let made = scene.surface.edges.is_some();
+        match (*given, self.declared().periodic) {
+            (Some(true), Some(false)) if !made => {
+                let accepted = self.declares("false") + ", or surface.edges that make the map repeat";
+                list.push(Complaint::new("continuum.periodic", "true", accepted));
+            }
+            (Some(false), Some(true)) => {
+                list.push(Complaint::new("continuum.periodic", "false", self.declares("true")));
+            }
+            (None, declared) => *given = Some(made || declared.unwrap_or(true)),
+            _ => {}
+        }
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Unit of the heights in that of the scene's lengths.
+    pub fn height_unit(&self, scene: &Scene) -> f64 {
+        match scene.laboratory.units {
+            Units::Named => scene.surface.heights_unit_um.unwrap_or(1.0),
+            Units::Consistent => 1.0,
+        }
+    }
+
+    /// Keys of the scene that Fourier coefficients do not have.
+    pub fn keys_of_maps(&self, s: &SurfaceScene) -> Vec<&'static str> {
+        let given = [
+            ("surface.crop", s.crop.is_some()),
+            ("surface.remove_outliers", s.remove_outliers.is_some()),
+            ("surface.fill", s.fill.is_some()),
+            ("surface.detrend", s.detrend.is_some()),
+            ("surface.high_pass_um", s.high_pass_um.is_some()),
+            ("surface.filter", s.filter.is_some()),
+            ("surface.resample", s.resample.is_some()),
+            ("surface.edges", s.edges.is_some()),
+        ];
+        given.into_iter().filter(|(_, given)| *given).map(|(key, _)| key).collect()
+    }
+
+    /// Heights in the unit of the scene's lengths, after the steps of preparation that the scene names. The scene is complete.
+    ///
+    /// # Errors
+    /// Those of [`Preparation::apply`].
+    pub fn prepare(mut self, scene: &Scene) -> Result<PreparedFile> {
+        let (s, lab, scale) = (&scene.surface, &scene.laboratory, self.height_unit(scene));
+        let empty = Content::Waves(Vec::new());
+        let Content::Map(mut map) = std::mem::replace(&mut self.found.content, empty) else {
+            unreachable!("waves have no preparation")
+        };
+        if scale != 1.0 {
+            map.heights.iter_mut().for_each(|h| *h *= scale);
+        }
+        let x = lab.length();
+        let extent = [x, lab.length_y_um.unwrap_or(x * map.ny as f64 / map.nx as f64)];
+        let (missing, points) = (map.missing(), map.heights.len());
+        let repeats = self.declared().periodic.unwrap_or(scene.continuum.is_periodic() && s.edges.is_none());
+        let prepared = preparation(s).apply(map, extent, repeats).map_err(|e| named(e, &self.path))?;
+        let mut provenance = self.provenance(scene, [prepared.map.nx, prepared.map.ny], prepared.extent)?;
+        provenance.missing_points = missing;
+        provenance.filled_points = prepared.filled;
+        provenance.filled_share = prepared.filled as f64 / points as f64;
+        provenance.preparation.extend(prepared.history);
+        Ok(PreparedFile { map: prepared.map, extent: prepared.extent, provenance })
+    }
+
+    /// The provenance of Fourier coefficients, which are those of `sum`.
+    pub fn provenance_of_waves(&self, scene: &Scene, sum: &str) -> Result<Provenance> {
+        let (n, length) = (scene.surface.grid, scene.laboratory.length());
+        let mut provenance = self.provenance(scene, [n, n], [length, length])?;
+        provenance.format += &format!(", {sum}");
+        Ok(provenance)
+    }
+
+    fn provenance(&self, scene: &Scene, [nx, ny]: [usize; 2], [x, y]: [f64; 2]) -> Result<Provenance> {
+        let (s, lab, declared) = (&scene.surface, &scene.laboratory, self.declared());
+        let heights_m = s.unit.as_deref().and_then(metres_per).or(declared.unit_m());
+        let metres = lab.metres(heights_m);
+        let given = match lab.units {
+            Units::Named => s.heights_unit_um.map(|um| format!("{} µm", rounded(um))),
+            Units::Consistent => None,
+        };
+        let unit = declared.unit.clone().or(s.unit.clone()).or(given);
+        let shown = match (lab.units, &unit) {
+            (Units::Named, _) => "µm",
+            (Units::Consistent, Some(unit)) => unit,
+            (Units::Consistent, None) => "(the unit of the heights)",
+        };
+        Ok(Provenance {
+            hash: file_hash(&self.path)?,
+            file: self.path.display().to_string(),
+            format: self.found.layout.clone(),
+            channel: declared.channel.clone(),
+            channels: declared.channels.clone(),
+            nx,
+            ny,
+            length_x_m: metres.map(|m| x * m),
+            length_y_m: metres.map(|m| y * m),
+            extent: format!("{} x {} {shown}", rounded(x), rounded(y)),
+            unit,
+            touching: s.touching.map_or(String::new(), |t| word(&t)),
+            periodic: scene.continuum.is_periodic(),
+            periodicity_is_known: declared.periodic.is_some() || s.edges.is_some() || self.periodicity_is_given,
+            missing_points: 0,
+            filled_points: 0,
+            filled_share: 0.0,
+            preparation: declared.history.clone(),
+            version: env!("CARGO_PKG_VERSION").into(),
+        })
+    }
+}
+
+fn differs(given: f64, declared: f64, tolerance: f64) -> bool {
+    (given / declared - 1.0).abs() > tolerance
+}
+
+/// An error of the preparation of a file, with the keys of scenes.
+fn named(error: Error, path: &Path) -> Error {
+    match error {
+        Error::Input { mut list, .. } => {
+            for complaint in &mut list {
+                complaint.key = preparation_keys(&complaint.key);
+                complaint.accepted = preparation_keys(&complaint.accepted);
+            }
+            Error::Input { place: path.display().to_string(), list }
+        }
+        other => other,
+    }
+}
+
+/// A text about the preparation with keys of scenes in place of flags.
+pub(super) fn preparation_keys(text: &str) -> String {
+    let keys = [
+        ("--crop", "surface.crop"),
+        ("--remove-outliers", "surface.remove_outliers"),
+        ("--fill", "surface.fill"),
+        ("--detrend", "surface.detrend"),
+        ("--low-pass", "surface.low_pass_um"),
+        ("--high-pass", "surface.high_pass_um"),
+        ("--filter", "surface.filter"),
+        ("--resample", "surface.resample"),
+        ("--edges", "surface.edges"),
+        ("--non-periodic", "continuum.periodic = false"),
+    ];
+    keys.iter().fold(text.to_string(), |text, (flag, key)| text.replace(flag, key))
+}
+
+/// The steps that a scene names, with lengths in its unit.
+fn preparation(s: &SurfaceScene) -> Preparation {
+    Preparation {
+        crop: s.crop,
+        remove_outliers: s.remove_outliers,
+        fill: s.fill,
+        detrend: s.detrend,
+        low_pass: s.low_pass_um,
+        high_pass: s.high_pass_um,
+        filter: s.filter.unwrap_or_default(),
+        resample: s.resample,
+        edges: s.edges,
+    }
+}
+
+/// With six digits, for a message.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
+}

@@ -1,0 +1,44 @@
+//! A job folder by hand: `run.sh` gives the engine's numbers.
+
+use crate::jobs::{built, case, on};
+use crate::lammps::lammps;
+use asperity::atoms::job::Job;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn run_by_hand(job: &Job, program: &Path) -> Output {
+    Command::new("bash").arg(job.folder.join("run.sh")).env("LMP", program).output().expect("bash starts")
+}
+
+/// Energies that LAMMPS prints at the end of each minimisation.
+fn energies(job: &Job) -> Vec<String> {
+    let log = std::fs::read_to_string(job.folder.join("log.0")).expect("a log");
+    let lines: Vec<&str> = log.lines().collect();
+    let heads = lines.windows(2).filter(|l| l[0].contains("Energy initial, next-to-last, final"));
+    heads.map(|l| l[1].trim().to_string()).collect()
+}
+
+/// Prescribed loads, and a ramp that unloads. One rank and the same variables: every digit is the same.
+#[test]
+fn run_sh_gives_the_numbers_of_the_engine() {
+    let Some(lammps) = lammps(1) else { return };
+    for (load, atoms) in [("p_star = [0.01, 0.03]", ""), ("p_star = [0.01]\nunload = true", "start = \"touch\"")] {
+        let scratch = tempfile::tempdir().expect("scratch");
+        let case = case(load, "", atoms);
+        let [engine, hand] = ["engine", "hand"].map(|name| built(&case, &scratch.path().join(name)));
+        lammps.run(&engine, &mut on).expect("runs");
+        let output = run_by_hand(&hand, lammps.program());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let steps = |job: &Job| std::fs::read_to_string(job.folder.join("load_steps.csv")).expect("load steps");
+        assert!(steps(&hand).lines().count() > 2);
+        assert_eq!(steps(&hand), steps(&engine), "{load}");
+        assert!(!energies(&hand).is_empty());
+        assert_eq!(energies(&hand), energies(&engine), "{load}");
+        // The engine finds the finished job.
+        let found = lammps.run(&hand, &mut on).expect("finished");
+        assert_eq!(found.resumed_from, Some(steps(&hand).lines().count() - 2));
+        // A second run would overwrite it.
+        let again = run_by_hand(&hand, lammps.program());
+        assert_eq!(again.status.code(), Some(2), "{}", String::from_utf8_lossy(&again.stderr));
+    }
+}

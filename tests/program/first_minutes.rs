@@ -1,0 +1,257 @@
+//! What a new user does first: a scene by `init`, completions and manual pages by `make install`, keys in the documents.
+
+use crate::program::{asperity, json_line, stderr};
+use asperity::scene::{Case, Scene};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn repository() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn init(folder: &Path, args: &[&str]) -> Output {
+    asperity().current_dir(folder).arg("init").args(args).arg("--json").output().expect("started")
+}
+
+fn dry_run(folder: &Path, scene: &str) -> Output {
+    asperity().current_dir(folder).args(["run", scene, "--dry-run"]).output().expect("started")
+}
+
+fn fill_in(output: &Output) -> Vec<String> {
+    serde_json::from_value(json_line(output)["fill_in"].clone()).expect("keys")
+}
+
+/// A matrix of 8 × 8 heights after the lines of `head`.
+fn write_map(file: &Path, head: &str) {
+    let height = |x: usize, y: usize| ((3 * x + 5 * y) % 7) as f64 * 0.01;
+    let row = |y: usize| (0..8).map(|x| format!("{} ", height(x, y))).collect::<String>() + "\n";
+    std::fs::write(file, head.to_string() + &(0..8).map(row).collect::<String>()).expect("written");
+}
+
+/// A file of an instrument declares unit and extents; which points touch and the modulus are never in one.
+#[test]
+fn a_file_that_declares_unit_and_extents_gives_a_scene_that_runs() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let folder = scratch.path();
+    let file = repository().join("tests/fixtures/surfaces/float32.x3p");
+    std::fs::copy(file, folder.join("measured map.x3p")).expect("copied");
+    let output = init(folder, &["measured map.x3p", "--touching", "high-points", "--modulus", "25"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert_eq!(fill_in(&output), Vec::<String>::new());
+    let text = std::fs::read_to_string(folder.join("scene.toml")).expect("a scene");
+    for line in [
+        "heights = \"measured map.x3p\"",
+        "length_um = 36",
+        "length_y_um = 20.4",
+        "unit = \"m\"",
+        "touching = \"high-points\"",
+        "contact_modulus_mpa = 25",
+    ] {
+        assert!(text.lines().any(|l| l == line), "{line} is missing:\n{text}");
+    }
+    let plan = dry_run(folder, "scene.toml");
+    assert!(plan.status.success(), "{}", stderr(&plan));
+
+    let again = init(folder, &["measured map.x3p"]);
+    assert_eq!(again.status.code(), Some(2));
+    assert!(stderr(&again).contains("--out = scene.toml (exists)") && stderr(&again).contains("--overwrite"));
+    assert_eq!(std::fs::read_to_string(folder.join("scene.toml")).expect("a scene"), text);
+    let open = fill_in(&init(folder, &["measured map.x3p", "--overwrite"]));
+    assert_eq!(open, ["laboratory.contact_modulus_mpa", "surface.touching"]);
+}
+
+/// The sign that a file declares is filled in.
+#[test]
+fn a_declared_sign_and_unit_are_filled_in() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    write_map(&scratch.path().join("map.txt"), "# sign: low points touch first\n# unit: um\n");
+    let open = fill_in(&init(scratch.path(), &["map.txt", "--modulus", "2"]));
+    assert_eq!(open, ["laboratory.length_um"]);
+    let text = std::fs::read_to_string(scratch.path().join("scene.toml")).expect("a scene");
+    assert!(text.contains("\ntouching = \"low-points\"\n") && text.contains("\nunit = \"um\"\n"), "{text}");
+}
+
+/// The keys that a message complains about.
+fn complaints(output: &Output) -> Vec<String> {
+    let said = stderr(output);
+    let keys = said.lines().filter_map(|l| Some(l.split_once("scene.toml: ")?.1.split(' ').next()?.to_string()));
+    keys.collect()
+}
+
+/// The optional lines of the scene are keys of their tables, too.
+#[test]
+fn a_plain_matrix_gives_a_scene_that_asks_for_exactly_what_is_missing() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let folder = scratch.path();
+    write_map(&folder.join("plain.txt"), "");
+    let output = init(folder, &["plain.txt"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let mut keys = fill_in(&output);
+    let refused = dry_run(folder, "scene.toml");
+    assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
+    let mut named = complaints(&refused);
+    keys.sort();
+    named.sort();
+    assert_eq!(named, keys, "{}", stderr(&refused));
+    assert_eq!(keys.len(), 4);
+
+    // With the examples of these lines the scene runs.
+    let text = std::fs::read_to_string(folder.join("scene.toml")).expect("a scene");
+    let lines: Vec<&str> = text.lines().collect();
+    let asked = |i: usize| i > 0 && lines[i - 1].starts_with("# FILL IN");
+    let filled: Vec<&str> =
+        lines.iter().enumerate().map(|(i, l)| if asked(i) { l.trim_start_matches("# ") } else { l }).collect();
+    std::fs::write(folder.join("filled.toml"), filled.join("\n")).expect("written");
+    let plan = dry_run(folder, "filled.toml");
+    assert!(plan.status.success(), "{}", stderr(&plan));
+
+    // Each optional key alone, in the table that is above it.
+    let key = |l: &str| Some(l.strip_prefix("# ")?.split_once(" = ")?.0.to_string()).filter(|k| !k.contains(' '));
+    let mut tried = 0;
+    for (i, line) in filled.iter().enumerate().take_while(|(_, l)| **l != "# [adhesion]") {
+        if key(line).is_some() {
+            let mut one: Vec<&str> = filled.clone();
+            one[i] = line.trim_start_matches("# ");
+            std::fs::write(folder.join("one.toml"), one.join("\n")).expect("written");
+            let said = stderr(&dry_run(folder, "one.toml"));
+            assert!(!said.contains("no key of a scene") && !said.contains("one.toml, line"), "{line}: {said}");
+            tried += 1;
+        }
+    }
+    assert!(tried >= 10, "{tried} keys");
+}
+
+#[test]
+fn points_that_were_not_measured_and_other_folders() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let folder = scratch.path();
+    let file = repository().join("tests/fixtures/surfaces/text.sdf");
+    let output = init(folder, &[file.to_str().expect("UTF-8"), "--modulus", "25"]);
+    assert_eq!(fill_in(&output), ["surface.touching", "surface.fill"], "{}", stderr(&output));
+    let text = std::fs::read_to_string(folder.join("scene.toml")).expect("a scene");
+    assert!(
+        text.contains(&format!("heights = \"{}\"", file.display())) && text.contains("length_y_um = 20.4\n"),
+        "{text}"
+    );
+}
+
+#[test]
+fn scenes_without_a_file_run_as_they_are() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    for (name, args) in [("made.toml", &[][..]), ("challenge.toml", &["--challenge"])] {
+        let output = init(scratch.path(), &[args, &["--out", name]].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        let text = std::fs::read_to_string(scratch.path().join(name)).expect("a scene");
+        assert!(text.starts_with("#:schema scene.schema.json\n") && text.matches("#:schema").count() == 1, "{text}");
+        let plan = dry_run(scratch.path(), name);
+        assert!(plan.status.success(), "{}", stderr(&plan));
+    }
+}
+
+/// Every file under a folder, relative to it.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let mut open = vec![folder.to_path_buf()];
+    let mut found = Vec::new();
+    while let Some(at) = open.pop() {
+        for entry in std::fs::read_dir(at).expect("a folder") {
+            let path = entry.expect("readable").path();
+            if path.is_dir() { open.push(path) } else { found.push(path.strip_prefix(folder).expect("inside").into()) }
+        }
+    }
+    found.sort();
+    found
+}
+
+#[test]
+fn an_installation_has_program_pages_and_completions() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let prefix = scratch.path().join("with a blank");
+    let script = repository().join("scripts/install.sh");
+    let output = Command::new(script).arg(env!("CARGO_BIN_EXE_asperity")).arg(&prefix).output().expect("started");
+    assert!(output.status.success(), "{}", stderr(&output));
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let found = files(&prefix);
+    for file in ["bin/asperity", "share/bash-completion/completions/asperity", "share/zsh/site-functions/_asperity"] {
+        assert!(found.contains(&file.into()), "{found:?}");
+        assert!(said.contains(&prefix.join(file).display().to_string()), "{said}");
+    }
+    let page = std::fs::read_to_string(prefix.join("share/man/man1/asperity-run.1")).expect("a page");
+    assert!(page.contains(".TH") && page.contains("dry\\-run"), "{page}");
+    for page in ["asperity.1", "asperity-solve.1", "asperity-init.1", "asperity-atoms-build.1"] {
+        assert!(found.contains(&Path::new("share/man/man1").join(page)), "{found:?}");
+    }
+    let bash = std::fs::read_to_string(prefix.join("share/bash-completion/completions/asperity")).expect("completions");
+    assert!(bash.contains("--dry-run") && bash.contains("complete -F"));
+    let file = prefix.join("share/bash-completion/completions/asperity");
+    assert!(Command::new("bash").arg("-n").arg(file).status().expect("bash starts").success());
+}
+
+/// What a document in docs/ must contain: the output of a command. `make docs` writes them.
+#[test]
+fn schema_and_table_of_keys_in_the_documents_are_current() {
+    for (file, args) in [("scene.schema.json", &["schema"][..]), ("keys.md", &["schema", "--keys"])] {
+        let output = asperity().args(args).output().expect("started");
+        let document = std::fs::read_to_string(repository().join("docs").join(file)).expect("a document");
+        assert!(document.as_bytes() == output.stdout, "docs/{file} is not current: run `make docs`");
+    }
+}
+
+#[test]
+fn the_table_of_keys_is_complete() {
+    let document = std::fs::read_to_string(repository().join("docs/keys.md")).expect("keys");
+    let rows: Vec<Vec<&str>> =
+        document.lines().filter(|l| l.starts_with("| `")).map(|l| l.trim_matches('|').split(" | ").collect()).collect();
+    assert!(rows.len() > 100, "{} keys", rows.len());
+    for row in &rows {
+        let [key, kind, default, unit, description] = row[..] else { panic!("not five columns: {row:?}") };
+        for cell in [key, kind, default, unit, description] {
+            assert!(!cell.trim().is_empty(), "{row:?}");
+        }
+    }
+    for line in [
+        "## [accuracy]",
+        "## [methods.fft-ia]",
+        "## [continuum.layer]",
+        "| `error` | number or text | – | – | ",
+        "| `length_um` | number | – | µm | ",
+        "| `grid` | whole number | `512` | – | ",
+        "| `work_of_adhesion_mj_m2` | number | required | mJ/m² | ",
+    ] {
+        assert!(document.contains(line), "{line}");
+    }
+}
+
+/// Scenes of the repository name the schema relative to themselves.
+#[test]
+fn shipped_scenes_name_the_schema() {
+    let configs = repository().join("configs");
+    let scenes: Vec<PathBuf> =
+        files(&configs).into_iter().filter(|p| p.extension().is_some_and(|e| e == "toml")).collect();
+    assert!(scenes.len() > 10);
+    for scene in scenes {
+        let path = configs.join(scene);
+        let text = std::fs::read_to_string(&path).expect("a scene");
+        let schema = text.lines().next().and_then(|l| l.strip_prefix("#:schema ")).expect("a schema");
+        let named = path.parent().expect("a folder").join(schema).canonicalize().expect("a file");
+        assert_eq!(named, repository().join("docs/scene.schema.json").canonicalize().expect("the schema"));
+    }
+}
+
+/// The indenter and d_c do not follow the lattice constant.
+#[test]
+fn another_crystal_is_warned_of_with_calciums_wall() {
+    let warnings = |lattice_constant: f64| {
+        let text = format!(
+            "name = \"a\"\n[surface]\ngrid = 32\nroll_off_mode = 2\ncut_off_mode = 8\nrms_gradient = 0.3\n[load]\np_star = [0.01]\n\
+             [atoms]\ncells = 10\ndepth_cells = 6\npotential = \"potentials/Ca.eam.alloy\"\ncontact_modulus_gpa = 28.57\n\
+             lattice_constant_angstrom = {lattice_constant}\n"
+        );
+        let file = repository().join("scene.toml");
+        let case = Case::resolve(Scene::parse(&text, &file).expect("a scene"), &file).expect("a case");
+        case.warnings.into_iter().filter(|w| w.contains("d_c")).collect::<Vec<_>>()
+    };
+    assert_eq!(warnings(5.5884), Vec::<String>::new());
+    let [warning] = &warnings(4.0354)[..] else { panic!("one warning") };
+    assert!(warning.contains("1.00 lattice constants of this Ca and 0.72 of calcium"), "{warning}");
+    assert!(warning.contains("compressed or force_threshold"), "{warning}");
+}

@@ -1,0 +1,316 @@
+//! A person's own surface in `surface`, `solve` and `run` alike: what files declare, preparation, warnings, loads and results.
+
+use crate::program::{asperity, json_line, stderr};
+use asperity::record::npy;
+use serde_json::Value;
+use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+const NX: usize = 60;
+const NY: usize = 40;
+
+/// Rounding of six decimals in the text files of these tests, relative to the rms gradient.
+const TEXT: f64 = 1e-4;
+
+/// Relative rounding of results in other units.
+const ROUNDING: f64 = 1e-9;
+
+/// Relative deviation of contact from its target: `CONTACT_TOLERANCE` of the program, or one node of `NX` by `NY`.
+const CONTACT: f64 = 1e-3;
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("UTF-8")
+}
+
+fn number(value: &Value, key: &str) -> f64 {
+    value[key].as_f64().unwrap_or_else(|| panic!("{key} in {value}"))
+}
+
+/// Waves that repeat on the cell, µm.
+fn waves(x: usize, y: usize) -> f64 {
+    let (u, v) = (TAU * x as f64 / NX as f64, TAU * y as f64 / NY as f64);
+    0.2 * (2.0 * u).cos() * v.sin() + 0.1 * (3.0 * v + u).sin() + 0.05 * (5.0 * u).cos()
+}
+
+/// A Gwyddion export of 30 x 20 µm in m.
+fn export(path: &Path, height: impl Fn(usize, usize) -> f64) {
+    let mut file = String::from("# Channel: Height\n# Width: 30.00 µm\n# Height: 20.00 µm\n# Value units: m\n");
+    for y in 0..NY {
+        let row: Vec<String> = (0..NX).map(|x| format!("{:.9e}", 1e-6 * height(x, y))).collect();
+        file += &(row.join("\t") + "\n");
+    }
+    std::fs::write(path, file).expect("written");
+}
+
+fn call(arguments: &[&str]) -> Output {
+    asperity().args(arguments).output().expect("started")
+}
+
+fn answer(arguments: &[&str]) -> Value {
+    let output = call(arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", stderr(&output));
+    json_line(&output)
+}
+
+/// The error of a command that fails with exit code 2.
+fn refused(arguments: &[&str], pieces: &[&str]) {
+    let output = call(arguments);
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+    pieces.iter().for_each(|piece| assert!(said.contains(piece), "{arguments:?}: {said} lacks {piece}"));
+}
+
+/// The surface of a file as the three commands read it, with flags and the same keys of a scene.
+fn read_by_all(file: &Path, flags: &[&str], keys: &str) -> [Value; 3] {
+    let folder = file.parent().expect("a folder");
+    let surface = answer(&[&["surface", text(file), "--json"], flags].concat());
+    let solve = ["solve", text(file), "--json", "--modulus", "2GPa", "--p-star", "0.01"];
+    let solved = answer(&[&solve, flags].concat());
+    let scene = folder.join("scene.toml");
+    let toml = format!(
+        "name = \"own\"\n[laboratory]\ncontact_modulus_mpa = 2000\n[surface]\nheights = {file:?}\n{keys}\n[load]\np_star = [0.01]\n"
+    );
+    std::fs::write(&scene, toml).expect("written");
+    let run = answer(&["run", text(&scene), "--json", "--overwrite", "--out", text(&folder.join("run"))]);
+    let states = &run["results"]["continuum"]["states"][0];
+    assert_eq!(solved["contact_fraction"], states["contact_fraction"]);
+    let mut of_run = run["results"]["surface"]["provenance"].clone();
+    of_run["rms_gradient"] = solved["resolved_gradient"].clone();
+    [surface, solved["provenance"].clone(), of_run]
+}
+
+#[test]
+fn what_a_file_declares_is_the_same_in_every_command() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let file = scratch.path().join("export.txt");
+    export(&file, waves);
+    let all = read_by_all(&file, &["--touching", "high-points"], "touching = \"high-points\"");
+    for read in &all {
+        assert!((number(read, "length_x_m") / 30e-6 - 1.0).abs() < ROUNDING, "{read}");
+        assert!((number(read, "length_y_m") / 20e-6 - 1.0).abs() < ROUNDING, "{read}");
+        assert_eq!((read["unit"].as_str(), read["touching"].as_str()), (Some("m"), Some("high-points")));
+        assert_eq!((number(read, "missing_points"), number(read, "filled_points")), (0.0, 0.0));
+        assert_eq!((&read["channel"], &read["periodic"]), (&Value::from("Height"), &Value::from(true)));
+    }
+    // The same map in NetCDF: declared as not periodic by SurfaceTopography.
+    let fixture = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/declared/open.nc");
+    let copy = scratch.path().join("open.nc");
+    std::fs::copy(fixture, &copy).expect("copied");
+    for read in read_by_all(&copy, &["--touching", "high-points"], "touching = \"high-points\"") {
+        assert!((number(&read, "length_x_m") / 30e-6 - 1.0).abs() < ROUNDING, "{read}");
+        assert_eq!((read["unit"].as_str(), &read["periodic"]), (Some("um"), &Value::from(false)));
+    }
+    // What differs from the file is refused, and what it does not declare is asked for.
+    for command in [&["surface"][..], &["solve", "--modulus", "1", "--p-star", "0.01"]] {
+        let with = |flags: &[&'static str]| [&[command[0], text(&file)], &command[1..], flags].concat();
+        refused(&with(&[]), &["--touching = not given", "\"low-points\" or \"high-points\""]);
+        refused(&with(&["--touching", "low-points", "--unit", "nm"]), &["--unit = nm", "accepted: m ", "declares"]);
+        refused(&with(&["--touching", "low-points", "--length", "20um"]), &["--length = ", "accepted: ", "declares"]);
+        let plain = scratch.path().join("plain.txt");
+        std::fs::write(&plain, "1 2 3\n4 5 6\n7 8 1\n").expect("written");
+        let bare = [&[command[0], text(&plain)], &command[1..], &["--touching", "low-points"]].concat();
+        refused(&bare, &["--length = not given"]);
+    }
+}
+
+/// A tilt multiplies the gradient of a map that is taken as periodic: it is named, `--strict` refuses it, and preparation removes it.
+#[test]
+fn a_tilted_map_is_named_and_levelled() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let (level, tilted) = (scratch.path().join("level.txt"), scratch.path().join("tilted.txt"));
+    export(&level, waves);
+    export(&tilted, |x, y| waves(x, y) + 0.1 * x as f64 - 0.05 * y as f64);
+    let sign = ["--touching", "high-points"];
+    let surface = |file: &Path, flags: &[&str]| {
+        let output = call(&[&["surface", text(file), "--json"], &sign[..], flags].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        (json_line(&output), stderr(&output))
+    };
+    let (expected, quiet) = surface(&level, &[]);
+    assert!(!quiet.contains("does not repeat"), "{quiet}");
+    let (_, said) = surface(&tilted, &[]);
+    assert!(
+        said.contains("does not repeat along x") && said.contains("--detrend") && said.contains("--edges"),
+        "{said}"
+    );
+    refused(&["surface", text(&tilted), "--touching", "high-points", "--strict"], &["--strict", "does not repeat"]);
+    refused(
+        &["solve", text(&tilted), "--modulus", "1", "--p-star", "0.01", "--touching", "high-points", "--strict"],
+        &["--strict", "does not repeat"],
+    );
+    // The plane takes part of the longest waves, so both maps are levelled.
+    let plane = ["--detrend", "plane"];
+    let [a, b] = [&level, &tilted].map(|file| number(&surface(file, &plane).0, "rms_gradient"));
+    assert!((a / b - 1.0).abs() < TEXT, "{a} {b}");
+    assert!((a / number(&expected, "rms_gradient") - 1.0).abs() < 0.5, "{a} {expected}");
+    let (prepared, _) = surface(&tilted, &plane);
+    assert!(prepared["preparation"][0].as_str().is_some_and(|step| step.contains("plane")), "{prepared}");
+}
+
+/// One per cent of the points was not measured: refused with the remedy, or filled and said.
+#[test]
+fn a_map_with_holes_is_filled_on_request() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let file = scratch.path().join("holes.txt");
+    export(&file, |x, y| if (x * 7 + y * 13).is_multiple_of(100) { f64::NAN } else { waves(x, y) });
+    let missing = (0..NX * NY).filter(|i| (i % NX * 7 + i / NX * 13).is_multiple_of(100)).count() as f64;
+    let sign = ["--touching", "high-points"];
+    refused(&[&["surface", text(&file)], &sign[..]].concat(), &["holes.txt", "--fill nearest|harmonic", "row "]);
+    let solve = ["solve", text(&file), "--modulus", "1", "--p-star", "0.01"];
+    refused(&[&solve[..], &sign].concat(), &["holes.txt", "--fill nearest|harmonic"]);
+    let scene = scratch.path().join("scene.toml");
+    let toml = "name = \"h\"\n[laboratory]\ncontact_modulus_mpa = 1\n[surface]\nheights = \"holes.txt\"\ntouching = \"high-points\"\n\
+                [load]\np_star = [0.01]\n";
+    std::fs::write(&scene, toml).expect("written");
+    refused(&["run", text(&scene)], &["holes.txt", "surface.fill"]);
+    for fill in ["nearest", "harmonic"] {
+        let flags = ["--touching", "high-points", "--fill", fill];
+        for read in read_by_all(&file, &flags, &format!("touching = \"high-points\"\nfill = {fill:?}")) {
+            assert_eq!((number(&read, "missing_points"), number(&read, "filled_points")), (missing, missing), "{read}");
+            assert!(read["preparation"][0].as_str().is_some_and(|step| step.contains(fill)), "{read}");
+        }
+    }
+}
+
+/// A written prepared map declares all that `solve` needs.
+#[test]
+fn a_prepared_map_needs_no_flags() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let file = scratch.path().join("export.txt");
+    export(&file, |x, y| waves(x, y) + 0.1 * x as f64);
+    let flags = ["--touching", "high-points", "--detrend", "plane", "--edges", "mirror"];
+    let direct =
+        answer(&[&["solve", text(&file), "--modulus", "2GPa", "--pressure", "1MPa", "--json"], &flags[..]].concat());
+    for name in ["prepared.npy", "prepared.txt"] {
+        let out = scratch.path().join(name);
+        let surface = answer(&[&["surface", text(&file), "--json", "--out", text(&out)], &flags[..]].concat());
+        assert_eq!((number(&surface, "nx"), number(&surface, "ny")), (2.0 * NX as f64, 2.0 * NY as f64));
+        let solved = answer(&["solve", text(&out), "--modulus", "2GPa", "--pressure", "1MPa", "--json"]);
+        assert_eq!(solved["provenance"]["preparation"], surface["preparation"]);
+        assert_eq!(solved["provenance"]["touching"], "high-points");
+        let [a, b] = [&direct, &solved].map(|s| number(s, "contact_fraction"));
+        assert!((a / b - 1.0).abs() < CONTACT, "{a} {b}");
+    }
+}
+
+/// The measured file is kept, and periodicity that nobody stated is not declared.
+#[test]
+fn a_written_map_replaces_and_declares_nothing_unknown() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let (file, out) = (scratch.path().join("export.txt"), scratch.path().join("out.npy"));
+    export(&file, waves);
+    let measured = std::fs::read(&file).expect("there");
+    let surface = ["surface", text(&file), "--touching", "high-points", "--out"];
+    refused(&[&surface[..], &[text(&file)]].concat(), &["--out = ", "the file that is read"]);
+    assert_eq!(std::fs::read(&file).expect("there"), measured);
+    let read = answer(&[&surface[..], &[text(&out), "--json"]].concat());
+    assert!(read["origin"].as_str().is_some_and(|o| o.contains("taken as periodic")), "{read}");
+    let patch = answer(&["solve", text(&out), "--modulus", "2GPa", "--pressure", "1MPa", "--json", "--non-periodic"]);
+    assert_eq!(patch["provenance"]["periodic"], false);
+}
+
+/// The same load in different units and quantities is the same state.
+#[test]
+fn loads_are_given_as_people_have_them() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let file = scratch.path().join("export.txt");
+    export(&file, waves);
+    let solve = |flags: &[&str]| {
+        let surface = ["solve", text(&file), "--touching", "high-points", "--json"];
+        let output = call(&[&surface, flags].concat());
+        assert!(output.status.success(), "{flags:?}: {}", stderr(&output));
+        let lines = String::from_utf8(output.stdout).expect("UTF-8");
+        lines.lines().map(|l| serde_json::from_str(l).expect("JSON")).collect::<Vec<Value>>()
+    };
+    let reference = &solve(&["--modulus", "2GPa", "--pressure", "10MPa"])[0];
+    let same = |other: &Value| {
+        assert_eq!(reference["contact_fraction"], other["contact_fraction"]);
+        let [a, b] = [reference, other].map(|s| number(s, "mean_gap"));
+        assert!((a / b - 1.0).abs() < 1e-6, "{a} {b}");
+    };
+    same(&solve(&["--modulus", "2e9", "--pressure", "1e7"])[0]);
+    // 10 MPa on 30 x 20 µm are 6 mN.
+    same(&solve(&["--modulus", "2GPa", "--force", "6mN"])[0]);
+    let p_star = number(reference, "p_star").to_string();
+    same(&solve(&["--modulus", "2GPa", "--p-star", &p_star])[0]);
+    let [gap, displacement] = ["mean_gap", "displacement"].map(|key| number(reference, key).to_string());
+    same(&solve(&["--modulus", "2GPa", "--mean-gap", &gap])[0]);
+    same(&solve(&["--modulus", "2GPa", "--displacement", &displacement])[0]);
+    let contact = number(reference, "contact_fraction");
+    let found = number(&solve(&["--modulus", "2GPa", "--contact", &contact.to_string()])[0], "contact_fraction");
+    assert!((found - contact).abs() <= (CONTACT * contact).max(1.0 / (NX * NY) as f64) + ROUNDING, "{found} {contact}");
+    // Ranges, and the unloading branch.
+    let range = solve(&["--modulus", "2GPa", "--pressure", "log:1MPa:100MPa:3", "--work-of-adhesion", "0"]);
+    let pressures: Vec<f64> = range.iter().map(|s| number(s, "pressure")).collect();
+    assert!(pressures.iter().zip([1e-3, 1e-2, 1e-1]).all(|(p, gpa)| (p / gpa - 1.0).abs() < 1e-6), "{pressures:?}");
+    for (flags, piece) in [
+        (&["--modulus", "2", "--pressure", "1MPa"][..], "--modulus with a unit"),
+        (&["--modulus", "2GPa", "--pressure", "1um"], "a unit of stress"),
+        (&["--modulus", "2GPa", "--pressure", "1,5MPa"], "units at all loads or at none"),
+        (&["--modulus", "2GPa", "--force", "1MPa"], "a unit of force"),
+        (&["--modulus", "2GPa", "--pressure", "log:0:1:3"], "between positive numbers"),
+        (&["--modulus", "2GPa", "--contact", "1.5"], "between 0 and 1"),
+        (&["--modulus", "2GPa", "--displacement", "1"], "less than"),
+    ] {
+        refused(&[&["solve", text(&file), "--touching", "high-points"], flags].concat(), &[piece]);
+    }
+}
+
+/// One row per load, contact pressure without noise, and nothing is overwritten.
+#[test]
+fn the_folder_of_a_solve_has_what_people_want() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let (file, out) = (scratch.path().join("export.txt"), scratch.path().join("out"));
+    export(&file, waves);
+    let solve = |pressure: &str, more: &[&str]| {
+        let surface = ["solve", text(&file), "--touching", "high-points", "--modulus", "2GPa", "--elastic-stress"];
+        call(&[&surface[..], &["--out", text(&out), "--pressure", pressure], more].concat())
+    };
+    assert!(solve("1MPa,10MPa", &[]).status.success());
+    let curve = std::fs::read_to_string(out.join("curve.csv")).expect("a curve");
+    let head: Vec<&str> = curve.lines().next().expect("a header").split(',').collect();
+    for column in ["load", "pressure_GPa", "p_star", "contact_fraction", "mean_gap_m", "displacement_m", "energy_GPa_m"]
+    {
+        assert!(head.contains(&column), "{head:?}");
+    }
+    assert_eq!(curve.lines().count(), 3);
+    let map = |name: &str| npy::read(&out.join(name)).expect(name).values;
+    let (gap, pressure, elastic) = (map("load-2-gap.npy"), map("load-2-stress.npy"), map("load-2-elastic-stress.npy"));
+    let open: Vec<usize> = (0..gap.len()).filter(|&i| gap[i] > 0.0).collect();
+    assert!(!open.is_empty() && open.len() < gap.len());
+    assert!(open.iter().all(|&i| pressure[i] == 0.0), "the contact pressure is zero off contact");
+    assert!(open.iter().any(|&i| elastic[i] != 0.0), "the stress as solved has noise there");
+    let closed = (0..gap.len()).filter(|&i| gap[i] <= 0.0);
+    assert!(closed.into_iter().all(|i| pressure[i] == elastic[i]));
+    // Another solve is refused with the difference, and the results stay.
+    let other = solve("2MPa", &[]);
+    assert_eq!(other.status.code(), Some(2));
+    let said = stderr(&other);
+    assert!(said.contains("another solve: --pressure") && said.contains("--overwrite"), "{said}");
+    assert!(out.join("load-2-gap.npy").exists());
+    assert!(solve("1MPa,10MPa", &[]).status.success(), "the same solve is read back");
+    assert!(solve("2MPa", &["--overwrite"]).status.success());
+    assert!(out.join("gap.npy").exists() && !out.join("load-2-gap.npy").exists());
+}
+
+/// A run refuses the folder of another scene, and keeps its results.
+#[test]
+fn a_run_does_not_replace_another_scene() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let path = |name: &str| -> PathBuf { scratch.path().join(name) };
+    let scene = |p: &str| format!("name = \"s\"\n[surface]\ngrid = 32\ncut_off_mode = 8\n[load]\np_star = [{p}]\n");
+    let run = |more: &[&str]| call(&[&["run", text(&path("s.toml")), "--out", text(&path("run"))], more].concat());
+    std::fs::write(path("s.toml"), scene("0.01")).expect("written");
+    assert!(run(&[]).status.success());
+    std::fs::write(path("s.toml"), scene("0.02")).expect("written");
+    let said = stderr(&run(&[]));
+    assert!(
+        said.contains("another scene: load.p_star = [0.02] (was [0.01])") && said.contains("--overwrite"),
+        "{said}"
+    );
+    assert!(path("run").join("results.json").exists());
+    assert!(run(&["--overwrite"]).status.success());
+    let curve = std::fs::read_to_string(path("run").join("curve.csv")).expect("a curve");
+    assert!(curve.lines().nth(1).is_some_and(|row| row.contains("0.02")), "{curve}");
+}

@@ -1,0 +1,483 @@
+//! Faults of disk, files, scenes and programs: what docs/reliability.md promises.
+
+use crate::lammps::lammps;
+use crate::program::{asperity, json_line, stderr};
+use serde_json::Value;
+use std::ffi::OsStr;
+use std::fs;
+use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// Time in which a request that is refused is answered. A debug build on a busy machine takes several times that of a
+/// release build, which needs less than a second.
+const ANSWERED: Duration = Duration::from_secs(10);
+
+/// One load of two methods on a grid of 16² points, whose report has few figures.
+const SCENE: &str = "name = \"small\"\n[laboratory]\nlength_um = 100\ncontact_modulus_mpa = 25\n\
+                     [surface]\ngrid = 16\ncut_off_mode = 6\n[load]\np_star = [0.02]\n\
+                     [continuum]\nmethod = \"fast\"\ncompare_with = [\"winkler\"]\n";
+
+/// A scene with atoms, up to the path of LAMMPS.
+const ATOMS: &str = "name = \"a\"\n[surface]\ngrid = 16\ncut_off_mode = 6\n[load]\np_star = [0.01]\n\
+                     [atoms]\ncells = 10\ndepth_cells = 4\nprogram = ";
+
+/// Keys whose values are times, memory, or say how a stage was obtained.
+const OF_THE_MACHINE: [&str; 12] = [
+    "seconds",
+    "earlier_seconds",
+    "cpu_seconds",
+    "wall_seconds",
+    "peak_rss_bytes",
+    "measured_bytes",
+    "planned_bytes",
+    "transformed_nodes",
+    "reused",
+    "key",
+    "spent_seconds",
+    "cpu_over_reference",
+];
+
+/// A value without what differs between two runs of the same scene.
+fn of_the_scene(value: &Value) -> Value {
+    match value {
+        Value::Object(map) => {
+            let kept = map.iter().filter(|(k, _)| !OF_THE_MACHINE.contains(&k.as_str()));
+            kept.map(|(k, v)| (k.clone(), of_the_scene(v))).collect()
+        }
+        Value::Array(list) => list.iter().map(of_the_scene).collect(),
+        other => other.clone(),
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Damage {
+    Flipped,
+    Truncated,
+    Removed,
+}
+
+const DAMAGES: [Damage; 3] = [Damage::Flipped, Damage::Truncated, Damage::Removed];
+
+fn damage(file: &Path, how: Damage) {
+    let mut bytes = fs::read(file).expect("read");
+    match how {
+        Damage::Flipped => {
+            let middle = bytes.len() / 2;
+            bytes.get_mut(middle).into_iter().for_each(|b| *b ^= 1);
+        }
+        Damage::Truncated => bytes.truncate(bytes.len() / 2),
+        Damage::Removed => return fs::remove_file(file).expect("removed"),
+    }
+    fs::write(file, bytes).expect("written");
+}
+
+/// All files below a folder, relative to it.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let mut list = Vec::new();
+    let mut folders = vec![folder.to_path_buf()];
+    while let Some(next) = folders.pop() {
+        for entry in fs::read_dir(&next).expect("listed").flatten() {
+            if entry.path().is_dir() {
+                folders.push(entry.path());
+            } else {
+                list.push(entry.path().strip_prefix(folder).expect("below").to_path_buf());
+            }
+        }
+    }
+    list.sort();
+    list
+}
+
+fn copy(from: &Path, to: &Path) {
+    for file in files(from) {
+        let target = to.join(&file);
+        fs::create_dir_all(target.parent().expect("has one")).expect("made");
+        fs::copy(from.join(&file), target).expect("copied");
+    }
+}
+
+fn scene(folder: &Path) -> PathBuf {
+    let file = folder.join("small.toml");
+    fs::write(&file, SCENE).expect("written");
+    file
+}
+
+/// Numbers of all fields of a folder, and the results of its JSON files outside the stages.
+fn contents(folder: &Path, results: &str) -> (Vec<(PathBuf, Vec<u8>)>, Value) {
+    let fields = files(folder).into_iter().filter(|f| f.extension() == Some(OsStr::new("npy")));
+    let fields = fields.map(|f| (f.clone(), fs::read(folder.join(&f)).expect("read"))).collect();
+    let text = fs::read(folder.join(results)).expect("results");
+    (fields, of_the_scene(&serde_json::from_slice(&text).expect("JSON")))
+}
+
+/// Damages files of a finished folder and runs the command again: the results are those of the whole folder, and files
+/// that a stage reads back are named.
+fn survives_damage(command: &dyn Fn(&Path) -> Command, results: &str, verified: &dyn Fn(&Path) -> bool) {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let (whole, out) = (scratch.path().join("whole"), scratch.path().join("out"));
+    let run = |out: &Path| {
+        let output = command(out).output().expect("started");
+        assert!(output.status.success(), "{}", stderr(&output));
+        stderr(&output)
+    };
+    run(&whole);
+    let expected = contents(&whole, results);
+    // Figures are drawn again by every run, which reads none.
+    let all: Vec<PathBuf> = files(&whole).into_iter().filter(|f| !f.starts_with("figures")).collect();
+    assert!(all.len() > 3, "{all:?}");
+    for (file, how) in all.iter().flat_map(|f| DAMAGES.map(|how| (f, how))) {
+        if out.exists() {
+            fs::remove_dir_all(&out).expect("removed");
+        }
+        copy(&whole, &out);
+        damage(&out.join(file), how);
+        let said = run(&out);
+        let found = contents(&out, results);
+        assert_eq!(found.1, expected.1, "{how:?} {}: {said}", file.display());
+        assert!(found.0 == expected.0, "{how:?} {}: a field differs: {said}", file.display());
+        let name = file.file_name().and_then(OsStr::to_str).expect("a name");
+        assert!(!verified(file) || said.contains(name), "{how:?} {}: {said}", file.display());
+    }
+}
+
+/// Whether a damage of this file of a stage leads to a warning that names it. Files of attempts are not read back.
+fn is_listed(file: &Path) -> bool {
+    let name = file.file_name().and_then(OsStr::to_str).expect("a name");
+    let in_stage = file.components().count() > 1;
+    in_stage && !["done.json", "key.json", "spent.json"].contains(&name)
+}
+
+#[test]
+fn a_damaged_run_folder_gives_the_results_of_a_whole_one() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let scene = scene(scratch.path());
+    let command = |out: &Path| {
+        let mut command = asperity();
+        command.arg("run").arg(&scene).arg("--json").arg("--out").arg(out);
+        command
+    };
+    survives_damage(&command, "results.json", &is_listed);
+}
+
+#[test]
+fn a_damaged_tradeoff_folder_gives_the_results_of_a_whole_one() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let scene = scene(scratch.path());
+    let out = scratch.path().join("out");
+    let run = || {
+        let mut command = asperity();
+        command.arg("tradeoff").arg(&scene).args([
+            "--methods",
+            "fast,scgw",
+            "--grids",
+            "16",
+            "--repeats",
+            "1",
+            "--json",
+        ]);
+        let output = command.arg("--out").arg(&out).output().expect("started");
+        assert!(output.status.success(), "{}", stderr(&output));
+        let points = json_line(&output)["tradeoff"]["points"].clone();
+        let errors: Vec<Value> = points.as_array().expect("points").iter().map(|p| p["errors"].clone()).collect();
+        (errors, stderr(&output))
+    };
+    let (whole, _) = run();
+    assert!(!whole.is_empty());
+    let stages = files(&out).into_iter().filter(|f| is_listed(f) && !f.starts_with("figures"));
+    let listed: Vec<PathBuf> = stages.collect();
+    assert!(listed.iter().any(|f| f.extension() == Some(OsStr::new("npy"))), "{listed:?}");
+    for (file, how) in listed.iter().flat_map(|f| DAMAGES.map(|how| (f, how))) {
+        damage(&out.join(file), how);
+        let (found, said) = run();
+        assert_eq!(found, whole, "{how:?} {}", file.display());
+        let name = file.file_name().and_then(OsStr::to_str).expect("a name");
+        assert!(said.contains(name), "{how:?} {}: {said}", file.display());
+    }
+}
+
+/// One file of each stage of a challenge.
+#[test]
+fn a_damaged_challenge_gives_the_results_of_a_whole_one() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let out = scratch.path().join("out");
+    let run = || {
+        let output = asperity().args(["challenge", "--grid", "32", "--out"]).arg(&out).output().expect("started");
+        // Statements fail on so coarse a grid.
+        assert!(output.status.code().is_some_and(|c| c < 2), "{}", stderr(&output));
+        stderr(&output)
+    };
+    run();
+    let expected = contents(&out, "results.json");
+    let damaged =
+        ["surface/heights.npy", "continuum/load-3-gap.npy", "non-adhesive/output.json", "cross-check/done.json"];
+    for (file, how) in damaged.iter().zip(DAMAGES.iter().cycle()) {
+        damage(&out.join(file), *how);
+    }
+    let said = run();
+    assert_eq!(contents(&out, "results.json"), expected);
+    // A byte of white space more or less in done.json changes nothing.
+    assert!(damaged[..3].iter().all(|file| said.contains(file)), "{said}");
+}
+
+/// A damaged solve is solved again, and the fields of an undamaged one are reused.
+#[test]
+fn a_damaged_solve_folder_gives_the_results_of_a_whole_one() {
+    let command = |out: &Path| {
+        let mut command = asperity();
+        command.args(["solve", "--challenge", "16", "--cut-off", "0.15", "--pressure", "0.01,0.02", "--json"]);
+        command.args(["--method", "fast"]).arg("--out").arg(out);
+        command
+    };
+    let listed = |file: &Path| file.extension() == Some(OsStr::new("npy")) || file.ends_with("load-1-solve.json");
+    survives_damage(&command, "load-2-solve.json", &listed);
+    let scratch = tempfile::tempdir().expect("scratch");
+    let out = scratch.path().join("out");
+    let run = |flags: &[&str]| stderr(&command(&out).args(flags).output().expect("started"));
+    run(&[]);
+    assert!(run(&[]).contains("finished already"));
+    damage(&out.join("load-1-gap.npy"), Damage::Flipped);
+    assert!(run(&["--no-verify"]).contains("finished already"), "verified in spite of --no-verify");
+    let said = run(&[]);
+    assert!(said.contains("load-1-gap.npy changed") && said.contains("solved again"), "{said}");
+}
+
+/// `report` and `compare` do not compute: they refuse a damaged folder and say how to repair it.
+#[test]
+fn the_report_of_a_damaged_folder_is_refused_with_the_remedy() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let (scene, out) = (scene(scratch.path()), scratch.path().join("out"));
+    let run = || asperity().arg("run").arg(&scene).arg("--out").arg(&out).output().expect("started");
+    assert!(run().status.success());
+    let report = || asperity().arg("report").arg(&out).output().expect("started");
+    assert!(report().status.success());
+    for file in ["results.json", "scene.toml", "surface/heights.npy"] {
+        damage(&out.join(file), Damage::Flipped);
+        let refused = report();
+        assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
+        let said = stderr(&refused);
+        assert!(said.contains(file) && said.contains("computes again"), "{said}");
+        let repaired = run();
+        assert!(repaired.status.success() && stderr(&repaired).contains(file), "{}", stderr(&repaired));
+        assert!(report().status.success());
+    }
+}
+
+/// Shapes whose product, size in bytes or single length exceeds every memory, and a header longer than its file.
+#[test]
+fn hostile_headers_are_refused() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let file = scratch.path().join("h.npy");
+    let header = |shape: &str| format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}\n");
+    for shape in
+        ["(1, 9223372036854775808)", "(4294967296, 4294967296)", "(9223372036854775808, 2)", "(-1, 2)", "(2, 3)"]
+    {
+        let text = header(shape);
+        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+        bytes.extend((text.len() as u16).to_le_bytes());
+        bytes.extend(text.as_bytes());
+        fs::write(&file, &bytes).expect("written");
+        refused_quickly(
+            &[
+                "solve",
+                file.to_str().expect("UTF-8"),
+                "--pressure",
+                "1",
+                "--modulus",
+                "1",
+                "--touching",
+                "low-points",
+                "--length",
+                "1",
+            ],
+            "h.npy",
+        );
+    }
+    let mut bytes = b"\x93NUMPY\x02\x00\xff\xff\xff\xff".to_vec();
+    bytes.extend(header("(2, 2)").as_bytes());
+    fs::write(&file, &bytes).expect("written");
+    refused_quickly(
+        &[
+            "solve",
+            file.to_str().expect("UTF-8"),
+            "--pressure",
+            "1",
+            "--modulus",
+            "1",
+            "--touching",
+            "low-points",
+            "--length",
+            "1",
+        ],
+        "h.npy",
+    );
+}
+
+/// A command that fails with exit code 2 within [`ANSWERED`]; its message names `what`.
+fn refused_quickly(arguments: &[&str], what: &str) -> String {
+    let begun = Instant::now();
+    let output = asperity().args(arguments).output().expect("started");
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains(what), "{said}");
+    assert!(begun.elapsed() < ANSWERED, "took {:?}", begun.elapsed());
+    said
+}
+
+#[test]
+fn requests_beyond_all_measure_are_refused_quickly() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let file = scratch.path().join("a.toml");
+    let path = file.to_str().expect("UTF-8");
+    let put = |text: String| fs::write(&file, text).expect("written");
+    put((0..20_000).map(|i| format!("key{i} = {i}\n")).collect::<String>() + SCENE);
+    let said = refused_quickly(&["run", path], "is no key");
+    assert!(said.lines().count() < 50 && said.contains("only the first 20"), "{} lines", said.lines().count());
+    put(format!("description = \"{}\"\n{SCENE}", "a".repeat(100_000)));
+    refused_quickly(&["run", path], "description = 100000 bytes");
+    refused_quickly(&["schema", "--threads", "100000"], "--threads = 100000");
+}
+
+/// Only a reader that has gone away is no error.
+#[test]
+fn output_that_cannot_be_written_is_an_error() {
+    let full = || fs::File::options().write(true).open("/dev/full").expect("Linux");
+    for arguments in [&["schema"][..], &["methods", "--json"], &["--help"], &["doctor", "--json"]] {
+        let output = asperity().args(arguments).stdout(full()).stderr(Stdio::piped()).output().expect("started");
+        assert_eq!(output.status.code(), Some(5), "{arguments:?}: {}", stderr(&output));
+    }
+    let mut child = asperity().arg("schema").stdout(Stdio::piped()).spawn().expect("started");
+    drop(child.stdout.take());
+    assert!(child.wait().expect("ended").success(), "a closed pipe is no error");
+}
+
+/// A name with an escape sequence and a byte that is no UTF-8, in an error and in JSON.
+#[test]
+fn names_do_not_reach_the_terminal_as_they_are() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let folder = scratch.path().join(OsStr::from_bytes(b"x\x1b[31m\xff"));
+    fs::create_dir(&folder).expect("made");
+    let missing = asperity().arg("run").arg(folder.join("no.toml")).output().expect("started");
+    assert_eq!(missing.status.code(), Some(2));
+    let said = stderr(&missing);
+    assert!(said.contains("\\u{1b}[31m") && !said.contains('\u{1b}'), "{said:?}");
+    let unknown = asperity().args(["run", "--n\u{1b}[31m"]).output().expect("started");
+    assert!(!stderr(&unknown).contains('\u{1b}'), "{:?}", stderr(&unknown));
+    let heights = folder.join("h.txt");
+    fs::write(&heights, "0 1 0 1\n1 2 1 2\n0 1 0 1\n1 2 1 2\n").expect("written");
+    let mut command = asperity();
+    command.arg("surface").arg(&heights).args([
+        "--unit",
+        "um",
+        "--length",
+        "1um",
+        "--touching",
+        "low-points",
+        "--json",
+    ]);
+    let output = command.output().expect("started");
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(!output.stdout.contains(&0x1b) && json_line(&output).is_object());
+}
+
+/// A script as `lmp` that leaves a mark when it is executed.
+fn marking_program(folder: &Path) -> PathBuf {
+    let program = folder.join("lmp");
+    fs::write(&program, "#!/bin/sh\ntouch \"$(dirname \"$0\")/executed\"\n").expect("written");
+    fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).expect("executable");
+    program
+}
+
+#[test]
+fn a_program_of_a_scene_is_executed_on_request_only() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let program = marking_program(scratch.path());
+    let (file, out) = (scratch.path().join("a.toml"), scratch.path().join("out"));
+    fs::write(&file, format!("{ATOMS}{program:?}\n")).expect("written");
+    let run = |flags: &[&str]| -> Output {
+        asperity().arg("run").arg(&file).arg("--out").arg(&out).args(flags).output().expect("started")
+    };
+    let executed = || scratch.path().join("executed").exists();
+    let planned = run(&["--dry-run"]);
+    assert!(planned.status.success() && !executed(), "{}", stderr(&planned));
+    assert!(!run(&["--dry-run", "--allow-program"]).stdout.is_empty() && !executed());
+    let refused = run(&[]);
+    assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
+    assert!(stderr(&refused).contains("--allow-program") && !executed() && !out.exists(), "{}", stderr(&refused));
+    // It is no LAMMPS, which is found by executing it.
+    let allowed = run(&["--allow-program"]);
+    assert!(allowed.status.code() == Some(5) && executed(), "{}", stderr(&allowed));
+    fs::write(&file, format!("{ATOMS}\"-in\"\n")).expect("written");
+    let dashed = run(&["--allow-program"]);
+    assert_eq!(dashed.status.code(), Some(2), "{}", stderr(&dashed));
+    assert!(stderr(&dashed).contains("atoms.program = -in"), "{}", stderr(&dashed));
+}
+
+/// The first SIGTERM ends a run that waits for a program before it computes, and the program with it.
+#[test]
+fn a_run_that_has_not_begun_ends_at_the_first_signal() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let program = scratch.path().join("lmp");
+    fs::write(&program, "#!/bin/sh\necho $$ > \"$(dirname \"$0\")/pid\"\nexec sleep 60\n").expect("written");
+    fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).expect("executable");
+    let file = scratch.path().join("a.toml");
+    fs::write(&file, format!("{ATOMS}{program:?}\n")).expect("written");
+    let mut command = asperity();
+    command.arg("run").arg(&file).arg("--allow-program").arg("--out").arg(scratch.path().join("out"));
+    let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("started");
+    let pid = scratch.path().join("pid");
+    let begun = Instant::now();
+    let started = || fs::read_to_string(&pid).ok().filter(|t| t.ends_with('\n'));
+    let probed = loop {
+        match started() {
+            Some(text) => break text.trim().to_string(),
+            None => assert!(begun.elapsed() < ANSWERED, "the program was not started"),
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    };
+    let signalled = Command::new("kill").args(["-TERM", &child.id().to_string()]).status().expect("sent");
+    assert!(signalled.success());
+    assert_eq!(child.wait().expect("ended").code(), Some(130));
+    assert!(begun.elapsed() < ANSWERED);
+    // A killed process stays as a zombie until its new parent collects it.
+    let gone = || fs::read_to_string(format!("/proc/{probed}/stat")).is_ok_and(|s| !s.contains(") Z")).then_some(());
+    let deadline = Instant::now() + ANSWERED;
+    while gone().is_some() {
+        assert!(Instant::now() < deadline, "the probed program outlived its parent");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+/// A frame of a finished LAMMPS run, and the load table of an interrupted one.
+#[test]
+fn damaged_frames_and_load_tables_are_computed_again() {
+    let Some(_lammps) = lammps(1) else { return };
+    let scratch = tempfile::tempdir().expect("scratch");
+    let (file, out) = (scratch.path().join("a.toml"), scratch.path().join("out"));
+    fs::write(&file, ATOMS.replace("program = ", "")).expect("written");
+    let run = || {
+        let output = asperity().arg("run").arg(&file).arg("--out").arg(&out).output().expect("started");
+        assert!(output.status.success(), "{}", stderr(&output));
+        stderr(&output)
+    };
+    run();
+    let contents = || {
+        let (fields, results) = contents(&out, "results.json");
+        // Peak memory of LAMMPS and times of its steps differ between runs.
+        (fields, results["atoms"]["states"].clone(), results["comparison"].clone())
+    };
+    let whole = contents();
+    let lammps = out.join("lammps");
+    let frame = files(&lammps).into_iter().find(|f| f.to_string_lossy().starts_with("frame.1.dump")).expect("a frame");
+    damage(&lammps.join(&frame), Damage::Flipped);
+    let said = run();
+    assert!(said.contains("frame.1.dump") && said.contains("lammps is computed again"), "{said}");
+    assert!(contents() == whole, "other results after a damaged frame");
+    fs::remove_file(lammps.join("done.json")).expect("removed");
+    damage(&lammps.join("load_steps.csv"), Damage::Flipped);
+    let said = run();
+    assert!(said.contains("load_steps.csv"), "{said}");
+    assert!(contents() == whole, "other results after a damaged table");
+}

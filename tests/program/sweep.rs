@@ -1,0 +1,139 @@
+//! `asperity sweep` and `asperity ensemble`: points, statistics, resuming, failing points.
+
+use crate::program::{asperity, json_line, stderr};
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+/// A continuum that is solved in a fraction of a second.
+const SCENE: &str = "name = \"small\"\n[surface]\ngrid = 32\ncut_off_mode = 8\n[load]\np_star = [0.02, 0.1]\n";
+
+fn written(folder: &Path, name: &str, text: &str) -> std::path::PathBuf {
+    let path = folder.join(name);
+    fs::write(&path, text).expect("written");
+    path
+}
+
+fn swept(command: &str, file: &Path, out: &Path, flags: &[&str]) -> (Option<i32>, Value, String) {
+    let output = asperity().arg(command).arg(file).args(flags).arg("--out").arg(out).arg("--json").output();
+    let output = output.expect("started");
+    let line = if output.stdout.is_empty() { Value::Null } else { json_line(&output) };
+    (output.status.code(), line, stderr(&output))
+}
+
+fn ensemble(out: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(out.join("ensemble.json")).expect("read")).expect("JSON")
+}
+
+/// Mean and standard error of the file are those of the runs of its points.
+#[test]
+fn means_are_those_of_the_runs() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let (scene, out) = (written(scratch.path(), "small.toml", SCENE), scratch.path().join("out"));
+    let (code, line, said) = swept("ensemble", &scene, &out, &["--seeds", "1..3"]);
+    assert_eq!(
+        (code, &line["points"], &line["done"], &line["failed"]),
+        (Some(0), &3.into(), &3.into(), &0.into()),
+        "{said}"
+    );
+    let areas: Vec<f64> = (1..=3)
+        .map(|seed| {
+            let text = fs::read_to_string(out.join(format!("points/seed-{seed}/results.json"))).expect("a run");
+            let results: Value = serde_json::from_str(&text).expect("JSON");
+            results["continuum"]["states"][1]["contact_fraction_corrected"].as_f64().expect("a number")
+        })
+        .collect();
+    let mean = areas.iter().sum::<f64>() / 3.0;
+    let error = (areas.iter().map(|a| (a - mean).powi(2)).sum::<f64>() / 2.0 / 3.0).sqrt();
+    assert!(error > 1e-4, "three seeds are three surfaces");
+    let found = ensemble(&out);
+    let is = |s: &&Value| s["source"] == "continuum" && s["load"] == 1 && s["quantity"] == "contact_fraction";
+    let statistic = found["statistics"].as_array().expect("a list").iter().find(is).expect("the area");
+    let number = |key: &str| statistic[key].as_f64().expect("a number");
+    assert!((number("mean") - mean).abs() < 1e-15 && (number("standard_error") - error).abs() < 1e-15);
+    assert_eq!(number("realisations"), 3.0);
+    let csv = fs::read_to_string(out.join("statistics.csv")).expect("read");
+    assert!(
+        csv.starts_with("source,load,branch,quantity,unit,p_star,realisations,mean,standard_deviation,standard_error")
+    );
+    let page = fs::read_to_string(out.join("report.html")).expect("read");
+    assert!(page.contains("3 of 3 points over surface.seed are done") && page.contains("<svg"));
+    // The same command adds what is missing and leaves the rest.
+    let log = |seed: u32| fs::read_to_string(out.join(format!("logs/seed-{seed}.log"))).expect("a log");
+    let (code, line, _) = swept("ensemble", &scene, &out, &["--seeds", "1..4"]);
+    assert_eq!((code, &line["done"]), (Some(0), &4.into()));
+    assert!(log(1).contains("done before") && !log(4).contains("done before"), "{}", log(1));
+    let report = asperity().arg("report").arg(&out).output().expect("started");
+    assert!(report.status.success(), "{}", stderr(&report));
+}
+
+/// A product of two keys; one point that fails leaves the others, with its reason and exit code.
+#[test]
+fn a_failing_point_leaves_the_others() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    written(scratch.path(), "small.toml", SCENE);
+    let text = "scene = \"small.toml\"\n[over]\nsurface.seed = \"1..2\"\ncontinuum.max_iterations = [3, 50000]\n";
+    let (file, out) = (written(scratch.path(), "sweep.toml", text), scratch.path().join("out"));
+    let (code, line, said) = swept("sweep", &file, &out, &["--jobs", "2"]);
+    assert_eq!((code, &line["done"], &line["failed"]), (Some(3), &2.into(), &2.into()), "{said}");
+    let found = ensemble(&out);
+    let failed: Vec<&Value> =
+        found["points"].as_array().expect("a list").iter().filter(|p| p["status"] == "failed").collect();
+    assert!(failed.iter().all(|p| p["values"][0] == 3 && p["reason"].as_str().expect("words").contains("converging")));
+    let groups = found["statistics"].as_array().expect("a list");
+    assert!(groups.iter().all(|s| s["group"] == serde_json::json!([["continuum.max_iterations", 50000]])));
+}
+
+/// A killed sweep ends with the tables of an undisturbed one.
+#[test]
+fn a_killed_sweep_resumes_with_the_same_tables() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let scene = written(scratch.path(), "small.toml", SCENE);
+    let (whole, killed) = (scratch.path().join("whole"), scratch.path().join("killed"));
+    assert_eq!(swept("ensemble", &scene, &whole, &["--seeds", "1..4", "--jobs", "1"]).0, Some(0));
+    let mut child = asperity();
+    child.arg("ensemble").arg(&scene).args(["--seeds", "1..4", "--jobs", "1", "--out"]).arg(&killed);
+    let mut child = child.stderr(std::process::Stdio::null()).spawn().expect("started");
+    while !killed.join("points/seed-2").exists() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    child.kill().expect("killed");
+    child.wait().expect("ended");
+    assert!(!killed.join("ensemble.json").exists());
+    assert_eq!(swept("ensemble", &scene, &killed, &["--seeds", "1..4", "--jobs", "1"]).0, Some(0));
+    for table in ["ensemble.json", "numbers.csv", "statistics.csv", "differences.csv"] {
+        let read = |folder: &Path| fs::read(folder.join(table)).expect("read");
+        assert!(read(&whole) == read(&killed), "{table}");
+    }
+}
+
+#[test]
+fn wrong_sweeps_are_refused_in_one_line() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    written(scratch.path(), "small.toml", SCENE);
+    for (over, says) in [
+        ("surface.sead = [1]", "surface.sead"),
+        ("surface.seed = 3", "a list of values"),
+        ("surface.seed = \"x\"", "1..12"),
+        ("surface.seed = []", "at least one value"),
+        ("surface.seed = [1, 1]", "each combination of values once"),
+        ("surface.seed = [-1]", "surface.seed = -1"),
+        ("surface.hurst = { from = 0.1, to = 0.9, count = 1 }", "2 to 10000"),
+    ] {
+        let text = format!("scene = \"small.toml\"\n[over]\n{over}\n");
+        let (file, out) = (written(scratch.path(), "sweep.toml", &text), scratch.path().join("out"));
+        let (code, _, said) = swept("sweep", &file, &out, &[]);
+        assert_eq!(code, Some(2), "{over}");
+        assert!(
+            said.contains(says) && said.contains("sweep.toml") && said.trim().lines().count() == 1,
+            "{over}: {said}"
+        );
+        assert!(!out.exists(), "{over}: nothing is written");
+    }
+    let (file, out) = (scratch.path().join("small.toml"), scratch.path().join("out"));
+    assert_eq!(swept("ensemble", &file, &out, &["--seeds", "3..1"]).0, Some(2));
+    assert_eq!(swept("ensemble", &file, &out, &["--seeds", "1"]).0, Some(0));
+    let other = written(scratch.path(), "sweep.toml", "scene = \"small.toml\"\n[over]\nsurface.hurst = [0.5]\n");
+    let (code, _, said) = swept("sweep", &other, &out, &[]);
+    assert!(code == Some(2) && said.contains("contains the sweep small over surface.seed"), "{said}");
+}
