@@ -333,7 +333,7 @@ mod tests {
         let kept: Vec<&str> = lines[9..].iter().copied().filter(|w| w.split(' ').nth(1) == Some("1")).collect();
         let head = lines[..9].join("\n").replace(&(lines.len() - 9).to_string(), &kept.len().to_string());
         let alone = refused(format!("{head}\n{}\n", kept.join("\n")));
-        assert!(alone.contains("no atom of the indenter") && alone.contains("how far"), "{alone}");
+        assert!(alone.contains("no atom of the indenter") && alone.contains("displacement of the indenter"), "{alone}");
         // One indenter atom is displaced relative to the others.
         let (id, moved) = (setting().0.atoms() + 5, |line: &&str| {
             let mut words: Vec<String> = line.split(' ').map(str::to_string).collect();

@@ -36,12 +36,21 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
             [0.0, 1.0 + BOUND],
             "a bound: the wall only pushes",
         )),
-        Statement::new(
-            "S22",
-            "Pr(σ) of contact without adhesion against two Gaussians: largest difference of fractions",
-            "1",
-        )
-        .within(form, 0.0, [0.0, CLOSE], "Persson's form with the variance that gives the area found; limit as for S24"),
+        data.of_roughness(
+            Statement::new(
+                "S22",
+                "Pr(σ) of contact without adhesion against two Gaussians: largest difference of fractions",
+                "1",
+            ),
+            |item| {
+                item.within(
+                    form,
+                    0.0,
+                    [0.0, CLOSE],
+                    "Persson's form with the variance that gives the area found; limit as for S24",
+                )
+            },
+        ),
         data.of_adhesion(
             Statement::new("S23a", "contact under tension, of all contact, with adhesion", "%"),
             |item| {

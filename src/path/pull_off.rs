@@ -6,6 +6,8 @@ use crate::{Error, Result};
 /// Step of the mean gap during separation: the first, over the larger of mean gap and range, and the growth factor.
 const FIRST_STEP: f64 = 0.02;
 const GROWTH: f64 = 1.2;
+/// Growth factor of steps that were shortened, up to the longest step.
+const RECOVERY: f64 = 2.0;
 /// Reduction of the first step if the tension decreases from the start, and smallest first step over the mean gap.
 const SHORTER: f64 = 0.2;
 const SHORTEST_STEP: f64 = 1e-5;
@@ -69,6 +71,7 @@ pub(super) fn search(run: &mut dyn Run, problem: &Problem, scale: Scale, from: S
         problem,
         scale,
         step: FIRST_STEP * mean_gap.max(range),
+        longest: 0.0,
         curve: vec![Point { mean_gap, pressure }],
         best: None,
         lowest: pressure,
@@ -101,6 +104,8 @@ struct Search<'a, 'p> {
     problem: &'a Problem<'p>,
     scale: Scale,
     step: f64,
+    /// Longest step so far.
+    longest: f64,
     /// Equilibria of the scan in order; those of the sections follow in `result`.
     curve: Vec<Point>,
     /// The largest bracketed maximum.
@@ -142,7 +147,9 @@ impl Search<'_, '_> {
         let (next, gap) = equilibrium(self.run, (self.problem, self.scale), now.mean_gap + self.step, None)?;
         let growth = -(slope * self.step).min(0.0);
         let lost = next.pressure - now.pressure + growth.min(-self.lowest);
-        if growth > RESOLVED * -self.lowest && lost > LOST * -self.lowest {
+        // Where asperities detach at a tension below the largest, no maximum is missed.
+        let largest = growth - now.pressure >= (1.0 - LOST) * -self.lowest;
+        if largest && growth > RESOLVED * -self.lowest && lost > LOST * -self.lowest {
             self.step *= 0.5;
             self.run.set_gap(&self.last);
             return Ok(false);
@@ -161,7 +168,9 @@ impl Search<'_, '_> {
         // therefore ends only without contact and at a small tension.
         let separated = gap.iter().all(|g| *g > 0.0) && -next.pressure < PASSED * -self.lowest;
         self.accept(next, gap);
-        self.step *= GROWTH;
+        self.longest = self.longest.max(self.step);
+        // Steps recover fast after a jump: rough surfaces have many.
+        self.step *= if self.step < self.longest { RECOVERY } else { GROWTH };
         Ok(separated && self.curve.len() > 2)
     }
 
@@ -203,6 +212,8 @@ impl Search<'_, '_> {
         };
         self.curve.push(best);
         self.curve.sort_by(|a, b| a.mean_gap.total_cmp(&b.mean_gap));
+        // The maximum may be an equilibrium of the scan.
+        self.curve.dedup_by(|a, b| a.mean_gap == b.mean_gap);
         Ok(PullOff {
             pressure: best.pressure,
             mean_gap: best.mean_gap,

@@ -118,5 +118,8 @@ fn unrequested_results_cost_nothing() {
     // Without adhesion the same scene takes fewer transforms and has no interaction energy.
     let dry = SCENE.replace("GRID", "grid = 128").split("[adhesion]").next().expect("a head").to_string();
     let dry = run(folder, "dry", &dry);
-    assert!(states(&dry).iter().all(|s| s.interaction_energy == 0.0) && dry.nodes < full.nodes);
+    assert!(states(&dry).iter().all(|s| s.interaction_energy == 0.0));
+    // Transforms of the loads; the small steps for the stiffness at the ends of the path are not among them.
+    let pairs = |c: &Counted| states(c).iter().map(|s| s.numbers.fft_pairs).sum::<f64>();
+    assert!(pairs(&dry) < pairs(&full), "{} {}", pairs(&dry), pairs(&full));
 }
