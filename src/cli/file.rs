@@ -1,11 +1,36 @@
 use crate::record::import::{self, Fourier, ImportOptions};
-use crate::scene::{ContinuumScene, Laboratory, SurfaceScene, Touching, Units};
+use crate::scene::{ContinuumScene, KeyName, Laboratory, SurfaceScene, Touching, Units};
 use crate::surface::{Detrend, Edges, Fill, FilterKind};
 use crate::units::{Measure, metres_per};
 use crate::{Error, Result};
 use std::path::Path;
 
 pub(super) const COMMAND_LINE: &str = "command line";
+
+/// Keys of a surface file and its preparation and their flags, in every command; of keys that begin alike the longest
+/// first.
+pub(super) const FILE_FLAGS: [KeyName; 20] = [
+    ("laboratory.length_um", "--length"),
+    ("laboratory.length_y_um", "--length-y"),
+    ("surface.heights_unit_um", "--unit"),
+    ("surface.heights", "--heights"),
+    ("surface.unit", "--unit"),
+    ("surface.dataset", "--dataset"),
+    ("surface.fourier_points", "--fourier-points"),
+    ("surface.fourier", "--fourier"),
+    ("surface.low_pass_um", "--low-pass"),
+    ("surface.high_pass_um", "--high-pass"),
+    ("surface.filter", "--filter"),
+    ("surface.touching", "--touching"),
+    ("surface.crop", "--crop"),
+    ("surface.remove_outliers", "--remove-outliers"),
+    ("surface.fill", "--fill"),
+    ("surface.detrend", "--detrend"),
+    ("surface.resample", "--resample"),
+    ("surface.edges", "--edges"),
+    ("surface.strict", "--strict"),
+    ("continuum.periodic = false", "--non-periodic"),
+];
 
 /// Properties of a surface file that its contents do not contain.
 #[derive(Debug, Clone, Default, clap::Args)]

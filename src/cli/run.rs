@@ -8,6 +8,20 @@ use crate::{Error, Result};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+/// Flags of the stages of a run, which `sweep` passes to each of its runs.
+#[derive(Debug, clap::Args)]
+pub(super) struct StageFlags {
+    /// Reuse finished parts of the folder without comparing their files with the stored hashes.
+    #[arg(long)]
+    pub(super) no_verify: bool,
+    /// Execute the program that the scene names as atoms.program.
+    #[arg(long)]
+    pub(super) allow_program: bool,
+    /// Leave out the atoms.
+    #[arg(long)]
+    pub(super) no_atoms: bool,
+}
+
 #[derive(Debug, clap::Args)]
 pub(super) struct Run {
     /// Scene file (TOML).
@@ -18,15 +32,8 @@ pub(super) struct Run {
     /// Replace the results of another scene in that folder. Stages that the change does not concern are kept.
     #[arg(long)]
     overwrite: bool,
-    /// Reuse finished parts of the folder without comparing their files with the stored hashes.
-    #[arg(long)]
-    no_verify: bool,
-    /// Execute the program that the scene names as atoms.program.
-    #[arg(long)]
-    allow_program: bool,
-    /// Leave out the atoms.
-    #[arg(long)]
-    no_atoms: bool,
+    #[command(flatten)]
+    stages: StageFlags,
     /// Print the stages with their memory and time, without running them.
     #[arg(long)]
     dry_run: bool,
@@ -65,7 +72,7 @@ impl Run {
         if self.dry_run {
             return self.plan(&case).map(|()| ExitCode::SUCCESS);
         }
-        programs::check(&case, self.allow_program)?;
+        programs::check(&case, self.stages.allow_program)?;
         case.find_contact_pressures()?;
         let out = self.out.unwrap_or_else(|| PathBuf::from("runs").join(&case.scene.name));
         if let Some(difference) = pipeline::other_scene(&case, &out).filter(|_| !self.overwrite) {
@@ -74,7 +81,8 @@ impl Run {
             return Err(Error::input("command line", "--out", found, accepted));
         }
         let progress = TerminalProgress::new();
-        let (results, page) = pipeline::run(&case, OutFolder { path: &out, verify: !self.no_verify }, &progress)?;
+        let (results, page) =
+            pipeline::run(&case, OutFolder { path: &out, verify: !self.stages.no_verify }, &progress)?;
         drop(progress);
         if self.json {
             output::json_line(
@@ -101,7 +109,7 @@ impl Run {
         }
         let waves = scene.surface.fourier.is_some_and(Fourier::are_waves);
         refuse_grid(self.grid, scene.surface.heights.as_deref(), !waves)?;
-        if self.no_atoms {
+        if self.stages.no_atoms {
             scene.atoms = None;
         }
         let c = &mut scene.continuum;

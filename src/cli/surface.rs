@@ -1,4 +1,4 @@
-use super::file::{FileFlags, Lengths, MapFlags, refuse_grid};
+use super::file::{FILE_FLAGS, FileFlags, Lengths, MapFlags, refuse_grid};
 use super::output;
 use crate::grid::rms;
 use crate::pipeline::statistics;
@@ -62,33 +62,13 @@ pub(super) struct Surface {
     json: bool,
 }
 
-/// Keys and their flags; of keys that begin alike the longest first.
-const FLAGS: [KeyName; 25] = [
-    ("laboratory.length_um", "--length"),
-    ("laboratory.length_y_um", "--length-y"),
+/// Further keys and their flags.
+const SYNTHESIS_FLAGS: [KeyName; 5] = [
     ("surface.grid", "--grid"),
     ("surface.hurst", "--hurst"),
     ("surface.roll_off_um", "--roll-off-um"),
     ("surface.cut_off_um", "--cut-off-um"),
     ("surface.rms_gradient", "--rms-gradient"),
-    ("surface.heights_unit_um", "--unit"),
-    ("surface.heights", "--heights"),
-    ("surface.unit", "--unit"),
-    ("surface.dataset", "--dataset"),
-    ("surface.fourier_points", "--fourier-points"),
-    ("surface.fourier", "--fourier"),
-    ("surface.low_pass_um", "--low-pass"),
-    ("surface.high_pass_um", "--high-pass"),
-    ("surface.filter", "--filter"),
-    ("surface.touching", "--touching"),
-    ("surface.crop", "--crop"),
-    ("surface.remove_outliers", "--remove-outliers"),
-    ("surface.fill", "--fill"),
-    ("surface.detrend", "--detrend"),
-    ("surface.resample", "--resample"),
-    ("surface.edges", "--edges"),
-    ("surface.strict", "--strict"),
-    ("continuum.periodic = false", "--non-periodic"),
 ];
 
 impl Surface {
@@ -212,7 +192,7 @@ impl Surface {
         ];
         let all = self.heights.is_some() || self.given.is_none();
         let given = |flag: &str| all || spectrum.iter().any(|(name, given)| *given && *name == flag);
-        FLAGS.into_iter().filter(|(_, flag)| given(flag)).collect()
+        FILE_FLAGS.into_iter().chain(SYNTHESIS_FLAGS).filter(|(_, flag)| given(flag)).collect()
     }
 
     /// Sets keys of the scene from flags.

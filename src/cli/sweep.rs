@@ -1,5 +1,6 @@
 //! `asperity sweep` and `asperity ensemble`: one scene with varied keys.
 
+use super::run::StageFlags;
 use super::{output, progress};
 use crate::pipeline::sweep::{self, Outcome, PointFolder, RANGE, Sweep as Points, SweepListener, whole_numbers};
 use crate::record::ensemble::{Ensemble, PointStatus};
@@ -43,15 +44,8 @@ struct SweepFlags {
     /// Replace the tables of another sweep in that folder, and the results of points whose scene has changed.
     #[arg(long)]
     overwrite: bool,
-    /// Reuse finished parts of the folders without comparing their files with the stored hashes.
-    #[arg(long)]
-    no_verify: bool,
-    /// Execute the program that the scene names as atoms.program.
-    #[arg(long)]
-    allow_program: bool,
-    /// Leave out the atoms.
-    #[arg(long)]
-    no_atoms: bool,
+    #[command(flatten)]
+    stages: StageFlags,
     /// Print the points with their memory and time, without running them.
     #[arg(long)]
     dry_run: bool,
@@ -82,7 +76,7 @@ impl EnsembleArguments {
 
 impl SweepFlags {
     fn change(&self, scene: &mut Scene) {
-        if self.no_atoms {
+        if self.stages.no_atoms {
             scene.atoms = None;
         }
     }
@@ -119,8 +113,11 @@ impl SweepFlags {
         };
         let mut command = Command::new(program);
         command.arg("run").arg(&point.scene).arg("--out").arg(&point.out).args(["--threads", &threads.to_string()]);
-        let flags =
-            [("--overwrite", self.overwrite), ("--no-verify", self.no_verify), ("--allow-program", self.allow_program)];
+        let flags = [
+            ("--overwrite", self.overwrite),
+            ("--no-verify", self.stages.no_verify),
+            ("--allow-program", self.stages.allow_program),
+        ];
         command.args(flags.iter().filter(|f| f.1).map(|f| f.0));
         command.stdin(Stdio::null()).stdout(stdout).stderr(stderr);
         crate::sys::die_with_parent(&mut command);

@@ -46,6 +46,8 @@ pub(super) struct PathRequest<'a> {
     pub threshold: f64,
     /// Whether the flow through the gap is solved.
     pub leakage: bool,
+    /// Small load steps at the ends of the path.
+    pub stiffness_steps: bool,
     pub criterion: String,
     /// Which fields of a load's state are stored.
     pub keep: &'a dyn Fn(&LoadStep) -> Keep,
@@ -61,7 +63,7 @@ pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> R
     let loads: Vec<Load> = request.steps.iter().map(|s| s.target).collect();
     let path = LoadPath::new(request.problem.clone(), method, request.range, request.threshold, &loads);
     let path = if request.wants.grid_error { path } else { path.without_error() };
-    let path = if request.wants.stiffness { path.with_end_steps() } else { path };
+    let path = if request.wants.stiffness || request.stiffness_steps { path.with_end_steps() } else { path };
     let problem = path.problem();
     let grid = problem.grid;
     check_memory(&path, &request)?;

@@ -265,6 +265,7 @@ pub(super) fn laboratory(
         hysteresis: primary && scene.load.is_closed(),
         threshold: 0.0,
         leakage: primary && scene.continuum.leakage,
+        stiffness_steps: primary && scene.continuum.stiffness_steps,
         criterion,
         keep: &|step| {
             let keep = maps && case.stores_maps(step);

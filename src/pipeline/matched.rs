@@ -185,6 +185,7 @@ fn solve(
         hysteresis: false,
         threshold: 0.0,
         leakage: false,
+        stiffness_steps: false,
         criterion: matching.criterion.into(),
         keep: &|_| Keep { gap: true, stress: case.requested_outputs().distributions },
         wants: case.requested_outputs(),

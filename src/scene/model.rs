@@ -335,6 +335,10 @@ pub struct ContinuumScene {
     /// Solve Reynolds' equation in the gap of each load: leakage along x and y, next to that of the effective medium.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub leakage: bool,
+    /// Solve a small load step at each end of a load path without adhesion, for the contact stiffness there. Otherwise
+    /// that is the slope of the line to the neighbouring load.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub stiffness_steps: bool,
 }
 
 impl Default for ContinuumScene {
@@ -355,6 +359,7 @@ impl Default for ContinuumScene {
             wall: WallKind::Hard,
             penalty_length_nm: None,
             leakage: false,
+            stiffness_steps: false,
         }
     }
 }

@@ -41,13 +41,13 @@ pub struct RequestedOutputs {
     pub grid_error: bool,
     /// The surface's power spectrum and moments.
     pub spectrum: bool,
-    /// Small load steps at the ends of the branches, for the contact stiffness.
+    /// Small load steps at the ends of the branches, for the contact stiffness; a scene may request them.
     pub stiffness: bool,
 }
 
 impl RequestedOutputs {
     pub const EVERYTHING: RequestedOutputs =
-        RequestedOutputs { maps: true, distributions: true, grid_error: true, spectrum: true, stiffness: true };
+        RequestedOutputs { maps: true, distributions: true, grid_error: true, spectrum: true, stiffness: false };
 
     /// What a quantity needs. The error of the grid is that of the table which chose it.
     pub fn of(quantity: Quantity) -> RequestedOutputs {

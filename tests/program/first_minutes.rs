@@ -98,9 +98,9 @@ fn a_plain_matrix_gives_a_scene_that_asks_for_exactly_what_is_missing() {
     // With the examples of these lines the scene runs.
     let text = std::fs::read_to_string(folder.join("scene.toml")).expect("a scene");
     let lines: Vec<&str> = text.lines().collect();
-    let asked = |i: usize| i > 0 && lines[i - 1].starts_with("# FILL IN");
+    let required = |i: usize| i > 0 && lines[i - 1].starts_with("# FILL IN");
     let filled: Vec<&str> =
-        lines.iter().enumerate().map(|(i, l)| if asked(i) { l.trim_start_matches("# ") } else { l }).collect();
+        lines.iter().enumerate().map(|(i, l)| if required(i) { l.trim_start_matches("# ") } else { l }).collect();
     std::fs::write(folder.join("filled.toml"), filled.join("\n")).expect("written");
     let plan = dry_run(folder, "filled.toml");
     assert!(plan.status.success(), "{}", stderr(&plan));

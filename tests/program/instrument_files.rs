@@ -314,8 +314,8 @@ fn bad_files_are_refused_in_one_line_that_names_them() {
         let path = scratch.path().join(name);
         std::fs::write(&path, file).expect("written");
         let Err(error) = import::read(&path, ImportOptions::default()) else { panic!("{name} was read") };
-        let told = error.to_string();
-        assert!(told.contains(says) && told.contains(name) && !told.contains('\n'), "{name}: {told}");
+        let message = error.to_string();
+        assert!(message.contains(says) && message.contains(name) && !message.contains('\n'), "{name}: {message}");
         assert_eq!(error.exit_code(), 2, "{name}");
     }
 }
@@ -330,8 +330,8 @@ fn channels_that_cannot_be_meant_are_refused() {
         ("int16.x3p", "Height", "for a file without names"),
     ] {
         let options = ImportOptions { dataset: Some(dataset), ..ImportOptions::default() };
-        let told = import::read(&folder().join(name), options).expect_err(name).to_string();
-        assert!(told.contains(says), "{told}");
+        let message = import::read(&folder().join(name), options).expect_err(name).to_string();
+        assert!(message.contains(says), "{message}");
     }
 }
 

@@ -271,6 +271,8 @@ fn hostile_headers_are_refused() {
     let scratch = tempfile::tempdir().expect("scratch");
     let file = scratch.path().join("h.npy");
     let header = |shape: &str| format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}\n");
+    let name = file.to_str().expect("UTF-8");
+    let arguments = ["solve", name, "--pressure", "1", "--modulus", "1", "--touching", "low-points", "--length", "1"];
     for shape in
         ["(1, 9223372036854775808)", "(4294967296, 4294967296)", "(9223372036854775808, 2)", "(-1, 2)", "(2, 3)"]
     {
@@ -279,40 +281,12 @@ fn hostile_headers_are_refused() {
         bytes.extend((text.len() as u16).to_le_bytes());
         bytes.extend(text.as_bytes());
         fs::write(&file, &bytes).expect("written");
-        refused_quickly(
-            &[
-                "solve",
-                file.to_str().expect("UTF-8"),
-                "--pressure",
-                "1",
-                "--modulus",
-                "1",
-                "--touching",
-                "low-points",
-                "--length",
-                "1",
-            ],
-            "h.npy",
-        );
+        refused_quickly(&arguments, "h.npy");
     }
     let mut bytes = b"\x93NUMPY\x02\x00\xff\xff\xff\xff".to_vec();
     bytes.extend(header("(2, 2)").as_bytes());
     fs::write(&file, &bytes).expect("written");
-    refused_quickly(
-        &[
-            "solve",
-            file.to_str().expect("UTF-8"),
-            "--pressure",
-            "1",
-            "--modulus",
-            "1",
-            "--touching",
-            "low-points",
-            "--length",
-            "1",
-        ],
-        "h.npy",
-    );
+    refused_quickly(&arguments, "h.npy");
 }
 
 /// A command that fails with exit code 2 within [`ANSWERED`]; its message names `what`.

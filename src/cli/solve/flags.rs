@@ -1,7 +1,7 @@
 //! Flags of `solve`, and the scene that they make.
 
 use super::loads::{LoadFlags, LoadUnits};
-use crate::cli::file::{COMMAND_LINE, FileFlags, Lengths, MapFlags, refuse_grid};
+use crate::cli::file::{COMMAND_LINE, FILE_FLAGS, FileFlags, Lengths, MapFlags, refuse_grid};
 use crate::interface::{Base, RangeChoice};
 use crate::method::{Precision, Settings};
 use crate::scene::KeyName;
@@ -182,6 +182,7 @@ impl Solve {
             mean_gap_tolerance: self.mean_gap_tolerance,
             initial_gap: self.initial_gap.clone(),
             leakage: self.leakage,
+            stiffness_steps: false,
             periodic: None,
             layer: self.thickness.map(|thickness_um| LayerScene {
                 thickness_um,
@@ -273,36 +274,18 @@ impl Solve {
     pub(super) fn flag_names(&self) -> Vec<KeyName> {
         let grid = if self.challenge.is_some() { "--challenge" } else { "--grid" };
         let mut names = vec![("surface.grid", grid)];
+        names.extend(FILE_FLAGS);
         names.extend(FLAGS);
         names
     }
 }
 
-/// Keys and their flags, of keys that begin alike the longest first.
-const FLAGS: [KeyName; 58] = [
-    ("laboratory.length_um", "--length"),
-    ("laboratory.length_y_um", "--length-y"),
+/// Keys and their flags beyond those of surface files; of keys that begin alike the longest first.
+const FLAGS: [KeyName; 38] = [
     ("laboratory.contact_modulus_mpa", "--modulus"),
-    ("surface.heights", "--heights"),
     ("surface.seed", "--seed"),
     ("surface.cut_off_um", "--cut-off"),
     ("surface.roll_off_um", "the roll-off wavelength"),
-    ("surface.dataset", "--dataset"),
-    ("surface.fourier_points", "--fourier-points"),
-    ("surface.fourier", "--fourier"),
-    ("surface.low_pass_um", "--low-pass"),
-    ("surface.high_pass_um", "--high-pass"),
-    ("surface.filter", "--filter"),
-    ("surface.heights_unit_um", "--unit"),
-    ("surface.unit", "--unit"),
-    ("surface.crop", "--crop"),
-    ("surface.remove_outliers", "--remove-outliers"),
-    ("surface.fill", "--fill"),
-    ("surface.detrend", "--detrend"),
-    ("surface.resample", "--resample"),
-    ("surface.edges", "--edges"),
-    ("surface.strict", "--strict"),
-    ("surface.touching", "--touching"),
     ("load.pressure_mpa", "--pressure"),
     ("load.mean_gap_um", "--mean-gap"),
     ("load.pull_off", "--pull-off"),
@@ -326,7 +309,6 @@ const FLAGS: [KeyName; 58] = [
     ("continuum.mean_gap_tolerance", "--mean-gap-tolerance"),
     ("continuum.leakage", "--leakage"),
     ("continuum.initial_gap", "--initial-gap"),
-    ("continuum.periodic = false", "--non-periodic"),
     ("continuum.periodic", "--non-periodic"),
     ("continuum.layer.thickness_um", "--thickness"),
     ("continuum.layer.poisson", "--poisson"),

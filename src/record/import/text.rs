@@ -475,8 +475,8 @@ mod tests {
             (grid.replace("2 1 ", "2.2 1 "), "x = 2.2e0 at point 7"),
             ("0 0 1\n1 1 2\n1 0 2\n0 1 4\n".into(), "neither stays"),
         ] {
-            let told = complaint(&text);
-            assert!(told.contains(says) && told.contains("--fourier none"), "{told}");
+            let message = complaint(&text);
+            assert!(message.contains(says) && message.contains("--fourier none"), "{message}");
         }
         for text in ["1 2 3\n4 5 6\n", "0 0 1\n0 0 2\n0 1 1\n1 0 1\n", "1 5 2\n3 4 8\n2 2 1\n5 9 2\n7 1 1\n"] {
             assert_eq!(reads(text).unwrap().layout, Layout::Matrix, "{text}");
