@@ -99,6 +99,24 @@ fn sixteenfold_adhesion_resolved() {
     }
 }
 
+/// Mean gaps near separation, where stresses vanish: the pressure balances the fields to a tenth of the tolerance,
+/// although the spring that imposes the gap multiplies the rounding error of its mean (up to 1.5 of the tolerance).
+#[test]
+fn imposed_mean_gaps_near_separation_balance_the_load() {
+    /// A tenth of the tolerance of the load balance, and 10 % for another order of the sums.
+    const BALANCE: f64 = 1.1e-10;
+    let (grid, heights) = rough(512, 512, Spectrum::CHALLENGE.lambda_s, 4);
+    let p = Problem { adhesion: Adhesion::exponential(2e-5, 2.767e-4), ..problem(grid, &heights) };
+    let mut run = method::find("fast").unwrap().start(&p, &NoObserver).unwrap().solver().unwrap();
+    for i in 0..12 {
+        let target = 0.0287 + 1e-4 * f64::from(i);
+        let state = run.equilibrate(Load::MeanGap(target)).expect("a mean gap");
+        let miss = (state.mean_gap - target).abs() / target;
+        assert_eq!(state.stop, Stop::Converged, "{target}");
+        assert!(state.load_error <= miss.max(BALANCE), "{target}: {}, {miss}", state.load_error);
+    }
+}
+
 /// A sphere from the DMT to the JKR limit, during loading, unloading and beyond pull-off.
 #[test]
 fn tabor_numbers_from_a_hundredth_to_ten() {
