@@ -8,10 +8,11 @@ RUN := runs/quickstart
 
 PREFIX ?= $(HOME)/.local
 
-.PHONY: help install docs demo test bench fuzz bench-peers measured verify-advice lint
+.PHONY: help install wheel docs demo test bench fuzz bench-peers measured verify-advice lint
 
 help:
 	@echo "make install  build, install program, manual pages and completions under PREFIX ($(PREFIX)); DESTDIR is respected"
+	@echo "make wheel  build the Python wheel of module and program in target/wheels; needs maturin (pip install maturin)"
 	@echo "make docs   write docs/scene.schema.json and docs/keys.md"
 	@echo "make demo   install, build, run $(SCENE), print the path of the report (a few minutes)"
 	@echo "make test   install, then run every test"
@@ -25,6 +26,9 @@ help:
 install:
 	cargo build --release --locked
 	scripts/install.sh target/release/asperity "$(DESTDIR)$(PREFIX)"
+
+wheel:
+	scripts/wheel.sh release target/wheels
 
 docs:
 	cargo run --locked -- schema > docs/scene.schema.json
@@ -42,6 +46,7 @@ test:
 	@scripts/setup.sh --tests
 	@rm -f target/tmp/skipped
 	@cargo test --locked; status=$$?; \
+	scripts/test-python.sh || status=1; \
 	if [ -s target/tmp/skipped ]; then echo "$$(wc -l < target/tmp/skipped) tests were SKIPPED:"; cat target/tmp/skipped; fi; \
 	exit $$status
 
@@ -64,5 +69,5 @@ fuzz:
 	cargo bench --locked --bench measure -- damage --inputs 100000
 
 lint:
-	cargo fmt --check
-	cargo clippy --all-targets --locked -- -D warnings
+	cargo fmt --all --check
+	cargo clippy --workspace --all-targets --locked -- -D warnings

@@ -26,10 +26,12 @@ if ! has cargo; then
     exit 1
 fi
 
-# Readers of results.nc and of frames (tests/readers/python.rs); under target/, so that `cargo clean` removes it.
+# Readers of results.nc and of frames (tests/readers/python.rs), and what the Python package is built and tested with
+# (scripts/test-python.sh); under target/, so that `cargo clean` removes it.
 python=target/python
-python_packages="ase h5py h5netcdf netCDF4 xarray"
-has_python() { "$python/bin/python" -c "import ase, h5py, h5netcdf, netCDF4, xarray" >/dev/null 2>&1; }
+python_packages="ase h5py h5netcdf hypothesis matplotlib maturin mypy netCDF4 pandas pandas-stubs pytest tamaas tqdm xarray"
+python_modules="ase, h5py, h5netcdf, hypothesis, matplotlib, maturin, mypy, netCDF4, pandas, pytest, tamaas, tqdm, xarray"
+has_python() { "$python/bin/python" -c "import $python_modules" >/dev/null 2>&1; }
 has_venv() { has python3 && python3 -c "import venv, ensurepip" >/dev/null 2>&1; }
 wants_python() { [ "$need_lammps" = no ] && ! has_python; }
 
@@ -87,9 +89,9 @@ if wants_python; then
     cat >&2 <<'WORDS'
 
 *********************************************************************************
-***  A Python environment with ase, h5py, h5netcdf, netCDF4 and xarray could  ***
-***  not be created in target/python: READING results.nc AND FRAMES IS NOT    ***
-***  TESTED, or fails if the environment exists without one of them.          ***
+***  The Python environment target/python could not be created: THE PYTHON    ***
+***  PACKAGE AND READING results.nc AND FRAMES ARE NOT TESTED, or fail if the ***
+***  environment exists without one of the packages.                          ***
 ***  On Debian: apt-get install python3-venv, and access to PyPI              ***
 *********************************************************************************
 

@@ -57,6 +57,39 @@ pub struct Progress {
     pub fraction: f64,
 }
 
+/// Receives the progress of a solve, and stops it. Closures from [`Progress`] to `ControlFlow` are monitors.
+pub trait Monitor: Sync {
+    /// Called once in each iteration, from any thread; `Break` stops the solver.
+    fn progress(&self, progress: Progress) -> ControlFlow<()>;
+
+    /// Whether the solver is to stop. Queried within iterations, too.
+    fn stop_requested(&self) -> bool {
+        false
+    }
+
+    /// Called once before the first load, with the warnings of [`Problem::warnings`].
+    fn warnings(&self, _list: &[String]) {}
+}
+
+impl<F: Fn(Progress) -> ControlFlow<()> + Sync> Monitor for F {
+    fn progress(&self, progress: Progress) -> ControlFlow<()> {
+        self(progress)
+    }
+}
+
+struct Monitored<'m>(&'m dyn Monitor);
+
+impl Observer for Monitored<'_> {
+    fn iteration(&self, step: method::Iteration) -> ControlFlow<()> {
+        let fraction = step.progress();
+        self.0.progress(Progress { iteration: step.iteration, residual: step.residual, fraction })
+    }
+
+    fn stop_requested(&self) -> bool {
+        self.0.stop_requested()
+    }
+}
+
 /// The elastic body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Body {
@@ -148,7 +181,7 @@ impl Problem {
     /// # Errors
     /// As [`Problem::solve`].
     pub fn load_path(&self, loads: &Loads) -> Result<LoadPath> {
-        self.path((loads, false), &NoObserver)
+        self.collected(loads, false)
     }
 
     /// As [`Problem::load_path`]; after the last load the surfaces are separated, and the largest tensile pressure on the way
@@ -157,35 +190,38 @@ impl Problem {
     /// # Errors
     /// As [`Problem::solve`]; `Input` without adhesion.
     pub fn load_path_with_pull_off(&self, loads: &Loads) -> Result<LoadPath> {
-        self.path((loads, true), &NoObserver)
+        self.collected(loads, true)
     }
 
-    /// As [`Problem::load_path`]; `progress` is called once in each iteration, from any thread, and stops the solver by `Break`.
+    /// As [`Problem::load_path`], with each state passed to `visit` when it is solved: a long path then needs the memory of one
+    /// state, and those before an error or interrupt are kept. `monitor` receives the progress and stops the solver. With
+    /// `pull_off` the surfaces are separated after the last load, as in [`Problem::load_path_with_pull_off`].
     ///
     /// # Errors
-    /// As [`Problem::solve`]; `Interrupted` after `Break`.
+    /// As [`Problem::solve`]; `Interrupted` where the monitor stopped the solver; `Input` for a pull-off without adhesion.
     ///
     /// ```
-    /// use asperity::{Error, Loads, Problem, Spectrum, Surface, SynthesisOptions};
+    /// use asperity::{Error, Loads, Problem, Progress, Spectrum, Surface, SynthesisOptions};
     /// use std::ops::ControlFlow;
     ///
     /// let spectrum = Spectrum { lambda_s: 1.0 / 8.0, ..Spectrum::CHALLENGE };
     /// let surface = Surface::from_spectrum(spectrum, SynthesisOptions { nodes: 32, length: 1.0, seed: 1 })?;
     /// let problem = Problem::new(surface, 1.0);
-    /// let stopped = problem.load_path_with_progress(&Loads::PStar(vec![0.05]), |_| ControlFlow::Break(()));
+    /// let first = |_: Progress| ControlFlow::Break(());
+    /// let stopped = problem.visit_load_path(&Loads::PStar(vec![0.05]), false, &first, |_| ());
     /// assert!(matches!(stopped, Err(Error::Interrupted)));
     /// # Ok::<(), asperity::Error>(())
     /// ```
-    pub fn load_path_with_progress(
+    pub fn visit_load_path(
         &self,
         loads: &Loads,
-        progress: impl Fn(Progress) -> ControlFlow<()> + Sync,
-    ) -> Result<LoadPath> {
-        let observer = |step: method::Iteration| {
-            let fraction = step.progress();
-            progress(Progress { iteration: step.iteration, residual: step.residual, fraction })
-        };
-        self.path((loads, false), &observer)
+        pull_off: bool,
+        monitor: &dyn Monitor,
+        visit: impl FnMut(State),
+    ) -> Result<Option<PullOff>> {
+        let (case, method) = self.case(loads, pull_off)?;
+        monitor.warnings(&case.warnings);
+        self.path((case, method), pull_off, &Monitored(monitor), visit)
     }
 
     /// The contact under a mean pressure by any method, those included that do not solve for the fields.
@@ -231,8 +267,20 @@ impl Problem {
         Ok(self.case(loads, false)?.0.warnings)
     }
 
-    fn path(&self, (loads, pull_off): (&Loads, bool), observer: &dyn Observer) -> Result<LoadPath> {
-        let (mut case, method) = self.case(loads, pull_off)?;
+    fn collected(&self, loads: &Loads, pull_off: bool) -> Result<LoadPath> {
+        let mut states = Vec::new();
+        let case = self.case(loads, pull_off)?;
+        let pull_off = self.path(case, pull_off, &NoObserver, |state| states.push(state))?;
+        Ok(LoadPath { states, pull_off })
+    }
+
+    fn path(
+        &self,
+        (mut case, method): (Case, &'static dyn method::ContactMethod),
+        pull_off: bool,
+        observer: &dyn Observer,
+        mut visit: impl FnMut(State),
+    ) -> Result<Option<PullOff>> {
         if method.card().kind != Kind::Solver {
             let accepted = "a method that solves for the fields, or `Problem::estimate`";
             return Err(Error::input(PLACE, "method", method.card().id, accepted));
@@ -252,20 +300,16 @@ impl Problem {
                 let advice = "a surface with fewer nodes or Precision::F32 needs less".into();
                 return Err(Error::Memory { what, need, have, advice });
             }
-            let mut states = Vec::new();
             let pulled = path.walk(begin, pull_off, observer, |i, reached| {
                 require_converged(&reached, method.card(), path.problem().tolerance)?;
                 let mut state = State::new(&self.surface, self.contact_modulus, &case.load_steps()[i], &reached);
                 if self.adhesion.is_none() {
                     state.clear_open_pressure();
                 }
-                states.push(state);
+                visit(state);
                 Ok(())
             })?;
-            Ok(LoadPath {
-                states,
-                pull_off: pulled.map(|p| PullOff::new(self.surface.length(), self.contact_modulus, &p)),
-            })
+            Ok(pulled.map(|p| PullOff::new(self.surface.length(), self.contact_modulus, &p)))
         })
     }
 

@@ -7,10 +7,11 @@ use crate::record::heights::{HeightMap, Sign};
 use crate::record::import::Content;
 use crate::record::provenance::Provenance;
 use crate::scene::{self, Laboratory, ResolvedSurface, Scene, SurfaceFile, SurfaceScene, Touching, Units};
-use crate::surface::{Modes, Preparation, Spectrum, quality_warnings, slope_warnings};
+use crate::surface::{Modes, Preparation, PreparedMap, Spectrum, quality_warnings, slope_warnings};
 use crate::{Error, Result};
 use ndarray::{Array2, ArrayView2};
 use std::path::Path;
+use std::sync::Arc;
 
 /// A rough surface on a periodic cell: a height map, or the waves of a spectrum on a grid.
 #[derive(Debug, Clone)]
@@ -20,6 +21,8 @@ pub struct Surface {
     grid: Grid,
     length: f64,
     provenance: Option<Provenance>,
+    /// Steps of preparation of a map from an array.
+    steps: Vec<String>,
 }
 
 /// How a spectrum becomes a surface.
@@ -46,9 +49,31 @@ pub struct FileOptions {
     pub preparation: Preparation,
 }
 
+/// Extent, sign and preparation of a map of heights. Lengths are in the unit of the heights.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MapOptions {
+    /// Extent along x.
+    pub length: f64,
+    /// Extent along y. `None`: square pixels.
+    pub length_y: Option<f64>,
+    /// Which points touch the other body first.
+    pub touching: Touching,
+    /// Whether the map repeats: filters, resampling and fill then continue across its edges.
+    pub periodic: bool,
+    /// Steps that the map goes through before it is solved.
+    pub preparation: Preparation,
+}
+
+impl MapOptions {
+    /// A map that repeats, with square pixels and without preparation.
+    pub fn new(length: f64, touching: Touching) -> Self {
+        MapOptions { length, length_y: None, touching, periodic: true, preparation: Preparation::default() }
+    }
+}
+
 impl Surface {
     /// A surface of `heights` `[ny, nx]`, x fastest, in the unit of `length`, the extent along x. Pixels are square;
-    /// [`Surface::with_length_y`] changes that.
+    /// [`Surface::from_map`] takes others.
     ///
     /// # Errors
     /// If a height is not finite, the array is empty, or `length` is not positive.
@@ -64,13 +89,43 @@ impl Surface {
     /// # Ok::<(), asperity::Error>(())
     /// ```
     pub fn from_array(heights: ArrayView2<f64>, length: f64, touching: Touching) -> Result<Self> {
+        Self::from_map(heights, &MapOptions::new(length, touching))
+    }
+
+    /// A surface of a measured map `[ny, nx]`, x fastest, with the steps of its preparation. Points that were not measured are NaN;
+    /// [`Preparation::fill`] replaces them.
+    ///
+    /// # Errors
+    /// As [`Surface::from_array`], and those of the preparation.
+    ///
+    /// ```
+    /// use asperity::{Detrend, MapOptions, Preparation, Surface, Touching};
+    /// use ndarray::Array2;
+    ///
+    /// let tilted = Array2::from_shape_fn((8, 8), |(y, x)| 0.5 * x as f64 + if (x, y) == (3, 4) { 0.1 } else { 0.0 });
+    /// let preparation = Preparation { detrend: Some(Detrend::Plane), ..Preparation::default() };
+    /// let options = MapOptions { preparation, ..MapOptions::new(8.0, Touching::HighPoints) };
+    /// let surface = Surface::from_map(tilted.view(), &options)?;
+    /// assert!(surface.rms_height() < 0.1 && surface.preparation_steps()[0].starts_with("detrend plane"));
+    /// # Ok::<(), asperity::Error>(())
+    /// ```
+    pub fn from_map(heights: ArrayView2<f64>, options: &MapOptions) -> Result<Self> {
+        let MapOptions { length, length_y, touching, periodic, ref preparation } = *options;
         positive("length", length)?;
+        length_y.iter().try_for_each(|l| positive("length_y", *l))?;
         let (ny, nx) = heights.dim();
-        let mut map = HeightMap::new("heights", nx, ny, heights.iter().copied().collect())?.low_first(sign(touching));
-        let unit = 1.0 / length;
+        let map = HeightMap::with_missing("heights", nx, ny, heights.iter().copied().collect())?;
+        let extent = [length, length_y.unwrap_or(length * ny as f64 / nx as f64)];
+        let PreparedMap { map, extent, history, .. } = preparation.apply(map, extent, periodic)?;
+        let mut map = map.low_first(sign(touching));
+        let unit = 1.0 / extent[0];
         map.heights.iter_mut().for_each(|h| *h *= unit);
-        let (grid, origin) = (Grid::unit(nx, ny), "array".into());
-        Ok(Self::of(scene::Surface::Imported { grid, heights: map.heights, origin }, grid, length))
+        let square = Grid::unit(map.nx, map.ny);
+        // Square pixels keep the exact extent of `Grid::unit`.
+        let stretched = length_y.is_some() || !preparation.keeps_cell();
+        let grid = if stretched { Grid { ly: extent[1] / extent[0], ..square } } else { square };
+        let source = scene::Surface::Imported { grid, heights: Arc::new(map.heights), origin: "array".into() };
+        Ok(Surface { steps: history, ..Self::of(source, grid, extent[0]) })
     }
 
     /// A realisation of a self-affine spectrum. The seed determines the phases of the waves, whatever the grid.
@@ -141,26 +196,18 @@ impl Surface {
         Ok(Surface { provenance: resolved.provenance, ..Self::of(resolved.surface, grid, length) })
     }
 
-    /// The same surface with this extent along y.
-    ///
-    /// # Errors
-    /// If it is not positive, or the surface is made from a spectrum, whose cell is square.
-    pub fn with_length_y(mut self, length_y: f64) -> Result<Self> {
-        positive("length_y", length_y)?;
-        if !matches!(self.source, scene::Surface::Imported { .. }) {
-            return Err(Error::input(PLACE, "length_y", length_y, "none: the cell of a spectrum is square"));
-        }
-        self.grid.ly = length_y / self.length;
-        Ok(self)
-    }
-
     fn of(source: scene::Surface, grid: Grid, length: f64) -> Self {
-        Surface { source, grid, length, provenance: None }
+        Surface { source, grid, length, provenance: None, steps: Vec::new() }
     }
 
     /// File, declared properties and preparation of a surface from a file.
     pub fn provenance(&self) -> Option<&Provenance> {
         self.provenance.as_ref()
+    }
+
+    /// Steps of preparation that were applied to the map, with their parameters.
+    pub fn preparation_steps(&self) -> &[String] {
+        self.provenance.as_ref().map_or(&self.steps, |p| &p.preparation)
     }
 
     /// Extent of the cell.

@@ -16,6 +16,7 @@ use crate::surface::{Spectrum, moments, non_periodic_gradient, quality_warnings,
 use crate::units::Scales;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// A scene, checked and resolved into reduced numbers.
 #[derive(Debug, Clone)]
@@ -324,7 +325,7 @@ impl Case {
 
     /// The surface, for a caller that stores its heights in another form. An empty map is left.
     pub fn take_surface(&mut self) -> Surface {
-        let empty = Surface::Imported { grid: self.grid, heights: Vec::new(), origin: String::new() };
+        let empty = Surface::Imported { grid: self.grid, heights: Arc::default(), origin: String::new() };
         std::mem::replace(&mut self.surface, empty)
     }
 

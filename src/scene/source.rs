@@ -9,6 +9,7 @@ use crate::record::import::{Content, Fourier, Wave};
 use crate::record::provenance::Provenance;
 use crate::surface::{FourierModes, Modes, Spectrum, lower_to_zero, resample};
 use crate::{Error, Result};
+use std::sync::Arc;
 
 /// Source of heights: a spectrum or series that gives them on any grid, or a map that is resampled.
 #[derive(Debug, Clone)]
@@ -21,7 +22,7 @@ pub enum Surface {
     /// Reduced heights (unit: the cell's extent in x), low points touch first.
     Imported {
         grid: Grid,
-        heights: Vec<f64>,
+        heights: Arc<Vec<f64>>,
         origin: String,
     },
     /// Fourier coefficients, which give heights on any grid that resolves them.
@@ -76,7 +77,7 @@ impl Surface {
         let mut grid = Grid::unit(map.nx, map.ny);
         grid.ly = y / x;
         let origin = format!("read from {provenance}");
-        let surface = Surface::Imported { grid, heights: map.heights, origin };
+        let surface = Surface::Imported { grid, heights: Arc::new(map.heights), origin };
         Ok(ResolvedSurface { surface, laboratory, provenance: Some(provenance), warnings })
     }
 
@@ -85,7 +86,7 @@ impl Surface {
     pub fn heights(&self, grid: Grid, low_pass: f64) -> Vec<f64> {
         let mut heights: Vec<f64> = match self {
             Surface::Synthesised { modes, .. } => modes.heights(grid, low_pass),
-            Surface::Imported { grid: own, heights, .. } if *own == grid && low_pass == 0.0 => heights.clone(),
+            Surface::Imported { grid: own, heights, .. } if *own == grid && low_pass == 0.0 => heights.to_vec(),
             Surface::Imported { grid: own, heights, .. } => resample(*own, heights, grid, low_pass),
             Surface::Fourier { modes, .. } => modes.heights(grid, low_pass),
         };

@@ -26,6 +26,7 @@ use curve::ResultUnits;
 use reporter::{Before, SolveReporter};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 const CHECKPOINT: &str = "checkpoint";
 
@@ -41,7 +42,7 @@ impl StoredHeights {
         match surface {
             Surface::Synthesised { modes, .. } => StoredHeights::Series(modes.series()),
             Surface::Fourier { modes, .. } => StoredHeights::Series(modes.into_series()),
-            Surface::Imported { heights, .. } => StoredHeights::Nodes(heights),
+            Surface::Imported { heights, .. } => StoredHeights::Nodes(Arc::unwrap_or_clone(heights)),
         }
     }
 

@@ -1,0 +1,75 @@
+"""Contact mechanics of rough surfaces: continuum solvers with adhesion, LAMMPS simulations of the same profile, their comparison.
+
+Units are those of the caller: lengths have the unit of the surface, pressures that of the contact modulus, and energies per area
+their product. Maps are arrays ``[ny, nx]``, x fastest.
+"""
+
+from __future__ import annotations
+
+from ._asperity import VERSION as __version__
+from ._errors import AsperityError, AsperityWarning, InputError, LammpsError, NotConverged, ResourceError
+from ._observe import (
+    Clusters,
+    ContactArea,
+    Distribution,
+    MapAgreement,
+    Method,
+    Overlap,
+    clusters,
+    compare_maps,
+    contact_area,
+    gap_distribution,
+    hydraulic_gap,
+    methods,
+    percolation,
+    pressure_distribution,
+)
+from ._program import Run, RunState, advise, command, open_run, program, run
+from ._progress import Progress
+from ._solve import Adhesion, Cubic, Estimate, Layer, LoadPath, NonPeriodic, PullOff, State, estimate, memory, solve
+from ._surface import Preparation, Surface
+
+__all__ = [
+    "Adhesion",
+    "AsperityError",
+    "AsperityWarning",
+    "Clusters",
+    "ContactArea",
+    "Cubic",
+    "Distribution",
+    "Estimate",
+    "InputError",
+    "LammpsError",
+    "Layer",
+    "LoadPath",
+    "MapAgreement",
+    "Method",
+    "NonPeriodic",
+    "NotConverged",
+    "Overlap",
+    "Preparation",
+    "Progress",
+    "PullOff",
+    "ResourceError",
+    "Run",
+    "RunState",
+    "State",
+    "Surface",
+    "__version__",
+    "advise",
+    "clusters",
+    "command",
+    "compare_maps",
+    "contact_area",
+    "estimate",
+    "gap_distribution",
+    "hydraulic_gap",
+    "memory",
+    "methods",
+    "open_run",
+    "percolation",
+    "pressure_distribution",
+    "program",
+    "run",
+    "solve",
+]

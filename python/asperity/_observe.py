@@ -1,0 +1,241 @@
+"""Observables of gap, pressure and contact maps ``[ny, nx]`` on a periodic cell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _asperity
+from ._errors import InputError
+from ._surface import as_map, real
+
+
+@dataclass(frozen=True)
+class ContactArea:
+    """Contact area of a gap map: fraction corrected for the perimeter, fraction of nodes, perimeter per area, nodes."""
+
+    corrected: float
+    fraction: float
+    perimeter: float
+    nodes: int
+
+
+@dataclass(frozen=True, eq=False)
+class Clusters:
+    """Connected clusters of contact nodes.
+
+    Attributes
+    ----------
+    labels : ndarray of int, shape (ny, nx)
+        Number of each node's cluster from 1 on; 0 without contact.
+    sizes : list of int
+        Nodes of each cluster, in the order of the labels.
+    median_size : int or None
+        Half of the contact area lies in clusters of at most this many nodes.
+    """
+
+    labels: npt.NDArray[np.int64]
+    sizes: list[int]
+    median_size: int | None
+
+
+@dataclass(frozen=True, eq=False)
+class Distribution:
+    """A distribution over bins, in fractions of all nodes.
+
+    Attributes
+    ----------
+    edges : ndarray
+        Edges of the bins.
+    fractions : ndarray
+        Fractions in the bins.
+    delta, below, above : float
+        Fractions in the delta function, below the first and above the last edge.
+    """
+
+    edges: npt.NDArray[np.float64]
+    fractions: npt.NDArray[np.float64]
+    delta: float
+    below: float
+    above: float
+
+    @property
+    def density(self) -> npt.NDArray[np.float64]:
+        """Fractions over the widths of the bins."""
+        return self.fractions / np.diff(self.edges)
+
+
+@dataclass(frozen=True)
+class Overlap:
+    """Agreement of two contact maps: Jaccard index, precision, recall and Cohen's κ."""
+
+    jaccard: float
+    precision: float
+    recall: float
+    kappa: float
+
+
+@dataclass(frozen=True)
+class MapAgreement:
+    """Agreement of two contact maps, with the control of a shifted map and the shift in nodes that fits best."""
+
+    aligned: Overlap
+    shifted: Overlap
+    best_shift: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Method:
+    """A method of solving or estimating a contact problem."""
+
+    id: str
+    paper_name: str
+    family: str
+    solves: bool
+    adhesion: bool
+    criterion: str
+    calibrated_on: str | None
+    summary: str
+    references: list[str]
+
+
+def _flags(name: str, values: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+    array = np.asarray(values)
+    if array.ndim != 2 or array.size == 0 or array.dtype != np.bool_:
+        raise InputError(f"{name} = an array of shape {array.shape} and type {array.dtype}; accepted: bool [ny, nx]")
+    return array
+
+
+def _edges(values: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    edges = np.asarray(values, dtype=np.float64)
+    if edges.ndim != 1 or edges.size < 2 or not np.isfinite(edges).all() or not (np.diff(edges) > 0).all():
+        raise InputError("edges = numbers that do not rise; accepted: two or more finite numbers that rise")
+    return edges
+
+
+def _finite(name: str, values: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    array = as_map(name, values)
+    if not np.isfinite(array).all():
+        raise InputError(f"{name} = an array with values that are not finite; accepted: finite numbers")
+    return array
+
+
+def _cell(cell: tuple[float, float]) -> tuple[float, float]:
+    x, y = cell
+    if not (0 < x < np.inf and 0 < y < np.inf):
+        raise InputError(f"cell = {cell!r}; accepted: positive extents along x and y")
+    return real("cell", x), real("cell", y)
+
+
+def contact_area(gap: npt.ArrayLike, cell: tuple[float, float], *, threshold: float = 0.0) -> ContactArea:
+    """Contact area of a gap map: nodes with a gap of at most `threshold`.
+
+    Examples
+    --------
+    >>> import numpy as np, asperity
+    >>> gap = np.ones((8, 8)); gap[3, 3] = 0
+    >>> asperity.contact_area(gap, (8.0, 8.0)).nodes
+    1
+    """
+    return ContactArea(*_asperity.contact_area(_finite("gap", gap), real("threshold", threshold), _cell(cell)))
+
+
+def clusters(contact: npt.ArrayLike, *, corners: bool = True) -> Clusters:
+    """Connected clusters of a contact map. `corners`: whether nodes that share a corner only are neighbours.
+
+    Examples
+    --------
+    >>> import numpy as np, asperity
+    >>> asperity.clusters(np.eye(4, dtype=bool), corners=False).sizes
+    [1, 1, 1, 1]
+    """
+    return Clusters(*_asperity.clusters(_flags("contact", contact), corners))
+
+
+def percolation(contact: npt.ArrayLike) -> tuple[bool, bool]:
+    """Whether the contact connects a periodic cell with its image along x and along y; corners connect.
+
+    Examples
+    --------
+    >>> import numpy as np, asperity
+    >>> asperity.percolation(np.eye(4, dtype=bool))
+    (True, True)
+    """
+    return _asperity.percolation(_flags("contact", contact))
+
+
+def _distribution(edges: npt.NDArray[np.float64], found: tuple[list[float], float, float, float]) -> Distribution:
+    fractions, delta, below, above = found
+    return Distribution(edges, np.array(fractions), delta, below, above)
+
+
+def gap_distribution(gap: npt.ArrayLike, edges: npt.ArrayLike, *, threshold: float = 0.0) -> Distribution:
+    """Distribution Pr(u) of a gap map; nodes with a gap of at most `threshold` are its delta function.
+
+    Examples
+    --------
+    >>> import numpy as np, asperity
+    >>> found = asperity.gap_distribution(np.array([[0.0, 0.5], [1.5, 3.0]]), [0, 1, 2])
+    >>> found.delta, found.fractions.tolist(), found.above
+    (0.25, [0.25, 0.25], 0.25)
+    """
+    bins = _edges(edges)
+    return _distribution(bins, _asperity.gap_distribution(_finite("gap", gap), real("threshold", threshold), bins.tolist()))
+
+
+def pressure_distribution(pressure: npt.ArrayLike, contact: npt.ArrayLike, edges: npt.ArrayLike) -> Distribution:
+    """Distribution Pr(p) of the pressure of the nodes in contact, in fractions of all nodes.
+
+    Examples
+    --------
+    >>> import numpy as np, asperity
+    >>> p = np.array([[0.0, 0.5], [1.5, 0.0]])
+    >>> asperity.pressure_distribution(p, p > 0, [0, 1, 2]).fractions.tolist()
+    [0.25, 0.25]
+    """
+    values, flags, bins = _finite("pressure", pressure), _flags("contact", contact), _edges(edges)
+    if values.shape != flags.shape:
+        raise InputError(f"contact = an array of shape {flags.shape}; accepted: {values.shape}, as pressure has")
+    return _distribution(bins, _asperity.pressure_distribution(values, flags, bins.tolist())[1])
+
+
+def hydraulic_gap(gap: npt.ArrayLike, *, threshold: float = 0.0) -> float:
+    """Height of the uniform gap with the same pressure-driven flow, in Bruggeman's effective-medium approximation.
+
+    Examples
+    --------
+    >>> import numpy as np, asperity
+    >>> round(asperity.hydraulic_gap(np.full((4, 4), 2.0)), 9)
+    2.0
+    """
+    return _asperity.hydraulic_gap(_finite("gap", gap), real("threshold", threshold))
+
+
+def compare_maps(contact: npt.ArrayLike, reference: npt.ArrayLike) -> MapAgreement:
+    """Compares a contact map with a reference on the same grid.
+
+    Examples
+    --------
+    >>> import numpy as np, asperity
+    >>> reference = np.zeros((30, 30), bool); reference[:6, :10] = True
+    >>> asperity.compare_maps(reference, reference).aligned.kappa
+    1.0
+    """
+    aligned, shifted, shift = _asperity.compare_maps(_flags("contact", contact), _flags("reference", reference))
+    return MapAgreement(Overlap(*aligned), Overlap(*shifted), (shift[0], shift[1]))
+
+
+def methods() -> list[Method]:
+    """All methods, in the order in which tables list them.
+
+    Examples
+    --------
+    >>> import asperity
+    >>> "fast" in [m.id for m in asperity.methods() if m.solves]
+    True
+    """
+    entries: list[dict[str, Any]] = _asperity.methods()
+    return [Method(**entry) for entry in entries]

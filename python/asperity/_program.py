@@ -1,0 +1,294 @@
+"""The program `asperity`, which the wheel installs, and the folders of its runs."""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+import shutil
+import signal
+import subprocess
+import sysconfig
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+from . import _asperity
+from ._errors import AsperityError, InputError, LammpsError, NotConverged, ResourceError
+from ._surface import Map
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+Where = str | os.PathLike[str]
+
+LOG = logging.getLogger("asperity")
+
+#: Classes of exceptions by exit code.
+CLASSES: dict[int, type[AsperityError]] = {2: InputError, 3: NotConverged, 4: LammpsError, 5: ResourceError}
+
+#: Exit code of an interrupted program.
+INTERRUPTED = 130
+
+#: Seconds that an interrupted program has for its checkpoint.
+PATIENCE = 30.0
+
+
+def program() -> Path:
+    """Path of the program: that of the environment variable ASPERITY_PROGRAM, of this installation, or on the search path.
+
+    Raises
+    ------
+    ResourceError
+        If there is none.
+    """
+    given = os.environ.get("ASPERITY_PROGRAM")
+    schemes = [sysconfig.get_path("scripts"), sysconfig.get_path("scripts", f"{os.name}_user")]
+    installed = (str(Path(folder) / "asperity") for folder in schemes)
+    for path in [given] if given else [*installed, shutil.which("asperity")]:
+        if path and os.access(path, os.X_OK):
+            return Path(path)
+    raise ResourceError("the program asperity was not found; install the wheel again, or set ASPERITY_PROGRAM to its path")
+
+
+def command(*arguments: Where | float, cwd: Where | None = None) -> str:
+    """Runs the program with these arguments and returns what it prints on stdout. Its messages go to the logger ``asperity``.
+
+    At Ctrl-C the program is interrupted, writes its checkpoint, and KeyboardInterrupt is raised; the same command resumes it.
+
+    Raises
+    ------
+    InputError, NotConverged, LammpsError, ResourceError
+        By its exit code, with its message.
+
+    Examples
+    --------
+    >>> import asperity
+    >>> asperity.command("--version").startswith("asperity ")
+    True
+    """
+    words = [str(program()), *(os.fspath(a) if isinstance(a, os.PathLike) else str(a) for a in arguments)]
+    # In a session of its own: a terminal's Ctrl-C would reach it twice.
+    child = subprocess.Popen(
+        words, cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8", start_new_session=True
+    )
+    lines: list[str] = []
+
+    def listen() -> None:
+        assert child.stderr is not None
+        with child.stderr as stream:
+            for line in stream:
+                lines.append(line.rstrip())
+                LOG.info(lines[-1])
+
+    listener = threading.Thread(target=listen, daemon=True)
+    listener.start()
+    assert child.stdout is not None
+    try:
+        found = child.stdout.read()
+        code = child.wait()
+    except BaseException:
+        child.send_signal(signal.SIGINT)
+        try:
+            child.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            child.kill()
+        raise
+    finally:
+        child.stdout.close()
+    listener.join()
+    if code == 0:
+        return found
+    if code == INTERRUPTED:
+        raise KeyboardInterrupt
+    marks = [i for i, line in enumerate(lines) if "error: " in line]
+    text = "\n".join(lines[marks[-1] :] if marks else lines[-5:]).split("error: ", 1)[-1]
+    raise CLASSES.get(code, AsperityError)(text or f"{' '.join(words)} ended with exit code {code}")
+
+
+@dataclass(frozen=True)
+class RunState:
+    """One equilibrium of a finished run, in SI units."""
+
+    branch: str
+    p_star: float
+    pressure_pa: float
+    contact_fraction: float
+    mean_gap_m: float
+    contact_fraction_error: float | None
+
+
+class Run:
+    """The folder of a finished run, in SI units; :func:`open_run` reads it."""
+
+    def __init__(self, folder: Where) -> None:
+        self.folder = Path(folder)
+        self._native = _asperity.FinishedRun(os.fspath(folder))
+        self._results: dict[str, Any] | None = None
+
+    @property
+    def results(self) -> dict[str, Any]:
+        """All of ``results.json``."""
+        if self._results is None:
+            self._results = json.loads(self._native.json())
+        return cast("dict[str, Any]", self._results)
+
+    @property
+    def name(self) -> str:
+        """Name of the scene."""
+        return cast(str, self.results["name"])
+
+    @property
+    def warnings(self) -> list[str]:
+        """Warnings of the run."""
+        return cast("list[str]", self.results["warnings"])
+
+    @property
+    def length_m(self) -> float:
+        """Extent of the cell along x, m."""
+        return self._native.scales()[0]
+
+    @property
+    def modulus_pa(self) -> float:
+        """Contact modulus E*, Pa."""
+        return self._native.scales()[1]
+
+    @property
+    def states(self) -> tuple[RunState, ...]:
+        """Equilibria of the continuum, one for each load."""
+        return tuple(RunState(*row) for row in self._native.states())
+
+    @property
+    def heights(self) -> Map | None:
+        """Heights ``[ny, nx]``, m; None if the run stored no maps."""
+        return self._native.heights()
+
+    def gap(self, index: int) -> Map | None:
+        """Gap ``[ny, nx]`` of a state, m; None if the run did not store it."""
+        return self._native.gap(self._index(index))
+
+    def pressure(self, index: int) -> Map | None:
+        """Interfacial pressure ``[ny, nx]`` of a state, Pa, compression positive; None if the run did not store it."""
+        return self._native.pressure(self._index(index))
+
+    def _index(self, index: int) -> int:
+        count = len(self._native.states())
+        if not -count <= index < count:
+            raise IndexError(f"state {index} of {count}, counted from 0")
+        return index % count
+
+    @property
+    def curve(self) -> pandas.DataFrame:
+        """Numbers of all states as a table of pandas."""
+        import pandas
+
+        return pandas.DataFrame([vars(state) for state in self.states])
+
+    @property
+    def dataset(self) -> xarray.Dataset:
+        """``results.nc`` as a dataset of xarray."""
+        import xarray
+
+        return xarray.open_dataset(self.folder / "results.nc", engine="h5netcdf")
+
+    @property
+    def report(self) -> Path:
+        """The report, for a browser."""
+        return self.folder / "report.html"
+
+    def __repr__(self) -> str:
+        return f"<Run {self.name!r} in {self.folder}: {len(self.states)} states>"
+
+    def _repr_html_(self) -> str:
+        rows = "".join(
+            f"<tr><td>{s.branch}</td><td>{s.p_star:.4g}</td><td>{100 * s.contact_fraction:.4g} %</td><td>{s.mean_gap_m:.4g}</td></tr>"
+            for s in self.states
+        )
+        return f"<table><tr><th>branch</th><th>p*</th><th>contact</th><th>mean gap / m</th></tr>{rows}</table>"
+
+
+def open_run(folder: Where) -> Run:
+    """The folder of a finished run.
+
+    Raises
+    ------
+    InputError
+        If the folder has no results, or those of another version.
+    """
+    return Run(folder)
+
+
+def run(
+    scene: Where,
+    out: Where | None = None,
+    *,
+    atoms: bool = True,
+    overwrite: bool = False,
+    threads: int = 0,
+    arguments: Sequence[str] = (),
+) -> Run:
+    """Runs a scene: surface, continuum, atoms, comparison, report. The same call resumes an interrupted run.
+
+    Parameters
+    ----------
+    scene : path_like
+        Scene file (TOML).
+    out : path_like, optional
+        Run folder. Default: ``runs/NAME`` with the scene's name.
+    atoms : bool
+        Whether to run the atoms of the scene.
+    overwrite : bool
+        Replace the results of another scene in that folder.
+    threads : int
+        Threads; 0 for all cores.
+    arguments : sequence of str
+        Further arguments of ``asperity run``.
+
+    Raises
+    ------
+    InputError, NotConverged, LammpsError, ResourceError
+        As the program reports them.
+    """
+    words: list[Where | float] = ["run", scene, "--json", "--threads", threads, *arguments]
+    words += [] if out is None else ["--out", out]
+    words += [] if atoms else ["--no-atoms"]
+    words += ["--overwrite"] if overwrite else []
+    return Run(json.loads(command(*words))["out"])
+
+
+def advise(
+    scene: Where,
+    quantity: str,
+    *,
+    error: float | None = None,
+    budget: str | None = None,
+    extrapolate: bool = False,
+) -> dict[str, Any]:
+    """The cheapest setting for an error, or the most accurate for a time, from measured tables.
+
+    Parameters
+    ----------
+    scene : path_like
+        Scene file (TOML).
+    quantity : str
+        Such as ``contact_area`` or ``mean_gap``.
+    error : float, optional
+        Largest relative error.
+    budget : str, optional
+        Largest wall time, as ``30s``, ``10m`` or ``2h``.
+    extrapolate : bool
+        Whether to go beyond the measured settings.
+
+    Returns
+    -------
+    dict
+        As ``asperity advise --json`` prints it.
+    """
+    words: list[Where | float] = ["advise", scene, "--quantity", quantity, "--json"]
+    words += [] if error is None else ["--error", error]
+    words += [] if budget is None else ["--budget", budget]
+    words += ["--extrapolate"] if extrapolate else []
+    return cast("dict[str, Any]", json.loads(command(*words)))

@@ -1,0 +1,528 @@
+"""Load paths and estimates."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _asperity
+from ._errors import AsperityWarning, InputError
+from ._observe import Clusters, Distribution, clusters, gap_distribution, hydraulic_gap, percolation, pressure_distribution
+from ._progress import Progress, bar
+from ._surface import Map, Surface, as_map, real
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+Flags = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Adhesion:
+    """Attraction between the surfaces.
+
+    Attributes
+    ----------
+    work_of_adhesion : float
+        Work of adhesion γ, in units of modulus times length.
+    range : float
+        Range ρ, in the unit of the surface.
+    law : {'exponential', 'dugdale', 'power-9-3'}
+        Decay of the attraction with the gap.
+    resolution : {'mesh', 'true', 'extrapolate'}
+        What happens where the grid does not resolve the range: ``mesh`` takes the shortest range that it resolves.
+    """
+
+    work_of_adhesion: float
+    range: float
+    law: str = "exponential"
+    resolution: str = "mesh"
+
+
+@dataclass(frozen=True)
+class Layer:
+    """An isotropic elastic layer on a rigid base; `base` is ``bonded`` or ``constant-stress``."""
+
+    thickness: float
+    poisson: float
+    base: str = "bonded"
+
+
+@dataclass(frozen=True)
+class Cubic:
+    """A cubic crystal with an (001) face and x along [100]. Only the ratios of the constants matter."""
+
+    c11: float
+    c12: float
+    c44: float
+
+
+@dataclass(frozen=True)
+class NonPeriodic:
+    """An isotropic half-space under a surface that does not repeat, free outside of the map."""
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """An equilibrium. Units are those of surface and modulus; maps are ``[ny, nx]`` and not writeable.
+
+    Attributes
+    ----------
+    control : {'pressure', 'mean_gap'}
+        What was imposed.
+    load : float
+        Its value.
+    branch : {'loading', 'unloading'}
+        Branch of the load path.
+    gap, pressure, contact : ndarray, shape (ny, nx)
+        Gap, interfacial pressure (compression positive, with the adhesive stress), and whether a node is in contact.
+    mean_pressure, mean_gap : float
+        Means of the two.
+    contact_fraction : float
+        Contact area over the area of the cell, corrected for the perimeter.
+    contact_fraction_nodes : float
+        Fraction of nodes in contact.
+    contact_fraction_error, mean_gap_error : float or None
+        Relative changes from the grid of half the nodes per side.
+    perimeter : float
+        Perimeter of the contact per area.
+    energy, elastic_energy, interaction_energy : float
+        Free energy per area, and its parts.
+    load_error, residual : float
+        Error of the load balance, and rms residual, over the mean pressure.
+    iterations : int
+        Iterations on this load.
+    seconds : float
+        Wall time of this load, s.
+    cell : tuple of float
+        Extents along x and along y.
+    length_unit, pressure_unit : str
+        Labels.
+    """
+
+    control: str
+    load: float
+    branch: str
+    gap: Map
+    pressure: Map
+    contact: Flags
+    mean_pressure: float
+    mean_gap: float
+    contact_fraction: float
+    contact_fraction_nodes: float
+    contact_fraction_error: float | None
+    mean_gap_error: float | None
+    perimeter: float
+    energy: float
+    elastic_energy: float
+    interaction_energy: float
+    load_error: float
+    residual: float
+    iterations: int
+    seconds: float
+    cell: tuple[float, float]
+    length_unit: str = ""
+    pressure_unit: str = ""
+
+    def clusters(self) -> Clusters:
+        """Contact clusters; nodes that share an edge or a corner are neighbours."""
+        return clusters(self.contact)
+
+    def percolation(self) -> tuple[bool, bool]:
+        """Whether the contact connects the cell with its image along x and along y."""
+        return percolation(self.contact)
+
+    def hydraulic_gap(self) -> float:
+        """Height of the uniform gap with the same pressure-driven flow, in Bruggeman's approximation."""
+        return hydraulic_gap(self.gap)
+
+    def gap_distribution(self, edges: npt.ArrayLike) -> Distribution:
+        """Distribution of the gap over bins with these edges."""
+        return gap_distribution(self.gap, edges)
+
+    def pressure_distribution(self, edges: npt.ArrayLike) -> Distribution:
+        """Distribution of the pressure of the nodes in contact over bins with these edges."""
+        return pressure_distribution(self.pressure, self.contact, edges)
+
+    def plot_map(self, quantity: str = "pressure", **options: Any) -> Any:
+        """Map of ``gap``, ``pressure`` or ``contact`` by matplotlib; returns the axes."""
+        from ._plot import plot_map
+
+        units = {"gap": self.length_unit, "pressure": self.pressure_unit, "contact": ""}
+        if quantity not in units:
+            raise InputError(f"quantity = {quantity!r}; accepted: {', '.join(units)}")
+        return plot_map(getattr(self, quantity), self.cell, quantity, units[quantity], **options)
+
+    def __repr__(self) -> str:
+        return (
+            f"<State {self.branch}: mean pressure {self.mean_pressure:.6g} {self.pressure_unit}".rstrip()
+            + f", contact {100 * self.contact_fraction:.4g} %, mean gap {self.mean_gap:.6g} {self.length_unit}".rstrip()
+            + ">"
+        )
+
+
+@dataclass(frozen=True)
+class PullOff:
+    """The largest tensile pressure of an equilibrium on separation, with its errors."""
+
+    mean_pressure: float
+    pressure_error: float
+    mean_gap: float
+    mean_gap_error: float
+
+
+#: Numbers of a state in the order of tables.
+NUMBERS = tuple(
+    f.name for f in fields(State) if f.name not in ("gap", "pressure", "contact", "cell", "length_unit", "pressure_unit")
+)
+
+
+@dataclass(frozen=True, eq=False)
+class LoadPath(Sequence[State]):
+    """Equilibria of a load path: a sequence of states.
+
+    Attributes
+    ----------
+    states : tuple of State
+        One for each load, in their order.
+    pull_off : PullOff or None
+        Where it was requested.
+    """
+
+    states: tuple[State, ...]
+    pull_off: PullOff | None = None
+
+    def __len__(self) -> int:
+        return len(self.states)
+
+    def __getitem__(self, index: Any) -> Any:
+        return self.states[index]
+
+    def __iter__(self) -> Iterator[State]:
+        return iter(self.states)
+
+    def branch(self, name: str) -> tuple[State, ...]:
+        """States of the branch ``loading`` or ``unloading``."""
+        return tuple(state for state in self.states if state.branch == name)
+
+    def hysteresis_work(self) -> float:
+        """Work per area that a closed path dissipates, by trapezoids over the mean gap."""
+        p, g = (np.array([getattr(s, name) for s in self.states]) for name in ("mean_pressure", "mean_gap"))
+        return float(-np.sum((p[1:] + p[:-1]) / 2 * np.diff(g)))
+
+    @property
+    def curve(self) -> pandas.DataFrame:
+        """Numbers of all states as a table of pandas, one row for each load."""
+        import pandas
+
+        return pandas.DataFrame([{name: getattr(s, name) for name in NUMBERS} for s in self.states])
+
+    @property
+    def dataset(self) -> xarray.Dataset:
+        """Maps and numbers of all states as a dataset of xarray with the dimensions load, y and x."""
+        import xarray
+
+        if not self.states:
+            raise InputError("dataset = a load path without states; accepted: one or more")
+        first = self.states[0]
+        (ny, nx), (lx, ly), length, pressure = first.gap.shape, first.cell, first.length_unit, first.pressure_unit
+        units = {"gap": length, "mean_gap": length, "pressure": pressure, "mean_pressure": pressure, "seconds": "s"}
+
+        def of(name: str, dimensions: tuple[str, ...]) -> tuple[tuple[str, ...], Any, dict[str, str]]:
+            return dimensions, np.stack([np.asarray(getattr(s, name)) for s in self.states]), {"units": units.get(name, "")}
+
+        numbers = [n for n in NUMBERS if n not in ("control", "branch", "contact_fraction_error", "mean_gap_error")]
+        data = {name: of(name, ("load_step", "y", "x")) for name in ("gap", "pressure", "contact")}
+        data |= {name: of(name, ("load_step",)) for name in numbers}
+        for name in ("contact_fraction_error", "mean_gap_error"):
+            values = [getattr(s, name) for s in self.states]
+            data[name] = (("load_step",), np.array([np.nan if v is None else v for v in values]), {"units": "1"})
+        coordinates = {
+            "x": ("x", np.arange(nx) * lx / nx, {"units": length}),
+            "y": ("y", np.arange(ny) * ly / ny, {"units": length}),
+            "branch": ("load_step", [s.branch for s in self.states]),
+        }
+        return xarray.Dataset(data, coordinates, {"program": f"asperity {_asperity.VERSION}"})
+
+    def plot_curve(self, x: str = "mean_pressure", y: str = "contact_fraction", **options: Any) -> Any:
+        """One number of the states over another by matplotlib, one line for each branch; returns the axes."""
+        from ._plot import plot_curve
+
+        return plot_curve(self, x, y, **options)
+
+    def __repr__(self) -> str:
+        return "\n".join([f"<LoadPath of {len(self)} states>", *(f"  {state!r}" for state in self.states)])
+
+    def _repr_html_(self) -> str:
+        columns = ("branch", "mean_pressure", "contact_fraction", "mean_gap", "iterations", "seconds")
+        head = "".join(f"<th>{c.replace('_', ' ')}</th>" for c in columns)
+        rows = ("".join(f"<td>{_cell(getattr(s, c))}</td>" for c in columns) for s in self.states)
+        return f"<table><tr>{head}</tr>{''.join(f'<tr>{row}</tr>' for row in rows)}</table>"
+
+
+def _cell(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """The contact under one load as any method gives it; maps are None where the method has none."""
+
+    method: str
+    criterion: str
+    contact_fraction: float
+    mean_gap: float | None
+    gap: Map | None
+    pressure: Map | None
+    contact: Flags | None
+    seconds: float
+
+
+Body = Layer | Cubic | NonPeriodic
+Loads = float | Sequence[float] | npt.NDArray[np.floating[Any]]
+KINDS = ("pressure", "p_star", "mean_gap", "displacement", "contact")
+
+
+def _loads(given: dict[str, Loads | None]) -> tuple[str, list[float]]:
+    chosen = [(kind, values) for kind, values in given.items() if values is not None]
+    if len(chosen) != 1:
+        found = ", ".join(kind for kind, _ in chosen) or "none"
+        raise InputError(f"problem: loads = {found}; accepted: one of {', '.join(KINDS)}")
+    kind, values = chosen[0]
+    try:
+        numbers = np.atleast_1d(np.asarray(values, dtype=np.float64))
+    except (TypeError, ValueError):
+        raise InputError(f"problem: {kind} = {values!r}; accepted: a number or a sequence of numbers") from None
+    if numbers.size == 0:
+        raise InputError(f"problem: {kind} = no values; accepted: a number or a sequence of numbers")
+    if numbers.ndim != 1:
+        raise InputError(f"problem: {kind} = an array of shape {numbers.shape}; accepted: a number or a sequence of numbers")
+    return kind, numbers.tolist()
+
+
+def _settings(
+    body: Body | None,
+    adhesion: Adhesion | None,
+    initial_gap: npt.ArrayLike | None,
+    *,
+    method: str,
+    precision: str = "f64",
+    tolerance: float | None = None,
+    targets: tuple[float | None, float | None, float | None] = (None, None, None),
+    max_iterations: int | None = None,
+    penalty_length: float | None = None,
+) -> dict[str, Any]:
+    settings: dict[str, Any] = {"body": "half-space", "thickness": 0.0, "poisson": 0.0, "base": None, "constants": [0.0] * 3}
+    match body:
+        case None:
+            pass
+        case Layer(thickness, poisson, base):
+            settings |= {"body": "layer", "thickness": real("thickness", thickness), "poisson": real("poisson", poisson), "base": base}
+        case Cubic(c11, c12, c44):
+            settings |= {"body": "cubic", "constants": [real("c11", c11), real("c12", c12), real("c44", c44)]}
+        case NonPeriodic():
+            settings |= {"body": "non-periodic"}
+        case other:
+            raise InputError(f"problem: body = {other!r}; accepted: Layer, Cubic, NonPeriodic, or None for a half-space")
+    if adhesion is not None and not isinstance(adhesion, Adhesion):
+        raise InputError(f"problem: adhesion = {adhesion!r}; accepted: an Adhesion")
+    law = adhesion or Adhesion(0.0, 0.0)
+    values = None if adhesion is None else (real("work_of_adhesion", law.work_of_adhesion), real("range", law.range))
+    return settings | {
+        "method": method,
+        "precision": precision,
+        "tolerance": tolerance,
+        "max_iterations": max_iterations,
+        "penalty_length": penalty_length,
+        "adhesion": values,
+        "law": law.law,
+        "resolution": law.resolution,
+        "initial_gap": None if initial_gap is None else as_map("initial_gap", initial_gap),
+        "targets": targets,
+    }
+
+
+def _threads(threads: int | None) -> int:
+    if threads is None:
+        return 0
+    if not isinstance(threads, int) or not 1 <= threads <= 65536:
+        raise InputError(f"threads = {threads!r}; accepted: a whole number from 1 to 65536, or None for all cores")
+    return threads
+
+
+def solve(
+    surface: Surface,
+    modulus: float,
+    *,
+    pressure: Loads | None = None,
+    p_star: Loads | None = None,
+    mean_gap: Loads | None = None,
+    displacement: Loads | None = None,
+    contact: Loads | None = None,
+    body: Body | None = None,
+    adhesion: Adhesion | None = None,
+    pull_off: bool = False,
+    method: str = "auto",
+    precision: str = "f64",
+    tolerance: float | None = None,
+    energy_target: float | None = None,
+    area_target: float | None = None,
+    mean_gap_target: float | None = None,
+    max_iterations: int | None = None,
+    penalty_length: float | None = None,
+    initial_gap: npt.ArrayLike | None = None,
+    pressure_unit: str = "",
+    threads: int | None = None,
+    progress: bool | Callable[[Progress], object] | None = None,
+) -> LoadPath:
+    """Equilibria of a rough surface on an elastic body under a sequence of loads.
+
+    Exactly one of `pressure`, `p_star`, `mean_gap`, `displacement` and `contact` is given: a number or a sequence, applied in
+    its order. With adhesion, loading and unloading lead to different states.
+
+    Parameters
+    ----------
+    surface : Surface
+        The rough surface, which is rigid.
+    modulus : float
+        Contact modulus E* = E/(1-ν²). Pressures have its unit.
+    pressure : float or sequence, optional
+        Mean pressures, compression positive.
+    p_star : float or sequence, optional
+        Mean pressures over E* times the rms gradient.
+    mean_gap : float or sequence, optional
+        Mean gaps, in the unit of the surface. They include states that no pressure sustains.
+    displacement : float or sequence, optional
+        Displacements from first touch, in the unit of the surface.
+    contact : float or sequence, optional
+        Fractions of the cell in contact.
+    body : Layer, Cubic or NonPeriodic, optional
+        The elastic body. Default: a half-space under a periodic surface.
+    adhesion : Adhesion, optional
+        Attraction between the surfaces.
+    pull_off : bool
+        Separate the surfaces after the last load, and find the largest tensile pressure.
+    method : str
+        An id of :func:`asperity.methods` that solves for the fields; ``auto`` is the fastest.
+    precision : {'f64', 'f32'}
+        Floating-point type of the fields.
+    tolerance : float, optional
+        Largest rms residual over the mean pressure. Default: 1e-8, in single precision what rounding allows.
+    energy_target, area_target, mean_gap_target : float, optional
+        Estimated relative errors at which the solver may stop earlier.
+    max_iterations : int, optional
+        Iterations per load after which the solver stops.
+    penalty_length : float, optional
+        Compliance of the repulsion: the penetration under a pressure of E*. Default: a hard wall.
+    initial_gap : array_like, shape (ny, nx), optional
+        Gap from which the first load starts. Default: first contact.
+    pressure_unit : str, optional
+        Label of the unit of pressures.
+    threads : int, optional
+        Threads; all cores by default. Results do not depend on it.
+    progress : bool or callable, optional
+        Whether to show a progress bar; None shows one in a terminal or notebook, after a second. A callable receives a
+        :class:`Progress`.
+
+    Returns
+    -------
+    LoadPath
+        One state for each load.
+
+    Raises
+    ------
+    InputError
+        For values that are not accepted.
+    NotConverged
+        If a load does not converge. Its attribute `load_path` has the states before it.
+    KeyboardInterrupt
+        At Ctrl-C, within a fraction of a second. Its attribute `load_path` has the states that are finished.
+
+    Examples
+    --------
+    >>> import asperity
+    >>> surface = asperity.Surface.from_spectrum(64, seed=1, lambda_s=1 / 8)
+    >>> path = asperity.solve(surface, 1.0, p_star=[0.02, 0.05])
+    >>> [round(state.contact_fraction, 3) for state in path]
+    [0.04, 0.102]
+    """
+    loads = _loads({"pressure": pressure, "p_star": p_star, "mean_gap": mean_gap, "displacement": displacement, "contact": contact})
+    settings = _settings(
+        body,
+        adhesion,
+        initial_gap,
+        method=method,
+        precision=precision,
+        tolerance=tolerance,
+        targets=(energy_target, area_target, mean_gap_target),
+        max_iterations=max_iterations,
+        penalty_length=penalty_length,
+    )
+    problem = (_native(surface), real("modulus", modulus))
+    with bar(progress, len(loads[1])) as show:
+        states, pulled, texts, error = _asperity.solve(problem, loads, bool(pull_off), settings, _threads(threads), show)
+    labels: dict[str, Any] = {"cell": surface.cell, "length_unit": surface.unit, "pressure_unit": pressure_unit}
+    path = LoadPath(tuple(State(**state, **labels) for state in states), None if pulled is None else PullOff(**pulled))
+    for text in texts:
+        warnings.warn(text, AsperityWarning, stacklevel=2)
+    if error is not None:
+        error.load_path = path  # type: ignore[attr-defined]
+        raise error
+    return path
+
+
+def _native(surface: Surface) -> _asperity.Surface:
+    if not isinstance(surface, Surface):
+        raise InputError(f"problem: surface = {type(surface).__name__}; accepted: a Surface, as from Surface.from_array")
+    return surface._native
+
+
+def estimate(
+    surface: Surface,
+    modulus: float,
+    pressure: float,
+    *,
+    method: str,
+    body: Body | None = None,
+    adhesion: Adhesion | None = None,
+    threads: int | None = None,
+) -> Estimate:
+    """The contact under a mean pressure by any method of :func:`asperity.methods`, estimates included.
+
+    Parameters
+    ----------
+    surface, modulus, body, adhesion, threads
+        As in :func:`solve`.
+    pressure : float
+        Mean pressure.
+    method : str
+        Id of the method.
+
+    Raises
+    ------
+    InputError
+        For values that are not accepted, and methods that do not cover the problem.
+
+    Examples
+    --------
+    >>> import asperity
+    >>> surface = asperity.Surface.from_spectrum(64, seed=1, lambda_s=1 / 8)
+    >>> found = asperity.estimate(surface, 1.0, 0.05, method="persson")
+    >>> found.gap is None
+    True
+    """
+    settings = _settings(body, adhesion, None, method=method)
+    problem = (_native(surface), real("modulus", modulus))
+    return Estimate(**_asperity.estimate(problem, real("pressure", pressure), settings, _threads(threads)))
+
+
+def memory(surface: Surface, *, method: str = "auto", precision: str = "f64") -> int:
+    """Bytes that a solve takes besides the surface, without adhesion."""
+    settings = _settings(None, None, None, method=method, precision=precision)
+    return _asperity.memory((_native(surface), 1.0), settings)

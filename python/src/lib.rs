@@ -1,0 +1,27 @@
+//! The compiled part of the Python package `asperity`: conversion between numpy arrays and the crate. `python/asperity` has the
+//! interface that users see.
+
+mod errors;
+mod observe;
+mod runs;
+mod solve;
+mod surface;
+
+/// Functions and classes of the crate on plain values; private to the package `asperity`.
+#[pyo3::pymodule]
+mod _asperity {
+    #[pymodule_export]
+    use crate::observe::{
+        clusters, compare_maps, contact_area, gap_distribution, hydraulic_gap, methods, percolation,
+        pressure_distribution,
+    };
+    #[pymodule_export]
+    use crate::runs::FinishedRun;
+    #[pymodule_export]
+    use crate::solve::{estimate, memory, solve};
+    #[pymodule_export]
+    use crate::surface::Surface;
+
+    #[pymodule_export]
+    const VERSION: &str = env!("CARGO_PKG_VERSION");
+}

@@ -1,0 +1,93 @@
+//! Observables of maps, and the list of methods.
+
+use crate::errors::Raise;
+use asperity::{Cell, Connectivity, Distribution, Overlap};
+use numpy::{PyArray2, PyReadonlyArray2};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+#[pyfunction]
+pub(crate) fn contact_area(gap: PyReadonlyArray2<'_, f64>, threshold: f64, cell: (f64, f64)) -> (f64, f64, f64, usize) {
+    let area = asperity::contact_area(gap.as_array(), threshold, Cell { x: cell.0, y: cell.1 });
+    (area.corrected, area.fraction, area.perimeter, area.nodes)
+}
+
+#[pyfunction]
+pub(crate) fn clusters<'py>(
+    py: Python<'py>,
+    contact: PyReadonlyArray2<'py, bool>,
+    corners: bool,
+) -> (Bound<'py, PyArray2<i64>>, Vec<usize>, Option<usize>) {
+    let connectivity = if corners { Connectivity::Eight } else { Connectivity::Four };
+    let found = asperity::clusters(contact.as_array(), connectivity);
+    let median = found.median_size();
+    (PyArray2::from_owned_array(py, found.labels.mapv(|l| l as i64)), found.sizes, median)
+}
+
+#[pyfunction]
+pub(crate) fn percolation(contact: PyReadonlyArray2<'_, bool>) -> (bool, bool) {
+    let found = asperity::percolation(contact.as_array());
+    (found.x, found.y)
+}
+
+/// Fractions of the bins, of the delta function, below and above the bins.
+type Histogram = (Vec<f64>, f64, f64, f64);
+
+fn histogram(found: Distribution) -> Histogram {
+    (found.fractions, found.delta, found.below, found.above)
+}
+
+#[pyfunction]
+pub(crate) fn gap_distribution(gap: PyReadonlyArray2<'_, f64>, threshold: f64, edges: Vec<f64>) -> Histogram {
+    histogram(asperity::gap_distribution(gap.as_array(), threshold, &edges))
+}
+
+#[pyfunction]
+pub(crate) fn pressure_distribution(
+    pressure: PyReadonlyArray2<'_, f64>,
+    contact: PyReadonlyArray2<'_, bool>,
+    edges: Vec<f64>,
+) -> (Histogram, Histogram) {
+    let found = asperity::pressure_distribution(pressure.as_array(), contact.as_array(), &edges);
+    (histogram(found.all), histogram(found.contact))
+}
+
+#[pyfunction]
+pub(crate) fn hydraulic_gap(gap: PyReadonlyArray2<'_, f64>, threshold: f64) -> f64 {
+    asperity::hydraulic_gap(gap.as_array(), threshold)
+}
+
+fn overlap(found: Overlap) -> (f64, f64, f64, f64) {
+    (found.jaccard, found.precision, found.recall, found.kappa)
+}
+
+/// Jaccard index, precision, recall and κ of the maps and of the shifted control, and the best shift.
+type Agreement = ((f64, f64, f64, f64), (f64, f64, f64, f64), [i64; 2]);
+
+#[pyfunction]
+pub(crate) fn compare_maps(
+    py: Python<'_>,
+    map: PyReadonlyArray2<'_, bool>,
+    reference: PyReadonlyArray2<'_, bool>,
+) -> PyResult<Agreement> {
+    let found = asperity::compare_maps(map.as_array(), reference.as_array()).raise(py)?;
+    Ok((overlap(found.aligned), overlap(found.shifted), found.best_shift))
+}
+
+#[pyfunction]
+pub(crate) fn methods(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
+    let entry = |method: asperity::Method| {
+        let dict = PyDict::new(py);
+        dict.set_item("id", method.id)?;
+        dict.set_item("paper_name", method.paper_name)?;
+        dict.set_item("family", method.family)?;
+        dict.set_item("solves", method.solves)?;
+        dict.set_item("adhesion", method.adhesion)?;
+        dict.set_item("criterion", method.criterion)?;
+        dict.set_item("calibrated_on", method.calibrated_on)?;
+        dict.set_item("summary", method.summary)?;
+        dict.set_item("references", method.references)?;
+        Ok(dict)
+    };
+    asperity::methods().into_iter().map(entry).collect()
+}

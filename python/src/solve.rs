@@ -1,0 +1,267 @@
+//! Load paths and estimates. Solves run in a thread of their own without the interpreter's lock, so that the calling thread handles
+//! signals and shows the progress.
+
+use crate::errors::{Raise, choice, exception, optional};
+use crate::surface::Surface;
+use asperity::{
+    Adhesion, AdhesionLaw, Body, Branch, Estimate, Load, Loads, Monitor, Precision, Problem, Progress, PullOff,
+    RangeChoice, State, Targets,
+};
+use numpy::{PyArray2, PyReadonlyArray2};
+use pyo3::IntoPyObjectExt;
+use pyo3::prelude::*;
+use pyo3::types::{IntoPyDict, PyDict};
+use std::ops::ControlFlow;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
+
+/// Named in errors.
+const PLACE: &str = "problem";
+
+/// Interval at which signals are handled and the progress is shown.
+const TICK: Duration = Duration::from_millis(50);
+
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Settings<'py> {
+    body: String,
+    thickness: f64,
+    poisson: f64,
+    base: Option<String>,
+    constants: [f64; 3],
+    /// Work of adhesion and range.
+    adhesion: Option<(f64, f64)>,
+    law: String,
+    resolution: String,
+    penalty_length: Option<f64>,
+    method: String,
+    precision: String,
+    tolerance: Option<f64>,
+    /// Of energy, area and mean gap.
+    targets: [Option<f64>; 3],
+    max_iterations: Option<usize>,
+    initial_gap: Option<PyReadonlyArray2<'py, f64>>,
+}
+
+impl Settings<'_> {
+    fn problem(&self, py: Python<'_>, surface: &Surface, modulus: f64) -> PyResult<Problem> {
+        let law: AdhesionLaw = choice(py, PLACE, "adhesion.law", &self.law)?;
+        let resolution: RangeChoice = choice(py, PLACE, "adhesion.resolution", &self.resolution)?;
+        let precision: Precision = choice(py, PLACE, "precision", &self.precision)?;
+        let base = optional(py, PLACE, "body.base", self.base.as_ref())?;
+        let (thickness, poisson, [c11, c12, c44]) = (self.thickness, self.poisson, self.constants);
+        let body = match (self.body.as_str(), base) {
+            ("layer", Some(base)) => Body::Layer { thickness, poisson, base },
+            ("cubic", _) => Body::Cubic { c11, c12, c44 },
+            ("non-periodic", _) => Body::NonPeriodic,
+            _ => Body::HalfSpace,
+        };
+        let [energy, area, mean_gap] = self.targets;
+        let default = Problem::new(surface.0.clone(), modulus);
+        Ok(Problem {
+            body,
+            adhesion: self.adhesion.map(|(work_of_adhesion, range)| Adhesion {
+                work_of_adhesion,
+                range,
+                law,
+                resolution,
+            }),
+            penalty_length: self.penalty_length,
+            method: self.method.clone(),
+            precision,
+            tolerance: self.tolerance,
+            targets: Targets { energy, area, mean_gap },
+            max_iterations: self.max_iterations.unwrap_or(default.max_iterations),
+            initial_gap: self.initial_gap.as_ref().map(|gap| gap.as_array().to_owned()),
+            ..default
+        })
+    }
+}
+
+/// Runs `f` without the interpreter's lock in a pool of its own: one that outlives the call would hang in a forked process.
+///
+/// # Errors
+/// If the threads cannot be started.
+pub(crate) fn in_pool<R: Send>(py: Python<'_>, threads: usize, f: impl FnOnce() -> R + Send) -> PyResult<R> {
+    py.detach(|| rayon::ThreadPoolBuilder::new().num_threads(threads).build().map(|pool| pool.install(f)))
+        .map_err(|error| pyo3::exceptions::PyOSError::new_err(format!("threads = {threads}: {error}")))
+}
+
+fn loads_of((kind, values): (String, Vec<f64>)) -> Loads {
+    match kind.as_str() {
+        "p_star" => Loads::PStar(values),
+        "mean_gap" => Loads::MeanGap(values),
+        "displacement" => Loads::Displacement(values),
+        "contact" => Loads::ContactFraction(values),
+        _ => Loads::Pressure(values),
+    }
+}
+
+/// What the solving and the calling thread share.
+#[derive(Default)]
+struct Shared {
+    stop: AtomicBool,
+    states: Mutex<Vec<State>>,
+    latest: Mutex<Option<Progress>>,
+    warnings: Mutex<Vec<String>>,
+}
+
+impl Monitor for Shared {
+    fn progress(&self, progress: Progress) -> ControlFlow<()> {
+        *self.latest.lock().expect("no panic while it is held") = Some(progress);
+        if self.stop_requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    fn stop_requested(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    fn warnings(&self, list: &[String]) {
+        *self.warnings.lock().expect("no panic while it is held") = list.to_vec();
+    }
+}
+
+impl Shared {
+    /// Handles signals and calls `progress` with the number of finished loads and the progress of the present one.
+    fn tick(&self, py: Python<'_>, progress: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        py.check_signals()?;
+        let Some(callback) = progress else { return Ok(()) };
+        let done = self.states.lock().expect("no panic while it is held").len();
+        let latest = self.latest.lock().expect("no panic while it is held").take();
+        if let Some(Progress { iteration, residual, fraction }) = latest {
+            callback.call1((done, fraction, iteration, residual))?;
+        }
+        Ok(())
+    }
+}
+
+/// States, pull-off, warnings, and the exception that ended the path.
+type Solved<'py> = (Vec<Bound<'py, PyDict>>, Option<Bound<'py, PyDict>>, Vec<String>, Option<Py<PyAny>>);
+
+#[pyfunction]
+pub(crate) fn solve<'py>(
+    py: Python<'py>,
+    body: (Bound<'py, Surface>, f64),
+    loads: (String, Vec<f64>),
+    pull_off: bool,
+    settings: Settings<'py>,
+    threads: usize,
+    progress: Option<Bound<'py, PyAny>>,
+) -> PyResult<Solved<'py>> {
+    let problem = settings.problem(py, body.0.get(), body.1)?;
+    let (loads, shared) = (loads_of(loads), Shared::default());
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|e| pyo3::exceptions::PyOSError::new_err(format!("threads = {threads}: {e}")))?;
+    let mut stopped = None;
+    let found = std::thread::scope(|scope| {
+        let (finished, wait) = channel::<()>();
+        let wait = Mutex::new(wait);
+        let solver = scope.spawn(|| {
+            // Dropped at the end, also by a panic.
+            let _finished = finished;
+            let visit = |state| shared.states.lock().expect("no panic while it is held").push(state);
+            pool.install(|| problem.visit_load_path(&loads, pull_off, &shared, visit))
+        });
+        while py.detach(|| wait.lock().expect("one thread waits").recv_timeout(TICK)) == Err(RecvTimeoutError::Timeout)
+        {
+            if stopped.is_none()
+                && let Err(error) = shared.tick(py, progress.as_ref())
+            {
+                shared.stop.store(true, Ordering::Relaxed);
+                stopped = Some(error);
+            }
+        }
+        solver.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    });
+    let states = shared.states.into_inner().expect("no panic while it was held");
+    let states = states.into_iter().map(|state| state_dict(py, state)).collect::<PyResult<_>>()?;
+    let warnings = shared.warnings.into_inner().expect("no panic while it was held");
+    let raised = |error: PyErr| error.into_value(py).into_any();
+    Ok(match (found, stopped) {
+        (_, Some(error)) => (states, None, warnings, Some(raised(error))),
+        (Err(error), None) => (states, None, warnings, Some(raised(exception(py, &error)))),
+        (Ok(found), None) => (states, found.map(|p| pull_off_dict(py, &p)).transpose()?, warnings, None),
+    })
+}
+
+fn state_dict(py: Python<'_>, state: State) -> PyResult<Bound<'_, PyDict>> {
+    let dict = PyDict::new(py);
+    let (control, load) = match state.load {
+        Load::Pressure(p) => ("pressure", p),
+        Load::MeanGap(g) => ("mean_gap", g),
+    };
+    dict.set_item("control", control)?;
+    dict.set_item("load", load)?;
+    dict.set_item("branch", if state.branch == Branch::Loading { "loading" } else { "unloading" })?;
+    dict.set_item("gap", fixed(py, PyArray2::from_owned_array(py, state.gap))?)?;
+    dict.set_item("pressure", fixed(py, PyArray2::from_owned_array(py, state.pressure))?)?;
+    dict.set_item("contact", fixed(py, PyArray2::from_owned_array(py, state.contact))?)?;
+    let area = state.area;
+    for (key, value) in [
+        ("mean_pressure", state.mean_pressure),
+        ("mean_gap", state.mean_gap),
+        ("contact_fraction", area.corrected),
+        ("contact_fraction_nodes", area.fraction),
+        ("perimeter", area.perimeter),
+        ("energy", state.energy),
+        ("elastic_energy", state.elastic_energy),
+        ("interaction_energy", state.interaction_energy),
+        ("load_error", state.load_error),
+        ("residual", state.residual),
+        ("seconds", state.seconds),
+    ] {
+        dict.set_item(key, value)?;
+    }
+    dict.set_item("contact_fraction_error", state.grid_error.and_then(|e| e.area))?;
+    dict.set_item("mean_gap_error", state.grid_error.and_then(|e| e.mean_gap))?;
+    dict.set_item("iterations", state.iterations)?;
+    Ok(dict)
+}
+
+/// The array, not writeable: states are results.
+fn fixed<'py, T: numpy::Element>(py: Python<'py>, array: Bound<'py, PyArray2<T>>) -> PyResult<Bound<'py, PyAny>> {
+    let array = array.into_bound_py_any(py)?;
+    array.call_method("setflags", (), Some(&[("write", false)].into_py_dict(py)?))?;
+    Ok(array)
+}
+
+fn pull_off_dict<'py>(py: Python<'py>, found: &PullOff) -> PyResult<Bound<'py, PyDict>> {
+    [
+        ("mean_pressure", found.mean_pressure),
+        ("pressure_error", found.pressure_error),
+        ("mean_gap", found.mean_gap),
+        ("mean_gap_error", found.mean_gap_error),
+    ]
+    .into_py_dict(py)
+}
+
+#[pyfunction]
+pub(crate) fn estimate<'py>(
+    py: Python<'py>,
+    body: (Bound<'py, Surface>, f64),
+    pressure: f64,
+    settings: Settings<'py>,
+    threads: usize,
+) -> PyResult<Bound<'py, PyDict>> {
+    let problem = settings.problem(py, body.0.get(), body.1)?;
+    let found: Estimate = in_pool(py, threads, || problem.estimate(pressure))?.raise(py)?;
+    let dict = PyDict::new(py);
+    dict.set_item("method", found.method)?;
+    dict.set_item("criterion", found.criterion)?;
+    dict.set_item("contact_fraction", found.contact_fraction)?;
+    dict.set_item("mean_gap", found.mean_gap)?;
+    dict.set_item("gap", found.gap.map(|gap| fixed(py, PyArray2::from_owned_array(py, gap))).transpose()?)?;
+    dict.set_item("pressure", found.pressure.map(|p| fixed(py, PyArray2::from_owned_array(py, p))).transpose()?)?;
+    dict.set_item("contact", found.contact.map(|c| fixed(py, PyArray2::from_owned_array(py, c))).transpose()?)?;
+    dict.set_item("seconds", found.seconds)?;
+    Ok(dict)
+}
+
+/// Memory of a solve besides the surface, bytes.
+#[pyfunction]
+pub(crate) fn memory<'py>(py: Python<'py>, body: (Bound<'py, Surface>, f64), settings: Settings<'py>) -> PyResult<u64> {
+    let problem = settings.problem(py, body.0.get(), body.1)?;
+    in_pool(py, 0, || problem.memory())?.raise(py)
+}

@@ -1,0 +1,96 @@
+"""The program that the wheel installs, and the folders of its runs."""
+
+from __future__ import annotations
+
+import logging
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import asperity
+from asperity import InputError, NotConverged
+
+SCENE = "name = 'small'\nsurface = {{ grid = {grid}, cut_off_mode = 8 }}\nload = {{ p_star = [0.02, 0.05] }}\n"
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    path = tmp_path / "scene.toml"
+    path.write_text(SCENE.format(grid=32))
+    return path
+
+
+def test_the_program_is_that_of_the_module() -> None:
+    assert asperity.command("--version").split()[1] == asperity.__version__
+
+
+def test_runs_are_read(scene: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.INFO, "asperity"):
+        run = asperity.run(scene, tmp_path / "out")
+    assert any("continuum" in record.message for record in caplog.records)
+    assert (run.name, len(run.states), run.report.exists()) == ("small", 2, True)
+    assert run.curve["p_star"].tolist() == [s.p_star for s in run.states]
+    gap, heights = run.gap(-1), run.heights
+    assert gap is not None and heights is not None and gap.shape == heights.shape
+    assert np.isclose(gap.mean(), run.states[1].mean_gap_m, rtol=1e-6)
+    assert "2 states" in repr(run) and run._repr_html_().count("<tr>") == 3
+    with pytest.raises(IndexError):
+        run.gap(2)
+
+
+def test_runs_agree_with_solves(scene: Path, tmp_path: Path) -> None:
+    run = asperity.run(scene, tmp_path / "out")
+    assert run.heights is not None
+    surface = asperity.Surface.from_array(run.heights / run.length_m, 1.0, touching="low-points")
+    state = asperity.solve(surface, 1.0, pressure=run.states[0].pressure_pa / run.modulus_pa)[0]
+    assert np.isclose(state.contact_fraction, run.states[0].contact_fraction, rtol=1e-9)
+
+
+def test_results_open_in_xarray(scene: Path, tmp_path: Path) -> None:
+    with asperity.run(scene, tmp_path / "out").dataset as data:
+        assert data.attrs or data.sizes
+
+
+def test_errors_have_the_words_of_the_program(scene: Path, tmp_path: Path) -> None:
+    scene.write_text(scene.read_text().replace("0.02", "-1"))
+    with pytest.raises(InputError, match=r"load\.p_star\[0\] = -1; accepted"):
+        asperity.run(scene, tmp_path / "out")
+    with pytest.raises(InputError, match="missing.toml"):
+        asperity.run(tmp_path / "missing.toml")
+    with pytest.raises(InputError):
+        asperity.open_run(tmp_path)
+
+
+def test_exit_codes_have_classes(tmp_path: Path) -> None:
+    scene = tmp_path / "hard.toml"
+    scene.write_text(SCENE.format(grid=64) + "continuum = { max_iterations = 1 }\n")
+    with pytest.raises(NotConverged):
+        asperity.run(scene, tmp_path / "out")
+
+
+def test_interrupted_runs_resume(tmp_path: Path) -> None:
+    scene = tmp_path / "long.toml"
+    scene.write_text("name = 'long'\nsurface = { grid = 1024 }\nload = { p_star = [0.01, 0.02, 0.03, 0.04, 0.05] }\n")
+    timer = threading.Timer(1.5, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    begin = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        asperity.run(scene, tmp_path / "out", arguments=["--tolerance", "1e-9"])
+    assert time.monotonic() - begin < 10
+    timer.cancel()
+
+
+def test_a_missing_program_is_explained(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ASPERITY_PROGRAM", "/nowhere/asperity")
+    with pytest.raises(asperity.ResourceError, match="ASPERITY_PROGRAM"):
+        asperity.program()
+
+
+def test_advice_comes_as_a_dictionary(tmp_path: Path) -> None:
+    found = asperity.advise(Path(__file__).parents[2] / "configs" / "challenge.toml", "mean_gap", error=0.05, extrapolate=True)
+    assert isinstance(found, dict) and found

@@ -1,0 +1,312 @@
+"""Load paths: values, equality with the program, errors, interrupts, threads."""
+
+from __future__ import annotations
+
+import json
+import os
+import pickle
+import signal
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import asperity
+from asperity import Adhesion, AsperityWarning, Cubic, InputError, Layer, LoadPath, NonPeriodic, NotConverged, State, Surface, solve
+
+from conftest import rough
+
+#: Seconds after which an interrupted solve has returned; the issue is a prompt that waits.
+PROMPT = 1.0
+
+
+def test_states_balance_the_load(surface: Surface) -> None:
+    state = solve(surface, 2.0, pressure=0.1)[0]
+    assert np.isclose(state.pressure.mean(), 0.1, rtol=1e-8)
+    assert np.isclose(state.gap.mean(), state.mean_gap, rtol=1e-12)
+    assert (state.gap >= 0).all() and np.array_equal(state.contact, state.gap == 0)
+    assert (state.pressure[~state.contact] == 0).all()
+    assert state.contact_fraction_nodes == state.contact.mean()
+
+
+def test_states_are_not_writeable(surface: Surface) -> None:
+    state = solve(surface, 1.0, pressure=0.1)[0]
+    with pytest.raises(ValueError, match="read-only"):
+        state.gap[0, 0] = 1.0
+
+
+def _stored(tmp_path: Path, surface: Surface) -> Path:
+    np.save(tmp_path / "h.npy", surface.heights)
+    return tmp_path / "h.npy"
+
+
+def test_fields_have_the_bits_of_the_program(tmp_path: Path) -> None:
+    path = _stored(tmp_path, rough(96))
+    flags = ["--touching", "low-points", "--length", "1", "--modulus", "1", "--pressure", "0.04", "--out", str(tmp_path / "out")]
+    line = json.loads(asperity.command("solve", path, "--json", *flags).splitlines()[0])
+    state = solve(Surface.from_array(np.load(path), 1.0, touching="low-points"), 1.0, pressure=0.04)[0]
+    assert np.array_equal(state.gap, np.load(tmp_path / "out" / "gap.npy"))
+    assert np.array_equal(state.pressure, np.load(tmp_path / "out" / "stress.npy"))
+    assert (state.contact_fraction, state.energy) == (line["contact_fraction_corrected"], line["energy"])
+
+
+def test_adhesive_paths_have_the_bits_of_the_program(tmp_path: Path) -> None:
+    path = _stored(tmp_path, rough(64))
+    flags = ["--touching", "low-points", "--length", "1", "--modulus", "1", "--pressure", "0.01,0.05,0.01", "--pull-off"]
+    flags += ["--work-of-adhesion", "4e-3", "--adhesion-range", "1.2e-2"]
+    lines = [json.loads(line) for line in asperity.command("solve", path, "--json", *flags).splitlines()]
+    surface = Surface.from_array(np.load(path), 1.0, touching="low-points")
+    adhesion = Adhesion(4e-3, 1.2e-2)
+    found = solve(surface, 1.0, pressure=[0.01, 0.05, 0.01], adhesion=adhesion, pull_off=True)
+    assert [s.mean_gap for s in found] == [line["mean_gap"] for line in lines[:3]]
+    assert found.pull_off is not None and found.pull_off.mean_pressure == lines[3]["pull_off_pressure"]
+    assert [s.branch for s in found] == ["loading", "loading", "unloading"]
+    assert found.hysteresis_work() >= 0
+
+
+@pytest.mark.parametrize(
+    "load", [{"pressure": 0.05}, {"p_star": 0.05}, {"mean_gap": 0.02}, {"displacement": 0.02}, {"contact": 0.1}]
+)
+def test_loads_of_every_kind(surface: Surface, load: dict[str, Any]) -> None:
+    kind, value = next(iter(load.items()))
+    state = solve(surface, 1.0, **load)[0]
+    first_touch = surface.heights.mean()
+    found = {
+        "pressure": state.mean_pressure,
+        "p_star": state.mean_pressure / surface.rms_gradient,
+        "mean_gap": state.mean_gap,
+        "displacement": first_touch - state.mean_gap,
+        "contact": state.contact_fraction_nodes,
+    }[kind]
+    # The contact fraction is found to one node.
+    assert np.isclose(found, value, rtol=1e-6, atol=1.01 / surface.shape[0] ** 2 if kind == "contact" else 0)
+
+
+def test_units_are_those_of_the_caller() -> None:
+    one, other = solve(rough(), 1.0, p_star=0.05)[0], solve(rough(length=1e4), 25.0, p_star=0.05)[0]
+    assert np.allclose(other.gap, 1e4 * one.gap, rtol=1e-12, atol=1e-12)
+    assert np.allclose(other.pressure, 25 * one.pressure, rtol=1e-12, atol=1e-12)
+
+
+def test_bodies_differ(surface: Surface) -> None:
+    bodies = (None, Layer(0.05, 0.3), Layer(0.05, 0.3, "constant-stress"), Cubic(2.0, 1.0, 2.0), NonPeriodic())
+    areas = [solve(surface, 1.0, pressure=0.05, body=body)[0].contact_fraction for body in bodies]
+    assert len(set(areas)) == len(bodies) and all(0 < a < 1 for a in areas)
+
+
+def test_single_precision_agrees(surface: Surface) -> None:
+    double, single = (solve(surface, 1.0, pressure=0.05, precision=p)[0] for p in ("f64", "f32"))
+    assert np.isclose(single.mean_gap, double.mean_gap, rtol=1e-4)
+
+
+@pytest.mark.parametrize("method", [m.id for m in asperity.methods() if m.solves and m.id not in ("auto", "experiment", "all-atom")])
+def test_every_solver_gives_the_same_state(surface: Surface, method: str) -> None:
+    reference, other = solve(surface, 1.0, pressure=0.1), solve(surface, 1.0, pressure=0.1, method=method)
+    # bem-bspline has another discretisation, bicgstab a wall of finite range.
+    tolerance = {"bem-bspline": 0.05, "bicgstab": 0.005}.get(method, 1e-4)
+    assert np.isclose(other[0].mean_gap, reference[0].mean_gap, rtol=tolerance)
+
+
+def test_estimates_cover_the_other_methods(surface: Surface) -> None:
+    for method in ("persson", "bvm", "winkler"):
+        found = asperity.estimate(surface, 1.0, 0.1, method=method)
+        assert 0 < found.contact_fraction < 1 and found.method == method
+    with pytest.raises(InputError, match="solves for the fields"):
+        solve(surface, 1.0, pressure=0.1, method="persson")
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({}, "loads = none"),
+        ({"pressure": 0.1, "p_star": 0.1}, "pressure, p_star"),
+        ({"pressure": []}, "no values"),
+        ({"pressure": "high"}, "pressure = 'high'"),
+        ({"pressure": [[0.1]]}, "shape"),
+        ({"pressure": -0.1}, "mean pressure = -0.1"),
+        ({"pressure": np.nan}, "mean pressure = NaN"),
+        ({"mean_gap": -1.0}, "mean gap = -1"),
+        ({"contact": 1.5}, "contact fraction"),
+        ({"pressure": 0.1, "method": "magic"}, "method"),
+        ({"pressure": 0.1, "precision": "f16"}, "f32"),
+        ({"pressure": 0.1, "tolerance": -1.0}, "tolerance"),
+        ({"pressure": 0.1, "max_iterations": 0}, "max_iterations"),
+        ({"pressure": 0.1, "threads": 0}, "threads"),
+        ({"pressure": 0.1, "body": "sphere"}, "body"),
+        ({"pressure": 0.1, "body": Layer(-1.0, 0.3)}, "thickness"),
+        ({"pressure": 0.1, "body": Layer(1.0, 0.7)}, "poisson"),
+        ({"pressure": 0.1, "body": Layer(1.0, 0.3, "glued")}, "bonded"),
+        ({"pressure": 0.1, "body": Layer("thick", 0.3)}, "thickness"),  # type: ignore[arg-type]
+        ({"pressure": 0.1, "adhesion": 0.05}, "Adhesion"),
+        ({"pressure": 0.1, "adhesion": Adhesion(-1.0, 1.0)}, "work_of_adhesion"),
+        ({"pressure": 0.1, "adhesion": Adhesion(1.0, 0.0)}, "range"),
+        ({"pressure": 0.1, "adhesion": Adhesion(1.0, 1.0, "sticky")}, "exponential"),
+        ({"pressure": 0.1, "pull_off": True}, "pull-off"),
+        ({"pressure": 0.1, "penalty_length": -1.0}, "penalty_length"),
+        ({"pressure": 0.1, "initial_gap": np.zeros((3, 3))}, "initial_gap"),
+    ],
+)
+def test_bad_values_are_refused(surface: Surface, values: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError) as caught:
+        solve(surface, 1.0, **values)
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize("modulus", [0.0, -1.0, np.nan, "stiff", None])
+def test_bad_moduli_are_refused(surface: Surface, modulus: Any) -> None:
+    with pytest.raises(InputError, match="modulus"):
+        solve(surface, modulus, pressure=0.1)
+
+
+def test_other_objects_are_no_surfaces() -> None:
+    with pytest.raises(InputError, match="Surface.from_array"):
+        solve(np.zeros((4, 4)), 1.0, pressure=0.1)  # type: ignore[arg-type]
+
+
+def test_states_before_a_failure_are_kept(surface: Surface) -> None:
+    needed = solve(surface, 1.0, pressure=0.01)[0].iterations
+    with pytest.raises(NotConverged) as caught:
+        solve(surface, 1.0, pressure=[1e-6, 0.3, 0.001], max_iterations=needed // 2, method="gfmd")
+    assert isinstance(caught.value.load_path, LoadPath)
+    assert "converging" in str(caught.value)
+
+
+def test_problems_worth_a_warning() -> None:
+    with pytest.warns(AsperityWarning, match="cannot hold"):
+        solve(Surface.from_spectrum(32, seed=1), 1.0, pressure=0.1)
+
+
+def _path(count: int = 200) -> dict[str, Any]:
+    return {"p_star": np.linspace(0.01, 0.2, count).tolist(), "tolerance": 1e-10}
+
+
+def test_interrupts_keep_what_is_finished() -> None:
+    surface = rough(512)
+    clock: list[float] = []
+
+    def interrupt(progress: asperity.Progress) -> None:
+        if progress.finished == 2 and not clock:
+            clock.append(time.monotonic())
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt) as caught:
+        solve(surface, 1.0, progress=interrupt, **_path())
+    assert time.monotonic() - clock[0] < PROMPT
+    kept: LoadPath = caught.value.load_path  # type: ignore[attr-defined]
+    assert 2 <= len(kept) < 200 and kept[0].residual < 1e-10
+
+
+def test_errors_of_the_callable_end_the_solve() -> None:
+    def fail(progress: asperity.Progress) -> None:
+        raise LookupError(progress.iteration)
+
+    with pytest.raises(LookupError):
+        solve(rough(256), 1.0, progress=fail, **_path())
+
+
+def test_progress_rises() -> None:
+    seen: list[asperity.Progress] = []
+    solve(rough(256), 1.0, progress=seen.append, **_path(10))
+    assert seen and all(p.loads == 10 and 0 <= p.fraction <= 1 for p in seen)
+    assert [p.finished for p in seen] == sorted(p.finished for p in seen)
+
+
+def test_a_bar_is_shown_on_request(capfd: pytest.CaptureFixture[str]) -> None:
+    solve(rough(256), 1.0, progress=True, **_path(10))
+    assert "asperity" in capfd.readouterr().err
+
+
+def test_the_bar_needs_no_tqdm(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "tqdm.auto", None)
+    solve(rough(256), 1.0, progress=True, **_path(10))
+    assert "%, load" in capfd.readouterr().err
+
+
+def test_results_do_not_depend_on_the_threads() -> None:
+    one, two = (solve(rough(128), 1.0, pressure=0.05, threads=n)[0] for n in (1, 2))
+    assert np.array_equal(one.gap, two.gap)
+
+
+def test_two_python_threads_at_once() -> None:
+    surfaces = [rough(128, seed) for seed in (1, 2)]
+    with ThreadPoolExecutor(2) as pool:
+        found = list(pool.map(lambda s: solve(s, 1.0, pressure=0.05)[0], surfaces))
+    for surface, state in zip(surfaces, found):
+        assert np.array_equal(state.gap, solve(surface, 1.0, pressure=0.05)[0].gap)
+
+
+def test_the_interpreter_runs_during_a_solve() -> None:
+    counted = [0]
+    done = threading.Event()
+
+    def count() -> None:
+        while not done.is_set():
+            counted[0] += 1
+            time.sleep(0.005)
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    begin = time.monotonic()
+    solve(rough(512), 1.0, progress=False, **_path(5))
+    seconds = time.monotonic() - begin
+    done.set()
+    thread.join()
+    # A tenth of what an idle interpreter counts.
+    assert counted[0] > 0.1 * seconds / 0.005
+
+
+def _area(seed: int) -> float:
+    state: State = solve(rough(64, seed), 1.0, pressure=0.05)[0]
+    return state.contact_fraction
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+def test_forked_processes_solve() -> None:
+    expected = [_area(1), _area(2)]
+    with get_context("fork").Pool(2) as pool:
+        assert pool.map_async(_area, [1, 2]).get(timeout=60) == expected
+
+
+def test_paths_are_pickled(surface: Surface) -> None:
+    path = solve(surface, 1.0, pressure=[0.05, 0.1])
+    twin = pickle.loads(pickle.dumps(path))
+    assert np.array_equal(twin[1].gap, path[1].gap) and twin[1].mean_gap == path[1].mean_gap
+
+
+def test_paths_are_sequences(surface: Surface) -> None:
+    path = solve(surface, 1.0, pressure=[0.05, 0.1])
+    assert (len(path), path[-1] is path.states[1], len(path.branch("loading"))) == (2, True, 2)
+    assert repr(path).count("contact") == 2
+    assert path._repr_html_().count("<tr>") == 3
+
+
+def test_tables_and_datasets(surface: Surface) -> None:
+    path = solve(Surface.from_spectrum(64, seed=1, lambda_s=1 / 8, unit="um"), 1.0, pressure=[0.05, 0.1], pressure_unit="MPa")
+    table, data = path.curve, path.dataset
+    assert list(table["mean_gap"]) == [s.mean_gap for s in path]
+    assert data.gap.dims == ("load_step", "y", "x") and data.gap.attrs["units"] == "um"
+    assert np.array_equal(data.pressure[1].values, path[1].pressure) and data.mean_pressure.attrs["units"] == "MPa"
+
+
+def test_curves_are_plotted(surface: Surface) -> None:
+    path = solve(surface, 1.0, pressure=[0.05, 0.1], pressure_unit="MPa")
+    assert path.plot_curve().get_xlabel() == "mean pressure / MPa"
+    with pytest.raises(InputError, match="curve"):
+        path.plot_curve("area")
+
+
+def test_memory_grows_with_the_grid() -> None:
+    small, large = (asperity.memory(rough(n)) for n in (64, 128))
+    assert 3 < large / small < 5
+
+
+def test_an_initial_gap_selects_the_branch() -> None:
+    surface, adhesion = rough(64), Adhesion(8e-3, 2e-2)
+    loaded = solve(surface, 1.0, pressure=[0.01, 0.2, 0.01], adhesion=adhesion)
+    again = solve(surface, 1.0, pressure=0.01, adhesion=adhesion, initial_gap=loaded[2].gap)[0]
+    assert np.isclose(again.contact_fraction, loaded[2].contact_fraction, rtol=1e-6)

@@ -1,0 +1,188 @@
+"""Surfaces: arrays of any layout, files, spectra, preparation, copies."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import asperity
+from asperity import InputError, Surface
+
+RNG = np.random.default_rng(7)
+HEIGHTS: npt.NDArray[np.float64] = RNG.normal(size=(24, 36))
+
+#: Heights are scaled by the length and back.
+ROUNDING = 4e-16
+
+
+def of(heights: npt.ArrayLike, **options: Any) -> Surface:
+    return Surface.from_array(heights, 36.0, touching="low-points", **options)
+
+
+def test_low_points_are_lowered_to_zero() -> None:
+    assert np.allclose(of(HEIGHTS).heights, HEIGHTS - HEIGHTS.min(), rtol=0, atol=10 * ROUNDING)
+
+
+def test_high_points_are_turned_over() -> None:
+    surface = Surface.from_array(HEIGHTS, 36.0, touching="high-points")
+    assert np.allclose(surface.heights, HEIGHTS.max() - HEIGHTS, rtol=0, atol=10 * ROUNDING)
+
+
+@pytest.mark.parametrize(
+    "layout",
+    [
+        np.asfortranarray(HEIGHTS),
+        np.repeat(HEIGHTS, 2, axis=1)[:, ::2],
+        HEIGHTS[::-1][::-1],
+        HEIGHTS.astype(">f8"),
+        HEIGHTS.tolist(),
+        np.ma.masked_array(HEIGHTS),
+    ],
+    ids=["column-major", "strided", "negative strides", "big-endian", "list", "masked"],
+)
+def test_any_layout_gives_the_same_surface(layout: Any) -> None:
+    assert np.array_equal(of(layout).heights, of(HEIGHTS).heights)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.int16, np.uint8])
+def test_other_numbers_are_converted(dtype: Any) -> None:
+    heights = (10 * HEIGHTS + 40).astype(dtype)
+    assert np.array_equal(of(heights).heights, of(heights.astype(np.float64)).heights)
+
+
+def test_shape_and_cell_are_those_of_the_array() -> None:
+    assert (of(HEIGHTS).shape, of(HEIGHTS).cell) == ((24, 36), (36.0, 24.0))
+    assert of(HEIGHTS, length_y=12.0).cell == (36.0, 12.0)
+
+
+def test_x_is_the_fast_axis() -> None:
+    x = np.cos(2 * np.pi * np.arange(32) / 32)
+    surface = Surface.from_array(np.tile(x, (8, 1)), 1.0, touching="low-points", length_y=4.0)
+    assert np.isclose(surface.rms_gradient, 2 * np.pi / np.sqrt(2), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("heights", "words"),
+    [
+        (np.zeros(4), "shape (4,)"),
+        (np.zeros((0, 3)), "shape (0, 3)"),
+        (np.zeros((2, 2), complex), "complex128"),
+        (np.full((2, 2), "a"), "<U1"),
+        (np.zeros((2, 2), bool), "bool"),
+        (np.array([[1.0, np.inf]]), "inf"),
+        (np.array([[1.0, np.nan]]), "row 1, column 2"),
+        (np.full((2, 2), np.nan), "no measured height"),
+    ],
+)
+def test_bad_heights_are_refused(heights: Any, words: str) -> None:
+    with pytest.raises(InputError, match="heights|height") as caught:
+        of(heights)
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize("length", [0.0, -1.0, np.nan, np.inf, "long", None])
+def test_bad_lengths_are_refused(length: Any) -> None:
+    with pytest.raises(InputError, match="length"):
+        Surface.from_array(HEIGHTS, length, touching="low-points")
+
+
+def test_bad_words_are_refused_with_those_accepted() -> None:
+    with pytest.raises(InputError, match="touching.*low-points.*high-points"):
+        Surface.from_array(HEIGHTS, 1.0, touching="peaks")
+    with pytest.raises(InputError, match="fill.*nearest.*harmonic"):
+        of(HEIGHTS, preparation={"fill": "zero"})
+    with pytest.raises(InputError, match="detrent.*accepted.*detrend"):
+        of(HEIGHTS, preparation={"detrent": "plane"})
+
+
+def test_preparation_removes_tilt_and_fills_holes() -> None:
+    tilted = HEIGHTS + 3.0 * np.arange(36)
+    tilted[5, 7] = np.nan
+    surface = of(tilted, periodic=False, preparation={"fill": "harmonic", "detrend": "plane", "edges": "mirror"})
+    assert surface.shape == (48, 72)
+    assert surface.rms_height < 1.1
+    assert [step.split()[0] for step in surface.preparation_steps] == ["fill", "detrend", "edges"]
+
+
+def test_masked_points_are_missing() -> None:
+    masked = np.ma.masked_array(HEIGHTS, HEIGHTS > 2)
+    with pytest.raises(InputError):
+        of(masked)
+    assert len(of(masked, preparation={"fill": "nearest"}).preparation_steps) == 1
+
+
+def test_files_are_read_with_what_they_declare() -> None:
+    path = Path(__file__).parents[2] / "configs" / "measured-surface.txt"
+    surface = Surface.from_file(path, touching="high-points", preparation={"fill": "harmonic", "detrend": "plane"})
+    assert surface.provenance is not None
+    assert surface.provenance["file"].endswith("measured-surface.txt")
+    assert surface.unit == "m"
+    with pytest.raises(InputError, match="touching"):
+        Surface.from_file(path)
+
+
+def test_missing_files_are_named() -> None:
+    with pytest.raises(InputError, match="nowhere.npy"):
+        Surface.from_file("nowhere.npy", length=1.0, touching="low-points")
+
+
+def test_npy_files_and_arrays_give_the_same_surface(tmp_path: Path) -> None:
+    np.save(tmp_path / "h.npy", HEIGHTS)
+    stored = Surface.from_file(tmp_path / "h.npy", length=36.0, touching="low-points")
+    assert np.array_equal(stored.heights, of(HEIGHTS).heights)
+
+
+def test_spectra_are_reproducible_and_independent_of_the_grid() -> None:
+    coarse, fine = (Surface.from_spectrum(n, seed=3, lambda_s=1 / 16) for n in (64, 128))
+    difference = fine.heights[::2, ::2] - coarse.heights
+    assert np.ptp(difference) < 1e-12
+
+
+@pytest.mark.parametrize("values", [{"nodes": 0}, {"nodes": 1.5}, {"seed": -1}, {"seed": "x"}, {"amplitudes": "flat"}])
+def test_bad_spectra_are_refused(values: dict[str, Any]) -> None:
+    given = {"nodes": 32, "seed": 1} | values
+    with pytest.raises(InputError, match=next(iter(values))):
+        Surface.from_spectrum(given.pop("nodes"), **given)
+
+
+def test_topographies_of_surface_topography() -> None:
+    class Topography:
+        """What SurfaceTopography's `Topography` has: x is the first axis."""
+
+        physical_sizes, is_periodic, unit = (36.0, 24.0), True, "um"
+
+        def heights(self) -> npt.NDArray[np.float64]:
+            return HEIGHTS.T
+
+    surface = Surface.from_topography(Topography(), touching="low-points")
+    assert np.array_equal(surface.heights, of(HEIGHTS, length_y=24.0).heights)
+    assert (surface.unit, surface.cell) == ("um", (36.0, 24.0))
+
+
+def test_copies_are_equal() -> None:
+    for surface in (Surface.from_spectrum(32, seed=2, lambda_s=0.25, unit="m"), of(HEIGHTS, unit="nm")):
+        for twin in (pickle.loads(pickle.dumps(surface)), copy.deepcopy(surface)):
+            assert np.allclose(twin.heights, surface.heights, rtol=0, atol=10 * ROUNDING)
+            assert (twin.cell, twin.shape, twin.unit) == (surface.cell, surface.shape, surface.unit)
+
+
+def test_statistics_and_words(surface: Surface) -> None:
+    statistics = surface.statistics()
+    assert np.isclose(statistics["rms_height"], surface.heights.std(), rtol=1e-12)
+    assert statistics["height_range"] == np.ptp(surface.heights)
+    assert "64 x 64 nodes" in repr(surface)
+
+
+def test_unresolved_waves_are_a_warning() -> None:
+    assert "cannot hold" in Surface.from_spectrum(64, seed=1).warnings[0]
+
+
+def test_maps_are_plotted(surface: Surface) -> None:
+    assert surface.plot_map().get_xlabel() == "x"
+    assert asperity.solve(surface, 1.0, pressure=0.1)[0].plot_map("contact").get_title() == "contact"
