@@ -1,6 +1,6 @@
 """Time and memory of `asperity.solve` over those of the command line, on the same map, in turns.
 
-usage: python overhead.py [NODES] [REPEATS]
+usage: python overhead.py [NODES] [REPEATS]    with the wheel installed
 """
 
 import json

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import importlib
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ._solve import LoadPath
@@ -34,6 +35,20 @@ class LammpsError(AsperityError, RuntimeError):
 
 class ResourceError(AsperityError, RuntimeError):
     """Too little memory or disk, or a program that is missing; exit code 5."""
+
+
+def needed(package: str) -> Any:
+    """An optional package.
+
+    Raises
+    ------
+    ImportError
+        With what installs it.
+    """
+    try:
+        return importlib.import_module(package)
+    except ImportError as error:
+        raise ImportError(f'{package} is needed for this; `pip install {package}`, or `pip install "asperity[all]"`') from error
 
 
 class AsperityWarning(UserWarning):

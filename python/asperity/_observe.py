@@ -104,15 +104,19 @@ class Method:
 
 def _flags(name: str, values: npt.ArrayLike) -> npt.NDArray[np.bool_]:
     array = np.asarray(values)
-    if array.ndim != 2 or array.size == 0 or array.dtype != np.bool_:
-        raise InputError(f"{name} = an array of shape {array.shape} and type {array.dtype}; accepted: bool [ny, nx]")
-    return array
+    binary = array.dtype == np.bool_ or array.dtype.kind in "iu" and bool(np.isin(array, (0, 1)).all())
+    if array.ndim != 2 or array.size == 0 or not binary:
+        raise InputError(f"{name} = an array of shape {array.shape} and type {array.dtype}; accepted: bool, or 0 and 1, [ny, nx]")
+    return array.astype(np.bool_, copy=False)
 
 
 def _edges(values: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    edges = np.asarray(values, dtype=np.float64)
+    try:
+        edges = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        edges = np.empty(0)
     if edges.ndim != 1 or edges.size < 2 or not np.isfinite(edges).all() or not (np.diff(edges) > 0).all():
-        raise InputError("edges = numbers that do not rise; accepted: two or more finite numbers that rise")
+        raise InputError(f"edges = {values!r}; accepted: the edges of the bins, two or more finite numbers that rise")
     return edges
 
 

@@ -8,6 +8,7 @@ import os
 import shutil
 import signal
 import subprocess
+import sys
 import sysconfig
 import threading
 from collections.abc import Sequence
@@ -16,8 +17,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from . import _asperity
-from ._errors import AsperityError, InputError, LammpsError, NotConverged, ResourceError
-from ._surface import Map
+from ._errors import AsperityError, InputError, LammpsError, NotConverged, ResourceError, needed
+from ._progress import visible
+from ._surface import Map, real
 
 if TYPE_CHECKING:
     import pandas
@@ -54,8 +56,10 @@ def program() -> Path:
     raise ResourceError("the program asperity was not found; install the wheel again, or set ASPERITY_PROGRAM to its path")
 
 
-def command(*arguments: Where | float, cwd: Where | None = None) -> str:
-    """Runs the program with these arguments and returns what it prints on stdout. Its messages go to the logger ``asperity``.
+def command(*arguments: Where | float, cwd: Where | None = None, echo: bool | None = None) -> str:
+    """Runs the program with these arguments and returns what it prints on stdout.
+
+    Its messages go to the logger ``asperity``, and with `echo` to stderr; by default in a terminal and a notebook.
 
     At Ctrl-C the program is interrupted, writes its checkpoint, and KeyboardInterrupt is raised; the same command resumes it.
 
@@ -70,6 +74,10 @@ def command(*arguments: Where | float, cwd: Where | None = None) -> str:
     >>> asperity.command("--version").startswith("asperity ")
     True
     """
+    for argument in arguments:
+        if not isinstance(argument, (str, os.PathLike, int, float)):
+            raise InputError(f"argument = {argument!r}; accepted: each word of the command line as an argument of its own")
+    show = visible() if echo is None else echo
     words = [str(program()), *(os.fspath(a) if isinstance(a, os.PathLike) else str(a) for a in arguments)]
     # In a session of its own: a terminal's Ctrl-C would reach it twice.
     child = subprocess.Popen(
@@ -83,6 +91,8 @@ def command(*arguments: Where | float, cwd: Where | None = None) -> str:
             for line in stream:
                 lines.append(line.rstrip())
                 LOG.info(lines[-1])
+                if show:
+                    print(lines[-1], file=sys.stderr)
 
     listener = threading.Thread(target=listen, daemon=True)
     listener.start()
@@ -125,8 +135,8 @@ class Run:
     """The folder of a finished run, in SI units; :func:`open_run` reads it."""
 
     def __init__(self, folder: Where) -> None:
-        self.folder = Path(folder)
-        self._native = _asperity.FinishedRun(os.fspath(folder))
+        self.folder = Path(folder).expanduser()
+        self._native = _asperity.FinishedRun(os.fspath(self.folder))
         self._results: dict[str, Any] | None = None
 
     @property
@@ -183,21 +193,22 @@ class Run:
     @property
     def curve(self) -> pandas.DataFrame:
         """Numbers of all states as a table of pandas."""
-        import pandas
-
-        return pandas.DataFrame([vars(state) for state in self.states])
+        table: pandas.DataFrame = needed("pandas").DataFrame([vars(state) for state in self.states])
+        return table
 
     @property
     def dataset(self) -> xarray.Dataset:
         """``results.nc`` as a dataset of xarray."""
-        import xarray
-
-        return xarray.open_dataset(self.folder / "results.nc", engine="h5netcdf")
+        data: xarray.Dataset = needed("xarray").open_dataset(self.folder / "results.nc", engine="h5netcdf")
+        return data
 
     @property
     def report(self) -> Path:
         """The report, for a browser."""
         return self.folder / "report.html"
+
+    def __reduce__(self) -> tuple[type[Run], tuple[Path]]:
+        return Run, (self.folder,)
 
     def __repr__(self) -> str:
         return f"<Run {self.name!r} in {self.folder}: {len(self.states)} states>"
@@ -227,7 +238,8 @@ def run(
     *,
     atoms: bool = True,
     overwrite: bool = False,
-    threads: int = 0,
+    threads: int | None = None,
+    echo: bool | None = None,
     arguments: Sequence[str] = (),
 ) -> Run:
     """Runs a scene: surface, continuum, atoms, comparison, report. The same call resumes an interrupted run.
@@ -242,8 +254,10 @@ def run(
         Whether to run the atoms of the scene.
     overwrite : bool
         Replace the results of another scene in that folder.
-    threads : int
-        Threads; 0 for all cores.
+    threads : int, optional
+        Threads; all cores by default.
+    echo : bool, optional
+        Whether to print the messages of the program; by default in a terminal and a notebook.
     arguments : sequence of str
         Further arguments of ``asperity run``.
 
@@ -252,11 +266,16 @@ def run(
     InputError, NotConverged, LammpsError, ResourceError
         As the program reports them.
     """
-    words: list[Where | float] = ["run", scene, "--json", "--threads", threads, *arguments]
+    if not isinstance(scene, (str, os.PathLike)):
+        raise InputError(f"scene = {scene!r}; accepted: the path of a scene file")
+    if isinstance(arguments, str):
+        raise InputError(f"arguments = {arguments!r}; accepted: a list of words")
+    words: list[Where | float] = ["run", scene, "--json", *arguments]
+    words += [] if threads is None else [f"--threads={threads}"]
     words += [] if out is None else ["--out", out]
     words += [] if atoms else ["--no-atoms"]
     words += ["--overwrite"] if overwrite else []
-    return Run(json.loads(command(*words))["out"])
+    return Run(json.loads(command(*words, echo=echo))["out"])
 
 
 def advise(
@@ -287,8 +306,10 @@ def advise(
     dict
         As ``asperity advise --json`` prints it.
     """
+    if (error is None) == (budget is None):
+        raise InputError("advise: error and budget are both given or both missing; accepted: one of them")
     words: list[Where | float] = ["advise", scene, "--quantity", quantity, "--json"]
-    words += [] if error is None else ["--error", error]
+    words += [] if error is None else [f"--error={real('error', error)}"]
     words += [] if budget is None else ["--budget", budget]
     words += ["--extrapolate"] if extrapolate else []
     return cast("dict[str, Any]", json.loads(command(*words)))

@@ -41,6 +41,11 @@ class Progress:
 Show = Callable[[int, float, int, float], object]
 
 
+def visible() -> bool:
+    """Whether somebody reads stderr: in a terminal and a notebook."""
+    return sys.stderr is not None and (sys.stderr.isatty() or "ipykernel" in sys.modules)
+
+
 @contextmanager
 def bar(progress: bool | Callable[[Progress], object] | None, loads: int) -> Iterator[Show | None]:
     """What the solver calls with its progress: a callable of the user, a bar, or None."""
@@ -48,8 +53,7 @@ def bar(progress: bool | Callable[[Progress], object] | None, loads: int) -> Ite
         call = progress
         yield lambda finished, fraction, iteration, residual: call(Progress(finished, loads, fraction, iteration, residual))
         return
-    visible = sys.stderr is not None and (sys.stderr.isatty() or "ipykernel" in sys.modules)
-    if progress is False or progress is None and not visible:
+    if progress is False or progress is None and not visible():
         yield None
         return
     shown = _Bar(loads, 0.0 if progress else DELAY)

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _asperity
-from ._errors import AsperityWarning, InputError
+from ._errors import AsperityWarning, InputError, needed
 from ._observe import Clusters, Distribution, clusters, gap_distribution, hydraulic_gap, percolation, pressure_distribution
 from ._progress import Progress, bar
 from ._surface import Map, Surface, as_map, real
@@ -30,13 +30,14 @@ class Adhesion:
     Attributes
     ----------
     work_of_adhesion : float
-        Work of adhesion γ, in units of modulus times length.
+        Work of adhesion γ, in units of modulus times length: with µm and MPa, 0.05 J/m² is 0.05.
     range : float
         Range ρ, in the unit of the surface.
     law : {'exponential', 'dugdale', 'power-9-3'}
         Decay of the attraction with the gap.
     resolution : {'mesh', 'true', 'extrapolate'}
-        What happens where the grid does not resolve the range: ``mesh`` takes the shortest range that it resolves.
+        Where the grid does not resolve the range, ``mesh`` takes the shortest range that it resolves, ``true`` takes the range as
+        it is, and ``extrapolate`` solves with three longer ranges and extrapolates.
     """
 
     work_of_adhesion: float
@@ -74,8 +75,8 @@ class State:
 
     Attributes
     ----------
-    control : {'pressure', 'mean_gap'}
-        What was imposed.
+    control : {'pressure', 'p_star', 'mean_gap', 'displacement', 'contact'}
+        What was prescribed.
     load : float
         Its value.
     branch : {'loading', 'unloading'}
@@ -85,7 +86,8 @@ class State:
     mean_pressure, mean_gap : float
         Means of the two.
     contact_fraction : float
-        Contact area over the area of the cell, corrected for the perimeter.
+        Contact area over the area of the cell. Nodes on the edge of the contact represent less than a pixel of contact: from the
+        fraction of nodes an amount proportional to the perimeter is subtracted, which converges faster with the grid.
     contact_fraction_nodes : float
         Fraction of nodes in contact.
     contact_fraction_error, mean_gap_error : float or None
@@ -157,7 +159,12 @@ class State:
         units = {"gap": self.length_unit, "pressure": self.pressure_unit, "contact": ""}
         if quantity not in units:
             raise InputError(f"quantity = {quantity!r}; accepted: {', '.join(units)}")
-        return plot_map(getattr(self, quantity), self.cell, quantity, units[quantity], **options)
+        return plot_map(getattr(self, quantity), self.cell, (quantity, units[quantity]), self.length_unit, **options)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        for values in (self.gap, self.pressure, self.contact):
+            values.flags.writeable = False
 
     def __repr__(self) -> str:
         return (
@@ -209,33 +216,55 @@ class LoadPath(Sequence[State]):
 
     def branch(self, name: str) -> tuple[State, ...]:
         """States of the branch ``loading`` or ``unloading``."""
+        if name not in ("loading", "unloading"):
+            raise InputError(f"branch = {name!r}; accepted: loading, unloading")
         return tuple(state for state in self.states if state.branch == name)
 
     def hysteresis_work(self) -> float:
-        """Work per area that a closed path dissipates, by trapezoids over the mean gap."""
+        """Work per area that a closed path dissipates, by trapezoids over the mean gap.
+
+        Raises
+        ------
+        InputError
+            If the path does not end at its first load.
+        """
+        if len(self) < 2 or self[0].load != self[-1].load:
+            raise InputError("hysteresis_work = an open path; accepted: a path that ends at its first load")
         p, g = (np.array([getattr(s, name) for s in self.states]) for name in ("mean_pressure", "mean_gap"))
         return float(-np.sum((p[1:] + p[:-1]) / 2 * np.diff(g)))
 
     @property
     def curve(self) -> pandas.DataFrame:
         """Numbers of all states as a table of pandas, one row for each load."""
-        import pandas
+        rows = [{name: getattr(s, name) for name in NUMBERS} for s in self.states]
+        table: pandas.DataFrame = needed("pandas").DataFrame(rows)
+        return table
 
-        return pandas.DataFrame([{name: getattr(s, name) for name in NUMBERS} for s in self.states])
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of maps and numbers, from the labels of surface and pressures; empty where these are."""
+        if not self.states:
+            return {}
+        length, pressure = self.states[0].length_unit, self.states[0].pressure_unit
+        per_area = f"{pressure} {length}" if pressure and length else ""
+        load = {"pressure": pressure, "mean_gap": length, "displacement": length}.get(self.states[0].control, "1")
+        return (
+            {name: length for name in ("gap", "mean_gap")}
+            | {name: pressure for name in ("pressure", "mean_pressure")}
+            | {name: per_area for name in ("energy", "elastic_energy", "interaction_energy")}
+            | {"load": load, "seconds": "s", "perimeter": f"1/{length}" if length else ""}
+        )
 
     @property
     def dataset(self) -> xarray.Dataset:
-        """Maps and numbers of all states as a dataset of xarray with the dimensions load, y and x."""
-        import xarray
-
+        """Maps and numbers of all states as a dataset of xarray with the dimensions load_step, y and x."""
         if not self.states:
             raise InputError("dataset = a load path without states; accepted: one or more")
-        first = self.states[0]
-        (ny, nx), (lx, ly), length, pressure = first.gap.shape, first.cell, first.length_unit, first.pressure_unit
-        units = {"gap": length, "mean_gap": length, "pressure": pressure, "mean_pressure": pressure, "seconds": "s"}
+        first, units = self.states[0], self.units
+        (ny, nx), (lx, ly), length = first.gap.shape, first.cell, first.length_unit
 
         def of(name: str, dimensions: tuple[str, ...]) -> tuple[tuple[str, ...], Any, dict[str, str]]:
-            return dimensions, np.stack([np.asarray(getattr(s, name)) for s in self.states]), {"units": units.get(name, "")}
+            return dimensions, np.stack([np.asarray(getattr(s, name)) for s in self.states]), {"units": units.get(name, "1")}
 
         numbers = [n for n in NUMBERS if n not in ("control", "branch", "contact_fraction_error", "mean_gap_error")]
         data = {name: of(name, ("load_step", "y", "x")) for name in ("gap", "pressure", "contact")}
@@ -248,7 +277,9 @@ class LoadPath(Sequence[State]):
             "y": ("y", np.arange(ny) * ly / ny, {"units": length}),
             "branch": ("load_step", [s.branch for s in self.states]),
         }
-        return xarray.Dataset(data, coordinates, {"program": f"asperity {_asperity.VERSION}"})
+        about = {"program": f"asperity {_asperity.VERSION}"}
+        found: xarray.Dataset = needed("xarray").Dataset(data, coordinates, about)
+        return found
 
     def plot_curve(self, x: str = "mean_pressure", y: str = "contact_fraction", **options: Any) -> Any:
         """One number of the states over another by matplotlib, one line for each branch; returns the axes."""
@@ -296,7 +327,10 @@ def _loads(given: dict[str, Loads | None]) -> tuple[str, list[float]]:
         raise InputError(f"problem: loads = {found}; accepted: one of {', '.join(KINDS)}")
     kind, values = chosen[0]
     try:
-        numbers = np.atleast_1d(np.asarray(values, dtype=np.float64))
+        array = np.asarray(values)
+        if array.size and array.dtype.kind not in "fiu":
+            raise TypeError
+        numbers = np.atleast_1d(array.astype(np.float64))
     except (TypeError, ValueError):
         raise InputError(f"problem: {kind} = {values!r}; accepted: a number or a sequence of numbers") from None
     if numbers.size == 0:
@@ -330,6 +364,8 @@ def _settings(
             settings |= {"body": "non-periodic"}
         case other:
             raise InputError(f"problem: body = {other!r}; accepted: Layer, Cubic, NonPeriodic, or None for a half-space")
+    if max_iterations is not None and (not isinstance(max_iterations, int) or max_iterations < 1):
+        raise InputError(f"problem: max_iterations = {max_iterations!r}; accepted: a whole number from 1 on")
     if adhesion is not None and not isinstance(adhesion, Adhesion):
         raise InputError(f"problem: adhesion = {adhesion!r}; accepted: an Adhesion")
     law = adhesion or Adhesion(0.0, 0.0)
@@ -401,7 +437,7 @@ def solve(
     displacement : float or sequence, optional
         Displacements from first touch, in the unit of the surface.
     contact : float or sequence, optional
-        Fractions of the cell in contact.
+        Fractions of nodes in contact, between 0 and 1: the pressure of each is found first, to one node.
     body : Layer, Cubic or NonPeriodic, optional
         The elastic body. Default: a half-space under a periodic surface.
     adhesion : Adhesion, optional
@@ -419,7 +455,7 @@ def solve(
     max_iterations : int, optional
         Iterations per load after which the solver stops.
     penalty_length : float, optional
-        Compliance of the repulsion: the penetration under a pressure of E*. Default: a hard wall.
+        Penetration under a pressure of E*, for a soft repulsion. Default: a hard wall, without penetration.
     initial_gap : array_like, shape (ny, nx), optional
         Gap from which the first load starts. Default: first contact.
     pressure_unit : str, optional
@@ -465,10 +501,16 @@ def solve(
         penalty_length=penalty_length,
     )
     problem = (_native(surface), real("modulus", modulus))
+    if not (surface.periodic or isinstance(body, NonPeriodic)):
+        text = "the map is not periodic and is taken as periodic; body=NonPeriodic() or a preparation of the edges avoids that"
+        warnings.warn(text, AsperityWarning, stacklevel=2)
     with bar(progress, len(loads[1])) as show:
         states, pulled, texts, error = _asperity.solve(problem, loads, bool(pull_off), settings, _threads(threads), show)
+        if show is not None and error is None:
+            show(len(states), 0.0, states[-1]["iterations"], states[-1]["residual"])
     labels: dict[str, Any] = {"cell": surface.cell, "length_unit": surface.unit, "pressure_unit": pressure_unit}
-    path = LoadPath(tuple(State(**state, **labels) for state in states), None if pulled is None else PullOff(**pulled))
+    solved = (State(control=loads[0], load=load, **state, **labels) for load, state in zip(loads[1], states))
+    path = LoadPath(tuple(solved), None if pulled is None else PullOff(**pulled))
     for text in texts:
         warnings.warn(text, AsperityWarning, stacklevel=2)
     if error is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import operator
 import os
 from typing import Any, TypedDict, cast
 
@@ -38,15 +39,36 @@ class Preparation(TypedDict, total=False):
     """Makes the map periodic: ``taper`` or ``mirror``."""
 
 
+WORDS = ("fill", "detrend", "filter", "edges")
+LENGTHS = ("remove_outliers", "low_pass", "high_pass")
+COUNTS = {"crop": 4, "resample": 2}
 STEPS = ("crop", "remove_outliers", "fill", "detrend", "low_pass", "high_pass", "filter", "resample", "edges")
 
 
 def _steps(preparation: Preparation | None) -> dict[str, Any]:
-    given = dict(preparation or {})
-    unknown = sorted(set(given) - set(STEPS))
-    if unknown:
-        raise InputError(f"surface: preparation = {unknown}; accepted: {', '.join(STEPS)}")
+    if not isinstance(preparation, (dict, type(None))):
+        raise InputError(f"preparation = {preparation!r}; accepted: a dictionary of {', '.join(STEPS)}")
+    given: dict[str, Any] = {key: value for key, value in (preparation or {}).items() if value is not None}
+    if unknown := sorted(set(given) - set(STEPS)):
+        raise InputError(f"preparation = {unknown}; accepted: {', '.join(STEPS)}")
+    for key, value in given.items():
+        if key in WORDS and not isinstance(value, str):
+            raise InputError(f"{key} = {value!r}; accepted: a word, as Preparation lists them")
+        if key in LENGTHS:
+            given[key] = real(key, value)
+        if key in COUNTS:
+            given[key] = _counts(key, value)
     return {"filter": "gaussian"} | dict.fromkeys((s for s in STEPS if s != "filter")) | given
+
+
+def _counts(key: str, values: Any) -> tuple[int, ...]:
+    try:
+        counts = tuple(operator.index(v) for v in values)
+    except TypeError:
+        counts = ()
+    if len(counts) != COUNTS[key] or min(counts) < 0:
+        raise InputError(f"{key} = {values!r}; accepted: {COUNTS[key]} whole numbers")
+    return counts
 
 
 def as_map(name: str, values: npt.ArrayLike) -> Map:
@@ -55,7 +77,14 @@ def as_map(name: str, values: npt.ArrayLike) -> Map:
         # The stubs of numpy lose the mask in `astype`.
         masked: Any = values
         values = masked.astype(np.float64).filled(np.nan)
-    array = np.asarray(values)
+    if set(getattr(values, "dims", ())) == {"x", "y"}:
+        # An array of xarray names its axes.
+        labelled: Any = values
+        values = labelled.transpose("y", "x")
+    try:
+        array = np.asarray(values)
+    except ValueError as error:
+        raise InputError(f"{name} = rows of different lengths ({error}); accepted: real numbers [ny, nx]") from None
     if array.ndim != 2 or array.size == 0 or array.dtype.kind not in "fiu":
         raise InputError(f"{name} = an array of shape {array.shape} and type {array.dtype}; accepted: real numbers [ny, nx]")
     return np.asarray(array, dtype=np.float64)
@@ -64,6 +93,8 @@ def as_map(name: str, values: npt.ArrayLike) -> Map:
 def real(name: str, value: float) -> float:
     """A number, for a message that names the argument."""
     try:
+        if isinstance(value, (str, bytes, bool)):
+            raise TypeError
         return float(value)
     except (TypeError, ValueError):
         raise InputError(f"{name} = {value!r}; accepted: a number") from None
@@ -78,12 +109,20 @@ class Surface:
     ----------
     unit : str
         Unit of its lengths: a label for tables and axes. Results have the unit of the surface, whatever it is.
+    periodic : bool
+        Whether the map repeats, or was made to repeat by its preparation. :func:`asperity.solve` takes every surface as periodic
+        unless its body is :class:`asperity.NonPeriodic`, and warns where this is False.
     """
 
     def __init__(self, native: _asperity.Surface, unit: str = "", origin: tuple[str, tuple[Any, ...]] | None = None) -> None:
+        if not isinstance(native, _asperity.Surface):
+            raise InputError("Surface(…) takes no heights; accepted: Surface.from_array, from_file, from_spectrum, from_topography")
+        if not isinstance(unit, str):
+            raise InputError(f"unit = {unit!r}; accepted: a word, such as um")
         self._native = native
         self._origin = origin
         self.unit = unit
+        self.periodic = True
 
     @classmethod
     def from_array(
@@ -110,7 +149,8 @@ class Surface:
         length_y : float, optional
             Extent along y. Default: square pixels.
         periodic : bool
-            Whether the map repeats: filters and fill then continue across its edges.
+            Whether the map repeats. If not, filters and fill do not continue across its edges, and :func:`asperity.solve` requires
+            ``body=NonPeriodic()`` or a preparation of the edges, or warns.
         unit : str, optional
             Label of the unit of lengths.
         preparation : Preparation, optional
@@ -130,8 +170,10 @@ class Surface:
         ((64, 64), 0.05)
         """
         lengths = (real("length", length), None if length_y is None else real("length_y", length_y))
-        native = _asperity.Surface.from_array(as_map("heights", heights), lengths, touching, periodic, _steps(preparation))
-        return cls(native, unit)
+        steps = _steps(preparation)
+        surface = cls(_asperity.Surface.from_array(as_map("heights", heights), lengths, touching, bool(periodic), steps), unit)
+        surface.periodic = bool(periodic) or steps["edges"] is not None
+        return surface
 
     @classmethod
     def from_file(
@@ -238,6 +280,9 @@ class Surface:
 
         Arrays of SurfaceTopography have x as the slow axis; it becomes the fast axis here.
         """
+        if not all(hasattr(topography, name) for name in ("physical_sizes", "is_periodic", "unit", "heights")):
+            accepted = "a topography of SurfaceTopography; Surface.from_array takes arrays"
+            raise InputError(f"topography = {type(topography).__name__}; accepted: {accepted}")
         x, y = topography.physical_sizes
         return cls.from_array(
             topography.heights().T,
@@ -306,17 +351,19 @@ class Surface:
 
     def __reduce__(self) -> tuple[Any, ...]:
         if self._origin is not None:
-            return _restored, (*self._origin, self.unit)
+            return _restored, (*self._origin, self.unit, self.periodic)
         (x, y), heights = self.cell, self.heights
         values = (heights, (x, y), "low-points", True, _steps(None))
-        return _restored, ("from_array", values, self.unit)
+        return _restored, ("from_array", values, self.unit, self.periodic)
 
     def plot_map(self, **options: Any) -> Any:
-        """Map of the heights by matplotlib. Options are those of ``Axes.imshow``; returns the axes."""
+        """Map of :attr:`heights` by matplotlib: low points touch first. Options are `ax` and those of ``Axes.imshow``; returns the axes."""
         from ._plot import plot_map
 
-        return plot_map(self.heights, self.cell, "height", self.unit, **options)
+        return plot_map(self.heights, self.cell, ("height (low points touch first)", self.unit), self.unit, **options)
 
 
-def _restored(maker: str, values: tuple[Any, ...], unit: str) -> Surface:
-    return Surface(getattr(_asperity.Surface, maker)(*values), unit, (maker, values) if maker == "from_spectrum" else None)
+def _restored(maker: str, values: tuple[Any, ...], unit: str, periodic: bool) -> Surface:
+    surface = Surface(getattr(_asperity.Surface, maker)(*values), unit, (maker, values) if maker == "from_spectrum" else None)
+    surface.periodic = periodic
+    return surface

@@ -5,16 +5,42 @@ use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use serde::de::DeserializeOwned;
 
+/// Words of scenes, flags and the crate in messages, and their names in Python.
+const NAMES: [(&str, &str); 16] = [
+    ("`surface.edges taper|mirror`", "edges=\"taper\" or \"mirror\" in the preparation"),
+    ("`surface.detrend plane`", "detrend=\"plane\""),
+    ("`continuum.periodic = false`", "body=NonPeriodic()"),
+    ("`--fill nearest|harmonic`", "fill=\"nearest\" or \"harmonic\" in the preparation"),
+    ("`Problem::estimate`", "asperity.estimate"),
+    ("Precision::F32", "precision=\"f32\""),
+    ("--crop", "crop"),
+    ("--fill", "fill"),
+    ("--detrend", "detrend"),
+    ("--low-pass", "low_pass"),
+    ("--high-pass", "high_pass"),
+    ("--resample", "resample"),
+    ("--remove-outliers", "remove_outliers"),
+    ("c11_gpa", "c11"),
+    ("c12_gpa", "c12"),
+    ("c44_gpa", "c44"),
+];
+
+/// A message of the crate in the words of Python.
+pub(crate) fn in_python(text: &str) -> String {
+    NAMES.iter().fold(text.to_string(), |text, (name, python)| text.replace(name, python))
+}
+
 /// The exception of an error, with the message of the command line.
 pub(crate) fn exception(py: Python<'_>, error: &Error) -> PyErr {
+    let text = in_python(&error.to_string());
     let class = match error.exit_code() {
         2 => "InputError",
         3 => "NotConverged",
         4 => "LammpsError",
-        130 => return PyKeyboardInterrupt::new_err(error.to_string()),
+        130 => return PyKeyboardInterrupt::new_err("interrupted"),
         _ => "ResourceError",
     };
-    let made = py.import("asperity._errors").and_then(|m| m.getattr(class)).and_then(|c| c.call1((error.to_string(),)));
+    let made = py.import("asperity._errors").and_then(|m| m.getattr(class)).and_then(|c| c.call1((text,)));
     match made {
         Ok(value) => PyErr::from_value(value),
         Err(error) => error,

@@ -1,11 +1,11 @@
 //! Load paths and estimates. Solves run in a thread of their own without the interpreter's lock, so that the calling thread handles
 //! signals and shows the progress.
 
-use crate::errors::{Raise, choice, exception, optional};
+use crate::errors::{Raise, choice, exception, in_python, optional};
 use crate::surface::Surface;
 use asperity::{
-    Adhesion, AdhesionLaw, Body, Branch, Estimate, Load, Loads, Monitor, Precision, Problem, Progress, PullOff,
-    RangeChoice, State, Targets,
+    Adhesion, AdhesionLaw, Body, Branch, Estimate, Loads, Monitor, Precision, Problem, Progress, PullOff, RangeChoice,
+    State, Targets,
 };
 use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::IntoPyObjectExt;
@@ -178,6 +178,7 @@ pub(crate) fn solve<'py>(
     let states = shared.states.into_inner().expect("no panic while it was held");
     let states = states.into_iter().map(|state| state_dict(py, state)).collect::<PyResult<_>>()?;
     let warnings = shared.warnings.into_inner().expect("no panic while it was held");
+    let warnings = warnings.iter().map(|text| in_python(text)).collect();
     let raised = |error: PyErr| error.into_value(py).into_any();
     Ok(match (found, stopped) {
         (_, Some(error)) => (states, None, warnings, Some(raised(error))),
@@ -188,12 +189,6 @@ pub(crate) fn solve<'py>(
 
 fn state_dict(py: Python<'_>, state: State) -> PyResult<Bound<'_, PyDict>> {
     let dict = PyDict::new(py);
-    let (control, load) = match state.load {
-        Load::Pressure(p) => ("pressure", p),
-        Load::MeanGap(g) => ("mean_gap", g),
-    };
-    dict.set_item("control", control)?;
-    dict.set_item("load", load)?;
     dict.set_item("branch", if state.branch == Branch::Loading { "loading" } else { "unloading" })?;
     dict.set_item("gap", fixed(py, PyArray2::from_owned_array(py, state.gap))?)?;
     dict.set_item("pressure", fixed(py, PyArray2::from_owned_array(py, state.pressure))?)?;

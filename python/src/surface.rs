@@ -1,6 +1,6 @@
 //! Surfaces from arrays, files and spectra.
 
-use crate::errors::{Raise, choice, optional};
+use crate::errors::{Raise, choice, in_python, optional};
 use crate::solve::in_pool;
 use asperity::{Amplitudes, FileOptions, MapOptions, Preparation, Spectrum, SynthesisOptions, Touching};
 use numpy::{PyArray2, PyReadonlyArray2};
@@ -113,7 +113,7 @@ impl Surface {
     }
 
     fn warnings(&self, py: Python<'_>) -> PyResult<Vec<String>> {
-        in_pool(py, 0, || self.0.warnings())
+        Ok(in_pool(py, 0, || self.0.warnings())?.iter().map(|text| in_python(text)).collect())
     }
 
     fn preparation_steps(&self) -> Vec<String> {

@@ -38,6 +38,7 @@ def test_clusters_are_periodic() -> None:
     contact[0, 0] = contact[3, 5] = True
     assert asperity.clusters(contact, corners=True).sizes == [2]
     assert asperity.clusters(contact, corners=False).sizes == [1, 1]
+    assert asperity.clusters(contact.astype(int)).sizes == [2]
     assert asperity.clusters(np.zeros((4, 4), bool)).median_size is None
 
 
@@ -55,7 +56,8 @@ def test_maps_agree_beyond_chance() -> None:
     [
         lambda: asperity.clusters(np.zeros((3, 3))),
         lambda: asperity.clusters(np.zeros(3, bool)),
-        lambda: asperity.percolation([[1, 0]]),
+        lambda: asperity.percolation([[2, 0]]),
+        lambda: asperity.gap_distribution(np.zeros((2, 2)), 20),
         lambda: asperity.contact_area(np.full((2, 2), np.nan), (1.0, 1.0)),
         lambda: asperity.contact_area(np.zeros((2, 2)), (0.0, 1.0)),
         lambda: asperity.gap_distribution(np.zeros((2, 2)), [1, 0]),

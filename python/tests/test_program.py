@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import pickle
 import signal
 import threading
 import time
@@ -83,6 +84,26 @@ def test_interrupted_runs_resume(tmp_path: Path) -> None:
         asperity.run(scene, tmp_path / "out", arguments=["--tolerance", "1e-9"])
     assert time.monotonic() - begin < 10
     timer.cancel()
+
+
+def test_bad_arguments_are_refused(scene: Path) -> None:
+    calls = (
+        lambda: asperity.run(3),  # type: ignore[arg-type]
+        lambda: asperity.run(scene, threads=-1),
+        lambda: asperity.run(scene, arguments="--overwrite"),
+        lambda: asperity.command(["doctor"]),  # type: ignore[arg-type]
+        lambda: asperity.advise(scene, "mean_gap"),
+        lambda: asperity.advise(scene, "mean_gap", error="5%"),  # type: ignore[arg-type]
+    )
+    for call in calls:
+        with pytest.raises(InputError):
+            call()
+
+
+def test_messages_are_echoed_on_request(scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run = asperity.run(scene, tmp_path / "out", echo=True)
+    assert "continuum" in capsys.readouterr().err
+    assert pickle.loads(pickle.dumps(run)).name == run.name
 
 
 def test_a_missing_program_is_explained(monkeypatch: pytest.MonkeyPatch) -> None:

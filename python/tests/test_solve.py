@@ -63,6 +63,8 @@ def test_adhesive_paths_have_the_bits_of_the_program(tmp_path: Path) -> None:
     surface = Surface.from_array(np.load(path), 1.0, touching="low-points")
     adhesion = Adhesion(4e-3, 1.2e-2)
     found = solve(surface, 1.0, pressure=[0.01, 0.05, 0.01], adhesion=adhesion, pull_off=True)
+    with pytest.raises(NotConverged, match="load 2 of 2: the tension separates"):
+        solve(surface, 1.0, pressure=[0.01, -1.0], adhesion=adhesion)
     assert [s.mean_gap for s in found] == [line["mean_gap"] for line in lines[:3]]
     assert found.pull_off is not None and found.pull_off.mean_pressure == lines[3]["pull_off_pressure"]
     assert [s.branch for s in found] == ["loading", "loading", "unloading"]
@@ -83,6 +85,7 @@ def test_loads_of_every_kind(surface: Surface, load: dict[str, Any]) -> None:
         "displacement": first_touch - state.mean_gap,
         "contact": state.contact_fraction_nodes,
     }[kind]
+    assert (state.control, state.load) == (kind, value)
     # The contact fraction is found to one node.
     assert np.isclose(found, value, rtol=1e-6, atol=1.01 / surface.shape[0] ** 2 if kind == "contact" else 0)
 
@@ -127,6 +130,10 @@ def test_estimates_cover_the_other_methods(surface: Surface) -> None:
         ({"pressure": 0.1, "p_star": 0.1}, "pressure, p_star"),
         ({"pressure": []}, "no values"),
         ({"pressure": "high"}, "pressure = 'high'"),
+        ({"pressure": "0.1"}, "pressure = '0.1'"),
+        ({"pressure": True}, "pressure = True"),
+        ({"pressure": 0.1, "max_iterations": -2}, "max_iterations = -2"),
+        ({"pressure": 0.1, "body": Cubic(1.0, 1.0, -1.0)}, "c44"),
         ({"pressure": [[0.1]]}, "shape"),
         ({"pressure": -0.1}, "mean pressure = -0.1"),
         ({"pressure": np.nan}, "mean pressure = NaN"),
@@ -174,6 +181,26 @@ def test_states_before_a_failure_are_kept(surface: Surface) -> None:
         solve(surface, 1.0, pressure=[1e-6, 0.3, 0.001], max_iterations=needed // 2, method="gfmd")
     assert isinstance(caught.value.load_path, LoadPath)
     assert "converging" in str(caught.value)
+
+
+def test_maps_that_do_not_repeat_are_a_warning() -> None:
+    patch = Surface.from_array(rough().heights, 1.0, touching="low-points", periodic=False)
+    with pytest.warns(AsperityWarning, match="NonPeriodic"):
+        solve(patch, 1.0, pressure=0.1)
+    solve(patch, 1.0, pressure=0.1, body=NonPeriodic())
+    assert pickle.loads(pickle.dumps(patch)).periodic is False
+
+
+def test_packages_that_are_missing_are_named(surface: Surface, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "pandas", None)
+    with pytest.raises(ImportError, match="pip install pandas"):
+        _ = solve(surface, 1.0, pressure=0.1).curve
+
+
+def test_quick_solves_report_their_end(surface: Surface) -> None:
+    seen: list[asperity.Progress] = []
+    solve(surface, 1.0, pressure=0.1, progress=seen.append)
+    assert seen[-1].finished == 1
 
 
 def test_problems_worth_a_warning() -> None:
@@ -275,6 +302,7 @@ def test_forked_processes_solve() -> None:
 def test_paths_are_pickled(surface: Surface) -> None:
     path = solve(surface, 1.0, pressure=[0.05, 0.1])
     twin = pickle.loads(pickle.dumps(path))
+    assert not twin[0].gap.flags.writeable
     assert np.array_equal(twin[1].gap, path[1].gap) and twin[1].mean_gap == path[1].mean_gap
 
 
@@ -282,6 +310,9 @@ def test_paths_are_sequences(surface: Surface) -> None:
     path = solve(surface, 1.0, pressure=[0.05, 0.1])
     assert (len(path), path[-1] is path.states[1], len(path.branch("loading"))) == (2, True, 2)
     assert repr(path).count("contact") == 2
+    for call in (path.hysteresis_work, lambda: path.branch("load")):
+        with pytest.raises(InputError, match="accepted"):
+            call()
     assert path._repr_html_().count("<tr>") == 3
 
 
@@ -295,7 +326,7 @@ def test_tables_and_datasets(surface: Surface) -> None:
 
 def test_curves_are_plotted(surface: Surface) -> None:
     path = solve(surface, 1.0, pressure=[0.05, 0.1], pressure_unit="MPa")
-    assert path.plot_curve().get_xlabel() == "mean pressure / MPa"
+    assert path.plot_curve(marker="s").get_xlabel() == "mean pressure / MPa"
     with pytest.raises(InputError, match="curve"):
         path.plot_curve("area")
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+import xarray
 
 import asperity
 from asperity import InputError, Surface
@@ -99,6 +100,29 @@ def test_bad_words_are_refused_with_those_accepted() -> None:
         of(HEIGHTS, preparation={"fill": "zero"})
     with pytest.raises(InputError, match="detrent.*accepted.*detrend"):
         of(HEIGHTS, preparation={"detrent": "plane"})
+
+
+@pytest.mark.parametrize(
+    "steps", ["plane", {"low_pass": "3 um"}, {"crop": 5}, {"crop": (1, 2)}, {"detrend": True}, {"resample": (4, -4)}, {"low_pass": -3}]
+)
+def test_bad_preparations_are_refused(steps: Any) -> None:
+    with pytest.raises(InputError, match="accepted") as caught:
+        of(HEIGHTS, preparation=steps)
+    assert "--" not in str(caught.value)
+
+
+def test_heights_are_no_surface() -> None:
+    with pytest.raises(InputError, match="from_array"):
+        Surface(HEIGHTS)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="from_array"):
+        Surface.from_topography(HEIGHTS)
+    with pytest.raises(InputError, match="lengths"):
+        of([[1.0, 2.0], [3.0]])
+
+
+def test_named_axes_are_respected() -> None:
+    labelled = xarray.DataArray(HEIGHTS.T, dims=("x", "y"))
+    assert np.array_equal(of(labelled).heights, of(HEIGHTS).heights)
 
 
 def test_preparation_removes_tilt_and_fills_holes() -> None:

@@ -301,7 +301,7 @@ impl Problem {
                 return Err(Error::Memory { what, need, have, advice });
             }
             let pulled = path.walk(begin, pull_off, observer, |i, reached| {
-                require_converged(&reached, method.card(), path.problem().tolerance)?;
+                require_converged(&reached, method.card(), path.problem().tolerance, [i + 1, targets.len()])?;
                 let mut state = State::new(&self.surface, self.contact_modulus, &case.load_steps()[i], &reached);
                 if self.adhesion.is_none() {
                     state.clear_open_pressure();
@@ -408,13 +408,18 @@ fn named(error: Error) -> Error {
     rename_keys(error, &NAMES)
 }
 
-fn require_converged(reached: &path::Reached, card: &Card, tolerance: f64) -> Result<()> {
+fn require_converged(reached: &path::Reached, card: &Card, tolerance: f64, [load, loads]: [usize; 2]) -> Result<()> {
     match reached.state.stop {
         Stop::Converged => Ok(()),
         Stop::Interrupted => Err(Error::Interrupted),
         stop => Err(Error::NotConverged {
             method: card.id,
-            why: stop.to_string(),
+            why: match stop {
+                Stop::Detached => {
+                    format!("load {load} of {loads}: the tension separates the surfaces, and no equilibrium exists")
+                }
+                stop => format!("load {load} of {loads}: {stop}"),
+            },
             iterations: reached.state.iterations,
             residual: reached.state.residual,
             tolerance,
