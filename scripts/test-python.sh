@@ -15,7 +15,6 @@ if ! "$made/bin/python" -c "import maturin, pytest" >/dev/null 2>&1; then
     exit 0
 fi
 
-rm -rf "$wheels"
 scripts/wheel.sh dev "$wheels" "$made/bin/python"
 # No network: packages of the tests come from target/python, asperity alone from the wheel.
 "$made/bin/python" -m venv --clear "$fresh"

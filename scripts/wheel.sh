@@ -16,6 +16,7 @@ dev) folder=debug ;;
 esac
 cargo build --quiet --locked --profile "$profile"
 mkdir -p python/asperity.data/scripts "$out"
+rm -f "$out"/asperity-*.whl
 cp "${CARGO_TARGET_DIR:-target}/$folder/asperity" python/asperity.data/scripts/asperity
 # Symbols would triple the size of the wheel.
 strip python/asperity.data/scripts/asperity

@@ -37,6 +37,10 @@ class ResourceError(AsperityError, RuntimeError):
     """Too little memory or disk, or a program that is missing; exit code 5."""
 
 
+#: Classes by exit code of the program.
+CLASSES: dict[int, type[AsperityError]] = {2: InputError, 3: NotConverged, 4: LammpsError, 5: ResourceError}
+
+
 def needed(package: str) -> Any:
     """An optional package.
 

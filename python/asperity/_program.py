@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from . import _asperity
-from ._errors import AsperityError, InputError, LammpsError, NotConverged, ResourceError, needed
+from ._errors import CLASSES, AsperityError, InputError, ResourceError, needed
 from ._progress import visible
 from ._surface import Map, real
 
@@ -28,9 +28,6 @@ if TYPE_CHECKING:
 Where = str | os.PathLike[str]
 
 LOG = logging.getLogger("asperity")
-
-#: Classes of exceptions by exit code.
-CLASSES: dict[int, type[AsperityError]] = {2: InputError, 3: NotConverged, 4: LammpsError, 5: ResourceError}
 
 #: Exit code of an interrupted program.
 INTERRUPTED = 130
@@ -169,7 +166,7 @@ class Run:
     @property
     def states(self) -> tuple[RunState, ...]:
         """Equilibria of the continuum, one for each load."""
-        return tuple(RunState(*row) for row in self._native.states())
+        return tuple(RunState(**row) for row in self._native.states())
 
     @property
     def heights(self) -> Map | None:

@@ -230,8 +230,7 @@ class LoadPath(Sequence[State]):
         """
         if len(self) < 2 or self[0].load != self[-1].load:
             raise InputError("hysteresis_work = an open path; accepted: a path that ends at its first load")
-        p, g = (np.array([getattr(s, name) for s in self.states]) for name in ("mean_pressure", "mean_gap"))
-        return float(-np.sum((p[1:] + p[:-1]) / 2 * np.diff(g)))
+        return _asperity.hysteresis_work([(s.mean_pressure, s.mean_gap) for s in self.states])
 
     @property
     def curve(self) -> pandas.DataFrame:
@@ -501,18 +500,17 @@ def solve(
         penalty_length=penalty_length,
     )
     problem = (_native(surface), real("modulus", modulus))
-    if not (surface.periodic or isinstance(body, NonPeriodic)):
-        text = "the map is not periodic and is taken as periodic; body=NonPeriodic() or a preparation of the edges avoids that"
-        warnings.warn(text, AsperityWarning, stacklevel=2)
+
+    def warn(text: str) -> None:
+        warnings.warn(text, AsperityWarning, stacklevel=3)
+
     with bar(progress, len(loads[1])) as show:
-        states, pulled, texts, error = _asperity.solve(problem, loads, bool(pull_off), settings, _threads(threads), show)
+        states, pulled, error = _asperity.solve(problem, loads, bool(pull_off), settings, _threads(threads), (warn, show))
         if show is not None and error is None:
             show(len(states), 0.0, states[-1]["iterations"], states[-1]["residual"])
     labels: dict[str, Any] = {"cell": surface.cell, "length_unit": surface.unit, "pressure_unit": pressure_unit}
     solved = (State(control=loads[0], load=load, **state, **labels) for load, state in zip(loads[1], states))
     path = LoadPath(tuple(solved), None if pulled is None else PullOff(**pulled))
-    for text in texts:
-        warnings.warn(text, AsperityWarning, stacklevel=2)
     if error is not None:
         error.load_path = path  # type: ignore[attr-defined]
         raise error

@@ -109,9 +109,6 @@ class Surface:
     ----------
     unit : str
         Unit of its lengths: a label for tables and axes. Results have the unit of the surface, whatever it is.
-    periodic : bool
-        Whether the map repeats, or was made to repeat by its preparation. :func:`asperity.solve` takes every surface as periodic
-        unless its body is :class:`asperity.NonPeriodic`, and warns where this is False.
     """
 
     def __init__(self, native: _asperity.Surface, unit: str = "", origin: tuple[str, tuple[Any, ...]] | None = None) -> None:
@@ -122,7 +119,6 @@ class Surface:
         self._native = native
         self._origin = origin
         self.unit = unit
-        self.periodic = True
 
     @classmethod
     def from_array(
@@ -170,10 +166,8 @@ class Surface:
         ((64, 64), 0.05)
         """
         lengths = (real("length", length), None if length_y is None else real("length_y", length_y))
-        steps = _steps(preparation)
-        surface = cls(_asperity.Surface.from_array(as_map("heights", heights), lengths, touching, bool(periodic), steps), unit)
-        surface.periodic = bool(periodic) or steps["edges"] is not None
-        return surface
+        native = _asperity.Surface.from_array(as_map("heights", heights), lengths, touching, bool(periodic), _steps(preparation))
+        return cls(native, unit)
 
     @classmethod
     def from_file(
@@ -300,6 +294,12 @@ class Surface:
         return self._native.shape()
 
     @property
+    def periodic(self) -> bool:
+        """Whether the map repeats, or was made to by its preparation. :func:`asperity.solve` takes every surface as periodic unless its
+        body is :class:`asperity.NonPeriodic`, and warns where this is False."""
+        return self._native.is_periodic()
+
+    @property
     def cell(self) -> tuple[float, float]:
         """Extents of the cell along x and along y."""
         return self._native.cell()
@@ -351,10 +351,10 @@ class Surface:
 
     def __reduce__(self) -> tuple[Any, ...]:
         if self._origin is not None:
-            return _restored, (*self._origin, self.unit, self.periodic)
+            return _restored, (*self._origin, self.unit)
         (x, y), heights = self.cell, self.heights
-        values = (heights, (x, y), "low-points", True, _steps(None))
-        return _restored, ("from_array", values, self.unit, self.periodic)
+        values = (heights, (x, y), "low-points", self.periodic, _steps(None))
+        return _restored, ("from_array", values, self.unit)
 
     def plot_map(self, **options: Any) -> Any:
         """Map of :attr:`heights` by matplotlib: low points touch first. Options are `ax` and those of ``Axes.imshow``; returns the axes."""
@@ -363,7 +363,5 @@ class Surface:
         return plot_map(self.heights, self.cell, ("height (low points touch first)", self.unit), self.unit, **options)
 
 
-def _restored(maker: str, values: tuple[Any, ...], unit: str, periodic: bool) -> Surface:
-    surface = Surface(getattr(_asperity.Surface, maker)(*values), unit, (maker, values) if maker == "from_spectrum" else None)
-    surface.periodic = periodic
-    return surface
+def _restored(maker: str, values: tuple[Any, ...], unit: str) -> Surface:
+    return Surface(getattr(_asperity.Surface, maker)(*values), unit, (maker, values) if maker == "from_spectrum" else None)

@@ -6,12 +6,16 @@ use pyo3::prelude::*;
 use serde::de::DeserializeOwned;
 
 /// Words of scenes, flags and the crate in messages, and their names in Python.
-const NAMES: [(&str, &str); 16] = [
+const NAMES: [(&str, &str); 20] = [
     ("`surface.edges taper|mirror`", "edges=\"taper\" or \"mirror\" in the preparation"),
     ("`surface.detrend plane`", "detrend=\"plane\""),
     ("`continuum.periodic = false`", "body=NonPeriodic()"),
     ("`--fill nearest|harmonic`", "fill=\"nearest\" or \"harmonic\" in the preparation"),
     ("`Problem::estimate`", "asperity.estimate"),
+    ("`Body::NonPeriodic`", "body=NonPeriodic()"),
+    ("`--edges taper|mirror`", "edges=\"taper\" or \"mirror\" in the preparation"),
+    ("`--non-periodic`", "body=NonPeriodic()"),
+    ("`--detrend plane`", "detrend=\"plane\""),
     ("Precision::F32", "precision=\"f32\""),
     ("--crop", "crop"),
     ("--fill", "fill"),
@@ -33,14 +37,11 @@ pub(crate) fn in_python(text: &str) -> String {
 /// The exception of an error, with the message of the command line.
 pub(crate) fn exception(py: Python<'_>, error: &Error) -> PyErr {
     let text = in_python(&error.to_string());
-    let class = match error.exit_code() {
-        2 => "InputError",
-        3 => "NotConverged",
-        4 => "LammpsError",
-        130 => return PyKeyboardInterrupt::new_err("interrupted"),
-        _ => "ResourceError",
-    };
-    let made = py.import("asperity._errors").and_then(|m| m.getattr(class)).and_then(|c| c.call1((text,)));
+    if matches!(error, Error::Interrupted) {
+        return PyKeyboardInterrupt::new_err("interrupted");
+    }
+    let classes = py.import("asperity._errors").and_then(|m| m.getattr("CLASSES"));
+    let made = classes.and_then(|c| c.get_item(error.exit_code())).and_then(|c| c.call1((text,)));
     match made {
         Ok(value) => PyErr::from_value(value),
         Err(error) => error,

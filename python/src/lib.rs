@@ -18,7 +18,7 @@ mod _asperity {
     #[pymodule_export]
     use crate::runs::FinishedRun;
     #[pymodule_export]
-    use crate::solve::{estimate, memory, solve};
+    use crate::solve::{estimate, hysteresis_work, memory, solve};
     #[pymodule_export]
     use crate::surface::Surface;
 

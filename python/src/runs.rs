@@ -10,6 +10,17 @@ use std::path::PathBuf;
 #[pyclass(frozen, module = "asperity._asperity")]
 pub(crate) struct FinishedRun(asperity::FinishedRun);
 
+/// Numbers of one load, as a dictionary.
+#[derive(IntoPyObject)]
+struct RunState {
+    branch: &'static str,
+    p_star: f64,
+    pressure_pa: f64,
+    contact_fraction: f64,
+    mean_gap_m: f64,
+    contact_fraction_error: Option<f64>,
+}
+
 /// A map, or none where the run stored none.
 type Map<'py> = Option<Bound<'py, PyArray2<f64>>>;
 
@@ -40,12 +51,14 @@ impl FinishedRun {
         (self.0.length_m, self.0.modulus_pa)
     }
 
-    /// Branch, p*, pressure (Pa), contact fraction, mean gap (m) and the relative error of the contact fraction, for each load.
-    #[allow(clippy::type_complexity, reason = "one row of a table")]
-    fn states(&self) -> Vec<(&'static str, f64, f64, f64, f64, Option<f64>)> {
-        let branch = |b: Branch| if b == Branch::Loading { "loading" } else { "unloading" };
-        let row = |s: &FinishedState| {
-            (branch(s.branch), s.p_star, s.pressure_pa, s.contact_fraction, s.mean_gap_m, s.area_grid_error)
+    fn states(&self) -> Vec<RunState> {
+        let row = |s: &FinishedState| RunState {
+            branch: if s.branch == Branch::Loading { "loading" } else { "unloading" },
+            p_star: s.p_star,
+            pressure_pa: s.pressure_pa,
+            contact_fraction: s.contact_fraction,
+            mean_gap_m: s.mean_gap_m,
+            contact_fraction_error: s.area_grid_error,
         };
         self.0.states.iter().map(row).collect()
     }

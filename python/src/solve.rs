@@ -124,9 +124,11 @@ impl Monitor for Shared {
 }
 
 impl Shared {
-    /// Handles signals and calls `progress` with the number of finished loads and the progress of the present one.
-    fn tick(&self, py: Python<'_>, progress: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+    /// Handles signals, passes new warnings to `warn`, and calls `progress` with the number of finished loads and the progress of
+    /// the present one.
+    fn tick(&self, py: Python<'_>, warn: &Bound<'_, PyAny>, progress: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         py.check_signals()?;
+        self.warn(warn)?;
         let Some(callback) = progress else { return Ok(()) };
         let done = self.states.lock().expect("no panic while it is held").len();
         let latest = self.latest.lock().expect("no panic while it is held").take();
@@ -135,10 +137,15 @@ impl Shared {
         }
         Ok(())
     }
+
+    fn warn(&self, warn: &Bound<'_, PyAny>) -> PyResult<()> {
+        let list = std::mem::take(&mut *self.warnings.lock().expect("no panic while it is held"));
+        list.iter().try_for_each(|text| warn.call1((in_python(text),)).map(drop))
+    }
 }
 
-/// States, pull-off, warnings, and the exception that ended the path.
-type Solved<'py> = (Vec<Bound<'py, PyDict>>, Option<Bound<'py, PyDict>>, Vec<String>, Option<Py<PyAny>>);
+/// States, pull-off, and the exception that ended the path.
+type Solved<'py> = (Vec<Bound<'py, PyDict>>, Option<Bound<'py, PyDict>>, Option<Py<PyAny>>);
 
 #[pyfunction]
 pub(crate) fn solve<'py>(
@@ -148,9 +155,10 @@ pub(crate) fn solve<'py>(
     pull_off: bool,
     settings: Settings<'py>,
     threads: usize,
-    progress: Option<Bound<'py, PyAny>>,
+    callbacks: (Bound<'py, PyAny>, Option<Bound<'py, PyAny>>),
 ) -> PyResult<Solved<'py>> {
     let problem = settings.problem(py, body.0.get(), body.1)?;
+    let (warn, progress) = callbacks;
     let (loads, shared) = (loads_of(loads), Shared::default());
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|e| pyo3::exceptions::PyOSError::new_err(format!("threads = {threads}: {e}")))?;
@@ -167,7 +175,7 @@ pub(crate) fn solve<'py>(
         while py.detach(|| wait.lock().expect("one thread waits").recv_timeout(TICK)) == Err(RecvTimeoutError::Timeout)
         {
             if stopped.is_none()
-                && let Err(error) = shared.tick(py, progress.as_ref())
+                && let Err(error) = shared.tick(py, &warn, progress.as_ref())
             {
                 shared.stop.store(true, Ordering::Relaxed);
                 stopped = Some(error);
@@ -175,15 +183,17 @@ pub(crate) fn solve<'py>(
         }
         solver.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     });
+    // Of a solve that was over before the first tick.
+    if stopped.is_none() {
+        stopped = shared.warn(&warn).err();
+    }
     let states = shared.states.into_inner().expect("no panic while it was held");
     let states = states.into_iter().map(|state| state_dict(py, state)).collect::<PyResult<_>>()?;
-    let warnings = shared.warnings.into_inner().expect("no panic while it was held");
-    let warnings = warnings.iter().map(|text| in_python(text)).collect();
     let raised = |error: PyErr| error.into_value(py).into_any();
     Ok(match (found, stopped) {
-        (_, Some(error)) => (states, None, warnings, Some(raised(error))),
-        (Err(error), None) => (states, None, warnings, Some(raised(exception(py, &error)))),
-        (Ok(found), None) => (states, found.map(|p| pull_off_dict(py, &p)).transpose()?, warnings, None),
+        (_, Some(error)) => (states, None, Some(raised(error))),
+        (Err(error), None) => (states, None, Some(raised(exception(py, &error)))),
+        (Ok(found), None) => (states, found.map(|p| pull_off_dict(py, &p)).transpose()?, None),
     })
 }
 
@@ -252,6 +262,12 @@ pub(crate) fn estimate<'py>(
     dict.set_item("contact", found.contact.map(|c| fixed(py, PyArray2::from_owned_array(py, c))).transpose()?)?;
     dict.set_item("seconds", found.seconds)?;
     Ok(dict)
+}
+
+/// -∮ p dū of a closed path of mean pressures and mean gaps.
+#[pyfunction]
+pub(crate) fn hysteresis_work(path: Vec<(f64, f64)>) -> f64 {
+    asperity::observe::hysteresis_work(&path)
 }
 
 /// Memory of a solve besides the surface, bytes.

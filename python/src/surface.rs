@@ -100,6 +100,10 @@ impl Surface {
         (cell.x, cell.y)
     }
 
+    fn is_periodic(&self) -> bool {
+        self.0.is_periodic()
+    }
+
     fn shape(&self) -> (usize, usize) {
         self.0.shape()
     }

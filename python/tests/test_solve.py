@@ -8,6 +8,7 @@ import pickle
 import signal
 import threading
 import time
+import warnings
 from concurrent.futures import ThreadPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
@@ -226,6 +227,24 @@ def test_interrupts_keep_what_is_finished() -> None:
     assert time.monotonic() - clock[0] < PROMPT
     kept: LoadPath = caught.value.load_path  # type: ignore[attr-defined]
     assert 2 <= len(kept) < 200 and kept[0].residual < 1e-10
+
+
+def test_searches_for_a_contact_fraction_are_interrupted() -> None:
+    timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
+    begin = time.monotonic()
+    timer.start()
+    with pytest.raises(KeyboardInterrupt) as caught:
+        solve(rough(512), 1.0, contact=np.linspace(0.01, 0.9, 200), tolerance=1e-10)
+    assert time.monotonic() - begin < 0.3 + PROMPT
+    assert len(caught.value.load_path) == 0  # type: ignore[attr-defined]
+
+
+def test_warnings_as_errors_end_the_solve() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", AsperityWarning)
+        with pytest.raises(AsperityWarning) as caught:
+            solve(Surface.from_spectrum(512, seed=1), 1.0, **_path())
+    assert len(caught.value.load_path) < 200  # type: ignore[attr-defined]
 
 
 def test_errors_of_the_callable_end_the_solve() -> None:

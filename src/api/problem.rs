@@ -285,7 +285,7 @@ impl Problem {
             let accepted = "a method that solves for the fields, or `Problem::estimate`";
             return Err(Error::input(PLACE, "method", method.card().id, accepted));
         }
-        case.find_contact_pressures().map_err(named)?;
+        case.find_contact_pressures(observer).map_err(named)?;
         // The surface lends its heights; the case needs them no longer.
         case.take_surface();
         let targets: Vec<Load> = case.load_steps().iter().map(|step| step.target).collect();
@@ -368,7 +368,11 @@ impl Problem {
             load: LoadScene { pull_off, ..loads.scene() },
             ..Scene::new(PLACE, table)
         };
-        let case = Case::of_surface(scene, PLACE, surface).map_err(named)?;
+        let mut case = Case::of_surface(scene, PLACE, surface).map_err(named)?;
+        if !self.surface.is_periodic() && self.body != Body::NonPeriodic {
+            let text = "the map is not periodic and is taken as periodic; `Body::NonPeriodic` or a preparation of the edges avoids that";
+            case.warnings.push(text.into());
+        }
         Ok((case, method::find(&self.method).expect("checked with the case")))
     }
 }

@@ -20,6 +20,7 @@ pub struct Surface {
     /// In reduced units: the cell has the extent 1 along x.
     grid: Grid,
     length: f64,
+    periodic: bool,
     provenance: Option<Provenance>,
     /// Steps of preparation of a map from an array.
     steps: Vec<String>,
@@ -120,12 +121,10 @@ impl Surface {
         let mut map = map.low_first(sign(touching));
         let unit = 1.0 / extent[0];
         map.heights.iter_mut().for_each(|h| *h *= unit);
-        let square = Grid::unit(map.nx, map.ny);
-        // Square pixels keep the exact extent of `Grid::unit`.
-        let stretched = length_y.is_some() || !preparation.keeps_cell();
-        let grid = if stretched { Grid { ly: extent[1] / extent[0], ..square } } else { square };
+        let grid = Grid { ly: extent[1] / extent[0], ..Grid::unit(map.nx, map.ny) };
         let source = scene::Surface::Imported { grid, heights: Arc::new(map.heights), origin: "array".into() };
-        Ok(Surface { steps: history, ..Self::of(source, grid, extent[0]) })
+        let periodic = periodic || preparation.edges.is_some();
+        Ok(Surface { periodic, steps: history, ..Self::of(source, grid, extent[0]) })
     }
 
     /// A realisation of a self-affine spectrum. The seed determines the phases of the waves, whatever the grid.
@@ -193,16 +192,23 @@ impl Surface {
         let resolved = scene::Surface::resolve(&scene, Some(file), PLACE)?;
         let scene::Surface::Imported { grid, .. } = resolved.surface else { unreachable!("a map") };
         let length = resolved.laboratory.length();
-        Ok(Surface { provenance: resolved.provenance, ..Self::of(resolved.surface, grid, length) })
+        let periodic = resolved.provenance.as_ref().is_none_or(|p| p.periodic);
+        Ok(Surface { periodic, provenance: resolved.provenance, ..Self::of(resolved.surface, grid, length) })
     }
 
     fn of(source: scene::Surface, grid: Grid, length: f64) -> Self {
-        Surface { source, grid, length, provenance: None, steps: Vec::new() }
+        Surface { source, grid, length, periodic: true, provenance: None, steps: Vec::new() }
     }
 
     /// File, declared properties and preparation of a surface from a file.
     pub fn provenance(&self) -> Option<&Provenance> {
         self.provenance.as_ref()
+    }
+
+    /// Whether the map repeats, or was made to by its preparation. A map that does not is solved as periodic, with a warning, unless
+    /// the body is [`Body::NonPeriodic`](crate::Body::NonPeriodic).
+    pub fn is_periodic(&self) -> bool {
+        self.periodic
     }
 
     /// Steps of preparation that were applied to the map, with their parameters.

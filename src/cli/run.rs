@@ -73,7 +73,7 @@ impl Run {
             return self.plan(&case).map(|()| ExitCode::SUCCESS);
         }
         programs::check(&case, self.stages.allow_program)?;
-        case.find_contact_pressures()?;
+        case.find_contact_pressures(&crate::method::NoObserver)?;
         let out = self.out.unwrap_or_else(|| PathBuf::from("runs").join(&case.scene.name));
         if let Some(difference) = pipeline::other_scene(&case, &out).filter(|_| !self.overwrite) {
             let found = format!("{} (contains the results of another scene: {difference})", out.display());

@@ -79,7 +79,7 @@ impl Tradeoff {
         }
         scene.surface.seed = self.seed.unwrap_or(scene.surface.seed);
         let mut case = Case::resolve(scene, &self.scene)?;
-        case.find_contact_pressures()?;
+        case.find_contact_pressures(&crate::method::NoObserver)?;
         let out = self.out.unwrap_or_else(|| PathBuf::from("runs").join(format!("{}-tradeoff", case.scene.name)));
         let request = TradeoffRequest {
             methods,

@@ -3,7 +3,7 @@
 use super::Case;
 use super::load::estimated_p_star;
 use crate::load::{Load, LoadStep};
-use crate::method::{self, NoObserver, Started, Stop};
+use crate::method::{self, Observer, Started, Stop};
 use crate::observe::contact_map;
 use crate::{Error, Result};
 
@@ -15,16 +15,16 @@ const MOST_SOLVES: usize = 60;
 
 impl Case {
     /// Finds the pressures of the contact fractions that the scene imposes and puts them in their place. Scenes without such loads stay as
-    /// they are.
+    /// they are. `observer` may stop the search.
     ///
     /// # Errors
-    /// A solve that does not converge; a fraction that no pressure gives; too little memory.
-    pub fn find_contact_pressures(&mut self) -> Result<()> {
+    /// `Interrupted` where it does; a solve that does not converge; a fraction that no pressure gives; too little memory.
+    pub fn find_contact_pressures(&mut self, observer: &dyn Observer) -> Result<()> {
         let targets = std::mem::take(&mut self.scene.load.contact);
         if targets.is_empty() {
             return Ok(());
         }
-        let pressures = self.pressures_of(&targets)?;
+        let pressures = self.pressures_of(&targets, observer)?;
         let unit = self.laboratory.contact_modulus();
         self.scene.load.pressure_mpa = pressures.iter().map(|p| p * unit).collect();
         let path = self.scene.load.with_unloading(&pressures);
@@ -37,7 +37,7 @@ impl Case {
         Ok(())
     }
 
-    fn pressures_of(&self, targets: &[f64]) -> Result<Vec<f64>> {
+    fn pressures_of(&self, targets: &[f64], observer: &dyn Observer) -> Result<Vec<f64>> {
         let method = method::find(&self.scene.continuum.method).expect("checked with the scene");
         let heights = self.surface.heights(self.grid, 0.0);
         let problem = self.problem((&heights).into());
@@ -46,7 +46,7 @@ impl Case {
             let what = format!("a solve on {} x {} points", self.grid.nx, self.grid.ny);
             return Err(Error::Memory { what, need, have, advice: "surface.resample to fewer points".into() });
         }
-        let Started::Solver(mut run) = method.start(&problem, &NoObserver)? else {
+        let Started::Solver(mut run) = method.start(&problem, observer)? else {
             let found = format!("{targets:?} with an estimate");
             let place = self.file.display().to_string();
             return Err(Error::input(
@@ -59,6 +59,9 @@ impl Case {
         let node = 1.0 / self.grid.points() as f64;
         let mut contact = |pressure: f64| -> Result<f64> {
             let state = run.equilibrate(Load::Pressure(pressure))?;
+            if state.stop == Stop::Interrupted {
+                return Err(Error::Interrupted);
+            }
             if state.stop != Stop::Converged {
                 return Err(Error::NotConverged {
                     method: method.card().id,

@@ -160,7 +160,7 @@ impl Solve {
             progress.note(&provenance.to_string());
         }
         if !self.dry_run {
-            case.find_contact_pressures().map_err(|e| rename_keys(e, &names))?;
+            case.find_contact_pressures(&crate::method::NoObserver).map_err(|e| rename_keys(e, &names))?;
         }
         let method = method::find(&self.method).expect("checked with the scene");
         let stored = StoredHeights::of(case.take_surface());

@@ -56,11 +56,6 @@ pub struct PreparedMap {
 }
 
 impl Preparation {
-    /// Whether the prepared map has the cell of the map: a crop and mirror images change it.
-    pub fn keeps_cell(&self) -> bool {
-        self.crop.is_none() && self.edges.is_none() && self.resample.is_none()
-    }
-
     /// Applies the steps to a map `[ny, nx]` with the extents `[x, y]`, in the unit of the caller; heights have the same unit.
     ///
     /// `periodic`: the map repeats as it is. Filters, resampling and fill then continue across its edges. A cropped map, and
