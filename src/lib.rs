@@ -41,7 +41,7 @@ pub use load::{Branch, Load};
 #[doc(inline)]
 pub use method::{Precision, Targets};
 #[doc(inline)]
-pub use observe::{Connectivity, ContactArea, Distribution, linear_edges, logarithmic_edges};
+pub use observe::{Connectivity, ContactArea, Distribution, Plasticity, linear_edges, logarithmic_edges};
 #[doc(inline)]
 pub use record::results::Overlap;
 #[doc(inline)]

@@ -96,6 +96,12 @@ class State:
         Perimeter of the contact per area.
     energy, elastic_energy, interaction_energy : float
         Free energy per area, and its parts.
+    plastic_displacement : ndarray, shape (ny, nx), or None
+        Plastic displacement of the surface since the first load; None before the first flow.
+    flowing_fraction, displaced_fraction : float
+        Fractions of nodes at the hardness, and with a plastic displacement.
+    mean_plastic_displacement, plastic_work : float
+        Mean of the displacement, and plastic work per area.
     load_error, residual : float
         Error of the load balance, and rms residual, over the mean pressure.
     iterations : int
@@ -124,6 +130,11 @@ class State:
     energy: float
     elastic_energy: float
     interaction_energy: float
+    plastic_displacement: Map | None
+    flowing_fraction: float
+    displaced_fraction: float
+    mean_plastic_displacement: float
+    plastic_work: float
     load_error: float
     residual: float
     iterations: int
@@ -163,8 +174,9 @@ class State:
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
-        for values in (self.gap, self.pressure, self.contact):
-            values.flags.writeable = False
+        for values in (self.gap, self.pressure, self.contact, self.plastic_displacement):
+            if values is not None:
+                values.flags.writeable = False
 
     def __repr__(self) -> str:
         return (
@@ -186,7 +198,9 @@ class PullOff:
 
 #: Numbers of a state in the order of tables.
 NUMBERS = tuple(
-    f.name for f in fields(State) if f.name not in ("gap", "pressure", "contact", "cell", "length_unit", "pressure_unit")
+    f.name
+    for f in fields(State)
+    if f.name not in ("gap", "pressure", "contact", "plastic_displacement", "cell", "length_unit", "pressure_unit")
 )
 
 
@@ -230,7 +244,7 @@ class LoadPath(Sequence[State]):
         """
         if len(self) < 2 or self[0].load != self[-1].load:
             raise InputError("hysteresis_work = an open path; accepted: a path that ends at its first load")
-        return _asperity.hysteresis_work([(s.mean_pressure, s.mean_gap) for s in self.states])
+        return _asperity.hysteresis_work([(s.mean_pressure, s.mean_gap - s.mean_plastic_displacement) for s in self.states])
 
     @property
     def curve(self) -> pandas.DataFrame:
@@ -248,9 +262,9 @@ class LoadPath(Sequence[State]):
         per_area = f"{pressure} {length}" if pressure and length else ""
         load = {"pressure": pressure, "mean_gap": length, "displacement": length}.get(self.states[0].control, "1")
         return (
-            {name: length for name in ("gap", "mean_gap")}
+            {name: length for name in ("gap", "mean_gap", "mean_plastic_displacement")}
             | {name: pressure for name in ("pressure", "mean_pressure")}
-            | {name: per_area for name in ("energy", "elastic_energy", "interaction_energy")}
+            | {name: per_area for name in ("energy", "elastic_energy", "interaction_energy", "plastic_work")}
             | {"load": load, "seconds": "s", "perimeter": f"1/{length}" if length else ""}
         )
 
@@ -350,6 +364,7 @@ def _settings(
     targets: tuple[float | None, float | None, float | None] = (None, None, None),
     max_iterations: int | None = None,
     penalty_length: float | None = None,
+    hardness: float | None = None,
 ) -> dict[str, Any]:
     settings: dict[str, Any] = {"body": "half-space", "thickness": 0.0, "poisson": 0.0, "base": None, "constants": [0.0] * 3}
     match body:
@@ -375,6 +390,7 @@ def _settings(
         "tolerance": tolerance,
         "max_iterations": max_iterations,
         "penalty_length": penalty_length,
+        "hardness": hardness,
         "adhesion": values,
         "law": law.law,
         "resolution": law.resolution,
@@ -411,6 +427,7 @@ def solve(
     mean_gap_target: float | None = None,
     max_iterations: int | None = None,
     penalty_length: float | None = None,
+    hardness: float | None = None,
     initial_gap: npt.ArrayLike | None = None,
     pressure_unit: str = "",
     threads: int | None = None,
@@ -455,6 +472,9 @@ def solve(
         Iterations per load after which the solver stops.
     penalty_length : float, optional
         Penetration under a pressure of E*, for a soft repulsion. Default: a hard wall, without penetration.
+    hardness : float, optional
+        Largest contact pressure, in the unit of `modulus`. Where it is reached, the surface flows; unloading is elastic. Default:
+        an elastic body. Methods fast, bvm and gfmd.
     initial_gap : array_like, shape (ny, nx), optional
         Gap from which the first load starts. Default: first contact.
     pressure_unit : str, optional
@@ -498,6 +518,7 @@ def solve(
         targets=(energy_target, area_target, mean_gap_target),
         max_iterations=max_iterations,
         penalty_length=penalty_length,
+        hardness=hardness,
     )
     problem = (_native(surface), real("modulus", modulus))
 

@@ -4,8 +4,8 @@
 use crate::errors::{Raise, choice, exception, in_python, optional};
 use crate::surface::Surface;
 use asperity::{
-    Adhesion, AdhesionLaw, Body, Branch, Estimate, Loads, Monitor, Precision, Problem, Progress, PullOff, RangeChoice,
-    State, Targets,
+    Adhesion, AdhesionLaw, Body, Branch, Estimate, Loads, Monitor, Plasticity, Precision, Problem, Progress, PullOff,
+    RangeChoice, State, Targets,
 };
 use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::IntoPyObjectExt;
@@ -36,6 +36,7 @@ pub(crate) struct Settings<'py> {
     law: String,
     resolution: String,
     penalty_length: Option<f64>,
+    hardness: Option<f64>,
     method: String,
     precision: String,
     tolerance: Option<f64>,
@@ -69,6 +70,7 @@ impl Settings<'_> {
                 resolution,
             }),
             penalty_length: self.penalty_length,
+            hardness: self.hardness,
             method: self.method.clone(),
             precision,
             tolerance: self.tolerance,
@@ -203,7 +205,10 @@ fn state_dict(py: Python<'_>, state: State) -> PyResult<Bound<'_, PyDict>> {
     dict.set_item("gap", fixed(py, PyArray2::from_owned_array(py, state.gap))?)?;
     dict.set_item("pressure", fixed(py, PyArray2::from_owned_array(py, state.pressure))?)?;
     dict.set_item("contact", fixed(py, PyArray2::from_owned_array(py, state.contact))?)?;
-    let area = state.area;
+    let plastic = state.plastic_displacement.map(|map| fixed(py, PyArray2::from_owned_array(py, map))).transpose()?;
+    dict.set_item("plastic_displacement", plastic)?;
+    let none = Plasticity { flowing: 0.0, displaced: 0.0, displacement: 0.0, work: 0.0 };
+    let (area, flow) = (state.area, state.plasticity.unwrap_or(none));
     for (key, value) in [
         ("mean_pressure", state.mean_pressure),
         ("mean_gap", state.mean_gap),
@@ -213,6 +218,10 @@ fn state_dict(py: Python<'_>, state: State) -> PyResult<Bound<'_, PyDict>> {
         ("energy", state.energy),
         ("elastic_energy", state.elastic_energy),
         ("interaction_energy", state.interaction_energy),
+        ("flowing_fraction", flow.flowing),
+        ("displaced_fraction", flow.displaced),
+        ("mean_plastic_displacement", flow.displacement),
+        ("plastic_work", flow.work),
         ("load_error", state.load_error),
         ("residual", state.residual),
         ("seconds", state.seconds),

@@ -32,6 +32,9 @@ pub struct Problem {
     pub adhesion: Option<Adhesion>,
     /// Compliance of the repulsion: the penetration under a pressure of E*. None, the default, is a hard wall.
     pub penalty_length: Option<f64>,
+    /// Hardness, in the unit of the modulus: the largest contact pressure. Where it is reached, the surface flows, and keeps its
+    /// shape on unloading (methods fast, bvm and gfmd). None, the default, is an elastic body.
+    pub hardness: Option<f64>,
     /// An id of [`methods`](crate::methods); `"auto"`, the default, is the fastest that solves for the fields.
     pub method: String,
     /// Floating-point type of the fields.
@@ -146,6 +149,7 @@ impl Problem {
             body: Body::HalfSpace,
             adhesion: None,
             penalty_length: None,
+            hardness: None,
             method: "auto".into(),
             precision: Precision::F64,
             tolerance: None,
@@ -341,6 +345,7 @@ impl Problem {
             mean_gap_tolerance: self.targets.mean_gap,
             wall: if self.penalty_length.is_some() { WallKind::Penalty } else { WallKind::Hard },
             penalty_length_nm: self.penalty_length,
+            hardness_mpa: self.hardness,
             ..ContinuumScene::default()
         };
         let (table, mut surface) = self.surface.resolved();
@@ -381,7 +386,7 @@ impl Problem {
 const PLACE: &str = "problem";
 
 /// Keys of scenes and their names here.
-const NAMES: [KeyName; 24] = [
+const NAMES: [KeyName; 25] = [
     ("laboratory.length_um", "the surface's length"),
     ("laboratory.contact_modulus_mpa", "contact_modulus"),
     ("load.pressure_mpa", "mean pressure"),
@@ -401,6 +406,7 @@ const NAMES: [KeyName; 24] = [
     ("continuum.area_tolerance", "targets.area"),
     ("continuum.mean_gap_tolerance", "targets.mean_gap"),
     ("continuum.periodic", "body"),
+    ("continuum.hardness_mpa", "hardness"),
     ("continuum.layer.thickness_um", "body.thickness"),
     ("continuum.layer", "body"),
     ("continuum.crystal", "body"),

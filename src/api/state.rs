@@ -4,7 +4,7 @@ use super::Surface;
 use super::arrays::{Cell, map};
 use super::observables::{Clusters, Percolation, clusters, hydraulic_gap, percolation};
 use crate::load::{Branch, Load, LoadStep};
-use crate::observe::{Connectivity, ContactArea, contact_map, hysteresis_work};
+use crate::observe::{Connectivity, ContactArea, Plasticity, contact_map, hysteresis_work};
 use crate::path::Reached;
 use crate::record::results::{self, Discretisation};
 use ndarray::Array2;
@@ -25,6 +25,10 @@ pub struct State {
     pub pressure: Array2<f64>,
     /// Whether a node is in contact, `[ny, nx]`.
     pub contact: Array2<bool>,
+    /// Plastic displacement of the surface since the first load, `[ny, nx]`; none before the first flow.
+    pub plastic_displacement: Option<Array2<f64>>,
+    /// Plastic flow up to this state; none for an elastic body.
+    pub plasticity: Option<Plasticity>,
     /// Mean of the pressure.
     pub mean_pressure: f64,
     /// Mean of the gap.
@@ -80,6 +84,12 @@ impl State {
             gap: field(state.gap, length),
             pressure: field(state.stress, modulus),
             contact: map(grid, contact_map(state.gap, 0.0)).mapv(|c| c != 0),
+            plastic_displacement: state.plastic.map(|f| field(f, length)),
+            plasticity: state.plasticity.map(|p| Plasticity {
+                displacement: p.displacement * length,
+                work: p.work * energy_unit,
+                ..p
+            }),
             mean_pressure: state.pressure * modulus,
             mean_gap: state.mean_gap * length,
             area: ContactArea { perimeter: area.perimeter / length, ..*area },
@@ -97,6 +107,11 @@ impl State {
     /// Sets the pressure to exactly zero where the gap is open: solvers leave what their tolerance permits, of either sign.
     pub(super) fn clear_open_pressure(&mut self) {
         self.pressure.iter_mut().zip(&self.gap).filter(|(_, gap)| **gap > 0.0).for_each(|(p, _)| *p = 0.0);
+    }
+
+    /// Mean gap less the mean plastic displacement: the work conjugate of the pressure.
+    fn separation(&self) -> f64 {
+        self.mean_gap - self.plasticity.map_or(0.0, |p| p.displacement)
     }
 
     /// Contact clusters; nodes that share an edge or a corner are neighbours.
@@ -130,9 +145,9 @@ impl LoadPath {
         self.states.iter().filter(move |s| s.branch == branch)
     }
 
-    /// Work per area that a closed path dissipates, -∮ p dū, by trapezoids over the mean gap.
+    /// Work per area that a closed path dissipates, -∮ p dū, by trapezoids over the mean gap less the mean plastic displacement.
     pub fn hysteresis_work(&self) -> f64 {
-        let path: Vec<(f64, f64)> = self.states.iter().map(|s| (s.mean_pressure, s.mean_gap)).collect();
+        let path: Vec<(f64, f64)> = self.states.iter().map(|s| (s.mean_pressure, s.separation())).collect();
         hysteresis_work(&path)
     }
 }

@@ -67,6 +67,8 @@ fn solved(adhesive: bool) -> ContinuumResults {
         let plain = libm::erf(PI.sqrt() * p);
         let area = if adhesive { (1.5 * plain).min(1.0) } else { plain };
         StateResults {
+            plasticity: None,
+            plastic_map: None,
             numbers: StateNumbers {
                 index: LOADS.iter().position(|l| *l == p).expect("one of the loads"),
                 p_star: p,
@@ -108,6 +110,7 @@ fn solved(adhesive: bool) -> ContinuumResults {
     let range =
         RangeResults { gamma: 2e-5, requested: rho, used: rho, resolution_requested: 1.4, resolution_used: 1.4 };
     ContinuumResults {
+        hardness: None,
         method: "fast".into(),
         kernel: "half-space".into(),
         adhesion: String::new(),

@@ -12,7 +12,7 @@ pub use elastic::Elastic;
 pub use kernel::{Base, HalfSpace, Kernel, Layer};
 pub use law::{
     Adhesion, COHESIVE_RESOLUTION, Dugdale, Exponential, HardWall, Law, LennardJonesWall, PenaltyWall, PowerLaw93,
-    PowerLawWall, RangeChoice, SoftWall, TabulatedWall, Wall, WithAdhesion, tabor,
+    PowerLawWall, RangeChoice, SoftWall, TabulatedWall, Wall, WithAdhesion, Yielding, YieldingWall, tabor,
 };
 pub use layer_interior::LayerDisplacement;
 pub use non_periodic::NonPeriodic;

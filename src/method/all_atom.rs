@@ -26,6 +26,7 @@ static CARD: Card = Card {
         Quantity::Stiffness => Support::Only("as differences between loads"),
         _ => Support::Full,
     },
+    hardness: false,
     dois: &["10.1016/j.cpc.2021.108171", "10.1007/s11249-017-0900-2"],
     papers: &[],
     measured_errors: &[],
@@ -41,7 +42,7 @@ impl ContactMethod for AllAtom {
         Plan { bytes: 0, iterations: 0, pairs_per_iteration: 0.0, seconds: 0.0 }
     }
 
-    fn start<'p>(&self, _problem: &'p Problem<'p>, _watch: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, _problem: &'p Problem<'p>, _watch: &'p dyn Observer) -> Result<Started<'p>> {
         Err(Error::input(
             format!("method {ID}"),
             "atoms",

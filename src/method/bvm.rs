@@ -5,10 +5,11 @@
 //! spectrum and needs no inverse transform. Two safeguards for adhesion under load control are added to the published
 //! scheme: after negative curvature or a rise of the energy the method takes gradient steps of safe length.
 
-use super::iteration::{ConvergenceMonitor, IterationControl};
+use super::iteration::{ConvergenceMonitor, IterationControl, Outcome};
 use super::judge::Ending;
-use super::operator::{Build, Operator, dispatch};
-use super::residuals::{Residuals, curvature_of, kkt};
+use super::operator::{Build, Operator, dispatch_yielding};
+use super::plastic::{PlasticFlow, WithPlastic};
+use super::residuals::{Residuals, curvature_of, kkt, moved};
 use super::{
     Card, ContactMethod, Criterion, Heights, Kind, Load, Needs, Observer, Plan, Problem, Run, SolverSnapshot, Started,
     State, Stop,
@@ -31,6 +32,7 @@ static CARD: Card = Card {
     calibrated_on: None,
     summary: "gap as unknown, projected conjugate gradients",
     supports: super::card::fields,
+    hardness: true,
     dois: &["10.1007/s11249-017-0980-z", "10.1007/s11249-017-0900-2"],
     papers: &[],
     measured_errors: &[],
@@ -67,9 +69,9 @@ impl ContactMethod for Bvm {
         }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         problem.expect_periodic(CARD.id)?;
-        Ok(Started::Solver(dispatch(problem, Start(problem, observer))))
+        Ok(Started::Solver(dispatch_yielding(problem, Start(problem, observer))))
     }
 }
 
@@ -83,7 +85,8 @@ impl<'p> Build<'p> for Start<'p> {
         let gap = operator.first_touch();
         let residual = vec![T::default(); gap.len()];
         let direction = vec![T::default(); gap.len()];
-        Box::new(Solver { operator, observer: self.1, gap, previous: Vec::new(), residual, direction, paused: None })
+        let (flow, previous) = (PlasticFlow::default(), Vec::new());
+        Box::new(Solver { operator, observer: self.1, gap, previous, residual, direction, flow, paused: None })
     }
 }
 
@@ -96,6 +99,8 @@ struct Solver<'p, T: Real, K, L> {
     /// KKT residual of the last evaluation; interfacial stress once a load is done.
     residual: Vec<T>,
     direction: Vec<T>,
+    /// Flow of the finished loads, contained in the heights.
+    flow: PlasticFlow<T>,
     /// Set by a snapshot.
     paused: Option<Pause>,
 }
@@ -129,16 +134,14 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
         let (nx, direction, step) = (self.operator.problem.grid.nx, &self.direction, T::of(step));
         let update = |y: usize, gap: &mut [T]| {
             for (g, &d) in gap.iter_mut().zip(&direction[y * nx..]) {
-                *g += step * d;
-                if L::HARD {
-                    *g = g.max(T::zero());
-                }
+                *g = moved::<L, T>(*g, step, d);
             }
         };
+        let law = self.operator.law;
         let visit = |gap: &[T], t: &[T], residual: &mut [T]| {
             let mut sum = [0.0; 2];
             for ((r, &t), &g) in residual.iter_mut().zip(t).zip(gap) {
-                let new = kkt::<L, T>(g, t);
+                let new = kkt(&law, g, t);
                 sum[0] += new.wide() * new.wide();
                 sum[1] += new.wide() * r.wide();
                 *r = new;
@@ -152,12 +155,19 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
 
     /// New direction `-r + β d`, zero at nodes in compressive contact. Returns `⟨r d⟩` and `⟨d H d⟩`.
     fn direct(&mut self, beta: f64) -> (f64, f64) {
+        if L::HARD && L::YIELDS {
+            // The residual of a closed node has the sign of the side on which the node may leave the wall.
+            self.gap.par_iter_mut().zip(&self.residual).filter(|(g, _)| **g == T::zero()).for_each(|(g, &r)| {
+                *g = if r > T::zero() { -T::zero() } else { T::zero() };
+            });
+        }
         let nx = self.operator.problem.grid.nx;
         let (residual, gap, law, beta) = (&self.residual, &self.gap, self.operator.law, T::of(beta));
         let update = |y: usize, direction: &mut [T]| {
             let mut sum = [0.0; 2];
             for ((d, &r), &g) in direction.iter_mut().zip(&residual[y * nx..]).zip(&gap[y * nx..]) {
-                let closed = L::HARD && g <= T::zero() && r >= T::zero();
+                let closed = L::HARD
+                    && if L::YIELDS { g == T::zero() && r == T::zero() } else { g <= T::zero() && r >= T::zero() };
                 *d = if closed { T::zero() } else { -r + beta * *d };
                 sum[0] += r.wide() * d.wide();
                 if L::ACTIVE {
@@ -216,11 +226,19 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
 }
 
 impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
+    fn set_plastic_displacement(&mut self, displacement: &[f64]) {
+        self.flow.set(displacement);
+        self.operator.displace(&self.flow);
+    }
+
     fn set_gap(&mut self, gap: &[f64]) {
         self.gap = gap.iter().map(|&g| T::of(g)).collect();
     }
 
     fn resume(&mut self, snapshot: SolverSnapshot) -> Result<()> {
+        if let Some(displacement) = &snapshot.plastic {
+            self.set_plastic_displacement(displacement);
+        }
         let (gap, direction, pause) = snapshot.restore_pair(self.operator.problem.grid, CARD.id)?;
         self.set_gap(&gap);
         self.direction = direction.into_iter().map(T::of).collect();
@@ -230,7 +248,9 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
 
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
         let pairs_before = self.operator.pairs;
-        let mut control = self.operator.control(load, self.observer, CARD.id)?;
+        let mut flow = std::mem::take(&mut self.flow);
+        let observer = WithPlastic { observer: self.observer, plastic: flow.lend() };
+        let mut control = self.operator.control(load, &observer, CARD.id)?;
         let (mut beta, mut safe) = (0.0, 0);
         if let Some(pause) = self.paused.take() {
             (beta, safe) = (pause.beta, pause.safe);
@@ -270,8 +290,12 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
                 break Ending::Stopped(if rounded { Stop::RoundingFloor } else { Stop::NoDescent });
             }
         };
-        let residuals = self.operator.stress(&mut self.gap, &mut self.residual);
+        let mut residuals = self.operator.stress(&mut self.gap, &mut self.residual);
         let pairs = self.operator.pairs - pairs_before;
-        Ok(control.finish(ending, residuals, pairs).state(&self.gap, &self.residual))
+        let outcome = control.finish(ending, residuals, pairs);
+        let plasticity = self.operator.yielded(&mut flow, &mut self.gap, &mut residuals);
+        self.flow = flow;
+        let outcome = Outcome { residuals, ..outcome };
+        Ok(State { plastic: self.flow.lend(), plasticity, ..outcome.state(&self.gap, &self.residual) })
     }
 }

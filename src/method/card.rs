@@ -88,6 +88,8 @@ pub struct Card {
     pub summary: &'static str,
     #[serde(serialize_with = "quantities")]
     pub supports: fn(Quantity) -> Support,
+    /// Whether the method models plastic flow at a hardness.
+    pub hardness: bool,
     pub dois: &'static [&'static str],
     /// Sources without a DOI here: authors, journal, volume, year, page.
     pub papers: &'static [&'static str],

@@ -1,6 +1,7 @@
 use super::card::{Card, Criterion};
 use super::estimate::Started;
 use super::problem::{Observer, Plan, Problem};
+use super::require;
 use super::settings::Settings;
 use crate::Result;
 use crate::interface::Adhesion;
@@ -32,5 +33,14 @@ pub trait ContactMethod: Sync {
     ///
     /// # Errors
     /// `Input` for a problem that the method does not support.
-    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>>;
+    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+        require::hardness(problem, self.card())?;
+        self.prepare(problem, observer)
+    }
+
+    /// [`ContactMethod::start`] of a problem whose hardness the method supports.
+    ///
+    /// # Errors
+    /// As [`ContactMethod::start`].
+    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>>;
 }

@@ -38,6 +38,7 @@ static CARD: Card = Card {
     calibrated_on: None,
     summary: "printed surface, bonded rubber layer and camera, solved by fast",
     supports,
+    hardness: false,
     dois: &["10.1007/s11249-017-0900-2"],
     papers: &["Bennett et al., Tribology Letters 65 (2017) 134"],
     measured_errors: &[],
@@ -106,7 +107,7 @@ impl ContactMethod for Experiment {
         Plan { bytes: inner.bytes + (3 * 8 + 1) * problem.grid.points() as u64, ..inner }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         require::half_space(problem, CARD.id)?;
         require::hard_wall(problem, CARD.id)?;
         problem.settings.experiment.check()?;

@@ -149,6 +149,7 @@ pub(super) fn residuals(
         residual: if elastic.is_finite() { square.sqrt() } else { f64::NAN },
         imbalance: missing,
         complementarity: work,
+        flow: 0.0,
     }
 }
 

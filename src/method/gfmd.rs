@@ -7,9 +7,10 @@
 //! would converge in fewer steps but to another fixed point: the clamp is a projection only in the metric of uniform
 //! masses (1-D Westergaard at half its full-contact pressure: contact fraction 0.605 instead of 0.5).
 
-use super::iteration::{ConvergenceMonitor, IterationControl};
+use super::iteration::{ConvergenceMonitor, IterationControl, Outcome};
 use super::judge::Ending;
-use super::operator::{Build, Operator, dispatch};
+use super::operator::{Build, Operator, dispatch_yielding};
+use super::plastic::{PlasticFlow, WithPlastic};
 use super::residuals::{Residuals, kkt_row};
 use super::sweep::{sweep, sweep_sums};
 use super::{
@@ -34,6 +35,7 @@ static CARD: Card = Card {
     calibrated_on: None,
     summary: "damped dynamics of the surface modes, uniform masses; the reference",
     supports: super::card::fields,
+    hardness: true,
     dois: &["10.1007/s11249-017-0900-2", "10.1103/PhysRevB.74.075420", "10.1007/s11249-013-0288-4"],
     papers: &[],
     measured_errors: &[],
@@ -70,9 +72,9 @@ impl ContactMethod for Gfmd {
         }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         problem.expect_periodic(CARD.id)?;
-        Ok(Started::Solver(dispatch(problem, Start(problem, observer))))
+        Ok(Started::Solver(dispatch_yielding(problem, Start(problem, observer))))
     }
 }
 
@@ -85,7 +87,8 @@ impl<'p> Build<'p> for Start<'p> {
         let operator = Operator::<T, K, L>::new(self.0, kernel, law);
         let gap = operator.first_touch();
         let velocity = vec![T::default(); gap.len()];
-        Box::new(Solver { operator, observer: self.1, gap, velocity, paused: None })
+        let flow = PlasticFlow::default();
+        Box::new(Solver { operator, observer: self.1, gap, velocity, flow, paused: None })
     }
 }
 
@@ -95,6 +98,8 @@ struct Solver<'p, T: Real, K, L> {
     gap: Vec<T>,
     /// Gap minus the previous gap; interfacial stress once a load is done.
     velocity: Vec<T>,
+    /// Flow of the finished loads, contained in the heights.
+    flow: PlasticFlow<T>,
     /// Set by a snapshot.
     paused: Option<Pause>,
 }
@@ -104,6 +109,20 @@ struct Solver<'p, T: Real, K, L> {
 struct Pause {
     iterations: usize,
     progress: ConvergenceMonitor,
+}
+
+/// Gap after a move by `inertia - step t`. A hard wall stops it at zero; with a hardness it is moved back by at most the
+/// step of that stress (the proximal operator of the contact energy, of which the clamp is the limit).
+#[inline(always)]
+fn stepped<L: Law, T: Real>(law: &L, g: T, inertia: T, step: T, t: T) -> T {
+    if !(L::HARD && L::YIELDS) {
+        let next = g + inertia - step * t;
+        return if L::HARD { next.max(T::zero()) } else { next };
+    }
+    let hardness = T::of(law.hardness());
+    let stress = if g.is_sign_negative() { t + hardness } else { t };
+    let next = g + inertia - step * stress;
+    if next > T::zero() { next } else { (next + step * hardness).min(T::zero()) + T::zero() }
 }
 
 impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
@@ -145,10 +164,7 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
             worker.row.iter_mut().for_each(|t| *t += pressure);
             let sums = kkt_row(law, gap, &mut worker.row);
             for (((t, g), v), &h) in worker.row.iter_mut().zip(gap).zip(velocity).zip(heights) {
-                let mut next = *g + inertia * *v - step * *t;
-                if L::HARD {
-                    next = next.max(T::zero());
-                }
+                let next = stepped(law, *g, inertia * *v, step, *t);
                 *v = next - *g;
                 *g = next;
                 *t = next - (h - offset);
@@ -162,11 +178,19 @@ impl<T: Real, K: Kernel, L: Law> Solver<'_, T, K, L> {
 }
 
 impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
+    fn set_plastic_displacement(&mut self, displacement: &[f64]) {
+        self.flow.set(displacement);
+        self.operator.displace(&self.flow);
+    }
+
     fn set_gap(&mut self, gap: &[f64]) {
         self.gap = gap.iter().map(|&g| T::of(g)).collect();
     }
 
     fn resume(&mut self, snapshot: SolverSnapshot) -> Result<()> {
+        if let Some(displacement) = &snapshot.plastic {
+            self.set_plastic_displacement(displacement);
+        }
         let (gap, velocity, pause) = snapshot.restore_pair(self.operator.problem.grid, CARD.id)?;
         self.set_gap(&gap);
         self.velocity = velocity.into_iter().map(T::of).collect();
@@ -176,7 +200,9 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
 
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
         let pairs_before = self.operator.pairs;
-        let mut control = self.operator.control(load, self.observer, CARD.id)?;
+        let mut flow = std::mem::take(&mut self.flow);
+        let observer = WithPlastic { observer: self.observer, plastic: flow.lend() };
+        let mut control = self.operator.control(load, &observer, CARD.id)?;
         // Softest modes: the longest wave, and the rigid approach, whose stiffness dp/dū is about p over half the rms
         // height (Persson's exponential law).
         let (wave, _) = self.operator.problem.stiffness_range();
@@ -213,12 +239,16 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
             }
             control.iterations += 1;
         };
-        let residuals = match ending {
+        let mut residuals = match ending {
             Ending::Met => residuals,
             // Those of the present state, not of the one before the last step.
             _ => self.operator.stress(&mut self.gap, &mut self.velocity),
         };
         let pairs = self.operator.pairs - pairs_before;
-        Ok(control.finish(ending, residuals, pairs).state(&self.gap, &self.velocity))
+        let outcome = control.finish(ending, residuals, pairs);
+        let plasticity = self.operator.yielded(&mut flow, &mut self.gap, &mut residuals);
+        self.flow = flow;
+        let outcome = Outcome { residuals, ..outcome };
+        Ok(State { plastic: self.flow.lend(), plasticity, ..outcome.state(&self.gap, &self.velocity) })
     }
 }

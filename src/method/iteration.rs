@@ -50,6 +50,8 @@ impl Outcome {
             },
             residual: residuals.residual / scale,
             // A flat surface has neither height nor gap; the smallest positive number avoids 0/0.
+            plastic: None,
+            plasticity: None,
             complementarity: residuals.complementarity / (scale * rms_height.max(f64::MIN_POSITIVE)),
             stop: Stop::Interrupted,
             iterations: self.iterations,
@@ -73,6 +75,8 @@ pub(super) struct LoadCase {
     pub rms_height: f64,
     /// Gaps are not negative.
     pub hard: bool,
+    /// Largest contact stress, E*; infinite without a hardness.
+    pub hardness: f64,
 }
 
 /// Counts the iterations of a solve and decides when it stops.
@@ -198,6 +202,7 @@ impl<'p> IterationControl<'p> {
                 grid: self.problem.grid,
                 gap: T::lend(gap),
                 auxiliary: Some(T::lend(auxiliary)),
+                plastic: None,
                 progress: serde_json::to_value(progress(self)).expect("plain numbers"),
             });
         }
@@ -206,11 +211,11 @@ impl<'p> IterationControl<'p> {
 
     /// Result after `pairs` transform pairs.
     pub(super) fn finish(self, ending: Ending, residuals: Residuals, pairs: f64) -> Outcome {
-        let LoadCase { pressure, rms_height, hard, .. } = self.case;
+        let LoadCase { pressure, rms_height, hard, hardness, .. } = self.case;
         Outcome {
             load: Load::Pressure(pressure),
             pressure,
-            judge: judge(self.problem, hard, rms_height, self.scale),
+            judge: Judge { hardness, ..judge(self.problem, hard, rms_height, self.scale) },
             ending,
             iterations: self.iterations,
             pairs,

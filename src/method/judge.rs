@@ -30,6 +30,8 @@ pub(super) struct Judge {
     pub rms_height: f64,
     /// Stress by which residuals are divided, E*.
     pub scale: f64,
+    /// Largest contact stress, E*; infinite without a hardness.
+    pub hardness: f64,
 }
 
 /// Sums over the nodes of the final fields.
@@ -38,7 +40,7 @@ struct FieldSums {
     gap: f64,
     gap_square: f64,
     stress: f64,
-    /// Squares of the stress on open nodes and of the tension on closed ones.
+    /// Squares of the stress on open nodes, and of the tension and the excess over the hardness on closed ones.
     residual_square: f64,
     /// Stress times gap.
     work: f64,
@@ -52,14 +54,14 @@ const BLOCK: usize = 4096;
 const SLACK: f64 = 1.01;
 
 impl FieldSums {
-    fn of<T: Real>(gap: &[T], stress: &[T]) -> Self {
+    fn of<T: Real>(gap: &[T], stress: &[T], hardness: f64) -> Self {
         let blocks: Vec<([f64; 5], f64)> = gap
             .par_chunks(BLOCK)
             .zip(stress.par_chunks(BLOCK))
             .map(|(gap, stress)| {
                 vectorised(
                     #[inline(always)]
-                    || Self::of_block(gap, stress),
+                    || Self::of_block(gap, stress, hardness),
                 )
             })
             .collect();
@@ -70,7 +72,7 @@ impl FieldSums {
     }
 
     #[inline(always)]
-    fn of_block<T: Real>(gap: &[T], stress: &[T]) -> ([f64; 5], f64) {
+    fn of_block<T: Real>(gap: &[T], stress: &[T], hardness: f64) -> ([f64; 5], f64) {
         let (mut sums, mut lowest) = ([0.0; 5], [f64::INFINITY; CHUNK]);
         for (gap, stress) in gap.chunks(CHUNK).zip(stress.chunks(CHUNK)) {
             let n = gap.len();
@@ -79,7 +81,8 @@ impl FieldSums {
             s.iter_mut().zip(stress).for_each(|(to, v)| *to = v.wide());
             for i in 0..CHUNK {
                 let tension = if s[i] < 0.0 { s[i] } else { 0.0 };
-                r[i] = if g[i] > 0.0 { s[i] } else { tension };
+                let excess = if s[i] > hardness { s[i] - hardness } else { 0.0 };
+                r[i] = if g[i] > 0.0 { s[i] } else { tension + excess };
                 w[i] = (s[i] * g[i]).abs();
             }
             for (l, g) in lowest.iter_mut().zip(&g[..n]) {
@@ -111,7 +114,7 @@ impl Judge {
     pub(super) fn decide<T: Real>(&self, ending: Ending, state: &State, gap: &[T], stress: &[T]) -> Stop {
         match ending {
             Ending::Stopped(stop) => stop,
-            Ending::Met => self.verdict(state, &FieldSums::of(gap, stress), gap.len() as f64),
+            Ending::Met => self.verdict(state, &FieldSums::of(gap, stress, self.hardness), gap.len() as f64),
         }
     }
 
@@ -224,6 +227,7 @@ pub(super) fn judge(problem: &Problem, hard: bool, rms_height: f64, scale: f64) 
         floor: problem.rounding_floor(rms_height, scale),
         rms_height,
         scale,
+        hardness: f64::INFINITY,
     }
 }
 

@@ -23,6 +23,7 @@ mod judge;
 mod ms_archard;
 mod operator;
 mod persson;
+mod plastic;
 mod problem;
 mod quadrature;
 mod registry;

@@ -32,6 +32,7 @@ static CARD: Card = Card {
     calibrated_on: Some("adhesive contact area at p* = 0.01, and the area at the jump to full contact (band ratio 5)"),
     summary: "one sinusoid per band of wavelengths, shorter bands on the contact area of longer ones",
     supports,
+    hardness: false,
     dois: &["10.1007/s11249-017-0900-2", "10.1098/rspa.1957.0214"],
     papers: &["Jackson & Streator, Wear 261 (2006) 1337"],
     measured_errors: &[(Quantity::ContactArea, 0.98), (Quantity::MeanGap, 0.57)],
@@ -72,7 +73,7 @@ impl ContactMethod for MsArchard {
         Plan { bytes, iterations: shells, pairs_per_iteration: 0.0, seconds: SECONDS }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         let power = require::isotropic_power(problem, CARD.id)?;
         let refuse = |key: &str, found: String, accepted: &str| {
             Err(Error::input(format!("method {}", CARD.id), key, found, accepted))

@@ -10,12 +10,14 @@
 //! no mean mode, so the mean of `t - v'` is the pressure for any gap, and load balance is a condition on `t`.
 
 use super::iteration::{IterationControl, LoadCase};
+use super::plastic::PlasticFlow;
 use super::residuals::{Residuals, kkt_row};
 use super::sweep::{sweep, sweep_sums};
-use super::{Heights, Load, Observer, Problem, require};
+use super::{Heights, Load, Observer, Precision, Problem, require};
 use crate::Result;
 use crate::grid::{Filter, Grid, HalfSpectrum, Real, Transform, block_sums, lowest, rms};
-use crate::interface::{Adhesion, HardWall, Kernel, Law, WithAdhesion};
+use crate::interface::{Adhesion, HardWall, Kernel, Law, Wall, WithAdhesion, Yielding, YieldingWall};
+use crate::observe::Plasticity;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 use std::borrow::Cow;
@@ -89,12 +91,47 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
     ///
     /// # Errors
     /// `Input` for a mean gap, for a tensile pressure without adhesion, and for an energy target.
-    pub(super) fn control(&mut self, load: Load, observer: &'p dyn Observer, id: &str) -> Result<IterationControl<'p>> {
+    pub(super) fn control<'o>(
+        &mut self,
+        load: Load,
+        observer: &'o dyn Observer,
+        id: &str,
+    ) -> Result<IterationControl<'o>>
+    where
+        'p: 'o,
+    {
         let range = self.law.range();
         self.pressure = require::pressure(load, range > 0.0, id)?;
+        require::below_hardness(load, self.law.max_pressure(), id)?;
         require::no_energy_target(self.problem, id)?;
-        let case = LoadCase { pressure: self.pressure, range, rms_height: self.rms_height, hard: L::HARD };
+        let (rms_height, hardness) = (self.rms_height, self.law.hardness());
+        let case = LoadCase { pressure: self.pressure, range, rms_height, hard: L::HARD, hardness };
         Ok(IterationControl::new(self.problem, observer, case))
+    }
+
+    /// The heights of the surface after plastic flow.
+    pub(super) fn displace(&mut self, flow: &PlasticFlow<T>) {
+        if let Some(nodes) = flow.heights(self.problem) {
+            let mean = crate::grid::mean(&nodes);
+            self.heights = Cow::Owned(nodes.iter().map(|h| T::of(h - mean)).collect());
+            (self.offset, self.lowest) = (T::zero(), lowest(&self.heights));
+        }
+    }
+
+    /// Moves the flow of a load from its gap to the heights of the next.
+    pub(super) fn yielded(
+        &mut self,
+        flow: &mut PlasticFlow<T>,
+        gap: &mut [T],
+        residuals: &mut Residuals,
+    ) -> Option<Plasticity> {
+        residuals.mean_separation -= flow.mean();
+        let plasticity =
+            flow.take(&self.law, gap, [self.problem.grid.nx, self.problem.grid.nx, gap.len()], residuals)?;
+        if residuals.flow > 0.0 {
+            self.displace(flow);
+        }
+        Some(plasticity)
     }
 
     /// Allocates the spectrum.
@@ -170,6 +207,9 @@ impl<'p, T: Real, K: Kernel, L: Law> Operator<'p, T, K, L> {
             |gap, t, stress| {
                 for ((s, &t), &g) in stress.iter_mut().zip(t).zip(gap) {
                     *s = if L::ACTIVE { t - T::of(law.traction(g.wide())) } else { t };
+                    if L::HARD && L::YIELDS && g.is_sign_negative() {
+                        *s += T::of(law.hardness());
+                    }
                 }
                 [0.0; 0]
             },
@@ -201,8 +241,24 @@ pub(super) trait Build<'p> {
 /// Selects the types: precision and law are type parameters of the inner loops, not branches in them.
 pub(super) fn dispatch<'p, B: Build<'p>>(problem: &'p Problem<'p>, builder: B) -> B::Built {
     match problem.precision {
-        super::Precision::F32 => with_law::<f32, B>(problem, builder),
-        super::Precision::F64 => with_law::<f64, B>(problem, builder),
+        Precision::F32 => with_law::<f32, B>(problem, builder),
+        Precision::F64 => with_law::<f64, B>(problem, builder),
+    }
+}
+
+/// [`dispatch`] for solvers that model plastic flow.
+pub(super) fn dispatch_yielding<'p, B: Build<'p>>(problem: &'p Problem<'p>, builder: B) -> B::Built {
+    match (problem.hardness, problem.wall, problem.precision) {
+        (Some(hardness), Wall::Hard, Precision::F32) => with_hardness::<f32, B>(problem, hardness, builder),
+        (Some(hardness), Wall::Hard, Precision::F64) => with_hardness::<f64, B>(problem, hardness, builder),
+        _ => dispatch(problem, builder),
+    }
+}
+
+fn with_hardness<'p, T: Real, B: Build<'p>>(problem: &'p Problem<'p>, hardness: f64, builder: B) -> B::Built {
+    match problem.adhesion {
+        Adhesion::None => builder.build::<T, _, _>(problem.kernel, Yielding { law: HardWall, hardness }),
+        law => builder.build::<T, _, _>(problem.kernel, Yielding { law, hardness }),
     }
 }
 
@@ -214,6 +270,9 @@ fn with_law<'p, T: Real, B: Build<'p>>(problem: &'p Problem<'p>, builder: B) -> 
         (None, Adhesion::None) => builder.build::<T, _, _>(kernel, HardWall),
         (None, Adhesion::Exponential(law)) => builder.build::<T, _, _>(kernel, law),
         (None, law) => builder.build::<T, _, _>(kernel, law),
-        (Some(wall), adhesion) => builder.build::<T, _, _>(kernel, WithAdhesion { wall, adhesion }),
+        (Some(wall), adhesion) => {
+            let wall = YieldingWall::new(wall, problem.hardness);
+            builder.build::<T, _, _>(kernel, WithAdhesion { wall, adhesion })
+        }
     }
 }

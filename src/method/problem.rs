@@ -2,6 +2,7 @@ use super::settings::Settings;
 use crate::grid::{Field, Grid, Series, Transform, rms};
 use crate::interface::{Adhesion, Elastic, Kernel, Wall};
 use crate::load::Load;
+use crate::observe::Plasticity;
 use crate::surface::{PowerSpectrum, non_periodic_gradient};
 use crate::{Error, Result};
 use rustfft::num_complex::Complex;
@@ -124,6 +125,8 @@ pub struct Problem<'a> {
     pub kernel: Elastic,
     pub adhesion: Adhesion,
     pub wall: Wall,
+    /// Largest contact stress, units of E*: beyond it the body flows. `None` for an elastic body.
+    pub hardness: Option<f64>,
     pub precision: Precision,
     /// Largest rms KKT residual over the pressure at which a state counts as converged.
     pub tolerance: f64,
@@ -143,6 +146,7 @@ impl<'a> Problem<'a> {
             kernel: Elastic::HalfSpace,
             adhesion: Adhesion::None,
             wall: Wall::Hard,
+            hardness: None,
             precision: Precision::F64,
             tolerance: 1e-8,
             targets: Targets::default(),
@@ -364,6 +368,10 @@ pub struct State<'a> {
     pub energy: f64,
     pub elastic_energy: f64,
     pub interaction_energy: f64,
+    /// Plastic displacement `[ny, nx]` of the surface since the first load, L; `None` before the first flow.
+    pub plastic: Option<Field<'a>>,
+    /// `None` for an elastic body.
+    pub plasticity: Option<Plasticity>,
     /// Relative difference between the pressure and the forces across the interface (contact stress where the gap is
     /// zero, the adhesion law elsewhere).
     pub load_error: f64,
@@ -399,6 +407,10 @@ pub trait Run {
 
     /// Starts the next load from this gap `[ny, nx]` (L) instead of the previous state.
     fn set_gap(&mut self, gap: &[f64]);
+
+    /// Starts the next load from the surface with this plastic displacement `[ny, nx]` (L). Only for methods that model
+    /// plastic flow; for others a displacement does not exist.
+    fn set_plastic_displacement(&mut self, _displacement: &[f64]) {}
 }
 
 /// Report of an iteration.
@@ -430,6 +442,8 @@ pub struct SnapshotRef<'a> {
     pub gap: Field<'a>,
     /// A second field `[ny, nx]` that the method needs: velocities or a search direction.
     pub auxiliary: Option<Field<'a>>,
+    /// Plastic displacement `[ny, nx]` of the loads before, L; `None` without.
+    pub plastic: Option<Field<'a>>,
     /// Scalars of the iteration, in the method's own format.
     pub progress: serde_json::Value,
 }
@@ -440,6 +454,7 @@ pub struct SolverSnapshot {
     pub grid: Grid,
     pub gap: Vec<f64>,
     pub auxiliary: Option<Vec<f64>>,
+    pub plastic: Option<Vec<f64>>,
     pub progress: serde_json::Value,
 }
 

@@ -1,6 +1,6 @@
 //! Requirements of methods with a limited scope. Each is an error of one line.
 
-use super::{Load, Problem};
+use super::{Card, Load, Problem};
 use crate::grid::{Grid, lowest, mean};
 use crate::interface::{Adhesion, Elastic, Wall};
 use crate::surface::{PowerSpectrum, Summit, SummitCurvature, SummitFit};
@@ -25,6 +25,28 @@ pub(super) fn hard_wall(problem: &Problem, id: &str) -> Result<()> {
     match problem.wall {
         Wall::Hard => Ok(()),
         wall => refuse(id, "wall", wall, "a hard wall"),
+    }
+}
+
+/// A hardness that is positive, and only for methods that model plastic flow.
+pub(super) fn hardness(problem: &Problem, card: &Card) -> Result<()> {
+    let Some(hardness) = problem.hardness else { return Ok(()) };
+    let accepted = match () {
+        () if !card.hardness => "none: this method models no plastic flow; `fast`, `bvm` and `gfmd` do",
+        () if hardness.is_nan() || hardness <= 0.0 => "a positive stress",
+        () => return Ok(()),
+    };
+    refuse(card.id, "hardness", format!("{hardness:e} E*"), accepted)
+}
+
+/// A pressure that the contact can carry: at most `largest`, the hardness less the attraction.
+pub(super) fn below_hardness(load: Load, largest: f64, id: &str) -> Result<()> {
+    match load {
+        Load::Pressure(p) if p >= largest => {
+            let accepted = format!("less than {largest:e} E*, which the contact carries where every node flows");
+            refuse(id, "pressure", format!("{p:e} E*"), accepted)
+        }
+        _ => Ok(()),
     }
 }
 

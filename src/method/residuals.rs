@@ -1,4 +1,9 @@
 //! Residuals of the optimality conditions: `t = 0` where the gap may change, `t ≥ 0` where a hard wall closes it.
+//!
+//! A wall with hardness also bounds the contact stress from above. A node is then open (positive gap, stress 0), closed
+//! (zero gap, stress between 0 and the hardness) or flowing (negative gap, stress equal to the hardness). The sign of a
+//! zero gap says from which side the node may leave it: `+0` opens, `-0` flows. `t` of nodes whose gap has a negative
+//! sign is the stress minus the hardness.
 
 use crate::grid::{CHUNK, Real, dot, total, vectorised};
 use crate::interface::Law;
@@ -27,6 +32,9 @@ pub(super) struct Residuals {
     pub imbalance: f64,
     /// Mean of |t g|.
     pub complementarity: f64,
+    /// Mean depth of the plastic flow, L.
+    #[serde(default)]
+    pub flow: f64,
 }
 
 /// Surfaces under tension count as separated where the attraction, estimated as energy over range, is below this
@@ -46,12 +54,52 @@ pub(super) fn curvature_of(elastic: f64, law: f64) -> f64 {
 }
 
 /// Number of sums of [`Nodes::add_to`].
-pub(super) const KKT: usize = 7;
+pub(super) const KKT: usize = 8;
 
-/// Residual of the optimality conditions at one node: the imbalance where the gap may change, else its tensile part.
+/// Residual of the optimality conditions at one node: the imbalance where the gap may change, else its tensile part
+/// and the excess over the hardness.
 #[inline(always)]
-pub(super) fn kkt<L: Law, T: Real>(gap: T, t: T) -> T {
-    if L::HARD && gap <= T::zero() { t.min(T::zero()) } else { t }
+pub(super) fn kkt<L: Law, T: Real>(law: &L, gap: T, t: T) -> T {
+    if !L::HARD || gap > T::zero() {
+        return t;
+    }
+    if !L::YIELDS {
+        return t.min(T::zero());
+    }
+    if gap < T::zero() {
+        return t;
+    }
+    let hardness = T::of(law.hardness());
+    let stress = if gap.is_sign_negative() { t + hardness } else { t };
+    stress.min(T::zero()) + (stress - hardness).max(T::zero())
+}
+
+/// Gap after `scale` times a step: a wall stops it at zero, from either side.
+#[inline(always)]
+pub(super) fn moved<L: Law, T: Real>(g: T, scale: T, step: T) -> T {
+    let to = g + scale * step;
+    match () {
+        () if !L::HARD => to,
+        () if L::YIELDS && g.is_sign_negative() => -(-to).max(T::zero()),
+        () => to.max(T::zero()),
+    }
+}
+
+/// Sets the side on which a closed node may leave the wall, and `t` accordingly: `-0` above the hardness, else `+0`.
+#[inline(always)]
+pub(super) fn choose_sides<L: Law, T: Real, R: Real>(law: &L, gap: &mut [T], t: &mut [R]) {
+    if !(L::HARD && L::YIELDS) {
+        return;
+    }
+    let hardness = R::of(law.hardness());
+    for (g, t) in gap.iter_mut().zip(t) {
+        if *g == T::zero() {
+            let stress = if g.is_sign_negative() { *t + hardness } else { *t };
+            let flows = stress > hardness;
+            *t = if flows { stress - hardness } else { stress };
+            *g = if flows { -T::zero() } else { T::zero() };
+        }
+    }
 }
 
 /// Values of a law at the gaps of a chunk; zeros without evaluation where all gaps are beyond its cutoff.
@@ -80,7 +128,8 @@ impl<T: Real> Nodes<T> {
         Nodes { gap: [T::zero(); CHUNK], imbalance: [T::zero(); CHUNK], old: [0.0; CHUNK] }
     }
 
-    /// Adds, for the first `n` nodes, residual², residual, |t g|, g, v(g), closed nodes, residual times the old one.
+    /// Adds, for the first `n` nodes, residual², residual, |t g|, g, v(g), closed nodes, depth of flow, residual times
+    /// the old one.
     #[inline(always)]
     pub(super) fn add_to<L: Law>(&mut self, n: usize, law: &L, sums: &mut [f64; KKT]) {
         let gap = self.gap.map(
@@ -104,10 +153,13 @@ impl<T: Real> Nodes<T> {
                 )[..n],
             );
         }
+        if L::YIELDS {
+            self.yielding(n, law, &gap, sums);
+        }
         let (mut residual, mut work, mut closed) = ([0.0; CHUNK], [0.0; CHUNK], [0.0; CHUNK]);
         for i in 0..CHUNK {
             let t = self.imbalance[i].wide();
-            residual[i] = kkt::<L, f64>(gap[i], t);
+            residual[i] = kkt(law, gap[i], t);
             work[i] = (t * gap[i]).abs();
             closed[i] = if gap[i] <= 0.0 { 1.0 } else { 0.0 };
         }
@@ -116,7 +168,25 @@ impl<T: Real> Nodes<T> {
         sums[2] += total(&work[..n]);
         sums[3] += total(&gap[..n]);
         sums[5] += total(&closed[..n]);
-        sums[6] += dot(&residual[..n], &self.old[..n]);
+        sums[7] += dot(&residual[..n], &self.old[..n]);
+    }
+
+    /// Depth of the flow, and for a hard wall its stress and energy, which the law leaves out.
+    #[inline(always)]
+    fn yielding<L: Law>(&mut self, n: usize, law: &L, gap: &[f64; CHUNK], sums: &mut [f64; KKT]) {
+        let (first, hardness) = (law.yield_gap(), law.hardness());
+        let mut depth = [0.0; CHUNK];
+        for i in 0..CHUNK {
+            depth[i] = (first - gap[i]).max(0.0);
+            if L::HARD && gap[i].is_sign_negative() {
+                self.imbalance[i] -= T::of(hardness);
+            }
+        }
+        let depth = total(&depth[..n]);
+        sums[6] += depth;
+        if L::HARD && depth > 0.0 {
+            sums[4] += hardness * depth;
+        }
     }
 }
 
@@ -148,10 +218,11 @@ impl Residuals {
             residual,
             imbalance: mean(1),
             complementarity: mean(2),
-            mean_gap: mean(3),
+            mean_gap: mean(3) + mean(6),
             mean_separation: mean(3),
             interaction: mean(4),
             contact: mean(5),
+            flow: mean(6),
         }
     }
 

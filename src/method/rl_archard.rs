@@ -32,6 +32,7 @@ static CARD: Card = Card {
     calibrated_on: None,
     summary: "long waves solved, short ones as one sinusoid on their contact area",
     supports,
+    hardness: false,
     dois: &["10.1007/s11249-017-0900-2"],
     papers: &[],
     measured_errors: &[(Quantity::ContactArea, 0.15), (Quantity::MeanGap, 0.2)],
@@ -89,7 +90,7 @@ impl ContactMethod for RlArchard {
         Plan { bytes: series.max(solver.bytes) + field(grid), pairs_per_iteration, ..solver }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         require::half_space(problem, CARD.id)?;
         require::hard_wall(problem, CARD.id)?;
         let refuse = |key: &str, found: String, accepted: String| {

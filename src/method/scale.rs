@@ -9,7 +9,7 @@ use super::settings::{ExperimentSettings, Settings};
 use super::{Estimate, Load, State};
 use crate::grid::{Field, Series};
 use crate::interface::Adhesion;
-use crate::observe::{Distribution, StressDistribution};
+use crate::observe::{Distribution, Plasticity, StressDistribution};
 use crate::{Error, Result};
 use std::borrow::Cow;
 
@@ -89,6 +89,7 @@ impl Scale {
             kernel: problem.kernel,
             adhesion: problem.adhesion.in_units(self.0),
             wall: problem.wall.in_units(self.0),
+            hardness: problem.hardness.map(|h| self.divide(h)),
             precision: problem.precision,
             tolerance: problem.tolerance,
             targets: problem.targets,
@@ -145,9 +146,15 @@ impl Scale {
         (0..field.len()).map(|i| self.multiply(field.at(i))).collect()
     }
 
-    /// A state of a solve in this unit, with `fields` made by [`Scale::field`] from its gap and stress. Energies are
+    /// A state of a solve in this unit, with `fields` made by [`Scale::field`] from its gap, stress and plastic
+    /// displacement. Energies are
     /// the product of two factors and underflow where the square of the unit does.
-    pub fn state<'a>(self, state: &State, load: Load, [gap, stress]: [&'a [f64]; 2]) -> State<'a> {
+    pub fn state<'a>(
+        self,
+        state: &State,
+        load: Load,
+        ([gap, stress], plastic): ([&'a [f64]; 2], Option<&'a [f64]>),
+    ) -> State<'a> {
         let energy = |e: f64| self.multiply(self.multiply(e));
         State {
             load,
@@ -159,6 +166,12 @@ impl Scale {
             energy: energy(state.energy),
             elastic_energy: energy(state.elastic_energy),
             interaction_energy: energy(state.interaction_energy),
+            plastic: plastic.map(Field::F64),
+            plasticity: state.plasticity.map(|p| Plasticity {
+                displacement: self.multiply(p.displacement),
+                work: energy(p.work),
+                ..p
+            }),
             load_error: state.load_error,
             residual: state.residual,
             complementarity: state.complementarity,

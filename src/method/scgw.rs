@@ -26,6 +26,7 @@ static CARD: Card = Card {
     calibrated_on: None,
     summary: "independent Hertz contacts on the summits of a Gaussian surface with three spectral moments",
     supports,
+    hardness: false,
     dois: &["10.1007/s11249-017-0900-2"],
     papers: &["Carbone, J. Mech. Phys. Solids 57 (2009) 1093", "Nayak, J. Lubr. Technol. 93 (1971) 398"],
     measured_errors: &[(Quantity::ContactArea, 0.42), (Quantity::MeanGap, 2.22)],
@@ -58,7 +59,7 @@ impl ContactMethod for Scgw {
         Plan { bytes: (16 * (HEIGHTS + CURVATURES)) as u64, iterations: 50, pairs_per_iteration: 0.0, seconds: SECONDS }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         let power = require::isotropic_power(problem, CARD.id)?;
         if problem.adhesion != Adhesion::None {
             let place = format!("method {}", CARD.id);

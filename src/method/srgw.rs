@@ -31,6 +31,7 @@ static CARD: Card = Card {
     calibrated_on: None,
     summary: "every summit an independent JKR sphere at a common approach",
     supports,
+    hardness: false,
     dois: &["10.1007/s11249-017-0900-2", "10.1098/rspa.1966.0242", "10.1098/rspa.1971.0141"],
     papers: &[],
     measured_errors: &[(Quantity::ContactArea, 0.11), (Quantity::MeanGap, 2.17)],
@@ -81,7 +82,7 @@ impl ContactMethod for Srgw {
         Plan { bytes: per_point * points as u64, iterations: 50, pairs_per_iteration: 0.0, seconds }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         require::half_space(problem, CARD.id)?;
         require::hard_wall(problem, CARD.id)?;
         let heights = require::from_lowest(problem);

@@ -7,6 +7,7 @@ mod distribution;
 mod hydraulic_gap;
 mod hysteresis;
 mod leakage;
+mod plasticity;
 mod section;
 mod stiffness;
 
@@ -29,5 +30,6 @@ pub use distribution::{
 pub use hydraulic_gap::{hydraulic_gap, percolates};
 pub use hysteresis::hysteresis_work;
 pub use leakage::{FlowEdges, Leakage, leakage, leakage_bytes};
+pub use plasticity::Plasticity;
 pub use section::{along_y, column_at};
 pub use stiffness::{Stiffness, stiffness};

@@ -16,7 +16,8 @@ const EVERY: Duration = Duration::from_secs(60);
 const SHARE: u32 = 20;
 
 /// Files of a path of one load.
-const OF_ONE_LOAD: [&str; 5] = ["gap.npy", "stress.npy", "elastic-stress.npy", "contact.npy", "solve.json"];
+const OF_ONE_LOAD: [&str; 6] =
+    ["gap.npy", "plastic.npy", "stress.npy", "elastic-stress.npy", "contact.npy", "solve.json"];
 
 /// State of an interrupted path.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -32,6 +33,9 @@ pub struct Checkpoint {
     /// File of the auxiliary field of the method, if it has one.
     #[serde(default)]
     auxiliary: Option<String>,
+    /// File of the plastic displacement of the loads before, if there was any.
+    #[serde(default)]
+    plastic: Option<String>,
     /// Internal state of the method; `null` if the solve of the current load restarts from the gap.
     progress: Value,
     #[serde(skip)]
@@ -62,6 +66,11 @@ impl Checkpoint {
         self.field(&self.gap)
     }
 
+    /// The stored plastic displacement `[ny, nx]`.
+    pub(super) fn plastic(&self) -> Result<Option<Vec<f64>>> {
+        self.plastic.as_deref().map(|name| self.field(name)).transpose()
+    }
+
     fn field(&self, name: &str) -> Result<Vec<f64>> {
         let path = self.folder.join(name);
         let field = npy::read(&path)?;
@@ -77,6 +86,9 @@ impl Checkpoint {
         let gap = self.gap()?;
         match &self.progress {
             Value::Null => {
+                if let Some(plastic) = self.plastic()? {
+                    run.set_plastic_displacement(&scale.gap(&plastic));
+                }
                 run.set_gap(&scale.gap(&gap));
                 Ok(())
             }
@@ -84,6 +96,7 @@ impl Checkpoint {
                 grid: Grid::unit(self.nx, self.ny),
                 gap,
                 auxiliary: self.auxiliary.as_deref().map(|name| self.field(name)).transpose()?,
+                plastic: self.plastic()?,
                 progress: progress.clone(),
             }),
         }
@@ -165,7 +178,8 @@ impl CheckpointWriter {
     pub fn write_interrupted(&self, grid: Grid, state: &State) {
         let kept = self.inner().kept;
         if !kept {
-            self.write(&SnapshotRef { grid, gap: state.gap, auxiliary: None, progress: Value::Null });
+            let (gap, progress) = (state.gap, Value::Null);
+            self.write(&SnapshotRef { grid, gap, auxiliary: None, plastic: None, progress });
         }
     }
 
@@ -184,10 +198,10 @@ impl CheckpointWriter {
         let field_to = |name: &str, field| npy::write_field(&self.folder.join(name), nx, ny, field, 1.0);
         let gap = format!("{}-{turn}.npy", self.stem);
         let auxiliary = snapshot.auxiliary.map(|field| (format!("{}-auxiliary-{turn}.npy", self.stem), field));
-        let written = field_to(&gap, snapshot.gap).and_then(|()| match &auxiliary {
-            Some((name, field)) => field_to(name, *field),
-            None => Ok(()),
-        });
+        let plastic = snapshot.plastic.map(|field| (format!("{}-plastic-{turn}.npy", self.stem), field));
+        let mut more = auxiliary.iter().chain(&plastic);
+        let written =
+            field_to(&gap, snapshot.gap).and_then(|()| more.try_for_each(|(name, field)| field_to(name, *field)));
         let checkpoint = Checkpoint {
             key: self.key.clone(),
             finished: inner.finished.clone(),
@@ -195,12 +209,13 @@ impl CheckpointWriter {
             ny,
             gap,
             auxiliary: auxiliary.map(|(name, _)| name),
+            plastic: plastic.map(|(name, _)| name),
             progress: snapshot.progress.clone(),
             folder: PathBuf::new(),
         };
         let prefix = self.stem.trim_end_matches("checkpoint");
         let written = written.and_then(|()| inner.list_fields(&self.folder, prefix));
-        let own = [Some(&checkpoint.gap), checkpoint.auxiliary.as_ref()];
+        let own = [Some(&checkpoint.gap), checkpoint.auxiliary.as_ref(), checkpoint.plastic.as_ref()];
         let stored = written.and_then(|()| {
             let hash = |name: &String| FileHash::of(&self.folder, name);
             let mut files = own.into_iter().flatten().map(hash).collect::<Result<Vec<_>>>()?;
@@ -218,7 +233,9 @@ impl CheckpointWriter {
 
     /// Removes all checkpoint files after the end of the path.
     pub fn remove_files(&self) {
-        for end in [".json", "-0.npy", "-1.npy", "-auxiliary-0.npy", "-auxiliary-1.npy"] {
+        let fields =
+            ["", "-auxiliary", "-plastic"].into_iter().flat_map(|kind| [0, 1].map(|turn| format!("{kind}-{turn}.npy")));
+        for end in fields.chain([".json".to_string()]) {
             // Missing files are not an error.
             let _ = std::fs::remove_file(self.folder.join(format!("{}{end}", self.stem)));
         }
@@ -267,7 +284,13 @@ mod tests {
             let folder = tempfile::tempdir().unwrap();
             let path = |name: &str| folder.path().join(name);
             let field = Field::F64(&[1.0, 2.0]);
-            let snapshot = SnapshotRef { grid: Grid::unit(2, 1), gap: field, auxiliary: None, progress: Value::Null };
+            let snapshot = SnapshotRef {
+                grid: Grid::unit(2, 1),
+                gap: field,
+                auxiliary: None,
+                plastic: None,
+                progress: Value::Null,
+            };
             let writer = CheckpointWriter::new(folder.path(), "checkpoint", "key".into(), Vec::new());
             for name in ["load-1-gap.npy", "load-2-gap.npy"] {
                 npy::write_field(&path(name), 2, 1, field, 1.0).unwrap();
@@ -307,6 +330,7 @@ mod tests {
                 grid: Grid::unit(2, 1),
                 gap: Field::F64(&gap),
                 auxiliary: Some(Field::F64(&auxiliary)),
+                plastic: None,
                 progress: Value::from(n),
             });
         };

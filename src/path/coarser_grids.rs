@@ -225,6 +225,7 @@ pub(super) fn coarsened<'s>(
         kernel: problem.kernel,
         adhesion: RangeChoice::Mesh.law(law, grid.dx().max(grid.dy())),
         wall: problem.wall,
+        hardness: problem.hardness,
         precision: problem.precision,
         tolerance: TOLERANCE.max(problem.tolerance),
         max_iterations: problem.max_iterations,

@@ -65,7 +65,7 @@ pub enum Begin {
     /// Initial gap `[ny, nx]`, units of L.
     Gap(Vec<f64>),
     /// Continuation from a checkpoint.
-    Checkpoint(Checkpoint),
+    Checkpoint(Box<Checkpoint>),
 }
 
 impl<'p> LoadPath<'p> {
@@ -99,7 +99,12 @@ impl<'p> LoadPath<'p> {
     /// With small steps at the ends of the branches, where the method is nested and no adhesion makes the state depend
     /// on the path.
     pub fn with_end_steps(self) -> Self {
-        LoadPath { end_steps: self.is_nested() && self.requested == Adhesion::None, ..self }
+        LoadPath { end_steps: self.is_nested() && !self.has_history(), ..self }
+    }
+
+    /// Whether a state depends on the loads before it.
+    fn has_history(&self) -> bool {
+        self.requested != Adhesion::None || self.problem.hardness.is_some()
     }
 
     /// Whether the method solves coarser grids itself.
@@ -134,7 +139,8 @@ impl<'p> LoadPath<'p> {
             () if self.extrapolates() => coarser_grids::EXTRAPOLATION - 1,
             () if !self.with_error => 0,
             // Pull-off is also computed on a coarser grid, which is the only measure of its discretisation error.
-            () if self.is_nested() && !pulls_off && (self.requested == Adhesion::None || self.loads.len() == 1) => 0,
+            // A path with plastic flow is followed on a coarser grid: the flow is the error of that grid, too.
+            () if self.is_nested() && !pulls_off && (!self.has_history() || self.loads.len() == 1) => 0,
             () => 1,
         };
         coarser_grids::grids(self.problem.grid, count)
@@ -240,7 +246,7 @@ impl<'p> LoadPath<'p> {
             if converged {
                 let range = self.problem.adhesion.range();
                 let fine = GridResult::new(self.problem.grid, range, &area, state.mean_gap, state.error_estimates);
-                let next = match coarse_results.take().or(coarse.first().copied()) {
+                let next = match self.next_coarser(coarse_results.take(), coarse.first().copied()) {
                     None if coarse_solvers.is_empty() && !given => self.coarse(load, &silent)?,
                     known => known,
                 };
@@ -260,6 +266,7 @@ impl<'p> LoadPath<'p> {
             grid: self.problem.grid,
             gap: Field::F64(&last.gap),
             auxiliary: None,
+            plastic: last.plastic.as_deref().map(Field::F64),
             progress: serde_json::Value::Null,
         });
         let found = pull_off::search(&mut *run, &self.problem, scale, last)?;
@@ -268,6 +275,12 @@ impl<'p> LoadPath<'p> {
             Some((grid, pull)) => pull_off::compared(found, grid, pull),
             None => found,
         }))
+    }
+
+    /// The result of the next coarser grid: of the nested method's own grids, or of a solve that follows the path. With plastic
+    /// flow the former start from the flow on this grid.
+    fn next_coarser(&self, nested: Option<GridResult>, followed: Option<GridResult>) -> Option<GridResult> {
+        if self.problem.hardness.is_some() { followed.or(nested) } else { nested.or(followed) }
     }
 
     /// Discretisation error of `fine` from the `next` coarser grid, and the extrapolation over all `coarse` grids.
@@ -325,6 +338,9 @@ impl<'p> LoadPath<'p> {
         if finished < self.loads.len() {
             checkpoint.resume(run, scale)?;
             return Ok((finished, None));
+        }
+        if let Some(plastic) = checkpoint.plastic()? {
+            run.set_plastic_displacement(&scale.gap(&plastic));
         }
         run.set_gap(&scale.gap(&checkpoint.gap()?));
         let Some(&load) = self.loads.last() else { return Ok((finished, None)) };

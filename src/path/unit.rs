@@ -48,7 +48,9 @@ impl LoadPath<'_> {
         let inside = InUnit { observer, scale };
         let pulled = path.walk_in_unit(scale, begin, pulls_off, &inside, |i, reached| {
             let fields = [scale.field(reached.state.gap), scale.field(reached.state.stress)];
-            let state = scale.state(&reached.state, self.loads[i], [&fields[0], &fields[1]]);
+            let plastic = reached.state.plastic.map(|field| scale.field(field));
+            let fields = ([&fields[0][..], &fields[1]], plastic.as_deref());
+            let state = scale.state(&reached.state, self.loads[i], fields);
             let steps = reached.steps.iter().map(|step| step.map(|v| scale.multiply(v))).collect();
             let extrapolated = reached.extrapolated.map(|e| extrapolated(scale, e));
             visit(
@@ -114,6 +116,8 @@ impl Observer for InUnit<'_> {
             return self.observer.snapshot(snapshot);
         }
         let gap = self.scale.field(snapshot.gap);
-        self.observer.snapshot(SnapshotRef { gap: Field::F64(&gap), ..snapshot });
+        let plastic = snapshot.plastic.map(|field| self.scale.field(field));
+        let plastic = plastic.as_deref().map(Field::F64);
+        self.observer.snapshot(SnapshotRef { gap: Field::F64(&gap), plastic, ..snapshot });
     }
 }

@@ -80,7 +80,7 @@ pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> R
     }
     let finished = checkpoint.as_ref().map_or(Vec::new(), |c| c.finished.clone());
     let writer = CheckpointWriter::new(folder, &stem, key, finished);
-    let begin = checkpoint.map(Begin::Checkpoint).or(request.start.clone().map(Begin::Gap));
+    let begin = checkpoint.map(|c| Begin::Checkpoint(Box::new(c))).or(request.start.clone().map(Begin::Gap));
     let watch = Progress::new(listener, Some(&writer), &said, (states.len(), loads.len()));
     let walked = path.walk(begin, request.pull_off, &watch, |i, reached| {
         watch.next();
@@ -118,6 +118,7 @@ pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> R
         kernel: problem.kernel.to_string(),
         adhesion: path.adhesion().to_string(),
         wall: problem.wall.to_string(),
+        hardness: problem.hardness,
         nx: grid.nx,
         ny: grid.ny,
         range,
@@ -178,6 +179,10 @@ fn stored_state(
         ));
     }
     let keep = (request.keep)(step);
+    let plastic = match state.plastic {
+        Some(field) if keep.gap && !partial => Some(write("plastic", field)?),
+        _ => None,
+    };
     let gap = if keep.gap || partial { Some(write("gap", state.gap)?) } else { None };
     if partial {
         return Err(Error::NotConverged {
@@ -199,7 +204,7 @@ fn stored_state(
         false => None,
     };
     let found = summary(request, reached, grid, step, problem.adhesion != Adhesion::None, [gap, stress]);
-    Ok(StateResults { leakage: flow(request, problem, reached, at, step), ..found })
+    Ok(StateResults { leakage: flow(request, problem, reached, at, step), plastic_map: plastic, ..found })
 }
 
 /// The flow through the gap of a state, if requested. Without convergence of the flow a warning.
@@ -237,7 +242,8 @@ pub(super) fn range_results(requested: Adhesion, used: Adhesion, grid: Grid) -> 
 /// with the first.
 fn stiffen(states: &mut [StateResults], patch: bool) {
     // The gap of a patch that is conjugate to the pressure is the rigid approach.
-    let separation = |s: &StateResults| if patch { -s.numbers.displacement.unwrap_or(f64::NAN) } else { s.mean_gap };
+    let separation =
+        |s: &StateResults| if patch { -s.numbers.displacement.unwrap_or(f64::NAN) } else { s.separation() };
     let mut first = 0;
     while first < states.len() {
         let kind = states.get(first + 1).map_or(states[first].branch, |s| s.branch);
@@ -288,8 +294,8 @@ fn compare_branches(states: &mut [StateResults], steps: &[LoadStep]) -> f64 {
     }
     // Where the branches do not differ significantly, the difference in mean gap is solver error and not work.
     let gap = |step: &LoadStep| match (states[step.index].hysteresis, step.counterpart) {
-        (Some(h), Some(same)) if !h.is_significant() => states[same].mean_gap,
-        _ => states[step.index].mean_gap,
+        (Some(h), Some(same)) if !h.is_significant() => states[same].separation(),
+        _ => states[step.index].separation(),
     };
     let path: Vec<(f64, f64)> = steps.iter().map(|step| (states[step.index].numbers.pressure, gap(step))).collect();
     hysteresis_work(&path)
@@ -342,6 +348,8 @@ fn summary(
         observed,
         steps: reached.steps.clone(),
         leakage: None,
+        plasticity: state.plasticity,
+        plastic_map: None,
     }
 }
 

@@ -25,7 +25,7 @@ type Column<'a> = (&'a str, &'a dyn Fn(&StateResults) -> f64);
 
 fn states(out: &Path, continuum: &ContinuumResults, um: f64, mpa: f64) -> Result<()> {
     let work = um * mpa;
-    let columns: [Column; 17] = [
+    let columns: [Column; 21] = [
         ("load", &|s| (s.numbers.index + 1) as f64),
         ("unloading", &|s| f64::from(u8::from(s.branch == Branch::Unloading))),
         ("p_star", &|s| s.numbers.p_star),
@@ -43,9 +43,15 @@ fn states(out: &Path, continuum: &ContinuumResults, um: f64, mpa: f64) -> Result
         ("iterations", &|s| s.numbers.iterations as f64),
         ("fft_pairs", &|s| s.numbers.fft_pairs),
         ("seconds", &|s| s.numbers.seconds),
+        ("flowing_fraction", &|s| s.plasticity.map_or(f64::NAN, |p| p.flowing)),
+        ("displaced_fraction", &|s| s.plasticity.map_or(f64::NAN, |p| p.displaced)),
+        ("plastic_displacement_um", &|s| s.plasticity.map_or(f64::NAN, |p| p.displacement * um)),
+        ("plastic_work_j_per_m2", &|s| s.plasticity.map_or(f64::NAN, |p| p.work * work)),
     ];
+    // The last four are of bodies with a hardness.
+    let count = columns.len() - if continuum.hardness.is_some() { 0 } else { 4 };
     let columns: Vec<(&str, Vec<f64>)> =
-        columns.iter().map(|(header, of)| (*header, continuum.states.iter().map(of).collect())).collect();
+        columns[..count].iter().map(|(header, of)| (*header, continuum.states.iter().map(of).collect())).collect();
     let columns: Vec<(&str, &[f64])> = columns.iter().map(|(header, values)| (*header, values.as_slice())).collect();
     csv::write(&out.join(FILE), &columns)
 }

@@ -3,7 +3,7 @@
 use super::state_numbers::StateNumbers;
 use super::uncertainty::{UncertaintyComponent, ValueWithError};
 use crate::load::{AtLoad, Branch};
-use crate::observe::{Distribution, Leakage};
+use crate::observe::{Distribution, Leakage, Plasticity};
 use serde::{Deserialize, Serialize};
 
 /// Continuum states of one problem along its load path.
@@ -16,6 +16,9 @@ pub struct ContinuumResults {
     pub adhesion: String,
     /// "hard wall" or the name of the compliant wall.
     pub wall: String,
+    /// Largest contact stress over E*; absent for an elastic body.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hardness: Option<f64>,
     pub nx: usize,
     pub ny: usize,
     /// Absent without adhesion.
@@ -138,6 +141,19 @@ pub struct StateResults {
     /// Solved flow through the gap, if requested; conductivities in L³.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub leakage: Option<Leakage>,
+    /// Plastic flow up to this load; absent for an elastic body.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plasticity: Option<Plasticity>,
+    /// File of the `[ny, nx]` map of the plastic displacement (L), if stored.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plastic_map: Option<String>,
+}
+
+impl StateResults {
+    /// Work conjugate of the pressure for a periodic body, L: the mean gap less the mean plastic displacement.
+    pub fn separation(&self) -> f64 {
+        self.mean_gap - self.plasticity.map_or(0.0, |p| p.displacement)
+    }
 }
 
 impl AtLoad for StateResults {

@@ -40,6 +40,8 @@ pub struct Case {
     pub kernel: Elastic,
     pub adhesion: Adhesion,
     pub wall: Wall,
+    /// Largest contact stress, units of E*; `None` for an elastic body.
+    pub hardness: Option<f64>,
     pub atoms: Option<AtomsCase>,
     /// The setting chosen for the scene's `[accuracy]`, if it has one.
     pub chosen: Option<AccuracyChoice>,
@@ -101,6 +103,7 @@ impl Case {
             Some(nm) => Wall::Penalty(PenaltyWall { length: lab.reduced_nm(nm) }),
             None => Wall::Hard,
         };
+        let hardness = scene.continuum.hardness_mpa.map(|h| h / lab.contact_modulus());
         let mut case = Case {
             load_steps: load_steps(&scene, &lab, grid, gradient, first_touch.unwrap_or(f64::NAN)),
             kernel: kernel(&scene, &lab, grid)?,
@@ -115,6 +118,7 @@ impl Case {
             gradient,
             adhesion,
             wall,
+            hardness,
             atoms: None,
             chosen: None,
             warnings,
@@ -200,6 +204,9 @@ impl Case {
         }
         if let (Some(nm), Wall::Penalty(wall)) = (self.scene.continuum.penalty_length_nm, self.wall) {
             values.push(("continuum.penalty_length_nm".into(), nm, wall.length));
+        }
+        if let (Some(given), Some(reduced)) = (self.scene.continuum.hardness_mpa, self.hardness) {
+            values.push(("continuum.hardness_mpa".into(), given, reduced));
         }
         match values.into_iter().find(|(_, given, reduced)| !method::is_representable(*given, *reduced)) {
             None => Ok(()),
@@ -289,7 +296,9 @@ impl Case {
         let wanted =
             |id: &str| also.iter().any(|a| a == ALL_METHODS || method::find(a).is_some_and(|m| m.card().id == id));
         let runs = |id: &str| if id == own { !self.solves() } else { wanted(id) };
-        REGISTRY.iter().copied().filter(|m| runs(m.card().id)).collect()
+        // "all" are those that model what the scene contains.
+        let models = |card: &Card| self.hardness.is_none() || card.hardness;
+        REGISTRY.iter().copied().filter(|m| runs(m.card().id) && models(m.card())).collect()
     }
 
     /// Treatment of a range that the grid does not resolve.
@@ -314,6 +323,7 @@ impl Case {
             kernel: self.kernel,
             adhesion: self.adhesion,
             wall: self.wall,
+            hardness: self.hardness,
             precision: c.precision,
             tolerance: c.tolerance_or_default(self.grid),
             targets: c.targets(),

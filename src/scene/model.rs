@@ -332,6 +332,10 @@ pub struct ContinuumScene {
     /// Length by which the penalty wall yields under a pressure of E*, nm; must be given with one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub penalty_length_nm: Option<f64>,
+    /// Hardness, MPa: the largest contact stress; where it is reached, the surface flows and keeps its shape on unloading. With
+    /// the methods fast, bvm and gfmd.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hardness_mpa: Option<f64>,
     /// Solve Reynolds' equation in the gap of each load: leakage along x and y, next to that of the effective medium.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub leakage: bool,
@@ -358,6 +362,7 @@ impl Default for ContinuumScene {
             crystal: None,
             wall: WallKind::Hard,
             penalty_length_nm: None,
+            hardness_mpa: None,
             leakage: false,
             stiffness_steps: false,
         }

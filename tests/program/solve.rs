@@ -352,3 +352,45 @@ fn cut_off_is_a_fraction_of_the_cell() {
     let equal = plan(&["--length", "3", "--cut-off", "0.2"]);
     assert!(equal.status.success(), "{}", stderr(&equal));
 }
+
+/// `--hardness`: no stress above it, the plastic displacement in a file, its numbers in the line and in curve.csv. What cannot
+/// carry the load or models no flow is refused with the remedy.
+#[test]
+fn a_hardness_bounds_the_contact_stress() {
+    /// Residual of the solver, over the hardness.
+    const ROUNDING: f64 = 1e-6;
+    let scratch = tempfile::tempdir().expect("scratch");
+    let out = scratch.path().join("out");
+    let solve = |more: &[&str]| {
+        let base = ["solve", "--challenge", "64", "--cut-off", "0.06", "--modulus", "2GPa"];
+        asperity().args(base).args(more).output().expect("started")
+    };
+    let flags =
+        ["--hardness", "200MPa", "--pressure", "20MPa,60MPa,20MPa", "--json", "--out", out.to_str().expect("UTF-8")];
+    let found = solve(&flags);
+    assert!(found.status.success(), "{}", stderr(&found));
+    let lines: Vec<Value> =
+        String::from_utf8_lossy(&found.stdout).lines().map(|l| serde_json::from_str(l).expect("JSON")).collect();
+    let of = |k: usize, key: &str| number(&lines[k], key);
+    assert!(of(1, "flowing_fraction") > 0.01 && of(2, "flowing_fraction") == 0.0);
+    assert_eq!(of(2, "plastic_displacement"), of(1, "plastic_displacement"));
+    assert!(of(2, "contact_fraction") > of(0, "contact_fraction"));
+    let field = |name: &str| asperity::record::npy::read(&out.join(name)).expect("a field").values;
+    let (stress, plastic) = (field("load-2-stress.npy"), field("load-2-plastic.npy"));
+    let most = stress.iter().copied().fold(0.0, f64::max);
+    assert!((most / of(1, "hardness") - 1.0).abs() < ROUNDING, "{most}");
+    let mean = plastic.iter().sum::<f64>() / plastic.len() as f64;
+    assert!((mean / of(1, "plastic_displacement") - 1.0).abs() < 1e-12);
+    let curve = std::fs::read_to_string(out.join("curve.csv")).expect("a table");
+    assert!(curve.lines().next().expect("a header").contains(",displaced_fraction,plastic_displacement"), "{curve}");
+    for (more, words) in [
+        (&["--hardness", "200MPa", "--pressure", "250MPa"][..], "where every node flows"),
+        (&["--hardness", "200MPa", "--pressure", "20MPa", "--method", "winkler"], "models plastic flow"),
+        (&["--hardness", "-1", "--pressure", "20MPa"], "--hardness"),
+        (&["--hardness", "2um", "--pressure", "20MPa"], "a unit of stress"),
+    ] {
+        let refused = solve(more);
+        assert_eq!(refused.status.code(), Some(2), "{more:?}");
+        assert!(stderr(&refused).contains(words), "{more:?}: {}", stderr(&refused));
+    }
+}

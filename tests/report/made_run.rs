@@ -41,6 +41,8 @@ pub(crate) fn state(p_star: f64, gap: &[f64], files: [Option<String>; 2]) -> Sta
     let share = gap.iter().filter(|g| **g == 0.0).count() as f64 / gap.len() as f64;
     let [gap_file, stress] = files;
     StateResults {
+        plasticity: None,
+        plastic_map: None,
         numbers: StateNumbers {
             index: usize::from(p_star > 0.01),
             p_star,
@@ -152,6 +154,7 @@ pub(crate) fn continuum(folder: &Path, name: &str, method: &str, level: f64, sto
         state(p_star, &gap, files)
     });
     ContinuumResults {
+        hardness: None,
         method: method.into(),
         kernel: "half-space".into(),
         adhesion: "exponential, γ = 2×10⁻⁵ E*L, ρ = 2.07×10⁻⁵ L".into(),

@@ -8,6 +8,7 @@ mod extremes;
 mod extremes_adhesion;
 mod fields;
 mod found;
+mod hardness;
 mod laws;
 mod non_periodic;
 mod paths;

@@ -26,7 +26,7 @@ enum Dimension {
 }
 
 /// Columns of `curve.csv`, each a key of the line of JSON of a load.
-const COLUMNS: [(&str, Dimension); 18] = [
+const COLUMNS: [(&str, Dimension); 22] = [
     ("pressure", Dimension::Stress),
     ("p_star", Dimension::None),
     ("contact_fraction", Dimension::None),
@@ -40,6 +40,10 @@ const COLUMNS: [(&str, Dimension); 18] = [
     ("energy", Dimension::Work),
     ("elastic_energy", Dimension::Work),
     ("adhesion_energy", Dimension::Work),
+    ("flowing_fraction", Dimension::None),
+    ("displaced_fraction", Dimension::None),
+    ("plastic_displacement", Dimension::Length),
+    ("plastic_work", Dimension::Work),
     ("load_error", Dimension::None),
     ("residual", Dimension::None),
     ("iterations", Dimension::None),

@@ -76,6 +76,10 @@ pub(crate) struct Solve {
     /// Compression of the penalty wall under a pressure of E*.
     #[arg(long, value_name = "LENGTH")]
     pub(super) penalty_length: Option<f64>,
+    /// Hardness, with or without a unit of stress: the largest contact stress. Where it is reached, the surface flows; unloading
+    /// is elastic. With the methods fast, bvm and gfmd.
+    #[arg(long, value_name = "H")]
+    pub(super) hardness: Option<Measure>,
     /// An id from `asperity methods`, or auto.
     #[arg(long, default_value = "auto", value_name = "ID")]
     pub(super) method: String,
@@ -192,8 +196,21 @@ impl Solve {
             crystal: self.crystal()?,
             wall: self.wall,
             penalty_length_nm: self.penalty_length,
+            hardness_mpa: self.hardness()?,
             compare_with: Vec::new(),
         })
+    }
+
+    /// The hardness in the unit of the modulus.
+    fn hardness(&self) -> Result<Option<f64>> {
+        let Some(Measure { value, unit }) = &self.hardness else { return Ok(None) };
+        let Some(unit) = unit else { return Ok(Some(*value)) };
+        let refused = |accepted: &str| Error::input(COMMAND_LINE, "--hardness", format!("{value} {unit}"), accepted);
+        let pascals = pascals_per(unit).ok_or_else(|| refused("a unit of stress: Pa, kPa, MPa, GPa"))?;
+        match self.modulus_pa()? {
+            Some(modulus) => Ok(Some(value * pascals / modulus)),
+            None => Err(refused("a number without unit, as --modulus has none")),
+        }
     }
 
     /// Pascals of one unit of the modulus, if it has one.
@@ -281,7 +298,7 @@ impl Solve {
 }
 
 /// Keys and their flags beyond those of surface files; of keys that begin alike the longest first.
-const FLAGS: [KeyName; 38] = [
+const FLAGS: [KeyName; 39] = [
     ("laboratory.contact_modulus_mpa", "--modulus"),
     ("surface.seed", "--seed"),
     ("surface.cut_off_um", "--cut-off"),
@@ -319,5 +336,6 @@ const FLAGS: [KeyName; 38] = [
     ("continuum.crystal", "--crystal"),
     ("continuum.wall", "--wall"),
     ("continuum.penalty_length_nm", "--penalty-length"),
+    ("continuum.hardness_mpa", "--hardness"),
     ("continuum.compare_with", "`run --compare-with`"),
 ];

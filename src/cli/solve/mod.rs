@@ -243,7 +243,7 @@ impl Solve {
             });
         }
         finished.iter().try_for_each(|line| reporter.again(line.clone()))?;
-        Ok((CheckpointWriter::new(out, CHECKPOINT, key, finished), checkpoint.map(Begin::Checkpoint)))
+        Ok((CheckpointWriter::new(out, CHECKPOINT, key, finished), checkpoint.map(|c| Begin::Checkpoint(Box::new(c)))))
     }
 
     /// Solves load by load, then the pull-off if requested, whose line of JSON is returned.

@@ -129,6 +129,9 @@ impl<'a> SolveReporter<'a> {
             } else {
                 npy::write_field(&path("stress.npy"), grid.nx, grid.ny, state.stress, modulus)?;
             }
+            if let Some(plastic) = state.plastic {
+                npy::write_field(&path("plastic.npy"), grid.nx, grid.ny, plastic, length)?;
+            }
             if solve.elastic_stress {
                 npy::write_field(&path("elastic-stress.npy"), grid.nx, grid.ny, state.stress, modulus)?;
             }
@@ -202,6 +205,13 @@ impl<'a> SolveReporter<'a> {
         line["version"] = json!(env!("CARGO_PKG_VERSION"));
         if self.solve.leakage {
             self.add_leakage(state, &mut line);
+        }
+        if let Some(found) = state.plasticity {
+            line["hardness"] = json!(problem.hardness.map(|h| h * modulus));
+            line["flowing_fraction"] = json!(found.flowing);
+            line["displaced_fraction"] = json!(found.displaced);
+            line["plastic_displacement"] = json!(found.displacement * length);
+            line["plastic_work"] = json!(found.work * energy);
         }
         line
     }
@@ -305,6 +315,11 @@ fn table(line: &Value, range: RangeChoice, units: &ResultUnits) -> String {
         let ratio = line["leakage"]["ratio"].as_f64().map_or("–".into(), |r| significant(r, 3));
         let medium = format!("{} (flow {ratio} times that solved)", gap("hydraulic_gap_effective_medium"));
         rows.push(("the same in the effective medium", medium));
+    }
+    if line["hardness"].is_number() {
+        rows.push(("flowing at the hardness", of_contact(percent(number(&line["flowing_fraction"])))));
+        rows.push(("mean plastic displacement", of_contact(units.length(number(&line["plastic_displacement"])))));
+        rows.push(("plastic work per area", of_contact(units.work(number(&line["plastic_work"])))));
     }
     rows.push(("energy per area", of_contact(units.work(number(&line["energy"])))));
     if let Ok(d) = Discretisation::deserialize(&line["discretisation"]) {

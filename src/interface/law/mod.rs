@@ -6,6 +6,7 @@
 mod choice;
 mod dugdale;
 mod exponential;
+mod hardness;
 mod lennard_jones;
 mod penalty;
 mod power_law;
@@ -15,6 +16,7 @@ mod tabulated;
 pub use choice::{Adhesion, SoftWall, Wall};
 pub use dugdale::Dugdale;
 pub use exponential::Exponential;
+pub use hardness::{Yielding, YieldingWall};
 pub use lennard_jones::LennardJonesWall;
 pub use penalty::PenaltyWall;
 pub use power_law::{PowerLaw93, PowerLawWall};
@@ -27,6 +29,8 @@ pub trait Law: Copy + Sync + Send {
     const ACTIVE: bool;
     /// Whether gaps are bounded below by zero. A soft wall has no bound.
     const HARD: bool;
+    /// Whether the contact stress may be bounded by a hardness.
+    const YIELDS: bool = false;
 
     /// Traction at gap `g`, attraction positive (negative where a compliant wall repels).
     fn traction(&self, g: f64) -> f64;
@@ -52,6 +56,27 @@ pub trait Law: Copy + Sync + Send {
     /// Range ρ of the attraction; 0 without any.
     fn range(&self) -> f64 {
         0.0
+    }
+
+    /// Largest contact stress, units of E*: the hardness, infinite without one.
+    fn hardness(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Gap at and below which the contact stress is the hardness, L.
+    fn yield_gap(&self) -> f64 {
+        f64::NEG_INFINITY
+    }
+
+    /// Mean pressure (E*) above which no state is in equilibrium: every node carries the hardness less the attraction.
+    fn max_pressure(&self) -> f64 {
+        match self.hardness() {
+            hardness if hardness < f64::INFINITY => {
+                let repulsion = if Self::HARD { hardness } else { 0.0 };
+                repulsion - self.traction(self.yield_gap())
+            }
+            _ => f64::INFINITY,
+        }
     }
 
     /// Gap from which on traction, energy and slope are exactly zero.
@@ -149,6 +174,7 @@ pub struct WithAdhesion<W, A> {
 impl<W: Law, A: Law> Law for WithAdhesion<W, A> {
     const ACTIVE: bool = W::ACTIVE || A::ACTIVE;
     const HARD: bool = W::HARD;
+    const YIELDS: bool = W::YIELDS;
 
     #[inline]
     fn traction(&self, g: f64) -> f64 {
@@ -184,6 +210,14 @@ impl<W: Law, A: Law> Law for WithAdhesion<W, A> {
 
     fn softening(&self) -> f64 {
         self.adhesion.softening()
+    }
+
+    fn hardness(&self) -> f64 {
+        self.wall.hardness()
+    }
+
+    fn yield_gap(&self) -> f64 {
+        self.wall.yield_gap()
     }
 
     fn on_mesh(&self, dx: f64) -> Self {

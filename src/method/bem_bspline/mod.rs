@@ -45,6 +45,7 @@ static CARD: Card = Card {
     calibrated_on: None,
     summary: "cubic splines, augmented Lagrangian, wavelengths above four mesh spacings",
     supports,
+    hardness: false,
     dois: &["10.1007/s11249-017-0900-2"],
     papers: &[],
     measured_errors: &[],
@@ -102,7 +103,7 @@ impl ContactMethod for BemBspline {
         Plan { bytes, iterations, pairs_per_iteration: 40.0, seconds: 0.0 }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         let refused =
             |key: &str, found: String, accepted: &str| Error::input("method bem-bspline", key, found, accepted);
         let mut heights = fields::heights(problem, CARD.id)?;
@@ -338,7 +339,8 @@ impl Run for Solver<'_> {
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
         let problem = self.problem;
         let pressure = require::pressure(load, self.law.range() > 0.0, CARD.id)?;
-        let case = LoadCase { pressure, range: self.law.range(), rms_height: self.rms_height, hard: true };
+        let (rms_height, hardness) = (self.rms_height, f64::INFINITY);
+        let case = LoadCase { pressure, range: self.law.range(), rms_height, hard: true, hardness };
         let mut control = IterationControl::new(problem, self.observer, case);
         let pairs_before = self.convolution.pairs;
         self.begin(pressure);

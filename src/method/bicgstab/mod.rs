@@ -39,6 +39,7 @@ static CARD: Card = Card {
     calibrated_on: None,
     summary: "9-3 law as wall and cohesion, Newton with stabilised bi-conjugate gradients",
     supports,
+    hardness: false,
     dois: &["10.1007/s11249-017-0900-2", "10.1137/0913035"],
     papers: &[],
     measured_errors: &[],
@@ -94,7 +95,7 @@ impl ContactMethod for Bicgstab {
         Plan { bytes, iterations: 15 * problem.adhesion_effort(), pairs_per_iteration: 160.0, seconds: 0.0 }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         let refused = |key: &str, found: String, accepted: &str| Error::input("method bicgstab", key, found, accepted);
         let heights = fields::heights(problem, CARD.id)?;
         if problem.wall != Wall::Hard {
@@ -295,7 +296,8 @@ impl<L: Law, M: Fn(f64) -> L> Run for Solver<'_, L, M> {
             each(gap, |i, _| heights[i] - ground);
         }
         self.begun = true;
-        let case = LoadCase { pressure, range: self.law.range(), rms_height: self.rms_height, hard: false };
+        let (rms_height, hardness) = (self.rms_height, f64::INFINITY);
+        let case = LoadCase { pressure, range: self.law.range(), rms_height, hard: false, hardness };
         let mut control = IterationControl::new(problem, self.observer, case).without_stall_limit();
         let mut residuals = self.evaluate(pressure);
         let ending = loop {

@@ -1,7 +1,7 @@
 //! Iterations on one grid.
 
 use super::level::{Level, Trial};
-use crate::grid::Real;
+use crate::grid::{Field, Real};
 use crate::interface::{Kernel, Law};
 use crate::method::iteration::{ConvergenceMonitor, MonitorMark};
 use crate::method::judge::Ending;
@@ -94,6 +94,8 @@ impl GapSearch {
 pub(super) struct Task<'p> {
     pub problem: &'p Problem<'p>,
     pub observer: &'p dyn Observer,
+    /// Plastic displacement of the loads before this one.
+    pub plastic: Option<Field<'p>>,
     pub load: Load,
     /// rms height of the surface, L.
     pub rms_height: f64,
@@ -213,7 +215,7 @@ pub(super) fn iterate<T: Real, K: Kernel, L: Law>(
 ) -> Ended {
     let mut descent = Descent::begin(task, level, tolerance, iterations, resumed);
     loop {
-        descent.touch();
+        descent.approach_rigidly();
         descent.confirm();
         let error_estimates = descent.error_estimates();
         if let Some(ending) = descent.ended(&targets, &error_estimates) {
@@ -347,15 +349,17 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
             .map_or_else(ErrorEstimates::default, |c| c.error_estimates(&self.now.residuals, self.pressure))
     }
 
-    /// Rigid approach of a padded cell without contact to first contact. Under compression such a state is no
-    /// equilibrium: the body has no stiffness against a rigid approach, which lowers the energy until a node closes,
-    /// and the linear problem of a Newton step without closed nodes is singular.
-    fn touch(&mut self) {
+    /// Rigid approach of a padded cell without contact to first contact, and of a body that yields to the balance of its
+    /// flow. Under compression a state without contact is no equilibrium: the body has no stiffness against a rigid
+    /// approach, which lowers the energy until a node closes, and the linear problem of a Newton step without closed nodes
+    /// is singular.
+    fn approach_rigidly(&mut self) {
         let compressed = matches!(self.task.load, Load::Pressure(p) if p > 0.0);
-        if !(L::HARD && compressed && self.level.is_padded() && self.now.residuals.contact == 0.0) {
+        if L::HARD && compressed && self.level.is_padded() && self.now.residuals.contact == 0.0 {
+            self.level.approach(1);
+        } else if !self.level.balance_flow() {
             return;
         }
-        self.level.approach(1);
         self.level.inner.step.fill(0.0);
         self.precision = self.task.problem.precision;
         self.now = self.level.trial(0.0, self.precision);
@@ -429,6 +433,7 @@ impl<'a, 'p, 'h, T: Real, K: Kernel, L: Law> Descent<'a, 'p, 'h, T, K, L> {
                 grid: self.level.grid(),
                 gap: T::lend(&self.level.gap),
                 auxiliary: None,
+                plastic: self.task.plastic,
                 progress: serde_json::to_value(pause).expect("plain numbers"),
             });
         }

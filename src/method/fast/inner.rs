@@ -113,7 +113,7 @@ impl Inner {
         let (nx, beta, window) = (grid.nx, beta as f32, self.window);
         let pending = T::of(std::mem::take(&mut self.pending));
         let fields = (self.direction.par_chunks_mut(nx).zip(self.step.par_chunks_mut(nx)))
-            .zip(self.residual.par_chunks(nx).zip(gap.par_chunks_mut(nx)));
+            .zip(self.residual.par_chunks_mut(nx).zip(gap.par_chunks_mut(nx)));
         let [td, law_curvature] = sweep_sums(&self.transform, spectrum, fields, |worker, y, spectrum, fields| {
             let ((direction, step), (t, gap)) = fields;
             let moving = (gap, pending, step);
@@ -146,7 +146,7 @@ impl Inner {
         let n = grid.points() as f64;
         let stiffness = Metric { grid, kernel: body.kernel, mean, spring: body.spring, inverse: false };
         let inverse = Metric { grid, kernel: body.kernel, mean, spring: body.spring, inverse: true };
-        let first = self.begin::<T, L>(gap, spectrum);
+        let first = self.begin(gap, spectrum, &body.law);
         let mut rz = self.transform.filter_columns(spectrum, &inverse);
         let excess = rz;
         let mut beta = 0.0;
@@ -180,14 +180,14 @@ impl Inner {
 
     /// Applies the pending step; sets residual `-t` on the free nodes, transforms its rows, and sets step and
     /// direction to zero. Returns `Σ r²`.
-    fn begin<T: Real, L: Law>(&mut self, gap: &mut [T], spectrum: &mut [Complex<f32>]) -> f64 {
+    fn begin<T: Real, L: Law>(&mut self, gap: &mut [T], spectrum: &mut [Complex<f32>], law: &L) -> f64 {
         let (nx, window) = (self.transform.grid().nx, self.window);
         let pending = T::of(std::mem::take(&mut self.pending));
         let fields = (self.residual.par_chunks_mut(nx).zip(self.step.par_chunks_mut(nx)))
             .zip(self.direction.par_chunks_mut(nx).zip(gap.par_chunks_mut(nx)));
         let [sum] = sweep_sums(&self.transform, spectrum, fields, |worker, y, spectrum, fields| {
             let ((residual, step), (direction, gap)) = fields;
-            let sum = rows::begin::<L, T>(window.inside(y, nx), (gap, pending, step), residual, direction);
+            let sum = rows::begin(law, window.inside(y, nx), (gap, pending, step), residual, direction);
             worker.row.copy_from_slice(residual);
             worker.forward(spectrum);
             [sum]

@@ -109,8 +109,10 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
         let Level { transform: from, spectrum: mut known, body, heights, cell, gap, pressure, spring, last, .. } =
             coarse;
         from.forward(&gap, &mut known);
-        drop(gap);
         let old = from.grid();
+        let flows: Vec<bool> =
+            if L::HARD && L::YIELDS { gap.iter().map(|g| *g < T::zero()).collect() } else { Vec::new() };
+        drop(gap);
         let resolves = |k: usize, n: usize| k == 0 || 2 * k < n;
         let transform = Transform::<T>::new(grid);
         let mut level = Self::empty(grid, (body.kernel, law), heights, cell, transform.spectrum());
@@ -134,7 +136,15 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
             let window = level.window;
             let rows = level.gap.par_chunks_mut(grid.nx).enumerate();
             rows.for_each(|(y, gap)| {
-                gap[..window.inside(y, grid.nx)].iter_mut().for_each(|g| *g = g.max(T::zero()));
+                let facing = &mut gap[..window.inside(y, grid.nx)];
+                if flows.is_empty() {
+                    return facing.iter_mut().for_each(|g| *g = g.max(T::zero()));
+                }
+                // Nodes flow where the coarse grid's next node does.
+                let row = (y * old.ny / grid.ny) * old.nx;
+                for (x, g) in facing.iter_mut().enumerate() {
+                    *g = if flows[row + x * old.nx / grid.nx] { -(-*g).max(T::zero()) } else { g.max(T::zero()) };
+                }
             });
         }
         (level.pressure, level.spring) = (pressure, spring);
@@ -170,6 +180,25 @@ impl<'h, T: Real, K: Kernel, L: Law> Level<'h, T, K, L> {
             facing.iter_mut().for_each(|g| *g = (*g - by).max(T::zero()));
             padding.iter_mut().for_each(|g| *g -= by);
         });
+    }
+
+    /// Exact line search along the rigid approach of a periodic body that yields: only the flow resists it, so that at the
+    /// minimum the flowing nodes carry at most the load, and with the closed ones at least the load. True if the gap moved.
+    pub(super) fn balance_flow(&mut self) -> bool {
+        if !(L::HARD && L::YIELDS) || L::ACTIVE || self.is_padded() || self.spring.stiffness > 0.0 {
+            return false;
+        }
+        self.apply_pending();
+        let carrying = self.pressure / self.body.law.hardness() * self.gap.len() as f64;
+        let count = |closed: fn(&T) -> bool| self.gap.par_iter().filter(|g| closed(g)).count() as f64;
+        if carrying < 1.0 || count(|g| *g < T::zero()) <= carrying && carrying <= count(|g| *g <= T::zero()) {
+            return false;
+        }
+        let last = (carrying as usize).min(self.gap.len() - 1);
+        let mut sorted = self.gap.clone();
+        let (_, &mut by, _) = sorted.select_nth_unstable_by(last, |a, b| a.wide().total_cmp(&b.wide()));
+        self.gap.par_iter_mut().for_each(|g| *g -= by);
+        by != T::zero()
     }
 
     /// Allocates the working arrays.

@@ -16,8 +16,9 @@ mod window;
 
 use super::iteration::Outcome;
 use super::judge::{Ending, Judge, judge};
-use super::operator::{Build, dispatch};
-use super::require::refused;
+use super::operator::{Build, dispatch_yielding};
+use super::plastic::PlasticFlow;
+use super::require::{self, refused};
 use super::residuals::Residuals;
 use super::{
     Card, CoarseState, ContactMethod, Criterion, ErrorEstimates, Heights, Kind, Load, Needs, Observer, Plan, Precision,
@@ -25,6 +26,7 @@ use super::{
 };
 use crate::grid::{Grid, Real, Series, lowest, mean, next_fast_len, rms};
 use crate::interface::{HalfSpace, HardWall, Kernel, Law};
+use crate::observe::Plasticity;
 use crate::{Error, Result};
 use descent::{Ended, GapSearch, Pause, Task, iterate};
 use level::{Level, Spring};
@@ -45,6 +47,7 @@ static CARD: Card = Card {
     calibrated_on: None,
     summary: "nested grids, projected Newton steps preconditioned in Fourier space; the default",
     supports: super::card::fields,
+    hardness: true,
     dois: &["10.1007/s11249-017-0900-2"],
     papers: &[],
     measured_errors: &[],
@@ -102,8 +105,8 @@ impl ContactMethod for Fast {
         Plan { bytes: level + series, iterations: 20, pairs_per_iteration: 4.0, seconds: 0.0 }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
-        Ok(Started::Solver(dispatch(problem, Start { problem, observer })))
+    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+        Ok(Started::Solver(dispatch_yielding(problem, Start { problem, observer })))
     }
 }
 
@@ -118,16 +121,7 @@ impl<'p> Build<'p> for Start<'p> {
     fn build<T: Real, K: Kernel + 'p, L: Law + 'p>(self, kernel: K, law: L) -> Self::Built {
         let Start { problem, observer } = self;
         let mut cell = Cell::of(problem);
-        let (heights, rms_height) = match problem.heights {
-            heights if cell.is_padded() => {
-                let nodes = heights.on_nodes(problem.grid);
-                let field = cell.continued(&nodes);
-                cell.mean_height = mean(&field) - lowest(&nodes);
-                (Series::from_nodes(cell.grid, &field), rms(&nodes))
-            }
-            Heights::Nodes(nodes) => of_wave(Series::<T>::from_nodes(problem.grid, nodes)),
-            Heights::Series(series) => of_wave(series.converted()),
-        };
+        let (heights, rms_height) = series(problem, &mut cell, &PlasticFlow::<T>::default());
         let (gap, stress) = (Vec::new(), Vec::new());
         Box::new(Solver {
             problem,
@@ -143,13 +137,26 @@ impl<'p> Build<'p> for Start<'p> {
             stress,
             earlier_pairs: std::cell::Cell::new(0.0),
             first_touch: OnceCell::new(),
+            flow: PlasticFlow::default(),
             resumed: None,
         })
     }
 }
 
-/// A series with its rms.
-fn of_wave<T: Real>(series: Series<T>) -> (Series<T>, f64) {
+/// Heights of the surface after plastic flow, and their rms. Sets the origin of the approach of a padded cell.
+fn series<T: Real>(problem: &Problem, cell: &mut Cell, flow: &PlasticFlow<T>) -> (Series<T>, f64) {
+    let deformed = flow.heights(problem);
+    let heights = deformed.as_ref().map_or(problem.heights, Heights::from);
+    if cell.is_padded() {
+        let nodes = heights.on_nodes(problem.grid);
+        let field = cell.continued(&nodes);
+        cell.mean_height = mean(&field) - lowest(&problem.heights.on_nodes(problem.grid));
+        return (Series::from_nodes(cell.grid, &field), rms(&nodes));
+    }
+    let series: Series<T> = match heights {
+        Heights::Nodes(nodes) => Series::from_nodes(problem.grid, nodes),
+        Heights::Series(series) => series.converted(),
+    };
     let rms = series.rms();
     (series, rms)
 }
@@ -173,6 +180,8 @@ struct Solver<'p, T: Real, K, L> {
     earlier_pairs: std::cell::Cell<f64>,
     /// Mean gap at first contact, computed when a mean gap is imposed.
     first_touch: OnceCell<f64>,
+    /// Flow of the finished loads, contained in the heights.
+    flow: PlasticFlow<T>,
     /// State of a snapshot: grid, gap and iteration.
     resumed: Option<(Grid, Vec<T>, Pause)>,
 }
@@ -281,9 +290,10 @@ impl<'p, T: Real, K: Kernel, L: Law> Solver<'p, T, K, L> {
         self.problem.tolerance.max(floor.min(ROUNDED))
     }
 
-    fn task(&self, load: Load) -> Task<'p> {
+    fn task(&self, load: Load) -> Task<'_> {
         Task {
             problem: self.problem,
+            plastic: self.flow.lend(),
             observer: self.observer,
             load,
             rms_height: self.rms_height,
@@ -402,15 +412,37 @@ impl<'p, T: Real, K: Kernel, L: Law> Solver<'p, T, K, L> {
             level.gap[least] = T::of(target * level.gap.len() as f64);
         }
     }
+
+    /// Moves the flow of a load from its gap to the heights of the next.
+    fn yielded(&mut self, residuals: &mut Residuals) -> Option<Plasticity> {
+        let (window, nx) = (self.cell.window(self.cell.grid), self.cell.grid.nx);
+        // The heights of a padded cell keep the origin of the approach.
+        let before = if self.cell.is_padded() { 0.0 } else { self.flow.mean() };
+        residuals.mean_separation -= before;
+        let layout = [window.nx, nx, window.points()];
+        let plasticity = self.flow.take(&self.law, &mut self.gap, layout, residuals)?;
+        if residuals.flow > 0.0 {
+            (self.heights, _) = series(self.problem, &mut self.cell, &self.flow);
+        }
+        Some(plasticity)
+    }
 }
 
 impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
     fn resume(&mut self, snapshot: SolverSnapshot) -> Result<()> {
+        if let Some(displacement) = &snapshot.plastic {
+            self.set_plastic_displacement(displacement);
+        }
         // A snapshot may be of a coarser grid of the same cell.
         let grid = Grid { nx: snapshot.grid.nx, ny: snapshot.grid.ny, ..self.cell.grid };
         let (gap, pause) = snapshot.restore(grid, CARD.id)?;
         self.resumed = Some((grid, gap.into_iter().map(T::of).collect(), pause));
         Ok(())
+    }
+
+    fn set_plastic_displacement(&mut self, displacement: &[f64]) {
+        self.flow.set(displacement);
+        (self.heights, _) = series(self.problem, &mut self.cell, &self.flow);
     }
 
     fn set_gap(&mut self, gap: &[f64]) {
@@ -430,6 +462,7 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         if matches!(load, Load::MeanGap(_)) && self.cell.is_padded() {
             return Err(Error::input("method fast", "load", "a mean gap with a non-periodic body", "a pressure"));
         }
+        require::below_hardness(load, self.law.max_pressure(), CARD.id)?;
         self.stress = Vec::new();
         let mut iterations = 0;
         // With adhesion the solve continues on the branch of the load path. Without it the solution is unique, and
@@ -476,12 +509,13 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         };
         // The pressure now includes the force of the spring.
         level.spring = Spring::default();
-        let (residuals, stress) = self.balanced(&mut level, load);
+        let (mut residuals, stress) = self.balanced(&mut level, load);
         let (gap, pairs, pressure) =
             (std::mem::take(&mut level.gap), level.pairs() + self.earlier_pairs.get(), level.pressure);
         drop(level);
         let scale = self.task(load).scale(pressure, &residuals);
         (self.gap, self.stress, self.pressure) = (gap, stress, pressure);
+        let plasticity = self.yielded(&mut residuals);
         let (gap, stress) = if self.cell.is_padded() {
             let (window, nx) = (self.cell.window(self.cell.grid), self.cell.grid.nx);
             self.patch = (window.cut(&self.gap, nx), window.cut(&self.stress, nx));
@@ -493,6 +527,6 @@ impl<T: Real, K: Kernel, L: Law> Run for Solver<'_, T, K, L> {
         let judged = Problem { tolerance: self.tolerance(load), ..problem.clone() };
         let judge = judge(&judged, L::HARD, self.rms_height, scale);
         let outcome = Outcome { load, pressure, judge, ending, iterations, pairs, clock, residuals, error_estimates };
-        Ok(outcome.state(gap, stress))
+        Ok(State { plastic: self.flow.lend(), plasticity, ..outcome.state(gap, stress) })
     }
 }

@@ -5,7 +5,7 @@
 
 use crate::grid::{CHUNK, Real, dot, vectorised};
 use crate::interface::Law;
-use crate::method::residuals::{KKT, Nodes, each, kkt, kkt_row};
+use crate::method::residuals::{KKT, Nodes, choose_sides, each, kkt, kkt_row, moved};
 use half::bf16;
 
 /// Neither wall nor attraction.
@@ -54,16 +54,12 @@ pub(super) fn wide(d: bf16) -> f32 {
     f32::from_bits(u32::from(d.to_bits()) << 16)
 }
 
-/// Gap after `scale` times a step, clamped at the wall.
-#[inline(always)]
-fn moved<L: Law, T: Real>(g: T, scale: T, step: f32) -> T {
-    let g = g + scale * T::of(f64::from(step));
-    if L::HARD { g.max(T::zero()) } else { g }
-}
-
-/// Whether a node is free: open, or closed under tension.
+/// Whether a node is free: open or flowing, or closed under tension or above the hardness ([`choose_sides`]).
 #[inline(always)]
 fn is_free<L: Law, T: Real>(g: T, t: f32) -> bool {
+    if L::HARD && L::YIELDS {
+        return g != T::zero() || if g.is_sign_negative() { t > 0.0 } else { t < 0.0 };
+    }
     !L::HARD || g > T::zero() || t < 0.0
 }
 
@@ -104,7 +100,7 @@ fn softening<T: Real, L: Law>(law: &L, gap: &[T], direction: &[f32]) -> f64 {
 pub(super) fn apply_step<L: Law, T: Real>(inside: usize, gap: &mut [T], scale: T, step: &[f32]) {
     #[inline(always)]
     fn part<L: Law, T: Real>(gap: &mut [T], scale: T, step: &[f32]) {
-        gap.iter_mut().zip(step).for_each(|(g, &s)| *g = moved::<L, T>(*g, scale, s));
+        gap.iter_mut().zip(step).for_each(|(g, &s)| *g = moved::<L, T>(*g, scale, T::of(f64::from(s))));
     }
     vectorised(
         #[inline(always)]
@@ -119,7 +115,10 @@ pub(super) fn apply_step<L: Law, T: Real>(inside: usize, gap: &mut [T], scale: T
 pub(super) fn shifted<L: Law, T: Real, W: Real>(inside: usize, gap: &[T], scale: T, step: &[f32], row: &mut [W]) {
     #[inline(always)]
     fn part<L: Law, T: Real, W: Real>(gap: &[T], scale: T, step: &[f32], row: &mut [W]) {
-        row.iter_mut().zip(gap).zip(step).for_each(|((to, &g), &s)| *to = W::of(moved::<L, T>(g, scale, s).wide()));
+        row.iter_mut()
+            .zip(gap)
+            .zip(step)
+            .for_each(|((to, &g), &s)| *to = W::of(moved::<L, T>(g, scale, T::of(f64::from(s))).wide()));
     }
     vectorised(
         #[inline(always)]
@@ -152,10 +151,10 @@ pub(super) fn trial<L: Law, T: Real, W: Real>(
         for (((gap, step), row), residual) in chunks.zip(residual.chunks_mut(CHUNK)) {
             let mut nodes = Nodes::new();
             for ((to, &g), &s) in nodes.gap.iter_mut().zip(gap).zip(step) {
-                *to = moved::<L, T>(g, scale, s);
+                *to = moved::<L, T>(g, scale, T::of(f64::from(s)));
             }
             for ((old, g), r) in nodes.old.iter_mut().zip(gap).zip(&*residual) {
-                *old = f64::from(kkt::<L, f32>(g.wide() as f32, *r));
+                *old = f64::from(kkt(law, g.wide() as f32, *r));
             }
             nodes.imbalance.iter_mut().zip(row).for_each(|(t, &r)| *t = T::of(r.wide()) + pressure);
             nodes.add_to(gap.len(), law, &mut sums);
@@ -197,7 +196,7 @@ pub(super) fn plain<L: Law, T: Real>(
     law: &L,
     inside: usize,
     (gap, pending, step): (&mut [T], T, &mut [f32]),
-    (direction, beta, t): (&mut [bf16], f32, &[f32]),
+    (direction, beta, t): (&mut [bf16], f32, &mut [f32]),
     row: &mut [f32],
 ) -> [f64; 2] {
     #[inline(always)]
@@ -224,6 +223,7 @@ pub(super) fn plain<L: Law, T: Real>(
     vectorised(
         #[inline(always)]
         || {
+            choose_sides(law, &mut gap[..inside], &mut t[..inside]);
             let ((d, d_free), (s, s_free)) = (direction.split_at_mut(inside), step.split_at_mut(inside));
             let (facing, padding) = row.split_at_mut(inside);
             part::<L, T>((&gap[..inside], s), (d, beta, &t[..inside]), facing);
@@ -236,6 +236,7 @@ pub(super) fn plain<L: Law, T: Real>(
 /// Applies the `pending` step, sets the residual of the linear problem to `-t` on the free nodes, and step and
 /// direction to zero. Returns `Σ r²`.
 pub(super) fn begin<L: Law, T: Real>(
+    law: &L,
     inside: usize,
     (gap, pending, step): (&mut [T], T, &mut [f32]),
     residual: &mut [f32],
@@ -254,6 +255,7 @@ pub(super) fn begin<L: Law, T: Real>(
     vectorised(
         #[inline(always)]
         || {
+            choose_sides(law, &mut gap[..inside], &mut residual[..inside]);
             let ((r, r_free), (d, d_free)) = (residual.split_at_mut(inside), direction.split_at_mut(inside));
             part::<L, T>(&gap[..inside], r, d);
             part::<FreeSurface, T>(&gap[inside..], r_free, d_free);

@@ -36,6 +36,7 @@ static CARD: Card = Card {
     calibrated_on: None,
     summary: "alternating contact and adhesive pressure, adhesion integrated over the elements",
     supports: super::card::fields,
+    hardness: false,
     dois: &["10.1007/s11249-017-0900-2", "10.1016/S0043-1648(99)00113-1"],
     papers: &["Medina & Dini, Int. J. Solids Struct. 51 (2014) 2620"],
     measured_errors: &[],
@@ -60,7 +61,7 @@ impl ContactMethod for FftIa {
         Plan { bytes, iterations, pairs_per_iteration: 2.0, seconds: 0.0 }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         let refused = |key: &str, found: String, accepted: &str| Error::input("method fft-ia", key, found, accepted);
         let heights = fields::heights(problem, CARD.id)?;
         if problem.wall != Wall::Hard {
@@ -234,7 +235,8 @@ impl Run for Solver<'_> {
         let problem = self.problem;
         let pressure = require::pressure(load, self.law.is_some(), CARD.id)?;
         // A separation is detected by the search for the contact pressure, not by the range.
-        let case = LoadCase { pressure, range: 0.0, rms_height: self.rms_height, hard: true };
+        let (rms_height, hardness) = (self.rms_height, f64::INFINITY);
+        let case = LoadCase { pressure, range: 0.0, rms_height, hard: true, hardness };
         let mut control = IterationControl::new(problem, self.observer, case);
         let scale = control.scale;
         let pairs_before = self.convolution.pairs;

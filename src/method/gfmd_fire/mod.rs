@@ -38,6 +38,7 @@ static CARD: Card = Card {
     calibrated_on: None,
     summary: "second GFMD with separate transform, fast inertial relaxation",
     supports: super::card::fields,
+    hardness: false,
     dois: &["10.1007/s11249-017-0900-2", "10.1103/PhysRevLett.97.170201"],
     papers: &["Zhou, Moseler & Müser, Phys. Rev. B 99 (2019) 144103"],
     measured_errors: &[],
@@ -66,7 +67,7 @@ impl ContactMethod for GfmdFire {
         Plan { bytes, iterations, pairs_per_iteration: 1.0, seconds: 0.0 }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         let heights = fields::heights(problem, CARD.id)?;
         Ok(Started::Solver(match problem.wall.soft() {
             None => Box::new(Solver::new(problem, observer, heights, problem.adhesion)),
@@ -148,6 +149,7 @@ impl<'p, L: Law> Solver<'p, L> {
             residual: if elastic.is_finite() { square.sqrt() } else { f64::NAN },
             imbalance: missing,
             complementarity: work,
+            flow: 0.0,
         };
         (residuals, Motion { power, force: square.sqrt(), speed: speed.sqrt() })
     }
@@ -184,7 +186,8 @@ impl<L: Law> Run for Solver<'_, L> {
 
     fn equilibrate(&mut self, load: Load) -> Result<State<'_>> {
         let pressure = require::pressure(load, self.law.range() > 0.0, CARD.id)?;
-        let case = LoadCase { pressure, range: self.law.range(), rms_height: self.rms_height, hard: L::HARD };
+        let (rms_height, hardness) = (self.rms_height, f64::INFINITY);
+        let case = LoadCase { pressure, range: self.law.range(), rms_height, hard: L::HARD, hardness };
         let mut control = IterationControl::new(self.problem, self.observer, case);
         let (mut downhill, mut turn) = (0, TURN);
         self.velocity.fill(0.0);

@@ -37,6 +37,7 @@ static CARD: Card = Card {
     calibrated_on: None,
     summary: "elastically interacting Hertz contacts that merge where they overlap",
     supports,
+    hardness: false,
     dois: &["10.1007/s11249-017-0900-2", "10.1007/s11249-018-1026-x"],
     papers: &["Afferrante, Carbone & Demelio, Wear 278-279 (2012) 28"],
     measured_errors: &[(Quantity::ContactArea, 0.56), (Quantity::MeanGap, 0.083)],
@@ -92,7 +93,7 @@ impl ContactMethod for Icha {
         Plan { bytes: per_point * points as u64, iterations: 300, pairs_per_iteration: 0.0, seconds }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         require::half_space(problem, CARD.id)?;
         require::hard_wall(problem, CARD.id)?;
         require::no_adhesion(problem, CARD.id)?;

@@ -38,6 +38,7 @@ static CARD: Card = Card {
     calibrated_on: Some("solved mean gaps (elastic energy factor 0.45, persson.energy_factor)"),
     summary: "diffusion of the contact stress with the power spectrum as only input",
     supports,
+    hardness: false,
     dois: &["10.1063/1.1388626", "10.1103/PhysRevLett.99.125502", "10.1007/s11249-017-0900-2"],
     papers: &[
         "Yang & Persson, J. Phys.: Condens. Matter 20 (2008) 215214",
@@ -98,7 +99,7 @@ impl ContactMethod for Persson {
         Plan { bytes: fields + sweeps, iterations: bands * bands, pairs_per_iteration: 0.0, seconds }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         let power = require::isotropic_power(problem, CARD.id)?;
         let PerssonSettings { form, energy_factor } = problem.settings.persson;
         if !(energy_factor > 0.0 && energy_factor <= 1.0) {

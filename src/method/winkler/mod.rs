@@ -32,6 +32,7 @@ static CARD: Card = Card {
     calibrated_on: Some("contact area of the reference at p* = 0.01 (spring length λ)"),
     summary: "independent springs; overlap patches enlarged to twice their area",
     supports,
+    hardness: false,
     dois: &["10.1007/s11249-017-0900-2"],
     papers: &[],
     measured_errors: &[(Quantity::ContactArea, 1.05), (Quantity::MeanGap, 2.49)],
@@ -86,7 +87,7 @@ impl ContactMethod for Winkler {
         Plan { bytes: per_point * points as u64, iterations: 10, pairs_per_iteration: 0.0, seconds }
     }
 
-    fn start<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
+    fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         require::half_space(problem, CARD.id)?;
         require::hard_wall(problem, CARD.id)?;
         require::no_adhesion(problem, CARD.id)?;

@@ -40,6 +40,7 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
         "another range: the coarser grids of an extrapolation cannot start there",
     );
     non_periodic(c, scene);
+    hardness(c, scene);
     body(c, scene);
     match (m.wall, m.penalty_length_nm) {
         (WallKind::Penalty, None) => c.unless(
@@ -84,6 +85,23 @@ fn non_periodic(c: &mut Complaints, scene: &Scene) {
     ] {
         c.unless(!hinders, "continuum.periodic", format!("false with {what}"), accepted);
     }
+}
+
+/// A hardness, and what cannot be combined with it.
+fn hardness(c: &mut Complaints, scene: &Scene) {
+    const KEY: &str = "continuum.hardness_mpa";
+    let m = &scene.continuum;
+    let Some(hardness) = m.hardness_mpa else { return };
+    c.positive(KEY, hardness);
+    let capable: Vec<&str> = method::REGISTRY.iter().map(|m| m.card()).filter(|m| m.hardness).map(|m| m.id).collect();
+    let accepted = format!("none, or a method that models plastic flow: {}", capable.join(", "));
+    for id in std::iter::once(&m.method).chain(m.compare_with.iter().filter(|id| *id != ALL_METHODS)) {
+        let models = method::find(id).is_none_or(|m| m.card().hardness);
+        c.unless(models, KEY, format!("given with the method {id}"), &accepted);
+    }
+    let extrapolates = scene.adhesion.as_ref().is_some_and(|a| a.range == RangeChoice::Extrapolate);
+    c.unless(!extrapolates, KEY, "given with adhesion.range = \"extrapolate\"", "another range");
+    c.unless(m.initial_gap.is_none(), KEY, "given with continuum.initial_gap", "none: a gap has no history of flow");
 }
 
 /// Layer or crystal.

@@ -1,0 +1,248 @@
+//! Contact stress bounded by a hardness: optimality, limits, load histories, and a direct solution of the bounded problem.
+
+use asperity::grid::{Grid, mean};
+use asperity::interface::{Adhesion, Base, Elastic, Kernel, Layer, NonPeriodic, Wall};
+use asperity::method::{self, Load, NoObserver, Precision, Problem, Stop};
+use asperity::observe::Plasticity;
+use asperity::surface::{Modes, Spectrum};
+use std::f64::consts::TAU;
+
+const METHODS: [&str; 3] = ["fast", "bvm", "gfmd"];
+
+fn rough(n: usize, short: f64) -> (Grid, Vec<f64>) {
+    let grid = Grid::unit(n, n);
+    (grid, Modes::new(Spectrum { lambda_s: short, ..Spectrum::CHALLENGE }, 3, 1.0).heights(grid, 0.0))
+}
+
+fn problem(grid: Grid, heights: &[f64], hardness: f64) -> Problem<'_> {
+    let base = Problem::new(grid, heights);
+    Problem { hardness: Some(hardness), tolerance: 1e-9, max_iterations: 200_000, ..base }
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Found {
+    gap: Vec<f64>,
+    stress: Vec<f64>,
+    plastic: Vec<f64>,
+    plasticity: Option<Plasticity>,
+    mean_gap: f64,
+    separation: f64,
+    pressure: f64,
+    iterations: usize,
+    pairs: f64,
+}
+
+impl Found {
+    fn contact(&self) -> Vec<bool> {
+        self.gap.iter().map(|g| *g == 0.0).collect()
+    }
+}
+
+/// Converged states along a load path.
+fn path(problem: &Problem, id: &str, loads: &[Load]) -> Vec<Found> {
+    let mut run = method::find(id).unwrap().start(problem, &NoObserver).unwrap().solver().unwrap();
+    let state = |&load: &Load| {
+        let state = run.equilibrate(load).unwrap();
+        assert_eq!(state.stop, Stop::Converged, "{id} at {load:?}: residual {}", state.residual);
+        Found {
+            gap: state.gap.to_vec(),
+            stress: state.stress.to_vec(),
+            plastic: state.plastic.map_or_else(|| vec![0.0; state.gap.len()], |p| p.to_vec()),
+            plasticity: state.plasticity,
+            mean_gap: state.mean_gap,
+            separation: state.separation,
+            pressure: state.pressure,
+            iterations: state.iterations,
+            pairs: state.fft_pairs,
+        }
+    };
+    loads.iter().map(state).collect()
+}
+
+/// Loading and unloading with a hardness that is never reached: the states of the elastic body, to the last bit.
+#[test]
+fn an_unreachable_hardness_changes_no_bit() {
+    let (grid, heights) = rough(64, 1.0 / 16.0);
+    let loads = [0.01, 0.03, 0.01].map(Load::Pressure);
+    for adhesion in [Adhesion::None, Adhesion::dugdale(2e-4, 3e-3)] {
+        for precision in [Precision::F64, Precision::F32] {
+            for id in METHODS {
+                let tolerance = if precision == Precision::F32 { 1e-3 } else { 1e-7 };
+                let hard = Problem { adhesion, precision, tolerance, ..problem(grid, &heights, 1e30) };
+                let elastic = Problem { hardness: None, ..hard.clone() };
+                let (with, without) = (path(&hard, id, &loads), path(&elastic, id, &loads));
+                for (a, b) in with.into_iter().zip(without) {
+                    let none = Plasticity { flowing: 0.0, displaced: 0.0, displacement: 0.0, work: 0.0 };
+                    assert_eq!(a.plasticity, Some(none));
+                    assert_eq!(Found { plasticity: None, ..a }, b, "{id} {precision:?} {adhesion}");
+                }
+            }
+        }
+    }
+}
+
+/// At every load of a path the fields satisfy 0 ≤ p ≤ H, p = 0 off contact, and flow only at the hardness. All methods
+/// find the same state.
+#[test]
+fn states_are_optimal_between_both_bounds() {
+    /// Stress error of states whose residual is 1e-9 of the pressure, over the pressure, at single nodes of 64².
+    const STRESS: f64 = 1e-6;
+    /// Difference of plastic displacements between methods, over the mean displacement.
+    const DISPLACEMENT: f64 = 1e-5;
+    let (grid, heights) = rough(64, 1.0 / 16.0);
+    let loads = [0.01, 0.03, 0.06, 0.02, 0.06, 0.08].map(Load::Pressure);
+    for (kernel, wall) in [
+        (Elastic::HalfSpace, Wall::Hard),
+        (Elastic::Layer(Layer { thickness: 0.05, poisson: 0.3, base: Base::Bonded }), Wall::Hard),
+    ] {
+        let hardness = 0.15;
+        let p = Problem { kernel, wall, ..problem(grid, &heights, hardness) };
+        let all = METHODS.map(|id| path(&p, id, &loads));
+        for states in &all {
+            let mut before = vec![0.0; grid.points()];
+            for (state, load) in states.iter().zip(&loads) {
+                let Load::Pressure(pressure) = *load else { unreachable!() };
+                let allowed = STRESS * pressure;
+                for (i, earlier) in before.iter().enumerate() {
+                    let (g, s, flow) = (state.gap[i], state.stress[i], state.plastic[i] - earlier);
+                    assert!(g >= 0.0 && s > -allowed && s < hardness + allowed, "{i}: {g} {s}");
+                    assert!(g == 0.0 || s.abs() < allowed, "{i}: {g} {s}");
+                    assert!(flow >= 0.0 && (flow == 0.0 || (s - hardness).abs() < allowed), "{i}: {flow} {s}");
+                }
+                before.clone_from(&state.plastic);
+            }
+        }
+        for states in &all[1..] {
+            for (a, b) in states.iter().zip(&all[0]) {
+                let apart = a.contact().iter().zip(b.contact()).filter(|(a, b)| **a != *b).count();
+                assert!(apart <= 1, "{apart} nodes differ in contact");
+                let scale = mean(&b.plastic).max(1e-12);
+                let most = a.plastic.iter().zip(&b.plastic).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                assert!(most < DISPLACEMENT * scale, "{most} {scale}");
+            }
+        }
+    }
+}
+
+/// A soft body: the contact is that of the undeformed surface at the height at which it carries the load, node by node.
+#[test]
+fn a_low_hardness_gives_the_bearing_area() {
+    let (grid, heights) = rough(64, 1.0 / 16.0);
+    for (id, hardness) in [("fast", 1e-5), ("bvm", 1e-3)] {
+        for share in [0.01, 0.2, 0.7] {
+            // Half a node: the last one carries a part of the hardness.
+            let nodes = (share * grid.points() as f64).floor() + 0.5;
+            let load = Load::Pressure(hardness * nodes / grid.points() as f64);
+            let p = Problem { tolerance: 1e-7, ..problem(grid, &heights, hardness) };
+            let found = path(&p, id, &[load]);
+            let mut order: Vec<usize> = (0..grid.points()).collect();
+            order.sort_by(|&i, &j| heights[i].total_cmp(&heights[j]));
+            let contact = found[0].contact();
+            for (rank, &i) in order.iter().enumerate() {
+                assert_eq!(contact[i], (rank as f64) < nodes, "{id}: node {i} of rank {rank}, {nodes} nodes");
+            }
+        }
+    }
+}
+
+/// Unloading is elastic, reloading follows it to the highest load, where flow goes on. Work is lost in the first cycle only.
+#[test]
+fn plastic_displacement_is_kept() {
+    /// Flow at the highest load when it is reached again: that of the residual.
+    const REPEATED: f64 = 1e-8;
+    let (grid, heights) = rough(64, 1.0 / 16.0);
+    let p = problem(grid, &heights, 0.12);
+    let loads = [0.01, 0.02, 0.04, 0.02, 0.01, 0.02, 0.04].map(Load::Pressure);
+    for id in METHODS {
+        let states = path(&p, id, &loads);
+        let displacement = |i: usize| states[i].plasticity.unwrap().displacement;
+        for i in 3..6 {
+            assert_eq!(displacement(i), displacement(2), "{id}");
+        }
+        assert!((displacement(6) / displacement(2) - 1.0).abs() < REPEATED, "{id}");
+        assert_eq!(states[4].contact(), path_of(&p, &states[2].plastic, id, 0.01).contact(), "{id}");
+        for (a, b) in [(5, 3), (6, 2)] {
+            assert!((states[a].separation / states[b].separation - 1.0).abs() < 1e-7, "{id}");
+        }
+        // More contact and a lower mean gap than at the same load before.
+        assert!(states[3].mean_gap < states[1].mean_gap);
+        let work = |i: usize, j: usize| {
+            0.5 * (states[i].pressure + states[j].pressure) * (states[i].separation - states[j].separation)
+        };
+        let cycle = [(0, 1), (1, 2), (2, 3), (3, 4)].map(|(i, j)| work(i, j)).iter().sum::<f64>();
+        assert!(cycle > 0.0, "{id}: {cycle}");
+    }
+}
+
+/// The elastic state of the surface with this plastic displacement.
+fn path_of(p: &Problem, plastic: &[f64], id: &str, pressure: f64) -> Found {
+    let method::Heights::Nodes(nodes) = p.heights else { unreachable!() };
+    let heights: Vec<f64> = nodes.iter().zip(plastic).map(|(h, d)| h + d).collect();
+    path(&Problem { heights: (&heights).into(), hardness: None, ..p.clone() }, id, &[Load::Pressure(pressure)])
+        .remove(0)
+}
+
+/// Projected Gauss-Seidel on the stresses between 0 and H with the compliance as a dense matrix, which shares no code with
+/// the solvers but the kernel.
+#[test]
+fn a_direct_solution_has_the_same_stresses() {
+    /// Over the hardness.
+    const TOLERANCE: f64 = 1e-7;
+    let n = 12;
+    let grid = Grid::unit(n, n);
+    let wave = |x: f64, y: f64| 0.02 * (TAU * x).cos() * (TAU * y).cos() + 0.01 * (TAU * (2.0 * x + y)).sin();
+    let heights: Vec<f64> = (0..n * n).map(|i| wave((i % n) as f64 / n as f64, (i / n) as f64 / n as f64)).collect();
+    let (hardness, pressure) = (0.06, 0.02);
+    // Displacement of node (x, y) under a unit stress at the origin.
+    let influence: Vec<f64> = (0..n * n)
+        .map(|i| {
+            let mut sum = 0.0;
+            for (kx, ky) in (0..n * n).map(|k| (k % n, k / n)).filter(|k| *k != (0, 0)) {
+                let signed = |k: usize| if 2 * k <= n { k as f64 } else { k as f64 - n as f64 };
+                let q = TAU * signed(kx).hypot(signed(ky));
+                let phase = TAU * ((kx * (i % n) + ky * (i / n)) % n) as f64 / n as f64;
+                sum += phase.cos() / Elastic::HalfSpace.stiffness(q, 0.0);
+            }
+            sum / (n * n) as f64
+        })
+        .collect();
+    let between = |i: usize, j: usize| influence[(i % n + n - j % n) % n + n * ((i / n + n - j / n) % n)];
+    // Gap = heights + influence * stress + lift; the lift is found by bisection on the mean stress.
+    let solve = |lift: f64| {
+        let mut s = vec![0.0; n * n];
+        for _ in 0..400 {
+            for i in 0..n * n {
+                let gap: f64 = heights[i] + lift + (0..n * n).map(|j| between(i, j) * s[j]).sum::<f64>();
+                s[i] = f64::clamp(s[i] - gap / influence[0], 0.0, hardness);
+            }
+        }
+        s
+    };
+    let (mut low, mut high) = (-0.1, 0.1);
+    for _ in 0..45 {
+        let middle = 0.5 * (low + high);
+        if mean(&solve(middle)) > pressure { low = middle } else { high = middle }
+    }
+    let direct = solve(0.5 * (low + high));
+    assert!(direct.iter().filter(|s| **s == hardness).count() > 3, "some nodes flow");
+    for id in METHODS {
+        let found = &path(&problem(grid, &heights, hardness), id, &[Load::Pressure(pressure)])[0];
+        for (i, (a, b)) in found.stress.iter().zip(&direct).enumerate() {
+            assert!((a - b).abs() < TOLERANCE * hardness, "{id}: node {i}: {a} {b}");
+        }
+    }
+}
+
+/// A patch on a half-space with free surroundings, and a penalty wall: the stress stays below the hardness, and both are
+/// bounded problems of their own.
+#[test]
+fn other_bodies_and_walls_flow_too() {
+    let (grid, heights) = rough(64, 1.0 / 16.0);
+    let hardness = 0.1;
+    let kernel = Elastic::NonPeriodic(NonPeriodic::of_region(grid.lx, grid.ly));
+    let p = Problem { kernel, tolerance: 1e-7, ..problem(grid, &heights, hardness) };
+    let states = path(&p, "fast", &[0.005, 0.02, 0.005].map(Load::Pressure));
+    let most = |s: &Found| s.stress.iter().copied().fold(0.0, f64::max);
+    assert!((most(&states[1]) / hardness - 1.0).abs() < 1e-5 && states[1].plasticity.unwrap().flowing > 0.01);
+    assert!(states[2].mean_gap < states[0].mean_gap && states[2].separation < states[0].separation);
+}
