@@ -449,7 +449,7 @@ def solve(
     p_star : float or sequence, optional
         Mean pressures over E* times the rms gradient.
     mean_gap : float or sequence, optional
-        Mean gaps, in the unit of the surface. They include states that no pressure sustains.
+        Mean gaps, in the unit of the surface. They reach states that are unstable under a prescribed pressure.
     displacement : float or sequence, optional
         Displacements from first touch, in the unit of the surface.
     contact : float or sequence, optional

@@ -9,7 +9,7 @@ pub enum Loads {
     Pressure(Vec<f64>),
     /// Mean pressures over E* times the rms gradient.
     PStar(Vec<f64>),
-    /// Mean gaps, in the unit of the surface's length. They include states that no pressure sustains.
+    /// Mean gaps, in the unit of the surface's length. They reach states that are unstable under a prescribed pressure.
     MeanGap(Vec<f64>),
     /// Displacements from first touch, in the unit of the surface's length: mean gap at first touch minus mean gap.
     Displacement(Vec<f64>),

@@ -131,17 +131,17 @@ fn adhesion(target: &Target, actual: &Actual, wall: &Wall, lines: &mut Vec<Audit
     let reason = format!("{gamma:.5} J/m² = {:.4e} eV/Å² between flats, repulsion included", actual.gamma_ev_a2);
     lines.push(line("work of adhesion", "γ/(E* L)", target.gamma, gamma_reduced, true, reason));
 
-    let rho_asked_angstrom = target.rho * actual.length_angstrom;
-    let gamma_asked = scales.energy_per_area_ev_a2(target.gamma);
+    let target_rho_angstrom = target.rho * actual.length_angstrom;
+    let target_gamma = scales.energy_per_area_ev_a2(target.gamma);
     // Reachability is judged at the target adhesion; without adhesion every range is reachable.
-    let least = if target.gamma > 0.0 { wall.smallest_range(gamma_asked)? } else { 0.0 };
-    let reachable = rho_asked_angstrom >= least;
+    let least = if target.gamma > 0.0 { wall.smallest_range(target_gamma)? } else { 0.0 };
+    let reachable = target_rho_angstrom >= least;
     let rho = actual.rho_angstrom;
     let why = if reachable {
-        format!("{rho_asked_angstrom:.4} Å would be the scaled range; {rho:.4} Å is used")
+        format!("{target_rho_angstrom:.4} Å would be the scaled range; {rho:.4} Å is used")
     } else {
         format!(
-            "the scaled range is {rho_asked_angstrom:.4} Å, below the {:.2} Å at which the uncapped exponential outgrows \
+            "the scaled range is {target_rho_angstrom:.4} Å, below the {:.2} Å at which the uncapped exponential outgrows \
              the Lennard-Jones core and below an atom's thermal vibration of 0.1 to 0.2 Å; {rho:.4} Å is used",
             (100.0 * least).ceil() / 100.0
         )
@@ -150,23 +150,26 @@ fn adhesion(target: &Target, actual: &Actual, wall: &Wall, lines: &mut Vec<Audit
     lines.push(line("adhesion range", "ρ/L", target.rho, rho_reduced, reachable, why.clone()));
 
     let stress = |gamma: f64, rho: f64| if rho > 0.0 { gamma / rho } else { 0.0 };
-    let (stress_asked, stress_used) = (stress(target.gamma, target.rho), stress(gamma_reduced, rho_reduced));
-    let reason = format!("largest adhesive stress {:.3} GPa: {why}", stress_used * actual.modulus_gpa);
-    lines.push(line("adhesive stress", "γ/(ρ E*)", stress_asked, stress_used, reachable, reason));
+    let (target_stress, actual_stress) = (stress(target.gamma, target.rho), stress(gamma_reduced, rho_reduced));
+    let reason = format!("largest adhesive stress {:.3} GPa: {why}", actual_stress * actual.modulus_gpa);
+    lines.push(line("adhesive stress", "γ/(ρ E*)", target_stress, actual_stress, reachable, reason));
 
     let tabor = |radius: f64, gamma: f64, rho: f64| stress(interface::tabor(radius, gamma, 1.0), rho);
     let radius_reduced = actual.curvature_radius_angstrom / actual.length_angstrom;
-    let (t_asked, t_used) =
+    let (target_tabor, actual_tabor) =
         (tabor(target.curvature_radius, target.gamma, target.rho), tabor(radius_reduced, gamma_reduced, rho_reduced));
     // The range that would keep the Tabor number with the blunter summits after the low-pass.
-    let keeping =
-        if t_asked > 0.0 { tabor(radius_reduced, gamma_reduced, 1.0) / t_asked * actual.length_angstrom } else { rho };
+    let keeping = if target_tabor > 0.0 {
+        tabor(radius_reduced, gamma_reduced, 1.0) / target_tabor * actual.length_angstrom
+    } else {
+        rho
+    };
     let reason = format!(
-        "μ_T = R_c^(1/3) (γ/E*)^(2/3)/ρ = {t_used:.3} with R_c = {:.2} Å and ρ = {rho:.4} Å; μ_T = {t_asked:.3} would need \
+        "μ_T = R_c^(1/3) (γ/E*)^(2/3)/ρ = {actual_tabor:.3} with R_c = {:.2} Å and ρ = {rho:.4} Å; μ_T = {target_tabor:.3} would need \
          ρ = {keeping:.4} Å",
         actual.curvature_radius_angstrom
     );
-    lines.push(line("Tabor number", "μ_T", t_asked, t_used, keeping >= least, reason));
+    lines.push(line("Tabor number", "μ_T", target_tabor, actual_tabor, keeping >= least, reason));
     Ok(())
 }
 

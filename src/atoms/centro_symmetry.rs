@@ -8,6 +8,7 @@
 
 use super::block::Block;
 use super::dump::Frame;
+use crate::grid::CellList;
 use crate::{Error, Result};
 use rayon::prelude::*;
 
@@ -42,12 +43,12 @@ pub fn defect_atoms(frame: &Frame, block: &Block) -> Result<Vec<u32>> {
     let start = frame.ids.partition_point(|id| *id < first);
     let count = (last - first + 1) as usize;
     let points: Vec<[f64; 3]> = below.chain(frame.positions[start..start + count].iter().copied()).collect();
-    let bins = Bins::new(&points, block.length(), block.a0);
+    let neighbours = Neighbours::new(&points, block.length(), block.a0);
     let limit = THRESHOLD * block.a0 * block.a0;
     let [from, to] = inner_layers(block).map(|layer| layer * per_layer as usize);
     let found = (from..to).into_par_iter().filter(|k| {
         let own = per_layer as usize + k;
-        centro_symmetry(&mut bins.around(&points, own)) > limit
+        centro_symmetry(&mut neighbours.around(own)) > limit
     });
     Ok(found.map(|k| first + k as u32).collect())
 }
@@ -85,63 +86,41 @@ fn centro_symmetry(near: &mut [[f64; 3]]) -> f64 {
     six.iter().sum()
 }
 
-/// Points in cubic bins no narrower than a lattice constant: the twelve neighbours, at 0.71 of it, are in the 27
-/// adjacent bins.
-struct Bins {
+/// Cells no narrower than a lattice constant: the twelve neighbours, at 0.71 of it, are in the 27 adjacent cells.
+struct Neighbours<'p> {
+    points: &'p [[f64; 3]],
     length: f64,
+    width: f64,
     across: i64,
-    /// Lowest bin along z, and number of bins.
+    /// Lowest cell along z, and number of cells.
     floor: i64,
     levels: i64,
-    width: f64,
-    /// Points in the order of their bins, and the first point of each bin.
-    order: Vec<u32>,
-    begin: Vec<u32>,
+    cells: CellList,
 }
 
-impl Bins {
-    fn new(points: &[[f64; 3]], length: f64, least: f64) -> Self {
+impl<'p> Neighbours<'p> {
+    fn new(points: &'p [[f64; 3]], length: f64, least: f64) -> Self {
         let across = ((length / least).floor() as i64).max(3);
         let width = length / across as f64;
         let level = |p: &[f64; 3]| (p[2] / width).floor() as i64;
         let floor = points.iter().map(level).min().unwrap_or(0);
         let levels = points.iter().map(level).max().unwrap_or(0) - floor + 1;
-        let mut bins = Bins { length, across, floor, levels, width, order: Vec::new(), begin: Vec::new() };
-        let own: Vec<usize> = points.iter().map(|p| bins.index(bins.bin(p))).collect();
-        let mut begin = vec![0u32; (across * across * levels) as usize + 1];
-        own.iter().for_each(|b| begin[b + 1] += 1);
-        (1..begin.len()).for_each(|b| begin[b] += begin[b - 1]);
-        let (mut next, mut order) = (begin.clone(), vec![0u32; points.len()]);
-        for (k, b) in own.iter().enumerate() {
-            order[next[*b] as usize] = k as u32;
-            next[*b] += 1;
-        }
-        (bins.order, bins.begin) = (order, begin);
-        bins
+        let cell = |p| cell_of(p, length, (width, across, floor)).map(|c| c as usize);
+        let cells = CellList::new([across, across, levels].map(|n| n as usize), points.iter().map(cell));
+        Neighbours { points, length, width, across, floor, levels, cells }
     }
 
-    fn bin(&self, p: &[f64; 3]) -> [i64; 3] {
-        let along = |c: f64| ((c.rem_euclid(self.length) / self.width) as i64).min(self.across - 1);
-        [along(p[0]), along(p[1]), (p[2] / self.width).floor() as i64 - self.floor]
-    }
-
-    fn index(&self, [i, j, k]: [i64; 3]) -> usize {
-        ((k * self.across + j) * self.across + i) as usize
-    }
-
-    /// Relative positions of all points in the 27 bins around a point.
-    fn around(&self, points: &[[f64; 3]], own: usize) -> Vec<[f64; 3]> {
-        let at = points[own];
-        let [i, j, k] = self.bin(&at);
+    /// Relative positions of all points in the 27 cells around a point.
+    fn around(&self, own: usize) -> Vec<[f64; 3]> {
+        let at = self.points[own];
+        let [i, j, k] = cell_of(&at, self.length, (self.width, self.across, self.floor));
+        let image = |d: f64| d - (d / self.length).round() * self.length;
         let mut near = Vec::with_capacity(128);
         for level in (k - 1).max(0)..(k + 2).min(self.levels) {
             for row in j - 1..=j + 1 {
                 for column in i - 1..=i + 1 {
-                    let bin = self.index([column.rem_euclid(self.across), row.rem_euclid(self.across), level]);
-                    let range = self.begin[bin] as usize..self.begin[bin + 1] as usize;
-                    for &other in self.order[range].iter().filter(|o| **o as usize != own) {
-                        let p = points[other as usize];
-                        let image = |d: f64| d - (d / self.length).round() * self.length;
+                    for other in self.cells.points([column, row], level as usize).filter(|o| *o != own) {
+                        let p = self.points[other];
                         near.push([image(p[0] - at[0]), image(p[1] - at[1]), p[2] - at[2]]);
                     }
                 }
@@ -149,6 +128,11 @@ impl Bins {
         }
         near
     }
+}
+
+fn cell_of(p: &[f64; 3], length: f64, (width, across, floor): (f64, i64, i64)) -> [i64; 3] {
+    let along = |c: f64| ((c.rem_euclid(length) / width) as i64).min(across - 1);
+    [along(p[0]), along(p[1]), (p[2] / width).floor() as i64 - floor]
 }
 
 #[cfg(test)]
@@ -187,8 +171,8 @@ mod tests {
         assert_eq!(analysed_atoms(&block), 8 * 32);
         // Without the mask the surface is detected: the top layer lacks four of twelve neighbours.
         let points: Vec<[f64; 3]> = block.sites().map(|s| s.position).collect();
-        let bins = Bins::new(&points, block.length(), A0);
-        let p = |own: usize| centro_symmetry(&mut bins.around(&points, own)) / (A0 * A0);
+        let neighbours = Neighbours::new(&points, block.length(), A0);
+        let p = |own: usize| centro_symmetry(&mut neighbours.around(own)) / (A0 * A0);
         assert!(p(points.len() - 1) > 1.0, "{}", p(points.len() - 1));
         assert!(p(points.len() / 2) < 1e-20, "{}", p(points.len() / 2));
     }

@@ -2,12 +2,12 @@
 //! carries more than the mean force and is pushed in, an atom between indenter atoms carries less and protrudes.
 //!
 //! An atom under the force f, where the mean force is ⟨f⟩, is c (⟨f⟩ - f) above the surface of the continuum.
-//! With F(z) the force of the net on a rigid atom at the distance z, which depends on the position under the net, f =
+//! With F(z) the force of the indenter on a rigid atom at the distance z, which depends on the position under the indenter, f =
 //! F(z + c f), where z is the distance of an unloaded atom; the distance of the mean surface is z + c ⟨f⟩. Forces on
-//! neighbours are taken as independent, as under a net that is incommensurate with the crystal. There are no fitted
+//! neighbours are taken as independent, as under an indenter that is incommensurate with the crystal. There are no fitted
 //! parameters.
 //!
-//! On a slope the net has fewer atoms per area and presses along the normal: with slope angle θ the vertical pressure
+//! On a slope the indenter has fewer atoms per area and presses along the normal: with slope angle θ the vertical pressure
 //! at the vertical gap g is cos²θ P(g cos θ).
 
 use std::f64::consts::PI;
@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 use super::wall::Wall;
 use crate::interface::{Law, TabulatedWall};
 
-/// Positions under the net along half a spacing; the others follow by symmetry. Doubling them changes the pressure by
+/// Positions under the indenter along half a spacing; the others follow by symmetry. Doubling them changes the pressure by
 /// less than one per cent at gaps where it is a thousandth of E*.
 const PLACES: usize = 12;
 
@@ -25,7 +25,7 @@ const DEEPEST: f64 = 0.25;
 /// Limit of Newton or bisection steps; ten suffice.
 const STEPS: usize = 60;
 
-/// Smallest distance of an atom from the net over σ; no load reaches it.
+/// Smallest distance of an atom from the indenter over σ; no load reaches it.
 const NEAREST: f64 = 0.3;
 
 /// The areal law, in Å and eV.
@@ -87,7 +87,7 @@ pub fn compliance(a0_angstrom: f64, modulus: f64) -> f64 {
     2.0 / (PI * modulus * radius)
 }
 
-/// Mean force on surface atoms whose unloaded distance from the net is `z` (Å), eV/Å, and its derivative.
+/// Mean force on surface atoms whose unloaded distance from the indenter is `z` (Å), eV/Å, and its derivative.
 fn mean_force(wall: &Wall, compliance: f64, z: f64) -> (f64, f64) {
     let (mut force, mut slope) = (0.0, 0.0);
     let place = |k: usize| 0.5 * wall.spacing_angstrom * (k as f64 + 0.5) / PLACES as f64;
@@ -104,14 +104,14 @@ fn mean_force(wall: &Wall, compliance: f64, z: f64) -> (f64, f64) {
 
 /// Force f = F(z + c f) on an atom in equilibrium at the distance z + c f, and df/dz.
 fn pressed(wall: &Wall, place: (f64, f64), c: f64, z: f64) -> (f64, f64) {
-    // The net's force increases and the restoring force decreases towards the net: there is one intersection.
+    // The indenter's force increases and the restoring force decreases towards the indenter: there is one intersection.
     let (mut low, mut high) = (z.max(NEAREST * wall.sigma_angstrom), wall.minimum_angstrom());
     if low >= high {
         return (0.0, 0.0);
     }
     let mut at = 0.5 * (low + high);
     for _ in 0..STEPS {
-        let (force, slope) = net_force(wall, place, at);
+        let (force, slope) = indenter_force(wall, place, at);
         let excess = force - (at - z) / c;
         if excess > 0.0 {
             low = at
@@ -126,12 +126,12 @@ fn pressed(wall: &Wall, place: (f64, f64), c: f64, z: f64) -> (f64, f64) {
             break;
         }
     }
-    let (force, slope) = net_force(wall, place, at);
+    let (force, slope) = indenter_force(wall, place, at);
     (force, slope / (1.0 - c * slope))
 }
 
-/// Vertical repulsion of the net on an atom at a distance `z` from its plane, eV/Å, and its derivative.
-fn net_force(wall: &Wall, (x, y): (f64, f64), z: f64) -> (f64, f64) {
+/// Vertical repulsion of the indenter on an atom at a distance `z` from its plane, eV/Å, and its derivative.
+fn indenter_force(wall: &Wall, (x, y): (f64, f64), z: f64) -> (f64, f64) {
     let (s, touch) = (wall.spacing_angstrom, wall.minimum_angstrom());
     let reach = (touch / s).ceil() as i64;
     let (mut force, mut slope) = (0.0, 0.0);
@@ -176,11 +176,12 @@ mod tests {
     fn derivatives_agree_with_finite_differences() {
         let (wall, h) = (wall(), 1e-6);
         for (place, z) in [((0.0, 0.0), 3.8), ((0.4, 0.2), 3.6), ((1.2, 1.1), 3.2)] {
-            let difference = (net_force(&wall, place, z + h).0 - net_force(&wall, place, z - h).0) / (2.0 * h);
-            assert!((net_force(&wall, place, z).1 / difference - 1.0).abs() < 1e-6);
+            let difference =
+                (indenter_force(&wall, place, z + h).0 - indenter_force(&wall, place, z - h).0) / (2.0 * h);
+            assert!((indenter_force(&wall, place, z).1 / difference - 1.0).abs() < 1e-6);
             let c = compliance(A0, MODULUS);
             let (f, df) = pressed(&wall, place, c, z);
-            assert!((net_force(&wall, place, z + c * f).0 - f).abs() < 1e-10);
+            assert!((indenter_force(&wall, place, z + c * f).0 - f).abs() < 1e-10);
             let difference = (pressed(&wall, place, c, z + h).0 - pressed(&wall, place, c, z - h).0) / (2.0 * h);
             assert!((df / difference - 1.0).abs() < 1e-5, "{df} {difference}");
         }
@@ -191,21 +192,21 @@ mod tests {
     #[test]
     fn compliant_atoms_have_a_softer_law() {
         let wall = wall();
-        let giving = CompliantWall::new(&wall, MODULUS, 0.0);
+        let compliant = CompliantWall::new(&wall, MODULUS, 0.0);
         let rigid = |g: f64| wall.repulsion_pressure(wall.minimum_angstrom() + g);
         for (g, expected) in [(-0.05, 1.38e-4), (-0.1, 6.43e-4), (-0.2, 4.62e-3), (-0.3, 1.569e-2)] {
-            let found = giving.pressure(g);
+            let found = compliant.pressure(g);
             assert!(found < rigid(g) && (found / expected - 1.0).abs() < 0.05, "{g}: {found} {expected}");
         }
         let sloping = CompliantWall::new(&wall, MODULUS, 0.5);
-        assert!((sloping.pressure(-0.2) / (giving.pressure(-0.2 / 1.25f64.sqrt()) / 1.25) - 1.0).abs() < 1e-12);
+        assert!((sloping.pressure(-0.2) / (compliant.pressure(-0.2 / 1.25f64.sqrt()) / 1.25) - 1.0).abs() < 1e-12);
         // It rises to the end of its table.
-        let pressures: Vec<f64> = (0..200).map(|k| giving.pressure(-0.006 * f64::from(k))).collect();
+        let pressures: Vec<f64> = (0..200).map(|k| compliant.pressure(-0.006 * f64::from(k))).collect();
         assert!(pressures.windows(2).all(|w| w[1] > w[0]) && pressures[199] > MODULUS, "{pressures:?}");
         let reduced = sloping.reduced(250.0, MODULUS);
         for g in [-0.03, -0.21, -0.4, -2.0] {
             assert!((-reduced.traction(g / 250.0) * MODULUS / sloping.pressure(g) - 1.0).abs() < 1e-12);
         }
-        assert_eq!((giving.pressure(0.0), giving.rise(0.1)), (0.0, 0.0));
+        assert_eq!((compliant.pressure(0.0), compliant.rise(0.1)), (0.0, 0.0));
     }
 }

@@ -7,7 +7,7 @@ use super::job_spec::FORCE_TOLERANCE;
 /// for 119 151.
 const MEMORY_BASE_BYTES: u64 = 50_000_000;
 const MEMORY_BYTES_PER_ATOM: u64 = 680;
-const MEMORY_BYTES_PER_ATOM_OF_A_LADDER: u64 = 870;
+const MEMORY_BYTES_PER_ATOM_OF_LOAD_STEPS: u64 = 870;
 
 /// One core of an EPYC server, potential cut-off 7.0 Å, `opt` variants: 0.42 to 0.43 µs over three displacement ramps
 /// of 119 151 atoms. Relaxation rarely rebuilds a neighbour list, so this is half the time of a molecular-dynamics
@@ -52,8 +52,8 @@ pub enum LoadingMode {
 }
 
 /// Force evaluations of a whole job.
-pub fn evaluations(cells: usize, depth_cells: usize, way: LoadingMode) -> f64 {
-    FREE + match way {
+pub fn evaluations(cells: usize, depth_cells: usize, mode: LoadingMode) -> f64 {
+    FREE + match mode {
         LoadingMode::PrescribedLoads { number, force_tolerance } => {
             evaluations_from_continuum(cells, depth_cells, force_tolerance) * number as f64
         }
@@ -62,8 +62,8 @@ pub fn evaluations(cells: usize, depth_cells: usize, way: LoadingMode) -> f64 {
 }
 
 /// Seconds of a job on `ranks` processes, where a force evaluation takes one process `each` seconds per atom.
-pub fn seconds(atoms: u64, evaluations: f64, way: LoadingMode, each: f64, ranks: usize) -> f64 {
-    let steps = match way {
+pub fn seconds(atoms: u64, evaluations: f64, mode: LoadingMode, each: f64, ranks: usize) -> f64 {
+    let steps = match mode {
         LoadingMode::PrescribedLoads { number, .. } => number as f64,
         LoadingMode::RampSteps(steps) => steps,
     };
@@ -72,7 +72,7 @@ pub fn seconds(atoms: u64, evaluations: f64, way: LoadingMode, each: f64, ranks:
 
 /// Resident memory of all LAMMPS ranks together, bytes; `steps`: displacement ramp instead of prescribed loads.
 pub fn memory_bytes(atoms: u64, ranks: usize, steps: bool) -> u64 {
-    let per_atom = if steps { MEMORY_BYTES_PER_ATOM_OF_A_LADDER } else { MEMORY_BYTES_PER_ATOM };
+    let per_atom = if steps { MEMORY_BYTES_PER_ATOM_OF_LOAD_STEPS } else { MEMORY_BYTES_PER_ATOM };
     ranks as u64 * MEMORY_BASE_BYTES + atoms * per_atom
 }
 
@@ -118,8 +118,8 @@ mod tests {
             (119_151, (45, 12), loads(FORCE_TOLERANCE), 1, 43.5),
             (3_394_475, (175, 25), loads(0.4), 2, 1883.0),
         ];
-        for (atoms, (cells, depth), way, ranks, took) in measured {
-            let planned = seconds(atoms, evaluations(cells, depth, way), way, 0.545e-6, ranks);
+        for (atoms, (cells, depth), mode, ranks, took) in measured {
+            let planned = seconds(atoms, evaluations(cells, depth, mode), mode, 0.545e-6, ranks);
             assert!((0.5..2.0).contains(&(planned / took)), "{atoms} atoms: {planned} s, took {took} s");
         }
     }

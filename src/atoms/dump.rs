@@ -422,7 +422,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cut_file_is_said_to_be_cut_wherever_it_was_cut() {
+    fn a_truncated_dump_is_refused_wherever_it_ends() {
         let text = format!("{PLAIN}{PLAIN}");
         for cut in PLAIN.len() + 1..text.len() {
             let mut reader = reader(&text.as_bytes()[..cut]);

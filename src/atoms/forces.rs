@@ -77,8 +77,8 @@ pub fn lowered_to(
     // Search in growing steps on both sides: with adhesion the load may decrease with displacement.
     let (mut near, mut step) = ([lowered; 2], 0.005);
     let (mut low, mut high) = 'found: loop {
-        for (side, way) in [1.0, -1.0].into_iter().enumerate() {
-            let far = lowered + way * step;
+        for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
+            let far = lowered + sign * step;
             if (excess(far) < 0.0) != (at < 0.0) {
                 break 'found if at < 0.0 { (near[side], far) } else { (far, near[side]) };
             }

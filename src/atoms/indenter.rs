@@ -6,8 +6,8 @@
 use super::block::Block;
 use crate::{Error, Result};
 
-/// Maximum spacing of the indenter atoms: block atoms pass through a wider net. At rms gradient 1 and four times the
-/// reference load, 78 of 980 contact atoms had passed a net of 5.1 Å, four a net of 4.0 Å, none a net of 2.54 Å
+/// Maximum spacing of the indenter atoms: block atoms pass between atoms of a wider spacing. At rms gradient 1 and four times the
+/// reference load, 78 of 980 contact atoms had passed a spacing of 5.1 Å, four one of 4.0 Å, none one of 2.54 Å
 /// (lattice constant 5.5884 Å).
 pub const MAX_SPACING_ANGSTROM: f64 = 2.6;
 

@@ -331,7 +331,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_program_is_said_to_be_missing() {
+    fn a_missing_program_is_an_error() {
         let folder = tempfile::tempdir().unwrap();
         let script = folder.path().join("x.in");
         let error = LmpCommand { program: "/no/such/lmp".into() }.run(folder.path(), &script, &[]).unwrap_err();

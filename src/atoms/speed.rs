@@ -43,9 +43,9 @@ fn evaluation(printed: &str) -> Option<f64> {
 mod tests {
     use super::*;
 
-    struct Says(&'static str);
+    struct Prints(&'static str);
 
-    impl RunScript for Says {
+    impl RunScript for Prints {
         fn run(&self, folder: &Path, script: &Path, vars: &[(&str, String)]) -> Result<String> {
             assert!(script.starts_with(folder) && script.is_file());
             assert_eq!(vars.iter().map(|v| v.1.as_str()).collect::<Vec<_>>(), ["x.alloy", "Ca", "5.5884000000"]);
@@ -56,7 +56,7 @@ mod tests {
     #[test]
     fn the_loop_time_is_divided_by_steps_and_atoms() {
         let folder = tempfile::tempdir().unwrap();
-        let measured = |text| measure(&Says(text), folder.path(), ("x.alloy", "Ca", 5.5884));
+        let measured = |text| measure(&Prints(text), folder.path(), ("x.alloy", "Ca", 5.5884));
         let text =
             "noise\nLoop time of 0.5 on 1 procs for 20 steps with 50000 atoms\n\n80.0% CPU use with 1 MPI tasks x 1\n";
         assert!((measured(text).unwrap() / 4e-7 - 1.0).abs() < 1e-12);

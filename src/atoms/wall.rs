@@ -1,9 +1,9 @@
-//! Areal law of the rigid indenter: energy and pressure of a plane net of indenter atoms on an fcc (100) surface.
+//! Areal law of the rigid indenter: energy and pressure of a plane lattice of indenter atoms on an fcc (100) surface.
 //!
 //! The wall is a square lattice of spacing s with `n₁ = 1/s²` atoms per area. Each (100) plane of the crystal has
-//! `n_s = 2/a₀²` atoms per area, and the planes are `a₀/2` apart. d is the distance between the net and the outermost
-//! plane of nuclei. Areal laws are averages over the registry of net and crystal:
-//! `E(d) = n_s n₁ Σ_planes ∫_z^∞ V(r) 2πr dr`, hence `P = -dE/dd = n_s Σ_planes 2π n₁ z V(z)`. A net that is
+//! `n_s = 2/a₀²` atoms per area, and the planes are `a₀/2` apart. d is the distance between the indenter and the outermost
+//! plane of nuclei. Areal laws are averages over the registry of indenter and crystal:
+//! `E(d) = n_s n₁ Σ_planes ∫_z^∞ V(r) 2πr dr`, hence `P = -dE/dd = n_s Σ_planes 2π n₁ z V(z)`. An indenter that is
 //! incommensurate with the crystal has all registries within every small area. Units: Å, eV; pressures in eV/Å³,
 //! repulsion positive.
 
@@ -27,7 +27,7 @@ const SCAN_STEP: f64 = 0.002;
 /// Smallest distance of the searches over σ: the repulsion exceeds 10⁴ GPa there.
 const SCAN_END: f64 = 0.5;
 
-/// Net of Lennard-Jones atoms, cut off and shifted at the minimum, on an fcc (100) surface.
+/// Lattice of Lennard-Jones atoms, cut off and shifted at the minimum, on an fcc (100) surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wall {
     pub epsilon_ev: f64,
@@ -148,7 +148,7 @@ impl Wall {
 
 /// Exponential adhesion `-γ exp(-(d - z₀)/ρ)` per area, z₀ = r_m, as a sum of pair terms.
 ///
-/// The pair term is `A exp(-r/ρ)/r`, LAMMPS `pair_style yukawa` with κ = 1/ρ. The energy of an atom above the net is then
+/// The pair term is `A exp(-r/ρ)/r`, LAMMPS `pair_style yukawa` with κ = 1/ρ. The energy of an atom above the indenter is then
 /// exactly `2π n₁ A ρ exp(-z/ρ)`, and the sum over the crystal planes multiplies it by `1/(1 - exp(-a₀/2ρ))`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Adhesion {
@@ -179,7 +179,7 @@ enum Refusal {
         rho: f64,
         reached: f64,
     },
-    /// An equilibrium exists, but beyond `pressure` (eV/Å³) the adhesion exceeds the repulsion and the net passes
+    /// An equilibrium exists, but beyond `pressure` (eV/Å³) the adhesion exceeds the repulsion and the indenter passes
     /// through the surface.
     PullsThrough {
         rho: f64,
@@ -313,7 +313,7 @@ mod tests {
     /// Adhesion of the challenge on its scaled-down block: 2e-5 E* L with E* = 28.57 GPa and L = 978 Å, eV/Å².
     const GAMMA: f64 = 3.4879e-3;
 
-    /// The recommended net: 11 points per 5 cells of calcium.
+    /// The recommended spacing: 11 points per 5 cells of calcium.
     fn wall() -> Wall {
         Wall::new(5.5884 * 5.0 / 11.0, 5.5884).unwrap()
     }

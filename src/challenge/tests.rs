@@ -303,7 +303,7 @@ fn one_number_changed_fails_a_statement() {
 /// A grid that pins contact lines cannot test statements about adhesion; one that resolves too little of the roughness
 /// cannot test those about short waves.
 #[test]
-fn what_a_grid_cannot_tell_is_not_assessed() {
+fn statements_below_the_grid_spacing_are_not_assessed() {
     // The most probable cluster needs a fine grid as well.
     let of_adhesion =
         ["MESH", "S16", "S05", "S06", "S08", "S10", "S15", "S17a", "S17b", "S18", "S21a", "S21b", "S23a", "S23b"];

@@ -119,8 +119,7 @@ fn print_advice(a: &Advice, quantity: Quantity, provenance: &str) {
         Some(_) => " (as measured)".into(),
         None => " (uncertain: two grids or fewer)".into(),
     };
-    let exponent =
-        a.exponent.map_or(String::new(), |e| format!(", cost growing as points to the {}", significant(e, 2)));
+    let exponent = a.exponent.map_or(String::new(), |e| format!(", cost ∝ points^{}", significant(e, 2)));
     output::print(&format!(
         "time: {}{spread} on {} threads of the machine of the table{exponent}",
         duration(a.expected_seconds),

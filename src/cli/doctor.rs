@@ -68,7 +68,7 @@ impl Doctor {
                 what: "memory",
                 good: true,
                 found: format!("{} available", memory(crate::sys::available_memory_bytes())),
-                advice: "--dry-run says what a scene needs",
+                advice: "--dry-run prints what a scene needs",
             },
         ];
         let good = findings.iter().all(|f| f.good);

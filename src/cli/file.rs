@@ -85,10 +85,10 @@ pub(super) struct MapFlags {
     /// Subtract the mean, the mean plane, or a polynomial of second order.
     #[arg(long, value_enum)]
     pub detrend: Option<Detrend>,
-    /// Remove waves shorter than this.
+    /// Remove wavelengths below this one.
     #[arg(long, value_name = "LAMBDA")]
     pub low_pass: Option<Measure>,
-    /// Remove waves longer than this.
+    /// Remove wavelengths above this one.
     #[arg(long, value_name = "LAMBDA")]
     pub high_pass: Option<Measure>,
     /// Transfer function of these filters.
@@ -97,7 +97,7 @@ pub(super) struct MapFlags {
     /// Resample to this number of columns and rows.
     #[arg(long, value_name = "NX,NY", value_delimiter = ',', num_args = 1)]
     pub resample: Vec<usize>,
-    /// Make a map repeat that does not.
+    /// Make a map periodic that is not.
     #[arg(long, value_enum)]
     pub edges: Option<Edges>,
     /// Warnings about the surface are errors.

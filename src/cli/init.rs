@@ -239,14 +239,15 @@ fn preparation(draft: &mut Draft, missing: usize) {
     draft.line(
         "# Preparation, in this order. Form to subtract: \"mean\", \"plane\" or \"quadratic\".\n# detrend = \"plane\"",
     );
-    let ways = "\"harmonic\" continues the heights smoothly, \"nearest\" takes the nearest one";
+    let fillings = "\"harmonic\" continues the heights smoothly, \"nearest\" takes the nearest one";
     match missing {
-        0 => draft
-            .line(format!("# Filling of missing points, of which the file has none: {ways}.\n# fill = \"harmonic\"")),
+        0 => draft.line(format!(
+            "# Filling of missing points, of which the file has none: {fillings}.\n# fill = \"harmonic\""
+        )),
         n => draft.missing(
             "surface.fill",
             "\"harmonic\"",
-            format!("filling of the {n} points that were not measured: {ways}"),
+            format!("filling of the {n} points that were not measured: {fillings}"),
         ),
     }
     draft.line(

@@ -16,8 +16,8 @@ pub(super) struct Methods {
 fn reason(support: Support) -> Option<String> {
     match support {
         Support::Full => None,
-        Support::NoAdhesion => Some("not with adhesion".into()),
-        Support::Only(terms) => Some(format!("only {terms}")),
+        Support::NoAdhesion => Some("not delivered with adhesion".into()),
+        Support::Only(terms) => Some(format!("limited: {terms}")),
         Support::No(reason) => Some(format!("not delivered: {reason}")),
     }
 }
@@ -59,7 +59,7 @@ impl Methods {
             }
         }
         for (reason, quantities, ids) in limits {
-            output::print(&format!("{}: {} {reason}", ids.join(", "), quantities.join(", ")));
+            output::print(&format!("{}: {}: {reason}", ids.join(", "), quantities.join(", ")));
         }
         Ok(())
     }

@@ -8,7 +8,7 @@ use crate::{Error, Result};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Flags of the stages of a run, which `sweep` passes to each of its runs.
+/// Flags of the stages of a run folder, which `sweep` passes to each of its runs.
 #[derive(Debug, clap::Args)]
 pub(super) struct StageFlags {
     /// Reuse finished parts of the folder without comparing their files with the stored hashes.
@@ -17,9 +17,6 @@ pub(super) struct StageFlags {
     /// Execute the program that the scene names as atoms.program.
     #[arg(long)]
     pub(super) allow_program: bool,
-    /// Leave out the atoms.
-    #[arg(long)]
-    pub(super) no_atoms: bool,
 }
 
 #[derive(Debug, clap::Args)]
@@ -34,6 +31,9 @@ pub(super) struct Run {
     overwrite: bool,
     #[command(flatten)]
     stages: StageFlags,
+    /// Leave out the atoms.
+    #[arg(long)]
+    no_atoms: bool,
     /// Print the stages with their memory and time, without running them.
     #[arg(long)]
     dry_run: bool,
@@ -109,7 +109,7 @@ impl Run {
         }
         let waves = scene.surface.fourier.is_some_and(Fourier::are_waves);
         refuse_grid(self.grid, scene.surface.heights.as_deref(), !waves)?;
-        if self.stages.no_atoms {
+        if self.no_atoms {
             scene.atoms = None;
         }
         let c = &mut scene.continuum;
@@ -123,7 +123,7 @@ impl Run {
     fn plan(&self, case: &Case) -> Result<()> {
         // A plan needs no LAMMPS, but an installed one gives the speed of this machine. That of a scene is not executed.
         let here = case.atoms.as_ref().map(|_| programs::check(case, false).and_then(|()| pipeline::speed(case)));
-        let untold = here.as_ref().and_then(|h| h.as_ref().err()).map(|e| e.to_string()).unwrap_or_default();
+        let unmeasured = here.as_ref().and_then(|h| h.as_ref().err()).map(|e| e.to_string()).unwrap_or_default();
         let evaluation = here.and_then(Result::ok);
         let plan = pipeline::plan(case, rayon::current_num_threads(), evaluation)?;
         if self.json {
@@ -148,9 +148,9 @@ impl Run {
             ));
             let each = si(atoms.seconds_per_evaluation, "s", 2);
             output::print(&if atoms.measured {
-                format!("measured here: LAMMPS takes {each} an atom and force evaluation on one core")
+                format!("measured on this machine: LAMMPS takes {each} per atom and force evaluation on one core")
             } else {
-                format!("{each} an atom and force evaluation are another machine's: {untold}")
+                format!("{each} per atom and force evaluation is the value of another machine: {unmeasured}")
             });
             output::print(&output::audit(&plan.audit));
         }

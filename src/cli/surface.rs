@@ -20,7 +20,7 @@ pub(super) struct Surface {
     /// Scene, or file of heights or Fourier coefficients. Default: the challenge's surface, changed by the options.
     #[arg(value_name = "SCENE|FILE")]
     given: Option<PathBuf>,
-    /// Points per side; a height map has its own.
+    /// Points per side. A height map keeps its points.
     #[arg(long, value_name = "N")]
     grid: Option<usize>,
     /// Seed of the random phases. The surface of a seed does not depend on the grid.
@@ -45,12 +45,6 @@ pub(super) struct Surface {
     file: FileFlags,
     #[command(flatten)]
     map: MapFlags,
-    /// Shortest wavelength kept of Fourier coefficients, µm.
-    #[arg(long, hide = true, value_name = "UM", conflicts_with = "low_pass")]
-    low_pass_um: Option<f64>,
-    /// Unit of the heights in the file, µm.
-    #[arg(long, hide = true, value_name = "UM", conflicts_with = "unit")]
-    heights_unit_um: Option<f64>,
     /// Extent of the cell of a synthesised surface in x, µm.
     #[arg(long, value_name = "UM", conflicts_with = "length")]
     length_um: Option<f64>,
@@ -227,8 +221,6 @@ impl Surface {
         s.dataset = self.file.dataset.clone().or(s.dataset.take());
         s.fourier = self.file.fourier.or(s.fourier);
         s.fourier_points = self.file.fourier_points.or(s.fourier_points);
-        s.low_pass_um = self.low_pass_um.or(s.low_pass_um);
-        s.heights_unit_um = self.heights_unit_um.or(s.heights_unit_um);
         let lengths = Lengths::new(s.heights.as_deref(), &self.file, &self.map, Units::Named, false)?;
         self.map.set(s, &mut scene.laboratory, &mut scene.continuum, &lengths)
     }

@@ -46,6 +46,9 @@ struct SweepFlags {
     overwrite: bool,
     #[command(flatten)]
     stages: StageFlags,
+    /// Leave out the atoms.
+    #[arg(long)]
+    no_atoms: bool,
     /// Print the points with their memory and time, without running them.
     #[arg(long)]
     dry_run: bool,
@@ -76,7 +79,7 @@ impl EnsembleArguments {
 
 impl SweepFlags {
     fn change(&self, scene: &mut Scene) {
-        if self.stages.no_atoms {
+        if self.no_atoms {
             scene.atoms = None;
         }
     }

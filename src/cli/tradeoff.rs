@@ -1,3 +1,4 @@
+use super::run::StageFlags;
 use super::{output, programs, progress::TerminalProgress};
 use crate::method::{self, ContactMethod, REGISTRY};
 use crate::pipeline::{self, OutFolder, TradeoffRequest};
@@ -51,12 +52,8 @@ pub(super) struct Tradeoff {
     /// Number of runs of each setting; the fastest counts. Default: one, or three to thirty for settings that take less than a second.
     #[arg(long, value_name = "N")]
     repeats: Option<usize>,
-    /// Reuse finished parts of the folder without comparing their files with the stored hashes.
-    #[arg(long)]
-    no_verify: bool,
-    /// Execute the program that the scene names as atoms.program.
-    #[arg(long)]
-    allow_program: bool,
+    #[command(flatten)]
+    stages: StageFlags,
     /// One line of JSON on stdout.
     #[arg(long)]
     json: bool,
@@ -91,9 +88,9 @@ impl Tradeoff {
             layer_thicknesses: self.layer_thickness,
             blocks: (!self.atoms.is_empty()).then(|| self.atoms.iter().map(|a| block(a)).collect()).transpose()?,
         };
-        programs::check(&case, self.allow_program)?;
+        programs::check(&case, self.stages.allow_program)?;
         let progress = TerminalProgress::new();
-        let folder = OutFolder { path: &out, verify: !self.no_verify };
+        let folder = OutFolder { path: &out, verify: !self.stages.no_verify };
         let (tradeoff, page) = pipeline::tradeoff(&case, &request, folder, &progress)?;
         drop(progress);
         if self.json {

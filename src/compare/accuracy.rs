@@ -140,8 +140,8 @@ pub fn richardson(levels: &[f64]) -> Option<Extrapolation> {
     if !ORDERS.contains(&order) {
         return Some(plain);
     }
-    let way = (finest - middle) / (ratio - 1.0);
-    Some(Extrapolation { value: finest + way, finest, uncertainty: Some(way.abs()), order: Some(order) })
+    let change = (finest - middle) / (ratio - 1.0);
+    Some(Extrapolation { value: finest + change, finest, uncertainty: Some(change.abs()), order: Some(order) })
 }
 
 /// Lowest and highest order assumed for the convergence of maps and distributions: second order for smooth fields, and

@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn one_grid_tells_nothing() {
+    fn one_grid_gives_no_forecast() {
         assert_eq!(forecast(&[ran(32.0, 5.0, 1.0)], 4096.0), None);
         assert_eq!(forecast(&[], 4096.0), None);
         // A grid with zero time does not count.

@@ -1,5 +1,6 @@
 //! The periodic grid, its wave vectors, the real transform on it and sums whose order does not depend on threads.
 
+mod cell_list;
 mod distance;
 mod half_spectrum;
 mod interpolate;
@@ -11,6 +12,7 @@ mod sums;
 mod transform;
 mod union_find;
 
+pub use cell_list::CellList;
 pub use distance::{NO_NODE, minimum_image, nearest_marked};
 pub use half_spectrum::HalfSpectrum;
 pub use interpolate::{bilinear, interpolate};

@@ -69,7 +69,7 @@ mod tests {
     const ROUNDING: f64 = 1e-12;
 
     #[test]
-    fn what_is_spread_is_all_there_and_has_the_asked_width() {
+    fn smoothing_keeps_the_sum_and_has_the_given_width() {
         let grid = Grid { nx: 60, ny: 48, lx: 1.0, ly: 0.8 };
         let points = [([0.31, 0.77], 2.5), ([-0.01, 0.4], -1.0), ([0.999, 0.01], 0.25)];
         for width in [0.0, 1e-4, 0.01, 0.05, 0.3] {

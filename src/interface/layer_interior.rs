@@ -63,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn the_surface_moves_as_the_kernel_says_and_the_base_not_at_all() {
+    fn the_surface_moves_by_the_kernel_and_the_base_is_fixed() {
         for poisson in [0.0, 0.3, 0.45] {
             let layer = layer(poisson);
             for q in [0.01, 1.0, 6.0, 40.0, 174.0, 176.0, 1e4] {

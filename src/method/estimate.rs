@@ -1,4 +1,4 @@
-use super::{Load, Run, Stop};
+use super::{Load, Run, State, Stop};
 use crate::observe::{Distribution, StressDistribution};
 use crate::{Error, Result};
 
@@ -58,6 +58,20 @@ impl Estimate<'_> {
             iterations: 0,
             fft_pairs: 0.0,
             seconds: 0.0,
+        }
+    }
+
+    /// An estimate with the mean gap, convergence and transforms of a solver's state under a pressure, on which the method is based.
+    pub(super) fn solved(pressure: f64, state: &State, tolerance: f64) -> Self {
+        Estimate {
+            mean_gap: Some(state.mean_gap),
+            load_error: state.load_error,
+            residual: state.residual,
+            tolerance,
+            stop: state.stop,
+            iterations: state.iterations,
+            fft_pairs: state.fft_pairs,
+            ..Estimate::at(pressure)
         }
     }
 }

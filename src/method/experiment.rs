@@ -20,9 +20,9 @@ use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Observer, Plan, Problem, Quantity,
     Settings, Started, Support, fast, require,
 };
+use crate::Result;
 use crate::grid::{Grid, Transform};
 use crate::interface::{Adhesion, Base, Elastic, Layer, RangeChoice};
-use crate::{Error, Result};
 use rustfft::num_complex::Complex;
 use std::time::Instant;
 
@@ -75,11 +75,11 @@ impl ExperimentSettings {
         for (key, value) in lengths {
             if !(value >= 0.0 && value.is_finite()) {
                 let key = format!("experiment.{key}");
-                return Err(Error::input("method experiment", key, value, "a length of at least 0"));
+                return Err(require::refused(CARD.id, &key, value, "a length of at least 0"));
             }
         }
         if !(0.0..=0.5).contains(&self.poisson) {
-            return Err(Error::input("method experiment", "experiment.poisson", self.poisson, "0 to 0.5"));
+            return Err(require::refused(CARD.id, "experiment.poisson", self.poisson, "0 to 0.5"));
         }
         Ok(())
     }
@@ -144,16 +144,7 @@ impl Estimator for Laboratory<'_> {
             run.set_gap(&self.last);
         }
         let state = run.equilibrate(Load::Pressure(pressure))?;
-        let found = Estimate {
-            mean_gap: Some(state.mean_gap),
-            load_error: state.load_error,
-            residual: state.residual,
-            tolerance: self.problem.tolerance,
-            stop: state.stop,
-            iterations: state.iterations,
-            fft_pairs: state.fft_pairs,
-            ..Estimate::at(pressure)
-        };
+        let found = Estimate::solved(pressure, &state, self.problem.tolerance);
         self.last = state.gap.to_vec();
         drop(run);
         self.contact = photograph(grid, &self.last, settings.optical_gap, settings.pixel_size);

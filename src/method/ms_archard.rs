@@ -15,9 +15,9 @@ use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Observer, Plan, Problem, Quantity,
     Settings, Started, Stop, Support,
 };
+use crate::Result;
 use crate::interface::{Adhesion, Law};
 use crate::surface::PowerSpectrum;
-use crate::{Error, Result};
 use std::time::Instant;
 
 pub(super) struct MsArchard;
@@ -75,19 +75,13 @@ impl ContactMethod for MsArchard {
 
     fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         let power = require::isotropic_power(problem, CARD.id)?;
-        let refuse = |key: &str, found: String, accepted: &str| {
-            Err(Error::input(format!("method {}", CARD.id), key, found, accepted))
-        };
         let ratio = problem.settings.ms_archard.band_ratio;
         if !(ratio > 1.0 && ratio <= WIDEST) {
-            return refuse("ms-archard.band_ratio", ratio.to_string(), "above 1 and at most 1e6");
+            return Err(require::refused(CARD.id, "ms-archard.band_ratio", ratio, "above 1 and at most 1e6"));
         }
         if let Adhesion::PowerLaw93(_) = problem.adhesion {
-            return refuse(
-                "adhesion",
-                problem.adhesion.to_string(),
-                "a law with its largest attraction at zero gap: exponential, Dugdale or none",
-            );
+            let accepted = "a law with its largest attraction at zero gap: exponential, Dugdale or none";
+            return Err(require::refused(CARD.id, "adhesion", problem.adhesion, accepted));
         }
         Ok(estimating(Stack { bands: bands(power, ratio), adhesion: problem.adhesion, observer }))
     }

@@ -315,6 +315,14 @@ pub struct Plan {
     pub seconds: f64,
 }
 
+impl Plan {
+    /// Cost of an estimate without transforms; `bytes` and `seconds` per point of the grid.
+    pub(super) fn per_point(problem: &Problem, bytes: u64, iterations: usize, seconds: f64) -> Self {
+        let points = problem.grid.points();
+        Plan { bytes: bytes * points as u64, iterations, pairs_per_iteration: 0.0, seconds: seconds * points as f64 }
+    }
+}
+
 /// Why a solver stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

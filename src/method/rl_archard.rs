@@ -12,11 +12,10 @@ use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Heights, Kind, Load, Needs, Observer, Plan, Problem, Quantity,
     Started, Support,
 };
+use crate::Result;
 use crate::grid::{Grid, Series, Transform};
-use crate::interface::Adhesion;
 use crate::observe::contact_area;
 use crate::surface::PowerSpectrum;
-use crate::{Error, Result};
 use std::f64::consts::PI;
 use std::time::Instant;
 
@@ -93,18 +92,13 @@ impl ContactMethod for RlArchard {
     fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         require::half_space(problem, CARD.id)?;
         require::hard_wall(problem, CARD.id)?;
-        let refuse = |key: &str, found: String, accepted: String| {
-            Err(Error::input(format!("method {}", CARD.id), key, found, accepted))
-        };
-        if problem.adhesion != Adhesion::None {
-            return refuse("adhesion", problem.adhesion.to_string(), "none: this method models no adhesion".into());
-        }
+        require::no_adhesion(problem, CARD.id)?;
         let grid = problem.grid;
         let most = resolved(grid);
         let modes = problem.settings.rl_archard.cut_off_modes.unwrap_or(CUT_OFF.min(most));
         if modes == 0 || modes > most {
             let accepted = format!("1 to {most}, the waves that {} x {} points resolve", grid.nx, grid.ny);
-            return refuse("rl-archard.cut_off_modes", modes.to_string(), accepted);
+            return Err(require::refused(CARD.id, "rl-archard.cut_off_modes", modes, accepted));
         }
         let own;
         let series = match problem.heights {
@@ -117,7 +111,7 @@ impl ContactMethod for RlArchard {
         let power = PowerSpectrum::from_series(series, grid);
         let gradient = power.rms_gradient();
         if gradient.is_nan() || gradient <= 0.0 {
-            return refuse("heights", "no waves".into(), "a rough surface".into());
+            return Err(require::refused(CARD.id, "heights", "no waves", "a rough surface"));
         }
         // The margin retains waves with exactly the cut-off length.
         let aspect = grid.lx / grid.ly;
@@ -170,15 +164,9 @@ impl Estimator for Layered<'_> {
         let points = self.grid.points() as f64 / self.problem.grid.points() as f64;
         Ok(Estimate {
             contact_fraction: long * layer,
-            mean_gap: Some(state.mean_gap),
-            load_error: state.load_error,
-            residual: state.residual,
-            tolerance: self.problem.tolerance,
-            stop: state.stop,
-            iterations: state.iterations,
             fft_pairs: state.fft_pairs * points,
             seconds: clock.elapsed().as_secs_f64(),
-            ..Estimate::at(pressure)
+            ..Estimate::solved(pressure, &state, self.problem.tolerance)
         })
     }
 }

@@ -9,8 +9,7 @@ use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Observer, Plan, Problem, Quantity, Started,
     Stop, Support,
 };
-use crate::interface::Adhesion;
-use crate::{Error, Result};
+use crate::Result;
 use std::f64::consts::{PI, SQRT_2};
 use std::time::Instant;
 
@@ -61,10 +60,7 @@ impl ContactMethod for Scgw {
 
     fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
         let power = require::isotropic_power(problem, CARD.id)?;
-        if problem.adhesion != Adhesion::None {
-            let place = format!("method {}", CARD.id);
-            return Err(Error::input(place, "adhesion", problem.adhesion, "none: its asperities are Hertz contacts"));
-        }
+        require::no_adhesion(problem, CARD.id)?;
         let (m0, m2, m4) = power.moments();
         Ok(estimating(Asperities { summits: Summits::new(m0, m2, m4), observer }))
     }
@@ -185,9 +181,9 @@ impl Estimator for Asperities<'_> {
         let rms = summits.m0.sqrt();
         let (mut low, mut high) = (-HIGHEST * rms, HIGHEST * rms);
         if summits.above(low).pressure < pressure {
-            let most =
-                format!("at most {:.3}, the largest pressure that its asperities carry", summits.above(low).pressure);
-            return Err(Error::input(format!("method {}", CARD.id), "pressure", pressure, most));
+            let most = summits.above(low).pressure;
+            let accepted = format!("at most {most:.3}, the largest pressure that its asperities carry");
+            return Err(require::refused(CARD.id, "pressure", pressure, accepted));
         }
         let (mut stop, mut iterations) = (Stop::Converged, 0);
         while iterations < HALVINGS {

@@ -76,10 +76,7 @@ impl ContactMethod for Srgw {
     fn plan(&self, problem: &Problem) -> Plan {
         // Heights, gap and stress, and one summit per about 20 nodes; for the Fourier fit also a spectrum.
         let fourier = u64::from(problem.settings.srgw.fit == SummitFit::Fourier);
-        let per_point = 3 * 8 + 16 * fourier + 4;
-        let points = problem.grid.points();
-        let seconds = SECONDS_PER_POINT * points as f64;
-        Plan { bytes: per_point * points as u64, iterations: 50, pairs_per_iteration: 0.0, seconds }
+        Plan::per_point(problem, 3 * 8 + 16 * fourier + 4, 50, SECONDS_PER_POINT)
     }
 
     fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {

@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn one_spot_conducts_as_holm_says() {
+    fn one_spot_has_the_conductance_of_holm() {
         assert!((constriction_conductance([std::f64::consts::PI * 0.04]) - 0.4).abs() < 1e-15);
         assert_eq!(constriction_conductance([]), 0.0);
     }

@@ -147,8 +147,8 @@ pub fn shortest_wavelength(surface: &Surface) -> f64 {
 fn accepted(known: &[Advice], beyond: &[Advice], quantity: Quantity, limit: Limit) -> String {
     if let Some(a) = choose(beyond, quantity, limit) {
         return format!(
-            "what some measured setting reaches; --extrapolate (in a scene accuracy.extrapolate = true) would take {} on {} points per \
-             side, of which was not measured: {}",
+            "a limit that a measured setting reaches; or --extrapolate (in a scene accuracy.extrapolate = true), which chooses {} on {} \
+             points per side, beyond the measurements: {}",
             a.method,
             a.grid,
             a.extrapolated.join("; ")

@@ -149,7 +149,7 @@ impl Stage for LammpsStage<'_> {
         // The loads are not part of this key: the job folder determines which finished steps are valid for other loads.
         let program = (block, crystal_key(scene, atoms), potential, self.0.engine().describe(), script.hash());
         let steps = (step, scene.force_tolerance_ev_per_angstrom, scene.plasticity, pair_key(case));
-        let history = Key::new("ladder", &(program, steps), &[geometry])?;
+        let history = Key::new("load steps", &(program, steps), &[geometry])?;
         let key = match atoms.start {
             Start::Continuum => {
                 Key::new(LAMMPS, &(case.scene.load.p_star_path(), atoms.nvt.is_some()), &[&history, matched])?

@@ -67,7 +67,7 @@ pub(super) fn write_job(
     let interaction = frame_analysis::interaction(atoms);
     let indenter = Indenter::above(&atoms.block, atoms.points, heights, interaction.touch_angstrom())?;
     let highest = case.highest_p_star();
-    let way = atoms.first_touch_gap_angstrom / scene.step_or_default();
+    let approach_steps = atoms.first_touch_gap_angstrom / scene.step_or_default();
     let settings = RelaxationSettings {
         force_tolerance: scene.force_tolerance_ev_per_angstrom,
         load_unit: atoms.load_unit,
@@ -80,7 +80,7 @@ pub(super) fn write_job(
         step_angstrom: scene.step_or_default(),
         // The ramp ends at the first step beyond the highest load, which is interpolated between two steps.
         max_load: highest * atoms.load_unit,
-        max_steps: way.ceil() as usize + SPARE_STEPS,
+        max_steps: approach_steps.ceil() as usize + SPARE_STEPS,
         unload: atoms.unload,
     };
     let configurations = solved.map(|s| initial_configurations(case, atoms, &indenter, s)).transpose()?;

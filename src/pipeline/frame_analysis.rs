@@ -139,7 +139,7 @@ impl<'a> FrameAnalyzer<'a> {
             gap_map: in_stage("gap", "npy"),
             frame: self.wants.maps.then(|| in_stage("frame", "xyz")),
             indenter_shift_angstrom: down - between.displacement_angstrom,
-            criteria: if self.wants.distributions { self.ways(frame, &forces, &touching) } else { Vec::new() },
+            criteria: if self.wants.distributions { self.criteria(frame, &forces, &touching) } else { Vec::new() },
             sensitivity: distances.map(|d| [d, near(d).fraction()]).collect(),
             stress: stress.map(|stress| AtomStress {
                 width_angstrom: atoms.stress_width_angstrom,
@@ -159,9 +159,9 @@ impl<'a> FrameAnalyzer<'a> {
         spread(self.atoms.matched, reduced, self.atoms.stress_width_angstrom / length)
     }
 
-    fn ways(&self, frame: &Frame, forces: &IndenterForces, touching: &Contact) -> Vec<ContactByCriterion> {
+    fn criteria(&self, frame: &Frame, forces: &IndenterForces, touching: &Contact) -> Vec<ContactByCriterion> {
         let (sites, least) = (self.atoms.block.surface(), self.atoms.contact_force);
-        let way = |id: &str, criterion: String, found: &Contact| ContactByCriterion {
+        let by = |id: &str, criterion: String, found: &Contact| ContactByCriterion {
             id: id.into(),
             criterion,
             atoms: found.ids.len(),
@@ -182,12 +182,12 @@ impl<'a> FrameAnalyzer<'a> {
         let area: f64 =
             ids.iter().zip(shares).filter(|(id, _)| touching.ids.binary_search(id).is_ok()).map(|p| p.1).sum();
         vec![
-            way("distance", format!("an indenter atom within {CONTACT_DISTANCE_ANGSTROM} Å"), touching),
-            way("compressed", "the indenter's normal force presses".into(), &pressed),
-            way("force_threshold", format!("the indenter presses with more than {least} eV/Å"), &loaded),
+            by("distance", format!("an indenter atom within {CONTACT_DISTANCE_ANGSTROM} Å"), touching),
+            by("compressed", "the indenter's normal force presses".into(), &pressed),
+            by("force_threshold", format!("the indenter presses with more than {least} eV/Å"), &loaded),
             ContactByCriterion {
                 contact_fraction: area / sites.length().powi(2),
-                ..way("voronoi_area", "Voronoi share of the atoms within the distance".into(), touching)
+                ..by("voronoi_area", "Voronoi share of the atoms within the distance".into(), touching)
             },
         ]
     }

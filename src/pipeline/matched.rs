@@ -130,7 +130,7 @@ fn of_depth(state: &StateResults, deep: &StateResults) -> [UncertaintyComponent;
 pub(super) fn compliant_wall(case: &Case, atoms: &AtomsCase, at: &StageContext) -> Result<ContinuumResults> {
     let matching = Matching {
         kernel: atoms.kernel(),
-        wall: Wall::Tabulated(atoms.soft_wall()),
+        wall: Wall::Tabulated(atoms.compliant_law()),
         is_compliant: true,
         tag: "compliant wall",
         criterion: "the wall pushes",

@@ -12,7 +12,7 @@ use crate::scene::{AtomsCase, Case};
 pub(super) struct ProbeAtoms<'a> {
     sites: &'a Sites,
     wall: &'a Wall,
-    giving: CompliantWall,
+    compliant_wall: CompliantWall,
     indenter: Indenter,
     /// Position of each site's atom at zero gap, Å, in the order of [`Profile`]: for the atoms' own heights and for the
     /// dilated heights. The indenter is at its initial position.
@@ -41,7 +41,7 @@ impl<'a> ProbeAtoms<'a> {
             sites.positions().iter().map(|&[x, y]| [x * length, y * length, z(x, y)]).collect()
         };
         let closed = [under(&fine), under(&atoms.dilated_heights_angstrom(&case.surface))];
-        Ok(ProbeAtoms { sites, wall: &atoms.wall, giving: atoms.compliant_wall(), indenter, closed, length })
+        Ok(ProbeAtoms { sites, wall: &atoms.wall, compliant_wall: atoms.compliant_wall(), indenter, closed, length })
     }
 
     /// Distance by which each site's atom can rise until an indenter atom is at `distance`, Å. The surface is at the
@@ -65,7 +65,7 @@ impl<'a> ProbeAtoms<'a> {
 
     /// Height of each site's atom above the mean surface without a force on it, Å, at the `gap` (units of L).
     pub(super) fn unpressed(&self, gap: Field) -> Vec<f64> {
-        self.sites.sample(gap).into_iter().map(|gap| self.giving.rise(gap * self.length)).collect()
+        self.sites.sample(gap).into_iter().map(|gap| self.compliant_wall.rise(gap * self.length)).collect()
     }
 }
 

@@ -89,7 +89,7 @@ pub fn statistics(case: &Case, heights: &[f64]) -> Vec<Statistic> {
     let (expected, on_grid) = match surface {
         Surface::Synthesised { spectrum, modes, .. } => (
             Some(spectrum.expected(grid.ly / grid.lx, 0.0)),
-            (!modes.held_by(grid)).then(|| spectrum.expected_on(grid)),
+            (!modes.resolved_on(grid)).then(|| spectrum.expected_on(grid)),
         ),
         Surface::Imported { .. } | Surface::Fourier { .. } => (None, None),
     };

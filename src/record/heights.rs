@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn npy_comes_back_to_the_bit_with_what_it_declares() {
+    fn npy_round_trip_keeps_bits_and_declarations() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("map.npy");
         let full = Declared {

@@ -306,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn a_full_disk_is_told_from_other_failures() {
+    fn a_full_disk_is_distinguished_from_other_failures() {
         let full = mcap::McapError::Io(io::ErrorKind::StorageFull.into());
         assert_eq!(write_error(Path::new("run.mcap"), full).exit_code(), 5);
         assert_eq!(write_error(Path::new("run.mcap"), "no schema").exit_code(), 2);

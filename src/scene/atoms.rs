@@ -342,14 +342,15 @@ impl AtomsCase {
     }
 
     /// The same, reduced.
-    pub fn soft_wall(&self) -> TabulatedWall {
+    pub fn compliant_law(&self) -> TabulatedWall {
         self.compliant_wall().reduced(self.block.length(), self.modulus_gpa / GPA_PER_EV_A3)
     }
 
-    /// Adhesion of the continuum to be compared with the atoms, for a hard or for the soft wall.
-    pub fn matched_adhesion(&self, soft: bool) -> Adhesion {
-        self.adhesion
-            .map_or(Adhesion::None, |a| Adhesion::exponential(a.gamma * if soft { a.calibration } else { 1.0 }, a.rho))
+    /// Adhesion of the continuum to be compared with the atoms, for a hard or for the compliant wall.
+    pub fn matched_adhesion(&self, compliant: bool) -> Adhesion {
+        self.adhesion.map_or(Adhesion::None, |a| {
+            Adhesion::exponential(a.gamma * if compliant { a.calibration } else { 1.0 }, a.rho)
+        })
     }
 
     pub(super) fn warnings(&self, gradient: f64, ranks: usize) -> Vec<String> {

@@ -368,7 +368,7 @@ fn grid(scene: &Scene, surface: &Surface, place: &str) -> Result<Grid> {
     let n = scene.surface.grid;
     match surface {
         Surface::Imported { grid, .. } => Ok(*grid),
-        Surface::Fourier { modes, .. } if !modes.held_by(Grid::unit(n.max(1), n.max(1))) => {
+        Surface::Fourier { modes, .. } if !modes.resolved_on(Grid::unit(n.max(1), n.max(1))) => {
             let least = modes.smallest_grid();
             let accepted =
                 format!("at least {least}, which holds every wave, or surface.low_pass_um that leaves fewer");

@@ -25,7 +25,7 @@ pub struct LoadScene {
     #[serde(default, deserialize_with = "list_or_range", skip_serializing_if = "Vec::is_empty")]
     #[schemars(with = "Loads")]
     pub force_mn: Vec<f64>,
-    /// Mean gaps instead, µm: they reach states that no pressure sustains.
+    /// Mean gaps instead, µm. They reach states that are unstable under a prescribed pressure.
     #[serde(default, deserialize_with = "list_or_range", skip_serializing_if = "Vec::is_empty")]
     #[schemars(with = "Loads")]
     pub mean_gap_um: Vec<f64>,

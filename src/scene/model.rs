@@ -70,7 +70,7 @@ impl Scene {
 #[serde(deny_unknown_fields, default)]
 pub struct SurfaceScene {
     /// Points per side of the grid on which the continuum is solved (a synthesised surface, or one from Fourier coefficients;
-    /// a height map has its own).
+    /// a height map keeps its points).
     pub grid: usize,
     /// Seed of the random phases and amplitudes.
     pub seed: u64,

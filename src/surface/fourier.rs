@@ -81,7 +81,7 @@ impl FourierModes {
         2 * self.largest + 1
     }
 
-    pub fn held_by(&self, grid: Grid) -> bool {
+    pub fn resolved_on(&self, grid: Grid) -> bool {
         grid.nx.min(grid.ny) >= self.smallest_grid()
     }
 
@@ -161,7 +161,7 @@ mod tests {
                 (0..n * n).map(|i| sum((i % n) as f64 / n as f64, (i / n) as f64 / n as f64)).collect();
             for found in [modes(&half), modes(&whole)] {
                 assert!(found.heights(grid, 0.0).iter().zip(&exact).all(|(f, e)| (f - e).abs() < 1e-14), "{n}");
-                assert!(found.held_by(grid) && !found.held_by(Grid::unit(6, 6)));
+                assert!(found.resolved_on(grid) && !found.resolved_on(Grid::unit(6, 6)));
             }
         }
         let long = modes(&half).heights(Grid::unit(8, 8), 0.9);

@@ -104,7 +104,7 @@ impl Modes {
 
     /// Warning if the grid does not resolve all modes of the spectrum.
     pub fn left_out_by(&self, grid: Grid) -> Option<String> {
-        (!self.held_by(grid)).then(|| {
+        (!self.resolved_on(grid)).then(|| {
             let kept = self.spectrum.expected_on(grid).rms_gradient;
             format!(
                 "the grid of {0}² points cannot hold λ_s: modes above n = {1} are left out and {kept:.3} of the rms gradient \
@@ -118,7 +118,7 @@ impl Modes {
     }
 
     /// Whether a grid resolves every mode of the spectrum.
-    pub fn held_by(&self, grid: Grid) -> bool {
+    pub fn resolved_on(&self, grid: Grid) -> bool {
         let (kx, ky) = self.spectrum.largest_modes(self.aspect);
         2 * kx < grid.nx as i64 && 2 * ky < grid.ny as i64
     }
@@ -170,7 +170,7 @@ mod tests {
         let mut outliers = 0;
         for seed in 1..=SEEDS {
             let modes = Modes::new(Spectrum::CHALLENGE, seed, 1.0);
-            assert!(modes.held_by(grid));
+            assert!(modes.resolved_on(grid));
             let heights: Vec<f64> = modes.heights(grid, 0.0);
             let m = moments(grid, &heights);
             let r = range(&heights);

@@ -34,7 +34,7 @@ fn read(case: &Case, job: &Job) -> (AtomsResults, Unloading) {
 }
 
 /// Checks that contact and mean gap are equal on both branches at each load.
-fn comes_back_the_same(found: &AtomsResults, back: &Unloading) {
+fn unloads_along_the_loading_curve(found: &AtomsResults, back: &Unloading) {
     assert_eq!(found.states.len(), LOADS.len());
     assert_eq!(back.states.iter().map(|s| s.p_star).collect::<Vec<_>>(), [LOADS[0]]);
     for change in &back.changes {
@@ -71,7 +71,7 @@ fn unloading_without_adhesion_is_reversible() {
     let last = records.last().expect("steps");
     assert_eq!((last.contacts, last.load), (0, 0.0));
     let (found, back) = read(&case, &job);
-    comes_back_the_same(&found, &back);
+    unloads_along_the_loading_curve(&found, &back);
     assert_eq!((back.reversal_step, back.separated), (turn, Some(true)));
 }
 
@@ -89,7 +89,7 @@ fn prescribed_loads_unload_reversibly() {
     assert!((records[3].load / (LOADS[0] * unit) - 1.0).abs() < 1e-3);
     assert!((records[3].displacement_angstrom - records[1].displacement_angstrom).abs() < 0.01);
     let (found, back) = read(&case, &job);
-    comes_back_the_same(&found, &back);
+    unloads_along_the_loading_curve(&found, &back);
     assert_eq!(back.separated, None);
 }
 

@@ -147,7 +147,7 @@ fn the_surface_of_a_scene_is_the_scene_s() {
 }
 
 #[test]
-fn solve_says_all_that_scripts_rely_on() {
+fn output_of_solve_for_scripts() {
     let scratch = Scratch::new();
     let file = scratch.surface("h.npy");
     for method in ["gfmd", "bvm"] {
@@ -320,7 +320,7 @@ fn threads_change_no_bit() {
 }
 
 #[test]
-fn a_solver_that_does_not_converge_says_so_and_keeps_what_it_has() {
+fn a_state_without_convergence_is_marked_and_stored() {
     let scratch = Scratch::new();
     let (file, out) = (scratch.surface("h.npy"), scratch.path("out"));
     let flags = ["--length", "100", "--pressure", "0.01", "--max-iterations", "3", "--json"];
@@ -515,7 +515,7 @@ fn plans_and_progress_are_for_people() {
 
 /// Statistics of a surface on a coarse grid are compared with the part of the spectrum that the grid resolves.
 #[test]
-fn a_coarse_grid_is_told_what_it_can_hold() {
+fn a_coarse_grid_is_refused_with_the_resolved_waves() {
     let found = answer(&["surface", "--grid", "64", "--json"]);
     let of = |symbol: &str| {
         let all = found["statistics"].as_array().expect("a list");

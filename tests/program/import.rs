@@ -23,7 +23,7 @@ fn fixture(name: &str) -> PathBuf {
 
 /// Unit and length for files that do not declare them, unless the flags have them.
 fn defaults(flags: &[&str]) -> Vec<&'static str> {
-    let unit: &[&str] = if flags.contains(&"--heights-unit-um") { &[] } else { &["--unit", "um"] };
+    let unit: &[&str] = if flags.contains(&"--unit") { &[] } else { &["--unit", "um"] };
     let length: &[&str] = if flags.contains(&"--length") { &[] } else { &["--length", "100um"] };
     [unit, length].concat()
 }
@@ -140,7 +140,7 @@ fn coefficients_give_heights_on_any_grid() {
         }
     }
     // Only wavelengths of at least 0.9 L remain: cos u.
-    let output = surface("series.dat", &["--fourier", "series", "--low-pass-um", "90", "--grid", "4", "--out", out]);
+    let output = surface("series.dat", &["--fourier", "series", "--low-pass", "90um", "--grid", "4", "--out", out]);
     assert!(output.status.success(), "{}", stderr(&output));
     let cosine = npy::read(Path::new(out)).expect("written").values;
     assert!(cosine[..4].iter().zip([1.0, 0.5, 0.0, 0.5]).all(|(f, e)| (f - e).abs() < 1e-12), "{cosine:?}");
@@ -270,7 +270,7 @@ fn what_is_damaged_or_ambiguous_is_refused() {
         ("series.dat", &["--fourier", "fftw"], &["--fourier-points = not given"]),
         ("series.dat", &["--fourier", "series", "--fourier-points", "8"], &["--fourier-points = 8"]),
         ("fftw.dat", &["--fourier", "fftw", "--fourier-points", "6", "--grid", "8"], &["q = (2, -3)", "half of the 6"]),
-        ("plain.h5", &["--low-pass-um", "3"], &["accepted: 33.3", "--low-pass = 3", "2 points"]),
+        ("plain.h5", &["--low-pass", "3um"], &["accepted: 33.3", "--low-pass = 3", "2 points"]),
     ] {
         let about = if pieces[0].starts_with("--") { "command line" } else { name };
         refused(&surface(name, flags), about, pieces);
@@ -335,7 +335,7 @@ fn text_that_is_spoilt_is_refused_with_its_line() {
 
 /// Four columns of integers are a map if this is specified.
 #[test]
-fn a_map_four_points_wide_is_one_when_it_is_said() {
+fn a_table_of_four_columns_is_a_map_on_request() {
     let scratch = tempfile::tempdir().expect("scratch");
     let path = scratch.path().join("narrow.txt");
     std::fs::write(&path, "1 2 3 4\n2 3 4 1\n0 1 2 2\n").expect("written");
@@ -382,11 +382,11 @@ fn text_is_taken_for_what_it_is() {
 /// A unit declared in a file is not overridden; `solve` uses lengths in the unit of the file.
 #[test]
 fn a_declared_unit_is_compared() {
-    let nm = &["--heights-unit-um", "0.001"];
+    let nm = &["--unit", "nm"];
     refused(
         &surface("packed.nc", nm),
         "command line",
-        &["--unit = 0.001; accepted: um (1 µm), as ", "packed.nc declares"],
+        &["--unit = nm; accepted: um (1 µm), as ", "packed.nc declares"],
     );
     let scratch = tempfile::tempdir().expect("scratch");
     let path = scratch.path().join("nm.txt");

@@ -339,12 +339,12 @@ fn channels_that_cannot_be_meant_are_refused() {
 #[test]
 fn the_program_reads_instruments_files() {
     let scratch = tempfile::tempdir().expect("scratch");
-    for (name, unit) in [("float32.x3p", "1e6"), ("int16.sur", "1e-3")] {
+    for (name, unit) in [("float32.x3p", "m"), ("int16.sur", "nm")] {
         let path = scratch.path().join("map.txt");
         std::fs::copy(folder().join(name), &path).expect("copied");
         let out = scratch.path().join("out.npy");
         let mut command = asperity();
-        command.arg("surface").arg(&path).args(["--touching", "high-points", "--heights-unit-um", unit, "--out"]);
+        command.arg("surface").arg(&path).args(["--touching", "high-points", "--unit", unit, "--out"]);
         let output = command.arg(&out).output().expect("started");
         assert!(output.status.success(), "{name}: {}", stderr(&output));
     }

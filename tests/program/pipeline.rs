@@ -184,7 +184,7 @@ fn a_killed_run_resumes_and_leaves_no_orphan() {
 }
 
 #[test]
-fn an_interrupted_run_says_so_and_resumes() {
+fn an_interrupted_run_reports_it_and_resumes() {
     let Some(_lammps) = lammps(1) else { return };
     let bench = Bench::new();
     let scene = bench.scene("[0.01, 0.02]", FINE, "");

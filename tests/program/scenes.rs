@@ -138,7 +138,7 @@ fn a_scene_that_is_not_there_is_named() {
 
 /// The `.npy` file is created here, because the folder of scenes contains only text.
 #[test]
-fn a_height_that_is_no_number_is_told_by_row_and_column() {
+fn a_height_that_is_no_number_is_reported_by_row_and_column() {
     const SCENE: &str = "name = \"n\"\n[laboratory]\nlength_um = 1\ncontact_modulus_mpa = 1\n[surface]\nheights = \"h.npy\"\nunit = \"um\"\n\
                          touching = \"low-points\"\n[load]\np_star = [0.01]\n";
     let scratch = tempfile::tempdir().expect("scratch");

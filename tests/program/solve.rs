@@ -70,7 +70,7 @@ fn loads_one_after_another() {
 /// The range used on a grid is reported; extrapolation to the requested range is done only if the grid does not resolve
 /// it.
 #[test]
-fn ranges_are_told() {
+fn adhesion_ranges_are_reported() {
     let with_range = |range: &str, rho: &str| {
         lines(&["--pressure", "0.01", "--gamma", "9e-4", "--rho", rho, "--range", range]).swap_remove(0)
     };
@@ -193,7 +193,7 @@ fn a_folder_is_one_solve() {
 
 /// A plan counts coarser grids and the states stored during separation. A solve that is said to fit does fit.
 #[test]
-fn plans_count_what_is_held_beside_the_solver() {
+fn plans_count_memory_outside_the_solver() {
     let planned = |more: &[&str]| number(&json_line(&solve(&[&STICKY[..], &["--dry-run"], more].concat())), "bytes");
     let (one, two) = (planned(&["--pressure", "0.01"]), planned(&["--pressure", "0.01,0.02"]));
     let apart = planned(&["--pressure", "0.01,0.02", "--pull-off"]);

@@ -214,7 +214,7 @@ fn a_killed_benchmark_resumes() {
 }
 
 #[test]
-fn a_budget_leaves_out_and_says_so() {
+fn settings_beyond_the_budget_are_listed() {
     let bench = Bench::new(SCENE);
     let flags = ["--methods", "fast,gfmd,bvm", "--budget", "0.1s"];
     let results = bench.table("run", &flags);

@@ -49,7 +49,7 @@ fn browse(chromium: &Path, page: &Path, home: &Path, flags: &[&str]) -> (String,
 }
 
 #[test]
-fn a_report_is_whole_in_a_browser() {
+fn a_report_loads_completely_in_a_browser() {
     let Some(chromium) = chromium() else { return };
     let scratch = tempfile::tempdir().expect("scratch");
     let run = scratch.path().join("run");

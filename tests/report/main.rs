@@ -57,7 +57,7 @@ fn page(folder: &Path) -> String {
 }
 
 #[test]
-fn a_full_report_is_whole_and_self_contained() {
+fn a_full_report_is_complete_and_self_contained() {
     let folder = kept("full");
     run_folder(&folder);
     let page = page(&folder);

@@ -172,19 +172,19 @@ fn records(list: &[(f64, f64, usize)]) -> Vec<StepRecord> {
 
 #[test]
 fn loading_ends_at_the_maximum_load_and_unloading_at_separation() {
-    let way = records(&[(0.0, 0.0, 0), (0.3, 2.0, 3), (0.6, 5.5, 8), (0.3, 2.0, 3), (0.0, 0.1, 1), (-0.3, 0.0, 0)]);
+    let steps = records(&[(0.0, 0.0, 0), (0.3, 2.0, 3), (0.6, 5.5, 8), (0.3, 2.0, 3), (0.0, 0.1, 1), (-0.3, 0.0, 0)]);
     let (_folder, down) = job(false, false);
-    assert_eq!((down.reversal_step(&way), down.end(&way), down.end(&way[..2])), (None, Some(2), None));
+    assert_eq!((down.reversal_step(&steps), down.end(&steps), down.end(&steps[..2])), (None, Some(2), None));
     let (_folder, both) = job(false, true);
-    assert_eq!((both.reversal_step(&way), both.reversal_step(&way[..2])), (Some(2), None));
-    assert_eq!((both.end(&way), both.end(&way[..5])), (Some(5), None));
-    assert_eq!(both.unloading_state(&way[..2]), None);
+    assert_eq!((both.reversal_step(&steps), both.reversal_step(&steps[..2])), (Some(2), None));
+    assert_eq!((both.end(&steps), both.end(&steps[..5])), (Some(5), None));
+    assert_eq!(both.unloading_state(&steps[..2]), None);
     // Without adhesion no step is refined.
     assert_eq!(
-        both.unloading_state(&way[..5]),
+        both.unloading_state(&steps[..5]),
         Some(UnloadingState { reversal_step: 2, refined_from: None, min_load: 0.0, end: None })
     );
-    assert_eq!(pull_off(&way, 2, 100.0), None);
+    assert_eq!(pull_off(&steps, 2, 100.0), None);
 }
 
 /// Loads of the unloading branch are not found at steps of the loading branch, and none is interpolated.
@@ -205,7 +205,7 @@ fn a_prescribed_load_is_found_at_its_own_step() {
 
 #[test]
 fn with_adhesion_steps_are_refined_until_the_pull_has_decayed() {
-    let way = records(&[
+    let steps = records(&[
         (0.0, -0.2, 0),
         (0.3, 5.5, 8),
         (0.0, 3.0, 4),
@@ -217,16 +217,16 @@ fn with_adhesion_steps_are_refined_until_the_pull_has_decayed() {
         (-0.675, -0.5, 0),
     ]);
     let (_folder, job) = job(true, true);
-    let found = job.unloading_state(&way).expect("an unloading branch");
+    let found = job.unloading_state(&steps).expect("an unloading branch");
     assert_eq!(found, UnloadingState { reversal_step: 1, refined_from: Some(3), min_load: -2.0, end: Some(8) });
     // Contact is lost, but the tensile load has not yet decayed to `PULL_FRACTION`, so unloading continues.
-    assert_eq!(job.end(&way[..8]), None);
-    let pull = pull_off(&way, 1, 100.0).expect("a pull");
+    assert_eq!(job.end(&steps[..8]), None);
+    let pull = pull_off(&steps, 1, 100.0).expect("a pull");
     assert_eq!((pull.step, pull.force_ev_per_angstrom, pull.contacts), (6, -2.0, 1));
     assert!((pull.error_ev_per_angstrom - 0.5).abs() < 1e-12 && (pull.step_angstrom - 0.075).abs() < 1e-12);
     assert!((pull.p_star + 0.02).abs() < 1e-12);
     // Variables of a continued run.
-    let variables = job.variables(&way[..6], false);
+    let variables = job.variables(&steps[..6], false);
     for (key, value) in
         [("start", "5"), ("reversal_step", "1"), ("refined_from", "3"), ("previous_load", "-1.5"), ("min_load", "-1.5")]
     {
@@ -240,6 +240,6 @@ fn with_adhesion_steps_are_refined_until_the_pull_has_decayed() {
 #[test]
 fn unloading_without_separation_ends_at_the_maximum_rise() {
     let (_folder, job) = job(true, true);
-    let way = records(&[(0.0, 0.0, 0), (0.3, 6.0, 2), (-6.9, -3.0, 2), (-7.05, -3.1, 2)]);
-    assert_eq!((job.end(&way), job.end(&way[..3])), (Some(3), None));
+    let steps = records(&[(0.0, 0.0, 0), (0.3, 6.0, 2), (-6.9, -3.0, 2), (-7.05, -3.1, 2)]);
+    assert_eq!((job.end(&steps), job.end(&steps[..3])), (Some(3), None));
 }

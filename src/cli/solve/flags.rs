@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Clone, clap::Args)]
 #[command(allow_negative_numbers = true)]
 pub(crate) struct Solve {
-    /// File of heights or of Fourier coefficients, as --heights names one.
+    /// File of heights or of Fourier coefficients; the same as --heights.
     #[arg(required_unless_present_any = ["challenge", "heights"], conflicts_with_all = ["challenge", "heights"])]
     pub(super) file: Option<PathBuf>,
     /// Height map (.npy, .npz, HDF5, NetCDF, x3p, SDF, .sur, .gwy, ASCII matrix, lines of x y h) or Fourier coefficients qX qY Re Im.
@@ -29,7 +29,7 @@ pub(crate) struct Solve {
     pub(super) file_flags: FileFlags,
     #[command(flatten)]
     pub(super) map: MapFlags,
-    /// Points per side for Fourier coefficients; a height map has its own.
+    /// Points per side for Fourier coefficients. A height map keeps its points.
     #[arg(long, value_name = "N", conflicts_with = "challenge")]
     pub(super) grid: Option<usize>,
     /// Instead of a file: the challenge's spectrum on an N x N grid. The heights are never stored.
@@ -64,7 +64,7 @@ pub(crate) struct Solve {
     /// Range ρ of the adhesion.
     #[arg(long, alias = "rho", requires = "work_of_adhesion", value_name = "RHO")]
     pub(super) adhesion_range: Option<f64>,
-    /// What is done where the grid is too coarse for the range of the adhesion.
+    /// Treatment of an adhesion range that the grid does not resolve.
     #[arg(long, value_enum, default_value_t = RangeChoice::Mesh)]
     pub(super) range: RangeChoice,
     /// Decay of the attraction with the gap.

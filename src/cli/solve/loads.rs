@@ -45,13 +45,13 @@ pub(super) struct LoadFlags {
     /// Mean pressures over E* times the rms gradient instead.
     #[arg(long, value_name = "P*", value_delimiter = ',', num_args = 1)]
     p_star: Vec<LoadItem>,
-    /// Mean gaps instead: they reach states that no pressure sustains.
+    /// Mean gaps instead. They reach states that are unstable under a prescribed pressure.
     #[arg(long, value_name = "G", value_delimiter = ',', num_args = 1)]
     mean_gap: Vec<LoadItem>,
     /// Displacements from first touch instead: mean gap at first touch minus mean gap.
     #[arg(long, value_name = "D", value_delimiter = ',', num_args = 1)]
     displacement: Vec<LoadItem>,
-    /// Fractions of the cell in contact instead, such as 0.05: their pressures are found first.
+    /// Contact fractions instead, such as 0.05. The pressures that give them are found first.
     #[arg(long, value_name = "A", value_delimiter = ',', num_args = 1)]
     contact: Vec<LoadItem>,
 }

@@ -302,7 +302,7 @@ fn table(line: &Value, range: RangeChoice, units: &ResultUnits) -> String {
         ("contact, perimeter-corrected", of_contact(percent(number(&line["contact_fraction_corrected"])))),
     ];
     if let Some(presses) = line["contact_fraction_compressive"].as_f64() {
-        rows.push(("of it under compression", of_contact(percent(presses))));
+        rows.push(("part under compression", of_contact(percent(presses))));
     }
     rows.push(("mean gap", of_contact(units.length(number(&line["mean_gap"])))));
     rows.push(("displacement from first contact", of_contact(units.length(number(&line["displacement"])))));
@@ -314,7 +314,7 @@ fn table(line: &Value, range: RangeChoice, units: &ResultUnits) -> String {
         ));
         let ratio = line["leakage"]["ratio"].as_f64().map_or("–".into(), |r| significant(r, 3));
         let medium = format!("{} (flow {ratio} times that solved)", gap("hydraulic_gap_effective_medium"));
-        rows.push(("the same in the effective medium", medium));
+        rows.push(("in effective-medium theory", medium));
     }
     if line["hardness"].is_number() {
         rows.push(("flowing at the hardness", of_contact(percent(number(&line["flowing_fraction"])))));

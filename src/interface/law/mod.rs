@@ -416,7 +416,7 @@ mod tests {
 
     /// For every law, zero work of adhesion equals no adhesion.
     #[test]
-    fn choices_are_told_and_vanish_without_work() {
+    fn names_of_laws_and_no_law_without_work_of_adhesion() {
         let makers = [Adhesion::exponential, Adhesion::dugdale, Adhesion::power_law_93];
         for make in makers {
             assert_eq!(make(0.0, RHO), Adhesion::None);

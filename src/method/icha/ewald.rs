@@ -6,7 +6,7 @@
 //! O((qa)⁴). The mesh carries its part with the factor erfc(q/2α), smooth on the scale 1/α; the rest decays as
 //! erfc(αr). E* = 1; the mean displacement is zero.
 
-use crate::grid::{Grid, HalfSpectrum, Transform, next_fast_len};
+use crate::grid::{CellList, Grid, HalfSpectrum, Transform, next_fast_len};
 use std::f64::consts::PI;
 
 /// Average number of neighbours within the cutoff; between 8 and 40 both parts take about the same time.
@@ -185,65 +185,42 @@ fn spline(f: f64) -> [f64; ORDER] {
     w
 }
 
-/// Cell list of positions in the periodic cell.
-struct CellList {
+/// Cells at least as wide as a cutoff.
+struct Cells {
     columns: [usize; 2],
     extents: [f64; 2],
-    /// Start of each cell in `places`, and the end of the last.
-    starts: Vec<usize>,
-    places: Vec<usize>,
+    list: CellList,
 }
 
-impl CellList {
-    /// A list with cells at least `reach` wide.
-    pub(crate) fn new(cell: Grid, reach: f64, at: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
-        let columns = [cell.lx, cell.ly].map(|l| ((l / reach).floor() as usize).clamp(1, 2048));
-        let mut cells = CellList { columns, extents: [cell.lx, cell.ly], starts: Vec::new(), places: Vec::new() };
-        let mut counts = vec![0; columns[0] * columns[1] + 1];
-        for place in at.clone() {
-            counts[cells.of(place) + 1] += 1;
-        }
-        for k in 1..counts.len() {
-            counts[k] += counts[k - 1];
-        }
-        let mut next = counts.clone();
-        cells.places = vec![0; counts[counts.len() - 1]];
-        for (k, place) in at.enumerate() {
-            let c = cells.of(place);
-            cells.places[next[c]] = k;
-            next[c] += 1;
-        }
-        cells.starts = counts;
-        cells
-    }
-
-    fn column(&self, axis: usize, x: f64) -> usize {
-        let n = self.columns[axis];
-        ((x / self.extents[axis] * n as f64) as usize).min(n - 1)
-    }
-
-    fn of(&self, (x, y): (f64, f64)) -> usize {
-        self.column(1, y) * self.columns[0] + self.column(0, x)
+impl Cells {
+    fn new(cell: Grid, reach: f64, at: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
+        let extents = [cell.lx, cell.ly];
+        let columns = extents.map(|l| ((l / reach).floor() as usize).clamp(1, 2048));
+        let along = |axis: usize, x: f64| column(x, extents[axis], columns[axis]);
+        let list = CellList::new([columns[0], columns[1], 1], at.map(|(x, y)| [along(0, x), along(1, y), 0]));
+        Cells { columns, extents, list }
     }
 
     /// Candidates within the cell width of a position: those of the cell and of its neighbours.
-    pub(crate) fn around(&self, (x, y): (f64, f64)) -> impl Iterator<Item = usize> + '_ {
+    fn around(&self, (x, y): (f64, f64)) -> impl Iterator<Item = usize> + '_ {
         let near = |axis: usize, x: f64| {
-            let (n, k) = (self.columns[axis], self.column(axis, x));
+            let (n, k) = (self.columns[axis] as i64, column(x, self.extents[axis], self.columns[axis]) as i64);
             // With fewer than three columns each is visited once.
-            (0..n.min(3)).map(move |d| (k + d + n - 1) % n)
+            (0..n.min(3)).map(move |d| k + d - 1)
         };
         let columns = near(0, x);
-        near(1, y)
-            .flat_map(move |j| columns.clone().map(move |i| j * self.columns[0] + i))
-            .flat_map(|c| self.places[self.starts[c]..self.starts[c + 1]].iter().copied())
+        near(1, y).flat_map(move |j| columns.clone().flat_map(move |i| self.list.points([i, j], 0)))
     }
+}
+
+fn column(x: f64, extent: f64, n: usize) -> usize {
+    ((x / extent * n as f64) as usize).min(n - 1)
 }
 
 /// Neighbour search for positions with individual cutoffs: one cell list for each class of cutoffs.
 pub(super) struct NeighbourSearch {
     /// Indices and cell lists; the cutoff doubles from class to class.
-    classes: Vec<(Vec<usize>, CellList)>,
+    classes: Vec<(Vec<usize>, Cells)>,
 }
 
 impl NeighbourSearch {
@@ -257,7 +234,7 @@ impl NeighbourSearch {
             members[class].push(k);
         }
         let class = |(k, members): (usize, Vec<usize>)| {
-            let cells = CellList::new(cell, least * 2f64.powi(k as i32), members.iter().map(|&k| all[k].0));
+            let cells = Cells::new(cell, least * 2f64.powi(k as i32), members.iter().map(|&k| all[k].0));
             (members, cells)
         };
         let occupied = members.into_iter().enumerate().filter(|(_, m)| !m.is_empty());

@@ -18,9 +18,9 @@ use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Observer, Plan, Problem,
     Quantity, Started, Stop, Support, require,
 };
+use crate::Result;
 use crate::grid::{Grid, mean};
 use crate::surface::SummitFit;
-use crate::{Error, Result};
 use equilibrium::EquilibriumSolver;
 use spots::{Asperity, Spots};
 use std::time::Instant;
@@ -87,10 +87,7 @@ impl ContactMethod for Icha {
         // Heights and stress, three lists with one asperity per about 20 nodes, and neighbours of those in contact;
         // for the Fourier fit also a field and a spectrum. Measured: 17 to 22 bytes per point at 512² and 1024².
         let fourier = u64::from(problem.settings.icha.fit == SummitFit::Fourier);
-        let per_point = 2 * 8 + 16 * fourier + 8;
-        let points = problem.grid.points();
-        let seconds = SECONDS_PER_POINT * points as f64;
-        Plan { bytes: per_point * points as u64, iterations: 300, pairs_per_iteration: 0.0, seconds }
+        Plan::per_point(problem, 2 * 8 + 16 * fourier + 8, 300, SECONDS_PER_POINT)
     }
 
     fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
@@ -98,9 +95,8 @@ impl ContactMethod for Icha {
         require::hard_wall(problem, CARD.id)?;
         require::no_adhesion(problem, CARD.id)?;
         let settings = problem.settings.icha;
-        let refuse = |key: &str, found: f64, accepted: &str| Error::input("method icha", key, found, accepted);
         if !(1..=1000).contains(&settings.steps_per_decade) {
-            return Err(refuse("icha.steps_per_decade", f64::from(settings.steps_per_decade), "1 to 1000"));
+            return Err(require::refused(CARD.id, "icha.steps_per_decade", settings.steps_per_decade, "1 to 1000"));
         }
         let heights = require::from_lowest(problem);
         let summits = require::summits(problem.grid, &heights, (settings.fit, settings.curvature), CARD.id)?;

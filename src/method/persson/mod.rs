@@ -18,9 +18,9 @@ use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Kind, Load, Needs, Observer, Plan, Problem, Quantity,
     Settings, Started, Stop, Support,
 };
+use crate::Result;
 use crate::interface::Adhesion;
 use crate::observe::{Distribution, StressDistribution, linear_edges};
-use crate::{Error, Result};
 use adhesive::{Cascade, Contact, Resolution};
 use roughening::{Band, Opening, Rules, bands, contact_fraction, gap_sum};
 use std::f64::consts::SQRT_2;
@@ -103,9 +103,7 @@ impl ContactMethod for Persson {
         let power = require::isotropic_power(problem, CARD.id)?;
         let PerssonSettings { form, energy_factor } = problem.settings.persson;
         if !(energy_factor > 0.0 && energy_factor <= 1.0) {
-            let place = format!("method {}", CARD.id);
-            let key = "persson.energy_factor";
-            return Err(Error::input(place, key, energy_factor, "above 0 and at most 1"));
+            return Err(require::refused(CARD.id, "persson.energy_factor", energy_factor, "above 0 and at most 1"));
         }
         let bands = bands(power);
         let work = problem.adhesion.work_of_adhesion();

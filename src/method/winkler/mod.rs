@@ -15,8 +15,8 @@ use super::{
     Card, ContactMethod, Criterion, Estimate, Estimator, Iteration, Kind, Load, Needs, Observer, Plan, Problem,
     Quantity, Settings, Started, Stop, Support, require,
 };
+use crate::Result;
 use crate::grid::{mean, sum_rows};
-use crate::{Error, Result};
 use std::borrow::Cow;
 use std::time::Instant;
 
@@ -81,10 +81,7 @@ impl ContactMethod for Winkler {
 
     fn plan(&self, problem: &Problem) -> Plan {
         // Heights, gap and stress, the map, labels and their parents, nearest nodes and their order.
-        let per_point = 3 * 8 + 1 + 4 * 4;
-        let points = problem.grid.points();
-        let seconds = SECONDS_PER_POINT * points as f64;
-        Plan { bytes: per_point * points as u64, iterations: 10, pairs_per_iteration: 0.0, seconds }
+        Plan::per_point(problem, 3 * 8 + 1 + 4 * 4, 10, SECONDS_PER_POINT)
     }
 
     fn prepare<'p>(&self, problem: &'p Problem<'p>, observer: &'p dyn Observer) -> Result<Started<'p>> {
@@ -109,12 +106,10 @@ impl ContactMethod for Winkler {
 fn spring_length(problem: &Problem, heights: &[f64]) -> Result<f64> {
     let settings = problem.settings.winkler;
     match (settings.spring_length, settings.calibrate_to) {
-        (Some(_), Some(area)) => Err(Error::input(
-            "method winkler",
-            "winkler.calibrate_to",
-            area,
-            "either winkler.calibrate_to or winkler.spring_length",
-        )),
+        (Some(_), Some(area)) => {
+            let accepted = "either winkler.calibrate_to or winkler.spring_length";
+            Err(require::refused(CARD.id, "winkler.calibrate_to", area, accepted))
+        }
         (Some(length), None) => require::positive(length, CARD.id, "winkler.spring_length"),
         (None, Some(area)) => calibrated(problem, heights, area),
         (None, None) => Ok(WAVELENGTH),
@@ -124,23 +119,21 @@ fn spring_length(problem: &Problem, heights: &[f64]) -> Result<f64> {
 /// λ for which this surface has the contact fraction `area` at p* = 0.01. Dilation doubles areas, so half of it must
 /// overlap: the approach is a quantile of the heights, and λ follows from the load.
 fn calibrated(problem: &Problem, heights: &[f64], area: f64) -> Result<f64> {
-    let refuse = |found: &dyn std::fmt::Display, accepted: &str| {
-        Err(Error::input("method winkler", "winkler.calibrate_to", found, accepted))
-    };
+    let refuse = |accepted: &str| Err(require::refused(CARD.id, "winkler.calibrate_to", area, accepted));
     let pressure = REFERENCE * problem.resolved_gradient();
     let nodes = (0.5 * area * heights.len() as f64).round();
     if !(area > 0.0 && area < 1.0) || nodes < 1.0 {
-        return refuse(&area, "a contact fraction above that of two nodes and below 1");
+        return refuse("a contact fraction above that of two nodes and below 1");
     }
     if pressure <= 0.0 {
-        return refuse(&area, "winkler.spring_length: a flat surface cannot be calibrated");
+        return refuse("winkler.spring_length: a flat surface cannot be calibrated");
     }
     let mut sorted = heights.to_vec();
     let (lower, above, _) = sorted.select_nth_unstable_by(nodes as usize, f64::total_cmp);
     let depth = *above;
     let touching = 2.0 * lower.iter().filter(|h| **h < depth).count() as f64 / heights.len() as f64;
     if (touching / area - 1.0).abs() > REACHED {
-        return refuse(&area, &format!("{touching:.3e} or another area between the steps of this surface"));
+        return refuse(&format!("{touching:.3e} or another area between the steps of this surface"));
     }
     Ok(overlap(problem.grid.nx, heights, depth).0 / pressure)
 }
