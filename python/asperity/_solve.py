@@ -451,7 +451,7 @@ def solve(
     mean_gap : float or sequence, optional
         Mean gaps, in the unit of the surface. They reach states that are unstable under a prescribed pressure.
     displacement : float or sequence, optional
-        Displacements from first touch, in the unit of the surface.
+        Displacements from first contact, in the unit of the surface.
     contact : float or sequence, optional
         Fractions of nodes in contact, between 0 and 1: the pressure of each is found first, to one node.
     body : Layer, Cubic or NonPeriodic, optional

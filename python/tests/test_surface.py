@@ -204,7 +204,7 @@ def test_statistics_and_words(surface: Surface) -> None:
 
 
 def test_unresolved_waves_are_a_warning() -> None:
-    assert "cannot hold" in Surface.from_spectrum(64, seed=1).warnings[0]
+    assert "does not resolve" in Surface.from_spectrum(64, seed=1).warnings[0]
 
 
 def test_maps_are_plotted(surface: Surface) -> None:

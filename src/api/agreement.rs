@@ -1,7 +1,7 @@
 //! Agreement of two contact maps.
 
 use super::arrays::{flags, row_major};
-use crate::compare::{overlap, registration};
+use crate::compare::{MISALIGNMENT, overlap, registration};
 use crate::grid::Grid;
 use crate::record::results::Overlap;
 use crate::{Error, Result};
@@ -46,7 +46,8 @@ pub fn compare_maps(map: ArrayView2<bool>, reference: ArrayView2<bool>) -> Resul
         return Err(Error::input("compare_maps", "map", found, accepted));
     }
     let (a, b) = (row_major(map), row_major(reference));
-    let shifted: Vec<bool> = (0..ny * nx).map(|i| a[(i / nx + ny / 5) % ny * nx + (i % nx + nx / 3) % nx]).collect();
+    let [dx, dy] = [nx / MISALIGNMENT[0], ny / MISALIGNMENT[1]];
+    let shifted: Vec<bool> = (0..ny * nx).map(|i| a[(i / nx + dy) % ny * nx + (i % nx + dx) % nx]).collect();
     Ok(MapAgreement {
         aligned: overlap(&a, &b),
         shifted: overlap(&shifted, &b),

@@ -11,9 +11,9 @@ pub enum Loads {
     PStar(Vec<f64>),
     /// Mean gaps, in the unit of the surface's length. They reach states that are unstable under a prescribed pressure.
     MeanGap(Vec<f64>),
-    /// Displacements from first touch, in the unit of the surface's length: mean gap at first touch minus mean gap.
+    /// Displacements from first contact, in the unit of the surface's length: mean gap at first contact minus mean gap.
     Displacement(Vec<f64>),
-    /// Fractions of the cell in contact: the pressures that produce them are found first.
+    /// Contact fractions. The pressures that give them are found first.
     ContactFraction(Vec<f64>),
 }
 

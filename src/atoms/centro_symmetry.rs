@@ -35,7 +35,7 @@ pub fn defect_atoms(frame: &Frame, block: &Block) -> Result<Vec<u32>> {
     let last = block.atoms() as u32;
     let missing = (first..=last).find(|id| frame.position(*id).is_none());
     if let Some(id) = missing {
-        let accepted = "every deformable atom (atoms.plasticity = true makes frames that have them)";
+        let accepted = "every deformable atom (atoms.plasticity = true writes them into the frames)";
         return Err(Error::format(&frame.source, format!("no atom {id}"), accepted));
     }
     // Neighbours in the base are at their lattice sites, unless the base moves with a foundation.

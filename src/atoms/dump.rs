@@ -181,9 +181,7 @@ impl DumpReader {
     fn read_bounds(&mut self, words: &str) -> Result<([[f64; 2]; 3], [bool; 3])> {
         let words: Vec<&str> = words.split_whitespace().collect();
         if words.iter().any(|w| matches!(*w, "xy" | "abc" | "origin")) {
-            return Err(
-                self.bad("a triclinic box", "an orthogonal box: sheared cells have no place for a flat contact")
-            );
+            return Err(self.bad("a triclinic box", "an orthogonal box, which a flat contact needs"));
         }
         let mut periodic = [false; 3];
         for (axis, flag) in periodic.iter_mut().enumerate() {

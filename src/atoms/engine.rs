@@ -327,7 +327,7 @@ impl LammpsEngine {
         }
         let (need, have) = (job.memory_bytes(self.ranks), sys::available_memory_bytes());
         if need > have {
-            let advice = "take fewer cells or a thinner block".into();
+            let advice = "use fewer cells or a thinner block".into();
             return Err(Error::Memory { what: format!("LAMMPS with {} atoms", job.atoms()), need, have, advice });
         }
         let finished = load_history::prepare_resume(&job.folder)?;

@@ -65,7 +65,7 @@ impl DumpTrajectory {
                     Ok(Some(frame)) => frame,
                     Ok(None) => break,
                     Err(e) if reader.truncated() && index > 0 => {
-                        warn(&format!("{e}; it is left out, the {index} before it are read"));
+                        warn(&format!("{e}; this frame is left out, the {index} before it are read"));
                         break;
                     }
                     Err(e) => return Err(e),
@@ -113,7 +113,8 @@ impl DumpTrajectory {
 
     fn frame(&self, place: &Place) -> Result<Frame> {
         let found = DumpReader::open(&place.file)?.nth(place.index);
-        let gone = || Error::format(&place.file, "fewer frames than a moment ago", "a file that stays as it is");
+        let gone =
+            || Error::format(&place.file, "fewer frames than at the first reading", "a file that stays as it is");
         Ok(of_block(found.ok_or_else(gone)??, &self.block))
     }
 }
@@ -166,7 +167,7 @@ fn lowered(frame: &Frame, block: &Block, indenter: &Indenter) -> Result<f64> {
     }
     let (least, most) = down.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), d| (a.min(*d), b.max(*d)));
     if most - least > 2.0 * RIGID_ANGSTROM {
-        let found = format!("{name}: indenter atoms that came down by {least:.4} to {most:.4} angstrom");
+        let found = format!("{name}: indenter atoms that descended by {least:.4} to {most:.4} angstrom");
         return Err(Error::format(&frame.source, found, "the scene's profile, moved as one"));
     }
     Ok(down.iter().sum::<f64>() / down.len() as f64)

@@ -77,7 +77,7 @@ fn over_load(data: &ChallengeData) -> [AcceptanceCheck; 3] {
 }
 
 fn first_touch(data: &ChallengeData) -> AcceptanceCheck {
-    let item = Statement::new("S13", "mean gap at first touch: the mean height", "µm");
+    let item = Statement::new("S13", "mean gap at first contact: the mean height", "µm");
     let tolerance = setting::HALF_A_DIGIT + setting::sampling(data);
     match data.results.surface.statistic(FIRST_TOUCH).map(|s| s.realised) {
         Some(h) if data.is_imported() => data.of_roughness(item, |item| {

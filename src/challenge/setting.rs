@@ -81,7 +81,7 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
         range.map(|r| tabor(r[0])),
         3.0007,
         1e-3,
-        range.map_or(String::new(), |r| format!("at the range that the grid is given: {:.2}", tabor(r[1]))),
+        range.map_or(String::new(), |r| format!("at the range used on this grid: {:.2}", tabor(r[1]))),
     ));
     let modulus = data.results.scales.modulus_pa;
     let pressure = reference(data.adhesive).map(|s| s.numbers.pressure * modulus * 1e-3);
@@ -95,7 +95,7 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
         range.map(|r| GAMMA / r[0]),
         0.96572,
         1e-4,
-        range.map_or(String::new(), |r| format!("at the range that the grid is given: {:.4}", GAMMA / r[1])),
+        range.map_or(String::new(), |r| format!("at the range used on this grid: {:.4}", GAMMA / r[1])),
     ));
     list.extend(HEIGHTS.iter().map(|of| heights(data, of)));
     list

@@ -34,7 +34,7 @@ pub(super) fn assess(data: &ChallengeData) -> Vec<AcceptanceCheck> {
             tension.zip(pull).map(|(t, p)| -t / p),
             1.0,
             [0.0, 1.0 + BOUND],
-            "a bound: the wall only pushes",
+            "a bound: the wall is purely repulsive",
         )),
         data.of_roughness(
             Statement::new(

@@ -252,7 +252,7 @@ fn preparation(draft: &mut Draft, missing: usize) {
     }
     draft.line(
         "# Shortest and longest wavelength that are kept, µm.\n# low_pass_um = 0.5\n# high_pass_um = 10\n\
-         # Makes a map repeat that does not: \"taper\" or \"mirror\".\n# edges = \"taper\"",
+         # Makes a map periodic that is not: \"taper\" or \"mirror\".\n# edges = \"taper\"",
     );
 }
 

@@ -327,6 +327,22 @@ fn acceptance(list: &[AcceptanceCheck]) -> String {
     )
 }
 
+/// Reports a finished folder: one line of JSON with its paths and the results under a key, or the output of `print_results` and the path
+/// of the report.
+pub fn finished(
+    json: bool,
+    (out, page): (&Path, &Path),
+    (key, results): (&str, &impl Serialize),
+    print_results: impl FnOnce(),
+) -> Result<()> {
+    if json {
+        return json_line(&serde_json::json!({ "out": path(out), "report": path(page), key: results }));
+    }
+    print_results();
+    print(&format!("report: {}", page.display()));
+    Ok(())
+}
+
 /// Exit code of a run with a report: an error if an auxiliary solve failed, 1 if an acceptance check failed.
 pub fn ended(results: &Results, page: PathBuf) -> Result<ExitCode> {
     if let Some(why) = results.continuum.as_ref().and_then(|c| c.pull_off_failure.clone()) {

@@ -84,14 +84,7 @@ impl Run {
         let (results, page) =
             pipeline::run(&case, OutFolder { path: &out, verify: !self.stages.no_verify }, &progress)?;
         drop(progress);
-        if self.json {
-            output::json_line(
-                &serde_json::json!({ "out": output::path(&out), "report": output::path(&page), "results": results }),
-            )?;
-        } else {
-            output::results(&results);
-            output::print(&format!("report: {}", page.display()));
-        }
+        output::finished(self.json, (&out, &page), ("results", &results), || output::results(&results))?;
         output::ended(&results, page)
     }
 

@@ -93,14 +93,7 @@ impl Tradeoff {
         let folder = OutFolder { path: &out, verify: !self.stages.no_verify };
         let (tradeoff, page) = pipeline::tradeoff(&case, &request, folder, &progress)?;
         drop(progress);
-        if self.json {
-            output::json_line(
-                &serde_json::json!({ "out": output::path(&out), "report": output::path(&page), "tradeoff": tradeoff }),
-            )?;
-        } else {
-            print_tradeoff(&tradeoff);
-            output::print(&format!("report: {}", page.display()));
-        }
+        output::finished(self.json, (&out, &page), ("tradeoff", &tradeoff), || print_tradeoff(&tradeoff))?;
         Ok(ExitCode::SUCCESS)
     }
 }

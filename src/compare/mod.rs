@@ -9,6 +9,6 @@ pub mod pareto;
 mod registration;
 mod site_contact;
 
-pub use overlap::overlap;
+pub use overlap::{MISALIGNMENT, overlap};
 pub use registration::registration;
 pub use site_contact::{SiteCriterion, Sites, wall_offset};

@@ -1,5 +1,8 @@
 use crate::record::results::Overlap;
 
+/// Misaligned maps are displaced by the cell over these numbers, along x and y: no correlation with the other map remains.
+pub const MISALIGNMENT: [usize; 2] = [3, 5];
+
 /// Agreement of two boolean maps of equal length; precision and recall are relative to `reference`. A ratio with a zero
 /// denominator is 1 (no contact in either map: the maps agree).
 pub fn overlap(map: &[bool], reference: &[bool]) -> Overlap {

@@ -1,12 +1,11 @@
 //! Contact of a continuum solution at the atoms' surface sites, by several criteria.
 
-use super::overlap;
+use super::{MISALIGNMENT, overlap};
 use crate::atoms::wall::Wall;
 use crate::grid::{Field, Grid, bilinear};
 use crate::record::results::CriterionMatch;
 
-/// The surface sites of the block on a continuum grid, and a permutation of them by a shift that destroys all
-/// correlation.
+/// The surface sites of the block on a continuum grid, and a permutation of them by [`MISALIGNMENT`].
 pub struct Sites {
     grid: Grid,
     positions: Vec<[f64; 2]>,
@@ -23,7 +22,8 @@ impl Sites {
             j * grid.nx + i
         };
         let positions: Vec<[f64; 2]> = sites.collect();
-        let shift = |x: f64, y: f64| nearest((x + 1.0 / 3.0).fract(), (y + 0.2).fract());
+        let [dx, dy] = MISALIGNMENT.map(|n| 1.0 / n as f64);
+        let shift = |x: f64, y: f64| nearest((x + dx).fract(), (y + dy).fract());
         let (nodes, shifted) = positions.iter().map(|&[x, y]| (node(x, y), shift(x, y))).unzip();
         Sites { grid, positions, nodes, shifted }
     }

@@ -23,7 +23,7 @@ use std::path::Path;
 /// Name of the stage that runs LAMMPS.
 pub(super) const LAMMPS: &str = "lammps";
 
-/// Fraction of the first-touch mean gap that is closed at p* of a few per cent. The mean gap ū falls from 2.63 µm to
+/// Fraction of the mean gap at first contact that is closed at p* of a few per cent. The mean gap ū falls from 2.63 µm to
 /// 0.58 µm at p* = 0.03.
 const CLOSED: f64 = 0.8;
 
@@ -63,11 +63,6 @@ impl<'a> AtomStages<'a> {
     /// None if the atoms are not among the comparison methods.
     pub(super) fn all_atom(&self) -> Option<AllAtomStage<'a>> {
         methods::wants_atoms(self.case).then_some(AllAtomStage(*self))
-    }
-
-    /// Number of atoms of block and indenter.
-    pub(super) fn count(&self) -> u64 {
-        self.atoms.block.atoms() + (self.atoms.points * self.atoms.points) as u64
     }
 
     fn engine(&self) -> &'a LammpsEngine {
@@ -122,11 +117,11 @@ impl Stage for LammpsStage<'_> {
 
     fn what(&self) -> String {
         let of = &self.0;
-        format!("{} atoms, {}, about {:.0} force evaluations", of.count(), of.loading().1, of.force_evaluations())
+        format!("{} atoms, {}, about {:.0} force evaluations", of.atoms.atoms(), of.loading().1, of.force_evaluations())
     }
 
     fn cost(&self, machine: Machine) -> Cost {
-        let (total, ranks, mode) = (self.0.count(), self.0.scene.ranks, self.0.loading().0);
+        let (total, ranks, mode) = (self.0.atoms.atoms(), self.0.scene.ranks, self.0.loading().0);
         Cost {
             bytes: memory_bytes(total, ranks, self.0.atoms.start == Start::Touch),
             seconds: cost::seconds(total, self.0.force_evaluations(), mode, machine.seconds_per_evaluation, ranks),
@@ -185,7 +180,7 @@ impl Stage for FramesStage<'_> {
     }
 
     fn cost(&self, _: Machine) -> Cost {
-        let total = self.0.count();
+        let total = self.0.atoms.atoms();
         Cost { bytes: 200 * total, seconds: 2e-6 * total as f64 * self.0.case.load_steps().len() as f64 }
     }
 
@@ -229,7 +224,7 @@ impl Stage for NvtStage<'_> {
     }
 
     fn cost(&self, machine: Machine) -> Cost {
-        let (total, ranks) = (self.of.count(), self.of.scene.ranks);
+        let (total, ranks) = (self.of.atoms.atoms(), self.of.scene.ranks);
         let steps = self.settings.steps() * self.of.case.rising_steps().len();
         let each = machine.seconds_per_evaluation;
         Cost {

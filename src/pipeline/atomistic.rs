@@ -32,7 +32,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Ramp steps beyond the displacement that closes the first-touch mean gap.
+/// Ramp steps beyond the displacement that closes the mean gap at first contact.
 const SPARE_STEPS: usize = 40;
 
 /// Subfolder of a job for the continuum solution that gives the initial configurations.

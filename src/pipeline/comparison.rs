@@ -204,7 +204,7 @@ impl Comparison<'_> {
             hard_wall_mean_gap_angstrom: hard.mean_gap * length,
             compliant_wall_mean_gap_angstrom: mean(&gaps.compliant.0.values) * length,
             atoms_patches: cluster_sizes(&atoms_map, grid.nx, Connectivity::Eight).len(),
-            hard_wall_patches: cluster_sizes(&compliant_map, grid.nx, Connectivity::Eight).len(),
+            compliant_wall_patches: cluster_sizes(&compliant_map, grid.nx, Connectivity::Eight).len(),
             gap_rms_difference_angstrom: self.gap_difference(state, gaps, &touching, &contacts.compliant)?,
             compliant_wall_gap,
             model_chain,

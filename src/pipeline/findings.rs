@@ -17,7 +17,7 @@ pub(super) fn effective_pressure(atoms: &AtomsCase, hard: &StateResults) -> f64 
 fn below_surface(p: &PlasticityResults) -> String {
     match p.first_yield {
         None => format!(
-            "Below the surface layers the crystal has not slipped: at no step have more than {} atoms left its order.",
+            "Below the surface layers the crystal has not slipped: no load step has more than {} defect atoms.",
             p.noise_atoms
         ),
         Some(load) => {
@@ -35,7 +35,7 @@ const EXPLAINED: f64 = 0.15;
 
 fn explanation(hard: f64, matched: f64) -> &'static str {
     if matched.abs() > EXPLAINED {
-        "Matching the criterion leaves a difference: here the mechanics differ, too"
+        "The same criterion leaves a difference: here the mechanics differ, too"
     } else if matched.abs() < 0.5 * hard.abs() {
         "Most of the difference is the criterion, not the mechanics"
     } else {
@@ -86,7 +86,7 @@ pub(super) fn findings(
         ));
         if load.registration != [0, 0] {
             list.push(format!(
-                "p* = {}: the atoms' contact map fits best when shifted by {:?} of {} nodes; the maps should need no shift.",
+                "p* = {}: the atoms' contact map fits best when shifted by {:?} of {} nodes; correct maps fit without a shift.",
                 load.p_star, load.registration, atoms.matched.nx
             ));
         }

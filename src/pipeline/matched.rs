@@ -133,7 +133,7 @@ pub(super) fn compliant_wall(case: &Case, atoms: &AtomsCase, at: &StageContext) 
         wall: Wall::Tabulated(atoms.compliant_law()),
         is_compliant: true,
         tag: "compliant wall",
-        criterion: "the wall pushes",
+        criterion: "the wall repels",
     };
     // The wall law acts vertically. The dilated heights account for contact on slopes, where the nearest indenter atom
     // is not directly above.

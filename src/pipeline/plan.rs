@@ -84,7 +84,7 @@ pub fn plan(case: &Case, threads: usize, evaluation: Option<f64>) -> Result<RunP
         atoms: atoms.map(|of| PlannedAtoms {
             deformable: of.atoms.block.deformable(),
             fixed: of.atoms.block.fixed(),
-            indenter: of.count() - of.atoms.block.atoms(),
+            indenter: of.atoms.atoms() - of.atoms.block.atoms(),
             seconds_per_evaluation,
             measured: evaluation.is_some(),
         }),

@@ -33,7 +33,7 @@ pub struct LoadComparison {
     pub hard_wall_mean_gap_angstrom: f64,
     pub compliant_wall_mean_gap_angstrom: f64,
     pub atoms_patches: usize,
-    pub hard_wall_patches: usize,
+    pub compliant_wall_patches: usize,
     /// rms difference of the gap maps out of contact in both maps, Å.
     pub gap_rms_difference_angstrom: f64,
     /// File of the compliant wall's gap measured from the original heights, as the gap of the atoms, units of L.

@@ -95,10 +95,10 @@ impl Quantity {
             Quantity::MeanGap => "deviation over the mean gap, or over a hundredth of the rms height if that is larger",
             Quantity::Stiffness => "relative deviation",
             Quantity::GapMap => {
-                "root mean square difference at the nodes common to both grids, over the same as the mean gap’s"
+                "root mean square difference at the nodes common to both grids, over the same scale as errors of the mean gap"
             }
             Quantity::ContactMap => "one minus the Jaccard index of the contact maps at the nodes common to both grids",
-            Quantity::GapPdf => "Wasserstein distance over the same as the mean gap’s",
+            Quantity::GapPdf => "Wasserstein distance over the same scale as errors of the mean gap",
             Quantity::StressPdf => "Wasserstein distance over E*ḡ",
             Quantity::PatchArea => "Wasserstein distance in decades of area",
             Quantity::MedianClusterArea => "decades between the areas",

@@ -121,9 +121,8 @@ fn refuse_crushing(problem: &LaboratoryProblem, place: &str) -> Result<()> {
         return Ok(());
     }
     let accepted = format!(
-        "at most {:.1e} with atoms, which more than {MAX_PRESSURE_OVER_MODULUS} E* crushes: p* is the pressure over the product of \
-         E* and rms gradient, and if the gradient of {:.3} is not the surface's, its heights or extent have another unit than \
-         the scene says",
+        "at most {:.1e} with atoms: pressures above {MAX_PRESSURE_OVER_MODULUS} E* crush the crystal. p* is the pressure over E* times \
+         the rms gradient; if {:.3} is not the gradient of the surface, the unit of its heights or of its extent is wrong",
         rounded_down(most),
         problem.gradient
     );
@@ -336,6 +335,11 @@ impl AtomsCase {
         }
     }
 
+    /// Number of atoms of block and indenter.
+    pub fn atoms(&self) -> u64 {
+        self.block.atoms() + (self.points * self.points) as u64
+    }
+
     /// Repulsion law per area of the indenter's atoms over the block, with the compliance of the block's single atoms.
     pub fn compliant_wall(&self) -> CompliantWall {
         CompliantWall::new(&self.wall, self.modulus_gpa / GPA_PER_EV_A3, self.resolved_gradient)
@@ -354,8 +358,7 @@ impl AtomsCase {
     }
 
     pub(super) fn warnings(&self, gradient: f64, ranks: usize) -> Vec<String> {
-        let atoms = self.block.atoms() + (self.points * self.points) as u64;
-        let mut list: Vec<String> = caveat(ranks, atoms).into_iter().collect();
+        let mut list: Vec<String> = caveat(ranks, self.atoms()).into_iter().collect();
         let (d_c, a0) = (wall::CONTACT_DISTANCE_ANGSTROM, self.block.a0);
         if (a0 / CALCIUM.a0 - 1.0).abs() > OTHER_CRYSTAL {
             list.push(format!(

@@ -28,7 +28,7 @@ pub struct Case {
     pub laboratory: Laboratory,
     pub scales: Scales,
     pub surface: Surface,
-    /// Mean gap at first touch, units of L; `None` for a synthesised surface without imposed displacements.
+    /// Mean gap at first contact, units of L; `None` for a synthesised surface without imposed displacements.
     pub first_touch: Option<f64>,
     /// Of an imported surface.
     pub provenance: Option<Provenance>,
@@ -371,7 +371,7 @@ fn grid(scene: &Scene, surface: &Surface, place: &str) -> Result<Grid> {
         Surface::Fourier { modes, .. } if !modes.resolved_on(Grid::unit(n.max(1), n.max(1))) => {
             let least = modes.smallest_grid();
             let accepted =
-                format!("at least {least}, which holds every wave, or surface.low_pass_um that leaves fewer");
+                format!("at least {least}, which resolves every wave, or surface.low_pass_um that leaves fewer");
             Err(Error::input(place, "surface.grid", n, accepted))
         }
         Surface::Synthesised { .. } | Surface::Fourier { .. } => Ok(Grid::unit(n, n)),
@@ -405,7 +405,7 @@ fn gradient(scene: &Scene, surface: &Surface, place: &str) -> Result<f64> {
     Ok(if scene.challenge.is_some() { Spectrum::CHALLENGE.rms_gradient } else { found })
 }
 
-/// Mean gap at first touch: of imported maps, and where displacements are imposed.
+/// Mean gap at first contact: of imported maps, and where displacements are imposed.
 fn first_touch(scene: &Scene, lab: &Laboratory, surface: &Surface, grid: Grid, place: &str) -> Result<Option<f64>> {
     let displacements = &scene.load.displacement_um;
     let gap = match surface {
@@ -417,7 +417,7 @@ fn first_touch(scene: &Scene, lab: &Laboratory, surface: &Surface, grid: Grid, p
         None => Ok(Some(gap)),
         Some(i) => {
             let most = gap / lab.reduced_um(1.0);
-            let accepted = format!("less than {most:.6}, the mean gap at first touch: there the gap is closed");
+            let accepted = format!("less than {most:.6}, the mean gap at first contact: there the gap is closed");
             Err(Error::input(place, format!("load.displacement_um[{i}]"), displacements[i], accepted))
         }
     }
@@ -437,7 +437,7 @@ fn kernel(scene: &Scene, lab: &Laboratory, grid: Grid) -> Result<Elastic> {
     })
 }
 
-/// The load steps of a scene. `gradient`: rms gradient, to which p* refers; `first_touch`: mean gap at first touch. Contact fractions
+/// The load steps of a scene. `gradient`: rms gradient, to which p* refers; `first_touch`: mean gap at first contact. Contact fractions
 /// have estimated pressures ([`Case::find_contact_pressures`]).
 fn load_steps(scene: &Scene, lab: &Laboratory, grid: Grid, gradient: f64, first_touch: f64) -> Vec<LoadStep> {
     let load = &scene.load;

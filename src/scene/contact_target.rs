@@ -80,7 +80,8 @@ impl Case {
             .map(|(i, &target)| {
                 let guess = self.gradient * estimated_p_star(target);
                 root(target, guess, (CONTACT_TOLERANCE * target).max(node), &mut contact)?.ok_or_else(|| {
-                    let accepted = "a fraction that some pressure gives: contact of this surface jumps over it";
+                    let accepted =
+                        "a fraction that some pressure gives: the contact fraction of this surface jumps past it";
                     Error::input(self.file.display(), format!("load.contact[{i}]"), target, accepted)
                 })
             })

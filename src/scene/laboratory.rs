@@ -12,7 +12,7 @@ const CHALLENGE_MODULUS_MPA: f64 = 25.0;
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Laboratory {
-    /// Extent of the cell in x, µm. Default: 100 for a synthesised surface; what the file of an imported one declares, which is
+    /// Extent of the cell in x, µm. Default: 100 for a synthesised surface; for an imported one what its file declares;
     /// required where it declares none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub length_um: Option<f64>,

@@ -10,7 +10,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct LoadScene {
     /// Mean pressures over E* times the rms gradient of the whole spectrum, in the order in which they are applied. With
-    /// adhesion, up and down are different branches, and a pull may be negative.
+    /// adhesion, loading and unloading are different branches, and pressures may be negative (tension).
     #[serde(default, deserialize_with = "list_or_range", skip_serializing_if = "Vec::is_empty")]
     #[schemars(with = "Loads")]
     pub p_star: Vec<f64>,
@@ -29,12 +29,12 @@ pub struct LoadScene {
     #[serde(default, deserialize_with = "list_or_range", skip_serializing_if = "Vec::is_empty")]
     #[schemars(with = "Loads")]
     pub mean_gap_um: Vec<f64>,
-    /// Displacements of the rough surface from first touch towards the mean plane of the elastic one instead, µm: mean gap at first
-    /// touch minus mean gap.
+    /// Displacements of the rough surface from first contact towards the mean plane of the elastic one instead, µm: mean gap at first
+    /// contact minus mean gap.
     #[serde(default, deserialize_with = "list_or_range", skip_serializing_if = "Vec::is_empty")]
     #[schemars(with = "Loads")]
     pub displacement_um: Vec<f64>,
-    /// Fractions of the cell in contact instead: the pressures that give them are found first.
+    /// Contact fractions instead. The pressures that give them are found first.
     #[serde(default, deserialize_with = "list_or_range", skip_serializing_if = "Vec::is_empty")]
     #[schemars(with = "Loads")]
     pub contact: Vec<f64>,

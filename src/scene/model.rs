@@ -96,7 +96,7 @@ pub struct SurfaceScene {
     /// coefficients qX qY Re Im (text, or an array of four columns). Relative to the scene file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub heights: Option<PathBuf>,
-    /// Unit of the heights in the file: "nm", "um", "mm", "m", "Å". Default: what the file declares, which is required otherwise.
+    /// Unit of the heights in the file: "nm", "um", "mm", "m", "Å". Default: what the file declares; required if it declares none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
     /// The same as a number, µm.
@@ -139,7 +139,7 @@ pub struct SurfaceScene {
     /// Columns and rows to which a map is resampled.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resample: Option<[usize; 2]>,
-    /// Makes a map repeat that does not.
+    /// Makes a map periodic that is not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub edges: Option<Edges>,
     /// Warnings about the surface are errors.
@@ -151,7 +151,7 @@ impl Default for SurfaceScene {
     fn default() -> Self {
         SurfaceScene {
             grid: 512,
-            // Of the first 24 seeds the one whose rms height, first-touch gap and range come nearest to what the paper
+            // Of the first 24 seeds the one whose rms height, gap at first contact and range come nearest to what the paper
             // prints for its surface (0.777, 2.69, 5.57 µm against 0.762, 2.633, 5.642 µm).
             seed: 18,
             hurst: 0.8,
@@ -272,7 +272,7 @@ pub enum WallKind {
 }
 
 /// Elastic constants of a cubic crystal under its (001) face, x along `[100]`. Only their ratios matter: the contact modulus
-/// E* is the laboratory's and is that of the mean compliance over all in-plane directions.
+/// E* is `laboratory.contact_modulus_mpa`, of the compliance averaged over all in-plane directions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CrystalScene {
@@ -329,7 +329,7 @@ pub struct ContinuumScene {
     pub crystal: Option<CrystalScene>,
     /// Repulsion between the surfaces.
     pub wall: WallKind,
-    /// Length by which the penalty wall yields under a pressure of E*, nm; must be given with one.
+    /// Compression of the penalty wall under a pressure of E*, nm; required with that wall.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub penalty_length_nm: Option<f64>,
     /// Hardness, MPa: the largest contact stress; where it is reached, the surface flows and keeps its shape on unloading. With
@@ -414,7 +414,7 @@ fn bonded() -> Base {
     Base::Bonded
 }
 
-/// The block of atoms, its indenter and its run.
+/// The block of atoms, its indenter and its simulation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct AtomsScene {
@@ -422,8 +422,8 @@ pub struct AtomsScene {
     pub cells: usize,
     /// Deformable cubic cells along z.
     pub depth_cells: usize,
-    /// Cubic cells of elastic continuum between these and what does not move: the base of the atoms is displaced with every load to
-    /// where the continuum has it. 0: the base is rigid.
+    /// Cubic cells of elastic continuum between the deformable cells and the fixed plane: at each load the base of the atoms has the
+    /// displacement of the continuum's solution. 0: the base is rigid.
     #[serde(skip_serializing_if = "crate::record::json::is_default")]
     pub foundation_cells: usize,
     /// An eam/alloy file instead of the shipped calcium-like one. Relative to the scene file.
@@ -442,17 +442,17 @@ pub struct AtomsScene {
     pub low_pass_angstrom: Option<f64>,
     /// Treatment of the gradient that atoms cannot resolve.
     pub slope: Slope,
-    /// Where the atoms start from at each load. Default: the continuum's solution; with adhesion, where the way matters, and with
-    /// a step, first touch.
+    /// Initial configuration of each load. Default: the continuum's solution; with adhesion, where states depend on the load history,
+    /// and with `step_angstrom`, first contact.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<Start>,
-    /// Descent of the indenter per load step from first touch, Å. Default: 0.3.
+    /// Descent of the indenter per load step from first contact, Å. Default: 0.3.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_angstrom: Option<f64>,
     /// Largest force on any atom in an equilibrium, eV/Å. Above 0.002 a load that starts from the continuum ends where no force is larger
     /// than a quarter of it and indenter and base carry the load to a thousandth.
     pub force_tolerance_ev_per_angstrom: f64,
-    /// Range of the pair adhesion, Å: what atoms can carry where the scaled range is shorter than their softness.
+    /// Range of the pair adhesion, Å. The scaled range is often shorter than the repulsion of the atoms allows: see the scaling audit.
     pub adhesion_range_angstrom: f64,
     /// Normal force from which an atom counts as loaded, eV/Å. Default: ten times the force tolerance, at most 0.02.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -538,7 +538,7 @@ pub enum Slope {
 pub enum Start {
     /// The continuum's solution at that load. The indenter then finds its height under the load.
     Continuum,
-    /// First touch: the indenter descends step by step, and the loads are interpolated between two steps.
+    /// First contact: the indenter descends step by step, and the loads are interpolated between two steps.
     Touch,
 }
 

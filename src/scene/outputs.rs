@@ -8,24 +8,24 @@ use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
 /// One quantity to an error or within a time, instead of `surface.grid`, `continuum.method`, `precision` and `tolerance`: the
-/// cheapest setting that measured tables support is taken, and nothing is kept or counted that the quantity does not need.
+/// cheapest setting in measured tables is chosen, and outputs that the quantity does not need are left out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AccuracyScene {
-    /// Quantity that the error is of.
+    /// Quantity to which the error refers.
     #[serde(deserialize_with = "compared_quantity")]
     pub quantity: Quantity,
-    /// Error that is good enough, as a relative deviation: 0.05 or "5%".
+    /// Accepted error, as a relative deviation: 0.05 or "5%".
     #[serde(default, deserialize_with = "fraction", skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Option<Fraction>")]
     pub error: Option<f64>,
-    /// Wall time that there is instead, s: the most accurate setting within it is taken.
+    /// Wall time instead of an error, s: the most accurate setting within it is chosen.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub budget_s: Option<f64>,
     /// Tables of `asperity tradeoff`, relative to the scene file. Default: those that come with the program.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tables: Vec<PathBuf>,
-    /// Go beyond what was measured, too.
+    /// Extrapolate beyond the measured settings.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub extrapolate: bool,
 }
@@ -35,9 +35,9 @@ pub struct AccuracyScene {
 pub struct RequestedOutputs {
     /// Maps of heights, gaps and stresses.
     pub maps: bool,
-    /// Distributions, patches, what leads around the cell.
+    /// Distributions, clusters, percolation.
     pub distributions: bool,
-    /// The same loads on a coarser grid, where the method does not come by way of one.
+    /// The loads once more on a coarser grid, for methods without nested grids.
     pub grid_error: bool,
     /// The surface's power spectrum and moments.
     pub spectrum: bool,
@@ -49,7 +49,7 @@ impl RequestedOutputs {
     pub const EVERYTHING: RequestedOutputs =
         RequestedOutputs { maps: true, distributions: true, grid_error: true, spectrum: true, stiffness: false };
 
-    /// What a quantity needs. The error of the grid is that of the table which chose it.
+    /// Outputs that a quantity needs. The grid error is that of the table by which the setting was chosen.
     pub fn of(quantity: Quantity) -> RequestedOutputs {
         let maps = matches!(quantity, Quantity::GapMap | Quantity::ContactMap);
         let counted = matches!(
@@ -66,7 +66,7 @@ impl RequestedOutputs {
     }
 }
 
-/// A quantity that errors are known of. Of any other value, whatever its type, the message is the same.
+/// A quantity that is compared with references. Any other value, of any type, gives the same message.
 fn compared_quantity<'de, D: Deserializer<'de>>(from: D) -> Result<Quantity, D::Error> {
     let given = TextOrOther::deserialize(from)?;
     let quantity = Quantity::COMPARED.into_iter().find(|q| matches!(&given, TextOrOther::Text(t) if t == q.id()));

@@ -107,8 +107,8 @@ impl Modes {
         (!self.resolved_on(grid)).then(|| {
             let kept = self.spectrum.expected_on(grid).rms_gradient;
             format!(
-                "the grid of {0}² points cannot hold λ_s: modes above n = {1} are left out and {kept:.3} of the rms gradient \
-                 {2:.3} is resolved ({3}² points would hold all)",
+                "the grid of {0}² points does not resolve λ_s: modes above n = {1} are left out and {kept:.3} of the rms gradient \
+                 {2:.3} is resolved ({3}² points would resolve all)",
                 grid.nx,
                 (grid.nx - 1) / 2,
                 self.spectrum.rms_gradient,

@@ -77,7 +77,10 @@ fn prescribed_loads_reach_the_states_of_a_ramp_at_lower_cost() {
         );
         let sum = |f: &Finished, upto: usize| f.steps[..=upto].iter().map(|s| s.force_evaluations).sum::<usize>();
         let (less, more) = (sum(&found, k), sum(&outcome, steps as usize));
-        eprintln!("p* = {}: {less} force evaluations from the continuum, {more} from first touch", record.load / unit);
+        eprintln!(
+            "p* = {}: {less} force evaluations from the continuum, {more} from first contact",
+            record.load / unit
+        );
     }
 }
 

@@ -297,7 +297,7 @@ pub(crate) fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResul
         hard_wall_mean_gap_angstrom: 9.402,
         compliant_wall_mean_gap_angstrom: 9.655,
         atoms_patches: 14,
-        hard_wall_patches: 17,
+        compliant_wall_patches: 17,
         gap_rms_difference_angstrom: 0.214,
         compliant_wall_gap: s.numbers.gap_map.clone().unwrap(),
         model_chain: Vec::new(),

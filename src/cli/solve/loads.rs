@@ -48,7 +48,7 @@ pub(super) struct LoadFlags {
     /// Mean gaps instead. They reach states that are unstable under a prescribed pressure.
     #[arg(long, value_name = "G", value_delimiter = ',', num_args = 1)]
     mean_gap: Vec<LoadItem>,
-    /// Displacements from first touch instead: mean gap at first touch minus mean gap.
+    /// Displacements from first contact instead: mean gap at first contact minus mean gap.
     #[arg(long, value_name = "D", value_delimiter = ',', num_args = 1)]
     displacement: Vec<LoadItem>,
     /// Contact fractions instead, such as 0.05. The pressures that give them are found first.

@@ -87,7 +87,7 @@ impl Blocks {
             };
             list.push((point, found));
         }
-        list.sort_by_key(|(_, c)| c.atoms.as_ref().map_or(0, total));
+        list.sort_by_key(|(_, c)| c.atoms.as_ref().map_or(0, AtomsCase::atoms));
         let Some((_, first)) = list.first() else { return Ok(None) };
         let engine = match atomistic::engine(first) {
             Err(e) if requested.is_some() => return Err(e),
@@ -125,10 +125,6 @@ fn related_blocks(own: BlockSize, from_continuum: bool) -> Vec<BlockSize> {
     let founded = BlockSize { foundation_cells: own.foundation_cells + missing, ..shallower };
     let founded = Some(founded).filter(|_| from_continuum);
     std::iter::once(own).chain([narrower, shallower].into_iter().chain(founded).filter(fit)).collect()
-}
-
-fn total(atoms: &AtomsCase) -> u64 {
-    atoms.block.atoms() + (atoms.points * atoms.points) as u64
 }
 
 /// Estimated memory (bytes) and time (s) of a block.

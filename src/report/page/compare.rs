@@ -262,7 +262,7 @@ fn matches(load: &LoadComparison) -> Markup {
             "atoms; recall: fraction of the atoms’ contact that is also contact of the continuum." }
         p { "Mean gap: atoms " (angstrom(load.atoms_mean_gap_angstrom)) ", hard wall "
             (angstrom(load.hard_wall_mean_gap_angstrom)) ", compliant wall " (angstrom(load.compliant_wall_mean_gap_angstrom))
-            ". Clusters, corners connecting: " (count(load.atoms_patches)) " in the atoms, " (count(load.hard_wall_patches))
+            ". Clusters, corners connecting: " (count(load.atoms_patches)) " in the atoms, " (count(load.compliant_wall_patches))
             " with the compliant wall. Outside both contacts the gaps of these two differ by "
             (angstrom(load.gap_rms_difference_angstrom)) " (rms). "
             @if load.registration == [0, 0] { "Registration: the maps are aligned." }

@@ -27,7 +27,7 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
         !(a.foundation_cells > 0 && from_touch),
         "atoms.foundation_cells",
         a.foundation_cells,
-        "0 with a descent from first touch: the displacement of a foundation is the continuum's solution at a load",
+        "0 with a descent from first contact: the displacement of a foundation is the continuum's solution at a load",
     );
     c.unless(
         !a.element.is_empty() && a.element.chars().all(|ch| ch.is_ascii_alphanumeric()),

@@ -47,7 +47,7 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
             false,
             "continuum.penalty_length_nm",
             "not given",
-            "the length by which the penalty wall yields under a pressure of E*",
+            "the compression of the penalty wall under a pressure of E*",
         ),
         (WallKind::Penalty, Some(length)) => c.positive("continuum.penalty_length_nm", length),
         (WallKind::Hard, Some(length)) => {
@@ -57,7 +57,7 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     }
 }
 
-/// A surface that does not repeat.
+/// A surface that is not periodic.
 fn non_periodic(c: &mut Complaints, scene: &Scene) {
     let m = &scene.continuum;
     if m.is_periodic() {
@@ -155,7 +155,7 @@ fn estimates(c: &mut Complaints, scene: &Scene) {
             !requested,
             "continuum.method",
             format!("{:?} with {key}", m.method),
-            "a solver of the fields (see `asperity methods`); estimates can stand in continuum.compare_with",
+            "a solver of the fields (see `asperity methods`); estimates belong in continuum.compare_with",
         );
     }
 }

@@ -119,7 +119,7 @@ fn branches_of_atoms(c: &mut Complaints, scene: &Scene) {
         !(atoms && scene.load.unload) || there.is_sorted_by(|a, b| a < b),
         "load.unload",
         "true with loads that do not rise",
-        "rising loads: atoms go back from the highest",
+        "rising loads: atoms unload from the highest",
     );
 }
 
@@ -137,6 +137,6 @@ fn maps(c: &mut Complaints, scene: &Scene) {
         scene.load.maps_at.is_none() || scene.atoms.is_none(),
         "load.maps_at",
         "given with atoms",
-        "nothing: atoms are compared with the maps of every load",
+        "none: atoms are compared with the maps of every load",
     );
 }

@@ -46,7 +46,7 @@ pub(super) fn check(c: &mut Complaints, nvt: &NvtScene, atoms: &AtomsScene, scen
     c.unless(
         !from_touch,
         "atoms.nvt",
-        "given with atoms that start from first touch",
+        "given with atoms that start from first contact",
         "atoms.start = \"continuum\" without adhesion: the steps of a displacement ramp are between the loads",
     );
     c.unless(
