@@ -8,7 +8,7 @@ RUN := runs/quickstart
 
 PREFIX ?= $(HOME)/.local
 
-.PHONY: help install wheel docs demo test bench fuzz bench-peers measured verify-advice lint
+.PHONY: help install wheel docs demo test bench fuzz bench-peers measured verify-advice claims lint
 
 help:
 	@echo "make install  build, install program, manual pages and completions under PREFIX ($(PREFIX)); DESTDIR is respected"
@@ -20,6 +20,7 @@ help:
 	@echo "make bench-peers  compare with Tamaas and ContactMechanics from PyPI (half an hour; PEERS=--quick: minutes)"
 	@echo "make measured  write the tables of advise, and docs/trade-off-series.md (an hour on two idle cores)"
 	@echo "make verify-advice  compare advice with results on five other seeds and two other spectra (half an hour)"
+	@echo "make claims  repeat the commands behind the numbers in the documents and compare (ten minutes; ALL=1: hours)"
 	@echo "make fuzz   read 100000 damaged copies of each surface file of the tests"
 	@echo "make lint   check formatting and clippy"
 
@@ -64,6 +65,10 @@ measured:
 
 verify-advice:
 	scripts/verify-advice.sh
+
+claims:
+	cargo build --release --locked
+	scripts/claims.py --asperity target/release/asperity $(if $(ALL),--all)
 
 fuzz:
 	cargo bench --locked --bench measure -- damage --inputs 100000

@@ -110,7 +110,7 @@ fn mesh(data: &ChallengeData) -> AcceptanceCheck {
         [0.0, MESH_LIMIT],
         if used < requested {
             format!(
-                "met by a longer range; the challenge's own would have {requested:.1} here, and needs 29687 points per side"
+                "met by a longer range; the challenge's own would have {requested:.1} here, and needs 29686 points per side"
             )
         } else {
             "the challenge's own range".to_string()

@@ -8,14 +8,15 @@ use asperity::record::results::{CriterionMatch, LoadComparison, Results};
 use std::path::Path;
 
 /// Relative difference of the contact fractions of atoms and matched continuum. Of the 4050 surface atoms some 150 are
-/// in contact at the lowest load, with a counting error of 8 %. Measured: 4, 5 and 6 %.
-const FRACTION: f64 = 0.10;
+/// in contact at the lowest load. Measured: 4, 5 and 6 %; ten atoms more or less would be 6 % there, so that a changed
+/// state shows.
+const FRACTION: f64 = 0.07;
 
 /// Difference of the mean gaps of atoms and compliant wall, Å. Measured: 0.03, 0.02 and −0.01.
-const MEAN_GAP_ANGSTROM: f64 = 0.1;
+const MEAN_GAP_ANGSTROM: f64 = 0.03;
 
-/// Cohen's κ of the matched contact map at p* = 0.01. Measured: 0.96.
-const KAPPA: f64 = 0.9;
+/// Cohen's κ of the matched contact map. Measured: 0.947, 0.959 and 0.942.
+const KAPPA: f64 = 0.93;
 
 /// Smallest difference of κ between the matched map and the same map shifted, whose κ is about 0.
 const ABOVE_CHANCE: f64 = 0.5;
@@ -71,11 +72,9 @@ fn the_quickstart_gives_the_documented_results() {
         assert_eq!(load.registration, [0, 0], "p* = {}: the maps are out of register", load.p_star);
         assert!(matched.overlap.kappa > matched.shifted.kappa + ABOVE_CHANCE, "p* = {}: {matched:?}", load.p_star);
         assert!(matched.overlap.jaccard > matched.shifted.jaccard, "p* = {}: {matched:?}", load.p_star);
-        if load.p_star == 0.01 {
-            assert!(matched.overlap.kappa >= KAPPA, "{matched:?}");
-            // The agreement is due to the criterion: zero gap alone agrees less.
-            assert!(criterion(load, "hard_wall").overlap.kappa < matched.overlap.kappa, "{load:?}");
-        }
+        assert!(matched.overlap.kappa >= KAPPA, "{matched:?}");
+        // The agreement is due to the criterion: zero gap alone agrees less, measured: 0.70 to 0.74.
+        assert!(criterion(load, "hard_wall").overlap.kappa < matched.overlap.kappa - 0.15, "{load:?}");
     }
 
     let atoms = results.atoms.as_ref().expect("atoms");
