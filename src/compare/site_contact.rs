@@ -77,6 +77,8 @@ pub enum SiteCriterion {
     /// Compliant wall: areal repulsion with the compliance of single atoms. Atoms are placed on its solution; contact
     /// if an indenter atom is within the contact distance.
     CompliantWall,
+    /// Compliant wall with a hardness, by the same criterion.
+    YieldingWall,
 }
 
 impl SiteCriterion {
@@ -85,6 +87,7 @@ impl SiteCriterion {
             SiteCriterion::HardWall => "hard_wall",
             SiteCriterion::OffsetWall(_) => "offset_wall",
             SiteCriterion::CompliantWall => "compliant_wall",
+            SiteCriterion::YieldingWall => "yielding_wall",
         }
     }
 
@@ -92,7 +95,7 @@ impl SiteCriterion {
     pub fn offset_angstrom(self) -> f64 {
         match self {
             SiteCriterion::OffsetWall(by) => by,
-            SiteCriterion::HardWall | SiteCriterion::CompliantWall => 0.0,
+            SiteCriterion::HardWall | SiteCriterion::CompliantWall | SiteCriterion::YieldingWall => 0.0,
         }
     }
 
@@ -101,6 +104,7 @@ impl SiteCriterion {
             SiteCriterion::HardWall => "hard wall, zero gap".into(),
             SiteCriterion::OffsetWall(by) => format!("offset wall, shifted by {by:.3} Å, within d_c of the atoms"),
             SiteCriterion::CompliantWall => "compliant wall, within d_c of the atoms".into(),
+            SiteCriterion::YieldingWall => "compliant wall with hardness, within d_c of the atoms".into(),
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::atomistic::{self, LammpsOutcome};
 use super::comparison::compare;
 use super::folder::Key;
-use super::matched::{Matched, MatchedStage, crystal_key, pair_key, profile_key};
+use super::matched::{Matched, MatchedStage, YieldingStage, crystal_key, pair_key, profile_key};
 use super::stage::{Cost, Machine, Stage, StageContext, StageKeys};
 use super::{methods, nvt};
 use crate::Result;
@@ -53,6 +53,12 @@ impl<'a> AtomStages<'a> {
 
     pub(super) fn matched(&self) -> MatchedStage<'a> {
         MatchedStage { case: self.case, atoms: self.atoms, scene: self.scene }
+    }
+
+    /// None if the scene gives no hardness of the crystal.
+    pub(super) fn yielding(&self) -> Option<YieldingStage<'a>> {
+        let hardness_gpa = self.scene.hardness_gpa?;
+        Some(YieldingStage { case: self.case, atoms: self.atoms, hardness_gpa })
     }
 
     /// None if the scene requests no constant-temperature runs.

@@ -100,6 +100,7 @@ pub(super) fn compare(
         full_heights: matched.full.clone(),
         hard_wall: matched.hard.clone(),
         compliant_wall: matched.compliant.clone(),
+        yielding_wall: matched.yielding.clone(),
         loads,
         sections,
         findings,
@@ -134,6 +135,8 @@ struct WallGaps {
     /// Of the compliant wall, over the atoms' heights and over the dilated heights on which it was solved.
     compliant: Stored,
     compliant_dilated: Stored,
+    /// The same two of the compliant wall with hardness.
+    yielding: Option<[Stored; 2]>,
 }
 
 /// Contact of the walls' surface sites at a contact distance.
@@ -142,6 +145,7 @@ struct WallContacts {
     /// Offset of the offset wall, Å.
     offset_angstrom: f64,
     compliant: Vec<bool>,
+    yielding: Option<Vec<bool>>,
 }
 
 impl Comparison<'_> {
@@ -151,6 +155,10 @@ impl Comparison<'_> {
             hard: read(&self.matched.hard)?,
             compliant: read(&self.matched.compliant)?.over(&self.dilation),
             compliant_dilated: read(&self.matched.compliant)?,
+            yielding: match &self.matched.yielding {
+                Some(wall) => Some([read(wall)?.over(&self.dilation), read(wall)?]),
+                None => None,
+            },
         })
     }
 
@@ -160,13 +168,15 @@ impl Comparison<'_> {
         let effective_pressure = effective_pressure(self.atoms, hard) * self.atoms.modulus_gpa / GPA_PER_EV_A3;
         let clear = self.probes.clearances((Profile::Own, gaps.hard.field()), distance);
         let offset_angstrom = self.probes.rise(&clear, effective_pressure);
-        let dilated = gaps.compliant_dilated.field();
-        let unpressed = self.probes.unpressed(dilated);
-        let compliant = self.probes.clearances((Profile::Dilated, dilated), distance);
+        let compliant = |dilated: Field| {
+            let unpressed = self.probes.unpressed(dilated);
+            within(&self.probes.clearances((Profile::Dilated, dilated), distance), |site| unpressed[site])
+        };
         WallContacts {
             offset: within(&clear, |_| offset_angstrom),
             offset_angstrom,
-            compliant: within(&compliant, |site| unpressed[site]),
+            compliant: compliant(gaps.compliant_dilated.field()),
+            yielding: gaps.yielding.as_ref().map(|[_, dilated]| compliant(dilated.field())),
         }
     }
 
@@ -203,6 +213,7 @@ impl Comparison<'_> {
             atoms_mean_gap_angstrom: state.mean_gap_angstrom,
             hard_wall_mean_gap_angstrom: hard.mean_gap * length,
             compliant_wall_mean_gap_angstrom: mean(&gaps.compliant.0.values) * length,
+            yielding_wall_mean_gap_angstrom: gaps.yielding.as_ref().map(|[gap, _]| mean(&gap.0.values) * length),
             atoms_patches: cluster_sizes(&atoms_map, grid.nx, Connectivity::Eight).len(),
             compliant_wall_patches: cluster_sizes(&compliant_map, grid.nx, Connectivity::Eight).len(),
             gap_rms_difference_angstrom: self.gap_difference(state, gaps, &touching, &contacts.compliant)?,
@@ -234,7 +245,8 @@ impl Comparison<'_> {
             (SiteCriterion::OffsetWall(contacts.offset_angstrom), &contacts.offset),
             (SiteCriterion::CompliantWall, &contacts.compliant),
         ];
-        walls.into_iter().map(compare).collect()
+        let yielding = contacts.yielding.iter().map(|flags| (SiteCriterion::YieldingWall, flags.as_slice()));
+        walls.into_iter().chain(yielding).map(compare).collect()
     }
 
     /// rms difference of the gaps of atoms and compliant wall outside both contacts, Å.
@@ -283,11 +295,13 @@ impl Comparison<'_> {
             ("offset_wall", offset, Some(contacts.offset.as_slice())),
         ];
         let compliant = vec![("compliant_wall", SiteCriterion::CompliantWall, Some(contacts.compliant.as_slice()))];
+        let yielding = vec![("yielding_wall", SiteCriterion::YieldingWall, contacts.yielding.as_deref())];
         let full = vec![("full_heights", SiteCriterion::HardWall, None)];
         let solutions = [
             (self.matched.full.as_ref(), &self.fine_sites, self.case.grid, None, full),
             (Some(&self.matched.hard), self.sites, self.grid, None, hard),
             (Some(&self.matched.compliant), self.sites, self.grid, Some(&self.dilation), compliant),
+            (self.matched.yielding.as_ref(), self.sites, self.grid, Some(&self.dilation), yielding),
         ];
         let mut list = Vec::new();
         for (solution, sites, grid, dilation, criteria) in solutions {

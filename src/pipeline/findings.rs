@@ -59,7 +59,7 @@ pub(super) fn findings(
     let percent = |x: f64| format!("{:.1} %", 100.0 * x).replace('-', "−");
     let kappa = |o: &Overlap| format!("{:.2}", o.kappa).replace('-', "−");
     for (load, state) in loads.iter().zip(&matched.hard.states) {
-        let [hard, offset, compliant] = &load.continuum[..] else { continue };
+        let [hard, offset, compliant, yielding @ ..] = &load.continuum[..] else { continue };
         let stress =
             effective_pressure(atoms, state) * atoms.modulus_gpa / load.atoms.contact_fraction.max(f64::MIN_POSITIVE);
         let over = |m: &CriterionMatch| load.atoms.contact_fraction / m.contact_fraction - 1.0;
@@ -84,6 +84,19 @@ pub(super) fn findings(
             percent(over(offset)),
             kappa(&offset.overlap),
         ));
+        list.extend(yielding.iter().zip(&matched.yielding).map(|(yielding, wall)| {
+            format!(
+                "p* = {}: compliant wall with the crystal's hardness of {:.2} GPa: {} (the atoms deviate by {}), κ = {}. \
+                 Without it the deviation is {}, κ = {}.",
+                load.p_star,
+                wall.hardness.unwrap_or(f64::NAN) * atoms.modulus_gpa,
+                percent(yielding.contact_fraction),
+                percent(over(yielding)),
+                kappa(&yielding.overlap),
+                percent(over(compliant)),
+                kappa(&compliant.overlap),
+            )
+        }));
         if load.registration != [0, 0] {
             list.push(format!(
                 "p* = {}: the atoms' contact map fits best when shifted by {:?} of {} nodes; correct maps fit without a shift.",

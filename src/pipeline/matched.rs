@@ -25,6 +25,9 @@ pub(super) struct Matched {
     pub full: Option<ContinuumResults>,
     pub hard: ContinuumResults,
     pub compliant: ContinuumResults,
+    /// Of [`YieldingStage`].
+    #[serde(skip)]
+    pub yielding: Option<ContinuumResults>,
 }
 
 /// Solves the matched continuum, and the continuum on the full heights if distributions are requested.
@@ -73,7 +76,8 @@ impl Stage for MatchedStage<'_> {
     fn run(&self, (): (), at: &StageContext) -> Result<Matched> {
         let (case, atoms) = (self.case, self.atoms);
         let (kernel, wall) = (atoms.kernel(), Wall::Hard);
-        let hard = Matching { kernel, wall, is_compliant: false, tag: "hard wall", criterion: "zero gap" };
+        let (hardness, is_compliant) = (None, false);
+        let hard = Matching { kernel, wall, hardness, is_compliant, tag: "hard wall", criterion: "zero gap" };
         // The full heights on the scene's grid, without low-pass filter and stretch factor.
         let whole = case.surface.heights(case.grid, 0.0);
         let full = Matching { tag: "full heights", ..hard };
@@ -94,7 +98,49 @@ impl Stage for MatchedStage<'_> {
             let pairs = found.states.iter_mut().zip(&deep.states);
             pairs.for_each(|(state, deep)| state.uncertainty.extend(of_depth(state, deep)));
         }
-        Ok(Matched { full, hard: found, compliant: compliant_wall(case, atoms, at)? })
+        let compliant = compliant_wall(case, atoms, at)?;
+        Ok(Matched { full, hard: found, compliant, yielding: None })
+    }
+}
+
+/// Solves the compliant-wall continuum with the crystal's hardness. A stage of its own, on which no atoms depend.
+pub(super) struct YieldingStage<'a> {
+    pub case: &'a Case,
+    pub atoms: &'a AtomsCase,
+    pub hardness_gpa: f64,
+}
+
+impl Stage for YieldingStage<'_> {
+    type Input<'i> = ();
+    /// None if it did not converge or the load exceeds the hardness.
+    type Output = Option<ContinuumResults>;
+
+    fn name(&self) -> String {
+        "yielding".into()
+    }
+
+    fn what(&self) -> String {
+        format!("the compliant wall with a hardness of {} GPa", self.hardness_gpa)
+    }
+
+    fn cost(&self, machine: Machine) -> Cost {
+        solve_cost(self.case, self.atoms.matched, self.case.load_steps().len(), machine)
+    }
+
+    /// `after`: key of the matched continuum.
+    fn keys(&self, after: &[&Key]) -> Result<StageKeys> {
+        Key::new("yielding", &self.hardness_gpa, after).map(StageKeys::continued)
+    }
+
+    fn run(&self, (): (), at: &StageContext) -> Result<Option<ContinuumResults>> {
+        match yielding_wall(self.case, self.atoms, self.hardness_gpa, at) {
+            // This solution is auxiliary, and is omitted if there is none.
+            Err(e @ (Error::NotConverged { .. } | Error::Input { .. })) => {
+                at.listener.warn(&format!("the compliant wall with hardness is left out: {e}"));
+                Ok(None)
+            }
+            found => found.map(Some),
+        }
     }
 }
 
@@ -128,13 +174,22 @@ fn of_depth(state: &StateResults, deep: &StateResults) -> [UncertaintyComponent;
 
 /// Solves the compliant-wall continuum at every load, and stores its gaps in the stage folder.
 pub(super) fn compliant_wall(case: &Case, atoms: &AtomsCase, at: &StageContext) -> Result<ContinuumResults> {
-    let matching = Matching {
-        kernel: atoms.kernel(),
-        wall: Wall::Tabulated(atoms.compliant_law()),
-        is_compliant: true,
-        tag: "compliant wall",
-        criterion: "the wall repels",
-    };
+    on_dilated_heights(case, atoms, ("compliant wall", None), at)
+}
+
+/// The same with a contact stress of at most the crystal's hardness.
+fn yielding_wall(case: &Case, atoms: &AtomsCase, gpa: f64, at: &StageContext) -> Result<ContinuumResults> {
+    on_dilated_heights(case, atoms, ("yielding wall", Some(gpa / atoms.modulus_gpa)), at)
+}
+
+fn on_dilated_heights(
+    case: &Case,
+    atoms: &AtomsCase,
+    (tag, hardness): (&'static str, Option<f64>),
+    at: &StageContext,
+) -> Result<ContinuumResults> {
+    let (kernel, wall, criterion) = (atoms.kernel(), Wall::Tabulated(atoms.compliant_law()), "the wall pushes");
+    let matching = Matching { kernel, wall, hardness, is_compliant: true, tag, criterion };
     // The wall law acts vertically. The dilated heights account for contact on slopes, where the nearest indenter atom
     // is not directly above.
     let heights = reduced(atoms, atoms.dilated_heights_angstrom(&case.surface));
@@ -152,6 +207,8 @@ pub(super) fn reduced(atoms: &AtomsCase, mut heights: Vec<f64>) -> Vec<f64> {
 struct Matching {
     kernel: Elastic,
     wall: Wall,
+    /// Over E*.
+    hardness: Option<f64>,
     is_compliant: bool,
     tag: &'static str,
     criterion: &'static str,
@@ -168,6 +225,7 @@ fn solve(
         kernel: matching.kernel,
         adhesion: atoms.matched_adhesion(matching.is_compliant),
         wall: matching.wall,
+        hardness: matching.hardness,
         precision: Precision::F64,
         tolerance: MATCHED_TOLERANCE,
         max_iterations: case.scene.continuum.max_iterations,

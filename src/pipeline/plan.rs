@@ -67,6 +67,7 @@ pub fn plan(case: &Case, threads: usize, evaluation: Option<f64>) -> Result<RunP
         stages.push(LammpsStage(of).plan(machine));
         stages.push(FramesStage(of).plan(machine));
         stages.extend(of.nvt().map(|stage| stage.plan(machine)));
+        stages.extend(of.yielding().map(|stage| stage.plan(machine)));
         stages.push(CompareStage(of).plan(machine));
         stages.extend(of.all_atom().map(|stage| stage.plan(machine)));
     }

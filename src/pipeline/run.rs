@@ -178,7 +178,7 @@ impl Running<'_> {
         surface_key: &Key,
         out: &Path,
     ) -> Result<(AtomsResults, ComparisonResults, Option<MethodResults>)> {
-        let (matched, matched_key) = self.execute(&stages.matched(), &[surface_key], ())?;
+        let (mut matched, matched_key) = self.execute(&stages.matched(), &[surface_key], ())?;
         let geometry = self.geometry.clone();
         let (outcome, lammps_key) = self.execute(&LammpsStage(stages), &[&geometry, &matched_key], (&matched, out))?;
         for step in &outcome.unconverged {
@@ -190,8 +190,14 @@ impl Running<'_> {
         if let Some(stage) = stages.nvt() {
             found.nvt = Some(self.execute(&stage, &[&lammps_key], out)?.0);
         }
-        let (compared, _) =
-            self.execute(&CompareStage(stages), &[&matched_key, &atoms_key], (&found, &matched, out))?;
+        let mut after = vec![matched_key, atoms_key.clone()];
+        if let Some(stage) = stages.yielding() {
+            let (yielding, key) = self.execute(&stage, &[&after[0]], ())?;
+            matched.yielding = yielding;
+            after.push(key);
+        }
+        let after: Vec<&Key> = after.iter().collect();
+        let (compared, _) = self.execute(&CompareStage(stages), &after, (&found, &matched, out))?;
         let Some(stage) = stages.all_atom() else { return Ok((found, compared, None)) };
         let seconds = self.folder.costs.iter().filter(|c| c.name == LAMMPS).map(|c| c.seconds).sum();
         let (all_atom, _) = self.execute(&stage, &[&atoms_key], (&found, seconds, out))?;
@@ -248,6 +254,7 @@ pub fn rebuild_comparison(out: &Path) -> Result<(Results, PathBuf)> {
         full: earlier.full_heights.clone(),
         hard: earlier.hard_wall.clone(),
         compliant: earlier.compliant_wall.clone(),
+        yielding: earlier.yielding_wall.clone(),
     };
     results.comparison = Some(compare(&case, a, found, &matched, out, COMPARE)?);
     results.write(out)?;

@@ -14,6 +14,9 @@ pub struct ComparisonResults {
     /// Continuum with the compliant wall (the repulsion law of the indenter with the compliance of single atoms) on
     /// the dilated heights. Its gaps and mean gaps are measured from the dilated heights.
     pub compliant_wall: ContinuumResults,
+    /// The same with the crystal's hardness; absent if the scene gives none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub yielding_wall: Option<ContinuumResults>,
     pub loads: Vec<LoadComparison>,
     /// Gap profiles in the section x = L/2, one per load.
     pub sections: Vec<Section>,
@@ -32,6 +35,8 @@ pub struct LoadComparison {
     pub atoms_mean_gap_angstrom: f64,
     pub hard_wall_mean_gap_angstrom: f64,
     pub compliant_wall_mean_gap_angstrom: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub yielding_wall_mean_gap_angstrom: Option<f64>,
     pub atoms_patches: usize,
     pub compliant_wall_patches: usize,
     /// rms difference of the gap maps out of contact in both maps, Å.

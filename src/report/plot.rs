@@ -91,6 +91,8 @@ pub const ATOMS: Style = Style { colour: picture::BLUE, dash: Dash::Solid, marke
 pub const HARD: Style = Style { colour: picture::ORANGE, dash: Dash::Dashed, marker: Marker::Square };
 pub const THRESHOLD: Style = Style { colour: picture::GREEN, dash: Dash::Dashed, marker: Marker::Ring };
 pub const SOFT: Style = Style { colour: picture::VERMILION, dash: Dash::Dotted, marker: Marker::Triangle };
+/// Compliant wall with hardness.
+pub const YIELDING: Style = Style { colour: picture::BLACK, dash: Dash::Dotted, marker: Marker::Star };
 pub const LABORATORY: Style = Style { colour: picture::BLACK, dash: Dash::Solid, marker: Marker::Square };
 /// Unloading branch, and highlighted points.
 pub const BACK: Style = Style { colour: picture::VERMILION, dash: Dash::Dashed, marker: Marker::Ring };

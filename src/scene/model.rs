@@ -426,6 +426,9 @@ pub struct AtomsScene {
     /// displacement of the continuum's solution. 0: the base is rigid.
     #[serde(skip_serializing_if = "crate::record::json::is_default")]
     pub foundation_cells: usize,
+    /// Hardness of the crystal, GPa: the compliant-wall continuum is solved with it, too, as a step of the model chain.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hardness_gpa: Option<f64>,
     /// An eam/alloy file instead of the shipped calcium-like one. Relative to the scene file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub potential: Option<PathBuf>,
@@ -488,6 +491,7 @@ impl Default for AtomsScene {
             cells: 45,
             depth_cells: 12,
             foundation_cells: 0,
+            hardness_gpa: None,
             potential: None,
             element: "Ca".into(),
             lattice_constant_angstrom: None,

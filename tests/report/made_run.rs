@@ -296,6 +296,7 @@ pub(crate) fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResul
         atoms_mean_gap_angstrom: 9.713,
         hard_wall_mean_gap_angstrom: 9.402,
         compliant_wall_mean_gap_angstrom: 9.655,
+        yielding_wall_mean_gap_angstrom: None,
         atoms_patches: 14,
         compliant_wall_patches: 17,
         gap_rms_difference_angstrom: 0.214,
@@ -323,6 +324,7 @@ pub(crate) fn comparison(folder: &Path, atoms: &AtomsResults) -> ComparisonResul
         full_heights: None,
         hard_wall: hard,
         compliant_wall: soft,
+        yielding_wall: None,
     }
 }
 

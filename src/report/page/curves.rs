@@ -9,6 +9,7 @@ use crate::record::results::{AtomState, AtomsResults, ContinuumResults, LoadComp
 use crate::report::number::si_scale;
 use crate::report::plot::{
     ATOMS, Axis, BACK, Curve, HARD, LABORATORY, Marker, POINTED_OUT, Plot, SOFT, Style, THRESHOLD, UNCONVERGED,
+    YIELDING,
 };
 
 /// Ratio of highest to lowest load above which the contact fraction is plotted on logarithmic axes.
@@ -82,6 +83,7 @@ fn area(writer: &FigureWriter, results: &Results) -> Result<Option<Markup>> {
                 "hard_wall" => (HARD, "hard wall, gap = 0".into()),
                 "offset_wall" => (THRESHOLD, "offset wall".into()),
                 "compliant_wall" => (SOFT, "compliant wall".into()),
+                "yielding_wall" => (YIELDING, "compliant wall with hardness".into()),
                 other => (THRESHOLD, other.into()),
             };
             curves.push(Curve { label, style, points: c.loads.iter().filter_map(of).collect() });

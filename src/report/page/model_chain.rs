@@ -6,7 +6,7 @@ use super::figures::{FigureWriter, figure, numbers, panel, panels, text};
 use crate::error::Result;
 use crate::record::results::{ComparisonResults, LoadComparison, ModelChainStep};
 use crate::report::number::{count, percent, significant, trimmed};
-use crate::report::plot::{ATOMS, Axis, Curve, HARD, LABORATORY, PANEL, Plot, SOFT, Style, THRESHOLD};
+use crate::report::plot::{ATOMS, Axis, Curve, HARD, LABORATORY, PANEL, Plot, SOFT, Style, THRESHOLD, YIELDING};
 
 /// Style and name of a step.
 fn look(id: &str) -> (Style, &'static str) {
@@ -15,6 +15,7 @@ fn look(id: &str) -> (Style, &'static str) {
         "hard_wall" => (HARD, "atoms’ heights, zero gap"),
         "offset_wall" => (THRESHOLD, "atoms’ heights, offset wall"),
         "compliant_wall" => (SOFT, "atoms’ heights, compliant wall"),
+        "yielding_wall" => (YIELDING, "atoms’ heights, compliant wall with hardness"),
         _ => (ATOMS, "atoms"),
     }
 }

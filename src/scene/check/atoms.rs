@@ -37,6 +37,7 @@ pub(super) fn check(c: &mut Complaints, scene: &Scene) {
     );
     for (key, value) in [
         ("atoms.step_angstrom", a.step_angstrom),
+        ("atoms.hardness_gpa", a.hardness_gpa),
         ("atoms.force_tolerance_ev_per_angstrom", Some(a.force_tolerance_ev_per_angstrom)),
         ("atoms.adhesion_range_angstrom", Some(a.adhesion_range_angstrom)),
         ("atoms.low_pass_angstrom", a.low_pass_angstrom),
