@@ -40,7 +40,7 @@ fn planned_and_measured(id: &str, more: &[&str]) -> (f64, f64) {
 }
 
 #[test]
-fn plans_are_what_is_taken() {
+fn planned_memory_is_what_is_used() {
     let mut faults = Vec::new();
     for id in REGISTRY.iter().map(|m| m.card().id).filter(|id| *id != "all-atom") {
         // Estimates must converge.

@@ -422,18 +422,12 @@ fn require_converged(reached: &path::Reached, card: &Card, tolerance: f64, [load
     match reached.state.stop {
         Stop::Converged => Ok(()),
         Stop::Interrupted => Err(Error::Interrupted),
-        stop => Err(Error::NotConverged {
-            method: card.id,
-            why: match stop {
-                Stop::Detached => {
-                    format!("load {load} of {loads}: the tension separates the surfaces, and no equilibrium exists")
-                }
-                stop => format!("load {load} of {loads}: {stop}"),
-            },
-            iterations: reached.state.iterations,
-            residual: reached.state.residual,
-            tolerance,
-            partial: None,
-        }),
+        stop => {
+            let why = match stop {
+                Stop::Detached => "the tension separates the surfaces, and no equilibrium exists".to_string(),
+                stop => stop.to_string(),
+            };
+            Err(reached.state.not_converged(card.id, format!("load {load} of {loads}: {why}"), tolerance, None))
+        }
     }
 }

@@ -36,7 +36,7 @@ const FORCE_ROUNDING: f64 = 1.001;
 const FEWEST_ATOMS_FOR_RANKS: u64 = 200_000;
 
 /// Warning for a number of ranks that is too large for the number of atoms.
-pub fn caveat(ranks: usize, atoms: u64) -> Option<String> {
+pub fn ranks_warning(ranks: usize, atoms: u64) -> Option<String> {
     (ranks > 1 && atoms < FEWEST_ATOMS_FOR_RANKS).then(|| {
         format!("{ranks} MPI ranks for {atoms} atoms: below {FEWEST_ATOMS_FOR_RANKS} atoms one is as fast, and faster on a busy machine")
     })
@@ -537,8 +537,8 @@ mod tests {
 
     #[test]
     fn several_ranks_for_few_atoms_give_a_warning() {
-        assert!(caveat(2, 100_000).is_some_and(|c| c.contains("2 MPI ranks")));
-        assert_eq!((caveat(1, 100), caveat(2, 3_000_000)), (None, None));
+        assert!(ranks_warning(2, 100_000).is_some_and(|c| c.contains("2 MPI ranks")));
+        assert_eq!((ranks_warning(1, 100), ranks_warning(2, 3_000_000)), (None, None));
     }
 
     #[test]

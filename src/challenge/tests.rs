@@ -177,7 +177,7 @@ fn status(results: &Results, id: &str) -> CheckStatus {
 }
 
 #[test]
-fn what_agrees_with_the_paper_passes() {
+fn results_that_agree_with_the_paper_pass() {
     let list = assess(&agreeing());
     assert!(list.iter().all(|j| j.status == CheckStatus::Pass), "{list:?}");
     let passed = list.len() - OF_THE_SETTING.len();

@@ -27,8 +27,7 @@ pub(super) struct Advise {
     /// Largest wall time, as 30s, 10m or 2h, for the most accurate setting.
     #[arg(long, value_name = "TIME")]
     budget: Option<String>,
-    /// Tables of `asperity tradeoff`, comma-separated. Default: that of the scene's own
-    /// runs/NAME-tradeoff, or, where there is none, those that come with the program.
+    /// Tables of `asperity tradeoff`, comma-separated. Default: that in runs/NAME-tradeoff of the scene, otherwise those of the program.
     #[arg(long, value_name = "FILES", value_delimiter = ',', num_args = 1)]
     table: Vec<PathBuf>,
     /// Extrapolate beyond the measured settings, and report where.

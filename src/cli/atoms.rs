@@ -1,5 +1,5 @@
 use super::{output, progress::TerminalProgress};
-use crate::atoms::engine::{LammpsEngine, caveat};
+use crate::atoms::engine::{LammpsEngine, ranks_warning};
 use crate::atoms::job::Job;
 use crate::pipeline::{self, Listener};
 use crate::report::number::{count, percent, significant};
@@ -120,7 +120,7 @@ fn build(scene: &Path, out: &Path, json: bool) -> Result<()> {
 
 fn run(engine: &LammpsEngine, job: &Job, ranks: usize, json: bool) -> Result<()> {
     let progress = TerminalProgress::new();
-    caveat(ranks, job.atoms()).iter().for_each(|c| progress.warn(c));
+    ranks_warning(ranks, job.atoms()).iter().for_each(|text| progress.warn(text));
     let outcome = pipeline::run_lammps(engine, job, &progress)?;
     drop(progress);
     if json {

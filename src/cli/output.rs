@@ -111,7 +111,7 @@ pub fn statistics(list: &[Statistic]) -> String {
     )
 }
 
-/// What scaling down keeps.
+/// The scaling audit.
 pub fn audit(lines: &[AuditLine]) -> String {
     table(
         &["group", "symbol", "target", "actual", "status", "reason"],
@@ -122,15 +122,15 @@ pub fn audit(lines: &[AuditLine]) -> String {
     )
 }
 
-/// Headline of a run: loads, areas, gaps, and atoms against continuum.
+/// Summary of a run: loads, areas, gaps, and atoms against continuum.
 pub fn results(results: &Results) {
     if let Some(c) = &results.continuum {
         let um = results.scales.length_m * 1e6;
         print(&format!("continuum: {}, {}, adhesion {}, {}", c.method, c.kernel, c.adhesion, c.wall));
         states(c, um);
-        certainty(c, um);
+        adhesion(c, um);
         let work = results.scales.modulus_pa * results.scales.length_m;
-        hysteresis_sentence(c, |w| si(w * work, "J/m²", 3)).iter().for_each(|said| print(said));
+        hysteresis_sentence(c, |w| si(w * work, "J/m²", 3)).iter().for_each(|sentence| print(sentence));
     }
     let ranges = results.other_ranges.iter().map(|c| (format!("adhesion {}", c.adhesion), c));
     let without = results.non_adhesive.iter().map(|c| ("without adhesion".to_string(), c));
@@ -175,12 +175,12 @@ fn methods(list: &[MethodResults], um: f64) {
     }
 }
 
-/// What a scene's accuracy was resolved into.
+/// The setting chosen for the accuracy of a scene.
 pub fn chosen(c: &AccuracyChoice) -> String {
     let a = &c.advice;
     let requested = match (c.error, c.budget_s) {
         (Some(share), _) => format!("within {} %", significant(100.0 * share, 3)),
-        (None, s) => format!("as well as {} allow", duration(s.unwrap_or(0.0))),
+        (None, s) => format!("in at most {}", duration(s.unwrap_or(0.0))),
     };
     format!(
         "{} {requested}: {} on {} × {} points, {} to {:e}; expected error {}, expected time {}",
@@ -206,7 +206,7 @@ fn states(c: &ContinuumResults, um: f64) {
         &head,
         c.states.iter().map(|s| {
             let mut row = vec![
-                trimmed(s.numbers.p_star, 4) + if s.branch == Branch::Unloading { " (back)" } else { "" },
+                trimmed(s.numbers.p_star, 4) + if s.branch == Branch::Unloading { " (unloading)" } else { "" },
                 percent(s.numbers.contact_fraction),
                 percent(s.contact_fraction_corrected),
                 significant(s.mean_gap * um, 4),
@@ -226,8 +226,8 @@ fn states(c: &ContinuumResults, um: f64) {
     }
 }
 
-/// What the grid leaves uncertain, and the pull that parts the surfaces.
-fn certainty(c: &ContinuumResults, um: f64) {
+/// Adhesion range on the grid, numbers extrapolated to the true range, and pull-off.
+fn adhesion(c: &ContinuumResults, um: f64) {
     if let Some(r) = c.range {
         let gamma = significant(r.gamma, 4);
         let [requested, used] = [r.requested, r.used].map(|r| significant(r * um * 1e3, 4));
@@ -249,7 +249,7 @@ fn certainty(c: &ContinuumResults, um: f64) {
         let error = |e: f64| format!(" ± {}", significant(e, 2));
         let pull = significant(-p.pressure, 4) + &error(p.pressure_error);
         let gap = significant(p.mean_gap * um, 4) + &error(p.mean_gap_error * um);
-        print(&format!("largest pull ({pull}) E*, at a mean gap of ({gap}) µm"));
+        print(&format!("pull-off: largest tension ({pull}) E*, at a mean gap of ({gap}) µm"));
     }
 }
 
@@ -285,10 +285,10 @@ pub fn comparison(results: &Results) {
         std::iter::once(atoms).chain(lines.collect::<Vec<_>>())
     });
     print(&table(&["p*", "contact counted as", "contact", "Jaccard", "kappa", "mean gap / Å"], rows));
-    results.atoms.as_ref().and_then(yielding).iter().for_each(|said| print(said));
+    results.atoms.as_ref().and_then(yielding).iter().for_each(|sentence| print(sentence));
 }
 
-/// Where the crystal leaves elasticity, if that was looked for.
+/// Onset of plasticity, if it was analysed.
 fn yielding(a: &AtomsResults) -> Option<String> {
     let p = a.plasticity.as_ref()?;
     let begins = match (p.first_yield, p.last_elastic) {
@@ -300,7 +300,7 @@ fn yielding(a: &AtomsResults) -> Option<String> {
     };
     let at = |s: &AtomState| s.defects.map(|n| format!("{} at {}", n.atoms, trimmed(s.p_star, 4)));
     let counts: Vec<_> = a.states.iter().filter_map(at).collect();
-    Some(format!("{begins}; of {} atoms out of the crystal's order, by p*: {}", p.atoms, counts.join(", ")))
+    Some(format!("{begins}; defect atoms of {} analysed, by p*: {}", p.atoms, counts.join(", ")))
 }
 
 /// The challenge's statements.

@@ -189,7 +189,7 @@ mod tests {
 
     /// Samples of one function on two grids are equal maps, in either order. A constant offset is the distance.
     #[test]
-    fn maps_meet_at_the_nodes_that_both_have() {
+    fn maps_are_compared_at_their_common_nodes() {
         let wave = |x: f64, y: f64| (6.0 * x).sin() + y * y;
         let (coarse, fine) = (map(8, wave), map(32, wave));
         for (a, b) in [(&coarse, &fine), (&fine, &coarse)] {
@@ -291,7 +291,7 @@ mod tests {
 
     /// First order: errors of 0.16, 0.08 and 0.04 have distances of 0.12 and 0.04 to the finest.
     #[test]
-    fn the_finest_errs_by_what_the_others_show() {
+    fn the_error_of_the_finest_grid_follows_from_the_coarser_ones() {
         close(Some(finest_error(Some(0.12), 0.04)), 0.04);
         // Second order: errors of 0.16, 0.04 and 0.01.
         close(Some(finest_error(Some(0.15), 0.03)), 0.01);

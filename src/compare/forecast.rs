@@ -106,7 +106,7 @@ mod tests {
 
     /// Constant part of 20 ms, and FFT pairs that grow as the square root of the points per side, as for a solver.
     #[test]
-    fn a_solver_is_foreseen() {
+    fn the_cost_of_a_solver_is_predicted() {
         let pairs = |n: f64| 30.0 * n.sqrt();
         let cost = |n: f64| 0.02 + 1e-8 * n * n * pairs(n);
         let grids = |list: &[f64]| list.iter().map(|&n| ran(n, pairs(n), cost(n))).collect::<Vec<_>>();
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn what_counts_no_pairs_is_foreseen() {
+    fn costs_without_transforms_are_predicted() {
         let cost = |n: f64| 0.01 + 3e-8 * n * n;
         let all: Vec<Ran> = [32.0, 64.0, 128.0].map(|n| ran(n, 0.0, cost(n))).to_vec();
         close(forecast(&all, 256.0 * 256.0), cost(256.0));

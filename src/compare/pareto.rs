@@ -52,7 +52,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_front_falls_with_cost() {
+    fn errors_of_the_pareto_front_decrease_with_cost() {
         let points = [(1.0, 0.5), (2.0, 0.6), (3.0, 0.1), (3.0, 0.2), (0.5, 0.9), (9.0, 0.1), (10.0, f64::NAN)];
         assert_eq!(front(&points), [4, 0, 2]);
         assert!(front(&[]).is_empty());

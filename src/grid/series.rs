@@ -208,7 +208,7 @@ mod tests {
     /// Round trip from nodes to the series and back, for half spectra of less than a block of columns, one block, and
     /// several blocks with and without a remainder.
     #[test]
-    fn series_through_nodes_meet_them() {
+    fn series_through_nodes_have_their_values() {
         for (nx, ny) in [(1, 1), (1, 7), (7, 1), (14, 6), (15, 5), (16, 4), (17, 3), (34, 3)] {
             let grid = Grid::unit(nx, ny);
             let field: Vec<f64> = (0..grid.points()).map(|i| ((i * i + 7 * i) % 101) as f64 / 17.0).collect();

@@ -87,7 +87,7 @@ mod tests {
     /// The displacements `u = -normal`, `v = i tangential` (up, along) obey the equations of equilibrium inside, and
     /// the stresses at the surface are the pressure and no shear.
     #[test]
-    fn it_is_in_equilibrium_under_the_pressure_alone() {
+    fn the_field_in_the_layer_is_in_equilibrium_with_the_pressure() {
         for (nu, q) in [(0.3, 3.0), (0.3, 20.0), (0.1, 9.0)] {
             let layer = layer(nu);
             let (two_g, t) = (1.0 - nu, layer.thickness);

@@ -10,6 +10,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::ops::ControlFlow;
+use std::path::PathBuf;
 
 /// Floating-point type of the fields. Sums are in `f64`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema, clap::ValueEnum)]
@@ -393,6 +394,20 @@ pub struct State<'a> {
     /// Transform pairs (forward and inverse) of the grid.
     pub fft_pairs: f64,
     pub seconds: f64,
+}
+
+impl State<'_> {
+    /// The error of a method (its id) that did not reach equilibrium. `why`: the reason; `partial`: the file of the last gap, if stored.
+    pub fn not_converged(
+        &self,
+        method: &'static str,
+        why: impl ToString,
+        tolerance: f64,
+        partial: Option<PathBuf>,
+    ) -> Error {
+        let (why, State { iterations, residual, .. }) = (why.to_string(), *self);
+        Error::NotConverged { method, why, iterations, residual, tolerance, partial }
+    }
 }
 
 /// Equilibria along a load path. With adhesion loading and unloading differ, so the order of the loads matters.

@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn parallel_plates_and_two_heights_leak_as_they_must() {
+    fn leakage_of_parallel_plates_and_of_two_heights_is_exact() {
         /// Error of the class means: zero for one gap, second order in their width of 1 % otherwise.
         const TOLERANCE: f64 = 1e-9;
         for g in [1.0, 1e-6, 3e7] {

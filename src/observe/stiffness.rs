@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn where_there_is_none() {
+    fn single_and_repeated_loads_have_no_stiffness() {
         assert_eq!(stiffness(&[(0.1, 1.0)]), [None]);
         assert_eq!(stiffness(&[(0.1, 1.0), (0.1, 0.9)]), [None, None]);
         assert_eq!(stiffness(&[(0.1, 0.0), (0.2, 0.0)]), [None, None]);

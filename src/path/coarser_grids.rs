@@ -366,7 +366,7 @@ mod tests {
     /// The iteration error of the coarser grid makes the change a bound. Very small contacts and mean gaps have no
     /// relative change.
     #[test]
-    fn an_unsettled_coarser_grid_gives_a_bound() {
+    fn a_coarser_grid_with_an_iteration_error_gives_a_bound() {
         let error_estimates = ErrorEstimates { energy: None, area: Some(0.04), mean_gap: Some(1e-9) };
         let coarse = GridResult { mean_gap: 1.1, error_estimates, ..level(64, 0.0, 0.0301) };
         let d = discretisation(&coarse, &level(128, 0.0, 0.03), 1.0);

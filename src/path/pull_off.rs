@@ -210,7 +210,7 @@ impl Search<'_, '_> {
         let Some(Maximum { at: best, pressure_error, mean_gap_error }) = self.best.filter(|b| b.at.pressure < initial)
         else {
             let found = format!("a pull of {:.3e} E*, from which on it falls", -self.scale.multiply(initial));
-            return Err(Error::input("pull-off", "last load", found, "one before the largest pull"));
+            return Err(Error::input("pull-off", "last load", found, "a load before the largest tension"));
         };
         self.curve.push(best);
         self.curve.sort_by(|a, b| a.mean_gap.total_cmp(&b.mean_gap));
@@ -257,14 +257,8 @@ fn equilibrium(
 }
 
 pub(super) fn unconverged(problem: &Problem, scale: Scale, state: &State, stop: Stop) -> Error {
-    Error::NotConverged {
-        method: "fast",
-        why: format!("{stop}, on the way to pull-off at a mean gap of {:.6e} L", scale.multiply(state.mean_gap)),
-        iterations: state.iterations,
-        residual: state.residual,
-        tolerance: problem.tolerance,
-        partial: None,
-    }
+    let why = format!("{stop}, while separating at a mean gap of {:.6e} L", scale.multiply(state.mean_gap));
+    state.not_converged("fast", why, problem.tolerance, None)
 }
 
 #[cfg(test)]

@@ -24,13 +24,13 @@ use std::path::{Path, PathBuf};
 const SECTION: f64 = 0.5;
 
 /// A stored field of the run folder.
-struct Stored(npy::Field<f64>);
+struct StoredField(npy::Field<f64>);
 
 /// Sorted gaps, for the fraction of nodes with a gap up to any threshold.
 struct Shares(Vec<f64>);
 
 impl Shares {
-    fn of(gap: &Stored) -> Self {
+    fn of(gap: &StoredField) -> Self {
         let mut sorted = gap.0.values.clone();
         sorted.sort_unstable_by(f64::total_cmp);
         Shares(sorted)
@@ -41,15 +41,15 @@ impl Shares {
     }
 }
 
-impl Stored {
+impl StoredField {
     fn read(root: &Path, file: Option<&String>) -> Result<Self> {
         let file =
             file.ok_or_else(|| Error::format(root, "a state without its gap field", "a run that stores gaps"))?;
-        Ok(Stored(npy::read(&root.join(file))?))
+        Ok(StoredField(npy::read(&root.join(file))?))
     }
 
     /// The gap relative to other heights; `higher`: their height above the present ones, in the units of the gap.
-    fn over(mut self, higher: &[f64]) -> Stored {
+    fn over(mut self, higher: &[f64]) -> StoredField {
         self.0.values.iter_mut().zip(higher).for_each(|(g, h)| *g += h);
         self
     }
@@ -131,12 +131,12 @@ struct Comparison<'a> {
 
 /// Gaps of the walls at one load, units of L.
 struct WallGaps {
-    hard: Stored,
+    hard: StoredField,
     /// Of the compliant wall, over the atoms' heights and over the dilated heights on which it was solved.
-    compliant: Stored,
-    compliant_dilated: Stored,
+    compliant: StoredField,
+    compliant_dilated: StoredField,
     /// The same two of the compliant wall with hardness.
-    yielding: Option<[Stored; 2]>,
+    yielding: Option<[StoredField; 2]>,
 }
 
 /// Contact of the walls' surface sites at a contact distance.
@@ -150,7 +150,7 @@ struct WallContacts {
 
 impl Comparison<'_> {
     fn gaps(&self, i: usize) -> Result<WallGaps> {
-        let read = |wall: &ContinuumResults| Stored::read(self.root, wall.states[i].numbers.gap_map.as_ref());
+        let read = |wall: &ContinuumResults| StoredField::read(self.root, wall.states[i].numbers.gap_map.as_ref());
         Ok(WallGaps {
             hard: read(&self.matched.hard)?,
             compliant: read(&self.matched.compliant)?.over(&self.dilation),
@@ -262,11 +262,12 @@ impl Comparison<'_> {
     fn section(&self, i: usize, state: &AtomState, gaps: &WallGaps) -> Result<Section> {
         let (grid, length) = (self.grid, self.length);
         let column = column_at(grid, SECTION);
-        let atoms_gap = Stored::read(self.root, Some(&state.gap_map))?;
-        let line = |gap: &Stored, scale: f64| along_y(grid, gap.field(), column).iter().map(|p| p.1 * scale).collect();
+        let atoms_gap = StoredField::read(self.root, Some(&state.gap_map))?;
+        let line =
+            |gap: &StoredField, scale: f64| along_y(grid, gap.field(), column).iter().map(|p| p.1 * scale).collect();
         let full_heights_gap_angstrom = match &self.matched.full {
             Some(full) => {
-                let gap = Stored::read(self.root, full.states[i].numbers.gap_map.as_ref())?;
+                let gap = StoredField::read(self.root, full.states[i].numbers.gap_map.as_ref())?;
                 let at = |j: usize| bilinear(self.case.grid, |k| gap.field().at(k), SECTION, j as f64 * grid.dy());
                 (0..grid.ny).map(|j| at(j) * length).collect()
             }
@@ -307,12 +308,12 @@ impl Comparison<'_> {
         for (solution, sites, grid, dilation, criteria) in solutions {
             let state = solution.map(|c| &c.states[i]).filter(|s| s.numbers.stress_map.is_some());
             let Some(numbers) = state.map(|s| &s.numbers) else { continue };
-            let gap = Stored::read(self.root, numbers.gap_map.as_ref())?;
+            let gap = StoredField::read(self.root, numbers.gap_map.as_ref())?;
             let gap = match dilation {
                 Some(by) => gap.over(by),
                 None => gap,
             };
-            let stress = Stored::read(self.root, numbers.stress_map.as_ref())?;
+            let stress = StoredField::read(self.root, numbers.stress_map.as_ref())?;
             let mean_gap = mean(&gap.0.values);
             let solved = Solved { sites, grid, gap: gap.field(), stress: stress.field(), mean_gap };
             let smooth = solved.smooth(units);

@@ -67,7 +67,7 @@ pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> R
     let problem = path.problem();
     let grid = problem.grid;
     check_memory(&path, &request)?;
-    let (said, prefix) = match tag {
+    let (label, prefix) = match tag {
         "" => (String::new(), String::new()),
         tag => (format!("{tag}: "), format!("{}-", tag.replace(' ', "-"))),
     };
@@ -81,7 +81,7 @@ pub(super) fn load_path(request: PathRequest, at: &StageContext, tag: &str) -> R
     let finished = checkpoint.as_ref().map_or(Vec::new(), |c| c.finished.clone());
     let writer = CheckpointWriter::new(folder, &stem, key, finished);
     let begin = checkpoint.map(|c| Begin::Checkpoint(Box::new(c))).or(request.start.clone().map(Begin::Gap));
-    let watch = Progress::new(listener, Some(&writer), &said, (states.len(), loads.len()));
+    let watch = Progress::new(listener, Some(&writer), &label, (states.len(), loads.len()));
     let walked = path.walk(begin, request.pull_off, &watch, |i, reached| {
         watch.next();
         if reached.state.stop == Stop::Interrupted {
@@ -185,14 +185,8 @@ fn stored_state(
     };
     let gap = if keep.gap || partial { Some(write("gap", state.gap)?) } else { None };
     if partial {
-        return Err(Error::NotConverged {
-            method: path.method().card().id,
-            why: state.stop.to_string(),
-            iterations: state.iterations,
-            residual: state.residual,
-            tolerance: problem.tolerance,
-            partial: Some(at.folder.join(format!("{name}-gap.npy"))),
-        });
+        let file = Some(at.folder.join(format!("{name}-gap.npy")));
+        return Err(state.not_converged(path.method().card().id, state.stop, problem.tolerance, file));
     }
     let stress = match keep.stress {
         true if problem.adhesion == Adhesion::None => {

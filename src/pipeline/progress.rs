@@ -9,7 +9,7 @@ pub struct Progress<'a> {
     listener: &'a dyn Listener,
     writer: Option<&'a CheckpointWriter>,
     /// Prefix of each message.
-    said: &'a str,
+    prefix: &'a str,
     done: AtomicUsize,
     of: usize,
 }
@@ -19,10 +19,10 @@ impl<'a> Progress<'a> {
     pub fn new(
         listener: &'a dyn Listener,
         writer: Option<&'a CheckpointWriter>,
-        said: &'a str,
+        prefix: &'a str,
         (done, of): (usize, usize),
     ) -> Self {
-        Progress { listener, writer, said, done: AtomicUsize::new(done), of }
+        Progress { listener, writer, prefix, done: AtomicUsize::new(done), of }
     }
 
     /// Counts a load as finished.
@@ -36,7 +36,8 @@ impl Observer for Progress<'_> {
         let (load, of) = (self.done.load(Ordering::Relaxed), self.of);
         let on = if step.grid_fraction < 1.0 { " on a coarser grid" } else { "" };
         let part = if load < of { format!("load {} of {of}", load + 1) } else { "pulling off".to_string() };
-        let message = format!("{}{part}, iteration {}{on}, residual {:.1e}", self.said, step.iteration, step.residual);
+        let message =
+            format!("{}{part}, iteration {}{on}, residual {:.1e}", self.prefix, step.iteration, step.residual);
         let done = (load < of).then(|| (load as f64 + step.progress()) / of as f64);
         self.listener.progress(done, &message);
         if let Some(e) = self.writer.and_then(CheckpointWriter::take_error) {

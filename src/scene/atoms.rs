@@ -5,7 +5,7 @@ use super::{AtomsScene, Scene, Slope, Start, Surface};
 use crate::atoms::audit::{Actual, AuditInput, Target, audit};
 use crate::atoms::block::Block;
 use crate::atoms::compliant_wall::CompliantWall;
-use crate::atoms::engine::caveat;
+use crate::atoms::engine::ranks_warning;
 use crate::atoms::indenter::grid_points;
 use crate::atoms::interaction::Yukawa;
 use crate::atoms::job_spec::FORCE_TOLERANCE;
@@ -358,7 +358,7 @@ impl AtomsCase {
     }
 
     pub(super) fn warnings(&self, gradient: f64, ranks: usize) -> Vec<String> {
-        let mut list: Vec<String> = caveat(ranks, self.atoms()).into_iter().collect();
+        let mut list: Vec<String> = ranks_warning(ranks, self.atoms()).into_iter().collect();
         let (d_c, a0) = (wall::CONTACT_DISTANCE_ANGSTROM, self.block.a0);
         if (a0 / CALCIUM.a0 - 1.0).abs() > OTHER_CRYSTAL {
             list.push(format!(

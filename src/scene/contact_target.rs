@@ -63,14 +63,7 @@ impl Case {
                 return Err(Error::Interrupted);
             }
             if state.stop != Stop::Converged {
-                return Err(Error::NotConverged {
-                    method: method.card().id,
-                    why: state.stop.to_string(),
-                    iterations: state.iterations,
-                    residual: state.residual,
-                    tolerance: problem.tolerance,
-                    partial: None,
-                });
+                return Err(state.not_converged(method.card().id, state.stop, problem.tolerance, None));
             }
             Ok(contact_map(state.gap, 0.0).into_iter().map(f64::from).sum::<f64>() * node)
         };
@@ -99,13 +92,13 @@ fn root(target: f64, guess: f64, tolerance: f64, contact: &mut impl FnMut(f64) -
         if off.abs() <= tolerance {
             return Ok(Some(x.exp()));
         }
-        let now = if off < 0.0 { -1 } else { 1 };
+        let here = if off < 0.0 { -1 } else { 1 };
         // Illinois: an end that stays twice counts half.
-        if now == side {
+        if here == side {
             let other = if off < 0.0 { &mut high } else { &mut low };
             other.iter_mut().for_each(|end| end[1] /= 2.0);
         }
-        side = now;
+        side = here;
         *(if off < 0.0 { &mut low } else { &mut high }) = Some([x, off]);
         x = match (low, high) {
             (Some([a, fa]), Some([b, fb])) if (b - a).abs() > f64::EPSILON * a.abs().max(1.0) => {

@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn the_least_limit_of_nested_groups_counts() {
+    fn the_smallest_limit_of_nested_groups_applies() {
         let scratch = tempfile::tempdir().expect("scratch");
         let v2 = [
             ("a/memory.max", "1000\n"),

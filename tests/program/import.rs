@@ -347,7 +347,7 @@ fn a_table_of_four_columns_is_a_map_on_request() {
 
 /// Text files that are heights or not, each with the reported kind.
 #[test]
-fn text_is_taken_for_what_it_is() {
+fn layouts_of_text_are_recognised() {
     let scratch = tempfile::tempdir().expect("scratch");
     let path = scratch.path().join("some.txt");
     let read = |bytes: &[u8], fourier| {

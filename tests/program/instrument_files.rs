@@ -321,7 +321,7 @@ fn bad_files_are_refused_in_one_line_that_names_them() {
 }
 
 #[test]
-fn channels_that_cannot_be_meant_are_refused() {
+fn ambiguous_and_unsuitable_channels_are_refused() {
     for (name, dataset, says) in [
         ("several.gwy", "Height", "2 channels with the title \"Height\"; accepted: the number"),
         ("several.gwy", "Current", "channel 4 \"Current\" in \"A\"; accepted: a channel with a unit of length: 1"),

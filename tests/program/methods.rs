@@ -116,7 +116,7 @@ fn faults(card: &Card, run: &MethodResults) -> Vec<String> {
 }
 
 #[test]
-fn cards_say_what_is_delivered() {
+fn cards_list_what_is_delivered() {
     let mut found = Vec::new();
     for (scene, adhesion) in [(SCENE.to_string(), false), (format!("{SCENE}{ADHESION}"), true)] {
         let results = run(&scene);
@@ -135,7 +135,7 @@ fn cards_say_what_is_delivered() {
 /// A method that needs a spectrum runs without heights, and one that needs heights runs without a spectrum. With the
 /// other input only, the error names the missing one.
 #[test]
-fn no_method_needs_what_its_card_does_not_say() {
+fn methods_need_only_the_inputs_of_their_cards() {
     let spectrum = Spectrum { lambda_s: 1.0 / 25.0, ..Spectrum::CHALLENGE };
     let grid = Grid::unit(128, 128);
     let power = PowerSpectrum::expected(&spectrum, 1.0);
@@ -180,7 +180,7 @@ fn solve_takes_methods_that_estimate() {
 
 /// The method and `solve` report settings that change a criterion or replace a fitted constant.
 #[test]
-fn what_methods_say_of_themselves_follows_settings() {
+fn criterion_and_calibration_follow_settings() {
     let found_by = |id: &str, set: Option<&str>| {
         let command = ["solve", "--challenge", "128", "--cut-off", "0.04", "--pressure", "0.01", "--json", "--method"];
         let set = set.map(|s| ["--set".to_string(), format!("{id}.{s}")]);

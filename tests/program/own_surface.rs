@@ -212,7 +212,7 @@ fn a_written_map_replaces_and_declares_nothing_unknown() {
 
 /// The same load in different units and quantities is the same state.
 #[test]
-fn loads_are_given_as_people_have_them() {
+fn loads_are_pressures_forces_gaps_or_contact_fractions() {
     let scratch = tempfile::tempdir().expect("scratch");
     let file = scratch.path().join("export.txt");
     export(&file, waves);
@@ -259,7 +259,7 @@ fn loads_are_given_as_people_have_them() {
 
 /// One row per load, contact pressure without noise, and nothing is overwritten.
 #[test]
-fn the_folder_of_a_solve_has_what_people_want() {
+fn the_folder_of_a_solve_has_a_table_and_clean_pressures() {
     let scratch = tempfile::tempdir().expect("scratch");
     let (file, out) = (scratch.path().join("export.txt"), scratch.path().join("out"));
     export(&file, waves);

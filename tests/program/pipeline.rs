@@ -227,7 +227,7 @@ fn a_run_past_its_time_limit_resumes_with_a_longer_one() {
 }
 
 #[test]
-fn other_loads_repeat_only_what_they_touch() {
+fn other_loads_repeat_only_what_depends_on_them() {
     let Some(_lammps) = lammps(1) else { return };
     let bench = Bench::new();
     let (first, _) = bench.results(&bench.scene("[0.01, 0.02]", FINE, ""), "run");

@@ -301,7 +301,7 @@ fn refused_quickly(arguments: &[&str], what: &str) -> String {
 }
 
 #[test]
-fn requests_beyond_all_measure_are_refused_quickly() {
+fn excessive_requests_are_refused_quickly() {
     let scratch = tempfile::tempdir().expect("scratch");
     let file = scratch.path().join("a.toml");
     let path = file.to_str().expect("UTF-8");

@@ -332,7 +332,7 @@ fn results_are_invariant_to_offset_transposition_and_units() {
 /// Adhesion adds a negative term, so that the minimum energy with adhesion is below that without. If the grid does not
 /// resolve the range (ρ/√(γ dx) = 0.1) there are many equilibria; a method must not end in one above that bound.
 #[test]
-fn unresolved_adhesion_ends_in_no_far_valley() {
+fn unresolved_adhesion_lowers_the_energy() {
     let (grid, heights) = rough(128, 1.0 / 32.0, 18);
     let gamma: f64 = 2e-4;
     let adhesion = Adhesion::exponential(gamma, 0.1 * (gamma / 128.0).sqrt());

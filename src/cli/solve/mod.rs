@@ -25,7 +25,7 @@ use cache::SolveCache;
 use curve::ResultUnits;
 use reporter::{Before, SolveReporter};
 use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 const CHECKPOINT: &str = "checkpoint";
@@ -273,14 +273,10 @@ impl Solve {
                     writer.iter().for_each(|k| k.load_finished(line.clone()));
                     Ok(())
                 }
-                stop => Err(Error::NotConverged {
-                    method: id,
-                    why: stop.to_string(),
-                    iterations: state.iterations,
-                    residual: state.residual,
-                    tolerance,
-                    partial: self.out.as_ref().map(|o: &PathBuf| o.join(reporter.name(i, "partial-", "gap.npy"))),
-                }),
+                stop => {
+                    let file = self.out.as_ref().map(|o| o.join(reporter.name(i, "partial-", "gap.npy")));
+                    Err(state.not_converged(id, stop, tolerance, file))
+                }
             }
         })?;
         pulled.map(|p| reporter.pull_off(&p)).transpose()

@@ -267,9 +267,9 @@ impl<'a> SolveReporter<'a> {
         let gap = with_error(number("mean_gap").unwrap_or(f64::NAN), number("mean_gap_error"), 4);
         let from = match &line["coarser"] {
             Value::Array(points) => format!("the change from {} x {} points", points[0], points[1]),
-            _ => "the last bracket on this grid; what the grid leaves is not known".to_string(),
+            _ => "the last bracket on this grid; the error of the grid is not known".to_string(),
         };
-        let rows = [("largest pull", pull), ("at the mean gap", gap), ("the errors are", from)];
+        let rows = [("largest tension", pull), ("at the mean gap", gap), ("source of the errors", from)];
         output::print(&output::table(&["quantity", "value"], rows.map(|(k, v)| vec![k.to_string(), v])));
         Ok(())
     }

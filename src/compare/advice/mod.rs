@@ -315,7 +315,7 @@ mod tests {
     /// A scene with adhesion uses only measurements with adhesion, and a scene without adhesion only those without.
     /// Another law or another shortest wavelength is marked as an extrapolation.
     #[test]
-    fn adhesion_is_served_by_adhesion() {
+    fn adhesive_scenes_need_adhesive_tables() {
         let with = |word: &str, wave: f64| Target { adhesion: Some(word.into()), ..target(wave) };
         assert!(candidates(&[table()], &with("exponential", 0.04), Quantity::MeanGap).is_empty());
         let mut adhesive = Table { adhesion: "exponential".into(), ..table() };
