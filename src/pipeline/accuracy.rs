@@ -118,6 +118,7 @@ pub fn advise(
 fn target(case: &Case) -> Target {
     Target {
         shortest_wavelength: shortest_wavelength(&case.surface),
+        hurst: hurst(&case.surface),
         own_grid: matches!(case.surface, Surface::Imported { .. }).then_some(case.grid.nx),
         aspect: case.grid.ny as f64 / case.grid.nx as f64,
         kernel: case.kernel.to_string(),
@@ -144,14 +145,24 @@ pub fn shortest_wavelength(surface: &Surface) -> f64 {
     }
 }
 
+/// Hurst exponent of a surface that is synthesised from a spectrum.
+pub fn hurst(surface: &Surface) -> Option<f64> {
+    match surface {
+        Surface::Synthesised { spectrum, .. } => Some(spectrum.hurst),
+        _ => None,
+    }
+}
+
 fn accepted(known: &[Advice], beyond: &[Advice], quantity: Quantity, limit: Limit) -> String {
     if let Some(a) = choose(beyond, quantity, limit) {
         return format!(
-            "a limit that a measured setting reaches; or --extrapolate (in a scene accuracy.extrapolate = true), which chooses {} on {} \
-             points per side, beyond the measurements: {}",
+            "a limit that a measured setting reaches. Not measured: {}. The estimate is {} on {} points per side, error {} to {}; accept it with --extrapolate \
+             (in a scene accuracy.extrapolate = true)",
+            a.extrapolated.join("; "),
             a.method,
             a.grid,
-            a.extrapolated.join("; ")
+            error_of(quantity, a.error_range[0]),
+            error_of(quantity, a.error_range[1])
         );
     }
     let best = choose(known, quantity, Limit::Seconds(f64::INFINITY));

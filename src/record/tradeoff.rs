@@ -30,6 +30,9 @@ pub struct Tradeoff {
     /// rms height over L; for a spectrum its ensemble average. Errors of gaps are relative to at least 1 % of it.
     pub rms_height: f64,
     pub shortest_wavelength: f64,
+    /// Hurst exponent of the spectrum; `None` for a surface that is given otherwise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hurst: Option<f64>,
     /// Grid of the scene.
     pub nx: usize,
     pub ny: usize,

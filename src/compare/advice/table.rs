@@ -60,6 +60,9 @@ pub struct Table {
     /// Origin of the surface.
     pub surface: String,
     pub shortest_wavelength: f64,
+    /// Hurst exponent of the spectrum, if the surface has one that is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hurst: Option<f64>,
     /// Loads; empty if the mean gap is imposed.
     pub p_star: Vec<f64>,
     pub kernel: String,
@@ -103,6 +106,7 @@ impl Table {
             name: results.name.clone(),
             surface: results.surface.clone(),
             shortest_wavelength: results.shortest_wavelength,
+            hurst: results.hurst,
             p_star: results.p_star.clone(),
             kernel: results.kernel.clone(),
             adhesion: results.adhesion.clone(),
@@ -189,6 +193,7 @@ mod tests {
             gradient: 1.0,
             rms_height: 0.01,
             shortest_wavelength: 0.04,
+            hurst: None,
             nx: 256,
             ny: 256,
             p_star: vec![0.01],
@@ -233,6 +238,6 @@ mod tests {
     fn the_shipped_tables_are_read() {
         let shipped = Tables::shipped();
         assert!(!shipped.tables.is_empty() && !shipped.provenance.is_empty());
-        assert!(shipped.tables.iter().all(|t| !t.lines.is_empty()));
+        assert!(shipped.tables.iter().all(|t| !t.lines.is_empty() && t.hurst == Some(0.8)));
     }
 }

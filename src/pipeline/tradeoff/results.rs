@@ -6,7 +6,7 @@ use super::errors;
 use super::measured::{Measured, ReferenceSolution};
 use super::request::TradeoffRequest;
 use crate::compare::forecast::{Ran, forecast};
-use crate::pipeline::accuracy::{adhesion_label, shortest_wavelength};
+use crate::pipeline::accuracy::{adhesion_label, hurst, shortest_wavelength};
 use crate::pipeline::methods::MethodRun;
 use crate::record::results::ScalesSi;
 use crate::record::tradeoff::{
@@ -40,6 +40,7 @@ pub(super) fn table(
         gradient: case.gradient,
         rms_height: bench.rough.height,
         shortest_wavelength: shortest_wavelength(&case.surface),
+        hurst: hurst(&case.surface),
         nx: case.grid.nx,
         ny: case.grid.ny,
         p_star: case.loading_p_star(),
