@@ -73,9 +73,9 @@ class Finished:
         """Line k of standard output, as JSON."""
         return json.loads(self.out.splitlines()[k])
 
-    def find(self, pattern):
-        """Numbers in the groups of a regular expression, from standard output."""
-        found = re.search(pattern, self.out)
+    def find(self, pattern, text=None):
+        """Numbers in the groups of a regular expression, from a text, by default standard output."""
+        found = re.search(pattern, self.out if text is None else text)
         if not found:
             raise LookupError(f"no {pattern!r} in the output")
         return [float(g.replace("−", "-")) for g in found.groups()]
