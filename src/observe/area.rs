@@ -94,6 +94,20 @@ mod tests {
         }
     }
 
+    /// A strip that ends at the periodic boundary has an edge there, in either direction; a gap at the threshold is contact.
+    #[test]
+    fn edges_at_the_seam_and_gaps_at_the_threshold_count() {
+        let grid = Grid::unit(4, 3);
+        for touches in [|i: usize| i % 4 >= 2, |i: usize| i / 4 >= 1] {
+            let gap: Vec<f64> = (0..12).map(|i| f64::from(u8::from(!touches(i)))).collect();
+            // Two edges in each of three rows of height 1/3, or in each of four columns of width 1/4.
+            assert!((contact_area(grid, Field::F64(&gap), 0.0).perimeter - 2.0).abs() < 1e-12);
+        }
+        for (threshold, map) in [(0.0, [1, 0, 1, 0]), (0.1, [1, 1, 1, 0])] {
+            assert_eq!(contact_map(Field::F64(&[0.0, 0.1, -0.1, 0.2]), threshold), map);
+        }
+    }
+
     #[test]
     fn everything_and_nothing() {
         let grid = Grid::unit(4, 4);

@@ -57,6 +57,11 @@ mod tests {
         assert_eq!(spots.cumulative(), [[1.0, 0.125], [1.0, 0.25], [2.0, 0.5], [4.0, 1.0]]);
         assert_eq!(spots.median(), Some(2.0));
         assert_eq!(ClusterAreas::new([]).median(), None);
+        // Less than half of the area is in the smaller one.
+        assert_eq!(ClusterAreas::new([4.5, 5.5]).median(), Some(5.5));
+        // Clusters per area and over all clusters.
+        let density: Vec<f64> = ClusterAreas::new([1.0, 1.0, 10.0]).distribution(1).iter().map(|d| d[1]).collect();
+        assert!((density[0] - 2.0 / 27.0).abs() < 1e-12 && (density[1] - 1.0 / 270.0).abs() < 1e-12, "{density:?}");
     }
 
     /// The distribution reproduces the exponent of the challenge, and each cluster is counted once.

@@ -132,6 +132,15 @@ mod tests {
         assert!((middle - 0.15).abs() < WHOLE && (density - 0.75).abs() < WHOLE);
     }
 
+    /// A value on an edge belongs to the bin above it; a density in another unit has the same fractions.
+    #[test]
+    fn edges_belong_to_the_bin_above() {
+        let found = gap_distribution(Field::F64(&[0.1, 0.2, 0.2, 0.3]), 0.0, vec![0.1, 0.2, 0.3]);
+        assert_eq!((&found.fractions[..], found.below, found.above), (&[0.25, 0.5][..], 0.0, 0.25));
+        let (here, there) = (found.density(), found.density_in(4.0));
+        assert!(here.iter().zip(there).all(|(a, b)| b == (4.0 * a.0, a.1 / 4.0)));
+    }
+
     #[test]
     fn stress_is_split_by_contact() {
         let gap = [0.0, 0.0, 1.0, 2.0];

@@ -68,6 +68,24 @@ mod tests {
         }
     }
 
+    /// The slope of a parabola of curvature c in ln p deviates from that of a line of extent h by c h: the error at an end
+    /// is that of its line, and elsewhere that of the line to the nearer neighbour.
+    #[test]
+    fn errors_of_a_parabola_are_those_of_its_lines() {
+        const CURVATURE: f64 = 0.01;
+        let loads = [0.001f64, 0.004, 0.01, 0.04];
+        let branch: Vec<(f64, f64)> = loads.iter().map(|p| (*p, -0.3 * p.ln() + CURVATURE * p.ln().powi(2))).collect();
+        let extents: Vec<f64> = loads.windows(2).map(|w| (w[1] / w[0]).ln()).collect();
+        let nearest = [extents[0], extents[0].min(extents[1]), extents[1].min(extents[2]), extents[2]];
+        for ((k, p), extent) in stiffness(&branch).iter().zip(loads).zip(nearest) {
+            let k = k.expect("a neighbour");
+            // value = -p/slope, and its error that of the slope in proportion.
+            let expected = k.value * CURVATURE * extent * k.value / p;
+            assert!((k.error.expect("three points") / expected - 1.0).abs() < 1e-9, "{k:?} {expected}");
+        }
+        assert_eq!(stiffness(&branch[..2])[0].expect("a neighbour").error, None);
+    }
+
     #[test]
     fn single_and_repeated_loads_have_no_stiffness() {
         assert_eq!(stiffness(&[(0.1, 1.0)]), [None]);
