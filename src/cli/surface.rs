@@ -48,7 +48,7 @@ pub(super) struct Surface {
     /// Extent of the cell of a synthesised surface in x, µm.
     #[arg(long, value_name = "UM", conflicts_with = "length")]
     length_um: Option<f64>,
-    /// Write the prepared heights in µm with what they declare: .npy with a JSON file, otherwise an ASCII matrix with comments.
+    /// Write the prepared heights in µm with what they declare: .npy with a JSON file, .nc (NetCDF), otherwise an ASCII matrix with comments.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// One line of JSON on stdout.
@@ -67,7 +67,9 @@ const SYNTHESIS_FLAGS: [KeyName; 5] = [
 
 impl Surface {
     pub(super) fn execute(mut self) -> Result<()> {
-        if let Some(path) = self.given.take_if(|p| p.exists() && holds_numbers(p).unwrap_or(false)) {
+        let is_scene = |p: &Path| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+        let is_map = |p: &Path| p.is_file() && (!is_scene(p) || holds_numbers(p).unwrap_or(false));
+        if let Some(path) = self.given.take_if(|p| is_map(p)) {
             if let Some(heights) = &self.heights {
                 let found = format!("{} and {}", heights.display(), path.display());
                 return Err(Error::input("command line", "--heights", found, "one file of heights"));

@@ -1,4 +1,4 @@
-//! Writes height maps as `.npy` with a JSON sidecar or as ASCII matrices, and reads the former.
+//! Writes height maps as `.npy` with a JSON sidecar, as NetCDF or as ASCII matrices, and reads the first.
 //!
 //! An ASCII matrix has one line per y, from y = 0, with the heights along x separated by blanks; `#` starts a comment. The numbers do not
 //! determine sign convention, unit and extents, so [`write()`] stores them in comments (`# sign: low points touch first`) or, for
@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::atomic_file::write_atomic;
 pub use super::declared::{Declared, DeclaredExtent};
 pub use super::height_map::{HeightMap, Sign};
+use super::netcdf::{self, Attribute, Data, Variable};
 use super::{json, npy};
 use crate::error::{Error, Result};
 
@@ -50,13 +51,30 @@ fn sidecar_path(path: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// Writes `.npy` (f64, with a JSON sidecar) if the name has this extension, otherwise an ASCII matrix, with everything that `declared`
-/// states except for the list of channels.
+/// Extensions of formats that are read and not written: a file of such a name would be text.
+const NOT_WRITTEN: [&str; 9] = ["npz", "h5", "hdf5", "gwy", "x3p", "sdf", "sur", "xyz", "csv"];
+
+/// Writes `.npy` (f64, with a JSON sidecar) or `.nc` (NetCDF-4) if the name has this extension, otherwise an ASCII matrix, with everything
+/// that `declared` states except for the list of channels.
 ///
 /// ASCII numbers are read back exactly; missing heights are `NaN`.
+///
+/// # Errors
+/// Extensions of formats that are not written.
 pub fn write(path: &Path, map: &HeightMap, declared: &Declared) -> Result<()> {
     let extent = declared.extent.as_ref();
-    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npy")) {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    if NOT_WRITTEN.contains(&&*extension) {
+        return Err(Error::format(
+            path,
+            format!("a map to be written as .{extension}"),
+            "a name that ends in .npy, .nc or .txt",
+        ));
+    }
+    if extension == "nc" {
+        return write_netcdf(path, map, declared);
+    }
+    if extension == "npy" {
         npy::write(path, map.nx, map.ny, map.heights.iter().copied())?;
         let sidecar = Sidecar {
             nx: map.nx,
@@ -98,6 +116,33 @@ pub fn write(path: &Path, map: &HeightMap, declared: &Declared) -> Result<()> {
         }
         Ok(())
     })
+}
+
+/// NetCDF-4: `heights[y, x]` with coordinates, what is declared as attributes.
+fn write_netcdf(path: &Path, map: &HeightMap, declared: &Declared) -> Result<()> {
+    let unit = declared.unit.as_deref().unwrap_or("1");
+    let extent = declared.extent.as_ref();
+    let lateral = extent.and_then(|e| e.unit.as_deref()).unwrap_or(unit);
+    let coordinate = |name: &str, n: usize, length: Option<f64>| {
+        let values = (0..n).map(|i| length.map_or(i as f64, |l| i as f64 * l / n as f64)).collect();
+        let unit = if length.is_some() { lateral } else { "1" };
+        let variable = Variable::new(name, &[name], Data::Numbers(values), unit, "position");
+        length.into_iter().fold(variable, |v, l| v.with("length", Attribute::Number(l)))
+    };
+    let heights = Variable::new("heights", &["y", "x"], Data::Numbers(map.heights.clone()), unit, "height");
+    let stated = [
+        ("sign", declared.sign.map(|s| Attribute::Text(s.words().to_string()))),
+        ("periodic", declared.periodic.map(|p| Attribute::Number(f64::from(u8::from(p))))),
+        ("channel", declared.channel.clone().map(Attribute::Text)),
+        ("preparation", Some(declared.history.join("\n")).filter(|h| !h.is_empty()).map(Attribute::Text)),
+    ];
+    let heights = stated.into_iter().fold(heights, |v, (key, value)| match value {
+        Some(value) => v.with(key, value),
+        None => v,
+    });
+    let [x, y] = [("x", map.nx, extent.map(|e| e.x)), ("y", map.ny, extent.map(|e| e.y))];
+    let variables = [coordinate(y.0, y.1, y.2), coordinate(x.0, x.1, x.2), heights];
+    netcdf::write(path, &[], &variables)
 }
 
 /// Reads a `.npy` file with what its sidecar states. Integers are converted to f64 without scaling; NaN is a missing height.

@@ -66,6 +66,14 @@ impl SurfaceFile {
         format!("{what}, as {} declares", self.path.display())
     }
 
+    /// Statements of the file that may be what is missing.
+    fn not_understood(&self) -> String {
+        match &self.found.not_understood[..] {
+            [] => String::new(),
+            list => format!(" (not understood: {})", list.join(", ")),
+        }
+    }
+
     /// Sets the unit of the heights. Returns its length in metres, if it is known.
     fn unit(&self, s: &mut SurfaceScene, lab: &Laboratory, list: &mut Vec<Complaint>) -> Option<f64> {
         let declared = self.declared().unit_m();
@@ -101,7 +109,8 @@ impl SurfaceFile {
                     }
                     None => format!("{} declares none", self.path.display()),
                 };
-                let accepted = format!("the unit of the heights (m, mm, um, nm, Å): {declares}");
+                let more = self.not_understood();
+                let accepted = format!("the unit of the heights (m, mm, um, nm, Å): {declares}{more}");
                 list.push(Complaint::new("surface.unit", "not given", accepted));
             }
             s.heights_unit_um = metres.map(|m| m * 1e6);
@@ -129,7 +138,8 @@ impl SurfaceFile {
         };
         let Some([x, y]) = declared.zip(scale).map(|(e, scale)| [e.x * scale, e.y * scale]) else {
             if lab.length_um.is_none() {
-                let accepted = format!("the extent of the cell in x: {} declares none", self.path.display());
+                let (path, more) = (self.path.display(), self.not_understood());
+                let accepted = format!("the extent of the cell in x: {path} declares none{more}");
                 list.push(Complaint::new("laboratory.length_um", "not given", accepted));
             }
             return;

@@ -33,11 +33,12 @@ pub fn non_periodic_moments(grid: Grid, heights: &[f64]) -> NonPeriodicMoments {
     }
 }
 
-/// Heights minus their least-squares plane, times a Hann window along both axes with mean square one: the spectrum is
-/// free of the step at the boundary, at the price of a resolution of one to two modes.
+/// Heights minus their least-squares plane, times a Hann window along both axes with mean square one, which repeats with the number of
+/// points as SurfaceTopography and SciPy have it: the spectrum is free of the step at the boundary, at the price of a resolution of one
+/// to two modes.
 pub fn hann_windowed(grid: Grid, heights: &[f64]) -> Vec<f64> {
     let hann = |n: usize| -> Vec<f64> {
-        let w: Vec<f64> = (0..n).map(|i| 1.0 - (TAU * (i as f64 + 0.5) / n as f64).cos()).collect();
+        let w: Vec<f64> = (0..n).map(|i| 1.0 - (TAU * i as f64 / n as f64).cos()).collect();
         let square = w.iter().map(|v| v * v).sum::<f64>() / n as f64;
         w.into_iter().map(|v| v / square.sqrt()).collect()
     };

@@ -83,6 +83,64 @@ fn files_declare_what_other_programs_read() {
     }
 }
 
+/// Coordinates that decrease give the map of those that increase, and the layout says so.
+#[test]
+fn descending_coordinates_are_reversed() {
+    let declared = fixtures().join("declared");
+    let bits = |found: ImportedFile| map(found).heights.iter().map(|h| h.to_bits()).collect::<Vec<_>>();
+    let ascending = bits(read(&declared.join("xarray.nc")).expect("read"));
+    for (name, axes) in [
+        ("descending-y.nc", "reversed along y, which decreases"),
+        ("descending.nc", "reversed along x and y, which decreases"),
+        ("descending.h5", "reversed along y, which decreases"),
+        ("descending.npz", "reversed along x, which decreases"),
+    ] {
+        let found = read(&declared.join(name)).expect(name);
+        assert!(found.layout.ends_with(axes), "{name}: {}", found.layout);
+        assert_eq!(bits(found), ascending, "{name}");
+    }
+}
+
+/// Files that are recognised and not read say what they are and how to convert them.
+#[test]
+fn foreign_files_are_named_with_the_remedy() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let path = scratch.path().join("foreign");
+    let mut archive = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    archive.start_file("[Content_Types].xml", zip::write::SimpleFileOptions::default()).expect("an entry");
+    let workbook = archive.finish().expect("closed").into_inner();
+    for (bytes, what, remedy) in [
+        (&b"Wyko ASCII Data File Format 0\t0\t1\nX Size\t4\n"[..], "Wyko ASCII", "Gwyddion"),
+        (b"VK4_\0\0\0", "Keyence VK4", "Gwyddion"),
+        (b"\x88\x1b\x03\x6f\0", "Zygo MetroPro", "SurfaceTopography"),
+        (b"MATLAB 5.0 MAT-file, Platform: GLNXA64", "a MATLAB file", "writematrix"),
+        (b"\x89PNG\r\n\x1a\n\0", "a PNG image", "no heights"),
+        (&workbook, "a workbook or document of Office", "CSV"),
+        (b"\x01\0\0\0\0", "a kind that is not known", "Gwyddion"),
+    ] {
+        std::fs::write(&path, bytes).expect("written");
+        let said = read(&path).err().map(|e| e.to_string()).unwrap_or_default();
+        assert!(said.contains(what) && said.contains("; accepted: ") && said.contains(remedy), "{said}");
+        // The command does not take such a file for a scene.
+        let output = asperity().arg("surface").arg(&path).output().expect("started");
+        assert!(String::from_utf8_lossy(&output.stderr).contains(what));
+    }
+}
+
+/// What a header states under a name that is not known is quoted where it may be what is missing.
+#[test]
+fn statements_that_are_not_understood_are_quoted() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let path = scratch.path().join("map.txt");
+    std::fs::write(&path, "# Auflagefläche: 30 µm\n# z unit: nm\n1 2 3\n4 5 7\n").expect("written");
+    let output = asperity().arg("surface").arg(&path).args(["--touching", "high-points"]).output().expect("started");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.contains("--length = not given") && said.contains("Auflagefläche = \"30 µm\" on line 1"), "{said}");
+    std::fs::write(&path, "# Z magnification scale: 0.1\n# unit: nm\n1 2 3\n4 5 7\n").expect("written");
+    let found = read(&path).expect("read");
+    assert!(found.warnings.iter().any(|w| w.contains("heights are not multiplied by it")), "{:?}", found.warnings);
+}
+
 /// Binary files that end early are refused wherever they end, not read as another map.
 #[test]
 fn cut_files_are_refused() {

@@ -182,7 +182,7 @@ fn a_prepared_map_needs_no_flags() {
     let flags = ["--touching", "high-points", "--detrend", "plane", "--edges", "mirror"];
     let direct =
         answer(&[&["solve", text(&file), "--modulus", "2GPa", "--pressure", "1MPa", "--json"], &flags[..]].concat());
-    for name in ["prepared.npy", "prepared.txt"] {
+    for name in ["prepared.npy", "prepared.nc", "prepared.txt"] {
         let out = scratch.path().join(name);
         let surface = answer(&[&["surface", text(&file), "--json", "--out", text(&out)], &flags[..]].concat());
         assert_eq!((number(&surface, "nx"), number(&surface, "ny")), (2.0 * NX as f64, 2.0 * NY as f64));
@@ -204,6 +204,11 @@ fn a_written_map_replaces_and_declares_nothing_unknown() {
     let surface = ["surface", text(&file), "--touching", "high-points", "--out"];
     refused(&[&surface[..], &[text(&file)]].concat(), &["--out = ", "the file that is read"]);
     assert_eq!(std::fs::read(&file).expect("there"), measured);
+    let archive = scratch.path().join("out.h5");
+    refused(
+        &[&surface[..], &[text(&archive)]].concat(),
+        &["written as .h5", "accepted: a name that ends in .npy, .nc or .txt"],
+    );
     let read = answer(&[&surface[..], &[text(&out), "--json"]].concat());
     assert!(read["origin"].as_str().is_some_and(|o| o.contains("taken as periodic")), "{read}");
     let patch = answer(&["solve", text(&out), "--modulus", "2GPa", "--pressure", "1MPa", "--json", "--non-periodic"]);

@@ -1,4 +1,5 @@
 use super::content::ImportOptions;
+use super::declare::Coordinate;
 use super::source::{list, quoted};
 use crate::error::{Error, Result};
 use crate::record::height_map::HeightMap;
@@ -52,6 +53,25 @@ impl Order {
 
 /// Name of an array that marks points that were not measured, as SurfaceTopography writes it.
 pub(super) const MASK: &str = "mask";
+
+/// Reverses a map along axes whose coordinates decrease, as lines of `x y h` are sorted. Returns words for the layout.
+pub(super) fn reverse_descending(map: &mut HeightMap, axes: &[Option<Coordinate>; 2]) -> String {
+    let points = [map.nx, map.ny];
+    let decreases = |k: usize| {
+        let values = axes[k].as_ref().map(|a| &a.values[..]).filter(|v| v.len() == points[k]).unwrap_or_default();
+        matches!(values, [first, .., last] if last < first)
+    };
+    let (x, y) = (decreases(0), decreases(1));
+    if y {
+        // Reversed as a whole and within each row: the rows in reverse order.
+        map.heights.reverse();
+    }
+    if x != y {
+        map.heights.chunks_exact_mut(map.nx).for_each(<[f64]>::reverse);
+    }
+    let names: Vec<&str> = [(x, "x"), (y, "y")].iter().filter(|(reversed, _)| *reversed).map(|(_, n)| *n).collect();
+    if names.is_empty() { String::new() } else { format!(", reversed along {}, which decreases", names.join(" and ")) }
+}
 
 /// Height map from an array `[first, second]` in C order; missing heights are NaN.
 pub(super) fn map(path: &Path, [first, second]: [usize; 2], values: Vec<f64>, order: Order) -> Result<HeightMap> {

@@ -49,10 +49,18 @@ pub struct ImportedFile {
     pub layout: String,
     /// Statements of the file that were not used, each with the remedy.
     pub warnings: Vec<String>,
+    /// Statements that were not understood and may be what the file seems not to declare.
+    pub not_understood: Vec<String>,
 }
 
 impl ImportedFile {
     pub(super) fn map(map: HeightMap, declared: Declared, layout: impl Into<String>) -> Self {
-        ImportedFile { content: Content::Map(map), declared, layout: layout.into(), warnings: Vec::new() }
+        ImportedFile {
+            content: Content::Map(map),
+            declared,
+            layout: layout.into(),
+            warnings: Vec::new(),
+            not_understood: Vec::new(),
+        }
     }
 }

@@ -12,6 +12,12 @@ pub(super) enum Separator {
     Semicolon,
 }
 
+/// Whether blanks inside a field separate numbers; words may have blanks (`height [nm]`).
+fn has_numbers_apart(field: &str) -> bool {
+    field.trim().contains(char::is_whitespace)
+        && field.split_whitespace().all(|w| w.parse::<f64>().is_ok() || is_missing(w))
+}
+
 /// Splits a line into its fields. Semicolons separate before commas, commas before tabs and blanks, unless the commas are inside of what
 /// blanks separate on both sides (`1,5 2,5`): then they are decimal commas. A last separator without a field is ignored.
 pub(super) fn split(line: &str) -> (Vec<&str>, Separator) {
@@ -23,15 +29,16 @@ pub(super) fn split(line: &str) -> (Vec<&str>, Separator) {
         let words: Vec<&str> = line.split_whitespace().collect();
         let inside = words.iter().any(|w| w.trim_matches(',').contains(','));
         let apart = words.windows(2).any(|w| !w[0].ends_with(',') && !w[1].starts_with(','));
-        if !(inside && apart) {
+        let begins = |w: &&str| w.starts_with(|c: char| c.is_ascii_digit() || "+-.,".contains(c)) || is_missing(w);
+        if !(inside && apart && words.iter().all(begins)) {
             let fields = closed(line.split(','));
-            if fields.iter().any(|f| f.contains(char::is_whitespace)) {
+            if fields.iter().any(|f| has_numbers_apart(f)) {
                 return (line.split([',', ' ', '\t']).filter(|w| !w.is_empty()).collect(), Separator::Comma);
             }
             return (fields, Separator::Comma);
         }
     }
-    if line.contains('\t') && !line.split('\t').any(|f| f.trim().contains(' ')) {
+    if line.contains('\t') && !line.split('\t').any(has_numbers_apart) {
         return (closed(line.split('\t')), Separator::Tab);
     }
     (line.split_whitespace().collect(), Separator::Blank)
@@ -153,11 +160,20 @@ mod tests {
             ("1 *** bad N/A --", "1 NaN NaN NaN NaN"),
             ("1.5D+02 2d0", "150 2"),
             ("1e3\t2\t", "1000 2"),
+            ("1 2\t3 4", "1 2 3 4"),
         ] {
             assert_eq!(numbers(line).expect(line).join(" "), expected, "{line}");
         }
         for line in ["1 oak", "1.234,5 2", "1,2,3 4,5,6"] {
             assert_eq!(numbers(line), None, "{line}");
+        }
+    }
+
+    #[test]
+    fn words_may_have_blanks() {
+        for (line, separator) in [("y (um)\\x (um),0.5,1", Separator::Comma), ("height [nm]\t0\t1", Separator::Tab)] {
+            let (fields, found) = split(line);
+            assert_eq!((fields.len(), found), (3, separator), "{line}");
         }
     }
 

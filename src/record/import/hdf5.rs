@@ -73,7 +73,8 @@ pub(super) fn read(path: &Path, length: u64, options: ImportOptions) -> Result<I
         let order = if labels == ["x", "y"] { Order::RowsOfY } else { Order::RowsOfX };
         (order, ["x", "y"].map(|axis| sibling(&file, folder, axis)))
     };
-    let map = array::map(path, shape, values, order)?;
+    let mut map = array::map(path, shape, values, order)?;
+    let reversed = array::reverse_descending(&mut map, &axes);
     let shared = groups_above(&file, folder).map_err(damaged)?;
     let (declared, warnings) = declare(&Described {
         path,
@@ -84,7 +85,7 @@ pub(super) fn read(path: &Path, length: u64, options: ImportOptions) -> Result<I
         shared: &shared,
         axes,
     })?;
-    let layout = format!("HDF5 data set {name} {}", order.words());
+    let layout = format!("HDF5 data set {name} {}{reversed}", order.words());
     Ok(ImportedFile { warnings, ..ImportedFile::map(map, declared, layout) })
 }
 

@@ -2,6 +2,7 @@
 //! Gwyddion (in the languages of its interface), SPIP, Nova, ESRI grids and this program.
 
 use super::fields::split;
+use super::header_key::{Axis, Key, key};
 use super::source::{plain, quoted};
 use super::unit::{self, length_unit};
 use crate::error::{Error, Result};
@@ -9,103 +10,6 @@ use crate::record::declared::{Declared, DeclaredExtent};
 use crate::record::height_map::Sign;
 use crate::units::metres_per;
 use std::path::Path;
-
-/// What a header may state. `[x]`: along x, y, or both.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Key {
-    Channel,
-    /// Extent of the map: points times spacing.
-    Length(Axis),
-    Spacing(Axis),
-    Points(Axis),
-    LateralUnit(Axis),
-    /// Unit of the heights alone.
-    HeightUnit,
-    /// Unit of the heights, and of the extents if these have none of their own.
-    Unit,
-    /// Factor from the numbers to heights.
-    Factor,
-    /// The same to heights in nm, unless the header states another unit (SPIP).
-    ToNanometres,
-    /// Number that stands for a missing height.
-    Missing,
-    Periodic,
-    Sign,
-    History,
-    /// SPIP has lengths in nm unless it states another unit.
-    FileFormat,
-    /// Known, without a meaning for the heights.
-    Other,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Axis {
-    X,
-    Y,
-    Both,
-}
-
-impl Axis {
-    fn places(self) -> &'static [usize] {
-        match self {
-            Axis::X => &[0],
-            Axis::Y => &[1],
-            Axis::Both => &[0, 1],
-        }
-    }
-}
-
-fn key(name: &str) -> Option<Key> {
-    let name = name.trim().trim_matches('"').to_lowercase().replace(['-', '_'], " ");
-    let name = name.split_whitespace().collect::<Vec<_>>().join(" ");
-    Some(match name.as_str() {
-        "channel" | "channel name" | "kanál" | "kanal" | "canal" | "canale" | "チャネル" | "채널" | "канал" => {
-            Key::Channel
-        }
-        "width" | "šířka" | "breite" | "anchura" | "largeur" | "larghezza" | "幅" | "폭" | "largura" | "ширина" => {
-            Key::Length(Axis::X)
-        }
-        "height" | "výška" | "höhe" | "altura" | "hauteur" | "altezza" | "高さ" | "높이" | "высота" => {
-            Key::Length(Axis::Y)
-        }
-        "x length" | "length x" | "lx" | "x range" | "size x" | "x extent" | "scan size x" | "physical size x" => {
-            Key::Length(Axis::X)
-        }
-        "y length" | "length y" | "ly" | "y range" | "size y" | "y extent" | "scan size y" | "physical size y" => {
-            Key::Length(Axis::Y)
-        }
-        "length" | "lengths" | "size" | "scan size" | "physical size" | "physical sizes" | "extent" | "extents" => {
-            Key::Length(Axis::Both)
-        }
-        "pixel size x" | "x pixel size" | "scale x" | "dx" | "x spacing" | "x step" | "step x" => Key::Spacing(Axis::X),
-        "pixel size y" | "y pixel size" | "scale y" | "dy" | "y spacing" | "y step" | "step y" => Key::Spacing(Axis::Y),
-        "pixel size" | "spacing" | "cellsize" | "grid spacing" => Key::Spacing(Axis::Both),
-        "x pixels" | "nx" | "xres" | "w" | "ncols" | "columns" | "x points" => Key::Points(Axis::X),
-        "y pixels" | "ny" | "yres" | "h" | "nrows" | "rows" | "lines" | "y points" => Key::Points(Axis::Y),
-        "pixels" | "points" => Key::Points(Axis::Both),
-        "x unit" | "unit x" | "x units" => Key::LateralUnit(Axis::X),
-        "y unit" | "unit y" | "y units" => Key::LateralUnit(Axis::Y),
-        "lateral unit" | "lateral units" | "xy unit" | "xy units" | "length unit" => Key::LateralUnit(Axis::Both),
-        "z unit" | "unit z" | "z units" | "unit data" | "data unit" | "height unit" | "height units" | "value unit"
-        | "value units" => Key::HeightUnit,
-        "jednotky hodnot" | "einheiten" | "werteinheit" | "werteinheiten" | "werteeinheit" | "werteeinheiten"
-        | "unités" => Key::HeightUnit,
-        "unità valore" | "値の単位" | "값 단위" | "unidades de valor" | "единицы измерения" => {
-            Key::HeightUnit
-        }
-        "unit" | "units" => Key::Unit,
-        "scale" | "z scale" | "height scale" | "scale factor" | "z factor" | "conversion factor" => Key::Factor,
-        "height conversion factor" | "data scale" => Key::Factor,
-        "bit2nm" => Key::ToNanometres,
-        "nodata value" | "nodata" | "missing value" | "fill value" | "void value" => Key::Missing,
-        "periodic" | "is periodic" => Key::Periodic,
-        "sign" => Key::Sign,
-        "history" => Key::History,
-        "file format" => Key::FileFormat,
-        "xllcorner" | "yllcorner" | "xllcenter" | "yllcenter" | "forward" | "scan direction" => Key::Other,
-        _ => return None,
-    })
-}
 
 /// Key and value of a line, apart by `=` or `:`.
 fn pair(line: &str) -> Option<(&str, &str)> {
@@ -131,10 +35,25 @@ pub(super) fn is_known(line: &str) -> bool {
 
 /// `height conversion factor (-> m)` is a name with a unit.
 fn without_unit(name: &str) -> (&str, Option<&str>) {
-    match name.split_once('(') {
-        Some((name, unit)) => (name, Some(unit.trim_start_matches("->").trim().trim_end_matches(')'))),
+    match name.split_once(['(', '[']) {
+        Some((name, unit)) => (name, Some(unit.trim_start_matches("->").trim().trim_end_matches([')', ']']))),
         None => (name, None),
     }
+}
+
+/// `0.5 µm/px`, `0.1 nm per count`: the unit of one point or of one step of the digitiser.
+fn per_point(unit: &str) -> &str {
+    const POINTS: [&str; 10] = ["px", "pixel", "pixels", "point", "count", "counts", "digit", "bit", "lsb", "punkt"];
+    let parts = unit.split_once('/').or_else(|| unit.split_once(" per ")).or_else(|| unit.split_once(" pro "));
+    match parts {
+        Some((unit, of)) if POINTS.contains(&of.trim().to_lowercase().as_str()) => unit.trim(),
+        _ => unit,
+    }
+}
+
+/// Whether a unit counts points.
+fn is_points(unit: &str) -> bool {
+    matches!(unit, "px" | "pixel" | "pixels" | "Pixel" | "points" | "Punkte")
 }
 
 /// Numbers of a value and the unit behind them: `10,00 µm`, `10 x 20 um`, `[10, 20] nm`.
@@ -185,6 +104,9 @@ fn number_end(text: &str) -> usize {
     }
 }
 
+/// Relative deviation of two statements of the same extent: instruments print four digits.
+const TWICE: f64 = 1e-3;
+
 /// What the header of one channel states.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Header {
@@ -194,6 +116,10 @@ pub(super) struct Header {
     /// Unit of numbers that are no heights, and its line.
     pub(super) no_length: Option<(String, usize)>,
     pub(super) warnings: Vec<String>,
+    /// Statements of a length or a factor under names that are not known.
+    pub(super) not_understood: Vec<String>,
+    /// Whether an extent may be a number of points: it has no unit.
+    countable: [bool; 2],
     length: [Option<f64>; 2],
     spacing: [Option<f64>; 2],
     lateral: [Option<String>; 2],
@@ -219,8 +145,11 @@ impl Header {
     pub(super) fn read_key(&mut self, path: &Path, line: usize, text: &str, bare: bool) -> Result<bool> {
         let Some((name, value)) = (if bare { bare_pair(text) } else { pair(text) }) else { return Ok(false) };
         let (name, unit_of_name) = without_unit(name);
-        let Some(key) = key(name) else { return Ok(false) };
         let value = value.trim();
+        let Some(key) = key(name) else {
+            self.note_unknown(name, unit_of_name, value, line);
+            return Ok(false);
+        };
         let wrong = |accepted: &str| {
             let found = format!("{} = {} on line {line}", plain(name.trim(), 40), quoted(value));
             Error::format(path, found, accepted)
@@ -229,6 +158,11 @@ impl Header {
         if unit.is_empty() {
             unit = unit_of_name.unwrap_or_default().to_string();
         }
+        unit = per_point(&unit).to_string();
+        let key = match key {
+            Key::Length(axis) | Key::Size(axis) if is_points(&unit) => Key::Points(axis),
+            other => other,
+        };
         match key {
             Key::Channel => self.channel = Some(value.to_string()).filter(|v| !v.is_empty()),
             Key::History => self.history.push(value.to_string()),
@@ -240,8 +174,8 @@ impl Header {
             }
             Key::Periodic => {
                 let known = match value.to_ascii_lowercase().as_str() {
-                    "yes" | "true" | "1" => true,
-                    "no" | "false" | "0" => false,
+                    "yes" | "true" | "1" | "ja" => true,
+                    "no" | "false" | "0" | "nein" => false,
                     _ => return Err(wrong("yes or no")),
                 };
                 self.periodic = Some(known);
@@ -269,7 +203,11 @@ impl Header {
                 self.points =
                     each(axis, &whole, self.points).ok_or_else(|| wrong("a whole number, or two for both axes"))?;
             }
-            Key::Length(axis) | Key::Spacing(axis) if !numbers.is_empty() => {
+            Key::Length(axis) | Key::Size(axis) | Key::Spacing(axis) if !numbers.is_empty() => {
+                if !matches!(key, Key::Spacing(_)) {
+                    let countable = matches!(key, Key::Size(_)) && unit::is_none(&unit);
+                    axis.places().iter().for_each(|k| self.countable[*k] = countable);
+                }
                 self.extent(axis, matches!(key, Key::Spacing(_)), &numbers, &unit, value).map_err(wrong)?;
             }
             _ => {
@@ -293,6 +231,24 @@ impl Header {
         }
     }
 
+    /// Remembers what is not understood, for a message about what the file does not declare.
+    fn note_unknown(&mut self, name: &str, unit_of_name: Option<&str>, value: &str, line: usize) {
+        const MOST: usize = 4;
+        let (numbers, unit) = quantity(value);
+        let unit = per_point(Some(&*unit).filter(|u| !u.is_empty()).or(unit_of_name).unwrap_or_default());
+        let lower = name.to_lowercase();
+        let factor = ["factor", "faktor", "scale", "skal"].iter().any(|w| lower.contains(w)) && numbers != [1.0];
+        if numbers.is_empty() || self.not_understood.len() == MOST || !(factor || length_unit(unit).is_some()) {
+            return;
+        }
+        let statement = format!("{} = {} on line {line}", plain(name.trim(), 40), quoted(value));
+        if factor {
+            self.warnings
+                .push(format!("{statement} is not understood: it is left out, and heights are not multiplied by it"));
+        }
+        self.not_understood.push(statement);
+    }
+
     /// The length or, if `spaced`, the spacing along `axis`; on an error, what is accepted.
     fn extent(
         &mut self,
@@ -302,20 +258,24 @@ impl Header {
         unit: &str,
         value: &str,
     ) -> std::result::Result<(), &'static str> {
-        let target = if spaced { &mut self.spacing } else { &mut self.length };
-        if axis == Axis::Both && numbers.len() == 1 && value.contains(',') {
+        let single = axis == Axis::Both && numbers.len() == 1;
+        if single && value.contains(',') && !value.trim_start().starts_with("0,") {
             return Err("one number, or two apart by a blank");
         }
+        // One number for a map stands for its extent along x; that along y follows from square pixels.
+        let axis = if single && !spaced { Axis::X } else { axis };
+        let target = if spaced { &mut self.spacing } else { &mut self.length };
         let fits = numbers.iter().all(|n| n.is_finite() && *n > 0.0);
         let found = Some(numbers).filter(|_| fits).and_then(|n| each(axis, n, *target));
-        *target = found.ok_or("a positive number with its unit, or one for each axis")?;
-        // One number for a map stands for its extent along x; that along y follows from square pixels.
-        if axis == Axis::Both && numbers.len() == 1 && !spaced {
-            self.length[1] = None;
-        }
-        if !unit::is_none(unit) {
-            let unit = length_unit(unit).ok_or(unit::ACCEPTED)?;
-            axis.places().iter().for_each(|k| self.lateral[*k] = Some(unit.clone()));
+        let found = found.ok_or("a positive number with its unit, or one for each axis")?;
+        let before = std::mem::replace(target, found);
+        let unit = if unit::is_none(unit) { None } else { Some(length_unit(unit).ok_or(unit::ACCEPTED)?) };
+        for &k in axis.places() {
+            let changed = before[k].zip(found[k]).is_some_and(|(old, new)| (old / new - 1.0).abs() > TWICE);
+            if changed && (unit.is_none() || unit == self.lateral[k]) {
+                return Err("one statement of each extent: an earlier line has another value");
+            }
+            self.lateral[k] = unit.clone().or(self.lateral[k].take());
         }
         Ok(())
     }
@@ -366,7 +326,11 @@ impl Header {
             (Some(x), Some(y)) if x != y => metres_per(y).zip(metres_per(x)).map_or(1.0, |(y, x)| y / x),
             _ => 1.0,
         };
-        let stated = |k: usize, n: usize| self.length[k].or(self.spacing[k].map(|s| s * n as f64));
+        // "Width: 512" of a map of 512 points is a number of points.
+        let count = |k: usize, n: usize| self.countable[k] && self.length[k] == Some(n as f64);
+        let counts = count(0, nx) && (count(1, ny) || self.length[1].is_none());
+        let length = |k: usize| self.length[k].filter(|_| !counts);
+        let stated = |k: usize, n: usize| length(k).or(self.spacing[k].map(|s| s * n as f64));
         let square = |x: f64| x / nx as f64 * ny as f64;
         let stated = match (stated(0, nx), stated(1, ny)) {
             (Some(x), Some(y)) => Some([x, y * to_x]),

@@ -78,19 +78,72 @@ fn name_and_unit(field: &str) -> (String, Option<String>) {
     (name.trim().to_lowercase().replace(['-', '_'], " "), unit)
 }
 
-/// The spacing of labels that increase in even steps; at least three.
+/// What the word between the labels of rows and those of columns states.
+#[derive(Debug, Default, PartialEq)]
+pub(super) struct Corner {
+    /// Units of the labels along x and y.
+    pub(super) lateral: [Option<String>; 2],
+    pub(super) height: Option<String>,
+    pub(super) warning: Option<String>,
+}
+
+impl Corner {
+    /// `y\x`, `y (mm)\x (mm)`, `x/y [mm]`, `height [nm]`. The first name is that of the labels below it.
+    pub(super) fn of(word: &str) -> Self {
+        let mut corner = Corner::default();
+        if let Some(unit) = length_unit(word) {
+            let which = "that of the labels or of the heights";
+            corner.warning = Some(format!(
+                "{unit} in the corner may be {which}: it is not used, give --unit, and --length with a unit"
+            ));
+            return corner;
+        }
+        // One unit behind both names.
+        let (names, last_unit) = match word.rsplit_once(['[', '(']) {
+            Some((names, unit)) => (names, length_unit(unit)),
+            None => (word, None),
+        };
+        let apart = if word.contains('\\') { '\\' } else { '/' };
+        let parts: Vec<(String, Option<String>)> = names.split(apart).map(name_and_unit).collect();
+        if let [(below, unit), (across, _)] = &parts[..]
+            && let Some([down, along]) = axis(below).zip(axis(across)).map(|(a, b)| [a, b]).filter(|[a, b]| a != b)
+        {
+            corner.lateral[along] = last_unit.clone();
+            corner.lateral[down] = unit.clone().or(last_unit);
+            if down == 0 {
+                let read = "lines are read as those of constant y";
+                corner.warning = Some(format!("{word:?} in the corner names x for the labels of the lines: {read}"));
+            }
+            return corner;
+        }
+        let (name, unit) = name_and_unit(word);
+        match axis(&name) {
+            Some(_) => corner.lateral = [unit.clone(), unit],
+            None => corner.height = unit,
+        }
+        corner
+    }
+}
+
+fn axis(name: &str) -> Option<usize> {
+    ["x", "y"].iter().position(|n| *n == name)
+}
+
+/// The spacing of labels in even steps, negative where they decrease; at least three.
 pub(super) fn even(labels: &[f64]) -> Option<f64> {
     /// Tolerance of a label over the spacing: rounding by the writing program.
     const OFF: f64 = 1e-2;
     let steps = labels.len().checked_sub(1).filter(|n| *n >= 2)?;
     let step = (labels[steps] - labels[0]) / steps as f64;
-    let near = |(i, v): (usize, &f64)| (v - labels[0] - i as f64 * step).abs() <= OFF * step;
-    (step > 0.0 && labels.iter().enumerate().all(near)).then_some(step)
+    let near = |(i, v): (usize, &f64)| (v - labels[0] - i as f64 * step).abs() <= OFF * step.abs();
+    (step != 0.0 && labels.iter().enumerate().all(near)).then_some(step)
 }
 
-/// Whether numbers count from 0 or 1: indices, not coordinates.
+/// Whether numbers count from 0 or 1, or down to it: indices, not coordinates.
 pub(super) fn counts(labels: &[f64]) -> bool {
-    [0.0, 1.0].iter().any(|first| labels.iter().enumerate().all(|(i, v)| *v == first + i as f64))
+    let up = |first: f64| labels.iter().enumerate().all(|(i, v)| *v == first + i as f64);
+    let down = |last: f64| labels.iter().rev().enumerate().all(|(i, v)| *v == last + i as f64);
+    up(0.0) || up(1.0) || down(0.0) || down(1.0)
 }
 
 #[cfg(test)]
@@ -115,6 +168,26 @@ mod tests {
         assert_eq!((bare.unit(1).as_deref(), bare.unit(2), bare.columns()), (Some("um"), None, None));
         assert_eq!(Headings::of(&["x", "x", "y", "z"]).columns(), None);
         assert_eq!([even(&[0.0, 0.5, 1.0]), even(&[0.0, 1.0, 3.0]), even(&[1.0, 2.0])], [Some(0.5), None, None]);
-        assert!(counts(&[1.0, 2.0]) && !counts(&[0.0, 0.5]));
+        assert_eq!([even(&[1.0, 0.5, 0.0]), even(&[1.0, 1.0, 1.0])], [Some(-0.5), None]);
+        assert!(counts(&[1.0, 2.0]) && counts(&[2.0, 1.0, 0.0]) && !counts(&[0.0, 0.5]));
+    }
+
+    #[test]
+    fn corners_of_labelled_matrices() {
+        let some = |unit: &str| Some(unit.to_string());
+        for (word, lateral, height, warns) in [
+            ("y\\x", [None, None], None, false),
+            ("y (mm)\\x (um)", [some("um"), some("mm")], None, false),
+            ("Y/X [mm]", [some("mm"), some("mm")], None, false),
+            ("x\\y", [None, None], None, true),
+            ("x [µm]", [some("µm"), some("µm")], None, false),
+            ("height [nm]", [None, None], some("nm"), false),
+            ("Höhe / nm", [None, None], some("nm"), false),
+            ("[µm]", [None, None], None, true),
+            ("", [None, None], None, false),
+        ] {
+            let corner = Corner::of(word);
+            assert_eq!((corner.lateral, corner.height, corner.warning.is_some()), (lateral, height, warns), "{word}");
+        }
     }
 }

@@ -11,10 +11,12 @@ mod content;
 mod declare;
 mod decode;
 mod fields;
+mod foreign;
 mod fourier;
 mod gwy;
 mod hdf5;
 mod header;
+mod header_key;
 mod headings;
 mod konfig;
 mod netcdf;
@@ -38,9 +40,6 @@ use source::plain;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
-/// Accepted formats of height files.
-const KINDS: &str = "text (a matrix, lines of x y h, or qX qY Re Im), .npy, .npz, HDF5, NetCDF, x3p, SDF, .sur or .gwy";
-
 /// Longest part of an error message, and longest name in an [`ImportedFile`], in characters.
 const LONGEST_MESSAGE: usize = 500;
 
@@ -58,6 +57,7 @@ pub fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
             let names = [&mut d.unit, &mut d.channel].into_iter().flatten();
             let lists =
                 d.channels.iter_mut().chain(&mut d.history).chain([&mut found.layout]).chain(&mut found.warnings);
+            let lists = lists.chain(&mut found.not_understood);
             names.chain(lists).for_each(|word| *word = plain(word, LONGEST_MESSAGE));
             Ok(found)
         }
@@ -97,12 +97,16 @@ fn read_any(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
         Kind::Gwy => gwy::read(path, options)?,
         Kind::Hdf5 => hdf5::read(path, length, options)?,
         Kind::Netcdf => netcdf::read(path, length, options)?,
-        Kind::Binary => return Err(Error::format(path, "a binary file of a kind that is not known", KINDS)),
+        Kind::Binary => return Err(Error::format(path, "a binary file of a kind that is not known", foreign::KINDS)),
+        Kind::Foreign(found, accepted) => {
+            return Err(Error::format(path, format!("{found}, which is not read"), accepted));
+        }
         Kind::Text if waves => ImportedFile {
             content: Content::Waves(fourier::read_text(path)?),
             declared: Declared::default(),
             layout: "text, qX qY Re Im".into(),
             warnings: Vec::new(),
+            not_understood: Vec::new(),
         },
         Kind::Text => {
             let found = text::read(path, options)?;
@@ -181,8 +185,13 @@ enum Kind {
     Gwy,
     Hdf5,
     Netcdf,
-    Konfig { nx: usize, ny: usize },
+    Konfig {
+        nx: usize,
+        ny: usize,
+    },
     Text,
+    /// Recognised, and not read: what it is, and what is accepted.
+    Foreign(&'static str, &'static str),
     Binary,
 }
 
@@ -201,6 +210,8 @@ fn kind(path: &Path, start: &[u8]) -> Kind {
         Kind::Sur
     } else if gwy::starts(start) {
         Kind::Gwy
+    } else if let Some((found, accepted)) = foreign::known(start) {
+        Kind::Foreign(found, accepted)
     } else if start.contains(&0) && !decode::is_utf16(start) {
         Kind::Binary
     } else {

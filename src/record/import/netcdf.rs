@@ -41,8 +41,9 @@ pub(super) fn read(path: &Path, length: u64, options: ImportOptions) -> Result<I
         values.iter_mut().zip(&marked).filter(|(_, m)| **m != 0.0).for_each(|(v, _)| *v = f64::NAN);
     }
     let order = order(variable);
-    let map = array::map(path, shape, values, order)?;
+    let mut map = array::map(path, shape, values, order)?;
     let axes = axes(path, &file, variable)?;
+    let reversed = array::reverse_descending(&mut map, &axes);
     let global = attributes(file.global_attributes().map_err(damaged)?);
     let (declared, warnings) = declare(&Described {
         path,
@@ -53,7 +54,7 @@ pub(super) fn read(path: &Path, length: u64, options: ImportOptions) -> Result<I
         shared: &[global],
         axes,
     })?;
-    let layout = format!("NetCDF variable {name} {}", order.words());
+    let layout = format!("NetCDF variable {name} {}{reversed}", order.words());
     Ok(ImportedFile { warnings, ..ImportedFile::map(map, declared, layout) })
 }
 

@@ -2,6 +2,7 @@ use super::array::{self, MASK, Order, choose};
 use super::attributes::Attributes;
 use super::content::{ImportOptions, ImportedFile};
 use super::declare::{Coordinate, Described, declare};
+use super::foreign;
 use super::source::{check_ratio, open};
 use crate::error::{Error, Result};
 use crate::record::npy::{self, DType};
@@ -22,6 +23,9 @@ pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> 
     let damaged = |e: ZipError| Error::format(path, format!("a damaged archive ({e})"), "a whole .npz file");
     let mut archive = ZipArchive::new(BufReader::new(open(path)?.0)).map_err(damaged)?;
     let files: Vec<_> = archive.file_names().collect::<std::result::Result<_, _>>().map_err(damaged)?;
+    if let Some((found, accepted)) = foreign::archive(files.iter().map(|n| &**n)) {
+        return Err(Error::format(path, format!("{found}, which is not read"), accepted));
+    }
     let entries: Vec<String> = files.iter().filter_map(|n| n.strip_suffix(".npy").map(str::to_string)).collect();
     let (mut names, mut has_mask) = (Vec::new(), false);
     let mut stated = Attributes::default();
@@ -53,12 +57,13 @@ pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> 
         mask.for_each_row(|_, row| flags.extend(row.iter().map(|m| *m != 0.0)))?;
         values.iter_mut().zip(flags).filter(|(_, m)| *m).for_each(|(v, _)| *v = f64::NAN);
     }
-    let map = array::map(path, shape, values, Order::RowsOfX)?;
+    let mut map = array::map(path, shape, values, Order::RowsOfX)?;
     let axis = |name: &str| {
         let values = stated.numbers.get(name)?.clone();
         Some(Coordinate { name: name.to_string(), attributes: Attributes::default(), values })
     };
     let axes = [axis("x"), axis("y")];
+    let reversed = array::reverse_descending(&mut map, &axes);
     let (declared, warnings) = declare(&Described {
         path,
         channel: name,
@@ -68,7 +73,8 @@ pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> 
         shared: &[],
         axes,
     })?;
-    Ok(ImportedFile { warnings, ..ImportedFile::map(map, declared, format!(".npz array {name} [ny, nx]")) })
+    let layout = format!(".npz array {name} [ny, nx]{reversed}");
+    Ok(ImportedFile { warnings, ..ImportedFile::map(map, declared, layout) })
 }
 
 fn reader<'a>(path: &Path, archive: &'a mut Archive, name: &str) -> Result<npy::Reader<impl Read + use<'a>>> {

@@ -2,7 +2,7 @@
 
 use super::content::ImportedFile;
 use super::header::Header;
-use super::headings::{Headings, counts, even};
+use super::headings::{Corner, Headings, counts, even};
 use super::source::quoted;
 use crate::error::{Error, Result};
 use crate::record::declared::Declared;
@@ -26,6 +26,7 @@ pub(super) struct TextMap {
     pub(super) declared: Declared,
     pub(super) layout: Layout,
     pub(super) warnings: Vec<String>,
+    pub(super) not_understood: Vec<String>,
     /// Factor by which the numbers of the file were multiplied.
     factor: f64,
 }
@@ -38,7 +39,8 @@ impl From<TextMap> for ImportedFile {
         };
         let factor = if text.factor == 1.0 { String::new() } else { format!(", numbers times {:e}", text.factor) };
         let layout = format!("{words}{factor}");
-        ImportedFile { warnings: text.warnings, ..ImportedFile::map(text.map, text.declared, layout) }
+        let (warnings, not_understood) = (text.warnings, text.not_understood);
+        ImportedFile { warnings, not_understood, ..ImportedFile::map(text.map, text.declared, layout) }
     }
 }
 
@@ -65,7 +67,7 @@ pub(super) struct Section {
 impl Section {
     pub(super) fn finish(mut self, path: &Path, heights_only: bool) -> Result<TextMap> {
         self.unindent();
-        let labels = self.take_labels(path)?;
+        let labels = self.take_labels(path, heights_only)?;
         if let Some(missing) = self.header.missing {
             self.values.iter_mut().filter(|v| **v == missing).for_each(|v| *v = f64::NAN);
         }
@@ -101,25 +103,53 @@ impl Section {
         }
     }
 
-    /// Removes labels of rows and columns: evenly spaced numbers in the first line and column, with a corner that is no number. Returns
-    /// their spacing along x and y, if they do not just count.
-    fn take_labels(&mut self, path: &Path) -> Result<Option<[Option<f64>; 2]>> {
+    /// Removes labels of rows and columns: evenly spaced numbers in the first line and column. Returns their spacing along x and y, if
+    /// they do not just count. Heights of descending labels are reversed, as those of lines of `x y h` are.
+    fn take_labels(&mut self, path: &Path, heights_only: bool) -> Result<Option<[Option<f64>; 2]>> {
         let (nx, line) = (self.nx, self.first_line);
+        if self.corner.is_none() && (heights_only || nx < 4 || self.ny < 4) {
+            return Ok(None);
+        }
         let rows: Vec<f64> = self.values.iter().step_by(nx.max(1)).skip(1).copied().collect();
-        let spacing = if self.corner.is_some() || self.indented > 0 && self.values[0].is_nan() && nx > 3 {
-            even(&self.values[1..nx]).zip(even(&rows))
-        } else {
-            None
-        };
+        let columns = self.values[1..nx].to_vec();
+        let spacing = even(&columns).zip(even(&rows)).filter(|_| self.corner.is_some() || self.has_bare_labels());
         let Some((x, y)) = spacing else {
             let Some(corner) = &self.corner else { return Ok(None) };
             let found = format!("{} on line {line}, column 1 (counted from 1)", quoted(corner));
             return Err(Error::format(path, found, "a number, or evenly spaced labels of all rows and columns"));
         };
-        let both = [(x, &self.values[1..nx]), (y, &rows)].map(|(step, labels)| (!counts(labels)).then_some(step));
-        let inside = self.values.chunks_exact(nx).skip(1).flat_map(|row| &row[1..]).copied().collect();
-        (self.values, self.nx, self.ny) = (inside, nx - 1, self.ny - 1);
+        match &self.corner {
+            Some(word) => {
+                let corner = Corner::of(word);
+                self.header.take_units(corner.lateral, corner.height);
+                self.header.warnings.extend(corner.warning);
+            }
+            None if !self.values[0].is_nan() => self.header.warnings.push(format!(
+                "evenly spaced numbers on line {line} and in the first column are taken as labels, not as heights: `--fourier none` keeps \
+                 them, and a word in the corner (y\\x) says that they are labels"
+            )),
+            None => {}
+        }
+        let both = [(x, &columns), (y, &rows)].map(|(step, labels)| (!counts(labels)).then_some(step.abs()));
+        let mut inside: Vec<Vec<f64>> = self.values.chunks_exact(nx).skip(1).map(|row| row[1..].to_vec()).collect();
+        if x < 0.0 {
+            inside.iter_mut().for_each(|row| row.reverse());
+        }
+        if y < 0.0 {
+            inside.reverse();
+        }
+        (self.values, self.nx, self.ny) = (inside.concat(), nx - 1, self.ny - 1);
         Ok(Some(both))
+    }
+
+    /// Whether the first line and column without a word in the corner are labels and not part of an even slope: the corner is empty, or
+    /// does not continue their steps.
+    fn has_bare_labels(&self) -> bool {
+        let corner = self.values[0];
+        let column: Vec<f64> = self.values.iter().step_by(self.nx).copied().collect();
+        let slope = even(&self.values[..self.nx]).is_some() || even(&column).is_some();
+        let other = self.values.chunks_exact(self.nx).skip(1).any(|row| even(&row[1..]).is_none());
+        corner.is_nan() || !slope && other
     }
 
     fn lines(self, path: &Path, (map, extent): (HeightMap, [f64; 2])) -> Result<TextMap> {
@@ -189,6 +219,7 @@ impl Section {
         if factor != 1.0 {
             map.heights.iter_mut().for_each(|h| *h *= factor);
         }
-        Ok(TextMap { map, declared, layout, warnings: self.header.warnings, factor })
+        let Header { warnings, not_understood, .. } = self.header;
+        Ok(TextMap { map, declared, layout, warnings, not_understood, factor })
     }
 }

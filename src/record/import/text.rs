@@ -199,11 +199,18 @@ impl Reader<'_> {
             return Ok(());
         }
         let numbers: Vec<Option<f64>> = fields.iter().map(|f| notation.number(f, separator, number)).collect();
+        // `key = value` and `key: value` of programs whose keys have no meaning here.
+        let mut signs = text.match_indices(['=', ':']).map(|(i, _)| i);
+        if let (Some(sign), None) = (signs.next(), signs.next())
+            && text.trim_start().starts_with(char::is_alphabetic)
+            && !text[sign + 1..].trim().is_empty()
+        {
+            return Ok(());
+        }
         if numbers.iter().all(Option::is_none) {
             section.headings = Some((Headings::of(fields), Some(number)));
             return Ok(());
         }
-        // `key = value` and `key: value` of programs whose keys have no meaning here.
         if text.split_once(['=', ':']).is_some_and(|(key, _)| key.trim_start().starts_with(char::is_alphabetic)) {
             return Ok(());
         }
@@ -314,6 +321,7 @@ mod tests {
             ("# Value units: deg\n1 2\n3 4\n", "values in \"deg\" on line 1, which are no heights"),
             ("# x-length = -3 um\n1 2\n3 4\n", "x-length = \"-3 um\" on line 1; accepted: a positive"),
             ("# length: 3,5 um\n1 2\n3 4\n", "accepted: one number, or two apart by a blank"),
+            ("# length: 3 um\n# width: 2 um\n1 2\n3 4\n", "width = \"2 um\" on line 2; accepted: one statement"),
             ("a b c\n1 2\n3 4\n", "3 words on line 1 and 2 numbers below"),
             ("0,1,2,3\n0.5,1,1,1\n1,2,3,4\n", "numbers of the columns, not heights"),
             ("1.25 2.50\n3.75 4.00\n5.25 6.5", "line 3 without a line break"),
@@ -360,6 +368,14 @@ mod tests {
             ("# unit: nm\n# length: 30 um x 20 um\n", "nm", extent(30.0, 20.0, Some("um"))),
             ("# unit: nm\n# length: 30\n", "nm", extent(30.0, 20.0, None)),
             ("# pixel size = 2 nm\n# z-unit: nm\n", "nm", extent(6.0, 4.0, Some("nm"))),
+            ("X-Länge: 6,5 µm\nY-Länge: 4 µm\nZ-Einheit: nm\n", "nm", extent(6.5, 4.0, Some("µm"))),
+            ("Länge X [mm] = 6\nLänge Y [mm] = 4\nEinheit Höhe = µm\n", "µm", extent(6.0, 4.0, Some("mm"))),
+            ("Spalten: 3\nZeilen: 2\nPixelgröße: 0,5 µm\nMaßeinheit: nm\n", "nm", extent(1.5, 1.0, Some("µm"))),
+            ("# Bildbreite: 6 µm\n# Bildhöhe: 4 µm\n# Höheneinheit: nm\n", "nm", extent(6.0, 4.0, Some("µm"))),
+            ("# Messfeld: 6 x 4 µm\n# Einheit der Höhen: nm\n", "nm", extent(6.0, 4.0, Some("µm"))),
+            ("# XY scale: 0.5 um/px\n# Z unit: nm\n# Image size: 3 x 2 px\n", "nm", extent(1.5, 1.0, Some("um"))),
+            // Numbers of points are no extents.
+            ("# Width: 3\n# Height: 2\n# dx: 2 nm\n# z-unit: nm\n", "nm", extent(6.0, 4.0, Some("nm"))),
         ] {
             let found = reads(&format!("{header}{map}")).unwrap_or_else(|e| panic!("{header}: {e}"));
             assert_eq!(found.declared.unit.as_deref(), Some(unit), "{header}");
@@ -383,6 +399,8 @@ mod tests {
             ("# Bit2nm = 0.5\n# z-unit = um\n", "um", "1 2 3"),
             ("# height conversion factor (-> m) = 0.5\n", "m", "0.5 1 1.5"),
             ("# data unit: 0.5 nm\n", "nm", "0.5 1 1.5"),
+            ("# z scale: 0.5 nm/count\n", "nm", "0.5 1 1.5"),
+            ("Skalierung: 0,5\nEinheit: nm\n", "nm", "0.5 1 1.5"),
         ] {
             let found = reads(&format!("{header}# missing value: -9999\n{map}")).expect(header);
             assert_eq!(found.declared.unit.as_deref(), Some(unit), "{header}");
@@ -418,6 +436,17 @@ mod tests {
         for (text, expected, stated) in [
             ("y\\x;0,0;0,5;1,0\n0,0;1;2;3\n0,5;4;5;6\n1,0;7;8;9\n", "1 2 3; 4 5 6; 7 8 9", extent(1.5, 1.5, None)),
             (",0,1,2\n0,1,2,3\n1,4,5,6\n2,7,8,9\n", "1 2 3; 4 5 6; 7 8 9", None),
+            // Descending labels, a missing corner as NumPy writes it, the number of columns as gnuplot does, units in the corner.
+            ("y\\x,1,.5,0\n1,3,2,1\n.5,6,5,4\n0,9,8,7\n", "7 8 9; 4 5 6; 1 2 3", extent(1.5, 1.5, None)),
+            ("nan 0 .5 1\n0 1 2 3\n2 4 5 5\n4 7 8 9\n", "1 2 3; 4 5 5; 7 8 9", extent(1.5, 6.0, None)),
+            ("y (um)\\x (um),0,.5,1\n0,1,2,3\n2,4,5,6\n4,7,8,9\n", "1 2 3; 4 5 6; 7 8 9", extent(1.5, 6.0, Some("um"))),
+            (
+                "height [nm]\t0\t.5\t1\n0\t1\t2\t3\n2\t4\t5\t6\n4\t7\t8\t9\n",
+                "1 2 3; 4 5 6; 7 8 9",
+                extent(1.5, 6.0, None),
+            ),
+            // An even slope is no frame of labels.
+            ("0 1 2 3\n1 2 3 4\n2 3 4 5\n3 4 5 7\n", "0 1 2 3; 1 2 3 4; 2 3 4 5; 3 4 5 7", None),
             ("h0,h1\n1,2\n3,4\n", "1 2; 3 4", None),
             ("# x y z\n0 0 1\n1 0 2\n0 1 3\n1 1 4\n", "1 2; 3 4", extent(2.0, 2.0, None)),
             (
@@ -431,6 +460,12 @@ mod tests {
             assert_eq!(rows(&found.map), expected, "{text}");
             assert_eq!(found.declared.extent, stated, "{text}");
         }
+        let gnuplot = reads("3 0 .5 1\n0 1 2 3\n2 4 5 5\n4 7 8 9\n").unwrap();
+        assert_eq!(
+            (rows(&gnuplot.map).as_str(), gnuplot.declared.extent),
+            ("1 2 3; 4 5 5; 7 8 9", extent(1.5, 6.0, None))
+        );
+        assert!(gnuplot.warnings[0].contains("taken as labels") && gnuplot.warnings[0].contains("--fourier none"));
         let said = complaint("nought 2 3 7\n1 2 3 4\n2 5 6 7\n");
         assert!(said.contains("\"nought\" on line 1, column 1"), "{said}");
     }

@@ -6,7 +6,7 @@ use super::variable::{Attribute, Data, Variable, counter};
 use crate::error::Result;
 use crate::observe::Distribution;
 use crate::record::acceptance::AcceptanceCheck;
-use crate::record::heights::Sign;
+use crate::record::height_map::Sign;
 use crate::record::npy::Reader;
 use crate::record::results::{AtomsResults, ContinuumResults, Observed, Results, StateResults, SurfaceResults};
 use crate::units::ANGSTROM_M;
