@@ -67,9 +67,7 @@ const SYNTHESIS_FLAGS: [KeyName; 5] = [
 
 impl Surface {
     pub(super) fn execute(mut self) -> Result<()> {
-        let is_scene = |p: &Path| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
-        let is_map = |p: &Path| p.is_file() && (!is_scene(p) || holds_numbers(p).unwrap_or(false));
-        if let Some(path) = self.given.take_if(|p| is_map(p)) {
+        if let Some(path) = self.given.take_if(|p| p.exists() && holds_numbers(p).unwrap_or(false)) {
             if let Some(heights) = &self.heights {
                 let found = format!("{} and {}", heights.display(), path.display());
                 return Err(Error::input("command line", "--heights", found, "one file of heights"));

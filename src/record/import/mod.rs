@@ -173,7 +173,9 @@ pub fn holds_numbers(path: &Path) -> Result<bool> {
         }
         assigns.get_or_insert(line.contains('='));
     }
-    Ok(assigns == Some(false))
+    // Assignments without a table: a scene by its name, otherwise a header whose keys are not known.
+    let is_scene = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+    Ok(assigns.is_some_and(|assigns| !(assigns && is_scene)))
 }
 
 enum Kind {
