@@ -146,7 +146,7 @@ pub fn shortest_wavelength(surface: &Surface) -> f64 {
 }
 
 /// Hurst exponent of a surface that is synthesised from a spectrum.
-pub fn hurst(surface: &Surface) -> Option<f64> {
+pub(super) fn hurst(surface: &Surface) -> Option<f64> {
     match surface {
         Surface::Synthesised { spectrum, .. } => Some(spectrum.hurst),
         _ => None,
