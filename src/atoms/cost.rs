@@ -73,7 +73,8 @@ pub fn seconds(atoms: u64, evaluations: f64, mode: LoadingMode, each: f64, ranks
 /// Resident memory of all LAMMPS ranks together, bytes; `steps`: displacement ramp instead of prescribed loads.
 pub fn memory_bytes(atoms: u64, ranks: usize, steps: bool) -> u64 {
     let per_atom = if steps { MEMORY_BYTES_PER_ATOM_OF_LOAD_STEPS } else { MEMORY_BYTES_PER_ATOM };
-    ranks as u64 * MEMORY_BASE_BYTES + atoms * per_atom
+    // A damaged job file may claim any number of atoms.
+    (ranks as u64 * MEMORY_BASE_BYTES).saturating_add(atoms.saturating_mul(per_atom))
 }
 
 #[cfg(test)]

@@ -5,12 +5,12 @@
 //! is periodic in x and y. Any other format is an error.
 
 use std::collections::HashMap;
-use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use flate2::bufread::MultiGzDecoder;
 
+use crate::record::atomic_file::open_regular;
 use crate::{Error, Result};
 
 /// Limit of the line length, so that a file without line ends is not read into memory as a whole.
@@ -84,7 +84,7 @@ impl DumpReader {
     /// `Io` when the file cannot be opened, `Format` for a binary dump.
     pub fn open(file: impl AsRef<Path>) -> Result<Self> {
         let file = file.as_ref();
-        let handle = File::open(file).map_err(Error::io("open", file))?;
+        let (handle, _) = open_regular(file)?;
         let mut raw = BufReader::new(handle);
         let start = raw.fill_buf().map_err(Error::io("read", file))?;
         if start.starts_with(&ZSTD) {

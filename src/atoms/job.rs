@@ -20,6 +20,7 @@ use super::nvt::{NvtRun, NvtSettings, RELAXED};
 use super::scripts::{self, INCLUDED, Script};
 use super::unloading::{self, MAX_RISE_ANGSTROM, UnloadingState};
 use crate::error::LammpsFailure;
+use crate::record::atomic_file::read_text;
 use crate::record::provenance::file_hash;
 use crate::{Error, Result};
 
@@ -177,7 +178,7 @@ impl Job {
     pub fn open(folder: impl AsRef<Path>) -> Result<Job> {
         let folder = folder.as_ref().to_path_buf();
         let file = folder.join(SPEC_FILE);
-        let text = std::fs::read_to_string(&file).map_err(Error::io("read", &file))?;
+        let text = read_text(&file)?;
         let spec = serde_json::from_str(&text).map_err(|e| Error::format(&file, e, "the specification of a job"))?;
         Ok(Job { folder, spec })
     }
@@ -200,9 +201,25 @@ impl Job {
         Ok(())
     }
 
+    /// Checks that the scripts of the folder, which LAMMPS executes, are those of this program: a script can start any
+    /// program.
+    ///
+    /// # Errors
+    /// `Format`, which names the file and the remedy; `Io`.
+    pub fn check_scripts(&self) -> Result<()> {
+        for script in std::iter::once(&self.script()).chain(&INCLUDED) {
+            let file = self.folder.join(script.file);
+            if read_text(&file)? != script.text {
+                let accepted = "the script that `asperity atoms build` writes (run.sh runs a script of your own)";
+                return Err(Error::format(&file, "not the script of this program", accepted));
+            }
+        }
+        Ok(())
+    }
+
     /// Deformable, fixed and indenter atoms together.
     pub fn atoms(&self) -> u64 {
-        self.spec.deformable + self.spec.fixed + self.spec.indenter
+        self.spec.deformable.saturating_add(self.spec.fixed).saturating_add(self.spec.indenter)
     }
 
     /// Resident memory of all LAMMPS ranks together, bytes.

@@ -10,6 +10,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::block::Block;
+use crate::record::atomic_file::read_text;
 use crate::record::results::ValueWithError;
 use crate::{Error, Result};
 
@@ -193,14 +194,14 @@ impl NvtSamples {
     /// `Io`; `Format` for files without every block of every surface site.
     pub fn read(folder: &Path, run: &NvtRun, k: usize) -> Result<NvtSamples> {
         let file = folder.join(format!("block_averages.{k}.txt"));
-        let text = std::fs::read_to_string(&file).map_err(Error::io("read", &file))?;
+        let text = read_text(&file)?;
         let rows: Vec<Vec<f64>> = text.lines().filter(|l| !l.starts_with('#')).map(numbers).collect();
         let whole = |rows: &[Vec<f64>], n: usize| rows.len() == BLOCKS && rows.iter().all(|r| r.len() == n);
         if !whole(&rows, 5) {
             return Err(Error::format(&file, format!("{} rows", rows.len()), format!("{BLOCKS} rows of five numbers")));
         }
         let file = folder.join(format!("sites.{k}.dump"));
-        let text = std::fs::read_to_string(&file).map_err(Error::io("read", &file))?;
+        let text = read_text(&file)?;
         let count = (run.surface[1] - run.surface[0] + 1) as usize;
         // The first frame precedes the end of the first block.
         let frames: Vec<&str> = text.split("ITEM: TIMESTEP\n").skip(2).collect();

@@ -9,6 +9,7 @@ use std::io::{self, BufRead, BufReader, Read, Write};
 use std::path::Path;
 
 use crate::error::{Error, Result};
+use crate::record::atomic_file::open_regular;
 
 /// Rows of each table. With 4000 rows the elastic constants from LAMMPS agree with those of the functions to 3e-5.
 const TABLE_ROWS: usize = 4000;
@@ -242,7 +243,7 @@ impl SetflHeader {
     /// `Error::Io` if the file cannot be read; `Error::Format`, with the line number, if it is not a `setfl` table,
     /// is truncated, or has a value that is not a finite number.
     pub fn read(file: &Path) -> Result<Self> {
-        let opened = std::fs::File::open(file).map_err(Error::io("open", file))?;
+        let (opened, _) = open_regular(file)?;
         Self::from_reader(BufReader::new(opened), file)
     }
 

@@ -84,6 +84,7 @@ impl Atoms {
                     return Err(Error::input("command line", "--time-limit", s, accepted));
                 }
                 let job = Job::open(&job)?;
+                job.check_scripts()?;
                 let engine = LammpsEngine::find(lammps.as_deref())?
                     .with_ranks(ranks)?
                     .with_time_limit(time_limit.map(Duration::from_secs_f64));

@@ -57,10 +57,28 @@ pub fn write_atomic(path: &Path, fill: impl FnOnce(&mut AtomicFile) -> io::Resul
     file.commit()
 }
 
+/// Opens a file for reading and returns its length in bytes. A pipe or a device has no length; opening one may block, and
+/// reading one may not end.
+///
+/// # Errors
+/// `Format` for folders, pipes, sockets and devices; `Io`.
+pub fn open_regular(path: &Path) -> Result<(File, u64)> {
+    let found = std::fs::metadata(path).map_err(Error::io("open", path))?;
+    if !found.is_file() {
+        let kind = if found.is_dir() { "a folder" } else { "a pipe, socket or device" };
+        return Err(Error::format(path, kind, "a regular file (the output of a pipe can be written into one)"));
+    }
+    Ok((File::open(path).map_err(Error::io("open", path))?, found.len()))
+}
+
 /// Reads a text file; errors name the file, also if it is not UTF-8.
+///
+/// # Errors
+/// As [`open_regular`].
 pub fn read_text(path: &Path) -> Result<String> {
+    let (mut file, _) = open_regular(path)?;
     let mut text = String::new();
-    File::open(path).and_then(|mut f| f.read_to_string(&mut text)).map_err(Error::io("read", path))?;
+    file.read_to_string(&mut text).map_err(Error::io("read", path))?;
     Ok(text)
 }
 

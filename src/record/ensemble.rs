@@ -1,6 +1,6 @@
 //! `ensemble.json`: the points of a sweep with their results, and statistics over the realisations.
 
-use super::atomic_file::write_atomic;
+use super::atomic_file::{read_text, write_atomic};
 use crate::error::{Error, Result};
 use crate::load::Branch;
 use serde::{Deserialize, Serialize};
@@ -131,7 +131,7 @@ impl Ensemble {
     /// I/O errors, another schema, a damaged file.
     pub fn read(folder: &Path) -> Result<Self> {
         let path = folder.join(FILE);
-        let text = std::fs::read_to_string(&path).map_err(Error::io("read", &path))?;
+        let text = read_text(&path)?;
         let read: Ensemble = serde_json::from_str(&text)
             .map_err(|e| Error::format(&path, e.to_string(), "the ensemble.json of `asperity sweep`"))?;
         match read.schema {

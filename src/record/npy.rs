@@ -9,7 +9,7 @@ use std::path::Path;
 
 use ndarray_npy::npy::header::{Header, Layout};
 
-use super::atomic_file::{miscount, write_atomic};
+use super::atomic_file::{miscount, open_regular, write_atomic};
 use crate::error::{Error, Result};
 use crate::grid;
 
@@ -233,17 +233,23 @@ impl Reader {
     /// Opens a field of floating-point numbers (f2, f4, f8), integers (i1 to i8, u1 to u8) or flags (b1), in either
     /// byte order and index order.
     pub fn open(path: &Path) -> Result<Self> {
-        let file = File::open(path).map_err(Error::io("open", path))?;
-        let length = file.metadata().map_err(Error::io("read", path))?.len();
+        let (file, length) = open_regular(path)?;
         Self::of(BufReader::with_capacity(1 << 18, file), length, path)
     }
+}
+
+/// The parser of headers explains syntax errors in several lines; the last one names what was expected.
+fn damaged(path: &Path, e: &impl std::fmt::Display) -> Error {
+    let text = e.to_string();
+    let what = text.lines().last().unwrap_or_default().trim_start_matches([' ', '=']);
+    Error::format(path, format!("a damaged header ({what})"), "a .npy file")
 }
 
 impl<R: Read> Reader<R> {
     /// Reads `length` bytes of a source; errors name `path`.
     pub(super) fn of(mut source: R, length: u64, path: &Path) -> Result<Self> {
         let mut counted = Counted(&mut source, 0);
-        let header = Header::from_reader(&mut counted).map_err(|e| Error::format(path, e, "a .npy file"))?;
+        let header = Header::from_reader(&mut counted).map_err(|e| damaged(path, &e))?;
         let start = counted.1;
         let descriptor = header.type_descriptor.to_string();
         let name = descriptor.trim_matches(['\'', '"']);

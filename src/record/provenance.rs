@@ -1,5 +1,6 @@
 //! Origin of an imported surface: file, what it declares, and what was done to its heights.
 
+use super::atomic_file::open_regular;
 use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -69,7 +70,7 @@ impl fmt::Display for Provenance {
 /// BLAKE3 hash of a file, hexadecimal.
 pub fn file_hash(path: &Path) -> Result<String> {
     let mut hasher = blake3::Hasher::new();
-    let file = std::fs::File::open(path).map_err(Error::io("read", path))?;
+    let (file, _) = open_regular(path)?;
     hasher.update_reader(file).map_err(Error::io("read", path))?;
     Ok(hasher.finalize().to_hex().to_string())
 }

@@ -1,6 +1,7 @@
 //! Reading a scene file. Errors of syntax and of types name key, value and accepted values, with the line.
 
 use super::model::Scene;
+use crate::record::atomic_file::read_text;
 use crate::record::import::holds_numbers;
 use crate::{Error, Result};
 use serde::Deserialize;
@@ -15,12 +16,12 @@ impl Scene {
     /// # Errors
     /// Syntax, unknown keys and wrong types, each with its line.
     pub fn read(path: &Path) -> Result<Scene> {
-        if path.is_file() && holds_numbers(path)? {
+        if holds_numbers(path)? {
             let accepted =
                 "a scene (TOML): `asperity init FILE` writes one for a surface, `asperity solve FILE` needs none";
             return Err(Error::format(path, "a surface file", accepted));
         }
-        let text = std::fs::read_to_string(path).map_err(Error::io("read", path))?;
+        let text = read_text(path)?;
         Self::parse(&text, path)
     }
 

@@ -2,6 +2,7 @@
 
 use crate::error::{Complaint, Error, Result};
 use crate::pipeline::plan;
+use crate::record::atomic_file::read_text;
 use crate::scene::{Case, CountedRange, Scene};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
@@ -68,7 +69,7 @@ impl Sweep {
     /// # Errors
     /// What is wrong with the file, and the first point whose scene is refused, with its values.
     pub fn read(file: &Path, changes: &dyn Fn(&mut Scene)) -> Result<Sweep> {
-        let text = std::fs::read_to_string(file).map_err(Error::io("read", file))?;
+        let text = read_text(file)?;
         let accepted = "scene = \"FILE\" and [over] with lists or ranges of scene keys (docs/ensembles.md)";
         let found: SweepFile = toml::from_str(&text)
             .map_err(|e| Error::format(file, e.message().lines().next().unwrap_or_default().to_string(), accepted))?;
@@ -95,7 +96,7 @@ impl Sweep {
         combine: Combine,
         (place, changes): (&str, &dyn Fn(&mut Scene)),
     ) -> Result<Sweep> {
-        let text = std::fs::read_to_string(scene).map_err(Error::io("read", scene))?;
+        let text = read_text(scene)?;
         // The scene's own reader names line and column.
         Scene::parse(&text, scene)?;
         let base: Table = toml::from_str(&text).map_err(|e| Error::format(scene, e.message(), "a scene file"))?;

@@ -1,7 +1,7 @@
 //! Lines of text in UTF-8, UTF-16 with a byte order mark, or Latin-1.
 
-use super::source::open;
 use crate::error::{Error, Result};
+use crate::record::atomic_file::open_regular;
 use std::io::{BufRead, BufReader, Cursor, Read};
 use std::path::Path;
 
@@ -45,7 +45,7 @@ pub(super) struct Lines {
 impl Lines {
     /// Opens a text file. UTF-16 is decoded as a whole, other text line by line.
     pub(super) fn open(path: &Path) -> Result<Self> {
-        let (file, _) = open(path)?;
+        let (file, _) = open_regular(path)?;
         let mut source = BufReader::with_capacity(1 << 18, file);
         let start = source.fill_buf().map_err(Error::io("read", path))?;
         let source: Box<dyn BufRead> = if is_utf16(start) {

@@ -33,6 +33,7 @@ mod x3p_header;
 pub use content::{Content, Fourier, ImportOptions, ImportedFile};
 pub use fourier::Wave;
 
+use super::atomic_file::open_regular;
 use super::declared::Declared;
 use super::heights;
 use crate::error::{Error, Result};
@@ -71,7 +72,7 @@ pub fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
 }
 
 fn read_any(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
-    let (file, length) = source::open(path)?;
+    let (file, length) = open_regular(path)?;
     let mut source = BufReader::with_capacity(1 << 18, file);
     let start = source.fill_buf().map_err(Error::io("read", path))?;
     let kind = match kind(path, start) {
@@ -151,7 +152,7 @@ fn settle(path: &Path, found: ImportedFile, said: Option<Fourier>) -> Result<Imp
 /// # Errors
 /// Those of opening and reading a regular file.
 pub fn holds_numbers(path: &Path) -> Result<bool> {
-    let (file, _) = source::open(path)?;
+    let (file, _) = open_regular(path)?;
     let mut source = BufReader::new(file);
     let start = source.fill_buf().map_err(Error::io("read", path))?;
     if !matches!(kind(path, start), Kind::Text) {

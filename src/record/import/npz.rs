@@ -3,8 +3,9 @@ use super::attributes::Attributes;
 use super::content::{ImportOptions, ImportedFile};
 use super::declare::{Coordinate, Described, declare};
 use super::foreign;
-use super::source::{check_ratio, open};
+use super::source::check_ratio;
 use crate::error::{Error, Result};
+use crate::record::atomic_file::open_regular;
 use crate::record::npy::{self, DType};
 use ndarray_npy::npy::header::Header;
 use std::fs::File;
@@ -21,7 +22,7 @@ type Archive = ZipArchive<BufReader<File>>;
 /// Reads one array of a `.npz` archive, stored or deflated, and what arrays without a second dimension state of it.
 pub(super) fn read(path: &Path, options: ImportOptions) -> Result<ImportedFile> {
     let damaged = |e: ZipError| Error::format(path, format!("a damaged archive ({e})"), "a whole .npz file");
-    let mut archive = ZipArchive::new(BufReader::new(open(path)?.0)).map_err(damaged)?;
+    let mut archive = ZipArchive::new(BufReader::new(open_regular(path)?.0)).map_err(damaged)?;
     let files: Vec<_> = archive.file_names().collect::<std::result::Result<_, _>>().map_err(damaged)?;
     if let Some((found, accepted)) = foreign::archive(files.iter().map(|n| &**n)) {
         return Err(Error::format(path, format!("{found}, which is not read"), accepted));

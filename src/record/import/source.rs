@@ -1,24 +1,10 @@
 //! Input files and the text that is quoted from them.
 
 use crate::error::{Error, Result};
-use std::fs::File;
 use std::path::Path;
 
 /// Longest quotation of a file in a message, in characters.
 const QUOTED: usize = 60;
-
-/// Opens a file and returns its length in bytes. A pipe or a device has no length, and opening one may block.
-///
-/// # Errors
-/// Folders, pipes, sockets and devices; I/O errors.
-pub(super) fn open(path: &Path) -> Result<(File, u64)> {
-    let found = std::fs::metadata(path).map_err(Error::io("open", path))?;
-    if !found.is_file() {
-        let kind = if found.is_dir() { "a folder" } else { "a pipe, socket or device" };
-        return Err(Error::format(path, kind, "a regular file (the output of a pipe can be written into one)"));
-    }
-    Ok((File::open(path).map_err(Error::io("open", path))?, found.len()))
-}
 
 /// Packed data that unfold beyond this size, in bytes, are checked against [`LARGEST_RATIO`].
 const SMALL: u64 = 64 << 20;
