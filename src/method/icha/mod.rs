@@ -204,6 +204,12 @@ fn widest(spots: &Spots) -> f64 {
 }
 
 impl Estimator for Path<'_> {
+    /// The load steps up to the load, so that a path that goes on counts the Newton steps of an uninterrupted one.
+    fn replay(&mut self, load: Load) -> Result<()> {
+        self.load_to(require::pressure(load, false, CARD.id)?);
+        Ok(())
+    }
+
     fn estimate(&mut self, load: Load) -> Result<Estimate<'_>> {
         let clock = Instant::now();
         let pressure = require::pressure(load, false, CARD.id)?;
