@@ -7,8 +7,10 @@ SCENE := configs/quickstart.toml
 RUN := runs/quickstart
 
 PREFIX ?= $(HOME)/.local
+SECONDS ?= 60
+INPUTS ?= 100000
 
-.PHONY: help install wheel docs demo test bench fuzz bench-peers measured verify-advice claims lint
+.PHONY: help install wheel docs demo test bench fuzz damage kills bench-peers measured verify-advice claims lint
 
 help:
 	@echo "make install  build, install program, manual pages and completions under PREFIX ($(PREFIX)); DESTDIR is respected"
@@ -21,7 +23,9 @@ help:
 	@echo "make measured  write the tables of advise, and docs/trade-off-series.md (an hour on two idle cores)"
 	@echo "make verify-advice  compare advice with results on five other seeds and two other spectra (half an hour)"
 	@echo "make claims  repeat the commands behind the numbers in the documents and compare (ten minutes; ALL=1: hours)"
-	@echo "make fuzz   read 100000 damaged copies of each surface file of the tests"
+	@echo "make fuzz   run the fuzzing targets for 60 s each (SECONDS=3600); needs nightly Rust and cargo-fuzz"
+	@echo "make damage  read 100000 changed copies of valid files with every reader (INPUTS=1000000)"
+	@echo "make kills  kill every long command, 200 times in all, and compare the results"
 	@echo "make lint   check formatting and clippy"
 
 install:
@@ -71,7 +75,13 @@ claims:
 	scripts/claims.py --asperity target/release/asperity $(if $(ALL),--all)
 
 fuzz:
-	cargo bench --locked --bench measure -- damage --inputs 100000
+	scripts/fuzz.sh $(SECONDS)
+
+damage:
+	cargo bench --locked --bench measure -- damage --inputs $(INPUTS)
+
+kills:
+	cargo bench --locked --bench measure -- kills
 
 lint:
 	cargo fmt --all --check

@@ -7,6 +7,10 @@ mod declared;
 mod extremes;
 mod first_minutes;
 mod flags;
+#[path = "../common/folder.rs"]
+mod folder;
+#[path = "../../fuzz/mod.rs"]
+mod fuzz;
 mod import;
 mod instrument_files;
 #[path = "../common/lammps.rs"]

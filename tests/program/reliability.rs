@@ -1,9 +1,12 @@
 //! Faults of disk, files, scenes and programs: what docs/reliability.md promises.
 
+use crate::folder::{fields, files, of_the_scene};
 use crate::lammps::lammps;
+use crate::measure;
 use crate::program::{asperity, json_line, stderr};
 use serde_json::Value;
-use std::ffi::OsStr;
+use std::collections::BTreeMap;
+use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::PermissionsExt;
@@ -23,34 +26,6 @@ const SCENE: &str = "name = \"small\"\n[laboratory]\nlength_um = 100\ncontact_mo
 /// A scene with atoms, up to the path of LAMMPS.
 const ATOMS: &str = "name = \"a\"\n[surface]\ngrid = 16\ncut_off_mode = 6\n[load]\np_star = [0.01]\n\
                      [atoms]\ncells = 10\ndepth_cells = 4\nprogram = ";
-
-/// Keys whose values are times, memory, or say how a stage was obtained.
-const OF_THE_MACHINE: [&str; 12] = [
-    "seconds",
-    "earlier_seconds",
-    "cpu_seconds",
-    "wall_seconds",
-    "peak_rss_bytes",
-    "measured_bytes",
-    "planned_bytes",
-    "transformed_nodes",
-    "reused",
-    "key",
-    "spent_seconds",
-    "cpu_over_reference",
-];
-
-/// A value without what differs between two runs of the same scene.
-fn of_the_scene(value: &Value) -> Value {
-    match value {
-        Value::Object(map) => {
-            let kept = map.iter().filter(|(k, _)| !OF_THE_MACHINE.contains(&k.as_str()));
-            kept.map(|(k, v)| (k.clone(), of_the_scene(v))).collect()
-        }
-        Value::Array(list) => list.iter().map(of_the_scene).collect(),
-        other => other.clone(),
-    }
-}
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Damage {
@@ -74,23 +49,6 @@ fn damage(file: &Path, how: Damage) {
     fs::write(file, bytes).expect("written");
 }
 
-/// All files below a folder, relative to it.
-fn files(folder: &Path) -> Vec<PathBuf> {
-    let mut list = Vec::new();
-    let mut folders = vec![folder.to_path_buf()];
-    while let Some(next) = folders.pop() {
-        for entry in fs::read_dir(&next).expect("listed").flatten() {
-            if entry.path().is_dir() {
-                folders.push(entry.path());
-            } else {
-                list.push(entry.path().strip_prefix(folder).expect("below").to_path_buf());
-            }
-        }
-    }
-    list.sort();
-    list
-}
-
 fn copy(from: &Path, to: &Path) {
     for file in files(from) {
         let target = to.join(&file);
@@ -105,42 +63,64 @@ fn scene(folder: &Path) -> PathBuf {
     file
 }
 
-/// Numbers of all fields of a folder, and the results of its JSON files outside the stages.
-fn contents(folder: &Path, results: &str) -> (Vec<(PathBuf, Vec<u8>)>, Value) {
-    let fields = files(folder).into_iter().filter(|f| f.extension() == Some(OsStr::new("npy")));
-    let fields = fields.map(|f| (f.clone(), fs::read(folder.join(&f)).expect("read"))).collect();
+/// What is compared of a folder: the bytes of its fields, and results.
+type Found = (Vec<(PathBuf, Vec<u8>)>, Value);
+
+/// [`fields`] of a folder, and the results in one of its JSON files.
+fn contents(folder: &Path, results: &str) -> Found {
     let text = fs::read(folder.join(results)).expect("results");
-    (fields, of_the_scene(&serde_json::from_slice(&text).expect("JSON")))
+    (fields(folder), of_the_scene(&serde_json::from_slice(&text).expect("JSON")))
 }
 
 /// Damages files of a finished folder and runs the command again: the results are those of the whole folder, and files
-/// that a stage reads back are named.
-fn survives_damage(command: &dyn Fn(&Path) -> Command, results: &str, verified: &dyn Fn(&Path) -> bool) {
+/// that a stage reads back are named. Each group of files is damaged together.
+fn survives_damage(
+    command: &dyn Fn(&Path) -> Command,
+    found: &dyn Fn(&Path) -> Found,
+    verified: &dyn Fn(&Path) -> bool,
+    groups: fn(Vec<PathBuf>) -> Vec<Vec<PathBuf>>,
+) {
     let scratch = tempfile::tempdir().expect("scratch");
     let (whole, out) = (scratch.path().join("whole"), scratch.path().join("out"));
     let run = |out: &Path| {
         let output = command(out).output().expect("started");
-        assert!(output.status.success(), "{}", stderr(&output));
+        // Statements of the challenge fail on a coarse grid.
+        assert!(output.status.code().is_some_and(|c| c < 2), "{}", stderr(&output));
         stderr(&output)
     };
     run(&whole);
-    let expected = contents(&whole, results);
+    let expected = found(&whole);
     // Figures are drawn again by every run, which reads none.
     let all: Vec<PathBuf> = files(&whole).into_iter().filter(|f| !f.starts_with("figures")).collect();
     assert!(all.len() > 3, "{all:?}");
-    for (file, how) in all.iter().flat_map(|f| DAMAGES.map(|how| (f, how))) {
+    for (group, how) in groups(all).iter().flat_map(|g| DAMAGES.map(|how| (g, how))) {
         if out.exists() {
             fs::remove_dir_all(&out).expect("removed");
         }
         copy(&whole, &out);
-        damage(&out.join(file), how);
+        group.iter().for_each(|file| damage(&out.join(file), how));
         let said = run(&out);
-        let found = contents(&out, results);
-        assert_eq!(found.1, expected.1, "{how:?} {}: {said}", file.display());
-        assert!(found.0 == expected.0, "{how:?} {}: a field differs: {said}", file.display());
-        let name = file.file_name().and_then(OsStr::to_str).expect("a name");
-        assert!(!verified(file) || said.contains(name), "{how:?} {}: {said}", file.display());
+        let after = found(&out);
+        assert_eq!(after.1, expected.1, "{how:?} {group:?}: {said}");
+        assert!(after.0 == expected.0, "{how:?} {group:?}: a field differs: {said}");
+        for file in group.iter().filter(|f| verified(f)) {
+            assert!(said.contains(file.to_str().expect("UTF-8")), "{how:?} {}: {said}", file.display());
+        }
     }
+}
+
+fn each_alone(files: Vec<PathBuf>) -> Vec<Vec<PathBuf>> {
+    files.into_iter().map(|f| vec![f]).collect()
+}
+
+/// One file of each folder at a time: stages are damaged, and computed again, independently.
+fn one_of_each_stage(files: Vec<PathBuf>) -> Vec<Vec<PathBuf>> {
+    let mut stages: BTreeMap<PathBuf, Vec<PathBuf>> = BTreeMap::new();
+    for file in files {
+        stages.entry(file.parent().expect("has one").to_path_buf()).or_default().push(file);
+    }
+    let most = stages.values().map(Vec::len).max().unwrap_or(0);
+    (0..most).map(|k| stages.values().filter_map(|s| s.get(k).cloned()).collect()).collect()
 }
 
 /// Whether a damage of this file of a stage leads to a warning that names it. Files of attempts are not read back.
@@ -159,67 +139,41 @@ fn a_damaged_run_folder_gives_the_results_of_a_whole_one() {
         command.arg("run").arg(&scene).arg("--json").arg("--out").arg(out);
         command
     };
-    survives_damage(&command, "results.json", &is_listed);
+    survives_damage(&command, &|out| contents(out, "results.json"), &is_listed, each_alone);
 }
 
 #[test]
 fn a_damaged_tradeoff_folder_gives_the_results_of_a_whole_one() {
     let scratch = tempfile::tempdir().expect("scratch");
     let scene = scene(scratch.path());
-    let out = scratch.path().join("out");
-    let run = || {
+    let command = |out: &Path| {
         let mut command = asperity();
-        command.arg("tradeoff").arg(&scene).args([
-            "--methods",
-            "fast,scgw",
-            "--grids",
-            "16",
-            "--repeats",
-            "1",
-            "--json",
-        ]);
-        let output = command.arg("--out").arg(&out).output().expect("started");
-        assert!(output.status.success(), "{}", stderr(&output));
-        let points = json_line(&output)["tradeoff"]["points"].clone();
-        let errors: Vec<Value> = points.as_array().expect("points").iter().map(|p| p["errors"].clone()).collect();
-        (errors, stderr(&output))
+        command.arg("tradeoff").arg(&scene).args(["--methods", "fast,scgw", "--grids", "16", "--repeats", "1"]);
+        command.arg("--out").arg(out);
+        command
     };
-    let (whole, _) = run();
-    assert!(!whole.is_empty());
-    let stages = files(&out).into_iter().filter(|f| is_listed(f) && !f.starts_with("figures"));
-    let listed: Vec<PathBuf> = stages.collect();
-    assert!(listed.iter().any(|f| f.extension() == Some(OsStr::new("npy"))), "{listed:?}");
-    for (file, how) in listed.iter().flat_map(|f| DAMAGES.map(|how| (f, how))) {
-        damage(&out.join(file), how);
-        let (found, said) = run();
-        assert_eq!(found, whole, "{how:?} {}", file.display());
-        let name = file.file_name().and_then(OsStr::to_str).expect("a name");
-        assert!(said.contains(name), "{how:?} {}: {said}", file.display());
-    }
+    // Costs are measured again.
+    let found = |out: &Path| {
+        let (fields, value) = contents(out, "tradeoff.json");
+        let points = value["points"].as_array().expect("points").iter();
+        (
+            fields,
+            points
+                .map(|p| [&p["method"], &p["tolerance"], &p["errors"]].map(Value::clone).into_iter().collect::<Value>())
+                .collect(),
+        )
+    };
+    survives_damage(&command, &found, &is_listed, each_alone);
 }
 
-/// One file of each stage of a challenge.
 #[test]
 fn a_damaged_challenge_gives_the_results_of_a_whole_one() {
-    let scratch = tempfile::tempdir().expect("scratch");
-    let out = scratch.path().join("out");
-    let run = || {
-        let output = asperity().args(["challenge", "--grid", "32", "--out"]).arg(&out).output().expect("started");
-        // Statements fail on so coarse a grid.
-        assert!(output.status.code().is_some_and(|c| c < 2), "{}", stderr(&output));
-        stderr(&output)
+    let command = |out: &Path| {
+        let mut command = asperity();
+        command.args(["challenge", "--grid", "32", "--out"]).arg(out);
+        command
     };
-    run();
-    let expected = contents(&out, "results.json");
-    let damaged =
-        ["surface/heights.npy", "continuum/load-3-gap.npy", "non-adhesive/output.json", "cross-check/done.json"];
-    for (file, how) in damaged.iter().zip(DAMAGES.iter().cycle()) {
-        damage(&out.join(file), *how);
-    }
-    let said = run();
-    assert_eq!(contents(&out, "results.json"), expected);
-    // A byte of white space more or less in done.json changes nothing.
-    assert!(damaged[..3].iter().all(|file| said.contains(file)), "{said}");
+    survives_damage(&command, &|out| contents(out, "results.json"), &is_listed, one_of_each_stage);
 }
 
 /// A damaged solve is solved again, and the fields of an undamaged one are reused.
@@ -232,7 +186,7 @@ fn a_damaged_solve_folder_gives_the_results_of_a_whole_one() {
         command
     };
     let listed = |file: &Path| file.extension() == Some(OsStr::new("npy")) || file.ends_with("load-1-solve.json");
-    survives_damage(&command, "load-2-solve.json", &listed);
+    survives_damage(&command, &|out| contents(out, "load-2-solve.json"), &listed, each_alone);
     let scratch = tempfile::tempdir().expect("scratch");
     let out = scratch.path().join("out");
     let run = |flags: &[&str]| stderr(&command(&out).args(flags).output().expect("started"));
@@ -287,6 +241,48 @@ fn hostile_headers_are_refused() {
     bytes.extend(header("(2, 2)").as_bytes());
     fs::write(&file, &bytes).expect("written");
     refused_quickly(&arguments, "h.npy");
+}
+
+/// Files that have no end, or whose opening may not.
+#[test]
+fn pipes_and_devices_are_refused() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let pipe = scratch.path().join("pipe");
+    assert!(Command::new("mkfifo").arg(&pipe).status().expect("started").success());
+    let folder = scratch.path().join("folder");
+    fs::create_dir(&folder).expect("made");
+    fs::rename(&pipe, folder.join("results.json")).expect("moved");
+    let pipe = folder.join("results.json");
+    let [pipe, folder] = [&pipe, &folder].map(|p| p.to_str().expect("UTF-8"));
+    let out = scratch.path().join("out");
+    let out = out.to_str().expect("UTF-8");
+    for file in ["/dev/zero", pipe] {
+        for arguments in [
+            &["run", file, "--out", out][..],
+            &["run", file, "--dry-run"],
+            &["sweep", file, "--out", out],
+            &["ensemble", file, "--seeds", "1..2", "--out", out],
+            &["tradeoff", file, "--out", out],
+            &["surface", file],
+            &["surface", "--heights", file, "--touching", "low-points"],
+            &["potential", "--potential", file],
+        ] {
+            refused_quickly(arguments, file);
+        }
+    }
+    refused_quickly(&["report", folder], pipe);
+}
+
+/// Every command that takes long is killed at a random time, and repeated. `cargo bench --bench measure -- kills` does
+/// so 200 times, with larger problems.
+#[test]
+fn killed_commands_end_with_the_results_of_undisturbed_ones() {
+    let arguments = ["measure", "kills", "--small", "--kills", "5", "run", "solve", "sweep", "tradeoff", "challenge"];
+    measure::run(arguments.map(OsString::from)).expect("identical results");
+    if lammps(1).is_some() {
+        let arguments = ["measure", "kills", "--small", "--kills", "2", "run-atoms", "atoms-run"];
+        measure::run(arguments.map(OsString::from)).expect("identical results");
+    }
 }
 
 /// A command that fails with exit code 2 within [`ANSWERED`]; its message names `what`.
@@ -387,6 +383,26 @@ fn a_program_of_a_scene_is_executed_on_request_only() {
     let dashed = run(&["--allow-program"]);
     assert_eq!(dashed.status.code(), Some(2), "{}", stderr(&dashed));
     assert!(stderr(&dashed).contains("atoms.program = -in"), "{}", stderr(&dashed));
+}
+
+/// A script of LAMMPS can start any program; those of a job folder may come from anywhere.
+#[test]
+fn a_changed_script_of_a_job_is_not_executed() {
+    let scratch = tempfile::tempdir().expect("scratch");
+    let (file, job) = (scratch.path().join("a.toml"), scratch.path().join("job"));
+    fs::write(&file, ATOMS.replace("program = ", "")).expect("written");
+    let build = || asperity().args(["atoms", "build"]).arg(&file).arg("--out").arg(&job).output().expect("started");
+    assert!(build().status.success());
+    let executed = scratch.path().join("executed");
+    for name in ["prescribed_load.in", "setup.in"] {
+        let script = job.join(name);
+        let text = fs::read_to_string(&script).expect("read");
+        fs::write(&script, format!("shell touch {}\n{text}", executed.display())).expect("written");
+        let path = job.to_str().expect("UTF-8");
+        let said = refused_quickly(&["atoms", "run", path], name);
+        assert!(said.contains("atoms build") && !executed.exists(), "{said}");
+        assert!(build().status.success());
+    }
 }
 
 /// The first SIGTERM ends a run that waits for a program before it computes, and the program with it.

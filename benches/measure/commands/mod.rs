@@ -2,6 +2,7 @@
 
 mod advice;
 mod damage;
+mod kills;
 mod methods;
 mod tables;
 mod times;
@@ -18,7 +19,7 @@ const SEED: &str = "1";
 /// Load of every solve, over E*.
 const PRESSURE: &str = "0.01";
 
-/// Times of transforms and methods, the tables of `asperity advise` and their verification, damaged surface files.
+/// Times of transforms and methods, the tables of `asperity advise` and their verification, damaged files, killed runs.
 #[derive(Parser)]
 #[command(name = "measure", max_term_width = 110)]
 struct Arguments {
@@ -32,6 +33,7 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Measurement {
     Damage(damage::Damage),
+    Kills(kills::Kills),
     Times(times::Times),
     Methods(methods::Methods),
     MergeTables(tables::MergeTables),
@@ -42,6 +44,7 @@ enum Measurement {
 pub(crate) fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<ExitCode> {
     match Arguments::parse_from(arguments).command {
         Measurement::Damage(c) => c.execute(),
+        Measurement::Kills(c) => c.execute(),
         Measurement::Times(c) => c.execute(),
         Measurement::Methods(c) => c.execute(),
         Measurement::MergeTables(c) => c.execute(),
